@@ -1,0 +1,85 @@
+"""levelhead turns the contradictory readings of an IMU into an orientation that people can trust.
+
+    import levelhead as lh
+
+    rec = lh.read("flight.csv")                        a Recording: t, gyr, acc, mag | None, truth | None, SI units
+    track = lh.fuse(rec)                               a Track: t, quat (n, 4), bias, sigma, health
+    track = lh.fuse(rec, lh.Kalman(r_measure=0.1))     a filter is chosen by its parameters
+    table = lh.compare(rec, [lh.Complementary(), lh.Kalman()])
+    live = lh.Stream(lh.Kalman())
+    quat = live.update(gyr=g, acc=a, dt=0.01)
+
+The conventions, which hold everywhere:
+
+* Earth frame **ENU**: x east, y (magnetic) north, z up. Without a magnetometer heading starts at 0 and is relative.
+* Orientation: unit quaternion **wxyz** that rotates sensor-frame vectors into the earth frame. Euler angles are
+  intrinsic z-y-x: yaw, then pitch, then roll; roll is about x. Yaw 0 points the sensor's x axis east.
+* ``acc`` is **specific force** in m/s²: a level sensor at rest reads (0, 0, +9.81). ``gyr`` is in rad/s, ``mag`` in µT,
+  ``t`` in seconds.
+* ``dt`` is always an argument; nothing is measured in sample counts.
+* NED, xyzw and degrees exist at the edges only: ``Track.as_rotation``, ``Track.euler``, printing, plots. Parameters say
+  their own unit.
+* A missing reading is NaN in a Recording and is never filled in silently: ``Track.health`` says what was done.
+
+Everything that can be put right by the user raises ``LevelheadError`` with one sentence that says how.
+"""
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from levelhead import simulate as simulate
+    from levelhead.engine import AxisStream as AxisStream
+    from levelhead.engine import Stream as Stream
+    from levelhead.engine import fuse as fuse
+    from levelhead.engine import fuse_axis as fuse_axis
+    from levelhead.errors import LevelheadError as LevelheadError
+    from levelhead.evaluate import compare as compare
+    from levelhead.filters import AccelTilt as AccelTilt
+    from levelhead.filters import BiasRateKalman as BiasRateKalman
+    from levelhead.filters import Complementary as Complementary
+    from levelhead.filters import GyroIntegration as GyroIntegration
+    from levelhead.filters import Kalman as Kalman
+    from levelhead.filters import RollPitchKalman as RollPitchKalman
+    from levelhead.recording import Recording as Recording
+    from levelhead.recording import Truth as Truth
+    from levelhead.sources import read as read
+    from levelhead.track import Track as Track
+    from levelhead.tune import sweep as sweep
+
+__version__ = "0.1.0"
+
+# Imported at first use: `import levelhead` costs nothing, and nobody waits for what he does not use.
+_HOMES = {
+    "levelhead.engine": ("AxisStream", "Stream", "fuse", "fuse_axis"),
+    "levelhead.errors": ("LevelheadError",),
+    "levelhead.evaluate": ("compare",),
+    "levelhead.filters": (
+        "AccelTilt", "BiasRateKalman", "Complementary", "GyroIntegration", "Kalman", "RollPitchKalman",
+    ),
+    "levelhead.recording": ("Recording", "Truth"),
+    "levelhead.sources": ("read",),
+    "levelhead.track": ("Track",),
+    "levelhead.tune": ("sweep",),
+}  # fmt: skip
+_HOME = {name: home for home, names in _HOMES.items() for name in names}
+_ROOMS = ("simulate", "filters", "sources", "engine", "evaluate", "tune", "publish")
+
+__all__ = [*_HOME, "simulate"]  # noqa: PLE0604
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOME:
+        value = getattr(importlib.import_module(_HOME[name]), name)
+    elif name in _ROOMS:
+        value = importlib.import_module(f"levelhead.{name}")
+    else:
+        from levelhead.errors import nearest
+
+        raise AttributeError(f"levelhead has no '{name}'; {nearest(name, __all__)}")
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *__all__])

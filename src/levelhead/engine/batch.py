@@ -1,0 +1,131 @@
+"""One whole recording through one filter."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from levelhead import filters
+from levelhead.engine.binding import bind, bind_axis, choose, engine_function
+from levelhead.errors import LevelheadError
+from levelhead.recording import Array, Recording, real_array, time_array
+from levelhead.track import Track
+
+NO_MAG = np.empty(0)
+NO_MAG.flags.writeable = False  # like a recording's arrays, so that one compiled version serves both
+STRETCH = 1 << 18  # samples between two calls of progress
+
+
+def fuse(
+    recording: Recording,
+    params: Any = None,
+    *,
+    engine: str = "auto",
+    progress: Callable[[float], None] | None = None,
+) -> Track:
+    """Orientation of the sensor for every sample of a recording.
+
+    Args:
+        recording: what the sensors said, SI units.
+        params: which filter, by its Params object (``Kalman(r_measure=0.1)``), its class, or its name. None: the best
+            one there is for the sensors in the recording.
+        engine: "python", "compiled" (Numba), or "auto", which takes the faster one; the bits do not depend on it.
+        progress: called now and then with the fraction done, 0 to 1.
+
+    Returns:
+        A Track with the stamps of the recording.
+
+    Raises:
+        LevelheadError: no such filter or engine.
+    """
+    if not isinstance(recording, Recording):
+        raise LevelheadError(f"fuse takes a Recording, not {type(recording).__name__}; levelhead.read(path) makes one")
+    params = filters.best(recording.mag is not None) if params is None else filters.resolve(params)
+    flt = filters.of(params)
+    bound = bind(flt)
+    chosen = choose(engine, len(recording))
+    run = engine_function(bound.run, chosen)
+    n = len(recording)
+    mag = NO_MAG if recording.mag is None else recording.mag.reshape(-1)
+    flat = [recording.t, recording.gyr.reshape(-1), recording.acc.reshape(-1), mag]
+    outputs: list[Any] = [np.empty(4 * n), np.empty(3 * n), np.empty(3 * n), np.empty(n, np.int64)]
+    carry = bound.begin(params)
+    last = float(recording.t[0])
+    stretch = n if progress is None else STRETCH
+    for start in range(0, n, stretch):
+        rows = slice(start, min(start + stretch, n))
+        part = [a[rows.start * k : rows.stop * k] for a, k in zip(flat, (1, 3, 3, 3), strict=True)]
+        into = [a[rows.start * k : rows.stop * k] for a, k in zip(outputs, (4, 3, 3, 1), strict=True)]
+        if chosen == "compiled":
+            carry = run(params, carry, last, *part, *into)
+        else:
+            lists = [a.tolist() for a in into]
+            carry = run(params, carry, last, *(a.tolist() for a in part), *lists)
+            for array, values in zip(into, lists, strict=True):
+                array[:] = values
+        last = float(recording.t[rows.stop - 1])
+        if progress is not None:
+            progress(rows.stop / n)
+    quat, bias, sigma, health = outputs
+    return Track(
+        recording.t,
+        quat.reshape(n, 4),
+        bias.reshape(n, 3) if "bias" in flt.estimates else None,
+        sigma.reshape(n, 3) if "sigma" in flt.estimates else None,
+        health.astype(np.uint32),
+        params,
+    )
+
+
+def fuse_axis(
+    t: Array,
+    level: Array,
+    rate: Array,
+    params: Any = None,
+    *,
+    period: float = 0.0,
+    engine: str = "auto",
+) -> Any:
+    """One "noisy level + drifting rate" pair through a one-axis filter, in any unit.
+
+    An angle and the gyroscope's rate about its axis, a price and its trend, GPS speed and the accelerometer: whatever
+    is measured with noise while its rate is known up to a slowly drifting bias.
+
+    Args:
+        t: (n,) time, strictly increasing, in the time unit of the rate.
+        level: (n,) measured level.
+        rate: (n,) measured rate, in units of the level per unit of time.
+        params: a filter that works on one axis (``Kalman()``, ``Complementary()``, ``BiasRateKalman()``); its
+            parameters are in the unit of the level. Default: ``Kalman()``.
+        period: length of the circle if the level lives on one (360 for degrees); 0: on a line.
+        engine: as for ``fuse``.
+
+    Returns:
+        The filter's report with an array (n,) in each field, such as ``level``, ``rate`` (bias-free), ``bias``, and for
+        ``Kalman`` ``p_level``, ``p_cross``, ``p_bias``, ``gain_level``, ``gain_bias``, ``innovation``.
+
+    Raises:
+        LevelheadError: lengths differ, values missing, or the filter needs an IMU.
+    """
+    params = filters.resolve("Kalman" if params is None else params)
+    axis, driver = bind_axis(filters.of(params))
+    t = time_array(t)
+    columns = []
+    for name, values in (("level", level), ("rate", rate)):
+        column = real_array(name, values, (len(t),), "any one unit")
+        if np.isnan(column).any():
+            row = int(np.isnan(column).argmax())
+            raise LevelheadError(f"{name} is NaN at row {row}; a one-axis filter needs every sample: leave the row out")
+        columns.append(column)
+    if period < 0.0:
+        raise LevelheadError(f"period is {period:g}; it must be 0 (a line) or the length of the circle, such as 360")
+    chosen = choose(engine, len(t))
+    state = axis.init(params, float(columns[0][0]))
+    width = len(axis.report._fields)  # type: ignore[attr-defined]
+    if chosen == "compiled":
+        out = np.empty(len(t) * width)
+        engine_function(driver, chosen)(params, state, t, *columns, float(period), out)
+        return axis.report(*out.reshape(len(t), width).T)
+    rows = [0.0] * (len(t) * width)
+    driver(params, state, t.tolist(), *(c.tolist() for c in columns), float(period), rows)
+    return axis.report(*np.array(rows).reshape(len(t), width).T)

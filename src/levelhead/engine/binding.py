@@ -1,0 +1,64 @@
+"""Drivers bound to a filter, and which engine does the work: plain Python or compiled, with the same bits."""
+
+import functools
+import sys
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from levelhead.engine import axis_driver, driver
+from levelhead.errors import LevelheadError, nearest
+from levelhead.filters.contract import AxisFilter, Filter
+from levelhead.kernels.jit import bound, compiled
+
+ENGINES = ("auto", "python", "compiled")
+
+# Samples from which compiled work is done sooner: Numba's start costs about 0.5 s with a warm cache, a sample of these
+# filters about 20 µs in plain Python; benchmarks/engines.py measures both.
+WORTH_STARTING = 25_000
+WORTH_WHEN_STARTED = 2_000
+
+
+class Driver(NamedTuple):
+    """The driver's functions for one filter."""
+
+    begin: Callable[..., Any]
+    advance: Callable[..., Any]
+    result: Callable[..., Any]
+    run: Callable[..., Any]
+
+
+@functools.cache
+def bind(flt: Filter) -> Driver:
+    """The plain-Python driver of a filter."""
+    own = {"init": flt.init, "step": flt.step, "output": flt.output}
+    begin = bound(driver.begin, flt.name, **own)
+    advance = bound(driver.advance, flt.name, **own)
+    result = bound(driver.result, flt.name, **own)
+    return Driver(begin, advance, result, bound(driver.run, flt.name, advance=advance, result=result))
+
+
+@functools.cache
+def bind_axis(flt: Filter) -> tuple[AxisFilter, Callable[..., Any]]:
+    """A filter's axis kernels and its plain-Python axis driver."""
+    if flt.axis is None:
+        raise LevelheadError(f"{flt.name} needs an IMU; it does not work on one level and its rate")
+    return flt.axis, bound(axis_driver.run_axis, flt.name, step=flt.axis.step, read=flt.axis.read)
+
+
+def choose(engine: str, samples: int) -> str:
+    """ "python" or "compiled": what ``engine="auto"`` means for so many samples.
+
+    Raises:
+        LevelheadError: no engine of that name.
+    """
+    if engine not in ENGINES:
+        raise LevelheadError(f"there is no engine '{engine}'; {nearest(engine, ENGINES)}")
+    if engine != "auto":
+        return engine
+    threshold = WORTH_WHEN_STARTED if "numba" in sys.modules else WORTH_STARTING
+    return "compiled" if samples >= threshold else "python"
+
+
+def engine_function(function: Callable[..., Any], engine: str) -> Callable[..., Any]:
+    """The driver function itself, or its compiled twin."""
+    return compiled(function) if engine == "compiled" else function

@@ -1,0 +1,219 @@
+"""Live use: one sample at a time, by the same step as a batch and with the same bits."""
+
+from collections.abc import Sequence
+from math import isnan
+from typing import Any
+
+from levelhead import filters
+from levelhead.engine.binding import ENGINES, bind, bind_axis
+from levelhead.engine.loop import LONGEST, axis_loop, loop
+from levelhead.errors import LevelheadError, nearest
+from levelhead.filters.contract import Output
+from levelhead.kernels.quat import Euler, Quat, to_euler
+from levelhead.kernels.vec3 import Vec3
+
+Triple = Sequence[float]
+NOTHING = (0.0, 0.0, 0.0)
+
+
+def _live_engine(engine: str) -> str:
+    """A stream goes on for long, so "auto" is "compiled"; the compiling is done in the constructor, not at a sample."""
+    if engine not in ENGINES:
+        raise LevelheadError(f"there is no engine '{engine}'; {nearest(engine, ENGINES)}")
+    return "compiled" if engine == "auto" else engine
+
+
+def _bad_dt(dt: float) -> LevelheadError:
+    return LevelheadError(f"dt is {dt!r}; it must be the seconds since the last sample, greater than 0")
+
+
+def _bad_pair(angle: float, rate: float, dt: float) -> LevelheadError:
+    if not 0.0 < dt < LONGEST:
+        return _bad_dt(dt)
+    return LevelheadError(f"angle {angle!r} and rate {rate!r} must be finite numbers; leave a missing sample out")
+
+
+def _triple(values: Any) -> tuple[float, float, float]:
+    """Three Python floats: NumPy's own scalars make everything after them several times slower."""
+    x, y, z = values.tolist() if hasattr(values, "tolist") else values
+    return (x, y, z)
+
+
+class Stream:
+    """A filter that takes samples as they come.
+
+        live = Stream(Kalman())
+        quat = live.update(gyr=(0.0, 0.1, 0.0), acc=(0.0, 0.0, 9.81), dt=0.01)
+
+    The first sample sets the attitude to start from (its dt does not matter). Feeding the samples of a recording gives
+    the same bits as ``fuse``. A missing reading (None for the magnetometer, NaN for any) is bridged and said in
+    ``health``.
+
+    Args:
+        params: the filter, as for ``fuse``; default ``Kalman()``.
+        engine: "auto" and "compiled" compile in the constructor (about half a second, once in a process; the first
+            time on a machine a few seconds), "python" needs no Numba and takes some 20 µs a sample.
+    """
+
+    def __init__(self, params: Any = None, *, engine: str = "auto") -> None:
+        resolved = filters.resolve("Kalman" if params is None else params)
+        self._filter = filters.of(resolved)
+        self._engine = _live_engine(engine)
+        self._loop = loop(self._filter, resolved, self._engine)
+        self._tick = self._loop.tick
+        self._time: float | None = None
+
+    def update(
+        self, gyr: Triple, acc: Triple, mag: Triple | None = None, dt: float | None = None, *, t: float | None = None
+    ) -> tuple[float, float, float, float]:
+        """Takes one sample and returns the orientation.
+
+        Args:
+            gyr: angular rate, rad/s.
+            acc: specific force, m/s².
+            mag: magnetic field, any unit, or None when there is no new reading.
+            dt: seconds since the last sample.
+            t: instead of dt, the stamp of this sample in seconds.
+
+        Returns:
+            Unit quaternion (w, x, y, z), sensor frame to earth frame.
+
+        Raises:
+            LevelheadError: dt is not greater than 0, or neither dt nor t is given; the sample is not taken.
+        """
+        if dt is None:
+            dt = self._since(t)
+        quat = self._tick(
+            gyr if type(gyr) is tuple else _triple(gyr),
+            acc if type(acc) is tuple else _triple(acc),
+            NOTHING if mag is None else _triple(mag),
+            dt,
+        )
+        if isnan(quat[0]):
+            raise _bad_dt(dt)
+        return quat
+
+    def _since(self, t: float | None) -> float:
+        if t is None:
+            raise LevelheadError("update needs dt (seconds since the last sample) or t (the sample's stamp in seconds)")
+        last, self._time = self._time, t
+        return 1.0 if last is None else t - last  # before the first sample there is nothing to measure from
+
+    @property
+    def _output(self) -> Output:
+        said: Output = bind(self._filter).result(self.params, self._loop.state)
+        return said
+
+    @property
+    def quat(self) -> Quat:
+        """The orientation after the last sample."""
+        return Quat(*self._output.quat)
+
+    @property
+    def euler(self) -> Euler:
+        """Roll, pitch and yaw in radians after the last sample."""
+        return to_euler(self.quat)
+
+    @property
+    def bias(self) -> Vec3 | None:
+        """Estimated gyroscope bias in rad/s, or None if the filter estimates none."""
+        return self._output.bias if "bias" in self._filter.estimates else None
+
+    @property
+    def sigma(self) -> Vec3 | None:
+        """1σ of the attitude error about east, north and up in rad, or None if the filter knows no doubt."""
+        return self._output.sigma if "sigma" in self._filter.estimates else None
+
+    @property
+    def health(self) -> int:
+        """Bits of ``levelhead.filters.health`` for the last sample."""
+        return int(self._output.health)
+
+    @property
+    def params(self) -> Any:
+        """The parameters in use."""
+        return self._loop.params
+
+    def set(self, **changes: float) -> None:
+        """Changes parameters from the next sample on: ``live.set(r_measure=0.5)``."""
+        self._loop.params = self.params._replace(**changes)
+
+    def reset(self) -> None:
+        """Forgets everything but the parameters; the next sample sets the start again."""
+        self._loop.state = bind(self._filter).begin(self.params)
+        self._time = None
+
+
+class AxisStream:
+    """One angle and the gyroscope's rate about its axis, live, in the habit of the well-known Arduino class.
+
+        kalman = AxisStream(Kalman(), angle=first_angle)
+        angle = kalman.update(measured_angle, rate, dt)
+
+    Any unit will do, as long as rate is in units of the angle per second and the parameters are in the same unit; with
+    an angle in radians give ``period=2π``, with a quantity that is on no circle ``period=0``.
+
+    The Arduino class's setAngle is ``kalman.angle = …``, getAngle(newAngle, newRate, dt) is ``update``, getRate is
+    ``rate``, setQangle, setQbias and setRmeasure are ``kalman.set(q_angle=…, q_bias=…, r_measure=…)``.
+
+    Args:
+        params: a filter that works on one axis; default ``Kalman()``.
+        angle: the angle to start from.
+        period: length of the circle on which the angle lives; 0: on a line.
+        engine: as for ``Stream``.
+    """
+
+    def __init__(self, params: Any = None, *, angle: float = 0.0, period: float = 360.0, engine: str = "auto") -> None:
+        resolved = filters.resolve("Kalman" if params is None else params)
+        self._filter = filters.of(resolved)
+        if not period >= 0.0:
+            raise LevelheadError(
+                f"period is {period!r}; it must be 0 (a line) or the length of the circle, such as 360"
+            )
+        self._loop = axis_loop(self._filter, resolved, float(angle), float(period), _live_engine(engine))
+        self._tick = self._loop.tick
+
+    def update(self, angle: float, rate: float, dt: float) -> float:
+        """Takes one measured angle and rate, ``dt`` seconds after the last, and returns the estimated angle.
+
+        Raises:
+            LevelheadError: dt is not greater than 0, or angle or rate is not finite; the sample is not taken.
+        """
+        estimate = self._tick(angle, rate, dt)
+        if isnan(estimate):
+            raise _bad_pair(angle, rate, dt)
+        return estimate
+
+    @property
+    def report(self) -> Any:
+        """Everything that the filter tells after the last sample: level, rate, bias, variances, gain, innovation."""
+        axis, _ = bind_axis(self._filter)
+        return axis.read(self._loop.state)
+
+    @property
+    def angle(self) -> float:
+        """The estimated angle; set it to start from a known one."""
+        return float(self.report.level)
+
+    @angle.setter
+    def angle(self, value: float) -> None:
+        self._loop.state = self._loop.state._replace(level=float(value))
+
+    @property
+    def rate(self) -> float:
+        """The rate without its bias."""
+        return float(self.report.rate)
+
+    @property
+    def bias(self) -> float:
+        """The estimated bias of the rate."""
+        return float(self.report.bias)
+
+    @property
+    def params(self) -> Any:
+        """The parameters in use."""
+        return self._loop.params
+
+    def set(self, **changes: float) -> None:
+        """Changes parameters from the next sample on: ``kalman.set(r_measure=0.5)``."""
+        self._loop.params = self.params._replace(**changes)

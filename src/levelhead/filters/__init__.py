@@ -1,0 +1,80 @@
+"""The filters, one file each: parameters, state, init, step, output and the paper that they come from."""
+
+from typing import Any
+
+from levelhead.errors import LevelheadError, nearest
+from levelhead.filters import (
+    accel_tilt,
+    bias_rate_kalman,
+    complementary,
+    gyro_integration,
+    kalman,
+    roll_pitch_kalman,
+)
+from levelhead.filters.accel_tilt import AccelTilt
+from levelhead.filters.bias_rate_kalman import BiasRateKalman
+from levelhead.filters.complementary import Complementary
+from levelhead.filters.contract import Filter
+from levelhead.filters.gyro_integration import GyroIntegration
+from levelhead.filters.kalman import Kalman
+from levelhead.filters.roll_pitch_kalman import RollPitchKalman
+
+ALL: tuple[Filter, ...] = (
+    gyro_integration.FILTER,
+    accel_tilt.FILTER,
+    complementary.FILTER,
+    kalman.FILTER,
+    roll_pitch_kalman.FILTER,
+    bias_rate_kalman.FILTER,
+)
+
+__all__ = [
+    "ALL",
+    "AccelTilt",
+    "BiasRateKalman",
+    "Complementary",
+    "Filter",
+    "GyroIntegration",
+    "Kalman",
+    "RollPitchKalman",
+    "best",
+    "find",
+    "of",
+    "resolve",
+]
+
+
+def find(name: str) -> Filter:
+    """The filter of that name; case, ``-`` and ``_`` do not count.
+
+    Raises:
+        LevelheadError: there is none; the sentence names the nearest.
+    """
+    plain = name.lower().replace("-", "").replace("_", "")
+    for candidate in ALL:
+        if candidate.name.lower() == plain:
+            return candidate
+    raise LevelheadError(f"there is no filter '{name}'; {nearest(name, [f.name for f in ALL])}")
+
+
+def of(params: object) -> Filter:
+    """The filter to which a Params object belongs."""
+    for candidate in ALL:
+        if isinstance(params, candidate.params):
+            return candidate
+    raise LevelheadError(f"{params!r} chooses no filter; give the parameters of one, such as Kalman(r_measure=0.1)")
+
+
+def resolve(choice: Any) -> Any:
+    """A Params object from what people give: a Params object, its class, or a name."""
+    if isinstance(choice, str):
+        return find(choice).params()
+    if isinstance(choice, type) and any(choice is f.params for f in ALL):
+        return choice()
+    of(choice)
+    return choice
+
+
+def best(magnetometer: bool) -> Any:
+    """Default parameters of the best filter there is for the sensors in a recording."""
+    return Complementary() if magnetometer else Kalman()

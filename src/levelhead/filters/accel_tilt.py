@@ -1,0 +1,52 @@
+"""AccelTilt: the liar that jitters. Roll and pitch of every single accelerometer sample, yaw 0."""
+
+from typing import NamedTuple
+
+from levelhead.filters.contract import Filter, Output, parameters
+from levelhead.kernels import quat, tilt
+from levelhead.kernels.jit import kernel
+from levelhead.kernels.quat import Euler, Quat
+from levelhead.kernels.vec3 import ZERO, Vec3
+
+
+@parameters()
+class AccelTilt(NamedTuple):
+    """Roll and pitch straight from the accelerometer: right on average at rest, wrong at every bump; no heading."""
+
+
+class State(NamedTuple):
+    """The attitude, sensor to earth."""
+
+    quat: Quat
+
+
+@kernel
+def init(params: AccelTilt, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
+    """Tilt of the first sample."""
+    return State(quat.from_euler(Euler(tilt.roll_of(acc), tilt.pitch_of(acc), 0.0)))
+
+
+@kernel
+def step(params: AccelTilt, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> State:
+    """φ = atan2(a_y, a_z), θ = atan2(−a_x, √(a_y² + a_z²)); a missing sample keeps the last attitude."""
+    if tilt.present(acc):
+        return init(params, gyr, acc, mag)
+    return state
+
+
+@kernel
+def output(params: AccelTilt, state: State) -> Output:
+    """Attitude only."""
+    return Output(state.quat, ZERO, ZERO, 0)
+
+
+FILTER = Filter(
+    name="AccelTilt",
+    params=AccelTilt,
+    init=init,
+    step=step,
+    output=output,
+    estimates=frozenset({"tilt"}),
+    uses=frozenset({"acc"}),
+    citation="M. Pedley, Tilt Sensing Using a Three-Axis Accelerometer, Freescale AN3461, rev. 6, 2013, eqs. 25 and 26",
+)

@@ -1,0 +1,160 @@
+"""Complementary: the gyroscope for what is fast, the accelerometer (and magnetometer) for what is slow.
+
+One axis, with α = τ/(τ + dt):
+
+    angle ← α (angle + rate·dt) + (1 − α) measured angle                                                        (1)
+          = predicted angle + (1 − α) (measured angle − predicted angle)
+
+which low-passes the measured angle and high-passes the integrated rate at the same corner 1/(2πτ). τ is what is
+stored: α alone would mean another filter at every sample rate.
+"""
+
+from typing import Annotated, NamedTuple
+
+from levelhead.filters.contract import AxisFilter, Derived, Filter, Output, Param, parameters
+from levelhead.filters.health import NEAR_VERTICAL
+from levelhead.kernels import quat, tilt
+from levelhead.kernels.angle import blend, wrap
+from levelhead.kernels.jit import kernel
+from levelhead.kernels.quat import Quat
+from levelhead.kernels.tilt import GRAVITY
+from levelhead.kernels.vec3 import ZERO, Vec3, norm
+
+LESSON_DT = 0.01  # s: the 100 Hz at which the α of tutorials is meant
+
+
+def tau_of_alpha(alpha: float, dt: float = LESSON_DT) -> float:
+    """τ = α·dt/(1 − α), seconds: the time constant that α stands for at the sample interval ``dt``."""
+    return alpha * dt / (1.0 - alpha)
+
+
+def alpha_of_tau(tau: float, dt: float = LESSON_DT) -> float:
+    """α = τ/(τ + dt)."""
+    return tau / (tau + dt)
+
+
+ALPHA = Param(
+    "",
+    "weight of the gyroscope in eq. 1 at 100 Hz, or at the interval given as dt; another name for tau",
+    low=0.0,
+    high=1.0,
+    high_open=True,
+    sweep=(0.80, 0.99),
+)
+
+
+@parameters(alpha=Derived(ALPHA, "tau", tau_of_alpha, alpha_of_tau))
+class Complementary(NamedTuple):
+    """Complementary filter for roll, pitch and yaw, or for one axis.
+
+    Set it by time constant, ``Complementary(tau=0.49)``, or by the tutorials' weight, ``Complementary(alpha=0.98)``,
+    which means 100 Hz unless the interval is given too: ``Complementary(alpha=0.98, dt=0.005)``.
+    """
+
+    tau: Annotated[
+        float, Param("s", "time constant: below it the gyroscope is trusted", low=0.0, sweep=(0.04, 10.0), log=True)
+    ] = 0.49
+    tau_heading: Annotated[
+        float, Param("s", "time constant towards the magnetometer's heading", low=0.0, sweep=(0.1, 30.0), log=True)
+    ] = 5.0
+    adaptive: Annotated[bool, Param("", "raise alpha while | |a| − g | says that the body accelerates")] = False
+    alpha_max: Annotated[
+        float, Param("", "adaptive: highest alpha at 100 Hz", low=0.0, high=1.0, high_open=True, sweep=(0.99, 0.9999))
+    ] = 0.999
+    alpha_slope: Annotated[
+        float, Param("1/(m/s²)", "adaptive: alpha at 100 Hz gained per m/s² away from g", low=0.0, sweep=(0.001, 0.1))
+    ] = 0.005
+
+
+class Level(NamedTuple):
+    """One axis: the level, its rate and (always zero) the rate's bias, in the units fed in."""
+
+    level: float
+    rate: float
+    bias: float
+
+
+class State(NamedTuple):
+    """The attitude, sensor to earth, and what was wrong."""
+
+    quat: Quat
+    health: int
+
+
+@kernel
+def level_init(params: Complementary, level: float) -> Level:
+    """Starts at the first measured level."""
+    return Level(level, 0.0, 0.0)
+
+
+@kernel
+def level_step(params: Complementary, state: Level, level: float, rate: float, dt: float, period: float) -> Level:
+    """Eq. 1 on the circle of ``period`` (0: on a line)."""
+    predicted = wrap(state.level + rate * dt, period)
+    return Level(blend(predicted, level, dt / (params.tau + dt), period), rate, 0.0)
+
+
+@kernel
+def level_read(state: Level) -> Level:
+    """All there is to tell."""
+    return state
+
+
+@kernel
+def trust_time(params: Complementary, acc: Vec3) -> float:
+    """The time constant for this sample: τ, or more the further |a| is from g.
+
+    α(100 Hz) = min(α₀ + slope·| |a| − g |, α_max), never below α₀                                              (2)
+    """
+    if params.adaptive:
+        alpha = params.tau / (params.tau + LESSON_DT)
+        raised = max(alpha, min(alpha + params.alpha_slope * abs(norm(acc) - GRAVITY), params.alpha_max))
+        return raised * LESSON_DT / (1.0 - raised)
+    return params.tau
+
+
+@kernel
+def init(params: Complementary, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
+    """Tilt and heading of the first sample."""
+    return State(quat.from_euler(tilt.compass(acc, mag)), 0)
+
+
+@kernel
+def step(params: Complementary, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> State:
+    """Eq. 1 for roll and pitch against gravity, and for yaw against the tilt-compensated field if there is one."""
+    attitude = quat.integrate(state.quat, gyr, dt)
+    health = 0
+    if tilt.present(acc):
+        up = quat.up(attitude)
+        weight = dt / (trust_time(params, acc) + dt)
+        pitch = weight * tilt.pitch_innovation(up, acc)
+        roll = 0.0
+        if tilt.steep(acc):
+            health = NEAR_VERTICAL
+        else:
+            roll = weight * tilt.roll_innovation(up, acc)
+        attitude = tilt.add_roll_pitch(attitude, up, roll, pitch)
+    if tilt.present(mag) and health == 0:
+        weight = dt / (params.tau_heading + dt)
+        attitude = tilt.add_yaw(attitude, weight * tilt.heading_innovation(attitude, mag))
+    return State(attitude, health)
+
+
+@kernel
+def output(params: Complementary, state: State) -> Output:
+    """Attitude and health; this filter knows neither bias nor doubt."""
+    return Output(state.quat, ZERO, ZERO, state.health)
+
+
+FILTER = Filter(
+    name="Complementary",
+    params=Complementary,
+    init=init,
+    step=step,
+    output=output,
+    estimates=frozenset({"tilt", "heading"}),
+    uses=frozenset({"gyr", "acc", "mag"}),
+    citation="W. T. Higgins, A Comparison of Complementary and Kalman Filtering, IEEE Transactions on Aerospace and "
+    "Electronic Systems AES-11(3), 1975",
+    axis=AxisFilter(level_init, level_step, level_read, Level),
+)

@@ -1,0 +1,51 @@
+"""GyroIntegration: the liar that drifts. Attitude by integrating the rate alone, from the first sample's tilt."""
+
+from typing import NamedTuple
+
+from levelhead.filters.contract import Filter, Output, parameters
+from levelhead.kernels import quat, tilt
+from levelhead.kernels.jit import kernel
+from levelhead.kernels.quat import Quat
+from levelhead.kernels.vec3 import ZERO, Vec3
+
+
+@parameters()
+class GyroIntegration(NamedTuple):
+    """Attitude by integrating the angular rate, never corrected: smooth at once, wrong after a while."""
+
+
+class State(NamedTuple):
+    """The attitude, sensor to earth."""
+
+    quat: Quat
+
+
+@kernel
+def init(params: GyroIntegration, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
+    """Tilt and heading of the first sample."""
+    return State(quat.from_euler(tilt.compass(acc, mag)))
+
+
+@kernel
+def step(params: GyroIntegration, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> State:
+    """q ← q ⊗ exp(ω dt), exact while the rate is constant over dt (Savage 1998, eq. 12 with no coning)."""
+    return State(quat.integrate(state.quat, gyr, dt))
+
+
+@kernel
+def output(params: GyroIntegration, state: State) -> Output:
+    """Attitude only."""
+    return Output(state.quat, ZERO, ZERO, 0)
+
+
+FILTER = Filter(
+    name="GyroIntegration",
+    params=GyroIntegration,
+    init=init,
+    step=step,
+    output=output,
+    estimates=frozenset({"tilt"}),
+    uses=frozenset({"gyr"}),
+    citation="P. G. Savage, Strapdown Inertial Navigation Integration Algorithm Design Part 1: Attitude Algorithms, "
+    "Journal of Guidance, Control, and Dynamics 21(1), 1998",
+)

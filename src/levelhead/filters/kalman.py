@@ -1,0 +1,257 @@
+"""Kalman: angle and gyroscope bias, the two-state filter of the well-known lesson.
+
+State x = (angle, bias), F = [[1, −dt], [0, 1]], measurement z = angle + noise of variance r:
+
+    angle ← angle + dt (rate − bias),   P ← F P Fᵀ + Q                                                          (1)
+    S = P₀₀ + r,   K = (P₀₀, P₀₁)ᵀ / S                                                                          (2)
+    x ← x + K (z − angle)                                                                                       (3)
+    P ← (I − K H) P,   or Joseph's form   P ← (I − K H) P (I − K H)ᵀ + K r Kᵀ                                   (4)
+
+Lessons write Q two ways. Here ``q_angle`` and ``q_bias`` are densities: Q = diag(q_angle, q_bias)·dt, which means the
+same at every sample rate. ``q_per_sample=True`` adds diag(q_angle, q_bias) at every sample instead.
+
+The one-axis kernels work in any unit. With an IMU the same filter runs side by side for roll, pitch and, if there is a
+magnetometer, heading; its parameters are then in degrees, as in the lesson.
+"""
+
+from math import pi, sqrt
+from typing import Annotated, NamedTuple
+
+from levelhead.filters.contract import AxisFilter, Filter, Output, Param, parameters
+from levelhead.filters.health import NEAR_VERTICAL
+from levelhead.kernels import quat, tilt
+from levelhead.kernels.angle import ON_A_LINE, wrap
+from levelhead.kernels.jit import kernel
+from levelhead.kernels.quat import Quat
+from levelhead.kernels.tilt import UNIFORM
+from levelhead.kernels.vec3 import Vec3
+
+DEG2 = (pi / 180.0) ** 2  # (°)² in rad²
+
+
+@parameters()
+class Kalman(NamedTuple):
+    """Two-state Kalman filter (angle, gyroscope bias), per axis; variances in degrees when it runs on an IMU."""
+
+    q_angle: Annotated[
+        float, Param("deg²/s", "process noise density of the angle", low=0.0, sweep=(1e-5, 1.0), log=True)
+    ] = 0.001
+    q_bias: Annotated[
+        float, Param("(deg/s)²/s", "process noise density of the bias", low=0.0, sweep=(1e-6, 1.0), log=True)
+    ] = 0.003
+    r_measure: Annotated[
+        float,
+        Param("deg²", "variance of the measured angle", low=0.0, low_open=True, sweep=(0.1, 100.0), log=True),
+    ] = 0.03
+    r_heading: Annotated[
+        float,
+        Param("deg²", "variance of the magnetometer's heading", low=0.0, low_open=True, sweep=(0.1, 1e4), log=True),
+    ] = 9.0
+    p_angle: Annotated[float, Param("deg²", "variance of the first angle", low=0.0, sweep=(0.01, 100.0), log=True)] = (
+        1.0
+    )
+    p_bias: Annotated[
+        float, Param("(deg/s)²", "variance of the bias at the start", low=0.0, sweep=(0.01, 100.0), log=True)
+    ] = 1.0
+    q_per_sample: Annotated[bool, Param("", "add q_angle and q_bias at every sample instead of times dt")] = False
+    joseph: Annotated[bool, Param("", "Joseph's form of the covariance update (eq. 4, right)")] = False
+
+
+class Axis(NamedTuple):
+    """One axis after a sample: level, bias-free rate, bias, their covariance, and the last gain and innovation."""
+
+    level: float
+    rate: float
+    bias: float
+    p_level: float
+    p_cross: float
+    p_bias: float
+    gain_level: float
+    gain_bias: float
+    innovation: float
+
+
+class Noise(NamedTuple):
+    """Variances for one sample, in the unit of the level: of level, bias and measurement."""
+
+    level: float
+    bias: float
+    measurement: float
+
+
+class State(NamedTuple):
+    """The attitude, what each axis (in radians, level relative to the attitude) knows of itself, and what was wrong."""
+
+    quat: Quat
+    roll: Axis
+    pitch: Axis
+    heading: Axis
+    health: int
+
+
+@kernel
+def begin(level: float, p_level: float, p_bias: float) -> Axis:
+    """The first level, no bias."""
+    return Axis(level, 0.0, 0.0, p_level, 0.0, p_bias, 0.0, 0.0, 0.0)
+
+
+@kernel
+def noise(params: Kalman, dt: float, unit: float) -> Noise:
+    """Q of one sample and r, with ``unit`` = (unit of the parameters in units of the level)²."""
+    share = unit if params.q_per_sample else unit * dt
+    return Noise(params.q_angle * share, params.q_bias * share, params.r_measure * unit)
+
+
+@kernel
+def predict(axis: Axis, level: float, rate: float, dt: float, w: Noise) -> Axis:
+    """Eq. 1; ``level`` is the level after dt at the bias-free ``rate``."""
+    return Axis(
+        level,
+        rate,
+        axis.bias,
+        axis.p_level + dt * (dt * axis.p_bias - 2.0 * axis.p_cross) + w.level,
+        axis.p_cross - dt * axis.p_bias,
+        axis.p_bias + w.bias,
+        0.0,
+        0.0,
+        0.0,
+    )
+
+
+@kernel
+def correct(axis: Axis, level: float, r: float, joseph: bool, period: float) -> Axis:
+    """Eqs. 2 to 4 with the measured ``level``; the innovation is taken on the circle of ``period``."""
+    k0 = axis.p_level / (axis.p_level + r)
+    k1 = axis.p_cross / (axis.p_level + r)
+    innovation = wrap(level - axis.level, period)
+    if joseph:
+        rest = 1.0 - k0
+        p_level = rest * rest * axis.p_level + k0 * k0 * r
+        p_cross = rest * (axis.p_cross - k1 * axis.p_level) + k0 * k1 * r
+        p_bias = axis.p_bias - 2.0 * k1 * axis.p_cross + k1 * k1 * (axis.p_level + r)
+    else:
+        p_level = axis.p_level - k0 * axis.p_level
+        p_cross = axis.p_cross - k0 * axis.p_cross
+        p_bias = axis.p_bias - k1 * axis.p_cross
+    return Axis(
+        wrap(axis.level + k0 * innovation, period),
+        axis.rate,
+        axis.bias + k1 * innovation,
+        p_level,
+        p_cross,
+        p_bias,
+        k0,
+        k1,
+        innovation,
+    )
+
+
+@kernel
+def axis_init(params: Kalman, level: float) -> Axis:
+    """Starts at the first measured level."""
+    return begin(level, params.p_angle, params.p_bias)
+
+
+@kernel
+def axis_step(params: Kalman, axis: Axis, level: float, rate: float, dt: float, period: float) -> Axis:
+    """One sample of a level and its rate, in the unit of the parameters."""
+    w = noise(params, dt, 1.0)
+    free = rate - axis.bias
+    ahead = predict(axis, wrap(axis.level + dt * free, period), free, dt, w)
+    return correct(ahead, level, w.measurement, params.joseph, period)
+
+
+@kernel
+def axis_read(axis: Axis) -> Axis:
+    """All there is to tell."""
+    return axis
+
+
+@kernel
+def init(params: Kalman, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
+    """Tilt and heading of the first sample; a relative heading starts at 0 and is certain by definition."""
+    euler = tilt.compass(acc, mag)
+    p_angle = params.p_angle * DEG2
+    p_bias = params.p_bias * DEG2
+    p_heading = params.r_heading * DEG2 if tilt.present(mag) else 0.0
+    return State(
+        quat.from_euler(euler),
+        begin(0.0, p_angle, p_bias),
+        begin(0.0, p_angle, p_bias),
+        begin(0.0, p_heading, p_bias),
+        0,
+    )
+
+
+@kernel
+def step(params: Kalman, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> State:
+    """Eqs. 1 to 4 on each axis; the attitude is turned as a whole, so the axes share the right kinematics.
+
+    The level of an axis is counted from the predicted attitude: 0 before the correction, the correction after it.
+    Each bias counts as the bias of one sensor axis, which it is while the sensor is not far from level.
+    """
+    w = noise(params, dt, DEG2)
+    rate = Vec3(gyr.x - state.roll.bias, gyr.y - state.pitch.bias, gyr.z - state.heading.bias)
+    attitude = quat.integrate(state.quat, rate, dt)
+    roll = predict(state.roll, 0.0, rate.x, dt, w)
+    pitch = predict(state.pitch, 0.0, rate.y, dt, w)
+    heading = predict(state.heading, 0.0, rate.z, dt, w)
+    health = 0
+    if tilt.present(acc):
+        up = quat.up(attitude)
+        pitch = correct(pitch, tilt.pitch_innovation(up, acc), w.measurement, params.joseph, ON_A_LINE)
+        if tilt.steep(acc):
+            health = NEAR_VERTICAL
+        else:
+            roll = correct(roll, tilt.roll_innovation(up, acc), w.measurement, params.joseph, ON_A_LINE)
+        attitude = tilt.add_roll_pitch(attitude, up, roll.level, pitch.level)
+    if tilt.present(mag) and health == 0:
+        seen = tilt.heading_innovation(attitude, mag)
+        heading = correct(heading, seen, params.r_heading * DEG2, params.joseph, ON_A_LINE)
+        attitude = tilt.add_yaw(attitude, heading.level)
+    return State(attitude, roll, pitch, heading, health)
+
+
+@kernel
+def earth_sigma(p_roll: float, p_pitch: float, p_heading: float, attitude: Quat) -> Vec3:
+    """1σ about east, north and up from the variances of roll, pitch and heading (rad²), small tilt.
+
+    An angle of which nothing is known has σ = π/√3: no doubt is larger than that.
+    """
+    ahead = quat.forward(attitude)
+    level = sqrt(ahead.x * ahead.x + ahead.y * ahead.y)
+    c = 1.0
+    s = 0.0
+    if level > 0.0:
+        c = ahead.x / level
+        s = ahead.y / level
+    return Vec3(
+        min(sqrt(max(c * c * p_roll + s * s * p_pitch, 0.0)), UNIFORM),
+        min(sqrt(max(s * s * p_roll + c * c * p_pitch, 0.0)), UNIFORM),
+        min(sqrt(max(p_heading, 0.0)), UNIFORM),
+    )
+
+
+@kernel
+def output(params: Kalman, state: State) -> Output:
+    """Attitude, bias per sensor axis, σ and health."""
+    return Output(
+        state.quat,
+        Vec3(state.roll.bias, state.pitch.bias, state.heading.bias),
+        earth_sigma(state.roll.p_level, state.pitch.p_level, state.heading.p_level, state.quat),
+        state.health,
+    )
+
+
+FILTER = Filter(
+    name="Kalman",
+    params=Kalman,
+    init=init,
+    step=step,
+    output=output,
+    estimates=frozenset({"tilt", "heading", "bias", "sigma"}),
+    uses=frozenset({"gyr", "acc", "mag"}),
+    citation="K. Lauszus, A practical approach to Kalman filter and how to implement it, TKJ Electronics, 2012; "
+    "R. E. Kalman, A New Approach to Linear Filtering and Prediction Problems, J. Basic Engineering 82(1), 1960",
+    axis=AxisFilter(axis_init, axis_step, axis_read, Axis),
+)

@@ -1,0 +1,189 @@
+"""RollPitchKalman: roll, pitch and two gyroscope biases in one extended Kalman filter.
+
+State x = (φ, θ, b_x, b_y). With p = ω_x − b_x, q = ω_y − b_y, r = ω_z, the Euler kinematics are (Titterton & Weston,
+2nd ed., eq. 3.51)
+
+    φ' = p + (q sin φ + r cos φ) tan θ,   θ' = q cos φ − r sin φ                                                 (1)
+
+so that F = [[A, B], [0, I]] with
+
+    A = I + dt [[(q cos φ − r sin φ) tan θ, (q sin φ + r cos φ)/cos² θ], [−q sin φ − r cos φ, 0]]                (2)
+    B = −dt [[1, sin φ tan θ], [0, cos φ]]                                                                       (3)
+
+and the covariance in 2×2 blocks P = [[P_a, C], [Cᵀ, P_b]] is propagated by
+
+    P_a ← A P_a Aᵀ + A C Bᵀ + B Cᵀ Aᵀ + B P_b Bᵀ + q_angle dt I                                                  (4)
+    C ← A C + B P_b,   P_b ← P_b + q_bias dt I                                                                   (5)
+
+The accelerometer measures φ and θ: S = P_a + R, K_a = P_a S⁻¹, K_b = Cᵀ S⁻¹, P ← P − K S Kᵀ, with
+R = r_measure·diag(1/cos² θ, 1), because a given acceleration error turns roll the more the steeper the pitch.       (6)
+
+Unlike two filters side by side this one knows that the biases of both axes act on roll as soon as the sensor is
+pitched. Its limit is the same: (1) divides by cos θ. Beyond 78° of pitch roll is not corrected, the divisor is held at
+cos 85°, and ``health`` says so; use a quaternion filter for motion that lives there. Yaw is the integrated rate.
+"""
+
+from math import sqrt
+from typing import Annotated, NamedTuple
+
+from levelhead.filters.contract import Filter, Output, Param, parameters
+from levelhead.filters.health import NEAR_VERTICAL
+from levelhead.filters.kalman import DEG2, earth_sigma
+from levelhead.kernels import mat2, quat, tilt
+from levelhead.kernels.jit import kernel
+from levelhead.kernels.mat2 import Mat2, Vec2
+from levelhead.kernels.quat import Quat
+from levelhead.kernels.vec3 import Vec3
+
+COS_LIMIT = 0.0872  # cos 85°
+
+
+@parameters()
+class RollPitchKalman(NamedTuple):
+    """Four-state extended Kalman filter (roll, pitch, two biases) for pitch well inside ±90°."""
+
+    q_angle: Annotated[
+        float, Param("deg²/s", "process noise density of the angles", low=0.0, sweep=(1e-5, 1.0), log=True)
+    ] = 0.001
+    q_bias: Annotated[
+        float, Param("(deg/s)²/s", "process noise density of the biases", low=0.0, sweep=(1e-6, 1.0), log=True)
+    ] = 1e-4
+    r_measure: Annotated[
+        float, Param("deg²", "variance of the measured angles", low=0.0, low_open=True, sweep=(0.1, 1000.0), log=True)
+    ] = 4.0
+    p_angle: Annotated[float, Param("deg²", "variance of the first angles", low=0.0, sweep=(0.01, 100.0), log=True)] = (
+        1.0
+    )
+    p_bias: Annotated[
+        float, Param("(deg/s)²", "variance of the biases at the start", low=0.0, sweep=(0.01, 100.0), log=True)
+    ] = 1.0
+
+
+class State(NamedTuple):
+    """The attitude, biases (rad/s), covariance blocks, seconds that yaw has coasted, and what was wrong."""
+
+    quat: Quat
+    bias: Vec2
+    angles: Mat2
+    cross: Mat2
+    biases: Mat2
+    coasted: float
+    health: int
+
+
+@kernel
+def diagonal(x: float, y: float) -> Mat2:
+    """diag(x, y)"""
+    return Mat2(x, 0.0, 0.0, y)
+
+
+@kernel
+def symmetric(m: Mat2) -> Mat2:
+    """(M + Mᵀ)/2: rounding must not make a covariance lopsided."""
+    mean = 0.5 * (m.xy + m.yx)
+    return Mat2(m.xx, mean, mean, m.yy)
+
+
+@kernel
+def init(params: RollPitchKalman, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
+    """Tilt and heading of the first sample, no bias."""
+    p_angle = params.p_angle * DEG2
+    p_bias = params.p_bias * DEG2
+    return State(
+        quat.from_euler(tilt.compass(acc, mag)),
+        Vec2(0.0, 0.0),
+        diagonal(p_angle, p_angle),
+        diagonal(0.0, 0.0),
+        diagonal(p_bias, p_bias),
+        0.0,
+        0,
+    )
+
+
+@kernel
+def predict(params: RollPitchKalman, state: State, gyr: Vec3, dt: float) -> State:
+    """Eqs. 1 to 5; the attitude itself is turned exactly, through the quaternion."""
+    p = gyr.x - state.bias.x
+    q = gyr.y - state.bias.y
+    r = gyr.z
+    up = quat.up(state.quat)
+    cp = max(sqrt(up.y * up.y + up.z * up.z), COS_LIMIT)
+    sr = up.y / cp
+    cr = up.z / cp
+    tp = -up.x / cp
+    a = Mat2(1.0 + dt * (q * cr - r * sr) * tp, dt * (q * sr + r * cr) / (cp * cp), -dt * (q * sr + r * cr), 1.0)
+    b = Mat2(-dt, -dt * sr * tp, 0.0, -dt * cr)
+    acb = mat2.mul(mat2.mul(a, state.cross), mat2.transpose(b))
+    q_angle = params.q_angle * DEG2 * dt
+    q_bias = params.q_bias * DEG2 * dt
+    angles = mat2.add(
+        mat2.add(mat2.mul(mat2.mul(a, state.angles), mat2.transpose(a)), mat2.add(acb, mat2.transpose(acb))),
+        mat2.add(mat2.mul(mat2.mul(b, state.biases), mat2.transpose(b)), diagonal(q_angle, q_angle)),
+    )
+    return State(
+        quat.integrate(state.quat, Vec3(p, q, r), dt),
+        state.bias,
+        symmetric(angles),
+        mat2.add(mat2.mul(a, state.cross), mat2.mul(b, state.biases)),
+        mat2.add(state.biases, diagonal(q_bias, q_bias)),
+        state.coasted + dt,
+        0,
+    )
+
+
+@kernel
+def correct(state: State, acc: Vec3, r: float) -> State:
+    """Eq. 6 with the accelerometer's roll and pitch, unless the roll axis is nearly vertical; then nothing, said so."""
+    up = quat.up(state.quat)
+    cp = max(sqrt(up.y * up.y + up.z * up.z), COS_LIMIT)
+    s = mat2.inverse(mat2.add(state.angles, diagonal(r / (cp * cp), r)))
+    if tilt.steep(acc) or not s.ok:
+        return State(state.quat, state.bias, state.angles, state.cross, state.biases, state.coasted, NEAR_VERTICAL)
+    gain_a = mat2.mul(state.angles, s.matrix)
+    gain_b = mat2.mul(mat2.transpose(state.cross), s.matrix)
+    innovation = Vec2(tilt.roll_innovation(up, acc), tilt.pitch_innovation(up, acc))
+    turn = mat2.apply(gain_a, innovation)
+    bias = mat2.apply(gain_b, innovation)
+    return State(
+        tilt.add_roll_pitch(state.quat, up, turn.x, turn.y),
+        Vec2(state.bias.x + bias.x, state.bias.y + bias.y),
+        symmetric(mat2.sub(state.angles, mat2.mul(gain_a, state.angles))),
+        mat2.sub(state.cross, mat2.mul(gain_a, state.cross)),
+        symmetric(mat2.sub(state.biases, mat2.mul(gain_b, state.cross))),
+        state.coasted,
+        state.health,
+    )
+
+
+@kernel
+def step(params: RollPitchKalman, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> State:
+    """Predict, then correct by the accelerometer if there is one."""
+    ahead = predict(params, state, gyr, dt)
+    if tilt.present(acc):
+        return correct(ahead, acc, params.r_measure * DEG2)
+    return ahead
+
+
+@kernel
+def output(params: RollPitchKalman, state: State) -> Output:
+    """Attitude, the two biases, σ and health; nothing tells yaw's bias, so its variance is p_bias t² + q_angle t."""
+    p_yaw = (params.p_bias * state.coasted + params.q_angle) * state.coasted * DEG2
+    return Output(
+        state.quat,
+        Vec3(state.bias.x, state.bias.y, 0.0),
+        earth_sigma(state.angles.xx, state.angles.yy, p_yaw, state.quat),
+        state.health,
+    )
+
+
+FILTER = Filter(
+    name="RollPitchKalman",
+    params=RollPitchKalman,
+    init=init,
+    step=step,
+    output=output,
+    estimates=frozenset({"tilt", "bias", "sigma"}),
+    uses=frozenset({"gyr", "acc"}),
+    citation="D. Simon, Optimal State Estimation, 2006, section 13.2.3 (the extended Kalman filter), with the Euler "
+    "kinematics of D. Titterton and J. Weston, Strapdown Inertial Navigation Technology, 2nd ed., 2004, eq. 3.51",
+)

@@ -1,0 +1,112 @@
+"""Roll, pitch and heading as an accelerometer and a magnetometer see them.
+
+Specific force of a body that does not accelerate is R^T (0, 0, g) = g (−sin θ, sin φ cos θ, cos φ cos θ) with roll φ
+and pitch θ (Titterton & Weston, Strapdown Inertial Navigation Technology, 2nd ed., section 10.4), from which the
+equations below follow.
+"""
+
+from math import atan2, cos, pi, sin, sqrt
+
+from levelhead.kernels import quat
+from levelhead.kernels.jit import kernel
+from levelhead.kernels.quat import Euler, Quat
+from levelhead.kernels.vec3 import Vec3, norm
+
+GRAVITY = 9.80665  # m/s², standard gravity (CGPM 1901)
+STEEP = 0.2  # below this share of |a| across the roll axis (pitch beyond 78°) roll is noise, not a measurement
+
+
+@kernel
+def present(v: Vec3) -> bool:
+    """Whether a sensor is there: an absent one is the zero vector."""
+    return v.x != 0.0 or v.y != 0.0 or v.z != 0.0
+
+
+@kernel
+def roll_of(acc: Vec3) -> float:
+    """φ = atan2(a_y, a_z), rad."""
+    return atan2(acc.y, acc.z)
+
+
+@kernel
+def pitch_of(acc: Vec3) -> float:
+    """θ = atan2(−a_x, √(a_y² + a_z²)), rad."""
+    return atan2(-acc.x, sqrt(acc.y * acc.y + acc.z * acc.z))
+
+
+@kernel
+def steep(acc: Vec3) -> bool:
+    """Whether the roll axis is so near the vertical that the accelerometer cannot tell roll."""
+    return sqrt(acc.y * acc.y + acc.z * acc.z) < STEEP * norm(acc)
+
+
+@kernel
+def heading_of(mag: Vec3, roll: float, pitch: float) -> float:
+    """Tilt-compensated yaw, rad: 0 when the sensor's x axis points east, π/2 when it points to magnetic north.
+
+    The field, levelled by roll and pitch, has the horizontal part (h_x, h_y); the earth's horizontal field is
+    (0, m), which a sensor at yaw ψ sees as m (sin ψ, cos ψ). Hence ψ = atan2(h_x, h_y).
+    """
+    sr = sin(roll)
+    cr = cos(roll)
+    sp = sin(pitch)
+    cp = cos(pitch)
+    level_x = mag.x * cp + (mag.y * sr + mag.z * cr) * sp
+    level_y = mag.y * cr - mag.z * sr
+    return atan2(level_x, level_y)
+
+
+@kernel
+def compass(acc: Vec3, mag: Vec3) -> Euler:
+    """Attitude from one sample, where every filter starts: level without accelerometer, yaw 0 without magnetometer."""
+    roll = roll_of(acc) if present(acc) else 0.0
+    pitch = pitch_of(acc) if present(acc) else 0.0
+    yaw = heading_of(mag, roll, pitch) if present(mag) else 0.0
+    return Euler(roll, pitch, yaw)
+
+
+@kernel
+def roll_innovation(up: Vec3, acc: Vec3) -> float:
+    """Measured minus predicted roll, rad, on the circle; ``up`` is the predicted vertical in the sensor frame."""
+    return atan2(acc.y * up.z - acc.z * up.y, acc.z * up.z + acc.y * up.y)
+
+
+@kernel
+def pitch_innovation(up: Vec3, acc: Vec3) -> float:
+    """Measured minus predicted pitch, rad; ``up`` is the predicted vertical in the sensor frame."""
+    across_up = sqrt(up.y * up.y + up.z * up.z)
+    across_acc = sqrt(acc.y * acc.y + acc.z * acc.z)
+    return atan2(up.x * across_acc - acc.x * across_up, across_acc * across_up + acc.x * up.x)
+
+
+@kernel
+def heading_innovation(attitude: Quat, mag: Vec3) -> float:
+    """Measured minus predicted yaw, rad: the angle by which the field, seen in the earth frame, misses north."""
+    field = quat.rotate(attitude, mag)
+    return atan2(field.x, field.y)
+
+
+@kernel
+def add_roll_pitch(attitude: Quat, up: Vec3, roll: float, pitch: float) -> Quat:
+    """The attitude with roll and pitch increased: q ⊗ exp(δθ (0, cos φ, −sin φ)) ⊗ exp(δφ (1, 0, 0)).
+
+    Exact: roll turns about the sensor's x axis, pitch about the levelled y axis, which the sensor sees at −φ. ``up`` is
+    the attitude's own vertical in the sensor frame.
+    """
+    across = sqrt(up.y * up.y + up.z * up.z)
+    c = 1.0
+    s = 0.0
+    if across > 0.0:
+        c = up.z / across
+        s = up.y / across
+    pitched = quat.multiply(attitude, quat.exp(Vec3(0.0, pitch * c, -pitch * s)))
+    return quat.normalize(quat.multiply(pitched, quat.exp(Vec3(roll, 0.0, 0.0))))
+
+
+@kernel
+def add_yaw(attitude: Quat, yaw: float) -> Quat:
+    """The attitude turned about the vertical: exp(δψ (0, 0, 1)) ⊗ q."""
+    return quat.normalize(quat.multiply(quat.exp(Vec3(0.0, 0.0, yaw)), attitude))
+
+
+UNIFORM = pi / sqrt(3.0)  # rad, standard deviation of an angle about which nothing is known

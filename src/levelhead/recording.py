@@ -1,0 +1,191 @@
+"""A Recording: what the sensors said, in SI units, checked once, here, and frozen."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from levelhead.errors import LevelheadError
+
+Array = NDArray[np.float64]
+
+
+def real_array(name: str, values: ArrayLike, shape: tuple[int | None, ...], unit: str) -> Array:
+    """``values`` as a read-only float64 array of ``shape`` (None: any length); NaN passes, infinity does not.
+
+    Raises:
+        LevelheadError: not numbers, complex, wrong shape or infinite; the sentence names field, row and unit.
+    """
+    try:
+        raw = np.asarray(values)
+    except ValueError:
+        raise LevelheadError(f"{name} has rows of different lengths; expected {_shape(shape)} in {unit}") from None
+    if raw.dtype.kind not in "fiu":
+        raise LevelheadError(f"{name} holds {raw.dtype} values; expected real numbers in {unit}")
+    array = np.ascontiguousarray(raw, dtype=np.float64).view()
+    fits = array.ndim == len(shape) and all(want in (None, have) for want, have in zip(shape, array.shape, strict=True))
+    if not fits:
+        raise LevelheadError(f"{name} has shape {array.shape}; expected {_shape(shape)} in {unit}")
+    infinite = np.isinf(array)
+    if infinite.any():
+        row = int(np.argwhere(infinite)[0][0])
+        raise LevelheadError(
+            f"{name} is infinite at row {row}; expected finite values in {unit} (NaN marks a missing one)"
+        )
+    array.flags.writeable = False
+    return array
+
+
+def _shape(shape: tuple[int | None, ...]) -> str:
+    return (
+        "(" + ", ".join("n" if size is None else str(size) for size in shape) + ("," if len(shape) == 1 else "") + ")"
+    )
+
+
+def time_array(t: ArrayLike) -> Array:
+    """Time stamps in seconds, checked: finite, strictly increasing, at least one.
+
+    Raises:
+        LevelheadError: names the first row at which time is not finite or does not increase.
+    """
+    array = real_array("t", t, (None,), "s")
+    if len(array) == 0:
+        raise LevelheadError("the recording is empty; expected at least one sample")
+    missing = np.isnan(array)
+    if missing.any():
+        raise LevelheadError(f"t is NaN at row {int(missing.argmax())}; expected a time in s for every sample")
+    back = np.diff(array) <= 0.0
+    if back.any():
+        row = int(back.argmax()) + 1
+        raise LevelheadError(
+            f"t does not increase at row {row}: {array[row]:.6g} s after {array[row - 1]:.6g} s; "
+            "expected strictly increasing seconds"
+        )
+    return array
+
+
+@dataclass(frozen=True, eq=False)
+class Truth:
+    """What a reference (optical, simulated) says about the same samples; NaN where it was blind.
+
+    Attributes:
+        quat: (n, 4) orientation wxyz, sensor frame to earth frame.
+        bias: (n, 3) true gyroscope bias in rad/s, known in simulations.
+        moving: (n,) whether the sample counts when errors are averaged (BROAD's movement phases); None: all count.
+        north: whether the earth frame's y axis is magnetic north. If not, only relative heading can be compared.
+    """
+
+    quat: Array
+    bias: Array | None = None
+    moving: NDArray[np.bool_] | None = None
+    north: bool = True
+
+    def __post_init__(self) -> None:
+        quat = real_array("truth.quat", self.quat, (None, 4), "unit quaternions wxyz")
+        norm = np.linalg.norm(quat, axis=1)
+        bad = np.abs(norm - 1.0) > 0.01
+        if bad.any():
+            row = int(bad.argmax())
+            raise LevelheadError(
+                f"truth.quat has norm {norm[row]:.3g} at row {row}; expected 1 (NaN marks a missing one)"
+            )
+        with np.errstate(invalid="ignore"):
+            unit = quat / norm[:, None]
+        unit.flags.writeable = False
+        object.__setattr__(self, "quat", unit)
+        if self.bias is not None:
+            object.__setattr__(self, "bias", real_array("truth.bias", self.bias, (len(quat), 3), "rad/s"))
+        if self.moving is not None:
+            moving = np.asarray(self.moving)
+            if moving.shape != (len(quat),):
+                raise LevelheadError(
+                    f"truth.moving has shape {moving.shape}; expected ({len(quat)},) of True and False"
+                )
+            object.__setattr__(self, "moving", moving.astype(bool))
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """Samples of an inertial measurement unit on one clock.
+
+    Attributes:
+        t: (n,) seconds, strictly increasing; a gap in time stays a gap.
+        gyr: (n, 3) angular rate in rad/s, sensor frame; a NaN row is a missing sample.
+        acc: (n, 3) specific force in m/s² (level at rest: 0, 0, +9.81); a NaN row is a missing sample.
+        mag: (n, 3) magnetic field in µT, or None; NaN rows where a slower magnetometer gave nothing.
+        truth: reference orientation, or None.
+        meta: where it came from and what the reader concluded ("source", "notes", …).
+
+    Raises:
+        LevelheadError: one sentence with the field, the row and the unit expected.
+    """
+
+    t: Array
+    gyr: Array
+    acc: Array
+    mag: Array | None = None
+    truth: Truth | None = None
+    meta: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        t = time_array(self.t)
+        object.__setattr__(self, "t", t)
+        for name, unit in (("gyr", "rad/s"), ("acc", "m/s²"), ("mag", "µT")):
+            values = getattr(self, name)
+            if values is None and name == "mag":
+                continue
+            if values is None:
+                full = {"gyr": "gyroscope", "acc": "accelerometer"}[name]
+                raise LevelheadError(f"there is no {full}; expected {name} of shape (n, 3) in {unit}")
+            array = real_array(name, values, (None, 3), unit)
+            if len(array) != len(t):
+                raise LevelheadError(
+                    f"{name} has {len(array)} rows, but t has {len(t)}; expected one row in {unit} per stamp"
+                )
+            object.__setattr__(self, name, array)
+        if self.truth is not None and len(self.truth.quat) != len(t):
+            raise LevelheadError(f"truth has {len(self.truth.quat)} rows, but t has {len(t)}")
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    @property
+    def valid(self) -> NDArray[np.bool_]:
+        """(n,) True where gyroscope and accelerometer are both there."""
+        return ~(np.isnan(self.gyr).any(axis=1) | np.isnan(self.acc).any(axis=1))
+
+    @property
+    def duration(self) -> float:
+        """Seconds from the first to the last sample."""
+        return float(self.t[-1] - self.t[0])
+
+    @property
+    def rate(self) -> float:
+        """Samples a second: the inverse of the median interval; 0 for a single sample."""
+        return float(1.0 / np.median(np.diff(self.t))) if len(self) > 1 else 0.0
+
+    def __getitem__(self, rows: slice) -> "Recording":
+        """Some rows, as a Recording of its own: ``rec[1000:2000]``."""
+        truth = self.truth
+        if truth is not None:
+            truth = Truth(
+                truth.quat[rows],
+                None if truth.bias is None else truth.bias[rows],
+                None if truth.moving is None else truth.moving[rows],
+                truth.north,
+            )
+        mag = None if self.mag is None else self.mag[rows]
+        return Recording(self.t[rows], self.gyr[rows], self.acc[rows], mag, truth, self.meta)
+
+    def __repr__(self) -> str:
+        parts = [
+            "gyr",
+            "acc",
+            *(["mag"] if self.mag is not None else []),
+            *(["truth"] if self.truth is not None else []),
+        ]
+        missing = int((~self.valid).sum())
+        text = f"Recording({len(self)} samples, {self.duration:.1f} s at {self.rate:.1f} Hz: {', '.join(parts)}"
+        return text + (f"; {missing} incomplete rows)" if missing else ")")

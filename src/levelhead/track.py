@@ -1,0 +1,98 @@
+"""A Track: what a filter says, sample by sample, with its own doubt."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from levelhead.recording import Array, real_array, time_array
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """Orientation over time.
+
+    Attributes:
+        t: (n,) seconds.
+        quat: (n, 4) unit quaternions wxyz that turn sensor-frame vectors into the earth frame (x east, y north, z up).
+        bias: (n, 3) estimated gyroscope bias in rad/s, or None if the filter estimates none.
+        sigma: (n, 3) 1σ of the attitude error about east, north and up in rad, or None if the filter knows no doubt.
+        health: (n,) bits of ``levelhead.filters.health``: what was wrong with a sample and what was done about it.
+        params: the Params object that made it.
+    """
+
+    t: Array
+    quat: Array
+    bias: Array | None = None
+    sigma: Array | None = None
+    health: NDArray[np.uint32] | None = None
+    params: Any = None
+
+    def __post_init__(self) -> None:
+        n = len(time_array(self.t))
+        object.__setattr__(self, "t", time_array(self.t))
+        for name, width, unit in (("quat", 4, "unit quaternions wxyz"), ("bias", 3, "rad/s"), ("sigma", 3, "rad")):
+            values = getattr(self, name)
+            if values is not None:
+                object.__setattr__(self, name, real_array(name, values, (n, width), unit))
+        if self.health is None:
+            object.__setattr__(self, "health", np.zeros(n, np.uint32))
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    @property
+    def name(self) -> str:
+        """The filter's name, with the parameters that differ from its defaults."""
+        return repr(self.params).removesuffix("()") if self.params is not None else "orientation"
+
+    def euler(self, degrees: bool = True) -> Array:
+        """(n, 3) roll, pitch and yaw (intrinsic z-y-x) in degrees or radians; roll and yaw within ±180°, pitch ±90°."""
+        w, x, y, z = self.quat.T
+        forward_x, forward_y = 1 - 2 * (y * y + z * z), 2 * (w * z + x * y)
+        angles = np.stack(
+            [
+                np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)),
+                np.arctan2(2 * (w * y - z * x), np.hypot(forward_x, forward_y)),
+                np.arctan2(forward_y, forward_x),
+            ],
+            axis=1,
+        )
+        return np.degrees(angles) if degrees else angles
+
+    @property
+    def sigma_tilt(self) -> Array | None:
+        """(n,) 1σ of the inclination error in rad."""
+        return None if self.sigma is None else np.hypot(self.sigma[:, 0], self.sigma[:, 1])
+
+    @property
+    def sigma_heading(self) -> Array | None:
+        """(n,) 1σ of the heading error in rad."""
+        return None if self.sigma is None else self.sigma[:, 2]
+
+    def as_rotation(self, frame: str = "ENU") -> "Rotation":
+        """A ``scipy.spatial.transform.Rotation`` of all samples, sensor frame to earth frame.
+
+        Args:
+            frame: "ENU", or "NED" (x north, y east, z down) with the sensor's axes forward-right-down accordingly.
+        """
+        from scipy.spatial.transform import Rotation
+
+        from levelhead.errors import LevelheadError, nearest
+
+        rotation = Rotation.from_quat(self.quat, scalar_first=True)
+        if frame == "ENU":
+            return rotation
+        if frame == "NED":
+            swap = Rotation.from_matrix([[0, 1, 0], [1, 0, 0], [0, 0, -1]])
+            flip = Rotation.from_matrix([[1, 0, 0], [0, -1, 0], [0, 0, -1]])
+            return swap * rotation * flip
+        raise LevelheadError(f"'{frame}' is not an earth frame that levelhead knows; {nearest(frame, ['ENU', 'NED'])}")
+
+    def __repr__(self) -> str:
+        flagged = int(np.count_nonzero(self.health))
+        return f"Track({self.name}, {len(self)} samples{f', {flagged} with health bits' if flagged else ''})"

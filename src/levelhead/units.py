@@ -1,0 +1,94 @@
+"""The units that people write, each with its factor to SI: the only place where degrees, g and gauss exist by name."""
+
+import math
+
+from levelhead.errors import LevelheadError, nearest
+
+STANDARD_GRAVITY = 9.80665  # m/s², CGPM 1901
+
+SI = {"time": "s", "gyr": "rad/s", "acc": "m/s²", "mag": "µT", "angle": "rad"}
+
+FACTORS: dict[str, dict[str, float]] = {
+    "time": {
+        **dict.fromkeys(("s", "sec", "secs", "second", "seconds"), 1.0),
+        **dict.fromkeys(("ms", "msec", "millis", "millisecond", "milliseconds"), 1e-3),
+        **dict.fromkeys(("us", "usec", "micros", "microsecond", "microseconds"), 1e-6),
+        **dict.fromkeys(("ns", "nsec", "nanos", "nanosec", "nanosecond", "nanoseconds"), 1e-9),
+        "min": 60.0,
+    },
+    "gyr": {
+        "rad/s": 1.0,
+        "rads": 1.0,
+        **dict.fromkeys(("rad/sec", "rad/second", "radian/s", "radians/s", "radians/sec", "radians/second"), 1.0),
+        **dict.fromkeys(("rad s^-1", "rad s-1", "rad*s^-1", "radps"), 1.0),
+        "mrad/s": 1e-3,
+        "deg/s": math.pi / 180,
+        **dict.fromkeys(("deg/sec", "deg/second", "degree/s", "degrees/s", "degree/sec"), math.pi / 180),
+        **dict.fromkeys(("degrees/sec", "degree/second", "degrees/second"), math.pi / 180),
+        **dict.fromkeys(("deg s^-1", "deg s-1", "deg*s^-1", "degps", "°/sec"), math.pi / 180),
+        "degs": math.pi / 180,
+        "dps": math.pi / 180,
+        "°/s": math.pi / 180,
+        "mdeg/s": math.pi / 180e3,
+        "mdps": math.pi / 180e3,
+    },
+    "acc": {
+        "m/s²": 1.0,
+        "m/s2": 1.0,
+        "m/s^2": 1.0,
+        "m/s/s": 1.0,
+        "m/sec^2": 1.0,
+        "ms2": 1.0,
+        "ms-2": 1.0,
+        "m/s**2": 1.0,
+        **dict.fromkeys(("m s^-2", "m s-2", "m*s^-2", "m/sec²", "m/sec2", "mss", "mpss"), 1.0),
+        "mps2": 1.0,
+        "cm/s²": 1e-2,
+        "cm/s2": 1e-2,
+        "g": STANDARD_GRAVITY,
+        "gs": STANDARD_GRAVITY,
+        "mg": STANDARD_GRAVITY * 1e-3,
+        "ug": STANDARD_GRAVITY * 1e-6,
+    },
+    "mag": {
+        "µT": 1.0,
+        "uT": 1.0,
+        "nT": 1e-3,
+        "mT": 1e3,
+        "T": 1e6,
+        "G": 100.0,
+        "gauss": 100.0,
+        "Gs": 100.0,
+        "mG": 0.1,
+        "mgauss": 0.1,
+    },
+    "angle": {"rad": 1.0, "deg": math.pi / 180, "°": math.pi / 180},
+}
+
+
+def _plain(unit: str) -> str:
+    """One spelling for the characters that differ between keyboards (µ U+00B5 and μ U+03BC become u, ² becomes 2)."""
+    unit = unit.strip().replace("µ", "u").replace("μ", "u").replace("²", "2").replace("º", "°")
+    return unit.replace(" ", "").replace("·", "").replace("⁻", "-")
+
+
+def find(quantity: str, unit: str) -> float | None:
+    """The factor from ``unit`` to SI for "time", "gyr", "acc", "mag" or "angle"; None if it is none of theirs.
+
+    Case counts only where it tells units apart (mT and MT do not both exist; mG and MG neither), so any case is taken.
+    """
+    table = {_plain(name): factor for name, factor in FACTORS[quantity].items()}
+    plain = _plain(unit)
+    if plain in table:
+        return table[plain]
+    return {name.lower(): factor for name, factor in table.items()}.get(plain.lower())
+
+
+def factor(quantity: str, unit: str) -> float:
+    """Like ``find``, but an unknown unit raises ``LevelheadError`` naming the nearest known one."""
+    value = find(quantity, unit)
+    if value is None:
+        raise LevelheadError(
+            f"'{unit}' is not a unit of {quantity} that levelhead knows; {nearest(unit, FACTORS[quantity])}"
+        )
+    return value
