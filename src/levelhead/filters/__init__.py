@@ -76,5 +76,10 @@ def resolve(choice: Any) -> Any:
 
 
 def best(magnetometer: bool) -> Any:
-    """Default parameters of the best filter there is for the sensors in a recording."""
-    return Complementary() if magnetometer else Kalman()
+    """Parameters of the best filter there is for the sensors in a recording.
+
+    With a magnetometer, heading decides: ``Complementary`` with the time constants that VQF's authors recommend for
+    any motion, 3 s and 9 s (D. Laidig, T. Seel, VQF, Information Fusion 91, 2023, section 3). Without, tilt decides:
+    ``RollPitchKalman``, which learns the biases. benchmarks/accuracy.py compares all on real recordings.
+    """
+    return Complementary(tau=3.0, tau_heading=9.0) if magnetometer else RollPitchKalman()

@@ -19,7 +19,7 @@ from levelhead.kernels.angle import ON_A_LINE, wrap
 from levelhead.kernels.jit import kernel
 from levelhead.kernels.mat3 import Mat3
 from levelhead.kernels.quat import Quat
-from levelhead.kernels.vec3 import Vec3
+from levelhead.kernels.vec3 import ZERO, Vec3, add, scale, sub
 
 
 @parameters()
@@ -78,9 +78,11 @@ class Report(NamedTuple):
 
 
 class State(NamedTuple):
-    """The attitude, what each axis (in radians, level relative to the attitude) knows of itself, and what was wrong."""
+    """The attitude, bias (rad/s) and its rate in the sensor frame, each axis relative to these, in radians, health."""
 
     quat: Quat
+    bias: Vec3
+    bias_rate: Vec3
     roll: Axis
     pitch: Axis
     heading: Axis
@@ -153,6 +155,12 @@ def axis_read(axis: Axis) -> Report:
 
 
 @kernel
+def begin_again(axis: Axis) -> Axis:
+    """The axis with bias and bias rate counted from zero again."""
+    return Axis(axis.level, axis.rate, 0.0, 0.0, axis.innovation, axis.p)
+
+
+@kernel
 def init(params: BiasRateKalman, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
     """Tilt and heading of the first sample; a relative heading starts at 0 and is certain by definition."""
     euler = tilt.compass(acc, mag)
@@ -160,6 +168,8 @@ def init(params: BiasRateKalman, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
     p_heading = params.r_heading * DEG2 if tilt.present(mag) else 0.0
     return State(
         quat.from_euler(euler),
+        ZERO,
+        ZERO,
         begin(params, 0.0, p_angle, DEG2),
         begin(params, 0.0, p_angle, DEG2),
         begin(params, 0.0, p_heading, DEG2),
@@ -169,27 +179,29 @@ def init(params: BiasRateKalman, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
 
 @kernel
 def step(params: BiasRateKalman, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> State:
-    """Eqs. 1 to 3 on each axis; the attitude is turned as a whole."""
-    rate = Vec3(
-        free_rate(state.roll, gyr.x, dt), free_rate(state.pitch, gyr.y, dt), free_rate(state.heading, gyr.z, dt)
-    )
-    attitude = quat.integrate(state.quat, rate, dt)
-    roll = predict(params, state.roll, 0.0, rate.x, dt, DEG2)
-    pitch = predict(params, state.pitch, 0.0, rate.y, dt, DEG2)
-    heading = predict(params, state.heading, 0.0, rate.z, dt, DEG2)
+    """Eqs. 1 to 3 on each axis; the attitude is turned as a whole, and what is learned is added in the sensor frame."""
+    mean_bias = add(state.bias, scale(state.bias_rate, 0.5 * dt))
+    attitude = quat.integrate(state.quat, sub(gyr, mean_bias), dt)
+    up = quat.up(attitude)
+    roll = predict(params, begin_again(state.roll), 0.0, 0.0, dt, DEG2)
+    pitch = predict(params, begin_again(state.pitch), 0.0, 0.0, dt, DEG2)
+    heading = predict(params, begin_again(state.heading), 0.0, 0.0, dt, DEG2)
     health = 0
     if tilt.present(acc):
-        up = quat.up(attitude)
         pitch = correct(pitch, tilt.pitch_innovation(up, acc), params.r_measure * DEG2, ON_A_LINE)
         if tilt.steep(acc):
             health = NEAR_VERTICAL
         else:
-            roll = correct(roll, tilt.roll_innovation(up, acc), params.r_measure * DEG2, ON_A_LINE)
+            r_roll = params.r_measure * DEG2 / tilt.roll_weight(up)
+            roll = correct(roll, tilt.roll_innovation(up, acc), r_roll, ON_A_LINE)
         attitude = tilt.add_roll_pitch(attitude, up, roll.level, pitch.level)
     if tilt.present(mag) and health == 0:
         heading = correct(heading, tilt.heading_innovation(attitude, mag), params.r_heading * DEG2, ON_A_LINE)
         attitude = tilt.add_yaw(attitude, heading.level)
-    return State(attitude, roll, pitch, heading, health)
+    bias = add(state.bias, scale(state.bias_rate, dt))
+    learned = tilt.in_sensor(up, roll.bias, pitch.bias, heading.bias)
+    learned_rate = tilt.in_sensor(up, roll.bias_rate, pitch.bias_rate, heading.bias_rate)
+    return State(attitude, add(bias, learned), add(state.bias_rate, learned_rate), roll, pitch, heading, health)
 
 
 @kernel
@@ -197,7 +209,7 @@ def output(params: BiasRateKalman, state: State) -> Output:
     """Attitude, bias per sensor axis, σ and health."""
     return Output(
         state.quat,
-        Vec3(state.roll.bias, state.pitch.bias, state.heading.bias),
+        state.bias,
         earth_sigma(state.roll.p.xx, state.pitch.p.xx, state.heading.p.xx, state.quat),
         state.health,
     )

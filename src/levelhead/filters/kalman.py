@@ -24,7 +24,7 @@ from levelhead.kernels.angle import ON_A_LINE, wrap
 from levelhead.kernels.jit import kernel
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.tilt import UNIFORM
-from levelhead.kernels.vec3 import Vec3
+from levelhead.kernels.vec3 import ZERO, Vec3, add, sub
 
 DEG2 = (pi / 180.0) ** 2  # (°)² in rad²
 
@@ -80,9 +80,10 @@ class Noise(NamedTuple):
 
 
 class State(NamedTuple):
-    """The attitude, what each axis (in radians, level relative to the attitude) knows of itself, and what was wrong."""
+    """The attitude, the bias (rad/s, sensor frame), each axis relative to these two, in radians, and what was wrong."""
 
     quat: Quat
+    bias: Vec3
     roll: Axis
     pitch: Axis
     heading: Axis
@@ -176,6 +177,7 @@ def init(params: Kalman, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
     p_heading = params.r_heading * DEG2 if tilt.present(mag) else 0.0
     return State(
         quat.from_euler(euler),
+        ZERO,
         begin(0.0, p_angle, p_bias),
         begin(0.0, p_angle, p_bias),
         begin(0.0, p_heading, p_bias),
@@ -187,29 +189,39 @@ def init(params: Kalman, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
 def step(params: Kalman, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> State:
     """Eqs. 1 to 4 on each axis; the attitude is turned as a whole, so the axes share the right kinematics.
 
-    The level of an axis is counted from the predicted attitude: 0 before the correction, the correction after it.
-    Each bias counts as the bias of one sensor axis, which it is while the sensor is not far from level.
+    Level and bias of an axis are counted from the predicted ones: 0 before the correction, the correction after it.
+    What the axes learn of the bias is added in the sensor frame, where a bias stays put while the sensor turns.
     """
     w = noise(params, dt, DEG2)
-    rate = Vec3(gyr.x - state.roll.bias, gyr.y - state.pitch.bias, gyr.z - state.heading.bias)
-    attitude = quat.integrate(state.quat, rate, dt)
-    roll = predict(state.roll, 0.0, rate.x, dt, w)
-    pitch = predict(state.pitch, 0.0, rate.y, dt, w)
-    heading = predict(state.heading, 0.0, rate.z, dt, w)
+    attitude = quat.integrate(state.quat, sub(gyr, state.bias), dt)
+    up = quat.up(attitude)
+    roll = predict(unbiased(state.roll), 0.0, 0.0, dt, w)
+    pitch = predict(unbiased(state.pitch), 0.0, 0.0, dt, w)
+    heading = predict(unbiased(state.heading), 0.0, 0.0, dt, w)
     health = 0
     if tilt.present(acc):
-        up = quat.up(attitude)
         pitch = correct(pitch, tilt.pitch_innovation(up, acc), w.measurement, params.joseph, ON_A_LINE)
         if tilt.steep(acc):
             health = NEAR_VERTICAL
         else:
-            roll = correct(roll, tilt.roll_innovation(up, acc), w.measurement, params.joseph, ON_A_LINE)
+            r_roll = w.measurement / tilt.roll_weight(up)
+            roll = correct(roll, tilt.roll_innovation(up, acc), r_roll, params.joseph, ON_A_LINE)
         attitude = tilt.add_roll_pitch(attitude, up, roll.level, pitch.level)
     if tilt.present(mag) and health == 0:
         seen = tilt.heading_innovation(attitude, mag)
         heading = correct(heading, seen, params.r_heading * DEG2, params.joseph, ON_A_LINE)
         attitude = tilt.add_yaw(attitude, heading.level)
-    return State(attitude, roll, pitch, heading, health)
+    learned = tilt.in_sensor(up, roll.bias, pitch.bias, heading.bias)
+    return State(attitude, add(state.bias, learned), roll, pitch, heading, health)
+
+
+@kernel
+def unbiased(axis: Axis) -> Axis:
+    """The axis with its bias counted from zero again."""
+    return Axis(
+        axis.level, axis.rate, 0.0, axis.p_level, axis.p_cross, axis.p_bias,
+        axis.gain_level, axis.gain_bias, axis.innovation,
+    )  # fmt: skip
 
 
 @kernel
@@ -237,7 +249,7 @@ def output(params: Kalman, state: State) -> Output:
     """Attitude, bias per sensor axis, σ and health."""
     return Output(
         state.quat,
-        Vec3(state.roll.bias, state.pitch.bias, state.heading.bias),
+        state.bias,
         earth_sigma(state.roll.p_level, state.pitch.p_level, state.heading.p_level, state.quat),
         state.health,
     )

@@ -35,8 +35,6 @@ from levelhead.kernels.mat2 import Mat2, Vec2
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.vec3 import Vec3
 
-COS_LIMIT = 0.0872  # cos 85°
-
 
 @parameters()
 class RollPitchKalman(NamedTuple):
@@ -107,7 +105,7 @@ def predict(params: RollPitchKalman, state: State, gyr: Vec3, dt: float) -> Stat
     q = gyr.y - state.bias.y
     r = gyr.z
     up = quat.up(state.quat)
-    cp = max(sqrt(up.y * up.y + up.z * up.z), COS_LIMIT)
+    cp = sqrt(tilt.roll_weight(up))
     sr = up.y / cp
     cr = up.z / cp
     tp = -up.x / cp
@@ -135,8 +133,7 @@ def predict(params: RollPitchKalman, state: State, gyr: Vec3, dt: float) -> Stat
 def correct(state: State, acc: Vec3, r: float) -> State:
     """Eq. 6 with the accelerometer's roll and pitch, unless the roll axis is nearly vertical; then nothing, said so."""
     up = quat.up(state.quat)
-    cp = max(sqrt(up.y * up.y + up.z * up.z), COS_LIMIT)
-    s = mat2.inverse(mat2.add(state.angles, diagonal(r / (cp * cp), r)))
+    s = mat2.inverse(mat2.add(state.angles, diagonal(r / tilt.roll_weight(up), r)))
     if tilt.steep(acc) or not s.ok:
         return State(state.quat, state.bias, state.angles, state.cross, state.biases, state.coasted, NEAR_VERTICAL)
     gain_a = mat2.mul(state.angles, s.matrix)

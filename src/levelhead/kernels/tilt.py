@@ -13,6 +13,7 @@ from levelhead.kernels.quat import Euler, Quat
 from levelhead.kernels.vec3 import Vec3, norm
 
 GRAVITY = 9.80665  # m/s², standard gravity (CGPM 1901)
+COS2_LIMIT = 0.0076  # cos² 85°
 STEEP = 0.2  # below this share of |a| across the roll axis (pitch beyond 78°) roll is noise, not a measurement
 
 
@@ -72,6 +73,12 @@ def roll_innovation(up: Vec3, acc: Vec3) -> float:
 
 
 @kernel
+def roll_weight(up: Vec3) -> float:
+    """cos² θ, at least cos² 85°: a given error of the acceleration turns measured roll by 1/cos θ more than pitch."""
+    return max(up.y * up.y + up.z * up.z, COS2_LIMIT)
+
+
+@kernel
 def pitch_innovation(up: Vec3, acc: Vec3) -> float:
     """Measured minus predicted pitch, rad; ``up`` is the predicted vertical in the sensor frame."""
     across_up = sqrt(up.y * up.y + up.z * up.z)
@@ -87,19 +94,29 @@ def heading_innovation(attitude: Quat, mag: Vec3) -> float:
 
 
 @kernel
-def add_roll_pitch(attitude: Quat, up: Vec3, roll: float, pitch: float) -> Quat:
-    """The attitude with roll and pitch increased: q ⊗ exp(δθ (0, cos φ, −sin φ)) ⊗ exp(δφ (1, 0, 0)).
-
-    Exact: roll turns about the sensor's x axis, pitch about the levelled y axis, which the sensor sees at −φ. ``up`` is
-    the attitude's own vertical in the sensor frame.
-    """
+def pitch_axis(up: Vec3) -> Vec3:
+    """The axis about which pitch turns, in the sensor frame: (0, cos φ, −sin φ); ``up`` is the vertical there."""
     across = sqrt(up.y * up.y + up.z * up.z)
-    c = 1.0
-    s = 0.0
     if across > 0.0:
-        c = up.z / across
-        s = up.y / across
-    pitched = quat.multiply(attitude, quat.exp(Vec3(0.0, pitch * c, -pitch * s)))
+        return Vec3(0.0, up.z / across, -up.y / across)
+    return Vec3(0.0, 1.0, 0.0)
+
+
+@kernel
+def in_sensor(up: Vec3, roll: float, pitch: float, heading: float) -> Vec3:
+    """Roll, pitch and heading rates (or their biases) as one vector in the sensor frame.
+
+    Roll turns about the sensor's x axis, pitch about ``pitch_axis``, heading about the vertical ``up``.
+    """
+    axis = pitch_axis(up)
+    return Vec3(roll + heading * up.x, pitch * axis.y + heading * up.y, pitch * axis.z + heading * up.z)
+
+
+@kernel
+def add_roll_pitch(attitude: Quat, up: Vec3, roll: float, pitch: float) -> Quat:
+    """The attitude with roll and pitch increased, exactly: q ⊗ exp(δθ pitch axis) ⊗ exp(δφ x axis)."""
+    axis = pitch_axis(up)
+    pitched = quat.multiply(attitude, quat.exp(Vec3(0.0, pitch * axis.y, pitch * axis.z)))
     return quat.normalize(quat.multiply(pitched, quat.exp(Vec3(roll, 0.0, 0.0))))
 
 
