@@ -91,10 +91,10 @@ class Truth:
             raise LevelheadError(
                 f"truth.quat has norm {norm[row]:.3g} at row {row}; expected 1 (NaN marks a missing one)"
             )
-        with np.errstate(invalid="ignore"):
-            unit = quat / norm[:, None]
-        unit.flags.writeable = False
-        object.__setattr__(self, "quat", unit)
+        if (np.abs(norm - 1.0) > 1e-12).any():  # what is unit already keeps its bits
+            quat = quat / norm[:, None]
+            quat.flags.writeable = False
+        object.__setattr__(self, "quat", quat)
         if self.bias is not None:
             object.__setattr__(self, "bias", real_array("truth.bias", self.bias, (len(quat), 3), "rad/s"))
         if self.moving is not None:

@@ -4,6 +4,7 @@ Handing a nested NamedTuple to machine code and back costs microseconds a call, 
 float anew. A ``Slot`` is a piece of memory that compiled code loads a value from and stores it to, as it stands.
 """
 
+import hashlib
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -65,13 +66,15 @@ def slot(example: Any, name: str) -> Slot:
 
         return types.void(types.intp, kind), code
 
+    # Nothing that peek and poke call tells the type, so their names must: a cached one of another layout would crash.
+    layout = f"{name}_{hashlib.sha256(str(kind).encode()).hexdigest()[:16]}"
     target = cpu_target.target_context
     size = target.get_abi_sizeof(target.data_model_manager[kind].get_data_type())
     return Slot(
         load,
         store,
-        compiled(bound(peek, name, load=load)),
-        compiled(bound(poke, name, store=store)),
+        compiled(bound(peek, layout, load=load)),
+        compiled(bound(poke, layout, store=store)),
         size,
     )
 

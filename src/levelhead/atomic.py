@@ -1,0 +1,53 @@
+"""Files that appear whole or not at all."""
+
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from levelhead.errors import LevelheadError
+
+
+@contextmanager
+def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """A temporary path in the folder of ``path``; it takes the name ``path`` when the block succeeds.
+
+    When the block fails, the temporary file goes away and whatever stood at ``path`` before stays as it was.
+
+    Raises:
+        LevelheadError: ``path`` is a folder, or its folder is missing or cannot be written.
+
+    >>> with atomic_path("track.csv") as temporary:  # doctest: +SKIP
+    ...     temporary.write_text("t,yaw")
+    """
+    target = Path(path)
+    if target.is_dir():
+        raise LevelheadError(f"cannot write {target}: it is a folder; expected the name of a file")
+    if not target.parent.is_dir():
+        raise LevelheadError(f"cannot write {target}: there is no folder {target.parent}; make it first")
+    try:
+        # The suffix stays, because some writers (numpy.savez, matplotlib) look at it.
+        handle, name = tempfile.mkstemp(prefix=f".{target.stem[:40]}-", suffix=target.suffix, dir=target.parent)
+    except OSError as error:
+        raise LevelheadError(f"cannot write {target}: {error.strerror or error}") from None
+    os.close(handle)
+    temporary = Path(name)
+    try:
+        yield temporary
+        temporary.chmod(_mode(target))
+        os.replace(temporary, target)
+    except OSError as error:
+        raise LevelheadError(f"cannot write {target}: {error.strerror or error}") from None
+    finally:
+        with suppress(OSError):
+            temporary.unlink(missing_ok=True)
+
+
+def _mode(target: Path) -> int:
+    """The permissions of the file to be replaced, or what the umask leaves for a new one (mkstemp gives 0600)."""
+    if target.exists():
+        return target.stat().st_mode & 0o777
+    umask = os.umask(0)
+    os.umask(umask)
+    return 0o666 & ~umask

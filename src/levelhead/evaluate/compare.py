@@ -1,0 +1,171 @@
+"""Filters side by side on one recording: errors, lag, and what a sample costs."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from levelhead.engine import fuse
+from levelhead.engine.binding import choose
+from levelhead.errors import LevelheadError
+from levelhead.evaluate.columns import Column, plain_table
+from levelhead.evaluate.errors import error_quaternion, split
+from levelhead.evaluate.score import Score, evaluate, rms
+from levelhead.filters import resolve
+from levelhead.recording import Recording
+from levelhead.track import Track
+
+Progress = Callable[[float], None]  # takes the fraction done, 0 to 1
+
+COLUMNS = (
+    Column("filter", "filter"),
+    Column("total", "total", "°", 3, "low"),
+    Column("tilt", "tilt", "°", 3, "low"),
+    Column("heading", "heading", "°", 3, "low"),
+    Column("worst", "worst", "°", 2, "low"),
+    Column("bias", "bias", "°/s", 4, "low"),
+    Column("lag", "lag", "ms", 1, "low"),
+    Column("tilt_doubt", "tilt error/σ", "", 2, "one"),
+    Column("heading_doubt", "heading error/σ", "", 2, "one"),
+    Column("difference", "tilt against the first", "°", 3),
+    Column("ns", "time", "ns/sample", 0, "low"),
+)
+
+
+@dataclass(frozen=True)
+class Row:
+    """One filter's result.
+
+    Attributes:
+        track: what the filter said.
+        score: its errors; None for a recording without truth.
+        ns: wall time of the batch run in ns per sample, the fastest of a few runs, compilation left out.
+        difference: RMS angle in ° between its vertical and that of the first filter in the list.
+    """
+
+    track: Track
+    score: Score | None
+    ns: float
+    difference: float
+
+    @property
+    def cells(self) -> dict[str, Any]:
+        """Values by the keys of ``COLUMNS``."""
+        score = self.score.to_dict() if self.score is not None else {}
+        known = {"filter": self.track.name, "ns": self.ns, "difference": None if self.score else self.difference}
+        return {column.key: known.get(column.key, score.get(column.key)) for column in COLUMNS}
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Several filters on one recording; printed, it is a table with the units in its head.
+
+    Attributes:
+        recording: what all of them were fed.
+        rows: one per filter, in the order given.
+        engine: "python" or "compiled", the one on which all of them ran and were timed.
+    """
+
+    recording: Recording
+    rows: tuple[Row, ...]
+    engine: str
+
+    @property
+    def table(self) -> list[dict[str, Any]]:
+        """One mapping per filter from column key (see ``COLUMNS``) to value; None for what does not exist."""
+        return [row.cells for row in self.rows]
+
+    @property
+    def best(self) -> Row:
+        """The row with the smallest total error; the first one without truth."""
+        return min(self.rows, key=lambda row: row.score.total if row.score is not None else 0.0)
+
+    @property
+    def notes(self) -> list[str]:
+        """What a reader of the table must know: sentences."""
+        clock = f"Time is wall time of the {self.engine} engine, compilation left out."
+        scores = [row.score for row in self.rows if row.score is not None]
+        if not scores:
+            return ["No true orientation in the recording: tilt is compared with the first filter's.", clock]
+        sentences = [f"RMS over the {scores[0].samples:,} samples whose truth is known and that count as movement."]
+        relative = sum(score.heading_offset is not None for score in scores)
+        if relative:
+            who = "Heading is relative" if relative == len(scores) else f"Heading is relative for {relative} of them"
+            sentences.append(f"{who}: each one's best constant offset was removed first.")
+        return [*sentences, clock]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything but the samples, ready for JSON: numbers, texts, None; never NaN."""
+        return {
+            "samples": len(self.recording),
+            "duration_s": self.recording.duration,
+            "rate_hz": self.recording.rate,
+            "engine": self.engine,
+            "units": {column.key: column.unit for column in COLUMNS if column.unit},
+            "notes": self.notes,
+            "filters": [
+                {"filter": row.track.name, "params": _plain(row.track.params), "ns_per_sample": row.ns}
+                | {"score": None if row.score is None else row.score.to_dict()}
+                | {"tilt_difference_deg": row.difference}
+                for row in self.rows
+            ],
+        }
+
+    def __str__(self) -> str:
+        return "\n".join([plain_table(COLUMNS, self.table), *self.notes])
+
+
+def _plain(params: Any) -> dict[str, Any]:
+    return dict(params._asdict()) if hasattr(params, "_asdict") else {}
+
+
+def timed(
+    recording: Recording, params: Any, engine: str, progress: Progress | None = None, enough: float = 0.2
+) -> tuple[Track, float]:
+    """The track and the ns per sample: a first run, which may compile, then the fastest of up to three more.
+
+    A first run that takes longer than ``enough`` seconds is followed by one only, and by none beyond 30 s, where
+    compilation no longer counts.
+    """
+    began = perf_counter()
+    track = fuse(recording, params, engine=engine, progress=progress)
+    first = perf_counter() - began
+    best = first if first > 30.0 else np.inf
+    for _ in range(0 if first > 30.0 else 1 if first > enough else 3):
+        began = perf_counter()
+        fuse(recording, params, engine=engine)
+        best = min(best, perf_counter() - began)
+    return track, 1e9 * float(best) / len(recording)
+
+
+def compare(
+    recording: Recording, filters: Sequence[Any], *, engine: str = "auto", progress: Progress | None = None
+) -> Comparison:
+    """Run every filter over the recording and score it.
+
+    Args:
+        recording: with truth for errors; without, tilt is compared with the first filter's.
+        filters: Params objects, Params classes or names.
+        engine: as for ``fuse``; the same for all, so that times can be compared.
+        progress: called with the fraction done, 0 to 1.
+    """
+    chosen = [resolve(choice) for choice in filters]
+    if not chosen:
+        raise LevelheadError("there is no filter to compare; expected at least one")
+    engine = choose(engine, len(recording))  # once: importing Numba on the way must not change the choice
+    rows: list[Row] = []
+    for i, params in enumerate(chosen):
+
+        def report(fraction: float, done: int = i) -> None:
+            if progress is not None:
+                progress((done + fraction) / len(chosen))
+
+        track, ns = timed(recording, params, engine, report)
+        first = rows[0].track if rows else track
+        difference = float(np.degrees(rms(split(error_quaternion(track.quat, first.quat)).tilt)))
+        score = None if recording.truth is None else evaluate(recording, track)
+        rows.append(Row(track, score, ns, difference))
+        report(1.0)
+    return Comparison(recording, tuple(rows), engine)

@@ -1,0 +1,215 @@
+"""The lesson's picture: raw sensors, fused estimates, bias, and error with the filter's doubt, over one time axis."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from levelhead.errors import LevelheadError
+from levelhead.evaluate import Comparison, Row
+from levelhead.evaluate.score import counted, rms
+from levelhead.filters import AccelTilt, GyroIntegration
+from levelhead.publish.plots import angles, style
+from levelhead.publish.plots.curves import band, curve
+from levelhead.recording import Array, Truth
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+class Story(NamedTuple):
+    """What the four panels share: one Euler angle of the truth and of the filters, degrees."""
+
+    comparison: Comparison
+    truth: Truth
+    axis: int  # 0 roll, 1 pitch, 2 yaw
+    true: Array
+    counted: NDArray[np.bool_]
+    fused: list[Row]
+    labels: list[str]
+
+    @property
+    def t(self) -> Array:
+        """Seconds from the first sample."""
+        seconds: Array = self.comparison.recording.t - self.comparison.recording.t[0]
+        return seconds
+
+    @property
+    def angle(self) -> str:
+        """roll, pitch or yaw."""
+        return angles.NAMES[self.axis]
+
+    def estimate(self, row: Row) -> Array:
+        """The filter's angle; yaw without its constant offset where heading is relative."""
+        course = row.track.euler()[:, self.axis]
+        offset = row.score.heading_offset if row.score is not None else None
+        return angles.wrapped(course - offset) if self.axis == 2 and offset else course
+
+    def error(self, estimate: Array) -> Array:
+        """Estimate minus truth on the circle."""
+        return angles.wrapped(estimate - self.true)
+
+    def rms(self, estimate: Array) -> float:
+        """RMS error in degrees over the samples that count; NaN if there is none."""
+        errors = self.error(estimate)[self.counted]
+        errors = errors[np.isfinite(errors)]
+        return rms(errors) if len(errors) else float("nan")
+
+
+def four_panels(comparison: Comparison, path: str | Path) -> None:
+    """Draw the comparison in four panels, for the Euler angle that moves most (the picture says which).
+
+    1. accelerometer angle and integrated gyroscope against the truth
+    2. every fused estimate against the truth
+    3. estimated against true gyroscope bias about that axis
+    4. errors, with the ±2σ band of the best filter that has one
+
+    Raises:
+        LevelheadError: no truth (``track_picture`` needs none), no matplotlib, or a path that cannot be written.
+    """
+    story = _story(comparison)
+    made = style.figure(11.0, 12.0, _finding(story))
+    panels = made.subplots(4, 1, sharex=True)
+    _raw(panels[0], story)
+    _fused(panels[1], story)
+    _bias(panels[2], story)
+    _errors(panels[3], story)
+    panels[3].set_xlabel("time [s]", fontsize=9.5)
+    panels[3].set_xlim(story.t[0], story.t[-1])
+    for axes in panels:
+        style.legend(axes)
+    for axes in panels[[0, 1, 3]]:
+        style.degrees(axes)
+    style.save(made, path)
+
+
+def _story(comparison: Comparison) -> Story:
+    recording = comparison.recording
+    if recording.truth is None:
+        raise LevelheadError("the four panels need the true orientation; track_picture shows a recording without one")
+    euler = angles.euler_of(recording.t, recording.truth.quat)
+    axis = angles.busiest(euler)
+    fused = [row for row in comparison.rows if not isinstance(row.track.params, (AccelTilt, GyroIntegration))]
+    fused = fused or list(comparison.rows)
+    return Story(comparison, recording.truth, axis, euler[:, axis], counted(recording.truth), fused, short_names(fused))
+
+
+def short_names(rows: list[Row]) -> list[str]:
+    """Filter names without parameters where that is clear, else with them."""
+    kinds = [type(row.track.params).__name__ for row in rows]
+    return [
+        row.track.name if row.track.params is None or kinds.count(kind) > 1 else kind
+        for row, kind in zip(rows, kinds, strict=True)
+    ]
+
+
+def _best(story: Story) -> tuple[str, float]:
+    return min(
+        zip(story.labels, (story.rms(story.estimate(row)) for row in story.fused), strict=True),
+        key=lambda pair: pair[1],
+    )
+
+
+def _finding(story: Story) -> str:
+    name, error = _best(story)
+    return f"{name} follows {story.angle} to {error:.3g}° RMS"
+
+
+def _truth(axes: "Axes", story: Story, **more: Any) -> None:
+    look = {"color": style.TRUTH, "linewidth": 1.1, "label": "truth"} | more
+    curve(axes, story.t, story.true, 360.0, **look)
+
+
+def _raw(axes: "Axes", story: Story) -> None:
+    recording = story.comparison.recording
+    acc = angles.accelerometer_only(recording)[:, story.axis]
+    gyr = angles.gyroscope_only(recording)[:, story.axis]
+    parts = []
+    if np.isfinite(acc).any():
+        error = story.rms(acc)
+        parts.append(f"accelerometer {error:.3g}°")
+        look = {"color": style.ACCELEROMETER, "linewidth": 0.6}
+        curve(axes, story.t, acc, 360.0, label=f"accelerometer alone\n{error:.3g}° RMS", **look)
+    error = story.rms(gyr)
+    parts.append(f"integrated gyroscope {error:.3g}° RMS")
+    straight = angles.unrolled(gyr)
+    look = {"color": style.GYROSCOPE, "linewidth": 1.4}
+    curve(axes, story.t, straight, 360.0, label=f"gyroscope integrated\n{error:.3g}° RMS", **look)
+    _truth(axes, story)
+    style.quiet(axes, f"Raw sensors: {', '.join(parts)}", f"{story.angle} [°]")
+
+
+def _fused(axes: "Axes", story: Story) -> None:
+    _truth(axes, story, linewidth=2.4, color="#B0B0B0")
+    for i, (row, label) in enumerate(zip(story.fused, story.labels, strict=True)):
+        estimate = story.estimate(row)
+        look = style.filter_style(i)
+        curve(axes, story.t, estimate, 360.0, label=f"{label}\n{story.rms(estimate):.3g}° RMS", **look)
+    name, error = _best(story)
+    style.quiet(axes, f"Fused: {name} is nearest to the truth, {error:.3g}° RMS", f"{story.angle} [°]")
+
+
+def _bias(axes: "Axes", story: Story) -> None:
+    title, axis = f"Gyroscope bias about {'xyz'[story.axis]}", story.axis
+    true = story.truth.bias
+    if true is not None:
+        curve(axes, story.t, np.degrees(true[:, axis]), color="#B0B0B0", linewidth=2.4, label="truth")
+    scores, courses = [], [] if true is None else [np.degrees(true[:, axis])]
+    for i, (row, label) in enumerate(zip(story.fused, story.labels, strict=True)):
+        if row.track.bias is None:
+            continue
+        error = row.score.bias_axes[axis] if row.score is not None and row.score.bias_axes is not None else None
+        words = "" if error is None else f"\n{error:.3g} °/s RMS"
+        scores += [] if error is None else [(error, label)]
+        look = style.filter_style(i)
+        courses.append(np.degrees(row.track.bias[:, axis]))
+        curve(axes, story.t, courses[-1], label=f"{label}{words}", **look)
+    if courses:
+        _focus(axes, courses)
+    if scores:
+        title += ": {1} learns it to {0:.3g} °/s RMS".format(*min(scores))
+    elif all(row.track.bias is None for row in story.fused):
+        title += ": none of these filters estimates it"
+    style.quiet(axes, title, "bias [°/s]")
+
+
+def _focus(axes: "Axes", courses: list[Array]) -> None:
+    """Limits that leave out the wildest 1 % (the first seconds, in which a filter has learned nothing yet)."""
+    low = min(float(np.nanquantile(course, 0.01)) for course in courses)
+    high = max(float(np.nanquantile(course, 0.99)) for course in courses)
+    room = 0.15 * (high - low) + 1e-3
+    axes.set_ylim(low - room, high + room)
+
+
+def _errors(axes: "Axes", story: Story) -> None:
+    title, limits = f"Error of {story.angle}", [1e-3]
+    doubtful = _with_sigma(story)
+    if doubtful is not None:
+        i, sigma, inside = doubtful
+        title += f": {100 * inside:.0f} % of {story.labels[i]}'s lies inside its ±2σ (honest: 95 %)"
+        colour = style.filter_style(i)["color"]
+        band(axes, story.t, 0.0 * sigma, 2.0 * sigma, color=colour, alpha=0.16, label=f"±2σ of {story.labels[i]}")
+        limits.append(2.4 * float(np.nanmedian(sigma)))
+    for i, (row, label) in enumerate(zip(story.fused, story.labels, strict=True)):
+        error = story.error(story.estimate(row))
+        look = style.filter_style(i)
+        look["linewidth"] *= 0.6
+        curve(axes, story.t, error, 360.0, label=label, **look)
+        limits.append(1.3 * float(np.nanquantile(np.abs(error), 0.99)))
+    axes.axhline(0.0, color="#444444", linewidth=0.7)
+    axes.set_ylim(-max(limits), max(limits))
+    style.quiet(axes, title, f"{story.angle} error [°]")
+
+
+def _with_sigma(story: Story) -> tuple[int, Array, float] | None:
+    """Index, σ of the angle in degrees, and share of errors within 2σ, of the best filter that has a positive σ."""
+    found = []
+    for i, row in enumerate(story.fused):
+        sigmas = angles.euler_sigma(row.track)
+        if sigmas is None or not (sigmas[:, story.axis] > 0.0).any():
+            continue
+        estimate, sigma = story.estimate(row), sigmas[:, story.axis]
+        inside = np.abs(story.error(estimate))[story.counted] <= 2.0 * sigma[story.counted]
+        found.append((story.rms(estimate), i, sigma, float(inside.mean())))
+    return min(found, key=lambda item: item[0])[1:] if found else None

@@ -1,0 +1,125 @@
+"""One screen of plain text about a recording and its track: what ``levelhead fuse`` prints."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from levelhead import filters
+from levelhead.evaluate import Score
+from levelhead.filters import health
+from levelhead.filters.contract import param_table
+from levelhead.recording import Array, Recording
+from levelhead.track import Track
+
+LONG_GAP = 3.0  # sample intervals: a longer step in time is called a gap
+
+
+def summary(recording: Recording, track: Track, score: Score | None = None) -> str:
+    """Plain text, one fact a line: what came in, which filter, where it ended, how sure it is, what was wrong.
+
+    Args:
+        recording: the sensors.
+        track: what a filter made of them.
+        score: its errors, if there is truth (``levelhead.evaluate.evaluate``).
+    """
+    facts = [
+        ("recording", _recording(recording)),
+        *_filter(track.params),
+        ("end", _end(track)),
+        ("largest tilt", _largest_tilt(track)),
+        ("bias", _bias(track)),
+        ("doubt (1σ)", _doubt(track)),
+        *_health(track),
+        *_score(score),
+    ]
+    width = max(len(name) for name, _ in facts)
+    lines, last = [], ""
+    for name, text in facts:
+        if text:
+            lines.append(f"{'' if name == last else name:<{width}}  {text}")
+            last = name
+    return "\n".join(lines).replace(" -", " −")
+
+
+def _recording(recording: Recording) -> str:
+    parts = [f"{len(recording):,} samples", f"{recording.duration:.6g} s", f"{recording.rate:.5g} Hz"]
+    sensors = ["gyroscope", "accelerometer"] + (["magnetometer"] if recording.mag is not None else [])
+    parts.append(" + ".join(sensors))
+    steps = np.diff(recording.t)
+    if len(steps):
+        long = steps > LONG_GAP * np.median(steps)
+        if long.any():
+            parts.append(f"{_count(int(long.sum()), 'gap')} (longest {steps.max():.3g} s)")
+    missing = int((~recording.valid).sum())
+    if missing:
+        parts.append(f"{_count(missing, 'incomplete sample')} ({100 * missing / len(recording):.2g} %)")
+    return ", ".join(parts)
+
+
+def _filter(params: Any) -> list[tuple[str, str]]:
+    """The filter, its parameters with units, its source."""
+    if params is None:
+        return []
+    flt = filters.of(params)
+    values = []
+    for name, param in param_table(type(params)).items():
+        value = getattr(params, name)
+        values.append(f"{name} = {value}" if isinstance(value, bool) else f"{name} = {value:g} {param.unit}".rstrip())
+    facts = [("filter", flt.name)]
+    facts += [("parameters", ", ".join(values[i : i + 4])) for i in range(0, len(values), 4)]
+    return facts
+
+
+def _end(track: Track) -> str:
+    roll, pitch, yaw = track.euler()[-1]
+    return f"roll {roll:.2f}°, pitch {pitch:.2f}°, yaw {yaw:.2f}° at {track.t[-1]:.6g} s"
+
+
+def tilt(track: Track) -> Array:
+    """(n,) angle in rad between the sensor's z axis and the vertical."""
+    w, x, y, z = track.quat.T
+    angle: Array = 2.0 * np.arctan2(np.hypot(x, y), np.hypot(w, z))
+    return angle
+
+
+def _largest_tilt(track: Track) -> str:
+    angles = tilt(track)
+    if np.isnan(angles).all():
+        return ""
+    row = int(np.nanargmax(angles))
+    return f"{math.degrees(angles[row]):.2f}° at {track.t[row]:.6g} s"
+
+
+def _bias(track: Track) -> str:
+    if track.bias is None:
+        return "not estimated by this filter"
+    return "x {:.4f}, y {:.4f}, z {:.4f} °/s learned by the end".format(*np.degrees(track.bias[-1]))
+
+
+def _doubt(track: Track) -> str:
+    if track.sigma is None or track.sigma_tilt is None:
+        return "not estimated by this filter"
+    heading = math.degrees(track.sigma[-1, 2])
+    words = f"tilt {math.degrees(track.sigma_tilt[-1]):.3g}°"
+    return words + (f", heading {heading:.3g}°" if heading > 0.0 else "") + " at the end"
+
+
+def _health(track: Track) -> list[tuple[str, str]]:
+    """One line per kind of trouble, the most frequent first."""
+    assert track.health is not None  # Track fills it in
+    counts = {name: int(np.count_nonzero(track.health & np.uint32(bit))) for bit, name in health.NAMES.items()}
+    found = sorted(((count, name) for name, count in counts.items() if count), reverse=True)
+    if not found:
+        return [("health", "nothing was wrong with any sample")]
+    return [
+        ("health", f"{_count(count, 'sample')} ({100 * count / len(track):.2g} %): {name}") for count, name in found
+    ]
+
+
+def _score(score: Score | None) -> list[tuple[str, str]]:
+    return [] if score is None else [("against truth", line) for line in str(score).splitlines()]
+
+
+def _count(number: int, thing: str) -> str:
+    return f"{number:,} {thing}{'' if number == 1 else 's'}"

@@ -1,0 +1,127 @@
+"""A Track as a file: CSV for people and spreadsheets, Parquet for the rest. Whole or not at all.
+
+Both hold the same columns, each with its unit in its name:
+
+    t [s]
+    qw, qx, qy, qz                          sensor to earth (x east, y north, z up)
+    roll [deg], pitch [deg], yaw [deg]      the same, intrinsic z-y-x, for people; computed from the quaternion
+    bias_x [rad/s], bias_y …, bias_z …      if the filter estimates a bias
+    sigma_east [rad], sigma_north …, sigma_up …    1σ of the attitude error, if the filter knows it
+    health                                  bits of ``levelhead.filters.health``; 0: nothing was wrong
+
+In CSV, t and the quaternion come back to the last bit; angles have 6 decimals, bias and σ at least 9 significant digits
+(all of them where pyarrow writes the file, which it does for large ones). Parquet holds every column as float64, health
+as uint32, to the last bit.
+"""
+
+from collections.abc import Iterator
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from levelhead.errors import LevelheadError, nearest
+from levelhead.recording import Array
+from levelhead.track import Track
+
+MANY = 200_000  # rows from which pyarrow, if it is there, writes CSV faster than it takes to import it
+CHUNK = 50_000  # rows in memory as text or table at a time
+SUFFIXES = (".csv", ".parquet")
+
+
+def write_track(track: Track, path: str | Path) -> None:
+    """Write the track as CSV or Parquet, by the suffix of ``path``; the file appears whole or not at all.
+
+    Raises:
+        LevelheadError: another suffix, a folder that does not exist or may not be written, or no pyarrow for Parquet.
+    """
+    from levelhead.atomic import atomic_path
+
+    path = Path(path)
+    if path.suffix.lower() not in SUFFIXES:
+        raise LevelheadError(f"'{path.name}' ends in '{path.suffix}'; {nearest(path.suffix or 'nothing', SUFFIXES)}")
+    with atomic_path(path) as temporary:
+        if path.suffix.lower() == ".parquet":
+            _write_parquet(track, temporary)
+        elif len(track) >= MANY and find_spec("pyarrow") is not None:
+            _write_large_csv(track, temporary)
+        else:
+            _write_csv(track, temporary)
+
+
+def _columns(track: Track, rows: slice) -> dict[str, Any]:
+    """Column name -> values of some rows; the order is that of the file."""
+    part = Track(track.t[rows], track.quat[rows])
+    columns: dict[str, Any] = {"t [s]": part.t}
+    columns |= zip(("qw", "qx", "qy", "qz"), part.quat.T, strict=True)
+    columns |= zip(("roll [deg]", "pitch [deg]", "yaw [deg]"), part.euler().T, strict=True)
+    groups: tuple[tuple[str, str, Array | None], ...] = (
+        ("bias_x bias_y bias_z", "rad/s", track.bias),
+        ("sigma_east sigma_north sigma_up", "rad", track.sigma),
+    )
+    for names, unit, values in groups:
+        if values is not None:
+            columns |= zip((f"{name} [{unit}]" for name in names.split()), values[rows].T, strict=True)
+    assert track.health is not None  # Track fills it in
+    return columns | {"health": track.health[rows]}
+
+
+def _chunks(track: Track) -> Iterator[dict[str, Any]]:
+    for start in range(0, len(track), CHUNK):
+        yield _columns(track, slice(start, start + CHUNK))
+
+
+def _format(name: str) -> str:
+    """How one value of a column is written in CSV; ``%r`` is the shortest text that reads back to the same bits."""
+    if name in ("t [s]", "qw", "qx", "qy", "qz"):
+        return "%r"
+    return "%d" if name == "health" else "%.6f" if name.endswith("[deg]") else "%.9g"
+
+
+def _write_csv(track: Track, path: Path) -> None:
+    names = list(_columns(track, slice(0, 1)))
+    line = ",".join(map(_format, names)) + "\n"
+    with path.open("w", encoding="utf-8", newline="") as file:
+        file.write(",".join(names) + "\n")
+        for columns in _chunks(track):
+            values = [column.tolist() for column in columns.values()]
+            file.write("".join([line % row for row in zip(*values, strict=True)]))
+
+
+def _write_large_csv(track: Track, path: Path) -> None:
+    import pyarrow.csv as pc
+
+    schema = _schema(track)
+    with path.open("wb") as file:
+        file.write((",".join(schema.names) + "\n").encode())
+        with pc.CSVWriter(file, schema, write_options=pc.WriteOptions(include_header=False)) as writer:
+            for columns in _chunks(track):
+                rounded = {name: np.round(a, 6) if _format(name) == "%.6f" else a for name, a in columns.items()}
+                writer.write_table(_arrow(rounded, schema))
+
+
+def _write_parquet(track: Track, path: Path) -> None:
+    try:
+        import pyarrow.parquet as pq
+    except ImportError:
+        raise LevelheadError("writing Parquet needs pyarrow: pip install 'levelhead[formats]'") from None
+    schema = _schema(track)
+    with pq.ParquetWriter(path, schema) as writer:
+        for columns in _chunks(track):
+            writer.write_table(_arrow(columns, schema))
+
+
+def _schema(track: Track) -> Any:
+    import pyarrow as pa
+
+    facts = {"filter": track.name, "orientation": "quaternion wxyz, sensor to earth; earth x east, y north, z up"}
+    types = {"health": pa.uint32()}
+    names = _columns(track, slice(0, 1))
+    return pa.schema([(name, types.get(name, pa.float64())) for name in names], metadata=facts)
+
+
+def _arrow(columns: dict[str, Any], schema: Any) -> Any:
+    import pyarrow as pa
+
+    return pa.Table.from_arrays([pa.array(np.ascontiguousarray(a)) for a in columns.values()], schema=schema)

@@ -1,0 +1,35 @@
+"""Recordings with known truth: the lesson, smooth motions in three dimensions, and sensors with realistic errors.
+
+>>> from levelhead import simulate
+>>> simulate.recording("MPU-6050", "hand", duration=10)
+Recording(1000 samples, 10.0 s at 100.0 Hz: gyr, acc, truth)
+
+In three steps: ``motion`` makes the truth, ``imu`` the error model of a chip, ``observe`` the recording.
+"""
+
+from levelhead.simulate.assemble import recording
+from levelhead.simulate.disturbance import Bumps, Vibration
+from levelhead.simulate.lesson import hard_lesson, lesson
+from levelhead.simulate.motion import STYLES, Motion, motion
+from levelhead.simulate.presets import CHIPS, MAGNETOMETERS, imu
+from levelhead.simulate.sensor import EARTH_FIELD, Imu, Iron, observe
+from levelhead.simulate.triad import Triad
+
+__all__ = [
+    "CHIPS",
+    "EARTH_FIELD",
+    "MAGNETOMETERS",
+    "STYLES",
+    "Bumps",
+    "Imu",
+    "Iron",
+    "Motion",
+    "Triad",
+    "Vibration",
+    "hard_lesson",
+    "imu",
+    "lesson",
+    "motion",
+    "observe",
+    "recording",
+]

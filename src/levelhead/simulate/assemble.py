@@ -1,0 +1,39 @@
+"""A whole recording in one call: a motion, a sensor, a seed."""
+
+from dataclasses import replace
+
+from levelhead.recording import Recording
+from levelhead.simulate.motion import motion as move
+from levelhead.simulate.presets import imu
+from levelhead.simulate.sensor import Iron, observe
+
+
+def recording(
+    sensor: str = "MPU-6050",
+    motion: str = "hand",
+    duration: float = 60.0,
+    rate: float = 100.0,
+    seed: int = 0,
+    *,
+    mag: str | None = None,
+    iron: Iron | None = None,
+) -> Recording:
+    """What a chip records when it is moved in some way: ``levelhead simulate`` in Python.
+
+    Args:
+        sensor: a name that ``imu`` knows.
+        motion: a style that ``motion`` knows: "hand", "walking", "drone", "robot" or "still".
+        duration: s.
+        rate: samples a second, Hz.
+        seed: zero or more; it picks the motion as well as the specimen of the chip and its noise.
+        mag: a magnetometer beside the chip, as in ``imu``.
+        iron: hard and soft iron around the magnetometer.
+
+    Returns:
+        A Recording with truth.quat and truth.bias; ``meta`` says how it was made.
+
+    Raises:
+        LevelheadError: an unknown name (the nearest is named) or a value out of range.
+    """
+    observed = observe(move(seed, duration, rate, style=motion), imu(sensor, mag=mag, iron=iron), seed)
+    return replace(observed, meta={**observed.meta, "motion": motion})

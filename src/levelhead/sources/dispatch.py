@@ -1,0 +1,116 @@
+"""Which reader takes which file."""
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+from levelhead.errors import LevelheadError, nearest
+from levelhead.recording import Recording
+from levelhead.sources.hints import Hints
+
+_HDF5 = b"\x89HDF\r\n\x1a\n"
+_BINARY = {_HDF5: "HDF5 (.h5)", b"PK\x03\x04": "a ZIP archive (.npz, .xlsx)", b"PAR1": "Parquet (.parquet)"}
+_BINARY |= {b"\x1f\x8b": "compressed with gzip", b"MATLAB 5.0": "MATLAB (.mat)", b"\x93NUMPY": "NumPy (.npy)"}
+
+
+def _text(path: Path, hints: Hints) -> Recording:
+    from levelhead.sources.assemble import assemble
+    from levelhead.sources.text import TextTable
+
+    head = _head(path)
+    for signature, what in _BINARY.items():
+        if head.startswith(signature):
+            raise LevelheadError(
+                f"{path} is named like text but is {what}; expected lines of numbers, or the right suffix"
+            )
+    table = TextTable(path)
+    if table.layout.headless and not {"gyr", "acc"} <= set(hints.map):
+        raise LevelheadError(
+            f"{path} has no header that names its {len(table.names)} columns; expected hints such as "
+            "map t=1 gyr=2,3,4 acc=5,6,7 (columns by number)"
+        )
+    return assemble(table, hints)
+
+
+def _matlab(path: Path, hints: Hints) -> Recording:
+    from levelhead.sources.assemble import assemble
+
+    with open(path, "rb") as file:
+        hdf5 = _HDF5 in (file.read(8), file.seek(512) and file.read(8))
+    if hdf5:
+        return _hdf5(path, hints)
+    from levelhead.sources.matlab import matlab
+
+    return assemble(matlab(path), hints)
+
+
+def _hdf5(path: Path, hints: Hints) -> Recording:
+    from levelhead.sources.assemble import assemble
+    from levelhead.sources.hdf5 import hdf5
+
+    return assemble(hdf5(path), hints)
+
+
+def _npz(path: Path, hints: Hints) -> Recording:
+    from levelhead.sources.npz import read
+
+    return read(path, hints)
+
+
+def _parquet(path: Path, hints: Hints) -> Recording:
+    from levelhead.sources.arrow import parquet
+    from levelhead.sources.assemble import assemble
+
+    return assemble(parquet(path), hints)
+
+
+READERS: dict[str, Callable[[Path, Hints], Recording]] = {
+    **dict.fromkeys((".csv", ".tsv", ".txt", ".log", ".dat"), _text),
+    ".mat": _matlab,
+    **dict.fromkeys((".h5", ".hdf5"), _hdf5),
+    ".npz": _npz,
+    **dict.fromkeys((".parquet", ".pq"), _parquet),
+}
+
+
+def read_file(path: str | os.PathLike[str], hints: Hints) -> Recording:
+    """The recording in ``path``, by the reader that its suffix asks for.
+
+    Raises:
+        LevelheadError: missing, a folder, empty, unreadable, unknown suffix, or what its reader says.
+    """
+    file = Path(path)
+    try:
+        if file.is_dir():
+            raise LevelheadError(f"{file} is a folder; expected a file with a recording")
+        if not file.exists():
+            raise LevelheadError(f"there is no file {file}{_neighbour(file)}")
+        if file.stat().st_size == 0:
+            raise LevelheadError(f"{file} is empty; expected a recording")
+        reader = READERS.get(file.suffix.lower())
+        if reader is None:
+            raise LevelheadError(
+                f"{file} is not a recording that levelhead reads: it ends in '{file.suffix}'; "
+                f"expected one of {' '.join(READERS)}"
+            )
+        return reader(file, hints)
+    except (OSError, ValueError) as error:
+        if isinstance(error, LevelheadError):
+            raise
+        raise LevelheadError(f"cannot read {file}: {getattr(error, 'strerror', None) or error}") from None
+    except MemoryError:
+        raise LevelheadError(f"cannot read {file}: it asks for more memory than there is") from None
+
+
+def _neighbour(file: Path) -> str:
+    try:
+        names = [entry.name for entry in file.parent.iterdir() if entry.is_file()]
+    except OSError:
+        return f": there is no folder {file.parent} that could be read"
+    hint = nearest(file.name, names)
+    return f"; {hint}" if hint.startswith("did you mean") else "; expected the path of a recording"
+
+
+def _head(path: Path) -> bytes:
+    with open(path, "rb") as file:
+        return file.read(16)

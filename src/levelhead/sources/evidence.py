@@ -1,0 +1,293 @@
+"""What the numbers themselves say about their unit.
+
+An accelerometer mostly sees gravity, so its median norm tells g from m/s². While a body turns, gravity turns the other
+way in its frame, du/dt = −ω × u: how far u really turned, compared with the gyroscope, tells deg/s from rad/s.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from levelhead.recording import Array
+
+SMOOTH = 0.2  # s; takes vibration out of the direction of gravity
+SPAN = 0.5  # s; over which the turn of gravity is compared
+WINDOW = 1.0  # s; in which gravity must hold still once the gyroscope turns it back
+_WINDOWS = 200  # that are looked at, at most
+_TELLING = 3  # windows that must tell units apart
+_DEGREES, _RADIANS = -0.2, 0.04  # gains (see Hold) from which it is deg/s, or rad/s; BROAD is at −0.09 and more
+_SHAKEN = 0.98  # a body that hardly turns and that nothing shakes holds gravity better than this
+_CLEAR = 0.7  # correlation from which the comparison counts
+_ENOUGH = 0.05  # rms turn of gravity per span, as a fraction of its length (3 degrees), that counts as motion
+_SAMPLES = 100_000  # rows that are looked at
+_NOISE = 0.02  # at rest, deg/s below this does not come from a MEMS gyroscope at usual rates
+
+
+class Turn(NamedTuple):
+    """The comparison of the gyroscope with the turn of gravity.
+
+    Attributes:
+        scale: k in Δu = k · Σ −(ω × u) Δt: what one unit of the gyroscope is in rad/s.
+        correlation: of the two sides, 0 to 1.
+        turned: rms of Δu over the spans.
+    """
+
+    scale: float
+    correlation: float
+    turned: float
+
+    @property
+    def clear(self) -> bool:
+        """Whether there was enough motion, and it fits."""
+        return self.correlation > _CLEAR and self.turned > _ENOUGH and self.scale > 0.0
+
+
+def median_norm(values: Array) -> float:
+    """The median length of (n, 3) vectors in their unit, rows with NaN left out; NaN if there are none."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        norm = np.sqrt(np.einsum("ij,ij->i", values, values))
+    norm = norm[~np.isnan(norm)]
+    return float(np.median(norm)) if len(norm) else math.nan
+
+
+def excerpt(n: int) -> slice | NDArray[np.intp]:
+    """Rows that stand for a long recording: twenty stretches spread over it; all rows of a short one."""
+    if n <= _SAMPLES:
+        return slice(None)
+    length = _SAMPLES // 20
+    starts = np.linspace(0, n - length, 20).astype(np.intp)
+    return (starts[:, None] + np.arange(length)).ravel()
+
+
+def turn_of_gravity(t: Array, gyr: Array, acc: Array) -> Turn | None:
+    """Compares (n, 3) ``gyr`` in an unknown unit with the turn of (n, 3) ``acc``; None without a comparable span.
+
+    ``t`` (n,) s. Spans across gaps and missing values are left out; ``SPAN`` and ``SMOOTH`` are times, so that any rate
+    will do.
+    """
+    length = np.sqrt((acc * acc).sum(axis=1))
+    usable = np.isfinite(gyr).all(axis=1) & np.isfinite(length) & (length > 0.0) & (length < 1e100)
+    usable &= (np.abs(gyr) < 1e100).all(axis=1)
+    if usable.sum() < 8:
+        return None
+    t, gyr, length = t[usable], gyr[usable], length[usable]
+    up = acc[usable] / length[:, None]
+    step = float(np.median(np.diff(t)))
+    box, span = max(1, round(SMOOTH / step)), max(1, round(SPAN / step))
+    if len(t) <= box + span:
+        return None
+    rate = np.cross(up, gyr)  # −(ω × u)
+    turned = np.zeros_like(rate)
+    np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(t)[:, None], axis=0, out=turned[1:])
+    real = _spans(up, box, span)
+    said = _spans(turned, box, span)
+    whole = (t[box + span - 1 :] - t[: 1 - box - span or None]) < 1.5 * (box + span) * step
+    steady = _steady(length, box, span)
+    real, said = real[whole & steady], said[whole & steady]
+    return _regress(real, said)
+
+
+def _spans(values: Array, box: int, span: int) -> Array:
+    """How (n, 3) values, averaged over ``box`` rows, change over ``span`` rows: (n − box − span + 1, 3)."""
+    total = np.zeros((len(values) + 1, values.shape[1]))
+    np.cumsum(values, axis=0, out=total[1:])
+    mean: Array = (total[box:] - total[:-box]) / box
+    return mean[span:] - mean[:-span]
+
+
+def _steady(length: Array, box: int, span: int) -> NDArray[np.bool_]:
+    """Spans at whose ends the accelerometer sees gravity and not much else: (n − box − span + 1,)."""
+    total = np.concatenate([[0.0], np.cumsum(length)])
+    mean = (total[box:] - total[:-box]) / box
+    typical = float(np.median(length))
+    near: NDArray[np.bool_] = np.abs(mean - typical) < 0.2 * typical
+    steady: NDArray[np.bool_] = near[span:] & near[:-span]
+    return steady
+
+
+def _regress(real: Array, said: Array) -> Turn | None:
+    if len(real) == 0:
+        return None
+    both, own, other = float((real * said).sum()), float((said * said).sum()), float((real * real).sum())
+    if not (own > 0.0 and other > 0.0 and math.isfinite(own)):
+        return Turn(0.0, 0.0, math.sqrt(other / len(real)))
+    return Turn(both / own, both / math.sqrt(own * other), math.sqrt(other / len(real)))
+
+
+def acc_unit(norm: float) -> str | None:
+    """The unit in which a median norm is gravity; None if there is none."""
+    for unit, one_g in (("m/s²", 9.80665), ("g", 1.0), ("mg", 1000.0)):
+        if 0.7 < norm / one_g < 1.4:
+            return unit
+    return None
+
+
+def acc_counts(norm: float) -> str:
+    """The usual full scale of ``norm`` counts for 1 g: "16384/g"; the rounded counts if there is no usual one."""
+    usual = next((2.0**k for k in range(8, 21) if abs(norm / 2.0**k - 1.0) < 0.15), None)
+    return f"{usual or norm:.0f}/g"
+
+
+def mag_unit(norm: float) -> str | None:
+    """The unit in which a median norm is the earth's field; None if there is none."""
+    for unit, low, high in (("µT", 20.0, 70.0), ("G", 0.2, 0.7), ("mG", 200.0, 700.0), ("nT", 20e3, 70e3)):
+        if low <= norm <= high:
+            return unit
+    return None
+
+
+class Hold(NamedTuple):
+    """How well gravity holds still when the accelerometer is turned back by the gyroscope, window by window.
+
+    Attributes:
+        windows: windows in which it makes a difference whether the numbers are rad/s or deg/s.
+        gain: how much better rad/s does than deg/s in them, on average, from -1 to 1.
+        best: how well the better one does, 1 for gravity that holds perfectly still.
+    """
+
+    windows: int
+    gain: float
+    best: float
+
+
+_NOTHING = Hold(0, 0.0, 0.0)
+
+
+def hold_of_gravity(t: Array, gyr: Array, acc: Array, away: float = 0.3) -> Hold:
+    """Compares rad/s with deg/s for (n, 3) ``gyr`` by what it makes of (n, 3) ``acc`` in m/s²; ``t`` (n,) s.
+
+    Over windows of one second the specific force, turned into the frame of the first sample, adds up to gravity: the
+    accelerations of a hand or a drone cancel. With the wrong unit gravity smears instead. Windows in which the sensor
+    is further than ``away`` (rms, in g) from 1 g (on a wheel, in free fall) say little and are left out.
+    """
+    step = float(np.median(np.diff(t))) if len(t) > 1 else 1.0
+    size = max(2, round(WINDOW / step))
+    count = len(t) // size
+    if count == 0:
+        return _NOTHING
+    starts = np.arange(count, dtype=np.intp) * size
+    near = _near_gravity(t, gyr, acc, starts, size, step, away)
+    starts = starts[near][:: max(1, int(near.sum()) // _WINDOWS)]
+    if len(starts) == 0:
+        return _NOTHING
+    rows = np.arange(size)[:, None] + starts
+    turn = gyr[rows] * np.minimum(np.diff(t, append=t[-1] + step), 2.0 * step)[rows][..., None]
+    radians, degrees = _held(turn, acc[rows]), _held(turn * (math.pi / 180.0), acc[rows])
+    path = np.sqrt((turn * turn).sum(axis=-1)).sum(axis=0)
+    telling = (np.abs(radians - degrees) > 0.02) & (path > 0.5)
+    if not telling.any():
+        return _NOTHING
+    gain = float((radians - degrees)[telling].mean())
+    return Hold(int(telling.sum()), gain, float(np.maximum(radians, degrees)[telling].mean()))
+
+
+def _near_gravity(
+    t: Array, gyr: Array, acc: Array, starts: NDArray[np.intp], size: int, step: float, limit: float
+) -> NDArray[np.bool_]:
+    """Windows without gaps and missing values whose specific force stays about 1 g: (len(starts),)."""
+    length = np.sqrt((acc * acc).sum(axis=1))[: len(starts) * size].reshape(-1, size)
+    usable: NDArray[np.bool_] = np.all(np.abs(gyr) < 1e6, axis=1)
+    whole: NDArray[np.bool_] = (t[starts + size - 1] - t[starts]) < 1.5 * size * step
+    away: NDArray[np.float64] = np.sqrt(((length / 9.80665 - 1.0) ** 2).mean(axis=1))
+    near: NDArray[np.bool_] = (away < limit) & whole & usable[: len(starts) * size].reshape(-1, size).all(axis=1)
+    return near
+
+
+def _held(turn: Array, acc: Array) -> Array:
+    """Length of the sum of (size, m, 3) ``acc`` turned back by ``turn`` rad, over the sum of lengths: (m,)."""
+    angle = np.sqrt((turn * turn).sum(axis=-1))[..., None, None]
+    skew = np.zeros((*turn.shape, 3))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        skew[..., j, i], skew[..., i, j] = turn[..., k], -turn[..., k]
+    rotation = np.eye(3) + np.sinc(angle / math.pi) * skew + 0.5 * np.sinc(angle / (2 * math.pi)) ** 2 * (skew @ skew)
+    total = np.zeros((acc.shape[1], 3, 1))
+    for i in reversed(range(len(acc))):
+        total = acc[i][..., None] + rotation[i] @ total
+    held: Array = np.sqrt((total * total).sum(axis=(1, 2))) / np.sqrt((acc * acc).sum(axis=-1)).sum(axis=0)
+    return held
+
+
+def gyr_unit(t: Array, gyr: Array, acc: Array) -> tuple[str | None, str]:
+    """(unit, why) of (n, 3) ``gyr`` beside (n, 3) ``acc`` in m/s²; (None, why) when it is neither rad/s nor deg/s."""
+    held = hold_of_gravity(t, gyr, acc)
+    if held.windows < _TELLING:
+        held = hold_of_gravity(t, gyr, acc, away=1.0)
+    turn = turn_of_gravity(t, gyr, acc)
+    if turn is not None and turn.clear:
+        if 0.5 < turn.scale < 2.0:
+            return "rad/s", f"gravity turns as it should (scale {turn.scale:.3f})"
+        if 0.5 < turn.scale * 180.0 / math.pi < 2.0:
+            return "deg/s", f"gravity turns as it should (scale {turn.scale:.4f} rad/s, 1/{1 / turn.scale:.1f})"
+        if turn.scale < 0.2 * math.pi / 180.0:
+            return None, f"gravity turns by 1 deg/s for about {math.pi / 180 / turn.scale:.4g} of its numbers"
+    if held.windows >= _TELLING and held.best > 0.6:
+        if held.gain < _DEGREES:
+            return "deg/s", "gravity would not hold still if it were rad/s"
+        if held.gain > _RADIANS or held.best < _SHAKEN:
+            return "rad/s", "gravity would not hold as still if it were deg/s"
+    return gyr_unit_at_rest(t, gyr)
+
+
+def says_degrees(t: Array, gyr: Array, acc: Array) -> str | None:
+    """Why (n, 3) ``gyr``, declared as rad/s, must be deg/s; None if nothing says so clearly. ``acc`` in m/s²."""
+    large = large_rate(gyr)
+    if large > 100.0:
+        return f"it reaches {large:.0f}, {large / (2 * math.pi):.0f} turns a second"
+    turn, held = turn_of_gravity(t, gyr, acc), hold_of_gravity(t, gyr, acc)
+    if turn is not None and turn.clear and 0.5 < turn.scale * 180.0 / math.pi < 2.0:
+        return f"gravity turns {1 / turn.scale:.1f} times slower than it says"
+    regular = turn is None or not (turn.clear and turn.scale > 0.3)
+    if regular and held.windows >= 4 * _TELLING and held.gain < 2.0 * _DEGREES and held.best > 0.85:
+        return "gravity turns much slower than it says"
+    return None
+
+
+def says_radians(t: Array, gyr: Array, acc: Array) -> str | None:
+    """Why (n, 3) ``gyr``, declared as deg/s, must be rad/s; None if nothing says so clearly. ``acc`` in m/s²."""
+    turn = turn_of_gravity(t, gyr, acc)
+    if turn is not None and turn.clear and turn.correlation > 0.9 and 0.5 < turn.scale < 2.0:
+        return f"gravity turns {turn.scale * 180.0 / math.pi:.1f} times faster than it says"
+    return None
+
+
+def gyr_unit_at_rest(t: Array, gyr: Array) -> tuple[str | None, str]:
+    """(unit, why) from size and noise alone, for (n, 3) ``gyr`` that gravity says nothing about: a guess."""
+    large = large_rate(gyr)
+    if large > 100.0:
+        finite = gyr[np.isfinite(gyr).all(axis=1)]
+        if large > 5000.0 or (finite == np.rint(finite)).all():
+            return None, f"its numbers reach {large:.0f} and look like raw counts"
+        return "deg/s", f"a guess: {large:.0f} would be {large / (2 * math.pi):.0f} turns a second in rad/s"
+    noise = rest_noise(t, gyr)
+    if noise < _NOISE:
+        return (
+            "rad/s",
+            f"a guess, because gravity tells little here: noise of {noise:.2g} at rest is too small for deg/s",
+        )
+    return "deg/s", f"a guess, because gravity tells little here: noise of {noise:.2g} at rest is too large for rad/s"
+
+
+def large_rate(gyr: Array) -> float:
+    """A rate that (n, 3) ``gyr`` reaches more than once: spikes in up to 2 rows, and in one of 1000, do not count."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        norm = np.sqrt(np.einsum("ij,ij->i", gyr, gyr))
+    norm = norm[~np.isnan(norm)]
+    if len(norm) == 0:
+        return 0.0
+    spikes = min(len(norm) - 1, max(2, len(norm) // 1000))
+    return float(np.partition(norm, len(norm) - 1 - spikes)[len(norm) - 1 - spikes])
+
+
+def rest_noise(t: Array, gyr: Array) -> float:
+    """The rms noise per axis of (n, 3) ``gyr`` in its quietest tenth of half seconds; constant rates do not count."""
+    rows = gyr[np.isfinite(gyr).all(axis=1)]
+    if len(rows) < 3:
+        return 0.0
+    step = float(np.median(np.diff(t)))
+    size = min(len(rows) - 1, max(2, round(0.5 / step) if step > 0 else 2))
+    jumps = np.diff(rows, axis=0)
+    count = len(jumps) // size
+    power = (jumps[: count * size].reshape(count, size, 3) ** 2).mean(axis=(1, 2)) / 2.0
+    return math.sqrt(float(np.quantile(power, 0.1)))

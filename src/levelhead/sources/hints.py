@@ -1,0 +1,150 @@
+"""What a human says about a file that the file does not say itself: columns, units, raw counts, rate."""
+
+import csv
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TypeVar
+
+from levelhead import units as unit_table
+from levelhead.errors import LevelheadError, nearest
+
+WIDTH = {"t": 1, "gyr": 3, "acc": 3, "mag": 3, "q": 4}
+QUANTITY = {"t": "time", "gyr": "gyr", "acc": "acc", "mag": "mag"}  # what has a unit, and its name in levelhead.units
+MEANING = {"t": "time", "gyr": "gyroscope", "acc": "accelerometer", "mag": "magnetometer", "q": "reference quaternion"}
+
+
+_V = TypeVar("_V")
+
+
+@dataclass(frozen=True)
+class Scale:
+    """How the numbers of one sensor become SI: value / divisor × factor, and what to call that in a sentence."""
+
+    factor: float
+    name: str
+    divisor: float = 1.0
+
+
+@dataclass(frozen=True)
+class Hints:
+    """Checked hints.
+
+    Attributes:
+        map: role ("t", "gyr", "acc", "mag", "q") to the names of its columns; no names: leave the role out.
+        scale: role to the scale that ``units`` or ``lsb`` gave.
+        rate: samples a second for files without time stamps; None if not said.
+    """
+
+    map: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    scale: Mapping[str, Scale] = field(default_factory=dict)
+    rate: float | None = None
+
+    @property
+    def given(self) -> bool:
+        """Whether anything was said at all."""
+        return bool(self.map or self.scale) or self.rate is not None
+
+
+def check(
+    map: Mapping[str, Sequence[str] | str] | None,
+    units: Mapping[str, str] | None,
+    lsb: Mapping[str, str] | None,
+    rate: float | None,
+) -> Hints:
+    """Hints as a user gives them, checked.
+
+    Raises:
+        LevelheadError: unknown role or unit (the nearest is named), wrong number of columns, a rate that is none.
+    """
+    columns = {role: _columns(role, names) for role, names in (map or {}).items()}
+    scale = {role: _unit(role, text) for role, text in (units or {}).items()}
+    for role, text in (lsb or {}).items():
+        if role in scale:
+            raise LevelheadError(f"both units and lsb are given for {role}; one of them says it all")
+        scale[role] = _counts(role, text)
+    if rate is not None and not (isinstance(rate, int | float) and math.isfinite(rate) and rate > 0.0):
+        raise LevelheadError(f"rate is {rate!r}; expected samples a second, a number above 0, such as rate=100")
+    return Hints(columns, scale, None if rate is None else float(rate))
+
+
+def _columns(role: str, names: Sequence[str] | str) -> list[str]:
+    _known(role, "map", WIDTH)
+    listed = [names] if isinstance(names, str) else [str(name) for name in names]
+    if len(listed) not in (0, 1, WIDTH[role]):
+        raise LevelheadError(
+            f"map gives {len(listed)} columns for {role} ({', '.join(listed)}); expected {WIDTH[role]} for the "
+            f"{MEANING[role]}, or the one name they share"
+        )
+    return listed
+
+
+def _unit(role: str, text: str) -> Scale:
+    _known(role, "units", QUANTITY)
+    return Scale(unit_table.factor(QUANTITY[role], text), text)
+
+
+def _counts(role: str, text: str) -> Scale:
+    """'131/deg/s' → 131 counts are 1 deg/s."""
+    _known(role, "lsb", QUANTITY)
+    number, slash, unit = str(text).partition("/")
+    try:
+        divisor = float(number)
+    except ValueError:
+        divisor = math.nan
+    if not slash or not math.isfinite(divisor) or divisor <= 0.0:
+        raise LevelheadError(f"lsb {role}={text} is not counts per unit; expected such as gyr=131/deg/s or acc=16384/g")
+    return Scale(unit_table.factor(QUANTITY[role], unit), f"counts, {number} per {unit}", divisor)
+
+
+def _known(role: str, hint: str, roles: Iterable[str]) -> None:
+    if role not in roles:
+        raise LevelheadError(f"{hint} names '{role}', which is no quantity here; {nearest(role, roles)}")
+
+
+def parse_map(words: Iterable[str]) -> dict[str, list[str]]:
+    """Words of the command line, such as ``gyr=gx,gy,gz`` and ``t=time``, as the argument ``map`` of ``read``.
+
+    A name that holds a comma stands in double quotes. ``mag=`` with nothing behind it leaves the magnetometer out.
+
+    Raises:
+        LevelheadError: a word without ``=``, an unknown role, the same role twice.
+    """
+    return _parse(words, "map", "gyr=gx,gy,gz", lambda text: next(csv.reader([text], skipinitialspace=True), []), WIDTH)
+
+
+def parse_units(words: Iterable[str]) -> dict[str, str]:
+    """Words such as ``gyr=deg/s`` as the argument ``units`` of ``read``.
+
+    Raises:
+        LevelheadError: a word without ``=``, an unknown role, the same role twice.
+    """
+    return _parse(words, "units", "gyr=deg/s", str, QUANTITY)
+
+
+def parse_lsb(words: Iterable[str]) -> dict[str, str]:
+    """Words such as ``gyr=131/deg/s`` (131 counts are 1 deg/s) as the argument ``lsb`` of ``read``.
+
+    Raises:
+        LevelheadError: a word without ``=``, an unknown role, the same role twice.
+    """
+    return _parse(words, "lsb", "gyr=131/deg/s", str, QUANTITY)
+
+
+def _parse(
+    words: Iterable[str], hint: str, example: str, convert: Callable[[str], _V], roles: Iterable[str]
+) -> dict[str, _V]:
+    parsed: dict[str, _V] = {}
+    for word in words:
+        role, equals, text = word.partition("=")
+        role = role.strip()
+        if not equals:
+            raise LevelheadError(f"{hint} '{word}' has no '='; expected such as {example}")
+        _known(role, hint, roles)
+        if role in parsed:
+            raise LevelheadError(f"{hint} is given twice for {role}; once is enough")
+        try:
+            parsed[role] = convert(text.strip())
+        except csv.Error as error:
+            raise LevelheadError(f"{hint} '{word}' cannot be read ({error}); expected such as {example}") from None
+    return parsed

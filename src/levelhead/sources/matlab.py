@@ -1,0 +1,46 @@
+"""MATLAB files up to version 7; version 7.3 is HDF5."""
+
+import os
+from typing import Any
+
+import numpy as np
+
+from levelhead.errors import LevelheadError
+from levelhead.sources.arrays import tabulate
+from levelhead.sources.table import ArrayTable
+
+
+def matlab(path: str | os.PathLike[str]) -> ArrayTable:
+    """The variables of a .mat file (v4 to v7) as columns; the fields of structures get a dot in their name.
+
+    Raises:
+        LevelheadError: truncated, damaged, or no MATLAB file at all.
+    """
+    import scipy.io
+
+    source = os.fspath(path)
+    try:
+        variables = scipy.io.loadmat(path)
+    except MemoryError:
+        raise
+    except Exception as error:  # scipy raises many kinds for a damaged file
+        why = (str(error).splitlines() or [type(error).__name__])[0][:100]
+        raise LevelheadError(f"{source} is not a MATLAB file, or it is truncated or damaged ({why})") from None
+    arrays: dict[str, Any] = {}
+    texts: list[str] = []
+    for name, value in variables.items():
+        if not name.startswith("__"):
+            _flatten(name, value, arrays, texts)
+    return tabulate(source, arrays, "\n".join(texts))
+
+
+def _flatten(name: str, value: Any, arrays: dict[str, Any], texts: list[str]) -> None:
+    if not isinstance(value, np.ndarray):
+        return
+    if value.dtype.kind == "U":
+        texts.extend(str(text) for text in value.reshape(-1))
+    elif value.dtype.names and value.size == 1:
+        for field in value.dtype.names:
+            _flatten(f"{name}.{field}", value.reshape(-1)[0][field], arrays, texts)
+    elif not value.dtype.names:
+        arrays[name] = value

@@ -1,0 +1,242 @@
+"""What one column name says by itself: which sensor, which axis, which unit."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+from levelhead import units
+from levelhead.errors import LevelheadError, nearest
+from levelhead.sources.hints import MEANING, QUANTITY
+
+RELATIVE = "relative"  # the "unit" of a magnetometer that was divided by the local field strength
+
+_WORDS = {
+    "gyr": {"gyr", "gyro", "gyros", "gyroscope", "gyrs", "omega", "angvel", "angularvelocity", "rotationrate", "wrss"},
+    "acc": {
+        "acc",
+        "accel",
+        "accelero",
+        "accelerometer",
+        "accelerometers",
+        "acceleration",
+        "accl",
+        "specificforce",
+        "arss",
+    },
+    "mag": {"mag", "magn", "magneto", "magnetometer", "magnetometers", "magfield", "magneticfield", "magnetic"},
+    "q": {"quat", "quaternion", "orientation", "quats"},
+}
+_LETTERS = {"gyr": {"g", "w"}, "acc": {"a", "gf"}, "mag": {"m"}, "q": {"q"}}  # only when nothing else is in the name
+_PAIRS = {("angular", "velocity"), ("angular", "rate"), ("ang", "vel"), ("rotation", "rate"), ("angular", "vel")}
+_FILLERS = {"imu", "sensor", "raw", "data", "field", "msg", "cal", "calibrated", "corrected", "truth", "relative"}
+_REFERENCES = {"opt", "optical", "vicon", "truth", "true", "gt", "groundtruth", "ref", "reference", "mocap"}
+_REFERENCES |= {"qualisys", "optitrack"}
+_DERIVED = {"free", "user", "gravity", "grav", "bias", "offset", "std", "stddev", "sigma", "var", "variance", "cov"}
+_DERIVED |= {
+    "covariance",
+    "temp",
+    "temperature",
+    "norm",
+    "magnitude",
+    "status",
+    "valid",
+    "accuracy",
+    "integral",
+    "delta",
+}
+_DERIVED |= {"jerk", "error", "err", "pos", "position", "angle", "scale", "time", "timestamp", "clipping", "quality"}
+_TIMES = {"t", "time", "times", "timestamp", "timestamps", "stamp", "stamps", "ts", "epoch", "elapsed", "clock"}
+_TIMES |= {"sampletime", "timeelapsed", "unixtime"}
+_NO_TIMES = {
+    "delta",
+    "dt",
+    "diff",
+    "interval",
+    "offset",
+    "exposure",
+    "zone",
+    "temp",
+    "temperature",
+    "gyr",
+    "acc",
+    "mag",
+}
+_TIME_ALONE = {"seconds", "secs", "sec", "ms", "us", "ns", "millis", "milliseconds", "micros", "microseconds"}
+_TIME_ALONE |= {"nanos", "nanoseconds"}
+
+_BRACKETS = re.compile(r"[\(\[\{]([^()\[\]{}]*)[\)\]\}]")
+_TOKENS = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+\d*|[A-Z]+\d*|\d+|[^\W\d_]+")
+_AXES = "xyzw"
+
+
+@dataclass(frozen=True)
+class Name:
+    """One column name, understood.
+
+    Attributes:
+        raw: as the file spells it.
+        role: "t", "gyr", "acc", "mag", "q", "bias", "moving", or "" when it is none of them.
+        axis: "x", "y", "z", "w" or a digit; "" if the name has none.
+        stem: what is left without axis and unit, in lower case: columns that share it belong together.
+        exact: a time that is called just that, before "gps_time" and the like.
+        reference: a quaternion that says it comes from a reference system.
+    """
+
+    raw: str
+    role: str
+    axis: str
+    stem: str
+    exact: bool = False
+    reference: bool = False
+
+
+def understand(raw: str) -> Name:
+    """What the name says; never an error."""
+    tokens = split(raw)
+    stem, axis = _axis(tokens)
+    label = "".join(stem)
+    if {"truth", "bias"} <= set(stem) and axis:
+        return Name(raw, "bias", axis, label)
+    if not axis and label in {"moving", "movement", "truthmoving"}:
+        return Name(raw, "moving", "", label)
+    bare = _without_unit(stem)
+    role = _role(bare)
+    if role and axis and (axis != "w" or role == "q"):
+        return Name(raw, role, axis, "".join(bare), reference=_is_reference(bare))
+    if not role and _is_time(tokens):
+        left = "".join(token for token in _without_time_unit(tokens))
+        return Name(raw, "t", "", "".join(tokens), exact=left in _TIMES or left == "")
+    return Name(raw, "", axis, label)
+
+
+def split(raw: str) -> list[str]:
+    """The words of a name in lower case, without what stands in brackets; an index such as [0] counts as a word."""
+    indices = [inside for inside in _BRACKETS.findall(raw) if inside.isdigit()]
+    return [token.lower() for token in _TOKENS.findall(_BRACKETS.sub(" ", raw))] + indices
+
+
+def _axis(tokens: Sequence[str]) -> tuple[list[str], str]:
+    """(words without the axis, axis): an own word (acc x), the end of a short one (gx, accx, xacc) or an index."""
+    for i in reversed(range(len(tokens))):
+        if tokens[i] in _AXES and len(tokens) > 1 and not (tokens[i] == "w" and tokens[-1] in "xyz"):
+            return [*tokens[:i], *tokens[i + 1 :]], tokens[i]
+    known = set().union(*_WORDS.values(), *_LETTERS.values())
+    for i in reversed(range(len(tokens))):
+        token = tokens[i]
+        for axis, rest in ((token[-1:], token[:-1]), (token[:1], token[1:])):
+            if axis in _AXES and rest in known and (len(rest) > 2 or axis == token[-1]):
+                return [*tokens[:i], rest, *tokens[i + 1 :]], axis
+    merged = "".join(tokens)
+    if merged[-1:] and merged[-1] in "xyz" and merged[:-1] in known:
+        return [merged[:-1]], merged[-1]
+    if len(tokens) > 1 and tokens[-1] in {"0", "1", "2", "3", "4"}:
+        return list(tokens[:-1]), tokens[-1]
+    if tokens and tokens[-1][-1:] in {"0", "1", "2", "3", "4"} and tokens[-1][:-1] in known:
+        return [*tokens[:-1], tokens[-1][:-1]], tokens[-1][-1]
+    return list(tokens), ""
+
+
+def _role(stem: Sequence[str]) -> str:
+    """The sensor that the words name, or "" when they name none, two, or something derived from one."""
+    words = [token.rstrip("0123456789") for token in stem]
+    if not words or _DERIVED & set(words):
+        return ""
+    found = {role for role, known in _WORDS.items() if known & {*words, "".join(words)}}
+    if _PAIRS & set(pairwise(words)):
+        found.add("gyr")
+    if "angular" in words:
+        found.discard("acc")
+    if not found:
+        rest = "".join(word for word in words if word not in _FILLERS)
+        found = {role for role, letters in _LETTERS.items() if rest in letters}
+    if len(found) != 1:
+        return ""
+    role = found.pop()
+    return "" if role != "q" and _REFERENCES & set(words) else role
+
+
+def _is_reference(stem: Sequence[str]) -> bool:
+    """A reference's quaternion says so, or is called just q."""
+    return bool(_REFERENCES & set(stem)) or "".join(stem) == "q"
+
+
+def _is_time(tokens: Sequence[str]) -> bool:
+    left = _without_time_unit(tokens)
+    if not left:
+        return bool(tokens) and tokens[0] in _TIME_ALONE
+    return bool(_TIMES & {*left, "".join(left)}) and not _NO_TIMES & set(left) and _role(left) == ""
+
+
+def _without_time_unit(tokens: Sequence[str]) -> list[str]:
+    left, _ = _time_unit(tokens)
+    return left
+
+
+def _time_unit(tokens: Sequence[str]) -> tuple[list[str], str | None]:
+    """(words without the unit, unit): time_ms, TimeUS, timems, seconds_elapsed."""
+    if not tokens:
+        return [], None
+    if units.find("time", tokens[-1]) is not None and tokens[-1] != "min":
+        return list(tokens[:-1]), tokens[-1]
+    if len(tokens[0]) > 1 and units.find("time", tokens[0]) is not None and tokens[0] != "min":
+        return list(tokens[1:]), tokens[0]
+    for word in ("timestamp", "time", "stamp", "t"):
+        rest = tokens[-1].removeprefix(word)
+        if rest not in (tokens[-1], "s", "") and units.find("time", rest) is not None:
+            return [*tokens[:-1], word], rest
+    return list(tokens), None
+
+
+def _suffixes(stem: Sequence[str]) -> list[tuple[int, str]]:
+    """Endings of the words that could be a unit, the longest first: (number of words, "ms2")."""
+    return [
+        (count, "".join("/" if word == "per" else word for word in stem[-count:]))
+        for count in (3, 2, 1)
+        if count < len(stem)
+    ]
+
+
+def _sensor_unit(role: str, text: str) -> str | None:
+    if role == "gyr" and text in {"rad", "deg"}:
+        return f"{text}/s"
+    return text if units.find(QUANTITY[role], text) is not None else None
+
+
+def _without_unit(stem: Sequence[str]) -> list[str]:
+    for count, text in _suffixes(stem):
+        left = stem[:-count]
+        role = _role(left)
+        if role in QUANTITY and _sensor_unit(role, text):
+            return list(left)
+    return list(stem)
+
+
+def unit_in(raw: str, role: str, source: str) -> str | None:
+    """The unit that a name gives to a quantity: in brackets, or as its last words (acc_x_mg, time_us); None if none.
+
+    Raises:
+        LevelheadError: brackets hold what looks like a unit but is none; the nearest is named.
+    """
+    quantity = QUANTITY[role]
+    inside: list[str] = [text.strip() for text in _BRACKETS.findall(raw) if text.strip() and not text.strip().isdigit()]
+    for text in reversed(inside):
+        if units.find(quantity, text) is not None:
+            return text
+        if role == "mag" and text.lower() in {RELATIVE, "normalized", "normalised", "a.u.", "au"}:
+            return RELATIVE
+    for text in reversed(inside):
+        if _looks_like_unit(quantity, text):
+            raise LevelheadError(
+                f"{source}, column '{raw}': '{text}' is not a unit of the {MEANING[role]} that levelhead knows; "
+                f"{nearest(text, units.FACTORS[quantity])}; or give the hint units {role}=…"
+            )
+    if role == "t":
+        return _time_unit(split(raw))[1]
+    stem, _ = _axis(split(raw))
+    return next((unit for _, text in _suffixes(stem) if (unit := _sensor_unit(role, text))), None)
+
+
+def _looks_like_unit(quantity: str, text: str) -> bool:
+    """Brackets hold units, but also remarks such as (raw) or (left foot)."""
+    return len(text) <= 12 and ("/" in text or "^" in text or "did you mean" in nearest(text, units.FACTORS[quantity]))

@@ -1,0 +1,111 @@
+"""NumPy archives, never with pickles: those of others, and levelhead's own, which hold a Recording exactly."""
+
+import json
+import os
+import zipfile
+import zlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from levelhead.atomic import atomic_path
+from levelhead.errors import LevelheadError
+from levelhead.recording import Recording, Truth
+from levelhead.sources.arrays import tabulate
+from levelhead.sources.assemble import assemble
+from levelhead.sources.hints import Hints
+
+_MARK = "levelhead_format"
+_VERSION = 1
+
+
+def write(recording: Recording, path: str | os.PathLike[str]) -> None:
+    """A Recording as .npz in SI units, which ``read`` gives back exactly.
+
+    It holds t, gyr, acc and, where there are any, mag, truth_quat, truth_bias, truth_moving, truth_north, and meta as
+    JSON. The file appears whole or not at all.
+
+    Raises:
+        LevelheadError: the path cannot be written.
+    """
+    arrays: dict[str, Any] = {"t": recording.t, "gyr": recording.gyr, "acc": recording.acc}
+    if recording.mag is not None:
+        arrays["mag"] = recording.mag
+    if (truth := recording.truth) is not None:
+        arrays |= {"truth_quat": truth.quat, "truth_north": np.array(truth.north)}
+        if truth.bias is not None:
+            arrays["truth_bias"] = truth.bias
+        if truth.moving is not None:
+            arrays["truth_moving"] = truth.moving
+    meta = json.dumps(dict(recording.meta), default=str, ensure_ascii=False)
+    arrays |= {"meta": np.array(meta), _MARK: np.array(_VERSION)}
+    with atomic_path(path) as temporary, open(temporary, "wb") as file:
+        np.savez_compressed(file, allow_pickle=False, **arrays)
+
+
+def read(path: Path, hints: Hints) -> Recording:
+    """The Recording in a .npz: one of levelhead's own, or arrays gyr, acc, mag and t or sampling_rate.
+
+    Raises:
+        LevelheadError: damaged, a pickle inside, hints for a file that needs none, or what ``assemble`` says.
+    """
+    arrays = _load(path)
+    if _MARK not in arrays:
+        info = "\n".join(str(value) for value in arrays.values() if value.dtype.kind == "U" and value.size == 1)
+        return assemble(tabulate(str(path), arrays, info), hints)
+    if hints.given:
+        raise LevelheadError(f"{path} was written by levelhead, in SI units; it takes no hints")
+    return _own(path, arrays)
+
+
+def _load(path: Path) -> dict[str, NDArray[Any]]:
+    try:
+        with open(path, "rb") as stream:
+            file = np.load(stream, allow_pickle=False)
+            if not isinstance(file, np.lib.npyio.NpzFile):
+                raise LevelheadError(f"{path} is a single array (.npy); expected an archive with gyr, acc and t")
+            return {name: file[name] for name in file.files}
+    except LevelheadError:
+        raise
+    except (
+        ValueError,
+        OSError,
+        EOFError,
+        KeyError,
+        RuntimeError,
+        NotImplementedError,
+        zipfile.BadZipFile,
+        zlib.error,
+    ) as error:
+        if "pickle" in str(error).lower():
+            raise LevelheadError(
+                f"{path} holds a pickle, which can run code when it is read; expected arrays of numbers only"
+            ) from None
+        raise LevelheadError(f"{path} is not a .npz archive, or it is truncated or damaged") from None
+
+
+def _own(path: Path, arrays: Mapping[str, NDArray[Any]]) -> Recording:
+    if arrays[_MARK].shape != () or arrays[_MARK] != _VERSION:
+        raise LevelheadError(f"{path} was written by a newer levelhead; expected format {_VERSION}")
+    missing = [name for name in ("t", "gyr", "acc", "meta") if name not in arrays]
+    if missing:
+        raise LevelheadError(f"{path} lacks {', '.join(missing)}; expected what levelhead wrote")
+    try:
+        meta = json.loads(str(arrays["meta"]))
+        if not isinstance(meta, dict):
+            raise ValueError
+    except ValueError:
+        raise LevelheadError(f"{path}: meta is not what levelhead wrote; expected JSON") from None
+    truth = None
+    if "truth_quat" in arrays:
+        north = bool(np.all(arrays.get("truth_north", np.array(True))))
+        truth = Truth(arrays["truth_quat"], arrays.get("truth_bias"), arrays.get("truth_moving"), north)
+    try:
+        return Recording(
+            arrays["t"], arrays["gyr"], arrays["acc"], arrays.get("mag"), truth, {**meta, "source": str(path)}
+        )
+    except LevelheadError as error:
+        raise LevelheadError(f"{path}: {error}") from None

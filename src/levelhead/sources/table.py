@@ -1,0 +1,108 @@
+"""What every format gives: named columns that can be read, and words for where a row stands."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from levelhead.errors import LevelheadError
+from levelhead.recording import Array
+
+Column = NDArray[np.float64] | NDArray[np.int64]
+
+
+class Table(Protocol):
+    """Named columns of one file.
+
+    Attributes:
+        source: the path, as errors name it.
+        names: one name per column, as the file spells it.
+        units: role ("gyr", …) to a unit that the file gives elsewhere than in the names.
+        rate: samples a second, if the file says so.
+        north: whether a reference quaternion is known to point its y axis to magnetic north.
+        notes: sentences about choices that were made while reading.
+    """
+
+    @property
+    def source(self) -> str: ...  # noqa: D102
+    @property
+    def names(self) -> Sequence[str]: ...  # noqa: D102
+    @property
+    def units(self) -> Mapping[str, str]: ...  # noqa: D102
+    @property
+    def rate(self) -> float | None: ...  # noqa: D102
+    @property
+    def notes(self) -> Sequence[str]: ...  # noqa: D102
+
+    def read(self, wanted: Sequence[int], exact: int | None = None) -> dict[int, Column]:
+        """The columns at the positions ``wanted``, each (n,) float64 with NaN where a value is missing.
+
+        ``exact`` is the position of a column that comes as int64 if it holds whole numbers only, because a time stamp
+        in nanoseconds since 1970 does not fit a float64.
+
+        Raises:
+            LevelheadError: names file, line and column.
+        """
+        ...
+
+    def where(self, row: int) -> str:
+        """Where row ``row`` (from 0) stands, for a human: "line 17" as a text editor counts, or "row 16"."""
+        ...
+
+
+@dataclass(frozen=True)
+class ArrayTable:
+    """Columns that are in memory already; the table of the array formats.
+
+    ``arrays`` maps the names to (n,) numbers. See ``Table`` for the rest.
+    """
+
+    source: str
+    arrays: Mapping[str, NDArray[Any]]
+    units: Mapping[str, str] = field(default_factory=dict)
+    rate: float | None = None
+    notes: Sequence[str] = ()
+
+    @property
+    def names(self) -> list[str]:
+        """The names, in the order of the file."""
+        return list(self.arrays)
+
+    def read(self, wanted: Sequence[int], exact: int | None = None) -> dict[int, Column]:
+        """See ``Table``."""
+        names = self.names
+        columns = {i: self._column(names[i], i == exact) for i in wanted}
+        first = wanted[0]
+        for i, column in columns.items():
+            if len(column) != len(columns[first]):
+                raise LevelheadError(
+                    f"{self.source}: {names[i]} has {len(column)} samples, but {names[first]} has "
+                    f"{len(columns[first])}; expected the same number"
+                )
+        return columns
+
+    def _column(self, name: str, exact: bool) -> Column:
+        array = self.arrays[name]
+        if array.dtype.kind not in "iufb" or array.dtype.itemsize > 8:
+            raise LevelheadError(f"{self.source}: {name} holds {array.dtype} values; expected real numbers")
+        if (
+            exact
+            and array.dtype.kind in "iu"
+            and not (array.dtype == np.uint64 and (array > np.iinfo(np.int64).max).any())
+        ):
+            return array.astype(np.int64)
+        return array.astype(np.float64)
+
+    def where(self, row: int) -> str:
+        """See ``Table``."""
+        return f"row {row}"
+
+
+def stack(columns: Mapping[int, Column], positions: Sequence[int]) -> Array:
+    """The columns at ``positions`` side by side: (n, len(positions)) float64."""
+    stacked = np.empty((len(columns[positions[0]]), len(positions)))
+    for k, i in enumerate(positions):
+        stacked[:, k] = columns[i]
+    return stacked

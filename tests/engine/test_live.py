@@ -1,0 +1,125 @@
+"""The live loop: what it takes, what it refuses, what can be changed while it runs."""
+
+import math
+
+import numpy as np
+import pytest
+
+import levelhead as lh
+
+LEVEL = ((0.0, 0.0, 0.0), (0.0, 0.0, 9.81))
+ENGINES = pytest.mark.parametrize("engine", ["python", "compiled"])
+
+
+@ENGINES
+@pytest.mark.parametrize("kind", [tuple, list, np.array, lambda v: np.array(v, np.float32)])
+def test_any_triple_is_taken(engine, kind):
+    live = lh.Stream(lh.Kalman(), engine=engine)
+    for _ in range(3):
+        quat = live.update(gyr=kind((0.25, 0.5, 0.0)), acc=kind((0.0, 1.0, 9.5)), mag=kind((1.0, 19.0, -45.0)), dt=0.01)
+    reference = lh.Stream(lh.Kalman(), engine="python")
+    for _ in range(3):
+        expected = reference.update((0.25, 0.5, 0.0), (0.0, 1.0, 9.5), (1.0, 19.0, -45.0), 0.01)
+    assert tuple(quat) == tuple(expected)
+    assert math.degrees(live.euler.roll) == pytest.approx(6.0, abs=1.0)
+
+
+@ENGINES
+@pytest.mark.parametrize("dt", [0.0, -0.01, math.nan, math.inf])
+def test_a_bad_dt_is_refused_and_the_sample_not_taken(engine, dt):
+    live = lh.Stream(lh.Kalman(), engine=engine)
+    live.update(*LEVEL, dt=0.01)
+    before = live.quat
+    with pytest.raises(lh.LevelheadError, match="dt is .*; it must be the seconds since the last sample"):
+        live.update((1.0, 1.0, 1.0), (1.0, 2.0, 3.0), dt=dt)
+    assert live.quat == before
+    axis = lh.AxisStream(engine=engine)
+    with pytest.raises(lh.LevelheadError, match="dt is"):
+        axis.update(1.0, 1.0, dt)
+    assert axis.angle == 0.0
+
+
+def test_time_must_be_given_and_go_forward():
+    live = lh.Stream(engine="python")
+    with pytest.raises(lh.LevelheadError, match="update needs dt"):
+        live.update(*LEVEL)
+    live.update(*LEVEL, t=10.0)
+    with pytest.raises(lh.LevelheadError, match="dt is"):
+        live.update(*LEVEL, t=9.0)
+
+
+@ENGINES
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, 1e300])
+@pytest.mark.parametrize("sensor", [0, 1, 2])
+def test_nonsense_readings_are_bridged_and_said(engine, bad, sensor):
+    live = lh.Stream(lh.Kalman(), engine=engine)
+    sample = [(0.1, 0.0, 0.0), (0.0, 0.0, 9.81), (0.0, 19.0, -45.0)]
+    for _ in range(5):
+        live.update(*sample, dt=0.01)
+    sample[sensor] = (0.0, bad, 0.0)
+    quat = live.update(*sample, dt=0.01)
+    assert all(math.isfinite(x) for x in quat)
+    assert live.health == 1 << sensor
+
+
+@ENGINES
+def test_the_habit_of_the_arduino_class(engine):
+    """setAngle, getAngle(newAngle, newRate, dt), getRate, and Q and R on the fly, against the textbook recurrence."""
+    kalman = lh.AxisStream(lh.Kalman(p_angle=0.0, p_bias=0.0), engine=engine)
+    kalman.angle = 10.0
+    x, bias, p = 10.0, 0.0, np.zeros((2, 2))
+    r = 0.03
+    for i in range(200):
+        if i == 100:
+            kalman.set(r_measure=0.5)
+            r = 0.5
+        z, u, dt = 10.0 + math.sin(i), 0.5, 0.01
+        got = kalman.update(z, u, dt)
+        free = u - bias
+        x += dt * free
+        f = np.array([[1, -dt], [0, 1]])
+        p = f @ p @ f.T + np.diag([0.001, 0.003]) * dt
+        k = p[:, 0] / (p[0, 0] + r)
+        y = z - x
+        x, bias, p = x + k[0] * y, bias + k[1] * y, p - np.outer(k, p[0])
+        assert got == pytest.approx(x, rel=1e-12)
+        assert kalman.rate == pytest.approx(free, rel=1e-9)
+        assert kalman.bias == pytest.approx(bias, rel=1e-9, abs=1e-15)
+    assert kalman.report.gain_level == pytest.approx(k[0])
+    assert kalman.report.innovation == pytest.approx(y)
+    assert kalman.params.r_measure == 0.5
+
+
+@ENGINES
+def test_a_bad_pair_is_refused_and_not_taken(engine):
+    kalman = lh.AxisStream(lh.Kalman(), angle=5.0, engine=engine)
+    for pair in ((math.nan, 0.0), (0.0, math.inf)):
+        with pytest.raises(lh.LevelheadError, match="must be finite"):
+            kalman.update(*pair, 0.01)
+    assert kalman.angle == 5.0
+    with pytest.raises(lh.LevelheadError, match="did you mean 'r_measure'"):
+        kalman.set(r_mesure=1.0)
+    with pytest.raises(lh.LevelheadError, match="period"):
+        lh.AxisStream(period=-1.0)
+
+
+@ENGINES
+def test_angles_wrap(engine):
+    kalman = lh.AxisStream(lh.Kalman(), angle=179.0, engine=engine)
+    for _ in range(50):
+        angle = kalman.update(-179.0, 0.0, 0.01)
+    assert 178.9 < abs(angle) <= 180.0
+
+
+@ENGINES
+def test_parameters_change_on_the_fly_and_reset_forgets(engine):
+    live = lh.Stream(lh.Complementary(tau=100.0), engine=engine)
+    for _ in range(20):
+        live.update((0.0, 0.0, 0.0), (0.0, 0.0, 9.81), dt=0.01)
+    live.set(alpha=0.0)
+    live.update((0.0, 0.0, 0.0), (0.0, 9.81, 9.81), dt=0.01)
+    assert math.degrees(live.euler.roll) == pytest.approx(45.0)
+    live.reset()
+    live.update((0.0, 0.0, 0.0), (0.0, 0.0, 9.81), dt=0.01)
+    assert live.euler.roll == 0.0
+    assert live.params.alpha == 0.0 and live.bias is None and live.sigma is None

@@ -1,0 +1,108 @@
+"""One driver: plain Python, compiled, streamed and chunked give the same bits, so the engine never has to be chosen."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import levelhead as lh
+from levelhead import filters
+from levelhead.engine import batch, binding
+
+EVERY = pytest.mark.parametrize("flt", filters.ALL, ids=lambda f: f.name)
+AXIS = pytest.mark.parametrize("flt", [f for f in filters.ALL if f.axis], ids=lambda f: f.name)
+
+
+@pytest.fixture(scope="module", params=[False, True], ids=["6-D", "9-D"])
+def recording(request):
+    rng = np.random.default_rng(1)
+    n = 700
+    gyr = np.cumsum(rng.normal(0, 0.05, (n, 3)), axis=0) * 0.3
+    acc, mag = rng.normal(0, 3, (n, 3)) + [0, 0, 9.81], rng.normal(0, 1, (n, 3)) + [0, 19, -45]
+    t = np.cumsum(rng.uniform(0.005, 0.015, n))
+    t[400:] += 3.0
+    gyr[100], acc[0:3], acc[200], mag[300:310] = np.nan, np.nan, np.nan, np.nan
+    gyr[500:510] = 40.0, -30.0, 20.0  # so fast that exp leaves its series
+    return lh.Recording(t, gyr, acc, mag if request.param else None)
+
+
+def assert_same(a, b):
+    for name in ("quat", "bias", "sigma", "health"):
+        x, y = getattr(a, name), getattr(b, name)
+        assert (x is None) == (y is None)
+        if x is not None:
+            np.testing.assert_array_equal(x, y, err_msg=name)
+
+
+@EVERY
+def test_compiled_is_plain_python(flt, recording):
+    assert_same(
+        lh.fuse(recording, flt.params(), engine="python"), lh.fuse(recording, flt.params(), engine="compiled")
+    )
+
+
+@EVERY
+@pytest.mark.parametrize("engine", ["python", "compiled"])
+def test_streamed_is_batch(flt, engine, recording):
+    expected = lh.fuse(recording, flt.params(), engine="python")
+    live = lh.Stream(flt.params(), engine=engine)
+    for i in range(len(recording)):
+        mag = None if recording.mag is None else recording.mag[i]
+        quat = live.update(gyr=recording.gyr[i], acc=recording.acc[i], mag=mag, t=float(recording.t[i]))
+        assert tuple(quat) == tuple(expected.quat[i])
+        assert live.health == expected.health[i]
+    assert live.quat == tuple(expected.quat[-1])
+    assert (live.bias is None) == (expected.bias is None)
+    if live.bias is not None:
+        assert live.bias == tuple(expected.bias[-1]) and live.sigma == tuple(expected.sigma[-1])
+
+
+@EVERY
+@pytest.mark.parametrize("engine", ["python", "compiled"])
+def test_chunked_is_whole(flt, engine, recording, monkeypatch):
+    monkeypatch.setattr(batch, "STRETCH", 111)
+    seen = []
+    chunked = lh.fuse(recording, flt.params(), engine=engine, progress=seen.append)
+    assert_same(chunked, lh.fuse(recording, flt.params(), engine=engine))
+    assert seen == sorted(seen) and seen[-1] == 1.0 and len(seen) == 7
+
+
+@AXIS
+def test_axis_compiled_is_plain_and_streamed(flt):
+    rng = np.random.default_rng(4)
+    t = np.cumsum(rng.uniform(0.005, 0.02, 300))
+    level, rate = rng.normal(0, 100, 300), rng.normal(0, 50, 300)
+    plain = lh.fuse_axis(t, level, rate, flt.params(), period=360.0, engine="python")
+    compiled = lh.fuse_axis(t, level, rate, flt.params(), period=360.0, engine="compiled")
+    for name, column in plain._asdict().items():
+        np.testing.assert_array_equal(column, getattr(compiled, name), err_msg=name)
+    for engine in ("python", "compiled"):
+        live = lh.AxisStream(flt.params(), angle=level[0], engine=engine)
+        for i in range(1, 300):
+            assert live.update(level[i], rate[i], t[i] - t[i - 1]) == plain.level[i]
+        assert live.report == tuple(column[-1] for column in plain)
+
+
+def test_auto_takes_plain_python_for_small_work_and_never_imports_numba():
+    code = (
+        "import sys, numpy as np, levelhead as lh; n = 6000;"
+        "rec = lh.Recording(np.arange(n) / 100, np.zeros((n, 3)), np.tile([0, 0, 9.81], (n, 1)));"
+        "lh.fuse(rec, lh.Kalman()); lh.fuse(rec, lh.Complementary());"
+        "sys.exit('numba' in sys.modules or 'scipy' in sys.modules)"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_auto_and_wrong_engines():
+    assert binding.choose("auto", 10_000_000) == "compiled"
+    assert binding.choose("auto", 10) == "python"
+    with pytest.raises(lh.LevelheadError, match="no engine 'compild'; did you mean 'compiled'"):
+        lh.fuse(lh.simulate.lesson(), lh.Kalman(), engine="compild")
+    with pytest.raises(lh.LevelheadError, match="no engine 'gpu'"):
+        lh.Stream(engine="gpu")
+
+
+def test_fuse_takes_a_recording():
+    with pytest.raises(lh.LevelheadError, match="fuse takes a Recording, not str"):
+        lh.fuse("flight.csv")

@@ -1,0 +1,230 @@
+"""What every filter must do, one suite over the list of filters."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+import levelhead as lh
+from levelhead import filters
+from levelhead.filters import health
+
+G = 9.80665
+FIELD = np.array([0.0, 19.0, -45.0])
+EVERY = pytest.mark.parametrize("flt", filters.ALL, ids=lambda f: f.name)
+CORRECTING = pytest.mark.parametrize("flt", [f for f in filters.ALL if "acc" in f.uses], ids=lambda f: f.name)
+WITH_HEADING = pytest.mark.parametrize("flt", [f for f in filters.ALL if "mag" in f.uses], ids=lambda f: f.name)
+
+
+def still(attitude: Rotation, n=400, rate=100.0, mag=True):
+    """A sensor at rest in an attitude."""
+    body = attitude.inv()
+    return lh.Recording(
+        np.arange(n) / rate,
+        np.zeros((n, 3)),
+        np.tile(body.apply([0, 0, G]), (n, 1)),
+        np.tile(body.apply(FIELD), (n, 1)) if mag else None,
+    )
+
+
+def tilt_error(track, attitude):
+    error = track.as_rotation() * attitude.inv()
+    up = error.apply([0.0, 0.0, 1.0])
+    return np.degrees(np.arccos(np.clip(up[:, 2], -1, 1)))
+
+
+def healthy(track):
+    assert np.isfinite(track.quat).all()
+    np.testing.assert_allclose(np.linalg.norm(track.quat, axis=1), 1.0, atol=1e-12)
+    for extra in (track.bias, track.sigma):
+        assert extra is None or np.isfinite(extra).all()
+
+
+@EVERY
+@pytest.mark.parametrize("mag", [False, True])
+def test_perfect_alignment(flt, mag):
+    track = lh.fuse(still(Rotation.identity(), mag=mag), flt.params())
+    healthy(track)
+    np.testing.assert_allclose(np.abs(track.quat), np.tile([1.0, 0, 0, 0], (400, 1)), atol=1e-12)
+
+
+@EVERY
+@pytest.mark.parametrize("zero", ["acc", "mag", "both"])
+def test_zero_vectors(flt, zero):
+    rec = still(Rotation.from_euler("ZYX", [20, 10, -30], degrees=True))
+    acc = np.zeros((400, 3)) if zero in ("acc", "both") else rec.acc
+    mag = np.zeros((400, 3)) if zero in ("mag", "both") else rec.mag
+    healthy(lh.fuse(lh.Recording(rec.t, rec.gyr, acc, mag), flt.params()))
+
+
+@EVERY
+def test_level_sensor_reading_plus_g_is_level(flt):
+    track = lh.fuse(still(Rotation.identity(), mag=False), flt.params())
+    np.testing.assert_allclose(track.as_rotation().apply([0, 0, 1.0])[-1], [0, 0, 1], atol=1e-9)
+
+
+@CORRECTING
+def test_tilt_is_corrected_when_the_gyroscope_reads_exactly_zero(flt):
+    """The first sample is 40° wrong, then the accelerometer tells the truth and nothing turns."""
+    rec = still(Rotation.identity(), n=3000, mag=False)
+    acc = rec.acc.copy()
+    acc[0] = Rotation.from_euler("x", 40, degrees=True).apply([0, 0, G])
+    track = lh.fuse(lh.Recording(rec.t, rec.gyr, acc), flt.params())
+    assert tilt_error(track, Rotation.identity())[-1] < 1.0
+
+
+@EVERY
+@pytest.mark.parametrize("angles", [(100, 20, -50), (-170, -60, 140), (0, 75, 10)])
+def test_the_start_honours_the_attitude(flt, angles):
+    attitude = Rotation.from_euler("ZYX", angles, degrees=True)
+    track = lh.fuse(still(attitude), flt.params())
+    assert tilt_error(track, attitude).max() < 1e-5
+    if "heading" in flt.estimates:
+        assert np.degrees((track.as_rotation() * attitude.inv()).magnitude()).max() < 1e-5
+
+
+@EVERY
+def test_scaling_the_magnetometer_changes_nothing(flt):
+    rec = still(Rotation.from_euler("ZYX", [50, 20, 10], degrees=True))
+    a = lh.fuse(rec, flt.params())
+    b = lh.fuse(lh.Recording(rec.t, rec.gyr, rec.acc, rec.mag / 64.0), flt.params())
+    np.testing.assert_array_equal(a.quat, b.quat)
+
+
+@WITH_HEADING
+def test_rotating_the_world_rotates_the_answer(flt):
+    rng = np.random.default_rng(5)
+    n = 500
+    gyr, acc = rng.normal(0, 0.3, (n, 3)), rng.normal(0, 0.5, (n, 3)) + [0, 0, G]
+    mag = rng.normal(0, 0.5, (n, 3)) + FIELD
+    t = np.arange(n) / 100
+    turn = Rotation.from_euler("z", 70, degrees=True)
+    a = lh.fuse(lh.Recording(t, gyr, acc, mag), flt.params())
+    # The same sensor with its x and y axes turned by 70° reads the same vectors turned back.
+    b = lh.fuse(lh.Recording(t, *(turn.inv().apply(v) for v in (gyr, acc, mag))), flt.params())
+    difference = (b.as_rotation() * (a.as_rotation() * turn).inv()).magnitude()
+    assert np.degrees(difference).max() < 2.5, "roll and pitch are not quite the same axes any more"
+
+
+@WITH_HEADING
+def test_heading_converges_to_the_magnetometer(flt):
+    rec = still(Rotation.from_euler("z", 30, degrees=True), n=6000)
+    mag = rec.mag.copy()
+    mag[0] = Rotation.from_euler("z", 60, degrees=True).apply(mag[0])
+    track = lh.fuse(lh.Recording(rec.t, rec.gyr, rec.acc, mag), flt.params())
+    assert track.euler()[-1, 2] == pytest.approx(30.0, abs=2.0)
+
+
+@EVERY
+def test_varying_dt_is_honoured(flt):
+    """A constant turn sampled at uneven instants ends at the right angle."""
+    rng = np.random.default_rng(2)
+    t = np.cumsum(rng.uniform(0.002, 0.03, 500))
+    true = Rotation.from_rotvec(np.outer(t - t[0], [0.2, 0.0, 0.0]))
+    acc = true.inv().apply([0, 0, G])
+    gyr = np.tile([0.2, 0.0, 0.0], (500, 1))
+    track = lh.fuse(lh.Recording(t, gyr, acc), flt.params())
+    assert np.degrees((track.as_rotation() * true.inv()).magnitude()).max() < 0.5
+
+
+@EVERY
+def test_coasts_through_a_gap_and_says_so(flt):
+    rec = still(Rotation.from_euler("x", 20, degrees=True), mag=False)
+    t = rec.t.copy()
+    t[200:] += 10.0
+    gyr = rec.gyr.copy()
+    gyr[200] = [3.0, 0.0, 0.0]  # what it read just after the gap says nothing about the gap
+    track = lh.fuse(lh.Recording(t, gyr, rec.acc), flt.params())
+    healthy(track)
+    assert tilt_error(track, Rotation.from_euler("x", 20, degrees=True))[200:].max() < 1.0
+    assert track.health[200] & health.GAP and not (track.health[:200] & health.GAP).any()
+    if track.sigma is not None:
+        assert track.sigma[200, 2] > track.sigma[199, 2], "nothing corrects heading: its doubt grows with time"
+
+
+@EVERY
+@settings(max_examples=15, deadline=None)
+@given(data=st.data())
+def test_missing_readings_never_reach_the_output(flt, data):
+    n = 120
+    rng = np.random.default_rng(data.draw(st.integers(0, 2**32 - 1)))
+    arrays = [rng.normal(0, 1, (n, 3)), rng.normal(0, 1, (n, 3)) + [0, 0, G], rng.normal(0, 1, (n, 3)) + FIELD]
+    for array, bit in zip(arrays, (health.GYR_MISSING, health.ACC_MISSING, health.MAG_MISSING), strict=True):
+        lost = rng.random(n) < data.draw(st.floats(0.0, 1.0))
+        array[lost, rng.integers(0, 3)] = np.nan
+    rec = lh.Recording(np.arange(n) / 100, *arrays)
+    track = lh.fuse(rec, flt.params())
+    healthy(track)
+    for array, bit in zip(arrays, (health.GYR_MISSING, health.ACC_MISSING, health.MAG_MISSING), strict=True):
+        np.testing.assert_array_equal((track.health & bit) != 0, np.isnan(array).any(axis=1))
+
+
+@EVERY
+def test_one_nan_sample_does_not_matter_a_second_later(flt):
+    """One NaN accelerometer sample: imufusion 1.3.3 gives NaN for ever, vqf 2.1.2 is 49° off for the rest."""
+    rec = still(Rotation.from_euler("ZYX", [10, 5, 20], degrees=True))
+    acc = rec.acc.copy()
+    acc[100] = np.nan
+    a, b = lh.fuse(rec, flt.params()), lh.fuse(lh.Recording(rec.t, rec.gyr, acc, rec.mag), flt.params())
+    np.testing.assert_allclose(np.abs((a.quat * b.quat).sum(1))[200:], 1.0, atol=1e-9)
+
+
+@EVERY
+def test_inputs_are_left_alone_and_any_real_dtype_is_taken(flt):
+    t = np.arange(50, dtype=np.float32) / np.float32(64)
+    gyr, acc = np.zeros((50, 3), np.int32), np.tile(np.float32([0, 0, 9.8]), (50, 1))
+    before = acc.copy()
+    track = lh.fuse(lh.Recording(t, gyr.tolist(), acc), flt.params())
+    healthy(track)
+    np.testing.assert_array_equal(acc, before)
+    assert acc.flags.writeable
+
+
+@pytest.mark.parametrize("name", ["Kalman", "RollPitchKalman", "BiasRateKalman"])
+def test_the_bias_is_learned_and_its_error_fits_sigma(name):
+    rng = np.random.default_rng(11)
+    n = 6000
+    bias = np.radians([0.4, -0.3, 0.2])
+    gyr = bias + rng.normal(0, 0.002, (n, 3))
+    acc = rng.normal(0, 0.1, (n, 3)) + [0, 0, G]
+    params = filters.find(name).params(r_measure=0.35)  # (0.1 / g) rad in deg²
+    track = lh.fuse(lh.Recording(np.arange(n) / 100, gyr, acc), params)
+    np.testing.assert_allclose(track.bias[-1000:, :2].mean(0), bias[:2], atol=np.radians(0.05))
+    error = track.euler(degrees=False)[3000:, :2]
+    # error/σ near one: filters that doubt too much are as wrong as those that doubt too little
+    ratio = np.sqrt(np.mean(error**2)) / np.sqrt(np.mean(track.sigma[3000:, :2] ** 2))
+    assert 0.3 < ratio < 1.5
+
+
+def test_adaptive_complementary_trusts_the_gyroscope_while_the_body_accelerates():
+    rec = still(Rotation.identity(), n=1000, mag=False)
+    acc = rec.acc.copy()
+    acc[300:500, 1] += 12.0  # two seconds of a sideways push
+    pushed = lh.Recording(rec.t, rec.gyr, acc)
+    fixed, adaptive = (tilt_error(lh.fuse(pushed, lh.Complementary(adaptive=a)), Rotation.identity()) for a in (0, 1))
+    assert fixed.max() > 15.0
+    assert adaptive.max() < 0.5 * fixed.max()
+
+
+def test_adaptive_alpha_follows_the_stated_line():
+    from levelhead.filters.complementary import alpha_of_tau, trust_time
+    from levelhead.kernels.vec3 import Vec3
+
+    params = lh.Complementary(adaptive=True)
+    for excess, alpha in ((0.0, 0.98), (1.0, 0.985), (2.0, 0.99), (3.8, 0.999), (50.0, 0.999)):
+        assert alpha_of_tau(trust_time(params, Vec3(0.0, 0.0, 9.80665 + excess))) == pytest.approx(alpha)
+
+
+@pytest.mark.parametrize("name", ["Complementary", "Kalman", "RollPitchKalman", "BiasRateKalman"])
+def test_near_vertical_is_said_and_survived(name):
+    """Pitch swings through ±90°: angles are ambiguous there, but nothing breaks, and level is right again after."""
+    t = np.arange(2000) / 100
+    pitch = np.radians(120) * np.sin(2 * np.pi * t / 10)
+    true = Rotation.from_euler("y", pitch[:, None])
+    gyr = np.stack([np.zeros(2000), np.gradient(pitch, t), np.zeros(2000)], 1)
+    track = lh.fuse(lh.Recording(t, gyr, true.inv().apply([0, 0, G])), filters.find(name).params())
+    healthy(track)
+    assert (track.health & health.NEAR_VERTICAL).any()
+    up_error = np.degrees(np.arccos(np.clip((track.as_rotation() * true.inv()).apply([0, 0, 1.0])[:, 2], -1, 1)))
+    assert up_error.max() < 3.0

@@ -1,0 +1,104 @@
+"""Compiled twins: same bits, wrong sizes refused at compile time, a cache that is never stale and never crashes."""
+
+import importlib.util
+import os
+import subprocess
+import sys
+import textwrap
+
+import numba
+import pytest
+
+from levelhead.kernels import jit, mat2, mat3, quat, vec3
+from levelhead.kernels.mat2 import Mat2
+from levelhead.kernels.mat3 import Mat3
+from levelhead.kernels.quat import Quat
+from levelhead.kernels.vec3 import Vec3
+
+
+@jit.kernel
+def _mixture(a: Mat3, v: Vec3, q: Quat) -> Vec3:
+    return quat.rotate(q, mat3.apply(mat3.inverse(mat3.mul(a, mat3.transpose(a))).matrix, v))
+
+
+def test_compiled_gives_the_same_bits():
+    arguments = (Mat3(2.0, 0.1, 0.3, -0.4, 3.0, 0.7, 0.2, -0.1, 1.7), Vec3(0.3, -1.1, 2.0), quat.exp(Vec3(0.1, 2.0, -0.3)))
+    assert jit.compiled(_mixture)(*arguments) == _mixture(*arguments)
+
+
+@jit.kernel
+def _sum_of_different_sizes(a: Mat2, b: Mat3) -> Mat2:
+    return mat2.add(a, b)  # type: ignore[arg-type]
+
+
+@jit.kernel
+def _three_by_three_of_a_vector(v: Vec3) -> Mat3:
+    return mat3.transpose(v)  # type: ignore[arg-type]
+
+
+def test_wrong_sizes_fail_when_compiled():
+    two, three, v = Mat2(1.0, 0.0, 0.0, 1.0), Mat3(*map(float, range(9))), Vec3(1.0, 2.0, 3.0)
+    with pytest.raises(numba.core.errors.TypingError):
+        jit.compiled(_three_by_three_of_a_vector).compile((numba.typeof(v),))
+    with pytest.raises(numba.core.errors.TypingError):
+        jit.compiled(_mixture).compile((numba.typeof(two), numba.typeof(v), numba.typeof(quat.IDENTITY)))
+    assert mat3.transpose(three) == Mat3(0.0, 3.0, 6.0, 1.0, 4.0, 7.0, 2.0, 5.0, 8.0)
+
+
+def test_the_hash_follows_every_source_that_a_kernel_reaches(tmp_path):
+    def load(name, text):
+        path = tmp_path / f"{name}.py"
+        path.write_text(textwrap.dedent(text))
+        spec = importlib.util.spec_from_file_location(name, path)
+        module = importlib.util.module_from_spec(spec)
+        sys.modules[name] = module
+        spec.loader.exec_module(module)
+        return module
+
+    callee = "from levelhead.kernels.jit import kernel\n\n@kernel\ndef inner(x):\n    return x + {}\n"
+    outer = """
+        import lh_test_callee
+        from levelhead.kernels.jit import kernel
+
+        @kernel
+        def outer(x):
+            return lh_test_callee.inner(x)
+    """
+    load("lh_test_callee", callee.format(1.0))
+    before = jit.source_hash(load("lh_test_outer", outer).outer)
+    load("lh_test_callee", callee.format(2.0))
+    edited = load("lh_test_outer", outer).outer
+    assert jit.source_hash(edited) != before
+    assert jit.compiled(edited)(1.0) == 3.0
+
+
+FUSE = """
+import numpy as np, levelhead as lh
+from levelhead.engine.binding import bind
+from levelhead.filters.accel_tilt import FILTER
+from levelhead.kernels.jit import compiled, is_cached
+n = 50
+rec = lh.Recording(np.arange(n) / 100, np.zeros((n, 3)), np.tile([0.0, 0.0, 9.81], (n, 1)))
+track = lh.fuse(rec, lh.AccelTilt(), engine="compiled")
+assert np.allclose(track.quat, [1, 0, 0, 0])
+print("cached" if is_cached(compiled(bind(FILTER).run)) else "compiled")
+"""
+
+
+def run_fuse(**environment):
+    done = subprocess.run(
+        [sys.executable, "-c", FUSE], env=os.environ | environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip()
+
+
+def test_second_process_compiles_nothing(tmp_path):
+    assert run_fuse(NUMBA_CACHE_DIR=str(tmp_path)) == "compiled"
+    assert run_fuse(NUMBA_CACHE_DIR=str(tmp_path)) == "cached"
+
+
+def test_no_place_for_a_cache_is_no_reason_to_crash():
+    """As in a read-only install whose user has no home: Numba finds no locator for the cache."""
+    nowhere = "UserProvidedCacheLocator"  # the only locator tried; it needs NUMBA_CACHE_DIR, which is not set
+    assert run_fuse(NUMBA_CACHE_LOCATOR_CLASSES=nowhere, NUMBA_CACHE_DIR="") == "compiled"

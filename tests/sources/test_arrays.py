@@ -1,0 +1,164 @@
+import pickle
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from levelhead.errors import LevelheadError
+from levelhead.recording import Recording, Truth
+from levelhead.sources import npz, read
+
+h5py = pytest.importorskip("h5py")
+scipy_io = pytest.importorskip("scipy.io")
+
+
+def refused(path: Path, **hints: object) -> str:
+    with pytest.raises(LevelheadError) as caught:
+        read(path, **hints)
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+def broad(hand: Recording) -> dict[str, np.ndarray]:
+    assert hand.truth is not None and hand.truth.moving is not None and hand.mag is not None
+    return {
+        "imu_gyr": hand.gyr, "imu_acc": hand.acc, "imu_mag": hand.mag, "opt_quat": hand.truth.quat,
+        "sampling_rate": np.array([[100.0]]), "movement": hand.truth.moving[:, None],
+    }  # fmt: skip
+
+
+def check_broad(recording: Recording, hand: Recording) -> None:
+    np.testing.assert_array_equal(recording.gyr, hand.gyr)
+    np.testing.assert_array_equal(recording.acc, hand.acc)
+    np.testing.assert_allclose(recording.t, hand.t, atol=1e-12)
+    assert recording.truth is not None and recording.truth.north and hand.truth is not None
+    np.testing.assert_array_equal(recording.truth.moving, hand.truth.moving)
+    np.testing.assert_allclose(recording.truth.quat, hand.truth.quat, atol=1e-15)
+
+
+def test_matlab_5(tmp_path: Path, hand: Recording) -> None:
+    path = tmp_path / "trial.mat"
+    scipy_io.savemat(path, broad(hand))
+    check_broad(read(path), hand)
+    scipy_io.savemat(path, {"data": broad(hand)})
+    check_broad_in_structure = read(path)
+    np.testing.assert_array_equal(check_broad_in_structure.gyr, hand.gyr)
+    content = path.read_bytes()
+    for length in (5, 100, 200, len(content) // 2, len(content) - 9):
+        path.write_bytes(content[:length])
+        assert "truncated or damaged" in refused(path)
+
+
+@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize("suffix", [".mat", ".h5", ".hdf5"])
+def test_matlab_7_3_is_hdf5_in_both_orientations(tmp_path: Path, hand: Recording, turned: bool, suffix: str) -> None:
+    path = tmp_path / f"trial{suffix}"
+    with h5py.File(path, "w", userblock_size=512 if suffix == ".mat" else 0) as file:
+        for name, array in broad(hand).items():
+            dataset = file.create_dataset(name, data=array.T if turned else array)
+            dataset.attrs["MATLAB_class"] = np.bytes_("double")
+    check_broad(read(path), hand)
+    content = path.read_bytes()
+    path.write_bytes(content[: len(content) // 2])
+    assert "truncated or damaged" in refused(path)
+
+
+def test_units_and_groups_in_hdf5(tmp_path: Path, hand: Recording) -> None:
+    path = tmp_path / "log.h5"
+    with h5py.File(path, "w") as file:
+        file["imu/gyro"] = np.degrees(hand.gyr)
+        file["imu/gyro"].attrs["units"] = "deg/s"
+        file["imu/accel"] = hand.acc
+        file["imu/time"] = hand.t
+    recording = read(path)
+    np.testing.assert_allclose(recording.gyr, hand.gyr, rtol=1e-14)
+    assert recording.meta["units"]["gyr"] == "deg/s"
+
+
+def test_h5py_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "log.h5"
+    path.write_bytes(b"\x89HDF\r\n\x1a\n")
+    monkeypatch.setitem(sys.modules, "h5py", None)
+    assert "pip install 'levelhead[formats]'" in refused(path)
+
+
+def test_corrupt_hdf5(tmp_path: Path) -> None:
+    path = tmp_path / "log.h5"
+    path.write_bytes(b"\x89HDF\r\n\x1a\n" + b"garbage" * 50)
+    assert "truncated or damaged" in refused(path)
+
+
+def test_foreign_npz(tmp_path: Path, hand: Recording) -> None:
+    path = tmp_path / "log.npz"
+    np.savez(path, gyr=hand.gyr.astype(np.float32), acc=hand.acc, dt=0.01)
+    recording = read(path)
+    assert recording.rate == pytest.approx(100.0) and recording.meta["units"]["gyr"] == "rad/s"
+    np.savez(path, gyr=hand.gyr, acc=hand.acc[:-1], dt=0.01)
+    assert "acc.x has 1999 samples, but gyr.x has 2000" in refused(path)
+    np.savez(path, gyr=hand.gyr, acc=hand.acc, fs=100.0)
+    assert "its rate is 100 Hz" in refused(path, rate=50.0)
+    assert read(path, rate=50.0, map={"t": []}).rate == pytest.approx(50.0)
+    np.savez(path, turn=hand.gyr, force=hand.acc, fs=100.0)
+    assert "no gyroscope" in refused(path)
+    assert read(path, map={"gyr": ["turn"], "acc": "force"}).acc[0, 2] == hand.acc[0, 2]
+
+
+def test_pickles_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "log.npz"
+    np.savez(path, gyr=np.array([{"a": 1}], dtype=object), allow_pickle=True)
+    assert "holds a pickle" in refused(path)
+    path.write_bytes(pickle.dumps({"a": 1}))
+    assert "holds a pickle" in refused(path) or "not a .npz" in refused(path)
+
+
+def test_own_npz_is_exact(tmp_path: Path, hand: Recording) -> None:
+    rng = np.random.default_rng(0)
+    n = 40
+    gyr = rng.normal(0.0, 1e3, (n, 3))  # no evidence is asked of levelhead's own files
+    gyr[3] = np.nan
+    truth = Truth(
+        np.tile([1.0, 0.0, 0.0, 0.0], (n, 1)), bias=rng.normal(size=(n, 3)), moving=np.arange(n) > 5, north=False
+    )
+    t = 1e9 + np.cumsum(rng.uniform(0.1, 1.0, n))
+    recording = Recording(t, gyr, rng.normal(size=(n, 3)), rng.normal(size=(n, 3)), truth, {"notes": ["µ"], "t0": 3.5})
+    path = tmp_path / "log.npz"
+    npz.write(recording, path)
+    back = read(path)
+    for name in ("t", "gyr", "acc", "mag"):
+        assert getattr(back, name).tobytes() == getattr(recording, name).tobytes()
+    assert back.truth is not None and back.truth.bias is not None and not back.truth.north
+    assert back.truth.quat.tobytes() == truth.quat.tobytes()
+    np.testing.assert_array_equal(back.truth.bias, truth.bias)
+    np.testing.assert_array_equal(back.truth.moving, truth.moving)
+    assert back.meta["notes"] == ["µ"] and back.meta["t0"] == 3.5 and back.meta["source"] == str(path)
+    assert "takes no hints" in refused(path, rate=100.0)
+    content = path.read_bytes()
+    path.write_bytes(content[: len(content) // 2])
+    assert "truncated or damaged" in refused(path)
+
+
+def test_writing_where_nothing_can_be_written(tmp_path: Path, hand: Recording) -> None:
+    with pytest.raises(LevelheadError, match="there is no folder"):
+        npz.write(hand, tmp_path / "no" / "log.npz")
+    with pytest.raises(LevelheadError, match="it is a folder"):
+        npz.write(hand, tmp_path)
+
+
+def test_parquet(tmp_path: Path, hand: Recording) -> None:
+    pa = pytest.importorskip("pyarrow")
+    pq = pytest.importorskip("pyarrow.parquet")
+    columns = {
+        "timestamp": pa.array((hand.t * 1e6).round().astype(np.int64) + 1_700_000_000_000_000, pa.timestamp("us"))
+    }
+    for name, values in (("gyr", np.degrees(hand.gyr)), ("acc", hand.acc)):
+        columns |= {f"{name}_{axis}": values[:, i] for i, axis in enumerate("xyz")}
+    columns["label"] = pa.array(["a"] * len(hand))
+    path = tmp_path / "log.parquet"
+    pq.write_table(pa.table(columns), path)
+    recording = read(path)
+    np.testing.assert_allclose(recording.gyr, hand.gyr, rtol=1e-14)
+    np.testing.assert_allclose(recording.t, hand.t, atol=1e-9)
+    assert recording.meta["units"]["gyr"] == "deg/s" and recording.meta["t0"] == 1.7e9
+    path.write_bytes(path.read_bytes()[:500])
+    assert "not a Parquet file or it is damaged" in refused(path)

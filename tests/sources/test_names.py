@@ -1,0 +1,129 @@
+import pytest
+
+from levelhead.errors import LevelheadError
+from levelhead.sources.columns import assign
+from levelhead.sources.names import understand, unit_in
+
+SENSORS = [
+    ("gx", "gyr", "x", None),
+    ("GyrX", "gyr", "x", None),
+    ("gyro_x_dps", "gyr", "x", "dps"),
+    ("wz", "gyr", "z", None),
+    ("omega_y", "gyr", "y", None),
+    ("Gyroscope X (deg/s)", "gyr", "x", "deg/s"),
+    ("Gyr_X", "gyr", "x", None),
+    ("angular_velocity.x", "gyr", "x", None),
+    ("field.angular_velocity.z", "gyr", "z", None),
+    ("gyro_rad[0]", "gyr", "0", "rad/s"),
+    ("gyroADC[2]", "gyr", "2", None),
+    ("imu_gyr_1", "gyr", "1", None),
+    ("rotationRateX(rad/s)", "gyr", "x", "rad/s"),
+    ("w_RS_S_x [rad s^-1]", "gyr", "x", "rad s^-1"),
+    ("IMU Gyroscope X", "gyr", "x", None),
+    ("Shimmer_Gyro_Y_CAL", "gyr", "y", None),
+    ("xgyro", "gyr", "x", None),
+    ("gyro_x_rad_per_s", "gyr", "x", "rad/s"),
+    ("gyr2_x", "gyr", "x", None),
+    ("ax", "acc", "x", None),
+    ("ax_g", "acc", "x", "g"),
+    ("AccX_mG", "acc", "x", "mg"),
+    ("accel_z_ms2", "acc", "z", "ms2"),
+    ("accelerometer_m_s2[1]", "acc", "1", "ms2"),
+    ("Accelerometer Y (g)", "acc", "y", "g"),
+    ("linear_acceleration.x", "acc", "x", None),
+    ("a_RS_S_z [m s^-2]", "acc", "z", "m s^-2"),
+    ("IMU Acceleration Z", "acc", "z", None),
+    ("gFx", "acc", "x", None),
+    ("mx", "mag", "x", None),
+    ("Magnetometer X (uT)", "mag", "x", "uT"),
+    ("mag_y_nT", "mag", "y", "nt"),
+    ("mag_y [relative]", "mag", "y", "relative"),
+]
+
+
+@pytest.mark.parametrize(("raw", "role", "axis", "unit"), SENSORS)
+def test_sensor_names(raw: str, role: str, axis: str, unit: str | None) -> None:
+    name = understand(raw)
+    assert (name.role, name.axis) == (role, axis)
+    assert unit_in(raw, role, "log.csv") == unit
+
+
+TIMES = [
+    ("t", None), ("time", None), ("Time (s)", "s"), ("timestamp", None), ("seconds", "seconds"), ("time_ms", "ms"),
+    ("stamp_ns", "ns"), ("TimeUS", "us"), ("timems", "ms"), ("t [s]", "s"),
+    ("timestamp [ns]", "ns"), ("millis", "millis"),
+    ("seconds_elapsed", "seconds"), ("header.stamp", None),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("raw", "unit"), TIMES)
+def test_time_names(raw: str, unit: str | None) -> None:
+    assert understand(raw).role == "t"
+    assert unit_in(raw, "t", "log.csv") == unit
+
+
+@pytest.mark.parametrize(
+    "raw",
+    ["temp", "temperature", "gyr_norm", "linear_acceleration_covariance_0", "userAcceleration.x", "gravity_x",
+     "opt_pos.x", "gyro_bias_x", "dt", "FreeAcc_X",
+     "angular_acceleration.x", "label", "gyr_temp", "pressure", "",
+     "()", "x", "truth_acc_x"],
+)  # fmt: skip
+def test_names_that_are_no_sensor(raw: str) -> None:
+    assert understand(raw).role == ""
+
+
+@pytest.mark.parametrize(
+    ("raw", "reference"),
+    [("qw", True), ("opt_quat.x", True), ("Vicon Orientation W", True), ("truth_qz", True), ("truth_relative_qx", True),
+     ("Quat_w", False), ("orientation.w", False), ("imu_quat_x", False)],
+)  # fmt: skip
+def test_quaternions_say_whether_they_are_a_reference(raw: str, reference: bool) -> None:
+    name = understand(raw)
+    assert (name.role, name.reference) == ("q", reference)
+
+
+IMU = ["t", "gx", "gy", "gz", "ax", "ay", "az"]
+
+
+def test_two_candidates_are_both_named() -> None:
+    names = [*IMU, "gyr2_x", "gyr2_y", "gyr2_z"]
+    with pytest.raises(
+        LevelheadError, match=r"two candidates for the gyroscope: gx, gy, gz and gyr2_x.* map gyr=gx,gy,gz"
+    ):
+        assign(names, {}, "log.csv")
+    assert assign(names, {"gyr": ["gyr2_x", "gyr2_y", "gyr2_z"]}, "log.csv").columns["gyr"] == (7, 8, 9)
+    assert assign(names, {"gyr": ["gyr2"]}, "log.csv").columns["gyr"] == (7, 8, 9)
+    assert assign(names, {"gyr": ["gyr2"]}, "log.csv").ignored == ("gx", "gy", "gz")
+
+
+@pytest.mark.parametrize(
+    ("names", "sentence"),
+    [
+        (["t", "ax", "ay", "az"], "no gyroscope among the columns t, ax, ay, az"),
+        (["t", "gx", "gy", "gz"], "no accelerometer among"),
+        (["t", "gx", "gy", "ax", "ay", "az"], "the gyroscope has gx, gy but no column for z"),
+        ([*IMU, "time"], "two candidates for the time: t and time"),
+        ([*IMU, "gx"], "two columns are named gx"),
+        (["t", "gx_dps", "gy_dps", "gz", "ax", "ay", "az"], "differ in unit"),
+        (["t", "gx (dgs/s)", "gy (dgs/s)", "gz (dgs/s)", "ax", "ay", "az"], "'dgs/s' is not a unit.*'degs?/s'"),
+    ],
+)
+def test_what_is_wrong_with_columns(names: list[str], sentence: str) -> None:
+    with pytest.raises(LevelheadError, match=sentence):
+        assign(names, {}, "log.csv")
+
+
+def test_hints_name_the_nearest_column() -> None:
+    with pytest.raises(LevelheadError, match=r"no column 'gk' \(map gyr\); did you mean 'g"):
+        assign(IMU, {"gyr": ["gk", "gy", "gz"]}, "log.csv")
+    with pytest.raises(LevelheadError, match="both gyroscope and accelerometer"):
+        assign(IMU, {"gyr": ["ax", "ay", "az"]}, "log.csv")
+
+
+def test_a_temperature_called_T_is_no_time() -> None:
+    assert assign([*IMU, "T"], {}, "log.csv").columns["t"] == (0,)
+
+
+def test_a_bare_time_comes_before_a_qualified_one() -> None:
+    assert assign([*IMU, "gps_time"], {}, "log.csv").columns["t"] == (0,)
