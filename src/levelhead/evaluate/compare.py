@@ -124,7 +124,7 @@ def _plain(params: Any) -> dict[str, Any]:
 def timed(
     recording: Recording, params: Any, engine: str, progress: Progress | None = None, enough: float = 0.2
 ) -> tuple[Track, float]:
-    """The track and the ns per sample: a first run, which may compile, then the fastest of up to three more.
+    """The track and the ns per sample: of the only run in plain Python; compiled, of the fastest of up to three more.
 
     A first run that takes longer than ``enough`` seconds is followed by one only, and by none beyond 30 s, where
     compilation no longer counts.
@@ -132,8 +132,9 @@ def timed(
     began = perf_counter()
     track = fuse(recording, params, engine=engine, progress=progress)
     first = perf_counter() - began
-    best = first if first > 30.0 else np.inf
-    for _ in range(0 if first > 30.0 else 1 if first > enough else 3):
+    compiles = engine == "compiled" and first <= 30.0
+    best = np.inf if compiles else first
+    for _ in range((1 if first > enough else 3) if compiles else 0):
         began = perf_counter()
         fuse(recording, params, engine=engine)
         best = min(best, perf_counter() - began)

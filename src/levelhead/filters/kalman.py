@@ -104,12 +104,12 @@ def noise(params: Kalman, dt: float, unit: float) -> Noise:
 
 
 @kernel
-def predict(axis: Axis, level: float, rate: float, dt: float, w: Noise) -> Axis:
-    """Eq. 1; ``level`` is the level after dt at the bias-free ``rate``."""
+def predict(axis: Axis, level: float, rate: float, bias: float, dt: float, w: Noise) -> Axis:
+    """Eq. 1 for the covariance; ``level`` is the level after dt at ``rate``, the rate without ``bias``."""
     return Axis(
         level,
         rate,
-        axis.bias,
+        bias,
         axis.p_level + dt * (dt * axis.p_bias - 2.0 * axis.p_cross) + w.level,
         axis.p_cross - dt * axis.p_bias,
         axis.p_bias + w.bias,
@@ -158,7 +158,7 @@ def axis_step(params: Kalman, axis: Axis, level: float, rate: float, dt: float, 
     """One sample of a level and its rate, in the unit of the parameters."""
     w = noise(params, dt, 1.0)
     free = rate - axis.bias
-    ahead = predict(axis, wrap(axis.level + dt * free, period), free, dt, w)
+    ahead = predict(axis, wrap(axis.level + dt * free, period), free, axis.bias, dt, w)
     return correct(ahead, level, w.measurement, params.joseph, period)
 
 
@@ -195,9 +195,9 @@ def step(params: Kalman, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: floa
     w = noise(params, dt, DEG2)
     attitude = quat.integrate(state.quat, sub(gyr, state.bias), dt)
     up = quat.up(attitude)
-    roll = predict(unbiased(state.roll), 0.0, 0.0, dt, w)
-    pitch = predict(unbiased(state.pitch), 0.0, 0.0, dt, w)
-    heading = predict(unbiased(state.heading), 0.0, 0.0, dt, w)
+    roll = predict(state.roll, 0.0, 0.0, 0.0, dt, w)
+    pitch = predict(state.pitch, 0.0, 0.0, 0.0, dt, w)
+    heading = predict(state.heading, 0.0, 0.0, 0.0, dt, w)
     health = 0
     if tilt.present(acc):
         pitch = correct(pitch, tilt.pitch_innovation(up, acc), w.measurement, params.joseph, ON_A_LINE)
@@ -213,15 +213,6 @@ def step(params: Kalman, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: floa
         attitude = tilt.add_yaw(attitude, heading.level)
     learned = tilt.in_sensor(up, roll.bias, pitch.bias, heading.bias)
     return State(attitude, add(state.bias, learned), roll, pitch, heading, health)
-
-
-@kernel
-def unbiased(axis: Axis) -> Axis:
-    """The axis with its bias counted from zero again."""
-    return Axis(
-        axis.level, axis.rate, 0.0, axis.p_level, axis.p_cross, axis.p_bias,
-        axis.gain_level, axis.gain_bias, axis.innovation,
-    )  # fmt: skip
 
 
 @kernel

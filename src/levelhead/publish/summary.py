@@ -23,7 +23,7 @@ def summary(recording: Recording, track: Track, score: Score | None = None) -> s
         track: what a filter made of them.
         score: its errors, if there is truth (``levelhead.evaluate.evaluate``).
     """
-    facts = [
+    lines_of_facts = [
         ("recording", _recording(recording)),
         *_filter(track.params),
         ("end", _end(track)),
@@ -33,13 +33,45 @@ def summary(recording: Recording, track: Track, score: Score | None = None) -> s
         *_health(track),
         *_score(score),
     ]
-    width = max(len(name) for name, _ in facts)
+    width = max(len(name) for name, _ in lines_of_facts)
     lines, last = [], ""
-    for name, text in facts:
+    for name, text in lines_of_facts:
         if text:
             lines.append(f"{'' if name == last else name:<{width}}  {text}")
             last = name
     return "\n".join(lines).replace(" -", " −")
+
+
+def facts(recording: Recording, track: Track, score: Score | None = None) -> dict[str, Any]:
+    """The same facts for programs, ready for JSON: SI units or degrees as the names say, None for what does not exist."""
+    flt = filters.of(track.params)
+    angles = tilt(track)
+    row = int(np.nanargmax(angles))
+    degrees = {"roll_deg": 0, "pitch_deg": 1, "yaw_deg": 2}
+    end = track.euler()[-1]
+    return {
+        "samples": len(recording),
+        "duration_s": recording.duration,
+        "rate_hz": recording.rate,
+        "incomplete_samples": int((~recording.valid).sum()),
+        "magnetometer": recording.mag is not None,
+        "notes": list(recording.meta.get("notes", ())),
+        "filter": flt.name,
+        "params": dict(track.params._asdict()),
+        "end": {name: float(end[i]) for name, i in degrees.items()} | {"quat_wxyz": track.quat[-1].tolist()},
+        "largest_tilt_deg": float(np.degrees(angles[row])),
+        "bias_rad_s": None if track.bias is None else track.bias[-1].tolist(),
+        "sigma_east_north_up_rad": None if track.sigma is None else track.sigma[-1].tolist(),
+        "health": {health.NAMES[bit]: count for bit, count in health_counts(track).items()},
+        "score": None if score is None else score.to_dict(),
+    }
+
+
+def health_counts(track: Track) -> dict[int, int]:
+    """Health bit -> number of samples that carry it, the most frequent first; bits that no sample carries are left out."""
+    assert track.health is not None  # Track fills it in
+    counts = {bit: int(np.count_nonzero(track.health & np.uint32(bit))) for bit in health.NAMES}
+    return dict(sorted(((bit, n) for bit, n in counts.items() if n), key=lambda item: -item[1]))
 
 
 def _recording(recording: Recording) -> str:
@@ -107,13 +139,12 @@ def _doubt(track: Track) -> str:
 
 def _health(track: Track) -> list[tuple[str, str]]:
     """One line per kind of trouble, the most frequent first."""
-    assert track.health is not None  # Track fills it in
-    counts = {name: int(np.count_nonzero(track.health & np.uint32(bit))) for bit, name in health.NAMES.items()}
-    found = sorted(((count, name) for name, count in counts.items() if count), reverse=True)
+    found = health_counts(track)
     if not found:
         return [("health", "nothing was wrong with any sample")]
     return [
-        ("health", f"{_count(count, 'sample')} ({100 * count / len(track):.2g} %): {name}") for count, name in found
+        ("health", f"{_count(count, 'sample')} ({100 * count / len(track):.2g} %): {health.NAMES[bit]}")
+        for bit, count in found.items()
     ]
 
 

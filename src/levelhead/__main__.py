@@ -1,0 +1,7 @@
+"""``python -m levelhead`` is the command ``levelhead``."""
+
+import sys
+
+from levelhead.cli import main
+
+sys.exit(main())

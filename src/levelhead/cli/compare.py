@@ -1,0 +1,56 @@
+"""``levelhead compare LOG``: filters side by side."""
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from levelhead.cli.options import Reading, filter_names, folder, listed_filter, log_or_simulation, say, say_json
+
+
+def compare(
+    log: Path | None = None,
+    *,
+    simulate: Annotated[str | None, Parameter(metavar="WHAT")] = None,
+    seed: int | None = None,
+    filter: Annotated[
+        tuple[str, ...],
+        Parameter(name=["--filter", "-f"], negative="", metavar="NAME[:K=V,…]", completer=filter_names),
+    ] = (),
+    out: Annotated[Path | None, Parameter(name=["--out", "-o"], metavar="DIR")] = None,
+    json: Annotated[bool, Parameter(negative="")] = False,
+    reading: Reading = Reading(),  # noqa: B008
+) -> None:
+    """Compare filters on one recording: errors, bias, lag and cost in a table, and the four-panel picture.
+
+    Args:
+        log: a recording; errors need one with truth.
+        simulate: instead of a log: lesson, hard (the lesson with 10° noise and a bias that walks 0.1 °/s), or a motion
+            (hand, walking, drone, robot, still) seen by an MPU-6050.
+        seed: of the simulation; 42 for the lessons, 0 otherwise.
+        filter: a filter, with parameters if you like: -f Kalman:r_measure=4,q_bias=0.001 -f Complementary; all
+            filters if none is named.
+        out: folder for the picture compare.png; without it none is drawn.
+        json: print the table as JSON.
+    """
+    from levelhead import filters
+    from levelhead.evaluate import compare as run
+    from levelhead.publish.progress import progress
+    from levelhead.publish.table import print_table
+
+    chosen = [listed_filter(word) for word in filter] or [flt.params() for flt in filters.ALL]
+    recording = log_or_simulation(log, simulate, seed, reading)
+    with progress("comparing") as report:
+        comparison = run(recording, chosen, progress=report)
+    picture = None
+    if out is not None:
+        from levelhead.publish.plots import four_panels
+
+        picture = folder(out) / "compare.png"
+        four_panels(comparison, picture)
+    if json:
+        say_json(comparison.to_dict() | {"written": [str(picture)] if picture else []})
+        return
+    print_table(comparison)
+    if picture:
+        say(f"written: {picture}")

@@ -1,0 +1,65 @@
+"""``levelhead sweep``: one parameter over its range, with the minimum and the flat region."""
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from levelhead.cli.options import (
+    FilterName,
+    Reading,
+    chosen_filter,
+    folder,
+    log_or_simulation,
+    parameter_names,
+    say,
+    say_json,
+)
+
+
+def sweep(
+    log: Path | None = None,
+    *,
+    parameter: Annotated[str, Parameter(name=["--parameter", "-p"], metavar="NAME", completer=parameter_names)],
+    filter: FilterName = None,
+    set: Annotated[tuple[str, ...], Parameter(name="--set", negative="", metavar="K=V")] = (),
+    values: Annotated[tuple[float, ...], Parameter(consume_multiple=True, negative="")] = (),
+    simulate: Annotated[str | None, Parameter(metavar="WHAT")] = None,
+    seed: int | None = None,
+    out: Annotated[Path | None, Parameter(name=["--out", "-o"], metavar="DIR")] = None,
+    json: Annotated[bool, Parameter(negative="")] = False,
+    reading: Reading = Reading(),  # noqa: B008
+) -> None:
+    """Sweep one parameter of a filter over a recording with truth: where is the best value, and how flat is it there?
+
+    Args:
+        log: a recording with truth.
+        parameter: which one, such as alpha or r_measure.
+        filter: of which filter; without it, the best one for the sensors in the recording.
+        set: another parameter of the filter, held fixed, such as q_bias=0.001; may be given several times.
+        values: to try; without them, the range worth searching that the parameter knows.
+        simulate: instead of a log: lesson, hard, hand, walking, drone, robot, still.
+        seed: of the simulation; 42 for the lessons, 0 otherwise.
+        out: folder for the picture sweep-PARAMETER.png; without it none is drawn.
+        json: print the table as JSON.
+    """
+    from levelhead.publish.progress import progress
+    from levelhead.publish.table import print_table
+    from levelhead.tune import sweep as run
+
+    recording = log_or_simulation(log, simulate, seed, reading)
+    params = chosen_filter(filter, set, recording)
+    with progress("sweeping") as report:
+        result = run(recording, params, parameter, list(values) or None, progress=report)
+    picture = None
+    if out is not None:
+        from levelhead.publish.plots import sweep_picture
+
+        picture = folder(out) / f"sweep-{parameter}.png"
+        sweep_picture(result, picture)
+    if json:
+        say_json(result.to_dict() | {"written": [str(picture)] if picture else []})
+        return
+    print_table(result)
+    if picture:
+        say(f"written: {picture}")
