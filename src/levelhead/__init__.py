@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from levelhead.engine import fuse as fuse
     from levelhead.engine import fuse_axis as fuse_axis
     from levelhead.errors import LevelheadError as LevelheadError
-    from levelhead.evaluate import compare as compare
+    from levelhead.evaluate.compare import compare as compare
     from levelhead.filters import AccelTilt as AccelTilt
     from levelhead.filters import BiasRateKalman as BiasRateKalman
     from levelhead.filters import Complementary as Complementary
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from levelhead.recording import Truth as Truth
     from levelhead.sources import read as read
     from levelhead.track import Track as Track
-    from levelhead.tune import sweep as sweep
+    from levelhead.tune.sweep import sweep as sweep
 
 __version__ = "0.1.0"
 

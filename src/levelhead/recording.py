@@ -154,7 +154,7 @@ class Recording:
     @property
     def valid(self) -> NDArray[np.bool_]:
         """(n,) True where gyroscope and accelerometer are both there."""
-        return ~(np.isnan(self.gyr).any(axis=1) | np.isnan(self.acc).any(axis=1))
+        return np.asarray(np.isfinite(np.hstack([self.gyr, self.acc])).all(axis=1))
 
     @property
     def duration(self) -> float:

@@ -1,11 +1,12 @@
 """A Track: what a filter says, sample by sample, with its own doubt."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from levelhead.errors import LevelheadError, nearest
 from levelhead.recording import Array, real_array, time_array
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ class Track:
     quat: Array
     bias: Array | None = None
     sigma: Array | None = None
-    health: NDArray[np.uint32] | None = None
+    health: NDArray[np.uint32] = field(default_factory=lambda: np.empty(0, np.uint32))  # zeros when not given
     params: Any = None
 
     def __post_init__(self) -> None:
@@ -39,8 +40,10 @@ class Track:
             values = getattr(self, name)
             if values is not None:
                 object.__setattr__(self, name, real_array(name, values, (n, width), unit))
-        if self.health is None:
+        if len(self.health) == 0:
             object.__setattr__(self, "health", np.zeros(n, np.uint32))
+        if np.shape(self.health) != (n,):
+            raise LevelheadError(f"health has shape {np.shape(self.health)}; expected ({n},) of bits")
 
     def __len__(self) -> int:
         return len(self.t)
@@ -81,8 +84,6 @@ class Track:
             frame: "ENU", or "NED" (x north, y east, z down) with the sensor's axes forward-right-down accordingly.
         """
         from scipy.spatial.transform import Rotation
-
-        from levelhead.errors import LevelheadError, nearest
 
         rotation = Rotation.from_quat(self.quat, scalar_first=True)
         if frame == "ENU":

@@ -15,7 +15,7 @@ def lesson_filters() -> list[Any]:
     return [
         AccelTilt(),
         GyroIntegration(),
-        Complementary(alpha=0.98),
+        Complementary(),  # alpha 0.98 at 100 Hz
         Kalman(r_measure=4.0, q_per_sample=True),
         Kalman(r_measure=4.0),
         RollPitchKalman(),

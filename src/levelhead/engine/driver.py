@@ -75,7 +75,7 @@ def advance(params: Any, carry: Carry, gyr: Vec3, acc: Vec3, mag: Vec3, dt: floa
 @kernel
 def result(params: Any, carry: Carry) -> Output:
     """The filter's output, with the driver's health bits added."""
-    said = output(params, carry.state)
+    said: Output = output(params, carry.state)
     if carry.health == 0:
         return said
     return Output(said.quat, said.bias, said.sigma, said.health | carry.health)

@@ -43,7 +43,7 @@ def summary(recording: Recording, track: Track, score: Score | None = None) -> s
 
 
 def facts(recording: Recording, track: Track, score: Score | None = None) -> dict[str, Any]:
-    """The same facts for programs, ready for JSON: SI units or degrees as the names say, None for what does not exist."""
+    """The same facts for programs, ready for JSON: units as the names say, None for what does not exist."""
     flt = filters.of(track.params)
     angles = tilt(track)
     row = int(np.nanargmax(angles))
@@ -68,7 +68,7 @@ def facts(recording: Recording, track: Track, score: Score | None = None) -> dic
 
 
 def health_counts(track: Track) -> dict[int, int]:
-    """Health bit -> number of samples that carry it, the most frequent first; bits that no sample carries are left out."""
+    """Health bit -> number of samples that carry it, the most frequent first; bits that none carries are left out."""
     assert track.health is not None  # Track fills it in
     counts = {bit: int(np.count_nonzero(track.health & np.uint32(bit))) for bit in health.NAMES}
     return dict(sorted(((bit, n) for bit, n in counts.items() if n), key=lambda item: -item[1]))
