@@ -37,9 +37,7 @@ def assert_same(a, b):
 
 @EVERY
 def test_compiled_is_plain_python(flt, recording):
-    assert_same(
-        lh.fuse(recording, flt.params(), engine="python"), lh.fuse(recording, flt.params(), engine="compiled")
-    )
+    assert_same(lh.fuse(recording, flt.params(), engine="python"), lh.fuse(recording, flt.params(), engine="compiled"))
 
 
 @EVERY

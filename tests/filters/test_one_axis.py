@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from tests.reference import textbook
 
 import levelhead as lh
-from tests.reference import textbook
 
 N, DT = 400, 0.02
 

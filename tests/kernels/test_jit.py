@@ -9,7 +9,7 @@ import textwrap
 import numba
 import pytest
 
-from levelhead.kernels import jit, mat2, mat3, quat, vec3
+from levelhead.kernels import jit, mat2, mat3, quat
 from levelhead.kernels.mat2 import Mat2
 from levelhead.kernels.mat3 import Mat3
 from levelhead.kernels.quat import Quat
@@ -22,7 +22,11 @@ def _mixture(a: Mat3, v: Vec3, q: Quat) -> Vec3:
 
 
 def test_compiled_gives_the_same_bits():
-    arguments = (Mat3(2.0, 0.1, 0.3, -0.4, 3.0, 0.7, 0.2, -0.1, 1.7), Vec3(0.3, -1.1, 2.0), quat.exp(Vec3(0.1, 2.0, -0.3)))
+    arguments = (
+        Mat3(2.0, 0.1, 0.3, -0.4, 3.0, 0.7, 0.2, -0.1, 1.7),
+        Vec3(0.3, -1.1, 2.0),
+        quat.exp(Vec3(0.1, 2.0, -0.3)),
+    )
     assert jit.compiled(_mixture)(*arguments) == _mixture(*arguments)
 
 
