@@ -94,7 +94,7 @@ def test_the_habit_of_the_arduino_class(engine):
 def test_a_bad_pair_is_refused_and_not_taken(engine):
     kalman = lh.AxisStream(lh.Kalman(), angle=5.0, engine=engine)
     for pair in ((math.nan, 0.0), (0.0, math.inf)):
-        with pytest.raises(lh.LevelheadError, match="must be finite"):
+        with pytest.raises(lh.LevelheadError, match="must be a finite number"):
             kalman.update(*pair, 0.01)
     assert kalman.angle == 5.0
     with pytest.raises(lh.LevelheadError, match="did you mean 'r_measure'"):

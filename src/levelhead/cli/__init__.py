@@ -1,10 +1,14 @@
 """The command ``levelhead``: one thin module per verb, loaded when the verb is used."""
 
+import io
+import logging
+import os
 import sys
 from collections.abc import Sequence
+from typing import Any
 
-from cyclopts import App
-from cyclopts.exceptions import CycloptsError
+from cyclopts import App, Parameter
+from cyclopts.exceptions import CycloptsError, UnusedCliTokensError
 
 from levelhead import __version__
 from levelhead.errors import LevelheadError
@@ -14,7 +18,19 @@ HELP = """Turn the contradictory readings of an IMU into an orientation that peo
 Start with `levelhead demo`; then `levelhead fuse LOG` for a recording of your own.
 """
 
-app = App(name="levelhead", help=HELP, version=__version__, help_format="markdown")
+
+def _default(value: Any) -> str | None:
+    """A default worth a place in the help; no flag needs to say that it is off."""
+    return None if value in (None, ()) or value is False else str(value)
+
+
+app = App(
+    name="levelhead",
+    help=HELP,
+    version=__version__,
+    help_format="markdown",
+    default_parameter=Parameter(show_default=_default),
+)
 VERBS = {
     "demo": "The classic lesson: two sensors that lie, and what filters make of them.",
     "fuse": "Fuse a log into orientation: the main job.",
@@ -30,16 +46,35 @@ app.register_install_completion_command(help="Complete commands, options and fil
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the command line; returns its exit code: 0, 2 for bad input (one line on standard error), 130 for Ctrl-C."""
     tokens = list(sys.argv[1:] if arguments is None else arguments)
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="replace")  # a terminal or pipe that knows no σ gets a ? and no traceback
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # where it keeps its caches is nothing to worry about
     try:
         app(tokens, exit_on_error=False, print_error=False, result_action="return_none")
+        sys.stdout.flush()
+    except UnusedCliTokensError as error:
+        extra = " ".join(error.unused_tokens or ())
+        return _complain(f"'{extra}' is one argument too many; --help shows what is expected")
     except (LevelheadError, CycloptsError) as error:
-        words = " ".join(str(error).split())
-        sys.stderr.write(f"levelhead: {words}\n")
-        return 2
+        return _complain(str(error))
+    except MemoryError:
+        return _complain("that needs more memory than there is")
     except KeyboardInterrupt:
         sys.stderr.write("levelhead: stopped\n")
         return 130
     except BrokenPipeError:  # the reader of our output has seen enough
-        sys.stderr.close()
-        return 0
+        _say_no_more()
+    except OSError as error:
+        _say_no_more()
+        return _complain(f"{error.filename or 'standard output'}: {error.strerror or error}")
     return 0
+
+
+def _complain(words: str) -> int:
+    sys.stderr.write(f"levelhead: {' '.join(words.split())}\n")
+    return 2
+
+
+def _say_no_more() -> None:
+    """Standard output takes nothing any more; without this the interpreter would try once more as it ends."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

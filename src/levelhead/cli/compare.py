@@ -5,17 +5,34 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from levelhead.cli.options import Reading, filter_names, folder, listed_filter, log_or_simulation, say, say_json
+from levelhead.cli.options import (
+    FILTERS,
+    Reading,
+    filter_names,
+    folder,
+    listed_filter,
+    log_or_simulation,
+    say,
+    say_json,
+)
 
 
 def compare(
     log: Path | None = None,
+    /,
     *,
     simulate: Annotated[str | None, Parameter(metavar="WHAT")] = None,
     seed: int | None = None,
     filter: Annotated[
         tuple[str, ...],
-        Parameter(name=["--filter", "-f"], negative="", metavar="NAME[:K=V,…]", completer=filter_names),
+        Parameter(
+            name=["--filter", "-f"],
+            negative="",
+            metavar="NAME[:K=V,…]",
+            completer=filter_names,
+            help=f"{FILTERS}; with parameters if you like: -f Kalman:r_measure=4,q_bias=0.001 -f Complementary. "
+            "All of them if none is named.",
+        ),
     ] = (),
     out: Annotated[Path | None, Parameter(name=["--out", "-o"], metavar="DIR")] = None,
     json: Annotated[bool, Parameter(negative="")] = False,
@@ -28,8 +45,6 @@ def compare(
         simulate: instead of a log: lesson, hard (the lesson with 10° noise and a bias that walks 0.1 °/s), or a motion
             (hand, walking, drone, robot, still) seen by an MPU-6050.
         seed: of the simulation; 42 for the lessons, 0 otherwise.
-        filter: a filter, with parameters if you like: -f Kalman:r_measure=4,q_bias=0.001 -f Complementary; all
-            filters if none is named.
         out: folder for the picture compare.png; without it none is drawn.
         json: print the table as JSON.
     """

@@ -46,22 +46,25 @@ def demo(
     target = folder(out)
     with progress("the lesson") as report:
         comparison = compare(lesson(seed), lesson_filters(), engine="python", progress=report)
-    written = [target / "lesson.png"]
+    written, findings = [target / "lesson.png"], list[str]()
     four_panels(comparison, written[0])
     if full:
-        written += _more(comparison, seed, target)
+        more, findings = _more(comparison, seed, target)
+        written += more
     if json:
-        say_json(comparison.to_dict() | {"written": [str(path) for path in written]})
+        say_json(comparison.to_dict() | {"findings": findings, "written": [str(path) for path in written]})
         return
     print_table(comparison)
     say("")
+    for finding in findings:
+        say(f"{finding}.")
     say("Neither sensor can be trusted alone: the accelerometer jitters, the gyroscope drifts. Together they agree.")
     say("The Kalman filter with Q added per sample loses to one line of code; the same numbers as densities win.")
     say("written: " + ", ".join(str(path) for path in written))
 
 
-def _more(comparison: Any, seed: int, target: Path) -> list[Path]:
-    """The sweeps, the convergence of the gain and the hard case."""
+def _more(comparison: Any, seed: int, target: Path) -> tuple[list[Path], list[str]]:
+    """The sweeps, the convergence of the gain and the hard case: their pictures, and what they show."""
     import numpy as np
 
     from levelhead.engine import fuse_axis
@@ -73,22 +76,22 @@ def _more(comparison: Any, seed: int, target: Path) -> list[Path]:
     from levelhead.tune import converged, sweep
 
     recording = comparison.recording
-    written = []
+    written, findings = [], []
     for params, name in ((Complementary(), "alpha"), (Kalman(), "r_measure")):
         with progress(f"sweeping {name}") as report:
             result = sweep(recording, params, name, progress=report)
         written.append(target / f"sweep-{name}.png")
         sweep_picture(result, written[-1])
-        say(f"{name}: {result.finding}")
+        findings.append(f"Sweep of {name}: {result.finding}")
     angle = np.degrees(np.arctan2(recording.acc[:, 1], recording.acc[:, 2]))
     axis = fuse_axis(recording.t, angle, np.degrees(recording.gyr[:, 0]), Kalman(r_measure=4.0), period=360.0)
     gains = np.stack([axis.gain_level, axis.gain_bias], axis=1)
     index = converged(recording.t, gains)
     written.append(target / "gain.png")
     gain_picture(recording.t, gains, index, written[-1])
-    say(f"Kalman gain: converged at sample {index}, {recording.t[index]:.2f} s")
+    findings.append(f"Kalman gain: converged at sample {index}, {recording.t[index]:.2f} s")
     with progress("the hard case") as report:
         hard = compare(hard_lesson(seed), lesson_filters(), progress=report)
     written.append(target / "hard.png")
     case_picture({"the lesson": comparison, "the hard case": hard}, written[-1])
-    return written
+    return written, findings

@@ -10,6 +10,7 @@ from levelhead.cli.options import FilterName, Reading, chosen_filter, folder, sa
 
 def fuse(
     log: Path,
+    /,
     *,
     filter: FilterName = None,
     set: Annotated[tuple[str, ...], Parameter(name="--set", negative="", metavar="K=V")] = (),
@@ -23,7 +24,6 @@ def fuse(
 
     Args:
         log: .csv, .tsv, .mat, .h5, .npz or .parquet with gyroscope and accelerometer; units and columns are found.
-        filter: the filter; without it, the best one for the sensors in the log.
         set: a parameter of the filter, such as r_measure=0.1; may be given several times.
         out: folder for the results LOG-track.csv and LOG-track.png.
         format: of the track.

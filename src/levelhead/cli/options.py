@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+from levelhead import filters
 from levelhead.errors import LevelheadError
+from levelhead.filters.contract import settable
 
 if TYPE_CHECKING:
     from levelhead.recording import Recording
@@ -40,20 +42,23 @@ class Reading:
 
 def filter_names(_: Any) -> dict[str, str]:
     """Names of the filters and what they are, for the shell to complete."""
-    from levelhead import filters
-
     return {flt.name: str(flt.params.__doc__).partition("\n")[0] for flt in filters.ALL}
 
 
 def parameter_names(_: Any) -> dict[str, str]:
     """Names of all filters' parameters and what they mean, for the shell to complete."""
-    from levelhead import filters
-    from levelhead.filters.contract import settable
-
     return {name: param.doc for flt in filters.ALL for name, param in settable(flt.params).items()}
 
 
-FilterName = Annotated[str | None, Parameter(completer=filter_names, metavar="NAME")]
+FILTERS = ", ".join(flt.name for flt in filters.ALL)
+FilterName = Annotated[
+    str | None,
+    Parameter(
+        completer=filter_names,
+        metavar="NAME",
+        help=f"{FILTERS}; without it, the best one for the sensors in the recording.",
+    ),
+]
 
 
 def settings(pairs: Iterable[str]) -> dict[str, Any]:
@@ -75,36 +80,59 @@ def settings(pairs: Iterable[str]) -> dict[str, Any]:
 
 def chosen_filter(name: str | None, pairs: Sequence[str], recording: "Recording") -> Any:
     """The Params object for ``--filter NAME --set k=v``; without a name the best filter for the sensors there are."""
-    from levelhead import filters
+    values = settings(pairs)
+    if name is not None:
+        return filters.find(name).params(**values)
+    best = filters.best(recording.mag is not None)
+    for parameter in values:
+        must_have(best, parameter)
+    return best._replace(**values) if values else best
 
-    if name is None:
-        best = filters.best(recording.mag is not None)
-        return best._replace(**settings(pairs)) if pairs else best
-    return filters.find(name).params(**settings(pairs))
+
+def must_have(params: Any, parameter: str) -> None:
+    """Makes sure that the filter that was chosen for the user has a parameter that he names.
+
+    Raises:
+        LevelheadError: only other filters have it; the sentence names them.
+    """
+    owners = [flt.name for flt in filters.ALL if parameter in settable(flt.params)]
+    if owners and filters.of(params).name not in owners:
+        raise LevelheadError(
+            f"{filters.of(params).name}, the best filter for these sensors, has no parameter '{parameter}'; "
+            f"name one that has: {' or '.join(f'--filter {owner}' for owner in owners)}"
+        )
 
 
 def listed_filter(word: str) -> Any:
     """A Params object from ``NAME`` or ``NAME:k=v,k=v``."""
-    from levelhead import filters
-
     name, _, pairs = word.partition(":")
     return filters.find(name).params(**settings(pairs.split(",") if pairs else []))
 
 
-def simulated(what: str, seed: int, duration: float = 60.0, rate: float = 100.0, sensor: str | None = None) -> Any:
-    """The recording that ``--simulate WHAT`` stands for: the lesson, its hard case, or a motion seen by a sensor."""
+def simulated(
+    what: str,
+    seed: int | None = None,
+    duration: float | None = None,
+    rate: float | None = None,
+    sensor: str | None = None,
+) -> Any:
+    """The recording that ``--simulate WHAT`` stands for: the lesson, its hard case, or a motion seen by a sensor.
+
+    Without a seed it is 42 for the lessons, 0 otherwise; the lessons have their own duration, rate and sensor.
+    """
     from levelhead import simulate
     from levelhead.errors import nearest
     from levelhead.simulate.motion import STYLES
 
-    if seed < 0:
-        raise LevelheadError(f"the seed is {seed}; it must be 0 or more")
     lessons = {"lesson": simulate.lesson, "hard": simulate.hard_lesson}
     if what in lessons:
-        return lessons[what](seed)
+        if (duration, rate, sensor) != (None, None, None):
+            raise LevelheadError(f"'{what}' has its own sensor, duration and rate; only --seed can be chosen")
+        return lessons[what](42 if seed is None else seed)
     if what not in STYLES:
         raise LevelheadError(f"there is no simulation '{what}'; {nearest(what, [*lessons, *STYLES])}")
-    return simulate.recording(sensor or "MPU-6050", what, duration, rate, seed)
+    wishes: dict[str, Any] = {"seed": seed, "duration": duration, "rate": rate, "sensor": sensor}
+    return simulate.recording(motion=what, **{name: wish for name, wish in wishes.items() if wish is not None})
 
 
 def log_or_simulation(log: Path | None, simulate: str | None, seed: int | None, reading: Reading) -> "Recording":
@@ -112,10 +140,12 @@ def log_or_simulation(log: Path | None, simulate: str | None, seed: int | None, 
     if (log is None) == (simulate is None):
         raise LevelheadError("give either a log or --simulate, such as: --simulate lesson")
     if log is not None:
+        if seed is not None:
+            raise LevelheadError("--seed is for --simulate; a log is what it is")
         return reading.read(log)
-    recording: Recording = simulated(
-        str(simulate), (42 if simulate in ("lesson", "hard") else 0) if seed is None else seed
-    )
+    if reading != Reading():
+        raise LevelheadError("--map, --units, --lsb and --rate say how to read a log; --simulate needs none of them")
+    recording: Recording = simulated(str(simulate), seed)
     return recording
 
 
@@ -139,5 +169,6 @@ def say(text: str) -> None:
 
 def say_json(value: dict[str, Any]) -> None:
     """The result for programs, on standard output."""
-    json.dump(value, sys.stdout, indent=2, ensure_ascii=False, allow_nan=False)
+    escape = "utf" not in (sys.stdout.encoding or "").lower()
+    json.dump(value, sys.stdout, indent=2, ensure_ascii=escape, allow_nan=False)
     sys.stdout.write("\n")

@@ -11,6 +11,7 @@ from levelhead.cli.options import (
     chosen_filter,
     folder,
     log_or_simulation,
+    must_have,
     parameter_names,
     say,
     say_json,
@@ -19,6 +20,7 @@ from levelhead.cli.options import (
 
 def sweep(
     log: Path | None = None,
+    /,
     *,
     parameter: Annotated[str, Parameter(name=["--parameter", "-p"], metavar="NAME", completer=parameter_names)],
     filter: FilterName = None,
@@ -35,7 +37,6 @@ def sweep(
     Args:
         log: a recording with truth.
         parameter: which one, such as alpha or r_measure.
-        filter: of which filter; without it, the best one for the sensors in the recording.
         set: another parameter of the filter, held fixed, such as q_bias=0.001; may be given several times.
         values: to try; without them, the range worth searching that the parameter knows.
         simulate: instead of a log: lesson, hard, hand, walking, drone, robot, still.
@@ -49,6 +50,8 @@ def sweep(
 
     recording = log_or_simulation(log, simulate, seed, reading)
     params = chosen_filter(filter, set, recording)
+    if filter is None:
+        must_have(params, parameter)
     with progress("sweeping") as report:
         result = run(recording, params, parameter, list(values) or None, progress=report)
     picture = None

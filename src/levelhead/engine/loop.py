@@ -1,57 +1,77 @@
 """A filter in a loop: the state that stays between samples, in plain Python or in compiled memory.
 
-Both kinds of loop have the same face: for a filter on an IMU ``tick(gyr, acc, mag, dt)`` with tuples of three floats,
-for an axis filter ``tick(level, rate, dt)``, and ``state`` and ``params`` that can be read and set between samples. A
-tick that is fed nonsense (dt ≤ 0, for an axis also NaN) leaves the state as it is and returns NaN.
+Both kinds of loop have the same face: for a filter on an IMU ``tick(gyr, acc, dt)`` and ``tick_mag(gyr, acc, mag, dt)``
+with tuples of three floats, for an axis filter ``tick(level, rate, dt)``, and ``state`` and ``params`` that can be read
+and set between samples. A tick that is fed nonsense (dt ≤ 0, for an axis also NaN) raises ValueError and leaves the
+state as it is.
 """
 
 import functools
 from collections.abc import Callable
-from math import nan
-from typing import Any
+from typing import Any, NamedTuple
 
 from levelhead.engine import memory
 from levelhead.engine.binding import bind, bind_axis
 from levelhead.engine.driver import unbound
 from levelhead.filters.contract import Filter
 from levelhead.kernels.jit import bound, compiled, kernel
-from levelhead.kernels.vec3 import Vec3
+from levelhead.kernels.vec3 import ZERO, Vec3
 
 Triple = tuple[float, float, float]
 Four = tuple[float, float, float, float]
 LONGEST = 1e9  # s: what is longer is no interval between samples
 
 advance = result = step = read = load = load_params = store = unbound
+PARAMS_AT = 0  # bytes from the state to the parameters, which stand behind it in one piece of memory
 
 
 @kernel
-def tick(at: int, params_at: int, gyr: Triple, acc: Triple, mag: Triple, dt: float) -> Four:
-    """One sample through the driver, on the state and parameters in memory."""
-    if not 0.0 < dt < LONGEST:
-        return (nan, nan, nan, nan)
-    params = load_params(params_at)
-    carry = advance(
-        params,
-        load(at),
-        Vec3(gyr[0], gyr[1], gyr[2]),
-        Vec3(acc[0], acc[1], acc[2]),
-        Vec3(mag[0], mag[1], mag[2]),
-        dt,
+def sample(params: Any, carry: Any, gyr: Triple, acc: Triple, mag: Triple, dt: float) -> Any:
+    """One sample through the driver."""
+    return advance(
+        params, carry, Vec3(gyr[0], gyr[1], gyr[2]), Vec3(acc[0], acc[1], acc[2]), Vec3(mag[0], mag[1], mag[2]), dt
     )
+
+
+@kernel
+def tick(at: int, gyr: Triple, acc: Triple, dt: float) -> Four:
+    """One sample without a magnetometer, on the state and parameters in memory."""
+    if not 0.0 < dt < LONGEST:
+        raise ValueError("dt")
+    params = load_params(at + PARAMS_AT)
+    carry = sample(params, load(at), gyr, acc, (0.0, 0.0, 0.0), dt)
     store(at, carry)
     q = result(params, carry).quat
     return (q.w, q.x, q.y, q.z)
 
 
 @kernel
-def tick_axis(at: int, params_at: int, period: float, level: float, rate: float, dt: float) -> float:
+def tick_mag(at: int, gyr: Triple, acc: Triple, mag: Triple, dt: float) -> Four:
+    """One sample with a magnetometer, on the state and parameters in memory."""
+    if not 0.0 < dt < LONGEST:
+        raise ValueError("dt")
+    params = load_params(at + PARAMS_AT)
+    carry = sample(params, load(at), gyr, acc, mag, dt)
+    store(at, carry)
+    q = result(params, carry).quat
+    return (q.w, q.x, q.y, q.z)
+
+
+@kernel
+def tick_axis(at: int, period: float, level: float, rate: float, dt: float) -> float:
     """One pair through an axis filter, on the state and parameters in memory."""
     if not (0.0 < dt < LONGEST and level - level == 0.0 and rate - rate == 0.0):
-        return nan
-    state = step(load_params(params_at), load(at), level, rate, dt, period)
+        raise ValueError("dt, level or rate")
+    state = step(load_params(at + PARAMS_AT), load(at), level, rate, dt, period)
     store(at, state)
     level_after: float = read(state).level
     return level_after
+
+
+def _plain(values: Any) -> Vec3:
+    """Python floats: with NumPy's own scalars everything after them would be several times slower."""
+    x, y, z = values
+    return Vec3(float(x), float(y), float(z))
 
 
 class PlainLoop:
@@ -63,11 +83,15 @@ class PlainLoop:
         self.state = driver.begin(params)
         self._advance, self._result = driver.advance, driver.result
 
-    def tick(self, gyr: Triple, acc: Triple, mag: Triple, dt: float) -> Four:
+    def tick(self, gyr: Triple, acc: Triple, dt: float) -> Four:
+        """One sample without a magnetometer."""
+        return self.tick_mag(gyr, acc, ZERO, dt)
+
+    def tick_mag(self, gyr: Triple, acc: Triple, mag: Triple, dt: float) -> Four:
         """One sample."""
         if not 0.0 < dt < LONGEST:
-            return (nan, nan, nan, nan)
-        self.state = self._advance(self.params, self.state, Vec3(*gyr), Vec3(*acc), Vec3(*mag), dt)
+            raise ValueError("dt")
+        self.state = self._advance(self.params, self.state, _plain(gyr), _plain(acc), _plain(mag), dt)
         quat: Four = self._result(self.params, self.state).quat
         return quat
 
@@ -84,29 +108,40 @@ class PlainAxisLoop:
     def tick(self, level: float, rate: float, dt: float) -> float:
         """One pair."""
         if not (0.0 < dt < LONGEST and level - level == 0.0 and rate - rate == 0.0):
-            return nan
+            raise ValueError("dt, level or rate")
         self.state = self._axis.step(self.params, self.state, level, rate, dt, self._period)
         return float(self._axis.read(self.state).level)
+
+
+class Machine(NamedTuple):
+    """The machine code of a filter's ticks, and how its state and parameters lie in memory."""
+
+    ticks: dict[str, Any]
+    states: memory.Slot
+    parameters: memory.Slot
 
 
 class CompiledLoop:
     """The loop in machine code, compiled (or fetched from the cache) here so that no sample waits for it."""
 
-    def __init__(self, machine: tuple[Any, memory.Slot, memory.Slot], state: Any, params: Any, *fixed: float) -> None:
-        entry, self._states, self._parameters = machine
-        self._memory, self._at = memory.allocate(self._states.size)
-        self._params_memory, self._params_at = memory.allocate(self._parameters.size)
+    tick: Callable[..., Any]
+    tick_mag: Callable[..., Any]
+
+    def __init__(self, machine: Machine, state: Any, params: Any, *fixed: float) -> None:
+        self._machine = machine
+        self._memory, self._at = memory.allocate(machine.states.size + machine.parameters.size)
         self.state, self.params = state, params
-        self.tick: Callable[..., Any] = functools.partial(entry, self._at, self._params_at, *fixed)
+        for name, entry in machine.ticks.items():
+            setattr(self, name, functools.partial(entry, self._at, *fixed))
 
     @property
     def state(self) -> Any:
         """The filter's whole state."""
-        return self._states.peek(self._at)
+        return self._machine.states.peek(self._at)
 
     @state.setter
     def state(self, value: Any) -> None:
-        self._states.poke(self._at, value)
+        self._machine.states.poke(self._at, value)
 
     @property
     def params(self) -> Any:
@@ -116,40 +151,48 @@ class CompiledLoop:
     @params.setter
     def params(self, value: Any) -> None:
         self._params = value
-        self._parameters.poke(self._params_at, value)
+        self._machine.parameters.poke(self._at + self._machine.states.size, value)
+
+
+def _machine(name: str, state: Any, params: Any, ticks: dict[str, tuple[Any, str]], **kernels: Any) -> Machine:
+    """Compiles ``ticks``, name -> (kernel, arguments), bound to ``kernels`` and to slots for state and parameters."""
+    states, parameters = memory.slot(state, f"{name}_state"), memory.slot(params, f"{name}_params")
+    own = kernels | {
+        "load": states.load,
+        "store": states.store,
+        "load_params": parameters.load,
+        "PARAMS_AT": states.size,
+    }
+    entries = {
+        key: memory.entry_point(compiled(bound(tick, name, **own), releases_gil=False), arguments)
+        for key, (tick, arguments) in ticks.items()
+    }
+    return Machine(entries, states, parameters)
 
 
 @functools.cache
-def _machine(flt: Filter) -> tuple[Any, memory.Slot, memory.Slot]:
-    driver = bind(flt)
-    params = flt.params()
-    states = memory.slot(driver.begin(params), f"{flt.name}_state")
-    parameters = memory.slot(params, f"{flt.name}_params")
-    function = bound(
-        tick, flt.name, advance=driver.advance, result=driver.result,
-        load=states.load, store=states.store, load_params=parameters.load,
-    )  # fmt: skip
-    return memory.entry_point(compiled(function, releases_gil=False), "iivvvf"), states, parameters
+def imu_machine(flt: Filter) -> Machine:
+    """The compiled ticks of a filter on an IMU."""
+    driver, params = bind(flt), flt.params()
+    one = bound(sample, flt.name, advance=driver.advance)
+    ticks = {"tick": (tick, "ivvf"), "tick_mag": (tick_mag, "ivvvf")}
+    return _machine(flt.name, driver.begin(params), params, ticks, sample=one, result=driver.result)
 
 
 @functools.cache
-def _axis_machine(flt: Filter) -> tuple[Any, memory.Slot, memory.Slot]:
+def axis_machine(flt: Filter) -> Machine:
+    """The compiled tick of an axis filter."""
     axis, _ = bind_axis(flt)
     params = flt.params()
-    states = memory.slot(axis.init(params, 0.0), f"{flt.name}_axis")
-    parameters = memory.slot(params, f"{flt.name}_params")
-    function = bound(
-        tick_axis, flt.name, step=axis.step, read=axis.read,
-        load=states.load, store=states.store, load_params=parameters.load,
-    )  # fmt: skip
-    return memory.entry_point(compiled(function, releases_gil=False), "iiffff"), states, parameters
+    ticks = {"tick": (tick_axis, "iffff")}
+    return _machine(f"{flt.name}_axis", axis.init(params, 0.0), params, ticks, step=axis.step, read=axis.read)
 
 
 def loop(flt: Filter, params: Any, engine: str) -> PlainLoop | CompiledLoop:
     """A loop for a filter on an IMU; ``engine`` "python" or "compiled"."""
     if engine == "python":
         return PlainLoop(flt, params)
-    return CompiledLoop(_machine(flt), bind(flt).begin(params), params)
+    return CompiledLoop(imu_machine(flt), bind(flt).begin(params), params)
 
 
 def axis_loop(flt: Filter, params: Any, level: float, period: float, engine: str) -> PlainAxisLoop | CompiledLoop:
@@ -157,4 +200,4 @@ def axis_loop(flt: Filter, params: Any, level: float, period: float, engine: str
     if engine == "python":
         return PlainAxisLoop(flt, params, level, period)
     axis, _ = bind_axis(flt)
-    return CompiledLoop(_axis_machine(flt), axis.init(params, level), params, period)
+    return CompiledLoop(axis_machine(flt), axis.init(params, level), params, period)

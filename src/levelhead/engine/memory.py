@@ -75,13 +75,13 @@ def slot(example: Any, name: str) -> Slot:
         store,
         compiled(bound(peek, layout, load=load)),
         compiled(bound(poke, layout, store=store)),
-        size,
+        (size + 7) // 8 * 8,  # whole words, so that what stands behind is aligned as well
     )
 
 
 def allocate(size: int) -> tuple[NDArray[np.uint64], int]:
-    """Zeroed, aligned memory for that many bytes, and its address; it lives as long as the array does."""
-    memory = np.zeros((size + 7) // 8, np.uint64)
+    """Zeroed, aligned memory for that many bytes (whole words), and its address; it lives as long as the array does."""
+    memory = np.zeros(size // 8, np.uint64)
     return memory, int(memory.ctypes.data)
 
 

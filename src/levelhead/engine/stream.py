@@ -1,19 +1,20 @@
 """Live use: one sample at a time, by the same step as a batch and with the same bits."""
 
 from collections.abc import Sequence
-from math import isnan
-from typing import Any
+from math import isfinite
+from typing import Any, SupportsFloat
+
+from numpy import ndarray
 
 from levelhead import filters
 from levelhead.engine.binding import ENGINES, bind, bind_axis
-from levelhead.engine.loop import LONGEST, axis_loop, loop
+from levelhead.engine.loop import axis_loop, loop
 from levelhead.errors import LevelheadError, nearest
 from levelhead.filters.contract import Output
 from levelhead.kernels.quat import Euler, Quat, to_euler
 from levelhead.kernels.vec3 import Vec3
 
 Triple = Sequence[float]
-NOTHING = (0.0, 0.0, 0.0)
 
 
 def _live_engine(engine: str) -> str:
@@ -23,20 +24,36 @@ def _live_engine(engine: str) -> str:
     return "compiled" if engine == "auto" else engine
 
 
-def _bad_dt(dt: float) -> LevelheadError:
+def _triple(values: Any) -> tuple[float, float, float]:
+    """Three Python floats: NumPy's own scalars make everything after them several times slower."""
+    x, y, z = values.tolist() if type(values) is ndarray else values
+    return (x, y, z)
+
+
+def _refused_dt(dt: Any) -> LevelheadError:
     return LevelheadError(f"dt is {dt!r}; it must be the seconds since the last sample, greater than 0")
 
 
-def _bad_pair(angle: float, rate: float, dt: float) -> LevelheadError:
-    if not 0.0 < dt < LONGEST:
-        return _bad_dt(dt)
-    return LevelheadError(f"angle {angle!r} and rate {rate!r} must be finite numbers; leave a missing sample out")
+def _refused(gyr: Any, acc: Any, mag: Any, dt: Any) -> LevelheadError:
+    """Why a tick did not take a sample."""
+    for name, values, unit in (("gyr", gyr, "rad/s"), ("acc", acc, "m/s²"), ("mag", mag, "µT")):
+        try:
+            three = values is None or len([float(x) for x in values]) == 3
+        except (TypeError, ValueError):
+            three = False
+        if not three or (values is None and name != "mag"):
+            return LevelheadError(
+                f"{name} is {values!r}; it must be three numbers in {unit} (NaN where one is missing)"
+            )
+    return _refused_dt(dt)
 
 
-def _triple(values: Any) -> tuple[float, float, float]:
-    """Three Python floats: NumPy's own scalars make everything after them several times slower."""
-    x, y, z = values.tolist() if hasattr(values, "tolist") else values
-    return (x, y, z)
+def _refused_pair(angle: Any, rate: Any, dt: Any) -> LevelheadError:
+    """Why a tick did not take a pair."""
+    for name, value in (("angle", angle), ("rate", rate)):
+        if not isinstance(value, SupportsFloat) or not isfinite(value):
+            return LevelheadError(f"{name} is {value!r}; it must be a finite number: leave a missing sample out")
+    return _refused_dt(dt)
 
 
 class Stream:
@@ -60,11 +77,11 @@ class Stream:
         self._filter = filters.of(resolved)
         self._engine = _live_engine(engine)
         self._loop = loop(self._filter, resolved, self._engine)
-        self._tick = self._loop.tick
+        self._tick, self._tick_mag = self._loop.tick, self._loop.tick_mag
         self._time: float | None = None
 
     def update(
-        self, gyr: Triple, acc: Triple, mag: Triple | None = None, dt: float | None = None, *, t: float | None = None
+        self, gyr: Triple, acc: Triple, mag: Triple | None = None, dt: float | None = None, t: float | None = None
     ) -> tuple[float, float, float, float]:
         """Takes one sample and returns the orientation.
 
@@ -83,15 +100,14 @@ class Stream:
         """
         if dt is None:
             dt = self._since(t)
-        quat = self._tick(
-            gyr if type(gyr) is tuple else _triple(gyr),
-            acc if type(acc) is tuple else _triple(acc),
-            NOTHING if mag is None else _triple(mag),
-            dt,
-        )
-        if isnan(quat[0]):
-            raise _bad_dt(dt)
-        return quat
+        try:
+            gyr = gyr if type(gyr) is tuple else _triple(gyr)
+            acc = acc if type(acc) is tuple else _triple(acc)
+            if mag is None:
+                return self._tick(gyr, acc, dt)
+            return self._tick_mag(gyr, acc, _triple(mag), dt)
+        except (TypeError, ValueError):
+            raise _refused(gyr, acc, mag, dt) from None
 
     def _since(self, t: float | None) -> float:
         if t is None:
@@ -179,10 +195,10 @@ class AxisStream:
         Raises:
             LevelheadError: dt is not greater than 0, or angle or rate is not finite; the sample is not taken.
         """
-        estimate = self._tick(angle, rate, dt)
-        if isnan(estimate):
-            raise _bad_pair(angle, rate, dt)
-        return estimate
+        try:
+            return self._tick(angle, rate, dt)
+        except (TypeError, ValueError):
+            raise _refused_pair(angle, rate, dt) from None
 
     @property
     def report(self) -> Any:

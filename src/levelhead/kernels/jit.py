@@ -14,7 +14,6 @@ import functools
 import hashlib
 import types
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import Any, TypeGuard, TypeVar
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -31,8 +30,8 @@ def is_kernel(value: object) -> TypeGuard[Callable[..., Any]]:
     return bool(getattr(value, "__kernel__", False))
 
 
-def bound(function: Callable[..., Any], name: str, **kernels: Callable[..., Any]) -> Callable[..., Any]:
-    """A copy of the kernel ``function`` in which the global names in ``kernels`` mean these kernels.
+def bound(function: Callable[..., Any], name: str, **kernels: Any) -> Callable[..., Any]:
+    """A copy of the kernel ``function`` in which the global names in ``kernels`` mean these kernels (or numbers).
 
     This is how one driver serves every filter, in plain Python as well as compiled. ``name`` goes into the name of
     the copy: Numba's cache files are told apart by it.
@@ -45,56 +44,66 @@ def bound(function: Callable[..., Any], name: str, **kernels: Callable[..., Any]
     return kernel(twin)
 
 
-def _called(function: Callable[..., Any]) -> Iterator[tuple[str, Any]]:
-    """Global names that the function's byte code mentions and that exist: (name, value)."""
-    for name in function.__code__.co_names:
-        if name in function.__globals__:
-            yield name, function.__globals__[name]
-
-
-def _reached(function: Callable[..., Any], seen: dict[int, Callable[..., Any]]) -> None:
-    if id(function) in seen:
-        return
-    seen[id(function)] = function
-    for _, value in _called(function):
+def _mentioned(function: Callable[..., Any]) -> Iterator[tuple[str, Any]]:
+    """What the function's byte code mentions: globals, and members of modules that are globals, as (name, value)."""
+    names = function.__code__.co_names
+    for name in names:
+        value = function.__globals__.get(name)
         if isinstance(value, types.ModuleType):
-            for name in function.__code__.co_names:
-                member = getattr(value, name, None)
-                if is_kernel(member):
-                    _reached(member, seen)
-        elif is_kernel(value):
-            _reached(value, seen)
+            yield from ((f"{name}.{member}", getattr(value, member)) for member in names if hasattr(value, member))
+        elif name in function.__globals__:
+            yield name, value
 
 
-def source_hash(function: Callable[..., Any]) -> str:
-    """Sixteen hexadecimal digits of the sources of all the kernels that ``function`` reaches.
+def reached(function: Callable[..., Any]) -> list[Callable[..., Any]]:
+    """The kernel itself and every kernel that it calls, directly or not."""
+    found: dict[int, Callable[..., Any]] = {}
+    waiting = [function]
+    while waiting:
+        current = waiting.pop()
+        if id(current) not in found:
+            found[id(current)] = current
+            waiting += [value for _, value in _mentioned(current) if is_kernel(value)]
+    return list(found.values())
+
+
+def _fingerprint(function: Callable[..., Any]) -> str:
+    """A kernel's code and the constants and NamedTuples that it mentions, as text."""
+    code = function.__code__
+    parts = [f"{function.__module__}.{function.__qualname__}", code.co_code.hex(), repr(code.co_consts)]
+    for name, value in _mentioned(function):
+        if isinstance(value, type) and hasattr(value, "_fields"):
+            parts.append(f"{name}: {value._fields}")
+        elif isinstance(value, int | float | tuple):
+            parts.append(f"{name} = {value!r}")
+    return "\n".join([*parts, *code.co_names, *code.co_varnames])
+
+
+def code_hash(function: Callable[..., Any]) -> str:
+    """Sixteen hexadecimal digits of the code of all the kernels that ``function`` reaches.
 
     Numba's own cache looks only at the file of the outermost function: an edited callee would be served stale. With
-    this in the name of the outermost function it cannot be.
+    this in the name of the outermost function it cannot be. It is the code as loaded that counts, not the file: the
+    file may have been edited since.
     """
-    seen: dict[int, Callable[..., Any]] = {}
-    _reached(function, seen)
-    digest = hashlib.sha256()
-    for path in sorted({kernel_function.__code__.co_filename for kernel_function in seen.values()}):
-        digest.update(Path(path).read_bytes())
-    return digest.hexdigest()[:16]
+    texts = sorted(map(_fingerprint, reached(function)))
+    return hashlib.sha256("\n\n".join(texts).encode()).hexdigest()[:16]
 
 
 def _twin_globals(function: Callable[..., Any]) -> dict[str, Any]:
     """The function's globals, with kernels (also those inside modules) replaced by their compiled twins."""
     twins = dict(function.__globals__)
-    for name, value in _called(function):
-        if is_kernel(value):
+    for name, value in _mentioned(function):
+        if not is_kernel(value):
+            continue
+        module, dot, member = name.partition(".")
+        if not dot:
             twins[name] = _inlined(value)
-        elif isinstance(value, types.ModuleType):
-            members = {
-                member: _inlined(getattr(value, member))
-                for member in function.__code__.co_names
-                if is_kernel(getattr(value, member, None))
-            }
-            if members:
-                twins[name] = types.ModuleType(value.__name__)
-                twins[name].__dict__.update(value.__dict__ | members)
+            continue
+        if twins[module] is function.__globals__[module]:
+            twins[module] = types.ModuleType(module)
+            twins[module].__dict__.update(function.__globals__[module].__dict__)
+        setattr(twins[module], member, _inlined(value))
     return twins
 
 
@@ -124,7 +133,7 @@ def compiled(function: Callable[..., Any], releases_gil: bool = True) -> Any:
     """
     import numba
 
-    twin = _rebuilt(function, f"{function.__qualname__}_{source_hash(function)}")
+    twin = _rebuilt(function, f"{function.__qualname__}_{code_hash(function)}")
     options: dict[str, Any] = {"error_model": "numpy", "nogil": releases_gil}
     try:
         return numba.njit(cache=True, **options)(twin)

@@ -10,11 +10,11 @@ from math import atan2, cos, pi, sin, sqrt
 from levelhead.kernels import quat
 from levelhead.kernels.jit import kernel
 from levelhead.kernels.quat import Euler, Quat
-from levelhead.kernels.vec3 import Vec3, norm
+from levelhead.kernels.vec3 import Vec3
 
 GRAVITY = 9.80665  # m/s², standard gravity (CGPM 1901)
 COS2_LIMIT = 0.0076  # cos² 85°
-STEEP = 0.2  # below this share of |a| across the roll axis (pitch beyond 78°) roll is noise, not a measurement
+STEEP2 = 0.04  # below this share of |a|² across the roll axis (pitch beyond 78°) roll is noise, not a measurement
 
 
 @kernel
@@ -38,7 +38,8 @@ def pitch_of(acc: Vec3) -> float:
 @kernel
 def steep(acc: Vec3) -> bool:
     """Whether the roll axis is so near the vertical that the accelerometer cannot tell roll."""
-    return sqrt(acc.y * acc.y + acc.z * acc.z) < STEEP * norm(acc)
+    across = acc.y * acc.y + acc.z * acc.z
+    return across < STEEP2 * (acc.x * acc.x + across)
 
 
 @kernel
@@ -117,13 +118,13 @@ def add_roll_pitch(attitude: Quat, up: Vec3, roll: float, pitch: float) -> Quat:
     """The attitude with roll and pitch increased, exactly: q ⊗ exp(δθ pitch axis) ⊗ exp(δφ x axis)."""
     axis = pitch_axis(up)
     pitched = quat.multiply(attitude, quat.exp(Vec3(0.0, pitch * axis.y, pitch * axis.z)))
-    return quat.normalize(quat.multiply(pitched, quat.exp(Vec3(roll, 0.0, 0.0))))
+    return quat.renormalize(quat.multiply(pitched, quat.exp(Vec3(roll, 0.0, 0.0))))
 
 
 @kernel
 def add_yaw(attitude: Quat, yaw: float) -> Quat:
     """The attitude turned about the vertical: exp(δψ (0, 0, 1)) ⊗ q."""
-    return quat.normalize(quat.multiply(quat.exp(Vec3(0.0, 0.0, yaw)), attitude))
+    return quat.renormalize(quat.multiply(quat.exp(Vec3(0.0, 0.0, yaw)), attitude))
 
 
 UNIFORM = pi / sqrt(3.0)  # rad, standard deviation of an angle about which nothing is known

@@ -75,7 +75,7 @@ def health_counts(track: Track) -> dict[int, int]:
 
 
 def _recording(recording: Recording) -> str:
-    parts = [f"{len(recording):,} samples", f"{recording.duration:.6g} s", f"{recording.rate:.5g} Hz"]
+    parts = [_count(len(recording), "sample"), f"{recording.duration:.6g} s", f"{recording.rate:.5g} Hz"]
     sensors = ["gyroscope", "accelerometer"] + (["magnetometer"] if recording.mag is not None else [])
     parts.append(" + ".join(sensors))
     steps = np.diff(recording.t)
@@ -104,7 +104,7 @@ def _filter(params: Any) -> list[tuple[str, str]]:
 
 
 def _end(track: Track) -> str:
-    roll, pitch, yaw = track.euler()[-1]
+    roll, pitch, yaw = (round(float(angle), 2) + 0.0 for angle in track.euler()[-1])  # no minus before 0.00
     return f"roll {roll:.2f}°, pitch {pitch:.2f}°, yaw {yaw:.2f}° at {track.t[-1]:.6g} s"
 
 

@@ -127,7 +127,7 @@ def _declared(role: str, table: Table, roles: Roles, hints: Hints, notes: list[s
     """The scale that a hint gives, or the file; a hint wins."""
     said = roles.units.get(role) or table.units.get(role)
     if role in hints.scale:
-        if said is not None:
+        if said is not None and units.find(QUANTITY[role], said) != hints.scale[role].factor:
             notes.append(f"{MEANING[role]}: the hint says {hints.scale[role].name} where the file says {said}")
         return hints.scale[role]
     if said is None or said == RELATIVE:

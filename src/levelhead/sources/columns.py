@@ -1,6 +1,7 @@
 """Which columns are which sensor: from their names, and from what a human said about them."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 
 from levelhead.errors import LevelheadError, nearest
@@ -35,8 +36,8 @@ def assign(
 ) -> Roles:
     """The role of each column.
 
-    ``hints`` is the map of ``sources.hints``: a role with no names is left out. Units of the roles in ``unit_known``
-    are not looked for, because a hint gives them.
+    ``hints`` is the map of ``sources.hints``: a role with no names is left out. The roles in ``unit_known`` may have
+    any unit in their names, because a hint gives theirs.
 
     Raises:
         LevelheadError: no gyroscope, no accelerometer, two candidates, an axis or a hinted column that is not there,
@@ -59,8 +60,11 @@ def assign(
         columns["moving"] = moving
     _disjoint(columns, names, source)
     _complete(columns, names, source)
-    units = {role: unit for role in columns if role in QUANTITY and role not in unit_known
-             for unit in [_unit(role, columns[role], names, source)] if unit}  # fmt: skip
+    units: dict[str, str] = {}
+    for role in [role for role in columns if role in QUANTITY]:
+        with suppress(*((LevelheadError,) if role in unit_known else ())):
+            if unit := _unit(role, columns[role], names, source):
+                units[role] = unit
     used = {i for positions in columns.values() for i in positions}
     ignored = tuple(name or f"(column {i + 1})" for i, name in enumerate(names) if i not in used)
     return Roles(columns, units, ignored, tuple(notes), frozenset(hints))

@@ -82,8 +82,11 @@ class Sweep:
 
     @property
     def edge(self) -> Literal["lowest", "highest", ""]:
-        """Whether the minimum is the lowest or highest value tried, so that a better one may lie outside."""
-        if len(self.values) < 2:
+        """Whether the minimum is the lowest or highest value tried, so that a better one may lie outside.
+
+        Beyond False and True there is none.
+        """
+        if len(self.values) < 2 or isinstance(getattr(self.params, self.name, None), bool):
             return ""
         return "lowest" if self.index == 0 else "highest" if self.index == len(self.values) - 1 else ""
 

@@ -1,6 +1,7 @@
 """The one look of all pictures: colours that colour-blind readers can tell apart, quiet axes, sharp text."""
 
 from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 from levelhead.atomic import atomic_path
@@ -40,7 +41,8 @@ def figure(width: float, height: float, title: str = "") -> "Figure":
     made = Figure(figsize=(width, height), dpi=DPI, layout="constrained", facecolor="white")
     made.get_layout_engine().set(h_pad=0.06, w_pad=0.08)  # type: ignore[union-attr,call-arg]
     if title:
-        made.suptitle(title, x=0.01, ha="left", fontsize=13, fontweight="bold")
+        lines = fill(title, int(8.5 * width), break_long_words=False)  # 13 points bold: about 8.5 letters an inch
+        made.suptitle(lines, x=0.01, ha="left", fontsize=13, fontweight="bold")
     return made
 
 

@@ -49,7 +49,7 @@ def track_picture(recording: Recording, track: Track, path: str | Path) -> None:
 def _finding(track: Track, troubled: bool) -> str:
     roll, pitch, yaw = np.nanmax(np.abs(track.euler()), axis=0)
     words = f"{track.name}: roll up to {roll:.0f}°, pitch {pitch:.0f}°, yaw {yaw:.0f}°"
-    return words + ("" if troubled else "; nothing was wrong with any sample")
+    return words + ("" if troubled else "; no sample was bad")
 
 
 def _angles(panels: list["Axes"], recording: Recording, track: Track) -> None:
