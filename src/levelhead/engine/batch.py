@@ -48,7 +48,7 @@ def fuse(
     n = len(recording)
     mag = NO_MAG if recording.mag is None else recording.mag.reshape(-1)
     flat = [recording.t, recording.gyr.reshape(-1), recording.acc.reshape(-1), mag]
-    outputs: list[Any] = [np.empty(4 * n), np.empty(3 * n), np.empty(3 * n), np.empty(n, np.int64)]
+    outputs: list[Any] = [np.empty(4 * n), np.empty(3 * n), np.empty(3 * n), np.empty(n, np.uint32)]
     carry = bound.begin(params)
     last = float(recording.t[0])
     stretch = n if progress is None else STRETCH
@@ -72,7 +72,7 @@ def fuse(
         quat.reshape(n, 4),
         bias.reshape(n, 3) if "bias" in flt.estimates else None,
         sigma.reshape(n, 3) if "sigma" in flt.estimates else None,
-        health.astype(np.uint32),
+        health,
         params,
     )
 
@@ -113,7 +113,7 @@ def fuse_axis(
     columns = []
     for name, values in (("level", level), ("rate", rate)):
         column = real_array(name, values, (len(t),), "any one unit")
-        if np.isnan(column).any():
+        if np.isnan(np.dot(column, column)) and np.isnan(column).any():
             row = int(np.isnan(column).argmax())
             raise LevelheadError(f"{name} is NaN at row {row}; a one-axis filter needs every sample: leave the row out")
         columns.append(column)

@@ -14,8 +14,8 @@ ENGINES = ("auto", "python", "compiled")
 
 # Samples from which compiled work is done sooner: Numba's start costs about 0.5 s with a warm cache, a sample of these
 # filters about 20 µs in plain Python; benchmarks/engines.py measures both.
-WORTH_STARTING = 25_000
-WORTH_WHEN_STARTED = 2_000
+WORTH_STARTING = 12_000
+WORTH_WHEN_STARTED = 1_000
 
 
 class Driver(NamedTuple):

@@ -101,8 +101,8 @@ class Stream:
         if dt is None:
             dt = self._since(t)
         try:
-            gyr = gyr if type(gyr) is tuple else _triple(gyr)
-            acc = acc if type(acc) is tuple else _triple(acc)
+            if type(gyr) is not tuple or type(acc) is not tuple:
+                gyr, acc = _triple(gyr), _triple(acc)
             if mag is None:
                 return self._tick(gyr, acc, dt)
             return self._tick_mag(gyr, acc, _triple(mag), dt)

@@ -14,7 +14,7 @@ def wrap(angle: float, period: float) -> float:
 
     ``period`` is 2π for radians, 360 for degrees, and 0 for a quantity that is not on a circle (a height, a price).
     """
-    if period > 0.0:
+    if period > 0.0 and not -0.5 * period <= angle < 0.5 * period:  # nearly always inside, and dividing takes longest
         return angle - period * floor(angle / period + 0.5)
     return angle
 

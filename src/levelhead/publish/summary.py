@@ -126,7 +126,15 @@ def _largest_tilt(track: Track) -> str:
 def _bias(track: Track) -> str:
     if track.bias is None:
         return "not estimated by this filter"
-    return "x {:.4f}, y {:.4f}, z {:.4f} °/s learned by the end".format(*np.degrees(track.bias[-1]))
+    learned = track.bias.any(axis=0)  # an axis that is 0 from first to last was never estimated
+    values = [
+        f"{axis} {bias:.4f}"
+        for axis, bias, said in zip("xyz", np.degrees(track.bias[-1]), learned, strict=True)
+        if said
+    ]
+    silent = " and ".join(axis for axis, said in zip("xyz", learned, strict=True) if not said)
+    parts = [f"{', '.join(values)} °/s learned by the end"] * bool(values) + [f"nothing about {silent}"] * bool(silent)
+    return "; ".join(parts)
 
 
 def _doubt(track: Track) -> str:

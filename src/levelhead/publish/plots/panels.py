@@ -157,7 +157,7 @@ def _bias(axes: "Axes", story: Story) -> None:
         curve(axes, story.t, np.degrees(true[:, axis]), color="#B0B0B0", linewidth=2.4, label="truth")
     scores, courses = [], [] if true is None else [np.degrees(true[:, axis])]
     for i, (row, label) in enumerate(zip(story.fused, story.labels, strict=True)):
-        if row.track.bias is None:
+        if row.track.bias is None or not row.track.bias[:, axis].any():
             continue
         error = row.score.bias_axes[axis] if row.score is not None and row.score.bias_axes is not None else None
         words = "" if error is None else f"\n{error:.3g} °/s RMS"
@@ -169,7 +169,7 @@ def _bias(axes: "Axes", story: Story) -> None:
         _focus(axes, courses)
     if scores:
         title += ": {1} learns it to {0:.3g} °/s RMS".format(*min(scores))
-    elif all(row.track.bias is None for row in story.fused):
+    elif len(courses) == (true is not None):
         title += ": none of these filters estimates it"
     style.quiet(axes, title, "bias [°/s]")
 

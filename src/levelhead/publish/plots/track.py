@@ -88,8 +88,8 @@ def _limits(course: Array, sigma: Array | None) -> tuple[float, float]:
 def _bias(axes: "Axes", t: Array, bias: Array) -> None:
     for i, name in enumerate("xyz"):
         course = np.degrees(bias[:, i])
-        label = f"{name}: {course[-1]:.3g} °/s".replace("-", "−")
-        curve(axes, t, course, color=style.AXES[i], linewidth=2.0 - 0.4 * i, label=label)
+        value = f"{course[-1]:.3g} °/s".replace("-", "−") if course.any() else "not estimated"
+        curve(axes, t, course, color=style.AXES[i], linewidth=2.0 - 0.4 * i, label=f"{name}: {value}")
     style.quiet(axes, "Gyroscope bias learned (in the legend: at the end)", "bias [°/s]")
 
 
