@@ -1,9 +1,10 @@
 """A filter in a loop: the state that stays between samples, in plain Python or in compiled memory.
 
-Both kinds of loop have the same face: for a filter on an IMU ``tick(gyr, acc, dt)`` and ``tick_mag(gyr, acc, mag, dt)``
-with tuples of three floats, for an axis filter ``tick(level, rate, dt)``, and ``state`` and ``params`` that can be read
-and set between samples. A tick that is fed nonsense (dt ≤ 0, for an axis also NaN) raises ValueError and leaves the
-state as it is.
+Both kinds of loop have the same face: for a filter on an IMU ``tick(place, gyr, acc, dt)`` and
+``tick_mag(place, gyr, acc, mag, dt)`` with tuples of three floats, for an axis filter
+``tick(place, period, level, rate, dt)``, where ``place`` is where the loop keeps its state; and ``state`` and
+``params`` that can be read and set between samples. A tick that is fed nonsense (dt ≤ 0, for an axis also NaN) raises
+ValueError and leaves the state as it is.
 """
 
 import functools
@@ -81,36 +82,40 @@ class PlainLoop:
         driver = bind(flt)
         self.params = params
         self.state = driver.begin(params)
+        self.place = self
         self._advance, self._result = driver.advance, driver.result
 
-    def tick(self, gyr: Triple, acc: Triple, dt: float) -> Four:
+    @staticmethod
+    def tick(place: Any, gyr: Triple, acc: Triple, dt: float) -> Four:
         """One sample without a magnetometer."""
-        return self.tick_mag(gyr, acc, ZERO, dt)
+        return PlainLoop.tick_mag(place, gyr, acc, ZERO, dt)
 
-    def tick_mag(self, gyr: Triple, acc: Triple, mag: Triple, dt: float) -> Four:
+    @staticmethod
+    def tick_mag(place: Any, gyr: Triple, acc: Triple, mag: Triple, dt: float) -> Four:
         """One sample."""
         if not 0.0 < dt < LONGEST:
             raise ValueError("dt")
-        self.state = self._advance(self.params, self.state, _plain(gyr), _plain(acc), _plain(mag), dt)
-        quat: Four = self._result(self.params, self.state).quat
+        place.state = place._advance(place.params, place.state, _plain(gyr), _plain(acc), _plain(mag), dt)
+        quat: Four = place._result(place.params, place.state).quat
         return quat
 
 
 class PlainAxisLoop:
     """The loop of an axis filter in plain Python."""
 
-    def __init__(self, flt: Filter, params: Any, level: float, period: float) -> None:
+    def __init__(self, flt: Filter, params: Any, level: float) -> None:
         self._axis, _ = bind_axis(flt)
-        self._period = period
         self.params = params
         self.state = self._axis.init(params, level)
+        self.place = self
 
-    def tick(self, level: float, rate: float, dt: float) -> float:
+    @staticmethod
+    def tick(place: Any, period: float, level: float, rate: float, dt: float) -> float:
         """One pair."""
         if not (0.0 < dt < LONGEST and level - level == 0.0 and rate - rate == 0.0):
             raise ValueError("dt, level or rate")
-        self.state = self._axis.step(self.params, self.state, level, rate, dt, self._period)
-        return float(self._axis.read(self.state).level)
+        place.state = place._axis.step(place.params, place.state, level, rate, dt, period)
+        return float(place._axis.read(place.state).level)
 
 
 class Machine(NamedTuple):
@@ -127,21 +132,21 @@ class CompiledLoop:
     tick: Callable[..., Any]
     tick_mag: Callable[..., Any]
 
-    def __init__(self, machine: Machine, state: Any, params: Any, *fixed: float) -> None:
+    def __init__(self, machine: Machine, state: Any, params: Any) -> None:
         self._machine = machine
-        self._memory, self._at = memory.allocate(machine.states.size + machine.parameters.size)
+        self._memory, self.place = memory.allocate(machine.states.size + machine.parameters.size)
         self.state, self.params = state, params
         for name, entry in machine.ticks.items():
-            setattr(self, name, functools.partial(entry, self._at, *fixed))
+            setattr(self, name, entry)
 
     @property
     def state(self) -> Any:
         """The filter's whole state."""
-        return self._machine.states.peek(self._at)
+        return self._machine.states.peek(self.place)
 
     @state.setter
     def state(self, value: Any) -> None:
-        self._machine.states.poke(self._at, value)
+        self._machine.states.poke(self.place, value)
 
     @property
     def params(self) -> Any:
@@ -151,7 +156,7 @@ class CompiledLoop:
     @params.setter
     def params(self, value: Any) -> None:
         self._params = value
-        self._machine.parameters.poke(self._at + self._machine.states.size, value)
+        self._machine.parameters.poke(self.place + self._machine.states.size, value)
 
 
 def _machine(name: str, state: Any, params: Any, ticks: dict[str, tuple[Any, str]], **kernels: Any) -> Machine:
@@ -195,9 +200,9 @@ def loop(flt: Filter, params: Any, engine: str) -> PlainLoop | CompiledLoop:
     return CompiledLoop(imu_machine(flt), bind(flt).begin(params), params)
 
 
-def axis_loop(flt: Filter, params: Any, level: float, period: float, engine: str) -> PlainAxisLoop | CompiledLoop:
+def axis_loop(flt: Filter, params: Any, level: float, engine: str) -> PlainAxisLoop | CompiledLoop:
     """A loop for an axis filter; ``engine`` "python" or "compiled"."""
     if engine == "python":
-        return PlainAxisLoop(flt, params, level, period)
+        return PlainAxisLoop(flt, params, level)
     axis, _ = bind_axis(flt)
-    return CompiledLoop(axis_machine(flt), axis.init(params, level), params, period)
+    return CompiledLoop(axis_machine(flt), axis.init(params, level), params)

@@ -24,10 +24,9 @@ def _live_engine(engine: str) -> str:
     return "compiled" if engine == "auto" else engine
 
 
-def _triple(values: Any) -> tuple[float, float, float]:
-    """Three Python floats: NumPy's own scalars make everything after them several times slower."""
-    x, y, z = values.tolist() if type(values) is ndarray else values
-    return (x, y, z)
+def _triple(values: Any) -> Any:
+    """A tuple of Python floats: NumPy's own scalars make everything after them several times slower."""
+    return tuple(values.tolist() if type(values) is ndarray else values)
 
 
 def _refused_dt(dt: Any) -> LevelheadError:
@@ -77,7 +76,7 @@ class Stream:
         self._filter = filters.of(resolved)
         self._engine = _live_engine(engine)
         self._loop = loop(self._filter, resolved, self._engine)
-        self._tick, self._tick_mag = self._loop.tick, self._loop.tick_mag
+        self._tick, self._tick_mag, self._place = self._loop.tick, self._loop.tick_mag, self._loop.place
         self._time: float | None = None
 
     def update(
@@ -104,8 +103,8 @@ class Stream:
             if type(gyr) is not tuple or type(acc) is not tuple:
                 gyr, acc = _triple(gyr), _triple(acc)
             if mag is None:
-                return self._tick(gyr, acc, dt)
-            return self._tick_mag(gyr, acc, _triple(mag), dt)
+                return self._tick(self._place, gyr, acc, dt)
+            return self._tick_mag(self._place, gyr, acc, _triple(mag), dt)
         except (TypeError, ValueError):
             raise _refused(gyr, acc, mag, dt) from None
 
@@ -186,8 +185,8 @@ class AxisStream:
             raise LevelheadError(
                 f"period is {period!r}; it must be 0 (a line) or the length of the circle, such as 360"
             )
-        self._loop = axis_loop(self._filter, resolved, float(angle), float(period), _live_engine(engine))
-        self._tick = self._loop.tick
+        self._loop = axis_loop(self._filter, resolved, float(angle), _live_engine(engine))
+        self._tick, self._place, self._period = self._loop.tick, self._loop.place, float(period)
 
     def update(self, angle: float, rate: float, dt: float) -> float:
         """Takes one measured angle and rate, ``dt`` seconds after the last, and returns the estimated angle.
@@ -196,7 +195,7 @@ class AxisStream:
             LevelheadError: dt is not greater than 0, or angle or rate is not finite; the sample is not taken.
         """
         try:
-            return self._tick(angle, rate, dt)
+            return self._tick(self._place, self._period, angle, rate, dt)
         except (TypeError, ValueError):
             raise _refused_pair(angle, rate, dt) from None
 

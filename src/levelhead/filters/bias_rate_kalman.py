@@ -15,7 +15,7 @@ from levelhead.filters.contract import AxisFilter, Filter, Output, Param, parame
 from levelhead.filters.health import NEAR_VERTICAL
 from levelhead.filters.kalman import DEG2, earth_sigma
 from levelhead.kernels import mat3, quat, tilt
-from levelhead.kernels.angle import ON_A_LINE, wrap
+from levelhead.kernels.angle import wrap
 from levelhead.kernels.jit import kernel
 from levelhead.kernels.mat3 import Mat3
 from levelhead.kernels.quat import Quat
@@ -54,7 +54,7 @@ class BiasRateKalman(NamedTuple):
 
 
 class Axis(NamedTuple):
-    """One axis: level, bias-free rate, bias, bias rate and the covariance of (level, bias, bias rate)."""
+    """One axis: level, bias-free rate, bias, bias rate, last innovation, and P of (level, bias, bias rate)."""
 
     level: float
     rate: float
@@ -78,74 +78,70 @@ class Report(NamedTuple):
 
 
 class State(NamedTuple):
-    """The attitude, bias (rad/s) and its rate in the sensor frame, each axis relative to these, in radians, health."""
+    """The attitude, bias (rad/s) and its rate in the sensor frame, P of each axis in radians, and what was wrong."""
 
     quat: Quat
     bias: Vec3
     bias_rate: Vec3
-    roll: Axis
-    pitch: Axis
-    heading: Axis
+    roll: Mat3
+    pitch: Mat3
+    heading: Mat3
     health: int
 
 
 @kernel
-def begin(params: BiasRateKalman, level: float, p_level: float, unit: float) -> Axis:
-    """The first level, no bias; ``unit`` = (unit of the parameters in units of the level)²."""
-    p = Mat3(p_level, 0.0, 0.0, 0.0, params.p_bias * unit, 0.0, 0.0, 0.0, params.p_bias_rate * unit)
-    return Axis(level, 0.0, 0.0, 0.0, 0.0, p)
+def diagonal(x: float, y: float, z: float) -> Mat3:
+    """diag(x, y, z)"""
+    return Mat3(x, 0.0, 0.0, 0.0, y, 0.0, 0.0, 0.0, z)
 
 
 @kernel
-def predict(params: BiasRateKalman, axis: Axis, level: float, rate: float, dt: float, unit: float) -> Axis:
-    """Eq. 2; ``level`` is the level after dt at the bias-free ``rate``."""
+def predict(params: BiasRateKalman, p: Mat3, dt: float, unit: float) -> Mat3:
+    """P ← F P Fᵀ + Q of eq. 2; ``unit`` = (unit of the parameters in units of the level)²."""
     f = Mat3(1.0, -dt, -0.5 * dt * dt, 0.0, 1.0, dt, 0.0, 0.0, 1.0)
     share = unit * dt
-    q = Mat3(params.q_angle * share, 0.0, 0.0, 0.0, params.q_bias * share, 0.0, 0.0, 0.0, params.q_bias_rate * share)
-    p = mat3.add(mat3.mul(mat3.mul(f, axis.p), mat3.transpose(f)), q)
-    return Axis(level, rate, axis.bias + dt * axis.bias_rate, axis.bias_rate, 0.0, p)
+    q = diagonal(params.q_angle * share, params.q_bias * share, params.q_bias_rate * share)
+    return mat3.add(mat3.mul(mat3.mul(f, p), mat3.transpose(f)), q)
 
 
 @kernel
-def correct(axis: Axis, level: float, r: float, period: float) -> Axis:
-    """Eq. 3 with the measured ``level``, on the circle of ``period``."""
-    p = axis.p
+def gain(p: Mat3, r: float) -> Vec3:
+    """K = P Hᵀ/S of eq. 3, for level, bias and bias rate."""
     s = p.xx + r
-    k0 = p.xx / s
-    k1 = p.xy / s
-    k2 = p.xz / s
-    xy = p.xy - k0 * p.xy
-    xz = p.xz - k0 * p.xz
-    yz = p.yz - k1 * p.xz
-    innovation = wrap(level - axis.level, period)
-    return Axis(
-        wrap(axis.level + k0 * innovation, period),
-        axis.rate,
-        axis.bias + k1 * innovation,
-        axis.bias_rate + k2 * innovation,
-        innovation,
-        Mat3(p.xx - k0 * p.xx, xy, xz, xy, p.yy - k1 * p.xy, yz, xz, yz, p.zz - k2 * p.xz),
-    )
+    return Vec3(p.xx / s, p.xy / s, p.xz / s)
 
 
 @kernel
-def free_rate(axis: Axis, rate: float, dt: float) -> float:
-    """The mean bias-free rate over dt: the bias runs on while it is subtracted (eq. 2)."""
-    return rate - axis.bias - 0.5 * dt * axis.bias_rate
+def correct(p: Mat3, k: Vec3) -> Mat3:
+    """P − K Kᵀ S of eq. 3 = P − K H P."""
+    xy = p.xy - k.x * p.xy
+    xz = p.xz - k.x * p.xz
+    yz = p.yz - k.y * p.xz
+    return Mat3(p.xx - k.x * p.xx, xy, xz, xy, p.yy - k.y * p.xy, yz, xz, yz, p.zz - k.z * p.xz)
 
 
 @kernel
 def axis_init(params: BiasRateKalman, level: float) -> Axis:
-    """Starts at the first measured level."""
-    return begin(params, level, params.p_angle, 1.0)
+    """Starts at the first measured level, without bias."""
+    return Axis(level, 0.0, 0.0, 0.0, 0.0, diagonal(params.p_angle, params.p_bias, params.p_bias_rate))
 
 
 @kernel
 def axis_step(params: BiasRateKalman, axis: Axis, level: float, rate: float, dt: float, period: float) -> Axis:
-    """One sample of a level and its rate, in the unit of the parameters."""
-    free = free_rate(axis, rate, dt)
-    ahead = predict(params, axis, wrap(axis.level + dt * free, period), free, dt, 1.0)
-    return correct(ahead, level, params.r_measure, period)
+    """One sample of a level and its rate, in the unit of the parameters; the innovation is taken on the circle."""
+    free = rate - axis.bias - 0.5 * dt * axis.bias_rate  # the bias runs on while it is subtracted
+    ahead = wrap(axis.level + dt * free, period)
+    p = predict(params, axis.p, dt, 1.0)
+    k = gain(p, params.r_measure)
+    innovation = wrap(level - ahead, period)
+    return Axis(
+        wrap(ahead + k.x * innovation, period),
+        free,
+        axis.bias + dt * axis.bias_rate + k.y * innovation,
+        axis.bias_rate + k.z * innovation,
+        innovation,
+        correct(p, k),
+    )
 
 
 @kernel
@@ -155,26 +151,13 @@ def axis_read(axis: Axis) -> Report:
 
 
 @kernel
-def begin_again(axis: Axis) -> Axis:
-    """The axis with bias and bias rate counted from zero again."""
-    return Axis(axis.level, axis.rate, 0.0, 0.0, axis.innovation, axis.p)
-
-
-@kernel
 def init(params: BiasRateKalman, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
     """Tilt and heading of the first sample; a relative heading starts at 0 and is certain by definition."""
-    euler = tilt.compass(acc, mag)
-    p_angle = params.p_angle * DEG2
-    p_heading = params.r_heading * DEG2 if tilt.present(mag) else 0.0
-    return State(
-        quat.from_euler(euler),
-        ZERO,
-        ZERO,
-        begin(params, 0.0, p_angle, DEG2),
-        begin(params, 0.0, p_angle, DEG2),
-        begin(params, 0.0, p_heading, DEG2),
-        0,
-    )
+    p_bias = params.p_bias * DEG2
+    p_bias_rate = params.p_bias_rate * DEG2
+    tilted = diagonal(params.p_angle * DEG2, p_bias, p_bias_rate)
+    headed = diagonal(params.r_heading * DEG2 if tilt.present(mag) else 0.0, p_bias, p_bias_rate)
+    return State(quat.from_euler(tilt.compass(acc, mag)), ZERO, ZERO, tilted, tilted, headed, 0)
 
 
 @kernel
@@ -183,34 +166,44 @@ def step(params: BiasRateKalman, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, 
     mean_bias = add(state.bias, scale(state.bias_rate, 0.5 * dt))
     attitude = quat.integrate(state.quat, sub(gyr, mean_bias), dt)
     up = quat.up(attitude)
-    roll = predict(params, begin_again(state.roll), 0.0, 0.0, dt, DEG2)
-    pitch = predict(params, begin_again(state.pitch), 0.0, 0.0, dt, DEG2)
-    heading = predict(params, begin_again(state.heading), 0.0, 0.0, dt, DEG2)
+    roll = predict(params, state.roll, dt, DEG2)
+    pitch = predict(params, state.pitch, dt, DEG2)
+    heading = predict(params, state.heading, dt, DEG2)
+    bias = add(state.bias, scale(state.bias_rate, dt))
+    bias_rate = state.bias_rate
     health = 0
     if tilt.present(acc):
-        pitch = correct(pitch, tilt.pitch_innovation(up, acc), params.r_measure * DEG2, ON_A_LINE)
+        k_pitch = gain(pitch, params.r_measure * DEG2)
+        y_pitch = tilt.pitch_innovation(up, acc)
+        pitch = correct(pitch, k_pitch)
+        k_roll = Vec3(0.0, 0.0, 0.0)
+        y_roll = 0.0
         if tilt.steep(acc):
             health = NEAR_VERTICAL
         else:
-            r_roll = params.r_measure * DEG2 / tilt.roll_weight(up)
-            roll = correct(roll, tilt.roll_innovation(up, acc), r_roll, ON_A_LINE)
-        attitude = tilt.add_roll_pitch(attitude, up, roll.level, pitch.level)
+            k_roll = gain(roll, params.r_measure * DEG2 / tilt.roll_weight(up))
+            y_roll = tilt.roll_innovation(up, acc)
+            roll = correct(roll, k_roll)
+        attitude = tilt.add_roll_pitch(attitude, up, k_roll.x * y_roll, k_pitch.x * y_pitch)
+        bias = add(bias, tilt.in_sensor(up, k_roll.y * y_roll, k_pitch.y * y_pitch, 0.0))
+        bias_rate = add(bias_rate, tilt.in_sensor(up, k_roll.z * y_roll, k_pitch.z * y_pitch, 0.0))
     if tilt.present(mag) and health == 0:
-        heading = correct(heading, tilt.heading_innovation(attitude, mag), params.r_heading * DEG2, ON_A_LINE)
-        attitude = tilt.add_yaw(attitude, heading.level)
-    bias = add(state.bias, scale(state.bias_rate, dt))
-    learned = tilt.in_sensor(up, roll.bias, pitch.bias, heading.bias)
-    learned_rate = tilt.in_sensor(up, roll.bias_rate, pitch.bias_rate, heading.bias_rate)
-    return State(attitude, add(bias, learned), add(state.bias_rate, learned_rate), roll, pitch, heading, health)
+        k_heading = gain(heading, params.r_heading * DEG2)
+        y_heading = tilt.heading_innovation(attitude, mag)
+        heading = correct(heading, k_heading)
+        attitude = tilt.add_yaw(attitude, k_heading.x * y_heading)
+        bias = add(bias, scale(up, k_heading.y * y_heading))
+        bias_rate = add(bias_rate, scale(up, k_heading.z * y_heading))
+    return State(attitude, bias, bias_rate, roll, pitch, heading, health)
 
 
 @kernel
 def output(params: BiasRateKalman, state: State) -> Output:
-    """Attitude, bias per sensor axis, σ and health."""
+    """Attitude, bias, σ and health."""
     return Output(
         state.quat,
         state.bias,
-        earth_sigma(state.roll.p.xx, state.pitch.p.xx, state.heading.p.xx, state.quat),
+        earth_sigma(state.roll.xx, state.pitch.xx, state.heading.xx, state.quat),
         state.health,
     )
 

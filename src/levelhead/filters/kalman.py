@@ -20,11 +20,11 @@ from typing import Annotated, NamedTuple
 from levelhead.filters.contract import AxisFilter, Filter, Output, Param, parameters
 from levelhead.filters.health import NEAR_VERTICAL
 from levelhead.kernels import quat, tilt
-from levelhead.kernels.angle import ON_A_LINE, wrap
+from levelhead.kernels.angle import wrap
 from levelhead.kernels.jit import kernel
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.tilt import UNIFORM
-from levelhead.kernels.vec3 import ZERO, Vec3, add, sub
+from levelhead.kernels.vec3 import ZERO, Vec3, add, scale, sub
 
 DEG2 = (pi / 180.0) ** 2  # (°)² in rad²
 
@@ -57,6 +57,21 @@ class Kalman(NamedTuple):
     joseph: Annotated[bool, Param("", "Joseph's form of the covariance update (eq. 4, right)")] = False
 
 
+class Covariance(NamedTuple):
+    """P of level and bias, symmetric."""
+
+    level: float
+    cross: float
+    bias: float
+
+
+class Gain(NamedTuple):
+    """K of level and bias."""
+
+    level: float
+    bias: float
+
+
 class Axis(NamedTuple):
     """One axis after a sample: level, bias-free rate, bias, their covariance, and the last gain and innovation."""
 
@@ -80,20 +95,14 @@ class Noise(NamedTuple):
 
 
 class State(NamedTuple):
-    """The attitude, the bias (rad/s, sensor frame), each axis relative to these two, in radians, and what was wrong."""
+    """The attitude, the bias (rad/s, sensor frame), the covariance of each axis in radians, and what was wrong."""
 
     quat: Quat
     bias: Vec3
-    roll: Axis
-    pitch: Axis
-    heading: Axis
+    roll: Covariance
+    pitch: Covariance
+    heading: Covariance
     health: int
-
-
-@kernel
-def begin(level: float, p_level: float, p_bias: float) -> Axis:
-    """The first level, no bias."""
-    return Axis(level, 0.0, 0.0, p_level, 0.0, p_bias, 0.0, 0.0, 0.0)
 
 
 @kernel
@@ -104,62 +113,58 @@ def noise(params: Kalman, dt: float, unit: float) -> Noise:
 
 
 @kernel
-def predict(axis: Axis, level: float, rate: float, bias: float, dt: float, w: Noise) -> Axis:
-    """Eq. 1 for the covariance; ``level`` is the level after dt at ``rate``, the rate without ``bias``."""
-    return Axis(
-        level,
-        rate,
-        bias,
-        axis.p_level + dt * (dt * axis.p_bias - 2.0 * axis.p_cross) + w.level,
-        axis.p_cross - dt * axis.p_bias,
-        axis.p_bias + w.bias,
-        0.0,
-        0.0,
-        0.0,
-    )
+def predict(p: Covariance, dt: float, w: Noise) -> Covariance:
+    """P ← F P Fᵀ + Q of eq. 1."""
+    return Covariance(p.level + dt * (dt * p.bias - 2.0 * p.cross) + w.level, p.cross - dt * p.bias, p.bias + w.bias)
 
 
 @kernel
-def correct(axis: Axis, level: float, r: float, joseph: bool, period: float) -> Axis:
-    """Eqs. 2 to 4 with the measured ``level``; the innovation is taken on the circle of ``period``."""
-    k0 = axis.p_level / (axis.p_level + r)
-    k1 = axis.p_cross / (axis.p_level + r)
-    innovation = wrap(level - axis.level, period)
+def gain(p: Covariance, r: float) -> Gain:
+    """Eq. 2."""
+    s = p.level + r
+    return Gain(p.level / s, p.cross / s)
+
+
+@kernel
+def correct(p: Covariance, k: Gain, r: float, joseph: bool) -> Covariance:
+    """Eq. 4."""
     if joseph:
-        rest = 1.0 - k0
-        p_level = rest * rest * axis.p_level + k0 * k0 * r
-        p_cross = rest * (axis.p_cross - k1 * axis.p_level) + k0 * k1 * r
-        p_bias = axis.p_bias - 2.0 * k1 * axis.p_cross + k1 * k1 * (axis.p_level + r)
-    else:
-        p_level = axis.p_level - k0 * axis.p_level
-        p_cross = axis.p_cross - k0 * axis.p_cross
-        p_bias = axis.p_bias - k1 * axis.p_cross
-    return Axis(
-        wrap(axis.level + k0 * innovation, period),
-        axis.rate,
-        axis.bias + k1 * innovation,
-        p_level,
-        p_cross,
-        p_bias,
-        k0,
-        k1,
-        innovation,
-    )
+        rest = 1.0 - k.level
+        return Covariance(
+            rest * rest * p.level + k.level * k.level * r,
+            rest * (p.cross - k.bias * p.level) + k.level * k.bias * r,
+            p.bias - 2.0 * k.bias * p.cross + k.bias * k.bias * (p.level + r),
+        )
+    return Covariance(p.level - k.level * p.level, p.cross - k.level * p.cross, p.bias - k.bias * p.cross)
 
 
 @kernel
 def axis_init(params: Kalman, level: float) -> Axis:
-    """Starts at the first measured level."""
-    return begin(level, params.p_angle, params.p_bias)
+    """Starts at the first measured level, without bias."""
+    return Axis(level, 0.0, 0.0, params.p_angle, 0.0, params.p_bias, 0.0, 0.0, 0.0)
 
 
 @kernel
 def axis_step(params: Kalman, axis: Axis, level: float, rate: float, dt: float, period: float) -> Axis:
-    """One sample of a level and its rate, in the unit of the parameters."""
+    """One sample of a level and its rate, in the unit of the parameters; the innovation is taken on the circle."""
     w = noise(params, dt, 1.0)
     free = rate - axis.bias
-    ahead = predict(axis, wrap(axis.level + dt * free, period), free, axis.bias, dt, w)
-    return correct(ahead, level, w.measurement, params.joseph, period)
+    ahead = wrap(axis.level + dt * free, period)
+    p = predict(Covariance(axis.p_level, axis.p_cross, axis.p_bias), dt, w)
+    k = gain(p, w.measurement)
+    innovation = wrap(level - ahead, period)
+    p = correct(p, k, w.measurement, params.joseph)
+    return Axis(
+        wrap(ahead + k.level * innovation, period),
+        free,
+        axis.bias + k.bias * innovation,
+        p.level,
+        p.cross,
+        p.bias,
+        k.level,
+        k.bias,
+        innovation,
+    )
 
 
 @kernel
@@ -171,48 +176,49 @@ def axis_read(axis: Axis) -> Axis:
 @kernel
 def init(params: Kalman, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
     """Tilt and heading of the first sample; a relative heading starts at 0 and is certain by definition."""
-    euler = tilt.compass(acc, mag)
-    p_angle = params.p_angle * DEG2
-    p_bias = params.p_bias * DEG2
+    tilted = Covariance(params.p_angle * DEG2, 0.0, params.p_bias * DEG2)
     p_heading = params.r_heading * DEG2 if tilt.present(mag) else 0.0
-    return State(
-        quat.from_euler(euler),
-        ZERO,
-        begin(0.0, p_angle, p_bias),
-        begin(0.0, p_angle, p_bias),
-        begin(0.0, p_heading, p_bias),
-        0,
-    )
+    headed = Covariance(p_heading, 0.0, params.p_bias * DEG2)
+    return State(quat.from_euler(tilt.compass(acc, mag)), ZERO, tilted, tilted, headed, 0)
 
 
 @kernel
 def step(params: Kalman, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> State:
     """Eqs. 1 to 4 on each axis; the attitude is turned as a whole, so the axes share the right kinematics.
 
-    Level and bias of an axis are counted from the predicted ones: 0 before the correction, the correction after it.
     What the axes learn of the bias is added in the sensor frame, where a bias stays put while the sensor turns.
     """
     w = noise(params, dt, DEG2)
     attitude = quat.integrate(state.quat, sub(gyr, state.bias), dt)
     up = quat.up(attitude)
-    roll = predict(state.roll, 0.0, 0.0, 0.0, dt, w)
-    pitch = predict(state.pitch, 0.0, 0.0, 0.0, dt, w)
-    heading = predict(state.heading, 0.0, 0.0, 0.0, dt, w)
+    roll = predict(state.roll, dt, w)
+    pitch = predict(state.pitch, dt, w)
+    heading = predict(state.heading, dt, w)
+    bias = state.bias
     health = 0
     if tilt.present(acc):
-        pitch = correct(pitch, tilt.pitch_innovation(up, acc), w.measurement, params.joseph, ON_A_LINE)
+        k_pitch = gain(pitch, w.measurement)
+        y_pitch = tilt.pitch_innovation(up, acc)
+        pitch = correct(pitch, k_pitch, w.measurement, params.joseph)
+        k_roll = Gain(0.0, 0.0)
+        y_roll = 0.0
         if tilt.steep(acc):
             health = NEAR_VERTICAL
         else:
             r_roll = w.measurement / tilt.roll_weight(up)
-            roll = correct(roll, tilt.roll_innovation(up, acc), r_roll, params.joseph, ON_A_LINE)
-        attitude = tilt.add_roll_pitch(attitude, up, roll.level, pitch.level)
+            k_roll = gain(roll, r_roll)
+            y_roll = tilt.roll_innovation(up, acc)
+            roll = correct(roll, k_roll, r_roll, params.joseph)
+        attitude = tilt.add_roll_pitch(attitude, up, k_roll.level * y_roll, k_pitch.level * y_pitch)
+        bias = add(bias, tilt.in_sensor(up, k_roll.bias * y_roll, k_pitch.bias * y_pitch, 0.0))
     if tilt.present(mag) and health == 0:
-        seen = tilt.heading_innovation(attitude, mag)
-        heading = correct(heading, seen, params.r_heading * DEG2, params.joseph, ON_A_LINE)
-        attitude = tilt.add_yaw(attitude, heading.level)
-    learned = tilt.in_sensor(up, roll.bias, pitch.bias, heading.bias)
-    return State(attitude, add(state.bias, learned), roll, pitch, heading, health)
+        r_heading = params.r_heading * DEG2
+        k_heading = gain(heading, r_heading)
+        y_heading = tilt.heading_innovation(attitude, mag)
+        heading = correct(heading, k_heading, r_heading, params.joseph)
+        attitude = tilt.add_yaw(attitude, k_heading.level * y_heading)
+        bias = add(bias, scale(up, k_heading.bias * y_heading))
+    return State(attitude, bias, roll, pitch, heading, health)
 
 
 @kernel
@@ -237,11 +243,11 @@ def earth_sigma(p_roll: float, p_pitch: float, p_heading: float, attitude: Quat)
 
 @kernel
 def output(params: Kalman, state: State) -> Output:
-    """Attitude, bias per sensor axis, σ and health."""
+    """Attitude, bias, σ and health."""
     return Output(
         state.quat,
         state.bias,
-        earth_sigma(state.roll.p_level, state.pitch.p_level, state.heading.p_level, state.quat),
+        earth_sigma(state.roll.level, state.pitch.level, state.heading.level, state.quat),
         state.health,
     )
 

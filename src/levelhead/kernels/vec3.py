@@ -15,6 +15,7 @@ class Vec3(NamedTuple):
 
 
 ZERO = Vec3(0.0, 0.0, 0.0)
+SHORTEST = 1e-140  # below, squares underflow and a norm means nothing
 
 
 @kernel
@@ -55,8 +56,8 @@ def norm(a: Vec3) -> float:
 
 @kernel
 def normalize(a: Vec3) -> Vec3:
-    """a/|a|; the zero vector (an absent sensor) stays the zero vector."""
+    """a/|a|; the zero vector (an absent sensor), and what is too short to have a direction, gives the zero vector."""
     n = norm(a)
-    if n > 0.0:
+    if n > SHORTEST:
         return Vec3(a.x / n, a.y / n, a.z / n)
     return Vec3(0.0, 0.0, 0.0)

@@ -126,15 +126,9 @@ def _largest_tilt(track: Track) -> str:
 def _bias(track: Track) -> str:
     if track.bias is None:
         return "not estimated by this filter"
-    learned = track.bias.any(axis=0)  # an axis that is 0 from first to last was never estimated
-    values = [
-        f"{axis} {bias:.4f}"
-        for axis, bias, said in zip("xyz", np.degrees(track.bias[-1]), learned, strict=True)
-        if said
-    ]
-    silent = " and ".join(axis for axis, said in zip("xyz", learned, strict=True) if not said)
-    parts = [f"{', '.join(values)} °/s learned by the end"] * bool(values) + [f"nothing about {silent}"] * bool(silent)
-    return "; ".join(parts)
+    courses = zip("xyz", np.degrees(track.bias).T, strict=True)  # 0 from first to last: that axis was not estimated
+    words = ", ".join(f"{axis} {course[-1]:.4f}" if course.any() else f"{axis} –" for axis, course in courses)
+    return f"{words} °/s learned by the end"
 
 
 def _doubt(track: Track) -> str:
