@@ -1,6 +1,6 @@
 """Live use: one sample at a time, by the same step as a batch and with the same bits."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from math import isfinite
 from typing import Any, SupportsFloat
 
@@ -8,7 +8,7 @@ from numpy import ndarray
 
 from levelhead import filters
 from levelhead.engine.binding import ENGINES, bind, bind_axis
-from levelhead.engine.loop import axis_loop, loop
+from levelhead.engine.loop import Four, axis_loop, loop
 from levelhead.errors import LevelheadError, nearest
 from levelhead.filters.contract import Output
 from levelhead.kernels.quat import Euler, Quat, to_euler
@@ -76,7 +76,9 @@ class Stream:
         self._filter = filters.of(resolved)
         self._engine = _live_engine(engine)
         self._loop = loop(self._filter, resolved, self._engine)
-        self._tick, self._tick_mag, self._place = self._loop.tick, self._loop.tick_mag, self._loop.place
+        self._tick: Callable[..., Four] = self._loop.tick
+        self._tick_mag: Callable[..., Four] = self._loop.tick_mag
+        self._place = self._loop.place
         self._time: float | None = None
 
     def update(

@@ -33,8 +33,9 @@ class TextTable:
         if os.path.getsize(self.source) > BIG:
             from levelhead.sources.arrow import read_text
 
-            if (columns := read_text(self.source, self.layout, wanted, exact)) is not None:
-                return columns
+            for whole in dict.fromkeys((exact, None)):  # stamps that begin with "0" may still have fractions later
+                if (columns := read_text(self.source, self.layout, wanted, whole)) is not None:
+                    return columns
         return self._read(wanted, exact)
 
     def _read(self, wanted: Sequence[int], exact: int | None) -> dict[int, Column]:
