@@ -34,8 +34,9 @@ class Track:
     params: Any = None
 
     def __post_init__(self) -> None:
-        n = len(time_array(self.t))
-        object.__setattr__(self, "t", time_array(self.t))
+        t = time_array(self.t)
+        n = len(t)
+        object.__setattr__(self, "t", t)
         for name, width, unit in (("quat", 4, "unit quaternions wxyz"), ("bias", 3, "rad/s"), ("sigma", 3, "rad")):
             values = getattr(self, name)
             if values is not None:

@@ -83,7 +83,7 @@ def chosen_filter(name: str | None, pairs: Sequence[str], recording: "Recording"
     values = settings(pairs)
     if name is not None:
         return filters.find(name).params(**values)
-    best = filters.best(recording.mag is not None)
+    best = filters.best()
     for parameter in values:
         must_have(best, parameter)
     return best._replace(**values) if values else best

@@ -28,7 +28,7 @@ def fuse(
     Args:
         recording: what the sensors said, SI units.
         params: which filter, by its Params object (``Kalman(r_measure=0.1)``), its class, or its name. None: the best
-            one there is for the sensors in the recording.
+            one there is.
         engine: "python", "compiled" (Numba), or "auto", which takes the faster one; the bits do not depend on it.
         progress: called now and then with the fraction done, 0 to 1.
 
@@ -40,7 +40,7 @@ def fuse(
     """
     if not isinstance(recording, Recording):
         raise LevelheadError(f"fuse takes a Recording, not {type(recording).__name__}; levelhead.read(path) makes one")
-    params = filters.best(recording.mag is not None) if params is None else filters.resolve(params)
+    params = filters.best() if params is None else filters.resolve(params)
     flt = filters.of(params)
     bound = bind(flt)
     chosen = choose(engine, len(recording))

@@ -1,0 +1,87 @@
+"""What a user waits for: wall time of whole levelhead processes, and what they must not do in it.
+
+``levelhead --help``; ``levelhead demo`` when its machine code is cached, which must compile nothing; ``levelhead fuse``
+of one minute of data, which must not start Numba.
+"""
+
+import os
+import re
+import statistics
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from inputs import GRAVITY, imu
+from measure import Table, once, options, show
+
+LEVELHEAD = [sys.executable, "-m", "levelhead"]
+HEADER = ",".join(["Time (s)", *(f"Gyroscope {a} (deg/s)" for a in "XYZ"), *(f"Accelerometer {a} (g)" for a in "XYZ")])
+
+
+def one_minute(path: Path) -> None:
+    """A log of one minute at 100 Hz."""
+    import numpy as np
+
+    t, gyr, acc = imu(6_000)
+    np.savetxt(path, np.column_stack([t, np.degrees(gyr), acc / GRAVITY]), "%.7g", ",", header=HEADER, comments="")
+
+
+def environment(folder: Path, **more: str) -> dict[str, str]:
+    """This process's, with byte code kept as an installed package has it, whatever was said about it outside."""
+    kept = {key: value for key, value in os.environ.items() if key != "PYTHONDONTWRITEBYTECODE"}
+    return kept | {"PYTHONPYCACHEPREFIX": str(folder / "bytecode")} | more
+
+
+def compilations(arguments: Sequence[str], folder: Path) -> int:
+    """Functions that the process compiled and put into Numba's cache."""
+    _, done = once([*LEVELHEAD, *arguments], cwd=folder, env=environment(folder, NUMBA_DEBUG_CACHE="1"))
+    return len(re.findall(r"data saved to", done.stdout + done.stderr))
+
+
+def imports(package: str, arguments: Sequence[str], folder: Path) -> bool:
+    """Whether the process imports the package."""
+    _, done = once(
+        [sys.executable, "-X", "importtime", "-m", "levelhead", *arguments], cwd=folder, env=environment(folder)
+    )
+    return re.search(rf"\|\s*{package}\s*$", done.stderr, re.MULTILINE) is not None
+
+
+def measured(name: str, arguments: Sequence[str], target: float, repeats: int, folder: Path) -> dict[str, Any]:
+    """One line of the table; the first run, which may compile, stands apart."""
+    command = [*LEVELHEAD, *arguments]
+    first, _ = once(command, cwd=folder, env=environment(folder))
+    seconds = [once(command, cwd=folder, env=environment(folder))[0] for _ in range(repeats)]
+    return {"command": name, "first_s": first, "least_s": min(seconds), "median_s": statistics.median(seconds),
+            "target": f"≤ {target:g} s", "numba": imports("numba", arguments, folder),
+            "compiled": compilations(arguments, folder)}  # fmt: skip
+
+
+def main() -> None:
+    """Run all of it."""
+    parser = options(__doc__, repeats=5)
+    parser.add_argument("--without-demo", action="store_true", help="leave out the slowest one")
+    given = parser.parse_args()
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        one_minute(folder / "one-minute.csv")
+        bare = [sys.executable, "-c", "import numpy"]
+        python = min(once(bare, env=environment(folder))[0] for _ in range(1 + given.repeats))
+        rows = [measured("levelhead --help", ["--help"], 0.5, given.repeats, folder)]
+        for choice in ("Kalman", "Complementary"):
+            arguments = ["fuse", "one-minute.csv", "--filter", choice, "--no-plot", "-o", f"out-{choice}"]
+            shown = f"levelhead fuse one-minute.csv --filter {choice} --no-plot"
+            rows.append(measured(shown, arguments, 0.4, given.repeats, folder))
+        if not given.without_demo:
+            rows.append(measured("levelhead demo", ["demo", "-o", "demo"], 3.0, given.repeats, folder))
+    columns = {
+        "command": "command", "first_s": "first s", "least_s": "least s", "median_s": "median s", "target": "target",
+        "numba": "starts Numba", "compiled": "functions compiled",
+    }  # fmt: skip
+    note = f"First: without byte code, and maybe without machine code. Python alone with NumPy takes {python:.2f} s."
+    show([Table("Whole processes, wall time", columns, rows, note)], given.json)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,203 @@
+"""Writes into the pages what the source knows better: tables of parameters, health bits, units, motions and chips.
+
+Every block between <!-- generated: NAME --> and <!-- end --> is rewritten. With --check nothing is changed; a page
+that is out of date is named, and the exit code is 1. With --pictures `levelhead demo --full` is run as well, and its
+pictures are kept with fewer colours.
+"""
+
+import argparse
+import re
+import sys
+import tempfile
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+
+from levelhead import cli, filters, units
+from levelhead.filters import health
+from levelhead.filters.contract import Filter, Param, derived_table, param_table
+from levelhead.simulate.motion import STYLES
+from levelhead.simulate.presets import CHIPS, MAGNETOMETERS, Sheet
+
+DOCS = Path(__file__).resolve().parent
+BLOCK = re.compile(r"(<!-- generated: (.+?) -->\n).*?(<!-- end -->)", re.DOTALL)
+COLOURS = 96  # in a picture's palette: no difference to the eye, a third of the bytes
+
+
+def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A Markdown table; bars inside cells are escaped."""
+    lines = [header, ["---"] * len(header), *rows]
+    return "".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |\n" for line in lines)
+
+
+def number(value: float) -> str:
+    """As one would type it."""
+    return str(value) if isinstance(value, bool) else f"{value:g}"
+
+
+def code(text: str) -> str:
+    """In the type of code."""
+    return f"`{text}`"
+
+
+def parameters(flt: Filter) -> str:
+    """Name, unit, default, range, range worth sweeping and meaning of every parameter, and of every other name."""
+    defaults = flt.params()
+    facts: list[tuple[str, Param, str]] = [
+        (name, param, number(getattr(defaults, name))) for name, param in param_table(flt.params).items()
+    ]
+    for name, derived in derived_table(flt.params).items():
+        facts.append((name, derived.param, f"{number(getattr(defaults, name))} (from {derived.field})"))
+    if not facts:
+        return "No parameters.\n"
+    rows = []
+    for name, param, default in facts:
+        switch = isinstance(getattr(defaults, name), bool)
+        sweep = f"{param.sweep[0]:g} … {param.sweep[1]:g}" if param.sweep else "–"
+        rows.append(
+            [code(name), param.unit or "–", default, "True or False" if switch else param.range, sweep, param.doc]
+        )
+    return table(["parameter", "unit", "default", "range", "default sweep", "meaning"], rows)
+
+
+def overview() -> str:
+    """Which filter needs and gives what."""
+    rows = []
+    for flt in filters.ALL:
+        uses = ", ".join(sensor for sensor in ("gyr", "acc", "mag") if sensor in flt.uses)
+        gives = ", ".join(fact for fact in ("tilt", "heading", "bias", "sigma") if fact in flt.estimates)
+        rows.append([code(flt.name), uses, gives, "yes" if flt.axis else "no", str(flt.params.__doc__).splitlines()[0]])
+    return table(["filter", "uses", "estimates", "one axis", "what it is"], rows)
+
+
+def bits() -> str:
+    """The health bits."""
+    names = {value: name for name, value in vars(health).items() if isinstance(value, int)}
+    return table(
+        ["bit", "name", "meaning"], ([str(bit), code(names[bit]), words] for bit, words in health.NAMES.items())
+    )
+
+
+def spellings() -> str:
+    """Every unit that the reader knows."""
+    return table(
+        ["quantity", "SI unit", "spellings"],
+        ([what, units.SI[what], ", ".join(code(name) for name in known)] for what, known in units.FACTORS.items()),
+    )
+
+
+def motions() -> str:
+    """The styles of ``simulate.motion``."""
+    rows = []
+    for name, style in STYLES.items():
+        turn, shift = (", ".join(f"{value:g}" for value in values) for values in (style.rotation, style.translation))
+        bands = (f"{low:g} … {high:g}" for low, high in (style.rotation_band, style.translation_band))
+        turn_band, shift_band = bands
+        rows.append([code(name), turn, turn_band, shift, shift_band])
+    return table(
+        ["style", "roll, pitch, yaw rates [°/s RMS]", "band [Hz]", "east, north, up [m/s² RMS]", "band [Hz]"], rows
+    )
+
+
+def scales(sheet: Sheet) -> str:
+    """The full scales of a sheet; the default one in bold."""
+    return ", ".join(f"**{one:g}**" if one == sheet.default else f"{one:g}" for one in sheet.scales)
+
+
+def zero(sheet: Sheet) -> str:
+    """The tolerance of the zero level."""
+    values = sheet.zero if isinstance(sheet.zero, tuple) else (sheet.zero,)
+    return ", ".join(f"{value:g}" for value in values)
+
+
+def sheets(rows: Iterable[tuple[str, Sheet]], extra: Sequence[str] = ()) -> str:
+    """Sheets as they are in the source, in their own unit."""
+    header = ["chip", *extra, "full scales", "noise density [unit/√Hz]", "zero level ±", "sensitivity ±", "cross-axis"]
+    return table(
+        header,
+        (
+            [
+                name,
+                *([sheet.unit] if extra else []),
+                scales(sheet),
+                f"{sheet.scales[sheet.default].noise_density:.3g}",
+                zero(sheet),
+                f"{100 * sheet.sensitivity:g} %",
+                f"{100 * sheet.cross_axis:g} %",
+            ]
+            for name, sheet in rows
+        ),
+    )
+
+
+def chips() -> str:
+    """The chips: documents, gyroscopes, accelerometers, magnetometers."""
+    documents = table(["chip", "document and table"], ([chip.name, chip.source] for chip in CHIPS))
+    gyroscopes = sheets((chip.name, chip.gyr) for chip in CHIPS)
+    accelerometers = sheets((chip.name, chip.acc) for chip in CHIPS)
+    magnetometers = sheets(MAGNETOMETERS.items(), ["unit"])
+    return (
+        f"{documents}\nGyroscopes, in °/s (bold: what `imu` takes unless told otherwise):\n\n{gyroscopes}\n"
+        f"Accelerometers, in g:\n\n{accelerometers}\nMagnetometers:\n\n{magnetometers}"
+    )
+
+
+BLOCKS: dict[str, Callable[[], str]] = {
+    "filters": overview,
+    "health": bits,
+    "units": spellings,
+    "motions": motions,
+    "chips": chips,
+    **{f"parameters of {flt.name}": lambda flt=flt: parameters(flt) for flt in filters.ALL},
+}
+
+
+def renewed(text: str) -> str:
+    """A page with its generated blocks as the source wants them.
+
+    Raises:
+        KeyError: a block whose name is not in ``BLOCKS``.
+    """
+    return BLOCK.sub(lambda match: f"{match[1]}\n{BLOCKS[match[2]]()}\n{match[3]}", text)
+
+
+def pictures() -> None:
+    """The pictures of `levelhead demo --full`, with a palette so that the repository stays small."""
+    from PIL import Image  # noqa: PLC0415 - only here, so that --check needs no pictures
+
+    with tempfile.TemporaryDirectory() as folder:
+        if cli.main(["demo", "--full", "--out", folder]) != 0:
+            raise SystemExit("levelhead demo --full failed")
+        for path in sorted(Path(folder).glob("*.png")):
+            with Image.open(path) as picture:
+                few = picture.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
+                few.save(DOCS / "pictures" / path.name, optimize=True)
+
+
+def main() -> int:
+    """Rewrite or check all pages; returns the exit code."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--check", action="store_true", help="change nothing, fail where a page is out of date")
+    parser.add_argument("--pictures", action="store_true", help="also make the pictures anew")
+    given = parser.parse_args()
+    stale, shown = [], set()
+    for path in sorted(DOCS.glob("*.md")):
+        text = path.read_text(encoding="utf-8")
+        wanted = renewed(text)
+        shown |= {match[2] for match in BLOCK.finditer(text)}
+        if wanted != text:
+            stale.append(path)
+            if not given.check:
+                path.write_text(wanted, encoding="utf-8")
+    if given.pictures and not given.check:
+        pictures()
+    for path in stale:
+        what = "is out of date; run python docs/generate.py" if given.check else "rewritten"
+        sys.stdout.write(f"docs/{path.name} {what}\n")
+    absent = [name for name in BLOCKS if name not in shown]
+    for name in absent:
+        sys.stdout.write(f"no page has the block <!-- generated: {name} --> … <!-- end -->\n")
+    return 1 if absent or (stale and given.check) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,153 @@
+"""``levelhead fuse LOG``: the main job, its files, its summary, its hints."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from levelhead import filters, sources
+from levelhead.engine import fuse
+
+COLUMNS = "t [s],qw,qx,qy,qz,roll [deg],pitch [deg],yaw [deg]"
+BIAS = "bias_x [rad/s],bias_y [rad/s],bias_z [rad/s]"
+SIGMA = "sigma_east [rad],sigma_north [rad],sigma_up [rad]"
+
+
+def table(path: Path) -> tuple[str, np.ndarray]:
+    head = path.read_text().partition("\n")[0]
+    return head, np.loadtxt(path, delimiter=",", skiprows=1)
+
+
+def test_track_picture_and_summary(levelhead, logs, tmp_path):
+    said = levelhead("fuse", logs / "hand.csv", "-o", tmp_path / "new" / "folder")
+    assert (said.code, said.err) == (0, "")
+    folder = tmp_path / "new" / "folder"
+    assert sorted(path.name for path in folder.iterdir()) == ["hand-track.csv", "hand-track.png"]
+    assert (folder / "hand-track.png").read_bytes().startswith(b"\x89PNG")
+    head, rows = table(folder / "hand-track.csv")
+    assert head == f"{COLUMNS},{BIAS},{SIGMA},health"
+    recording = sources.read(logs / "hand.csv")
+    track = fuse(recording, filters.best(False))
+    np.testing.assert_array_equal(rows[:, 0], recording.t)
+    np.testing.assert_array_equal(rows[:, 1:5], track.quat)
+    np.testing.assert_allclose(rows[:, 5:8], track.euler(), atol=1e-6)
+    lines = said.out.splitlines()
+    assert len(lines) <= 24 and "800 samples" in lines[0]
+    for words in (
+        "filter",
+        "r_measure = 4 deg²",
+        "roll",
+        "°/s learned by the end",
+        "tilt",
+        "against truth",
+        "written:",
+    ):
+        assert words in said.out
+
+
+def test_parquet(levelhead, logs, tmp_path):
+    parquet = pytest.importorskip("pyarrow.parquet")
+    assert levelhead("fuse", logs / "hand.csv", "--format", "parquet", "--no-plot", "-o", tmp_path).code == 0
+    written = parquet.read_table(tmp_path / "hand-track.parquet")
+    assert ",".join(written.column_names) == f"{COLUMNS},{BIAS},{SIGMA},health"
+    assert [path.name for path in tmp_path.iterdir()] == ["hand-track.parquet"]
+
+
+@pytest.mark.parametrize("log, magnetometer", [("hand.npz", False), ("nine.npz", True)])
+def test_without_a_name_the_best_filter_for_the_sensors(levelhead, logs, tmp_path, log, magnetometer):
+    facts = levelhead("fuse", logs / log, "--no-plot", "--json", "-o", tmp_path).json
+    best = filters.best(magnetometer)
+    assert facts["magnetometer"] is magnetometer
+    assert facts["filter"] == filters.of(best).name and facts["params"] == best._asdict()
+
+
+@pytest.mark.parametrize("flt", filters.ALL, ids=lambda flt: flt.name)
+def test_every_filter_by_name_as_json(levelhead, logs, tmp_path, flt):
+    said = levelhead("fuse", logs / "nine.npz", "--filter", flt.name.lower(), "--no-plot", "--json", "-o", tmp_path)
+    assert (said.code, said.err) == (0, "")
+    facts = said.json
+    assert facts["filter"] == flt.name and facts["params"] == flt.params()._asdict()
+    assert facts["samples"] == 800 and facts["score"]["samples"] == 800
+    assert facts["written"] == [str(tmp_path / "nine-track.csv")]
+    _, rows = table(tmp_path / "nine-track.csv")
+    np.testing.assert_allclose(np.linalg.norm(rows[:, 1:5], axis=1), 1.0, atol=1e-12)
+    assert np.isfinite(rows).all()
+
+
+def test_parameters_are_set(levelhead, logs, tmp_path):
+    words = ["fuse", logs / "nine.npz", "--no-plot", "--json", "-o", tmp_path]
+    facts = levelhead(*words, "--filter", "kalman", "--set", "r_measure=0.5", "--set", "q_per_sample=true").json
+    assert facts["params"]["r_measure"] == 0.5 and facts["params"]["q_per_sample"] is True
+    facts = levelhead(*words, "--filter", "Complementary", "--set", "alpha=0.98").json
+    assert facts["params"]["tau"] == pytest.approx(0.49)
+    best = levelhead(*words, "--set", f"tau={filters.best(True).tau + 1}").json["params"]
+    assert best == filters.best(True)._asdict() | {"tau": filters.best(True).tau + 1}
+
+
+def test_a_log_without_truth_has_no_score_and_json_says_null(levelhead, logs, tmp_path):
+    facts = levelhead("fuse", logs / "plain.csv", "--filter", "AccelTilt", "--json", "-o", tmp_path).json
+    assert facts["score"] is None and facts["bias_rad_s"] is None and facts["sigma_east_north_up_rad"] is None
+    assert facts["written"] == [str(tmp_path / f"plain-track.{kind}") for kind in ("csv", "png")]
+
+
+def test_missing_samples_never_become_nan(levelhead, logs, tmp_path):
+    lines = (logs / "plain.csv").read_text(encoding="utf-8").splitlines()
+    for row in range(300, 320):
+        lines[row] = lines[row].split(",")[0] + ",,,,,,"
+    (tmp_path / "holes.csv").write_text("\n".join(lines), encoding="utf-8")
+    said = levelhead("fuse", tmp_path / "holes.csv", "--no-plot", "--json", "-o", tmp_path)
+    assert said.json["incomplete_samples"] == 20 and sum(said.json["health"].values()) >= 20
+    assert np.isfinite(table(tmp_path / "holes-track.csv")[1]).all()
+
+
+def test_hints(levelhead, tmp_path):
+    """Raw counts in columns with names that say nothing, and no time stamps."""
+    t = np.arange(300) * 0.01
+    counts = np.stack([131 * 30 * np.cos(3 * t), 0 * t, 0 * t, 0 * t, 0 * t, 16384 + 0 * t], axis=1).round()
+    np.savetxt(tmp_path / "raw.csv", counts, "%d", ",", header="u,v,w,a,b,c", comments="")
+    words = ["--map", "gyr=u,v,w", "--map", "acc=a,b,c", "--lsb", "gyr=131/deg/s", "--lsb", "acc=16384/g"]
+    said = levelhead(
+        "fuse", tmp_path / "raw.csv", *words, "--rate", "100", "--filter", "GyroIntegration", "--json", "--no-plot",
+        "-o", tmp_path,
+    )  # fmt: skip
+    assert said.json["rate_hz"] == pytest.approx(100.0)
+    roll = table(tmp_path / "raw-track.csv")[1][:, 5]
+    np.testing.assert_allclose(roll, 10.0 * np.sin(3 * t), atol=0.4)  # ∫ 30 °/s cos 3t
+
+
+def test_units_that_the_header_does_not_say_and_a_hint_against_it(levelhead, logs, tmp_path):
+    text = (logs / "plain.csv").read_text(encoding="utf-8")
+    head, _, rows = text.partition("\n")
+    degrees = tmp_path / "bare.csv"
+    degrees.write_text("t,gx,gy,gz,ax,ay,az\n" + rows)
+    said = levelhead("fuse", degrees, "--units", "gyr=rad/s", "--no-plot", "--json", "-o", tmp_path)
+    assert not any("gyroscope: taken" in note for note in said.json["notes"])
+    wrong = tmp_path / "wrong.csv"
+    wrong.write_text(head.replace("rad/s", "mdeg/s") + "\n" + rows, encoding="utf-8")
+    said = levelhead("fuse", wrong, "--units", "gyr=rad/s", "--no-plot", "-o", tmp_path)
+    assert "note: gyroscope: the hint says rad/s where the file says mdeg/s" in said.out
+
+
+def test_the_magnetometer_can_be_left_out(levelhead, tmp_path):
+    lines = ["t_s,gx_dps,gy_dps,gz_dps,ax_g,ay_g,az_g,mx_uT,my_uT,mz_uT"]
+    lines += [f"{i / 100},0,0,0,0,0,1,0,20,-40" for i in range(100)]
+    (tmp_path / "log.csv").write_text("\n".join(lines))
+    words = ["fuse", tmp_path / "log.csv", "--no-plot", "--json", "-o", tmp_path]
+    assert levelhead(*words).json["magnetometer"] is True
+    assert levelhead(*words, "--map", "mag=").json["magnetometer"] is False
+
+
+def test_without_matplotlib_the_track_is_written_all_the_same(levelhead, logs, tmp_path, monkeypatch):
+    import importlib.util
+
+    find = importlib.util.find_spec
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name, *a: None if name == "matplotlib" else find(name, *a))
+    said = levelhead("fuse", logs / "hand.csv", "-o", tmp_path)
+    assert said.code == 0 and "no picture: it needs matplotlib" in said.out
+    assert [path.name for path in tmp_path.iterdir()] == ["hand-track.csv"]
+
+
+def test_one_sample_is_enough(levelhead, logs, tmp_path):
+    (tmp_path / "one.csv").write_text("\n".join((logs / "plain.csv").read_text("utf-8").splitlines()[:2]), "utf-8")
+    said = levelhead("fuse", tmp_path / "one.csv", "-o", tmp_path)
+    assert (said.code, said.err) == (0, "") and "1 sample," in said.out and "−0.00" not in said.out

@@ -1,0 +1,133 @@
+"""What only a process of its own shows: imports, pipes, a terminal, a home that is none."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+HEAVY = {"numba", "scipy", "matplotlib", "pyarrow", "h5py"}
+
+
+def levelhead(*words: object, flags: tuple[str, ...] = (), **more: object) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, *flags, "-m", "levelhead", *map(str, words)]
+    return subprocess.run(command, capture_output=True, encoding="utf-8", check=False, timeout=120, **more)  # type: ignore[call-overload, no-any-return]
+
+
+def imported(*words: object) -> set[str]:
+    """Names of the packages that a successful run imports."""
+    done = levelhead(*words, flags=("-X", "importtime"))
+    assert done.returncode == 0, done.stderr
+    return {name.partition(".")[0] for name in re.findall(r"import time:.*\|\s+(\S+)$", done.stderr, re.MULTILINE)}
+
+
+def test_help_imports_nothing_heavy():
+    assert imported("--help").isdisjoint(HEAVY | {"numpy"})
+
+
+@pytest.mark.parametrize("flt", ["Kalman", "Complementary"])
+def test_a_minute_without_a_picture_imports_nothing_heavy(tmp_path, flt):
+    from levelhead import simulate
+    from levelhead.sources.csv_writer import write_csv
+
+    write_csv(simulate.recording("BMI160", "hand", duration=60.0), tmp_path / "one-minute.csv")
+    found = imported("fuse", tmp_path / "one-minute.csv", "--filter", flt, "--no-plot", "-o", tmp_path)
+    assert "numpy" in found and found.isdisjoint(HEAVY | {"rich"} if os.name == "posix" else HEAVY)
+
+
+@pytest.fixture
+def homeless(tmp_path: Path) -> dict[str, str]:
+    """An environment whose home is a file, so that nothing can be kept there; not even by root."""
+    (tmp_path / "home").touch()
+    names = ("MPLCONFIGDIR", "XDG_CACHE_HOME", "XDG_CONFIG_HOME", "NUMBA_CACHE_DIR", "PYTHONPATH")
+    kept = {name: value for name, value in os.environ.items() if name not in names}
+    return kept | {"HOME": str(tmp_path / "home"), "PYTHONDONTWRITEBYTECODE": "1"}
+
+
+def test_success_in_a_pipe_says_nothing_on_stderr_even_without_a_home(logs, tmp_path, homeless):
+    done = levelhead("fuse", logs / "hand.csv", "-o", tmp_path, env=homeless)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (tmp_path / "hand-track.png").stat().st_size > 10_000
+
+
+def test_a_read_only_install_without_a_home_still_compiles(tmp_path, homeless):
+    """Files stand where Numba would put its caches: beside the source and at home."""
+    import shutil
+
+    import levelhead as package
+
+    source = Path(package.__file__).parent
+    copy = tmp_path / "site" / "levelhead"
+    shutil.copytree(source, copy, ignore=shutil.ignore_patterns("__pycache__", ".*"))
+    for folder in [copy, *(path for path in copy.rglob("*") if path.is_dir())]:
+        (folder / "__pycache__").touch()
+    program = (
+        "import levelhead as lh, sys; "
+        f"assert lh.__file__.startswith({str(copy)!r}), lh.__file__; "
+        "rec = lh.simulate.lesson(); "
+        "track = lh.fuse(rec, lh.AccelTilt(), engine='compiled'); "
+        "print(track)"
+    )
+    env = homeless | {"PYTHONPATH": str(copy.parent)}
+    done = subprocess.run([sys.executable, "-c", program], env=env, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, ""), done.stderr
+    assert done.stdout.strip() == "Track(AccelTilt, 6000 samples)"
+
+
+def test_a_pipe_that_knows_no_sigma(logs, tmp_path):
+    env = os.environ | {"PYTHONIOENCODING": "ascii"}
+    done = levelhead("fuse", logs / "hand.csv", "--no-plot", "-o", tmp_path, env=env)
+    assert (done.returncode, done.stderr) == (0, "") and "largest tilt" in done.stdout
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs the pipes and devices of Unix")
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_a_reader_that_has_seen_enough(unbuffered):
+    env = os.environ | {"PYTHONUNBUFFERED": unbuffered}
+    reader, writer = os.pipe()
+    os.close(reader)
+    command = [sys.executable, "-m", "levelhead", "compare", "--simulate", "lesson", "-f", "AccelTilt"]
+    done = subprocess.run(command, env=env, stdout=writer, stderr=subprocess.PIPE, text=True, check=False)
+    os.close(writer)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
+def test_a_full_disk_behind_standard_output():
+    command = [sys.executable, "-m", "levelhead", "compare", "--simulate", "lesson", "-f", "AccelTilt"]
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert done.returncode == 2 and done.stderr.startswith("levelhead: standard output: ")
+    assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs a pseudo-terminal")
+def test_a_bar_on_a_terminal_and_json_alone_beside_it():
+    import json
+    import pty
+    import threading
+
+    outer, inner = pty.openpty()
+    words = ["sweep", "-p", "r_measure", "--filter", "Kalman", "--simulate", "lesson", "--json"]
+    env = os.environ | {"TERM": "xterm", "COLUMNS": "80"}
+    seen: list[bytes] = []
+
+    def look() -> None:
+        try:
+            while part := os.read(outer, 4096):
+                seen.append(part)
+        except OSError:  # how Linux says that the other end is closed
+            pass
+
+    command = [sys.executable, "-m", "levelhead", *words]
+    process = subprocess.Popen(command, env=env, stdout=subprocess.PIPE, stderr=inner, text=True)
+    os.close(inner)
+    watcher = threading.Thread(target=look)
+    watcher.start()
+    out, _ = process.communicate(timeout=120)
+    watcher.join(10)
+    os.close(outer)
+    assert process.returncode == 0 and json.loads(out)["parameter"] == "r_measure"
+    assert b"sweeping" in b"".join(seen) and b"%" in b"".join(seen)

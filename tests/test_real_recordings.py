@@ -1,0 +1,102 @@
+"""Every shipped filter on real recordings with optical truth, and every recording through the command line.
+
+The bounds are about 1.3 times what was measured when they were written. They guard against regressions; they say
+nothing about how good a filter could be. What must hold in any case stands in the tests of order.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from levelhead import filters, read
+from levelhead.cli import main
+from levelhead.engine import fuse
+from levelhead.evaluate import Score, evaluate
+from levelhead.recording import Recording
+
+LIARS = ("AccelTilt", "GyroIntegration")
+BEST = {True: "best with magnetometer", False: "best without magnetometer"}
+
+# Tilt RMSE in degrees over the movement phases. BROAD 05: slow rotation with breaks; 21: fast, all kinds of motion.
+BOUNDS = {
+    "05": {
+        "GyroIntegration": 28.0,
+        "AccelTilt": 5.6,
+        "Complementary": 0.89,
+        "Kalman": 1.51,
+        "RollPitchKalman": 0.51,
+        "BiasRateKalman": 0.94,
+        BEST[True]: 0.89,
+        BEST[False]: 0.51,
+    },
+    "21": {
+        "GyroIntegration": 14.4,
+        "AccelTilt": 67.0,
+        "Complementary": 22.9,
+        "Kalman": 74.0,
+        "RollPitchKalman": 21.8,
+        "BiasRateKalman": 87.0,
+        BEST[True]: 15.8,
+        BEST[False]: 21.8,
+    },
+}
+KNOWN = {"BROAD 05": "05_undisturbed_slow_rotation_with_breaks_B", "BROAD 21": "21_undisturbed_fast_combined"}
+
+
+@pytest.fixture(scope="module")
+def scores(data_dir: Path) -> dict[str, dict[str, Score]]:
+    """Trial -> filter -> score, for all shipped filters and the best ones."""
+    found = {}
+    for name in KNOWN.values():
+        recording = read(data_dir / "broad" / f"{name}.mat")
+        choices = {flt.name: flt.params() for flt in filters.ALL} | {BEST[mag]: filters.best(mag) for mag in BEST}
+        found[name[:2]] = {name: _score(recording, params) for name, params in choices.items()}
+    return found
+
+
+def _score(recording: Recording, params: object) -> Score:
+    return evaluate(recording, fuse(recording, params, engine="compiled"))
+
+
+@pytest.mark.parametrize("trial", BOUNDS)
+def test_tilt_is_within_its_bounds(scores, trial):
+    assert set(scores[trial]) == set(BOUNDS[trial]), "measure the new filter and give it a bound"
+    tilt = {name: score.tilt for name, score in scores[trial].items()}
+    beyond = {name: value for name, value in tilt.items() if value > BOUNDS[trial][name]}
+    assert not beyond, f"tilt RMSE beyond its bound: {beyond}"
+
+
+def test_on_slow_motion_every_correcting_filter_beats_both_liars(scores):
+    tilt = {name: score.tilt for name, score in scores["05"].items()}
+    worst = max(value for name, value in tilt.items() if name not in LIARS)
+    assert worst < 0.5 * min(tilt[liar] for liar in LIARS)
+
+
+def test_on_slow_motion_the_best_filter_without_magnetometer_has_the_best_tilt(scores):
+    tilt = {name: score.tilt for name, score in scores["05"].items()}
+    assert tilt[BEST[False]] == min(tilt.values())
+
+
+def test_on_slow_motion_the_magnetometer_gives_absolute_heading(scores):
+    known = [score for score in scores["05"].values() if score.heading_offset is None]
+    assert len(known) >= 2 and all(score.heading < 5.0 for score in known)
+    assert scores["05"][BEST[True]].heading_offset is None
+
+
+def test_on_fast_motion_the_best_filters_beat_the_accelerometer_alone_by_far(scores):
+    tilt = {name: score.tilt for name, score in scores["21"].items()}
+    assert all(tilt[name] < 0.5 * tilt["AccelTilt"] for name in BEST.values())
+
+
+def test_every_file_goes_through_fuse(data_dir: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    logs = sorted(path for path in data_dir.glob("*/*") if path.suffix in {".mat", ".csv", ".npz"})
+    assert logs
+    for log in logs:
+        code = main(["fuse", str(log), "--no-plot", "-o", str(tmp_path)])
+        said = capsys.readouterr()
+        assert (code, said.err) == (0, ""), f"{log.name}: {said.err}"
+        assert len(said.out.splitlines()) <= 24 and "nan" not in said.out
+        rows = np.loadtxt(tmp_path / f"{log.stem}-track.csv", delimiter=",", skiprows=1)
+        assert np.isfinite(rows).all(), log.name
+        np.testing.assert_allclose(np.linalg.norm(rows[:, 1:5], axis=1), 1.0, atol=1e-9, err_msg=log.name)
