@@ -91,8 +91,7 @@ def main() -> None:
         raise SystemExit("\n".join(failed))
     names = list(next(iter(found.values())))
     tables = [table(error, found, names) for error in ERRORS]
-    heard = filters.best(True), filters.best(False)
-    tables[-1].note = f"best: {heard[0]} with, {heard[1]} without magnetometer." + "".join(f"\n{x}" for x in failed)
+    tables[-1].note = f"best: {filters.best()}." + "".join(f"\n{x}" for x in failed)
     show(tables, given.json)
 
 

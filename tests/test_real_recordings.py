@@ -16,7 +16,7 @@ from levelhead.evaluate import Score, evaluate
 from levelhead.recording import Recording
 
 LIARS = ("AccelTilt", "GyroIntegration")
-BEST = {True: "best with magnetometer", False: "best without magnetometer"}
+BEST = "best"
 
 # Tilt RMSE in degrees over the movement phases. BROAD 05: slow rotation with breaks; 21: fast, all kinds of motion.
 BOUNDS = {
@@ -27,8 +27,7 @@ BOUNDS = {
         "Kalman": 1.51,
         "RollPitchKalman": 0.51,
         "BiasRateKalman": 0.94,
-        BEST[True]: 0.89,
-        BEST[False]: 0.51,
+        BEST: 0.51,
     },
     "21": {
         "GyroIntegration": 14.4,
@@ -37,8 +36,7 @@ BOUNDS = {
         "Kalman": 74.0,
         "RollPitchKalman": 21.8,
         "BiasRateKalman": 87.0,
-        BEST[True]: 15.8,
-        BEST[False]: 21.8,
+        BEST: 15.8,
     },
 }
 KNOWN = {"BROAD 05": "05_undisturbed_slow_rotation_with_breaks_B", "BROAD 21": "21_undisturbed_fast_combined"}
@@ -50,7 +48,7 @@ def scores(data_dir: Path) -> dict[str, dict[str, Score]]:
     found = {}
     for name in KNOWN.values():
         recording = read(data_dir / "broad" / f"{name}.mat")
-        choices = {flt.name: flt.params() for flt in filters.ALL} | {BEST[mag]: filters.best(mag) for mag in BEST}
+        choices = {flt.name: flt.params() for flt in filters.ALL} | {BEST: filters.best()}
         found[name[:2]] = {name: _score(recording, params) for name, params in choices.items()}
     return found
 
@@ -73,20 +71,21 @@ def test_on_slow_motion_every_correcting_filter_beats_both_liars(scores):
     assert worst < 0.5 * min(tilt[liar] for liar in LIARS)
 
 
-def test_on_slow_motion_the_best_filter_without_magnetometer_has_the_best_tilt(scores):
+def test_on_slow_motion_the_best_filter_has_the_best_tilt(scores):
     tilt = {name: score.tilt for name, score in scores["05"].items()}
-    assert tilt[BEST[False]] == min(tilt.values())
+    assert tilt[BEST] <= 1.05 * min(tilt.values())
 
 
 def test_on_slow_motion_the_magnetometer_gives_absolute_heading(scores):
     known = [score for score in scores["05"].values() if score.heading_offset is None]
-    assert len(known) >= 2 and all(score.heading < 5.0 for score in known)
-    assert scores["05"][BEST[True]].heading_offset is None
+    assert len(known) >= 2 and all(score.heading < 6.0 for score in known)
+    assert scores["05"][BEST].heading_offset is None
 
 
-def test_on_fast_motion_the_best_filters_beat_the_accelerometer_alone_by_far(scores):
-    tilt = {name: score.tilt for name, score in scores["21"].items()}
-    assert all(tilt[name] < 0.5 * tilt["AccelTilt"] for name in BEST.values())
+def test_on_fast_motion_the_best_filter_beats_every_other_filter_and_the_accelerometer_by_far(scores):
+    tilt = {name: score.tilt for name, score in scores["21"].items() if name not in LIARS}
+    assert tilt[BEST] == min(tilt.values())
+    assert tilt[BEST] < 0.3 * scores["21"]["AccelTilt"].tilt
 
 
 def test_every_file_goes_through_fuse(data_dir: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -171,7 +171,7 @@ class Recording:
     @property
     def rate(self) -> float:
         """Samples a second: the inverse of the median interval; 0 for a single sample."""
-        return float(1.0 / np.median(np.diff(self.t))) if len(self) > 1 else 0.0
+        return round(float(1.0 / np.median(np.diff(self.t))), 6) if len(self) > 1 else 0.0
 
     def __getitem__(self, rows: slice) -> "Recording":
         """Some rows, as a Recording of its own: ``rec[1000:2000]``."""

@@ -66,6 +66,15 @@ FACTORS: dict[str, dict[str, float]] = {
 }
 
 
+USUAL = {  # what an error suggests
+    "time": ["s", "ms", "us", "ns"],
+    "gyr": ["rad/s", "deg/s", "dps", "mdps"],
+    "acc": ["m/s²", "g", "mg"],
+    "mag": ["µT", "nT", "G", "mG"],
+    "angle": ["rad", "deg"],
+}
+
+
 def _plain(unit: str) -> str:
     """One spelling for the characters that differ between keyboards (µ U+00B5 and μ U+03BC become u, ² becomes 2)."""
     unit = unit.strip().replace("µ", "u").replace("μ", "u").replace("²", "2").replace("º", "°")
@@ -85,10 +94,10 @@ def find(quantity: str, unit: str) -> float | None:
 
 
 def factor(quantity: str, unit: str) -> float:
-    """Like ``find``, but an unknown unit raises ``LevelheadError`` naming the nearest known one."""
+    """Like ``find``, but an unknown unit raises ``LevelheadError`` naming the nearest usual one."""
     value = find(quantity, unit)
     if value is None:
         raise LevelheadError(
-            f"'{unit}' is not a unit of {quantity} that levelhead knows; {nearest(unit, FACTORS[quantity])}"
+            f"'{unit}' is not a unit of {quantity} that levelhead knows; {nearest(unit, USUAL[quantity])}"
         )
     return value

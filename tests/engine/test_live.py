@@ -44,8 +44,14 @@ def test_time_must_be_given_and_go_forward():
     with pytest.raises(lh.LevelheadError, match="update needs dt"):
         live.update(*LEVEL)
     live.update(*LEVEL, t=10.0)
-    with pytest.raises(lh.LevelheadError, match="dt is"):
-        live.update(*LEVEL, t=9.0)
+    for bad, words in ((9.0, "stamps must increase"), (10.0, "stamps must increase"), (math.nan, "t is nan")):
+        with pytest.raises(lh.LevelheadError, match=words):
+            live.update(*LEVEL, t=bad)
+    with pytest.raises(lh.LevelheadError, match="gyr is"):
+        live.update((1.0, 2.0), LEVEL[1], t=10.5)
+    live.update((0.1, 0.0, 0.0), (0.0, 0.0, 0.0), t=10.1)  # the refused ones left no trace: dt is 0.1
+    assert live.euler.roll == pytest.approx(0.01)
+    assert live.health == 0
 
 
 @ENGINES

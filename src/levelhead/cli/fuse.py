@@ -36,7 +36,7 @@ def fuse(
     from levelhead.publish.writers import write_track
 
     recording = reading.read(log)
-    params = chosen_filter(filter, set, recording)
+    params = chosen_filter(filter, set)
     with progress("fusing") as report:
         track = run(recording, params, progress=report)
     score = None

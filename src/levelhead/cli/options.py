@@ -54,9 +54,10 @@ FILTERS = ", ".join(flt.name for flt in filters.ALL)
 FilterName = Annotated[
     str | None,
     Parameter(
+        name=["--filter", "-f"],
         completer=filter_names,
         metavar="NAME",
-        help=f"{FILTERS}; without it, the best one for the sensors in the recording.",
+        help=f"{FILTERS}; without it, the best one there is.",
     ),
 ]
 
@@ -78,8 +79,8 @@ def settings(pairs: Iterable[str]) -> dict[str, Any]:
     return values
 
 
-def chosen_filter(name: str | None, pairs: Sequence[str], recording: "Recording") -> Any:
-    """The Params object for ``--filter NAME --set k=v``; without a name the best filter for the sensors there are."""
+def chosen_filter(name: str | None, pairs: Sequence[str]) -> Any:
+    """The Params object for ``--filter NAME --set k=v``; without a name the best filter there is."""
     values = settings(pairs)
     if name is not None:
         return filters.find(name).params(**values)

@@ -49,7 +49,7 @@ def sweep(
     from levelhead.tune import sweep as run
 
     recording = log_or_simulation(log, simulate, seed, reading)
-    params = chosen_filter(filter, set, recording)
+    params = chosen_filter(filter, set)
     if filter is None:
         must_have(params, parameter)
     with progress("sweeping") as report:

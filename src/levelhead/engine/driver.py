@@ -1,7 +1,7 @@
 """The one driver: what happens to a sample before and around a filter's step, for batch and stream alike.
 
 These are kernels: plain Python runs them as they stand, Numba compiles the same source. ``init``, ``step`` and
-``output`` are the filter's own; ``drivers.of`` binds them. Arrays are flat (row after row), so that Python lists and
+``output`` are the filter's own; ``binding.bind`` binds them. Arrays are flat (row after row), so that Python lists and
 NumPy arrays are indexed by the same line.
 """
 

@@ -66,16 +66,15 @@ class Stream:
     ``health``.
 
     Args:
-        params: the filter, as for ``fuse``; default ``Kalman()``.
+        params: the filter, as for ``fuse``; default: the same as there.
         engine: "auto" and "compiled" compile in the constructor (about half a second, once in a process; the first
             time on a machine a few seconds), "python" needs no Numba and takes some 20 µs a sample.
     """
 
     def __init__(self, params: Any = None, *, engine: str = "auto") -> None:
-        resolved = filters.resolve("Kalman" if params is None else params)
+        resolved = filters.best() if params is None else filters.resolve(params)
         self._filter = filters.of(resolved)
-        self._engine = _live_engine(engine)
-        self._loop = loop(self._filter, resolved, self._engine)
+        self._loop = loop(self._filter, resolved, _live_engine(engine))
         self._tick: Callable[..., Four] = self._loop.tick
         self._tick_mag: Callable[..., Four] = self._loop.tick_mag
         self._place = self._loop.place
@@ -100,7 +99,7 @@ class Stream:
             LevelheadError: dt is not greater than 0, or neither dt nor t is given; the sample is not taken.
         """
         if dt is None:
-            dt = self._since(t)
+            return self._update_at(t, gyr, acc, mag)
         try:
             if type(gyr) is not tuple or type(acc) is not tuple:
                 gyr, acc = _triple(gyr), _triple(acc)
@@ -110,11 +109,19 @@ class Stream:
         except (TypeError, ValueError):
             raise _refused(gyr, acc, mag, dt) from None
 
-    def _since(self, t: float | None) -> float:
+    def _update_at(
+        self, t: float | None, gyr: Triple, acc: Triple, mag: Triple | None
+    ) -> tuple[float, float, float, float]:
+        """By stamps: dt is the time since the last sample that was taken; before the first one any will do."""
         if t is None:
             raise LevelheadError("update needs dt (seconds since the last sample) or t (the sample's stamp in seconds)")
-        last, self._time = self._time, t
-        return 1.0 if last is None else t - last  # before the first sample there is nothing to measure from
+        if not isinstance(t, SupportsFloat) or not isfinite(t):
+            raise LevelheadError(f"t is {t!r}; it must be the sample's stamp in seconds")
+        if self._time is not None and t <= self._time:
+            raise LevelheadError(f"t is {t!r} after {self._time!r}; stamps must increase")
+        quat = self.update(gyr, acc, mag, 1.0 if self._time is None else t - self._time)
+        self._time = float(t)
+        return quat
 
     @property
     def _output(self) -> Output:

@@ -94,7 +94,7 @@ class Filter(NamedTuple):
     step: Callable[..., Any]
     output: Callable[..., Output]
     estimates: frozenset[str]  # of "tilt", "heading", "bias", "sigma"
-    uses: frozenset[str]  # of "gyr", "acc", "mag"
+    uses: frozenset[str]  # of "gyr", "acc", "mag": what it runs on; the start takes tilt and heading from what there is
     citation: str
     axis: AxisFilter | None = None
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from levelhead import filters
 from levelhead.evaluate import Score
+from levelhead.evaluate.compare import COLUMNS
 from levelhead.filters import health
 from levelhead.filters.contract import param_table
 from levelhead.recording import Array, Recording
@@ -64,12 +65,12 @@ def facts(recording: Recording, track: Track, score: Score | None = None) -> dic
         "sigma_east_north_up_rad": None if track.sigma is None else track.sigma[-1].tolist(),
         "health": {health.NAMES[bit]: count for bit, count in health_counts(track).items()},
         "score": None if score is None else score.to_dict(),
+        "score_units": {column.key: column.unit for column in COLUMNS if column.unit},
     }
 
 
 def health_counts(track: Track) -> dict[int, int]:
     """Health bit -> number of samples that carry it, the most frequent first; bits that none carries are left out."""
-    assert track.health is not None  # Track fills it in
     counts = {bit: int(np.count_nonzero(track.health & np.uint32(bit))) for bit in health.NAMES}
     return dict(sorted(((bit, n) for bit, n in counts.items() if n), key=lambda item: -item[1]))
 

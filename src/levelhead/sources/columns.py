@@ -1,5 +1,6 @@
 """Which columns are which sensor: from their names, and from what a human said about them."""
 
+import re
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -132,13 +133,19 @@ def _hinted(role: str, wanted: Sequence[str], known: Sequence[Name], source: str
 def _position(role: str, wanted: str, known: Sequence[Name], source: str) -> int:
     exactly = [i for i, name in enumerate(known) if name.raw == wanted]
     loosely = [i for i, name in enumerate(known) if name.raw.strip().lower() == wanted.strip().lower()]
-    for found in (exactly, loosely):
+    bare = [i for i, name in enumerate(known) if _without_unit(name.raw) == wanted.strip().lower()]
+    for found in (exactly, loosely, bare):
         if len(found) == 1:
             return found[0]
         if found:
             raise LevelheadError(f"{source}: {len(found)} columns are named '{wanted}' (map {role}); rename them")
     hint = nearest(wanted, [name.raw for name in known if name.raw])
     raise LevelheadError(f"{source}: there is no column '{wanted}' (map {role}); {hint}")
+
+
+def _without_unit(raw: str) -> str:
+    """ "Gx [deg/s]" as people call it: gx."""
+    return re.sub(r"\s*[(\[][^()\[\]]*[)\]]\s*$", "", raw).strip().lower()
 
 
 def _shared(role: str, wanted: str, known: Sequence[Name], source: str) -> tuple[int, ...]:

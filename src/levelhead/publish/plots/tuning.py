@@ -1,5 +1,6 @@
 """Pictures for tuning: the error over a parameter, and a gain that settles."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -43,7 +44,13 @@ def sweep_picture(sweep: Sweep, path: str | Path) -> None:
     style.save(made, path)
 
 
-def gain_picture(t: ArrayLike, gain: ArrayLike, index: int, path: str | Path) -> None:
+def gain_picture(
+    t: ArrayLike,
+    gain: ArrayLike,
+    index: int,
+    path: str | Path,
+    names: Sequence[str] = ("gain of the angle", "gain of the bias"),
+) -> None:
     """Draw a Kalman gain over time and where it has converged (``levelhead.tune.converged``).
 
     Args:
@@ -51,6 +58,7 @@ def gain_picture(t: ArrayLike, gain: ArrayLike, index: int, path: str | Path) ->
         gain: (n,) the gain; or (n, k), each divided by its own final value.
         index: sample from which it is converged.
         path: PNG, SVG or PDF.
+        names: of the k gains.
     """
     stamps = np.asarray(t, dtype=float)
     values = np.atleast_2d(np.asarray(gain, dtype=float).T).T
@@ -60,13 +68,18 @@ def gain_picture(t: ArrayLike, gain: ArrayLike, index: int, path: str | Path) ->
     made = style.figure(8.0, 4.4, f"The gain has converged after {when:.3g} s (sample {index:,})")
     axes = made.subplots()
     for i, column in enumerate(values.T / final[:, None]):
-        curve(axes, stamps - stamps[0], column, label=f"gain {i}" if several else "gain", **style.filter_style(i))
+        curve(axes, stamps - stamps[0], column, label=names[i] if several else "gain", **style.filter_style(i))
         axes.axhspan(0.99 * column[-1], 1.01 * column[-1], color=style.GREEN, alpha=0.2, linewidth=0)
     look: dict[str, Any] = {"color": style.BLACK, "linewidth": 1.0, "linestyle": "--"}
     axes.axvline(when, label=f"from {when:.3g} s on\nwithin 1 % of the end", **look)
     whole = stamps[-1] - stamps[0]
     axes.set_xlim(0.0, min(whole, max(4.0 * when, 0.1 * whole)))  # the rest is a straight line
     note = f"Final value {values[-1, 0]:.4g}" if not several else "Each gain over its final value"
-    style.quiet(axes, f"{note}; from then on the filter has, in effect, a fixed gain", "gain", "time [s]")
+    style.quiet(
+        axes,
+        f"{note}; from then on the filter has, in effect, a fixed gain",
+        "gain over its final value" if several else "gain",
+        "time [s]",
+    )
     style.legend(axes)
     style.save(made, path)
