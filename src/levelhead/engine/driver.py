@@ -37,7 +37,10 @@ init = step = output = unbound
 @kernel
 def missing(v: Vec3) -> bool:
     """Whether a reading is NaN, infinite or absurd in any component."""
-    return not (abs(v.x) < NO_READING and abs(v.y) < NO_READING and abs(v.z) < NO_READING)
+    x = -NO_READING < v.x < NO_READING
+    y = -NO_READING < v.y < NO_READING
+    z = -NO_READING < v.z < NO_READING
+    return not (x and y and z)
 
 
 @kernel

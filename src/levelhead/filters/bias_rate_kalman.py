@@ -184,9 +184,10 @@ def step(params: BiasRateKalman, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, 
             k_roll = gain(roll, params.r_measure * DEG2 / tilt.roll_weight(up))
             y_roll = tilt.roll_innovation(up, acc)
             roll = correct(roll, k_roll)
-        attitude = tilt.add_roll_pitch(attitude, up, k_roll.x * y_roll, k_pitch.x * y_pitch)
-        bias = add(bias, tilt.in_sensor(up, k_roll.y * y_roll, k_pitch.y * y_pitch, 0.0))
-        bias_rate = add(bias_rate, tilt.in_sensor(up, k_roll.z * y_roll, k_pitch.z * y_pitch, 0.0))
+        axis = tilt.pitch_axis(up)
+        attitude = tilt.add_roll_pitch(attitude, axis, k_roll.x * y_roll, k_pitch.x * y_pitch)
+        bias = add(bias, tilt.in_sensor(axis, k_roll.y * y_roll, k_pitch.y * y_pitch))
+        bias_rate = add(bias_rate, tilt.in_sensor(axis, k_roll.z * y_roll, k_pitch.z * y_pitch))
     if tilt.present(mag) and health == 0:
         k_heading = gain(heading, params.r_heading * DEG2)
         y_heading = tilt.heading_innovation(attitude, mag)

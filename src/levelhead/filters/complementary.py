@@ -133,7 +133,7 @@ def step(params: Complementary, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, d
             health = NEAR_VERTICAL
         else:
             roll = weight * tilt.roll_innovation(up, acc)
-        attitude = tilt.add_roll_pitch(attitude, up, roll, pitch)
+        attitude = tilt.add_roll_pitch(attitude, tilt.pitch_axis(up), roll, pitch)
     if tilt.present(mag) and health == 0:
         weight = dt / (params.tau_heading + dt)
         attitude = tilt.add_yaw(attitude, weight * tilt.heading_innovation(attitude, mag))

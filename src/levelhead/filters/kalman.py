@@ -209,8 +209,9 @@ def step(params: Kalman, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: floa
             k_roll = gain(roll, r_roll)
             y_roll = tilt.roll_innovation(up, acc)
             roll = correct(roll, k_roll, r_roll, params.joseph)
-        attitude = tilt.add_roll_pitch(attitude, up, k_roll.level * y_roll, k_pitch.level * y_pitch)
-        bias = add(bias, tilt.in_sensor(up, k_roll.bias * y_roll, k_pitch.bias * y_pitch, 0.0))
+        axis = tilt.pitch_axis(up)
+        attitude = tilt.add_roll_pitch(attitude, axis, k_roll.level * y_roll, k_pitch.level * y_pitch)
+        bias = add(bias, tilt.in_sensor(axis, k_roll.bias * y_roll, k_pitch.bias * y_pitch))
     if tilt.present(mag) and health == 0:
         r_heading = params.r_heading * DEG2
         k_heading = gain(heading, r_heading)

@@ -142,7 +142,7 @@ def correct(state: State, acc: Vec3, r: float) -> State:
     turn = mat2.apply(gain_a, innovation)
     bias = mat2.apply(gain_b, innovation)
     return State(
-        tilt.add_roll_pitch(state.quat, up, turn.x, turn.y),
+        tilt.add_roll_pitch(state.quat, tilt.pitch_axis(up), turn.x, turn.y),
         Vec2(state.bias.x + bias.x, state.bias.y + bias.y),
         symmetric(mat2.sub(state.angles, mat2.mul(gain_a, state.angles))),
         mat2.sub(state.cross, mat2.mul(gain_a, state.cross)),

@@ -25,6 +25,7 @@ class Euler(NamedTuple):
 
 
 IDENTITY = Quat(1.0, 0.0, 0.0, 0.0)
+SMALL = 0.01  # (angle/2)² below which series take over
 
 
 @kernel
@@ -54,13 +55,18 @@ def normalize(q: Quat) -> Quat:
 
 
 @kernel
-def renormalize(q: Quat) -> Quat:
-    """A product of unit quaternions, unit again: q (3 − |q|²)/2, the first step of Newton's method for q/|q|.
+def compose(p: Quat, q: Quat) -> Quat:
+    """The product p q of unit quaternions, unit again: scaled by (3 − |pq|²)/2.
 
-    Rounding has moved |q| by some 1e-16; the error left behind is the square of that, without a root or a division.
+    That is the first step of Newton's method for 1/|pq|. Rounding has moved |pq| by some 1e-16; the error left behind
+    is the square of that, without a root or a division.
     """
-    s = 1.5 - 0.5 * (q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z)
-    return Quat(q.w * s, q.x * s, q.y * s, q.z * s)
+    w = p.w * q.w - p.x * q.x - p.y * q.y - p.z * q.z
+    x = p.w * q.x + p.x * q.w + p.y * q.z - p.z * q.y
+    y = p.w * q.y - p.x * q.z + p.y * q.w + p.z * q.x
+    z = p.w * q.z + p.x * q.y - p.y * q.x + p.z * q.w
+    s = 1.5 - 0.5 * (w * w + x * x + y * y + z * z)
+    return Quat(w * s, x * s, y * s, z * s)
 
 
 @kernel
@@ -77,21 +83,32 @@ def rotate(q: Quat, v: Vec3) -> Vec3:
 
 
 @kernel
-def exp(rotation: Vec3) -> Quat:
-    """The quaternion of a rotation vector (axis times angle, rad): (cos |v|/2, sin(|v|/2)/|v| · v).
+def cos_half(square: float) -> float:
+    """cos(angle/2) of square = (angle/2)².
 
-    Below 0.2 rad, where nearly every sample lies, both factors are Taylor series, exact to the last bit or two: faster,
-    free of 0/0, and the same bits on any machine, whatever its libm.
+    Below 0.2 rad, where nearly every sample lies, this and ``sinc_half`` are Taylor series, exact to the last bit or
+    two: faster, free of 0/0, and the same bits on any machine, whatever its libm.
     """
-    square = 0.25 * (rotation.x * rotation.x + rotation.y * rotation.y + rotation.z * rotation.z)  # (angle/2)²
-    if square < 0.01:
-        s = 0.5 - square * (1.0 / 12.0 - square * (1.0 / 240.0 - square * (1.0 / 10080.0 - square / 725760.0)))
-        c = 1.0 - square * (0.5 - square * (1.0 / 24.0 - square * (1.0 / 720.0 - square / 40320.0)))
-    else:
-        half = sqrt(square)
-        s = 0.5 * sin(half) / half
-        c = cos(half)
-    return Quat(c, rotation.x * s, rotation.y * s, rotation.z * s)
+    if square < SMALL:
+        return 1.0 - square * (0.5 - square * (1.0 / 24.0 - square * (1.0 / 720.0 - square / 40320.0)))
+    return cos(sqrt(square))
+
+
+@kernel
+def sinc_half(square: float) -> float:
+    """sin(angle/2)/angle of square = (angle/2)²."""
+    if square < SMALL:
+        return 0.5 - square * (1.0 / 12.0 - square * (1.0 / 240.0 - square * (1.0 / 10080.0 - square / 725760.0)))
+    half = sqrt(square)
+    return 0.5 * sin(half) / half
+
+
+@kernel
+def exp(rotation: Vec3) -> Quat:
+    """The quaternion of a rotation vector (axis times angle, rad): (cos |v|/2, sin(|v|/2)/|v| · v)."""
+    square = 0.25 * (rotation.x * rotation.x + rotation.y * rotation.y + rotation.z * rotation.z)
+    s = sinc_half(square)
+    return Quat(cos_half(square), rotation.x * s, rotation.y * s, rotation.z * s)
 
 
 @kernel
@@ -141,7 +158,7 @@ def to_euler(q: Quat) -> Euler:
 @kernel
 def integrate(q: Quat, gyr: Vec3, dt: float) -> Quat:
     """q turned for ``dt`` seconds at the sensor-frame rate ``gyr`` (rad/s), exact for a constant rate; unit again."""
-    return renormalize(multiply(q, exp(Vec3(gyr.x * dt, gyr.y * dt, gyr.z * dt))))
+    return compose(q, exp(Vec3(gyr.x * dt, gyr.y * dt, gyr.z * dt)))
 
 
 @kernel

@@ -104,27 +104,32 @@ def pitch_axis(up: Vec3) -> Vec3:
 
 
 @kernel
-def in_sensor(up: Vec3, roll: float, pitch: float, heading: float) -> Vec3:
-    """Roll, pitch and heading rates (or their biases) as one vector in the sensor frame.
-
-    Roll turns about the sensor's x axis, pitch about ``pitch_axis``, heading about the vertical ``up``.
-    """
-    axis = pitch_axis(up)
-    return Vec3(roll + heading * up.x, pitch * axis.y + heading * up.y, pitch * axis.z + heading * up.z)
+def in_sensor(axis: Vec3, roll: float, pitch: float) -> Vec3:
+    """Roll and pitch rates (or their biases) as one vector in the sensor frame; ``axis`` is ``pitch_axis``."""
+    return Vec3(roll, pitch * axis.y, pitch * axis.z)
 
 
 @kernel
-def add_roll_pitch(attitude: Quat, up: Vec3, roll: float, pitch: float) -> Quat:
-    """The attitude with roll and pitch increased, exactly: q ⊗ exp(δθ pitch axis) ⊗ exp(δφ x axis)."""
-    axis = pitch_axis(up)
-    pitched = quat.multiply(attitude, quat.exp(Vec3(0.0, pitch * axis.y, pitch * axis.z)))
-    return quat.renormalize(quat.multiply(pitched, quat.exp(Vec3(roll, 0.0, 0.0))))
+def add_roll_pitch(attitude: Quat, axis: Vec3, roll: float, pitch: float) -> Quat:
+    """The attitude with roll and pitch increased, exactly: q ⊗ exp(δθ pitch axis) ⊗ exp(δφ x axis).
+
+    ``axis`` is ``pitch_axis``; the two turns are multiplied out.
+    """
+    square = 0.25 * roll * roll
+    cr = quat.cos_half(square)
+    sr = quat.sinc_half(square) * roll
+    square = 0.25 * pitch * pitch
+    cp = quat.cos_half(square)
+    sp = quat.sinc_half(square) * pitch
+    y = sp * axis.y
+    z = sp * axis.z
+    return quat.compose(attitude, Quat(cp * cr, cp * sr, y * cr + z * sr, z * cr - y * sr))
 
 
 @kernel
 def add_yaw(attitude: Quat, yaw: float) -> Quat:
     """The attitude turned about the vertical: exp(δψ (0, 0, 1)) ⊗ q."""
-    return quat.renormalize(quat.multiply(quat.exp(Vec3(0.0, 0.0, yaw)), attitude))
+    return quat.compose(quat.exp(Vec3(0.0, 0.0, yaw)), attitude)
 
 
 UNIFORM = pi / sqrt(3.0)  # rad, standard deviation of an angle about which nothing is known

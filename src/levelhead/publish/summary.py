@@ -10,7 +10,7 @@ from levelhead.evaluate import Score
 from levelhead.evaluate.compare import COLUMNS
 from levelhead.filters import health
 from levelhead.filters.contract import param_table
-from levelhead.recording import Array, Recording
+from levelhead.recording import Array, Recording, median
 from levelhead.track import Track
 
 LONG_GAP = 3.0  # sample intervals: a longer step in time is called a gap
@@ -81,7 +81,7 @@ def _recording(recording: Recording) -> str:
     parts.append(" + ".join(sensors))
     steps = np.diff(recording.t)
     if len(steps):
-        long = steps > LONG_GAP * np.median(steps)
+        long = steps > LONG_GAP * median(steps)
         if long.any():
             parts.append(f"{_count(int(long.sum()), 'gap')} (longest {steps.max():.3g} s)")
     missing = int((~recording.valid).sum())

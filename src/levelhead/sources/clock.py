@@ -6,7 +6,7 @@ import numpy as np
 
 from levelhead import units
 from levelhead.errors import LevelheadError
-from levelhead.recording import Array
+from levelhead.recording import Array, median
 from levelhead.sources.hints import Scale
 from levelhead.sources.table import Column, Table
 
@@ -68,7 +68,7 @@ def guess_unit(stamps: Column) -> str:
 def _interval(stamps: Column) -> float:
     if len(stamps) < 2:
         return 0.0
-    return float(np.median(np.diff(stamps[:100_000])))
+    return median(np.diff(stamps[:100_000]))
 
 
 def _scaled(values: Array, scale: Scale) -> Array:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from levelhead.recording import Array
+from levelhead.recording import Array, median
 
 SMOOTH = 0.2  # s; takes vibration out of the direction of gravity
 SPAN = 0.5  # s; over which the turn of gravity is compared
@@ -49,7 +49,7 @@ def median_norm(values: Array) -> float:
     with np.errstate(over="ignore", invalid="ignore"):
         norm = np.sqrt(np.einsum("ij,ij->i", values, values))
     norm = norm[~np.isnan(norm)]
-    return float(np.median(norm)) if len(norm) else math.nan
+    return median(norm) if len(norm) else math.nan
 
 
 def excerpt(n: int) -> slice | NDArray[np.intp]:
@@ -74,7 +74,7 @@ def turn_of_gravity(t: Array, gyr: Array, acc: Array) -> Turn | None:
         return None
     t, gyr, length = t[usable], gyr[usable], length[usable]
     up = acc[usable] / length[:, None]
-    step = float(np.median(np.diff(t)))
+    step = median(np.diff(t))
     box, span = max(1, round(SMOOTH / step)), max(1, round(SPAN / step))
     if len(t) <= box + span:
         return None
@@ -101,7 +101,7 @@ def _steady(length: Array, box: int, span: int) -> NDArray[np.bool_]:
     """Spans at whose ends the accelerometer sees gravity and not much else: (n − box − span + 1,)."""
     total = np.concatenate([[0.0], np.cumsum(length)])
     mean = (total[box:] - total[:-box]) / box
-    typical = float(np.median(length))
+    typical = median(length)
     near: NDArray[np.bool_] = np.abs(mean - typical) < 0.2 * typical
     steady: NDArray[np.bool_] = near[span:] & near[:-span]
     return steady
@@ -162,7 +162,7 @@ def hold_of_gravity(t: Array, gyr: Array, acc: Array, away: float = 0.3) -> Hold
     accelerations of a hand or a drone cancel. With the wrong unit gravity smears instead. Windows in which the sensor
     is further than ``away`` (rms, in g) from 1 g (on a wheel, in free fall) say little and are left out.
     """
-    step = float(np.median(np.diff(t))) if len(t) > 1 else 1.0
+    step = median(np.diff(t)) if len(t) > 1 else 1.0
     size = max(2, round(WINDOW / step))
     count = len(t) // size
     if count == 0:
@@ -285,7 +285,7 @@ def rest_noise(t: Array, gyr: Array) -> float:
     rows = gyr[np.isfinite(gyr).all(axis=1)]
     if len(rows) < 3:
         return 0.0
-    step = float(np.median(np.diff(t)))
+    step = median(np.diff(t))
     size = min(len(rows) - 1, max(2, round(0.5 / step) if step > 0 else 2))
     jumps = np.diff(rows, axis=0)
     count = len(jumps) // size
