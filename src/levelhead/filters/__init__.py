@@ -80,7 +80,7 @@ def best() -> Any:
 
     ``Kalman`` with noises that are physics rather than the lesson's: a hand accelerates by 3 m/s² RMS, which tilts the
     measured vertical by 17° (r_measure), iron indoors turns the field as much (r_heading), a consumer gyroscope turns
-    on with a bias of 5 °/s (p_bias). It learns the bias, says its σ, and nowhere depends on one data set: the region is
-    flat on real recordings (BROAD, RepoIMU) as well as on simulated chips; benchmarks/accuracy.py compares all filters.
+    on with a bias of 5 °/s (p_bias). It learns the bias and says its σ. The values are round ones in a region that is
+    flat on real recordings and on simulated chips alike: benchmarks/default.py shows it.
     """
     return Kalman(q_angle=0.01, q_bias=1e-5, r_measure=300.0, r_heading=300.0, p_bias=25.0)
