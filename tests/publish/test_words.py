@@ -30,7 +30,7 @@ def test_summary_says_what_came_in_and_what_came_out():
     assert "6,000 samples, 59.99 s, 100 Hz, gyroscope + accelerometer" in text
     assert "q_bias = 0.003 (deg/s)²/s, r_measure = 4 deg²" in text
     assert "°/s learned by the end" in text
-    assert "nothing was wrong with any sample" in text
+    assert "no reading missing, no gap in time, no ambiguous angle" in text
     assert "against truth" in text
     assert max(len(line) for line in text.splitlines()) <= 120
     assert len(text.splitlines()) <= 24

@@ -67,5 +67,4 @@ def compare(
         say_json(comparison.to_dict() | {"written": [str(picture)] if picture else []})
         return
     print_table(comparison)
-    if picture:
-        say(f"written: {picture}")
+    say(f"written: {picture}" if picture else "no picture asked for: -o DIR draws the four panels")

@@ -64,5 +64,4 @@ def sweep(
         say_json(result.to_dict() | {"written": [str(picture)] if picture else []})
         return
     print_table(result)
-    if picture:
-        say(f"written: {picture}")
+    say(f"written: {picture}" if picture else "no picture asked for: -o DIR draws the curve")

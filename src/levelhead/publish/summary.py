@@ -144,7 +144,7 @@ def _health(track: Track) -> list[tuple[str, str]]:
     """One line per kind of trouble, the most frequent first."""
     found = health_counts(track)
     if not found:
-        return [("health", "nothing was wrong with any sample")]
+        return [("health", "no reading missing, no gap in time, no ambiguous angle")]
     return [
         ("health", f"{_count(count, 'sample')} ({100 * count / len(track):.2g} %): {health.NAMES[bit]}")
         for bit, count in found.items()

@@ -72,7 +72,7 @@ def _angles(panels: list["Axes"], recording: Recording, track: Track) -> None:
                 ", from magnetic north" if recording.mag is not None else ", relative to the start (no magnetometer)"
             )
         if doubt is not None:
-            title += f"; σ {doubt[-1]:.2g}° at the end"
+            title += f"; σ {doubt[-1]:.3g}° at the end"
         style.quiet(axes, title, f"{name} [°]")
 
 
