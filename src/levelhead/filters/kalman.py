@@ -228,16 +228,13 @@ def earth_sigma(p_roll: float, p_pitch: float, p_heading: float, attitude: Quat)
 
     An angle of which nothing is known has σ = π/√3: no doubt is larger than that.
     """
-    ahead = quat.forward(attitude)
-    level = sqrt(ahead.x * ahead.x + ahead.y * ahead.y)
-    c = 1.0
-    s = 0.0
-    if level > 0.0:
-        c = ahead.x / level
-        s = ahead.y / level
+    x, y, _ = quat.forward(attitude)
+    level = x * x + y * y
+    c = x * x / level if level > 0.0 else 1.0  # cos² and sin² of yaw
+    s = 1.0 - c
     return Vec3(
-        min(sqrt(max(c * c * p_roll + s * s * p_pitch, 0.0)), UNIFORM),
-        min(sqrt(max(s * s * p_roll + c * c * p_pitch, 0.0)), UNIFORM),
+        min(sqrt(max(c * p_roll + s * p_pitch, 0.0)), UNIFORM),
+        min(sqrt(max(s * p_roll + c * p_pitch, 0.0)), UNIFORM),
         min(sqrt(max(p_heading, 0.0)), UNIFORM),
     )
 

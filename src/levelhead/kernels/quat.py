@@ -61,10 +61,12 @@ def compose(p: Quat, q: Quat) -> Quat:
     That is the first step of Newton's method for 1/|pq|. Rounding has moved |pq| by some 1e-16; the error left behind
     is the square of that, without a root or a division.
     """
-    w = p.w * q.w - p.x * q.x - p.y * q.y - p.z * q.z
-    x = p.w * q.x + p.x * q.w + p.y * q.z - p.z * q.y
-    y = p.w * q.y - p.x * q.z + p.y * q.w + p.z * q.x
-    z = p.w * q.z + p.x * q.y - p.y * q.x + p.z * q.w
+    pw, px, py, pz = p  # unpacked, because plain Python takes long to look up a field
+    qw, qx, qy, qz = q
+    w = pw * qw - px * qx - py * qy - pz * qz
+    x = pw * qx + px * qw + py * qz - pz * qy
+    y = pw * qy - px * qz + py * qw + pz * qx
+    z = pw * qz + px * qy - py * qx + pz * qw
     s = 1.5 - 0.5 * (w * w + x * x + y * y + z * z)
     return Quat(w * s, x * s, y * s, z * s)
 
@@ -106,9 +108,10 @@ def sinc_half(square: float) -> float:
 @kernel
 def exp(rotation: Vec3) -> Quat:
     """The quaternion of a rotation vector (axis times angle, rad): (cos |v|/2, sin(|v|/2)/|v| · v)."""
-    square = 0.25 * (rotation.x * rotation.x + rotation.y * rotation.y + rotation.z * rotation.z)
+    x, y, z = rotation
+    square = 0.25 * (x * x + y * y + z * z)
     s = sinc_half(square)
-    return Quat(cos_half(square), rotation.x * s, rotation.y * s, rotation.z * s)
+    return Quat(cos_half(square), x * s, y * s, z * s)
 
 
 @kernel
@@ -164,10 +167,12 @@ def integrate(q: Quat, gyr: Vec3, dt: float) -> Quat:
 @kernel
 def up(q: Quat) -> Vec3:
     """The earth's vertical in the sensor frame: (−sin θ, sin φ cos θ, cos φ cos θ) with roll φ and pitch θ."""
-    return Vec3(2.0 * (q.x * q.z - q.w * q.y), 2.0 * (q.w * q.x + q.y * q.z), 1.0 - 2.0 * (q.x * q.x + q.y * q.y))
+    w, x, y, z = q
+    return Vec3(2.0 * (x * z - w * y), 2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
 
 
 @kernel
 def forward(q: Quat) -> Vec3:
     """The sensor's x axis in the earth frame: (cos ψ cos θ, sin ψ cos θ, −sin θ) with yaw ψ and pitch θ."""
-    return Vec3(1.0 - 2.0 * (q.y * q.y + q.z * q.z), 2.0 * (q.w * q.z + q.x * q.y), 2.0 * (q.x * q.z - q.w * q.y))
+    w, x, y, z = q
+    return Vec3(1.0 - 2.0 * (y * y + z * z), 2.0 * (w * z + x * y), 2.0 * (x * z - w * y))
