@@ -108,6 +108,9 @@ def param_table(params: type) -> dict[str, Param]:
     return table
 
 
+_table_once = functools.cache(param_table)  # at the first object, not at import: reading annotations takes long
+
+
 def derived_table(params: type) -> dict[str, Derived]:
     """Other names by which parameters of the class can be set."""
     return getattr(params, "_derived", {})
@@ -188,6 +191,7 @@ def parameters(**derived: Derived) -> Callable[[type[P]], type[P]]:
             missing = [name for name in fields if name not in values]
             if missing:
                 raise LevelheadError(f"{cls.__name__} needs {', '.join(missing)}")
+            table = _table_once(new_cls)
             checked = [
                 _number(cls.__name__, name, values[name], table[name], defaults.get(name, 0.0)) for name in fields
             ]
@@ -205,9 +209,7 @@ def parameters(**derived: Derived) -> Callable[[type[P]], type[P]]:
         }
         for name, d in derived.items():
             members[name] = property(functools.partial(_read_derived, d))
-        checked_cls = type(cls.__name__, (cls,), members)
-        table = param_table(cls)
-        return checked_cls
+        return type(cls.__name__, (cls,), members)
 
     return decorate
 
