@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from levelhead.recording import Array, median
+from levelhead.sources.rest import at_rest
 
 SMOOTH = 0.2  # s; takes vibration out of the direction of gravity
 SPAN = 0.5  # s; over which the turn of gravity is compared
@@ -22,6 +23,8 @@ _SHAKEN = 0.98  # a body that hardly turns and that nothing shakes holds gravity
 _CLEAR = 0.7  # correlation from which the comparison counts
 _ENOUGH = 0.05  # rms turn of gravity per span, as a fraction of its length (3 degrees), that counts as motion
 _SAMPLES = 100_000  # rows that are looked at
+_BIAS = 0.5  # rad/s, 29 deg/s: no gyroscope is that far off at rest
+_LOUD = 0.05  # rad/s, 2.9 deg/s rms: no gyroscope is that noisy at rest
 _NOISE = 0.02  # at rest, deg/s below this does not come from a MEMS gyroscope at usual rates
 
 
@@ -238,8 +241,14 @@ def says_degrees(t: Array, gyr: Array, acc: Array) -> str | None:
     turn, held = turn_of_gravity(t, gyr, acc), hold_of_gravity(t, gyr, acc)
     if turn is not None and turn.clear and 0.5 < turn.scale * 180.0 / math.pi < 2.0:
         return f"gravity turns {1 / turn.scale:.1f} times slower than it says"
+    rest = at_rest(t, gyr, acc)
+    if rest.windows >= _TELLING and rest.rate > _BIAS:
+        return f"at rest, while gravity holds still, it says {rest.rate:.2g}, {math.degrees(rest.rate):.0f} deg/s"
+    if rest.windows >= _TELLING and rest.noise > _LOUD:
+        return f"its noise at rest would be {math.degrees(rest.noise):.1f} deg/s"
     regular = turn is None or not (turn.clear and turn.scale > 0.3)
-    if regular and held.windows >= 4 * _TELLING and held.gain < 2.0 * _DEGREES and held.best > 0.85:
+    enough = held.windows >= 4 * _TELLING if rest.windows == 0 else held.windows > _TELLING + 1
+    if regular and enough and held.gain < 2.0 * _DEGREES and held.best > 0.85:
         return "gravity turns much slower than it says"
     return None
 
