@@ -143,6 +143,29 @@ def test_coasts_through_a_gap_and_says_so(flt):
         assert track.sigma[200, 2] > track.sigma[199, 2], "nothing corrects heading: its doubt grows with time"
 
 
+@CORRECTING
+@pytest.mark.parametrize("jump", [2.0, 60.0, 3e7], ids=["2 s", "a minute", "a year"])
+def test_a_jump_in_time_teaches_nothing_and_is_left_behind(flt, jump):
+    """The sensor was turned over while nobody looked; a second later tilt is right, and the bias is still the bias."""
+    rng = np.random.default_rng(8)
+    n = 4000
+    bias = np.radians([0.5, -0.4, 0.3])
+    gyr = bias + rng.normal(0, 0.002, (n, 3))
+    before, after = Rotation.identity(), Rotation.from_euler("ZYX", [0, 20, 40], degrees=True)
+    acc = np.repeat([before.inv().apply([0, 0, G]), after.inv().apply([0, 0, G])], n // 2, axis=0)
+    acc += rng.normal(0, 0.05, (n, 3))
+    t = np.arange(n) / 100
+    t[n // 2 :] += jump
+    track = lh.fuse(lh.Recording(t, gyr, acc), flt.params())
+    healthy(track)
+    assert tilt_error(track, after)[n // 2 + 100 :].max() < (3.0 if jump > 10.0 else 12.0)
+    assert tilt_error(track, after)[-1] < 1.5
+    if track.bias is not None:
+        wrong = np.degrees(np.abs(track.bias[n // 2 :, :2] - bias[:2])).max(axis=1)
+        assert wrong.max() < 3.0, "no worse than the bias of a sensor just turned on"
+        assert wrong[-1] < 0.4
+
+
 @EVERY
 @settings(max_examples=15, deadline=None)
 @given(data=st.data())

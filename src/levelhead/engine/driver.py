@@ -10,11 +10,10 @@ from typing import Any, NamedTuple
 from levelhead.filters.contract import Output
 from levelhead.filters.health import ACC_MISSING, GAP, GYR_MISSING, MAG_MISSING
 from levelhead.kernels.jit import kernel
-from levelhead.kernels.tilt import present
+from levelhead.kernels.tilt import GAP_SECONDS, present
 from levelhead.kernels.vec3 import ZERO, Vec3
 
 NO_READING = 1e9  # rad/s, m/s², µT: no sensor says that; NaN and infinity fail the comparison as well
-GAP_SECONDS = 0.5  # a rate says nothing about a longer interval: across it the attitude is held and the doubt grows
 
 
 class Carry(NamedTuple):

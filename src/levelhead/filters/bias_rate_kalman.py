@@ -19,6 +19,7 @@ from levelhead.kernels.angle import wrap
 from levelhead.kernels.jit import kernel
 from levelhead.kernels.mat3 import Mat3
 from levelhead.kernels.quat import Quat
+from levelhead.kernels.tilt import GAP_SECONDS, after_gap, bias_after_gap
 from levelhead.kernels.vec3 import ZERO, Vec3, add, scale, sub
 
 
@@ -105,6 +106,16 @@ def predict(params: BiasRateKalman, p: Mat3, dt: float, unit: float) -> Mat3:
 
 
 @kernel
+def predict_turn(params: BiasRateKalman, p: Mat3, dt: float) -> Mat3:
+    """``predict`` for an angle of an IMU: across a gap the angle is lost, and the bias is not run on."""
+    if dt > GAP_SECONDS:
+        bias = bias_after_gap(p.yy, params.q_bias * DEG2 * dt, params.p_bias * DEG2)
+        bias_rate = bias_after_gap(p.zz, params.q_bias_rate * DEG2 * dt, params.p_bias_rate * DEG2)
+        return diagonal(after_gap(p.xx, dt), bias, bias_rate)
+    return predict(params, p, dt, DEG2)
+
+
+@kernel
 def gain(p: Mat3, r: float) -> Vec3:
     """K = P Hᵀ/S of eq. 3, for level, bias and bias rate."""
     s = p.xx + r
@@ -163,13 +174,14 @@ def init(params: BiasRateKalman, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
 @kernel
 def step(params: BiasRateKalman, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> State:
     """Eqs. 1 to 3 on each axis; the attitude is turned as a whole, and what is learned is added in the sensor frame."""
-    mean_bias = add(state.bias, scale(state.bias_rate, 0.5 * dt))
+    running = 0.0 if dt > GAP_SECONDS else dt
+    mean_bias = add(state.bias, scale(state.bias_rate, 0.5 * running))
     attitude = quat.integrate(state.quat, sub(gyr, mean_bias), dt)
     up = quat.up(attitude)
-    roll = predict(params, state.roll, dt, DEG2)
-    pitch = predict(params, state.pitch, dt, DEG2)
-    heading = predict(params, state.heading, dt, DEG2)
-    bias = add(state.bias, scale(state.bias_rate, dt))
+    roll = predict_turn(params, state.roll, dt)
+    pitch = predict_turn(params, state.pitch, dt)
+    heading = predict_turn(params, state.heading, dt)
+    bias = add(state.bias, scale(state.bias_rate, running))
     bias_rate = state.bias_rate
     health = 0
     if tilt.present(acc):

@@ -23,7 +23,7 @@ from levelhead.kernels import quat, tilt
 from levelhead.kernels.angle import wrap
 from levelhead.kernels.jit import kernel
 from levelhead.kernels.quat import Quat
-from levelhead.kernels.tilt import UNIFORM
+from levelhead.kernels.tilt import GAP_SECONDS, UNIFORM, after_gap, bias_after_gap
 from levelhead.kernels.vec3 import ZERO, Vec3, add, scale, sub
 
 DEG2 = (pi / 180.0) ** 2  # (°)² in rad²
@@ -119,6 +119,14 @@ def predict(p: Covariance, dt: float, w: Noise) -> Covariance:
 
 
 @kernel
+def predict_turn(params: Kalman, p: Covariance, dt: float, w: Noise) -> Covariance:
+    """``predict`` for an angle of an IMU: across a gap the angle is lost, and tells nothing about the bias after it."""
+    if dt > GAP_SECONDS:
+        return Covariance(after_gap(p.level, dt), 0.0, bias_after_gap(p.bias, w.bias, params.p_bias * DEG2))
+    return predict(p, dt, w)
+
+
+@kernel
 def gain(p: Covariance, r: float) -> Gain:
     """Eq. 2."""
     s = p.level + r
@@ -191,9 +199,9 @@ def step(params: Kalman, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: floa
     w = noise(params, dt, DEG2)
     attitude = quat.integrate(state.quat, sub(gyr, state.bias), dt)
     up = quat.up(attitude)
-    roll = predict(state.roll, dt, w)
-    pitch = predict(state.pitch, dt, w)
-    heading = predict(state.heading, dt, w)
+    roll = predict_turn(params, state.roll, dt, w)
+    pitch = predict_turn(params, state.pitch, dt, w)
+    heading = predict_turn(params, state.heading, dt, w)
     bias = state.bias
     health = 0
     if tilt.present(acc):

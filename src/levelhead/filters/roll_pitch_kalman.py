@@ -33,6 +33,7 @@ from levelhead.kernels import mat2, quat, tilt
 from levelhead.kernels.jit import kernel
 from levelhead.kernels.mat2 import Mat2, Vec2
 from levelhead.kernels.quat import Quat
+from levelhead.kernels.tilt import GAP_SECONDS, after_gap, bias_after_gap
 from levelhead.kernels.vec3 import Vec3
 
 
@@ -114,16 +115,25 @@ def predict(params: RollPitchKalman, state: State, gyr: Vec3, dt: float) -> Stat
     acb = mat2.mul(mat2.mul(a, state.cross), mat2.transpose(b))
     q_angle = params.q_angle * DEG2 * dt
     q_bias = params.q_bias * DEG2 * dt
+    biases = mat2.add(state.biases, diagonal(q_bias, q_bias))
+    attitude = quat.integrate(state.quat, Vec3(p, q, r), dt)
+    if dt > GAP_SECONDS:  # the angles are lost, and tell nothing about the biases afterwards
+        lost = diagonal(after_gap(state.angles.xx, dt), after_gap(state.angles.yy, dt))
+        known = diagonal(
+            bias_after_gap(state.biases.xx, q_bias, params.p_bias * DEG2),
+            bias_after_gap(state.biases.yy, q_bias, params.p_bias * DEG2),
+        )
+        return State(attitude, state.bias, lost, diagonal(0.0, 0.0), known, state.coasted + dt, 0)
     angles = mat2.add(
         mat2.add(mat2.mul(mat2.mul(a, state.angles), mat2.transpose(a)), mat2.add(acb, mat2.transpose(acb))),
         mat2.add(mat2.mul(mat2.mul(b, state.biases), mat2.transpose(b)), diagonal(q_angle, q_angle)),
     )
     return State(
-        quat.integrate(state.quat, Vec3(p, q, r), dt),
+        attitude,
         state.bias,
         symmetric(angles),
         mat2.add(mat2.mul(a, state.cross), mat2.mul(b, state.biases)),
-        mat2.add(state.biases, diagonal(q_bias, q_bias)),
+        biases,
         state.coasted + dt,
         0,
     )

@@ -13,6 +13,9 @@ from levelhead.kernels.quat import Euler, Quat
 from levelhead.kernels.vec3 import Vec3
 
 GRAVITY = 9.80665  # m/s², standard gravity (CGPM 1901)
+UNIFORM = pi / sqrt(3.0)  # rad, standard deviation of an angle about which nothing is known
+GAP_SECONDS = 0.5  # a rate says nothing about a longer interval: the attitude is held across it, the doubt grows
+TURN = 1.0  # rad/s, 1σ of how fast a body may turn in a gap
 COS2_LIMIT = 0.0076  # cos² 85°
 STEEP2 = 0.04  # below this share of |a|² across the roll axis (pitch beyond 78°) roll is noise, not a measurement
 
@@ -132,4 +135,13 @@ def add_yaw(attitude: Quat, yaw: float) -> Quat:
     return quat.compose(quat.exp(Vec3(0.0, 0.0, yaw)), attitude)
 
 
-UNIFORM = pi / sqrt(3.0)  # rad, standard deviation of an angle about which nothing is known
+@kernel
+def after_gap(variance: float, dt: float) -> float:
+    """The variance of an angle (rad²) after ``dt`` seconds in which nobody knows how the body turned."""
+    return min(variance + TURN * TURN * dt * dt, UNIFORM * UNIFORM)
+
+
+@kernel
+def bias_after_gap(variance: float, walked: float, at_start: float) -> float:
+    """The variance of a bias after a gap: it walked, but is known no worse than when the sensor was turned on."""
+    return max(variance, min(variance + walked, at_start))
