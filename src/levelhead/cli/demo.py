@@ -6,7 +6,7 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 from levelhead.cli.options import folder, say, say_json
-from levelhead.filters import AccelTilt, Complementary, GyroIntegration, Kalman, RollPitchKalman
+from levelhead.filters import AccelTilt, BiasRateKalman, Complementary, GyroIntegration, Kalman, RollPitchKalman
 
 PER_SAMPLE = Kalman(r_measure=4.0, q_per_sample=True)
 DENSITY = Kalman(r_measure=4.0)
@@ -83,8 +83,11 @@ def _more(comparison: Any, seed: int, target: Path) -> tuple[list[Path], list[st
     written.append(target / "gain.png")
     gain_picture(recording.t, gains, index, written[-1])
     findings.append(f"Kalman gain: converged at sample {index}, {recording.t[index]:.2f} s")
-    with progress("the hard case") as report:
-        hard = compare(hard_lesson(seed), LESSON, progress=report)
+    every = (*LESSON, BiasRateKalman(r_measure=4.0))
+    cases = {}
+    for name, case in (("the lesson", recording), ("the hard case", hard_lesson(seed))):
+        with progress(name) as report:
+            cases[name] = compare(case, every, progress=report)
     written.append(target / "hard.png")
-    case_picture({"the lesson": comparison, "the hard case": hard}, written[-1])
+    case_picture(cases, written[-1])
     return written, findings
