@@ -27,35 +27,28 @@ PARAMS_AT = 0  # bytes from the state to the parameters, which stand behind it i
 
 
 @kernel
-def sample(params: Any, carry: Any, gyr: Triple, acc: Triple, mag: Triple, dt: float) -> Any:
-    """One sample through the driver."""
-    return advance(
-        params, carry, Vec3(gyr[0], gyr[1], gyr[2]), Vec3(acc[0], acc[1], acc[2]), Vec3(mag[0], mag[1], mag[2]), dt
-    )
-
-
-@kernel
-def tick(at: int, gyr: Triple, acc: Triple, dt: float) -> Four:
-    """One sample without a magnetometer, on the state and parameters in memory."""
-    if not 0.0 < dt < LONGEST:
-        raise ValueError("dt")
-    params = load_params(at + PARAMS_AT)
-    carry = sample(params, load(at), gyr, acc, (0.0, 0.0, 0.0), dt)
-    store(at, carry)
-    q = result(params, carry).quat
-    return (q.w, q.x, q.y, q.z)
-
-
-@kernel
 def tick_mag(at: int, gyr: Triple, acc: Triple, mag: Triple, dt: float) -> Four:
     """One sample with a magnetometer, on the state and parameters in memory."""
     if not 0.0 < dt < LONGEST:
         raise ValueError("dt")
     params = load_params(at + PARAMS_AT)
-    carry = sample(params, load(at), gyr, acc, mag, dt)
+    carry = advance(
+        params,
+        load(at),
+        Vec3(gyr[0], gyr[1], gyr[2]),
+        Vec3(acc[0], acc[1], acc[2]),
+        Vec3(mag[0], mag[1], mag[2]),
+        dt,
+    )
     store(at, carry)
     q = result(params, carry).quat
     return (q.w, q.x, q.y, q.z)
+
+
+@kernel
+def tick(at: int, gyr: Triple, acc: Triple, dt: float) -> Four:
+    """One sample without a magnetometer: three numbers fewer to hand over from Python."""
+    return tick_mag(at, gyr, acc, (0.0, 0.0, 0.0), dt)
 
 
 @kernel
@@ -160,7 +153,10 @@ class CompiledLoop:
 
 
 def _machine(name: str, state: Any, params: Any, ticks: dict[str, tuple[Any, str]], **kernels: Any) -> Machine:
-    """Compiles ``ticks``, name -> (kernel, arguments), bound to ``kernels`` and to slots for state and parameters."""
+    """Compiles ``ticks``, name -> (kernel, arguments), bound to ``kernels`` and to slots for state and parameters.
+
+    A tick may call those that stand before it.
+    """
     states, parameters = memory.slot(state, f"{name}_state"), memory.slot(params, f"{name}_params")
     own = kernels | {
         "load": states.load,
@@ -168,10 +164,10 @@ def _machine(name: str, state: Any, params: Any, ticks: dict[str, tuple[Any, str
         "load_params": parameters.load,
         "PARAMS_AT": states.size,
     }
-    entries = {
-        key: memory.entry_point(compiled(bound(tick, name, **own), releases_gil=False), arguments)
-        for key, (tick, arguments) in ticks.items()
-    }
+    entries = {}
+    for key, (function, arguments) in ticks.items():
+        own[key] = bound(function, name, **own)
+        entries[key] = memory.entry_point(compiled(own[key], releases_gil=False), arguments)
     return Machine(entries, states, parameters)
 
 
@@ -179,9 +175,9 @@ def _machine(name: str, state: Any, params: Any, ticks: dict[str, tuple[Any, str
 def imu_machine(flt: Filter) -> Machine:
     """The compiled ticks of a filter on an IMU."""
     driver, params = bind(flt), flt.params()
-    one = bound(sample, flt.name, advance=driver.advance)
-    ticks = {"tick": (tick, "ivvf"), "tick_mag": (tick_mag, "ivvvf")}
-    return _machine(flt.name, driver.begin(params), params, ticks, sample=one, result=driver.result)
+    ticks = {"tick_mag": (tick_mag, "ivvvf"), "tick": (tick, "ivvf")}
+    kernels = {"advance": driver.advance, "result": driver.result}
+    return _machine(flt.name, driver.begin(params), params, ticks, **kernels)
 
 
 @functools.cache

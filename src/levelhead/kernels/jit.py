@@ -141,9 +141,3 @@ def compiled(function: Callable[..., Any], releases_gil: bool = True) -> Any:
         if "cache" not in str(error):
             raise
         return numba.njit(**options)(twin)
-
-
-def is_cached(dispatcher: Any) -> bool:
-    """Whether everything that a compiled driver ran so far came out of the cache on disk (nothing was compiled)."""
-    misses: int = sum(dispatcher.stats.cache_misses.values())
-    return misses == 0
