@@ -1,8 +1,9 @@
 """AccelTilt: the liar that jitters. Roll and pitch of every single accelerometer sample, yaw 0."""
 
+from math import inf
 from typing import NamedTuple
 
-from levelhead.filters.contract import Filter, Output, parameters
+from levelhead.filters.contract import Filter, Output, Settling, parameters
 from levelhead.kernels import quat, tilt
 from levelhead.kernels.jit import kernel
 from levelhead.kernels.quat import Euler, Quat
@@ -49,4 +50,5 @@ FILTER = Filter(
     estimates=frozenset({"tilt"}),
     uses=frozenset({"acc"}),
     citation="M. Pedley, Tilt Sensing Using a Three-Axis Accelerometer, Freescale AN3461, rev. 6, 2013, eqs. 25 and 26",
+    settles=Settling(0.0, inf),
 )

@@ -11,7 +11,7 @@ A Kalman filter with bias alone lags behind a ramp of the bias for ever; this on
 
 from typing import Annotated, NamedTuple
 
-from levelhead.filters.contract import AxisFilter, Filter, Output, Param, parameters
+from levelhead.filters.contract import AxisFilter, Filter, Output, Param, Settling, parameters
 from levelhead.filters.health import NEAR_VERTICAL
 from levelhead.filters.kalman import DEG2, earth_sigma
 from levelhead.kernels import mat3, quat, tilt
@@ -231,5 +231,6 @@ FILTER = Filter(
     uses=frozenset({"gyr", "acc", "mag"}),
     citation="Y. Bar-Shalom, X. R. Li, T. Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, "
     "section 6.3 (the same model for a range, its rate and acceleration)",
+    settles=Settling(10.0, 60.0),
     axis=AxisFilter(axis_init, axis_step, axis_read, Report),
 )

@@ -76,6 +76,28 @@ class Output(NamedTuple):
     health: int  # Health bits
 
 
+class Gains(NamedTuple):
+    """How much of an innovation a filter with set gains takes at a sample, linearised around the right attitude.
+
+    With these the driver carries the filter's σ: the covariance of an observer whose gain is given, optimal or not.
+    """
+
+    tilt: float  # share of a tilt innovation that turns the attitude, 0 to 1
+    tilt_bias: float  # what it takes off the bias, (rad/s)/rad, not negative; 0 without a bias state
+    heading: float
+    heading_bias: float
+
+
+class Settling(NamedTuple):
+    """Seconds at rest, with default parameters, after which any start or fault has been forgotten to within 2°.
+
+    ``inf``: never, the filter does not correct that angle.
+    """
+
+    tilt: float
+    heading: float
+
+
 class AxisFilter(NamedTuple):
     """A filter on one pair of a noisy level and its drifting rate, in any unit."""
 
@@ -96,6 +118,8 @@ class Filter(NamedTuple):
     estimates: frozenset[str]  # of "tilt", "heading", "bias", "sigma"
     uses: frozenset[str]  # of "gyr", "acc", "mag": what it runs on; the start takes tilt and heading from what there is
     citation: str
+    settles: Settling
+    gains: Callable[..., Gains] | None = None  # (params, state, dt) -> Gains, for filters without a σ of their own
     axis: AxisFilter | None = None
 
 

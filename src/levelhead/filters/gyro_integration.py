@@ -1,8 +1,9 @@
 """GyroIntegration: the liar that drifts. Attitude by integrating the rate alone, from the first sample's tilt."""
 
+from math import inf
 from typing import NamedTuple
 
-from levelhead.filters.contract import Filter, Output, parameters
+from levelhead.filters.contract import Filter, Output, Settling, parameters
 from levelhead.kernels import quat, tilt
 from levelhead.kernels.jit import kernel
 from levelhead.kernels.quat import Quat
@@ -48,4 +49,5 @@ FILTER = Filter(
     uses=frozenset({"gyr"}),
     citation="P. G. Savage, Strapdown Inertial Navigation Integration Algorithm Design Part 1: Attitude Algorithms, "
     "Journal of Guidance, Control, and Dynamics 21(1), 1998",
+    settles=Settling(inf, inf),
 )

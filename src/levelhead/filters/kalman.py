@@ -17,7 +17,7 @@ magnetometer, heading; its parameters are then in degrees, as in the lesson.
 from math import pi, sqrt
 from typing import Annotated, NamedTuple
 
-from levelhead.filters.contract import AxisFilter, Filter, Output, Param, parameters
+from levelhead.filters.contract import AxisFilter, Filter, Output, Param, Settling, parameters
 from levelhead.filters.health import NEAR_VERTICAL
 from levelhead.kernels import quat, tilt
 from levelhead.kernels.angle import wrap
@@ -268,5 +268,6 @@ FILTER = Filter(
     uses=frozenset({"gyr", "acc", "mag"}),
     citation="K. Lauszus, A practical approach to Kalman filter and how to implement it, TKJ Electronics, 2012; "
     "R. E. Kalman, A New Approach to Linear Filtering and Prediction Problems, J. Basic Engineering 82(1), 1960",
+    settles=Settling(10.0, 60.0),
     axis=AxisFilter(axis_init, axis_step, axis_read, Axis),
 )

@@ -23,10 +23,10 @@ pitched. Its limit is the same: (1) divides by cos θ. Beyond 78° of pitch roll
 cos 85°, and ``health`` says so; use a quaternion filter for motion that lives there. Yaw is the integrated rate.
 """
 
-from math import sqrt
+from math import inf, sqrt
 from typing import Annotated, NamedTuple
 
-from levelhead.filters.contract import Filter, Output, Param, parameters
+from levelhead.filters.contract import Filter, Output, Param, Settling, parameters
 from levelhead.filters.health import NEAR_VERTICAL
 from levelhead.filters.kalman import DEG2, earth_sigma
 from levelhead.kernels import mat2, quat, tilt
@@ -193,4 +193,5 @@ FILTER = Filter(
     uses=frozenset({"gyr", "acc"}),
     citation="D. Simon, Optimal State Estimation, 2006, section 13.2.3 (the extended Kalman filter), with the Euler "
     "kinematics of D. Titterton and J. Weston, Strapdown Inertial Navigation Technology, 2nd ed., 2004, eq. 3.51",
+    settles=Settling(10.0, inf),
 )
