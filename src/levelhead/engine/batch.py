@@ -6,13 +6,16 @@ from typing import Any
 import numpy as np
 
 from levelhead import filters
-from levelhead.engine.binding import bind, bind_axis, choose, engine_function
+from levelhead.engine.binding import bind, bind_axis, choose, engine_function, estimates_bias
+from levelhead.engine.driver import Settings
 from levelhead.errors import LevelheadError
+from levelhead.filters.guard import Guard
 from levelhead.recording import Array, Recording, real_array, time_array
 from levelhead.track import Track
 
 NO_MAG = np.empty(0)
 NO_MAG.flags.writeable = False  # like a recording's arrays, so that one compiled version serves both
+DEFAULT_GUARD = Guard()
 STRETCH = 1 << 18  # samples between two calls of progress
 
 
@@ -20,6 +23,7 @@ def fuse(
     recording: Recording,
     params: Any = None,
     *,
+    guard: Guard | None = DEFAULT_GUARD,
     engine: str = "auto",
     progress: Callable[[float], None] | None = None,
 ) -> Track:
@@ -29,6 +33,7 @@ def fuse(
         recording: what the sensors said, SI units.
         params: which filter, by its Params object (``Kalman(r_measure=0.1)``), its class, or its name. None: the best
             one there is.
+        guard: what counts as rest, saturation and disturbance; None: the filter sees every reading as it is.
         engine: "python", "compiled" (Numba), or "auto", which takes the faster one; the bits do not depend on it.
         progress: called now and then with the fraction done, 0 to 1.
 
@@ -42,14 +47,15 @@ def fuse(
         raise LevelheadError(f"fuse takes a Recording, not {type(recording).__name__}; levelhead.read(path) makes one")
     params = filters.best() if params is None else filters.resolve(params)
     flt = filters.of(params)
-    bound = bind(flt)
+    bound = bind(flt, guard is not None)
+    settings = Settings(params, guard or DEFAULT_GUARD)
     chosen = choose(engine, len(recording))
     run = engine_function(bound.run, chosen)
     n = len(recording)
     mag = NO_MAG if recording.mag is None else recording.mag.reshape(-1)
     flat = [recording.t, recording.gyr.reshape(-1), recording.acc.reshape(-1), mag]
     outputs: list[Any] = [np.empty(4 * n), np.empty(3 * n), np.empty(3 * n), np.empty(n, np.uint32)]
-    carry = bound.begin(params)
+    carry = bound.begin(settings)
     last = float(recording.t[0])
     stretch = n if progress is None else STRETCH
     for start in range(0, n, stretch):
@@ -57,10 +63,10 @@ def fuse(
         part = [a[rows.start * k : rows.stop * k] for a, k in zip(flat, (1, 3, 3, 3), strict=True)]
         into = [a[rows.start * k : rows.stop * k] for a, k in zip(outputs, (4, 3, 3, 1), strict=True)]
         if chosen == "compiled":
-            carry = run(params, carry, last, *part, *into)
+            carry = run(settings, carry, last, *part, *into)
         else:
             lists = [a.tolist() for a in into]
-            carry = run(params, carry, last, *(a.tolist() for a in part), *lists)
+            carry = run(settings, carry, last, *(a.tolist() for a in part), *lists)
             for array, values in zip(into, lists, strict=True):
                 array[:] = values
         last = float(recording.t[rows.stop - 1])
@@ -70,8 +76,8 @@ def fuse(
     return Track(
         recording.t,
         quat.reshape(n, 4),
-        bias.reshape(n, 3) if "bias" in flt.estimates else None,
-        sigma.reshape(n, 3) if "sigma" in flt.estimates else None,
+        bias.reshape(n, 3) if estimates_bias(flt, guard is not None) else None,
+        sigma.reshape(n, 3),
         health,
         params,
     )

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 from levelhead.engine import axis_driver, driver
 from levelhead.errors import LevelheadError, nearest
+from levelhead.filters import guard
 from levelhead.filters.contract import AxisFilter, Filter
 from levelhead.kernels.jit import bound, compiled
 
@@ -28,13 +29,33 @@ class Driver(NamedTuple):
 
 
 @functools.cache
-def bind(flt: Filter) -> Driver:
-    """The plain-Python driver of a filter."""
-    own = {"init": flt.init, "step": flt.step, "output": flt.output}
-    begin = bound(driver.begin, flt.name, **own)
-    advance = bound(driver.advance, flt.name, **own)
-    result = bound(driver.result, flt.name, **own)
-    return Driver(begin, advance, result, bound(driver.run, flt.name, advance=advance, result=result))
+def bind(flt: Filter, guarded: bool = True) -> Driver:
+    """The plain-Python driver of a filter.
+
+    The guard stands in front of filters that correct a gyroscope by an accelerometer; a baseline shows what its sensor
+    says.
+    """
+    guarded = guarded and {"gyr", "acc"} <= flt.uses
+    name = flt.name if guarded else f"{flt.name}_unguarded"
+    own = {
+        "init": flt.init,
+        "step": flt.step,
+        "output": flt.output,
+        "gains": flt.gains or driver.no_gains,
+        "loosen": flt.loosen or driver.firm,
+        "look": guard.look if guarded else driver.unguarded,
+        "OWN_SIGMA": flt.gains is None,
+    }
+    own["started"] = bound(driver.started, name, **own)
+    begin = bound(driver.begin, name, **own)
+    advance = bound(driver.advance, name, **own)
+    result = bound(driver.result, name, **own)
+    return Driver(begin, advance, result, bound(driver.run, name, advance=advance, result=result))
+
+
+def estimates_bias(flt: Filter, guarded: bool) -> bool:
+    """Whether a track of the filter has a bias: its own, or what was read off at rest."""
+    return "bias" in flt.estimates or (guarded and {"gyr", "acc"} <= flt.uses)
 
 
 @functools.cache

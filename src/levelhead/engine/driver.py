@@ -1,28 +1,53 @@
-"""The one driver: what happens to a sample before and around a filter's step, for batch and stream alike.
+"""The one driver: what happens to a sample before and around a filter's step, for every engine alike.
 
-These are kernels: plain Python runs them as they stand, Numba compiles the same source. ``init``, ``step`` and
-``output`` are the filter's own; ``binding.bind`` binds them. Arrays are flat (row after row), so that Python lists and
-NumPy arrays are indexed by the same line.
+These are kernels: plain Python runs them as they stand, Numba compiles the same source. ``init``, ``step``, ``output``,
+``gains`` and ``loosen`` are the filter's own, ``look`` is what stands in front of it; ``binding.bind`` binds them. Arrays
+are flat (row after row), so that Python lists and NumPy arrays are indexed by the same line.
 """
 
 from typing import Any, NamedTuple
 
-from levelhead.filters.contract import Output
-from levelhead.filters.health import ACC_MISSING, GAP, GYR_MISSING, MAG_MISSING
+from levelhead.filters.contract import Gains, Output
+from levelhead.filters.doubt import Doubt, at_start, judged
+from levelhead.filters.doubt import sigma as doubted
+from levelhead.filters.guard import BEFORE, Guard, Look, Rest, Watch
+from levelhead.filters.health import (
+    ACC_MISSING,
+    AT_REST,
+    GAP,
+    GYR_MISSING,
+    GYR_SATURATED,
+    GYR_STUCK,
+    MAG_MISSING,
+)
 from levelhead.kernels.jit import kernel
-from levelhead.kernels.tilt import GAP_SECONDS, present
-from levelhead.kernels.vec3 import ZERO, Vec3
+from levelhead.kernels.quat import Quat
+from levelhead.kernels.tilt import GAP_SECONDS, TURN, present
+from levelhead.kernels.vec3 import ZERO, Vec3, add
 
 NO_READING = 1e9  # rad/s, m/s², µT: no sensor says that; NaN and infinity fail the comparison as well
+BLIND = GYR_MISSING | GYR_SATURATED | GYR_STUCK  # the rate is a guess
+LOST = 0.1  # rad that a body may have turned unseen before the filter is told
+BEYOND = 0.5  # of the full scale, 1σ: how much faster a body turns than a clipped gyroscope says
+
+
+class Settings(NamedTuple):
+    """What a human sets: the filter's parameters, and those of what stands in front of it."""
+
+    filter: Any
+    guard: Guard
 
 
 class Carry(NamedTuple):
-    """What goes from one sample to the next: the filter's state, the last good rate, whether it has started, health."""
+    """What goes from one sample to the next."""
 
-    state: Any
-    gyr: Vec3
+    state: Any  # the filter's
+    gyr: Vec3  # last good rate
     started: bool
     health: int
+    watch: Watch
+    doubt: Doubt
+    blind: float  # s since the last rate that could be believed
 
 
 def unbound(*_: Any) -> Any:
@@ -30,62 +55,116 @@ def unbound(*_: Any) -> Any:
     raise RuntimeError("bind the driver to a filter first")
 
 
-init = step = output = unbound
+init = step = output = gains = loosen = look = unbound
+OWN_SIGMA = False
 
 
 @kernel
 def missing(v: Vec3) -> bool:
     """Whether a reading is NaN, infinite or absurd in any component."""
-    x = -NO_READING < v.x < NO_READING
-    y = -NO_READING < v.y < NO_READING
-    z = -NO_READING < v.z < NO_READING
-    return not (x and y and z)
+    x, y, z = v
+    return not (
+        -NO_READING < x < NO_READING and -NO_READING < y < NO_READING and -NO_READING < z < NO_READING
+    )
 
 
 @kernel
-def begin(params: Any) -> Carry:
+def no_gains(params: Any, state: Any, dt: float) -> Gains:
+    """Of a filter that carries its own σ."""
+    return Gains(0.0, 0.0, 0.0, 0.0)
+
+
+@kernel
+def firm(params: Any, state: Any, variance: float) -> Any:
+    """``loosen`` of a filter that remembers nothing."""
+    return state
+
+
+@kernel
+def unguarded(
+    guard: Guard, watch: Watch, attitude: Quat, own: Vec3, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float
+) -> Look:
+    """``look`` of a filter that is to see all there is."""
+    return Look(gyr, acc, mag, 0, watch)
+
+
+@kernel
+def begin(settings: Settings) -> Carry:
     """Before the first sample: level, not started."""
-    return Carry(init(params, ZERO, ZERO, ZERO), ZERO, False, 0)
+    return Carry(init(settings.filter, ZERO, ZERO, ZERO), ZERO, False, 0, BEFORE, at_start(ZERO, ZERO), 0.0)
 
 
 @kernel
-def advance(params: Any, carry: Carry, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> Carry:
+def started(params: Any, gyr: Vec3, acc: Vec3, mag: Vec3, health: int) -> Carry:
+    """At the first sample; the filter has started once it has an accelerometer reading."""
+    state = init(params, gyr, acc, mag)
+    _, fast, hard, gyr_repeat, acc_repeat, out, field = BEFORE
+    watch = Watch(Rest(gyr, acc, 0.0, ZERO), fast, hard, gyr_repeat, acc_repeat, out, field)
+    return Carry(state, gyr, present(acc), health, watch, at_start(acc, mag), 0.0)
+
+
+@kernel
+def advance(settings: Settings, carry: Carry, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> Carry:
     """One sample through the filter; NaN marks a missing reading, the zero vector a sensor that does not exist.
 
-    The filter starts at the first sample with an accelerometer reading. A missing rate is replaced by the last one,
-    any other missing reading corrects nothing, and ``health`` says so.
+    A missing rate is replaced by the last one, for a while; any other missing reading corrects nothing.
     """
+    params, guard = settings
+    state, last, has_started, _, watch, doubt, blind = carry
     health = 0
     if missing(gyr):
-        gyr = carry.gyr
-        health |= GYR_MISSING
+        gyr = last
+        health = GYR_MISSING
     if missing(acc):
         acc = ZERO
         health |= ACC_MISSING
     if missing(mag):
         mag = ZERO
         health |= MAG_MISSING
-    if not carry.started:
-        return Carry(init(params, gyr, acc, mag), gyr, present(acc), health)
-    rate = gyr
+    if not has_started:
+        return started(params, gyr, acc, mag, health)
+    last = gyr
+    said: Output = output(params, state)
+    own = said.bias
+    if dt > GAP_SECONDS or (health & GYR_MISSING and blind > GAP_SECONDS):
+        gyr = add(own, watch.rest.bias)  # reads as "did not turn"
     if dt > GAP_SECONDS:
         health |= GAP
-        rate = output(params, carry.state).bias  # reads as "did not turn"
-    return Carry(step(params, carry.state, rate, acc, mag, dt), gyr, True, health)
+    seen: Look = look(guard, watch, said.quat, own, gyr, acc, mag, dt)
+    gyr, acc, mag, found, watch = seen
+    health |= found
+    lost = 0.0
+    if health & BLIND:
+        reach = BEYOND * watch.fast.top if health & GYR_SATURATED else TURN
+        before = reach * blind
+        blind += dt
+        lost = reach * blind
+        if lost > LOST:
+            lost = lost * lost - (before * before if before > LOST else 0.0)
+            state = loosen(params, state, lost)
+        else:
+            lost = 0.0
+    else:
+        blind = 0.0
+    state = step(params, state, gyr, acc, mag, dt)
+    if not OWN_SIGMA:
+        doubt = judged(doubt, gains(params, state, dt), gyr, acc, mag, health & AT_REST != 0, lost, dt)
+    return Carry(state, last, True, health, watch, doubt, blind)
 
 
 @kernel
-def result(params: Any, carry: Carry) -> Output:
-    """The filter's output, with the driver's health bits added."""
-    said: Output = output(params, carry.state)
-    if carry.health == 0:
-        return said
-    return Output(said.quat, said.bias, said.sigma, said.health | carry.health)
+def result(settings: Settings, carry: Carry) -> Output:
+    """The filter's output, with what the driver knows: the bias read off at rest, σ, health."""
+    said: Output = output(settings.filter, carry.state)
+    quat, bias, doubt, health = said
+    if not OWN_SIGMA:
+        doubt = doubted(carry.doubt)
+    return Output(quat, add(bias, carry.watch.rest.bias), doubt, health | carry.health)
 
 
 @kernel
 def run(
-    params: Any, carry: Carry, last: float, t: Any, gyr: Any, acc: Any, mag: Any,
+    settings: Settings, carry: Carry, last: float, t: Any, gyr: Any, acc: Any, mag: Any,
     quat: Any, bias: Any, sigma: Any, health: Any,
 ) -> Carry:  # fmt: skip
     """A stretch of samples: reads t (n), gyr, acc (3n), mag (3n or 0); fills quat (4n), bias, sigma (3n), health (n).
@@ -98,7 +177,7 @@ def run(
         if len(mag) > 0:
             field = Vec3(mag[j], mag[j + 1], mag[j + 2])
         carry = advance(
-            params,
+            settings,
             carry,
             Vec3(gyr[j], gyr[j + 1], gyr[j + 2]),
             Vec3(acc[j], acc[j + 1], acc[j + 2]),
@@ -106,7 +185,7 @@ def run(
             t[i] - last,
         )
         last = t[i]
-        said = result(params, carry)
+        said = result(settings, carry)
         quat[4 * i] = said.quat.w
         quat[4 * i + 1] = said.quat.x
         quat[4 * i + 2] = said.quat.y

@@ -3,7 +3,7 @@
 Both kinds of loop have the same face: for a filter on an IMU ``tick(place, gyr, acc, dt)`` and
 ``tick_mag(place, gyr, acc, mag, dt)`` with tuples of three floats, for an axis filter
 ``tick(place, period, level, rate, dt)``, where ``place`` is where the loop keeps its state; and ``state`` and
-``params`` that can be read and set between samples. A tick that is fed nonsense (dt ≤ 0, for an axis also NaN) raises
+``params`` (for an IMU the driver's Settings) that can be read and set between samples. A tick that is fed nonsense (dt ≤ 0, for an axis also NaN) raises
 ValueError and leaves the state as it is.
 """
 
@@ -13,8 +13,9 @@ from typing import Any, NamedTuple
 
 from levelhead.engine import memory
 from levelhead.engine.binding import bind, bind_axis
-from levelhead.engine.driver import unbound
+from levelhead.engine.driver import Settings, unbound
 from levelhead.filters.contract import Filter
+from levelhead.filters.guard import Guard
 from levelhead.kernels.jit import bound, compiled, kernel
 from levelhead.kernels.vec3 import ZERO, Vec3
 
@@ -31,9 +32,9 @@ def tick_mag(at: int, gyr: Triple, acc: Triple, mag: Triple, dt: float) -> Four:
     """One sample with a magnetometer, on the state and parameters in memory."""
     if not 0.0 < dt < LONGEST:
         raise ValueError("dt")
-    params = load_params(at + PARAMS_AT)
+    settings = load_params(at + PARAMS_AT)
     carry = advance(
-        params,
+        settings,
         load(at),
         Vec3(gyr[0], gyr[1], gyr[2]),
         Vec3(acc[0], acc[1], acc[2]),
@@ -41,7 +42,7 @@ def tick_mag(at: int, gyr: Triple, acc: Triple, mag: Triple, dt: float) -> Four:
         dt,
     )
     store(at, carry)
-    q = result(params, carry).quat
+    q = result(settings, carry).quat
     return (q.w, q.x, q.y, q.z)
 
 
@@ -71,10 +72,10 @@ def _plain(values: Any) -> Vec3:
 class PlainLoop:
     """The loop in plain Python."""
 
-    def __init__(self, flt: Filter, params: Any) -> None:
-        driver = bind(flt)
-        self.params = params
-        self.state = driver.begin(params)
+    def __init__(self, flt: Filter, settings: Settings, guarded: bool) -> None:
+        driver = bind(flt, guarded)
+        self.params: Any = settings
+        self.state = driver.begin(settings)
         self.place = self
         self._advance, self._result = driver.advance, driver.result
 
@@ -172,12 +173,13 @@ def _machine(name: str, state: Any, params: Any, ticks: dict[str, tuple[Any, str
 
 
 @functools.cache
-def imu_machine(flt: Filter) -> Machine:
+def imu_machine(flt: Filter, guarded: bool) -> Machine:
     """The compiled ticks of a filter on an IMU."""
-    driver, params = bind(flt), flt.params()
+    driver, settings = bind(flt, guarded), Settings(flt.params(), Guard())
     ticks = {"tick_mag": (tick_mag, "ivvvf"), "tick": (tick, "ivvf")}
     kernels = {"advance": driver.advance, "result": driver.result}
-    return _machine(flt.name, driver.begin(params), params, ticks, **kernels)
+    name = flt.name if guarded else f"{flt.name}_unguarded"
+    return _machine(name, driver.begin(settings), settings, ticks, **kernels)
 
 
 @functools.cache
@@ -189,11 +191,11 @@ def axis_machine(flt: Filter) -> Machine:
     return _machine(f"{flt.name}_axis", axis.init(params, 0.0), params, ticks, step=axis.step, read=axis.read)
 
 
-def loop(flt: Filter, params: Any, engine: str) -> PlainLoop | CompiledLoop:
+def loop(flt: Filter, settings: Settings, guarded: bool, engine: str) -> PlainLoop | CompiledLoop:
     """A loop for a filter on an IMU; ``engine`` "python" or "compiled"."""
     if engine == "python":
-        return PlainLoop(flt, params)
-    return CompiledLoop(imu_machine(flt), bind(flt).begin(params), params)
+        return PlainLoop(flt, settings, guarded)
+    return CompiledLoop(imu_machine(flt, guarded), bind(flt, guarded).begin(settings), settings)
 
 
 def axis_loop(flt: Filter, params: Any, level: float, engine: str) -> PlainAxisLoop | CompiledLoop:

@@ -7,10 +7,13 @@ from typing import Any, SupportsFloat
 from numpy import ndarray
 
 from levelhead import filters
-from levelhead.engine.binding import ENGINES, bind, bind_axis
+from levelhead.engine.batch import DEFAULT_GUARD
+from levelhead.engine.binding import ENGINES, bind, bind_axis, estimates_bias
+from levelhead.engine.driver import Settings
 from levelhead.engine.loop import Four, axis_loop, loop
 from levelhead.errors import LevelheadError, nearest
 from levelhead.filters.contract import Output
+from levelhead.filters.guard import Guard
 from levelhead.kernels.quat import Euler, Quat, to_euler
 from levelhead.kernels.vec3 import Vec3
 
@@ -67,14 +70,17 @@ class Stream:
 
     Args:
         params: the filter, as for ``fuse``; default: the same as there.
+        guard: as for ``fuse``.
         engine: "auto" and "compiled" compile in the constructor (about half a second, once in a process; the first
             time on a machine a few seconds), "python" needs no Numba and takes some 20 µs a sample.
     """
 
-    def __init__(self, params: Any = None, *, engine: str = "auto") -> None:
+    def __init__(self, params: Any = None, *, guard: Guard | None = DEFAULT_GUARD, engine: str = "auto") -> None:
         resolved = filters.best() if params is None else filters.resolve(params)
         self._filter = filters.of(resolved)
-        self._loop = loop(self._filter, resolved, _live_engine(engine))
+        self._guarded = guard is not None
+        settings = Settings(resolved, guard or DEFAULT_GUARD)
+        self._loop = loop(self._filter, settings, self._guarded, _live_engine(engine))
         self._tick: Callable[..., Four] = self._loop.tick
         self._tick_mag: Callable[..., Four] = self._loop.tick_mag
         self._place = self._loop.place
@@ -125,7 +131,7 @@ class Stream:
 
     @property
     def _output(self) -> Output:
-        said: Output = bind(self._filter).result(self.params, self._loop.state)
+        said: Output = bind(self._filter, self._guarded).result(self._loop.params, self._loop.state)
         return said
 
     @property
@@ -141,12 +147,12 @@ class Stream:
     @property
     def bias(self) -> Vec3 | None:
         """Estimated gyroscope bias in rad/s, or None if the filter estimates none."""
-        return self._output.bias if "bias" in self._filter.estimates else None
+        return self._output.bias if estimates_bias(self._filter, self._guarded) else None
 
     @property
-    def sigma(self) -> Vec3 | None:
-        """1σ of the attitude error about east, north and up in rad, or None if the filter knows no doubt."""
-        return self._output.sigma if "sigma" in self._filter.estimates else None
+    def sigma(self) -> Vec3:
+        """1σ of the attitude error about east, north and up in rad."""
+        return self._output.sigma
 
     @property
     def health(self) -> int:
@@ -156,15 +162,15 @@ class Stream:
     @property
     def params(self) -> Any:
         """The parameters in use."""
-        return self._loop.params
+        return self._loop.params.filter
 
     def set(self, **changes: float) -> None:
         """Changes parameters from the next sample on: ``live.set(r_measure=0.5)``."""
-        self._loop.params = self.params._replace(**changes)
+        self._loop.params = self._loop.params._replace(filter=self.params._replace(**changes))
 
     def reset(self) -> None:
         """Forgets everything but the parameters; the next sample sets the start again."""
-        self._loop.state = bind(self._filter).begin(self.params)
+        self._loop.state = bind(self._filter, self._guarded).begin(self._loop.params)
         self._time = None
 
 

@@ -7,6 +7,7 @@ from levelhead.filters import (
     accel_tilt,
     bias_rate_kalman,
     complementary,
+    ekf,
     gyro_integration,
     kalman,
     roll_pitch_kalman,
@@ -15,6 +16,7 @@ from levelhead.filters.accel_tilt import AccelTilt
 from levelhead.filters.bias_rate_kalman import BiasRateKalman
 from levelhead.filters.complementary import Complementary
 from levelhead.filters.contract import Filter
+from levelhead.filters.ekf import EKF
 from levelhead.filters.gyro_integration import GyroIntegration
 from levelhead.filters.kalman import Kalman
 from levelhead.filters.roll_pitch_kalman import RollPitchKalman
@@ -26,10 +28,12 @@ ALL: tuple[Filter, ...] = (
     kalman.FILTER,
     roll_pitch_kalman.FILTER,
     bias_rate_kalman.FILTER,
+    ekf.FILTER,
 )
 
 __all__ = [
     "ALL",
+    "EKF",
     "AccelTilt",
     "BiasRateKalman",
     "Complementary",

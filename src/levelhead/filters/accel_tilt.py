@@ -3,7 +3,7 @@
 from math import inf
 from typing import NamedTuple
 
-from levelhead.filters.contract import Filter, Output, Settling, parameters
+from levelhead.filters.contract import Filter, Gains, Output, Settling, parameters
 from levelhead.kernels import quat, tilt
 from levelhead.kernels.jit import kernel
 from levelhead.kernels.quat import Euler, Quat
@@ -41,6 +41,12 @@ def output(params: AccelTilt, state: State) -> Output:
     return Output(state.quat, ZERO, ZERO, 0)
 
 
+@kernel
+def gains(params: AccelTilt, state: State, dt: float) -> Gains:
+    """Believes every sample."""
+    return Gains(1.0, 0.0, 0.0, 0.0)
+
+
 FILTER = Filter(
     name="AccelTilt",
     params=AccelTilt,
@@ -50,5 +56,6 @@ FILTER = Filter(
     estimates=frozenset({"tilt"}),
     uses=frozenset({"acc"}),
     citation="M. Pedley, Tilt Sensing Using a Three-Axis Accelerometer, Freescale AN3461, rev. 6, 2013, eqs. 25 and 26",
+    gains=gains,
     settles=Settling(0.0, inf),
 )

@@ -211,6 +211,22 @@ def step(params: BiasRateKalman, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, 
 
 
 @kernel
+def looser(p: Mat3, variance: float) -> Mat3:
+    """An angle less sure, and what it told about the bias and its rate forgotten."""
+    return Mat3(p.xx + variance, 0.0, 0.0, 0.0, p.yy, p.yz, 0.0, p.zy, p.zz)
+
+
+@kernel
+def loosen(params: BiasRateKalman, state: State, variance: float) -> State:
+    """Every axis less sure."""
+    attitude, bias, rate, roll, pitch, heading, health = state
+    roll = looser(roll, variance)
+    pitch = looser(pitch, variance)
+    heading = looser(heading, variance)
+    return State(attitude, bias, rate, roll, pitch, heading, health)
+
+
+@kernel
 def output(params: BiasRateKalman, state: State) -> Output:
     """Attitude, bias, σ and health."""
     return Output(
@@ -231,6 +247,7 @@ FILTER = Filter(
     uses=frozenset({"gyr", "acc", "mag"}),
     citation="Y. Bar-Shalom, X. R. Li, T. Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, "
     "section 6.3 (the same model for a range, its rate and acceleration)",
+    loosen=loosen,
     settles=Settling(10.0, 60.0),
     axis=AxisFilter(axis_init, axis_step, axis_read, Report),
 )

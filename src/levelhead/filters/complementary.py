@@ -11,7 +11,7 @@ stored: α alone would mean another filter at every sample rate.
 
 from typing import Annotated, NamedTuple
 
-from levelhead.filters.contract import AxisFilter, Derived, Filter, Output, Param, Settling, parameters
+from levelhead.filters.contract import AxisFilter, Derived, Filter, Gains, Output, Param, Settling, parameters
 from levelhead.filters.health import NEAR_VERTICAL
 from levelhead.kernels import quat, tilt
 from levelhead.kernels.angle import blend, wrap
@@ -146,6 +146,12 @@ def output(params: Complementary, state: State) -> Output:
     return Output(state.quat, ZERO, ZERO, state.health)
 
 
+@kernel
+def gains(params: Complementary, state: State, dt: float) -> Gains:
+    """1 − α."""
+    return Gains(dt / (params.tau + dt), 0.0, dt / (params.tau_heading + dt), 0.0)
+
+
 FILTER = Filter(
     name="Complementary",
     params=Complementary,
@@ -156,6 +162,7 @@ FILTER = Filter(
     uses=frozenset({"gyr", "acc", "mag"}),
     citation="W. T. Higgins, A Comparison of Complementary and Kalman Filtering, IEEE Transactions on Aerospace and "
     "Electronic Systems AES-11(3), 1975",
+    gains=gains,
     settles=Settling(3.0, 25.0),
     axis=AxisFilter(level_init, level_step, level_read, Level),
 )

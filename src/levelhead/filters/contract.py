@@ -120,6 +120,7 @@ class Filter(NamedTuple):
     citation: str
     settles: Settling
     gains: Callable[..., Gains] | None = None  # (params, state, dt) -> Gains, for filters without a σ of their own
+    loosen: Callable[..., Any] | None = None  # (params, state, variance) -> state whose attitude is less sure, by rad²
     axis: AxisFilter | None = None
 
 

@@ -3,7 +3,7 @@
 from math import inf
 from typing import NamedTuple
 
-from levelhead.filters.contract import Filter, Output, Settling, parameters
+from levelhead.filters.contract import Filter, Gains, Output, Settling, parameters
 from levelhead.kernels import quat, tilt
 from levelhead.kernels.jit import kernel
 from levelhead.kernels.quat import Quat
@@ -39,6 +39,12 @@ def output(params: GyroIntegration, state: State) -> Output:
     return Output(state.quat, ZERO, ZERO, 0)
 
 
+@kernel
+def gains(params: GyroIntegration, state: State, dt: float) -> Gains:
+    """Corrects nothing."""
+    return Gains(0.0, 0.0, 0.0, 0.0)
+
+
 FILTER = Filter(
     name="GyroIntegration",
     params=GyroIntegration,
@@ -49,5 +55,6 @@ FILTER = Filter(
     uses=frozenset({"gyr"}),
     citation="P. G. Savage, Strapdown Inertial Navigation Integration Algorithm Design Part 1: Attitude Algorithms, "
     "Journal of Guidance, Control, and Dynamics 21(1), 1998",
+    gains=gains,
     settles=Settling(inf, inf),
 )

@@ -1,10 +1,17 @@
-"""Health bits: what was wrong with a sample, said instead of hidden."""
+"""Health bits: what was wrong with a sample and what was done about it, said instead of hidden."""
 
 GYR_MISSING = 1  # the last rate was held
 ACC_MISSING = 2  # nothing corrected tilt
 MAG_MISSING = 4  # a magnetometer exists, but gave nothing now
 GAP = 8  # too long since the last sample: the rate was not integrated across
 NEAR_VERTICAL = 16  # pitch near ±90°: roll and yaw are not defined there, tilt is carried by the gyroscope
+GYR_SATURATED = 32  # at full scale: it turned at least so fast
+ACC_SATURATED = 64  # at full scale: not used
+GYR_STUCK = 128  # an axis repeats one value
+ACC_STUCK = 256  # an axis repeats one value: not used
+ACC_REJECTED = 512  # too far from g and from the prediction: not used
+MAG_REJECTED = 1024  # norm or dip are not those of the field learned: not used
+AT_REST = 2048  # nothing wrong: the sensor is still, and its bias is being learned
 
 NAMES = {
     GYR_MISSING: "gyroscope missing, last rate held",
@@ -12,4 +19,12 @@ NAMES = {
     MAG_MISSING: "magnetometer missing, heading not corrected",
     GAP: "gap in time, rate not integrated across",
     NEAR_VERTICAL: "pitch near ±90°, roll and yaw ambiguous",
+    GYR_SATURATED: "gyroscope at full scale, turned faster than it can say",
+    ACC_SATURATED: "accelerometer at full scale, not used",
+    GYR_STUCK: "a gyroscope axis stuck at one value",
+    ACC_STUCK: "an accelerometer axis stuck at one value, not used",
+    ACC_REJECTED: "accelerating, accelerometer not used",
+    MAG_REJECTED: "magnetic disturbance, magnetometer not used",
+    AT_REST: "at rest, gyroscope bias learned",
 }
+FAULTS = sum(NAMES) - AT_REST

@@ -24,6 +24,7 @@ from levelhead.kernels.angle import wrap
 from levelhead.kernels.jit import kernel
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.tilt import GAP_SECONDS, UNIFORM, after_gap, bias_after_gap
+from levelhead.kernels.two_state import Covariance, Gain, correct, joseph, predict
 from levelhead.kernels.vec3 import ZERO, Vec3, add, scale, sub
 
 DEG2 = (pi / 180.0) ** 2  # (°)² in rad²
@@ -55,21 +56,6 @@ class Kalman(NamedTuple):
     ] = 1.0
     q_per_sample: Annotated[bool, Param("", "add q_angle and q_bias at every sample instead of times dt")] = False
     joseph: Annotated[bool, Param("", "Joseph's form of the covariance update (eq. 4, right)")] = False
-
-
-class Covariance(NamedTuple):
-    """P of level and bias, symmetric."""
-
-    level: float
-    cross: float
-    bias: float
-
-
-class Gain(NamedTuple):
-    """K of level and bias."""
-
-    level: float
-    bias: float
 
 
 class Axis(NamedTuple):
@@ -113,17 +99,11 @@ def noise(params: Kalman, dt: float, unit: float) -> Noise:
 
 
 @kernel
-def predict(p: Covariance, dt: float, w: Noise) -> Covariance:
-    """P ← F P Fᵀ + Q of eq. 1."""
-    return Covariance(p.level + dt * (dt * p.bias - 2.0 * p.cross) + w.level, p.cross - dt * p.bias, p.bias + w.bias)
-
-
-@kernel
 def predict_turn(params: Kalman, p: Covariance, dt: float, w: Noise) -> Covariance:
     """``predict`` for an angle of an IMU: across a gap the angle is lost, and tells nothing about the bias after it."""
     if dt > GAP_SECONDS:
         return Covariance(after_gap(p.level, dt), 0.0, bias_after_gap(p.bias, w.bias, params.p_bias * DEG2))
-    return predict(p, dt, w)
+    return predict(p, dt, w.level, w.bias)
 
 
 @kernel
@@ -134,16 +114,9 @@ def gain(p: Covariance, r: float) -> Gain:
 
 
 @kernel
-def correct(p: Covariance, k: Gain, r: float, joseph: bool) -> Covariance:
+def corrected(p: Covariance, k: Gain, r: float, with_joseph: bool) -> Covariance:
     """Eq. 4."""
-    if joseph:
-        rest = 1.0 - k.level
-        return Covariance(
-            rest * rest * p.level + k.level * k.level * r,
-            rest * (p.cross - k.bias * p.level) + k.level * k.bias * r,
-            p.bias - 2.0 * k.bias * p.cross + k.bias * k.bias * (p.level + r),
-        )
-    return Covariance(p.level - k.level * p.level, p.cross - k.level * p.cross, p.bias - k.bias * p.cross)
+    return joseph(p, k, r) if with_joseph else correct(p, k)
 
 
 @kernel
@@ -158,10 +131,10 @@ def axis_step(params: Kalman, axis: Axis, level: float, rate: float, dt: float, 
     w = noise(params, dt, 1.0)
     free = rate - axis.bias
     ahead = wrap(axis.level + dt * free, period)
-    p = predict(Covariance(axis.p_level, axis.p_cross, axis.p_bias), dt, w)
+    p = predict(Covariance(axis.p_level, axis.p_cross, axis.p_bias), dt, w.level, w.bias)
     k = gain(p, w.measurement)
     innovation = wrap(level - ahead, period)
-    p = correct(p, k, w.measurement, params.joseph)
+    p = corrected(p, k, w.measurement, params.joseph)
     return Axis(
         wrap(ahead + k.level * innovation, period),
         free,
@@ -207,7 +180,7 @@ def step(params: Kalman, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: floa
     if tilt.present(acc):
         k_pitch = gain(pitch, w.measurement)
         y_pitch = tilt.pitch_innovation(up, acc)
-        pitch = correct(pitch, k_pitch, w.measurement, params.joseph)
+        pitch = corrected(pitch, k_pitch, w.measurement, params.joseph)
         k_roll = Gain(0.0, 0.0)
         y_roll = 0.0
         if tilt.steep(acc):
@@ -216,7 +189,7 @@ def step(params: Kalman, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: floa
             r_roll = w.measurement / tilt.roll_weight(up)
             k_roll = gain(roll, r_roll)
             y_roll = tilt.roll_innovation(up, acc)
-            roll = correct(roll, k_roll, r_roll, params.joseph)
+            roll = corrected(roll, k_roll, r_roll, params.joseph)
         axis = tilt.pitch_axis(up)
         attitude = tilt.add_roll_pitch(attitude, axis, k_roll.level * y_roll, k_pitch.level * y_pitch)
         bias = add(bias, tilt.in_sensor(axis, k_roll.bias * y_roll, k_pitch.bias * y_pitch))
@@ -224,10 +197,23 @@ def step(params: Kalman, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: floa
         r_heading = params.r_heading * DEG2
         k_heading = gain(heading, r_heading)
         y_heading = tilt.heading_innovation(attitude, mag)
-        heading = correct(heading, k_heading, r_heading, params.joseph)
+        heading = corrected(heading, k_heading, r_heading, params.joseph)
         attitude = tilt.add_yaw(attitude, k_heading.level * y_heading)
         bias = add(bias, scale(up, k_heading.bias * y_heading))
     return State(attitude, bias, roll, pitch, heading, health)
+
+
+@kernel
+def looser(p: Covariance, variance: float) -> Covariance:
+    """An angle less sure, and what it told about the bias forgotten."""
+    return Covariance(p.level + variance, 0.0, p.bias)
+
+
+@kernel
+def loosen(params: Kalman, state: State, variance: float) -> State:
+    """Every axis less sure."""
+    attitude, bias, roll, pitch, heading, health = state
+    return State(attitude, bias, looser(roll, variance), looser(pitch, variance), looser(heading, variance), health)
 
 
 @kernel
@@ -268,6 +254,7 @@ FILTER = Filter(
     uses=frozenset({"gyr", "acc", "mag"}),
     citation="K. Lauszus, A practical approach to Kalman filter and how to implement it, TKJ Electronics, 2012; "
     "R. E. Kalman, A New Approach to Linear Filtering and Prediction Problems, J. Basic Engineering 82(1), 1960",
+    loosen=loosen,
     settles=Settling(10.0, 60.0),
     axis=AxisFilter(axis_init, axis_step, axis_read, Axis),
 )

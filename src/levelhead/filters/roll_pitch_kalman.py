@@ -172,6 +172,14 @@ def step(params: RollPitchKalman, state: State, gyr: Vec3, acc: Vec3, mag: Vec3,
 
 
 @kernel
+def loosen(params: RollPitchKalman, state: State, variance: float) -> State:
+    """Both angles less sure, and what they told about the biases forgotten."""
+    attitude, bias, (xx, xy, yx, yy), _, biases, coasted, health = state
+    angles = Mat2(xx + variance, xy, yx, yy + variance)
+    return State(attitude, bias, angles, Mat2(0.0, 0.0, 0.0, 0.0), biases, coasted, health)
+
+
+@kernel
 def output(params: RollPitchKalman, state: State) -> Output:
     """Attitude, the two biases, σ and health; nothing tells yaw's bias, so its variance is p_bias t² + q_angle t."""
     p_yaw = (params.p_bias * state.coasted + params.q_angle) * state.coasted * DEG2
@@ -193,5 +201,6 @@ FILTER = Filter(
     uses=frozenset({"gyr", "acc"}),
     citation="D. Simon, Optimal State Estimation, 2006, section 13.2.3 (the extended Kalman filter), with the Euler "
     "kinematics of D. Titterton and J. Weston, Strapdown Inertial Navigation Technology, 2nd ed., 2004, eq. 3.51",
+    loosen=loosen,
     settles=Settling(10.0, inf),
 )

@@ -1,0 +1,305 @@
+"""What is done about bad readings before a filter sees them: once, the same for all filters.
+
+At rest the gyroscope's bias is read off and taken away; readings at full scale, stuck axes, accelerations that are no
+gravity and fields that are not the earth's are told apart and held back, for a bounded time only. ``look`` says for
+every sample what the filter may see, what was held back and why (``filters.health``).
+"""
+
+from math import pi, sqrt
+from typing import Annotated, NamedTuple
+
+from levelhead.filters.contract import Param, parameters
+from levelhead.filters.health import (
+    ACC_REJECTED,
+    ACC_SATURATED,
+    ACC_STUCK,
+    AT_REST,
+    GYR_SATURATED,
+    GYR_STUCK,
+    MAG_REJECTED,
+)
+from levelhead.kernels import quat
+from levelhead.kernels.gain import share
+from levelhead.kernels.jit import kernel
+from levelhead.kernels.quat import Quat
+from levelhead.kernels.tilt import GAP_SECONDS, GRAVITY, present
+from levelhead.kernels.vec3 import ZERO, Vec3
+
+DEGREE = pi / 180.0
+SMOOTH = 0.5  # s, time constant of the means that rest is told by
+BIAS_TAU = 10.0  # s over which rest averages the bias
+FAST = 4.0  # rad/s: no gyroscope has a smaller full scale (250 °/s) than this
+HARD = 19.0  # m/s²: no accelerometer has a smaller full scale (2 g) than this
+PLATEAU = 0.998  # of the largest reading so far: readings above this may be clipped
+CLIPPED_SECONDS = 0.03  # on the plateau: a smooth peak of 1 Hz and more is over by then
+STUCK_SECONDS = 1.0  # of one value while another axis moves
+FIELD_TAU = 20.0  # s over which the field is learned
+
+
+@parameters()
+class Guard(NamedTuple):
+    """What counts as rest, as saturation and as disturbance; the defaults need no thought."""
+
+    gyr_range: Annotated[
+        float, Param("deg/s", "full scale of the gyroscope; 0: found when it clips", low=0.0)
+    ] = 0.0
+    acc_range: Annotated[
+        float, Param("m/s²", "full scale of the accelerometer; 0: found when it clips", low=0.0)
+    ] = 0.0
+    rest_gyr: Annotated[
+        float, Param("deg/s", "rest: rate off its mean, at most", low=0.0, sweep=(0.2, 10.0), log=True)
+    ] = 2.0
+    rest_acc: Annotated[
+        float, Param("m/s²", "rest: specific force off its mean, at most", low=0.0, sweep=(0.05, 3.0), log=True)
+    ] = 0.5
+    rest_time: Annotated[float, Param("s", "rest: for so long", low=0.0, sweep=(0.3, 5.0), log=True)] = 1.5
+    bias_limit: Annotated[
+        float, Param("deg/s", "rest: a mean rate beyond this is a turn and no bias", low=0.0, sweep=(0.5, 20.0), log=True)
+    ] = 5.0
+    acc_gate: Annotated[
+        float, Param("m/s²", "accelerating: | |a| − g |, more than", low=0.0, sweep=(1.0, 300.0), log=True)
+    ] = 100.0
+    acc_angle: Annotated[
+        float, Param("deg", "accelerating: and so far from the predicted vertical", low=0.0, sweep=(1.0, 90.0), log=True)
+    ] = 20.0
+    acc_time: Annotated[
+        float, Param("s", "accelerating: believed again after", low=0.0, sweep=(0.1, 10.0), log=True)
+    ] = 2.0
+    mag_gate: Annotated[
+        float, Param("", "disturbed: norm off the learned one by this share", low=0.0, sweep=(0.02, 1.0), log=True)
+    ] = 0.1
+    mag_angle: Annotated[
+        float, Param("deg", "disturbed: or dip off the learned one", low=0.0, sweep=(1.0, 90.0), log=True)
+    ] = 10.0
+    mag_time: Annotated[
+        float, Param("s", "disturbed: the new field is taken for the earth's after", low=0.0, sweep=(1.0, 100.0), log=True)
+    ] = 20.0
+
+
+class Rest(NamedTuple):
+    """Means of rate and specific force, seconds of stillness, and the bias read off (rad/s)."""
+
+    gyr: Vec3
+    acc: Vec3
+    still: float
+    bias: Vec3
+
+
+class Extreme(NamedTuple):
+    """The largest reading of a sensor so far (any axis), and seconds spent near it without a break."""
+
+    top: float
+    spent: float
+    clipped: bool
+
+
+class Repeat(NamedTuple):
+    """The last reading, which axes have repeated theirs since (bits 1, 2, 4), and for how many seconds."""
+
+    last: Vec3
+    axes: int
+    spent: float
+
+
+class Field(NamedTuple):
+    """The earth's field as learned: norm, sine of its angle above the horizon; seconds learned, seconds rejected."""
+
+    norm: float
+    dip: float
+    age: float
+    out: float
+
+
+class Watch(NamedTuple):
+    """All that is remembered from sample to sample."""
+
+    rest: Rest
+    fast: Extreme
+    hard: Extreme
+    gyr: Repeat
+    acc: Repeat
+    acc_out: float  # seconds for which the accelerometer has been rejected
+    field: Field
+
+
+class Look(NamedTuple):
+    """What the filter may see of a sample (zero vector: nothing), and what is known about it."""
+
+    gyr: Vec3
+    acc: Vec3
+    mag: Vec3
+    health: int
+    watch: Watch
+
+
+BEFORE = Watch(
+    Rest(ZERO, ZERO, 0.0, ZERO),
+    Extreme(FAST, 0.0, False),
+    Extreme(HARD, 0.0, False),
+    Repeat(ZERO, 0, 0.0),
+    Repeat(ZERO, 0, 0.0),
+    0.0,
+    Field(0.0, 0.0, 0.0, 0.0),
+)
+
+
+@kernel
+def square_off(mean: Vec3, v: Vec3) -> float:
+    """|v − mean|²"""
+    x = v.x - mean.x
+    y = v.y - mean.y
+    z = v.z - mean.z
+    return x * x + y * y + z * z
+
+
+@kernel
+def toward(mean: Vec3, v: Vec3, weight: float) -> Vec3:
+    """mean + weight (v − mean)"""
+    a, b, c = mean
+    x, y, z = v
+    return Vec3(a + weight * (x - a), b + weight * (y - b), c + weight * (z - c))
+
+
+@kernel
+def rested(guard: Guard, rest: Rest, gyr: Vec3, acc: Vec3, own: Vec3, dt: float) -> Rest:
+    """Rest is when rate and specific force stay near their own means for a while.
+
+    The bias then goes to the mean rate, less what the filter itself takes away (``own``), as a running mean.
+    """
+    mean, force, still, bias = rest
+    gyr_limit = guard.rest_gyr * DEGREE
+    turn_limit = guard.bias_limit * DEGREE
+    quiet = square_off(mean, gyr) < gyr_limit * gyr_limit and square_off(force, acc) < guard.rest_acc * guard.rest_acc
+    weight = dt / (SMOOTH + dt)
+    mean = toward(mean, gyr, weight)
+    force = toward(force, acc, weight)
+    if not quiet or dt > GAP_SECONDS or square_off(ZERO, mean) > turn_limit * turn_limit:
+        return Rest(mean, force, 0.0, bias)
+    still += dt
+    learned = still - guard.rest_time
+    if learned > 0.0:
+        x, y, z = mean
+        bias = toward(bias, Vec3(x - own.x, y - own.y, z - own.z), share(BIAS_TAU, learned, dt))
+    return Rest(mean, force, still, bias)
+
+
+@kernel
+def clipped(extreme: Extreme, v: Vec3, full: float, dt: float) -> Extreme:
+    """Whether a reading is at full scale: ``full`` if known (not 0), else the largest one so far if it stays there."""
+    x, y, z = v
+    top, spent, was = extreme
+    largest = max(abs(x), abs(y), abs(z))
+    if full > 0.0:
+        return Extreme(full, 0.0, largest >= PLATEAU * full)
+    if largest < PLATEAU * top:
+        if spent == 0.0 and not was:
+            return extreme
+        return Extreme(top, spent if spent >= CLIPPED_SECONDS else 0.0, False)
+    if PLATEAU * largest > top:
+        return Extreme(largest, 0.0, False)
+    spent += dt
+    return Extreme(max(top, largest), spent, spent >= CLIPPED_SECONDS)
+
+
+@kernel
+def repeated(repeat: Repeat, v: Vec3, dt: float) -> Repeat:
+    """Which axes say the same again while another one moves; zero aside, which a simulation without noise says."""
+    (a, b, c), axes, spent = repeat
+    x, y, z = v
+    if x != a and y != b and z != c:
+        return Repeat(v, 0, 0.0)
+    if x == a and y == b and z == c:
+        return repeat  # nothing moved: it may be a sensor without noise
+    same = 0
+    if x == a and x != 0.0:
+        same |= 1
+    if y == b and y != 0.0:
+        same |= 2
+    if z == c and z != 0.0:
+        same |= 4
+    if axes & same == 0:
+        return Repeat(v, same, 0.0)
+    return Repeat(v, axes & same, spent + dt)
+
+
+@kernel
+def stuck(repeat: Repeat) -> bool:
+    """Whether an axis says the same for long while another one moves."""
+    return repeat.spent > STUCK_SECONDS
+
+
+@kernel
+def accelerating(guard: Guard, up: Vec3, acc: Vec3) -> bool:
+    """Whether specific force is no gravity: its norm is not g, and it is far from the predicted vertical."""
+    x, y, z = acc
+    square = x * x + y * y + z * z
+    low = max(GRAVITY - guard.acc_gate, 0.0)
+    high = GRAVITY + guard.acc_gate
+    if low * low <= square <= high * high:
+        return False
+    along = up.x * x + up.y * y + up.z * z
+    return along < sqrt(square) * (1.0 - 0.5 * guard.acc_angle * guard.acc_angle * (DEGREE * DEGREE))
+
+
+@kernel
+def learned(guard: Guard, field: Field, up: Vec3, mag: Vec3, dt: float) -> Field:
+    """The field after a reading; ``out`` > 0: it is not the earth's, and was not learned from.
+
+    Norm and dip within the bounds are averaged into the reference. What stays outside for long enough becomes the new
+    reference: the room was changed, not the moment.
+    """
+    norm, dip, age, out = field
+    x, y, z = mag
+    n = sqrt(x * x + y * y + z * z)
+    d = (up.x * x + up.y * y + up.z * z) / n
+    if age == 0.0 or out > guard.mag_time:
+        return Field(n, d, dt, 0.0)
+    if abs(n - norm) > guard.mag_gate * norm or abs(d - dip) > guard.mag_angle * DEGREE:
+        return Field(norm, dip, age, out + dt)
+    weight = share(FIELD_TAU, age, dt)
+    return Field(norm + weight * (n - norm), dip + weight * (d - dip), min(age + dt, FIELD_TAU), 0.0)
+
+
+@kernel
+def look(guard: Guard, watch: Watch, attitude: Quat, own: Vec3, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> Look:
+    """What of a sample the filter may see.
+
+    ``attitude`` is the filter's, one sample old, ``own`` the bias that it takes away by itself.
+    """
+    rest, fast, hard, gyr_repeat, acc_repeat, out, field = watch
+    health = 0
+    rest = rested(guard, rest, gyr, acc if present(acc) else rest.acc, own, dt)
+    if rest.still > guard.rest_time:
+        health = AT_REST
+    fast = clipped(fast, gyr, guard.gyr_range * DEGREE, dt)
+    if fast.clipped:
+        health |= GYR_SATURATED
+    gyr_repeat = repeated(gyr_repeat, gyr, dt)
+    if stuck(gyr_repeat):
+        health |= GYR_STUCK
+    bx, by, bz = rest.bias
+    gyr = Vec3(gyr.x - bx, gyr.y - by, gyr.z - bz)
+    x, y, z = quat.up(attitude)
+    up = Vec3(x + dt * (y * gyr.z - z * gyr.y), y + dt * (z * gyr.x - x * gyr.z), z + dt * (x * gyr.y - y * gyr.x))
+    if present(acc):
+        hard = clipped(hard, acc, guard.acc_range, dt)
+        acc_repeat = repeated(acc_repeat, acc, dt)
+        if hard.clipped:
+            health |= ACC_SATURATED
+            acc = ZERO
+        elif stuck(acc_repeat):
+            health |= ACC_STUCK
+            acc = ZERO
+        elif accelerating(guard, up, acc):
+            out += dt
+            if out < guard.acc_time:
+                health |= ACC_REJECTED
+                acc = ZERO
+        else:
+            out = 0.0
+    if present(mag):
+        field = learned(guard, field, up, mag, dt)
+        if field.out > 0.0:
+            health |= MAG_REJECTED
+            mag = ZERO
+    return Look(gyr, acc, mag, health, Watch(rest, fast, hard, gyr_repeat, acc_repeat, out, field))
