@@ -86,7 +86,7 @@ def judged(doubt: Doubt, gains: Gains, gyr: Vec3, acc: Vec3, mag: Vec3, rest: bo
     if rest:
         tilt = read_off(tilt)
         heading = read_off(heading)
-    often = 2.0 / dt
+    often = 2.0 / dt  # no limit needed: at long intervals the duration hardly counts
     share_tilt, bias_tilt, share_heading, bias_heading = gains
     if present(acc):
         x, y, z = acc

@@ -45,7 +45,9 @@ from levelhead.kernels.vec3 import ZERO, Vec3
 DEGREE = pi / 180.0
 PER_G = 1.0 / GRAVITY
 HALF_PER_G2 = 0.5 / (GRAVITY * GRAVITY)
+ONE = 0.1  # s: samples further apart than this are worth one measurement each, not more
 LINEAR = 0.04  # squared tangent of the angle up to which a sine is its angle
+SMALL_TURN = 1e-4  # rad²: up to here the low-passed force, upright itself, need not be turned exactly
 FIRST_HEADING = (10.0 * DEGREE) * (10.0 * DEGREE)  # rad², of one reading of a magnetometer indoors
 
 
@@ -315,7 +317,7 @@ def step(params: EKF, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) 
         walk = params.bias_walk * DEGREE
         turn = noise * noise + params.gyr_scale * params.gyr_scale * (wx * wx + wy * wy + wz * wz)
         p = predict(p, r, turn * dt, walk * walk * dt, dt)
-    often = 1.0 / dt
+    often = 1.0 / min(dt, ONE)
     gate = params.gate * params.gate
     fix = Fix(ZERO, bias, p)
     if tilt.present(acc):
@@ -357,9 +359,13 @@ def step(params: EKF, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) 
         else:
             health |= MAG_REJECTED
     turn = fix.turn
-    a, b, c = force
-    force = Vec3(a + turn.y * c, b - turn.x * c, c)
-    attitude = quat.compose(quat.exp(turn), attitude)
+    swing = quat.exp(turn)
+    if turn.x * turn.x + turn.y * turn.y < SMALL_TURN:
+        a, b, c = force
+        force = Vec3(a + turn.y * c, b - turn.x * c, c)
+    else:
+        force = quat.rotate(swing, force)
+    attitude = quat.compose(swing, attitude)
     return State(attitude, fix.bias, fix.p, force, acc_out, mag_out, health)
 
 
