@@ -63,9 +63,7 @@ OWN_SIGMA = False
 def missing(v: Vec3) -> bool:
     """Whether a reading is NaN, infinite or absurd in any component."""
     x, y, z = v
-    return not (
-        -NO_READING < x < NO_READING and -NO_READING < y < NO_READING and -NO_READING < z < NO_READING
-    )
+    return not (-NO_READING < x < NO_READING and -NO_READING < y < NO_READING and -NO_READING < z < NO_READING)
 
 
 @kernel
@@ -135,7 +133,7 @@ def advance(settings: Settings, carry: Carry, gyr: Vec3, acc: Vec3, mag: Vec3, d
     health |= found
     lost = 0.0
     if health & BLIND:
-        reach = BEYOND * watch.fast.top if health & GYR_SATURATED else TURN
+        reach = BEYOND * watch.fast.up if health & GYR_SATURATED else TURN
         before = reach * blind
         blind += dt
         lost = reach * blind

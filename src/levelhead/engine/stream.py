@@ -11,11 +11,12 @@ from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.engine.binding import ENGINES, bind, bind_axis, estimates_bias
 from levelhead.engine.driver import Settings
 from levelhead.engine.loop import Four, axis_loop, loop
+from levelhead.engine.saved import Saved, from_bytes, to_bytes
 from levelhead.errors import LevelheadError, nearest
 from levelhead.filters.contract import Output
 from levelhead.filters.guard import Guard
 from levelhead.kernels.quat import Euler, Quat, to_euler
-from levelhead.kernels.vec3 import Vec3
+from levelhead.kernels.vec3 import ZERO, Vec3
 
 Triple = Sequence[float]
 
@@ -43,7 +44,7 @@ def _refused(gyr: Any, acc: Any, mag: Any, dt: Any) -> LevelheadError:
             three = values is None or len([float(x) for x in values]) == 3
         except (TypeError, ValueError):
             three = False
-        if not three or (values is None and name != "mag"):
+        if not three or (values is None and name == "gyr"):
             return LevelheadError(
                 f"{name} is {values!r}; it must be three numbers in {unit} (NaN where one is missing)"
             )
@@ -87,13 +88,18 @@ class Stream:
         self._time: float | None = None
 
     def update(
-        self, gyr: Triple, acc: Triple, mag: Triple | None = None, dt: float | None = None, t: float | None = None
+        self,
+        gyr: Triple,
+        acc: Triple | None = None,
+        mag: Triple | None = None,
+        dt: float | None = None,
+        t: float | None = None,
     ) -> tuple[float, float, float, float]:
         """Takes one sample and returns the orientation.
 
         Args:
             gyr: angular rate, rad/s.
-            acc: specific force, m/s².
+            acc: specific force, m/s², or None when there is no new reading.
             mag: magnetic field, any unit, or None when there is no new reading.
             dt: seconds since the last sample.
             t: instead of dt, the stamp of this sample in seconds.
@@ -108,7 +114,7 @@ class Stream:
             return self._update_at(t, gyr, acc, mag)
         try:
             if type(gyr) is not tuple or type(acc) is not tuple:
-                gyr, acc = _triple(gyr), _triple(acc)
+                gyr, acc = _triple(gyr), ZERO if acc is None else _triple(acc)
             if mag is None:
                 return self._tick(self._place, gyr, acc, dt)
             return self._tick_mag(self._place, gyr, acc, _triple(mag), dt)
@@ -116,7 +122,7 @@ class Stream:
             raise _refused(gyr, acc, mag, dt) from None
 
     def _update_at(
-        self, t: float | None, gyr: Triple, acc: Triple, mag: Triple | None
+        self, t: float | None, gyr: Triple, acc: Triple | None, mag: Triple | None
     ) -> tuple[float, float, float, float]:
         """By stamps: dt is the time since the last sample that was taken; before the first one any will do."""
         if t is None:
@@ -172,6 +178,23 @@ class Stream:
         """Forgets everything but the parameters; the next sample sets the start again."""
         self._loop.state = bind(self._filter, self._guarded).begin(self._loop.params)
         self._time = None
+
+    def save(self) -> bytes:
+        """The whole state, parameters included, as bytes: what ``Stream.restore`` goes on from, to the bit."""
+        return to_bytes(Saved(self._loop.params, self._guarded, self._loop.state, self._time))
+
+    @classmethod
+    def restore(cls, data: bytes, *, engine: str = "auto") -> "Stream":
+        """A stream that goes on where ``save`` left off, on any engine.
+
+        Raises:
+            LevelheadError: the bytes are no saved stream, are damaged, or come from a version with another layout.
+        """
+        saved = from_bytes(data)
+        stream = cls(saved.settings.filter, guard=saved.settings.guard if saved.guarded else None, engine=engine)
+        stream._loop.state = saved.carry
+        stream._time = saved.time
+        return stream
 
 
 class AxisStream:

@@ -88,9 +88,7 @@ class EKF(NamedTuple):
     gate: Annotated[
         float, Param("", "innovations beyond so many σ are not believed", low=0.0, sweep=(2.0, 10.0), log=True)
     ] = 5.0
-    gate_time: Annotated[
-        float, Param("s", "but not for longer than this", low=0.0, sweep=(0.1, 10.0), log=True)
-    ] = 1.0
+    gate_time: Annotated[float, Param("s", "but not for longer than this", low=0.0, sweep=(0.1, 10.0), log=True)] = 1.0
 
 
 class Cov(NamedTuple):
@@ -384,7 +382,9 @@ def output(params: EKF, state: State) -> Output:
         state.quat,
         state.bias,
         Vec3(
-            min(sqrt(max(p.axx, 0.0)), UNIFORM), min(sqrt(max(p.ayy, 0.0)), UNIFORM), min(sqrt(max(p.azz, 0.0)), UNIFORM)
+            min(sqrt(max(p.axx, 0.0)), UNIFORM),
+            min(sqrt(max(p.ayy, 0.0)), UNIFORM),
+            min(sqrt(max(p.azz, 0.0)), UNIFORM),
         ),
         state.health,
     )

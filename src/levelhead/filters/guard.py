@@ -30,8 +30,8 @@ SMOOTH = 0.5  # s, time constant of the means that rest is told by
 BIAS_TAU = 10.0  # s over which rest averages the bias
 FAST = 4.0  # rad/s: no gyroscope has a smaller full scale (250 °/s) than this
 HARD = 19.0  # m/s²: no accelerometer has a smaller full scale (2 g) than this
-PLATEAU = 0.998  # of the largest reading so far: readings above this may be clipped
-CLIPPED_SECONDS = 0.03  # on the plateau: a smooth peak of 1 Hz and more is over by then
+PLATEAU = 0.997  # of the largest reading so far: readings above this may be clipped
+CLIPPED_SECONDS = 0.05  # on the plateau: a smooth peak of 1 Hz and more is over by then
 STUCK_SECONDS = 1.0  # of one value while another axis moves
 FIELD_TAU = 20.0  # s over which the field is learned
 
@@ -40,12 +40,8 @@ FIELD_TAU = 20.0  # s over which the field is learned
 class Guard(NamedTuple):
     """What counts as rest, as saturation and as disturbance; the defaults need no thought."""
 
-    gyr_range: Annotated[
-        float, Param("deg/s", "full scale of the gyroscope; 0: found when it clips", low=0.0)
-    ] = 0.0
-    acc_range: Annotated[
-        float, Param("m/s²", "full scale of the accelerometer; 0: found when it clips", low=0.0)
-    ] = 0.0
+    gyr_range: Annotated[float, Param("deg/s", "full scale of the gyroscope; 0: found when it clips", low=0.0)] = 0.0
+    acc_range: Annotated[float, Param("m/s²", "full scale of the accelerometer; 0: found when it clips", low=0.0)] = 0.0
     rest_gyr: Annotated[
         float, Param("deg/s", "rest: rate off its mean, at most", low=0.0, sweep=(0.2, 10.0), log=True)
     ] = 2.0
@@ -54,13 +50,15 @@ class Guard(NamedTuple):
     ] = 0.5
     rest_time: Annotated[float, Param("s", "rest: for so long", low=0.0, sweep=(0.3, 5.0), log=True)] = 1.5
     bias_limit: Annotated[
-        float, Param("deg/s", "rest: a mean rate beyond this is a turn and no bias", low=0.0, sweep=(0.5, 20.0), log=True)
+        float,
+        Param("deg/s", "rest: a mean rate beyond this is a turn and no bias", low=0.0, sweep=(0.5, 20.0), log=True),
     ] = 5.0
     acc_gate: Annotated[
         float, Param("m/s²", "accelerating: | |a| − g |, more than", low=0.0, sweep=(1.0, 300.0), log=True)
     ] = 100.0
     acc_angle: Annotated[
-        float, Param("deg", "accelerating: and so far from the predicted vertical", low=0.0, sweep=(1.0, 90.0), log=True)
+        float,
+        Param("deg", "accelerating: and so far from the predicted vertical", low=0.0, sweep=(1.0, 90.0), log=True),
     ] = 20.0
     acc_time: Annotated[
         float, Param("s", "accelerating: believed again after", low=0.0, sweep=(0.1, 10.0), log=True)
@@ -72,7 +70,8 @@ class Guard(NamedTuple):
         float, Param("deg", "disturbed: or dip off the learned one", low=0.0, sweep=(1.0, 90.0), log=True)
     ] = 10.0
     mag_time: Annotated[
-        float, Param("s", "disturbed: the new field is taken for the earth's after", low=0.0, sweep=(1.0, 100.0), log=True)
+        float,
+        Param("s", "disturbed: the new field is taken for the earth's after", low=0.0, sweep=(1.0, 100.0), log=True),
     ] = 20.0
 
 
@@ -86,9 +85,13 @@ class Rest(NamedTuple):
 
 
 class Extreme(NamedTuple):
-    """The largest reading of a sensor so far (any axis), and seconds spent near it without a break."""
+    """The largest readings of a sensor so far, upwards and downwards (any axis), and seconds near one of them.
 
-    top: float
+    Calibration moves the two ends of a range by different amounts.
+    """
+
+    up: float
+    down: float
     spent: float
     clipped: bool
 
@@ -134,8 +137,8 @@ class Look(NamedTuple):
 
 BEFORE = Watch(
     Rest(ZERO, ZERO, 0.0, ZERO),
-    Extreme(FAST, 0.0, False),
-    Extreme(HARD, 0.0, False),
+    Extreme(FAST, FAST, 0.0, False),
+    Extreme(HARD, HARD, 0.0, False),
     Repeat(ZERO, 0, 0.0),
     Repeat(ZERO, 0, 0.0),
     0.0,
@@ -187,18 +190,19 @@ def rested(guard: Guard, rest: Rest, gyr: Vec3, acc: Vec3, own: Vec3, dt: float)
 def clipped(extreme: Extreme, v: Vec3, full: float, dt: float) -> Extreme:
     """Whether a reading is at full scale: ``full`` if known (not 0), else the largest one so far if it stays there."""
     x, y, z = v
-    top, spent, was = extreme
-    largest = max(abs(x), abs(y), abs(z))
+    up, down, spent, was = extreme
+    high = max(x, y, z)
+    low = -min(x, y, z)
     if full > 0.0:
-        return Extreme(full, 0.0, largest >= PLATEAU * full)
-    if largest < PLATEAU * top:
-        if spent == 0.0 and not was:
+        return Extreme(full, full, 0.0, max(high, low) >= PLATEAU * full)
+    if high < PLATEAU * up and low < PLATEAU * down:
+        if not was and (spent == 0.0 or spent >= CLIPPED_SECONDS):
             return extreme
-        return Extreme(top, spent if spent >= CLIPPED_SECONDS else 0.0, False)
-    if PLATEAU * largest > top:
-        return Extreme(largest, 0.0, False)
+        return Extreme(up, down, spent if spent >= CLIPPED_SECONDS else 0.0, False)
+    if PLATEAU * high > up or PLATEAU * low > down:
+        return Extreme(max(up, high), max(down, low), 0.0, False)
     spent += dt
-    return Extreme(max(top, largest), spent, spent >= CLIPPED_SECONDS)
+    return Extreme(max(up, high), max(down, low), spent, spent >= CLIPPED_SECONDS)
 
 
 @kernel
