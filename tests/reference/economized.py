@@ -65,4 +65,4 @@ def _short(value: Fraction, bits: int = 33) -> float:
 
 if __name__ == "__main__":
     for name, numbers in (("atan", arctangent(11)), ("sin", sine(6)), ("cos", cosine(6)), ("π/2", half_pi_parts())):
-        print(name, *map(repr, numbers), sep="\n  ")  # noqa: T201
+        print(name, *map(repr, numbers), sep="\n  ")

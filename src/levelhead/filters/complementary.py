@@ -16,7 +16,8 @@ An IMU, with the weight w = dt/(min(τ, age) + dt) in place of 1 − α, on the 
 
 with φ n the shortest turn that brings the measured specific force up (``kernels/slerp.py`` has it in full). The force
 is averaged in the earth frame, where accelerations that change their sign cancel, and no attitude is singular. ``age``
-counts from the start, or from a gap, so that both begin as a running mean.
+counts from a gap, and for heading from the first field measured, so that what is new begins as a running mean. Tilt
+starts as in eq. 1, which believes the first sample.
 """
 
 from typing import Annotated, NamedTuple
@@ -24,12 +25,13 @@ from typing import Annotated, NamedTuple
 from levelhead.filters.contract import AxisFilter, Derived, Filter, Gains, Output, Param, Settling, parameters
 from levelhead.kernels import quat, slerp, triad
 from levelhead.kernels.angle import blend, wrap
-from levelhead.kernels.gain import older, share
+from levelhead.kernels.gain import OLD, older, share
 from levelhead.kernels.jit import kernel
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.tilt import GRAVITY, present
 from levelhead.kernels.vec3 import ZERO, Vec3, norm
 
+NEVER = -1.0  # s, the heading age before there was any field
 LESSON_DT = 0.01  # s: the 100 Hz at which the α of tutorials is meant
 
 
@@ -85,10 +87,11 @@ class Level(NamedTuple):
 
 
 class State(NamedTuple):
-    """The attitude, sensor to earth, and for how many seconds it has been followed."""
+    """The attitude, sensor to earth, and for how many seconds its tilt and its heading have been followed."""
 
     quat: Quat
     age: float
+    heading_age: float
 
 
 @kernel
@@ -126,7 +129,15 @@ def trust_time(params: Complementary, acc: Vec3) -> float:
 @kernel
 def init(params: Complementary, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
     """Tilt and heading of the first sample."""
-    return State(triad.start(acc, mag), 0.0)
+    return State(triad.start(acc, mag), OLD, 0.0 if present(mag) else NEVER)
+
+
+@kernel
+def followed(state: State, mag: Vec3, dt: float) -> float:
+    """Seconds since the first field, or a gap: a magnetometer may come later than the accelerometer."""
+    if state.heading_age < 0.0:
+        return 0.0 if present(mag) else NEVER
+    return older(state.heading_age, dt)
 
 
 @kernel
@@ -134,11 +145,12 @@ def step(params: Complementary, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, d
     """Eq. 2, then eq. 3 against gravity and eq. 4 against the field, as far as they were measured."""
     attitude = quat.integrate(state.quat, gyr, dt)
     age = older(state.age, dt)
+    headed = followed(state, mag, dt)
     if present(acc):
         attitude = slerp.level(attitude, acc, share(trust_time(params, acc), age, dt))
     if present(mag):
-        attitude = slerp.north(attitude, mag, share(params.tau_heading, age, dt))
-    return State(attitude, age)
+        attitude = slerp.north(attitude, mag, share(params.tau_heading, headed, dt))
+    return State(attitude, age, headed)
 
 
 @kernel
@@ -150,7 +162,8 @@ def output(params: Complementary, state: State) -> Output:
 @kernel
 def gains(params: Complementary, state: State, dt: float) -> Gains:
     """The weights of eqs. 3 and 4 at the sample that led to this state; ``adaptive`` lowers the first below this."""
-    return Gains(share(params.tau, state.age, dt), 0.0, share(params.tau_heading, state.age, dt), 0.0)
+    heading = share(params.tau_heading, max(state.heading_age, 0.0), dt)
+    return Gains(share(params.tau, state.age, dt), 0.0, heading, 0.0)
 
 
 FILTER = Filter(
@@ -162,9 +175,9 @@ FILTER = Filter(
     estimates=frozenset({"tilt", "heading"}),
     uses=frozenset({"gyr", "acc", "mag"}),
     citation="W. T. Higgins, A Comparison of Complementary and Kalman Filtering, IEEE Transactions on Aerospace and "
-    "Electronic Systems AES-11(3), 1975; R. G. Valenti, I. Dryanovski, J. Xiao, Keeping a Good Attitude: A Quaternion-Based "
-    "Orientation Filter for IMUs and MARGs, Sensors 15(8), 2015; K. Shoemake, Animating Rotation with Quaternion "
-    "Curves, SIGGRAPH 1985",
+    "Electronic Systems AES-11(3), 1975; R. G. Valenti, I. Dryanovski, J. Xiao, Keeping a Good Attitude: A "
+    "Quaternion-Based Orientation Filter for IMUs and MARGs, Sensors 15(8), 2015; K. Shoemake, Animating Rotation with "
+    "Quaternion Curves, SIGGRAPH 1985",
     settles=Settling(3.0, 25.0),
     gains=gains,
     axis=AxisFilter(level_init, level_step, level_read, Level),

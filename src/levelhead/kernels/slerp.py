@@ -48,6 +48,6 @@ def level(attitude: Quat, acc: Vec3, share: float) -> Quat:
 def north(attitude: Quat, mag: Vec3, share: float) -> Quat:
     """The attitude turned about the vertical by a share of the angle by which the field misses north.
 
-        h = q m q*,   q ← exp(w atan2(h_x, h_y) (0, 0, 1)) q                                                    (3)
+    h = q m q*,   q ← exp(w atan2(h_x, h_y) (0, 0, 1)) q                                                    (3)
     """
     return tilt.add_yaw(attitude, share * tilt.heading_innovation(attitude, mag))

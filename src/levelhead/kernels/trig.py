@@ -38,7 +38,7 @@ def atan2(y: float, x: float) -> float:
         atan2(y, x) = c + atan t,   t = y/x,  (|y| − x)/(|y| + x),  −x/|y|  for c = 0, π/4, π/2                  (1)
         atan t = t (1 − u P(u)),   u = t²,   P of degree 10                                                      (2)
 
-    P is summed in pairs of pairs (G. Estrin, Organization of Computer Systems, 1960): a processor does them side by side.
+    P is summed in pairs of pairs (G. Estrin, 1960), which a processor works out side by side.
 
     Good for all numbers below 8e307.
     """
