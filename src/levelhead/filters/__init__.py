@@ -11,6 +11,7 @@ from levelhead.filters import (
     gyro_integration,
     kalman,
     roll_pitch_kalman,
+    triad,
 )
 from levelhead.filters.accel_tilt import AccelTilt
 from levelhead.filters.bias_rate_kalman import BiasRateKalman
@@ -20,10 +21,12 @@ from levelhead.filters.ekf import EKF
 from levelhead.filters.gyro_integration import GyroIntegration
 from levelhead.filters.kalman import Kalman
 from levelhead.filters.roll_pitch_kalman import RollPitchKalman
+from levelhead.filters.triad import Triad
 
 ALL: tuple[Filter, ...] = (
     gyro_integration.FILTER,
     accel_tilt.FILTER,
+    triad.FILTER,
     complementary.FILTER,
     kalman.FILTER,
     roll_pitch_kalman.FILTER,
@@ -41,6 +44,7 @@ __all__ = [
     "GyroIntegration",
     "Kalman",
     "RollPitchKalman",
+    "Triad",
     "best",
     "find",
     "of",

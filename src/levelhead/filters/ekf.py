@@ -35,7 +35,7 @@ from typing import Annotated, NamedTuple
 
 from levelhead.filters.contract import Filter, Output, Param, Settling, parameters
 from levelhead.filters.health import ACC_REJECTED, MAG_REJECTED
-from levelhead.kernels import mat3, quat, tilt
+from levelhead.kernels import mat3, quat, tilt, triad
 from levelhead.kernels.jit import kernel
 from levelhead.kernels.mat3 import Mat3
 from levelhead.kernels.quat import Quat
@@ -154,7 +154,7 @@ def init(params: EKF, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
     bias = params.bias_start * DEGREE
     heading = FIRST_HEADING if tilt.present(mag) else 0.0
     return State(
-        quat.from_euler(tilt.compass(acc, mag)),
+        triad.start(acc, mag),
         ZERO,
         diagonal(attitude * attitude, heading, bias * bias),
         Vec3(0.0, 0.0, 1.0),
