@@ -154,6 +154,12 @@ def step(params: Complementary, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, d
 
 
 @kernel
+def loosen(params: Complementary, state: State, variance: float) -> State:
+    """Follows from the start again, as after a gap."""
+    return State(state.quat, 0.0, min(state.heading_age, 0.0))
+
+
+@kernel
 def output(params: Complementary, state: State) -> Output:
     """Attitude; this filter knows neither bias nor doubt."""
     return Output(state.quat, ZERO, ZERO, 0)
@@ -180,5 +186,6 @@ FILTER = Filter(
     "Quaternion Curves, SIGGRAPH 1985",
     settles=Settling(3.0, 25.0),
     gains=gains,
+    loosen=loosen,
     axis=AxisFilter(level_init, level_step, level_read, Level),
 )

@@ -307,7 +307,7 @@ def step(params: EKF, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) 
     wx, wy, wz = gyr
     bx, by, bz = bias
     attitude = quat.integrate(attitude, Vec3(wx - bx, wy - by, wz - bz), dt)
-    r = mat3.from_quat(attitude)
+    r = quat.matrix(attitude)
     if dt > GAP_SECONDS:
         p = across_gap(params, p, dt)
     else:
@@ -356,11 +356,11 @@ def step(params: EKF, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) 
             fix = update(fix, p.axz, p.ayz, p.azz, p.czx, p.czy, p.czz, p.azz + noise, innovation)
         else:
             health |= MAG_REJECTED
-    turn = fix.turn
-    swing = quat.exp(turn)
-    if turn.x * turn.x + turn.y * turn.y < SMALL_TURN:
+    swing = quat.exp(fix.turn)
+    x, y, _ = fix.turn
+    if x * x + y * y < SMALL_TURN:
         a, b, c = force
-        force = Vec3(a + turn.y * c, b - turn.x * c, c)
+        force = Vec3(a + y * c, b - x * c, c)
     else:
         force = quat.rotate(swing, force)
     attitude = quat.compose(swing, attitude)

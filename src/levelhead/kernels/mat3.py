@@ -3,7 +3,6 @@
 from typing import NamedTuple
 
 from levelhead.kernels.jit import kernel
-from levelhead.kernels.quat import Quat
 from levelhead.kernels.vec3 import Vec3
 
 
@@ -72,17 +71,6 @@ def apply(a: Mat3, v: Vec3) -> Vec3:
         a.yx * v.x + a.yy * v.y + a.yz * v.z,
         a.zx * v.x + a.zy * v.y + a.zz * v.z,
     )
-
-
-@kernel
-def from_quat(q: Quat) -> Mat3:
-    """The rotation matrix of a unit quaternion: R v = q v q*."""
-    w, x, y, z = q
-    return Mat3(
-        1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y),
-        2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x),
-        2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y),
-    )  # fmt: skip
 
 
 @kernel

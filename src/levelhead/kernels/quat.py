@@ -167,6 +167,17 @@ def to_euler(q: Quat) -> Euler:
 
 
 @kernel
+def matrix(q: Quat) -> Mat3:
+    """The rotation matrix of a unit quaternion: R v = q v q*."""
+    w, x, y, z = q
+    return Mat3(
+        1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y),
+        2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x),
+        2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y),
+    )  # fmt: skip
+
+
+@kernel
 def from_matrix(m: Mat3) -> Quat:
     """The quaternion of a rotation matrix, by its largest component, which is positive.
 
