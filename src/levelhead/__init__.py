@@ -40,6 +40,8 @@ if TYPE_CHECKING:
     from levelhead.filters import Complementary as Complementary
     from levelhead.filters import GyroIntegration as GyroIntegration
     from levelhead.filters import Kalman as Kalman
+    from levelhead.filters import Madgwick as Madgwick
+    from levelhead.filters import Mahony as Mahony
     from levelhead.filters import RollPitchKalman as RollPitchKalman
     from levelhead.recording import Recording as Recording
     from levelhead.recording import Truth as Truth
@@ -55,7 +57,8 @@ _HOMES = {
     "levelhead.errors": ("LevelheadError",),
     "levelhead.evaluate": ("compare",),
     "levelhead.filters": (
-        "AccelTilt", "BiasRateKalman", "Complementary", "GyroIntegration", "Kalman", "RollPitchKalman",
+        "AccelTilt", "BiasRateKalman", "Complementary", "GyroIntegration", "Kalman", "Madgwick", "Mahony",
+        "RollPitchKalman",
     ),
     "levelhead.recording": ("Recording", "Truth"),
     "levelhead.sources": ("read",),

@@ -9,6 +9,8 @@ from levelhead.filters import (
     complementary,
     gyro_integration,
     kalman,
+    madgwick,
+    mahony,
     roll_pitch_kalman,
 )
 from levelhead.filters.accel_tilt import AccelTilt
@@ -17,12 +19,16 @@ from levelhead.filters.complementary import Complementary
 from levelhead.filters.contract import Filter
 from levelhead.filters.gyro_integration import GyroIntegration
 from levelhead.filters.kalman import Kalman
+from levelhead.filters.madgwick import Madgwick
+from levelhead.filters.mahony import Mahony
 from levelhead.filters.roll_pitch_kalman import RollPitchKalman
 
 ALL: tuple[Filter, ...] = (
     gyro_integration.FILTER,
     accel_tilt.FILTER,
     complementary.FILTER,
+    mahony.FILTER,
+    madgwick.FILTER,
     kalman.FILTER,
     roll_pitch_kalman.FILTER,
     bias_rate_kalman.FILTER,
@@ -36,6 +42,8 @@ __all__ = [
     "Filter",
     "GyroIntegration",
     "Kalman",
+    "Madgwick",
+    "Mahony",
     "RollPitchKalman",
     "best",
     "find",
