@@ -20,8 +20,10 @@ turns by the rotation vector
     ρ = k Σ s × ŝ,   k = 4 β dt/|∇f|                                                                            (B)
 
 A step of fixed length jumps to and fro about the minimum, so k is at most 1/n with n sensors. That is one over the
-largest curvature of Σ ½|ŝ − s|² over ρ, and never leads uphill. Beyond a right angle between s and ŝ, where (A) fades
-though the error grows, the pull is a unit vector and |∇f| is that of (A) without its scalar part.
+largest curvature of Σ ½|ŝ − s|² over ρ, and never leads uphill. Beyond a right angle (A) fades though the error grows,
+and with both sensors there are false minima. While up is wrong by that much, gravity alone pulls, with a unit vector: a
+field says nothing about north to one who takes down for up. While north is, the field pulls about the vertical, with a
+unit vector.
 
 The gradient is taken where the gyroscope says that the sensor is now. The report takes it at the attitude of the sample
 before, ω dt behind the measurement: at 100 Hz and 5 rad/s it would pull 3° back for ever.
@@ -34,9 +36,9 @@ from levelhead.filters.contract import Filter, Gains, Output, Param, Settling, p
 from levelhead.kernels import quat, tilt
 from levelhead.kernels.gain import older, share
 from levelhead.kernels.jit import kernel
-from levelhead.kernels.pull import nudged, pull, reference, turned
+from levelhead.kernels.pull import levelled, nudged, pull, turned
 from levelhead.kernels.quat import Quat
-from levelhead.kernels.vec3 import ZERO, Vec3, normalize
+from levelhead.kernels.vec3 import ZERO, Vec3, dot, normalize
 
 START = 3.0  # s: until then a step is at least that of a mean over all samples since the start
 BIAS_LIMIT = 0.35  # rad/s, 20 °/s: the zero-rate tolerance of the worst consumer gyroscopes
@@ -87,11 +89,13 @@ def slope(seen: Vec3, expected: Vec3, earth: Vec3) -> Slope:
     """(A) for one sensor: s, ŝ and d, unit vectors."""
     sx, sy, sz = seen
     ex, ey, ez = expected
-    x, y, z = pull(seen, expected)
-    if sx * ex + sy * ey + sz * ez < 0.0:
-        return Slope(x, y, z, 0.0)
     dx, dy, dz = earth
-    return Slope(x, y, z, (ex - sx) * (ex - dx) + (ey - sy) * (ey - dy) + (ez - sz) * (ez - dz))
+    return Slope(
+        sy * ez - sz * ey,
+        sz * ex - sx * ez,
+        sx * ey - sy * ex,
+        (ex - sx) * (ex - dx) + (ey - sy) * (ey - dy) + (ez - sz) * (ez - dz),
+    )
 
 
 @kernel
@@ -99,12 +103,21 @@ def downhill(attitude: Quat, acc: Vec3, mag: Vec3) -> Slope:
     """(A) summed over gravity (25), (26) and field (29), (30); an absent sensor adds nothing."""
     x, y, z, scalar = 0.0, 0.0, 0.0, 0.0
     if tilt.present(acc):
-        x, y, z, scalar = slope(normalize(acc), quat.up(attitude), Vec3(0.0, 0.0, 1.0))
+        force = normalize(acc)
+        up = quat.up(attitude)
+        x, y, z, scalar = slope(force, up, Vec3(0.0, 0.0, 1.0))
+        if dot(force, up) < 0.0:
+            x, y, z = pull(force, up)
+            return Slope(x, y, z, 0.0)
     if tilt.present(mag):
         seen = normalize(mag)
-        earth = reference(attitude, seen)
-        field = slope(seen, quat.rotate(quat.conjugate(attitude), earth), earth)
-        return Slope(x + field.x, y + field.y, z + field.z, scalar + field.scalar)
+        h = quat.rotate(attitude, seen)
+        if h.y < 0.0:
+            field = levelled(attitude, quat.up(attitude), seen)
+            return Slope(x + field.x, y + field.y, z + field.z, scalar)
+        earth = Vec3(0.0, sqrt(h.x * h.x + h.y * h.y), h.z)
+        down = slope(seen, quat.rotate(quat.conjugate(attitude), earth), earth)
+        return Slope(x + down.x, y + down.y, z + down.z, scalar + down.scalar)
     return Slope(x, y, z, scalar)
 
 
@@ -181,6 +194,6 @@ FILTER = Filter(
     uses=frozenset({"gyr", "acc", "mag"}),
     citation="S. O. H. Madgwick, An efficient orientation filter for inertial and inertial/magnetic sensor arrays, "
     "internal report, University of Bristol, 2010",
-    settles=Settling(25.0, 60.0),
+    settles=Settling(50.0, 52.0),
     gains=gains,
 )

@@ -20,7 +20,10 @@ low-pass of the same corner takes, so that no interval is too long:
     ρ = K v₁ × v̂₁ + K₂ v₂ × v̂₂,   K = dt/(1/k_P + dt),   K₂ = dt/(1/(k_P k_mag) + dt)                           (5)
 
 While the filter is younger than those time constants K and K₂ are those of a running mean, and the bias waits: what
-pulls then is the start's error, not the gyroscope's.
+pulls then is the start's error, not the gyroscope's. Against wind-up every axis of the bias stays within
+±bias_limit, and from a pull that such a bias could not cause nothing is learned:
+
+    k_P k_i |v_i × v̂_i| < bias_limit                                                                            (6)
 """
 
 from typing import Annotated, NamedTuple
@@ -45,7 +48,7 @@ class Mahony(NamedTuple):
     ] = 0.4
     ki: Annotated[
         float, Param("1/s²", "integral gain, which learns the bias", low=0.0, high=1.0, sweep=(1e-4, 0.1), log=True)
-    ] = 0.005
+    ] = 0.003
     k_mag: Annotated[
         float,
         Param("", "weight of the magnetometer, 1 for the accelerometer", low=0.0, low_open=True, sweep=(0.03, 3.0),
@@ -75,19 +78,23 @@ def init(params: Mahony, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
 
 @kernel
 def learned(params: Mahony, bias: Vec3, tilted: Vec3, headed: Vec3, age: float, dt: float) -> Vec3:
-    """Eq. 3 with a bound, which no ω_mes that lasts can wind up beyond; each vector waits until its K is steady."""
+    """Eq. 3, bounded by (6); each vector waits until its K is steady."""
+    kp = params.kp
+    k_mag = params.k_mag
+    limit = params.bias_limit
     step = params.ki * dt
     x, y, z = bias
-    if params.kp * age > 1.0:
-        x -= step * tilted.x
-        y -= step * tilted.y
-        z -= step * tilted.z
-    if params.kp * params.k_mag * age > 1.0:
-        step *= params.k_mag
-        x -= step * headed.x
-        y -= step * headed.y
-        z -= step * headed.z
-    limit = params.bias_limit
+    px, py, pz = tilted
+    if kp * age > 1.0 and kp * kp * (px * px + py * py + pz * pz) < limit * limit:
+        x -= step * px
+        y -= step * py
+        z -= step * pz
+    px, py, pz = headed
+    if kp * k_mag * age > 1.0 and kp * kp * k_mag * k_mag * (px * px + py * py + pz * pz) < limit * limit:
+        step *= k_mag
+        x -= step * px
+        y -= step * py
+        z -= step * pz
     return Vec3(max(-limit, min(x, limit)), max(-limit, min(y, limit)), max(-limit, min(z, limit)))
 
 
@@ -145,6 +152,6 @@ FILTER = Filter(
     uses=frozenset({"gyr", "acc", "mag"}),
     citation="R. Mahony, T. Hamel, J.-M. Pflimlin, Nonlinear Complementary Filters on the Special Orthogonal Group, "
     "IEEE Transactions on Automatic Control 53(5), 2008, eqs. 32a to 32c",
-    settles=Settling(15.0, 30.0),
+    settles=Settling(15.0, 35.0),
     gains=gains,
 )
