@@ -38,8 +38,11 @@ if TYPE_CHECKING:
     from levelhead.filters import AccelTilt as AccelTilt
     from levelhead.filters import BiasRateKalman as BiasRateKalman
     from levelhead.filters import Complementary as Complementary
+    from levelhead.filters import EKF as EKF
     from levelhead.filters import GyroIntegration as GyroIntegration
     from levelhead.filters import Kalman as Kalman
+    from levelhead.filters import Madgwick as Madgwick
+    from levelhead.filters import Mahony as Mahony
     from levelhead.filters import RollPitchKalman as RollPitchKalman
     from levelhead.filters import Triad as Triad
     from levelhead.recording import Recording as Recording
@@ -56,7 +59,8 @@ _HOMES = {
     "levelhead.errors": ("LevelheadError",),
     "levelhead.evaluate": ("compare",),
     "levelhead.filters": (
-        "AccelTilt", "BiasRateKalman", "Complementary", "GyroIntegration", "Kalman", "RollPitchKalman", "Triad",
+        "AccelTilt", "BiasRateKalman", "Complementary", "EKF", "GyroIntegration", "Kalman", "Madgwick", "Mahony",
+        "RollPitchKalman", "Triad",
     ),
     "levelhead.recording": ("Recording", "Truth"),
     "levelhead.sources": ("read",),

@@ -53,7 +53,10 @@ def test_streamed_is_batch(flt, engine, recording):
     assert live.quat == tuple(expected.quat[-1])
     assert (live.bias is None) == (expected.bias is None)
     if live.bias is not None:
-        assert live.bias == tuple(expected.bias[-1]) and live.sigma == tuple(expected.sigma[-1])
+        assert live.bias == tuple(expected.bias[-1])
+    assert (live.sigma is None) == (expected.sigma is None)
+    if live.sigma is not None:
+        assert live.sigma == tuple(expected.sigma[-1])
 
 
 @EVERY

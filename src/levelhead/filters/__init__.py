@@ -10,6 +10,8 @@ from levelhead.filters import (
     ekf,
     gyro_integration,
     kalman,
+    madgwick,
+    mahony,
     roll_pitch_kalman,
     triad,
 )
@@ -20,6 +22,8 @@ from levelhead.filters.contract import Filter
 from levelhead.filters.ekf import EKF
 from levelhead.filters.gyro_integration import GyroIntegration
 from levelhead.filters.kalman import Kalman
+from levelhead.filters.madgwick import Madgwick
+from levelhead.filters.mahony import Mahony
 from levelhead.filters.roll_pitch_kalman import RollPitchKalman
 from levelhead.filters.triad import Triad
 
@@ -28,6 +32,8 @@ ALL: tuple[Filter, ...] = (
     accel_tilt.FILTER,
     triad.FILTER,
     complementary.FILTER,
+    mahony.FILTER,
+    madgwick.FILTER,
     kalman.FILTER,
     roll_pitch_kalman.FILTER,
     bias_rate_kalman.FILTER,
@@ -43,6 +49,8 @@ __all__ = [
     "Filter",
     "GyroIntegration",
     "Kalman",
+    "Madgwick",
+    "Mahony",
     "RollPitchKalman",
     "Triad",
     "best",
@@ -84,11 +92,5 @@ def resolve(choice: Any) -> Any:
 
 
 def best() -> Any:
-    """Parameters of the best filter there is for a recording of unknown motion, with or without magnetometer.
-
-    ``Kalman`` with noises that are physics rather than the lesson's: a hand accelerates by 3 m/s² RMS, which tilts the
-    measured vertical by 17° (r_measure), iron indoors turns the field as much (r_heading), a consumer gyroscope turns
-    on with a bias of 5 °/s (p_bias). It learns the bias and says its σ. The values are round ones in a region that is
-    flat on real recordings and on simulated chips alike: benchmarks/default.py shows it.
-    """
-    return Kalman(q_angle=0.01, q_bias=1e-5, r_measure=300.0, r_heading=300.0, p_bias=25.0)
+    """Parameters of the best filter there is for a recording of unknown motion, with or without magnetometer."""
+    return EKF()

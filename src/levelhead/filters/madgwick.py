@@ -1,0 +1,206 @@
+"""Madgwick: gradient descent, at a set speed, to the attitude in which earth's vectors lie where the sensor sees them.
+
+With unit vectors d of the earth and s of the sensor (equation numbers of the report; its R(q)ᵀ has 2(½ − q₃² − q₄²)):
+
+    f(q, d, s) = R(q)ᵀ d − s,   ∇f = Jᵀ f                                                          (20), (21), (22)
+    gravity    f_g, J_g: d = (0, 0, 1) up, s the specific force                                          (25), (26)
+    field      f_b, J_b: d = (0, b_y, b_z), s the magnetic field                                         (29), (30)
+    q' = ½ q ⊗ ω − β ∇f/|∇f|                                                                             (42), (43)
+    h = R(q) m,   b = (0, √(h_x² + h_y²), h_z)                                                           (45), (46)
+    ω_ε = 2 q* ⊗ ∇f/|∇f|,   ω_b = ζ Σ ω_ε dt,   ω_c = ω − ω_b                                    (47), (48), (49)
+
+The field's reference is formed anew from every sample, so that magnets turn heading and hardly tilt. With both sensors
+f and J are stacked, which adds the gradients. They need no matrices: with ŝ = R(q)ᵀ d, for |q| = |d| = |s| = 1,
+
+    Jᵀ f = q ⊗ (2 (ŝ − s)·(ŝ − d), 2 ŝ × s)                                                                     (A)
+
+exactly. The scalar part only changes the length of q, which is normalised away; it counts in |∇f|. Hence a step of (43)
+turns by the rotation vector
+
+    ρ = k Σ s × ŝ,   k = 4 β dt/|∇f|                                                                            (B)
+
+A step of fixed length jumps to and fro about the minimum, so k is at most 1/n with n sensors. That is one over the
+largest curvature of Σ ½|ŝ − s|² over ρ, and never leads uphill. Beyond a right angle (A) fades though the error grows,
+and with both sensors there are false minima. While up is wrong by that much, gravity alone pulls, with a unit vector: a
+field says nothing about north to one who takes down for up. While north is, the field pulls about the vertical, with a
+unit vector.
+
+The gradient is taken where the gyroscope says that the sensor is now. The report takes it at the attitude of the sample
+before, ω dt behind the measurement: at 100 Hz and 5 rad/s it would pull 3° back for ever.
+"""
+
+from math import sqrt
+from typing import Annotated, NamedTuple
+
+from levelhead.filters.contract import Filter, Gains, Output, Param, Settling, parameters
+from levelhead.kernels import quat, tilt, triad
+from levelhead.kernels.gain import older, share
+from levelhead.kernels.jit import kernel
+from levelhead.kernels.pull import levelled, nudged, pull, turned
+from levelhead.kernels.quat import Quat
+from levelhead.kernels.vec3 import ZERO, Vec3, dot, normalize
+
+START = 3.0  # s: until then a step is at least that of a mean over all samples since the start
+BIAS_LIMIT = 0.35  # rad/s, 20 °/s: the zero-rate tolerance of the worst consumer gyroscopes
+NOISE = 0.1  # rad, 1σ per axis of measured directions, for `gains`: a hand that accelerates by 1 m/s²
+SLOPE = 0.6267  # √(π/8): d E[unit vector of (x + n)]/dx at x = 0 is that over σ for n ~ N(0, σ²) in two dimensions
+FLAT = 1e-30  # |∇f|² below which there is no direction to go
+DIP_SHARE = 0.2  # cos² of the field's dip in middle Europe: how much of a heading error the whole field shows
+
+
+@parameters()
+class Madgwick(NamedTuple):
+    """Gradient descent orientation filter: one gain, by how much the gyroscope may be contradicted (eqs. 50, 51)."""
+
+    beta: Annotated[
+        float,
+        Param("rad/s", "gain: √¾ × the gyroscope's error", low=0.0, low_open=True, sweep=(0.01, 1.0), log=True),
+    ] = 0.075
+    zeta: Annotated[
+        float, Param("rad/s²", "bias gain: √¾ × how fast the bias drifts", low=0.0, sweep=(1e-4, 0.1), log=True)
+    ] = 0.0
+
+
+class State(NamedTuple):
+    """Attitude (sensor to earth), bias (rad/s, sensor frame), and for how long (s) it has been followed."""
+
+    quat: Quat
+    bias: Vec3
+    age: float
+
+
+class Slope(NamedTuple):
+    """Of the objective: Σ s × ŝ, downhill in the sensor frame, and half the scalar part of (A)."""
+
+    x: float
+    y: float
+    z: float
+    scalar: float
+
+
+@kernel
+def init(params: Madgwick, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
+    """Tilt and heading of the first sample."""
+    return State(triad.start(acc, mag), ZERO, 0.0)
+
+
+@kernel
+def slope(seen: Vec3, expected: Vec3, earth: Vec3) -> Slope:
+    """(A) for one sensor: s, ŝ and d, unit vectors."""
+    sx, sy, sz = seen
+    ex, ey, ez = expected
+    dx, dy, dz = earth
+    return Slope(
+        sy * ez - sz * ey,
+        sz * ex - sx * ez,
+        sx * ey - sy * ex,
+        (ex - sx) * (ex - dx) + (ey - sy) * (ey - dy) + (ez - sz) * (ez - dz),
+    )
+
+
+@kernel
+def downhill(attitude: Quat, acc: Vec3, mag: Vec3) -> Slope:
+    """(A) summed over gravity (25), (26) and field (29), (30); an absent sensor adds nothing."""
+    x, y, z, scalar = 0.0, 0.0, 0.0, 0.0
+    if tilt.present(acc):
+        force = normalize(acc)
+        up = quat.up(attitude)
+        x, y, z, scalar = slope(force, up, Vec3(0.0, 0.0, 1.0))
+        if dot(force, up) < 0.0:
+            x, y, z = pull(force, up)
+            return Slope(x, y, z, 0.0)
+    if tilt.present(mag):
+        seen = normalize(mag)
+        h = quat.rotate(attitude, seen)
+        if h.y < 0.0:
+            field = levelled(attitude, quat.up(attitude), seen)
+            return Slope(x + field.x, y + field.y, z + field.z, scalar)
+        earth = Vec3(0.0, sqrt(h.x * h.x + h.y * h.y), h.z)
+        down = slope(seen, quat.rotate(quat.conjugate(attitude), earth), earth)
+        return Slope(x + down.x, y + down.y, z + down.z, scalar + down.scalar)
+    return Slope(x, y, z, scalar)
+
+
+@kernel
+def descent(params: Madgwick, slope: Slope, sensors: float, dt: float) -> float:
+    """k of (B), bounded."""
+    x, y, z, scalar = slope
+    square = 4.0 * (x * x + y * y + z * z + scalar * scalar)
+    if square < FLAT:
+        return 0.0
+    return min(4.0 * params.beta * dt / sqrt(square), 1.0 / sensors)
+
+
+@kernel
+def learned(params: Madgwick, bias: Vec3, slope: Slope, k: float) -> Vec3:
+    """(47) and (48), as far as the step goes: ζ ω_ε dt = −(ζ/β) k Σ s × ŝ; within ±BIAS_LIMIT per axis."""
+    step = params.zeta / params.beta * k
+    return Vec3(
+        max(-BIAS_LIMIT, min(bias.x - step * slope.x, BIAS_LIMIT)),
+        max(-BIAS_LIMIT, min(bias.y - step * slope.y, BIAS_LIMIT)),
+        max(-BIAS_LIMIT, min(bias.z - step * slope.z, BIAS_LIMIT)),
+    )
+
+
+@kernel
+def step(params: Madgwick, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> State:
+    """(49), the gyroscope's turn, then (B); the bias waits until the start's error is gone."""
+    bias = state.bias
+    gx, gy, gz = gyr
+    bx, by, bz = bias
+    attitude = turned(state.quat, (gx - bx) * dt, (gy - by) * dt, (gz - bz) * dt)
+    age = older(state.age, dt)
+    down = downhill(attitude, acc, mag)
+    sensors = 2.0 if tilt.present(mag) else 1.0
+    k = descent(params, down, sensors, dt)
+    if age < START:
+        k = max(k, min(share(START, age, dt), 1.0 / sensors))
+    elif params.zeta > 0.0:
+        bias = learned(params, bias, down, k)
+    return State(nudged(attitude, Vec3(k * down.x, k * down.y, k * down.z)), bias, age)
+
+
+@kernel
+def loosen(params: Madgwick, state: State, variance: float) -> State:
+    """Follows from the start again, as after a gap."""
+    return State(state.quat, state.bias, 0.0)
+
+
+@kernel
+def output(params: Madgwick, state: State) -> Output:
+    """Attitude and bias."""
+    return Output(state.quat, state.bias, ZERO, 0)
+
+
+@kernel
+def gains(params: Madgwick, state: State, dt: float) -> Gains:
+    """What a normalised step takes of an innovation on average, for a state after its sample.
+
+    Its direction is mostly noise: of a small innovation x the mean of the unit vector along x + noise is √(π/8) x/σ, so
+    that the share is 2 β dt √(π/8)/σ (the describing function of a two-dimensional relay), with σ = NOISE. Heading
+    is seen through the field's horizontal part: cos² of its dip.
+    """
+    share_of_noise = 2.0 * params.beta * dt * SLOPE / NOISE
+    k = min(share_of_noise, 1.0)
+    bias = 0.0
+    if state.age < START:
+        k = max(k, share(START, state.age, dt))
+    else:
+        bias = params.zeta / params.beta * k
+    return Gains(k, bias, DIP_SHARE * k, DIP_SHARE * bias)
+
+
+FILTER = Filter(
+    name="Madgwick",
+    params=Madgwick,
+    init=init,
+    step=step,
+    output=output,
+    estimates=frozenset({"tilt", "heading"}),
+    uses=frozenset({"gyr", "acc", "mag"}),
+    citation="S. O. H. Madgwick, An efficient orientation filter for inertial and inertial/magnetic sensor arrays, "
+    "internal report, University of Bristol, 2010",
+    settles=Settling(50.0, 52.0),
+    gains=gains,
+    loosen=loosen,
+)

@@ -1,0 +1,164 @@
+"""Mahony: the explicit complementary filter, a PI controller that pulls the attitude towards what the sensors see.
+
+Unit vectors v_i as measured and v̂_i = R̂ᵀ v₀ᵢ as the attitude expects them, all in the sensor frame:
+
+    ω_mes = Σ k_i v_i × v̂_i                                                                                     (1)
+    q̂' = ½ q̂ ⊗ (Ω − b̂ + k_P ω_mes)                                                                            (2)
+    b̂' = −k_I ω_mes                                                                                             (3)
+
+(R. Mahony, T. Hamel, J.-M. Pflimlin, 2008, eqs. 32a to 32c as quaternions.) Here v₁ is the specific force with k₁ = 1
+and v₀₁ = up; v₂ is the horizontal part of the magnetic field with k₂ = k_mag and v₀₂ = north, so that
+
+    v₂ × v̂₂ = sin δ · up,   sin δ = h_x/√(h_x² + h_y²),   h = R̂ m                                              (4)
+
+where δ is how far the field misses north: a magnet turns heading, never the horizon. With ``whole_field`` v₂ is the
+whole field and v₀₂ = (0, √(h_x² + h_y²), h_z), which is what most programs do.
+
+In discrete time the attitude first turns with the gyroscope, exactly, and then by the share of ω_mes that a first-order
+low-pass of the same corner takes, so that no interval is too long:
+
+    ρ = K v₁ × v̂₁ + K₂ v₂ × v̂₂,   K = dt/(1/k_P + dt),   K₂ = dt/(1/(k_P k_mag) + dt)                           (5)
+
+While the filter is younger than those time constants K and K₂ are those of a running mean, and the bias waits: what
+pulls then is the start's error, not the gyroscope's. Against wind-up every axis of the bias stays within
+±bias_limit, and from a pull that such a bias could not cause nothing is learned:
+
+    k_P k_i |v_i × v̂_i| < bias_limit                                                                            (6)
+"""
+
+from typing import Annotated, NamedTuple
+
+from levelhead.filters.contract import Filter, Gains, Output, Param, Settling, parameters
+from levelhead.kernels import quat, tilt, triad
+from levelhead.kernels.gain import older, share
+from levelhead.kernels.jit import kernel
+from levelhead.kernels.pull import levelled, nudged, pull, turned, whole
+from levelhead.kernels.quat import Quat
+from levelhead.kernels.vec3 import ZERO, Vec3, normalize
+
+DIP_SHARE = 0.2  # cos² of the field's dip in middle Europe: how much of a heading error the whole field shows
+
+
+@parameters()
+class Mahony(NamedTuple):
+    """Explicit complementary filter: proportional and integral feedback of cross products."""
+
+    kp: Annotated[
+        float, Param("1/s", "proportional gain towards gravity", low=0.0, low_open=True, sweep=(0.03, 3.0), log=True)
+    ] = 0.4
+    ki: Annotated[
+        float, Param("1/s²", "integral gain, which learns the bias", low=0.0, high=1.0, sweep=(1e-4, 0.1), log=True)
+    ] = 0.003
+    k_mag: Annotated[
+        float,
+        Param("", "weight of the magnetometer, 1 for the accelerometer", low=0.0, low_open=True, sweep=(0.03, 3.0),
+              log=True),
+    ] = 0.5  # fmt: skip
+    bias_limit: Annotated[
+        float, Param("rad/s", "largest bias that is learned, per axis", low=0.0, sweep=(0.01, 0.5), log=True)
+    ] = 0.1
+    whole_field: Annotated[bool, Param("", "compare the whole field, not its horizontal part: tilt follows it too")] = (
+        False
+    )
+
+
+class State(NamedTuple):
+    """Attitude (sensor to earth), bias (rad/s, sensor frame), and for how long (s) it has been followed."""
+
+    quat: Quat
+    bias: Vec3
+    age: float
+
+
+@kernel
+def init(params: Mahony, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
+    """Tilt and heading of the first sample."""
+    return State(triad.start(acc, mag), ZERO, 0.0)
+
+
+@kernel
+def learned(params: Mahony, bias: Vec3, tilted: Vec3, headed: Vec3, age: float, dt: float) -> Vec3:
+    """Eq. 3, bounded by (6); each vector waits until its K is steady."""
+    kp = params.kp
+    k_mag = params.k_mag
+    limit = params.bias_limit
+    step = params.ki * dt
+    x, y, z = bias
+    px, py, pz = tilted
+    if kp * age > 1.0 and kp * kp * (px * px + py * py + pz * pz) < limit * limit:
+        x -= step * px
+        y -= step * py
+        z -= step * pz
+    px, py, pz = headed
+    if kp * k_mag * age > 1.0 and kp * kp * k_mag * k_mag * (px * px + py * py + pz * pz) < limit * limit:
+        step *= k_mag
+        x -= step * px
+        y -= step * py
+        z -= step * pz
+    return Vec3(max(-limit, min(x, limit)), max(-limit, min(y, limit)), max(-limit, min(z, limit)))
+
+
+@kernel
+def step(params: Mahony, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> State:
+    """Eqs. 1 to 5."""
+    bx, by, bz = state.bias
+    gx, gy, gz = gyr
+    attitude = turned(state.quat, (gx - bx) * dt, (gy - by) * dt, (gz - bz) * dt)
+    age = older(state.age, dt)
+    up = quat.up(attitude)
+    tilted = pull(normalize(acc), up)
+    kt = share(1.0 / params.kp, age, dt)
+    headed = ZERO
+    if tilt.present(mag):
+        kh = share(1.0 / (params.kp * params.k_mag), age, dt)
+        if params.whole_field:
+            headed = whole(attitude, mag)
+            kt = min(kt, 1.0 / (1.0 + params.k_mag))  # two vectors may pull the same way: K Σ k_i ≤ 1
+            kh = kt * params.k_mag
+        else:
+            headed = levelled(attitude, up, mag)
+        rotation = Vec3(kt * tilted.x + kh * headed.x, kt * tilted.y + kh * headed.y, kt * tilted.z + kh * headed.z)
+    else:
+        rotation = Vec3(kt * tilted.x, kt * tilted.y, kt * tilted.z)
+    return State(nudged(attitude, rotation), learned(params, state.bias, tilted, headed, age, dt), age)
+
+
+@kernel
+def loosen(params: Mahony, state: State, variance: float) -> State:
+    """Follows from the start again, as after a gap."""
+    return State(state.quat, state.bias, 0.0)
+
+
+@kernel
+def output(params: Mahony, state: State) -> Output:
+    """Attitude and bias."""
+    return Output(state.quat, state.bias, ZERO, 0)
+
+
+@kernel
+def gains(params: Mahony, state: State, dt: float) -> Gains:
+    """K, K₂ of eq. 5 and k_I dt of eq. 3, for a state after its sample."""
+    kt = share(1.0 / params.kp, state.age, dt)
+    kh = share(1.0 / (params.kp * params.k_mag), state.age, dt)
+    bt = params.ki * dt if params.kp * state.age > 1.0 else 0.0
+    bh = params.ki * params.k_mag * dt if params.kp * params.k_mag * state.age > 1.0 else 0.0
+    if params.whole_field:
+        kt = min(kt, 1.0 / (1.0 + params.k_mag))
+        return Gains(kt, bt, DIP_SHARE * kt * params.k_mag, DIP_SHARE * bh)
+    return Gains(kt, bt, kh, bh)
+
+
+FILTER = Filter(
+    name="Mahony",
+    params=Mahony,
+    init=init,
+    step=step,
+    output=output,
+    estimates=frozenset({"tilt", "heading", "bias"}),
+    uses=frozenset({"gyr", "acc", "mag"}),
+    citation="R. Mahony, T. Hamel, J.-M. Pflimlin, Nonlinear Complementary Filters on the Special Orthogonal Group, "
+    "IEEE Transactions on Automatic Control 53(5), 2008, eqs. 32a to 32c",
+    settles=Settling(15.0, 35.0),
+    gains=gains,
+    loosen=loosen,
+)
