@@ -36,6 +36,7 @@ from typing import Annotated, NamedTuple
 from levelhead.filters.contract import Filter, Output, Param, Settling, parameters
 from levelhead.filters.health import ACC_REJECTED, MAG_REJECTED
 from levelhead.kernels import mat3, quat, tilt, triad
+from levelhead.kernels.gain import older, share
 from levelhead.kernels.jit import kernel
 from levelhead.kernels.mat3 import Mat3
 from levelhead.kernels.quat import Quat
@@ -124,6 +125,7 @@ class State(NamedTuple):
     bias: Vec3
     p: Cov
     force: Vec3
+    age: float  # s over which that is averaged
     acc_out: float  # s for which the innovation has been beyond the gate
     mag_out: float
     health: int
@@ -158,6 +160,7 @@ def init(params: EKF, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
         ZERO,
         diagonal(attitude * attitude, heading, bias * bias),
         Vec3(0.0, 0.0, 1.0),
+        0.0,
         0.0,
         0.0,
         0,
@@ -302,12 +305,13 @@ def see_gravity(params: EKF, fix: Fix, force: Vec3, r: float) -> Fix:
 @kernel
 def step(params: EKF, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> State:
     """Eqs. 1 to 7."""
-    attitude, bias, p, force, acc_out, mag_out, _ = state
+    attitude, bias, p, force, age, acc_out, mag_out, _ = state
     health = 0
     wx, wy, wz = gyr
     bx, by, bz = bias
     attitude = quat.integrate(attitude, Vec3(wx - bx, wy - by, wz - bz), dt)
     r = quat.matrix(attitude)
+    age = older(age, dt)
     if dt > GAP_SECONDS:
         p = across_gap(params, p, dt)
     else:
@@ -320,7 +324,7 @@ def step(params: EKF, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) 
     fix = Fix(ZERO, bias, p)
     if tilt.present(acc):
         x, y, z = mat3.apply(r, acc)
-        weight = dt / (params.acc_tau + dt) if dt <= GAP_SECONDS else 1.0
+        weight = share(params.acc_tau, age, dt)
         a, b, c = force
         force = Vec3(a + weight * (x * PER_G - a), b + weight * (y * PER_G - b), c + weight * (z * PER_G - c))
         off = (HALF_PER_G2 * (x * x + y * y + z * z) - 0.5) * params.acc_motion
@@ -364,14 +368,14 @@ def step(params: EKF, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) 
     else:
         force = quat.rotate(swing, force)
     attitude = quat.compose(swing, attitude)
-    return State(attitude, fix.bias, fix.p, force, acc_out, mag_out, health)
+    return State(attitude, fix.bias, fix.p, force, age, acc_out, mag_out, health)
 
 
 @kernel
 def loosen(params: EKF, state: State, variance: float) -> State:
-    """The whole attitude less sure."""
-    attitude, bias, p, force, acc_out, mag_out, health = state
-    return State(attitude, bias, looser(p, variance, variance), force, acc_out, mag_out, health)
+    """The whole attitude less sure, and the force in the earth frame seen afresh: it was turned with the error."""
+    attitude, bias, p, force, _, acc_out, mag_out, health = state
+    return State(attitude, bias, looser(p, variance, variance), force, 0.0, acc_out, mag_out, health)
 
 
 @kernel

@@ -31,7 +31,11 @@ BIAS_TAU = 10.0  # s over which rest averages the bias
 FAST = 4.0  # rad/s: no gyroscope has a smaller full scale (250 °/s) than this
 HARD = 19.0  # m/s²: no accelerometer has a smaller full scale (2 g) than this
 PLATEAU = 0.997  # of the largest reading so far: readings above this may be clipped
-CLIPPED_SECONDS = 0.05  # on the plateau: a smooth peak of 1 Hz and more is over by then
+AT_FULL = 0.99  # of a full scale found: where it ends drifts with temperature
+STEEP = 2.0  # 1/s, of the reading itself: a smooth peak that is flat for PLATEAU_SECONDS is reached at 0.6 at most
+PLATEAU_SECONDS = 0.0199
+NOT_ABRUPT = -1.0
+SLOW = 1.0  # rad/s, m/s²: below it nothing is steep
 STUCK_SECONDS = 1.0  # of one value while another axis moves
 FIELD_TAU = 20.0  # s over which the field is learned
 
@@ -85,14 +89,17 @@ class Rest(NamedTuple):
 
 
 class Extreme(NamedTuple):
-    """The largest readings of a sensor so far, upwards and downwards (any axis), and seconds near one of them.
+    """The largest readings of a sensor so far, upwards and downwards (any axis), and whether they are its full scale.
 
     Calibration moves the two ends of a range by different amounts.
     """
 
     up: float
     down: float
-    spent: float
+    last: float  # largest component of the last reading
+    slope: float  # by which it had grown, 1/s of itself
+    stay: float  # s near the largest since it was reached abruptly; negative: it was not
+    found: int  # 1: up is full scale, 2: down is
     clipped: bool
 
 
@@ -137,8 +144,8 @@ class Look(NamedTuple):
 
 BEFORE = Watch(
     Rest(ZERO, ZERO, 0.0, ZERO),
-    Extreme(FAST, FAST, 0.0, False),
-    Extreme(HARD, HARD, 0.0, False),
+    Extreme(FAST, FAST, 0.0, 0.0, NOT_ABRUPT, 0, False),
+    Extreme(HARD, HARD, 0.0, 0.0, NOT_ABRUPT, 0, False),
     Repeat(ZERO, 0, 0.0),
     Repeat(ZERO, 0, 0.0),
     0.0,
@@ -188,21 +195,35 @@ def rested(guard: Guard, rest: Rest, gyr: Vec3, acc: Vec3, own: Vec3, dt: float)
 
 @kernel
 def clipped(extreme: Extreme, v: Vec3, full: float, dt: float) -> Extreme:
-    """Whether a reading is at full scale: ``full`` if known (not 0), else the largest one so far if it stays there."""
+    """Whether a reading is at full scale: ``full`` if known (not 0), else the largest one so far if it is a plateau.
+
+    A body slows down before it turns round; a clipped reading goes up steeply and then stays.
+    """
     x, y, z = v
-    up, down, spent, was = extreme
+    up, down, last, slope, stay, found, _ = extreme
     high = max(x, y, z)
     low = -min(x, y, z)
     if full > 0.0:
-        return Extreme(full, full, 0.0, max(high, low) >= PLATEAU * full)
-    if high < PLATEAU * up and low < PLATEAU * down:
-        if not was and (spent == 0.0 or spent >= CLIPPED_SECONDS):
-            return extreme
-        return Extreme(up, down, spent if spent >= CLIPPED_SECONDS else 0.0, False)
-    if PLATEAU * high > up or PLATEAU * low > down:
-        return Extreme(max(up, high), max(down, low), 0.0, False)
-    spent += dt
-    return Extreme(max(up, high), max(down, low), spent, spent >= CLIPPED_SECONDS)
+        return Extreme(full, full, 0.0, 0.0, NOT_ABRUPT, 3, max(high, low) >= PLATEAU * full)
+    upwards = high > low
+    largest = high if upwards else low
+    top = up if upwards else down
+    side = 1 if upwards else 2
+    before = slope
+    slope = (largest - last) / (dt * max(largest, SLOW))
+    if largest < PLATEAU * top:
+        return Extreme(up, down, largest, slope, NOT_ABRUPT, found, found & side != 0 and largest > AT_FULL * top)
+    if PLATEAU * largest > top and found & side != 0:
+        found -= side  # it can say more than that
+    if last < PLATEAU * top or PLATEAU * largest > top:
+        stay = 0.0 if max(slope, before) > STEEP else NOT_ABRUPT
+    elif stay >= 0.0:
+        stay += dt
+        if stay >= PLATEAU_SECONDS:
+            found |= side
+    up = max(up, high)
+    down = max(down, low)
+    return Extreme(up, down, largest, slope, stay, found, found & side != 0)
 
 
 @kernel
