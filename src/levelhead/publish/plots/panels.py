@@ -99,7 +99,7 @@ def short_names(rows: list[Row]) -> list[str]:
     """Filter names without parameters where that is clear, else with them."""
     kinds = [type(row.track.params).__name__ for row in rows]
     return [
-        row.track.name if row.track.params is None or kinds.count(kind) > 1 else kind
+        row.name if row.track.params is None or kinds.count(kind) > 1 else kind
         for row, kind in zip(rows, kinds, strict=True)
     ]
 
