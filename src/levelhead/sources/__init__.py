@@ -80,6 +80,6 @@ def orientation(
     >>> orientation("flight.csv", "ahrs_q")  # doctest: +SKIP
     """
     from levelhead.sources.hints import check
-    from levelhead.sources.orientation import read_orientation
+    from levelhead.sources.quaternions import read_orientation
 
     return read_orientation(path, column, check(map, units, lsb, rate))

@@ -17,6 +17,8 @@ STEP = 0.05  # s, the grid on which rates are compared, where neither course is 
 LEAST = 0.5  # correlation coefficient below which no shift is believed
 USUAL = 1.0  # s; a shift within it is preferred to a longer one that fits hardly better
 _OVERLAP = 0.5  # of the shorter course, at least, for a shift to be thought of
+_OVER = 4  # steps of the grid over which a rate is taken: noise counts less, and delays both alike
+_MEDIAN_OF = 7  # rates
 _GRID = 1 << 20  # points at most
 
 
@@ -51,19 +53,20 @@ def rate_shift(estimate: Course, reference: Course, longest: float = np.inf) -> 
 
 
 def speeds(course: Course, step: float) -> Array:
-    """(k,) angular rate in rad/s between the points of a grid of ``step`` s from the course's start; NaN if unknown.
+    """(k,) angular rate in rad/s over ``_OVER`` steps of a grid of ``step`` s from the course's start; NaN if unknown.
 
-    Rates beyond the 98th percentile are cut: a jump of the orientation must not outweigh all motion.
+    The running median over ``_MEDIAN_OF`` of them, so that a jump of the orientation does not outweigh all motion.
     """
+    from scipy.ndimage import median_filter
+
     grid = course.t[0] + step * np.arange(int((course.t[-1] - course.t[0]) / step) + 1)
     quat = course.at(grid)
-    ahead, behind = quat[1:], quat[:-1]
+    ahead, behind = quat[_OVER:], quat[:-_OVER]
     near = np.where(np.sum(ahead * behind, axis=1, keepdims=True) < 0.0, -ahead, ahead)
-    rate: Array = 4.0 * np.arcsin(np.minimum(0.5 * np.sqrt(np.sum((near - behind) ** 2, axis=1)), 1.0)) / step
+    rate = 4.0 * np.arcsin(np.minimum(0.5 * np.sqrt(np.sum((near - behind) ** 2, axis=1)), 1.0)) / (_OVER * step)
     known = np.isfinite(rate)
-    if known.any():
-        rate = np.minimum(rate, np.quantile(rate[known], 0.98))
-    return rate
+    smooth: Array = median_filter(np.where(known, rate, 0.0), _MEDIAN_OF, mode="nearest")
+    return np.where(known, smooth, np.nan)
 
 
 def correlation(a: Array, b: Array) -> Array:

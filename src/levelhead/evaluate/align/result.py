@@ -84,8 +84,8 @@ class Alignment:
 
     @property
     def delayed(self) -> bool:
-        """Whether the shift is more than its own error (2σ) and than 0.05 ms."""
-        return self.shift_error is not None and abs(self.shift) > max(2.0 * self.shift_error, 5e-5)
+        """Whether the shift is more than its own error (3σ) and than 0.05 ms."""
+        return self.shift_error is not None and abs(self.shift) > max(3.0 * self.shift_error, 5e-5)
 
     @property
     def axes(self) -> int:
