@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from levelhead.engine import fuse
 from levelhead.errors import LevelheadError
 from levelhead.evaluate import compare
 from levelhead.publish.plots import four_panels
+from levelhead.publish.plots.panels import short_names
 from levelhead.recording import Recording, Truth
 from levelhead.simulate import recording
 from levelhead.track import Track
@@ -87,6 +89,13 @@ def test_another_rate_and_gaps_count_where_known(nine, truth, tmp_path):
     assert np.isnan(row.track.quat).any() and np.isfinite(row.difference)
     four_panels(found, tmp_path / "compare.png")
     assert (tmp_path / "compare.png").stat().st_size > 10_000
+
+
+def test_a_picture_calls_a_contender_by_its_name_whoever_made_it(nine):
+    made = fuse(nine, "Complementary")
+    found = compare(nine, ["Complementary"], tracks={"mine": made})
+    assert short_names(list(found.rows)) == ["Complementary", "mine"]
+    assert found.rows[1].score.total == pytest.approx(found.rows[0].score.total)
 
 
 def test_relative_truth_makes_every_heading_relative(nine, truth):
