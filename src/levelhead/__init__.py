@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from levelhead.engine import fuse as fuse
     from levelhead.engine import fuse_axis as fuse_axis
     from levelhead.errors import LevelheadError as LevelheadError
+    from levelhead.evaluate.align.search import align as align
     from levelhead.evaluate.compare import compare as compare
     from levelhead.filters import AccelTilt as AccelTilt
     from levelhead.filters import BiasRateKalman as BiasRateKalman
@@ -57,7 +58,7 @@ __version__ = "0.1.0"
 _HOMES = {
     "levelhead.engine": ("AxisStream", "Stream", "fuse", "fuse_axis"),
     "levelhead.errors": ("LevelheadError",),
-    "levelhead.evaluate": ("compare",),
+    "levelhead.evaluate": ("align", "compare"),
     "levelhead.filters": (
         "AccelTilt", "BiasRateKalman", "Complementary", "EKF", "GyroIntegration", "Kalman", "Madgwick", "Mahony",
         "RollPitchKalman", "Triad",

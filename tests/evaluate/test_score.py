@@ -66,6 +66,29 @@ def test_absolute_heading_keeps_its_error():
     score = evaluate(record(Truth(quats(truth))), Track(T, quats(off * truth), params=Complementary()))
     assert score.heading == pytest.approx(20.0)
     assert score.heading_offset is None
+    assert score.total_aligned == pytest.approx(0.0, abs=1e-6)
+    assert "with the best constant heading removed" in str(score)
+
+
+def test_what_a_constant_heading_explains_is_that_of_the_best_offset():
+    """Tilt stays when heading is taken away, and a relative track has nothing more to give."""
+    truth = motion(T)
+    off = Rotation.from_euler("Z", 20.0, degrees=True) * Rotation.from_euler("X", 3.0, degrees=True)
+    score = evaluate(record(Truth(quats(truth))), Track(T, quats(off * truth)))
+    assert score.total_aligned == pytest.approx(3.0, abs=1e-6) and score.total > 20.0
+    relative = evaluate(record(Truth(quats(truth))), Track(T, quats(off * truth)), relative=True)
+    assert relative.total == relative.total_aligned == score.total_aligned
+    assert relative.heading_offset == pytest.approx(20.0, abs=1e-6)
+
+
+def test_a_track_with_holes_counts_where_it_is_known_if_asked():
+    truth = quats(motion(T))
+    holes = truth.copy()
+    holes[:500] = np.nan
+    score = evaluate(record(Truth(truth)), Track(T, holes), partial=True)
+    assert score.samples == 1500 and score.total == pytest.approx(0.0, abs=1e-6)
+    with pytest.raises(LevelheadError, match="never known at the same sample"):
+        evaluate(record(Truth(truth)), Track(T, np.full_like(truth, np.nan)), partial=True)
 
 
 def test_only_movement_with_known_truth_counts():

@@ -8,6 +8,8 @@ from cyclopts import Parameter
 from levelhead.cli.options import (
     FILTERS,
     Reading,
+    contender_columns,
+    contender_kinds,
     filter_names,
     folder,
     listed_filter,
@@ -34,6 +36,18 @@ def compare(
             "All of them if none is named.",
         ),
     ] = (),
+    contenders: Annotated[
+        tuple[str, ...],
+        Parameter(
+            name="--with",
+            negative="",
+            metavar="column:NAME",
+            completer=contender_kinds,
+            help="Also the orientation in the log's quaternion columns NAME, such as a vendor's own: ahrs_q for "
+            "ahrs_qw … ahrs_qz, q for q0 … q3, an array (n, 4), or four names with commas. Order, inverse and NED are "
+            "found out and said. May be given several times.",
+        ),
+    ] = (),
     out: Annotated[Path | None, Parameter(name=["--out", "-o"], metavar="DIR")] = None,
     json: Annotated[bool, Parameter(negative="")] = False,
     reading: Reading = Reading(),  # noqa: B008
@@ -55,8 +69,9 @@ def compare(
 
     chosen = [listed_filter(word) for word in filter] or [flt.params() for flt in filters.ALL]
     recording = log_or_simulation(log, simulate, seed, reading)
+    tracks = {name: reading.orientation(log, name) for name in contender_columns(contenders)}
     with progress("comparing") as report:
-        comparison = run(recording, chosen, progress=report)
+        comparison = run(recording, chosen, tracks=tracks, progress=report)
     picture = None
     if out is not None:
         from levelhead.publish.plots import four_panels

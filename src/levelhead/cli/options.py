@@ -15,6 +15,7 @@ from levelhead.filters.contract import settable
 
 if TYPE_CHECKING:
     from levelhead.recording import Recording
+    from levelhead.track import Track
 
 
 @Parameter(name="*")
@@ -38,6 +39,37 @@ class Reading:
         return read(
             log, map=parse_map(self.map), units=parse_units(self.units), lsb=parse_lsb(self.lsb), rate=self.rate
         )
+
+    def orientation(self, log: Path | None, column: str) -> "Track":
+        """The orientation in quaternion columns of the log, with these hints."""
+        from levelhead.sources import orientation, parse_lsb, parse_map, parse_units
+
+        if log is None:
+            raise LevelheadError(f"--with column:{column} names a column of a log; a simulation has none")
+        columns, units, lsb = parse_map(self.map), parse_units(self.units), parse_lsb(self.lsb)
+        return orientation(log, column, map=columns, units=units, lsb=lsb, rate=self.rate)
+
+
+def contender_kinds(_: Any) -> dict[str, str]:
+    """What ``--with`` takes, for the shell to complete."""
+    return {"column:": "quaternion columns of the log, by the name that they share"}
+
+
+def contender_columns(words: Sequence[str]) -> list[str]:
+    """The names in words such as ``column:ahrs_q``.
+
+    Raises:
+        LevelheadError: another word, or the same one twice.
+    """
+    names = []
+    for word in words:
+        kind, colon, name = word.partition(":")
+        if kind != "column" or not colon or not name.strip():
+            raise LevelheadError(f"--with {word} is no orientation; write column: and a name, such as column:ahrs_q")
+        if name.strip() in names:
+            raise LevelheadError(f"--with column:{name} is given twice; give it once")
+        names.append(name.strip())
+    return names
 
 
 def filter_names(_: Any) -> dict[str, str]:

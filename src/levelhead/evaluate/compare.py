@@ -1,6 +1,6 @@
 """Filters side by side on one recording: errors, lag, and what a sample costs."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from time import perf_counter
 from typing import Any
@@ -11,6 +11,7 @@ from levelhead.engine import fuse
 from levelhead.engine.binding import choose
 from levelhead.errors import LevelheadError
 from levelhead.evaluate.columns import Column, plain_table
+from levelhead.evaluate.contenders import Contender, contenders
 from levelhead.evaluate.errors import error_quaternion, split
 from levelhead.evaluate.score import Score, evaluate, rms
 from levelhead.filters import resolve
@@ -22,6 +23,7 @@ Progress = Callable[[float], None]  # takes the fraction done, 0 to 1
 COLUMNS = (
     Column("filter", "filter"),
     Column("total", "total", "°", 3, "low"),
+    Column("total_aligned", "total aligned", "°", 3, "low"),
     Column("tilt", "tilt", "°", 3, "low"),
     Column("heading", "heading", "°", 3, "low"),
     Column("worst", "worst", "°", 2, "low"),
@@ -36,25 +38,33 @@ COLUMNS = (
 
 @dataclass(frozen=True)
 class Row:
-    """One filter's result.
+    """One filter's result, or that of an orientation from elsewhere.
 
     Attributes:
         track: what the filter said.
         score: its errors; None for a recording without truth.
-        ns: wall time of the batch run in ns per sample, the fastest of a few runs, compilation left out.
-        difference: RMS angle in ° between its vertical and that of the first filter in the list.
+        ns: wall time of the batch run in ns per sample, the fastest of a few runs, compilation left out; None for an
+            orientation from elsewhere.
+        difference: RMS angle in ° between its vertical and that of the first row.
+        contender: for an orientation from elsewhere, its name and how it was made to match.
     """
 
     track: Track
     score: Score | None
-    ns: float
+    ns: float | None
     difference: float
+    contender: Contender | None = None
+
+    @property
+    def name(self) -> str:
+        """The filter with its parameters, or the contender's name."""
+        return self.track.name if self.contender is None else self.contender.name
 
     @property
     def cells(self) -> dict[str, Any]:
         """Values by the keys of ``COLUMNS``."""
         score = self.score.to_dict() if self.score is not None else {}
-        known = {"filter": self.track.name, "ns": self.ns, "difference": None if self.score else self.difference}
+        known = {"filter": self.name, "ns": self.ns, "difference": None if self.score else self.difference}
         return {column.key: known.get(column.key, score.get(column.key)) for column in COLUMNS}
 
 
@@ -75,7 +85,10 @@ class Comparison:
     @property
     def table(self) -> list[dict[str, Any]]:
         """One mapping per filter from column key (see ``COLUMNS``) to value; None for what does not exist."""
-        return [row.cells for row in self.rows]
+        rows = [row.cells for row in self.rows]
+        if all(row.score is None or row.score.heading_offset is not None for row in self.rows):
+            return [cells | {"total_aligned": None} for cells in rows]  # it would repeat the total
+        return rows
 
     @property
     def best(self) -> Row:
@@ -85,16 +98,26 @@ class Comparison:
     @property
     def notes(self) -> list[str]:
         """What a reader of the table must know: sentences."""
-        clock = f"Time is wall time of the {self.engine} engine, compilation left out."
+        others = [row.contender.note for row in self.rows if row.contender is not None]
+        clock = [f"Time is wall time of the {self.engine} engine, compilation left out."]
+        clock = clock if any(row.ns is not None for row in self.rows) else []
         scores = [row.score for row in self.rows if row.score is not None]
         if not scores:
-            return ["No true orientation in the recording: tilt is compared with the first filter's.", clock]
-        sentences = [f"RMS over the {scores[0].samples:,} samples whose truth is known and that count as movement."]
+            return ["No true orientation in the recording: tilt is compared with the first filter's.", *others, *clock]
+        most = max(score.samples for score in scores)
+        sentences = [f"RMS over the {most:,} samples whose truth is known and that count as movement."]
+        sentences += [
+            f"{row.name} is known at {row.score.samples:,} of them."
+            for row in self.rows
+            if row.score is not None and row.score.samples < most
+        ]
         relative = sum(score.heading_offset is not None for score in scores)
         if relative:
             who = "Heading is relative" if relative == len(scores) else f"Heading is relative for {relative} of them"
             sentences.append(f"{who}: each one's best constant offset was removed first.")
-        return [*sentences, clock]
+        if relative < len(scores):
+            sentences.append("Total aligned: each one's best constant heading offset is removed, known north or not.")
+        return [*sentences, *others, *clock]
 
     def to_dict(self) -> dict[str, Any]:
         """Everything but the samples, ready for JSON: numbers, texts, None; never NaN."""
@@ -106,9 +129,10 @@ class Comparison:
             "units": {column.key: column.unit for column in COLUMNS if column.unit},
             "notes": self.notes,
             "filters": [
-                {"filter": row.track.name, "params": _plain(row.track.params), "ns_per_sample": row.ns}
+                {"filter": row.name, "params": _plain(row.track.params), "ns_per_sample": row.ns}
                 | {"score": None if row.score is None else row.score.to_dict()}
                 | {"tilt_difference_deg": row.difference}
+                | {"alignment": None if row.contender is None else row.contender.alignment.to_dict()}
                 for row in self.rows
             ],
         }
@@ -142,18 +166,25 @@ def timed(
 
 
 def compare(
-    recording: Recording, filters: Sequence[Any], *, engine: str = "auto", progress: Progress | None = None
+    recording: Recording,
+    filters: Sequence[Any],
+    *,
+    tracks: Mapping[str, Track] | None = None,
+    engine: str = "auto",
+    progress: Progress | None = None,
 ) -> Comparison:
-    """Run every filter over the recording and score it.
+    """Run every filter over the recording and score it, and score orientations from elsewhere beside them.
 
     Args:
         recording: with truth for errors; without, tilt is compared with the first filter's.
         filters: Params objects, Params classes or names.
+        tracks: name to an orientation from elsewhere, in any convention and at any rate; how it was made to match
+            stands in ``Comparison.notes`` (see ``align``).
         engine: as for ``fuse``; the same for all, so that times can be compared.
         progress: called with the fraction done, 0 to 1.
     """
     chosen = [resolve(choice) for choice in filters]
-    if not chosen:
+    if not chosen and not tracks:
         raise LevelheadError("there is no filter to compare; expected at least one")
     engine = choose(engine, len(recording))  # once: importing Numba on the way must not change the choice
     rows: list[Row] = []
@@ -164,9 +195,19 @@ def compare(
                 progress((done + fraction) / len(chosen))
 
         track, ns = timed(recording, params, engine, report)
-        first = rows[0].track if rows else track
-        difference = float(np.degrees(rms(split(error_quaternion(track.quat, first.quat)).tilt)))
         score = None if recording.truth is None else evaluate(recording, track)
-        rows.append(Row(track, score, ns, difference))
+        rows.append(Row(track, score, ns, _difference(track, rows[0].track if rows else track)))
         report(1.0)
+    first = rows[0].track if rows else None
+    for other in contenders(recording, tracks or {}, first):
+        score = None
+        if recording.truth is not None:
+            score = evaluate(recording, other.track, relative=other.relative, partial=True)
+        rows.append(Row(other.track, score, None, _difference(other.track, first or other.track), other))
     return Comparison(recording, tuple(rows), engine)
+
+
+def _difference(track: Track, first: Track) -> float:
+    """RMS angle in ° between the two verticals, where both are known."""
+    tilt = split(error_quaternion(track.quat, first.quat)).tilt
+    return float(np.degrees(rms(tilt[~np.isnan(tilt)])))

@@ -1,7 +1,7 @@
 """A Score: a track against the truth, in the numbers that papers and data sheets use."""
 
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,8 @@ class Score:
 
     Attributes:
         total: RMS angle between estimate and truth, °.
+        total_aligned: the same with the best constant heading removed (eq. 5 of ``errors``), °, also where both know
+            north: a recording's reference frame may be turned against magnetic north by some degrees.
         tilt: RMS inclination error, °.
         heading: RMS heading error, °.
         worst: largest angle between estimate and truth, °.
@@ -33,6 +35,7 @@ class Score:
     """
 
     total: float
+    total_aligned: float
     tilt: float
     heading: float
     worst: float
@@ -51,7 +54,9 @@ class Score:
     def __str__(self) -> str:
         parts = f"total {self.total:.4f}°, tilt {self.tilt:.4f}°, heading {self.heading:.4f}°"
         lines = [f"{parts} RMS, worst {self.worst:.4f}°"]
-        if self.heading_offset is not None:
+        if self.heading_offset is None:
+            lines.append(f"total {self.total_aligned:.4f}° with the best constant heading removed")
+        else:
             lines.append(f"heading is relative: a constant {self.heading_offset:.2f}° was removed first")
         if self.bias is not None:
             lines.append(f"bias {self.bias:.4f} °/s RMS")
@@ -63,8 +68,10 @@ class Score:
         return "\n".join(lines)
 
 
-def truth_of(recording: Recording, track: Track) -> Truth:
+def truth_of(recording: Recording, track: Track, partial: bool = False) -> Truth:
     """The recording's truth, once it is sure that the track can be held against it.
+
+    ``partial``: the track may be NaN where its source said nothing.
 
     Raises:
         LevelheadError: no truth, another clock, or a track with a NaN orientation.
@@ -77,7 +84,7 @@ def truth_of(recording: Recording, track: Track) -> Truth:
             f"{recording.t[0]:.6g} s; expected one orientation per sample, at the same times"
         )
     lost = np.isnan(track.quat).any(axis=1)
-    if lost.any():
+    if lost.any() and not partial:
         raise LevelheadError(f"the track's orientation is NaN at row {int(lost.argmax())}; expected one per sample")
     return recording.truth
 
@@ -112,18 +119,33 @@ def absolute_heading(recording: Recording, track: Track) -> bool:
 
 def error_angles(recording: Recording, track: Track) -> Errors:
     """Errors of every sample in rad (rest phases too), a relative heading aligned first as in ``evaluate``."""
-    return _aligned(recording, track)[0]
+    return _aligned(recording, track).errors
 
 
-def _aligned(recording: Recording, track: Track) -> tuple[Errors, float | None, NDArray[np.bool_]]:
-    """Errors in rad, the heading offset removed in rad (None: none was to be), and the rows that count."""
-    truth = truth_of(recording, track)
+class _Aligned(NamedTuple):
+    """Errors in rad, the heading offset removed in rad (None: none was to be), the rows that count, and the total error
+    in rad with the best offset removed in any case.
+    """
+
+    errors: Errors
+    offset: float | None
+    rows: NDArray[np.bool_]
+    total: Array
+
+
+def _aligned(recording: Recording, track: Track, relative: bool | None = None, partial: bool = False) -> _Aligned:
+    truth = truth_of(recording, track, partial)
     rows = counted(truth)
+    if partial:
+        rows &= ~np.isnan(track.quat).any(axis=1)
+        if not rows.any():
+            raise LevelheadError("the track and the truth are never known at the same sample: nothing to compare")
     error = error_quaternion(track.quat, truth.quat)
-    if absolute_heading(recording, track):
-        return split(error), None, rows
     offset = heading_offset(error, rows)
-    return split(turn_heading(error, -offset)), offset, rows
+    turned = split(turn_heading(error, -offset))
+    if relative or (relative is None and not absolute_heading(recording, track)):
+        return _Aligned(turned, offset, rows, turned.total)
+    return _Aligned(split(error), None, rows, turned.total)
 
 
 def rms(values: Array) -> float:
@@ -133,7 +155,7 @@ def rms(values: Array) -> float:
 
 def root_mean_squares(recording: Recording, track: Track) -> tuple[float, float, float]:
     """RMS of total, tilt and heading error in degrees: the part of ``evaluate`` that a sweep needs."""
-    found, _, rows = _aligned(recording, track)
+    found, _, rows, _ = _aligned(recording, track)
     total, tilt, heading = (float(np.degrees(rms(values[rows]))) for values in found)
     return total, tilt, heading
 
@@ -164,23 +186,30 @@ def doubt(error: Array, sigma: Array | None, rows: NDArray[np.bool_]) -> float |
     return rms(error[good] / sigma[good]) if good.any() else None
 
 
-def evaluate(recording: Recording, track: Track) -> Score:
+def evaluate(recording: Recording, track: Track, *, relative: bool | None = None, partial: bool = False) -> Score:
     """How far the track is from the recording's truth.
 
     Only movement phases count (``truth.moving``) and only samples whose truth is known. Where truth or track knows
     heading only relatively, the best constant heading offset is removed first and stands in ``Score.heading_offset``.
 
+    Args:
+        recording: with truth.
+        track: one orientation per sample of it.
+        relative: whether heading is relative; None: by what recording and filter know.
+        partial: the track may have NaN rows, which do not count; else they are an error.
+
     Raises:
         LevelheadError: the recording holds no truth, or the track belongs to another recording.
     """
-    found, offset, rows = _aligned(recording, track)
+    found, offset, rows, aligned = _aligned(recording, track, relative, partial)
     absolute = offset is None
-    truth = truth_of(recording, track)
+    truth = truth_of(recording, track, partial)
     axes = bias_errors(recording, track, rows)
     late = lag(recording.t, track.quat, truth.quat, rows, with_heading=absolute)
     total, tilt, heading = (float(np.degrees(rms(values[rows]))) for values in found)
     return Score(
         total=total,
+        total_aligned=float(np.degrees(rms(aligned[rows]))),
         tilt=tilt,
         heading=heading,
         worst=float(np.degrees(found.total[rows].max())),

@@ -5,8 +5,9 @@ from collections.abc import Mapping, Sequence
 
 from levelhead.recording import Recording
 from levelhead.sources.hints import parse_lsb, parse_map, parse_units
+from levelhead.track import Track
 
-__all__ = ["parse_lsb", "parse_map", "parse_units", "read"]
+__all__ = ["orientation", "parse_lsb", "parse_map", "parse_units", "read"]
 
 
 def read(
@@ -45,3 +46,40 @@ def read(
     from levelhead.sources.hints import check
 
     return read_file(path, check(map, units, lsb, rate))
+
+
+def orientation(
+    path: str | os.PathLike[str],
+    column: str,
+    *,
+    map: Mapping[str, Sequence[str] | str] | None = None,
+    units: Mapping[str, str] | None = None,
+    lsb: Mapping[str, str] | None = None,
+    rate: float | None = None,
+) -> Track:
+    """An orientation that stands in a log beside the sensors: what a vendor's own filter said, say.
+
+    Its quaternions come as the file has them; ``levelhead.evaluate.align`` finds out what they mean, and ``compare``
+    with ``tracks`` does so by itself.
+
+    Args:
+        path: the file, as for ``read``.
+        column: the name that its four columns share, such as ``q`` for q0 … q3 or qw … qz, ``ahrs_q``, ``quat``, the
+            name of an (n, 4) array, or four column names with commas.
+        map: as for ``read``, so that both are on the same clock.
+        units: as for ``read``.
+        lsb: as for ``read``.
+        rate: as for ``read``.
+
+    Returns:
+        A Track on the clock of ``read`` with the same hints: unit length, NaN where the cells are blank or all zero.
+
+    Raises:
+        LevelheadError: no such columns (the nearest are named), no quaternions in them, or what ``read`` says.
+
+    >>> orientation("flight.csv", "ahrs_q")  # doctest: +SKIP
+    """
+    from levelhead.sources.hints import check
+    from levelhead.sources.quaternions import read_orientation
+
+    return read_orientation(path, column, check(map, units, lsb, rate))

@@ -38,7 +38,7 @@ def _assemble(table: Table, hints: Hints) -> Recording:
     if len(columns[wanted[0]]) == 0:
         raise LevelheadError(f"{table.source} has no line of numbers; expected one line per sample")
     notes = [*table.notes, *roles.notes]
-    clock = _clock(table, roles, hints, columns, notes)
+    clock = clock_of(table, roles, hints, columns, notes)
     found: dict[str, str] = {"t": clock.unit}
     acc = _sensor("acc", table, roles, hints, columns, clock.t, None, found, notes)
     gyr = _sensor("gyr", table, roles, hints, columns, clock.t, acc, found, notes)
@@ -53,7 +53,12 @@ def _assemble(table: Table, hints: Hints) -> Recording:
     return Recording(clock.t, gyr, acc, mag, truth, meta)
 
 
-def _clock(table: Table, roles: Roles, hints: Hints, columns: dict[int, Column], notes: list[str]) -> Clock:
+def clock_of(table: Table, roles: Roles, hints: Hints, columns: dict[int, Column], notes: list[str]) -> Clock:
+    """The time stamps of the columns that were read: those of the file, or rows over the rate.
+
+    Raises:
+        LevelheadError: no stamps and no rate, both of them, or stamps that are none.
+    """
     n = len(next(iter(columns.values())))
     if "t" in roles.columns:
         position = roles.columns["t"][0]

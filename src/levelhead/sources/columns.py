@@ -121,6 +121,51 @@ def _two(role: str, candidates: Sequence[Sequence[str]], source: str) -> None:
     )
 
 
+def quaternion(wanted: str, names: Sequence[str], source: str) -> tuple[int, ...]:
+    """The positions of four columns in the order w, x, y, z, or as they are numbered.
+
+    ``wanted`` is the name that they share (``quat`` for quat_w, …; ``q`` for q0, …), the name of one of them, or all
+    four with commas.
+
+    Raises:
+        LevelheadError: there is no such quaternion; the nearest is named.
+    """
+    known = [understand(name) for name in names]
+    listed = [part.strip() for part in wanted.split(",")]
+    if len(listed) > 1:
+        if len(listed) != WIDTH["q"]:
+            raise LevelheadError(f"{source}: '{wanted}' names {len(listed)} columns; expected the four of a quaternion")
+        return _hinted("q", listed, known, source)
+    groups = quaternions(names)
+    label = "".join(split(wanted))
+    for name, found in groups.items():
+        if label and (label == "".join(split(name)) or wanted in [names[i] for i in found]):
+            return found
+    if not groups:
+        raise LevelheadError(
+            f"{source} has no quaternion '{wanted}': no four columns share a name but for w, x, y, z or 0 to 3; "
+            "name the four with commas"
+        )
+    raise LevelheadError(f"{source} has no quaternion '{wanted}'; {nearest(wanted, groups)}")
+
+
+def quaternions(names: Sequence[str]) -> dict[str, tuple[int, ...]]:
+    """The sets of four columns that may be a quaternion: the name that they share to their positions."""
+    groups: dict[str, dict[str, int]] = {}
+    for i, raw in enumerate(names):
+        name = understand(raw)
+        if name.axis and name.role not in {"gyr", "acc", "mag", "t"}:
+            groups.setdefault(_drop(split(raw), name.axis), {})[name.axis] = i
+    found = [positions for axes in groups.values() if (positions := _ordered("q", axes))]
+    return {_shared_name([names[i] for i in positions]): positions for positions in found}
+
+
+def _shared_name(names: Sequence[str]) -> str:
+    """What the names begin with, as the file spells it: "quat" of quat_w, quat_x, …."""
+    same = [len(set(letters)) == 1 for letters in zip(*names, strict=False)]
+    return names[0][: [*same, False].index(False)].rstrip(" _.[(-/") or names[0]
+
+
 def _hinted(role: str, wanted: Sequence[str], known: Sequence[Name], source: str) -> tuple[int, ...]:
     if len(wanted) == 1 and WIDTH[role] > 1:
         return _shared(role, wanted[0], known, source)

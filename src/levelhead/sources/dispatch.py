@@ -3,18 +3,19 @@
 import os
 from collections.abc import Callable
 from pathlib import Path
+from typing import TypeVar
 
 from levelhead.errors import LevelheadError, nearest
 from levelhead.recording import Recording
 from levelhead.sources.hints import Hints
+from levelhead.sources.table import Table
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _BINARY = {_HDF5: "HDF5 (.h5)", b"PK\x03\x04": "a ZIP archive (.npz, .xlsx)", b"PAR1": "Parquet (.parquet)"}
 _BINARY |= {b"\x1f\x8b": "compressed with gzip", b"MATLAB 5.0": "MATLAB (.mat)", b"\x93NUMPY": "NumPy (.npy)"}
 
 
-def _text(path: Path, hints: Hints) -> Recording:
-    from levelhead.sources.assemble import assemble
+def _text(path: Path, hints: Hints) -> Table:
     from levelhead.sources.text import TextTable
 
     head = _head(path)
@@ -29,42 +30,38 @@ def _text(path: Path, hints: Hints) -> Recording:
             f"{path} has no header that names its {len(table.names)} columns; expected hints such as "
             "map t=1 gyr=2,3,4 acc=5,6,7 (columns by number)"
         )
-    return assemble(table, hints)
+    return table
 
 
-def _matlab(path: Path, hints: Hints) -> Recording:
-    from levelhead.sources.assemble import assemble
-
+def _matlab(path: Path, hints: Hints) -> Table:
     with open(path, "rb") as file:
         hdf5 = _HDF5 in (file.read(8), file.seek(512) and file.read(8))
     if hdf5:
         return _hdf5(path, hints)
     from levelhead.sources.matlab import matlab
 
-    return assemble(matlab(path), hints)
+    return matlab(path)
 
 
-def _hdf5(path: Path, hints: Hints) -> Recording:
-    from levelhead.sources.assemble import assemble
+def _hdf5(path: Path, hints: Hints) -> Table:
     from levelhead.sources.hdf5 import hdf5
 
-    return assemble(hdf5(path), hints)
+    return hdf5(path)
 
 
-def _npz(path: Path, hints: Hints) -> Recording:
-    from levelhead.sources.npz import read
+def _npz(path: Path, hints: Hints) -> Table:
+    from levelhead.sources.npz import table
 
-    return read(path, hints)
+    return table(path)
 
 
-def _parquet(path: Path, hints: Hints) -> Recording:
+def _parquet(path: Path, hints: Hints) -> Table:
     from levelhead.sources.arrow import parquet
-    from levelhead.sources.assemble import assemble
 
-    return assemble(parquet(path), hints)
+    return parquet(path)
 
 
-READERS: dict[str, Callable[[Path, Hints], Recording]] = {
+READERS: dict[str, Callable[[Path, Hints], Table]] = {
     **dict.fromkeys((".csv", ".tsv", ".txt", ".log", ".dat"), _text),
     ".mat": _matlab,
     **dict.fromkeys((".h5", ".hdf5"), _hdf5),
@@ -73,8 +70,30 @@ READERS: dict[str, Callable[[Path, Hints], Recording]] = {
 }
 
 
+Reader = Callable[[Path, Hints], Table]
+_Made = TypeVar("_Made")
+
+
 def read_file(path: str | os.PathLike[str], hints: Hints) -> Recording:
     """The recording in ``path``, by the reader that its suffix asks for.
+
+    Raises:
+        LevelheadError: see ``opened``.
+    """
+    from levelhead.sources.assemble import assemble
+
+    def made(file: Path, reader: Reader) -> Recording:
+        if reader is _npz:
+            from levelhead.sources.npz import read
+
+            return read(file, hints)
+        return assemble(reader(file, hints), hints)
+
+    return opened(path, made)
+
+
+def opened(path: str | os.PathLike[str], use: Callable[[Path, Reader], _Made]) -> _Made:
+    """What ``use`` makes of a file and the reader that its suffix asks for.
 
     Raises:
         LevelheadError: missing, a folder, empty, unreadable, unknown suffix, or what its reader says.
@@ -93,7 +112,7 @@ def read_file(path: str | os.PathLike[str], hints: Hints) -> Recording:
                 f"{file} is not a recording that levelhead reads: it ends in '{file.suffix}'; "
                 f"expected one of {' '.join(READERS)}"
             )
-        return reader(file, hints)
+        return use(file, reader)
     except (OSError, ValueError) as error:
         if isinstance(error, LevelheadError):
             raise

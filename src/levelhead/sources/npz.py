@@ -17,6 +17,7 @@ from levelhead.recording import Recording, Truth
 from levelhead.sources.arrays import tabulate
 from levelhead.sources.assemble import assemble
 from levelhead.sources.hints import Hints
+from levelhead.sources.table import ArrayTable
 
 _MARK = "levelhead_format"
 _VERSION = 1
@@ -54,11 +55,23 @@ def read(path: Path, hints: Hints) -> Recording:
     """
     arrays = _load(path)
     if _MARK not in arrays:
-        info = "\n".join(str(value) for value in arrays.values() if value.dtype.kind == "U" and value.size == 1)
-        return assemble(tabulate(str(path), arrays, info), hints)
+        return assemble(_tabulated(path, arrays), hints)
     if hints.given:
         raise LevelheadError(f"{path} was written by levelhead, in SI units; it takes no hints")
     return _own(path, arrays)
+
+
+def table(path: Path) -> ArrayTable:
+    """The arrays of any .npz as columns; in levelhead's own, time is in seconds."""
+    arrays = _load(path)
+    if _MARK in arrays and "t" in arrays:
+        arrays["t [s]"] = arrays.pop("t")
+    return _tabulated(path, arrays)
+
+
+def _tabulated(path: Path, arrays: Mapping[str, NDArray[Any]]) -> ArrayTable:
+    info = "\n".join(str(value) for value in arrays.values() if value.dtype.kind == "U" and value.size == 1)
+    return tabulate(str(path), arrays, info)
 
 
 def _load(path: Path) -> dict[str, NDArray[Any]]:

@@ -90,16 +90,17 @@ def _story(comparison: Comparison) -> Story:
         raise LevelheadError("the four panels need the true orientation; track_picture shows a recording without one")
     euler = angles.euler_of(recording.t, recording.truth.quat)
     axis = angles.busiest(euler)
-    fused = [row for row in comparison.rows if not isinstance(row.track.params, (AccelTilt, GyroIntegration))]
+    liars = (AccelTilt, GyroIntegration)
+    fused = [row for row in comparison.rows if row.contender or not isinstance(row.track.params, liars)]
     fused = fused or list(comparison.rows)
     return Story(comparison, recording.truth, axis, euler[:, axis], counted(recording.truth), fused, short_names(fused))
 
 
 def short_names(rows: list[Row]) -> list[str]:
-    """Filter names without parameters where that is clear, else with them."""
-    kinds = [type(row.track.params).__name__ for row in rows]
+    """Filter names without parameters where that is clear, else with them; contenders by their own."""
+    kinds = [row.name if row.contender else type(row.track.params).__name__ for row in rows]
     return [
-        row.track.name if row.track.params is None or kinds.count(kind) > 1 else kind
+        row.name if row.track.params is None or kinds.count(kind) > 1 else kind
         for row, kind in zip(rows, kinds, strict=True)
     ]
 

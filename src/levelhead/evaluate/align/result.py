@@ -1,0 +1,219 @@
+"""What made two streams match, and how sure that is."""
+
+from dataclasses import dataclass, replace
+from math import degrees
+from typing import Any
+
+import numpy as np
+
+from levelhead.evaluate.align.conventions import TO_ENU, TO_REFERENCE, Convention
+from levelhead.evaluate.align.products import product, rotation
+from levelhead.evaluate.align.turns import Freedom
+from levelhead.evaluate.lag import DOUBT
+from levelhead.track import Track
+
+WORSE = 4.0 / 3.0  # a simpler hypothesis is preferred if its residual is at most this much larger
+NOTHING = 0.02  # °, a difference of residuals that is never worth a more complicated hypothesis
+FAR = 20.0  # °, a residual beyond which the two may not belong together
+TURNING = 2.0  # °, the RMS turn about an axis below which nothing turns about it
+
+Quaternion = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True)
+class Alignment:
+    """Eq. (1) of this package, found: reference(t) = earth · E · C(estimate(t + shift)) · D · sensor.
+
+    Attributes:
+        convention: order, inverse and frames of the estimate, seen from the reference: C, E and D.
+        freedom: which constant rotations the hypothesis that won has.
+        earth: X, wxyz: what turns the estimate's earth frame to that of the reference, beyond E.
+        sensor: Y, wxyz: what turns the reference's sensor axes to those of the estimate, beyond D.
+        shift: seconds by which the estimate is late; 0 if it was not looked for, or cannot be told.
+        shift_error: its standard error in s; None if it was not looked for, or cannot be told.
+        before: RMS angle in ° between both as they are.
+        after: the same, aligned.
+        core: RMS angle in ° over the best 90 % of the samples, aligned; by this hypotheses are judged.
+        runner_up: the convention that fits next best with the same freedom; None if there was no other.
+        runner_up_core: its ``core``, °.
+        spread: RMS turn in ° of the reference about the three principal axes of its motion, the largest first.
+        samples: instants compared.
+        looked_for_shift: whether a shift was to be found.
+    """
+
+    convention: Convention
+    freedom: Freedom
+    earth: Quaternion
+    sensor: Quaternion
+    shift: float
+    shift_error: float | None
+    before: float
+    after: float
+    core: float
+    runner_up: Convention | None
+    runner_up_core: float | None
+    spread: tuple[float, float, float]
+    samples: int
+    looked_for_shift: bool = True
+
+    @property
+    def order(self) -> str:
+        """ "wxyz" or "xyzw": how the estimate writes a quaternion."""
+        return self.convention.order
+
+    @property
+    def inverse(self) -> bool:
+        """Whether the estimate turns the earth's vectors into the sensor's frame."""
+        return self.convention.inverse
+
+    @property
+    def frame(self) -> str:
+        """The estimate's earth frame where the reference's is ENU: "ENU", "NED" or "NWU"."""
+        return self.convention.earth
+
+    @property
+    def heading(self) -> float:
+        """Degrees by which ``earth`` turns heading, anticlockwise seen from above."""
+        w, _, _, z = self.earth
+        return degrees(2.0 * np.arctan2(z, w) + np.pi) % 360.0 - 180.0
+
+    @property
+    def ms(self) -> float:
+        """The shift in milliseconds."""
+        return 1e3 * self.shift
+
+    @property
+    def delayed(self) -> bool:
+        """Whether the shift is more than its own error (3σ) and than 0.05 ms."""
+        return self.shift_error is not None and abs(self.shift) > max(3.0 * self.shift_error, 5e-5)
+
+    @property
+    def axes(self) -> int:
+        """About how many axes the motion turns, 0 to 3; two are needed to tell everything apart."""
+        return sum(turn > max(TURNING, self.core) for turn in self.spread)
+
+    @property
+    def sure(self) -> bool:
+        """Whether there is nothing that this motion cannot tell."""
+        return not self.doubts
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What this motion cannot tell, in sentences."""
+        found = []
+        if self.core > FAR:
+            found.append(f"Nothing brings them closer than {self.core:.0f}°: they may not show the same motion.")
+        if self.axes == 0:
+            found.append("Cannot tell conventions, frames and mounting apart: this motion hardly turns.")
+        elif self.axes == 1:
+            found.append(
+                "Cannot tell an inverse, or a turn of the sensor, from a turn of the earth frame: this motion turns "
+                "about one axis only."
+            )
+        if self.axes and self.runner_up_core is not None and self.runner_up_core <= good_enough(self.core):
+            found.append(
+                f"Cannot tell {self.convention} from {self.runner_up} by this motion: {small(self.core)} and "
+                f"{small(self.runner_up_core)} remain."
+            )
+        if self.freedom == ("any", "any") and self.axes > 1 and self.convention.order == "wxyz" and self.inverse:
+            found.append("With both sides free an inverse cannot be told from order xyzw with other rotations.")
+        if self.looked_for_shift and (self.shift_error is None or self.shift_error > DOUBT):
+            found.append("Cannot tell the shift in time from this motion.")
+        return tuple(found)
+
+    def apply(self, track: Track, *, constant: bool = True, clock: bool = True) -> Track:
+        """The estimate in the reference's convention and on its clock.
+
+        Args:
+            track: the estimate, or any other of the same source; its quaternions are taken as they are.
+            constant: also the constant rotations ``earth`` and ``sensor``; else order, direction and frames only.
+            clock: also the shift in time; t0 of a recording is not touched.
+
+        Returns:
+            A Track; its bias is turned with the sensor's axes, its sigma with the earth's.
+        """
+        convention = self.convention
+        left, right = np.array(TO_ENU[convention.earth]), np.array(TO_REFERENCE[convention.sensor])
+        if constant:
+            left, right = product(np.array(self.earth), left)[0], product(right, np.array(self.sensor))[0]
+        norm = np.linalg.norm(track.quat, axis=1, keepdims=True)
+        quat = product(left, convention.read(track.quat / np.where(norm > 1e-6, norm, np.nan)), right)
+        squares = rotation(left).as_matrix() ** 2
+        return replace(
+            track,
+            t=track.t - self.shift if clock else track.t,
+            quat=quat,
+            bias=None if track.bias is None else track.bias @ rotation(right).as_matrix(),
+            sigma=None if track.sigma is None else np.sqrt(track.sigma**2 @ squares.T),
+        )
+
+    @property
+    def words(self) -> str:
+        """What matched, without residuals: "order xyzw; heading turned by 12.0°; 12.3 ms late"."""
+        parts = [str(self.convention)]
+        if self.freedom.earth == "heading":
+            parts.append(f"heading turned by {self.heading:.1f}°")
+        elif self.freedom.earth == "any":
+            parts.append(f"earth frame turned by {turn_words(self.earth)}")
+        if self.freedom.sensor == "any":
+            parts.append(f"sensor turned by {turn_words(self.sensor)}")
+        if self.delayed:
+            amount = f"{abs(self.ms):.1f} ms" if abs(self.shift) < 1.0 else f"{abs(self.shift):.4f} s"
+            parts.append(f"{amount} {'late' if self.shift > 0.0 else 'early'}")
+        return "; ".join(parts).replace("-", "−").replace("forward−right−down", "forward-right-down")
+
+    def __str__(self) -> str:
+        return "\n".join([f"{self.words}; {small(self.before)} before, {small(self.after)} after", *self.doubts])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Ready for JSON: numbers, texts, None; never NaN."""
+        return {
+            "order": self.order,
+            "inverse": self.inverse,
+            "earth_frame": self.convention.earth,
+            "sensor_axes": self.convention.sensor,
+            "earth_quat_wxyz": list(self.earth),
+            "earth_turn_deg": turn(self.earth)[0],
+            "earth_turn_axis": list(turn(self.earth)[1]),
+            "sensor_quat_wxyz": list(self.sensor),
+            "sensor_turn_deg": turn(self.sensor)[0],
+            "sensor_turn_axis": list(turn(self.sensor)[1]),
+            "shift_ms": self.ms,
+            "shift_error_ms": None if self.shift_error is None else 1e3 * self.shift_error,
+            "before_deg": self.before,
+            "after_deg": self.after,
+            "core_deg": self.core,
+            "runner_up": None if self.runner_up is None else str(self.runner_up),
+            "runner_up_core_deg": self.runner_up_core,
+            "spread_deg": list(self.spread),
+            "samples": self.samples,
+            "words": self.words,
+            "doubts": list(self.doubts),
+        }
+
+
+def good_enough(smallest: float) -> float:
+    """The largest residual in ° that does as well as the smallest."""
+    return max(WORSE * smallest, smallest + NOTHING)
+
+
+def small(angle: float) -> str:
+    """An angle in ° as text: one digit behind the point, two figures below 1°."""
+    return f"{angle:.1f}°" if angle >= 1.0 else f"{angle:.2g}°" if angle >= 1e-4 else "0°"
+
+
+def turn(quat: Quaternion) -> tuple[float, tuple[float, float, float]]:
+    """Angle in °, 0 to 180, and unit axis of a quaternion wxyz; the axis is z where nothing turns."""
+    w, *vector = quat if quat[0] >= 0.0 else tuple(-part for part in quat)
+    length = float(np.linalg.norm(vector))
+    x, y, z = (0.0, 0.0, 1.0) if length < 1e-12 else (part / length for part in vector)
+    return degrees(2.0 * np.arctan2(length, w)), (x, y, z)
+
+
+def turn_words(quat: Quaternion) -> str:
+    """ "90.0° about z", with a sign where the axis is nearly one of the frame's; else "41.0° about (0.1, 0.9, 0.3)"."""
+    angle, axis = turn(quat)
+    k = int(np.argmax(np.abs(axis)))
+    if angle < 0.05 or abs(axis[k]) > 0.998:  # within 3.6°
+        return f"{angle if axis[k] > 0.0 else -angle:.1f}° about {'xyz'[k]}"
+    return f"{angle:.1f}° about ({', '.join(f'{part:.2f}' for part in axis)})"

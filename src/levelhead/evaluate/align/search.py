@@ -1,0 +1,187 @@
+"""Which hypothesis makes two streams match: all of them are fitted, the simplest good one wins."""
+
+from collections.abc import Sequence
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from levelhead.errors import LevelheadError, nearest
+from levelhead.evaluate.align.clocks import rate_shift
+from levelhead.evaluate.align.conventions import READINGS, SAME, TO_ENU, TO_REFERENCE, Convention, worth_trying
+from levelhead.evaluate.align.courses import FEWEST, Course, Pairs
+from levelhead.evaluate.align.products import angles, conjugate, product, rotation, rotvec
+from levelhead.evaluate.align.refine import Refined, refine
+from levelhead.evaluate.align.result import Alignment, Quaternion, good_enough
+from levelhead.evaluate.align.turns import Earth, Fit, Freedom, Sensor, fit, framed, mounting
+from levelhead.evaluate.score import rms
+from levelhead.recording import Array
+
+POINTS = 1_000  # instants by which hypotheses are ranked
+_SETTLED = 2e-3  # s, a change of the shift that asks for another ranking
+
+
+def align(
+    t: ArrayLike,
+    quat: ArrayLike,
+    t_reference: ArrayLike,
+    quat_reference: ArrayLike,
+    *,
+    earth: Earth = "any",
+    sensor: Sensor = "any",
+    convention: Literal["any", "same"] = "any",
+    shift: bool | float = True,
+    simplest: bool = True,
+) -> Alignment:
+    """What makes an estimate match a reference: convention, constant rotations, shift in time.
+
+    The reference counts as wxyz, sensor to earth, ENU; what is found is how the estimate differs from it.
+
+    **The rule.** Every hypothesis is fitted: order × direction × frames × which constant rotations are free. Its
+    residual is the RMS angle over the best 90 % of the samples. Its cost is 1 for each departure from "the same
+    convention" and 2 for each angle that was fitted. Of all hypotheses whose residual is at most 4/3 of the smallest
+    (or 0.02° more), the cheapest wins, so that freedom alone wins nothing.
+
+    Args:
+        t: (n,) seconds of the estimate; any start, any rate.
+        quat: (n, 4) its quaternions, convention unknown; NaN or zero where missing.
+        t_reference: (m,) seconds of the reference.
+        quat_reference: (m, 4) its quaternions wxyz; NaN or zero where missing.
+        earth: which constant rotation of the earth frame may be found: "none", "heading" or "any".
+        sensor: the same for the sensor's side (mounting): "none" or "any".
+        convention: "same" if the estimate is known to be wxyz, sensor to earth, ENU.
+        shift: whether to look for a shift in time; a number: not beyond so many seconds; False: both share a clock.
+        simplest: False: take all the freedom that ``earth`` and ``sensor`` give, instead of the cheapest good one.
+
+    Raises:
+        LevelheadError: shapes, times, too few samples, an unknown option, or no instant that both know.
+    """
+    _check("earth", earth, get_args(Earth))
+    _check("sensor", sensor, get_args(Sensor))
+    _check("convention", convention, ("any", "same"))
+    estimate, reference = Course.of("the estimate", t, quat), Course.of("the reference", t_reference, quat_reference)
+    pairs = Pairs(estimate, reference)
+    start = rate_shift(estimate, reference, np.inf if shift is True else float(shift)) if shift else None
+    late = 0.0 if start is None else start.seconds
+    allowed = freedoms(earth, sensor) if simplest else [Freedom(earth, sensor)]
+    for _ in range(2):
+        fits = rank(pairs, late, allowed, convention)
+        found = refine(choose(fits), late, start is not None, pairs)
+        settled, late = abs(found.shift - late) < _SETTLED, found.shift
+        if settled:
+            break
+    return _report(found, fits, pairs, bool(shift))
+
+
+def _check(option: str, word: str, known: Sequence[str]) -> None:
+    if word not in known:
+        raise LevelheadError(f"{option} is '{word}', which align does not know; {nearest(str(word), known)}")
+
+
+def freedoms(earth: Earth, sensor: Sensor) -> list[Freedom]:
+    """All constant rotations that are no freer than these."""
+    earths: tuple[Earth, ...] = get_args(Earth)
+    sensors: tuple[Sensor, ...] = get_args(Sensor)
+    return [
+        Freedom(left, right)
+        for left in earths[: earths.index(earth) + 1]
+        for right in sensors[: sensors.index(sensor) + 1]
+    ]
+
+
+def rank(pairs: Pairs, late: float, allowed: Sequence[Freedom], convention: str) -> list[Fit]:
+    """Every hypothesis fitted at the shift ``late``.
+
+    Raises:
+        LevelheadError: there are too few instants at which both are known.
+    """
+    when = pairs.near(late, POINTS)
+    if len(when) < FEWEST:
+        raise LevelheadError(
+            f"estimate ({pairs.estimate.t[0]:.6g} to {pairs.estimate.t[-1]:.6g} s) and reference "
+            f"({pairs.reference.t[0]:.6g} to {pairs.reference.t[-1]:.6g} s) share {len(when)} instants, and their "
+            f"rates tell no shift; expected at least {FEWEST} on one clock"
+        )
+    quat, reference = pairs.at(late, when)
+    fits = []
+    for order, inverse in READINGS if convention == "any" else READINGS[:1]:
+        reading = Convention(order, inverse)
+        start = mounting(when, framed(reading, quat), reference)
+        for freedom in allowed:
+            tried = worth_trying(order, inverse, *freedom) if convention == "any" else [SAME]
+            fits += [fit(one, freedom, quat, reference, start) for one in tried]
+    return fits
+
+
+def choose(fits: Sequence[Fit]) -> Fit:
+    """The cheapest of those that are good enough; of equally cheap ones the best."""
+    limit = np.radians(good_enough(float(np.degrees(min(fit.core for fit in fits)))))
+    return min((fit for fit in fits if fit.core <= limit), key=lambda fit: (fit.cost, fit.core))
+
+
+def _report(found: Refined, fits: Sequence[Fit], pairs: Pairs, shift: bool) -> Alignment:
+    others = [one for one in fits if one.freedom == found.fit.freedom and one.convention != found.fit.convention]
+    second = min(others, key=lambda one: one.core, default=None)
+    quat, reference = _known(pairs, found.shift)
+    as_is, true = _known(pairs, 0.0)
+    if not len(as_is):  # other clocks: nothing can be said without the shift
+        as_is, true = quat, reference
+    chosen = named(found.fit)
+    return Alignment(
+        convention=chosen.convention,
+        freedom=chosen.freedom,
+        earth=_wxyz(chosen.earth),
+        sensor=_wxyz(chosen.sensor),
+        shift=found.shift,
+        shift_error=found.shift_error,
+        before=float(np.degrees(rms(angles(true, as_is)))),
+        after=float(np.degrees(rms(angles(reference, found.fit.apply(quat))))),
+        core=float(np.degrees(chosen.core)),
+        runner_up=None if second is None else second.convention,
+        runner_up_core=None if second is None else float(np.degrees(second.core)),
+        spread=_spread(reference),
+        samples=len(quat),
+        looked_for_shift=shift,
+    )
+
+
+def _known(pairs: Pairs, shift: float) -> tuple[Array, Array]:
+    """(m, 4) estimate and reference where both are known."""
+    left, right = pairs.at(shift)
+    good = np.isfinite(left[:, 0]) & np.isfinite(right[:, 0])
+    return left[good], right[good]
+
+
+def named(fit: Fit) -> Fit:
+    """The same rotations with the frames named that leave the smaller angles; only where these are free."""
+    convention, earth, sensor = fit.convention, fit.earth, fit.sensor
+    if fit.freedom.earth == "any":
+        left = product(earth, np.array(TO_ENU[convention.earth]))
+        rests = [product(left, conjugate(np.array(TO_ENU[name])))[0] for name in ("ENU", "NED")]
+        best = _smaller(rests)
+        convention, earth = convention._replace(earth=("ENU", "NED")[best]), rests[best]
+    if fit.freedom.sensor == "any":
+        right = product(np.array(TO_REFERENCE[convention.sensor]), sensor)
+        rests = [product(conjugate(np.array(name)), right)[0] for name in TO_REFERENCE.values()]
+        best = _smaller(rests)
+        convention, sensor = convention._replace(sensor=("as the reference", "forward-right-down")[best]), rests[best]
+    return fit._replace(convention=convention, earth=earth, sensor=sensor)
+
+
+def _smaller(rests: Sequence[Array]) -> int:
+    """1 if the second turn is clearly smaller than the first, else 0."""
+    first, second = (2.0 * float(np.arccos(min(abs(rest[0]), 1.0))) for rest in rests)
+    return int(second < first - 0.1)
+
+
+def _wxyz(quat: Array) -> Quaternion:
+    w, x, y, z = (float(part) for part in (quat if quat[0] >= 0.0 else -quat))
+    return w, x, y, z
+
+
+def _spread(reference: Array) -> tuple[float, float, float]:
+    """RMS turn in ° about the principal axes of the motion, away from the mean orientation."""
+    middle = rotation(reference).mean().as_quat(scalar_first=True)
+    away = rotvec(product(conjugate(middle), reference))
+    first, second, third = np.degrees(np.linalg.svd(away, compute_uv=False) / len(away) ** 0.5).tolist()
+    return first, second, third

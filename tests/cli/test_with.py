@@ -1,0 +1,56 @@
+"""``levelhead compare LOG --with column:NAME``: a vendor's own orientation in the table."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from levelhead import simulate
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A log with truth, and with a vendor's orientation in NED, xyzw, 1° wrong in roll."""
+    rec = simulate.recording("ICM-20948", "hand", duration=10.0)
+    truth = Rotation.from_quat(rec.truth.quat, scalar_first=True)
+    swap, flip = Rotation.from_matrix([[0, 1, 0], [1, 0, 0], [0, 0, -1]]), Rotation.from_matrix(np.diag([1, -1, -1]))
+    vendor = (swap * Rotation.from_euler("x", 1.0, degrees=True) * truth * flip).as_quat()
+    names = ["t", *(f"{s}_{axis}" for s in ("gyr", "acc", "mag") for axis in "xyz")]
+    names += [*(f"truth_q{axis}" for axis in "wxyz"), *(f"ahrs_{i}" for i in range(4))]
+    path = tmp_path_factory.mktemp("with") / "log.csv"
+    rows = np.column_stack([rec.t, rec.gyr, rec.acc, rec.mag, rec.truth.quat, vendor])
+    np.savetxt(path, rows, delimiter=",", header=",".join(names), comments="")
+    return path
+
+
+HINTS = ("--units", "gyr=rad/s", "--units", "acc=m/s²", "--units", "mag=µT", "--units", "t=s")
+
+
+def test_it_stands_in_the_table_and_in_the_picture(levelhead, log, tmp_path):
+    said = levelhead("compare", log, *HINTS, "-f", "Complementary", "--with", "column:ahrs", "-o", tmp_path)
+    assert (said.code, said.err) == (0, "")
+    row = next(line for line in said.out.splitlines() if line.startswith("ahrs "))
+    assert row.split()[1] == "1.000" and row.split()[-1] == "–"
+    assert "ahrs: order xyzw, frames NED and forward-right-down; " in said.out
+    assert (tmp_path / "compare.png").stat().st_size > 10_000
+
+
+def test_as_json_and_several_times(levelhead, log):
+    words = ("compare", log, *HINTS, "-f", "Complementary", "--with", "column:ahrs", "--with", "column:truth_q")
+    filters = levelhead(*words, "--json").json["filters"]
+    assert [row["filter"] for row in filters] == ["Complementary", "ahrs", "truth_q"]
+    assert filters[1]["score"]["total"] == pytest.approx(1.0, abs=1e-3)
+    assert filters[1]["alignment"]["order"] == "xyzw" and filters[2]["score"]["total"] == pytest.approx(0.0, abs=1e-6)
+
+
+def test_bad_words_are_refused(refused, log):
+    start = ("compare", log, *HINTS, "-f", "Complementary", "--with")
+    assert "did you mean 'ahrs'?" in refused(*start, "column:ahr")
+    assert "such as column:ahrs_q" in refused(*start, "ahrs")
+    assert "given twice" in refused(*start, "column:ahrs", "--with", "column:ahrs")
+    assert "a simulation has none" in refused("compare", "--simulate", "hand", "--with", "column:q")
+
+
+def test_help_says_it(levelhead):
+    assert "column:NAME" in levelhead("compare", "--help").out
