@@ -25,7 +25,7 @@ def test_table_and_files(levelhead, folder, tmp_path):
     assert (said.code, said.err) == (0, "")
     assert all(word in said.out for word in ("rotation", "tapping", "Kalman(r_measure=9)", "24_disturbed_tapping_A"))
     assert sorted(path.name for path in (tmp_path / "new").iterdir()) == FILES
-    rows = list(csv.DictReader((tmp_path / "new" / "accuracy.csv").open(encoding="utf-8")))
+    rows = list(csv.DictReader((tmp_path / "new" / "accuracy.csv").read_text(encoding="utf-8").splitlines()))
     assert len(rows) == 2 * 3 and float(rows[0]["total"]) > 0.0
     found = json.loads((tmp_path / "new" / "accuracy.json").read_text(encoding="utf-8"))
     assert [one["method"] for one in found["methods"]] == ["best", "AccelTilt", "Kalman(r_measure=9)"]
