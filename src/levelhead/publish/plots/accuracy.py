@@ -1,5 +1,6 @@
 """Errors of all methods by group of recordings: who is good where."""
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -39,7 +40,7 @@ def accuracy_picture(result: Accuracy, path: str | Path) -> None:
     axes.grid(False, axis="x")
     _plain_log_y(axes)
     counts = [sum(entry.group == group for entry in result.entries) for group in result.groups] + [len(result.main)]
-    titles = [key.replace("all: ", "all ").replace(" ", "\n", 1) for key in keys]
+    titles = [*(group.name.replace(" ", "\n", 1) for group in result.groups), "all"]
     axes.set_xticks(range(len(keys)), [f"{t}\n({n})" for t, n in zip(titles, counts, strict=True)], fontsize=9.5)
     axes.set_xlim(-0.5, len(keys) - 0.5)
     style.legend(axes)
@@ -63,13 +64,19 @@ def _marks(axes: "Axes", result: Accuracy, j: int, values: list[float | None], l
     cousins = [one.name for one in result.methods if one.package == method.package]
     count = len(result.methods)
     shift = SPREAD * ((j + 0.5) / count - 0.5)
-    known = [(i + shift, value) for i, value in enumerate(values) if value is not None]
+    points = [(i + shift, math.nan if value is None else value) for i, value in enumerate(values)]
+    points.insert(-1, (points[-1][0], math.nan))  # no line leads from the groups to what is taken over all
     look: dict[str, Any] = {"linestyle": "", "markersize": 6.0, "alpha": 0.75, "markerfacecolor": "white"}
     if leader:
         look = {"linestyle": LEADERS[method.name], "linewidth": 1.6, "markersize": 7.0, "zorder": 4}
-    x, y = zip(*known, strict=True) if known else ((), ())
-    label = method.name if known else f"{method.name} (no figure)"
-    axes.plot(x, y, color=colour, marker=SHAPES[cousins.index(method.name) % len(SHAPES)], label=label, **look)
+    label = method.name if any(value is not None for value in values) else f"{method.name} (no figure)"
+    axes.plot(
+        *zip(*points, strict=True),
+        color=colour,
+        marker=SHAPES[cousins.index(method.name) % len(SHAPES)],
+        label=label,
+        **look,
+    )
 
 
 def _plain_log_y(axes: "Axes") -> None:
