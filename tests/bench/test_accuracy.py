@@ -1,6 +1,7 @@
 """The table of errors: right figures, groups as BROAD has them, and failures that are shown and not hidden."""
 
 import json
+import os
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ from levelhead import LevelheadError, evaluate, filters
 from levelhead.bench import Method, accuracy, contenders, methods
 from levelhead.bench.figures import drift, measure
 from levelhead.bench.groups import Group, group_of
+from levelhead.bench.parallel import spread
 from levelhead.bench.survey import logs
 from levelhead.engine import fuse
 from levelhead.evaluate.errors import split, turn_heading
@@ -98,6 +100,11 @@ def test_without_magnetometers_all_recordings_count_and_heading_is_relative(fold
 def test_several_processes_find_the_same(folder):
     alone, together = (accuracy([folder], OURS, jobs=jobs) for jobs in (1, 2))
     assert alone.long == together.long
+
+
+def test_a_process_that_dies_is_one_sentence():
+    with pytest.raises(LevelheadError, match="a process that ran a method died; --jobs 1 shows which"):
+        list(spread(os._exit, [3, 3], 2))
 
 
 def test_a_crash_is_shown_and_stops_nothing(folder, monkeypatch):

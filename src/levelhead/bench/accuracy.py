@@ -198,13 +198,23 @@ def _about(result: Accuracy) -> list[str]:
             )
     else:
         lines.append("Without magnetometer. Drift: RMS change of the heading error in 60 s, mean over the recordings.")
-    if any(method.name == BEST for method in result.methods):
-        lines.append(f"best: {filters.best()}, what fuse takes by itself.")
-    if any(method.package == "imufusion" for method in result.methods):
-        lines.append("imufusion.Ahrs+: with its bias estimate and the rejections of its advanced example.")
-    if any(method.name == "vqf.offlineVQF" for method in result.methods):
-        lines.append("vqf.offlineVQF looks into the future.")
-    return lines
+    names = {method.name for method in result.methods}
+    return lines + [words for name, words in _remarks(result).items() if name in names]
+
+
+def _remarks(result: Accuracy) -> dict[str, str]:
+    """What must be known of a method, by its name."""
+    known = {
+        BEST: f"best: {filters.best()}, what fuse takes by itself.",
+        "imufusion.Ahrs+": "imufusion.Ahrs+: with its bias estimate and the rejections of its advanced example.",
+        "vqf.offlineVQF": "vqf.offlineVQF looks into the future.",
+    }
+    if result.with_mag:
+        known["ahrs.EKF"] = "ahrs.EKF is told the dip of the field as measured; its default is Munich's."
+        for method in result.methods:
+            if method.params is not None and "heading" not in filters.of(method.params).estimates:
+                known[method.name] = f"{method.name} keeps the heading of its start: see its tilt and aligned error."
+    return known
 
 
 def _plain(method: Method) -> dict[str, Any] | None:
@@ -274,6 +284,7 @@ def accuracy(
     Raises:
         LevelheadError: no such folder, nothing to compare in it, or a process that died.
     """
+    _recording.cache_clear()  # a file may have changed since the last run in this process
     entries, left_out = survey(places, with_mag)
     tasks = [Task(entry, method, with_mag) for entry in entries for method in methods]
     if jobs > 1:
