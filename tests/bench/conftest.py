@@ -11,7 +11,7 @@ from levelhead.evaluate.errors import turn_heading
 from levelhead.recording import Recording
 
 
-def headed(degrees: float, seed: int = 3, duration: float = 40.0, *, rotation: float = 20.0) -> Recording:
+def headed(degrees: float, seed: int = 3, duration: float = 20.0, *, rotation: float = 20.0) -> Recording:
     """A gentle motion that starts with this heading (anticlockwise from east), seen by perfect sensors."""
     motion = simulate.motion(seed, duration, 100.0, style="hand", rotation=rotation, translation=0.1)
     east, north, up = simulate.EARTH_FIELD

@@ -43,7 +43,8 @@ def print_figures(tables: Sequence[Figures], machine: Mapping[str, str], notes: 
         for row in figures.rows:
             table.add_row(*(escape(number(row.get(key))) for key in figures.columns))
         console.print(table)
-    console.print(*notes, sep="\n", style="dim", markup=False)
+    for note in notes:
+        console.print(note, style="dim", markup=False)
 
 
 def number(value: Any) -> str:
