@@ -296,7 +296,7 @@ def accuracy(
         outcomes[position[task.entry.path], order[task.method.name]] = outcome
         if progress is not None:
             progress(len(outcomes) / len(tasks))
-    notes = [*remarks, *(f"Left out: {words}." for words in left_out)]
+    notes = [*remarks, *(f"Left out: {words.removesuffix('.')}." for words in left_out)]
     return Accuracy(tuple(entries), tuple(methods), outcomes, with_mag, tuple(notes))
 
 

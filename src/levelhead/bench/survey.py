@@ -90,8 +90,8 @@ def survey(places: Sequence[Path], with_mag: bool) -> tuple[list[Entry], list[st
         try:
             entries.append(_entry(path, load(path, with_mag)))
         except LevelheadError as error:
-            words = str(error)
-            left_out.append(words if str(path) in words else f"{path}: {words}")
+            words = str(error).replace(str(path), path.name)  # folders are the machine's own and not the result's
+            left_out.append(words if path.name in words else f"{path.name}: {words}")
     if not entries:
         raise LevelheadError(f"no recording can be compared: {left_out[0]}")
     return sorted(entries, key=lambda entry: (entry.group.place, entry.name)), left_out
