@@ -12,10 +12,11 @@ from pathlib import Path
 from typing import Any
 
 import levelhead as lh
-from accuracy import logs
 from levelhead import filters
+from levelhead.bench.survey import logs
+from levelhead.bench.timing import Table
 from levelhead.evaluate import evaluate
-from measure import Table, options, show
+from measure import options, show
 
 CHIPS = ("MPU-6050", "BMI160", "LSM6DS3", "LSM6DSO32")
 MOTIONS = ("hand", "walking", "drone", "robot")

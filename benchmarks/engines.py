@@ -8,8 +8,9 @@ another filter has been through Numba in that process, and the numbers of sample
 import statistics
 import sys
 
-from inputs import imu
-from measure import Case, Table, interleaved, once, options, show
+from levelhead.bench.inputs import imu
+from levelhead.bench.timing import Case, Table, interleaved
+from measure import once, options, show
 
 PLAIN = 2_000  # samples of a repeat in plain Python
 COMPILED = 200_000

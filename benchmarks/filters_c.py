@@ -7,11 +7,14 @@ from typing import Any
 import numpy as np
 
 import levelhead as lh
-from inputs import field, imu
 from levelhead import filters
 from levelhead.engine.binding import bind
+from levelhead.engine.driver import Settings
+from levelhead.filters.guard import Guard
 from levelhead.kernels.jit import compiled
-from measure import Case, Table, interleaved, options, show
+from levelhead.bench.inputs import recording as made
+from levelhead.bench.timing import Case, Table, interleaved
+from measure import options, show
 from native import build, doubles
 from speed import COLUMNS, row
 
@@ -37,15 +40,16 @@ def table(params: Any, recording: lh.Recording, repeats: int) -> Table:
     """C, the driver alone into the same kind of memory, and the public call, on one recording."""
     n = len(recording)
     flt = filters.of(params)
-    start = lh.fuse(recording, params, engine="compiled").quat[0]
+    start = lh.fuse(recording, params, engine="compiled", guard=None).quat[0]
     run, c_arguments = c_run(flt.name), c_params(params)
     mag = None if recording.mag is None else np.ascontiguousarray(recording.mag)
     inputs = [np.ascontiguousarray(array) for array in (recording.t, recording.gyr, recording.acc)]
     quat, bias = np.empty((n, 4)), np.empty((n, 3))
     quat[0] = start
     outs = [np.empty(4 * n), np.empty(3 * n), np.empty(3 * n), np.empty(n, np.int64)]
-    driver = bind(flt)
-    machine, begin = compiled(driver.run), driver.begin(params)
+    driver = bind(flt, False)
+    settings = Settings(params, Guard())
+    machine, begin = compiled(driver.run), driver.begin(settings)
     flat: Sequence[Any] = [array.ravel() for array in (*inputs, np.empty(0) if mag is None else mag)]
 
     def c() -> None:
@@ -55,27 +59,26 @@ def table(params: Any, recording: lh.Recording, repeats: int) -> Table:
     hand, alone, public = interleaved(
         [
             Case("C -O3", c, n),
-            Case(f"{flt.name}, driver alone", lambda: machine(params, begin, flat[0][0] - 0.01, *flat, *outs), n),
-            Case(f"fuse, {flt.name}", lambda: lh.fuse(recording, params, engine="compiled"), n),
+            Case(f"{flt.name}, driver alone", lambda: machine(settings, begin, flat[0][0] - 0.01, *flat, *outs), n),
+            Case(f"fuse, {flt.name}", lambda: lh.fuse(recording, params, engine="compiled", guard=None), n),
         ],
         repeats,
     )
-    same = np.array_equal(lh.fuse(recording, params, engine="compiled").quat, quat)
+    same = np.array_equal(lh.fuse(recording, params, engine="compiled", guard=None).quat, quat)
     return Table(
         f"{flt.name}, {six}, {n:,} samples",
         COLUMNS,
         [row(hand), row(alone, hand, LIMIT), row(public, hand)],
-        "C looks for neither NaN nor a first sample and writes quaternion and bias; levelhead also σ and health. "
+        "No guard on either side. C looks for neither NaN nor a first sample and writes quaternion and bias; levelhead also σ and health. "
         f"Quaternions {'the same, to the bit' if same else 'DIFFERENT'}.",
     )
 
 
 def tables(samples: int, repeats: int) -> Iterator[Table]:
     """Both filters, without and with magnetometer."""
-    t, gyr, acc = imu(samples)
     for params in (lh.Mahony(), lh.Madgwick()):
-        for mag in (None, field(samples)):
-            yield table(params, lh.Recording(t, gyr, acc, mag), repeats)
+        for mag in (False, True):
+            yield table(params, made(samples, mag=mag), repeats)
 
 
 def main() -> None:

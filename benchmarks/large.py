@@ -13,7 +13,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from measure import Table, once, options, show
+from levelhead.bench.timing import Table
+from measure import once, options, show
 
 FLOAT = 8  # bytes
 OUTPUTS = 11  # values a filter gives per sample: quaternion, bias, σ, health

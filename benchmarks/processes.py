@@ -13,8 +13,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from inputs import GRAVITY, imu
-from measure import Table, once, options, show
+from levelhead.bench.inputs import imu
+from levelhead.bench.timing import Table
+from levelhead.units import STANDARD_GRAVITY
+from measure import once, options, show
 
 LEVELHEAD = [sys.executable, "-m", "levelhead"]
 HEADER = ",".join(["Time (s)", *(f"Gyroscope {a} (deg/s)" for a in "XYZ"), *(f"Accelerometer {a} (g)" for a in "XYZ")])
@@ -25,7 +27,9 @@ def one_minute(path: Path) -> None:
     import numpy as np
 
     t, gyr, acc = imu(6_000)
-    np.savetxt(path, np.column_stack([t, np.degrees(gyr), acc / GRAVITY]), "%.7g", ",", header=HEADER, comments="")
+    np.savetxt(
+        path, np.column_stack([t, np.degrees(gyr), acc / STANDARD_GRAVITY]), "%.7g", ",", header=HEADER, comments=""
+    )
 
 
 def environment(folder: Path, **more: str) -> dict[str, str]:

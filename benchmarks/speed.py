@@ -1,4 +1,4 @@
-"""Cost of a sample: levelhead against hand-written C, the tutorial loop, vqf and imufusion.
+"""Cost of a sample on one axis: levelhead against hand-written C and the tutorial loop.
 
 Nanoseconds of CPU time per sample (fastest repeat), and the median over the repeats of the ratio to the yardstick
 of each table.
@@ -11,15 +11,15 @@ from typing import Any
 import numpy as np
 
 import levelhead as lh
-from inputs import DT, GRAVITY, axis, imu
+from inputs import axis
 from levelhead import filters
+from levelhead.bench.timing import Case, Table, Timing, interleaved
 from levelhead.engine.binding import bind_axis
 from levelhead.kernels.jit import compiled
-from measure import Case, Table, Timing, interleaved, options, show
+from measure import options, show
 from native import NATIVE, STRICT, KalmanParams, build, doubles
 
 COLUMNS = {"case": "case", "ns": "ns/sample", "ratio": "ratio", "to": "to", "target": "target"}
-LIVE = 20_000  # calls of update in one repeat
 TUTORIAL = 5_000
 
 
@@ -132,112 +132,12 @@ def axis_tables(samples: int, repeats: int) -> Iterator[Table]:
     )
 
 
-def batch_table(samples: int, repeats: int) -> Table:
-    """All filters over one recording, against vqf without magnetometer."""
-    import vqf
-
-    t, gyr, acc = imu(samples)
-    recording = lh.Recording(t, gyr, acc)
-    cases = [Case("vqf.VQF.updateBatch, 6-D", lambda: vqf.VQF(DT).updateBatch(gyr, acc), samples)]
-    for name in (flt.name for flt in filters.ALL):
-        cases.append(Case(f"fuse, {name}", lambda name=name: lh.fuse(recording, name, engine="compiled"), samples))
-    yardstick, *ours = interleaved(cases, repeats)
-    return Table(
-        f"IMU without magnetometer in a batch, {samples:,} samples",
-        COLUMNS,
-        [row(yardstick), *(row(mine, yardstick) for mine in ours)],
-        "The public calls, with allocation of their outputs; vqf does more per sample (rest detection, low-passes).",
-    )
-
-
-def live_cases() -> list[Case]:
-    """One update from Python per sample."""
-    import imufusion
-    import vqf
-
-    t, gyr, acc = imu(LIVE)
-    rows = list(zip(list(gyr), list(acc), strict=True))
-    tuples = list(zip(map(tuple, gyr.tolist()), map(tuple, acc.tolist()), strict=True))
-    _, level, rate = axis(LIVE)
-    pairs = list(zip(level.tolist(), rate.tolist(), strict=True))
-    degrees, in_g = np.degrees(gyr), acc / GRAVITY
-    sliced = list(zip(list(degrees), list(in_g), strict=True))
-
-    def fusion() -> None:
-        ahrs = imufusion.Ahrs()
-        ahrs.set_sample_period(DT)
-        for g, a in sliced:
-            ahrs.update_no_magnetometer(g, a)
-            ahrs.get_quaternion()
-
-    def fusion_indexed() -> None:
-        ahrs = imufusion.Ahrs()
-        ahrs.set_sample_period(DT)
-        for i in range(len(t)):
-            ahrs.update_no_magnetometer(degrees[i], in_g[i])
-            ahrs.get_quaternion()
-
-    def versatile() -> None:
-        one = vqf.VQF(DT)
-        for g, a in rows:
-            one.update(g, a)
-            one.getQuat6D()
-
-    def stream(params: Any, samples: list[Any]) -> Callable[[], None]:
-        live = lh.Stream(params)
-
-        def work() -> None:
-            for g, a in samples:
-                live.update(g, a, dt=DT)
-
-        return work
-
-    def axis_stream(params: Any) -> Callable[[], None]:
-        live = lh.AxisStream(params)
-
-        def work() -> None:
-            for angle, speed in pairs:
-                live.update(angle, speed, DT)
-
-        return work
-
-    return [
-        Case("imufusion, rows sliced before", fusion, LIVE),
-        Case("imufusion, gyr[i] in the loop", fusion_indexed, LIVE),
-        Case("vqf.VQF.update + getQuat6D, rows sliced before", versatile, LIVE),
-        Case("AxisStream(Kalman)", axis_stream(lh.Kalman()), LIVE),
-        Case("AxisStream(Complementary)", axis_stream(lh.Complementary()), LIVE),
-        Case("Stream(Complementary), tuples", stream(lh.Complementary(), tuples), LIVE),
-        Case("Stream(Kalman), tuples", stream(lh.Kalman(), tuples), LIVE),
-        Case("Stream(RollPitchKalman), tuples", stream(lh.RollPitchKalman(), tuples), LIVE),
-        Case("Stream(Kalman), NumPy rows", stream(lh.Kalman(), rows), LIVE),
-    ]
-
-
-def live_table(repeats: int) -> Table:
-    """One update from Python per sample, against imufusion and vqf."""
-    fusion, indexed, versatile, *ours = interleaved(live_cases(), repeats)
-    rows = [row(fusion), row(indexed, fusion), row(versatile, fusion)]
-    rows += [row(mine, fusion, "ratio < 0.6") | {"vqf": mine.over(versatile)} for mine in ours]
-    return Table(
-        "Live: one update per sample, called from Python",
-        COLUMNS | {"vqf": "ratio to vqf"},
-        rows,
-        "imufusion: update_no_magnetometer and get_quaternion. The loop itself is in every case.",
-    )
-
-
 def main() -> None:
     """Run all of it."""
     parser = options(__doc__)
     parser.add_argument("--samples", type=int, default=1_000_000, help="samples of the batches (default 1,000,000)")
     given = parser.parse_args()
-    tables = [
-        *axis_tables(given.samples, given.repeats),
-        batch_table(given.samples, given.repeats),
-        live_table(given.repeats),
-    ]
-    show(tables, given.json)
+    show(list(axis_tables(given.samples, given.repeats)), given.json)
 
 
 if __name__ == "__main__":

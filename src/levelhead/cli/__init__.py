@@ -37,6 +37,7 @@ VERBS = {
     "compare": "Filters side by side on a recording: a table and the four-panel picture.",
     "sweep": "One parameter over its range: where is the best value, and how flat is it there?",
     "simulate": "Write a simulated recording with known truth.",
+    "bench": "Levelhead beside its peers: errors on real recordings, and time.",
 }
 for verb, words in VERBS.items():
     app.command(f"levelhead.cli.{verb}:{verb}", name=verb, help=words, sort_key=list(VERBS).index(verb))

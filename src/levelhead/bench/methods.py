@@ -1,0 +1,79 @@
+"""What takes part in a comparison: levelhead's filters, what it takes by default, and the contenders."""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+from levelhead import filters
+from levelhead.bench import contenders
+from levelhead.engine import fuse
+from levelhead.errors import LevelheadError, nearest
+from levelhead.recording import Array, Recording
+
+BEST = "best"
+OURS = "levelhead"
+
+
+class Method(NamedTuple):
+    """A way from a recording to an orientation.
+
+    Attributes:
+        name: as it stands in a table.
+        params: of one of levelhead's filters; None for its default and for contenders.
+    """
+
+    name: str
+    params: Any = None
+
+    @property
+    def package(self) -> str:
+        """Whose it is: "levelhead", or the contender's package."""
+        return contenders.BY_NAME[self.name].package if self.name in contenders.BY_NAME else OURS
+
+    def orientation(self, recording: Recording) -> Array:
+        """(n, 4) quaternions wxyz, sensor to earth."""
+        if self.name in contenders.BY_NAME:
+            return contenders.BY_NAME[self.name].run(recording)
+        return fuse(recording, self.params).quat
+
+
+def ours() -> list[Method]:
+    """The default and all of levelhead's filters."""
+    return [Method(BEST), *(Method(flt.name, flt.params()) for flt in filters.ALL)]
+
+
+def every() -> tuple[list[Method], list[str]]:
+    """All that can run here, and a sentence for each package that is not installed."""
+    there = [Method(one.name) for one in contenders.ALL if one.installed]
+    absent = dict.fromkeys(one.package for one in contenders.ALL if not one.installed)
+    return ours() + there, [f"{package} is not installed: {contenders.INSTALL}" for package in absent]
+
+
+def chosen(params: Any) -> Method:
+    """One of levelhead's filters with parameters."""
+    return Method(repr(params).removesuffix("()"), params)
+
+
+def find(name: str) -> Method:
+    """The method of that name: "best", a filter's, or a contender's such as vqf.VQF; case, - and _ do not count.
+
+    Raises:
+        LevelheadError: there is none, or its package is not installed.
+    """
+    known = {method.name: method for method in ours()} | {one.name: Method(one.name) for one in contenders.ALL}
+    method = {_plain(key): method for key, method in known.items()}.get(_plain(name))
+    if method is None:
+        raise LevelheadError(f"there is no filter or contender '{name}'; {nearest(name, known)}")
+    if method.name in contenders.BY_NAME and not contenders.BY_NAME[method.name].installed:
+        raise LevelheadError(
+            f"{method.name} cannot run, because {method.package} is not installed: {contenders.INSTALL}"
+        )
+    return method
+
+
+def _plain(name: str) -> str:
+    return name.lower().replace("-", "").replace("_", "")
+
+
+def distinct(methods: Sequence[Method]) -> list[Method]:
+    """The methods, each once."""
+    return list({method.name: method for method in methods}.values())

@@ -1,0 +1,200 @@
+"""Time of a sample: levelhead beside its peers, in a batch and live, as ratios."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from levelhead import filters
+from levelhead.bench import contenders, inputs
+from levelhead.bench.methods import BEST, OURS, Method, every
+from levelhead.bench.timing import Case, Progress, Table, Timing, interleaved, machine
+from levelhead.engine import AxisStream, Stream, fuse
+from levelhead.errors import LevelheadError
+from levelhead.recording import Recording
+from levelhead.units import STANDARD_GRAVITY
+
+FEWER = {"vqf": 1, "imufusion": 10, "ahrs": 1000}  # samples of a batch are divided by this: loops in Python take long
+LEAST = 200  # samples
+LIVE = 20_000  # updates in one repeat
+YARDSTICK = "vqf.VQF"
+LIVE_PEERS = ("imufusion.Ahrs", YARDSTICK)
+
+
+@dataclass(frozen=True)
+class Speed:
+    """Tables of times and ratios, the machine that they were taken on, and what could not take part."""
+
+    tables: tuple[Table, ...]
+    machine: dict[str, str]
+    remarks: tuple[str, ...] = ()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Ready for JSON."""
+        tables = [table.to_dict() for table in self.tables]
+        return {"machine": self.machine, "notes": list(self.remarks), "tables": tables}
+
+
+def speed(samples: int = 200_000, repeats: int = 9, progress: Progress | None = None) -> Speed:
+    """Time all of them, in turn, in this process, on its CPU time.
+
+    Args:
+        samples: of a batch; slow loops get fewer.
+        repeats: times that every case runs.
+        progress: called with the fraction done, 0 to 1.
+
+    Raises:
+        LevelheadError: too few samples or repeats.
+    """
+    for name, value, least in (("samples", samples, 1_000), ("repeats", repeats, 1)):
+        if value < least:
+            raise LevelheadError(f"{value} {name} are too few to time anything; expected at least {least:,}")
+    tables = []
+    for i, (make, mag) in enumerate((make, mag) for make in (batch, live) for mag in (False, True)):
+
+        def report(fraction: float, done: int = i) -> None:
+            if progress is not None:
+                progress((done + fraction) / 4)
+
+        tables.append(make(mag, samples, repeats, report))
+    return Speed(tuple(tables), machine(), tuple(every()[1]))
+
+
+def batch(mag: bool, samples: int, repeats: int, progress: Progress | None = None) -> Table:
+    """All methods over one recording by the call that users make, against VQF and, where there is one, our own twin."""
+    cases = []
+    for method in every()[0]:
+        few = samples if method.package == OURS else max(LEAST, samples // FEWER[method.package])
+        cases.append(Case(method.name, _whole(method, inputs.recording(few, mag=mag)), few))
+    timings = {one.name: one for one in interleaved(cases, repeats, progress)}
+    rows = [_batch_row(one, timings) for one in timings.values()]
+    return Table(
+        f"{_sensors(mag)}: a batch of {samples:,} samples",
+        {
+            "case": "method",
+            "ns": "ns/sample",
+            "vqf": f"time to {YARDSTICK}",
+            "slower": "times slower than levelhead's",
+            "twin": "which is",
+        },
+        rows,
+        "The public calls with their checks and allocations; loops in Python over fewer samples. vqf does more per "
+        "sample than most (rest detection, low-passes, rejection). Times slower: than our filter of that name, else "
+        f"than {BEST}.",
+    )
+
+
+def _whole(method: Method, recording: Recording) -> Callable[[], object]:
+    if method.package == OURS:
+        return lambda: fuse(recording, method.params, engine="compiled")
+    return lambda: contenders.BY_NAME[method.name].run(recording)
+
+
+def _batch_row(timing: Timing, timings: dict[str, Timing]) -> dict[str, Any]:
+    row: dict[str, Any] = {"case": timing.name, "ns": timing.least, "median_ns": timing.median}
+    row["vqf"] = timing.over(timings[YARDSTICK]) if YARDSTICK in timings else None
+    if timing.name in contenders.BY_NAME:
+        namesake = timing.name.partition(".")[2]
+        row["twin"] = namesake if namesake in timings else BEST
+        row["slower"] = timing.over(timings[row["twin"]])
+    return row
+
+
+def live(mag: bool, samples: int, repeats: int, progress: Progress | None = None) -> Table:
+    """One update per sample, called from Python, against imufusion and vqf."""
+    count = min(samples, LIVE)
+    timings = {one.name: one for one in interleaved(_live_cases(mag, count), repeats, progress)}
+    rows = []
+    for one in timings.values():
+        row: dict[str, Any] = {"case": one.name, "ns": one.least, "median_ns": one.median}
+        row |= {peer: one.over(timings[peer]) if peer in timings else None for peer in LIVE_PEERS}
+        rows.append(row)
+    return Table(
+        f"{_sensors(mag)}: live, {count:,} updates called from Python",
+        {"case": "method", "ns": "ns/update"} | {peer: f"time to {peer}" for peer in LIVE_PEERS},
+        rows,
+        "Each call updates and gives the orientation; the loop itself is in every case. Readings were sliced into rows "
+        "before: NumPy rows for the peers, which take nothing else. AxisStream: one angle and its rate.",
+    )
+
+
+def _live_cases(mag: bool, count: int) -> list[Case]:
+    recording = inputs.recording(count, mag=mag)
+    sensors = [recording.gyr, recording.acc] + ([] if recording.mag is None else [recording.mag])
+    rows = list(zip(*map(list, sensors), strict=True))
+    tuples = list(zip(*(map(tuple, values.tolist()) for values in sensors), strict=True))
+    peers = [_fusion(sensors), _versatile(rows)]
+    cases = [Case(name, work, count) for name, work in zip(LIVE_PEERS, peers, strict=True) if _there(name)]
+    if not mag:
+        for params in (flt.params() for flt in filters.ALL if flt.axis is not None):
+            cases.append(Case(f"AxisStream({type(params).__name__})", _axis(params, count), count))
+    choices = {BEST: filters.best()} | {flt.name: flt.params() for flt in filters.ALL}
+    for name, params in choices.items():
+        cases.append(Case(f"Stream({name}), tuples", _stream(params, tuples), count))
+        cases.append(Case(f"Stream({name}), NumPy rows", _stream(params, rows), count))
+    return cases
+
+
+def _there(name: str) -> bool:
+    return contenders.BY_NAME[name].installed
+
+
+def _sensors(mag: bool) -> str:
+    return "9-D, with magnetometer" if mag else "6-D, without magnetometer"
+
+
+def _fusion(sensors: Sequence[Any]) -> Callable[[], None]:
+    gyr, acc, *mag = sensors
+    rows = list(zip(np.degrees(gyr), acc / STANDARD_GRAVITY, *mag, strict=True))
+
+    def work() -> None:
+        import imufusion
+
+        one = imufusion.Ahrs()
+        one.set_sample_period(inputs.DT)
+        update = one.update if mag else one.update_no_magnetometer
+        for row in rows:
+            update(*row)
+            one.get_quaternion()
+
+    return work
+
+
+def _versatile(rows: Sequence[Any]) -> Callable[[], None]:
+    def work() -> None:
+        import vqf
+
+        one = vqf.VQF(inputs.DT)
+        orientation = one.getQuat6D if len(rows[0]) == 2 else one.getQuat9D
+        for row in rows:
+            one.update(*row)
+            orientation()
+
+    return work
+
+
+def _stream(params: Any, rows: Sequence[Any]) -> Callable[[], None]:
+    stream = Stream(params)
+
+    def without() -> None:
+        for gyr, acc in rows:
+            stream.update(gyr, acc, dt=inputs.DT)
+
+    def with_mag() -> None:
+        for gyr, acc, mag in rows:
+            stream.update(gyr, acc, mag, dt=inputs.DT)
+
+    return without if len(rows[0]) == 2 else with_mag
+
+
+def _axis(params: Any, count: int) -> Callable[[], None]:
+    stream = AxisStream(params)
+    t = np.arange(count) * inputs.DT
+    pairs = list(zip((30.0 * np.sin(t)).tolist(), (30.0 * np.cos(t)).tolist(), strict=True))
+
+    def work() -> None:
+        for level, rate in pairs:
+            stream.update(level, rate, inputs.DT)
+
+    return work

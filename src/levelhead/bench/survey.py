@@ -1,0 +1,121 @@
+"""Which recordings there are in some folders, and what can be compared on each."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from levelhead.bench.groups import Group, group_of
+from levelhead.errors import LevelheadError
+from levelhead.evaluate.score import counted
+from levelhead.recording import Recording
+from levelhead.sources import read
+
+SUFFIXES = (".mat", ".csv", ".npz", ".h5", ".hdf5", ".parquet")
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A recording that can be compared.
+
+    Attributes:
+        path: its file.
+        group: data set and group.
+        samples: how many.
+        rate: samples a second, Hz.
+        duration: s.
+        north: whether heading is compared as it is: the reference knows north and there is a magnetometer. If not, each
+            method's best constant heading offset is removed first.
+        missing: why contenders that know no missing reading are not run on it; "" if nothing is missing.
+    """
+
+    path: Path
+    group: Group
+    samples: int
+    rate: float
+    duration: float
+    north: bool
+    missing: str
+
+    @property
+    def name(self) -> str:
+        """What to call it."""
+        return self.path.stem
+
+    def to_dict(self) -> dict[str, Any]:
+        """Ready for JSON; without the folder, which is the machine's own."""
+        facts = asdict(self) | {"dataset": self.group.dataset, "group": self.group.name}
+        return {"recording": self.name} | {key: facts[key] for key in facts if key != "path"}
+
+
+def logs(places: Iterable[Path]) -> list[Path]:
+    """The recordings' files in the folders, by name; files given as such.
+
+    Raises:
+        LevelheadError: a place that is not there, or a folder without recordings.
+    """
+    found: list[Path] = []
+    for place in places:
+        if not place.exists():
+            raise LevelheadError(f"there is no folder {place}; expected one with recordings ({', '.join(SUFFIXES)})")
+        inside = [place]
+        if place.is_dir():
+            inside = sorted(path for path in place.iterdir() if path.suffix.lower() in SUFFIXES and path.is_file())
+        if not inside:
+            raise LevelheadError(f"{place} holds no recordings; expected files that end in {', '.join(SUFFIXES)}")
+        found += inside
+    if not found:
+        raise LevelheadError("there is no folder to look into; expected one or more with recordings")
+    return list(dict.fromkeys(found))
+
+
+def load(path: Path, with_mag: bool) -> Recording:
+    """The recording, without its magnetometer if that is not wanted."""
+    recording = read(path)
+    if with_mag or recording.mag is None:
+        return recording
+    return Recording(recording.t, recording.gyr, recording.acc, None, recording.truth, recording.meta)
+
+
+def survey(places: Sequence[Path], with_mag: bool) -> tuple[list[Entry], list[str]]:
+    """What can be compared, by group, and a sentence for each file that cannot be.
+
+    Raises:
+        LevelheadError: nothing is left; with the first of these sentences.
+    """
+    entries, left_out = [], []
+    for path in logs(places):
+        try:
+            entries.append(_entry(path, load(path, with_mag)))
+        except LevelheadError as error:
+            words = str(error).replace(str(path), path.name)  # folders are the machine's own and not the result's
+            left_out.append(words if path.name in words else f"{path.name}: {words}")
+    if not entries:
+        raise LevelheadError(f"no recording can be compared: {left_out[0]}")
+    return sorted(entries, key=lambda entry: (entry.group.place, entry.name)), left_out
+
+
+def _entry(path: Path, recording: Recording) -> Entry:
+    if recording.truth is None:
+        raise LevelheadError("it holds no true orientation; expected a reference to compare with")
+    counted(recording.truth)
+    return Entry(
+        path=path,
+        group=group_of(path),
+        samples=len(recording),
+        rate=recording.rate,
+        duration=recording.duration,
+        north=recording.truth.north and recording.mag is not None,
+        missing=_missing(recording),
+    )
+
+
+def _missing(recording: Recording) -> str:
+    incomplete = int((~recording.valid).sum())
+    if recording.mag is not None:
+        blind = int(np.isnan(recording.mag).any(axis=1).sum())
+        if blind:
+            return f"{blind:,} magnetometer readings are missing"
+    return f"{incomplete:,} readings are missing" if incomplete else ""

@@ -1,0 +1,97 @@
+"""``levelhead bench accuracy | speed``: levelhead beside its peers."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import App, Parameter
+
+from levelhead.cli.options import filter_names, folder, listed_filter, say, say_json
+from levelhead.errors import LevelheadError
+
+bench = App(
+    name="bench", help="Levelhead beside its peers: errors on real recordings, and time.", help_format="markdown"
+)
+
+
+@bench.command
+def accuracy(
+    *places: Annotated[Path, Parameter(name="DIR", negative="")],
+    filter: Annotated[
+        tuple[str, ...],
+        Parameter(
+            name=["--filter", "-f"],
+            negative="",
+            metavar="NAME[:K=V,…]",
+            completer=filter_names,
+            help="A filter, `best`, or a contender such as `vqf.VQF`; may be given several times. All of them if none "
+            "is named.",
+        ),
+    ] = (),
+    mag: Annotated[bool, Parameter(negative="--no-mag", show_default=False)] = True,
+    per_recording: Annotated[bool, Parameter(negative="")] = False,
+    jobs: int | None = None,
+    out: Annotated[Path | None, Parameter(name=["--out", "-o"], metavar="DIR")] = None,
+    json: Annotated[bool, Parameter(negative="")] = False,
+) -> None:
+    """Errors of all filters and of vqf, imufusion and ahrs on recordings with a reference, by group.
+
+    Args:
+        places: folders with recordings: BROAD's .mat, RepoIMU's .csv, or others with a reference.
+        mag: leave the magnetometers out: inclination, and how far heading drifts in 60 s.
+        per_recording: print every recording as well.
+        jobs: processes; as many as there are cores if nothing is said.
+        out: folder for accuracy.png, .csv, .json and .md; without it nothing is written.
+        json: print all figures as JSON.
+    """
+    from levelhead.bench import accuracy as run
+    from levelhead.bench.methods import distinct, every
+    from levelhead.bench.parallel import cores
+    from levelhead.publish.figures import print_accuracy
+    from levelhead.publish.progress import progress
+
+    if jobs is not None and jobs < 1:
+        raise LevelheadError(f"{jobs} processes can do nothing; --jobs must be at least 1")
+    if out is not None and out.exists():
+        folder(out)  # what cannot be a folder is said before the work, not after it
+    methods, absent = (distinct([_method(word) for word in filter]), []) if filter else every()
+    with progress("comparing") as report:
+        result = run(places, methods, with_mag=mag, jobs=jobs or cores(), remarks=absent, progress=report)
+    written = []
+    if out is not None:
+        from levelhead.publish.accuracy_files import write_accuracy
+
+        written = write_accuracy(result, folder(out))
+    if json:
+        say_json(result.to_dict() | {"written": [str(path) for path in written]})
+        return
+    print_accuracy(result, per_recording)
+    if written:
+        say("written: " + ", ".join(str(path) for path in written))
+
+
+@bench.command
+def speed(*, samples: int = 200_000, repeats: int = 9, json: Annotated[bool, Parameter(negative="")] = False) -> None:
+    """Time of a sample as ratios: all filters against vqf, imufusion and ahrs, in a batch and live.
+
+    Args:
+        samples: of a batch; slow loops get fewer.
+        repeats: times that every case runs, in turn.
+        json: print the figures as JSON.
+    """
+    from levelhead.bench import speed as run
+    from levelhead.publish.figures import print_figures
+    from levelhead.publish.progress import progress
+
+    with progress("timing") as report:
+        result = run(samples, repeats, report)
+    if json:
+        say_json(result.to_dict())
+        return
+    print_figures(result.tables, result.machine, result.remarks)
+
+
+def _method(word: str) -> Any:
+    """A method from ``NAME`` or, for a filter of ours, ``NAME:k=v,k=v``."""
+    from levelhead.bench.methods import chosen, find
+
+    return chosen(listed_filter(word)) if ":" in word else find(word)

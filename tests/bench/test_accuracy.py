@@ -1,0 +1,203 @@
+"""The table of errors: right figures, groups as BROAD has them, and failures that are shown and not hidden."""
+
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from levelhead import LevelheadError, evaluate, filters
+from levelhead.bench import Method, accuracy, contenders, methods
+from levelhead.bench.figures import drift, measure
+from levelhead.bench.groups import Group, group_of
+from levelhead.bench.parallel import spread
+from levelhead.bench.survey import logs
+from levelhead.engine import fuse
+from levelhead.evaluate.errors import split, turn_heading
+from levelhead.publish.figures import markdown
+from levelhead.recording import Recording, Truth
+from levelhead.sources import npz, read
+
+from .conftest import headed
+
+OURS = [Method("best"), Method("AccelTilt", filters.find("AccelTilt").params())]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Two recordings of BROAD's by name, and one whose reference knows no north."""
+    made = tmp_path_factory.mktemp("recordings")
+    npz.write(headed(30.0, 1, 12.0), made / "01_undisturbed_slow_rotation_A.npz")
+    npz.write(headed(130.0, 2, 12.0), made / "24_disturbed_tapping_A.npz")
+    tstick = headed(230.0, 3, 12.0)
+    truth = Truth(turn_heading(tstick.truth.quat, 1.0), north=False)
+    npz.write(Recording(tstick.t, tstick.gyr, tstick.acc, tstick.mag, truth), made / "TStick_Test02.npz")
+    return made
+
+
+def with_contender(monkeypatch, name, run):
+    monkeypatch.setitem(contenders.BY_NAME, name, contenders.Contender(name, run))
+    return [*OURS, Method(name)]
+
+
+@pytest.mark.parametrize(
+    "name, group",
+    [
+        ("03_undisturbed_slow_rotation_C", Group("BROAD", "rotation slow")),
+        ("21_undisturbed_fast_combined", Group("BROAD", "combined fast")),
+        ("18_undisturbed_fast_translation_with_breaks_B", Group("BROAD", "translation fast")),
+        ("26_disturbed_phone_vibration_A", Group("BROAD", "vibration")),
+        ("28_disturbed_stationary_magnet_A", Group("BROAD", "magnet nearby")),
+        ("32_disturbed_attached_magnet_1cm", Group("BROAD", "magnet attached")),
+        ("37_disturbed_office_A", Group("BROAD", "office")),
+        ("39_disturbed_mixed", Group("BROAD", "mixed")),
+        ("TStick_Test05_Trial1", Group("RepoIMU", "RepoIMU TStick")),
+        ("flight", Group("here", "here")),
+    ],
+)
+def test_groups_by_name(name, group):
+    assert group_of(Path("here") / f"{name}.mat") == group
+
+
+def test_groups_by_trials_json(tmp_path):
+    trials = {"trials": {"x": {"groups": ["all_trials", "undisturbed", "translation", "slow", "no_breaks"]}}}
+    (tmp_path / "trials.json").write_text(json.dumps(trials))
+    assert group_of(tmp_path / "x.mat") == Group("BROAD", "translation slow")
+    (tmp_path / "trials.json").write_text('{"trials": [1]}')
+    with pytest.raises(LevelheadError, match=r"trials\.json is not BROAD's list"):
+        group_of(tmp_path / "x.mat")
+
+
+def test_names_and_trials_json_agree_on_all_of_broad(data_dir):
+    broad = data_dir / "broad"
+    for name in json.loads((broad / "trials.json").read_text())["trials"]:
+        assert group_of(broad / f"{name}.mat") == group_of(Path(f"{name}.mat")), name
+
+
+def test_figures_are_those_of_evaluate(folder):
+    result = accuracy([folder], OURS)
+    assert [entry.name for entry in result.entries][-1] == "TStick_Test02"
+    for (i, j), outcome in result.outcomes.items():
+        recording = read(result.entries[i].path)
+        score = evaluate.evaluate(recording, fuse(recording, OURS[j].params))
+        if j == 0 or i == 2:  # AccelTilt gives no heading: evaluate would remove an offset, here all are treated alike
+            assert outcome.figures[:3] == pytest.approx((score.total, score.heading, score.tilt))
+        assert outcome.figures.aligned <= outcome.figures.total + 1e-9
+    totals = [result.outcomes[i, 0].figures.total for i in range(2)]
+    assert result.table[0]["all: total"] == pytest.approx(np.mean(totals))  # TStick knows no north, so it is not in
+    assert result.table[0]["all: worst total"] == max(totals)
+    assert "over all 2 of BROAD" in result.notes[0]
+
+
+def test_without_magnetometers_all_recordings_count_and_heading_is_relative(folder):
+    result = accuracy([folder], OURS, with_mag=False)
+    assert result.main == [0, 1, 2] and result.figure == "tilt"
+    for outcome in result.outcomes.values():
+        assert outcome.figures.total == outcome.figures.aligned
+
+
+def test_several_processes_find_the_same(folder):
+    alone, together = (accuracy([folder], OURS, jobs=jobs) for jobs in (1, 2))
+    assert alone.long == together.long
+
+
+def test_a_process_that_dies_is_one_sentence():
+    with pytest.raises(LevelheadError, match="a process that ran a method died; --jobs 1 shows which"):
+        list(spread(os._exit, [3, 3], 2))
+
+
+def test_a_crash_is_shown_and_stops_nothing(folder, monkeypatch):
+    def crash(recording):
+        raise RuntimeError("no convergence\nat all")
+
+    result = accuracy([folder], with_contender(monkeypatch, "vqf.Crash", crash))
+    assert result.cell(2, result.columns[1]) == "–" and result.table[2]["all: total"] is None
+    assert any("vqf.Crash failed: RuntimeError (no convergence) on 01_" in note for note in result.notes)
+    assert result.table[0]["all: total"] < 10.0
+    json.dumps(result.to_dict(), allow_nan=False)
+
+
+def test_nan_is_shown_as_nan_and_a_mean_without_it_carries_a_star(folder, monkeypatch):
+    def lost(recording):
+        quat = fuse(recording, "Kalman").quat.copy()
+        quat[200:] = np.nan if len(recording) and recording.meta["source"].count("tapping") else quat[200:]
+        return quat
+
+    result = accuracy([folder], with_contender(monkeypatch, "vqf.Lost", lost))
+    cells = {column.key: result.cell(2, column) for column in result.columns}
+    assert cells["tapping"] == "NaN" and not cells["rotation slow"].endswith("*")
+    assert cells["all: total"].endswith("*")
+    assert any("NaN at 1,000 samples, the first at 2 s, on 24_disturbed_tapping_A" in note for note in result.notes)
+
+
+@pytest.mark.parametrize("wrong", [np.ones((5, 4)), np.ones((1200, 4))])
+def test_what_is_no_orientation_is_a_failure(folder, monkeypatch, wrong):
+    result = accuracy([folder], with_contender(monkeypatch, "vqf.Wrong", lambda recording: wrong))
+    assert any("vqf.Wrong failed: gave" in note for note in result.notes)
+
+
+def test_missing_readings_leave_contenders_out_and_say_so(tmp_path, monkeypatch):
+    whole = headed(10.0, 1, 10.0)
+    gyr = whole.gyr.copy()
+    gyr[300:310] = np.nan
+    npz.write(Recording(whole.t, gyr, whole.acc, whole.mag, whole.truth), tmp_path / "holes.npz")
+    result = accuracy([tmp_path], with_contender(monkeypatch, "vqf.VQF", lambda recording: pytest.fail("was run")))
+    assert result.outcomes[0, 0].figures.tilt < 5.0
+    assert any(
+        "vqf.VQF left out, knowing no missing reading (10 readings are missing), on holes" in n for n in result.notes
+    )
+
+
+def test_a_package_that_is_not_there_is_one_line(monkeypatch):
+    monkeypatch.setattr(contenders, "find_spec", lambda name: None if name == "ahrs" else object())
+    there, absent = methods.every()
+    assert absent == ["ahrs is not installed: pip install 'levelhead[bench]'"]
+    assert not [method for method in there if method.package == "ahrs"]
+    with pytest.raises(LevelheadError, match=r"ahrs\.EKF cannot run, because ahrs is not installed: pip install"):
+        methods.find("ahrs.EKF")
+
+
+def test_drift_is_what_heading_does_in_a_minute():
+    t = np.arange(0.0, 200.0, 0.1)
+    turning = np.radians(0.1 * t + 175.0)  # 6° a minute, over the ±180° line
+    quat = np.stack([np.cos(turning / 2), 0 * t, 0 * t, np.sin(turning / 2)], axis=1)
+    assert drift(t, split(quat), t > 5.0) == pytest.approx(6.0, abs=1e-6)
+    assert drift(t[:500], split(quat[:500]), t[:500] > 5.0) is None
+
+
+def test_a_constant_heading_offset_is_in_total_and_not_in_aligned():
+    recording = headed(0.0, 1, 10.0)
+    found = measure(recording, turn_heading(recording.truth.quat, np.radians(7.0)), absolute=True)
+    assert found[:4] == pytest.approx((7.0, 7.0, 0.0, 0.0), abs=1e-5)
+    assert measure(recording, turn_heading(recording.truth.quat, 1.0), absolute=False).total == pytest.approx(
+        0.0, abs=1e-5
+    )
+
+
+def test_markdown_has_a_cell_for_every_column(folder):
+    result = accuracy([folder], OURS)
+    lines = [line for line in markdown(result).splitlines() if line.startswith("|")]
+    assert len(lines) == 4 and len({line.count("|") for line in lines}) == 1
+
+
+def test_vqf_on_broad_is_what_is_known_of_it(data_dir):
+    if not contenders.BY_NAME["vqf.VQF"].installed:
+        pytest.skip("vqf is not installed")
+    names = ("vqf.VQF", "vqf.offlineVQF")
+    result = accuracy([data_dir / "broad"], [Method(name) for name in names])
+    one, offline = result.table
+    assert one["all: total"] == pytest.approx(2.37, abs=0.01)
+    assert one["all: tilt"] == pytest.approx(0.75, abs=0.01)
+    assert one["all: aligned"] == pytest.approx(1.97, abs=0.01)
+    assert offline["all: tilt"] == pytest.approx(0.56, abs=0.01)
+    assert offline["all: aligned"] == pytest.approx(1.20, abs=0.01)
+
+
+def test_places_that_hold_nothing(tmp_path):
+    with pytest.raises(LevelheadError, match="there is no folder"):
+        logs([tmp_path / "nowhere"])
+    with pytest.raises(LevelheadError, match="holds no recordings"):
+        logs([tmp_path])
+    with pytest.raises(LevelheadError, match="no folder to look into"):
+        logs([])
