@@ -1,0 +1,223 @@
+"""Many parameter sets over one recording, in lanes: the compiled driver with its inner loop over the sets.
+
+One run waits for its own last sample all the time: every operation needs the one before. Runs with other parameters do
+not depend on it, so ``LANES`` of them go side by side, sample by sample, and the compiler makes SIMD of the loop over
+the lanes. The kernels are those of the batch driver, in the same order, so every lane has the bits of its single run.
+
+That needs kernels without calls of a C library (``kernels.trig`` has none) and without conversions between whole
+numbers and floats: with them the loop stays one lane after the other, slower but with the same bits.
+"""
+
+import functools
+from collections.abc import Callable, Iterator, Sequence
+from itertools import chain
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from levelhead.engine import lane_memory
+from levelhead.engine.batch import NO_MAG
+from levelhead.engine.binding import bind
+from levelhead.engine.driver import unbound
+from levelhead.engine.lane_memory import LANES, Rows
+from levelhead.engine.threads import in_order
+from levelhead.filters.contract import Filter
+from levelhead.kernels.jit import bound, compiled, kernel
+from levelhead.kernels.quat import Quat
+from levelhead.kernels.vec3 import ZERO, Vec3
+from levelhead.recording import Array, Recording
+from levelhead.track import Track
+
+STRETCH = 1024  # samples whose whole output is kept in lanes before it goes into tracks
+HAS_MAG = True  # bound to what the recording has: without a magnetometer its part of the filter is not compiled
+SAID = 0  # bound to the words of one sample in a tile
+begin = advance = result = after = see = unbound
+load = load_waiting = load_going = load_params = store = store_said = load_seen = store_seen = unbound
+
+
+@kernel
+def run_lanes(at: int, fresh: bool, last: float, t: Any, gyr: Any, acc: Any, mag: Any, more: Any) -> None:
+    """A stretch of samples, as ``driver.run``, through all lanes of the block at an address.
+
+    ``fresh``: begin before the first sample; otherwise go on where the stretch before ended. When a filter starts
+    depends on the recording alone, so the lanes start together; until then only the start is run, after it only the
+    step. ``after`` does something with each sample's result.
+    """
+    if fresh:
+        for lane in range(LANES):
+            store(at, lane, begin(load_params(at, lane)))
+    field = ZERO
+    for i in range(len(t)):
+        j = 3 * i
+        rate = Vec3(gyr[j], gyr[j + 1], gyr[j + 2])
+        force = Vec3(acc[j], acc[j + 1], acc[j + 2])
+        if HAS_MAG:
+            field = Vec3(mag[j], mag[j + 1], mag[j + 2])
+        dt = t[i] - last
+        last = t[i]
+        if load(at, 0).started:
+            for lane in range(LANES):
+                store(at, lane, advance(load_params(at, lane), load_going(at, lane), rate, force, field, dt))
+        else:
+            for lane in range(LANES):
+                store(at, lane, advance(load_params(at, lane), load_waiting(at, lane), rate, force, field, dt))
+        after(at, i, more)
+
+
+@kernel
+def tell(at: int, i: int, tile: int) -> None:
+    """Keep the output of each lane: the sample's rows of a tile of ``STRETCH`` samples at the address ``tile``."""
+    for lane in range(LANES):
+        store_said(tile, lane + i * SAID, result(load_params(at, lane), load(at, lane)))
+
+
+@kernel
+def judge(at: int, i: int, truth: Any) -> None:
+    """Let each lane see its orientation beside the truth (4n, flat) where there is one."""
+    j = 4 * i
+    if truth[j] == truth[j]:
+        real = Quat(truth[j], truth[j + 1], truth[j + 2], truth[j + 3])
+        for lane in range(LANES):
+            said = result(load_params(at, lane), load(at, lane))
+            store_seen(at, lane, see(load_seen(at, lane), said.quat, real))
+
+
+class Observer(NamedTuple):
+    """What is gathered from each run beside the truth, sample by sample."""
+
+    name: str
+    see: Callable[..., Any]  # kernel (seen, quat, truth) -> seen
+    start: Any  # an example of ``seen``: a NamedTuple of floats
+
+
+class Machine(NamedTuple):
+    """The compiled lanes of one filter, and where in a block of memory its values lie."""
+
+    run: Any
+    params: Rows
+    found: Rows  # what the observer has seen, in the block; without one the output, in a tile
+    rows: int
+
+
+@functools.cache
+def machine(flt: Filter, has_mag: bool, observer: Observer | None) -> Machine:
+    """The lanes of a filter that tell their output (no observer) or let the observer see it."""
+    driver, params = bind(flt), flt.params()
+    carry = driver.begin(params)
+    whole = lane_memory.rows(carry, 0)
+    waiting = lane_memory.rows(carry, 0, {"started": False})
+    going = lane_memory.rows(carry, 0, {"started": True})
+    sets = lane_memory.rows(params, whole.end)
+    own = {
+        "load": whole.load, "store": whole.store, "load_waiting": waiting.load, "load_going": going.load,
+        "load_params": sets.load, "begin": driver.begin, "advance": driver.advance, "result": driver.result,
+        "HAS_MAG": has_mag,
+    }  # fmt: skip
+    if observer is None:
+        said = lane_memory.rows(driver.result(params, carry), 0)
+        name = "_".join([flt.name, "tell", whole.layout, sets.layout, said.layout])
+        after = bound(tell, name, store_said=said.store, SAID=said.end * LANES, **own)
+        return Machine(compiled(bound(run_lanes, name, after=after, **own)), sets, said, sets.end)
+    seen = lane_memory.rows(observer.start, sets.end)
+    name = "_".join([flt.name, observer.name, whole.layout, sets.layout, seen.layout])
+    after = bound(judge, name, see=observer.see, load_seen=seen.load, store_seen=seen.store, **own)
+    return Machine(compiled(bound(run_lanes, name, after=after, **own)), sets, seen, seen.end)
+
+
+class Block:
+    """Up to ``LANES`` parameter sets of one filter on their way through a recording."""
+
+    def __init__(self, made: Machine, recording: Recording, tries: Sequence[Any]) -> None:
+        self._made, self._count = made, len(tries)
+        self._table, self._at = lane_memory.allocate(made.rows)
+        mag = NO_MAG if recording.mag is None else recording.mag.reshape(-1)
+        self._rows = (recording.t, recording.gyr.reshape(-1), recording.acc.reshape(-1), mag)
+        lane_memory.put(self._table, made.params, np.array([lane_memory.flat(params) for params in tries], float))
+
+    def advance(self, start: int, stop: int, more: Any) -> None:
+        """Samples ``start`` to ``stop`` in all lanes; start 0 begins anew."""
+        t, *others = self._rows
+        part = [values[3 * start : 3 * stop] for values in others]
+        self._made.run(self._at, start == 0, float(t[max(start - 1, 0)]), t[start:stop], *part, more)
+
+    def see(self, truth: Array, seen: Array) -> Array:
+        """All samples; what the observer has seen (count, numbers) in the end, from ``seen`` on."""
+        lane_memory.put(self._table, self._made.found, seen)
+        self.advance(0, len(self._rows[0]), truth.reshape(-1))
+        return lane_memory.get(self._table, self._made.found, self._count)
+
+    def outputs(self) -> list[list[Array]]:
+        """All samples; of each lane quat (n, 4), bias (n, 3), sigma (n, 3) and health (n, 1)."""
+        n, floats = len(self._rows[0]), self._made.found.floats
+        tile, at = lane_memory.allocate(min(n, STRETCH) * len(floats))
+        said = tile.reshape(-1, len(floats), LANES)
+        found = [[np.empty((n, width)) for width in (4, 3, 3)] + [np.empty((n, 1), np.uint32)] for _ in range(self._count)]
+        for start in range(0, n, STRETCH):
+            stop = min(start + STRETCH, n)
+            self.advance(start, stop, at)
+            for lane, (quat, bias, sigma, health) in enumerate(found):
+                rows = said[: stop - start, :, lane]
+                quat[start:stop], bias[start:stop], sigma[start:stop] = rows[:, :4], rows[:, 4:7], rows[:, 7:10]
+                health[start:stop] = rows[:, 10:].copy().view(np.int64)
+        return found
+
+
+def _blocks(tries: Sequence[Any]) -> list[Sequence[Any]]:
+    return [tries[i : i + LANES] for i in range(0, len(tries), LANES)]
+
+
+def tracks(recording: Recording, flt: Filter, tries: Sequence[Any], workers: int | None = None) -> Iterator[Track]:
+    """The whole track of each parameter set, in their order."""
+    made = machine(flt, recording.mag is not None, None)
+    bias, sigma = "bias" in flt.estimates, "sigma" in flt.estimates
+
+    def work(block: Sequence[Any]) -> list[Track]:
+        found = Block(made, recording, block).outputs()
+        return [
+            Track(recording.t, q, b if bias else None, s if sigma else None, h.reshape(-1), params)
+            for params, (q, b, s, h) in zip(block, found, strict=True)
+        ]
+
+    return chain.from_iterable(in_order(work, _blocks(tries), workers))
+
+
+def observe(
+    recording: Recording,
+    flt: Filter,
+    tries: Sequence[Any],
+    observer: Observer,
+    truth: Array,
+    seen: Array,
+    *,
+    workers: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Array:
+    """What an observer has seen of the run of each parameter set, without keeping tracks.
+
+    Args:
+        recording: what the sensors said.
+        flt: the filter.
+        tries: k parameter sets of it.
+        observer: what to gather; compiled together with the filter, once.
+        truth: (n, 4) orientation to hold beside; samples that are NaN are not looked at.
+        seen: (k, numbers of ``observer.start``) where each run begins.
+        workers: threads; None: one for each core.
+        progress: called with the fraction done, 0 to 1.
+
+    Returns:
+        (k, numbers of ``observer.start``) where each run ends.
+    """
+    made = machine(flt, recording.mag is not None, observer)
+    truth = np.ascontiguousarray(truth)
+
+    def work(start: int) -> Array:
+        rows = slice(start, start + LANES)
+        return Block(made, recording, tries[rows]).see(truth, seen[rows])
+
+    starts = range(0, len(tries), LANES)
+    found = []
+    for part in in_order(work, starts, workers):
+        found.append(part)
+        if progress is not None:
+            progress(min(len(found) * LANES / len(tries), 1.0))
+    return np.concatenate(found)
