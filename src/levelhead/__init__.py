@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from levelhead.filters import GyroIntegration as GyroIntegration
     from levelhead.filters import Kalman as Kalman
     from levelhead.filters import RollPitchKalman as RollPitchKalman
+    from levelhead.filters import Triad as Triad
     from levelhead.recording import Recording as Recording
     from levelhead.recording import Truth as Truth
     from levelhead.sources import read as read
@@ -55,7 +56,7 @@ _HOMES = {
     "levelhead.errors": ("LevelheadError",),
     "levelhead.evaluate": ("compare",),
     "levelhead.filters": (
-        "AccelTilt", "BiasRateKalman", "Complementary", "GyroIntegration", "Kalman", "RollPitchKalman",
+        "AccelTilt", "BiasRateKalman", "Complementary", "GyroIntegration", "Kalman", "RollPitchKalman", "Triad",
     ),
     "levelhead.recording": ("Recording", "Truth"),
     "levelhead.sources": ("read",),

@@ -10,6 +10,7 @@ from levelhead.filters import (
     gyro_integration,
     kalman,
     roll_pitch_kalman,
+    triad,
 )
 from levelhead.filters.accel_tilt import AccelTilt
 from levelhead.filters.bias_rate_kalman import BiasRateKalman
@@ -18,10 +19,12 @@ from levelhead.filters.contract import Filter
 from levelhead.filters.gyro_integration import GyroIntegration
 from levelhead.filters.kalman import Kalman
 from levelhead.filters.roll_pitch_kalman import RollPitchKalman
+from levelhead.filters.triad import Triad
 
 ALL: tuple[Filter, ...] = (
     gyro_integration.FILTER,
     accel_tilt.FILTER,
+    triad.FILTER,
     complementary.FILTER,
     kalman.FILTER,
     roll_pitch_kalman.FILTER,
@@ -37,6 +40,7 @@ __all__ = [
     "GyroIntegration",
     "Kalman",
     "RollPitchKalman",
+    "Triad",
     "best",
     "find",
     "of",

@@ -4,9 +4,9 @@ from math import inf
 from typing import NamedTuple
 
 from levelhead.filters.contract import Filter, Output, Settling, parameters
-from levelhead.kernels import quat, tilt
+from levelhead.kernels import tilt, triad
 from levelhead.kernels.jit import kernel
-from levelhead.kernels.quat import Euler, Quat
+from levelhead.kernels.quat import Quat
 from levelhead.kernels.vec3 import ZERO, Vec3
 
 
@@ -24,7 +24,7 @@ class State(NamedTuple):
 @kernel
 def init(params: AccelTilt, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
     """Tilt of the first sample."""
-    return State(quat.from_euler(Euler(tilt.roll_of(acc), tilt.pitch_of(acc), 0.0)))
+    return State(triad.start(acc, ZERO))
 
 
 @kernel

@@ -14,7 +14,7 @@ from typing import Annotated, NamedTuple
 from levelhead.filters.contract import AxisFilter, Filter, Output, Param, Settling, parameters
 from levelhead.filters.health import NEAR_VERTICAL
 from levelhead.filters.kalman import DEG2, earth_sigma
-from levelhead.kernels import mat3, quat, tilt
+from levelhead.kernels import mat3, quat, tilt, triad
 from levelhead.kernels.angle import wrap
 from levelhead.kernels.jit import kernel
 from levelhead.kernels.mat3 import Mat3
@@ -168,7 +168,7 @@ def init(params: BiasRateKalman, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
     p_bias_rate = params.p_bias_rate * DEG2
     tilted = diagonal(params.p_angle * DEG2, p_bias, p_bias_rate)
     headed = diagonal(params.r_heading * DEG2 if tilt.present(mag) else 0.0, p_bias, p_bias_rate)
-    return State(quat.from_euler(tilt.compass(acc, mag)), ZERO, ZERO, tilted, tilted, headed, 0)
+    return State(triad.start(acc, mag), ZERO, ZERO, tilted, tilted, headed, 0)
 
 
 @kernel

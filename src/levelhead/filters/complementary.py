@@ -7,17 +7,27 @@ One axis, with α = τ/(τ + dt):
 
 which low-passes the measured angle and high-passes the integrated rate at the same corner 1/(2πτ). τ is what is
 stored: α alone would mean another filter at every sample rate.
+
+An IMU, with the weight w = dt/(min(τ, age) + dt) in place of 1 − α, on the sphere in place of the circle:
+
+    q ← q ⊗ exp(ω dt)                                                                                           (2)
+    q ← slerp(q, q levelled by the accelerometer, w) = exp(w φ n) q                                             (3)
+    q ← slerp(q, q pointed north by the field, w_heading)                                                       (4)
+
+with φ n the shortest turn that brings the measured specific force up (``kernels/slerp.py`` has it in full). The force
+is averaged in the earth frame, where accelerations that change their sign cancel, and no attitude is singular. ``age``
+counts from the start, or from a gap, so that both begin as a running mean.
 """
 
 from typing import Annotated, NamedTuple
 
-from levelhead.filters.contract import AxisFilter, Derived, Filter, Output, Param, Settling, parameters
-from levelhead.filters.health import NEAR_VERTICAL
-from levelhead.kernels import quat, tilt
+from levelhead.filters.contract import AxisFilter, Derived, Filter, Gains, Output, Param, Settling, parameters
+from levelhead.kernels import quat, slerp, triad
 from levelhead.kernels.angle import blend, wrap
+from levelhead.kernels.gain import older, share
 from levelhead.kernels.jit import kernel
 from levelhead.kernels.quat import Quat
-from levelhead.kernels.tilt import GRAVITY
+from levelhead.kernels.tilt import GRAVITY, present
 from levelhead.kernels.vec3 import ZERO, Vec3, norm
 
 LESSON_DT = 0.01  # s: the 100 Hz at which the α of tutorials is meant
@@ -45,7 +55,7 @@ ALPHA = Param(
 
 @parameters(alpha=Derived(ALPHA, "tau", tau_of_alpha, alpha_of_tau))
 class Complementary(NamedTuple):
-    """Complementary filter for roll, pitch and yaw, or for one axis.
+    """Complementary filter for an attitude (quaternion slerp), or for one axis.
 
     Set it by time constant, ``Complementary(tau=0.49)``, or by the tutorials' weight, ``Complementary(alpha=0.98)``,
     which means 100 Hz unless the interval is given too: ``Complementary(alpha=0.98, dt=0.005)``.
@@ -75,10 +85,10 @@ class Level(NamedTuple):
 
 
 class State(NamedTuple):
-    """The attitude, sensor to earth, and what was wrong."""
+    """The attitude, sensor to earth, and for how many seconds it has been followed."""
 
     quat: Quat
-    health: int
+    age: float
 
 
 @kernel
@@ -104,7 +114,7 @@ def level_read(state: Level) -> Level:
 def trust_time(params: Complementary, acc: Vec3) -> float:
     """The time constant for this sample: τ, or more the further |a| is from g.
 
-    α(100 Hz) = min(α₀ + slope·| |a| − g |, α_max), never below α₀                                              (2)
+    α(100 Hz) = min(α₀ + slope·| |a| − g |, α_max), never below α₀                                              (5)
     """
     if params.adaptive:
         alpha = params.tau / (params.tau + LESSON_DT)
@@ -116,34 +126,31 @@ def trust_time(params: Complementary, acc: Vec3) -> float:
 @kernel
 def init(params: Complementary, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
     """Tilt and heading of the first sample."""
-    return State(quat.from_euler(tilt.compass(acc, mag)), 0)
+    return State(triad.start(acc, mag), 0.0)
 
 
 @kernel
 def step(params: Complementary, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> State:
-    """Eq. 1 for roll and pitch against gravity, and for yaw against the tilt-compensated field if there is one."""
+    """Eq. 2, then eq. 3 against gravity and eq. 4 against the field, as far as they were measured."""
     attitude = quat.integrate(state.quat, gyr, dt)
-    health = 0
-    if tilt.present(acc):
-        up = quat.up(attitude)
-        weight = dt / (trust_time(params, acc) + dt)
-        pitch = weight * tilt.pitch_innovation(up, acc)
-        roll = 0.0
-        if tilt.steep(acc):
-            health = NEAR_VERTICAL
-        else:
-            roll = weight * tilt.roll_innovation(up, acc)
-        attitude = tilt.add_roll_pitch(attitude, tilt.pitch_axis(up), roll, pitch)
-    if tilt.present(mag) and health == 0:
-        weight = dt / (params.tau_heading + dt)
-        attitude = tilt.add_yaw(attitude, weight * tilt.heading_innovation(attitude, mag))
-    return State(attitude, health)
+    age = older(state.age, dt)
+    if present(acc):
+        attitude = slerp.level(attitude, acc, share(trust_time(params, acc), age, dt))
+    if present(mag):
+        attitude = slerp.north(attitude, mag, share(params.tau_heading, age, dt))
+    return State(attitude, age)
 
 
 @kernel
 def output(params: Complementary, state: State) -> Output:
-    """Attitude and health; this filter knows neither bias nor doubt."""
-    return Output(state.quat, ZERO, ZERO, state.health)
+    """Attitude; this filter knows neither bias nor doubt."""
+    return Output(state.quat, ZERO, ZERO, 0)
+
+
+@kernel
+def gains(params: Complementary, state: State, dt: float) -> Gains:
+    """The weights of eqs. 3 and 4 at the sample that led to this state; ``adaptive`` lowers the first below this."""
+    return Gains(share(params.tau, state.age, dt), 0.0, share(params.tau_heading, state.age, dt), 0.0)
 
 
 FILTER = Filter(
@@ -155,7 +162,10 @@ FILTER = Filter(
     estimates=frozenset({"tilt", "heading"}),
     uses=frozenset({"gyr", "acc", "mag"}),
     citation="W. T. Higgins, A Comparison of Complementary and Kalman Filtering, IEEE Transactions on Aerospace and "
-    "Electronic Systems AES-11(3), 1975",
+    "Electronic Systems AES-11(3), 1975; R. G. Valenti, I. Dryanovski, J. Xiao, Keeping a Good Attitude: A Quaternion-Based "
+    "Orientation Filter for IMUs and MARGs, Sensors 15(8), 2015; K. Shoemake, Animating Rotation with Quaternion "
+    "Curves, SIGGRAPH 1985",
     settles=Settling(3.0, 25.0),
+    gains=gains,
     axis=AxisFilter(level_init, level_step, level_read, Level),
 )

@@ -4,7 +4,7 @@ from math import inf
 from typing import NamedTuple
 
 from levelhead.filters.contract import Filter, Output, Settling, parameters
-from levelhead.kernels import quat, tilt
+from levelhead.kernels import quat, triad
 from levelhead.kernels.jit import kernel
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.vec3 import ZERO, Vec3
@@ -24,7 +24,7 @@ class State(NamedTuple):
 @kernel
 def init(params: GyroIntegration, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
     """Tilt and heading of the first sample."""
-    return State(quat.from_euler(tilt.compass(acc, mag)))
+    return State(triad.start(acc, mag))
 
 
 @kernel

@@ -19,7 +19,7 @@ from typing import Annotated, NamedTuple
 
 from levelhead.filters.contract import AxisFilter, Filter, Output, Param, Settling, parameters
 from levelhead.filters.health import NEAR_VERTICAL
-from levelhead.kernels import quat, tilt
+from levelhead.kernels import quat, tilt, triad
 from levelhead.kernels.angle import wrap
 from levelhead.kernels.jit import kernel
 from levelhead.kernels.quat import Quat
@@ -187,7 +187,7 @@ def init(params: Kalman, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
     tilted = Covariance(params.p_angle * DEG2, 0.0, params.p_bias * DEG2)
     p_heading = params.r_heading * DEG2 if tilt.present(mag) else 0.0
     headed = Covariance(p_heading, 0.0, params.p_bias * DEG2)
-    return State(quat.from_euler(tilt.compass(acc, mag)), ZERO, tilted, tilted, headed, 0)
+    return State(triad.start(acc, mag), ZERO, tilted, tilted, headed, 0)
 
 
 @kernel

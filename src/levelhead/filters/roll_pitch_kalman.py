@@ -29,7 +29,7 @@ from typing import Annotated, NamedTuple
 from levelhead.filters.contract import Filter, Output, Param, Settling, parameters
 from levelhead.filters.health import NEAR_VERTICAL
 from levelhead.filters.kalman import DEG2, earth_sigma
-from levelhead.kernels import mat2, quat, tilt
+from levelhead.kernels import mat2, quat, tilt, triad
 from levelhead.kernels.jit import kernel
 from levelhead.kernels.mat2 import Mat2, Vec2
 from levelhead.kernels.quat import Quat
@@ -89,7 +89,7 @@ def init(params: RollPitchKalman, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
     p_angle = params.p_angle * DEG2
     p_bias = params.p_bias * DEG2
     return State(
-        quat.from_euler(tilt.compass(acc, mag)),
+        triad.start(acc, mag),
         Vec2(0.0, 0.0),
         diagonal(p_angle, p_angle),
         diagonal(0.0, 0.0),

@@ -1,9 +1,11 @@
 """Unit quaternions wxyz that rotate sensor-frame vectors into the earth frame: v_earth = q v q*."""
 
-from math import atan2, cos, sin, sqrt
+from math import sqrt
 from typing import NamedTuple
 
 from levelhead.kernels.jit import kernel
+from levelhead.kernels.mat3 import Mat3
+from levelhead.kernels.trig import atan2, cos, sin, sincos
 from levelhead.kernels.vec3 import Vec3
 
 
@@ -48,40 +50,46 @@ def conjugate(q: Quat) -> Quat:
 @kernel
 def normalize(q: Quat) -> Quat:
     """q/|q|; a zero quaternion becomes the identity."""
-    n = sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z)
+    w, x, y, z = q
+    n = sqrt(w * w + x * x + y * y + z * z)
     if n > 0.0:
-        return Quat(q.w / n, q.x / n, q.y / n, q.z / n)
+        return Quat(w / n, x / n, y / n, z / n)
     return Quat(1.0, 0.0, 0.0, 0.0)
 
 
 @kernel
-def compose(p: Quat, q: Quat) -> Quat:
-    """The product p q of unit quaternions, unit again: scaled by (3 − |pq|²)/2.
+def unit(w: float, x: float, y: float, z: float) -> Quat:
+    """What rounding has moved off the unit sphere by some 1e-16, unit again: scaled by (3 − |q|²)/2.
 
-    That is the first step of Newton's method for 1/|pq|. Rounding has moved |pq| by some 1e-16; the error left behind
-    is the square of that, without a root or a division.
+    That is the first step of Newton's method for 1/|q|. The error left behind is the square of the one before, without
+    a root or a division.
     """
-    pw, px, py, pz = p  # unpacked, because plain Python takes long to look up a field
-    qw, qx, qy, qz = q
-    w = pw * qw - px * qx - py * qy - pz * qz
-    x = pw * qx + px * qw + py * qz - pz * qy
-    y = pw * qy - px * qz + py * qw + pz * qx
-    z = pw * qz + px * qy - py * qx + pz * qw
     s = 1.5 - 0.5 * (w * w + x * x + y * y + z * z)
     return Quat(w * s, x * s, y * s, z * s)
 
 
 @kernel
+def compose(p: Quat, q: Quat) -> Quat:
+    """The product p q of unit quaternions, ``unit`` again."""
+    pw, px, py, pz = p  # unpacked, because plain Python takes long to look up a field
+    qw, qx, qy, qz = q
+    return unit(
+        pw * qw - px * qx - py * qy - pz * qz,
+        pw * qx + px * qw + py * qz - pz * qy,
+        pw * qy - px * qz + py * qw + pz * qx,
+        pw * qz + px * qy - py * qx + pz * qw,
+    )
+
+
+@kernel
 def rotate(q: Quat, v: Vec3) -> Vec3:
     """q v q*: a sensor-frame vector seen in the earth frame."""
-    tx = 2.0 * (q.y * v.z - q.z * v.y)
-    ty = 2.0 * (q.z * v.x - q.x * v.z)
-    tz = 2.0 * (q.x * v.y - q.y * v.x)
-    return Vec3(
-        v.x + q.w * tx + q.y * tz - q.z * ty,
-        v.y + q.w * ty + q.z * tx - q.x * tz,
-        v.z + q.w * tz + q.x * ty - q.y * tx,
-    )
+    w, x, y, z = q
+    vx, vy, vz = v
+    tx = 2.0 * (y * vz - z * vy)
+    ty = 2.0 * (z * vx - x * vz)
+    tz = 2.0 * (x * vy - y * vx)
+    return Vec3(vx + w * tx + y * tz - z * ty, vy + w * ty + z * tx - x * tz, vz + w * tz + x * ty - y * tx)
 
 
 @kernel
@@ -89,10 +97,11 @@ def cos_half(square: float) -> float:
     """cos(angle/2) of square = (angle/2)².
 
     Below 0.2 rad, where nearly every sample lies, this and ``sinc_half`` are Taylor series, exact to the last bit or
-    two: faster, free of 0/0, and the same bits on any machine, whatever its libm.
+    two: faster, and free of 0/0.
     """
     if square < SMALL:
-        return 1.0 - square * (0.5 - square * (1.0 / 24.0 - square * (1.0 / 720.0 - square / 40320.0)))
+        fourth = square * square
+        return 1.0 - 0.5 * square + fourth * (1.0 / 24.0 - square * (1.0 / 720.0) + fourth * (1.0 / 40320.0))
     return cos(sqrt(square))
 
 
@@ -100,7 +109,9 @@ def cos_half(square: float) -> float:
 def sinc_half(square: float) -> float:
     """sin(angle/2)/angle of square = (angle/2)²."""
     if square < SMALL:
-        return 0.5 - square * (1.0 / 12.0 - square * (1.0 / 240.0 - square * (1.0 / 10080.0 - square / 725760.0)))
+        fourth = square * square
+        third = 1.0 / 240.0 - square * (1.0 / 10080.0) + fourth * (1.0 / 725760.0)
+        return 0.5 - square * (1.0 / 12.0) + fourth * third
     half = sqrt(square)
     return 0.5 * sin(half) / half
 
@@ -129,12 +140,9 @@ def log(q: Quat) -> Vec3:
 @kernel
 def from_euler(euler: Euler) -> Quat:
     """q = q_z(yaw) q_y(pitch) q_x(roll)."""
-    cr = cos(0.5 * euler.roll)
-    sr = sin(0.5 * euler.roll)
-    cp = cos(0.5 * euler.pitch)
-    sp = sin(0.5 * euler.pitch)
-    cy = cos(0.5 * euler.yaw)
-    sy = sin(0.5 * euler.yaw)
+    sr, cr = sincos(0.5 * euler.roll)
+    sp, cp = sincos(0.5 * euler.pitch)
+    sy, cy = sincos(0.5 * euler.yaw)
     return Quat(
         cy * cp * cr + sy * sp * sr,
         cy * cp * sr - sy * sp * cr,
@@ -156,6 +164,24 @@ def to_euler(q: Quat) -> Euler:
         atan2(-vertical.x, sqrt(ahead.x * ahead.x + ahead.y * ahead.y)),
         atan2(ahead.y, ahead.x),
     )
+
+
+@kernel
+def from_matrix(m: Mat3) -> Quat:
+    """The quaternion of a rotation matrix, by its largest component, which is positive.
+
+    S. W. Shepperd, Quaternion from Rotation Matrix, J. Guidance and Control 1(3), 1978: 4w² = 1 + trace, 4x² = 1 + 2 xx
+    − trace and so on; the largest of these is at least 1, so that dividing by its root loses nothing.
+    """
+    xx, xy, xz, yx, yy, yz, zx, zy, zz = m
+    trace = xx + yy + zz
+    if trace >= xx and trace >= yy and trace >= zz:
+        return normalize(Quat(1.0 + trace, zy - yz, xz - zx, yx - xy))
+    if xx >= yy and xx >= zz:
+        return normalize(Quat(zy - yz, 1.0 + 2.0 * xx - trace, xy + yx, xz + zx))
+    if yy >= zz:
+        return normalize(Quat(xz - zx, xy + yx, 1.0 + 2.0 * yy - trace, yz + zy))
+    return normalize(Quat(yx - xy, xz + zx, yz + zy, 1.0 + 2.0 * zz - trace))
 
 
 @kernel

@@ -5,11 +5,12 @@ and pitch θ (Titterton & Weston, Strapdown Inertial Navigation Technology, 2nd 
 equations below follow.
 """
 
-from math import atan2, cos, pi, sin, sqrt
+from math import pi, sqrt
 
 from levelhead.kernels import quat
 from levelhead.kernels.jit import kernel
 from levelhead.kernels.quat import Euler, Quat
+from levelhead.kernels.trig import atan2, sincos
 from levelhead.kernels.vec3 import Vec3
 
 GRAVITY = 9.80665  # m/s², standard gravity (CGPM 1901)
@@ -52,10 +53,8 @@ def heading_of(mag: Vec3, roll: float, pitch: float) -> float:
     The field, levelled by roll and pitch, has the horizontal part (h_x, h_y); the earth's horizontal field is
     (0, m), which a sensor at yaw ψ sees as m (sin ψ, cos ψ). Hence ψ = atan2(h_x, h_y).
     """
-    sr = sin(roll)
-    cr = cos(roll)
-    sp = sin(pitch)
-    cp = cos(pitch)
+    sr, cr = sincos(roll)
+    sp, cp = sincos(pitch)
     level_x = mag.x * cp + (mag.y * sr + mag.z * cr) * sp
     level_y = mag.y * cr - mag.z * sr
     return atan2(level_x, level_y)
@@ -73,7 +72,9 @@ def compass(acc: Vec3, mag: Vec3) -> Euler:
 @kernel
 def roll_innovation(up: Vec3, acc: Vec3) -> float:
     """Measured minus predicted roll, rad, on the circle; ``up`` is the predicted vertical in the sensor frame."""
-    return atan2(acc.y * up.z - acc.z * up.y, acc.z * up.z + acc.y * up.y)
+    _, ay, az = acc
+    _, uy, uz = up
+    return atan2(ay * uz - az * uy, az * uz + ay * uy)
 
 
 @kernel
@@ -85,9 +86,11 @@ def roll_weight(up: Vec3) -> float:
 @kernel
 def pitch_innovation(up: Vec3, acc: Vec3) -> float:
     """Measured minus predicted pitch, rad; ``up`` is the predicted vertical in the sensor frame."""
-    across_up = sqrt(up.y * up.y + up.z * up.z)
-    across_acc = sqrt(acc.y * acc.y + acc.z * acc.z)
-    return atan2(up.x * across_acc - acc.x * across_up, across_acc * across_up + acc.x * up.x)
+    ax, ay, az = acc
+    ux, uy, uz = up
+    across_up = sqrt(uy * uy + uz * uz)
+    across_acc = sqrt(ay * ay + az * az)
+    return atan2(ux * across_acc - ax * across_up, across_acc * across_up + ax * ux)
 
 
 @kernel
@@ -100,9 +103,10 @@ def heading_innovation(attitude: Quat, mag: Vec3) -> float:
 @kernel
 def pitch_axis(up: Vec3) -> Vec3:
     """The axis about which pitch turns, in the sensor frame: (0, cos φ, −sin φ); ``up`` is the vertical there."""
-    across = sqrt(up.y * up.y + up.z * up.z)
+    _, y, z = up
+    across = sqrt(y * y + z * z)
     if across > 0.0:
-        return Vec3(0.0, up.z / across, -up.y / across)
+        return Vec3(0.0, z / across, -y / across)
     return Vec3(0.0, 1.0, 0.0)
 
 
@@ -131,8 +135,12 @@ def add_roll_pitch(attitude: Quat, axis: Vec3, roll: float, pitch: float) -> Qua
 
 @kernel
 def add_yaw(attitude: Quat, yaw: float) -> Quat:
-    """The attitude turned about the vertical: exp(δψ (0, 0, 1)) ⊗ q."""
-    return quat.compose(quat.exp(Vec3(0.0, 0.0, yaw)), attitude)
+    """The attitude turned about the vertical: exp(δψ (0, 0, 1)) ⊗ q, multiplied out."""
+    w, x, y, z = attitude
+    square = 0.25 * yaw * yaw
+    c = quat.cos_half(square)
+    s = quat.sinc_half(square) * yaw
+    return quat.unit(c * w - s * z, c * x - s * y, c * y + s * x, c * z + s * w)
 
 
 @kernel

@@ -45,19 +45,23 @@ def dot(a: Vec3, b: Vec3) -> float:
 @kernel
 def cross(a: Vec3, b: Vec3) -> Vec3:
     """a × b"""
-    return Vec3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
+    ax, ay, az = a  # unpacked, because plain Python takes long to look up a field
+    bx, by, bz = b
+    return Vec3(ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx)
 
 
 @kernel
 def norm(a: Vec3) -> float:
     """|a|"""
-    return sqrt(a.x * a.x + a.y * a.y + a.z * a.z)
+    x, y, z = a
+    return sqrt(x * x + y * y + z * z)
 
 
 @kernel
 def normalize(a: Vec3) -> Vec3:
     """a/|a|; the zero vector (an absent sensor), and what is too short to have a direction, gives the zero vector."""
-    n = norm(a)
+    x, y, z = a
+    n = sqrt(x * x + y * y + z * z)
     if n > SHORTEST:
-        return Vec3(a.x / n, a.y / n, a.z / n)
+        return Vec3(x / n, y / n, z / n)
     return Vec3(0.0, 0.0, 0.0)
