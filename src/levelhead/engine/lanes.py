@@ -9,7 +9,7 @@ numbers and floats: with them the loop stays one lane after the other, slower bu
 """
 
 import functools
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from itertools import chain
 from typing import Any, NamedTuple
 
@@ -99,15 +99,26 @@ class Machine(NamedTuple):
     rows: int
 
 
+def switches(params: Any) -> tuple[tuple[str, bool], ...]:
+    """The parameters that are on or off, as (name, value): they choose another algorithm, which is compiled alone."""
+    return tuple((name, value) for name, value in params._asdict().items() if isinstance(value, bool))
+
+
 @functools.cache
-def machine(flt: Filter, has_mag: bool, observer: Observer | None) -> Machine:
-    """The lanes of a filter that tell their output (no observer) or let the observer see it."""
+def machine(
+    flt: Filter, has_mag: bool, observer: Observer | None = None, chosen: tuple[tuple[str, bool], ...] = ()
+) -> Machine:
+    """The lanes of a filter that tell their output (no observer) or let the observer see it.
+
+    ``chosen`` are its switches, the same in all lanes: lanes would otherwise have to do both and pick one.
+    """
     driver, params = bind(flt), flt.params()
     carry = driver.begin(params)
     whole = lane_memory.rows(carry, 0)
     waiting = lane_memory.rows(carry, 0, {"started": False})
     going = lane_memory.rows(carry, 0, {"started": True})
-    sets = lane_memory.rows(params, whole.end)
+    sets = lane_memory.rows(params, whole.end, dict(chosen))
+    layout = "_".join([whole.layout, sets.layout])
     own = {
         "load": whole.load, "store": whole.store, "load_waiting": waiting.load, "load_going": going.load,
         "load_params": sets.load, "begin": driver.begin, "advance": driver.advance, "result": driver.result,
@@ -115,11 +126,11 @@ def machine(flt: Filter, has_mag: bool, observer: Observer | None) -> Machine:
     }  # fmt: skip
     if observer is None:
         said = lane_memory.rows(driver.result(params, carry), 0)
-        name = "_".join([flt.name, "tell", whole.layout, sets.layout, said.layout])
+        name = "_".join([flt.name, "tell", layout, said.layout])
         after = bound(tell, name, store_said=said.store, SAID=said.end * LANES, **own)
         return Machine(compiled(bound(run_lanes, name, after=after, **own)), sets, said, sets.end)
     seen = lane_memory.rows(observer.start, sets.end)
-    name = "_".join([flt.name, observer.name, whole.layout, sets.layout, seen.layout])
+    name = "_".join([flt.name, observer.name, layout, seen.layout])
     after = bound(judge, name, see=observer.see, load_seen=seen.load, store_seen=seen.store, **own)
     return Machine(compiled(bound(run_lanes, name, after=after, **own)), sets, seen, seen.end)
 
@@ -162,23 +173,29 @@ class Block:
         return found
 
 
-def _blocks(tries: Sequence[Any]) -> list[Sequence[Any]]:
-    return [tries[i : i + LANES] for i in range(0, len(tries), LANES)]
+def blocks(tries: Sequence[Any]) -> list[list[int]]:
+    """The indices of parameter sets that go through a block together: at most ``LANES``, of equal switches."""
+    groups: dict[Any, list[int]] = {}
+    for i, params in enumerate(tries):
+        groups.setdefault(switches(params), []).append(i)
+    return [group[k : k + LANES] for group in groups.values() for k in range(0, len(group), LANES)]
 
 
-def tracks(recording: Recording, flt: Filter, tries: Sequence[Any], workers: int | None = None) -> Iterator[Track]:
+def tracks(recording: Recording, flt: Filter, tries: Sequence[Any], workers: int | None = None) -> list[Track]:
     """The whole track of each parameter set, in their order."""
-    made = machine(flt, recording.mag is not None, None)
     bias, sigma = "bias" in flt.estimates, "sigma" in flt.estimates
 
-    def work(block: Sequence[Any]) -> list[Track]:
-        found = Block(made, recording, block).outputs()
+    def work(block: list[int]) -> list[Track]:
+        sets = [tries[i] for i in block]
+        made = machine(flt, recording.mag is not None, None, switches(sets[0]))
         return [
             Track(recording.t, q, b if bias else None, s if sigma else None, h.reshape(-1), params)
-            for params, (q, b, s, h) in zip(block, found, strict=True)
+            for params, (q, b, s, h) in zip(sets, Block(made, recording, sets).outputs(), strict=True)
         ]
 
-    return chain.from_iterable(in_order(work, _blocks(tries), workers))
+    cut = blocks(tries)
+    found = dict(zip(chain.from_iterable(cut), chain.from_iterable(in_order(work, cut, workers)), strict=True))
+    return [found[i] for i in range(len(tries))]
 
 
 def observe(
@@ -207,17 +224,16 @@ def observe(
     Returns:
         (k, numbers of ``observer.start``) where each run ends.
     """
-    made = machine(flt, recording.mag is not None, observer)
-    truth = np.ascontiguousarray(truth)
 
-    def work(start: int) -> Array:
-        rows = slice(start, start + LANES)
-        return Block(made, recording, tries[rows]).see(truth, seen[rows])
+    def work(block: list[int]) -> Array:
+        sets = [tries[i] for i in block]
+        made = machine(flt, recording.mag is not None, observer, switches(sets[0]))
+        return Block(made, recording, sets).see(truth, seen[block])
 
-    starts = range(0, len(tries), LANES)
-    found = []
-    for part in in_order(work, starts, workers):
-        found.append(part)
+    cut, after, done = blocks(tries), np.empty_like(seen), 0
+    for block, part in zip(cut, in_order(work, cut, workers), strict=True):
+        after[block] = part
+        done += len(block)
         if progress is not None:
-            progress(min(len(found) * LANES / len(tries), 1.0))
-    return np.concatenate(found)
+            progress(done / len(tries))
+    return after
