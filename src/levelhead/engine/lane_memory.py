@@ -62,12 +62,20 @@ def rows(example: Any, first: int, known: Mapping[str, bool] | None = None) -> R
     return Rows(load, store, first, first + len(floats), floats, hashlib.sha256(text.encode()).hexdigest()[:16])
 
 
+def _members(kind: Any) -> list[Any] | None:
+    """The types of a tuple's members (a filter without parameters has none); None: it is a number."""
+    from numba.core import types
+
+    return list(kind) if isinstance(kind, types.BaseTuple) else None  # type: ignore[call-overload]
+
+
 def _floats(kind: Any) -> tuple[bool, ...]:
     from numba.core import types
 
-    if isinstance(kind, types.BaseTuple):
-        return tuple(leaf for member in kind for leaf in _floats(member))
-    return (isinstance(kind, types.Float),)
+    kinds = _members(kind)
+    if kinds is None:
+        return (isinstance(kind, types.Float),)
+    return tuple(leaf for member in kinds for leaf in _floats(member))
 
 
 def _place(builder: Any, is_float: bool, row: int, args: Any) -> Any:
@@ -83,9 +91,10 @@ def _load(context: Any, builder: Any, kind: Any, row: int, args: Any, fixed: Map
     from llvmlite import ir
     from numba.core import types
 
-    if isinstance(kind, types.BaseTuple):
+    kinds = _members(kind)
+    if kinds is not None:
         members = []
-        for name, member in zip(getattr(kind, "fields", [""] * len(kind)), kind, strict=True):
+        for name, member in zip(getattr(kind, "fields", [""] * len(kinds)), kinds, strict=True):
             if name in fixed:
                 members.append(context.get_constant(member, fixed[name]))
             else:
@@ -100,8 +109,9 @@ def _store(builder: Any, kind: Any, row: int, args: Any, value: Any) -> None:
     from llvmlite import ir
     from numba.core import types
 
-    if isinstance(kind, types.BaseTuple):
-        for i, member in enumerate(kind):
+    kinds = _members(kind)
+    if kinds is not None:
+        for i, member in enumerate(kinds):
             _store(builder, member, row, args, builder.extract_value(value, i))
             row += len(_floats(member))
         return

@@ -157,20 +157,22 @@ class Block:
         self.advance(0, len(self._rows[0]), truth.reshape(-1))
         return lane_memory.get(self._table, self._made.found, self._count)
 
-    def outputs(self) -> list[list[Array]]:
-        """All samples; of each lane quat (n, 4), bias (n, 3), sigma (n, 3) and health (n, 1)."""
+    def outputs(self) -> list[list[Any]]:
+        """All samples; of each lane quat (n, 4), bias (n, 3), sigma (n, 3) and health (n,)."""
         n, floats = len(self._rows[0]), self._made.found.floats
         tile, at = lane_memory.allocate(min(n, STRETCH) * len(floats))
         said = tile.reshape(-1, len(floats), LANES)
-        found = [[np.empty((n, width)) for width in (4, 3, 3)] + [np.empty((n, 1), np.uint32)] for _ in range(self._count)]
+        lanes: list[list[Any]] = [
+            [*(np.empty((n, width)) for width in (4, 3, 3)), np.empty(n, np.uint32)] for _ in range(self._count)
+        ]
         for start in range(0, n, STRETCH):
             stop = min(start + STRETCH, n)
             self.advance(start, stop, at)
-            for lane, (quat, bias, sigma, health) in enumerate(found):
+            for lane, (quat, bias, sigma, health) in enumerate(lanes):
                 rows = said[: stop - start, :, lane]
                 quat[start:stop], bias[start:stop], sigma[start:stop] = rows[:, :4], rows[:, 4:7], rows[:, 7:10]
-                health[start:stop] = rows[:, 10:].copy().view(np.int64)
-        return found
+                health[start:stop] = rows[:, 10].copy().view(np.int64)
+        return lanes
 
 
 def blocks(tries: Sequence[Any]) -> list[list[int]]:
@@ -189,7 +191,7 @@ def tracks(recording: Recording, flt: Filter, tries: Sequence[Any], workers: int
         sets = [tries[i] for i in block]
         made = machine(flt, recording.mag is not None, None, switches(sets[0]))
         return [
-            Track(recording.t, q, b if bias else None, s if sigma else None, h.reshape(-1), params)
+            Track(recording.t, q, b if bias else None, s if sigma else None, h, params)
             for params, (q, b, s, h) in zip(sets, Block(made, recording, sets).outputs(), strict=True)
         ]
 

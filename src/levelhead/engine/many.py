@@ -95,7 +95,7 @@ def fuse_many(
         mine = [i for i, params in enumerate(resolved) if filters.of(params) is flt]
         sets = [resolved[i] for i in mine]
         if chosen == "compiled" and len(sets) >= WORTH_LANES:
-            made = lanes.tracks(recording, flt, sets, workers)
+            made: Iterable[Track] = lanes.tracks(recording, flt, sets, workers)
         else:
             made = in_order(lambda params: fuse(recording, params, engine=chosen), sets, workers)
         found.update(zip(mine, made, strict=True))

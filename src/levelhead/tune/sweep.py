@@ -222,9 +222,7 @@ def sweep(
     return Sweep(params, name, param, np.array(chosen), total, tilt, heading, metric)
 
 
-def _scores(
-    recording: Recording, tries: list[Any], engine: str, progress: Callable[[float], None] | None
-) -> Array:
+def _scores(recording: Recording, tries: list[Any], engine: str, progress: Callable[[float], None] | None) -> Array:
     """(k, 3) RMS of total, tilt and heading error of each, °: side by side where that is worth compiling it."""
     flt = filters.of(tries[0])
     if choose(engine, len(recording) * len(tries) // LANES_COST) == "compiled" and len(tries) >= WORTH_LANES:
