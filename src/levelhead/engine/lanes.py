@@ -6,11 +6,16 @@ the lanes. The kernels are those of the batch driver, in the same order, so ever
 
 That needs kernels without calls of a C library (``kernels.trig`` has none) and without conversions between whole
 numbers and floats: with them the loop stays one lane after the other, slower but with the same bits.
+
+SIMD does both sides of a branch in all lanes and picks. What is rare would then cost as much as what is usual, so the
+series for small angles (``quat.cos_half``, ``quat.sinc_half``) say NaN where they would have to ask for a sine. NaN
+spreads through a state and stays; a stretch in which it turns up is run again with the whole kernels.
 """
 
 import functools
 from collections.abc import Callable, Sequence
 from itertools import chain
+from math import nan
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,17 +27,31 @@ from levelhead.engine.driver import unbound
 from levelhead.engine.lane_memory import LANES, Rows
 from levelhead.engine.threads import in_order
 from levelhead.filters.contract import Filter
-from levelhead.kernels.jit import bound, compiled, kernel
+from levelhead.kernels import quat
+from levelhead.kernels.jit import bound, compiled, kernel, swapped
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.vec3 import ZERO, Vec3
 from levelhead.recording import Array, Recording
 from levelhead.track import Track
 
-STRETCH = 1024  # samples whose whole output is kept in lanes before it goes into tracks
+STRETCH = 1024  # samples between two looks at what has come out of the lanes
 HAS_MAG = True  # bound to what the recording has: without a magnetometer its part of the filter is not compiled
 SAID = 0  # bound to the words of one sample in a tile
+NOTHING = np.empty(0)
 begin = advance = result = after = see = unbound
 load = load_waiting = load_going = load_params = store = store_said = load_seen = store_seen = unbound
+
+
+@kernel
+def lost(angle: float) -> float:
+    """In place of a sine or cosine that is hardly ever needed: says so."""
+    return nan
+
+
+RARE = (
+    (quat.cos_half, bound(quat.cos_half, "short", cos=lost)),
+    (quat.sinc_half, bound(quat.sinc_half, "short", sin=lost)),
+)
 
 
 @kernel
@@ -104,14 +123,19 @@ def switches(params: Any) -> tuple[tuple[str, bool], ...]:
     return tuple((name, value) for name, value in params._asdict().items() if isinstance(value, bool))
 
 
-@functools.cache
-def machine(
-    flt: Filter, has_mag: bool, observer: Observer | None = None, chosen: tuple[tuple[str, bool], ...] = ()
-) -> Machine:
-    """The lanes of a filter that tell their output (no observer) or let the observer see it.
+class Kind(NamedTuple):
+    """What lanes are compiled for."""
 
-    ``chosen`` are its switches, the same in all lanes: lanes would otherwise have to do both and pick one.
-    """
+    flt: Filter
+    has_mag: bool
+    observer: Observer | None  # None: they tell their output
+    switches: tuple[tuple[str, bool], ...]  # the same in all lanes: they would otherwise have to do both and pick one
+
+
+@functools.cache
+def machine(kind: Kind, short: bool) -> Machine:
+    """Compiled lanes; ``short``: without what is rare."""
+    flt, has_mag, observer, chosen = kind
     driver, params = bind(flt), flt.params()
     carry = driver.begin(params)
     whole = lane_memory.rows(carry, 0)
@@ -119,9 +143,10 @@ def machine(
     going = lane_memory.rows(carry, 0, {"started": True})
     sets = lane_memory.rows(params, whole.end, dict(chosen))
     layout = "_".join([whole.layout, sets.layout])
+    advance = swapped(driver.advance, RARE) if short else driver.advance
     own = {
         "load": whole.load, "store": whole.store, "load_waiting": waiting.load, "load_going": going.load,
-        "load_params": sets.load, "begin": driver.begin, "advance": driver.advance, "result": driver.result,
+        "load_params": sets.load, "begin": driver.begin, "advance": advance, "result": driver.result,
         "HAS_MAG": has_mag,
     }  # fmt: skip
     if observer is None:
@@ -138,23 +163,41 @@ def machine(
 class Block:
     """Up to ``LANES`` parameter sets of one filter on their way through a recording."""
 
-    def __init__(self, made: Machine, recording: Recording, tries: Sequence[Any]) -> None:
-        self._made, self._count = made, len(tries)
-        self._table, self._at = lane_memory.allocate(made.rows)
+    def __init__(self, kind: Kind, recording: Recording, tries: Sequence[Any]) -> None:
+        self._kind, self._made, self._count = kind, machine(kind, True), len(tries)
+        self._table, self._at = lane_memory.allocate(self._made.rows)
         mag = NO_MAG if recording.mag is None else recording.mag.reshape(-1)
         self._rows = (recording.t, recording.gyr.reshape(-1), recording.acc.reshape(-1), mag)
-        lane_memory.put(self._table, made.params, np.array([lane_memory.flat(params) for params in tries], float))
+        self._tried = self._lost = 0
+        lane_memory.put(self._table, self._made.params, np.array([lane_memory.flat(params) for params in tries], float))
 
-    def advance(self, start: int, stop: int, more: Any) -> None:
-        """Samples ``start`` to ``stop`` in all lanes; start 0 begins anew."""
+    def _run(self, short: bool, start: int, stop: int, more: Any) -> None:
         t, *others = self._rows
         part = [values[3 * start : 3 * stop] for values in others]
-        self._made.run(self._at, start == 0, float(t[max(start - 1, 0)]), t[start:stop], *part, more)
+        run = machine(self._kind, short).run
+        run(self._at, start == 0, float(t[max(start - 1, 0)]), t[start:stop], *part, more)
+
+    def advance(self, start: int, stop: int, more: Any, told: Array) -> None:
+        """Samples ``start`` to ``stop`` in all lanes; start 0 begins anew. ``told`` is where ``tell`` writes to.
+
+        Where the short way gets lost more often than not, it is no longer tried.
+        """
+        if 2 * self._lost <= self._tried + 1:
+            before = self._table.copy()
+            self._run(True, start, stop, more)
+            self._tried += 1
+            if not (np.isnan(self._table).any() or np.isnan(told).any()):
+                return
+            self._lost += 1
+            self._table[:] = before
+        self._run(False, start, stop, more)
 
     def see(self, truth: Array, seen: Array) -> Array:
         """All samples; what the observer has seen (count, numbers) in the end, from ``seen`` on."""
         lane_memory.put(self._table, self._made.found, seen)
-        self.advance(0, len(self._rows[0]), truth.reshape(-1))
+        for start in range(0, len(truth), STRETCH):
+            stop = min(start + STRETCH, len(truth))
+            self.advance(start, stop, truth[start:stop].reshape(-1), NOTHING)
         return lane_memory.get(self._table, self._made.found, self._count)
 
     def outputs(self) -> list[list[Any]]:
@@ -167,11 +210,11 @@ class Block:
         ]
         for start in range(0, n, STRETCH):
             stop = min(start + STRETCH, n)
-            self.advance(start, stop, at)
-            for lane, (quat, bias, sigma, health) in enumerate(lanes):
+            self.advance(start, stop, at, said[: stop - start, :10])
+            for lane, (q, b, s, h) in enumerate(lanes):
                 rows = said[: stop - start, :, lane]
-                quat[start:stop], bias[start:stop], sigma[start:stop] = rows[:, :4], rows[:, 4:7], rows[:, 7:10]
-                health[start:stop] = rows[:, 10].copy().view(np.int64)
+                q[start:stop], b[start:stop], s[start:stop] = rows[:, :4], rows[:, 4:7], rows[:, 7:10]
+                h[start:stop] = rows[:, 10].copy().view(np.int64)
         return lanes
 
 
@@ -189,10 +232,10 @@ def tracks(recording: Recording, flt: Filter, tries: Sequence[Any], workers: int
 
     def work(block: list[int]) -> list[Track]:
         sets = [tries[i] for i in block]
-        made = machine(flt, recording.mag is not None, None, switches(sets[0]))
+        kind = Kind(flt, recording.mag is not None, None, switches(sets[0]))
         return [
             Track(recording.t, q, b if bias else None, s if sigma else None, h, params)
-            for params, (q, b, s, h) in zip(sets, Block(made, recording, sets).outputs(), strict=True)
+            for params, (q, b, s, h) in zip(sets, Block(kind, recording, sets).outputs(), strict=True)
         ]
 
     cut = blocks(tries)
@@ -229,8 +272,8 @@ def observe(
 
     def work(block: list[int]) -> Array:
         sets = [tries[i] for i in block]
-        made = machine(flt, recording.mag is not None, observer, switches(sets[0]))
-        return Block(made, recording, sets).see(truth, seen[block])
+        kind = Kind(flt, recording.mag is not None, observer, switches(sets[0]))
+        return Block(kind, recording, sets).see(truth, seen[block])
 
     cut, after, done = blocks(tries), np.empty_like(seen), 0
     for block, part in zip(cut, in_order(work, cut, workers), strict=True):
