@@ -35,7 +35,7 @@ def spread(flt: Any) -> list[Any]:
     default = flt.params()
     for name, param in param_table(flt.params).items():
         if param.sweep is not None and not isinstance(getattr(default, name), bool):
-            return [default._replace(**{name: float(value)}) for value in np.geomspace(*param.sweep, SETS)]
+            return [default._replace(**{name: float(value)}) for value in np.linspace(*param.sweep, SETS)]
     return [default] * SETS
 
 

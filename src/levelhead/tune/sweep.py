@@ -22,7 +22,7 @@ Metric = Literal["total", "tilt", "heading"]
 FLAT = 0.05  # the flat region: errors within this share above the minimum
 PER_DECADE = 10  # values of a default grid by factors
 STEPS = 20  # values of a default grid by steps
-LANES_COST = 20  # so many more samples must wait before lanes are worth their own compilation
+WORTH_COMPILING = 1_000_000  # samples times values from which compiling lanes, some seconds once, is done sooner
 
 
 @dataclass(frozen=True, eq=False)
@@ -224,13 +224,14 @@ def sweep(
 
 def _scores(recording: Recording, tries: list[Any], engine: str, progress: Callable[[float], None] | None) -> Array:
     """(k, 3) RMS of total, tilt and heading error of each, °: side by side where that is worth compiling it."""
-    flt = filters.of(tries[0])
-    if choose(engine, len(recording) * len(tries) // LANES_COST) == "compiled" and len(tries) >= WORTH_LANES:
-        return lane_score.root_mean_squares(recording, flt, tries, progress)
-    engine = choose(engine, len(recording) * len(tries))
+    samples = len(recording) * len(tries)
+    chosen = choose(engine, samples)
+    worth = engine == "compiled" or samples >= WORTH_COMPILING
+    if chosen == "compiled" and worth and len(tries) >= WORTH_LANES:
+        return lane_score.root_mean_squares(recording, filters.of(tries[0]), tries, progress)
     scores = []
     for i, attempt in enumerate(tries):
-        scores.append(root_mean_squares(recording, fuse(recording, attempt, engine=engine)))
+        scores.append(root_mean_squares(recording, fuse(recording, attempt, engine=chosen)))
         if progress is not None:
             progress((i + 1) / len(tries))
     return np.array(scores)
