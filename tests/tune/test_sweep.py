@@ -1,5 +1,6 @@
 """Sweeps: the lesson's known minimum, the flat region, and everything that can be asked wrongly."""
 
+import importlib
 import json
 from dataclasses import replace
 
@@ -11,9 +12,11 @@ from levelhead.errors import LevelheadError
 from levelhead.evaluate import evaluate
 from levelhead.filters import Complementary, Kalman
 from levelhead.filters.contract import Param
-from levelhead.simulate import lesson
+from levelhead.simulate import lesson, recording
 from levelhead.tune import Sweep, sweep
 from levelhead.tune.sweep import grid, with_value
+
+SWEEP = importlib.import_module("levelhead.tune.sweep")  # the function hides the module's name
 
 
 @pytest.fixture(scope="module")
@@ -40,6 +43,23 @@ def test_every_score_is_that_of_evaluate(alpha):
     score = evaluate(lesson(42), fuse(lesson(42), Complementary(alpha=0.9)))
     assert alpha.total[10] == score.total
     assert alpha.tilt[10] == score.tilt
+
+
+@pytest.mark.parametrize("north", [False, True])
+def test_side_by_side_the_scores_are_the_same(north, monkeypatch):
+    rec = recording("ICM-20948", "walking", duration=8)
+    truth = replace(rec.truth, north=north)
+    holes = truth.quat.copy()
+    holes[100:120] = np.nan
+    rec = replace(rec, truth=replace(truth, quat=holes))
+    values = np.geomspace(0.1, 100.0, 70)
+    seen: list[float] = []
+    beside = sweep(rec, Kalman, "r_measure", values, engine="compiled", progress=seen.append)
+    monkeypatch.setattr(SWEEP, "WORTH_LANES", 1000)
+    single = sweep(rec, Kalman, "r_measure", values, engine="compiled")
+    for name in ("total", "tilt", "heading"):
+        np.testing.assert_allclose(getattr(beside, name), getattr(single, name), rtol=1e-13)
+    assert seen == sorted(seen) and seen[-1] == 1.0
 
 
 def test_best_is_ready_to_use(alpha):

@@ -10,16 +10,19 @@ import numpy as np
 from levelhead import filters
 from levelhead.engine import fuse
 from levelhead.engine.binding import choose
+from levelhead.engine.many import WORTH_LANES
 from levelhead.errors import LevelheadError, nearest
 from levelhead.evaluate.columns import Column, plain_table
 from levelhead.evaluate.score import root_mean_squares
 from levelhead.filters.contract import Param, derived_table, settable
 from levelhead.recording import Array, Recording
+from levelhead.tune import lane_score
 
 Metric = Literal["total", "tilt", "heading"]
 FLAT = 0.05  # the flat region: errors within this share above the minimum
 PER_DECADE = 10  # values of a default grid by factors
 STEPS = 20  # values of a default grid by steps
+WORTH_COMPILING = 1_000_000  # samples times values from which compiling lanes, some seconds once, is done sooner
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,11 +218,20 @@ def sweep(
     if not chosen:
         raise LevelheadError(f"there is no value of {name} to try; expected at least one")
     tries = [with_value(params, name, value) for value in chosen]  # all checked before the first run
-    engine = choose(engine, len(recording) * len(tries))
+    total, tilt, heading = _scores(recording, tries, engine, progress).T
+    return Sweep(params, name, param, np.array(chosen), total, tilt, heading, metric)
+
+
+def _scores(recording: Recording, tries: list[Any], engine: str, progress: Callable[[float], None] | None) -> Array:
+    """(k, 3) RMS of total, tilt and heading error of each, °: side by side where that is worth compiling it."""
+    samples = len(recording) * len(tries)
+    chosen = choose(engine, samples)
+    worth = engine == "compiled" or samples >= WORTH_COMPILING
+    if chosen == "compiled" and worth and len(tries) >= WORTH_LANES:
+        return lane_score.root_mean_squares(recording, filters.of(tries[0]), tries, progress)
     scores = []
     for i, attempt in enumerate(tries):
-        scores.append(root_mean_squares(recording, fuse(recording, attempt, engine=engine)))
+        scores.append(root_mean_squares(recording, fuse(recording, attempt, engine=chosen)))
         if progress is not None:
             progress((i + 1) / len(tries))
-    total, tilt, heading = np.array(scores).T
-    return Sweep(params, name, param, np.array(chosen), total, tilt, heading, metric)
+    return np.array(scores)

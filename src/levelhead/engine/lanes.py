@@ -1,0 +1,284 @@
+"""Many parameter sets over one recording, in lanes: the compiled driver with its inner loop over the sets.
+
+One run waits for its own last sample all the time: every operation needs the one before. Runs with other parameters do
+not depend on it, so ``LANES`` of them go side by side, sample by sample, and the compiler makes SIMD of the loop over
+the lanes. The kernels are those of the batch driver, in the same order, so every lane has the bits of its single run.
+
+That needs kernels without calls of a C library (``kernels.trig`` has none) and without conversions between whole
+numbers and floats: with them the loop stays one lane after the other, slower but with the same bits.
+
+SIMD does both sides of a branch in all lanes and picks. What is rare would then cost as much as what is usual, so the
+series for small angles (``quat.cos_half``, ``quat.sinc_half``) say NaN where they would have to ask for a sine. NaN
+spreads through a state and stays; a stretch in which it turns up is run again with the whole kernels.
+"""
+
+import functools
+from collections.abc import Callable, Sequence
+from itertools import chain
+from math import nan
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from levelhead.engine import lane_memory
+from levelhead.engine.batch import NO_MAG
+from levelhead.engine.binding import bind
+from levelhead.engine.driver import unbound
+from levelhead.engine.lane_memory import LANES, Rows
+from levelhead.engine.threads import in_order
+from levelhead.filters.contract import Filter
+from levelhead.kernels import quat
+from levelhead.kernels.jit import bound, compiled, kernel, swapped
+from levelhead.kernels.quat import Quat
+from levelhead.kernels.vec3 import ZERO, Vec3
+from levelhead.recording import Array, Recording
+from levelhead.track import Track
+
+STRETCH = 1024  # samples between two looks at what has come out of the lanes
+HAS_MAG = True  # bound to what the recording has: without a magnetometer its part of the filter is not compiled
+SAID = 0  # bound to the words of one sample in a tile
+NOTHING = np.empty(0)
+begin = advance = result = after = see = unbound
+load = load_waiting = load_going = load_params = store = store_said = load_seen = store_seen = unbound
+
+
+@kernel
+def lost(angle: float) -> float:
+    """In place of a sine or cosine that is hardly ever needed: says so."""
+    return nan
+
+
+RARE = (
+    (quat.cos_half, bound(quat.cos_half, "short", cos=lost)),
+    (quat.sinc_half, bound(quat.sinc_half, "short", sin=lost)),
+)
+
+
+@kernel
+def run_lanes(at: int, fresh: bool, last: float, t: Any, gyr: Any, acc: Any, mag: Any, more: Any) -> None:
+    """A stretch of samples, as ``driver.run``, through all lanes of the block at an address.
+
+    ``fresh``: begin before the first sample; otherwise go on where the stretch before ended. When a filter starts
+    depends on the recording alone, so the lanes start together; until then only the start is run, after it only the
+    step. ``after`` does something with each sample's result.
+    """
+    if fresh:
+        for lane in range(LANES):
+            store(at, lane, begin(load_params(at, lane)))
+    field = ZERO
+    for i in range(len(t)):
+        j = 3 * i
+        rate = Vec3(gyr[j], gyr[j + 1], gyr[j + 2])
+        force = Vec3(acc[j], acc[j + 1], acc[j + 2])
+        if HAS_MAG:
+            field = Vec3(mag[j], mag[j + 1], mag[j + 2])
+        dt = t[i] - last
+        last = t[i]
+        if load(at, 0).started:
+            for lane in range(LANES):
+                store(at, lane, advance(load_params(at, lane), load_going(at, lane), rate, force, field, dt))
+        else:
+            for lane in range(LANES):
+                store(at, lane, advance(load_params(at, lane), load_waiting(at, lane), rate, force, field, dt))
+        after(at, i, more)
+
+
+@kernel
+def tell(at: int, i: int, tile: int) -> None:
+    """Keep the output of each lane: the sample's rows of a tile of ``STRETCH`` samples at the address ``tile``."""
+    for lane in range(LANES):
+        store_said(tile, lane + i * SAID, result(load_params(at, lane), load(at, lane)))
+
+
+@kernel
+def judge(at: int, i: int, truth: Any) -> None:
+    """Let each lane see its orientation beside the truth (4n, flat) where there is one."""
+    j = 4 * i
+    if truth[j] == truth[j]:
+        real = Quat(truth[j], truth[j + 1], truth[j + 2], truth[j + 3])
+        for lane in range(LANES):
+            said = result(load_params(at, lane), load(at, lane))
+            store_seen(at, lane, see(load_seen(at, lane), said.quat, real))
+
+
+class Observer(NamedTuple):
+    """What is gathered from each run beside the truth, sample by sample."""
+
+    name: str
+    see: Callable[..., Any]  # kernel (seen, quat, truth) -> seen
+    start: Any  # an example of ``seen``: a NamedTuple of floats
+
+
+class Machine(NamedTuple):
+    """The compiled lanes of one filter, and where in a block of memory its values lie."""
+
+    run: Any
+    params: Rows
+    found: Rows  # what the observer has seen, in the block; without one the output, in a tile
+    rows: int
+
+
+def switches(params: Any) -> tuple[tuple[str, bool], ...]:
+    """The parameters that are on or off, as (name, value): they choose another algorithm, which is compiled alone."""
+    return tuple((name, value) for name, value in params._asdict().items() if isinstance(value, bool))
+
+
+class Kind(NamedTuple):
+    """What lanes are compiled for."""
+
+    flt: Filter
+    has_mag: bool
+    observer: Observer | None  # None: they tell their output
+    switches: tuple[tuple[str, bool], ...]  # the same in all lanes: they would otherwise have to do both and pick one
+
+
+@functools.cache
+def machine(kind: Kind, short: bool) -> Machine:
+    """Compiled lanes; ``short``: without what is rare."""
+    flt, has_mag, observer, chosen = kind
+    driver, params = bind(flt), flt.params()
+    carry = driver.begin(params)
+    whole = lane_memory.rows(carry, 0)
+    waiting = lane_memory.rows(carry, 0, {"started": False})
+    going = lane_memory.rows(carry, 0, {"started": True})
+    sets = lane_memory.rows(params, whole.end, dict(chosen))
+    layout = "_".join([whole.layout, sets.layout])
+    advance = swapped(driver.advance, RARE) if short else driver.advance
+    own = {
+        "load": whole.load, "store": whole.store, "load_waiting": waiting.load, "load_going": going.load,
+        "load_params": sets.load, "begin": driver.begin, "advance": advance, "result": driver.result,
+        "HAS_MAG": has_mag,
+    }  # fmt: skip
+    if observer is None:
+        said = lane_memory.rows(driver.result(params, carry), 0)
+        name = "_".join([flt.name, "tell", layout, said.layout])
+        after = bound(tell, name, store_said=said.store, SAID=said.end * LANES, **own)
+        return Machine(compiled(bound(run_lanes, name, after=after, **own)), sets, said, sets.end)
+    seen = lane_memory.rows(observer.start, sets.end)
+    name = "_".join([flt.name, observer.name, layout, seen.layout])
+    after = bound(judge, name, see=observer.see, load_seen=seen.load, store_seen=seen.store, **own)
+    return Machine(compiled(bound(run_lanes, name, after=after, **own)), sets, seen, seen.end)
+
+
+class Block:
+    """Up to ``LANES`` parameter sets of one filter on their way through a recording."""
+
+    def __init__(self, kind: Kind, recording: Recording, tries: Sequence[Any]) -> None:
+        self._kind, self._made, self._count = kind, machine(kind, True), len(tries)
+        self._table, self._at = lane_memory.allocate(self._made.rows)
+        mag = NO_MAG if recording.mag is None else recording.mag.reshape(-1)
+        self._rows = (recording.t, recording.gyr.reshape(-1), recording.acc.reshape(-1), mag)
+        self._tried = self._lost = 0
+        lane_memory.put(self._table, self._made.params, np.array([lane_memory.flat(params) for params in tries], float))
+
+    def _run(self, short: bool, start: int, stop: int, more: Any) -> None:
+        t, *others = self._rows
+        part = [values[3 * start : 3 * stop] for values in others]
+        run = machine(self._kind, short).run
+        run(self._at, start == 0, float(t[max(start - 1, 0)]), t[start:stop], *part, more)
+
+    def advance(self, start: int, stop: int, more: Any, told: Array) -> None:
+        """Samples ``start`` to ``stop`` in all lanes; start 0 begins anew. ``told`` is where ``tell`` writes to.
+
+        Where the short way gets lost more often than not, it is no longer tried.
+        """
+        if 2 * self._lost <= self._tried + 1:
+            before = self._table.copy()
+            self._run(True, start, stop, more)
+            self._tried += 1
+            if not (np.isnan(self._table).any() or np.isnan(told).any()):
+                return
+            self._lost += 1
+            self._table[:] = before
+        self._run(False, start, stop, more)
+
+    def see(self, truth: Array, seen: Array) -> Array:
+        """All samples; what the observer has seen (count, numbers) in the end, from ``seen`` on."""
+        lane_memory.put(self._table, self._made.found, seen)
+        for start in range(0, len(truth), STRETCH):
+            stop = min(start + STRETCH, len(truth))
+            self.advance(start, stop, truth[start:stop].reshape(-1), NOTHING)
+        return lane_memory.get(self._table, self._made.found, self._count)
+
+    def outputs(self) -> list[list[Any]]:
+        """All samples; of each lane quat (n, 4), bias (n, 3), sigma (n, 3) and health (n,)."""
+        n, floats = len(self._rows[0]), self._made.found.floats
+        tile, at = lane_memory.allocate(min(n, STRETCH) * len(floats))
+        said = tile.reshape(-1, len(floats), LANES)
+        lanes: list[list[Any]] = [
+            [*(np.empty((n, width)) for width in (4, 3, 3)), np.empty(n, np.uint32)] for _ in range(self._count)
+        ]
+        for start in range(0, n, STRETCH):
+            stop = min(start + STRETCH, n)
+            self.advance(start, stop, at, said[: stop - start, :10])
+            for lane, (q, b, s, h) in enumerate(lanes):
+                rows = said[: stop - start, :, lane]
+                q[start:stop], b[start:stop], s[start:stop] = rows[:, :4], rows[:, 4:7], rows[:, 7:10]
+                h[start:stop] = rows[:, 10].copy().view(np.int64)
+        return lanes
+
+
+def blocks(tries: Sequence[Any]) -> list[list[int]]:
+    """The indices of parameter sets that go through a block together: at most ``LANES``, of equal switches."""
+    groups: dict[Any, list[int]] = {}
+    for i, params in enumerate(tries):
+        groups.setdefault(switches(params), []).append(i)
+    return [group[k : k + LANES] for group in groups.values() for k in range(0, len(group), LANES)]
+
+
+def tracks(recording: Recording, flt: Filter, tries: Sequence[Any], workers: int | None = None) -> list[Track]:
+    """The whole track of each parameter set, in their order."""
+    bias, sigma = "bias" in flt.estimates, "sigma" in flt.estimates
+
+    def work(block: list[int]) -> list[Track]:
+        sets = [tries[i] for i in block]
+        kind = Kind(flt, recording.mag is not None, None, switches(sets[0]))
+        return [
+            Track(recording.t, q, b if bias else None, s if sigma else None, h, params)
+            for params, (q, b, s, h) in zip(sets, Block(kind, recording, sets).outputs(), strict=True)
+        ]
+
+    cut = blocks(tries)
+    found = dict(zip(chain.from_iterable(cut), chain.from_iterable(in_order(work, cut, workers)), strict=True))
+    return [found[i] for i in range(len(tries))]
+
+
+def observe(
+    recording: Recording,
+    flt: Filter,
+    tries: Sequence[Any],
+    observer: Observer,
+    truth: Array,
+    seen: Array,
+    *,
+    workers: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Array:
+    """What an observer has seen of the run of each parameter set, without keeping tracks.
+
+    Args:
+        recording: what the sensors said.
+        flt: the filter.
+        tries: k parameter sets of it.
+        observer: what to gather; compiled together with the filter, once.
+        truth: (n, 4) orientation to hold beside; samples that are NaN are not looked at.
+        seen: (k, numbers of ``observer.start``) where each run begins.
+        workers: threads; None: one for each core.
+        progress: called with the fraction done, 0 to 1.
+
+    Returns:
+        (k, numbers of ``observer.start``) where each run ends.
+    """
+
+    def work(block: list[int]) -> Array:
+        sets = [tries[i] for i in block]
+        kind = Kind(flt, recording.mag is not None, observer, switches(sets[0]))
+        return Block(kind, recording, sets).see(truth, seen[block])
+
+    cut, after, done = blocks(tries), np.empty_like(seen), 0
+    for block, part in zip(cut, in_order(work, cut, workers), strict=True):
+        after[block] = part
+        done += len(block)
+        if progress is not None:
+            progress(done / len(tries))
+    return after

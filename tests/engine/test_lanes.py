@@ -1,0 +1,79 @@
+"""Lanes: every parameter set run beside others gives the bits of its single run, and of plain Python."""
+
+import numpy as np
+import pytest
+from tests.reference.hard import assert_same, hard_recording
+
+import levelhead as lh
+from levelhead import filters
+from levelhead.engine import lane_memory, lanes
+from levelhead.engine.many import fuse_many
+from levelhead.filters.contract import param_table
+
+COUNT = lane_memory.LANES + 3  # a whole block and a part of one
+EVERY = pytest.mark.parametrize("flt", filters.ALL, ids=lambda f: f.name)
+
+
+def different(flt, count=COUNT):
+    """Parameter sets that differ in every number and every switch."""
+    noise = np.random.default_rng(3)
+    tries = []
+    for k in range(count):
+        values = {}
+        for name, param in param_table(flt.params).items():
+            if isinstance(getattr(flt.params(), name), bool):
+                values[name] = bool(k % 5 < 2)
+            elif param.sweep is not None:
+                values[name] = float(noise.uniform(*param.sweep))
+        tries.append(flt.params(**values))
+    return tries
+
+
+@EVERY
+@pytest.mark.parametrize("with_mag", [False, True], ids=["6-D", "9-D"])
+def test_every_lane_is_its_single_run(flt, with_mag, monkeypatch):
+    monkeypatch.setattr(lanes, "STRETCH", 111)
+    recording = hard_recording(with_mag)
+    tries = different(flt)
+    found = fuse_many(recording, tries, engine="compiled")
+    for params, track in zip(tries, found, strict=True):
+        assert track.params == params
+        assert_same(track, lh.fuse(recording, params, engine="compiled"))
+    assert_same(found[-1], lh.fuse(recording, tries[-1], engine="python"))
+
+
+def test_filters_can_be_mixed_and_few():
+    recording = lh.simulate.lesson(42)[:50]
+    tries = [lh.Kalman(r_measure=0.1), "Complementary", lh.Kalman]
+    for engine in ("python", "compiled"):
+        for params, track in zip(tries, fuse_many(recording, tries, engine=engine), strict=True):
+            assert_same(track, lh.fuse(recording, params))
+    assert fuse_many(recording, []) == []
+
+
+def test_a_recording_that_never_starts():
+    n = 20
+    recording = lh.Recording(np.arange(n) / 100, np.zeros((n, 3)), np.full((n, 3), np.nan))
+    tries = [lh.Kalman(r_measure=0.1 * (k + 1)) for k in range(10)]
+    for params, track in zip(tries, fuse_many(recording, tries, engine="compiled"), strict=True):
+        assert_same(track, lh.fuse(recording, params, engine="python"))
+
+
+def test_blocks_have_equal_switches():
+    tries = [lh.Kalman(joseph=k % 3 == 0) for k in range(200)]
+    cut = lanes.blocks(tries)
+    assert sorted(i for block in cut for i in block) == list(range(200))
+    for block in cut:
+        assert len(block) <= lane_memory.LANES
+        assert len({tries[i].joseph for i in block}) == 1
+
+
+def test_numbers_lie_in_rows():
+    value = (1.5, True, (7, -0.0))
+    place = lane_memory.rows(value, 2)
+    assert (place.first, place.end, place.floats) == (2, 6, (True, False, False, True))
+    table, address = lane_memory.allocate(place.end)
+    assert address % 64 == 0
+    lane_memory.put(table, place, np.array([lane_memory.flat(value), [2.5, 0.0, 8.0, 9.0]]))
+    assert lane_memory.get(table, place, 3).tolist() == [[1.5, 1, 7, -0.0], [2.5, 0, 8, 9], [2.5, 0, 8, 9]]
+    assert table[3].view(np.int64)[:2].tolist() == [1, 0]
