@@ -32,14 +32,17 @@ if TYPE_CHECKING:
     from levelhead.engine import AxisStream as AxisStream
     from levelhead.engine import Stream as Stream
     from levelhead.engine import fuse as fuse
+    from levelhead.engine import fuse_all as fuse_all
     from levelhead.engine import fuse_axis as fuse_axis
+    from levelhead.engine import fuse_many as fuse_many
     from levelhead.errors import LevelheadError as LevelheadError
     from levelhead.evaluate.align.search import align as align
     from levelhead.evaluate.compare import compare as compare
+    from levelhead.filters import EKF as EKF
     from levelhead.filters import AccelTilt as AccelTilt
     from levelhead.filters import BiasRateKalman as BiasRateKalman
     from levelhead.filters import Complementary as Complementary
-    from levelhead.filters import EKF as EKF
+    from levelhead.filters import Guard as Guard
     from levelhead.filters import GyroIntegration as GyroIntegration
     from levelhead.filters import Kalman as Kalman
     from levelhead.filters import Madgwick as Madgwick
@@ -56,12 +59,12 @@ __version__ = "0.1.0"
 
 # Imported at first use: `import levelhead` costs nothing, and nobody waits for what he does not use.
 _HOMES = {
-    "levelhead.engine": ("AxisStream", "Stream", "fuse", "fuse_axis"),
+    "levelhead.engine": ("AxisStream", "Stream", "fuse", "fuse_all", "fuse_axis", "fuse_many"),
     "levelhead.errors": ("LevelheadError",),
     "levelhead.evaluate": ("align", "compare"),
     "levelhead.filters": (
-        "AccelTilt", "BiasRateKalman", "Complementary", "EKF", "GyroIntegration", "Kalman", "Madgwick", "Mahony",
-        "RollPitchKalman", "Triad",
+        "AccelTilt", "BiasRateKalman", "Complementary", "EKF", "Guard", "GyroIntegration", "Kalman", "Madgwick",
+        "Mahony", "RollPitchKalman", "Triad",
     ),
     "levelhead.recording": ("Recording", "Truth"),
     "levelhead.sources": ("read",),

@@ -33,7 +33,7 @@ class Rows(NamedTuple):
 def rows(example: Any, first: int, known: Mapping[str, bool] | None = None) -> Rows:
     """Rows from ``first`` on for values of the type of ``example`` (floats, ints, bools, NamedTuples of these).
 
-    ``known`` are bool fields of the value that loading replaces by a constant: what hangs on them is not compiled.
+    ``known`` are bool fields, wherever in the value, that loading replaces by a constant: what hangs on them is not compiled.
     """
     import numba
     from numba.core import types
@@ -98,7 +98,7 @@ def _load(context: Any, builder: Any, kind: Any, row: int, args: Any, fixed: Map
             if name in fixed:
                 members.append(context.get_constant(member, fixed[name]))
             else:
-                members.append(_load(context, builder, member, row, args, {}))
+                members.append(_load(context, builder, member, row, args, fixed))
             row += len(_floats(member))
         return context.make_tuple(builder, kind, members)
     value = builder.load(_place(builder, isinstance(kind, types.Float), row, args))

@@ -21,9 +21,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from levelhead.engine import lane_memory
-from levelhead.engine.batch import NO_MAG
-from levelhead.engine.binding import bind
-from levelhead.engine.driver import unbound
+from levelhead.engine.batch import DEFAULT_GUARD, NO_MAG
+from levelhead.engine.binding import bind, estimates_bias
+from levelhead.engine.driver import Settings, unbound
 from levelhead.engine.lane_memory import LANES, Rows
 from levelhead.engine.threads import in_order
 from levelhead.filters.contract import Filter
@@ -136,12 +136,12 @@ class Kind(NamedTuple):
 def machine(kind: Kind, short: bool) -> Machine:
     """Compiled lanes; ``short``: without what is rare."""
     flt, has_mag, observer, chosen = kind
-    driver, params = bind(flt), flt.params()
-    carry = driver.begin(params)
+    driver, settings = bind(flt), Settings(flt.params(), DEFAULT_GUARD)
+    carry = driver.begin(settings)
     whole = lane_memory.rows(carry, 0)
     waiting = lane_memory.rows(carry, 0, {"started": False})
     going = lane_memory.rows(carry, 0, {"started": True})
-    sets = lane_memory.rows(params, whole.end, dict(chosen))
+    sets = lane_memory.rows(settings, whole.end, dict(chosen))
     layout = "_".join([whole.layout, sets.layout])
     advance = swapped(driver.advance, RARE) if short else driver.advance
     own = {
@@ -150,7 +150,7 @@ def machine(kind: Kind, short: bool) -> Machine:
         "HAS_MAG": has_mag,
     }  # fmt: skip
     if observer is None:
-        said = lane_memory.rows(driver.result(params, carry), 0)
+        said = lane_memory.rows(driver.result(settings, carry), 0)
         name = "_".join([flt.name, "tell", layout, said.layout])
         after = bound(tell, name, store_said=said.store, SAID=said.end * LANES, **own)
         return Machine(compiled(bound(run_lanes, name, after=after, **own)), sets, said, sets.end)
@@ -169,7 +169,11 @@ class Block:
         mag = NO_MAG if recording.mag is None else recording.mag.reshape(-1)
         self._rows = (recording.t, recording.gyr.reshape(-1), recording.acc.reshape(-1), mag)
         self._tried = self._lost = 0
-        lane_memory.put(self._table, self._made.params, np.array([lane_memory.flat(params) for params in tries], float))
+        lane_memory.put(
+            self._table,
+            self._made.params,
+            np.array([lane_memory.flat(Settings(params, DEFAULT_GUARD)) for params in tries], float),
+        )
 
     def _run(self, short: bool, start: int, stop: int, more: Any) -> None:
         t, *others = self._rows
@@ -228,13 +232,13 @@ def blocks(tries: Sequence[Any]) -> list[list[int]]:
 
 def tracks(recording: Recording, flt: Filter, tries: Sequence[Any], workers: int | None = None) -> list[Track]:
     """The whole track of each parameter set, in their order."""
-    bias, sigma = "bias" in flt.estimates, "sigma" in flt.estimates
+    bias = estimates_bias(flt, True)
 
     def work(block: list[int]) -> list[Track]:
         sets = [tries[i] for i in block]
         kind = Kind(flt, recording.mag is not None, None, switches(sets[0]))
         return [
-            Track(recording.t, q, b if bias else None, s if sigma else None, h, params)
+            Track(recording.t, q, b if bias else None, s, h, params)
             for params, (q, b, s, h) in zip(sets, Block(kind, recording, sets).outputs(), strict=True)
         ]
 

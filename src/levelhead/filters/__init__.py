@@ -20,6 +20,7 @@ from levelhead.filters.bias_rate_kalman import BiasRateKalman
 from levelhead.filters.complementary import Complementary
 from levelhead.filters.contract import Filter
 from levelhead.filters.ekf import EKF
+from levelhead.filters.guard import Guard
 from levelhead.filters.gyro_integration import GyroIntegration
 from levelhead.filters.kalman import Kalman
 from levelhead.filters.madgwick import Madgwick
@@ -47,6 +48,7 @@ __all__ = [
     "BiasRateKalman",
     "Complementary",
     "Filter",
+    "Guard",
     "GyroIntegration",
     "Kalman",
     "Madgwick",

@@ -10,6 +10,7 @@ prototyped in Python is what runs compiled. ``error_model="numpy"`` only drops t
 never divide by zero.
 """
 
+import dis
 import functools
 import hashlib
 import types
@@ -45,14 +46,21 @@ def bound(function: Callable[..., Any], name: str, **kernels: Any) -> Callable[.
 
 
 def _mentioned(function: Callable[..., Any]) -> Iterator[tuple[str, Any]]:
-    """What the function's byte code mentions: globals, and members of modules that are globals, as (name, value)."""
-    names = function.__code__.co_names
-    for name in names:
-        value = function.__globals__.get(name)
-        if isinstance(value, types.ModuleType):
-            yield from ((f"{name}.{member}", getattr(value, member)) for member in names if hasattr(value, member))
-        elif name in function.__globals__:
-            yield name, value
+    """What the function's byte code mentions: globals, and members of modules that are globals, as (name, value).
+
+    A field of a tuple may have the name of a global; only what is loaded as a global counts.
+    """
+    module = ""
+    for step in dis.get_instructions(function):
+        if step.opname == "LOAD_GLOBAL" and step.argval in function.__globals__:
+            value = function.__globals__[step.argval]
+            if isinstance(value, types.ModuleType):
+                module = step.argval
+            else:
+                yield step.argval, value
+        elif module and step.opname in ("LOAD_ATTR", "LOAD_METHOD"):
+            yield f"{module}.{step.argval}", getattr(function.__globals__[module], step.argval)
+            module = ""
 
 
 def reached(function: Callable[..., Any]) -> list[Callable[..., Any]]:
