@@ -69,7 +69,8 @@ def table(params: Any, recording: lh.Recording, repeats: int) -> Table:
         f"{flt.name}, {six}, {n:,} samples",
         COLUMNS,
         [row(hand), row(alone, hand, LIMIT), row(public, hand)],
-        "No guard on either side. C looks for neither NaN nor a first sample and writes quaternion and bias; levelhead also σ and health. "
+        "No guard on either side. C looks for neither NaN nor a first sample, and writes quaternion and bias; "
+        "levelhead also σ and health. "
         f"Quaternions {'the same, to the bit' if same else 'DIFFERENT'}.",
     )
 

@@ -128,4 +128,5 @@ def test_parameters_change_on_the_fly_and_reset_forgets(engine):
     live.reset()
     live.update((0.0, 0.0, 0.0), (0.0, 0.0, 9.81), dt=0.01)
     assert live.euler.roll == 0.0
-    assert live.params.alpha == 0.0 and live.bias is None and live.sigma is None
+    assert live.params.alpha == 0.0 and live.bias == (0.0, 0.0, 0.0)
+    assert lh.Stream(lh.Complementary(), guard=None, engine=engine).bias is None

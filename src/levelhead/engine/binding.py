@@ -28,14 +28,21 @@ class Driver(NamedTuple):
     run: Callable[..., Any]
 
 
-@functools.cache
-def bind(flt: Filter, guarded: bool = True) -> Driver:
-    """The plain-Python driver of a filter.
+def guards(flt: Filter) -> bool:
+    """Whether the guard stands in front of a filter: where an accelerometer corrects a gyroscope.
 
-    The guard stands in front of filters that correct a gyroscope by an accelerometer; a baseline shows what its sensor
-    says.
+    A baseline shows what its sensor says.
     """
-    guarded = guarded and {"gyr", "acc"} <= flt.uses
+    return {"gyr", "acc"} <= flt.uses
+
+
+def bind(flt: Filter, guarded: bool = True) -> Driver:
+    """The plain-Python driver of a filter, with the guard in front of it or without."""
+    return _bind(flt, guarded and guards(flt))
+
+
+@functools.cache
+def _bind(flt: Filter, guarded: bool) -> Driver:
     name = flt.name if guarded else f"{flt.name}_unguarded"
     own = {
         "init": flt.init,
@@ -55,7 +62,7 @@ def bind(flt: Filter, guarded: bool = True) -> Driver:
 
 def estimates_bias(flt: Filter, guarded: bool) -> bool:
     """Whether a track of the filter has a bias: its own, or what was read off at rest."""
-    return "bias" in flt.estimates or (guarded and {"gyr", "acc"} <= flt.uses)
+    return "bias" in flt.estimates or (guarded and guards(flt))
 
 
 @functools.cache

@@ -1,8 +1,8 @@
 """The one driver: what happens to a sample before and around a filter's step, for every engine alike.
 
-These are kernels: plain Python runs them as they stand, Numba compiles the same source. ``init``, ``step``, ``output``,
-``gains`` and ``loosen`` are the filter's own, ``look`` is what stands in front of it; ``binding.bind`` binds them. Arrays
-are flat (row after row), so that Python lists and NumPy arrays are indexed by the same line.
+These are kernels: plain Python runs them as they stand, Numba compiles the same source. ``init``, ``step``,
+``output``, ``gains`` and ``loosen`` are the filter's own, ``look`` is what stands in front of it; ``binding.bind``
+binds them. Arrays are flat (row after row), so that Python lists and NumPy arrays are indexed by the same line.
 """
 
 from typing import Any, NamedTuple

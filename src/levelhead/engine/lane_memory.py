@@ -33,7 +33,8 @@ class Rows(NamedTuple):
 def rows(example: Any, first: int, known: Mapping[str, bool] | None = None) -> Rows:
     """Rows from ``first`` on for values of the type of ``example`` (floats, ints, bools, NamedTuples of these).
 
-    ``known`` are bool fields, wherever in the value, that loading replaces by a constant: what hangs on them is not compiled.
+    ``known`` are bool fields, wherever in the value, that loading replaces by a constant: what hangs on them is not
+    compiled.
     """
     import numba
     from numba.core import types

@@ -3,8 +3,8 @@
 Both kinds of loop have the same face: for a filter on an IMU ``tick(place, gyr, acc, dt)`` and
 ``tick_mag(place, gyr, acc, mag, dt)`` with tuples of three floats, for an axis filter
 ``tick(place, period, level, rate, dt)``, where ``place`` is where the loop keeps its state; and ``state`` and
-``params`` (for an IMU the driver's Settings) that can be read and set between samples. A tick that is fed nonsense (dt ≤ 0, for an axis also NaN) raises
-ValueError and leaves the state as it is.
+``params`` (for an IMU the driver's Settings) that can be read and set between samples. A tick that is fed nonsense
+(dt ≤ 0, for an axis also NaN) raises ValueError and leaves the state as it is.
 """
 
 import functools

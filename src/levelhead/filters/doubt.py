@@ -1,12 +1,12 @@
 """σ for filters with set gains: the covariance of an observer whose gain is given, optimal or not.
 
-A. Gelb (ed.), Applied Optimal Estimation, 1974, section 7.2. The error of an angle and the bias of its gyroscope go as in
-``kernels.two_state``; the filter takes the share K of an innovation of variance r into the angle, and k of it off the
-bias, which is Joseph's form with the gain (K, −k). So σ grows where nothing corrects, and shrinks only as fast as the
-filter really averages.
+A. Gelb (ed.), Applied Optimal Estimation, 1974, section 7.2. The error of an angle and the bias of its gyroscope go as
+in ``kernels.two_state``; the filter takes the share K of an innovation of variance r into the angle, and k of it off
+the bias, which is Joseph's form with the gain (K, −k). So σ grows where nothing corrects, and shrinks only as fast as
+the filter really averages.
 
-What disturbs an innovation is no white noise: an acceleration lasts for a while, and so does an iron beam. With variance
-s and duration τ its white equivalent at one sample is
+What disturbs an innovation is no white noise: an acceleration lasts for a while, and so does an iron beam. With
+variance s and duration τ its white equivalent at one sample is
 
     r = s (1 + (1 − K) 2 τ/Δt)                                                                                  (1)
 

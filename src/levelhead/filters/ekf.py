@@ -402,8 +402,8 @@ FILTER = Filter(
     output=output,
     estimates=frozenset({"tilt", "heading", "bias", "sigma"}),
     uses=frozenset({"gyr", "acc", "mag"}),
-    citation="E. J. Lefferts, F. L. Markley, M. D. Shuster, Kalman Filtering for Spacecraft Attitude Estimation, Journal "
-    "of Guidance, Control, and Dynamics 5(5), 1982",
+    citation="E. J. Lefferts, F. L. Markley, M. D. Shuster, Kalman Filtering for Spacecraft Attitude Estimation, "
+    "Journal of Guidance, Control, and Dynamics 5(5), 1982",
     settles=Settling(10.0, 60.0),
     loosen=loosen,
 )
