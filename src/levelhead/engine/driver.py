@@ -8,7 +8,7 @@ binds them. Arrays are flat (row after row), so that Python lists and NumPy arra
 from typing import Any, NamedTuple
 
 from levelhead.filters.contract import Gains, Output
-from levelhead.filters.doubt import Doubt, at_start, judged
+from levelhead.filters.doubt import SPELL, Doubt, at_start, judged, waited
 from levelhead.filters.doubt import sigma as doubted
 from levelhead.filters.guard import BEFORE, Guard, Look, Rest, Watch
 from levelhead.filters.health import (
@@ -146,7 +146,9 @@ def advance(settings: Settings, carry: Carry, gyr: Vec3, acc: Vec3, mag: Vec3, d
         blind = 0.0
     state = step(params, state, gyr, acc, mag, dt)
     if not OWN_SIGMA:
-        doubt = judged(doubt, gains(params, state, dt), gyr, acc, mag, health & AT_REST != 0, lost, dt)
+        doubt = waited(doubt, acc, mag, dt)
+        if doubt.spell >= SPELL or lost > 0.0:
+            doubt = judged(doubt, gains(params, state, doubt.spell), gyr, acc, health & AT_REST != 0, lost)
     return Carry(state, last, True, health, watch, doubt, blind)
 
 

@@ -23,6 +23,7 @@ from levelhead.kernels.two_state import Covariance, Gain, joseph, predict
 from levelhead.kernels.vec3 import Vec3
 
 DEGREE = pi / 180.0
+SPELL = 0.05  # s: σ need not be judged more often
 TURN_ON = (1.0 * DEGREE) * (1.0 * DEGREE)  # (rad/s)², bias of a gyroscope just turned on
 RESTED = (0.05 * DEGREE) * (0.05 * DEGREE)  # (rad/s)², bias after it was read off at rest
 WALK = (0.003 * DEGREE) * (0.003 * DEGREE)  # (rad/s)²/s, random walk of the bias
@@ -43,6 +44,8 @@ class Doubt(NamedTuple):
     tilt: Covariance
     heading: Covariance
     motion: float
+    spell: float  # s since it was last judged
+    seen: int  # what has corrected since: 1 accelerometer, 2 magnetometer
 
 
 @kernel
@@ -50,7 +53,7 @@ def at_start(acc: Vec3, mag: Vec3) -> Doubt:
     """After the first sample: what one reading is worth; a relative heading is right by definition."""
     tilt = IRON if present(acc) else UNIFORM * UNIFORM
     heading = IRON if present(mag) else 0.0
-    return Doubt(Covariance(tilt, 0.0, TURN_ON), Covariance(heading, 0.0, TURN_ON), 0.0)
+    return Doubt(Covariance(tilt, 0.0, TURN_ON), Covariance(heading, 0.0, TURN_ON), 0.0, 0.0, 0)
 
 
 @kernel
@@ -76,9 +79,20 @@ def read_off(p: Covariance) -> Covariance:
 
 
 @kernel
-def judged(doubt: Doubt, gains: Gains, gyr: Vec3, acc: Vec3, mag: Vec3, rest: bool, lost: float, dt: float) -> Doubt:
-    """After a sample that the filter took with these gains; the zero vector is what it did not take."""
-    tilt, heading, motion = doubt
+def waited(doubt: Doubt, acc: Vec3, mag: Vec3, dt: float) -> Doubt:
+    """One more sample of a spell; the zero vector is what the filter did not take."""
+    tilt, heading, motion, spell, seen = doubt
+    if present(acc):
+        seen |= 1
+    if present(mag):
+        seen |= 2
+    return Doubt(tilt, heading, motion, spell + dt, seen)
+
+
+@kernel
+def judged(doubt: Doubt, gains: Gains, gyr: Vec3, acc: Vec3, rest: bool, lost: float) -> Doubt:
+    """At the end of a spell, with the filter's gains for an interval of its length; ``lost`` is added (rad²)."""
+    tilt, heading, motion, dt, seen = doubt
     x, y, z = gyr
     turned = x * x + y * y + z * z
     tilt = grown(tilt, turned, lost, dt)
@@ -86,18 +100,19 @@ def judged(doubt: Doubt, gains: Gains, gyr: Vec3, acc: Vec3, mag: Vec3, rest: bo
     if rest:
         tilt = read_off(tilt)
         heading = read_off(heading)
-    often = 2.0 / dt  # no limit needed: at long intervals the duration hardly counts
     share_tilt, bias_tilt, share_heading, bias_heading = gains
-    if present(acc):
-        x, y, z = acc
-        off = HALF_PER_G2 * (x * x + y * y + z * z) - 0.5  # |a|/g − 1 to first order
-        motion += dt / (SMOOTH + dt) * (off * off - motion)
+    often = 2.0 / dt
+    if seen & 1 != 0:
+        if present(acc):
+            x, y, z = acc
+            off = HALF_PER_G2 * (x * x + y * y + z * z) - 0.5  # |a|/g − 1 to first order
+            motion += dt / (SMOOTH + dt) * (off * off - motion)
         r = SHAKE + lasting(motion, JERK_SECONDS * often, share_tilt)
         tilt = joseph(tilt, Gain(share_tilt, -bias_tilt), r)
-    if present(mag):
+    if seen & 2 != 0:
         r = lasting(IRON, IRON_SECONDS * often, share_heading)
         heading = joseph(heading, Gain(share_heading, -bias_heading), r)
-    return Doubt(tilt, heading, motion)
+    return Doubt(tilt, heading, motion, 0.0, 0)
 
 
 @kernel

@@ -35,7 +35,7 @@ from typing import Annotated, NamedTuple
 
 from levelhead.filters.contract import Filter, Output, Param, Settling, parameters
 from levelhead.filters.health import ACC_REJECTED, MAG_REJECTED
-from levelhead.kernels import mat3, quat, tilt, triad
+from levelhead.kernels import quat, tilt, triad
 from levelhead.kernels.gain import older, share
 from levelhead.kernels.jit import kernel
 from levelhead.kernels.mat3 import Mat3
@@ -48,7 +48,7 @@ PER_G = 1.0 / GRAVITY
 HALF_PER_G2 = 0.5 / (GRAVITY * GRAVITY)
 ONE = 0.1  # s: samples further apart than this are worth one measurement each, not more
 LINEAR = 0.04  # squared tangent of the angle up to which a sine is its angle
-SMALL_TURN = 1e-4  # rad²: up to here the low-passed force, upright itself, need not be turned exactly
+SMALL_TURN = 1e-4  # rad²
 FIRST_HEADING = (10.0 * DEGREE) * (10.0 * DEGREE)  # rad², of one reading of a magnetometer indoors
 
 
@@ -86,6 +86,9 @@ class EKF(NamedTuple):
     bias_start: Annotated[
         float, Param("deg/s", "1σ of the bias at the start", low=0.0, low_open=True, sweep=(0.01, 10.0), log=True)
     ] = 1.0
+    block: Annotated[
+        float, Param("s", "time between two corrections; 0: at every sample", low=0.0, sweep=(0.005, 0.2), log=True)
+    ] = 0.02
     gate: Annotated[
         float, Param("", "innovations beyond so many σ are not believed", low=0.0, sweep=(2.0, 10.0), log=True)
     ] = 5.0
@@ -118,6 +121,17 @@ class Cov(NamedTuple):
     bzz: float
 
 
+class Block(NamedTuple):
+    """What has come in since the last correction."""
+
+    spell: float  # s
+    turned: float  # ∫ |rate|² dt, rad²/s
+    seen: float  # s with an accelerometer
+    rough: float  # ∫ (|a|/g − 1)² dt over these, s
+    east: float  # sum of the fields seen, earth frame
+    north: float
+
+
 class State(NamedTuple):
     """Attitude, bias (rad/s), covariance, low-passed specific force in the earth frame (g), and what was refused."""
 
@@ -126,9 +140,13 @@ class State(NamedTuple):
     p: Cov
     force: Vec3
     age: float  # s over which that is averaged
+    block: Block
     acc_out: float  # s for which the innovation has been beyond the gate
     mag_out: float
     health: int
+
+
+EMPTY = Block(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 class Fix(NamedTuple):
@@ -137,6 +155,13 @@ class Fix(NamedTuple):
     turn: Vec3
     bias: Vec3
     p: Cov
+
+
+class Seen(NamedTuple):
+    """After a measurement: the correction, and for how many seconds it has been refused (0: it was not)."""
+
+    fix: Fix
+    out: float
 
 
 @kernel
@@ -155,16 +180,8 @@ def init(params: EKF, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
     attitude = params.tilt_start * DEGREE
     bias = params.bias_start * DEGREE
     heading = FIRST_HEADING if tilt.present(mag) else 0.0
-    return State(
-        triad.start(acc, mag),
-        ZERO,
-        diagonal(attitude * attitude, heading, bias * bias),
-        Vec3(0.0, 0.0, 1.0),
-        0.0,
-        0.0,
-        0.0,
-        0,
-    )
+    p = diagonal(attitude * attitude, heading, bias * bias)
+    return State(triad.start(acc, mag), ZERO, p, Vec3(0.0, 0.0, 1.0), 0.0, EMPTY, 0.0, 0.0, 0)
 
 
 @kernel
@@ -293,89 +310,122 @@ def heading_innovation(x: float, y: float) -> float:
 
 
 @kernel
-def see_gravity(params: EKF, fix: Fix, force: Vec3, r: float) -> Fix:
-    """The two rows of tilt."""
+def see_gravity(params: EKF, fix: Fix, force: Vec3, block: Block, out: float) -> Seen:
+    """The two rows of tilt, unless the innovation is beyond the gate."""
     p = fix.p
     x, y, _ = tilt_innovation(force)
-    fix = update(fix, p.axx, p.axy, p.axz, p.cxx, p.cxy, p.cxz, p.axx + r, x)
+    still = params.acc_noise * PER_G
+    seen = min(block.seen, ONE)
+    r = (still * still + params.acc_motion * params.acc_motion * block.rough / block.seen) / seen
+    square = x * x + y * y
+    if square > params.gate * params.gate * (max(p.axx, p.ayy) + r):
+        out += block.spell
+        if out <= params.gate_time:
+            return Seen(fix, out)
+        p = looser(p, square, 0.0)
+    fix = update(Fix(ZERO, fix.bias, p), p.axx, p.axy, p.axz, p.cxx, p.cxy, p.cxz, p.axx + r, x)
     p = fix.p
-    return update(fix, p.axy, p.ayy, p.ayz, p.cyx, p.cyy, p.cyz, p.ayy + r, y - fix.turn.y)
+    return Seen(update(fix, p.axy, p.ayy, p.ayz, p.cyx, p.cyy, p.cyz, p.ayy + r, y - fix.turn.y), 0.0)
+
+
+@kernel
+def see_field(params: EKF, fix: Fix, block: Block, out: float) -> Seen:
+    """The row of heading, unless the innovation is beyond the gate."""
+    p = fix.p
+    innovation = heading_innovation(block.east, block.north) - fix.turn.z
+    r = params.mag_noise * params.mag_noise * (DEGREE * DEGREE) / min(block.spell, ONE)
+    square = innovation * innovation
+    if square > params.gate * params.gate * (p.azz + r):
+        out += block.spell
+        if out <= params.gate_time:
+            return Seen(fix, out)
+        p = looser(p, 0.0, square)
+        fix = Fix(fix.turn, fix.bias, p)
+    return Seen(update(fix, p.axz, p.ayz, p.azz, p.czx, p.czy, p.czz, p.azz + r, innovation), 0.0)
+
+
+@kernel
+def gathered(block: Block, attitude: Quat, rate: Vec3, acc: Vec3, mag: Vec3, dt: float) -> Block:
+    """The block with one more sample."""
+    spell, turned, seen, rough, east, north = block
+    x, y, z = rate
+    turned += (x * x + y * y + z * z) * dt
+    if tilt.present(acc):
+        x, y, z = acc
+        off = HALF_PER_G2 * (x * x + y * y + z * z) - 0.5  # |a|/g − 1 to first order
+        seen += dt
+        rough += off * off * dt
+    if tilt.present(mag):
+        x, y, z = quat.rotate(attitude, mag)
+        east += x
+        north += y
+    return Block(spell + dt, turned, seen, rough, east, north)
+
+
+@kernel
+def lowpassed(params: EKF, force: Vec3, attitude: Quat, acc: Vec3, age: float, dt: float) -> Vec3:
+    """Specific force in the earth frame, in g."""
+    x, y, z = quat.rotate(attitude, acc)
+    a, b, c = force
+    weight = share(params.acc_tau, age, dt)
+    return Vec3(a + weight * (x * PER_G - a), b + weight * (y * PER_G - b), c + weight * (z * PER_G - c))
+
+
+@kernel
+def predicted(params: EKF, p: Cov, attitude: Quat, block: Block, dt: float) -> Cov:
+    """P at the end of a block, whose last sample came after ``dt``."""
+    if dt > GAP_SECONDS:
+        return across_gap(params, p, dt)
+    noise = params.gyr_noise * DEGREE
+    walk = params.bias_walk * DEGREE
+    spell = block.spell
+    turn = noise * noise * spell + params.gyr_scale * params.gyr_scale * block.turned
+    return predict(p, quat.matrix(attitude), turn, walk * walk * spell, spell)
 
 
 @kernel
 def step(params: EKF, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> State:
-    """Eqs. 1 to 7."""
-    attitude, bias, p, force, age, acc_out, mag_out, _ = state
-    health = 0
-    wx, wy, wz = gyr
-    bx, by, bz = bias
-    attitude = quat.integrate(attitude, Vec3(wx - bx, wy - by, wz - bz), dt)
-    r = quat.matrix(attitude)
+    """The attitude at every sample; eqs. 3 to 7 at the end of every block."""
+    attitude, bias, p, force, age, block, acc_out, mag_out, health = state
+    x, y, z = gyr
+    a, b, c = bias
+    attitude = quat.integrate(attitude, Vec3(x - a, y - b, z - c), dt)
     age = older(age, dt)
-    if dt > GAP_SECONDS:
-        p = across_gap(params, p, dt)
-    else:
-        noise = params.gyr_noise * DEGREE
-        walk = params.bias_walk * DEGREE
-        turn = noise * noise + params.gyr_scale * params.gyr_scale * (wx * wx + wy * wy + wz * wz)
-        p = predict(p, r, turn * dt, walk * walk * dt, dt)
-    often = 1.0 / min(dt, ONE)
-    gate = params.gate * params.gate
-    fix = Fix(ZERO, bias, p)
+    block = gathered(block, attitude, gyr, acc, mag, dt)
     if tilt.present(acc):
-        x, y, z = mat3.apply(r, acc)
-        weight = share(params.acc_tau, age, dt)
-        a, b, c = force
-        force = Vec3(a + weight * (x * PER_G - a), b + weight * (y * PER_G - b), c + weight * (z * PER_G - c))
-        off = (HALF_PER_G2 * (x * x + y * y + z * z) - 0.5) * params.acc_motion
-        still = params.acc_noise * PER_G
-        noise = (still * still + off * off) * often
-        a, b, _ = tilt_innovation(force)
-        square = a * a + b * b
-        if square > gate * (max(p.axx, p.ayy) + noise):
-            acc_out += dt
+        force = lowpassed(params, force, attitude, acc, age, dt)
+    if block.spell < params.block:
+        return State(attitude, bias, p, force, age, block, acc_out, mag_out, health)
+    health = 0
+    fix = Fix(ZERO, bias, predicted(params, p, attitude, block, dt))
+    if block.seen > 0.0:
+        fix, acc_out = see_gravity(params, fix, force, block, acc_out)
+        if acc_out > 0.0:
             health = ACC_REJECTED
-            if acc_out > params.gate_time:
-                fix = Fix(ZERO, bias, looser(p, square, 0.0))
-                acc_out = 0.0
-                health = 0
-        else:
-            acc_out = 0.0
-        if health == 0:
-            fix = see_gravity(params, fix, force, noise)
-    if tilt.present(mag):
-        x, y, _ = mat3.apply(r, mag)
-        innovation = heading_innovation(x, y) - fix.turn.z
-        noise = params.mag_noise * params.mag_noise * (DEGREE * DEGREE) * often
-        trusted = True
-        if innovation * innovation > gate * (fix.p.azz + noise):
-            mag_out += dt
-            trusted = mag_out > params.gate_time
-            if trusted:
-                fix = Fix(fix.turn, fix.bias, looser(fix.p, 0.0, innovation * innovation))
-        else:
-            mag_out = 0.0
-        if trusted:
-            p = fix.p
-            fix = update(fix, p.axz, p.ayz, p.azz, p.czx, p.czy, p.czz, p.azz + noise, innovation)
-        else:
+    if block.east != 0.0 or block.north != 0.0:
+        fix, mag_out = see_field(params, fix, block, mag_out)
+        if mag_out > 0.0:
             health |= MAG_REJECTED
     swing = quat.exp(fix.turn)
-    x, y, _ = fix.turn
+    force = followed(force, fix.turn, swing)
+    return State(quat.compose(swing, attitude), fix.bias, fix.p, force, age, EMPTY, acc_out, mag_out, health)
+
+
+@kernel
+def followed(force: Vec3, turn: Vec3, swing: Quat) -> Vec3:
+    """The low-passed force after the attitude was corrected; it is upright itself, so a small turn needs no more."""
+    x, y, _ = turn
     if x * x + y * y < SMALL_TURN:
         a, b, c = force
-        force = Vec3(a + y * c, b - x * c, c)
-    else:
-        force = quat.rotate(swing, force)
-    attitude = quat.compose(swing, attitude)
-    return State(attitude, fix.bias, fix.p, force, age, acc_out, mag_out, health)
+        return Vec3(a + y * c, b - x * c, c)
+    return quat.rotate(swing, force)
 
 
 @kernel
 def loosen(params: EKF, state: State, variance: float) -> State:
     """The whole attitude less sure, and the force in the earth frame seen afresh: it was turned with the error."""
-    attitude, bias, p, force, _, acc_out, mag_out, health = state
-    return State(attitude, bias, looser(p, variance, variance), force, 0.0, acc_out, mag_out, health)
+    attitude, bias, p, force, _, block, acc_out, mag_out, health = state
+    return State(attitude, bias, looser(p, variance, variance), force, 0.0, block, acc_out, mag_out, health)
 
 
 @kernel

@@ -35,7 +35,6 @@ AT_FULL = 0.99  # of a full scale found: where it ends drifts with temperature
 STEEP = 2.0  # 1/s, of the reading itself: a smooth peak that is flat for PLATEAU_SECONDS is reached at 0.6 at most
 PLATEAU_SECONDS = 0.0199
 NOT_ABRUPT = -1.0
-SLOW = 1.0  # rad/s, m/s²: below it nothing is steep
 STUCK_SECONDS = 1.0  # of one value while another axis moves
 FIELD_TAU = 20.0  # s over which the field is learned
 
@@ -97,7 +96,7 @@ class Extreme(NamedTuple):
     up: float
     down: float
     last: float  # largest component of the last reading
-    slope: float  # by which it had grown, 1/s of itself
+    before: float  # and of the one before
     stay: float  # s near the largest since it was reached abruptly; negative: it was not
     found: int  # 1: up is full scale, 2: down is
     clipped: bool
@@ -200,30 +199,30 @@ def clipped(extreme: Extreme, v: Vec3, full: float, dt: float) -> Extreme:
     A body slows down before it turns round; a clipped reading goes up steeply and then stays.
     """
     x, y, z = v
-    up, down, last, slope, stay, found, _ = extreme
+    up, down, last, before, stay, found, _ = extreme
     high = max(x, y, z)
     low = -min(x, y, z)
     if full > 0.0:
         return Extreme(full, full, 0.0, 0.0, NOT_ABRUPT, 3, max(high, low) >= PLATEAU * full)
+    if high < AT_FULL * up and low < AT_FULL * down:  # nearly always
+        return Extreme(up, down, max(high, low), last, NOT_ABRUPT, found, False)
     upwards = high > low
     largest = high if upwards else low
     top = up if upwards else down
     side = 1 if upwards else 2
-    before = slope
-    slope = (largest - last) / (dt * max(largest, SLOW))
     if largest < PLATEAU * top:
-        return Extreme(up, down, largest, slope, NOT_ABRUPT, found, found & side != 0 and largest > AT_FULL * top)
-    if PLATEAU * largest > top and found & side != 0:
+        return Extreme(up, down, largest, last, NOT_ABRUPT, found, found & side != 0 and largest > AT_FULL * top)
+    beyond = PLATEAU * largest > top
+    if beyond and found & side != 0:
         found -= side  # it can say more than that
-    if last < PLATEAU * top or PLATEAU * largest > top:
-        stay = 0.0 if max(slope, before) > STEEP else NOT_ABRUPT
+    if beyond or last < PLATEAU * top:
+        rise = max(largest - last, last - before)
+        stay = 0.0 if rise > STEEP * dt * largest else NOT_ABRUPT
     elif stay >= 0.0:
         stay += dt
         if stay >= PLATEAU_SECONDS:
             found |= side
-    up = max(up, high)
-    down = max(down, low)
-    return Extreme(up, down, largest, slope, stay, found, found & side != 0)
+    return Extreme(max(up, high), max(down, low), largest, last, stay, found, found & side != 0)
 
 
 @kernel
@@ -254,7 +253,15 @@ def stuck(repeat: Repeat) -> bool:
 
 
 @kernel
-def accelerating(guard: Guard, up: Vec3, acc: Vec3) -> bool:
+def predicted_up(attitude: Quat, gyr: Vec3, dt: float) -> Vec3:
+    """The vertical in the sensor frame, ``dt`` after it had this attitude, to first order."""
+    x, y, z = quat.up(attitude)
+    a, b, c = gyr
+    return Vec3(x + dt * (y * c - z * b), y + dt * (z * a - x * c), z + dt * (x * b - y * a))
+
+
+@kernel
+def accelerating(guard: Guard, attitude: Quat, gyr: Vec3, acc: Vec3, dt: float) -> bool:
     """Whether specific force is no gravity: its norm is not g, and it is far from the predicted vertical."""
     x, y, z = acc
     square = x * x + y * y + z * z
@@ -262,8 +269,8 @@ def accelerating(guard: Guard, up: Vec3, acc: Vec3) -> bool:
     high = GRAVITY + guard.acc_gate
     if low * low <= square <= high * high:
         return False
-    along = up.x * x + up.y * y + up.z * z
-    return along < sqrt(square) * (1.0 - 0.5 * guard.acc_angle * guard.acc_angle * (DEGREE * DEGREE))
+    a, b, c = predicted_up(attitude, gyr, dt)
+    return a * x + b * y + c * z < sqrt(square) * (1.0 - 0.5 * guard.acc_angle * guard.acc_angle * (DEGREE * DEGREE))
 
 
 @kernel
@@ -276,7 +283,8 @@ def learned(guard: Guard, field: Field, up: Vec3, mag: Vec3, dt: float) -> Field
     norm, dip, age, out = field
     x, y, z = mag
     n = sqrt(x * x + y * y + z * z)
-    d = (up.x * x + up.y * y + up.z * z) / n
+    a, b, c = up
+    d = (a * x + b * y + c * z) / n
     if age == 0.0 or out > guard.mag_time:
         return Field(n, d, dt, 0.0)
     if abs(n - norm) > guard.mag_gate * norm or abs(d - dip) > guard.mag_angle * DEGREE:
@@ -302,10 +310,9 @@ def look(guard: Guard, watch: Watch, attitude: Quat, own: Vec3, gyr: Vec3, acc: 
     gyr_repeat = repeated(gyr_repeat, gyr, dt)
     if stuck(gyr_repeat):
         health |= GYR_STUCK
-    bx, by, bz = rest.bias
-    gyr = Vec3(gyr.x - bx, gyr.y - by, gyr.z - bz)
-    x, y, z = quat.up(attitude)
-    up = Vec3(x + dt * (y * gyr.z - z * gyr.y), y + dt * (z * gyr.x - x * gyr.z), z + dt * (x * gyr.y - y * gyr.x))
+    x, y, z = gyr
+    a, b, c = rest.bias
+    gyr = Vec3(x - a, y - b, z - c)
     if present(acc):
         hard = clipped(hard, acc, guard.acc_range, dt)
         acc_repeat = repeated(acc_repeat, acc, dt)
@@ -315,7 +322,7 @@ def look(guard: Guard, watch: Watch, attitude: Quat, own: Vec3, gyr: Vec3, acc: 
         elif stuck(acc_repeat):
             health |= ACC_STUCK
             acc = ZERO
-        elif accelerating(guard, up, acc):
+        elif accelerating(guard, attitude, gyr, acc, dt):
             out += dt
             if out < guard.acc_time:
                 health |= ACC_REJECTED
@@ -323,7 +330,7 @@ def look(guard: Guard, watch: Watch, attitude: Quat, own: Vec3, gyr: Vec3, acc: 
         else:
             out = 0.0
     if present(mag):
-        field = learned(guard, field, up, mag, dt)
+        field = learned(guard, field, predicted_up(attitude, gyr, dt), mag, dt)
         if field.out > 0.0:
             health |= MAG_REJECTED
             mag = ZERO
