@@ -97,7 +97,7 @@ def started(params: Any, gyr: Vec3, acc: Vec3, mag: Vec3, health: int) -> Carry:
     """At the first sample; the filter has started once it has an accelerometer reading."""
     state = init(params, gyr, acc, mag)
     _, fast, hard, gyr_repeat, acc_repeat, out, field = BEFORE
-    watch = Watch(Rest(gyr, acc, 0.0, ZERO), fast, hard, gyr_repeat, acc_repeat, out, field)
+    watch = Watch(Rest(gyr, acc, 0.0, ZERO, ZERO, ZERO, 0.0), fast, hard, gyr_repeat, acc_repeat, out, field)
     return Carry(state, gyr, present(acc), health, watch, at_start(acc, mag), 0.0)
 
 

@@ -23,14 +23,16 @@ from levelhead.kernels.gain import share
 from levelhead.kernels.jit import kernel
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.tilt import GAP_SECONDS, GRAVITY, present
-from levelhead.kernels.vec3 import ZERO, Vec3
+from levelhead.kernels.vec3 import ZERO, Vec3, scale, sub
 
 DEGREE = pi / 180.0
+SPELL = 0.02  # s: rest need not be looked for more often
 SMOOTH = 0.5  # s, time constant of the means that rest is told by
 BIAS_TAU = 10.0  # s over which rest averages the bias
 FAST = 4.0  # rad/s: no gyroscope has a smaller full scale (250 °/s) than this
 HARD = 19.0  # m/s²: no accelerometer has a smaller full scale (2 g) than this
 PLATEAU = 0.997  # of the largest reading so far: readings above this may be clipped
+NEAR = 0.7  # of the largest reading so far: who comes from below in two samples comes steeply
 AT_FULL = 0.99  # of a full scale found: where it ends drifts with temperature
 STEEP = 2.0  # 1/s, of the reading itself: a smooth peak that is flat for PLATEAU_SECONDS is reached at 0.6 at most
 PLATEAU_SECONDS = 0.0199
@@ -79,12 +81,15 @@ class Guard(NamedTuple):
 
 
 class Rest(NamedTuple):
-    """Means of rate and specific force, seconds of stillness, and the bias read off (rad/s)."""
+    """Slow means of rate and specific force, seconds of stillness, and the bias read off (rad/s)."""
 
     gyr: Vec3
     acc: Vec3
     still: float
     bias: Vec3
+    turned: Vec3  # ∫ rate dt and ∫ specific force dt since they were last looked at, and for how many seconds
+    pushed: Vec3
+    spell: float
 
 
 class Extreme(NamedTuple):
@@ -142,7 +147,7 @@ class Look(NamedTuple):
 
 
 BEFORE = Watch(
-    Rest(ZERO, ZERO, 0.0, ZERO),
+    Rest(ZERO, ZERO, 0.0, ZERO, ZERO, ZERO, 0.0),
     Extreme(FAST, FAST, 0.0, 0.0, NOT_ABRUPT, 0, False),
     Extreme(HARD, HARD, 0.0, 0.0, NOT_ABRUPT, 0, False),
     Repeat(ZERO, 0, 0.0),
@@ -170,12 +175,24 @@ def toward(mean: Vec3, v: Vec3, weight: float) -> Vec3:
 
 
 @kernel
-def rested(guard: Guard, rest: Rest, gyr: Vec3, acc: Vec3, own: Vec3, dt: float) -> Rest:
-    """Rest is when rate and specific force stay near their own means for a while.
+def gathered(rest: Rest, gyr: Vec3, acc: Vec3, dt: float) -> Rest:
+    """One more sample."""
+    mean, force, still, bias, (a, b, c), (d, e, f), spell = rest
+    x, y, z = gyr
+    turned = Vec3(a + x * dt, b + y * dt, c + z * dt)
+    x, y, z = acc
+    return Rest(mean, force, still, bias, turned, Vec3(d + x * dt, e + y * dt, f + z * dt), spell + dt)
+
+
+@kernel
+def rested(guard: Guard, rest: Rest, own: Vec3) -> Rest:
+    """Rest is when rate and specific force, averaged over ``SPELL``, stay near their own slow means for a while.
 
     The bias then goes to the mean rate, less what the filter itself takes away (``own``), as a running mean.
     """
-    mean, force, still, bias = rest
+    mean, force, still, bias, turned, pushed, dt = rest
+    gyr = scale(turned, 1.0 / dt)
+    acc = scale(pushed, 1.0 / dt)
     gyr_limit = guard.rest_gyr * DEGREE
     turn_limit = guard.bias_limit * DEGREE
     quiet = square_off(mean, gyr) < gyr_limit * gyr_limit and square_off(force, acc) < guard.rest_acc * guard.rest_acc
@@ -183,13 +200,12 @@ def rested(guard: Guard, rest: Rest, gyr: Vec3, acc: Vec3, own: Vec3, dt: float)
     mean = toward(mean, gyr, weight)
     force = toward(force, acc, weight)
     if not quiet or dt > GAP_SECONDS or square_off(ZERO, mean) > turn_limit * turn_limit:
-        return Rest(mean, force, 0.0, bias)
+        return Rest(mean, force, 0.0, bias, ZERO, ZERO, 0.0)
     still += dt
     learned = still - guard.rest_time
     if learned > 0.0:
-        x, y, z = mean
-        bias = toward(bias, Vec3(x - own.x, y - own.y, z - own.z), share(BIAS_TAU, learned, dt))
-    return Rest(mean, force, still, bias)
+        bias = toward(bias, sub(mean, own), share(BIAS_TAU, learned, dt))
+    return Rest(mean, force, still, bias, ZERO, ZERO, 0.0)
 
 
 @kernel
@@ -199,13 +215,16 @@ def clipped(extreme: Extreme, v: Vec3, full: float, dt: float) -> Extreme:
     A body slows down before it turns round; a clipped reading goes up steeply and then stays.
     """
     x, y, z = v
-    up, down, last, before, stay, found, _ = extreme
+    up, down, last, before, stay, found, was = extreme
+    far = NEAR * min(up, down)
+    if full == 0.0 and -far < x < far and -far < y < far and -far < z < far:  # nearly always
+        if last == 0.0 and not was:
+            return extreme
+        return Extreme(up, down, 0.0, 0.0, NOT_ABRUPT, found, False)
     high = max(x, y, z)
     low = -min(x, y, z)
     if full > 0.0:
         return Extreme(full, full, 0.0, 0.0, NOT_ABRUPT, 3, max(high, low) >= PLATEAU * full)
-    if high < AT_FULL * up and low < AT_FULL * down:  # nearly always
-        return Extreme(up, down, max(high, low), last, NOT_ABRUPT, found, False)
     upwards = high > low
     largest = high if upwards else low
     top = up if upwards else down
@@ -301,7 +320,9 @@ def look(guard: Guard, watch: Watch, attitude: Quat, own: Vec3, gyr: Vec3, acc: 
     """
     rest, fast, hard, gyr_repeat, acc_repeat, out, field = watch
     health = 0
-    rest = rested(guard, rest, gyr, acc if present(acc) else rest.acc, own, dt)
+    rest = gathered(rest, gyr, acc if present(acc) else rest.acc, dt)
+    if rest.spell >= SPELL:
+        rest = rested(guard, rest, own)
     if rest.still > guard.rest_time:
         health = AT_REST
     fast = clipped(fast, gyr, guard.gyr_range * DEGREE, dt)
