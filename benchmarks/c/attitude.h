@@ -19,7 +19,10 @@ static inline Vec3 normalize(Vec3 a)
 {
     const double n = sqrt(a.x * a.x + a.y * a.y + a.z * a.z);
     if (n > 1e-140)
-        return (Vec3){a.x / n, a.y / n, a.z / n};
+    {
+        const double one = 1.0 / n;
+        return (Vec3){a.x * one, a.y * one, a.z * one};
+    }
     return (Vec3){0.0, 0.0, 0.0};
 }
 
