@@ -37,6 +37,7 @@ AT_FULL = 0.99  # of a full scale found: where it ends drifts with temperature
 STEEP = 2.0  # 1/s, of the reading itself: a smooth peak that is flat for PLATEAU_SECONDS is reached at 0.6 at most
 PLATEAU_SECONDS = 0.0199
 NOT_ABRUPT = -1.0
+LEAST = 1e-5  # rad/s, m/s²: no sensor has finer steps than this
 STUCK_SECONDS = 1.0  # of one value while another axis moves
 FIELD_TAU = 20.0  # s over which the field is learned
 
@@ -251,7 +252,7 @@ def repeated(repeat: Repeat, v: Vec3, dt: float) -> Repeat:
     x, y, z = v
     if x != a and y != b and z != c:
         return Repeat(v, 0, 0.0)
-    if x == a and y == b and z == c:
+    if abs(x - a) < LEAST and abs(y - b) < LEAST and abs(z - c) < LEAST:
         return repeat  # nothing moved: it may be a sensor without noise
     same = 0
     if x == a and x != 0.0:
