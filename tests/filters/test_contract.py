@@ -167,6 +167,57 @@ def test_a_jump_in_time_teaches_nothing_and_is_left_behind(flt, jump):
 
 
 @EVERY
+@pytest.mark.parametrize("mag", [False, True], ids=["6-D", "9-D"])
+def test_every_filter_has_a_doubt_that_grows_while_nothing_corrects(flt, mag):
+    rec = still(Rotation.from_euler("ZYX", [30, 20, -10], degrees=True), n=1000, mag=mag)
+    t, acc, field = rec.t.copy(), rec.acc.copy(), None if rec.mag is None else rec.mag.copy()
+    t[900:] += 5.0  # a gap, after three seconds in which only the gyroscope said something
+    acc[500:800] = np.nan
+    if field is not None:
+        field[500:800] = np.nan
+    track = lh.fuse(lh.Recording(t, rec.gyr, acc, field), flt.params())
+    assert (track.sigma[:, :2] > 0.0).all() and (track.sigma[1:, 2] > 0.0).all(), "a relative heading starts right"
+    assert (track.sigma[799] > track.sigma[499]).all()
+    if "Tilt" in flt.name or flt.name == "Triad":
+        return  # they believe every sample, the one after a gap as well
+    assert track.sigma[900, 2] > track.sigma[899, 2]
+    if "acc" in flt.uses:
+        assert (track.sigma[999, :2] < track.sigma[900, :2]).all()
+    else:
+        assert (track.sigma[999] >= track.sigma[900]).all()
+
+
+WORST_STARTS = [
+    Rotation.from_rotvec(np.pi * np.array(axis) / np.linalg.norm(axis))
+    for axis in ([1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 0], [0, 1, 1])
+] + list(Rotation.random(3, rng=4))
+
+
+@CORRECTING
+def test_a_wrong_first_sample_is_forgotten_in_the_time_stated(flt):
+    """The first sample 180° wrong about several axes, or anyhow; what comes after is the truth, with noise or without.
+
+    A filter may say that it never corrects heading, but not that it needs longer than two minutes.
+    """
+    rate = 100.0
+    true = Rotation.from_euler("ZYX", [100, 20, -30], degrees=True)
+    assert flt.settles.tilt <= 120.0 and (flt.settles.heading <= 120.0) == ("mag" in flt.uses)
+    seconds = flt.settles.heading if "mag" in flt.uses else flt.settles.tilt
+    for k, wrong in enumerate(WORST_STARTS):
+        rng = np.random.default_rng(k)
+        rec = still(true, n=int(rate * seconds) + 500, rate=rate)
+        noise = rng.normal(0, 1.0, (3, len(rec), 3)) * (k % 2)
+        acc, mag = rec.acc + 0.05 * noise[0], rec.mag + 0.5 * noise[1]
+        acc[0], mag[0] = (wrong * true).inv().apply([0, 0, G]), (wrong * true).inv().apply(FIELD)
+        track = lh.fuse(lh.Recording(rec.t, 0.002 * noise[2], acc, mag), flt.params(), engine="compiled")
+        assert tilt_error(track, true)[int(rate * flt.settles.tilt) + 1 :].max() < 2.0, k
+        if "mag" in flt.uses and flt.name != "Triad":  # which takes every sample's noise for the truth
+            x, y = (track.as_rotation() * true.inv()).apply([1.0, 0.0, 0.0])[:, :2].T
+            heading = np.degrees(np.abs(np.arctan2(y, x)))
+            assert heading[int(rate * flt.settles.heading) :].max() < 2.0, k
+
+
+@EVERY
 @settings(max_examples=15, deadline=None)
 @given(data=st.data())
 def test_missing_readings_never_reach_the_output(flt, data):

@@ -85,21 +85,25 @@ def from_bytes(data: bytes) -> Saved:
     Raises:
         LevelheadError: not such bytes, cut off, damaged, or saved by a version whose filter keeps another state.
     """
-    if not data.startswith(MAGIC):
+    if not isinstance(data, bytes) or not data.startswith(MAGIC):
         raise LevelheadError("these bytes are no saved stream; expected what Stream.save() returned")
     if len(data) < len(MAGIC) + 4 or struct.unpack("<I", data[-4:])[0] != zlib.crc32(data[:-4]):
         raise LevelheadError("the saved stream is cut off or damaged: its checksum does not fit")
     text, _, body = data[len(MAGIC) : -4].partition(b"\n")
-    header = json.loads(text)
-    flt = filters.find(header["filter"])
-    settings = Settings(flt.params(**header["params"]), Guard(**(header["guard"] or {})))
-    guarded = header["guard"] is not None
+    try:
+        header = json.loads(text)
+        name, values, guard = header["filter"], dict(header["params"]), header["guard"]
+        time = None if header["time"] is None else float.fromhex(header["time"])
+    except (ValueError, KeyError, TypeError):
+        raise LevelheadError("the saved stream's header is not one that levelhead writes") from None
+    flt = filters.find(name)
+    settings = Settings(flt.params(**values), Guard(**(guard or {})))
+    guarded = guard is not None
     example = bind(flt, guarded).begin(settings)
-    if header["layout"] != _digest(example) or len(body) != 8 * len(list(leaves(example))):
+    if header.get("layout") != _digest(example) or len(body) != 8 * len(list(leaves(example))):
         raise LevelheadError(
-            f"the stream was saved by levelhead {header['levelhead']}, whose {flt.name} keeps another state than "
+            f"the stream was saved by levelhead {header.get('levelhead')}, whose {flt.name} keeps another state than "
             f"{__version__}; start a new one"
         )
     carry = _filled(example, iter([body[i : i + 8] for i in range(0, len(body), 8)]))
-    time = None if header["time"] is None else float.fromhex(header["time"])
     return Saved(settings, guarded, carry, time)

@@ -454,6 +454,6 @@ FILTER = Filter(
     uses=frozenset({"gyr", "acc", "mag"}),
     citation="E. J. Lefferts, F. L. Markley, M. D. Shuster, Kalman Filtering for Spacecraft Attitude Estimation, "
     "Journal of Guidance, Control, and Dynamics 5(5), 1982",
-    settles=Settling(10.0, 60.0),
+    settles=Settling(10.0, 75.0),
     loosen=loosen,
 )

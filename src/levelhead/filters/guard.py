@@ -298,14 +298,15 @@ def learned(guard: Guard, field: Field, up: Vec3, mag: Vec3, dt: float) -> Field
     """The field after a reading; ``out`` > 0: it is not the earth's, and was not learned from.
 
     Norm and dip within the bounds are averaged into the reference. What stays outside for long enough becomes the new
-    reference: the room was changed, not the moment.
+    reference: the room was changed, not the moment. A reference that was learned for a moment, perhaps while the
+    attitude was still wrong, is given up as soon.
     """
     norm, dip, age, out = field
     x, y, z = mag
     n = sqrt(x * x + y * y + z * z)
     a, b, c = up
     d = (a * x + b * y + c * z) / n
-    if age == 0.0 or out > guard.mag_time:
+    if age == 0.0 or out > min(guard.mag_time, age):
         return Field(n, d, dt, 0.0)
     if abs(n - norm) > guard.mag_gate * norm or abs(d - dip) > guard.mag_angle * DEGREE:
         return Field(norm, dip, age, out + dt)
