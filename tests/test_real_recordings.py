@@ -30,7 +30,8 @@ BOUNDS = {
         "Kalman": 1.51,
         "RollPitchKalman": 0.51,
         "BiasRateKalman": 0.94,
-        BEST: 0.51,
+        "EKF": 0.48,
+        BEST: 0.48,
     },
     "21": {
         "GyroIntegration": 14.4,
@@ -41,8 +42,9 @@ BOUNDS = {
         "Madgwick": 6.6,
         "Kalman": 74.0,
         "RollPitchKalman": 21.8,
-        "BiasRateKalman": 87.0,
-        BEST: 15.8,
+        "BiasRateKalman": 100.0,
+        "EKF": 3.1,
+        BEST: 3.1,
     },
 }
 KNOWN = {"BROAD 05": "05_undisturbed_slow_rotation_with_breaks_B", "BROAD 21": "21_undisturbed_fast_combined"}

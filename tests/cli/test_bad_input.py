@@ -105,7 +105,7 @@ def test_bad_logs(refused, tmp_path, case):
     [
         (["--filter", "Kalmann"], "no filter 'Kalmann'; did you mean 'Kalman'?"),
         (["--filter", "Kalman", "--set", "r_mesure=1"], "no parameter 'r_mesure'; did you mean 'r_measure'?"),
-        (["--set", "r_mesure=1"], "did you mean 'r_measure'?"),
+        (["--set", "acc_nose=1"], "did you mean 'acc_noise'?"),
         (["--filter", "Kalman", "--set", "r_measure=0"], "r_measure = 0 is not allowed; it must be greater than"),
         (["--filter", "Kalman", "--set", "r_measure=-1"], "must be greater than 0 deg²"),
         (["--filter", "Kalman", "--set", "r_measure=nan"], "must be greater than 0 deg²"),
@@ -169,7 +169,7 @@ def test_bad_commands(refused, tmp_path, monkeypatch, words, said):
 
 
 def test_no_truth_no_sweep(refused, logs):
-    assert "truth" in refused("sweep", logs / "plain.csv", "-p", "r_measure")
+    assert "truth" in refused("sweep", logs / "plain.csv", "-p", "acc_noise")
 
 
 def test_a_seed_means_nothing_to_a_log(refused, logs):
@@ -185,7 +185,7 @@ def test_more_memory_than_there_is(refused, tmp_path):
 def test_a_folder_that_cannot_be_made(refused, logs, tmp_path, verb):
     (tmp_path / "file").write_text("no folder")  # holds for root too, whom no permission stops
     log = [] if verb == "demo" else [logs / "hand.csv"]
-    parameter = ["-p", "r_measure", "--values", "1"] if verb == "sweep" else []
+    parameter = ["-p", "acc_noise", "--values", "1"] if verb == "sweep" else []
     for out in (tmp_path / "file", tmp_path / "file" / "below"):
         assert "cannot make the folder" in refused(verb, *log, *parameter, "-o", out)
     assert (tmp_path / "file").read_text() == "no folder" and len(list(tmp_path.iterdir())) == 1

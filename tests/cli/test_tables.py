@@ -94,16 +94,16 @@ def test_sweep_a_log_with_another_parameter_held(levelhead, logs):
         "sweep",
         logs / "hand.npz",
         "--parameter",
-        "r_measure",
+        "acc_noise",
         "--set",
-        "q_bias=0.01",
+        "bias_walk=0.01",
         "--values",
         "0.1",
         "1",
         "10",
     ]
     found = levelhead(*words, "--json").json
-    assert found["params"]["q_bias"] == 0.01 and found["unit"] == "deg²" and len(found["tilt_deg"]) == 3
+    assert found["params"]["bias_walk"] == 0.01 and found["unit"] == "(m/s²)/√Hz" and len(found["tilt_deg"]) == 3
 
 
 def test_a_switch_has_no_range_to_widen(levelhead, logs):
