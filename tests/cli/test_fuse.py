@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from levelhead import filters, sources
+from levelhead.cli.options import guard_names
 from levelhead.engine import fuse
 
 COLUMNS = "t [s],qw,qx,qy,qz,roll [deg],pitch [deg],yaw [deg]"
@@ -97,6 +98,12 @@ def test_the_guard_is_set_and_taken_away(levelhead, logs, tmp_path):
     assert "off: the filter saw every reading as it is" in off.out and "at rest" not in off.out
     np.testing.assert_array_equal(table(tmp_path / "nine-track.csv")[1][:, 1:5], fuse(recording, guard=None).quat)
     assert levelhead(*words, "--guard", "OFF", "--json").json["guard"] is None
+
+
+def test_the_shell_completes_thresholds():
+    names = guard_names(None)
+    assert list(names)[0] == "off" and list(names)[1:] == [f"{name}=" for name in filters.Guard._fields]
+    assert all(names.values())
 
 
 def test_health_in_words_and_rest_apart(levelhead, tmp_path):

@@ -37,7 +37,7 @@ def fuse(
 
     Args:
         log: .csv, .tsv, .mat, .h5, .npz or .parquet with gyroscope and accelerometer; units and columns are found.
-        set: a parameter of the filter, such as r_measure=0.1; may be given several times.
+        set: a parameter of the filter, such as acc_tau=3; may be given several times.
         declination: degrees from true to magnetic north at the place and time of the log, positive east: the track is
             then relative to true north.
         out: folder for the results LOG-track.csv and LOG-track.png.
