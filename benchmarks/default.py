@@ -1,8 +1,8 @@
-"""How flat the choice of ``levelhead.filters.best`` is: each of its numbers three times larger and smaller.
+"""How flat the choice of ``levelhead.filters.best`` and of ``Guard`` is: each number three times larger and smaller.
 
 Mean tilt and total error in degrees over the recordings in the folders given (BROAD .mat, RepoIMU .csv), and over
 simulated ones: four chips with a magnetometer, four motions, two specimens each, errors as in their data sheets. A
-number that only one of the two columns likes would be tuned to it.
+number that only one of the two columns likes would be tuned to it. Every filter with its own defaults comes last.
 """
 
 import itertools
@@ -15,13 +15,14 @@ import levelhead as lh
 from levelhead import filters
 from levelhead.bench.survey import logs
 from levelhead.bench.timing import Table
-from levelhead.evaluate import evaluate
+from levelhead.evaluate.score import root_mean_squares
+from levelhead.filters.contract import param_table
 from measure import options, show
 
 CHIPS = ("MPU-6050", "BMI160", "LSM6DS3", "LSM6DSO32")
 MOTIONS = ("hand", "walking", "drone", "robot")
 FACTOR = 3.0
-VARIED = ("q_angle", "q_bias", "r_measure", "r_heading", "p_bias")
+TABLES = ("Mean error, °", "Mean error by the guard's numbers, °", "Mean error of every filter as it comes, °")
 
 
 def simulated() -> list[lh.Recording]:
@@ -40,10 +41,24 @@ def real(folders: list[Path]) -> list[lh.Recording]:
     return found
 
 
-def errors(recordings: Iterable[lh.Recording], params: Any) -> tuple[float, float]:
+def errors(recordings: Iterable[lh.Recording], params: Any, guard: lh.Guard | None) -> tuple[float, float]:
     """Mean tilt and mean total error, °."""
-    scores = [evaluate(recording, lh.fuse(recording, params, engine="compiled")) for recording in recordings]
-    return statistics.fmean(s.tilt for s in scores), statistics.fmean(s.total for s in scores)
+    tilts, totals = [], []
+    for recording in recordings:
+        total, tilt, _ = root_mean_squares(recording, lh.fuse(recording, params, guard=guard, engine="compiled"))
+        tilts.append(tilt)
+        totals.append(total)
+    return statistics.fmean(tilts), statistics.fmean(totals)
+
+
+def varied(numbers: Any) -> dict[str, Any]:
+    """Label to the same numbers with one of them larger or smaller; a 0 stays what it is."""
+    found = {}
+    for name, factor in itertools.product(param_table(type(numbers)), (FACTOR, 1 / FACTOR)):
+        value = getattr(numbers, name) * factor
+        if value:
+            found[f"{name} = {value:.3g}"] = numbers._replace(**{name: value})
+    return found
 
 
 def main() -> None:
@@ -51,21 +66,24 @@ def main() -> None:
     parser = options(__doc__, repeats=1)
     parser.add_argument("folders", nargs="+", type=Path, help="folders with BROAD .mat and RepoIMU .csv")
     given = parser.parse_args()
-    best = filters.best()
-    choices: dict[str, Any] = {"best": best}
-    for name, factor in itertools.product(VARIED, (FACTOR, 1 / FACTOR)):
-        value = getattr(best, name) * factor
-        choices[f"{name} = {value:.3g}"] = best._replace(**{name: value})
-    choices |= {flt.name: flt.params() for flt in filters.ALL}
+    best, guard = filters.best(), lh.Guard()
+    name = type(best).__name__
+    cases: list[dict[str, tuple[Any, lh.Guard | None]]] = [
+        {name: (best, guard)} | {label: (params, guard) for label, params in varied(best).items()},
+        {"no guard": (best, None)} | {label: (best, other) for label, other in varied(guard).items()},
+        {flt.name: (flt.params(), guard) for flt in filters.ALL},
+    ]
     groups = {"real": real(given.folders), "simulated": simulated()}
-    rows = []
-    for label, params in choices.items():
-        row: dict[str, Any] = {"filter": label}
-        for group, recordings in groups.items():
-            row[f"{group} tilt"], row[f"{group} total"] = errors(recordings, params)
-        rows.append(row)
-    columns = {key: key for key in rows[0]}
-    show([Table("Mean error, °", columns, rows, note=f"best: {best}; its other numbers one at a time.")], given.json)
+    tables = []
+    for title, choices in zip(TABLES, cases, strict=True):
+        rows = []
+        for label, (params, before) in choices.items():
+            row: dict[str, Any] = {"filter": label}
+            for group, recordings in groups.items():
+                row[f"{group} tilt"], row[f"{group} total"] = errors(recordings, params, before)
+            rows.append(row)
+        tables.append(Table(title, {key: key for key in rows[0]}, rows, note=f"{name}() where no other is named."))
+    show(tables, given.json)
 
 
 if __name__ == "__main__":

@@ -1,11 +1,14 @@
-"""Writes into the pages what the source knows better: tables of parameters, health bits, units, motions and chips.
+"""Writes into the pages what the source knows better: filters, thresholds, health bits, units, motions and chips.
 
-Every block between <!-- generated: NAME --> and <!-- end --> is rewritten. With --check nothing is changed; a page
-that is out of date is named, and the exit code is 1. With --pictures `levelhead demo --full` is run as well, and its
-pictures are kept with fewer colours.
+Each filter has a page docs/filters/NAME.md, made where there is none: what its module and its Params class say, and
+below that whatever people write. Every block between <!-- generated: NAME --> and <!-- end --> is rewritten. With
+--check nothing is changed; a page that is out of date is named, and the exit code is 1. With --pictures
+`levelhead demo --full` is run as well, and its pictures are kept with fewer colours.
 """
 
 import argparse
+import inspect
+import math
 import re
 import sys
 import tempfile
@@ -13,7 +16,8 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 from levelhead import cli, filters, units
-from levelhead.filters import health
+from levelhead.engine.binding import guards
+from levelhead.filters import guard, health
 from levelhead.filters.contract import Filter, Param, derived_table, param_table
 from levelhead.simulate.motion import STYLES
 from levelhead.simulate.presets import CHIPS, MAGNETOMETERS, Sheet
@@ -39,13 +43,13 @@ def code(text: str) -> str:
     return f"`{text}`"
 
 
-def parameters(flt: Filter) -> str:
+def parameters(params: type) -> str:
     """Name, unit, default, range, range worth sweeping and meaning of every parameter, and of every other name."""
-    defaults = flt.params()
+    defaults = params()
     facts: list[tuple[str, Param, str]] = [
-        (name, param, number(getattr(defaults, name))) for name, param in param_table(flt.params).items()
+        (name, param, number(getattr(defaults, name))) for name, param in param_table(params).items()
     ]
-    for name, derived in derived_table(flt.params).items():
+    for name, derived in derived_table(params).items():
         facts.append((name, derived.param, f"{number(getattr(defaults, name))} (from {derived.field})"))
     if not facts:
         return "No parameters.\n"
@@ -59,14 +63,62 @@ def parameters(flt: Filter) -> str:
     return table(["parameter", "unit", "default", "range", "default sweep", "meaning"], rows)
 
 
+def markdown(text: str) -> str:
+    """A docstring as Markdown: what is indented is set as it stands."""
+    lines, inside = [], False
+    for line in [*inspect.cleandoc(text).splitlines(), "."]:
+        if line and line.startswith("    ") != inside:
+            inside = not inside
+            lines += ["```"] if inside else []
+            if not inside:  # before the empty line that ended the block
+                lines.insert(len(lines) - (lines[-1] == ""), "```")
+        lines.append(line.removeprefix("    ") if inside else line.replace("``", "`"))
+    return "\n".join(lines[:-1]) + "\n"
+
+
+def seconds(value: float) -> str:
+    """How long it takes to forget."""
+    return "never" if math.isinf(value) else "with the next sample" if value == 0.0 else f"within {value:g} s"
+
+
+def sensors(flt: Filter) -> str:
+    """What it runs on."""
+    return ", ".join(sensor for sensor in ("gyr", "acc", "mag") if sensor in flt.uses)
+
+
+def gives(flt: Filter) -> str:
+    """What it estimates by itself; σ it always gives, by itself or through its gains."""
+    return ", ".join(fact for fact in ("tilt", "heading", "bias") if fact in flt.estimates)
+
+
+def filter_page(flt: Filter) -> str:
+    """All that the source says about a filter."""
+    module = sys.modules[flt.init.__module__]
+    title, _, words = str(module.__doc__).partition(": ")
+    facts = [
+        ("uses", sensors(flt)),
+        ("estimates", gives(flt)),
+        ("σ", "its own covariance" if "sigma" in flt.estimates else "the covariance of an observer with its gains"),
+        ("[guard](../robustness.md)", "in front of it" if guards(flt) else "none: it shows what its sensor says"),
+        ("[one axis](../any-units.md)", "yes" if flt.axis else "no"),
+        ("a wrong tilt is forgotten", seconds(flt.settles.tilt)),
+        ("a wrong heading is forgotten", seconds(flt.settles.heading)),
+        ("source", flt.citation),
+    ]
+    head = markdown(words[0].upper() + words[1:])
+    return f"# {title}\n\n{head}\n{table(['', ''], facts)}\n## Parameters\n\n{parameters(flt.params)}"
+
+
 def overview() -> str:
     """Which filter needs and gives what."""
     rows = []
     for flt in filters.ALL:
-        uses = ", ".join(sensor for sensor in ("gyr", "acc", "mag") if sensor in flt.uses)
-        gives = ", ".join(fact for fact in ("tilt", "heading", "bias", "sigma") if fact in flt.estimates)
-        rows.append([code(flt.name), uses, gives, "yes" if flt.axis else "no", str(flt.params.__doc__).splitlines()[0]])
-    return table(["filter", "uses", "estimates", "one axis", "what it is"], rows)
+        page = f"[`{flt.name}`](filters/{flt.name}.md)"
+        settles = f"{seconds(flt.settles.tilt)} / {seconds(flt.settles.heading)}"
+        axis = "yes" if flt.axis else "no"
+        rows.append([page, sensors(flt), gives(flt), settles, axis, str(flt.params.__doc__).splitlines()[0]])
+    header = ["filter", "uses", "estimates", "a wrong tilt / heading is forgotten", "one axis", "what it is"]
+    return table(header, rows)
 
 
 def bits() -> str:
@@ -147,7 +199,8 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "units": spellings,
     "motions": motions,
     "chips": chips,
-    **{f"parameters of {flt.name}": lambda flt=flt: parameters(flt) for flt in filters.ALL},
+    "guard": lambda: parameters(guard.Guard),
+    **{f"filter {flt.name}": lambda flt=flt: filter_page(flt) for flt in filters.ALL},
 }
 
 
@@ -180,7 +233,11 @@ def main() -> int:
     parser.add_argument("--pictures", action="store_true", help="also make the pictures anew")
     given = parser.parse_args()
     stale, shown = [], set()
-    for path in sorted(DOCS.glob("*.md")):
+    for flt in filters.ALL:
+        page = DOCS / "filters" / f"{flt.name}.md"
+        if not page.exists() and not given.check:
+            page.write_text(f"<!-- generated: filter {flt.name} -->\n<!-- end -->\n", encoding="utf-8")
+    for path in sorted(DOCS.rglob("*.md")):
         text = path.read_text(encoding="utf-8")
         wanted = renewed(text)
         shown |= {match[2] for match in BLOCK.finditer(text)}
@@ -192,7 +249,7 @@ def main() -> int:
         pictures()
     for path in stale:
         what = "is out of date; run python docs/generate.py" if given.check else "rewritten"
-        sys.stdout.write(f"docs/{path.name} {what}\n")
+        sys.stdout.write(f"docs/{path.relative_to(DOCS).as_posix()} {what}\n")
     absent = [name for name in BLOCKS if name not in shown]
     for name in absent:
         sys.stdout.write(f"no page has the block <!-- generated: {name} --> … <!-- end -->\n")

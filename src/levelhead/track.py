@@ -1,16 +1,33 @@
 """A Track: what a filter says, sample by sample, with its own doubt."""
 
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, field, replace
+from math import cos, pi, radians, sin
+from typing import TYPE_CHECKING, Any, SupportsFloat
 
 import numpy as np
 from numpy.typing import NDArray
 
 from levelhead.errors import LevelheadError, nearest
+from levelhead.filters.health import FAULTS
 from levelhead.recording import Array, real_array, time_array
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
+
+
+def declination_angle(declination: object, degrees: bool = True) -> float:
+    """A declination in rad.
+
+    Raises:
+        LevelheadError: no number within half a turn.
+    """
+    unit, half_turn = ("degrees", 180.0) if degrees else ("rad", pi)
+    if not isinstance(declination, SupportsFloat) or not abs(float(declination)) <= half_turn:
+        raise LevelheadError(
+            f"the declination is {declination!r}; it must be {unit} from true to magnetic north, positive east, within "
+            f"±{half_turn:g}"
+        )
+    return radians(float(declination)) if degrees else float(declination)
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,9 +38,10 @@ class Track:
         t: (n,) seconds.
         quat: (n, 4) unit quaternions wxyz that turn sensor-frame vectors into the earth frame (x east, y north, z up).
         bias: (n, 3) estimated gyroscope bias in rad/s, or None if the filter estimates none.
-        sigma: (n, 3) 1σ of the attitude error about east, north and up in rad, or None if the filter knows no doubt.
+        sigma: (n, 3) 1σ of the attitude error about east, north and up in rad, or None if nothing is known about it.
         health: (n,) bits of ``levelhead.filters.health``: what was wrong with a sample and what was done about it.
         params: the Params object that made it.
+        declination: rad, positive east, by which heading was turned from magnetic to true north; None: it was not.
     """
 
     t: Array
@@ -32,6 +50,7 @@ class Track:
     sigma: Array | None = None
     health: NDArray[np.uint32] = field(default_factory=lambda: np.empty(0, np.uint32))  # zeros when not given
     params: Any = None
+    declination: float | None = None
 
     def __post_init__(self) -> None:
         t = time_array(self.t)
@@ -45,6 +64,8 @@ class Track:
             object.__setattr__(self, "health", np.zeros(n, np.uint32))
         if np.shape(self.health) != (n,):
             raise LevelheadError(f"health has shape {np.shape(self.health)}; expected ({n},) of bits")
+        if self.declination is not None:
+            object.__setattr__(self, "declination", declination_angle(self.declination, degrees=False))
 
     def __len__(self) -> int:
         return len(self.t)
@@ -78,6 +99,35 @@ class Track:
         """(n,) 1σ of the heading error in rad."""
         return None if self.sigma is None else self.sigma[:, 2]
 
+    def to_true_north(self, declination: float, *, degrees: bool = True) -> "Track":
+        """The same orientation over an earth frame whose y axis points to true north instead of magnetic north.
+
+        q_true = R_z(−D) q, so that every bearing grows by D and every yaw shrinks by it. σ about the new east and north
+        axes are those of the old ones turned as if their errors were independent, because a Track has no covariances:
+        σ_E² ← σ_E² cos² D + σ_N² sin² D. Inclination and heading keep theirs.
+
+        Args:
+            declination: D, from true north to magnetic north at this place and time, positive east.
+            degrees: the unit of ``declination``; False: rad.
+
+        Raises:
+            LevelheadError: no such angle, or the track is relative to true north already.
+        """
+        angle = declination_angle(declination, degrees)
+        if self.declination is not None:
+            raise LevelheadError(
+                f"this track is relative to true north already, by a declination of {np.degrees(self.declination):g}°"
+            )
+        c, s = cos(0.5 * angle), sin(0.5 * angle)
+        w, x, y, z = self.quat.T
+        quat = np.stack([c * w + s * z, c * x + s * y, c * y - s * x, c * z - s * w], axis=1)
+        sigma = None
+        if self.sigma is not None:
+            east, north, up = self.sigma.T
+            c, s = cos(angle), sin(angle)
+            sigma = np.stack([np.hypot(c * east, s * north), np.hypot(s * east, c * north), up], axis=1)
+        return replace(self, quat=quat, sigma=sigma, declination=angle)
+
     def as_rotation(self, frame: str = "ENU") -> "Rotation":
         """A ``scipy.spatial.transform.Rotation`` of all samples, sensor frame to earth frame.
 
@@ -96,5 +146,5 @@ class Track:
         raise LevelheadError(f"'{frame}' is not an earth frame that levelhead knows; {nearest(frame, ['ENU', 'NED'])}")
 
     def __repr__(self) -> str:
-        flagged = int(np.count_nonzero(self.health))
+        flagged = int(np.count_nonzero(self.health & np.uint32(FAULTS)))
         return f"Track({self.name}, {len(self)} samples{f', {flagged} with health bits' if flagged else ''})"

@@ -105,7 +105,8 @@ def test_bad_logs(refused, tmp_path, case):
     [
         (["--filter", "Kalmann"], "no filter 'Kalmann'; did you mean 'Kalman'?"),
         (["--filter", "Kalman", "--set", "r_mesure=1"], "no parameter 'r_mesure'; did you mean 'r_measure'?"),
-        (["--set", "acc_nose=1"], "did you mean 'acc_noise'?"),
+        (["--set", "acc_tua=1"], "EKF has no parameter 'acc_tua'; did you mean 'acc_tau'?"),
+        (["--set", "r_measure=1"], "EKF, the best filter for these sensors, has no parameter 'r_measure'; name one"),
         (["--filter", "Kalman", "--set", "r_measure=0"], "r_measure = 0 is not allowed; it must be greater than"),
         (["--filter", "Kalman", "--set", "r_measure=-1"], "must be greater than 0 deg²"),
         (["--filter", "Kalman", "--set", "r_measure=nan"], "must be greater than 0 deg²"),
@@ -113,8 +114,16 @@ def test_bad_logs(refused, tmp_path, case):
         (["--filter", "Complementary", "--set", "alpha=1"], "alpha = 1 is not allowed; it must be at least 0 and"),
         (["--filter", "Complementary", "--set", "alpha=-0.1"], "must be at least 0 and below 1"),
         (["--set", "alpha=0.98"], "--filter Complementary"),
-        (["--set", "r_measure"], "'r_measure' sets nothing; write a parameter and its value"),
-        (["--set", "r_measure=1", "--set", "r_measure=2"], "set twice"),
+        (["--set", "acc_tau"], "'acc_tau' sets nothing; write a parameter and its value, such as r_measure=0.1"),
+        (["--set", "acc_tau=1", "--set", "acc_tau=2"], "set twice"),
+        (["--guard", "rest_tim=3"], "Guard has no parameter 'rest_tim'; did you mean 'rest_time'?"),
+        (["--guard", "rest_time"], "'rest_time' sets nothing; write a parameter and its value, such as rest_time=3, or"),
+        (["--guard", "on"], "such as rest_time=3, or off"),
+        (["--guard", "rest_time=-1"], "rest_time = -1 is not allowed; it must be at least 0 s"),
+        (["--guard", "off", "--guard", "rest_time=3"], "--guard off leaves no threshold to set"),
+        (["--declination", "3.5"], "there is no magnetometer: heading is relative; leave it out"),
+        (["--declination", "400"], "within ±180"),
+        (["--declination", "east"], "--declination"),
         (["--units", "gyr=dgs"], "'dgs' is not a unit"),
         (["--units", "gyro=deg/s"], "did you mean 'gyr'?"),
         (["--units", "deg/s"], "has no '='"),
@@ -168,8 +177,15 @@ def test_bad_commands(refused, tmp_path, monkeypatch, words, said):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize("flt", ["AccelTilt", "GyroIntegration", "RollPitchKalman"])
+def test_no_true_north_for_a_filter_that_knows_no_north(refused, logs, tmp_path, flt):
+    said = refused("fuse", logs / "nine.npz", "--declination", "3.5", "--filter", flt, "-o", tmp_path / "new")
+    assert f"{flt} does not follow the magnetometer: heading is relative" in said
+    assert not (tmp_path / "new").exists()
+
+
 def test_no_truth_no_sweep(refused, logs):
-    assert "truth" in refused("sweep", logs / "plain.csv", "-p", "acc_noise")
+    assert "truth" in refused("sweep", logs / "plain.csv", "-f", "Kalman", "-p", "r_measure")
 
 
 def test_a_seed_means_nothing_to_a_log(refused, logs):
@@ -185,7 +201,7 @@ def test_more_memory_than_there_is(refused, tmp_path):
 def test_a_folder_that_cannot_be_made(refused, logs, tmp_path, verb):
     (tmp_path / "file").write_text("no folder")  # holds for root too, whom no permission stops
     log = [] if verb == "demo" else [logs / "hand.csv"]
-    parameter = ["-p", "acc_noise", "--values", "1"] if verb == "sweep" else []
+    parameter = ["-f", "Kalman", "-p", "r_measure", "--values", "1"] if verb == "sweep" else []
     for out in (tmp_path / "file", tmp_path / "file" / "below"):
         assert "cannot make the folder" in refused(verb, *log, *parameter, "-o", out)
     assert (tmp_path / "file").read_text() == "no folder" and len(list(tmp_path.iterdir())) == 1

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from levelhead import filters, sources
+from levelhead.cli.options import guard_names
 from levelhead.engine import fuse
 
 COLUMNS = "t [s],qw,qx,qy,qz,roll [deg],pitch [deg],yaw [deg]"
@@ -35,7 +36,7 @@ def test_track_picture_and_summary(levelhead, logs, tmp_path):
     assert len(lines) <= 24 and "800 samples" in lines[0]
     for words in (
         "filter",
-        "acc_noise = 0.2 (m/s²)/√Hz",
+        "acc_tau = 2 s",
         "roll",
         "°/s learned by the end",
         "tilt",
@@ -80,13 +81,68 @@ def test_parameters_are_set(levelhead, logs, tmp_path):
     assert facts["params"]["r_measure"] == 0.5 and facts["params"]["q_per_sample"] is True
     facts = levelhead(*words, "--filter", "Complementary", "--set", "alpha=0.98").json
     assert facts["params"]["tau"] == pytest.approx(0.49)
-    best = levelhead(*words, "--set", "acc_noise=0.3").json["params"]
-    assert best == filters.best()._asdict() | {"acc_noise": 0.3}
+    best = levelhead(*words, "--set", "acc_tau=3").json["params"]
+    assert best == filters.best()._asdict() | {"acc_tau": 3.0}
+
+
+def test_the_guard_is_set_and_taken_away(levelhead, logs, tmp_path):
+    words = ["fuse", logs / "nine.npz", "--no-plot", "-o", tmp_path]
+    recording = sources.read(logs / "nine.npz")
+    plain = levelhead(*words)
+    assert "\nguard " not in plain.out and "\nat rest " in plain.out  # it stands for the first three seconds
+    set_ = levelhead(*words, "--guard", "rest_time=1", "--guard", "acc_range=156.9", "--json").json
+    guard = filters.Guard(rest_time=1.0, acc_range=156.9)
+    assert set_["guard"] == guard._asdict()
+    np.testing.assert_array_equal(table(tmp_path / "nine-track.csv")[1][:, 1:5], fuse(recording, guard=guard).quat)
+    off = levelhead(*words, "--guard", "off")
+    assert "off: the filter saw every reading as it is" in off.out and "at rest" not in off.out
+    np.testing.assert_array_equal(table(tmp_path / "nine-track.csv")[1][:, 1:5], fuse(recording, guard=None).quat)
+    assert levelhead(*words, "--guard", "OFF", "--json").json["guard"] is None
+
+
+def test_the_shell_completes_thresholds():
+    names = guard_names(None)
+    assert list(names)[0] == "off" and list(names)[1:] == [f"{name}=" for name in filters.Guard._fields]
+    assert all(names.values())
+
+
+def test_health_in_words_and_rest_apart(levelhead, tmp_path):
+    """Rest for 6 s of 8, then a shake with a reading missing."""
+    t = np.arange(800) * 0.01
+    gyr = np.random.default_rng(1).normal(0.0, 1e-3, (800, 3))
+    gyr[600:] += 2.0
+    acc = np.random.default_rng(2).normal(0.0, 1e-2, (800, 3)) + [0.0, 0.0, 9.81]
+    acc[700] = np.nan
+    lines = ["t [s],gx [rad/s],gy [rad/s],gz [rad/s],ax [m/s²],ay [m/s²],az [m/s²]"]
+    lines += [",".join("" if np.isnan(x) else f"{x:.6f}" for x in row) for row in np.column_stack([t, gyr, acc])]
+    (tmp_path / "shake.csv").write_text("\n".join(lines), encoding="utf-8")
+    words = ["fuse", tmp_path / "shake.csv", "--units", "gyr=rad/s", "--no-plot", "-o", tmp_path]
+    said = levelhead(*words).out
+    assert "of the time, bias read off" in said
+    assert "1 sample (0.12 %): accelerometer missing, tilt not corrected" in said
+    facts = levelhead(*words, "--json").json
+    assert facts["at_rest"] == pytest.approx(0.56, abs=0.03)
+    assert facts["health"] == {"accelerometer missing, tilt not corrected": 1}
+
+
+@pytest.mark.parametrize("declination, side", [("3.5", "east"), ("-12", "west")])
+def test_declination_turns_the_track_to_true_north(levelhead, logs, tmp_path, declination, side):
+    words = ["fuse", logs / "nine.npz", "--no-plot", "-o", tmp_path]
+    before = levelhead(*words, "--json").json
+    old = table(tmp_path / "nine-track.csv")[1]
+    said = levelhead(*words, "--declination", declination)
+    assert f"true; magnetic north lies {declination.lstrip('-')}° {side} of it" in said.out
+    new = table(tmp_path / "nine-track.csv")[1]
+    turned = (new[:, 7] - old[:, 7] + float(declination) + 180.0) % 360.0 - 180.0
+    np.testing.assert_allclose(turned, 0.0, atol=3e-6)
+    facts = levelhead(*words, "--declination", declination, "--json").json
+    assert facts["declination_deg"] == pytest.approx(float(declination)) and before["declination_deg"] is None
+    assert facts["score"] == before["score"]  # the filter's errors, in the frame of the reference
 
 
 def test_a_log_without_truth_has_no_score_and_json_says_null(levelhead, logs, tmp_path):
     facts = levelhead("fuse", logs / "plain.csv", "--filter", "AccelTilt", "--json", "-o", tmp_path).json
-    assert facts["score"] is None and facts["bias_rad_s"] is None and len(facts["sigma_east_north_up_rad"]) == 3
+    assert facts["score"] is None and facts["bias_rad_s"] is None and facts["declination_deg"] is None
     assert facts["written"] == [str(tmp_path / f"plain-track.{kind}") for kind in ("csv", "png")]
 
 

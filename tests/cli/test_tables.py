@@ -94,16 +94,29 @@ def test_sweep_a_log_with_another_parameter_held(levelhead, logs):
         "sweep",
         logs / "hand.npz",
         "--parameter",
-        "acc_noise",
+        "acc_tau",
         "--set",
-        "bias_walk=0.01",
+        "acc_noise=0.3",
         "--values",
         "0.1",
         "1",
         "10",
     ]
     found = levelhead(*words, "--json").json
-    assert found["params"]["bias_walk"] == 0.01 and found["unit"] == "(m/s²)/√Hz" and len(found["tilt_deg"]) == 3
+    assert found["params"]["acc_noise"] == 0.3 and found["unit"] == "s" and len(found["tilt_deg"]) == 3
+
+
+def test_the_guard_in_compare_and_sweep(levelhead, logs):
+    """The recording begins with three seconds at rest, in which the guard reads the bias off."""
+    words = ["compare", logs / "nine.npz", "-f", "Madgwick"]
+    guarded, alone = levelhead(*words, "--json").json, levelhead(*words, "--guard", "off", "--json").json
+    assert alone["guard"] is None and guarded["guard"] == filters.Guard()._asdict()
+    assert alone["filters"][0]["score"]["tilt"] > 1.5 * guarded["filters"][0]["score"]["tilt"]
+    assert "Guard off: every filter saw all readings as they are." in levelhead(*words, "--guard", "off").out
+    assert "In front of every filter: Guard(rest_time=3)." in levelhead(*words, "--guard", "rest_time=3").out
+    words = ["sweep", logs / "nine.npz", "-f", "Kalman", "-p", "r_measure", "--values", "4", "--json"]
+    guarded, alone = levelhead(*words).json, levelhead(*words, "--guard", "off").json
+    assert guarded["tilt_deg"] != alone["tilt_deg"]
 
 
 def test_a_switch_has_no_range_to_widen(levelhead, logs):

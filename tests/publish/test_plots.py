@@ -9,10 +9,11 @@ from scipy.spatial.transform import Rotation
 from levelhead.engine import fuse
 from levelhead.errors import LevelheadError
 from levelhead.evaluate import compare
-from levelhead.filters import AccelTilt, Complementary, GyroIntegration, Kalman, RollPitchKalman
+from levelhead.filters import AccelTilt, Complementary, GyroIntegration, Kalman, RollPitchKalman, health
 from levelhead.publish.plots import case_picture, four_panels, gain_picture, sweep_picture, track_picture
 from levelhead.publish.plots.angles import busiest, euler_of, euler_sigma, unrolled, wrapped
 from levelhead.publish.plots.curves import envelope, groups, runs
+from levelhead.publish.plots.track import _events, _finding
 from levelhead.recording import Recording, Truth
 from levelhead.simulate import hard_lesson, lesson, recording
 from levelhead.track import Track
@@ -97,6 +98,16 @@ def test_unrolled_is_one_line_unless_it_spins():
     np.testing.assert_allclose(unrolled(wrapped(turn)), turn, atol=1e-9)
     spin = wrapped(np.linspace(0.0, 5000.0, 1000))
     np.testing.assert_array_equal(unrolled(spin), spin)
+
+
+def test_rest_is_an_event_but_no_fault():
+    bits = np.array([health.AT_REST, health.AT_REST | health.GAP, health.MAG_REJECTED, 0], np.uint32)
+    track = Track(np.arange(4.0), np.tile([1.0, 0.0, 0.0, 0.0], (4, 1)), health=bits)
+    assert [(event.fault, event.spans) for event in _events(track)] == [
+        (True, [(1, 1)]), (True, [(2, 2)]), (False, [(0, 1)]),
+    ]  # fmt: skip
+    resting = Track([0.0], [[1.0, 0.0, 0.0, 0.0]], health=bits[:1])
+    assert _finding(resting).endswith("no sample was bad") and "bad" not in _finding(track)
 
 
 FILTERS = [GyroIntegration, AccelTilt, Complementary, Kalman(r_measure=4), RollPitchKalman]

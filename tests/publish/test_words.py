@@ -10,7 +10,7 @@ import pytest
 from levelhead.engine import fuse
 from levelhead.evaluate import compare, evaluate
 from levelhead.filters import Complementary, Kalman
-from levelhead.filters.health import ACC_MISSING
+from levelhead.filters.health import ACC_MISSING, AT_REST
 from levelhead.publish import print_table, progress, rich_table, summary
 from levelhead.recording import Recording
 from levelhead.simulate import lesson
@@ -30,7 +30,7 @@ def test_summary_says_what_came_in_and_what_came_out():
     assert "6,000 samples, 59.99 s, 100 Hz, gyroscope + accelerometer" in text
     assert "q_bias = 0.003 (deg/s)²/s, r_measure = 4 deg²" in text
     assert "°/s learned by the end" in text
-    assert "no reading missing, no gap in time, no ambiguous angle" in text
+    assert "nothing missing, stuck, at full scale or rejected; no gap in time" in text
     assert "against truth" in text
     assert max(len(line) for line in text.splitlines()) <= 120
     assert len(text.splitlines()) <= 24
@@ -43,12 +43,15 @@ def test_summary_counts_gaps_missing_samples_and_health():
     recording = Recording(t, np.zeros((100, 3)), acc, np.ones((100, 3)))
     health = np.zeros(100, np.uint32)
     health[10:13] = ACC_MISSING
+    health[12:50] |= AT_REST
     turn = np.tile([np.cos(0.5), np.sin(0.5), 0.0, 0.0], (100, 1))
     text = summary(recording, Track(t, turn, health=health))
     assert "1 gap (longest 0.31 s)" in text
     assert "3 incomplete samples (3 %)" in text
     assert "magnetometer" in text
     assert "3 samples (3 %): accelerometer missing, tilt not corrected" in text
+    assert "at rest       38 % of the time, bias read off" in text
+    assert repr(Track(t, turn, health=health)) == "Track(orientation, 100 samples, 3 with health bits)"
     assert "57.30° at 0 s" in text
     assert text.count("not estimated by this filter") == 2
 

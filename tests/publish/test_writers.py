@@ -139,3 +139,11 @@ def test_nothing_heavy_is_imported_for_a_small_csv(tmp_path):
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_parquet_says_which_north(tmp_path):
+    parquet = pytest.importorskip("pyarrow.parquet")
+    track = some_track(3)
+    for name, one, north in (("m", track, b"y magnetic north"), ("t", track.to_true_north(3.5), b"y true north")):
+        write_track(one, tmp_path / f"{name}.parquet")
+        assert north in parquet.read_schema(tmp_path / f"{name}.parquet").metadata[b"orientation"]

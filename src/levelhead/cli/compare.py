@@ -7,7 +7,9 @@ from cyclopts import Parameter
 
 from levelhead.cli.options import (
     FILTERS,
+    GuardWords,
     Reading,
+    chosen_guard,
     contender_columns,
     contender_kinds,
     filter_names,
@@ -48,6 +50,7 @@ def compare(
             "found out and said. May be given several times.",
         ),
     ] = (),
+    guard: GuardWords = (),
     out: Annotated[Path | None, Parameter(name=["--out", "-o"], metavar="DIR")] = None,
     json: Annotated[bool, Parameter(negative="")] = False,
     reading: Reading = Reading(),  # noqa: B008
@@ -68,10 +71,11 @@ def compare(
     from levelhead.publish.table import print_table
 
     chosen = [listed_filter(word) for word in filter] or [flt.params() for flt in filters.ALL]
+    before = chosen_guard(guard)
     recording = log_or_simulation(log, simulate, seed, reading)
     tracks = {name: reading.orientation(log, name) for name in contender_columns(contenders)}
     with progress("comparing") as report:
-        comparison = run(recording, chosen, tracks=tracks, progress=report)
+        comparison = run(recording, chosen, tracks=tracks, guard=before, progress=report)
     picture = None
     if out is not None:
         from levelhead.publish.plots import four_panels

@@ -5,7 +5,18 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from levelhead.cli.options import FilterName, Reading, chosen_filter, folder, say, say_json
+from levelhead import filters
+from levelhead.cli.options import (
+    FilterName,
+    GuardWords,
+    Reading,
+    chosen_filter,
+    chosen_guard,
+    folder,
+    say,
+    say_json,
+)
+from levelhead.errors import LevelheadError
 
 
 def fuse(
@@ -14,6 +25,8 @@ def fuse(
     *,
     filter: FilterName = None,
     set: Annotated[tuple[str, ...], Parameter(name="--set", negative="", metavar="K=V")] = (),
+    guard: GuardWords = (),
+    declination: Annotated[float | None, Parameter(metavar="DEG")] = None,
     out: Annotated[Path, Parameter(name=["--out", "-o"], metavar="DIR")] = Path(),
     format: Literal["csv", "parquet"] = "csv",
     plot: bool = True,
@@ -24,7 +37,9 @@ def fuse(
 
     Args:
         log: .csv, .tsv, .mat, .h5, .npz or .parquet with gyroscope and accelerometer; units and columns are found.
-        set: a parameter of the filter, such as r_measure=0.1; may be given several times.
+        set: a parameter of the filter, such as acc_tau=3; may be given several times.
+        declination: degrees from true to magnetic north at the place and time of the log, positive east: the track is
+            then relative to true north.
         out: folder for the results LOG-track.csv and LOG-track.png.
         format: of the track.
         plot: draw the picture (needs the extra levelhead[plot]).
@@ -34,28 +49,44 @@ def fuse(
     from levelhead.publish.progress import progress
     from levelhead.publish.summary import facts, summary
     from levelhead.publish.writers import write_track
+    from levelhead.track import declination_angle
 
+    params, before = chosen_filter(filter, set), chosen_guard(guard)
+    if declination is not None:
+        declination_angle(declination)  # a wrong one is said before the work, not after it
     recording = reading.read(log)
-    params = chosen_filter(filter, set)
+    if declination is not None:
+        _must_know_north(recording, params)
     with progress("fusing") as report:
-        track = run(recording, params, progress=report)
+        track = run(recording, params, guard=before, progress=report)
     score = None
     if recording.truth is not None:
         from levelhead.evaluate import evaluate
 
-        score = evaluate(recording, track)
+        score = evaluate(recording, track)  # a reference counts as relative to magnetic north, like the filter
+    if declination is not None:
+        track = track.to_true_north(declination)
     target = folder(out) / f"{log.stem}-track.{format}"
     write_track(track, target)
     written = [target]
     if plot:
         written += _picture(recording, track, target.with_suffix(".png"), quiet=json)
     if json:
-        say_json(facts(recording, track, score) | {"written": [str(path) for path in written]})
+        say_json(facts(recording, track, score, before) | {"written": [str(path) for path in written]})
         return
-    say(summary(recording, track, score))
+    say(summary(recording, track, score, before))
     for note in recording.meta.get("notes", ()):
         say(f"note: {note}")
     say("written: " + ", ".join(str(path) for path in written))
+
+
+def _must_know_north(recording: Any, params: Any) -> None:
+    """Makes sure that heading is relative to a north that can be corrected."""
+    flt = filters.of(params)
+    why = f"{flt.name} does not follow the magnetometer" if "heading" not in flt.estimates else ""
+    why = "there is no magnetometer" if recording.mag is None else why
+    if why:
+        raise LevelheadError(f"--declination turns magnetic north, but {why}: heading is relative; leave it out")
 
 
 def _picture(recording: Any, track: Any, path: Path, quiet: bool) -> list[Path]:

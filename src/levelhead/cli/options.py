@@ -82,6 +82,12 @@ def parameter_names(_: Any) -> dict[str, str]:
     return {name: param.doc for flt in filters.ALL for name, param in settable(flt.params).items()}
 
 
+def guard_names(_: Any) -> dict[str, str]:
+    """What ``--guard`` takes, for the shell to complete."""
+    names = {f"{name}=": param.doc for name, param in settable(filters.Guard).items()}
+    return {"off": "the filter alone, which sees every reading as it is"} | names
+
+
 FILTERS = ", ".join(flt.name for flt in filters.ALL)
 FilterName = Annotated[
     str | None,
@@ -94,7 +100,20 @@ FilterName = Annotated[
 ]
 
 
-def settings(pairs: Iterable[str]) -> dict[str, Any]:
+GuardWords = Annotated[
+    tuple[str, ...],
+    Parameter(
+        name="--guard",
+        negative="",
+        metavar="K=V",
+        completer=guard_names,
+        help="A threshold of what stands in front of the filter, such as rest_time=3; may be given several times: "
+        f"{', '.join(settable(filters.Guard))}. `--guard off`: the filter alone, which sees every reading as it is.",
+    ),
+]
+
+
+def settings(pairs: Iterable[str], example: str = "r_measure=0.1") -> dict[str, Any]:
     """``k=v`` words as keyword arguments of a Params class.
 
     Raises:
@@ -104,7 +123,7 @@ def settings(pairs: Iterable[str]) -> dict[str, Any]:
     for pair in pairs:
         name, equals, text = pair.partition("=")
         if not equals or not name:
-            raise LevelheadError(f"'{pair}' sets nothing; write a parameter and its value, such as r_measure=0.1")
+            raise LevelheadError(f"'{pair}' sets nothing; write a parameter and its value, such as {example}")
         if name in values:
             raise LevelheadError(f"'{name}' is set twice; give it once")
         values[name] = {"true": True, "false": False}.get(text.lower(), text)
@@ -120,6 +139,15 @@ def chosen_filter(name: str | None, pairs: Sequence[str]) -> Any:
     for parameter in values:
         must_have(best, parameter)
     return best._replace(**values) if values else best
+
+
+def chosen_guard(words: Sequence[str]) -> filters.Guard | None:
+    """The guard for ``--guard k=v``; None for ``--guard off``."""
+    if not any(word.lower() == "off" for word in words):
+        return filters.Guard(**settings(words, "rest_time=3, or off"))
+    if len(words) > 1:
+        raise LevelheadError("--guard off leaves no threshold to set; give either off or thresholds")
+    return None
 
 
 def must_have(params: Any, parameter: str) -> None:

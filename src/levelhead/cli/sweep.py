@@ -7,8 +7,10 @@ from cyclopts import Parameter
 
 from levelhead.cli.options import (
     FilterName,
+    GuardWords,
     Reading,
     chosen_filter,
+    chosen_guard,
     folder,
     log_or_simulation,
     must_have,
@@ -25,6 +27,7 @@ def sweep(
     parameter: Annotated[str, Parameter(name=["--parameter", "-p"], metavar="NAME", completer=parameter_names)],
     filter: FilterName = None,
     set: Annotated[tuple[str, ...], Parameter(name="--set", negative="", metavar="K=V")] = (),
+    guard: GuardWords = (),
     values: Annotated[tuple[float, ...], Parameter(consume_multiple=True, negative="")] = (),
     simulate: Annotated[str | None, Parameter(metavar="WHAT")] = None,
     seed: int | None = None,
@@ -48,12 +51,13 @@ def sweep(
     from levelhead.publish.table import print_table
     from levelhead.tune import sweep as run
 
+    before = chosen_guard(guard)
     recording = log_or_simulation(log, simulate, seed, reading)
     params = chosen_filter(filter, set)
     if filter is None:
         must_have(params, parameter)
     with progress("sweeping") as report:
-        result = run(recording, params, parameter, list(values) or None, progress=report)
+        result = run(recording, params, parameter, list(values) or None, guard=before, progress=report)
     picture = None
     if out is not None:
         from levelhead.publish.plots import sweep_picture

@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 
 from levelhead.engine import fuse
+from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.engine.binding import choose
 from levelhead.errors import LevelheadError
 from levelhead.evaluate.columns import Column, plain_table
 from levelhead.evaluate.contenders import Contender, contenders
 from levelhead.evaluate.errors import error_quaternion, split
 from levelhead.evaluate.score import Score, evaluate, rms
-from levelhead.filters import resolve
+from levelhead.filters import Guard, resolve
 from levelhead.recording import Recording
 from levelhead.track import Track
 
@@ -76,11 +77,13 @@ class Comparison:
         recording: what all of them were fed.
         rows: one per filter, in the order given.
         engine: "python" or "compiled", the one on which all of them ran and were timed.
+        guard: what stood in front of each of them; None: nothing.
     """
 
     recording: Recording
     rows: tuple[Row, ...]
     engine: str
+    guard: Guard | None = DEFAULT_GUARD
 
     @property
     def table(self) -> list[dict[str, Any]]:
@@ -101,6 +104,10 @@ class Comparison:
         others = [row.contender.note for row in self.rows if row.contender is not None]
         clock = [f"Time is wall time of the {self.engine} engine, compilation left out."]
         clock = clock if any(row.ns is not None for row in self.rows) else []
+        if self.guard is None:
+            others.append("Guard off: every filter saw all readings as they are.")
+        elif self.guard != DEFAULT_GUARD:
+            others.append(f"In front of every filter: {self.guard}.")
         scores = [row.score for row in self.rows if row.score is not None]
         if not scores:
             return ["No true orientation in the recording: tilt is compared with the first filter's.", *others, *clock]
@@ -126,6 +133,7 @@ class Comparison:
             "duration_s": self.recording.duration,
             "rate_hz": self.recording.rate,
             "engine": self.engine,
+            "guard": None if self.guard is None else _plain(self.guard),
             "units": {column.key: column.unit for column in COLUMNS if column.unit},
             "notes": self.notes,
             "filters": [
@@ -146,7 +154,12 @@ def _plain(params: Any) -> dict[str, Any]:
 
 
 def timed(
-    recording: Recording, params: Any, engine: str, progress: Progress | None = None, enough: float = 0.2
+    recording: Recording,
+    params: Any,
+    engine: str,
+    progress: Progress | None = None,
+    enough: float = 0.2,
+    guard: Guard | None = DEFAULT_GUARD,
 ) -> tuple[Track, float]:
     """The track and the ns per sample: of the only run in plain Python; compiled, of the fastest of up to three more.
 
@@ -154,13 +167,13 @@ def timed(
     compilation no longer counts.
     """
     began = perf_counter()
-    track = fuse(recording, params, engine=engine, progress=progress)
+    track = fuse(recording, params, guard=guard, engine=engine, progress=progress)
     first = perf_counter() - began
     compiles = engine == "compiled" and first <= 30.0
     best = np.inf if compiles else first
     for _ in range((1 if first > enough else 3) if compiles else 0):
         began = perf_counter()
-        fuse(recording, params, engine=engine)
+        fuse(recording, params, guard=guard, engine=engine)
         best = min(best, perf_counter() - began)
     return track, 1e9 * float(best) / len(recording)
 
@@ -170,6 +183,7 @@ def compare(
     filters: Sequence[Any],
     *,
     tracks: Mapping[str, Track] | None = None,
+    guard: Guard | None = DEFAULT_GUARD,
     engine: str = "auto",
     progress: Progress | None = None,
 ) -> Comparison:
@@ -180,6 +194,7 @@ def compare(
         filters: Params objects, Params classes or names.
         tracks: name to an orientation from elsewhere, in any convention and at any rate; how it was made to match
             stands in ``Comparison.notes`` (see ``align``).
+        guard: as for ``fuse``; the same for all.
         engine: as for ``fuse``; the same for all, so that times can be compared.
         progress: called with the fraction done, 0 to 1.
     """
@@ -194,7 +209,7 @@ def compare(
             if progress is not None:
                 progress((done + fraction) / len(chosen))
 
-        track, ns = timed(recording, params, engine, report)
+        track, ns = timed(recording, params, engine, report, guard=guard)
         score = None if recording.truth is None else evaluate(recording, track)
         rows.append(Row(track, score, ns, _difference(track, rows[0].track if rows else track)))
         report(1.0)
@@ -204,7 +219,7 @@ def compare(
         if recording.truth is not None:
             score = evaluate(recording, other.track, relative=other.relative, partial=True)
         rows.append(Row(other.track, score, None, _difference(other.track, first or other.track), other))
-    return Comparison(recording, tuple(rows), engine)
+    return Comparison(recording, tuple(rows), engine, guard)
 
 
 def _difference(track: Track, first: Track) -> float:

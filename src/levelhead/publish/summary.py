@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from levelhead import filters
+from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.evaluate import Score
 from levelhead.evaluate.compare import COLUMNS
 from levelhead.filters import health
@@ -16,21 +17,27 @@ from levelhead.track import Track
 LONG_GAP = 3.0  # sample intervals: a longer step in time is called a gap
 
 
-def summary(recording: Recording, track: Track, score: Score | None = None) -> str:
+def summary(
+    recording: Recording, track: Track, score: Score | None = None, guard: filters.Guard | None = DEFAULT_GUARD
+) -> str:
     """Plain text, one fact a line: what came in, which filter, where it ended, how sure it is, what was wrong.
 
     Args:
         recording: the sensors.
         track: what a filter made of them.
         score: its errors, if there is truth (``levelhead.evaluate.evaluate``).
+        guard: what stood in front of the filter; None: nothing.
     """
     lines_of_facts = [
         ("recording", _recording(recording)),
         *_filter(track.params),
+        ("guard", _guard(guard)),
         ("end", _end(track)),
+        ("north", _north(track)),
         ("largest tilt", _largest_tilt(track)),
         ("bias", _bias(track)),
         ("doubt (1σ)", _doubt(track)),
+        ("at rest", _rest(track)),
         *_health(track),
         *_score(score),
     ]
@@ -43,7 +50,9 @@ def summary(recording: Recording, track: Track, score: Score | None = None) -> s
     return "\n".join(lines).replace(" -", " −")
 
 
-def facts(recording: Recording, track: Track, score: Score | None = None) -> dict[str, Any]:
+def facts(
+    recording: Recording, track: Track, score: Score | None = None, guard: filters.Guard | None = DEFAULT_GUARD
+) -> dict[str, Any]:
     """The same facts for programs, ready for JSON: units as the names say, None for what does not exist."""
     flt = filters.of(track.params)
     angles = tilt(track)
@@ -59,10 +68,13 @@ def facts(recording: Recording, track: Track, score: Score | None = None) -> dic
         "notes": list(recording.meta.get("notes", ())),
         "filter": flt.name,
         "params": dict(track.params._asdict()),
+        "guard": None if guard is None else dict(guard._asdict()),
+        "declination_deg": None if track.declination is None else math.degrees(track.declination),
         "end": {name: float(end[i]) for name, i in degrees.items()} | {"quat_wxyz": track.quat[-1].tolist()},
         "largest_tilt_deg": float(np.degrees(angles[row])),
         "bias_rad_s": None if track.bias is None else track.bias[-1].tolist(),
         "sigma_east_north_up_rad": None if track.sigma is None else track.sigma[-1].tolist(),
+        "at_rest": rest_share(track),
         "health": {health.NAMES[bit]: count for bit, count in health_counts(track).items()},
         "score": None if score is None else score.to_dict(),
         "score_units": {column.key: column.unit for column in COLUMNS if column.unit},
@@ -70,9 +82,18 @@ def facts(recording: Recording, track: Track, score: Score | None = None) -> dic
 
 
 def health_counts(track: Track) -> dict[int, int]:
-    """Health bit -> number of samples that carry it, the most frequent first; bits that none carries are left out."""
-    counts = {bit: int(np.count_nonzero(track.health & np.uint32(bit))) for bit in health.NAMES}
+    """Health bit -> number of samples that carry it, the most frequent first; bits that none carries are left out.
+
+    Rest is no fault and is not counted here (``rest_share``).
+    """
+    faults = [bit for bit in health.NAMES if bit & health.FAULTS]
+    counts = {bit: int(np.count_nonzero(track.health & np.uint32(bit))) for bit in faults}
     return dict(sorted(((bit, n) for bit, n in counts.items() if n), key=lambda item: -item[1]))
+
+
+def rest_share(track: Track) -> float:
+    """Share of the samples at rest, 0 to 1."""
+    return float(np.mean(track.health & np.uint32(health.AT_REST) != 0))
 
 
 def _recording(recording: Recording) -> str:
@@ -102,6 +123,26 @@ def _filter(params: Any) -> list[tuple[str, str]]:
     facts = [("filter", flt.name)]
     facts += [("parameters", ", ".join(values[i : i + 4])) for i in range(0, len(values), 4)]
     return facts
+
+
+def _guard(guard: filters.Guard | None) -> str:
+    """What differs from the usual; nothing where nothing does."""
+    if guard is None:
+        return "off: the filter saw every reading as it is"
+    return "" if guard == DEFAULT_GUARD else repr(guard)
+
+
+def _north(track: Track) -> str:
+    if track.declination is None:
+        return ""
+    degrees = math.degrees(track.declination)
+    side = "east" if degrees >= 0.0 else "west"
+    return f"true; magnetic north lies {abs(degrees):.6g}° {side} of it (declination)"
+
+
+def _rest(track: Track) -> str:
+    share = rest_share(track)
+    return f"{100 * share:.2g} % of the time, bias read off" if share else ""
 
 
 def _end(track: Track) -> str:
@@ -144,7 +185,7 @@ def _health(track: Track) -> list[tuple[str, str]]:
     """One line per kind of trouble, the most frequent first."""
     found = health_counts(track)
     if not found:
-        return [("health", "no reading missing, no gap in time, no ambiguous angle")]
+        return [("health", "nothing missing, stuck, at full scale or rejected; no gap in time")]
     return [
         ("health", f"{_count(count, 'sample')} ({100 * count / len(track):.2g} %): {health.NAMES[bit]}")
         for bit, count in found.items()

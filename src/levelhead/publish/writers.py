@@ -3,11 +3,12 @@
 Both hold the same columns, each with its unit in its name:
 
     t [s]
-    qw, qx, qy, qz                          sensor to earth (x east, y north, z up)
+    qw, qx, qy, qz                          sensor to earth (x east, y north, z up); north is magnetic, or true after
+                                            ``Track.to_true_north``
     roll [deg], pitch [deg], yaw [deg]      the same, intrinsic z-y-x, for people; computed from the quaternion
     bias_x [rad/s], bias_y …, bias_z …      if the filter estimates a bias
     sigma_east [rad], sigma_north …, sigma_up …    1σ of the attitude error, if the filter knows it
-    health                                  bits of ``levelhead.filters.health``; 0: nothing was wrong
+    health                                  bits of ``levelhead.filters.health``; 0: nothing was wrong, 2048: at rest
 
 In CSV, t and the quaternion come back to the last bit; angles have 6 decimals, bias and σ at least 9 significant digits
 (all of them where pyarrow writes the file, which it does for large ones). Parquet holds every column as float64, health
@@ -115,7 +116,9 @@ def _write_parquet(track: Track, path: Path) -> None:
 def _schema(track: Track) -> Any:
     import pyarrow as pa
 
-    facts = {"filter": track.name, "orientation": "quaternion wxyz, sensor to earth; earth x east, y north, z up"}
+    north = "magnetic" if track.declination is None else "true"
+    orientation = f"quaternion wxyz, sensor to earth; earth x east, y {north} north, z up"
+    facts = {"filter": track.name, "orientation": orientation}
     types = {"health": pa.uint32()}
     names = _columns(track, slice(0, 1))
     return pa.schema([(name, types.get(name, pa.float64())) for name in names], metadata=facts)

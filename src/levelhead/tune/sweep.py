@@ -9,6 +9,7 @@ import numpy as np
 
 from levelhead import filters
 from levelhead.engine import fuse
+from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.engine.binding import choose
 from levelhead.engine.many import WORTH_LANES
 from levelhead.errors import LevelheadError, nearest
@@ -188,6 +189,7 @@ def sweep(
     values: Sequence[float] | Array | None = None,
     *,
     metric: Metric = "total",
+    guard: filters.Guard | None = DEFAULT_GUARD,
     engine: str = "auto",
     progress: Callable[[float], None] | None = None,
 ) -> Sweep:
@@ -199,6 +201,7 @@ def sweep(
         name: parameter to sweep, also by another name such as alpha (which then means 100 Hz, as everywhere).
         values: what to set it to; None: the usual range of the parameter.
         metric: error to minimise: "total", "tilt" or "heading" RMS.
+        guard: as for ``fuse``; with another one than the default the values are tried one by one.
         engine: as for ``fuse``.
         progress: called with the fraction done, 0 to 1.
 
@@ -218,20 +221,26 @@ def sweep(
     if not chosen:
         raise LevelheadError(f"there is no value of {name} to try; expected at least one")
     tries = [with_value(params, name, value) for value in chosen]  # all checked before the first run
-    total, tilt, heading = _scores(recording, tries, engine, progress).T
+    total, tilt, heading = _scores(recording, tries, guard, engine, progress).T
     return Sweep(params, name, param, np.array(chosen), total, tilt, heading, metric)
 
 
-def _scores(recording: Recording, tries: list[Any], engine: str, progress: Callable[[float], None] | None) -> Array:
+def _scores(
+    recording: Recording,
+    tries: list[Any],
+    guard: filters.Guard | None,
+    engine: str,
+    progress: Callable[[float], None] | None,
+) -> Array:
     """(k, 3) RMS of total, tilt and heading error of each, °: side by side where that is worth compiling it."""
     samples = len(recording) * len(tries)
     chosen = choose(engine, samples)
     worth = engine == "compiled" or samples >= WORTH_COMPILING
-    if chosen == "compiled" and worth and len(tries) >= WORTH_LANES:
+    if guard == DEFAULT_GUARD and chosen == "compiled" and worth and len(tries) >= WORTH_LANES:
         return lane_score.root_mean_squares(recording, filters.of(tries[0]), tries, progress)
     scores = []
     for i, attempt in enumerate(tries):
-        scores.append(root_mean_squares(recording, fuse(recording, attempt, engine=chosen)))
+        scores.append(root_mean_squares(recording, fuse(recording, attempt, guard=guard, engine=chosen)))
         if progress is not None:
             progress((i + 1) / len(tries))
     return np.array(scores)

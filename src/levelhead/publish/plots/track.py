@@ -1,7 +1,7 @@
 """One track without truth: its angles and doubt, the bias, what the sensors felt, and when something was wrong."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -26,9 +26,9 @@ def track_picture(recording: Recording, track: Track, path: str | Path) -> None:
     heights = [2.0, 2.0, 2.0]
     heights += [1.2] if track.bias is not None else []
     heights += [1.0, 1.0]
-    troubles = _troubles(track)
-    heights += [0.22 * len(troubles) + 0.15] if troubles else []
-    made = style.figure(11.0, 1.35 * sum(heights) + 1.0, _finding(track, bool(troubles)))
+    events = _events(track)
+    heights += [0.22 * len(events) + 0.15] if events else []
+    made = style.figure(11.0, 1.35 * sum(heights) + 1.0, _finding(track))
     panels = list(made.subplots(len(heights), 1, sharex=True, gridspec_kw={"height_ratios": heights}))
     _angles(panels[:3], recording, track)
     rest = panels[3:]
@@ -37,8 +37,8 @@ def track_picture(recording: Recording, track: Track, path: str | Path) -> None:
     _norm(rest[0], t, np.degrees(recording.gyr), "angular rate |ω|", "°/s", style.GYROSCOPE)
     _norm(rest[1], t, recording.acc, "specific force |a|", "m/s²", style.ACCELEROMETER)
     rest[1].axhline(STANDARD_GRAVITY, color="#444444", linewidth=0.8, linestyle="--", label="1 g at rest")
-    if troubles:
-        _timeline(rest[2], t, troubles)
+    if events:
+        _timeline(rest[2], t, events)
     panels[-1].set_xlabel("time [s]", fontsize=9.5)
     panels[-1].set_xlim(t[0], t[-1] if len(t) > 1 else 1.0)
     for axes in panels[: 5 + (track.bias is not None)]:
@@ -46,7 +46,8 @@ def track_picture(recording: Recording, track: Track, path: str | Path) -> None:
     style.save(made, path)
 
 
-def _finding(track: Track, troubled: bool) -> str:
+def _finding(track: Track) -> str:
+    troubled = bool(np.any(track.health & np.uint32(health.FAULTS)))
     roll, pitch, yaw = np.nanmax(np.abs(track.euler()), axis=0)
     words = f"{track.name}: roll up to {roll:.0f}°, pitch {pitch:.0f}°, yaw {yaw:.0f}°"
     return words + ("" if troubled else "; no sample was bad")
@@ -68,8 +69,9 @@ def _angles(panels: list["Axes"], recording: Recording, track: Track) -> None:
         style.degrees(axes)
         title = name.capitalize()
         if name == "yaw":
+            north = "magnetic" if track.declination is None else "true"
             title += (
-                ", from magnetic north" if recording.mag is not None else ", relative to the start (no magnetometer)"
+                f", from {north} north" if recording.mag is not None else ", relative to the start (no magnetometer)"
             )
         if doubt is not None:
             title += f"; σ {doubt[-1]:.3g}° at the end"
@@ -100,26 +102,38 @@ def _norm(axes: "Axes", t: Array, values: Array, what: str, unit: str, colour: s
     style.quiet(axes, f"{what.capitalize()}{peak}", f"[{unit}]")
 
 
-def _troubles(track: Track) -> list[tuple[str, list[tuple[int, int]]]]:
-    """(what was wrong, runs of samples) for every health bit that occurs."""
-    assert track.health is not None  # Track fills it in
-    flagged = [(words, (track.health & np.uint32(bit)) != 0) for bit, words in health.NAMES.items()]
-    return [(words, runs(flags)) for words, flags in flagged if flags.any()]
+class Event(NamedTuple):
+    """What a health bit says, whether that is a fault, and the runs of samples that carry it."""
+
+    words: str
+    fault: bool
+    spans: list[tuple[int, int]]
 
 
-def _timeline(axes: "Axes", t: Array, troubles: list[tuple[str, list[tuple[int, int]]]]) -> None:
-    """A row for each kind of trouble, a bar for each time it lasted; the shortest ones are still visible."""
+def _events(track: Track) -> list[Event]:
+    """Every health bit that occurs, faults first."""
+    found = []
+    for bit, words in sorted(health.NAMES.items(), key=lambda item: not item[0] & health.FAULTS):
+        flags = (track.health & np.uint32(bit)) != 0
+        if flags.any():
+            found.append(Event(words, bool(bit & health.FAULTS), runs(flags)))
+    return found
+
+
+def _timeline(axes: "Axes", t: Array, events: list[Event]) -> None:
+    """A row for each kind of event, a bar for each time it lasted; the shortest ones are still visible."""
     least = (t[-1] - t[0]) / 600.0
-    for level, (_, spans) in enumerate(troubles):
+    for level, event in enumerate(events):
         bars: list[tuple[float, float]] = []
-        for first, last in spans:
+        for first, last in event.spans:
             start, end = float(t[first]), float(max(t[last], t[first] + least))
             if bars and start <= bars[-1][0] + bars[-1][1]:
                 bars[-1] = (bars[-1][0], max(end - bars[-1][0], bars[-1][1]))
             else:
                 bars.append((start, end - start))
-        axes.broken_barh(bars, (level - 0.3, 0.6), color=style.VERMILION, linewidth=0)
-    style.quiet(axes, "Health: when something was wrong, and what")
-    axes.set_yticks(range(len(troubles)), [words for words, _ in troubles], fontsize=9)
+        colour = style.VERMILION if event.fault else style.GREEN
+        axes.broken_barh(bars, (level - 0.3, 0.6), color=colour, linewidth=0)
+    style.quiet(axes, "Health: red, when something was wrong; green, at rest")
+    axes.set_yticks(range(len(events)), [event.words for event in events], fontsize=9)
     axes.yaxis.tick_right()
-    axes.set_ylim(len(troubles) - 0.4, -0.6)
+    axes.set_ylim(len(events) - 0.4, -0.6)
