@@ -119,7 +119,7 @@ def fuse_axis(
     columns = []
     for name, values in (("level", level), ("rate", rate)):
         column = real_array(name, values, (len(t),), "any one unit")
-        if np.isnan(np.dot(column, column)) and np.isnan(column).any():
+        if np.isnan(np.add.reduce(column)) and np.isnan(column).any():
             row = int(np.isnan(column).argmax())
             raise LevelheadError(f"{name} is NaN at row {row}; a one-axis filter needs every sample: leave the row out")
         columns.append(column)
