@@ -26,6 +26,7 @@ from levelhead.kernels.tilt import GAP_SECONDS, TURN, present
 from levelhead.kernels.vec3 import ZERO, Vec3, add
 
 NO_READING = 1e9  # rad/s, m/s², µT: no sensor says that; NaN and infinity fail the comparison as well
+ALL_THERE = NO_READING * NO_READING  # a sum of squares below that has no missing reading in it
 BLIND = GYR_MISSING | GYR_SATURATED | GYR_STUCK  # the rate is a guess
 LOST = 0.1  # rad that a body may have turned unseen before the filter is told
 BEYOND = 0.5  # of the full scale, 1σ: how much faster a body turns than a clipped gyroscope says
@@ -64,6 +65,24 @@ def missing(v: Vec3) -> bool:
     """Whether a reading is NaN, infinite or absurd in any component."""
     x, y, z = v
     return not (-NO_READING < x < NO_READING and -NO_READING < y < NO_READING and -NO_READING < z < NO_READING)
+
+
+@kernel
+def absent(gyr: Vec3, acc: Vec3, mag: Vec3) -> int:
+    """Health bits of the readings that are missing."""
+    x, y, z = gyr
+    a, b, c = acc
+    u, v, w = mag
+    if (x * x + y * y + z * z) + (a * a + b * b + c * c) + (u * u + v * v + w * w) < ALL_THERE:
+        return 0
+    health = 0
+    if missing(gyr):
+        health = GYR_MISSING
+    if missing(acc):
+        health |= ACC_MISSING
+    if missing(mag):
+        health |= MAG_MISSING
+    return health
 
 
 @kernel
@@ -109,16 +128,11 @@ def advance(settings: Settings, carry: Carry, gyr: Vec3, acc: Vec3, mag: Vec3, d
     """
     params, guard = settings
     state, last, has_started, _, watch, doubt, blind = carry
-    health = 0
-    if missing(gyr):
-        gyr = last
-        health = GYR_MISSING
-    if missing(acc):
-        acc = ZERO
-        health |= ACC_MISSING
-    if missing(mag):
-        mag = ZERO
-        health |= MAG_MISSING
+    health = absent(gyr, acc, mag)
+    if health != 0:
+        gyr = last if health & GYR_MISSING else gyr
+        acc = ZERO if health & ACC_MISSING else acc
+        mag = ZERO if health & MAG_MISSING else mag
     if not has_started:
         return started(params, gyr, acc, mag, health)
     last = gyr
@@ -153,11 +167,15 @@ def advance(settings: Settings, carry: Carry, gyr: Vec3, acc: Vec3, mag: Vec3, d
 @kernel
 def result(settings: Settings, carry: Carry) -> Output:
     """The filter's output, with what the driver knows: the bias read off at rest, σ, health."""
-    said: Output = output(settings.filter, carry.state)
-    quat, bias, doubt, health = said
+    params, _ = settings
+    state, _, _, found, watch, doubt, _ = carry
+    said: Output = output(params, state)
+    quat, (x, y, z), sigma, health = said
+    rest, _, _, _, _, _, _ = watch
+    _, _, _, (a, b, c) = rest
     if not OWN_SIGMA:
-        doubt = doubted(carry.doubt)
-    return Output(quat, add(bias, carry.watch.rest.bias), doubt, health | carry.health)
+        sigma = doubted(doubt)
+    return Output(quat, Vec3(x + a, y + b, z + c), sigma, health | found)
 
 
 @kernel
@@ -183,16 +201,9 @@ def run(
             t[i] - last,
         )
         last = t[i]
-        said = result(settings, carry)
-        quat[4 * i] = said.quat.w
-        quat[4 * i + 1] = said.quat.x
-        quat[4 * i + 2] = said.quat.y
-        quat[4 * i + 3] = said.quat.z
-        bias[j] = said.bias.x
-        bias[j + 1] = said.bias.y
-        bias[j + 2] = said.bias.z
-        sigma[j] = said.sigma.x
-        sigma[j + 1] = said.sigma.y
-        sigma[j + 2] = said.sigma.z
-        health[i] = said.health
+        q, b, s, health[i] = result(settings, carry)
+        k = 4 * i
+        quat[k], quat[k + 1], quat[k + 2], quat[k + 3] = q
+        bias[j], bias[j + 1], bias[j + 2] = b
+        sigma[j], sigma[j + 1], sigma[j + 2] = s
     return carry
