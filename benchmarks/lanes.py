@@ -20,6 +20,7 @@ import numpy as np
 import levelhead as lh
 from levelhead import filters
 from levelhead.bench.inputs import imu
+from levelhead.bench.timing import Case, Table, interleaved
 from levelhead.engine import lanes
 from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.engine.binding import bind
@@ -29,7 +30,7 @@ from levelhead.engine.threads import cores
 from levelhead.filters.contract import param_table
 from levelhead.kernels.jit import compiled
 from levelhead.tune.lane_score import OFFSET, SQUARES
-from measure import Case, Table, interleaved, options, show
+from measure import options, show
 
 SAMPLES = 6_000  # 60 s at 100 Hz
 SETS = 1_024
