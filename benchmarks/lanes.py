@@ -18,16 +18,19 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # else NumPy itself takes al
 import numpy as np
 
 import levelhead as lh
-from inputs import imu
 from levelhead import filters
+from levelhead.bench.inputs import imu
+from levelhead.bench.timing import Case, Table, interleaved
 from levelhead.engine import lanes
+from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.engine.binding import bind
+from levelhead.engine.driver import Settings
 from levelhead.engine.many import fuse_all, fuse_many
 from levelhead.engine.threads import cores
 from levelhead.filters.contract import param_table
 from levelhead.kernels.jit import compiled
 from levelhead.tune.lane_score import OFFSET, SQUARES
-from measure import Case, Table, interleaved, options, show
+from measure import options, show
 
 SAMPLES = 6_000  # 60 s at 100 Hz
 SETS = 1_024
@@ -57,7 +60,8 @@ def cases(flt: Any, recording: lh.Recording) -> list[Case]:
 
     def one_by_one() -> None:
         for params in tries[:: SETS // SINGLE]:
-            run(params, driver.begin(params), float(recording.t[0]), *flat, *out)
+            settings = Settings(params, DEFAULT_GUARD)
+            run(settings, driver.begin(settings), float(recording.t[0]), *flat, *out)
 
     def beside(observer: lanes.Observer) -> None:
         lanes.observe(recording, flt, tries, observer, truth, np.tile(observer.start, (SETS, 1)), workers=1)

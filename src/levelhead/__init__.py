@@ -27,6 +27,8 @@ Everything that can be put right by the user raises ``LevelheadError`` with one 
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from levelhead.version import VERSION
+
 if TYPE_CHECKING:
     from levelhead import simulate as simulate
     from levelhead.engine import AxisStream as AxisStream
@@ -55,7 +57,7 @@ if TYPE_CHECKING:
     from levelhead.track import Track as Track
     from levelhead.tune.sweep import sweep as sweep
 
-__version__ = "0.1.0"
+__version__ = VERSION
 
 # Imported at first use: `import levelhead` costs nothing, and nobody waits for what he does not use.
 _HOMES = {

@@ -1,7 +1,6 @@
 """Files that appear whole or not at all."""
 
 import os
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -27,12 +26,11 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
     if not target.parent.is_dir():
         raise LevelheadError(f"cannot write {target}: there is no folder {target.parent}; make it first")
     try:
-        # The suffix stays, because some writers (numpy.savez, matplotlib) look at it.
-        handle, name = tempfile.mkstemp(prefix=f".{target.stem[:40]}-", suffix=target.suffix, dir=target.parent)
+        # The suffix stays, because some writers (numpy.savez, matplotlib) look at it. Importing tempfile takes longer.
+        temporary = target.parent / f".{target.stem[:40]}-{os.urandom(8).hex()}{target.suffix}"
+        os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600))
     except OSError as error:
         raise LevelheadError(f"cannot write {target}: {error.strerror or error}") from None
-    os.close(handle)
-    temporary = Path(name)
     try:
         yield temporary
         temporary.chmod(_mode(target))
@@ -45,7 +43,7 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
 
 
 def _mode(target: Path) -> int:
-    """The permissions of the file to be replaced, or what the umask leaves for a new one (mkstemp gives 0600)."""
+    """The permissions of the file to be replaced, or what the umask leaves for a new one (``temporary`` has 0600)."""
     if target.exists():
         return target.stat().st_mode & 0o777
     umask = os.umask(0)

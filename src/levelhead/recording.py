@@ -48,10 +48,12 @@ def median(values: NDArray[Any]) -> float:
 
 
 def _plainly_finite(array: Array) -> bool:
-    """A quick yes for the usual case: a sum of squares is finite only if every term is."""
-    flat = array.reshape(-1)
-    with np.errstate(over="ignore"):
-        return math.isfinite(float(np.dot(flat, flat)))
+    """A quick yes for the usual case: a sum is finite only if every term is.
+
+    No product of BLAS, whose threads would run on the cores on which other recordings are being fused.
+    """
+    with np.errstate(over="ignore", invalid="ignore"):
+        return math.isfinite(float(np.add.reduce(array.reshape(-1))))
 
 
 def _shape(shape: tuple[int | None, ...]) -> str:

@@ -1,7 +1,10 @@
-"""The command ``levelhead``: one thin module per verb, loaded when the verb is used."""
+"""The command ``levelhead``: one thin module per verb, loaded when the verb is used.
 
+Most of what a short run takes is its start, so nothing is imported, started or tidied up that the verb can do without.
+"""
+
+import gc
 import io
-import logging
 import os
 import sys
 from collections.abc import Sequence
@@ -41,7 +44,6 @@ VERBS = {
 }
 for verb, words in VERBS.items():
     app.command(f"levelhead.cli.{verb}:{verb}", name=verb, help=words, sort_key=list(VERBS).index(verb))
-app.register_install_completion_command(help="Complete commands, options and filter names in your shell.")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -49,7 +51,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     tokens = list(sys.argv[1:] if arguments is None else arguments)
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # a terminal or pipe that knows no σ gets a ? and no traceback
-    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # where it keeps its caches is nothing to worry about
+    _start(tokens)
     try:
         app(tokens, exit_on_error=False, print_error=False, result_action="return_none")
         sys.stdout.flush()
@@ -69,6 +71,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _say_no_more()
         return _complain(f"{error.filename or 'standard output'}: {error.strerror or error}")
     return 0
+
+
+def _start(tokens: Sequence[str]) -> None:
+    """What a process needs only once, or only for other words than a verb."""
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # NumPy starts a thread for each core, for products of matrices
+    gc.set_threshold(100_000, 20, 20)  # importing makes many objects, hardly one of which is garbage
+    if not (tokens and tokens[0] in VERBS) and "--install-completion" not in app:
+        app.register_install_completion_command(help="Complete commands, options and filter names in your shell.")
 
 
 def _complain(words: str) -> int:

@@ -1,7 +1,23 @@
 """Runs any filter: over a whole recording (``batch``) or sample by sample (``stream``), by one driver."""
 
+import importlib
+from typing import TYPE_CHECKING, Any
+
 from levelhead.engine.batch import fuse, fuse_axis
-from levelhead.engine.many import fuse_all, fuse_many
-from levelhead.engine.stream import AxisStream, Stream
+
+if TYPE_CHECKING:
+    from levelhead.engine.many import fuse_all, fuse_many
+    from levelhead.engine.stream import AxisStream, Stream
 
 __all__ = ["AxisStream", "Stream", "fuse", "fuse_all", "fuse_axis", "fuse_many"]
+
+# Imported at first use: who fuses one recording waits for neither threads nor streams.
+_HOMES = {"AxisStream": "stream", "Stream": "stream", "fuse_all": "many", "fuse_many": "many"}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(importlib.import_module(f"{__name__}.{_HOMES[name]}"), name)
+    globals()[name] = value
+    return value

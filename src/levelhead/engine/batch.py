@@ -54,7 +54,7 @@ def fuse(
     n = len(recording)
     mag = NO_MAG if recording.mag is None else recording.mag.reshape(-1)
     flat = [recording.t, recording.gyr.reshape(-1), recording.acc.reshape(-1), mag]
-    outputs: list[Any] = [np.empty(4 * n), np.empty(3 * n), np.empty(3 * n), np.empty(n, np.uint32)]
+    outputs = room(n)
     carry = bound.begin(settings)
     last = float(recording.t[0])
     stretch = n if progress is None else STRETCH
@@ -81,6 +81,16 @@ def fuse(
         health,
         params,
     )
+
+
+def room(n: int) -> list[Any]:
+    """Flat arrays for quat, bias, sigma and health of n samples, in one piece.
+
+    Memory that comes and goes in several pieces from several threads is given back to the system between two
+    recordings; getting it anew takes a third as long as the filter.
+    """
+    floats = np.empty(10 * n + (n + 1) // 2)
+    return [floats[: 4 * n], floats[4 * n : 7 * n], floats[7 * n : 10 * n], floats[10 * n :].view(np.uint32)[:n]]
 
 
 def fuse_axis(
@@ -119,7 +129,7 @@ def fuse_axis(
     columns = []
     for name, values in (("level", level), ("rate", rate)):
         column = real_array(name, values, (len(t),), "any one unit")
-        if np.isnan(np.dot(column, column)) and np.isnan(column).any():
+        if np.isnan(np.add.reduce(column)) and np.isnan(column).any():
             row = int(np.isnan(column).argmax())
             raise LevelheadError(f"{name} is NaN at row {row}; a one-axis filter needs every sample: leave the row out")
         columns.append(column)

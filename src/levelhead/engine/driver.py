@@ -1,7 +1,7 @@
 """The one driver: what happens to a sample before and around a filter's step, for every engine alike.
 
 These are kernels: plain Python runs them as they stand, Numba compiles the same source. ``init``, ``step``,
-``output``, ``gains`` and ``loosen`` are the filter's own, ``look`` is what stands in front of it; ``binding.bind``
+``output``, ``gains``, ``loosen`` and ``calm`` are the filter's own, ``look`` is what stands in front of it; ``binding.bind``
 binds them. Arrays are flat (row after row), so that Python lists and NumPy arrays are indexed by the same line.
 """
 
@@ -26,6 +26,7 @@ from levelhead.kernels.tilt import GAP_SECONDS, TURN, present
 from levelhead.kernels.vec3 import ZERO, Vec3, add
 
 NO_READING = 1e9  # rad/s, m/s², µT: no sensor says that; NaN and infinity fail the comparison as well
+ALL_THERE = NO_READING * NO_READING  # a sum of squares below that has no missing reading in it
 BLIND = GYR_MISSING | GYR_SATURATED | GYR_STUCK  # the rate is a guess
 LOST = 0.1  # rad that a body may have turned unseen before the filter is told
 BEYOND = 0.5  # of the full scale, 1σ: how much faster a body turns than a clipped gyroscope says
@@ -55,7 +56,7 @@ def unbound(*_: Any) -> Any:
     raise RuntimeError("bind the driver to a filter first")
 
 
-init = step = output = gains = loosen = look = unbound
+init = step = output = gains = loosen = calm = look = unbound
 OWN_SIGMA = False
 
 
@@ -64,6 +65,24 @@ def missing(v: Vec3) -> bool:
     """Whether a reading is NaN, infinite or absurd in any component."""
     x, y, z = v
     return not (-NO_READING < x < NO_READING and -NO_READING < y < NO_READING and -NO_READING < z < NO_READING)
+
+
+@kernel
+def absent(gyr: Vec3, acc: Vec3, mag: Vec3) -> int:
+    """Health bits of the readings that are missing."""
+    x, y, z = gyr
+    a, b, c = acc
+    u, v, w = mag
+    if (x * x + y * y + z * z) + (a * a + b * b + c * c) + (u * u + v * v + w * w) < ALL_THERE:
+        return 0
+    health = 0
+    if missing(gyr):
+        health = GYR_MISSING
+    if missing(acc):
+        health |= ACC_MISSING
+    if missing(mag):
+        health |= MAG_MISSING
+    return health
 
 
 @kernel
@@ -79,11 +98,37 @@ def firm(params: Any, state: Any, variance: float) -> Any:
 
 
 @kernel
+def as_before(params: Any, state: Any) -> Any:
+    """``calm`` of a filter that knows no doubt of its bias."""
+    return state
+
+
+@kernel
 def unguarded(
     guard: Guard, watch: Watch, attitude: Quat, own: Vec3, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float
 ) -> Look:
     """``look`` of a filter that is to see all there is."""
     return Look(gyr, acc, mag, 0, watch)
+
+
+class Unseen(NamedTuple):
+    """Seconds since the last rate that could be believed, and the variance of the turn in this sample (rad²)."""
+
+    blind: float
+    lost: float
+
+
+@kernel
+def unseen(health: int, blind: float, full: float, dt: float) -> Unseen:
+    """How far the body may have turned while the rate was a guess; nothing as long as that is little."""
+    if health & BLIND == 0:
+        return Unseen(0.0, 0.0)
+    reach = BEYOND * full if health & GYR_SATURATED else TURN
+    before = reach * blind
+    after = reach * (blind + dt)
+    if after <= LOST:
+        return Unseen(blind + dt, 0.0)
+    return Unseen(blind + dt, after * after - (before * before if before > LOST else 0.0))
 
 
 @kernel
@@ -109,16 +154,11 @@ def advance(settings: Settings, carry: Carry, gyr: Vec3, acc: Vec3, mag: Vec3, d
     """
     params, guard = settings
     state, last, has_started, _, watch, doubt, blind = carry
-    health = 0
-    if missing(gyr):
-        gyr = last
-        health = GYR_MISSING
-    if missing(acc):
-        acc = ZERO
-        health |= ACC_MISSING
-    if missing(mag):
-        mag = ZERO
-        health |= MAG_MISSING
+    health = absent(gyr, acc, mag)
+    if health != 0:
+        gyr = last if health & GYR_MISSING else gyr
+        acc = ZERO if health & ACC_MISSING else acc
+        mag = ZERO if health & MAG_MISSING else mag
     if not has_started:
         return started(params, gyr, acc, mag, health)
     last = gyr
@@ -131,19 +171,11 @@ def advance(settings: Settings, carry: Carry, gyr: Vec3, acc: Vec3, mag: Vec3, d
     seen: Look = look(guard, watch, said.quat, own, gyr, acc, mag, dt)
     gyr, acc, mag, found, watch = seen
     health |= found
-    lost = 0.0
-    if health & BLIND:
-        reach = BEYOND * watch.fast.up if health & GYR_SATURATED else TURN
-        before = reach * blind
-        blind += dt
-        lost = reach * blind
-        if lost > LOST:
-            lost = lost * lost - (before * before if before > LOST else 0.0)
-            state = loosen(params, state, lost)
-        else:
-            lost = 0.0
-    else:
-        blind = 0.0
+    blind, lost = unseen(health, blind, watch.fast.up, dt)
+    if lost > 0.0:
+        state = loosen(params, state, lost)
+    if health & AT_REST:
+        state = calm(params, state)
     state = step(params, state, gyr, acc, mag, dt)
     if not OWN_SIGMA:
         doubt = waited(doubt, acc, mag, dt)
@@ -155,11 +187,14 @@ def advance(settings: Settings, carry: Carry, gyr: Vec3, acc: Vec3, mag: Vec3, d
 @kernel
 def result(settings: Settings, carry: Carry) -> Output:
     """The filter's output, with what the driver knows: the bias read off at rest, σ, health."""
-    said: Output = output(settings.filter, carry.state)
-    quat, bias, doubt, health = said
+    params, _ = settings
+    state, _, _, found, watch, doubt, _ = carry
+    said: Output = output(params, state)
+    quat, (x, y, z), sigma, health = said
+    a, b, c = watch.rest.bias
     if not OWN_SIGMA:
-        doubt = doubted(carry.doubt)
-    return Output(quat, add(bias, carry.watch.rest.bias), doubt, health | carry.health)
+        sigma = doubted(doubt)
+    return Output(quat, Vec3(x + a, y + b, z + c), sigma, health | found)
 
 
 @kernel
@@ -185,16 +220,9 @@ def run(
             t[i] - last,
         )
         last = t[i]
-        said = result(settings, carry)
-        quat[4 * i] = said.quat.w
-        quat[4 * i + 1] = said.quat.x
-        quat[4 * i + 2] = said.quat.y
-        quat[4 * i + 3] = said.quat.z
-        bias[j] = said.bias.x
-        bias[j + 1] = said.bias.y
-        bias[j + 2] = said.bias.z
-        sigma[j] = said.sigma.x
-        sigma[j + 1] = said.sigma.y
-        sigma[j + 2] = said.sigma.z
-        health[i] = said.health
+        q, b, s, health[i] = result(settings, carry)
+        k = 4 * i
+        quat[k], quat[k + 1], quat[k + 2], quat[k + 3] = q
+        bias[j], bias[j + 1], bias[j + 2] = b
+        sigma[j], sigma[j + 1], sigma[j + 2] = s
     return carry

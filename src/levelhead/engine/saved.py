@@ -11,11 +11,12 @@ import zlib
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-from levelhead import __version__, filters
+from levelhead import filters
 from levelhead.engine.binding import bind
 from levelhead.engine.driver import Carry, Settings
 from levelhead.errors import LevelheadError
 from levelhead.filters.guard import Guard
+from levelhead.version import VERSION
 
 MAGIC = b"levelhead stream 1\n"
 
@@ -54,7 +55,7 @@ def to_bytes(saved: Saved) -> bytes:
     """The state as bytes."""
     params, guard = saved.settings
     header = {
-        "levelhead": __version__,
+        "levelhead": VERSION,
         "filter": filters.of(params).name,
         "params": params._asdict(),
         "guard": guard._asdict() if saved.guarded else None,
@@ -103,7 +104,7 @@ def from_bytes(data: bytes) -> Saved:
     if header.get("layout") != _digest(example) or len(body) != 8 * len(list(leaves(example))):
         raise LevelheadError(
             f"the stream was saved by levelhead {header.get('levelhead')}, whose {flt.name} keeps another state than "
-            f"{__version__}; start a new one"
+            f"{VERSION}; start a new one"
         )
     carry = _filled(example, iter([body[i : i + 8] for i in range(0, len(body), 8)]))
     return Saved(settings, guarded, carry, time)

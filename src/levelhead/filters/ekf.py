@@ -23,7 +23,7 @@ Each row of H is a unit vector, so the updates are scalar ones, one after the ot
 
 A body that stays in the room does not accelerate on average: f is low-passed in the earth frame, where gravity stands
 still however the sensor turns, before it is a measurement. The variance r of what is left follows | |a| − g |, and so
-does q_θ the rate, whose error is a share of itself. The dip of the field never enters: a magnet can turn the heading,
+q_θ follows the rate, whose error is a share of itself. The dip of the field never enters: a magnet can turn the heading,
 but never tilt the horizon.
 
 An innovation beyond ``gate`` σ is not believed, for ``gate_time`` at most. Then the filter lets go of its own belief
@@ -48,6 +48,7 @@ PER_G = 1.0 / GRAVITY
 HALF_PER_G2 = 0.5 / (GRAVITY * GRAVITY)
 ONE = 0.1  # s: samples further apart than this are worth one measurement each, not more
 LINEAR = 0.04  # squared tangent of the angle up to which a sine is its angle
+RESTED = (0.05 * DEGREE) * (0.05 * DEGREE)  # (rad/s)², of a bias read off at rest
 SMALL_TURN = 1e-4  # rad²
 FIRST_HEADING = (10.0 * DEGREE) * (10.0 * DEGREE)  # rad², of one reading of a magnetometer indoors
 
@@ -429,6 +430,20 @@ def loosen(params: EKF, state: State, variance: float) -> State:
 
 
 @kernel
+def calm(params: EKF, state: State) -> State:
+    """What is left of the bias once it has been read off at rest is small, and was not caused by the attitude."""
+    attitude, bias, p, force, age, block, acc_out, mag_out, health = state
+    if p.bxx + p.byy + p.bzz <= 3.0 * RESTED:
+        return state
+    known = Cov(
+        p.axx, p.axy, p.axz, p.ayy, p.ayz, p.azz,
+        0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
+        RESTED, 0.0, 0.0, RESTED, 0.0, RESTED,
+    )  # fmt: skip
+    return State(attitude, bias, known, force, age, block, acc_out, mag_out, health)
+
+
+@kernel
 def output(params: EKF, state: State) -> Output:
     """Attitude, bias, σ and health."""
     p = state.p
@@ -456,4 +471,5 @@ FILTER = Filter(
     "Journal of Guidance, Control, and Dynamics 5(5), 1982",
     settles=Settling(10.0, 75.0),
     loosen=loosen,
+    calm=calm,
 )

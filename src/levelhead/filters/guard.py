@@ -23,11 +23,12 @@ from levelhead.kernels.gain import share
 from levelhead.kernels.jit import kernel
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.tilt import GAP_SECONDS, GRAVITY, present
-from levelhead.kernels.vec3 import ZERO, Vec3, scale, sub
+from levelhead.kernels.vec3 import ZERO, Vec3, add, scale, sub
 
 DEGREE = pi / 180.0
 SPELL = 0.02  # s: rest need not be looked for more often
 SMOOTH = 0.5  # s, time constant of the means that rest is told by
+CHANGE = (2.0 * DEGREE) * (2.0 * DEGREE)  # (rad/s)², of a bias once known
 BIAS_TAU = 10.0  # s over which rest averages the bias
 FAST = 4.0  # rad/s: no gyroscope has a smaller full scale (250 °/s) than this
 HARD = 19.0  # m/s²: no accelerometer has a smaller full scale (2 g) than this
@@ -58,7 +59,7 @@ class Guard(NamedTuple):
     bias_limit: Annotated[
         float,
         Param("deg/s", "rest: a mean rate beyond this is a turn and no bias", low=0.0, sweep=(0.5, 20.0), log=True),
-    ] = 5.0
+    ] = 15.0
     acc_gate: Annotated[
         float, Param("m/s²", "accelerating: | |a| − g |, more than", low=0.0, sweep=(1.0, 300.0), log=True)
     ] = 100.0
@@ -186,6 +187,21 @@ def gathered(rest: Rest, gyr: Vec3, acc: Vec3, dt: float) -> Rest:
 
 
 @kernel
+def turning(guard: Guard, mean: Vec3, known: Vec3) -> bool:
+    """Whether a steady rate is a turn and no bias: too large for any, or far from what is known of it.
+
+    A gyroscope may be turned on with a large bias, but does not change it by much, unless what was known came from a
+    steady turn: a smaller one is believed.
+    """
+    limit = guard.bias_limit * DEGREE
+    square = square_off(ZERO, mean)
+    before = square_off(ZERO, known)
+    if square > limit * limit:
+        return True
+    return before > 0.0 and square > before and square_off(known, mean) > CHANGE
+
+
+@kernel
 def rested(guard: Guard, rest: Rest, own: Vec3) -> Rest:
     """Rest is when rate and specific force, averaged over ``SPELL``, stay near their own slow means for a while.
 
@@ -195,12 +211,11 @@ def rested(guard: Guard, rest: Rest, own: Vec3) -> Rest:
     gyr = scale(turned, 1.0 / dt)
     acc = scale(pushed, 1.0 / dt)
     gyr_limit = guard.rest_gyr * DEGREE
-    turn_limit = guard.bias_limit * DEGREE
     quiet = square_off(mean, gyr) < gyr_limit * gyr_limit and square_off(force, acc) < guard.rest_acc * guard.rest_acc
     weight = dt / (SMOOTH + dt)
     mean = toward(mean, gyr, weight)
     force = toward(force, acc, weight)
-    if not quiet or dt > GAP_SECONDS or square_off(ZERO, mean) > turn_limit * turn_limit:
+    if not quiet or dt > GAP_SECONDS or turning(guard, mean, add(bias, own)):
         return Rest(mean, force, 0.0, bias, ZERO, ZERO, 0.0)
     still += dt
     learned = still - guard.rest_time

@@ -1,8 +1,9 @@
 """Angles on the circle: never blend 175° and −175° to 0°."""
 
-from math import floor, pi
+from math import pi
 
 from levelhead.kernels.jit import kernel
+from levelhead.kernels.trig import ROUND
 
 TWO_PI = 2.0 * pi
 ON_A_LINE = 0.0  # the period of what is on no circle
@@ -15,7 +16,11 @@ def wrap(angle: float, period: float) -> float:
     ``period`` is 2π for radians, 360 for degrees, and 0 for a quantity that is not on a circle (a height, a price).
     """
     if period > 0.0 and not -0.5 * period <= angle < 0.5 * period:  # nearly always inside, and dividing takes longest
-        return angle - period * floor(angle / period + 0.5)
+        turns = angle / period + 0.5
+        whole = (turns + ROUND) - ROUND
+        if whole > turns:  # to the nearest, but floor is meant; a real floor would keep lanes from being SIMD
+            whole -= 1.0
+        return angle - period * whole
     return angle
 
 

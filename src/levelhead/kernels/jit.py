@@ -12,7 +12,6 @@ never divide by zero.
 
 import dis
 import functools
-import hashlib
 import types
 from collections.abc import Callable, Iterator
 from typing import Any, TypeGuard, TypeVar
@@ -94,6 +93,8 @@ def code_hash(function: Callable[..., Any]) -> str:
     this in the name of the outermost function it cannot be. It is the code as loaded that counts, not the file: the
     file may have been edited since.
     """
+    import hashlib
+
     texts = sorted(map(_fingerprint, reached(function)))
     return hashlib.sha256("\n\n".join(texts).encode()).hexdigest()[:16]
 

@@ -1,24 +1,25 @@
 """One screen of plain text about a recording and its track: what ``levelhead fuse`` prints."""
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from levelhead import filters
 from levelhead.engine.batch import DEFAULT_GUARD
-from levelhead.evaluate import Score
-from levelhead.evaluate.compare import COLUMNS
 from levelhead.filters import health
 from levelhead.filters.contract import param_table
 from levelhead.recording import Array, Recording, median
 from levelhead.track import Track
 
+if TYPE_CHECKING:
+    from levelhead.evaluate import Score
+
 LONG_GAP = 3.0  # sample intervals: a longer step in time is called a gap
 
 
 def summary(
-    recording: Recording, track: Track, score: Score | None = None, guard: filters.Guard | None = DEFAULT_GUARD
+    recording: Recording, track: Track, score: "Score | None" = None, guard: filters.Guard | None = DEFAULT_GUARD
 ) -> str:
     """Plain text, one fact a line: what came in, which filter, where it ended, how sure it is, what was wrong.
 
@@ -51,9 +52,11 @@ def summary(
 
 
 def facts(
-    recording: Recording, track: Track, score: Score | None = None, guard: filters.Guard | None = DEFAULT_GUARD
+    recording: Recording, track: Track, score: "Score | None" = None, guard: filters.Guard | None = DEFAULT_GUARD
 ) -> dict[str, Any]:
     """The same facts for programs, ready for JSON: units as the names say, None for what does not exist."""
+    from levelhead.evaluate.compare import COLUMNS  # with all of `evaluate`, which the words need only for a score
+
     flt = filters.of(track.params)
     angles = tilt(track)
     row = int(np.nanargmax(angles))
@@ -192,7 +195,7 @@ def _health(track: Track) -> list[tuple[str, str]]:
     ]
 
 
-def _score(score: Score | None) -> list[tuple[str, str]]:
+def _score(score: "Score | None") -> list[tuple[str, str]]:
     return [] if score is None else [("against truth", line) for line in str(score).splitlines()]
 
 

@@ -34,6 +34,9 @@ def figure(width: float, height: float, title: str = "") -> "Figure":
     Raises:
         LevelheadError: matplotlib is not installed.
     """
+    import logging
+
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # where it keeps its caches is nothing to worry about
     try:
         from matplotlib.figure import Figure
     except ImportError:
