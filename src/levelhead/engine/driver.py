@@ -133,6 +133,8 @@ def advance(settings: Settings, carry: Carry, gyr: Vec3, acc: Vec3, mag: Vec3, d
     health |= found
     lost = 0.0
     if health & BLIND:
+        if health & GYR_MISSING:
+            health -= health & GYR_STUCK  # it is the held rate that repeats itself
         reach = BEYOND * watch.fast.up if health & GYR_SATURATED else TURN
         before = reach * blind
         blind += dt
