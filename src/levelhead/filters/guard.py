@@ -221,6 +221,7 @@ def clipped(extreme: Extreme, v: Vec3, full: float, dt: float) -> Extreme:
         stay += dt
         if stay >= PLATEAU_SECONDS:
             found |= side
+        return Extreme(up, down, largest, slope, stay, found, found & side != 0)  # a plateau is as high as it began
     up = max(up, high)
     down = max(down, low)
     return Extreme(up, down, largest, slope, stay, found, found & side != 0)
