@@ -1,4 +1,4 @@
-"""The extended Kalman filter against its textbook twin, its exact model, and what it promises about gates and magnets."""
+"""The extended Kalman filter against its textbook twin, its exact model, and what it promises of gates and magnets."""
 
 import numpy as np
 import pytest

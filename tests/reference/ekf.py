@@ -1,4 +1,4 @@
-"""A multiplicative extended Kalman filter with NumPy's full matrices: slow, plain, independent of the package's kernels.
+"""A multiplicative extended Kalman filter with NumPy's full matrices: slow, plain, independent of the kernels.
 
 The error is (θ, β): R = exp([θ]×) R^ in the earth frame, b = b^ + β in the sensor frame.
 """
