@@ -1,6 +1,6 @@
-"""A multiplicative extended Kalman filter with NumPy's full matrices: slow, plain, independent of the package's kernels.
+"""A multiplicative extended Kalman filter with NumPy's full matrices: slow, plain, independent of the kernels.
 
-The error is (θ, β): R = exp([θ]×) R^ in the earth frame, b = b^ + β in the sensor frame.
+The error is (θ, β), corrected at every sample (``block=0``): R = exp([θ]×) R^ in the earth frame, b = b^ + β in the sensor frame.
 """
 
 from dataclasses import dataclass, field
@@ -118,12 +118,13 @@ class Textbook:
             self.loosen([0.0, 0.0, rest**2])
         else:
             self.mag_out = 0.0
-        return self.correct(error, heading_row(), np.array([y]), r)
+        return self.correct(error, heading_row(), np.array([y]), r, still=2)
 
-    def correct(self, error, h, y, r):
-        """The Kalman gain, and P in Joseph's form."""
+    def correct(self, error, h, y, r, still=0):
+        """The Kalman gain, none for the first ``still`` errors, and P in Joseph's form, which holds for any gain."""
         r = r * np.eye(len(h))
         k = self.p @ h.T @ np.linalg.inv(h @ self.p @ h.T + r)
+        k[:still] = 0.0
         rest = np.eye(6) - k @ h
         self.p = rest @ self.p @ rest.T + k @ r @ k.T
         return error + k @ (y - h @ error)

@@ -1,8 +1,8 @@
 """The one driver: what happens to a sample before and around a filter's step, for every engine alike.
 
 These are kernels: plain Python runs them as they stand, Numba compiles the same source. ``init``, ``step``,
-``output``, ``gains``, ``loosen`` and ``calm`` are the filter's own, ``look`` is what stands in front of it; ``binding.bind``
-binds them. Arrays are flat (row after row), so that Python lists and NumPy arrays are indexed by the same line.
+``output``, ``gains``, ``loosen`` and ``calm`` are the filter's own, ``look`` is what stands in front of it;
+``binding.bind`` binds them. Arrays are flat (row after row), so that Python lists and NumPy arrays are indexed by the same line.
 """
 
 from typing import Any, NamedTuple
@@ -171,6 +171,8 @@ def advance(settings: Settings, carry: Carry, gyr: Vec3, acc: Vec3, mag: Vec3, d
     seen: Look = look(guard, watch, said.quat, own, gyr, acc, mag, dt)
     gyr, acc, mag, found, watch = seen
     health |= found
+    if health & GYR_MISSING:
+        health -= health & GYR_STUCK  # it is the held rate that repeats itself
     blind, lost = unseen(health, blind, watch.fast.up, dt)
     if lost > 0.0:
         state = loosen(params, state, lost)

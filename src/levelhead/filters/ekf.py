@@ -22,9 +22,16 @@ Each row of H is a unit vector, so the updates are scalar ones, one after the ot
     K = P hᵀ/(h P hᵀ + r),   x ← x + K y,   P ← P − K h P                                                       (7)
 
 A body that stays in the room does not accelerate on average: f is low-passed in the earth frame, where gravity stands
-still however the sensor turns, before it is a measurement. The variance r of what is left follows | |a| − g |, and so
-q_θ follows the rate, whose error is a share of itself. The dip of the field never enters: a magnet can turn the heading,
-but never tilt the horizon.
+still however the sensor turns, before it is a measurement. The variance r of what is left follows | |a| − g |, as q_θ
+follows the rate, whose error is a share of itself.
+
+A magnet may turn the heading but never tilt the horizon: the dip of the field does not enter, nor does, in (6), what
+tilt errors do to h_x (its part h_z/h_y θ_y is noise), and the row of θ_z has no gain for θ_x and θ_y (Schmidt's consider
+filter):
+
+    P ← P − K h P − (K h P)ᵀ + K (h P hᵀ + r) Kᵀ,   K_x = K_y = 0                                               (8)
+
+What is left is indirect: heading teaches the bias about the vertical, which the next turn shares out.
 
 An innovation beyond ``gate`` σ is not believed, for ``gate_time`` at most. Then the filter lets go of its own belief
 instead: A grows by the square of what it refused to see.
@@ -342,7 +349,24 @@ def see_field(params: EKF, fix: Fix, block: Block, out: float) -> Seen:
             return Seen(fix, out)
         p = looser(p, 0.0, square)
         fix = Fix(fix.turn, fix.bias, p)
-    return Seen(update(fix, p.axz, p.ayz, p.azz, p.czx, p.czy, p.czz, p.azz + r, innovation), 0.0)
+    return Seen(upright(fix, update(fix, p.axz, p.ayz, p.azz, p.czx, p.czy, p.czz, p.azz + r, innovation)), 0.0)
+
+
+@kernel
+def upright(before: Fix, after: Fix) -> Fix:
+    """An update whose gain for tilt is zero: then K hᵀP + P h Kᵀ − K s Kᵀ, as in (8), is all of (7) but that block."""
+    x, y, _ = before.turn
+    p = after.p
+    old = before.p
+    return Fix(
+        Vec3(x, y, after.turn.z),
+        after.bias,
+        Cov(
+            old.axx, old.axy, p.axz, old.ayy, p.ayz, p.azz,
+            p.cxx, p.cxy, p.cxz, p.cyx, p.cyy, p.cyz, p.czx, p.czy, p.czz,
+            p.bxx, p.bxy, p.bxz, p.byy, p.byz, p.bzz,
+        ),
+    )  # fmt: skip
 
 
 @kernel

@@ -39,6 +39,7 @@ STEEP = 2.0  # 1/s, of the reading itself: a smooth peak that is flat for PLATEA
 PLATEAU_SECONDS = 0.0199
 NOT_ABRUPT = -1.0
 LEAST = 1e-5  # rad/s, m/s²: no sensor has finer steps than this
+STUCK_SAMPLES = 20.0
 STUCK_SECONDS = 1.0  # of one value while another axis moves
 FIELD_TAU = 20.0  # s over which the field is learned
 
@@ -257,6 +258,8 @@ def clipped(extreme: Extreme, v: Vec3, full: float, dt: float) -> Extreme:
         stay += dt
         if stay >= PLATEAU_SECONDS:
             found |= side
+        if found & side == 0:  # a plateau is as high as it began; where a full scale ends drifts with temperature
+            return Extreme(up, down, largest, last, stay, found, False)
     return Extreme(max(up, high), max(down, low), largest, last, stay, found, found & side != 0)
 
 
@@ -282,9 +285,9 @@ def repeated(repeat: Repeat, v: Vec3, dt: float) -> Repeat:
 
 
 @kernel
-def stuck(repeat: Repeat) -> bool:
-    """Whether an axis says the same for long while another one moves."""
-    return repeat.spent > STUCK_SECONDS
+def stuck(repeat: Repeat, dt: float) -> bool:
+    """Whether an axis says the same for long, and many times, while another one moves."""
+    return repeat.spent > max(STUCK_SECONDS, STUCK_SAMPLES * dt)
 
 
 @kernel
@@ -346,7 +349,7 @@ def look(guard: Guard, watch: Watch, attitude: Quat, own: Vec3, gyr: Vec3, acc: 
     if fast.clipped:
         health |= GYR_SATURATED
     gyr_repeat = repeated(gyr_repeat, gyr, dt)
-    if stuck(gyr_repeat):
+    if stuck(gyr_repeat, dt):
         health |= GYR_STUCK
     x, y, z = gyr
     a, b, c = rest.bias
@@ -357,7 +360,7 @@ def look(guard: Guard, watch: Watch, attitude: Quat, own: Vec3, gyr: Vec3, acc: 
         if hard.clipped:
             health |= ACC_SATURATED
             acc = ZERO
-        elif stuck(acc_repeat):
+        elif stuck(acc_repeat, dt):
             health |= ACC_STUCK
             acc = ZERO
         elif accelerating(guard, attitude, gyr, acc, dt):

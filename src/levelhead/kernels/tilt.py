@@ -17,14 +17,16 @@ GRAVITY = 9.80665  # m/s², standard gravity (CGPM 1901)
 UNIFORM = pi / sqrt(3.0)  # rad, standard deviation of an angle about which nothing is known
 GAP_SECONDS = 0.5  # a rate says nothing about a longer interval: the attitude is held across it, the doubt grows
 TURN = 1.0  # rad/s, 1σ of how fast a body may turn in a gap
+NO_LENGTH = 1e-200  # squared, in any unit: below it squares lose their digits, and then nothing is unit any more
 COS2_LIMIT = 0.0076  # cos² 85°
 STEEP2 = 0.04  # below this share of |a|² across the roll axis (pitch beyond 78°) roll is noise, not a measurement
 
 
 @kernel
 def present(v: Vec3) -> bool:
-    """Whether a sensor is there: an absent one is the zero vector."""
-    return v.x != 0.0 or v.y != 0.0 or v.z != 0.0
+    """Whether a sensor is there: an absent one is the zero vector, and so is what is too short to have a direction."""
+    x, y, z = v
+    return x * x + y * y + z * z > NO_LENGTH
 
 
 @kernel
