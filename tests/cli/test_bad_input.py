@@ -117,7 +117,7 @@ def test_bad_logs(refused, tmp_path, case):
         (["--set", "acc_tau"], "'acc_tau' sets nothing; write a parameter and its value, such as r_measure=0.1"),
         (["--set", "acc_tau=1", "--set", "acc_tau=2"], "set twice"),
         (["--guard", "rest_tim=3"], "Guard has no parameter 'rest_tim'; did you mean 'rest_time'?"),
-        (["--guard", "rest_time"], "'rest_time' sets nothing; write a parameter and its value, such as rest_time=3, or"),
+        (["--guard", "rest_time"], "'rest_time' sets nothing; write a parameter and its value, such as rest_time=3"),
         (["--guard", "on"], "such as rest_time=3, or off"),
         (["--guard", "rest_time=-1"], "rest_time = -1 is not allowed; it must be at least 0 s"),
         (["--guard", "off", "--guard", "rest_time=3"], "--guard off leaves no threshold to set"),

@@ -38,7 +38,11 @@ def tilt_between(a, b):
 def test_it_is_the_textbook_with_full_matrices(seed, wild):
     """Random rates, accelerations and intervals; with faults also readings turned over, missing ones and a gap."""
     rng = np.random.default_rng(seed)
-    params = lh.EKF(block=0) if seed % 2 else lh.EKF(block=0, gate=2.0, gate_time=0.1, bias_walk=0.05, acc_tau=0.5, mag_noise=5.0)
+    params = (
+        lh.EKF(block=0)
+        if seed % 2
+        else lh.EKF(block=0, gate=2.0, gate_time=0.1, bias_walk=0.05, acc_tau=0.5, mag_noise=5.0)
+    )
     true = Rotation.random(rng=rng)
     bias = rng.normal(0, 0.02, 3)
     acc, mag = true.inv().apply([0, 0, G]), true.inv().apply(FIELD)

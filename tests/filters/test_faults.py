@@ -29,7 +29,7 @@ EVERY_GUARDED = pytest.mark.parametrize("flt", GUARDED, ids=lambda f: f.name)
 HEADED = pytest.mark.parametrize("flt", [f for f in GUARDED if "mag" in f.uses], ids=lambda f: f.name)
 
 
-def body(n=11_000, fastest=3.0, hertz=0.3, seed=0):
+def body(n=18_000, fastest=3.0, hertz=0.3, seed=0):
     """Truth and readings: t, gyr, acc, mag with noise. The axis is skew, and the fastest turn is so many rad/s."""
     t = np.arange(n) / RATE
     u = np.clip(t - START / RATE, 0.0, (END - START) / RATE)
@@ -298,7 +298,7 @@ def test_a_magnet_that_passes_is_refused(flt, clean):
 @HEADED
 def test_a_lasting_new_field_is_taken_for_the_earths(flt, clean):
     """The room was changed: half as strong again and 30° round the vertical, accepted after Guard.mag_time."""
-    true, *readings = body(n=16_000)
+    true, *readings = body(n=19_000)
     turned = true.inv() * Rotation.from_euler("z", 30, degrees=True)
     readings[3][3000:] = 1.5 * turned.apply(FIELD)[3000:]
     track = lh.fuse(lh.Recording(*readings), flt.params(), engine="compiled")

@@ -54,7 +54,7 @@ def test_a_tap_ends_rest():
     gyr, acc = at_rest(1000)
     acc[500, 0] += 2.0
     rest = said(watched(gyr, acc), health.AT_REST)
-    assert rest[499] and not rest[500:600].any() and rest[800:].all()
+    assert rest[499] and not rest[502:600].any() and rest[800:].all()
 
 
 @pytest.mark.parametrize("hertz", [0.2, 1.0, 3.0])

@@ -1,6 +1,7 @@
 """A multiplicative extended Kalman filter with NumPy's full matrices: slow, plain, independent of the kernels.
 
-The error is (θ, β), corrected at every sample (``block=0``): R = exp([θ]×) R^ in the earth frame, b = b^ + β in the sensor frame.
+The error is (θ, β), corrected at every sample (``block=0``): R = exp([θ]×) R^ in the earth frame, b = b^ + β in
+the sensor frame.
 """
 
 from dataclasses import dataclass, field
@@ -63,7 +64,7 @@ class Textbook:
 
     def __post_init__(self):
         tilt, bias = np.radians(self.params.tilt_start) ** 2, np.radians(self.params.bias_start) ** 2
-        self.p = np.diag([tilt, tilt, np.radians(10.0) ** 2 if self.headed else 0.0, bias, bias, bias])
+        self.p = np.diag([tilt, tilt, np.radians(45.0) ** 2 if self.headed else 0.0, bias, bias, bias])
 
     def step(self, gyr, acc, mag, dt):
         """One sample; None for a sensor that said nothing."""

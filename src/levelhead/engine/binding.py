@@ -50,6 +50,7 @@ def _bind(flt: Filter, guarded: bool) -> Driver:
         "output": flt.output,
         "gains": flt.gains or driver.no_gains,
         "loosen": flt.loosen or driver.firm,
+        "loosen_heading": flt.loosen_heading or driver.firm,
         "calm": flt.calm or driver.as_before,
         "look": guard.look if guarded else driver.unguarded,
         "OWN_SIGMA": flt.gains is None,

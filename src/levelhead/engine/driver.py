@@ -1,8 +1,9 @@
 """The one driver: what happens to a sample before and around a filter's step, for every engine alike.
 
 These are kernels: plain Python runs them as they stand, Numba compiles the same source. ``init``, ``step``,
-``output``, ``gains``, ``loosen`` and ``calm`` are the filter's own, ``look`` is what stands in front of it;
-``binding.bind`` binds them. Arrays are flat (row after row), so that Python lists and NumPy arrays are indexed by the same line.
+``output``, ``gains``, ``loosen``, ``loosen_heading`` and ``calm`` are the filter's own, ``look`` is what stands in
+front of it; ``binding.bind`` binds them. Arrays are flat (row after row), so that Python lists and NumPy arrays are
+indexed by the same line.
 """
 
 from typing import Any, NamedTuple
@@ -10,7 +11,7 @@ from typing import Any, NamedTuple
 from levelhead.filters.contract import Gains, Output
 from levelhead.filters.doubt import SPELL, Doubt, at_start, judged, waited
 from levelhead.filters.doubt import sigma as doubted
-from levelhead.filters.guard import BEFORE, Guard, Look, Rest, Watch
+from levelhead.filters.guard import BEFORE, Guard, Look, Rest, Watch, first_field
 from levelhead.filters.health import (
     ACC_MISSING,
     AT_REST,
@@ -18,10 +19,11 @@ from levelhead.filters.health import (
     GYR_MISSING,
     GYR_SATURATED,
     GYR_STUCK,
+    MAG_LEARNED,
     MAG_MISSING,
 )
 from levelhead.kernels.jit import kernel
-from levelhead.kernels.quat import Quat
+from levelhead.kernels.quat import Quat, up
 from levelhead.kernels.tilt import GAP_SECONDS, TURN, present
 from levelhead.kernels.vec3 import ZERO, Vec3, add
 
@@ -29,6 +31,8 @@ NO_READING = 1e9  # rad/s, m/s², µT: no sensor says that; NaN and infinity fai
 ALL_THERE = NO_READING * NO_READING  # a sum of squares below that has no missing reading in it
 BLIND = GYR_MISSING | GYR_SATURATED | GYR_STUCK  # the rate is a guess
 LOST = 0.1  # rad that a body may have turned unseen before the filter is told
+FIRST_FIELD = 0.6  # rad², of a heading that was relative until now: 45°
+NEW_FIELD = 0.002  # rad², of a heading when another field is taken for the earth's: 2.6°
 BEYOND = 0.5  # of the full scale, 1σ: how much faster a body turns than a clipped gyroscope says
 
 
@@ -56,7 +60,7 @@ def unbound(*_: Any) -> Any:
     raise RuntimeError("bind the driver to a filter first")
 
 
-init = step = output = gains = loosen = calm = look = unbound
+init = step = output = gains = loosen = loosen_heading = calm = look = unbound
 OWN_SIGMA = False
 
 
@@ -93,13 +97,13 @@ def no_gains(params: Any, state: Any, dt: float) -> Gains:
 
 @kernel
 def firm(params: Any, state: Any, variance: float) -> Any:
-    """``loosen`` of a filter that remembers nothing."""
+    """``loosen`` and ``loosen_heading`` of a filter that has nothing to loosen."""
     return state
 
 
 @kernel
 def as_before(params: Any, state: Any) -> Any:
-    """``calm`` of a filter that knows no doubt of its bias."""
+    """``calm`` of a filter that carries no σ of its own."""
     return state
 
 
@@ -141,7 +145,9 @@ def begin(settings: Settings) -> Carry:
 def started(params: Any, gyr: Vec3, acc: Vec3, mag: Vec3, health: int) -> Carry:
     """At the first sample; the filter has started once it has an accelerometer reading."""
     state = init(params, gyr, acc, mag)
-    _, fast, hard, gyr_repeat, acc_repeat, out, field = BEFORE
+    _, fast, hard, gyr_repeat, acc_repeat, out, _ = BEFORE
+    said: Output = output(params, state)
+    field = first_field(up(said.quat), mag)
     watch = Watch(Rest(gyr, acc, 0.0, ZERO, ZERO, ZERO, 0.0), fast, hard, gyr_repeat, acc_repeat, out, field)
     return Carry(state, gyr, present(acc), health, watch, at_start(acc, mag), 0.0)
 
@@ -168,6 +174,7 @@ def advance(settings: Settings, carry: Carry, gyr: Vec3, acc: Vec3, mag: Vec3, d
         gyr = add(own, watch.rest.bias)  # reads as "did not turn"
     if dt > GAP_SECONDS:
         health |= GAP
+    had_field = watch.field.norm > 0.0
     seen: Look = look(guard, watch, said.quat, own, gyr, acc, mag, dt)
     gyr, acc, mag, found, watch = seen
     health |= found
@@ -178,6 +185,8 @@ def advance(settings: Settings, carry: Carry, gyr: Vec3, acc: Vec3, mag: Vec3, d
         state = loosen(params, state, lost)
     if health & AT_REST:
         state = calm(params, state)
+    if health & MAG_LEARNED:
+        state = loosen_heading(params, state, NEW_FIELD if had_field else FIRST_FIELD)
     state = step(params, state, gyr, acc, mag, dt)
     if not OWN_SIGMA:
         doubt = waited(doubt, acc, mag, dt)

@@ -121,6 +121,7 @@ class Filter(NamedTuple):
     settles: Settling
     gains: Callable[..., Gains] | None = None  # (params, state, dt) -> Gains, for filters without a σ of their own
     loosen: Callable[..., Any] | None = None  # (params, state, variance) -> state whose attitude is less sure, by rad²
+    loosen_heading: Callable[..., Any] | None = None  # the same, of heading alone
     calm: Callable[..., Any] | None = None  # (params, state) -> state that knows its bias: the sensor is at rest
     axis: AxisFilter | None = None
 

@@ -26,8 +26,8 @@ still however the sensor turns, before it is a measurement. The variance r of wh
 follows the rate, whose error is a share of itself.
 
 A magnet may turn the heading but never tilt the horizon: the dip of the field does not enter, nor does, in (6), what
-tilt errors do to h_x (its part h_z/h_y θ_y is noise), and the row of θ_z has no gain for θ_x and θ_y (Schmidt's consider
-filter):
+tilt errors do to h_x (its part h_z/h_y θ_y is noise), and the row of θ_z has no gain for θ_x and θ_y (the
+consider filter of Schmidt):
 
     P ← P − K h P − (K h P)ᵀ + K (h P hᵀ + r) Kᵀ,   K_x = K_y = 0                                               (8)
 
@@ -57,7 +57,7 @@ ONE = 0.1  # s: samples further apart than this are worth one measurement each, 
 LINEAR = 0.04  # squared tangent of the angle up to which a sine is its angle
 RESTED = (0.05 * DEGREE) * (0.05 * DEGREE)  # (rad/s)², of a bias read off at rest
 SMALL_TURN = 1e-4  # rad²
-FIRST_HEADING = (10.0 * DEGREE) * (10.0 * DEGREE)  # rad², of one reading of a magnetometer indoors
+FIRST_HEADING = (45.0 * DEGREE) * (45.0 * DEGREE)  # rad², of one reading of a magnetometer indoors
 
 
 @parameters()
@@ -454,10 +454,17 @@ def loosen(params: EKF, state: State, variance: float) -> State:
 
 
 @kernel
+def loosen_heading(params: EKF, state: State, variance: float) -> State:
+    """Heading less sure."""
+    attitude, bias, p, force, age, block, acc_out, mag_out, health = state
+    return State(attitude, bias, looser(p, 0.0, variance), force, age, block, acc_out, mag_out, health)
+
+
+@kernel
 def calm(params: EKF, state: State) -> State:
     """What is left of the bias once it has been read off at rest is small, and was not caused by the attitude."""
     attitude, bias, p, force, age, block, acc_out, mag_out, health = state
-    if p.bxx + p.byy + p.bzz <= 3.0 * RESTED:
+    if p.bxx + p.byy + p.bzz <= 6.0 * RESTED:
         return state
     known = Cov(
         p.axx, p.axy, p.axz, p.ayy, p.ayz, p.azz,
@@ -493,7 +500,8 @@ FILTER = Filter(
     uses=frozenset({"gyr", "acc", "mag"}),
     citation="E. J. Lefferts, F. L. Markley, M. D. Shuster, Kalman Filtering for Spacecraft Attitude Estimation, "
     "Journal of Guidance, Control, and Dynamics 5(5), 1982",
-    settles=Settling(10.0, 75.0),
+    settles=Settling(15.0, 120.0),
     loosen=loosen,
+    loosen_heading=loosen_heading,
     calm=calm,
 )

@@ -16,6 +16,7 @@ from levelhead.filters.health import (
     AT_REST,
     GYR_SATURATED,
     GYR_STUCK,
+    MAG_LEARNED,
     MAG_REJECTED,
 )
 from levelhead.kernels import quat
@@ -23,7 +24,7 @@ from levelhead.kernels.gain import share
 from levelhead.kernels.jit import kernel
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.tilt import GAP_SECONDS, GRAVITY, present
-from levelhead.kernels.vec3 import ZERO, Vec3, add, scale, sub
+from levelhead.kernels.vec3 import ZERO, Vec3, add, dot, norm, scale, sub
 
 DEGREE = pi / 180.0
 SPELL = 0.02  # s: rest need not be looked for more often
@@ -41,6 +42,7 @@ NOT_ABRUPT = -1.0
 LEAST = 1e-5  # rad/s, m/s²: no sensor has finer steps than this
 STUCK_SAMPLES = 20.0
 STUCK_SECONDS = 1.0  # of one value while another axis moves
+FIRST_AGE = 1e-3  # s: what one reading counts
 FIELD_TAU = 20.0  # s over which the field is learned
 
 
@@ -188,7 +190,7 @@ def gathered(rest: Rest, gyr: Vec3, acc: Vec3, dt: float) -> Rest:
 
 
 @kernel
-def turning(guard: Guard, mean: Vec3, known: Vec3) -> bool:
+def turning(guard: Guard, mean: Vec3, bias: Vec3, own: Vec3) -> bool:
     """Whether a steady rate is a turn and no bias: too large for any, or far from what is known of it.
 
     A gyroscope may be turned on with a large bias, but does not change it by much, unless what was known came from a
@@ -196,9 +198,12 @@ def turning(guard: Guard, mean: Vec3, known: Vec3) -> bool:
     """
     limit = guard.bias_limit * DEGREE
     square = square_off(ZERO, mean)
-    before = square_off(ZERO, known)
     if square > limit * limit:
         return True
+    if not present(bias):
+        return False
+    known = add(bias, own)
+    before = square_off(ZERO, known)
     return before > 0.0 and square > before and square_off(known, mean) > CHANGE
 
 
@@ -216,7 +221,7 @@ def rested(guard: Guard, rest: Rest, own: Vec3) -> Rest:
     weight = dt / (SMOOTH + dt)
     mean = toward(mean, gyr, weight)
     force = toward(force, acc, weight)
-    if not quiet or dt > GAP_SECONDS or turning(guard, mean, add(bias, own)):
+    if not quiet or dt > GAP_SECONDS or turning(guard, mean, bias, own):
         return Rest(mean, force, 0.0, bias, ZERO, ZERO, 0.0)
     still += dt
     learned = still - guard.rest_time
@@ -312,6 +317,15 @@ def accelerating(guard: Guard, attitude: Quat, gyr: Vec3, acc: Vec3, dt: float) 
 
 
 @kernel
+def first_field(up: Vec3, mag: Vec3) -> Field:
+    """The field at the start, which the attitude was made of."""
+    if not present(mag):
+        return Field(0.0, 0.0, 0.0, 0.0)
+    n = norm(mag)
+    return Field(n, dot(up, mag) / n, FIRST_AGE, 0.0)
+
+
+@kernel
 def learned(guard: Guard, field: Field, up: Vec3, mag: Vec3, dt: float) -> Field:
     """The field after a reading; ``out`` > 0: it is not the earth's, and was not learned from.
 
@@ -319,17 +333,29 @@ def learned(guard: Guard, field: Field, up: Vec3, mag: Vec3, dt: float) -> Field
     reference: the room was changed, not the moment. A reference that was learned for a moment, perhaps while the
     attitude was still wrong, is given up as soon.
     """
-    norm, dip, age, out = field
+    strength, dip, age, out = field
     x, y, z = mag
     n = sqrt(x * x + y * y + z * z)
     a, b, c = up
     d = (a * x + b * y + c * z) / n
     if age == 0.0 or out > min(guard.mag_time, age):
         return Field(n, d, dt, 0.0)
-    if abs(n - norm) > guard.mag_gate * norm or abs(d - dip) > guard.mag_angle * DEGREE:
-        return Field(norm, dip, age, out + dt)
+    if abs(n - strength) > guard.mag_gate * strength or abs(d - dip) > guard.mag_angle * DEGREE:
+        return Field(strength, dip, age, out + dt)
     weight = share(FIELD_TAU, age, dt)
-    return Field(norm + weight * (n - norm), dip + weight * (d - dip), min(age + dt, FIELD_TAU), 0.0)
+    return Field(strength + weight * (n - strength), dip + weight * (d - dip), min(age + dt, FIELD_TAU), 0.0)
+
+
+@kernel
+def refusal(guard: Guard, hard: Extreme, repeat: Repeat, out: float, dt: float) -> int:
+    """Why the accelerometer is not used: a health bit, or 0."""
+    if hard.clipped:
+        return ACC_SATURATED
+    if stuck(repeat, dt):
+        return ACC_STUCK
+    if 0.0 < out < guard.acc_time:
+        return ACC_REJECTED
+    return 0
 
 
 @kernel
@@ -357,22 +383,16 @@ def look(guard: Guard, watch: Watch, attitude: Quat, own: Vec3, gyr: Vec3, acc: 
     if present(acc):
         hard = clipped(hard, acc, guard.acc_range, dt)
         acc_repeat = repeated(acc_repeat, acc, dt)
-        if hard.clipped:
-            health |= ACC_SATURATED
+        out = out + dt if accelerating(guard, attitude, gyr, acc, dt) else 0.0
+        refused = refusal(guard, hard, acc_repeat, out, dt)
+        if refused != 0:
+            health |= refused
             acc = ZERO
-        elif stuck(acc_repeat, dt):
-            health |= ACC_STUCK
-            acc = ZERO
-        elif accelerating(guard, attitude, gyr, acc, dt):
-            out += dt
-            if out < guard.acc_time:
-                health |= ACC_REJECTED
-                acc = ZERO
-        else:
-            out = 0.0
     if present(mag):
         field = learned(guard, field, predicted_up(attitude, gyr, dt), mag, dt)
         if field.out > 0.0:
             health |= MAG_REJECTED
             mag = ZERO
+        elif field.age <= dt:
+            health |= MAG_LEARNED
     return Look(gyr, acc, mag, health, Watch(rest, fast, hard, gyr_repeat, acc_repeat, out, field))
