@@ -64,7 +64,7 @@ class Textbook:
 
     def __post_init__(self):
         tilt, bias = np.radians(self.params.tilt_start) ** 2, np.radians(self.params.bias_start) ** 2
-        self.p = np.diag([tilt, tilt, np.radians(45.0) ** 2 if self.headed else 0.0, bias, bias, bias])
+        self.p = np.diag([tilt, tilt, np.radians(60.0) ** 2 if self.headed else 0.0, bias, bias, bias])
 
     def step(self, gyr, acc, mag, dt):
         """One sample; None for a sensor that said nothing."""
@@ -103,7 +103,7 @@ class Textbook:
             self.acc_out += dt
             if self.acc_out <= params.gate_time:
                 return error
-            self.loosen([y @ y, y @ y, 0.0])
+            self.loosen([y @ y] * 3)
         self.acc_out = 0.0
         return self.correct(error, tilt_rows(), y, r)
 

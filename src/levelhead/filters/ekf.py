@@ -57,7 +57,7 @@ ONE = 0.1  # s: samples further apart than this are worth one measurement each, 
 LINEAR = 0.04  # squared tangent of the angle up to which a sine is its angle
 RESTED = (0.05 * DEGREE) * (0.05 * DEGREE)  # (rad/s)², of a bias read off at rest
 SMALL_TURN = 1e-4  # rad²
-FIRST_HEADING = (45.0 * DEGREE) * (45.0 * DEGREE)  # rad², of one reading of a magnetometer indoors
+FIRST_HEADING = (60.0 * DEGREE) * (60.0 * DEGREE)  # rad², of one reading of a magnetometer indoors
 
 
 @parameters()
@@ -330,7 +330,7 @@ def see_gravity(params: EKF, fix: Fix, force: Vec3, block: Block, out: float) ->
         out += block.spell
         if out <= params.gate_time:
             return Seen(fix, out)
-        p = looser(p, square, 0.0)
+        p = looser(p, square, square)  # whoever was so wrong about the vertical knows no heading either
     fix = update(Fix(ZERO, fix.bias, p), p.axx, p.axy, p.axz, p.cxx, p.cxy, p.cxz, p.axx + r, x)
     p = fix.p
     return Seen(update(fix, p.axy, p.ayy, p.ayz, p.cyx, p.cyy, p.cyz, p.ayy + r, y - fix.turn.y), 0.0)
