@@ -42,7 +42,7 @@ BOUNDS = {
         "Madgwick": 6.6,
         "Kalman": 74.0,
         "RollPitchKalman": 21.8,
-        "BiasRateKalman": 100.0,
+        "BiasRateKalman": 87.0,
         "EKF": 3.1,
         BEST: 3.1,
     },

@@ -54,3 +54,9 @@ def test_bad_words_are_refused(refused, log):
 
 def test_help_says_it(levelhead):
     assert "column:NAME" in levelhead("compare", "--help").out
+
+
+def test_a_log_without_truth_gets_its_table_and_a_line_instead_of_the_picture(levelhead, logs, tmp_path):
+    said = levelhead("compare", logs / "plain.csv", "-f", "EKF", "-f", "Madgwick", "-o", tmp_path / "new")
+    assert said.code == 0 and "Madgwick" in said.out and "no picture: the four panels need" in said.out
+    assert not (tmp_path / "new").exists()

@@ -77,7 +77,7 @@ def compare(
     with progress("comparing") as report:
         comparison = run(recording, chosen, tracks=tracks, guard=before, progress=report)
     picture = None
-    if out is not None:
+    if out is not None and recording.truth is not None:
         from levelhead.publish.plots import four_panels
 
         picture = folder(out) / "compare.png"
@@ -86,4 +86,9 @@ def compare(
         say_json(comparison.to_dict() | {"written": [str(picture)] if picture else []})
         return
     print_table(comparison)
-    say(f"written: {picture}" if picture else "no picture asked for: -o DIR draws the four panels")
+    if picture:
+        say(f"written: {picture}")
+    elif out is not None:
+        say("no picture: the four panels need the true orientation; `levelhead fuse` draws a recording without one")
+    else:
+        say("no picture asked for: -o DIR draws the four panels")

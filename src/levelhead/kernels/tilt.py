@@ -9,8 +9,8 @@ from math import pi, sqrt
 
 from levelhead.kernels import quat
 from levelhead.kernels.jit import kernel
-from levelhead.kernels.quat import Euler, Quat
-from levelhead.kernels.trig import atan2, sincos
+from levelhead.kernels.quat import Quat
+from levelhead.kernels.trig import atan2
 from levelhead.kernels.vec3 import Vec3
 
 GRAVITY = 9.80665  # m/s², standard gravity (CGPM 1901)
@@ -30,45 +30,10 @@ def present(v: Vec3) -> bool:
 
 
 @kernel
-def roll_of(acc: Vec3) -> float:
-    """φ = atan2(a_y, a_z), rad."""
-    return atan2(acc.y, acc.z)
-
-
-@kernel
-def pitch_of(acc: Vec3) -> float:
-    """θ = atan2(−a_x, √(a_y² + a_z²)), rad."""
-    return atan2(-acc.x, sqrt(acc.y * acc.y + acc.z * acc.z))
-
-
-@kernel
 def steep(acc: Vec3) -> bool:
     """Whether the roll axis is so near the vertical that the accelerometer cannot tell roll."""
     across = acc.y * acc.y + acc.z * acc.z
     return across < STEEP2 * (acc.x * acc.x + across)
-
-
-@kernel
-def heading_of(mag: Vec3, roll: float, pitch: float) -> float:
-    """Tilt-compensated yaw, rad: 0 when the sensor's x axis points east, π/2 when it points to magnetic north.
-
-    The field, levelled by roll and pitch, has the horizontal part (h_x, h_y); the earth's horizontal field is
-    (0, m), which a sensor at yaw ψ sees as m (sin ψ, cos ψ). Hence ψ = atan2(h_x, h_y).
-    """
-    sr, cr = sincos(roll)
-    sp, cp = sincos(pitch)
-    level_x = mag.x * cp + (mag.y * sr + mag.z * cr) * sp
-    level_y = mag.y * cr - mag.z * sr
-    return atan2(level_x, level_y)
-
-
-@kernel
-def compass(acc: Vec3, mag: Vec3) -> Euler:
-    """Attitude from one sample, where every filter starts: level without accelerometer, yaw 0 without magnetometer."""
-    roll = roll_of(acc) if present(acc) else 0.0
-    pitch = pitch_of(acc) if present(acc) else 0.0
-    yaw = heading_of(mag, roll, pitch) if present(mag) else 0.0
-    return Euler(roll, pitch, yaw)
 
 
 @kernel
