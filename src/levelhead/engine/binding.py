@@ -44,6 +44,8 @@ def bind(flt: Filter, guarded: bool = True) -> Driver:
 @functools.cache
 def _bind(flt: Filter, guarded: bool) -> Driver:
     name = flt.name if guarded else f"{flt.name}_unguarded"
+    takes_bias = "bias" not in flt.judges
+    look = bound(guard.look, name, TAKES_BIAS=takes_bias, TELLS_FIELD="field" not in flt.judges)
     own = {
         "init": flt.init,
         "step": flt.step,
@@ -52,7 +54,8 @@ def _bind(flt: Filter, guarded: bool) -> Driver:
         "loosen": flt.loosen or driver.firm,
         "loosen_heading": flt.loosen_heading or driver.firm,
         "calm": flt.calm or driver.as_before,
-        "look": guard.look if guarded else driver.unguarded,
+        "look": look if guarded else driver.unguarded,
+        "TAKES_BIAS": takes_bias,
         "OWN_SIGMA": flt.gains is None,
     }
     own["started"] = bound(driver.started, name, **own)

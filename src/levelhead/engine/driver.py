@@ -62,6 +62,7 @@ def unbound(*_: Any) -> Any:
 
 init = step = output = gains = loosen = loosen_heading = calm = look = unbound
 OWN_SIGMA = False
+TAKES_BIAS = True  # the bias read off at rest is taken away before the filter sees the rate
 
 
 @kernel
@@ -170,12 +171,13 @@ def advance(settings: Settings, carry: Carry, gyr: Vec3, acc: Vec3, mag: Vec3, d
     last = gyr
     said: Output = output(params, state)
     own = said.bias
+    taken = watch.rest.bias if TAKES_BIAS else ZERO
     if dt > GAP_SECONDS or (health & GYR_MISSING and blind > GAP_SECONDS):
-        gyr = add(own, watch.rest.bias)  # reads as "did not turn"
+        gyr = add(own, taken)  # reads as "did not turn"
     if dt > GAP_SECONDS:
         health |= GAP
     had_field = watch.field.norm > 0.0
-    seen: Look = look(guard, watch, said.quat, own, gyr, acc, mag, dt)
+    seen: Look = look(guard, watch, said.quat, own if TAKES_BIAS else ZERO, gyr, acc, mag, dt)
     gyr, acc, mag, found, watch = seen
     health |= found
     if health & GYR_MISSING:
@@ -202,7 +204,7 @@ def result(settings: Settings, carry: Carry) -> Output:
     state, _, _, found, watch, doubt, _ = carry
     said: Output = output(params, state)
     quat, (x, y, z), sigma, health = said
-    a, b, c = watch.rest.bias
+    a, b, c = watch.rest.bias if TAKES_BIAS else ZERO
     if not OWN_SIGMA:
         sigma = doubted(doubt)
     return Output(quat, Vec3(x + a, y + b, z + c), sigma, health | found)

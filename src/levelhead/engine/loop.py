@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 from levelhead.engine import memory
 from levelhead.engine.binding import bind, bind_axis
 from levelhead.engine.driver import Settings, unbound
+from levelhead.engine.fixed import native, plain
 from levelhead.filters.contract import Filter
 from levelhead.filters.guard import Guard
 from levelhead.kernels.jit import bound, compiled, kernel
@@ -136,11 +137,11 @@ class CompiledLoop:
     @property
     def state(self) -> Any:
         """The filter's whole state."""
-        return self._machine.states.peek(self.place)
+        return plain(self._machine.states.peek(self.place))
 
     @state.setter
     def state(self, value: Any) -> None:
-        self._machine.states.poke(self.place, value)
+        self._machine.states.poke(self.place, native(value))
 
     @property
     def params(self) -> Any:

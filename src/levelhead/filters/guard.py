@@ -44,6 +44,8 @@ STUCK_SAMPLES = 20.0
 STUCK_SECONDS = 1.0  # of one value while another axis moves
 FIRST_AGE = 1e-3  # s: what one reading counts
 FIELD_TAU = 20.0  # s over which the field is learned
+TAKES_BIAS = True  # what the filter judges by itself is left to it
+TELLS_FIELD = True
 
 
 @parameters()
@@ -378,8 +380,9 @@ def look(guard: Guard, watch: Watch, attitude: Quat, own: Vec3, gyr: Vec3, acc: 
     if stuck(gyr_repeat, dt):
         health |= GYR_STUCK
     x, y, z = gyr
-    a, b, c = rest.bias
-    gyr = Vec3(x - a, y - b, z - c)
+    if TAKES_BIAS:
+        a, b, c = rest.bias
+        gyr = Vec3(x - a, y - b, z - c)
     if present(acc):
         hard = clipped(hard, acc, guard.acc_range, dt)
         acc_repeat = repeated(acc_repeat, acc, dt)
@@ -388,7 +391,7 @@ def look(guard: Guard, watch: Watch, attitude: Quat, own: Vec3, gyr: Vec3, acc: 
         if refused != 0:
             health |= refused
             acc = ZERO
-    if present(mag):
+    if TELLS_FIELD and present(mag):
         field = learned(guard, field, predicted_up(attitude, gyr, dt), mag, dt)
         if field.out > 0.0:
             health |= MAG_REJECTED

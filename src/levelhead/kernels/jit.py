@@ -25,6 +25,13 @@ def kernel(function: F) -> F:
     return function
 
 
+def rare(function: F) -> F:
+    """Mark a kernel that few samples reach, or that stands in many places: compiled code calls it instead of having it
+    inline, which keeps what every sample runs through small."""
+    function.__rare__ = True  # type: ignore[attr-defined]
+    return kernel(function)
+
+
 def is_kernel(value: object) -> TypeGuard[Callable[..., Any]]:
     """Whether ``value`` is a plain-Python kernel."""
     return bool(getattr(value, "__kernel__", False))
@@ -77,7 +84,8 @@ def reached(function: Callable[..., Any]) -> list[Callable[..., Any]]:
 def _fingerprint(function: Callable[..., Any]) -> str:
     """A kernel's code and the constants and NamedTuples that it mentions, as text."""
     code = function.__code__
-    parts = [f"{function.__module__}.{function.__qualname__}", code.co_code.hex(), repr(code.co_consts)]
+    called = "rare" if getattr(function, "__rare__", False) else "inline"
+    parts = [f"{function.__module__}.{function.__qualname__} {called}", code.co_code.hex(), repr(code.co_consts)]
     for name, value in _mentioned(function):
         if isinstance(value, type) and hasattr(value, "_fields"):
             parts.append(f"{name}: {value._fields}")
@@ -152,7 +160,10 @@ def _inlined(function: Callable[..., Any]) -> Any:
     """The compiled twin of a kernel that other kernels call; forced inline, which is what lets LLVM use SIMD."""
     import numba
 
-    return numba.njit(forceinline=True, error_model="numpy", nogil=True)(_rebuilt(function, function.__qualname__))
+    machine = getattr(function, "__machine__", None)  # what plain Python and machine code do in different words
+    twin = machine or _rebuilt(function, function.__qualname__)
+    inline = not getattr(function, "__rare__", False)
+    return numba.njit(forceinline=inline, error_model="numpy", nogil=True)(twin)
 
 
 @functools.cache
