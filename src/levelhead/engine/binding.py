@@ -5,9 +5,9 @@ import sys
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from levelhead.engine import axis_driver, driver
+from levelhead.engine import axis_driver, driver, scene
 from levelhead.errors import LevelheadError, nearest
-from levelhead.filters import guard
+from levelhead.filters import guard, sensors
 from levelhead.filters.contract import AxisFilter, Filter
 from levelhead.kernels.jit import bound, compiled
 
@@ -20,12 +20,13 @@ WORTH_WHEN_STARTED = 1_000
 
 
 class Driver(NamedTuple):
-    """The driver's functions for one filter."""
+    """The driver's functions for one filter: those that all engines call, and the phases of ``advance``."""
 
     begin: Callable[..., Any]
     advance: Callable[..., Any]
     result: Callable[..., Any]
     run: Callable[..., Any]
+    phases: dict[str, Callable[..., Any]]
 
 
 def guards(flt: Filter) -> bool:
@@ -47,19 +48,23 @@ def _bind(flt: Filter, guarded: bool) -> Driver:
     own = {
         "init": flt.init,
         "step": flt.step,
+        "due": flt.due or driver.never,
+        "correct": flt.correct or driver.as_it_is,
         "output": flt.output,
         "gains": flt.gains or driver.no_gains,
         "loosen": flt.loosen or driver.firm,
         "loosen_heading": flt.loosen_heading or driver.firm,
         "calm": flt.calm or driver.as_before,
         "look": guard.look if guarded else driver.unguarded,
+        "perceived": bound(scene.perceived, name, sense=sensors.sensed if guarded else scene.unsensed),
         "OWN_SIGMA": flt.gains is None,
     }
-    own["started"] = bound(driver.started, name, **own)
+    phases = {phase.__name__: bound(phase, name, **own) for phase in driver.PHASES}
+    advance = bound(driver.advance, name, **own, **phases)
     begin = bound(driver.begin, name, **own)
-    advance = bound(driver.advance, name, **own)
     result = bound(driver.result, name, **own)
-    return Driver(begin, advance, result, bound(driver.run, name, advance=advance, result=result))
+    run = bound(driver.run, name, advance=advance, result=result)
+    return Driver(begin, advance, result, run, phases | {"perceived": own["perceived"]})
 
 
 def estimates_bias(flt: Filter, guarded: bool) -> bool:
