@@ -59,6 +59,7 @@ def _bind(flt: Filter, guarded: bool) -> Driver:
         "perceived": bound(scene.perceived, name, sense=sensors.sensed if guarded else scene.unsensed),
         "OWN_SIGMA": flt.gains is None,
     }
+    own["stepped"] = bound(driver.stepped, name, **own)
     phases = {phase.__name__: bound(phase, name, **own) for phase in driver.PHASES}
     advance = bound(driver.advance, name, **own, **phases)
     begin = bound(driver.begin, name, **own)

@@ -18,9 +18,10 @@ from levelhead.filters.contract import Gains, Output
 from levelhead.filters.doubt import Doubt, at_start, judged
 from levelhead.filters.doubt import sigma as doubted
 from levelhead.filters.guard import BEFORE, Guard, Look, Watch, first_field, pushed, refusing, rested, resting
-from levelhead.filters.health import MAG_LEARNED
+from levelhead.filters.health import ACC_REJECTED, MAG_LEARNED
 from levelhead.kernels.jit import kernel
 from levelhead.kernels.quat import Quat, up
+from levelhead.kernels.tilt import present
 from levelhead.kernels.vec3 import ZERO, Vec3, sub
 
 FIRST_FIELD = 0.6  # rad², of a heading that was relative until now: 45°
@@ -90,9 +91,9 @@ def as_it_is(params: Any, state: Any, dt: float) -> Any:
 
 
 @kernel
-def unguarded(guard: Guard, watch: Watch, attitude: Quat, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> Look:
+def unguarded(guard: Guard, watch: Watch, attitude: Quat, gyr: Vec3, mag: Vec3, dt: float) -> Look:
     """``look`` of a filter that is to see all there is."""
-    return Look(acc, mag, 0, watch)
+    return Look(mag, 0, watch)
 
 
 @kernel
@@ -139,25 +140,35 @@ def rate(scene: Scene, watch: Watch, own: Vec3) -> Vec3:
 
 
 @kernel
-def accelerated(settings: Settings, scene: Scene, run: Run) -> Run:
-    """Where specific force has another norm than g, or had it one sample before."""
+def stepped(settings: Settings, scene: Scene, run: Run, acc: Vec3) -> Run:
+    """One sample: what the filter may see of it, and the filter's step."""
     params, guard = settings
-    state, health, watch, doubt = run
+    state, found, watch, doubt = run
     said: Output = output(params, state)
     gyr = rate(scene, watch, said.bias)
-    return Run(state, health, pushed(guard, watch, said.quat, gyr, scene.acc, scene.sensors.odd, scene.dt), doubt)
+    seen: Look = look(guard, watch, said.quat, gyr, scene.mag, scene.dt)
+    mag, health, watch = seen
+    return Run(step(params, state, gyr, acc, mag, scene.dt), found | health, watch, doubt)
 
 
 @kernel
-def moved(settings: Settings, scene: Scene, run: Run) -> Run:
-    """At every sample: what the filter may see of it, and the filter's step."""
+def accelerated(settings: Settings, scene: Scene, run: Run) -> Run:
+    """A sample whose specific force has another norm than g, or follows upon one."""
     params, guard = settings
     state, _, watch, doubt = run
     said: Output = output(params, state)
     gyr = rate(scene, watch, said.bias)
-    seen: Look = look(guard, watch, said.quat, gyr, scene.acc, scene.mag, scene.dt)
-    acc, mag, health, watch = seen
-    return Run(step(params, state, gyr, acc, mag, scene.dt), scene.health | health, watch, doubt)
+    watch = pushed(guard, watch, said.quat, gyr, scene.acc, scene.sensors.odd, scene.dt)
+    if present(scene.acc) and refusing(guard, watch):
+        return stepped(settings, scene, Run(state, scene.health | ACC_REJECTED, watch, doubt), ZERO)
+    return stepped(settings, scene, Run(state, scene.health, watch, doubt), scene.acc)
+
+
+@kernel
+def moved(settings: Settings, scene: Scene, run: Run) -> Run:
+    """Any other sample."""
+    state, _, watch, doubt = run
+    return stepped(settings, scene, Run(state, scene.health, watch, doubt), scene.acc)
 
 
 @kernel
@@ -212,7 +223,8 @@ def advance(settings: Settings, carry: Carry, gyr: Vec3, acc: Vec3, mag: Vec3, d
         run = loosened(settings, scene, run)
     if scene.sensors.odd or scene.sensors.was_odd:
         run = accelerated(settings, scene, run)
-    run = moved(settings, scene, run)
+    else:
+        run = moved(settings, scene, run)
     if now_due(settings, run):
         run = corrected(settings, scene, run)
     if not OWN_SIGMA and judging(scene):

@@ -30,7 +30,7 @@ from levelhead.engine.threads import in_order
 from levelhead.filters import sensors
 from levelhead.filters.contract import Filter
 from levelhead.filters.guard import Guard
-from levelhead.kernels import quat
+from levelhead.kernels import pull, quat
 from levelhead.kernels.jit import bound, compiled, kernel, swapped
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.vec3 import ZERO, Vec3
@@ -53,9 +53,17 @@ def lost(angle: float) -> float:
     return nan
 
 
+@kernel
+def lost_pull(expected: Vec3, x: float, y: float, z: float) -> Vec3:
+    """In place of the pull of a direction that is far off."""
+    return Vec3(nan, nan, nan)
+
+
 RARE = (
     (quat.cos_half, bound(quat.cos_half, "short", cos=lost)),
     (quat.sinc_half, bound(quat.sinc_half, "short", sin=lost)),
+    (pull.unit_scale, lost),
+    (pull.beyond, lost_pull),
 )
 
 
@@ -92,8 +100,9 @@ def run_lanes(
             if scene.sensors.odd or scene.sensors.was_odd:
                 for lane in range(LANES):
                     store(at, lane, accelerated(Settings(load_params(at, lane), guard), scene, load(at, lane)))
-            for lane in range(LANES):
-                store(at, lane, moved(Settings(load_params(at, lane), guard), scene, load(at, lane)))
+            else:
+                for lane in range(LANES):
+                    store(at, lane, moved(Settings(load_params(at, lane), guard), scene, load(at, lane)))
             if CORRECTS:
                 some = 0
                 for lane in range(LANES):

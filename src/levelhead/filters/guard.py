@@ -11,7 +11,6 @@ from typing import Annotated, NamedTuple
 
 from levelhead.filters.contract import Param, parameters
 from levelhead.filters.health import (
-    ACC_REJECTED,
     AT_REST,
     MAG_LEARNED,
     MAG_REJECTED,
@@ -90,7 +89,6 @@ class Watch(NamedTuple):
 class Look(NamedTuple):
     """What the filter may see of a sample (zero vector: nothing), and what is known about it."""
 
-    acc: Vec3
     mag: Vec3
     health: int
     watch: Watch
@@ -216,7 +214,7 @@ def learned(guard: Guard, field: Field, up: Vec3, mag: Vec3, dt: float) -> Field
 
 
 @kernel
-def look(guard: Guard, watch: Watch, attitude: Quat, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> Look:
+def look(guard: Guard, watch: Watch, attitude: Quat, gyr: Vec3, mag: Vec3, dt: float) -> Look:
     """What of a sample the filter may see.
 
     ``attitude`` is the filter's, one sample old, ``gyr`` without the bias that was read off at rest.
@@ -224,9 +222,6 @@ def look(guard: Guard, watch: Watch, attitude: Quat, gyr: Vec3, acc: Vec3, mag: 
     health = 0
     if resting(guard, watch):
         health = AT_REST
-    if present(acc) and refusing(guard, watch):
-        health |= ACC_REJECTED
-        acc = ZERO
     if present(mag):
         still, bias, out, field = watch
         field = learned(guard, field, predicted_up(attitude, gyr, dt), mag, dt)
@@ -236,4 +231,4 @@ def look(guard: Guard, watch: Watch, attitude: Quat, gyr: Vec3, acc: Vec3, mag: 
             mag = ZERO
         elif field.age <= dt:
             health |= MAG_LEARNED
-    return Look(acc, mag, health, watch)
+    return Look(mag, health, watch)
