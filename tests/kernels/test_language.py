@@ -7,7 +7,7 @@ import textwrap
 import pytest
 
 from levelhead import filters
-from levelhead.engine import driver
+from levelhead.engine import scene
 from levelhead.engine.binding import bind, bind_axis
 from levelhead.kernels import jit, mat2, mat3, quat, tilt, triad
 
@@ -44,7 +44,7 @@ def offences(function):
 @pytest.mark.parametrize("flt", filters.ALL, ids=lambda f: f.name)
 def test_filters_and_everything_they_call(flt):
     functions = jit.reached(bind(flt).run)
-    assert len(functions) > 5 and driver.missing in functions
+    assert len(functions) > 5 and scene.missing in functions
     assert [line for function in functions for line in offences(function)] == []
     if flt.axis:
         assert [line for function in jit.reached(bind_axis(flt)[1]) for line in offences(function)] == []

@@ -40,10 +40,10 @@ from levelhead.track import Track
 STRETCH = 1024  # samples between two looks at what has come out of the lanes
 HAS_MAG = True  # bound to what the recording has: without a magnetometer its part of the filter is not compiled
 OWN_SIGMA = CORRECTS = False  # bound to whether the filter carries its σ, and whether it has a ``correct``
-SAID = 0  # bound to the words of one sample in a tile
+SAID = 0  # bound to the bytes of one sample in a tile
 NOTHING = np.empty(0)
-perceived = started = calmed = loosened = accelerated = moved = now_due = corrected = doubted_anew = unbound
-result = after = see = unbound
+perceived = started = phase = calmed = loosened = accelerated = moved = now_due = corrected = doubted_anew = unbound
+each = result = after = see = unbound
 load = load_params = store = store_said = load_seen = store_seen = unbound
 
 
@@ -68,6 +68,18 @@ RARE = (
 
 
 @kernel
+def start_lane(at: int, lane: int, guard: Guard, scene: Scene) -> None:
+    """The start of one lane."""
+    store(at, lane, started(Settings(load_params(at, lane), guard), scene))
+
+
+@kernel
+def phase_of_lane(at: int, lane: int, guard: Guard, scene: Scene) -> None:
+    """A phase of the driver, for one lane."""
+    store(at, lane, phase(Settings(load_params(at, lane), guard), scene, load(at, lane)))
+
+
+@kernel
 def run_lanes(
     at: int, guard: Guard, scene: Scene, last: float, t: Any, gyr: Any, acc: Any, mag: Any, more: Any
 ) -> Scene:
@@ -88,40 +100,45 @@ def run_lanes(
         )
         last = t[i]
         if not going:
-            for lane in range(LANES):
-                store(at, lane, started(Settings(load_params(at, lane), guard), scene))
+            each(start_lane, at, guard, scene)
         else:
             if scene.sensors.sum.spell >= sensors.SPELL:
-                for lane in range(LANES):
-                    store(at, lane, calmed(Settings(load_params(at, lane), guard), scene, load(at, lane)))
+                each(calmed, at, guard, scene)
             if scene.lost > 0.0:
-                for lane in range(LANES):
-                    store(at, lane, loosened(Settings(load_params(at, lane), guard), scene, load(at, lane)))
+                each(loosened, at, guard, scene)
             if scene.sensors.odd or scene.sensors.was_odd:
-                for lane in range(LANES):
-                    store(at, lane, accelerated(Settings(load_params(at, lane), guard), scene, load(at, lane)))
+                each(accelerated, at, guard, scene)
             else:
-                for lane in range(LANES):
-                    store(at, lane, moved(Settings(load_params(at, lane), guard), scene, load(at, lane)))
+                each(moved, at, guard, scene)
             if CORRECTS:
                 some = 0
                 for lane in range(LANES):
                     some += 1 if now_due(Settings(load_params(at, lane), guard), load(at, lane)) else 0
                 if some > 0:
-                    for lane in range(LANES):
-                        store(at, lane, corrected(Settings(load_params(at, lane), guard), scene, load(at, lane)))
+                    each(corrected, at, guard, scene)
             if not OWN_SIGMA and judging(scene):
-                for lane in range(LANES):
-                    store(at, lane, doubted_anew(Settings(load_params(at, lane), guard), scene, load(at, lane)))
+                each(doubted_anew, at, guard, scene)
         after(at, guard, i, more)
     return scene
 
 
 @kernel
+def tell_lane(at: int, lane: int, guard: Guard, tile: int) -> None:
+    """Keep the output of one lane."""
+    store_said(tile, lane, result(Settings(load_params(at, lane), guard), load(at, lane)))
+
+
+@kernel
 def tell(at: int, guard: Guard, i: int, tile: int) -> None:
     """Keep the output of each lane: the sample's rows of a tile of ``STRETCH`` samples at the address ``tile``."""
-    for lane in range(LANES):
-        store_said(tile, lane + i * SAID, result(Settings(load_params(at, lane), guard), load(at, lane)))
+    each(tell_lane, at, guard, tile + i * SAID)
+
+
+@kernel
+def judge_lane(at: int, lane: int, guard: Guard, real: Quat) -> None:
+    """Let one lane see its orientation beside the truth."""
+    said = result(Settings(load_params(at, lane), guard), load(at, lane))
+    store_seen(at, lane, see(load_seen(at, lane), said.quat, real))
 
 
 @kernel
@@ -129,10 +146,7 @@ def judge(at: int, guard: Guard, i: int, truth: Any) -> None:
     """Let each lane see its orientation beside the truth (4n, flat) where there is one."""
     j = 4 * i
     if truth[j] == truth[j]:
-        real = Quat(truth[j], truth[j + 1], truth[j + 2], truth[j + 3])
-        for lane in range(LANES):
-            said = result(Settings(load_params(at, lane), guard), load(at, lane))
-            store_seen(at, lane, see(load_seen(at, lane), said.quat, real))
+        each(judge_lane, at, guard, Quat(truth[j], truth[j + 1], truth[j + 2], truth[j + 3]))
 
 
 class Observer(NamedTuple):
@@ -175,20 +189,28 @@ def machine(kind: Kind, short: bool) -> Machine:
     run = driver.begin(settings).run
     whole = lane_memory.rows(run, 0)
     sets = lane_memory.rows(settings.filter, whole.end, dict(chosen))
-    phases = {name: swapped(phase, RARE) if short else phase for name, phase in driver.phases.items()}
-    own = phases | {
-        "load": whole.load, "store": whole.store, "load_params": sets.load, "result": driver.result,
+    memory = {"load": whole.load, "store": whole.store, "load_params": sets.load, "result": driver.result}
+    name = "_".join([flt.name, "guarded" if guarded else "unguarded", whole.layout, sets.layout])
+    phases = {key: swapped(phase, RARE) if short else phase for key, phase in driver.phases.items()}
+    own = memory | {
+        "each": lane_memory.over_lanes(),
+        "perceived": phases["perceived"],
+        "now_due": phases["now_due"],
+        "start_lane": bound(start_lane, name, started=phases["started"], **memory),
         "HAS_MAG": has_mag, "OWN_SIGMA": flt.gains is None, "CORRECTS": flt.correct is not None,
     }  # fmt: skip
-    name = "_".join([flt.name, "guarded" if guarded else "unguarded", whole.layout, sets.layout])
+    for key in ("calmed", "loosened", "accelerated", "moved", "corrected", "doubted_anew"):
+        own[key] = bound(phase_of_lane, f"{name}_{key}", phase=phases[key], **memory)
     if observer is None:
         said = lane_memory.rows(driver.result(settings, run), 0)
         name = "_".join([name, "tell", said.layout])
-        after = bound(tell, name, store_said=said.store, SAID=said.end * LANES, **own)
+        lane = bound(tell_lane, name, store_said=said.store, **memory)
+        after = bound(tell, name, tell_lane=lane, SAID=said.end * LANES * 8, **own)
         return Machine(compiled(bound(run_lanes, name, after=after, **own)), sets, said, sets.end)
     seen = lane_memory.rows(observer.start, sets.end)
     name = "_".join([name, observer.name, seen.layout])
-    after = bound(judge, name, see=observer.see, load_seen=seen.load, store_seen=seen.store, **own)
+    lane = bound(judge_lane, name, see=observer.see, load_seen=seen.load, store_seen=seen.store, **memory)
+    after = bound(judge, name, judge_lane=lane, **own)
     return Machine(compiled(bound(run_lanes, name, after=after, **own)), sets, seen, seen.end)
 
 
