@@ -45,7 +45,7 @@ def bind(flt: Filter, guarded: bool = True) -> Driver:
 @functools.cache
 def _bind(flt: Filter, guarded: bool) -> Driver:
     name = flt.name if guarded else f"{flt.name}_unguarded"
-    own = {
+    own: dict[str, Any] = {
         "init": flt.init,
         "step": flt.step,
         "due": flt.due or driver.never,

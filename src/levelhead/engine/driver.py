@@ -5,9 +5,9 @@ These are kernels: plain Python runs them as they stand, Numba compiles the same
 stands in front of it; ``binding.bind`` binds them. Arrays are flat (row after row), so that Python lists and NumPy
 arrays are indexed by the same line.
 
-A sample goes through in phases. What the recording says by itself comes first (``scene.perceived``); all others take the
-scene and what one run carries. ``advance`` calls them in turn, ``engine.lanes`` each for all of its runs at once, which
-is why what few samples bring is a phase of its own: lanes then skip it for all.
+A sample goes through in phases. What the recording says by itself comes first (``scene.perceived``); all others take
+the scene and what one run carries. ``advance`` calls them in turn, ``engine.lanes`` each for all of its runs at once,
+which is why what few samples bring is a phase of its own: lanes then skip it for all.
 """
 
 from typing import Any, NamedTuple

@@ -65,10 +65,11 @@ def rows(example: Any, first: int, known: Mapping[str, bool] | None = None) -> R
 
 
 def over_lanes() -> Any:
-    """``each(body, address, a, b)``: the kernel ``body(address, lane, a, b)`` for all lanes, as one loop that becomes SIMD.
+    """``each(body, address, a, b)``: the kernel ``body(address, lane, a, b)`` for all lanes, a loop that becomes SIMD.
 
-    The loop is written here because of what it asks of LLVM: to do two vectors of lanes in turn, instruction by instruction.
-    A filter's operations wait for each other, and no processor looks far enough ahead to begin the next vector by itself.
+    The loop is written here because of what it asks of LLVM: to do two vectors of lanes in turn, instruction by
+    instruction. A filter's operations wait for each other, and no processor looks far enough ahead to begin the next
+    vector meanwhile.
     """
     from llvmlite import ir
     from numba.core import types

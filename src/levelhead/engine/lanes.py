@@ -224,9 +224,7 @@ class Block:
         self._rows = (recording.t, recording.gyr.reshape(-1), recording.acc.reshape(-1), mag)
         self._guard, self._scene = guard, EMPTY
         self._tried = self._lost = 0
-        lane_memory.put(
-            self._table, self._made.params, np.array([lane_memory.flat(params) for params in tries], float)
-        )
+        lane_memory.put(self._table, self._made.params, np.array([lane_memory.flat(params) for params in tries], float))
 
     def _run(self, short: bool, start: int, stop: int, more: Any) -> Scene:
         t, *others = self._rows
@@ -297,7 +295,9 @@ def tracks(
         kind = Kind(flt, guards(flt) and guard is not None, recording.mag is not None, None, switches(sets[0]))
         return [
             Track(recording.t, q, b if bias else None, s, h, params)
-            for params, (q, b, s, h) in zip(sets, Block(kind, guard or DEFAULT_GUARD, recording, sets).outputs(), strict=True)
+            for params, (q, b, s, h) in zip(
+                sets, Block(kind, guard or DEFAULT_GUARD, recording, sets).outputs(), strict=True
+            )
         ]
 
     cut = blocks(tries)

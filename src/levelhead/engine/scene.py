@@ -1,7 +1,7 @@
 """What a recording says, sample by sample, before any filter is asked: the same for every run over it.
 
-NaN marks a missing reading, the zero vector a sensor that does not exist. A missing rate is replaced by the last one, for
-a while; any other missing reading corrects nothing.
+NaN marks a missing reading, the zero vector a sensor that does not exist. A missing rate is replaced by the last one,
+for a while; any other missing reading corrects nothing.
 """
 
 from typing import NamedTuple
@@ -150,4 +150,6 @@ def perceived(guard: Guard, scene: Scene, gyr: Vec3, acc: Vec3, mag: Vec3, dt: f
         health |= GAP
     blind, lost = unseen(health, blind, sensors.fast.up, dt)
     idle = out_of_sight or dt > GAP_SECONDS
-    return Scene(gyr, acc, mag, dt, health, had_field or present(field), True, idle, blind, lost, spell + dt, seen, sensors)
+    return Scene(
+        gyr, acc, mag, dt, health, had_field or present(field), True, idle, blind, lost, spell + dt, seen, sensors
+    )

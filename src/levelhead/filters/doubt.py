@@ -77,9 +77,7 @@ def read_off(p: Covariance) -> Covariance:
 
 
 @kernel
-def judged(
-    doubt: Doubt, gains: Gains, gyr: Vec3, acc: Vec3, rest: bool, lost: float, seen: int, dt: float
-) -> Doubt:
+def judged(doubt: Doubt, gains: Gains, gyr: Vec3, acc: Vec3, rest: bool, lost: float, seen: int, dt: float) -> Doubt:
     """At the end of a spell of ``dt``, with the filter's gains for an interval of its length.
 
     ``lost`` is added (rad²); ``seen`` is what has corrected in it: 1 accelerometer, 2 magnetometer.

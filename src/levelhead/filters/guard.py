@@ -1,9 +1,9 @@
 """What is done about bad readings before a filter sees them: once, the same for all filters.
 
-What the readings tell by themselves stands in ``filters.sensors``: quiet, full scale, stuck axes. Here is what also hangs
-on the filter. At rest the gyroscope's bias is read off and taken away; accelerations that are no gravity and fields
-that are not the earth's are held back, for a bounded time only. ``look`` says for every sample what the filter may
-see, what was held back and why (``filters.health``).
+What the readings tell by themselves stands in ``filters.sensors``: quiet, full scale, stuck axes. Here is what also
+hangs on the filter. At rest the gyroscope's bias is read off and taken away; accelerations that are no gravity and
+fields that are not the earth's are held back, for a bounded time only. ``look`` says for every sample what the filter
+may see, what was held back and why (``filters.health``).
 """
 
 from math import pi, sqrt
@@ -204,7 +204,7 @@ def learned(guard: Guard, field: Field, up: Vec3, mag: Vec3, dt: float) -> Field
     x, y, z = mag
     n = sqrt(x * x + y * y + z * z)
     a, b, c = up
-    d = (a * x + b * y + c * z) / n
+    d = (a * x + b * y + c * z) * (1.0 / n)
     if age == 0.0 or out > min(guard.mag_time, age):
         return Field(n, d, dt, 0.0)
     if abs(n - strength) > guard.mag_gate * strength or abs(d - dip) > guard.mag_angle * DEGREE:

@@ -1,7 +1,7 @@
 """What the readings alone tell, whatever filter they go to: rest, full scale, stuck axes, forces that are no gravity.
 
-All that is told here is the same for every run over a recording, so lanes say it once for all of theirs. A reading that is
-missing is left out: the slow mean stands for it where rest is looked for, and no other detector sees it.
+All that is told here is the same for every run over a recording, so lanes say it once for all of theirs. A reading that
+is missing is left out: the slow mean stands for it where rest is looked for, and no other detector sees it.
 """
 
 from typing import NamedTuple
