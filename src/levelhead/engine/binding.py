@@ -9,7 +9,7 @@ from levelhead.engine import axis_driver, driver, scene
 from levelhead.errors import LevelheadError, nearest
 from levelhead.filters import guard, sensors
 from levelhead.filters.contract import AxisFilter, Filter
-from levelhead.kernels.jit import bound, compiled
+from levelhead.kernels.jit import apart, bound, compiled
 
 ENGINES = ("auto", "python", "compiled")
 
@@ -61,7 +61,8 @@ def _bind(flt: Filter, guarded: bool) -> Driver:
     }
     own["stepped"] = bound(driver.stepped, name, **own)
     phases = {phase.__name__: bound(phase, name, **own) for phase in driver.PHASES}
-    advance = bound(driver.advance, name, **own, **phases)
+    seldom = {key: apart(phases[key]) for key in ("started", "loosened", "accelerated")}
+    advance = bound(driver.advance, name, **own, **(phases | seldom))
     begin = bound(driver.begin, name, **own)
     result = bound(driver.result, name, **own)
     run = bound(driver.run, name, advance=advance, result=result)

@@ -44,6 +44,13 @@ def bound(function: Callable[..., Any], name: str, **kernels: Any) -> Callable[.
     return kernel(twin)
 
 
+def apart(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A copy of a kernel that keeps its own machine code where it is called, for what is large and seldom needed."""
+    twin = bound(function, "apart")
+    twin.__apart__ = True  # type: ignore[attr-defined]
+    return twin
+
+
 def _mentioned(function: Callable[..., Any]) -> Iterator[tuple[str, Any]]:
     """What the function's byte code mentions: globals, and members of modules that are globals, as (name, value).
 
@@ -152,7 +159,8 @@ def _inlined(function: Callable[..., Any]) -> Any:
     """The compiled twin of a kernel that other kernels call; forced inline, which is what lets LLVM use SIMD."""
     import numba
 
-    return numba.njit(forceinline=True, error_model="numpy", nogil=True)(_rebuilt(function, function.__qualname__))
+    inline = not hasattr(function, "__apart__")
+    return numba.njit(forceinline=inline, error_model="numpy", nogil=True)(_rebuilt(function, function.__qualname__))
 
 
 @functools.cache
