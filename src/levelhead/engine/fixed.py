@@ -19,3 +19,8 @@ def plain(value: Any) -> Any:
     if isinstance(value, np.ndarray):
         return value.tolist()
     return list(value) if isinstance(value, list) else value
+
+
+def has_memory(value: Any) -> bool:
+    """Whether there is any in the value."""
+    return isinstance(value, list | np.ndarray) or (isinstance(value, tuple) and any(map(has_memory, value)))

@@ -43,7 +43,7 @@ def tick_mag(at: int, gyr: Triple, acc: Triple, mag: Triple, dt: float) -> Four:
         dt,
     )
     store(at, carry)
-    q = result(settings, carry).quat
+    q = result(settings, carry.run).quat
     return (q.w, q.x, q.y, q.z)
 
 
@@ -91,7 +91,7 @@ class PlainLoop:
         if not 0.0 < dt < LONGEST:
             raise ValueError("dt")
         place.state = place._advance(place.params, place.state, _plain(gyr), _plain(acc), _plain(mag), dt)
-        quat: Four = place._result(place.params, place.state).quat
+        quat: Four = place._result(place.params, place.state.run).quat
         return quat
 
 

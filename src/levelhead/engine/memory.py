@@ -107,7 +107,7 @@ def _load(context: Any, builder: Any, kind: Any, address: Any, lengths: Iterator
     at[0] += length
     if isinstance(kind, types.Array):
         view = context.make_array(kind)(context, builder)
-        populate_array(
+        populate_array(  # type: ignore[no-untyped-call]
             view,
             data=_pointer(builder, address, word, ir.DoubleType()),
             shape=[context.get_constant(types.intp, length)],
@@ -127,7 +127,7 @@ def _store(
     from numba.core import cgutils, types
 
     if isinstance(kind, types.BaseTuple):
-        for i, member in enumerate(kind):  # type: ignore[arg-type]
+        for i, member in enumerate(list(kind)):  # type: ignore[call-overload]
             _store(context, builder, member, address, builder.extract_value(value, i), lengths, at)
         return
     word, length = at[0], next(lengths)
@@ -136,7 +136,9 @@ def _store(
         source = context.make_array(kind)(context, builder, value=value).data
         target = _pointer(builder, address, word, ir.DoubleType())
         with builder.if_then(builder.icmp_unsigned("!=", source, target)):  # mostly it was written in place
-            cgutils.raw_memcpy(builder, target, source, ir.Constant(ir.IntType(64), length), 8)
+            cgutils.raw_memcpy(  # type: ignore[no-untyped-call]
+                builder, target, source, ir.Constant(ir.IntType(64), length), 8
+            )
         return
     if kind == types.boolean:
         value = builder.zext(value, ir.IntType(64))

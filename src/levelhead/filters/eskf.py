@@ -171,7 +171,7 @@ class ESKF(NamedTuple):
 
 
 class Odd(NamedTuple):
-    """A field that does not fit, but is steady in the earth frame while the sensor turns: its mean, and for how long."""
+    """A field that does not fit, but is steady in the earth frame while the sensor turns: its mean, for how long."""
 
     field: Vec3
     spell: float
@@ -468,7 +468,7 @@ def aside(m: Floats, row: int, one: float) -> None:
 
 
 @rare
-def correct(params: ESKF, m: Floats, still: bool, believed: bool, n: int) -> Fit:
+def see_all(params: ESKF, m: Floats, still: bool, believed: bool, n: int) -> Fit:
     """x and P from all that was seen in a block, and the mean with x added."""
     fit = Fit(False, False, ZERO)
     if believed:
@@ -548,7 +548,7 @@ def found_north(m: Floats, swing: Quat) -> Quat:
 
 @kernel
 def step(params: ESKF, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> State:
-    """The attitude at every sample; covariance and corrections at the end of every block."""
+    """The attitude at every sample, and what the next correction is made of."""
     attitude, unit, still, out, odd, blocks, fresh, health, m = state
     if fresh:
         begin_block(m)
@@ -570,8 +570,19 @@ def step(params: ESKF, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float)
             unit = first_field(params, m, attitude, mag)
             independent(m, TURN_Z, 1, UNKNOWN)
         look(m, r, rate, mag, unit)
-    if m[SPELL] < params.block:
-        return State(attitude, unit, still, out, odd, blocks, False, health, m)
+    return State(attitude, unit, still, out, odd, blocks, False, health, m)
+
+
+@kernel
+def due(params: ESKF, state: State) -> bool:
+    """Whether a block has ended."""
+    return state.memory[SPELL] >= params.block
+
+
+@kernel
+def correct(params: ESKF, state: State, dt: float) -> State:
+    """Covariance and corrections at the end of a block."""
+    attitude, unit, still, out, odd, blocks, _, _, m = state
     n = N if unit > 0.0 else MAG
     predict(params, m, n)
     out = out + m[SPELL] if runaway(params, m, still) else 0.0
@@ -581,7 +592,7 @@ def step(params: ESKF, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float)
         if m[COUNT] > 0.0 and variance(m, TURN_Z) > LOST_ANGLE:
             swing = found_north(m, swing)
         return State(quat.compose(swing, attitude), unit, False, 0.0, NOTHING_ODD, blocks + 1, True, 0, m)
-    fit = correct(params, m, still, out == 0.0, n)
+    fit = see_all(params, m, still, out == 0.0, n)
     swing = quat.exp(vector(m, X + TURN))
     health = ACC_REJECTED if out > 0.0 else 0
     if fit.refused or fit.turned:
@@ -643,5 +654,7 @@ FILTER = Filter(
     loosen=loosen,
     loosen_heading=loosen_heading,
     calm=calm,
+    due=due,
+    correct=correct,
     judges=frozenset({"bias", "field"}),
 )

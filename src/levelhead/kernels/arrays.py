@@ -5,10 +5,6 @@ several times faster than a NumPy array; compiled it is an array of float64; in 
 is made once, by a filter's ``init``, and written in place by ``step``.
 """
 
-from typing import Any
-
-import numpy as np
-
 from levelhead.kernels.jit import kernel
 
 Floats = list[float]
@@ -20,8 +16,4 @@ def zeros(count: int) -> Floats:
     return [0.0] * count
 
 
-def _machine_zeros(count: int) -> Any:
-    return np.zeros(count)
-
-
-zeros.__machine__ = _machine_zeros  # type: ignore[attr-defined]
+zeros.__memory__ = True  # type: ignore[attr-defined]
