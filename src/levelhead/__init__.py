@@ -37,10 +37,12 @@ if TYPE_CHECKING:
     from levelhead.engine import fuse_all as fuse_all
     from levelhead.engine import fuse_axis as fuse_axis
     from levelhead.engine import fuse_many as fuse_many
+    from levelhead.engine import smooth as smooth
     from levelhead.errors import LevelheadError as LevelheadError
     from levelhead.evaluate.align.search import align as align
     from levelhead.evaluate.compare import compare as compare
     from levelhead.filters import EKF as EKF
+    from levelhead.filters import ESKF as ESKF
     from levelhead.filters import AccelTilt as AccelTilt
     from levelhead.filters import BiasRateKalman as BiasRateKalman
     from levelhead.filters import Complementary as Complementary
@@ -61,11 +63,11 @@ __version__ = VERSION
 
 # Imported at first use: `import levelhead` costs nothing, and nobody waits for what he does not use.
 _HOMES = {
-    "levelhead.engine": ("AxisStream", "Stream", "fuse", "fuse_all", "fuse_axis", "fuse_many"),
+    "levelhead.engine": ("AxisStream", "Stream", "fuse", "fuse_all", "fuse_axis", "fuse_many", "smooth"),
     "levelhead.errors": ("LevelheadError",),
     "levelhead.evaluate": ("align", "compare"),
     "levelhead.filters": (
-        "AccelTilt", "BiasRateKalman", "Complementary", "EKF", "Guard", "GyroIntegration", "Kalman", "Madgwick",
+        "AccelTilt", "BiasRateKalman", "Complementary", "EKF", "ESKF", "Guard", "GyroIntegration", "Kalman", "Madgwick",
         "Mahony", "RollPitchKalman", "Triad",
     ),
     "levelhead.recording": ("Recording", "Truth"),

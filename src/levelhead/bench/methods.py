@@ -5,11 +5,12 @@ from typing import Any, NamedTuple
 
 from levelhead import filters
 from levelhead.bench import contenders
-from levelhead.engine import fuse
+from levelhead.engine import fuse, smooth
 from levelhead.errors import LevelheadError, nearest
 from levelhead.recording import Array, Recording
 
 BEST = "best"
+SMOOTHER = "smoother"
 OURS = "levelhead"
 
 
@@ -33,12 +34,12 @@ class Method(NamedTuple):
         """(n, 4) quaternions wxyz, sensor to earth."""
         if self.name in contenders.BY_NAME:
             return contenders.BY_NAME[self.name].run(recording)
-        return fuse(recording, self.params).quat
+        return (smooth if self.name == SMOOTHER else fuse)(recording, self.params).quat
 
 
 def ours() -> list[Method]:
-    """The default and all of levelhead's filters."""
-    return [Method(BEST), *(Method(flt.name, flt.params()) for flt in filters.ALL)]
+    """The default, the smoother (which knows the whole recording) and all of levelhead's filters."""
+    return [Method(BEST), Method(SMOOTHER), *(Method(flt.name, flt.params()) for flt in filters.ALL)]
 
 
 def every() -> tuple[list[Method], list[str]]:

@@ -37,6 +37,7 @@ app = App(
 VERBS = {
     "demo": "The classic lesson: two sensors that lie, and what filters make of them.",
     "fuse": "Fuse a log into orientation: the main job.",
+    "smooth": "The same with the whole recording known at every instant: fuse --offline.",
     "compare": "Filters side by side on a recording: a table and the four-panel picture.",
     "sweep": "One parameter over its range: where is the best value, and how flat is it there?",
     "simulate": "Write a simulated recording with known truth.",

@@ -30,6 +30,7 @@ def fuse(
     out: Annotated[Path, Parameter(name=["--out", "-o"], metavar="DIR")] = Path(),
     format: Literal["csv", "parquet"] = "csv",
     plot: bool = True,
+    offline: Annotated[bool, Parameter(negative="")] = False,
     json: Annotated[bool, Parameter(negative="")] = False,
     reading: Reading = Reading(),  # noqa: B008
 ) -> None:
@@ -43,21 +44,24 @@ def fuse(
         out: folder for the results LOG-track.csv and LOG-track.png.
         format: of the track.
         plot: draw the picture (needs the extra levelhead[plot]).
+        offline: smooth: every instant knows what the whole recording taught (filter ESKF).
         json: print the summary as JSON.
     """
-    from levelhead.engine import fuse as run
+    from levelhead.engine import fuse as forward
+    from levelhead.engine import smooth
     from levelhead.publish.progress import progress
     from levelhead.publish.summary import facts, summary
     from levelhead.publish.writers import write_track
     from levelhead.track import declination_angle
 
-    params, before = chosen_filter(filter, set), chosen_guard(guard)
+    params, before = chosen_filter(filter, set, offline), chosen_guard(guard)
+    run = smooth if offline else forward
     if declination is not None:
         declination_angle(declination)  # a wrong one is said before the work, not after it
     recording = reading.read(log)
     if declination is not None:
         _must_know_north(recording, params)
-    with progress("fusing") as report:
+    with progress("smoothing" if offline else "fusing") as report:
         track = run(recording, params, guard=before, progress=report)
     score = None
     if recording.truth is not None:

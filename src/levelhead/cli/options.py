@@ -130,12 +130,12 @@ def settings(pairs: Iterable[str], example: str = "r_measure=0.1") -> dict[str, 
     return values
 
 
-def chosen_filter(name: str | None, pairs: Sequence[str]) -> Any:
+def chosen_filter(name: str | None, pairs: Sequence[str], offline: bool = False) -> Any:
     """The Params object for ``--filter NAME --set k=v``; without a name the best filter there is."""
     values = settings(pairs)
     if name is not None:
         return filters.find(name).params(**values)
-    best = filters.best()
+    best = filters.offline() if offline else filters.best()
     for parameter in values:
         must_have(best, parameter)
     return best._replace(**values) if values else best

@@ -1,4 +1,5 @@
-"""Runs any filter: over a whole recording (``batch``) or sample by sample (``stream``), by one driver."""
+"""Runs any filter: over a whole recording (``batch``), sample by sample (``stream``), or there and back
+(``smoother``), by one driver."""
 
 import importlib
 from typing import TYPE_CHECKING, Any
@@ -7,12 +8,13 @@ from levelhead.engine.batch import fuse, fuse_axis
 
 if TYPE_CHECKING:
     from levelhead.engine.many import fuse_all, fuse_many
+    from levelhead.engine.smoother import smooth
     from levelhead.engine.stream import AxisStream, Stream
 
-__all__ = ["AxisStream", "Stream", "fuse", "fuse_all", "fuse_axis", "fuse_many"]
+__all__ = ["AxisStream", "Stream", "fuse", "fuse_all", "fuse_axis", "fuse_many", "smooth"]
 
 # Imported at first use: who fuses one recording waits for neither threads nor streams.
-_HOMES = {"AxisStream": "stream", "Stream": "stream", "fuse_all": "many", "fuse_many": "many"}
+_HOMES = {"AxisStream": "stream", "Stream": "stream", "fuse_all": "many", "fuse_many": "many", "smooth": "smoother"}
 
 
 def __getattr__(name: str) -> Any:

@@ -62,7 +62,8 @@ COUNT = LATE + 3
 LOST = COUNT + 1  # variance of turns that were not measured, rad²
 LOST_Z = LOST + 1
 CUT = LOST_Z + 1  # s of a gap before the block
-SIZE = CUT + 1
+FOUND = CUT + 1  # 1: attitude was taken from the sensors at the end of the block
+SIZE = FOUND + 1
 
 
 @kernel

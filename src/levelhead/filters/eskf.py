@@ -12,6 +12,7 @@ from levelhead.filters.error_state import (
     DELAY,
     DRIVEN,
     FIELD,
+    FOUND,
     GYR,
     HEARD,
     IRON,
@@ -73,6 +74,8 @@ NEARLY_DOWN = -0.999999
 GATE_TIME = 1.0  # s, for at most so long
 BRIEF = 1e-3  # s that a sample after a gap counts for
 FIRST_FIELD = 0.25  # share
+ODD_TIME = 1.0  # s
+UNHEARD = 1e6  # so many times: it is not listened to
 REJECTED = 10.0  # times its variance: a field that counts so little is none
 
 
@@ -424,8 +427,8 @@ class Fit(NamedTuple):
 
 
 @rare
-def see_field(params: ESKF, m: Floats, n: int) -> Fit:
-    """The three rows of the field, and whether they fit."""
+def see_field(params: ESKF, m: Floats, steady: bool, n: int) -> Fit:
+    """The three rows of the field, and whether they fit; ``steady``: they have not for a while, in one way."""
     one = 1.0 / m[COUNT]
     field = scale(vector(m, FIELD), one)
     x, y, z = field
@@ -440,7 +443,7 @@ def see_field(params: ESKF, m: Floats, n: int) -> Fit:
     sure = min(GATE * variance(m, TURN_Z), 0.5)
     turned = y < ASTRAY * strength and (y < 0.0 or x * x > sure * strength * strength)
     if turned:
-        doubt = max(doubt, REJECTED)
+        doubt = UNHEARD if steady else max(doubt, REJECTED)
     noise = params.mag_noise * params.mag_noise * strength2 * doubt / m[SPELL]
     m[H + TURN + 1] = z
     m[H + TURN_Z] = -y
@@ -468,7 +471,7 @@ def aside(m: Floats, row: int, one: float) -> None:
 
 
 @rare
-def see_all(params: ESKF, m: Floats, still: bool, believed: bool, n: int) -> Fit:
+def see_all(params: ESKF, m: Floats, still: bool, believed: bool, steady: bool, n: int) -> Fit:
     """x and P from all that was seen in a block, and the mean with x added."""
     fit = Fit(False, False, ZERO)
     if believed:
@@ -476,7 +479,7 @@ def see_all(params: ESKF, m: Floats, still: bool, believed: bool, n: int) -> Fit
     if still:
         see_rest(m, n)
     if m[COUNT] > 0.0:
-        fit = see_field(params, m, n)
+        fit = see_field(params, m, steady, n)
     for i in range(n):
         m[MEAN + i] += m[X + i]
     return fit
@@ -591,8 +594,9 @@ def correct(params: ESKF, state: State, dt: float) -> State:
         swing = found_up(params, m) if up_lost else IDENTITY
         if m[COUNT] > 0.0 and variance(m, TURN_Z) > LOST_ANGLE:
             swing = found_north(m, swing)
+        m[FOUND] = 1.0
         return State(quat.compose(swing, attitude), unit, False, 0.0, NOTHING_ODD, blocks + 1, True, 0, m)
-    fit = see_all(params, m, still, out == 0.0, n)
+    fit = see_all(params, m, still, out == 0.0, odd.spell > ODD_TIME, n)
     swing = quat.exp(vector(m, X + TURN))
     health = ACC_REJECTED if out > 0.0 else 0
     if fit.refused or fit.turned:

@@ -1,0 +1,351 @@
+"""The smoother: every instant of a recording knows what was learned by its end.
+
+The filter runs forward and keeps of each block k its covariance P_k, the covariance P⁻_k+1 predicted from it, the rows
+of F P_k that differ from P_k, and its correction x_k+1. Then backwards (H. E. Rauch, F. Tung, C. T. Striebel, Maximum
+likelihood estimates of linear dynamic systems, AIAA Journal 3(8), 1965), over the error state, with x^s the correction
+of block k's mean that the future asks for:
+
+    G = (F P_k)ᵀ (P⁻_k+1)⁻¹                                                                                     (1)
+    x^s_k = G (x_k+1 + x^s_k+1),   P^s_k = P_k + G (P^s_k+1 − P⁻_k+1) Gᵀ                                        (2)
+
+Where the attitude was taken from the sensors anew (after a gap, at the start) the past says nothing about it: velocity
+and attitude are left out of (1), the calibration still goes backwards through it.
+
+Attitude between the ends of two blocks is turned from the left by exp of a rotation vector that goes linearly from
+x^s_k to x_k+1 + x^s_k+1. Only some minutes of blocks are kept: the filter runs forward once to save its state now and
+then, and again through each stretch before that is smoothed.
+"""
+
+from collections.abc import Callable
+from math import sqrt
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from levelhead import filters
+from levelhead.engine.batch import DEFAULT_GUARD
+from levelhead.engine.binding import bind
+from levelhead.engine.driver import Settings, unbound
+from levelhead.engine.fixed import native, plain
+from levelhead.errors import LevelheadError
+from levelhead.filters import eskf
+from levelhead.filters.error_state import BIAS, CUT, DRIVEN, FOUND, MAG, MEAN, SIZE, SPEED, TURN, N, P, W, X
+from levelhead.filters.guard import Guard
+from levelhead.kernels import quat
+from levelhead.kernels.jit import bound, compiled, kernel, rare
+from levelhead.kernels.quat import Quat
+from levelhead.kernels.semidefinite import factor, solve
+from levelhead.kernels.tilt import GAP_SECONDS, UNIFORM
+from levelhead.kernels.vec3 import Vec3
+from levelhead.recording import Array, Recording
+from levelhead.track import Track
+
+LONGEST = 0.2  # s: blocks need not be shorter than this offline
+KEPT = 2000  # blocks in memory
+AHEAD = SIZE  # P⁻, N²
+FROM = AHEAD + N * N  # attitude before the correction, 4
+WIDE = FROM + 4
+
+advance = result = unbound
+
+
+@rare
+def remembered(params: Any, state: Any, dt: float) -> Any:
+    """``eskf.correct`` that keeps what it predicts."""
+    m = state.memory
+    for i in range(N * N):
+        m[AHEAD + i] = m[P + i]
+    eskf.predict(params, m, N if state.unit > 0.0 else MAG)
+    for i in range(N * N):
+        before = m[AHEAD + i]
+        m[AHEAD + i] = m[P + i]
+        m[P + i] = before
+    q = state.quat
+    m[FROM], m[FROM + 1], m[FROM + 2], m[FROM + 3] = q.w, q.x, q.y, q.z
+    return eskf.correct(params, state, dt)
+
+
+FORWARD = eskf.FILTER._replace(name="ESKF_forward", init=bound(eskf.init, "wide", SIZE=WIDE), correct=remembered)
+
+
+class Blocks(NamedTuple):
+    """What is kept of each block, row after row; the first one is the last of the stretch before."""
+
+    p: Any  # N²
+    ahead: Any  # N², predicted
+    w: Any  # DRIVEN·N
+    x: Any  # N, correction at its end
+    bias: Any  # 3
+    swing: Any  # 4, the turn at its end, earth frame
+    cut: Any  # 1: attitude starts anew
+    end: Any  # its last sample
+
+
+def room(count: int) -> Blocks:
+    """For that many blocks."""
+    return Blocks(*(np.zeros((count, width)) for width in (N * N, N * N, DRIVEN * N, N, 3, 4, 1, 1)))
+
+
+@kernel
+def keep(kept: Blocks, k: int, i: int, state: Any) -> None:
+    """The block that has just ended, at sample i."""
+    m = state.memory
+    for j in range(N * N):
+        kept.p[k, j] = m[P + j]
+        kept.ahead[k, j] = m[AHEAD + j]
+    for j in range(DRIVEN * N):
+        kept.w[k, j] = m[W + j]
+    for j in range(N):
+        kept.x[k, j] = m[X + j]
+    for j in range(3):
+        kept.bias[k, j] = m[MEAN + BIAS + j]
+    before = Quat(m[FROM], m[FROM + 1], m[FROM + 2], m[FROM + 3])
+    swing = quat.multiply(state.quat, quat.conjugate(before))
+    kept.swing[k, 0], kept.swing[k, 1], kept.swing[k, 2], kept.swing[k, 3] = swing
+    kept.cut[k, 0] = 1.0 if m[FOUND] > 0.0 or m[CUT] > 0.0 else 0.0
+    kept.end[k, 0] = float(i)
+
+
+@kernel
+def forward(
+    settings: Settings, carry: Any, last: float, start: int, t: Any, gyr: Any, acc: Any, mag: Any,
+    attitude: Any, health: Any, kept: Blocks,
+) -> Any:  # fmt: skip
+    """Samples from ``start`` on until there is no room for another block, or no sample.
+
+    Returns the carry, how many blocks were kept, and the sample after the last one.
+    """
+    field = Vec3(0.0, 0.0, 0.0)
+    count = 1
+    blocks = carry.run.state.blocks
+    i = start
+    while i < len(t) and count < len(kept.end):
+        if len(mag) > 0:
+            field = Vec3(mag[i, 0], mag[i, 1], mag[i, 2])
+        turned = Vec3(gyr[i, 0], gyr[i, 1], gyr[i, 2])
+        carry = advance(settings, carry, turned, Vec3(acc[i, 0], acc[i, 1], acc[i, 2]), field, t[i] - last)
+        last = t[i]
+        said = result(settings, carry.run)
+        attitude[i, 0], attitude[i, 1], attitude[i, 2], attitude[i, 3] = said.quat
+        health[i] = said.health
+        if carry.run.state.blocks != blocks:
+            blocks = carry.run.state.blocks
+            keep(kept, count, i, carry.run.state)
+            count += 1
+        i += 1
+    return carry, count, i
+
+
+@kernel
+def without(a: Any, first: int, count: int) -> None:
+    """Rows and columns of states that are left out."""
+    for i in range(first, first + count):
+        for j in range(N):
+            a[i * N + j] = 0.0
+            a[j * N + i] = 0.0
+
+
+@kernel
+def times(total: Any, a: Any, b: Any) -> None:
+    """total + A B"""
+    for i in range(N):
+        for c in range(N):
+            weight = a[i * N + c]
+            for j in range(N):
+                total[i * N + j] += weight * b[c * N + j]
+
+
+@kernel
+def times_transposed(total: Any, a: Any, b: Any) -> None:
+    """total + Aᵀ B"""
+    for c in range(N):
+        for i in range(N):
+            weight = a[c * N + i]
+            for j in range(N):
+                total[i * N + j] += weight * b[c * N + j]
+
+
+@kernel
+def step_back(kept: Blocks, k: int, x: Any, p: Any, low: Any, g: Any, d: Any) -> None:
+    """Eqs. 1 and 2 from block k + 1, of which x = x^s and p = P^s, to block k."""
+    for i in range(N * N):
+        low[i] = kept.ahead[k + 1, i]
+        d[i] = p[i] - kept.ahead[k + 1, i]
+        g[i] = kept.p[k, i]
+    for i in range(DRIVEN * N):
+        g[SPEED * N + i] = kept.w[k + 1, i]
+    for i in range(N):
+        x[i] += kept.x[k + 1, i]
+    if kept.cut[k + 1, 0] > 0.0:
+        without(low, SPEED, DRIVEN)
+        without(d, SPEED, DRIVEN)
+    factor(low, N, N)
+    solve(low, N, N, g, N)  # Gᵀ
+    for i in range(N):
+        low[i] = 0.0
+    for j in range(N):
+        for i in range(N):
+            low[i] += g[j * N + i] * x[j]
+    for i in range(N):
+        x[i] = low[i]
+    for i in range(N * N):
+        low[i] = 0.0
+        p[i] = kept.p[k, i]
+    times(low, d, g)
+    times_transposed(p, g, low)
+
+
+@kernel
+def backward(kept: Blocks, count: int, x: Any, p: Any, work: Any, turn: Any, bias: Any, sigma: Any) -> None:
+    """x^s of attitude and bias, and σ^s of attitude, of all blocks kept; x and p are those of the last one."""
+    for back in range(count):
+        k = count - 1 - back
+        if back > 0:
+            step_back(kept, k, x, p, work[0], work[1], work[2])
+        for j in range(3):
+            turn[k, j] = x[TURN + j]
+            bias[k, j] = kept.bias[k, j] + x[BIAS + j]
+            sigma[k, j] = min(sqrt(max(p[(TURN + j) * N + TURN + j], 0.0)), UNIFORM)
+
+
+@kernel
+def turn_all(attitude: Any, turns: Any) -> None:
+    """Turns every attitude by a rotation vector, earth frame."""
+    for i in range(len(turns)):
+        q = Quat(attitude[i, 0], attitude[i, 1], attitude[i, 2], attitude[i, 3])
+        swing = quat.exp(Vec3(turns[i, 0], turns[i, 1], turns[i, 2]))
+        attitude[i, 0], attitude[i, 1], attitude[i, 2], attitude[i, 3] = quat.compose(swing, q)
+
+
+@kernel
+def ends(swing: Any, turn: Any, before: Any) -> None:
+    """The rotation vectors of attitudes just before the ends of blocks: what the blocks corrected, then ``turn``."""
+    for k in range(len(swing)):
+        asked = quat.exp(Vec3(turn[k, 0], turn[k, 1], turn[k, 2]))
+        whole = quat.multiply(asked, Quat(swing[k, 0], swing[k, 1], swing[k, 2], swing[k, 3]))
+        before[k, 0], before[k, 1], before[k, 2] = quat.log(whole)
+
+
+class Stretch(NamedTuple):
+    """Where the forward run was when a stretch began."""
+
+    start: int
+    carry: Any
+
+
+class Smoother:
+    """Forward and backward over one recording."""
+
+    def __init__(self, recording: Recording, params: Any, guard: Guard | None) -> None:
+        driver = bind(FORWARD, guard is not None)
+        name = "guarded" if guard is not None else "unguarded"
+        own = {"advance": driver.advance, "result": driver.result}
+        self._forward = compiled(bound(forward, name, **own))
+        self._settings = Settings(params, guard or DEFAULT_GUARD)
+        mag = np.empty((0, 3)) if recording.mag is None else np.array(recording.mag)
+        self._sensors = (np.array(recording.t), np.array(recording.gyr), np.array(recording.acc), mag)
+        n = len(recording)
+        self.quat, self.bias, self.sigma = np.empty((n, 4)), np.empty((n, 3)), np.empty((n, 3))
+        self.health = np.zeros(n, np.uint32)
+        self._begin = driver.begin(self._settings)
+        self._kept = room(KEPT)
+
+    def ahead(self, stretch: Stretch) -> tuple[int, Stretch]:
+        """Through one stretch: how many blocks were kept, and where the next one begins."""
+        memory = stretch.carry.run.state.memory
+        self._kept.p[0], self._kept.bias[0] = memory[P : P + N * N], memory[MEAN + BIAS : MEAN + BIAS + 3]
+        self._kept.end[0] = stretch.start - 1
+        last = float(self._sensors[0][max(stretch.start - 1, 0)])
+        carry, count, stop = self._forward(
+            self._settings,
+            native(stretch.carry),
+            last,
+            stretch.start,
+            *self._sensors,
+            self.quat,
+            self.health,
+            self._kept,
+        )
+        return count, Stretch(stop, plain(carry))
+
+    def back(self, count: int, stop: int, x: Array, p: Array) -> None:
+        """Through the stretch that was kept, to the sample before ``stop``; x and p go on to the one before."""
+        turn, bias, sigma, before = (np.zeros((count, 3)) for _ in range(4))
+        compiled(backward)(self._kept, count, x, p, np.empty((3, N * N)), turn, bias, sigma)
+        compiled(ends)(self._kept.swing[:count], turn, before)
+        t = self._sensors[0]
+        end = self._kept.end[:count, 0].astype(int)
+        samples = np.arange(end[0] + 1, stop)
+        k = np.searchsorted(end, samples)  # the block that each belongs to
+        inside = np.minimum(k, count - 1)
+        left = np.maximum(end[inside - 1], 0)
+        share = ((t[samples] - t[left]) / np.maximum(t[end[inside]] - t[left], 1e-9))[:, None]
+        cut = self._kept.cut[inside] > 0.0
+        share = np.where(cut, 1.0, share)
+        share[cut[:, 0] & self._before_gap(samples, end[inside])] = 0.0
+        turns = turn[inside - 1] + share * (before[inside] - turn[inside - 1])
+        done = (samples == end[inside]) | (k == count)
+        turns[done] = turn[inside[done]]
+        compiled(turn_all)(self.quat[samples[0] : stop], turns)
+        at = t[np.maximum(end, 0)]
+        for j in range(3):
+            self.bias[samples, j] = np.interp(t[samples], at, bias[:, j])
+            self.sigma[samples, j] = np.interp(t[samples], at, sigma[:, j])
+
+    def _before_gap(self, samples: NDArray[np.int_], end: NDArray[np.int_]) -> NDArray[np.bool_]:
+        """Which samples are cut off from the end of their block."""
+        after = np.flatnonzero(np.diff(self._sensors[0]) > GAP_SECONDS) + 1
+        following = np.append(after, len(self._sensors[0]))[np.searchsorted(after, samples, side="right")]
+        return following <= end
+
+
+def smooth(
+    recording: Recording,
+    params: Any = None,
+    *,
+    guard: Guard | None = DEFAULT_GUARD,
+    progress: Callable[[float], None] | None = None,
+) -> Track:
+    """Orientation of every sample of a recording, with all of the recording known: the best there is offline.
+
+    Args:
+        recording: what the sensors said, SI units.
+        params: of the self-calibrating filter ``ESKF``; None: those of ``filters.offline``. Blocks are made 0.2 s long
+            at least.
+        guard: as for ``fuse``.
+        progress: called now and then with the fraction done, 0 to 1.
+
+    Returns:
+        A Track with the stamps of the recording; health is that of the forward run. Memory: ten numbers a sample, and
+        two thousand blocks.
+
+    Raises:
+        LevelheadError: another filter.
+    """
+    if not isinstance(recording, Recording):
+        raise LevelheadError(
+            f"smooth takes a Recording, not {type(recording).__name__}; levelhead.read(path) makes one"
+        )
+    params = filters.offline() if params is None else filters.resolve(params)
+    if filters.of(params) is not eskf.FILTER:
+        raise LevelheadError(
+            f"smooth goes back through what ESKF has learned; {filters.of(params).name} has no smoother"
+        )
+    run = Smoother(recording, params._replace(block=max(params.block, LONGEST)), guard)
+    stretches = [Stretch(0, run._begin)]
+    n, count = len(recording), 0
+    while stretches[-1].start < n:
+        count, after = run.ahead(stretches[-1])
+        stretches.append(after)
+        if progress is not None:
+            progress(0.5 * after.start / n)
+    x, p = np.zeros(N), np.array(stretches[-1].carry.run.state.memory[P : P + N * N])
+    for k in range(len(stretches) - 2, -1, -1):
+        stop = stretches[k + 1].start
+        if k < len(stretches) - 2:
+            count, _ = run.ahead(stretches[k])
+        run.back(count, stop, x, p)
+        if progress is not None:
+            progress(1.0 - 0.5 * stretches[k].start / n)
+    return Track(recording.t, run.quat, run.bias, run.sigma, run.health, params)

@@ -1,0 +1,89 @@
+"""The smoother: its step back against NumPy, stretches that change nothing, and what it is for: smaller errors."""
+
+import numpy as np
+import pytest
+
+import levelhead as lh
+from levelhead import simulate
+from levelhead.engine import smoother
+from levelhead.evaluate import evaluate
+from levelhead.filters.error_state import DRIVEN, SPEED, N
+
+
+def spd(rng):
+    root = rng.normal(0, 0.1, (N, N))
+    return root @ root.T + 0.01 * np.eye(N)
+
+
+@pytest.mark.parametrize("cut", [False, True])
+def test_a_step_back_is_rauch_tung_striebels(cut):
+    rng = np.random.default_rng(2)
+    here, noise, later = spd(rng), spd(rng), spd(rng)
+    f = np.eye(N)
+    f[SPEED : SPEED + DRIVEN] += rng.normal(0, 0.1, (DRIVEN, N))
+    ahead = f @ here @ f.T + noise
+    kept = smoother.room(2)
+    kept.p[0], kept.ahead[1], kept.w[1] = here.ravel(), ahead.ravel(), (f @ here)[SPEED : SPEED + DRIVEN].ravel()
+    kept.x[1], kept.cut[1] = rng.normal(size=N), float(cut)
+    x, p = rng.normal(size=N), later.copy().ravel()
+    d, left = kept.x[1] + x, np.array([cut and SPEED <= i < SPEED + DRIVEN for i in range(N)])
+    stay = np.flatnonzero(~left)
+    gain = np.zeros((N, N))
+    gain[:, stay] = (f @ here)[stay].T @ np.linalg.inv(ahead[np.ix_(stay, stay)])
+    smoother.step_back(kept, 0, x, p, *np.empty((3, N * N)))
+    np.testing.assert_allclose(x, gain @ d, atol=1e-9)
+    np.testing.assert_allclose(p.reshape(N, N), here + gain @ (later - ahead) @ gain.T, atol=1e-9)
+
+
+@pytest.fixture(scope="module")
+def walk():
+    return simulate.recording("LSM6DSO32", "hand", seed=7, mag="HMC5883L", duration=60.0)
+
+
+def test_every_instant_knows_the_whole_recording(walk):
+    online, offline = evaluate(walk, lh.fuse(walk, lh.ESKF())), evaluate(walk, lh.smooth(walk))
+    assert offline.total_aligned < 0.9 * online.total_aligned
+    assert offline.tilt < online.tilt
+    track = lh.smooth(walk)
+    assert track.sigma[:500].mean() < 0.5 * lh.fuse(walk, lh.ESKF()).sigma[:500].mean(), "the start knows it as well"
+    np.testing.assert_allclose(np.linalg.norm(track.quat, axis=1), 1.0, atol=1e-12)
+
+
+def test_stretches_change_nothing(walk, monkeypatch):
+    whole = lh.smooth(walk)
+    monkeypatch.setattr(smoother, "KEPT", 40)
+    cut = lh.smooth(walk)
+    np.testing.assert_allclose(np.abs((whole.quat * cut.quat).sum(axis=1)), 1.0, atol=1e-12)
+    np.testing.assert_allclose(whole.sigma, cut.sigma, rtol=1e-6)
+    np.testing.assert_allclose(whole.bias, cut.bias, atol=1e-9)
+    np.testing.assert_array_equal(whole.health, cut.health)
+
+
+def test_without_a_magnetometer_and_across_a_gap(walk):
+    keep = np.r_[0:2000, 3000:6000]
+    short = lh.Recording(walk.t[keep], walk.gyr[keep], walk.acc[keep])
+    track = lh.smooth(short)
+    assert np.isfinite(track.quat).all() and np.isfinite(track.sigma).all()
+    truth = walk.truth.quat[keep]
+    up = lh.Track(short.t, track.quat).as_rotation().inv().apply([0.0, 0.0, 1.0])
+    real = lh.Track(short.t, truth).as_rotation().inv().apply([0.0, 0.0, 1.0])
+    assert np.degrees(np.arccos(np.clip((up * real).sum(axis=1), -1, 1)))[200:].max() < 6.0
+
+
+@pytest.mark.parametrize("n", [1, 2, 15])
+def test_recordings_shorter_than_a_block(walk, n):
+    track = lh.smooth(walk[:n])
+    assert np.isfinite(track.quat).all() and len(track.t) == n
+
+
+def test_another_filter_has_no_smoother(walk):
+    with pytest.raises(lh.LevelheadError, match="Mahony has no smoother"):
+        lh.smooth(walk, "Mahony")
+    with pytest.raises(lh.LevelheadError, match="takes a Recording"):
+        lh.smooth("log.csv")
+
+
+def test_progress_reaches_one(walk):
+    said = []
+    lh.smooth(walk[:1000], progress=said.append)
+    assert said == sorted(said) and said[-1] == 1.0
