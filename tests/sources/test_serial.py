@@ -177,6 +177,10 @@ def test_columns_by_number_without_a_header(device, recording):
     hints = check({"t": "1", "gyr": ["2", "3", "4"], "acc": ["5", "6", "7"]}, {"gyr": "rad/s"}, None, None)
     line = opened(device, hints)
     assert [sample.t for sample in everything(device, line, rows)] == recording.t.tolist()
+    again = opened(device)
+    names = "t [s];gx [rad/s];gy [rad/s];gz [rad/s];ax [m/s²];ay [m/s²];az [m/s²]"
+    late = everything(device, again, [*rows[:60], names, *rows[60:]])  # a header that comes late holds for all
+    assert [sample.t for sample in late] == recording.t.tolist() and again.garbage == 0
     with pytest.raises(lh.LevelheadError, match="sent no header that names its 7 columns"):
         everything(device, opened(device), rows)
 

@@ -61,12 +61,17 @@ def _parquet(path: Path, hints: Hints) -> Table:
     return parquet(path)
 
 
+def _mcap(path: Path, hints: Hints) -> Table:
+    raise LevelheadError(f"{path} has no columns; levelhead.read and levelhead fuse take it whole")
+
+
 READERS: dict[str, Callable[[Path, Hints], Table]] = {
     **dict.fromkeys((".csv", ".tsv", ".txt", ".log", ".dat"), _text),
     ".mat": _matlab,
     **dict.fromkeys((".h5", ".hdf5"), _hdf5),
     ".npz": _npz,
     **dict.fromkeys((".parquet", ".pq"), _parquet),
+    ".mcap": _mcap,
 }
 
 
@@ -87,6 +92,12 @@ def read_file(path: str | os.PathLike[str], hints: Hints) -> Recording:
             from levelhead.sources.npz import read
 
             return read(file, hints)
+        if reader is _mcap:
+            from levelhead.sources.blackbox import box_recording
+
+            if hints.given:
+                raise LevelheadError(f"{file} says itself what is in it; map, units, lsb and rate are for other files")
+            return box_recording(file)
         return assemble(reader(file, hints), hints)
 
     return opened(path, made)

@@ -93,8 +93,7 @@ class Lines:
         self._seen.append((text, at))
         if len(self._seen) < LOOK:
             return []
-        rows = self._learn()
-        if not rows:
+        if not self._learn():
             self._seen = self._seen[-PATIENCE:]
             return []
         kept, self._seen = self._seen, []
@@ -158,6 +157,8 @@ class Lines:
             self._names = tuple(dict.fromkeys(name for text, _ in self._seen for name in _or_nothing(text)))
         else:
             self._layout = self._laid_out()
+            if self._layout is None:
+                return False
             self._names = self._layout.names
         rows = []
         for text, at in self._seen:
@@ -175,19 +176,27 @@ class Lines:
         self._columns = self._concluded(rows)
         return True
 
-    def _laid_out(self) -> Layout:
-        """The layout of the lines that belong together: the first one may be the end of a line."""
+    def _laid_out(self) -> Layout | None:
+        """The layout of the lines that belong together: the first one may be the end of a line. None: no header yet."""
         lines = [text for text, _ in self._seen]
         layout = layout_of(lines, self.source)
         widths = Counter(len(cells(line, layout.delimiter)) for line in lines)
         width = widths.most_common(1)[0][0]
-        layout = layout_of([line for line in lines if len(cells(line, layout.delimiter)) == width], self.source)
-        if layout.headless and not {"gyr", "acc"} <= set(self.hints.map):
-            raise LevelheadError(
-                f"{self.source} sent no header that names its {width} columns; expected hints such as "
-                "map t=1 gyr=2,3,4 acc=5,6,7 (columns by number)"
-            )
-        return layout
+        lines = [line for line in lines if len(cells(line, layout.delimiter)) == width]
+        layout = layout_of(lines, self.source)
+        if not layout.headless:
+            return layout
+        for i, line in enumerate(lines):  # a header that came later
+            if all(_is_word(cell) for cell in cells(line, layout.delimiter)) and i < len(lines) - 1:
+                return layout_of(lines[i:], self.source)
+        if {"gyr", "acc"} <= set(self.hints.map):
+            return layout
+        if len(self._seen) < PATIENCE:
+            return None
+        raise LevelheadError(
+            f"{self.source} sent no header that names its {width} columns; expected hints such as "
+            "map t=1 gyr=2,3,4 acc=5,6,7 (columns by number)"
+        )
 
     def _concluded(self, rows: Sequence[Row]) -> dict[str, Column]:
         values = np.array([row.values for row in rows], dtype=np.float64)
@@ -225,6 +234,15 @@ def _factor(role: str, hint: Scale | None, said: Mapping[str, str]) -> float:
         return hint.factor / hint.divisor
     unit = said.get(role, RELATIVE)
     return 1.0 if unit == RELATIVE else units.factor(QUANTITY[role], unit)
+
+
+def _is_word(cell: str) -> bool:
+    """Whether a cell can be a name and not a number."""
+    try:
+        number(cell)
+    except Garbage:
+        return not cell.strip()[:1].isdigit()
+    return False
 
 
 def number(cell: str, comma: bool = False) -> float:

@@ -1,9 +1,8 @@
 """What all emulated chips share: registers, and a clock of their own by which they measure."""
 
 import struct
-from collections import deque
 
-from levelhead.sources.sensors.emulated.world import Moment, World
+from levelhead.sources.sensors.emulated.world import World
 
 
 class Registers:
@@ -46,10 +45,10 @@ class Registers:
         start = self.since - self.world.began
         while self._done < due:
             self._done += 1
-            self.measure(self.world.at(start + self._done / rate))
+            self.measure(self.world.row(start + self._done / rate))
 
-    def measure(self, moment: Moment) -> None:
-        """Takes one measurement."""
+    def measure(self, row: int) -> None:
+        """Takes one measurement, of what stands in that row of the world."""
 
     def read(self, register: int) -> int:
         """One byte, with what its reading does."""
@@ -62,6 +61,14 @@ class Registers:
     def next(self, register: int) -> int:
         """The register after this one in a block."""
         return (register + 1) & 0xFF
+
+    def block(self, register: int, length: int) -> bytes:
+        """``length`` bytes from ``register`` on, one after the other."""
+        values = bytearray()
+        for _ in range(length):
+            values.append(self.read(register))
+            register = self.next(register)
+        return bytes(values)
 
     def put(self, register: int, data: bytes) -> None:
         """Bytes into registers."""
@@ -78,7 +85,7 @@ class Fifo:
 
     def __init__(self, size: int, keep_old: bool = False) -> None:
         self.size, self.keep_old = size, keep_old
-        self.bytes: deque[int] = deque()
+        self.bytes = bytearray()
         self.overflowed = False
 
     def clear(self) -> None:
@@ -92,16 +99,16 @@ class Fifo:
             self.overflowed = True
             if self.keep_old:
                 return
-            for _ in range(len(self.bytes) + len(data) - self.size):
-                self.bytes.popleft()
+            del self.bytes[: len(self.bytes) + len(data) - self.size]
         self.bytes.extend(data)
 
-    def pop(self) -> int:
-        """One byte; 0xFF from an empty FIFO."""
-        return self.bytes.popleft() if self.bytes else 0xFF
+    def take(self, count: int = 1) -> bytes:
+        """The oldest bytes; 0xFF from an empty FIFO."""
+        data = bytes(self.bytes[:count])
+        del self.bytes[:count]
+        return data.ljust(count, b"\xff")
 
 
-def words(order: str, scale: float, *values: float) -> bytes:
-    """16-bit numbers of ``values`` in bits of size ``scale``, clipped at the end of the word; order ">" or "<"."""
-    codes = [min(32767, max(-32768, round(value / scale))) for value in values]
-    return struct.pack(f"{order}{len(codes)}h", *codes)
+def word(order: str, value: float) -> bytes:
+    """One 16-bit number; order ">" or "<"."""
+    return struct.pack(f"{order}h", round(value))

@@ -15,7 +15,7 @@ class Chip(Protocol):
 
     def read(self, register: int) -> int: ...  # noqa: D102
     def write(self, register: int, value: int) -> None: ...  # noqa: D102
-    def next(self, register: int) -> int: ...  # noqa: D102
+    def block(self, register: int, length: int) -> bytes: ...  # noqa: D102
     def look(self) -> None: ...  # noqa: D102
 
 
@@ -68,11 +68,8 @@ class EmulatedBus:
         if not 1 <= length <= BLOCK:
             raise ValueError(f"Desired block length over {BLOCK} bytes")
         chip = self._chip(i2c_addr)
-        values = []
-        for _ in range(length):
-            values.append(chip.read(register))
-            register = chip.next(register)
-        return [0xFF] * length if self.stuck == "high" else values
+        values = chip.block(register, length)
+        return b"\xff" * length if self.stuck == "high" else values
 
     def close(self) -> None:
         """Nothing is held."""

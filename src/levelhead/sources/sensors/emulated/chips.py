@@ -7,9 +7,9 @@ from levelhead.sources.sensors import bmp280, icm20948, lsm6dso32, mpu6050
 from levelhead.sources.sensors.bmp280 import Trim, compensate
 from levelhead.sources.sensors.board import Wanted
 from levelhead.sources.sensors.compass import GAUSS, HMC5883L, QMC5883L
-from levelhead.sources.sensors.emulated.base import Fifo, Registers, words
+from levelhead.sources.sensors.emulated.base import Fifo, Registers, word
 from levelhead.sources.sensors.emulated.bus import EmulatedBus
-from levelhead.sources.sensors.emulated.world import Moment, World
+from levelhead.sources.sensors.emulated.world import World
 from levelhead.units import STANDARD_GRAVITY, factor
 
 DEGREE = factor("gyr", "deg/s")
@@ -38,12 +38,12 @@ class EmulatedMPU6050(Registers):
         fast = 8000.0 if self.memory[mpu6050.CONFIG] & 0x07 in (0, 7) else 1000.0
         return fast / (1 + self.memory[mpu6050.SMPLRT_DIV])
 
-    def measure(self, moment: Moment) -> None:  # noqa: D102
+    def measure(self, row: int) -> None:  # noqa: D102
         dps = 250.0 * 2 ** (self.memory[mpu6050.GYRO_CONFIG] >> 3 & 3)
         g = 2.0 * 2 ** (self.memory[mpu6050.ACCEL_CONFIG] >> 3 & 3)
-        acc = words(">", STANDARD_GRAVITY / mpu6050.ACC_COUNTS[g], *moment.acc)
-        gyr = words(">", DEGREE / mpu6050.GYR_COUNTS[dps], *moment.gyr)
-        self.put(mpu6050.ACCEL_XOUT_H, acc + words(">", 1 / 340.0, self.world.temperature - 36.53) + gyr)
+        acc = self.world.coded("acc", ">", STANDARD_GRAVITY / mpu6050.ACC_COUNTS[g])[row]
+        gyr = self.world.coded("gyr", ">", DEGREE / mpu6050.GYR_COUNTS[dps])[row]
+        self.put(mpu6050.ACCEL_XOUT_H, acc + word(">", (self.world.temperature - 36.53) * 340.0) + gyr)
         self.memory[mpu6050.INT_STATUS] |= 0x01
         if self.memory[mpu6050.USER_CTRL] & mpu6050.FIFO_ENABLE:
             wanted = self.memory[mpu6050.FIFO_EN]
@@ -53,7 +53,7 @@ class EmulatedMPU6050(Registers):
 
     def read(self, register: int) -> int:  # noqa: D102
         if register == mpu6050.FIFO_R_W:
-            return self.fifo.pop()
+            return self.fifo.take()[0]
         if register in (mpu6050.FIFO_COUNTH, mpu6050.FIFO_COUNTH + 1):
             self.put(mpu6050.FIFO_COUNTH, struct.pack(">H", len(self.fifo.bytes)))
         value = self.memory[register]
@@ -71,8 +71,8 @@ class EmulatedMPU6050(Registers):
             self.restart()
         super().write(register, value)
 
-    def next(self, register: int) -> int:  # noqa: D102
-        return register if register == mpu6050.FIFO_R_W else super().next(register)
+    def block(self, register: int, length: int) -> bytes:  # noqa: D102
+        return self.fifo.take(length) if register == mpu6050.FIFO_R_W else super().block(register, length)
 
 
 class EmulatedLSM6DSO32(Registers):
@@ -96,20 +96,20 @@ class EmulatedLSM6DSO32(Registers):
         code = self.memory[lsm6dso32.CTRL1_XL] >> 4
         return next((hertz for hertz, known in lsm6dso32.RATES.items() if known == code), 0.0)
 
-    def measure(self, moment: Moment) -> None:  # noqa: D102
+    def measure(self, row: int) -> None:  # noqa: D102
         g = (4.0, 32.0, 8.0, 16.0)[self.memory[lsm6dso32.CTRL1_XL] >> 2 & 3]
         range_bits = self.memory[lsm6dso32.CTRL2_G]
         dps = 125.0 if range_bits & 0x02 else (250.0, 500.0, 1000.0, 2000.0)[range_bits >> 2 & 3]
-        acc = words("<", STANDARD_GRAVITY * lsm6dso32.ACC_BITS[g], *moment.acc)
-        gyr = words("<", DEGREE * lsm6dso32.GYR_BITS[dps], *moment.gyr)
-        self.put(lsm6dso32.OUT_TEMP_L, words("<", 1 / 256.0, self.world.temperature - 25.0) + gyr + acc)
+        acc = self.world.coded("acc", "<", STANDARD_GRAVITY * lsm6dso32.ACC_BITS[g])[row]
+        gyr = self.world.coded("gyr", "<", DEGREE * lsm6dso32.GYR_BITS[dps])[row]
+        self.put(lsm6dso32.OUT_TEMP_L, word("<", (self.world.temperature - 25.0) * 256.0) + gyr + acc)
         if self.memory[lsm6dso32.FIFO_CTRL4] & 0x07 == lsm6dso32.CONTINUOUS:
             self.fifo.push(bytes([lsm6dso32.GYR_TAG << 3]) + gyr)
             self.fifo.push(bytes([lsm6dso32.ACC_TAG << 3]) + acc)
 
     def read(self, register: int) -> int:  # noqa: D102
         if lsm6dso32.FIFO_DATA_OUT_TAG <= register < lsm6dso32.FIFO_DATA_OUT_TAG + lsm6dso32.WORD:
-            return self.fifo.pop()
+            return self.fifo.take()[0]
         if register in (lsm6dso32.FIFO_STATUS1, lsm6dso32.FIFO_STATUS1 + 1):
             held = len(self.fifo.bytes) // lsm6dso32.WORD
             overrun = lsm6dso32.OVERRUN if self.fifo.overflowed else 0
@@ -125,9 +125,9 @@ class EmulatedLSM6DSO32(Registers):
             self.restart()
         super().write(register, value)
 
-    def next(self, register: int) -> int:  # noqa: D102
-        last = lsm6dso32.FIFO_DATA_OUT_TAG + lsm6dso32.WORD - 1
-        return lsm6dso32.FIFO_DATA_OUT_TAG if register == last else super().next(register)
+    def block(self, register: int, length: int) -> bytes:  # noqa: D102
+        fifo = register == lsm6dso32.FIFO_DATA_OUT_TAG  # behind the last byte of a word the chip goes on with the next
+        return self.fifo.take(length) if fifo else super().block(register, length)
 
 
 class EmulatedICM20948(Registers):
@@ -163,12 +163,12 @@ class EmulatedICM20948(Registers):
         """Whether the magnetometer is on the outer bus."""
         return bool(self.memory[icm20948.INT_PIN_CFG] & icm20948.BYPASS_EN)
 
-    def measure(self, moment: Moment) -> None:  # noqa: D102
+    def measure(self, row: int) -> None:  # noqa: D102
         dps = 250.0 * 2 ** (self.banks[2][icm20948.GYRO_CONFIG_1] >> 1 & 3)
         g = 2.0 * 2 ** (self.banks[2][icm20948.ACCEL_CONFIG] >> 1 & 3)
-        acc = words(">", STANDARD_GRAVITY / icm20948.ACC_COUNTS[g], *moment.acc)
-        gyr = words(">", DEGREE / icm20948.GYR_COUNTS[dps], *moment.gyr)
-        self.put(icm20948.ACCEL_XOUT_H, acc + gyr + words(">", 1 / 333.87, self.world.temperature - 21.0))
+        acc = self.world.coded("acc", ">", STANDARD_GRAVITY / icm20948.ACC_COUNTS[g])[row]
+        gyr = self.world.coded("gyr", ">", DEGREE / icm20948.GYR_COUNTS[dps])[row]
+        self.put(icm20948.ACCEL_XOUT_H, acc + gyr + word(">", (self.world.temperature - 21.0) * 333.87))
         on = self.memory[icm20948.USER_CTRL] & icm20948.FIFO_ENABLE
         if on and self.memory[icm20948.FIFO_EN_2] & icm20948.GYR_AND_ACC == icm20948.GYR_AND_ACC:
             self.fifo.push(acc + gyr)
@@ -177,7 +177,7 @@ class EmulatedICM20948(Registers):
         if register == icm20948.REG_BANK_SEL:
             return self.bank << 4
         if self.bank == 0 and register == icm20948.FIFO_R_W:
-            return self.fifo.pop()
+            return self.fifo.take()[0]
         if self.bank == 0 and register in (icm20948.FIFO_COUNTH, icm20948.FIFO_COUNTH + 1):
             self.put(icm20948.FIFO_COUNTH, struct.pack(">H", len(self.fifo.bytes)))
         return self.banks[self.bank][register]
@@ -194,8 +194,9 @@ class EmulatedICM20948(Registers):
             self.restart()
         self.banks[self.bank][register] = value
 
-    def next(self, register: int) -> int:  # noqa: D102
-        return register if self.bank == 0 and register == icm20948.FIFO_R_W else super().next(register)
+    def block(self, register: int, length: int) -> bytes:  # noqa: D102
+        fifo = self.bank == 0 and register == icm20948.FIFO_R_W
+        return self.fifo.take(length) if fifo else super().block(register, length)
 
 
 class EmulatedAK09916(Registers):
@@ -219,10 +220,10 @@ class EmulatedAK09916(Registers):
         code = self.memory[icm20948.AK09916.CNTL2]
         return next((hertz for hertz, known in icm20948.AK09916.RATES.items() if known == code), 0.0)
 
-    def measure(self, moment: Moment) -> None:  # noqa: D102
-        x, y, z = moment.mag
-        self.put(icm20948.AK09916.ST1 + 1, words("<", icm20948.AK09916.SCALE, x, -y, -z))
-        full = max(abs(x), abs(y), abs(z)) > 4912.0
+    def measure(self, row: int) -> None:  # noqa: D102
+        x, y, z = (round(value / icm20948.AK09916.SCALE) for value in self.world.mag(row))
+        self.put(icm20948.AK09916.ST1 + 1, struct.pack("<3h", x, -y, -z))
+        full = max(abs(x), abs(y), abs(z)) > 32752
         self.memory[icm20948.AK09916.ST1 + 8] = icm20948.AK09916.OVERFLOW if full else 0
         self.memory[icm20948.AK09916.ST1] = icm20948.AK09916.DATA_READY
 
@@ -258,9 +259,9 @@ class EmulatedHMC5883L(Registers):
             return 0.0
         return list(HMC5883L.RATES)[min(6, self.memory[HMC5883L.CRA] >> 2 & 7)]
 
-    def measure(self, moment: Moment) -> None:  # noqa: D102
+    def measure(self, row: int) -> None:  # noqa: D102
         counts = list(HMC5883L.COUNTS.values())[self.memory[HMC5883L.CRB] >> 5]
-        x, y, z = (round(value / GAUSS * counts) for value in moment.mag)
+        x, y, z = (round(value / GAUSS * counts) for value in self.world.mag(row))
         codes = [code if -2048 <= code <= 2047 else HMC5883L.OVERFLOW for code in (x, z, y)]
         self.put(HMC5883L.DATA, struct.pack(">3h", *codes))
         self.memory[HMC5883L.STATUS] = HMC5883L.READY
@@ -287,10 +288,10 @@ class EmulatedQMC5883L(Registers):
         control = self.memory[QMC5883L.CONTROL_1]
         return list(QMC5883L.RATES)[control >> 2 & 3] if control & 0x03 == QMC5883L.CONTINUOUS else 0.0
 
-    def measure(self, moment: Moment) -> None:  # noqa: D102
+    def measure(self, row: int) -> None:  # noqa: D102
         gauss = 8.0 if self.memory[QMC5883L.CONTROL_1] & 0x10 else 2.0
-        self.put(QMC5883L.DATA, words("<", GAUSS / QMC5883L.COUNTS[gauss], *moment.mag))
-        full = max(map(abs, moment.mag)) > gauss * GAUSS
+        self.put(QMC5883L.DATA, self.world.coded("mag", "<", GAUSS / QMC5883L.COUNTS[gauss])[row])
+        full = max(map(abs, self.world.mag(row))) > gauss * GAUSS
         self.memory[QMC5883L.STATUS] = QMC5883L.READY | (QMC5883L.OVERFLOW if full else 0)
 
     def read(self, register: int) -> int:  # noqa: D102
@@ -327,7 +328,7 @@ class EmulatedBMP280(Registers):
     def rate(self) -> float:  # noqa: D102
         return 1.0 / bmp280.INTERVAL if self.memory[bmp280.CTRL_MEAS] & 0x03 == 0x03 else 0.0
 
-    def measure(self, moment: Moment) -> None:  # noqa: D102
+    def measure(self, row: int) -> None:  # noqa: D102
         heat = bisected(lambda raw: compensate(self.trim, 0, raw).temperature - self.world.temperature)
         push = bisected(lambda raw: self.world.pressure - compensate(self.trim, raw, heat).pressure)
         self.put(bmp280.DATA, b"".join(struct.pack(">I", raw << 12)[:3] for raw in (push, heat)))

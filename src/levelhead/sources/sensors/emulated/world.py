@@ -4,6 +4,8 @@ import time
 from collections.abc import Callable
 from typing import NamedTuple
 
+import numpy as np
+
 from levelhead.recording import Recording
 from levelhead.sources.sample import Triple
 
@@ -34,13 +36,32 @@ class World:
     ) -> None:  # fmt: skip
         self.clock, self.pressure, self.temperature = clock, pressure, temperature
         self._rate, self._n = recording.rate, len(recording)
-        none = [(0.0, 0.0, 0.0)] * self._n
-        self._gyr = [tuple(row) for row in recording.gyr.tolist()]
-        self._acc = [tuple(row) for row in recording.acc.tolist()]
-        self._mag = none if recording.mag is None else [tuple(row) for row in recording.mag.tolist()]
+        self._values = {"gyr": recording.gyr, "acc": recording.acc}
+        self._values["mag"] = np.zeros((self._n, 3)) if recording.mag is None else recording.mag
+        self._coded: dict[tuple[str, str, float], list[bytes]] = {}
         self.began = clock()
+
+    def row(self, seconds: float) -> int:
+        """The row of the recording that is felt ``seconds`` after the beginning."""
+        return int(seconds * self._rate + 1e-6) % self._n
+
+    def mag(self, row: int) -> Triple:
+        """The field of a row, µT."""
+        x, y, z = self._values["mag"][row].tolist()
+        return x, y, z
 
     def at(self, seconds: float) -> Moment:
         """What is felt ``seconds`` after the beginning."""
-        row = int(seconds * self._rate + 1e-6) % self._n
-        return Moment(self._gyr[row], self._acc[row], self._mag[row])
+        row = self.row(seconds)
+        return Moment(*(tuple(self._values[name][row].tolist()) for name in ("gyr", "acc", "mag")))
+
+    def coded(self, name: str, order: str, scale: float) -> list[bytes]:
+        """Every row of "gyr", "acc" or "mag" as three 16-bit numbers of bits of size ``scale``, clipped at the end of
+        the word; ``order`` is ">" or "<". Made once, so that a measurement costs its reader nothing, as in a real chip.
+        """
+        key = (name, order, scale)
+        if key not in self._coded:
+            codes = np.clip(np.rint(self._values[name] / scale), -32768, 32767).astype(f"{order}i2")
+            whole = codes.tobytes()
+            self._coded[key] = [whole[start : start + 6] for start in range(0, len(whole), 6)]
+        return self._coded[key]
