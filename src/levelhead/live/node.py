@@ -92,7 +92,7 @@ class Node:
         self.journal = Journal(self._tell, clock)
         self._watch = Watch(self.journal)
         self.samples = self.missed = self.ticks = self.over_budget = 0
-        self.lateness, self.reading, self.work = Spread(), Spread(), Spread()
+        self.lateness, self.reading, self.work, self.whole = Spread(), Spread(), Spread(), Spread()
         self.last: Orientation | None = None
         self._time = -math.inf  # stamp of the last sample, s on the source's clock
         self._fused_at: float | None = None  # stamp of the last sample that the filter took
@@ -219,6 +219,7 @@ class Node:
         over = self._clock()
         self.reading.add(read - began)
         self.work.add(over - read)
+        self.whole.add(over - began)
         if over - read > self._budget * max(1, len(samples)):
             self.over_budget += 1
             self.journal.note(
@@ -363,7 +364,7 @@ class Node:
         self.source.close()
 
     def figures(self) -> dict[str, Any]:
-        """Samples, losses, and how late and how long the ticks were."""
+        """Samples, losses, how late ticks came, and what they took: for reading, for the work after it, as a whole."""
         return {
             "samples": self.samples,
             "lost": self.journal.counts.get("samples_lost", 0),
@@ -373,6 +374,7 @@ class Node:
             "lateness": self.lateness.figures(),
             "reading": self.reading.figures(),
             "work": self.work.figures(),
+            "whole": self.whole.figures(),
             "events": dict(self.journal.counts),
         }
 

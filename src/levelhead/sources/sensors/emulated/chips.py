@@ -17,12 +17,18 @@ EXAMPLE_TRIM = Trim(27504, 26435, -1000, 36477, -10685, 3024, 2855, 140, -7, 155
 
 
 class EmulatedMPU6050(Registers):
-    """MPU-6050: asleep after power-up, 1024 bytes of FIFO that drop the oldest ones."""
+    """MPU-6050: asleep after power-up, 1024 bytes of FIFO that drop the oldest ones.
+
+    What follows from the settings is worked out when they are written, and the output registers when they are read, so
+    that a measurement takes its reader hardly any time, as in the real chip.
+    """
 
     def __init__(
         self, world: World, address: int = mpu6050.ADDRESSES[0], *, identity: int = mpu6050.IDENTITY, drift: float = 0.0
     ) -> None:
         self.identity, self.fifo = identity, Fifo(mpu6050.FIFO_SIZE)
+        self._rate, self._row, self._filling = 0.0, -1, False
+        self._rows: list[bytes] = []
         super().__init__(world, address, drift)
 
     def reset(self) -> None:  # noqa: D102
@@ -30,36 +36,46 @@ class EmulatedMPU6050(Registers):
         self.fifo.clear()
         self.memory[mpu6050.PWR_MGMT_1] = 0x40
         self.memory[mpu6050.WHO_AM_I] = self.identity
+        self._row = -1
+        self._settle()
+
+    def _settle(self) -> None:
+        memory = self.memory
+        fast = 8000.0 if memory[mpu6050.CONFIG] & 0x07 in (0, 7) else 1000.0
+        asleep = memory[mpu6050.PWR_MGMT_1] & 0x40
+        self._rate = 0.0 if asleep else fast / (1 + memory[mpu6050.SMPLRT_DIV])
+        dps = 250.0 * 2 ** (memory[mpu6050.GYRO_CONFIG] >> 3 & 3)
+        g = 2.0 * 2 ** (memory[mpu6050.ACCEL_CONFIG] >> 3 & 3)
+        scales = STANDARD_GRAVITY / mpu6050.ACC_COUNTS[g], DEGREE / mpu6050.GYR_COUNTS[dps]
+        self._rows = self.world.rows(">", *scales)
+        wanted = memory[mpu6050.FIFO_EN] & mpu6050.GYR_AND_ACC == mpu6050.GYR_AND_ACC
+        self._filling = bool(wanted and memory[mpu6050.USER_CTRL] & mpu6050.FIFO_ENABLE)
 
     @property
     def rate(self) -> float:  # noqa: D102
-        if self.memory[mpu6050.PWR_MGMT_1] & 0x40:
-            return 0.0
-        fast = 8000.0 if self.memory[mpu6050.CONFIG] & 0x07 in (0, 7) else 1000.0
-        return fast / (1 + self.memory[mpu6050.SMPLRT_DIV])
+        return self._rate
 
     def measure(self, row: int) -> None:  # noqa: D102
-        dps = 250.0 * 2 ** (self.memory[mpu6050.GYRO_CONFIG] >> 3 & 3)
-        g = 2.0 * 2 ** (self.memory[mpu6050.ACCEL_CONFIG] >> 3 & 3)
-        acc = self.world.coded("acc", ">", STANDARD_GRAVITY / mpu6050.ACC_COUNTS[g])[row]
-        gyr = self.world.coded("gyr", ">", DEGREE / mpu6050.GYR_COUNTS[dps])[row]
-        self.put(mpu6050.ACCEL_XOUT_H, acc + word(">", (self.world.temperature - 36.53) * 340.0) + gyr)
-        self.memory[mpu6050.INT_STATUS] |= 0x01
-        if self.memory[mpu6050.USER_CTRL] & mpu6050.FIFO_ENABLE:
-            wanted = self.memory[mpu6050.FIFO_EN]
-            self.fifo.push((acc if wanted & 0x08 else b"") + (gyr if wanted & 0x70 == 0x70 else b""))
-            if self.fifo.overflowed:
-                self.memory[mpu6050.INT_STATUS] |= 0x10
+        self._row = row
+        if self._filling:
+            self.fifo.push(self._rows[row])
+
+    def _show(self) -> None:
+        """The last measurement, in the output registers."""
+        if self._row >= 0:
+            both = self._rows[self._row]
+            self.put(mpu6050.ACCEL_XOUT_H, both[:6] + word(">", (self.world.temperature - 36.53) * 340.0) + both[6:])
 
     def read(self, register: int) -> int:  # noqa: D102
         if register == mpu6050.FIFO_R_W:
             return self.fifo.take()[0]
         if register in (mpu6050.FIFO_COUNTH, mpu6050.FIFO_COUNTH + 1):
             self.put(mpu6050.FIFO_COUNTH, struct.pack(">H", len(self.fifo.bytes)))
-        value = self.memory[register]
-        if register == mpu6050.INT_STATUS:
-            self.memory[register] = 0
-        return value
+        elif mpu6050.ACCEL_XOUT_H <= register < mpu6050.ACCEL_XOUT_H + 14:
+            self._show()
+        elif register == mpu6050.INT_STATUS:
+            return (0x01 if self._row >= 0 else 0) | (0x10 if self.fifo.overflowed else 0)
+        return self.memory[register]
 
     def write(self, register: int, value: int) -> None:  # noqa: D102
         if register == mpu6050.PWR_MGMT_1 and value & mpu6050.DEVICE_RESET:
@@ -70,6 +86,7 @@ class EmulatedMPU6050(Registers):
         if register in (mpu6050.PWR_MGMT_1, mpu6050.CONFIG, mpu6050.SMPLRT_DIV):
             self.restart()
         super().write(register, value)
+        self._settle()
 
     def block(self, register: int, length: int) -> bytes:  # noqa: D102
         return self.fifo.take(length) if register == mpu6050.FIFO_R_W else super().block(register, length)

@@ -38,12 +38,20 @@ class World:
         self._rate, self._n = recording.rate, len(recording)
         self._values = {"gyr": recording.gyr, "acc": recording.acc}
         self._values["mag"] = np.zeros((self._n, 3)) if recording.mag is None else recording.mag
-        self._coded: dict[tuple[str, str, float], list[bytes]] = {}
+        self._coded: dict[tuple[str | float, ...], list[bytes]] = {}
         self.began = clock()
 
     def row(self, seconds: float) -> int:
         """The row of the recording that is felt ``seconds`` after the beginning."""
         return int(seconds * self._rate + 1e-6) % self._n
+
+    def rows(self, order: str, acc_scale: float, gyr_scale: float) -> list[bytes]:
+        """Every row as a FIFO has it: accelerometer, then gyroscope, 12 bytes."""
+        key = ("rows", order, acc_scale, gyr_scale)
+        if key not in self._coded:
+            pairs = zip(self.coded("acc", order, acc_scale), self.coded("gyr", order, gyr_scale), strict=True)
+            self._coded[key] = [acc + gyr for acc, gyr in pairs]
+        return self._coded[key]
 
     def mag(self, row: int) -> Triple:
         """The field of a row, µT."""
