@@ -1,6 +1,6 @@
 """Zenoh on the loopback: latency from sample to subscriber at 200 Hz, and at 5,000 orientations a second.
 
-The subscriber is another process. Latency is the time from the node's stamp to the subscriber's clock, the same clock on
+The subscriber is another process. Latency is the time from the node's stamp to the subscriber's clock, the same on
 one machine.
 """
 
