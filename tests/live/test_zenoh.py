@@ -15,7 +15,7 @@ from levelhead.live.messages import ORIENTATION, TOPICS, Health, Orientation, Ra
 from levelhead.live.zenoh_bus import configuration
 
 pytest.importorskip("zenoh", reason="eclipse-zenoh is not installed (extra levelhead[bus])")
-from levelhead.live.zenoh_bus import ZenohBus, subscribe
+from levelhead.live.zenoh_bus import Asking, ZenohBus, subscribe
 
 SAID = Orientation(7, 0, 1.5, 123, (1.0, 0.0, 0.0, 0.0), (0.1, 0.2, 0.3), (1e-3, 0.0, -1e-3), 2048)
 
@@ -86,17 +86,30 @@ def test_the_subscriber_may_be_first_and_the_node_restarted(endpoint):
     assert subscription.get() is None
 
 
-def test_all_three_topics(endpoint):
+def test_all_topics(endpoint):
     bus = bus_of(endpoint)
     messages = (
         SAID,
         Raw(7, 1, 1.5, 1, (1.0, 2.0, 3.0), (4.0, 5.0, 6.0), None, None),
         Health(7, 1, 0.0, 1, "late", True, "µ"),
+        Health(7, 1, 0.0, 1, "config", True, "", {"filter": "Mahony"}),
     )
     for topic, message in zip(TOPICS, messages, strict=True):
         bus.publish(topic, message)
         with subscribe(topic, endpoint) as subscription:
             assert subscription.get(timeout=10.0) == message
+    bus.close()
+
+
+def test_parameters_are_asked_for_from_outside(endpoint):
+    bus = bus_of(endpoint)
+    asking = Asking(endpoint)
+    until = time.monotonic() + 10.0
+    while not bus.commands and time.monotonic() < until:
+        asking.set(beta=0.25)
+        time.sleep(0.05)
+    assert bus.commands[0] == {"beta": 0.25}
+    asking.close()
     bus.close()
 
 

@@ -37,6 +37,7 @@ app = App(
 VERBS = {
     "demo": "The classic lesson: two sensors that lie, and what filters make of them.",
     "run": "A live node: from a sensor, emulated, real or replayed, to a published orientation.",
+    "view": "A recording or a running node in the browser.",
     "fuse": "Fuse a log into orientation: the main job.",
     "compare": "Filters side by side on a recording: a table and the four-panel picture.",
     "sweep": "One parameter over its range: where is the best value, and how flat is it there?",

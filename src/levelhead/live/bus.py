@@ -9,11 +9,14 @@ from typing import Any, Protocol
 from levelhead.errors import LevelheadError, nearest
 from levelhead.live.messages import TOPICS, Message
 
+COMMANDS = 64  # that may wait for the node
 QUEUE = 1024  # messages that wait for a subscriber
 
 
 class MessageBus(Protocol):
     """What a node asks of a bus."""
+
+    commands: deque[dict[str, Any]]  # parameters that somebody wants changed
 
     def advertise(self, topic: str, node: int) -> None:
         """Claims a topic.
@@ -116,6 +119,7 @@ class LocalBus:
         self._last: dict[str, Message] = {}
         self._owners: dict[str, int] = {}
         self._told: dict[int, int] = {}
+        self.commands: deque[dict[str, Any]] = deque(maxlen=COMMANDS)
 
     def advertise(self, topic: str, node: int) -> None:
         """See ``MessageBus``."""

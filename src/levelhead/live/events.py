@@ -9,6 +9,7 @@ EVENTS = {
     "calibrated": "the gyroscope's bias was read off at the start and is taken off; data: bias in rad/s",
     "calibration_refused": "the sensor moved while the bias was to be read off; it is tried again",
     "parameters": "parameters were changed; data: all of them, and the first sample that they hold for",
+    "not_set": "parameters that somebody asked for do not exist, or not with that value; nothing was changed",
     "acceleration": "the length of the specific force is more than 2 m/s² from g",
     "mag_disturbed": "the magnetometer sees another field than the earth's and is not used",
     "gyr_clipped": "the gyroscope is at its full scale",

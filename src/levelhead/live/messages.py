@@ -1,4 +1,4 @@
-"""What goes over the bus: three messages, as tuples in a process, as compact versioned bytes between processes.
+"""What goes over the bus: three kinds of message, as tuples in a process, as compact versioned bytes between processes.
 
 Bytes begin with "LH", the version of the layout and the kind; all numbers are little-endian. A reader refuses another
 version by name instead of guessing.
@@ -13,8 +13,9 @@ from levelhead.errors import LevelheadError
 from levelhead.filters.health import NAMES as BITS
 from levelhead.kernels.quat import Euler, Quat, to_euler
 
-ORIENTATION, RAW, HEALTH = "imu/orientation", "imu/raw", "imu/health"
-TOPICS = (ORIENTATION, RAW, HEALTH)
+ORIENTATION, RAW, HEALTH, CONFIG = "imu/orientation", "imu/raw", "imu/health", "imu/config"
+TOPICS = (ORIENTATION, RAW, HEALTH, CONFIG)
+SET = "imu/set"  # the other way: {"beta": 0.1} asks the node for other parameters
 VERSION = 1
 HEADER = struct.Struct("<2sBBIQdq")  # "LH", version, kind, node, seq, t, stamp
 BODY_ORIENTATION = struct.Struct("<4d3d3dIB")

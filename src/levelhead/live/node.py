@@ -16,7 +16,7 @@ from levelhead.filters.guard import Guard
 from levelhead.live.box import BlackBox
 from levelhead.live.bus import LocalBus, MessageBus
 from levelhead.live.events import EVENTS, Happening, Journal
-from levelhead.live.messages import HEALTH, ORIENTATION, RAW, TOPICS, Health, Orientation, Raw
+from levelhead.live.messages import CONFIG, HEALTH, ORIENTATION, RAW, TOPICS, Health, Orientation, Raw
 from levelhead.live.still import TICKS, StillCalibration
 from levelhead.live.timing import Spread, undisturbed
 from levelhead.live.watch import Watch
@@ -118,7 +118,9 @@ class Node:
             LevelheadError: no such parameter, or a value out of its range; nothing is changed.
         """
         self.params._replace(**changes)
-        self._changes.append(changes)
+        self._changes.append(
+            {name: value if isinstance(value, bool) else float(value) for name, value in changes.items()}
+        )
 
     def stop(self) -> None:
         """Ends ``run`` after this tick; may be called from any thread and from a signal handler."""
@@ -153,6 +155,7 @@ class Node:
         if self._box is not None:
             self._box.begin(config)
         self.journal.note("started", f"{self.source.name} at {self.rate:g} Hz through {config['filter']}", **config)
+        self.bus.publish(CONFIG, self._message(Happening("config", True, self.source.name, config)))
         self._seen = self._tried = self._clock()
         if self._calibration is not None:
             self.journal.begin("calibrating", f"hold still for {self._calibration.ticks} samples")
@@ -204,7 +207,7 @@ class Node:
         """One turn: reads what is new, fuses it, publishes, logs. After a late one only the newest is published."""
         began = self._clock()
         self.ticks += 1
-        if self._changes:
+        if self._changes or self.bus.commands:
             self._change()
         samples = self._read()
         read = self._clock()
@@ -227,13 +230,21 @@ class Node:
             )
 
     def _change(self) -> None:
+        while self.bus.commands:
+            try:
+                self.set(**self.bus.commands.popleft())
+            except (LevelheadError, TypeError) as error:
+                self.journal.note("not_set", str(error))
         changes: dict[str, float] = {}
         while self._changes:
             changes |= self._changes.popleft()
+        if not changes:
+            return
         self._stream.set(**changes)
         said = ", ".join(f"{name}={value:g}" for name, value in changes.items())
         self.journal.counts.setdefault("parameters", 0)
         self._tell(Happening("parameters", True, said, {"params": self.params._asdict(), "from": self.samples}))
+        self.bus.publish(CONFIG, self._message(Happening("config", True, said, self._config(""))))
 
     def _read(self) -> list[Sample]:
         try:
@@ -379,11 +390,14 @@ class Node:
         }
 
     def _tell(self, what: Happening) -> None:
-        t = self._time if math.isfinite(self._time) else 0.0
-        message = Health(self.id, self.samples, t, time.time_ns(), what.name, what.on, what.text, what.data)
+        message = self._message(what)
         self.bus.publish(HEALTH, message)
         if self._box is not None:
             self._box.event(message)
+
+    def _message(self, what: Happening) -> Health:
+        t = self._time if math.isfinite(self._time) else 0.0
+        return Health(self.id, self.samples, t, time.time_ns(), what.name, what.on, what.text, what.data)
 
     def __enter__(self) -> "Node":
         return self

@@ -8,12 +8,13 @@ import json
 import re
 import threading
 import weakref
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from levelhead.errors import LevelheadError, nearest
 from levelhead.live.bus import QUEUE, LocalBus, Subscription
-from levelhead.live.messages import ORIENTATION, TOPICS, Message, pack, unpack
+from levelhead.live.messages import ORIENTATION, SET, TOPICS, Message, pack, unpack
 
 ENDPOINT = "tcp/127.0.0.1:7447"
 LOOPBACK = re.compile(r"^(tcp|tls)/(127\.\d+\.\d+\.\d+|\[::1\]|localhost):\d+$")
@@ -148,11 +149,15 @@ class ZenohBus:
         from zenoh.handlers import Callback
 
         self.local = LocalBus()
+        self.commands = self.local.commands
         self._publishers: dict[str, Any] = {}
         self._others: set[int] = set()
         self._told: set[int] = set()
         self._own = 0
-        self._watch = self._session.declare_subscriber(ORIENTATION, Callback(self._heard, indirect=False))
+        self._ears = [
+            self._session.declare_subscriber(ORIENTATION, Callback(self._heard, indirect=False)),
+            self._session.declare_subscriber(SET, Callback(self._asked, indirect=False)),
+        ]
         self._waiting = Subscription(WAITING)
         self._sender = threading.Thread(target=self._send, name="bus", daemon=True)
         self._sender.start()
@@ -162,6 +167,12 @@ class ZenohBus:
         node = int.from_bytes(data[IDENTITY], "little")
         if node != self._own and data[:2] == b"LH":
             self._others.add(node)
+
+    def _asked(self, sample: Any) -> None:
+        with suppress(ValueError):
+            wanted = json.loads(bytes(sample.payload))
+            if isinstance(wanted, dict):
+                self.commands.append(wanted)
 
     def advertise(self, topic: str, node: int) -> None:
         """See ``MessageBus``."""
@@ -206,6 +217,28 @@ class ZenohBus:
         self._waiting.close()
         self._sender.join()
         self._session.close()
+
+
+class Asking:
+    """Asks a node for other parameters of its filter: ``Asking(endpoint).set(beta=0.1)``.
+
+    Where the node lets in readers only (``readers``), it does not hear this.
+
+    Args:
+        endpoint: where the node listens.
+        certificates: as for ``configuration``.
+
+    Raises:
+        LevelheadError: as for ``subscribe``.
+    """
+
+    def __init__(self, endpoint: str = ENDPOINT, *, certificates: Path | None = None) -> None:
+        self._session = _session(configuration(endpoint, False, certificates))
+        self.close = weakref.finalize(self, self._session.close)
+
+    def set(self, **changes: float) -> None:
+        """Sends it; whether the node took it stands on imu/config, and why not on imu/health."""
+        self._session.put(SET, json.dumps(changes))
 
 
 class _Holder:
