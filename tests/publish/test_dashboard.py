@@ -13,7 +13,7 @@ import levelhead as lh
 from levelhead.filters.contract import Param
 
 pytest.importorskip("viser", reason="viser is not installed (extra levelhead[view])")
-from levelhead.live import Node, open_source
+from levelhead.live import Health, Node, open_source
 from levelhead.publish.dashboard.following import LiveView
 from levelhead.publish.dashboard.page import Scale, doubt_of, tilt_of
 from levelhead.publish.dashboard.recording import RecordingView
@@ -98,7 +98,9 @@ def test_a_recording_is_shown_played_and_fused_again_by_a_slider(look):
             page.keyboard.press("ArrowRight")
         eventually(lambda: view.params.beta > lh.Madgwick().beta)
         eventually(lambda: not np.array_equal(view.track.quat, before))
+        page.wait_for_timeout(500)
         text_with(page, rf"beta = {view.params.beta:.4g} ")
+        eventually(lambda: view.track.params == view.params)
         np.testing.assert_array_equal(view.track.quat, lh.fuse(recording, view.params).quat)
         assert page.locator("canvas").count() >= 5  # the scene and four charts
     finally:
@@ -123,6 +125,8 @@ def test_a_node_is_followed_steered_and_its_silence_is_shown(look):
             page.keyboard.press("ArrowRight")
         eventually(lambda: node.params.beta > lh.Madgwick().beta)
         text_with(page, r"parameters: beta=")
+        node.bus.publish("imu/health", Health(1, 0, 0.0, 0, "late", True, "{1 + 1} <b>bold</b> *two* `c`"))
+        text_with(page, re.escape("late: {1 + 1} <b>bold</b> *two* `c`"))  # shown, not run
         node.stop()
         runs.join(timeout=10.0)
         text_with(page, r"no valid orientation for \d")

@@ -165,7 +165,7 @@ def _tell(text: str, quiet: bool) -> None:
 def _line(node: "Node", rate: float, missed: int) -> str:
     """Where things stand: roll, pitch and yaw in degrees, 1σ of tilt and heading, rates, warnings."""
     said = node.last
-    warnings = ", ".join(name for name in node.journal.active if name != "calibrating")
+    warnings = ", ".join(name for name in list(node.journal.active) if name != "calibrating")
     if said is None:
         return f"{rate:6.1f} Hz  no orientation yet{f'  [{warnings}]' if warnings else ''}"
     roll, pitch, yaw = (math.degrees(angle) for angle in said.euler)

@@ -267,8 +267,6 @@ class Node:
             return
         self._asked = now
         for name, words in self.bus.troubles():
-            if name == "second_node":
-                self._invalid(words)
             self.journal.note(name, words)
         if self._box is not None and self._box.failure:
             self.journal.begin("box_failed", self._box.failure)

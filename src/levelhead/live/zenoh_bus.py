@@ -21,6 +21,7 @@ LOOPBACK = re.compile(r"^(tcp|tls)/(127\.\d+\.\d+\.\d+|\[::1\]|localhost):\d+$")
 OPEN = re.compile(r"^tls/[^/]+:\d+$")
 CERTIFICATES = ("ca.pem", "own.pem", "own.key")
 WAITING = 4096  # messages that may wait for the network
+PATIENCE_US = 50_000  # µs that the thread that sends waits for a slow link before it drops a message
 CACHE = 1  # messages per topic that a late joiner gets
 IDENTITY = slice(4, 8)  # of the node, in the bytes of a message
 
@@ -66,6 +67,7 @@ def configuration(
         "scouting/multicast/enabled": False,
         "scouting/gossip/enabled": False,
         "timestamping/enabled": True,
+        "transport/link/tx/queue/congestion_control/drop/wait_before_drop": PATIENCE_US,
         "listen/endpoints": [checked] if listen else [],
         "connect/endpoints": [] if listen else [checked],
     }

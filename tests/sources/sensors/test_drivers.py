@@ -238,6 +238,29 @@ def test_faults_of_the_bus_have_names(bench, text):
     assert one.board.poll()
 
 
+@pytest.mark.parametrize("text", ["mpu6050+hmc5883l+bmp280", "mpu6050+qmc5883l"])
+def test_a_chip_beside_it_that_fails_is_said_and_the_rest_goes_on(bench, text):
+    one = bench(text)
+    one.board.start()
+    others = {address: one.bus.chips.pop(address) for address in list(one.bus.chips) if address != 0x68}
+    count, kinds = 0, set()
+    for _ in range(200):
+        one.clock.wait(0.005)
+        samples = one.board.poll()
+        count += len(samples)
+        kinds |= {kind for kind, _ in one.board.troubles()}
+        assert all(sample.mag is None and sample.pressure is None for sample in samples)
+    assert count == pytest.approx(200, abs=1) and kinds == {"bus_error"} and one.board.lost == 0
+    for chip in others.values():
+        chip.reset()  # back, as after power-up
+    one.bus.chips |= others
+    fields = []
+    for _ in range(400):
+        one.clock.wait(0.005)
+        fields += [sample.mag for sample in one.board.poll() if sample.mag is not None]
+    assert len(fields) > 40 and one.board.troubles() == []
+
+
 @pytest.mark.parametrize("text", BOARDS)
 def test_a_fifo_that_ran_over_is_said_and_never_torn(bench, text):
     one = bench(text)

@@ -11,7 +11,7 @@ import numpy as np
 
 from levelhead import filters
 from levelhead.live.bus import Subscription
-from levelhead.publish.dashboard.page import PORT, Courses, Page, doubt_of, status_words, tilt_of
+from levelhead.publish.dashboard.page import PORT, Courses, Page, doubt_of, plain, status_words, tilt_of
 
 WINDOW = 10.0  # s in the charts
 DENSE = 50.0  # points a second in the charts
@@ -64,7 +64,8 @@ class LiveView:
         while (config := heard["config"].get(timeout=0.0)) is not None:
             self._configure(config.data)
         while (event := heard["health"].get(timeout=0.0)) is not None:
-            self._events.appendleft(f"- {'**' if event.on else ''}{event.name}{'**' if event.on else ''}: {event.text}")
+            bold = "**" if event.on else ""
+            self._events.appendleft(f"- {bold}{plain(event.name)}{bold}: {plain(event.text)}")
             self.page.events.content = "\n".join(self._events)
         raw = heard["raw"].latest(timeout=0.0)
         if raw is not None:

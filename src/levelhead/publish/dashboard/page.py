@@ -41,6 +41,11 @@ class Courses(NamedTuple):
 NOTHING = Courses(np.zeros(2), np.zeros((2, 3)), np.zeros((2, 3)), np.zeros((2, 2)), np.zeros((2, 3)))
 
 
+def plain(text: str) -> str:
+    """Text of whatever origin, so that the page shows it as it is: viser's Markdown would run what stands in braces."""
+    return "".join(f"&#{ord(sign)};" if sign in "{}<>&`\\*_[]" else sign for sign in text)
+
+
 def tilt_of(acc: Array) -> Array:
     """(n, 2) roll and pitch in degrees of (n, 3) specific forces: what the accelerometer alone would say."""
     x, y, z = acc.T
@@ -110,7 +115,7 @@ class Page:
         scene.add_frame("/earth", axes_length=0.4, axes_radius=0.008, position=(-1.2, -1.2, -0.6))
         self._body: Any = scene.add_frame("/body", axes_length=0.8, axes_radius=0.012)
         self._box = scene.add_box("/body/box", color=(90, 140, 200), dimensions=BODY, opacity=0.8)
-        gui.add_markdown(f"### {title}")
+        gui.add_markdown(f"### {plain(title)}")
         self.status = gui.add_markdown("…")
         self._charts = [self._angle_chart(name, name != "yaw") for name in ("roll", "pitch", "yaw")]
         self._bias = self._bias_chart()
@@ -184,7 +189,8 @@ class Page:
 
     def stop(self) -> None:
         """Closes the server."""
-        self.server.stop()
+        with redirect_stdout(io.StringIO()):
+            self.server.stop()
 
 
 def _label(name: str, value: float, param: Param) -> str:

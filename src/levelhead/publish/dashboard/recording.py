@@ -10,7 +10,7 @@ from levelhead.engine import fuse
 from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.errors import LevelheadError
 from levelhead.filters.health import FAULTS, NAMES
-from levelhead.publish.dashboard.page import PORT, Courses, Page, doubt_of, status_words, tilt_of
+from levelhead.publish.dashboard.page import PORT, Courses, Page, doubt_of, plain, status_words, tilt_of
 from levelhead.recording import Recording
 from levelhead.track import Track
 
@@ -89,7 +89,7 @@ class RecordingView:
             self.params = self.params._replace(**wanted)
             self.track = fuse(self.recording, self.params, guard=self._guard)
         except LevelheadError as error:
-            self.page.status.content = str(error)
+            self.page.status.content = plain(str(error))
             return
         self._show()
 
@@ -126,7 +126,7 @@ class RecordingView:
         angles = Track(track.t[row : row + 1], track.quat[row : row + 1]).euler()[0].tolist()
         doubt = [0.0] * 3 if track.sigma is None else doubt_of(track.sigma[row : row + 1])[0].tolist()
         self.page.status.content = status_words(
-            angles, doubt, f"t {self._at:.2f} s of {rec.duration:.2f} s, {track.name}"
+            angles, doubt, f"t {self._at:.2f} s of {rec.duration:.2f} s, {plain(track.name)}"
         )
 
     def wait(self) -> None:

@@ -8,7 +8,7 @@ from levelhead.errors import LevelheadError, nearest
 from levelhead.sources.sample import Sample, Triple
 from levelhead.sources.sensors import bmp280, icm20948, lsm6dso32, mpu6050
 from levelhead.sources.sensors.axes import IDENTITY, AxisMap
-from levelhead.sources.sensors.bus import Bus, Port, open_bus
+from levelhead.sources.sensors.bus import Bus, Port, SensorError, open_bus
 from levelhead.sources.sensors.compass import HMC5883L, QMC5883L
 from levelhead.sources.sensors.fifo import Drained
 from levelhead.sources.sensors.pace import Pace
@@ -47,6 +47,7 @@ INERTIAL: dict[str, tuple[type[Any], tuple[int, ...]]] = {
 MAGNETIC: dict[str, type[Any]] = {"hmc5883l": HMC5883L, "qmc5883l": QMC5883L, "ak09916": icm20948.AK09916}
 BAROMETRIC = "bmp280"
 CHIPS = (*INERTIAL, *MAGNETIC, BAROMETRIC)
+AGAIN = 1.0  # s until a chip that failed is set up anew
 WORD_END = 32767.0  # counts: what a reading cannot exceed
 
 
@@ -143,6 +144,7 @@ class Board:
         self._mag_every = 1.0 / mag.rate if mag is not None else 0.0
         self._mag_due = -float("inf")
         self._troubles: list[tuple[str, str]] = []
+        self._broken: dict[str, float] = {}  # chips that failed, and when they are tried again
 
     @property
     def retried(self) -> int:
@@ -170,7 +172,7 @@ class Board:
         """The samples that are new, the oldest first; the last one carries what magnetometer and barometer have new.
 
         Raises:
-            SensorError: a chip does not answer, or says what no sensor says.
+            SensorError: the inertial chip does not answer, or says what no sensor says.
         """
         rows, at, lost = self._inertial.drain()
         if lost:
@@ -182,7 +184,7 @@ class Board:
         if not rows:
             return []
         samples = [Sample(t, gyr, acc) for t, (gyr, acc) in zip(self._pace.stamps(len(rows), at), rows, strict=True)]
-        mag, weather = self._field(at), self._baro.read() if self._baro is not None else None
+        mag, weather = self._field(at), self._beside(self._baro, at)
         if mag is not None or weather is not None:
             pressure, temperature = weather if weather is not None else (None, None)
             samples[-1] = samples[-1]._replace(mag=mag, pressure=pressure, temperature=temperature)
@@ -192,10 +194,25 @@ class Board:
         """The magnetometer's reading, asked for no more often than it has new ones."""
         if self._mag is None or now < self._mag_due:
             return None
-        mag = self._mag.read()
+        mag: Triple | None = self._beside(self._mag, now)
         if mag is not None:
             self._mag_due = now + 0.8 * self._mag_every
         return mag
+
+    def _beside(self, driver: Any, now: float) -> Any:
+        """What a chip beside the inertial one has new. If it fails, that is said, and it is set up anew a second later:
+        gyroscope and accelerometer go on without it.
+        """
+        if driver is None or now < self._broken.get(driver.name, now):
+            return None
+        try:
+            if self._broken.pop(driver.name, None) is not None:
+                driver.start()
+            return driver.read()
+        except SensorError as error:
+            self._broken[driver.name] = now + AGAIN
+            self._troubles.append((error.kind, str(error)))
+            return None
 
     def troubles(self) -> list[tuple[str, str]]:
         """What went wrong since the last question without ending the source: (event, sentence)."""
