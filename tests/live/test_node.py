@@ -155,6 +155,25 @@ def test_a_bus_that_fails_gives_the_safe_state_and_recovery(rig, fault, kind):
         assert np.isfinite(message.quat).all()
 
 
+def test_a_slow_source_is_not_silent(rig):
+    """Five samples a second are few, but not none."""
+    one = rig(calibrate=0)
+    poll, queue = one.node.source.poll, []
+
+    def seldom():
+        queue.extend(poll())
+        if len(queue) < 40:
+            return []
+        last = queue[-1]
+        queue.clear()
+        return [last]
+
+    one.node.source.poll = seldom
+    one.node.run(duration=20.0)
+    assert "silent" not in one.events()
+    assert 95 <= one.node.samples <= 101
+
+
 def test_a_source_that_does_not_come_back_ends_the_node(rig):
     one = rig(calibrate=0, give_up=4.0)
     one.clock.at(2.0, lambda: setattr(one.wires, "unplugged", True))

@@ -28,6 +28,8 @@ from levelhead.version import VERSION
 BUDGET = 200e-6  # s for fusing, publishing and logging in one tick
 SILENCE = 0.1  # s without a sample, at least, before the source counts as silent
 SILENT_SAMPLES = 5.0
+FIRST_PATIENCE, FIRST_GAPS = 1.0, 5  # s, and gaps, before it is known how often samples come
+LONGEST_GAP, SHARE = 2.0, 0.05  # s, and weight of a gap in the running mean of the interval
 AGAIN = 1.0  # s between two attempts to reach a source that is silent
 ASK = 0.25  # s between two questions to bus and black box, whether all is well
 WHOLE = 2.1  # the components of a unit quaternion add up to 2 at most
@@ -102,7 +104,7 @@ class Node:
         self._changes: deque[dict[str, float]] = deque()
         self._stopped = self._began = self._closed = False
         self._again = False  # deadlines begin anew
-        self._limit = max(SILENCE, SILENT_SAMPLES / (source.rate or rate))
+        self._interval, self._gaps, self._limit = 0.0, 0, FIRST_PATIENCE
 
     # For other threads
 
@@ -215,7 +217,7 @@ class Node:
         for i, sample in enumerate(samples):
             self._take(sample, publish=i == newest or not late)
         if samples:
-            self._seen = read
+            self._heard(read, len(samples))
         elif read - self._seen > self._limit:
             self._silent(read)
         self._report(read)
@@ -228,6 +230,15 @@ class Node:
             self.journal.note(
                 "over_budget", f"a tick took {1e6 * (over - read):.0f} µs, its budget is {1e6 * self._budget:.0f}"
             )
+
+    def _heard(self, now: float, count: int) -> None:
+        """How often samples come decides when their absence is silence."""
+        gap = min(now - self._seen, LONGEST_GAP) / count
+        self._gaps += 1
+        self._interval += max(SHARE, 1.0 / self._gaps) * (gap - self._interval)
+        if self._gaps >= FIRST_GAPS:
+            self._limit = max(SILENCE, SILENT_SAMPLES * self._interval)
+        self._seen = now
 
     def _change(self) -> None:
         while self.bus.commands:

@@ -13,6 +13,7 @@ from levelhead.sources.sensors.pace import Pace
 
 BAUD = 115_200
 CHUNK = 65_536
+DOUBT = 50.0  # the rate is the node's, and the device may have another one
 BACKWARDS = 10  # samples in a row whose stamps are before the last good one: the device began anew
 WRAPS = (2**32 * 1e-6, 2**32 * 1e-3)  # s after which micros() and millis() of 32 bits begin anew
 NEAR_WRAP = 1.0  # s
@@ -41,7 +42,7 @@ class SerialLines:
         self._clock, self._hints = clock, hints or Hints()
         self.rate = self._hints.rate or 0.0
         self._lines = Lines(self.name, Hints(self._hints.map, self._hints.scale))
-        self._pace = Pace(self.rate) if self.rate else None
+        self._pace = Pace(self.rate, DOUBT) if self.rate else None
         self._line: Any = None
         self._rest = b""
         self._last: float | None = None  # stamp of the last sample, s

@@ -15,9 +15,11 @@ class Pace:
 
     Args:
         rate: nominal samples a second.
+        doubt: the true rate is within this factor of it.
     """
 
-    def __init__(self, rate: float) -> None:
+    def __init__(self, rate: float, doubt: float = 2.0) -> None:
+        self._doubt = doubt
         self.period = 1.0 / rate
         self.last = -float("inf")  # stamp of the last sample
         self._begin()
@@ -64,5 +66,5 @@ class Pace:
         xy = self._xy - self._x * self._y / self._weight
         prior = PRIOR * PRIOR * PRIOR
         slope = (xy + prior * self._nominal) / (xx + prior)
-        if 0.5 * self._nominal < slope < 2.0 * self._nominal:
+        if self._nominal < self._doubt * slope < self._doubt**2 * self._nominal:
             self.period = slope
