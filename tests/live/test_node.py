@@ -9,12 +9,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import levelhead as lh
-from levelhead.live import Node, SourceLost
+from levelhead.live import Node, SourceLost, open_source
 from levelhead.live.bus import LocalBus
 from levelhead.live.events import EVENTS
+from levelhead.sources import npz
 from levelhead.sources.replay import Replay
 from levelhead.sources.sample import Sample
-from levelhead.sources.sensors import SensorError
+from levelhead.sources.sensors import AxisMap, SensorError
 
 
 class Given:
@@ -323,6 +324,18 @@ def test_a_replay_ends_by_itself_and_gives_the_bits_of_fuse():
     quats = [said.get(timeout=0.0).quat for _ in range(len(recording))]
     np.testing.assert_array_equal(quats, lh.fuse(recording).quat)
     assert node.journal.counts["ended"] == 1
+
+
+def test_a_replay_of_a_sensor_that_sits_otherwise(tmp_path):
+    recording = lh.simulate.recording("ICM-20948", "walking", duration=2.0)
+    turned = AxisMap.parse("-y,x,z")
+    sensor = [values @ turned.matrix for values in (recording.gyr, recording.acc, recording.mag)]
+    npz.write(lh.Recording(recording.t, *sensor), tmp_path / "log.npz")
+    node = Node(open_source(f"replay:{tmp_path / 'log.npz'}", speed=math.inf, axes=turned), calibrate=0)
+    said = node.bus.subscribe("imu/orientation", 1000)
+    node.run()
+    quats = [said.get(timeout=0.0).quat for _ in range(len(recording))]
+    np.testing.assert_array_equal(quats, lh.fuse(recording).quat)
 
 
 def test_stop_from_another_thread(rig):

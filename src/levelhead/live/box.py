@@ -84,6 +84,8 @@ class BlackBox:
         mag, pressure, temperature = sample.mag, sample.pressure, sample.temperature
         flags = (0 if said is None else FUSED) | (0 if mag is None else MAG_NEW)
         decided = LEVEL_UNKNOWN if said is None else (*said.quat, *said.sigma, *said.bias)
+        if len(self._rows) == WAITING:
+            self.failure = f"the black box {self.path} ends here: the disk has not taken {WAITING} samples"
         self._rows.append(
             PACKED.pack(
                 seq, sample.t, stamp, *sample.gyr, *sample.acc, *(mag or NOTHING),

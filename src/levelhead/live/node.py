@@ -104,6 +104,7 @@ class Node:
         self._changes: deque[dict[str, float]] = deque()
         self._stopped = self._began = self._closed = False
         self._again = False  # deadlines begin anew
+        self._hurried = math.isinf(getattr(source, "speed", 1.0))  # nothing to wait for, and no priority to do it with
         self._interval, self._gaps, self._limit = 0.0, 0, FIRST_PATIENCE
 
     # For other threads
@@ -142,7 +143,7 @@ class Node:
             LevelheadError: the sensor never was still enough for the calibration.
         """
         try:
-            with undisturbed(self._realtime) as lacking:
+            with undisturbed(self._realtime and not self._hurried) as lacking:
                 self.begin(lacking)
                 self._loop(math.inf if duration is None else duration)
         finally:
@@ -177,7 +178,6 @@ class Node:
 
     def _loop(self, duration: float) -> None:
         period = 1.0 / self.rate
-        hurried = math.isinf(getattr(self.source, "speed", 1.0))
         began = start = self._clock()
         tick = 0
         while not self._stopped:
@@ -185,7 +185,7 @@ class Node:
             if now - began >= duration:
                 return
             late = 0.0
-            if not hurried:
+            if not self._hurried:
                 deadline = start + tick * period
                 if deadline > now:
                     self._sleep(deadline - now)

@@ -3,7 +3,7 @@
 import math
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from levelhead.recording import Recording
 from levelhead.sources import read
 from levelhead.sources.hints import Hints, check
 from levelhead.sources.replay import Replay
+from levelhead.sources.sample import Sample
 from levelhead.sources.sensors.axes import IDENTITY, AxisMap
 from levelhead.sources.sensors.board import CHIPS, Wanted, assemble_board, open_board, parse_board
 from levelhead.sources.sensors.emulated import World, board_of
@@ -48,21 +49,41 @@ def open_source(
         LevelheadError: no such kind, chip, file, rate or range.
     """
     kind, colon, rest = words.partition(":")
+    if speed != 1.0 and kind != "replay":
+        raise LevelheadError(f"--speed is for a replay; '{words}' comes at its own")
     if colon and kind == "emulated":
         return _emulated(parse_board(rest), rate, gyr_range, acc_range, axes, motion, seed)
     if kind == "serial":
         port, baud = parse_serial(rest)
         said = check(hints.get("map"), hints.get("units"), hints.get("lsb"), None)
-        return SerialLines(port, baud, Hints(said.map, said.scale, rate))
+        return _mounted(SerialLines(port, baud, Hints(said.map, said.scale, rate)), axes)
     if kind == "replay":
         if not rest:
             raise LevelheadError("replay: names no file; expected such as replay:flight.csv")
-        return Replay(read(Path(rest), **hints), speed)
+        return _mounted(Replay(read(Path(rest), **hints), speed), axes)
     if not colon or "@" in words:
         if words.partition("@")[0].partition("+")[0].lower().replace("-", "") not in CHIPS:
             raise LevelheadError(f"there is no source '{words}'; {nearest(kind, KINDS)}")
         return open_board(words, rate=rate, gyr_range=gyr_range, acc_range=acc_range, axes=axes)
     raise LevelheadError(f"there is no source '{words}'; {nearest(kind, KINDS)}")
+
+
+class _Mounted:
+    """A source that sits on its body in some way; everything else is the source's own."""
+
+    def __init__(self, source: Source, axes: AxisMap) -> None:
+        self._source, self._axes = source, axes
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._source, name)
+
+    def poll(self) -> list[Sample]:
+        """The source's samples in the body's frame."""
+        return [self._axes.apply(sample) for sample in self._source.poll()]
+
+
+def _mounted(source: Source, axes: AxisMap) -> Source:
+    return source if axes == IDENTITY else cast(Source, _Mounted(source, axes))
 
 
 def _emulated(

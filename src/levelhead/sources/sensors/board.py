@@ -188,7 +188,7 @@ class Board:
         if mag is not None or weather is not None:
             pressure, temperature = weather if weather is not None else (None, None)
             samples[-1] = samples[-1]._replace(mag=mag, pressure=pressure, temperature=temperature)
-        return samples if self._axes is IDENTITY else [self._axes.apply(sample) for sample in samples]
+        return samples if self._axes == IDENTITY else [self._axes.apply(sample) for sample in samples]
 
     def _field(self, now: float) -> Triple | None:
         """The magnetometer's reading, asked for no more often than it has new ones."""
