@@ -11,6 +11,7 @@ import pytest
 
 import levelhead as lh
 from levelhead.cli import main
+from levelhead.sources import npz
 
 RUN = ("run", "--no-realtime", "--source")
 
@@ -63,6 +64,22 @@ def test_a_replay_into_a_black_box_is_what_fuse_makes_of_the_file(levelhead, log
 )
 def test_bad_input(refused, words, said):
     assert said in refused(*RUN, *words)
+
+
+def test_axes_are_found_from_a_still_pose_and_one_turn(levelhead, refused, logs, tmp_path):
+    t = np.arange(0.0, 4.0, 0.01)
+    lean = np.clip(t - 2.0, 0.0, 1.0)
+    gyr, acc = np.zeros((400, 3)), np.zeros((400, 3))
+    gyr[:, 1] = -np.gradient(lean, t)
+    acc[:, 0], acc[:, 2] = 9.81 * np.sin(lean), 9.81 * np.cos(lean)
+    npz.write(lh.Recording(t, gyr, acc), tmp_path / "lean.npz")
+    assert levelhead("axes", tmp_path / "lean.npz").out == "-y,x,z\n"
+    assert "one of them has a mirrored or swapped axis" in _mirrored(refused, t, gyr, acc, tmp_path)
+
+
+def _mirrored(refused, t, gyr, acc, folder) -> str:
+    npz.write(lh.Recording(t, gyr, acc * [-1.0, 1.0, 1.0]), folder / "mirrored.npz")
+    return refused("axes", folder / "mirrored.npz")
 
 
 def test_sigterm_ends_it_in_order(tmp_path):

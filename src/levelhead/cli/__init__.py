@@ -36,11 +36,12 @@ app = App(
 )
 VERBS = {
     "demo": "The classic lesson: two sensors that lie, and what filters make of them.",
-    "run": "A live node: from a sensor, emulated, real or replayed, to a published orientation.",
-    "view": "A recording or a running node in the browser.",
     "fuse": "Fuse a log into orientation: the main job.",
     "compare": "Filters side by side on a recording: a table and the four-panel picture.",
     "sweep": "One parameter over its range: where is the best value, and how flat is it there?",
+    "run": "A live node: from a sensor, emulated, real or replayed, to a published orientation.",
+    "view": "A recording or a running node in the browser.",
+    "axes": "How the sensor sits on its body, from a still pose and one turn.",
     "simulate": "Write a simulated recording with known truth.",
     "bench": "Levelhead beside its peers: errors on real recordings, and time.",
 }

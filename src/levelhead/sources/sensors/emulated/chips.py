@@ -89,7 +89,11 @@ class EmulatedMPU6050(Registers):
         self._settle()
 
     def block(self, register: int, length: int) -> bytes:  # noqa: D102
-        return self.fifo.take(length) if register == mpu6050.FIFO_R_W else super().block(register, length)
+        if register == mpu6050.FIFO_R_W:
+            return self.fifo.take(length)
+        if register == mpu6050.FIFO_COUNTH and length == 2:
+            return len(self.fifo.bytes).to_bytes(2, "big")
+        return super().block(register, length)
 
 
 class EmulatedLSM6DSO32(Registers):
