@@ -77,6 +77,14 @@ def test_it_is_never_overwritten(tmp_path):
     assert (tmp_path / "box.mcap").read_text() == "precious"
 
 
+def test_a_node_that_never_began_leaves_none_behind(rig, tmp_path):
+    one = rig(box=BlackBox(tmp_path / "box.mcap"))
+    one.wires.unplugged = True
+    with pytest.raises(lh.LevelheadError, match="does not answer"):
+        one.node.run(duration=1.0)
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_full_disk_ends_the_box_and_not_the_node(rig, tmp_path):
     path = tmp_path / "box.mcap"
     box = BlackBox(path)

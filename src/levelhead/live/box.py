@@ -131,7 +131,7 @@ class BlackBox:
             self._writer.add_message(self._channels[EVENTS], event.stamp, data, event.stamp)
 
     def close(self) -> None:
-        """Writes what waits, and the end of the file."""
+        """Writes what waits, and the end of the file; one that was never begun goes away."""
         if self._file.closed:
             return
         self._over.set()
@@ -140,6 +140,8 @@ class BlackBox:
             self._guarded(self._flush)
             self._guarded(self._writer.finish)
         self._file.close()
+        if self._thread is None:
+            self.path.unlink(missing_ok=True)
 
     def __enter__(self) -> "BlackBox":
         return self
