@@ -41,7 +41,7 @@ def look(browser):
     pages = []
 
     def opened(url: str):
-        page = browser.new_page(viewport={"width": 1400, "height": 1000})
+        page = browser.new_page(viewport={"width": 900, "height": 600})
         elsewhere = []
         page.on("request", lambda request: elsewhere.append(request.url) if "127.0.0.1" not in request.url and not request.url.startswith(("data:", "blob:")) else None)  # fmt: skip # noqa: E501
         page.goto(url)
