@@ -19,6 +19,7 @@ from levelhead import cli, filters, units
 from levelhead.engine.binding import guards
 from levelhead.filters import guard, health
 from levelhead.filters.contract import Filter, Param, derived_table, param_table
+from levelhead.live.events import EVENTS
 from levelhead.simulate.motion import STYLES
 from levelhead.simulate.presets import CHIPS, MAGNETOMETERS, Sheet
 
@@ -129,6 +130,11 @@ def bits() -> str:
     )
 
 
+def events() -> str:
+    """What can happen to a node."""
+    return table(["event", "meaning"], ([code(name), words] for name, words in EVENTS.items()))
+
+
 def spellings() -> str:
     """Every unit that the reader knows."""
     return table(
@@ -197,6 +203,7 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "filters": overview,
     "health": bits,
     "units": spellings,
+    "events": events,
     "motions": motions,
     "chips": chips,
     "guard": lambda: parameters(guard.Guard),

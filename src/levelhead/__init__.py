@@ -76,7 +76,7 @@ _HOMES = {
     "levelhead.tune": ("sweep",),
 }  # fmt: skip
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
-_ROOMS = ("simulate", "filters", "sources", "engine", "evaluate", "tune", "publish")
+_ROOMS = ("simulate", "filters", "sources", "engine", "evaluate", "tune", "live", "publish")
 
 __all__ = [*_HOME, "simulate"]  # noqa: PLE0604
 

@@ -7,8 +7,10 @@ from collections.abc import Iterable
 class LevelheadError(ValueError):
     """Bad input, in one sentence: what is wrong, where, and what would be right.
 
-    The command line prints it on one line and leaves with exit code 2.
+    The command line prints it on one line and leaves with ``exit_code``.
     """
+
+    exit_code = 2
 
 
 def nearest(word: str, known: Iterable[str]) -> str:

@@ -161,7 +161,7 @@ def test_bad_options(refused, logs, tmp_path, words, said):
         (["sweep", "--simulate", "lesson", "-p", "r_measure", "--filter", "Kalman", "--values", "0"], "greater than 0"),
         (["simulate"], "--out"),
         (["simulate", "wlaking", "-o", "x.csv"], "did you mean 'walking'?"),
-        (["simulate", "-o", "x.mat"], "expected .csv or .npz"),
+        (["simulate", "-o", "x.mat"], "expected .csv, .npz or .bag"),
         (["simulate", "-o", "nowhere/x.csv", "--duration", "1"], "there is no folder nowhere"),
         (["simulate", "-o", "x.csv", "--sensor", "MPU6000"], "did you mean 'MPU-6050'?"),
         (["simulate", "-o", "x.csv", "--duration", "0"], "duration"),

@@ -40,6 +40,9 @@ VERBS = {
     "smooth": "The same with the whole recording known at every instant: fuse --offline.",
     "compare": "Filters side by side on a recording: a table and the four-panel picture.",
     "sweep": "One parameter over its range: where is the best value, and how flat is it there?",
+    "run": "A live node: from a sensor, emulated, real or replayed, to a published orientation.",
+    "view": "A recording or a running node in the browser.",
+    "axes": "How the sensor sits on its body, from a still pose and one turn.",
     "simulate": "Write a simulated recording with known truth.",
     "bench": "Levelhead beside its peers: errors on real recordings, and time.",
 }
@@ -48,7 +51,9 @@ for verb, words in VERBS.items():
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Runs the command line; returns its exit code: 0, 2 for bad input (one line on standard error), 130 for Ctrl-C."""
+    """Runs the command line; returns its exit code: 0, 2 for bad input (one line on standard error), 3 for a live
+    source that was lost, 130 for Ctrl-C.
+    """
     tokens = list(sys.argv[1:] if arguments is None else arguments)
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # a terminal or pipe that knows no σ gets a ? and no traceback
@@ -60,7 +65,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         extra = " ".join(error.unused_tokens or ())
         return _complain(f"'{extra}' is one argument too many; --help shows what is expected")
     except (LevelheadError, CycloptsError) as error:
-        return _complain(str(error))
+        return _complain(str(error), getattr(error, "exit_code", 2))
     except MemoryError:
         return _complain("that needs more memory than there is")
     except KeyboardInterrupt:
@@ -82,9 +87,9 @@ def _start(tokens: Sequence[str]) -> None:
         app.register_install_completion_command(help="Complete commands, options and filter names in your shell.")
 
 
-def _complain(words: str) -> int:
+def _complain(words: str, code: int = 2) -> int:
     sys.stderr.write(f"levelhead: {' '.join(words.split())}\n")
-    return 2
+    return code
 
 
 def _say_no_more() -> None:

@@ -1,5 +1,6 @@
 """``levelhead fuse LOG``: the main job."""
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -37,7 +38,8 @@ def fuse(
     """Fuse a log into orientation: writes the track and a picture, prints a summary.
 
     Args:
-        log: .csv, .tsv, .mat, .h5, .npz or .parquet with gyroscope and accelerometer; units and columns are found.
+        log: .csv, .tsv, .mat, .h5, .npz or .parquet with gyroscope and accelerometer; units and columns are found. The
+            black box of a node, .mcap, is fused as the node did it, unless a filter is named.
         set: a parameter of the filter, such as acc_tau=3; may be given several times.
         declination: degrees from true to magnetic north at the place and time of the log, positive east: the track is
             then relative to true north.
@@ -59,6 +61,8 @@ def fuse(
     if declination is not None:
         declination_angle(declination)  # a wrong one is said before the work, not after it
     recording = reading.read(log)
+    if "live" in recording.meta and filter is None and not set:
+        params, before = as_the_node(recording.meta["live"], before, guard)
     if declination is not None:
         _must_know_north(recording, params)
     with progress("smoothing" if offline else "fusing") as report:
@@ -82,6 +86,14 @@ def fuse(
     for note in recording.meta.get("notes", ()):
         say(f"note: {note}")
     say("written: " + ", ".join(str(path) for path in written))
+
+
+def as_the_node(live: Mapping[str, Any], guard: Any, words: Sequence[str]) -> tuple[Any, Any]:
+    """The filter and the guard with which a black box was made; thresholds in words win."""
+    params = filters.find(live["filter"]).params(**live["params"])
+    if words:
+        return params, guard
+    return params, None if live["guard"] is None else filters.Guard(**live["guard"])
 
 
 def _must_know_north(recording: Any, params: Any) -> None:

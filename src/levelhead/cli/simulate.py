@@ -20,7 +20,7 @@ def simulate(
     seed: int | None = None,
     json: Annotated[bool, Parameter(negative="")] = False,
 ) -> None:
-    """Simulate a recording with known truth and write it as .csv or .npz.
+    """Simulate a recording with known truth and write it as .csv or .npz, or as a ROS 1 bag without the truth.
 
     Args:
         what: a motion (hand, walking, drone, robot, still), or lesson or hard.
@@ -33,10 +33,11 @@ def simulate(
     """
     from levelhead.sources.csv_writer import write_csv
     from levelhead.sources.npz import write
+    from levelhead.sources.rosbag import write_bag
 
-    writers = {".csv": write_csv, ".npz": write}
+    writers = {".csv": write_csv, ".npz": write, ".bag": write_bag}
     if out.suffix.lower() not in writers:
-        raise LevelheadError(f"cannot write {out}: it ends in '{out.suffix}'; expected .csv or .npz")
+        raise LevelheadError(f"cannot write {out}: it ends in '{out.suffix}'; expected .csv, .npz or .bag")
     recording = simulated(what, seed, duration, rate, sensor)
     writers[out.suffix.lower()](recording, out)
     if json:

@@ -1,7 +1,7 @@
 """A filter in a loop: the state that stays between samples, in plain Python or in compiled memory.
 
 Both kinds of loop have the same face: for a filter on an IMU ``tick(place, gyr, acc, dt)`` and
-``tick_mag(place, gyr, acc, mag, dt)`` with tuples of three floats, for an axis filter
+``tick_mag(place, gyr, acc, mag, dt)`` with tuples of three floats and ``report(place)``, for an axis filter
 ``tick(place, period, level, rate, dt)``, where ``place`` is where the loop keeps its state; and ``state`` and
 ``params`` (for an IMU the driver's Settings) that can be read and set between samples. A tick that is fed nonsense
 (dt ≤ 0, for an axis also NaN) raises ValueError and leaves the state as it is.
@@ -22,6 +22,7 @@ from levelhead.kernels.vec3 import ZERO, Vec3
 
 Triple = tuple[float, float, float]
 Four = tuple[float, float, float, float]
+Eleven = tuple[float, float, float, float, float, float, float, float, float, float, float]
 LONGEST = 1e9  # s: what is longer is no interval between samples
 
 advance = result = step = read = load = load_params = store = unbound
@@ -51,6 +52,13 @@ def tick_mag(at: int, gyr: Triple, acc: Triple, mag: Triple, dt: float) -> Four:
 def tick(at: int, gyr: Triple, acc: Triple, dt: float) -> Four:
     """One sample without a magnetometer: three numbers fewer to hand over from Python."""
     return tick_mag(at, gyr, acc, (0.0, 0.0, 0.0), dt)
+
+
+@kernel
+def report(at: int) -> Eleven:
+    """Orientation, bias, σ and health of the state in memory; one flat tuple, because that is quick to hand over."""
+    (w, x, y, z), (a, b, c), (u, v, s), health = result(load_params(at + PARAMS_AT), load(at).run)
+    return (w, x, y, z, a, b, c, u, v, s, health + 0.0)
 
 
 @kernel
@@ -94,6 +102,13 @@ class PlainLoop:
         quat: Four = place._result(place.params, place.state.run).quat
         return quat
 
+    @staticmethod
+    def report(place: Any) -> Eleven:
+        """What the filter says now."""
+        quat, bias, sigma, health = place._result(place.params, place.state.run)
+        said: Eleven = (*quat, *bias, *sigma, float(health))
+        return said
+
 
 class PlainAxisLoop:
     """The loop of an axis filter in plain Python."""
@@ -126,6 +141,7 @@ class CompiledLoop:
 
     tick: Callable[..., Any]
     tick_mag: Callable[..., Any]
+    report: Callable[..., Any]
 
     def __init__(self, machine: Machine, state: Any, params: Any) -> None:
         self._machine = machine
@@ -177,7 +193,7 @@ def _machine(name: str, state: Any, params: Any, ticks: dict[str, tuple[Any, str
 def imu_machine(flt: Filter, guarded: bool) -> Machine:
     """The compiled ticks of a filter on an IMU."""
     driver, settings = bind(flt, guarded), Settings(flt.params(), Guard())
-    ticks = {"tick_mag": (tick_mag, "ivvvf"), "tick": (tick, "ivvf")}
+    ticks = {"tick_mag": (tick_mag, "ivvvf"), "tick": (tick, "ivvf"), "report": (report, "i")}
     kernels = {"advance": driver.advance, "result": driver.result}
     name = flt.name if guarded else f"{flt.name}_unguarded"
     return _machine(name, driver.begin(settings), settings, ticks, **kernels)

@@ -61,12 +61,24 @@ def _parquet(path: Path, hints: Hints) -> Table:
     return parquet(path)
 
 
+def _bag(path: Path, hints: Hints) -> Table:
+    from levelhead.sources.rosbag import bag
+
+    return bag(path, hints)
+
+
+def _mcap(path: Path, hints: Hints) -> Table:
+    raise LevelheadError(f"{path} has no columns; levelhead.read and levelhead fuse take it whole")
+
+
 READERS: dict[str, Callable[[Path, Hints], Table]] = {
     **dict.fromkeys((".csv", ".tsv", ".txt", ".log", ".dat"), _text),
     ".mat": _matlab,
     **dict.fromkeys((".h5", ".hdf5"), _hdf5),
     ".npz": _npz,
     **dict.fromkeys((".parquet", ".pq"), _parquet),
+    **dict.fromkeys((".bag", ".db3"), _bag),
+    ".mcap": _mcap,
 }
 
 
@@ -87,6 +99,18 @@ def read_file(path: str | os.PathLike[str], hints: Hints) -> Recording:
             from levelhead.sources.npz import read
 
             return read(file, hints)
+        if reader is _mcap and not _is_box(file):
+            reader = _bag
+        if reader is _bag:
+            from levelhead.sources.rosbag import without_topics
+
+            return assemble(_bag(file, hints), without_topics(hints))
+        if reader is _mcap:
+            from levelhead.sources.blackbox import box_recording
+
+            if hints.given:
+                raise LevelheadError(f"{file} says itself what is in it; map, units, lsb and rate are for other files")
+            return box_recording(file)
         return assemble(reader(file, hints), hints)
 
     return opened(path, made)
@@ -100,8 +124,10 @@ def opened(path: str | os.PathLike[str], use: Callable[[Path, Reader], _Made]) -
     """
     file = Path(path)
     try:
+        if (file / "metadata.yaml").is_file():
+            return use(file, _bag)
         if file.is_dir():
-            raise LevelheadError(f"{file} is a folder; expected a file with a recording")
+            raise LevelheadError(f"{file} is a folder; expected a file with a recording, or the folder of a ROS 2 bag")
         if not file.exists():
             raise LevelheadError(f"there is no file {file}{_neighbour(file)}")
         if file.stat().st_size == 0:
@@ -119,6 +145,12 @@ def opened(path: str | os.PathLike[str], use: Callable[[Path, Reader], _Made]) -
         raise LevelheadError(f"cannot read {file}: {getattr(error, 'strerror', None) or error}") from None
     except MemoryError:
         raise LevelheadError(f"cannot read {file}: it asks for more memory than there is") from None
+
+
+def _is_box(file: Path) -> bool:
+    """Whether an MCAP file is a node's black box and no ROS bag: its header, the first record, says so."""
+    with open(file, "rb") as stream:
+        return b"ros" not in stream.read(64)
 
 
 def _neighbour(file: Path) -> str:

@@ -45,7 +45,11 @@ def find_layout(path: str | os.PathLike[str]) -> Layout:
         LevelheadError: empty, binary, not UTF-8, a header without numbers below it.
     """
     source = os.fspath(path)
-    lines = _first_lines(source)
+    return layout_of(_first_lines(source), source)
+
+
+def layout_of(lines: Sequence[str], source: str) -> Layout:
+    """The layout of lines of text that come from ``source``; see ``find_layout``."""
     content = list(islice(((i, line) for i, line in enumerate(lines) if line.strip() and not is_comment(line)), _LOOK))
     if not content:
         raise LevelheadError(

@@ -1,0 +1,192 @@
+"""``levelhead run --source WHAT``: a live node."""
+
+import math
+import signal
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+from levelhead.cli.options import FilterName, GuardWords, chosen_filter, chosen_guard, say, say_json
+from levelhead.errors import LevelheadError
+
+if TYPE_CHECKING:
+    from levelhead.live.node import Node
+
+
+def run(
+    *,
+    source: Annotated[str, Parameter(name=["--source", "-s"], metavar="WHAT")],
+    rate: Annotated[float, Parameter(metavar="HZ")] = 200.0,
+    filter: FilterName = None,
+    set: Annotated[tuple[str, ...], Parameter(name="--set", negative="", metavar="K=V")] = (),
+    guard: GuardWords = (),
+    calibrate: Annotated[int | None, Parameter(metavar="N")] = None,
+    duration: Annotated[float | None, Parameter(metavar="S")] = None,
+    box: Annotated[Path | None, Parameter(metavar="FILE.mcap")] = None,
+    publish: Annotated[str | None, Parameter(metavar="ENDPOINT")] = None,
+    certificates: Annotated[Path | None, Parameter(metavar="DIR")] = None,
+    readers: Annotated[tuple[str, ...], Parameter(negative="", metavar="NAME")] = (),
+    speed: Annotated[float, Parameter(metavar="X")] = 1.0,
+    axes: Annotated[str, Parameter(metavar="X,Y,Z")] = "x,y,z",
+    gyr_range: Annotated[float, Parameter(metavar="DEG/S")] = 500.0,
+    acc_range: Annotated[float, Parameter(metavar="G")] = 4.0,
+    map: Annotated[tuple[str, ...], Parameter(negative="", metavar="gyr=gx,gy,gz")] = (),
+    units: Annotated[tuple[str, ...], Parameter(negative="", metavar="gyr=deg/s")] = (),
+    lsb: Annotated[tuple[str, ...], Parameter(negative="", metavar="gyr=131/deg/s")] = (),
+    give_up: Annotated[float, Parameter(metavar="S")] = 10.0,
+    realtime: bool = True,
+    json: Annotated[bool, Parameter(negative="")] = False,
+) -> None:
+    """Run a node: samples in, orientation out, until Ctrl-C.
+
+    Args:
+        source: emulated:mpu6050 (no hardware), mpu6050 or another chip on I²C (mpu6050+hmc5883l@1:0x69),
+            serial:/dev/ttyUSB0@115200, or replay:FILE.
+        rate: ticks a second, and what a chip is asked for.
+        set: a parameter of the filter; may be given several times.
+        calibrate: still samples from which the gyroscope's bias is read off first; 500, or 0 for a replay.
+        duration: seconds; without it, until Ctrl-C or the end of a replay.
+        box: a black box that takes everything (needs the extra levelhead[box]); `levelhead fuse` reads it.
+        publish: to other processes as well (needs the extra levelhead[bus]): tcp/127.0.0.1:7447 for this machine, or
+            tls/ADDRESS:PORT with certificates.
+        certificates: folder with ca.pem, own.pem and own.key.
+        readers: names in the certificates of those who may subscribe; without, all that the authority vouches for.
+        speed: of a replay: 2 is twice as fast, inf as fast as it goes.
+        axes: the sensor's axes that are the body's x (forward), y (left) and z (up), such as -y,x,z.
+        gyr_range: full scale of a chip's gyroscope.
+        acc_range: full scale of a chip's accelerometer.
+        map: columns of lines or files, as for fuse.
+        units: units of lines or files that do not say them, as for fuse.
+        lsb: raw counts per unit, as for fuse.
+        give_up: seconds without a sample after which the node ends, with exit code 3.
+        realtime: ask for real-time priority, where that is allowed.
+        json: no line a second, but the figures of the run as JSON at its end.
+    """
+    from levelhead.live.box import BlackBox
+    from levelhead.live.node import Node
+    from levelhead.live.open import open_source
+    from levelhead.live.still import TICKS
+    from levelhead.sources import parse_lsb, parse_map, parse_units
+    from levelhead.sources.sensors.axes import AxisMap
+
+    params, before = chosen_filter(filter, set), chosen_guard(guard)
+    if duration is not None and not duration > 0.0:
+        raise LevelheadError(f"the duration is {duration:g}; expected seconds, more than 0")
+    if calibrate is not None and calibrate < 0:
+        raise LevelheadError(f"--calibrate {calibrate}: expected a number of samples, or 0 for none")
+    hints: dict[str, Any] = {"map": parse_map(map), "units": parse_units(units), "lsb": parse_lsb(lsb)}
+    mounted = AxisMap.parse(axes)
+    live = open_source(source, rate=rate, speed=speed, gyr_range=gyr_range, acc_range=acc_range, axes=mounted, **hints)
+    still = (0 if source.startswith("replay:") else TICKS) if calibrate is None else calibrate
+    bus = _bus(publish, certificates, readers)
+    kept = None if box is None else BlackBox(box)
+    node = Node(
+        live, params, guard=before, rate=rate, calibrate=still, bus=bus, box=kept, realtime=realtime, give_up=give_up
+    )
+    with node, _signals(node), _lines(node, quiet=json):
+        figures = node.run(duration)
+    node.bus.close()
+    if json:
+        say_json(figures)
+    else:
+        say(_summary(figures))
+        if box is not None:
+            say(f"written: {box}")
+
+
+def _bus(publish: str | None, certificates: Path | None, readers: tuple[str, ...]) -> Any:
+    """The bus that the options ask for; None: inside this process."""
+    if publish is None:
+        if certificates is not None or readers:
+            raise LevelheadError("--certificates and --readers are for --publish; give an endpoint as well")
+        return None
+    from levelhead.live.zenoh_bus import ZenohBus
+
+    return ZenohBus(publish, certificates=certificates, readers=readers)
+
+
+class _signals:
+    """SIGTERM and Ctrl-C end the node in order: safe state, black box closed."""
+
+    def __init__(self, node: "Node") -> None:
+        self._node = node
+        self._before: dict[signal.Signals, Any] = {}
+
+    def __enter__(self) -> None:
+        if threading.current_thread() is threading.main_thread():
+            for one in (signal.SIGTERM, signal.SIGINT):
+                self._before[one] = signal.signal(one, lambda *_: self._node.stop())
+
+    def __exit__(self, *_: object) -> None:
+        for one, before in self._before.items():
+            signal.signal(one, before)
+
+
+class _lines:
+    """A line a second on the terminal, and each event as it comes, from a thread that the node does not wait for."""
+
+    def __init__(self, node: "Node", quiet: bool) -> None:
+        self._node, self._quiet, self._over = node, quiet, threading.Event()
+        self._thread = threading.Thread(target=self._work, name="terminal", daemon=True)
+
+    def __enter__(self) -> None:
+        self._events = self._node.bus.subscribe("imu/health")
+        self._thread.start()
+
+    def __exit__(self, *_: object) -> None:
+        self._over.set()
+        self._thread.join(timeout=2.0)
+
+    def _work(self) -> None:
+        before, missed, last = 0, 0, time.monotonic()
+        over = False
+        while not over:
+            over = self._over.wait(0.1)
+            while (event := self._events.get(timeout=0.0)) is not None:
+                if event.name not in ("stopped", "invalid", "ended") or event.on:
+                    _tell(f"  {'!' if event.on else ' '} {event.name}: {event.text}", self._quiet)
+            now = time.monotonic()
+            if now - last >= 1.0 and not over:
+                samples = self._node.samples
+                _tell(_line(self._node, (samples - before) / (now - last), self._node.missed - missed), self._quiet)
+                before, missed, last = samples, self._node.missed, now
+
+
+def _tell(text: str, quiet: bool) -> None:
+    if not quiet:
+        say(text)
+        sys.stdout.flush()
+
+
+def _line(node: "Node", rate: float, missed: int) -> str:
+    """Where things stand: roll, pitch and yaw in degrees, 1σ of tilt and heading, rates, warnings."""
+    said = node.last
+    warnings = ", ".join(name for name in list(node.journal.active) if name != "calibrating")
+    if said is None:
+        return f"{rate:6.1f} Hz  no orientation yet{f'  [{warnings}]' if warnings else ''}"
+    roll, pitch, yaw = (math.degrees(angle) for angle in said.euler)
+    tilt, heading = math.degrees(math.hypot(*said.sigma[:2])), math.degrees(said.sigma[2])
+    late = 1e3 * node.lateness.quantile(0.99)
+    return (
+        f"{rate:6.1f} Hz  roll {roll:+7.2f}°  pitch {pitch:+7.2f}°  yaw {yaw:+7.2f}°  "
+        f"σ {tilt:.2f}° / {heading:.2f}°  late p99 {late:.2f} ms  missed {missed}"
+        + (f"  [{warnings}]" if warnings else "")
+    )
+
+
+def _summary(figures: dict[str, Any]) -> str:
+    late, work = figures["lateness"], figures["work"]
+    times = ""
+    if late and work:
+        times = (
+            f"; lateness p50 {late['p50_us']:g}, p99 {late['p99_us']:g}, p99.9 {late['p99.9_us']:g} µs"
+            f"; work of a tick p50 {work['p50_us']:g}, p99 {work['p99_us']:g} µs"
+        )
+    return (
+        f"{figures['samples']} samples, {figures['lost']} losses, {figures['missed']} of "
+        f"{figures['ticks'] + figures['missed']} ticks missed{times}"
+    )

@@ -1,0 +1,69 @@
+"""``levelhead view LOG`` and ``levelhead view --live``: the dashboard."""
+
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import Parameter
+
+from levelhead.cli.options import FilterName, GuardWords, Reading, chosen_filter, chosen_guard, say
+from levelhead.errors import LevelheadError
+
+
+def view(
+    log: Path | None = None,
+    /,
+    *,
+    live: Annotated[bool, Parameter(negative="")] = False,
+    endpoint: Annotated[str | None, Parameter(metavar="ENDPOINT")] = None,
+    certificates: Annotated[Path | None, Parameter(metavar="DIR")] = None,
+    filter: FilterName = None,
+    set: Annotated[tuple[str, ...], Parameter(name="--set", negative="", metavar="K=V")] = (),
+    guard: GuardWords = (),
+    port: Annotated[int, Parameter(metavar="N")] = 8080,
+    reading: Reading = Reading(),  # noqa: B008
+) -> None:
+    """Show a recording or a running node in the browser, on this machine only.
+
+    Args:
+        log: a recording, as for fuse.
+        live: follow a node that runs with --publish.
+        endpoint: where it listens; tcp/127.0.0.1:7447 unless told otherwise.
+        certificates: folder with ca.pem, own.pem and own.key, for a node on another machine.
+        set: a parameter of the filter; may be given several times.
+        port: of the page on 127.0.0.1.
+    """
+    if (log is None) != live:
+        raise LevelheadError("give either a log or --live, such as: levelhead view flight.csv")
+    if not live and (endpoint is not None or certificates is not None):
+        raise LevelheadError("--endpoint and --certificates are for --live")
+    shown = _node(endpoint, certificates, port) if log is None else _recording(log, filter, set, guard, reading, port)
+    say(f"{shown.page.url}  (Ctrl-C ends it)")
+    sys.stdout.flush()
+    try:
+        shown.wait()
+    finally:
+        shown.stop()
+
+
+def _recording(log: Path, name: str | None, pairs: Any, words: Any, reading: Reading, port: int) -> Any:
+    from levelhead.publish.dashboard.recording import RecordingView
+
+    params, before = chosen_filter(name, pairs), chosen_guard(words)
+    recording = reading.read(log)
+    if "live" in recording.meta and name is None and not pairs:
+        from levelhead.cli.fuse import as_the_node
+
+        params, before = as_the_node(recording.meta["live"], before, words)
+    return RecordingView(recording, params, before, port)
+
+
+def _node(endpoint: str | None, certificates: Path | None, port: int) -> Any:
+    from levelhead.live.zenoh_bus import ENDPOINT, Asking, subscribe
+    from levelhead.publish.dashboard.following import LiveView
+
+    where = endpoint or ENDPOINT
+    asking = Asking(where, certificates=certificates)
+    return LiveView(
+        lambda topic: subscribe(topic, where, certificates=certificates), asking.set, f"node at {where}", port
+    )

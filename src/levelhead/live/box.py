@@ -1,0 +1,172 @@
+"""The black box: everything that was read and decided, in an MCAP file that survives a kill.
+
+The node hands rows over and never waits; a thread writes them every tenth of a second, without chunks, so that what is
+written can be read whatever happens next, and asks the disk once a second to keep it.
+"""
+
+import json
+import math
+import os
+import threading
+import time
+from collections import deque
+from collections.abc import Mapping
+from pathlib import Path
+from typing import IO, Any, cast
+
+from levelhead.errors import LevelheadError
+from levelhead.live.messages import NOTHING, Health, Orientation
+from levelhead.sources.blackbox import CONFIG, ENCODING, EVENTS, FUSED, MAG_NEW, PACKED, ROW, SAMPLES, SCHEMA
+from levelhead.sources.sample import Sample
+
+EVERY = 0.1  # s between two writes
+SYNC = 1.0  # s between two requests to the disk, for when the power goes
+WAITING = 500_000  # rows that may wait for the disk
+EVENT_SCHEMA = {"type": "object", "properties": {"name": {"type": "string"}, "text": {"type": "string"}}}
+LEVEL_UNKNOWN = (math.nan,) * 10
+
+
+class BlackBox:
+    """A file that takes all samples and events of a node.
+
+    Args:
+        path: must not exist yet: a black box is never overwritten.
+
+    Attributes:
+        failure: why nothing is written any more; "" while all is well.
+        written: rows that are in the file.
+
+    Raises:
+        LevelheadError: mcap is not installed, the file exists, or it cannot be written.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        try:
+            from mcap.writer import CompressionType, Writer
+        except ImportError:
+            raise LevelheadError("a black box needs mcap: pip install 'levelhead[box]'") from None
+        self.path = Path(path)
+        if self.path.suffix != ".mcap":
+            raise LevelheadError(f"the black box {path} must end in .mcap, so that it can be read again")
+        try:
+            self._file = open(self.path, "xb", buffering=0)  # noqa: SIM115 - closed in close()
+        except FileExistsError:
+            raise LevelheadError(f"the black box {path} exists already, and none is ever overwritten") from None
+        except OSError as error:
+            raise LevelheadError(f"cannot write the black box {path}: {error.strerror}") from None
+        self.failure, self.written = "", 0
+        self._rows: deque[bytes] = deque(maxlen=WAITING)
+        self._events: deque[Health] = deque(maxlen=WAITING)
+        self._writer = Writer(cast(IO[bytes], _Raw(self._file)), compression=CompressionType.NONE, use_chunking=False)
+        self._over = threading.Event()
+        self._thread: threading.Thread | None = None
+        self._channels: dict[str, int] = {}
+
+    def begin(self, config: Mapping[str, Any]) -> None:
+        """Writes the configuration, and from here on what comes."""
+        self._guarded(lambda: self._head(config))
+        self._thread = threading.Thread(target=self._work, name="black box", daemon=True)
+        self._thread.start()
+
+    def _head(self, config: Mapping[str, Any]) -> None:
+        writer = self._writer
+        writer.start(profile="levelhead", library=f"levelhead {config.get('version')}")
+        writer.add_metadata(CONFIG, {"config": json.dumps(config)})
+        rows = writer.register_schema(SCHEMA, ENCODING, json.dumps(ROW.descr).encode())
+        events = writer.register_schema("levelhead/event1", "jsonschema", json.dumps(EVENT_SCHEMA).encode())
+        self._channels = {
+            SAMPLES: writer.register_channel(SAMPLES, ENCODING, rows),
+            EVENTS: writer.register_channel(EVENTS, "json", events),
+        }
+
+    def sample(self, seq: int, stamp: int, sample: Sample, said: Orientation | None) -> None:
+        """A sample, and what was made of it; None: it was not fused."""
+        mag, pressure, temperature = sample.mag, sample.pressure, sample.temperature
+        flags = (0 if said is None else FUSED) | (0 if mag is None else MAG_NEW)
+        decided = LEVEL_UNKNOWN if said is None else (*said.quat, *said.sigma, *said.bias)
+        if len(self._rows) == WAITING:
+            self.failure = f"the black box {self.path} ends here: the disk has not taken {WAITING} samples"
+        self._rows.append(
+            PACKED.pack(
+                seq, sample.t, stamp, *sample.gyr, *sample.acc, *(mag or NOTHING),
+                math.nan if pressure is None else pressure, math.nan if temperature is None else temperature,
+                *decided, 0 if said is None else said.health, flags,
+            )
+        )  # fmt: skip
+
+    def event(self, event: Health) -> None:
+        """Something happened."""
+        self._events.append(event)
+
+    def _work(self) -> None:
+        synced = time.monotonic()
+        while not self._over.wait(EVERY):
+            self._guarded(self._flush)
+            if time.monotonic() - synced > SYNC and not self.failure:
+                synced = time.monotonic()
+                self._guarded(lambda: os.fdatasync(self._file.fileno()))
+
+    def _guarded(self, work: Any) -> None:
+        """Nothing that happens to the disk may reach the node."""
+        if self.failure:
+            self._rows.clear()
+            self._events.clear()
+            return
+        try:
+            work()
+        except (OSError, ValueError) as error:
+            self.failure = f"the black box {self.path} ends here: {getattr(error, 'strerror', None) or error}"
+
+    def _flush(self) -> None:
+        """One block of rows and the events, as single writes."""
+        count = len(self._rows)
+        now = time.time_ns()
+        if count:
+            block = b"".join(self._rows.popleft() for _ in range(count))
+            self._writer.add_message(self._channels[SAMPLES], now, block, now)
+            self.written += count
+        while self._events:
+            event = self._events.popleft()
+            data = json.dumps(event._asdict()).encode()
+            self._writer.add_message(self._channels[EVENTS], event.stamp, data, event.stamp)
+
+    def close(self) -> None:
+        """Writes what waits, and the end of the file; one that was never begun goes away."""
+        if self._file.closed:
+            return
+        self._over.set()
+        if self._thread is not None:
+            self._thread.join()
+            self._guarded(self._flush)
+            self._guarded(self._writer.finish)
+        self._file.close()
+        if self._thread is None:
+            self.path.unlink(missing_ok=True)
+
+    def __enter__(self) -> "BlackBox":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+class _Raw:
+    """An unbuffered file that writes all of what it is given, or fails: mcap takes a short write for a whole one."""
+
+    def __init__(self, file: Any) -> None:
+        self._file = file
+
+    def write(self, data: bytes) -> int:
+        """All of it."""
+        left = memoryview(data)
+        while left:
+            left = left[self._file.write(left) :]
+        return len(data)
+
+    def flush(self) -> None:
+        """Nothing waits."""
+
+    def tell(self) -> int:
+        """Where the next byte goes."""
+        where: int = self._file.tell()
+        return where

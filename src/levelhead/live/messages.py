@@ -1,0 +1,148 @@
+"""What goes over the bus: three kinds of message, as tuples in a process, as compact versioned bytes between processes.
+
+Bytes begin with "LH", the version of the layout and the kind; all numbers are little-endian. A reader refuses another
+version by name instead of guessing.
+"""
+
+import json
+import math
+import struct
+from typing import Any, NamedTuple
+
+from levelhead.errors import LevelheadError
+from levelhead.filters.health import NAMES as BITS
+from levelhead.kernels.quat import Euler, Quat, to_euler
+
+ORIENTATION, RAW, HEALTH, CONFIG = "imu/orientation", "imu/raw", "imu/health", "imu/config"
+TOPICS = (ORIENTATION, RAW, HEALTH, CONFIG)
+SET = "imu/set"  # the other way: {"beta": 0.1} asks the node for other parameters
+VERSION = 1
+HEADER = struct.Struct("<2sBBIQdq")  # "LH", version, kind, node, seq, t, stamp
+BODY_ORIENTATION = struct.Struct("<4d3d3dIB")
+BODY_RAW = struct.Struct("<3d3d3dd")
+NOTHING = (math.nan, math.nan, math.nan)
+Triple = tuple[float, float, float]
+
+
+class Orientation(NamedTuple):
+    """What the node makes of a sample.
+
+    Attributes:
+        node: which node says it: a random number per run.
+        seq: number of the sample, from 0, in all three topics.
+        t: s on the source's clock.
+        stamp: ns since 1970, when the node took the sample.
+        quat: wxyz, sensor (or body) frame to earth frame (x east, y north, z up).
+        sigma: 1σ of the attitude error about east, north and up, rad.
+        bias: gyroscope bias, rad/s, that of the calibration at the start included.
+        health: bits of ``levelhead.filters.health``.
+        valid: False: the last orientation before the node fell silent; do not steer by it.
+    """
+
+    node: int
+    seq: int
+    t: float
+    stamp: int
+    quat: tuple[float, float, float, float]
+    sigma: Triple
+    bias: Triple
+    health: int
+    valid: bool = True
+
+    @property
+    def euler(self) -> Euler:
+        """Roll, pitch and yaw in rad."""
+        return to_euler(Quat(*self.quat))
+
+    @property
+    def words(self) -> list[str]:
+        """The health bits in words."""
+        return [words for bit, words in BITS.items() if self.health & bit]
+
+
+class Raw(NamedTuple):
+    """A sample as it was read, in SI units, turned to the body's axes; see ``Orientation`` for the rest.
+
+    Attributes:
+        gyr: rad/s, before the bias of the calibration is taken off.
+        acc: m/s².
+        mag: µT, or None where there is nothing new.
+        pressure: Pa, or None where there is nothing new.
+    """
+
+    node: int
+    seq: int
+    t: float
+    stamp: int
+    gyr: Triple
+    acc: Triple
+    mag: Triple | None
+    pressure: float | None
+
+
+class Health(NamedTuple):
+    """Something happened; see ``levelhead.live.events`` for the names.
+
+    Attributes:
+        name: of the event.
+        on: it began, or happened; False: it is over.
+        text: a sentence for people.
+        data: numbers for programs.
+    """
+
+    node: int
+    seq: int
+    t: float
+    stamp: int
+    name: str
+    on: bool
+    text: str
+    data: dict[str, Any] = {}  # noqa: RUF012 - never changed
+
+
+Message = Orientation | Raw | Health
+
+
+def pack(message: Message) -> bytes:
+    """A message as bytes."""
+    kind = (Orientation, Raw, Health).index(type(message))
+    head = HEADER.pack(b"LH", VERSION, kind, message.node, message.seq, message.t, message.stamp)
+    if isinstance(message, Orientation):
+        body = BODY_ORIENTATION.pack(*message.quat, *message.sigma, *message.bias, message.health, message.valid)
+        return head + body
+    if isinstance(message, Raw):
+        pressure = math.nan if message.pressure is None else message.pressure
+        return head + BODY_RAW.pack(*message.gyr, *message.acc, *(message.mag or NOTHING), pressure)
+    words = {"name": message.name, "on": message.on, "text": message.text, "data": message.data}
+    return head + json.dumps(words).encode()
+
+
+def unpack(data: bytes) -> Message:
+    """A message from bytes.
+
+    Raises:
+        LevelheadError: no such message, or one of another version.
+    """
+    if len(data) < HEADER.size or data[:2] != b"LH":
+        raise LevelheadError("these bytes are no message of a levelhead node")
+    _, version, kind, node, seq, t, stamp = HEADER.unpack_from(data)
+    if version != VERSION:
+        raise LevelheadError(
+            f"the message has version {version}, this levelhead reads {VERSION}; update the older side"
+        )
+    try:
+        return _body(kind, data[HEADER.size :], node, seq, t, stamp)
+    except (struct.error, ValueError, KeyError, TypeError):
+        raise LevelheadError("the message is cut off or damaged") from None
+
+
+def _body(kind: int, body: bytes, node: int, seq: int, t: float, stamp: int) -> Message:
+    if kind == 0:
+        n = BODY_ORIENTATION.unpack(body)
+        return Orientation(node, seq, t, stamp, n[0:4], n[4:7], n[7:10], n[10], bool(n[11]))
+    if kind == 1:
+        n = BODY_RAW.unpack(body)
+        mag = None if n[6] != n[6] else n[6:9]
+        return Raw(node, seq, t, stamp, n[0:3], n[3:6], mag, None if n[9] != n[9] else n[9])
+    words = json.loads(body)
+    return Health(node, seq, t, stamp, words["name"], words["on"], words["text"], words["data"])

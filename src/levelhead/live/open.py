@@ -1,0 +1,121 @@
+"""From words to a source: ``emulated:mpu6050``, ``mpu6050``, ``serial:/dev/ttyUSB0``, ``replay:flight.csv``."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+
+from levelhead.errors import LevelheadError, nearest
+from levelhead.recording import Recording
+from levelhead.sources import read
+from levelhead.sources.hints import Hints, check
+from levelhead.sources.replay import Replay
+from levelhead.sources.sample import Sample
+from levelhead.sources.sensors.axes import IDENTITY, AxisMap
+from levelhead.sources.sensors.board import CHIPS, Wanted, assemble_board, open_board, parse_board
+from levelhead.sources.sensors.emulated import World, board_of
+from levelhead.sources.serial_lines import SerialLines, parse_serial
+from levelhead.sources.source import Source
+
+KINDS = ("emulated", "serial", "replay", *CHIPS)
+STILL = 8.0  # s at the beginning, so that the node can read off the bias
+HALF_LOOP = 60.0  # s that an emulated sensor is moved there, and back again
+CHIP_NAMES = {"mpu6050": "MPU-6050", "lsm6dso32": "LSM6DSO32", "icm20948": "ICM-20948"}
+FINE: dict[str, Any] = {"quantisation": 0.0, "full_scale": math.inf}  # the emulated registers round and clip
+
+
+def open_source(
+    words: str, *, rate: float = 200.0, speed: float = 1.0, gyr_range: float = 500.0, acc_range: float = 4.0,
+    axes: AxisMap = IDENTITY, motion: str = "hand", seed: int = 0, **hints: Any,
+) -> Source:  # fmt: skip
+    """A source, not started yet.
+
+    Args:
+        words: ``mpu6050``, ``mpu6050+hmc5883l@1`` (see ``parse_board``): chips on an I²C bus; ``emulated:`` and the
+            same: chips that are not there; ``serial:/dev/ttyUSB0@115200``: lines of numbers; ``replay:FILE``: a
+            recording.
+        rate: samples a second that a chip is asked for, Hz.
+        speed: of a replay; inf: as fast as it goes.
+        gyr_range: full scale of a chip, °/s.
+        acc_range: full scale of a chip, g.
+        axes: how a board sits on its body.
+        motion: how an emulated board is moved.
+        seed: of that motion and of the specimen of the chip.
+        hints: ``map``, ``units``, ``lsb`` for lines and files.
+
+    Raises:
+        LevelheadError: no such kind, chip, file, rate or range.
+    """
+    kind, colon, rest = words.partition(":")
+    if speed != 1.0 and kind != "replay":
+        raise LevelheadError(f"--speed is for a replay; '{words}' comes at its own")
+    if colon and kind == "emulated":
+        return _emulated(parse_board(rest), rate, gyr_range, acc_range, axes, motion, seed)
+    if kind == "serial":
+        port, baud = parse_serial(rest)
+        said = check(hints.get("map"), hints.get("units"), hints.get("lsb"), None)
+        return _mounted(SerialLines(port, baud, Hints(said.map, said.scale, rate)), axes)
+    if kind == "replay":
+        if not rest:
+            raise LevelheadError("replay: names no file; expected such as replay:flight.csv")
+        return _mounted(Replay(read(Path(rest), **hints), speed), axes)
+    if not colon or "@" in words:
+        if words.partition("@")[0].partition("+")[0].lower().replace("-", "") not in CHIPS:
+            raise LevelheadError(f"there is no source '{words}'; {nearest(kind, KINDS)}")
+        return open_board(words, rate=rate, gyr_range=gyr_range, acc_range=acc_range, axes=axes)
+    raise LevelheadError(f"there is no source '{words}'; {nearest(kind, KINDS)}")
+
+
+class _Mounted:
+    """A source that sits on its body in some way; everything else is the source's own."""
+
+    def __init__(self, source: Source, axes: AxisMap) -> None:
+        self._source, self._axes = source, axes
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._source, name)
+
+    def poll(self) -> list[Sample]:
+        """The source's samples in the body's frame."""
+        return [self._axes.apply(sample) for sample in self._source.poll()]
+
+
+def _mounted(source: Source, axes: AxisMap) -> Source:
+    return source if axes == IDENTITY else cast(Source, _Mounted(source, axes))
+
+
+def _emulated(
+    wanted: Wanted, rate: float, gyr_range: float, acc_range: float, axes: AxisMap, motion: str, seed: int
+) -> Source:
+    world = World(there_and_back(wanted, rate, motion, seed))
+    bus = board_of(wanted, world, drift=0.005)
+    return assemble_board(wanted, bus, rate=rate, gyr_range=gyr_range, acc_range=acc_range, axes=axes)
+
+
+def there_and_back(wanted: Wanted, rate: float, style: str, seed: int, half: float = HALF_LOOP) -> Recording:
+    """What the chips feel on a motion that returns to where it began, so that it can go on for ever.
+
+    The second half is the first one backwards: rates and velocities change their sign, accelerations do not. The
+    magnetometer is one that has been calibrated.
+    """
+    from levelhead.simulate import Motion, imu, motion, observe
+
+    there = motion(seed, half, rate, style=style, still=STILL)
+    both = [slice(None), slice(None, None, -1)]
+    sign = (1.0, -1.0)
+    track = Motion(
+        np.arange(2 * len(there)) / rate,
+        np.concatenate([there.quat[rows] for rows in both]),
+        np.concatenate([s * there.gyr[rows] for s, rows in zip(sign, both, strict=True)]),
+        np.concatenate([there.position[rows] for rows in both]),
+        np.concatenate([s * there.velocity[rows] for s, rows in zip(sign, both, strict=True)]),
+        np.concatenate([there.acceleration[rows] for rows in both]),
+    )
+    mag = {"hmc5883l": "HMC5883L", "qmc5883l": "QMC5883L", "ak09916": "AK09916"}.get(wanted.mag or "")
+    chip = imu(CHIP_NAMES[wanted.inertial], mag=mag)
+    fine = replace(chip, gyr=replace(chip.gyr, **FINE), acc=replace(chip.acc, **FINE))
+    if chip.mag is not None:
+        fine = replace(fine, mag=replace(chip.mag, turn_on_bias=0.0, scale_factor=0.0, misalignment=0.0, **FINE))
+    return observe(track, fine, seed)

@@ -1,0 +1,119 @@
+"""The black box of a node: what stands in it, and reading it, whole or cut off by a crash.
+
+An MCAP file. Metadata "levelhead" holds the configuration as JSON; topic imu/samples holds blocks of rows, whose layout
+is ``ROW`` and stands in the schema as NumPy spells it; topic imu/health holds events as JSON.
+"""
+
+import json
+import os
+import struct
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from levelhead.errors import LevelheadError
+from levelhead.recording import Recording
+
+SAMPLES, EVENTS = "imu/samples", "imu/health"
+SCHEMA, ENCODING, CONFIG = "levelhead/rows1", "numpy", "levelhead"
+ROW = np.dtype([
+    ("seq", "<u8"), ("t", "<f8"), ("stamp", "<i8"), ("gyr", "<f8", 3), ("acc", "<f8", 3), ("mag", "<f8", 3),
+    ("pressure", "<f8"), ("temperature", "<f8"), ("quat", "<f8", 4), ("sigma", "<f8", 3), ("bias", "<f8", 3),
+    ("health", "<u4"), ("flags", "<u4"),
+])  # fmt: skip
+PACKED = struct.Struct("<Qdq3d3d3ddd4d3d3dII")  # the same, for one row at a time
+FUSED, MAG_NEW = 1, 2  # flags: the filter took it; the magnetometer had something new
+LARGEST_RECORD = 1 << 28  # bytes; a longer one is damage
+
+
+class Box(NamedTuple):
+    """What a black box holds.
+
+    Attributes:
+        rows: (n,) of ``ROW``: gyr in rad/s as read, before the bias of the start is taken off, acc in m/s², mag in µT.
+        events: in order; each a dict with "name", "on", "text", "data", "seq", "t".
+        config: "source", "filter", "params", "guard", "version", ….
+        whole: False: it was cut off, by a crash or a full disk.
+    """
+
+    rows: NDArray[np.void]
+    events: list[dict[str, Any]]
+    config: Mapping[str, Any]
+    whole: bool
+
+    @property
+    def bias(self) -> tuple[float, float, float]:
+        """The gyroscope's bias that was read off at the start, rad/s; zero if none was."""
+        for event in self.events:
+            if event["name"] == "calibrated":
+                x, y, z = event["data"]["bias"]
+                return x, y, z
+        return 0.0, 0.0, 0.0
+
+    @property
+    def changes(self) -> list[tuple[int, dict[str, Any]]]:
+        """Parameters that were changed: (number of the first sample that they hold for, all parameters)."""
+        return [(e["data"]["from"], e["data"]["params"]) for e in self.events if e["name"] == "parameters"]
+
+
+def read_box(path: str | os.PathLike[str]) -> Box:
+    """All that can be read of a black box, up to where it was cut off.
+
+    Raises:
+        LevelheadError: mcap is not installed, or the file is no black box.
+    """
+    try:
+        from mcap.exceptions import McapError
+        from mcap.records import Channel, Message, Metadata
+        from mcap.stream_reader import StreamReader
+    except ImportError:
+        raise LevelheadError("a black box needs mcap: pip install 'levelhead[box]'") from None
+    blocks: list[NDArray[np.void]] = []
+    events: list[dict[str, Any]] = []
+    config: dict[str, Any] | None = None
+    topics: dict[int, str] = {}
+    whole = False
+    with open(path, "rb") as file:
+        try:
+            for record in StreamReader(file, record_size_limit=LARGEST_RECORD).records:
+                if isinstance(record, Metadata) and record.name == CONFIG:
+                    config = json.loads(record.metadata["config"])
+                elif isinstance(record, Channel):
+                    topics[record.id] = record.topic
+                elif isinstance(record, Message) and topics.get(record.channel_id) == SAMPLES:
+                    blocks.append(np.frombuffer(record.data, ROW))
+                elif isinstance(record, Message) and topics.get(record.channel_id) == EVENTS:
+                    events.append(json.loads(record.data))
+            whole = True
+        except (McapError, struct.error, EOFError, ValueError, KeyError, IndexError):
+            pass  # cut off: what stands before is whole, record by record
+    if config is None:
+        raise LevelheadError(f"{path} is no black box of a levelhead node: it has no configuration in it")
+    return Box(np.concatenate(blocks) if blocks else np.empty(0, ROW), events, config, whole)
+
+
+def box_recording(path: str | os.PathLike[str]) -> Recording:
+    """The samples that the node's filter took, as it took them.
+
+    ``meta["live"]`` says with what: "filter", "params", "guard"; fused with these they give the node's orientations to
+    the bit, as long as the parameters were not changed on the way (``levelhead.live.rerun`` follows changes, too).
+
+    Raises:
+        LevelheadError: no black box, or no sample in it was fused.
+    """
+    box = read_box(path)
+    rows = box.rows[(box.rows["flags"] & FUSED) > 0]
+    if len(rows) == 0:
+        raise LevelheadError(f"{path}: the node took {len(box.rows)} samples and fused none; there is nothing to fuse")
+    mag = np.where(((rows["flags"] & MAG_NEW) > 0)[:, None], rows["mag"], np.nan)
+    notes = [] if box.whole else ["the black box was cut off; everything up to there was read"]
+    if any(box.bias):
+        notes.append("gyroscope: without the bias that was read off at the start")
+    if box.changes:
+        notes.append("parameters were changed while the node ran; here those of its start are taken")
+    live = {name: box.config[name] for name in ("filter", "params", "guard")}
+    meta = {"source": os.fspath(path), "notes": notes, "live": live}
+    some = np.isfinite(mag).any()
+    return Recording(rows["t"], rows["gyr"] - np.array(box.bias), rows["acc"], mag if some else None, meta=meta)

@@ -1,0 +1,299 @@
+"""Lines of numbers that come one by one, CSV or JSON: the same rules for names and units as for files.
+
+The first lines are looked at like a file; what was concluded (columns, units) then holds for all that follow.
+"""
+
+import json
+import math
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from levelhead import units
+from levelhead.errors import LevelheadError
+from levelhead.sources.assemble import assemble
+from levelhead.sources.columns import assign
+from levelhead.sources.hints import QUANTITY, Hints, Scale
+from levelhead.sources.layout import MISSING, Layout, cells, is_comment, layout_of
+from levelhead.sources.names import RELATIVE
+from levelhead.sources.sample import Sample, Triple
+from levelhead.sources.table import ArrayTable
+
+LOOK = 20  # lines of numbers by which units are judged
+LONGEST = 4096  # bytes of a line; more without an end is no text
+PATIENCE = 200  # lines that make no sense, before it is said that none does
+
+
+class Garbage(ValueError):
+    """A line that is none: for counting, not for people."""
+
+
+class Row(NamedTuple):
+    """A line: its numbers by name, and when it came (host s)."""
+
+    values: Sequence[float]
+    at: float
+
+
+class Column(NamedTuple):
+    """Where a quantity stands, and its factor to SI."""
+
+    positions: tuple[int, ...]
+    scale: float
+
+
+class Lines:
+    """Makes samples of lines.
+
+    Args:
+        source: what to call it in sentences.
+        hints: as for files, checked.
+
+    Attributes:
+        garbage: lines so far that were no line of numbers.
+    """
+
+    def __init__(self, source: str, hints: Hints) -> None:
+        self.source, self.hints = source, hints
+        self.garbage = 0
+        self._seen: list[tuple[str, float]] = []
+        self._names: tuple[str, ...] = ()
+        self._layout: Layout | None = None  # None: JSON
+        self._columns: dict[str, Column] = {}
+
+    @property
+    def known(self) -> bool:
+        """Whether columns and units are known."""
+        return bool(self._columns)
+
+    @property
+    def stamped(self) -> bool:
+        """Whether the lines bring time stamps of their own."""
+        return "t" in self._columns
+
+    def take(self, raw: bytes, at: float) -> list[Sample]:
+        """The samples that a line makes: none while columns and units are not known, then all that were kept, then one.
+
+        Without a column of time stamps, ``at`` (host s) is the stamp.
+
+        Raises:
+            LevelheadError: the first lines have no gyroscope, no accelerometer, or units that cannot be told.
+        """
+        try:
+            text = raw.decode("utf-8").strip()
+        except UnicodeDecodeError:
+            self.garbage += 1
+            return []
+        if not text or is_comment(text):
+            return []
+        if self.known:
+            return self._samples([(text, at)])
+        self._seen.append((text, at))
+        if len(self._seen) < LOOK:
+            return []
+        if not self._learn():
+            self._seen = self._seen[-PATIENCE:]
+            return []
+        kept, self._seen = self._seen, []
+        return self._samples(kept)
+
+    def _samples(self, lines: Sequence[tuple[str, float]]) -> list[Sample]:
+        found = []
+        for text, at in lines:
+            try:
+                found.append(self._sample(Row(self._numbers(text), at)))
+            except Garbage:
+                if not self._is_header(text):
+                    self.garbage += 1
+        return found
+
+    def _is_header(self, text: str) -> bool:
+        """A device that was reset says its header again."""
+        return self._layout is not None and tuple(cells(text, self._layout.delimiter)) == self._names
+
+    def _sample(self, row: Row) -> Sample:
+        gyr, acc = self._triple("gyr", row), self._triple("acc", row)
+        assert gyr is not None and acc is not None  # `assign` has seen to it
+        mag = self._triple("mag", row)
+        if mag is not None and not all(map(math.isfinite, mag)):
+            mag = None
+        time = self._columns.get("t")
+        t = row.at if time is None else row.values[time.positions[0]] * time.scale
+        if not math.isfinite(t):
+            raise Garbage
+        return Sample(t, gyr, acc, mag)
+
+    def _triple(self, role: str, row: Row) -> Triple | None:
+        column = self._columns.get(role)
+        if column is None:
+            return None
+        x, y, z = (row.values[i] * column.scale for i in column.positions)
+        return x, y, z
+
+    def _numbers(self, text: str) -> Sequence[float]:
+        """The numbers of a line, NaN where one is missing.
+
+        Raises:
+            Garbage: another number of cells, a cell that is no number, an infinite one.
+        """
+        if self._layout is None:
+            given = flattened(text)
+            if not set(self._names) & set(given):
+                raise Garbage
+            return [given.get(name, math.nan) for name in self._names]
+        found = cells(text, self._layout.delimiter)
+        while len(found) > len(self._names) and not found[-1].strip():
+            found.pop()
+        if len(found) != len(self._names):
+            raise Garbage
+        return [number(cell, self._layout.decimal_comma) for cell in found]
+
+    def _learn(self) -> bool:
+        """Concludes columns and units from what was seen; False: more lines are needed."""
+        if self._seen[-1][0].startswith("{"):
+            self._layout = None
+            self._names = tuple(dict.fromkeys(name for text, _ in self._seen for name in _or_nothing(text)))
+        else:
+            self._layout = self._laid_out()
+            if self._layout is None:
+                return False
+            self._names = self._layout.names
+        rows = []
+        for text, at in self._seen:
+            try:
+                rows.append(Row(self._numbers(text), at))
+            except Garbage:
+                continue
+        if len(rows) < LOOK // 2:
+            if len(self._seen) >= PATIENCE:
+                raise LevelheadError(
+                    f"{self.source}: of {len(self._seen)} lines, {len(rows)} are {len(self._names)} numbers; "
+                    "expected CSV with a header, or JSON objects, one per line; check the speed of the line"
+                )
+            return False
+        self._columns = self._concluded(rows)
+        return True
+
+    def _laid_out(self) -> Layout | None:
+        """The layout of the lines that belong together: the first one may be the end of a line. None: no header yet."""
+        lines = [text for text, _ in self._seen]
+        layout = layout_of(lines, self.source)
+        widths = Counter(len(cells(line, layout.delimiter)) for line in lines)
+        width = widths.most_common(1)[0][0]
+        lines = [line for line in lines if len(cells(line, layout.delimiter)) == width]
+        layout = layout_of(lines, self.source)
+        if not layout.headless:
+            return layout
+        for i, line in enumerate(lines):  # a header that came later
+            if all(_is_word(cell) for cell in cells(line, layout.delimiter)) and i < len(lines) - 1:
+                return layout_of(lines[i:], self.source)
+        if {"gyr", "acc"} <= set(self.hints.map):
+            return layout
+        if len(self._seen) < PATIENCE:
+            return None
+        raise LevelheadError(
+            f"{self.source} sent no header that names its {width} columns; expected hints such as "
+            "map t=1 gyr=2,3,4 acc=5,6,7 (columns by number)"
+        )
+
+    def _concluded(self, rows: Sequence[Row]) -> dict[str, Column]:
+        values = np.array([row.values for row in rows], dtype=np.float64)
+        names = list(self._names)
+        arrays: dict[str, Any] = {name: values[:, i] for i, name in enumerate(names)}
+        roles = assign(names, self.hints.map, self.source, frozenset(self.hints.scale))
+        hints = self.hints
+        if "t" not in roles.columns:  # the host's clock stands in
+            arrays, hints = self._stamped(arrays, rows)
+        else:
+            arrays = _forward(arrays, names[roles.columns["t"][0]])
+        said: Mapping[str, str] = assemble(ArrayTable(self.source, arrays), hints).meta["units"]
+        found = {}
+        for role, positions in roles.columns.items():
+            if role in QUANTITY:
+                found[role] = Column(positions, _factor(role, hints.scale.get(role), said))
+        return found
+
+    def _stamped(self, arrays: Mapping[str, Any], rows: Sequence[Row]) -> tuple[dict[str, Any], Hints]:
+        began = rows[0].at
+        stamps = np.array([row.at - began for row in rows]) + 1e-6 * np.arange(len(rows))
+        return {"host_time_s": stamps, **arrays}, Hints({**self.hints.map, "t": ["host_time_s"]}, self.hints.scale)
+
+
+def _forward(arrays: Mapping[str, Any], time: str) -> dict[str, Any]:
+    """Only the rows at which time goes on, so that one bad stamp does not hide what the rest say."""
+    stamps = arrays[time]
+    best = np.maximum.accumulate(np.where(np.isfinite(stamps), stamps, -np.inf))
+    keep = np.isfinite(stamps) & (stamps > np.concatenate([[-np.inf], best[:-1]]))
+    return {name: column[keep] for name, column in arrays.items()}
+
+
+def _factor(role: str, hint: Scale | None, said: Mapping[str, str]) -> float:
+    if hint is not None:
+        return hint.factor / hint.divisor
+    unit = said.get(role, RELATIVE)
+    return 1.0 if unit == RELATIVE else units.factor(QUANTITY[role], unit)
+
+
+def _is_word(cell: str) -> bool:
+    """Whether a cell can be a name and not a number."""
+    try:
+        number(cell)
+    except Garbage:
+        return not cell.strip()[:1].isdigit()
+    return False
+
+
+def number(cell: str, comma: bool = False) -> float:
+    """A cell as a number; NaN where it is blank.
+
+    Raises:
+        Garbage: it is neither, or infinite.
+    """
+    try:
+        value = float(cell.replace(",", ".") if comma else cell)
+    except ValueError:
+        if cell.strip().lower() in MISSING:
+            return math.nan
+        raise Garbage from None
+    if math.isinf(value) or "_" in cell:
+        raise Garbage
+    return value
+
+
+def flattened(text: str) -> dict[str, float]:
+    """A JSON object as names and numbers: {"gyr": [1, 2, 3]} is gyr_x, gyr_y, gyr_z; {"acc": {"x": 1}} is acc_x.
+
+    Raises:
+        Garbage: no object, or no JSON.
+    """
+    try:
+        given = json.loads(text, parse_constant=lambda name: math.nan if name == "NaN" else math.inf)
+    except (ValueError, RecursionError):
+        raise Garbage from None
+    if not isinstance(given, dict):
+        raise Garbage
+    found: dict[str, float] = {}
+    for name, value in given.items():
+        parts: dict[str, Any] = {name: value}
+        if isinstance(value, list):
+            axes = "wxyz" if len(value) == 4 else "xyz"
+            parts = {f"{name}_{axis}": part for axis, part in zip(axes, value, strict=False)}
+        elif isinstance(value, dict):
+            parts = {f"{name}_{key}": part for key, part in value.items()}
+        for key, part in parts.items():
+            if part is None:
+                found[key] = math.nan
+            elif isinstance(part, int | float) and not isinstance(part, bool):
+                if math.isinf(part):
+                    raise Garbage
+                found[key] = float(part)
+    return found
+
+
+def _or_nothing(text: str) -> Mapping[str, float]:
+    try:
+        return flattened(text)
+    except Garbage:
+        return {}

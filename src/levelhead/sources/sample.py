@@ -1,0 +1,25 @@
+"""One instant of a live source: what the sensors said, in SI units."""
+
+from typing import NamedTuple
+
+Triple = tuple[float, float, float]
+
+
+class Sample(NamedTuple):
+    """What arrived together.
+
+    Attributes:
+        t: s on the source's clock, strictly increasing; 0 is anything.
+        gyr: rad/s.
+        acc: m/s².
+        mag: µT, or None where the magnetometer had nothing new.
+        pressure: Pa, or None where the barometer had nothing new.
+        temperature: °C of the chip that said so last, or None.
+    """
+
+    t: float
+    gyr: Triple
+    acc: Triple
+    mag: Triple | None = None
+    pressure: float | None = None
+    temperature: float | None = None

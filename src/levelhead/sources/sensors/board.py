@@ -1,0 +1,286 @@
+"""A board: an inertial chip, and beside it perhaps a magnetometer and a barometer, as one source of samples."""
+
+import time
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple, Protocol
+
+from levelhead.errors import LevelheadError, nearest
+from levelhead.sources.sample import Sample, Triple
+from levelhead.sources.sensors import bmp280, icm20948, lsm6dso32, mpu6050
+from levelhead.sources.sensors.axes import IDENTITY, AxisMap
+from levelhead.sources.sensors.bus import Bus, Port, SensorError, open_bus
+from levelhead.sources.sensors.compass import HMC5883L, QMC5883L
+from levelhead.sources.sensors.fifo import Drained
+from levelhead.sources.sensors.pace import Pace
+
+
+class Inertial(Protocol):
+    """What the drivers of gyroscope and accelerometer have in common."""
+
+    name: str
+    port: Port
+    rate: float
+    gyr_scale: float
+    acc_scale: float
+
+    def start(self) -> None: ...  # noqa: D102
+    def drain(self) -> Drained: ...  # noqa: D102
+    def latest(self) -> tuple[Triple, Triple, float]: ...  # noqa: D102
+
+
+class Magnetic(Protocol):
+    """What the drivers of magnetometers have in common."""
+
+    name: str
+    port: Port
+    rate: float
+
+    def start(self) -> None: ...  # noqa: D102
+    def read(self) -> Triple | None: ...  # noqa: D102
+
+
+INERTIAL: dict[str, tuple[type[Any], tuple[int, ...]]] = {
+    "mpu6050": (mpu6050.MPU6050, mpu6050.ADDRESSES),
+    "lsm6dso32": (lsm6dso32.LSM6DSO32, lsm6dso32.ADDRESSES),
+    "icm20948": (icm20948.ICM20948, icm20948.ADDRESSES),
+}
+MAGNETIC: dict[str, type[Any]] = {"hmc5883l": HMC5883L, "qmc5883l": QMC5883L, "ak09916": icm20948.AK09916}
+BAROMETRIC = "bmp280"
+CHIPS = (*INERTIAL, *MAGNETIC, BAROMETRIC)
+AGAIN = 1.0  # s until a chip that failed is set up anew
+WORD_END = 32767.0  # counts: what a reading cannot exceed
+
+
+class Wanted(NamedTuple):
+    """A board in words, taken apart.
+
+    Attributes:
+        inertial: the chip with gyroscope and accelerometer.
+        mag: the magnetometer, or None.
+        baro: whether there is a BMP280.
+        bus: number of the I²C bus.
+        address: of the inertial chip; None: its usual one.
+    """
+
+    inertial: str
+    mag: str | None
+    baro: bool
+    bus: int
+    address: int | None
+
+
+def parse_board(text: str) -> Wanted:
+    """A board from words such as ``mpu6050``, ``mpu6050+hmc5883l+bmp280``, ``icm20948@0`` or ``mpu6050@1:0x69``.
+
+    Behind @ stand the number of the bus, 1 unless told otherwise, and the address of the inertial chip. The ICM-20948
+    brings its own magnetometer.
+
+    Raises:
+        LevelheadError: an unknown chip (the nearest is named), no inertial one, two of a kind, a bus that is no number.
+    """
+    chips, _, place = text.lower().replace("-", "").partition("@")
+    number, _, address = place.partition(":")
+    try:
+        bus = int(number) if number else 1
+        where = int(address, 0) if address else None
+    except ValueError:
+        raise LevelheadError(
+            f"'{text}': behind @ stands no bus; expected such as mpu6050@1 or mpu6050@1:0x69"
+        ) from None
+    names = [name for name in chips.split("+") if name]
+    for name in names:
+        if name not in CHIPS:
+            raise LevelheadError(f"there is no driver for '{name}'; {nearest(name, CHIPS)}")
+    inertial = [name for name in names if name in INERTIAL]
+    mags = [name for name in names if name in MAGNETIC]
+    if len(inertial) != 1 or len(mags) > 1 or names.count(BAROMETRIC) > 1:
+        raise LevelheadError(
+            f"'{text}' is no board; expected one of {', '.join(INERTIAL)}, and with + at most one magnetometer "
+            f"({', '.join(MAGNETIC)}) and {BAROMETRIC}"
+        )
+    mag = mags[0] if mags else "ak09916" if inertial == ["icm20948"] else None
+    return Wanted(inertial[0], mag, BAROMETRIC in names, bus, where)
+
+
+class Board:
+    """A source of samples: ``poll`` gives those that are new, with stamps of a clock that was fitted to the chip's.
+
+    Args:
+        inertial: driver of gyroscope and accelerometer.
+        mag: driver of a magnetometer, or None.
+        baro: driver of a barometer, or None.
+        axes: how the board sits on the body.
+        clock: host time in s, the same as the drivers'.
+
+    Attributes:
+        name: the chips.
+        rate: samples a second.
+        gyr_range: full scale in °/s.
+        acc_range: full scale in m/s².
+        lost: how often samples were lost, because a FIFO ran over or a transfer broke off.
+    """
+
+    ended = False
+
+    def __init__(
+        self, inertial: Inertial, mag: Magnetic | None = None, baro: bmp280.BMP280 | None = None, *,
+        axes: AxisMap = IDENTITY, clock: Callable[[], float] = time.monotonic, bus: Bus | None = None,
+    ) -> None:  # fmt: skip
+        self._inertial, self._mag, self._baro, self._axes, self._clock, self._bus = (
+            inertial,
+            mag,
+            baro,
+            axes,
+            clock,
+            bus,
+        )
+        self.drivers: Sequence[Any] = [one for one in (inertial, mag, baro) if one is not None]
+        self.name = "+".join(one.name for one in self.drivers)
+        self.rate = inertial.rate
+        self.gyr_range = inertial.gyr_scale * WORD_END * 57.29577951308232
+        self.acc_range = inertial.acc_scale * WORD_END
+        self.lost = 0
+        self._pace = Pace(self.rate)
+        self._mag_every = 1.0 / mag.rate if mag is not None else 0.0
+        self._mag_due = -float("inf")
+        self._troubles: list[tuple[str, str]] = []
+        self._broken: dict[str, float] = {}  # chips that failed, and when they are tried again
+
+    @property
+    def retried(self) -> int:
+        """Transfers that failed and were tried again."""
+        return sum(one.port.retried for one in self.drivers)
+
+    @property
+    def failed(self) -> int:
+        """Transfers that failed for good."""
+        return sum(one.port.failed for one in self.drivers)
+
+    def start(self) -> None:
+        """Sets up all chips; what the FIFOs held is forgotten.
+
+        Raises:
+            SensorError: a chip does not answer, or is another one.
+        """
+        for driver in self.drivers:
+            driver.start()
+        self._pace.lose()
+
+    restart = start
+
+    def poll(self) -> list[Sample]:
+        """The samples that are new, the oldest first; the last one carries what magnetometer and barometer have new.
+
+        Raises:
+            SensorError: the inertial chip does not answer, or says what no sensor says.
+        """
+        rows, at, lost = self._inertial.drain()
+        if lost:
+            self.lost += 1
+            self._pace.lose()
+            self._troubles.append(
+                ("samples_lost", f"samples of the {self._inertial.name} were lost, nobody knows how many")
+            )
+        if not rows:
+            return []
+        samples = [Sample(t, gyr, acc) for t, (gyr, acc) in zip(self._pace.stamps(len(rows), at), rows, strict=True)]
+        mag, weather = self._field(at), self._beside(self._baro, at)
+        if mag is not None or weather is not None:
+            pressure, temperature = weather if weather is not None else (None, None)
+            samples[-1] = samples[-1]._replace(mag=mag, pressure=pressure, temperature=temperature)
+        return samples if self._axes == IDENTITY else [self._axes.apply(sample) for sample in samples]
+
+    def _field(self, now: float) -> Triple | None:
+        """The magnetometer's reading, asked for no more often than it has new ones."""
+        if self._mag is None or now < self._mag_due:
+            return None
+        mag: Triple | None = self._beside(self._mag, now)
+        if mag is not None:
+            self._mag_due = now + 0.8 * self._mag_every
+        return mag
+
+    def _beside(self, driver: Any, now: float) -> Any:
+        """What a chip beside the inertial one has new. If it fails, that is said, and it is set up anew a second later:
+        gyroscope and accelerometer go on without it.
+        """
+        if driver is None or now < self._broken.get(driver.name, now):
+            return None
+        try:
+            if self._broken.pop(driver.name, None) is not None:
+                driver.start()
+            return driver.read()
+        except SensorError as error:
+            self._broken[driver.name] = now + AGAIN
+            self._troubles.append((error.kind, str(error)))
+            return None
+
+    def troubles(self) -> list[tuple[str, str]]:
+        """What went wrong since the last question without ending the source: (event, sentence)."""
+        found, self._troubles = self._troubles, []
+        return found
+
+    def close(self) -> None:
+        """Lets go of the bus."""
+        if self._bus is not None:
+            self._bus.close()
+
+    def __enter__(self) -> "Board":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def assemble_board(
+    wanted: Wanted, bus: Bus, *, rate: float = 200.0, gyr_range: float = 500.0, acc_range: float = 4.0,
+    axes: AxisMap = IDENTITY, clock: Callable[[], float] = time.monotonic, wait: Callable[[float], None] = time.sleep,
+) -> Board:  # fmt: skip
+    """The drivers of a board on a bus, not started yet.
+
+    Args:
+        wanted: which chips.
+        bus: the bus that they are on, which the board closes.
+        rate: samples a second, Hz.
+        gyr_range: full scale in °/s.
+        acc_range: full scale in g.
+        axes: how the board sits on the body.
+        clock: host time in s.
+        wait: sleeps so many seconds.
+
+    Raises:
+        LevelheadError: a rate or a range that the chip does not have.
+    """
+    kind, addresses = INERTIAL[wanted.inertial]
+    inertial = kind(
+        bus, wanted.address or addresses[0], rate=rate, gyr_range=gyr_range, acc_range=acc_range, clock=clock, wait=wait
+    )
+    mag = None
+    if wanted.mag is not None:
+        mag = MAGNETIC[wanted.mag](bus, wait=wait, **({"clock": clock} if wanted.mag == "hmc5883l" else {}))
+    baro = bmp280.BMP280(bus, clock=clock, wait=wait) if wanted.baro else None
+    return Board(inertial, mag, baro, axes=axes, clock=clock, bus=bus)
+
+
+def open_board(
+    text: str, *, rate: float = 200.0, gyr_range: float = 500.0, acc_range: float = 4.0, axes: AxisMap = IDENTITY
+) -> Board:
+    """A board in words on a real bus, started.
+
+    Args:
+        text: as for ``parse_board``: "mpu6050", "mpu6050+hmc5883l@1:0x69".
+        rate: samples a second, Hz.
+        gyr_range: full scale in °/s.
+        acc_range: full scale in g.
+        axes: how the board sits on the body.
+
+    Raises:
+        LevelheadError: no such chip, bus, rate or range; nobody answers, or another chip does.
+    """
+    wanted = parse_board(text)
+    board = assemble_board(wanted, open_bus(wanted.bus), rate=rate, gyr_range=gyr_range, acc_range=acc_range, axes=axes)
+    try:
+        board.start()
+    except LevelheadError:
+        board.close()
+        raise
+    return board

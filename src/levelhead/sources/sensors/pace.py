@@ -1,0 +1,70 @@
+"""Stamps for the samples of a FIFO: a line through (number of the sample, time at which it was first seen)."""
+
+from math import exp
+
+MEMORY = 20.0  # s after which an observation counts 1/e
+PRIOR = 20.0  # samples: how long it takes the line to leave the nominal rate
+
+
+class Pace:
+    """The clock of a chip as the host sees it.
+
+    A chip takes a sample every b seconds of its own clock, which is off by a percent or so; the host sees how many
+    there are whenever it looks. The newest one is then between 0 and b old, so a least-squares line through (number of
+    the newest sample, time of the look) lies half a period late; its slope is b. Old looks fade.
+
+    Args:
+        rate: nominal samples a second.
+        doubt: the true rate is within this factor of it.
+    """
+
+    def __init__(self, rate: float, doubt: float = 2.0) -> None:
+        self._doubt = doubt
+        self.period = 1.0 / rate
+        self.last = -float("inf")  # stamp of the last sample
+        self._begin()
+
+    def _begin(self) -> None:
+        self._nominal = self.period  # what the slope is drawn to while there are few looks
+        self._weight = self._x = self._y = self._xx = self._xy = 0.0
+        self._seen = 0.0  # the sums are about the last observation, so that nothing grows
+
+    def lose(self) -> None:
+        """Samples were lost, nobody knows how many: the line starts anew, with the slope that it has."""
+        self._begin()
+
+    def stamps(self, count: int, now: float) -> list[float]:
+        """The stamps (s) of the ``count`` samples that the look at host time ``now`` (s) found.
+
+        They increase strictly and are never later than ``now``.
+        """
+        if count <= 0:
+            return []
+        self._observe(count, now)
+        offset = (self._y - self.period * self._x) / self._weight - 0.5 * self.period
+        found = []
+        for back in range(count - 1, -1, -1):
+            stamp = min(now + offset - back * self.period, now - back * 1e-6)
+            if stamp <= self.last:
+                stamp = self.last + 1e-6
+            found.append(stamp)
+            self.last = stamp
+        return found
+
+    def _observe(self, count: int, now: float) -> None:
+        """One more point; the origin of the sums moves to it."""
+        if self._weight > 0.0:
+            dx, dy = float(count), now - self._seen
+            fade = exp(-dy / MEMORY) if dy > 0.0 else 1.0
+            w, x, y = self._weight, self._x, self._y
+            self._xx = fade * (self._xx - 2.0 * dx * x + dx * dx * w)
+            self._xy = fade * (self._xy - dy * x - dx * y + dx * dy * w)
+            self._x, self._y, self._weight = fade * (x - dx * w), fade * (y - dy * w), fade * w
+        self._weight += 1.0
+        self._seen = now
+        xx = self._xx - self._x * self._x / self._weight
+        xy = self._xy - self._x * self._y / self._weight
+        prior = PRIOR * PRIOR * PRIOR
+        slope = (xy + prior * self._nominal) / (xx + prior)
+        if self._nominal < self._doubt * slope < self._doubt**2 * self._nominal:
+            self.period = slope

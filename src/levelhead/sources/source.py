@@ -1,0 +1,56 @@
+"""What every live source offers: boards, serial lines, replays."""
+
+from typing import Protocol
+
+from levelhead.sources.sample import Sample
+
+
+class Source(Protocol):
+    """Samples as they come.
+
+    Attributes:
+        name: what to call it.
+        rate: samples a second; 0: not known.
+        gyr_range: full scale in °/s; 0: not known.
+        acc_range: full scale in m/s²; 0: not known.
+        ended: nothing more will ever come.
+    """
+
+    @property
+    def name(self) -> str: ...  # noqa: D102
+    @property
+    def rate(self) -> float: ...  # noqa: D102
+    @property
+    def gyr_range(self) -> float: ...  # noqa: D102
+    @property
+    def acc_range(self) -> float: ...  # noqa: D102
+    @property
+    def ended(self) -> bool: ...  # noqa: D102
+
+    def start(self) -> None:
+        """Makes it ready.
+
+        Raises:
+            SensorError: it cannot be reached, or is not what it should be.
+        """
+        ...
+
+    def restart(self) -> None:
+        """Makes it ready again after a failure; raises as ``start`` does."""
+        ...
+
+    def poll(self) -> list[Sample]:
+        """What is new, the oldest first, without waiting for it.
+
+        Raises:
+            SensorError: it cannot be reached any more.
+        """
+        ...
+
+    def troubles(self) -> list[tuple[str, str]]:
+        """What went wrong since the last question without ending the source: (name of the event, sentence)."""
+        ...
+
+    def close(self) -> None:
+        """Lets go of it."""
+        ...

@@ -1,0 +1,123 @@
+"""``levelhead run``: the first live command, and what it refuses."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+import levelhead as lh
+from levelhead.cli import main
+from levelhead.sources import npz
+
+RUN = ("run", "--no-realtime", "--source")
+
+
+def test_the_first_live_command_works(levelhead):
+    said = levelhead(*RUN, "emulated:mpu6050", "--calibrate", "100", "--duration", "2.3")
+    assert said.code == 0 and said.err == ""
+    assert "calibrated: the gyroscope's bias is" in said.out
+    lines = [line for line in said.out.splitlines() if "Hz  roll" in line]
+    assert len(lines) >= 1 and "σ" in lines[0] and "late p99" in lines[0]
+    assert "samples, 0 losses" in said.out.splitlines()[-1]
+
+
+def test_a_replay_into_a_black_box_is_what_fuse_makes_of_the_file(levelhead, logs, tmp_path):
+    pytest.importorskip("mcap", reason="mcap is not installed (extra levelhead[box])")
+    box = tmp_path / "box.mcap"
+    said = levelhead(
+        *RUN, f"replay:{logs / 'nine.npz'}", "--speed", "inf", "--box", box, "--filter", "Mahony", "--json"
+    )
+    assert said.code == 0 and said.json["samples"] == 800
+    done = levelhead("fuse", box, "--no-plot", "-o", tmp_path, "--json")
+    assert done.code == 0 and done.json["filter"].startswith("Mahony")
+    levelhead("fuse", logs / "nine.npz", "--filter", "Mahony", "--no-plot", "-o", tmp_path)
+    ours, theirs = (
+        np.genfromtxt(tmp_path / f"{name}-track.csv", delimiter=",", names=True) for name in ("box", "nine")
+    )
+    assert ours.dtype.names == theirs.dtype.names
+    for name in ("qw", "qx", "qy", "qz"):
+        np.testing.assert_array_equal(ours[name], theirs[name])
+
+
+@pytest.mark.parametrize(
+    "words, said",
+    [
+        (["nonsense"], "there is no source 'nonsense'"),
+        (["emulated:mpu6051"], "did you mean 'mpu6050'"),
+        (["mpu6050@77"], "no I²C bus /dev/i2c-77"),
+        (["serial:/dev/no-such-port"], "cannot open /dev/no-such-port"),
+        (["replay:no-such-file.csv"], "there is no file no-such-file.csv"),
+        (["replay:"], "names no file"),
+        (["emulated:mpu6050", "--axes", "x,y,-z"], "mirror image"),
+        (["emulated:mpu6050", "--speed", "2"], "--speed is for a replay"),
+        (["emulated:mpu6050", "--gyr-range", "300"], "gyr range 300 deg/s does not exist"),
+        (["emulated:mpu6050", "--rate", "0"], "rate is 0.0"),
+        (["emulated:mpu6050", "--duration", "-1"], "the duration is -1"),
+        (["emulated:mpu6050", "--calibrate", "-5"], "--calibrate -5"),
+        (["emulated:mpu6050", "--box", "box.csv"], "must end in .mcap"),
+        (["emulated:mpu6050", "--set", "beat=1"], "beat"),
+    ],
+)
+def test_bad_input(refused, words, said):
+    assert said in refused(*RUN, *words)
+
+
+def test_axes_are_found_from_a_still_pose_and_one_turn(levelhead, refused, logs, tmp_path):
+    t = np.arange(0.0, 4.0, 0.01)
+    lean = np.clip(t - 2.0, 0.0, 1.0)
+    gyr, acc = np.zeros((400, 3)), np.zeros((400, 3))
+    gyr[:, 1] = -np.gradient(lean, t)
+    acc[:, 0], acc[:, 2] = 9.81 * np.sin(lean), 9.81 * np.cos(lean)
+    npz.write(lh.Recording(t, gyr, acc), tmp_path / "lean.npz")
+    assert levelhead("axes", tmp_path / "lean.npz").out == "-y,x,z\n"
+    assert "one of them has a mirrored or swapped axis" in _mirrored(refused, t, gyr, acc, tmp_path)
+
+
+def _mirrored(refused, t, gyr, acc, folder) -> str:
+    npz.write(lh.Recording(t, gyr, acc * [-1.0, 1.0, 1.0]), folder / "mirrored.npz")
+    return refused("axes", folder / "mirrored.npz")
+
+
+def test_sigterm_ends_it_in_order(tmp_path):
+    pytest.importorskip("mcap", reason="mcap is not installed (extra levelhead[box])")
+    box = tmp_path / "box.mcap"
+    command = [sys.executable, "-m", "levelhead", *RUN, "emulated:mpu6050", "--calibrate", "0", "--box", str(box)]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    for line in process.stdout:
+        if "Hz  roll" in line:
+            break
+    process.send_signal(signal.SIGTERM)
+    out, err = process.communicate(timeout=20)
+    assert process.returncode == 0 and err == "" and f"written: {box}" in out
+    assert lh.read(box).meta["notes"] == []
+
+
+def test_an_unplugged_source_ends_with_its_own_exit_code(capsys):
+    """A serial device that goes away and does not come back: exit code 3, and a sentence."""
+    pytest.importorskip("serial", reason="pyserial is not installed (extra levelhead[live])")
+    import threading
+    import tty
+
+    end, slave = os.openpty()
+    tty.setraw(slave)
+
+    def talk():
+        for i in range(150):
+            if i % 20 == 0:  # opening the port drops what was said before
+                os.write(end, b"t [s],gx [rad/s],gy [rad/s],gz [rad/s],ax [m/s^2],ay [m/s^2],az [m/s^2]\n")
+            os.write(end, f"{i / 100},0.001,0.0,{i % 3 * 1e-3},0.0,0.1,9.8\n".encode())
+            time.sleep(0.01)
+        os.close(end)
+
+    talking = threading.Thread(target=talk)
+    talking.start()
+    code = main([*RUN, f"serial:{os.ttyname(slave)}", "--calibrate", "0", "--give-up", "1.5"])
+    talking.join()
+    os.close(slave)
+    said = capsys.readouterr()
+    assert code == 3, said
+    assert "has given nothing for" in said.err and "unplugged" in said.out

@@ -1,0 +1,162 @@
+"""The black box: everything is in it, it runs again to the bit, and neither a kill nor a full disk takes it away."""
+
+import errno
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+import levelhead as lh
+from levelhead.live.box import BlackBox
+from levelhead.live.rerun import rerun
+from levelhead.sources.blackbox import PACKED, ROW, read_box
+
+pytest.importorskip("mcap", reason="mcap is not installed (extra levelhead[box])")
+
+
+def same(path) -> lh.Track:
+    """The node's track, which a new stream gives again to the bit."""
+    said, again = rerun(path)
+    for name in ("quat", "bias", "sigma", "health"):
+        np.testing.assert_array_equal(getattr(said, name), getattr(again, name))
+    return said
+
+
+def test_rows_are_packed_as_numpy_reads_them():
+    assert PACKED.size == ROW.itemsize
+    values = tuple(range(1, 1 + len(PACKED.unpack(bytes(PACKED.size)))))
+    row = np.frombuffer(PACKED.pack(*values), ROW)[0]
+    assert [x for name in ROW.names for x in np.atleast_1d(row[name]).tolist()] == list(values)
+
+
+@pytest.mark.parametrize("text", ["mpu6050", "icm20948+bmp280"])
+def test_a_run_again_gives_the_same_bits(rig, tmp_path, text):
+    path = tmp_path / "box.mcap"
+    one = rig(text, params=lh.Madgwick(), box=BlackBox(path))
+    one.clock.at(6.0, lambda: one.node.set(beta=0.3))
+    one.clock.at(9.0, lambda: setattr(one.wires, "unplugged", True))
+    one.clock.at(9.5, lambda: setattr(one.wires, "unplugged", False))
+    one.node.run(duration=12.0)
+    said, raw = one.drain(one.orientations), one.drain(one.raw)
+    track = same(path)
+    assert [m.quat for m in said if m.valid] == [tuple(row) for row in track.quat.tolist()]
+    box = read_box(path)
+    assert box.whole and len(box.rows) == len(raw) == one.node.samples
+    np.testing.assert_array_equal(box.rows["gyr"], [message.gyr for message in raw])
+    np.testing.assert_array_equal(box.rows["acc"], [message.acc for message in raw])
+    assert [event["name"] for event in box.events] == [event.name for event in one.drain(one.health)]
+    assert box.config["filter"] == "Madgwick" and box.config["version"] == lh.__version__
+    assert len(box.changes) == 1
+    if text.endswith("bmp280"):
+        assert np.nanmean(box.rows["pressure"]) == pytest.approx(101325.0, abs=1.0)
+
+
+def test_fuse_reads_it(rig, tmp_path, monkeypatch):
+    path = tmp_path / "box.mcap"
+    one = rig("icm20948", box=BlackBox(path))
+    one.node.run(duration=8.0)
+    recording = lh.read(path)
+    track = lh.fuse(recording, one.node.params, guard=one.node.guard)
+    np.testing.assert_array_equal(track.quat, same(path).quat)
+    assert recording.meta["live"]["filter"] == type(one.node.params).__name__
+    assert "without the bias that was read off at the start" in recording.meta["notes"][0]
+
+
+def test_it_is_never_overwritten(tmp_path):
+    (tmp_path / "box.mcap").write_text("precious")
+    for path, words in (
+        ("box.mcap", "exists already"),
+        ("box.bag", "must end in .mcap"),
+        ("no/box.mcap", "cannot write"),
+    ):
+        with pytest.raises(lh.LevelheadError, match=words):
+            BlackBox(tmp_path / path)
+    assert (tmp_path / "box.mcap").read_text() == "precious"
+
+
+def test_a_node_that_never_began_leaves_none_behind(rig, tmp_path):
+    one = rig(box=BlackBox(tmp_path / "box.mcap"))
+    one.wires.unplugged = True
+    with pytest.raises(lh.LevelheadError, match="does not answer"):
+        one.node.run(duration=1.0)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_full_disk_ends_the_box_and_not_the_node(rig, tmp_path):
+    path = tmp_path / "box.mcap"
+    box = BlackBox(path)
+    one = rig(calibrate=0, box=box)
+    write = box._file.write
+
+    class Full:
+        fileno, close, closed, tell = box._file.fileno, box._file.close, False, box._file.tell
+
+        def write(self, data):
+            if self.tell() > 20_000:
+                raise OSError(errno.ENOSPC, "No space left on device")
+            return write(data)
+
+    box._writer._Writer__stream._file = Full()
+    one.clock.at(3.0, lambda: time.sleep(0.3))  # real time for the box's thread, twice
+    one.clock.at(6.0, lambda: time.sleep(0.3))
+    one.node.run(duration=10.0)
+    assert one.node.samples == pytest.approx(2010, abs=3)
+    assert box.failure == f"the black box {path} ends here: No space left on device"
+    assert "box_failed" in one.events()
+    found = read_box(path)
+    assert not found.whole and 0 < len(found.rows) < 2010
+    same(path)
+
+
+def test_a_box_cut_anywhere_gives_what_stands_before(rig, tmp_path):
+    path = tmp_path / "box.mcap"
+    one = rig(calibrate=0, box=BlackBox(path))
+    for second in range(1, 6):
+        one.clock.at(second, lambda: time.sleep(0.12))  # so that it is written in several blocks
+    one.node.run(duration=6.0)
+    whole, count = path.read_bytes(), []
+    for size in np.linspace(0, len(whole), 25).astype(int):
+        (tmp_path / "cut.mcap").write_bytes(whole[:size])
+        try:
+            box = read_box(tmp_path / "cut.mcap")
+        except lh.LevelheadError as error:
+            assert "no black box" in str(error) and size < 3000
+            continue
+        count.append(len(box.rows))
+        assert box.whole == (size == len(whole))
+    assert count == sorted(count) and count[-1] == one.node.samples and len(set(count)) >= 3
+    (tmp_path / "text.mcap").write_text("t,gx,gy,gz\n1,2,3,4\n")
+    with pytest.raises(lh.LevelheadError, match="is no black box"):
+        lh.read(tmp_path / "text.mcap")
+
+
+def test_killed_in_the_middle_it_opens_and_lacks_less_than_a_second(tmp_path):
+    """kill -9 at 200 Hz; benchmarks/crash.py does it twenty times."""
+    path = tmp_path / "box.mcap"
+    command = [
+        sys.executable,
+        "-m",
+        "levelhead",
+        "run",
+        "--source",
+        "emulated:mpu6050",
+        "--calibrate",
+        "0",
+        "--box",
+        path,
+    ]
+    process = subprocess.Popen([*map(str, command), "--no-realtime"], stdout=subprocess.PIPE, text=True)
+    for line in process.stdout:
+        if "Hz  roll" in line:
+            break
+    time.sleep(0.5)
+    process.send_signal(signal.SIGKILL)
+    killed = time.time()
+    process.wait()
+    process.stdout.close()
+    box = read_box(path)
+    assert not box.whole and killed - box.rows["stamp"][-1] * 1e-9 < 1.0
+    assert len(same(path)) > 100

@@ -1,0 +1,208 @@
+"""Zenoh on the loopback: late joiners, restarts, another node, TLS with access rules."""
+
+import shutil
+import socket
+import subprocess
+import sys
+import textwrap
+import time
+from pathlib import Path
+
+import pytest
+
+import levelhead as lh
+from levelhead.live.messages import ORIENTATION, TOPICS, Health, Orientation, Raw
+from levelhead.live.zenoh_bus import configuration
+
+pytest.importorskip("zenoh", reason="eclipse-zenoh is not installed (extra levelhead[bus])")
+from levelhead.live.zenoh_bus import Asking, ZenohBus, subscribe
+
+SAID = Orientation(7, 0, 1.5, 123, (1.0, 0.0, 0.0, 0.0), (0.1, 0.2, 0.3), (1e-3, 0.0, -1e-3), 2048)
+
+
+@pytest.fixture
+def endpoint():
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        return f"tcp/127.0.0.1:{free.getsockname()[1]}"
+
+
+def bus_of(endpoint, node=7, **options) -> ZenohBus:
+    bus = ZenohBus(endpoint, **options)
+    for topic in TOPICS:
+        bus.advertise(topic, node)
+    return bus
+
+
+def reader(endpoint, count: int, more: str = "") -> subprocess.Popen:
+    """Another process: the three lines of the docs."""
+    program = f"""
+        import sys
+        from levelhead.live import subscribe
+        for message in subscribe("imu/orientation", {endpoint!r}{more}):
+            print(message.seq, message.quat, flush=True)
+            if message.seq >= {count}:
+                break
+    """
+    return subprocess.Popen([sys.executable, "-c", textwrap.dedent(program)], stdout=subprocess.PIPE, text=True)
+
+
+def said(process, timeout: float = 20.0) -> list[int]:
+    out, _ = process.communicate(timeout=timeout)
+    assert process.returncode == 0
+    return [int(line.split()[0]) for line in out.splitlines()]
+
+
+def test_three_lines_in_another_process_and_who_comes_late_gets_the_last(endpoint):
+    bus = bus_of(endpoint)
+    bus.publish(ORIENTATION, SAID._replace(seq=4))
+    bus.publish(ORIENTATION, SAID._replace(seq=5))
+    process = reader(endpoint, 100)
+    first = process.stdout.readline()
+    assert first.split()[0] == "5" and "(1.0, 0.0, 0.0, 0.0)" in first
+    seq = 5
+    while process.poll() is None and seq < 2000:
+        seq += 1
+        bus.publish(ORIENTATION, SAID._replace(seq=seq))
+        time.sleep(0.005)
+    got = said(process)  # the program ends by itself
+    assert got[-1] in range(100, 120) and got == sorted(set(got)) and len(got) > 80
+    assert bus.troubles() == []
+    bus.close()
+
+
+def test_the_subscriber_may_be_first_and_the_node_restarted(endpoint):
+    subscription = subscribe(ORIENTATION, endpoint)
+    assert subscription.get(timeout=0.2) is None
+    for node in (1, 2):
+        bus = bus_of(endpoint, node)
+        until = time.monotonic() + 10.0
+        message = None
+        while message is None and time.monotonic() < until:
+            bus.publish(ORIENTATION, SAID._replace(node=node))
+            message = subscription.get(timeout=0.1)
+        assert message is not None and message.node == node
+        bus.close()
+        while subscription.get(timeout=0.2) is not None:
+            pass
+    subscription.close()
+    assert subscription.get() is None
+
+
+def test_all_topics(endpoint):
+    bus = bus_of(endpoint)
+    messages = (
+        SAID,
+        Raw(7, 1, 1.5, 1, (1.0, 2.0, 3.0), (4.0, 5.0, 6.0), None, None),
+        Health(7, 1, 0.0, 1, "late", True, "µ"),
+        Health(7, 1, 0.0, 1, "config", True, "", {"filter": "Mahony"}),
+    )
+    for topic, message in zip(TOPICS, messages, strict=True):
+        bus.publish(topic, message)
+        with subscribe(topic, endpoint) as subscription:
+            assert subscription.get(timeout=10.0) == message
+    bus.close()
+
+
+def test_parameters_are_asked_for_from_outside(endpoint):
+    bus = bus_of(endpoint)
+    asking = Asking(endpoint)
+    until = time.monotonic() + 10.0
+    while not bus.commands and time.monotonic() < until:
+        asking.set(beta=0.25)
+        time.sleep(0.05)
+    assert bus.commands[0] == {"beta": 0.25}
+    asking.close()
+    bus.close()
+
+
+def test_a_second_node_is_noticed(endpoint):
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        other = f"tcp/127.0.0.1:{free.getsockname()[1]}"
+    first = bus_of(endpoint, 1)
+    with pytest.raises(lh.LevelheadError, match="is another node there"):
+        ZenohBus(endpoint)
+    second = bus_of(other, 2, connect=(endpoint,))
+    until, troubles = time.monotonic() + 10.0, []
+    while not troubles and time.monotonic() < until:
+        second.publish(ORIENTATION, SAID._replace(node=2))
+        time.sleep(0.02)
+        troubles = first.troubles()
+    assert [name for name, _ in troubles] == ["second_node"] and first.troubles() == []
+    second.close()
+    first.close()
+
+
+@pytest.mark.parametrize(
+    "words, said",
+    [
+        ({"endpoint": "tcp/0.0.0.0:7447"}, "tcp is open to all who reach it"),
+        ({"endpoint": "tcp/192.168.1.5:7447"}, "expected tls/ADDRESS:PORT with certificates"),
+        ({"endpoint": "tls/192.168.1.5:7447"}, "needs certificates"),
+        ({"endpoint": "udp/127.0.0.1:7447"}, "is no endpoint"),
+        ({"endpoint": "tls/192.168.1.5:7447", "certificates": Path("nowhere")}, "there is no nowhere/ca.pem"),
+        ({"endpoint": "tcp/127.0.0.1:7447", "readers": ("robot",)}, "known by their certificates"),
+    ],
+)
+def test_the_network_is_closed_unless_certificates_open_it(words, said):
+    with pytest.raises(lh.LevelheadError) as caught:
+        configuration(listen=True, **words)
+    assert said in str(caught.value)
+
+
+def test_a_topic_that_is_none_is_refused(endpoint):
+    with pytest.raises(lh.LevelheadError, match="there is no topic 'imu/\\*\\*'"):
+        subscribe("imu/**", endpoint)
+
+
+def openssl(*words: object) -> None:
+    subprocess.run(["openssl", *map(str, words)], check=True, capture_output=True)
+
+
+@pytest.fixture(scope="module")
+def certificates(tmp_path_factory):
+    """A folder each for node, robot and stranger, of one authority, as docs/live.md makes them."""
+    if shutil.which("openssl") is None:
+        pytest.skip("openssl is not installed; it makes the certificates")
+    folder = tmp_path_factory.mktemp("certificates")
+    key, authority = folder / "ca.key", folder / "ca.pem"
+    openssl("req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes", "-days", 30,
+            "-subj", "/CN=bench", "-keyout", key, "-out", authority)  # fmt: skip
+    for name in ("node", "robot", "stranger"):
+        own = folder / name
+        own.mkdir()
+        shutil.copy(authority, own / "ca.pem")
+        (own / "ext").write_text("subjectAltName=IP:127.0.0.1,DNS:localhost\n")
+        openssl("req", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes", "-subj", f"/CN={name}",
+                "-keyout", own / "own.key", "-out", own / "own.csr")  # fmt: skip
+        openssl("x509", "-req", "-in", own / "own.csr", "-CA", authority, "-CAkey", key, "-CAcreateserial", "-days", 30,
+                "-extfile", own / "ext", "-out", own / "own.pem")  # fmt: skip
+    return folder
+
+
+def published(bus, subscription, seconds: float = 15.0):
+    """What a subscriber gets of messages that are sent until it does."""
+    until, message = time.monotonic() + seconds, None
+    while message is None and time.monotonic() < until:
+        bus.publish(ORIENTATION, SAID)
+        message = subscription.get(timeout=0.1)
+    return message
+
+
+def test_certificates_open_it_to_those_who_may_read(endpoint, certificates):
+    """The robot is let in and reads; a stranger of the same authority gets nothing, nor who has no certificate."""
+    tls = endpoint.replace("tcp/127.0.0.1", "tls/localhost")
+    bus = bus_of(tls, certificates=certificates / "node", readers=("robot",))
+    robot = subscribe(ORIENTATION, tls, certificates=certificates / "robot")
+    stranger = subscribe(ORIENTATION, tls, certificates=certificates / "stranger")
+    nobody = subscribe(ORIENTATION, endpoint)
+    assert published(bus, robot) == SAID
+    assert published(bus, stranger, 0.5) is None and nobody.get(timeout=0.0) is None
+    for one in (robot, stranger, nobody):
+        one.close()
+    bus.close()
+    bus = bus_of(tls, certificates=certificates / "node")  # without the rule the stranger is no stranger
+    with subscribe(ORIENTATION, tls, certificates=certificates / "stranger") as stranger:
+        assert published(bus, stranger) == SAID
+    bus.close()

@@ -1,0 +1,168 @@
+"""The dashboard in a real, headless Chromium: what it shows, and that its sliders act. Looked at by its text."""
+
+import math
+import re
+import shutil
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import levelhead as lh
+from levelhead.filters.contract import Param
+
+pytest.importorskip("viser", reason="viser is not installed (extra levelhead[view])")
+from levelhead.live import Health, Node, open_source
+from levelhead.publish.dashboard.following import LiveView
+from levelhead.publish.dashboard.page import Scale, doubt_of, tilt_of
+from levelhead.publish.dashboard.recording import RecordingView
+
+FREE = 18_080  # the first port that is tried
+
+
+@pytest.fixture(scope="module")
+def browser():
+    playwright = pytest.importorskip(
+        "playwright.sync_api", reason="playwright is not installed (extra levelhead[test])"
+    )
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    if chromium is None:
+        pytest.skip("there is no Chromium here (apt install chromium): the dashboard was not looked at")
+    with playwright.sync_playwright() as one:
+        running = one.chromium.launch(executable_path=chromium, args=["--no-sandbox", "--disable-gpu"])
+        yield running
+        running.close()
+
+
+@pytest.fixture
+def look(browser):
+    """Opens a page; fails on requests to anywhere but this machine."""
+    pages = []
+
+    def opened(url: str):
+        page = browser.new_page(viewport={"width": 900, "height": 600})
+        elsewhere = []
+        page.on("request", lambda request: elsewhere.append(request.url) if "127.0.0.1" not in request.url and not request.url.startswith(("data:", "blob:")) else None)  # fmt: skip # noqa: E501
+        page.goto(url)
+        pages.append((page, elsewhere))
+        return page
+
+    yield opened
+    for page, elsewhere in pages:
+        page.close()
+        assert elsewhere == []
+
+
+def text_with(page, pattern: str, seconds: float = 20.0) -> re.Match:
+    until, text = time.monotonic() + seconds, ""
+    while time.monotonic() < until:
+        text = page.inner_text("body")
+        if found := re.search(pattern, text):
+            return found
+        page.wait_for_timeout(100)
+    raise AssertionError(f"the page never said {pattern}; it says:\n{text}")
+
+
+def eventually(what, seconds: float = 10.0) -> None:
+    until = time.monotonic() + seconds
+    while not what():
+        assert time.monotonic() < until, "it never happened"
+        time.sleep(0.05)
+
+
+def slider(page, label: str):
+    """The slider whose label begins so."""
+    row = page.locator(
+        f"xpath=//label[starts-with(normalize-space(.), '{label}')]/ancestor::*[.//*[@role='slider']][1]"
+    )
+    return row.locator("[role=slider]").first
+
+
+def test_a_recording_is_shown_played_and_fused_again_by_a_slider(look):
+    recording = lh.simulate.recording("MPU-6050", "hand", duration=10.0)
+    view = RecordingView(recording, lh.Madgwick(), port=FREE)
+    try:
+        assert view.page.url.startswith("http://127.0.0.1:")
+        page = look(view.page.url)
+        said = text_with(page, r"roll ([+-][\d.]+)° ±[\d.]+°\s+pitch ([+-][\d.]+)° ±[\d.]+°\s+yaw ([+-][\d.]+)°")
+        np.testing.assert_allclose([float(x) for x in said.groups()], view.track.euler()[0], atol=0.06)
+        text_with(page, r"t 0.00 s of 9.99 s, Madgwick")
+        page.get_by_role("button", name="Play").click()
+        text_with(page, r"t [1-9]\.\d\d s of")
+        page.get_by_role("button", name="Pause").click()
+        before = view.track.quat.copy()
+        handle = slider(page, "beta")
+        handle.focus()
+        for _ in range(5):
+            page.keyboard.press("ArrowRight")
+        eventually(lambda: view.params.beta > lh.Madgwick().beta)
+        eventually(lambda: not np.array_equal(view.track.quat, before))
+        page.wait_for_timeout(500)
+        text_with(page, rf"beta = {view.params.beta:.4g} ")
+        eventually(lambda: view.track.params == view.params)
+        np.testing.assert_array_equal(view.track.quat, lh.fuse(recording, view.params).quat)
+        assert page.locator("canvas").count() >= 5  # the scene and four charts
+    finally:
+        view.stop()
+
+
+def test_a_node_is_followed_steered_and_its_silence_is_shown(look):
+    node = Node(open_source("emulated:mpu6050", rate=100.0), lh.Madgwick(), rate=100.0, calibrate=0)
+    runs = threading.Thread(target=lambda: node.run(60.0), daemon=True)
+    view = LiveView(lambda topic: node.bus.subscribe(topic, 4096), node.set, "a test", FREE)
+    try:
+        runs.start()
+        page = look(view.page.url)
+        first = int(text_with(page, r"sample (\d+), stamp \d+ ms")[1])
+        eventually(lambda: int(text_with(page, r"sample (\d+), stamp")[1]) > first + 50)
+        stamp = int(text_with(page, r"stamp (\d+) ms")[1])
+        assert abs(time.time() * 1e3 - stamp) < 2000.0
+        text_with(page, r"started: MPU-6050 at 100 Hz through Madgwick")
+        handle = slider(page, "beta")
+        handle.focus()
+        for _ in range(5):
+            page.keyboard.press("ArrowRight")
+        eventually(lambda: node.params.beta > lh.Madgwick().beta)
+        text_with(page, r"parameters: beta=")
+        node.bus.publish("imu/health", Health(1, 0, 0.0, 0, "late", True, "{1 + 1} <b>bold</b> *two* `c`"))
+        text_with(page, re.escape("late: {1 + 1} <b>bold</b> *two* `c`"))  # shown, not run
+        node.stop()
+        runs.join(timeout=10.0)
+        text_with(page, r"no valid orientation for \d")
+    finally:
+        node.stop()
+        view.stop()
+
+
+def test_sliders_cover_the_range_of_a_parameter():
+    by_factors = Scale(Param("", "", low=0.0, sweep=(0.001, 1.0), log=True), 0.03)
+    assert by_factors.value(by_factors.notch(0.03)) == pytest.approx(0.03, rel=0.02)
+    assert by_factors.value(0) == 0.001 and by_factors.value(200) == 1.0 and by_factors.value(100) == 0.03162
+    even = Scale(Param("", "", low=0.0, high=1.0, sweep=(0.2, 0.8)), 0.9)  # a value outside is still on it
+    assert (even.value(0), even.value(200), even.notch(0.9)) == (0.2, 0.9, 200)
+    lonely = Scale(Param("", "", low=0.0), 0.0)
+    assert lonely.low == 0.0 and lonely.value(lonely.notch(0.5)) == pytest.approx(0.5, abs=0.01)
+
+
+def test_tilt_and_doubt_by_hand():
+    angle = math.radians(30.0)
+    acc = np.array(
+        [[0.0, 9.81 * math.sin(angle), 9.81 * math.cos(angle)], [-9.81 * math.sin(angle), 0.0, 9.81 * math.cos(angle)]]
+    )
+    np.testing.assert_allclose(tilt_of(acc), [[30.0, 0.0], [0.0, 30.0]], atol=1e-9)
+    np.testing.assert_allclose(doubt_of(np.radians([[3.0, 4.0, 7.0]])), [[10.0, 10.0, 14.0]])
+
+
+def test_bad_words(capsys):
+    from levelhead.cli import main
+
+    for words, said in (
+        (["view"], "give either a log or --live"),
+        (["view", "a.csv", "--live"], "give either a log or --live"),
+        (["view", "no-such.csv"], "there is no file no-such.csv"),
+        (["view", "a.csv", "--endpoint", "tcp/127.0.0.1:1"], "are for --live"),
+        (["view", "--live", "--endpoint", "tcp/10.0.0.1:1"], "tcp is open to all"),
+    ):
+        assert main(words) == 2
+        assert said in capsys.readouterr().err

@@ -1,0 +1,250 @@
+"""Serial lines over a pty, and replays: the same names and units as files, and nothing bad gets through."""
+
+import json
+import math
+import os
+import tty
+
+import numpy as np
+import pytest
+
+import levelhead as lh
+from levelhead import simulate
+from levelhead.sources.csv_writer import write_csv
+from levelhead.sources.hints import Hints, check
+from levelhead.sources.replay import Replay
+from levelhead.sources.sensors import SensorError
+from levelhead.sources.serial_lines import SerialLines, parse_serial
+
+pytest.importorskip("serial", reason="pyserial is not installed (extra levelhead[live])")
+
+
+class Device:
+    """The other end of a pty."""
+
+    def __init__(self) -> None:
+        self.end, slave = os.openpty()
+        tty.setraw(slave)
+        self.path, self.slave, self.now = os.ttyname(slave), slave, 50.0
+
+    def __call__(self) -> float:
+        return self.now
+
+    def say(self, *lines: str | bytes) -> None:
+        for line in lines:
+            os.write(self.end, (line if isinstance(line, bytes) else line.encode()) + b"\r\n")
+
+    def unplug(self) -> None:
+        os.close(self.end)
+        self.end = -1
+
+
+@pytest.fixture
+def device():
+    one = Device()
+    yield one
+    for handle in (one.end, one.slave):
+        if handle >= 0:
+            os.close(handle)
+
+
+@pytest.fixture(scope="module")
+def recording():
+    return simulate.recording("ICM-20948", "hand", duration=3.0)
+
+
+def opened(device: Device, hints: Hints | None = None) -> SerialLines:
+    line = SerialLines(device.path, hints=hints, clock=device)
+    line.start()
+    return line
+
+
+def everything(device: Device, line: SerialLines, lines: list[str], at_a_time: int = 7) -> list:
+    samples = []
+    for start in range(0, len(lines), at_a_time):
+        device.say(*lines[start : start + at_a_time])
+        device.now += 0.01 * at_a_time
+        samples += line.poll()
+    return samples
+
+
+def csv_lines(recording, tmp_path) -> list[str]:
+    write_csv(recording, tmp_path / "log.csv")
+    return (tmp_path / "log.csv").read_text(encoding="utf-8").splitlines()
+
+
+def json_lines(recording) -> list[str]:
+    acc = recording.acc / 9.80665
+    return [
+        json.dumps(
+            {"time_ms": t * 1e3, "gyro": g.tolist(), "accel": dict(zip("xyz", a, strict=True)), "mag": m.tolist()}
+        )
+        for t, g, a, m in zip(recording.t, np.degrees(recording.gyr), acc.tolist(), recording.mag, strict=True)
+    ]
+
+
+def test_csv_over_a_pty_is_the_file_to_the_bit(device, recording, tmp_path):
+    lines = csv_lines(recording, tmp_path)
+    line = opened(device)
+    samples = everything(device, line, lines)
+    line.close()
+    assert [sample.t for sample in samples] == recording.t.tolist()
+    for name in ("gyr", "acc", "mag"):
+        np.testing.assert_array_equal([getattr(sample, name) for sample in samples], getattr(recording, name))
+    assert line.garbage == 0 and line.troubles() == []
+
+
+def test_json_in_other_units(device, recording):
+    """Lists and objects, ms, deg/s and g, none of which is said: the numbers themselves say it."""
+    hints = check(None, {"gyr": "deg/s"}, None, None)  # 20 lines at rest cannot tell deg/s from rad/s
+    line = opened(device, hints)
+    samples = everything(device, line, json_lines(recording))
+    np.testing.assert_allclose([sample.t for sample in samples], recording.t, atol=1e-12)
+    np.testing.assert_allclose([sample.gyr for sample in samples], recording.gyr, rtol=1e-12)
+    np.testing.assert_allclose([sample.acc for sample in samples], recording.acc, rtol=1e-12)
+    np.testing.assert_allclose([sample.mag for sample in samples], recording.mag, rtol=1e-12)
+
+
+def test_garbage_is_counted_and_said_and_never_a_sample(device, recording, tmp_path):
+    lines = csv_lines(recording, tmp_path)
+    line = opened(device)
+    samples = everything(device, line, ["", "9,0.1,-4", *lines[:101]])  # begins in the middle of a line
+    assert len(samples) == 100
+    device.say("1.0,2.0", b"\xff\xfe\x80,,,", "nan,nan", "0,0,0,0,0,0,inf,0,0,0", lines[0], "x" * 5000)
+    device.say(lines[101])
+    assert [sample.t for sample in line.poll()] == [recording.t[100]]
+    assert line.garbage >= 5
+    name, words = line.troubles()[-1]
+    assert name == "garbage" and "were no numbers" in words
+
+
+def test_a_missing_value_is_nan_and_a_silent_magnetometer_none(device, recording, tmp_path):
+    lines = csv_lines(recording, tmp_path)
+    line = opened(device)
+    everything(device, line, lines[:30])
+    cells = lines[30].split(",")
+    device.say(",".join([cells[0], "", *cells[2:7], "", "", "", *cells[10:]]))
+    (sample,) = line.poll()
+    assert math.isnan(sample.gyr[0]) and sample.gyr[1] == recording.gyr[29, 1] and sample.mag is None
+
+
+def test_time_that_goes_back_is_dropped_and_said_until_the_device_began_anew(device, recording, tmp_path):
+    lines = csv_lines(recording, tmp_path)
+    line = opened(device)
+    before = everything(device, line, lines[:101])
+    assert everything(device, line, [lines[90]]) == []
+    assert line.troubles()[0][0] == "time_backwards"
+    assert len(everything(device, line, lines[101:111])) == 10  # one late line is forgotten
+    after = everything(device, line, lines[:60])  # a reset: header and all
+    stamps = [sample.t for sample in after]
+    assert len(stamps) == 50 and stamps[0] > before[-1].t and (np.diff(stamps) > 0.0).all()
+    assert np.diff(stamps) == pytest.approx(0.01, abs=1e-9)
+    assert line.garbage == 0
+
+
+@pytest.mark.parametrize("unit, ticks", [("us", 2**32), ("ms", 2**32)])
+def test_a_counter_of_32_bits_may_wrap(device, recording, unit, ticks):
+    per = {"us": 10_000, "ms": 10}[unit]
+    line = opened(device)
+    stamps = [(ticks - 50 * per + i * per) % ticks for i in range(100)]
+    rows = [
+        ",".join(map(str, [stamp, *g, *a]))
+        for stamp, g, a in zip(stamps, recording.gyr[:100].tolist(), recording.acc[:100].tolist(), strict=True)
+    ]
+    names = "gx [rad/s],gy [rad/s],gz [rad/s],ax [m/s²],ay [m/s²],az [m/s²]"
+    samples = everything(device, line, [f"time [{unit}],{names}", *rows])
+    assert np.diff([sample.t for sample in samples]) == pytest.approx(0.01, abs=1e-6) and len(samples) == 100
+    assert line.troubles() == []
+
+
+@pytest.mark.parametrize("rate", [None, 100.0, 400.0])  # the last one is not the device's
+def test_lines_without_stamps_get_the_host_s(device, recording, rate):
+    line = opened(device, Hints(rate=rate))
+    rows = [",".join(map(str, [*g, *a])) for g, a in zip(recording.gyr.tolist(), recording.acc.tolist(), strict=True)]
+    names = "gx [rad/s],gy [rad/s],gz [rad/s],ax [m/s²],ay [m/s²],az [m/s²]"
+    samples = everything(device, line, [names, *rows], at_a_time=1)
+    stamps = np.array([sample.t for sample in samples])
+    assert len(stamps) == len(recording) and (np.diff(stamps) > 0.0).all()
+    assert np.median(np.diff(stamps[100:])) == pytest.approx(0.01, rel=0.02)
+    assert np.abs(stamps[150:] - (50.0 + 0.01 * np.arange(152, 302)[: len(stamps) - 150])).max() < 0.03
+    assert 50.0 < stamps[0] < stamps[-1] <= device.now
+
+
+def test_columns_by_number_without_a_header(device, recording):
+    rows = [
+        ";".join(map(str, [t, *g, *a]))
+        for t, g, a in zip(recording.t.tolist(), recording.gyr.tolist(), recording.acc.tolist(), strict=True)
+    ]
+    hints = check({"t": "1", "gyr": ["2", "3", "4"], "acc": ["5", "6", "7"]}, {"gyr": "rad/s"}, None, None)
+    line = opened(device, hints)
+    assert [sample.t for sample in everything(device, line, rows)] == recording.t.tolist()
+    again = opened(device)
+    names = "t [s];gx [rad/s];gy [rad/s];gz [rad/s];ax [m/s²];ay [m/s²];az [m/s²]"
+    late = everything(device, again, [*rows[:60], names, *rows[60:]])  # a header that comes late holds for all
+    assert [sample.t for sample in late] == recording.t.tolist() and again.garbage == 0
+    with pytest.raises(lh.LevelheadError, match="sent no header that names its 7 columns"):
+        everything(device, opened(device), rows)
+
+
+def test_what_makes_no_sense_is_said(device):
+    line = opened(device)
+    with pytest.raises(lh.LevelheadError, match="no gyroscope among the columns"):
+        everything(device, line, ["t,ax,ay,az", *["0.1,0,0,9.8"] * 30])
+
+
+def test_unplugged_and_plugged_in_again(device, recording, tmp_path):
+    lines = csv_lines(recording, tmp_path)
+    line = opened(device)
+    everything(device, line, lines[:30])
+    device.unplug()
+    with pytest.raises(SensorError, match="is gone; was it unplugged") as caught:
+        for _ in range(3):
+            line.poll()
+    assert caught.value.kind == "unplugged"
+    line.close()
+    with pytest.raises(SensorError, match="is it plugged in"):
+        SerialLines("/dev/no-such-port").start()
+
+
+def test_serial_lines_in_words():
+    assert parse_serial("/dev/ttyUSB0") == ("/dev/ttyUSB0", 115_200)
+    assert parse_serial("/dev/ttyUSB0@9600") == ("/dev/ttyUSB0", 9600)
+    for bad in ("", "@9600", "/dev/ttyUSB0@fast"):
+        with pytest.raises(lh.LevelheadError, match="is no serial line"):
+            parse_serial(bad)
+
+
+# Replay
+
+
+@pytest.mark.parametrize("speed", [0.5, 1.0, 4.0])
+def test_a_replay_keeps_the_pace_that_it_is_told(recording, speed):
+    now = [7.0]
+    replay = Replay(recording, speed, clock=lambda: now[0])
+    replay.start()
+    samples, lag = [], []
+    while not replay.ended:
+        now[0] += 0.004
+        new = replay.poll()
+        samples += new
+        lag += [(now[0] - 7.0) - (sample.t - recording.t[0]) / speed for sample in new]
+    assert [sample.t for sample in samples] == recording.t.tolist()
+    assert min(lag[1:]) >= 0.0 and max(lag) < 0.005
+    np.testing.assert_array_equal([sample.gyr for sample in samples], recording.gyr)
+
+
+def test_a_replay_as_fast_as_it_goes(recording):
+    replay, samples = Replay(recording, math.inf), []
+    while not replay.ended:
+        samples += replay.poll()
+    assert len(samples) == len(recording) and replay.poll() == []
+    with pytest.raises(lh.LevelheadError, match="the speed is 0"):
+        Replay(recording, 0.0)
+
+
+def test_a_slow_magnetometer_is_nothing_new_in_between(recording):
+    mag = recording.mag.copy()
+    mag[1::2] = np.nan
+    replay = Replay(lh.Recording(recording.t, recording.gyr, recording.acc, mag), math.inf)
+    samples = replay.poll()
+    assert samples[0].mag == tuple(recording.mag[0].tolist()) and samples[1].mag is None
