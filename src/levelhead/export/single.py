@@ -1,0 +1,51 @@
+"""Numbers that mean another one in single precision.
+
+Nearly every constant of a kernel is a quantity, and is rounded. These are facts about the arithmetic itself: how to
+round to a whole number, π/2 in parts whose products with whole numbers are exact, and below what a square has lost its
+digits. ``tests/export/test_single.py`` derives them.
+"""
+
+import struct
+
+from levelhead.kernels import tilt, trig, vec3
+
+INSTEAD = {
+    trig.ROUND: 12582912.0,  # 1.5·2²³
+    trig.HALF_PI_1: 1.5703125,  # 8 bits: k times it is exact up to k = 2¹⁶
+    trig.HALF_PI_2: 0.0004837512969970703,  # 11 bits
+    trig.HALF_PI_3: 7.549789948768648e-08,
+    trig.PI_SHORT: -2.7827534e-08,  # π/4 in single precision is too long, not too short
+    vec3.SHORTEST: 1e-18,
+    tilt.NO_LENGTH: 1e-30,
+}
+
+
+def single(value: float) -> float:
+    """The nearest number of single precision.
+
+    Raises:
+        OverflowError: there is none.
+    """
+    return float(struct.unpack("<f", struct.pack("<f", value))[0])
+
+
+def meant(value: float) -> float:
+    """What a constant is in single precision.
+
+    Raises:
+        OverflowError: it is too large for that, or so small that nothing but zero is left.
+    """
+    value = INSTEAD.get(value, value)
+    rounded = single(value)
+    if value != 0.0 and abs(rounded) < 1.2e-38:
+        raise OverflowError("nothing but zero is left of it")
+    return rounded
+
+
+def shortest(value: float) -> str:
+    """The shortest decimal that reads back as the same number of single precision."""
+    for digits in range(1, 10):
+        text = f"{value:.{digits}g}"
+        if single(float(text)) == value:
+            return repr(float(text))
+    return repr(value)
