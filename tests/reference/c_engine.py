@@ -17,6 +17,7 @@ from levelhead.export.face import face
 WARNINGS = ("-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Wdouble-promotion", "-pedantic")
 COMPILERS = tuple(name for name in ("gcc", "clang") if shutil.which(name))
 GUARD = lh.Guard()
+REALS = {"double": np.float64, "float": np.float32}
 
 IMU = """#include "{name}.h"
 void run({name} *filter, long n, double last, const double *t, const {real} *gyr, const {real} *acc, const {real} *mag,
@@ -81,7 +82,7 @@ class Built:
 
     def fuse(self, recording: lh.Recording) -> lh.Track:
         """The recording through the filter, as ``lh.fuse`` does it."""
-        real = np.dtype(self.choice.real).type
+        real = REALS[self.choice.real]
         n = len(recording)
         memory = ctypes.create_string_buffer(self.size)
         self.function("init")(memory)
@@ -98,7 +99,7 @@ class Built:
 
     def fuse_axis(self, t, level, rate, period=0.0):
         """(n, k) reports of all samples but the first."""
-        real = np.dtype(self.choice.real).type
+        real = REALS[self.choice.real]
         memory = ctypes.create_string_buffer(self.size)
         number = ctypes.c_double if real is np.float64 else ctypes.c_float
         t, level, rate = (np.ascontiguousarray(a, kind) for a, kind in ((t, np.float64), (level, real), (rate, real)))

@@ -39,6 +39,7 @@ VERBS = {
     "fuse": "Fuse a log into orientation: the main job.",
     "compare": "Filters side by side on a recording: a table and the four-panel picture.",
     "sweep": "One parameter over its range: where is the best value, and how flat is it there?",
+    "export": "A filter with its numbers as C99 for a microcontroller, with self-test and Arduino sketch.",
     "simulate": "Write a simulated recording with known truth.",
     "bench": "Levelhead beside its peers: errors on real recordings, and time.",
 }
