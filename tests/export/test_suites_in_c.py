@@ -30,3 +30,7 @@ TESTS = {
 assert len(TESTS) > 20
 globals().update(TESTS)
 clean = test_faults.clean
+
+
+def test_the_engine_of_these_tests_is_c():
+    assert lh.fuse is c_engine.fuse and lh.fuse(lh.simulate.lesson(), lh.Kalman()).name == "Kalman"

@@ -326,7 +326,7 @@ class Inference:
             raise self._refuse(node, f"{struct.name} has {len(struct.fields)} fields, each to be given once")
         for name, value in values.items():
             kind, wanted = self.of(value), struct.fields[name]
-            if isinstance(kind, Array) and value not in self.arrays:
+            if allocation(self.source.function, value, self.variables) is not None:
                 self.arrays[value] = name
             if wanted is None:
                 struct.fields[name] = kind

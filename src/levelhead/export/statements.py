@@ -117,7 +117,8 @@ class Body:
             self._emit(f"const {self._names.kind(kind)} *{variable(name)} = &{value};", indent, words)
             return
         written = ("const " if constant and not isinstance(kind, Array) else "") + self._names.kind(kind)
-        if words or not (isinstance(statement, ast.Assign) and isinstance(statement.targets[0], ast.Tuple)):
+        alone = not (isinstance(statement, ast.Assign) and isinstance(statement.targets[0], ast.Tuple))
+        if words or alone or isinstance(kind, Array):
             self._emit(f"{written} {self._pointer(name)} = {value};", indent, words)
             return
         if self._open and self._open[0][0] != written:
@@ -263,8 +264,7 @@ class Body:
 
     def _pairwise(self, target: ast.Tuple, value: ast.Tuple, statement: ast.Assign, indent: str) -> None:
         """a, b = c, d: one by one, through helpers where a name stands on both sides."""
-        names = [part.id for part in target.elts if isinstance(part, ast.Name)]
-        mixed = any(set(names) & loaded_in(part) for part in value.elts)
+        mixed = any(stored_in(statement) & loaded_in(part) for part in value.elts)
         texts = []
         for part in value.elts:
             kind = self._known.kinds[part]
@@ -279,6 +279,12 @@ class Body:
                 wanted = self._known.variables.get(part.id)
                 literal = text if mixed or wanted is None else self._write.value(one, wanted)
                 self._store(part.id, literal, statement, indent)
+            elif isinstance(part, ast.Tuple) and not mixed:
+                self._unpack(part, one, statement, indent, "")
+            elif isinstance(part, ast.Tuple):
+                inner = self._known.kinds[one]
+                assert isinstance(inner, Struct)
+                self._fields(part, functools.partial(_member, text), inner, statement, indent, True)
             else:
                 self._emit(f"{self._write.text(part)} = {text};", indent)
 
