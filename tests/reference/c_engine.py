@@ -41,9 +41,9 @@ unsigned long size(void) {{ return sizeof({name}); }}
 """
 AXIS = """#include "{name}.h"
 void run({name} *filter, long n, const double *t, const {real} *level, const {real} *rate, {real} period,
-         {name}_{report} *out);
+         {name}_report *out);
 void run({name} *filter, long n, const double *t, const {real} *level, const {real} *rate, {real} period,
-         {name}_{report} *out)
+         {name}_report *out)
 {{
     for (long i = 1; i < n; i++) (void){name}_update(filter, level[i], rate[i], ({real})(t[i] - t[i - 1]), period, out + i);
 }}
@@ -64,8 +64,6 @@ class Built:
         for name, text in written.write().items():
             (folder / name).write_text(text, encoding="utf-8")
         names = {"name": choice.name, "real": choice.real}
-        if choice.axis:
-            names["report"] = written.program.public_name(written.report).removeprefix(f"{choice.name}_")
         (folder / "run.c").write_text((AXIS if choice.axis else IMU).format(**names), encoding="utf-8")
         command = [compiler, *WARNINGS, "-Werror", level, "-ffp-contract=off", "-shared", "-fPIC", "-o", "filter.so"]
         done = subprocess.run(

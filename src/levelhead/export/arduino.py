@@ -52,7 +52,7 @@ def _imu(choice: Choice) -> dict[str, str]:
     update.append(f"  {name}_update(&filter, {given[0]}, {given[1]}, NULL, {_seconds(real)});")
     parts = [f"  const {name}_output out = {name}_read(&filter);"]
     for axis in "wxyz":
-        parts.append(f"  print({_narrow(f'out.quat.{axis}', real)}, 6);")
+        parts.append(f"  print_value({_narrow(f'out.quat.{axis}', real)}, 6);")
     parts += ["  Serial.print(',');", "  Serial.print((long)out.health);"]
     return {
         "now": "",
@@ -66,11 +66,9 @@ def _imu(choice: Choice) -> dict[str, str]:
 def _axis(choice: Choice) -> dict[str, str]:
     """Roll, the lesson's angle: from the accelerometer, and its rate from the gyroscope."""
     name, real = choice.name, choice.real
-    assert choice.flt.axis is not None
-    report = f"{name}_{choice.flt.axis.report.__name__.lower()}"
     init = [
         "  float gyr[3], acc[3];",
-        "  while (!read(gyr, acc)) {",
+        "  while (!read_mpu(gyr, acc)) {",
         "  }",
         f"  {name}_init(&filter, atan2(acc[1], acc[2]) / DEGREE);",
         "  now.level = atan2(acc[1], acc[2]) / DEGREE;",
@@ -83,8 +81,8 @@ def _axis(choice: Choice) -> dict[str, str]:
         "init": "\n".join(init),
         "update": "\n".join(update),
         "head": f"{READINGS},measured_roll,board_roll",
-        "print": f"  print(roll, 4);\n  print({_narrow('now.level', real)}, 4);",
-        "now": f"{report} now;\n",
+        "print": f"  print_value(roll, 4);\n  print_value({_narrow('now.level', real)}, 4);",
+        "now": f"{name}_report now;\n",
     }
 
 

@@ -8,10 +8,10 @@ from typing import Any
 
 from levelhead.engine import driver
 from levelhead.engine.binding import bind, estimates_bias
-from levelhead.engine.loop import LONGEST
+from levelhead.engine.loop import LONGEST as LONGEST_DT
 from levelhead.export.choice import Choice, remarks
 from levelhead.export.kinds import FLOAT, Array, Kind, Machine, Scalar, Struct, is_empty, keep_what_is_read, within
-from levelhead.export.layout import STEP, beside, comment, docstring, safe, wrapped
+from levelhead.export.layout import LONGEST, STEP, beside, comment, docstring, safe, wrapped
 from levelhead.export.program import Kernel, Program, module_words
 from levelhead.export.statements import joined, variable
 from levelhead.filters import Guard, health
@@ -94,7 +94,7 @@ class Face:
             "version": VERSION,
             "command": safe(self.choice.command),
             "zero": self.number(0.0),
-            "longest": self.number(LONGEST),
+            "longest": self.number(LONGEST_DT),
         }
 
     def sizes(self) -> str:
@@ -159,7 +159,7 @@ class Face:
         kernels, constants = self.body()
         text = joined([*kernels])
         used = [code.format(real=self.choice.real) for call, code in HELPERS.items() if f"{call}" in text]
-        written = template(functions).substitute(self.common() | gaps)
+        written = fitted(template(functions).substitute(self.common() | gaps))
         return template("filter.c").substitute(
             self.common()
             | {
@@ -176,7 +176,7 @@ class Face:
         """The header."""
         flt = self.choice.flt
         lines = [*self.types(), *self.program.arrays_definition(), *whole]
-        written = template(functions).substitute(self.common() | gaps)
+        written = fitted(template(functions).substitute(self.common() | gaps))
         values = self.common() | {
             "about": "\n".join(f" * {line}".rstrip() for line in docstring(flt.params.__doc__).split("\n")),
             "citation": "\n * ".join(line.strip(" /*") for line in comment(flt.citation) if line.strip(" /*")),
@@ -189,9 +189,20 @@ class Face:
         return template("filter.h").substitute(values | gaps)
 
 
+def fitted(text: str) -> str:
+    """Code whose long lines are broken."""
+    lines: list[str] = []
+    for line in text.split("\n"):
+        code = line.lstrip()
+        fits = len(line) <= LONGEST or code.startswith(("/*", "*", "//"))
+        lines += [line] if fits else wrapped(code, line[: len(line) - len(code)])
+    return "\n".join(lines)
+
+
 def module_title(choice: Choice) -> str:
     """The first line of what a filter's module says of itself."""
-    return module_words(choice.flt.init.__module__).split("\n")[0].rstrip(".")
+    title = module_words(choice.flt.init.__module__).split("\n")[0].rstrip(".")
+    return title.removeprefix(f"{choice.flt.name}: ")
 
 
 def section(module: str) -> list[str]:
@@ -233,6 +244,7 @@ class ImuFace(Face):
         for part in (settings.fields["filter"], settings.fields["guard"]):
             assert isinstance(part, Struct)
             keep_what_is_read(part)
+        program.called[program.struct(choice.flt.params)] = "params"
         for kind in (settings, carry, self.result.returns, self.euler.returns):
             program.publish(kind)
         self.settings = settings
@@ -278,8 +290,8 @@ class ImuFace(Face):
             init_call=f"{self.name}_init(&filter)",
             loop=f" *     for each sample: {self.name}_update(&filter, gyr, acc, mag, dt);\n"
             f" *     {self.name}_quat q = {self.name}_quaternion(&filter);",
-            units="gyr rad/s, acc m/s² (a level sensor at rest reads 0, 0, +9.81), mag any one unit, dt s; q turns sensor\n"
-            " * into earth (x east, y magnetic north, z up). A sensor that is not there is NULL.",
+            units="gyr rad/s, acc m/s² (a level sensor at rest reads 0, 0, +9.81), mag any one unit, dt s;\n"
+            " * q turns sensor into earth (x east, y magnetic north, z up). A sensor that is not there is NULL.",
         )
 
     def _copy(self) -> str:
@@ -328,6 +340,8 @@ class AxisFace(Face):
         assert isinstance(self.report, Struct)
         keep_what_is_read(self.params)
         program.publish(self.params)
+        assert isinstance(self.params, Struct)
+        program.called |= {self.params: "params", self.report: "report"}
         for kind in (self.report, *self.kept.values()):
             assert kind is not None
             program.publish(kind)
@@ -343,7 +357,6 @@ class AxisFace(Face):
             values=joined(self.values(self.choice.params, self.params, STEP * 2)).rstrip(),
             params=program.struct_name(self.params),
             state=program.struct_name(self.state),
-            report=program.public_name(self.report).removeprefix(f"{self.name}_"),
             kept=joined(f"{STEP}filter->{name} = state->{name};" for name in names).rstrip(),
             restored=", ".join(f".{name} = filter->{name}" for name in names),
             begin=self.call(self.begin, ["filter->params", "level"]),
@@ -359,13 +372,11 @@ class AxisFace(Face):
             assert kind is not None
             whole.append(f"{STEP}{self.program.kind(kind, public=True)} {variable(name)};")
         whole += [f"}} {self.name};", ""]
-        report = self.program.public_name(self.report)
         return self.header(
             "axis.functions.h",
             whole,
-            report=report.removeprefix(f"{self.name}_"),
             init_call=f"{self.name}_init(&filter, first_angle)",
-            loop=f" *     {report} now;\n"
+            loop=f" *     {self.name}_report now;\n"
             f" *     for each sample: {self.name}_update(&filter, angle, rate, dt, 360.0, &now);",
             units="Any unit will do, as long as rate is in units of the level per unit of dt, and the parameters are too.",
         )

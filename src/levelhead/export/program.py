@@ -24,7 +24,7 @@ from levelhead.export.kinds import (
 )
 from levelhead.export.layout import STEP, beside, comment, docstring, wrapped
 from levelhead.export.scopes import Scopes
-from levelhead.export.single import meant, shortest
+from levelhead.export.single import REMARKS, meant, shortest
 from levelhead.export.source import Source, field_remarks, home, place, position, read, remark
 from levelhead.export.statements import Body, variable
 
@@ -80,6 +80,7 @@ class Program:
         self._constants: dict[tuple[str, str], Any] = {}
         self._makers: dict[Callable[..., Any], bool] = {}
         self._places: dict[tuple[Any, str], str] = {}
+        self.called: dict[Struct, str] = {}  # types that other files see by another name than their own
 
     # Kinds
 
@@ -204,7 +205,7 @@ class Program:
 
     def public_name(self, struct: Struct) -> str:
         """A type's name in all files."""
-        return f"{self.prefix}_{snake(self.struct_name(struct))}"
+        return f"{self.prefix}_{self.called.get(struct) or snake(self.struct_name(struct))}"
 
     def kind(self, kind: Kind, public: bool = False) -> str:
         """A type."""
@@ -230,9 +231,9 @@ class Program:
         if not math.isfinite(value):
             raise LevelheadError(f"{value} cannot be written in C99 as a constant")
         if self.real == "double":
-            return repr(value)
+            return plain(value)
         try:
-            return f"{shortest(meant(value))}f"
+            return f"{plain(shortest(meant(value)))}f"
         except OverflowError:
             where = f"{self._file}:{getattr(at, 'lineno', '?')}: " if at is not None else ""
             raise LevelheadError(f"{where}{value!r} is out of the range of single precision") from None
@@ -333,7 +334,8 @@ class Program:
         kind = self.kind_of(value)
         assert kind is not None
         code = f"static const {self.kind(kind)} {module.rpartition('.')[2].upper()}_{name} = {self.literal(value, kind)};"
-        return beside(wrapped(code, ""), remark(module, name))
+        said = REMARKS.get(value, "") if kind is FLOAT and self.real == "float" else ""
+        return beside(wrapped(code, ""), said or remark(module, name))
 
     def private(self) -> list[Struct]:
         """Types that only this file knows, inner ones first."""
@@ -374,6 +376,16 @@ class Program:
                 code = f"{STEP}{self.kind(kind, public)} {self.declarator(kind, variable(name))};"
                 lines += beside([code], said.get(name, ""))
         return [*lines, f"}} {self.public_name(struct) if public else self.struct_name(struct)};", ""]
+
+
+def plain(value: float) -> str:
+    """A float as people write it: 1e9, not 1000000000.0.
+
+    >>> plain(1e9), plain(0.1), plain(12582912.0)
+    ('1e9', '0.1', '12582912.0')
+    """
+    short = f"{value:g}".replace("e+0", "e").replace("e+", "e")
+    return short if abs(value) >= 1e6 and float(short) == value else repr(value)
 
 
 def module_words(module: str) -> str:

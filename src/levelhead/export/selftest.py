@@ -6,6 +6,7 @@ from typing import Any
 
 from levelhead.export.choice import Choice
 from levelhead.export.face import Face, template
+from levelhead.export.program import plain
 from levelhead.export.single import shortest, single
 from levelhead.export.statements import joined
 from levelhead.export.vector import axis_rows, rows
@@ -37,7 +38,7 @@ def number(value: float, real: str) -> str:
         return "NAN"
     if math.isinf(value):
         return "INFINITY"
-    return repr(float(value)) if real == "double" else f"{shortest(single(value))}f"
+    return plain(float(value)) if real == "double" else f"{plain(shortest(single(value)))}f"
 
 
 def _group(values: Iterable[float], real: str) -> str:
@@ -71,7 +72,6 @@ def _axis(choice: Choice) -> dict[str, Any]:
         "first": number(first, real),
         "period": number(PERIOD, real),
         "fields": len(fields),
-        "report": choice.flt.axis.report.__name__.lower(),
         "values": ", ".join(f"now.{name}" for name in fields),
     }
 

@@ -19,6 +19,12 @@ INSTEAD = {
     tilt.NO_LENGTH: 1e-30,
 }
 
+REMARKS = {
+    trig.ROUND: "1.5·2²³: added and taken off again it rounds to a whole number",
+    trig.HALF_PI_1: "π/2 in three parts, the first two so short (8 and 11 bits) that k times them is exact",
+    trig.QUARTER: "π/4; its multiples up to 4 are exact, and above π by 2.8e-8 of themselves:",
+}
+
 
 def single(value: float) -> float:
     """The nearest number of single precision.
@@ -42,10 +48,10 @@ def meant(value: float) -> float:
     return rounded
 
 
-def shortest(value: float) -> str:
+def shortest(value: float) -> float:
     """The shortest decimal that reads back as the same number of single precision."""
     for digits in range(1, 10):
-        text = f"{value:.{digits}g}"
-        if single(float(text)) == value:
-            return repr(float(text))
-    return repr(value)
+        short = float(f"{value:.{digits}g}")
+        if single(short) == value:
+            return short
+    return value

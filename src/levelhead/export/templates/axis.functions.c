@@ -20,7 +20,7 @@ void ${name}_reset($name *filter, $real level)
     keep(filter, &state);
 }
 
-bool ${name}_update($name *filter, $real level, $real rate, $real dt, $real period, ${name}_$report *report)
+bool ${name}_update($name *filter, $real level, $real rate, $real dt, $real period, ${name}_report *report)
 {
     if (!($zero < dt && dt < $longest && level - level == $zero && rate - rate == $zero)) {
         return false;

@@ -10,4 +10,4 @@ void ${name}_reset($name *filter, $real level);
  * False, and the sample is not taken, if dt is not greater than 0 and below $longest, or level or rate is not finite.
  * report may be NULL.
  */
-bool ${name}_update($name *filter, $real level, $real rate, $real dt, $real period, ${name}_$report *report);
+bool ${name}_update($name *filter, $real level, $real rate, $real dt, $real period, ${name}_report *report);

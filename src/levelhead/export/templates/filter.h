@@ -12,10 +12,11 @@ $loop
  *
  * $units
  *
- * The same source runs in Python, so what comes out is the same$bits. For that a compiler must not
- * contract a * b + c into one operation that rounds once: gcc needs -ffp-contract=off (which -std=c99 implies), clang is
- * told so in $name.c. Contraction makes no result worse, only different in its last digits.
- * No heap, no globals, nothing of libm but sqrt.
+ * The same source runs in Python, so what comes out is the same$bits. That holds where every
+ * operation rounds once to the type that is written (FLT_EVAL_METHOD 0) and a * b + c is not contracted into one
+ * operation: gcc needs -ffp-contract=off, which -std=c99 implies but -std=gnu99 does not; clang is told so in the source.
+ * Contraction, where the processor has it, makes no result worse, only different in its last digits.
+ * -ffast-math breaks it: a missing reading is NaN. No heap, no globals, nothing of libm but sqrt.
  *
  * RAM of one filter with its parameters:
  *

@@ -30,7 +30,7 @@ bool write_register(uint8_t reg, uint8_t value) {
   return Wire.endTransmission() == 0;
 }
 
-bool start() {
+bool start_mpu() {
   return write_register(0x6B, 0x01)  // PWR_MGMT_1: awake, clock of the gyroscope
     && write_register(0x1A, 0x03)  // CONFIG: low-pass of 42 Hz, gyroscope at 1 kHz
     && write_register(0x19, 0x09)  // SMPLRT_DIV: 1 kHz / 10 = 100 Hz
@@ -39,7 +39,7 @@ bool start() {
 }
 
 // ACCEL_XOUT_H (0x3B) and the 13 behind it in one burst, so that all belong to one instant: acc, temperature, gyr.
-bool read(float gyr[3], float acc[3]) {
+bool read_mpu(float gyr[3], float acc[3]) {
   Wire.beginTransmission(MPU);
   Wire.write(0x3B);
   if (Wire.endTransmission(false) != 0 || Wire.requestFrom(MPU, (uint8_t)14) != 14) {
@@ -62,7 +62,7 @@ bool calibrate() {
   float sum[3] = {0.0f, 0.0f, 0.0f}, low[3], high[3], gyr[3], acc[3];
   for (int i = 0; i < 200; i++) {
     delay(10);
-    if (!read(gyr, acc)) {
+    if (!read_mpu(gyr, acc)) {
       return false;
     }
     for (int k = 0; k < 3; k++) {
@@ -84,7 +84,7 @@ void setup() {
   Serial.begin(500000);  // exact on every board, and fast enough for 100 lines a second
   Wire.begin();
   Wire.setClock(400000);
-  while (!start()) {
+  while (!start_mpu()) {
     Serial.println(F("# no MPU-6050 answers at 0x68: check wiring and address"));
     delay(1000);
   }
@@ -98,7 +98,7 @@ $init
 }
 
 // A number behind a comma; nothing for a reading that is missing.
-void print(float value, int digits) {
+void print_value(float value, int digits) {
   Serial.print(',');
   if (value == value) {
     Serial.print(value, digits);
@@ -115,7 +115,7 @@ void loop() {
   seconds += micro / 1000000;
   micro %= 1000000;
   float gyr[3], acc[3];
-  const bool there = read(gyr, acc);
+  const bool there = read_mpu(gyr, acc);
   for (int k = 0; k < 3; k++) {
     gyr[k] = there ? gyr[k] - bias[k] : NAN;
     acc[k] = there ? acc[k] : NAN;
@@ -125,10 +125,10 @@ $update
   snprintf(stamp, sizeof stamp, "%lu.%06lu", (unsigned long)seconds, (unsigned long)micro);
   Serial.print(stamp);
   for (int k = 0; k < 3; k++) {
-    print(gyr[k], 6);
+    print_value(gyr[k], 6);
   }
   for (int k = 0; k < 3; k++) {
-    print(acc[k], 5);
+    print_value(acc[k], 5);
   }
 $print
   Serial.println();

@@ -27,7 +27,7 @@ int main(void)
     $name filter;
     int wrong = 0, first = -1;
     ${name}_init(&filter, $first);
-    ${name}_$report now;
+    ${name}_report now;
     memset(&now, 0, sizeof now);
     for (int i = 0; i < $count; i++) {
         const Row *row = &rows[i];

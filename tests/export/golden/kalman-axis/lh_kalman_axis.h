@@ -1,4 +1,4 @@
-/* lh_kalman_axis: Kalman: angle and gyroscope bias, the two-state filter of the well-known lesson
+/* lh_kalman_axis: angle and gyroscope bias, the two-state filter of the well-known lesson
  *
  * Two-state Kalman filter (angle, gyroscope bias), per axis; variances in degrees when it runs on an IMU.
  *
@@ -9,15 +9,16 @@
  *
  *     static lh_kalman_axis filter;
  *     lh_kalman_axis_init(&filter, first_angle);
- *     lh_kalman_axis_axis now;
+ *     lh_kalman_axis_report now;
  *     for each sample: lh_kalman_axis_update(&filter, angle, rate, dt, 360.0, &now);
  *
  * Any unit will do, as long as rate is in units of the level per unit of dt, and the parameters are too.
  *
- * The same source runs in Python, so what comes out is the same, to the bit. For that a compiler must not
- * contract a * b + c into one operation that rounds once: gcc needs -ffp-contract=off (which -std=c99 implies), clang is
- * told so in lh_kalman_axis.c. Contraction makes no result worse, only different in its last digits.
- * No heap, no globals, nothing of libm but sqrt.
+ * The same source runs in Python, so what comes out is the same, to the bit. That holds where every
+ * operation rounds once to the type that is written (FLT_EVAL_METHOD 0) and a * b + c is not contracted into one
+ * operation: gcc needs -ffp-contract=off, which -std=c99 implies but -std=gnu99 does not; clang is told so in the source.
+ * Contraction, where the processor has it, makes no result worse, only different in its last digits.
+ * -ffast-math breaks it: a missing reading is NaN. No heap, no globals, nothing of libm but sqrt.
  *
  * RAM of one filter with its parameters:
  *
@@ -44,7 +45,7 @@ typedef struct {
     double p_bias; /* (deg/s)²: variance of the bias at the start (at least 0) */
     bool q_per_sample; /* add q_angle and q_bias at every sample instead of times dt */
     bool joseph; /* Joseph's form of the covariance update (eq. 4, right) */
-} lh_kalman_axis_kalman;
+} lh_kalman_axis_params;
 
 /* One axis after a sample: level, bias-free rate, bias, their covariance, and the last gain and innovation. */
 typedef struct {
@@ -57,11 +58,11 @@ typedef struct {
     double gain_level;
     double gain_bias;
     double innovation;
-} lh_kalman_axis_axis;
+} lh_kalman_axis_report;
 
 /* A filter: what a human sets, and what goes from one sample to the next. */
 typedef struct {
-    lh_kalman_axis_kalman params;
+    lh_kalman_axis_params params;
     double level;
     double bias;
     double p_level;
@@ -79,10 +80,11 @@ void lh_kalman_axis_reset(lh_kalman_axis *filter, double level);
 /* One sample: a noisy level and its drifting rate, dt later; the level lives on a circle of that period (360 for
  * degrees), or on a line if it is 0. Units are yours: rate in units of the level per unit of dt.
  *
- * False, and the sample is not taken, if dt is not greater than 0 and below 1000000000.0, or level or rate is not finite.
+ * False, and the sample is not taken, if dt is not greater than 0 and below 1e9, or level or rate is not finite.
  * report may be NULL.
  */
-bool lh_kalman_axis_update(lh_kalman_axis *filter, double level, double rate, double dt, double period, lh_kalman_axis_axis *report);
+bool lh_kalman_axis_update(lh_kalman_axis *filter, double level, double rate, double dt, double period,
+    lh_kalman_axis_report *report);
 
 #ifdef __cplusplus
 }

@@ -110,7 +110,7 @@ int main(void)
     lh_kalman_axis filter;
     int wrong = 0, first = -1;
     lh_kalman_axis_init(&filter, 171.5);
-    lh_kalman_axis_axis now;
+    lh_kalman_axis_report now;
     memset(&now, 0, sizeof now);
     for (int i = 0; i < 40; i++) {
         const Row *row = &rows[i];

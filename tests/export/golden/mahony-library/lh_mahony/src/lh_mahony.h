@@ -1,4 +1,4 @@
-/* lh_mahony: Mahony: the explicit complementary filter, a PI controller that pulls the attitude towards what the sensors see
+/* lh_mahony: the explicit complementary filter, a PI controller that pulls the attitude towards what the sensors see
  *
  * Explicit complementary filter: proportional and integral feedback of cross products.
  *
@@ -12,13 +12,14 @@
  *     for each sample: lh_mahony_update(&filter, gyr, acc, mag, dt);
  *     lh_mahony_quat q = lh_mahony_quaternion(&filter);
  *
- * gyr rad/s, acc m/s² (a level sensor at rest reads 0, 0, +9.81), mag any one unit, dt s; q turns sensor
- * into earth (x east, y magnetic north, z up). A sensor that is not there is NULL.
+ * gyr rad/s, acc m/s² (a level sensor at rest reads 0, 0, +9.81), mag any one unit, dt s;
+ * q turns sensor into earth (x east, y magnetic north, z up). A sensor that is not there is NULL.
  *
- * The same source runs in Python, so what comes out is the same but for the rounding of float. For that a compiler must not
- * contract a * b + c into one operation that rounds once: gcc needs -ffp-contract=off (which -std=c99 implies), clang is
- * told so in lh_mahony.c. Contraction makes no result worse, only different in its last digits.
- * No heap, no globals, nothing of libm but sqrt.
+ * The same source runs in Python, so what comes out is the same but for the rounding of float. That holds where every
+ * operation rounds once to the type that is written (FLT_EVAL_METHOD 0) and a * b + c is not contracted into one
+ * operation: gcc needs -ffp-contract=off, which -std=c99 implies but -std=gnu99 does not; clang is told so in the source.
+ * Contraction, where the processor has it, makes no result worse, only different in its last digits.
+ * -ffast-math breaks it: a missing reading is NaN. No heap, no globals, nothing of libm but sqrt.
  *
  * RAM of one filter with its parameters:
  *
@@ -64,7 +65,7 @@ typedef struct {
     float k_mag; /* weight of the magnetometer, 1 for the accelerometer (greater than 0) */
     float bias_limit; /* rad/s: largest bias that is learned, per axis (at least 0) */
     bool whole_field; /* compare the whole field, not its horizontal part: tilt follows it too */
-} lh_mahony_mahony;
+} lh_mahony_params;
 
 /* What counts as rest, as saturation and as disturbance; the defaults need no thought. */
 typedef struct {
@@ -84,7 +85,7 @@ typedef struct {
 
 /* What a human sets: the filter's parameters, and those of what stands in front of it. */
 typedef struct {
-    lh_mahony_mahony filter;
+    lh_mahony_params filter;
     lh_mahony_guard guard;
 } lh_mahony_settings;
 
@@ -222,7 +223,7 @@ void lh_mahony_reset(lh_mahony *filter);
  *
  * acc and mag may be NULL: no new reading. NaN marks a reading that ought to be there and is not; it is bridged, and
  * health says so. The first sample with an accelerometer reading sets the attitude to start from; its dt does not
- * matter. False, and the sample is not taken, if dt is not greater than 0 and below 1000000000.0f.
+ * matter. False, and the sample is not taken, if dt is not greater than 0 and below 1e9f.
  */
 bool lh_mahony_update(lh_mahony *filter, const float gyr[3], const float acc[3], const float mag[3], float dt);
 
