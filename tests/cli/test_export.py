@@ -46,13 +46,17 @@ def test_cmake_builds_it_and_its_test_passes(levelhead, tmp_path, words):
 
 
 def test_what_a_sweep_found_goes_to_the_board(levelhead, tmp_path):
-    swept = levelhead("sweep", "--simulate", "hand", "-f", "Madgwick", "-p", "beta", "--values", "0.03", "0.3", "--json")
+    swept = levelhead(
+        "sweep", "--simulate", "hand", "-f", "Madgwick", "-p", "beta", "--values", "0.03", "0.3", "--json"
+    )
     (tmp_path / "tuned.json").write_text(swept.out, encoding="utf-8")
     said = levelhead("export", "Madgwick", "--from", tmp_path / "tuned.json", "-o", tmp_path, "--json")
     assert said.json["params"]["beta"] == swept.json["minimum"]["value"]
     given = {"filter": "Madgwick", "params": {"beta": 0.2}, "guard": {"rest_time": 3.0}}
     (tmp_path / "tuned.json").write_text(json.dumps(given), encoding="utf-8")
-    said = levelhead("export", "Madgwick", "--from", tmp_path / "tuned.json", "--set", "zeta=0.01", "-o", tmp_path, "--json")
+    said = levelhead(
+        "export", "Madgwick", "--from", tmp_path / "tuned.json", "--set", "zeta=0.01", "-o", tmp_path, "--json"
+    )
     assert said.json["params"] == {"beta": 0.2, "zeta": 0.01}
     assert ".rest_time = 3.0, /* set */" in (tmp_path / "lh_madgwick.c").read_text(encoding="utf-8")
 

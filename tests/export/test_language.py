@@ -231,7 +231,7 @@ def two_kinds(a: float) -> float:
     b = Vec3(a, a, a)
     if a > 0.0:
         b = a
-    return a
+    return a + b.x
 
 
 @kernel
@@ -242,7 +242,7 @@ def recursive(a: float) -> float:
 @kernel
 def texts(a: float) -> float:
     word = "text"
-    return a
+    return a if word else 0.0
 
 
 @kernel

@@ -45,7 +45,8 @@ void run({name} *filter, long n, const double *t, const {real} *level, const {re
 void run({name} *filter, long n, const double *t, const {real} *level, const {real} *rate, {real} period,
          {name}_report *out)
 {{
-    for (long i = 1; i < n; i++) (void){name}_update(filter, level[i], rate[i], ({real})(t[i] - t[i - 1]), period, out + i);
+    for (long i = 1; i < n; i++)
+        (void){name}_update(filter, level[i], rate[i], ({real})(t[i] - t[i - 1]), period, out + i);
 }}
 unsigned long size(void);
 unsigned long size(void) {{ return sizeof({name}); }}
@@ -89,7 +90,9 @@ class Built:
         t = np.ascontiguousarray(recording.t)
         quat, bias, sigma = np.empty((n, 4), real), np.empty((n, 3), real), np.empty((n, 3), real)
         health = np.empty(n, np.uint32)
-        at = [ctypes.c_void_p(None if a is None else a.ctypes.data) for a in (t, *inputs, mag, quat, bias, sigma, health)]
+        at = [
+            ctypes.c_void_p(None if a is None else a.ctypes.data) for a in (t, *inputs, mag, quat, bias, sigma, health)
+        ]
         self.library.run(memory, ctypes.c_long(n), ctypes.c_double(t[0]), *at)
         known = estimates_bias(self.choice.flt, self.choice.guarded)
         values = [np.asarray(a, np.float64) for a in (quat, bias, sigma)]

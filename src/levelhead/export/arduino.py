@@ -9,6 +9,7 @@ from levelhead.kernels.tilt import GRAVITY
 # RM-MPU-6000A, rev. 4.2, sections 4.4 and 4.5: full scale -> FS_SEL or AFS_SEL, counts per unit (tables 4.19 and 4.17)
 GYR = {250.0: (0, 131.0), 500.0: (1, 65.5), 1000.0: (2, 32.8), 2000.0: (3, 16.4)}  # deg/s
 ACC = {2.0: (0, 16384.0), 4.0: (1, 8192.0), 8.0: (2, 4096.0), 16.0: (3, 2048.0)}  # g
+NEEDS = "// Needs {0}.h and {0}.c in the sketch's folder; exported with --arduino they are a library.\n"
 READINGS = "t [s],gyr_x [rad/s],gyr_y [rad/s],gyr_z [rad/s],acc_x [m/s^2],acc_y [m/s^2],acc_z [m/s^2]"
 
 
@@ -37,16 +38,14 @@ def sketch(face: Face, beside: bool) -> str:
             "acc_bits": f"0x{acc_bits:02X}",
             "acc_lsb": acc_lsb,
             "include": f'"{name}.h"' if beside else f"<{name}.h>",
-            "where": f"// Needs {name}.h and {name}.c in the sketch's folder; exported with --arduino they are a library.\n"
-            if beside
-            else "",
+            "where": NEEDS.format(name) if beside else "",
         }
     )
 
 
 def _imu(choice: Choice) -> dict[str, str]:
     name, real = choice.name, choice.real
-    convert = "const {0} g[3] = {{gyr[0], gyr[1], gyr[2]}}, a[3] = {{acc[0], acc[1], acc[2]}};".format(real)
+    convert = f"const {real} g[3] = {{gyr[0], gyr[1], gyr[2]}}, a[3] = {{acc[0], acc[1], acc[2]}};"
     given = ("g", "a") if real == "double" else ("gyr", "acc")
     update = [f"  {convert}"] if real == "double" else []
     update.append(f"  {name}_update(&filter, {given[0]}, {given[1]}, NULL, {_seconds(real)});")

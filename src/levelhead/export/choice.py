@@ -9,6 +9,8 @@ from levelhead.errors import LevelheadError
 from levelhead.export.program import snake
 from levelhead.filters.contract import Filter, param_table
 
+DEFAULT_GUARD = filters.Guard()
+
 
 @dataclass(frozen=True)
 class Choice:
@@ -23,7 +25,7 @@ class Choice:
     """
 
     params: Any
-    guard: filters.Guard | None = filters.Guard()
+    guard: filters.Guard | None = DEFAULT_GUARD
     real: Literal["float", "double"] = "double"
     axis: bool = False
     command: str = "levelhead export"

@@ -19,11 +19,11 @@ OPERATORS: dict[type, tuple[str, int]] = {
     ast.Lt: ("<", LESS), ast.LtE: ("<=", LESS), ast.Gt: (">", LESS), ast.GtE: (">=", LESS),
     ast.Eq: ("==", EQUAL), ast.NotEq: ("!=", EQUAL),
 }  # fmt: skip
-RESERVED = set(
-    "auto break case char const continue default do double else enum extern float for goto if inline int long register "
-    "restrict return short signed sizeof static struct switch typedef union unsigned void volatile while bool "
-    "arrays fabs fabsf floorf memset sqrtf".split()
-)
+RESERVED = frozenset("""
+    auto break case char const continue default do double else enum extern float for goto if inline int long register
+    restrict return short signed sizeof static struct switch typedef union unsigned void volatile while bool
+    arrays fabs fabsf floorf memset sqrtf
+""".split())  # fmt: skip
 
 
 class Names(Protocol):
@@ -48,6 +48,9 @@ class Names(Protocol):
 
     def kind(self, kind: Kind) -> str:
         """A type."""
+
+    def declarator(self, kind: Kind, name: str) -> str:
+        """A name as it is declared."""
 
     def constant(self, inference: Inference, node: ast.expr) -> str:
         """A module's constant."""
@@ -106,8 +109,8 @@ class Expressions:
 
     def _is_constant(self, node: ast.expr) -> bool:
         return isinstance(node, ast.Name | ast.Attribute) and node in self._known.kinds and (
-            isinstance(node, ast.Name) and node.id not in self._known.variables
-            or isinstance(node, ast.Attribute) and node.value not in self._known.kinds
+            (isinstance(node, ast.Name) and node.id not in self._known.variables)
+            or (isinstance(node, ast.Attribute) and node.value not in self._known.kinds)
         )  # fmt: skip
 
     def member(self, owner: ast.expr, name: str) -> str:
@@ -119,8 +122,9 @@ class Expressions:
     def _Subscript(self, node: ast.Subscript) -> tuple[str, int]:
         owner = self._known.kinds[node.value]
         if isinstance(owner, Struct):
-            assert isinstance(node.slice, ast.Constant)
-            return self.member(node.value, list(owner.fields)[node.slice.value]), PRIMARY  # type: ignore[call-overload]
+            at = node.slice.value if isinstance(node.slice, ast.Constant) else None
+            assert isinstance(at, int)
+            return self.member(node.value, list(owner.fields)[at]), PRIMARY
         places = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
         return self.text(node.value, PRIMARY) + "".join(f"[{self.text(place)}]" for place in places), PRIMARY
 

@@ -10,10 +10,11 @@ from levelhead.engine import driver
 from levelhead.engine.binding import bind, estimates_bias
 from levelhead.engine.loop import LONGEST as LONGEST_DT
 from levelhead.export.choice import Choice, remarks
-from levelhead.export.kinds import FLOAT, Array, Kind, Machine, Scalar, Struct, is_empty, keep_what_is_read, within
+from levelhead.export.expressions import variable
+from levelhead.export.kinds import FLOAT, Array, Kind, Machine, Struct, is_empty, keep_what_is_read
 from levelhead.export.layout import LONGEST, STEP, beside, comment, docstring, safe, wrapped
 from levelhead.export.program import Kernel, Program, module_words
-from levelhead.export.statements import joined, variable
+from levelhead.export.statements import joined
 from levelhead.filters import Guard, health
 from levelhead.kernels import quat
 from levelhead.kernels.vec3 import Vec3
@@ -378,7 +379,7 @@ class AxisFace(Face):
             init_call=f"{self.name}_init(&filter, first_angle)",
             loop=f" *     {self.name}_report now;\n"
             f" *     for each sample: {self.name}_update(&filter, angle, rate, dt, 360.0, &now);",
-            units="Any unit will do, as long as rate is in units of the level per unit of dt, and the parameters are too.",
+            units="Any unit will do, as long as rate is in units of the level per unit of dt, and parameters are too.",
         )
 
 

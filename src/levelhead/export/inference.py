@@ -25,7 +25,9 @@ ALLOCATIONS = {"empty", "zeros"}  # of NumPy
 class Callee(Protocol):
     """What inference has to know of another kernel."""
 
-    returns: Kind
+    @property
+    def returns(self) -> Kind:
+        """The kind of what it returns."""
 
 
 class Program(Protocol):
@@ -276,7 +278,9 @@ class Inference:
                 return INT
             return FLOAT
         name = type(op).__name__
-        raise self._refuse(node, f"{name} of {described(left)} and {described(right)} is outside of the kernel language")
+        raise self._refuse(
+            node, f"{name} of {described(left)} and {described(right)} is outside of the kernel language"
+        )
 
     def _of_BoolOp(self, node: ast.BoolOp) -> Kind:
         for part in node.values:
@@ -336,9 +340,12 @@ class Inference:
 
     def _made(self, node: ast.Call, shape: ast.expr) -> Kind:
         sizes = shape.elts if isinstance(shape, ast.Tuple) else [shape]
-        numbers = [size.value if isinstance(size, ast.Constant) else self.resolve(size) for size in sizes]
-        if not all(type(number) is int and number > 0 for number in numbers):
-            raise self._refuse(node, f"the shape {ast.unparse(shape)} is not made of constants")
+        numbers = []
+        for size in sizes:
+            number: Any = size.value if isinstance(size, ast.Constant) else self.resolve(size)
+            if type(number) is not int or number < 1:
+                raise self._refuse(node, f"the shape {ast.unparse(shape)} is not made of constants")
+            numbers.append(number)
         return Array(tuple(numbers))
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any, get_args, get_origin, get_type_hints
 
 from levelhead.errors import LevelheadError
+from levelhead.export.expressions import variable
 from levelhead.export.inference import Inference
 from levelhead.export.kinds import (
     FLOAT,
@@ -26,7 +27,7 @@ from levelhead.export.layout import STEP, beside, comment, docstring, wrapped
 from levelhead.export.scopes import Scopes
 from levelhead.export.single import REMARKS, meant, shortest
 from levelhead.export.source import Source, field_remarks, home, place, position, read, remark
-from levelhead.export.statements import Body, variable
+from levelhead.export.statements import Body
 
 
 @dataclass(eq=False)
@@ -333,7 +334,9 @@ class Program:
     def _constant(self, module: str, name: str, value: Any) -> list[str]:
         kind = self.kind_of(value)
         assert kind is not None
-        code = f"static const {self.kind(kind)} {module.rpartition('.')[2].upper()}_{name} = {self.literal(value, kind)};"
+        code = (
+            f"static const {self.kind(kind)} {module.rpartition('.')[2].upper()}_{name} = {self.literal(value, kind)};"
+        )
         said = REMARKS.get(value, "") if kind is FLOAT and self.real == "float" else ""
         return beside(wrapped(code, ""), said or remark(module, name))
 

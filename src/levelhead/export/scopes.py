@@ -1,7 +1,7 @@
 """Where in C a variable is declared: in the innermost block around all its uses, with its first value if it can be.
 
-Python knows one scope, the function; a C reader expects a name where it begins to mean something, and ``const`` where it
-never changes.
+Python knows one scope, the function; a C reader expects a name where it begins to mean something, and ``const`` where
+it never changes.
 """
 
 import ast

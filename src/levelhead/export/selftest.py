@@ -23,6 +23,7 @@ def selftest(face: Face) -> dict[str, str]:
         "same": template("same.double.c" if choice.real == "double" else "same.float.c").template.strip(),
         "promise": "the same to the bit" if choice.real == "double" else f"the same to within {BOUND:g} (1 + its size)",
     }
+    gaps["two"] = ", 2 if only last digits differ." if choice.real == "double" else "."
     gaps["same"] = gaps["same"].replace("$bound", str(gaps["bound"]))
     if choice.axis:
         gaps |= _axis(choice)

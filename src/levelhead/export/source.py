@@ -69,7 +69,9 @@ def read(function: Callable[..., Any]) -> Source:
     try:
         lines, first = inspect.getsourcelines(function)
     except (OSError, TypeError):
-        raise LevelheadError(f"the source of the kernel {function.__qualname__} is not there to be translated") from None
+        raise LevelheadError(
+            f"the source of the kernel {function.__qualname__} is not there to be translated"
+        ) from None
     text = textwrap.dedent("".join(lines))
     tree = ast.parse(text).body[0]
     if not isinstance(tree, ast.FunctionDef):

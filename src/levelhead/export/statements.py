@@ -199,7 +199,11 @@ class Body:
         if name == "_" or self._idle(name):
             return
         kind = self._known.variables[name]
-        if self._declares(name, statement) and isinstance(value, ast.Call) and is_struct(self._known.resolve(value.func)):
+        if (
+            self._declares(name, statement)
+            and isinstance(value, ast.Call)
+            and is_struct(self._known.resolve(value.func))
+        ):
             self._store(name, self._write.braces(value), statement, indent, words)
         else:
             lasting = isinstance(value, ast.Attribute) and self._lasting(value)

@@ -22,7 +22,8 @@ void ${name}_reset($name *filter, $real level)
 
 bool ${name}_update($name *filter, $real level, $real rate, $real dt, $real period, ${name}_report *report)
 {
-    if (!($zero < dt && dt < $longest && level - level == $zero && rate - rate == $zero)) {
+    const $real finite = (level - level) + (rate - rate); /* 0, or NaN if one of them is infinite or NaN */
+    if (!($zero < dt && dt < $longest && finite == $zero)) {
         return false;
     }
     const $state before = {$restored};

@@ -197,7 +197,8 @@ void lh_kalman_axis_reset(lh_kalman_axis *filter, double level)
 bool lh_kalman_axis_update(lh_kalman_axis *filter, double level, double rate, double dt, double period,
     lh_kalman_axis_report *report)
 {
-    if (!(0.0 < dt && dt < 1e9 && level - level == 0.0 && rate - rate == 0.0)) {
+    const double finite = (level - level) + (rate - rate); /* 0, or NaN if one of them is infinite or NaN */
+    if (!(0.0 < dt && dt < 1e9 && finite == 0.0)) {
         return false;
     }
     const Axis before = {.level = filter->level, .bias = filter->bias, .p_level = filter->p_level,

@@ -12,7 +12,7 @@
  *     lh_kalman_axis_report now;
  *     for each sample: lh_kalman_axis_update(&filter, angle, rate, dt, 360.0, &now);
  *
- * Any unit will do, as long as rate is in units of the level per unit of dt, and the parameters are too.
+ * Any unit will do, as long as rate is in units of the level per unit of dt, and parameters are too.
  *
  * The same source runs in Python, so what comes out is the same, to the bit. That holds where every
  * operation rounds once to the type that is written (FLT_EVAL_METHOD 0) and a * b + c is not contracted into one
