@@ -37,6 +37,10 @@ void run(const void *unused, ptrdiff_t n, const double *t, const double *level, 
 }}
 """
 IMU = """#include "{name}.c"
+static void taken(const double *from, {real} *to)
+{{
+    for (int k = 0; k < 3; k++) to[k] = ({real})from[k];
+}}
 void run(const void *unused, ptrdiff_t n, const double *t, const double *gyr, const double *acc, const double *mag,
          double *quat, double *bias)
 {{
@@ -44,7 +48,9 @@ void run(const void *unused, ptrdiff_t n, const double *t, const double *gyr, co
     static {name} filter;
     {name}_init(&filter);
     for (ptrdiff_t i = 0; i < n; i++) {{
-        {name}_update(&filter, gyr + 3 * i, acc + 3 * i, mag ? mag + 3 * i : 0, i ? t[i] - t[i - 1] : 0.01);
+        {real} g[3], a[3], m[3];
+        taken(gyr + 3 * i, g), taken(acc + 3 * i, a), taken(mag ? mag + 3 * i : acc, m);
+        {name}_update(&filter, g, a, mag ? m : 0, ({real})(i ? t[i] - t[i - 1] : 0.01));
         const {name}_output out = {name}_read(&filter);
         quat[4 * i] = out.quat.w, quat[4 * i + 1] = out.quat.x, quat[4 * i + 2] = out.quat.y;
         quat[4 * i + 3] = out.quat.z;
@@ -58,9 +64,16 @@ def exported(choice: Choice) -> Any:
     """The exported filter in a loop, with the face of the yardstick."""
     with tempfile.TemporaryDirectory() as name:
         write(choice, Path(name))
-        loop = (AXIS if choice.axis else IMU).format(name=choice.name)
+        loop = (AXIS if choice.axis else IMU).format(name=choice.name, real=choice.real)
         (Path(name) / "run.c").write_text("#include <stddef.h>\n" + loop, encoding="utf-8")
         return build("run.c", FLAGS, Path(name))
+
+
+def attitude_run(choice: Choice) -> Any:
+    """The exported filter of an IMU: run(None, n, t, gyr, acc, mag or None, quat, bias)."""
+    run = exported(choice)
+    run.argtypes = [ctypes.c_void_p, ctypes.c_ssize_t, *[ctypes.POINTER(ctypes.c_double)] * 6]
+    return run
 
 
 def axis_table(params: Any, source: str, samples: int, repeats: int) -> Table:
@@ -96,8 +109,7 @@ def imu_table(params: Any, mag: bool, samples: int, repeats: int) -> Table:
     """An IMU without the guard, which the yardstick does not have either."""
     recording = made(samples, mag=mag)
     flt = filters.of(params)
-    hand, generated = c_run(flt.name), exported(Choice(params, None))
-    generated.argtypes, generated.restype = hand.argtypes, None
+    hand, generated = c_run(flt.name), attitude_run(Choice(params, None))
     field = None if recording.mag is None else np.ascontiguousarray(recording.mag)
     inputs = [np.ascontiguousarray(array) for array in (recording.t, recording.gyr, recording.acc)]
     quats, biases = [np.empty((samples, 4)) for _ in range(2)], [np.empty((samples, 3)) for _ in range(2)]

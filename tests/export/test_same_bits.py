@@ -1,5 +1,7 @@
 """The C gives the bits of Python: on a hard recording, on real ones, with both compilers."""
 
+import re
+
 import numpy as np
 import pytest
 from tests.reference import c_engine
@@ -9,6 +11,8 @@ import levelhead as lh
 from levelhead import filters
 from levelhead.evaluate import evaluate
 from levelhead.export import Choice
+from levelhead.export.face import face
+from levelhead.export.kinds import Machine
 
 pytestmark = pytest.mark.skipif(not c_engine.COMPILERS, reason="no C compiler (gcc or clang) on the PATH")
 EVERY = pytest.mark.parametrize("flt", filters.ALL, ids=lambda f: f.name)
@@ -46,6 +50,16 @@ def test_axis(flt, compiler, level):
         report = lh.fuse_axis(t, *pair, flt.params(), period=period, engine="python")
         found = c_engine.built(Choice(flt.params(), axis=True), compiler, level).fuse_axis(t, *pair, period)
         np.testing.assert_array_equal(found, np.stack(report, axis=1)[1:])
+
+
+@EVERY
+@pytest.mark.parametrize("real", ["double", "float"])
+def test_the_header_tells_the_size(flt, real):
+    for axis in (False, True) if flt.axis else (False,):
+        choice = Choice(flt.params(), real=real, axis=axis)
+        size = c_engine.built(choice).size
+        assert face(choice).size(Machine("this one", 8 if real == "double" else 4, 8, 8)) == size
+        assert re.search(rf"64 bit \(Cortex-A, x86-64\) +{size} bytes", face(choice).write()[f"{choice.name}.h"])
 
 
 def test_the_lesson_in_88_bytes():

@@ -31,7 +31,7 @@ static __attribute__((noinline)) unsigned stack(void)
 {
     volatile uint8_t *here = __builtin_frame_address(0);
     volatile uint8_t *bottom = here - PAINTED;
-    for (volatile uint8_t *p = bottom; p < here - 256; p++) {
+    for (volatile uint8_t *p = bottom; p < here - 48; p++) {
         *p = 0xA5;
     }
     update(1);

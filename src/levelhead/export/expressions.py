@@ -19,11 +19,12 @@ OPERATORS: dict[type, tuple[str, int]] = {
     ast.Lt: ("<", LESS), ast.LtE: ("<=", LESS), ast.Gt: (">", LESS), ast.GtE: (">=", LESS),
     ast.Eq: ("==", EQUAL), ast.NotEq: ("!=", EQUAL),
 }  # fmt: skip
-RESERVED = frozenset("""
+C_WORDS = """
     auto break case char const continue default do double else enum extern float for goto if inline int long register
     restrict return short signed sizeof static struct switch typedef union unsigned void volatile while bool
     arrays fabs fabsf floorf memset sqrtf
-""".split())  # fmt: skip
+"""
+RESERVED = frozenset(C_WORDS.split())
 
 
 class Names(Protocol):

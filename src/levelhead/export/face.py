@@ -286,6 +286,7 @@ class ImuFace(Face):
         return self.header(
             "imu.functions.h",
             whole,
+            copy=template("copy.h").substitute(name=self.name) if self.program.arrays else "",
             no_bias="" if bias else "; zero, as this filter estimates none",
             health=health_bits() + "\n",
             init_call=f"{self.name}_init(&filter)",
