@@ -1,8 +1,11 @@
 """``levelhead export``: what it writes, and what it refuses."""
 
 import json
+import re
+import shlex
 import shutil
 import subprocess
+from pathlib import Path
 
 import pytest
 
@@ -108,3 +111,25 @@ def test_every_filter_is_exported_under_its_own_name(levelhead, tmp_path):
     for flt in filters.ALL:
         assert levelhead("export", flt.name, "-o", tmp_path).code == 0
     assert len(list(tmp_path.glob("lh_*_selftest.c"))) == len(filters.ALL)
+
+
+def test_the_page_works_as_written(levelhead, tmp_path, monkeypatch):
+    """From a log to a library: the commands of docs/export.md, one after the other."""
+    monkeypatch.chdir(tmp_path)
+    page = (Path(__file__).resolve().parents[2] / "docs" / "export.md").read_text(encoding="utf-8")
+    lines = [line.strip() for block in re.findall(r"```sh\n(.*?)```", page, re.DOTALL) for line in block.splitlines()]
+    commands = [shlex.split(line) for line in lines if line.startswith("levelhead ")]
+    verbs = [command[1] for command in commands]
+    assert verbs == ["simulate", "sweep", "export", "fuse", "compare"]
+    for command in commands[:3]:
+        target = command[command.index(">") + 1] if ">" in command else None
+        words = command[1 : command.index(">")] if target else command[1:]
+        said = levelhead(*(word.replace("~/Arduino/libraries", "libraries") for word in words))
+        assert said.code == 0, said.err
+        if target:
+            Path(target).write_text(said.out, encoding="utf-8")
+    tuned = json.loads(Path("tuned.json").read_text(encoding="utf-8"))["minimum"]["value"]
+    source = (tmp_path / "libraries" / "lh_madgwick" / "src" / "lh_madgwick.c").read_text(encoding="utf-8")
+    found = re.search(r"\.beta = ([^f]+)f,", source)
+    assert found and float(found[1]) == pytest.approx(tuned, rel=1e-6)
+    assert (tmp_path / "libraries" / "lh_madgwick" / "examples" / "mpu6050" / "mpu6050.ino").exists()

@@ -52,3 +52,5 @@ def test_an_uno_holds_the_lesson():
         pytest.skip(f"not on the PATH: {boards.missing('AVR')}")
     found = boards.on_avr(Choice(filters.Kalman(), real="float", axis=True))
     assert found["fits"] == "yes" and found["ram"] < 256 and found["code"] < 8_192
+    assert 20 < found["stack"] < 512 and 1_000 < found["cycles"] < 40_000
+    assert boards.on_avr(Choice(filters.EKF(), real="float"))["fits"] == "no"

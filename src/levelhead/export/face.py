@@ -93,7 +93,7 @@ class Face:
             "real": self.choice.real,
             "title": f"{self.name}: {module_title(self.choice)}",
             "version": VERSION,
-            "command": safe(self.choice.command),
+            "command": safe(" ".join(self.choice.command.split())),
             "zero": self.number(0.0),
             "longest": self.number(LONGEST_DT),
         }
