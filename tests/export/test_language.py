@@ -123,6 +123,43 @@ def enlarged(a: float, b: float) -> float:
     return summed(big, a) + summed(Big(big.d, big.c, big.b, big.a), b)
 
 
+class Bigger(NamedTuple):
+    """Two of them."""
+
+    left: Big
+    right: Big
+    count: float
+
+
+@kernel
+def bigger(a: float, b: float) -> Bigger:
+    u, v = Vec3(a, b, 1.0), Vec3(b, 2.0, a)
+    return Bigger(Big(u, v, u, v), Big(v, v, u, u), a)
+
+
+@kernel
+def wandering(a: float, b: float) -> float:
+    """A large part of one thing, then of another: no copies are needed, but for what changes from turn to turn."""
+    first = bigger(a, b)
+    big, _, total = first
+    if a > b:
+        second = bigger(b, a)
+        big = second.right
+        total += summed(big, 1.0)
+    else:
+        _, big, _ = bigger(total, b)
+    kept = first.left
+    for i in range(4):
+        turn = bigger(a + i, b)
+        total += summed(kept, b)
+        kept = turn.right
+    last = first.left
+    for i in range(3):
+        total += summed(last, a)
+        last = first.right
+    return total + summed(big, 2.0) + summed(kept, 3.0) + turn.count
+
+
 @kernel
 def made(a: float) -> Grown:
     p = np.empty((N, N))
@@ -159,7 +196,7 @@ FLOATS = [(1.0, 2.0), (2.0, 1.0), (-3.0, 3.0), (-1.0, 4.0), (0.0, -0.0), *RNG.no
 
 @GCC
 @pytest.mark.parametrize(
-    "function", [arithmetic, decided, extremes, several, unbundled, enlarged, both], ids=lambda f: f.__name__
+    "function", [arithmetic, decided, extremes, several, unbundled, enlarged, wandering, both], ids=lambda f: f.__name__
 )
 def test_it_means_the_same_in_c(function):
     run = called(function, [FLOAT, FLOAT])
@@ -185,6 +222,8 @@ def test_what_is_written_for_people_is_kept():
     _, _, text = translated(arithmetic, FLOAT, FLOAT)
     assert "static const double TEST_LANGUAGE_HALF = 0.5; /* of everything */" in text
     assert "return (a - (b - 2.0 * a)) / (1.0 + a * a) - -b * TEST_LANGUAGE_HALF;" in text
+    _, _, text = translated(wandering, FLOAT, FLOAT)
+    assert "const Big *last = &first.left;" in text and "Big kept = first.left;" in text
     _, _, text = translated(extremes, FLOAT, FLOAT)
     assert "double first; /* the one */" in text
 

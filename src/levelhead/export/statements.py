@@ -26,6 +26,10 @@ class Body:
             raise source.refuse(node, f"{node.id} counts a loop; outside of the loop another name has to be used")
         self._comments = {line: words for line, words in source.comments.items() if line > _head(source.tree)}
         self._taken: dict[str, int] = {}
+        self._wandering = {
+            name for name in self._scopes.variables if name in inference.variables and self._wanders(name)
+        }
+        addresses |= self._wandering
         self._open: list[tuple[str, str]] = []  # (type, "name = value") to be declared in one line
         self.lines: list[str] = []
         self._unused(STEP)
@@ -50,7 +54,9 @@ class Body:
             late = [n for n in self._scopes.declared_before(statement) if self._declares_early(n, stored, statement)]
             for name in late:
                 self.flush(indent)
-                self.lines.append(f"{indent}{self._names.kind(self._known.variables[name])} {self._pointer(name)};")
+                wanders = ("const ", "*") if name in self._wandering else ("", "")
+                kind = self._names.kind(self._known.variables[name])
+                self.lines.append(f"{indent}{wanders[0]}{kind} {wanders[1]}{self._pointer(name)};")
             getattr(self, f"_on_{type(statement).__name__}")(statement, indent)
 
     def _declares_early(self, name: str, stored: set[str], statement: ast.stmt) -> bool:
@@ -101,6 +107,34 @@ class Body:
         seen = self._scopes.variables.get(value.id)
         return seen is None or seen.stores == (0 if value.id in self._parameters else 1)
 
+    def _wanders(self, name: str) -> bool:
+        """Whether a variable is only ever one part or another of what never changes: then it is an address in C."""
+        seen = self._scopes.variables[name]
+        if name in self._parameters or seen.stores < 2 or not by_address(self._known.variables[name]):
+            return False
+        blocks = {block for block, _ in seen.block}
+        return all(
+            self._outlives(statement, name, blocks) for statement in self._scopes.at if name in stored_in(statement)
+        )
+
+    def _outlives(self, statement: ast.stmt, name: str, blocks: set[int]) -> bool:
+        """Whether what a statement gives to a variable lives as long as the variable, in one of these blocks."""
+        value = statement.value if isinstance(statement, ast.Assign | ast.AnnAssign) else None
+        unpacked = isinstance(statement, ast.Assign) and all(isinstance(t, ast.Tuple) for t in statement.targets)
+        if unpacked and isinstance(value, ast.Call):  # into a struct that is declared just there
+            return self._scopes.at[statement][0] in blocks
+        if not unpacked and not isinstance(value, ast.Attribute):
+            return False
+        if value is None or isinstance(value, ast.Tuple) or not self._lasting(value) or name in loaded_in(value):
+            return False
+        root = next(iter(loaded_in(value)))
+        if root in self._parameters or root not in self._scopes.variables:
+            return True
+        begins = [
+            one for one in self._scopes.at if root in stored_in(one) and root in self._scopes.declared_before(one)
+        ]
+        return bool(begins) and self._scopes.at[begins[0]][0] in blocks
+
     def _store(
         self, name: str, value: str, statement: ast.stmt, indent: str, words: str = "", lasting: bool = False
     ) -> None:
@@ -108,13 +142,17 @@ class Body:
         if name == "_" or self._idle(name):
             return
         kind = self._known.variables[name]
+        if name in self._wandering:
+            written = f"const {self._names.kind(kind)} *" if self._declares(name, statement) else ""
+            self._emit(f"{written}{variable(name)} = {_address(value)};", indent, words)
+            return
         if not self._declares(name, statement):
             self._emit(f"{variable(name)} = {value};", indent, words)
             return
         constant = self._scopes.variables[name].stores == 1
         if constant and lasting and by_address(kind):  # it is where it is; no need to copy it
             self._addresses.add(name)
-            self._emit(f"const {self._names.kind(kind)} *{variable(name)} = &{value};", indent, words)
+            self._emit(f"const {self._names.kind(kind)} *{variable(name)} = {_address(value)};", indent, words)
             return
         written = ("const " if constant and not isinstance(kind, Array) else "") + self._names.kind(kind)
         alone = not (isinstance(statement, ast.Assign) and isinstance(statement.targets[0], ast.Tuple))
@@ -300,6 +338,10 @@ class Body:
             name = f"{name.rstrip('_0123456789')}_{self._taken[name]}"
         self._taken[name] = 1
         return name
+
+
+def _address(value: str) -> str:
+    return value[1:] if value.startswith("*") else f"&{value}"
 
 
 def _member(owner: str, name: str) -> str:

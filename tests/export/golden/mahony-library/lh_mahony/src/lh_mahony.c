@@ -1381,7 +1381,7 @@ static Carry driver_advance(const Settings *settings, const Carry *carry, Vec3 g
     State state = carry->state;
     Vec3 last = carry->gyr;
     const bool has_started = carry->started;
-    Watch watch = carry->watch;
+    const Watch *watch = &carry->watch;
     Doubt doubt = carry->doubt;
     float blind = carry->blind;
     int32_t health = driver_absent(gyr, acc, mag);
@@ -1397,23 +1397,23 @@ static Carry driver_advance(const Settings *settings, const Carry *carry, Vec3 g
     const Output said = mahony_output(params, state);
     const Vec3 own = said.bias;
     if (dt > TILT_GAP_SECONDS || ((health & HEALTH_GYR_MISSING) && blind > TILT_GAP_SECONDS)) {
-        gyr = vec3_add(own, watch.rest.bias); /* reads as "did not turn" */
+        gyr = vec3_add(own, watch->rest.bias); /* reads as "did not turn" */
     }
     if (dt > TILT_GAP_SECONDS) {
         health |= HEALTH_GAP;
     }
-    const bool had_field = watch.field.norm > 0.0f;
-    const Look seen = guard_look(guard, &watch, said.quat, own, gyr, acc, mag, dt);
+    const bool had_field = watch->field.norm > 0.0f;
+    const Look seen = guard_look(guard, watch, said.quat, own, gyr, acc, mag, dt);
     gyr = seen.gyr;
     acc = seen.acc;
     mag = seen.mag;
     const int32_t found = seen.health;
-    watch = seen.watch;
+    watch = &seen.watch;
     health |= found;
     if (health & HEALTH_GYR_MISSING) {
         health -= health & HEALTH_GYR_STUCK; /* it is the held rate that repeats itself */
     }
-    const Unseen unseen = driver_unseen(health, blind, watch.fast.up, dt);
+    const Unseen unseen = driver_unseen(health, blind, watch->fast.up, dt);
     blind = unseen.blind;
     const float lost = unseen.lost;
     if (lost > 0.0f) {
@@ -1431,7 +1431,7 @@ static Carry driver_advance(const Settings *settings, const Carry *carry, Vec3 g
         doubt = doubt_judged(doubt, mahony_gains(params, state, doubt.spell), gyr, acc,
             (health & HEALTH_AT_REST) != 0, lost);
     }
-    return (Carry){state, last, true, health, watch, doubt, blind};
+    return (Carry){state, last, true, health, *watch, doubt, blind};
 }
 
 /* The filter's output, with what the driver knows: the bias read off at rest, σ, health. */
