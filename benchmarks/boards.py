@@ -1,7 +1,7 @@
 """What an exported filter takes on a board: code, RAM, stack and instructions of an update, on a Cortex-M4F and an AVR.
 
-Needs gcc-arm-none-eabi with newlib and qemu-system-arm, and avr-gcc with avr-libc and simavr; what is missing is said and
-left out. Instructions and cycles are counted in QEMU and simavr, not timed.
+Needs gcc-arm-none-eabi with newlib and qemu-system-arm, and avr-gcc with avr-libc and simavr; what is missing is said
+and left out. Instructions and cycles are counted in QEMU and simavr, not timed.
 """
 
 import json

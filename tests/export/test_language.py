@@ -155,7 +155,7 @@ def wandering(a: float, b: float) -> float:
         kept = turn.right
     last = first.left
     for i in range(3):
-        total += summed(last, a)
+        total += summed(last, a) * i
         last = first.right
     return total + summed(big, 2.0) + summed(kept, 3.0) + turn.count
 

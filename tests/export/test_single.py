@@ -4,12 +4,16 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from tests.reference.c_kernel import translated
 
 from levelhead.errors import LevelheadError
+from levelhead.export.kinds import FLOAT
 from levelhead.export.program import Program, plain
 from levelhead.export.single import INSTEAD, meant, shortest, single
 from levelhead.kernels import tilt, trig, vec3
+from levelhead.kernels.jit import kernel
 
+HUGE = 1e60
 PI = Fraction(314159265358979323846264338327950288419716939937510, 10**50)
 
 
@@ -52,5 +56,23 @@ def test_literals_read_back():
 
 @pytest.mark.parametrize("value", [1e60, 1e-60])
 def test_what_single_precision_cannot_hold_is_refused(value):
-    with pytest.raises(LevelheadError, match="out of the range of single precision"):
+    with pytest.raises(OverflowError, match="out of the range of single precision"):
         Program("lh_test", "float").number(value)
+
+
+@kernel
+def tiny(a: float) -> float:
+    return a * 1e-60
+
+
+@kernel
+def huge(a: float) -> float:
+    return a * HUGE
+
+
+def test_with_file_and_line_or_name():
+    with pytest.raises(LevelheadError, match=rf"test_single.py:{tiny.__code__.co_firstlineno + 2}: 1e-60 cannot be"):
+        translated(tiny, FLOAT, real="float")
+    with pytest.raises(LevelheadError, match="the constant HUGE of tests.export.test_single: 1e\\+60 is out of"):
+        translated(huge, FLOAT, real="float")
+    translated(tiny, FLOAT), translated(huge, FLOAT)

@@ -32,8 +32,8 @@ class Names(Protocol):
 
     real: str
 
-    def number(self, value: float, at: ast.AST | None = None) -> str:
-        """A float as a literal."""
+    def number(self, value: float) -> str:
+        """A float as a literal; OverflowError if there is none."""
 
     def function(self, function: object) -> str:
         """A kernel."""
@@ -81,7 +81,7 @@ class Expressions:
         """An expression where a value of a kind is wanted: a whole number for a float is converted in sight."""
         if wanted is FLOAT and self._known.kinds[node] is INT:
             if isinstance(node, ast.Constant):
-                return self._names.number(float(node.value), node)  # type: ignore[arg-type]
+                return self._literal(node)
             return f"({self._names.real}){self.text(node, UNARY)}"
         return self.text(node)
 
@@ -94,7 +94,14 @@ class Expressions:
             return str(node.value).lower(), PRIMARY
         if isinstance(node.value, int):
             return str(node.value), PRIMARY
-        return self._names.number(float(node.value), node), PRIMARY  # type: ignore[arg-type]
+        return self._literal(node), PRIMARY
+
+    def _literal(self, node: ast.Constant) -> str:
+        assert isinstance(node.value, int | float)
+        try:
+            return self._names.number(float(node.value))
+        except OverflowError as error:
+            raise self._known.source.refuse(node, f"{node.value!r} cannot be a constant: {error}") from None
 
     def _Name(self, node: ast.Name) -> tuple[str, int]:
         if node.id not in self._known.variables:

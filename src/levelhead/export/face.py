@@ -9,6 +9,7 @@ from typing import Any
 from levelhead.engine import driver
 from levelhead.engine.binding import bind, estimates_bias
 from levelhead.engine.loop import LONGEST as LONGEST_DT
+from levelhead.errors import LevelheadError
 from levelhead.export.choice import Choice, remarks
 from levelhead.export.expressions import variable
 from levelhead.export.kinds import FLOAT, Array, Kind, Machine, Struct, is_empty, keep_what_is_read
@@ -114,7 +115,10 @@ class Face:
         lines = []
         for name, kind in struct.fields.items():
             value = getattr(params, name)
-            text = self.program.literal(value, kind or FLOAT)
+            try:
+                text = self.program.literal(value, kind or FLOAT)
+            except OverflowError as error:
+                raise LevelheadError(f"{name}: {error}; export --double") from None
             default = type(params)._field_defaults.get(name)
             lines.append(f"{indent}.{variable(name)} = {text},{'' if value == default else ' /* set */'}")
         return lines

@@ -81,6 +81,7 @@ class Program:
         self._constants: dict[tuple[str, str], Any] = {}
         self._makers: dict[Callable[..., Any], bool] = {}
         self._places: dict[tuple[Any, str], str] = {}
+        self._taken: dict[tuple[str, str], Any] = {}  # names in C -> what has them
         self.called: dict[Struct, str] = {}  # types that other files see by another name than their own
 
     # Kinds
@@ -126,7 +127,7 @@ class Program:
             LevelheadError: the kernel is outside of the language; the sentence begins with file and line.
         """
         if function in self._running:
-            raise self._kernels_source(function).refuse(ast.Pass(), f"{function.__name__} calls itself")
+            raise read(function).refuse(ast.Pass(), f"{function.__name__} calls itself")
         if function not in self._kernels:
             source = read(function)
             parameters = self._parameters(source, arguments)
@@ -138,10 +139,6 @@ class Program:
         known = self._kernels[function]
         self._parameters(known.source, arguments, known.parameters)
         return known
-
-    @staticmethod
-    def _kernels_source(function: Callable[..., Any]) -> Source:
-        return read(function)
 
     def _parameters(
         self, source: Source, given: Sequence[Kind], known: dict[str, Kind] | None = None
@@ -160,7 +157,7 @@ class Program:
         return found
 
     def _name(self, function: Callable[..., Any]) -> str:
-        return f"{function.__module__.rpartition('.')[2]}_{function.__name__}"
+        return self._named("kernel", function, function.__module__, f"_{function.__name__}")
 
     # Names in C
 
@@ -223,23 +220,15 @@ class Program:
         rows = "".join(f"[{size}]" for size in kind.shape[1:])
         return f"(*{name}){rows}" if rows else f"*{name}"
 
-    def number(self, value: float, at: ast.AST | None = None) -> str:
+    def number(self, value: float) -> str:
         """A float as a literal.
 
         Raises:
-            LevelheadError: it is not finite, or out of the range of single precision.
+            OverflowError: it is not finite, or out of the range of single precision.
         """
         if not math.isfinite(value):
-            raise LevelheadError(f"{value} cannot be written in C99 as a constant")
-        if self.real == "double":
-            return plain(value)
-        try:
-            return f"{plain(shortest(meant(value)))}f"
-        except OverflowError:
-            where = f"{self._file}:{getattr(at, 'lineno', '?')}: " if at is not None else ""
-            raise LevelheadError(f"{where}{value!r} is out of the range of single precision") from None
-
-    _file = "kernel"
+            raise OverflowError(f"{value} is no number that C99 could write")
+        return plain(value) if self.real == "double" else f"{plain(shortest(meant(value)))}f"
 
     def constant(self, inference: Inference, node: ast.expr) -> str:
         """A module's constant, by the name that it has where it is defined."""
@@ -251,7 +240,19 @@ class Program:
             assert isinstance(node, ast.Name)
             module, name = home(function.__module__, node.id)
         self._constants[module, name] = value
-        return f"{module.rpartition('.')[2].upper()}_{name}"
+        return self._constant_name(module, name)
+
+    def _constant_name(self, module: str, name: str) -> str:
+        return self._named("constant", (module, name), module, f"_{name}").upper()
+
+    def _named(self, what: str, key: Any, module: str, rest: str) -> str:
+        """The last part of a module's name and the rest; more parts, if something else is called that already."""
+        parts = module.split(".")
+        for count in range(1, len(parts) + 1):
+            name = "_".join(parts[-count:]) + rest
+            if self._taken.setdefault((what, name), key) == key:
+                return name
+        raise LevelheadError(f"there are two of the name {module}{rest}")
 
     # Text
 
@@ -286,7 +287,6 @@ class Program:
 
     def text(self, kernel: Kernel) -> list[str]:
         """A kernel as C, with its docstring above."""
-        self._file = kernel.source.function.__code__.co_filename
         body = Body(kernel.source, kernel.inference, self, self._addresses(kernel))
         body.flush()
         words = docstring(ast.get_docstring(kernel.source.tree))
@@ -334,9 +334,11 @@ class Program:
     def _constant(self, module: str, name: str, value: Any) -> list[str]:
         kind = self.kind_of(value)
         assert kind is not None
-        code = (
-            f"static const {self.kind(kind)} {module.rpartition('.')[2].upper()}_{name} = {self.literal(value, kind)};"
-        )
+        try:
+            number = self.literal(value, kind)
+        except OverflowError as error:
+            raise LevelheadError(f"the constant {name} of {module}: {error}") from None
+        code = f"static const {self.kind(kind)} {self._constant_name(module, name)} = {number};"
         said = REMARKS.get(value, "") if kind is FLOAT and self.real == "float" else ""
         return beside(wrapped(code, ""), said or remark(module, name))
 

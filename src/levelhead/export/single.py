@@ -32,7 +32,10 @@ def single(value: float) -> float:
     Raises:
         OverflowError: there is none.
     """
-    return float(struct.unpack("<f", struct.pack("<f", value))[0])
+    try:
+        return float(struct.unpack("<f", struct.pack("<f", value))[0])
+    except OverflowError:
+        raise OverflowError(f"{value:g} is out of the range of single precision") from None
 
 
 def meant(value: float) -> float:
@@ -44,7 +47,7 @@ def meant(value: float) -> float:
     value = INSTEAD.get(value, value)
     rounded = single(value)
     if value != 0.0 and abs(rounded) < 1.2e-38:
-        raise OverflowError("nothing but zero is left of it")
+        raise OverflowError(f"{value:g} is out of the range of single precision")
     return rounded
 
 
