@@ -42,6 +42,19 @@ def test_every_lane_is_its_single_run(flt, with_mag, monkeypatch):
     assert_same(found[-1], lh.fuse(recording, tries[-1], engine="python"))
 
 
+@pytest.mark.parametrize("guard", [None, lh.Guard(gyr_range=250.0, acc_gate=2.0, rest_time=0.2)], ids=["none", "own"])
+def test_lanes_have_the_guard_that_is_asked_for(guard):
+    recording = hard_recording(True)
+    tries = different(lh.filters.of(lh.Mahony()), 9)
+    found = fuse_many(recording, tries, guard=guard, engine="compiled")
+    for params, track in zip(tries, found, strict=True):
+        assert_same(track, lh.fuse(recording, params, guard=guard, engine="compiled"))
+    assert any((track.quat != lh.fuse(recording, track.params).quat).any() for track in found)
+    few = fuse_many(recording, tries[:2], guard=guard, engine="python")
+    for params, track in zip(tries, few, strict=False):
+        assert_same(track, lh.fuse(recording, params, guard=guard, engine="python"))
+
+
 def test_filters_can_be_mixed_and_few():
     recording = lh.simulate.lesson(42)[:50]
     tries = [lh.Kalman(r_measure=0.1), "Complementary", lh.Kalman]

@@ -25,6 +25,12 @@ def test_each_track_in_order(recordings, engine, workers):
         assert_same(track, lh.fuse(recording, lh.Kalman(), engine="python"))
 
 
+@pytest.mark.parametrize("guard", [None, lh.Guard(acc_gate=1.0)], ids=["none", "own"])
+def test_each_has_the_guard_that_is_asked_for(recordings, guard):
+    for recording, track in zip(recordings, fuse_all(recordings, lh.Kalman(), guard=guard), strict=True):
+        assert_same(track, lh.fuse(recording, lh.Kalman(), guard=guard))
+
+
 def test_recordings_are_taken_when_needed(recordings):
     taken = []
 

@@ -21,8 +21,9 @@ NORTH = Vec3(0.0, 19.0, -45.0)
 def carried(gains, n, dt, rest=False, turning=0.0, mag=NORTH):
     """The doubt after n samples with these gains."""
     now = doubt.at_start(UP, mag)
+    seen = 1 if mag == ZERO else 3
     for _ in range(n):
-        now = doubt.judged(doubt.waited(now, UP, mag, dt), gains, Vec3(turning, 0.0, 0.0), UP, rest, 0.0)
+        now = doubt.judged(now, gains, Vec3(turning, 0.0, 0.0), UP, rest, 0.0, seen, dt)
     return now
 
 
@@ -56,7 +57,7 @@ def test_without_a_bias_state_it_is_the_geometric_series():
     now = now._replace(heading=Covariance(now.heading.level, 0.0, 0.0))
     r = doubt.lasting(doubt.IRON, 2.0 * doubt.IRON_SECONDS / dt, share)
     for _ in range(3000):
-        now = doubt.judged(doubt.waited(now, ZERO, NORTH, dt), Gains(0.0, 0.0, share, 0.0), ZERO, ZERO, False, 0.0)
+        now = doubt.judged(now, Gains(0.0, 0.0, share, 0.0), ZERO, ZERO, False, 0.0, 2, dt)
         now = now._replace(heading=Covariance(now.heading.level, 0.0, 0.0))
     keep = (1.0 - share) ** 2
     assert now.heading.level == pytest.approx((keep * doubt.NOISE * dt + share**2 * r) / (1.0 - keep), rel=1e-9)
@@ -79,7 +80,7 @@ def test_heading_without_a_field_grows_with_the_bias_and_slower_once_that_is_rea
     assert math.sqrt(unread.level) == pytest.approx(math.sqrt(doubt.TURN_ON) * minute, rel=0.05)
     assert math.sqrt(read.level) < 0.1 * math.sqrt(unread.level)
     assert read.bias <= doubt.RESTED + doubt.WALK * 0.011
-    said = doubt.sigma(doubt.Doubt(unread, Covariance(1e9, 0.0, 0.0), 0.0, 0.0, 0))
+    said = doubt.sigma(doubt.Doubt(unread, Covariance(1e9, 0.0, 0.0), 0.0))
     assert said.z == pytest.approx(math.pi / math.sqrt(3.0)), "no doubt is larger than knowing nothing"
 
 

@@ -63,6 +63,8 @@ def test_it_is_the_textbook_with_full_matrices(seed, wild):
             acc, mag = (None if rng.random() < 0.2 else v for v in (acc, mag))
         gyr = rate + bias + rng.normal(0, 0.02, 3)
         state = ekf.step(params, state, vec(gyr), vec(acc), vec(mag), dt)
+        if ekf.due(params, state):
+            state = ekf.correct(params, state, dt)
         twin.step(gyr, acc, mag, dt)
         refused += state.health != 0
         off = twin.attitude.inv() * Rotation.from_quat(state.quat, scalar_first=True)
@@ -126,7 +128,7 @@ def test_the_covariance_stays_symmetric_and_positive():
             array.flags.writeable = False  # as a recording's: no other version has to be compiled
         carry = run(settings, carry, last, *read, *out)
         last = float(t[-1])
-        p = matrix(carry.state.p)
+        p = matrix(carry.run.state.p)
         values = np.linalg.eigvalsh(p / np.sqrt(np.outer(np.diag(p), np.diag(p))))  # as correlations: units apart
         assert values.min() > 1e-9, part
         assert out[2].min() > 0.0

@@ -119,6 +119,19 @@ def test_readings_missing_in_bursts(flt, sensor, clean):
 
 
 @EVERY
+def test_one_nan_of_the_accelerometer_is_forgotten_at_once(flt, clean):
+    """Peers: imufusion says NaN ever after, vqf stays up to 49° off for the rest of the recording."""
+    _, *readings = body()
+    readings[2][1500] = np.nan
+    track = lh.fuse(lh.Recording(*readings), flt.params(), engine="compiled")
+    sound(track)
+    only_there(track, clean[flt.name], health.ACC_MISSING, [1500])
+    off = np.degrees((track.as_rotation() * clean[flt.name].as_rotation().inv()).magnitude())
+    assert off[:1500].max() == 0.0
+    assert off[1501:].max() < 3.0 and off[1600:].max() < 0.5
+
+
+@EVERY
 @pytest.mark.parametrize("bad", [math.inf, -math.inf, 1e30, math.nan])
 def test_infinity_in_a_stream_is_a_missing_reading(flt, bad):
     _, *readings = body(n=1140)

@@ -7,7 +7,7 @@ import textwrap
 import pytest
 
 from levelhead import filters
-from levelhead.engine import driver
+from levelhead.engine import scene
 from levelhead.engine.binding import bind, bind_axis
 from levelhead.kernels import jit, mat2, mat3, quat, tilt, triad
 
@@ -20,6 +20,8 @@ MATH = {"sqrt", "floor"}  # what IEEE 754 rounds, or what is exact: no libm
 
 def offences(function):
     """Constructs outside of the kernel language, as "file:line: what"."""
+    if hasattr(function, "__memory__"):
+        return  # a word of the language itself, written once for each of its engines
     lines, first = inspect.getsourcelines(function)
     tree = ast.parse(textwrap.dedent("".join(lines)))
     where = function.__code__.co_filename
@@ -44,7 +46,7 @@ def offences(function):
 @pytest.mark.parametrize("flt", filters.ALL, ids=lambda f: f.name)
 def test_filters_and_everything_they_call(flt):
     functions = jit.reached(bind(flt).run)
-    assert len(functions) > 5 and driver.missing in functions
+    assert len(functions) > 5 and scene.missing in functions
     assert [line for function in functions for line in offences(function)] == []
     if flt.axis:
         assert [line for function in jit.reached(bind_axis(flt)[1]) for line in offences(function)] == []

@@ -8,6 +8,7 @@ import numpy as np
 from levelhead import filters
 from levelhead.engine.binding import bind, bind_axis, choose, engine_function, estimates_bias
 from levelhead.engine.driver import Settings
+from levelhead.engine.fixed import native
 from levelhead.errors import LevelheadError
 from levelhead.filters.guard import Guard
 from levelhead.recording import Array, Recording, real_array, time_array
@@ -56,6 +57,8 @@ def fuse(
     flat = [recording.t, recording.gyr.reshape(-1), recording.acc.reshape(-1), mag]
     outputs = room(n)
     carry = bound.begin(settings)
+    if chosen == "compiled":
+        carry = native(carry)
     last = float(recording.t[0])
     stretch = n if progress is None else STRETCH
     for start in range(0, n, stretch):

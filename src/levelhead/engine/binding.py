@@ -5,11 +5,11 @@ import sys
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from levelhead.engine import axis_driver, driver
+from levelhead.engine import axis_driver, driver, scene
 from levelhead.errors import LevelheadError, nearest
-from levelhead.filters import guard
+from levelhead.filters import guard, sensors
 from levelhead.filters.contract import AxisFilter, Filter
-from levelhead.kernels.jit import bound, compiled
+from levelhead.kernels.jit import apart, bound, compiled
 
 ENGINES = ("auto", "python", "compiled")
 
@@ -20,12 +20,13 @@ WORTH_WHEN_STARTED = 1_000
 
 
 class Driver(NamedTuple):
-    """The driver's functions for one filter."""
+    """The driver's functions for one filter: those that all engines call, and the phases of ``advance``."""
 
     begin: Callable[..., Any]
     advance: Callable[..., Any]
     result: Callable[..., Any]
     run: Callable[..., Any]
+    phases: dict[str, Callable[..., Any]]
 
 
 def guards(flt: Filter) -> bool:
@@ -44,22 +45,29 @@ def bind(flt: Filter, guarded: bool = True) -> Driver:
 @functools.cache
 def _bind(flt: Filter, guarded: bool) -> Driver:
     name = flt.name if guarded else f"{flt.name}_unguarded"
-    own = {
+    own: dict[str, Any] = {
         "init": flt.init,
         "step": flt.step,
+        "due": flt.due or driver.never,
+        "correct": flt.correct or driver.as_it_is,
         "output": flt.output,
         "gains": flt.gains or driver.no_gains,
         "loosen": flt.loosen or driver.firm,
         "loosen_heading": flt.loosen_heading or driver.firm,
         "calm": flt.calm or driver.as_before,
-        "look": guard.look if guarded else driver.unguarded,
+        "look": bound(guard.look, name, TELLS_FIELD="field" not in flt.judges) if guarded else driver.unguarded,
+        "TAKES_BIAS": "bias" not in flt.judges,
+        "perceived": bound(scene.perceived, name, sense=sensors.sensed if guarded else scene.unsensed),
         "OWN_SIGMA": flt.gains is None,
     }
-    own["started"] = bound(driver.started, name, **own)
+    own["stepped"] = bound(driver.stepped, name, **own)
+    phases = {phase.__name__: bound(phase, name, **own) for phase in driver.PHASES}
+    seldom = {key: apart(phases[key]) for key in ("started", "loosened", "accelerated")}
+    advance = bound(driver.advance, name, **own, **(phases | seldom))
     begin = bound(driver.begin, name, **own)
-    advance = bound(driver.advance, name, **own)
     result = bound(driver.result, name, **own)
-    return Driver(begin, advance, result, bound(driver.run, name, advance=advance, result=result))
+    run = bound(driver.run, name, advance=advance, result=result)
+    return Driver(begin, advance, result, run, phases | {"perceived": own["perceived"]})
 
 
 def estimates_bias(flt: Filter, guarded: bool) -> bool:

@@ -1,39 +1,31 @@
 """The one driver: what happens to a sample before and around a filter's step, for every engine alike.
 
-These are kernels: plain Python runs them as they stand, Numba compiles the same source. ``init``, ``step``,
-``output``, ``gains``, ``loosen``, ``loosen_heading`` and ``calm`` are the filter's own, ``look`` is what stands in
-front of it; ``binding.bind`` binds them. Arrays are flat (row after row), so that Python lists and NumPy arrays are
-indexed by the same line.
+These are kernels: plain Python runs them as they stand, Numba compiles the same source. ``init``, ``step``, ``due``,
+``correct``, ``output``, ``gains``, ``loosen``, ``loosen_heading`` and ``calm`` are the filter's own, ``look`` is what
+stands in front of it; ``binding.bind`` binds them. Arrays are flat (row after row), so that Python lists and NumPy
+arrays are indexed by the same line.
+
+A sample goes through in phases. What the recording says by itself comes first (``scene.perceived``); all others take
+the scene and what one run carries. ``advance`` calls them in turn, ``engine.lanes`` each for all of its runs at once,
+which is why what few samples bring is a phase of its own: lanes then skip it for all.
 """
 
 from typing import Any, NamedTuple
 
+from levelhead.engine.scene import EMPTY, Scene, judging
+from levelhead.filters import sensors
 from levelhead.filters.contract import Gains, Output
-from levelhead.filters.doubt import SPELL, Doubt, at_start, judged, waited
+from levelhead.filters.doubt import Doubt, at_start, judged
 from levelhead.filters.doubt import sigma as doubted
-from levelhead.filters.guard import BEFORE, Guard, Look, Rest, Watch, first_field
-from levelhead.filters.health import (
-    ACC_MISSING,
-    AT_REST,
-    GAP,
-    GYR_MISSING,
-    GYR_SATURATED,
-    GYR_STUCK,
-    MAG_LEARNED,
-    MAG_MISSING,
-)
+from levelhead.filters.guard import BEFORE, Guard, Look, Watch, first_field, pushed, refusing, rested, resting
+from levelhead.filters.health import ACC_REJECTED, MAG_LEARNED
 from levelhead.kernels.jit import kernel
 from levelhead.kernels.quat import Quat, up
-from levelhead.kernels.tilt import GAP_SECONDS, TURN, present
-from levelhead.kernels.vec3 import ZERO, Vec3, add
+from levelhead.kernels.tilt import present
+from levelhead.kernels.vec3 import ZERO, Vec3, sub
 
-NO_READING = 1e9  # rad/s, m/s², µT: no sensor says that; NaN and infinity fail the comparison as well
-ALL_THERE = NO_READING * NO_READING  # a sum of squares below that has no missing reading in it
-BLIND = GYR_MISSING | GYR_SATURATED | GYR_STUCK  # the rate is a guess
-LOST = 0.1  # rad that a body may have turned unseen before the filter is told
 FIRST_FIELD = 0.6  # rad², of a heading that was relative until now: 45°
 NEW_FIELD = 0.002  # rad², of a heading when another field is taken for the earth's: 2.6°
-BEYOND = 0.5  # of the full scale, 1σ: how much faster a body turns than a clipped gyroscope says
 
 
 class Settings(NamedTuple):
@@ -43,16 +35,20 @@ class Settings(NamedTuple):
     guard: Guard
 
 
-class Carry(NamedTuple):
-    """What goes from one sample to the next."""
+class Run(NamedTuple):
+    """What one filter with its parameters carries from one sample to the next."""
 
     state: Any  # the filter's
-    gyr: Vec3  # last good rate
-    started: bool
     health: int
     watch: Watch
     doubt: Doubt
-    blind: float  # s since the last rate that could be believed
+
+
+class Carry(NamedTuple):
+    """What goes from one sample to the next."""
+
+    scene: Scene
+    run: Run
 
 
 def unbound(*_: Any) -> Any:
@@ -60,33 +56,9 @@ def unbound(*_: Any) -> Any:
     raise RuntimeError("bind the driver to a filter first")
 
 
-init = step = output = gains = loosen = loosen_heading = calm = look = unbound
+init = step = due = correct = output = gains = loosen = loosen_heading = calm = look = perceived = unbound
 OWN_SIGMA = False
-
-
-@kernel
-def missing(v: Vec3) -> bool:
-    """Whether a reading is NaN, infinite or absurd in any component."""
-    x, y, z = v
-    return not (-NO_READING < x < NO_READING and -NO_READING < y < NO_READING and -NO_READING < z < NO_READING)
-
-
-@kernel
-def absent(gyr: Vec3, acc: Vec3, mag: Vec3) -> int:
-    """Health bits of the readings that are missing."""
-    x, y, z = gyr
-    a, b, c = acc
-    u, v, w = mag
-    if (x * x + y * y + z * z) + (a * a + b * b + c * c) + (u * u + v * v + w * w) < ALL_THERE:
-        return 0
-    health = 0
-    if missing(gyr):
-        health = GYR_MISSING
-    if missing(acc):
-        health |= ACC_MISSING
-    if missing(mag):
-        health |= MAG_MISSING
-    return health
+TAKES_BIAS = True  # the bias read off at rest is taken away before the filter sees the rate
 
 
 @kernel
@@ -108,101 +80,168 @@ def as_before(params: Any, state: Any) -> Any:
 
 
 @kernel
-def unguarded(
-    guard: Guard, watch: Watch, attitude: Quat, own: Vec3, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float
-) -> Look:
-    """``look`` of a filter that is to see all there is."""
-    return Look(gyr, acc, mag, 0, watch)
-
-
-class Unseen(NamedTuple):
-    """Seconds since the last rate that could be believed, and the variance of the turn in this sample (rad²)."""
-
-    blind: float
-    lost: float
+def never(params: Any, state: Any) -> bool:
+    """``due`` of a filter that does everything at every sample."""
+    return False
 
 
 @kernel
-def unseen(health: int, blind: float, full: float, dt: float) -> Unseen:
-    """How far the body may have turned while the rate was a guess; nothing as long as that is little."""
-    if health & BLIND == 0:
-        return Unseen(0.0, 0.0)
-    reach = BEYOND * full if health & GYR_SATURATED else TURN
-    before = reach * blind
-    after = reach * (blind + dt)
-    if after <= LOST:
-        return Unseen(blind + dt, 0.0)
-    return Unseen(blind + dt, after * after - (before * before if before > LOST else 0.0))
+def as_it_is(params: Any, state: Any, dt: float) -> Any:
+    """``correct`` of such a filter."""
+    return state
+
+
+@kernel
+def unguarded(guard: Guard, watch: Watch, attitude: Quat, gyr: Vec3, mag: Vec3, dt: float) -> Look:
+    """``look`` of a filter that is to see all there is."""
+    return Look(mag, 0, watch)
 
 
 @kernel
 def begin(settings: Settings) -> Carry:
     """Before the first sample: level, not started."""
-    return Carry(init(settings.filter, ZERO, ZERO, ZERO), ZERO, False, 0, BEFORE, at_start(ZERO, ZERO), 0.0)
+    return Carry(EMPTY, Run(init(settings.filter, ZERO, ZERO, ZERO), 0, BEFORE, at_start(ZERO, ZERO)))
 
 
 @kernel
-def started(params: Any, gyr: Vec3, acc: Vec3, mag: Vec3, health: int) -> Carry:
-    """At the first sample; the filter has started once it has an accelerometer reading."""
-    state = init(params, gyr, acc, mag)
-    _, fast, hard, gyr_repeat, acc_repeat, out, _ = BEFORE
+def started(settings: Settings, scene: Scene) -> Run:
+    """At the first sample, and at those after it as long as there was no accelerometer reading."""
+    params, _ = settings
+    state = init(params, scene.gyr, scene.acc, scene.mag)
+    still, bias, out, _ = BEFORE
     said: Output = output(params, state)
-    field = first_field(up(said.quat), mag)
-    watch = Watch(Rest(gyr, acc, 0.0, ZERO, ZERO, ZERO, 0.0), fast, hard, gyr_repeat, acc_repeat, out, field)
-    return Carry(state, gyr, present(acc), health, watch, at_start(acc, mag), 0.0)
+    watch = Watch(still, bias, out, first_field(up(said.quat), scene.mag))
+    return Run(state, scene.health, watch, at_start(scene.acc, scene.mag))
+
+
+@kernel
+def calmed(settings: Settings, scene: Scene, run: Run) -> Run:
+    """After each spell in which rest is looked for."""
+    params, guard = settings
+    state, health, watch, doubt = run
+    said: Output = output(params, state)
+    mean, _, quiet = scene.sensors.calm
+    watch = rested(guard, watch, said.bias if TAKES_BIAS else ZERO, mean, quiet, scene.sensors.sum.spell)
+    if resting(guard, watch):
+        state = calm(params, state)
+    return Run(state, health, watch, doubt)
+
+
+@kernel
+def loosened(settings: Settings, scene: Scene, run: Run) -> Run:
+    """Where the body may have turned unseen."""
+    state, health, watch, doubt = run
+    return Run(loosen(settings.filter, state, scene.lost), health, watch, doubt)
+
+
+@kernel
+def rate(scene: Scene, watch: Watch, own: Vec3) -> Vec3:
+    """The rate without the bias read off at rest; where nothing is known of it the one that reads as "did not turn"."""
+    if scene.idle:
+        return own
+    return sub(scene.gyr, watch.bias) if TAKES_BIAS else scene.gyr
+
+
+@kernel
+def stepped(settings: Settings, scene: Scene, run: Run, acc: Vec3) -> Run:
+    """One sample: what the filter may see of it, and the filter's step."""
+    params, guard = settings
+    state, found, watch, doubt = run
+    said: Output = output(params, state)
+    gyr = rate(scene, watch, said.bias)
+    seen: Look = look(guard, watch, said.quat, gyr, scene.mag, scene.dt)
+    mag, health, watch = seen
+    return Run(step(params, state, gyr, acc, mag, scene.dt), found | health, watch, doubt)
+
+
+@kernel
+def accelerated(settings: Settings, scene: Scene, run: Run) -> Run:
+    """A sample whose specific force has another norm than g, or follows upon one."""
+    params, guard = settings
+    state, _, watch, doubt = run
+    said: Output = output(params, state)
+    gyr = rate(scene, watch, said.bias)
+    watch = pushed(guard, watch, said.quat, gyr, scene.acc, scene.sensors.odd, scene.dt)
+    if present(scene.acc) and refusing(guard, watch):
+        return stepped(settings, scene, Run(state, scene.health | ACC_REJECTED, watch, doubt), ZERO)
+    return stepped(settings, scene, Run(state, scene.health, watch, doubt), scene.acc)
+
+
+@kernel
+def moved(settings: Settings, scene: Scene, run: Run) -> Run:
+    """Any other sample."""
+    state, _, watch, doubt = run
+    return stepped(settings, scene, Run(state, scene.health, watch, doubt), scene.acc)
+
+
+@kernel
+def now_due(settings: Settings, run: Run) -> bool:
+    """Whether ``corrected`` has anything to do."""
+    return run.health & MAG_LEARNED != 0 or due(settings.filter, run.state)
+
+
+@kernel
+def corrected(settings: Settings, scene: Scene, run: Run) -> Run:
+    """What a filter does now and then only."""
+    params, _ = settings
+    state, health, watch, doubt = run
+    if health & MAG_LEARNED:
+        state = loosen_heading(params, state, NEW_FIELD if scene.had_field else FIRST_FIELD)
+    if due(params, state):
+        state = correct(params, state, scene.dt)
+    return Run(state, health, watch, doubt)
+
+
+@kernel
+def doubted_anew(settings: Settings, scene: Scene, run: Run) -> Run:
+    """After each spell in which σ waits to be judged."""
+    params, guard = settings
+    state, health, watch, doubt = run
+    seen = scene.seen
+    acc = scene.acc
+    if refusing(guard, watch):
+        seen = seen & 2
+        acc = ZERO
+    if watch.field.out > 0.0:
+        seen = seen & 1
+    gyr = rate(scene, watch, ZERO)
+    rest = resting(guard, watch)
+    doubt = judged(doubt, gains(params, state, scene.spell), gyr, acc, rest, scene.lost, seen, scene.spell)
+    return Run(state, health, watch, doubt)
+
+
+PHASES = (started, calmed, loosened, accelerated, moved, now_due, corrected, doubted_anew)
 
 
 @kernel
 def advance(settings: Settings, carry: Carry, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> Carry:
-    """One sample through the filter; NaN marks a missing reading, the zero vector a sensor that does not exist.
-
-    A missing rate is replaced by the last one, for a while; any other missing reading corrects nothing.
-    """
-    params, guard = settings
-    state, last, has_started, _, watch, doubt, blind = carry
-    health = absent(gyr, acc, mag)
-    if health != 0:
-        gyr = last if health & GYR_MISSING else gyr
-        acc = ZERO if health & ACC_MISSING else acc
-        mag = ZERO if health & MAG_MISSING else mag
-    if not has_started:
-        return started(params, gyr, acc, mag, health)
-    last = gyr
-    said: Output = output(params, state)
-    own = said.bias
-    if dt > GAP_SECONDS or (health & GYR_MISSING and blind > GAP_SECONDS):
-        gyr = add(own, watch.rest.bias)  # reads as "did not turn"
-    if dt > GAP_SECONDS:
-        health |= GAP
-    had_field = watch.field.norm > 0.0
-    seen: Look = look(guard, watch, said.quat, own, gyr, acc, mag, dt)
-    gyr, acc, mag, found, watch = seen
-    health |= found
-    if health & GYR_MISSING:
-        health -= health & GYR_STUCK  # it is the held rate that repeats itself
-    blind, lost = unseen(health, blind, watch.fast.up, dt)
-    if lost > 0.0:
-        state = loosen(params, state, lost)
-    if health & AT_REST:
-        state = calm(params, state)
-    if health & MAG_LEARNED:
-        state = loosen_heading(params, state, NEW_FIELD if had_field else FIRST_FIELD)
-    state = step(params, state, gyr, acc, mag, dt)
-    if not OWN_SIGMA:
-        doubt = waited(doubt, acc, mag, dt)
-        if doubt.spell >= SPELL or lost > 0.0:
-            doubt = judged(doubt, gains(params, state, doubt.spell), gyr, acc, health & AT_REST != 0, lost)
-    return Carry(state, last, True, health, watch, doubt, blind)
+    """One sample through the filter; NaN marks a missing reading, the zero vector a sensor that does not exist."""
+    before, run = carry
+    scene: Scene = perceived(settings.guard, before, gyr, acc, mag, dt)
+    if not before.started:
+        return Carry(scene, started(settings, scene))
+    if scene.sensors.sum.spell >= sensors.SPELL:
+        run = calmed(settings, scene, run)
+    if scene.lost > 0.0:
+        run = loosened(settings, scene, run)
+    if scene.sensors.odd or scene.sensors.was_odd:
+        run = accelerated(settings, scene, run)
+    else:
+        run = moved(settings, scene, run)
+    if now_due(settings, run):
+        run = corrected(settings, scene, run)
+    if not OWN_SIGMA and judging(scene):
+        run = doubted_anew(settings, scene, run)
+    return Carry(scene, run)
 
 
 @kernel
-def result(settings: Settings, carry: Carry) -> Output:
+def result(settings: Settings, run: Run) -> Output:
     """The filter's output, with what the driver knows: the bias read off at rest, σ, health."""
-    params, _ = settings
-    state, _, _, found, watch, doubt, _ = carry
-    said: Output = output(params, state)
+    state, found, watch, doubt = run
+    said: Output = output(settings.filter, state)
     quat, (x, y, z), sigma, health = said
-    a, b, c = watch.rest.bias
+    a, b, c = watch.bias if TAKES_BIAS else ZERO
     if not OWN_SIGMA:
         sigma = doubted(doubt)
     return Output(quat, Vec3(x + a, y + b, z + c), sigma, health | found)
@@ -231,7 +270,7 @@ def run(
             t[i] - last,
         )
         last = t[i]
-        q, b, s, health[i] = result(settings, carry)
+        q, b, s, health[i] = result(settings, carry.run)
         k = 4 * i
         quat[k], quat[k + 1], quat[k + 2], quat[k + 3] = q
         bias[j], bias[j + 1], bias[j + 2] = b

@@ -17,6 +17,7 @@ from levelhead.kernels.jit import code_hash
 
 LANES = 64  # columns; enough to pay for what is done once a sample, few enough for the first-level cache
 LINE = 8  # words of a cache line
+INTERLEAVED = 2  # vectors of lanes in turn
 
 
 class Rows(NamedTuple):
@@ -61,6 +62,58 @@ def rows(example: Any, first: int, known: Mapping[str, bool] | None = None) -> R
     floats = _floats(kind)
     text = f"{kind} {first} {LANES} {sorted(fixed.items())} {code_hash(_load)} {code_hash(_store)} {code_hash(_place)}"
     return Rows(load, store, first, first + len(floats), floats, hashlib.sha256(text.encode()).hexdigest()[:16])
+
+
+def over_lanes() -> Any:
+    """``each(body, address, a, b)``: the kernel ``body(address, lane, a, b)`` for all lanes, a loop that becomes SIMD.
+
+    The loop is written here because of what it asks of LLVM: to do two vectors of lanes in turn, instruction by
+    instruction. A filter's operations wait for each other, and no processor looks far enough ahead to begin the next
+    vector meanwhile.
+    """
+    from llvmlite import ir
+    from numba.core import types
+    from numba.extending import intrinsic
+
+    @intrinsic
+    def each(typing_context: Any, body: Any, address: Any, a: Any, b: Any) -> Any:
+        inner = body.get_call_type(typing_context, (address, types.intp, a, b), {})
+
+        def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+            call = context.get_function(body, inner)
+            word = ir.IntType(64)
+            before = builder.block
+            loop, after = (builder.append_basic_block(name) for name in ("lanes", "after_lanes"))
+            builder.branch(loop)
+            builder.position_at_end(loop)
+            lane = builder.phi(word)
+            call(builder, [args[1], lane, args[2], args[3]])
+            following = builder.add(lane, ir.Constant(word, 1))
+            lane.add_incoming(ir.Constant(word, 0), before)
+            lane.add_incoming(following, builder.block)
+            again = builder.cbranch(builder.icmp_signed("<", following, ir.Constant(word, LANES)), loop, after)
+            again.set_metadata("llvm.loop", _wishes(builder.module))
+            builder.position_at_end(after)
+            return context.get_dummy_value()
+
+        return types.void(body, address, a, b), code
+
+    return each
+
+
+def _wishes(module: Any) -> Any:
+    """The loop metadata; its first operand has to be itself."""
+    from llvmlite import ir
+
+    def wish(name: str, value: Any) -> Any:
+        return module.add_metadata([ir.MetaDataString(module, f"llvm.loop.{name}"), value])
+
+    wishes = module.add_metadata([
+        wish("vectorize.enable", ir.Constant(ir.IntType(1), 1)),
+        wish("interleave.count", ir.Constant(ir.IntType(32), INTERLEAVED)),
+    ])  # fmt: skip
+    wishes.operands = (wishes, *wishes.operands)
+    return wishes
 
 
 def _members(kind: Any) -> list[Any] | None:

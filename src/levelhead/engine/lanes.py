@@ -22,12 +22,15 @@ import numpy as np
 
 from levelhead.engine import lane_memory
 from levelhead.engine.batch import DEFAULT_GUARD, NO_MAG
-from levelhead.engine.binding import bind, estimates_bias
+from levelhead.engine.binding import bind, estimates_bias, guards
 from levelhead.engine.driver import Settings, unbound
 from levelhead.engine.lane_memory import LANES, Rows
+from levelhead.engine.scene import EMPTY, Scene, judging
 from levelhead.engine.threads import in_order
+from levelhead.filters import sensors
 from levelhead.filters.contract import Filter
-from levelhead.kernels import quat
+from levelhead.filters.guard import Guard
+from levelhead.kernels import pull, quat
 from levelhead.kernels.jit import bound, compiled, kernel, swapped
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.vec3 import ZERO, Vec3
@@ -36,10 +39,12 @@ from levelhead.track import Track
 
 STRETCH = 1024  # samples between two looks at what has come out of the lanes
 HAS_MAG = True  # bound to what the recording has: without a magnetometer its part of the filter is not compiled
-SAID = 0  # bound to the words of one sample in a tile
+OWN_SIGMA = CORRECTS = False  # bound to whether the filter carries its σ, and whether it has a ``correct``
+SAID = 0  # bound to the bytes of one sample in a tile
 NOTHING = np.empty(0)
-begin = advance = result = after = see = unbound
-load = load_waiting = load_going = load_params = store = store_said = load_seen = store_seen = unbound
+perceived = started = phase = calmed = loosened = accelerated = moved = now_due = corrected = doubted_anew = unbound
+each = result = after = see = unbound
+load = load_params = store = store_said = load_seen = store_seen = unbound
 
 
 @kernel
@@ -48,57 +53,100 @@ def lost(angle: float) -> float:
     return nan
 
 
+@kernel
+def lost_pull(expected: Vec3, x: float, y: float, z: float) -> Vec3:
+    """In place of the pull of a direction that is far off."""
+    return Vec3(nan, nan, nan)
+
+
 RARE = (
     (quat.cos_half, bound(quat.cos_half, "short", cos=lost)),
     (quat.sinc_half, bound(quat.sinc_half, "short", sin=lost)),
+    (pull.unit_scale, lost),
+    (pull.beyond, lost_pull),
 )
 
 
 @kernel
-def run_lanes(at: int, fresh: bool, last: float, t: Any, gyr: Any, acc: Any, mag: Any, more: Any) -> None:
+def start_lane(at: int, lane: int, guard: Guard, scene: Scene) -> None:
+    """The start of one lane."""
+    store(at, lane, started(Settings(load_params(at, lane), guard), scene))
+
+
+@kernel
+def phase_of_lane(at: int, lane: int, guard: Guard, scene: Scene) -> None:
+    """A phase of the driver, for one lane."""
+    store(at, lane, phase(Settings(load_params(at, lane), guard), scene, load(at, lane)))
+
+
+@kernel
+def run_lanes(
+    at: int, guard: Guard, scene: Scene, last: float, t: Any, gyr: Any, acc: Any, mag: Any, more: Any
+) -> Scene:
     """A stretch of samples, as ``driver.run``, through all lanes of the block at an address.
 
-    ``fresh``: begin before the first sample; otherwise go on where the stretch before ended. When a filter starts
-    depends on the recording alone, so the lanes start together; until then only the start is run, after it only the
-    step. ``after`` does something with each sample's result.
+    The phases are those of ``driver.advance``, each over all lanes. What the recording says by itself (``scene``) is
+    asked once for all, and so is whether there is anything to do in a phase. ``after`` does something with each
+    sample's result. The scene returned continues where this stretch ends.
     """
-    if fresh:
-        for lane in range(LANES):
-            store(at, lane, begin(load_params(at, lane)))
     field = ZERO
     for i in range(len(t)):
         j = 3 * i
-        rate = Vec3(gyr[j], gyr[j + 1], gyr[j + 2])
-        force = Vec3(acc[j], acc[j + 1], acc[j + 2])
         if HAS_MAG:
             field = Vec3(mag[j], mag[j + 1], mag[j + 2])
-        dt = t[i] - last
+        going = scene.started
+        scene = perceived(
+            guard, scene, Vec3(gyr[j], gyr[j + 1], gyr[j + 2]), Vec3(acc[j], acc[j + 1], acc[j + 2]), field, t[i] - last
+        )
         last = t[i]
-        if load(at, 0).started:
-            for lane in range(LANES):
-                store(at, lane, advance(load_params(at, lane), load_going(at, lane), rate, force, field, dt))
+        if not going:
+            each(start_lane, at, guard, scene)
         else:
-            for lane in range(LANES):
-                store(at, lane, advance(load_params(at, lane), load_waiting(at, lane), rate, force, field, dt))
-        after(at, i, more)
+            if scene.sensors.sum.spell >= sensors.SPELL:
+                each(calmed, at, guard, scene)
+            if scene.lost > 0.0:
+                each(loosened, at, guard, scene)
+            if scene.sensors.odd or scene.sensors.was_odd:
+                each(accelerated, at, guard, scene)
+            else:
+                each(moved, at, guard, scene)
+            if CORRECTS:
+                some = 0
+                for lane in range(LANES):
+                    some += 1 if now_due(Settings(load_params(at, lane), guard), load(at, lane)) else 0
+                if some > 0:
+                    each(corrected, at, guard, scene)
+            if not OWN_SIGMA and judging(scene):
+                each(doubted_anew, at, guard, scene)
+        after(at, guard, i, more)
+    return scene
 
 
 @kernel
-def tell(at: int, i: int, tile: int) -> None:
+def tell_lane(at: int, lane: int, guard: Guard, tile: int) -> None:
+    """Keep the output of one lane."""
+    store_said(tile, lane, result(Settings(load_params(at, lane), guard), load(at, lane)))
+
+
+@kernel
+def tell(at: int, guard: Guard, i: int, tile: int) -> None:
     """Keep the output of each lane: the sample's rows of a tile of ``STRETCH`` samples at the address ``tile``."""
-    for lane in range(LANES):
-        store_said(tile, lane + i * SAID, result(load_params(at, lane), load(at, lane)))
+    each(tell_lane, at, guard, tile + i * SAID)
 
 
 @kernel
-def judge(at: int, i: int, truth: Any) -> None:
+def judge_lane(at: int, lane: int, guard: Guard, real: Quat) -> None:
+    """Let one lane see its orientation beside the truth."""
+    said = result(Settings(load_params(at, lane), guard), load(at, lane))
+    store_seen(at, lane, see(load_seen(at, lane), said.quat, real))
+
+
+@kernel
+def judge(at: int, guard: Guard, i: int, truth: Any) -> None:
     """Let each lane see its orientation beside the truth (4n, flat) where there is one."""
     j = 4 * i
     if truth[j] == truth[j]:
-        real = Quat(truth[j], truth[j + 1], truth[j + 2], truth[j + 3])
-        for lane in range(LANES):
-            said = result(load_params(at, lane), load(at, lane))
-            store_seen(at, lane, see(load_seen(at, lane), said.quat, real))
+        each(judge_lane, at, guard, Quat(truth[j], truth[j + 1], truth[j + 2], truth[j + 3]))
 
 
 class Observer(NamedTuple):
@@ -127,6 +175,7 @@ class Kind(NamedTuple):
     """What lanes are compiled for."""
 
     flt: Filter
+    guarded: bool
     has_mag: bool
     observer: Observer | None  # None: they tell their output
     switches: tuple[tuple[str, bool], ...]  # the same in all lanes: they would otherwise have to do both and pick one
@@ -135,66 +184,71 @@ class Kind(NamedTuple):
 @functools.cache
 def machine(kind: Kind, short: bool) -> Machine:
     """Compiled lanes; ``short``: without what is rare."""
-    flt, has_mag, observer, chosen = kind
-    driver, settings = bind(flt), Settings(flt.params(), DEFAULT_GUARD)
-    carry = driver.begin(settings)
-    whole = lane_memory.rows(carry, 0)
-    waiting = lane_memory.rows(carry, 0, {"started": False})
-    going = lane_memory.rows(carry, 0, {"started": True})
-    sets = lane_memory.rows(settings, whole.end, dict(chosen))
-    layout = "_".join([whole.layout, sets.layout])
-    advance = swapped(driver.advance, RARE) if short else driver.advance
-    own = {
-        "load": whole.load, "store": whole.store, "load_waiting": waiting.load, "load_going": going.load,
-        "load_params": sets.load, "begin": driver.begin, "advance": advance, "result": driver.result,
-        "HAS_MAG": has_mag,
+    flt, guarded, has_mag, observer, chosen = kind
+    driver, settings = bind(flt, guarded), Settings(flt.params(), DEFAULT_GUARD)
+    run = driver.begin(settings).run
+    whole = lane_memory.rows(run, 0)
+    sets = lane_memory.rows(settings.filter, whole.end, dict(chosen))
+    memory = {"load": whole.load, "store": whole.store, "load_params": sets.load, "result": driver.result}
+    name = "_".join([flt.name, "guarded" if guarded else "unguarded", whole.layout, sets.layout])
+    phases = {key: swapped(phase, RARE) if short else phase for key, phase in driver.phases.items()}
+    own = memory | {
+        "each": lane_memory.over_lanes(),
+        "perceived": phases["perceived"],
+        "now_due": phases["now_due"],
+        "start_lane": bound(start_lane, name, started=phases["started"], **memory),
+        "HAS_MAG": has_mag, "OWN_SIGMA": flt.gains is None, "CORRECTS": flt.correct is not None,
     }  # fmt: skip
+    for key in ("calmed", "loosened", "accelerated", "moved", "corrected", "doubted_anew"):
+        own[key] = bound(phase_of_lane, f"{name}_{key}", phase=phases[key], **memory)
     if observer is None:
-        said = lane_memory.rows(driver.result(settings, carry), 0)
-        name = "_".join([flt.name, "tell", layout, said.layout])
-        after = bound(tell, name, store_said=said.store, SAID=said.end * LANES, **own)
+        said = lane_memory.rows(driver.result(settings, run), 0)
+        name = "_".join([name, "tell", said.layout])
+        lane = bound(tell_lane, name, store_said=said.store, **memory)
+        after = bound(tell, name, tell_lane=lane, SAID=said.end * LANES * 8, **own)
         return Machine(compiled(bound(run_lanes, name, after=after, **own)), sets, said, sets.end)
     seen = lane_memory.rows(observer.start, sets.end)
-    name = "_".join([flt.name, observer.name, layout, seen.layout])
-    after = bound(judge, name, see=observer.see, load_seen=seen.load, store_seen=seen.store, **own)
+    name = "_".join([name, observer.name, seen.layout])
+    lane = bound(judge_lane, name, see=observer.see, load_seen=seen.load, store_seen=seen.store, **memory)
+    after = bound(judge, name, judge_lane=lane, **own)
     return Machine(compiled(bound(run_lanes, name, after=after, **own)), sets, seen, seen.end)
 
 
 class Block:
     """Up to ``LANES`` parameter sets of one filter on their way through a recording."""
 
-    def __init__(self, kind: Kind, recording: Recording, tries: Sequence[Any]) -> None:
+    def __init__(self, kind: Kind, guard: Guard, recording: Recording, tries: Sequence[Any]) -> None:
         self._kind, self._made, self._count = kind, machine(kind, True), len(tries)
         self._table, self._at = lane_memory.allocate(self._made.rows)
         mag = NO_MAG if recording.mag is None else recording.mag.reshape(-1)
         self._rows = (recording.t, recording.gyr.reshape(-1), recording.acc.reshape(-1), mag)
+        self._guard, self._scene = guard, EMPTY
         self._tried = self._lost = 0
-        lane_memory.put(
-            self._table,
-            self._made.params,
-            np.array([lane_memory.flat(Settings(params, DEFAULT_GUARD)) for params in tries], float),
-        )
+        lane_memory.put(self._table, self._made.params, np.array([lane_memory.flat(params) for params in tries], float))
 
-    def _run(self, short: bool, start: int, stop: int, more: Any) -> None:
+    def _run(self, short: bool, start: int, stop: int, more: Any) -> Scene:
         t, *others = self._rows
         part = [values[3 * start : 3 * stop] for values in others]
         run = machine(self._kind, short).run
-        run(self._at, start == 0, float(t[max(start - 1, 0)]), t[start:stop], *part, more)
+        last = float(t[max(start - 1, 0)])
+        scene: Scene = run(self._at, self._guard, self._scene, last, t[start:stop], *part, more)
+        return scene
 
     def advance(self, start: int, stop: int, more: Any, told: Array) -> None:
-        """Samples ``start`` to ``stop`` in all lanes; start 0 begins anew. ``told`` is where ``tell`` writes to.
+        """Samples ``start`` to ``stop`` in all lanes. ``told`` is where ``tell`` writes to.
 
         Where the short way gets lost more often than not, it is no longer tried.
         """
         if 2 * self._lost <= self._tried + 1:
             before = self._table.copy()
-            self._run(True, start, stop, more)
+            scene = self._run(True, start, stop, more)
             self._tried += 1
             if not (np.isnan(self._table).any() or np.isnan(told).any()):
+                self._scene = scene
                 return
             self._lost += 1
             self._table[:] = before
-        self._run(False, start, stop, more)
+        self._scene = self._run(False, start, stop, more)
 
     def see(self, truth: Array, seen: Array) -> Array:
         """All samples; what the observer has seen (count, numbers) in the end, from ``seen`` on."""
@@ -230,16 +284,20 @@ def blocks(tries: Sequence[Any]) -> list[list[int]]:
     return [group[k : k + LANES] for group in groups.values() for k in range(0, len(group), LANES)]
 
 
-def tracks(recording: Recording, flt: Filter, tries: Sequence[Any], workers: int | None = None) -> list[Track]:
+def tracks(
+    recording: Recording, flt: Filter, tries: Sequence[Any], guard: Guard | None, workers: int | None = None
+) -> list[Track]:
     """The whole track of each parameter set, in their order."""
-    bias = estimates_bias(flt, True)
+    bias = estimates_bias(flt, guard is not None)
 
     def work(block: list[int]) -> list[Track]:
         sets = [tries[i] for i in block]
-        kind = Kind(flt, recording.mag is not None, None, switches(sets[0]))
+        kind = Kind(flt, guards(flt) and guard is not None, recording.mag is not None, None, switches(sets[0]))
         return [
             Track(recording.t, q, b if bias else None, s, h, params)
-            for params, (q, b, s, h) in zip(sets, Block(kind, recording, sets).outputs(), strict=True)
+            for params, (q, b, s, h) in zip(
+                sets, Block(kind, guard or DEFAULT_GUARD, recording, sets).outputs(), strict=True
+            )
         ]
 
     cut = blocks(tries)
@@ -255,6 +313,7 @@ def observe(
     truth: Array,
     seen: Array,
     *,
+    guard: Guard | None = DEFAULT_GUARD,
     workers: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Array:
@@ -267,6 +326,7 @@ def observe(
         observer: what to gather; compiled together with the filter, once.
         truth: (n, 4) orientation to hold beside; samples that are NaN are not looked at.
         seen: (k, numbers of ``observer.start``) where each run begins.
+        guard: as for ``fuse``.
         workers: threads; None: one for each core.
         progress: called with the fraction done, 0 to 1.
 
@@ -276,8 +336,9 @@ def observe(
 
     def work(block: list[int]) -> Array:
         sets = [tries[i] for i in block]
-        kind = Kind(flt, recording.mag is not None, observer, switches(sets[0]))
-        return Block(kind, recording, sets).see(truth, seen[block])
+        guarded = guards(flt) and guard is not None
+        kind = Kind(flt, guarded, recording.mag is not None, observer, switches(sets[0]))
+        return Block(kind, guard or DEFAULT_GUARD, recording, sets).see(truth, seen[block])
 
     cut, after, done = blocks(tries), np.empty_like(seen), 0
     for block, part in zip(cut, in_order(work, cut, workers), strict=True):

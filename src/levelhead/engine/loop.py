@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 from levelhead.engine import memory
 from levelhead.engine.binding import bind, bind_axis
 from levelhead.engine.driver import Settings, unbound
+from levelhead.engine.fixed import native, plain
 from levelhead.filters.contract import Filter
 from levelhead.filters.guard import Guard
 from levelhead.kernels.jit import bound, compiled, kernel
@@ -42,7 +43,7 @@ def tick_mag(at: int, gyr: Triple, acc: Triple, mag: Triple, dt: float) -> Four:
         dt,
     )
     store(at, carry)
-    q = result(settings, carry).quat
+    q = result(settings, carry.run).quat
     return (q.w, q.x, q.y, q.z)
 
 
@@ -90,7 +91,7 @@ class PlainLoop:
         if not 0.0 < dt < LONGEST:
             raise ValueError("dt")
         place.state = place._advance(place.params, place.state, _plain(gyr), _plain(acc), _plain(mag), dt)
-        quat: Four = place._result(place.params, place.state).quat
+        quat: Four = place._result(place.params, place.state.run).quat
         return quat
 
 
@@ -136,11 +137,11 @@ class CompiledLoop:
     @property
     def state(self) -> Any:
         """The filter's whole state."""
-        return self._machine.states.peek(self.place)
+        return plain(self._machine.states.peek(self.place))
 
     @state.setter
     def state(self, value: Any) -> None:
-        self._machine.states.poke(self.place, value)
+        self._machine.states.poke(self.place, native(value))
 
     @property
     def params(self) -> Any:

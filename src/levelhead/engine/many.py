@@ -5,10 +5,14 @@ from typing import Any
 
 from levelhead import filters
 from levelhead.engine import lanes
-from levelhead.engine.batch import fuse
+from levelhead.engine.batch import DEFAULT_GUARD, fuse
 from levelhead.engine.binding import choose
+from levelhead.engine.fixed import has_memory
 from levelhead.engine.threads import in_order
 from levelhead.errors import LevelheadError
+from levelhead.filters.contract import Filter
+from levelhead.filters.guard import Guard
+from levelhead.kernels.vec3 import ZERO
 from levelhead.recording import Recording
 from levelhead.track import Track
 
@@ -19,6 +23,7 @@ def fuse_all(
     recordings: Iterable[Recording],
     params: Any = None,
     *,
+    guard: Guard | None = DEFAULT_GUARD,
     engine: str = "auto",
     workers: int | None = None,
     progress: Callable[[int], None] | None = None,
@@ -31,6 +36,7 @@ def fuse_all(
     Args:
         recordings: what the sensors said, any number of times.
         params: the filter, as for ``fuse``.
+        guard: what stands in front of it, as for ``fuse``.
         engine: as for ``fuse``; "auto" decides for each recording. Plain Python runs one recording at a time.
         workers: threads; None: one for each core.
         progress: called with the number of recordings done.
@@ -40,12 +46,13 @@ def fuse_all(
     """
     params = filters.best() if params is None else filters.resolve(params)
     choose(engine, 0)  # a wrong name is said before the first recording is read
-    return _fuse_all(recordings, params, engine, workers, progress)
+    return _fuse_all(recordings, params, guard, engine, workers, progress)
 
 
 def _fuse_all(
     recordings: Iterable[Recording],
     params: Any,
+    guard: Guard | None,
     engine: str,
     workers: int | None,
     progress: Callable[[int], None] | None,
@@ -53,7 +60,7 @@ def _fuse_all(
     def work(numbered: tuple[int, Recording]) -> Track:
         number, recording = numbered
         try:
-            return fuse(recording, params, engine=engine)
+            return fuse(recording, params, guard=guard, engine=engine)
         except LevelheadError as error:
             raise LevelheadError(f"{_name(number, recording)}: {error}") from error
 
@@ -68,10 +75,19 @@ def _name(number: int, recording: Any) -> str:
     return f"recording {number}" + (f" ({source})" if source else "")
 
 
+def worth_lanes(flt: Filter, sets: int) -> bool:
+    """Whether so many parameter sets of a filter go side by side.
+
+    A filter with memory of a fixed size has loops of its own that are SIMD already: its sets run one by one.
+    """
+    return sets >= WORTH_LANES and not has_memory(flt.init(flt.params(), ZERO, ZERO, ZERO))
+
+
 def fuse_many(
     recording: Recording,
     tries: Sequence[Any],
     *,
+    guard: Guard | None = DEFAULT_GUARD,
     engine: str = "auto",
     workers: int | None = None,
 ) -> list[Track]:
@@ -82,6 +98,7 @@ def fuse_many(
     Args:
         recording: what the sensors said.
         tries: parameter sets, each as for ``fuse``; filters may be mixed.
+        guard: what stands in front of all of them, as for ``fuse``.
         engine: as for ``fuse``.
         workers: threads; None: one for each core.
 
@@ -94,9 +111,9 @@ def fuse_many(
     for flt in {filters.of(params): None for params in resolved}:
         mine = [i for i, params in enumerate(resolved) if filters.of(params) is flt]
         sets = [resolved[i] for i in mine]
-        if chosen == "compiled" and len(sets) >= WORTH_LANES:
-            made: Iterable[Track] = lanes.tracks(recording, flt, sets, workers)
+        if chosen == "compiled" and worth_lanes(flt, len(sets)):
+            made: Iterable[Track] = lanes.tracks(recording, flt, sets, guard, workers)
         else:
-            made = in_order(lambda params: fuse(recording, params, engine=chosen), sets, workers)
+            made = in_order(lambda params: fuse(recording, params, guard=guard, engine=chosen), sets, workers)
         found.update(zip(mine, made, strict=True))
     return [found[i] for i in range(len(resolved))]

@@ -5,13 +5,15 @@ float anew. A ``Slot`` is a piece of memory that compiled code loads a value fro
 """
 
 import hashlib
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from levelhead.engine.driver import unbound
-from levelhead.kernels.jit import bound, compiled, kernel
+from levelhead.engine.fixed import native
+from levelhead.kernels.jit import bound, code_hash, compiled, kernel
 
 load = store = unbound
 
@@ -39,44 +41,115 @@ def poke(address: int, value: Any) -> None:
 
 
 def slot(example: Any, name: str) -> Slot:
-    """A slot for values of the type of ``example`` (floats, ints, bools and NamedTuples of these)."""
+    """A slot for values like ``example``: floats, ints, bools, arrays of float64 and NamedTuples of these.
+
+    Each number takes eight bytes, in order; arrays lie there as a whole, and what is loaded sees them in place.
+    """
     import numba
     from numba.core import types
-    from numba.core.registry import cpu_target
     from numba.extending import intrinsic
 
+    example = native(example)
     kind: Any = numba.typeof(example)  # type: ignore[no-untyped-call]
+    lengths = _lengths(example)
 
     @intrinsic
     def load(typing_context: Any, address: Any) -> Any:
         def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-            model = context.data_model_manager[kind]
-            pointer = builder.inttoptr(args[0], model.get_data_type().as_pointer())
-            return model.load_from_data_pointer(builder, pointer)
+            return _load(context, builder, kind, args[0], iter(lengths), [0])
 
         return kind(types.intp), code
 
     @intrinsic
     def store(typing_context: Any, address: Any, value: Any) -> Any:
         def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-            model = context.data_model_manager[kind]
-            pointer = builder.inttoptr(args[0], model.get_data_type().as_pointer())
-            builder.store(model.as_data(builder, args[1]), pointer)
+            _store(context, builder, kind, args[0], args[1], iter(lengths), [0])
             return context.get_dummy_value()
 
         return types.void(types.intp, kind), code
 
     # Nothing that peek and poke call tells the type, so their names must: a cached one of another layout would crash.
-    layout = f"{name}_{hashlib.sha256(str(kind).encode()).hexdigest()[:16]}"
-    target = cpu_target.target_context
-    size = target.get_abi_sizeof(target.data_model_manager[kind].get_data_type())
+    text = f"{kind} {lengths} {code_hash(_load)} {code_hash(_store)}"
+    layout = f"{name}_{hashlib.sha256(text.encode()).hexdigest()[:16]}"
     return Slot(
         load,
         store,
         compiled(bound(peek, layout, load=load)),
         compiled(bound(poke, layout, store=store)),
-        (size + 7) // 8 * 8,  # whole words, so that what stands behind is aligned as well
+        8 * sum(lengths),
     )
+
+
+def _lengths(example: Any) -> list[int]:
+    """Words that each leaf takes."""
+    if isinstance(example, tuple):
+        return [length for part in example for length in _lengths(part)]
+    return [len(example)] if isinstance(example, np.ndarray) else [1]
+
+
+def _pointer(builder: Any, address: Any, word: int, kind: Any) -> Any:
+    from llvmlite import ir
+
+    place = builder.add(address, ir.Constant(address.type, 8 * word))
+    return builder.inttoptr(place, kind.as_pointer())
+
+
+def _load(context: Any, builder: Any, kind: Any, address: Any, lengths: Iterator[int], at: list[int]) -> Any:
+    """Builds the value of that kind from the words at ``at[0]``, which moves on."""
+    from llvmlite import ir
+    from numba.core import types
+    from numba.np.arrayobj import populate_array
+
+    if isinstance(kind, types.BaseTuple):
+        members = [_load(context, builder, member, address, lengths, at) for member in kind]  # type: ignore[attr-defined]
+        return context.make_tuple(builder, kind, members)
+    word, length = at[0], next(lengths)
+    at[0] += length
+    if isinstance(kind, types.Array):
+        view = context.make_array(kind)(context, builder)
+        populate_array(  # type: ignore[no-untyped-call]
+            view,
+            data=_pointer(builder, address, word, ir.DoubleType()),
+            shape=[context.get_constant(types.intp, length)],
+            strides=[context.get_constant(types.intp, 8)],
+            itemsize=context.get_constant(types.intp, 8),
+            meminfo=None,
+        )
+        return view._getvalue()
+    value = builder.load(_pointer(builder, address, word, _word(kind)))
+    return builder.icmp_unsigned("!=", value, ir.Constant(value.type, 0)) if kind == types.boolean else value
+
+
+def _store(
+    context: Any, builder: Any, kind: Any, address: Any, value: Any, lengths: Iterator[int], at: list[int]
+) -> None:
+    from llvmlite import ir
+    from numba.core import cgutils, types
+
+    if isinstance(kind, types.BaseTuple):
+        for i, member in enumerate(list(kind)):  # type: ignore[call-overload]
+            _store(context, builder, member, address, builder.extract_value(value, i), lengths, at)
+        return
+    word, length = at[0], next(lengths)
+    at[0] += length
+    if isinstance(kind, types.Array):
+        source = context.make_array(kind)(context, builder, value=value).data
+        target = _pointer(builder, address, word, ir.DoubleType())
+        with builder.if_then(builder.icmp_unsigned("!=", source, target)):  # mostly it was written in place
+            cgutils.raw_memcpy(  # type: ignore[no-untyped-call]
+                builder, target, source, ir.Constant(ir.IntType(64), length), 8
+            )
+        return
+    if kind == types.boolean:
+        value = builder.zext(value, ir.IntType(64))
+    builder.store(value, _pointer(builder, address, word, _word(kind)))
+
+
+def _word(kind: Any) -> Any:
+    from llvmlite import ir
+    from numba.core import types
+
+    return ir.DoubleType() if isinstance(kind, types.Float) else ir.IntType(64)
 
 
 def allocate(size: int) -> tuple[NDArray[np.uint64], int]:

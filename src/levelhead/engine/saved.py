@@ -32,7 +32,7 @@ class Saved(NamedTuple):
 
 def leaves(value: Any) -> Iterator[float | int | bool]:
     """The numbers inside nested NamedTuples, in order."""
-    if isinstance(value, tuple):
+    if isinstance(value, tuple | list):
         for part in value:
             yield from leaves(part)
     else:
@@ -44,6 +44,8 @@ def layout(example: Any) -> str:
     if isinstance(example, tuple):
         names = getattr(type(example), "_fields", None) or range(len(example))
         return "(" + ",".join(f"{name}:{layout(part)}" for name, part in zip(names, example, strict=True)) + ")"
+    if isinstance(example, list):
+        return f"f{len(example)}"
     return "i" if isinstance(example, int) else "f"
 
 
@@ -74,6 +76,8 @@ def _filled(example: Any, numbers: Iterator[bytes]) -> Any:
     """A value like ``example`` with the leaves read from eight bytes each."""
     if isinstance(example, tuple):
         return type(example)(*(_filled(part, numbers) for part in example))
+    if isinstance(example, list):
+        return [_filled(part, numbers) for part in example]
     chunk = next(numbers)
     if isinstance(example, int):
         return type(example)(struct.unpack("<q", chunk)[0])

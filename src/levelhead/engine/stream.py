@@ -137,7 +137,7 @@ class Stream:
 
     @property
     def _output(self) -> Output:
-        said: Output = bind(self._filter, self._guarded).result(self._loop.params, self._loop.state)
+        said: Output = bind(self._filter, self._guarded).result(self._loop.params, self._loop.state.run)
         return said
 
     @property

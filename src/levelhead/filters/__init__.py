@@ -8,6 +8,7 @@ from levelhead.filters import (
     bias_rate_kalman,
     complementary,
     ekf,
+    eskf,
     gyro_integration,
     kalman,
     madgwick,
@@ -20,6 +21,7 @@ from levelhead.filters.bias_rate_kalman import BiasRateKalman
 from levelhead.filters.complementary import Complementary
 from levelhead.filters.contract import Filter
 from levelhead.filters.ekf import EKF
+from levelhead.filters.eskf import ESKF
 from levelhead.filters.guard import Guard
 from levelhead.filters.gyro_integration import GyroIntegration
 from levelhead.filters.kalman import Kalman
@@ -39,11 +41,13 @@ ALL: tuple[Filter, ...] = (
     roll_pitch_kalman.FILTER,
     bias_rate_kalman.FILTER,
     ekf.FILTER,
+    eskf.FILTER,
 )
 
 __all__ = [
     "ALL",
     "EKF",
+    "ESKF",
     "AccelTilt",
     "BiasRateKalman",
     "Complementary",

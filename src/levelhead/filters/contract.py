@@ -123,6 +123,9 @@ class Filter(NamedTuple):
     loosen: Callable[..., Any] | None = None  # (params, state, variance) -> state whose attitude is less sure, by rad²
     loosen_heading: Callable[..., Any] | None = None  # the same, of heading alone
     calm: Callable[..., Any] | None = None  # (params, state) -> state that knows its bias: the sensor is at rest
+    due: Callable[..., bool] | None = None  # (params, state) -> bool: after a step, whether ``correct`` is to be called
+    correct: Callable[..., Any] | None = None  # (params, state, dt) -> state: what is not done at every sample
+    judges: frozenset[str] = frozenset()  # of "bias", "field": what it tells apart itself, so that the guard need not
     axis: AxisFilter | None = None
 
 

@@ -44,8 +44,6 @@ class Doubt(NamedTuple):
     tilt: Covariance
     heading: Covariance
     motion: float
-    spell: float  # s since it was last judged
-    seen: int  # what has corrected since: 1 accelerometer, 2 magnetometer
 
 
 @kernel
@@ -53,7 +51,7 @@ def at_start(acc: Vec3, mag: Vec3) -> Doubt:
     """After the first sample: what one reading is worth; a relative heading is right by definition."""
     tilt = IRON if present(acc) else UNIFORM * UNIFORM
     heading = IRON if present(mag) else 0.0
-    return Doubt(Covariance(tilt, 0.0, TURN_ON), Covariance(heading, 0.0, TURN_ON), 0.0, 0.0, 0)
+    return Doubt(Covariance(tilt, 0.0, TURN_ON), Covariance(heading, 0.0, TURN_ON), 0.0)
 
 
 @kernel
@@ -79,20 +77,12 @@ def read_off(p: Covariance) -> Covariance:
 
 
 @kernel
-def waited(doubt: Doubt, acc: Vec3, mag: Vec3, dt: float) -> Doubt:
-    """One more sample of a spell; the zero vector is what the filter did not take."""
-    tilt, heading, motion, spell, seen = doubt
-    if present(acc):
-        seen |= 1
-    if present(mag):
-        seen |= 2
-    return Doubt(tilt, heading, motion, spell + dt, seen)
+def judged(doubt: Doubt, gains: Gains, gyr: Vec3, acc: Vec3, rest: bool, lost: float, seen: int, dt: float) -> Doubt:
+    """At the end of a spell of ``dt``, with the filter's gains for an interval of its length.
 
-
-@kernel
-def judged(doubt: Doubt, gains: Gains, gyr: Vec3, acc: Vec3, rest: bool, lost: float) -> Doubt:
-    """At the end of a spell, with the filter's gains for an interval of its length; ``lost`` is added (rad²)."""
-    tilt, heading, motion, dt, seen = doubt
+    ``lost`` is added (rad²); ``seen`` is what has corrected in it: 1 accelerometer, 2 magnetometer.
+    """
+    tilt, heading, motion = doubt
     x, y, z = gyr
     turned = x * x + y * y + z * z
     tilt = grown(tilt, turned, lost, dt)
@@ -112,7 +102,7 @@ def judged(doubt: Doubt, gains: Gains, gyr: Vec3, acc: Vec3, rest: bool, lost: f
     if seen & 2 != 0:
         r = lasting(IRON, IRON_SECONDS * often, share_heading)
         heading = joseph(heading, Gain(share_heading, -bias_heading), r)
-    return Doubt(tilt, heading, motion, 0.0, 0)
+    return Doubt(tilt, heading, motion)
 
 
 @kernel

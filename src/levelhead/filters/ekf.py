@@ -410,7 +410,7 @@ def predicted(params: EKF, p: Cov, attitude: Quat, block: Block, dt: float) -> C
 
 @kernel
 def step(params: EKF, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> State:
-    """The attitude at every sample; eqs. 3 to 7 at the end of every block."""
+    """The attitude at every sample, and what the next correction is made of."""
     attitude, bias, p, force, age, block, acc_out, mag_out, health = state
     x, y, z = gyr
     a, b, c = bias
@@ -419,8 +419,19 @@ def step(params: EKF, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) 
     block = gathered(block, attitude, gyr, acc, mag, dt)
     if tilt.present(acc):
         force = lowpassed(params, force, attitude, acc, age, dt)
-    if block.spell < params.block:
-        return State(attitude, bias, p, force, age, block, acc_out, mag_out, health)
+    return State(attitude, bias, p, force, age, block, acc_out, mag_out, health)
+
+
+@kernel
+def due(params: EKF, state: State) -> bool:
+    """Whether a block has ended."""
+    return state.block.spell >= params.block
+
+
+@kernel
+def correct(params: EKF, state: State, dt: float) -> State:
+    """Eqs. 3 to 7 at the end of every block, whose last sample came after ``dt``."""
+    attitude, bias, p, force, age, block, acc_out, mag_out, health = state
     health = 0
     fix = Fix(ZERO, bias, predicted(params, p, attitude, block, dt))
     if block.seen > 0.0:
@@ -504,4 +515,6 @@ FILTER = Filter(
     loosen=loosen,
     loosen_heading=loosen_heading,
     calm=calm,
+    due=due,
+    correct=correct,
 )

@@ -25,6 +25,13 @@ def kernel(function: F) -> F:
     return function
 
 
+def rare(function: F) -> F:
+    """Mark a kernel that few samples reach, or that stands in many places: compiled code calls it instead of having it
+    inline, which keeps what every sample runs through small."""
+    function.__apart__ = True  # type: ignore[attr-defined]
+    return kernel(function)
+
+
 def is_kernel(value: object) -> TypeGuard[Callable[..., Any]]:
     """Whether ``value`` is a plain-Python kernel."""
     return bool(getattr(value, "__kernel__", False))
@@ -42,6 +49,11 @@ def bound(function: Callable[..., Any], name: str, **kernels: Any) -> Callable[.
     twin.__module__ = function.__module__
     twin.__qualname__ = f"{function.__qualname__}_{name}"
     return kernel(twin)
+
+
+def apart(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A copy of a kernel that is ``rare``."""
+    return rare(bound(function, "apart"))
 
 
 def _mentioned(function: Callable[..., Any]) -> Iterator[tuple[str, Any]]:
@@ -77,7 +89,8 @@ def reached(function: Callable[..., Any]) -> list[Callable[..., Any]]:
 def _fingerprint(function: Callable[..., Any]) -> str:
     """A kernel's code and the constants and NamedTuples that it mentions, as text."""
     code = function.__code__
-    parts = [f"{function.__module__}.{function.__qualname__}", code.co_code.hex(), repr(code.co_consts)]
+    called = "apart" if hasattr(function, "__apart__") else "inline"
+    parts = [f"{function.__module__}.{function.__qualname__} {called}", code.co_code.hex(), repr(code.co_consts)]
     for name, value in _mentioned(function):
         if isinstance(value, type) and hasattr(value, "_fields"):
             parts.append(f"{name}: {value._fields}")
@@ -147,12 +160,21 @@ def _rebuilt(function: Callable[..., Any], qualname: str) -> Callable[..., Any]:
     return twin
 
 
+def _allocator() -> Callable[[int], Any]:
+    """``arrays.zeros`` as it is compiled."""
+    import numpy as np
+
+    return lambda count: np.zeros(count)  # noqa: PLW0108
+
+
 @functools.cache
 def _inlined(function: Callable[..., Any]) -> Any:
     """The compiled twin of a kernel that other kernels call; forced inline, which is what lets LLVM use SIMD."""
     import numba
 
-    return numba.njit(forceinline=True, error_model="numpy", nogil=True)(_rebuilt(function, function.__qualname__))
+    twin = _allocator() if hasattr(function, "__memory__") else _rebuilt(function, function.__qualname__)
+    inline = not hasattr(function, "__apart__")
+    return numba.njit(forceinline=inline, error_model="numpy", nogil=True)(twin)
 
 
 @functools.cache

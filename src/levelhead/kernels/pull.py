@@ -30,11 +30,17 @@ def pull(seen: Vec3, expected: Vec3) -> Vec3:
     y = sz * ex - sx * ez
     z = sx * ey - sy * ex
     if sx * ex + sy * ey + sz * ez < 0.0:
-        n = sqrt(x * x + y * y + z * z)
-        if n < NO_AXIS:
-            return across(expected)
-        return Vec3(x / n, y / n, z / n)
+        return beyond(expected, x, y, z)
     return Vec3(x, y, z)
+
+
+@kernel
+def beyond(expected: Vec3, x: float, y: float, z: float) -> Vec3:
+    """The pull (x, y, z) of a direction that is more than a right angle off, of length one."""
+    n = sqrt(x * x + y * y + z * z)
+    if n < NO_AXIS:
+        return across(expected)
+    return Vec3(x / n, y / n, z / n)
 
 
 @kernel
@@ -91,8 +97,14 @@ def nudged(q: Quat, rotation: Vec3) -> Quat:
     excess = (nw * nw + nx * nx) + (ny * ny + nz * nz) - 1.0
     s = 1.0 - excess * (0.5 - 0.375 * excess)
     if excess > NEAR_UNIT:
-        s = 1.0 / sqrt(1.0 + excess)
+        s = unit_scale(excess)
     return Quat(nw * s, nx * s, ny * s, nz * s)
+
+
+@kernel
+def unit_scale(excess: float) -> float:
+    """What makes a quaternion unit whose |q|² is beyond 1 by so much."""
+    return 1.0 / sqrt(1.0 + excess)
 
 
 @kernel

@@ -73,7 +73,8 @@ def pitch_axis(up: Vec3) -> Vec3:
     _, y, z = up
     across = sqrt(y * y + z * z)
     if across > 0.0:
-        return Vec3(0.0, z / across, -y / across)
+        one = 1.0 / across
+        return Vec3(0.0, z * one, -y * one)
     return Vec3(0.0, 1.0, 0.0)
 
 

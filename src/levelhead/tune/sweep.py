@@ -11,7 +11,7 @@ from levelhead import filters
 from levelhead.engine import fuse
 from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.engine.binding import choose
-from levelhead.engine.many import WORTH_LANES
+from levelhead.engine.many import worth_lanes
 from levelhead.errors import LevelheadError, nearest
 from levelhead.evaluate.columns import Column, plain_table
 from levelhead.evaluate.score import root_mean_squares
@@ -236,8 +236,9 @@ def _scores(
     samples = len(recording) * len(tries)
     chosen = choose(engine, samples)
     worth = engine == "compiled" or samples >= WORTH_COMPILING
-    if guard == DEFAULT_GUARD and chosen == "compiled" and worth and len(tries) >= WORTH_LANES:
-        return lane_score.root_mean_squares(recording, filters.of(tries[0]), tries, progress)
+    flt = filters.of(tries[0])
+    if guard == DEFAULT_GUARD and chosen == "compiled" and worth and worth_lanes(flt, len(tries)):
+        return lane_score.root_mean_squares(recording, flt, tries, progress)
     scores = []
     for i, attempt in enumerate(tries):
         scores.append(root_mean_squares(recording, fuse(recording, attempt, guard=guard, engine=chosen)))

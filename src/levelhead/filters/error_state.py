@@ -1,0 +1,143 @@
+"""The error state of ``ESKF`` in memory: where each state stands, and the algebra of its covariance.
+
+One row of floats holds the covariance P (N × N by rows), the mean of what is additive (attitude is not), the correction
+x gathered in a block, a row h of a measurement, P hᵀ, the couplings F − 1 of the states that others drive, their rows
+of F P, and integrals over the block.
+
+Prediction: P ← F P Fᵀ + Q. Only velocity and attitude are driven by others, so that six rows change (1).
+Measurements are scalar, one after the other (P. S. Maybeck, Stochastic Models, Estimation, and Control, vol. 1, 1979,
+section 7.4). With a row h, variance r and innovation y of the state as it was before the block:
+
+    s = h P hᵀ + r,   u = P hᵀ/√s                                                                              (2)
+    x ← x + u (y − h x)/√s,   P ← P − u uᵀ                                                                     (3)
+
+u_i u_j is u_j u_i to the last bit, so that P stays symmetric by itself. States before ``first`` are only considered
+(S. F. Schmidt, Application of State-Space Methods to Navigation Problems, 1966): their gain is zero, and with
+k = u/√s elsewhere
+
+    P ← P − k (P hᵀ)ᵀ − (P hᵀ) kᵀ + s k kᵀ                                                                     (4)
+
+is (3) but for the block of P that belongs to them alone, which stays.
+"""
+
+from math import sqrt
+
+from levelhead.kernels.arrays import Floats
+from levelhead.kernels.jit import kernel, rare
+
+# The states. Those before TURN_Z are the horizon and what hangs on it: a magnetometer only considers them. Those from
+# MAG on exist with a magnetometer only.
+ACC = 0  # accelerometer bias c, m/s², 3
+SPEED = 3  # velocity v, m/s, earth frame, 3
+TURN = 6  # attitude θ, rad, earth frame, 3
+TURN_Z = 8
+BIAS = 9  # gyroscope bias b, rad/s, 3
+GYR = 12  # gyroscope matrix S, 9 by rows
+MAG = 21  # horizontal and vertical field m, in units of the first norm, 2
+IRON = 23  # magnetometer offset o, the same unit, 3
+DELAY = 26  # by which the magnetometer is late, s
+N = 27
+DRIVEN = 6  # from SPEED on
+
+# The memory
+P = 0
+MEAN = P + N * N
+X = MEAN + N
+H = X + N
+U = H + N
+F = U + N
+W = F + DRIVEN * N
+ROTATED = W + DRIVEN * N  # ∫ R dt, 9
+SCALED = ROTATED + 9  # ∫ R_ik ω_l dt, 27
+PUSHED = SCALED + 27  # ∫ f dt, earth frame, 3
+TURNED = PUSHED + 3  # ∫ ω dt, 3
+WOUND = TURNED + 3  # ∫ |ω|² dt
+SHOVED = WOUND + 1  # ∫ |f − g|² dt
+HEARD = SHOVED + 1  # s with an accelerometer
+SPELL = HEARD + 1  # s
+FIELD = SPELL + 1  # Σ e, 3
+SEEN = FIELD + 3  # Σ R where the field was seen, 9
+LATE = SEEN + 9  # Σ R (ω × h), 3
+COUNT = LATE + 3
+LOST = COUNT + 1  # variance of turns that were not measured, rad²
+LOST_Z = LOST + 1
+CUT = LOST_Z + 1  # s of a gap before the block
+SIZE = CUT + 1
+
+
+@kernel
+def independent(m: Floats, first: int, count: int, sigma: float) -> None:
+    """States that know nothing of others, and themselves to this σ."""
+    for i in range(first, first + count):
+        for j in range(N):
+            m[P + i * N + j] = 0.0
+            m[P + j * N + i] = 0.0
+        m[P + i * N + i] = sigma * sigma
+
+
+@kernel
+def widen(m: Floats, first: int, count: int, variance: float) -> None:
+    """Q of independent states."""
+    for i in range(first, first + count):
+        m[P + i * N + i] += variance
+
+
+@kernel
+def variance(m: Floats, i: int) -> float:
+    """Of one state."""
+    return m[P + i * N + i]
+
+
+@rare
+def propagate(m: Floats, n: int) -> None:
+    """Eq. 1, P ← F P Fᵀ."""
+    for i in range(DRIVEN):
+        row = i * N
+        at = P + (SPEED + i) * N
+        for j in range(n):
+            m[W + row + j] = m[at + j]
+        for k in range(n):
+            if m[F + row + k] != 0.0:
+                weight = m[F + row + k]
+                for j in range(n):
+                    m[W + row + j] += weight * m[P + k * N + j]
+    for i in range(DRIVEN):
+        row = i * N
+        for j in range(n):
+            m[P + (SPEED + i) * N + j] = m[W + row + j]
+            m[P + j * N + SPEED + i] = m[W + row + j]
+    for i in range(DRIVEN):
+        for j in range(i, DRIVEN):
+            total = m[W + i * N + SPEED + j]
+            for k in range(n):
+                total += m[W + i * N + k] * m[F + j * N + k]
+            m[P + (SPEED + i) * N + SPEED + j] = total
+            m[P + (SPEED + j) * N + SPEED + i] = total
+
+
+@rare
+def measure(m: Floats, n: int, first: int, innovation: float, noise: float) -> float:
+    """Eqs. 2 to 4 with the row h, which is zero again afterwards; returns innovation²/s."""
+    for i in range(n):
+        m[U + i] = 0.0
+    for j in range(n):
+        if m[H + j] != 0.0:
+            weight = m[H + j]
+            for i in range(n):
+                m[U + i] += weight * m[P + j * N + i]
+    s = noise
+    for j in range(n):
+        s += m[H + j] * m[U + j]
+        innovation -= m[H + j] * m[X + j]
+        m[H + j] = 0.0
+    one = 1.0 / sqrt(s)
+    gain = innovation * one
+    for i in range(n):
+        m[U + i] = m[U + i] * one
+    for i in range(first, n):
+        m[X + i] += m[U + i] * gain
+    for i in range(n):
+        ui = m[U + i]
+        for j in range(first if i < first else 0, n):
+            m[P + i * N + j] -= ui * m[U + j]
+    return gain * gain

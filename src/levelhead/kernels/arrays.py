@@ -1,0 +1,19 @@
+"""Fixed-size memory inside a filter's state: what is too large for a NamedTuple of numbers.
+
+A kernel sees a row of floats that it reads and writes by a whole number. In plain Python it is a list, which is indexed
+several times faster than a NumPy array; compiled it is an array of float64; in C it becomes a member of a struct. It
+is made once, by a filter's ``init``, and written in place by ``step``.
+"""
+
+from levelhead.kernels.jit import kernel
+
+Floats = list[float]
+
+
+@kernel
+def zeros(count: int) -> Floats:
+    """``count`` zeros."""
+    return [0.0] * count
+
+
+zeros.__memory__ = True  # type: ignore[attr-defined]
