@@ -71,7 +71,10 @@ def test_what_a_sweep_found_goes_to_the_board(levelhead, tmp_path):
         (["Kalman", "--set", "r_mesure=1"], "Kalman has no parameter 'r_mesure'; did you mean 'r_measure'?"),
         (["Kalman", "--set", "r_measure=0"], "r_measure = 0 is not allowed; it must be greater than 0"),
         (["Kalman", "--set", "r_measure=nan"], "r_measure = nan is not allowed"),
-        (["EKF", "--set", "gate=1e60", "--float"], "gate: 1e+60 is out of the range of single precision; export --double"),
+        (
+            ["EKF", "--set", "gate=1e60", "--float"],
+            "gate: 1e+60 is out of the range of single precision; export --double",
+        ),
         (["EKF", "--axis"], "EKF needs an IMU; on one level and its rate work Complementary, Kalman, BiasRateKalman"),
         (["EKF", "--guard", "rest_tim=1"], "Guard has no parameter 'rest_tim'; did you mean 'rest_time'?"),
         (["EKF", "--from", "nowhere.json"], "there is no file nowhere.json"),

@@ -244,7 +244,8 @@ class ImuFace(Face):
         self.begin = program.kernel(bound.begin, [settings])
         carry = self.begin.returns
         self.advance = program.kernel(bound.advance, [settings, carry, vector, vector, vector, FLOAT])
-        self.result = program.kernel(bound.result, [settings, carry])
+        assert isinstance(carry, Struct) and carry.fields["run"] is not None
+        self.result = program.kernel(bound.result, [settings, carry.fields["run"]])
         self.euler = program.kernel(quat.to_euler, [program.struct(quat.Quat)])
         for part in (settings.fields["filter"], settings.fields["guard"]):
             assert isinstance(part, Struct)
@@ -264,7 +265,7 @@ class ImuFace(Face):
             advance=self.call(
                 self.advance, ["filter->settings", "filter->carry", "three(gyr)", "three(acc)", "three(mag)", "dt"]
             ),
-            result=self.call(self.result, ["filter->settings", "filter->carry"]),
+            result=self.call(self.result, ["filter->settings", "filter->carry.run"]),
         )
         return {f"{self.name}.h": self._header(), f"{self.name}.c": source + self._copy()}
 

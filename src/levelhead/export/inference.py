@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
 from levelhead.errors import LevelheadError
-from levelhead.export.kinds import BOOL, FLOAT, INT, Array, Kind, Scalar, Struct, described
+from levelhead.export.kinds import BOOL, FLOAT, INT, VOID, Array, Kind, Scalar, Struct, described
 from levelhead.export.source import Source
 from levelhead.kernels.jit import is_kernel
 
@@ -19,7 +19,7 @@ MISSING = object()
 ARITHMETIC = (ast.Add, ast.Sub, ast.Mult, ast.Div)
 BITS = (ast.BitOr, ast.BitAnd, ast.BitXor)
 FUNCTIONS = {"min", "max", "abs", "float", "sqrt", "floor", "range"}
-ALLOCATIONS = {"empty", "zeros"}  # of NumPy
+ALLOCATIONS = {"empty", "zeros"}  # of NumPy; ``arrays.zeros`` is marked
 
 
 class Callee(Protocol):
@@ -63,10 +63,12 @@ def is_struct(value: Any) -> bool:
 
 
 def allocation(function: Callable[..., Any], node: ast.AST, local: Any = ()) -> ast.expr | None:
-    """The shape in ``np.empty(shape)`` or ``np.zeros(shape)``; None for anything else."""
+    """The shape in ``zeros(count)``, ``np.zeros(shape)`` or ``np.empty(shape)``; None for anything else."""
     if not isinstance(node, ast.Call) or len(node.args) != 1:
         return None
     called = resolve(function, node.func, local)
+    if hasattr(called, "__memory__"):
+        return node.args[0]
     of_numpy = str(getattr(called, "__module__", "")).partition(".")[0] == "numpy"
     return node.args[0] if of_numpy and getattr(called, "__name__", "") in ALLOCATIONS else None
 
@@ -86,9 +88,7 @@ class Inference:
     @property
     def returns(self) -> Kind:
         """The kind of what the kernel returns."""
-        if self._returns is None:
-            raise self.source.refuse(self.source.tree, f"{self.source.tree.name} returns nothing")
-        return self._returns
+        return VOID if self._returns is None else self._returns
 
     def resolve(self, node: ast.AST) -> Any:
         """The Python object that stands behind a name, or ``MISSING``."""
@@ -107,7 +107,9 @@ class Inference:
             handler(statement)
 
     def _on_Expr(self, node: ast.Expr) -> None:
-        if not (isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)):
+        if isinstance(node.value, ast.Call) and is_kernel(self.resolve(node.value.func)):
+            self.of(node.value)  # for what it writes into memory
+        elif not (isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)):
             raise self._refuse(node, "an expression whose value nobody takes")
 
     def _on_Pass(self, node: ast.Pass) -> None:
@@ -115,7 +117,7 @@ class Inference:
 
     def _on_Return(self, node: ast.Return) -> None:
         if node.value is None:
-            raise self._refuse(node, "a kernel returns a value")
+            raise self._refuse(node, "a return without a value")
         kind = self.of(node.value)
         if self._returns in (INT, FLOAT) and kind in (INT, FLOAT) and self._returns is not kind:
             kind = self._returns = FLOAT
@@ -146,7 +148,7 @@ class Inference:
         if len(node.targets) == 1 and isinstance(node.targets[0], ast.Tuple) and isinstance(node.value, ast.Tuple):
             self._pairwise(node.targets[0], node.value)
             return
-        kind = self.of(node.value)
+        kind = self._given(node.value)
         for target in node.targets:
             self._set(target, kind)
 
@@ -201,6 +203,13 @@ class Inference:
             raise self._refuse(node, f"{type(node).__name__} is outside of the kernel language")
         kind: Kind = handler(node)
         self.kinds[node] = kind
+        return kind
+
+    def _given(self, node: ast.expr) -> Kind:
+        """The kind of a value that somebody takes."""
+        kind = self.of(node)
+        if kind is VOID:
+            raise self._refuse(node, f"{ast.unparse(node)} returns nothing")
         return kind
 
     def _want(self, node: ast.expr, wanted: Kind, what: str) -> None:

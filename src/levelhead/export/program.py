@@ -211,7 +211,7 @@ class Program:
             return self.public_name(kind) if public else self.struct_name(kind)
         if isinstance(kind, Array):
             return self.real
-        return {"float": self.real, "int": "int32_t", "bool": "bool"}[kind.name]
+        return {"float": self.real, "int": "int32_t", "bool": "bool", "void": "void"}[kind.name]
 
     def declarator(self, kind: Kind, name: str) -> str:
         """A name as it is declared: an array is an address, of a row where it has several dimensions."""
@@ -288,7 +288,6 @@ class Program:
     def text(self, kernel: Kernel) -> list[str]:
         """A kernel as C, with its docstring above."""
         body = Body(kernel.source, kernel.inference, self, self._addresses(kernel))
-        body.flush()
         words = docstring(ast.get_docstring(kernel.source.tree))
         return [*(comment(words) if words else []), *wrapped(self.head(kernel), ""), "{", *body.lines, "}", ""]
 

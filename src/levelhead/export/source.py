@@ -96,6 +96,14 @@ class _Decided(ast.NodeTransformer):
     def __init__(self, function: Callable[..., Any]) -> None:
         self._function = function
 
+    def visit_IfExp(self, node: ast.IfExp) -> Any:
+        """The value that is taken, where that is known."""
+        self.generic_visit(node)
+        taken = constant(self._function, node.test)
+        if taken is None:
+            return node
+        return node.body if taken else node.orelse
+
     def visit_If(self, node: ast.If) -> Any:
         """The branch that is taken, where that is known."""
         self.generic_visit(node)

@@ -2,11 +2,12 @@
 
 import ast
 import functools
+import re
 from collections.abc import Callable, Iterable, Sequence
 
 from levelhead.export.expressions import Expressions, Names, variable
 from levelhead.export.inference import Inference, is_struct
-from levelhead.export.kinds import FLOAT, INT, Array, Kind, Struct, by_address, is_empty
+from levelhead.export.kinds import FLOAT, INT, VOID, Array, Kind, Struct, by_address, is_empty
 from levelhead.export.layout import STEP, beside, comment, wrapped
 from levelhead.export.scopes import Scopes, loaded_in, stored_in
 from levelhead.export.source import Source
@@ -32,18 +33,19 @@ class Body:
         addresses |= self._wandering
         self._open: list[tuple[str, str]] = []  # (type, "name = value") to be declared in one line
         self.lines: list[str] = []
-        self._unused(STEP)
         self._block(body, STEP)
+        self.flush()
+        self.lines = self._unused() + self.lines
 
-    def _unused(self, indent: str) -> None:
+    def _unused(self) -> list[str]:
         """Parameters that C would warn about."""
+        code = re.sub(r"/\*.*?\*/", "", "\n".join(self.lines), flags=re.DOTALL)
         unread = []
         for argument in self._source.tree.args.args:
-            seen = self._scopes.variables.get(argument.arg)
-            if (seen is None or not seen.loads) and not is_empty(self._known.variables[argument.arg]):
-                unread.append(f"(void){variable(argument.arg)};")
-        if unread:
-            self.lines.append(indent + " ".join(unread))
+            name = variable(argument.arg)
+            if not is_empty(self._known.variables[argument.arg]) and not re.search(rf"\b{name}\b", code):
+                unread.append(f"(void){name};")
+        return [STEP + " ".join(unread)] if unread else []
 
     # Blocks, comments, declarations
 
@@ -166,7 +168,10 @@ class Body:
     # Statements
 
     def _on_Expr(self, node: ast.Expr, indent: str) -> None:
-        pass
+        if isinstance(node.value, ast.Call):
+            words = self._said_beside(node)
+            unused = "" if self._known.kinds[node.value] is VOID else "(void)"
+            self._emit(f"{unused}{self._write.text(node.value)};", indent, words)
 
     def _on_Pass(self, node: ast.Pass, indent: str) -> None:
         pass

@@ -114,7 +114,7 @@ def rows(choice: Choice) -> list[Row]:
         taken = 0.0 < sample.dt < LONGEST
         if taken:
             carry = bound.advance(settings, carry, sample.gyr, sample.acc, sample.mag, sample.dt)
-        found.append(Row(sample, taken, bound.result(settings, carry)))
+        found.append(Row(sample, taken, bound.result(settings, carry.run)))
     return found
 
 
