@@ -14,16 +14,20 @@
 typedef lh_mahony_params Mahony;
 typedef lh_mahony_guard Guard;
 typedef lh_mahony_settings Settings;
-typedef lh_mahony_quat Quat;
 typedef lh_mahony_vec3 Vec3;
-typedef lh_mahony_state State;
-typedef lh_mahony_rest Rest;
+typedef lh_mahony_sum Sum;
+typedef lh_mahony_calm Calm;
 typedef lh_mahony_extreme Extreme;
 typedef lh_mahony_repeat Repeat;
+typedef lh_mahony_sensors Sensors;
+typedef lh_mahony_scene Scene;
+typedef lh_mahony_quat Quat;
+typedef lh_mahony_state State;
 typedef lh_mahony_field Field;
 typedef lh_mahony_watch Watch;
 typedef lh_mahony_covariance Covariance;
 typedef lh_mahony_doubt Doubt;
+typedef lh_mahony_run Run;
 typedef lh_mahony_carry Carry;
 typedef lh_mahony_output Output;
 typedef lh_mahony_euler Euler;
@@ -66,8 +70,6 @@ typedef struct {
 
 /* What the filter may see of a sample (zero vector: nothing), and what is known about it. */
 typedef struct {
-    Vec3 gyr;
-    Vec3 acc;
     Vec3 mag;
     int32_t health;
     Watch watch;
@@ -139,27 +141,12 @@ static const float PULL_NEAR_UNIT = 1e-05f; /* |q|² − 1 up to which a series 
 static const float TRIAD_PARALLEL = 1e-06f;
 
 static const float GUARD_DEGREE = 0.017453292f; /* pi / 180.0 */
-static const float GUARD_SPELL = 0.02f; /* s: rest need not be looked for more often */
-static const float GUARD_SMOOTH = 0.5f; /* s, time constant of the means that rest is told by */
 static const float GUARD_CHANGE = 0.0012184697f; /* (2.0 * DEGREE) * (2.0 * DEGREE): (rad/s)², of a bias once known */
 static const float GUARD_BIAS_TAU = 10.0f; /* s over which rest averages the bias */
-static const float GUARD_PLATEAU = 0.997f; /* of the largest reading so far: readings above this may be clipped */
-/* of the largest reading so far: who comes from below in two samples comes steeply */
-static const float GUARD_NEAR = 0.7f;
-static const float GUARD_AT_FULL = 0.99f; /* of a full scale found: where it ends drifts with temperature */
-/* 1/s, of the reading itself: a smooth peak that is flat for PLATEAU_SECONDS is reached at 0.6 at most */
-static const float GUARD_STEEP = 2.0f;
-static const float GUARD_PLATEAU_SECONDS = 0.0199f;
-static const float GUARD_NOT_ABRUPT = -1.0f;
-static const float GUARD_LEAST = 1e-05f; /* rad/s, m/s²: no sensor has finer steps than this */
-static const float GUARD_STUCK_SAMPLES = 20.0f;
-static const float GUARD_STUCK_SECONDS = 1.0f; /* of one value while another axis moves */
 static const float GUARD_FIRST_AGE = 0.001f; /* s: what one reading counts */
 static const float GUARD_FIELD_TAU = 20.0f; /* s over which the field is learned */
-static const Watch GUARD_BEFORE = {{{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f},
-    {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, 0.0f}, {4.0f, 4.0f, 0.0f, 0.0f, -1.0f, 0, false},
-    {19.0f, 19.0f, 0.0f, 0.0f, -1.0f, 0, false}, {{0.0f, 0.0f, 0.0f}, 0, 0.0f}, {{0.0f, 0.0f, 0.0f}, 0, 0.0f},
-    0.0f, {0.0f, 0.0f, 0.0f, 0.0f}};
+static const bool GUARD_TELLS_FIELD = true; /* a filter that judges the field by itself is left to it */
+static const Watch GUARD_BEFORE = {0.0f, {0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f, 0.0f}};
 
 static const int32_t HEALTH_GYR_MISSING = 1; /* the last rate was held */
 static const int32_t HEALTH_ACC_MISSING = 2; /* nothing corrected tilt */
@@ -178,16 +165,44 @@ static const int32_t HEALTH_AT_REST = 2048; /* nothing wrong: the sensor is stil
 /* cos² of the field's dip in middle Europe: how much of a heading error the whole field shows */
 static const float MAHONY_DIP_SHARE = 0.2f;
 
+static const float SENSORS_SPELL = 0.02f; /* s: rest need not be looked for more often */
+static const float SENSORS_SMOOTH = 0.5f; /* s, time constant of the means that rest is told by */
+static const float SENSORS_PLATEAU = 0.997f; /* of the largest reading so far: readings above this may be clipped */
+/* of the largest reading so far: who comes from below in two samples comes steeply */
+static const float SENSORS_NEAR = 0.7f;
+static const float SENSORS_AT_FULL = 0.99f; /* of a full scale found: where it ends drifts with temperature */
+/* 1/s, of the reading itself: a smooth peak that is flat for PLATEAU_SECONDS is reached at 0.6 at most */
+static const float SENSORS_STEEP = 2.0f;
+static const float SENSORS_PLATEAU_SECONDS = 0.0199f;
+static const float SENSORS_NOT_ABRUPT = -1.0f;
+static const float SENSORS_LEAST = 1e-05f; /* rad/s, m/s²: no sensor has finer steps than this */
+static const float SENSORS_STUCK_SAMPLES = 20.0f;
+static const float SENSORS_STUCK_SECONDS = 1.0f; /* of one value while another axis moves */
+static const Sum SENSORS_NOTHING = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
+static const Sensors SENSORS_BEFORE = {{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f},
+    {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, false}, {4.0f, 4.0f, 0.0f, 0.0f, -1.0f, 0, false},
+    {19.0f, 19.0f, 0.0f, 0.0f, -1.0f, 0, false}, {{0.0f, 0.0f, 0.0f}, 0, 0.0f}, {{0.0f, 0.0f, 0.0f}, 0, 0.0f},
+    false, false, 0};
+
 /* rad/s, m/s², µT: no sensor says that; NaN and infinity fail the comparison as well */
-static const float DRIVER_NO_READING = 1e9f;
+static const float SCENE_NO_READING = 1e9f;
 /* NO_READING * NO_READING: a sum of squares below that has no missing reading in it */
-static const float DRIVER_ALL_THERE = 1e18f;
-static const int32_t DRIVER_BLIND = 161; /* GYR_MISSING | GYR_SATURATED | GYR_STUCK: the rate is a guess */
-static const float DRIVER_LOST = 0.1f; /* rad that a body may have turned unseen before the filter is told */
+static const float SCENE_ALL_THERE = 1e18f;
+static const int32_t SCENE_BLIND = 161; /* GYR_MISSING | GYR_SATURATED | GYR_STUCK: the rate is a guess */
+static const int32_t SCENE_NO_FORCE = 320; /* ACC_SATURATED | ACC_STUCK */
+static const float SCENE_LOST = 0.1f; /* rad that a body may have turned unseen before the filter is told */
+/* of the full scale, 1σ: how much faster a body turns than a clipped gyroscope says */
+static const float SCENE_BEYOND = 0.5f;
+static const Scene SCENE_EMPTY = {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, 0.0f, 0, false,
+    false, false, 0.0f, 0.0f, 0.0f, 0,
+    {{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, false},
+    {4.0f, 4.0f, 0.0f, 0.0f, -1.0f, 0, false}, {19.0f, 19.0f, 0.0f, 0.0f, -1.0f, 0, false},
+    {{0.0f, 0.0f, 0.0f}, 0, 0.0f}, {{0.0f, 0.0f, 0.0f}, 0, 0.0f}, false, false, 0}};
+static const Unseen SCENE_SEEN = {0.0f, 0.0f};
+
 static const float DRIVER_FIRST_FIELD = 0.6f; /* rad², of a heading that was relative until now: 45° */
 static const float DRIVER_NEW_FIELD = 0.002f; /* rad², of a heading when another field is taken for the earth's: 2.6° */
-/* of the full scale, 1σ: how much faster a body turns than a clipped gyroscope says */
-static const float DRIVER_BEYOND = 0.5f;
+static const bool DRIVER_OWN_SIGMA = false;
 
 static float lh_min(float a, float b)
 {
@@ -301,7 +316,8 @@ static Vec3 tilt_pitch_axis(Vec3 up)
     const float y = up.y, z = up.z;
     const float across = sqrtf(y * y + z * z);
     if (across > 0.0f) {
-        return (Vec3){0.0f, z / across, -y / across};
+        const float one = 1.0f / across;
+        return (Vec3){0.0f, z * one, -y * one};
     }
     return (Vec3){0.0f, 1.0f, 0.0f};
 }
@@ -468,7 +484,7 @@ static Doubt doubt_at_start(Vec3 acc, Vec3 mag)
 {
     const float tilt = tilt_present(acc) ? DOUBT_IRON : TILT_UNIFORM * TILT_UNIFORM;
     const float heading = tilt_present(mag) ? DOUBT_IRON : 0.0f;
-    return (Doubt){{tilt, 0.0f, DOUBT_TURN_ON}, {heading, 0.0f, DOUBT_TURN_ON}, 0.0f, 0.0f, 0};
+    return (Doubt){{tilt, 0.0f, DOUBT_TURN_ON}, {heading, 0.0f, DOUBT_TURN_ON}, 0.0f};
 }
 
 /* After dt without a correction, at a rate whose square is turned; lost is added (rad²). */
@@ -496,28 +512,15 @@ static Covariance doubt_read_off(Covariance p)
     return p;
 }
 
-/* One more sample of a spell; the zero vector is what the filter did not take. */
-static Doubt doubt_waited(Doubt doubt, Vec3 acc, Vec3 mag, float dt)
-{
-    const Covariance tilt = doubt.tilt, heading = doubt.heading;
-    const float motion = doubt.motion, spell = doubt.spell;
-    int32_t seen = doubt.seen;
-    if (tilt_present(acc)) {
-        seen |= 1;
-    }
-    if (tilt_present(mag)) {
-        seen |= 2;
-    }
-    return (Doubt){tilt, heading, motion, spell + dt, seen};
-}
-
-/* At the end of a spell, with the filter's gains for an interval of its length; lost is added (rad²). */
-static Doubt doubt_judged(Doubt doubt, Gains gains, Vec3 gyr, Vec3 acc, bool rest, float lost)
+/* At the end of a spell of dt, with the filter's gains for an interval of its length.
+ *
+ * lost is added (rad²); seen is what has corrected in it: 1 accelerometer, 2 magnetometer.
+ */
+static Doubt doubt_judged(Doubt doubt, Gains gains, Vec3 gyr, Vec3 acc, bool rest, float lost, int32_t seen,
+    float dt)
 {
     Covariance tilt = doubt.tilt, heading = doubt.heading;
     float motion = doubt.motion;
-    const float dt = doubt.spell;
-    const int32_t seen = doubt.seen;
     float x = gyr.x, y = gyr.y, z = gyr.z;
     const float turned = x * x + y * y + z * z;
     tilt = doubt_grown(tilt, turned, lost, dt);
@@ -545,7 +548,7 @@ static Doubt doubt_judged(Doubt doubt, Gains gains, Vec3 gyr, Vec3 acc, bool res
         r = doubt_lasting(DOUBT_IRON, DOUBT_IRON_SECONDS * often, share_heading);
         heading = two_state_joseph(heading, (Gain){share_heading, -bias_heading}, r);
     }
-    return (Doubt){tilt, heading, motion, 0.0f, 0};
+    return (Doubt){tilt, heading, motion};
 }
 
 /* 1σ about east, north and up, rad; no doubt is larger than knowing nothing. */
@@ -702,6 +705,16 @@ static Vec3 pull_across(Vec3 v)
     return (Vec3){v.y / n, -v.x / n, 0.0f};
 }
 
+/* The pull (x, y, z) of a direction that is more than a right angle off, of length one. */
+static Vec3 pull_beyond(Vec3 expected, float x, float y, float z)
+{
+    const float n = sqrtf(x * x + y * y + z * z);
+    if (n < PULL_NO_AXIS) {
+        return pull_across(expected);
+    }
+    return (Vec3){x / n, y / n, z / n};
+}
+
 /* s × ŝ of unit vectors; beyond a right angle of length one.
  *
  * There the sine would fall again although the error grows, and vanish at 180°, an unstable equilibrium in which
@@ -715,11 +728,7 @@ static Vec3 pull_pull(Vec3 seen, Vec3 expected)
     const float y = sz * ex - sx * ez;
     const float z = sx * ey - sy * ex;
     if (sx * ex + sy * ey + sz * ez < 0.0f) {
-        const float n = sqrtf(x * x + y * y + z * z);
-        if (n < PULL_NO_AXIS) {
-            return pull_across(expected);
-        }
-        return (Vec3){x / n, y / n, z / n};
+        return pull_beyond(expected, x, y, z);
     }
     return (Vec3){x, y, z};
 }
@@ -746,6 +755,12 @@ static Quat pull_turned(Quat q, float x, float y, float z)
         (qw * y + qy * c) + (qz * x - qx * z), (qw * z + qz * c) + (qx * y - qy * x)};
 }
 
+/* What makes a quaternion unit whose |q|² is beyond 1 by so much. */
+static float pull_unit_scale(float excess)
+{
+    return 1.0f / sqrtf(1.0f + excess);
+}
+
 /* q ⊗ (1, ½ρ), made unit again, with ρ the rotation vector (rad, sensor frame).
  *
  * The step q + ½ q ⊗ ρ of the papers; it turns by 2 atan ½|ρ|. Nearly every ρ is so small that a series gives
@@ -765,9 +780,23 @@ static Quat pull_nudged(Quat q, Vec3 rotation)
     const float excess = (nw * nw + nx * nx) + (ny * ny + nz * nz) - 1.0f;
     float s = 1.0f - excess * (0.5f - 0.375f * excess);
     if (excess > PULL_NEAR_UNIT) {
-        s = 1.0f / sqrtf(1.0f + excess);
+        s = pull_unit_scale(excess);
     }
     return (Quat){nw * s, nx * s, ny * s, nz * s};
+}
+
+/* Where a unit field should point if the attitude is right: its own dip, and north. */
+static Vec3 pull_reference(Quat attitude, Vec3 mag)
+{
+    const Vec3 h = quat_rotate(attitude, mag);
+    return (Vec3){0.0f, sqrtf(h.x * h.x + h.y * h.y), h.z};
+}
+
+/* The pull of the whole field, dip included, towards its reference. */
+static Vec3 pull_whole(Quat attitude, Vec3 mag)
+{
+    const Vec3 seen = vec3_normalize(mag);
+    return pull_pull(seen, quat_rotate(quat_conjugate(attitude), pull_reference(attitude, seen)));
 }
 
 /* The pull of the field's horizontal part towards north: up times the sine of the angle by which it misses.
@@ -793,20 +822,6 @@ static Vec3 pull_levelled(Quat attitude, Vec3 up, Vec3 mag)
         sine = east >= 0.0f ? 1.0f : -1.0f;
     }
     return (Vec3){sine * up.x, sine * up.y, sine * up.z};
-}
-
-/* Where a unit field should point if the attitude is right: its own dip, and north. */
-static Vec3 pull_reference(Quat attitude, Vec3 mag)
-{
-    const Vec3 h = quat_rotate(attitude, mag);
-    return (Vec3){0.0f, sqrtf(h.x * h.x + h.y * h.y), h.z};
-}
-
-/* The pull of the whole field, dip included, towards its reference. */
-static Vec3 pull_whole(Quat attitude, Vec3 mag)
-{
-    const Vec3 seen = vec3_normalize(mag);
-    return pull_pull(seen, quat_rotate(quat_conjugate(attitude), pull_reference(attitude, seen)));
 }
 
 /* ---- triad
@@ -853,10 +868,20 @@ static Quat triad_start(Vec3 acc, Vec3 mag)
  *
  * What is done about bad readings before a filter sees them: once, the same for all filters.
  *
- * At rest the gyroscope's bias is read off and taken away; readings at full scale, stuck axes, accelerations that are no
- * gravity and fields that are not the earth's are told apart and held back, for a bounded time only. look says for
- * every sample what the filter may see, what was held back and why (filters.health).
+ * What the readings tell by themselves stands in filters.sensors: quiet, full scale, stuck axes. Here is what also
+ * hangs on the filter. At rest the gyroscope's bias is read off and taken away; accelerations that are no gravity and
+ * fields that are not the earth's are held back, for a bounded time only. look says for every sample what the filter
+ * may see, what was held back and why (filters.health).
  */
+
+/* |v − mean|² */
+static float guard_square_off(Vec3 mean, Vec3 v)
+{
+    const float x = v.x - mean.x;
+    const float y = v.y - mean.y;
+    const float z = v.z - mean.z;
+    return x * x + y * y + z * z;
+}
 
 /* The field at the start, which the attitude was made of. */
 static Field guard_first_field(Vec3 up, Vec3 mag)
@@ -866,31 +891,6 @@ static Field guard_first_field(Vec3 up, Vec3 mag)
     }
     const float n = vec3_norm(mag);
     return (Field){n, vec3_dot(up, mag) / n, GUARD_FIRST_AGE, 0.0f};
-}
-
-/* One more sample. */
-static Rest guard_gathered(const Rest *rest, Vec3 gyr, Vec3 acc, float dt)
-{
-    const Vec3 mean = rest->gyr, force = rest->acc;
-    const float still = rest->still;
-    const Vec3 bias = rest->bias;
-    const float a = rest->turned.x, b = rest->turned.y, c = rest->turned.z, d = rest->pushed.x,
-        e = rest->pushed.y, f = rest->pushed.z, spell = rest->spell;
-    float x = gyr.x, y = gyr.y, z = gyr.z;
-    const Vec3 turned = {a + x * dt, b + y * dt, c + z * dt};
-    x = acc.x;
-    y = acc.y;
-    z = acc.z;
-    return (Rest){mean, force, still, bias, turned, {d + x * dt, e + y * dt, f + z * dt}, spell + dt};
-}
-
-/* |v − mean|² */
-static float guard_square_off(Vec3 mean, Vec3 v)
-{
-    const float x = v.x - mean.x;
-    const float y = v.y - mean.y;
-    const float z = v.z - mean.z;
-    return x * x + y * y + z * z;
 }
 
 /* mean + weight (v − mean) */
@@ -921,121 +921,31 @@ static bool guard_turning(const Guard *guard, Vec3 mean, Vec3 bias, Vec3 own)
     return before > 0.0f && square > before && guard_square_off(known, mean) > GUARD_CHANGE;
 }
 
-/* Rest is when rate and specific force, averaged over SPELL, stay near their own slow means for a while.
+/* After a spell of dt: rest is when it is quiet for a while, and the mean rate is no turn.
  *
  * The bias then goes to the mean rate, less what the filter itself takes away (own), as a running mean.
  */
-static Rest guard_rested(const Guard *guard, const Rest *rest, Vec3 own)
+static Watch guard_rested(const Guard *guard, Watch watch, Vec3 own, Vec3 mean, bool quiet, float dt)
 {
-    Vec3 mean = rest->gyr, force = rest->acc;
-    float still = rest->still;
-    Vec3 bias = rest->bias;
-    const Vec3 turned = rest->turned, pushed = rest->pushed;
-    const float dt = rest->spell;
-    const Vec3 gyr = vec3_scale(turned, 1.0f / dt);
-    const Vec3 acc = vec3_scale(pushed, 1.0f / dt);
-    const float gyr_limit = guard->rest_gyr * GUARD_DEGREE;
-    const bool quiet = guard_square_off(mean, gyr) < gyr_limit * gyr_limit
-        && guard_square_off(force, acc) < guard->rest_acc * guard->rest_acc;
-    const float weight = dt / (GUARD_SMOOTH + dt);
-    mean = guard_toward(mean, gyr, weight);
-    force = guard_toward(force, acc, weight);
-    if (!quiet || dt > TILT_GAP_SECONDS || guard_turning(guard, mean, bias, own)) {
-        return (Rest){mean, force, 0.0f, bias, VEC3_ZERO, VEC3_ZERO, 0.0f};
+    float still = watch.still;
+    Vec3 bias = watch.bias;
+    const float out = watch.acc_out;
+    const Field field = watch.field;
+    if (!quiet || guard_turning(guard, mean, bias, own)) {
+        return (Watch){0.0f, bias, out, field};
     }
     still += dt;
     const float learned = still - guard->rest_time;
     if (learned > 0.0f) {
         bias = guard_toward(bias, vec3_sub(mean, own), gain_share(GUARD_BIAS_TAU, learned, dt));
     }
-    return (Rest){mean, force, still, bias, VEC3_ZERO, VEC3_ZERO, 0.0f};
+    return (Watch){still, bias, out, field};
 }
 
-/* Whether a reading is at full scale: full if known (not 0), else the largest one so far if it is a plateau.
- *
- * A body slows down before it turns round; a clipped reading goes up steeply and then stays.
- */
-static Extreme guard_clipped(Extreme extreme, Vec3 v, float full, float dt)
+/* Whether the sensor has been at rest for long enough. */
+static bool guard_resting(const Guard *guard, Watch watch)
 {
-    const float x = v.x, y = v.y, z = v.z;
-    const float up = extreme.up, down = extreme.down, last = extreme.last, before = extreme.before;
-    float stay = extreme.stay;
-    int32_t found = extreme.found;
-    const bool was = extreme.clipped;
-    const float far = GUARD_NEAR * lh_min(up, down);
-    if (full == 0.0f && (-far < x && x < far) && (-far < y && y < far) && (-far < z && z < far)) { /* nearly always */
-        if (last == 0.0f && !was) {
-            return extreme;
-        }
-        return (Extreme){up, down, 0.0f, 0.0f, GUARD_NOT_ABRUPT, found, false};
-    }
-    const float high = lh_max(lh_max(x, y), z);
-    const float low = -lh_min(lh_min(x, y), z);
-    if (full > 0.0f) {
-        return (Extreme){full, full, 0.0f, 0.0f, GUARD_NOT_ABRUPT, 3,
-            lh_max(high, low) >= GUARD_PLATEAU * full};
-    }
-    const bool upwards = high > low;
-    const float largest = upwards ? high : low;
-    const float top = upwards ? up : down;
-    const int32_t side = upwards ? 1 : 2;
-    if (largest < GUARD_PLATEAU * top) {
-        return (Extreme){up, down, largest, last, GUARD_NOT_ABRUPT, found,
-            (found & side) != 0 && largest > GUARD_AT_FULL * top};
-    }
-    const bool beyond = GUARD_PLATEAU * largest > top;
-    if (beyond && (found & side) != 0) {
-        found -= side; /* it can say more than that */
-    }
-    if (beyond || last < GUARD_PLATEAU * top) {
-        const float rise = lh_max(largest - last, last - before);
-        stay = rise > GUARD_STEEP * dt * largest ? 0.0f : GUARD_NOT_ABRUPT;
-    } else if (stay >= 0.0f) {
-        stay += dt;
-        if (stay >= GUARD_PLATEAU_SECONDS) {
-            found |= side;
-        }
-        /* a plateau is as high as it began; where a full scale ends drifts with temperature */
-        if ((found & side) == 0) {
-            return (Extreme){up, down, largest, last, stay, found, false};
-        }
-    }
-    return (Extreme){lh_max(up, high), lh_max(down, low), largest, last, stay, found, (found & side) != 0};
-}
-
-/* Which axes say the same again while another one moves; zero aside, which a simulation without noise says. */
-static Repeat guard_repeated(Repeat repeat, Vec3 v, float dt)
-{
-    const float a = repeat.last.x, b = repeat.last.y, c = repeat.last.z;
-    const int32_t axes = repeat.axes;
-    const float spent = repeat.spent;
-    const float x = v.x, y = v.y, z = v.z;
-    if (x != a && y != b && z != c) {
-        return (Repeat){v, 0, 0.0f};
-    }
-    if (fabsf(x - a) < GUARD_LEAST && fabsf(y - b) < GUARD_LEAST && fabsf(z - c) < GUARD_LEAST) {
-        return repeat; /* nothing moved: it may be a sensor without noise */
-    }
-    int32_t same = 0;
-    if (x == a && x != 0.0f) {
-        same |= 1;
-    }
-    if (y == b && y != 0.0f) {
-        same |= 2;
-    }
-    if (z == c && z != 0.0f) {
-        same |= 4;
-    }
-    if ((axes & same) == 0) {
-        return (Repeat){v, same, 0.0f};
-    }
-    return (Repeat){v, axes & same, spent + dt};
-}
-
-/* Whether an axis says the same for long, and many times, while another one moves. */
-static bool guard_stuck(Repeat repeat, float dt)
-{
-    return repeat.spent > lh_max(GUARD_STUCK_SECONDS, GUARD_STUCK_SAMPLES * dt);
+    return watch.still > guard->rest_time;
 }
 
 /* The vertical in the sensor frame, dt after it had this attitude, to first order. */
@@ -1045,37 +955,6 @@ static Vec3 guard_predicted_up(Quat attitude, Vec3 gyr, float dt)
     const float x = vec3.x, y = vec3.y, z = vec3.z;
     const float a = gyr.x, b = gyr.y, c = gyr.z;
     return (Vec3){x + dt * (y * c - z * b), y + dt * (z * a - x * c), z + dt * (x * b - y * a)};
-}
-
-/* Whether specific force is no gravity: its norm is not g, and it is far from the predicted vertical. */
-static bool guard_accelerating(const Guard *guard, Quat attitude, Vec3 gyr, Vec3 acc, float dt)
-{
-    const float x = acc.x, y = acc.y, z = acc.z;
-    const float square = x * x + y * y + z * z;
-    const float low = lh_max(TILT_GRAVITY - guard->acc_gate, 0.0f);
-    const float high = TILT_GRAVITY + guard->acc_gate;
-    if (low * low <= square && square <= high * high) {
-        return false;
-    }
-    const Vec3 vec3 = guard_predicted_up(attitude, gyr, dt);
-    const float a = vec3.x, b = vec3.y, c = vec3.z;
-    return a * x + b * y + c * z < sqrtf(square)
-        * (1.0f - 0.5f * guard->acc_angle * guard->acc_angle * (GUARD_DEGREE * GUARD_DEGREE));
-}
-
-/* Why the accelerometer is not used: a health bit, or 0. */
-static int32_t guard_refusal(const Guard *guard, Extreme hard, Repeat repeat, float out, float dt)
-{
-    if (hard.clipped) {
-        return HEALTH_ACC_SATURATED;
-    }
-    if (guard_stuck(repeat, dt)) {
-        return HEALTH_ACC_STUCK;
-    }
-    if (0.0f < out && out < guard->acc_time) {
-        return HEALTH_ACC_REJECTED;
-    }
-    return 0;
 }
 
 /* The field after a reading; out > 0: it is not the earth's, and was not learned from.
@@ -1090,7 +969,7 @@ static Field guard_learned(const Guard *guard, Field field, Vec3 up, Vec3 mag, f
     const float x = mag.x, y = mag.y, z = mag.z;
     const float n = sqrtf(x * x + y * y + z * z);
     const float a = up.x, b = up.y, c = up.z;
-    const float d = (a * x + b * y + c * z) / n;
+    const float d = (a * x + b * y + c * z) * (1.0f / n);
     if (age == 0.0f || out > lh_min(guard->mag_time, age)) {
         return (Field){n, d, dt, 0.0f};
     }
@@ -1105,47 +984,21 @@ static Field guard_learned(const Guard *guard, Field field, Vec3 up, Vec3 mag, f
 
 /* What of a sample the filter may see.
  *
- * attitude is the filter's, one sample old, own the bias that it takes away by itself.
+ * attitude is the filter's, one sample old, gyr without the bias that was read off at rest.
  */
-static Look guard_look(const Guard *guard, const Watch *watch, Quat attitude, Vec3 own, Vec3 gyr, Vec3 acc,
-    Vec3 mag, float dt)
+static Look guard_look(const Guard *guard, Watch watch, Quat attitude, Vec3 gyr, Vec3 mag, float dt)
 {
-    Rest rest = watch->rest;
-    Extreme fast = watch->fast, hard = watch->hard;
-    Repeat gyr_repeat = watch->gyr, acc_repeat = watch->acc;
-    float out = watch->acc_out;
-    Field field = watch->field;
     int32_t health = 0;
-    rest = guard_gathered(&rest, gyr, tilt_present(acc) ? acc : rest.acc, dt);
-    if (rest.spell >= GUARD_SPELL) {
-        rest = guard_rested(guard, &rest, own);
-    }
-    if (rest.still > guard->rest_time) {
+    if (guard_resting(guard, watch)) {
         health = HEALTH_AT_REST;
     }
-    fast = guard_clipped(fast, gyr, guard->gyr_range * GUARD_DEGREE, dt);
-    if (fast.clipped) {
-        health |= HEALTH_GYR_SATURATED;
-    }
-    gyr_repeat = guard_repeated(gyr_repeat, gyr, dt);
-    if (guard_stuck(gyr_repeat, dt)) {
-        health |= HEALTH_GYR_STUCK;
-    }
-    const float x = gyr.x, y = gyr.y, z = gyr.z;
-    const float a = rest.bias.x, b = rest.bias.y, c = rest.bias.z;
-    gyr = (Vec3){x - a, y - b, z - c};
-    if (tilt_present(acc)) {
-        hard = guard_clipped(hard, acc, guard->acc_range, dt);
-        acc_repeat = guard_repeated(acc_repeat, acc, dt);
-        out = guard_accelerating(guard, attitude, gyr, acc, dt) ? out + dt : 0.0f;
-        const int32_t refused = guard_refusal(guard, hard, acc_repeat, out, dt);
-        if (refused != 0) {
-            health |= refused;
-            acc = VEC3_ZERO;
-        }
-    }
-    if (tilt_present(mag)) {
+    if (GUARD_TELLS_FIELD && tilt_present(mag)) {
+        const float still = watch.still;
+        const Vec3 bias = watch.bias;
+        const float out = watch.acc_out;
+        Field field = watch.field;
         field = guard_learned(guard, field, guard_predicted_up(attitude, gyr, dt), mag, dt);
+        watch = (Watch){still, bias, out, field};
         if (field.out > 0.0f) {
             health |= HEALTH_MAG_REJECTED;
             mag = VEC3_ZERO;
@@ -1153,7 +1006,35 @@ static Look guard_look(const Guard *guard, const Watch *watch, Quat attitude, Ve
             health |= HEALTH_MAG_LEARNED;
         }
     }
-    return (Look){gyr, acc, mag, health, {rest, fast, hard, gyr_repeat, acc_repeat, out, field}};
+    return (Look){mag, health, watch};
+}
+
+/* For how long specific force has been no gravity: its norm is not g (odd), and it is far from the vertical. */
+static Watch guard_pushed(const Guard *guard, Watch watch, Quat attitude, Vec3 gyr, Vec3 acc, bool odd,
+    float dt)
+{
+    if (!tilt_present(acc)) {
+        return watch;
+    }
+    const float still = watch.still;
+    const Vec3 bias = watch.bias;
+    const float out = watch.acc_out;
+    const Field field = watch.field;
+    if (!odd) {
+        return (Watch){still, bias, 0.0f, field};
+    }
+    const float x = acc.x, y = acc.y, z = acc.z;
+    const Vec3 vec3 = guard_predicted_up(attitude, gyr, dt);
+    const float a = vec3.x, b = vec3.y, c = vec3.z;
+    const float cosine = 1.0f - 0.5f * guard->acc_angle * guard->acc_angle * (GUARD_DEGREE * GUARD_DEGREE);
+    const bool far = a * x + b * y + c * z < sqrtf(x * x + y * y + z * z) * cosine;
+    return (Watch){still, bias, far ? out + dt : 0.0f, field};
+}
+
+/* Whether the accelerometer is held back. */
+static bool guard_refusing(const Guard *guard, Watch watch)
+{
+    return 0.0f < watch.acc_out && watch.acc_out < guard->acc_time;
 }
 
 /* ---- mahony
@@ -1250,18 +1131,18 @@ static State mahony_step(Mahony params, State state, Vec3 gyr, Vec3 acc, Vec3 ma
         mahony_learned(params, state.bias, tilted, headed, age, dt), age};
 }
 
-/* Follows from the start again, as after a gap. */
-static State mahony_loosen(Mahony params, State state, float variance)
-{
-    (void)params; (void)variance;
-    return (State){state.quat, state.bias, 0.0f};
-}
-
 /* Attitude and bias. */
 static Output mahony_output(Mahony params, State state)
 {
     (void)params;
     return (Output){state.quat, state.bias, VEC3_ZERO, 0};
+}
+
+/* Follows from the start again, as after a gap. */
+static State mahony_loosen(Mahony params, State state, float variance)
+{
+    (void)params; (void)variance;
+    return (State){state.quat, state.bias, 0.0f};
 }
 
 /* K, K₂ of eq. 5 and k_I dt of eq. 3, for a state after its sample. */
@@ -1278,46 +1159,310 @@ static Gains mahony_gains(Mahony params, State state, float dt)
     return (Gains){kt, bt, kh, bh};
 }
 
-/* ---- driver
+/* ---- sensors
  *
- * The one driver: what happens to a sample before and around a filter's step, for every engine alike.
+ * What the readings alone tell, whatever filter they go to: rest, full scale, stuck axes, forces that are no gravity.
  *
- * These are kernels: plain Python runs them as they stand, Numba compiles the same source. init, step,
- * output, gains, loosen, loosen_heading and calm are the filter's own, look is what stands in
- * front of it; binding.bind binds them. Arrays are flat (row after row), so that Python lists and NumPy arrays are
- * indexed by the same line.
+ * All that is told here is the same for every run over a recording, so lanes say it once for all of theirs. A reading that
+ * is missing is left out: the slow mean stands for it where rest is looked for, and no other detector sees it.
+ */
+
+/* One more sample of a spell, or the first one of the next. */
+static Sum sensors_gathered(Sum sum, Vec3 gyr, Vec3 acc, float dt)
+{
+    const float x = gyr.x, y = gyr.y, z = gyr.z;
+    const float a = acc.x, b = acc.y, c = acc.z;
+    if (sum.spell >= SENSORS_SPELL) {
+        return (Sum){x * dt, y * dt, z * dt, a * dt, b * dt, c * dt, dt};
+    }
+    const float p = sum.x, q = sum.y, r = sum.z, u = sum.a, v = sum.b, w = sum.c, spell = sum.spell;
+    return (Sum){p + x * dt, q + y * dt, r + z * dt, u + a * dt, v + b * dt, w + c * dt, spell + dt};
+}
+
+/* After a spell: quiet when rate and specific force, averaged over it, stay near their own slow means. */
+static Calm sensors_settled(const Guard *guard, Calm calm, Sum sum, bool blind)
+{
+    const Vec3 mean = calm.gyr, force = calm.acc;
+    const float x = sum.x, y = sum.y, z = sum.z, a = sum.a, b = sum.b, c = sum.c, dt = sum.spell;
+    const float one = 1.0f / dt;
+    const Vec3 gyr = {x * one, y * one, z * one};
+    const Vec3 acc = {a * one, b * one, c * one};
+    const float gyr_limit = guard->rest_gyr * GUARD_DEGREE;
+    const bool quiet = guard_square_off(mean, gyr) < gyr_limit * gyr_limit
+        && guard_square_off(force, acc) < guard->rest_acc * guard->rest_acc;
+    const float weight = dt / (SENSORS_SMOOTH + dt);
+    return (Calm){guard_toward(mean, gyr, weight), guard_toward(force, acc, weight),
+        quiet && dt <= TILT_GAP_SECONDS && !blind};
+}
+
+/* Whether a reading is at full scale: full if known (not 0), else the largest one so far if it is a plateau.
+ *
+ * A body slows down before it turns round; a clipped reading goes up steeply and then stays.
+ */
+static Extreme sensors_clipped(Extreme extreme, Vec3 v, float full, float dt)
+{
+    const float x = v.x, y = v.y, z = v.z;
+    const float up = extreme.up, down = extreme.down, last = extreme.last, before = extreme.before;
+    float stay = extreme.stay;
+    int32_t found = extreme.found;
+    const bool was = extreme.clipped;
+    const float far = SENSORS_NEAR * lh_min(up, down);
+    if (full == 0.0f && (-far < x && x < far) && (-far < y && y < far) && (-far < z && z < far)) { /* nearly always */
+        if (last == 0.0f && !was) {
+            return extreme;
+        }
+        return (Extreme){up, down, 0.0f, 0.0f, SENSORS_NOT_ABRUPT, found, false};
+    }
+    const float high = lh_max(lh_max(x, y), z);
+    const float low = -lh_min(lh_min(x, y), z);
+    if (full > 0.0f) {
+        return (Extreme){full, full, 0.0f, 0.0f, SENSORS_NOT_ABRUPT, 3,
+            lh_max(high, low) >= SENSORS_PLATEAU * full};
+    }
+    const bool upwards = high > low;
+    const float largest = upwards ? high : low;
+    const float top = upwards ? up : down;
+    const int32_t side = upwards ? 1 : 2;
+    if (largest < SENSORS_PLATEAU * top) {
+        return (Extreme){up, down, largest, last, SENSORS_NOT_ABRUPT, found,
+            (found & side) != 0 && largest > SENSORS_AT_FULL * top};
+    }
+    const bool beyond = SENSORS_PLATEAU * largest > top;
+    if (beyond && (found & side) != 0) {
+        found -= side; /* it can say more than that */
+    }
+    if (beyond || last < SENSORS_PLATEAU * top) {
+        const float rise = lh_max(largest - last, last - before);
+        stay = rise > SENSORS_STEEP * dt * largest ? 0.0f : SENSORS_NOT_ABRUPT;
+    } else if (stay >= 0.0f) {
+        stay += dt;
+        if (stay >= SENSORS_PLATEAU_SECONDS) {
+            found |= side;
+        }
+        /* a plateau is as high as it began; where a full scale ends drifts with temperature */
+        if ((found & side) == 0) {
+            return (Extreme){up, down, largest, last, stay, found, false};
+        }
+    }
+    return (Extreme){lh_max(up, high), lh_max(down, low), largest, last, stay, found, (found & side) != 0};
+}
+
+/* Which axes say the same again while another one moves; zero aside, which a simulation without noise says. */
+static Repeat sensors_repeated(Repeat repeat, Vec3 v, float dt)
+{
+    const float a = repeat.last.x, b = repeat.last.y, c = repeat.last.z;
+    const int32_t axes = repeat.axes;
+    const float spent = repeat.spent;
+    const float x = v.x, y = v.y, z = v.z;
+    if (x != a && y != b && z != c) {
+        return (Repeat){v, 0, 0.0f};
+    }
+    if (fabsf(x - a) < SENSORS_LEAST && fabsf(y - b) < SENSORS_LEAST && fabsf(z - c) < SENSORS_LEAST) {
+        return repeat; /* nothing moved: it may be a sensor without noise */
+    }
+    int32_t same = 0;
+    if (x == a && x != 0.0f) {
+        same |= 1;
+    }
+    if (y == b && y != 0.0f) {
+        same |= 2;
+    }
+    if (z == c && z != 0.0f) {
+        same |= 4;
+    }
+    if ((axes & same) == 0) {
+        return (Repeat){v, same, 0.0f};
+    }
+    return (Repeat){v, axes & same, spent + dt};
+}
+
+/* Whether an axis says the same for long, and many times, while another one moves. */
+static bool sensors_stuck(Repeat repeat, float dt)
+{
+    return repeat.spent > lh_max(SENSORS_STUCK_SECONDS, SENSORS_STUCK_SAMPLES * dt);
+}
+
+/* Whether the norm of a specific force is not that of gravity. */
+static bool sensors_far_from_g(const Guard *guard, Vec3 acc)
+{
+    const float x = acc.x, y = acc.y, z = acc.z;
+    const float square = x * x + y * y + z * z;
+    const float low = lh_max(TILT_GRAVITY - guard->acc_gate, 0.0f);
+    const float high = TILT_GRAVITY + guard->acc_gate;
+    return !(low * low <= square && square <= high * high);
+}
+
+/* One sample.
+ *
+ * missing: health bits of the readings that are not there; blind: the rate has been missing for long.
+ */
+static Sensors sensors_sensed(const Guard *guard, const Sensors *sensors, Vec3 gyr, Vec3 acc, int32_t missing,
+    bool blind, float dt)
+{
+    Sum sum = sensors->sum;
+    Calm calm = sensors->calm;
+    Extreme fast = sensors->fast, hard = sensors->hard;
+    Repeat gyr_repeat = sensors->gyr, acc_repeat = sensors->acc;
+    const bool was_odd = sensors->odd;
+    bool odd = was_odd;
+    int32_t health = 0;
+    const bool no_gyr = (missing & HEALTH_GYR_MISSING) != 0;
+    const bool no_acc = (missing & HEALTH_ACC_MISSING) != 0;
+    sum = sensors_gathered(sum, no_gyr ? calm.gyr : gyr, no_acc ? calm.acc : acc, dt);
+    if (sum.spell >= SENSORS_SPELL) {
+        calm = sensors_settled(guard, calm, sum, blind);
+    }
+    if (!no_gyr) {
+        fast = sensors_clipped(fast, gyr, guard->gyr_range * GUARD_DEGREE, dt);
+        gyr_repeat = sensors_repeated(gyr_repeat, gyr, dt);
+        if (fast.clipped) {
+            health = HEALTH_GYR_SATURATED;
+        }
+        if (sensors_stuck(gyr_repeat, dt)) {
+            health |= HEALTH_GYR_STUCK;
+        }
+    }
+    if (!no_acc) {
+        hard = sensors_clipped(hard, acc, guard->acc_range, dt);
+        acc_repeat = sensors_repeated(acc_repeat, acc, dt);
+        if (hard.clipped) {
+            health |= HEALTH_ACC_SATURATED;
+        } else if (sensors_stuck(acc_repeat, dt)) {
+            health |= HEALTH_ACC_STUCK;
+        }
+        odd = sensors_far_from_g(guard, acc);
+    }
+    return (Sensors){sum, calm, fast, hard, gyr_repeat, acc_repeat, odd, was_odd, health};
+}
+
+/* ---- scene
+ *
+ * What a recording says, sample by sample, before any filter is asked: the same for every run over it.
+ *
+ * NaN marks a missing reading, the zero vector a sensor that does not exist. A missing rate is replaced by the last one,
+ * for a while; any other missing reading corrects nothing.
  */
 
 /* Whether a reading is NaN, infinite or absurd in any component. */
-static bool driver_missing(Vec3 v)
+static bool scene_missing(Vec3 v)
 {
     const float x = v.x, y = v.y, z = v.z;
-    return !((-DRIVER_NO_READING < x && x < DRIVER_NO_READING)
-        && (-DRIVER_NO_READING < y && y < DRIVER_NO_READING)
-        && (-DRIVER_NO_READING < z && z < DRIVER_NO_READING));
+    return !((-SCENE_NO_READING < x && x < SCENE_NO_READING)
+        && (-SCENE_NO_READING < y && y < SCENE_NO_READING)
+        && (-SCENE_NO_READING < z && z < SCENE_NO_READING));
 }
 
 /* Health bits of the readings that are missing. */
-static int32_t driver_absent(Vec3 gyr, Vec3 acc, Vec3 mag)
+static int32_t scene_absent(Vec3 gyr, Vec3 acc, Vec3 mag)
 {
     const float x = gyr.x, y = gyr.y, z = gyr.z;
     const float a = acc.x, b = acc.y, c = acc.z;
     const float u = mag.x, v = mag.y, w = mag.z;
-    if ((x * x + y * y + z * z) + (a * a + b * b + c * c) + (u * u + v * v + w * w) < DRIVER_ALL_THERE) {
+    if ((x * x + y * y + z * z) + (a * a + b * b + c * c) + (u * u + v * v + w * w) < SCENE_ALL_THERE) {
         return 0;
     }
     int32_t health = 0;
-    if (driver_missing(gyr)) {
+    if (scene_missing(gyr)) {
         health = HEALTH_GYR_MISSING;
     }
-    if (driver_missing(acc)) {
+    if (scene_missing(acc)) {
         health |= HEALTH_ACC_MISSING;
     }
-    if (driver_missing(mag)) {
+    if (scene_missing(mag)) {
         health |= HEALTH_MAG_MISSING;
     }
     return health;
 }
+
+/* How far the body may have turned while the rate was a guess; nothing as long as that is little. */
+static Unseen scene_unseen(int32_t health, float blind, float full, float dt)
+{
+    if ((health & SCENE_BLIND) == 0) {
+        return SCENE_SEEN;
+    }
+    const float reach = (health & HEALTH_GYR_SATURATED) ? SCENE_BEYOND * full : TILT_TURN;
+    const float before = reach * blind;
+    const float after = reach * (blind + dt);
+    if (after <= SCENE_LOST) {
+        return (Unseen){blind + dt, 0.0f};
+    }
+    return (Unseen){blind + dt, after * after - (before > SCENE_LOST ? before * before : 0.0f)};
+}
+
+/* The first sample, which a filter starts with once it has a specific force. */
+static Scene scene_first(Vec3 gyr, Vec3 acc, Vec3 mag, int32_t health)
+{
+    const Extreme fast = SENSORS_BEFORE.fast, hard = SENSORS_BEFORE.hard;
+    const Repeat gyr_repeat = SENSORS_BEFORE.gyr, acc_repeat = SENSORS_BEFORE.acc;
+    const Sensors sensors = {SENSORS_NOTHING, {gyr, acc, false}, fast, hard, gyr_repeat, acc_repeat, false,
+        false, 0};
+    return (Scene){gyr, acc, mag, 0.0f, health, false, tilt_present(acc), false, 0.0f, 0.0f, 0.0f, 0,
+        sensors};
+}
+
+/* Whether a spell has ended, after which σ is judged. */
+static bool scene_judging(const Scene *scene)
+{
+    return scene->spell >= DOUBT_SPELL || scene->lost > 0.0f;
+}
+
+/* The next sample. */
+static Scene scene_perceived(const Guard *guard, const Scene *scene, Vec3 gyr, Vec3 acc, Vec3 mag, float dt)
+{
+    const Vec3 last = scene->gyr, field = scene->mag;
+    const bool had_field = scene->had_field, started = scene->started;
+    float blind = scene->blind, spell = scene->spell;
+    int32_t seen = scene->seen;
+    Sensors sensors = scene->sensors;
+    int32_t health = scene_absent(gyr, acc, mag);
+    if (health != 0) {
+        gyr = (health & HEALTH_GYR_MISSING) ? last : gyr;
+        acc = (health & HEALTH_ACC_MISSING) ? VEC3_ZERO : acc;
+        mag = (health & HEALTH_MAG_MISSING) ? VEC3_ZERO : mag;
+    }
+    if (!started) {
+        return scene_first(gyr, acc, mag, health);
+    }
+    const bool out_of_sight = (health & HEALTH_GYR_MISSING) != 0 && blind > TILT_GAP_SECONDS;
+    sensors = sensors_sensed(guard, &sensors, gyr, acc, health, out_of_sight, dt);
+    health |= sensors.health;
+    if (sensors.health & SCENE_NO_FORCE) {
+        acc = VEC3_ZERO;
+    }
+    if (scene_judging(scene)) {
+        spell = 0.0f;
+        seen = 0;
+    }
+    if (tilt_present(acc)) {
+        seen |= 1;
+    }
+    if (tilt_present(mag)) {
+        seen |= 2;
+    }
+    if (dt > TILT_GAP_SECONDS) {
+        health |= HEALTH_GAP;
+    }
+    const Unseen unseen = scene_unseen(health, blind, sensors.fast.up, dt);
+    blind = unseen.blind;
+    const float lost = unseen.lost;
+    const bool idle = out_of_sight || dt > TILT_GAP_SECONDS;
+    return (Scene){gyr, acc, mag, dt, health, had_field || tilt_present(field), true, idle, blind, lost,
+        spell + dt, seen, sensors};
+}
+
+/* ---- driver
+ *
+ * The one driver: what happens to a sample before and around a filter's step, for every engine alike.
+ *
+ * These are kernels: plain Python runs them as they stand, Numba compiles the same source. init, step, due,
+ * correct, output, gains, loosen, loosen_heading and calm are the filter's own, look is what
+ * stands in front of it; binding.bind binds them. Arrays are flat (row after row), so that Python lists and NumPy
+ * arrays are indexed by the same line.
+ *
+ * A sample goes through in phases. What the recording says by itself comes first (scene.perceived); all others take
+ * the scene and what one run carries. advance calls them in turn, engine.lanes each for all of its runs at once,
+ * which is why what few samples bring is a phase of its own: lanes then skip it for all.
+ */
 
 /* loosen and loosen_heading of a filter that has nothing to loosen. */
 static State driver_firm(Mahony params, State state, float variance)
@@ -1333,121 +1478,215 @@ static State driver_as_before(Mahony params, State state)
     return state;
 }
 
-/* How far the body may have turned while the rate was a guess; nothing as long as that is little. */
-static Unseen driver_unseen(int32_t health, float blind, float full, float dt)
+/* due of a filter that does everything at every sample. */
+static bool driver_never(Mahony params, State state)
 {
-    if ((health & DRIVER_BLIND) == 0) {
-        return (Unseen){0.0f, 0.0f};
-    }
-    const float reach = (health & HEALTH_GYR_SATURATED) ? DRIVER_BEYOND * full : TILT_TURN;
-    const float before = reach * blind;
-    const float after = reach * (blind + dt);
-    if (after <= DRIVER_LOST) {
-        return (Unseen){blind + dt, 0.0f};
-    }
-    return (Unseen){blind + dt, after * after - (before > DRIVER_LOST ? before * before : 0.0f)};
+    (void)params; (void)state;
+    return false;
+}
+
+/* correct of such a filter. */
+static State driver_as_it_is(Mahony params, State state, float dt)
+{
+    (void)params; (void)dt;
+    return state;
 }
 
 /* Before the first sample: level, not started. */
 static Carry driver_begin(const Settings *settings)
 {
-    return (Carry){mahony_init(settings->filter, VEC3_ZERO, VEC3_ZERO, VEC3_ZERO), VEC3_ZERO, false, 0,
-        GUARD_BEFORE, doubt_at_start(VEC3_ZERO, VEC3_ZERO), 0.0f};
+    return (Carry){SCENE_EMPTY,
+        {mahony_init(settings->filter, VEC3_ZERO, VEC3_ZERO, VEC3_ZERO), 0, GUARD_BEFORE,
+        doubt_at_start(VEC3_ZERO, VEC3_ZERO)}};
 }
 
-/* At the first sample; the filter has started once it has an accelerometer reading. */
-static Carry driver_started(Mahony params, Vec3 gyr, Vec3 acc, Vec3 mag, int32_t health)
+/* At the first sample, and at those after it as long as there was no accelerometer reading. */
+static Run driver_started(const Settings *settings, const Scene *scene)
 {
-    const State state = mahony_init(params, gyr, acc, mag);
-    const Extreme fast = GUARD_BEFORE.fast, hard = GUARD_BEFORE.hard;
-    const Repeat gyr_repeat = GUARD_BEFORE.gyr, acc_repeat = GUARD_BEFORE.acc;
+    const Mahony params = settings->filter;
+    const State state = mahony_init(params, scene->gyr, scene->acc, scene->mag);
+    const float still = GUARD_BEFORE.still;
+    const Vec3 bias = GUARD_BEFORE.bias;
     const float out = GUARD_BEFORE.acc_out;
     const Output said = mahony_output(params, state);
-    const Field field = guard_first_field(quat_up(said.quat), mag);
-    const Watch watch = {{gyr, acc, 0.0f, VEC3_ZERO, VEC3_ZERO, VEC3_ZERO, 0.0f}, fast, hard, gyr_repeat,
-        acc_repeat, out, field};
-    return (Carry){state, gyr, tilt_present(acc), health, watch, doubt_at_start(acc, mag), 0.0f};
+    const Watch watch = {still, bias, out, guard_first_field(quat_up(said.quat), scene->mag)};
+    return (Run){state, scene->health, watch, doubt_at_start(scene->acc, scene->mag)};
 }
 
-/* One sample through the filter; NaN marks a missing reading, the zero vector a sensor that does not exist.
- *
- * A missing rate is replaced by the last one, for a while; any other missing reading corrects nothing.
- */
-static Carry driver_advance(const Settings *settings, const Carry *carry, Vec3 gyr, Vec3 acc, Vec3 mag,
-    float dt)
+/* After each spell in which rest is looked for. */
+static Run driver_calmed(const Settings *settings, const Scene *scene, const Run *run)
 {
     const Mahony params = settings->filter;
     const Guard *guard = &settings->guard;
-    State state = carry->state;
-    Vec3 last = carry->gyr;
-    const bool has_started = carry->started;
-    const Watch *watch = &carry->watch;
-    Doubt doubt = carry->doubt;
-    float blind = carry->blind;
-    int32_t health = driver_absent(gyr, acc, mag);
-    if (health != 0) {
-        gyr = (health & HEALTH_GYR_MISSING) ? last : gyr;
-        acc = (health & HEALTH_ACC_MISSING) ? VEC3_ZERO : acc;
-        mag = (health & HEALTH_MAG_MISSING) ? VEC3_ZERO : mag;
-    }
-    if (!has_started) {
-        return driver_started(params, gyr, acc, mag, health);
-    }
-    last = gyr;
+    State state = run->state;
+    const int32_t health = run->health;
+    Watch watch = run->watch;
+    const Doubt doubt = run->doubt;
     const Output said = mahony_output(params, state);
-    const Vec3 own = said.bias;
-    if (dt > TILT_GAP_SECONDS || ((health & HEALTH_GYR_MISSING) && blind > TILT_GAP_SECONDS)) {
-        gyr = vec3_add(own, watch->rest.bias); /* reads as "did not turn" */
-    }
-    if (dt > TILT_GAP_SECONDS) {
-        health |= HEALTH_GAP;
-    }
-    const bool had_field = watch->field.norm > 0.0f;
-    const Look seen = guard_look(guard, watch, said.quat, own, gyr, acc, mag, dt);
-    gyr = seen.gyr;
-    acc = seen.acc;
-    mag = seen.mag;
-    const int32_t found = seen.health;
-    watch = &seen.watch;
-    health |= found;
-    if (health & HEALTH_GYR_MISSING) {
-        health -= health & HEALTH_GYR_STUCK; /* it is the held rate that repeats itself */
-    }
-    const Unseen unseen = driver_unseen(health, blind, watch->fast.up, dt);
-    blind = unseen.blind;
-    const float lost = unseen.lost;
-    if (lost > 0.0f) {
-        state = mahony_loosen(params, state, lost);
-    }
-    if (health & HEALTH_AT_REST) {
+    const Vec3 mean = scene->sensors.calm.gyr;
+    const bool quiet = scene->sensors.calm.quiet;
+    watch = guard_rested(guard, watch, said.bias, mean, quiet, scene->sensors.sum.spell);
+    if (guard_resting(guard, watch)) {
         state = driver_as_before(params, state);
     }
+    return (Run){state, health, watch, doubt};
+}
+
+/* Where the body may have turned unseen. */
+static Run driver_loosened(const Settings *settings, const Scene *scene, const Run *run)
+{
+    const State state = run->state;
+    const int32_t health = run->health;
+    const Watch watch = run->watch;
+    const Doubt doubt = run->doubt;
+    return (Run){mahony_loosen(settings->filter, state, scene->lost), health, watch, doubt};
+}
+
+/* The rate without the bias read off at rest; where nothing is known of it the one that reads as "did not turn". */
+static Vec3 driver_rate(const Scene *scene, Watch watch, Vec3 own)
+{
+    if (scene->idle) {
+        return own;
+    }
+    return vec3_sub(scene->gyr, watch.bias);
+}
+
+/* One sample: what the filter may see of it, and the filter's step. */
+static Run driver_stepped(const Settings *settings, const Scene *scene, const Run *run, Vec3 acc)
+{
+    const Mahony params = settings->filter;
+    const Guard *guard = &settings->guard;
+    const State state = run->state;
+    const int32_t found = run->health;
+    Watch watch = run->watch;
+    const Doubt doubt = run->doubt;
+    const Output said = mahony_output(params, state);
+    const Vec3 gyr = driver_rate(scene, watch, said.bias);
+    const Look seen = guard_look(guard, watch, said.quat, gyr, scene->mag, scene->dt);
+    const Vec3 mag = seen.mag;
+    const int32_t health = seen.health;
+    watch = seen.watch;
+    return (Run){mahony_step(params, state, gyr, acc, mag, scene->dt), found | health, watch, doubt};
+}
+
+/* A sample whose specific force has another norm than g, or follows upon one. */
+static Run driver_accelerated(const Settings *settings, const Scene *scene, const Run *run)
+{
+    const Mahony params = settings->filter;
+    const Guard *guard = &settings->guard;
+    const State state = run->state;
+    Watch watch = run->watch;
+    const Doubt doubt = run->doubt;
+    const Output said = mahony_output(params, state);
+    const Vec3 gyr = driver_rate(scene, watch, said.bias);
+    watch = guard_pushed(guard, watch, said.quat, gyr, scene->acc, scene->sensors.odd, scene->dt);
+    if (tilt_present(scene->acc) && guard_refusing(guard, watch)) {
+        return driver_stepped(settings, scene,
+            &(Run){state, scene->health | HEALTH_ACC_REJECTED, watch, doubt}, VEC3_ZERO);
+    }
+    return driver_stepped(settings, scene, &(Run){state, scene->health, watch, doubt}, scene->acc);
+}
+
+/* Any other sample. */
+static Run driver_moved(const Settings *settings, const Scene *scene, const Run *run)
+{
+    const State state = run->state;
+    const Watch watch = run->watch;
+    const Doubt doubt = run->doubt;
+    return driver_stepped(settings, scene, &(Run){state, scene->health, watch, doubt}, scene->acc);
+}
+
+/* Whether corrected has anything to do. */
+static bool driver_now_due(const Settings *settings, const Run *run)
+{
+    return (run->health & HEALTH_MAG_LEARNED) != 0 || driver_never(settings->filter, run->state);
+}
+
+/* What a filter does now and then only. */
+static Run driver_corrected(const Settings *settings, const Scene *scene, const Run *run)
+{
+    const Mahony params = settings->filter;
+    State state = run->state;
+    const int32_t health = run->health;
+    const Watch watch = run->watch;
+    const Doubt doubt = run->doubt;
     if (health & HEALTH_MAG_LEARNED) {
-        state = driver_firm(params, state, had_field ? DRIVER_NEW_FIELD : DRIVER_FIRST_FIELD);
+        state = driver_firm(params, state, scene->had_field ? DRIVER_NEW_FIELD : DRIVER_FIRST_FIELD);
     }
-    state = mahony_step(params, state, gyr, acc, mag, dt);
-    doubt = doubt_waited(doubt, acc, mag, dt);
-    if (doubt.spell >= DOUBT_SPELL || lost > 0.0f) {
-        doubt = doubt_judged(doubt, mahony_gains(params, state, doubt.spell), gyr, acc,
-            (health & HEALTH_AT_REST) != 0, lost);
+    if (driver_never(params, state)) {
+        state = driver_as_it_is(params, state, scene->dt);
     }
-    return (Carry){state, last, true, health, *watch, doubt, blind};
+    return (Run){state, health, watch, doubt};
+}
+
+/* After each spell in which σ waits to be judged. */
+static Run driver_doubted_anew(const Settings *settings, const Scene *scene, const Run *run)
+{
+    const Mahony params = settings->filter;
+    const Guard *guard = &settings->guard;
+    const State state = run->state;
+    const int32_t health = run->health;
+    const Watch watch = run->watch;
+    Doubt doubt = run->doubt;
+    int32_t seen = scene->seen;
+    Vec3 acc = scene->acc;
+    if (guard_refusing(guard, watch)) {
+        seen = seen & 2;
+        acc = VEC3_ZERO;
+    }
+    if (watch.field.out > 0.0f) {
+        seen = seen & 1;
+    }
+    const Vec3 gyr = driver_rate(scene, watch, VEC3_ZERO);
+    const bool rest = guard_resting(guard, watch);
+    doubt = doubt_judged(doubt, mahony_gains(params, state, scene->spell), gyr, acc, rest, scene->lost, seen,
+        scene->spell);
+    return (Run){state, health, watch, doubt};
+}
+
+/* One sample through the filter; NaN marks a missing reading, the zero vector a sensor that does not exist. */
+static Carry driver_advance(const Settings *settings, const Carry *carry, Vec3 gyr, Vec3 acc, Vec3 mag,
+    float dt)
+{
+    const Scene *before = &carry->scene;
+    Run run = carry->run;
+    const Scene scene = scene_perceived(&settings->guard, before, gyr, acc, mag, dt);
+    if (!before->started) {
+        return (Carry){scene, driver_started(settings, &scene)};
+    }
+    if (scene.sensors.sum.spell >= SENSORS_SPELL) {
+        run = driver_calmed(settings, &scene, &run);
+    }
+    if (scene.lost > 0.0f) {
+        run = driver_loosened(settings, &scene, &run);
+    }
+    if (scene.sensors.odd || scene.sensors.was_odd) {
+        run = driver_accelerated(settings, &scene, &run);
+    } else {
+        run = driver_moved(settings, &scene, &run);
+    }
+    if (driver_now_due(settings, &run)) {
+        run = driver_corrected(settings, &scene, &run);
+    }
+    if (!DRIVER_OWN_SIGMA && scene_judging(&scene)) {
+        run = driver_doubted_anew(settings, &scene, &run);
+    }
+    return (Carry){scene, run};
 }
 
 /* The filter's output, with what the driver knows: the bias read off at rest, σ, health. */
-static Output driver_result(const Settings *settings, const Carry *carry)
+static Output driver_result(const Settings *settings, const Run *run)
 {
-    const Mahony params = settings->filter;
-    const State state = carry->state;
-    const int32_t found = carry->health;
-    const Watch *watch = &carry->watch;
-    const Doubt doubt = carry->doubt;
-    const Output said = mahony_output(params, state);
+    const State state = run->state;
+    const int32_t found = run->health;
+    const Watch watch = run->watch;
+    const Doubt doubt = run->doubt;
+    const Output said = mahony_output(settings->filter, state);
     const Quat quat = said.quat;
     const float x = said.bias.x, y = said.bias.y, z = said.bias.z;
     Vec3 sigma = said.sigma;
     const int32_t health = said.health;
-    const float a = watch->rest.bias.x, b = watch->rest.bias.y, c = watch->rest.bias.z;
+    const float a = watch.bias.x, b = watch.bias.y, c = watch.bias.z;
     sigma = doubt_sigma(doubt);
     return (Output){quat, {x + a, y + b, z + c}, sigma, health | found};
 }
@@ -1503,7 +1742,7 @@ bool lh_mahony_update(lh_mahony *filter, const float gyr[3], const float acc[3],
 
 lh_mahony_output lh_mahony_read(const lh_mahony *filter)
 {
-    return driver_result(&filter->settings, &filter->carry);
+    return driver_result(&filter->settings, &filter->carry.run);
 }
 
 lh_mahony_quat lh_mahony_quaternion(const lh_mahony *filter)

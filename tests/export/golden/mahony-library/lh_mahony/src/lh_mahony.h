@@ -23,9 +23,9 @@
  *
  * RAM of one filter with its parameters:
  *
- *     64 bit (Cortex-A, x86-64)                                    344 bytes
- *     32 bit (Cortex-M, ESP32, RP2040)                             344 bytes
- *     AVR (Uno, Mega)                                              332 bytes
+ *     64 bit (Cortex-A, x86-64)                                    392 bytes
+ *     32 bit (Cortex-M, ESP32, RP2040)                             392 bytes
+ *     AVR (Uno, Mega)                                              377 bytes
  */
 #ifndef LH_MAHONY_H
 #define LH_MAHONY_H
@@ -89,14 +89,6 @@ typedef struct {
     lh_mahony_guard guard;
 } lh_mahony_settings;
 
-/* A quaternion, scalar first. */
-typedef struct {
-    float w;
-    float x;
-    float y;
-    float z;
-} lh_mahony_quat;
-
 /* Three components along x, y and z. */
 typedef struct {
     float x;
@@ -104,24 +96,23 @@ typedef struct {
     float z;
 } lh_mahony_vec3;
 
-/* Attitude (sensor to earth), bias (rad/s, sensor frame), and for how long (s) it has been followed. */
+/* ∫ rate dt and ∫ specific force dt of a spell, and its seconds. */
 typedef struct {
-    lh_mahony_quat quat;
-    lh_mahony_vec3 bias;
-    float age;
-} lh_mahony_state;
+    float x;
+    float y;
+    float z;
+    float a;
+    float b;
+    float c;
+    float spell;
+} lh_mahony_sum;
 
-/* Slow means of rate and specific force, seconds of stillness, and the bias read off (rad/s). */
+/* Slow means of rate and specific force, and whether the last spell was near them: this may be rest. */
 typedef struct {
     lh_mahony_vec3 gyr;
     lh_mahony_vec3 acc;
-    float still;
-    lh_mahony_vec3 bias;
-    /* ∫ rate dt and ∫ specific force dt since they were last looked at, and for how many seconds */
-    lh_mahony_vec3 turned;
-    lh_mahony_vec3 pushed;
-    float spell;
-} lh_mahony_rest;
+    bool quiet;
+} lh_mahony_calm;
 
 /* The largest readings of a sensor so far, upwards and downwards (any axis), and whether they are its full scale.
  *
@@ -144,6 +135,51 @@ typedef struct {
     float spent;
 } lh_mahony_repeat;
 
+/* What is remembered of the readings, and what is wrong with the last of them. */
+typedef struct {
+    lh_mahony_sum sum;
+    lh_mahony_calm calm;
+    lh_mahony_extreme fast;
+    lh_mahony_extreme hard;
+    lh_mahony_repeat gyr;
+    lh_mahony_repeat acc;
+    bool odd; /* the last specific force is too far from g */
+    bool was_odd; /* and so was it at the sample before */
+    int32_t health;
+} lh_mahony_sensors;
+
+/* The last sample as far as it can be believed, and what is remembered of those before. */
+typedef struct {
+    lh_mahony_vec3 gyr; /* rad/s; where it is missing the last good one */
+    lh_mahony_vec3 acc; /* m/s²; the zero vector where it cannot be used */
+    lh_mahony_vec3 mag;
+    float dt;
+    int32_t health; /* what was wrong with it */
+    bool had_field; /* there was a magnetometer reading before it */
+    bool started; /* it has had a specific force by now, with which a filter can start */
+    bool idle; /* nothing is known of the turn in dt */
+    float blind; /* s since the last rate that could be believed */
+    float lost; /* rad², variance of a turn in this sample that nobody has seen */
+    float spell; /* s since σ was last judged */
+    int32_t seen; /* what could correct since: 1 accelerometer, 2 magnetometer */
+    lh_mahony_sensors sensors;
+} lh_mahony_scene;
+
+/* A quaternion, scalar first. */
+typedef struct {
+    float w;
+    float x;
+    float y;
+    float z;
+} lh_mahony_quat;
+
+/* Attitude (sensor to earth), bias (rad/s, sensor frame), and for how long (s) it has been followed. */
+typedef struct {
+    lh_mahony_quat quat;
+    lh_mahony_vec3 bias;
+    float age;
+} lh_mahony_state;
+
 /* The earth's field as learned: norm, sine of its angle above the horizon; seconds learned, seconds rejected. */
 typedef struct {
     float norm;
@@ -152,14 +188,11 @@ typedef struct {
     float out;
 } lh_mahony_field;
 
-/* All that is remembered from sample to sample. */
+/* What is remembered of a filter in front of which the guard stands. */
 typedef struct {
-    lh_mahony_rest rest;
-    lh_mahony_extreme fast;
-    lh_mahony_extreme hard;
-    lh_mahony_repeat gyr;
-    lh_mahony_repeat acc;
-    float acc_out; /* seconds for which the accelerometer has been rejected */
+    float still; /* s at rest */
+    lh_mahony_vec3 bias; /* rad/s, read off at rest */
+    float acc_out; /* s for which the specific force has been no gravity */
     lh_mahony_field field;
 } lh_mahony_watch;
 
@@ -175,19 +208,20 @@ typedef struct {
     lh_mahony_covariance tilt;
     lh_mahony_covariance heading;
     float motion;
-    float spell; /* s since it was last judged */
-    int32_t seen; /* what has corrected since: 1 accelerometer, 2 magnetometer */
 } lh_mahony_doubt;
 
-/* What goes from one sample to the next. */
+/* What one filter with its parameters carries from one sample to the next. */
 typedef struct {
     lh_mahony_state state; /* the filter's */
-    lh_mahony_vec3 gyr; /* last good rate */
-    bool started;
     int32_t health;
     lh_mahony_watch watch;
     lh_mahony_doubt doubt;
-    float blind; /* s since the last rate that could be believed */
+} lh_mahony_run;
+
+/* What goes from one sample to the next. */
+typedef struct {
+    lh_mahony_scene scene;
+    lh_mahony_run run;
 } lh_mahony_carry;
 
 /* What a filter says about one instant. */
