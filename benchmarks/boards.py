@@ -32,6 +32,8 @@ NOTES = {
     "float": "The processor computes float.",
     "double": "Double is done in software. libgcc's sum for ARMv7-M rounds some differences wrongly (docs/export.md).",
 }
+MEGA = {"ram": 8_192}
+LEAST_STACK = 3_072  # that a filter of an IMU takes on an AVR
 COLUMNS = {
     "case": "filter",
     "code": "code [bytes]",
@@ -113,12 +115,14 @@ def on_avr(choice: Choice) -> dict[str, Any]:
         run(*common, *AVR_STRICT, "-c", f"{choice.name}.c", cwd=folder)
         run(*common, "-std=gnu99", "-I.", *defines, SOURCES / "avr.c", f"{choice.name}.o", "-Wl,--gc-sections", "-lm",
             "-o", "main.elf", cwd=folder)  # fmt: skip
-        command = ("simavr", "-m", "atmega2560", "-f", "16000000", "main.elf")
-        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=120)
-        said = done.stdout + done.stderr  # what the program says goes to one, what simavr says to the other
-        stack, cycles = map(int, re.findall(r"(\d+) (\d+) ", said)[0])
         sizes = section_sizes("avr-size", folder / "main.elf")
         code, ram = sizes["text"] + sizes["data"], sizes["data"] + sizes["bss"]
+        if ram + LEAST_STACK > MEGA["ram"]:
+            return {"code": code, "ram": ram, "fits": "no, nor a Mega"}
+        command = ("simavr", "-m", "atmega2560", "-f", "16000000", "main.elf")
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=300)
+        said = done.stdout + done.stderr  # what the program says goes to one, what simavr says to the other
+        stack, cycles = map(int, re.findall(r"(\d+) (\d+) ", said)[0])
         fits = code <= UNO["flash"] and ram + stack <= UNO["ram"]
         return {"code": code, "ram": ram, "stack": stack, "cycles": cycles, "fits": "yes" if fits else "no"}
 

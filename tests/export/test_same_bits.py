@@ -58,8 +58,10 @@ def test_the_header_tells_the_size(flt, real):
     for axis in (False, True) if flt.axis else (False,):
         choice = Choice(flt.params(), real=real, axis=axis)
         size = c_engine.built(choice).size
-        assert face(choice).size(Machine("this one", 8 if real == "double" else 4, 8, 8)) == size
-        assert re.search(rf"64 bit \(Cortex-A, x86-64\) +{size} bytes", face(choice).write()[f"{choice.name}.h"])
+        one = face(choice)
+        header = one.write()[f"{choice.name}.h"]
+        assert one.size(Machine("this one", 8 if real == "double" else 4, 8, 8)) == size
+        assert re.search(rf"64 bit \(Cortex-A, x86-64\) +{size} bytes", header)
 
 
 def test_the_lesson_in_88_bytes():

@@ -79,7 +79,7 @@ class Face:
         return self.program.number(value)
 
     def size(self, machine: Machine) -> int:
-        """Bytes of a filter with its parameters."""
+        """Bytes of a filter with its parameters, once it is written: that finds the arrays."""
         parts: dict[str, Kind | None] = dict(self.whole.fields)
         for name, array in self.program.arrays.items():
             for i in range(_count(array)):
