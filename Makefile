@@ -25,6 +25,7 @@ format: $(READY)
 bench: $(READY)
 	$(BIN)/levelhead bench speed
 	$(BIN)/python benchmarks/speed.py
+	$(BIN)/python benchmarks/exported.py
 	$(BIN)/python benchmarks/engines.py
 	$(BIN)/python benchmarks/processes.py
 

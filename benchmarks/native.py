@@ -34,12 +34,12 @@ def compiler() -> str:
     return subprocess.run(["gcc", "--version"], capture_output=True, text=True, check=True).stdout.splitlines()[0]
 
 
-def build(source: str, flags: tuple[str, ...] = STRICT) -> Any:
+def build(source: str, flags: tuple[str, ...] = STRICT, sources: Path = SOURCES) -> Any:
     """The function ``run`` of c/``source``: run(params, n, t, level, rate, period, out), all arrays of double."""
     compiler()
     with tempfile.TemporaryDirectory() as folder:
         library = Path(folder) / "yardstick.so"
-        command = ["gcc", "-std=c99", "-Wall", "-Wextra", *flags, "-shared", "-fPIC", SOURCES / source]
+        command = ["gcc", "-std=c99", "-Wall", "-Wextra", *flags, "-shared", "-fPIC", sources / source]
         subprocess.run([*map(str, command), "-o", str(library), "-lm"], check=True)
         run = ctypes.CDLL(str(library)).run  # stays mapped when the file is gone
     run.argtypes = [ctypes.c_void_p, ctypes.c_ssize_t, Doubles, Doubles, Doubles, ctypes.c_double, Doubles]

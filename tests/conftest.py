@@ -13,6 +13,11 @@ def find_data() -> Path | None:
     return folder if folder.is_dir() else None
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """``--update``: write the golden files anew instead of comparing with them."""
+    parser.addoption("--update", action="store_true", help="write the golden files of tests/export/golden anew")
+
+
 @pytest.fixture(scope="session")
 def data_dir() -> Path:
     """The folder with the real recordings (broad/, repoimu/, samples/); skips where it is not there."""

@@ -43,6 +43,7 @@ VERBS = {
     "run": "A live node: from a sensor, emulated, real or replayed, to a published orientation.",
     "view": "A recording or a running node in the browser.",
     "axes": "How the sensor sits on its body, from a still pose and one turn.",
+    "export": "A filter with its numbers as C99 for a microcontroller, with self-test and Arduino sketch.",
     "simulate": "Write a simulated recording with known truth.",
     "bench": "Levelhead beside its peers: errors on real recordings, and time.",
 }

@@ -1,0 +1,86 @@
+"""``levelhead export FILTER``: from the notebook to the microcontroller."""
+
+import json as reader
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import Parameter
+
+from levelhead import filters
+from levelhead.cli.options import GuardWords, chosen_guard, filter_names, say, say_json, settings
+from levelhead.errors import LevelheadError
+
+
+def export(
+    filter: Annotated[str, Parameter(name="FILTER", completer=filter_names)],
+    /,
+    *,
+    set: Annotated[tuple[str, ...], Parameter(name="--set", negative="", metavar="K=V")] = (),
+    tuned: Annotated[Path | None, Parameter(name="--from", metavar="FILE")] = None,
+    guard: GuardWords = (),
+    axis: Annotated[bool, Parameter(negative="")] = False,
+    single: Annotated[bool, Parameter(name="--float", negative="--double")] = False,
+    arduino: Annotated[bool, Parameter(negative="")] = False,
+    out: Annotated[Path, Parameter(name=["--out", "-o"], metavar="DIR")] = Path(),
+    json: Annotated[bool, Parameter(negative="")] = False,
+) -> None:
+    """A filter with its numbers as C99: header, source, self-test, CMake file and a sketch for the MPU-6050.
+
+    Args:
+        filter: which one, such as EKF.
+        set: a parameter of the filter, such as acc_tau=3; may be given several times.
+        tuned: JSON with the filter's parameters, such as `levelhead sweep … --json` prints; --set comes on top.
+        axis: the filter of one angle and its rate instead of that of an IMU.
+        single: all numbers as float, for boards without a fast double; the default is double, with the bits of Python.
+        arduino: as a library folder for the Arduino IDE, with the sketch as its example.
+        out: folder for the files.
+        json: print the result as JSON.
+    """
+    from levelhead.export import Choice, write
+
+    flt = filters.find(filter)
+    found = _tuned(flt, tuned)
+    params = flt.params(**found.get("params", {}))
+    changes = settings(set)
+    params = params._replace(**changes) if changes else params
+    before = chosen_guard(guard) if guard else filters.Guard(**found.get("guard", {}))
+    words = ["levelhead export", flt.name, *(f"--set {word}" for word in set)]
+    words += [f"--from {tuned.name}"] if tuned else []
+    words += [f"--guard {word}" for word in guard]
+    words += ["--axis"] if axis else []
+    words.append("--float" if single else "--double")
+    words += ["--arduino"] if arduino else []
+    choice = Choice(params, before, "float" if single else "double", axis, " ".join(words))
+    written = write(choice, out, arduino)
+    if json:
+        say_json({"filter": flt.name, "params": dict(params._asdict()), "written": [str(path) for path in written]})
+        return
+    say("written: " + ", ".join(str(path) for path in written))
+
+
+def _tuned(flt: filters.Filter, path: Path | None) -> dict[str, Any]:
+    """What a JSON file says about a filter: "filter" and "params", perhaps "guard"; of a sweep its minimum counts.
+
+    Raises:
+        LevelheadError: it is not there, no JSON, or about another filter.
+    """
+    if path is None:
+        return {}
+    try:
+        found = reader.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise LevelheadError(f"there is no file {path}") from None
+    except (OSError, ValueError) as error:
+        raise LevelheadError(f"{path} cannot be read as JSON: {error}") from None
+    if not isinstance(found, dict) or not isinstance(found.get("params"), dict):
+        raise LevelheadError(f'{path} has no parameters; expected {{"filter": "{flt.name}", "params": {{…}}}}')
+    if found.get("filter", flt.name) != flt.name:
+        raise LevelheadError(f"{path} holds parameters of {found['filter']}, not of {flt.name}")
+    guard = found.get("guard") or {}
+    if not isinstance(guard, dict):
+        raise LevelheadError(f"{path}: guard is {guard!r}, but it must hold thresholds by name")
+    swept, minimum = found.get("parameter"), found.get("minimum")
+    params: dict[str, Any] = found["params"]
+    if isinstance(swept, str) and isinstance(minimum, dict) and "value" in minimum:
+        params = dict(flt.params(**params)._replace(**{swept: minimum["value"]})._asdict())
+    return {"params": params, "guard": guard}

@@ -1,0 +1,93 @@
+"""The sketch for an MPU-6050, which logs what `levelhead fuse` reads."""
+
+from collections.abc import Mapping
+
+from levelhead.export.choice import Choice
+from levelhead.export.face import Face, template
+from levelhead.kernels.tilt import GRAVITY
+
+# RM-MPU-6000A, rev. 4.2, sections 4.4 and 4.5: full scale -> FS_SEL or AFS_SEL, counts per unit (tables 4.19 and 4.17)
+GYR = {250.0: (0, 131.0), 500.0: (1, 65.5), 1000.0: (2, 32.8), 2000.0: (3, 16.4)}  # deg/s
+ACC = {2.0: (0, 16384.0), 4.0: (1, 8192.0), 8.0: (2, 4096.0), 16.0: (3, 2048.0)}  # g
+NEEDS = "// Needs {0}.h and {0}.c in the sketch's folder; exported with --arduino they are a library.\n"
+READINGS = "t [s],gyr_x [rad/s],gyr_y [rad/s],gyr_z [rad/s],acc_x [m/s^2],acc_y [m/s^2],acc_z [m/s^2]"
+
+
+def _scale(table: Mapping[float, tuple[int, float]], wanted: float, usual: float) -> tuple[float, int, float]:
+    """Full scale, its bits, and counts per unit: the one that the guard was told, if the chip has it."""
+    full = next((known for known in table if abs(known - wanted) < 0.01 * known), usual)
+    bits, counts = table[full]
+    return full, bits << 3, counts
+
+
+def sketch(face: Face, beside: bool) -> str:
+    """The sketch; ``beside``: it needs the filter's two files in its own folder, as no library brings them."""
+    choice = face.choice
+    guard = choice.guard
+    gyr_range, gyr_bits, gyr_lsb = _scale(GYR, guard.gyr_range if guard else 0.0, 500.0)
+    acc_range, acc_bits, acc_lsb = _scale(ACC, guard.acc_range / GRAVITY if guard else 0.0, 4.0)
+    name = choice.name
+    return template("mpu6050.ino").substitute(
+        face.common()
+        | (_axis(choice) if choice.axis else _imu(choice))
+        | {
+            "gyr_range": f"{gyr_range:g}",
+            "gyr_bits": f"0x{gyr_bits:02X}",
+            "gyr_lsb": gyr_lsb,
+            "acc_range": f"{acc_range:g}",
+            "acc_bits": f"0x{acc_bits:02X}",
+            "acc_lsb": acc_lsb,
+            "include": f'"{name}.h"' if beside else f"<{name}.h>",
+            "where": NEEDS.format(name) if beside else "",
+        }
+    )
+
+
+def _imu(choice: Choice) -> dict[str, str]:
+    name, real = choice.name, choice.real
+    convert = f"const {real} g[3] = {{gyr[0], gyr[1], gyr[2]}}, a[3] = {{acc[0], acc[1], acc[2]}};"
+    given = ("g", "a") if real == "double" else ("gyr", "acc")
+    update = [f"  {convert}"] if real == "double" else []
+    update.append(f"  {name}_update(&filter, {given[0]}, {given[1]}, NULL, {_seconds(real)});")
+    parts = [f"  const {name}_output out = {name}_read(&filter);"]
+    for axis in "wxyz":
+        parts.append(f"  print_value({_narrow(f'out.quat.{axis}', real)}, 6);")
+    parts += ["  Serial.print(',');", "  Serial.print((long)out.health);"]
+    return {
+        "now": "",
+        "init": f"  {name}_init(&filter);",
+        "update": "\n".join(update),
+        "head": f"{READINGS},board_qw,board_qx,board_qy,board_qz,board_health",
+        "print": "\n".join(parts),
+    }
+
+
+def _axis(choice: Choice) -> dict[str, str]:
+    """Roll, the lesson's angle: from the accelerometer, and its rate from the gyroscope."""
+    name, real = choice.name, choice.real
+    init = [
+        "  float gyr[3], acc[3];",
+        "  while (!read_mpu(gyr, acc)) {",
+        "  }",
+        f"  {name}_init(&filter, atan2(acc[1], acc[2]) / DEGREE);",
+        "  now.level = atan2(acc[1], acc[2]) / DEGREE;",
+    ]
+    update = [
+        "  const float roll = atan2(acc[1], acc[2]) / DEGREE;  // deg",
+        f"  {name}_update(&filter, roll, gyr[0] / DEGREE, {_seconds(real)}, 360, &now);",
+    ]
+    return {
+        "init": "\n".join(init),
+        "update": "\n".join(update),
+        "head": f"{READINGS},measured_roll,board_roll",
+        "print": f"  print_value(roll, 4);\n  print_value({_narrow('now.level', real)}, 4);",
+        "now": f"{name}_report now;\n",
+    }
+
+
+def _seconds(real: str) -> str:
+    return "passed * 1e-6" if real == "double" else "passed * 1e-6f"
+
+
+def _narrow(value: str, real: str) -> str:
+    return f"(float){value}" if real == "double" else value

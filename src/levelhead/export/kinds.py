@@ -1,0 +1,102 @@
+"""What a value of the kernel language can be, and how it is called in C."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True)
+class Scalar:
+    """A number: "float", "int" or "bool"."""
+
+    name: str
+
+
+@dataclass(frozen=True)
+class Array:
+    """Numbers in an array of constant shape; what is passed on is where it lies, as in Python."""
+
+    shape: tuple[int, ...]
+
+
+@dataclass(eq=False)
+class Struct:
+    """A NamedTuple; a field whose kind nobody has said yet is None, until the first value of it is made.
+
+    Attributes:
+        name: of the class.
+        fields: name -> kind, in order.
+        origin: the class; None for a plain tuple.
+    """
+
+    name: str
+    fields: "dict[str, Kind | None]"
+    origin: type | None = None
+    known: set[str] = field(default_factory=set)  # fields that some kernel reads
+
+
+Kind = Scalar | Array | Struct
+FLOAT, INT, BOOL = Scalar("float"), Scalar("int"), Scalar("bool")
+VOID = Scalar("void")  # what a kernel returns that only writes into memory
+NUMBERS = {float: FLOAT, int: INT, bool: BOOL}
+BY_VALUE = 9  # numbers; a struct with more of them is passed by its address
+
+
+def numbers(kind: "Kind | None") -> int:
+    """How many numbers a value holds by itself; an array counts as the address that it is."""
+    if isinstance(kind, Struct):
+        return sum(numbers(part) for part in kind.fields.values())
+    return 1
+
+
+def is_empty(kind: "Kind | None") -> bool:
+    """Whether it is a struct without any number in it, which C99 does not have: it is left out everywhere."""
+    return isinstance(kind, Struct) and numbers(kind) == 0
+
+
+def by_address(kind: "Kind") -> bool:
+    """Whether a parameter of that kind is passed by its address."""
+    return isinstance(kind, Struct) and numbers(kind) > BY_VALUE
+
+
+def described(kind: "Kind | None") -> str:
+    """For error messages."""
+    if isinstance(kind, Array):
+        return f"an array of {' × '.join(map(str, kind.shape))} numbers"
+    return "nothing" if kind is None else kind.name
+
+
+def keep_what_is_read(struct: Struct) -> None:
+    """Leaves out the fields that no kernel reads, of a struct that none makes: parameters."""
+    struct.fields = {name: kind for name, kind in struct.fields.items() if name in struct.known}
+
+
+def within(kind: "Kind | None") -> Iterator[Struct]:
+    """The structs of which a kind is made, inner ones first."""
+    if isinstance(kind, Struct):
+        for part in kind.fields.values():
+            yield from within(part)
+        yield kind
+
+
+@dataclass(frozen=True)
+class Machine:
+    """How large things are on a machine: bytes of a float, of an address, and the largest alignment."""
+
+    name: str
+    real: int
+    address: int
+    alignment: int
+
+    def size(self, kind: Kind | None) -> tuple[int, int]:
+        """Bytes and alignment of a value, as C compilers lay it out."""
+        if isinstance(kind, Struct):
+            at, widest = 0, 1
+            for part in kind.fields.values():
+                if not is_empty(part):
+                    size, alignment = self.size(part)
+                    at = -(-at // alignment) * alignment + size
+                    widest = max(widest, alignment)
+            return -(-at // widest) * widest, widest
+        names = {FLOAT: self.real, INT: 4, BOOL: 1}
+        size = self.address if isinstance(kind, Array) or kind is None else names[kind]
+        return size, min(size, self.alignment)

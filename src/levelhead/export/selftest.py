@@ -1,0 +1,81 @@
+"""The self-test: a C program that feeds the filter with a vector and compares what comes out with what Python got."""
+
+import math
+from collections.abc import Iterable
+from typing import Any
+
+from levelhead.export.choice import Choice
+from levelhead.export.face import Face, template
+from levelhead.export.program import plain
+from levelhead.export.single import shortest, single
+from levelhead.export.statements import joined
+from levelhead.export.vector import axis_rows, rows
+
+PERIOD = 360.0
+BOUND = 2e-3  # of each number in single precision, and of its size; tests/export/test_selftest.py holds 1/4 of that
+
+
+def selftest(face: Face) -> dict[str, str]:
+    """File name -> text of the self-test."""
+    choice = face.choice
+    gaps = face.common() | {
+        "bound": face.number(BOUND),
+        "same": template("same.double.c" if choice.real == "double" else "same.float.c").template.strip(),
+        "promise": "the same to the bit" if choice.real == "double" else f"the same to within {BOUND:g} (1 + its size)",
+    }
+    gaps["two"] = ", 2 if only last digits differ." if choice.real == "double" else "."
+    gaps["same"] = gaps["same"].replace("$bound", str(gaps["bound"]))
+    if choice.axis:
+        gaps |= _axis(choice)
+    else:
+        gaps |= _imu(choice)
+    name = "selftest.axis.c" if choice.axis else "selftest.imu.c"
+    return {f"{choice.name}_selftest.c": template(name).substitute(gaps)}
+
+
+def number(value: float, real: str) -> str:
+    """A literal that reads back exactly; infinity and what is no number by their names."""
+    if math.isnan(value):
+        return "NAN"
+    if math.isinf(value):
+        return "INFINITY"
+    return plain(float(value)) if real == "double" else f"{plain(shortest(single(value)))}f"
+
+
+def _group(values: Iterable[float], real: str) -> str:
+    return "{" + ", ".join(number(value, real) for value in values) + "}"
+
+
+def _imu(choice: Choice) -> dict[str, Any]:
+    real, lines = choice.real, []
+    found = rows(choice)
+    for sample, taken, output in found:
+        inputs = ", ".join(_group(values, real) for values in (sample.gyr, sample.acc, sample.mag))
+        answers = ", ".join(_group(values, real) for values in (output.quat, output.bias, output.sigma))
+        lines += [f"    {{{number(sample.dt, real)}, {inputs}, {str(taken).lower()},",
+                  f"     {answers}, {output.health}}},"]  # fmt: skip
+    return {"rows": joined(lines).rstrip(), "count": len(found)}
+
+
+def _axis(choice: Choice) -> dict[str, Any]:
+    real, first = choice.real, 171.5
+    found = axis_rows(choice, first, PERIOD)
+    assert choice.flt.axis is not None
+    fields: tuple[str, ...] = choice.flt.axis.report._fields  # type: ignore[attr-defined]
+    lines = [
+        f"    {{{number(row.level, real)}, {number(row.rate, real)}, {number(row.dt, real)}, {str(row.taken).lower()},"
+        f"\n     {_group(_flat(row.report), real)}}},"
+        for row in found
+    ]
+    return {
+        "rows": joined(lines).rstrip(),
+        "count": len(found),
+        "first": number(first, real),
+        "period": number(PERIOD, real),
+        "fields": len(fields),
+        "values": ", ".join(f"now.{name}" for name in fields),
+    }
+
+
+def _flat(values: Iterable[Any]) -> list[float]:
+    return [float(value) for value in values]

@@ -1,0 +1,139 @@
+"""``levelhead export``: what it writes, and what it refuses."""
+
+import json
+import re
+import shlex
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from levelhead import filters
+
+GCC = pytest.mark.skipif(shutil.which("cmake") is None or shutil.which("gcc") is None, reason="no cmake and gcc here")
+
+
+def test_files(levelhead, tmp_path):
+    said = levelhead("export", "EKF", "--set", "acc_tau=3", "--float", "-o", tmp_path / "out", "--json")
+    assert said.code == 0 and said.json["params"]["acc_tau"] == 3.0
+    names = {"lh_ekf.h", "lh_ekf.c", "lh_ekf_selftest.c", "CMakeLists.txt", "lh_ekf_mpu6050/lh_ekf_mpu6050.ino"}
+    folder = tmp_path / "out"
+    assert {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()} == names
+    assert sorted(said.json["written"]) == sorted(str(folder / name) for name in names)
+    header = (folder / "lh_ekf.h").read_text(encoding="utf-8")
+    assert "`levelhead export EKF --set acc_tau=3 --float`" in header and 'extern "C"' in header
+    assert "float acc_tau; /* s: low-pass of specific force in the earth frame (at least 0) */" in header
+    assert ".acc_tau = 3.0f, /* set */" in (folder / "lh_ekf.c").read_text(encoding="utf-8")
+
+
+def test_a_library_for_the_arduino_ide(levelhead, tmp_path):
+    assert levelhead("export", "kalman", "--axis", "--arduino", "-o", tmp_path).code == 0
+    library = tmp_path / "lh_kalman_axis"
+    properties = dict(line.split("=", 1) for line in (library / "library.properties").read_text().splitlines())
+    assert properties["name"] == "lh_kalman_axis" and properties["includes"] == "lh_kalman_axis.h"
+    assert {path.name for path in (library / "src").iterdir()} == {"lh_kalman_axis.h", "lh_kalman_axis.c"}
+    sketch = (library / "examples" / "mpu6050" / "mpu6050.ino").read_text(encoding="utf-8")
+    assert "#include <lh_kalman_axis.h>" in sketch
+
+
+@GCC
+@pytest.mark.parametrize("words", [[], ["--arduino"]], ids=["folder", "library"])
+def test_cmake_builds_it_and_its_test_passes(levelhead, tmp_path, words):
+    assert levelhead("export", "Triad", "--guard", "off", *words, "-o", tmp_path).code == 0
+    source = tmp_path / "lh_triad" if words else tmp_path
+    for command in (["cmake", "-S", source, "-B", tmp_path / "build"], ["cmake", "--build", tmp_path / "build"]):
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        assert done.returncode == 0 and "warning" not in done.stdout + done.stderr, done.stdout + done.stderr
+    assert subprocess.run(["ctest"], cwd=tmp_path / "build", check=False, capture_output=True).returncode == 0
+
+
+def test_what_a_sweep_found_goes_to_the_board(levelhead, tmp_path):
+    swept = levelhead(
+        "sweep", "--simulate", "hand", "-f", "Madgwick", "-p", "beta", "--values", "0.03", "0.3", "--json"
+    )
+    (tmp_path / "tuned.json").write_text(swept.out, encoding="utf-8")
+    said = levelhead("export", "Madgwick", "--from", tmp_path / "tuned.json", "-o", tmp_path, "--json")
+    assert said.json["params"]["beta"] == swept.json["minimum"]["value"]
+    given = {"filter": "Madgwick", "params": {"beta": 0.2}, "guard": {"rest_time": 3.0}}
+    (tmp_path / "tuned.json").write_text(json.dumps(given), encoding="utf-8")
+    said = levelhead(
+        "export", "Madgwick", "--from", tmp_path / "tuned.json", "--set", "zeta=0.01", "-o", tmp_path, "--json"
+    )
+    assert said.json["params"] == {"beta": 0.2, "zeta": 0.01}
+    assert ".rest_time = 3.0, /* set */" in (tmp_path / "lh_madgwick.c").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    "words, said",
+    [
+        (["Kalmann"], "there is no filter 'Kalmann'; did you mean 'Kalman'?"),
+        (["Kalman", "--set", "r_mesure=1"], "Kalman has no parameter 'r_mesure'; did you mean 'r_measure'?"),
+        (["Kalman", "--set", "r_measure=0"], "r_measure = 0 is not allowed; it must be greater than 0"),
+        (["Kalman", "--set", "r_measure=nan"], "r_measure = nan is not allowed"),
+        (
+            ["EKF", "--set", "gate=1e60", "--float"],
+            "gate: 1e+60 is out of the range of single precision; export --double",
+        ),
+        (["EKF", "--axis"], "EKF needs an IMU; on one level and its rate work Complementary, Kalman, BiasRateKalman"),
+        (["EKF", "--guard", "rest_tim=1"], "Guard has no parameter 'rest_tim'; did you mean 'rest_time'?"),
+        (["EKF", "--from", "nowhere.json"], "there is no file nowhere.json"),
+    ],
+)
+def test_refused(refused, tmp_path, words, said):
+    assert said in refused("export", *words, "-o", tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    "text, said",
+    [
+        ("{", "cannot be read as JSON"),
+        ("[1]", 'has no parameters; expected {"filter": "EKF", "params": {…}}'),
+        ('{"filter": "Kalman", "params": {}}', "holds parameters of Kalman, not of EKF"),
+        ('{"params": {"gain": 1}}', "EKF has no parameter 'gain'"),
+        ('{"params": {}, "guard": 3}', "guard is 3, but it must hold thresholds by name"),
+        ('{"params": {"gate": "high"}}', "gate is 'high', but it must be a number"),
+    ],
+)
+def test_a_wrong_file_of_parameters(refused, tmp_path, text, said):
+    path = tmp_path / "tuned.json"
+    path.write_text(text, encoding="utf-8")
+    assert said in refused("export", "EKF", "--from", path, "-o", tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_folder_that_cannot_be_made_or_written(refused, tmp_path):
+    (tmp_path / "file").touch()
+    assert "cannot make the folder" in refused("export", "EKF", "-o", tmp_path / "file" / "out")
+    (tmp_path / "out" / "lh_ekf.h").mkdir(parents=True)
+    assert "lh_ekf.h: it is a folder" in refused("export", "EKF", "-o", tmp_path / "out")
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["lh_ekf.h"]
+
+
+def test_every_filter_is_exported_under_its_own_name(levelhead, tmp_path):
+    for flt in filters.ALL:
+        assert levelhead("export", flt.name, "-o", tmp_path).code == 0
+    assert len(list(tmp_path.glob("lh_*_selftest.c"))) == len(filters.ALL)
+
+
+def test_the_page_works_as_written(levelhead, tmp_path, monkeypatch):
+    """From a log to a library: the commands of docs/export.md, one after the other."""
+    monkeypatch.chdir(tmp_path)
+    page = (Path(__file__).resolve().parents[2] / "docs" / "export.md").read_text(encoding="utf-8")
+    lines = [line.strip() for block in re.findall(r"```sh\n(.*?)```", page, re.DOTALL) for line in block.splitlines()]
+    commands = [shlex.split(line) for line in lines if line.startswith("levelhead ")]
+    verbs = [command[1] for command in commands]
+    assert verbs == ["simulate", "sweep", "export", "fuse", "compare"]
+    for command in commands[:3]:
+        target = command[command.index(">") + 1] if ">" in command else None
+        words = command[1 : command.index(">")] if target else command[1:]
+        said = levelhead(*(word.replace("~/Arduino/libraries", "libraries") for word in words))
+        assert said.code == 0, said.err
+        if target:
+            Path(target).write_text(said.out, encoding="utf-8")
+    tuned = json.loads(Path("tuned.json").read_text(encoding="utf-8"))["minimum"]["value"]
+    source = (tmp_path / "libraries" / "lh_madgwick" / "src" / "lh_madgwick.c").read_text(encoding="utf-8")
+    found = re.search(r"\.beta = ([^f]+)f,", source)
+    assert found and float(found[1]) == pytest.approx(tuned, rel=1e-6)
+    assert (tmp_path / "libraries" / "lh_madgwick" / "examples" / "mpu6050" / "mpu6050.ino").exists()

@@ -1,0 +1,96 @@
+"""The generated self-test passes where the filter is right, and only there."""
+
+import subprocess
+
+import numpy as np
+import pytest
+from tests.reference import c_engine
+
+import levelhead as lh
+from levelhead import filters
+from levelhead.export import Choice, write
+from levelhead.export.selftest import BOUND
+from levelhead.export.vector import rows
+from levelhead.filters import health
+
+GCC = pytest.mark.skipif("gcc" not in c_engine.COMPILERS, reason="no gcc on the PATH")
+EVERY = pytest.mark.parametrize("flt", filters.ALL, ids=lambda f: f.name)
+
+
+def run(folder, name, *flags):
+    """Exit code and line of the self-test of what was exported to a folder."""
+    command = ["gcc", *c_engine.WARNINGS, "-Werror", *flags, f"{name}.c", f"{name}_selftest.c", "-lm", "-o", "selftest"]
+    subprocess.run(command, cwd=folder, check=True)
+    done = subprocess.run(["./selftest"], cwd=folder, capture_output=True, text=True, check=False)
+    return done.returncode, done.stdout
+
+
+@GCC
+@EVERY
+@pytest.mark.parametrize("real", ["double", "float"])
+def test_it_passes(flt, real, tmp_path):
+    choice = Choice(flt.params(), real=real)
+    write(choice, tmp_path)
+    code, said = run(tmp_path, choice.name, "-O1")
+    assert code == 0 and said.startswith(f"{choice.name}: all 96 samples are right"), said
+
+
+@GCC
+@pytest.mark.parametrize("real", ["double", "float"])
+@pytest.mark.parametrize("flt", [f for f in filters.ALL if f.axis], ids=lambda f: f.name)
+def test_it_passes_on_one_axis(flt, real, tmp_path):
+    choice = Choice(flt.params(), real=real, axis=True)
+    write(choice, tmp_path)
+    code, said = run(tmp_path, choice.name, "-O3", "-ffp-contract=off")
+    assert code == 0 and said.startswith(f"{choice.name}: all 40 samples are right"), said
+
+
+@GCC
+@pytest.mark.parametrize(
+    "real, wrong, expected, words",
+    [
+        ("double", "0.03000000000001", 2, "samples differ in their last digits, the first is number"),
+        ("double", "0.0301", 1, "samples are wrong, the first is number"),
+        ("float", "0.033f", 1, "samples are wrong, the first is number"),
+    ],
+)
+def test_it_fails_where_a_number_of_the_source_is_another(real, wrong, expected, words, tmp_path):
+    choice = Choice(lh.Kalman(r_measure=0.03), real=real)
+    write(choice, tmp_path)
+    source = tmp_path / "lh_kalman.c"
+    text = source.read_text(encoding="utf-8")
+    right = ".r_measure = 0.03f," if real == "float" else ".r_measure = 0.03,"
+    assert text.count(right) == 1
+    source.write_text(text.replace(right, f".r_measure = {wrong},"), encoding="utf-8")
+    code, said = run(tmp_path, "lh_kalman", "-O1")
+    assert code == expected and words in said
+
+
+@GCC
+@EVERY
+def test_the_bound_of_single_precision_has_room(flt):
+    """The largest difference over all filters is below a quarter of the bound that the self-test states."""
+    choice = Choice(flt.params(), real="float")
+    found = rows(choice)
+    assert [row.taken for row in found].count(False) == 2
+    taken = [row for row in found if row.taken]
+    program = c_engine.built(choice)
+    recording = lh.Recording(
+        np.cumsum([row.sample.dt for row in taken]),
+        *(np.array([[x if abs(x) < 1e9 else np.nan for x in row.sample[k]] for row in taken]) for k in (1, 2, 3)),
+    )
+    track = program.fuse(recording)
+    for name, values in (("quat", track.quat), ("bias", track.bias), ("sigma", track.sigma)):
+        if values is not None:
+            wanted = np.array([getattr(row.output, name) for row in taken])
+            assert (np.abs(values - wanted) / (1.0 + np.abs(wanted))).max() < 0.25 * BOUND, name
+
+
+def test_everything_goes_wrong_in_the_vector():
+    seen = 0
+    for flt in filters.ALL:
+        for row in rows(Choice(flt.params())):
+            seen |= row.output.health
+    for bit in (health.GYR_MISSING, health.ACC_MISSING, health.MAG_MISSING, health.GAP, health.AT_REST,
+                health.MAG_REJECTED, health.ACC_REJECTED):  # fmt: skip
+        assert seen & bit, health.NAMES[bit]

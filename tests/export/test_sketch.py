@@ -1,0 +1,67 @@
+"""The sketch for the MPU-6050 on a board made of C++: what it logs is read back, and fuses to what the board said."""
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import levelhead as lh
+from levelhead.cli import main
+from levelhead.export import Choice, write
+from levelhead.kernels.tilt import GRAVITY
+
+STUBS = Path(__file__).resolve().parents[1] / "reference" / "arduino"
+pytestmark = pytest.mark.skipif(shutil.which("g++") is None, reason="no g++ on the PATH")
+
+
+def log_of(folder, choice):
+    """What the sketch logs while it is carried about, after two seconds of rest with a bias of the gyroscope."""
+    write(choice, folder)
+    name = choice.name
+    sketch = folder / f"{name}_mpu6050" / f"{name}_mpu6050.ino"
+    recording = lh.simulate.recording("MPU-6050", "hand", duration=10.0, seed=3)
+    moving = np.column_stack([np.degrees(recording.gyr), recording.acc / GRAVITY])[:, :6]
+    rest = np.tile(moving[0], (250, 1))
+    rest[:, :3] = [1.0, -2.0, 0.5]
+    moving[:, :3] += [1.0, -2.0, 0.5]
+    np.savetxt(folder / "readings.txt", np.concatenate([rest, moving]))
+    subprocess.run(["gcc", "-std=c99", "-O1", "-c", f"{name}.c"], cwd=folder, check=True)
+    command = ["g++", "-std=c++11", "-Wall", "-Wextra", "-Werror", "-O1", f"-I{STUBS}", "-I.", "-include", "Arduino.h"]
+    command += ["-x", "c++", str(sketch), str(STUBS / "board.cpp"), "-x", "none", f"{name}.o", "-lm", "-o", "board"]
+    subprocess.run(command, cwd=folder, check=True)
+    said = subprocess.run(["./board", "readings.txt"], cwd=folder, capture_output=True, text=True, check=True).stdout
+    (folder / "log.csv").write_text(said, encoding="utf-8")
+    return folder / "log.csv"
+
+
+@pytest.mark.parametrize("real", ["double", "float"])
+def test_the_log_reads_back_and_says_what_the_board_said(tmp_path, real, capsys):
+    choice = Choice(lh.Madgwick(beta=0.1), lh.Guard(gyr_range=1000.0), real)
+    log = log_of(tmp_path, choice)
+    assert "0x1B, 0x10" in (tmp_path / "lh_madgwick_mpu6050" / "lh_madgwick_mpu6050.ino").read_text()
+    recording = lh.read(log)
+    assert recording.rate == pytest.approx(98.6, abs=2.0) and recording.mag is None and recording.truth is None
+    missing = np.isnan(recording.gyr).any(axis=1)
+    assert missing.sum() == 1 and np.isnan(recording.acc[missing]).all()
+    board = np.genfromtxt(log, delimiter=",", comments="#", skip_header=2)
+    assert np.abs(recording.gyr[:10]).max() < np.radians(0.2), "the bias was taken off"
+    track = lh.fuse(recording, choice.params, guard=choice.guard)
+    np.testing.assert_allclose(board[:, 7:11], track.quat, atol=2e-5)  # the log has 6 decimals
+    np.testing.assert_array_equal(board[:, 11], track.health)
+    assert main(["fuse", str(log), "--no-plot", "-o", str(tmp_path)]) == 0
+    assert main(["compare", str(log), "--with", "column:board_q"]) == 0
+    assert "board_q" in capsys.readouterr().out
+
+
+def test_one_axis_is_the_lesson(tmp_path):
+    choice = Choice(lh.Kalman(), real="float", axis=True)
+    log = log_of(tmp_path, choice)
+    board = np.genfromtxt(log, delimiter=",", comments="#", skip_header=2)
+    t, measured, rolled = board[:, 0], board[:, 7], board[:, 8]
+    there = np.isfinite(measured)
+    found = lh.fuse_axis(t[there], measured[there], np.degrees(board[there, 1]), lh.Kalman(), period=360.0)
+    assert np.isfinite(rolled).all()
+    apart = (found.level - rolled[there] + 180.0) % 360.0 - 180.0
+    assert np.abs(apart[50:]).max() < 0.01 and np.ptp(rolled) > 20.0
