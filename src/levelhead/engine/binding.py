@@ -60,6 +60,7 @@ def _bind(flt: Filter, guarded: bool) -> Driver:
         "perceived": bound(scene.perceived, name, sense=sensors.sensed if guarded else scene.unsensed),
         "OWN_SIGMA": flt.gains is None,
     }
+    own["rate"] = bound(driver.rate, name, TAKES_BIAS=own["TAKES_BIAS"])
     own["stepped"] = bound(driver.stepped, name, **own)
     phases = {phase.__name__: bound(phase, name, **own) for phase in driver.PHASES}
     seldom = {key: apart(phases[key]) for key in ("started", "loosened", "accelerated")}
