@@ -6,9 +6,11 @@ from typing import Any
 import numpy as np
 
 from levelhead import filters
+from levelhead.calibration import Calibration
 from levelhead.engine.binding import bind, bind_axis, choose, engine_function, estimates_bias
 from levelhead.engine.driver import Settings
 from levelhead.engine.fixed import native
+from levelhead.engine.prior import learned, primed
 from levelhead.errors import LevelheadError
 from levelhead.filters.guard import Guard
 from levelhead.recording import Array, Recording, real_array, time_array
@@ -26,6 +28,7 @@ def fuse(
     *,
     guard: Guard | None = DEFAULT_GUARD,
     engine: str = "auto",
+    prior: Calibration | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Track:
     """Orientation of the sensor for every sample of a recording.
@@ -36,13 +39,15 @@ def fuse(
             one there is.
         guard: what counts as rest, saturation and disturbance; None: the filter sees every reading as it is.
         engine: "python", "compiled" (Numba), or "auto", which takes the faster one; the bits do not depend on it.
+        prior: what an earlier run has learned of the same sensor (``Track.calibration``, ``Calibration.read``), for a
+            filter that learns: ``ESKF``.
         progress: called now and then with the fraction done, 0 to 1.
 
     Returns:
         A Track with the stamps of the recording.
 
     Raises:
-        LevelheadError: no such filter or engine.
+        LevelheadError: no such filter or engine, or a prior for a filter that learns nothing.
     """
     if not isinstance(recording, Recording):
         raise LevelheadError(f"fuse takes a Recording, not {type(recording).__name__}; levelhead.read(path) makes one")
@@ -56,7 +61,7 @@ def fuse(
     mag = NO_MAG if recording.mag is None else recording.mag.reshape(-1)
     flat = [recording.t, recording.gyr.reshape(-1), recording.acc.reshape(-1), mag]
     outputs = room(n)
-    carry = bound.begin(settings)
+    carry = primed(flt, bound.begin(settings), prior)
     if chosen == "compiled":
         carry = native(carry)
     last = float(recording.t[0])
@@ -83,6 +88,7 @@ def fuse(
         sigma.reshape(n, 3),
         health,
         params,
+        calibration=learned(flt, settings, carry),
     )
 
 
