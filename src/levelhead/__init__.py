@@ -31,6 +31,7 @@ from levelhead.version import VERSION
 
 if TYPE_CHECKING:
     from levelhead import simulate as simulate
+    from levelhead.calibration import Calibration as Calibration
     from levelhead.engine import AxisStream as AxisStream
     from levelhead.engine import Stream as Stream
     from levelhead.engine import fuse as fuse
@@ -63,6 +64,7 @@ __version__ = VERSION
 
 # Imported at first use: `import levelhead` costs nothing, and nobody waits for what he does not use.
 _HOMES = {
+    "levelhead.calibration": ("Calibration",),
     "levelhead.engine": ("AxisStream", "Stream", "fuse", "fuse_all", "fuse_axis", "fuse_many", "smooth"),
     "levelhead.errors": ("LevelheadError",),
     "levelhead.evaluate": ("align", "compare"),

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, SupportsFloat
 import numpy as np
 from numpy.typing import NDArray
 
+from levelhead.calibration import Calibration
 from levelhead.errors import LevelheadError, nearest
 from levelhead.filters.health import FAULTS
 from levelhead.recording import Array, real_array, time_array
@@ -42,6 +43,7 @@ class Track:
         health: (n,) bits of ``levelhead.filters.health``: what was wrong with a sample and what was done about it.
         params: the Params object that made it.
         declination: rad, positive east, by which heading was turned from magnetic to true north; None: it was not.
+        calibration: what the filter has learned of its sensor by the end; None if it learns nothing.
     """
 
     t: Array
@@ -51,6 +53,7 @@ class Track:
     health: NDArray[np.uint32] = field(default_factory=lambda: np.empty(0, np.uint32))  # zeros when not given
     params: Any = None
     declination: float | None = None
+    calibration: Calibration | None = None
 
     def __post_init__(self) -> None:
         t = time_array(self.t)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from levelhead import filters, sources
+from levelhead.calibration import Calibration
 from levelhead.cli.options import guard_names
 from levelhead.engine import fuse
 
@@ -207,3 +208,38 @@ def test_one_sample_is_enough(levelhead, logs, tmp_path):
     (tmp_path / "one.csv").write_text("\n".join((logs / "plain.csv").read_text("utf-8").splitlines()[:2]), "utf-8")
     said = levelhead("fuse", tmp_path / "one.csv", "-o", tmp_path)
     assert (said.code, said.err) == (0, "") and "1 sample," in said.out and "−0.00" not in said.out
+
+
+def test_what_a_run_learned_is_said_drawn_saved_and_taken_up(levelhead, logs, tmp_path):
+    file = tmp_path / "sensor.json"
+    words = ["fuse", logs / "nine.npz", "--filter", "ESKF", "-o", tmp_path]
+    said = levelhead(*words, "--save-calibration", file)
+    assert (said.code, said.err) == (0, "")
+    assert sorted(p.name for p in tmp_path.iterdir()) == [
+        "nine-learned.png", "nine-track.csv", "nine-track.png", "sensor.json",
+    ]  # fmt: skip
+    assert "\nlearned (± 1σ)  gyroscope bias x " in said.out and "could not be learned from this motion:" in said.out
+    found = Calibration.read(file)
+    recording = sources.read(logs / "nine.npz")
+    assert found.to_dict() == fuse(recording, filters.ESKF()).calibration.to_dict()
+    second = levelhead(*words, "--prior", file, "--no-plot", "--json").json
+    assert second["calibration"] == fuse(recording, filters.ESKF(), prior=found).calibration.to_dict()
+    assert second["calibration"] != found.to_dict()
+    other = levelhead("fuse", logs / "nine.npz", "--no-plot", "--json", "--filter", "EKF", "-o", tmp_path).json
+    assert other["calibration"] is None
+
+
+def test_a_calibration_needs_a_filter_that_learns_and_a_file_that_is_one(refused, logs, tmp_path):
+    log, out = logs / "nine.npz", tmp_path / "out"
+    words = refused("fuse", log, "--filter", "EKF", "-o", out, "--save-calibration", tmp_path / "sensor.json")
+    assert words.startswith("--save-calibration needs a filter that learns its sensor") and "--filter ESKF" in words
+    assert "--prior needs a filter" in refused("fuse", log, "--filter", "Kalman", "-o", out, "--prior", "sensor.json")
+    assert "cannot read the calibration" in refused(
+        "fuse", log, "--filter", "ESKF", "-o", out, "--prior", tmp_path / "nowhere.json"
+    )
+    assert "is no calibration" in refused("fuse", log, "--filter", "ESKF", "-o", out, "--prior", log)
+    assert not out.exists()
+    missing = tmp_path / "no" / "sensor.json"
+    assert "there is no folder" in refused(
+        "fuse", log, "--filter", "ESKF", "--no-plot", "-o", out, "--save-calibration", missing
+    )

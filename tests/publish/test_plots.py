@@ -7,12 +7,21 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from levelhead.engine import fuse
+from levelhead.engine.learning import learning
 from levelhead.errors import LevelheadError
 from levelhead.evaluate import compare
-from levelhead.filters import AccelTilt, Complementary, GyroIntegration, Kalman, RollPitchKalman, health
-from levelhead.publish.plots import case_picture, four_panels, gain_picture, sweep_picture, track_picture
+from levelhead.filters import ESKF, AccelTilt, Complementary, GyroIntegration, Kalman, RollPitchKalman, health
+from levelhead.publish.plots import (
+    case_picture,
+    four_panels,
+    gain_picture,
+    learned_picture,
+    sweep_picture,
+    track_picture,
+)
 from levelhead.publish.plots.angles import busiest, euler_of, euler_sigma, unrolled, wrapped
 from levelhead.publish.plots.curves import envelope, groups, runs
+from levelhead.publish.plots.learned import _finding as _learned_finding
 from levelhead.publish.plots.track import _events, _finding
 from levelhead.recording import Recording, Truth
 from levelhead.simulate import hard_lesson, lesson, recording
@@ -183,3 +192,16 @@ def test_what_cannot_be_drawn_is_said(cases, tmp_path, monkeypatch):
     with pytest.raises(LevelheadError, match=r"pip install 'levelhead\[plot\]'"):
         case_picture(cases, tmp_path / "cases.png")
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("mag", [None, "HMC5883L"])
+def test_the_learned_picture(tmp_path, mag):
+    rec = recording("LSM6DSO32", "hand", duration=5.0, mag=mag)
+    course = learning(rec, ESKF())
+    learned_picture(course, tmp_path / "learned.png")
+    assert (tmp_path / "learned.png").read_bytes().startswith(PNG)
+    asked = 19 if mag else 15
+    known = sum(int(getattr(course.known[-1], name).known.sum()) for name in ("gyr_matrix", "gyr_bias", "acc_bias"))
+    known += 0 if mag is None else int(course.known[-1].mag_offset.known.sum() + course.known[-1].mag_delay.known[0])
+    assert _learned_finding(course) == f"{known} of the sensor's {asked} numbers have been learned from this motion"
+    learned_picture(learning(rec[:1], ESKF(scale_start=0.0, acc_bias=0.0)), tmp_path / "one.svg")

@@ -32,6 +32,8 @@ def fuse(
     format: Literal["csv", "parquet"] = "csv",
     plot: bool = True,
     offline: Annotated[bool, Parameter(negative="")] = False,
+    prior: Annotated[Path | None, Parameter(metavar="FILE")] = None,
+    save_calibration: Annotated[Path | None, Parameter(metavar="FILE")] = None,
     json: Annotated[bool, Parameter(negative="")] = False,
     reading: Reading = Reading(),  # noqa: B008
 ) -> None:
@@ -45,8 +47,11 @@ def fuse(
             then relative to true north.
         out: folder for the results LOG-track.csv and LOG-track.png.
         format: of the track.
-        plot: draw the picture (needs the extra levelhead[plot]).
+        plot: draw the picture (needs the extra levelhead[plot]), and for a filter that learns its sensor how it did,
+            LOG-learned.png.
         offline: smooth: every instant knows what the whole recording taught (filter ESKF).
+        prior: what an earlier run has learned of the same sensor, from --save-calibration: the run starts with it.
+        save_calibration: where to write what this run has learned of the sensor, with its 1σ, as JSON.
         json: print the summary as JSON.
     """
     from levelhead.engine import fuse as forward
@@ -60,13 +65,16 @@ def fuse(
     run = smooth if offline else forward
     if declination is not None:
         declination_angle(declination)  # a wrong one is said before the work, not after it
+    known = None if prior is None else _known(prior, params)
+    if save_calibration is not None:
+        _must_learn(params, "--save-calibration")
     recording = reading.read(log)
     if "live" in recording.meta and filter is None and not set:
         params, before = as_the_node(recording.meta["live"], before, guard)
     if declination is not None:
         _must_know_north(recording, params)
     with progress("smoothing" if offline else "fusing") as report:
-        track = run(recording, params, guard=before, progress=report)
+        track = run(recording, params, guard=before, prior=known, progress=report)
     score = None
     if recording.truth is not None:
         from levelhead.evaluate import evaluate
@@ -79,6 +87,11 @@ def fuse(
     written = [target]
     if plot:
         written += _picture(recording, track, target.with_suffix(".png"), quiet=json)
+        if track.calibration is not None:
+            written += _learned(recording, params, before, known, target.with_name(f"{log.stem}-learned.png"))
+    if save_calibration is not None and track.calibration is not None:
+        track.calibration.save(save_calibration)
+        written.append(save_calibration)
     if json:
         say_json(facts(recording, track, score, before) | {"written": [str(path) for path in written]})
         return
@@ -94,6 +107,22 @@ def as_the_node(live: Mapping[str, Any], guard: Any, words: Sequence[str]) -> tu
     if words:
         return params, guard
     return params, None if live["guard"] is None else filters.Guard(**live["guard"])
+
+
+def _must_learn(params: Any, option: str) -> None:
+    """Makes sure that the filter learns what its sensor does wrong."""
+    flt = filters.of(params)
+    if flt.calibration is None:
+        who = " or ".join(f"--filter {one.name}" for one in filters.ALL if one.calibration)
+        raise LevelheadError(f"{option} needs a filter that learns its sensor, which {flt.name} does not; try {who}")
+
+
+def _known(path: Path, params: Any) -> Any:
+    """The calibration in a file, for a filter that can start with it."""
+    from levelhead.calibration import Calibration
+
+    _must_learn(params, "--prior")
+    return Calibration.read(path)
 
 
 def _must_know_north(recording: Any, params: Any) -> None:
@@ -116,4 +145,17 @@ def _picture(recording: Any, track: Any, path: Path, quiet: bool) -> list[Path]:
     from levelhead.publish.plots import track_picture
 
     track_picture(recording, track, path)
+    return [path]
+
+
+def _learned(recording: Any, params: Any, guard: Any, known: Any, path: Path) -> list[Path]:
+    """Draws how the filter got to know its sensor; where matplotlib is missing ``_picture`` has said so."""
+    from importlib.util import find_spec
+
+    if find_spec("matplotlib") is None:
+        return []
+    from levelhead.engine.learning import learning
+    from levelhead.publish.plots import learned_picture
+
+    learned_picture(learning(recording, params, guard=guard, prior=known), path)
     return [path]

@@ -6,9 +6,11 @@ from typing import Any
 import numpy as np
 
 from levelhead import filters
+from levelhead.calibration import Calibration
 from levelhead.engine.binding import bind, bind_axis, choose, engine_function, estimates_bias
 from levelhead.engine.driver import Settings
 from levelhead.engine.fixed import native
+from levelhead.engine.prior import learned, primed
 from levelhead.errors import LevelheadError
 from levelhead.filters.guard import Guard
 from levelhead.recording import Array, Recording, real_array, time_array
@@ -26,6 +28,7 @@ def fuse(
     *,
     guard: Guard | None = DEFAULT_GUARD,
     engine: str = "auto",
+    prior: Calibration | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Track:
     """Orientation of the sensor for every sample of a recording.
@@ -36,54 +39,83 @@ def fuse(
             one there is.
         guard: what counts as rest, saturation and disturbance; None: the filter sees every reading as it is.
         engine: "python", "compiled" (Numba), or "auto", which takes the faster one; the bits do not depend on it.
+        prior: what an earlier run has learned of the same sensor (``Track.calibration``, ``Calibration.read``), for a
+            filter that learns: ``ESKF``.
         progress: called now and then with the fraction done, 0 to 1.
 
     Returns:
         A Track with the stamps of the recording.
 
     Raises:
-        LevelheadError: no such filter or engine.
+        LevelheadError: no such filter or engine, or a prior for a filter that learns nothing.
     """
-    if not isinstance(recording, Recording):
-        raise LevelheadError(f"fuse takes a Recording, not {type(recording).__name__}; levelhead.read(path) makes one")
-    params = filters.best() if params is None else filters.resolve(params)
-    flt = filters.of(params)
-    bound = bind(flt, guard is not None)
-    settings = Settings(params, guard or DEFAULT_GUARD)
-    chosen = choose(engine, len(recording))
-    run = engine_function(bound.run, chosen)
+    batch = Batch(recording, params, guard, engine, prior)
     n = len(recording)
-    mag = NO_MAG if recording.mag is None else recording.mag.reshape(-1)
-    flat = [recording.t, recording.gyr.reshape(-1), recording.acc.reshape(-1), mag]
-    outputs = room(n)
-    carry = bound.begin(settings)
-    if chosen == "compiled":
-        carry = native(carry)
-    last = float(recording.t[0])
     stretch = n if progress is None else STRETCH
     for start in range(0, n, stretch):
-        rows = slice(start, min(start + stretch, n))
-        part = [a[rows.start * k : rows.stop * k] for a, k in zip(flat, (1, 3, 3, 3), strict=True)]
-        into = [a[rows.start * k : rows.stop * k] for a, k in zip(outputs, (4, 3, 3, 1), strict=True)]
-        if chosen == "compiled":
-            carry = run(settings, carry, last, *part, *into)
+        batch.advance(min(start + stretch, n))
+        if progress is not None:
+            progress(batch.done / n)
+    return batch.track()
+
+
+class Batch:
+    """A recording on its way through a filter, a stretch at a time; arguments as for ``fuse``."""
+
+    def __init__(
+        self, recording: Recording, params: Any, guard: Guard | None, engine: str, prior: Calibration | None
+    ) -> None:
+        if not isinstance(recording, Recording):
+            raise LevelheadError(
+                f"fuse takes a Recording, not {type(recording).__name__}; levelhead.read(path) makes one"
+            )
+        self._recording, self._guarded = recording, guard is not None
+        params = filters.best() if params is None else filters.resolve(params)
+        self.filter = filters.of(params)
+        bound = bind(self.filter, self._guarded)
+        self._settings = Settings(params, guard or DEFAULT_GUARD)
+        self._engine = choose(engine, len(recording))
+        self._run = engine_function(bound.run, self._engine)
+        mag = NO_MAG if recording.mag is None else recording.mag.reshape(-1)
+        self._inputs = [recording.t, recording.gyr.reshape(-1), recording.acc.reshape(-1), mag]
+        self._outputs = room(len(recording))
+        self._carry = primed(self.filter, bound.begin(self._settings), prior)
+        if self._engine == "compiled":
+            self._carry = native(self._carry)
+        self._last = float(recording.t[0])
+        self.done = 0
+
+    def advance(self, stop: int) -> None:
+        """The samples from where the last stretch ended up to ``stop``."""
+        part = [a[self.done * k : stop * k] for a, k in zip(self._inputs, (1, 3, 3, 3), strict=True)]
+        into = [a[self.done * k : stop * k] for a, k in zip(self._outputs, (4, 3, 3, 1), strict=True)]
+        if self._engine == "compiled":
+            self._carry = self._run(self._settings, self._carry, self._last, *part, *into)
         else:
             lists = [a.tolist() for a in into]
-            carry = run(settings, carry, last, *(a.tolist() for a in part), *lists)
+            self._carry = self._run(self._settings, self._carry, self._last, *(a.tolist() for a in part), *lists)
             for array, values in zip(into, lists, strict=True):
                 array[:] = values
-        last = float(recording.t[rows.stop - 1])
-        if progress is not None:
-            progress(rows.stop / n)
-    quat, bias, sigma, health = outputs
-    return Track(
-        recording.t,
-        quat.reshape(n, 4),
-        bias.reshape(n, 3) if estimates_bias(flt, guard is not None) else None,
-        sigma.reshape(n, 3),
-        health,
-        params,
-    )
+        self._last, self.done = float(self._recording.t[stop - 1]), stop
+
+    @property
+    def calibration(self) -> Calibration | None:
+        """What the filter has learned of its sensor by now; None if it learns nothing."""
+        return learned(self.filter, self._settings, self._carry)
+
+    def track(self) -> Track:
+        """The track, when all samples are done."""
+        n = len(self._recording)
+        quat, bias, sigma, health = self._outputs
+        return Track(
+            self._recording.t,
+            quat.reshape(n, 4),
+            bias.reshape(n, 3) if estimates_bias(self.filter, self._guarded) else None,
+            sigma.reshape(n, 3),
+            health,
+            self._settings.filter,
+            calibration=self.calibration,
+        )
 
 
 def room(n: int) -> list[Any]:

@@ -47,6 +47,7 @@ def _bind(flt: Filter, guarded: bool) -> Driver:
     name = flt.name if guarded else f"{flt.name}_unguarded"
     own: dict[str, Any] = {
         "init": flt.init,
+        "again": flt.calibration.again if flt.calibration else bound(driver.afresh, name, init=flt.init),
         "step": flt.step,
         "due": flt.due or driver.never,
         "correct": flt.correct or driver.as_it_is,

@@ -1,9 +1,9 @@
 """The one driver: what happens to a sample before and around a filter's step, for every engine alike.
 
 These are kernels: plain Python runs them as they stand, Numba compiles the same source. ``init``, ``step``, ``due``,
-``correct``, ``output``, ``gains``, ``loosen``, ``loosen_heading`` and ``calm`` are the filter's own, ``look`` is what
-stands in front of it; ``binding.bind`` binds them. Arrays are flat (row after row), so that Python lists and NumPy
-arrays are indexed by the same line.
+``correct``, ``output``, ``gains``, ``loosen``, ``loosen_heading``, ``calm`` and ``again`` are the filter's own,
+``look`` is what stands in front of it; ``binding.bind`` binds them. Arrays are flat (row after row), so that Python
+lists and NumPy arrays are indexed by the same line.
 
 A sample goes through in phases. What the recording says by itself comes first (``scene.perceived``); all others take
 the scene and what one run carries. ``advance`` calls them in turn, ``engine.lanes`` each for all of its runs at once,
@@ -56,7 +56,7 @@ def unbound(*_: Any) -> Any:
     raise RuntimeError("bind the driver to a filter first")
 
 
-init = step = due = correct = output = gains = loosen = loosen_heading = calm = look = perceived = unbound
+init = again = step = due = correct = output = gains = loosen = loosen_heading = calm = look = perceived = unbound
 OWN_SIGMA = False
 TAKES_BIAS = True  # the bias read off at rest is taken away before the filter sees the rate
 
@@ -92,6 +92,12 @@ def as_it_is(params: Any, state: Any, dt: float) -> Any:
 
 
 @kernel
+def afresh(params: Any, before: Any, gyr: Vec3, acc: Vec3, mag: Vec3) -> Any:
+    """``again`` of a filter that knows nothing of earlier runs."""
+    return init(params, gyr, acc, mag)
+
+
+@kernel
 def unguarded(guard: Guard, watch: Watch, attitude: Quat, gyr: Vec3, mag: Vec3, dt: float) -> Look:
     """``look`` of a filter that is to see all there is."""
     return Look(mag, 0, watch)
@@ -104,10 +110,10 @@ def begin(settings: Settings) -> Carry:
 
 
 @kernel
-def started(settings: Settings, scene: Scene) -> Run:
+def started(settings: Settings, scene: Scene, run: Run) -> Run:
     """At the first sample, and at those after it as long as there was no accelerometer reading."""
     params, _ = settings
-    state = init(params, scene.gyr, scene.acc, scene.mag)
+    state = again(params, run.state, scene.gyr, scene.acc, scene.mag)
     still, bias, out, _ = BEFORE
     said: Output = output(params, state)
     watch = Watch(still, bias, out, first_field(up(said.quat), scene.mag))
@@ -219,7 +225,7 @@ def advance(settings: Settings, carry: Carry, gyr: Vec3, acc: Vec3, mag: Vec3, d
     before, run = carry
     scene: Scene = perceived(settings.guard, before, gyr, acc, mag, dt)
     if not before.started:
-        return Carry(scene, started(settings, scene))
+        return Carry(scene, started(settings, scene, run))
     if scene.sensors.sum.spell >= sensors.SPELL:
         run = calmed(settings, scene, run)
     if scene.lost > 0.0:

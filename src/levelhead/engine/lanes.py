@@ -68,12 +68,6 @@ RARE = (
 
 
 @kernel
-def start_lane(at: int, lane: int, guard: Guard, scene: Scene) -> None:
-    """The start of one lane."""
-    store(at, lane, started(Settings(load_params(at, lane), guard), scene))
-
-
-@kernel
 def phase_of_lane(at: int, lane: int, guard: Guard, scene: Scene) -> None:
     """A phase of the driver, for one lane."""
     store(at, lane, phase(Settings(load_params(at, lane), guard), scene, load(at, lane)))
@@ -100,7 +94,7 @@ def run_lanes(
         )
         last = t[i]
         if not going:
-            each(start_lane, at, guard, scene)
+            each(started, at, guard, scene)
         else:
             if scene.sensors.sum.spell >= sensors.SPELL:
                 each(calmed, at, guard, scene)
@@ -196,10 +190,9 @@ def machine(kind: Kind, short: bool) -> Machine:
         "each": lane_memory.over_lanes(),
         "perceived": phases["perceived"],
         "now_due": phases["now_due"],
-        "start_lane": bound(start_lane, name, started=phases["started"], **memory),
         "HAS_MAG": has_mag, "OWN_SIGMA": flt.gains is None, "CORRECTS": flt.correct is not None,
     }  # fmt: skip
-    for key in ("calmed", "loosened", "accelerated", "moved", "corrected", "doubted_anew"):
+    for key in ("started", "calmed", "loosened", "accelerated", "moved", "corrected", "doubted_anew"):
         own[key] = bound(phase_of_lane, f"{name}_{key}", phase=phases[key], **memory)
     if observer is None:
         said = lane_memory.rows(driver.result(settings, run), 0)

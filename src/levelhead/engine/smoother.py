@@ -24,10 +24,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from levelhead import filters
+from levelhead.calibration import Calibration
 from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.engine.binding import bind
 from levelhead.engine.driver import Settings, unbound
 from levelhead.engine.fixed import native, plain
+from levelhead.engine.prior import learned, primed
 from levelhead.errors import LevelheadError
 from levelhead.filters import eskf
 from levelhead.filters.error_state import BIAS, CUT, DRIVEN, FOUND, MAG, MEAN, SIZE, SPEED, TURN, N, P, W, X
@@ -237,7 +239,7 @@ class Stretch(NamedTuple):
 class Smoother:
     """Forward and backward over one recording."""
 
-    def __init__(self, recording: Recording, params: Any, guard: Guard | None) -> None:
+    def __init__(self, recording: Recording, params: Any, guard: Guard | None, prior: Calibration | None) -> None:
         driver = bind(FORWARD, guard is not None)
         name = "guarded" if guard is not None else "unguarded"
         own = {"advance": driver.advance, "result": driver.result}
@@ -248,7 +250,7 @@ class Smoother:
         n = len(recording)
         self.quat, self.bias, self.sigma = np.empty((n, 4)), np.empty((n, 3)), np.empty((n, 3))
         self.health = np.zeros(n, np.uint32)
-        self._begin = driver.begin(self._settings)
+        self.begin = Stretch(0, primed(FORWARD, driver.begin(self._settings), prior))
         self._kept = room(KEPT)
 
     def ahead(self, stretch: Stretch) -> tuple[int, Stretch]:
@@ -268,6 +270,10 @@ class Smoother:
             self._kept,
         )
         return count, Stretch(stop, plain(carry))
+
+    def learned(self, end: Stretch) -> Calibration | None:
+        """What was known of the sensor at the end, which is all there is to know."""
+        return learned(FORWARD, self._settings, end.carry)
 
     def back(self, count: int, stop: int, x: Array, p: Array) -> None:
         """Through the stretch that was kept, to the sample before ``stop``; x and p go on to the one before."""
@@ -305,6 +311,7 @@ def smooth(
     params: Any = None,
     *,
     guard: Guard | None = DEFAULT_GUARD,
+    prior: Calibration | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Track:
     """Orientation of every sample of a recording, with all of the recording known: the best there is offline.
@@ -314,6 +321,7 @@ def smooth(
         params: of the self-calibrating filter ``ESKF``; None: those of ``filters.offline``. Blocks are made 0.2 s long
             at least.
         guard: as for ``fuse``.
+        prior: as for ``fuse``.
         progress: called now and then with the fraction done, 0 to 1.
 
     Returns:
@@ -321,7 +329,7 @@ def smooth(
         two thousand blocks.
 
     Raises:
-        LevelheadError: another filter.
+        LevelheadError: another filter, or a prior that is none.
     """
     if not isinstance(recording, Recording):
         raise LevelheadError(
@@ -332,8 +340,8 @@ def smooth(
         raise LevelheadError(
             f"smooth goes back through what ESKF has learned; {filters.of(params).name} has no smoother"
         )
-    run = Smoother(recording, params._replace(block=max(params.block, LONGEST)), guard)
-    stretches = [Stretch(0, run._begin)]
+    run = Smoother(recording, params._replace(block=max(params.block, LONGEST)), guard, prior)
+    stretches = [run.begin]
     n, count = len(recording), 0
     while stretches[-1].start < n:
         count, after = run.ahead(stretches[-1])
@@ -348,4 +356,5 @@ def smooth(
         run.back(count, stop, x, p)
         if progress is not None:
             progress(1.0 - 0.5 * stretches[k].start / n)
-    return Track(recording.t, run.quat, run.bias, run.sigma, run.health, params)
+    calibration = run.learned(stretches[-1])
+    return Track(recording.t, run.quat, run.bias, run.sigma, run.health, params, calibration=calibration)

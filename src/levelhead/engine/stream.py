@@ -7,10 +7,12 @@ from typing import Any, SupportsFloat
 from numpy import ndarray
 
 from levelhead import filters
+from levelhead.calibration import Calibration
 from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.engine.binding import ENGINES, bind, bind_axis, estimates_bias
 from levelhead.engine.driver import Settings
 from levelhead.engine.loop import Four, axis_loop, loop
+from levelhead.engine.prior import forgotten, learned, primed
 from levelhead.engine.saved import Saved, from_bytes, to_bytes
 from levelhead.errors import LevelheadError, nearest
 from levelhead.filters.contract import Output
@@ -74,14 +76,25 @@ class Stream:
         guard: as for ``fuse``.
         engine: "auto" and "compiled" compile in the constructor (about half a second, once in a process; the first
             time on a machine a few seconds), "python" needs no Numba and takes some 20 µs a sample.
+        prior: as for ``fuse``.
     """
 
-    def __init__(self, params: Any = None, *, guard: Guard | None = DEFAULT_GUARD, engine: str = "auto") -> None:
+    def __init__(
+        self,
+        params: Any = None,
+        *,
+        guard: Guard | None = DEFAULT_GUARD,
+        engine: str = "auto",
+        prior: Calibration | None = None,
+    ) -> None:
         resolved = filters.best() if params is None else filters.resolve(params)
         self._filter = filters.of(resolved)
         self._guarded = guard is not None
         settings = Settings(resolved, guard or DEFAULT_GUARD)
+        begin = primed(self._filter, bind(self._filter, self._guarded).begin(settings), prior)
         self._loop = loop(self._filter, settings, self._guarded, _live_engine(engine))
+        if prior is not None:
+            self._loop.state = begin
         self._tick: Callable[..., Four] = self._loop.tick
         self._tick_mag: Callable[..., Four] = self._loop.tick_mag
         self._place = self._loop.place
@@ -167,6 +180,11 @@ class Stream:
         return int(self.output.health)
 
     @property
+    def calibration(self) -> Calibration | None:
+        """What the filter has learned of its sensor by now, or None if it learns nothing."""
+        return learned(self._filter, self._loop.params, self._loop.state)
+
+    @property
     def params(self) -> Any:
         """The parameters in use."""
         return self._loop.params.filter
@@ -176,8 +194,9 @@ class Stream:
         self._loop.params = self._loop.params._replace(filter=self.params._replace(**changes))
 
     def reset(self) -> None:
-        """Forgets everything but the parameters; the next sample sets the start again."""
-        self._loop.state = bind(self._filter, self._guarded).begin(self._loop.params)
+        """Forgets everything but the parameters and the prior; the next sample sets the start again."""
+        begin = bind(self._filter, self._guarded).begin(self._loop.params)
+        self._loop.state = forgotten(self._filter, self._loop.params, self._loop.state, begin)
         self._time = None
 
     def save(self) -> bytes:

@@ -107,6 +107,14 @@ class AxisFilter(NamedTuple):
     report: type  # NamedTuple of floats: level, rate (bias-free), bias, and what else the filter can tell
 
 
+class SelfCalibration(NamedTuple):
+    """Of a filter that learns what its sensor does wrong; ``known`` is a ``filters.learned.Learned``."""
+
+    again: Callable[..., Any]  # (params, before, gyr, acc, mag) -> state: ``init`` with what ``before`` has been told
+    told: Callable[..., Any]  # (state, known) -> state that knows what an earlier run has learned, plain Python
+    learned: Callable[..., Any]  # (params, state) -> known, plain Python
+
+
 class Filter(NamedTuple):
     """One published algorithm."""
 
@@ -127,6 +135,7 @@ class Filter(NamedTuple):
     correct: Callable[..., Any] | None = None  # (params, state, dt) -> state: what is not done at every sample
     judges: frozenset[str] = frozenset()  # of "bias", "field": what it tells apart itself, so that the guard need not
     axis: AxisFilter | None = None
+    calibration: SelfCalibration | None = None
 
 
 def param_table(params: type) -> dict[str, Param]:

@@ -47,7 +47,10 @@ H = X + N
 U = H + N
 F = U + N
 W = F + DRIVEN * N
-ROTATED = W + DRIVEN * N  # ∫ R dt, 9
+KNOWN = W + DRIVEN * N  # what an earlier run has learned: means, the field's in µT,
+SURE = KNOWN + N  # and their σ; 0: nothing known
+AGE = SURE + N  # s over which Q has been added
+ROTATED = AGE + 1  # ∫ R dt, 9
 SCALED = ROTATED + 9  # ∫ R_ik ω_l dt, 27
 PUSHED = SCALED + 27  # ∫ f dt, earth frame, 3
 TURNED = PUSHED + 3  # ∫ ω dt, 3
@@ -74,6 +77,16 @@ def independent(m: Floats, first: int, count: int, sigma: float) -> None:
             m[P + i * N + j] = 0.0
             m[P + j * N + i] = 0.0
         m[P + i * N + i] = sigma * sigma
+
+
+@kernel
+def recall(m: Floats, first: int, count: int, unit: float) -> None:
+    """What an earlier run has learned of these states, in these units; their σ becomes no larger."""
+    for i in range(first, first + count):
+        sigma = m[SURE + i] / unit
+        if sigma > 0.0:
+            m[MEAN + i] = m[KNOWN + i] / unit
+            m[P + i * N + i] = min(m[P + i * N + i], sigma * sigma)
 
 
 @kernel

@@ -3,9 +3,10 @@
 from math import pi, sqrt
 from typing import Annotated, NamedTuple
 
-from levelhead.filters.contract import Filter, Output, Param, Settling, parameters
+from levelhead.filters.contract import Filter, Output, Param, SelfCalibration, Settling, parameters
 from levelhead.filters.error_state import (
     ACC,
+    AGE,
     BIAS,
     COUNT,
     CUT,
@@ -16,6 +17,7 @@ from levelhead.filters.error_state import (
     GYR,
     HEARD,
     IRON,
+    KNOWN,
     LATE,
     LOST,
     LOST_Z,
@@ -40,10 +42,12 @@ from levelhead.filters.error_state import (
     independent,
     measure,
     propagate,
+    recall,
     variance,
     widen,
 )
 from levelhead.filters.health import ACC_REJECTED, MAG_LEARNED, MAG_REJECTED
+from levelhead.filters.learned import Learned, estimate, tell
 from levelhead.kernels import mat3, quat, tilt, triad
 from levelhead.kernels.arrays import Floats, zeros
 from levelhead.kernels.jit import kernel, rare
@@ -206,12 +210,31 @@ def vector(m: Floats, at: int) -> Vec3:
 @rare
 def init(params: ESKF, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
     """Tilt and heading of the first sample; a relative heading starts at 0 and is right by definition."""
-    m = zeros(SIZE)
+    return begun(params, zeros(SIZE), acc, mag)
+
+
+@rare
+def again(params: ESKF, before: State, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
+    """The same, with what ``before`` has been told of an earlier run."""
+    m = before.memory
+    for i in range(KNOWN):
+        m[i] = 0.0
+    for i in range(AGE, SIZE):
+        m[i] = 0.0
+    return begun(params, m, acc, mag)
+
+
+@rare
+def begun(params: ESKF, m: Floats, acc: Vec3, mag: Vec3) -> State:
+    """A start in memory that is zero but for what is known."""
     independent(m, ACC, 3, params.acc_bias)
     independent(m, SPEED, 3, FIRST_SPEED)
     independent(m, TURN, 2, UNKNOWN)
     independent(m, BIAS, 3, params.bias_start * DEGREE)
     independent(m, GYR, 9, params.scale_start)
+    recall(m, ACC, 3, 1.0)
+    recall(m, BIAS, 3, 1.0)
+    recall(m, GYR, 9, 1.0)
     independent(m, TURN_Z, 1, AGREED)
     attitude = triad.start(acc, mag)
     unit = 0.0
@@ -228,9 +251,11 @@ def first_field(params: ESKF, m: Floats, attitude: Quat, mag: Vec3) -> float:
     independent(m, IRON, 3, params.mag_offset)
     independent(m, DELAY, 1, params.mag_delay * MILLI)
     unit = norm(mag)
-    east, north, up = quat.rotate(attitude, mag)
-    m[MEAN + MAG] = sqrt(east * east + north * north) / unit
-    m[MEAN + MAG + 1] = up / unit
+    recall(m, IRON, 3, unit)
+    recall(m, DELAY, 1, 1.0)
+    east, north, up = quat.rotate(attitude, sub(scale(mag, 1.0 / unit), vector(m, MEAN + IRON)))
+    m[MEAN + MAG] = sqrt(east * east + north * north)
+    m[MEAN + MAG + 1] = up
     return unit
 
 
@@ -373,6 +398,7 @@ def predict(params: ESKF, m: Floats, n: int) -> None:
     drive(m)
     propagate(m, n)
     walked(params, m, n > MAG)
+    m[AGE] += m[SPELL]
 
 
 @kernel
@@ -645,6 +671,30 @@ def output(params: ESKF, state: State) -> Output:
     return Output(state.quat, vector(m, MEAN + BIAS), sigma, state.health)
 
 
+def learned(params: ESKF, state: State) -> Learned:
+    """What the filter knows of its sensor by now."""
+    m, unit = state.memory, state.unit
+    bias = estimate(m, BIAS, 3, params.bias_start * DEGREE, params.bias_walk * DEGREE)
+    matrix = estimate(m, GYR, 9, params.scale_start, params.scale_walk)
+    force = estimate(m, ACC, 3, params.acc_bias, params.acc_walk)
+    if unit == 0.0:
+        return Learned(matrix, bias, force)
+    offset = estimate(m, IRON, 3, params.mag_offset, params.offset_walk, unit)
+    late = estimate(m, DELAY, 1, params.mag_delay * MILLI, 0.0)
+    return Learned(matrix, bias, force, offset, late, estimate(m, MAG, 2, FIRST_FIELD, params.field_walk, unit))
+
+
+def told(state: State, known: Learned) -> State:
+    """A state before its first sample that knows what an earlier run has learned, for ``again``."""
+    m = list(state.memory)
+    tell(m, GYR, known.gyr_matrix)
+    tell(m, BIAS, known.gyr_bias)
+    tell(m, ACC, known.acc_bias)
+    tell(m, IRON, known.mag_offset)
+    tell(m, DELAY, known.mag_delay)
+    return state._replace(memory=m)
+
+
 FILTER = Filter(
     name="ESKF",
     params=ESKF,
@@ -661,4 +711,5 @@ FILTER = Filter(
     due=due,
     correct=correct,
     judges=frozenset({"bias", "field"}),
+    calibration=SelfCalibration(again, told, learned),
 )

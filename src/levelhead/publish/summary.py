@@ -38,6 +38,7 @@ def summary(
         ("largest tilt", _largest_tilt(track)),
         ("bias", _bias(track)),
         ("doubt (1σ)", _doubt(track)),
+        *_learned(track),
         ("at rest", _rest(track)),
         *_health(track),
         *_score(score),
@@ -77,6 +78,7 @@ def facts(
         "largest_tilt_deg": float(np.degrees(angles[row])),
         "bias_rad_s": None if track.bias is None else track.bias[-1].tolist(),
         "sigma_east_north_up_rad": None if track.sigma is None else track.sigma[-1].tolist(),
+        "calibration": None if track.calibration is None else track.calibration.to_dict(),
         "at_rest": rest_share(track),
         "health": {health.NAMES[bit]: count for bit, count in health_counts(track).items()},
         "score": None if score is None else score.to_dict(),
@@ -174,6 +176,12 @@ def _bias(track: Track) -> str:
     courses = zip("xyz", np.degrees(track.bias).T, strict=True)  # 0 from first to last: that axis was not estimated
     words = ", ".join(f"{axis} {course[-1]:.4f}" if course.any() else f"{axis} –" for axis, course in courses)
     return f"{words} °/s learned by the end"
+
+
+def _learned(track: Track) -> list[tuple[str, str]]:
+    """What the filter has learned of its sensor; of the bias the line above tells already."""
+    words = [] if track.calibration is None else track.calibration.words()
+    return [("learned (± 1σ)", line) for line in words]
 
 
 def _doubt(track: Track) -> str:

@@ -1,0 +1,263 @@
+"""A Calibration: what a sensor does wrong, as a filter has learned it, with its own doubt; and its correction.
+
+track = fuse(recording, ESKF())
+print(track.calibration)                      in words, and what this motion could not teach
+track.calibration.save("sensor.json")
+fuse(another, ESKF(), prior=Calibration.read("sensor.json"))
+"""
+
+import json
+import math
+import os
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from levelhead.atomic import atomic_path
+from levelhead.errors import LevelheadError
+from levelhead.filters.learned import Estimate, Learned
+from levelhead.recording import Array, Recording, real_array
+from levelhead.version import VERSION
+
+FORMAT = "levelhead calibration 1"
+LARGEST = 1_000_000  # bytes: no calibration is so large
+
+# 1σ by which a bias differs from one switching-on to the next: a choice in the range of the zero-rate and zero-g
+# repeatability of consumer chips, which their data sheets do not give.
+TURN_ON_GYR = math.radians(0.3)  # rad/s
+TURN_ON_ACC = 0.01  # m/s²
+
+UNLEARNED = 0.7  # of the σ that it would have had unlearned (about half of the variance): it has not been learned
+
+
+@dataclass(frozen=True, eq=False)
+class Quantity:
+    """One thing that was learned.
+
+    Attributes:
+        value: what was found.
+        sigma: its 1σ, of the same shape.
+        unlearned: what its 1σ would be by now had nothing been learned of it; 0 where it was not asked for.
+    """
+
+    value: Array
+    sigma: Array
+    unlearned: Array
+
+    @property
+    def known(self) -> Any:
+        """Where the motion has taught something: σ has shrunk to less than 0.7 of what it would be."""
+        return self.sigma < UNLEARNED * self.unlearned
+
+
+SHAPES: dict[str, tuple[tuple[int, ...], str, bool]] = {  # shape, unit, whether it may be missing
+    "gyr_matrix": ((3, 3), "", False),
+    "gyr_bias": ((3,), "rad/s", False),
+    "acc_bias": ((3,), "m/s²", False),
+    "mag_offset": ((3,), "µT", True),
+    "mag_delay": ((1,), "s", True),
+    "field": ((2,), "µT", True),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """What a sensor does wrong: the true rate is ω − S ω − b, the true specific force a − c, the true field h − d ω × h
+    with h = μ − o.
+
+    Attributes:
+        gyr_matrix: S (3, 3): scale factor errors on the diagonal (0.01: the axis reads one percent too much), beside it
+            by how much an axis answers to turns about another.
+        gyr_bias: b (3,) in rad/s.
+        acc_bias: c (3,) in m/s².
+        mag_offset: o (3,) in µT (hard iron); None: there was no magnetometer.
+        mag_delay: d (1,) in s, by which the magnetometer is later than the gyroscope.
+        field: (2,) horizontal and vertical (upwards) strength of the field in µT: of the place, not of the sensor.
+    """
+
+    gyr_matrix: Quantity
+    gyr_bias: Quantity
+    acc_bias: Quantity
+    mag_offset: Quantity | None = None
+    mag_delay: Quantity | None = None
+    field: Quantity | None = None
+
+    @classmethod
+    def learned(cls, found: Learned) -> "Calibration":
+        """From a filter's own numbers."""
+        return cls(**{name: _quantity(name, part) for name, part in found._asdict().items() if part is not None})
+
+    def prior(self) -> Learned:
+        """For the next run of the same sensor, whose biases may have changed when it was switched on.
+
+        σ of the gyroscope's bias is widened by 0.3 °/s, that of the accelerometer's by 0.01 m/s².
+        """
+        widened = {"gyr_bias": TURN_ON_GYR, "acc_bias": TURN_ON_ACC}
+        return Learned(
+            **{name: _estimate(part, widened.get(name, 0.0)) for name, part in self._parts().items() if part}
+        )
+
+    def _parts(self) -> dict[str, Quantity | None]:
+        return {one.name: getattr(self, one.name) for one in fields(self)}
+
+    def apply(self, recording: Recording) -> Recording:
+        """The recording that a sensor without these errors would have given; the given one stays as it is.
+
+        The field of a sample whose rate is missing is not corrected for the delay. ``truth.bias`` becomes what is left.
+        """
+        matrix = np.eye(3) - self.gyr_matrix.value
+        gyr = recording.gyr @ matrix.T - self.gyr_bias.value
+        mag = recording.mag
+        if mag is not None and self.mag_offset is not None and self.mag_delay is not None:
+            mag = mag - self.mag_offset.value
+            mag = mag - self.mag_delay.value * np.cross(np.nan_to_num(gyr), mag)
+        truth = recording.truth
+        if truth is not None and truth.bias is not None:
+            truth = replace(truth, bias=truth.bias @ matrix.T - self.gyr_bias.value)
+        return replace(recording, gyr=gyr, acc=recording.acc - self.acc_bias.value, mag=mag, truth=truth)
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON: of each quantity its unit, value, sigma and unlearned as lists; None for what was not there."""
+        return {
+            name: None if part is None else {"unit": SHAPES[name][1]} | {
+                one.name: getattr(part, one.name).tolist() for one in fields(part)
+            }
+            for name, part in self._parts().items()
+        }  # fmt: skip
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write it as JSON, whole or not at all.
+
+        Raises:
+            LevelheadError: the path cannot be written.
+        """
+        whole = {"format": FORMAT, "levelhead": VERSION} | self.to_dict()
+        with atomic_path(path) as temporary:
+            temporary.write_text(json.dumps(whole, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+
+    @classmethod
+    def read(cls, path: str | os.PathLike[str]) -> "Calibration":
+        """What ``save`` wrote, to the last bit.
+
+        Raises:
+            LevelheadError: no such file, or not such a file.
+        """
+        path = Path(path)
+        try:
+            if path.stat().st_size > LARGEST:
+                raise ValueError
+            whole = json.loads(path.read_text(encoding="utf-8"))
+        except OSError as error:
+            raise LevelheadError(f"cannot read the calibration {path}: {error.strerror or error}") from None
+        except (ValueError, RecursionError):
+            raise LevelheadError(f"{path} is no calibration; expected what levelhead saved as one (JSON)") from None
+        if not isinstance(whole, dict) or not isinstance(whole.get("format"), str):
+            raise LevelheadError(f"{path} is no calibration; expected what levelhead saved as one (JSON)")
+        if whole["format"] != FORMAT:
+            raise LevelheadError(f"{path} says '{whole['format'][:60]}'; this version reads '{FORMAT}'")
+        try:
+            return cls(**{name: _read(name, whole.get(name)) for name in SHAPES})  # type: ignore[arg-type]
+        except LevelheadError as error:
+            raise LevelheadError(f"{path}: {error}") from None
+
+    def words(self) -> list[str]:
+        """What was learned with ± 1σ, a line for each thing, and in the last line what this motion could not teach."""
+        degrees, pairs = math.degrees(1.0), [(i, j) for i in range(3) for j in range(3) if i != j]
+        scale, cross = ([(i, i) for i in range(3)], pairs)
+        told = [
+            _Told("gyroscope bias", self.gyr_bias, degrees, "°/s", _axes(), "neither rest nor enough motion"),
+            _Told("gyroscope scale", self.gyr_matrix, 100.0, "%", _axes(scale), "too little rotation about it"),
+            _Told("gyroscope cross-axis", self.gyr_matrix, 100.0, "%", _axes(cross), "too little rotation"),
+            _Told("accelerometer bias", self.acc_bias, 1.0, "m/s²", _axes(), "held in too few attitudes"),
+        ]
+        if self.mag_offset is not None:
+            told.append(_Told("magnetometer offset", self.mag_offset, 1.0, "µT", _axes(), "held in too few attitudes"))
+        lines = [line for line in map(_found, told) if line]
+        missing = [words for words in map(_missing, told) if words]
+        if self.mag_delay is not None:
+            delay, sigma = 1e3 * self.mag_delay.value[0], 1e3 * self.mag_delay.sigma[0]
+            if self.mag_delay.known[0]:
+                when = "later" if delay >= 0.0 else "earlier"
+                lines.append(f"magnetometer {_pm(abs(delay), sigma)} ms {when} than the gyroscope")
+            elif sigma > 0.0:
+                missing.append("magnetometer delay (too little rotation)")
+        if self.field is not None:
+            level, up = self.field.value
+            dip = math.degrees(math.atan2(-up, level))
+            lines.append(f"field of the place {math.hypot(level, up):.1f} µT, dip {dip:.1f}°")
+        if missing:
+            lines.append(f"could not be learned from this motion: {', '.join(missing)}")
+        return [line.replace(" -", " −") for line in lines]
+
+    def __str__(self) -> str:
+        return "\n".join(self.words())
+
+
+class _Told(NamedTuple):
+    """How a quantity is said: its factor to a unit, the names of its numbers, and why it may be unknown."""
+
+    name: str
+    part: Quantity
+    factor: float
+    unit: str
+    names: dict[str, tuple[int, ...]]
+    why: str
+
+
+def _axes(places: list[tuple[int, int]] | None = None) -> dict[str, tuple[int, ...]]:
+    """Name -> index: x, y, z, or xy for what x reads of turns about y."""
+    if places is None:
+        return {axis: (i,) for i, axis in enumerate("xyz")}
+    return {"xyz"[i] + ("xyz"[j] if i != j else ""): (i, j) for i, j in places}
+
+
+def _found(told: _Told) -> str:
+    """The numbers that were learned; empty where none was."""
+    part, factor = told.part, told.factor
+    known = [name for name, at in told.names.items() if part.known[at]]
+    said = [f"{name} {_pm(factor * part.value[told.names[name]], factor * part.sigma[told.names[name]])}"
+            for name in known]  # fmt: skip
+    return f"{told.name} {', '.join(said)} {told.unit}" if said else ""
+
+
+def _missing(told: _Told) -> str:
+    """The numbers that were asked for and not learned, and why."""
+    part = told.part
+    names = [name for name, at in told.names.items() if part.unlearned[at] > 0.0 and not part.known[at]]
+    return f"{told.name} {' '.join(names)} ({told.why})" if names else ""
+
+
+def _pm(value: float, sigma: float) -> str:
+    """0.312 ± 0.024 as "0.31 ± 0.02": σ with one digit, the value as far as that goes."""
+    digits = max(0, -math.floor(math.log10(sigma))) if sigma > 0.0 else 2
+    return f"{round(value, digits) + 0.0:.{digits}f} ± {sigma:.{digits}f}"
+
+
+def _quantity(name: str, part: Estimate) -> Quantity:
+    shape, unit, _ = SHAPES[name]
+    arrays = [real_array(name, np.reshape(numbers, shape), shape, unit or "no unit") for numbers in part]
+    return Quantity(*arrays)
+
+
+def _estimate(part: Quantity, widened: float) -> Estimate:
+    sigma = np.where(part.unlearned > 0.0, np.hypot(part.sigma, widened), 0.0)
+    return Estimate(*(tuple(a.reshape(-1).tolist()) for a in (part.value, sigma, part.unlearned)))
+
+
+def _read(name: str, part: Any) -> Quantity | None:
+    """One quantity from JSON."""
+    shape, unit, may_miss = SHAPES[name]
+    if part is None and may_miss:
+        return None
+    if not isinstance(part, dict) or part.get("unit") != unit:
+        raise LevelheadError(f"{name} is missing or not in {unit or 'its unit'}; expected value, sigma and unlearned")
+    arrays = []
+    for key in ("value", "sigma", "unlearned"):
+        array = real_array(f"{name}.{key}", part.get(key, ()), shape, unit or "no unit")
+        if np.isnan(array).any() or (key != "value" and (array < 0.0).any()):
+            what = "finite numbers" if key == "value" else "numbers of at least 0"
+            raise LevelheadError(f"{name}.{key} is {part[key]}; expected {what}")
+        arrays.append(array)
+    return Quantity(*arrays)
