@@ -269,7 +269,7 @@ def turned(m: Floats, k: int, weight: float, gyr: Vec3) -> None:
     m[SCALED + 3 * k + 2] += weight * z
 
 
-@kernel
+@rare
 def feel(m: Floats, r: Mat3, gyr: Vec3, acc: Vec3, dt: float) -> None:
     """Gyroscope and accelerometer of one more sample in the block."""
     x, y, z = gyr
@@ -302,7 +302,7 @@ def feel(m: Floats, r: Mat3, gyr: Vec3, acc: Vec3, dt: float) -> None:
         m[HEARD] += dt
 
 
-@kernel
+@rare
 def look(m: Floats, r: Mat3, rate: Vec3, mag: Vec3, unit: float) -> None:
     """Magnetometer of one more sample in the block: e = R (h − d ω × h), h = m/unit − o."""
     x, y, z = mag
@@ -511,7 +511,7 @@ def see_all(params: ESKF, m: Floats, still: bool, believed: bool, steady: bool, 
     return fit
 
 
-@kernel
+@rare
 def odd_for(m: Floats, odd: Odd, fit: Fit) -> Odd:
     """Whether the field that does not fit is one of the room: a magnet on the sensor turns with it."""
     if not (fit.refused or fit.turned):
@@ -608,7 +608,7 @@ def due(params: ESKF, state: State) -> bool:
     return state.memory[SPELL] >= params.block
 
 
-@kernel
+@rare
 def correct(params: ESKF, state: State, dt: float) -> State:
     """Covariance and corrections at the end of a block."""
     attitude, unit, still, out, odd, blocks, _, _, m = state
