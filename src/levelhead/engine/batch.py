@@ -9,6 +9,7 @@ from levelhead import filters
 from levelhead.engine.binding import bind, bind_axis, choose, engine_function, estimates_bias
 from levelhead.engine.driver import Settings
 from levelhead.engine.fixed import native
+from levelhead.engine.sightings import sightings
 from levelhead.errors import LevelheadError
 from levelhead.filters.guard import Guard
 from levelhead.recording import Array, Recording, real_array, time_array
@@ -29,6 +30,9 @@ def fuse(
     progress: Callable[[float], None] | None = None,
 ) -> Track:
     """Orientation of the sensor for every sample of a recording.
+
+    Pressure and GNSS of the recording are used by a filter that takes them (ESKF): the track then has position and
+    velocity. The others leave them aside.
 
     Args:
         recording: what the sensors said, SI units.
@@ -51,11 +55,14 @@ def fuse(
     bound = bind(flt, guard is not None)
     settings = Settings(params, guard or DEFAULT_GUARD)
     chosen = choose(engine, len(recording))
-    run = engine_function(bound.run, chosen)
     n = len(recording)
+    beside = sightings(recording) if bound.run_aided is not None else None
+    run = engine_function(bound.run if beside is None or bound.run_aided is None else bound.run_aided, chosen)
     mag = NO_MAG if recording.mag is None else recording.mag.reshape(-1)
     flat = [recording.t, recording.gyr.reshape(-1), recording.acc.reshape(-1), mag]
-    outputs = room(n)
+    outputs, widths = room(n), [4, 3, 3, 1]
+    if beside is not None:
+        outputs, widths = [*outputs, np.empty(12 * n)], [*widths, 12]
     carry = bound.begin(settings)
     if chosen == "compiled":
         carry = native(carry)
@@ -63,8 +70,9 @@ def fuse(
     stretch = n if progress is None else STRETCH
     for start in range(0, n, stretch):
         rows = slice(start, min(start + stretch, n))
-        part = [a[rows.start * k : rows.stop * k] for a, k in zip(flat, (1, 3, 3, 3), strict=True)]
-        into = [a[rows.start * k : rows.stop * k] for a, k in zip(outputs, (4, 3, 3, 1), strict=True)]
+        part: list[Any] = [a[rows.start * k : rows.stop * k] for a, k in zip(flat, (1, 3, 3, 3), strict=True)]
+        part += [] if beside is None else [*beside.part(rows.start, rows.stop)]
+        into = [a[rows.start * k : rows.stop * k] for a, k in zip(outputs, widths, strict=True)]
         if chosen == "compiled":
             carry = run(settings, carry, last, *part, *into)
         else:
@@ -75,7 +83,7 @@ def fuse(
         last = float(recording.t[rows.stop - 1])
         if progress is not None:
             progress(rows.stop / n)
-    quat, bias, sigma, health = outputs
+    quat, bias, sigma, health, *seen = outputs
     return Track(
         recording.t,
         quat.reshape(n, 4),
@@ -83,7 +91,14 @@ def fuse(
         sigma.reshape(n, 3),
         health,
         params,
+        **({} if beside is None else places(seen[0].reshape(n, 4, 3))),
     )
+
+
+def places(table: Array) -> dict[str, Any]:
+    """A track's position and velocity from rows of position, velocity and 1σ of both, (n, 4, 3)."""
+    names = ("position", "velocity", "sigma_position", "sigma_velocity")
+    return {name: table[:, k] for k, name in enumerate(names)}
 
 
 def room(n: int) -> list[Any]:
