@@ -54,6 +54,8 @@ if TYPE_CHECKING:
     from levelhead.filters import Mahony as Mahony
     from levelhead.filters import RollPitchKalman as RollPitchKalman
     from levelhead.filters import Triad as Triad
+    from levelhead.recording import Gnss as Gnss
+    from levelhead.recording import Pressure as Pressure
     from levelhead.recording import Recording as Recording
     from levelhead.recording import Truth as Truth
     from levelhead.sources import read as read
@@ -72,7 +74,7 @@ _HOMES = {
         "AccelTilt", "BiasRateKalman", "Complementary", "EKF", "ESKF", "Guard", "GyroIntegration", "Kalman", "Madgwick",
         "Mahony", "RollPitchKalman", "Triad",
     ),
-    "levelhead.recording": ("Recording", "Truth"),
+    "levelhead.recording": ("Gnss", "Pressure", "Recording", "Truth"),
     "levelhead.sources": ("read",),
     "levelhead.track": ("Track",),
     "levelhead.tune": ("sweep",),

@@ -12,6 +12,8 @@ from levelhead.errors import LevelheadError
 
 Array = NDArray[np.float64]
 
+LEAST_PRESSURE, MOST_PRESSURE = 20_000.0, 150_000.0  # Pa: 11.8 km up, where the formula ends, and below any mine
+
 
 def real_array(name: str, values: ArrayLike, shape: tuple[int | None, ...], unit: str) -> Array:
     """``values`` as a read-only float64 array of ``shape`` (None: any length); NaN passes, infinity does not.
@@ -62,23 +64,27 @@ def _shape(shape: tuple[int | None, ...]) -> str:
     )
 
 
-def time_array(t: ArrayLike) -> Array:
+def time_array(t: ArrayLike, name: str = "t") -> Array:
     """Time stamps in seconds, checked: finite, strictly increasing, at least one.
 
     Raises:
         LevelheadError: names the first row at which time is not finite or does not increase.
     """
-    array = real_array("t", t, (None,), "s")
+    array = real_array(name, t, (None,), "s")
     if len(array) == 0:
-        raise LevelheadError("the recording is empty; expected at least one sample")
+        raise LevelheadError(
+            "the recording is empty; expected at least one sample"
+            if name == "t"
+            else f"{name} is empty; expected a stamp"
+        )
     forward = array[1:] > array[:-1]  # False where either is NaN, so one pass proves it all
     if math.isnan(array[0]) or not forward.all():
         missing = np.isnan(array)
         if missing.any():
-            raise LevelheadError(f"t is NaN at row {int(missing.argmax())}; expected a time in s for every sample")
+            raise LevelheadError(f"{name} is NaN at row {int(missing.argmax())}; expected a time in s for every sample")
         row = int(forward.argmin()) + 1
         raise LevelheadError(
-            f"t does not increase at row {row}: {array[row]:.6g} s after {array[row - 1]:.6g} s; "
+            f"{name} does not increase at row {row}: {array[row]:.6g} s after {array[row - 1]:.6g} s; "
             "expected strictly increasing seconds"
         )
     return array
@@ -93,12 +99,24 @@ class Truth:
         bias: (n, 3) true gyroscope bias in rad/s, known in simulations.
         moving: (n,) whether the sample counts when errors are averaged (BROAD's movement phases); None: all count.
         north: whether the earth frame's y axis is magnetic north. If not, only relative heading can be compared.
+        position: (n, 3) m, earth frame.
+        velocity: (n, 3) m/s, earth frame.
     """
 
     quat: Array
     bias: Array | None = None
     moving: NDArray[np.bool_] | None = None
     north: bool = True
+    position: Array | None = None
+    velocity: Array | None = None
+
+    def __getitem__(self, rows: slice) -> "Truth":
+        """Of some samples."""
+        parts = {
+            name: None if (values := getattr(self, name)) is None else values[rows]
+            for name in ("bias", "moving", "position", "velocity")
+        }
+        return Truth(self.quat[rows], north=self.north, **parts)
 
     def __post_init__(self) -> None:
         quat = real_array("truth.quat", self.quat, (None, 4), "unit quaternions wxyz")
@@ -115,6 +133,9 @@ class Truth:
         object.__setattr__(self, "quat", quat)
         if self.bias is not None:
             object.__setattr__(self, "bias", real_array("truth.bias", self.bias, (len(quat), 3), "rad/s"))
+        for name, unit in (("position", "m"), ("velocity", "m/s")):
+            if (values := getattr(self, name)) is not None:
+                object.__setattr__(self, name, real_array(f"truth.{name}", values, (len(quat), 3), unit))
         if self.moving is not None:
             moving = np.asarray(self.moving)
             if moving.shape != (len(quat),):
@@ -122,6 +143,125 @@ class Truth:
                     f"truth.moving has shape {moving.shape}; expected ({len(quat)},) of True and False"
                 )
             object.__setattr__(self, "moving", moving.astype(bool))
+
+
+def _deviation(name: str, sigma: ArrayLike, shape: tuple[int, ...], unit: str) -> Array:
+    """1σ for every value, from one number, one for each axis, or all.
+
+    Raises:
+        LevelheadError: a shape that does not fit, or a σ that is not greater than 0.
+    """
+    one = np.asarray(sigma)
+    if one.dtype.kind in "fiu" and (one.ndim == 0 or one.shape == shape[1:]):
+        one = np.broadcast_to(one, shape)
+    array = real_array(name, one, shape, unit)
+    good = array > 0.0
+    if not good.all():
+        row = int(np.argwhere(~good)[0][0])
+        raise LevelheadError(f"{name} is {np.ravel(array[row])[0]} at row {row}; expected more than 0 {unit}")
+    return array
+
+
+@dataclass(frozen=True, eq=False)
+class Pressure:
+    """What a barometer said, on the clock of the recording, with stamps of its own.
+
+    Attributes:
+        t: (n,) s, strictly increasing.
+        values: (n,) air pressure in Pa; NaN marks a missing reading.
+        sigma: 1σ of a reading in Pa, one number or (n,). The default is twice the noise of a BMP280 at its highest
+            resolution, because air moves.
+
+    Raises:
+        LevelheadError: one sentence with the field, the row and the unit expected.
+    """
+
+    t: Array
+    values: Array
+    sigma: Array | float = 2.6
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "t", time_array(self.t, "pressure.t"))
+        n = len(self.t)
+        values = real_array("pressure.values", self.values, (n,), "Pa")
+        object.__setattr__(self, "values", values)
+        wrong = (values < LEAST_PRESSURE) | (values > MOST_PRESSURE)
+        if wrong.any():
+            row = int(wrong.argmax())
+            raise LevelheadError(
+                f"pressure.values is {values[row]:g} at row {row}; expected air pressure in Pa, "
+                f"{LEAST_PRESSURE:g} to {MOST_PRESSURE:g} (1 hPa is 100 Pa)"
+            )
+        object.__setattr__(self, "sigma", _deviation("pressure.sigma", self.sigma, (n,), "Pa"))
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    def between(self, start: float, end: float) -> "Pressure | None":
+        """The readings with stamps from start to end; None if there are none."""
+        rows = _within(self.t, start, end)
+        return Pressure(self.t[rows], self.values[rows], np.asarray(self.sigma)[rows]) if len(self.t[rows]) else None
+
+
+@dataclass(frozen=True, eq=False)
+class Gnss:
+    """What a satellite receiver said, on the clock of the recording, with stamps of its own.
+
+    The earth frame is that of the orientation: x east, y magnetic north, z up (``turned`` turns true to magnetic
+    north); where its origin lies is the caller's choice.
+
+    Attributes:
+        t: (n,) s, strictly increasing.
+        position: (n, 3) m, or None; NaN marks a missing number.
+        velocity: (n, 3) m/s, or None; NaN marks a missing number.
+        sigma_position: 1σ in m, one number, one for each axis, or (n, 3).
+        sigma_velocity: 1σ in m/s, likewise.
+
+    Raises:
+        LevelheadError: one sentence with the field, the row and the unit expected.
+    """
+
+    t: Array
+    position: Array | None = None
+    velocity: Array | None = None
+    sigma_position: Array | float = 2.0
+    sigma_velocity: Array | float = 0.1
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "t", time_array(self.t, "gnss.t"))
+        n = len(self.t)
+        if self.position is None and self.velocity is None:
+            raise LevelheadError("gnss has neither position nor velocity; expected (n, 3) in m or m/s")
+        for name, unit in (("position", "m"), ("velocity", "m/s")):
+            if (values := getattr(self, name)) is not None:
+                object.__setattr__(self, name, real_array(f"gnss.{name}", values, (n, 3), unit))
+            deviation = _deviation(f"gnss.sigma_{name}", getattr(self, f"sigma_{name}"), (n, 3), unit)
+            object.__setattr__(self, f"sigma_{name}", deviation)
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    def between(self, start: float, end: float) -> "Gnss | None":
+        """The readings with stamps from start to end; None if there are none."""
+        rows = _within(self.t, start, end)
+        parts = [None if values is None else np.asarray(values)[rows]
+                 for values in (self.position, self.velocity, self.sigma_position, self.sigma_velocity)]  # fmt: skip
+        return Gnss(self.t[rows], *parts) if len(self.t[rows]) else None  # type: ignore[arg-type]
+
+    def turned(self, declination: float) -> "Gnss":
+        """The same over an earth frame whose y axis is magnetic north instead of true north.
+
+        Args:
+            declination: degrees from true to magnetic north, positive east. σ is taken to be the same east and north.
+        """
+        c, s = math.cos(math.radians(declination)), math.sin(math.radians(declination))
+        turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        parts = [None if values is None else values @ turn.T for values in (self.position, self.velocity)]
+        return Gnss(self.t, parts[0], parts[1], self.sigma_position, self.sigma_velocity)
+
+
+def _within(t: Array, start: float, end: float) -> slice:
+    return slice(*np.searchsorted(t, [start, np.nextafter(end, np.inf)]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,6 +275,8 @@ class Recording:
         mag: (n, 3) magnetic field in µT, or None; NaN rows where a slower magnetometer gave nothing.
         truth: reference orientation, or None.
         meta: where it came from and what the reader concluded ("source", "notes", …).
+        pressure: a barometer beside it, or None.
+        gnss: a satellite receiver beside it, or None.
 
     Raises:
         LevelheadError: one sentence with the field, the row and the unit expected.
@@ -146,6 +288,8 @@ class Recording:
     mag: Array | None = None
     truth: Truth | None = None
     meta: Mapping[str, Any] = field(default_factory=dict)
+    pressure: Pressure | None = None
+    gnss: Gnss | None = None
 
     def __post_init__(self) -> None:
         t = time_array(self.t)
@@ -163,6 +307,11 @@ class Recording:
                     f"{name} has {len(array)} rows, but t has {len(t)}; expected one row in {unit} per stamp"
                 )
             object.__setattr__(self, name, array)
+        for name, kind in (("pressure", Pressure), ("gnss", Gnss)):
+            if not isinstance(getattr(self, name), kind | None):
+                raise LevelheadError(
+                    f"{name} is {type(getattr(self, name)).__name__}; expected a levelhead.{kind.__name__} or None"
+                )
         if self.truth is not None and len(self.truth.quat) != len(t):
             raise LevelheadError(f"truth has {len(self.truth.quat)} rows, but t has {len(t)}")
 
@@ -186,24 +335,18 @@ class Recording:
 
     def __getitem__(self, rows: slice) -> "Recording":
         """Some rows, as a Recording of its own: ``rec[1000:2000]``."""
-        truth = self.truth
-        if truth is not None:
-            truth = Truth(
-                truth.quat[rows],
-                None if truth.bias is None else truth.bias[rows],
-                None if truth.moving is None else truth.moving[rows],
-                truth.north,
-            )
+        t = self.t[rows]
+        seen = {
+            name: None if (one := getattr(self, name)) is None or not len(t) else one.between(t[0], t[-1])
+            for name in ("pressure", "gnss")
+        }
+        truth = None if self.truth is None else self.truth[rows]
         mag = None if self.mag is None else self.mag[rows]
-        return Recording(self.t[rows], self.gyr[rows], self.acc[rows], mag, truth, self.meta)
+        return Recording(t, self.gyr[rows], self.acc[rows], mag, truth, self.meta, **seen)
 
     def __repr__(self) -> str:
-        parts = [
-            "gyr",
-            "acc",
-            *(["mag"] if self.mag is not None else []),
-            *(["truth"] if self.truth is not None else []),
-        ]
+        optional = ("mag", "pressure", "gnss", "truth")
+        parts = ["gyr", "acc", *(name for name in optional if getattr(self, name) is not None)]
         missing = int((~self.valid).sum())
         text = f"Recording({len(self)} samples, {self.duration:.1f} s at {self.rate:.1f} Hz: {', '.join(parts)}"
         return text + (f"; {missing} incomplete rows)" if missing else ")")

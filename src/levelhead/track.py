@@ -44,6 +44,11 @@ class Track:
         params: the Params object that made it.
         declination: rad, positive east, by which heading was turned from magnetic to true north; None: it was not.
         calibration: what the filter has learned of its sensor by the end; None if it learns nothing.
+        position: (n, 3) m, earth frame: from where position or height was first seen, or where GNSS has its origin;
+            None if nothing of position or velocity was seen.
+        velocity: (n, 3) m/s, earth frame, likewise.
+        sigma_position: (n, 3) 1σ of position in m.
+        sigma_velocity: (n, 3) 1σ of velocity in m/s.
     """
 
     t: Array
@@ -54,12 +59,18 @@ class Track:
     params: Any = None
     declination: float | None = None
     calibration: Calibration | None = None
+    position: Array | None = None
+    velocity: Array | None = None
+    sigma_position: Array | None = None
+    sigma_velocity: Array | None = None
 
     def __post_init__(self) -> None:
         t = time_array(self.t)
         n = len(t)
         object.__setattr__(self, "t", t)
-        for name, width, unit in (("quat", 4, "unit quaternions wxyz"), ("bias", 3, "rad/s"), ("sigma", 3, "rad")):
+        shapes = (("quat", 4, "unit quaternions wxyz"), ("bias", 3, "rad/s"), ("sigma", 3, "rad"), ("position", 3, "m"),
+                  ("velocity", 3, "m/s"), ("sigma_position", 3, "m"), ("sigma_velocity", 3, "m/s"))  # fmt: skip
+        for name, width, unit in shapes:
             values = getattr(self, name)
             if values is not None:
                 object.__setattr__(self, name, real_array(name, values, (n, width), unit))
@@ -124,12 +135,17 @@ class Track:
         c, s = cos(0.5 * angle), sin(0.5 * angle)
         w, x, y, z = self.quat.T
         quat = np.stack([c * w + s * z, c * x + s * y, c * y - s * x, c * z - s * w], axis=1)
-        sigma = None
-        if self.sigma is not None:
-            east, north, up = self.sigma.T
-            c, s = cos(angle), sin(angle)
-            sigma = np.stack([np.hypot(c * east, s * north), np.hypot(s * east, c * north), up], axis=1)
-        return replace(self, quat=quat, sigma=sigma, declination=angle)
+        c, s = cos(angle), sin(angle)
+        turned: dict[str, Any] = {}
+        for name in ("position", "velocity"):
+            if (values := getattr(self, name)) is not None:
+                east, north, up = values.T
+                turned[name] = np.stack([c * east + s * north, c * north - s * east, up], axis=1)
+        for name in ("sigma", "sigma_position", "sigma_velocity"):
+            if (values := getattr(self, name)) is not None:
+                east, north, up = values.T
+                turned[name] = np.stack([np.hypot(c * east, s * north), np.hypot(s * east, c * north), up], axis=1)
+        return replace(self, quat=quat, declination=angle, **turned)
 
     def as_rotation(self, frame: str = "ENU") -> "Rotation":
         """A ``scipy.spatial.transform.Rotation`` of all samples, sensor frame to earth frame.

@@ -11,6 +11,7 @@ from levelhead.engine.binding import bind, bind_axis, choose, engine_function, e
 from levelhead.engine.driver import Settings
 from levelhead.engine.fixed import native
 from levelhead.engine.prior import learned, primed
+from levelhead.engine.sightings import sightings
 from levelhead.errors import LevelheadError
 from levelhead.filters.guard import Guard
 from levelhead.recording import Array, Recording, real_array, time_array
@@ -32,6 +33,9 @@ def fuse(
     progress: Callable[[float], None] | None = None,
 ) -> Track:
     """Orientation of the sensor for every sample of a recording.
+
+    Pressure and GNSS of the recording are used by a filter that takes them (ESKF): the track then has position and
+    velocity. The others leave them aside.
 
     Args:
         recording: what the sensors said, SI units.
@@ -75,10 +79,15 @@ class Batch:
         bound = bind(self.filter, self._guarded)
         self._settings = Settings(params, guard or DEFAULT_GUARD)
         self._engine = choose(engine, len(recording))
-        self._run = engine_function(bound.run, self._engine)
+        self._beside = None if bound.run_aided is None else sightings(recording)
+        run = bound.run if self._beside is None or bound.run_aided is None else bound.run_aided
+        self._run = engine_function(run, self._engine)
         mag = NO_MAG if recording.mag is None else recording.mag.reshape(-1)
         self._inputs = [recording.t, recording.gyr.reshape(-1), recording.acc.reshape(-1), mag]
-        self._outputs = room(len(recording))
+        self._outputs, self._widths = room(len(recording)), [4, 3, 3, 1]
+        if self._beside is not None:
+            self._outputs.append(np.empty(12 * len(recording)))
+            self._widths.append(12)
         self._carry = primed(self.filter, bound.begin(self._settings), prior)
         if self._engine == "compiled":
             self._carry = native(self._carry)
@@ -87,8 +96,9 @@ class Batch:
 
     def advance(self, stop: int) -> None:
         """The samples from where the last stretch ended up to ``stop``."""
-        part = [a[self.done * k : stop * k] for a, k in zip(self._inputs, (1, 3, 3, 3), strict=True)]
-        into = [a[self.done * k : stop * k] for a, k in zip(self._outputs, (4, 3, 3, 1), strict=True)]
+        part: list[Any] = [a[self.done * k : stop * k] for a, k in zip(self._inputs, (1, 3, 3, 3), strict=True)]
+        part += [] if self._beside is None else [*self._beside.part(self.done, stop)]
+        into = [a[self.done * k : stop * k] for a, k in zip(self._outputs, self._widths, strict=True)]
         if self._engine == "compiled":
             self._carry = self._run(self._settings, self._carry, self._last, *part, *into)
         else:
@@ -106,7 +116,7 @@ class Batch:
     def track(self) -> Track:
         """The track, when all samples are done."""
         n = len(self._recording)
-        quat, bias, sigma, health = self._outputs
+        quat, bias, sigma, health, *seen = self._outputs
         return Track(
             self._recording.t,
             quat.reshape(n, 4),
@@ -115,7 +125,14 @@ class Batch:
             health,
             self._settings.filter,
             calibration=self.calibration,
+            **(places(seen[0].reshape(n, 4, 3)) if seen else {}),
         )
+
+
+def places(table: Array) -> dict[str, Any]:
+    """A track's position and velocity from rows of position, velocity and 1σ of both, (n, 4, 3)."""
+    names = ("position", "velocity", "sigma_position", "sigma_velocity")
+    return {name: table[:, k] for k, name in enumerate(names)}
 
 
 def room(n: int) -> list[Any]:

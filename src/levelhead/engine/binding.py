@@ -26,6 +26,8 @@ class Driver(NamedTuple):
     advance: Callable[..., Any]
     result: Callable[..., Any]
     run: Callable[..., Any]
+    aided: Callable[..., Any] | None  # these two of a filter that takes position, velocity or height
+    run_aided: Callable[..., Any] | None
     phases: dict[str, Callable[..., Any]]
 
 
@@ -68,8 +70,13 @@ def _bind(flt: Filter, guarded: bool) -> Driver:
     advance = bound(driver.advance, name, **own, **(phases | seldom))
     begin = bound(driver.begin, name, **own)
     result = bound(driver.result, name, **own)
-    run = bound(driver.run, name, advance=advance, result=result)
-    return Driver(begin, advance, result, run, phases | {"perceived": own["perceived"]})
+    rows = {"fed": bound(driver.fed, name, advance=advance), "told": bound(driver.told, name, result=result)}
+    run = bound(driver.run, name, **rows)
+    aided = run_aided = None
+    if flt.aid is not None:
+        aided = bound(driver.aided, name, aid=flt.aid)
+        run_aided = bound(driver.run_aided, name, **rows, aided=aided, place=flt.place)
+    return Driver(begin, advance, result, run, aided, run_aided, phases | {"perceived": own["perceived"]})
 
 
 def estimates_bias(flt: Filter, guarded: bool) -> bool:

@@ -57,6 +57,7 @@ def unbound(*_: Any) -> Any:
 
 
 init = again = step = due = correct = output = gains = loosen = loosen_heading = calm = look = perceived = unbound
+aid = place = unbound
 OWN_SIGMA = False
 TAKES_BIAS = True  # the bias read off at rest is taken away before the filter sees the rate
 
@@ -254,6 +255,28 @@ def result(settings: Settings, run: Run) -> Output:
 
 
 @kernel
+def fed(settings: Settings, carry: Carry, i: int, gyr: Any, acc: Any, mag: Any, dt: float) -> Carry:
+    """Row i of the arrays through the filter."""
+    j = 3 * i
+    field = ZERO
+    if len(mag) > 0:
+        field = Vec3(mag[j], mag[j + 1], mag[j + 2])
+    rate = Vec3(gyr[j], gyr[j + 1], gyr[j + 2])
+    return advance(settings, carry, rate, Vec3(acc[j], acc[j + 1], acc[j + 2]), field, dt)
+
+
+@kernel
+def told(settings: Settings, carry: Carry, i: int, quat: Any, bias: Any, sigma: Any, health: Any) -> None:
+    """Row i of the result."""
+    q, b, s, health[i] = result(settings, carry.run)
+    j = 3 * i
+    k = 4 * i
+    quat[k], quat[k + 1], quat[k + 2], quat[k + 3] = q
+    bias[j], bias[j + 1], bias[j + 2] = b
+    sigma[j], sigma[j + 1], sigma[j + 2] = s
+
+
+@kernel
 def run(
     settings: Settings, carry: Carry, last: float, t: Any, gyr: Any, acc: Any, mag: Any,
     quat: Any, bias: Any, sigma: Any, health: Any,
@@ -262,23 +285,43 @@ def run(
 
     ``last`` is the time of the sample before; the returned carry continues exactly where this stretch ends.
     """
-    field = ZERO
     for i in range(len(t)):
-        j = 3 * i
-        if len(mag) > 0:
-            field = Vec3(mag[j], mag[j + 1], mag[j + 2])
-        carry = advance(
-            settings,
-            carry,
-            Vec3(gyr[j], gyr[j + 1], gyr[j + 2]),
-            Vec3(acc[j], acc[j + 1], acc[j + 2]),
-            field,
-            t[i] - last,
-        )
+        carry = fed(settings, carry, i, gyr, acc, mag, t[i] - last)
         last = t[i]
-        q, b, s, health[i] = result(settings, carry.run)
-        k = 4 * i
-        quat[k], quat[k + 1], quat[k + 2], quat[k + 3] = q
-        bias[j], bias[j + 1], bias[j + 2] = b
-        sigma[j], sigma[j + 1], sigma[j + 2] = s
+        told(settings, carry, i, quat, bias, sigma, health)
+    return carry
+
+
+@kernel
+def aided(settings: Settings, carry: Carry, row: int, value: float, deviation: float, age: float) -> Carry:
+    """One number of position, velocity or height with its 1σ, ``age`` seconds older than the last sample."""
+    scene, run = carry
+    if not scene.started:
+        return carry
+    state, health, watch, doubt = run
+    return Carry(scene, Run(aid(settings.filter, state, row, value, deviation, age), health, watch, doubt))
+
+
+@kernel
+def run_aided(
+    settings: Settings, carry: Carry, last: float, t: Any, gyr: Any, acc: Any, mag: Any,
+    first: Any, row: Any, value: Any, deviation: Any, age: Any,
+    quat: Any, bias: Any, sigma: Any, health: Any, places: Any,
+) -> Carry:  # fmt: skip
+    """The same, with what else was seen: of sample i the numbers from ``first[i]`` to before ``first[i + 1]``.
+
+    Fills places (12n) as well: position, velocity, 1σ of position, 1σ of velocity.
+    """
+    for i in range(len(t)):
+        carry = fed(settings, carry, i, gyr, acc, mag, t[i] - last)
+        last = t[i]
+        for k in range(first[i], first[i + 1]):
+            carry = aided(settings, carry, row[k], value[k], deviation[k], age[k])
+        told(settings, carry, i, quat, bias, sigma, health)
+        j = 12 * i
+        p, v, sp, sv, _ = place(settings.filter, carry.run.state)
+        places[j], places[j + 1], places[j + 2] = p
+        places[j + 3], places[j + 4], places[j + 5] = v
+        places[j + 6], places[j + 7], places[j + 8] = sp
+        places[j + 9], places[j + 10], places[j + 11] = sv
     return carry

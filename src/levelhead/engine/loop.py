@@ -1,7 +1,8 @@
 """A filter in a loop: the state that stays between samples, in plain Python or in compiled memory.
 
 Both kinds of loop have the same face: for a filter on an IMU ``tick(place, gyr, acc, dt)`` and
-``tick_mag(place, gyr, acc, mag, dt)`` with tuples of three floats and ``report(place)``, for an axis filter
+``tick_mag(place, gyr, acc, mag, dt)`` with tuples of three floats, ``report(place)``, and where the filter takes it
+``tick_aid(place, row, value, sigma, age)`` for a number of position, velocity or height; for an axis filter
 ``tick(place, period, level, rate, dt)``, where ``place`` is where the loop keeps its state; and ``state`` and
 ``params`` (for an IMU the driver's Settings) that can be read and set between samples. A tick that is fed nonsense
 (dt ≤ 0, for an axis also NaN) raises ValueError and leaves the state as it is.
@@ -25,7 +26,7 @@ Four = tuple[float, float, float, float]
 Eleven = tuple[float, float, float, float, float, float, float, float, float, float, float]
 LONGEST = 1e9  # s: what is longer is no interval between samples
 
-advance = result = step = read = load = load_params = store = unbound
+advance = result = aided = step = read = load = load_params = store = unbound
 PARAMS_AT = 0  # bytes from the state to the parameters, which stand behind it in one piece of memory
 
 
@@ -62,6 +63,12 @@ def report(at: int) -> Eleven:
 
 
 @kernel
+def tick_aid(at: int, row: int, value: float, sigma: float, age: float) -> None:
+    """One number of position, velocity or height, after a sample."""
+    store(at, aided(load_params(at + PARAMS_AT), load(at), row, value, sigma, age))
+
+
+@kernel
 def tick_axis(at: int, period: float, level: float, rate: float, dt: float) -> float:
     """One pair through an axis filter, on the state and parameters in memory."""
     if not (0.0 < dt < LONGEST and level - level == 0.0 and rate - rate == 0.0):
@@ -86,7 +93,12 @@ class PlainLoop:
         self.params: Any = settings
         self.state = driver.begin(settings)
         self.place = self
-        self._advance, self._result = driver.advance, driver.result
+        self._advance, self._result, self._aided = driver.advance, driver.result, driver.aided
+
+    @staticmethod
+    def tick_aid(place: Any, row: int, value: float, sigma: float, age: float) -> None:
+        """One number of position, velocity or height."""
+        place.state = place._aided(place.params, place.state, row, value, sigma, age)
 
     @staticmethod
     def tick(place: Any, gyr: Triple, acc: Triple, dt: float) -> Four:
@@ -142,6 +154,7 @@ class CompiledLoop:
     tick: Callable[..., Any]
     tick_mag: Callable[..., Any]
     report: Callable[..., Any]
+    tick_aid: Callable[..., Any]
 
     def __init__(self, machine: Machine, state: Any, params: Any) -> None:
         self._machine = machine
@@ -193,8 +206,15 @@ def _machine(name: str, state: Any, params: Any, ticks: dict[str, tuple[Any, str
 def imu_machine(flt: Filter, guarded: bool) -> Machine:
     """The compiled ticks of a filter on an IMU."""
     driver, settings = bind(flt, guarded), Settings(flt.params(), Guard())
-    ticks = {"tick_mag": (tick_mag, "ivvvf"), "tick": (tick, "ivvf"), "report": (report, "i")}
+    ticks: dict[str, tuple[Any, str]] = {
+        "tick_mag": (tick_mag, "ivvvf"),
+        "tick": (tick, "ivvf"),
+        "report": (report, "i"),
+    }
     kernels = {"advance": driver.advance, "result": driver.result}
+    if driver.aided is not None:
+        ticks["tick_aid"] = (tick_aid, "iifff")
+        kernels["aided"] = driver.aided
     name = flt.name if guarded else f"{flt.name}_unguarded"
     return _machine(name, driver.begin(settings), settings, ticks, **kernels)
 

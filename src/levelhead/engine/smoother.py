@@ -32,7 +32,7 @@ from levelhead.engine.fixed import native, plain
 from levelhead.engine.prior import learned, primed
 from levelhead.errors import LevelheadError
 from levelhead.filters import eskf
-from levelhead.filters.error_state import BIAS, CUT, DRIVEN, FOUND, MAG, MEAN, SIZE, SPEED, TURN, N, P, W, X
+from levelhead.filters.error_state import BIAS, CUT, DRIVEN, FOUND, MEAN, PLACE, SIZE, SPEED, TURN, N, P, W, X
 from levelhead.filters.guard import Guard
 from levelhead.kernels import quat
 from levelhead.kernels.jit import bound, compiled, kernel, rare
@@ -58,7 +58,7 @@ def remembered(params: Any, state: Any, dt: float) -> Any:
     m = state.memory
     for i in range(N * N):
         m[AHEAD + i] = m[P + i]
-    eskf.predict(params, m, N if state.unit > 0.0 else MAG)
+    eskf.predict(params, m, eskf.known(state))
     for i in range(N * N):
         before = m[AHEAD + i]
         m[AHEAD + i] = m[P + i]
@@ -143,7 +143,7 @@ def forward(
 def without(a: Any, first: int, count: int) -> None:
     """Rows and columns of states that are left out."""
     for i in range(first, first + count):
-        for j in range(N):
+        for j in range(PLACE):
             a[i * N + j] = 0.0
             a[j * N + i] = 0.0
 
@@ -151,20 +151,20 @@ def without(a: Any, first: int, count: int) -> None:
 @kernel
 def times(total: Any, a: Any, b: Any) -> None:
     """total + A B"""
-    for i in range(N):
-        for c in range(N):
+    for i in range(PLACE):
+        for c in range(PLACE):
             weight = a[i * N + c]
-            for j in range(N):
+            for j in range(PLACE):
                 total[i * N + j] += weight * b[c * N + j]
 
 
 @kernel
 def times_transposed(total: Any, a: Any, b: Any) -> None:
     """total + Aᵀ B"""
-    for c in range(N):
-        for i in range(N):
+    for c in range(PLACE):
+        for i in range(PLACE):
             weight = a[c * N + i]
-            for j in range(N):
+            for j in range(PLACE):
                 total[i * N + j] += weight * b[c * N + j]
 
 
@@ -177,19 +177,19 @@ def step_back(kept: Blocks, k: int, x: Any, p: Any, low: Any, g: Any, d: Any) ->
         g[i] = kept.p[k, i]
     for i in range(DRIVEN * N):
         g[SPEED * N + i] = kept.w[k + 1, i]
-    for i in range(N):
+    for i in range(PLACE):
         x[i] += kept.x[k + 1, i]
     if kept.cut[k + 1, 0] > 0.0:
         without(low, SPEED, DRIVEN)
         without(d, SPEED, DRIVEN)
-    factor(low, N, N)
-    solve(low, N, N, g, N)  # Gᵀ
-    for i in range(N):
+    factor(low, N, PLACE)
+    solve(low, N, PLACE, g, PLACE)  # Gᵀ
+    for i in range(PLACE):
         low[i] = 0.0
-    for j in range(N):
-        for i in range(N):
+    for j in range(PLACE):
+        for i in range(PLACE):
             low[i] += g[j * N + i] * x[j]
-    for i in range(N):
+    for i in range(PLACE):
         x[i] = low[i]
     for i in range(N * N):
         low[i] = 0.0
@@ -317,7 +317,7 @@ def smooth(
     """Orientation of every sample of a recording, with all of the recording known: the best there is offline.
 
     Args:
-        recording: what the sensors said, SI units.
+        recording: what the sensors said, SI units; pressure and GNSS are not used.
         params: of the self-calibrating filter ``ESKF``; None: those of ``filters.offline``. Blocks are made 0.2 s long
             at least.
         guard: as for ``fuse``.

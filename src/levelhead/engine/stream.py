@@ -1,12 +1,12 @@
 """Live use: one sample at a time, by the same step as a batch and with the same bits."""
 
 from collections.abc import Callable, Sequence
-from math import isfinite
+from math import inf, isfinite, isnan
 from typing import Any, SupportsFloat
 
 from numpy import ndarray
 
-from levelhead import filters
+from levelhead import atmosphere, filters
 from levelhead.calibration import Calibration
 from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.engine.binding import ENGINES, bind, bind_axis, estimates_bias
@@ -15,10 +15,12 @@ from levelhead.engine.loop import Four, axis_loop, loop
 from levelhead.engine.prior import forgotten, learned, primed
 from levelhead.engine.saved import Saved, from_bytes, to_bytes
 from levelhead.errors import LevelheadError, nearest
+from levelhead.filters.aiding import HEIGHT, POSITION, VELOCITY, Place
 from levelhead.filters.contract import Output
 from levelhead.filters.guard import Guard
 from levelhead.kernels.quat import Euler, Quat, to_euler
 from levelhead.kernels.vec3 import ZERO, Vec3
+from levelhead.recording import LEAST_PRESSURE, MOST_PRESSURE
 
 Triple = Sequence[float]
 
@@ -51,6 +53,19 @@ def _refused(gyr: Any, acc: Any, mag: Any, dt: Any) -> LevelheadError:
                 f"{name} is {values!r}; it must be three numbers in {unit} (NaN where one is missing)"
             )
     return _refused_dt(dt)
+
+
+def _number(name: str, value: Any, unit: str, *, positive: bool = False) -> float:
+    """A number, which may be NaN unless it must be positive.
+
+    Raises:
+        LevelheadError: it is none.
+    """
+    number = float(value) if isinstance(value, SupportsFloat) else inf
+    if abs(number) == inf or (positive and not number > 0.0) or (name == "age" and isnan(number)):
+        wanted = "a number more than 0" if positive else "a finite number" if name == "age" else "a number, or NaN"
+        raise LevelheadError(f"{name} is {value!r}; it must be {wanted} in {unit}")
+    return number
 
 
 def _refused_pair(angle: Any, rate: Any, dt: Any) -> LevelheadError:
@@ -147,6 +162,74 @@ class Stream:
         quat = self.update(gyr, acc, mag, 1.0 if self._time is None else t - self._time)
         self._time = float(t)
         return quat
+
+    def see_pressure(self, pressure: float, sigma: float = 2.6, age: float = 0.0) -> None:
+        """Takes air pressure: the height of the standard atmosphere, whose offset and drift the filter learns.
+
+        This and the other ``see_…`` tell what else was seen where the body is, at the last sample or before; the filter
+        must be one that takes it (``ESKF``).
+
+        Args:
+            pressure: Pa; NaN is no reading.
+            sigma: 1σ in Pa.
+            age: seconds from the reading to the last sample; below 0 where it came after.
+
+        Raises:
+            LevelheadError: no number, σ or pressure that cannot be, or a filter that takes none.
+        """
+        value, deviation = _number("pressure", pressure, "Pa"), _number("sigma", sigma, "Pa", positive=True)
+        if not (isnan(value) or LEAST_PRESSURE <= value <= MOST_PRESSURE):
+            raise LevelheadError(
+                f"pressure is {pressure!r}; it must be in Pa, {LEAST_PRESSURE:g} to {MOST_PRESSURE:g} (1 hPa is 100 Pa)"
+            )
+        self._see(HEIGHT, atmosphere.height(value), deviation * atmosphere.metres_per_pascal(value), age)
+
+    def see_height(self, height: float, sigma: float, age: float = 0.0) -> None:
+        """Takes a barometer's height in m with its 1σ, as ``see_pressure``."""
+        self._see(HEIGHT, _number("height", height, "m"), _number("sigma", sigma, "m", positive=True), age)
+
+    def see_climb(self, climb: float, sigma: float, age: float = 0.0) -> None:
+        """Takes a climb rate in m/s with its 1σ."""
+        self._see(VELOCITY + 2, _number("climb", climb, "m/s"), _number("sigma", sigma, "m/s", positive=True), age)
+
+    def see_position(self, position: Triple, sigma: float | Triple, age: float = 0.0) -> None:
+        """Takes a position in m, earth frame (x east, y magnetic north, z up); sigma: 1σ, one number or three."""
+        self._see_three("position", "m", POSITION, position, sigma, age)
+
+    def see_velocity(self, velocity: Triple, sigma: float | Triple, age: float = 0.0) -> None:
+        """Takes a velocity in m/s, earth frame; sigma: 1σ, one number or three."""
+        self._see_three("velocity", "m/s", VELOCITY, velocity, sigma, age)
+
+    def _see_three(self, name: str, unit: str, row: int, values: Triple, sigma: float | Triple, age: float) -> None:
+        try:
+            three = tuple(values)
+            deviations = tuple(sigma) if isinstance(sigma, Sequence | ndarray) else (sigma,) * 3
+        except TypeError:
+            three = deviations = ()
+        if len(three) != 3 or len(deviations) != 3:
+            raise LevelheadError(
+                f"{name} is {values!r} ± {sigma!r}; it must be three numbers in {unit}, σ one or three"
+            )
+        checked = [
+            (_number(name, x, unit), _number("sigma", s, unit, positive=True))
+            for x, s in zip(three, deviations, strict=True)
+        ]
+        for i, (value, deviation) in enumerate(checked):
+            self._see(row + i, value, deviation, age)
+
+    def _see(self, row: int, value: float, sigma: float, age: float) -> None:
+        if self._filter.aid is None:
+            raise LevelheadError(f"{self._filter.name} takes neither position, velocity nor height; ESKF does")
+        if not isnan(value):
+            self._loop.tick_aid(self._place, row, value, sigma, _number("age", age, "s"))
+
+    @property
+    def place(self) -> Place | None:
+        """Position, velocity (earth frame, m and m/s) and 1σ of both after the last sample; None: nothing was seen."""
+        if self._filter.place is None:
+            return None
+        said: Place = self._filter.place(self.params, self._loop.state.run.state)
+        return said if said.seen else None
 
     @property
     def output(self) -> Output:

@@ -17,6 +17,7 @@ from collections.abc import Callable
 from typing import Annotated, Any, NamedTuple, TypeVar, get_args, get_origin, get_type_hints
 
 from levelhead.errors import LevelheadError, nearest
+from levelhead.filters.aiding import Place
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.vec3 import Vec3
 
@@ -133,6 +134,8 @@ class Filter(NamedTuple):
     calm: Callable[..., Any] | None = None  # (params, state) -> state that knows its bias: the sensor is at rest
     due: Callable[..., bool] | None = None  # (params, state) -> bool: after a step, whether ``correct`` is to be called
     correct: Callable[..., Any] | None = None  # (params, state, dt) -> state: what is not done at every sample
+    aid: Callable[..., Any] | None = None  # (params, state, row, value, sigma, age) -> state, row as in ``aiding``
+    place: Callable[..., Place] | None = None  # (params, state) -> Place, where there is ``aid``
     judges: frozenset[str] = frozenset()  # of "bias", "field": what it tells apart itself, so that the guard need not
     axis: AxisFilter | None = None
     calibration: SelfCalibration | None = None

@@ -2,7 +2,7 @@
 
 One row of floats holds the covariance P (N × N by rows), the mean of what is additive (attitude is not), the correction
 x gathered in a block, a row h of a measurement, P hᵀ, the couplings F − 1 of the states that others drive, their rows
-of F P, and integrals over the block.
+of F P, what was seen of position and velocity, and integrals over the block.
 
 Prediction: P ← F P Fᵀ + Q. Only velocity and attitude are driven by others, so that six rows change (1).
 Measurements are scalar, one after the other (P. S. Maybeck, Stochastic Models, Estimation, and Control, vol. 1, 1979,
@@ -26,7 +26,8 @@ from levelhead.kernels.arrays import Floats
 from levelhead.kernels.jit import kernel, rare
 
 # The states. Those before TURN_Z are the horizon and what hangs on it: a magnetometer only considers them. Those from
-# MAG on exist with a magnetometer only.
+# MAG on exist with a magnetometer only, those from PLACE on where position or velocity is seen (``filters.aiding``); of
+# what does not exist yet the first n leave out what stands behind.
 ACC = 0  # accelerometer bias c, m/s², 3
 SPEED = 3  # velocity v, m/s, earth frame, 3
 TURN = 6  # attitude θ, rad, earth frame, 3
@@ -36,7 +37,9 @@ GYR = 12  # gyroscope matrix S, 9 by rows
 MAG = 21  # horizontal and vertical field m, in units of the first norm, 2
 IRON = 23  # magnetometer offset o, the same unit, 3
 DELAY = 26  # by which the magnetometer is late, s
-N = 27
+PLACE = 27  # position p, m, earth frame, 3
+AIR = 30  # by which the barometer's height is off, m
+N = 31
 DRIVEN = 6  # from SPEED on
 
 # The memory
@@ -50,7 +53,14 @@ W = F + DRIVEN * N
 KNOWN = W + DRIVEN * N  # what an earlier run has learned: means, the field's in µT,
 SURE = KNOWN + N  # and their σ; 0: nothing known
 AGE = SURE + N  # s over which Q has been added
-ROTATED = AGE + 1  # ∫ R dt, 9
+ROWS = 7  # that can be seen: position 3, velocity 3, height by barometer
+SIGHT = AGE + 1  # Σ y/σ² of a row's innovations in the block
+WEIGHT = SIGHT + ROWS  # Σ 1/σ²
+SINCE = WEIGHT + ROWS  # s since a row was last believed
+OUT = SINCE + ROWS  # s for which it has not been, 0: it is
+SWIFT = OUT + ROWS  # (m/s)², to which velocity went while it was aided, 3
+AIDED = SWIFT + 3  # 0: nothing of this was ever seen
+ROTATED = AIDED + 1  # ∫ R dt, 9
 SCALED = ROTATED + 9  # ∫ R_ik ω_l dt, 27
 PUSHED = SCALED + 27  # ∫ f dt, earth frame, 3
 TURNED = PUSHED + 3  # ∫ ω dt, 3
@@ -127,6 +137,21 @@ def propagate(m: Floats, n: int) -> None:
                 total += m[W + i * N + k] * m[F + j * N + k]
             m[P + (SPEED + i) * N + SPEED + j] = total
             m[P + (SPEED + j) * N + SPEED + i] = total
+
+
+@rare
+def carry_place(m: Floats, n: int, dt: float) -> None:
+    """Eq. 1 of p ← p + v dt."""
+    for i in range(3):
+        for j in range(n):
+            m[P + (PLACE + i) * N + j] += dt * m[P + (SPEED + i) * N + j]
+    for i in range(3):
+        row = P + (PLACE + i) * N
+        for j in range(i, 3):
+            m[row + PLACE + j] += dt * m[row + SPEED + j]
+        for j in range(n):
+            if j < PLACE or j > PLACE + i:
+                m[P + j * N + PLACE + i] = m[row + j]
 
 
 @rare

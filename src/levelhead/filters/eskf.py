@@ -3,10 +3,13 @@
 from math import pi, sqrt
 from typing import Annotated, NamedTuple
 
+from levelhead.filters import aiding
 from levelhead.filters.contract import Filter, Output, Param, SelfCalibration, Settling, parameters
 from levelhead.filters.error_state import (
     ACC,
     AGE,
+    AIDED,
+    AIR,
     BIAS,
     COUNT,
     CUT,
@@ -23,6 +26,7 @@ from levelhead.filters.error_state import (
     LOST_Z,
     MAG,
     MEAN,
+    PLACE,
     PUSHED,
     ROTATED,
     SCALED,
@@ -31,6 +35,7 @@ from levelhead.filters.error_state import (
     SIZE,
     SPEED,
     SPELL,
+    SWIFT,
     TURN,
     TURN_Z,
     TURNED,
@@ -39,6 +44,7 @@ from levelhead.filters.error_state import (
     H,
     N,
     X,
+    carry_place,
     independent,
     measure,
     propagate,
@@ -46,7 +52,7 @@ from levelhead.filters.error_state import (
     variance,
     widen,
 )
-from levelhead.filters.health import ACC_REJECTED, MAG_LEARNED, MAG_REJECTED
+from levelhead.filters.health import ACC_REJECTED, AID_REJECTED, MAG_LEARNED, MAG_REJECTED
 from levelhead.filters.learned import Learned, estimate, tell
 from levelhead.kernels import mat3, quat, tilt, triad
 from levelhead.kernels.arrays import Floats, zeros
@@ -71,6 +77,8 @@ UNKNOWN = 1.0  # rad, 1σ of a heading that means nothing
 AGREED = 1e-4  # rad, of a relative heading at its start
 IMPACT = 300.0  # m/s²: a blow about which samples tell little
 GATE = 25.0  # σ² of a velocity that is not believed,
+HALT = 9.0  # σ² within which it may be zero,
+HALTING = 0.3  # m/s², with no more acceleration than tilt and bias pretend
 ASTRAY = 0.94  # cos 20°, of a heading far off
 STEADY = 0.2  # share by which a new field may vary in the earth frame
 TURNING = 0.1  # rad/s, at least, for the difference to show
@@ -172,6 +180,16 @@ class ESKF(NamedTuple):
     tilt_start: Annotated[
         float, Param("deg", "1σ of the tilt at the start", low=0.0, low_open=True, sweep=(0.5, 30.0), log=True)
     ] = 5.0
+    baro_walk: Annotated[
+        float,
+        Param(
+            "m/√s",
+            "random walk of the barometer's height, by weather and warming",
+            low=0.0,
+            sweep=(1e-3, 1.0),
+            log=True,
+        ),
+    ] = 0.03
     block: Annotated[
         float, Param("s", "time between two corrections; 0: at every sample", low=0.0, sweep=(0.005, 0.5), log=True)
     ] = 0.1
@@ -375,19 +393,22 @@ def walked(params: ESKF, m: Floats, with_field: bool) -> None:
 @rare
 def across_gap(m: Floats, gap: float) -> None:
     """A time in which anything may have happened: attitude and velocity are lost, and tell nothing."""
+    if m[AIDED] != 0.0:
+        aiding.lost_sight(m, gap)
+    else:
+        still_here(m)
     level = sqrt(after_gap(max(variance(m, TURN), variance(m, TURN + 1)), gap))
     heading = sqrt(after_gap(variance(m, TURN_Z), gap))
-    independent(m, SPEED, 3, FIRST_SPEED)
     independent(m, TURN, 2, level)
     independent(m, TURN_Z, 1, heading)
     begin_block(m)
-    stop(m)
     m[CUT] = gap
 
 
 @kernel
-def stop(m: Floats) -> None:
-    """No velocity."""
+def still_here(m: Floats) -> None:
+    """No velocity, as at the start."""
+    independent(m, SPEED, 3, FIRST_SPEED)
     for i in range(3):
         m[MEAN + SPEED + i] = 0.0
 
@@ -396,35 +417,51 @@ def stop(m: Floats) -> None:
 def predict(params: ESKF, m: Floats, n: int) -> None:
     """The covariance at the end of the block."""
     drive(m)
+    if n > PLACE:
+        carry_place(m, n, 0.5 * m[SPELL])
     propagate(m, n)
+    if n > PLACE:
+        carry_place(m, n, 0.5 * m[SPELL])
+        widen(m, AIR, 1, params.baro_walk * params.baro_walk * m[SPELL])
     walked(params, m, n > MAG)
     m[AGE] += m[SPELL]
 
 
 @kernel
-def speed_noise(params: ESKF, m: Floats, still: bool) -> float:
+def halted(m: Floats, i: int) -> bool:
+    """Whether a body that was seen to move may stand still: smooth travel and smooth braking look like rest."""
+    v = m[MEAN + SPEED + i]
+    a = m[PUSHED + i] / m[SPELL] - (GRAVITY if i == 2 else 0.0)
+    return v * v <= HALT * (variance(m, SPEED + i) + REST_SPEED * REST_SPEED) and a * a <= HALTING * HALTING
+
+
+@kernel
+def speed_noise(params: ESKF, m: Floats, still: bool, i: int) -> float:
     """Variance of a body's mean velocity over the block."""
-    return REST_SPEED * REST_SPEED if still else params.speed * params.speed / m[SPELL]
+    if still and (m[SWIFT + i] == 0.0 or halted(m, i)):
+        return REST_SPEED * REST_SPEED
+    return (params.speed * params.speed + aiding.density(m, i)) / m[SPELL]
 
 
 @rare
 def runaway(params: ESKF, m: Floats, still: bool) -> bool:
-    """Whether velocity is beyond what the filter thinks possible."""
-    noise = speed_noise(params, m, still)
+    """Whether velocity is beyond what the filter thinks possible, where nobody sees it."""
     worst = 0.0
     for i in range(3):
-        v = m[MEAN + SPEED + i]
-        worst = max(worst, v * v / (variance(m, SPEED + i) + noise))
+        if not aiding.aided(m, i):
+            v = m[MEAN + SPEED + i]
+            worst = max(worst, v * v / (variance(m, SPEED + i) + speed_noise(params, m, still, i)))
     return worst > GATE
 
 
 @rare
 def see_speed(params: ESKF, m: Floats, still: bool, n: int) -> None:
-    """A body stays in the room: its velocity is zero, give or take."""
-    noise = speed_noise(params, m, still)
+    """A body stays in the room: its velocity is zero, give or take, where nobody sees it."""
     for i in range(3):
-        m[H + SPEED + i] = 1.0
-        measure(m, n, 0, -m[MEAN + SPEED + i], noise)
+        if not aiding.aided(m, i):
+            noise = speed_noise(params, m, still, i)
+            m[H + SPEED + i] = 1.0
+            measure(m, n, 0, -m[MEAN + SPEED + i], noise)
 
 
 @rare
@@ -445,11 +482,13 @@ def see_rest(m: Floats, n: int) -> None:
 
 
 class Fit(NamedTuple):
-    """Of a field, earth frame: whether norm or dip are not those learned, and whether heading is not."""
+    """Of a field, earth frame: whether norm or dip are not those learned, and whether heading is not; and whether
+    something of position and velocity was refused."""
 
     refused: bool
     turned: bool
     field: Vec3
+    astray: bool
 
 
 @rare
@@ -485,7 +524,7 @@ def see_field(params: ESKF, m: Floats, steady: bool, n: int) -> Fit:
     m[H + MAG + 1] = -1.0
     aside(m, 2, one)
     measure(m, n, TURN_Z, up - z, noise)
-    return Fit(refused, turned, field)
+    return Fit(refused, turned, field, False)
 
 
 @kernel
@@ -499,13 +538,15 @@ def aside(m: Floats, row: int, one: float) -> None:
 @rare
 def see_all(params: ESKF, m: Floats, still: bool, believed: bool, steady: bool, n: int) -> Fit:
     """x and P from all that was seen in a block, and the mean with x added."""
-    fit = Fit(False, False, ZERO)
+    fit = Fit(False, False, ZERO, False)
     if believed:
         see_speed(params, m, still, n)
     if still:
         see_rest(m, n)
     if m[COUNT] > 0.0:
         fit = see_field(params, m, steady, n)
+    if n > PLACE:
+        fit = Fit(fit.refused, fit.turned, fit.field, aiding.see_places(m, n))
     for i in range(n):
         m[MEAN + i] += m[X + i]
     return fit
@@ -561,8 +602,10 @@ def found_up(params: ESKF, m: Floats) -> Quat:
     heading = sqrt(variance(m, TURN_Z) + turn * turn)
     independent(m, TURN, 2, params.tilt_start * DEGREE)
     independent(m, TURN_Z, 1, heading)
-    independent(m, SPEED, 3, FIRST_SPEED)
-    stop(m)
+    if m[AIDED] != 0.0:
+        aiding.lost_sight(m, 0.0)
+    else:
+        still_here(m)
     return swing
 
 
@@ -593,7 +636,11 @@ def step(params: ESKF, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float)
         across_gap(m, dt)
         dt = BRIEF
     r = quat.matrix(attitude)
+    if m[AIDED] != 0.0:
+        aiding.carried(m, 0.5 * dt)
     feel(m, r, gyr, acc, dt)
+    if m[AIDED] != 0.0:
+        aiding.carried(m, 0.5 * dt)
     if tilt.present(mag):
         if unit == 0.0:
             unit = first_field(params, m, attitude, mag)
@@ -608,11 +655,19 @@ def due(params: ESKF, state: State) -> bool:
     return state.memory[SPELL] >= params.block
 
 
+@kernel
+def known(state: State) -> int:
+    """The first n states, which exist."""
+    if state.memory[AIDED] != 0.0:
+        return N
+    return PLACE if state.unit > 0.0 else MAG
+
+
 @rare
 def correct(params: ESKF, state: State, dt: float) -> State:
     """Covariance and corrections at the end of a block."""
     attitude, unit, still, out, odd, blocks, _, _, m = state
-    n = N if unit > 0.0 else MAG
+    n = known(state)
     predict(params, m, n)
     out = out + m[SPELL] if runaway(params, m, still) else 0.0
     up_lost = m[HEARD] > 0.0 and (out > GATE_TIME or variance(m, TURN) + variance(m, TURN + 1) > LOST_ANGLE)
@@ -627,6 +682,8 @@ def correct(params: ESKF, state: State, dt: float) -> State:
     health = ACC_REJECTED if out > 0.0 else 0
     if fit.refused or fit.turned:
         health |= MAG_REJECTED
+    if fit.astray:
+        health |= AID_REJECTED
     odd = odd_for(m, odd, fit)
     if odd.spell > params.mag_time:  # the room was changed, not the moment
         take_field(m, odd.field)
@@ -695,6 +752,23 @@ def told(state: State, known: Learned) -> State:
     return state._replace(memory=m)
 
 
+@kernel
+def aid(params: ESKF, state: State, row: int, value: float, sigma: float, age: float) -> State:
+    """One number of position, velocity or height, see ``aiding``; what has a direction ends a relative heading."""
+    m = state.memory
+    before = aiding.oriented(m)
+    aiding.sight(m, row, value, sigma, age)
+    if state.unit == 0.0 and aiding.oriented(m) and not before:
+        independent(m, TURN_Z, 1, UNKNOWN)
+    return state
+
+
+@kernel
+def place(params: ESKF, state: State) -> aiding.Place:
+    """Where the body is and how it moves."""
+    return aiding.place(state.memory)
+
+
 FILTER = Filter(
     name="ESKF",
     params=ESKF,
@@ -710,6 +784,8 @@ FILTER = Filter(
     calm=calm,
     due=due,
     correct=correct,
+    aid=aid,
+    place=place,
     judges=frozenset({"bias", "field"}),
     calibration=SelfCalibration(again, told, learned),
 )

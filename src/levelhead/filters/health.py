@@ -12,6 +12,7 @@ ACC_STUCK = 256  # an axis repeats one value: not used
 ACC_REJECTED = 512  # too far from g and from the prediction: not used
 MAG_REJECTED = 1024  # norm or dip are not those of the field learned: not used
 MAG_LEARNED = 4096  # a new field was taken for the earth's: from here on heading follows it
+AID_REJECTED = 8192  # position, velocity or height far from the prediction: not used
 AT_REST = 2048  # nothing wrong: the sensor is still, and its bias is being learned
 
 NAMES = {
@@ -27,6 +28,7 @@ NAMES = {
     ACC_REJECTED: "accelerating, accelerometer not used",
     MAG_REJECTED: "magnetic disturbance, magnetometer not used",
     MAG_LEARNED: "a new magnetic field taken for the earth's",
+    AID_REJECTED: "position, velocity or height far from the prediction, not used",
     AT_REST: "at rest, gyroscope bias learned",
 }
 FAULTS = sum(NAMES) - AT_REST

@@ -8,6 +8,8 @@ Both hold the same columns, each with its unit in its name:
     roll [deg], pitch [deg], yaw [deg]      the same, intrinsic z-y-x, for people; computed from the quaternion
     bias_x [rad/s], bias_y …, bias_z …      if the filter estimates a bias
     sigma_east [rad], sigma_north …, sigma_up …    1σ of the attitude error, if the filter knows it
+    position_east [m], position_north …, position_up …    and velocity_east [m/s] …, sigma_position_east [m] …,
+                                            sigma_velocity_east [m/s] …: if the recording saw any of it
     health                                  bits of ``levelhead.filters.health``; 0: nothing was wrong, 2048: at rest
 
 In CSV, t and the quaternion come back to the last bit; angles have 6 decimals, bias and σ at least 9 significant digits
@@ -60,6 +62,10 @@ def _columns(track: Track, rows: slice) -> dict[str, Any]:
     groups: tuple[tuple[str, str, Array | None], ...] = (
         ("bias_x bias_y bias_z", "rad/s", track.bias),
         ("sigma_east sigma_north sigma_up", "rad", track.sigma),
+        ("position_east position_north position_up", "m", track.position),
+        ("velocity_east velocity_north velocity_up", "m/s", track.velocity),
+        ("sigma_position_east sigma_position_north sigma_position_up", "m", track.sigma_position),
+        ("sigma_velocity_east sigma_velocity_north sigma_velocity_up", "m/s", track.sigma_velocity),
     )
     for names, unit, values in groups:
         if values is not None:

@@ -4,10 +4,12 @@
 >>> simulate.recording("MPU-6050", "hand", duration=10)
 Recording(1000 samples, 10.0 s at 100.0 Hz: gyr, acc, truth)
 
-In three steps: ``motion`` makes the truth, ``imu`` the error model of a chip, ``observe`` the recording.
+In three steps: ``motion`` makes the truth, ``imu`` the error model of a chip, ``observe`` the recording. ``pressure``
+and ``gnss`` are sensors beside it.
 """
 
 from levelhead.simulate.assemble import recording
+from levelhead.simulate.beside import Barometer, Receiver, gnss, pressure
 from levelhead.simulate.disturbance import Bumps, Vibration
 from levelhead.simulate.lesson import hard_lesson, lesson
 from levelhead.simulate.motion import STYLES, Motion, motion
@@ -20,16 +22,20 @@ __all__ = [
     "EARTH_FIELD",
     "MAGNETOMETERS",
     "STYLES",
+    "Barometer",
     "Bumps",
     "Imu",
     "Iron",
     "Motion",
+    "Receiver",
     "Triad",
     "Vibration",
+    "gnss",
     "hard_lesson",
     "imu",
     "lesson",
     "motion",
     "observe",
+    "pressure",
     "recording",
 ]

@@ -78,9 +78,9 @@ def observe(motion: Motion, imu: Imu, seed: int = 0, *, field: Vector = EARTH_FI
         field: (3,) the earth's magnetic field in µT, east, north, up.
 
     Returns:
-        A Recording with truth.quat and with truth.bias, the whole bias of the gyroscope in rad/s (turn-on bias + bias
-        instability + random walk). ``meta["drawn"]`` holds for "gyr", "acc" and "mag" the error "matrix" (3, 3) and the
-        "turn_on_bias" (3,) that were drawn: what a calibration ought to find.
+        A Recording with truth.quat, truth.position, truth.velocity and truth.bias, the whole bias of the gyroscope in
+        rad/s (turn-on bias + bias instability + random walk). ``meta["drawn"]`` holds for "gyr", "acc" and "mag" the
+        error "matrix" (3, 3) and the "turn_on_bias" (3,) that were drawn: what a calibration ought to find.
 
     Raises:
         LevelheadError: the field is not three finite numbers, or the seed is negative.
@@ -99,7 +99,14 @@ def observe(motion: Motion, imu: Imu, seed: int = 0, *, field: Vector = EARTH_FI
         readings["acc"].values,
         readings["mag"].values if imu.mag is not None else None,
         # y is magnetic north by convention; a field with an east component means that the user's y is another one.
-        Truth(motion.quat, readings["gyr"].bias, None, math.isclose(earth[0], 0.0, abs_tol=1e-9) and earth[1] > 0.0),
+        Truth(
+            motion.quat,
+            readings["gyr"].bias,
+            None,
+            math.isclose(earth[0], 0.0, abs_tol=1e-9) and earth[1] > 0.0,
+            motion.position,
+            motion.velocity,
+        ),
         {
             "source": "simulate",
             "sensor": imu.name,

@@ -5,6 +5,7 @@ import os
 import zipfile
 import zlib
 from collections.abc import Mapping
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 
 from levelhead.atomic import atomic_path
 from levelhead.errors import LevelheadError
-from levelhead.recording import Recording, Truth
+from levelhead.recording import Gnss, Pressure, Recording, Truth
 from levelhead.sources.arrays import tabulate
 from levelhead.sources.assemble import assemble
 from levelhead.sources.hints import Hints
@@ -21,13 +22,16 @@ from levelhead.sources.table import ArrayTable
 
 _MARK = "levelhead_format"
 _VERSION = 1
+_TRUTH = ("bias", "moving", "position", "velocity")
+_BESIDE: dict[str, type[Pressure | Gnss]] = {"pressure": Pressure, "gnss": Gnss}
 
 
 def write(recording: Recording, path: str | os.PathLike[str]) -> None:
     """A Recording as .npz in SI units, which ``read`` gives back exactly.
 
-    It holds t, gyr, acc and, where there are any, mag, truth_quat, truth_bias, truth_moving, truth_north, and meta as
-    JSON. The file appears whole or not at all.
+    It holds t, gyr, acc and, where there are any, mag, truth_quat, truth_bias, truth_moving, truth_position,
+    truth_velocity, truth_north, the fields of pressure and gnss as pressure_t, gnss_position …, and meta as JSON. The
+    file appears whole or not at all.
 
     Raises:
         LevelheadError: the path cannot be written.
@@ -37,10 +41,12 @@ def write(recording: Recording, path: str | os.PathLike[str]) -> None:
         arrays["mag"] = recording.mag
     if (truth := recording.truth) is not None:
         arrays |= {"truth_quat": truth.quat, "truth_north": np.array(truth.north)}
-        if truth.bias is not None:
-            arrays["truth_bias"] = truth.bias
-        if truth.moving is not None:
-            arrays["truth_moving"] = truth.moving
+        for name in _TRUTH:
+            if (values := getattr(truth, name)) is not None:
+                arrays[f"truth_{name}"] = values
+    for name in _BESIDE:
+        if (sensor := getattr(recording, name)) is not None:
+            arrays |= {f"{name}_{key}": values for key, values in vars(sensor).items() if values is not None}
     meta = json.dumps(dict(recording.meta), default=str, ensure_ascii=False)
     arrays |= {"meta": np.array(meta), _MARK: np.array(_VERSION)}
     with atomic_path(path) as temporary, open(temporary, "wb") as file:
@@ -100,6 +106,17 @@ def _load(path: Path) -> dict[str, NDArray[Any]]:
         raise LevelheadError(f"{path} is not a .npz archive, or it is truncated or damaged") from None
 
 
+def _beside(kind: type[Pressure | Gnss], name: str, arrays: Mapping[str, NDArray[Any]]) -> Any:
+    """The sensor beside the IMU whose fields are there; None without stamps."""
+    keys = [key.name for key in fields(kind)]
+    found = {key: arrays[f"{name}_{key}"] for key in keys if f"{name}_{key}" in arrays}
+    if not found:
+        return None
+    if missing := [key for key in ("t", "values") if key in keys and key not in found]:
+        raise LevelheadError(f"{name} lacks {', '.join(missing)}; expected what levelhead wrote")
+    return kind(**found)
+
+
 def _own(path: Path, arrays: Mapping[str, NDArray[Any]]) -> Recording:
     if arrays[_MARK].shape != () or arrays[_MARK] != _VERSION:
         raise LevelheadError(f"{path} was written by a newer levelhead; expected format {_VERSION}")
@@ -115,10 +132,12 @@ def _own(path: Path, arrays: Mapping[str, NDArray[Any]]) -> Recording:
     truth = None
     if "truth_quat" in arrays:
         north = bool(np.all(arrays.get("truth_north", np.array(True))))
-        truth = Truth(arrays["truth_quat"], arrays.get("truth_bias"), arrays.get("truth_moving"), north)
+        known = {name: arrays[f"truth_{name}"] for name in _TRUTH if f"truth_{name}" in arrays}
+        truth = Truth(arrays["truth_quat"], north=north, **known)
     try:
+        beside = {name: _beside(kind, name, arrays) for name, kind in _BESIDE.items()}
         return Recording(
-            arrays["t"], arrays["gyr"], arrays["acc"], arrays.get("mag"), truth, {**meta, "source": str(path)}
+            arrays["t"], arrays["gyr"], arrays["acc"], arrays.get("mag"), truth, {**meta, "source": str(path)}, **beside
         )
     except LevelheadError as error:
         raise LevelheadError(f"{path}: {error}") from None
