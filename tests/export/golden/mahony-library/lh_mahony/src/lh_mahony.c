@@ -883,6 +883,14 @@ static float guard_square_off(Vec3 mean, Vec3 v)
     return x * x + y * y + z * z;
 }
 
+/* mean + weight (v − mean) */
+static Vec3 guard_toward(Vec3 mean, Vec3 v, float weight)
+{
+    const float a = mean.x, b = mean.y, c = mean.z;
+    const float x = v.x, y = v.y, z = v.z;
+    return (Vec3){a + weight * (x - a), b + weight * (y - b), c + weight * (z - c)};
+}
+
 /* The field at the start, which the attitude was made of. */
 static Field guard_first_field(Vec3 up, Vec3 mag)
 {
@@ -891,14 +899,6 @@ static Field guard_first_field(Vec3 up, Vec3 mag)
     }
     const float n = vec3_norm(mag);
     return (Field){n, vec3_dot(up, mag) / n, GUARD_FIRST_AGE, 0.0f};
-}
-
-/* mean + weight (v − mean) */
-static Vec3 guard_toward(Vec3 mean, Vec3 v, float weight)
-{
-    const float a = mean.x, b = mean.y, c = mean.z;
-    const float x = v.x, y = v.y, z = v.z;
-    return (Vec3){a + weight * (x - a), b + weight * (y - b), c + weight * (z - c)};
 }
 
 /* Whether a steady rate is a turn and no bias: too large for any, or far from what is known of it.
@@ -1009,6 +1009,12 @@ static Look guard_look(const Guard *guard, Watch watch, Quat attitude, Vec3 gyr,
     return (Look){mag, health, watch};
 }
 
+/* Whether the accelerometer is held back. */
+static bool guard_refusing(const Guard *guard, Watch watch)
+{
+    return 0.0f < watch.acc_out && watch.acc_out < guard->acc_time;
+}
+
 /* For how long specific force has been no gravity: its norm is not g (odd), and it is far from the vertical. */
 static Watch guard_pushed(const Guard *guard, Watch watch, Quat attitude, Vec3 gyr, Vec3 acc, bool odd,
     float dt)
@@ -1029,12 +1035,6 @@ static Watch guard_pushed(const Guard *guard, Watch watch, Quat attitude, Vec3 g
     const float cosine = 1.0f - 0.5f * guard->acc_angle * guard->acc_angle * (GUARD_DEGREE * GUARD_DEGREE);
     const bool far = a * x + b * y + c * z < sqrtf(x * x + y * y + z * z) * cosine;
     return (Watch){still, bias, far ? out + dt : 0.0f, field};
-}
-
-/* Whether the accelerometer is held back. */
-static bool guard_refusing(const Guard *guard, Watch watch)
-{
-    return 0.0f < watch.acc_out && watch.acc_out < guard->acc_time;
 }
 
 /* ---- mahony
@@ -1455,9 +1455,9 @@ static Scene scene_perceived(const Guard *guard, const Scene *scene, Vec3 gyr, V
  * The one driver: what happens to a sample before and around a filter's step, for every engine alike.
  *
  * These are kernels: plain Python runs them as they stand, Numba compiles the same source. init, step, due,
- * correct, output, gains, loosen, loosen_heading and calm are the filter's own, look is what
- * stands in front of it; binding.bind binds them. Arrays are flat (row after row), so that Python lists and NumPy
- * arrays are indexed by the same line.
+ * correct, output, gains, loosen, loosen_heading, calm and again are the filter's own,
+ * look is what stands in front of it; binding.bind binds them. Arrays are flat (row after row), so that Python
+ * lists and NumPy arrays are indexed by the same line.
  *
  * A sample goes through in phases. What the recording says by itself comes first (scene.perceived); all others take
  * the scene and what one run carries. advance calls them in turn, engine.lanes each for all of its runs at once,
@@ -1492,6 +1492,13 @@ static State driver_as_it_is(Mahony params, State state, float dt)
     return state;
 }
 
+/* again of a filter that knows nothing of earlier runs. */
+static State driver_afresh(Mahony params, State before, Vec3 gyr, Vec3 acc, Vec3 mag)
+{
+    (void)before;
+    return mahony_init(params, gyr, acc, mag);
+}
+
 /* Before the first sample: level, not started. */
 static Carry driver_begin(const Settings *settings)
 {
@@ -1501,10 +1508,10 @@ static Carry driver_begin(const Settings *settings)
 }
 
 /* At the first sample, and at those after it as long as there was no accelerometer reading. */
-static Run driver_started(const Settings *settings, const Scene *scene)
+static Run driver_started(const Settings *settings, const Scene *scene, const Run *run)
 {
     const Mahony params = settings->filter;
-    const State state = mahony_init(params, scene->gyr, scene->acc, scene->mag);
+    const State state = driver_afresh(params, run->state, scene->gyr, scene->acc, scene->mag);
     const float still = GUARD_BEFORE.still;
     const Vec3 bias = GUARD_BEFORE.bias;
     const float out = GUARD_BEFORE.acc_out;
@@ -1652,7 +1659,7 @@ static Carry driver_advance(const Settings *settings, const Carry *carry, Vec3 g
     Run run = carry->run;
     const Scene scene = scene_perceived(&settings->guard, before, gyr, acc, mag, dt);
     if (!before->started) {
-        return (Carry){scene, driver_started(settings, &scene)};
+        return (Carry){scene, driver_started(settings, &scene, &run)};
     }
     if (scene.sensors.sum.spell >= SENSORS_SPELL) {
         run = driver_calmed(settings, &scene, &run);

@@ -54,6 +54,7 @@ enum {
     LH_MAG_REJECTED = 1024, /* magnetic disturbance, magnetometer not used */
     LH_AT_REST = 2048, /* at rest, gyroscope bias learned */
     LH_MAG_LEARNED = 4096, /* a new magnetic field taken for the earth's */
+    LH_AID_REJECTED = 8192, /* position, velocity or height far from the prediction, not used */
 };
 #endif
 
