@@ -105,8 +105,8 @@ def test_bad_logs(refused, tmp_path, case):
     [
         (["--filter", "Kalmann"], "no filter 'Kalmann'; did you mean 'Kalman'?"),
         (["--filter", "Kalman", "--set", "r_mesure=1"], "no parameter 'r_mesure'; did you mean 'r_measure'?"),
-        (["--set", "acc_tua=1"], "EKF has no parameter 'acc_tua'; did you mean 'acc_tau'?"),
-        (["--set", "r_measure=1"], "EKF, the best filter for these sensors, has no parameter 'r_measure'; name one"),
+        (["--set", "acc_bais=1"], "ESKF has no parameter 'acc_bais'; did you mean 'acc_bias'?"),
+        (["--set", "r_measure=1"], "ESKF, the best filter for these sensors, has no parameter 'r_measure'; name one"),
         (["--filter", "Kalman", "--set", "r_measure=0"], "r_measure = 0 is not allowed; it must be greater than"),
         (["--filter", "Kalman", "--set", "r_measure=-1"], "must be greater than 0 deg²"),
         (["--filter", "Kalman", "--set", "r_measure=nan"], "must be greater than 0 deg²"),

@@ -94,7 +94,7 @@ def test_sweep_a_log_with_another_parameter_held(levelhead, logs):
         "sweep",
         logs / "hand.npz",
         "--parameter",
-        "acc_tau",
+        "mag_time",
         "--set",
         "acc_noise=0.3",
         "--values",

@@ -228,7 +228,8 @@ def vector(m: Floats, at: int) -> Vec3:
 @rare
 def init(params: ESKF, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
     """Tilt and heading of the first sample; a relative heading starts at 0 and is right by definition."""
-    return begun(params, zeros(SIZE), acc, mag)
+    m = zeros(SIZE)
+    return begun(params, m, acc, mag)
 
 
 @rare
