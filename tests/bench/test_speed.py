@@ -31,7 +31,7 @@ def test_every_filter_and_contender_is_timed(mag):
     names = [flt.name for flt in filters.ALL]
     there = [one.name for one in contenders.ALL if one.installed]
     together = batch(mag, 1_000, 1)
-    assert [row["case"] for row in together.rows] == ["best", *names, *there]
+    assert [row["case"] for row in together.rows] == ["best", "smoother", *names, *there]
     one_by_one = [row["case"] for row in live(mag, 50, 1).rows]
     assert all(f"Stream({name}), {rows}" in one_by_one for name in names for rows in ("tuples", "NumPy rows"))
     assert ("AxisStream(Kalman)" in one_by_one) is not mag

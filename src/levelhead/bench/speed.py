@@ -8,9 +8,9 @@ import numpy as np
 
 from levelhead import filters
 from levelhead.bench import contenders, inputs
-from levelhead.bench.methods import BEST, OURS, Method, every
+from levelhead.bench.methods import BEST, OURS, SMOOTHER, Method, every
 from levelhead.bench.timing import Case, Progress, Table, Timing, interleaved, machine
-from levelhead.engine import AxisStream, Stream, fuse
+from levelhead.engine import AxisStream, Stream, fuse, smooth
 from levelhead.errors import LevelheadError
 from levelhead.recording import Recording
 from levelhead.units import STANDARD_GRAVITY
@@ -86,6 +86,8 @@ def batch(mag: bool, samples: int, repeats: int, progress: Progress | None = Non
 
 
 def _whole(method: Method, recording: Recording) -> Callable[[], object]:
+    if method.name == SMOOTHER:
+        return lambda: smooth(recording)
     if method.package == OURS:
         return lambda: fuse(recording, method.params, engine="compiled")
     return lambda: contenders.BY_NAME[method.name].run(recording)
