@@ -3,7 +3,7 @@
 Each filter has a page docs/filters/NAME.md, made where there is none: what its module and its Params class say, and
 below that whatever people write. Every block between <!-- generated: NAME --> and <!-- end --> is rewritten. With
 --check nothing is changed; a page that is out of date is named, and the exit code is 1. With --pictures
-`levelhead demo --full` is run as well, and its pictures are kept with fewer colours.
+the pictures are made anew as well, and kept with fewer colours.
 """
 
 import argparse
@@ -17,9 +17,12 @@ from pathlib import Path
 
 from levelhead import cli, filters, units
 from levelhead.engine.binding import guards
+from levelhead.engine.learning import learning
 from levelhead.filters import guard, health
 from levelhead.filters.contract import Filter, Param, derived_table, param_table
 from levelhead.live.events import EVENTS
+from levelhead.publish.plots import learned_picture
+from levelhead.simulate import recording
 from levelhead.simulate.motion import STYLES
 from levelhead.simulate.presets import CHIPS, MAGNETOMETERS, Sheet
 
@@ -221,12 +224,14 @@ def renewed(text: str) -> str:
 
 
 def pictures() -> None:
-    """The pictures of `levelhead demo --full`, with a palette so that the repository stays small."""
+    """The pictures of `levelhead demo --full` and that of a calibration, with few colours for a small repository."""
     from PIL import Image  # noqa: PLC0415 - only here, so that --check needs no pictures
 
     with tempfile.TemporaryDirectory() as folder:
         if cli.main(["demo", "--full", "--out", folder]) != 0:
             raise SystemExit("levelhead demo --full failed")
+        known = recording("LSM6DSO32", "hand", duration=120.0, seed=3, mag="HMC5883L")
+        learned_picture(learning(known, filters.ESKF()), Path(folder) / "learned.png")
         for path in sorted(Path(folder).glob("*.png")):
             with Image.open(path) as picture:
                 few = picture.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)

@@ -193,5 +193,5 @@ def test_damaged_files_are_refused(runs, tmp_path, name, change, words):
 
 
 def test_known_means_that_sigma_has_shrunk():
-    part = Quantity(np.zeros(3), np.array([0.5, 0.8, 0.0]), np.array([1.0, 1.0, 0.0]))
+    part = Quantity(np.zeros(3), np.array([0.5, 0.8, 0.0]), np.array([1.0, 1.0, 0.0]), np.ones(3))
     assert part.known.tolist() == [True, False, False]

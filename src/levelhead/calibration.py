@@ -27,7 +27,7 @@ LARGEST = 1_000_000  # bytes: no calibration is so large
 # 1σ by which a bias differs from one switching-on to the next: a choice in the range of the zero-rate and zero-g
 # repeatability of consumer chips, which their data sheets do not give.
 TURN_ON_GYR = math.radians(0.3)  # rad/s
-TURN_ON_ACC = 0.01  # m/s²
+TURN_ON_ACC = 0.02  # m/s²
 
 UNLEARNED = 0.7  # of the σ that it would have had unlearned (about half of the variance): it has not been learned
 
@@ -40,11 +40,13 @@ class Quantity:
         value: what was found.
         sigma: its 1σ, of the same shape.
         unlearned: what its 1σ would be by now had nothing been learned of it; 0 where it was not asked for.
+        start: what it was at the start; the rest of ``unlearned`` is a random walk since.
     """
 
     value: Array
     sigma: Array
     unlearned: Array
+    start: Array
 
     @property
     def known(self) -> Any:
@@ -90,14 +92,16 @@ class Calibration:
         return cls(**{name: _quantity(name, part) for name, part in found._asdict().items() if part is not None})
 
     def prior(self) -> Learned:
-        """For the next run of the same sensor, whose biases may have changed when it was switched on.
+        """For the next run of the same sensor.
 
-        σ of the gyroscope's bias is widened by 0.3 °/s, that of the accelerometer's by 0.01 m/s².
+        What has walked during this run is gone: of a number whose 1σ was s at the start and would be w by now, a share
+        k = s²/w² is expected to be constant, and this has the variance k² σ² + (1 − k) s². Biases change when a sensor
+        is switched on: σ of the gyroscope's is widened by 0.3 °/s, that of the accelerometer's by 0.02 m/s². The field
+        belongs to the place and is not handed on.
         """
         widened = {"gyr_bias": TURN_ON_GYR, "acc_bias": TURN_ON_ACC}
-        return Learned(
-            **{name: _estimate(part, widened.get(name, 0.0)) for name, part in self._parts().items() if part}
-        )
+        parts = {name: part for name, part in self._parts().items() if part is not None and name != "field"}
+        return Learned(**{name: _constant(part, widened.get(name, 0.0)) for name, part in parts.items()})
 
     def _parts(self) -> dict[str, Quantity | None]:
         return {one.name: getattr(self, one.name) for one in fields(self)}
@@ -119,7 +123,7 @@ class Calibration:
         return replace(recording, gyr=gyr, acc=recording.acc - self.acc_bias.value, mag=mag, truth=truth)
 
     def to_dict(self) -> dict[str, Any]:
-        """For JSON: of each quantity its unit, value, sigma and unlearned as lists; None for what was not there."""
+        """For JSON: of each quantity its unit and its four attributes as lists; None for what was not there."""
         return {
             name: None if part is None else {"unit": SHAPES[name][1]} | {
                 one.name: getattr(part, one.name).tolist() for one in fields(part)
@@ -241,9 +245,13 @@ def _quantity(name: str, part: Estimate) -> Quantity:
     return Quantity(*arrays)
 
 
-def _estimate(part: Quantity, widened: float) -> Estimate:
-    sigma = np.where(part.unlearned > 0.0, np.hypot(part.sigma, widened), 0.0)
-    return Estimate(*(tuple(a.reshape(-1).tolist()) for a in (part.value, sigma, part.unlearned)))
+def _constant(part: Quantity, widened: float) -> Estimate:
+    """What is left of a quantity after its run; σ 0, which is "nothing known", where it was not asked for."""
+    asked = part.start > 0.0
+    share = np.square(np.divide(part.start, part.unlearned, out=np.zeros_like(part.start), where=asked))
+    variance = np.square(share * part.sigma) + (1.0 - share) * np.square(part.start) + widened**2
+    sigma = np.where(asked, np.sqrt(variance), 0.0)
+    return Estimate(*(tuple(a.reshape(-1).tolist()) for a in (share * part.value, sigma, part.unlearned, part.start)))
 
 
 def _read(name: str, part: Any) -> Quantity | None:
@@ -252,9 +260,11 @@ def _read(name: str, part: Any) -> Quantity | None:
     if part is None and may_miss:
         return None
     if not isinstance(part, dict) or part.get("unit") != unit:
-        raise LevelheadError(f"{name} is missing or not in {unit or 'its unit'}; expected value, sigma and unlearned")
+        raise LevelheadError(
+            f"{name} is missing or not in {unit or 'its unit'}; expected value, sigma, unlearned and start"
+        )
     arrays = []
-    for key in ("value", "sigma", "unlearned"):
+    for key in Estimate._fields:
         array = real_array(f"{name}.{key}", part.get(key, ()), shape, unit or "no unit")
         if np.isnan(array).any() or (key != "value" and (array < 0.0).any()):
             what = "finite numbers" if key == "value" else "numbers of at least 0"

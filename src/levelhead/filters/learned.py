@@ -8,11 +8,12 @@ from levelhead.kernels.arrays import Floats
 
 
 class Estimate(NamedTuple):
-    """Numbers, their 1σ, and what this would be by now had nothing been learned of them."""
+    """Numbers, their 1σ, what this would be by now had nothing been learned of them, and what it was at the start."""
 
     value: tuple[float, ...]
     sigma: tuple[float, ...]
     unlearned: tuple[float, ...]
+    start: tuple[float, ...]
 
 
 class Learned(NamedTuple):
@@ -34,6 +35,7 @@ def estimate(m: Floats, first: int, count: int, start: float, walk: float, unit:
         tuple(float(m[MEAN + i]) * unit for i in at),
         tuple(sqrt(max(float(variance(m, i)), 0.0)) * unit for i in at),
         (sqrt(start * start + walk * walk * age) * unit,) * count,
+        (start * unit,) * count,
     )
 
 
