@@ -13,7 +13,7 @@ import numpy as np
 from levelhead import filters
 from levelhead.bench.figures import Figures, measure
 from levelhead.bench.groups import Group
-from levelhead.bench.methods import BEST, OURS, Method
+from levelhead.bench.methods import BEST, OURS, SMOOTHER, Method
 from levelhead.bench.parallel import spread
 from levelhead.bench.survey import Entry, load, survey
 from levelhead.bench.timing import Progress, machine
@@ -206,6 +206,7 @@ def _remarks(result: Accuracy) -> dict[str, str]:
     """What must be known of a method, by its name."""
     known = {
         BEST: f"best: {filters.best()}, what fuse takes by itself.",
+        SMOOTHER: f"smoother: {filters.offline()}, there and back: it knows the whole recording.",
         "imufusion.Ahrs+": "imufusion.Ahrs+: with its bias estimate and the rejections of its advanced example.",
         "vqf.offlineVQF": "vqf.offlineVQF looks into the future.",
     }
@@ -218,7 +219,7 @@ def _remarks(result: Accuracy) -> dict[str, str]:
 
 
 def _plain(method: Method) -> dict[str, Any] | None:
-    params = filters.best() if method.name == BEST else method.params
+    params = {BEST: filters.best(), SMOOTHER: filters.offline()}.get(method.name, method.params)
     return {"filter": filters.of(params).name, **params._asdict()} if method.package == OURS else None
 
 
