@@ -16,8 +16,8 @@ x^s_k to x_k+1 + x^s_k+1. Only some minutes of blocks are kept: the filter runs 
 then, and again through each stretch before that is smoothed.
 """
 
+import functools
 from collections.abc import Callable
-from math import sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -37,7 +37,6 @@ from levelhead.filters.guard import Guard
 from levelhead.kernels import quat
 from levelhead.kernels.jit import bound, compiled, kernel, rare
 from levelhead.kernels.quat import Quat
-from levelhead.kernels.semidefinite import factor, solve
 from levelhead.kernels.tilt import GAP_SECONDS, UNIFORM
 from levelhead.kernels.vec3 import Vec3
 from levelhead.recording import Array, Recording
@@ -139,76 +138,38 @@ def forward(
     return carry, count, i
 
 
-@kernel
-def without(a: Any, first: int, count: int) -> None:
-    """Rows and columns of states that are left out."""
-    for i in range(first, first + count):
-        for j in range(PLACE):
-            a[i * N + j] = 0.0
-            a[j * N + i] = 0.0
+def square(row: Array) -> Array:
+    """A covariance without the rows and columns of states that only aiding knows."""
+    return row.reshape(N, N)[:PLACE, :PLACE]
 
 
-@kernel
-def times(total: Any, a: Any, b: Any) -> None:
-    """total + A B"""
-    for i in range(PLACE):
-        for c in range(PLACE):
-            weight = a[i * N + c]
-            for j in range(PLACE):
-                total[i * N + j] += weight * b[c * N + j]
-
-
-@kernel
-def times_transposed(total: Any, a: Any, b: Any) -> None:
-    """total + Aᵀ B"""
-    for c in range(PLACE):
-        for i in range(PLACE):
-            weight = a[c * N + i]
-            for j in range(PLACE):
-                total[i * N + j] += weight * b[c * N + j]
-
-
-@kernel
-def step_back(kept: Blocks, k: int, x: Any, p: Any, low: Any, g: Any, d: Any) -> None:
+def step_back(kept: Blocks, k: int, x: Array, p: Array) -> tuple[Array, Array]:
     """Eqs. 1 and 2 from block k + 1, of which x = x^s and p = P^s, to block k."""
-    for i in range(N * N):
-        low[i] = kept.ahead[k + 1, i]
-        d[i] = p[i] - kept.ahead[k + 1, i]
-        g[i] = kept.p[k, i]
-    for i in range(DRIVEN * N):
-        g[SPEED * N + i] = kept.w[k + 1, i]
-    for i in range(PLACE):
-        x[i] += kept.x[k + 1, i]
+    ahead, here = square(kept.ahead[k + 1]), square(kept.p[k])
+    forth = here.copy()  # F P_k
+    forth[SPEED : SPEED + DRIVEN] = kept.w[k + 1].reshape(DRIVEN, N)[:, :PLACE]
+    known = np.diag(ahead) > 0.0  # what is known exactly learns nothing
     if kept.cut[k + 1, 0] > 0.0:
-        without(low, SPEED, DRIVEN)
-        without(d, SPEED, DRIVEN)
-    factor(low, N, PLACE)
-    solve(low, N, PLACE, g, PLACE)  # Gᵀ
-    for i in range(PLACE):
-        low[i] = 0.0
-    for j in range(PLACE):
-        for i in range(PLACE):
-            low[i] += g[j * N + i] * x[j]
-    for i in range(PLACE):
-        x[i] = low[i]
-    for i in range(N * N):
-        low[i] = 0.0
-        p[i] = kept.p[k, i]
-    times(low, d, g)
-    times_transposed(p, g, low)
+        known[SPEED : SPEED + DRIVEN] = False
+    gain = np.linalg.solve(ahead[np.ix_(known, known)], forth[known]).T
+    left = (p - ahead)[np.ix_(known, known)]
+    return gain @ (x + kept.x[k + 1, :PLACE])[known], here + gain @ left @ gain.T
 
 
-@kernel
-def backward(kept: Blocks, count: int, x: Any, p: Any, work: Any, turn: Any, bias: Any, sigma: Any) -> None:
-    """x^s of attitude and bias, and σ^s of attitude, of all blocks kept; x and p are those of the last one."""
-    for back in range(count):
-        k = count - 1 - back
-        if back > 0:
-            step_back(kept, k, x, p, work[0], work[1], work[2])
-        for j in range(3):
-            turn[k, j] = x[TURN + j]
-            bias[k, j] = kept.bias[k, j] + x[BIAS + j]
-            sigma[k, j] = min(sqrt(max(p[(TURN + j) * N + TURN + j], 0.0)), UNIFORM)
+def backward(
+    kept: Blocks, count: int, x: Array, p: Array, turn: Array, bias: Array, sigma: Array
+) -> tuple[Array, Array]:
+    """x^s of attitude and bias, and σ^s of attitude, of all blocks kept; x and p are those of the last one.
+
+    Returns those of the first one.
+    """
+    for k in range(count - 1, -1, -1):
+        if k < count - 1:
+            x, p = step_back(kept, k, x, p)
+        turn[k] = x[TURN : TURN + 3]
+        bias[k] = kept.bias[k] + x[BIAS : BIAS + 3]
+        sigma[k] = np.sqrt(np.clip(np.diag(p)[TURN : TURN + 3], 0.0, UNIFORM * UNIFORM))
+    return x, p
 
 
 @kernel
@@ -229,6 +190,14 @@ def ends(swing: Any, turn: Any, before: Any) -> None:
         before[k, 0], before[k, 1], before[k, 2] = quat.log(whole)
 
 
+@functools.cache
+def forward_machine(guarded: bool) -> Any:
+    """``forward`` compiled."""
+    driver = bind(FORWARD, guarded)
+    name = "guarded" if guarded else "unguarded"
+    return compiled(bound(forward, name, advance=driver.advance, result=driver.result))
+
+
 class Stretch(NamedTuple):
     """Where the forward run was when a stretch began."""
 
@@ -241,9 +210,7 @@ class Smoother:
 
     def __init__(self, recording: Recording, params: Any, guard: Guard | None, prior: Calibration | None) -> None:
         driver = bind(FORWARD, guard is not None)
-        name = "guarded" if guard is not None else "unguarded"
-        own = {"advance": driver.advance, "result": driver.result}
-        self._forward = compiled(bound(forward, name, **own))
+        self._forward = forward_machine(guard is not None)
         self._settings = Settings(params, guard or DEFAULT_GUARD)
         mag = np.empty((0, 3)) if recording.mag is None else np.array(recording.mag)
         self._sensors = (np.array(recording.t), np.array(recording.gyr), np.array(recording.acc), mag)
@@ -275,10 +242,10 @@ class Smoother:
         """What was known of the sensor at the end, which is all there is to know."""
         return learned(FORWARD, self._settings, end.carry)
 
-    def back(self, count: int, stop: int, x: Array, p: Array) -> None:
-        """Through the stretch that was kept, to the sample before ``stop``; x and p go on to the one before."""
+    def back(self, count: int, stop: int, x: Array, p: Array) -> tuple[Array, Array]:
+        """Through the stretch that was kept, to the sample before ``stop``; returns x and p for the one before."""
         turn, bias, sigma, before = (np.zeros((count, 3)) for _ in range(4))
-        compiled(backward)(self._kept, count, x, p, np.empty((3, N * N)), turn, bias, sigma)
+        x, p = backward(self._kept, count, x, p, turn, bias, sigma)
         compiled(ends)(self._kept.swing[:count], turn, before)
         t = self._sensors[0]
         end = self._kept.end[:count, 0].astype(int)
@@ -298,6 +265,7 @@ class Smoother:
         for j in range(3):
             self.bias[samples, j] = np.interp(t[samples], at, bias[:, j])
             self.sigma[samples, j] = np.interp(t[samples], at, sigma[:, j])
+        return x, p
 
     def _before_gap(self, samples: NDArray[np.int_], end: NDArray[np.int_]) -> NDArray[np.bool_]:
         """Which samples are cut off from the end of their block."""
@@ -348,12 +316,12 @@ def smooth(
         stretches.append(after)
         if progress is not None:
             progress(0.5 * after.start / n)
-    x, p = np.zeros(N), np.array(stretches[-1].carry.run.state.memory[P : P + N * N])
+    x, p = np.zeros(PLACE), square(np.array(stretches[-1].carry.run.state.memory[P : P + N * N]))
     for k in range(len(stretches) - 2, -1, -1):
         stop = stretches[k + 1].start
         if k < len(stretches) - 2:
             count, _ = run.ahead(stretches[k])
-        run.back(count, stop, x, p)
+        x, p = run.back(count, stop, x, p)
         if progress is not None:
             progress(1.0 - 0.5 * stretches[k].start / n)
     calibration = run.learned(stretches[-1])
