@@ -174,7 +174,7 @@ def _inlined(function: Callable[..., Any]) -> Any:
 
     twin = _allocator() if hasattr(function, "__memory__") else _rebuilt(function, function.__qualname__)
     inline = not hasattr(function, "__apart__")
-    # Python never calls it: without what that would need it is compiled in two thirds of the time.
+    # Python never calls it, so that nothing of what that would need has to be compiled.
     alone: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
     return numba.njit(forceinline=inline, error_model="numpy", nogil=True, **alone)(twin)
 
