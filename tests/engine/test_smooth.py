@@ -7,7 +7,7 @@ import levelhead as lh
 from levelhead import simulate
 from levelhead.engine import smoother
 from levelhead.evaluate import evaluate
-from levelhead.filters.error_state import DRIVEN, SPEED, N
+from levelhead.filters.error_state import DRIVEN, ROW, SPEED
 from levelhead.filters.error_state import PLACE as KNOWN
 
 
@@ -18,7 +18,7 @@ def spd(rng):
 
 def padded(matrix):
     """As it lies in memory, where there is room for states that only aiding knows."""
-    wide = np.zeros((matrix.shape[0], N))
+    wide = np.zeros((matrix.shape[0], ROW))
     wide[:, :KNOWN] = matrix
     return wide.ravel()
 
@@ -31,7 +31,7 @@ def test_a_step_back_is_rauch_tung_striebels(cut):
     f[SPEED : SPEED + DRIVEN] += rng.normal(0, 0.1, (DRIVEN, KNOWN))
     ahead = f @ here @ f.T + noise
     kept = smoother.room(2)
-    kept.p[0, : KNOWN * N], kept.ahead[1, : KNOWN * N] = padded(here), padded(ahead)
+    kept.p[0, : KNOWN * ROW], kept.ahead[1, : KNOWN * ROW] = padded(here), padded(ahead)
     kept.w[1] = padded((f @ here)[SPEED : SPEED + DRIVEN])
     kept.x[1, :KNOWN], kept.cut[1] = rng.normal(size=KNOWN), float(cut)
     x = rng.normal(size=KNOWN)

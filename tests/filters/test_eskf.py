@@ -14,6 +14,19 @@ from levelhead.kernels.vec3 import Vec3
 DT = 0.01
 
 
+def square(m):
+    """The covariance as a matrix, without what only fills up its rows."""
+    whole = np.reshape(m[es.P : es.P + es.ROW * es.ROW], (es.ROW, es.ROW))
+    np.testing.assert_array_equal(whole[es.N :], 0.0)
+    np.testing.assert_array_equal(whole[:, es.N :], 0.0)
+    return whole[: es.N, : es.N]
+
+
+def couplings(m):
+    """F − 1 of the driven states."""
+    return np.reshape(m[es.F : es.F + es.DRIVEN * es.ROW], (es.DRIVEN, es.ROW))[:, : es.N]
+
+
 def prepared(rng, mag=True):
     """A state with everything different from zero, in the middle of a recording."""
     params = lh.ESKF(block=0.1)
@@ -23,7 +36,8 @@ def prepared(rng, mag=True):
     root = rng.normal(0, 0.01, (es.N, es.N))
     if not mag:
         root[es.MAG :] = 0.0
-    m[es.P : es.P + es.N**2] = (root @ root.T).ravel().tolist()
+    rest = es.ROW - es.N
+    m[es.P : es.P + es.ROW**2] = np.pad(root @ root.T, ((0, rest), (0, rest))).ravel().tolist()
     for first, count, size in ((es.ACC, 3, 0.05), (es.BIAS, 3, 0.01), (es.GYR, 9, 0.01), (es.IRON, 3, 0.05)):
         for i in range(first, first + count):
             m[es.MEAN + i] = rng.normal(0, size)
@@ -65,7 +79,7 @@ def test_the_couplings_of_a_block_are_the_derivatives_of_what_the_samples_do():
     readings = readings_of(rng)
     base = through_a_block(params, moved(state, 0, 0.0), readings)
     eskf.drive(base.memory)
-    f = np.reshape(base.memory[es.F : es.F + es.DRIVEN * es.N], (es.DRIVEN, es.N))
+    f = couplings(base.memory)
     f[:, es.SPEED : es.SPEED + es.DRIVEN] += np.eye(es.DRIVEN)
     small = 1e-6
     for index in range(es.MAG):
@@ -95,7 +109,7 @@ def test_the_rows_of_the_field_are_its_derivatives(monkeypatch):
         m[es.H : es.H + es.N] = [0.0] * es.N
 
     monkeypatch.setattr(eskf, "measure", measure)
-    eskf.see_field(params, base.memory, False, es.N)
+    eskf.see_field(params, base.memory, False, es.ROW)
     assert [first for first, _ in rows] == [es.TURN_Z] * 3, "a magnetometer never tilts the horizon"
     small = 1e-6
     for index in (es.TURN, es.TURN + 1, es.TURN_Z, *range(es.IRON, es.DELAY + 1)):
@@ -112,15 +126,15 @@ def test_a_measurement_is_schmidts(first):
     rng = np.random.default_rng(5)
     _, state = prepared(rng)
     m = list(state.memory)
-    p = np.reshape(m[es.P : es.P + es.N**2], (es.N, es.N))
+    p = square(m)
     h, x = rng.normal(size=es.N), rng.normal(size=es.N)
     m[es.H : es.H + es.N], m[es.X : es.X + es.N] = h.tolist(), x.tolist()
-    nis = es.measure(m, es.N, first, 0.3, 0.02)
+    nis = es.measure(m, es.ROW, first, 0.3, 0.02)
     s = h @ p @ h + 0.02
     gain = p @ h / s
     gain[:first] = 0.0
     joseph = (np.eye(es.N) - np.outer(gain, h)) @ p @ (np.eye(es.N) - np.outer(gain, h)).T + 0.02 * np.outer(gain, gain)
-    after = np.reshape(m[es.P : es.P + es.N**2], (es.N, es.N))
+    after = square(m)
     np.testing.assert_allclose(after, joseph, atol=1e-12)
     np.testing.assert_array_equal(after, after.T)
     np.testing.assert_allclose(m[es.X : es.X + es.N], x + gain * (0.3 - h @ x), rtol=1e-9)
@@ -133,12 +147,12 @@ def test_prediction_is_the_dense_product():
     params, state = prepared(rng)
     base = through_a_block(params, state, readings_of(rng))
     m = list(base.memory)
-    p = np.reshape(m[es.P : es.P + es.N**2], (es.N, es.N))
+    p = square(m)
     eskf.drive(m)
     f = np.eye(es.N)
-    f[es.SPEED : es.SPEED + es.DRIVEN] += np.reshape(m[es.F : es.F + es.DRIVEN * es.N], (es.DRIVEN, es.N))
-    es.propagate(m, es.N)
-    after = np.reshape(m[es.P : es.P + es.N**2], (es.N, es.N))
+    f[es.SPEED : es.SPEED + es.DRIVEN] += couplings(m)
+    es.propagate(m, es.ROW)
+    after = square(m)
     np.testing.assert_allclose(after, f @ p @ f.T, atol=1e-12)
     np.testing.assert_array_equal(after, after.T)
 
@@ -157,7 +171,7 @@ def learned(recording, **values):
     out = [np.empty(4 * n), np.empty(3 * n), np.empty(3 * n), np.empty(n, np.uint32)]
     carry = compiled(driver.run)(settings, native(driver.begin(settings)), float(recording.t[0]), *flat, *out)
     m = carry.run.state.memory
-    p = np.reshape(m[es.P : es.P + es.N**2], (es.N, es.N))
+    p = square(m)
     return np.array(m[es.MEAN : es.MEAN + es.N]), np.sqrt(np.diag(p)), p
 
 

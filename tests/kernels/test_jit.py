@@ -7,9 +7,10 @@ import sys
 import textwrap
 
 import numba
+import numpy as np
 import pytest
 
-from levelhead.kernels import jit, mat2, mat3, quat
+from levelhead.kernels import arrays, jit, mat2, mat3, quat
 from levelhead.kernels.mat2 import Mat2
 from levelhead.kernels.mat3 import Mat3
 from levelhead.kernels.quat import Quat
@@ -106,3 +107,20 @@ def test_no_place_for_a_cache_is_no_reason_to_crash():
     """As in a read-only install whose user has no home: Numba finds no locator for the cache."""
     nowhere = "UserProvidedCacheLocator"  # the only locator tried; it needs NUMBA_CACHE_DIR, which is not set
     assert run_fuse(NUMBA_CACHE_LOCATOR_CLASSES=nowhere, NUMBA_CACHE_DIR="") == "compiled"
+
+
+@jit.kernel
+def added(m, to, weight, at, count):
+    arrays.add_scaled(m, to, weight, at, count)
+
+
+@pytest.mark.parametrize("count", range(11))
+def test_what_is_compiled_by_hand_rounds_as_the_kernel_does_and_keeps_within_its_bounds(count):
+    before = np.random.default_rng(count).normal(size=40)
+    plain, fast = before.tolist(), before.copy()
+    arrays.add_scaled(plain, 3, -0.1, 20, count)
+    jit.compiled(added)(fast, 3, -0.1, 20, count)
+    np.testing.assert_array_equal(fast, plain)
+    expected = before.copy()
+    expected[3 : 3 + count] += -0.1 * before[20 : 20 + count]
+    np.testing.assert_array_equal(plain, expected)

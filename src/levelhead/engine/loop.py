@@ -15,7 +15,6 @@ from typing import Any, NamedTuple
 from levelhead.engine import memory
 from levelhead.engine.binding import bind, bind_axis
 from levelhead.engine.driver import Settings, unbound
-from levelhead.engine.fixed import native, plain
 from levelhead.filters.contract import Filter
 from levelhead.filters.guard import Guard
 from levelhead.kernels.jit import bound, compiled, kernel
@@ -166,11 +165,11 @@ class CompiledLoop:
     @property
     def state(self) -> Any:
         """The filter's whole state."""
-        return plain(self._machine.states.peek(self.place))
+        return self._machine.states.read(self._memory, 0)
 
     @state.setter
     def state(self, value: Any) -> None:
-        self._machine.states.poke(self.place, native(value))
+        self._machine.states.write(self._memory, 0, value)
 
     @property
     def params(self) -> Any:
@@ -180,7 +179,7 @@ class CompiledLoop:
     @params.setter
     def params(self, value: Any) -> None:
         self._params = value
-        self._machine.parameters.poke(self.place + self._machine.states.size, value)
+        self._machine.parameters.write(self._memory, self._machine.states.size, value)
 
 
 def _machine(name: str, state: Any, params: Any, ticks: dict[str, tuple[Any, str]], **kernels: Any) -> Machine:
@@ -188,7 +187,7 @@ def _machine(name: str, state: Any, params: Any, ticks: dict[str, tuple[Any, str
 
     A tick may call those that stand before it.
     """
-    states, parameters = memory.slot(state, f"{name}_state"), memory.slot(params, f"{name}_params")
+    states, parameters = memory.slot(state), memory.slot(params)
     own = kernels | {
         "load": states.load,
         "store": states.store,

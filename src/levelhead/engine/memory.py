@@ -4,43 +4,39 @@ Handing a nested NamedTuple to machine code and back costs microseconds a call, 
 float anew. A ``Slot`` is a piece of memory that compiled code loads a value from and stores it to, as it stands.
 """
 
-import hashlib
+import struct
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from levelhead.engine.driver import unbound
-from levelhead.engine.fixed import native
-from levelhead.kernels.jit import bound, code_hash, compiled, kernel
-
-load = store = unbound
+from levelhead.engine.fixed import native, plain
 
 
 class Slot(NamedTuple):
-    """How compiled code loads and stores values of one type, and the bytes that one takes."""
+    """How compiled code loads and stores values of one type, and Python the same bytes."""
 
     load: Any  # load(address) -> value
     store: Any  # store(address, value)
-    peek: Any  # the same, callable from Python
-    poke: Any
-    size: int
+    example: Any
+    words: struct.Struct
+
+    @property
+    def size(self) -> int:
+        """Bytes that a value takes."""
+        return self.words.size
+
+    def read(self, memory: NDArray[np.uint64], at: int) -> Any:
+        """The value that stands in ``memory`` from byte ``at`` on."""
+        return _rebuilt(self.example, iter(self.words.unpack_from(memory.data, at)))
+
+    def write(self, memory: NDArray[np.uint64], at: int, value: Any) -> None:
+        """Puts a value there."""
+        self.words.pack_into(memory.data, at, *_leaves(value))
 
 
-@kernel
-def peek(address: int) -> Any:
-    """The value at an address."""
-    return load(address)
-
-
-@kernel
-def poke(address: int, value: Any) -> None:
-    """Puts a value at an address."""
-    store(address, value)
-
-
-def slot(example: Any, name: str) -> Slot:
+def slot(example: Any) -> Slot:
     """A slot for values like ``example``: floats, ints, bools, arrays of float64 and NamedTuples of these.
 
     Each number takes eight bytes, in order; arrays lie there as a whole, and what is loaded sees them in place.
@@ -68,16 +64,34 @@ def slot(example: Any, name: str) -> Slot:
 
         return types.void(types.intp, kind), code
 
-    # Nothing that peek and poke call tells the type, so their names must: a cached one of another layout would crash.
-    text = f"{kind} {lengths} {code_hash(_load)} {code_hash(_store)}"
-    layout = f"{name}_{hashlib.sha256(text.encode()).hexdigest()[:16]}"
-    return Slot(
-        load,
-        store,
-        compiled(bound(peek, layout, load=load)),
-        compiled(bound(poke, layout, store=store)),
-        8 * sum(lengths),
-    )
+    return Slot(load, store, plain(example), struct.Struct("=" + _format(example)))
+
+
+def _format(example: Any) -> str:
+    """The words of a value as ``struct`` names them; a truth value takes a whole one."""
+    if isinstance(example, tuple):
+        return "".join(map(_format, example))
+    if isinstance(example, np.ndarray):
+        return f"{len(example)}d"
+    return "d" if isinstance(example, float) else "q"
+
+
+def _leaves(value: Any) -> Iterator[float]:
+    """The numbers of a value, in order."""
+    if isinstance(value, tuple | list | np.ndarray):
+        for part in value:
+            yield from _leaves(part)
+    else:
+        yield value
+
+
+def _rebuilt(example: Any, numbers: Iterator[Any]) -> Any:
+    """A value like ``example`` of these numbers."""
+    if isinstance(example, tuple):
+        return type(example)(*(_rebuilt(part, numbers) for part in example))
+    if isinstance(example, list):
+        return [next(numbers) for _ in example]
+    return type(example)(next(numbers))
 
 
 def _lengths(example: Any) -> list[int]:

@@ -32,7 +32,7 @@ from levelhead.engine.fixed import native, plain
 from levelhead.engine.prior import learned, primed
 from levelhead.errors import LevelheadError
 from levelhead.filters import eskf
-from levelhead.filters.error_state import BIAS, CUT, DRIVEN, FOUND, MEAN, PLACE, SIZE, SPEED, TURN, N, P, W, X
+from levelhead.filters.error_state import BIAS, CUT, DRIVEN, FOUND, MEAN, PLACE, ROW, SIZE, SPEED, TURN, N, P, W, X
 from levelhead.filters.guard import Guard
 from levelhead.kernels import quat
 from levelhead.kernels.jit import bound, compiled, kernel, rare
@@ -44,8 +44,9 @@ from levelhead.track import Track
 
 LONGEST = 0.2  # s: blocks need not be shorter than this offline
 KEPT = 2000  # blocks in memory
-AHEAD = SIZE  # P⁻, N²
-FROM = AHEAD + N * N  # attitude before the correction, 4
+WHOLE = ROW * ROW  # numbers of a covariance
+AHEAD = SIZE  # P⁻
+FROM = AHEAD + WHOLE  # attitude before the correction, 4
 WIDE = FROM + 4
 
 advance = result = unbound
@@ -55,10 +56,10 @@ advance = result = unbound
 def remembered(params: Any, state: Any, dt: float) -> Any:
     """``eskf.correct`` that keeps what it predicts."""
     m = state.memory
-    for i in range(N * N):
+    for i in range(WHOLE):
         m[AHEAD + i] = m[P + i]
     eskf.predict(params, m, eskf.known(state))
-    for i in range(N * N):
+    for i in range(WHOLE):
         before = m[AHEAD + i]
         m[AHEAD + i] = m[P + i]
         m[P + i] = before
@@ -73,9 +74,9 @@ FORWARD = eskf.FILTER._replace(name="ESKF_forward", init=bound(eskf.init, "wide"
 class Blocks(NamedTuple):
     """What is kept of each block, row after row; the first one is the last of the stretch before."""
 
-    p: Any  # N²
-    ahead: Any  # N², predicted
-    w: Any  # DRIVEN·N
+    p: Any  # ROW²
+    ahead: Any  # ROW², predicted
+    w: Any  # DRIVEN·ROW
     x: Any  # N, correction at its end
     bias: Any  # 3
     swing: Any  # 4, the turn at its end, earth frame
@@ -85,17 +86,17 @@ class Blocks(NamedTuple):
 
 def room(count: int) -> Blocks:
     """For that many blocks."""
-    return Blocks(*(np.zeros((count, width)) for width in (N * N, N * N, DRIVEN * N, N, 3, 4, 1, 1)))
+    return Blocks(*(np.zeros((count, width)) for width in (WHOLE, WHOLE, DRIVEN * ROW, N, 3, 4, 1, 1)))
 
 
 @kernel
 def keep(kept: Blocks, k: int, i: int, state: Any) -> None:
     """The block that has just ended, at sample i."""
     m = state.memory
-    for j in range(N * N):
+    for j in range(WHOLE):
         kept.p[k, j] = m[P + j]
         kept.ahead[k, j] = m[AHEAD + j]
-    for j in range(DRIVEN * N):
+    for j in range(DRIVEN * ROW):
         kept.w[k, j] = m[W + j]
     for j in range(N):
         kept.x[k, j] = m[X + j]
@@ -140,14 +141,14 @@ def forward(
 
 def square(row: Array) -> Array:
     """A covariance without the rows and columns of states that only aiding knows."""
-    return row.reshape(N, N)[:PLACE, :PLACE]
+    return row.reshape(ROW, ROW)[:PLACE, :PLACE]
 
 
 def step_back(kept: Blocks, k: int, x: Array, p: Array) -> tuple[Array, Array]:
     """Eqs. 1 and 2 from block k + 1, of which x = x^s and p = P^s, to block k."""
     ahead, here = square(kept.ahead[k + 1]), square(kept.p[k])
     forth = here.copy()  # F P_k
-    forth[SPEED : SPEED + DRIVEN] = kept.w[k + 1].reshape(DRIVEN, N)[:, :PLACE]
+    forth[SPEED : SPEED + DRIVEN] = kept.w[k + 1].reshape(DRIVEN, ROW)[:, :PLACE]
     known = np.diag(ahead) > 0.0  # what is known exactly learns nothing
     if kept.cut[k + 1, 0] > 0.0:
         known[SPEED : SPEED + DRIVEN] = False
@@ -223,7 +224,7 @@ class Smoother:
     def ahead(self, stretch: Stretch) -> tuple[int, Stretch]:
         """Through one stretch: how many blocks were kept, and where the next one begins."""
         memory = stretch.carry.run.state.memory
-        self._kept.p[0], self._kept.bias[0] = memory[P : P + N * N], memory[MEAN + BIAS : MEAN + BIAS + 3]
+        self._kept.p[0], self._kept.bias[0] = memory[P : P + WHOLE], memory[MEAN + BIAS : MEAN + BIAS + 3]
         self._kept.end[0] = stretch.start - 1
         last = float(self._sensors[0][max(stretch.start - 1, 0)])
         carry, count, stop = self._forward(
@@ -316,7 +317,7 @@ def smooth(
         stretches.append(after)
         if progress is not None:
             progress(0.5 * after.start / n)
-    x, p = np.zeros(PLACE), square(np.array(stretches[-1].carry.run.state.memory[P : P + N * N]))
+    x, p = np.zeros(PLACE), square(np.array(stretches[-1].carry.run.state.memory[P : P + WHOLE]))
     for k in range(len(stretches) - 2, -1, -1):
         stop = stretches[k + 1].start
         if k < len(stretches) - 2:

@@ -20,6 +20,7 @@ from levelhead.filters.error_state import (
     MEAN,
     OUT,
     PLACE,
+    ROW,
     ROWS,
     SIGHT,
     SINCE,
@@ -28,7 +29,6 @@ from levelhead.filters.error_state import (
     SWIFT,
     WEIGHT,
     H,
-    N,
     P,
     X,
     independent,
@@ -154,7 +154,7 @@ def spread(m: Floats, row: int) -> float:
     if VELOCITY <= row < HEIGHT:
         return variance(m, SPEED + row - VELOCITY)
     if row == HEIGHT:
-        return variance(m, PLACE + 2) + variance(m, AIR) + 2.0 * m[P + (PLACE + 2) * N + AIR]
+        return variance(m, PLACE + 2) + variance(m, AIR) + 2.0 * m[P + (PLACE + 2) * ROW + AIR]
     return variance(m, PLACE + row)
 
 

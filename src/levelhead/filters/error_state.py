@@ -1,6 +1,6 @@
 """The error state of ``ESKF`` in memory: where each state stands, and the algebra of its covariance.
 
-One row of floats holds the covariance P (N × N by rows), the mean of what is additive (attitude is not), the correction
+One row of floats holds the covariance P by rows, the mean of what is additive (attitude is not), the correction
 x gathered in a block, a row h of a measurement, P hᵀ, the couplings F − 1 of the states that others drive, their rows
 of F P, what was seen of position and velocity, and integrals over the block.
 
@@ -22,7 +22,7 @@ is (3) but for the block of P that belongs to them alone, which stays.
 
 from math import sqrt
 
-from levelhead.kernels.arrays import Floats
+from levelhead.kernels.arrays import Floats, add_scaled
 from levelhead.kernels.jit import kernel, rare
 
 # The states. Those before TURN_Z are the horizon and what hangs on it: a magnetometer only considers them. Those from
@@ -42,15 +42,20 @@ AIR = 30  # by which the barometer's height is off, m
 N = 31
 DRIVEN = 6  # from SPEED on
 
+# How much of a row is computed: fours, which vector instructions take. What does not exist is zero there.
+BARE = 24  # without a magnetometer
+HERE = 28  # without position and velocity
+ROW = 32  # all of it; from one row to the next
+
 # The memory
 P = 0
-MEAN = P + N * N
-X = MEAN + N
-H = X + N
-U = H + N
-F = U + N
-W = F + DRIVEN * N
-KNOWN = W + DRIVEN * N  # what an earlier run has learned: means, the field's in µT,
+MEAN = P + ROW * ROW
+X = MEAN + ROW
+H = X + ROW
+U = H + ROW
+F = U + ROW
+W = F + DRIVEN * ROW
+KNOWN = W + DRIVEN * ROW  # what an earlier run has learned: means, the field's in µT,
 SURE = KNOWN + N  # and their σ; 0: nothing known
 AGE = SURE + N  # s over which Q has been added
 ROWS = 7  # that can be seen: position 3, velocity 3, height by barometer
@@ -84,9 +89,9 @@ def independent(m: Floats, first: int, count: int, sigma: float) -> None:
     """States that know nothing of others, and themselves to this σ."""
     for i in range(first, first + count):
         for j in range(N):
-            m[P + i * N + j] = 0.0
-            m[P + j * N + i] = 0.0
-        m[P + i * N + i] = sigma * sigma
+            m[P + i * ROW + j] = 0.0
+            m[P + j * ROW + i] = 0.0
+        m[P + i * ROW + i] = sigma * sigma
 
 
 @kernel
@@ -96,47 +101,59 @@ def recall(m: Floats, first: int, count: int, unit: float) -> None:
         sigma = m[SURE + i] / unit
         if sigma > 0.0:
             m[MEAN + i] = m[KNOWN + i] / unit
-            m[P + i * N + i] = min(m[P + i * N + i], sigma * sigma)
+            m[P + i * ROW + i] = min(m[P + i * ROW + i], sigma * sigma)
 
 
 @kernel
 def widen(m: Floats, first: int, count: int, variance: float) -> None:
     """Q of independent states."""
     for i in range(first, first + count):
-        m[P + i * N + i] += variance
+        m[P + i * ROW + i] += variance
 
 
 @kernel
 def variance(m: Floats, i: int) -> float:
     """Of one state."""
-    return m[P + i * N + i]
+    return m[P + i * ROW + i]
+
+
+@kernel
+def driven_rows(m: Floats, n: int) -> None:
+    """Rows of F P."""
+    for i in range(DRIVEN):
+        row = i * ROW
+        for j in range(n):
+            m[W + row + j] = m[P + SPEED * ROW + row + j]
+        for k in range(n):
+            if m[F + row + k] != 0.0:
+                add_scaled(m, W + row, m[F + row + k], P + k * ROW, n)
+
+
+@kernel
+def driven_block(m: Floats, n: int) -> None:
+    """What of F P Fᵀ driven states have in common, where F P stands already."""
+    for j in range(DRIVEN):
+        for k in range(n):
+            weight = m[F + j * ROW + k]
+            if weight != 0.0:
+                for i in range(j + 1):
+                    m[P + (SPEED + i) * ROW + SPEED + j] += weight * m[W + i * ROW + k]
+    for i in range(DRIVEN):
+        for j in range(i):
+            m[P + (SPEED + i) * ROW + SPEED + j] = m[P + (SPEED + j) * ROW + SPEED + i]
 
 
 @rare
 def propagate(m: Floats, n: int) -> None:
     """Eq. 1, P ← F P Fᵀ."""
+    driven_rows(m, n)
+    for j in range(n):
+        for i in range(DRIVEN):
+            m[P + j * ROW + SPEED + i] = m[W + i * ROW + j]
     for i in range(DRIVEN):
-        row = i * N
-        at = P + (SPEED + i) * N
         for j in range(n):
-            m[W + row + j] = m[at + j]
-        for k in range(n):
-            if m[F + row + k] != 0.0:
-                weight = m[F + row + k]
-                for j in range(n):
-                    m[W + row + j] += weight * m[P + k * N + j]
-    for i in range(DRIVEN):
-        row = i * N
-        for j in range(n):
-            m[P + (SPEED + i) * N + j] = m[W + row + j]
-            m[P + j * N + SPEED + i] = m[W + row + j]
-    for i in range(DRIVEN):
-        for j in range(i, DRIVEN):
-            total = m[W + i * N + SPEED + j]
-            for k in range(n):
-                total += m[W + i * N + k] * m[F + j * N + k]
-            m[P + (SPEED + i) * N + SPEED + j] = total
-            m[P + (SPEED + j) * N + SPEED + i] = total
+            m[P + (SPEED + i) * ROW + j] = m[W + i * ROW + j]
+    driven_block(m, n)
 
 
 @rare
@@ -144,14 +161,14 @@ def carry_place(m: Floats, n: int, dt: float) -> None:
     """Eq. 1 of p ← p + v dt."""
     for i in range(3):
         for j in range(n):
-            m[P + (PLACE + i) * N + j] += dt * m[P + (SPEED + i) * N + j]
+            m[P + (PLACE + i) * ROW + j] += dt * m[P + (SPEED + i) * ROW + j]
     for i in range(3):
-        row = P + (PLACE + i) * N
+        row = P + (PLACE + i) * ROW
         for j in range(i, 3):
             m[row + PLACE + j] += dt * m[row + SPEED + j]
         for j in range(n):
             if j < PLACE or j > PLACE + i:
-                m[P + j * N + PLACE + i] = m[row + j]
+                m[P + j * ROW + PLACE + i] = m[row + j]
 
 
 @rare
@@ -161,9 +178,7 @@ def measure(m: Floats, n: int, first: int, innovation: float, noise: float) -> f
         m[U + i] = 0.0
     for j in range(n):
         if m[H + j] != 0.0:
-            weight = m[H + j]
-            for i in range(n):
-                m[U + i] += weight * m[P + j * N + i]
+            add_scaled(m, U, m[H + j], P + j * ROW, n)
     s = noise
     for j in range(n):
         s += m[H + j] * m[U + j]
@@ -173,10 +188,8 @@ def measure(m: Floats, n: int, first: int, innovation: float, noise: float) -> f
     gain = innovation * one
     for i in range(n):
         m[U + i] = m[U + i] * one
-    for i in range(first, n):
-        m[X + i] += m[U + i] * gain
+    add_scaled(m, X + first, gain, U + first, n - first)
     for i in range(n):
-        ui = m[U + i]
-        for j in range(first if i < first else 0, n):
-            m[P + i * N + j] -= ui * m[U + j]
+        start = first if i < first else 0
+        add_scaled(m, P + i * ROW + start, -m[U + i], U + start, n - start)
     return gain * gain

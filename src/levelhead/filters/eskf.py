@@ -44,6 +44,7 @@ from levelhead.filters.error_state import (
     AGE,
     AIDED,
     AIR,
+    BARE,
     BIAS,
     COUNT,
     CUT,
@@ -53,6 +54,7 @@ from levelhead.filters.error_state import (
     FOUND,
     GYR,
     HEARD,
+    HERE,
     IRON,
     KNOWN,
     LATE,
@@ -60,9 +62,9 @@ from levelhead.filters.error_state import (
     LOST_Z,
     MAG,
     MEAN,
-    PLACE,
     PUSHED,
     ROTATED,
+    ROW,
     SCALED,
     SEEN,
     SHOVED,
@@ -385,11 +387,11 @@ def look(m: Floats, r: Mat3, rate: Vec3, mag: Vec3, unit: float) -> None:
 @kernel
 def drive(m: Floats) -> None:
     """F − 1 of the driven states over a block, by rows v, θ."""
-    for i in range(DRIVEN * N):
+    for i in range(DRIVEN * ROW):
         m[F + i] = 0.0
     for i in range(3):
-        v = F + i * N
-        t = v + 3 * N
+        v = F + i * ROW
+        t = v + 3 * ROW
         for k in range(3):
             m[v + ACC + k] = -m[ROTATED + 3 * i + k]
             m[t + BIAS + k] = -m[ROTATED + 3 * i + k]
@@ -398,10 +400,10 @@ def drive(m: Floats) -> None:
     x, y, z = vector(m, PUSHED)
     m[F + TURN + 1] = z
     m[F + TURN + 2] = -y
-    m[F + N + TURN] = -z
-    m[F + N + TURN + 2] = x
-    m[F + 2 * N + TURN] = y
-    m[F + 2 * N + TURN + 1] = -x
+    m[F + ROW + TURN] = -z
+    m[F + ROW + TURN + 2] = x
+    m[F + 2 * ROW + TURN] = y
+    m[F + 2 * ROW + TURN + 1] = -x
 
 
 @kernel
@@ -452,13 +454,13 @@ def still_here(m: Floats) -> None:
 def predict(params: ESKF, m: Floats, n: int) -> None:
     """The covariance at the end of the block."""
     drive(m)
-    if n > PLACE:
+    if n > HERE:
         carry_place(m, n, 0.5 * m[SPELL])
     propagate(m, n)
-    if n > PLACE:
+    if n > HERE:
         carry_place(m, n, 0.5 * m[SPELL])
         widen(m, AIR, 1, params.baro_walk * params.baro_walk * m[SPELL])
-    walked(params, m, n > MAG)
+    walked(params, m, n > BARE)
     m[AGE] += m[SPELL]
 
 
@@ -580,7 +582,7 @@ def see_all(params: ESKF, m: Floats, still: bool, believed: bool, steady: bool, 
         see_rest(m, n)
     if m[COUNT] > 0.0:
         fit = see_field(params, m, steady, n)
-    if n > PLACE:
+    if n > HERE:
         fit = Fit(fit.refused, fit.turned, fit.field, aiding.see_places(m, n))
     for i in range(n):
         m[MEAN + i] += m[X + i]
@@ -692,10 +694,10 @@ def due(params: ESKF, state: State) -> bool:
 
 @kernel
 def known(state: State) -> int:
-    """The first n states, which exist."""
+    """How much of a row is computed: what exists."""
     if state.memory[AIDED] != 0.0:
-        return N
-    return PLACE if state.unit > 0.0 else MAG
+        return ROW
+    return HERE if state.unit > 0.0 else BARE
 
 
 @rare

@@ -7,16 +7,20 @@ by that kernel's own twin.
 
 Both twins give the same bits: strict IEEE arithmetic, no ``fastmath`` and no fused multiply-add, so what is
 prototyped in Python is what runs compiled. ``error_model="numpy"`` only drops the ZeroDivisionError branches; kernels
-never divide by zero.
+never divide by zero. ``_nrt=False`` drops the counting of references to a state's memory, a third of the time of a
+filter that has some: whoever calls compiled code holds the memory, and compiled code allocates none.
 """
 
 import dis
 import functools
 import types
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any, TypeGuard, TypeVar
 
 F = TypeVar("F", bound=Callable[..., Any])
+
+OPTIONS: dict[str, Any] = {"error_model": "numpy", "_nrt": False}
 
 
 def kernel(function: F) -> F:
@@ -91,6 +95,8 @@ def _fingerprint(function: Callable[..., Any]) -> str:
     code = function.__code__
     called = "apart" if hasattr(function, "__apart__") else "inline"
     parts = [f"{function.__module__}.{function.__qualname__} {called}", code.co_code.hex(), repr(code.co_consts)]
+    if hasattr(function, "__native__"):
+        parts.append(Path(__file__).with_name("native.py").read_text(encoding="utf-8"))
     for name, value in _mentioned(function):
         if isinstance(value, type) and hasattr(value, "_fields"):
             parts.append(f"{name}: {value._fields}")
@@ -109,7 +115,7 @@ def code_hash(function: Callable[..., Any]) -> str:
     import hashlib
 
     texts = sorted(map(_fingerprint, reached(function)))
-    return hashlib.sha256("\n\n".join(texts).encode()).hexdigest()[:16]
+    return hashlib.sha256("\n\n".join([*texts, repr(OPTIONS)]).encode()).hexdigest()[:16]
 
 
 def _globals_with(function: Callable[..., Any], change: Callable[[Any], Any]) -> dict[str, Any]:
@@ -160,23 +166,20 @@ def _rebuilt(function: Callable[..., Any], qualname: str) -> Callable[..., Any]:
     return twin
 
 
-def _allocator() -> Callable[[int], Any]:
-    """``arrays.zeros`` as it is compiled."""
-    import numpy as np
-
-    return lambda count: np.zeros(count)  # noqa: PLW0108
-
-
 @functools.cache
 def _inlined(function: Callable[..., Any]) -> Any:
     """The compiled twin of a kernel that other kernels call; forced inline, which is what lets LLVM use SIMD."""
     import numba
 
-    twin = _allocator() if hasattr(function, "__memory__") else _rebuilt(function, function.__qualname__)
+    if hasattr(function, "__native__"):
+        from levelhead.kernels import native
+
+        return getattr(native, function.__name__)
+    twin = _rebuilt(function, function.__qualname__)
     inline = not hasattr(function, "__apart__")
     # Python never calls it, so that nothing of what that would need has to be compiled.
     alone: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-    return numba.njit(forceinline=inline, error_model="numpy", nogil=True, **alone)(twin)
+    return numba.njit(forceinline=inline, nogil=True, **alone, **OPTIONS)(twin)
 
 
 @functools.cache
@@ -191,7 +194,7 @@ def compiled(function: Callable[..., Any], releases_gil: bool = True) -> Any:
     import numba
 
     twin = _rebuilt(function, f"{function.__qualname__}_{code_hash(function)}")
-    options: dict[str, Any] = {"error_model": "numpy", "nogil": releases_gil}
+    options = OPTIONS | {"nogil": releases_gil}
     try:
         return numba.njit(cache=True, **options)(twin)
     except RuntimeError as error:
