@@ -26,8 +26,8 @@ gains of θ_x, θ_y, v and c are zero in (5) (the consider filter of S. F. Schmi
 
     0 = mean ω − S mean ω − b                                                                                   (6)
 
-What cannot be corrected to first order (tilt or heading beyond half a radian, a velocity 5 σ away for a second) is
-taken from the block's mean force and field as at the start. A field that does not fit, but stands still in the earth
+What cannot be corrected to first order (tilt beyond half a radian, heading beyond one, a velocity 5 σ away for a
+second) is taken from the block's mean force and field as at the start. A field that does not fit, but stands still in the earth
 frame while the sensor turns for ``mag_time``, is taken for the earth's.
 
 What was learned is ``Track.calibration``, the next run's ``prior``. All equations with their reasons:
@@ -108,7 +108,8 @@ REST_TAU = 1.0  # s, for so long
 UNSUPPORTED = 5.0  # m/s², 1σ of the acceleration of a body whose accelerometer is silent
 FIRST_SPEED = 0.3  # m/s
 FIRST_HEADING = 0.3  # rad
-LOST_ANGLE = 0.25  # rad²: beyond, an angle is taken from the sensors as at the start, not corrected
+LOST_TILT = 0.25  # rad²: beyond, tilt is taken from the sensors as at the start, not corrected
+SWINGING = 0.7  # m/s, 1σ of what turns: its force is off by as much times its rate
 UNKNOWN = 1.0  # rad, 1σ of a heading that means nothing
 AGREED = 1e-4  # rad, of a relative heading at its start
 IMPACT = 300.0  # m/s²: a blow about which samples tell little
@@ -637,7 +638,9 @@ def found_up(params: ESKF, m: Floats) -> Quat:
     swing = upright(vector(m, PUSHED))
     turn = 2.0 * sqrt(swing.x * swing.x + swing.y * swing.y)
     heading = sqrt(variance(m, TURN_Z) + turn * turn)
-    independent(m, TURN, 2, params.tilt_start * DEGREE)
+    start = params.tilt_start * DEGREE
+    swung = SWINGING / GRAVITY
+    independent(m, TURN, 2, sqrt(start * start + swung * swung * m[WOUND] / m[SPELL]))
     independent(m, TURN_Z, 1, heading)
     if m[AIDED] != 0.0:
         aiding.lost_sight(m, 0.0)
@@ -707,10 +710,10 @@ def correct(params: ESKF, state: State, dt: float) -> State:
     n = known(state)
     predict(params, m, n)
     out = out + m[SPELL] if runaway(params, m, still) else 0.0
-    up_lost = m[HEARD] > 0.0 and (out > GATE_TIME or variance(m, TURN) + variance(m, TURN + 1) > LOST_ANGLE)
-    if up_lost or (m[COUNT] > 0.0 and variance(m, TURN_Z) > LOST_ANGLE):
+    up_lost = m[HEARD] > 0.0 and (out > GATE_TIME or variance(m, TURN) + variance(m, TURN + 1) > LOST_TILT)
+    if up_lost or (m[COUNT] > 0.0 and variance(m, TURN_Z) > UNKNOWN * UNKNOWN):
         swing = found_up(params, m) if up_lost else IDENTITY
-        if m[COUNT] > 0.0 and variance(m, TURN_Z) > LOST_ANGLE:
+        if m[COUNT] > 0.0 and variance(m, TURN_Z) > UNKNOWN * UNKNOWN:
             swing = found_north(m, swing)
         m[FOUND] = 1.0
         return State(quat.compose(swing, attitude), unit, False, 0.0, NOTHING_ODD, blocks + 1, True, 0, m)

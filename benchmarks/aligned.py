@@ -1,0 +1,40 @@
+"""Errors that no constant rotation of earth or sensor explains: a reference whose axes are not known to be the sensor's."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import levelhead as lh
+from levelhead.bench import methods
+from levelhead.bench.timing import Table
+from levelhead.evaluate.align import align
+from measure import options, show
+
+METHODS = ("best", "smoother", "EKF", "Mahony", "Madgwick", "vqf.VQF", "vqf.offlineVQF")
+
+
+def rest(recording: lh.Recording, quat: Any) -> float:
+    """RMS angle in ° after the constant rotations on both sides that make it smallest; nothing shifted in time."""
+    truth = recording.truth
+    assert truth is not None
+    found = align(recording.t, quat, recording.t, truth.quat, convention="same", simplest=False, shift=False)
+    return round(found.after, 2)
+
+
+def main() -> None:
+    """Every recording given, every method."""
+    parser = options(__doc__)
+    parser.add_argument("recordings", nargs="+", type=Path, help="files with a reference, such as those of RepoIMU")
+    given = parser.parse_args()
+    columns = {"case": "method"} | {path.stem: f"{path.stem} [°]" for path in given.recordings}
+    rows: list[dict[str, Any]] = [{"case": name} for name in METHODS]
+    for path in given.recordings:
+        recording = lh.read(path)
+        for row in rows:
+            row[path.stem] = rest(recording, np.asarray(methods.find(row["case"]).orientation(recording)))
+    show([Table("What is left after the best constant rotations of earth and of sensor", columns, rows, "")], given)
+
+
+if __name__ == "__main__":
+    main()
