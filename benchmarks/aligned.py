@@ -1,4 +1,4 @@
-"""Errors that no constant rotation of earth or sensor explains: a reference whose axes are not known to be the sensor's."""
+"""Errors that no constant rotation of earth or sensor explains, where both have axes of their own."""
 
 from pathlib import Path
 from typing import Any

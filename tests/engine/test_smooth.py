@@ -5,6 +5,7 @@ import pytest
 
 import levelhead as lh
 from levelhead import simulate
+from levelhead.engine import backward as rts
 from levelhead.engine import smoother
 from levelhead.evaluate import evaluate
 from levelhead.filters.error_state import DRIVEN, ROW, SPEED
@@ -30,18 +31,20 @@ def test_a_step_back_is_rauch_tung_striebels(cut):
     f = np.eye(KNOWN)
     f[SPEED : SPEED + DRIVEN] += rng.normal(0, 0.1, (DRIVEN, KNOWN))
     ahead = f @ here @ f.T + noise
-    kept = smoother.room(2)
-    kept.p[0, : KNOWN * ROW], kept.ahead[1, : KNOWN * ROW] = padded(here), padded(ahead)
-    kept.w[1] = padded((f @ here)[SPEED : SPEED + DRIVEN])
-    kept.x[1, :KNOWN], kept.cut[1] = rng.normal(size=KNOWN), float(cut)
-    x = rng.normal(size=KNOWN)
-    d, left = kept.x[1, :KNOWN] + x, np.array([cut and SPEED <= i < SPEED + DRIVEN for i in range(KNOWN)])
+    m = np.zeros(rts.SIZE)
+    for place, matrix in ((rts.AHEAD, ahead), (rts.GAIN, f @ here), (rts.LATER, later), (rts.NOW, here)):
+        m[place : place + KNOWN * ROW] = padded(matrix)
+    d = rng.normal(size=KNOWN)
+    m[rts.OFF : rts.OFF + KNOWN] = d
+    left = np.array([cut and SPEED <= i < SPEED + DRIVEN for i in range(KNOWN)])
     stay = np.flatnonzero(~left)
     gain = np.zeros((KNOWN, KNOWN))
     gain[:, stay] = (f @ here)[stay].T @ np.linalg.inv(ahead[np.ix_(stay, stay)])
-    after = smoother.step_back(kept, 0, x, later)
-    np.testing.assert_allclose(after[0], gain @ d, atol=1e-9)
-    np.testing.assert_allclose(after[1], here + gain @ (later - ahead) @ gain.T, atol=1e-9)
+    rts.step_back(m, cut)
+    np.testing.assert_allclose(m[rts.SMOOTHED : rts.SMOOTHED + KNOWN], gain @ d, atol=1e-9)
+    after = m[rts.NOW : rts.NOW + rts.WHOLE].reshape(ROW, ROW)[:KNOWN, :KNOWN]
+    np.testing.assert_allclose(after, here + gain @ (later - ahead) @ gain.T, atol=1e-9)
+    np.testing.assert_array_equal(after, after.T)
 
 
 @pytest.fixture(scope="module")

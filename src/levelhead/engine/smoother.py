@@ -18,6 +18,7 @@ then, and again through each stretch before that is smoothed.
 
 import functools
 from collections.abc import Callable
+from math import sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -25,6 +26,8 @@ from numpy.typing import NDArray
 
 from levelhead import filters
 from levelhead.calibration import Calibration
+from levelhead.engine import backward as rts
+from levelhead.engine.backward import WHOLE
 from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.engine.binding import bind
 from levelhead.engine.driver import Settings, unbound
@@ -32,19 +35,19 @@ from levelhead.engine.fixed import native, plain
 from levelhead.engine.prior import learned, primed
 from levelhead.errors import LevelheadError
 from levelhead.filters import eskf
-from levelhead.filters.error_state import BIAS, CUT, DRIVEN, FOUND, MEAN, PLACE, ROW, SIZE, SPEED, TURN, N, P, W, X
+from levelhead.filters.error_state import BIAS, CUT, DRIVEN, FOUND, MEAN, ROW, SIZE, SPEED, TURN, N, P, W, X
 from levelhead.filters.guard import Guard
 from levelhead.kernels import quat
+from levelhead.kernels.arrays import Floats
 from levelhead.kernels.jit import bound, compiled, kernel, rare
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.tilt import GAP_SECONDS, UNIFORM
 from levelhead.kernels.vec3 import Vec3
-from levelhead.recording import Array, Recording
+from levelhead.recording import Recording
 from levelhead.track import Track
 
 LONGEST = 0.2  # s: blocks need not be shorter than this offline
 KEPT = 2000  # blocks in memory
-WHOLE = ROW * ROW  # numbers of a covariance
 AHEAD = SIZE  # P⁻
 FROM = AHEAD + WHOLE  # attitude before the correction, 4
 WIDE = FROM + 4
@@ -139,38 +142,33 @@ def forward(
     return carry, count, i
 
 
-def square(row: Array) -> Array:
-    """A covariance without the rows and columns of states that only aiding knows."""
-    return row.reshape(ROW, ROW)[:PLACE, :PLACE]
+@kernel
+def load(kept: Blocks, k: int, m: Floats) -> None:
+    """What the step back to block k works with; what was smoothed last belongs to block k + 1."""
+    for j in range(WHOLE):
+        m[rts.LATER + j] = m[rts.NOW + j]
+        m[rts.AHEAD + j] = kept.ahead[k + 1, j]
+        m[rts.NOW + j] = kept.p[k, j]
+        m[rts.GAIN + j] = kept.p[k, j]
+    for j in range(DRIVEN * ROW):
+        m[rts.GAIN + SPEED * ROW + j] = kept.w[k + 1, j]
+    for j in range(N):
+        m[rts.OFF + j] = kept.x[k + 1, j] + m[rts.SMOOTHED + j]
 
 
-def step_back(kept: Blocks, k: int, x: Array, p: Array) -> tuple[Array, Array]:
-    """Eqs. 1 and 2 from block k + 1, of which x = x^s and p = P^s, to block k."""
-    ahead, here = square(kept.ahead[k + 1]), square(kept.p[k])
-    forth = here.copy()  # F P_k
-    forth[SPEED : SPEED + DRIVEN] = kept.w[k + 1].reshape(DRIVEN, ROW)[:, :PLACE]
-    known = np.diag(ahead) > 0.0  # what is known exactly learns nothing
-    if kept.cut[k + 1, 0] > 0.0:
-        known[SPEED : SPEED + DRIVEN] = False
-    gain = np.linalg.solve(ahead[np.ix_(known, known)], forth[known]).T
-    left = (p - ahead)[np.ix_(known, known)]
-    return gain @ (x + kept.x[k + 1, :PLACE])[known], here + gain @ left @ gain.T
-
-
-def backward(
-    kept: Blocks, count: int, x: Array, p: Array, turn: Array, bias: Array, sigma: Array
-) -> tuple[Array, Array]:
-    """x^s of attitude and bias, and σ^s of attitude, of all blocks kept; x and p are those of the last one.
-
-    Returns those of the first one.
-    """
-    for k in range(count - 1, -1, -1):
-        if k < count - 1:
-            x, p = step_back(kept, k, x, p)
-        turn[k] = x[TURN : TURN + 3]
-        bias[k] = kept.bias[k] + x[BIAS : BIAS + 3]
-        sigma[k] = np.sqrt(np.clip(np.diag(p)[TURN : TURN + 3], 0.0, UNIFORM * UNIFORM))
-    return x, p
+@kernel
+def backward(kept: Blocks, count: int, m: Floats, turn: Any, bias: Any, sigma: Any) -> None:
+    """x^s of attitude and bias, and σ^s of attitude, of all blocks kept, from the last one, which m holds, on."""
+    for back in range(count):
+        k = count - 1 - back
+        if back > 0:
+            load(kept, k, m)
+            rts.step_back(m, kept.cut[k + 1, 0] > 0.0)
+        for j in range(3):
+            turn[k, j] = m[rts.SMOOTHED + TURN + j]
+            bias[k, j] = kept.bias[k, j] + m[rts.SMOOTHED + BIAS + j]
+            variance = m[rts.NOW + (TURN + j) * (ROW + 1)]
+            sigma[k, j] = min(sqrt(max(variance, 0.0)), UNIFORM)
 
 
 @kernel
@@ -220,6 +218,7 @@ class Smoother:
         self.health = np.zeros(n, np.uint32)
         self.begin = Stretch(0, primed(FORWARD, driver.begin(self._settings), prior))
         self._kept = room(KEPT)
+        self._smoothed = np.zeros(rts.SIZE)  # the step back at work
 
     def ahead(self, stretch: Stretch) -> tuple[int, Stretch]:
         """Through one stretch: how many blocks were kept, and where the next one begins."""
@@ -243,10 +242,14 @@ class Smoother:
         """What was known of the sensor at the end, which is all there is to know."""
         return learned(FORWARD, self._settings, end.carry)
 
-    def back(self, count: int, stop: int, x: Array, p: Array) -> tuple[Array, Array]:
-        """Through the stretch that was kept, to the sample before ``stop``; returns x and p for the one before."""
+    def end(self, stretch: Stretch) -> None:
+        """Backwards begins where the recording ends, of which nothing more is to be learned."""
+        self._smoothed[rts.NOW : rts.NOW + WHOLE] = stretch.carry.run.state.memory[P : P + WHOLE]
+
+    def back(self, count: int, stop: int) -> None:
+        """Through the stretch that was kept, to the sample before ``stop``."""
         turn, bias, sigma, before = (np.zeros((count, 3)) for _ in range(4))
-        x, p = backward(self._kept, count, x, p, turn, bias, sigma)
+        compiled(backward)(self._kept, count, self._smoothed, turn, bias, sigma)
         compiled(ends)(self._kept.swing[:count], turn, before)
         t = self._sensors[0]
         end = self._kept.end[:count, 0].astype(int)
@@ -266,7 +269,6 @@ class Smoother:
         for j in range(3):
             self.bias[samples, j] = np.interp(t[samples], at, bias[:, j])
             self.sigma[samples, j] = np.interp(t[samples], at, sigma[:, j])
-        return x, p
 
     def _before_gap(self, samples: NDArray[np.int_], end: NDArray[np.int_]) -> NDArray[np.bool_]:
         """Which samples are cut off from the end of their block."""
@@ -317,12 +319,12 @@ def smooth(
         stretches.append(after)
         if progress is not None:
             progress(0.5 * after.start / n)
-    x, p = np.zeros(PLACE), square(np.array(stretches[-1].carry.run.state.memory[P : P + WHOLE]))
+    run.end(stretches[-1])
     for k in range(len(stretches) - 2, -1, -1):
         stop = stretches[k + 1].start
         if k < len(stretches) - 2:
             count, _ = run.ahead(stretches[k])
-        x, p = run.back(count, stop, x, p)
+        run.back(count, stop)
         if progress is not None:
             progress(1.0 - 0.5 * stretches[k].start / n)
     calibration = run.learned(stretches[-1])

@@ -27,8 +27,8 @@ gains of θ_x, θ_y, v and c are zero in (5) (the consider filter of S. F. Schmi
     0 = mean ω − S mean ω − b                                                                                   (6)
 
 What cannot be corrected to first order (tilt beyond half a radian, heading beyond one, a velocity 5 σ away for a
-second) is taken from the block's mean force and field as at the start. A field that does not fit, but stands still in the earth
-frame while the sensor turns for ``mag_time``, is taken for the earth's.
+second) is taken from the block's mean force and field as at the start. A field that does not fit, but stands still in
+the earth frame while the sensor turns for ``mag_time``, is taken for the earth's.
 
 What was learned is ``Track.calibration``, the next run's ``prior``. All equations with their reasons:
 docs/self-calibration.md.
