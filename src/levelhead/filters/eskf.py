@@ -143,7 +143,7 @@ class ESKF(NamedTuple):
     ] = 0.003
     bias_start: Annotated[
         float, Param("deg/s", "1σ of the bias at the start", low=0.0, sweep=(0.05, 20.0), log=True)
-    ] = 5.0
+    ] = 10.0
     scale_start: Annotated[
         float, Param("", "1σ of the gyroscope's scale and cross-axis factors", low=0.0, sweep=(1e-4, 0.05), log=True)
     ] = 0.003
