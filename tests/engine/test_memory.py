@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 import levelhead as lh
-from levelhead.engine import lane_memory, lanes
+from levelhead.engine import lane_memory, lanes, smoother
 from levelhead.engine.batch import fuse_axis
 from levelhead.tune.lane_score import SQUARES
 
 A_LITTLE = 200_000  # bytes: objects that do not grow with the recording
 CHECKS = 1  # byte of a sample, while stamps are looked through
 OUTPUTS = 8 * (4 + 3 + 3) + 4  # quat, bias, sigma, health of one sample
+INPUTS = 8 * (1 + 3 + 3 + 3)  # t, gyr, acc, mag
 
 
 def recording(n, with_mag):
@@ -63,3 +64,14 @@ def test_lanes_that_keep_no_tracks_need_next_to_nothing_more_for_any_length():
     peak(2000)  # compiles
     shorter, longer = 3000, 60_000
     assert peak(longer) - peak(shorter) < 2 * (longer - shorter), "a track has 84 bytes for each sample, of each of 64"
+
+
+def test_the_smoother_keeps_the_blocks_of_one_stretch(monkeypatch):
+    """Beside outputs and a copy of the inputs; all blocks of this recording would take three times as much."""
+    monkeypatch.setattr(smoother, "KEPT", 400)
+    lh.smooth(recording(2000, True))  # compiles
+    n = 60_000
+    given = recording(n, True)
+    kept, peak = most(lambda: lh.smooth(given))
+    stretch, blocks = (sum(part.nbytes for part in smoother.room(count)) for count in (smoother.KEPT, n // 20))
+    assert OUTPUTS * n <= kept <= peak < 1.2 * (INPUTS + OUTPUTS) * n + stretch + A_LITTLE < 0.4 * blocks
