@@ -58,17 +58,7 @@ ANYTHING = {"bias_start": 20.0, "scale_start": 0.05, "acc_bias": 0.5, "mag_offse
 CERTAIN = {"gyr_noise": 1e-3, "gyr_share": 0.0, "acc_noise": 1e-4, "mag_noise": 1e-3, "speed": 0.05}
 
 
-@pytest.mark.parametrize(
-    "kind",
-    [
-        ENGINES[0],
-        pytest.param(
-            covariance.Exported,
-            id="float",
-            marks=[NEEDS_C, pytest.mark.xfail(strict=True, reason="without any noise P loses what float cannot hold")],
-        ),
-    ],
-)
+@pytest.mark.parametrize("kind", ENGINES)
 def test_constants_that_are_learned_for_ever_at_rest(kind):
     """No walk at all, next to no noise, wide starts, and nothing but rest: P only shrinks, in ever fewer directions."""
     calm = simulate.recording("LSM6DSO32", "still", duration=600.0, seed=1, mag="HMC5883L")

@@ -157,6 +157,28 @@ def test_prediction_is_the_dense_product():
     np.testing.assert_array_equal(after, after.T)
 
 
+def test_a_corrected_velocity_is_taken_along_by_heading():
+    rng = np.random.default_rng(7)
+    _, state = prepared(rng)
+    m = list(state.memory)
+    p = square(m)
+    shear = np.eye(es.N)
+    shear[es.SPEED, es.TURN_Z], shear[es.SPEED + 1, es.TURN_Z] = -0.7, 0.4  # θ_z × (0.4, 0.7)
+    es.take_along(m, es.P, es.ROW, 0.4, 0.7)
+    np.testing.assert_allclose(square(m), shear @ p @ shear.T, atol=1e-12)
+    np.testing.assert_array_equal(square(m), square(m).T)
+
+
+@pytest.mark.parametrize("motion", ["robot", "drone"])
+def test_nothing_but_a_magnetometer_tells_of_heading(motion):
+    """σ of a relative heading never falls where the gyroscope has nothing to learn: velocity zero has no direction."""
+    recording = simulate.recording("MPU-6050", motion, seed=3, duration=120.0)
+    perfect = lh.ESKF(bias_start=0.0, bias_walk=0.0, scale_start=0.0, scale_walk=0.0)
+    sigma = lh.fuse(recording, perfect, engine="compiled").sigma[:, 2]
+    assert sigma[-1] > 2.0 * sigma[1000]
+    assert (np.diff(sigma) > -1e-5 * sigma[:-1]).all()
+
+
 def learned(recording, **values):
     """The end of a run: means and deviations of the error states."""
     from levelhead.engine.binding import bind

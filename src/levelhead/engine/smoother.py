@@ -35,7 +35,23 @@ from levelhead.engine.fixed import native, plain
 from levelhead.engine.prior import learned, primed
 from levelhead.errors import LevelheadError
 from levelhead.filters import eskf
-from levelhead.filters.error_state import BIAS, CUT, DRIVEN, FOUND, MEAN, ROW, SIZE, SPEED, TURN, N, P, W, X
+from levelhead.filters.error_state import (
+    BIAS,
+    CUT,
+    DRIVEN,
+    FOUND,
+    MEAN,
+    ROW,
+    SIZE,
+    SPEED,
+    TURN,
+    TURN_Z,
+    N,
+    P,
+    W,
+    X,
+    take_along,
+)
 from levelhead.filters.guard import Guard
 from levelhead.kernels import quat
 from levelhead.kernels.arrays import Floats
@@ -152,6 +168,10 @@ def load(kept: Blocks, k: int, m: Floats) -> None:
         m[rts.GAIN + j] = kept.p[k, j]
     for j in range(DRIVEN * ROW):
         m[rts.GAIN + SPEED * ROW + j] = kept.w[k + 1, j]
+    x, y = kept.x[k + 1, SPEED], kept.x[k + 1, SPEED + 1]
+    take_along(m, rts.LATER, ROW, -x, -y)  # what the correction did to errors of velocity, undone
+    m[rts.SMOOTHED + SPEED] += y * m[rts.SMOOTHED + TURN_Z]
+    m[rts.SMOOTHED + SPEED + 1] -= x * m[rts.SMOOTHED + TURN_Z]
     for j in range(N):
         m[rts.OFF + j] = kept.x[k + 1, j] + m[rts.SMOOTHED + j]
 

@@ -172,6 +172,26 @@ def carry_place(m: Floats, n: int, dt: float) -> None:
 
 
 @rare
+def take_along(m: Floats, p: int, n: int, x: float, y: float) -> None:
+    """Errors of velocity by what it is since it was corrected by (x, y): θ_z takes more of it along, θ_z × (x, y).
+
+    Without this the covariance at ``p`` would claim to know heading the better, the more often velocity is corrected,
+    though nothing has told it (A. Barrau, S. Bonnabel, The invariant extended Kalman filter as a stable observer, IEEE
+    Transactions on Automatic Control 62(4), 2017).
+    """
+    east = p + SPEED * ROW
+    north = east + ROW
+    turn = p + TURN_Z * ROW
+    add_scaled(m, east, -y, turn, n)
+    add_scaled(m, north, x, turn, n)
+    for j in range(n):
+        row = p + j * ROW
+        m[row + SPEED] -= y * m[row + TURN_Z]
+        m[row + SPEED + 1] += x * m[row + TURN_Z]
+    m[north + SPEED] = m[east + SPEED + 1]
+
+
+@rare
 def measure(m: Floats, n: int, first: int, innovation: float, noise: float) -> float:
     """Eqs. 2 to 4 with the row h, which is zero again afterwards; returns innovation²/s."""
     for i in range(n):

@@ -14,9 +14,10 @@ turned by (2) exactly and v by f − g. What the errors do is summed up over a b
 which are the rows of F − 1 in P ← F P Fᵀ + Q; all else walks at random. Then rows are measured one after the other.
 A body stays in the room, so that its mean velocity over T is zero but for what is left of a density ``speed``²:
 
-    0 = v + δv,   variance speed²/T                                                                             (4)
+    0 = v + δv − θ_z × v,   variance speed²/T                                                                   (4)
 
-which is what makes tilt observable, without any test whether |a| is g. The block's mean field e = mean R (h − d ω × h)
+which is what makes tilt observable, without any test whether |a| is g; a turn by θ_z takes v along, so that (4) tells
+nothing of heading. The block's mean field e = mean R (h − d ω × h)
 has no eastern part, and strength and dip m:
 
     e + θ × e − mean R δo − mean R (ω × h) δd − (0, δm_h, δm_v) = (0, m_h, m_v)                                 (5)
@@ -79,12 +80,14 @@ from levelhead.filters.error_state import (
     F,
     H,
     N,
+    P,
     X,
     carry_place,
     independent,
     measure,
     propagate,
     recall,
+    take_along,
     variance,
     widen,
 )
@@ -102,6 +105,7 @@ from levelhead.kernels.vec3 import ZERO, Vec3, add, cross, dot, norm, normalize,
 DEGREE = pi / 180.0
 MILLI = 1e-3
 
+ROUNDING = 2e-7  # share of a variance that corrections in single precision may get wrong in a block
 REST_SPEED = 0.02  # m/s, 1σ at rest
 REST_RATE = 0.05 * DEGREE  # rad/s, at least, by which a body at rest may turn
 REST_TAU = 1.0  # s, for so long
@@ -423,6 +427,8 @@ def walked(params: ESKF, m: Floats, with_field: bool) -> None:
     walk = params.bias_walk * DEGREE
     widen(m, BIAS, 3, walk * walk * spell)
     widen(m, GYR, 9, params.scale_walk * params.scale_walk * spell)
+    for i in range(N):
+        widen(m, i, 1, ROUNDING * variance(m, i))
     if with_field:
         widen(m, MAG, 2, params.field_walk * params.field_walk * spell)
         widen(m, IRON, 3, params.offset_walk * params.offset_walk * spell)
@@ -494,11 +500,17 @@ def runaway(params: ESKF, m: Floats, still: bool) -> bool:
 
 @rare
 def see_speed(params: ESKF, m: Floats, still: bool, n: int) -> None:
-    """A body stays in the room: its velocity is zero, give or take, where nobody sees it."""
+    """A body stays in the room: its velocity is zero, give or take, where nobody sees it.
+
+    Zero has no direction, so that it must tell nothing of heading: a turn by θ_z takes v along, to v + θ_z × v, which
+    the rows of east and north do not see.
+    """
     for i in range(3):
         if not aiding.aided(m, i):
             noise = speed_noise(params, m, still, i)
             m[H + SPEED + i] = 1.0
+            if i < 2:
+                m[H + TURN_Z] = m[MEAN + SPEED + 1] if i == 0 else -m[MEAN + SPEED]
             measure(m, n, 0, -m[MEAN + SPEED + i], noise)
 
 
@@ -587,6 +599,7 @@ def see_all(params: ESKF, m: Floats, still: bool, believed: bool, steady: bool, 
         fit = Fit(fit.refused, fit.turned, fit.field, aiding.see_places(m, n))
     for i in range(n):
         m[MEAN + i] += m[X + i]
+    take_along(m, P, n, m[X + SPEED], m[X + SPEED + 1])
     return fit
 
 
