@@ -7,7 +7,7 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 from levelhead import filters
-from levelhead.cli.options import GuardWords, chosen_guard, filter_names, say, say_json, settings
+from levelhead.cli.options import GuardWords, chosen_guard, filter_names, known_before, say, say_json, settings
 from levelhead.errors import LevelheadError
 
 
@@ -18,6 +18,7 @@ def export(
     set: Annotated[tuple[str, ...], Parameter(name="--set", negative="", metavar="K=V")] = (),
     tuned: Annotated[Path | None, Parameter(name="--from", metavar="FILE")] = None,
     guard: GuardWords = (),
+    prior: Annotated[Path | None, Parameter(metavar="FILE")] = None,
     axis: Annotated[bool, Parameter(negative="")] = False,
     single: Annotated[bool, Parameter(name="--float", negative="--double")] = False,
     arduino: Annotated[bool, Parameter(negative="")] = False,
@@ -30,6 +31,8 @@ def export(
         filter: which one, such as EKF.
         set: a parameter of the filter, such as acc_tau=3; may be given several times.
         tuned: JSON with the filter's parameters, such as `levelhead sweep … --json` prints; --set comes on top.
+        prior: what an earlier run has learned of the same sensor, from `levelhead fuse --save-calibration`: the filter
+            starts with it.
         axis: the filter of one angle and its rate instead of that of an IMU.
         single: all numbers as float, for boards without a fast double; the default is double, with the bits of Python.
         arduino: as a library folder for the Arduino IDE, with the sketch as its example.
@@ -47,10 +50,12 @@ def export(
     words = ["levelhead export", flt.name, *(f"--set {word}" for word in set)]
     words += [f"--from {tuned.name}"] if tuned else []
     words += [f"--guard {word}" for word in guard]
+    words += [f"--prior {prior.name}"] if prior else []
     words += ["--axis"] if axis else []
     words.append("--float" if single else "--double")
     words += ["--arduino"] if arduino else []
-    choice = Choice(params, before, "float" if single else "double", axis, " ".join(words))
+    known = known_before(prior, params)
+    choice = Choice(params, before, "float" if single else "double", axis, known, " ".join(words))
     written = write(choice, out, arduino)
     if json:
         say_json({"filter": flt.name, "params": dict(params._asdict()), "written": [str(path) for path in written]})

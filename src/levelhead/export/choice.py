@@ -1,10 +1,15 @@
-"""What is exported: a filter with its numbers, with or without the guard, or on one axis, in single or double."""
+"""What is exported: a filter with its numbers, with or without the guard, or on one axis, in single or double, and what
+is known of its sensor.
+"""
 
 from dataclasses import dataclass
 from typing import Any, Literal
 
 from levelhead import filters
-from levelhead.engine.binding import guards
+from levelhead.calibration import Calibration
+from levelhead.engine.binding import bind, guards
+from levelhead.engine.driver import Settings
+from levelhead.engine.prior import primed
 from levelhead.errors import LevelheadError
 from levelhead.export.program import snake
 from levelhead.filters.contract import Filter, param_table
@@ -21,6 +26,7 @@ class Choice:
         guard: what stands in front of it; None: the filter sees every reading as it is.
         real: the type of all numbers.
         axis: the filter of one level and its rate instead of that of an IMU.
+        prior: what an earlier run has learned of the same sensor: the filter starts with it.
         command: the words that do it again.
     """
 
@@ -28,17 +34,32 @@ class Choice:
     guard: filters.Guard | None = DEFAULT_GUARD
     real: Literal["float", "double"] = "double"
     axis: bool = False
+    prior: Calibration | None = None
     command: str = "levelhead export"
 
     def __post_init__(self) -> None:
         if self.axis and self.flt.axis is None:
             having = ", ".join(flt.name for flt in filters.ALL if flt.axis)
             raise LevelheadError(f"{self.flt.name} needs an IMU; on one level and its rate work {having}")
+        self.begin()
 
     @property
     def flt(self) -> Filter:
         """The filter."""
         return filters.of(self.params)
+
+    @property
+    def settings(self) -> Settings:
+        """What the driver is told."""
+        return Settings(self.params, self.guard or filters.Guard())
+
+    def begin(self) -> Any:
+        """What the driver carries before the first sample, in plain Python.
+
+        Raises:
+            LevelheadError: the filter learns nothing of its sensor, and there is a prior.
+        """
+        return primed(self.flt, bind(self.flt, self.guard is not None).begin(self.settings), self.prior)
 
     @property
     def guarded(self) -> bool:

@@ -10,6 +10,7 @@ from levelhead.engine import driver
 from levelhead.engine.binding import bind, estimates_bias
 from levelhead.engine.loop import LONGEST as LONGEST_DT
 from levelhead.errors import LevelheadError
+from levelhead.export import sensor
 from levelhead.export.choice import Choice, remarks
 from levelhead.export.expressions import variable
 from levelhead.export.kinds import FLOAT, Array, Kind, Machine, Struct, is_empty, keep_what_is_read
@@ -190,6 +191,7 @@ class Face:
             "types": joined(lines),
             "functions": written.rstrip() + "\n",
             "health": "",
+            "sensor": "",
         }
         return template("filter.h").substitute(values | gaps)
 
@@ -261,6 +263,8 @@ class ImuFace(Face):
         source = self.source(
             "imu.functions.c",
             values=joined(self._settings()).rstrip(),
+            table=sensor.prior_table(self.choice, self.program),
+            told=sensor.prior_start(self.choice),
             begin=self.call(self.begin, ["filter->settings"]),
             advance=self.call(
                 self.advance, ["filter->settings", "filter->carry", "three(gyr)", "three(acc)", "three(mag)", "dt"]
@@ -287,7 +291,7 @@ class ImuFace(Face):
         whole += [f"{STEP}{self.program.arrays_type} arrays;"] if self.program.arrays else []
         whole += [f"}} {self.name};", ""]
         flt = self.choice.flt
-        bias = estimates_bias(flt, self.choice.guarded)
+        bias, field = estimates_bias(flt, self.choice.guarded), sensor.field_unit(self.choice)
         return self.header(
             "imu.functions.h",
             whole,
@@ -297,7 +301,9 @@ class ImuFace(Face):
             init_call=f"{self.name}_init(&filter)",
             loop=f" *     for each sample: {self.name}_update(&filter, gyr, acc, mag, dt);\n"
             f" *     {self.name}_quat q = {self.name}_quaternion(&filter);",
-            units="gyr rad/s, acc m/s² (a level sensor at rest reads 0, 0, +9.81), mag any one unit, dt s;\n"
+            sensor=sensor.about(self.choice),
+            field=field,
+            units=f"gyr rad/s, acc m/s² (a level sensor at rest reads 0, 0, +9.81), mag {field}, dt s;\n"
             " * q turns sensor into earth (x east, y magnetic north, z up). A sensor that is not there is NULL.",
         )
 

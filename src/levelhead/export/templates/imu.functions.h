@@ -4,7 +4,7 @@ void ${name}_init($name *filter);
 /* Forgets everything but the parameters, which may be changed at any time: filter.settings.… */
 void ${name}_reset($name *filter);
 
-/* One sample. gyr in rad/s, acc in m/s², mag in any one unit, dt in seconds since the last sample.
+/* One sample. gyr in rad/s, acc in m/s², mag in $field, dt in seconds since the last sample.
  *
  * acc and mag may be NULL: no new reading. NaN marks a reading that ought to be there and is not; it is bridged, and
  * health says so. The first sample with an accelerometer reading sets the attitude to start from; its dt does not
