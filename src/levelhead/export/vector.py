@@ -110,7 +110,7 @@ def rows(choice: Choice) -> list[Row]:
     for sample in samples():
         taken = 0.0 < sample.dt < LONGEST
         if taken:
-            carry = bound.advance(settings, carry, sample.gyr, sample.acc, sample.mag, sample.dt)
+            carry = bound.advance(settings, carry, *choice.readings(sample.gyr, sample.acc, sample.mag), sample.dt)
         found.append(Row(sample, taken, bound.result(settings, carry.run)))
     return found
 

@@ -12,10 +12,10 @@ void ${name}_reset($name *filter);
  */
 bool ${name}_update($name *filter, const $real gyr[3], const $real acc[3], const $real mag[3], $real dt);
 
-/* All that the filter says after the last sample. */
+${corrected}/* All that the filter says after the last sample. */
 ${name}_output ${name}_read(const $name *filter);
 
-/* Orientation, sensor to earth (x east, y north, z up), unit quaternion, scalar first. */
+/* Orientation, $frame to earth (x east, y north, z up), unit quaternion, scalar first. */
 ${name}_quat ${name}_quaternion(const $name *filter);
 
 /* Roll, pitch and yaw in rad: intrinsic z-y-x angles; yaw is anticlockwise from east. */
