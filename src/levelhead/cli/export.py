@@ -7,7 +7,7 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 from levelhead import filters
-from levelhead.cli.options import GuardWords, chosen_guard, filter_names, known_before, say, say_json, settings
+from levelhead.cli.options import Axes, GuardWords, chosen_guard, filter_names, known_before, say, say_json, settings
 from levelhead.errors import LevelheadError
 
 
@@ -20,7 +20,7 @@ def export(
     guard: GuardWords = (),
     prior: Annotated[Path | None, Parameter(metavar="FILE")] = None,
     calibration: Annotated[Path | None, Parameter(metavar="FILE")] = None,
-    axes: Annotated[str, Parameter(metavar="X,Y,Z")] = "x,y,z",
+    axes: Axes = "x,y,z",
     axis: Annotated[bool, Parameter(negative="")] = False,
     single: Annotated[bool, Parameter(name="--float", negative="--double")] = False,
     arduino: Annotated[bool, Parameter(negative="")] = False,
@@ -59,7 +59,7 @@ def export(
     words += [f"--guard {word}" for word in guard]
     words += [f"--prior {prior.name}"] if prior else []
     words += [f"--calibration {calibration.name}"] if calibration else []
-    words += [f"--axes={mounted}"] if mounted != IDENTITY else []
+    words += [f"--axes {mounted}"] if mounted != IDENTITY else []
     words += ["--axis"] if axis else []
     words.append("--float" if single else "--double")
     words += ["--arduino"] if arduino else []

@@ -114,6 +114,9 @@ GuardWords = Annotated[
 ]
 
 
+Axes = Annotated[str, Parameter(name="--axes", metavar="X,Y,Z", allow_leading_hyphen=True)]
+
+
 def settings(pairs: Iterable[str], example: str = "r_measure=0.1") -> dict[str, Any]:
     """``k=v`` words as keyword arguments of a Params class.
 
