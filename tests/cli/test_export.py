@@ -150,8 +150,8 @@ def test_the_page_works_as_written(levelhead, tmp_path, monkeypatch):
     lines = [line.strip() for block in re.findall(r"```sh\n(.*?)```", page, re.DOTALL) for line in block.splitlines()]
     commands = [shlex.split(line) for line in lines if line.startswith("levelhead ")]
     verbs = [command[1] for command in commands]
-    assert verbs == ["simulate", "sweep", "export", "fuse", "compare"]
-    for command in commands[:3]:
+    assert verbs == ["simulate", "sweep", "export", "fuse", "compare", "fuse", "export", "export"]
+    for command in (*commands[:3], *commands[5:]):
         target = command[command.index(">") + 1] if ">" in command else None
         words = command[1 : command.index(">")] if target else command[1:]
         said = levelhead(*(word.replace("~/Arduino/libraries", "libraries") for word in words))
@@ -163,3 +163,5 @@ def test_the_page_works_as_written(levelhead, tmp_path, monkeypatch):
     found = re.search(r"\.beta = ([^f]+)f,", source)
     assert found and float(found[1]) == pytest.approx(tuned, rel=1e-6)
     assert (tmp_path / "libraries" / "lh_madgwick" / "examples" / "mpu6050" / "mpu6050.ino").exists()
+    assert ".gyr_matrix = {" in (tmp_path / "board" / "lh_madgwick.c").read_text(encoding="utf-8")
+    assert "} prior[] = {" in (tmp_path / "board" / "lh_eskf.c").read_text(encoding="utf-8")

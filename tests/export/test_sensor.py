@@ -1,4 +1,4 @@
-"""What is known of a sensor goes to the board: how it is mounted, what it does wrong, and what an earlier run learned."""
+"""What is known of a sensor goes to the board: its mounting, its errors, and what an earlier run learned."""
 
 import ctypes
 import re
@@ -23,7 +23,9 @@ AXES = AxisMap.parse("-y,-z,x")
 @pytest.fixture(scope="module")
 def learned():
     """What ESKF learns of a sensor with a magnetometer."""
-    return lh.fuse(lh.simulate.recording("LSM6DSO32", "hand", duration=30.0, seed=3, mag="HMC5883L"), lh.ESKF()).calibration
+    return lh.fuse(
+        lh.simulate.recording("LSM6DSO32", "hand", duration=30.0, seed=3, mag="HMC5883L"), lh.ESKF()
+    ).calibration
 
 
 def sure(*values):

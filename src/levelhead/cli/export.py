@@ -36,8 +36,8 @@ def export(
         prior: what an earlier run has learned of the same sensor, from `levelhead fuse --save-calibration`: the filter
             starts with it.
         calibration: the same file for any other filter: the errors of the sensor are taken off its readings.
-        axes: the sensor's axes that are the body's x (forward), y (left) and z (up), such as -y,x,z, as `levelhead axes`
-            finds them.
+        axes: the sensor's axes that are the body's x (forward), y (left) and z (up), such as -y,x,z;
+            `levelhead axes` finds them.
         axis: the filter of one angle and its rate instead of that of an IMU.
         single: all numbers as float, for boards without a fast double; the default is double, with the bits of Python.
         arduino: as a library folder for the Arduino IDE, with the sketch as its example.

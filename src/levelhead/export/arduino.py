@@ -87,7 +87,9 @@ def _mounted(choice: Choice) -> str:
     """A remark on the axes."""
     if choice.axes == IDENTITY:
         return ""
-    return f"// The body's x (forward), y (left), z (up) are the sensor's {choice.axes}; the log is in the body's axes.\n"
+    return (
+        f"// The body's x (forward), y (left), z (up) are the sensor's {choice.axes}; the log is in the body's axes.\n"
+    )
 
 
 def _imu(choice: Choice) -> dict[str, str]:

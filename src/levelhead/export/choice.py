@@ -30,7 +30,7 @@ class Choice:
         real: the type of all numbers.
         axis: the filter of one level and its rate instead of that of an IMU.
         prior: what an earlier run has learned of the same sensor: the filter starts with it.
-        axes: how the sensor sits on its body; what comes after it is in the body's axes, calibration and prior included.
+        axes: how the sensor sits on its body; all else, calibration and prior included, is in the body's axes.
         calibration: its errors are taken off the readings before anything else sees them.
         command: the words that do it again.
     """

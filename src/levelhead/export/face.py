@@ -262,9 +262,7 @@ class ImuFace(Face):
             table=sensor.prior_table(self.choice, self.program),
             told=sensor.prior_start(self.choice),
             begin=self.call(self.begin, ["filter->settings"]),
-            advance=self.call(
-                self.advance, ["filter->settings", "filter->carry", *self.correction.arguments, "dt"]
-            ),
+            advance=self.call(self.advance, ["filter->settings", "filter->carry", *self.correction.arguments, "dt"]),
             result=self.call(self.result, ["filter->settings", "filter->carry.run"]),
             **self._corrected(),
         )
@@ -318,7 +316,9 @@ class ImuFace(Face):
             sensor=sensor.about(self.choice),
             field=field,
             frame=frame,
-            corrected=template("corrected.h").substitute(name=self.name, real=self.choice.real) if self.choice.corrects else "",
+            corrected=template("corrected.h").substitute(name=self.name, real=self.choice.real)
+            if self.choice.corrects
+            else "",
             units=f"gyr rad/s, acc m/s² (a level sensor at rest reads 0, 0, +9.81), mag {field}, dt s;\n"
             f" * q turns {frame} into earth (x east, y magnetic north, z up). A sensor that is not there is NULL.",
         )

@@ -1,4 +1,4 @@
-"""What an export knows of its own sensor, as C: how it is mounted, what it does wrong, what an earlier run has learned."""
+"""What an export knows of its own sensor, as C: how it is mounted, what it does wrong, what an earlier run learned."""
 
 import textwrap
 from collections.abc import Iterator
@@ -9,8 +9,8 @@ from levelhead.calibration import SHAPES, Calibration
 from levelhead.errors import LevelheadError
 from levelhead.export.choice import Choice
 from levelhead.export.expressions import variable
-from levelhead.export.layout import STEP, WIDTH, comment, safe, wrapped
 from levelhead.export.kinds import FLOAT, Struct
+from levelhead.export.layout import STEP, WIDTH, comment, safe, wrapped
 from levelhead.export.program import Kernel, Program
 from levelhead.export.statements import joined
 from levelhead.filters.learned import Estimate, Learned
@@ -117,7 +117,9 @@ def mounted(choice: Choice) -> str:
     """A comment on the axes; empty where they are those of the sensor."""
     if choice.axes == IDENTITY:
         return ""
-    return f"/* Readings in the axes of the body: its x (forward), y (left), z (up) are the sensor's {choice.axes}. */\n"
+    return (
+        f"/* Readings in the axes of the body: its x (forward), y (left), z (up) are the sensor's {choice.axes}. */\n"
+    )
 
 
 def components(choice: Choice) -> str:
