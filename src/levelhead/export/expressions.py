@@ -41,6 +41,9 @@ class Names(Protocol):
     def passing(self, function: object) -> Sequence[tuple[Kind, bool]]:
         """A kernel's parameters: what they are, and whether they are passed by address."""
 
+    def handed_back(self, function: object) -> int | None:
+        """Which parameter a kernel returns as it is, as an address; None for a kernel that returns a value."""
+
     def makes(self, function: object) -> bool:
         """Whether a kernel makes arrays, itself or through others."""
 
@@ -194,7 +197,8 @@ class Expressions:
             assert isinstance(struct, Struct)
             return f"({self._names.struct_name(struct)}){self.braces(node)}", PRIMARY
         if is_kernel(function):
-            return f"{self._names.function(function)}({', '.join(self._passed(node, function))})", PRIMARY
+            text = f"{self._names.function(function)}({', '.join(self._passed(node, function))})"
+            return (text, PRIMARY) if self._names.handed_back(function) is None else (f"*{text}", UNARY)
         return self._builtin(node, str(function.__name__)), PRIMARY
 
     def _builtin(self, node: ast.Call, name: str) -> str:

@@ -38,7 +38,7 @@ Kind = Scalar | Array | Struct
 FLOAT, INT, BOOL = Scalar("float"), Scalar("int"), Scalar("bool")
 VOID = Scalar("void")  # what a kernel returns that only writes into memory
 NUMBERS = {float: FLOAT, int: INT, bool: BOOL}
-BY_VALUE = 9  # numbers; a struct with more of them is passed by its address
+BY_VALUE = 6  # numbers; a struct with more of them is passed by its address
 
 
 def numbers(kind: "Kind | None") -> int:

@@ -171,6 +171,16 @@ class Program:
         addresses = self._addresses(kernel)
         return [(kind, name in addresses) for name, kind in kernel.parameters.items()]
 
+    def handed_back(self, function: Any) -> int | None:
+        """Which parameter a kernel does nothing but return, if it is a large one; the place of it is returned then."""
+        kernel = self._kernels[function]
+        *_, last = kernel.source.tree.body
+        names = list(kernel.parameters)
+        if not isinstance(last, ast.Return) or not isinstance(last.value, ast.Name) or last.value.id not in names:
+            return None
+        alone = len(kernel.source.tree.body) == 1 + (ast.get_docstring(kernel.source.tree) is not None)
+        return names.index(last.value.id) if alone and last.value.id in self._addresses(kernel) else None
+
     @staticmethod
     def _addresses(kernel: Kernel) -> set[str]:
         stored = Scopes(kernel.source.tree.body).variables
@@ -276,6 +286,8 @@ class Program:
             shown = f"*{variable(name)}" if name in addresses else self.declarator(kind, variable(name))
             parameters.append(f"{star}{self.kind(kind)} {shown}")
         returned = self.kind(kernel.returns)
+        if self.handed_back(kernel.source.function) is not None:
+            return f"static const {returned} *{kernel.name}({', '.join(parameters)})"
         if isinstance(kernel.returns, Array):
             raise kernel.source.refuse(kernel.source.tree, "an array is returned; put it into a NamedTuple")
         return f"static {returned} {kernel.name}({', '.join(parameters) or 'void'})"

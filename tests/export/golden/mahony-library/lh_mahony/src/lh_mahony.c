@@ -517,11 +517,11 @@ static Covariance doubt_read_off(Covariance p)
  *
  * lost is added (rad²); seen is what has corrected in it: 1 accelerometer, 2 magnetometer.
  */
-static Doubt doubt_judged(Doubt doubt, Gains gains, Vec3 gyr, Vec3 acc, bool rest, float lost, int32_t seen,
-    float dt)
+static Doubt doubt_judged(const Doubt *doubt, Gains gains, Vec3 gyr, Vec3 acc, bool rest, float lost,
+    int32_t seen, float dt)
 {
-    Covariance tilt = doubt.tilt, heading = doubt.heading;
-    float motion = doubt.motion;
+    Covariance tilt = doubt->tilt, heading = doubt->heading;
+    float motion = doubt->motion;
     float x = gyr.x, y = gyr.y, z = gyr.z;
     const float turned = x * x + y * y + z * z;
     tilt = doubt_grown(tilt, turned, lost, dt);
@@ -553,10 +553,10 @@ static Doubt doubt_judged(Doubt doubt, Gains gains, Vec3 gyr, Vec3 acc, bool res
 }
 
 /* 1σ about east, north and up, rad; no doubt is larger than knowing nothing. */
-static Vec3 doubt_sigma(Doubt doubt)
+static Vec3 doubt_sigma(const Doubt *doubt)
 {
-    const float tilt = lh_min(sqrtf(lh_max(doubt.tilt.level, 0.0f) + DOUBT_OFFSET), TILT_UNIFORM);
-    return (Vec3){tilt, tilt, lh_min(sqrtf(lh_max(doubt.heading.level, 0.0f)), TILT_UNIFORM)};
+    const float tilt = lh_min(sqrtf(lh_max(doubt->tilt.level, 0.0f) + DOUBT_OFFSET), TILT_UNIFORM);
+    return (Vec3){tilt, tilt, lh_min(sqrtf(lh_max(doubt->heading.level, 0.0f)), TILT_UNIFORM)};
 }
 
 /* ---- quat
@@ -594,10 +594,10 @@ static Quat quat_normalize(Quat q)
  * S. W. Shepperd, Quaternion from Rotation Matrix, J. Guidance and Control 1(3), 1978: 4w² = 1 + trace, 4x² = 1 + 2 xx
  * − trace and so on; the largest of these is at least 1, so that dividing by its root loses nothing.
  */
-static Quat quat_from_matrix(Mat3 m)
+static Quat quat_from_matrix(const Mat3 *m)
 {
-    const float xx = m.xx, xy = m.xy, xz = m.xz, yx = m.yx, yy = m.yy, yz = m.yz, zx = m.zx, zy = m.zy,
-        zz = m.zz;
+    const float xx = m->xx, xy = m->xy, xz = m->xz, yx = m->yx, yy = m->yy, yz = m->yz, zx = m->zx,
+        zy = m->zy, zz = m->zz;
     const float trace = xx + yy + zz;
     if (trace >= xx && trace >= yy && trace >= zz) {
         return quat_normalize((Quat){1.0f + trace, zy - yz, xz - zx, yx - xy});
@@ -862,7 +862,7 @@ static Quat triad_start(Vec3 acc, Vec3 mag)
         north = tilt_pitch_axis(up); /* horizontal, and at right angles to the sensor's x axis */
         east = vec3_cross(north, up);
     }
-    return quat_from_matrix((Mat3){east.x, east.y, east.z, north.x, north.y, north.z, up.x, up.y, up.z});
+    return quat_from_matrix(&(Mat3){east.x, east.y, east.z, north.x, north.y, north.z, up.x, up.y, up.z});
 }
 
 /* ---- guard
@@ -926,12 +926,12 @@ static bool guard_turning(const Guard *guard, Vec3 mean, Vec3 bias, Vec3 own)
  *
  * The bias then goes to the mean rate, less what the filter itself takes away (own), as a running mean.
  */
-static Watch guard_rested(const Guard *guard, Watch watch, Vec3 own, Vec3 mean, bool quiet, float dt)
+static Watch guard_rested(const Guard *guard, const Watch *watch, Vec3 own, Vec3 mean, bool quiet, float dt)
 {
-    float still = watch.still;
-    Vec3 bias = watch.bias;
-    const float out = watch.acc_out;
-    const Field field = watch.field;
+    float still = watch->still;
+    Vec3 bias = watch->bias;
+    const float out = watch->acc_out;
+    const Field field = watch->field;
     if (!quiet || guard_turning(guard, mean, bias, own)) {
         return (Watch){0.0f, bias, out, field};
     }
@@ -944,9 +944,9 @@ static Watch guard_rested(const Guard *guard, Watch watch, Vec3 own, Vec3 mean, 
 }
 
 /* Whether the sensor has been at rest for long enough. */
-static bool guard_resting(const Guard *guard, Watch watch)
+static bool guard_resting(const Guard *guard, const Watch *watch)
 {
-    return watch.still > guard->rest_time;
+    return watch->still > guard->rest_time;
 }
 
 /* The vertical in the sensor frame, dt after it had this attitude, to first order. */
@@ -990,7 +990,7 @@ static Field guard_learned(const Guard *guard, Field field, Vec3 up, Vec3 mag, f
 static Look guard_look(const Guard *guard, Watch watch, Quat attitude, Vec3 gyr, Vec3 mag, float dt)
 {
     int32_t health = 0;
-    if (guard_resting(guard, watch)) {
+    if (guard_resting(guard, &watch)) {
         health = HEALTH_AT_REST;
     }
     if (GUARD_TELLS_FIELD && tilt_present(mag)) {
@@ -1011,22 +1011,22 @@ static Look guard_look(const Guard *guard, Watch watch, Quat attitude, Vec3 gyr,
 }
 
 /* Whether the accelerometer is held back. */
-static bool guard_refusing(const Guard *guard, Watch watch)
+static bool guard_refusing(const Guard *guard, const Watch *watch)
 {
-    return 0.0f < watch.acc_out && watch.acc_out < guard->acc_time;
+    return 0.0f < watch->acc_out && watch->acc_out < guard->acc_time;
 }
 
 /* For how long specific force has been no gravity: its norm is not g (odd), and it is far from the vertical. */
-static Watch guard_pushed(const Guard *guard, Watch watch, Quat attitude, Vec3 gyr, Vec3 acc, bool odd,
+static Watch guard_pushed(const Guard *guard, const Watch *watch, Quat attitude, Vec3 gyr, Vec3 acc, bool odd,
     float dt)
 {
     if (!tilt_present(acc)) {
-        return watch;
+        return *watch;
     }
-    const float still = watch.still;
-    const Vec3 bias = watch.bias;
-    const float out = watch.acc_out;
-    const Field field = watch.field;
+    const float still = watch->still;
+    const Vec3 bias = watch->bias;
+    const float out = watch->acc_out;
+    const Field field = watch->field;
     if (!odd) {
         return (Watch){still, bias, 0.0f, field};
     }
@@ -1103,12 +1103,12 @@ static Vec3 mahony_learned(Mahony params, Vec3 bias, Vec3 tilted, Vec3 headed, f
 }
 
 /* Eqs. 1 to 5. */
-static State mahony_step(Mahony params, State state, Vec3 gyr, Vec3 acc, Vec3 mag, float dt)
+static State mahony_step(Mahony params, const State *state, Vec3 gyr, Vec3 acc, Vec3 mag, float dt)
 {
-    const float bx = state.bias.x, by = state.bias.y, bz = state.bias.z;
+    const float bx = state->bias.x, by = state->bias.y, bz = state->bias.z;
     const float gx = gyr.x, gy = gyr.y, gz = gyr.z;
-    const Quat attitude = pull_turned(state.quat, (gx - bx) * dt, (gy - by) * dt, (gz - bz) * dt);
-    const float age = gain_older(state.age, dt);
+    const Quat attitude = pull_turned(state->quat, (gx - bx) * dt, (gy - by) * dt, (gz - bz) * dt);
+    const float age = gain_older(state->age, dt);
     const Vec3 up = quat_up(attitude);
     const Vec3 tilted = pull_pull(vec3_normalize(acc), up);
     float kt = gain_share(1.0f / params.kp, age, dt);
@@ -1129,30 +1129,30 @@ static State mahony_step(Mahony params, State state, Vec3 gyr, Vec3 acc, Vec3 ma
         rotation = (Vec3){kt * tilted.x, kt * tilted.y, kt * tilted.z};
     }
     return (State){pull_nudged(attitude, rotation),
-        mahony_learned(params, state.bias, tilted, headed, age, dt), age};
+        mahony_learned(params, state->bias, tilted, headed, age, dt), age};
 }
 
 /* Attitude and bias. */
-static Output mahony_output(Mahony params, State state)
+static Output mahony_output(Mahony params, const State *state)
 {
     (void)params;
-    return (Output){state.quat, state.bias, VEC3_ZERO, 0};
+    return (Output){state->quat, state->bias, VEC3_ZERO, 0};
 }
 
 /* Follows from the start again, as after a gap. */
-static State mahony_loosen(Mahony params, State state, float variance)
+static State mahony_loosen(Mahony params, const State *state, float variance)
 {
     (void)params; (void)variance;
-    return (State){state.quat, state.bias, 0.0f};
+    return (State){state->quat, state->bias, 0.0f};
 }
 
 /* K, K₂ of eq. 5 and k_I dt of eq. 3, for a state after its sample. */
-static Gains mahony_gains(Mahony params, State state, float dt)
+static Gains mahony_gains(Mahony params, const State *state, float dt)
 {
-    float kt = gain_share(1.0f / params.kp, state.age, dt);
-    const float kh = gain_share(1.0f / (params.kp * params.k_mag), state.age, dt);
-    const float bt = params.kp * state.age > 1.0f ? params.ki * dt : 0.0f;
-    const float bh = params.kp * params.k_mag * state.age > 1.0f ? params.ki * params.k_mag * dt : 0.0f;
+    float kt = gain_share(1.0f / params.kp, state->age, dt);
+    const float kh = gain_share(1.0f / (params.kp * params.k_mag), state->age, dt);
+    const float bt = params.kp * state->age > 1.0f ? params.ki * dt : 0.0f;
+    const float bh = params.kp * params.k_mag * state->age > 1.0f ? params.ki * params.k_mag * dt : 0.0f;
     if (params.whole_field) {
         kt = lh_min(kt, 1.0f / (1.0f + params.k_mag));
         return (Gains){kt, bt, MAHONY_DIP_SHARE * kt * params.k_mag, MAHONY_DIP_SHARE * bh};
@@ -1169,22 +1169,22 @@ static Gains mahony_gains(Mahony params, State state, float dt)
  */
 
 /* One more sample of a spell, or the first one of the next. */
-static Sum sensors_gathered(Sum sum, Vec3 gyr, Vec3 acc, float dt)
+static Sum sensors_gathered(const Sum *sum, Vec3 gyr, Vec3 acc, float dt)
 {
     const float x = gyr.x, y = gyr.y, z = gyr.z;
     const float a = acc.x, b = acc.y, c = acc.z;
-    if (sum.spell >= SENSORS_SPELL) {
+    if (sum->spell >= SENSORS_SPELL) {
         return (Sum){x * dt, y * dt, z * dt, a * dt, b * dt, c * dt, dt};
     }
-    const float p = sum.x, q = sum.y, r = sum.z, u = sum.a, v = sum.b, w = sum.c, spell = sum.spell;
+    const float p = sum->x, q = sum->y, r = sum->z, u = sum->a, v = sum->b, w = sum->c, spell = sum->spell;
     return (Sum){p + x * dt, q + y * dt, r + z * dt, u + a * dt, v + b * dt, w + c * dt, spell + dt};
 }
 
 /* After a spell: quiet when rate and specific force, averaged over it, stay near their own slow means. */
-static Calm sensors_settled(const Guard *guard, Calm calm, Sum sum, bool blind)
+static Calm sensors_settled(const Guard *guard, const Calm *calm, const Sum *sum, bool blind)
 {
-    const Vec3 mean = calm.gyr, force = calm.acc;
-    const float x = sum.x, y = sum.y, z = sum.z, a = sum.a, b = sum.b, c = sum.c, dt = sum.spell;
+    const Vec3 mean = calm->gyr, force = calm->acc;
+    const float x = sum->x, y = sum->y, z = sum->z, a = sum->a, b = sum->b, c = sum->c, dt = sum->spell;
     const float one = 1.0f / dt;
     const Vec3 gyr = {x * one, y * one, z * one};
     const Vec3 acc = {a * one, b * one, c * one};
@@ -1200,17 +1200,17 @@ static Calm sensors_settled(const Guard *guard, Calm calm, Sum sum, bool blind)
  *
  * A body slows down before it turns round; a clipped reading goes up steeply and then stays.
  */
-static Extreme sensors_clipped(Extreme extreme, Vec3 v, float full, float dt)
+static Extreme sensors_clipped(const Extreme *extreme, Vec3 v, float full, float dt)
 {
     const float x = v.x, y = v.y, z = v.z;
-    const float up = extreme.up, down = extreme.down, last = extreme.last, before = extreme.before;
-    float stay = extreme.stay;
-    int32_t found = extreme.found;
-    const bool was = extreme.clipped;
+    const float up = extreme->up, down = extreme->down, last = extreme->last, before = extreme->before;
+    float stay = extreme->stay;
+    int32_t found = extreme->found;
+    const bool was = extreme->clipped;
     const float far = SENSORS_NEAR * lh_min(up, down);
     if (full == 0.0f && (-far < x && x < far) && (-far < y && y < far) && (-far < z && z < far)) { /* nearly always */
         if (last == 0.0f && !was) {
-            return extreme;
+            return *extreme;
         }
         return (Extreme){up, down, 0.0f, 0.0f, SENSORS_NOT_ABRUPT, found, false};
     }
@@ -1300,23 +1300,30 @@ static bool sensors_far_from_g(const Guard *guard, Vec3 acc)
 static Sensors sensors_sensed(const Guard *guard, const Sensors *sensors, Vec3 gyr, Vec3 acc, int32_t missing,
     bool blind, float dt)
 {
-    Sum sum = sensors->sum;
-    Calm calm = sensors->calm;
-    Extreme fast = sensors->fast, hard = sensors->hard;
+    Calm calm_2;
+    Extreme fast_2;
+    Extreme hard_2;
+    const Sum *sum = &sensors->sum;
+    const Calm *calm = &sensors->calm;
+    const Extreme *fast = &sensors->fast;
+    const Extreme *hard = &sensors->hard;
     Repeat gyr_repeat = sensors->gyr, acc_repeat = sensors->acc;
     const bool was_odd = sensors->odd;
     bool odd = was_odd;
     int32_t health = 0;
     const bool no_gyr = (missing & HEALTH_GYR_MISSING) != 0;
     const bool no_acc = (missing & HEALTH_ACC_MISSING) != 0;
-    sum = sensors_gathered(sum, no_gyr ? calm.gyr : gyr, no_acc ? calm.acc : acc, dt);
-    if (sum.spell >= SENSORS_SPELL) {
-        calm = sensors_settled(guard, calm, sum, blind);
+    const Sum sum_2 = sensors_gathered(sum, no_gyr ? calm->gyr : gyr, no_acc ? calm->acc : acc, dt);
+    sum = &sum_2;
+    if (sum->spell >= SENSORS_SPELL) {
+        calm_2 = sensors_settled(guard, calm, sum, blind);
+        calm = &calm_2;
     }
     if (!no_gyr) {
-        fast = sensors_clipped(fast, gyr, guard->gyr_range * GUARD_DEGREE, dt);
+        fast_2 = sensors_clipped(fast, gyr, guard->gyr_range * GUARD_DEGREE, dt);
+        fast = &fast_2;
         gyr_repeat = sensors_repeated(gyr_repeat, gyr, dt);
-        if (fast.clipped) {
+        if (fast->clipped) {
             health = HEALTH_GYR_SATURATED;
         }
         if (sensors_stuck(gyr_repeat, dt)) {
@@ -1324,16 +1331,17 @@ static Sensors sensors_sensed(const Guard *guard, const Sensors *sensors, Vec3 g
         }
     }
     if (!no_acc) {
-        hard = sensors_clipped(hard, acc, guard->acc_range, dt);
+        hard_2 = sensors_clipped(hard, acc, guard->acc_range, dt);
+        hard = &hard_2;
         acc_repeat = sensors_repeated(acc_repeat, acc, dt);
-        if (hard.clipped) {
+        if (hard->clipped) {
             health |= HEALTH_ACC_SATURATED;
         } else if (sensors_stuck(acc_repeat, dt)) {
             health |= HEALTH_ACC_STUCK;
         }
         odd = sensors_far_from_g(guard, acc);
     }
-    return (Sensors){sum, calm, fast, hard, gyr_repeat, acc_repeat, odd, was_odd, health};
+    return (Sensors){*sum, *calm, *fast, *hard, gyr_repeat, acc_repeat, odd, was_odd, health};
 }
 
 /* ---- scene
@@ -1414,7 +1422,7 @@ static Scene scene_perceived(const Guard *guard, const Scene *scene, Vec3 gyr, V
     const bool had_field = scene->had_field, started = scene->started;
     float blind = scene->blind, spell = scene->spell;
     int32_t seen = scene->seen;
-    Sensors sensors = scene->sensors;
+    const Sensors *sensors = &scene->sensors;
     int32_t health = scene_absent(gyr, acc, mag);
     if (health != 0) {
         gyr = (health & HEALTH_GYR_MISSING) ? last : gyr;
@@ -1425,9 +1433,10 @@ static Scene scene_perceived(const Guard *guard, const Scene *scene, Vec3 gyr, V
         return scene_first(gyr, acc, mag, health);
     }
     const bool out_of_sight = (health & HEALTH_GYR_MISSING) != 0 && blind > TILT_GAP_SECONDS;
-    sensors = sensors_sensed(guard, &sensors, gyr, acc, health, out_of_sight, dt);
-    health |= sensors.health;
-    if (sensors.health & SCENE_NO_FORCE) {
+    const Sensors sensors_2 = sensors_sensed(guard, sensors, gyr, acc, health, out_of_sight, dt);
+    sensors = &sensors_2;
+    health |= sensors->health;
+    if (sensors->health & SCENE_NO_FORCE) {
         acc = VEC3_ZERO;
     }
     if (scene_judging(scene)) {
@@ -1443,12 +1452,12 @@ static Scene scene_perceived(const Guard *guard, const Scene *scene, Vec3 gyr, V
     if (dt > TILT_GAP_SECONDS) {
         health |= HEALTH_GAP;
     }
-    const Unseen unseen = scene_unseen(health, blind, sensors.fast.up, dt);
+    const Unseen unseen = scene_unseen(health, blind, sensors->fast.up, dt);
     blind = unseen.blind;
     const float lost = unseen.lost;
     const bool idle = out_of_sight || dt > TILT_GAP_SECONDS;
     return (Scene){gyr, acc, mag, dt, health, had_field || tilt_present(field), true, idle, blind, lost,
-        spell + dt, seen, sensors};
+        spell + dt, seen, *sensors};
 }
 
 /* ---- driver
@@ -1466,35 +1475,35 @@ static Scene scene_perceived(const Guard *guard, const Scene *scene, Vec3 gyr, V
  */
 
 /* loosen and loosen_heading of a filter that has nothing to loosen. */
-static State driver_firm(Mahony params, State state, float variance)
+static const State *driver_firm(Mahony params, const State *state, float variance)
 {
     (void)params; (void)variance;
     return state;
 }
 
 /* calm of a filter that carries no σ of its own. */
-static State driver_as_before(Mahony params, State state)
+static const State *driver_as_before(Mahony params, const State *state)
 {
     (void)params;
     return state;
 }
 
 /* due of a filter that does everything at every sample. */
-static bool driver_never(Mahony params, State state)
+static bool driver_never(Mahony params, const State *state)
 {
     (void)params; (void)state;
     return false;
 }
 
 /* correct of such a filter. */
-static State driver_as_it_is(Mahony params, State state, float dt)
+static const State *driver_as_it_is(Mahony params, const State *state, float dt)
 {
     (void)params; (void)dt;
     return state;
 }
 
 /* again of a filter that knows nothing of earlier runs. */
-static State driver_afresh(Mahony params, State before, Vec3 gyr, Vec3 acc, Vec3 mag)
+static State driver_afresh(Mahony params, const State *before, Vec3 gyr, Vec3 acc, Vec3 mag)
 {
     (void)before;
     return mahony_init(params, gyr, acc, mag);
@@ -1512,11 +1521,11 @@ static Carry driver_begin(const Settings *settings)
 static Run driver_started(const Settings *settings, const Scene *scene, const Run *run)
 {
     const Mahony params = settings->filter;
-    const State state = driver_afresh(params, run->state, scene->gyr, scene->acc, scene->mag);
+    const State state = driver_afresh(params, &run->state, scene->gyr, scene->acc, scene->mag);
     const float still = GUARD_BEFORE.still;
     const Vec3 bias = GUARD_BEFORE.bias;
     const float out = GUARD_BEFORE.acc_out;
-    const Output said = mahony_output(params, state);
+    const Output said = mahony_output(params, &state);
     const Watch watch = {still, bias, out, guard_first_field(quat_up(said.quat), scene->mag)};
     return (Run){state, scene->health, watch, doubt_at_start(scene->acc, scene->mag)};
 }
@@ -1526,37 +1535,38 @@ static Run driver_calmed(const Settings *settings, const Scene *scene, const Run
 {
     const Mahony params = settings->filter;
     const Guard *guard = &settings->guard;
-    State state = run->state;
+    const State *state = &run->state;
     const int32_t health = run->health;
-    Watch watch = run->watch;
-    const Doubt doubt = run->doubt;
+    const Watch *watch = &run->watch;
+    const Doubt *doubt = &run->doubt;
     const Output said = mahony_output(params, state);
     const Vec3 mean = scene->sensors.calm.gyr;
     const bool quiet = scene->sensors.calm.quiet;
-    watch = guard_rested(guard, watch, said.bias, mean, quiet, scene->sensors.sum.spell);
+    const Watch watch_2 = guard_rested(guard, watch, said.bias, mean, quiet, scene->sensors.sum.spell);
+    watch = &watch_2;
     if (guard_resting(guard, watch)) {
         state = driver_as_before(params, state);
     }
-    return (Run){state, health, watch, doubt};
+    return (Run){*state, health, *watch, *doubt};
 }
 
 /* Where the body may have turned unseen. */
 static Run driver_loosened(const Settings *settings, const Scene *scene, const Run *run)
 {
-    const State state = run->state;
+    const State *state = &run->state;
     const int32_t health = run->health;
-    const Watch watch = run->watch;
-    const Doubt doubt = run->doubt;
-    return (Run){mahony_loosen(settings->filter, state, scene->lost), health, watch, doubt};
+    const Watch *watch = &run->watch;
+    const Doubt *doubt = &run->doubt;
+    return (Run){mahony_loosen(settings->filter, state, scene->lost), health, *watch, *doubt};
 }
 
 /* The rate without the bias read off at rest; where nothing is known of it the one that reads as "did not turn". */
-static Vec3 driver_rate(const Scene *scene, Watch watch, Vec3 own)
+static Vec3 driver_rate(const Scene *scene, const Watch *watch, Vec3 own)
 {
     if (scene->idle) {
         return own;
     }
-    return vec3_sub(scene->gyr, watch.bias);
+    return vec3_sub(scene->gyr, watch->bias);
 }
 
 /* One sample: what the filter may see of it, and the filter's step. */
@@ -1564,17 +1574,17 @@ static Run driver_stepped(const Settings *settings, const Scene *scene, const Ru
 {
     const Mahony params = settings->filter;
     const Guard *guard = &settings->guard;
-    const State state = run->state;
+    const State *state = &run->state;
     const int32_t found = run->health;
-    Watch watch = run->watch;
-    const Doubt doubt = run->doubt;
+    const Watch *watch = &run->watch;
+    const Doubt *doubt = &run->doubt;
     const Output said = mahony_output(params, state);
     const Vec3 gyr = driver_rate(scene, watch, said.bias);
-    const Look seen = guard_look(guard, watch, said.quat, gyr, scene->mag, scene->dt);
+    const Look seen = guard_look(guard, *watch, said.quat, gyr, scene->mag, scene->dt);
     const Vec3 mag = seen.mag;
     const int32_t health = seen.health;
-    watch = seen.watch;
-    return (Run){mahony_step(params, state, gyr, acc, mag, scene->dt), found | health, watch, doubt};
+    watch = &seen.watch;
+    return (Run){mahony_step(params, state, gyr, acc, mag, scene->dt), found | health, *watch, *doubt};
 }
 
 /* A sample whose specific force has another norm than g, or follows upon one. */
@@ -1582,49 +1592,51 @@ static Run driver_accelerated(const Settings *settings, const Scene *scene, cons
 {
     const Mahony params = settings->filter;
     const Guard *guard = &settings->guard;
-    const State state = run->state;
-    Watch watch = run->watch;
-    const Doubt doubt = run->doubt;
+    const State *state = &run->state;
+    const Watch *watch = &run->watch;
+    const Doubt *doubt = &run->doubt;
     const Output said = mahony_output(params, state);
     const Vec3 gyr = driver_rate(scene, watch, said.bias);
-    watch = guard_pushed(guard, watch, said.quat, gyr, scene->acc, scene->sensors.odd, scene->dt);
+    const Watch watch_2 = guard_pushed(guard, watch, said.quat, gyr, scene->acc, scene->sensors.odd,
+        scene->dt);
+    watch = &watch_2;
     if (tilt_present(scene->acc) && guard_refusing(guard, watch)) {
         return driver_stepped(settings, scene,
-            &(Run){state, scene->health | HEALTH_ACC_REJECTED, watch, doubt}, VEC3_ZERO);
+            &(Run){*state, scene->health | HEALTH_ACC_REJECTED, *watch, *doubt}, VEC3_ZERO);
     }
-    return driver_stepped(settings, scene, &(Run){state, scene->health, watch, doubt}, scene->acc);
+    return driver_stepped(settings, scene, &(Run){*state, scene->health, *watch, *doubt}, scene->acc);
 }
 
 /* Any other sample. */
 static Run driver_moved(const Settings *settings, const Scene *scene, const Run *run)
 {
-    const State state = run->state;
-    const Watch watch = run->watch;
-    const Doubt doubt = run->doubt;
-    return driver_stepped(settings, scene, &(Run){state, scene->health, watch, doubt}, scene->acc);
+    const State *state = &run->state;
+    const Watch *watch = &run->watch;
+    const Doubt *doubt = &run->doubt;
+    return driver_stepped(settings, scene, &(Run){*state, scene->health, *watch, *doubt}, scene->acc);
 }
 
 /* Whether corrected has anything to do. */
 static bool driver_now_due(const Settings *settings, const Run *run)
 {
-    return (run->health & HEALTH_MAG_LEARNED) != 0 || driver_never(settings->filter, run->state);
+    return (run->health & HEALTH_MAG_LEARNED) != 0 || driver_never(settings->filter, &run->state);
 }
 
 /* What a filter does now and then only. */
 static Run driver_corrected(const Settings *settings, const Scene *scene, const Run *run)
 {
     const Mahony params = settings->filter;
-    State state = run->state;
+    const State *state = &run->state;
     const int32_t health = run->health;
-    const Watch watch = run->watch;
-    const Doubt doubt = run->doubt;
+    const Watch *watch = &run->watch;
+    const Doubt *doubt = &run->doubt;
     if (health & HEALTH_MAG_LEARNED) {
         state = driver_firm(params, state, scene->had_field ? DRIVER_NEW_FIELD : DRIVER_FIRST_FIELD);
     }
     if (driver_never(params, state)) {
         state = driver_as_it_is(params, state, scene->dt);
     }
-    return (Run){state, health, watch, doubt};
+    return (Run){*state, health, *watch, *doubt};
 }
 
 /* After each spell in which σ waits to be judged. */
@@ -1632,69 +1644,77 @@ static Run driver_doubted_anew(const Settings *settings, const Scene *scene, con
 {
     const Mahony params = settings->filter;
     const Guard *guard = &settings->guard;
-    const State state = run->state;
+    const State *state = &run->state;
     const int32_t health = run->health;
-    const Watch watch = run->watch;
-    Doubt doubt = run->doubt;
+    const Watch *watch = &run->watch;
+    const Doubt *doubt = &run->doubt;
     int32_t seen = scene->seen;
     Vec3 acc = scene->acc;
     if (guard_refusing(guard, watch)) {
         seen = seen & 2;
         acc = VEC3_ZERO;
     }
-    if (watch.field.out > 0.0f) {
+    if (watch->field.out > 0.0f) {
         seen = seen & 1;
     }
     const Vec3 gyr = driver_rate(scene, watch, VEC3_ZERO);
     const bool rest = guard_resting(guard, watch);
-    doubt = doubt_judged(doubt, mahony_gains(params, state, scene->spell), gyr, acc, rest, scene->lost, seen,
-        scene->spell);
-    return (Run){state, health, watch, doubt};
+    const Doubt doubt_2 = doubt_judged(doubt, mahony_gains(params, state, scene->spell), gyr, acc, rest,
+        scene->lost, seen, scene->spell);
+    doubt = &doubt_2;
+    return (Run){*state, health, *watch, *doubt};
 }
 
 /* One sample through the filter; NaN marks a missing reading, the zero vector a sensor that does not exist. */
 static Carry driver_advance(const Settings *settings, const Carry *carry, Vec3 gyr, Vec3 acc, Vec3 mag,
     float dt)
 {
+    Run run_2;
     const Scene *before = &carry->scene;
-    Run run = carry->run;
+    const Run *run = &carry->run;
     const Scene scene = scene_perceived(&settings->guard, before, gyr, acc, mag, dt);
     if (!before->started) {
-        return (Carry){scene, driver_started(settings, &scene, &run)};
+        return (Carry){scene, driver_started(settings, &scene, run)};
     }
     if (scene.sensors.sum.spell >= SENSORS_SPELL) {
-        run = driver_calmed(settings, &scene, &run);
+        run_2 = driver_calmed(settings, &scene, run);
+        run = &run_2;
     }
     if (scene.lost > 0.0f) {
-        run = driver_loosened(settings, &scene, &run);
+        run_2 = driver_loosened(settings, &scene, run);
+        run = &run_2;
     }
     if (scene.sensors.odd || scene.sensors.was_odd) {
-        run = driver_accelerated(settings, &scene, &run);
+        run_2 = driver_accelerated(settings, &scene, run);
+        run = &run_2;
     } else {
-        run = driver_moved(settings, &scene, &run);
+        run_2 = driver_moved(settings, &scene, run);
+        run = &run_2;
     }
-    if (driver_now_due(settings, &run)) {
-        run = driver_corrected(settings, &scene, &run);
+    if (driver_now_due(settings, run)) {
+        run_2 = driver_corrected(settings, &scene, run);
+        run = &run_2;
     }
     if (!DRIVER_OWN_SIGMA && scene_judging(&scene)) {
-        run = driver_doubted_anew(settings, &scene, &run);
+        run_2 = driver_doubted_anew(settings, &scene, run);
+        run = &run_2;
     }
-    return (Carry){scene, run};
+    return (Carry){scene, *run};
 }
 
 /* The filter's output, with what the driver knows: the bias read off at rest, σ, health. */
 static Output driver_result(const Settings *settings, const Run *run)
 {
-    const State state = run->state;
+    const State *state = &run->state;
     const int32_t found = run->health;
-    const Watch watch = run->watch;
-    const Doubt doubt = run->doubt;
+    const Watch *watch = &run->watch;
+    const Doubt *doubt = &run->doubt;
     const Output said = mahony_output(settings->filter, state);
     const Quat quat = said.quat;
     const float x = said.bias.x, y = said.bias.y, z = said.bias.z;
     Vec3 sigma = said.sigma;
     const int32_t health = said.health;
-    const float a = watch.bias.x, b = watch.bias.y, c = watch.bias.z;
+    const float a = watch->bias.x, b = watch->bias.y, c = watch->bias.z;
     sigma = doubt_sigma(doubt);
     return (Output){quat, {x + a, y + b, z + c}, sigma, health | found};
 }
