@@ -22,7 +22,7 @@ OPERATORS: dict[type, tuple[str, int]] = {
 C_WORDS = """
     auto break case char const continue default do double else enum extern float for goto if inline int long register
     restrict return short signed sizeof static struct switch typedef union unsigned void volatile while bool
-    arrays fabs fabsf floorf memset sqrtf
+    arrays fabs fabsf floorf memset result sqrtf
 """
 RESERVED = frozenset(C_WORDS.split())
 
@@ -43,6 +43,9 @@ class Names(Protocol):
 
     def handed_back(self, function: object) -> int | None:
         """Which parameter a kernel returns as it is, as an address; None for a kernel that returns a value."""
+
+    def in_place(self, function: object) -> bool:
+        """Whether a kernel writes what it returns to where its caller wants it."""
 
     def makes(self, function: object) -> bool:
         """Whether a kernel makes arrays, itself or through others."""

@@ -135,14 +135,16 @@ class Face:
             return remarks(struct.origin)
         return None
 
-    def call(self, kernel: Kernel, values: list[str]) -> str:
-        """A call of a kernel from outside of the language."""
+    def call(self, kernel: Kernel, values: list[str], to: str = "") -> str:
+        """A call of a kernel from outside of the language; ``to``: where one that writes in place does so."""
         function = kernel.source.function
-        given = ["&filter->arrays"] if self.program.makes(function) else []
+        given = [to] if to else []
+        given += ["&filter->arrays"] if self.program.makes(function) else []
         for value, (kind, addressed) in zip(values, self.program.passing(function), strict=True):
             if not is_empty(kind):
                 given.append(f"&{value}" if addressed else value)
-        return f"{kernel.name}({', '.join(given)})"
+        star = "*" if self.program.handed_back(function) is not None else ""
+        return f"{star}{kernel.name}({', '.join(given)})"
 
     def body(self) -> tuple[list[str], list[str]]:
         """All kernels, and the constants that they use."""
@@ -237,6 +239,7 @@ class ImuFace(Face):
         self.correction = sensor.Correction(choice, program)
         self.begin = program.kernel(bound.begin, [settings])
         carry = self.begin.returns
+        program.written.add(bound.advance)
         self.advance = program.kernel(bound.advance, [settings, carry, vector, vector, vector, FLOAT])
         assert isinstance(carry, Struct) and carry.fields["run"] is not None
         self.result = program.kernel(bound.result, [settings, carry.fields["run"]])
@@ -262,7 +265,9 @@ class ImuFace(Face):
             table=sensor.prior_table(self.choice, self.program),
             told=sensor.prior_start(self.choice),
             begin=self.call(self.begin, ["filter->settings"]),
-            advance=self.call(self.advance, ["filter->settings", "filter->carry", *self.correction.arguments, "dt"]),
+            advance=self.call(
+                self.advance, ["filter->settings", "filter->carry", *self.correction.arguments, "dt"], "&filter->carry"
+            ),
             result=self.call(self.result, ["filter->settings", "filter->carry.run"]),
             **self._corrected(),
         )

@@ -236,6 +236,11 @@ class Body:
         words = self._said_beside(node)
         assert node.value is not None
         value = self._write.value(node.value, self._known.returns)
+        if self._names.in_place(self._source.function):
+            self._emit(f"*result = {value};", indent, words)
+            if node is not self._source.tree.body[-1]:
+                self._emit("return;", indent)
+            return
         back = self._names.handed_back(self._source.function) is not None
         self._emit(f"return {_address(value) if back else value};", indent, words)
 

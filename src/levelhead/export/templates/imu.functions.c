@@ -21,7 +21,7 @@ ${corrected}bool ${name}_update($name *filter, const $real gyr[3], const $real a
     if (!($zero < dt && dt < $longest)) {
         return false;
     }
-$now    filter->carry = $advance;
+$now    $advance;
     return true;
 }
 

@@ -207,7 +207,7 @@ bool lh_kalman_axis_update(lh_kalman_axis *filter, double level, double rate, do
     const Axis state = kalman_axis_step(&filter->params, &before, level, rate, dt, period);
     keep(filter, &state);
     if (report) {
-        *report = kalman_axis_read(&state);
+        *report = *kalman_axis_read(&state);
     }
     return true;
 }

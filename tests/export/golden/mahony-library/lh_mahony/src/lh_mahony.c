@@ -1666,15 +1666,16 @@ static Run driver_doubted_anew(const Settings *settings, const Scene *scene, con
 }
 
 /* One sample through the filter; NaN marks a missing reading, the zero vector a sensor that does not exist. */
-static Carry driver_advance(const Settings *settings, const Carry *carry, Vec3 gyr, Vec3 acc, Vec3 mag,
-    float dt)
+static void driver_advance(Carry *result, const Settings *settings, const Carry *carry, Vec3 gyr, Vec3 acc,
+    Vec3 mag, float dt)
 {
     Run run_2;
     const Scene *before = &carry->scene;
     const Run *run = &carry->run;
     const Scene scene = scene_perceived(&settings->guard, before, gyr, acc, mag, dt);
     if (!before->started) {
-        return (Carry){scene, driver_started(settings, &scene, run)};
+        *result = (Carry){scene, driver_started(settings, &scene, run)};
+        return;
     }
     if (scene.sensors.sum.spell >= SENSORS_SPELL) {
         run_2 = driver_calmed(settings, &scene, run);
@@ -1699,7 +1700,7 @@ static Carry driver_advance(const Settings *settings, const Carry *carry, Vec3 g
         run_2 = driver_doubted_anew(settings, &scene, run);
         run = &run_2;
     }
-    return (Carry){scene, *run};
+    *result = (Carry){scene, *run};
 }
 
 /* The filter's output, with what the driver knows: the bias read off at rest, σ, health. */
@@ -1773,7 +1774,7 @@ bool lh_mahony_update(lh_mahony *filter, const float gyr[3], const float acc[3],
         return false;
     }
     const Readings now = lh_mahony_corrected(filter, gyr, acc, mag);
-    filter->carry = driver_advance(&filter->settings, &filter->carry, now.gyr, now.acc, now.mag, dt);
+    driver_advance(&filter->carry, &filter->settings, &filter->carry, now.gyr, now.acc, now.mag, dt);
     return true;
 }
 
