@@ -116,10 +116,10 @@ static Covariance two_state_joseph(Covariance p, Gain k, double r)
  */
 
 /* Q of one sample and r, with unit = (unit of the parameters in units of the level)². */
-static Noise kalman_noise(const Kalman *params, double dt, double unit)
+static Noise kalman_noise(Kalman params, double dt, double unit)
 {
-    const double share = params->q_per_sample ? unit : unit * dt;
-    return (Noise){params->q_angle * share, params->q_bias * share, params->r_measure * unit};
+    const double share = params.q_per_sample ? unit : unit * dt;
+    return (Noise){params.q_angle * share, params.q_bias * share, params.r_measure * unit};
 }
 
 /* Eq. 2. */
@@ -136,29 +136,28 @@ static Covariance kalman_corrected(Covariance p, Gain k, double r, bool with_jos
 }
 
 /* Starts at the first measured level, without bias. */
-static Axis kalman_axis_init(const Kalman *params, double level)
+static Axis kalman_axis_init(Kalman params, double level)
 {
-    return (Axis){level, 0.0, 0.0, params->p_angle, 0.0, params->p_bias, 0.0, 0.0, 0.0};
+    return (Axis){level, 0.0, 0.0, params.p_angle, 0.0, params.p_bias, 0.0, 0.0, 0.0};
 }
 
 /* One sample of a level and its rate, in the unit of the parameters; the innovation is taken on the circle. */
-static Axis kalman_axis_step(const Kalman *params, const Axis *axis, double level, double rate, double dt,
-    double period)
+static Axis kalman_axis_step(Kalman params, Axis axis, double level, double rate, double dt, double period)
 {
     const Noise w = kalman_noise(params, dt, 1.0);
-    const double free = rate - axis->bias;
-    const double ahead = angle_wrap(axis->level + dt * free, period);
-    Covariance p = two_state_predict((Covariance){axis->p_level, axis->p_cross, axis->p_bias}, dt, w.level,
+    const double free = rate - axis.bias;
+    const double ahead = angle_wrap(axis.level + dt * free, period);
+    Covariance p = two_state_predict((Covariance){axis.p_level, axis.p_cross, axis.p_bias}, dt, w.level,
         w.bias);
     const Gain k = kalman_gain(p, w.measurement);
     const double innovation = angle_wrap(level - ahead, period);
-    p = kalman_corrected(p, k, w.measurement, params->joseph);
-    return (Axis){angle_wrap(ahead + k.level * innovation, period), free, axis->bias + k.bias * innovation,
+    p = kalman_corrected(p, k, w.measurement, params.joseph);
+    return (Axis){angle_wrap(ahead + k.level * innovation, period), free, axis.bias + k.bias * innovation,
         p.level, p.cross, p.bias, k.level, k.bias, innovation};
 }
 
 /* All there is to tell. */
-static const Axis *kalman_axis_read(const Axis *axis)
+static Axis kalman_axis_read(Axis axis)
 {
     return axis;
 }
@@ -191,7 +190,7 @@ void lh_kalman_axis_init(lh_kalman_axis *filter, double level)
 
 void lh_kalman_axis_reset(lh_kalman_axis *filter, double level)
 {
-    const Axis state = kalman_axis_init(&filter->params, level);
+    const Axis state = kalman_axis_init(filter->params, level);
     keep(filter, &state);
 }
 
@@ -204,10 +203,10 @@ bool lh_kalman_axis_update(lh_kalman_axis *filter, double level, double rate, do
     }
     const Axis before = {.level = filter->level, .bias = filter->bias, .p_level = filter->p_level,
         .p_cross = filter->p_cross, .p_bias = filter->p_bias};
-    const Axis state = kalman_axis_step(&filter->params, &before, level, rate, dt, period);
+    const Axis state = kalman_axis_step(filter->params, before, level, rate, dt, period);
     keep(filter, &state);
     if (report) {
-        *report = *kalman_axis_read(&state);
+        *report = kalman_axis_read(state);
     }
     return true;
 }

@@ -594,10 +594,10 @@ static Quat quat_normalize(Quat q)
  * S. W. Shepperd, Quaternion from Rotation Matrix, J. Guidance and Control 1(3), 1978: 4w² = 1 + trace, 4x² = 1 + 2 xx
  * − trace and so on; the largest of these is at least 1, so that dividing by its root loses nothing.
  */
-static Quat quat_from_matrix(const Mat3 *m)
+static Quat quat_from_matrix(Mat3 m)
 {
-    const float xx = m->xx, xy = m->xy, xz = m->xz, yx = m->yx, yy = m->yy, yz = m->yz, zx = m->zx,
-        zy = m->zy, zz = m->zz;
+    const float xx = m.xx, xy = m.xy, xz = m.xz, yx = m.yx, yy = m.yy, yz = m.yz, zx = m.zx, zy = m.zy,
+        zz = m.zz;
     const float trace = xx + yy + zz;
     if (trace >= xx && trace >= yy && trace >= zz) {
         return quat_normalize((Quat){1.0f + trace, zy - yz, xz - zx, yx - xy});
@@ -862,7 +862,7 @@ static Quat triad_start(Vec3 acc, Vec3 mag)
         north = tilt_pitch_axis(up); /* horizontal, and at right angles to the sensor's x axis */
         east = vec3_cross(north, up);
     }
-    return quat_from_matrix(&(Mat3){east.x, east.y, east.z, north.x, north.y, north.z, up.x, up.y, up.z});
+    return quat_from_matrix((Mat3){east.x, east.y, east.z, north.x, north.y, north.z, up.x, up.y, up.z});
 }
 
 /* ---- guard
@@ -1169,22 +1169,22 @@ static Gains mahony_gains(Mahony params, const State *state, float dt)
  */
 
 /* One more sample of a spell, or the first one of the next. */
-static Sum sensors_gathered(const Sum *sum, Vec3 gyr, Vec3 acc, float dt)
+static Sum sensors_gathered(Sum sum, Vec3 gyr, Vec3 acc, float dt)
 {
     const float x = gyr.x, y = gyr.y, z = gyr.z;
     const float a = acc.x, b = acc.y, c = acc.z;
-    if (sum->spell >= SENSORS_SPELL) {
+    if (sum.spell >= SENSORS_SPELL) {
         return (Sum){x * dt, y * dt, z * dt, a * dt, b * dt, c * dt, dt};
     }
-    const float p = sum->x, q = sum->y, r = sum->z, u = sum->a, v = sum->b, w = sum->c, spell = sum->spell;
+    const float p = sum.x, q = sum.y, r = sum.z, u = sum.a, v = sum.b, w = sum.c, spell = sum.spell;
     return (Sum){p + x * dt, q + y * dt, r + z * dt, u + a * dt, v + b * dt, w + c * dt, spell + dt};
 }
 
 /* After a spell: quiet when rate and specific force, averaged over it, stay near their own slow means. */
-static Calm sensors_settled(const Guard *guard, const Calm *calm, const Sum *sum, bool blind)
+static Calm sensors_settled(const Guard *guard, const Calm *calm, Sum sum, bool blind)
 {
     const Vec3 mean = calm->gyr, force = calm->acc;
-    const float x = sum->x, y = sum->y, z = sum->z, a = sum->a, b = sum->b, c = sum->c, dt = sum->spell;
+    const float x = sum.x, y = sum.y, z = sum.z, a = sum.a, b = sum.b, c = sum.c, dt = sum.spell;
     const float one = 1.0f / dt;
     const Vec3 gyr = {x * one, y * one, z * one};
     const Vec3 acc = {a * one, b * one, c * one};
@@ -1200,17 +1200,17 @@ static Calm sensors_settled(const Guard *guard, const Calm *calm, const Sum *sum
  *
  * A body slows down before it turns round; a clipped reading goes up steeply and then stays.
  */
-static Extreme sensors_clipped(const Extreme *extreme, Vec3 v, float full, float dt)
+static Extreme sensors_clipped(Extreme extreme, Vec3 v, float full, float dt)
 {
     const float x = v.x, y = v.y, z = v.z;
-    const float up = extreme->up, down = extreme->down, last = extreme->last, before = extreme->before;
-    float stay = extreme->stay;
-    int32_t found = extreme->found;
-    const bool was = extreme->clipped;
+    const float up = extreme.up, down = extreme.down, last = extreme.last, before = extreme.before;
+    float stay = extreme.stay;
+    int32_t found = extreme.found;
+    const bool was = extreme.clipped;
     const float far = SENSORS_NEAR * lh_min(up, down);
     if (full == 0.0f && (-far < x && x < far) && (-far < y && y < far) && (-far < z && z < far)) { /* nearly always */
         if (last == 0.0f && !was) {
-            return *extreme;
+            return extreme;
         }
         return (Extreme){up, down, 0.0f, 0.0f, SENSORS_NOT_ABRUPT, found, false};
     }
@@ -1301,29 +1301,24 @@ static Sensors sensors_sensed(const Guard *guard, const Sensors *sensors, Vec3 g
     bool blind, float dt)
 {
     Calm calm_2;
-    Extreme fast_2;
-    Extreme hard_2;
-    const Sum *sum = &sensors->sum;
+    Sum sum = sensors->sum;
     const Calm *calm = &sensors->calm;
-    const Extreme *fast = &sensors->fast;
-    const Extreme *hard = &sensors->hard;
+    Extreme fast = sensors->fast, hard = sensors->hard;
     Repeat gyr_repeat = sensors->gyr, acc_repeat = sensors->acc;
     const bool was_odd = sensors->odd;
     bool odd = was_odd;
     int32_t health = 0;
     const bool no_gyr = (missing & HEALTH_GYR_MISSING) != 0;
     const bool no_acc = (missing & HEALTH_ACC_MISSING) != 0;
-    const Sum sum_2 = sensors_gathered(sum, no_gyr ? calm->gyr : gyr, no_acc ? calm->acc : acc, dt);
-    sum = &sum_2;
-    if (sum->spell >= SENSORS_SPELL) {
+    sum = sensors_gathered(sum, no_gyr ? calm->gyr : gyr, no_acc ? calm->acc : acc, dt);
+    if (sum.spell >= SENSORS_SPELL) {
         calm_2 = sensors_settled(guard, calm, sum, blind);
         calm = &calm_2;
     }
     if (!no_gyr) {
-        fast_2 = sensors_clipped(fast, gyr, guard->gyr_range * GUARD_DEGREE, dt);
-        fast = &fast_2;
+        fast = sensors_clipped(fast, gyr, guard->gyr_range * GUARD_DEGREE, dt);
         gyr_repeat = sensors_repeated(gyr_repeat, gyr, dt);
-        if (fast->clipped) {
+        if (fast.clipped) {
             health = HEALTH_GYR_SATURATED;
         }
         if (sensors_stuck(gyr_repeat, dt)) {
@@ -1331,17 +1326,16 @@ static Sensors sensors_sensed(const Guard *guard, const Sensors *sensors, Vec3 g
         }
     }
     if (!no_acc) {
-        hard_2 = sensors_clipped(hard, acc, guard->acc_range, dt);
-        hard = &hard_2;
+        hard = sensors_clipped(hard, acc, guard->acc_range, dt);
         acc_repeat = sensors_repeated(acc_repeat, acc, dt);
-        if (hard->clipped) {
+        if (hard.clipped) {
             health |= HEALTH_ACC_SATURATED;
         } else if (sensors_stuck(acc_repeat, dt)) {
             health |= HEALTH_ACC_STUCK;
         }
         odd = sensors_far_from_g(guard, acc);
     }
-    return (Sensors){*sum, *calm, *fast, *hard, gyr_repeat, acc_repeat, odd, was_odd, health};
+    return (Sensors){sum, *calm, fast, hard, gyr_repeat, acc_repeat, odd, was_odd, health};
 }
 
 /* ---- scene
