@@ -53,6 +53,7 @@ from levelhead.filters.error_state import (
     take_along,
 )
 from levelhead.filters.guard import Guard
+from levelhead.filters.prediction import predict
 from levelhead.kernels import quat
 from levelhead.kernels.arrays import Floats
 from levelhead.kernels.jit import bound, compiled, kernel, rare
@@ -77,7 +78,7 @@ def remembered(params: Any, state: Any, dt: float) -> Any:
     m = state.memory
     for i in range(WHOLE):
         m[AHEAD + i] = m[P + i]
-    eskf.predict(params, m, eskf.known(state))
+    predict(params, m, eskf.known(state))
     for i in range(WHOLE):
         before = m[AHEAD + i]
         m[AHEAD + i] = m[P + i]

@@ -24,6 +24,7 @@ from math import sqrt
 
 from levelhead.kernels.arrays import Floats, add_scaled
 from levelhead.kernels.jit import kernel, rare
+from levelhead.kernels.vec3 import Vec3
 
 # The states. Those before TURN_Z are the horizon and what hangs on it: a magnetometer only considers them. Those from
 # MAG on exist with a magnetometer only, those from PLACE on where position or velocity is seen (``filters.aiding``); of
@@ -109,6 +110,12 @@ def widen(m: Floats, first: int, count: int, variance: float) -> None:
     """Q of independent states."""
     for i in range(first, first + count):
         m[P + i * ROW + i] += variance
+
+
+@kernel
+def vector(m: Floats, at: int) -> Vec3:
+    """Three numbers from memory."""
+    return Vec3(m[at], m[at + 1], m[at + 2])
 
 
 @kernel
