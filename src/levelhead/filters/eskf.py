@@ -207,9 +207,15 @@ def known(state: State) -> int:
 @rare
 def correct(params: ESKF, state: State, dt: float) -> State:
     """Covariance and corrections at the end of a block."""
+    predict(params, state.memory, known(state))
+    return corrected(params, state)
+
+
+@rare
+def corrected(params: ESKF, state: State) -> State:
+    """Corrections, the covariance being that of the end of the block."""
     attitude, unit, still, out, odd, blocks, _, _, m = state
     n = known(state)
-    predict(params, m, n)
     out = out + m[SPELL] if runaway(params, m, still) else 0.0
     up_lost = m[HEARD] > 0.0 and (out > GATE_TIME or variance(m, TURN) + variance(m, TURN + 1) > LOST_TILT)
     if up_lost or (m[COUNT] > 0.0 and variance(m, TURN_Z) > UNKNOWN * UNKNOWN):

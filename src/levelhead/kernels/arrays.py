@@ -23,6 +23,16 @@ zeros.__native__ = True  # type: ignore[attr-defined]
 
 
 @kernel
+def copy(m: Floats, to: int, at: int, count: int) -> None:
+    """Puts the ``count`` numbers at ``at`` to ``to``; the two must not overlap."""
+    for j in range(count):
+        m[to + j] = m[at + j]
+
+
+copy.__native__ = True  # type: ignore[attr-defined]
+
+
+@kernel
 def add_scaled(m: Floats, to: int, weight: float, at: int, count: int) -> None:
     """Adds ``weight`` times the ``count`` numbers at ``at`` to those at ``to``; the two must not overlap."""
     for j in range(count):
