@@ -36,6 +36,18 @@ def rare(function: F) -> F:
     return kernel(function)
 
 
+def word(meaning: Callable[..., Any]) -> Callable[[F], F]:
+    """Mark a word of the kernel language: plain Python runs it as it stands, compiled code what has its name in
+    ``native``; what it means is the kernel ``meaning``, from which C is made."""
+
+    def mark(function: F) -> F:
+        function.__native__ = True  # type: ignore[attr-defined]
+        function.__meaning__ = meaning  # type: ignore[attr-defined]
+        return kernel(function)
+
+    return mark
+
+
 def is_kernel(value: object) -> TypeGuard[Callable[..., Any]]:
     """Whether ``value`` is a plain-Python kernel."""
     return bool(getattr(value, "__kernel__", False))
