@@ -1,6 +1,7 @@
 """One screen of plain text about a recording and its track: what ``levelhead fuse`` prints."""
 
 import math
+import re
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,11 +11,13 @@ from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.filters import health
 from levelhead.filters.contract import param_table
 from levelhead.recording import Array, Recording, median
+from levelhead.sources.hard_iron import hard_iron
 from levelhead.track import Track
 
 if TYPE_CHECKING:
     from levelhead.evaluate import Score
 
+WIDE = 0.3  # mag_offset of a magnetometer that was never calibrated
 LONG_GAP = 3.0  # sample intervals: a longer step in time is called a gap
 
 
@@ -39,6 +42,7 @@ def summary(
         ("bias", _bias(track)),
         ("doubt (1σ)", _doubt(track)),
         *_learned(track),
+        ("magnetometer", _iron(recording, track)),
         ("at rest", _rest(track)),
         *_health(track),
         *_score(score),
@@ -49,7 +53,7 @@ def summary(
         if text:
             lines.append(f"{'' if name == last else name:<{width}}  {text}")
             last = name
-    return "\n".join(lines).replace(" -", " −")
+    return re.sub(r" -(?=[\d.])", " −", "\n".join(lines))
 
 
 def facts(
@@ -58,7 +62,7 @@ def facts(
     """The same facts for programs, ready for JSON: units as the names say, None for what does not exist."""
     from levelhead.evaluate.compare import COLUMNS  # with all of `evaluate`, which the words need only for a score
 
-    flt = filters.of(track.params)
+    flt, iron = filters.of(track.params), hard_iron(recording)
     angles = tilt(track)
     row = int(np.nanargmax(angles))
     degrees = {"roll_deg": 0, "pitch_deg": 1, "yaw_deg": 2}
@@ -69,6 +73,7 @@ def facts(
         "rate_hz": recording.rate,
         "incomplete_samples": int((~recording.valid).sum()),
         "magnetometer": recording.mag is not None,
+        "magnetometer_offset_uT": iron.offset.tolist() if iron is not None and iron.clear else None,
         "notes": list(recording.meta.get("notes", ())),
         "filter": flt.name,
         "params": dict(track.params._asdict()),
@@ -182,6 +187,20 @@ def _learned(track: Track) -> list[tuple[str, str]]:
     """What the filter has learned of its sensor; of the bias the line above tells already."""
     words = [] if track.calibration is None else track.calibration.words()
     return [("learned (± 1σ)", line) for line in words]
+
+
+def _iron(recording: Recording, track: Track) -> str:
+    """A magnetometer that nobody has calibrated, and what to do."""
+    found = hard_iron(recording)
+    if found is None or not found.clear:
+        return ""
+    where = ", ".join(f"{axis} {value:+.3g}" for axis, value in zip("xyz", found.offset, strict=True))
+    off = f"not calibrated: its middle is off by {100 * found.share:.0f} % of the field ({where} µT)"
+    learned = None if track.calibration is None else track.calibration.mag_offset
+    if learned is not None and found.explained(learned.value):
+        return f"{off}; learned by the end: keep it with --save-calibration FILE, and begin with --prior FILE"
+    turned = f"which may turn heading by {found.heading:.0f}°"
+    return f"{off}, {turned}: learn it with ESKF, --set mag_offset={WIDE} --save-calibration FILE, then --prior FILE"
 
 
 def _doubt(track: Track) -> str:
