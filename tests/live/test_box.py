@@ -62,6 +62,8 @@ def test_fuse_reads_it(rig, tmp_path, monkeypatch):
     track = lh.fuse(recording, one.node.params, guard=one.node.guard)
     np.testing.assert_array_equal(track.quat, same(path).quat)
     assert recording.meta["live"]["filter"] == type(one.node.params).__name__
+    assert recording.meta["live"]["params"] == one.node.params._asdict()  # those since the calibration
+    assert len(recording.meta["notes"]) == 1
     assert "without the bias that was read off at the start" in recording.meta["notes"][0]
 
 
@@ -134,7 +136,7 @@ def test_a_box_cut_anywhere_gives_what_stands_before(rig, tmp_path):
 
 
 def test_killed_in_the_middle_it_opens_and_lacks_less_than_a_second(tmp_path):
-    """kill -9 at 200 Hz; benchmarks/crash.py does it twenty times."""
+    """kill -9 at 200 Hz; benchmarks/blackbox.py does it twenty times."""
     path = tmp_path / "box.mcap"
     command = [
         sys.executable,

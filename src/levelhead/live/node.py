@@ -17,7 +17,7 @@ from levelhead.live.box import BlackBox
 from levelhead.live.bus import LocalBus, MessageBus
 from levelhead.live.events import EVENTS, Happening, Journal
 from levelhead.live.messages import CONFIG, HEALTH, ORIENTATION, RAW, TOPICS, Health, Orientation, Raw
-from levelhead.live.still import TICKS, StillCalibration
+from levelhead.live.still import LEFT, TICKS, StillCalibration
 from levelhead.live.timing import Spread, undisturbed
 from levelhead.live.watch import Watch
 from levelhead.sources.sample import Sample, Triple
@@ -249,8 +249,11 @@ class Node:
         changes: dict[str, float] = {}
         while self._changes:
             changes |= self._changes.popleft()
-        if not changes:
-            return
+        if changes:
+            self._changed(changes)
+
+    def _changed(self, changes: dict[str, float]) -> None:
+        """Other parameters, from the next sample on."""
         self._stream.set(**changes)
         said = ", ".join(f"{name}={value:g}" for name, value in changes.items())
         self.journal.counts.setdefault("parameters", 0)
@@ -322,6 +325,8 @@ class Node:
             self.journal.end("calibrating")
             degrees = ", ".join(f"{math.degrees(rate):.3f}" for rate in self._bias)
             self.journal.note("calibrated", f"the gyroscope's bias is {degrees} °/s", bias=list(self._bias))
+            if getattr(self.params, "bias_start", 0.0) > LEFT:  # the filter cannot know that it was taken off
+                self._changed({"bias_start": LEFT})
         return True
 
     def _fused(self, sample: Sample, seq: int, stamp: int) -> Orientation | None:
