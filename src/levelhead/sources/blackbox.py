@@ -97,8 +97,9 @@ def read_box(path: str | os.PathLike[str]) -> Box:
 def box_recording(path: str | os.PathLike[str]) -> Recording:
     """The samples that the node's filter took, as it took them.
 
-    ``meta["live"]`` says with what: "filter", "params" (those of the first orientation), "guard"; fused with these they give the node's orientations to
-    the bit, as long as the parameters were not changed on the way (``levelhead.live.rerun`` follows changes, too).
+    ``meta["live"]`` says with what: "filter", "params" (those of the first orientation), "guard"; fused with these they
+    give the node's orientations to the bit, as long as the parameters were not changed on the way
+    (``levelhead.live.rerun`` follows changes, too).
 
     Raises:
         LevelheadError: no black box, or no sample in it was fused.
