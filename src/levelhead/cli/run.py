@@ -94,8 +94,8 @@ def run(
         say_json(figures)
     else:
         say(_summary(figures))
-        if box is not None:
-            say(f"written: {box}")
+        if kept is not None:
+            say(kept.failure or f"written: {box}")
 
 
 def _bus(publish: str | None, certificates: Path | None, readers: tuple[str, ...]) -> Any:
@@ -130,7 +130,7 @@ class _lines:
     """A line a second on the terminal, and each event as it comes, from a thread that the node does not wait for."""
 
     def __init__(self, node: "Node", quiet: bool) -> None:
-        self._node, self._quiet, self._over = node, quiet, threading.Event()
+        self._node, self._quiet = node, quiet
         self._thread = threading.Thread(target=self._work, name="terminal", daemon=True)
 
     def __enter__(self) -> None:
@@ -138,19 +138,19 @@ class _lines:
         self._thread.start()
 
     def __exit__(self, *_: object) -> None:
-        self._over.set()
+        self._events.close()
         self._thread.join(timeout=2.0)
 
     def _work(self) -> None:
         before, missed, last = 0, 0, time.monotonic()
-        over = False
-        while not over:
-            over = self._over.wait(0.1)
-            while (event := self._events.get(timeout=0.0)) is not None:
-                if event.name not in ("stopped", "invalid", "ended") or event.on:
-                    _tell(f"  {'!' if event.on else ' '} {event.name}: {event.text}", self._quiet)
+        while True:
+            event = self._events.get(timeout=max(0.0, last + 1.0 - time.monotonic()))
+            if event is not None and (event.on or event.name != "invalid"):
+                _tell(f"  {'!' if event.on else ' '} {event.name}: {event.text}", self._quiet)
+            elif event is None and self._events.closed:
+                return
             now = time.monotonic()
-            if now - last >= 1.0 and not over:
+            if now - last >= 1.0:
                 samples = self._node.samples
                 _tell(_line(self._node, (samples - before) / (now - last), self._node.missed - missed), self._quiet)
                 before, missed, last = samples, self._node.missed, now

@@ -1,6 +1,6 @@
 """The black box: everything that was read and decided, in an MCAP file that survives a kill.
 
-The node hands rows over and never waits; a thread writes them every tenth of a second, without chunks, so that what is
+The node hands rows over and never waits; a thread writes them every quarter of a second, without chunks, so that what is
 written can be read whatever happens next, and asks the disk once a second to keep it.
 """
 
@@ -19,7 +19,7 @@ from levelhead.live.messages import NOTHING, Health, Orientation
 from levelhead.sources.blackbox import CONFIG, ENCODING, EVENTS, FUSED, MAG_NEW, PACKED, ROW, SAMPLES, SCHEMA
 from levelhead.sources.sample import Sample
 
-EVERY = 0.1  # s between two writes
+EVERY = 0.25  # s between two writes: what a kill may lose; each one leaves the node's next tick a cold cache
 SYNC = 1.0  # s between two requests to the disk, for when the power goes
 WAITING = 500_000  # rows that may wait for the disk
 EVENT_SCHEMA = {"type": "object", "properties": {"name": {"type": "string"}, "text": {"type": "string"}}}

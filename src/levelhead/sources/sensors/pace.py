@@ -47,8 +47,7 @@ class Pace:
         found = []
         for back in range(count - 1, -1, -1):
             stamp, latest = newest - back * period, now - back * 1e-6
-            if stamp > latest:
-                stamp = latest
+            stamp = min(stamp, latest)
             if stamp <= last:
                 stamp = last + 1e-6
             found.append(stamp)
