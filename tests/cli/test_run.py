@@ -96,6 +96,26 @@ def test_sigterm_ends_it_in_order(tmp_path):
     assert lh.read(box).meta["notes"] == []
 
 
+def test_a_full_disk_ends_the_box_and_is_said_and_the_node_goes_on(levelhead, tmp_path):
+    """The kernel refuses to let the file grow, as it does when the disk is full."""
+    pytest.importorskip("mcap", reason="mcap is not installed (extra levelhead[box])")
+    resource = pytest.importorskip("resource", reason="there are no limits on files here")
+    npz.write(lh.simulate.recording("MPU-6050", "hand", duration=20.0, rate=200.0), tmp_path / "log.npz")
+    source, box = f"replay:{tmp_path / 'log.npz'}", tmp_path / "box.mcap"
+    assert levelhead(*RUN, source, "--speed", "inf", "--json").json["samples"] == 4000  # whatever compiles has
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, limits[1]))
+    try:
+        said = levelhead(*RUN, source, "--speed", "20", "--box", box)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert said.code == 0 and "4000 samples" in said.out, said
+    assert "! box_failed: the black box" in said.out
+    assert said.out.splitlines()[-1] == f"the black box {box} ends here: File too large"
+    kept = lh.read(box)
+    assert 0 < len(kept) < 4000 and "was cut off" in kept.meta["notes"][0]
+
+
 def test_an_unplugged_source_ends_with_its_own_exit_code(capsys):
     """A serial device that goes away and does not come back: exit code 3, and a sentence."""
     pytest.importorskip("serial", reason="pyserial is not installed (extra levelhead[live])")

@@ -1,7 +1,9 @@
 """The node: every sample once, deadlines, calibration, warnings, the safe state, and the same bits as a batch."""
 
 import math
+import os
 import threading
+import tty
 
 import numpy as np
 import pytest
@@ -222,6 +224,63 @@ def test_the_wrong_chip_is_refused_at_the_start(rig):
     with pytest.raises(SensorError, match="says that it is 0x71"):
         one.node.run(duration=1.0)
     assert one.drain(one.orientations) == []
+
+
+def test_another_chip_that_is_plugged_in_while_it_runs_is_refused(rig):
+    one = rig(calibrate=0, give_up=4.0)
+
+    def swap():
+        one.wires.chips[0x68].identity = 0x71
+        one.wires.chips[0x68].reset()
+
+    one.clock.at(3.0, swap)
+    with pytest.raises(SourceLost, match="says that it is 0x71; expected 0x68"):
+        one.node.run(duration=60.0)
+    events = one.events()
+    assert events.index("silent") < events.index("wrong_chip") < events.index("stopped")
+    assert not one.drain(one.orientations)[-1].valid
+
+
+def test_a_subscriber_that_sleeps_or_went_away_costs_nothing_and_is_named(rig):
+    one = rig(calibrate=0)
+    slow, gone = (one.node.bus.subscribe("imu/orientation", size=10) for _ in range(2))
+    gone.close()
+    figures = one.node.run(duration=3.0)
+    assert figures["missed"] == figures["lost"] == 0 and len(one.drain(one.orientations)) == figures["samples"] + 1
+    texts = [event.text for event in one.drain(one.health) if event.name == "subscriber_slow"]
+    assert texts and texts[0].startswith("a subscriber of imu/orientation missed ")
+    assert slow.missed > 500 and gone.missed == 0
+
+
+def test_a_serial_line_that_says_nonsense_and_goes_back_in_time_is_said():
+    """Through a pty: garbage and time_backwards are events, and no orientation comes of either."""
+    pytest.importorskip("serial", reason="pyserial is not installed (extra levelhead[live])")
+    end, slave = os.openpty()
+    tty.setraw(slave)
+    node = Node(open_source(f"serial:{os.ttyname(slave)}", rate=100.0), calibrate=0)
+    queues = [node.bus.subscribe(topic, 1000) for topic in ("imu/orientation", "imu/health")]
+    node.begin()
+
+    def say(*lines: bytes) -> None:
+        os.write(end, b"".join(line + b"\n" for line in lines))
+        node.tick()
+
+    def sample(i: int) -> bytes:
+        return f"{i / 100},0.001,0.0,{i % 3 * 1e-3},0.0,0.1,9.8".encode()
+
+    say(b"t [s],gx [rad/s],gy [rad/s],gz [rad/s],ax [m/s^2],ay [m/s^2],az [m/s^2]", *map(sample, range(50)))
+    say(b"\xff\xfe\x00", b"x" * 5000, b"1,2,3", b"1e999,0,0,0,0,0,9.8")
+    say(sample(20))
+    say(sample(50))
+    node.close()
+    os.close(end)
+    os.close(slave)
+    messages, events = ([*iter(lambda queue=queue: queue.get(timeout=0.0), None)] for queue in queues)
+    names = [event.name for event in events]
+    assert "garbage" in names and "time_backwards" in names
+    stamps = [message.t for message in messages if message.valid]
+    assert node.samples == 51 and stamps == sorted(set(stamps)) and stamps[-1] == 0.5
+    assert not messages[-1].valid
 
 
 def test_samples_lost_in_the_fifo_are_said(rig):

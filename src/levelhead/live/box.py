@@ -1,7 +1,7 @@
 """The black box: everything that was read and decided, in an MCAP file that survives a kill.
 
-The node hands rows over and never waits; a thread writes them every quarter of a second, without chunks, so that what is
-written can be read whatever happens next, and asks the disk once a second to keep it.
+The node hands rows over and never waits; a thread writes them every quarter of a second, without chunks, so that what
+is written can be read whatever happens next, and asks the disk once a second to keep it.
 """
 
 import json
