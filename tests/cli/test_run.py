@@ -19,7 +19,7 @@ RUN = ("run", "--no-realtime", "--source")
 def test_the_first_live_command_works(levelhead):
     said = levelhead(*RUN, "emulated:mpu6050", "--calibrate", "100", "--duration", "2.3")
     assert said.code == 0 and said.err == ""
-    assert "calibrated: the gyroscope's bias is" in said.out
+    assert "    calibrated: the gyroscope's bias is" in said.out and "! started" not in said.out
     lines = [line for line in said.out.splitlines() if "Hz  roll" in line]
     assert len(lines) >= 1 and "σ" in lines[0] and "late p99" in lines[0]
     assert "samples, 0 losses" in said.out.splitlines()[-1]

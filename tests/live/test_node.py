@@ -14,6 +14,7 @@ import levelhead as lh
 from levelhead.live import Node, SourceLost, open_source
 from levelhead.live.bus import LocalBus
 from levelhead.live.events import EVENTS
+from levelhead.live.timing import undisturbed
 from levelhead.sources import npz
 from levelhead.sources.replay import Replay
 from levelhead.sources.sample import Sample
@@ -417,6 +418,25 @@ def test_a_replay_of_a_sensor_that_sits_otherwise(tmp_path):
     node.run()
     quats = [said.get(timeout=0.0).quat for _ in range(len(recording))]
     np.testing.assert_array_equal(quats, lh.fuse(recording).quat)
+
+
+def test_real_time_priority_is_for_all_threads_that_run_python_and_given_back():
+    here, over = threading.get_native_id(), threading.Event()
+    beside = threading.Thread(target=over.wait)
+    beside.start()
+    try:
+        before = os.sched_getscheduler(here)
+        with undisturbed(True) as lacking:
+            if lacking:
+                assert "CAP_SYS_NICE" in lacking
+                pytest.skip("real-time priority is not allowed here")
+            assert os.sched_getscheduler(here) == os.sched_getscheduler(beside.native_id) == os.SCHED_FIFO
+            own, other = (os.sched_getparam(one).sched_priority for one in (here, beside.native_id))
+            assert own > other
+        assert os.sched_getscheduler(here) == os.sched_getscheduler(beside.native_id) == before
+    finally:
+        over.set()
+        beside.join()
 
 
 def test_stop_from_another_thread(rig):

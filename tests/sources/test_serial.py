@@ -127,6 +127,18 @@ def test_what_the_device_said_is_fused_from_a_file_as_well(device, recording, tm
         lh.read(tmp_path / name)
 
 
+@pytest.mark.parametrize("torn", ["0.1,9", "9," * 16 + "9"])
+def test_csv_that_somebody_kept_may_begin_in_the_middle_of_a_line(recording, tmp_path, torn):
+    lines = csv_lines(recording, tmp_path)
+    (tmp_path / "serial.log").write_text("\n".join([torn, *lines]), encoding="utf-8")
+    read = lh.read(tmp_path / "serial.log")
+    np.testing.assert_array_equal(read.gyr, recording.gyr)
+    assert "before the header stands the end of a line; it was left out" in read.meta["notes"]
+    (tmp_path / "serial.log").write_text("\n".join([torn, *lines[:50], "a,b", *lines[50:]]), encoding="utf-8")
+    with pytest.raises(lh.LevelheadError, match="line 52: 2 cells"):
+        lh.read(tmp_path / "serial.log")
+
+
 def test_garbage_is_counted_and_said_and_never_a_sample(device, recording, tmp_path):
     lines = csv_lines(recording, tmp_path)
     line = opened(device)

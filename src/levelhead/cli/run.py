@@ -16,6 +16,8 @@ from levelhead.errors import LevelheadError
 if TYPE_CHECKING:
     from levelhead.live.node import Node
 
+EXPECTED = frozenset({"started", "calibrating", "calibrated", "parameters", "ended", "stopped"})  # nothing to look at
+
 
 def run(
     *,
@@ -145,8 +147,9 @@ class _lines:
         before, missed, last = 0, 0, time.monotonic()
         while True:
             event = self._events.get(timeout=max(0.0, last + 1.0 - time.monotonic()))
-            if event is not None and (event.on or event.name != "invalid"):
-                _tell(f"  {'!' if event.on else ' '} {event.name}: {event.text}", self._quiet)
+            if event is not None and (event.on or event.name not in ("invalid", "calibrating")):
+                alarm = event.on and event.name not in EXPECTED
+                _tell(f"  {'!' if alarm else ' '} {event.name}: {event.text}", self._quiet)
             elif event is None and self._events.closed:
                 return
             now = time.monotonic()
