@@ -2,6 +2,7 @@
 
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -64,6 +65,28 @@ def test_a_replay_into_a_black_box_is_what_fuse_makes_of_the_file(levelhead, log
 )
 def test_bad_input(refused, words, said):
     assert said in refused(*RUN, *words)
+
+
+def test_what_is_refused_leaves_no_box_behind(refused, logs, tmp_path):
+    pytest.importorskip("mcap", reason="mcap is not installed (extra levelhead[box])")
+    source = f"replay:{logs / 'nine.npz'}"
+    assert "the rate is 0 Hz" in refused(*RUN, source, "--rate", "0", "--box", tmp_path / "box.mcap")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_second_node_on_the_same_endpoint_is_refused(refused):
+    pytest.importorskip("zenoh", reason="eclipse-zenoh is not installed (extra levelhead[bus])")
+    from levelhead.live.zenoh_bus import ZenohBus
+
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        endpoint = f"tcp/127.0.0.1:{free.getsockname()[1]}"
+    first = ZenohBus(endpoint)
+    try:
+        said = refused(*RUN, "emulated:mpu6050", "--publish", endpoint)
+    finally:
+        first.close()
+    assert said.startswith(f"cannot use {endpoint}") and "is another node there?" in said
 
 
 def test_axes_are_found_from_a_still_pose_and_one_turn(levelhead, refused, logs, tmp_path):

@@ -5,6 +5,7 @@ import signal
 import sys
 import threading
 import time
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -84,14 +85,16 @@ def run(
     mounted = AxisMap.parse(axes)
     live = open_source(source, rate=rate, speed=speed, gyr_range=gyr_range, acc_range=acc_range, axes=mounted, **hints)
     still = (0 if source.startswith("replay:") else TICKS) if calibrate is None else calibrate
-    bus = _bus(publish, certificates, readers)
-    kept = None if box is None else BlackBox(box)
-    node = Node(
-        live, params, guard=before, rate=rate, calibrate=still, bus=bus, box=kept, realtime=realtime, give_up=give_up
-    )
-    with node, _signals(node), _lines(node, quiet=json):
-        figures = node.run(duration)
-    node.bus.close()
+    with ExitStack() as held:
+        bus = _bus(publish, certificates, readers)
+        held.callback(bus.close)
+        kept = None if box is None else held.enter_context(BlackBox(box))
+        node = Node(
+            live, params, guard=before, rate=rate, calibrate=still, bus=bus, box=kept, realtime=realtime,
+            give_up=give_up,
+        )  # fmt: skip
+        with node, _signals(node), _lines(node, quiet=json):
+            figures = node.run(duration)
     if json:
         say_json(figures)
     else:
@@ -101,11 +104,13 @@ def run(
 
 
 def _bus(publish: str | None, certificates: Path | None, readers: tuple[str, ...]) -> Any:
-    """The bus that the options ask for; None: inside this process."""
+    """The bus that the options ask for."""
+    from levelhead.live.bus import LocalBus
+
     if publish is None:
         if certificates is not None or readers:
             raise LevelheadError("--certificates and --readers are for --publish; give an endpoint as well")
-        return None
+        return LocalBus()
     from levelhead.live.zenoh_bus import ZenohBus
 
     return ZenohBus(publish, certificates=certificates, readers=readers)
