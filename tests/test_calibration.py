@@ -134,6 +134,16 @@ def test_apply_passes_what_is_missing():
     assert found.apply(lh.Recording(recording.t, gyr, acc)).mag is None
 
 
+def test_a_sensor_that_is_silent_stays_so(runs):
+    recording, found = runs[0]
+    acc, mag = recording.acc.copy(), recording.mag.copy()
+    acc[3:5], mag[7] = 0.0, 0.0
+    part = found.apply(lh.Recording(recording.t, recording.gyr, acc, mag))
+    assert not part.acc[3:5].any() and not part.mag[7].any()
+    whole = found.apply(recording)
+    np.testing.assert_array_equal(np.delete(part.mag, 7, 0), np.delete(whole.mag, 7, 0))
+
+
 def test_saved_and_read_to_the_bit(runs, tmp_path):
     for _, found in runs:
         found.save(tmp_path / "sensor.json")

@@ -18,6 +18,10 @@ import numpy as np
 from levelhead.atomic import atomic_path
 from levelhead.errors import LevelheadError
 from levelhead.filters.learned import Estimate, Learned
+from levelhead.kernels import correction
+from levelhead.kernels.correction import Errors
+from levelhead.kernels.mat3 import Mat3
+from levelhead.kernels.vec3 import Vec3, sub
 from levelhead.recording import Array, Recording, real_array
 from levelhead.version import VERSION
 
@@ -109,18 +113,32 @@ class Calibration:
     def apply(self, recording: Recording) -> Recording:
         """The recording that a sensor without these errors would have given; the given one stays as it is.
 
-        The field of a sample whose rate is missing is not corrected for the delay. ``truth.bias`` becomes what is left.
+        The field of a sample whose rate is missing is not corrected for the delay; a sensor that is silent (all zero)
+        stays so. ``truth.bias`` becomes what is left. Bit by bit what ``levelhead export --calibration`` does in C.
         """
-        matrix = np.eye(3) - self.gyr_matrix.value
-        gyr = recording.gyr @ matrix.T - self.gyr_bias.value
+        errors = self.errors
+        gyr = _rows(correction.rate(errors, _columns(recording.gyr)))
+        acc = _unless_silent(recording.acc, sub(_columns(recording.acc), errors.acc_bias))
         mag = recording.mag
         if mag is not None and self.mag_offset is not None and self.mag_delay is not None:
-            mag = mag - self.mag_offset.value
-            mag = mag - self.mag_delay.value * np.cross(np.nan_to_num(gyr), mag)
+            turn = np.where(np.isfinite(gyr), gyr, 0.0)
+            mag = _unless_silent(mag, correction.field(errors, _columns(turn), _columns(mag)))
         truth = recording.truth
         if truth is not None and truth.bias is not None:
-            truth = replace(truth, bias=truth.bias @ matrix.T - self.gyr_bias.value)
-        return replace(recording, gyr=gyr, acc=recording.acc - self.acc_bias.value, mag=mag, truth=truth)
+            truth = replace(truth, bias=_rows(correction.rate(errors, _columns(truth.bias))))
+        return replace(recording, gyr=gyr, acc=acc, mag=mag, truth=truth)
+
+    @property
+    def errors(self) -> Errors:
+        """The same in plain numbers, for the kernels of ``correction``; 0 for what is not known of a magnetometer."""
+        offset, delay = self.mag_offset, self.mag_delay
+        return Errors(
+            Mat3(*self.gyr_matrix.value.ravel().tolist()),
+            Vec3(*self.gyr_bias.value.tolist()),
+            Vec3(*self.acc_bias.value.tolist()),
+            Vec3(0.0, 0.0, 0.0) if offset is None else Vec3(*offset.value.tolist()),
+            0.0 if delay is None else float(delay.value[0]),
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """For JSON: of each quantity its unit and its four attributes as lists; None for what was not there."""
@@ -197,6 +215,20 @@ class Calibration:
 
     def __str__(self) -> str:
         return "\n".join(self.words())
+
+
+def _columns(rows: Array) -> Vec3:
+    """Vectors as one whose components are arrays: kernels without a condition take both, with the same bits."""
+    return Vec3(*rows.T)
+
+
+def _rows(columns: Vec3) -> Array:
+    return np.stack(columns, axis=1)
+
+
+def _unless_silent(rows: Array, corrected: Vec3) -> Array:
+    """The corrected vectors, but the zero vector of a silent sensor as it is."""
+    return np.where(np.asarray(correction.silent(_columns(rows)))[:, None], rows, _rows(corrected))
 
 
 class _Told(NamedTuple):

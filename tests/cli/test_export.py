@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from levelhead import filters
+from levelhead import filters, fuse, simulate
 
 GCC = pytest.mark.skipif(shutil.which("cmake") is None or shutil.which("gcc") is None, reason="no cmake and gcc here")
 
@@ -78,10 +78,36 @@ def test_what_a_sweep_found_goes_to_the_board(levelhead, tmp_path):
         (["EKF", "--axis"], "EKF needs an IMU; on one level and its rate work Complementary, Kalman, BiasRateKalman"),
         (["EKF", "--guard", "rest_tim=1"], "Guard has no parameter 'rest_tim'; did you mean 'rest_time'?"),
         (["EKF", "--from", "nowhere.json"], "there is no file nowhere.json"),
+        (["EKF", "--prior", "nowhere.json"], "--prior needs a filter that learns its sensor, which EKF does not"),
+        (["ESKF", "--prior", "nowhere.json"], "cannot read the calibration nowhere.json: No such file"),
+        (["EKF", "--calibration", "nowhere.json"], "cannot read the calibration nowhere.json: No such file"),
+        (["EKF", "--axes", "x,y,-z"], "axes 'x,y,-z' are a mirror image: no way of mounting a sensor does that"),
+        (["EKF", "--axes", "-y,x"], "axes '-y,x' do not name each of x, y, z once"),
+        (["Kalman", "--axis", "--axes", "-y,x,z"], "one level and its rate are no readings of three axes"),
     ],
 )
 def test_refused(refused, tmp_path, words, said):
     assert said in refused("export", *words, "-o", tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_what_a_run_learned_goes_to_the_board(levelhead, refused, tmp_path):
+    """The file of `fuse --save-calibration`: a prior for the filter that learned it, a calibration for others."""
+    recording = simulate.recording("ICM-20948", "hand", duration=8.0)
+    fuse(recording, filters.ESKF()).calibration.save(tmp_path / "sensor.json")
+    words = ["--axes", "-y,x,z", "-o", tmp_path]
+    assert levelhead("export", "ESKF", "--prior", tmp_path / "sensor.json", *words).code == 0
+    assert levelhead("export", "EKF", "--calibration", tmp_path / "sensor.json", *words).code == 0
+    for name, option in (("eskf", "--prior"), ("ekf", "--calibration")):
+        header = (tmp_path / f"lh_{name}.h").read_text(encoding="utf-8")
+        assert f"`levelhead export {name.upper()} {option} sensor.json --axes -y,x,z --double`" in header
+        assert "are the sensor's -y, x, z." in header and "gyroscope bias x " in header and "mag µT" in header
+    both = ["--prior", tmp_path / "sensor.json", "--calibration", tmp_path / "sensor.json"]
+    assert "would take the same errors off twice" in refused("export", "ESKF", *both, "-o", tmp_path / "out")
+    (tmp_path / "wrong.json").write_text("{}", encoding="utf-8")
+    for option in ("--prior", "--calibration"):
+        words = ["export", "ESKF", option, tmp_path / "wrong.json", "-o", tmp_path / "out"]
+        assert "wrong.json is no calibration" in refused(*words)
     assert not (tmp_path / "out").exists()
 
 
@@ -124,8 +150,8 @@ def test_the_page_works_as_written(levelhead, tmp_path, monkeypatch):
     lines = [line.strip() for block in re.findall(r"```sh\n(.*?)```", page, re.DOTALL) for line in block.splitlines()]
     commands = [shlex.split(line) for line in lines if line.startswith("levelhead ")]
     verbs = [command[1] for command in commands]
-    assert verbs == ["simulate", "sweep", "export", "fuse", "compare"]
-    for command in commands[:3]:
+    assert verbs == ["simulate", "sweep", "export", "fuse", "compare", "fuse", "export", "export"]
+    for command in (*commands[:3], *commands[5:]):
         target = command[command.index(">") + 1] if ">" in command else None
         words = command[1 : command.index(">")] if target else command[1:]
         said = levelhead(*(word.replace("~/Arduino/libraries", "libraries") for word in words))
@@ -137,3 +163,5 @@ def test_the_page_works_as_written(levelhead, tmp_path, monkeypatch):
     found = re.search(r"\.beta = ([^f]+)f,", source)
     assert found and float(found[1]) == pytest.approx(tuned, rel=1e-6)
     assert (tmp_path / "libraries" / "lh_madgwick" / "examples" / "mpu6050" / "mpu6050.ino").exists()
+    assert ".gyr_matrix = {" in (tmp_path / "board" / "lh_madgwick.c").read_text(encoding="utf-8")
+    assert "} prior[] = {" in (tmp_path / "board" / "lh_eskf.c").read_text(encoding="utf-8")

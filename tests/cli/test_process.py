@@ -2,6 +2,7 @@
 
 import os
 import re
+import select
 import subprocess
 import sys
 from pathlib import Path
@@ -103,11 +104,18 @@ def test_a_full_disk_behind_standard_output():
     assert done.stderr.count("\n") == 1
 
 
+def watch(terminal: int, *words: bytes) -> None:
+    """Reads until all words have stood there; the other end must be open, or what came last is lost with it."""
+    seen = b""
+    while not all(word in seen for word in words):
+        assert select.select([terminal], [], [], 60.0)[0], f"only {seen!r}"
+        seen += os.read(terminal, 4096)
+
+
 @pytest.mark.skipif(os.name != "posix", reason="needs a pseudo-terminal")
 def test_a_bar_on_a_terminal_and_json_alone_beside_it():
     import json
     import pty
-    import threading
 
     outer, inner = pty.openpty()
     words = ["sweep", "-p", "r_measure", "--filter", "Kalman", "--simulate", "lesson", "--json"]
@@ -117,22 +125,31 @@ def test_a_bar_on_a_terminal_and_json_alone_beside_it():
         "sys.exit(main())"
     )
     env = os.environ | {"TERM": "xterm", "COLUMNS": "80"}
-    seen: list[bytes] = []
-
-    def look() -> None:
-        try:
-            while part := os.read(outer, 4096):
-                seen.append(part)
-        except OSError:  # how Linux says that the other end is closed
-            pass
-
     command = [sys.executable, "-c", program, *words]
-    process = subprocess.Popen(command, env=env, stdout=subprocess.PIPE, stderr=inner, text=True)
+    with subprocess.Popen(command, env=env, stdout=subprocess.PIPE, stderr=inner, text=True) as process:
+        watch(outer, b"sweeping", b"%")
+        out, _ = process.communicate(timeout=120)
     os.close(inner)
-    watcher = threading.Thread(target=look)
-    watcher.start()
-    out, _ = process.communicate(timeout=120)
-    watcher.join(10)
     os.close(outer)
     assert process.returncode == 0 and json.loads(out)["parameter"] == "r_measure"
-    assert b"sweeping" in b"".join(seen) and b"%" in b"".join(seen)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs a pseudo-terminal")
+def test_a_terminal_is_told_that_a_filter_is_compiled(tmp_path):
+    """Half a minute of silence would look like a program that hangs."""
+    import pty
+
+    outer, inner = pty.openpty()
+    program = (
+        "from levelhead.kernels import jit\n"
+        "from levelhead.publish.progress import progress\n"
+        "with progress('fusing') as report:\n"
+        "    jit.compiled(jit.kernel(lambda x: x + 1.0))(1.0)\n"
+        "    import time; time.sleep(0.3)\n"
+    )
+    env = os.environ | {"TERM": "xterm", "COLUMNS": "80", "NUMBA_CACHE_DIR": str(tmp_path)}
+    with subprocess.Popen([sys.executable, "-c", program], env=env, stderr=inner) as process:
+        watch(outer, b"compiling for this machine")
+        os.close(inner)
+        assert process.wait(60) == 0
+    os.close(outer)

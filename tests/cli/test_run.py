@@ -54,6 +54,7 @@ def test_a_replay_into_a_black_box_is_what_fuse_makes_of_the_file(levelhead, log
         (["replay:no-such-file.csv"], "there is no file no-such-file.csv"),
         (["replay:"], "names no file"),
         (["emulated:mpu6050", "--axes", "x,y,-z"], "mirror image"),
+        (["emulated:mpu6050", "--axes", "-x,y,z"], "mirror image"),
         (["emulated:mpu6050", "--speed", "2"], "--speed is for a replay"),
         (["emulated:mpu6050", "--gyr-range", "300"], "gyr range 300 deg/s does not exist"),
         (["emulated:mpu6050", "--rate", "0"], "rate is 0.0"),

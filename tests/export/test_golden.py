@@ -6,11 +6,20 @@ import pytest
 
 import levelhead as lh
 from levelhead.export import Choice, files
+from levelhead.sources.sensors.axes import AxisMap
 
 GOLDEN = Path(__file__).parent / "golden"
 EXPORTS = {
     "kalman-axis": (Choice(lh.Kalman(r_measure=0.1), axis=True, command="levelhead export Kalman --axis"), False),
-    "mahony-library": (Choice(lh.Mahony(), real="float", command="levelhead export Mahony --float --arduino"), True),
+    "mahony-library": (
+        Choice(
+            lh.Mahony(),
+            real="float",
+            axes=AxisMap.parse("-y,x,z"),
+            command="levelhead export Mahony --axes -y,x,z --float --arduino",
+        ),
+        True,
+    ),
 }
 
 

@@ -161,6 +161,42 @@ def wandering(a: float, b: float) -> float:
 
 
 @kernel
+def same(big: Big, a: float) -> Big:
+    """Nothing is done: in C the address comes back."""
+    return big
+
+
+@kernel
+def rolled(big: Big, a: float) -> Big:
+    return Big(big.b, big.c, big.d, Vec3(a, big.a.x + 1.0, a))
+
+
+@kernel
+def passed_on(a: float, b: float) -> float:
+    """What calls give to one variable, over and over, while others keep what it was."""
+    first = bigger(a, b)
+    big = first.left
+    total = 0.0
+    for i in range(5):
+        kept = big
+        other = same(big, a)
+        if a * i > b:
+            big = rolled(big, a)
+            big = rolled(big, b)
+        elif a > 0.0:
+            big = same(big, b)
+        else:
+            big = Big(big.d, big.a, big.b, big.c)
+        total += summed(big, 1.0) + 3.0 * summed(kept, a) + 5.0 * summed(other, b) * i
+        other = same(kept, b)
+        big = rolled(big, total)
+        total += summed(other, 0.5) + same(big, a).b.y
+    last = rolled(big, a)
+    big = same(last, b)
+    return total + summed(big, 2.0) + summed(first.left, 3.0) + last.d.x
+
+
+@kernel
 def made(a: float) -> Grown:
     p = np.empty((N, N))
     for i in range(N):
@@ -196,7 +232,9 @@ FLOATS = [(1.0, 2.0), (2.0, 1.0), (-3.0, 3.0), (-1.0, 4.0), (0.0, -0.0), *RNG.no
 
 @GCC
 @pytest.mark.parametrize(
-    "function", [arithmetic, decided, extremes, several, unbundled, enlarged, wandering, both], ids=lambda f: f.__name__
+    "function",
+    [arithmetic, decided, extremes, several, unbundled, enlarged, wandering, passed_on, both],
+    ids=lambda f: f.__name__,
 )
 def test_it_means_the_same_in_c(function):
     run = called(function, [FLOAT, FLOAT])
@@ -224,6 +262,9 @@ def test_what_is_written_for_people_is_kept():
     assert "return (a - (b - 2.0 * a)) / (1.0 + a * a) - -b * TEST_LANGUAGE_HALF;" in text
     _, _, text = translated(wandering, FLOAT, FLOAT)
     assert "const Big *last = &first.left;" in text and "Big kept = first.left;" in text
+    _, _, text = translated(passed_on, FLOAT, FLOAT)
+    assert "static const Big *test_language_same(const Big *big, double a)" in text and "return big;" in text
+    assert "big = test_language_same(big, b);" in text and "Big other" in text
     _, _, text = translated(extremes, FLOAT, FLOAT)
     assert "double first; /* the one */" in text
 

@@ -2,15 +2,19 @@
 
 import shutil
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.export.test_sensor import WRONG
 
 import levelhead as lh
+from levelhead.calibration import Quantity
 from levelhead.cli import main
 from levelhead.export import Choice, write
 from levelhead.kernels.tilt import GRAVITY
+from levelhead.sources.sensors.axes import AxisMap
 
 STUBS = Path(__file__).resolve().parents[1] / "reference" / "arduino"
 pytestmark = pytest.mark.skipif(shutil.which("g++") is None, reason="no g++ on the PATH")
@@ -53,6 +57,26 @@ def test_the_log_reads_back_and_says_what_the_board_said(tmp_path, real, capsys)
     assert main(["fuse", str(log), "--no-plot", "-o", str(tmp_path)]) == 0
     assert main(["compare", str(log), "--with", "column:board_q"]) == 0
     assert "board_q" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("real", ["double", "float"])
+def test_a_sensor_that_is_known_logs_what_the_filter_was_fed(tmp_path, real):
+    """In the axes of the body and without its errors; nothing is read off at the start, the bias is known."""
+    bias = np.radians([1.0, -2.0, 0.5])
+    found = replace(WRONG, gyr_bias=Quantity(*[np.array([bias[1], -bias[0], bias[2]])] * 4))
+    choice = Choice(lh.Madgwick(), real=real, axes=AxisMap.parse("y,-x,z"), calibration=found)
+    log = log_of(tmp_path, choice)
+    sketch = (tmp_path / "lh_madgwick_mpu6050" / "lh_madgwick_mpu6050.ino").read_text(encoding="utf-8")
+    assert "keep still" not in sketch and "are the sensor's y,-x,z; the log is in the body's axes." in sketch
+    recording = lh.read(log)
+    assert np.isfinite(recording.gyr[:10]).all()
+    raw = np.genfromtxt(tmp_path / "readings.txt")[0]
+    read = np.array([raw[1], -raw[0], raw[2]]) * np.pi / 180.0
+    better = read - found.gyr_matrix.value @ read - found.gyr_bias.value
+    np.testing.assert_allclose(recording.gyr[0], better, atol=3e-4)  # a count is 1.3e-4 rad/s
+    board = np.genfromtxt(log, delimiter=",", comments="#", skip_header=1)
+    track = lh.fuse(recording, choice.params)
+    np.testing.assert_allclose(board[:, 7:11], track.quat, atol=2e-4)
 
 
 def test_one_axis_is_the_lesson(tmp_path):

@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 import levelhead as lh
 from levelhead import simulate
 from levelhead.filters import error_state as es
-from levelhead.filters import eskf, health
+from levelhead.filters import eskf, health, prediction, rows
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.vec3 import Vec3
 
@@ -78,7 +78,7 @@ def test_the_couplings_of_a_block_are_the_derivatives_of_what_the_samples_do():
     params, state = prepared(rng)
     readings = readings_of(rng)
     base = through_a_block(params, moved(state, 0, 0.0), readings)
-    eskf.drive(base.memory)
+    prediction.drive(base.memory)
     f = couplings(base.memory)
     f[:, es.SPEED : es.SPEED + es.DRIVEN] += np.eye(es.DRIVEN)
     small = 1e-6
@@ -101,24 +101,24 @@ def test_the_rows_of_the_field_are_its_derivatives(monkeypatch):
         m = through_a_block(params, state, readings).memory
         return np.array(m[es.FIELD : es.FIELD + 3]) / m[es.COUNT]
 
-    rows = []
+    seen = []
     base = through_a_block(params, moved(state, 0, 0.0), readings)
 
     def measure(m, n, first, innovation, noise):
-        rows.append((first, list(m[es.H : es.H + es.N])))
+        seen.append((first, list(m[es.H : es.H + es.N])))
         m[es.H : es.H + es.N] = [0.0] * es.N
 
-    monkeypatch.setattr(eskf, "measure", measure)
-    eskf.see_field(params, base.memory, False, es.ROW)
-    assert [first for first, _ in rows] == [es.TURN_Z] * 3, "a magnetometer never tilts the horizon"
+    monkeypatch.setattr(rows, "measure", measure)
+    rows.see_field(params, base.memory, False, es.ROW)
+    assert [first for first, _ in seen] == [es.TURN_Z] * 3, "a magnetometer never tilts the horizon"
     small = 1e-6
     for index in (es.TURN, es.TURN + 1, es.TURN_Z, *range(es.IRON, es.DELAY + 1)):
         change = (field(moved(state, index, small)) - field(moved(state, index, -small))) / (2 * small)
         # what an offset does to the part that comes of the delay, d ω × o, is left out: 2 % of it at 2 rad/s
         atol = 0.05 if es.IRON <= index < es.DELAY else 1e-5
-        np.testing.assert_allclose([row[index] for _, row in rows], change, atol=atol)
+        np.testing.assert_allclose([row[index] for _, row in seen], change, atol=atol)
     for axis, index in ((1, es.MAG), (2, es.MAG + 1)):
-        assert [row[index] for _, row in rows] == [-1.0 if k == axis else 0.0 for k in range(3)]
+        assert [row[index] for _, row in seen] == [-1.0 if k == axis else 0.0 for k in range(3)]
 
 
 @pytest.mark.parametrize("first", [0, es.TURN_Z])
@@ -148,7 +148,7 @@ def test_prediction_is_the_dense_product():
     base = through_a_block(params, state, readings_of(rng))
     m = list(base.memory)
     p = square(m)
-    eskf.drive(m)
+    prediction.drive(m)
     f = np.eye(es.N)
     f[es.SPEED : es.SPEED + es.DRIVEN] += couplings(m)
     es.propagate(m, es.ROW)

@@ -124,3 +124,17 @@ def test_what_is_compiled_by_hand_rounds_as_the_kernel_does_and_keeps_within_its
     expected = before.copy()
     expected[3 : 3 + count] += -0.1 * before[20 : 20 + count]
     np.testing.assert_array_equal(plain, expected)
+
+
+@jit.kernel
+def copied(m, to, at, count):
+    arrays.copy(m, to, at, count)
+
+
+@pytest.mark.parametrize("count", [0, 1, 7])
+def test_copying_keeps_within_its_bounds(count):
+    plain = [float(i) for i in range(20)]
+    fast = np.array(plain)
+    arrays.copy(plain, 3, 11, count)
+    jit.compiled(copied)(fast, 3, 11, count)
+    assert plain == fast.tolist() == [*range(3), *range(11, 11 + count), *range(3 + count, 20)]

@@ -22,6 +22,7 @@ def offences(function):
     """Constructs outside of the kernel language, as "file:line: what"."""
     if hasattr(function, "__memory__"):
         return  # a word of the language itself, written once for each of its engines
+    function = getattr(function, "__meaning__", function)
     lines, first = inspect.getsourcelines(function)
     tree = ast.parse(textwrap.dedent("".join(lines)))
     where = function.__code__.co_filename

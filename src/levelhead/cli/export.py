@@ -7,7 +7,7 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 from levelhead import filters
-from levelhead.cli.options import GuardWords, chosen_guard, filter_names, say, say_json, settings
+from levelhead.cli.options import Axes, GuardWords, chosen_guard, filter_names, known_before, say, say_json, settings
 from levelhead.errors import LevelheadError
 
 
@@ -18,6 +18,9 @@ def export(
     set: Annotated[tuple[str, ...], Parameter(name="--set", negative="", metavar="K=V")] = (),
     tuned: Annotated[Path | None, Parameter(name="--from", metavar="FILE")] = None,
     guard: GuardWords = (),
+    prior: Annotated[Path | None, Parameter(metavar="FILE")] = None,
+    calibration: Annotated[Path | None, Parameter(metavar="FILE")] = None,
+    axes: Axes = "x,y,z",
     axis: Annotated[bool, Parameter(negative="")] = False,
     single: Annotated[bool, Parameter(name="--float", negative="--double")] = False,
     arduino: Annotated[bool, Parameter(negative="")] = False,
@@ -30,15 +33,22 @@ def export(
         filter: which one, such as EKF.
         set: a parameter of the filter, such as acc_tau=3; may be given several times.
         tuned: JSON with the filter's parameters, such as `levelhead sweep … --json` prints; --set comes on top.
+        prior: what an earlier run has learned of the same sensor, from `levelhead fuse --save-calibration`: the filter
+            starts with it.
+        calibration: the same file for any other filter: the errors of the sensor are taken off its readings.
+        axes: the sensor's axes that are the body's x (forward), y (left) and z (up), such as -y,x,z;
+            `levelhead axes` finds them.
         axis: the filter of one angle and its rate instead of that of an IMU.
         single: all numbers as float, for boards without a fast double; the default is double, with the bits of Python.
         arduino: as a library folder for the Arduino IDE, with the sketch as its example.
         out: folder for the files.
         json: print the result as JSON.
     """
+    from levelhead.calibration import Calibration
     from levelhead.export import Choice, write
+    from levelhead.sources.sensors.axes import IDENTITY, AxisMap
 
-    flt = filters.find(filter)
+    flt, mounted = filters.find(filter), AxisMap.parse(axes)
     found = _tuned(flt, tuned)
     params = flt.params(**found.get("params", {}))
     changes = settings(set)
@@ -47,10 +57,23 @@ def export(
     words = ["levelhead export", flt.name, *(f"--set {word}" for word in set)]
     words += [f"--from {tuned.name}"] if tuned else []
     words += [f"--guard {word}" for word in guard]
+    words += [f"--prior {prior.name}"] if prior else []
+    words += [f"--calibration {calibration.name}"] if calibration else []
+    words += [f"--axes {mounted}"] if mounted != IDENTITY else []
     words += ["--axis"] if axis else []
     words.append("--float" if single else "--double")
     words += ["--arduino"] if arduino else []
-    choice = Choice(params, before, "float" if single else "double", axis, " ".join(words))
+    known = known_before(prior, params)
+    choice = Choice(
+        params,
+        before,
+        "float" if single else "double",
+        axis,
+        prior=known,
+        axes=mounted,
+        calibration=Calibration.read(calibration) if calibration else None,
+        command=" ".join(words),
+    )
     written = write(choice, out, arduino)
     if json:
         say_json({"filter": flt.name, "params": dict(params._asdict()), "written": [str(path) for path in written]})

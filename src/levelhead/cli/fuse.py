@@ -14,6 +14,8 @@ from levelhead.cli.options import (
     chosen_filter,
     chosen_guard,
     folder,
+    known_before,
+    must_learn,
     say,
     say_json,
 )
@@ -65,9 +67,9 @@ def fuse(
     run = smooth if offline else forward
     if declination is not None:
         declination_angle(declination)  # a wrong one is said before the work, not after it
-    known = None if prior is None else _known(prior, params)
+    known = known_before(prior, params)
     if save_calibration is not None:
-        _must_learn(params, "--save-calibration")
+        must_learn(params, "--save-calibration")
     recording = reading.read(log)
     if "live" in recording.meta and filter is None and not set:
         params, before = as_the_node(recording.meta["live"], before, guard)
@@ -107,22 +109,6 @@ def as_the_node(live: Mapping[str, Any], guard: Any, words: Sequence[str]) -> tu
     if words:
         return params, guard
     return params, None if live["guard"] is None else filters.Guard(**live["guard"])
-
-
-def _must_learn(params: Any, option: str) -> None:
-    """Makes sure that the filter learns what its sensor does wrong."""
-    flt = filters.of(params)
-    if flt.calibration is None:
-        who = " or ".join(f"--filter {one.name}" for one in filters.ALL if one.calibration)
-        raise LevelheadError(f"{option} needs a filter that learns its sensor, which {flt.name} does not; try {who}")
-
-
-def _known(path: Path, params: Any) -> Any:
-    """The calibration in a file, for a filter that can start with it."""
-    from levelhead.calibration import Calibration
-
-    _must_learn(params, "--prior")
-    return Calibration.read(path)
 
 
 def _must_know_north(recording: Any, params: Any) -> None:

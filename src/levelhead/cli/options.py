@@ -14,6 +14,7 @@ from levelhead.errors import LevelheadError
 from levelhead.filters.contract import settable
 
 if TYPE_CHECKING:
+    from levelhead.calibration import Calibration
     from levelhead.recording import Recording
     from levelhead.track import Track
 
@@ -113,6 +114,9 @@ GuardWords = Annotated[
 ]
 
 
+Axes = Annotated[str, Parameter(name="--axes", metavar="X,Y,Z", allow_leading_hyphen=True)]
+
+
 def settings(pairs: Iterable[str], example: str = "r_measure=0.1") -> dict[str, Any]:
     """``k=v`` words as keyword arguments of a Params class.
 
@@ -162,6 +166,28 @@ def must_have(params: Any, parameter: str) -> None:
             f"{filters.of(params).name}, the best filter for these sensors, has no parameter '{parameter}'; "
             f"name one that has: {' or '.join(f'--filter {owner}' for owner in owners)}"
         )
+
+
+def must_learn(params: Any, option: str) -> None:
+    """Makes sure that the filter learns what its sensor does wrong.
+
+    Raises:
+        LevelheadError: it does not; the sentence names those that do.
+    """
+    flt = filters.of(params)
+    if flt.calibration is None:
+        who = " or ".join(f"--filter {one.name}" for one in filters.ALL if one.calibration)
+        raise LevelheadError(f"{option} needs a filter that learns its sensor, which {flt.name} does not; try {who}")
+
+
+def known_before(path: Path | None, params: Any) -> "Calibration | None":
+    """The calibration in the file that ``--prior`` names, for a filter that can start with it."""
+    from levelhead.calibration import Calibration
+
+    if path is None:
+        return None
+    must_learn(params, "--prior")
+    return Calibration.read(path)
 
 
 def listed_filter(word: str) -> Any:

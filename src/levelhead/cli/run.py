@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from levelhead.cli.options import FilterName, GuardWords, chosen_filter, chosen_guard, say, say_json
+from levelhead.cli.options import Axes, FilterName, GuardWords, chosen_filter, chosen_guard, say, say_json
 from levelhead.errors import LevelheadError
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ def run(
     certificates: Annotated[Path | None, Parameter(metavar="DIR")] = None,
     readers: Annotated[tuple[str, ...], Parameter(negative="", metavar="NAME")] = (),
     speed: Annotated[float, Parameter(metavar="X")] = 1.0,
-    axes: Annotated[str, Parameter(metavar="X,Y,Z")] = "x,y,z",
+    axes: Axes = "x,y,z",
     gyr_range: Annotated[float, Parameter(metavar="DEG/S")] = 500.0,
     acc_range: Annotated[float, Parameter(metavar="G")] = 4.0,
     map: Annotated[tuple[str, ...], Parameter(negative="", metavar="gyr=gx,gy,gz")] = (),

@@ -12,7 +12,7 @@ nothing about, has a column of zeros in G.
 from math import sqrt
 
 from levelhead.filters.error_state import DRIVEN, HERE, ROW, SPEED
-from levelhead.kernels.arrays import Floats, add_scaled
+from levelhead.kernels.arrays import Floats, add_scaled, copy
 from levelhead.kernels.jit import kernel, rare
 
 WHOLE = ROW * ROW  # numbers of a matrix; those of aiding stay unused
@@ -34,8 +34,7 @@ SIZE = SMOOTHED + ROW
 @kernel
 def factorize(m: Floats, cut: bool) -> None:
     """R by rows; the diagonal holds 1/R_jj, and 0 for what tells nothing."""
-    for i in range(WHOLE):
-        m[FACTOR + i] = m[AHEAD + i]
+    copy(m, FACTOR, AHEAD, WHOLE)
     for j in range(N):
         row = FACTOR + j * ROW
         pivot = m[row + j]

@@ -53,8 +53,9 @@ from levelhead.filters.error_state import (
     take_along,
 )
 from levelhead.filters.guard import Guard
+from levelhead.filters.prediction import predict
 from levelhead.kernels import quat
-from levelhead.kernels.arrays import Floats
+from levelhead.kernels.arrays import Floats, copy
 from levelhead.kernels.jit import bound, compiled, kernel, rare
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.tilt import GAP_SECONDS, UNIFORM
@@ -75,16 +76,11 @@ advance = result = unbound
 def remembered(params: Any, state: Any, dt: float) -> Any:
     """``eskf.correct`` that keeps what it predicts."""
     m = state.memory
-    for i in range(WHOLE):
-        m[AHEAD + i] = m[P + i]
-    eskf.predict(params, m, eskf.known(state))
-    for i in range(WHOLE):
-        before = m[AHEAD + i]
-        m[AHEAD + i] = m[P + i]
-        m[P + i] = before
+    predict(params, m, eskf.known(state))
+    copy(m, AHEAD, P, WHOLE)
     q = state.quat
     m[FROM], m[FROM + 1], m[FROM + 2], m[FROM + 3] = q.w, q.x, q.y, q.z
-    return eskf.correct(params, state, dt)
+    return eskf.corrected(params, state)
 
 
 FORWARD = eskf.FILTER._replace(name="ESKF_forward", init=bound(eskf.init, "wide", SIZE=WIDE), correct=remembered)
@@ -161,11 +157,11 @@ def forward(
 @kernel
 def load(kept: Blocks, k: int, m: Floats) -> None:
     """What the step back to block k works with; what was smoothed last belongs to block k + 1."""
+    copy(m, rts.LATER, rts.NOW, WHOLE)
     for j in range(WHOLE):
-        m[rts.LATER + j] = m[rts.NOW + j]
         m[rts.AHEAD + j] = kept.ahead[k + 1, j]
         m[rts.NOW + j] = kept.p[k, j]
-        m[rts.GAIN + j] = kept.p[k, j]
+    copy(m, rts.GAIN, rts.NOW, WHOLE)
     for j in range(DRIVEN * ROW):
         m[rts.GAIN + SPEED * ROW + j] = kept.w[k + 1, j]
     x, y = kept.x[k + 1, SPEED], kept.x[k + 1, SPEED + 1]

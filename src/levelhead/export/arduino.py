@@ -3,14 +3,29 @@
 from collections.abc import Mapping
 
 from levelhead.export.choice import Choice
-from levelhead.export.face import Face, template
+from levelhead.export.face import Face
+from levelhead.export.layout import template
 from levelhead.kernels.tilt import GRAVITY
+from levelhead.sources.sensors.axes import IDENTITY
 
 # RM-MPU-6000A, rev. 4.2, sections 4.4 and 4.5: full scale -> FS_SEL or AFS_SEL, counts per unit (tables 4.19 and 4.17)
 GYR = {250.0: (0, 131.0), 500.0: (1, 65.5), 1000.0: (2, 32.8), 2000.0: (3, 16.4)}  # deg/s
 ACC = {2.0: (0, 16384.0), 4.0: (1, 8192.0), 8.0: (2, 4096.0), 16.0: (3, 2048.0)}  # g
 NEEDS = "// Needs {0}.h and {0}.c in the sketch's folder; exported with --arduino they are a library.\n"
 READINGS = "t [s],gyr_x [rad/s],gyr_y [rad/s],gyr_z [rad/s],acc_x [m/s^2],acc_y [m/s^2],acc_z [m/s^2]"
+
+
+RAW = """  for (int k = 0; k < 3; k++) {
+    print_value(gyr[k], 6);
+  }
+  for (int k = 0; k < 3; k++) {
+    print_value(acc[k], 5);
+  }"""
+WAIT = """  Serial.println(F("# keep still"));
+  while (!calibrate()) {
+    Serial.println(F("# it moved; keep still"));
+  }
+"""
 
 
 def _scale(table: Mapping[float, tuple[int, float]], wanted: float, usual: float) -> tuple[float, int, float]:
@@ -30,6 +45,7 @@ def sketch(face: Face, beside: bool) -> str:
     return template("mpu6050.ino").substitute(
         face.common()
         | (_axis(choice) if choice.axis else _imu(choice))
+        | _bias(choice)
         | {
             "gyr_range": f"{gyr_range:g}",
             "gyr_bits": f"0x{gyr_bits:02X}",
@@ -40,6 +56,39 @@ def sketch(face: Face, beside: bool) -> str:
             "include": f'"{name}.h"' if beside else f"<{name}.h>",
             "where": NEEDS.format(name) if beside else "",
         }
+    )
+
+
+def _bias(choice: Choice) -> dict[str, str]:
+    """The gyroscope's bias is read off at the start, unless the filter or its calibration knows of it already."""
+    if choice.prior is not None or choice.calibration is not None:
+        start = "The gyroscope's bias is among what is known of this sensor."
+        return {"still": "", "wait": "", "bias": "", "unbiased": "gyr[k]", "start": start}
+    return {
+        "still": template("mpu6050.still.ino").template,
+        "wait": WAIT,
+        "bias": "float bias[3];  // rad/s\n",
+        "unbiased": "gyr[k] - bias[k]",
+        "start": "Keep the sensor still for two seconds after a reset: its bias is read off.",
+    }
+
+
+def _fed(choice: Choice, given: str) -> str:
+    """What the filter was fed with, into the log."""
+    if not choice.corrects:
+        return RAW
+    lines = [f"  const {choice.name}_readings fed = {choice.name}_corrected(&filter, {given}, NULL);"]
+    for name, digits in (("gyr", 6), ("acc", 5)):
+        lines += [f"  print_value({_narrow(f'fed.{name}.{axis}', choice.real)}, {digits});" for axis in "xyz"]
+    return "\n".join(lines)
+
+
+def _mounted(choice: Choice) -> str:
+    """A remark on the axes."""
+    if choice.axes == IDENTITY:
+        return ""
+    return (
+        f"// The body's x (forward), y (left), z (up) are the sensor's {choice.axes}; the log is in the body's axes.\n"
     )
 
 
@@ -55,6 +104,8 @@ def _imu(choice: Choice) -> dict[str, str]:
     parts += ["  Serial.print(',');", "  Serial.print((long)out.health);"]
     return {
         "now": "",
+        "mounted": _mounted(choice),
+        "fed": _fed(choice, ", ".join(given)),
         "init": f"  {name}_init(&filter);",
         "update": "\n".join(update),
         "head": f"{READINGS},board_qw,board_qx,board_qy,board_qz,board_health",
@@ -77,6 +128,8 @@ def _axis(choice: Choice) -> dict[str, str]:
         f"  {name}_update(&filter, roll, gyr[0] / DEGREE, {_seconds(real)}, 360, &now);",
     ]
     return {
+        "mounted": "",
+        "fed": RAW,
         "init": "\n".join(init),
         "update": "\n".join(update),
         "head": f"{READINGS},measured_roll,board_roll",

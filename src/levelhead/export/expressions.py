@@ -22,7 +22,7 @@ OPERATORS: dict[type, tuple[str, int]] = {
 C_WORDS = """
     auto break case char const continue default do double else enum extern float for goto if inline int long register
     restrict return short signed sizeof static struct switch typedef union unsigned void volatile while bool
-    arrays fabs fabsf floorf memset sqrtf
+    arrays fabs fabsf floorf memset result sqrtf
 """
 RESERVED = frozenset(C_WORDS.split())
 
@@ -40,6 +40,12 @@ class Names(Protocol):
 
     def passing(self, function: object) -> Sequence[tuple[Kind, bool]]:
         """A kernel's parameters: what they are, and whether they are passed by address."""
+
+    def handed_back(self, function: object) -> int | None:
+        """Which parameter a kernel returns as it is, as an address; None for a kernel that returns a value."""
+
+    def in_place(self, function: object) -> bool:
+        """Whether a kernel writes what it returns to where its caller wants it."""
 
     def makes(self, function: object) -> bool:
         """Whether a kernel makes arrays, itself or through others."""
@@ -194,7 +200,8 @@ class Expressions:
             assert isinstance(struct, Struct)
             return f"({self._names.struct_name(struct)}){self.braces(node)}", PRIMARY
         if is_kernel(function):
-            return f"{self._names.function(function)}({', '.join(self._passed(node, function))})", PRIMARY
+            text = f"{self._names.function(function)}({', '.join(self._passed(node, function))})"
+            return (text, PRIMARY) if self._names.handed_back(function) is None else (f"*{text}", UNARY)
         return self._builtin(node, str(function.__name__)), PRIMARY
 
     def _builtin(self, node: ast.Call, name: str) -> str:

@@ -1,19 +1,17 @@
 """Header and source of a filter: the translated kernels, and the few functions around them that a program calls."""
 
-import functools
 from collections.abc import Iterable
-from importlib import resources
-from string import Template
 from typing import Any
 
 from levelhead.engine import driver
 from levelhead.engine.binding import bind, estimates_bias
 from levelhead.engine.loop import LONGEST as LONGEST_DT
 from levelhead.errors import LevelheadError
+from levelhead.export import sensor
 from levelhead.export.choice import Choice, remarks
 from levelhead.export.expressions import variable
 from levelhead.export.kinds import FLOAT, Array, Kind, Machine, Struct, is_empty, keep_what_is_read
-from levelhead.export.layout import LONGEST, STEP, beside, comment, docstring, safe, wrapped
+from levelhead.export.layout import LONGEST, STEP, beside, comment, docstring, safe, template, wrapped
 from levelhead.export.program import Kernel, Program, module_words
 from levelhead.export.statements import joined
 from levelhead.filters import Guard, health
@@ -48,12 +46,6 @@ HELPERS = {
 }}
 """,
 }
-
-
-@functools.cache
-def template(name: str) -> Template:
-    """One of the C files with gaps."""
-    return Template(resources.files(__package__).joinpath("templates", name).read_text(encoding="utf-8"))
 
 
 class Face:
@@ -143,14 +135,16 @@ class Face:
             return remarks(struct.origin)
         return None
 
-    def call(self, kernel: Kernel, values: list[str]) -> str:
-        """A call of a kernel from outside of the language."""
+    def call(self, kernel: Kernel, values: list[str], to: str = "") -> str:
+        """A call of a kernel from outside of the language; ``to``: where one that writes in place does so."""
         function = kernel.source.function
-        given = ["&filter->arrays"] if self.program.makes(function) else []
+        given = [to] if to else []
+        given += ["&filter->arrays"] if self.program.makes(function) else []
         for value, (kind, addressed) in zip(values, self.program.passing(function), strict=True):
             if not is_empty(kind):
                 given.append(f"&{value}" if addressed else value)
-        return f"{kernel.name}({', '.join(given)})"
+        star = "*" if self.program.handed_back(function) is not None else ""
+        return f"{star}{kernel.name}({', '.join(given)})"
 
     def body(self) -> tuple[list[str], list[str]]:
         """All kernels, and the constants that they use."""
@@ -190,6 +184,7 @@ class Face:
             "types": joined(lines),
             "functions": written.rstrip() + "\n",
             "health": "",
+            "sensor": "",
         }
         return template("filter.h").substitute(values | gaps)
 
@@ -241,8 +236,10 @@ class ImuFace(Face):
         settings = program.struct(driver.Settings)
         settings.fields["filter"] = program.struct(choice.flt.params)
         vector = program.struct(Vec3)
+        self.correction = sensor.Correction(choice, program)
         self.begin = program.kernel(bound.begin, [settings])
         carry = self.begin.returns
+        program.written.add(bound.advance)
         self.advance = program.kernel(bound.advance, [settings, carry, vector, vector, vector, FLOAT])
         assert isinstance(carry, Struct) and carry.fields["run"] is not None
         self.result = program.kernel(bound.result, [settings, carry.fields["run"]])
@@ -255,19 +252,42 @@ class ImuFace(Face):
             program.publish(kind)
         self.settings = settings
         self.whole.fields.update(settings=settings, carry=carry)
+        if self.correction.errors is not None:
+            self.whole.fields["errors"] = self.correction.errors
 
     def write(self) -> dict[str, str]:
         """File name -> text."""
         source = self.source(
             "imu.functions.c",
-            values=joined(self._settings()).rstrip(),
+            values=self._values(),
+            components=sensor.components(self.choice),
+            mounted=sensor.mounted(self.choice),
+            table=sensor.prior_table(self.choice, self.program),
+            told=sensor.prior_start(self.choice),
             begin=self.call(self.begin, ["filter->settings"]),
             advance=self.call(
-                self.advance, ["filter->settings", "filter->carry", "three(gyr)", "three(acc)", "three(mag)", "dt"]
+                self.advance, ["filter->settings", "filter->carry", *self.correction.arguments, "dt"], "&filter->carry"
             ),
             result=self.call(self.result, ["filter->settings", "filter->carry.run"]),
+            **self._corrected(),
         )
         return {f"{self.name}.h": self._header(), f"{self.name}.c": source + self._copy()}
+
+    def _values(self) -> str:
+        return (joined(self._settings()) + self.correction.start()).rstrip()
+
+    def _corrected(self) -> dict[str, str]:
+        """The function that corrects readings, and its use in an update; empty where nothing is corrected."""
+        if not self.choice.corrects:
+            return {"corrected": "", "now": ""}
+        kernel = self.correction.kernel
+        value = "(Readings){three(gyr), three(acc), three(mag)}"
+        body = [f"return {self.call(kernel, ['filter->errors', *sensor.GIVEN])};"] if kernel else []
+        body = body or ["(void)filter;", f"return {value};"]
+        return {
+            "corrected": template("corrected.c").substitute(self.common(), body=f"\n{STEP}".join(body)),
+            "now": f"{STEP}const Readings now = {self.name}_corrected(filter, gyr, acc, mag);\n",
+        }
 
     def _settings(self) -> list[str]:
         if is_empty(self.settings):
@@ -288,6 +308,7 @@ class ImuFace(Face):
         whole += [f"}} {self.name};", ""]
         flt = self.choice.flt
         bias = estimates_bias(flt, self.choice.guarded)
+        field, frame = sensor.field_unit(self.choice), sensor.frame(self.choice)
         return self.header(
             "imu.functions.h",
             whole,
@@ -297,8 +318,14 @@ class ImuFace(Face):
             init_call=f"{self.name}_init(&filter)",
             loop=f" *     for each sample: {self.name}_update(&filter, gyr, acc, mag, dt);\n"
             f" *     {self.name}_quat q = {self.name}_quaternion(&filter);",
-            units="gyr rad/s, acc m/s² (a level sensor at rest reads 0, 0, +9.81), mag any one unit, dt s;\n"
-            " * q turns sensor into earth (x east, y magnetic north, z up). A sensor that is not there is NULL.",
+            sensor=sensor.about(self.choice),
+            field=field,
+            frame=frame,
+            corrected=template("corrected.h").substitute(name=self.name, real=self.choice.real)
+            if self.choice.corrects
+            else "",
+            units=f"gyr rad/s, acc m/s² (a level sensor at rest reads 0, 0, +9.81), mag {field}, dt s;\n"
+            f" * q turns {frame} into earth (x east, y magnetic north, z up). A sensor that is not there is NULL.",
         )
 
     def _copy(self) -> str:

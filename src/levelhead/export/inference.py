@@ -48,13 +48,14 @@ class Program(Protocol):
 
 def resolve(function: Callable[..., Any], node: ast.AST, local: Any = ()) -> Any:
     """The Python object that a name or ``module.name`` stands for; ``MISSING`` where it is a value of the kernel."""
+    found: Any = MISSING
     if isinstance(node, ast.Name) and node.id not in local:
-        return function.__globals__.get(node.id, getattr(builtins, node.id, MISSING))
-    if isinstance(node, ast.Attribute):
+        found = function.__globals__.get(node.id, getattr(builtins, node.id, MISSING))
+    elif isinstance(node, ast.Attribute):
         owner = resolve(function, node.value, local)
         if isinstance(owner, types.ModuleType):
-            return getattr(owner, node.attr, MISSING)
-    return MISSING
+            found = getattr(owner, node.attr, MISSING)
+    return getattr(found, "__meaning__", found)
 
 
 def is_struct(value: Any) -> bool:

@@ -38,7 +38,8 @@ Kind = Scalar | Array | Struct
 FLOAT, INT, BOOL = Scalar("float"), Scalar("int"), Scalar("bool")
 VOID = Scalar("void")  # what a kernel returns that only writes into memory
 NUMBERS = {float: FLOAT, int: INT, bool: BOOL}
-BY_VALUE = 9  # numbers; a struct with more of them is passed by its address
+BY_VALUE = 9  # numbers; a struct with more of them is passed by its address,
+HANDED_ON = 6  # and one with more than so many if there are structs in it: it is rather handed on than computed with
 
 
 def numbers(kind: "Kind | None") -> int:
@@ -55,7 +56,10 @@ def is_empty(kind: "Kind | None") -> bool:
 
 def by_address(kind: "Kind") -> bool:
     """Whether a parameter of that kind is passed by its address."""
-    return isinstance(kind, Struct) and numbers(kind) > BY_VALUE
+    if not isinstance(kind, Struct):
+        return False
+    nested = any(isinstance(part, Struct) for part in kind.fields.values())
+    return numbers(kind) > (HANDED_ON if nested else BY_VALUE)
 
 
 def described(kind: "Kind | None") -> str:

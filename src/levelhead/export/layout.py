@@ -1,11 +1,20 @@
 """C text laid out for people: lines that fit a screen, comments that do too."""
 
+import functools
 import textwrap
 from collections.abc import Iterable, Iterator
+from importlib import resources
+from string import Template
 
 WIDTH = 110
 LONGEST = 120  # of a line that is a comment
 STEP = "    "
+
+
+@functools.cache
+def template(name: str) -> Template:
+    """One of the C files with gaps."""
+    return Template(resources.files(__package__).joinpath("templates", name).read_text(encoding="utf-8"))
 
 
 def safe(words: str) -> str:

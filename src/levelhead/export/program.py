@@ -82,6 +82,7 @@ class Program:
         self._makers: dict[Callable[..., Any], bool] = {}
         self._places: dict[tuple[Any, str], str] = {}
         self._taken: dict[tuple[str, str], Any] = {}  # names in C -> what has them
+        self.written: set[Callable[..., Any]] = set()  # kernels that write what they return to an address
         self.called: dict[Struct, str] = {}  # types that other files see by another name than their own
 
     # Kinds
@@ -170,6 +171,20 @@ class Program:
         kernel = self._kernels[function]
         addresses = self._addresses(kernel)
         return [(kind, name in addresses) for name, kind in kernel.parameters.items()]
+
+    def in_place(self, function: Any) -> bool:
+        """Whether a kernel writes what it returns to an address: one that no other kernel calls."""
+        return function in self.written
+
+    def handed_back(self, function: Any) -> int | None:
+        """Which parameter a kernel does nothing but return, if it is a large one; the place of it is returned then."""
+        kernel = self._kernels[function]
+        *_, last = kernel.source.tree.body
+        names = list(kernel.parameters)
+        if not isinstance(last, ast.Return) or not isinstance(last.value, ast.Name) or last.value.id not in names:
+            return None
+        alone = len(kernel.source.tree.body) == 1 + (ast.get_docstring(kernel.source.tree) is not None)
+        return names.index(last.value.id) if alone and last.value.id in self._addresses(kernel) else None
 
     @staticmethod
     def _addresses(kernel: Kernel) -> set[str]:
@@ -268,14 +283,19 @@ class Program:
     def head(self, kernel: Kernel) -> str:
         """A kernel's head."""
         addresses = self._addresses(kernel)
-        parameters = [f"{self.arrays_type} *arrays"] if self.makes(kernel.source.function) else []
+        in_place, returned = self.in_place(kernel.source.function), self.kind(kernel.returns)
+        parameters = [f"{returned} *result"] if in_place else []
+        parameters += [f"{self.arrays_type} *arrays"] if self.makes(kernel.source.function) else []
         for name, kind in kernel.parameters.items():
             if is_empty(kind):
                 continue
             star = "const " if name in addresses else ""
             shown = f"*{variable(name)}" if name in addresses else self.declarator(kind, variable(name))
             parameters.append(f"{star}{self.kind(kind)} {shown}")
-        returned = self.kind(kernel.returns)
+        if in_place:
+            return f"static void {kernel.name}({', '.join(parameters)})"
+        if self.handed_back(kernel.source.function) is not None:
+            return f"static const {returned} *{kernel.name}({', '.join(parameters)})"
         if isinstance(kernel.returns, Array):
             raise kernel.source.refuse(kernel.source.tree, "an array is returned; put it into a NamedTuple")
         return f"static {returned} {kernel.name}({', '.join(parameters) or 'void'})"

@@ -6,7 +6,8 @@ from levelhead.atomic import atomic_path
 from levelhead.errors import LevelheadError
 from levelhead.export.arduino import sketch
 from levelhead.export.choice import Choice
-from levelhead.export.face import AxisFace, Face, ImuFace, template
+from levelhead.export.face import AxisFace, Face, ImuFace
+from levelhead.export.layout import template
 from levelhead.export.selftest import selftest
 
 

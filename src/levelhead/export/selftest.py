@@ -5,7 +5,8 @@ from collections.abc import Iterable
 from typing import Any
 
 from levelhead.export.choice import Choice
-from levelhead.export.face import Face, template
+from levelhead.export.face import Face
+from levelhead.export.layout import template
 from levelhead.export.program import plain
 from levelhead.export.single import shortest, single
 from levelhead.export.statements import joined

@@ -6,11 +6,12 @@ import re
 from collections.abc import Callable, Iterable, Sequence
 
 from levelhead.export.expressions import Expressions, Names, variable
-from levelhead.export.inference import Inference, is_struct
+from levelhead.export.inference import Inference, arguments, is_struct
 from levelhead.export.kinds import FLOAT, INT, VOID, Array, Kind, Struct, by_address, is_empty
 from levelhead.export.layout import STEP, beside, comment, wrapped
 from levelhead.export.scopes import Scopes, loaded_in, stored_in
 from levelhead.export.source import Source
+from levelhead.kernels.jit import is_kernel
 
 
 class Body:
@@ -31,6 +32,7 @@ class Body:
             name for name in self._scopes.variables if name in inference.variables and self._wanders(name)
         }
         addresses |= self._wandering
+        self._slots = {name: self._places(name) for name in sorted(self._wandering)}
         self._open: list[tuple[str, str]] = []  # (type, "name = value") to be declared in one line
         self.lines: list[str] = []
         self._block(body, STEP)
@@ -59,7 +61,19 @@ class Body:
                 wanders = ("const ", "*") if name in self._wandering else ("", "")
                 kind = self._names.kind(self._known.variables[name])
                 self.lines.append(f"{indent}{wanders[0]}{kind} {wanders[1]}{self._pointer(name)};")
+            self._declare_slots(statement, indent)
             getattr(self, f"_on_{type(statement).__name__}")(statement, indent)
+
+    def _declare_slots(self, statement: ast.stmt, indent: str) -> None:
+        """The place of what a variable that is an address gets in inner blocks, before the variable begins."""
+        for name in self._scopes.declared_before(statement):
+            inner = {slot for at, slot in self._slots.get(name, {}).items() if not self._beside(name, at)}
+            if inner:
+                self._emit(f"{self._names.kind(self._known.variables[name])} {inner.pop()};", indent)
+
+    def _beside(self, name: str, statement: ast.stmt) -> bool:
+        """Whether a statement stands in the very block in which a variable is declared."""
+        return self._scopes.at[statement][0] == self._scopes.variables[name].block[-1][0]
 
     def _declares_early(self, name: str, stored: set[str], statement: ast.stmt) -> bool:
         """Whether a variable is declared before its first statement instead of by it."""
@@ -110,7 +124,8 @@ class Body:
         return seen is None or seen.stores == (0 if value.id in self._parameters else 1)
 
     def _wanders(self, name: str) -> bool:
-        """Whether a variable is only ever one part or another of what never changes: then it is an address in C."""
+        """Whether a variable is only ever what a call gives, or part of what never changes: then it is an address in C,
+        and what a call gives has a place of its own."""
         seen = self._scopes.variables[name]
         if name in self._parameters or seen.stores < 2 or not by_address(self._known.variables[name]):
             return False
@@ -122,7 +137,9 @@ class Body:
     def _outlives(self, statement: ast.stmt, name: str, blocks: set[int]) -> bool:
         """Whether what a statement gives to a variable lives as long as the variable, in one of these blocks."""
         value = statement.value if isinstance(statement, ast.Assign | ast.AnnAssign) else None
-        unpacked = isinstance(statement, ast.Assign) and all(isinstance(t, ast.Tuple) for t in statement.targets)
+        unpacked = _is_unpacked(statement)
+        if not unpacked and isinstance(value, ast.Call):
+            return True
         if unpacked and isinstance(value, ast.Call):  # into a struct that is declared just there
             return self._scopes.at[statement][0] in blocks
         if not unpacked and not isinstance(value, ast.Attribute):
@@ -137,6 +154,40 @@ class Body:
         ]
         return bool(begins) and self._scopes.at[begins[0]][0] in blocks
 
+    def _places(self, name: str) -> dict[ast.stmt, str]:
+        """Statement -> the place of what it gives to a variable that is an address, where it has to have one.
+
+        One place serves all inner blocks. A call may read what it overwrites: C takes care of that, because a value is
+        stored when it is whole.
+        """
+        found: dict[ast.stmt, str] = {}
+        shared = ""
+        for statement in self._scopes.at:
+            if name not in stored_in(statement) or not isinstance(statement, ast.Assign | ast.AnnAssign):
+                continue
+            call = statement.value
+            if not isinstance(call, ast.Call) or _is_unpacked(statement) or self._same_again(name, call):
+                continue
+            beside = self._beside(name, statement)
+            found[statement] = self._place_of(name) if beside or not shared else shared
+            shared = shared if beside else found[statement]
+        return found
+
+    def _same_again(self, name: str, call: ast.Call) -> bool:
+        """Whether a call does no more than give a variable back."""
+        function = self._known.resolve(call.func)
+        at = self._names.handed_back(function) if is_kernel(function) else None
+        given = None if at is None else arguments(call, function)[at]
+        return isinstance(given, ast.Name) and given.id == name
+
+    def _place_of(self, name: str) -> str:
+        """A name for the place of what a variable gets."""
+        stem, number = variable(name), 2
+        while f"{stem}_{number}" in self._known.variables or f"{stem}_{number}" in self._taken:
+            number += 1
+        self._taken[f"{stem}_{number}"] = 1
+        return f"{stem}_{number}"
+
     def _store(
         self, name: str, value: str, statement: ast.stmt, indent: str, words: str = "", lasting: bool = False
     ) -> None:
@@ -144,6 +195,11 @@ class Body:
         if name == "_" or self._idle(name):
             return
         kind = self._known.variables[name]
+        slot = self._slots.get(name, {}).get(statement)
+        if slot is not None:
+            head = f"const {self._names.kind(kind)} " if self._beside(name, statement) else ""
+            self._emit(f"{head}{slot} = {value};", indent, words)
+            value, words = slot, ""
         if name in self._wandering:
             written = f"const {self._names.kind(kind)} *" if self._declares(name, statement) else ""
             self._emit(f"{written}{variable(name)} = {_address(value)};", indent, words)
@@ -179,7 +235,14 @@ class Body:
     def _on_Return(self, node: ast.Return, indent: str) -> None:
         words = self._said_beside(node)
         assert node.value is not None
-        self._emit(f"return {self._write.value(node.value, self._known.returns)};", indent, words)
+        value = self._write.value(node.value, self._known.returns)
+        if self._names.in_place(self._source.function):
+            self._emit(f"*result = {value};", indent, words)
+            if node is not self._source.tree.body[-1]:
+                self._emit("return;", indent)
+            return
+        back = self._names.handed_back(self._source.function) is not None
+        self._emit(f"return {_address(value) if back else value};", indent, words)
 
     def _on_If(self, node: ast.If, indent: str) -> None:
         words = self._said_beside(node, node.body[0].lineno - 1)
@@ -343,6 +406,10 @@ class Body:
             name = f"{name.rstrip('_0123456789')}_{self._taken[name]}"
         self._taken[name] = 1
         return name
+
+
+def _is_unpacked(statement: ast.stmt) -> bool:
+    return isinstance(statement, ast.Assign) and all(isinstance(target, ast.Tuple) for target in statement.targets)
 
 
 def _address(value: str) -> str:

@@ -9,10 +9,8 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 from levelhead.engine.binding import bind, bind_axis
-from levelhead.engine.driver import Settings
 from levelhead.engine.loop import LONGEST
 from levelhead.export.choice import Choice
-from levelhead.filters import Guard
 from levelhead.filters.contract import Output
 from levelhead.kernels.vec3 import Vec3
 
@@ -108,12 +106,11 @@ def _disturbed(i: int, sample: Sample) -> Sample:
 def rows(choice: Choice) -> list[Row]:
     """The samples through the filter in plain Python."""
     bound = bind(choice.flt, choice.guard is not None)
-    settings = Settings(choice.params, choice.guard or Guard())
-    carry, found = bound.begin(settings), []
+    settings, carry, found = choice.settings, choice.begin(), []
     for sample in samples():
         taken = 0.0 < sample.dt < LONGEST
         if taken:
-            carry = bound.advance(settings, carry, sample.gyr, sample.acc, sample.mag, sample.dt)
+            carry = bound.advance(settings, carry, *choice.readings(sample.gyr, sample.acc, sample.mag), sample.dt)
         found.append(Row(sample, taken, bound.result(settings, carry.run)))
     return found
 

@@ -21,7 +21,7 @@ from levelhead.filters.bias_rate_kalman import BiasRateKalman
 from levelhead.filters.complementary import Complementary
 from levelhead.filters.contract import Filter
 from levelhead.filters.ekf import EKF
-from levelhead.filters.eskf import ESKF
+from levelhead.filters.eskf_params import ESKF
 from levelhead.filters.guard import Guard
 from levelhead.filters.gyro_integration import GyroIntegration
 from levelhead.filters.kalman import Kalman

@@ -22,8 +22,9 @@ is (3) but for the block of P that belongs to them alone, which stays.
 
 from math import sqrt
 
-from levelhead.kernels.arrays import Floats, add_scaled
+from levelhead.kernels.arrays import Floats, add_scaled, copy
 from levelhead.kernels.jit import kernel, rare
+from levelhead.kernels.vec3 import Vec3
 
 # The states. Those before TURN_Z are the horizon and what hangs on it: a magnetometer only considers them. Those from
 # MAG on exist with a magnetometer only, those from PLACE on where position or velocity is seen (``filters.aiding``); of
@@ -112,6 +113,12 @@ def widen(m: Floats, first: int, count: int, variance: float) -> None:
 
 
 @kernel
+def vector(m: Floats, at: int) -> Vec3:
+    """Three numbers from memory."""
+    return Vec3(m[at], m[at + 1], m[at + 2])
+
+
+@kernel
 def variance(m: Floats, i: int) -> float:
     """Of one state."""
     return m[P + i * ROW + i]
@@ -122,8 +129,7 @@ def driven_rows(m: Floats, n: int) -> None:
     """Rows of F P."""
     for i in range(DRIVEN):
         row = i * ROW
-        for j in range(n):
-            m[W + row + j] = m[P + SPEED * ROW + row + j]
+        copy(m, W + row, P + SPEED * ROW + row, n)
         for k in range(n):
             if m[F + row + k] != 0.0:
                 add_scaled(m, W + row, m[F + row + k], P + k * ROW, n)
@@ -151,8 +157,7 @@ def propagate(m: Floats, n: int) -> None:
         for i in range(DRIVEN):
             m[P + j * ROW + SPEED + i] = m[W + i * ROW + j]
     for i in range(DRIVEN):
-        for j in range(n):
-            m[P + (SPEED + i) * ROW + j] = m[W + i * ROW + j]
+        copy(m, P + (SPEED + i) * ROW, W + i * ROW, n)
     driven_block(m, n)
 
 

@@ -4,10 +4,11 @@ A kernel sees a row of floats that it reads and writes by a whole number. In pla
 several times faster than a NumPy array; compiled it is an array of float64; in C it becomes a member of a struct. It
 is made once, by a filter's ``init``, and written in place by ``step``.
 
-What is marked as native has a compiled twin of the same name, by hand, in ``kernels/native.py``.
+Its words are written once for each engine: plain Python runs what stands here, compiled code what has the same name in
+``kernels/native.py``, and C is translated from the loop that says what a word means.
 """
 
-from levelhead.kernels.jit import kernel
+from levelhead.kernels.jit import kernel, word
 
 Floats = list[float]
 
@@ -23,10 +24,26 @@ zeros.__native__ = True  # type: ignore[attr-defined]
 
 
 @kernel
-def add_scaled(m: Floats, to: int, weight: float, at: int, count: int) -> None:
+def copy_each(m: Floats, to: int, at: int, count: int) -> None:
+    """Puts the ``count`` numbers at ``at`` to ``to``; the two must not overlap."""
+    for j in range(count):
+        m[to + j] = m[at + j]
+
+
+@kernel
+def add_each_scaled(m: Floats, to: int, weight: float, at: int, count: int) -> None:
     """Adds ``weight`` times the ``count`` numbers at ``at`` to those at ``to``; the two must not overlap."""
     for j in range(count):
         m[to + j] += weight * m[at + j]
 
 
-add_scaled.__native__ = True  # type: ignore[attr-defined]
+@word(copy_each)
+def copy(m: Floats, to: int, at: int, count: int) -> None:
+    """``copy_each``."""
+    m[to : to + count] = m[at : at + count]
+
+
+@word(add_each_scaled)
+def add_scaled(m: Floats, to: int, weight: float, at: int, count: int) -> None:
+    """``add_each_scaled``."""
+    m[to : to + count] = [a + weight * b for a, b in zip(m[to : to + count], m[at : at + count], strict=True)]

@@ -16,7 +16,7 @@ import functools
 import types
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, TypeGuard, TypeVar
+from typing import Any, ClassVar, TypeGuard, TypeVar
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -34,6 +34,18 @@ def rare(function: F) -> F:
     inline, which keeps what every sample runs through small."""
     function.__apart__ = True  # type: ignore[attr-defined]
     return kernel(function)
+
+
+def word(meaning: Callable[..., Any]) -> Callable[[F], F]:
+    """Mark a word of the kernel language: plain Python runs it as it stands, compiled code what has its name in
+    ``native``; what it means is the kernel ``meaning``, from which C is made."""
+
+    def mark(function: F) -> F:
+        function.__native__ = True  # type: ignore[attr-defined]
+        function.__meaning__ = meaning  # type: ignore[attr-defined]
+        return kernel(function)
+
+    return mark
 
 
 def is_kernel(value: object) -> TypeGuard[Callable[..., Any]]:
@@ -182,6 +194,28 @@ def _inlined(function: Callable[..., Any]) -> Any:
     return numba.njit(forceinline=inline, nogil=True, **alone, **OPTIONS)(twin)
 
 
+class Compiling:
+    """Who is told when machine code is to be made: for a large filter that takes half a minute, once per machine."""
+
+    told: ClassVar[list[Callable[[], None]]] = []
+
+
+@functools.cache
+def _listen() -> None:
+    """Has Numba say when it compiles; what it finds in its cache it does not say."""
+    from numba.core import event
+
+    class Begun(event.Listener):
+        def on_start(self, event: Any) -> None:
+            for tell in Compiling.told:
+                tell()
+
+        def on_end(self, event: Any) -> None:
+            pass
+
+    event.register("numba:compile", Begun())  # type: ignore[no-untyped-call]
+
+
 @functools.cache
 def compiled(function: Callable[..., Any], releases_gil: bool = True) -> Any:
     """The compiled twin of an outermost kernel (a driver), kept on disk where there is a place for it.
@@ -193,6 +227,7 @@ def compiled(function: Callable[..., Any], releases_gil: bool = True) -> Any:
     """
     import numba
 
+    _listen()
     twin = _rebuilt(function, f"{function.__qualname__}_{code_hash(function)}")
     options = OPTIONS | {"nogil": releases_gil}
     try:

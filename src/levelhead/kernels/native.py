@@ -40,6 +40,19 @@ def _add(builder: Any, data: Any, to: Any, weight: Any, at: Any, kind: Any) -> N
 
 
 @intrinsic
+def copy(typing: Any, m: Any, to: Any, at: Any, count: Any) -> Any:
+    """``arrays.copy``."""
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        memory, to, at, count = values
+        data = context.make_array(signature.args[0])(context, builder, memory).data
+        cgutils.raw_memcpy(builder, builder.gep(data, [to]), builder.gep(data, [at]), count, 8)  # type: ignore[no-untyped-call]
+        return context.get_dummy_value()
+
+    return types.void(m, types.int64, types.int64, types.int64), generate
+
+
+@intrinsic
 def add_scaled(typing: Any, m: Any, to: Any, weight: Any, at: Any, count: Any) -> Any:
     """``arrays.add_scaled``: vectors as far as they go, then the rest one by one."""
 

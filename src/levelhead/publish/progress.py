@@ -6,14 +6,18 @@ from contextlib import contextmanager
 from time import monotonic
 from typing import Any
 
+from levelhead.kernels.jit import Compiling
+
 PATIENCE = 0.5  # s before a bar appears: what is done sooner needs none
+COMPILING = "compiling for this machine, once"
 
 
 @contextmanager
 def progress(title: str) -> Iterator[Callable[[float], None]]:
     """Gives a function that takes the fraction done, 0 to 1, and draws a bar on stderr once half a second has passed.
 
-    In a pipe, a log file or a test nothing is written, and rich is not imported. The bar is gone when the work is.
+    In a pipe, a log file or a test nothing is written, and rich is not imported. The bar is gone when the work is done.
+    While a filter is compiled, which happens once and is kept, it says so.
 
         with progress("fusing") as report:
             fuse(recording, params, progress=report)
@@ -28,11 +32,19 @@ def progress(title: str) -> Iterator[Callable[[float], None]]:
         if not shown and fraction < 1.0 and monotonic() - began >= PATIENCE:
             shown.append(_start(title))
         for bar, task in shown:
-            bar.update(task, completed=min(max(fraction, 0.0), 1.0))
+            bar.update(task, description=title, total=1.0, completed=min(max(fraction, 0.0), 1.0))
 
+    def compiling() -> None:
+        if not shown:
+            shown.append(_start(COMPILING))
+        for bar, task in shown:
+            bar.update(task, description=COMPILING, total=None)
+
+    Compiling.told.append(compiling)
     try:
         yield report
     finally:
+        Compiling.told.remove(compiling)
         for bar, _ in shown:
             bar.stop()
 

@@ -1,6 +1,6 @@
 /* ---- What $name.h offers */
 
-void ${name}_init($name *filter)
+${table}void ${name}_init($name *filter)
 {
 $values
     ${name}_reset(filter);
@@ -9,19 +9,19 @@ $values
 void ${name}_reset($name *filter)
 {
     filter->carry = $begin;
-}
+$told}
 
-static Vec3 three(const $real *v)
+${mounted}static Vec3 three(const $real *v)
 {
-    return v ? (Vec3){v[0], v[1], v[2]} : (Vec3){$zero, $zero, $zero};
+    return v ? (Vec3){$components} : (Vec3){$zero, $zero, $zero};
 }
 
-bool ${name}_update($name *filter, const $real gyr[3], const $real acc[3], const $real mag[3], $real dt)
+${corrected}bool ${name}_update($name *filter, const $real gyr[3], const $real acc[3], const $real mag[3], $real dt)
 {
     if (!($zero < dt && dt < $longest)) {
         return false;
     }
-    filter->carry = $advance;
+$now    $advance;
     return true;
 }
 

@@ -4,7 +4,7 @@ void ${name}_init($name *filter);
 /* Forgets everything but the parameters, which may be changed at any time: filter.settings.… */
 void ${name}_reset($name *filter);
 
-/* One sample. gyr in rad/s, acc in m/s², mag in any one unit, dt in seconds since the last sample.
+/* One sample. gyr in rad/s, acc in m/s², mag in $field, dt in seconds since the last sample.
  *
  * acc and mag may be NULL: no new reading. NaN marks a reading that ought to be there and is not; it is bridged, and
  * health says so. The first sample with an accelerometer reading sets the attitude to start from; its dt does not
@@ -12,10 +12,10 @@ void ${name}_reset($name *filter);
  */
 bool ${name}_update($name *filter, const $real gyr[3], const $real acc[3], const $real mag[3], $real dt);
 
-/* All that the filter says after the last sample. */
+${corrected}/* All that the filter says after the last sample. */
 ${name}_output ${name}_read(const $name *filter);
 
-/* Orientation, sensor to earth (x east, y north, z up), unit quaternion, scalar first. */
+/* Orientation, $frame to earth (x east, y north, z up), unit quaternion, scalar first. */
 ${name}_quat ${name}_quaternion(const $name *filter);
 
 /* Roll, pitch and yaw in rad: intrinsic z-y-x angles; yaw is anticlockwise from east. */

@@ -1,0 +1,167 @@
+"""What an export knows of its own sensor, as C: how it is mounted, what it does wrong, what an earlier run learned."""
+
+import textwrap
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+from levelhead.calibration import SHAPES, Calibration
+from levelhead.errors import LevelheadError
+from levelhead.export.choice import Choice
+from levelhead.export.expressions import variable
+from levelhead.export.kinds import FLOAT, Struct
+from levelhead.export.layout import STEP, WIDTH, comment, safe, wrapped
+from levelhead.export.program import Kernel, Program
+from levelhead.export.statements import joined
+from levelhead.filters.learned import Estimate, Learned
+from levelhead.kernels import correction
+from levelhead.kernels.vec3 import Vec3
+from levelhead.sources.sensors.axes import IDENTITY
+
+Place = tuple[str, int]  # a list inside a state, and an index in it
+READINGS = ("gyr", "acc", "mag")
+GIVEN = tuple(f"three({name})" for name in READINGS)  # as vectors in the body's axes
+
+
+def _numbers(value: Any, path: str) -> Iterator[tuple[Place, float]]:
+    """The numbers in the lists of a state."""
+    if isinstance(value, list):
+        yield from (((path, i), number) for i, number in enumerate(value))
+    elif isinstance(value, tuple):
+        for name in value._fields:  # type: ignore[attr-defined]
+            yield from _numbers(getattr(value, name), f"{path}.{variable(name)}")
+
+
+def _silent(part: Estimate | None) -> Estimate | None:
+    """Nothing known of a quantity, in its shape."""
+    return part and Estimate(*((0.0,) * len(numbers) for numbers in part))
+
+
+def _told(choice: Choice) -> Iterator[tuple[str, dict[Place, float]]]:
+    """Quantity -> the numbers in the state by which a filter knows of it before its first sample."""
+    if choice.prior is None or choice.flt.calibration is None:
+        return
+    state, known = choice.begin().run.state, choice.prior.prior()
+    nothing = Learned(*map(_silent, known))  # type: ignore[arg-type]
+    before = dict(_numbers(choice.flt.calibration.told(state, nothing), "carry.run.state"))
+    for name, part in known._asdict().items():
+        told = choice.flt.calibration.told(state, nothing._replace(**{name: part}))
+        after = dict(_numbers(told, "carry.run.state"))
+        yield name, {at: number for at, number in after.items() if repr(number) != repr(before[at])}
+
+
+def prior_table(choice: Choice, program: Program) -> str:
+    """The numbers of the prior, to stand before the functions that need them; empty without one."""
+    lines: list[str] = []
+    for name, numbers in _told(choice):
+        try:
+            entries = [f"{{{at}, {program.number(number)}}}," for (_, at), number in numbers.items()]
+        except OverflowError as error:
+            raise LevelheadError(f"prior, {name}: {error}; export --double") from None
+        unit = SHAPES[name][1]
+        lines += [f"{STEP}/* {name}{unit and f', {unit}'} */", *wrapped(" ".join(entries), STEP)] if entries else []
+    if not lines:
+        return ""
+    words = "What an earlier run has learned of this sensor: values and their 1 sigma, where the start looks for them."
+    head = ["static const struct {", f"{STEP}int32_t at;", f"{STEP}{program.real} value;", "} prior[] = {"]
+    return joined([*comment(words), *head, *lines, "};", ""])
+
+
+def prior_start(choice: Choice) -> str:
+    """The lines that tell a filter, before its first sample, what is in the table; empty without one."""
+    lists = {path for _, numbers in _told(choice) for path, _ in numbers}
+    if not lists:
+        return ""
+    (memory,) = lists
+    count = "(int32_t)(sizeof prior / sizeof prior[0])"
+    return joined([
+        f"{STEP}for (int32_t i = 0; i < {count}; i++) {{",
+        f"{STEP * 2}filter->{memory}[prior[i].at] = prior[i].value;",
+        f"{STEP}}}",
+    ])  # fmt: skip
+
+
+def about(choice: Choice) -> str:
+    """What the header says about it: lines of its first comment."""
+    lines: list[str] = []
+    if choice.axes != IDENTITY:
+        axes = str(choice.axes).replace(",", ", ")
+        lines.append(f"Readings are turned first: the body's x (forward), y (left), z (up) are the sensor's {axes}.")
+    if choice.calibration is not None:
+        lines.append("The errors of this sensor are taken off its readings (filter.errors):")
+        lines += _words(choice.calibration)
+    if choice.prior is not None:
+        lines.append("It starts with what an earlier run has learned of this sensor:")
+        lines += _words(choice.prior)
+    folded = [part for line in lines for part in textwrap.wrap(line, WIDTH, subsequent_indent=" " * 8)]
+    return "".join([" *\n", *(f" * {safe(line)}\n" for line in folded)]) if lines else ""
+
+
+def _words(found: Calibration) -> list[str]:
+    """What was found, but for the field, which belongs to the place."""
+    return [f"    {line}" for line in replace(found, field=None).words()]
+
+
+def field_unit(choice: Choice) -> str:
+    """The unit in which a magnetometer has to read, in words."""
+    found = choice.prior or choice.calibration
+    return "any one unit" if found is None or found.mag_offset is None else "µT"
+
+
+def frame(choice: Choice) -> str:
+    """What the orientation is of."""
+    return "sensor" if choice.axes == IDENTITY else "body"
+
+
+def mounted(choice: Choice) -> str:
+    """A comment on the axes; empty where they are those of the sensor."""
+    if choice.axes == IDENTITY:
+        return ""
+    return (
+        f"/* Readings in the axes of the body: its x (forward), y (left), z (up) are the sensor's {choice.axes}. */\n"
+    )
+
+
+def components(choice: Choice) -> str:
+    """The three numbers at v in the body's axes, as C."""
+    return ", ".join(("-" if sign < 0.0 else "") + f"v[{axis}]" for axis, sign in choice.axes.rows)
+
+
+class Correction:
+    """What happens to readings before the driver sees them, as C; nothing where there is nothing to do.
+
+    Attributes:
+        errors: the kind of the errors, which lie in the filter's struct; None without a calibration.
+        kernel: what takes them off.
+    """
+
+    def __init__(self, choice: Choice, program: Program) -> None:
+        self._choice, self._program = choice, program
+        self.errors: Struct | None = None
+        self.kernel: Kernel | None = None
+        if not choice.corrects:
+            return
+        program.publish(program.struct(correction.Readings))
+        if choice.calibration is not None:
+            vector = program.struct(Vec3)
+            self.errors = program.struct(correction.Errors)
+            self.kernel = program.kernel(correction.corrected, [self.errors, vector, vector, vector])
+            program.publish(self.errors)
+
+    @property
+    def arguments(self) -> list[str]:
+        """The three readings as the driver takes them."""
+        return [f"now.{name}" for name in READINGS] if self._choice.corrects else [*GIVEN]
+
+    def start(self) -> str:
+        """The lines that set the errors."""
+        if self.errors is None or self._choice.calibration is None:
+            return ""
+        lines = []
+        for (name, kind), value in zip(self.errors.fields.items(), self._choice.calibration.errors, strict=True):
+            try:
+                lines.append(f"{STEP * 2}.{name} = {self._program.literal(value, kind or FLOAT)},")
+            except OverflowError as error:
+                raise LevelheadError(f"calibration, {name}: {error}; export --double") from None
+        head = f"{STEP}filter->errors = ({self._program.struct_name(self.errors)}){{"
+        return joined([head, *lines, f"{STEP}}};"])

@@ -1,0 +1,169 @@
+"""What is known of a sensor goes to the board: its mounting, its errors, and what an earlier run learned."""
+
+import ctypes
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.export.test_selftest import run
+from tests.reference import c_engine
+from tests.reference.hard import assert_same, hard_recording
+
+import levelhead as lh
+from levelhead import filters
+from levelhead.calibration import Quantity
+from levelhead.export import Choice, files, write
+from levelhead.sources.sensors.axes import IDENTITY, AxisMap
+
+GCC = pytest.mark.skipif("gcc" not in c_engine.COMPILERS, reason="no gcc on the PATH")
+AXES = AxisMap.parse("-y,-z,x")
+
+
+@pytest.fixture(scope="module")
+def learned():
+    """What ESKF learns of a sensor with a magnetometer."""
+    return lh.fuse(
+        lh.simulate.recording("LSM6DSO32", "hand", duration=30.0, seed=3, mag="HMC5883L"), lh.ESKF()
+    ).calibration
+
+
+def sure(*values):
+    """Numbers that are known well."""
+    value = np.array(values)
+    return Quantity(value, 0.01 * np.abs(value), np.ones(len(value)), np.ones(len(value)))
+
+
+WRONG = lh.Calibration(
+    Quantity(*(np.array([[0.01, 0.002, -0.003], [0.004, -0.02, 0.005], [-0.006, 0.001, 0.015]]) for _ in range(4))),
+    sure(0.03, -0.02, 0.01),
+    sure(0.1, -0.2, 0.15),
+    sure(4.0, -6.0, 3.0),
+    sure(0.012),
+)
+SIX = replace(WRONG, mag_offset=None, mag_delay=None)
+
+
+def mounted(recording, axes):
+    """The recording of a sensor that sits so, in the axes of its body."""
+    gyr, acc, mag = (
+        None if rows is None else np.array([axes.turn(row) for row in rows])
+        for rows in (recording.gyr, recording.acc, recording.mag)
+    )
+    return replace(recording, gyr=gyr, acc=acc, mag=mag)
+
+
+def silent(recording):
+    """The same with spells in which accelerometer and magnetometer say nothing, and a rate that is missing."""
+    gyr, acc, mag = recording.gyr.copy(), recording.acc.copy(), recording.mag
+    gyr[250, 1], acc[210:215] = np.nan, 0.0
+    if mag is not None:
+        mag = mag.copy()
+        mag[330:335] = 0.0
+    return replace(recording, gyr=gyr, acc=acc, mag=mag)
+
+
+@GCC
+@pytest.mark.parametrize("flt", filters.ALL, ids=lambda f: f.name)
+def test_mounted_and_corrected_as_in_python(flt):
+    program = c_engine.built(Choice(flt.params(), axes=AXES, calibration=WRONG))
+    for mag in (False, True):
+        recording = silent(hard_recording(mag))
+        better = WRONG.apply(mounted(recording, AXES))
+        assert np.abs(better.gyr - mounted(recording, AXES).gyr)[:50].max() > 0.01
+        assert_same(lh.fuse(better, flt.params(), engine="python"), program.fuse(recording))
+
+
+@pytest.mark.parametrize("compiler", c_engine.COMPILERS)
+@pytest.mark.parametrize("axes", ["x,y,z", "y,z,x", "-x,y,-z"])
+@pytest.mark.parametrize("found", [None, SIX], ids=["as it reads", "no magnetometer"])
+def test_mounted_any_way(compiler, axes, found):
+    axes, recording = AxisMap.parse(axes), silent(hard_recording(True))
+    body = mounted(recording, axes)
+    body = body if found is None else found.apply(body)
+    program = c_engine.built(Choice(lh.Mahony(), axes=axes, calibration=found), compiler)
+    assert_same(lh.fuse(body, lh.Mahony(), engine="python"), program.fuse(recording))
+
+
+@GCC
+@pytest.mark.parametrize("guard", [lh.Guard(), None], ids=["guarded", "alone"])
+@pytest.mark.parametrize("mag", [False, True], ids=["6-D", "9-D"])
+def test_a_prior_as_in_python(learned, guard, mag):
+    program = c_engine.built(Choice(lh.ESKF(), guard, prior=learned, axes=AXES))
+    assert c_engine.built(Choice(lh.ESKF(), guard)).size == program.size, "the prior takes no RAM"
+    for recording in (hard_recording(mag), lh.simulate.recording("MPU-6050", "hand", duration=8.0, seed=4)):
+        body = mounted(recording, AXES)
+        found = program.fuse(recording)
+        assert_same(lh.fuse(body, lh.ESKF(), guard=guard, prior=learned, engine="python"), found)
+        without = lh.fuse(body, lh.ESKF(), guard=guard, engine="python")
+        assert np.abs(found.quat - without.quat).max() > 1e-6
+
+
+@GCC
+def test_a_reset_keeps_the_prior(learned):
+    """What was learned since is forgotten; what it was told is not."""
+    program = c_engine.built(Choice(lh.ESKF(), prior=learned))
+    fresh, used = (ctypes.create_string_buffer(program.size) for _ in range(2))
+    program.function("init")(used)
+    recording = hard_recording(False)
+    for gyr, acc in zip(recording.gyr[:200], recording.acc[:200], strict=True):
+        vectors = [(ctypes.c_double * 3)(*row) for row in (gyr, acc)]
+        program.function("update")(used, *vectors, None, ctypes.c_double(0.01))
+    program.function("reset")(used)
+    program.function("init")(fresh)
+    shift = ctypes.addressof(used) - ctypes.addressof(fresh)
+    numbers = [np.frombuffer(memory, np.int64) for memory in (fresh, used)]
+    differ = numbers[0] != numbers[1]
+    assert np.all(numbers[1][differ] - numbers[0][differ] == shift), "nothing but the addresses of its own arrays"
+
+
+@GCC
+@pytest.mark.parametrize("real", ["double", "float"])
+def test_the_self_test_passes(learned, real, tmp_path):
+    for choice in (
+        Choice(lh.ESKF(), real=real, prior=learned, axes=AXES),
+        Choice(lh.EKF(), real=real, calibration=WRONG, axes=AXES),
+    ):
+        write(choice, tmp_path)
+        code, said = run(tmp_path, choice.name, "-O1")
+        assert code == 0 and said.startswith(f"{choice.name}: all 96 samples are right"), said
+
+
+def test_what_the_header_says(learned):
+    header = files(Choice(lh.ESKF(), prior=learned, axes=AXES))["lh_eskf.h"]
+    for words in (
+        " * Readings are turned first: the body's x (forward), y (left), z (up) are the sensor's -y, -z, x.",
+        " * It starts with what an earlier run has learned of this sensor:",
+        f" *     {learned.words()[0]}",
+        "mag µT, dt s;\n * q turns body into earth",
+        "/* Orientation, body to earth",
+    ):
+        assert words in header, words
+    assert "field of the place" not in header, "it belongs to another place"
+    plain = files(Choice(lh.ESKF()))["lh_eskf.h"]
+    assert "mag any one unit, dt s;\n * q turns sensor into earth" in plain and "earlier run" not in plain
+    assert "mag any one unit" in files(Choice(lh.EKF(), calibration=SIX))["lh_ekf.h"]
+
+
+def test_how_a_prior_is_written(learned):
+    source = files(Choice(lh.ESKF(), real="float", prior=learned))["lh_eskf.c"]
+    table = source[source.index("} prior[] = {") : source.index("void lh_eskf_init(")]
+    assert re.findall(r"/\* (.*) \*/", table) == [
+        "gyr_matrix", "gyr_bias, rad/s", "acc_bias, m/s²", "mag_offset, µT", "mag_delay, s",
+    ]  # fmt: skip
+    assert table.count("f}") == 2 * (9 + 3 + 3 + 3 + 1)
+    value = learned.prior().gyr_bias.value[0]
+    assert any(float(text) == pytest.approx(value, rel=1e-6) for text in re.findall(r", ([^,]+)f\}", table))
+
+
+def test_refused(learned):
+    with pytest.raises(lh.LevelheadError, match="EKF learns no calibration, so it takes no prior; ESKF does"):
+        Choice(lh.EKF(), prior=learned)
+    with pytest.raises(lh.LevelheadError, match="would take the same errors off twice"):
+        Choice(lh.ESKF(), prior=learned, calibration=learned)
+    with pytest.raises(lh.LevelheadError, match="no readings of three axes"):
+        Choice(lh.Kalman(), axis=True, calibration=learned)
+    tiny = replace(WRONG, mag_delay=sure(1e-60))
+    with pytest.raises(lh.LevelheadError, match="calibration, mag_delay: 1e-60 is out of the range of single"):
+        files(Choice(lh.EKF(), real="float", calibration=tiny))
+    assert Choice(lh.Kalman(), axis=True, axes=IDENTITY).axes == IDENTITY
