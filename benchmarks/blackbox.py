@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from levelhead.bench.timing import Table
-from levelhead.live.box import BlackBox
+from levelhead.live.box import WAITING, BlackBox
 from levelhead.live.messages import Orientation
 from levelhead.live.rerun import rerun
 from levelhead.sources.blackbox import read_box
@@ -35,8 +35,8 @@ def throughput(folder: Path) -> dict[str, Any]:
     began = time.perf_counter()
     for seq in range(SAMPLES):
         box.sample(seq, seq, sample, SAID)
-        if seq % 100_000 == 0:
-            time.sleep(0.0)
+        while seq % 1000 == 0 and seq - box.written > WAITING // 2:
+            time.sleep(0.001)
     handed = time.perf_counter() - began
     box.close()
     whole = time.perf_counter() - began

@@ -44,7 +44,6 @@ class Rod:
     speed: float = 0.0
     push: float = 0.0  # m/s², the motor's
     force: tuple[float, float, float] = (0.0, 0.0, GRAVITY)
-    began: float = 0.0
     temperature: float = 25.0
     pressure: float = 101325.0
     noise: np.random.Generator = field(init=False)
@@ -82,6 +81,10 @@ class Rod:
         self.force = (0.0, c * east + s * up, -s * east + c * up)  # in the frame of the rod
 
     # What an emulated chip asks of its world
+
+    def since(self, at: float) -> float:
+        """Seconds from the beginning, which is 0."""
+        return at
 
     def row(self, seconds: float) -> int:
         """There is no recording, only the present."""

@@ -2,6 +2,7 @@
 
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -19,7 +20,7 @@ RUN = ("run", "--no-realtime", "--source")
 def test_the_first_live_command_works(levelhead):
     said = levelhead(*RUN, "emulated:mpu6050", "--calibrate", "100", "--duration", "2.3")
     assert said.code == 0 and said.err == ""
-    assert "calibrated: the gyroscope's bias is" in said.out
+    assert "    calibrated: the gyroscope's bias is" in said.out and "! started" not in said.out
     lines = [line for line in said.out.splitlines() if "Hz  roll" in line]
     assert len(lines) >= 1 and "σ" in lines[0] and "late p99" in lines[0]
     assert "samples, 0 losses" in said.out.splitlines()[-1]
@@ -67,6 +68,28 @@ def test_bad_input(refused, words, said):
     assert said in refused(*RUN, *words)
 
 
+def test_what_is_refused_leaves_no_box_behind(refused, logs, tmp_path):
+    pytest.importorskip("mcap", reason="mcap is not installed (extra levelhead[box])")
+    source = f"replay:{logs / 'nine.npz'}"
+    assert "the rate is 0 Hz" in refused(*RUN, source, "--rate", "0", "--box", tmp_path / "box.mcap")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_second_node_on_the_same_endpoint_is_refused(refused):
+    pytest.importorskip("zenoh", reason="eclipse-zenoh is not installed (extra levelhead[bus])")
+    from levelhead.live.zenoh_bus import ZenohBus
+
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        endpoint = f"tcp/127.0.0.1:{free.getsockname()[1]}"
+    first = ZenohBus(endpoint)
+    try:
+        said = refused(*RUN, "emulated:mpu6050", "--publish", endpoint)
+    finally:
+        first.close()
+    assert said.startswith(f"cannot use {endpoint}") and "is another node there?" in said
+
+
 def test_axes_are_found_from_a_still_pose_and_one_turn(levelhead, refused, logs, tmp_path):
     t = np.arange(0.0, 4.0, 0.01)
     lean = np.clip(t - 2.0, 0.0, 1.0)
@@ -95,6 +118,26 @@ def test_sigterm_ends_it_in_order(tmp_path):
     out, err = process.communicate(timeout=20)
     assert process.returncode == 0 and err == "" and f"written: {box}" in out
     assert lh.read(box).meta["notes"] == []
+
+
+def test_a_full_disk_ends_the_box_and_is_said_and_the_node_goes_on(levelhead, tmp_path):
+    """The kernel refuses to let the file grow, as it does when the disk is full."""
+    pytest.importorskip("mcap", reason="mcap is not installed (extra levelhead[box])")
+    resource = pytest.importorskip("resource", reason="there are no limits on files here")
+    npz.write(lh.simulate.recording("MPU-6050", "hand", duration=20.0, rate=200.0), tmp_path / "log.npz")
+    source, box = f"replay:{tmp_path / 'log.npz'}", tmp_path / "box.mcap"
+    assert levelhead(*RUN, source, "--speed", "inf", "--json").json["samples"] == 4000  # whatever compiles has
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, limits[1]))
+    try:
+        said = levelhead(*RUN, source, "--speed", "20", "--box", box)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert said.code == 0 and "4000 samples" in said.out, said
+    assert "! box_failed: the black box" in said.out
+    assert said.out.splitlines()[-1] == f"the black box {box} ends here: File too large"
+    kept = lh.read(box)
+    assert 0 < len(kept) < 4000 and "was cut off" in kept.meta["notes"][0]
 
 
 def test_an_unplugged_source_ends_with_its_own_exit_code(capsys):

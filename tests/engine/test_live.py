@@ -130,3 +130,12 @@ def test_parameters_change_on_the_fly_and_reset_forgets(engine):
     assert live.euler.roll == 0.0
     assert live.params.alpha == 0.0 and live.bias == (0.0, 0.0, 0.0)
     assert lh.Stream(lh.Complementary(), guard=None, engine=engine).bias is None
+
+
+def test_all_that_is_said_at_once_is_what_is_said_one_by_one():
+    stream = lh.Stream()
+    for i in range(50):
+        quat = stream.update((0.01, 0.0, 0.02), (0.0, 0.1 * (i % 3), 9.8), dt=0.01)
+    said = stream.output
+    assert said == (stream.quat, stream.bias, stream.sigma, stream.health) and said.quat == quat
+    assert stream.numbers == (*said.quat, *said.bias, *said.sigma, said.health)

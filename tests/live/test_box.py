@@ -62,6 +62,8 @@ def test_fuse_reads_it(rig, tmp_path, monkeypatch):
     track = lh.fuse(recording, one.node.params, guard=one.node.guard)
     np.testing.assert_array_equal(track.quat, same(path).quat)
     assert recording.meta["live"]["filter"] == type(one.node.params).__name__
+    assert recording.meta["live"]["params"] == one.node.params._asdict()  # those since the calibration
+    assert len(recording.meta["notes"]) == 1
     assert "without the bias that was read off at the start" in recording.meta["notes"][0]
 
 
@@ -100,8 +102,8 @@ def test_a_full_disk_ends_the_box_and_not_the_node(rig, tmp_path):
             return write(data)
 
     box._writer._Writer__stream._file = Full()
-    one.clock.at(3.0, lambda: time.sleep(0.3))  # real time for the box's thread, twice
-    one.clock.at(6.0, lambda: time.sleep(0.3))
+    one.clock.at(3.0, lambda: time.sleep(0.6))  # real time for the box's thread, twice
+    one.clock.at(6.0, lambda: time.sleep(0.6))
     one.node.run(duration=10.0)
     assert one.node.samples == pytest.approx(2010, abs=3)
     assert box.failure == f"the black box {path} ends here: No space left on device"
@@ -115,7 +117,7 @@ def test_a_box_cut_anywhere_gives_what_stands_before(rig, tmp_path):
     path = tmp_path / "box.mcap"
     one = rig(calibrate=0, box=BlackBox(path))
     for second in range(1, 6):
-        one.clock.at(second, lambda: time.sleep(0.12))  # so that it is written in several blocks
+        one.clock.at(second, lambda: time.sleep(0.3))  # so that it is written in several blocks
     one.node.run(duration=6.0)
     whole, count = path.read_bytes(), []
     for size in np.linspace(0, len(whole), 25).astype(int):
@@ -134,7 +136,7 @@ def test_a_box_cut_anywhere_gives_what_stands_before(rig, tmp_path):
 
 
 def test_killed_in_the_middle_it_opens_and_lacks_less_than_a_second(tmp_path):
-    """kill -9 at 200 Hz; benchmarks/crash.py does it twenty times."""
+    """kill -9 at 200 Hz; benchmarks/blackbox.py does it twenty times."""
     path = tmp_path / "box.mcap"
     command = [
         sys.executable,

@@ -1,7 +1,9 @@
 """The node: every sample once, deadlines, calibration, warnings, the safe state, and the same bits as a batch."""
 
 import math
+import os
 import threading
+import tty
 
 import numpy as np
 import pytest
@@ -12,6 +14,7 @@ import levelhead as lh
 from levelhead.live import Node, SourceLost, open_source
 from levelhead.live.bus import LocalBus
 from levelhead.live.events import EVENTS
+from levelhead.live.timing import undisturbed
 from levelhead.sources import npz
 from levelhead.sources.replay import Replay
 from levelhead.sources.sample import Sample
@@ -81,8 +84,8 @@ def test_it_follows_the_truth(rig, felt):
     one = rig("lsm6dso32")
     one.node.run(duration=14.0)
     said = one.drain(one.orientations)[:-1]
-    began = next(iter(one.wires.chips.values())).since
-    rows = (np.array([message.t for message in said]) - began + (began - 1000.0)) * 200.0
+    began = next(iter(one.wires.chips.values())).world.began
+    rows = (np.array([message.t for message in said]) - began) * 200.0
     truth = felt.truth.quat[np.round(rows).astype(int)]
     have, want = (lh.Track(np.arange(len(q)) * 1.0, q).as_rotation() for q in (np.array([m.quat for m in said]), truth))
     tilt = np.degrees(np.arccos(np.clip((have.apply([0, 0, 1], inverse=True) * want.apply([0, 0, 1], inverse=True)).sum(axis=1), -1, 1)))  # fmt: skip # noqa: E501
@@ -97,6 +100,28 @@ def test_calibration_takes_the_bias_off(rig, felt):
     assert np.abs(np.array(one.node._bias) - drawn).max() < 2e-3
     first = one.drain(one.orientations)[0]
     assert first.seq == 500 and np.abs(np.array(first.bias) - drawn).max() < 2e-3
+
+
+def test_the_filter_is_told_that_the_bias_was_taken_off(rig):
+    """Or it would doubt for seconds what the node has just measured; who wants less doubt still keeps it."""
+    one = rig()
+    one.node.run(duration=6.0)
+    (event,) = [event for event in one.drain(one.health) if event.name == "parameters"]
+    first = one.drain(one.orientations)[0]
+    assert event.data["from"] == first.seq == 500 and one.node.params.bias_start == event.data["params"]["bias_start"]
+    assert one.node.params.bias_start < lh.filters.best().bias_start
+    for params in (lh.EKF(bias_start=0.01), lh.Madgwick()):
+        one = rig(params=params)
+        one.node.run(duration=4.0)
+        assert one.node.params == params and "parameters" not in one.events()
+
+
+def test_an_emulated_sensor_is_still_at_the_start_however_late_that_is(rig, felt):
+    """The first start on a machine compiles for longer than the hand holds still."""
+    one = rig()
+    one.clock.now += 10.0
+    one.node.run(duration=4.0)
+    assert "calibrated" in one.events()
 
 
 def test_calibration_is_refused_while_it_moves_and_then_goes_on(rig, felt):
@@ -200,6 +225,63 @@ def test_the_wrong_chip_is_refused_at_the_start(rig):
     with pytest.raises(SensorError, match="says that it is 0x71"):
         one.node.run(duration=1.0)
     assert one.drain(one.orientations) == []
+
+
+def test_another_chip_that_is_plugged_in_while_it_runs_is_refused(rig):
+    one = rig(calibrate=0, give_up=4.0)
+
+    def swap():
+        one.wires.chips[0x68].identity = 0x71
+        one.wires.chips[0x68].reset()
+
+    one.clock.at(3.0, swap)
+    with pytest.raises(SourceLost, match="says that it is 0x71; expected 0x68"):
+        one.node.run(duration=60.0)
+    events = one.events()
+    assert events.index("silent") < events.index("wrong_chip") < events.index("stopped")
+    assert not one.drain(one.orientations)[-1].valid
+
+
+def test_a_subscriber_that_sleeps_or_went_away_costs_nothing_and_is_named(rig):
+    one = rig(calibrate=0)
+    slow, gone = (one.node.bus.subscribe("imu/orientation", size=10) for _ in range(2))
+    gone.close()
+    figures = one.node.run(duration=3.0)
+    assert figures["missed"] == figures["lost"] == 0 and len(one.drain(one.orientations)) == figures["samples"] + 1
+    texts = [event.text for event in one.drain(one.health) if event.name == "subscriber_slow"]
+    assert texts and texts[0].startswith("a subscriber of imu/orientation missed ")
+    assert slow.missed > 500 and gone.missed == 0
+
+
+def test_a_serial_line_that_says_nonsense_and_goes_back_in_time_is_said():
+    """Through a pty: garbage and time_backwards are events, and no orientation comes of either."""
+    pytest.importorskip("serial", reason="pyserial is not installed (extra levelhead[live])")
+    end, slave = os.openpty()
+    tty.setraw(slave)
+    node = Node(open_source(f"serial:{os.ttyname(slave)}", rate=100.0), calibrate=0)
+    queues = [node.bus.subscribe(topic, 1000) for topic in ("imu/orientation", "imu/health")]
+    node.begin()
+
+    def say(*lines: bytes) -> None:
+        os.write(end, b"".join(line + b"\n" for line in lines))
+        node.tick()
+
+    def sample(i: int) -> bytes:
+        return f"{i / 100},0.001,0.0,{i % 3 * 1e-3},0.0,0.1,9.8".encode()
+
+    say(b"t [s],gx [rad/s],gy [rad/s],gz [rad/s],ax [m/s^2],ay [m/s^2],az [m/s^2]", *map(sample, range(50)))
+    say(b"\xff\xfe\x00", b"x" * 5000, b"1,2,3", b"1e999,0,0,0,0,0,9.8")
+    say(sample(20))
+    say(sample(50))
+    node.close()
+    os.close(end)
+    os.close(slave)
+    messages, events = ([*iter(lambda queue=queue: queue.get(timeout=0.0), None)] for queue in queues)
+    names = [event.name for event in events]
+    assert "garbage" in names and "time_backwards" in names
+    stamps = [message.t for message in messages if message.valid]
+    assert node.samples == 51 and stamps == sorted(set(stamps)) and stamps[-1] == 0.5
+    assert not messages[-1].valid
 
 
 def test_samples_lost_in_the_fifo_are_said(rig):
@@ -336,6 +418,25 @@ def test_a_replay_of_a_sensor_that_sits_otherwise(tmp_path):
     node.run()
     quats = [said.get(timeout=0.0).quat for _ in range(len(recording))]
     np.testing.assert_array_equal(quats, lh.fuse(recording).quat)
+
+
+def test_real_time_priority_is_for_all_threads_that_run_python_and_given_back():
+    here, over = threading.get_native_id(), threading.Event()
+    beside = threading.Thread(target=over.wait)
+    beside.start()
+    try:
+        before = os.sched_getscheduler(here)
+        with undisturbed(True) as lacking:
+            if lacking:
+                assert "CAP_SYS_NICE" in lacking
+                pytest.skip("real-time priority is not allowed here")
+            assert os.sched_getscheduler(here) == os.sched_getscheduler(beside.native_id) == os.SCHED_FIFO
+            own, other = (os.sched_getparam(one).sched_priority for one in (here, beside.native_id))
+            assert own > other
+        assert os.sched_getscheduler(here) == os.sched_getscheduler(beside.native_id) == before
+    finally:
+        over.set()
+        beside.join()
 
 
 def test_stop_from_another_thread(rig):

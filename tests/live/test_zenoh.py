@@ -1,6 +1,7 @@
 """Zenoh on the loopback: late joiners, restarts, another node, TLS with access rules."""
 
 import shutil
+import signal
 import socket
 import subprocess
 import sys
@@ -68,6 +69,28 @@ def test_three_lines_in_another_process_and_who_comes_late_gets_the_last(endpoin
     got = said(process)  # the program ends by itself
     assert got[-1] in range(100, 120) and got == sorted(set(got)) and len(got) > 80
     assert bus.troubles() == []
+    bus.close()
+
+
+def test_a_subscriber_that_is_killed_or_stopped_does_not_hold_up_the_node(endpoint):
+    """One is killed, one is stopped in the middle: publishing goes on at once, and a third one gets everything."""
+    bus = bus_of(endpoint)
+    bus.publish(ORIENTATION, SAID)
+    killed, stopped, well = (reader(endpoint, 10**6) for _ in range(3))
+    for process in (killed, stopped, well):
+        process.stdout.readline()
+    killed.kill()
+    stopped.send_signal(signal.SIGSTOP)
+    for seq in range(1, 2001):
+        bus.publish(ORIENTATION, SAID._replace(seq=seq))
+        time.sleep(0.001)
+    bus.publish(ORIENTATION, SAID._replace(seq=10**6))
+    got = said(well)
+    assert got[-1] == 10**6 and len(got) > 1000  # what a slow machine dropped is missing, the newest never
+    stopped.kill()
+    for process in (killed, stopped):
+        process.wait()
+        process.stdout.close()
     bus.close()
 
 

@@ -15,7 +15,7 @@ from levelhead.filters.contract import Param
 pytest.importorskip("viser", reason="viser is not installed (extra levelhead[view])")
 from levelhead.live import Health, Node, open_source
 from levelhead.publish.dashboard.following import LiveView
-from levelhead.publish.dashboard.page import Scale, doubt_of, tilt_of
+from levelhead.publish.dashboard.page import Scale, doubt_of, edges, tilt_of
 from levelhead.publish.dashboard.recording import RecordingView
 
 FREE = 18_080  # the first port that is tried
@@ -152,6 +152,11 @@ def test_tilt_and_doubt_by_hand():
     )
     np.testing.assert_allclose(tilt_of(acc), [[30.0, 0.0], [0.0, 30.0]], atol=1e-9)
     np.testing.assert_allclose(doubt_of(np.radians([[3.0, 4.0, 7.0]])), [[10.0, 10.0, 14.0]])
+
+
+def test_a_chart_ends_where_its_courses_do_whatever_the_doubt():
+    assert edges(np.array([0.0, 40.0]), np.array([-10.0, 30.0])) == (-22.5, 52.5)
+    assert edges(np.array([5.0, 5.0])) == (3.0, 7.0)
 
 
 def test_bad_words(capsys):

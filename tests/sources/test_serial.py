@@ -105,6 +105,40 @@ def test_json_in_other_units(device, recording):
     np.testing.assert_allclose([sample.mag for sample in samples], recording.mag, rtol=1e-12)
 
 
+@pytest.mark.parametrize("name", ["log.jsonl", "serial.log"])
+def test_what_the_device_said_is_fused_from_a_file_as_well(device, recording, tmp_path, name):
+    """JSON lines that somebody kept, from the middle of a line to the middle of another: the same samples."""
+    lines = json_lines(recording)
+    hints = {"units": {"gyr": "deg/s"}}
+    live = everything(device, opened(device, check(None, {"gyr": "deg/s"}, None, None)), lines)
+    (tmp_path / name).write_text("\n".join([lines[0][20:], *lines, lines[-1][:40]]), encoding="utf-8")
+    read = lh.read(tmp_path / name, **hints)
+    np.testing.assert_array_equal(read.gyr, [sample.gyr for sample in live])
+    np.testing.assert_array_equal(read.acc, [sample.acc for sample in live])
+    assert len(read) == len(recording) and [note[:30] for note in read.meta["notes"][:2]] == [
+        "line 1 is cut off and was left",
+        f"line {len(lines) + 2} is cut off and was lef"[:30],
+    ]
+    (tmp_path / name).write_text("\n".join([*lines[:5], '{"gyr": 1e999}', *lines[5:]]), encoding="utf-8")
+    with pytest.raises(lh.LevelheadError, match="line 6: .* is no JSON object of numbers"):
+        lh.read(tmp_path / name, **hints)
+    (tmp_path / name).write_text('{"t": \n')
+    with pytest.raises(lh.LevelheadError, match="holds no JSON objects"):
+        lh.read(tmp_path / name)
+
+
+@pytest.mark.parametrize("torn", ["0.1,9", "9," * 16 + "9"])
+def test_csv_that_somebody_kept_may_begin_in_the_middle_of_a_line(recording, tmp_path, torn):
+    lines = csv_lines(recording, tmp_path)
+    (tmp_path / "serial.log").write_text("\n".join([torn, *lines]), encoding="utf-8")
+    read = lh.read(tmp_path / "serial.log")
+    np.testing.assert_array_equal(read.gyr, recording.gyr)
+    assert "before the header stands the end of a line; it was left out" in read.meta["notes"]
+    (tmp_path / "serial.log").write_text("\n".join([torn, *lines[:50], "a,b", *lines[50:]]), encoding="utf-8")
+    with pytest.raises(lh.LevelheadError, match="line 52: 2 cells"):
+        lh.read(tmp_path / "serial.log")
+
+
 def test_garbage_is_counted_and_said_and_never_a_sample(device, recording, tmp_path):
     lines = csv_lines(recording, tmp_path)
     line = opened(device)

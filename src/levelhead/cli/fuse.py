@@ -42,8 +42,8 @@ def fuse(
     """Fuse a log into orientation: writes the track and a picture, prints a summary.
 
     Args:
-        log: .csv, .tsv, .mat, .h5, .npz or .parquet with gyroscope and accelerometer; units and columns are found. The
-            black box of a node, .mcap, is fused as the node did it, unless a filter is named.
+        log: .csv, .tsv, .jsonl, .mat, .h5, .npz or .parquet with gyroscope and accelerometer; units and columns are
+            found. The black box of a node, .mcap, is fused as the node did it, unless a filter is named.
         set: a parameter of the filter, such as acc_tau=3; may be given several times.
         declination: degrees from true to magnetic north at the place and time of the log, positive east: the track is
             then relative to true north.

@@ -5,6 +5,7 @@ import signal
 import sys
 import threading
 import time
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -15,6 +16,8 @@ from levelhead.errors import LevelheadError
 
 if TYPE_CHECKING:
     from levelhead.live.node import Node
+
+EXPECTED = frozenset({"started", "calibrating", "calibrated", "parameters", "ended", "stopped"})  # nothing to look at
 
 
 def run(
@@ -82,28 +85,32 @@ def run(
     mounted = AxisMap.parse(axes)
     live = open_source(source, rate=rate, speed=speed, gyr_range=gyr_range, acc_range=acc_range, axes=mounted, **hints)
     still = (0 if source.startswith("replay:") else TICKS) if calibrate is None else calibrate
-    bus = _bus(publish, certificates, readers)
-    kept = None if box is None else BlackBox(box)
-    node = Node(
-        live, params, guard=before, rate=rate, calibrate=still, bus=bus, box=kept, realtime=realtime, give_up=give_up
-    )
-    with node, _signals(node), _lines(node, quiet=json):
-        figures = node.run(duration)
-    node.bus.close()
+    with ExitStack() as held:
+        bus = _bus(publish, certificates, readers)
+        held.callback(bus.close)
+        kept = None if box is None else held.enter_context(BlackBox(box))
+        node = Node(
+            live, params, guard=before, rate=rate, calibrate=still, bus=bus, box=kept, realtime=realtime,
+            give_up=give_up,
+        )  # fmt: skip
+        with node, _signals(node), _lines(node, quiet=json):
+            figures = node.run(duration)
     if json:
         say_json(figures)
     else:
         say(_summary(figures))
-        if box is not None:
-            say(f"written: {box}")
+        if kept is not None:
+            say(kept.failure or f"written: {box}")
 
 
 def _bus(publish: str | None, certificates: Path | None, readers: tuple[str, ...]) -> Any:
-    """The bus that the options ask for; None: inside this process."""
+    """The bus that the options ask for."""
+    from levelhead.live.bus import LocalBus
+
     if publish is None:
         if certificates is not None or readers:
             raise LevelheadError("--certificates and --readers are for --publish; give an endpoint as well")
-        return None
+        return LocalBus()
     from levelhead.live.zenoh_bus import ZenohBus
 
     return ZenohBus(publish, certificates=certificates, readers=readers)
@@ -130,7 +137,7 @@ class _lines:
     """A line a second on the terminal, and each event as it comes, from a thread that the node does not wait for."""
 
     def __init__(self, node: "Node", quiet: bool) -> None:
-        self._node, self._quiet, self._over = node, quiet, threading.Event()
+        self._node, self._quiet = node, quiet
         self._thread = threading.Thread(target=self._work, name="terminal", daemon=True)
 
     def __enter__(self) -> None:
@@ -138,19 +145,20 @@ class _lines:
         self._thread.start()
 
     def __exit__(self, *_: object) -> None:
-        self._over.set()
+        self._events.close()
         self._thread.join(timeout=2.0)
 
     def _work(self) -> None:
         before, missed, last = 0, 0, time.monotonic()
-        over = False
-        while not over:
-            over = self._over.wait(0.1)
-            while (event := self._events.get(timeout=0.0)) is not None:
-                if event.name not in ("stopped", "invalid", "ended") or event.on:
-                    _tell(f"  {'!' if event.on else ' '} {event.name}: {event.text}", self._quiet)
+        while True:
+            event = self._events.get(timeout=max(0.0, last + 1.0 - time.monotonic()))
+            if event is not None and (event.on or event.name not in ("invalid", "calibrating")):
+                alarm = event.on and event.name not in EXPECTED
+                _tell(f"  {'!' if alarm else ' '} {event.name}: {event.text}", self._quiet)
+            elif event is None and self._events.closed:
+                return
             now = time.monotonic()
-            if now - last >= 1.0 and not over:
+            if now - last >= 1.0:
                 samples = self._node.samples
                 _tell(_line(self._node, (samples - before) / (now - last), self._node.missed - missed), self._quiet)
                 before, missed, last = samples, self._node.missed, now

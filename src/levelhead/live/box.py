@@ -1,7 +1,7 @@
 """The black box: everything that was read and decided, in an MCAP file that survives a kill.
 
-The node hands rows over and never waits; a thread writes them every tenth of a second, without chunks, so that what is
-written can be read whatever happens next, and asks the disk once a second to keep it.
+The node hands rows over and never waits; a thread writes them every quarter of a second, without chunks, so that what
+is written can be read whatever happens next, and asks the disk once a second to keep it.
 """
 
 import json
@@ -19,7 +19,7 @@ from levelhead.live.messages import NOTHING, Health, Orientation
 from levelhead.sources.blackbox import CONFIG, ENCODING, EVENTS, FUSED, MAG_NEW, PACKED, ROW, SAMPLES, SCHEMA
 from levelhead.sources.sample import Sample
 
-EVERY = 0.1  # s between two writes
+EVERY = 0.25  # s between two writes: what a kill may lose; each one leaves the node's next tick a cold cache
 SYNC = 1.0  # s between two requests to the disk, for when the power goes
 WAITING = 500_000  # rows that may wait for the disk
 EVENT_SCHEMA = {"type": "object", "properties": {"name": {"type": "string"}, "text": {"type": "string"}}}
@@ -55,7 +55,7 @@ class BlackBox:
         except OSError as error:
             raise LevelheadError(f"cannot write the black box {path}: {error.strerror}") from None
         self.failure, self.written = "", 0
-        self._rows: deque[bytes] = deque(maxlen=WAITING)
+        self._rows: deque[tuple[int, int, Sample, Orientation | None]] = deque(maxlen=WAITING)
         self._events: deque[Health] = deque(maxlen=WAITING)
         self._writer = Writer(cast(IO[bytes], _Raw(self._file)), compression=CompressionType.NONE, use_chunking=False)
         self._over = threading.Event()
@@ -81,18 +81,9 @@ class BlackBox:
 
     def sample(self, seq: int, stamp: int, sample: Sample, said: Orientation | None) -> None:
         """A sample, and what was made of it; None: it was not fused."""
-        mag, pressure, temperature = sample.mag, sample.pressure, sample.temperature
-        flags = (0 if said is None else FUSED) | (0 if mag is None else MAG_NEW)
-        decided = LEVEL_UNKNOWN if said is None else (*said.quat, *said.sigma, *said.bias)
         if len(self._rows) == WAITING:
             self.failure = f"the black box {self.path} ends here: the disk has not taken {WAITING} samples"
-        self._rows.append(
-            PACKED.pack(
-                seq, sample.t, stamp, *sample.gyr, *sample.acc, *(mag or NOTHING),
-                math.nan if pressure is None else pressure, math.nan if temperature is None else temperature,
-                *decided, 0 if said is None else said.health, flags,
-            )
-        )  # fmt: skip
+        self._rows.append((seq, stamp, sample, said))
 
     def event(self, event: Health) -> None:
         """Something happened."""
@@ -122,7 +113,7 @@ class BlackBox:
         count = len(self._rows)
         now = time.time_ns()
         if count:
-            block = b"".join(self._rows.popleft() for _ in range(count))
+            block = b"".join(_packed(*self._rows.popleft()) for _ in range(count))
             self._writer.add_message(self._channels[SAMPLES], now, block, now)
             self.written += count
         while self._events:
@@ -148,6 +139,18 @@ class BlackBox:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def _packed(seq: int, stamp: int, sample: Sample, said: Orientation | None) -> bytes:
+    """A row of the file; the thread that writes makes it, and not the node."""
+    mag, pressure, temperature = sample.mag, sample.pressure, sample.temperature
+    flags = (0 if said is None else FUSED) | (0 if mag is None else MAG_NEW)
+    decided = LEVEL_UNKNOWN if said is None else (*said.quat, *said.sigma, *said.bias)
+    return PACKED.pack(
+        seq, sample.t, stamp, *sample.gyr, *sample.acc, *(mag or NOTHING),
+        math.nan if pressure is None else pressure, math.nan if temperature is None else temperature,
+        *decided, 0 if said is None else said.health, flags,
+    )  # fmt: skip
 
 
 class _Raw:

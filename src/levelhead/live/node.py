@@ -11,13 +11,12 @@ from levelhead import filters
 from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.engine.stream import Stream
 from levelhead.errors import LevelheadError
-from levelhead.filters.contract import Output
 from levelhead.filters.guard import Guard
 from levelhead.live.box import BlackBox
 from levelhead.live.bus import LocalBus, MessageBus
 from levelhead.live.events import EVENTS, Happening, Journal
 from levelhead.live.messages import CONFIG, HEALTH, ORIENTATION, RAW, TOPICS, Health, Orientation, Raw
-from levelhead.live.still import TICKS, StillCalibration
+from levelhead.live.still import LEFT, TICKS, StillCalibration
 from levelhead.live.timing import Spread, undisturbed
 from levelhead.live.watch import Watch
 from levelhead.sources.sample import Sample, Triple
@@ -249,8 +248,11 @@ class Node:
         changes: dict[str, float] = {}
         while self._changes:
             changes |= self._changes.popleft()
-        if not changes:
-            return
+        if changes:
+            self._changed(changes)
+
+    def _changed(self, changes: dict[str, float]) -> None:
+        """Other parameters, from the next sample on."""
         self._stream.set(**changes)
         said = ", ".join(f"{name}={value:g}" for name, value in changes.items())
         self.journal.counts.setdefault("parameters", 0)
@@ -263,8 +265,8 @@ class Node:
         except SensorError as error:
             self.journal.begin(error.kind, str(error))
             return []
-        for kind in ("bus_error", "bus_stuck", "implausible", "unplugged", "wrong_chip"):
-            if kind in self.journal.active and samples:
+        if samples and self.journal.active:
+            for kind in ("bus_error", "bus_stuck", "implausible", "unplugged", "wrong_chip"):
                 self.journal.end(kind)
         if not samples and self.source.ended:
             self.journal.note("ended", f"{self.source.name} is over")
@@ -292,7 +294,8 @@ class Node:
         seq, stamp = self.samples, time.time_ns()
         self.samples += 1
         self.bus.publish(RAW, Raw(self.id, seq, sample.t, stamp, sample.gyr, sample.acc, sample.mag, sample.pressure))
-        said = None if self._calibrating(sample) else self._fused(sample, seq, stamp)
+        waits = self._calibration is not None and self._calibrating(self._calibration, sample)
+        said = None if waits else self._fused(sample, seq, stamp)
         if said is not None:
             self._watch.look(sample, said.health)
             self.last = said
@@ -304,11 +307,8 @@ class Node:
         if self._box is not None:
             self._box.sample(seq, stamp, sample, said)
 
-    def _calibrating(self, sample: Sample) -> bool:
-        """Whether the sample is spent on reading off the bias."""
-        calibration = self._calibration
-        if calibration is None:
-            return False
+    def _calibrating(self, calibration: StillCalibration, sample: Sample) -> bool:
+        """Spends the sample on reading off the bias."""
         why = calibration.take(sample.gyr, sample.acc)
         if why:
             self.journal.note("calibration_refused", why)
@@ -322,28 +322,27 @@ class Node:
             self.journal.end("calibrating")
             degrees = ", ".join(f"{math.degrees(rate):.3f}" for rate in self._bias)
             self.journal.note("calibrated", f"the gyroscope's bias is {degrees} °/s", bias=list(self._bias))
+            if getattr(self.params, "bias_start", 0.0) > LEFT:  # the filter cannot know that it was taken off
+                self._changed({"bias_start": LEFT})
         return True
 
     def _fused(self, sample: Sample, seq: int, stamp: int) -> Orientation | None:
         (x, y, z), (a, b, c) = sample.gyr, self._bias
         dt = 1.0 if self._fused_at is None else sample.t - self._fused_at  # before the first sample any will do
         try:
-            self._stream.update((x - a, y - b, z - c), sample.acc, sample.mag, dt)
+            w, i, j, k = self._stream.update((x - a, y - b, z - c), sample.acc, sample.mag, dt)
         except LevelheadError as error:
             self.journal.note("refused", str(error))
             return None
         self._fused_at = sample.t
-        said: Output = self._stream.output
-        w, i, j, k = said.quat
         if not abs(w) + abs(i) + abs(j) + abs(k) <= WHOLE:  # no filter does that; if one does, nobody may steer by it
             self.journal.note("refused", "the filter's orientation is not finite")
             self._invalid("the filter's orientation is not finite")
             self._stream.reset()
             return None
-        x, y, z = said.bias
-        return Orientation(
-            self.id, seq, sample.t, stamp, (w, i, j, k), said.sigma, (x + a, y + b, z + c), said.health
-        )  # fmt: skip
+        _, _, _, _, x, y, z, east, north, up, health = self._stream.numbers
+        bias, sigma = (x + a, y + b, z + c), (east, north, up)
+        return Orientation(self.id, seq, sample.t, stamp, (w, i, j, k), sigma, bias, int(health))
 
     # When there is nothing to say
 

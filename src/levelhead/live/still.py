@@ -12,6 +12,7 @@ GYR = 0.02  # rad/s (1.1 °/s), of a block off the mean of those before
 ACC = 0.3  # m/s², the same
 BIAS = 0.44  # rad/s (25 °/s): no gyroscope is that far off at rest; an MPU-6050 is allowed 20 °/s
 OFF_G = 1.0  # m/s²
+LEFT = 0.1  # °/s: 1σ of what is left of the bias: noise of the mean, slow turning that was taken for bias, warming
 ZERO = (0.0, 0.0, 0.0)
 
 

@@ -18,7 +18,8 @@ def read(
     lsb: Mapping[str, str] | None = None,
     rate: float | None = None,
 ) -> Recording:
-    """The recording in a file: .csv .tsv .txt .log .dat, .mat, .h5 .hdf5, .npz, .parquet, a node's black box (.mcap).
+    """The recording in a file: .csv .tsv .txt .log .dat, JSON lines (.jsonl .ndjson), .mat, .h5 .hdf5, .npz, .parquet,
+    a ROS bag, a node's black box (.mcap).
 
     Columns, delimiter and units are found from the file. What was concluded stands in ``meta``: "notes" are sentences,
     "ignored" lists the columns that nothing uses, "units" what the file was in, "t0" the seconds subtracted from stamps

@@ -97,8 +97,9 @@ def read_box(path: str | os.PathLike[str]) -> Box:
 def box_recording(path: str | os.PathLike[str]) -> Recording:
     """The samples that the node's filter took, as it took them.
 
-    ``meta["live"]`` says with what: "filter", "params", "guard"; fused with these they give the node's orientations to
-    the bit, as long as the parameters were not changed on the way (``levelhead.live.rerun`` follows changes, too).
+    ``meta["live"]`` says with what: "filter", "params" (those of the first orientation), "guard"; fused with these they
+    give the node's orientations to the bit, as long as the parameters were not changed on the way
+    (``levelhead.live.rerun`` follows changes, too).
 
     Raises:
         LevelheadError: no black box, or no sample in it was fused.
@@ -111,9 +112,15 @@ def box_recording(path: str | os.PathLike[str]) -> Recording:
     notes = [] if box.whole else ["the black box was cut off; everything up to there was read"]
     if any(box.bias):
         notes.append("gyroscope: without the bias that was read off at the start")
-    if box.changes:
-        notes.append("parameters were changed while the node ran; here those of its start are taken")
-    live = {name: box.config[name] for name in ("filter", "params", "guard")}
+    first = int(rows["seq"][0])
+    before = [params for since, params in box.changes if since <= first]
+    if len(before) < len(box.changes):
+        notes.append("parameters were changed while the node ran; here those of its first orientation are taken")
+    live = {
+        "filter": box.config["filter"],
+        "params": (before or [box.config["params"]])[-1],
+        "guard": box.config["guard"],
+    }
     meta = {"source": os.fspath(path), "notes": notes, "live": live}
     some = np.isfinite(mag).any()
     return Recording(rows["t"], rows["gyr"] - np.array(box.bias), rows["acc"], mag if some else None, meta=meta)

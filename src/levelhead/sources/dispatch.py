@@ -16,8 +16,11 @@ _BINARY |= {b"\x1f\x8b": "compressed with gzip", b"MATLAB 5.0": "MATLAB (.mat)",
 
 
 def _text(path: Path, hints: Hints) -> Table:
+    from levelhead.sources.json_lines import json_lines, looks_like_json
     from levelhead.sources.text import TextTable
 
+    if looks_like_json(path):
+        return json_lines(path)
     head = _head(path)
     for signature, what in _BINARY.items():
         if head.startswith(signature):
@@ -67,6 +70,12 @@ def _bag(path: Path, hints: Hints) -> Table:
     return bag(path, hints)
 
 
+def _json(path: Path, hints: Hints) -> Table:
+    from levelhead.sources.json_lines import json_lines
+
+    return json_lines(path)
+
+
 def _mcap(path: Path, hints: Hints) -> Table:
     raise LevelheadError(f"{path} has no columns; levelhead.read and levelhead fuse take it whole")
 
@@ -78,6 +87,7 @@ READERS: dict[str, Callable[[Path, Hints], Table]] = {
     ".npz": _npz,
     **dict.fromkeys((".parquet", ".pq"), _parquet),
     **dict.fromkeys((".bag", ".db3"), _bag),
+    **dict.fromkeys((".jsonl", ".ndjson"), _json),
     ".mcap": _mcap,
 }
 

@@ -28,6 +28,7 @@ class Layout:
         headless: whether the names are made up.
         first: how many physical lines stand before the first line of numbers.
         whole: positions of the columns whose first value is a whole number.
+        torn: whether the end of a line stands before the header, as where somebody began to listen to a serial line.
     """
 
     delimiter: str
@@ -36,6 +37,7 @@ class Layout:
     headless: bool
     first: int
     whole: frozenset[int]
+    torn: bool = False
 
 
 def find_layout(path: str | os.PathLike[str]) -> Layout:
@@ -66,13 +68,17 @@ def layout_of(lines: Sequence[str], source: str) -> Layout:
             f"{source} has a header ({', '.join(rows[0][1][:4])}, …) but no line of numbers below it; "
             "expected one line per sample, separated by comma, semicolon or tab"
         )
+    torn = start == 0 and _is_torn([row for _, row in rows[:3]], comma)
+    start = 2 if torn else start
     first, row = rows[start]
-    header = [cells_ for _, cells_ in rows[:start]] or _commented_header(lines[:first], delimiter, len(_trimmed(row)))
+    header = [cells_ for _, cells_ in rows[int(torn) : start]] or _commented_header(
+        lines[:first], delimiter, len(_trimmed(row))
+    )
     names = _names(header) if header else [str(i + 1) for i in range(len(_trimmed(row)))]
     while names and not names[-1].strip() and len(_trimmed(row)) < len(names):
         names.pop()
     whole = frozenset(i for i, cell in enumerate(row) if cell.strip().lstrip("+-").isdecimal())
-    return Layout(delimiter, comma, tuple(names), not header, first, whole)
+    return Layout(delimiter, comma, tuple(names), not header, first, whole, torn)
 
 
 def cells(line: str, delimiter: str) -> list[str]:
@@ -142,6 +148,14 @@ def _is_data(row: Sequence[str], comma: bool) -> bool:
     filled = [cell for cell in row if cell.strip().lower() not in MISSING]
     numbers = sum(_is_number(cell, comma) for cell in filled)
     return bool(row) and (2 * numbers >= len(filled) > 0 or (not filled and any(cell.strip() for cell in row)))
+
+
+def _is_torn(rows: Sequence[Sequence[str]], comma: bool) -> bool:
+    """Whether these are the end of a line of numbers, a header, and numbers below it."""
+    if len(rows) < 3 or len(rows[1]) != len(rows[2]) or len(rows[0]) > len(rows[1]) or len(rows[1]) < 4:
+        return False
+    words = not any(_is_number(cell, comma) or cell.strip().lower() in MISSING for cell in rows[1])
+    return words and _is_data(rows[2], comma)
 
 
 def _trimmed(row: Sequence[str]) -> list[str]:

@@ -26,6 +26,8 @@ class TextTable:
         self.names = self.layout.names
         self.units: dict[str, str] = {}
         self.notes: list[str] = ["numbers are written with a decimal comma"] if self.layout.decimal_comma else []
+        if self.layout.torn:
+            self.notes.append("before the header stands the end of a line; it was left out")
 
     def read(self, wanted: Sequence[int], exact: int | None = None) -> dict[int, Column]:
         """See ``Table``."""

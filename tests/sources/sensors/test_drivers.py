@@ -174,10 +174,10 @@ def test_what_the_chip_feels_is_what_the_driver_says(bench, recording, text, gyr
     one = bench(text, gyr_range=gyr_range, acc_range=acc_range)
     one.board.start()
     samples = []
-    began = next(iter(one.bus.chips.values())).since - one.world.began
     for pause in np.random.default_rng(3).uniform(0.002, 0.02, 400).tolist():
         one.clock.wait(pause)
         samples += one.board.poll()
+    began = next(iter(one.bus.chips.values())).since - one.world.began
     driver = one.board.drivers[0]
     expected = [one.world.at(began + k / driver.rate) for k in range(1, len(samples) + 1)]
     assert len(samples) == int((one.clock.now - one.world.began - began) * driver.rate)

@@ -16,6 +16,7 @@ PORT = 8080
 NOTCHES = 200  # steps of a slider
 BODY = (0.9, 0.6, 0.15)  # m: x forward, y left, z up
 HEIGHT = 150  # pixels of a chart
+LEAST_MARGIN = 2.0  # degrees above and below the courses
 SAID, RAW, BAND = "#1f77b4", "#ff7f0e", "rgba(31, 119, 180, 0.25)"
 AXES = ("#d62728", "#2ca02c", "#1f77b4")
 
@@ -57,6 +58,13 @@ def doubt_of(sigma: Array) -> Array:
     """(n, 3) 2σ of roll, pitch and yaw in degrees: tilt counts for both of the first, heading for the third."""
     tilt = np.hypot(sigma[:, 0], sigma[:, 1])
     return np.degrees(2.0 * np.stack([tilt, tilt, sigma[:, 2]], axis=1))
+
+
+def edges(*courses: Array) -> tuple[float, float]:
+    """Where a chart of these ends: ±2σ that leads further, as in the first instant, would make all else a flat line."""
+    low, high = min(float(one.min()) for one in courses), max(float(one.max()) for one in courses)
+    margin = max(LEAST_MARGIN, 0.25 * (high - low))
+    return low - margin, high + margin
 
 
 class Scale:
@@ -110,11 +118,13 @@ class Page:
             raise LevelheadError(f"cannot open a page on 127.0.0.1:{port}: {error.strerror or error}") from None
         self.url = f"http://127.0.0.1:{self.server.get_port()}"
         gui, scene = self.server.gui, self.server.scene
-        gui.configure_theme(show_logo=False, show_share_button=False)  # which would pass the page on through a server
+        gui.configure_theme(show_logo=False, show_share_button=False, control_width="large")  # sharing goes by a server
         scene.add_grid("/ground", width=4.0, height=4.0, position=(0.0, 0.0, -0.6))
-        scene.add_frame("/earth", axes_length=0.4, axes_radius=0.008, position=(-1.2, -1.2, -0.6))
+        scene.add_frame("/earth", axes_length=0.4, axes_radius=0.008, position=(1.7, -1.7, -0.6))
+        self._name_axes("/earth", 0.45, ("east", "north", "up"))
         self._body: Any = scene.add_frame("/body", axes_length=0.8, axes_radius=0.012)
         self._box = scene.add_box("/body/box", color=(90, 140, 200), dimensions=BODY, opacity=0.8)
+        self._name_axes("/body", 0.85, ("x", "y", "z"))
         gui.add_markdown(f"### {plain(title)}")
         self.status = gui.add_markdown("…")
         self._charts = [self._angle_chart(name, name != "yaw") for name in ("roll", "pitch", "yaw")]
@@ -124,22 +134,29 @@ class Page:
         self._sliders: dict[str, Any] = {}
         self._folder: Any = None
 
+    def _name_axes(self, frame: str, length: float, names: Sequence[str]) -> None:
+        """Words at the ends of a frame's axes."""
+        for i, name in enumerate(names):
+            end = [0.0, 0.0, 0.0]
+            end[i] = length
+            self.server.scene.add_label(f"{frame}/{name}", name, position=tuple(end), anchor="center-center")
+
     def _angle_chart(self, name: str, raw: bool) -> Any:
         series = [{"label": "t"}, {"label": f"{name} [°]", "stroke": SAID, "width": 2}]
         series += [{"label": "+2σ", "stroke": BAND}, {"label": "−2σ", "stroke": BAND}]
         series += [{"label": "accelerometer", "stroke": RAW, "width": 1}] if raw else []
-        empty = tuple(np.zeros(2) for _ in series)
-        return self.server.gui.add_uplot(
-            empty, tuple(series), title=f"{name} [°]", bands=({"series": (2, 3), "fill": BAND},),
-            scales={"x": {"time": False}}, height=HEIGHT,
-        )  # fmt: skip
+        return self._chart(f"{name} [°]", series, bands=({"series": (2, 3), "fill": BAND},))
 
     def _bias_chart(self) -> Any:
-        series = ({"label": "t"}, *({"label": axis, "stroke": color} for axis, color in zip("xyz", AXES, strict=True)))
+        lines = ({"label": axis, "stroke": color} for axis, color in zip("xyz", AXES, strict=True))
+        return self._chart("gyroscope bias [°/s]", [{"label": "t"}, *lines])
+
+    def _chart(self, title: str, series: Sequence[Any], **more: Any) -> Any:
         empty = tuple(np.zeros(2) for _ in series)
         return self.server.gui.add_uplot(
-            empty, series, title="gyroscope bias [°/s]", scales={"x": {"time": False}}, height=HEIGHT
-        )
+            empty, tuple(series), title=title, scales={"x": {"time": False}}, legend={"live": False}, height=HEIGHT,
+            **more,
+        )  # fmt: skip
 
     def turn(self, quat: Sequence[float], trusted: bool = True) -> None:
         """Turns the body; one that is not to be trusted is grey."""
@@ -155,7 +172,8 @@ class Page:
         for i, chart in enumerate(self._charts):
             said, doubt = courses.angles[:, i], courses.doubt[:, i]
             raw = (courses.raw[:, i],) if i < 2 else ()
-            chart.data = (courses.t, said, said + doubt, said - doubt, *raw)
+            low, high = edges(said, *raw)
+            chart.data = (courses.t, said, np.minimum(said + doubt, high), np.maximum(said - doubt, low), *raw)
         self._bias.data = (courses.t, *courses.bias.T)
 
     def sliders(self, params: Any, changed: Callable[[str, float | bool], None]) -> None:
@@ -175,7 +193,9 @@ class Page:
             box.on_update(lambda _: changed(name, bool(box.value)))
             return
         scale = Scale(param, value)
-        handle = gui.add_slider(_label(name, value, param), 0, NOTCHES, 1, scale.notch(value), hint=param.doc)
+        marks = ((0, f"{scale.low:.4g}"), (NOTCHES, f"{scale.high:.4g}"))
+        label, notch = _label(name, value, param), scale.notch(value)
+        handle = gui.add_slider(label, 0, NOTCHES, 1, notch, marks=marks, hint=param.doc)
         self._sliders[name] = handle
 
         def moved(event: Any) -> None:

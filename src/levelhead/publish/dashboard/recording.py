@@ -42,7 +42,7 @@ class RecordingView:
         self._at = 0.0  # s since the beginning
         self._playing, self._over = False, threading.Event()
         self._wanted: dict[str, Any] = {}
-        with gui.add_folder("Time"):
+        with gui.add_folder("Time", order=self.page.status.order + 0.5):  # above the charts
             self._scrub: Any = gui.add_slider("t [s]", 0.0, max(recording.duration, 1e-3), 0.01, 0.0)
             self._button = gui.add_button("Play")
             self._speed = gui.add_dropdown("speed", SPEEDS, initial_value="1")

@@ -140,6 +140,7 @@ class Board:
         self.gyr_range = inertial.gyr_scale * WORD_END * 57.29577951308232
         self.acc_range = inertial.acc_scale * WORD_END
         self.lost = 0
+        self._straight = axes == IDENTITY
         self._pace = Pace(self.rate)
         self._mag_every = 1.0 / mag.rate if mag is not None else 0.0
         self._mag_due = -float("inf")
@@ -183,18 +184,21 @@ class Board:
             )
         if not rows:
             return []
-        samples = [Sample(t, gyr, acc) for t, (gyr, acc) in zip(self._pace.stamps(len(rows), at), rows, strict=True)]
-        mag, weather = self._field(at), self._beside(self._baro, at)
-        if mag is not None or weather is not None:
-            pressure, temperature = weather if weather is not None else (None, None)
-            samples[-1] = samples[-1]._replace(mag=mag, pressure=pressure, temperature=temperature)
-        return samples if self._axes == IDENTITY else [self._axes.apply(sample) for sample in samples]
+        stamps = self._pace.stamps(len(rows), at)
+        mag = None if self._mag is None else self._field(self._mag, at)
+        weather = None if self._baro is None else self._beside(self._baro, at)
+        pressure, temperature = weather if weather is not None else (None, None)
+        gyr, acc = rows.pop()
+        last = Sample(stamps.pop(), gyr, acc, mag, pressure, temperature)
+        samples = [Sample(t, gyr, acc) for t, (gyr, acc) in zip(stamps, rows, strict=True)] if rows else []
+        samples.append(last)
+        return samples if self._straight else [self._axes.apply(sample) for sample in samples]
 
-    def _field(self, now: float) -> Triple | None:
+    def _field(self, driver: Magnetic, now: float) -> Triple | None:
         """The magnetometer's reading, asked for no more often than it has new ones."""
-        if self._mag is None or now < self._mag_due:
+        if now < self._mag_due:
             return None
-        mag: Triple | None = self._beside(self._mag, now)
+        mag: Triple | None = self._beside(driver, now)
         if mag is not None:
             self._mag_due = now + 0.8 * self._mag_every
         return mag
@@ -203,7 +207,7 @@ class Board:
         """What a chip beside the inertial one has new. If it fails, that is said, and it is set up anew a second later:
         gyroscope and accelerometer go on without it.
         """
-        if driver is None or now < self._broken.get(driver.name, now):
+        if now < self._broken.get(driver.name, now):
             return None
         try:
             if self._broken.pop(driver.name, None) is not None:
@@ -216,7 +220,9 @@ class Board:
 
     def troubles(self) -> list[tuple[str, str]]:
         """What went wrong since the last question without ending the source: (event, sentence)."""
-        found, self._troubles = self._troubles, []
+        found = self._troubles
+        if found:
+            self._troubles = []
         return found
 
     def close(self) -> None:

@@ -33,12 +33,13 @@ def read_words(port: Port, register: int, count: int, size: int, empty: Callable
         SensorError: the chip does not even take that.
     """
     words: list[bytes] = []
+    most = BLOCK // size
     while (left := count - len(words)) > 0:
-        length = size * min(left, BLOCK // size)
+        length = size * (left if left < most else most)
         try:
             data = port.read_once(register, length)
         except SensorError:
             empty()
             return None
-        words += [data[start : start + size] for start in range(0, length, size)]
+        words += [data] if length == size else [data[start : start + size] for start in range(0, length, size)]
     return words

@@ -19,6 +19,7 @@ DEVICE_RESET, PLL_GYRO_X = 0x80, 0x01  # PWR_MGMT_1
 FIFO_ENABLE, FIFO_RESET = 0x40, 0x04  # USER_CTRL
 GYR_AND_ACC = 0x78  # FIFO_EN: XG, YG, ZG, ACCEL
 FIFO_SIZE, ROW = 1024, 12
+SIX = struct.Struct(">6h")
 START_UP = 0.1  # s after a reset (register 107)
 
 # LSB per unit: PS-MPU-6000A-00 rev 3.4, 6.1 and 6.2.
@@ -112,7 +113,7 @@ class MPU6050:
         """
         if blank(row):
             raise self.port.implausible()
-        a, b, c, x, y, z = struct.unpack(">6h", row)
+        a, b, c, x, y, z = SIX.unpack(row)
         g, s = self.gyr_scale, self.acc_scale
         return (x * g, y * g, z * g), (a * s, b * s, c * s)
 

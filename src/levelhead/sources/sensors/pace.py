@@ -4,6 +4,7 @@ from math import exp
 
 MEMORY = 20.0  # s after which an observation counts 1/e
 PRIOR = 20.0  # samples: how long it takes the line to leave the nominal rate
+PULL = PRIOR**3
 
 
 class Pace:
@@ -41,14 +42,17 @@ class Pace:
         if count <= 0:
             return []
         self._observe(count, now)
-        offset = (self._y - self.period * self._x) / self._weight - 0.5 * self.period
+        period, last = self.period, self.last
+        newest = now + (self._y - period * self._x) / self._weight - 0.5 * period
         found = []
         for back in range(count - 1, -1, -1):
-            stamp = min(now + offset - back * self.period, now - back * 1e-6)
-            if stamp <= self.last:
-                stamp = self.last + 1e-6
+            stamp, latest = newest - back * period, now - back * 1e-6
+            stamp = min(stamp, latest)
+            if stamp <= last:
+                stamp = last + 1e-6
             found.append(stamp)
-            self.last = stamp
+            last = stamp
+        self.last = last
         return found
 
     def _observe(self, count: int, now: float) -> None:
@@ -64,7 +68,6 @@ class Pace:
         self._seen = now
         xx = self._xx - self._x * self._x / self._weight
         xy = self._xy - self._x * self._y / self._weight
-        prior = PRIOR * PRIOR * PRIOR
-        slope = (xy + prior * self._nominal) / (xx + prior)
+        slope = (xy + PULL * self._nominal) / (xx + PULL)
         if self._nominal < self._doubt * slope < self._doubt**2 * self._nominal:
             self.period = slope

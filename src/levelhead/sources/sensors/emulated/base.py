@@ -17,7 +17,6 @@ class Registers:
     def __init__(self, world: World, address: int, drift: float = 0.0) -> None:
         self.world, self.address, self.drift = world, address, drift
         self.memory = bytearray(256)
-        self.since, self._done = world.began, 0
         self.reset()
 
     def reset(self) -> None:
@@ -40,9 +39,11 @@ class Registers:
         if rate <= 0.0:
             return
         due = int((self.world.clock() - self.since) * rate)
+        if due == self._done:
+            return
         if due - self._done > 2048:  # more than any FIFO holds
             self._done = due - 2048
-        start = self.since - self.world.began
+        start = self.world.since(self.since)
         while self._done < due:
             self._done += 1
             self.measure(self.world.row(start + self._done / rate))

@@ -28,6 +28,10 @@ class World:
         clock: host time in s.
         pressure: Pa, the same for ever.
         temperature: °C, the same for ever.
+
+    Attributes:
+        began: host time at which the first chip began to measure, and the recording with it, however long the program
+            took until then; None before.
     """
 
     def __init__(
@@ -39,7 +43,13 @@ class World:
         self._values = {"gyr": recording.gyr, "acc": recording.acc}
         self._values["mag"] = np.zeros((self._n, 3)) if recording.mag is None else recording.mag
         self._coded: dict[tuple[str | float, ...], list[bytes]] = {}
-        self.began = clock()
+        self.began: float | None = None
+
+    def since(self, at: float) -> float:
+        """Seconds from the beginning to host time ``at``; the first one who asks sets the beginning."""
+        if self.began is None:
+            self.began = at
+        return at - self.began
 
     def row(self, seconds: float) -> int:
         """The row of the recording that is felt ``seconds`` after the beginning."""
