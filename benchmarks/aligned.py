@@ -33,7 +33,8 @@ def main() -> None:
         recording = lh.read(path)
         for row in rows:
             row[path.stem] = rest(recording, np.asarray(methods.find(row["case"]).orientation(recording)))
-    show([Table("What is left after the best constant rotations of earth and of sensor", columns, rows, "")], given.json)
+    title = "What is left after the best constant rotations of earth and of sensor"
+    show([Table(title, columns, rows, "")], given.json)
 
 
 if __name__ == "__main__":
