@@ -19,7 +19,6 @@ from levelhead.filters.error_state import (
     SEEN,
     SPEED,
     SPELL,
-    SWIFT,
     TURN,
     TURN_Z,
     TURNED,
@@ -60,7 +59,7 @@ def halted(m: Floats, i: int) -> bool:
 @kernel
 def speed_noise(params: ESKF, m: Floats, still: bool, i: int) -> float:
     """Variance of a body's mean velocity over the block."""
-    if still and (m[SWIFT + i] == 0.0 or halted(m, i)):
+    if still and halted(m, i):
         return REST_SPEED * REST_SPEED
     return (params.speed * params.speed + aiding.density(m, i)) / m[SPELL]
 
