@@ -121,8 +121,8 @@ def test_a_bar_on_a_terminal_and_json_alone_beside_it():
     words = ["sweep", "-p", "r_measure", "--filter", "Kalman", "--simulate", "lesson", "--json"]
     # A fast machine is done before a bar would appear.
     program = (
-        "import sys; from levelhead.cli import main; from levelhead.publish import progress; progress.PATIENCE = 0.0; "
-        "sys.exit(main())"
+        "import sys; from levelhead.cli import main; import levelhead.publish.progress; "
+        "sys.modules['levelhead.publish.progress'].PATIENCE = 0.0; sys.exit(main())"
     )
     env = os.environ | {"TERM": "xterm", "COLUMNS": "80"}
     command = [sys.executable, "-c", program, *words]

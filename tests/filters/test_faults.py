@@ -187,10 +187,7 @@ def test_a_magnetometer_that_comes_back_90_degrees_off_slams_no_tilt(flt, clean)
     tilt, heading = errors(track, true)
     assert tilt[2500:].max() < TILTED_BY_FIELD.get(flt.name, 2.0)
     assert track.sigma[14_999, 2] > track.sigma[2999, 2]
-    # who doubts the magnetometer itself asks at first whether its offset has changed
-    assert np.abs(heading[-1] - 90.0) < (12.0 if "field" in flt.judges else 5.0), (
-        "norm and dip are right: it is believed"
-    )
+    assert np.abs(heading[-1] - 90.0) < 5.0, "norm and dip are right: it is believed"
 
 
 @EVERY

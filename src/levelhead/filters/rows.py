@@ -46,6 +46,7 @@ HALTING = 0.3  # m/s², with no more acceleration than tilt and bias pretend
 ASTRAY = 0.94  # cos 20°, of a heading far off
 UNHEARD = 1e6  # so many times: it is not listened to
 REJECTED = 10.0  # times its variance: a field that counts so little is none
+FITTING = 3.0  # and one whose norm and dip are right: no offset makes such a one point elsewhere
 
 
 @kernel
@@ -135,7 +136,7 @@ def see_field(params: ESKF, m: Floats, steady: bool, n: int) -> Fit:
     sure = min(GATE * variance(m, TURN_Z), 0.5)
     turned = y < ASTRAY * strength and (y < 0.0 or x * x > sure * strength * strength)
     if turned:
-        doubt = UNHEARD if steady else max(doubt, REJECTED)
+        doubt = UNHEARD if steady or doubt < FITTING else max(doubt, REJECTED)
     noise = params.mag_noise * params.mag_noise * strength2 * doubt / m[SPELL]
     m[H + TURN + 1] = z
     m[H + TURN_Z] = -y
