@@ -127,6 +127,27 @@ def test_what_is_compiled_by_hand_rounds_as_the_kernel_does_and_keeps_within_its
 
 
 @jit.kernel
+def subtracted(m, to, weight, step, row, stride, count):
+    arrays.subtract_rows(m, to, weight, step, row, stride, count)
+
+
+@pytest.mark.parametrize("step", [1, 30])
+@pytest.mark.parametrize("count", [0, 1, 5])
+def test_rows_are_subtracted_with_the_same_bits_and_within_their_bounds(step, count):
+    before = np.random.default_rng(count).normal(size=400)
+    plain, fast, meant = before.tolist(), before.copy(), before.tolist()
+    place = (7, 250, step, 60, 30, count)
+    arrays.subtract_rows(plain, *place)
+    arrays.subtract_each_row(meant, *place)
+    jit.compiled(subtracted)(fast, *place)
+    assert plain == fast.tolist() == meant
+    rows = before[60 : 60 + 30 * count].reshape(count, 30)[:, : arrays.WIDE]
+    expected = before.copy()
+    expected[7 : 7 + arrays.WIDE] -= before[250 : 250 + step * count : step] @ rows
+    np.testing.assert_allclose(plain, expected, atol=1e-14)
+
+
+@jit.kernel
 def copied(m, to, at, count):
     arrays.copy(m, to, at, count)
 

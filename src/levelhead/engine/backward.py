@@ -11,12 +11,12 @@ nothing about, has a column of zeros in G.
 
 from math import sqrt
 
-from levelhead.filters.error_state import DRIVEN, HERE, ROW, SPEED
-from levelhead.kernels.arrays import Floats, add_scaled, copy
+from levelhead.filters.error_state import DRIVEN, ROW, SPEED
+from levelhead.kernels.arrays import WIDE, Floats, copy, subtract_rows
 from levelhead.kernels.jit import kernel, rare
 
 WHOLE = ROW * ROW  # numbers of a matrix; those of aiding stay unused
-N = HERE
+N = WIDE
 LEAST = 1e-13  # share of a variance that must be left of it for it to say something of its own
 
 # The memory
@@ -37,35 +37,33 @@ def factorize(m: Floats, cut: bool) -> None:
     copy(m, FACTOR, AHEAD, WHOLE)
     for j in range(N):
         row = FACTOR + j * ROW
+        subtract_rows(m, row, FACTOR + j, ROW, FACTOR, ROW, j)
         pivot = m[row + j]
         silent = pivot <= LEAST * m[AHEAD + j * ROW + j] or (cut and SPEED <= j < SPEED + DRIVEN)
         one = 0.0 if silent else 1.0 / sqrt(pivot)
-        for i in range(j + 1, N):
+        for i in range(N):
             m[row + i] = m[row + i] * one
         m[row + j] = one
-        for i in range(j + 1, N):
-            if m[row + i] != 0.0:
-                add_scaled(m, FACTOR + i * ROW + i, -m[row + i], row + i, N - i)
+
+
+@kernel
+def scaled(m: Floats, row: int, factor: float) -> None:
+    """A row times a number."""
+    for i in range(N):
+        m[row + i] = m[row + i] * factor
 
 
 @kernel
 def solve(m: Floats) -> None:
     """Eq. 1."""
     for j in range(N):
-        row = FACTOR + j * ROW
-        for i in range(N):
-            m[GAIN + j * ROW + i] = m[GAIN + j * ROW + i] * m[row + j]
-        for i in range(j + 1, N):
-            if m[row + i] != 0.0:
-                add_scaled(m, GAIN + i * ROW, -m[row + i], GAIN + j * ROW, N)
+        subtract_rows(m, GAIN + j * ROW, FACTOR + j, ROW, GAIN, ROW, j)
+        scaled(m, GAIN + j * ROW, m[FACTOR + j * ROW + j])
     for k in range(N):
         j = N - 1 - k
-        for i in range(N):
-            m[GAIN + j * ROW + i] = m[GAIN + j * ROW + i] * m[FACTOR + j * ROW + j]
-        for i in range(j):
-            weight = m[FACTOR + i * ROW + j]
-            if weight != 0.0:
-                add_scaled(m, GAIN + i * ROW, -weight, GAIN + j * ROW, N)
+        after = j + 1
+        subtract_rows(m, GAIN + j * ROW, FACTOR + j * ROW + after, 1, GAIN + after * ROW, ROW, k)
+        scaled(m, GAIN + j * ROW, m[FACTOR + j * ROW + j])
 
 
 @kernel
@@ -76,15 +74,12 @@ def combine(m: Floats) -> None:
         m[PRODUCT + i] = 0.0
     for i in range(ROW):
         m[SMOOTHED + i] = 0.0
+        m[OFF + i] = -m[OFF + i]
+    subtract_rows(m, SMOOTHED, OFF, 1, GAIN, ROW, N)
     for i in range(N):
-        if m[FACTOR + i * ROW + i] != 0.0:
-            add_scaled(m, SMOOTHED, m[OFF + i], GAIN + i * ROW, N)
-            for j in range(N):
-                add_scaled(m, PRODUCT + i * ROW, m[AHEAD + i * ROW + j], GAIN + j * ROW, N)
-    for j in range(N):
-        if m[FACTOR + j * ROW + j] != 0.0:
-            for i in range(N):
-                add_scaled(m, NOW + i * ROW + i, m[GAIN + j * ROW + i], PRODUCT + j * ROW + i, N - i)
+        subtract_rows(m, PRODUCT + i * ROW, AHEAD + i * ROW, 1, GAIN, ROW, N)
+    for i in range(N):
+        subtract_rows(m, NOW + i * ROW, GAIN + i, ROW, PRODUCT, ROW, N)
     for i in range(N):
         for j in range(i):
             m[NOW + i * ROW + j] = m[NOW + j * ROW + i]

@@ -12,6 +12,8 @@ from levelhead.kernels.jit import kernel, word
 
 Floats = list[float]
 
+WIDE = 28  # numbers of the rows that ``subtract_rows`` takes, which vector registers hold at once
+
 
 @kernel
 def zeros(count: int) -> Floats:
@@ -37,6 +39,17 @@ def add_each_scaled(m: Floats, to: int, weight: float, at: int, count: int) -> N
         m[to + j] += weight * m[at + j]
 
 
+@kernel
+def subtract_each_row(m: Floats, to: int, weight: int, step: int, row: int, stride: int, count: int) -> None:
+    """Subtracts ``count`` weighted rows of ``WIDE`` numbers from the one at ``to``; none of them may overlap it.
+
+    Rows stand ``stride`` apart from ``row`` on, their weights ``step`` apart from ``weight`` on.
+    """
+    for k in range(count):
+        for j in range(WIDE):
+            m[to + j] -= m[weight + k * step] * m[row + k * stride + j]
+
+
 @word(copy_each)
 def copy(m: Floats, to: int, at: int, count: int) -> None:
     """``copy_each``."""
@@ -47,3 +60,10 @@ def copy(m: Floats, to: int, at: int, count: int) -> None:
 def add_scaled(m: Floats, to: int, weight: float, at: int, count: int) -> None:
     """``add_each_scaled``."""
     m[to : to + count] = [a + weight * b for a, b in zip(m[to : to + count], m[at : at + count], strict=True)]
+
+
+@word(subtract_each_row)
+def subtract_rows(m: Floats, to: int, weight: int, step: int, row: int, stride: int, count: int) -> None:
+    """``subtract_each_row``."""
+    for k in range(count):
+        add_scaled(m, to, -m[weight + k * step], row + k * stride, WIDE)

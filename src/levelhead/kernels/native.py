@@ -12,6 +12,8 @@ from llvmlite import ir
 from numba.core import cgutils, types
 from numba.extending import intrinsic
 
+from levelhead.kernels.arrays import WIDE
+
 WIDTH = 4  # numbers in one vector: what AVX holds; narrower processors take two steps
 
 INDEX = ir.IntType(64)
@@ -68,3 +70,33 @@ def add_scaled(typing: Any, m: Any, to: Any, weight: Any, at: Any, count: Any) -
         return context.get_dummy_value()
 
     return types.void(m, types.int64, types.float64, types.int64, types.int64), generate
+
+
+@intrinsic
+def subtract_rows(typing: Any, m: Any, to: Any, weight: Any, step: Any, row: Any, stride: Any, count: Any) -> Any:
+    """``arrays.subtract_rows``: the row stays in registers while all others pass."""
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        memory, to, weight, step, row, stride, count = values
+        data = context.make_array(signature.args[0])(context, builder, memory).data
+
+        def vector(at: Any, i: int) -> Any:
+            there = builder.gep(data, [builder.add(at, ir.Constant(INDEX, WIDTH * i))])
+            return builder.bitcast(there, VECTOR.as_pointer())
+
+        sums = []
+        for i in range(WIDE // WIDTH):
+            first = builder.load(vector(to, i), align=8)
+            sums.append(cgutils.alloca_once_value(builder, first))  # type: ignore[no-untyped-call]
+        with cgutils.for_range(builder, count, intp=INDEX) as loop:
+            here = builder.add(weight, builder.mul(loop.index, step))
+            factor = _spread(builder, builder.load(builder.gep(data, [here])))
+            at = builder.add(row, builder.mul(loop.index, stride))
+            for i, total in enumerate(sums):
+                product = builder.fmul(factor, builder.load(vector(at, i), align=8))
+                builder.store(builder.fsub(builder.load(total), product), total)
+        for i, total in enumerate(sums):
+            builder.store(builder.load(total), vector(to, i), align=8)
+        return context.get_dummy_value()
+
+    return types.void(m, *[types.int64] * 6), generate
