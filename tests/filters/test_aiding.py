@@ -258,14 +258,17 @@ def test_a_recording_with_all_of_it_survives_its_file(tmp_path):
     assert back[:10].gnss is None
 
 
-def test_without_a_magnetometer_heading_is_learned_from_velocity():
-    """The motion's frame turned by 40° about the vertical: a relative heading starts 40° off."""
+@pytest.mark.parametrize("seed", [3, 4, 5])
+@pytest.mark.parametrize(("style", "error"), [("drone", 3.0), ("walking", 20.0)])
+def test_without_a_magnetometer_heading_is_learned_from_velocity(style, error, seed):
+    """The motion's frame turned by 40° about the vertical: a relative heading starts 40° off, and σ knows it."""
     turn = Rotation.from_euler("z", 40.0, degrees=True)
-    motion = simulate.motion(3, 60.0, 100.0, style="drone")
-    rec = simulate.observe(motion, simulate.imu("LSM6DSO32"), 3)
-    fixes = simulate.gnss(motion, seed=3)
+    motion = simulate.motion(seed, 60.0, 100.0, style=style)
+    rec = simulate.observe(motion, simulate.imu("LSM6DSO32"), seed)
+    fixes = simulate.gnss(motion, seed=seed)
     fixes = replace(fixes, position=turn.apply(fixes.position.copy()), velocity=turn.apply(fixes.velocity.copy()))
     track = lh.fuse(replace(rec, gnss=fixes), "ESKF", engine="compiled")
     true = turn * Rotation.from_quat(motion.quat.copy(), scalar_first=True)
     heading = np.degrees((track.as_rotation() * true.inv()).as_rotvec()[:, 2])
-    assert np.abs(heading[2000:]).max() < 5.0
+    assert np.abs(heading[2000:]).max() < error
+    assert (np.abs(heading[100:]) < 4.0 * np.degrees(track.sigma[100:, 2])).all()

@@ -12,7 +12,7 @@ Where the attitude was taken from the sensors anew (after a gap, at the start) t
 and attitude are left out of (1), the calibration still goes backwards through it.
 
 Attitude between the ends of two blocks is turned from the left by exp of a rotation vector that goes linearly from
-x^s_k to x_k+1 + x^s_k+1. Only some minutes of blocks are kept: the filter runs forward once to save its state now and
+x^s_k to x_k+1 + x^s_k+1. Only two minutes of blocks are kept: the filter runs forward once to save its state now and
 then, and again through each stretch before that is smoothed.
 """
 
@@ -22,7 +22,6 @@ from math import sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from levelhead import filters
 from levelhead.calibration import Calibration
@@ -39,7 +38,9 @@ from levelhead.filters.error_state import (
     BIAS,
     CUT,
     DRIVEN,
+    EAST,
     FOUND,
+    GONE,
     MEAN,
     ROW,
     SIZE,
@@ -63,8 +64,9 @@ from levelhead.kernels.vec3 import Vec3
 from levelhead.recording import Recording
 from levelhead.track import Track
 
-LONGEST = 0.2  # s: blocks need not be shorter than this offline
-KEPT = 2000  # blocks in memory
+LONGEST = 0.25  # s: blocks need not be shorter than this offline
+KEPT = 500  # blocks in memory, ten MB: more would not stay near the processor
+SHORTEST = 1e-9  # s, a block
 AHEAD = SIZE  # P⁻
 FROM = AHEAD + WHOLE  # attitude before the correction, 4
 WIDE = FROM + 4
@@ -96,12 +98,21 @@ class Blocks(NamedTuple):
     bias: Any  # 3
     swing: Any  # 4, the turn at its end, earth frame
     cut: Any  # 1: attitude starts anew
+    gone: Any  # 1, share of the place's field that was forgotten
     end: Any  # its last sample
+
+
+class Smoothed(NamedTuple):
+    """What comes out, a row a sample."""
+
+    quat: Any  # 4
+    bias: Any  # 3
+    sigma: Any  # 3
 
 
 def room(count: int) -> Blocks:
     """For that many blocks."""
-    return Blocks(*(np.zeros((count, width)) for width in (WHOLE, WHOLE, DRIVEN * ROW, N, 3, 4, 1, 1)))
+    return Blocks(*(np.zeros((count, width)) for width in (WHOLE, WHOLE, DRIVEN * ROW, N, 3, 4, 1, 1, 1)))
 
 
 @kernel
@@ -122,6 +133,7 @@ def keep(kept: Blocks, k: int, i: int, state: Any) -> None:
     kept.swing[k, 0], kept.swing[k, 1], kept.swing[k, 2], kept.swing[k, 3] = swing
     kept.cut[k, 0] = 1.0 if m[FOUND] > 0.0 or m[CUT] > 0.0 else 0.0
     kept.end[k, 0] = float(i)
+    kept.gone[k, 0] = m[GONE]
 
 
 @kernel
@@ -164,6 +176,8 @@ def load(kept: Blocks, k: int, m: Floats) -> None:
     copy(m, rts.GAIN, rts.NOW, WHOLE)
     for j in range(DRIVEN * ROW):
         m[rts.GAIN + SPEED * ROW + j] = kept.w[k + 1, j]
+    for j in range(ROW):
+        m[rts.GAIN + EAST * ROW + j] *= 1.0 - kept.gone[k + 1, 0]
     x, y = kept.x[k + 1, SPEED], kept.x[k + 1, SPEED + 1]
     take_along(m, rts.LATER, ROW, -x, -y)  # what the correction did to errors of velocity, undone
     m[rts.SMOOTHED + SPEED] += y * m[rts.SMOOTHED + TURN_Z]
@@ -188,21 +202,64 @@ def backward(kept: Blocks, count: int, m: Floats, turn: Any, bias: Any, sigma: A
 
 
 @kernel
-def turn_all(attitude: Any, turns: Any) -> None:
-    """Turns every attitude by a rotation vector, earth frame."""
-    for i in range(len(turns)):
-        q = Quat(attitude[i, 0], attitude[i, 1], attitude[i, 2], attitude[i, 3])
-        swing = quat.exp(Vec3(turns[i, 0], turns[i, 1], turns[i, 2]))
-        attitude[i, 0], attitude[i, 1], attitude[i, 2], attitude[i, 3] = quat.compose(swing, q)
-
-
-@kernel
 def ends(swing: Any, turn: Any, before: Any) -> None:
     """The rotation vectors of attitudes just before the ends of blocks: what the blocks corrected, then ``turn``."""
     for k in range(len(swing)):
         asked = quat.exp(Vec3(turn[k, 0], turn[k, 1], turn[k, 2]))
         whole = quat.multiply(asked, Quat(swing[k, 0], swing[k, 1], swing[k, 2], swing[k, 3]))
         before[k, 0], before[k, 1], before[k, 2] = quat.log(whole)
+
+
+@kernel
+def last_gap(t: Any, first: int, last: int) -> int:
+    """The last sample of these that comes after a gap; ``first`` if none does."""
+    found = first
+    for i in range(first + 1, last + 1):
+        if t[i] - t[i - 1] > GAP_SECONDS:
+            found = i
+    return found
+
+
+@kernel
+def turn_by(attitude: Any, i: int, x: float, y: float, z: float) -> None:
+    """Turns the attitude of sample i by a rotation vector, earth frame."""
+    q = Quat(attitude[i, 0], attitude[i, 1], attitude[i, 2], attitude[i, 3])
+    turned = quat.compose(quat.exp(Vec3(x, y, z)), q)
+    attitude[i, 0], attitude[i, 1], attitude[i, 2], attitude[i, 3] = turned
+
+
+@kernel
+def spread(
+    t: Any, kept: Blocks, count: int, stop: int, at_end: Any, before: Any, bias: Any, sigma: Any, track: Smoothed,
+) -> None:  # fmt: skip
+    """From the ends of blocks to every sample up to ``stop``: linear within a block, but not across a new start."""
+    for k in range(1, count + 1):
+        here = min(k, count - 1)
+        first = int(kept.end[k - 1, 0]) + 1
+        last = int(kept.end[k, 0]) if k < count else stop - 1
+        left = t[max(first - 1, 0)]
+        span = max(t[last] - left, SHORTEST)
+        anew = kept.cut[here, 0] > 0.0
+        joined = last_gap(t, max(first - 1, 0), last) if anew else 0
+        for i in range(first, last + 1):
+            line = min((t[i] - left) / span, 1.0) if k < count else 1.0
+            share = line
+            if anew:
+                share = 1.0 if i >= joined else 0.0
+            if k == count or i == last:
+                turn_by(track.quat, i, at_end[here, 0], at_end[here, 1], at_end[here, 2])
+            else:
+                kept_share = 1.0 - share
+                turn_by(
+                    track.quat,
+                    i,
+                    kept_share * at_end[k - 1, 0] + share * before[k, 0],
+                    kept_share * at_end[k - 1, 1] + share * before[k, 1],
+                    kept_share * at_end[k - 1, 2] + share * before[k, 2],
+                )
+            for j in range(3):
+                track.bias[i, j] = bias[k - 1, j] + line * (bias[here, j] - bias[k - 1, j])
+                track.sigma[i, j] = sigma[k - 1, j] + line * (sigma[here, j] - sigma[k - 1, j])
 
 
 @functools.cache
@@ -230,7 +287,7 @@ class Smoother:
         mag = np.empty((0, 3)) if recording.mag is None else np.array(recording.mag)
         self._sensors = (np.array(recording.t), np.array(recording.gyr), np.array(recording.acc), mag)
         n = len(recording)
-        self.quat, self.bias, self.sigma = np.empty((n, 4)), np.empty((n, 3)), np.empty((n, 3))
+        self.track = Smoothed(np.empty((n, 4)), np.empty((n, 3)), np.empty((n, 3)))
         self.health = np.zeros(n, np.uint32)
         self.begin = Stretch(0, primed(FORWARD, driver.begin(self._settings), prior))
         self._kept = room(KEPT)
@@ -248,7 +305,7 @@ class Smoother:
             last,
             stretch.start,
             *self._sensors,
-            self.quat,
+            self.track.quat,
             self.health,
             self._kept,
         )
@@ -267,30 +324,7 @@ class Smoother:
         turn, bias, sigma, before = (np.zeros((count, 3)) for _ in range(4))
         compiled(backward)(self._kept, count, self._smoothed, turn, bias, sigma)
         compiled(ends)(self._kept.swing[:count], turn, before)
-        t = self._sensors[0]
-        end = self._kept.end[:count, 0].astype(int)
-        samples = np.arange(end[0] + 1, stop)
-        k = np.searchsorted(end, samples)  # the block that each belongs to
-        inside = np.minimum(k, count - 1)
-        left = np.maximum(end[inside - 1], 0)
-        share = ((t[samples] - t[left]) / np.maximum(t[end[inside]] - t[left], 1e-9))[:, None]
-        cut = self._kept.cut[inside] > 0.0
-        share = np.where(cut, 1.0, share)
-        share[cut[:, 0] & self._before_gap(samples, end[inside])] = 0.0
-        turns = turn[inside - 1] + share * (before[inside] - turn[inside - 1])
-        done = (samples == end[inside]) | (k == count)
-        turns[done] = turn[inside[done]]
-        compiled(turn_all)(self.quat[samples[0] : stop], turns)
-        at = t[np.maximum(end, 0)]
-        for j in range(3):
-            self.bias[samples, j] = np.interp(t[samples], at, bias[:, j])
-            self.sigma[samples, j] = np.interp(t[samples], at, sigma[:, j])
-
-    def _before_gap(self, samples: NDArray[np.int_], end: NDArray[np.int_]) -> NDArray[np.bool_]:
-        """Which samples are cut off from the end of their block."""
-        after = np.flatnonzero(np.diff(self._sensors[0]) > GAP_SECONDS) + 1
-        following = np.append(after, len(self._sensors[0]))[np.searchsorted(after, samples, side="right")]
-        return following <= end
+        compiled(spread)(self._sensors[0], self._kept, count, stop, turn, before, bias, sigma, self.track)
 
 
 def smooth(
@@ -305,7 +339,7 @@ def smooth(
 
     Args:
         recording: what the sensors said, SI units; pressure and GNSS are not used.
-        params: of the self-calibrating filter ``ESKF``; None: those of ``filters.offline``. Blocks are made 0.2 s long
+        params: of the self-calibrating filter ``ESKF``; None: those of ``filters.offline``. Blocks are made 0.25 s long
             at least.
         guard: as for ``fuse``.
         prior: as for ``fuse``.
@@ -313,7 +347,7 @@ def smooth(
 
     Returns:
         A Track with the stamps of the recording; health is that of the forward run. Memory: ten numbers a sample, and
-        two thousand blocks.
+        five hundred blocks.
 
     Raises:
         LevelheadError: another filter, or a prior that is none.
@@ -344,4 +378,4 @@ def smooth(
         if progress is not None:
             progress(1.0 - 0.5 * stretches[k].start / n)
     calibration = run.learned(stretches[-1])
-    return Track(recording.t, run.quat, run.bias, run.sigma, run.health, params, calibration=calibration)
+    return Track(recording.t, *run.track, run.health, params, calibration=calibration)

@@ -108,4 +108,4 @@ def offline() -> Any:
     What is constant may then be unknown at the start: a magnetometer's offset is found with the whole recording. Online
     a wide prior would turn the heading while the offset is found, so there it begins small and walks.
     """
-    return ESKF(mag_offset=0.036, offset_walk=1e-4, mag_noise=0.033)
+    return ESKF(mag_offset=0.01, offset_walk=1e-4, mag_noise=0.033, place_time=1000.0)

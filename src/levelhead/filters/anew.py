@@ -7,6 +7,7 @@ from levelhead.filters import aiding
 from levelhead.filters.error_state import (
     AIDED,
     COUNT,
+    EAST,
     FIELD,
     MAG,
     MEAN,
@@ -64,12 +65,20 @@ def odd_for(m: Floats, odd: Odd, fit: Fit) -> Odd:
 
 
 @rare
-def take_field(m: Floats, field: Vec3) -> None:
+def new_place(params: ESKF, m: Floats) -> None:
+    """Nothing is known of the field."""
+    independent(m, MAG, 2, FIRST_FIELD)
+    m[MEAN + EAST] = 0.0
+    independent(m, EAST, 1, params.mag_place)
+
+
+@rare
+def take_field(params: ESKF, m: Floats, field: Vec3) -> None:
     """This field is the earth's from now on; of its heading see ``found_north``."""
+    new_place(params, m)
     x, y, z = field
     m[MEAN + MAG] = sqrt(x * x + y * y)
     m[MEAN + MAG + 1] = z
-    independent(m, MAG, 2, FIRST_FIELD)
 
 
 @kernel
@@ -99,9 +108,9 @@ def found_up(params: ESKF, m: Floats) -> Quat:
 
 
 @rare
-def found_north(m: Floats, swing: Quat) -> Quat:
+def found_north(params: ESKF, m: Floats, swing: Quat) -> Quat:
     """The same turn, and one about the vertical that brings the block's mean field north."""
     field = quat.rotate(swing, scale(vector(m, FIELD), 1.0 / m[COUNT]))
-    take_field(m, field)
+    take_field(params, m, field)
     independent(m, TURN_Z, 1, FIRST_HEADING)
     return tilt.add_yaw(swing, atan2(field.x, field.y))

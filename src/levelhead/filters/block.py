@@ -27,7 +27,7 @@ from levelhead.kernels.arrays import Floats
 from levelhead.kernels.jit import kernel, rare
 from levelhead.kernels.mat3 import Mat3
 from levelhead.kernels.tilt import GRAVITY
-from levelhead.kernels.vec3 import Vec3, cross
+from levelhead.kernels.vec3 import Vec3, cross, scale, sub
 
 
 @kernel
@@ -75,16 +75,18 @@ def feel(m: Floats, r: Mat3, gyr: Vec3, acc: Vec3, dt: float) -> None:
 
 @rare
 def look(m: Floats, r: Mat3, rate: Vec3, mag: Vec3, unit: float) -> None:
-    """Magnetometer of one more sample in the block: e = R (h − d ω × h), h = m/unit − o."""
+    """Magnetometer of one more sample in the block: e = R (h − d ω × h + d²/2 ω × (ω × h)), h = m/unit − o."""
     x, y, z = mag
     one = 1.0 / unit
     h = Vec3(x * one - m[MEAN + IRON], y * one - m[MEAN + IRON + 1], z * one - m[MEAN + IRON + 2])
     x, y, z = mat3.apply(r, h)
-    a, b, c = mat3.apply(r, cross(rate, h))
     delay = m[MEAN + DELAY]
+    swept = cross(rate, h)
+    a, b, c = mat3.apply(r, sub(swept, scale(cross(rate, swept), 0.5 * delay)))
     m[FIELD] += x - delay * a
     m[FIELD + 1] += y - delay * b
     m[FIELD + 2] += z - delay * c
+    a, b, c = mat3.apply(r, sub(swept, scale(cross(rate, swept), delay)))
     m[LATE] += a
     m[LATE + 1] += b
     m[LATE + 2] += c

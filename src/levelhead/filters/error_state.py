@@ -38,9 +38,10 @@ GYR = 12  # gyroscope matrix S, 9 by rows
 MAG = 21  # horizontal and vertical field m, in units of the first norm, 2
 IRON = 23  # magnetometer offset o, the same unit, 3
 DELAY = 26  # by which the magnetometer is late, s
-PLACE = 27  # position p, m, earth frame, 3
-AIR = 30  # by which the barometer's height is off, m
-N = 31
+EAST = 27  # of the field where the sensor is, which points aside of north, the same unit
+PLACE = 28  # position p, m, earth frame, 3
+AIR = 31  # by which the barometer's height is off, m
+N = 32
 DRIVEN = 6  # from SPEED on
 
 # How much of a row is computed: fours, which vector instructions take. What does not exist is zero there.
@@ -82,7 +83,8 @@ LOST = COUNT + 1  # variance of turns that were not measured, rad²
 LOST_Z = LOST + 1
 CUT = LOST_Z + 1  # s of a gap before the block
 FOUND = CUT + 1  # 1: attitude was taken from the sensors at the end of the block
-SIZE = FOUND + 1
+GONE = FOUND + 1  # share of EAST that was forgotten
+SIZE = GONE + 1
 
 
 @kernel

@@ -11,16 +11,17 @@ turned by (2) exactly and v by f − g. What the errors do is summed up over a b
 
     θ ← θ − ∫R dt δb − ∫R ⊗ ω dt δS,   v ← v − [∫f dt]× θ − ∫R dt δc                                            (3)
 
-which are the rows of F − 1 in P ← F P Fᵀ + Q; all else walks at random. Then rows are measured one after the other.
-A body stays in the room, so that its mean velocity over T is zero but for what is left of a density ``speed``²:
+which are the rows of F − 1 in P ← F P Fᵀ + Q; all else but n, see (5), walks at random. Then rows are measured one
+after the other. A body stays in the room, so that its mean velocity over T is zero but for what is left of a density
+``speed``²:
 
     0 = v + δv − θ_z × v,   variance speed²/T                                                                   (4)
 
 which is what makes tilt observable, without any test whether |a| is g; a turn by θ_z takes v along, so that (4) tells
-nothing of heading. The block's mean field e = mean R (h − d ω × h)
-has no eastern part, and strength and dip m:
+nothing of heading. The block's mean field e = mean R (h − d ω × h + d²/2 ω × (ω × h)) has strength and dip m, and an
+eastern part n that differs from place to place by ``mag_place``, and is forgotten over ``place_time``:
 
-    e + θ × e − mean R δo − mean R (ω × h) δd − (0, δm_h, δm_v) = (0, m_h, m_v)                                 (5)
+    e + θ × e − mean R δo − mean R (ω × h − d ω × (ω × h)) δd − (δn, δm_h, δm_v) = (n, m_h, m_v)                (5)
 
 with a variance that grows by the square of what norm and dip differ from m. A magnet must not tilt the horizon: the
 gains of θ_x, θ_y, v and c are zero in (5) (the consider filter of S. F. Schmidt). At rest
@@ -39,7 +40,7 @@ from math import sqrt
 from typing import NamedTuple
 
 from levelhead.filters import aiding
-from levelhead.filters.anew import FIRST_FIELD, NOTHING_ODD, Odd, found_north, found_up, odd_for, take_field
+from levelhead.filters.anew import FIRST_FIELD, NOTHING_ODD, Odd, found_north, found_up, new_place, odd_for, take_field
 from levelhead.filters.block import begin_block, feel, look
 from levelhead.filters.contract import Filter, Output, SelfCalibration, Settling
 from levelhead.filters.error_state import (
@@ -75,7 +76,7 @@ from levelhead.filters.error_state import (
 from levelhead.filters.eskf_params import DEGREE, ESKF, MILLI
 from levelhead.filters.health import ACC_REJECTED, AID_REJECTED, MAG_LEARNED, MAG_REJECTED
 from levelhead.filters.learned import Learned, estimate, tell
-from levelhead.filters.prediction import FIRST_SPEED, across_gap, predict
+from levelhead.filters.prediction import FIRST_SPEED, across_gap, elsewhere, predict
 from levelhead.filters.rows import runaway, see_all
 from levelhead.kernels import quat, tilt, triad
 from levelhead.kernels.arrays import Floats, zeros
@@ -147,7 +148,7 @@ def begun(params: ESKF, m: Floats, acc: Vec3, mag: Vec3) -> State:
 @rare
 def first_field(params: ESKF, m: Floats, attitude: Quat, mag: Vec3) -> float:
     """The field of the first sample that has one; returns its norm."""
-    independent(m, MAG, 2, FIRST_FIELD)
+    new_place(params, m)
     independent(m, IRON, 3, params.mag_offset)
     independent(m, DELAY, 1, params.mag_delay * MILLI)
     unit = norm(mag)
@@ -175,6 +176,8 @@ def step(params: ESKF, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float)
     attitude = quat.integrate(attitude, rate, dt)
     if dt > GAP_SECONDS:
         across_gap(m, dt)
+        if unit > 0.0:
+            elsewhere(params, m, dt)
         dt = BRIEF
     r = quat.matrix(attitude)
     if m[AIDED] != 0.0:
@@ -221,7 +224,7 @@ def corrected(params: ESKF, state: State) -> State:
     if up_lost or (m[COUNT] > 0.0 and variance(m, TURN_Z) > UNKNOWN * UNKNOWN):
         swing = found_up(params, m) if up_lost else IDENTITY
         if m[COUNT] > 0.0 and variance(m, TURN_Z) > UNKNOWN * UNKNOWN:
-            swing = found_north(m, swing)
+            swing = found_north(params, m, swing)
         m[FOUND] = 1.0
         return State(quat.compose(swing, attitude), unit, False, 0.0, NOTHING_ODD, blocks + 1, True, 0, m)
     fit = see_all(params, m, still, out == 0.0, odd.spell > ODD_TIME, n)
@@ -233,7 +236,7 @@ def corrected(params: ESKF, state: State) -> State:
         health |= AID_REJECTED
     odd = odd_for(m, odd, fit)
     if odd.spell > params.mag_time:  # the room was changed, not the moment
-        take_field(m, odd.field)
+        take_field(params, m, odd.field)
         independent(m, TURN_Z, 1, UNKNOWN)
         health |= MAG_LEARNED
         odd = NOTHING_ODD

@@ -35,7 +35,7 @@ class ESKF(NamedTuple):
     ] = 0.01
     acc_bias: Annotated[
         float, Param("m/s²", "1σ of the accelerometer's bias", low=0.0, sweep=(1e-3, 0.5), log=True)
-    ] = 0.05
+    ] = 0.04
     acc_walk: Annotated[
         float, Param("(m/s²)/√s", "random walk of this bias", low=0.0, sweep=(1e-7, 1e-2), log=True)
     ] = 2e-5
@@ -51,6 +51,20 @@ class ESKF(NamedTuple):
             "√s", "density of the field's error, as a share of it", low=0.0, low_open=True, sweep=(1e-3, 0.5), log=True
         ),
     ] = 0.025
+    mag_place: Annotated[
+        float,
+        Param(
+            "",
+            "1σ by which the field of a place points aside of north, as a share of it",
+            low=0.0,
+            sweep=(1e-3, 0.1),
+            log=True,
+        ),
+    ] = 0.01
+    place_time: Annotated[
+        float,
+        Param("s", "time constant of being in one place", low=0.0, low_open=True, sweep=(1.0, 1e3), log=True),
+    ] = 60.0
     mag_gate: Annotated[
         float,
         Param(
@@ -110,4 +124,4 @@ class ESKF(NamedTuple):
     ] = 0.03
     block: Annotated[
         float, Param("s", "time between two corrections; 0: at every sample", low=0.0, sweep=(0.005, 0.5), log=True)
-    ] = 0.1
+    ] = 0.15

@@ -13,6 +13,8 @@ from levelhead.filters.error_state import (
     BIAS,
     CUT,
     DRIVEN,
+    EAST,
+    GONE,
     GYR,
     HEARD,
     HERE,
@@ -33,6 +35,7 @@ from levelhead.filters.error_state import (
     WOUND,
     F,
     N,
+    P,
     carry_place,
     independent,
     propagate,
@@ -43,11 +46,13 @@ from levelhead.filters.error_state import (
 from levelhead.filters.eskf_params import DEGREE, ESKF
 from levelhead.kernels.arrays import Floats
 from levelhead.kernels.jit import kernel, rare
-from levelhead.kernels.tilt import after_gap
+from levelhead.kernels.tilt import GRAVITY, after_gap
 
 ROUNDING = 2e-7  # share of a variance that corrections in single precision may get wrong in a block
 UNSUPPORTED = 5.0  # m/s², 1σ of the acceleration of a body whose accelerometer is silent
 FIRST_SPEED = 0.3  # m/s
+VAGUE = 0.1  # rad, 1σ of a heading that may be learned from velocity,
+CLEAR = 5.0  # times what of the horizontal force may be tilt
 IMPACT = 300.0  # m/s²: a blow about which samples tell little
 
 
@@ -74,6 +79,38 @@ def drive(m: Floats) -> None:
 
 
 @kernel
+def elsewhere(params: ESKF, m: Floats, spell: float) -> None:
+    """The field's east component after a while, n of eq. 5 there: a first-order Gauss-Markov process."""
+    left = params.place_time / (params.place_time + spell)
+    m[GONE] = 1.0 - (1.0 - m[GONE]) * left
+    m[MEAN + EAST] = m[MEAN + EAST] * left
+    for i in range(N):
+        m[P + EAST * ROW + i] = m[P + EAST * ROW + i] * left
+    for i in range(N):
+        m[P + i * ROW + EAST] = m[P + i * ROW + EAST] * left
+    widen(m, EAST, 1, params.mag_place * params.mag_place * (1.0 - left * left))
+
+
+@kernel
+def unsure_of_heading(m: Floats) -> None:
+    """What F, of first order, must not say of heading to whoever sees velocity.
+
+    v goes along the tangent of a turn by θ_z, and the arc differs from it by θ_z²/2 ∫f dt. A horizontal force that may
+    be gravity, tilted by what is not known of tilt, has no direction that could tell heading: both are noise.
+    """
+    x, y, _ = vector(m, PUSHED)
+    push = x * x + y * y
+    doubt = variance(m, TURN_Z)
+    tilted = (variance(m, TURN) + variance(m, TURN + 1)) * GRAVITY * GRAVITY * m[SPELL] * m[SPELL]
+    noise = 0.5 * doubt * doubt * push
+    if doubt > VAGUE * VAGUE and push < CLEAR * CLEAR * tilted:
+        m[F + TURN_Z] = 0.0
+        m[F + ROW + TURN_Z] = 0.0
+        noise += doubt * push
+    widen(m, SPEED, 2, noise)
+
+
+@kernel
 def walked(params: ESKF, m: Floats, with_field: bool) -> None:
     """Process noise of a block."""
     spell = m[SPELL]
@@ -94,6 +131,7 @@ def walked(params: ESKF, m: Floats, with_field: bool) -> None:
     if with_field:
         widen(m, MAG, 2, params.field_walk * params.field_walk * spell)
         widen(m, IRON, 3, params.offset_walk * params.offset_walk * spell)
+        elsewhere(params, m, spell)
 
 
 @rare
@@ -124,6 +162,7 @@ def predict(params: ESKF, m: Floats, n: int) -> None:
     """The covariance at the end of the block."""
     drive(m)
     if n > HERE:
+        unsure_of_heading(m)
         carry_place(m, n, 0.5 * m[SPELL])
     propagate(m, n)
     if n > HERE:

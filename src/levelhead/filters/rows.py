@@ -8,6 +8,7 @@ from levelhead.filters.error_state import (
     BIAS,
     COUNT,
     DELAY,
+    EAST,
     FIELD,
     GYR,
     HERE,
@@ -140,8 +141,9 @@ def see_field(params: ESKF, m: Floats, steady: bool, n: int) -> Fit:
     noise = params.mag_noise * params.mag_noise * strength2 * doubt / m[SPELL]
     m[H + TURN + 1] = z
     m[H + TURN_Z] = -y
+    m[H + EAST] = -1.0
     aside(m, 0, one)
-    measure(m, n, TURN_Z, -x, noise)
+    measure(m, n, TURN_Z, m[MEAN + EAST] - x, noise)
     m[H + TURN] = -z
     m[H + TURN_Z] = x
     m[H + MAG] = -1.0
@@ -177,5 +179,6 @@ def see_all(params: ESKF, m: Floats, still: bool, believed: bool, steady: bool, 
         fit = Fit(fit.refused, fit.turned, fit.field, aiding.see_places(m, n))
     for i in range(n):
         m[MEAN + i] += m[X + i]
-    take_along(m, P, n, m[X + SPEED], m[X + SPEED + 1])
+    if not (aiding.aided(m, 0) or aiding.aided(m, 1)):  # who sees velocity from outside says where it points
+        take_along(m, P, n, m[X + SPEED], m[X + SPEED + 1])
     return fit

@@ -1,0 +1,63 @@
+"""What of every method's error is the clock of the reference: BROAD's is ahead of the gyroscopes.
+
+Every method's orientation is held against the reference as it is, and one sample later, as if the reference had been
+stamped so much later: in a turn of 500 °/s a millisecond is half a degree. The last column is the mean lag that
+``levelhead.evaluate`` finds in the recordings that move enough to tell.
+"""
+
+import statistics
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import levelhead as lh
+from levelhead.bench import methods
+from levelhead.bench.survey import logs
+from levelhead.bench.timing import Table
+from levelhead.evaluate import evaluate
+from measure import options, show
+
+METHODS = ("best", "smoother", "EKF", "Mahony", "Madgwick", "vqf.VQF", "vqf.offlineVQF")
+
+
+def later(track: lh.Track, samples: int) -> lh.Track:
+    """Every orientation at the stamp of an earlier sample."""
+    moved = np.minimum(np.arange(len(track)) + samples, len(track) - 1)
+    return lh.Track(track.t, track.quat[moved])
+
+
+def row(name: str, recordings: list[lh.Recording]) -> dict[str, Any]:
+    """Of one method: mean errors as they are and a sample later, and the lag."""
+    found: dict[str, list[float]] = {}
+    for recording in recordings:
+        track = lh.Track(recording.t, np.asarray(methods.find(name).orientation(recording)))
+        for samples in (0, 1):
+            score = evaluate(recording, later(track, samples))
+            found.setdefault(f"tilt_{samples}", []).append(score.tilt)
+            found.setdefault(f"aligned_{samples}", []).append(score.total_aligned)
+            if samples == 0 and score.lag is not None:
+                found.setdefault("lag", []).append(score.lag)
+    return {"case": name} | {key: statistics.fmean(values) for key, values in found.items()}
+
+
+def main() -> None:
+    """All recordings with a truth and a magnetometer in a folder."""
+    parser = options(__doc__)
+    parser.add_argument("folder", type=Path, help="recordings with a reference, such as BROAD's")
+    given = parser.parse_args()
+    recordings = [recording for recording in map(lh.read, logs([given.folder])) if recording.truth is not None]
+    columns = {
+        "case": "method",
+        "tilt_0": "tilt [°]",
+        "tilt_1": "tilt a sample later [°]",
+        "aligned_0": "aligned [°]",
+        "aligned_1": "aligned a sample later [°]",
+        "lag": "lag [ms]",
+    }
+    rows = [row(name, recordings) for name in METHODS]
+    show([Table(f"{len(recordings)} recordings", columns, rows, "")], given.json)
+
+
+if __name__ == "__main__":
+    main()
