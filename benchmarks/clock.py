@@ -1,8 +1,10 @@
 """What of every method's error is the clock of the reference: BROAD's is ahead of the gyroscopes.
 
 Every method's orientation is held against the reference as it is, and one sample later, as if the reference had been
-stamped so much later: in a turn of 500 °/s a millisecond is half a degree. The last column is the mean lag that
-``levelhead.evaluate`` finds in the recordings that move enough to tell.
+stamped so much later: in a turn of 500 °/s a millisecond is half a degree. Lag is the mean of what
+``levelhead.evaluate`` finds in the recordings that move enough to tell. The last column is the RMS angle between a
+method's vertical and that of offlineVQF, which shares nothing with ours but the sensors: where two agree better with
+each other than with the reference, it is the reference that is off.
 """
 
 import statistics
@@ -16,6 +18,8 @@ from levelhead.bench import methods
 from levelhead.bench.survey import logs
 from levelhead.bench.timing import Table
 from levelhead.evaluate import evaluate
+from levelhead.evaluate.errors import error_quaternion, split
+from levelhead.evaluate.score import counted, rms
 from measure import options, show
 
 METHODS = ("best", "smoother", "EKF", "Mahony", "Madgwick", "vqf.VQF", "vqf.offlineVQF")
@@ -27,11 +31,19 @@ def later(track: lh.Track, samples: int) -> lh.Track:
     return lh.Track(track.t, track.quat[moved])
 
 
-def row(name: str, recordings: list[lh.Recording]) -> dict[str, Any]:
-    """Of one method: mean errors as they are and a sample later, and the lag."""
+def tracked(name: str, recording: lh.Recording) -> lh.Track:
+    """A method's orientation."""
+    return lh.Track(recording.t, np.asarray(methods.find(name).orientation(recording)))
+
+
+def row(name: str, recordings: list[lh.Recording], others: list[lh.Track]) -> dict[str, Any]:
+    """Of one method: mean errors as they are and a sample later, the lag, how far its vertical is from another's."""
     found: dict[str, list[float]] = {}
-    for recording in recordings:
-        track = lh.Track(recording.t, np.asarray(methods.find(name).orientation(recording)))
+    for recording, other in zip(recordings, others, strict=True):
+        track = tracked(name, recording)
+        assert recording.truth is not None
+        apart = split(error_quaternion(track.quat, other.quat)).tilt[counted(recording.truth)]
+        found.setdefault("apart", []).append(float(np.degrees(rms(apart))))
         for samples in (0, 1):
             score = evaluate(recording, later(track, samples))
             found.setdefault(f"tilt_{samples}", []).append(score.tilt)
@@ -54,8 +66,10 @@ def main() -> None:
         "aligned_0": "aligned [°]",
         "aligned_1": "aligned a sample later [°]",
         "lag": "lag [ms]",
+        "apart": "tilt from offlineVQF's [°]",
     }
-    rows = [row(name, recordings) for name in METHODS]
+    others = [tracked("vqf.offlineVQF", recording) for recording in recordings]
+    rows = [row(name, recordings, others) for name in METHODS]
     show([Table(f"{len(recordings)} recordings", columns, rows, "")], given.json)
 
 

@@ -74,8 +74,8 @@ def forgotten(flt, track, true, end):
 
 
 def late(flt):
-    """By how many samples a filter that judges the field by itself may say so later: it does at the ends of blocks."""
-    return round(RATE * flt.params().block) + 4 if "field" in flt.judges else 0
+    """By how many samples a filter that judges the field by itself may say so later: until the block after ends."""
+    return 2 * round(RATE * flt.params().block) if "field" in flt.judges else 0
 
 
 def only_there(track, clean, bit, rows, late=0):

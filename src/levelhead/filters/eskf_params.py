@@ -124,4 +124,4 @@ class ESKF(NamedTuple):
     ] = 0.03
     block: Annotated[
         float, Param("s", "time between two corrections; 0: at every sample", low=0.0, sweep=(0.005, 0.5), log=True)
-    ] = 0.15
+    ] = 0.12
