@@ -6,7 +6,7 @@ With A = P⁻_k+1, B = F P_k, d = x_k+1 + x^s_k+1 and the Cholesky factor A = R�
     x^s_k = G d,   P^s_k = P_k + G (P^s_k+1 − A) Gᵀ                                                             (2)
 
 Everything goes by whole rows, which vector instructions take. A state without variance, or one that the past says
-nothing about, has a column of zeros in G.
+nothing about, has a column of zeros in G, and what only it would need is left out.
 """
 
 from math import sqrt
@@ -32,21 +32,6 @@ SIZE = SMOOTHED + ROW
 
 
 @kernel
-def factorize(m: Floats, cut: bool) -> None:
-    """R by rows; the diagonal holds 1/R_jj, and 0 for what tells nothing."""
-    copy(m, FACTOR, AHEAD, WHOLE)
-    for j in range(N):
-        row = FACTOR + j * ROW
-        subtract_rows(m, row, FACTOR + j, ROW, FACTOR, ROW, j)
-        pivot = m[row + j]
-        silent = pivot <= LEAST * m[AHEAD + j * ROW + j] or (cut and SPEED <= j < SPEED + DRIVEN)
-        one = 0.0 if silent else 1.0 / sqrt(pivot)
-        for i in range(N):
-            m[row + i] = m[row + i] * one
-        m[row + j] = one
-
-
-@kernel
 def scaled(m: Floats, row: int, factor: float) -> None:
     """A row times a number."""
     for i in range(N):
@@ -54,15 +39,32 @@ def scaled(m: Floats, row: int, factor: float) -> None:
 
 
 @kernel
+def factorize(m: Floats, cut: bool) -> None:
+    """R by rows; the diagonal holds 1/R_jj, and 0 for what tells nothing."""
+    copy(m, FACTOR, AHEAD, WHOLE)
+    for j in range(N):
+        row = FACTOR + j * ROW
+        if m[AHEAD + j * ROW + j] > 0.0:
+            subtract_rows(m, row, FACTOR + j, ROW, FACTOR, ROW, j)
+        pivot = m[row + j]
+        silent = pivot <= LEAST * m[AHEAD + j * ROW + j] or (cut and SPEED <= j < SPEED + DRIVEN)
+        one = 0.0 if silent else 1.0 / sqrt(pivot)
+        scaled(m, row, one)
+        m[row + j] = one
+
+
+@kernel
 def solve(m: Floats) -> None:
     """Eq. 1."""
     for j in range(N):
-        subtract_rows(m, GAIN + j * ROW, FACTOR + j, ROW, GAIN, ROW, j)
+        if m[FACTOR + j * ROW + j] != 0.0:
+            subtract_rows(m, GAIN + j * ROW, FACTOR + j, ROW, GAIN, ROW, j)
         scaled(m, GAIN + j * ROW, m[FACTOR + j * ROW + j])
     for k in range(N):
         j = N - 1 - k
         after = j + 1
-        subtract_rows(m, GAIN + j * ROW, FACTOR + j * ROW + after, 1, GAIN + after * ROW, ROW, k)
+        if m[FACTOR + j * ROW + j] != 0.0:
+            subtract_rows(m, GAIN + j * ROW, FACTOR + j * ROW + after, 1, GAIN + after * ROW, ROW, k)
         scaled(m, GAIN + j * ROW, m[FACTOR + j * ROW + j])
 
 
@@ -77,9 +79,11 @@ def combine(m: Floats) -> None:
         m[OFF + i] = -m[OFF + i]
     subtract_rows(m, SMOOTHED, OFF, 1, GAIN, ROW, N)
     for i in range(N):
-        subtract_rows(m, PRODUCT + i * ROW, AHEAD + i * ROW, 1, GAIN, ROW, N)
+        if m[FACTOR + i * ROW + i] != 0.0:
+            subtract_rows(m, PRODUCT + i * ROW, AHEAD + i * ROW, 1, GAIN, ROW, N)
     for i in range(N):
-        subtract_rows(m, NOW + i * ROW, GAIN + i, ROW, PRODUCT, ROW, N)
+        if m[NOW + i * ROW + i] != 0.0:
+            subtract_rows(m, NOW + i * ROW, GAIN + i, ROW, PRODUCT, ROW, N)
     for i in range(N):
         for j in range(i):
             m[NOW + i * ROW + j] = m[NOW + j * ROW + i]
