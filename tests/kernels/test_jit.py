@@ -15,6 +15,7 @@ from levelhead.kernels.mat2 import Mat2
 from levelhead.kernels.mat3 import Mat3
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.vec3 import Vec3
+from levelhead.kernels.wide import WIDE
 
 
 @jit.kernel
@@ -141,9 +142,9 @@ def test_rows_are_subtracted_with_the_same_bits_and_within_their_bounds(step, co
     arrays.subtract_each_row(meant, *place)
     jit.compiled(subtracted)(fast, *place)
     assert plain == fast.tolist() == meant
-    rows = before[60 : 60 + 30 * count].reshape(count, 30)[:, : arrays.WIDE]
+    rows = before[60 : 60 + 30 * count].reshape(count, 30)[:, :WIDE]
     expected = before.copy()
-    expected[7 : 7 + arrays.WIDE] -= before[250 : 250 + step * count : step] @ rows
+    expected[7 : 7 + WIDE] -= before[250 : 250 + step * count : step] @ rows
     np.testing.assert_allclose(plain, expected, atol=1e-14)
 
 

@@ -12,8 +12,9 @@ nothing about, has a column of zeros in G, and what only it would need is left o
 from math import sqrt
 
 from levelhead.filters.error_state import DRIVEN, ROW, SPEED
-from levelhead.kernels.arrays import WIDE, Floats, copy, subtract_rows
+from levelhead.kernels.arrays import Floats, copy, subtract_rows
 from levelhead.kernels.jit import kernel, rare
+from levelhead.kernels.wide import WIDE
 
 WHOLE = ROW * ROW  # numbers of a matrix; those of aiding stay unused
 N = WIDE

@@ -9,10 +9,9 @@ Its words are written once for each engine: plain Python runs what stands here, 
 """
 
 from levelhead.kernels.jit import kernel, word
+from levelhead.kernels.wide import WIDE
 
 Floats = list[float]
-
-WIDE = 28  # numbers of the rows that ``subtract_rows`` takes, which vector registers hold at once
 
 
 @kernel

@@ -12,7 +12,7 @@ from llvmlite import ir
 from numba.core import cgutils, types
 from numba.extending import intrinsic
 
-from levelhead.kernels.arrays import WIDE
+from levelhead.kernels.wide import WIDE
 
 WIDTH = 4  # numbers in one vector: what AVX holds; narrower processors take two steps
 
