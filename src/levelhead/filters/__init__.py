@@ -105,7 +105,7 @@ def best() -> Any:
 def offline() -> Any:
     """The same for a recording that is known to its end.
 
-    What is constant may then be unknown at the start: a magnetometer's offset is found with the whole recording. Online
-    a wide prior would turn the heading while the offset is found, so there it begins small and walks.
+    What is constant is found with the whole of it: a magnetometer's offset, which online begins smaller and walks, to
+    follow the fields of a room; and the field of the place, in which a recording stays.
     """
     return ESKF(mag_offset=0.01, offset_walk=1e-4, mag_noise=0.033, place_time=1000.0)
