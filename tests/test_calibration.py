@@ -70,7 +70,7 @@ def test_the_field_of_the_place(runs):
 def test_in_words(runs):
     words = str(runs[0][1])
     for start in (
-        "gyroscope bias x 0.98 ± 0.0",
+        "gyroscope bias x 0.98 ± 0.04, y −1.00",
         "gyroscope scale x",
         "gyroscope cross-axis xy",
         "accelerometer bias x 0.069",

@@ -74,17 +74,20 @@ def forgotten(flt, track, true, end):
 
 
 def late(flt):
-    """By how many samples a filter that judges the field by itself may say so later: until the block after ends."""
-    return 2 * round(RATE * flt.params().block) if "field" in flt.judges else 0
+    """By how many samples a filter that judges the field by itself may say so later: it does at the ends of blocks."""
+    return round(RATE * flt.params().block) if "field" in flt.judges else 0
 
 
 def only_there(track, clean, bit, rows, late=0):
-    """The bit is set at these samples and at no others, where nothing was wrong in the clean run either."""
+    """The bit is set at these samples and at no others, where nothing was wrong in the clean run either.
+
+    Who is late says so from the end of the block that the first of them is in, to the end of the one after the last's.
+    """
     found = np.flatnonzero((track.health & bit).astype(bool) & ~(clean.health & bit).astype(bool))
     if late == 0:
         np.testing.assert_array_equal(found, rows)
         return
-    assert 0 <= found[0] - rows[0] <= late and 0 <= found[-1] - rows[-1] <= late
+    assert 0 <= found[0] - rows[0] < late and 0 <= found[-1] - rows[-1] < 2 * late
     assert len(found) == found[-1] - found[0] + 1
 
 
