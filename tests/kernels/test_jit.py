@@ -1,10 +1,8 @@
 """Compiled twins: same bits, wrong sizes refused at compile time, a cache that is never stale and never crashes."""
 
-import importlib.util
-import os
-import subprocess
 import sys
 import textwrap
+import types
 
 import numba
 import numpy as np
@@ -51,14 +49,14 @@ def test_wrong_sizes_fail_when_compiled():
     assert mat3.transpose(three) == Mat3(0.0, 3.0, 6.0, 1.0, 4.0, 7.0, 2.0, 5.0, 8.0)
 
 
-def test_the_hash_follows_every_kernel_that_is_reached(tmp_path):
+def test_the_hash_follows_every_kernel_that_is_reached(tmp_path, monkeypatch):
     def load(name, text):
+        """Executed from its text: an import would take the byte code of a version written within the same second."""
         path = tmp_path / f"{name}.py"
         path.write_text(textwrap.dedent(text))
-        spec = importlib.util.spec_from_file_location(name, path)
-        module = importlib.util.module_from_spec(spec)
-        sys.modules[name] = module
-        spec.loader.exec_module(module)
+        module = types.ModuleType(name)
+        monkeypatch.setitem(sys.modules, name, module)
+        exec(compile(path.read_text(), str(path), "exec"), module.__dict__)
         return module
 
     callee = "from levelhead.kernels.jit import kernel\n\n@kernel\ndef inner(x):\n    return x + {}\n"
@@ -78,36 +76,16 @@ def test_the_hash_follows_every_kernel_that_is_reached(tmp_path):
     assert jit.compiled(edited)(1.0) == 3.0
 
 
-FUSE = """
-import numpy as np, levelhead as lh
-from levelhead.engine.binding import bind
-from levelhead.filters.accel_tilt import FILTER
-from levelhead.kernels.jit import compiled
-n = 50
-rec = lh.Recording(np.arange(n) / 100, np.zeros((n, 3)), np.tile([0.0, 0.0, 9.81], (n, 1)))
-track = lh.fuse(rec, lh.AccelTilt(), engine="compiled")
-assert np.allclose(track.quat, [1, 0, 0, 0])
-print("compiled" if sum(compiled(bind(FILTER).run).stats.cache_misses.values()) else "cached")
-"""
-
-
-def run_fuse(**environment):
-    done = subprocess.run(
-        [sys.executable, "-c", FUSE], env=os.environ | environment, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr
-    return done.stdout.strip()
-
-
-def test_second_process_compiles_nothing(tmp_path):
-    assert run_fuse(NUMBA_CACHE_DIR=str(tmp_path)) == "compiled"
-    assert run_fuse(NUMBA_CACHE_DIR=str(tmp_path)) == "cached"
-
-
-def test_no_place_for_a_cache_is_no_reason_to_crash():
-    """As in a read-only install whose user has no home: Numba finds no locator for the cache."""
-    nowhere = "UserProvidedCacheLocator"  # the only locator tried; it needs NUMBA_CACHE_DIR, which is not set
-    assert run_fuse(NUMBA_CACHE_LOCATOR_CLASSES=nowhere, NUMBA_CACHE_DIR="") == "compiled"
+def test_the_hash_holds_no_address():
+    """A nested code object and a set are constants whose ``repr`` differs between processes."""
+    text = "def f(x):\n    return [y in {'a', 'b', 'c'} for y in x]\n"
+    copies = []
+    for _ in range(2):
+        module = types.ModuleType("lh_test_nested")
+        exec(compile(text, "nested.py", "exec"), module.__dict__)
+        copies.append(jit.kernel(module.f))
+    assert jit.code_hash(copies[0]) == jit.code_hash(copies[1])
+    assert "0x" not in jit._fingerprint(copies[0])
 
 
 @jit.kernel

@@ -184,7 +184,16 @@ def machine(kind: Kind, short: bool) -> Machine:
     whole = lane_memory.rows(run, 0)
     sets = lane_memory.rows(settings.filter, whole.end, dict(chosen))
     memory = {"load": whole.load, "store": whole.store, "load_params": sets.load, "result": driver.result}
-    name = "_".join([flt.name, "guarded" if guarded else "unguarded", whole.layout, sets.layout])
+    name = "_".join(
+        [
+            flt.name,
+            "guarded" if guarded else "unguarded",
+            "mag" if has_mag else "imu",
+            "short" if short else "whole",
+            whole.layout,
+            sets.layout,
+        ]
+    )
     phases = {key: swapped(phase, RARE) if short else phase for key, phase in driver.phases.items()}
     own = memory | {
         "each": lane_memory.over_lanes(),

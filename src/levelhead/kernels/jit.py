@@ -11,8 +11,11 @@ never divide by zero. ``_nrt=False`` drops the counting of references to a state
 filter that has some: whoever calls compiled code holds the memory, and compiled code allocates none.
 """
 
+import contextlib
 import dis
 import functools
+import re
+import sys
 import types
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -102,11 +105,25 @@ def reached(function: Callable[..., Any]) -> list[Callable[..., Any]]:
     return list(found.values())
 
 
+def _code_text(code: types.CodeType) -> str:
+    """Byte code, constants and names as text that is the same in every process.
+
+    ``repr`` of a nested code object (a comprehension before Python 3.12) holds its address in memory; its own text
+    stands for it. Sets have no order of their own.
+    """
+    constants = [_code_text(c) if isinstance(c, types.CodeType) else _constant_text(c) for c in code.co_consts]
+    names = [*code.co_names, *code.co_varnames, *code.co_freevars, *code.co_cellvars]
+    return "\n".join([code.co_name, code.co_code.hex(), *constants, *names])
+
+
+def _constant_text(value: object) -> str:
+    return f"frozenset {sorted(map(repr, value))}" if isinstance(value, frozenset) else repr(value)
+
+
 def _fingerprint(function: Callable[..., Any]) -> str:
     """A kernel's code and the constants and NamedTuples that it mentions, as text."""
-    code = function.__code__
     called = "apart" if hasattr(function, "__apart__") else "inline"
-    parts = [f"{function.__module__}.{function.__qualname__} {called}", code.co_code.hex(), repr(code.co_consts)]
+    parts = [f"{function.__module__}.{function.__qualname__} {called}", _code_text(function.__code__)]
     if hasattr(function, "__native__"):
         parts.append(Path(__file__).with_name("native.py").read_text(encoding="utf-8"))
     for name, value in _mentioned(function):
@@ -114,7 +131,7 @@ def _fingerprint(function: Callable[..., Any]) -> str:
             parts.append(f"{name}: {value._fields}")
         elif isinstance(value, int | float | tuple):
             parts.append(f"{name} = {value!r}")
-    return "\n".join([*parts, *code.co_names, *code.co_varnames])
+    return "\n".join(parts)
 
 
 def code_hash(function: Callable[..., Any]) -> str:
@@ -216,6 +233,17 @@ def _listen() -> None:
     event.register("numba:compile", Begun())  # type: ignore[no-untyped-call]
 
 
+def remove_stale(folder: Path, qualname: str, code: str) -> None:
+    """Remove from a cache folder what this Python compiled of ``qualname`` when its code had another hash."""
+    python = f"py{sys.version_info.major}{sys.version_info.minor}"
+    name = re.compile(rf".*\.{re.escape(qualname)}_([0-9a-f]{{16}})-\d+\.{python}\..*nb[ic]")
+    for path in folder.glob("*.nb?"):
+        match = name.fullmatch(path.name)
+        if match and match[1] != code:
+            with contextlib.suppress(OSError):  # another process was first, or the folder is only to be read
+                path.unlink()
+
+
 @functools.cache
 def compiled(function: Callable[..., Any], releases_gil: bool = True) -> Any:
     """The compiled twin of an outermost kernel (a driver), kept on disk where there is a place for it.
@@ -228,10 +256,13 @@ def compiled(function: Callable[..., Any], releases_gil: bool = True) -> Any:
     import numba
 
     _listen()
-    twin = _rebuilt(function, f"{function.__qualname__}_{code_hash(function)}")
+    code = code_hash(function)
+    twin = _rebuilt(function, f"{function.__qualname__}_{code}")
     options = OPTIONS | {"nogil": releases_gil}
     try:
-        return numba.njit(cache=True, **options)(twin)
+        dispatcher = numba.njit(cache=True, **options)(twin)
+        remove_stale(Path(dispatcher.stats.cache_path), function.__qualname__, code)
+        return dispatcher
     except RuntimeError as error:
         if "cache" not in str(error):
             raise
