@@ -16,18 +16,19 @@ import numpy as np
 
 import levelhead as lh
 from levelhead.bench.timing import Table
+from levelhead.compiler.compile import compiled
+from levelhead.compiler.tree import native
 from levelhead.engine.binding import bind
 from levelhead.engine.driver import Settings
-from levelhead.engine.fixed import native
 from levelhead.export import Choice, write
-from levelhead.filters import error_state, eskf
-from levelhead.kernels.jit import compiled
+from levelhead.filters.eskf import filter as eskf
+from levelhead.filters.eskf import state
 from measure import options, show
 from native import STRICT, build
 
 PIECE = 50_000  # samples
 CHUNK = 1000  # samples between two looks at P
-ROW = error_state.ROW  # numbers from one row of P to the next
+ROW = state.ROW  # numbers from one row of P to the next
 CHIPS = ("MPU-6050", "LSM6DSO32", "BMI160")
 MOTIONS = ("hand", "still", "walking", "drone", "robot")
 RATES = (100.0, 25.0, 1000.0, 200.0)
@@ -127,7 +128,7 @@ class Compiled:
         out = (quat, bias, sigma, health)
         self._carry = self._run(self._settings, self._carry, 0.0, np.cumsum(part.dt), *flat, *out)
         m = self._carry.run.state.memory
-        return np.array(m[error_state.P : error_state.P + ROW**2]).reshape(ROW, ROW), sigma.reshape(n, 3)
+        return np.array(m[state.P : state.P + ROW**2]).reshape(ROW, ROW), sigma.reshape(n, 3)
 
 
 class Exported:
@@ -137,7 +138,7 @@ class Exported:
         choice = Choice(params, real=real)
         with tempfile.TemporaryDirectory() as folder:
             write(choice, Path(folder))
-            words = {"name": choice.name, "real": real, "row": ROW, "first": error_state.P}
+            words = {"name": choice.name, "real": real, "row": ROW, "first": state.P}
             (Path(folder) / "run.c").write_text(LOOP.format(**words), encoding="utf-8")
             self._run = build("run.c", STRICT, Path(folder))
         self._run.argtypes = [ctypes.c_void_p, ctypes.c_ssize_t, *[ctypes.c_void_p] * 6]

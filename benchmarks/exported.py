@@ -15,11 +15,11 @@ from inputs import axis
 from levelhead import filters
 from levelhead.bench.inputs import recording as made
 from levelhead.bench.timing import Case, Table, interleaved
+from levelhead.compiler.compile import compiled
 from levelhead.engine.binding import bind, bind_axis
 from levelhead.engine.driver import Settings
 from levelhead.export import Choice, write
-from levelhead.filters.guard import Guard
-from levelhead.kernels.jit import compiled
+from levelhead.guard import Guard
 from measure import options, show
 from native import STRICT, build, doubles
 from speed import COLUMNS, c_params, row

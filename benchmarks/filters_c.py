@@ -10,10 +10,10 @@ import levelhead as lh
 from levelhead import filters
 from levelhead.bench.inputs import recording as made
 from levelhead.bench.timing import Case, Table, interleaved
+from levelhead.compiler.compile import compiled
 from levelhead.engine.binding import bind
 from levelhead.engine.driver import Settings
-from levelhead.filters.guard import Guard
-from levelhead.kernels.jit import compiled
+from levelhead.guard import Guard
 from measure import options, show
 from native import build, doubles
 from speed import COLUMNS, row

@@ -21,14 +21,14 @@ import levelhead as lh
 from levelhead import filters
 from levelhead.bench.inputs import imu
 from levelhead.bench.timing import Case, Table, interleaved
+from levelhead.compiler.compile import compiled
 from levelhead.engine import lanes
 from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.engine.binding import bind
 from levelhead.engine.driver import Settings
-from levelhead.engine.many import fuse_all, fuse_many
+from levelhead.engine.parallel import fuse_all, fuse_many
 from levelhead.engine.threads import cores
 from levelhead.filters.contract import param_table
-from levelhead.kernels.jit import compiled
 from levelhead.tune.lane_score import OFFSET, SQUARES
 from measure import options, show
 

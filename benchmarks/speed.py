@@ -14,8 +14,8 @@ import levelhead as lh
 from inputs import axis
 from levelhead import filters
 from levelhead.bench.timing import Case, Table, Timing, interleaved
+from levelhead.compiler.compile import compiled
 from levelhead.engine.binding import bind_axis
-from levelhead.kernels.jit import compiled
 from measure import options, show
 from native import NATIVE, STRICT, KalmanParams, build, doubles
 

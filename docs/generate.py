@@ -15,10 +15,10 @@ import tempfile
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
-from levelhead import cli, filters, units
+from levelhead import cli, filters, guard, units
 from levelhead.engine.binding import guards
-from levelhead.engine.learning import learning
-from levelhead.filters import guard, health
+from levelhead.engine.calibration_history import learning
+from levelhead.filters import health
 from levelhead.filters.contract import Filter, Param, derived_table, param_table
 from levelhead.live.events import EVENTS
 from levelhead.publish.plots import learned_picture

@@ -47,13 +47,13 @@ if TYPE_CHECKING:
     from levelhead.filters import AccelTilt as AccelTilt
     from levelhead.filters import BiasRateKalman as BiasRateKalman
     from levelhead.filters import Complementary as Complementary
-    from levelhead.filters import Guard as Guard
     from levelhead.filters import GyroIntegration as GyroIntegration
     from levelhead.filters import Kalman as Kalman
     from levelhead.filters import Madgwick as Madgwick
     from levelhead.filters import Mahony as Mahony
     from levelhead.filters import RollPitchKalman as RollPitchKalman
     from levelhead.filters import Triad as Triad
+    from levelhead.guard import Guard as Guard
     from levelhead.recording import Gnss as Gnss
     from levelhead.recording import Pressure as Pressure
     from levelhead.recording import Recording as Recording
@@ -71,16 +71,17 @@ _HOMES = {
     "levelhead.errors": ("LevelheadError",),
     "levelhead.evaluate": ("align", "compare"),
     "levelhead.filters": (
-        "AccelTilt", "BiasRateKalman", "Complementary", "EKF", "ESKF", "Guard", "GyroIntegration", "Kalman", "Madgwick",
+        "AccelTilt", "BiasRateKalman", "Complementary", "EKF", "ESKF", "GyroIntegration", "Kalman", "Madgwick",
         "Mahony", "RollPitchKalman", "Triad",
     ),
+    "levelhead.guard": ("Guard",),
     "levelhead.recording": ("Gnss", "Pressure", "Recording", "Truth"),
     "levelhead.sources": ("read",),
     "levelhead.track": ("Track",),
     "levelhead.tune": ("sweep",),
 }  # fmt: skip
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
-_ROOMS = ("simulate", "filters", "sources", "engine", "evaluate", "tune", "live", "publish")
+_ROOMS = ("simulate", "filters", "guard", "sources", "engine", "evaluate", "tune", "live", "publish")
 
 __all__ = [*_HOME, "simulate"]  # noqa: PLE0604
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from levelhead.atomic import atomic_path
 from levelhead.errors import LevelheadError
-from levelhead.filters.learned import Estimate, Learned
+from levelhead.filters.eskf.calibration import Estimate, Learned
 from levelhead.kernels import correction
 from levelhead.kernels.correction import Errors
 from levelhead.kernels.mat3 import Mat3

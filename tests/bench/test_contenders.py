@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from levelhead.bench import contenders
-from levelhead.bench.contenders.textbook import dip, from_ned
+from levelhead.bench.contenders.ahrs_ import dip, from_ned
 from levelhead.bench.figures import measure
 from levelhead.evaluate.errors import error_quaternion, split
 from levelhead.recording import Recording

@@ -9,6 +9,7 @@ from levelhead import filters, sources
 from levelhead.calibration import Calibration
 from levelhead.cli.options import guard_names
 from levelhead.engine import fuse
+from levelhead.guard import Guard
 
 COLUMNS = "t [s],qw,qx,qy,qz,roll [deg],pitch [deg],yaw [deg]"
 BIAS = "bias_x [rad/s],bias_y [rad/s],bias_z [rad/s]"
@@ -93,7 +94,7 @@ def test_the_guard_is_set_and_taken_away(levelhead, logs, tmp_path):
     plain = levelhead(*words)
     assert "\nguard " not in plain.out and "\nat rest " in plain.out  # it stands for the first three seconds
     set_ = levelhead(*words, "--guard", "rest_time=1", "--guard", "acc_range=156.9", "--json").json
-    guard = filters.Guard(rest_time=1.0, acc_range=156.9)
+    guard = Guard(rest_time=1.0, acc_range=156.9)
     assert set_["guard"] == guard._asdict()
     np.testing.assert_array_equal(table(tmp_path / "nine-track.csv")[1][:, 1:5], fuse(recording, guard=guard).quat)
     off = levelhead(*words, "--guard", "off")
@@ -104,7 +105,7 @@ def test_the_guard_is_set_and_taken_away(levelhead, logs, tmp_path):
 
 def test_the_shell_completes_thresholds():
     names = guard_names(None)
-    assert next(iter(names)) == "off" and list(names)[1:] == [f"{name}=" for name in filters.Guard._fields]
+    assert next(iter(names)) == "off" and list(names)[1:] == [f"{name}=" for name in Guard._fields]
     assert all(names.values())
 
 

@@ -141,7 +141,7 @@ def test_a_terminal_is_told_that_a_filter_is_compiled(tmp_path):
 
     outer, inner = pty.openpty()
     program = (
-        "from levelhead.kernels import jit\n"
+        "from levelhead.compiler import compile as jit\n"
         "from levelhead.publish.progress import progress\n"
         "with progress('fusing') as report:\n"
         "    jit.compiled(jit.kernel(lambda x: x + 1.0))(1.0)\n"

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from levelhead import filters, simulate, sources
+from levelhead.guard import Guard
 
 
 def is_png(path: Path) -> bool:
@@ -110,7 +111,7 @@ def test_the_guard_in_compare_and_sweep(levelhead, logs):
     """The recording begins with three seconds at rest, in which the guard reads the bias off."""
     words = ["compare", logs / "nine.npz", "-f", "Madgwick"]
     guarded, alone = levelhead(*words, "--json").json, levelhead(*words, "--guard", "off", "--json").json
-    assert alone["guard"] is None and guarded["guard"] == filters.Guard()._asdict()
+    assert alone["guard"] is None and guarded["guard"] == Guard()._asdict()
     assert alone["filters"][0]["score"]["tilt"] > 1.5 * guarded["filters"][0]["score"]["tilt"]
     assert "Guard off: every filter saw all readings as they are." in levelhead(*words, "--guard", "off").out
     assert "In front of every filter: Guard(rest_time=3)." in levelhead(*words, "--guard", "rest_time=3").out

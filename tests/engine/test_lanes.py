@@ -6,11 +6,12 @@ from tests.reference.hard import assert_same, hard_recording
 
 import levelhead as lh
 from levelhead import filters
-from levelhead.engine import lane_memory, lanes
-from levelhead.engine.many import fuse_many
+from levelhead.compiler import lane_slots
+from levelhead.engine import lanes
+from levelhead.engine.parallel import fuse_many
 from levelhead.filters.contract import param_table
 
-COUNT = lane_memory.LANES + 3  # a whole block and a part of one
+COUNT = lane_slots.LANES + 3  # a whole block and a part of one
 EVERY = pytest.mark.parametrize("flt", filters.ALL, ids=lambda f: f.name)
 
 
@@ -77,16 +78,16 @@ def test_blocks_have_equal_switches():
     cut = lanes.blocks(tries)
     assert sorted(i for block in cut for i in block) == list(range(200))
     for block in cut:
-        assert len(block) <= lane_memory.LANES
+        assert len(block) <= lane_slots.LANES
         assert len({tries[i].joseph for i in block}) == 1
 
 
 def test_numbers_lie_in_rows():
     value = (1.5, True, (7, -0.0))
-    place = lane_memory.rows(value, 2)
+    place = lane_slots.rows(value, 2)
     assert (place.first, place.end, place.floats) == (2, 6, (True, False, False, True))
-    table, address = lane_memory.allocate(place.end)
+    table, address = lane_slots.allocate(place.end)
     assert address % 64 == 0
-    lane_memory.put(table, place, np.array([lane_memory.flat(value), [2.5, 0.0, 8.0, 9.0]]))
-    assert lane_memory.get(table, place, 3).tolist() == [[1.5, 1, 7, -0.0], [2.5, 0, 8, 9], [2.5, 0, 8, 9]]
+    lane_slots.put(table, place, np.array([lane_slots.flat(value), [2.5, 0.0, 8.0, 9.0]]))
+    assert lane_slots.get(table, place, 3).tolist() == [[1.5, 1, 7, -0.0], [2.5, 0, 8, 9], [2.5, 0, 8, 9]]
     assert table[3].view(np.int64)[:2].tolist() == [1, 0]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import levelhead as lh
-from levelhead.engine.learning import POINTS, learning, looks
+from levelhead.engine.calibration_history import POINTS, learning, looks
 from levelhead.filters import ESKF
 
 

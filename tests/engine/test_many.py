@@ -6,8 +6,8 @@ import pytest
 from tests.reference.hard import assert_same
 
 import levelhead as lh
-from levelhead.engine import threads
-from levelhead.engine.many import fuse_all
+from levelhead.engine import parallel, threads
+from levelhead.engine.parallel import fuse_all
 
 
 @pytest.fixture(scope="module")
@@ -64,12 +64,11 @@ def test_a_broken_source_stops_it(recordings):
 
 
 def test_a_source_is_told(recordings, monkeypatch):
-    from levelhead.engine import many
 
     def broken(*_, **__):
         raise lh.LevelheadError("no")
 
-    monkeypatch.setattr(many, "fuse", broken)
+    monkeypatch.setattr(parallel, "fuse", broken)
     named = replace(recordings[0], meta={"source": "walk.csv"})
     with pytest.raises(lh.LevelheadError, match=r"^recording 0 \(walk\.csv\): no"):
         list(fuse_all([named], lh.Kalman()))

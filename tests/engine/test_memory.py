@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import levelhead as lh
-from levelhead.engine import lane_memory, lanes, smoother
+from levelhead.compiler import lane_slots
+from levelhead.engine import lanes, smoothing
 from levelhead.engine.batch import fuse_axis
 from levelhead.tune.lane_score import SQUARES
 
@@ -54,7 +55,7 @@ def test_one_axis_needs_its_report():
 
 
 def test_lanes_that_keep_no_tracks_need_next_to_nothing_more_for_any_length():
-    tries = [lh.Mahony(kp=0.1 * (k + 1)) for k in range(lane_memory.LANES)]
+    tries = [lh.Mahony(kp=0.1 * (k + 1)) for k in range(lane_slots.LANES)]
 
     def peak(n):
         given = recording(n, False)
@@ -68,10 +69,10 @@ def test_lanes_that_keep_no_tracks_need_next_to_nothing_more_for_any_length():
 
 def test_the_smoother_keeps_the_blocks_of_one_stretch(monkeypatch):
     """Beside outputs and a copy of the inputs; all blocks of this recording would take three times as much."""
-    monkeypatch.setattr(smoother, "KEPT", 400)
+    monkeypatch.setattr(smoothing, "KEPT", 400)
     lh.smooth(recording(2000, True))  # compiles
     n = 60_000
     given = recording(n, True)
     kept, peak = most(lambda: lh.smooth(given))
-    stretch, blocks = (sum(part.nbytes for part in smoother.room(count)) for count in (smoother.KEPT, n // 20))
+    stretch, blocks = (sum(part.nbytes for part in smoothing.room(count)) for count in (smoothing.KEPT, n // 20))
     assert OUTPUTS * n <= kept <= peak < 1.2 * (INPUTS + OUTPUTS) * n + stretch + A_LITTLE < 0.4 * blocks

@@ -6,7 +6,7 @@ from tests.reference.hard import assert_same
 
 import levelhead as lh
 from levelhead.filters import ESKF
-from levelhead.filters.learned import Estimate, Learned
+from levelhead.filters.eskf.calibration import Estimate, Learned
 
 ENGINES = pytest.mark.parametrize("engine", ["python", "compiled"])
 

@@ -10,7 +10,7 @@ from tests.reference.hard import hard_recording
 
 import levelhead as lh
 from levelhead import filters
-from levelhead.engine import saved
+from levelhead.engine import serialization
 
 EVERY = pytest.mark.parametrize("flt", filters.ALL, ids=lambda f: f.name)
 # Where the hard recording is cut: before anything, before the first good sample, in the middle of missing readings,
@@ -61,7 +61,7 @@ def test_stamps_and_guard_survive(recording):
     with pytest.raises(lh.LevelheadError, match="stamps must increase"):
         again.update(recording.gyr[49], recording.acc[49], t=float(recording.t[49]))
     assert again.save() == live.save()
-    assert saved.from_bytes(live.save()).settings.guard == lh.Guard(gyr_range=250.0, rest_time=3.0)
+    assert serialization.from_bytes(live.save()).settings.guard == lh.Guard(gyr_range=250.0, rest_time=3.0)
     bare = lh.Stream(lh.Kalman(), guard=None, engine="python")
     bare.update((0.0, 0.0, 0.1), (0.0, 0.0, 9.81), dt=0.01)
     again = lh.Stream.restore(bare.save(), engine="compiled")
@@ -106,18 +106,18 @@ def test_foreign_bytes_are_refused(foreign):
 
 
 def test_cut_off_and_damaged_bytes_are_refused(data):
-    for end in (*range(len(saved.MAGIC), len(saved.MAGIC) + 8), 100, len(data) // 2, len(data) - 1):
+    for end in (*range(len(serialization.MAGIC), len(serialization.MAGIC) + 8), 100, len(data) // 2, len(data) - 1):
         refused(data[:end], "cut off or damaged")
     refused(data + b"\n", "cut off or damaged")
-    for at in range(len(saved.MAGIC), len(data), 37):
+    for at in range(len(serialization.MAGIC), len(data), 37):
         refused(data[:at] + bytes([data[at] ^ 16]) + data[at + 1 :], "cut off or damaged")
 
 
 def resealed(data, body=b"", **changes):
     """Such bytes with another header or more numbers, and a checksum that fits."""
-    header, _, numbers = data[len(saved.MAGIC) : -4].partition(b"\n")
+    header, _, numbers = data[len(serialization.MAGIC) : -4].partition(b"\n")
     text = json.dumps(json.loads(header) | changes).encode()
-    whole = saved.MAGIC + text + b"\n" + numbers + body
+    whole = serialization.MAGIC + text + b"\n" + numbers + body
     return whole + struct.pack("<I", zlib.crc32(whole))
 
 
@@ -134,5 +134,5 @@ def test_another_version_is_refused(data):
 
 @pytest.mark.parametrize("header", [b"", b"not json", b"[]", b"{}", b'{"filter": "Kalman"}', b"\xff\xfe"])
 def test_a_header_that_says_nothing_is_refused(header):
-    whole = saved.MAGIC + header + b"\n" + b"\x00" * 80
+    whole = serialization.MAGIC + header + b"\n" + b"\x00" * 80
     refused(whole + struct.pack("<I", zlib.crc32(whole)), "header")

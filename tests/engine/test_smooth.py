@@ -6,10 +6,10 @@ import pytest
 import levelhead as lh
 from levelhead import simulate
 from levelhead.engine import backward as rts
-from levelhead.engine import smoother
+from levelhead.engine import smoothing
 from levelhead.evaluate import evaluate
-from levelhead.filters.error_state import DRIVEN, ROW, SPEED
-from levelhead.filters.error_state import PLACE as KNOWN
+from levelhead.filters.eskf.state import DRIVEN, ROW, SPEED
+from levelhead.filters.eskf.state import PLACE as KNOWN
 
 
 def spd(rng):
@@ -63,7 +63,7 @@ def test_every_instant_knows_the_whole_recording(walk):
 
 def test_stretches_change_nothing(walk, monkeypatch):
     whole = lh.smooth(walk)
-    monkeypatch.setattr(smoother, "KEPT", 40)
+    monkeypatch.setattr(smoothing, "KEPT", 40)
     cut = lh.smooth(walk)
     np.testing.assert_allclose(np.abs((whole.quat * cut.quat).sum(axis=1)), 1.0, atol=1e-12)
     np.testing.assert_allclose(whole.sigma, cut.sigma, rtol=1e-6)

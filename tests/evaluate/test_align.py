@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 from levelhead import read
 from levelhead.errors import LevelheadError
 from levelhead.evaluate import align
-from levelhead.evaluate.align.clocks import correlation
 from levelhead.evaluate.align.conventions import Convention
+from levelhead.evaluate.align.time_shift import correlation
 from levelhead.track import Track
 
 T = np.arange(0.0, 40.0, 0.02)

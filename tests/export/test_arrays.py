@@ -11,10 +11,10 @@ from tests.reference.hard import assert_same, hard_recording
 
 import levelhead as lh
 from levelhead import filters
+from levelhead.compiler.mark import kernel
 from levelhead.export import Choice, files
 from levelhead.filters.contract import Filter, Output, Param, Settling, parameters
 from levelhead.kernels import quat, slerp, triad
-from levelhead.kernels.jit import kernel
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.tilt import present
 from levelhead.kernels.vec3 import ZERO, Vec3

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 import levelhead as lh
+from levelhead.axis_map import AxisMap
 from levelhead.export import Choice, files
-from levelhead.sources.sensors.axes import AxisMap
 
 GOLDEN = Path(__file__).parent / "golden"
 EXPORTS = {

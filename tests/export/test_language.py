@@ -8,10 +8,11 @@ from tests.reference import c_engine
 from tests.reference.c_kernel import called, translated
 
 from levelhead import filters
+from levelhead.compiler.mark import kernel
 from levelhead.errors import LevelheadError
 from levelhead.export import Choice, files
 from levelhead.export.kinds import FLOAT, INT
-from levelhead.kernels.jit import kernel
+from levelhead.guard import Guard
 from levelhead.kernels.vec3 import Vec3
 
 GCC = pytest.mark.skipif("gcc" not in c_engine.COMPILERS, reason="no gcc on the PATH")
@@ -383,7 +384,7 @@ def test_a_kernel_that_calls_itself_is_refused():
 def test_every_filter_is_inside_of_the_language(flt, real):
     """The guard of the language: a kernel that cannot be translated fails here, with its file and line."""
     for axis in (False, True) if flt.axis else (False,):
-        for guard in (filters.Guard(), None):
+        for guard in (Guard(), None):
             written = files(Choice(flt.params(), guard, real, axis))
             assert all(text.isprintable() or "\n" in text for text in written.values())
             source = next(text for name, text in written.items() if name.endswith(".c") and "selftest" not in name)

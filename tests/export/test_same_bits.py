@@ -11,7 +11,7 @@ import levelhead as lh
 from levelhead import filters
 from levelhead.evaluate import evaluate
 from levelhead.export import Choice
-from levelhead.export.face import face
+from levelhead.export.c_api import face
 from levelhead.export.kinds import Machine
 
 pytestmark = pytest.mark.skipif(not c_engine.COMPILERS, reason="no C compiler (gcc or clang) on the PATH")

@@ -10,7 +10,7 @@ import levelhead as lh
 from levelhead import filters
 from levelhead.export import Choice, write
 from levelhead.export.selftest import BOUND
-from levelhead.export.vector import rows
+from levelhead.export.test_vectors import rows
 from levelhead.filters import health
 
 GCC = pytest.mark.skipif("gcc" not in c_engine.COMPILERS, reason="no gcc on the PATH")

@@ -12,9 +12,9 @@ from tests.reference.hard import assert_same, hard_recording
 
 import levelhead as lh
 from levelhead import filters
+from levelhead.axis_map import IDENTITY, AxisMap
 from levelhead.calibration import Quantity
 from levelhead.export import Choice, files, write
-from levelhead.sources.sensors.axes import IDENTITY, AxisMap
 
 GCC = pytest.mark.skipif("gcc" not in c_engine.COMPILERS, reason="no gcc on the PATH")
 AXES = AxisMap.parse("-y,-z,x")

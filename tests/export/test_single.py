@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from tests.reference.c_kernel import translated
 
+from levelhead.compiler.mark import kernel
 from levelhead.errors import LevelheadError
 from levelhead.export.kinds import FLOAT
 from levelhead.export.program import Program, plain
 from levelhead.export.single import INSTEAD, meant, shortest, single
 from levelhead.kernels import tilt, trig, vec3
-from levelhead.kernels.jit import kernel
 
 HUGE = 1e60
 PI = Fraction(314159265358979323846264338327950288419716939937510, 10**50)

@@ -10,11 +10,11 @@ import pytest
 from tests.export.test_sensor import WRONG
 
 import levelhead as lh
+from levelhead.axis_map import AxisMap
 from levelhead.calibration import Quantity
 from levelhead.cli import main
 from levelhead.export import Choice, write
 from levelhead.kernels.tilt import GRAVITY
-from levelhead.sources.sensors.axes import AxisMap
 
 STUBS = Path(__file__).resolve().parents[1] / "reference" / "arduino"
 pytestmark = pytest.mark.skipif(shutil.which("g++") is None, reason="no g++ on the PATH")

@@ -12,8 +12,9 @@ from tests.reference import c_engine
 import covariance
 import levelhead as lh
 from levelhead import simulate
-from levelhead.engine import saved
-from levelhead.filters import ESKF, error_state
+from levelhead.engine import serialization
+from levelhead.filters import ESKF
+from levelhead.filters.eskf import state
 from levelhead.filters.health import GAP, GYR_MISSING, GYR_SATURATED, MAG_REJECTED
 from levelhead.kernels.tilt import UNIFORM
 
@@ -88,10 +89,8 @@ def test_with_position_and_height():
         else:
             live.see_pressure(pressure.values[i])
         if k % 100 == 99:
-            memory = saved.from_bytes(live.save()).carry.run.state.memory
-            p = np.reshape(
-                memory[error_state.P : error_state.P + error_state.ROW**2], (error_state.ROW, error_state.ROW)
-            )
+            memory = serialization.from_bytes(live.save()).carry.run.state.memory
+            p = np.reshape(memory[state.P : state.P + state.ROW**2], (state.ROW, state.ROW))
             np.testing.assert_array_equal(p, p.T)
             assert covariance.least_eigenvalue(p) > 1e-9
-    assert (np.diag(p)[: error_state.N] > 0.0).all()
+    assert (np.diag(p)[: state.N] > 0.0).all()

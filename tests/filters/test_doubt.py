@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 import levelhead as lh
 from levelhead import filters
-from levelhead.filters import doubt
+from levelhead.filters import observer_covariance
 from levelhead.filters.contract import Gains
 from levelhead.kernels.two_state import Covariance
 from levelhead.kernels.vec3 import ZERO, Vec3
@@ -20,10 +20,10 @@ NORTH = Vec3(0.0, 19.0, -45.0)
 
 def carried(gains, n, dt, rest=False, turning=0.0, mag=NORTH):
     """The doubt after n samples with these gains."""
-    now = doubt.at_start(UP, mag)
+    now = observer_covariance.at_start(UP, mag)
     seen = 1 if mag == ZERO else 3
     for _ in range(n):
-        now = doubt.judged(now, gains, Vec3(turning, 0.0, 0.0), UP, rest, 0.0, seen, dt)
+        now = observer_covariance.judged(now, gains, Vec3(turning, 0.0, 0.0), UP, rest, 0.0, seen, dt)
     return now
 
 
@@ -33,13 +33,13 @@ def test_it_is_the_covariance_of_many_such_observers(share, off_bias, n):
     """4000 observers of one angle, each with its own bias, noise and innovations, as the equations have them."""
     rng = np.random.default_rng(1)
     dt, many, turning = 0.01, 4000, 0.7
-    angle = rng.normal(0, math.sqrt(doubt.IRON), many)
-    bias = rng.normal(0, math.sqrt(doubt.TURN_ON), many)
-    r = doubt.IRON * (1.0 + (1.0 - share) * 2.0 * doubt.IRON_SECONDS / dt)
+    angle = rng.normal(0, math.sqrt(observer_covariance.IRON), many)
+    bias = rng.normal(0, math.sqrt(observer_covariance.TURN_ON), many)
+    r = observer_covariance.IRON * (1.0 + (1.0 - share) * 2.0 * observer_covariance.IRON_SECONDS / dt)
     for _ in range(n):
-        white = math.sqrt((doubt.NOISE + doubt.SCALE * turning**2) * dt)
+        white = math.sqrt((observer_covariance.NOISE + observer_covariance.SCALE * turning**2) * dt)
         angle = angle - bias * dt + rng.normal(0, white, many)  # error of the estimate: truth minus estimate
-        bias = bias + rng.normal(0, math.sqrt(doubt.WALK * dt), many)
+        bias = bias + rng.normal(0, math.sqrt(observer_covariance.WALK * dt), many)
         innovation = angle + rng.normal(0, math.sqrt(r), many)
         angle = angle - share * innovation
         bias = bias + off_bias * innovation
@@ -53,21 +53,23 @@ def test_it_is_the_covariance_of_many_such_observers(share, off_bias, n):
 def test_without_a_bias_state_it_is_the_geometric_series():
     """Fixed share K, bias known: P → (q + K² r/(1 − K)² …), from P = (1 − K)²(P + q) + K² r."""
     share, dt = 0.05, 0.01
-    now = doubt.at_start(UP, NORTH)
+    now = observer_covariance.at_start(UP, NORTH)
     now = now._replace(heading=Covariance(now.heading.level, 0.0, 0.0))
-    r = doubt.lasting(doubt.IRON, 2.0 * doubt.IRON_SECONDS / dt, share)
+    r = observer_covariance.lasting(observer_covariance.IRON, 2.0 * observer_covariance.IRON_SECONDS / dt, share)
     for _ in range(3000):
-        now = doubt.judged(now, Gains(0.0, 0.0, share, 0.0), ZERO, ZERO, False, 0.0, 2, dt)
+        now = observer_covariance.judged(now, Gains(0.0, 0.0, share, 0.0), ZERO, ZERO, False, 0.0, 2, dt)
         now = now._replace(heading=Covariance(now.heading.level, 0.0, 0.0))
     keep = (1.0 - share) ** 2
-    assert now.heading.level == pytest.approx((keep * doubt.NOISE * dt + share**2 * r) / (1.0 - keep), rel=1e-9)
+    assert now.heading.level == pytest.approx(
+        (keep * observer_covariance.NOISE * dt + share**2 * r) / (1.0 - keep), rel=1e-9
+    )
 
 
 @pytest.mark.parametrize("dt", [0.001, 0.01, 0.1])
 def test_who_averages_long_doubts_less_at_any_rate(dt):
     """The white equivalent's limits: all of s at K = 1, the density 2 τ s when it averages."""
-    assert doubt.lasting(0.3, 2.0 * 5.0 / dt, 1.0) == pytest.approx(0.3)
-    assert doubt.lasting(0.3, 2.0 * 5.0 / dt, 0.0) * dt == pytest.approx(2.0 * 5.0 * 0.3, rel=0.02)
+    assert observer_covariance.lasting(0.3, 2.0 * 5.0 / dt, 1.0) == pytest.approx(0.3)
+    assert observer_covariance.lasting(0.3, 2.0 * 5.0 / dt, 0.0) * dt == pytest.approx(2.0 * 5.0 * 0.3, rel=0.02)
     levels = [carried(Gains(0.0, 0.0, dt / (tau + dt), 0.0), int(60 / dt), dt, rest=True).heading.level
               for tau in (0.5, 5.0, 20.0)]  # fmt: skip
     assert levels == sorted(levels, reverse=True)
@@ -77,10 +79,10 @@ def test_heading_without_a_field_grows_with_the_bias_and_slower_once_that_is_rea
     none = Gains(0.0, 0.0, 0.0, 0.0)
     unread, read = (carried(none, 6000, 0.01, rest=rest, mag=ZERO).heading for rest in (False, True))
     minute = 60.0
-    assert math.sqrt(unread.level) == pytest.approx(math.sqrt(doubt.TURN_ON) * minute, rel=0.05)
+    assert math.sqrt(unread.level) == pytest.approx(math.sqrt(observer_covariance.TURN_ON) * minute, rel=0.05)
     assert math.sqrt(read.level) < 0.1 * math.sqrt(unread.level)
-    assert read.bias <= doubt.RESTED + doubt.WALK * 0.011
-    said = doubt.sigma(doubt.Doubt(unread, Covariance(1e9, 0.0, 0.0), 0.0))
+    assert read.bias <= observer_covariance.RESTED + observer_covariance.WALK * 0.011
+    said = observer_covariance.sigma(observer_covariance.Doubt(unread, Covariance(1e9, 0.0, 0.0), 0.0))
     assert said.z == pytest.approx(math.pi / math.sqrt(3.0)), "no doubt is larger than knowing nothing"
 
 

@@ -7,8 +7,9 @@ from tests.reference import ekf as textbook
 
 import levelhead as lh
 from levelhead.engine import binding, driver
-from levelhead.filters import ekf, health
-from levelhead.filters.guard import Guard
+from levelhead.filters import health
+from levelhead.filters.mekf import filter as mekf
+from levelhead.guard import Guard
 from levelhead.kernels.vec3 import ZERO, Vec3
 
 G = 9.80665
@@ -46,7 +47,7 @@ def test_it_is_the_textbook_with_full_matrices(seed, wild):
     true = Rotation.random(rng=rng)
     bias = rng.normal(0, 0.02, 3)
     acc, mag = true.inv().apply([0, 0, G]), true.inv().apply(FIELD)
-    state = ekf.init(params, ZERO, vec(acc), vec(mag))
+    state = mekf.init(params, ZERO, vec(acc), vec(mag))
     twin = textbook.Textbook(params, Rotation.from_quat(state.quat, scalar_first=True), True)
     assert (twin.attitude * true.inv()).magnitude() < 1e-9
     refused = 0
@@ -62,9 +63,9 @@ def test_it_is_the_textbook_with_full_matrices(seed, wild):
         if wild:
             acc, mag = (None if rng.random() < 0.2 else v for v in (acc, mag))
         gyr = rate + bias + rng.normal(0, 0.02, 3)
-        state = ekf.step(params, state, vec(gyr), vec(acc), vec(mag), dt)
-        if ekf.due(params, state):
-            state = ekf.correct(params, state, dt)
+        state = mekf.step(params, state, vec(gyr), vec(acc), vec(mag), dt)
+        if mekf.due(params, state):
+            state = mekf.correct(params, state, dt)
         twin.step(gyr, acc, mag, dt)
         refused += state.health != 0
         off = twin.attitude.inv() * Rotation.from_quat(state.quat, scalar_first=True)
@@ -75,7 +76,7 @@ def test_it_is_the_textbook_with_full_matrices(seed, wild):
     if seed % 2 == 0:  # the narrow gate
         assert (refused > 0) == wild
     expected = np.minimum(np.sqrt(np.diag(twin.p)[:3]), np.pi / np.sqrt(3.0))
-    np.testing.assert_allclose(ekf.output(params, state).sigma, expected, rtol=1e-9)
+    np.testing.assert_allclose(mekf.output(params, state).sigma, expected, rtol=1e-9)
 
 
 def test_the_jacobians_are_those_of_the_exact_model():
@@ -93,8 +94,8 @@ def test_the_jacobians_are_those_of_the_exact_model():
         true = Rotation.from_rotvec(x[:3]) * estimate
         force = estimate.apply(true.inv().apply([0.0, 0.0, 1.0]))
         field = estimate.apply(true.inv().apply(FIELD))
-        up = ekf.tilt_innovation(vec(force))
-        return np.array([up.x, up.y, ekf.heading_innovation(float(field[0]), float(field[1]))])
+        up = mekf.tilt_innovation(vec(force))
+        return np.array([up.x, up.y, mekf.heading_innovation(float(field[0]), float(field[1]))])
 
     def jacobian(function):
         return np.stack([(function(small * e) - function(-small * e)) / (2 * small) for e in np.eye(6)], axis=1)
@@ -111,7 +112,7 @@ def test_the_jacobians_are_those_of_the_exact_model():
 def test_the_covariance_stays_symmetric_and_positive():
     """100 000 samples: three minutes' bursts of fast turns, rest, missing sensors, at 500 Hz."""
     rng = np.random.default_rng(4)
-    bound = binding.bind(ekf.FILTER)
+    bound = binding.bind(mekf.FILTER)
     run = binding.engine_function(bound.run, "compiled")
     settings = driver.Settings(lh.EKF(), Guard())
     carry, last, n = bound.begin(settings), 0.0, 10_000

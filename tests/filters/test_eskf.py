@@ -6,8 +6,10 @@ from scipy.spatial.transform import Rotation
 
 import levelhead as lh
 from levelhead import simulate
-from levelhead.filters import error_state as es
-from levelhead.filters import eskf, health, prediction, rows
+from levelhead.filters import health
+from levelhead.filters.eskf import filter as eskf
+from levelhead.filters.eskf import measurements, predict
+from levelhead.filters.eskf import state as es
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.vec3 import Vec3
 
@@ -78,7 +80,7 @@ def test_the_couplings_of_a_block_are_the_derivatives_of_what_the_samples_do():
     params, state = prepared(rng)
     readings = readings_of(rng)
     base = through_a_block(params, moved(state, 0, 0.0), readings)
-    prediction.drive(base.memory)
+    predict.drive(base.memory)
     f = couplings(base.memory)
     f[:, es.SPEED : es.SPEED + es.DRIVEN] += np.eye(es.DRIVEN)
     small = 1e-6
@@ -110,8 +112,8 @@ def test_the_rows_of_the_field_are_its_derivatives(monkeypatch):
         seen.append((first, list(m[es.H : es.H + es.N])))
         m[es.H : es.H + es.N] = [0.0] * es.N
 
-    monkeypatch.setattr(rows, "measure", measure)
-    rows.see_field(params, base.memory, False, es.ROW)
+    monkeypatch.setattr(measurements, "measure", measure)
+    measurements.see_field(params, base.memory, False, es.ROW)
     assert [first for first, _ in seen] == [es.TURN_Z] * 3, "a magnetometer never tilts the horizon"
     small = 1e-6
     for index in (es.TURN, es.TURN + 1, es.TURN_Z, *range(es.IRON, es.DELAY + 1)):
@@ -150,7 +152,7 @@ def test_prediction_is_the_dense_product():
     base = through_a_block(params, state, readings_of(rng))
     m = list(base.memory)
     p = square(m)
-    prediction.drive(m)
+    predict.drive(m)
     f = np.eye(es.N)
     f[es.SPEED : es.SPEED + es.DRIVEN] += couplings(m)
     es.propagate(m, es.ROW)
@@ -183,10 +185,10 @@ def test_nothing_but_a_magnetometer_tells_of_heading(motion):
 
 def learned(recording, **values):
     """The end of a run: means and deviations of the error states."""
+    from levelhead.compiler.compile import compiled
+    from levelhead.compiler.tree import native
     from levelhead.engine.binding import bind
     from levelhead.engine.driver import Settings
-    from levelhead.engine.fixed import native
-    from levelhead.kernels.jit import compiled
 
     driver = bind(eskf.FILTER)
     settings = Settings(lh.ESKF(**values), lh.Guard())

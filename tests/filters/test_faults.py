@@ -15,7 +15,7 @@ from tests.reference.hard import assert_same
 import levelhead as lh
 from levelhead import filters
 from levelhead.engine import binding
-from levelhead.engine.many import fuse_many
+from levelhead.engine.parallel import fuse_many
 from levelhead.filters import health
 
 G = 9.80665

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 import levelhead as lh
 from levelhead.filters import madgwick, mahony
-from levelhead.kernels import pull as pulls
+from levelhead.kernels import vector_error as pulls
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.vec3 import ZERO, Vec3
 

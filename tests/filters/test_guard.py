@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 import levelhead as lh
+from levelhead import guard
 from levelhead.engine import binding
 from levelhead.engine.driver import Settings
-from levelhead.filters import guard, health
+from levelhead.filters import health
 from levelhead.filters.contract import Filter, Output, Settling, param_table
 from levelhead.kernels.quat import IDENTITY
 from levelhead.kernels.vec3 import ZERO, Vec3

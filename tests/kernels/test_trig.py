@@ -9,7 +9,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from tests.reference import economized
 
-from levelhead.kernels import jit, trig
+from levelhead.compiler import compile as jit
+from levelhead.kernels import trig
 
 FINITE = st.floats(-1e300, 1e300)
 LONG = np.longdouble

@@ -15,9 +15,9 @@ from levelhead.live import Node, SourceLost, open_source
 from levelhead.live.bus import LocalBus
 from levelhead.live.events import EVENTS
 from levelhead.live.timing import undisturbed
+from levelhead.sample import Sample
 from levelhead.sources import npz
 from levelhead.sources.replay import Replay
-from levelhead.sources.sample import Sample
 from levelhead.sources.sensors import AxisMap, SensorError
 
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from levelhead.engine import fuse
-from levelhead.engine.learning import learning
+from levelhead.engine.calibration_history import learning
 from levelhead.errors import LevelheadError
 from levelhead.evaluate import compare
 from levelhead.filters import ESKF, AccelTilt, Complementary, GyroIntegration, Kalman, RollPitchKalman, health

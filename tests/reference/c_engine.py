@@ -11,8 +11,8 @@ import numpy as np
 import levelhead as lh
 from levelhead import filters
 from levelhead.engine.binding import estimates_bias
-from levelhead.export.choice import Choice
-from levelhead.export.face import face
+from levelhead.export.c_api import face
+from levelhead.export.config import Choice
 
 WARNINGS = ("-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Wdouble-promotion", "-pedantic")
 COMPILERS = tuple(name for name in ("gcc", "clang") if shutil.which(name))

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from tests.reference.c_engine import KEPT, WARNINGS
 
-from levelhead.export.face import HELPERS
+from levelhead.export.c_api import HELPERS
 from levelhead.export.kinds import FLOAT, INT, Struct
 from levelhead.export.program import Program
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from levelhead import simulate
 from levelhead.errors import LevelheadError
 from levelhead.simulate import Bumps, Imu, Iron, Triad, Vibration
-from levelhead.simulate.triad import digitise
+from levelhead.simulate.triad_errors import digitise
 
 G = 9.80665
 

@@ -2,29 +2,29 @@ import numpy as np
 import pytest
 
 from levelhead.recording import Recording
-from levelhead.sources import evidence
+from levelhead.sources import unit_inference
 from levelhead.sources.clock import guess_unit
 
 
 @pytest.mark.parametrize(("norm", "unit"), [(9.81, "m/s²"), (1.02, "g"), (995.0, "mg"), (16384.0, None), (0.2, None)])
 def test_unit_of_the_accelerometer(norm: float, unit: str | None) -> None:
-    assert evidence.acc_unit(norm) == unit
+    assert unit_inference.acc_unit(norm) == unit
 
 
 @pytest.mark.parametrize(("norm", "unit"), [(48.0, "µT"), (0.48, "G"), (480.0, "mG"), (48e3, "nT"), (1.0, None)])
 def test_unit_of_the_magnetometer(norm: float, unit: str | None) -> None:
-    assert evidence.mag_unit(norm) == unit
+    assert unit_inference.mag_unit(norm) == unit
 
 
 def test_turn_of_gravity_measures_the_scale(hand: Recording) -> None:
     for factor in (1.0, 180.0 / np.pi, 131.0 * 180.0 / np.pi):
-        turn = evidence.turn_of_gravity(hand.t, hand.gyr * factor, hand.acc)
+        turn = unit_inference.turn_of_gravity(hand.t, hand.gyr * factor, hand.acc)
         assert turn is not None and turn.clear
         assert turn.scale * factor == pytest.approx(1.0, abs=0.02)
 
 
 def test_raw_counts_are_recognised(hand: Recording) -> None:
-    unit, why = evidence.gyr_unit(hand.t, np.rint(np.degrees(hand.gyr) * 131.0), hand.acc)
+    unit, why = unit_inference.gyr_unit(hand.t, np.rint(np.degrees(hand.gyr) * 131.0), hand.acc)
     assert unit is None and "for about 13" in why
 
 
@@ -33,7 +33,7 @@ def test_a_sensor_at_rest_is_guessed_from_its_noise(noise: float, unit: str) -> 
     rng = np.random.default_rng(0)
     t = np.arange(1000) * 0.01
     gyr, acc = rng.normal(0.0, noise, (1000, 3)), rng.normal([0.0, 0.0, 9.81], 0.05, (1000, 3))
-    found, why = evidence.gyr_unit(t, gyr, acc)
+    found, why = unit_inference.gyr_unit(t, gyr, acc)
     assert found == unit and "guess" in why
 
 
@@ -42,19 +42,19 @@ def test_fast_motion_and_wheels_are_legitimate() -> None:
     spin = np.zeros((6000, 3))
     spin[:, 2] = 20.0
     acc = np.stack([np.full(6000, 30.0) + 9.8 * np.cos(20 * t), 9.8 * np.sin(20 * t), np.zeros(6000)], axis=1)
-    assert evidence.says_degrees(t, spin, acc) is None  # a sensor on the rim of a wheel
+    assert unit_inference.says_degrees(t, spin, acc) is None  # a sensor on the rim of a wheel
     flat = np.tile([0.0, 0.0, 9.81], (6000, 1))
-    assert evidence.says_degrees(t, spin, flat) is None  # a turntable: gravity cannot tell
+    assert unit_inference.says_degrees(t, spin, flat) is None  # a turntable: gravity cannot tell
     spike = np.zeros((6000, 3))
     spike[100] = 4000.0
-    assert evidence.says_degrees(t, spike, flat) is None
+    assert unit_inference.says_degrees(t, spike, flat) is None
 
 
 def test_gaps_and_missing_values(hand: Recording) -> None:
     t, gyr = hand.t.copy(), hand.gyr.copy()
     t[800:] += 30.0
     gyr[100:140] = np.nan
-    turn = evidence.turn_of_gravity(t, gyr, hand.acc)
+    turn = unit_inference.turn_of_gravity(t, gyr, hand.acc)
     assert turn is not None and turn.scale == pytest.approx(1.0, abs=0.03)
 
 

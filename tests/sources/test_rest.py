@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from levelhead import simulate
-from levelhead.sources import evidence
+from levelhead.sources import unit_inference
 from levelhead.sources.rest import at_rest
 
 CASES = [*itertools.product(("MPU-6050", "BMI160", "LSM6DSO32"), ("hand", "walking", "robot", "still"), (1, 2))]
@@ -16,13 +16,13 @@ CASES = [*itertools.product(("MPU-6050", "BMI160", "LSM6DSO32"), ("hand", "walki
 @pytest.mark.parametrize(("chip", "motion", "seed"), CASES)
 def test_radians_are_never_taken_for_degrees(chip, motion, seed):
     rec = simulate.recording(chip, motion, 12, 100, seed)
-    assert evidence.says_degrees(rec.t, rec.gyr, rec.acc) is None
+    assert unit_inference.says_degrees(rec.t, rec.gyr, rec.acc) is None
 
 
 @pytest.mark.parametrize(("motion", "seed"), [*itertools.product(("hand", "walking", "robot", "still"), (1, 2))])
 def test_degrees_of_a_sensor_with_a_bias_are_found_in_seconds(motion, seed):
     rec = simulate.recording("MPU-6050", motion, 12, 100, seed)
-    why = evidence.says_degrees(rec.t, np.degrees(rec.gyr), rec.acc)
+    why = unit_inference.says_degrees(rec.t, np.degrees(rec.gyr), rec.acc)
     assert why is not None
 
 

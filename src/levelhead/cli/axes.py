@@ -14,6 +14,6 @@ def axes(log: Path, /, *, reading: Reading = Reading()) -> None:  # noqa: B008
     Args:
         log: a recording, as for fuse; a turn of 30° or more.
     """
-    from levelhead.sources.sensors.axes import find_axes
+    from levelhead.axis_map import find_axes
 
     say(str(find_axes(reading.read(log))))

@@ -9,6 +9,7 @@ from cyclopts import Parameter
 from levelhead import filters
 from levelhead.cli.options import Axes, GuardWords, chosen_guard, filter_names, known_before, say, say_json, settings
 from levelhead.errors import LevelheadError
+from levelhead.guard import Guard
 
 
 def export(
@@ -44,16 +45,16 @@ def export(
         out: folder for the files.
         json: print the result as JSON.
     """
+    from levelhead.axis_map import IDENTITY, AxisMap
     from levelhead.calibration import Calibration
     from levelhead.export import Choice, write
-    from levelhead.sources.sensors.axes import IDENTITY, AxisMap
 
     flt, mounted = filters.find(filter), AxisMap.parse(axes)
     found = _tuned(flt, tuned)
     params = flt.params(**found.get("params", {}))
     changes = settings(set)
     params = params._replace(**changes) if changes else params
-    before = chosen_guard(guard) if guard else filters.Guard(**found.get("guard", {}))
+    before = chosen_guard(guard) if guard else Guard(**found.get("guard", {}))
     words = ["levelhead export", flt.name, *(f"--set {word}" for word in set)]
     words += [f"--from {tuned.name}"] if tuned else []
     words += [f"--guard {word}" for word in guard]

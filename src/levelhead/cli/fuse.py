@@ -20,6 +20,7 @@ from levelhead.cli.options import (
     say_json,
 )
 from levelhead.errors import LevelheadError
+from levelhead.guard import Guard
 
 
 def fuse(
@@ -108,7 +109,7 @@ def as_the_node(live: Mapping[str, Any], guard: Any, words: Sequence[str]) -> tu
     params = filters.find(live["filter"]).params(**live["params"])
     if words:
         return params, guard
-    return params, None if live["guard"] is None else filters.Guard(**live["guard"])
+    return params, None if live["guard"] is None else Guard(**live["guard"])
 
 
 def _must_know_north(recording: Any, params: Any) -> None:
@@ -140,7 +141,7 @@ def _learned(recording: Any, params: Any, guard: Any, known: Any, path: Path) ->
 
     if find_spec("matplotlib") is None:
         return []
-    from levelhead.engine.learning import learning
+    from levelhead.engine.calibration_history import learning
     from levelhead.publish.plots import learned_picture
 
     learned_picture(learning(recording, params, guard=guard, prior=known), path)

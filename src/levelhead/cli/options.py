@@ -12,6 +12,7 @@ from cyclopts import Parameter
 from levelhead import filters
 from levelhead.errors import LevelheadError
 from levelhead.filters.contract import settable
+from levelhead.guard import Guard
 
 if TYPE_CHECKING:
     from levelhead.calibration import Calibration
@@ -85,7 +86,7 @@ def parameter_names(_: Any) -> dict[str, str]:
 
 def guard_names(_: Any) -> dict[str, str]:
     """What ``--guard`` takes, for the shell to complete."""
-    names = {f"{name}=": param.doc for name, param in settable(filters.Guard).items()}
+    names = {f"{name}=": param.doc for name, param in settable(Guard).items()}
     return {"off": "the filter alone, which sees every reading as it is"} | names
 
 
@@ -109,7 +110,7 @@ GuardWords = Annotated[
         metavar="K=V",
         completer=guard_names,
         help="A threshold of what stands in front of the filter, such as rest_time=3; may be given several times: "
-        f"{', '.join(settable(filters.Guard))}. `--guard off`: the filter alone, which sees every reading as it is.",
+        f"{', '.join(settable(Guard))}. `--guard off`: the filter alone, which sees every reading as it is.",
     ),
 ]
 
@@ -145,10 +146,10 @@ def chosen_filter(name: str | None, pairs: Sequence[str], offline: bool = False)
     return best._replace(**values) if values else best
 
 
-def chosen_guard(words: Sequence[str]) -> filters.Guard | None:
+def chosen_guard(words: Sequence[str]) -> Guard | None:
     """The guard for ``--guard k=v``; None for ``--guard off``."""
     if not any(word.lower() == "off" for word in words):
-        return filters.Guard(**settings(words, "rest_time=3, or off"))
+        return Guard(**settings(words, "rest_time=3, or off"))
     if len(words) > 1:
         raise LevelheadError("--guard off leaves no threshold to set; give either off or thresholds")
     return None

@@ -69,12 +69,12 @@ def run(
         realtime: ask for real-time priority, where that is allowed.
         json: no line a second, but the figures of the run as JSON at its end.
     """
+    from levelhead.axis_map import AxisMap
     from levelhead.live.box import BlackBox
     from levelhead.live.node import Node
     from levelhead.live.open import open_source
-    from levelhead.live.still import TICKS
+    from levelhead.live.static_calibration import TICKS
     from levelhead.sources import parse_lsb, parse_map, parse_units
-    from levelhead.sources.sensors.axes import AxisMap
 
     params, before = chosen_filter(filter, set), chosen_guard(guard)
     if duration is not None and not duration > 0.0:

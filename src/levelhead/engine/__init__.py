@@ -1,5 +1,5 @@
 """Runs any filter: over a whole recording (``batch``), sample by sample (``stream``), or there and back
-(``smoother``), by one driver."""
+(``smoothing``), by one driver."""
 
 import importlib
 from typing import TYPE_CHECKING, Any
@@ -7,14 +7,20 @@ from typing import TYPE_CHECKING, Any
 from levelhead.engine.batch import fuse, fuse_axis
 
 if TYPE_CHECKING:
-    from levelhead.engine.many import fuse_all, fuse_many
-    from levelhead.engine.smoother import smooth
+    from levelhead.engine.parallel import fuse_all, fuse_many
+    from levelhead.engine.smoothing import smooth
     from levelhead.engine.stream import AxisStream, Stream
 
 __all__ = ["AxisStream", "Stream", "fuse", "fuse_all", "fuse_axis", "fuse_many", "smooth"]
 
 # Imported at first use: who fuses one recording waits for neither threads nor streams.
-_HOMES = {"AxisStream": "stream", "Stream": "stream", "fuse_all": "many", "fuse_many": "many", "smooth": "smoother"}
+_HOMES = {
+    "AxisStream": "stream",
+    "Stream": "stream",
+    "fuse_all": "parallel",
+    "fuse_many": "parallel",
+    "smooth": "smoothing",
+}
 
 
 def __getattr__(name: str) -> Any:

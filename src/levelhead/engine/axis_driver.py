@@ -2,8 +2,8 @@
 
 from typing import Any
 
+from levelhead.compiler.mark import kernel
 from levelhead.engine.driver import unbound
-from levelhead.kernels.jit import kernel
 
 step = read = unbound
 

@@ -11,10 +11,9 @@ nothing about, has a column of zeros in G, and what only it would need is left o
 
 from math import sqrt
 
-from levelhead.filters.error_state import DRIVEN, ROW, SPEED
+from levelhead.compiler.mark import WIDE, kernel, noinline
+from levelhead.filters.eskf.state import DRIVEN, ROW, SPEED
 from levelhead.kernels.arrays import Floats, copy, subtract_rows
-from levelhead.kernels.jit import kernel, rare
-from levelhead.kernels.wide import WIDE
 
 WHOLE = ROW * ROW  # numbers of a matrix; those of aiding stay unused
 N = WIDE
@@ -90,7 +89,7 @@ def combine(m: Floats) -> None:
             m[NOW + i * ROW + j] = m[NOW + j * ROW + i]
 
 
-@rare
+@noinline
 def step_back(m: Floats, cut: bool) -> None:
     """Eqs. 1 and 2: from AHEAD, GAIN = B, LATER, NOW = P_k and OFF to SMOOTHED and NOW."""
     factorize(m, cut)

@@ -7,13 +7,13 @@ import numpy as np
 
 from levelhead import filters
 from levelhead.calibration import Calibration
+from levelhead.compiler.tree import native
+from levelhead.engine.aiding_inputs import sightings
 from levelhead.engine.binding import bind, bind_axis, choose, engine_function, estimates_bias
 from levelhead.engine.driver import Settings
-from levelhead.engine.fixed import native
 from levelhead.engine.prior import learned, primed
-from levelhead.engine.sightings import sightings
 from levelhead.errors import LevelheadError
-from levelhead.filters.guard import Guard
+from levelhead.guard import Guard
 from levelhead.recording import Array, Recording, real_array, time_array
 from levelhead.track import Track
 

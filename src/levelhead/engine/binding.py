@@ -5,11 +5,13 @@ import sys
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from levelhead.engine import axis_driver, driver, scene
+from levelhead import guard
+from levelhead.compiler.compile import compiled
+from levelhead.compiler.mark import apart, bound
+from levelhead.engine import axis_driver, conditioning, driver
 from levelhead.errors import LevelheadError, nearest
-from levelhead.filters import guard, sensors
 from levelhead.filters.contract import AxisFilter, Filter
-from levelhead.kernels.jit import apart, bound, compiled
+from levelhead.guard import detectors
 
 ENGINES = ("auto", "python", "compiled")
 
@@ -60,7 +62,7 @@ def _bind(flt: Filter, guarded: bool) -> Driver:
         "calm": flt.calm or driver.as_before,
         "look": bound(guard.look, name, TELLS_FIELD="field" not in flt.judges) if guarded else driver.unguarded,
         "TAKES_BIAS": "bias" not in flt.judges,
-        "perceived": bound(scene.perceived, name, sense=sensors.sensed if guarded else scene.unsensed),
+        "perceived": bound(conditioning.perceived, name, sense=detectors.sensed if guarded else conditioning.unsensed),
         "OWN_SIGMA": flt.gains is None,
     }
     own["rate"] = bound(driver.rate, name, **own)

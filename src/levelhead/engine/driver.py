@@ -12,14 +12,13 @@ which is why what few samples bring is a phase of its own: lanes then skip it fo
 
 from typing import Any, NamedTuple
 
-from levelhead.engine.scene import EMPTY, Scene, judging
-from levelhead.filters import sensors
+from levelhead.compiler.mark import kernel
+from levelhead.engine.conditioning import EMPTY, Scene, judging
 from levelhead.filters.contract import Gains, Output
-from levelhead.filters.doubt import Doubt, at_start, judged
-from levelhead.filters.doubt import sigma as doubted
-from levelhead.filters.guard import BEFORE, Guard, Look, Watch, first_field, pushed, refusing, rested, resting
 from levelhead.filters.health import ACC_REJECTED, MAG_LEARNED
-from levelhead.kernels.jit import kernel
+from levelhead.filters.observer_covariance import Doubt, at_start, judged
+from levelhead.filters.observer_covariance import sigma as doubted
+from levelhead.guard import BEFORE, Guard, Look, Watch, detectors, first_field, pushed, refusing, rested, resting
 from levelhead.kernels.quat import Quat, up
 from levelhead.kernels.tilt import present
 from levelhead.kernels.vec3 import ZERO, Vec3, sub
@@ -227,7 +226,7 @@ def advance(settings: Settings, carry: Carry, gyr: Vec3, acc: Vec3, mag: Vec3, d
     scene: Scene = perceived(settings.guard, before, gyr, acc, mag, dt)
     if not before.started:
         return Carry(scene, started(settings, scene, run))
-    if scene.sensors.sum.spell >= sensors.SPELL:
+    if scene.sensors.sum.spell >= detectors.SPELL:
         run = calmed(settings, scene, run)
     if scene.lost > 0.0:
         run = loosened(settings, scene, run)

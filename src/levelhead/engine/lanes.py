@@ -20,18 +20,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from levelhead.engine import lane_memory
+from levelhead.compiler import lane_slots
+from levelhead.compiler.compile import compiled, substitute
+from levelhead.compiler.lane_slots import LANES, Rows
+from levelhead.compiler.mark import bound, kernel
 from levelhead.engine.batch import DEFAULT_GUARD, NO_MAG
 from levelhead.engine.binding import bind, estimates_bias, guards
+from levelhead.engine.conditioning import EMPTY, Scene, judging
 from levelhead.engine.driver import Settings, unbound
-from levelhead.engine.lane_memory import LANES, Rows
-from levelhead.engine.scene import EMPTY, Scene, judging
 from levelhead.engine.threads import in_order
-from levelhead.filters import sensors
 from levelhead.filters.contract import Filter
-from levelhead.filters.guard import Guard
-from levelhead.kernels import pull, quat
-from levelhead.kernels.jit import bound, compiled, kernel, swapped
+from levelhead.guard import Guard, detectors
+from levelhead.kernels import quat, vector_error
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.vec3 import ZERO, Vec3
 from levelhead.recording import Array, Recording
@@ -62,8 +62,8 @@ def lost_pull(expected: Vec3, x: float, y: float, z: float) -> Vec3:
 RARE = (
     (quat.cos_half, bound(quat.cos_half, "short", cos=lost)),
     (quat.sinc_half, bound(quat.sinc_half, "short", sin=lost)),
-    (pull.unit_scale, lost),
-    (pull.beyond, lost_pull),
+    (vector_error.unit_scale, lost),
+    (vector_error.beyond, lost_pull),
 )
 
 
@@ -96,7 +96,7 @@ def run_lanes(
         if not going:
             each(started, at, guard, scene)
         else:
-            if scene.sensors.sum.spell >= sensors.SPELL:
+            if scene.sensors.sum.spell >= detectors.SPELL:
                 each(calmed, at, guard, scene)
             if scene.lost > 0.0:
                 each(loosened, at, guard, scene)
@@ -181,8 +181,8 @@ def machine(kind: Kind, short: bool) -> Machine:
     flt, guarded, has_mag, observer, chosen = kind
     driver, settings = bind(flt, guarded), Settings(flt.params(), DEFAULT_GUARD)
     run = driver.begin(settings).run
-    whole = lane_memory.rows(run, 0)
-    sets = lane_memory.rows(settings.filter, whole.end, dict(chosen))
+    whole = lane_slots.rows(run, 0)
+    sets = lane_slots.rows(settings.filter, whole.end, dict(chosen))
     memory = {"load": whole.load, "store": whole.store, "load_params": sets.load, "result": driver.result}
     name = "_".join(
         [
@@ -194,9 +194,9 @@ def machine(kind: Kind, short: bool) -> Machine:
             sets.layout,
         ]
     )
-    phases = {key: swapped(phase, RARE) if short else phase for key, phase in driver.phases.items()}
+    phases = {key: substitute(phase, RARE) if short else phase for key, phase in driver.phases.items()}
     own = memory | {
-        "each": lane_memory.over_lanes(),
+        "each": lane_slots.over_lanes(),
         "perceived": phases["perceived"],
         "now_due": phases["now_due"],
         "HAS_MAG": has_mag, "OWN_SIGMA": flt.gains is None, "CORRECTS": flt.correct is not None,
@@ -204,12 +204,12 @@ def machine(kind: Kind, short: bool) -> Machine:
     for key in ("started", "calmed", "loosened", "accelerated", "moved", "corrected", "doubted_anew"):
         own[key] = bound(phase_of_lane, f"{name}_{key}", phase=phases[key], **memory)
     if observer is None:
-        said = lane_memory.rows(driver.result(settings, run), 0)
+        said = lane_slots.rows(driver.result(settings, run), 0)
         name = "_".join([name, "tell", said.layout])
         lane = bound(tell_lane, name, store_said=said.store, **memory)
         after = bound(tell, name, tell_lane=lane, SAID=said.end * LANES * 8, **own)
         return Machine(compiled(bound(run_lanes, name, after=after, **own)), sets, said, sets.end)
-    seen = lane_memory.rows(observer.start, sets.end)
+    seen = lane_slots.rows(observer.start, sets.end)
     name = "_".join([name, observer.name, seen.layout])
     lane = bound(judge_lane, name, see=observer.see, load_seen=seen.load, store_seen=seen.store, **memory)
     after = bound(judge, name, judge_lane=lane, **own)
@@ -221,12 +221,12 @@ class Block:
 
     def __init__(self, kind: Kind, guard: Guard, recording: Recording, tries: Sequence[Any]) -> None:
         self._kind, self._made, self._count = kind, machine(kind, True), len(tries)
-        self._table, self._at = lane_memory.allocate(self._made.rows)
+        self._table, self._at = lane_slots.allocate(self._made.rows)
         mag = NO_MAG if recording.mag is None else recording.mag.reshape(-1)
         self._rows = (recording.t, recording.gyr.reshape(-1), recording.acc.reshape(-1), mag)
         self._guard, self._scene = guard, EMPTY
         self._tried = self._lost = 0
-        lane_memory.put(self._table, self._made.params, np.array([lane_memory.flat(params) for params in tries], float))
+        lane_slots.put(self._table, self._made.params, np.array([lane_slots.flat(params) for params in tries], float))
 
     def _run(self, short: bool, start: int, stop: int, more: Any) -> Scene:
         t, *others = self._rows
@@ -254,16 +254,16 @@ class Block:
 
     def see(self, truth: Array, seen: Array) -> Array:
         """All samples; what the observer has seen (count, numbers) in the end, from ``seen`` on."""
-        lane_memory.put(self._table, self._made.found, seen)
+        lane_slots.put(self._table, self._made.found, seen)
         for start in range(0, len(truth), STRETCH):
             stop = min(start + STRETCH, len(truth))
             self.advance(start, stop, truth[start:stop].reshape(-1), NOTHING)
-        return lane_memory.get(self._table, self._made.found, self._count)
+        return lane_slots.get(self._table, self._made.found, self._count)
 
     def outputs(self) -> list[list[Any]]:
         """All samples; of each lane quat (n, 4), bias (n, 3), sigma (n, 3) and health (n,)."""
         n, floats = len(self._rows[0]), self._made.found.floats
-        tile, at = lane_memory.allocate(min(n, STRETCH) * len(floats))
+        tile, at = lane_slots.allocate(min(n, STRETCH) * len(floats))
         said = tile.reshape(-1, len(floats), LANES)
         lanes: list[list[Any]] = [
             [*(np.empty((n, width)) for width in (4, 3, 3)), np.empty(n, np.uint32)] for _ in range(self._count)

@@ -11,13 +11,13 @@ from levelhead.calibration import Calibration
 from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.engine.binding import ENGINES, bind, bind_axis, estimates_bias
 from levelhead.engine.driver import Settings
-from levelhead.engine.loop import Four, axis_loop, loop
 from levelhead.engine.prior import forgotten, learned, primed
-from levelhead.engine.saved import Saved, from_bytes, to_bytes
+from levelhead.engine.serialization import Saved, from_bytes, to_bytes
+from levelhead.engine.stepper import Four, axis_loop, loop
 from levelhead.errors import LevelheadError, nearest
-from levelhead.filters.aiding import HEIGHT, POSITION, VELOCITY, Place
-from levelhead.filters.contract import Output
-from levelhead.filters.guard import Guard
+from levelhead.filters.contract import Output, Place
+from levelhead.filters.eskf.aiding import HEIGHT, POSITION, VELOCITY
+from levelhead.guard import Guard
 from levelhead.kernels.quat import Euler, Quat, to_euler
 from levelhead.kernels.vec3 import ZERO, Vec3
 from levelhead.recording import LEAST_PRESSURE, MOST_PRESSURE

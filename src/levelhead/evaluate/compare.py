@@ -15,7 +15,8 @@ from levelhead.evaluate.columns import Column, plain_table
 from levelhead.evaluate.contenders import Contender, contenders
 from levelhead.evaluate.errors import error_quaternion, split
 from levelhead.evaluate.score import Score, evaluate, rms
-from levelhead.filters import Guard, resolve
+from levelhead.filters import resolve
+from levelhead.guard import Guard
 from levelhead.recording import Recording
 from levelhead.track import Track
 

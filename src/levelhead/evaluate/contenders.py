@@ -8,8 +8,8 @@ import numpy as np
 
 from levelhead.errors import LevelheadError
 from levelhead.evaluate.align import Alignment, align
-from levelhead.evaluate.align.courses import Course
 from levelhead.evaluate.align.result import small
+from levelhead.evaluate.align.series import Course
 from levelhead.evaluate.score import absolute_heading
 from levelhead.recording import Recording
 from levelhead.track import Track

@@ -7,9 +7,9 @@ import ast
 from collections.abc import Sequence
 from typing import Protocol
 
+from levelhead.compiler.mark import is_kernel
 from levelhead.export.inference import Inference, allocation, arguments, by_field, is_struct
 from levelhead.export.kinds import FLOAT, INT, Array, Kind, Struct, is_empty
-from levelhead.kernels.jit import is_kernel
 
 # C's precedences
 TERNARY, OR, AND, BIT_OR, BIT_XOR, BIT_AND, EQUAL, LESS, SUM, PRODUCT, UNARY, PRIMARY = range(12)

@@ -10,10 +10,10 @@ import types
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
+from levelhead.compiler.mark import is_kernel
 from levelhead.errors import LevelheadError
 from levelhead.export.kinds import BOOL, FLOAT, INT, VOID, Array, Kind, Scalar, Struct, described
 from levelhead.export.source import Source
-from levelhead.kernels.jit import is_kernel
 
 MISSING = object()
 ARITHMETIC = (ast.Add, ast.Sub, ast.Mult, ast.Div)

@@ -5,8 +5,8 @@ from pathlib import Path
 from levelhead.atomic import atomic_path
 from levelhead.errors import LevelheadError
 from levelhead.export.arduino import sketch
-from levelhead.export.choice import Choice
-from levelhead.export.face import AxisFace, Face, ImuFace
+from levelhead.export.c_api import AxisFace, Face, ImuFace
+from levelhead.export.config import Choice
 from levelhead.export.layout import template
 from levelhead.export.selftest import selftest
 

@@ -4,13 +4,13 @@ import math
 from collections.abc import Iterable
 from typing import Any
 
-from levelhead.export.choice import Choice
-from levelhead.export.face import Face
+from levelhead.export.c_api import Face
+from levelhead.export.config import Choice
 from levelhead.export.layout import template
 from levelhead.export.program import plain
 from levelhead.export.single import shortest, single
 from levelhead.export.statements import joined
-from levelhead.export.vector import axis_rows, rows
+from levelhead.export.test_vectors import axis_rows, rows
 
 PERIOD = 360.0
 BOUND = 2e-3  # of each number in single precision, and of its size; tests/export/test_selftest.py holds 1/4 of that

@@ -5,18 +5,18 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
+from levelhead.axis_map import IDENTITY
 from levelhead.calibration import SHAPES, Calibration
 from levelhead.errors import LevelheadError
-from levelhead.export.choice import Choice
+from levelhead.export.config import Choice
 from levelhead.export.expressions import variable
 from levelhead.export.kinds import FLOAT, Struct
 from levelhead.export.layout import STEP, WIDTH, comment, safe, wrapped
 from levelhead.export.program import Kernel, Program
 from levelhead.export.statements import joined
-from levelhead.filters.learned import Estimate, Learned
+from levelhead.filters.eskf.calibration import Estimate, Learned
 from levelhead.kernels import correction
 from levelhead.kernels.vec3 import Vec3
-from levelhead.sources.sensors.axes import IDENTITY
 
 Place = tuple[str, int]  # a list inside a state, and an index in it
 READINGS = ("gyr", "acc", "mag")

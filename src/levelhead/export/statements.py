@@ -5,13 +5,13 @@ import functools
 import re
 from collections.abc import Callable, Iterable, Sequence
 
+from levelhead.compiler.mark import is_kernel
 from levelhead.export.expressions import Expressions, Names, variable
 from levelhead.export.inference import Inference, arguments, is_struct
 from levelhead.export.kinds import FLOAT, INT, VOID, Array, Kind, Struct, by_address, is_empty
 from levelhead.export.layout import STEP, beside, comment, wrapped
 from levelhead.export.scopes import Scopes, loaded_in, stored_in
 from levelhead.export.source import Source
-from levelhead.kernels.jit import is_kernel
 
 
 class Body:

@@ -7,12 +7,12 @@ from levelhead.filters import (
     accel_tilt,
     bias_rate_kalman,
     complementary,
-    ekf,
     eskf,
     gyro_integration,
     kalman,
     madgwick,
     mahony,
+    mekf,
     roll_pitch_kalman,
     triad,
 )
@@ -20,13 +20,12 @@ from levelhead.filters.accel_tilt import AccelTilt
 from levelhead.filters.bias_rate_kalman import BiasRateKalman
 from levelhead.filters.complementary import Complementary
 from levelhead.filters.contract import Filter
-from levelhead.filters.ekf import EKF
-from levelhead.filters.eskf_params import ESKF
-from levelhead.filters.guard import Guard
+from levelhead.filters.eskf.params import ESKF
 from levelhead.filters.gyro_integration import GyroIntegration
 from levelhead.filters.kalman import Kalman
 from levelhead.filters.madgwick import Madgwick
 from levelhead.filters.mahony import Mahony
+from levelhead.filters.mekf.filter import EKF
 from levelhead.filters.roll_pitch_kalman import RollPitchKalman
 from levelhead.filters.triad import Triad
 
@@ -40,7 +39,7 @@ ALL: tuple[Filter, ...] = (
     kalman.FILTER,
     roll_pitch_kalman.FILTER,
     bias_rate_kalman.FILTER,
-    ekf.FILTER,
+    mekf.FILTER,
     eskf.FILTER,
 )
 
@@ -52,7 +51,6 @@ __all__ = [
     "BiasRateKalman",
     "Complementary",
     "Filter",
-    "Guard",
     "GyroIntegration",
     "Kalman",
     "Madgwick",

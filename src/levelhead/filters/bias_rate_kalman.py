@@ -11,12 +11,12 @@ A Kalman filter with bias alone lags behind a ramp of the bias for ever; this on
 
 from typing import Annotated, NamedTuple
 
+from levelhead.compiler.mark import kernel
 from levelhead.filters.contract import AxisFilter, Filter, Output, Param, Settling, parameters
 from levelhead.filters.health import NEAR_VERTICAL
 from levelhead.filters.kalman import DEG2, earth_sigma
 from levelhead.kernels import mat3, quat, tilt, triad
 from levelhead.kernels.angle import wrap
-from levelhead.kernels.jit import kernel
 from levelhead.kernels.mat3 import Mat3
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.tilt import GAP_SECONDS, after_gap, bias_after_gap

@@ -22,11 +22,11 @@ starts as in eq. 1, which believes the first sample.
 
 from typing import Annotated, NamedTuple
 
+from levelhead.compiler.mark import kernel
 from levelhead.filters.contract import AxisFilter, Derived, Filter, Gains, Output, Param, Settling, parameters
 from levelhead.kernels import quat, slerp, triad
 from levelhead.kernels.angle import blend, wrap
-from levelhead.kernels.gain import OLD, older, share
-from levelhead.kernels.jit import kernel
+from levelhead.kernels.lowpass import OLD, older, share
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.tilt import GRAVITY, present
 from levelhead.kernels.vec3 import ZERO, Vec3, norm

@@ -17,7 +17,6 @@ from collections.abc import Callable
 from typing import Annotated, Any, NamedTuple, TypeVar, get_args, get_origin, get_type_hints
 
 from levelhead.errors import LevelheadError, nearest
-from levelhead.filters.aiding import Place
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.vec3 import Vec3
 
@@ -66,6 +65,16 @@ class Derived(NamedTuple):
     field: str
     forward: Callable[..., float]  # value, further keywords with defaults -> field
     back: Callable[[float], float]  # field -> value, with these defaults
+
+
+class Place(NamedTuple):
+    """Where a body is and how it moves, earth frame; m and m/s, and 1σ of both."""
+
+    position: Vec3
+    velocity: Vec3
+    sigma_position: Vec3
+    sigma_velocity: Vec3
+    seen: bool  # anything of it, ever
 
 
 class Output(NamedTuple):

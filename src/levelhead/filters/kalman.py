@@ -17,11 +17,11 @@ magnetometer, heading; its parameters are then in degrees, as in the lesson.
 from math import pi, sqrt
 from typing import Annotated, NamedTuple
 
+from levelhead.compiler.mark import kernel
 from levelhead.filters.contract import AxisFilter, Filter, Output, Param, Settling, parameters
 from levelhead.filters.health import NEAR_VERTICAL
 from levelhead.kernels import quat, tilt, triad
 from levelhead.kernels.angle import wrap
-from levelhead.kernels.jit import kernel
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.tilt import GAP_SECONDS, UNIFORM, after_gap, bias_after_gap
 from levelhead.kernels.two_state import Covariance, Gain, correct, joseph, predict

@@ -32,13 +32,13 @@ before, ω dt behind the measurement: at 100 Hz and 5 rad/s it would pull 3° ba
 from math import sqrt
 from typing import Annotated, NamedTuple
 
+from levelhead.compiler.mark import kernel
 from levelhead.filters.contract import Filter, Gains, Output, Param, Settling, parameters
 from levelhead.kernels import quat, tilt, triad
-from levelhead.kernels.gain import older, share
-from levelhead.kernels.jit import kernel
-from levelhead.kernels.pull import levelled, nudged, pull, turned
+from levelhead.kernels.lowpass import older, share
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.vec3 import ZERO, Vec3, dot, normalize
+from levelhead.kernels.vector_error import levelled, nudged, pull, turned
 
 START = 3.0  # s: until then a step is at least that of a mean over all samples since the start
 BIAS_LIMIT = 0.35  # rad/s, 20 °/s: the zero-rate tolerance of the worst consumer gyroscopes

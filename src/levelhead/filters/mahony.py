@@ -28,13 +28,13 @@ pulls then is the start's error, not the gyroscope's. Against wind-up every axis
 
 from typing import Annotated, NamedTuple
 
+from levelhead.compiler.mark import kernel
 from levelhead.filters.contract import Filter, Gains, Output, Param, Settling, parameters
 from levelhead.kernels import quat, tilt, triad
-from levelhead.kernels.gain import older, share
-from levelhead.kernels.jit import kernel
-from levelhead.kernels.pull import levelled, nudged, pull, turned, whole
+from levelhead.kernels.lowpass import older, share
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.vec3 import ZERO, Vec3, normalize
+from levelhead.kernels.vector_error import levelled, nudged, pull, turned, whole
 
 DIP_SHARE = 0.2  # cos² of the field's dip in middle Europe: how much of a heading error the whole field shows
 

@@ -26,11 +26,11 @@ cos 85°, and ``health`` says so; use a quaternion filter for motion that lives 
 from math import inf, sqrt
 from typing import Annotated, NamedTuple
 
+from levelhead.compiler.mark import kernel
 from levelhead.filters.contract import Filter, Output, Param, Settling, parameters
 from levelhead.filters.health import NEAR_VERTICAL
 from levelhead.filters.kalman import DEG2, earth_sigma
 from levelhead.kernels import mat2, quat, tilt, triad
-from levelhead.kernels.jit import kernel
 from levelhead.kernels.mat2 import Mat2, Vec2
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.tilt import GAP_SECONDS, after_gap, bias_after_gap

@@ -13,9 +13,9 @@ and gravity only turns the attitude about it. That needs the field's dip, which 
 from math import pi
 from typing import Annotated, NamedTuple
 
+from levelhead.compiler.mark import kernel
 from levelhead.filters.contract import Filter, Gains, Output, Param, Settling, parameters
 from levelhead.kernels import tilt, triad
-from levelhead.kernels.jit import kernel
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.trig import sincos
 from levelhead.kernels.vec3 import ZERO, Vec3

@@ -2,7 +2,7 @@
 
 from math import pi
 
-from levelhead.kernels.jit import kernel
+from levelhead.compiler.mark import kernel
 from levelhead.kernels.trig import ROUND
 
 TWO_PI = 2.0 * pi

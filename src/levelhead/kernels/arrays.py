@@ -5,11 +5,10 @@ several times faster than a NumPy array; compiled it is an array of float64; in 
 is made once, by a filter's ``init``, and written in place by ``step``.
 
 Its words are written once for each engine: plain Python runs what stands here, compiled code what has the same name in
-``kernels/native.py``, and C is translated from the loop that says what a word means.
+``compiler/intrinsics.py``, and C is translated from the loop that says what a word means.
 """
 
-from levelhead.kernels.jit import kernel, word
-from levelhead.kernels.wide import WIDE
+from levelhead.compiler.mark import WIDE, kernel, primitive
 
 Floats = list[float]
 
@@ -49,19 +48,19 @@ def subtract_each_row(m: Floats, to: int, weight: int, step: int, row: int, stri
             m[to + j] -= m[weight + k * step] * m[row + k * stride + j]
 
 
-@word(copy_each)
+@primitive(copy_each)
 def copy(m: Floats, to: int, at: int, count: int) -> None:
     """``copy_each``."""
     m[to : to + count] = m[at : at + count]
 
 
-@word(add_each_scaled)
+@primitive(add_each_scaled)
 def add_scaled(m: Floats, to: int, weight: float, at: int, count: int) -> None:
     """``add_each_scaled``."""
     m[to : to + count] = [a + weight * b for a, b in zip(m[to : to + count], m[at : at + count], strict=True)]
 
 
-@word(subtract_each_row)
+@primitive(subtract_each_row)
 def subtract_rows(m: Floats, to: int, weight: int, step: int, row: int, stride: int, count: int) -> None:
     """``subtract_each_row``."""
     for k in range(count):

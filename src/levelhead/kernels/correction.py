@@ -6,8 +6,8 @@ w: the field was measured d seconds ago, when a constant one stood at h + d w ×
 
 from typing import NamedTuple
 
+from levelhead.compiler.mark import kernel
 from levelhead.kernels import mat3
-from levelhead.kernels.jit import kernel
 from levelhead.kernels.mat3 import Mat3
 from levelhead.kernels.tilt import NO_LENGTH
 from levelhead.kernels.vec3 import Vec3, cross, scale, sub

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from levelhead.kernels.jit import kernel
+from levelhead.compiler.mark import kernel
 from levelhead.kernels.vec3 import Vec3
 
 

@@ -3,7 +3,7 @@
 from math import sqrt
 from typing import NamedTuple
 
-from levelhead.kernels.jit import kernel
+from levelhead.compiler.mark import kernel
 from levelhead.kernels.mat3 import Mat3
 from levelhead.kernels.trig import atan2, cos, sin, sincos
 from levelhead.kernels.vec3 import Vec3

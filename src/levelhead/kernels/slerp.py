@@ -9,8 +9,8 @@ is small). Neither knows of roll and pitch, so none is singular.
 
 from math import pi, sqrt
 
+from levelhead.compiler.mark import kernel
 from levelhead.kernels import quat, tilt
-from levelhead.kernels.jit import kernel
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.trig import atan2
 from levelhead.kernels.vec3 import Vec3

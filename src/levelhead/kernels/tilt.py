@@ -7,8 +7,8 @@ equations below follow.
 
 from math import pi, sqrt
 
+from levelhead.compiler.mark import kernel
 from levelhead.kernels import quat
-from levelhead.kernels.jit import kernel
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.trig import atan2
 from levelhead.kernels.vec3 import Vec3

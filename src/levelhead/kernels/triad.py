@@ -11,8 +11,8 @@ with ᵉ in the earth frame; R turns sensor-frame vectors into the earth frame. 
 second only the direction around the first counts.
 """
 
+from levelhead.compiler.mark import kernel
 from levelhead.kernels import mat3, quat
-from levelhead.kernels.jit import kernel
 from levelhead.kernels.mat3 import Mat3
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.tilt import pitch_axis

@@ -9,7 +9,7 @@ derives their coefficients in exact fractions. Errors are measured in ``tests/ke
 
 from typing import NamedTuple
 
-from levelhead.kernels.jit import kernel
+from levelhead.compiler.mark import kernel
 
 TAN_22 = 0.41421356237309503  # tan π/8
 TAN_67 = 2.414213562373095  # tan 3π/8

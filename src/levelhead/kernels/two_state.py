@@ -8,7 +8,7 @@ The left form of (2) holds for the optimal gain only, Joseph's for any.
 
 from typing import NamedTuple
 
-from levelhead.kernels.jit import kernel
+from levelhead.compiler.mark import kernel
 
 
 class Covariance(NamedTuple):

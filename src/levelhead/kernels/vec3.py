@@ -3,7 +3,7 @@
 from math import sqrt
 from typing import NamedTuple
 
-from levelhead.kernels.jit import kernel
+from levelhead.compiler.mark import kernel
 
 
 class Vec3(NamedTuple):

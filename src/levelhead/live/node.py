@@ -11,15 +11,15 @@ from levelhead import filters
 from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.engine.stream import Stream
 from levelhead.errors import LevelheadError
-from levelhead.filters.guard import Guard
+from levelhead.guard import Guard
 from levelhead.live.box import BlackBox
 from levelhead.live.bus import LocalBus, MessageBus
 from levelhead.live.events import EVENTS, Happening, Journal
+from levelhead.live.health_monitor import Watch
 from levelhead.live.messages import CONFIG, HEALTH, ORIENTATION, RAW, TOPICS, Health, Orientation, Raw
-from levelhead.live.still import LEFT, TICKS, StillCalibration
+from levelhead.live.static_calibration import LEFT, TICKS, StillCalibration
 from levelhead.live.timing import Spread, undisturbed
-from levelhead.live.watch import Watch
-from levelhead.sources.sample import Sample, Triple
+from levelhead.sample import Sample, Triple
 from levelhead.sources.sensors.bus import SensorError
 from levelhead.sources.source import Source
 from levelhead.version import VERSION

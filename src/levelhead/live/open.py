@@ -7,13 +7,13 @@ from typing import Any, cast
 
 import numpy as np
 
+from levelhead.axis_map import IDENTITY, AxisMap
 from levelhead.errors import LevelheadError, nearest
 from levelhead.recording import Recording
+from levelhead.sample import Sample
 from levelhead.sources import read
 from levelhead.sources.hints import Hints, check
 from levelhead.sources.replay import Replay
-from levelhead.sources.sample import Sample
-from levelhead.sources.sensors.axes import IDENTITY, AxisMap
 from levelhead.sources.sensors.board import CHIPS, Wanted, assemble_board, open_board, parse_board
 from levelhead.sources.sensors.emulated import World, board_of
 from levelhead.sources.serial_lines import SerialLines, parse_serial

@@ -7,7 +7,7 @@ import numpy as np
 
 from levelhead import filters
 from levelhead.engine.stream import Stream
-from levelhead.filters.guard import Guard
+from levelhead.guard import Guard
 from levelhead.sources.blackbox import FUSED, MAG_NEW, read_box
 from levelhead.track import Track
 

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from time import monotonic
 from typing import Any
 
-from levelhead.kernels.jit import Compiling
+from levelhead.compiler.compile import Compiling
 
 PATIENCE = 0.5  # s before a bar appears: what is done sooner needs none
 COMPILING = "compiling for this machine, once"

@@ -10,6 +10,7 @@ from levelhead import filters
 from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.filters import health
 from levelhead.filters.contract import param_table
+from levelhead.guard import Guard
 from levelhead.recording import Array, Recording, median
 from levelhead.sources.hard_iron import hard_iron
 from levelhead.track import Track
@@ -22,7 +23,7 @@ LONG_GAP = 3.0  # sample intervals: a longer step in time is called a gap
 
 
 def summary(
-    recording: Recording, track: Track, score: "Score | None" = None, guard: filters.Guard | None = DEFAULT_GUARD
+    recording: Recording, track: Track, score: "Score | None" = None, guard: Guard | None = DEFAULT_GUARD
 ) -> str:
     """Plain text, one fact a line: what came in, which filter, where it ended, how sure it is, what was wrong.
 
@@ -57,7 +58,7 @@ def summary(
 
 
 def facts(
-    recording: Recording, track: Track, score: "Score | None" = None, guard: filters.Guard | None = DEFAULT_GUARD
+    recording: Recording, track: Track, score: "Score | None" = None, guard: Guard | None = DEFAULT_GUARD
 ) -> dict[str, Any]:
     """The same facts for programs, ready for JSON: units as the names say, None for what does not exist."""
     from levelhead.evaluate.compare import COLUMNS  # with all of `evaluate`, which the words need only for a score
@@ -135,7 +136,7 @@ def _filter(params: Any) -> list[tuple[str, str]]:
     return facts
 
 
-def _guard(guard: filters.Guard | None) -> str:
+def _guard(guard: Guard | None) -> str:
     """What differs from the usual; nothing where nothing does."""
     if guard is None:
         return "off: the filter saw every reading as it is"

@@ -8,14 +8,14 @@ In three steps: ``motion`` makes the truth, ``imu`` the error model of a chip, `
 and ``gnss`` are sensors beside it.
 """
 
+from levelhead.simulate.aiding_sensors import Barometer, Receiver, gnss, pressure
 from levelhead.simulate.assemble import recording
-from levelhead.simulate.beside import Barometer, Receiver, gnss, pressure
 from levelhead.simulate.disturbance import Bumps, Vibration
 from levelhead.simulate.lesson import hard_lesson, lesson
 from levelhead.simulate.motion import STYLES, Motion, motion
 from levelhead.simulate.presets import CHIPS, MAGNETOMETERS, imu
 from levelhead.simulate.sensor import EARTH_FIELD, Imu, Iron, observe
-from levelhead.simulate.triad import Triad
+from levelhead.simulate.triad_errors import Triad
 
 __all__ = [
     "CHIPS",

@@ -14,7 +14,7 @@ from levelhead.errors import LevelheadError, nearest
 from levelhead.recording import Array, real_array, time_array
 from levelhead.simulate.disturbance import require
 from levelhead.simulate.noise import generator
-from levelhead.simulate.triad import PerAxis
+from levelhead.simulate.triad_errors import PerAxis
 from levelhead.units import STANDARD_GRAVITY
 
 Band = tuple[float, float]

@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 from levelhead.errors import LevelheadError, nearest
 from levelhead.simulate.sensor import Imu, Iron
-from levelhead.simulate.triad import PerAxis, Triad
+from levelhead.simulate.triad_errors import PerAxis, Triad
 from levelhead.units import STANDARD_GRAVITY, factor
 
 TOLERANCE_SIGMAS = 3.0

@@ -8,7 +8,7 @@ import numpy as np
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array, Recording, Truth, real_array
 from levelhead.simulate.motion import Motion
-from levelhead.simulate.triad import Triad, read
+from levelhead.simulate.triad_errors import Triad, read
 
 Vector = tuple[float, float, float]
 

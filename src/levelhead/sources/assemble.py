@@ -8,7 +8,7 @@ import numpy as np
 from levelhead import units
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array, Recording
-from levelhead.sources import evidence
+from levelhead.sources import unit_inference
 from levelhead.sources.clock import Clock, seconds
 from levelhead.sources.columns import Roles, assign
 from levelhead.sources.hints import MEANING, QUANTITY, Hints, Scale
@@ -99,7 +99,7 @@ def _sensor(
 ) -> Array | None:
     """The (n, 3) values of one sensor in SI; ``acc`` in m/s² helps to judge the gyroscope."""
     values = _values(role, table, roles.columns[role], columns)
-    rows = evidence.excerpt(len(t))
+    rows = unit_inference.excerpt(len(t))
     scale = _declared(role, table, roles, hints, notes)
     if scale is None:
         unit, why = _concluded(role, values, t, rows, acc, table)
@@ -142,16 +142,16 @@ def _declared(role: str, table: Table, roles: Roles, hints: Hints, notes: list[s
 
 def _concluded(role: str, values: Array, t: Array, rows: Any, acc: Array | None, table: Table) -> tuple[str, str]:
     if role == "acc":
-        norm = evidence.median_norm(values)
-        unit = evidence.acc_unit(norm)
+        norm = unit_inference.median_norm(values)
+        unit = unit_inference.acc_unit(norm)
         if unit is None:
             raise LevelheadError(
                 f"{table.source}: the accelerometer has median length {norm:.4g}, which is gravity in neither m/s², "
-                f"g nor mg; expected the hint units acc=…, or for raw counts lsb acc={evidence.acc_counts(norm)}"
+                f"g nor mg; expected the hint units acc=…, or for raw counts lsb acc={unit_inference.acc_counts(norm)}"
             )
         return unit, f"its median length is {norm:.4g}"
     assert acc is not None  # the accelerometer comes first
-    found, why = evidence.gyr_unit(t[rows], values[rows], acc[rows])
+    found, why = unit_inference.gyr_unit(t[rows], values[rows], acc[rows])
     if found is None:
         raise LevelheadError(
             f"{table.source}: the gyroscope is neither in rad/s nor in deg/s: {why}; "
@@ -161,8 +161,8 @@ def _concluded(role: str, values: Array, t: Array, rows: Any, acc: Array | None,
 
 
 def _plausible_acc(values: Array, scale: Scale, table: Table, found: dict[str, str]) -> None:
-    norm = evidence.median_norm(values)
-    unit = evidence.acc_unit(norm / scale.divisor)
+    norm = unit_inference.median_norm(values)
+    unit = unit_inference.acc_unit(norm / scale.divisor)
     if unit is None or 0.3 < norm / scale.divisor * scale.factor / units.STANDARD_GRAVITY < 3.0:
         return
     raise LevelheadError(
@@ -175,9 +175,9 @@ def _plausible_gyr(values: Array, scale: Scale, t: Array, acc: Array, table: Tab
     degree = units.factor("gyr", "deg/s")
     why, unit = None, "deg/s"
     if scale.factor == 1.0:
-        why = evidence.says_degrees(t, values, acc)
+        why = unit_inference.says_degrees(t, values, acc)
     elif scale.factor == degree:
-        why, unit = evidence.says_radians(t, values, acc), "rad/s"
+        why, unit = unit_inference.says_radians(t, values, acc), "rad/s"
     if why is not None:
         raise LevelheadError(
             f"{table.source}: the gyroscope is declared in {scale.name}, but it looks like {unit}: {why}; "
@@ -212,12 +212,12 @@ def _mag(
         return None
     values = _values("mag", table, roles.columns["mag"], columns)
     scale = _declared("mag", table, roles, hints, notes)
-    norm = evidence.median_norm(values)
+    norm = unit_inference.median_norm(values)
     if np.isnan(norm):
         notes.append("magnetometer: left out, because no row is complete")
         return None
     if scale is None:
-        unit = None if roles.units.get("mag") == RELATIVE else evidence.mag_unit(norm)
+        unit = None if roles.units.get("mag") == RELATIVE else unit_inference.mag_unit(norm)
         if unit is None:
             notes.append(f"magnetometer: kept as it is, without unit; its median length is {norm:.4g}")
             found["mag"] = RELATIVE

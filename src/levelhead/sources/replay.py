@@ -8,7 +8,7 @@ import numpy as np
 
 from levelhead.errors import LevelheadError
 from levelhead.recording import Recording
-from levelhead.sources.sample import Sample
+from levelhead.sample import Sample
 
 AT_ONCE = 64  # samples that a poll gives when there is no clock to wait for
 

@@ -5,11 +5,11 @@ from collections.abc import Callable
 from typing import Any
 
 from levelhead.errors import LevelheadError
+from levelhead.sample import Sample
 from levelhead.sources.hints import Hints
 from levelhead.sources.lines import LONGEST, Lines
-from levelhead.sources.sample import Sample
 from levelhead.sources.sensors.bus import SensorError
-from levelhead.sources.sensors.pace import Pace
+from levelhead.sources.sensors.sample_clock import Pace
 
 BAUD = 115_200
 CHUNK = 65_536

@@ -2,7 +2,7 @@
 
 from typing import Protocol
 
-from levelhead.sources.sample import Sample
+from levelhead.sample import Sample
 
 
 class Source(Protocol):

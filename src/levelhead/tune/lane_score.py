@@ -11,10 +11,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from levelhead.compiler.mark import kernel
 from levelhead.engine import lanes
 from levelhead.evaluate.score import counted
 from levelhead.filters.contract import Filter
-from levelhead.kernels.jit import kernel
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.trig import atan2
 from levelhead.recording import Array, Recording

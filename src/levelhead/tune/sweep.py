@@ -11,11 +11,12 @@ from levelhead import filters
 from levelhead.engine import fuse
 from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.engine.binding import choose
-from levelhead.engine.many import worth_lanes
+from levelhead.engine.parallel import worth_lanes
 from levelhead.errors import LevelheadError, nearest
 from levelhead.evaluate.columns import Column, plain_table
 from levelhead.evaluate.score import root_mean_squares
 from levelhead.filters.contract import Param, derived_table, settable
+from levelhead.guard import Guard
 from levelhead.recording import Array, Recording
 from levelhead.tune import lane_score
 
@@ -189,7 +190,7 @@ def sweep(
     values: Sequence[float] | Array | None = None,
     *,
     metric: Metric = "total",
-    guard: filters.Guard | None = DEFAULT_GUARD,
+    guard: Guard | None = DEFAULT_GUARD,
     engine: str = "auto",
     progress: Callable[[float], None] | None = None,
 ) -> Sweep:
@@ -228,7 +229,7 @@ def sweep(
 def _scores(
     recording: Recording,
     tries: list[Any],
-    guard: filters.Guard | None,
+    guard: Guard | None,
     engine: str,
     progress: Callable[[float], None] | None,
 ) -> Array:

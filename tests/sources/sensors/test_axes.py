@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import levelhead as lh
-from levelhead.sources.sample import Sample
+from levelhead.sample import Sample
 from levelhead.sources.sensors import AxisMap, find_axes
 
 WORDS = [

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from levelhead.sources.sensors.pace import Pace
+from levelhead.sources.sensors.sample_clock import Pace
 
 
 @pytest.mark.parametrize("drift", [-0.02, -0.005, 0.0, 0.005, 0.02])

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from importlib.util import find_spec
 from typing import NamedTuple
 
-from levelhead.bench.contenders import fusion, textbook, versatile
+from levelhead.bench.contenders import ahrs_, imufusion_, vqf_
 from levelhead.recording import Array, Recording
 
 INSTALL = "pip install 'levelhead[bench]'"
@@ -32,15 +32,15 @@ class Contender(NamedTuple):
 
 
 ALL: tuple[Contender, ...] = (
-    Contender("vqf.VQF", versatile.full),
-    Contender("vqf.BasicVQF", versatile.basic),
-    Contender("vqf.offlineVQF", versatile.offline),
-    Contender("imufusion.Ahrs", fusion.plain),
-    Contender("imufusion.Ahrs+", fusion.advanced),
-    Contender("ahrs.Madgwick", textbook.madgwick),
-    Contender("ahrs.Mahony", textbook.mahony),
-    Contender("ahrs.EKF", textbook.ekf),
-    Contender("ahrs.AQUA", textbook.aqua),
-    Contender("ahrs.Complementary", textbook.complementary),
+    Contender("vqf.VQF", vqf_.full),
+    Contender("vqf.BasicVQF", vqf_.basic),
+    Contender("vqf.offlineVQF", vqf_.offline),
+    Contender("imufusion.Ahrs", imufusion_.plain),
+    Contender("imufusion.Ahrs+", imufusion_.advanced),
+    Contender("ahrs.Madgwick", ahrs_.madgwick),
+    Contender("ahrs.Mahony", ahrs_.mahony),
+    Contender("ahrs.EKF", ahrs_.ekf),
+    Contender("ahrs.AQUA", ahrs_.aqua),
+    Contender("ahrs.Complementary", ahrs_.complementary),
 )
 BY_NAME = {contender.name: contender for contender in ALL}

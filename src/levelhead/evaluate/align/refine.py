@@ -14,9 +14,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from levelhead.evaluate.align.courses import FEWEST, Course, Pairs
-from levelhead.evaluate.align.products import angles, between, of_rotvec, product, rotation, rotvec
-from levelhead.evaluate.align.turns import Fit, core_rms, huber
+from levelhead.evaluate.align.quaternions import angles, between, of_rotvec, product, rotation, rotvec
+from levelhead.evaluate.align.rotation_fit import Fit, core_rms, huber
+from levelhead.evaluate.align.series import FEWEST, Course, Pairs
 from levelhead.evaluate.lag import BLOCKS
 from levelhead.recording import Array
 

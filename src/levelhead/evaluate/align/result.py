@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from levelhead.evaluate.align.conventions import TO_ENU, TO_REFERENCE, Convention
-from levelhead.evaluate.align.products import product, rotation
-from levelhead.evaluate.align.turns import Freedom
+from levelhead.evaluate.align.quaternions import product, rotation
+from levelhead.evaluate.align.rotation_fit import Freedom
 from levelhead.evaluate.lag import DOUBT
 from levelhead.track import Track
 

@@ -7,13 +7,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from levelhead.errors import LevelheadError, nearest
-from levelhead.evaluate.align.clocks import rate_shift
 from levelhead.evaluate.align.conventions import READINGS, SAME, TO_ENU, TO_REFERENCE, Convention, worth_trying
-from levelhead.evaluate.align.courses import FEWEST, Course, Pairs
-from levelhead.evaluate.align.products import angles, conjugate, product, rotation, rotvec
+from levelhead.evaluate.align.quaternions import angles, conjugate, product, rotation, rotvec
 from levelhead.evaluate.align.refine import Refined, refine
 from levelhead.evaluate.align.result import Alignment, Quaternion, good_enough
-from levelhead.evaluate.align.turns import Earth, Fit, Freedom, Sensor, fit, framed, mounting
+from levelhead.evaluate.align.rotation_fit import Earth, Fit, Freedom, Sensor, fit, framed, mounting
+from levelhead.evaluate.align.series import FEWEST, Course, Pairs
+from levelhead.evaluate.align.time_shift import rate_shift
 from levelhead.evaluate.score import rms
 from levelhead.recording import Array
 

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from levelhead.engine.learning import Learning
+from levelhead.engine.calibration_history import Learning
 from levelhead.publish.plots import style
 from levelhead.recording import Array
 

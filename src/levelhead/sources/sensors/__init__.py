@@ -8,10 +8,10 @@ A driver needs a ``Bus``: four methods with smbus2's own signatures, which ``smb
 ``emulated.EmulatedBus`` as well.
 """
 
-from levelhead.sources.sensors.axes import AxisMap, find_axes
+from levelhead.axis_map import AxisMap, find_axes
 from levelhead.sources.sensors.board import CHIPS, Board, assemble_board, open_board
 from levelhead.sources.sensors.bus import Bus, Port, SensorError, open_bus
-from levelhead.sources.sensors.pace import Pace
+from levelhead.sources.sensors.sample_clock import Pace
 
 __all__ = [
     "CHIPS",

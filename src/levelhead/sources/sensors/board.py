@@ -4,14 +4,14 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, Protocol
 
+from levelhead.axis_map import IDENTITY, AxisMap
 from levelhead.errors import LevelheadError, nearest
-from levelhead.sources.sample import Sample, Triple
+from levelhead.sample import Sample, Triple
 from levelhead.sources.sensors import bmp280, icm20948, lsm6dso32, mpu6050
-from levelhead.sources.sensors.axes import IDENTITY, AxisMap
 from levelhead.sources.sensors.bus import Bus, Port, SensorError, open_bus
 from levelhead.sources.sensors.compass import HMC5883L, QMC5883L
 from levelhead.sources.sensors.fifo import Drained
-from levelhead.sources.sensors.pace import Pace
+from levelhead.sources.sensors.sample_clock import Pace
 
 
 class Inertial(Protocol):

@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable
 from typing import ClassVar
 
-from levelhead.sources.sample import Triple
+from levelhead.sample import Triple
 from levelhead.sources.sensors.bus import Bus, Port, at_least, blank, code_for
 
 GAUSS = 100.0  # µT

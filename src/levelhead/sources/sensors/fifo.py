@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
-from levelhead.sources.sample import Triple
+from levelhead.sample import Triple
 from levelhead.sources.sensors.bus import BLOCK, Port, SensorError
 
 Row = tuple[Triple, Triple]  # gyr in rad/s, acc in m/s²

@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable
 from typing import ClassVar
 
-from levelhead.sources.sample import Triple
+from levelhead.sample import Triple
 from levelhead.sources.sensors.bus import Bus, Port, at_least, blank, code_for
 from levelhead.sources.sensors.fifo import Drained, Row, read_words
 from levelhead.units import STANDARD_GRAVITY, factor

@@ -4,7 +4,7 @@ import struct
 import time
 from collections.abc import Callable
 
-from levelhead.sources.sample import Triple
+from levelhead.sample import Triple
 from levelhead.sources.sensors.bus import Bus, Port, at_least, blank, code_for
 from levelhead.sources.sensors.fifo import Drained, Row, read_words
 from levelhead.units import STANDARD_GRAVITY, factor

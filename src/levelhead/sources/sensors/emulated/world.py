@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from levelhead.recording import Recording
-from levelhead.sources.sample import Triple
+from levelhead.sample import Triple
 
 STANDARD_PRESSURE = 101325.0  # Pa
 

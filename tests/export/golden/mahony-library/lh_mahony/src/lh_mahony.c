@@ -94,7 +94,7 @@ static const float TILT_TURN = 1.0f; /* rad/s, 1σ of how fast a body may turn i
 /* squared, in any unit: below it squares lose their digits, and then nothing is unit any more */
 static const float TILT_NO_LENGTH = 1e-30f;
 
-static const float GAIN_OLD = 1e6f; /* s: nothing distinguishes older filters */
+static const float LOWPASS_OLD = 1e6f; /* s: nothing distinguishes older filters */
 
 static const Vec3 VEC3_ZERO = {0.0f, 0.0f, 0.0f};
 static const float VEC3_SHORTEST = 1e-18f; /* below, squares underflow and a norm means nothing */
@@ -111,32 +111,34 @@ static const float TRIG_HALF_PI_1 = 1.5703125f;
 static const float TRIG_HALF_PI_2 = 0.0004837513f;
 static const float TRIG_HALF_PI_3 = 7.54979e-08f;
 
-static const float DOUBT_SPELL = 0.05f; /* s: σ need not be judged more often */
+static const float OBSERVER_COVARIANCE_SPELL = 0.05f; /* s: σ need not be judged more often */
 /* (1.0 * DEGREE) * (1.0 * DEGREE): (rad/s)², bias of a gyroscope just turned on */
-static const float DOUBT_TURN_ON = 0.00030461742f;
+static const float OBSERVER_COVARIANCE_TURN_ON = 0.00030461742f;
 /* (0.05 * DEGREE) * (0.05 * DEGREE): (rad/s)², bias after it was read off at rest */
-static const float DOUBT_RESTED = 7.6154356e-07f;
+static const float OBSERVER_COVARIANCE_RESTED = 7.6154356e-07f;
 /* (0.003 * DEGREE) * (0.003 * DEGREE): (rad/s)²/s, random walk of the bias */
-static const float DOUBT_WALK = 2.7415568e-09f;
-static const float DOUBT_NOISE = 1.2184697e-07f; /* (0.02 * DEGREE) * (0.02 * DEGREE): rad²/s, white noise of the rate */
+static const float OBSERVER_COVARIANCE_WALK = 2.7415568e-09f;
+/* (0.02 * DEGREE) * (0.02 * DEGREE): rad²/s, white noise of the rate */
+static const float OBSERVER_COVARIANCE_NOISE = 1.2184697e-07f;
 /* 0.01 * 0.01 * 0.5: s: the rate is wrong by 1 % of itself, for half a second of a turn */
-static const float DOUBT_SCALE = 5e-05f;
+static const float OBSERVER_COVARIANCE_SCALE = 5e-05f;
 /* (0.1 / GRAVITY) * (0.1 / GRAVITY): rad², offset of an accelerometer as tilt: no time averages it away */
-static const float DOUBT_OFFSET = 0.000103982115f;
-static const float DOUBT_SHAKE = 0.0001f; /* 0.01 * 0.01: rad², noise of an accelerometer at rest, as tilt */
-static const float DOUBT_JERK_SECONDS = 0.15f; /* for which an acceleration lasts */
-static const float DOUBT_HALF_PER_G2 = 0.005199106f; /* 0.5 / (GRAVITY * GRAVITY) */
-static const float DOUBT_SMOOTH = 1.0f; /* s over which the acceleration's variance is judged */
+static const float OBSERVER_COVARIANCE_OFFSET = 0.000103982115f;
+/* 0.01 * 0.01: rad², noise of an accelerometer at rest, as tilt */
+static const float OBSERVER_COVARIANCE_SHAKE = 0.0001f;
+static const float OBSERVER_COVARIANCE_JERK_SECONDS = 0.15f; /* for which an acceleration lasts */
+static const float OBSERVER_COVARIANCE_HALF_PER_G2 = 0.005199106f; /* 0.5 / (GRAVITY * GRAVITY) */
+static const float OBSERVER_COVARIANCE_SMOOTH = 1.0f; /* s over which the acceleration's variance is judged */
 /* (5.0 * DEGREE) * (5.0 * DEGREE): rad², what iron nearby turns the field */
-static const float DOUBT_IRON = 0.0076154354f;
-static const float DOUBT_IRON_SECONDS = 2.0f; /* for which a body on the move has it */
+static const float OBSERVER_COVARIANCE_IRON = 0.0076154354f;
+static const float OBSERVER_COVARIANCE_IRON_SECONDS = 2.0f; /* for which a body on the move has it */
 
 static const float QUAT_SMALL = 0.01f; /* (angle/2)² below which series take over */
 
 /* sine below which opposite directions say nothing about the axis to turn about */
-static const float PULL_NO_AXIS = 1e-09f;
-static const float PULL_SHORT = 1e-06f; /* (angle/2)⁴ up to which short series do */
-static const float PULL_NEAR_UNIT = 1e-05f; /* |q|² − 1 up to which a series is exact to 1e-15 */
+static const float VECTOR_ERROR_NO_AXIS = 1e-09f;
+static const float VECTOR_ERROR_SHORT = 1e-06f; /* (angle/2)⁴ up to which short series do */
+static const float VECTOR_ERROR_NEAR_UNIT = 1e-05f; /* |q|² − 1 up to which a series is exact to 1e-15 */
 
 /* rad: two directions nearer than this say nothing about the angle around them */
 static const float TRIAD_PARALLEL = 1e-06f;
@@ -166,40 +168,40 @@ static const int32_t HEALTH_AT_REST = 2048; /* nothing wrong: the sensor is stil
 /* cos² of the field's dip in middle Europe: how much of a heading error the whole field shows */
 static const float MAHONY_DIP_SHARE = 0.2f;
 
-static const float SENSORS_SPELL = 0.02f; /* s: rest need not be looked for more often */
-static const float SENSORS_SMOOTH = 0.5f; /* s, time constant of the means that rest is told by */
-static const float SENSORS_PLATEAU = 0.997f; /* of the largest reading so far: readings above this may be clipped */
+static const float DETECTORS_SPELL = 0.02f; /* s: rest need not be looked for more often */
+static const float DETECTORS_SMOOTH = 0.5f; /* s, time constant of the means that rest is told by */
+static const float DETECTORS_PLATEAU = 0.997f; /* of the largest reading so far: readings above this may be clipped */
 /* of the largest reading so far: who comes from below in two samples comes steeply */
-static const float SENSORS_NEAR = 0.7f;
-static const float SENSORS_AT_FULL = 0.99f; /* of a full scale found: where it ends drifts with temperature */
+static const float DETECTORS_NEAR = 0.7f;
+static const float DETECTORS_AT_FULL = 0.99f; /* of a full scale found: where it ends drifts with temperature */
 /* 1/s, of the reading itself: a smooth peak that is flat for PLATEAU_SECONDS is reached at 0.6 at most */
-static const float SENSORS_STEEP = 2.0f;
-static const float SENSORS_PLATEAU_SECONDS = 0.0199f;
-static const float SENSORS_NOT_ABRUPT = -1.0f;
-static const float SENSORS_LEAST = 1e-05f; /* rad/s, m/s²: no sensor has finer steps than this */
-static const float SENSORS_STUCK_SAMPLES = 20.0f;
-static const float SENSORS_STUCK_SECONDS = 1.0f; /* of one value while another axis moves */
-static const Sum SENSORS_NOTHING = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
-static const Sensors SENSORS_BEFORE = {{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f},
+static const float DETECTORS_STEEP = 2.0f;
+static const float DETECTORS_PLATEAU_SECONDS = 0.0199f;
+static const float DETECTORS_NOT_ABRUPT = -1.0f;
+static const float DETECTORS_LEAST = 1e-05f; /* rad/s, m/s²: no sensor has finer steps than this */
+static const float DETECTORS_STUCK_SAMPLES = 20.0f;
+static const float DETECTORS_STUCK_SECONDS = 1.0f; /* of one value while another axis moves */
+static const Sum DETECTORS_NOTHING = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
+static const Sensors DETECTORS_BEFORE = {{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f},
     {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, false}, {4.0f, 4.0f, 0.0f, 0.0f, -1.0f, 0, false},
     {19.0f, 19.0f, 0.0f, 0.0f, -1.0f, 0, false}, {{0.0f, 0.0f, 0.0f}, 0, 0.0f}, {{0.0f, 0.0f, 0.0f}, 0, 0.0f},
     false, false, 0};
 
 /* rad/s, m/s², µT: no sensor says that; NaN and infinity fail the comparison as well */
-static const float SCENE_NO_READING = 1e9f;
+static const float CONDITIONING_NO_READING = 1e9f;
 /* NO_READING * NO_READING: a sum of squares below that has no missing reading in it */
-static const float SCENE_ALL_THERE = 1e18f;
-static const int32_t SCENE_BLIND = 161; /* GYR_MISSING | GYR_SATURATED | GYR_STUCK: the rate is a guess */
-static const int32_t SCENE_NO_FORCE = 320; /* ACC_SATURATED | ACC_STUCK */
-static const float SCENE_LOST = 0.1f; /* rad that a body may have turned unseen before the filter is told */
+static const float CONDITIONING_ALL_THERE = 1e18f;
+static const int32_t CONDITIONING_BLIND = 161; /* GYR_MISSING | GYR_SATURATED | GYR_STUCK: the rate is a guess */
+static const int32_t CONDITIONING_NO_FORCE = 320; /* ACC_SATURATED | ACC_STUCK */
+static const float CONDITIONING_LOST = 0.1f; /* rad that a body may have turned unseen before the filter is told */
 /* of the full scale, 1σ: how much faster a body turns than a clipped gyroscope says */
-static const float SCENE_BEYOND = 0.5f;
-static const Scene SCENE_EMPTY = {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, 0.0f, 0, false,
-    false, false, 0.0f, 0.0f, 0.0f, 0,
+static const float CONDITIONING_BEYOND = 0.5f;
+static const Scene CONDITIONING_EMPTY = {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, 0.0f, 0,
+    false, false, false, 0.0f, 0.0f, 0.0f, 0,
     {{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, false},
     {4.0f, 4.0f, 0.0f, 0.0f, -1.0f, 0, false}, {19.0f, 19.0f, 0.0f, 0.0f, -1.0f, 0, false},
     {{0.0f, 0.0f, 0.0f}, 0, 0.0f}, {{0.0f, 0.0f, 0.0f}, 0, 0.0f}, false, false, 0}};
-static const Unseen SCENE_SEEN = {0.0f, 0.0f};
+static const Unseen CONDITIONING_SEEN = {0.0f, 0.0f};
 
 static const float DRIVER_FIRST_FIELD = 0.6f; /* rad², of a heading that was relative until now: 45° */
 static const float DRIVER_NEW_FIELD = 0.002f; /* rad², of a heading when another field is taken for the earth's: 2.6° */
@@ -215,18 +217,18 @@ static float lh_max(float a, float b)
     return b > a ? b : a;
 }
 
-/* ---- gain
+/* ---- lowpass
  *
  * Gains of filters with a time constant, and how they start: quickly at first, as an average of what there is.
  */
 
 /* Seconds for which the attitude has been followed: 0 again after a gap, in which anything may have happened. */
-static float gain_older(float age, float dt)
+static float lowpass_older(float age, float dt)
 {
     if (dt > TILT_GAP_SECONDS) {
         return 0.0f;
     }
-    return lh_min(age + dt, GAIN_OLD);
+    return lh_min(age + dt, LOWPASS_OLD);
 }
 
 /* The weight of a new sample in a first-order low-pass of time constant tau: dt/(min(τ, age) + dt).
@@ -234,7 +236,7 @@ static float gain_older(float age, float dt)
  * While the filter is younger than τ this is the running mean of all samples since its start: the first one counts
  * fully, the second half, so that a wrong first sample is averaged away instead of being forgotten over several τ.
  */
-static float gain_share(float tau, float age, float dt)
+static float lowpass_share(float tau, float age, float dt)
 {
     return dt / (lh_min(tau, age) + dt);
 }
@@ -463,7 +465,7 @@ static float trig_cos(float x)
     return c;
 }
 
-/* ---- doubt
+/* ---- observer_covariance
  *
  * σ for filters with set gains: the covariance of an observer whose gain is given, optimal or not.
  *
@@ -481,34 +483,37 @@ static float trig_cos(float x)
  */
 
 /* After the first sample: what one reading is worth; a relative heading is right by definition. */
-static Doubt doubt_at_start(Vec3 acc, Vec3 mag)
+static Doubt observer_covariance_at_start(Vec3 acc, Vec3 mag)
 {
-    const float tilt = tilt_present(acc) ? DOUBT_IRON : TILT_UNIFORM * TILT_UNIFORM;
-    const float heading = tilt_present(mag) ? DOUBT_IRON : 0.0f;
-    return (Doubt){{tilt, 0.0f, DOUBT_TURN_ON}, {heading, 0.0f, DOUBT_TURN_ON}, 0.0f};
+    const float tilt = tilt_present(acc) ? OBSERVER_COVARIANCE_IRON : TILT_UNIFORM * TILT_UNIFORM;
+    const float heading = tilt_present(mag) ? OBSERVER_COVARIANCE_IRON : 0.0f;
+    return (Doubt){{tilt, 0.0f, OBSERVER_COVARIANCE_TURN_ON}, {heading, 0.0f, OBSERVER_COVARIANCE_TURN_ON},
+        0.0f};
 }
 
 /* After dt without a correction, at a rate whose square is turned; lost is added (rad²). */
-static Covariance doubt_grown(Covariance p, float turned, float lost, float dt)
+static Covariance observer_covariance_grown(Covariance p, float turned, float lost, float dt)
 {
     if (dt > TILT_GAP_SECONDS) {
         return (Covariance){tilt_after_gap(p.level, dt), 0.0f,
-            tilt_bias_after_gap(p.bias, DOUBT_WALK * dt, DOUBT_TURN_ON)};
+            tilt_bias_after_gap(p.bias, OBSERVER_COVARIANCE_WALK * dt, OBSERVER_COVARIANCE_TURN_ON)};
     }
-    return two_state_predict(p, dt, (DOUBT_NOISE + DOUBT_SCALE * turned) * dt + lost, DOUBT_WALK * dt);
+    return two_state_predict(p, dt,
+        (OBSERVER_COVARIANCE_NOISE + OBSERVER_COVARIANCE_SCALE * turned) * dt + lost,
+        OBSERVER_COVARIANCE_WALK * dt);
 }
 
 /* Eq. 1; twice is 2 τ/Δt. */
-static float doubt_lasting(float variance, float twice, float share)
+static float observer_covariance_lasting(float variance, float twice, float share)
 {
     return variance * (1.0f + (1.0f - share) * twice);
 }
 
 /* Once the bias has been read off at rest. */
-static Covariance doubt_read_off(Covariance p)
+static Covariance observer_covariance_read_off(Covariance p)
 {
-    if (p.bias > DOUBT_RESTED) {
-        return (Covariance){p.level, 0.0f, DOUBT_RESTED};
+    if (p.bias > OBSERVER_COVARIANCE_RESTED) {
+        return (Covariance){p.level, 0.0f, OBSERVER_COVARIANCE_RESTED};
     }
     return p;
 }
@@ -517,18 +522,18 @@ static Covariance doubt_read_off(Covariance p)
  *
  * lost is added (rad²); seen is what has corrected in it: 1 accelerometer, 2 magnetometer.
  */
-static Doubt doubt_judged(const Doubt *doubt, Gains gains, Vec3 gyr, Vec3 acc, bool rest, float lost,
-    int32_t seen, float dt)
+static Doubt observer_covariance_judged(const Doubt *doubt, Gains gains, Vec3 gyr, Vec3 acc, bool rest,
+    float lost, int32_t seen, float dt)
 {
     Covariance tilt = doubt->tilt, heading = doubt->heading;
     float motion = doubt->motion;
     float x = gyr.x, y = gyr.y, z = gyr.z;
     const float turned = x * x + y * y + z * z;
-    tilt = doubt_grown(tilt, turned, lost, dt);
-    heading = doubt_grown(heading, turned, lost, dt);
+    tilt = observer_covariance_grown(tilt, turned, lost, dt);
+    heading = observer_covariance_grown(heading, turned, lost, dt);
     if (rest) {
-        tilt = doubt_read_off(tilt);
-        heading = doubt_read_off(heading);
+        tilt = observer_covariance_read_off(tilt);
+        heading = observer_covariance_read_off(heading);
     }
     const float share_tilt = gains.tilt, bias_tilt = gains.tilt_bias, share_heading = gains.heading,
         bias_heading = gains.heading_bias;
@@ -539,23 +544,27 @@ static Doubt doubt_judged(const Doubt *doubt, Gains gains, Vec3 gyr, Vec3 acc, b
             x = acc.x;
             y = acc.y;
             z = acc.z;
-            const float off = DOUBT_HALF_PER_G2 * (x * x + y * y + z * z) - 0.5f; /* |a|/g − 1 to first order */
-            motion += dt / (DOUBT_SMOOTH + dt) * (off * off - motion);
+            /* |a|/g − 1 to first order */
+            const float off = OBSERVER_COVARIANCE_HALF_PER_G2 * (x * x + y * y + z * z) - 0.5f;
+            motion += dt / (OBSERVER_COVARIANCE_SMOOTH + dt) * (off * off - motion);
         }
-        r = DOUBT_SHAKE + doubt_lasting(motion, DOUBT_JERK_SECONDS * often, share_tilt);
+        r = OBSERVER_COVARIANCE_SHAKE
+            + observer_covariance_lasting(motion, OBSERVER_COVARIANCE_JERK_SECONDS * often, share_tilt);
         tilt = two_state_joseph(tilt, (Gain){share_tilt, -bias_tilt}, r);
     }
     if ((seen & 2) != 0) {
-        r = doubt_lasting(DOUBT_IRON, DOUBT_IRON_SECONDS * often, share_heading);
+        r = observer_covariance_lasting(OBSERVER_COVARIANCE_IRON, OBSERVER_COVARIANCE_IRON_SECONDS * often,
+            share_heading);
         heading = two_state_joseph(heading, (Gain){share_heading, -bias_heading}, r);
     }
     return (Doubt){tilt, heading, motion};
 }
 
 /* 1σ about east, north and up, rad; no doubt is larger than knowing nothing. */
-static Vec3 doubt_sigma(const Doubt *doubt)
+static Vec3 observer_covariance_sigma(const Doubt *doubt)
 {
-    const float tilt = lh_min(sqrtf(lh_max(doubt->tilt.level, 0.0f) + DOUBT_OFFSET), TILT_UNIFORM);
+    const float tilt = lh_min(sqrtf(lh_max(doubt->tilt.level, 0.0f) + OBSERVER_COVARIANCE_OFFSET),
+        TILT_UNIFORM);
     return (Vec3){tilt, tilt, lh_min(sqrtf(lh_max(doubt->heading.level, 0.0f)), TILT_UNIFORM)};
 }
 
@@ -685,7 +694,7 @@ static Euler quat_to_euler(Quat q)
         trig_atan2(-vertical.x, sqrtf(ahead.x * ahead.x + ahead.y * ahead.y)), trig_atan2(ahead.y, ahead.x)};
 }
 
-/* ---- pull
+/* ---- vector_error
  *
  * How measured directions pull on an attitude: by cross products, which is what gradients of squared distances are.
  *
@@ -695,7 +704,7 @@ static Euler quat_to_euler(Quat q)
  */
 
 /* A unit vector perpendicular to the unit vector v. */
-static Vec3 pull_across(Vec3 v)
+static Vec3 vector_error_across(Vec3 v)
 {
     float n;
     if (fabsf(v.x) < 0.8f) {
@@ -707,11 +716,11 @@ static Vec3 pull_across(Vec3 v)
 }
 
 /* The pull (x, y, z) of a direction that is more than a right angle off, of length one. */
-static Vec3 pull_beyond(Vec3 expected, float x, float y, float z)
+static Vec3 vector_error_beyond(Vec3 expected, float x, float y, float z)
 {
     const float n = sqrtf(x * x + y * y + z * z);
-    if (n < PULL_NO_AXIS) {
-        return pull_across(expected);
+    if (n < VECTOR_ERROR_NO_AXIS) {
+        return vector_error_across(expected);
     }
     return (Vec3){x / n, y / n, z / n};
 }
@@ -721,7 +730,7 @@ static Vec3 pull_beyond(Vec3 expected, float x, float y, float z)
  * There the sine would fall again although the error grows, and vanish at 180°, an unstable equilibrium in which
  * every filter with this correction would stay. Opposite directions turn about any axis.
  */
-static Vec3 pull_pull(Vec3 seen, Vec3 expected)
+static Vec3 vector_error_pull(Vec3 seen, Vec3 expected)
 {
     const float sx = seen.x, sy = seen.y, sz = seen.z;
     const float ex = expected.x, ey = expected.y, ez = expected.z;
@@ -729,7 +738,7 @@ static Vec3 pull_pull(Vec3 seen, Vec3 expected)
     const float y = sz * ex - sx * ez;
     const float z = sx * ey - sy * ex;
     if (sx * ex + sy * ey + sz * ez < 0.0f) {
-        return pull_beyond(expected, x, y, z);
+        return vector_error_beyond(expected, x, y, z);
     }
     return (Vec3){x, y, z};
 }
@@ -739,11 +748,11 @@ static Vec3 pull_pull(Vec3 seen, Vec3 expected)
  * From one sample to the next a body seldom turns by more than 0.06 rad; up to there series half as long as those of
  * quat.exp are exact to the last bit or two. Every filter waits for this before it can correct.
  */
-static Quat pull_turned(Quat q, float x, float y, float z)
+static Quat vector_error_turned(Quat q, float x, float y, float z)
 {
     const float square = 0.25f * (x * x + y * y + z * z);
     const float fourth = square * square;
-    if (fourth > PULL_SHORT) {
+    if (fourth > VECTOR_ERROR_SHORT) {
         return quat_multiply(q, quat_exp((Vec3){x, y, z}));
     }
     const float s = (0.5f - square * (1.0f / 12.0f)) + fourth * (1.0f / 240.0f - square * (1.0f / 10080.0f));
@@ -757,7 +766,7 @@ static Quat pull_turned(Quat q, float x, float y, float z)
 }
 
 /* What makes a quaternion unit whose |q|² is beyond 1 by so much. */
-static float pull_unit_scale(float excess)
+static float vector_error_unit_scale(float excess)
 {
     return 1.0f / sqrtf(1.0f + excess);
 }
@@ -767,7 +776,7 @@ static float pull_unit_scale(float excess)
  * The step q + ½ q ⊗ ρ of the papers; it turns by 2 atan ½|ρ|. Nearly every ρ is so small that a series gives
  * 1/|q|: 1/√(1 + ε) = 1 − ε/2 + 3ε²/8.
  */
-static Quat pull_nudged(Quat q, Vec3 rotation)
+static Quat vector_error_nudged(Quat q, Vec3 rotation)
 {
     const float qw = q.w, qx = q.x, qy = q.y, qz = q.z;
     float x = rotation.x, y = rotation.y, z = rotation.z;
@@ -780,24 +789,25 @@ static Quat pull_nudged(Quat q, Vec3 rotation)
     const float nz = qz + (qw * z + (qx * y - qy * x));
     const float excess = (nw * nw + nx * nx) + (ny * ny + nz * nz) - 1.0f;
     float s = 1.0f - excess * (0.5f - 0.375f * excess);
-    if (excess > PULL_NEAR_UNIT) {
-        s = pull_unit_scale(excess);
+    if (excess > VECTOR_ERROR_NEAR_UNIT) {
+        s = vector_error_unit_scale(excess);
     }
     return (Quat){nw * s, nx * s, ny * s, nz * s};
 }
 
 /* Where a unit field should point if the attitude is right: its own dip, and north. */
-static Vec3 pull_reference(Quat attitude, Vec3 mag)
+static Vec3 vector_error_reference(Quat attitude, Vec3 mag)
 {
     const Vec3 h = quat_rotate(attitude, mag);
     return (Vec3){0.0f, sqrtf(h.x * h.x + h.y * h.y), h.z};
 }
 
 /* The pull of the whole field, dip included, towards its reference. */
-static Vec3 pull_whole(Quat attitude, Vec3 mag)
+static Vec3 vector_error_whole(Quat attitude, Vec3 mag)
 {
     const Vec3 seen = vec3_normalize(mag);
-    return pull_pull(seen, quat_rotate(quat_conjugate(attitude), pull_reference(attitude, seen)));
+    return vector_error_pull(seen,
+        quat_rotate(quat_conjugate(attitude), vector_error_reference(attitude, seen)));
 }
 
 /* The pull of the field's horizontal part towards north: up times the sine of the angle by which it misses.
@@ -805,7 +815,7 @@ static Vec3 pull_whole(Quat attitude, Vec3 mag)
  * With h = R m, (h_x, h_y, 0)/√(h_x² + h_y²) × (0, 1, 0) = (0, 0, h_x/√(h_x² + h_y²)); beyond a right angle ±1. A
  * field without a horizontal part says nothing.
  */
-static Vec3 pull_levelled(Quat attitude, Vec3 up, Vec3 mag)
+static Vec3 vector_error_levelled(Quat attitude, Vec3 up, Vec3 mag)
 {
     const float w = attitude.w, x = attitude.x, y = attitude.y, z = attitude.z;
     const float mx = mag.x, my = mag.y, mz = mag.z;
@@ -938,7 +948,7 @@ static Watch guard_rested(const Guard *guard, const Watch *watch, Vec3 own, Vec3
     still += dt;
     const float learned = still - guard->rest_time;
     if (learned > 0.0f) {
-        bias = guard_toward(bias, vec3_sub(mean, own), gain_share(GUARD_BIAS_TAU, learned, dt));
+        bias = guard_toward(bias, vec3_sub(mean, own), lowpass_share(GUARD_BIAS_TAU, learned, dt));
     }
     return (Watch){still, bias, out, field};
 }
@@ -978,7 +988,7 @@ static Field guard_learned(const Guard *guard, Field field, Vec3 up, Vec3 mag, f
         || fabsf(d - dip) > guard->mag_angle * GUARD_DEGREE) {
         return (Field){strength, dip, age, out + dt};
     }
-    const float weight = gain_share(GUARD_FIELD_TAU, age, dt);
+    const float weight = lowpass_share(GUARD_FIELD_TAU, age, dt);
     return (Field){strength + weight * (n - strength), dip + weight * (d - dip),
         lh_min(age + dt, GUARD_FIELD_TAU), 0.0f};
 }
@@ -1107,28 +1117,28 @@ static State mahony_step(Mahony params, const State *state, Vec3 gyr, Vec3 acc, 
 {
     const float bx = state->bias.x, by = state->bias.y, bz = state->bias.z;
     const float gx = gyr.x, gy = gyr.y, gz = gyr.z;
-    const Quat attitude = pull_turned(state->quat, (gx - bx) * dt, (gy - by) * dt, (gz - bz) * dt);
-    const float age = gain_older(state->age, dt);
+    const Quat attitude = vector_error_turned(state->quat, (gx - bx) * dt, (gy - by) * dt, (gz - bz) * dt);
+    const float age = lowpass_older(state->age, dt);
     const Vec3 up = quat_up(attitude);
-    const Vec3 tilted = pull_pull(vec3_normalize(acc), up);
-    float kt = gain_share(1.0f / params.kp, age, dt);
+    const Vec3 tilted = vector_error_pull(vec3_normalize(acc), up);
+    float kt = lowpass_share(1.0f / params.kp, age, dt);
     Vec3 headed = VEC3_ZERO;
     Vec3 rotation;
     if (tilt_present(mag)) {
-        float kh = gain_share(1.0f / (params.kp * params.k_mag), age, dt);
+        float kh = lowpass_share(1.0f / (params.kp * params.k_mag), age, dt);
         if (params.whole_field) {
-            headed = pull_whole(attitude, mag);
+            headed = vector_error_whole(attitude, mag);
             kt = lh_min(kt, 1.0f / (1.0f + params.k_mag)); /* two vectors may pull the same way: K Σ k_i ≤ 1 */
             kh = kt * params.k_mag;
         } else {
-            headed = pull_levelled(attitude, up, mag);
+            headed = vector_error_levelled(attitude, up, mag);
         }
         rotation = (Vec3){kt * tilted.x + kh * headed.x, kt * tilted.y + kh * headed.y,
             kt * tilted.z + kh * headed.z};
     } else {
         rotation = (Vec3){kt * tilted.x, kt * tilted.y, kt * tilted.z};
     }
-    return (State){pull_nudged(attitude, rotation),
+    return (State){vector_error_nudged(attitude, rotation),
         mahony_learned(params, state->bias, tilted, headed, age, dt), age};
 }
 
@@ -1149,8 +1159,8 @@ static State mahony_loosen(Mahony params, const State *state, float variance)
 /* K, K₂ of eq. 5 and k_I dt of eq. 3, for a state after its sample. */
 static Gains mahony_gains(Mahony params, const State *state, float dt)
 {
-    float kt = gain_share(1.0f / params.kp, state->age, dt);
-    const float kh = gain_share(1.0f / (params.kp * params.k_mag), state->age, dt);
+    float kt = lowpass_share(1.0f / params.kp, state->age, dt);
+    const float kh = lowpass_share(1.0f / (params.kp * params.k_mag), state->age, dt);
     const float bt = params.kp * state->age > 1.0f ? params.ki * dt : 0.0f;
     const float bh = params.kp * params.k_mag * state->age > 1.0f ? params.ki * params.k_mag * dt : 0.0f;
     if (params.whole_field) {
@@ -1160,7 +1170,7 @@ static Gains mahony_gains(Mahony params, const State *state, float dt)
     return (Gains){kt, bt, kh, bh};
 }
 
-/* ---- sensors
+/* ---- detectors
  *
  * What the readings alone tell, whatever filter they go to: rest, full scale, stuck axes, forces that are no gravity.
  *
@@ -1169,11 +1179,11 @@ static Gains mahony_gains(Mahony params, const State *state, float dt)
  */
 
 /* One more sample of a spell, or the first one of the next. */
-static Sum sensors_gathered(Sum sum, Vec3 gyr, Vec3 acc, float dt)
+static Sum detectors_gathered(Sum sum, Vec3 gyr, Vec3 acc, float dt)
 {
     const float x = gyr.x, y = gyr.y, z = gyr.z;
     const float a = acc.x, b = acc.y, c = acc.z;
-    if (sum.spell >= SENSORS_SPELL) {
+    if (sum.spell >= DETECTORS_SPELL) {
         return (Sum){x * dt, y * dt, z * dt, a * dt, b * dt, c * dt, dt};
     }
     const float p = sum.x, q = sum.y, r = sum.z, u = sum.a, v = sum.b, w = sum.c, spell = sum.spell;
@@ -1181,7 +1191,7 @@ static Sum sensors_gathered(Sum sum, Vec3 gyr, Vec3 acc, float dt)
 }
 
 /* After a spell: quiet when rate and specific force, averaged over it, stay near their own slow means. */
-static Calm sensors_settled(const Guard *guard, const Calm *calm, Sum sum, bool blind)
+static Calm detectors_settled(const Guard *guard, const Calm *calm, Sum sum, bool blind)
 {
     const Vec3 mean = calm->gyr, force = calm->acc;
     const float x = sum.x, y = sum.y, z = sum.z, a = sum.a, b = sum.b, c = sum.c, dt = sum.spell;
@@ -1191,7 +1201,7 @@ static Calm sensors_settled(const Guard *guard, const Calm *calm, Sum sum, bool 
     const float gyr_limit = guard->rest_gyr * GUARD_DEGREE;
     const bool quiet = guard_square_off(mean, gyr) < gyr_limit * gyr_limit
         && guard_square_off(force, acc) < guard->rest_acc * guard->rest_acc;
-    const float weight = dt / (SENSORS_SMOOTH + dt);
+    const float weight = dt / (DETECTORS_SMOOTH + dt);
     return (Calm){guard_toward(mean, gyr, weight), guard_toward(force, acc, weight),
         quiet && dt <= TILT_GAP_SECONDS && !blind};
 }
@@ -1200,44 +1210,44 @@ static Calm sensors_settled(const Guard *guard, const Calm *calm, Sum sum, bool 
  *
  * A body slows down before it turns round; a clipped reading goes up steeply and then stays.
  */
-static Extreme sensors_clipped(Extreme extreme, Vec3 v, float full, float dt)
+static Extreme detectors_clipped(Extreme extreme, Vec3 v, float full, float dt)
 {
     const float x = v.x, y = v.y, z = v.z;
     const float up = extreme.up, down = extreme.down, last = extreme.last, before = extreme.before;
     float stay = extreme.stay;
     int32_t found = extreme.found;
     const bool was = extreme.clipped;
-    const float far = SENSORS_NEAR * lh_min(up, down);
+    const float far = DETECTORS_NEAR * lh_min(up, down);
     if (full == 0.0f && (-far < x && x < far) && (-far < y && y < far) && (-far < z && z < far)) { /* nearly always */
         if (last == 0.0f && !was) {
             return extreme;
         }
-        return (Extreme){up, down, 0.0f, 0.0f, SENSORS_NOT_ABRUPT, found, false};
+        return (Extreme){up, down, 0.0f, 0.0f, DETECTORS_NOT_ABRUPT, found, false};
     }
     const float high = lh_max(lh_max(x, y), z);
     const float low = -lh_min(lh_min(x, y), z);
     if (full > 0.0f) {
-        return (Extreme){full, full, 0.0f, 0.0f, SENSORS_NOT_ABRUPT, 3,
-            lh_max(high, low) >= SENSORS_PLATEAU * full};
+        return (Extreme){full, full, 0.0f, 0.0f, DETECTORS_NOT_ABRUPT, 3,
+            lh_max(high, low) >= DETECTORS_PLATEAU * full};
     }
     const bool upwards = high > low;
     const float largest = upwards ? high : low;
     const float top = upwards ? up : down;
     const int32_t side = upwards ? 1 : 2;
-    if (largest < SENSORS_PLATEAU * top) {
-        return (Extreme){up, down, largest, last, SENSORS_NOT_ABRUPT, found,
-            (found & side) != 0 && largest > SENSORS_AT_FULL * top};
+    if (largest < DETECTORS_PLATEAU * top) {
+        return (Extreme){up, down, largest, last, DETECTORS_NOT_ABRUPT, found,
+            (found & side) != 0 && largest > DETECTORS_AT_FULL * top};
     }
-    const bool beyond = SENSORS_PLATEAU * largest > top;
+    const bool beyond = DETECTORS_PLATEAU * largest > top;
     if (beyond && (found & side) != 0) {
         found -= side; /* it can say more than that */
     }
-    if (beyond || last < SENSORS_PLATEAU * top) {
+    if (beyond || last < DETECTORS_PLATEAU * top) {
         const float rise = lh_max(largest - last, last - before);
-        stay = rise > SENSORS_STEEP * dt * largest ? 0.0f : SENSORS_NOT_ABRUPT;
+        stay = rise > DETECTORS_STEEP * dt * largest ? 0.0f : DETECTORS_NOT_ABRUPT;
     } else if (stay >= 0.0f) {
         stay += dt;
-        if (stay >= SENSORS_PLATEAU_SECONDS) {
+        if (stay >= DETECTORS_PLATEAU_SECONDS) {
             found |= side;
         }
         /* a plateau is as high as it began; where a full scale ends drifts with temperature */
@@ -1249,7 +1259,7 @@ static Extreme sensors_clipped(Extreme extreme, Vec3 v, float full, float dt)
 }
 
 /* Which axes say the same again while another one moves; zero aside, which a simulation without noise says. */
-static Repeat sensors_repeated(Repeat repeat, Vec3 v, float dt)
+static Repeat detectors_repeated(Repeat repeat, Vec3 v, float dt)
 {
     const float a = repeat.last.x, b = repeat.last.y, c = repeat.last.z;
     const int32_t axes = repeat.axes;
@@ -1258,7 +1268,7 @@ static Repeat sensors_repeated(Repeat repeat, Vec3 v, float dt)
     if (x != a && y != b && z != c) {
         return (Repeat){v, 0, 0.0f};
     }
-    if (fabsf(x - a) < SENSORS_LEAST && fabsf(y - b) < SENSORS_LEAST && fabsf(z - c) < SENSORS_LEAST) {
+    if (fabsf(x - a) < DETECTORS_LEAST && fabsf(y - b) < DETECTORS_LEAST && fabsf(z - c) < DETECTORS_LEAST) {
         return repeat; /* nothing moved: it may be a sensor without noise */
     }
     int32_t same = 0;
@@ -1278,13 +1288,13 @@ static Repeat sensors_repeated(Repeat repeat, Vec3 v, float dt)
 }
 
 /* Whether an axis says the same for long, and many times, while another one moves. */
-static bool sensors_stuck(Repeat repeat, float dt)
+static bool detectors_stuck(Repeat repeat, float dt)
 {
-    return repeat.spent > lh_max(SENSORS_STUCK_SECONDS, SENSORS_STUCK_SAMPLES * dt);
+    return repeat.spent > lh_max(DETECTORS_STUCK_SECONDS, DETECTORS_STUCK_SAMPLES * dt);
 }
 
 /* Whether the norm of a specific force is not that of gravity. */
-static bool sensors_far_from_g(const Guard *guard, Vec3 acc)
+static bool detectors_far_from_g(const Guard *guard, Vec3 acc)
 {
     const float x = acc.x, y = acc.y, z = acc.z;
     const float square = x * x + y * y + z * z;
@@ -1297,8 +1307,8 @@ static bool sensors_far_from_g(const Guard *guard, Vec3 acc)
  *
  * missing: health bits of the readings that are not there; blind: the rate has been missing for long.
  */
-static Sensors sensors_sensed(const Guard *guard, const Sensors *sensors, Vec3 gyr, Vec3 acc, int32_t missing,
-    bool blind, float dt)
+static Sensors detectors_sensed(const Guard *guard, const Sensors *sensors, Vec3 gyr, Vec3 acc,
+    int32_t missing, bool blind, float dt)
 {
     Calm calm_2;
     Sum sum = sensors->sum;
@@ -1310,35 +1320,35 @@ static Sensors sensors_sensed(const Guard *guard, const Sensors *sensors, Vec3 g
     int32_t health = 0;
     const bool no_gyr = (missing & HEALTH_GYR_MISSING) != 0;
     const bool no_acc = (missing & HEALTH_ACC_MISSING) != 0;
-    sum = sensors_gathered(sum, no_gyr ? calm->gyr : gyr, no_acc ? calm->acc : acc, dt);
-    if (sum.spell >= SENSORS_SPELL) {
-        calm_2 = sensors_settled(guard, calm, sum, blind);
+    sum = detectors_gathered(sum, no_gyr ? calm->gyr : gyr, no_acc ? calm->acc : acc, dt);
+    if (sum.spell >= DETECTORS_SPELL) {
+        calm_2 = detectors_settled(guard, calm, sum, blind);
         calm = &calm_2;
     }
     if (!no_gyr) {
-        fast = sensors_clipped(fast, gyr, guard->gyr_range * GUARD_DEGREE, dt);
-        gyr_repeat = sensors_repeated(gyr_repeat, gyr, dt);
+        fast = detectors_clipped(fast, gyr, guard->gyr_range * GUARD_DEGREE, dt);
+        gyr_repeat = detectors_repeated(gyr_repeat, gyr, dt);
         if (fast.clipped) {
             health = HEALTH_GYR_SATURATED;
         }
-        if (sensors_stuck(gyr_repeat, dt)) {
+        if (detectors_stuck(gyr_repeat, dt)) {
             health |= HEALTH_GYR_STUCK;
         }
     }
     if (!no_acc) {
-        hard = sensors_clipped(hard, acc, guard->acc_range, dt);
-        acc_repeat = sensors_repeated(acc_repeat, acc, dt);
+        hard = detectors_clipped(hard, acc, guard->acc_range, dt);
+        acc_repeat = detectors_repeated(acc_repeat, acc, dt);
         if (hard.clipped) {
             health |= HEALTH_ACC_SATURATED;
-        } else if (sensors_stuck(acc_repeat, dt)) {
+        } else if (detectors_stuck(acc_repeat, dt)) {
             health |= HEALTH_ACC_STUCK;
         }
-        odd = sensors_far_from_g(guard, acc);
+        odd = detectors_far_from_g(guard, acc);
     }
     return (Sensors){sum, *calm, fast, hard, gyr_repeat, acc_repeat, odd, was_odd, health};
 }
 
-/* ---- scene
+/* ---- conditioning
  *
  * What a recording says, sample by sample, before any filter is asked: the same for every run over it.
  *
@@ -1347,93 +1357,95 @@ static Sensors sensors_sensed(const Guard *guard, const Sensors *sensors, Vec3 g
  */
 
 /* Whether a reading is NaN, infinite or absurd in any component. */
-static bool scene_missing(Vec3 v)
+static bool conditioning_missing(Vec3 v)
 {
     const float x = v.x, y = v.y, z = v.z;
-    return !((-SCENE_NO_READING < x && x < SCENE_NO_READING)
-        && (-SCENE_NO_READING < y && y < SCENE_NO_READING)
-        && (-SCENE_NO_READING < z && z < SCENE_NO_READING));
+    return !((-CONDITIONING_NO_READING < x && x < CONDITIONING_NO_READING)
+        && (-CONDITIONING_NO_READING < y && y < CONDITIONING_NO_READING)
+        && (-CONDITIONING_NO_READING < z && z < CONDITIONING_NO_READING));
 }
 
 /* Health bits of the readings that are missing. */
-static int32_t scene_absent(Vec3 gyr, Vec3 acc, Vec3 mag)
+static int32_t conditioning_absent(Vec3 gyr, Vec3 acc, Vec3 mag)
 {
     const float x = gyr.x, y = gyr.y, z = gyr.z;
     const float a = acc.x, b = acc.y, c = acc.z;
     const float u = mag.x, v = mag.y, w = mag.z;
-    if ((x * x + y * y + z * z) + (a * a + b * b + c * c) + (u * u + v * v + w * w) < SCENE_ALL_THERE) {
+    if ((x * x + y * y + z * z) + (a * a + b * b + c * c)
+        + (u * u + v * v + w * w) < CONDITIONING_ALL_THERE) {
         return 0;
     }
     int32_t health = 0;
-    if (scene_missing(gyr)) {
+    if (conditioning_missing(gyr)) {
         health = HEALTH_GYR_MISSING;
     }
-    if (scene_missing(acc)) {
+    if (conditioning_missing(acc)) {
         health |= HEALTH_ACC_MISSING;
     }
-    if (scene_missing(mag)) {
+    if (conditioning_missing(mag)) {
         health |= HEALTH_MAG_MISSING;
     }
     return health;
 }
 
 /* How far the body may have turned while the rate was a guess; nothing as long as that is little. */
-static Unseen scene_unseen(int32_t health, float blind, float full, float dt)
+static Unseen conditioning_unseen(int32_t health, float blind, float full, float dt)
 {
-    if ((health & SCENE_BLIND) == 0) {
-        return SCENE_SEEN;
+    if ((health & CONDITIONING_BLIND) == 0) {
+        return CONDITIONING_SEEN;
     }
-    const float reach = (health & HEALTH_GYR_SATURATED) ? SCENE_BEYOND * full : TILT_TURN;
+    const float reach = (health & HEALTH_GYR_SATURATED) ? CONDITIONING_BEYOND * full : TILT_TURN;
     const float before = reach * blind;
     const float after = reach * (blind + dt);
-    if (after <= SCENE_LOST) {
+    if (after <= CONDITIONING_LOST) {
         return (Unseen){blind + dt, 0.0f};
     }
-    return (Unseen){blind + dt, after * after - (before > SCENE_LOST ? before * before : 0.0f)};
+    return (Unseen){blind + dt, after * after - (before > CONDITIONING_LOST ? before * before : 0.0f)};
 }
 
 /* The first sample, which a filter starts with once it has a specific force. */
-static Scene scene_first(Vec3 gyr, Vec3 acc, Vec3 mag, int32_t health)
+static Scene conditioning_first(Vec3 gyr, Vec3 acc, Vec3 mag, int32_t health)
 {
-    const Extreme fast = SENSORS_BEFORE.fast, hard = SENSORS_BEFORE.hard;
-    const Repeat gyr_repeat = SENSORS_BEFORE.gyr, acc_repeat = SENSORS_BEFORE.acc;
-    const Sensors sensors = {SENSORS_NOTHING, {gyr, acc, false}, fast, hard, gyr_repeat, acc_repeat, false,
+    const Extreme fast = DETECTORS_BEFORE.fast, hard = DETECTORS_BEFORE.hard;
+    const Repeat gyr_repeat = DETECTORS_BEFORE.gyr, acc_repeat = DETECTORS_BEFORE.acc;
+    const Sensors sensors = {DETECTORS_NOTHING, {gyr, acc, false}, fast, hard, gyr_repeat, acc_repeat, false,
         false, 0};
     return (Scene){gyr, acc, mag, 0.0f, health, false, tilt_present(acc), false, 0.0f, 0.0f, 0.0f, 0,
         sensors};
 }
 
 /* Whether a spell has ended, after which σ is judged. */
-static bool scene_judging(const Scene *scene)
+static bool conditioning_judging(const Scene *scene)
 {
-    return scene->spell >= DOUBT_SPELL || scene->lost > 0.0f;
+    return scene->spell >= OBSERVER_COVARIANCE_SPELL || scene->lost > 0.0f;
 }
 
 /* The next sample. */
-static Scene scene_perceived(const Guard *guard, const Scene *scene, Vec3 gyr, Vec3 acc, Vec3 mag, float dt)
+static Scene conditioning_perceived(const Guard *guard, const Scene *scene, Vec3 gyr, Vec3 acc, Vec3 mag,
+    float dt)
 {
     const Vec3 last = scene->gyr, field = scene->mag;
     const bool had_field = scene->had_field, started = scene->started;
     float blind = scene->blind, spell = scene->spell;
     int32_t seen = scene->seen;
     const Sensors *sensors = &scene->sensors;
-    int32_t health = scene_absent(gyr, acc, mag);
+    int32_t health = conditioning_absent(gyr, acc, mag);
     if (health != 0) {
         gyr = (health & HEALTH_GYR_MISSING) ? last : gyr;
         acc = (health & HEALTH_ACC_MISSING) ? VEC3_ZERO : acc;
         mag = (health & HEALTH_MAG_MISSING) ? VEC3_ZERO : mag;
     }
     if (!started) {
-        return scene_first(gyr, acc, mag, health);
+        return conditioning_first(gyr, acc, mag, health);
     }
     const bool out_of_sight = (health & HEALTH_GYR_MISSING) != 0 && blind > TILT_GAP_SECONDS;
-    const Sensors sensors_2 = sensors_sensed(guard, sensors, gyr, acc, health, out_of_sight, dt);
+    const Sensors sensors_2 = detectors_sensed(guard, sensors, gyr, acc, health, out_of_sight, dt);
     sensors = &sensors_2;
     health |= sensors->health;
-    if (sensors->health & SCENE_NO_FORCE) {
+    if (sensors->health & CONDITIONING_NO_FORCE) {
         acc = VEC3_ZERO;
     }
-    if (scene_judging(scene)) {
+    if (conditioning_judging(scene)) {
         spell = 0.0f;
         seen = 0;
     }
@@ -1446,7 +1458,7 @@ static Scene scene_perceived(const Guard *guard, const Scene *scene, Vec3 gyr, V
     if (dt > TILT_GAP_SECONDS) {
         health |= HEALTH_GAP;
     }
-    const Unseen unseen = scene_unseen(health, blind, sensors->fast.up, dt);
+    const Unseen unseen = conditioning_unseen(health, blind, sensors->fast.up, dt);
     blind = unseen.blind;
     const float lost = unseen.lost;
     const bool idle = out_of_sight || dt > TILT_GAP_SECONDS;
@@ -1506,9 +1518,9 @@ static State driver_afresh(Mahony params, const State *before, Vec3 gyr, Vec3 ac
 /* Before the first sample: level, not started. */
 static Carry driver_begin(const Settings *settings)
 {
-    return (Carry){SCENE_EMPTY,
+    return (Carry){CONDITIONING_EMPTY,
         {mahony_init(settings->filter, VEC3_ZERO, VEC3_ZERO, VEC3_ZERO), 0, GUARD_BEFORE,
-        doubt_at_start(VEC3_ZERO, VEC3_ZERO)}};
+        observer_covariance_at_start(VEC3_ZERO, VEC3_ZERO)}};
 }
 
 /* At the first sample, and at those after it as long as there was no accelerometer reading. */
@@ -1521,7 +1533,7 @@ static Run driver_started(const Settings *settings, const Scene *scene, const Ru
     const float out = GUARD_BEFORE.acc_out;
     const Output said = mahony_output(params, &state);
     const Watch watch = {still, bias, out, guard_first_field(quat_up(said.quat), scene->mag)};
-    return (Run){state, scene->health, watch, doubt_at_start(scene->acc, scene->mag)};
+    return (Run){state, scene->health, watch, observer_covariance_at_start(scene->acc, scene->mag)};
 }
 
 /* After each spell in which rest is looked for. */
@@ -1653,8 +1665,8 @@ static Run driver_doubted_anew(const Settings *settings, const Scene *scene, con
     }
     const Vec3 gyr = driver_rate(scene, watch, VEC3_ZERO);
     const bool rest = guard_resting(guard, watch);
-    const Doubt doubt_2 = doubt_judged(doubt, mahony_gains(params, state, scene->spell), gyr, acc, rest,
-        scene->lost, seen, scene->spell);
+    const Doubt doubt_2 = observer_covariance_judged(doubt, mahony_gains(params, state, scene->spell), gyr,
+        acc, rest, scene->lost, seen, scene->spell);
     doubt = &doubt_2;
     return (Run){*state, health, *watch, *doubt};
 }
@@ -1666,12 +1678,12 @@ static void driver_advance(Carry *result, const Settings *settings, const Carry 
     Run run_2;
     const Scene *before = &carry->scene;
     const Run *run = &carry->run;
-    const Scene scene = scene_perceived(&settings->guard, before, gyr, acc, mag, dt);
+    const Scene scene = conditioning_perceived(&settings->guard, before, gyr, acc, mag, dt);
     if (!before->started) {
         *result = (Carry){scene, driver_started(settings, &scene, run)};
         return;
     }
-    if (scene.sensors.sum.spell >= SENSORS_SPELL) {
+    if (scene.sensors.sum.spell >= DETECTORS_SPELL) {
         run_2 = driver_calmed(settings, &scene, run);
         run = &run_2;
     }
@@ -1690,7 +1702,7 @@ static void driver_advance(Carry *result, const Settings *settings, const Carry 
         run_2 = driver_corrected(settings, &scene, run);
         run = &run_2;
     }
-    if (!DRIVER_OWN_SIGMA && scene_judging(&scene)) {
+    if (!DRIVER_OWN_SIGMA && conditioning_judging(&scene)) {
         run_2 = driver_doubted_anew(settings, &scene, run);
         run = &run_2;
     }
@@ -1710,7 +1722,7 @@ static Output driver_result(const Settings *settings, const Run *run)
     Vec3 sigma = said.sigma;
     const int32_t health = said.health;
     const float a = watch->bias.x, b = watch->bias.y, c = watch->bias.z;
-    sigma = doubt_sigma(doubt);
+    sigma = observer_covariance_sigma(doubt);
     return (Output){quat, {x + a, y + b, z + c}, sigma, health | found};
 }
 

@@ -1,0 +1,128 @@
+"""Kernels as machine code: ``compiled`` makes the twin of a kernel from the same byte code, with every kernel that it
+calls replaced by that kernel's own twin.
+
+Both twins give the same bits: strict IEEE arithmetic, no ``fastmath`` and no fused multiply-add, so what is
+prototyped in Python is what runs compiled. ``error_model="numpy"`` only drops the ZeroDivisionError branches; kernels
+never divide by zero. ``_nrt=False`` drops the counting of references to a state's memory, a third of the time of a
+filter that has some: whoever calls compiled code holds the memory, and compiled code allocates none.
+"""
+
+import functools
+import types
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, ClassVar
+
+from levelhead.compiler.cache import OPTIONS, code_hash, remove_stale
+from levelhead.compiler.mark import is_kernel, kernel, mentioned, reached
+
+
+def _globals_with(function: Callable[..., Any], change: Callable[[Any], Any]) -> dict[str, Any]:
+    """The function's globals, with each kernel that it calls (also those inside modules) replaced by ``change(it)``."""
+    twins = dict(function.__globals__)
+    for name, value in mentioned(function):
+        if not is_kernel(value):
+            continue
+        module, dot, member = name.partition(".")
+        if not dot:
+            twins[name] = change(value)
+            continue
+        if twins[module] is function.__globals__[module]:
+            twins[module] = types.ModuleType(module)
+            twins[module].__dict__.update(function.__globals__[module].__dict__)
+        setattr(twins[module], member, change(value))
+    return twins
+
+
+@functools.cache
+def substitute(function: Callable[..., Any], instead: tuple[tuple[Any, Any], ...]) -> Callable[..., Any]:
+    """A copy of a kernel that, however deep, calls other kernels instead of some: ``instead`` are pairs (old, new).
+
+    It is the kernel itself where it reaches none of them.
+    """
+    for old, new in instead:
+        if function is old:
+            return new  # type: ignore[no-any-return]
+    if not {old for old, _ in instead} & set(reached(function)):
+        return function
+    twin = types.FunctionType(
+        function.__code__,
+        _globals_with(function, lambda called: substitute(called, instead)),
+        function.__name__,
+        function.__defaults__,
+    )
+    twin.__module__ = function.__module__
+    twin.__qualname__ = function.__qualname__
+    return kernel(twin)
+
+
+def _rebuilt(function: Callable[..., Any], qualname: str) -> Callable[..., Any]:
+    twin = types.FunctionType(
+        function.__code__, _globals_with(function, _inlined), function.__name__, function.__defaults__
+    )
+    twin.__module__ = function.__module__
+    twin.__qualname__ = qualname
+    return twin
+
+
+@functools.cache
+def _inlined(function: Callable[..., Any]) -> Any:
+    """The compiled twin of a kernel that other kernels call; forced inline, which is what lets LLVM use SIMD."""
+    import numba
+
+    if hasattr(function, "__native__"):
+        from levelhead.compiler import intrinsics
+
+        return getattr(intrinsics, function.__name__)
+    twin = _rebuilt(function, function.__qualname__)
+    inline = not hasattr(function, "__noinline__")
+    # Python never calls it, so that nothing of what that would need has to be compiled.
+    alone: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+    return numba.njit(forceinline=inline, nogil=True, **alone, **OPTIONS)(twin)
+
+
+class Compiling:
+    """Who is told when machine code is to be made: for a large filter that takes half a minute, once per machine."""
+
+    told: ClassVar[list[Callable[[], None]]] = []
+
+
+@functools.cache
+def _listen() -> None:
+    """Has Numba say when it compiles; what it finds in its cache it does not say."""
+    from numba.core import event
+
+    class Begun(event.Listener):
+        def on_start(self, event: Any) -> None:
+            for tell in Compiling.told:
+                tell()
+
+        def on_end(self, event: Any) -> None:
+            pass
+
+    event.register("numba:compile", Begun())  # type: ignore[no-untyped-call]
+
+
+@functools.cache
+def compiled(function: Callable[..., Any], releases_gil: bool = True) -> Any:
+    """The compiled twin of an outermost kernel (a driver), kept on disk where there is a place for it.
+
+    Long work lets other Python threads run meanwhile; for one sample giving the lock away costs more than the sample.
+
+    Numba looks for a writable cache beside the source, then in the user's cache folder; where neither can be written
+    (a read-only install and no home) the twin is compiled anew in each process instead of failing.
+    """
+    import numba
+
+    _listen()
+    code = code_hash(function)
+    twin = _rebuilt(function, f"{function.__qualname__}_{code}")
+    options = OPTIONS | {"nogil": releases_gil}
+    try:
+        dispatcher = numba.njit(cache=True, **options)(twin)
+        remove_stale(Path(dispatcher.stats.cache_path), function.__qualname__, code)
+        return dispatcher
+    except RuntimeError as error:
+        if "cache" not in str(error):
+            raise
+        return numba.njit(**options)(twin)

@@ -1,0 +1,102 @@
+"""Compiled twins that are written by hand, because Numba would not use vector instructions for them.
+
+LLVM proves for no two stretches of one array that they lie apart, and leaves such loops scalar: four times slower.
+Every number is rounded as in the kernel, a product and a sum each, whatever the width; so that bits are the same.
+"""
+
+from typing import Any
+
+import numba
+import numpy as np
+from llvmlite import ir
+from numba.core import cgutils, types
+from numba.extending import intrinsic
+
+from levelhead.compiler.mark import WIDE
+
+WIDTH = 4  # numbers in one vector: what AVX holds; narrower processors take two steps
+
+INDEX = ir.IntType(64)
+NUMBER = ir.DoubleType()
+VECTOR = ir.VectorType(NUMBER, WIDTH)
+
+
+@numba.njit
+def zeros(count: int) -> Any:
+    """``arrays.zeros``."""
+    return np.zeros(count)
+
+
+def _spread(builder: Any, number: Any) -> Any:
+    """A vector of one number."""
+    undefined = ir.Constant(VECTOR, ir.Undefined)
+    first = builder.insert_element(undefined, number, ir.Constant(ir.IntType(32), 0))
+    return builder.shuffle_vector(first, undefined, ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH))
+
+
+def _add(builder: Any, data: Any, to: Any, weight: Any, at: Any, kind: Any) -> None:
+    """data[to] += weight data[at], of a number or a vector."""
+    there, here = (builder.bitcast(builder.gep(data, [i]), kind.as_pointer()) for i in (to, at))
+    product = builder.fmul(weight, builder.load(here, align=8))
+    builder.store(builder.fadd(builder.load(there, align=8), product), there, align=8)
+
+
+@intrinsic
+def copy(typing: Any, m: Any, to: Any, at: Any, count: Any) -> Any:
+    """``arrays.copy``."""
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        memory, to, at, count = values
+        data = context.make_array(signature.args[0])(context, builder, memory).data
+        cgutils.raw_memcpy(builder, builder.gep(data, [to]), builder.gep(data, [at]), count, 8)  # type: ignore[no-untyped-call]
+        return context.get_dummy_value()
+
+    return types.void(m, types.int64, types.int64, types.int64), generate
+
+
+@intrinsic
+def add_scaled(typing: Any, m: Any, to: Any, weight: Any, at: Any, count: Any) -> Any:
+    """``arrays.add_scaled``: vectors as far as they go, then the rest one by one."""
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        memory, to, weight, at, count = values
+        data = context.make_array(signature.args[0])(context, builder, memory).data
+        vectors = builder.and_(count, ir.Constant(INDEX, -WIDTH))
+        spread = _spread(builder, weight)
+        steps = (ir.Constant(INDEX, 0), vectors, WIDTH, spread, VECTOR), (vectors, count, 1, weight, NUMBER)
+        for start, stop, step, factor, kind in steps:
+            with cgutils.for_range_slice(builder, start, stop, ir.Constant(INDEX, step), intp=INDEX) as (j, _):
+                _add(builder, data, builder.add(to, j), factor, builder.add(at, j), kind)
+        return context.get_dummy_value()
+
+    return types.void(m, types.int64, types.float64, types.int64, types.int64), generate
+
+
+@intrinsic
+def subtract_rows(typing: Any, m: Any, to: Any, weight: Any, step: Any, row: Any, stride: Any, count: Any) -> Any:
+    """``arrays.subtract_rows``: the row stays in registers while all others pass."""
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        memory, to, weight, step, row, stride, count = values
+        data = context.make_array(signature.args[0])(context, builder, memory).data
+
+        def vector(at: Any, i: int) -> Any:
+            there = builder.gep(data, [builder.add(at, ir.Constant(INDEX, WIDTH * i))])
+            return builder.bitcast(there, VECTOR.as_pointer())
+
+        sums = []
+        for i in range(WIDE // WIDTH):
+            first = builder.load(vector(to, i), align=8)
+            sums.append(cgutils.alloca_once_value(builder, first))  # type: ignore[no-untyped-call]
+        with cgutils.for_range(builder, count, intp=INDEX) as loop:
+            here = builder.add(weight, builder.mul(loop.index, step))
+            factor = _spread(builder, builder.load(builder.gep(data, [here])))
+            at = builder.add(row, builder.mul(loop.index, stride))
+            for i, total in enumerate(sums):
+                product = builder.fmul(factor, builder.load(vector(at, i), align=8))
+                builder.store(builder.fsub(builder.load(total), product), total)
+        for i, total in enumerate(sums):
+            builder.store(builder.load(total), vector(to, i), align=8)
+        return context.get_dummy_value()
+
+    return types.void(m, *[types.int64] * 6), generate

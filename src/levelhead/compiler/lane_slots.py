@@ -1,0 +1,206 @@
+"""Keeps values of many lanes side by side, number by number, so that a loop over the lanes becomes SIMD.
+
+A block of memory is a table of 64-bit words: a row for each number of a value (floats as they are, ints and bools
+widened, so that all columns are equally wide), a column for each lane. What compiled code loads from one lane is a
+nested NamedTuple again; neighbouring lanes are neighbours in memory, and all rows lie at constant distances from one
+address, which is what the loop vectoriser needs to know that they do not overlap.
+"""
+
+import hashlib
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from levelhead.compiler.cache import code_hash
+
+LANES = 64  # columns; enough to pay for what is done once a sample, few enough for the first-level cache
+LINE = 8  # words of a cache line
+INTERLEAVED = 2  # vectors of lanes in turn
+
+
+class Rows(NamedTuple):
+    """The rows that hold one value of each lane."""
+
+    load: Any  # load(address, lane) -> value
+    store: Any  # store(address, lane, value)
+    first: int
+    end: int
+    floats: tuple[bool, ...]  # row by row: a float, or an int or bool
+    layout: str  # tells the type and place apart, for the names of what is compiled with it
+
+
+def rows(example: Any, first: int, known: Mapping[str, bool] | None = None) -> Rows:
+    """Rows from ``first`` on for values of the type of ``example`` (floats, ints, bools, NamedTuples of these).
+
+    ``known`` are bool fields, wherever in the value, that loading replaces by a constant: what hangs on them is not
+    compiled.
+    """
+    import numba
+    from numba.core import types
+    from numba.extending import intrinsic
+
+    kind: Any = numba.typeof(example)  # type: ignore[no-untyped-call]
+    fixed = dict(known or {})
+
+    @intrinsic
+    def load(typing_context: Any, address: Any, lane: Any) -> Any:
+        def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+            return _load(context, builder, kind, first, args, fixed)
+
+        return kind(types.intp, types.intp), code
+
+    @intrinsic
+    def store(typing_context: Any, address: Any, lane: Any, value: Any) -> Any:
+        def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+            _store(builder, kind, first, args[:2], args[2])
+            return context.get_dummy_value()
+
+        return types.void(types.intp, types.intp, kind), code
+
+    floats = _floats(kind)
+    text = f"{kind} {first} {LANES} {sorted(fixed.items())} {code_hash(_load)} {code_hash(_store)} {code_hash(_place)}"
+    return Rows(load, store, first, first + len(floats), floats, hashlib.sha256(text.encode()).hexdigest()[:16])
+
+
+def over_lanes() -> Any:
+    """``each(body, address, a, b)``: the kernel ``body(address, lane, a, b)`` for all lanes, a loop that becomes SIMD.
+
+    The loop is written here because of what it asks of LLVM: to do two vectors of lanes in turn, instruction by
+    instruction. A filter's operations wait for each other, and no processor looks far enough ahead to begin the next
+    vector meanwhile.
+    """
+    from llvmlite import ir
+    from numba.core import types
+    from numba.extending import intrinsic
+
+    @intrinsic
+    def each(typing_context: Any, body: Any, address: Any, a: Any, b: Any) -> Any:
+        inner = body.get_call_type(typing_context, (address, types.intp, a, b), {})
+
+        def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+            call = context.get_function(body, inner)
+            word = ir.IntType(64)
+            before = builder.block
+            loop, after = (builder.append_basic_block(name) for name in ("lanes", "after_lanes"))
+            builder.branch(loop)
+            builder.position_at_end(loop)
+            lane = builder.phi(word)
+            call(builder, [args[1], lane, args[2], args[3]])
+            following = builder.add(lane, ir.Constant(word, 1))
+            lane.add_incoming(ir.Constant(word, 0), before)
+            lane.add_incoming(following, builder.block)
+            again = builder.cbranch(builder.icmp_signed("<", following, ir.Constant(word, LANES)), loop, after)
+            again.set_metadata("llvm.loop", _wishes(builder.module))
+            builder.position_at_end(after)
+            return context.get_dummy_value()
+
+        return types.void(body, address, a, b), code
+
+    return each
+
+
+def _wishes(module: Any) -> Any:
+    """The loop metadata; its first operand has to be itself."""
+    from llvmlite import ir
+
+    def wish(name: str, value: Any) -> Any:
+        return module.add_metadata([ir.MetaDataString(module, f"llvm.loop.{name}"), value])
+
+    wishes = module.add_metadata([
+        wish("vectorize.enable", ir.Constant(ir.IntType(1), 1)),
+        wish("interleave.count", ir.Constant(ir.IntType(32), INTERLEAVED)),
+    ])  # fmt: skip
+    wishes.operands = (wishes, *wishes.operands)
+    return wishes
+
+
+def _members(kind: Any) -> list[Any] | None:
+    """The types of a tuple's members (a filter without parameters has none); None: it is a number."""
+    from numba.core import types
+
+    return list(kind) if isinstance(kind, types.BaseTuple) else None  # type: ignore[call-overload]
+
+
+def _floats(kind: Any) -> tuple[bool, ...]:
+    from numba.core import types
+
+    kinds = _members(kind)
+    if kinds is None:
+        return (isinstance(kind, types.Float),)
+    return tuple(leaf for member in kinds for leaf in _floats(member))
+
+
+def _place(builder: Any, is_float: bool, row: int, args: Any) -> Any:
+    """The pointer to one number of one lane: a constant row behind the address, so that distances are constants."""
+    from llvmlite import ir
+
+    word = ir.IntType(64)
+    start = builder.inttoptr(args[0], (ir.DoubleType() if is_float else word).as_pointer())
+    return builder.gep(builder.gep(start, [ir.Constant(word, row * LANES)]), [args[1]])
+
+
+def _load(context: Any, builder: Any, kind: Any, row: int, args: Any, fixed: Mapping[str, bool]) -> Any:
+    from llvmlite import ir
+    from numba.core import types
+
+    kinds = _members(kind)
+    if kinds is not None:
+        members = []
+        for name, member in zip(getattr(kind, "fields", [""] * len(kinds)), kinds, strict=True):
+            if name in fixed:
+                members.append(context.get_constant(member, fixed[name]))
+            else:
+                members.append(_load(context, builder, member, row, args, fixed))
+            row += len(_floats(member))
+        return context.make_tuple(builder, kind, members)
+    value = builder.load(_place(builder, isinstance(kind, types.Float), row, args))
+    return builder.icmp_unsigned("!=", value, ir.Constant(value.type, 0)) if kind == types.boolean else value
+
+
+def _store(builder: Any, kind: Any, row: int, args: Any, value: Any) -> None:
+    from llvmlite import ir
+    from numba.core import types
+
+    kinds = _members(kind)
+    if kinds is not None:
+        for i, member in enumerate(kinds):
+            _store(builder, member, row, args, builder.extract_value(value, i))
+            row += len(_floats(member))
+        return
+    if kind == types.boolean:
+        value = builder.zext(value, ir.IntType(64))
+    builder.store(value, _place(builder, isinstance(kind, types.Float), row, args))
+
+
+def allocate(count: int) -> tuple[NDArray[np.float64], int]:
+    """Zeroed memory of ``count`` rows, (count, LANES) words, and its address, which begins a cache line: SIMD loads
+    across two lines take twice as long."""
+    memory = np.zeros(count * LANES + LINE)
+    skip = -(memory.ctypes.data // 8) % LINE
+    table = memory[skip : skip + count * LANES].reshape(count, LANES)
+    return table, int(table.ctypes.data)
+
+
+def flat(value: Any) -> list[float]:
+    """The numbers of a nested NamedTuple, in the order of its rows."""
+    if isinstance(value, tuple):
+        return [number for member in value for number in flat(member)]
+    return [value]
+
+
+def put(table: NDArray[np.float64], place: Rows, values: NDArray[np.float64]) -> None:
+    """Write (count, rows of ``place``) numbers into the lanes; lanes beyond count repeat the last one."""
+    lanes = np.minimum(np.arange(LANES), len(values) - 1)
+    for row, is_float, numbers in zip(range(place.first, place.end), place.floats, values.T[:, lanes], strict=True):
+        table[row] = numbers if is_float else numbers.astype(np.int64).view(np.float64)
+
+
+def get(table: NDArray[np.float64], place: Rows, count: int) -> NDArray[np.float64]:
+    """(count, rows of ``place``) numbers of the first lanes."""
+    found = np.empty((count, place.end - place.first))
+    for column, row in enumerate(range(place.first, place.end)):
+        numbers = table[row] if place.floats[column] else table[row].view(np.int64)
+        found[:, column] = numbers[:count]
+    return found

@@ -1,0 +1,119 @@
+"""Many runs on all cores: many recordings through one filter, or many parameter sets over one recording."""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Any
+
+from levelhead import filters
+from levelhead.compiler.tree import has_memory
+from levelhead.engine import lanes
+from levelhead.engine.batch import DEFAULT_GUARD, fuse
+from levelhead.engine.binding import choose
+from levelhead.engine.threads import in_order
+from levelhead.errors import LevelheadError
+from levelhead.filters.contract import Filter
+from levelhead.guard import Guard
+from levelhead.kernels.vec3 import ZERO
+from levelhead.recording import Recording
+from levelhead.track import Track
+
+WORTH_LANES = 8  # parameter sets of one filter from which a block of lanes takes less time than its single runs
+
+
+def fuse_all(
+    recordings: Iterable[Recording],
+    params: Any = None,
+    *,
+    guard: Guard | None = DEFAULT_GUARD,
+    engine: str = "auto",
+    workers: int | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> Iterator[Track]:
+    """The track of each recording, in their order, on all cores.
+
+    A generator: recordings are taken as they are needed and a few at a time, so ``recordings`` may itself read files
+    one after the other (``map(lh.read, paths)``) and need not fit into memory.
+
+    Args:
+        recordings: what the sensors said, any number of times.
+        params: the filter, as for ``fuse``.
+        guard: what stands in front of it, as for ``fuse``.
+        engine: as for ``fuse``; "auto" decides for each recording. Plain Python runs one recording at a time.
+        workers: threads; None: one for each core.
+        progress: called with the number of recordings done.
+
+    Raises:
+        LevelheadError: no such filter or engine; or a recording that cannot be fused, named by its source or number.
+    """
+    params = filters.best() if params is None else filters.resolve(params)
+    choose(engine, 0)  # a wrong name is said before the first recording is read
+    return _fuse_all(recordings, params, guard, engine, workers, progress)
+
+
+def _fuse_all(
+    recordings: Iterable[Recording],
+    params: Any,
+    guard: Guard | None,
+    engine: str,
+    workers: int | None,
+    progress: Callable[[int], None] | None,
+) -> Iterator[Track]:
+    def work(numbered: tuple[int, Recording]) -> Track:
+        number, recording = numbered
+        try:
+            return fuse(recording, params, guard=guard, engine=engine)
+        except LevelheadError as error:
+            raise LevelheadError(f"{_name(number, recording)}: {error}") from error
+
+    for done, track in enumerate(in_order(work, enumerate(recordings), workers), 1):
+        if progress is not None:
+            progress(done)
+        yield track
+
+
+def _name(number: int, recording: Any) -> str:
+    source = recording.meta.get("source") if isinstance(recording, Recording) else None
+    return f"recording {number}" + (f" ({source})" if source else "")
+
+
+def worth_lanes(flt: Filter, sets: int) -> bool:
+    """Whether so many parameter sets of a filter go side by side.
+
+    A filter with memory of a fixed size has loops of its own that are SIMD already: its sets run one by one.
+    """
+    return sets >= WORTH_LANES and not has_memory(flt.init(flt.params(), ZERO, ZERO, ZERO))
+
+
+def fuse_many(
+    recording: Recording,
+    tries: Sequence[Any],
+    *,
+    guard: Guard | None = DEFAULT_GUARD,
+    engine: str = "auto",
+    workers: int | None = None,
+) -> list[Track]:
+    """One recording through many parameter sets, each track the same to the bit as that of ``fuse``.
+
+    Compiled, sets of the same filter run side by side (``engine.lanes``), and blocks of them on all cores.
+
+    Args:
+        recording: what the sensors said.
+        tries: parameter sets, each as for ``fuse``; filters may be mixed.
+        guard: what stands in front of all of them, as for ``fuse``.
+        engine: as for ``fuse``.
+        workers: threads; None: one for each core.
+
+    Raises:
+        LevelheadError: no such filter or engine.
+    """
+    resolved = [filters.resolve(params) for params in tries]
+    chosen = choose(engine, len(recording) * len(resolved))
+    found: dict[int, Track] = {}
+    for flt in {filters.of(params): None for params in resolved}:
+        mine = [i for i, params in enumerate(resolved) if filters.of(params) is flt]
+        sets = [resolved[i] for i in mine]
+        if chosen == "compiled" and worth_lanes(flt, len(sets)):
+            made: Iterable[Track] = lanes.tracks(recording, flt, sets, guard, workers)
+        else:
+            made = in_order(lambda params: fuse(recording, params, guard=guard, engine=chosen), sets, workers)
+        found.update(zip(mine, made, strict=True))
+    return [found[i] for i in range(len(resolved))]

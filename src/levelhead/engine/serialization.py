@@ -1,0 +1,114 @@
+"""The whole state of a stream as bytes, and back: going on from there equals never having stopped, to the bit.
+
+A header in JSON says what it is; behind it stand the leaves of the driver's Carry, eight bytes each (floats, or whole
+numbers), little-endian; a checksum ends it. The same bytes serve plain Python and compiled code.
+"""
+
+import hashlib
+import json
+import struct
+import zlib
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+from levelhead import filters
+from levelhead.engine.binding import bind
+from levelhead.engine.driver import Carry, Settings
+from levelhead.errors import LevelheadError
+from levelhead.guard import Guard
+from levelhead.version import VERSION
+
+MAGIC = b"levelhead stream 1\n"
+
+
+class Saved(NamedTuple):
+    """What a stream is made of."""
+
+    settings: Settings
+    guarded: bool
+    carry: Carry
+    time: float | None  # stamp of the last sample, s
+
+
+def leaves(value: Any) -> Iterator[float | int | bool]:
+    """The numbers inside nested NamedTuples, in order."""
+    if isinstance(value, tuple | list):
+        for part in value:
+            yield from leaves(part)
+    else:
+        yield value
+
+
+def layout(example: Any) -> str:
+    """What the leaves mean: names and kinds, so that bytes of another layout are not taken."""
+    if isinstance(example, tuple):
+        names = getattr(type(example), "_fields", None) or range(len(example))
+        return "(" + ",".join(f"{name}:{layout(part)}" for name, part in zip(names, example, strict=True)) + ")"
+    if isinstance(example, list):
+        return f"f{len(example)}"
+    return "i" if isinstance(example, int) else "f"
+
+
+def _packed(value: float | int | bool) -> bytes:
+    return struct.pack("<q", value) if isinstance(value, int) else struct.pack("<d", value)
+
+
+def to_bytes(saved: Saved) -> bytes:
+    """The state as bytes."""
+    params, guard = saved.settings
+    header = {
+        "levelhead": VERSION,
+        "filter": filters.of(params).name,
+        "params": params._asdict(),
+        "guard": guard._asdict() if saved.guarded else None,
+        "time": None if saved.time is None else saved.time.hex(),
+        "layout": _digest(saved.carry),
+    }
+    body = MAGIC + json.dumps(header).encode() + b"\n" + b"".join(map(_packed, leaves(saved.carry)))
+    return body + struct.pack("<I", zlib.crc32(body))
+
+
+def _digest(carry: Carry) -> str:
+    return hashlib.sha256(layout(carry).encode()).hexdigest()[:16]
+
+
+def _filled(example: Any, numbers: Iterator[bytes]) -> Any:
+    """A value like ``example`` with the leaves read from eight bytes each."""
+    if isinstance(example, tuple):
+        return type(example)(*(_filled(part, numbers) for part in example))
+    if isinstance(example, list):
+        return [_filled(part, numbers) for part in example]
+    chunk = next(numbers)
+    if isinstance(example, int):
+        return type(example)(struct.unpack("<q", chunk)[0])
+    return struct.unpack("<d", chunk)[0]
+
+
+def from_bytes(data: bytes) -> Saved:
+    """The state from bytes.
+
+    Raises:
+        LevelheadError: not such bytes, cut off, damaged, or saved by a version whose filter keeps another state.
+    """
+    if not isinstance(data, bytes) or not data.startswith(MAGIC):
+        raise LevelheadError("these bytes are no saved stream; expected what Stream.save() returned")
+    if len(data) < len(MAGIC) + 4 or struct.unpack("<I", data[-4:])[0] != zlib.crc32(data[:-4]):
+        raise LevelheadError("the saved stream is cut off or damaged: its checksum does not fit")
+    text, _, body = data[len(MAGIC) : -4].partition(b"\n")
+    try:
+        header = json.loads(text)
+        name, values, guard = header["filter"], dict(header["params"]), header["guard"]
+        time = None if header["time"] is None else float.fromhex(header["time"])
+    except (ValueError, KeyError, TypeError):
+        raise LevelheadError("the saved stream's header is not one that levelhead writes") from None
+    flt = filters.find(name)
+    settings = Settings(flt.params(**values), Guard(**(guard or {})))
+    guarded = guard is not None
+    example = bind(flt, guarded).begin(settings)
+    if header.get("layout") != _digest(example) or len(body) != 8 * len(list(leaves(example))):
+        raise LevelheadError(
+            f"the stream was saved by levelhead {header.get('levelhead')}, whose {flt.name} keeps another state than "
+            f"{VERSION}; start a new one"
+        )
+    carry = _filled(example, iter([body[i : i + 8] for i in range(0, len(body), 8)]))
+    return Saved(settings, guarded, carry, time)

@@ -1,0 +1,106 @@
+"""What is exported: a filter with its numbers, with or without the guard, or on one axis, in single or double, and what
+is known of its sensor.
+"""
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from levelhead import filters
+from levelhead.axis_map import IDENTITY, AxisMap
+from levelhead.calibration import Calibration
+from levelhead.engine.binding import bind, guards
+from levelhead.engine.driver import Settings
+from levelhead.engine.prior import primed
+from levelhead.errors import LevelheadError
+from levelhead.export.program import snake
+from levelhead.filters.contract import Filter, param_table
+from levelhead.guard import Guard
+from levelhead.kernels.correction import Readings, corrected
+from levelhead.kernels.vec3 import Vec3
+
+DEFAULT_GUARD = Guard()
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One export.
+
+    Attributes:
+        params: of the filter; they say which one.
+        guard: what stands in front of it; None: the filter sees every reading as it is.
+        real: the type of all numbers.
+        axis: the filter of one level and its rate instead of that of an IMU.
+        prior: what an earlier run has learned of the same sensor: the filter starts with it.
+        axes: how the sensor sits on its body; all else, calibration and prior included, is in the body's axes.
+        calibration: its errors are taken off the readings before anything else sees them.
+        command: the words that do it again.
+    """
+
+    params: Any
+    guard: Guard | None = DEFAULT_GUARD
+    real: Literal["float", "double"] = "double"
+    axis: bool = False
+    prior: Calibration | None = None
+    axes: AxisMap = IDENTITY
+    calibration: Calibration | None = None
+    command: str = "levelhead export"
+
+    def __post_init__(self) -> None:
+        if self.axis and self.flt.axis is None:
+            having = ", ".join(flt.name for flt in filters.ALL if flt.axis)
+            raise LevelheadError(f"{self.flt.name} needs an IMU; on one level and its rate work {having}")
+        if self.axis and self.corrects:
+            raise LevelheadError("one level and its rate are no readings of three axes: leave axes and calibration out")
+        if self.prior is not None and self.calibration is not None:
+            raise LevelheadError(
+                "a prior and a calibration would take the same errors off twice; give a filter that learns its sensor "
+                "a prior, any other a calibration"
+            )
+        self.begin()
+
+    @property
+    def flt(self) -> Filter:
+        """The filter."""
+        return filters.of(self.params)
+
+    @property
+    def settings(self) -> Settings:
+        """What the driver is told."""
+        return Settings(self.params, self.guard or Guard())
+
+    def begin(self) -> Any:
+        """What the driver carries before the first sample, in plain Python.
+
+        Raises:
+            LevelheadError: the filter learns nothing of its sensor, and there is a prior.
+        """
+        return primed(self.flt, bind(self.flt, self.guard is not None).begin(self.settings), self.prior)
+
+    @property
+    def corrects(self) -> bool:
+        """Whether something is done to the readings before anything else sees them."""
+        return self.axes != IDENTITY or self.calibration is not None
+
+    def readings(self, gyr: Vec3, acc: Vec3, mag: Vec3) -> Readings:
+        """What the filter is fed with for these readings."""
+        turned = [Vec3(*self.axes.turn(v)) for v in (gyr, acc, mag)]
+        return Readings(*turned) if self.calibration is None else corrected(self.calibration.errors, *turned)
+
+    @property
+    def guarded(self) -> bool:
+        """Whether the guard is part of it."""
+        return self.guard is not None and guards(self.flt) and not self.axis
+
+    @property
+    def name(self) -> str:
+        """Of the files and in front of all names: lh_ekf, lh_kalman_axis."""
+        return f"lh_{snake(self.flt.name)}" + ("_axis" if self.axis else "")
+
+
+def remarks(params: type) -> dict[str, str]:
+    """Field -> unit, meaning and range of a parameter."""
+    said = {}
+    for name, param in param_table(params).items():
+        inside = "" if param.range == "any number" else f" ({param.range})"
+        said[name] = f"{param.unit}: {param.doc}{inside}" if param.unit else f"{param.doc}{inside}"
+    return said

@@ -1,0 +1,112 @@
+"""σ for filters with set gains: the covariance of an observer whose gain is given, optimal or not.
+
+A. Gelb (ed.), Applied Optimal Estimation, 1974, section 7.2. The error of an angle and the bias of its gyroscope go as
+in ``kernels.two_state``; the filter takes the share K of an innovation of variance r into the angle, and k of it off
+the bias, which is Joseph's form with the gain (K, −k). So σ grows where nothing corrects, and shrinks only as fast as
+the filter really averages.
+
+What disturbs an innovation is no white noise: an acceleration lasts for a while, and so does an iron beam. With
+variance s and duration τ its white equivalent at one sample is
+
+    r = s (1 + (1 − K) 2 τ/Δt)                                                                                  (1)
+
+whose limits are right: all of s when the filter jumps onto the sample (K = 1), the density 2 τ s when it averages.
+"""
+
+from math import pi, sqrt
+from typing import NamedTuple
+
+from levelhead.compiler.mark import kernel
+from levelhead.filters.contract import Gains
+from levelhead.kernels.tilt import GAP_SECONDS, GRAVITY, UNIFORM, after_gap, bias_after_gap, present
+from levelhead.kernels.two_state import Covariance, Gain, joseph, predict
+from levelhead.kernels.vec3 import Vec3
+
+DEGREE = pi / 180.0
+SPELL = 0.05  # s: σ need not be judged more often
+TURN_ON = (1.0 * DEGREE) * (1.0 * DEGREE)  # (rad/s)², bias of a gyroscope just turned on
+RESTED = (0.05 * DEGREE) * (0.05 * DEGREE)  # (rad/s)², bias after it was read off at rest
+WALK = (0.003 * DEGREE) * (0.003 * DEGREE)  # (rad/s)²/s, random walk of the bias
+NOISE = (0.02 * DEGREE) * (0.02 * DEGREE)  # rad²/s, white noise of the rate
+SCALE = 0.01 * 0.01 * 0.5  # s: the rate is wrong by 1 % of itself, for half a second of a turn
+OFFSET = (0.1 / GRAVITY) * (0.1 / GRAVITY)  # rad², offset of an accelerometer as tilt: no time averages it away
+SHAKE = 0.01 * 0.01  # rad², noise of an accelerometer at rest, as tilt
+JERK_SECONDS = 0.15  # for which an acceleration lasts
+HALF_PER_G2 = 0.5 / (GRAVITY * GRAVITY)
+SMOOTH = 1.0  # s over which the acceleration's variance is judged
+IRON = (5.0 * DEGREE) * (5.0 * DEGREE)  # rad², what iron nearby turns the field
+IRON_SECONDS = 2.0  # for which a body on the move has it
+
+
+class Doubt(NamedTuple):
+    """Covariances of tilt (about each horizontal axis) and heading; the variance of acceleration lately, in g²."""
+
+    tilt: Covariance
+    heading: Covariance
+    motion: float
+
+
+@kernel
+def at_start(acc: Vec3, mag: Vec3) -> Doubt:
+    """After the first sample: what one reading is worth; a relative heading is right by definition."""
+    tilt = IRON if present(acc) else UNIFORM * UNIFORM
+    heading = IRON if present(mag) else 0.0
+    return Doubt(Covariance(tilt, 0.0, TURN_ON), Covariance(heading, 0.0, TURN_ON), 0.0)
+
+
+@kernel
+def grown(p: Covariance, turned: float, lost: float, dt: float) -> Covariance:
+    """After ``dt`` without a correction, at a rate whose square is ``turned``; ``lost`` is added (rad²)."""
+    if dt > GAP_SECONDS:
+        return Covariance(after_gap(p.level, dt), 0.0, bias_after_gap(p.bias, WALK * dt, TURN_ON))
+    return predict(p, dt, (NOISE + SCALE * turned) * dt + lost, WALK * dt)
+
+
+@kernel
+def lasting(variance: float, twice: float, share: float) -> float:
+    """Eq. 1; ``twice`` is 2 τ/Δt."""
+    return variance * (1.0 + (1.0 - share) * twice)
+
+
+@kernel
+def read_off(p: Covariance) -> Covariance:
+    """Once the bias has been read off at rest."""
+    if p.bias > RESTED:
+        return Covariance(p.level, 0.0, RESTED)
+    return p
+
+
+@kernel
+def judged(doubt: Doubt, gains: Gains, gyr: Vec3, acc: Vec3, rest: bool, lost: float, seen: int, dt: float) -> Doubt:
+    """At the end of a spell of ``dt``, with the filter's gains for an interval of its length.
+
+    ``lost`` is added (rad²); ``seen`` is what has corrected in it: 1 accelerometer, 2 magnetometer.
+    """
+    tilt, heading, motion = doubt
+    x, y, z = gyr
+    turned = x * x + y * y + z * z
+    tilt = grown(tilt, turned, lost, dt)
+    heading = grown(heading, turned, lost, dt)
+    if rest:
+        tilt = read_off(tilt)
+        heading = read_off(heading)
+    share_tilt, bias_tilt, share_heading, bias_heading = gains
+    often = 2.0 / dt
+    if seen & 1 != 0:
+        if present(acc):
+            x, y, z = acc
+            off = HALF_PER_G2 * (x * x + y * y + z * z) - 0.5  # |a|/g − 1 to first order
+            motion += dt / (SMOOTH + dt) * (off * off - motion)
+        r = SHAKE + lasting(motion, JERK_SECONDS * often, share_tilt)
+        tilt = joseph(tilt, Gain(share_tilt, -bias_tilt), r)
+    if seen & 2 != 0:
+        r = lasting(IRON, IRON_SECONDS * often, share_heading)
+        heading = joseph(heading, Gain(share_heading, -bias_heading), r)
+    return Doubt(tilt, heading, motion)
+
+
+@kernel
+def sigma(doubt: Doubt) -> Vec3:
+    """1σ about east, north and up, rad; no doubt is larger than knowing nothing."""
+    tilt = min(sqrt(max(doubt.tilt.level, 0.0) + OFFSET), UNIFORM)
+    return Vec3(tilt, tilt, min(sqrt(max(doubt.heading.level, 0.0)), UNIFORM))

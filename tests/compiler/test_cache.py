@@ -1,0 +1,59 @@
+"""The cache of machine code: the same key in every process, nothing stale kept, no crash where there is no place."""
+
+import os
+import subprocess
+import sys
+
+from levelhead.compiler.cache import remove_stale
+
+FUSE = """
+import sys
+import numpy as np, levelhead as lh
+from levelhead import filters
+from levelhead.engine.binding import bind
+from levelhead.compiler.compile import compiled
+flt = filters.find(sys.argv[1])
+n = 50
+rec = lh.Recording(np.arange(n) / 100, np.zeros((n, 3)), np.tile([0.0, 0.0, 9.81], (n, 1)))
+track = lh.fuse(rec, flt.params(), engine="compiled")
+assert np.allclose(track.quat, [1, 0, 0, 0])
+print("compiled" if sum(compiled(bind(flt).run).stats.cache_misses.values()) else "cached")
+"""
+
+
+def run_fuse(name, **environment):
+    done = subprocess.run(
+        [sys.executable, "-c", FUSE, name], env=os.environ | environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip()
+
+
+def test_a_second_process_compiles_nothing_of_the_default_filter(tmp_path):
+    """Hashes of strings differ between the two, as they do between any two processes of a user."""
+    assert run_fuse("ESKF", NUMBA_CACHE_DIR=str(tmp_path), PYTHONHASHSEED="1") == "compiled"
+    assert run_fuse("ESKF", NUMBA_CACHE_DIR=str(tmp_path), PYTHONHASHSEED="2") == "cached"
+
+
+def test_no_place_for_a_cache_is_no_reason_to_crash():
+    """As in a read-only install whose user has no home: Numba finds no locator for the cache."""
+    nowhere = "UserProvidedCacheLocator"  # the only locator tried; it needs NUMBA_CACHE_DIR, which is not set
+    assert run_fuse("AccelTilt", NUMBA_CACHE_LOCATOR_CLASSES=nowhere, NUMBA_CACHE_DIR="") == "compiled"
+
+
+def test_files_of_older_code_are_removed_and_all_others_kept(tmp_path):
+    python = f"py{sys.version_info.major}{sys.version_info.minor}"
+    new, old = "0" * 15 + "1", "0" * 15 + "2"
+    kept = [
+        f"driver.run_ESKF_{new}-279.{python}.nbi",
+        f"driver.run_ESKF_{new}-279.{python}.1.nbc",
+        f"driver.run_ESKF_unguarded_{old}-279.{python}.nbi",
+        f"driver.run_EKF_{old}-279.{python}.nbi",
+        f"driver.run_ESKF_{old}-279.py39.nbi",
+        f"driver.run_ESKF_{old}-279.{python}.pyc",
+    ]
+    stale = [f"driver.run_ESKF_{old}-279.{python}.nbi", f"driver.run_ESKF_{old}-301.{python}.2.nbc"]
+    for name in kept + stale:
+        (tmp_path / name).touch()
+    remove_stale(tmp_path, "run_ESKF", new)
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(kept)
