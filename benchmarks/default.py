@@ -22,7 +22,7 @@ from levelhead.bench.groups import group_of
 from levelhead.bench.survey import logs
 from levelhead.bench.timing import Table
 from levelhead.evaluate.score import root_mean_squares
-from levelhead.filters.contract import param_table
+from levelhead.filters.parameters import param_table
 from measure import options, show
 
 CHIPS = ("MPU-6050", "BMI160", "LSM6DS3", "LSM6DSO32")

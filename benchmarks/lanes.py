@@ -28,7 +28,7 @@ from levelhead.engine.binding import bind
 from levelhead.engine.driver import Settings
 from levelhead.engine.parallel import fuse_all, fuse_many
 from levelhead.engine.threads import cores
-from levelhead.filters.contract import param_table
+from levelhead.filters.parameters import param_table
 from levelhead.tune.lane_score import OFFSET, SQUARES
 from measure import options, show
 

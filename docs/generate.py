@@ -19,7 +19,8 @@ from levelhead import cli, filters, guard, units
 from levelhead.engine.binding import guards
 from levelhead.engine.calibration_history import learning
 from levelhead.filters import health
-from levelhead.filters.contract import Filter, Param, derived_table, param_table
+from levelhead.filters.contract import Filter
+from levelhead.filters.parameters import Param, derived_table, param_table
 from levelhead.live.events import EVENTS
 from levelhead.publish.plots import learned_picture
 from levelhead.simulate import recording

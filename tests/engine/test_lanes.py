@@ -9,7 +9,7 @@ from levelhead import filters
 from levelhead.compiler import lane_slots
 from levelhead.engine import lanes
 from levelhead.engine.parallel import fuse_many
-from levelhead.filters.contract import param_table
+from levelhead.filters.parameters import param_table
 
 COUNT = lane_slots.LANES + 3  # a whole block and a part of one
 EVERY = pytest.mark.parametrize("flt", filters.ALL, ids=lambda f: f.name)

@@ -13,7 +13,8 @@ import levelhead as lh
 from levelhead import filters
 from levelhead.compiler.mark import kernel
 from levelhead.export import Choice, files
-from levelhead.filters.contract import Filter, Output, Param, Settling, parameters
+from levelhead.filters.contract import Filter, Output, Settling
+from levelhead.filters.parameters import Param, parameters
 from levelhead.kernels import quat, slerp, triad
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.tilt import present

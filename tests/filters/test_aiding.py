@@ -179,13 +179,13 @@ def test_plain_compiled_and_streamed_are_the_same_bits():
         for at, _, see, value, sigma in sorted(seen, key=lambda one: one[:2]):
             see(value, sigma, age=t - at)
         assert tuple(live.quat) == tuple(fast.quat[i])
-        if live.place is not None:
-            assert tuple(live.place.position) == tuple(fast.position[i])
-            assert tuple(live.place.sigma_velocity) == tuple(fast.sigma_velocity[i])
+        if live.nav_state is not None:
+            assert tuple(live.nav_state.position) == tuple(fast.position[i])
+            assert tuple(live.nav_state.sigma_velocity) == tuple(fast.sigma_velocity[i])
     for key in ("quat", "sigma", "position", "velocity", "sigma_position", "sigma_velocity"):
         np.testing.assert_array_equal(getattr(plain, key), getattr(fast, key), err_msg=key)
     again = lh.Stream.restore(live.save(), engine="python")
-    assert again.place == live.place
+    assert again.nav_state == live.nav_state
 
 
 def test_without_any_of_it_a_track_has_no_position():
@@ -212,7 +212,7 @@ def test_a_stream_refuses_nonsense(call, words):
     stream.update((0, 0, 0), (0, 0, 9.81), dt=0.01)
     with pytest.raises(lh.LevelheadError, match=words):
         call(stream)
-    assert stream.place is None
+    assert stream.nav_state is None
 
 
 @pytest.mark.parametrize(

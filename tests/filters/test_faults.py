@@ -75,7 +75,7 @@ def forgotten(flt, track, true, end):
 
 def late(flt):
     """By how many samples a filter that judges the field by itself may say so later: it does at the ends of blocks."""
-    return round(RATE * flt.params().block) if "field" in flt.judges else 0
+    return round(RATE * flt.params().block) if "field" in flt.handles else 0
 
 
 def only_there(track, clean, bit, rows, late=0):
@@ -316,7 +316,7 @@ def test_a_magnet_that_passes_is_refused(flt, clean):
     only_there(track, clean[flt.name], health.MAG_REJECTED, np.arange(2500, 2700), late=late(flt))
     there, without = (errors(one, true)[1][2500:2800].max() for one in (track, clean[flt.name]))
     assert there < without + 1.0
-    assert track.sigma[2699, 2] > (0.99 if "field" in flt.judges else 1.0) * clean[flt.name].sigma[2699, 2]
+    assert track.sigma[2699, 2] > (0.99 if "field" in flt.handles else 1.0) * clean[flt.name].sigma[2699, 2]
     forgotten(flt, track, true, 2700)
 
 
@@ -330,7 +330,7 @@ def test_a_lasting_new_field_is_taken_for_the_earths(flt, clean):
     sound(track)
     refused = np.flatnonzero(track.health & health.MAG_REJECTED)
     assert 3000 <= refused[0] <= 3000 + late(flt) and len(refused) == refused[-1] - refused[0] + 1
-    if "field" not in flt.judges:  # who does waits until the sensor turns: at rest no field is any better than another
+    if "field" not in flt.handles:  # who does waits until the sensor turns: at rest no field is any better than another
         assert len(refused) / RATE == pytest.approx(lh.Guard().mag_time, abs=0.05)
     tilt, heading = errors(track, true)
     assert heading[3000 : refused[-1]].max() < heading[2500:3000].max() + 1.0, "as long as it is refused"

@@ -11,7 +11,8 @@ from levelhead import guard
 from levelhead.engine import binding
 from levelhead.engine.driver import Settings
 from levelhead.filters import health
-from levelhead.filters.contract import Filter, Output, Settling, param_table
+from levelhead.filters.contract import Filter, Output, Settling
+from levelhead.filters.parameters import param_table
 from levelhead.kernels.quat import IDENTITY
 from levelhead.kernels.vec3 import ZERO, Vec3
 

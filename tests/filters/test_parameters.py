@@ -6,8 +6,8 @@ import pytest
 
 import levelhead as lh
 from levelhead import filters
-from levelhead.filters.contract import param_table, settable
 from levelhead.filters.kalman import Kalman
+from levelhead.filters.parameters import param_table, settable
 
 
 @pytest.mark.parametrize("flt", filters.ALL, ids=lambda f: f.name)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import levelhead as lh
-from levelhead.filters.contract import Param
+from levelhead.filters.parameters import Param
 
 pytest.importorskip("viser", reason="viser is not installed (extra levelhead[view])")
 from levelhead.live import Health, Node, open_source

@@ -11,7 +11,7 @@ from levelhead.engine import fuse
 from levelhead.errors import LevelheadError
 from levelhead.evaluate import evaluate
 from levelhead.filters import Complementary, Kalman
-from levelhead.filters.contract import Param
+from levelhead.filters.parameters import Param
 from levelhead.simulate import lesson, recording
 from levelhead.tune import Sweep, sweep
 from levelhead.tune.sweep import grid, with_value

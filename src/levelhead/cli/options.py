@@ -11,7 +11,7 @@ from cyclopts import Parameter
 
 from levelhead import filters
 from levelhead.errors import LevelheadError
-from levelhead.filters.contract import settable
+from levelhead.filters.parameters import settable
 from levelhead.guard import Guard
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from levelhead import atmosphere
-from levelhead.filters.eskf.aiding import HEIGHT, POSITION, VELOCITY
+from levelhead.filters.contract import HEIGHT, POSITION, VELOCITY
 from levelhead.recording import Array, Recording
 
 EARLY = 1.0  # s before the first sample from which a reading is still taken

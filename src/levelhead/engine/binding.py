@@ -51,17 +51,17 @@ def _bind(flt: Filter, guarded: bool) -> Driver:
     name = flt.name if guarded else f"{flt.name}_unguarded"
     own: dict[str, Any] = {
         "init": flt.init,
-        "again": flt.calibration.again if flt.calibration else bound(driver.afresh, name, init=flt.init),
+        "again": flt.calibration.restart if flt.calibration else bound(driver.afresh, name, init=flt.init),
         "step": flt.step,
-        "due": flt.due or driver.never,
-        "correct": flt.correct or driver.as_it_is,
+        "due": flt.schedule.due if flt.schedule else driver.never,
+        "correct": flt.schedule.correct if flt.schedule else driver.as_it_is,
         "output": flt.output,
         "gains": flt.gains or driver.no_gains,
-        "loosen": flt.loosen or driver.firm,
-        "loosen_heading": flt.loosen_heading or driver.firm,
-        "calm": flt.calm or driver.as_before,
-        "look": bound(guard.look, name, TELLS_FIELD="field" not in flt.judges) if guarded else driver.unguarded,
-        "TAKES_BIAS": "bias" not in flt.judges,
+        "loosen": flt.inflation.attitude if flt.inflation else driver.firm,
+        "loosen_heading": (flt.inflation and flt.inflation.heading) or driver.firm,
+        "calm": flt.at_rest or driver.as_before,
+        "look": bound(guard.look, name, TELLS_FIELD="field" not in flt.handles) if guarded else driver.unguarded,
+        "TAKES_BIAS": "bias" not in flt.handles,
         "perceived": bound(conditioning.perceived, name, sense=detectors.sensed if guarded else conditioning.unsensed),
         "OWN_SIGMA": flt.gains is None,
     }
@@ -75,9 +75,9 @@ def _bind(flt: Filter, guarded: bool) -> Driver:
     rows = {"fed": bound(driver.fed, name, advance=advance), "told": bound(driver.told, name, result=result)}
     run = bound(driver.run, name, **rows)
     aided = run_aided = None
-    if flt.aid is not None:
-        aided = bound(driver.aided, name, aid=flt.aid)
-        run_aided = bound(driver.run_aided, name, **rows, aided=aided, place=flt.place)
+    if flt.aiding is not None:
+        aided = bound(driver.aided, name, aid=flt.aiding.update)
+        run_aided = bound(driver.run_aided, name, **rows, aided=aided, place=flt.aiding.nav_state)
     return Driver(begin, advance, result, run, aided, run_aided, phases | {"perceived": own["perceived"]})
 
 

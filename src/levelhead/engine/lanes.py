@@ -199,7 +199,7 @@ def machine(kind: Kind, short: bool) -> Machine:
         "each": lane_slots.over_lanes(),
         "perceived": phases["perceived"],
         "now_due": phases["now_due"],
-        "HAS_MAG": has_mag, "OWN_SIGMA": flt.gains is None, "CORRECTS": flt.correct is not None,
+        "HAS_MAG": has_mag, "OWN_SIGMA": flt.gains is None, "CORRECTS": flt.schedule is not None,
     }  # fmt: skip
     for key in ("started", "calmed", "loosened", "accelerated", "moved", "corrected", "doubted_anew"):
         own[key] = bound(phase_of_lane, f"{name}_{key}", phase=phases[key], **memory)

@@ -25,7 +25,7 @@ def primed(flt: Filter, carry: Carry, prior: Calibration | None) -> Carry:
     if flt.calibration is None:
         who = " or ".join(one.name for one in filters.ALL if one.calibration)
         raise LevelheadError(f"{flt.name} learns no calibration, so it takes no prior; {who} does")
-    told = flt.calibration.told(carry.run.state, prior.prior())
+    told = flt.calibration.with_prior(carry.run.state, prior.prior())
     return carry._replace(run=carry.run._replace(state=told))
 
 
@@ -33,7 +33,7 @@ def forgotten(flt: Filter, settings: Settings, carry: Carry, begin: Carry) -> Ca
     """``begin``, the carry before any sample, with the prior that a carry (in lists) had."""
     if flt.calibration is None:
         return begin
-    state = flt.calibration.again(settings.filter, carry.run.state, ZERO, ZERO, ZERO)
+    state = flt.calibration.restart(settings.filter, carry.run.state, ZERO, ZERO, ZERO)
     return begin._replace(run=begin.run._replace(state=state))
 
 
@@ -41,4 +41,4 @@ def learned(flt: Filter, settings: Settings, carry: Any) -> Calibration | None:
     """What the filter has learned of its sensor by now; None if it learns nothing."""
     if flt.calibration is None:
         return None
-    return Calibration.learned(flt.calibration.learned(settings.filter, carry.run.state))
+    return Calibration.learned(flt.calibration.estimate(settings.filter, carry.run.state))

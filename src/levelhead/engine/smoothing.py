@@ -35,6 +35,7 @@ from levelhead.engine.binding import bind
 from levelhead.engine.driver import Settings, unbound
 from levelhead.engine.prior import learned, primed
 from levelhead.errors import LevelheadError
+from levelhead.filters.contract import Schedule
 from levelhead.filters.eskf import filter as eskf
 from levelhead.filters.eskf.predict import predict
 from levelhead.filters.eskf.state import (
@@ -86,7 +87,9 @@ def remembered(params: Any, state: Any, dt: float) -> Any:
     return eskf.corrected(params, state)
 
 
-FORWARD = eskf.FILTER._replace(name="ESKF_forward", init=bound(eskf.init, "wide", SIZE=WIDE), correct=remembered)
+FORWARD = eskf.FILTER._replace(
+    name="ESKF_forward", init=bound(eskf.init, "wide", SIZE=WIDE), schedule=Schedule(eskf.due, remembered)
+)
 
 
 class Blocks(NamedTuple):

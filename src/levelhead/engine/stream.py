@@ -15,8 +15,7 @@ from levelhead.engine.prior import forgotten, learned, primed
 from levelhead.engine.serialization import Saved, from_bytes, to_bytes
 from levelhead.engine.stepper import Four, axis_loop, loop
 from levelhead.errors import LevelheadError, nearest
-from levelhead.filters.contract import Output, Place
-from levelhead.filters.eskf.aiding import HEIGHT, POSITION, VELOCITY
+from levelhead.filters.contract import HEIGHT, POSITION, VELOCITY, NavState, Output
 from levelhead.guard import Guard
 from levelhead.kernels.quat import Euler, Quat, to_euler
 from levelhead.kernels.vec3 import ZERO, Vec3
@@ -218,18 +217,18 @@ class Stream:
             self._see(row + i, value, deviation, age)
 
     def _see(self, row: int, value: float, sigma: float, age: float) -> None:
-        if self._filter.aid is None:
+        if self._filter.aiding is None:
             raise LevelheadError(f"{self._filter.name} takes neither position, velocity nor height; ESKF does")
         if not isnan(value):
             self._loop.tick_aid(self._place, row, value, sigma, _number("age", age, "s"))
 
     @property
-    def place(self) -> Place | None:
-        """Position, velocity (earth frame, m and m/s) and 1σ of both after the last sample; None: nothing was seen."""
-        if self._filter.place is None:
+    def nav_state(self) -> NavState | None:
+        """Position, velocity (earth frame, m and m/s) and 1σ of both after the last sample; None before any reading."""
+        if self._filter.aiding is None:
             return None
-        said: Place = self._filter.place(self.params, self._loop.state.run.state)
-        return said if said.seen else None
+        said: NavState = self._filter.aiding.nav_state(self.params, self._loop.state.run.state)
+        return said if said.aided else None
 
     @property
     def numbers(self) -> tuple[float, ...]:

@@ -13,7 +13,8 @@ from levelhead.engine.driver import Settings
 from levelhead.engine.prior import primed
 from levelhead.errors import LevelheadError
 from levelhead.export.program import snake
-from levelhead.filters.contract import Filter, param_table
+from levelhead.filters.contract import Filter
+from levelhead.filters.parameters import param_table
 from levelhead.guard import Guard
 from levelhead.kernels.correction import Readings, corrected
 from levelhead.kernels.vec3 import Vec3

@@ -43,9 +43,9 @@ def _told(choice: Choice) -> Iterator[tuple[str, dict[Place, float]]]:
         return
     state, known = choice.begin().run.state, choice.prior.prior()
     nothing = Learned(*map(_silent, known))  # type: ignore[arg-type]
-    before = dict(_numbers(choice.flt.calibration.told(state, nothing), "carry.run.state"))
+    before = dict(_numbers(choice.flt.calibration.with_prior(state, nothing), "carry.run.state"))
     for name, part in known._asdict().items():
-        told = choice.flt.calibration.told(state, nothing._replace(**{name: part}))
+        told = choice.flt.calibration.with_prior(state, nothing._replace(**{name: part}))
         after = dict(_numbers(told, "carry.run.state"))
         yield name, {at: number for at, number in after.items() if repr(number) != repr(before[at])}
 

@@ -12,9 +12,10 @@ A Kalman filter with bias alone lags behind a ramp of the bias for ever; this on
 from typing import Annotated, NamedTuple
 
 from levelhead.compiler.mark import kernel
-from levelhead.filters.contract import AxisFilter, Filter, Output, Param, Settling, parameters
+from levelhead.filters.contract import AxisFilter, Filter, Inflation, Output, Settling
 from levelhead.filters.health import NEAR_VERTICAL
 from levelhead.filters.kalman import DEG2, earth_sigma
+from levelhead.filters.parameters import Param, parameters
 from levelhead.kernels import mat3, quat, tilt, triad
 from levelhead.kernels.angle import wrap
 from levelhead.kernels.mat3 import Mat3
@@ -217,7 +218,7 @@ def looser(p: Mat3, variance: float) -> Mat3:
 
 
 @kernel
-def loosen(params: BiasRateKalman, state: State, variance: float) -> State:
+def inflate(params: BiasRateKalman, state: State, variance: float) -> State:
     """Every axis less sure."""
     attitude, bias, rate, roll, pitch, heading, health = state
     roll = looser(roll, variance)
@@ -247,7 +248,7 @@ FILTER = Filter(
     uses=frozenset({"gyr", "acc", "mag"}),
     citation="Y. Bar-Shalom, X. R. Li, T. Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, "
     "section 6.3 (the same model for a range, its rate and acceleration)",
-    loosen=loosen,
+    inflation=Inflation(inflate),
     settles=Settling(10.0, 60.0),
     axis=AxisFilter(axis_init, axis_step, axis_read, Report),
 )

@@ -23,7 +23,8 @@ starts as in eq. 1, which believes the first sample.
 from typing import Annotated, NamedTuple
 
 from levelhead.compiler.mark import kernel
-from levelhead.filters.contract import AxisFilter, Derived, Filter, Gains, Output, Param, Settling, parameters
+from levelhead.filters.contract import AxisFilter, Filter, Gains, Inflation, Output, Settling
+from levelhead.filters.parameters import Derived, Param, parameters
 from levelhead.kernels import quat, slerp, triad
 from levelhead.kernels.angle import blend, wrap
 from levelhead.kernels.lowpass import OLD, older, share
@@ -154,7 +155,7 @@ def step(params: Complementary, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, d
 
 
 @kernel
-def loosen(params: Complementary, state: State, variance: float) -> State:
+def inflate(params: Complementary, state: State, variance: float) -> State:
     """Follows from the start again, as after a gap."""
     return State(state.quat, 0.0, min(state.heading_age, 0.0))
 
@@ -186,6 +187,6 @@ FILTER = Filter(
     "Quaternion Curves, SIGGRAPH 1985",
     settles=Settling(3.0, 25.0),
     gains=gains,
-    loosen=loosen,
+    inflation=Inflation(inflate),
     axis=AxisFilter(level_init, level_step, level_read, Level),
 )

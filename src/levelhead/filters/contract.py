@@ -1,84 +1,35 @@
 """What a filter is: data. Parameters that explain themselves, pure functions, and facts.
 
     class Kalman(NamedTuple):                       what a human sets; each field an Annotated[float, Param(...)]
-    class State(NamedTuple):                        what the loop carries; floats and NamedTuples of floats only
+    class State(NamedTuple):                        what goes from sample to sample; floats and NamedTuples of floats
     init(params, gyr, acc, mag) -> State            start from the first sample
     step(params, state, gyr, acc, mag, dt) -> State
-    output(params, state) -> Output                 orientation, bias, doubt and health of a state
+    output(params, state) -> Output                 orientation, bias, σ and health of a state
 
 ``gyr`` rad/s, ``acc`` m/s², ``mag`` µT are ``Vec3`` in the sensor frame, ``dt`` seconds; an absent sensor is the zero
-vector. A filter that also works on one "noisy level + drifting rate" pair offers an ``AxisFilter`` as well.
+vector. What only some filters can do comes in groups of further functions, each of them optional: ``Schedule``,
+``Inflation``, ``Aiding``, ``SelfCalibration``, ``AxisFilter``. This file imports no filter.
 """
 
-import functools
-import inspect
-import math
 from collections.abc import Callable
-from typing import Annotated, Any, NamedTuple, TypeVar, get_args, get_origin, get_type_hints
+from typing import Any, NamedTuple
 
-from levelhead.errors import LevelheadError, nearest
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.vec3 import Vec3
 
-P = TypeVar("P")
 
-
-class Param(NamedTuple):
-    """Unit, range and meaning of one parameter: the only place where they stand.
-
-    ``sweep`` is the part of the range worth searching, ``log`` whether to search it by factors.
-    """
-
-    unit: str
-    doc: str
-    low: float = -math.inf
-    high: float = math.inf
-    low_open: bool = False
-    high_open: bool = False
-    sweep: tuple[float, float] | None = None
-    log: bool = False
-
-    def allows(self, value: float) -> bool:
-        """Whether the value lies inside the range."""
-        above = value > self.low if self.low_open else value >= self.low
-        below = value < self.high if self.high_open else value <= self.high
-        return above and below
-
-    @property
-    def range(self) -> str:
-        """The range in words: "greater than 0", "at least 0 and below 1"."""
-        words = []
-        if self.low != -math.inf:
-            words.append(f"{'greater than' if self.low_open else 'at least'} {self.low:g}")
-        if self.high != math.inf:
-            words.append(f"{'below' if self.high_open else 'at most'} {self.high:g}")
-        return " and ".join(words) or "any number"
-
-
-POSITIVE = Param("", "an interval in seconds", low=0.0, low_open=True)
-
-
-class Derived(NamedTuple):
-    """Another name by which a parameter can be set, such as alpha for a time constant."""
-
-    param: Param
-    field: str
-    forward: Callable[..., float]  # value, further keywords with defaults -> field
-    back: Callable[[float], float]  # field -> value, with these defaults
-
-
-class Place(NamedTuple):
-    """Where a body is and how it moves, earth frame; m and m/s, and 1σ of both."""
+class NavState(NamedTuple):
+    """Position (m) and velocity (m/s) of the body in the earth frame, and 1σ of both."""
 
     position: Vec3
     velocity: Vec3
     sigma_position: Vec3
     sigma_velocity: Vec3
-    seen: bool  # anything of it, ever
+    aided: bool  # whether any reading of position, velocity or height was used so far
 
 
 class Output(NamedTuple):
-    """What a filter says about one instant."""
+    """The filter's estimates at one instant."""
 
     quat: Quat  # sensor -> earth
     bias: Vec3  # gyroscope bias, rad/s, sensor frame
@@ -89,7 +40,7 @@ class Output(NamedTuple):
 class Gains(NamedTuple):
     """How much of an innovation a filter with set gains takes at a sample, linearised around the right attitude.
 
-    With these the driver carries the filter's σ: the covariance of an observer whose gain is given, optimal or not.
+    With these the driver computes the filter's σ: the covariance of an observer whose gain is given, optimal or not.
     """
 
     tilt: float  # share of a tilt innovation that turns the attitude, 0 to 1
@@ -99,7 +50,7 @@ class Gains(NamedTuple):
 
 
 class Settling(NamedTuple):
-    """Seconds at rest, with default parameters, after which any start or fault has been forgotten to within 2°.
+    """Seconds at rest, with default parameters, after which the error of any start or fault is below 2°.
 
     ``inf``: never, the filter does not correct that angle.
     """
@@ -108,21 +59,51 @@ class Settling(NamedTuple):
     heading: float
 
 
+class Schedule(NamedTuple):
+    """Of a filter that corrects at the end of blocks of samples, and not at every sample."""
+
+    due: Callable[..., bool]  # (params, state) -> bool: whether ``correct`` is to be called after this step
+    correct: Callable[..., Any]  # (params, state, dt) -> state
+
+
+class Inflation(NamedTuple):
+    """How a filter's uncertainty is enlarged where the sensor may have turned unmeasured: each adds a variance (rad²).
+
+    A covariance grows by it; a running mean of the readings starts again.
+    """
+
+    attitude: Callable[..., Any]  # (params, state, variance) -> state: about each of the three axes
+    heading: Callable[..., Any] | None = None  # (params, state, variance) -> state: about the vertical only
+
+
+# Rows of an aiding measurement: the first of three axes (east, north, up), or the only one
+POSITION = 0  # m
+VELOCITY = 3  # m/s
+HEIGHT = 6  # m, by barometer
+
+
+class Aiding(NamedTuple):
+    """Of a filter that takes measurements of position, velocity and height; rows are counted as above."""
+
+    update: Callable[..., Any]  # (params, state, row, value, sigma, age) -> state; sigma in the value's unit, age in s
+    nav_state: Callable[..., NavState]  # (params, state) -> NavState
+
+
 class AxisFilter(NamedTuple):
     """A filter on one pair of a noisy level and its drifting rate, in any unit."""
 
     init: Callable[..., Any]  # (params, level) -> state
     step: Callable[..., Any]  # (params, state, level, rate, dt, period) -> state
     read: Callable[..., Any]  # (state) -> report
-    report: type  # NamedTuple of floats: level, rate (bias-free), bias, and what else the filter can tell
+    report: type  # NamedTuple of floats: level, rate (bias-free), bias, and what else the filter estimates
 
 
 class SelfCalibration(NamedTuple):
-    """Of a filter that learns what its sensor does wrong; ``known`` is a ``filters.learned.Learned``."""
+    """Of a filter that estimates the errors of its sensor; the last two are plain Python."""
 
-    again: Callable[..., Any]  # (params, before, gyr, acc, mag) -> state: ``init`` with what ``before`` has been told
-    told: Callable[..., Any]  # (state, known) -> state that knows what an earlier run has learned, plain Python
-    learned: Callable[..., Any]  # (params, state) -> known, plain Python
+    restart: Callable[..., Any]  # (params, before, gyr, acc, mag) -> state: ``init`` with the prior that ``before`` has
+    with_prior: Callable[..., Any]  # (state, prior) -> state that uses the calibration of an earlier run
+    estimate: Callable[..., Any]  # (params, state) -> calibration, of the type that ``with_prior`` takes
 
 
 class Filter(NamedTuple):
@@ -138,139 +119,10 @@ class Filter(NamedTuple):
     citation: str
     settles: Settling
     gains: Callable[..., Gains] | None = None  # (params, state, dt) -> Gains, for filters without a σ of their own
-    loosen: Callable[..., Any] | None = None  # (params, state, variance) -> state whose attitude is less sure, by rad²
-    loosen_heading: Callable[..., Any] | None = None  # the same, of heading alone
-    calm: Callable[..., Any] | None = None  # (params, state) -> state that knows its bias: the sensor is at rest
-    due: Callable[..., bool] | None = None  # (params, state) -> bool: after a step, whether ``correct`` is to be called
-    correct: Callable[..., Any] | None = None  # (params, state, dt) -> state: what is not done at every sample
-    aid: Callable[..., Any] | None = None  # (params, state, row, value, sigma, age) -> state, row as in ``aiding``
-    place: Callable[..., Place] | None = None  # (params, state) -> Place, where there is ``aid``
-    judges: frozenset[str] = frozenset()  # of "bias", "field": what it tells apart itself, so that the guard need not
+    inflation: Inflation | None = None
+    at_rest: Callable[..., Any] | None = None  # (params, state) -> state: the guard has found the sensor at rest
+    schedule: Schedule | None = None
+    aiding: Aiding | None = None
+    handles: frozenset[str] = frozenset()  # of "bias", "field": what it estimates itself, so that the guard does not
     axis: AxisFilter | None = None
     calibration: SelfCalibration | None = None
-
-
-def param_table(params: type) -> dict[str, Param]:
-    """Field name -> Param of a Params class, in order of definition."""
-    table = {}
-    for name, hint in get_type_hints(params, include_extras=True).items():
-        if get_origin(hint) is Annotated:
-            table[name] = next(item for item in get_args(hint) if isinstance(item, Param))
-    return table
-
-
-_table_once = functools.cache(param_table)  # at the first object, not at import: reading annotations takes long
-
-
-def derived_table(params: type) -> dict[str, Derived]:
-    """Other names by which parameters of the class can be set."""
-    return getattr(params, "_derived", {})
-
-
-def settable(params: type) -> dict[str, Param]:
-    """Every name that can be set: the fields and the derived ones."""
-    return param_table(params) | {name: derived.param for name, derived in derived_table(params).items()}
-
-
-def _number(owner: str, name: str, value: object, param: Param, default: object) -> float | bool:
-    if isinstance(default, bool):
-        if isinstance(value, bool) or value in (0, 1):
-            return bool(value)
-        raise LevelheadError(f"{owner}: {name} is {value!r}, but it must be True or False")
-    try:
-        number = float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError):
-        raise LevelheadError(f"{owner}: {name} is {value!r}, but it must be a number") from None
-    if not math.isfinite(number) or not param.allows(number):
-        unit = f" {param.unit}" if param.unit else ""
-        raise LevelheadError(f"{owner}: {name} = {number:g} is not allowed; it must be {param.range}{unit}")
-    return number
-
-
-def _companions(derived: Derived) -> list[str]:
-    """Further keywords that a derived name takes, such as the dt at which an alpha is meant."""
-    return list(inspect.signature(derived.forward).parameters)[1:]
-
-
-def _translated(owner: type, given: dict[str, object]) -> dict[str, object]:
-    """Derived names replaced by the fields that they stand for; unknown names refused."""
-    fields = owner._fields  # type: ignore[attr-defined]
-    values = dict(given)
-    for name, derived in derived_table(owner).items():
-        companions = {key: values.pop(key) for key in _companions(derived) if key in values}
-        if name in values:
-            if derived.field in values:
-                raise LevelheadError(f"{owner.__name__}: give {name} or {derived.field}, not both; they are one thing")
-            number = _number(owner.__name__, name, values.pop(name), derived.param, 0.0)
-            keywords = {key: _number(owner.__name__, key, value, POSITIVE, 0.0) for key, value in companions.items()}
-            values[derived.field] = derived.forward(number, **keywords)
-        elif companions:
-            raise LevelheadError(f"{owner.__name__}: {', '.join(companions)} only goes with {name}; give both")
-    for name in values:
-        if name not in fields:
-            hint = nearest(name, [*fields, *derived_table(owner)])
-            raise LevelheadError(f"{owner.__name__} has no parameter '{name}'; {hint}")
-    return values
-
-
-def _changed(params: Any, changes: dict[str, object]) -> Any:
-    """A new Params object with some values changed, derived names included; checked like any other."""
-    derived = derived_table(type(params))
-    replaced = {derived[name].field for name in changes if name in derived}
-    kept = {name: value for name, value in params._asdict().items() if name not in replaced and name not in changes}
-    return type(params)(**kept, **changes)
-
-
-def parameters(**derived: Derived) -> Callable[[type[P]], type[P]]:
-    """Class decorator for a NamedTuple of parameters: checks every value when an object is made.
-
-    A value outside its range and a name that does not exist raise ``LevelheadError`` (the latter names the nearest
-    parameter). ``derived`` are further names by which a field can be set and read.
-    """
-
-    def decorate(cls: type[P]) -> type[P]:
-        fields: tuple[str, ...] = cls._fields  # type: ignore[attr-defined]
-        defaults: dict[str, Any] = cls._field_defaults  # type: ignore[attr-defined]
-
-        def make(new_cls: type, *args: object, **given: object) -> Any:
-            if len(args) > len(fields):
-                raise LevelheadError(f"{cls.__name__} has {len(fields)} parameters, {len(args)} were given")
-            for name in fields[: len(args)]:
-                if name in given:
-                    raise LevelheadError(f"{cls.__name__}: {name} is given twice")
-            values = defaults | _translated(new_cls, dict(zip(fields, args, strict=False)) | given)
-            missing = [name for name in fields if name not in values]
-            if missing:
-                raise LevelheadError(f"{cls.__name__} needs {', '.join(missing)}")
-            table = _table_once(new_cls)
-            checked = [
-                _number(cls.__name__, name, values[name], table[name], defaults.get(name, 0.0)) for name in fields
-            ]
-            return tuple.__new__(new_cls, checked)
-
-        members: dict[str, Any] = {
-            "__new__": make,
-            "__slots__": (),
-            "__doc__": cls.__doc__,
-            "__module__": cls.__module__,
-            "__qualname__": cls.__qualname__,
-            "__repr__": _repr,
-            "_derived": derived,
-            "_replace": lambda self, **changes: _changed(self, changes),
-        }
-        for name, d in derived.items():
-            members[name] = property(functools.partial(_read_derived, d))
-        return type(cls.__name__, (cls,), members)
-
-    return decorate
-
-
-def _read_derived(derived: Derived, params: Any) -> float:
-    return derived.back(getattr(params, derived.field))
-
-
-def _repr(self: Any) -> str:
-    """Only what differs from the defaults, as one would type it."""
-    changed = [f"{k}={v:g}" if not isinstance(v, bool) else f"{k}={v}" for k, v in self._asdict().items()
-               if v != self._field_defaults.get(k)]  # fmt: skip
-    return f"{type(self).__name__}({', '.join(changed)})"

@@ -4,7 +4,8 @@ from math import inf
 from typing import NamedTuple
 
 from levelhead.compiler.mark import kernel
-from levelhead.filters.contract import Filter, Gains, Output, Settling, parameters
+from levelhead.filters.contract import Filter, Gains, Output, Settling
+from levelhead.filters.parameters import parameters
 from levelhead.kernels import quat, triad
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.vec3 import ZERO, Vec3

@@ -18,8 +18,9 @@ from math import pi, sqrt
 from typing import Annotated, NamedTuple
 
 from levelhead.compiler.mark import kernel
-from levelhead.filters.contract import AxisFilter, Filter, Output, Param, Settling, parameters
+from levelhead.filters.contract import AxisFilter, Filter, Inflation, Output, Settling
 from levelhead.filters.health import NEAR_VERTICAL
+from levelhead.filters.parameters import Param, parameters
 from levelhead.kernels import quat, tilt, triad
 from levelhead.kernels.angle import wrap
 from levelhead.kernels.quat import Quat
@@ -210,7 +211,7 @@ def looser(p: Covariance, variance: float) -> Covariance:
 
 
 @kernel
-def loosen(params: Kalman, state: State, variance: float) -> State:
+def inflate(params: Kalman, state: State, variance: float) -> State:
     """Every axis less sure."""
     attitude, bias, roll, pitch, heading, health = state
     return State(attitude, bias, looser(roll, variance), looser(pitch, variance), looser(heading, variance), health)
@@ -254,7 +255,7 @@ FILTER = Filter(
     uses=frozenset({"gyr", "acc", "mag"}),
     citation="K. Lauszus, A practical approach to Kalman filter and how to implement it, TKJ Electronics, 2012; "
     "R. E. Kalman, A New Approach to Linear Filtering and Prediction Problems, J. Basic Engineering 82(1), 1960",
-    loosen=loosen,
+    inflation=Inflation(inflate),
     settles=Settling(10.0, 60.0),
     axis=AxisFilter(axis_init, axis_step, axis_read, Axis),
 )

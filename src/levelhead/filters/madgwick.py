@@ -33,7 +33,8 @@ from math import sqrt
 from typing import Annotated, NamedTuple
 
 from levelhead.compiler.mark import kernel
-from levelhead.filters.contract import Filter, Gains, Output, Param, Settling, parameters
+from levelhead.filters.contract import Filter, Gains, Inflation, Output, Settling
+from levelhead.filters.parameters import Param, parameters
 from levelhead.kernels import quat, tilt, triad
 from levelhead.kernels.lowpass import older, share
 from levelhead.kernels.quat import Quat
@@ -161,7 +162,7 @@ def step(params: Madgwick, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: fl
 
 
 @kernel
-def loosen(params: Madgwick, state: State, variance: float) -> State:
+def inflate(params: Madgwick, state: State, variance: float) -> State:
     """Follows from the start again, as after a gap."""
     return State(state.quat, state.bias, 0.0)
 
@@ -202,5 +203,5 @@ FILTER = Filter(
     "internal report, University of Bristol, 2010",
     settles=Settling(50.0, 52.0),
     gains=gains,
-    loosen=loosen,
+    inflation=Inflation(inflate),
 )

@@ -29,7 +29,8 @@ pulls then is the start's error, not the gyroscope's. Against wind-up every axis
 from typing import Annotated, NamedTuple
 
 from levelhead.compiler.mark import kernel
-from levelhead.filters.contract import Filter, Gains, Output, Param, Settling, parameters
+from levelhead.filters.contract import Filter, Gains, Inflation, Output, Settling
+from levelhead.filters.parameters import Param, parameters
 from levelhead.kernels import quat, tilt, triad
 from levelhead.kernels.lowpass import older, share
 from levelhead.kernels.quat import Quat
@@ -124,7 +125,7 @@ def step(params: Mahony, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: floa
 
 
 @kernel
-def loosen(params: Mahony, state: State, variance: float) -> State:
+def inflate(params: Mahony, state: State, variance: float) -> State:
     """Follows from the start again, as after a gap."""
     return State(state.quat, state.bias, 0.0)
 
@@ -160,5 +161,5 @@ FILTER = Filter(
     "IEEE Transactions on Automatic Control 53(5), 2008, eqs. 32a to 32c",
     settles=Settling(15.0, 35.0),
     gains=gains,
-    loosen=loosen,
+    inflation=Inflation(inflate),
 )

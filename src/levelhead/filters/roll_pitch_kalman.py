@@ -27,9 +27,10 @@ from math import inf, sqrt
 from typing import Annotated, NamedTuple
 
 from levelhead.compiler.mark import kernel
-from levelhead.filters.contract import Filter, Output, Param, Settling, parameters
+from levelhead.filters.contract import Filter, Inflation, Output, Settling
 from levelhead.filters.health import NEAR_VERTICAL
 from levelhead.filters.kalman import DEG2, earth_sigma
+from levelhead.filters.parameters import Param, parameters
 from levelhead.kernels import mat2, quat, tilt, triad
 from levelhead.kernels.mat2 import Mat2, Vec2
 from levelhead.kernels.quat import Quat
@@ -172,7 +173,7 @@ def step(params: RollPitchKalman, state: State, gyr: Vec3, acc: Vec3, mag: Vec3,
 
 
 @kernel
-def loosen(params: RollPitchKalman, state: State, variance: float) -> State:
+def inflate(params: RollPitchKalman, state: State, variance: float) -> State:
     """Both angles less sure, and what they told about the biases forgotten."""
     attitude, bias, (xx, xy, yx, yy), _, biases, coasted, health = state
     angles = Mat2(xx + variance, xy, yx, yy + variance)
@@ -201,6 +202,6 @@ FILTER = Filter(
     uses=frozenset({"gyr", "acc"}),
     citation="D. Simon, Optimal State Estimation, 2006, section 13.2.3 (the extended Kalman filter), with the Euler "
     "kinematics of D. Titterton and J. Weston, Strapdown Inertial Navigation Technology, 2nd ed., 2004, eq. 3.51",
-    loosen=loosen,
+    inflation=Inflation(inflate),
     settles=Settling(10.0, inf),
 )

@@ -14,7 +14,8 @@ from math import pi
 from typing import Annotated, NamedTuple
 
 from levelhead.compiler.mark import kernel
-from levelhead.filters.contract import Filter, Gains, Output, Param, Settling, parameters
+from levelhead.filters.contract import Filter, Gains, Output, Settling
+from levelhead.filters.parameters import Param, parameters
 from levelhead.kernels import tilt, triad
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.trig import sincos

@@ -10,12 +10,12 @@ from math import pi, sqrt
 from typing import Annotated, NamedTuple
 
 from levelhead.compiler.mark import kernel
-from levelhead.filters.contract import Param, parameters
 from levelhead.filters.health import (
     AT_REST,
     MAG_LEARNED,
     MAG_REJECTED,
 )
+from levelhead.filters.parameters import Param, parameters
 from levelhead.kernels import quat
 from levelhead.kernels.lowpass import share
 from levelhead.kernels.quat import Quat

@@ -9,7 +9,7 @@ import numpy as np
 from levelhead import filters
 from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.filters import health
-from levelhead.filters.contract import param_table
+from levelhead.filters.parameters import param_table
 from levelhead.guard import Guard
 from levelhead.recording import Array, Recording, median
 from levelhead.sources.hard_iron import hard_iron

@@ -15,7 +15,7 @@ from levelhead.engine.parallel import worth_lanes
 from levelhead.errors import LevelheadError, nearest
 from levelhead.evaluate.columns import Column, plain_table
 from levelhead.evaluate.score import root_mean_squares
-from levelhead.filters.contract import Param, derived_table, settable
+from levelhead.filters.parameters import Param, derived_table, settable
 from levelhead.guard import Guard
 from levelhead.recording import Array, Recording
 from levelhead.tune import lane_score

@@ -14,7 +14,7 @@ Applied Optimal Estimation, 1974, section 3.6: exponentially correlated), added 
 from math import sqrt
 
 from levelhead.compiler.mark import kernel, noinline
-from levelhead.filters.contract import Place
+from levelhead.filters.contract import HEIGHT, POSITION, VELOCITY, NavState
 from levelhead.filters.eskf.state import (
     AIDED,
     AIR,
@@ -39,11 +39,6 @@ from levelhead.filters.eskf.state import (
 )
 from levelhead.kernels.arrays import Floats
 from levelhead.kernels.vec3 import Vec3
-
-# Rows
-POSITION = 0  # m, 3
-VELOCITY = 3  # m/s, 3
-HEIGHT = 6  # m, by barometer
 
 NEVER = 1e9  # s
 ABSURD = 1e8  # m, m/s: no sensor says that; NaN and infinity fail the comparison as well
@@ -235,9 +230,9 @@ def doubt(m: Floats, i: int) -> float:
 
 
 @kernel
-def place(m: Floats) -> Place:
+def nav_state(m: Floats) -> NavState:
     """Position and velocity with their σ."""
-    return Place(
+    return NavState(
         Vec3(m[MEAN + PLACE], m[MEAN + PLACE + 1], m[MEAN + PLACE + 2]),
         Vec3(m[MEAN + SPEED], m[MEAN + SPEED + 1], m[MEAN + SPEED + 2]),
         Vec3(doubt(m, PLACE), doubt(m, PLACE + 1), doubt(m, PLACE + 2)),

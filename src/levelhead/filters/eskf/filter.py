@@ -40,9 +40,10 @@ from math import sqrt
 from typing import NamedTuple
 
 from levelhead.compiler.mark import kernel, noinline
-from levelhead.filters.contract import Filter, Output, Place, SelfCalibration, Settling
+from levelhead.filters.contract import Aiding, Filter, Inflation, NavState, Output, Schedule, SelfCalibration, Settling
 from levelhead.filters.eskf import aiding
-from levelhead.filters.eskf.calibration import Learned, estimate, tell
+from levelhead.filters.eskf.calibration import Learned, tell
+from levelhead.filters.eskf.calibration import estimate as part
 from levelhead.filters.eskf.measurements import runaway, see_all
 from levelhead.filters.eskf.params import DEGREE, ESKF, MILLI
 from levelhead.filters.eskf.predict import FIRST_SPEED, across_gap, elsewhere, predict
@@ -124,7 +125,7 @@ def init(params: ESKF, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
 
 
 @noinline
-def again(params: ESKF, before: State, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
+def restart(params: ESKF, before: State, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
     """The same, with what ``before`` has been told of an earlier run."""
     m = before.memory
     for i in range(KNOWN):
@@ -253,21 +254,21 @@ def corrected(params: ESKF, state: State) -> State:
 
 
 @kernel
-def loosen(params: ESKF, state: State, variance: float) -> State:
+def inflate(params: ESKF, state: State, variance: float) -> State:
     """The whole attitude less sure."""
     state.memory[LOST] += variance
     return state
 
 
 @kernel
-def loosen_heading(params: ESKF, state: State, variance: float) -> State:
+def inflate_heading(params: ESKF, state: State, variance: float) -> State:
     """Heading less sure."""
     state.memory[LOST_Z] += variance
     return state
 
 
 @kernel
-def calm(params: ESKF, state: State) -> State:
+def at_rest(params: ESKF, state: State) -> State:
     """The sensor is at rest."""
     attitude, unit, _, out, odd, blocks, fresh, health, m = state
     return State(attitude, unit, True, out, odd, blocks, fresh, health, m)
@@ -287,21 +288,21 @@ def output(params: ESKF, state: State) -> Output:
     return Output(state.quat, vector(m, MEAN + BIAS), sigma, state.health)
 
 
-def learned(params: ESKF, state: State) -> Learned:
+def estimate(params: ESKF, state: State) -> Learned:
     """What the filter knows of its sensor by now."""
     m, unit = state.memory, state.unit
-    bias = estimate(m, BIAS, 3, params.bias_start * DEGREE, params.bias_walk * DEGREE)
-    matrix = estimate(m, GYR, 9, params.scale_start, params.scale_walk)
-    force = estimate(m, ACC, 3, params.acc_bias, params.acc_walk)
+    bias = part(m, BIAS, 3, params.bias_start * DEGREE, params.bias_walk * DEGREE)
+    matrix = part(m, GYR, 9, params.scale_start, params.scale_walk)
+    force = part(m, ACC, 3, params.acc_bias, params.acc_walk)
     if unit == 0.0:
         return Learned(matrix, bias, force)
-    offset = estimate(m, IRON, 3, params.mag_offset, params.offset_walk, unit)
-    late = estimate(m, DELAY, 1, params.mag_delay * MILLI, 0.0)
-    return Learned(matrix, bias, force, offset, late, estimate(m, MAG, 2, FIRST_FIELD, params.field_walk, unit))
+    offset = part(m, IRON, 3, params.mag_offset, params.offset_walk, unit)
+    late = part(m, DELAY, 1, params.mag_delay * MILLI, 0.0)
+    return Learned(matrix, bias, force, offset, late, part(m, MAG, 2, FIRST_FIELD, params.field_walk, unit))
 
 
-def told(state: State, known: Learned) -> State:
-    """A state before its first sample that knows what an earlier run has learned, for ``again``."""
+def with_prior(state: State, known: Learned) -> State:
+    """A state before its first sample that knows what an earlier run has learned, for ``restart``."""
     m = list(state.memory)
     tell(m, GYR, known.gyr_matrix)
     tell(m, BIAS, known.gyr_bias)
@@ -323,9 +324,9 @@ def aid(params: ESKF, state: State, row: int, value: float, sigma: float, age: f
 
 
 @kernel
-def place(params: ESKF, state: State) -> Place:
+def nav_state(params: ESKF, state: State) -> NavState:
     """Where the body is and how it moves."""
-    return aiding.place(state.memory)
+    return aiding.nav_state(state.memory)
 
 
 FILTER = Filter(
@@ -338,13 +339,10 @@ FILTER = Filter(
     uses=frozenset({"gyr", "acc", "mag"}),
     citation="J. Solà, Quaternion kinematics for the error-state Kalman filter, arXiv:1711.02508, 2017",
     settles=Settling(15.0, 120.0),
-    loosen=loosen,
-    loosen_heading=loosen_heading,
-    calm=calm,
-    due=due,
-    correct=correct,
-    aid=aid,
-    place=place,
-    judges=frozenset({"bias", "field"}),
-    calibration=SelfCalibration(again, told, learned),
+    inflation=Inflation(inflate, inflate_heading),
+    at_rest=at_rest,
+    schedule=Schedule(due, correct),
+    aiding=Aiding(aid, nav_state),
+    handles=frozenset({"bias", "field"}),
+    calibration=SelfCalibration(restart, with_prior, estimate),
 )

@@ -3,7 +3,7 @@
 from math import pi
 from typing import Annotated, NamedTuple
 
-from levelhead.filters.contract import Param, parameters
+from levelhead.filters.parameters import Param, parameters
 
 DEGREE = pi / 180.0
 MILLI = 1e-3

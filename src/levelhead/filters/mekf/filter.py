@@ -41,8 +41,9 @@ from math import pi, sqrt
 from typing import Annotated, NamedTuple
 
 from levelhead.compiler.mark import kernel
-from levelhead.filters.contract import Filter, Output, Param, Settling, parameters
+from levelhead.filters.contract import Filter, Inflation, Output, Schedule, Settling
 from levelhead.filters.health import ACC_REJECTED, MAG_REJECTED
+from levelhead.filters.parameters import Param, parameters
 from levelhead.kernels import quat, tilt, triad
 from levelhead.kernels.lowpass import older, share
 from levelhead.kernels.mat3 import Mat3
@@ -458,21 +459,21 @@ def followed(force: Vec3, turn: Vec3, swing: Quat) -> Vec3:
 
 
 @kernel
-def loosen(params: EKF, state: State, variance: float) -> State:
+def inflate(params: EKF, state: State, variance: float) -> State:
     """The whole attitude less sure, and the force in the earth frame seen afresh: it was turned with the error."""
     attitude, bias, p, force, _, block, acc_out, mag_out, health = state
     return State(attitude, bias, looser(p, variance, variance), force, 0.0, block, acc_out, mag_out, health)
 
 
 @kernel
-def loosen_heading(params: EKF, state: State, variance: float) -> State:
+def inflate_heading(params: EKF, state: State, variance: float) -> State:
     """Heading less sure."""
     attitude, bias, p, force, age, block, acc_out, mag_out, health = state
     return State(attitude, bias, looser(p, 0.0, variance), force, age, block, acc_out, mag_out, health)
 
 
 @kernel
-def calm(params: EKF, state: State) -> State:
+def at_rest(params: EKF, state: State) -> State:
     """What is left of the bias once it has been read off at rest is small, and was not caused by the attitude."""
     attitude, bias, p, force, age, block, acc_out, mag_out, health = state
     if p.bxx + p.byy + p.bzz <= 6.0 * RESTED:
@@ -512,9 +513,7 @@ FILTER = Filter(
     citation="E. J. Lefferts, F. L. Markley, M. D. Shuster, Kalman Filtering for Spacecraft Attitude Estimation, "
     "Journal of Guidance, Control, and Dynamics 5(5), 1982",
     settles=Settling(15.0, 120.0),
-    loosen=loosen,
-    loosen_heading=loosen_heading,
-    calm=calm,
-    due=due,
-    correct=correct,
+    inflation=Inflation(inflate, inflate_heading),
+    at_rest=at_rest,
+    schedule=Schedule(due, correct),
 )

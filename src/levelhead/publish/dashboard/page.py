@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from levelhead.errors import LevelheadError
-from levelhead.filters.contract import Param, param_table
+from levelhead.filters.parameters import Param, param_table
 from levelhead.recording import Array
 
 PORT = 8080

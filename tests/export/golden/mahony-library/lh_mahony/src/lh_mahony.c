@@ -47,7 +47,7 @@ typedef struct {
 
 /* How much of an innovation a filter with set gains takes at a sample, linearised around the right attitude.
  *
- * With these the driver carries the filter's σ: the covariance of an observer whose gain is given, optimal or not.
+ * With these the driver computes the filter's σ: the covariance of an observer whose gain is given, optimal or not.
  */
 typedef struct {
     float tilt; /* share of a tilt innovation that turns the attitude, 0 to 1 */
@@ -1150,7 +1150,7 @@ static Output mahony_output(Mahony params, const State *state)
 }
 
 /* Follows from the start again, as after a gap. */
-static State mahony_loosen(Mahony params, const State *state, float variance)
+static State mahony_inflate(Mahony params, const State *state, float variance)
 {
     (void)params; (void)variance;
     return (State){state->quat, state->bias, 0.0f};
@@ -1563,7 +1563,7 @@ static Run driver_loosened(const Settings *settings, const Scene *scene, const R
     const int32_t health = run->health;
     const Watch *watch = &run->watch;
     const Doubt *doubt = &run->doubt;
-    return (Run){mahony_loosen(settings->filter, state, scene->lost), health, *watch, *doubt};
+    return (Run){mahony_inflate(settings->filter, state, scene->lost), health, *watch, *doubt};
 }
 
 /* The rate without the bias read off at rest; where nothing is known of it the one that reads as "did not turn". */

@@ -234,7 +234,7 @@ typedef struct {
     lh_mahony_run run;
 } lh_mahony_carry;
 
-/* What a filter says about one instant. */
+/* The filter's estimates at one instant. */
 typedef struct {
     lh_mahony_quat quat; /* sensor -> earth */
     lh_mahony_vec3 bias; /* gyroscope bias, rad/s, sensor frame */
