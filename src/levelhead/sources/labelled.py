@@ -1,0 +1,133 @@
+"""Text in which a word stands before its number, as serial monitors and plotters show it.
+
+``AcX = 1200 | AcY = -36``, ``ax=0.01 ay=0.02``, ``roll:1.2,pitch:3.4``, ``X: 0.1 Y: 0.2 Z: 9.8 m/s^2``, and lines that
+begin with what they hold, ``a/g:\t1\t2\t3\t4\t5\t6``. Files and serial lines are read by the same rules.
+"""
+
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+from levelhead import units
+
+# A number stands alone: "acc1", "m/s^2", "a/g" and "0x50" hold none.
+_NUMBER = re.compile(
+    r"(?<![\w.^/])(?<!\d[-:])[-+]?(?:\d+\.?\d*(?:[eE][-+]?\d+)?|\.\d+(?:[eE][-+]?\d+)?|nan|NaN|NAN)(?![\w.]*[\w])"
+    r"|(?<![\w.^/])(?<!\d[-:])[-+]?(?:\d+\.?\d*|\.\d+)(?=(?:deg|rad|dps|mg|g|uT|µT|m/s|°|ms|us|C)\b)"
+)
+_SEPARATORS = ",;|\t[](){}"
+_AXES = frozenset("xyzw")
+_COLUMNS = {1: ("",), 3: ("x", "y", "z"), 4: ("w", "x", "y", "z")}
+_SENSORS = {"a": "acc", "g": "gyr", "m": "mag"}  # of the lines "a/g:" and "a/g/m:" that Arduino libraries print
+
+
+def parse(line: str) -> dict[str, float]:
+    """The numbers of one line by their names; {} if it is no line of words and numbers.
+
+    A name is what stands before ``=`` or ``:``; the axes that follow "Accel X" without a word of their own are named
+    after it ("Accel Y"). A known unit after a number is added to the names of its group in brackets.
+
+    >>> parse("Accel X: 0.1  Y: 0.2  Z: 9.8 m/s^2")
+    {'Accel X [m/s^2]': 0.1, 'Accel Y [m/s^2]': 0.2, 'Accel Z [m/s^2]': 9.8}
+    """
+    numbers = list(_NUMBER.finditer(line))
+    if not numbers:
+        return {}
+    labels: list[tuple[str, list[float], str]] = []  # name, numbers, unit
+    end, named = 0, 0
+    for found in numbers:
+        unit, label = _split(line[end : found.start()])
+        if unit and labels:
+            labels[-1] = (*labels[-1][:2], unit)
+        if label or not labels:
+            labels.append((label, [], ""))
+            named += bool(label)
+        labels[-1][1].append(float(found.group()))
+        end = found.end()
+    unit, _ = _split(line[end:])
+    if unit:
+        labels[-1] = (*labels[-1][:2], unit)
+    if named == 0 or named < len(labels):
+        return {}
+    return _named(labels)
+
+
+def records(lines: Iterable[str]) -> Iterator[tuple[int, dict[str, float]]]:
+    """Samples whose numbers may stand on several lines: (number of the first line, from 0; numbers by name).
+
+    A new sample begins where a name comes again. Lines without a labelled number are skipped.
+    """
+    first, record = 0, dict[str, float]()
+    for i, line in enumerate(lines):
+        found = parse(line)
+        if not found:
+            continue
+        if record and not record.keys().isdisjoint(found):
+            yield first, record
+            record = {}
+        if not record:
+            first = i
+        record |= found
+    if record:
+        yield first, record
+
+
+def looks_labelled(lines: Sequence[str]) -> bool:
+    """Whether most of the lines with numbers have a word before each of them."""
+    with_numbers = [line for line in lines if any(sign.isdigit() for sign in line)]
+    return bool(with_numbers) and sum(bool(parse(line)) for line in with_numbers) > 0.8 * len(with_numbers)
+
+
+def _split(gap: str) -> tuple[str, str]:
+    """(unit of the number before, name of the number behind) in what stands between two numbers."""
+    text = gap.rstrip(" \t([{\"'")
+    marked = text[-1:] in "=:" and bool(text)
+    body = text.rstrip("=: ") if marked else gap
+    words = [word for part in re.split(f"[{re.escape(_SEPARATORS)}]|\\s{{2,}}", body) if (word := part.strip(" \"'"))]
+    unit = ""
+    if words and (first := _leading_unit(words[0])) is not None:
+        unit, rest = first
+        words = [rest, *words[1:]] if rest else words[1:]
+    if not words or (not marked and not _is_prefix(gap)):
+        return unit, ""
+    name = words[-1]
+    return unit, name if any(sign.isalpha() for sign in name) else ""
+
+
+def _is_prefix(gap: str) -> bool:
+    """Whether a gap without ``=`` or ``:`` is a name all the same: a word and a tab ("ypr\\t1\\t2")."""
+    return gap.endswith("\t") and gap.strip().isidentifier()
+
+
+def _leading_unit(text: str) -> tuple[str, str] | None:
+    """(unit, what is left) if the text begins with a unit."""
+    words = text.split()
+    for count in (2, 1):
+        unit = " ".join(words[:count])
+        if len(words) >= count and any(units.find(quantity, unit) is not None for quantity in units.FACTORS):
+            rest = " ".join(words[count:])
+            if rest or len(unit) > 1 or len(words) == count:
+                return unit, rest
+    return None
+
+
+def _named(labels: Sequence[tuple[str, list[float], str]]) -> dict[str, float]:
+    groups: list[tuple[str | None, list[tuple[str, float]], str]] = []  # words before the axis, (name, number), unit
+    for label, numbers, unit in labels:
+        words = label.split()
+        axis = words[-1].lower() in _AXES and len(numbers) == 1
+        bare = axis and len(words) == 1
+        if bare and groups and groups[-1][0] is not None:
+            stem, members, known = groups.pop()
+            groups.append((stem, [*members, (f"{stem} {label}".strip(), numbers[0])], unit or known))
+        else:
+            groups.append((" ".join(words[:-1]) if axis else None, list(_columns(label, numbers).items()), unit))
+    return {f"{name} [{unit}]" if unit else name: number for _, members, unit in groups for name, number in members}
+
+
+def _columns(label: str, numbers: Sequence[float]) -> Mapping[str, float]:
+    """Numbers behind one word: three are x, y, z; six behind "a/g" are two sensors' axes."""
+    kinds = [_SENSORS.get(part.strip().lower(), "") for part in label.split("/")]
+    if all(kinds) and len(numbers) == 3 * len(kinds):
+        return dict(zip((f"{kind}_{axis}" for kind in kinds for axis in "xyz"), numbers, strict=True))
+    axes = _COLUMNS.get(len(numbers), tuple(str(i + 1) for i in range(len(numbers))))
+    return {f"{label}_{axis}" if axis else label: number for axis, number in zip(axes, numbers, strict=True)}
