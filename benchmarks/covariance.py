@@ -21,8 +21,7 @@ from levelhead.compiler.tree import native
 from levelhead.engine.binding import bind
 from levelhead.engine.driver import Settings
 from levelhead.export import Choice, write
-from levelhead.filters.eskf import filter as eskf
-from levelhead.filters.eskf import state
+from levelhead.filters.eskf import FILTER, state
 from measure import options, show
 from native import STRICT, build
 
@@ -116,7 +115,7 @@ class Compiled:
     """The compiled engine, in double."""
 
     def __init__(self, params: lh.ESKF) -> None:
-        driver = bind(eskf.FILTER)
+        driver = bind(FILTER)
         self._settings = Settings(params, lh.Guard())
         self._run, self._carry = compiled(driver.run), native(driver.begin(self._settings))
 

@@ -98,7 +98,7 @@ def gives(flt: Filter) -> str:
 
 def filter_page(flt: Filter) -> str:
     """All that the source says about a filter."""
-    module = sys.modules[flt.init.__module__]
+    module = sys.modules[filters.module_of(flt)]
     title, _, words = str(module.__doc__).partition(": ")
     facts = [
         ("uses", sensors(flt)),

@@ -7,8 +7,8 @@ from tests.reference import ekf as textbook
 
 import levelhead as lh
 from levelhead.engine import binding, driver
-from levelhead.filters import health
-from levelhead.filters.mekf import filter as mekf
+from levelhead.filters import health, mekf
+from levelhead.filters.mekf import measurements
 from levelhead.guard import Guard
 from levelhead.kernels.vec3 import ZERO, Vec3
 
@@ -94,8 +94,8 @@ def test_the_jacobians_are_those_of_the_exact_model():
         true = Rotation.from_rotvec(x[:3]) * estimate
         force = estimate.apply(true.inv().apply([0.0, 0.0, 1.0]))
         field = estimate.apply(true.inv().apply(FIELD))
-        up = mekf.tilt_innovation(vec(force))
-        return np.array([up.x, up.y, mekf.heading_innovation(float(field[0]), float(field[1]))])
+        up = measurements.tilt_innovation(vec(force))
+        return np.array([up.x, up.y, measurements.heading_innovation(float(field[0]), float(field[1]))])
 
     def jacobian(function):
         return np.stack([(function(small * e) - function(-small * e)) / (2 * small) for e in np.eye(6)], axis=1)

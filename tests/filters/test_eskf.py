@@ -7,8 +7,8 @@ from scipy.spatial.transform import Rotation
 import levelhead as lh
 from levelhead import simulate
 from levelhead.filters import health
+from levelhead.filters.eskf import FILTER, measurements, predict
 from levelhead.filters.eskf import filter as eskf
-from levelhead.filters.eskf import measurements, predict
 from levelhead.filters.eskf import state as es
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.vec3 import Vec3
@@ -190,7 +190,7 @@ def learned(recording, **values):
     from levelhead.engine.binding import bind
     from levelhead.engine.driver import Settings
 
-    driver = bind(eskf.FILTER)
+    driver = bind(FILTER)
     settings = Settings(lh.ESKF(**values), lh.Guard())
     n = len(recording)
     flat = [np.array(a).reshape(-1) for a in (recording.t, recording.gyr, recording.acc, recording.mag)]

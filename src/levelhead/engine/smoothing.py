@@ -36,6 +36,7 @@ from levelhead.engine.driver import Settings, unbound
 from levelhead.engine.prior import learned, primed
 from levelhead.errors import LevelheadError
 from levelhead.filters.contract import Schedule
+from levelhead.filters.eskf import FILTER as ESKF_FILTER
 from levelhead.filters.eskf import filter as eskf
 from levelhead.filters.eskf.predict import predict
 from levelhead.filters.eskf.state import (
@@ -87,7 +88,7 @@ def remembered(params: Any, state: Any, dt: float) -> Any:
     return eskf.corrected(params, state)
 
 
-FORWARD = eskf.FILTER._replace(
+FORWARD = ESKF_FILTER._replace(
     name="ESKF_forward", init=bound(eskf.init, "wide", SIZE=WIDE), schedule=Schedule(eskf.due, remembered)
 )
 
@@ -361,7 +362,7 @@ def smooth(
             f"smooth takes a Recording, not {type(recording).__name__}; levelhead.read(path) makes one"
         )
     params = filters.offline() if params is None else filters.resolve(params)
-    if filters.of(params) is not eskf.FILTER:
+    if filters.of(params) is not ESKF_FILTER:
         raise LevelheadError(
             f"smooth goes back through what ESKF has learned; {filters.of(params).name} has no smoother"
         )

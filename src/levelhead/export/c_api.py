@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from typing import Any
 
+from levelhead import filters
 from levelhead.engine import driver
 from levelhead.engine.binding import bind, estimates_bias
 from levelhead.engine.stepper import LONGEST as LONGEST_DT
@@ -202,7 +203,7 @@ def fitted(text: str) -> str:
 
 def module_title(choice: Choice) -> str:
     """The first line of what a filter's module says of itself."""
-    title = module_words(choice.flt.init.__module__).split("\n")[0].rstrip(".")
+    title = module_words(filters.module_of(choice.flt)).split("\n")[0].rstrip(".")
     return title.removeprefix(f"{choice.flt.name}: ")
 
 

@@ -25,7 +25,7 @@ from levelhead.filters.gyro_integration import GyroIntegration
 from levelhead.filters.kalman import Kalman
 from levelhead.filters.madgwick import Madgwick
 from levelhead.filters.mahony import Mahony
-from levelhead.filters.mekf.filter import EKF
+from levelhead.filters.mekf.params import EKF
 from levelhead.filters.roll_pitch_kalman import RollPitchKalman
 from levelhead.filters.triad import Triad
 
@@ -83,6 +83,11 @@ def of(params: object) -> Filter:
         if isinstance(params, candidate.params):
             return candidate
     raise LevelheadError(f"{params!r} chooses no filter; give the parameters of one, such as Kalman(r_measure=0.1)")
+
+
+def module_of(flt: Filter) -> str:
+    """Name of the module or package whose docstring describes a filter: that in which its FILTER stands."""
+    return flt.init.__module__.removesuffix(".filter")
 
 
 def resolve(choice: Any) -> Any:

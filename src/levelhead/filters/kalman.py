@@ -14,7 +14,7 @@ The one-axis kernels work in any unit. With an IMU the same filter runs side by 
 magnetometer, heading; its parameters are then in degrees, as in the lesson.
 """
 
-from math import pi, sqrt
+from math import sqrt
 from typing import Annotated, NamedTuple
 
 from levelhead.compiler.mark import kernel
@@ -22,13 +22,13 @@ from levelhead.filters.contract import AxisFilter, Filter, Inflation, Output, Se
 from levelhead.filters.health import NEAR_VERTICAL
 from levelhead.filters.parameters import Param, parameters
 from levelhead.kernels import quat, tilt, triad
-from levelhead.kernels.angle import wrap
+from levelhead.kernels.angle import DEGREE, wrap
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.tilt import GAP_SECONDS, UNIFORM, after_gap, bias_after_gap
 from levelhead.kernels.two_state import Covariance, Gain, correct, joseph, predict
 from levelhead.kernels.vec3 import ZERO, Vec3, add, scale, sub
 
-DEG2 = (pi / 180.0) ** 2  # (°)² in rad²
+DEG2 = DEGREE * DEGREE  # (°)² in rad²
 
 
 @parameters()

@@ -13,16 +13,16 @@ variance s and duration τ its white equivalent at one sample is
 whose limits are right: all of s when the filter jumps onto the sample (K = 1), the density 2 τ s when it averages.
 """
 
-from math import pi, sqrt
+from math import sqrt
 from typing import NamedTuple
 
 from levelhead.compiler.mark import kernel
 from levelhead.filters.contract import Gains
+from levelhead.kernels.angle import DEGREE
 from levelhead.kernels.tilt import GAP_SECONDS, GRAVITY, UNIFORM, after_gap, bias_after_gap, present
 from levelhead.kernels.two_state import Covariance, Gain, joseph, predict
 from levelhead.kernels.vec3 import Vec3
 
-DEGREE = pi / 180.0
 SPELL = 0.05  # s: σ need not be judged more often
 TURN_ON = (1.0 * DEGREE) * (1.0 * DEGREE)  # (rad/s)², bias of a gyroscope just turned on
 RESTED = (0.05 * DEGREE) * (0.05 * DEGREE)  # (rad/s)², bias after it was read off at rest

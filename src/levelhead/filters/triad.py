@@ -10,13 +10,13 @@ without their angles: the same attitude, also at θ = ±90°. With the field fir
 and gravity only turns the attitude about it. That needs the field's dip, which is a matter of the place.
 """
 
-from math import pi
 from typing import Annotated, NamedTuple
 
 from levelhead.compiler.mark import kernel
 from levelhead.filters.contract import Filter, Gains, Output, Settling
 from levelhead.filters.parameters import Param, parameters
 from levelhead.kernels import tilt, triad
+from levelhead.kernels.angle import DEGREE
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.trig import sincos
 from levelhead.kernels.vec3 import ZERO, Vec3
@@ -46,7 +46,7 @@ class State(NamedTuple):
 def init(params: Triad, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
     """The attitude of the first sample."""
     if params.field_first and triad.distinct(mag, acc):
-        sine, cosine = sincos(params.dip * (pi / 180.0))
+        sine, cosine = sincos(params.dip * DEGREE)
         return State(triad.attitude(mag, acc, Vec3(0.0, cosine, -sine), Vec3(0.0, 0.0, 1.0)), True)
     return State(triad.start(acc, mag), tilt.present(mag))
 

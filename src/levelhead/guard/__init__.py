@@ -6,7 +6,7 @@ fields that are not the earth's are held back, for a bounded time only. ``look``
 may see, what was held back and why (``filters.health``).
 """
 
-from math import pi, sqrt
+from math import sqrt
 from typing import Annotated, NamedTuple
 
 from levelhead.compiler.mark import kernel
@@ -17,12 +17,12 @@ from levelhead.filters.health import (
 )
 from levelhead.filters.parameters import Param, parameters
 from levelhead.kernels import quat
+from levelhead.kernels.angle import DEGREE
 from levelhead.kernels.lowpass import share
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.tilt import present
 from levelhead.kernels.vec3 import ZERO, Vec3, add, dot, norm, sub
 
-DEGREE = pi / 180.0
 CHANGE = (2.0 * DEGREE) * (2.0 * DEGREE)  # (rad/s)², of a bias once known
 BIAS_TAU = 10.0  # s over which rest averages the bias
 FIRST_AGE = 1e-3  # s: what one reading counts

@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 from levelhead.compiler.mark import kernel
 from levelhead.filters.health import ACC_MISSING, ACC_SATURATED, ACC_STUCK, GYR_MISSING, GYR_SATURATED, GYR_STUCK
-from levelhead.guard import DEGREE, Guard, square_off, toward
+from levelhead.guard import Guard, square_off, toward
+from levelhead.kernels.angle import DEGREE
 from levelhead.kernels.tilt import GAP_SECONDS, GRAVITY
 from levelhead.kernels.vec3 import ZERO, Vec3
 

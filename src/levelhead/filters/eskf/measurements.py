@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from levelhead.compiler.mark import kernel, noinline
 from levelhead.filters.eskf import aiding
-from levelhead.filters.eskf.params import DEGREE, ESKF
+from levelhead.filters.eskf.params import ESKF
 from levelhead.filters.eskf.state import (
     BIAS,
     COUNT,
@@ -34,6 +34,7 @@ from levelhead.filters.eskf.state import (
     variance,
     vector,
 )
+from levelhead.kernels.angle import DEGREE
 from levelhead.kernels.arrays import Floats
 from levelhead.kernels.tilt import GRAVITY
 from levelhead.kernels.vec3 import ZERO, Vec3, dot, scale

@@ -1,11 +1,9 @@
 """Parameters of ``ESKF``."""
 
-from math import pi
 from typing import Annotated, NamedTuple
 
 from levelhead.filters.parameters import Param, parameters
 
-DEGREE = pi / 180.0
 MILLI = 1e-3
 
 

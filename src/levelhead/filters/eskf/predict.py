@@ -4,7 +4,7 @@ from math import sqrt
 
 from levelhead.compiler.mark import kernel, noinline
 from levelhead.filters.eskf import aiding
-from levelhead.filters.eskf.params import DEGREE, ESKF
+from levelhead.filters.eskf.params import ESKF
 from levelhead.filters.eskf.preintegration import begin_block
 from levelhead.filters.eskf.state import (
     ACC,
@@ -45,6 +45,7 @@ from levelhead.filters.eskf.state import (
     vector,
     widen,
 )
+from levelhead.kernels.angle import DEGREE
 from levelhead.kernels.arrays import Floats
 from levelhead.kernels.tilt import GRAVITY, after_gap
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from levelhead.compiler.mark import kernel, noinline
 from levelhead.filters.eskf import aiding
 from levelhead.filters.eskf.measurements import Fit
-from levelhead.filters.eskf.params import DEGREE, ESKF
+from levelhead.filters.eskf.params import ESKF
 from levelhead.filters.eskf.predict import still_here
 from levelhead.filters.eskf.state import (
     AIDED,
@@ -25,6 +25,7 @@ from levelhead.filters.eskf.state import (
     vector,
 )
 from levelhead.kernels import quat, tilt
+from levelhead.kernels.angle import DEGREE
 from levelhead.kernels.arrays import Floats
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.tilt import GRAVITY

@@ -143,13 +143,14 @@ static const float VECTOR_ERROR_NEAR_UNIT = 1e-05f; /* |q|² − 1 up to which a
 /* rad: two directions nearer than this say nothing about the angle around them */
 static const float TRIAD_PARALLEL = 1e-06f;
 
-static const float GUARD_DEGREE = 0.017453292f; /* pi / 180.0 */
 static const float GUARD_CHANGE = 0.0012184697f; /* (2.0 * DEGREE) * (2.0 * DEGREE): (rad/s)², of a bias once known */
 static const float GUARD_BIAS_TAU = 10.0f; /* s over which rest averages the bias */
 static const float GUARD_FIRST_AGE = 0.001f; /* s: what one reading counts */
 static const float GUARD_FIELD_TAU = 20.0f; /* s over which the field is learned */
 static const bool GUARD_TELLS_FIELD = true; /* a filter that judges the field by itself is left to it */
 static const Watch GUARD_BEFORE = {0.0f, {0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f, 0.0f}};
+
+static const float ANGLE_DEGREE = 0.017453292f; /* pi / 180.0: rad */
 
 static const int32_t HEALTH_GYR_MISSING = 1; /* the last rate was held */
 static const int32_t HEALTH_ACC_MISSING = 2; /* nothing corrected tilt */
@@ -919,7 +920,7 @@ static Field guard_first_field(Vec3 up, Vec3 mag)
  */
 static bool guard_turning(const Guard *guard, Vec3 mean, Vec3 bias, Vec3 own)
 {
-    const float limit = guard->bias_limit * GUARD_DEGREE;
+    const float limit = guard->bias_limit * ANGLE_DEGREE;
     const float square = guard_square_off(VEC3_ZERO, mean);
     if (square > limit * limit) {
         return true;
@@ -985,7 +986,7 @@ static Field guard_learned(const Guard *guard, Field field, Vec3 up, Vec3 mag, f
         return (Field){n, d, dt, 0.0f};
     }
     if (fabsf(n - strength) > guard->mag_gate * strength
-        || fabsf(d - dip) > guard->mag_angle * GUARD_DEGREE) {
+        || fabsf(d - dip) > guard->mag_angle * ANGLE_DEGREE) {
         return (Field){strength, dip, age, out + dt};
     }
     const float weight = lowpass_share(GUARD_FIELD_TAU, age, dt);
@@ -1043,7 +1044,7 @@ static Watch guard_pushed(const Guard *guard, const Watch *watch, Quat attitude,
     const float x = acc.x, y = acc.y, z = acc.z;
     const Vec3 vec3 = guard_predicted_up(attitude, gyr, dt);
     const float a = vec3.x, b = vec3.y, c = vec3.z;
-    const float cosine = 1.0f - 0.5f * guard->acc_angle * guard->acc_angle * (GUARD_DEGREE * GUARD_DEGREE);
+    const float cosine = 1.0f - 0.5f * guard->acc_angle * guard->acc_angle * (ANGLE_DEGREE * ANGLE_DEGREE);
     const bool far = a * x + b * y + c * z < sqrtf(x * x + y * y + z * z) * cosine;
     return (Watch){still, bias, far ? out + dt : 0.0f, field};
 }
@@ -1198,7 +1199,7 @@ static Calm detectors_settled(const Guard *guard, const Calm *calm, Sum sum, boo
     const float one = 1.0f / dt;
     const Vec3 gyr = {x * one, y * one, z * one};
     const Vec3 acc = {a * one, b * one, c * one};
-    const float gyr_limit = guard->rest_gyr * GUARD_DEGREE;
+    const float gyr_limit = guard->rest_gyr * ANGLE_DEGREE;
     const bool quiet = guard_square_off(mean, gyr) < gyr_limit * gyr_limit
         && guard_square_off(force, acc) < guard->rest_acc * guard->rest_acc;
     const float weight = dt / (DETECTORS_SMOOTH + dt);
@@ -1326,7 +1327,7 @@ static Sensors detectors_sensed(const Guard *guard, const Sensors *sensors, Vec3
         calm = &calm_2;
     }
     if (!no_gyr) {
-        fast = detectors_clipped(fast, gyr, guard->gyr_range * GUARD_DEGREE, dt);
+        fast = detectors_clipped(fast, gyr, guard->gyr_range * ANGLE_DEGREE, dt);
         gyr_repeat = detectors_repeated(gyr_repeat, gyr, dt);
         if (fast.clipped) {
             health = HEALTH_GYR_SATURATED;
