@@ -11,7 +11,7 @@ from levelhead.bench.timing import Table
 from levelhead.evaluate.align import align
 from measure import options, show
 
-METHODS = ("best", "smoother", "EKF", "Mahony", "Madgwick", "vqf.VQF", "vqf.offlineVQF")
+METHODS = ("default", "smoother", "EKF", "Mahony", "Madgwick", "vqf.VQF", "vqf.offlineVQF")
 
 
 def rest(recording: lh.Recording, quat: Any) -> float:

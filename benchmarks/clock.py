@@ -18,11 +18,11 @@ from levelhead.bench import methods
 from levelhead.bench.survey import logs
 from levelhead.bench.timing import Table
 from levelhead.evaluate import evaluate
-from levelhead.evaluate.errors import error_quaternion, split
-from levelhead.evaluate.score import counted, rms
+from levelhead.evaluate.attitude_error import error_quaternion, split
+from levelhead.evaluate.score import rms, scored_rows
 from measure import options, show
 
-METHODS = ("best", "smoother", "EKF", "Mahony", "Madgwick", "vqf.VQF", "vqf.offlineVQF")
+METHODS = ("default", "smoother", "EKF", "Mahony", "Madgwick", "vqf.VQF", "vqf.offlineVQF")
 
 
 def later(track: lh.Track, samples: int) -> lh.Track:
@@ -42,7 +42,7 @@ def row(name: str, recordings: list[lh.Recording], others: list[lh.Track]) -> di
     for recording, other in zip(recordings, others, strict=True):
         track = tracked(name, recording)
         assert recording.truth is not None
-        apart = split(error_quaternion(track.quat, other.quat)).tilt[counted(recording.truth)]
+        apart = split(error_quaternion(track.quat, other.quat)).tilt[scored_rows(recording.truth)]
         found.setdefault("apart", []).append(float(np.degrees(rms(apart))))
         for samples in (0, 1):
             score = evaluate(recording, later(track, samples))

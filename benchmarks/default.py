@@ -38,7 +38,7 @@ class Case(NamedTuple):
     recording: lh.Recording
 
 
-def simulated() -> list[Case]:
+def simulate_recording() -> list[Case]:
     """A minute at 100 Hz of every chip in every motion, twice."""
     cases = itertools.product(CHIPS, MOTIONS, (1, 2))
     return [Case(chip, lh.simulate.recording(chip, motion, seed=seed, mag="HMC5883L")) for chip, motion, seed in cases]
@@ -136,7 +136,7 @@ def main() -> None:
         {"no guard": (best, None)} | {label: (best, other) for label, other in varied(guard).items()},
         {flt.name: (flt.params(), guard) for flt in filters.ALL},
     ]
-    sets = {"real": real(given.folders), "simulated": simulated()}
+    sets = {"real": real(given.folders), "simulated": simulate_recording()}
     note = f"{name}() where no other is named."
     tables = [table(title, choices, sets, note) for title, choices in zip(TABLES, cases, strict=True)]
     tables.append(cross_validated(best, [case for each in sets.values() for case in each], guard))

@@ -15,7 +15,7 @@ from levelhead.bench.timing import Table
 from levelhead.evaluate import evaluate
 from measure import options, show
 
-METHODS = {"best": "ESKF", "smoother": "smoother", "EKF": "EKF"}
+METHODS = {"default": "ESKF", "smoother": "smoother", "EKF": "EKF"}
 PARTS = ("tilt", "heading")
 
 
@@ -41,7 +41,7 @@ def main() -> None:
         row: dict[str, Any] = {"case": path.stem[:40]}
         for name in METHODS:
             score = evaluate(recording, track_of(name, recording))
-            row[f"{name} tilt"], row[f"{name} heading"] = score.tilt_doubt, score.heading_doubt
+            row[f"{name} tilt"], row[f"{name} heading"] = score.tilt_error_ratio, score.heading_error_ratio
         rows.append(row)
     last: dict[str, Any] = {"case": "all"}
     for key in list(columns)[1:]:

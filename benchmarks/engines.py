@@ -1,6 +1,6 @@
 """When is compiled work done sooner than plain Python? The figures behind WORTH_STARTING and WORTH_WHEN_STARTED.
 
-Per filter: CPU time per sample on both engines, interleaved; wall time that the first compiled call of a process adds
+Per filter: CPU time per sample on both engines, in turn; wall time that the first compiled call of a process adds
 (Numba's start and reading the filter's machine code from the cache, which a run before has filled), the same once
 another filter has been through Numba in that process, and the numbers of samples from which compiled is faster.
 """
@@ -9,7 +9,7 @@ import statistics
 import sys
 
 from levelhead.bench.inputs import imu
-from levelhead.bench.timing import Case, Table, interleaved
+from levelhead.bench.timing import Case, Table, time_interleaved
 from measure import once, options, show
 
 PLAIN = 2_000  # samples of a repeat in plain Python
@@ -60,7 +60,7 @@ def main() -> None:
     for name in names:
         cases.append(Case(f"{name}, python", lambda name=name: lh.fuse(short, name, engine="python"), PLAIN))
         cases.append(Case(f"{name}, compiled", lambda name=name: lh.fuse(long, name, engine="compiled"), COMPILED))
-    timings = interleaved(cases, given.repeats)
+    timings = time_interleaved(cases, given.repeats)
     rows = []
     for name, plain, fast in zip(names, timings[::2], timings[1::2], strict=True):
         saved = (plain.median - fast.median) * 1e-9

@@ -14,7 +14,7 @@ from filters_c import c_run
 from inputs import axis
 from levelhead import filters
 from levelhead.bench.inputs import recording as made
-from levelhead.bench.timing import Case, Table, interleaved
+from levelhead.bench.timing import Case, Table, time_interleaved
 from levelhead.compiler.compile import compiled
 from levelhead.engine.binding import bind, bind_axis
 from levelhead.engine.driver import Settings
@@ -87,7 +87,7 @@ def axis_table(params: Any, source: str, samples: int, repeats: int) -> Table:
     machine, state = compiled(driver), flt.init(params, float(level[0]))
     arguments = (samples, *map(doubles, data), 360.0)
     name = type(params).__name__
-    by_hand, by_export, by_numba = interleaved(
+    by_hand, by_export, by_numba = time_interleaved(
         [
             Case("C by hand", lambda: hand(ctypes.byref(c_params(params)), *arguments, doubles(outs[0])), samples),
             Case(f"{name}, exported", lambda: generated(None, *arguments, doubles(outs[1])), samples),
@@ -120,7 +120,7 @@ def imu_table(params: Any, mag: bool, samples: int, repeats: int) -> Table:
     machine, begin = compiled(driver.run), driver.begin(settings)
     outs = [np.empty(k * samples) for k in (4, 3, 3)] + [np.empty(samples, np.int64)]
     flat = [*(array.ravel() for array in inputs), np.empty(0) if field is None else field.ravel()]
-    by_hand, by_export, by_numba = interleaved(
+    by_hand, by_export, by_numba = time_interleaved(
         [
             Case(
                 "C by hand",

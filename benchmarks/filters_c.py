@@ -9,7 +9,7 @@ import numpy as np
 import levelhead as lh
 from levelhead import filters
 from levelhead.bench.inputs import recording as made
-from levelhead.bench.timing import Case, Table, interleaved
+from levelhead.bench.timing import Case, Table, time_interleaved
 from levelhead.compiler.compile import compiled
 from levelhead.engine.binding import bind
 from levelhead.engine.driver import Settings
@@ -56,7 +56,7 @@ def table(params: Any, recording: lh.Recording, repeats: int) -> Table:
         run(c_arguments, n, *map(doubles, inputs), None if mag is None else doubles(mag), doubles(quat), doubles(bias))
 
     six = "6-D" if mag is None else "9-D"
-    hand, alone, public = interleaved(
+    hand, alone, public = time_interleaved(
         [
             Case("C -O3", c, n),
             Case(f"{flt.name}, driver alone", lambda: machine(settings, begin, flat[0][0] - 0.01, *flat, *outs), n),

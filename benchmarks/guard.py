@@ -6,7 +6,7 @@ from typing import Any
 import levelhead as lh
 from levelhead import filters
 from levelhead.bench.inputs import recording as made
-from levelhead.bench.timing import Case, Table, interleaved
+from levelhead.bench.timing import Case, Table, time_interleaved
 from levelhead.engine.binding import guards
 from measure import options, show
 
@@ -23,7 +23,7 @@ def table(recording: lh.Recording, repeats: int) -> Table:
     n, rows = len(recording), []
     for flt in filter(guards, filters.ALL):
         cases = [Case(str(guard), fusing(recording, flt.params(), guard), n) for guard in (lh.Guard(), None)]
-        on, off = (timing.least for timing in interleaved(cases, repeats))
+        on, off = (timing.least for timing in time_interleaved(cases, repeats))
         rows.append({"case": flt.name, "with": round(on, 1), "without": round(off, 1), "cost": round(on - off, 1)})
     kind = "6-D" if recording.mag is None else "9-D"
     return Table(f"The guard, {kind}, {n:,} samples", COLUMNS, rows, "The fastest repeat of each.")

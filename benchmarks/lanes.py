@@ -1,6 +1,6 @@
 """Many parameter sets over one recording side by side, to running them one by one; many recordings on all cores.
 
-Lanes: CPU time of one thread, per sample and parameter set, interleaved with the compiled batch driver's single runs,
+Lanes: CPU time of one thread, per sample and parameter set, in turn with the compiled batch driver's single runs,
 60 s at 100 Hz. The lanes hold every orientation beside a truth: "ratio" gathers two sums of products from it, "with
 errors" the squared total, tilt and heading error, three atan2 a sample. 74 sets' whole tracks are compared with those
 of their single runs, bit by bit.
@@ -20,7 +20,7 @@ import numpy as np
 import levelhead as lh
 from levelhead import filters
 from levelhead.bench.inputs import imu
-from levelhead.bench.timing import Case, Table, interleaved
+from levelhead.bench.timing import Case, Table, time_interleaved
 from levelhead.compiler.compile import compiled
 from levelhead.engine import lanes
 from levelhead.engine.batch import DEFAULT_GUARD
@@ -92,7 +92,7 @@ def lanes_table(repeats: int, only: list[str]) -> Table:
         row: dict[str, Any] = {"filter": flt.name}
         for name, mag in (("6", None), ("9", field)):
             recording = lh.Recording(t, gyr, acc, mag)
-            beside, scored, single = interleaved(cases(flt, recording), repeats)
+            beside, scored, single = time_interleaved(cases(flt, recording), repeats)
             row |= {f"lane_{name}": beside.least, f"single_{name}": single.least, f"ratio_{name}": beside.over(single)}
             row[f"scored_{name}"] = scored.over(single)
             row["same"] = row.get("same", True) and same(flt, recording)

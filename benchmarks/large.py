@@ -19,7 +19,7 @@ from measure import once, options, show
 FLOAT = 8  # bytes
 OUTPUTS = 11  # values a filter gives per sample: quaternion, bias, σ, health
 STAGES = ("read", "memory", "fuse", "write")
-FILTERS = ("best", "Kalman")
+FILTERS = ("default", "Kalman")
 FORMATS = ("csv", "parquet")
 BLOCK = 500_000  # rows written at a time
 
@@ -72,7 +72,7 @@ def pipeline(log: Path, out: Path, choice: str) -> dict[str, Any]:
     recording = stage("read", lambda: lh.read(log))
     # Where a virtual machine gets its memory from the host at first touch, that can take longer than the filter.
     stage("memory", lambda: np.ones(OUTPUTS * len(recording)).size)
-    track = stage("fuse", lambda: lh.fuse(recording, None if choice == "best" else choice))
+    track = stage("fuse", lambda: lh.fuse(recording, None if choice == "default" else choice))
     stage("write", lambda: write_track(track, out))
     arrays = [recording.t, recording.gyr, recording.acc, track.quat, track.bias, track.sigma]
     values = sum(array.size for array in arrays if array is not None) + len(track)  # and health

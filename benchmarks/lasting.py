@@ -92,7 +92,7 @@ def ramp_rows() -> list[dict[str, Any]]:
                     other = BY_NAME.get(name)
                     track = lh.Track(one.t, other.run(one)) if other else lh.fuse(one, name, engine="compiled")
                     scores.append(evaluate(one, track))
-                for key in ("tilt", "heading", "tilt_doubt", "heading_doubt"):
+                for key in ("tilt", "heading", "tilt_error_ratio", "heading_error_ratio"):
                     values = [getattr(score, key) for score in scores]
                     row[f"{label} {key}"] = None if None in values else float(np.mean(values))
             rows.append(row)
@@ -117,8 +117,8 @@ RAMP = {"case": "motion, filter"} | {
     for key, words in (
         ("tilt", "tilt °"),
         ("heading", "heading °"),
-        ("tilt_doubt", "error/σ tilt"),
-        ("heading_doubt", "heading"),
+        ("tilt_error_ratio", "error/σ tilt"),
+        ("heading_error_ratio", "heading"),
     )
 }
 MISSING = {

@@ -42,7 +42,7 @@ def machine() -> dict[str, str]:
 
 def show(tables: Sequence[Table], as_json: bool) -> None:
     """Print the machine and the tables, or all of it as JSON."""
-    from levelhead.publish.figures import print_figures
+    from levelhead.publish.bench_tables import print_figures
 
     if not as_json:
         print_figures(tables, machine())

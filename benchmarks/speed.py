@@ -13,7 +13,7 @@ import numpy as np
 import levelhead as lh
 from inputs import axis
 from levelhead import filters
-from levelhead.bench.timing import Case, Table, Timing, interleaved
+from levelhead.bench.timing import Case, Table, Timing, time_interleaved
 from levelhead.compiler.compile import compiled
 from levelhead.engine.binding import bind_axis
 from measure import options, show
@@ -103,7 +103,7 @@ def axis_tables(samples: int, repeats: int) -> Iterator[Table]:
     ):
         for period in (0.0, 360.0):
             cases, same = axis_cases(params, source, data, period)
-            c, native, fresh, driver, public = interleaved(cases, repeats)
+            c, native, fresh, driver, public = time_interleaved(cases, repeats)
             where = "on a line" if period == 0.0 else "on the circle of 360°"
             yield Table(
                 f"{type(params).__name__}, one axis, {samples:,} samples, {where}",
@@ -117,7 +117,7 @@ def axis_tables(samples: int, repeats: int) -> Iterator[Table]:
     lists = [column.tolist() for column in short]
     params = lh.Kalman()
     away = np.abs(np.array(tutorial(*lists, params)) - lh.fuse_axis(*short, params, engine="python").level).max()
-    loop, public = interleaved(
+    loop, public = time_interleaved(
         [
             Case("tutorial loop, 2×2 NumPy products", lambda: tutorial(*lists, params), TUTORIAL),
             Case("Kalman, fuse_axis", lambda: lh.fuse_axis(*data, params, engine="compiled"), samples),

@@ -22,7 +22,7 @@ from levelhead.filters import health
 from levelhead.filters.contract import Filter
 from levelhead.filters.parameters import Param, derived_table, param_table
 from levelhead.live.events import EVENTS
-from levelhead.publish.plots import learned_picture
+from levelhead.publish.plots import calibration_picture
 from levelhead.simulate import recording
 from levelhead.simulate.motion import STYLES
 from levelhead.simulate.presets import CHIPS, MAGNETOMETERS, Sheet
@@ -232,7 +232,7 @@ def pictures() -> None:
         if cli.main(["demo", "--full", "--out", folder]) != 0:
             raise SystemExit("levelhead demo --full failed")
         known = recording("LSM6DSO32", "hand", duration=120.0, seed=3, mag="HMC5883L")
-        learned_picture(learning(known, filters.ESKF()), Path(folder) / "learned.png")
+        calibration_picture(learning(known, filters.ESKF()), Path(folder) / "learned.png")
         for path in sorted(Path(folder).glob("*.png")):
             with Image.open(path) as picture:
                 few = picture.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)

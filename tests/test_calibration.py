@@ -11,9 +11,9 @@ from levelhead.filters import ESKF
 
 SEEDS = range(4)
 SENSOR = lh.simulate.Imu(
-    lh.simulate.Triad(white_noise_density=1e-4, turn_on_bias=0.01, scale_factor=0.003, misalignment=0.003),
-    lh.simulate.Triad(white_noise_density=1e-3, turn_on_bias=0.05),
-    lh.simulate.Triad(white_noise_density=0.05),
+    lh.simulate.TriadErrors(white_noise_density=1e-4, turn_on_bias=0.01, scale_factor=0.003, misalignment=0.003),
+    lh.simulate.TriadErrors(white_noise_density=1e-3, turn_on_bias=0.05),
+    lh.simulate.TriadErrors(white_noise_density=0.05),
     lh.simulate.Iron((0.2, -0.3, 0.25)),
 )
 LATE = 2  # samples by which the magnetometer is late
@@ -37,7 +37,7 @@ def runs():
 
 def truth(recording):
     """Name -> value of what the filter ought to find."""
-    drawn = recording.meta["drawn"]
+    drawn = recording.meta["true_errors"]
     inverse = np.linalg.inv(drawn["gyr"]["matrix"])
     return {
         "gyr_matrix": np.eye(3) - inverse,
@@ -105,7 +105,7 @@ def test_apply_corrects_the_readings(runs):
     before = recording.gyr.copy()
     better = found.apply(recording)
     np.testing.assert_array_equal(recording.gyr, before)
-    matrix, exact = recording.meta["drawn"]["gyr"]["matrix"], lh.simulate.motion(1, 120.0, 100.0, style="hand")
+    matrix, exact = recording.meta["true_errors"]["gyr"]["matrix"], lh.simulate.motion(1, 120.0, 100.0, style="hand")
     rows = slice(LATE, None)
 
     def worst(one):

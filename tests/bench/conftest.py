@@ -7,7 +7,7 @@ import pytest
 
 from levelhead import simulate
 from levelhead.bench import contenders
-from levelhead.evaluate.errors import turn_heading
+from levelhead.evaluate.attitude_error import turn_heading
 from levelhead.recording import Recording
 
 
@@ -17,7 +17,7 @@ def headed(degrees: float, seed: int = 3, duration: float = 20.0, *, rotation: f
     east, north, up = simulate.EARTH_FIELD
     c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
     field = (c * east + s * north, c * north - s * east, up)  # the world turned back instead of the sensor forth
-    found = simulate.observe(motion, simulate.Imu(mag=simulate.Triad()), field=field)
+    found = simulate.observe(motion, simulate.Imu(mag=simulate.TriadErrors()), field=field)
     assert found.truth is not None
     quat = turn_heading(found.truth.quat, np.radians(degrees))  # in the world as it is, so y is north again
     return replace(found, truth=replace(found.truth, quat=quat, north=True))

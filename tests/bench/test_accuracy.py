@@ -9,19 +9,19 @@ import pytest
 
 from levelhead import LevelheadError, evaluate, filters
 from levelhead.bench import Method, accuracy, contenders, methods
-from levelhead.bench.figures import drift, measure
+from levelhead.bench.error_figures import drift, measure
 from levelhead.bench.groups import Group, group_of
-from levelhead.bench.parallel import spread
-from levelhead.bench.survey import logs
+from levelhead.bench.processes import run_parallel
+from levelhead.bench.survey import list_logs
 from levelhead.engine import fuse
-from levelhead.evaluate.errors import split, turn_heading
-from levelhead.publish.figures import markdown
+from levelhead.evaluate.attitude_error import split, turn_heading
+from levelhead.publish.bench_tables import markdown
 from levelhead.recording import Recording, Truth
 from levelhead.sources import npz, read
 
 from .conftest import headed
 
-OURS = [Method("best"), Method("AccelTilt", filters.find("AccelTilt").params())]
+OURS = [Method("default"), Method("AccelTilt", filters.find("AccelTilt").params())]
 
 
 @pytest.fixture(scope="module")
@@ -104,7 +104,7 @@ def test_several_processes_find_the_same(folder):
 
 def test_a_process_that_dies_is_one_sentence():
     with pytest.raises(LevelheadError, match="a process that ran a method died; --jobs 1 shows which"):
-        list(spread(os._exit, [3, 3], 2))
+        list(run_parallel(os._exit, [3, 3], 2))
 
 
 def test_a_crash_is_shown_and_stops_nothing(folder, monkeypatch):
@@ -151,7 +151,7 @@ def test_missing_readings_leave_contenders_out_and_say_so(tmp_path, monkeypatch)
 
 def test_a_package_that_is_not_there_is_one_line(monkeypatch):
     monkeypatch.setattr(contenders, "find_spec", lambda name: None if name == "ahrs" else object())
-    there, absent = methods.every()
+    there, absent = methods.all_methods()
     assert absent == ["ahrs is not installed: pip install 'levelhead[bench]'"]
     assert not [method for method in there if method.package == "ahrs"]
     with pytest.raises(LevelheadError, match=r"ahrs\.EKF cannot run, because ahrs is not installed: pip install"):
@@ -196,8 +196,8 @@ def test_vqf_on_broad_is_what_is_known_of_it(data_dir):
 
 def test_places_that_hold_nothing(tmp_path):
     with pytest.raises(LevelheadError, match="there is no folder"):
-        logs([tmp_path / "nowhere"])
+        list_logs([tmp_path / "nowhere"])
     with pytest.raises(LevelheadError, match="holds no recordings"):
-        logs([tmp_path])
+        list_logs([tmp_path])
     with pytest.raises(LevelheadError, match="no folder to look into"):
-        logs([])
+        list_logs([])

@@ -7,8 +7,8 @@ import pytest
 
 from levelhead.bench import contenders
 from levelhead.bench.contenders.ahrs_ import dip, from_ned
-from levelhead.bench.figures import measure
-from levelhead.evaluate.errors import error_quaternion, split
+from levelhead.bench.error_figures import measure
+from levelhead.evaluate.attitude_error import error_quaternion, split
 from levelhead.recording import Recording
 from levelhead.track import Track
 

@@ -5,13 +5,13 @@ import pytest
 from levelhead import LevelheadError, filters
 from levelhead.bench import contenders, inputs
 from levelhead.bench.speed import batch, live, speed
-from levelhead.bench.timing import Case, Timing, interleaved, machine
+from levelhead.bench.timing import Case, Timing, machine, time_interleaved
 
 
 def test_cases_run_in_turn_and_the_first_run_does_not_count():
     calls, fractions = [], []
     cases = [Case(name, lambda name=name: calls.append(name), 10) for name in "ab"]
-    timings = interleaved(cases, 3, fractions.append)
+    timings = time_interleaved(cases, 3, fractions.append)
     assert calls == ["a", "b"] * 4
     assert [len(timing.ns) for timing in timings] == [3, 3]
     assert fractions == sorted(fractions) and fractions[-1] == 1.0
@@ -31,7 +31,7 @@ def test_every_filter_and_contender_is_timed(mag):
     names = [flt.name for flt in filters.ALL]
     there = [one.name for one in contenders.ALL if one.installed]
     together = batch(mag, 1_000, 1)
-    assert [row["case"] for row in together.rows] == ["best", "smoother", *names, *there]
+    assert [row["case"] for row in together.rows] == ["default", "smoother", *names, *there]
     one_by_one = [row["case"] for row in live(mag, 50, 1).rows]
     assert all(f"Stream({name}), {rows}" in one_by_one for name in names for rows in ("tuples", "NumPy rows"))
     assert ("AxisStream(Kalman)" in one_by_one) is not mag

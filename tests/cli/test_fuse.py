@@ -25,7 +25,8 @@ def test_track_picture_and_summary(levelhead, logs, tmp_path):
     said = levelhead("fuse", logs / "hand.csv", "-o", tmp_path / "new" / "folder")
     assert (said.code, said.err) == (0, "")
     folder = tmp_path / "new" / "folder"
-    assert sorted(path.name for path in folder.iterdir()) == ["hand-learned.png", "hand-track.csv", "hand-track.png"]
+    names = ["hand-calibration.png", "hand-track.csv", "hand-track.png"]
+    assert sorted(path.name for path in folder.iterdir()) == names
     assert (folder / "hand-track.png").read_bytes().startswith(b"\x89PNG")
     head, rows = table(folder / "hand-track.csv")
     assert head == f"{COLUMNS},{BIAS},{SIGMA},health"
@@ -221,7 +222,7 @@ def test_what_a_run_learned_is_said_drawn_saved_and_taken_up(levelhead, logs, tm
     said = levelhead(*words, "--save-calibration", file)
     assert (said.code, said.err) == (0, "")
     assert sorted(p.name for p in tmp_path.iterdir()) == [
-        "nine-learned.png", "nine-track.csv", "nine-track.png", "sensor.json",
+        "nine-calibration.png", "nine-track.csv", "nine-track.png", "sensor.json",
     ]  # fmt: skip
     assert "\nlearned (± 1σ)  gyroscope bias x " in said.out and "could not be learned from this motion:" in said.out
     found = Calibration.read(file)

@@ -27,7 +27,7 @@ def test_sigma_falls_and_the_truth_stays_inside(recording):
     value, sigma = course.course("gyr_bias"), course.course("gyr_bias", "sigma")
     assert value.shape == sigma.shape == (40, 3)
     assert (sigma[-1] < 0.02 * np.radians(5.0)).all() and (sigma[-1] < sigma[0]).all()
-    true = np.linalg.solve(recording.meta["drawn"]["gyr"]["matrix"], recording.truth.bias[0])
+    true = np.linalg.solve(recording.meta["true_errors"]["gyr"]["matrix"], recording.truth.bias[0])
     assert (np.abs(value[5:] - true) < 4.0 * sigma[5:]).all()
 
 

@@ -72,7 +72,7 @@ def test_the_start_is_better_and_surer(recording, prior):
         lh.simulate.motion(77, 10.0, 100.0, style="hand"), lh.simulate.imu("LSM6DSO32", mag="HMC5883L"), seed=5
     )
     new, known = (lh.fuse(other, ESKF(), prior=one, engine="compiled") for one in (None, prior))
-    matrix = np.eye(3) - np.linalg.inv(other.meta["drawn"]["gyr"]["matrix"])
+    matrix = np.eye(3) - np.linalg.inv(other.meta["true_errors"]["gyr"]["matrix"])
     bias = other.truth.bias[-1]
 
     def off(track, what, true):

@@ -70,7 +70,7 @@ def test_the_convention_is_found(order, inverse, frames):
     estimate = left * noisy(truth, 0.5) * right
     found = align(T, written(estimate, order, inverse), T, quats(truth), shift=False)
     assert found.convention == Convention(order, inverse, earth, sensor)
-    assert found.sure, found
+    assert found.unambiguous, found
     assert found.after < 1.0 and (found.before > 20.0 or found.convention == Convention())
     back = found.apply(Track(T, written(estimate, order, inverse)))
     assert off(Rotation.from_quat(back.quat, scalar_first=True), noisy(truth, 0.5)) < 0.1
@@ -129,7 +129,7 @@ def test_gaps_outliers_and_drift_do_not_mislead():
     sensor = Rotation.from_quat(found.sensor, scalar_first=True)
     assert off(sensor, turned("X", -90.0)) < 2.0
     assert found.shift == pytest.approx(0.05, abs=5e-3)
-    assert found.core < 5.0 < found.after  # the outliers are still there, and counted
+    assert found.trimmed < 5.0 < found.after  # the outliers are still there, and counted
     assert found.samples < 1600
 
 
@@ -142,7 +142,7 @@ def test_freedom_alone_wins_nothing():
         T, quats(turned("Z", 0.3) * truth), T, quats(truth), earth="heading", sensor="none", convention="same",
         shift=False, simplest=False,
     )  # fmt: skip
-    assert forced.heading == pytest.approx(-0.3, abs=1e-6) and forced.runner_up is None
+    assert forced.heading == pytest.approx(-0.3, abs=1e-6) and forced.second_best is None
 
 
 def test_what_is_not_allowed_is_not_corrected():
@@ -158,7 +158,7 @@ def test_what_is_not_allowed_is_not_corrected():
 def test_a_still_recording_tells_nothing_and_it_says_so():
     still = noisy(Rotation.from_rotvec(np.zeros((2000, 3))), 0.1)
     found = align(T, quats(still), T, quats(noisy(still, 0.1, 7)))
-    assert found.axes == 0 and not found.sure
+    assert found.axes == 0 and not found.unambiguous
     assert "hardly turns" in str(found) and "Cannot tell the shift" in str(found)
 
 
@@ -178,7 +178,7 @@ def test_with_both_sides_free_an_inverse_may_be_a_wrong_order():
 
 def test_two_motions_that_have_nothing_in_common():
     found = align(T, quats(motion(1.7 * T + 9.0)), T, quats(motion(T)), sensor="none", earth="heading", shift=False)
-    assert not found.sure and "may not show the same motion" in str(found)
+    assert not found.unambiguous and "may not show the same motion" in str(found)
 
 
 def test_bias_and_sigma_turn_with_their_frames():
@@ -255,4 +255,4 @@ def test_a_real_reference_in_a_vendors_habit(data_dir, trial):
     found = align(truth.t[::3] + 50.0417, vendor[::3], truth.t, seen, sensor="none")
     assert found.convention == Convention("xyzw", False, "NED", "forward-right-down")
     assert found.shift == pytest.approx(50.0417, abs=1e-3) and found.heading == pytest.approx(-3.0, abs=0.1)
-    assert found.sure and found.after < 1.0
+    assert found.unambiguous and found.after < 1.0

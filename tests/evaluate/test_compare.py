@@ -7,7 +7,7 @@ import pytest
 
 from levelhead.errors import LevelheadError
 from levelhead.evaluate import compare
-from levelhead.evaluate.columns import Column, best_rows, plain_table
+from levelhead.evaluate.text_table import Column, best_rows, plain_table
 from levelhead.filters import AccelTilt, Complementary, Kalman
 from levelhead.simulate import lesson
 

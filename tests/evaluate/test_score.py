@@ -127,11 +127,11 @@ def test_doubt_is_one_when_sigma_tells_the_truth():
     estimate = Rotation.from_rotvec(sigma * rng.standard_normal((n, 3))) * truth
     track = Track(t, quats(estimate), sigma=np.tile(sigma, (n, 1)))
     score = evaluate(record(Truth(quats(truth)), n), track)
-    assert score.tilt_doubt == pytest.approx(1.0, abs=0.03)
-    assert score.heading_doubt == pytest.approx(1.0, abs=0.03)
+    assert score.tilt_error_ratio == pytest.approx(1.0, abs=0.03)
+    assert score.heading_error_ratio == pytest.approx(1.0, abs=0.03)
     without = evaluate(record(Truth(quats(truth)), n), Track(t, quats(estimate), sigma=np.zeros((n, 3))))
-    assert without.tilt_doubt is None
-    assert without.heading_doubt is None
+    assert without.tilt_error_ratio is None
+    assert without.heading_error_ratio is None
 
 
 @pytest.mark.parametrize("mag", [True, False])

@@ -31,8 +31,8 @@ def test_a_bias_that_runs_by_half_a_degree_a_second_in_ten_minutes(motion):
     )
     assert found.tilt < other.tilt
     assert found.heading < 1.2 * other.heading
-    assert 0.5 < found.tilt_doubt < 2.5
-    assert found.heading_doubt < 1.5
+    assert 0.5 < found.tilt_error_ratio < 2.5
+    assert found.heading_error_ratio < 1.5
     late = slice(len(track) // 2, None)
     behind = np.degrees(np.abs(track.bias[late] - warming.truth.bias[late]))
     assert behind.max() < 0.15, "it lags, and does not lose it: 0.5 °/s is what it would be without following"
@@ -89,7 +89,7 @@ def test_bursts_of_100_g(plain):
     assert np.isfinite(track.quat).all() and np.isfinite(track.sigma).all()
     assert np.sqrt(np.mean(tilt**2)) < np.sqrt(np.mean(tilt_without**2)) + 0.5
     assert tilt.max() < tilt_without.max() + 2.0
-    assert 0.5 < evaluate(hit, track).tilt_doubt < 2.0
+    assert 0.5 < evaluate(hit, track).tilt_error_ratio < 2.0
 
 
 def test_a_magnet_that_passes_by_in_two_seconds(plain):

@@ -12,21 +12,21 @@ from levelhead.errors import LevelheadError
 from levelhead.evaluate import compare
 from levelhead.filters import ESKF, AccelTilt, Complementary, GyroIntegration, Kalman, RollPitchKalman, health
 from levelhead.publish.plots import (
+    calibration_picture,
     case_picture,
     four_panels,
     gain_picture,
-    learned_picture,
     sweep_picture,
     track_picture,
 )
-from levelhead.publish.plots.angles import busiest, euler_of, euler_sigma, unrolled, wrapped
+from levelhead.publish.plots.angles import euler_of, euler_sigma, most_active_axis, unwrap, wrap
+from levelhead.publish.plots.calibration_panels import _finding as _learned_finding
 from levelhead.publish.plots.curves import envelope, groups, runs
-from levelhead.publish.plots.learned import _finding as _learned_finding
-from levelhead.publish.plots.track import _events, _finding
+from levelhead.publish.plots.orientation import _events, _finding
 from levelhead.recording import Recording, Truth
 from levelhead.simulate import hard_lesson, lesson, recording
 from levelhead.track import Track
-from levelhead.tune import converged, sweep
+from levelhead.tune import find_convergence, sweep
 
 PNG = b"\x89PNG\r\n\x1a\n"
 
@@ -50,7 +50,7 @@ def test_nan_gaps_and_wraps_break_the_line():
 
 def test_no_line_crosses_the_wrap_after_thinning():
     t = np.linspace(0.0, 100.0, 200_000)
-    x, line = envelope(t, wrapped(360.0 * t / 7.0 + 5.0 * np.random.default_rng(0).standard_normal(len(t))), 360.0)
+    x, line = envelope(t, wrap(360.0 * t / 7.0 + 5.0 * np.random.default_rng(0).standard_normal(len(t))), 360.0)
     assert np.nanmax(np.abs(np.diff(line))) <= 180.0
     assert len(x) == len(line)
 
@@ -88,7 +88,7 @@ def test_the_busiest_angle(axis, letter):
     t = np.arange(300) * 0.01
     quat = Rotation.from_euler(letter, np.sin(t)[:, None]).as_quat(scalar_first=True)
     quat[3] = np.nan
-    assert busiest(euler_of(t, quat)) == axis
+    assert most_active_axis(euler_of(t, quat)) == axis
 
 
 def test_sigma_of_euler_angles_by_monte_carlo():
@@ -104,9 +104,9 @@ def test_sigma_of_euler_angles_by_monte_carlo():
 
 def test_unrolled_is_one_line_unless_it_spins():
     turn = np.linspace(0.0, 500.0, 1000)
-    np.testing.assert_allclose(unrolled(wrapped(turn)), turn, atol=1e-9)
-    spin = wrapped(np.linspace(0.0, 5000.0, 1000))
-    np.testing.assert_array_equal(unrolled(spin), spin)
+    np.testing.assert_allclose(unwrap(wrap(turn)), turn, atol=1e-9)
+    spin = wrap(np.linspace(0.0, 5000.0, 1000))
+    np.testing.assert_array_equal(unwrap(spin), spin)
 
 
 def test_rest_is_an_event_but_no_fault():
@@ -146,8 +146,8 @@ def test_tuning_pictures(tmp_path):
     sweep_picture(sweep(short, Kalman, "r_measure", [0.1, 1.0, 10.0, 100.0]), tmp_path / "r.pdf")
     t = np.arange(1000) * 0.01
     gains = np.stack([1 + np.exp(-t), 2 + np.exp(-2 * t)], axis=1)
-    gain_picture(t, gains, converged(t, gains), tmp_path / "gains.png")
-    gain_picture(t, gains[:, 0], converged(t, gains[:, 0]), tmp_path / "gain.png")
+    gain_picture(t, gains, find_convergence(t, gains), tmp_path / "gains.png")
+    gain_picture(t, gains[:, 0], find_convergence(t, gains[:, 0]), tmp_path / "gain.png")
     assert (tmp_path / "alpha.svg").read_text(encoding="utf-8").startswith("<?xml")
     assert (tmp_path / "r.pdf").read_bytes().startswith(b"%PDF")
     assert is_png(tmp_path / "gains.png")
@@ -198,10 +198,10 @@ def test_what_cannot_be_drawn_is_said(cases, tmp_path, monkeypatch):
 def test_the_learned_picture(tmp_path, mag):
     rec = recording("LSM6DSO32", "hand", duration=5.0, mag=mag)
     course = learning(rec, ESKF())
-    learned_picture(course, tmp_path / "learned.png")
+    calibration_picture(course, tmp_path / "learned.png")
     assert (tmp_path / "learned.png").read_bytes().startswith(PNG)
     asked = 19 if mag else 15
     known = sum(int(getattr(course.known[-1], name).known.sum()) for name in ("gyr_matrix", "gyr_bias", "acc_bias"))
     known += 0 if mag is None else int(course.known[-1].mag_offset.known.sum() + course.known[-1].mag_delay.known[0])
     assert _learned_finding(course) == f"{known} of the sensor's {asked} numbers have been learned from this motion"
-    learned_picture(learning(rec[:1], ESKF(scale_start=0.0, acc_bias=0.0)), tmp_path / "one.svg")
+    calibration_picture(learning(rec[:1], ESKF(scale_start=0.0, acc_bias=0.0)), tmp_path / "one.svg")

@@ -14,7 +14,7 @@ from levelhead.filters import Complementary, Kalman
 from levelhead.filters.parameters import Param
 from levelhead.simulate import lesson, recording
 from levelhead.tune import Sweep, sweep
-from levelhead.tune.sweep import grid, with_value
+from levelhead.tune.sweep import grid, set_value
 
 SWEEP = importlib.import_module("levelhead.tune.sweep")  # the function hides the module's name
 
@@ -103,7 +103,7 @@ def test_json(alpha):
 
 
 def test_derived_names_replace_their_field():
-    assert with_value(Complementary(tau=3.0, adaptive=True), "alpha", 0.5) == Complementary(alpha=0.5, adaptive=True)
+    assert set_value(Complementary(tau=3.0, adaptive=True), "alpha", 0.5) == Complementary(alpha=0.5, adaptive=True)
 
 
 def test_what_is_wrong_is_said():

@@ -11,13 +11,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from levelhead import filters
-from levelhead.bench.figures import Figures, measure
+from levelhead.bench.error_figures import ErrorFigures, measure
 from levelhead.bench.groups import Group
-from levelhead.bench.methods import BEST, OURS, SMOOTHER, Method
-from levelhead.bench.parallel import spread
+from levelhead.bench.methods import DEFAULT, OURS, SMOOTHER, Method
+from levelhead.bench.processes import run_parallel
 from levelhead.bench.survey import Entry, load, survey
 from levelhead.bench.timing import Progress, machine
-from levelhead.evaluate.columns import Column, plain_table
+from levelhead.evaluate.text_table import Column, plain_table
 
 # What stands behind the groups: key, title, which figure, and what is made of it over the recordings.
 OVERALL = {
@@ -36,7 +36,7 @@ OVERALL = {
         ("drift in 60 s", "drift", "mean"),
     ),
 }
-MADE: dict[str, Callable[[Sequence[float]], float]] = {
+STATISTICS: dict[str, Callable[[Sequence[float]], float]] = {
     "mean": statistics.fmean,
     "median": statistics.median,
     "worst": max,
@@ -54,7 +54,7 @@ class Task(NamedTuple):
 class Outcome(NamedTuple):
     """What came of it: figures, or why there are none."""
 
-    figures: Figures | None
+    figures: ErrorFigures | None
     failure: str = ""
 
     @property
@@ -127,7 +127,7 @@ class Accuracy:
         found = [self.outcomes[i, method].figures for i in rows]
         values = [getattr(one, figure) for one in found if one is not None]
         known = [value for value in values if value is not None]
-        return float(MADE[how](known)) if known else None
+        return float(STATISTICS[how](known)) if known else None
 
     def cell(self, method: int, column: Column) -> str:
         """A cell as text; a star marks figures from which some recordings are missing."""
@@ -154,7 +154,7 @@ class Accuracy:
     @property
     def long(self) -> list[dict[str, Any]]:
         """One mapping per recording and method: names, figures in degrees, note; None for what does not exist."""
-        nothing = dict.fromkeys(Figures._fields)
+        nothing = dict.fromkeys(ErrorFigures._fields)
         return [
             {"dataset": entry.group.dataset, "group": entry.group.name, "recording": entry.name}
             | {"method": self.methods[j].name, "package": self.methods[j].package}
@@ -205,10 +205,10 @@ def _about(result: Accuracy) -> list[str]:
 def _remarks(result: Accuracy) -> dict[str, str]:
     """What must be known of a method, by its name."""
     known = {
-        BEST: f"best: {filters.best()}, what fuse takes by itself.",
-        SMOOTHER: f"smoother: {filters.offline()}, there and back: it knows the whole recording.",
+        DEFAULT: f"default: {filters.best()}, which fuse uses where no filter is named.",
+        SMOOTHER: f"smoother: {filters.offline()} with its backward pass: every instant uses the whole recording.",
         "imufusion.Ahrs+": "imufusion.Ahrs+: with its bias estimate and the rejections of its advanced example.",
-        "vqf.offlineVQF": "vqf.offlineVQF looks into the future.",
+        "vqf.offlineVQF": "vqf.offlineVQF uses the whole recording for every instant.",
     }
     if result.with_mag:
         known["ahrs.EKF"] = "ahrs.EKF is told the dip of the field as measured; its default is Munich's."
@@ -219,7 +219,7 @@ def _remarks(result: Accuracy) -> dict[str, str]:
 
 
 def _plain(method: Method) -> dict[str, Any] | None:
-    params = {BEST: filters.best(), SMOOTHER: filters.offline()}.get(method.name, method.params)
+    params = {DEFAULT: filters.best(), SMOOTHER: filters.offline()}.get(method.name, method.params)
     return {"filter": filters.of(params).name, **params._asdict()} if method.package == OURS else None
 
 
@@ -245,10 +245,10 @@ def run(task: Task) -> Outcome:
     except Exception as error:
         why = (str(error).splitlines() or [""])[0][:100]
         return Outcome(None, f"failed: {type(error).__name__}{f' ({why})' if why else ''}")
-    return _judged(recording, np.asarray(quat, dtype=float), task.entry.north)
+    return _measure(recording, np.asarray(quat, dtype=float), task.entry.north)
 
 
-def _judged(recording: Any, quat: Any, absolute: bool) -> Outcome:
+def _measure(recording: Any, quat: Any, absolute: bool) -> Outcome:
     """The figures, if there is a unit quaternion for every sample."""
     if quat.shape != (len(recording), 4):
         return Outcome(None, f"failed: gave an array of shape {quat.shape}")
@@ -293,7 +293,7 @@ def accuracy(
     position = {entry.path: i for i, entry in enumerate(entries)}
     order = {method.name: j for j, method in enumerate(methods)}
     outcomes: dict[tuple[int, int], Outcome] = {}
-    for task, outcome in spread(run, tasks, min(jobs, len(tasks))):
+    for task, outcome in run_parallel(run, tasks, min(jobs, len(tasks))):
         outcomes[position[task.entry.path], order[task.method.name]] = outcome
         if progress is not None:
             progress(len(outcomes) / len(tasks))

@@ -1,4 +1,4 @@
-"""What takes part in a comparison: levelhead's filters, what it takes by default, and the contenders."""
+"""The methods of a comparison: levelhead's default, its smoother, its filters, and the contenders."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -9,7 +9,7 @@ from levelhead.engine import fuse, smooth
 from levelhead.errors import LevelheadError, nearest
 from levelhead.recording import Array, Recording
 
-BEST = "best"
+DEFAULT = "default"
 SMOOTHER = "smoother"
 OURS = "levelhead"
 
@@ -39,23 +39,23 @@ class Method(NamedTuple):
 
 def ours() -> list[Method]:
     """The default, the smoother (which knows the whole recording) and all of levelhead's filters."""
-    return [Method(BEST), Method(SMOOTHER), *(Method(flt.name, flt.params()) for flt in filters.ALL)]
+    return [Method(DEFAULT), Method(SMOOTHER), *(Method(flt.name, flt.params()) for flt in filters.ALL)]
 
 
-def every() -> tuple[list[Method], list[str]]:
+def all_methods() -> tuple[list[Method], list[str]]:
     """All that can run here, and a sentence for each package that is not installed."""
     there = [Method(one.name) for one in contenders.ALL if one.installed]
     absent = dict.fromkeys(one.package for one in contenders.ALL if not one.installed)
     return ours() + there, [f"{package} is not installed: {contenders.INSTALL}" for package in absent]
 
 
-def chosen(params: Any) -> Method:
+def from_params(params: Any) -> Method:
     """One of levelhead's filters with parameters."""
     return Method(repr(params).removesuffix("()"), params)
 
 
 def find(name: str) -> Method:
-    """The method of that name: "best", a filter's, or a contender's such as vqf.VQF; case, - and _ do not count.
+    """The method of that name: "default", a filter's, or a contender's such as vqf.VQF; case, - and _ do not count.
 
     Raises:
         LevelheadError: there is none, or its package is not installed.

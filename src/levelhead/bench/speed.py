@@ -8,18 +8,18 @@ import numpy as np
 
 from levelhead import filters
 from levelhead.bench import contenders, inputs
-from levelhead.bench.methods import BEST, OURS, SMOOTHER, Method, every
-from levelhead.bench.timing import Case, Progress, Table, Timing, interleaved, machine
+from levelhead.bench.methods import DEFAULT, OURS, SMOOTHER, Method, all_methods
+from levelhead.bench.timing import Case, Progress, Table, Timing, machine, time_interleaved
 from levelhead.engine import AxisStream, Stream, fuse, smooth
 from levelhead.errors import LevelheadError
 from levelhead.recording import Recording
 from levelhead.units import STANDARD_GRAVITY
 
-FEWER = {"vqf": 1, "imufusion": 10, "ahrs": 1000}  # samples of a batch are divided by this: loops in Python take long
+DIVISOR = {"vqf": 1, "imufusion": 10, "ahrs": 1000}  # samples of a batch are divided by this: loops in Python take long
 LEAST = 200  # samples
 LIVE = 20_000  # updates in one repeat
-YARDSTICK = "vqf.VQF"
-LIVE_PEERS = ("imufusion.Ahrs", YARDSTICK)
+REFERENCE = "vqf.VQF"
+LIVE_PEERS = ("imufusion.Ahrs", REFERENCE)
 
 
 @dataclass(frozen=True)
@@ -58,30 +58,30 @@ def speed(samples: int = 200_000, repeats: int = 9, progress: Progress | None = 
                 progress((done + fraction) / 4)
 
         tables.append(make(mag, samples, repeats, report))
-    return Speed(tuple(tables), machine(), tuple(every()[1]))
+    return Speed(tuple(tables), machine(), tuple(all_methods()[1]))
 
 
 def batch(mag: bool, samples: int, repeats: int, progress: Progress | None = None) -> Table:
     """All methods over one recording by the call that users make, against VQF and, where there is one, our own twin."""
     cases = []
-    for method in every()[0]:
-        few = samples if method.package == OURS else max(LEAST, samples // FEWER[method.package])
+    for method in all_methods()[0]:
+        few = samples if method.package == OURS else max(LEAST, samples // DIVISOR[method.package])
         cases.append(Case(method.name, _whole(method, inputs.recording(few, mag=mag)), few))
-    timings = {one.name: one for one in interleaved(cases, repeats, progress)}
+    timings = {one.name: one for one in time_interleaved(cases, repeats, progress)}
     rows = [_batch_row(one, timings) for one in timings.values()]
     return Table(
         f"{_sensors(mag)}: a batch of {samples:,} samples",
         {
             "case": "method",
             "ns": "ns/sample",
-            "vqf": f"time to {YARDSTICK}",
+            "vqf": f"time to {REFERENCE}",
             "slower": "times slower than levelhead's",
             "twin": "which is",
         },
         rows,
         "The public calls with their checks and allocations; loops in Python over fewer samples. vqf does more per "
         "sample than most (rest detection, low-passes, rejection). Times slower: than our filter of that name, else "
-        f"than {BEST}.",
+        f"than {DEFAULT}.",
     )
 
 
@@ -95,10 +95,10 @@ def _whole(method: Method, recording: Recording) -> Callable[[], object]:
 
 def _batch_row(timing: Timing, timings: dict[str, Timing]) -> dict[str, Any]:
     row: dict[str, Any] = {"case": timing.name, "ns": timing.least, "median_ns": timing.median}
-    row["vqf"] = timing.over(timings[YARDSTICK]) if YARDSTICK in timings else None
+    row["vqf"] = timing.over(timings[REFERENCE]) if REFERENCE in timings else None
     if timing.name in contenders.BY_NAME:
         namesake = timing.name.partition(".")[2]
-        row["twin"] = namesake if namesake in timings else BEST
+        row["twin"] = namesake if namesake in timings else DEFAULT
         row["slower"] = timing.over(timings[row["twin"]])
     return row
 
@@ -106,7 +106,7 @@ def _batch_row(timing: Timing, timings: dict[str, Timing]) -> dict[str, Any]:
 def live(mag: bool, samples: int, repeats: int, progress: Progress | None = None) -> Table:
     """One update per sample, called from Python, against imufusion and vqf."""
     count = min(samples, LIVE)
-    timings = {one.name: one for one in interleaved(_live_cases(mag, count), repeats, progress)}
+    timings = {one.name: one for one in time_interleaved(_live_cases(mag, count), repeats, progress)}
     rows = []
     for one in timings.values():
         row: dict[str, Any] = {"case": one.name, "ns": one.least, "median_ns": one.median}
@@ -126,19 +126,19 @@ def _live_cases(mag: bool, count: int) -> list[Case]:
     sensors = [recording.gyr, recording.acc] + ([] if recording.mag is None else [recording.mag])
     rows = list(zip(*map(list, sensors), strict=True))
     tuples = list(zip(*(map(tuple, values.tolist()) for values in sensors), strict=True))
-    peers = [_fusion(sensors), _versatile(rows)]
-    cases = [Case(name, work, count) for name, work in zip(LIVE_PEERS, peers, strict=True) if _there(name)]
+    peers = [_imufusion(sensors), _vqf(rows)]
+    cases = [Case(name, work, count) for name, work in zip(LIVE_PEERS, peers, strict=True) if _installed(name)]
     if not mag:
         for params in (flt.params() for flt in filters.ALL if flt.axis is not None):
             cases.append(Case(f"AxisStream({type(params).__name__})", _axis(params, count), count))
-    choices = {BEST: filters.best()} | {flt.name: flt.params() for flt in filters.ALL}
+    choices = {DEFAULT: filters.best()} | {flt.name: flt.params() for flt in filters.ALL}
     for name, params in choices.items():
         cases.append(Case(f"Stream({name}), tuples", _stream(params, tuples), count))
         cases.append(Case(f"Stream({name}), NumPy rows", _stream(params, rows), count))
     return cases
 
 
-def _there(name: str) -> bool:
+def _installed(name: str) -> bool:
     return contenders.BY_NAME[name].installed
 
 
@@ -146,7 +146,7 @@ def _sensors(mag: bool) -> str:
     return "9-D, with magnetometer" if mag else "6-D, without magnetometer"
 
 
-def _fusion(sensors: Sequence[Any]) -> Callable[[], None]:
+def _imufusion(sensors: Sequence[Any]) -> Callable[[], None]:
     gyr, acc, *mag = sensors
     rows = list(zip(np.degrees(gyr), acc / STANDARD_GRAVITY, *mag, strict=True))
 
@@ -163,7 +163,7 @@ def _fusion(sensors: Sequence[Any]) -> Callable[[], None]:
     return work
 
 
-def _versatile(rows: Sequence[Any]) -> Callable[[], None]:
+def _vqf(rows: Sequence[Any]) -> Callable[[], None]:
     def work() -> None:
         import vqf
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from levelhead.bench.groups import Group, group_of
 from levelhead.errors import LevelheadError
-from levelhead.evaluate.score import counted
+from levelhead.evaluate.score import scored_rows
 from levelhead.recording import Recording
 from levelhead.sources import read
 
@@ -50,7 +50,7 @@ class Entry:
         return {"recording": self.name} | {key: facts[key] for key in facts if key != "path"}
 
 
-def logs(places: Iterable[Path]) -> list[Path]:
+def list_logs(places: Iterable[Path]) -> list[Path]:
     """The recordings' files in the folders, by name; files given as such.
 
     Raises:
@@ -86,7 +86,7 @@ def survey(places: Sequence[Path], with_mag: bool) -> tuple[list[Entry], list[st
         LevelheadError: nothing is left; with the first of these sentences.
     """
     entries, left_out = [], []
-    for path in logs(places):
+    for path in list_logs(places):
         try:
             entries.append(_entry(path, load(path, with_mag)))
         except LevelheadError as error:
@@ -100,7 +100,7 @@ def survey(places: Sequence[Path], with_mag: bool) -> tuple[list[Entry], list[st
 def _entry(path: Path, recording: Recording) -> Entry:
     if recording.truth is None:
         raise LevelheadError("it holds no true orientation; expected a reference to compare with")
-    counted(recording.truth)
+    scored_rows(recording.truth)
     return Entry(
         path=path,
         group=group_of(path),

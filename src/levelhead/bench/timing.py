@@ -63,7 +63,7 @@ class Table:
         return {"title": self.title, "rows": self.rows, "note": self.note}
 
 
-def interleaved(cases: Sequence[Case], repeats: int, progress: Progress | None = None) -> list[Timing]:
+def time_interleaved(cases: Sequence[Case], repeats: int, progress: Progress | None = None) -> list[Timing]:
     """Time all cases in turn, ``repeats`` times over; a first run of each, which may compile, does not count."""
     spent: list[list[float]] = [[] for _ in cases]
     for repeat in range(repeats + 1):

@@ -64,19 +64,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stdout.flush()
     except UnusedCliTokensError as error:
         extra = " ".join(error.unused_tokens or ())
-        return _complain(f"'{extra}' is one argument too many; --help shows what is expected")
+        return _report_error(f"'{extra}' is one argument too many; --help shows what is expected")
     except (LevelheadError, CycloptsError) as error:
-        return _complain(str(error), getattr(error, "exit_code", 2))
+        return _report_error(str(error), getattr(error, "exit_code", 2))
     except MemoryError:
-        return _complain("that needs more memory than there is")
+        return _report_error("that needs more memory than there is")
     except KeyboardInterrupt:
         sys.stderr.write("levelhead: stopped\n")
         return 130
     except BrokenPipeError:  # the reader of our output has seen enough
-        _say_no_more()
+        _discard_output()
     except OSError as error:
-        _say_no_more()
-        return _complain(f"{error.filename or 'standard output'}: {error.strerror or error}")
+        _discard_output()
+        return _report_error(f"{error.filename or 'standard output'}: {error.strerror or error}")
     return 0
 
 
@@ -88,11 +88,11 @@ def _start(tokens: Sequence[str]) -> None:
         app.register_install_completion_command(help="Complete commands, options and filter names in your shell.")
 
 
-def _complain(words: str, code: int = 2) -> int:
+def _report_error(words: str, code: int = 2) -> int:
     sys.stderr.write(f"levelhead: {' '.join(words.split())}\n")
     return code
 
 
-def _say_no_more() -> None:
+def _discard_output() -> None:
     """Standard output takes nothing any more; without this the interpreter would try once more as it ends."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

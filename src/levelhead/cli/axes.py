@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from levelhead.cli.options import Reading, say
+from levelhead.cli.options import Reading, print_line
 
 
 def axes(log: Path, /, *, reading: Reading = Reading()) -> None:  # noqa: B008
@@ -16,4 +16,4 @@ def axes(log: Path, /, *, reading: Reading = Reading()) -> None:  # noqa: B008
     """
     from levelhead.axis_map import find_axes
 
-    say(str(find_axes(reading.read(log))))
+    print_line(str(find_axes(reading.read(log))))

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 from cyclopts import App, Parameter
 
-from levelhead.cli.options import filter_names, folder, listed_filter, say, say_json
+from levelhead.cli.options import filter_names, folder, parse_filter_spec, print_json, print_line
 from levelhead.errors import LevelheadError
 
 bench = App(
@@ -23,8 +23,8 @@ def accuracy(
             negative="",
             metavar="NAME[:K=V,…]",
             completer=filter_names,
-            help="A filter, `best`, or a contender such as `vqf.VQF`; may be given several times. All of them if none "
-            "is named.",
+            help="A filter, `default` or a contender such as `vqf.VQF`; may be given several times. All of them if none"
+            " is named.",
         ),
     ] = (),
     mag: Annotated[bool, Parameter(negative="--no-mag", show_default=False)] = True,
@@ -44,16 +44,16 @@ def accuracy(
         json: print all figures as JSON.
     """
     from levelhead.bench import accuracy as run
-    from levelhead.bench.methods import distinct, every
-    from levelhead.bench.parallel import cores
-    from levelhead.publish.figures import print_accuracy
+    from levelhead.bench.methods import all_methods, distinct
+    from levelhead.bench.processes import cores
+    from levelhead.publish.bench_tables import print_accuracy
     from levelhead.publish.progress import progress
 
     if jobs is not None and jobs < 1:
         raise LevelheadError(f"{jobs} processes can do nothing; --jobs must be at least 1")
     if out is not None and out.exists():
         folder(out)  # what cannot be a folder is said before the work, not after it
-    methods, absent = (distinct([_method(word) for word in filter]), []) if filter else every()
+    methods, absent = (distinct([_method(word) for word in filter]), []) if filter else all_methods()
     with progress("comparing") as report:
         result = run(places, methods, with_mag=mag, jobs=jobs or cores(), remarks=absent, progress=report)
     written = []
@@ -62,11 +62,11 @@ def accuracy(
 
         written = write_accuracy(result, folder(out))
     if json:
-        say_json(result.to_dict() | {"written": [str(path) for path in written]})
+        print_json(result.to_dict() | {"written": [str(path) for path in written]})
         return
     print_accuracy(result, per_recording)
     if written:
-        say("written: " + ", ".join(str(path) for path in written))
+        print_line("written: " + ", ".join(str(path) for path in written))
 
 
 @bench.command
@@ -79,19 +79,19 @@ def speed(*, samples: int = 200_000, repeats: int = 9, json: Annotated[bool, Par
         json: print the figures as JSON.
     """
     from levelhead.bench import speed as run
-    from levelhead.publish.figures import print_figures
+    from levelhead.publish.bench_tables import print_figures
     from levelhead.publish.progress import progress
 
     with progress("timing") as report:
         result = run(samples, repeats, report)
     if json:
-        say_json(result.to_dict())
+        print_json(result.to_dict())
         return
     print_figures(result.tables, result.machine, result.remarks)
 
 
 def _method(word: str) -> Any:
     """A method from ``NAME`` or, for a filter of ours, ``NAME:k=v,k=v``."""
-    from levelhead.bench.methods import chosen, find
+    from levelhead.bench.methods import find, from_params
 
-    return chosen(listed_filter(word)) if ":" in word else find(word)
+    return from_params(parse_filter_spec(word)) if ":" in word else find(word)

@@ -9,15 +9,15 @@ from levelhead.cli.options import (
     FILTERS,
     GuardWords,
     Reading,
-    chosen_guard,
-    contender_columns,
-    contender_kinds,
+    external_columns,
+    external_kinds,
     filter_names,
     folder,
-    listed_filter,
     log_or_simulation,
-    say,
-    say_json,
+    parse_filter_spec,
+    parse_guard,
+    print_json,
+    print_line,
 )
 
 
@@ -44,7 +44,7 @@ def compare(
             name="--with",
             negative="",
             metavar="column:NAME",
-            completer=contender_kinds,
+            completer=external_kinds,
             help="Also the orientation in the log's quaternion columns NAME, such as a vendor's own: ahrs_q for "
             "ahrs_qw … ahrs_qz, q for q0 … q3, an array (n, 4), or four names with commas. Order, inverse and NED are "
             "found out and said. May be given several times.",
@@ -70,10 +70,10 @@ def compare(
     from levelhead.publish.progress import progress
     from levelhead.publish.table import print_table
 
-    chosen = [listed_filter(word) for word in filter] or [flt.params() for flt in filters.ALL]
-    before = chosen_guard(guard)
+    chosen = [parse_filter_spec(word) for word in filter] or [flt.params() for flt in filters.ALL]
+    before = parse_guard(guard)
     recording = log_or_simulation(log, simulate, seed, reading)
-    tracks = {name: reading.orientation(log, name) for name in contender_columns(contenders)}
+    tracks = {name: reading.orientation(log, name) for name in external_columns(contenders)}
     with progress("comparing") as report:
         comparison = run(recording, chosen, tracks=tracks, guard=before, progress=report)
     picture = None
@@ -83,12 +83,14 @@ def compare(
         picture = folder(out) / "compare.png"
         four_panels(comparison, picture)
     if json:
-        say_json(comparison.to_dict() | {"written": [str(picture)] if picture else []})
+        print_json(comparison.to_dict() | {"written": [str(picture)] if picture else []})
         return
     print_table(comparison)
     if picture:
-        say(f"written: {picture}")
+        print_line(f"written: {picture}")
     elif out is not None:
-        say("no picture: the four panels need the true orientation; `levelhead fuse` draws a recording without one")
+        print_line(
+            "no picture: the four panels need the true orientation; `levelhead fuse` draws a recording without one"
+        )
     else:
-        say("no picture asked for: -o DIR draws the four panels")
+        print_line("no picture asked for: -o DIR draws the four panels")

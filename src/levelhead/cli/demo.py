@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from levelhead.cli.options import folder, say, say_json
+from levelhead.cli.options import folder, print_json, print_line
 from levelhead.filters import AccelTilt, BiasRateKalman, Complementary, GyroIntegration, Kalman, RollPitchKalman
 
 PER_SAMPLE = Kalman(r_measure=4.0, q_per_sample=True)
@@ -44,17 +44,21 @@ def demo(
         more, findings = _more(comparison, seed, target)
         written += more
     if json:
-        say_json(comparison.to_dict() | {"findings": findings, "written": [str(path) for path in written]})
+        print_json(comparison.to_dict() | {"findings": findings, "written": [str(path) for path in written]})
         return
     print_table(comparison)
-    say("")
+    print_line("")
     for finding in findings:
-        say(f"{finding}.")
+        print_line(f"{finding}.")
     errors = {repr(row.track.params): row.score.total for row in comparison.rows if row.score is not None}
     per_sample, density = errors[repr(PER_SAMPLE)], errors[repr(DENSITY)]
-    say("Neither sensor can be trusted alone: the accelerometer jitters, the gyroscope drifts. Together they agree.")
-    say(f"The Kalman filter's Q added per sample: {per_sample:.4f}°; the same numbers as densities: {density:.4f}°.")
-    say("written: " + ", ".join(str(path) for path in written))
+    print_line(
+        "Neither sensor can be trusted alone: the accelerometer jitters, the gyroscope drifts. Together they agree."
+    )
+    print_line(
+        f"The Kalman filter's Q added per sample: {per_sample:.4f}°; the same numbers as densities: {density:.4f}°."
+    )
+    print_line("written: " + ", ".join(str(path) for path in written))
 
 
 def _more(comparison: Any, seed: int, target: Path) -> tuple[list[Path], list[str]]:
@@ -66,7 +70,7 @@ def _more(comparison: Any, seed: int, target: Path) -> tuple[list[Path], list[st
     from levelhead.publish.plots import case_picture, gain_picture, sweep_picture
     from levelhead.publish.progress import progress
     from levelhead.simulate import hard_lesson
-    from levelhead.tune import converged, sweep
+    from levelhead.tune import find_convergence, sweep
 
     recording = comparison.recording
     written, findings = [], []
@@ -79,7 +83,7 @@ def _more(comparison: Any, seed: int, target: Path) -> tuple[list[Path], list[st
     angle = np.degrees(np.arctan2(recording.acc[:, 1], recording.acc[:, 2]))
     axis = fuse_axis(recording.t, angle, np.degrees(recording.gyr[:, 0]), DENSITY, period=360.0)
     gains = np.stack([axis.gain_level, axis.gain_bias], axis=1)
-    index = converged(recording.t, gains)
+    index = find_convergence(recording.t, gains)
     written.append(target / "gain.png")
     gain_picture(recording.t, gains, index, written[-1])
     findings.append(f"Kalman gain: converged at sample {index}, {recording.t[index]:.2f} s")

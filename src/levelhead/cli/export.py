@@ -7,7 +7,16 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 from levelhead import filters
-from levelhead.cli.options import Axes, GuardWords, chosen_guard, filter_names, known_before, say, say_json, settings
+from levelhead.cli.options import (
+    Axes,
+    GuardWords,
+    filter_names,
+    parse_guard,
+    parse_settings,
+    print_json,
+    print_line,
+    read_prior,
+)
 from levelhead.errors import LevelheadError
 from levelhead.guard import Guard
 
@@ -52,9 +61,9 @@ def export(
     flt, mounted = filters.find(filter), AxisMap.parse(axes)
     found = _tuned(flt, tuned)
     params = flt.params(**found.get("params", {}))
-    changes = settings(set)
+    changes = parse_settings(set)
     params = params._replace(**changes) if changes else params
-    before = chosen_guard(guard) if guard else Guard(**found.get("guard", {}))
+    before = parse_guard(guard) if guard else Guard(**found.get("guard", {}))
     words = ["levelhead export", flt.name, *(f"--set {word}" for word in set)]
     words += [f"--from {tuned.name}"] if tuned else []
     words += [f"--guard {word}" for word in guard]
@@ -64,7 +73,7 @@ def export(
     words += ["--axis"] if axis else []
     words.append("--float" if single else "--double")
     words += ["--arduino"] if arduino else []
-    known = known_before(prior, params)
+    known = read_prior(prior, params)
     choice = Choice(
         params,
         before,
@@ -77,9 +86,9 @@ def export(
     )
     written = write(choice, out, arduino)
     if json:
-        say_json({"filter": flt.name, "params": dict(params._asdict()), "written": [str(path) for path in written]})
+        print_json({"filter": flt.name, "params": dict(params._asdict()), "written": [str(path) for path in written]})
         return
-    say("written: " + ", ".join(str(path) for path in written))
+    print_line("written: " + ", ".join(str(path) for path in written))
 
 
 def _tuned(flt: filters.Filter, path: Path | None) -> dict[str, Any]:

@@ -11,13 +11,13 @@ from levelhead.cli.options import (
     FilterName,
     GuardWords,
     Reading,
-    chosen_filter,
-    chosen_guard,
     folder,
-    known_before,
-    must_learn,
-    say,
-    say_json,
+    parse_filter,
+    parse_guard,
+    print_json,
+    print_line,
+    read_prior,
+    require_self_calibration,
 )
 from levelhead.errors import LevelheadError
 from levelhead.guard import Guard
@@ -51,7 +51,7 @@ def fuse(
         out: folder for the results LOG-track.csv and LOG-track.png.
         format: of the track.
         plot: draw the picture (needs the extra levelhead[plot]), and for a filter that learns its sensor how it did,
-            LOG-learned.png.
+            LOG-calibration.png.
         offline: smooth: every instant knows what the whole recording taught (filter ESKF).
         prior: what an earlier run has learned of the same sensor, from --save-calibration: the run starts with it.
         save_calibration: where to write what this run has learned of the sensor, with its 1σ, as JSON.
@@ -64,18 +64,18 @@ def fuse(
     from levelhead.publish.writers import write_track
     from levelhead.track import declination_angle
 
-    params, before = chosen_filter(filter, set, offline), chosen_guard(guard)
+    params, before = parse_filter(filter, set, offline), parse_guard(guard)
     run = smooth if offline else forward
     if declination is not None:
         declination_angle(declination)  # a wrong one is said before the work, not after it
-    known = known_before(prior, params)
+    known = read_prior(prior, params)
     if save_calibration is not None:
-        must_learn(params, "--save-calibration")
+        require_self_calibration(params, "--save-calibration")
     recording = reading.read(log)
     if "live" in recording.meta and filter is None and not set:
-        params, before = as_the_node(recording.meta["live"], before, guard)
+        params, before = node_filter(recording.meta["live"], before, guard)
     if declination is not None:
-        _must_know_north(recording, params)
+        _require_north(recording, params)
     with progress("smoothing" if offline else "fusing") as report:
         track = run(recording, params, guard=before, prior=known, progress=report)
     score = None
@@ -91,20 +91,20 @@ def fuse(
     if plot:
         written += _picture(recording, track, target.with_suffix(".png"), quiet=json)
         if track.calibration is not None:
-            written += _learned(recording, params, before, known, target.with_name(f"{log.stem}-learned.png"))
+            written += _learned(recording, params, before, known, target.with_name(f"{log.stem}-calibration.png"))
     if save_calibration is not None and track.calibration is not None:
         track.calibration.save(save_calibration)
         written.append(save_calibration)
     if json:
-        say_json(facts(recording, track, score, before) | {"written": [str(path) for path in written]})
+        print_json(facts(recording, track, score, before) | {"written": [str(path) for path in written]})
         return
-    say(summary(recording, track, score, before))
+    print_line(summary(recording, track, score, before))
     for note in recording.meta.get("notes", ()):
-        say(f"note: {note}")
-    say("written: " + ", ".join(str(path) for path in written))
+        print_line(f"note: {note}")
+    print_line("written: " + ", ".join(str(path) for path in written))
 
 
-def as_the_node(live: Mapping[str, Any], guard: Any, words: Sequence[str]) -> tuple[Any, Any]:
+def node_filter(live: Mapping[str, Any], guard: Any, words: Sequence[str]) -> tuple[Any, Any]:
     """The filter and the guard with which a black box was made; thresholds in words win."""
     params = filters.find(live["filter"]).params(**live["params"])
     if words:
@@ -112,7 +112,7 @@ def as_the_node(live: Mapping[str, Any], guard: Any, words: Sequence[str]) -> tu
     return params, None if live["guard"] is None else Guard(**live["guard"])
 
 
-def _must_know_north(recording: Any, params: Any) -> None:
+def _require_north(recording: Any, params: Any) -> None:
     """Makes sure that heading is relative to a north that can be corrected."""
     flt = filters.of(params)
     why = f"{flt.name} does not follow the magnetometer" if "heading" not in flt.estimates else ""
@@ -127,7 +127,9 @@ def _picture(recording: Any, track: Any, path: Path, quiet: bool) -> list[Path]:
 
     if find_spec("matplotlib") is None:
         if not quiet:
-            say("no picture: it needs matplotlib (pip install 'levelhead[plot]'); --no-plot leaves this line out")
+            print_line(
+                "no picture: it needs matplotlib (pip install 'levelhead[plot]'); --no-plot leaves this line out"
+            )
         return []
     from levelhead.publish.plots import track_picture
 
@@ -142,7 +144,7 @@ def _learned(recording: Any, params: Any, guard: Any, known: Any, path: Path) ->
     if find_spec("matplotlib") is None:
         return []
     from levelhead.engine.calibration_history import learning
-    from levelhead.publish.plots import learned_picture
+    from levelhead.publish.plots import calibration_picture
 
-    learned_picture(learning(recording, params, guard=guard, prior=known), path)
+    calibration_picture(learning(recording, params, guard=guard, prior=known), path)
     return [path]

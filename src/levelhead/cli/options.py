@@ -52,12 +52,12 @@ class Reading:
         return orientation(log, column, map=columns, units=units, lsb=lsb, rate=self.rate)
 
 
-def contender_kinds(_: Any) -> dict[str, str]:
+def external_kinds(_: Any) -> dict[str, str]:
     """What ``--with`` takes, for the shell to complete."""
     return {"column:": "quaternion columns of the log, by the name that they share"}
 
 
-def contender_columns(words: Sequence[str]) -> list[str]:
+def external_columns(words: Sequence[str]) -> list[str]:
     """The names in words such as ``column:ahrs_q``.
 
     Raises:
@@ -118,7 +118,7 @@ GuardWords = Annotated[
 Axes = Annotated[str, Parameter(name="--axes", metavar="X,Y,Z", allow_leading_hyphen=True)]
 
 
-def settings(pairs: Iterable[str], example: str = "r_measure=0.1") -> dict[str, Any]:
+def parse_settings(pairs: Iterable[str], example: str = "r_measure=0.1") -> dict[str, Any]:
     """``k=v`` words as keyword arguments of a Params class.
 
     Raises:
@@ -135,27 +135,27 @@ def settings(pairs: Iterable[str], example: str = "r_measure=0.1") -> dict[str, 
     return values
 
 
-def chosen_filter(name: str | None, pairs: Sequence[str], offline: bool = False) -> Any:
+def parse_filter(name: str | None, pairs: Sequence[str], offline: bool = False) -> Any:
     """The Params object for ``--filter NAME --set k=v``; without a name the best filter there is."""
-    values = settings(pairs)
+    values = parse_settings(pairs)
     if name is not None:
         return filters.find(name).params(**values)
     best = filters.offline() if offline else filters.best()
     for parameter in values:
-        must_have(best, parameter)
+        require_parameter(best, parameter)
     return best._replace(**values) if values else best
 
 
-def chosen_guard(words: Sequence[str]) -> Guard | None:
+def parse_guard(words: Sequence[str]) -> Guard | None:
     """The guard for ``--guard k=v``; None for ``--guard off``."""
     if not any(word.lower() == "off" for word in words):
-        return Guard(**settings(words, "rest_time=3, or off"))
+        return Guard(**parse_settings(words, "rest_time=3, or off"))
     if len(words) > 1:
         raise LevelheadError("--guard off leaves no threshold to set; give either off or thresholds")
     return None
 
 
-def must_have(params: Any, parameter: str) -> None:
+def require_parameter(params: Any, parameter: str) -> None:
     """Makes sure that the filter that was chosen for the user has a parameter that he names.
 
     Raises:
@@ -169,7 +169,7 @@ def must_have(params: Any, parameter: str) -> None:
         )
 
 
-def must_learn(params: Any, option: str) -> None:
+def require_self_calibration(params: Any, option: str) -> None:
     """Makes sure that the filter learns what its sensor does wrong.
 
     Raises:
@@ -181,23 +181,23 @@ def must_learn(params: Any, option: str) -> None:
         raise LevelheadError(f"{option} needs a filter that learns its sensor, which {flt.name} does not; try {who}")
 
 
-def known_before(path: Path | None, params: Any) -> "Calibration | None":
+def read_prior(path: Path | None, params: Any) -> "Calibration | None":
     """The calibration in the file that ``--prior`` names, for a filter that can start with it."""
     from levelhead.calibration import Calibration
 
     if path is None:
         return None
-    must_learn(params, "--prior")
+    require_self_calibration(params, "--prior")
     return Calibration.read(path)
 
 
-def listed_filter(word: str) -> Any:
+def parse_filter_spec(word: str) -> Any:
     """A Params object from ``NAME`` or ``NAME:k=v,k=v``."""
     name, _, pairs = word.partition(":")
-    return filters.find(name).params(**settings(pairs.split(",") if pairs else []))
+    return filters.find(name).params(**parse_settings(pairs.split(",") if pairs else []))
 
 
-def simulated(
+def simulate_recording(
     what: str,
     seed: int | None = None,
     duration: float | None = None,
@@ -233,7 +233,7 @@ def log_or_simulation(log: Path | None, simulate: str | None, seed: int | None, 
         return reading.read(log)
     if reading != Reading():
         raise LevelheadError("--map, --units, --lsb and --rate say how to read a log; --simulate needs none of them")
-    recording: Recording = simulated(str(simulate), seed)
+    recording: Recording = simulate_recording(str(simulate), seed)
     return recording
 
 
@@ -250,12 +250,12 @@ def folder(path: Path) -> Path:
     return path
 
 
-def say(text: str) -> None:
+def print_line(text: str) -> None:
     """A line for people, on standard output."""
     sys.stdout.write(f"{text}\n")
 
 
-def say_json(value: dict[str, Any]) -> None:
+def print_json(value: dict[str, Any]) -> None:
     """The result for programs, on standard output."""
     escape = "utf" not in (sys.stdout.encoding or "").lower()
     json.dump(value, sys.stdout, indent=2, ensure_ascii=escape, allow_nan=False)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from levelhead.cli.options import Axes, FilterName, GuardWords, chosen_filter, chosen_guard, say, say_json
+from levelhead.cli.options import Axes, FilterName, GuardWords, parse_filter, parse_guard, print_json, print_line
 from levelhead.errors import LevelheadError
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ def run(
     from levelhead.live.static_calibration import TICKS
     from levelhead.sources import parse_lsb, parse_map, parse_units
 
-    params, before = chosen_filter(filter, set), chosen_guard(guard)
+    params, before = parse_filter(filter, set), parse_guard(guard)
     if duration is not None and not duration > 0.0:
         raise LevelheadError(f"the duration is {duration:g}; expected seconds, more than 0")
     if calibrate is not None and calibrate < 0:
@@ -96,11 +96,11 @@ def run(
         with node, _signals(node), _lines(node, quiet=json):
             figures = node.run(duration)
     if json:
-        say_json(figures)
+        print_json(figures)
     else:
-        say(_summary(figures))
+        print_line(_summary(figures))
         if kept is not None:
-            say(kept.failure or f"written: {box}")
+            print_line(kept.failure or f"written: {box}")
 
 
 def _bus(publish: str | None, certificates: Path | None, readers: tuple[str, ...]) -> Any:
@@ -166,7 +166,7 @@ class _lines:
 
 def _tell(text: str, quiet: bool) -> None:
     if not quiet:
-        say(text)
+        print_line(text)
         sys.stdout.flush()
 
 

@@ -5,7 +5,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from levelhead.cli.options import say, say_json, simulated
+from levelhead.cli.options import print_json, print_line, simulate_recording
 from levelhead.errors import LevelheadError
 
 
@@ -38,12 +38,12 @@ def simulate(
     writers = {".csv": write_csv, ".npz": write, ".bag": write_bag}
     if out.suffix.lower() not in writers:
         raise LevelheadError(f"cannot write {out}: it ends in '{out.suffix}'; expected .csv, .npz or .bag")
-    recording = simulated(what, seed, duration, rate, sensor)
+    recording = simulate_recording(what, seed, duration, rate, sensor)
     writers[out.suffix.lower()](recording, out)
     if json:
         facts = {"samples": len(recording), "duration_s": recording.duration, "rate_hz": recording.rate, "what": what}
         made = {name: recording.meta[name] for name in ("sensor", "seed") if name in recording.meta}
-        say_json(facts | made | {"written": [str(out)]})
+        print_json(facts | made | {"written": [str(out)]})
         return
-    say(f"{recording}")
-    say(f"written: {out}")
+    print_line(f"{recording}")
+    print_line(f"written: {out}")

@@ -9,14 +9,14 @@ from levelhead.cli.options import (
     FilterName,
     GuardWords,
     Reading,
-    chosen_filter,
-    chosen_guard,
     folder,
     log_or_simulation,
-    must_have,
     parameter_names,
-    say,
-    say_json,
+    parse_filter,
+    parse_guard,
+    print_json,
+    print_line,
+    require_parameter,
 )
 
 
@@ -51,11 +51,11 @@ def sweep(
     from levelhead.publish.table import print_table
     from levelhead.tune import sweep as run
 
-    before = chosen_guard(guard)
+    before = parse_guard(guard)
     recording = log_or_simulation(log, simulate, seed, reading)
-    params = chosen_filter(filter, set)
+    params = parse_filter(filter, set)
     if filter is None:
-        must_have(params, parameter)
+        require_parameter(params, parameter)
     with progress("sweeping") as report:
         result = run(recording, params, parameter, list(values) or None, guard=before, progress=report)
     picture = None
@@ -65,7 +65,7 @@ def sweep(
         picture = folder(out) / f"sweep-{parameter}.png"
         sweep_picture(result, picture)
     if json:
-        say_json(result.to_dict() | {"written": [str(picture)] if picture else []})
+        print_json(result.to_dict() | {"written": [str(picture)] if picture else []})
         return
     print_table(result)
-    say(f"written: {picture}" if picture else "no picture asked for: -o DIR draws the curve")
+    print_line(f"written: {picture}" if picture else "no picture asked for: -o DIR draws the curve")

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from levelhead.cli.options import FilterName, GuardWords, Reading, chosen_filter, chosen_guard, say
+from levelhead.cli.options import FilterName, GuardWords, Reading, parse_filter, parse_guard, print_line
 from levelhead.errors import LevelheadError
 
 
@@ -38,7 +38,7 @@ def view(
     if not live and (endpoint is not None or certificates is not None):
         raise LevelheadError("--endpoint and --certificates are for --live")
     shown = _node(endpoint, certificates, port) if log is None else _recording(log, filter, set, guard, reading, port)
-    say(f"{shown.page.url}  (Ctrl-C ends it)")
+    print_line(f"{shown.page.url}  (Ctrl-C ends it)")
     sys.stdout.flush()
     try:
         shown.wait()
@@ -49,12 +49,12 @@ def view(
 def _recording(log: Path, name: str | None, pairs: Any, words: Any, reading: Reading, port: int) -> Any:
     from levelhead.publish.dashboard.recording import RecordingView
 
-    params, before = chosen_filter(name, pairs), chosen_guard(words)
+    params, before = parse_filter(name, pairs), parse_guard(words)
     recording = reading.read(log)
     if "live" in recording.meta and name is None and not pairs:
-        from levelhead.cli.fuse import as_the_node
+        from levelhead.cli.fuse import node_filter
 
-        params, before = as_the_node(recording.meta["live"], before, words)
+        params, before = node_filter(recording.meta["live"], before, words)
     return RecordingView(recording, params, before, port)
 
 

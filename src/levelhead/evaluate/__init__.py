@@ -1,8 +1,8 @@
 """How good an orientation is: errors against truth as BROAD defines them, lag, honest σ, and filters side by side."""
 
 from levelhead.evaluate.align import Alignment, align
+from levelhead.evaluate.attitude_error import Errors
 from levelhead.evaluate.compare import Comparison, Row, compare
-from levelhead.evaluate.errors import Errors
 from levelhead.evaluate.score import Score, error_angles, evaluate
 
 __all__ = ["Alignment", "Comparison", "Errors", "Row", "Score", "align", "compare", "error_angles", "evaluate"]

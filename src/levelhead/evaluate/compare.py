@@ -11,10 +11,10 @@ from levelhead.engine import fuse
 from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.engine.binding import choose
 from levelhead.errors import LevelheadError
-from levelhead.evaluate.columns import Column, plain_table
-from levelhead.evaluate.contenders import Contender, contenders
-from levelhead.evaluate.errors import error_quaternion, split
+from levelhead.evaluate.attitude_error import error_quaternion, split
+from levelhead.evaluate.external_track import ExternalTrack, align_external
 from levelhead.evaluate.score import Score, evaluate, rms
+from levelhead.evaluate.text_table import Column, plain_table
 from levelhead.filters import resolve
 from levelhead.guard import Guard
 from levelhead.recording import Recording
@@ -31,8 +31,8 @@ COLUMNS = (
     Column("worst", "worst", "°", 2, "low"),
     Column("bias", "bias", "°/s", 4, "low"),
     Column("lag", "lag", "ms", 1, "low"),
-    Column("tilt_doubt", "tilt error/σ", "", 2, "one"),
-    Column("heading_doubt", "heading error/σ", "", 2, "one"),
+    Column("tilt_error_ratio", "tilt error/σ", "", 2, "one"),
+    Column("heading_error_ratio", "heading error/σ", "", 2, "one"),
     Column("difference", "tilt against the first", "°", 3),
     Column("ns", "time", "ns/sample", 0, "low"),
 )
@@ -48,19 +48,19 @@ class Row:
         ns: wall time of the batch run in ns per sample, the fastest of a few runs, compilation left out; None for an
             orientation from elsewhere.
         difference: RMS angle in ° between its vertical and that of the first row.
-        contender: for an orientation from elsewhere, its name and how it was made to match.
+        external: for an orientation from elsewhere, its name and how it was made to match.
     """
 
     track: Track
     score: Score | None
     ns: float | None
     difference: float
-    contender: Contender | None = None
+    external: ExternalTrack | None = None
 
     @property
     def name(self) -> str:
         """The filter with its parameters, or the contender's name."""
-        return self.track.name if self.contender is None else self.contender.name
+        return self.track.name if self.external is None else self.external.name
 
     @property
     def cells(self) -> dict[str, Any]:
@@ -102,7 +102,7 @@ class Comparison:
     @property
     def notes(self) -> list[str]:
         """What a reader of the table must know: sentences."""
-        others = [row.contender.note for row in self.rows if row.contender is not None]
+        others = [row.external.note for row in self.rows if row.external is not None]
         clock = [f"Time is wall time of the {self.engine} engine, compilation left out."]
         clock = clock if any(row.ns is not None for row in self.rows) else []
         if self.guard is None:
@@ -141,7 +141,7 @@ class Comparison:
                 {"filter": row.name, "params": _plain(row.track.params), "ns_per_sample": row.ns}
                 | {"score": None if row.score is None else row.score.to_dict()}
                 | {"tilt_difference_deg": row.difference}
-                | {"alignment": None if row.contender is None else row.contender.alignment.to_dict()}
+                | {"alignment": None if row.external is None else row.external.alignment.to_dict()}
                 for row in self.rows
             ],
         }
@@ -154,7 +154,7 @@ def _plain(params: Any) -> dict[str, Any]:
     return dict(params._asdict()) if hasattr(params, "_asdict") else {}
 
 
-def timed(
+def time_fuse(
     recording: Recording,
     params: Any,
     engine: str,
@@ -210,12 +210,12 @@ def compare(
             if progress is not None:
                 progress((done + fraction) / len(chosen))
 
-        track, ns = timed(recording, params, engine, report, guard=guard)
+        track, ns = time_fuse(recording, params, engine, report, guard=guard)
         score = None if recording.truth is None else evaluate(recording, track)
         rows.append(Row(track, score, ns, _difference(track, rows[0].track if rows else track)))
         report(1.0)
     first = rows[0].track if rows else None
-    for other in contenders(recording, tracks or {}, first):
+    for other in align_external(recording, tracks or {}, first):
         score = None
         if recording.truth is not None:
             score = evaluate(recording, other.track, relative=other.relative, partial=True)

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from levelhead.recording import Array
 
-LONGEST = 1.0  # s, the longest lag or lead looked for
-SMALLEST_MOTION = radians(1.0)  # RMS about the mean below which nothing can be told
-DOUBT = 0.02  # s, the largest standard error with which a lag is still worth saying
+MAX_LAG = 1.0  # s, the longest lag or lead looked for
+MIN_MOTION = radians(1.0)  # RMS about the mean below which nothing can be told
+MAX_STANDARD_ERROR = 0.02  # s, the largest standard error with which a lag is still worth saying
 BLOCKS = 24  # of time, for the standard error
 SCAN_POINTS, FIT_POINTS = 2_000, 20_000  # samples compared; more would say the same
 
@@ -44,27 +44,29 @@ def _centred(values: Array) -> Array:
     return values - values.mean(axis=1, keepdims=True) if values.shape[1] else values
 
 
-def _cost(tau: float, t: Array, truth: Array, when: Array, seen: Array) -> float:
-    rest = _centred(seen - _at(when - tau, t, truth))
+def _cost(tau: float, t: Array, truth: Array, when: Array, estimate: Array) -> float:
+    rest = _centred(estimate - _at(when - tau, t, truth))
     return float(np.mean(rest**2)) if rest.size else np.inf
 
 
-def _scan(t: Array, truth: Array, when: Array, seen: Array) -> float | None:
+def _scan(t: Array, truth: Array, when: Array, estimate: Array) -> float | None:
     """The lag, to 25 ms, with the least J; None when that lies at the end of the range."""
-    longest = min(LONGEST, 0.25 * float(t[-1] - t[0]))
+    longest = min(MAX_LAG, 0.25 * float(t[-1] - t[0]))
     grid = np.arange(-1.0, 1.0001, 0.025) * longest
-    costs = [_cost(tau, t, truth, when, seen) for tau in grid]
+    costs = [_cost(tau, t, truth, when, estimate) for tau in grid]
     best = int(np.argmin(costs))
     return float(grid[best]) if 0 < best < len(grid) - 1 else None
 
 
-def _step(tau: float, t: Array, signals: tuple[Array, Array], when: Array, seen: Array) -> tuple[float, float] | None:
+def _step(
+    tau: float, t: Array, signals: tuple[Array, Array], when: Array, estimate: Array
+) -> tuple[float, float] | None:
     """One Gauss-Newton step on J: the new lag and its standard error, both in s; None when nothing moves.
 
     ``signals`` are the true signal and its rate. Residuals of neighbouring samples are alike, so the standard error
     comes from sums over blocks of time (batch means): √(Σ_blocks (Σ r·ṡ)²) / Σ |ṡ|².
     """
-    rest = seen - _at(when - tau, t, signals[0])
+    rest = estimate - _at(when - tau, t, signals[0])
     rate = _at(when - tau, t, signals[1])
     good = np.isfinite(rest).all(axis=0) & np.isfinite(rate).all(axis=0)
     if good.sum() < BLOCKS:
@@ -79,17 +81,17 @@ def _step(tau: float, t: Array, signals: tuple[Array, Array], when: Array, seen:
     return tau + change, sqrt(float(np.sum(blocks**2))) / power
 
 
-def _refine(tau: float, t: Array, truth: Array, when: Array, seen: Array) -> float | None:
+def _refine(tau: float, t: Array, truth: Array, when: Array, estimate: Array) -> float | None:
     """Gauss-Newton on J from ``tau``; None when the motion is too slow for the error to tell."""
     signals = truth, np.gradient(truth, t, axis=1)
     for _ in range(8):
-        found = _step(tau, t, signals, when, seen)
+        found = _step(tau, t, signals, when, estimate)
         if found is None:
             return None
-        change, (tau, doubt) = found[0] - tau, found
+        change, (tau, error) = found[0] - tau, found
         if abs(change) < 1e-7:
             break
-    return tau if doubt <= DOUBT and abs(tau) <= LONGEST else None
+    return tau if error <= MAX_STANDARD_ERROR and abs(tau) <= MAX_LAG else None
 
 
 def lag(t: Array, estimate: Array, truth: Array, rows: NDArray[np.bool_], with_heading: bool) -> float | None:
@@ -107,12 +109,12 @@ def lag(t: Array, estimate: Array, truth: Array, rows: NDArray[np.bool_], with_h
         return None
     true_signal = signal(truth, with_heading)
     swing = _centred(true_signal[:, chosen])
-    if sqrt(float(np.mean(np.sum(swing**2, axis=0)))) < SMALLEST_MOTION:
+    if sqrt(float(np.mean(np.sum(swing**2, axis=0)))) < MIN_MOTION:
         return None
 
-    def thinned(count: int) -> tuple[Array, Array]:
+    def subsample(count: int) -> tuple[Array, Array]:
         picked = chosen[np.unique(np.linspace(0, len(chosen) - 1, min(count, len(chosen))).astype(int))]
         return t[picked], signal(estimate[picked], with_heading)
 
-    start = _scan(t, true_signal, *thinned(SCAN_POINTS))
-    return None if start is None else _refine(start, t, true_signal, *thinned(FIT_POINTS))
+    start = _scan(t, true_signal, *subsample(SCAN_POINTS))
+    return None if start is None else _refine(start, t, true_signal, *subsample(FIT_POINTS))

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from levelhead.errors import LevelheadError
-from levelhead.evaluate.errors import Errors, error_quaternion, heading_offset, split, turn_heading
+from levelhead.evaluate.attitude_error import Errors, error_quaternion, heading_offset, split, turn_heading
 from levelhead.evaluate.lag import lag
 from levelhead.recording import Array, Recording, Truth
 from levelhead.track import Track
@@ -29,8 +29,8 @@ class Score:
         bias: RMS length of the bias error over the axes estimated, °/s; None without a true or an estimated bias.
         bias_axes: RMS bias error about x, y and z, °/s; None for an axis of which the filter never said anything.
         lag: ms by which the estimate trails the truth; None when the motion is too small to tell.
-        tilt_doubt: RMS of tilt error over its own σ: 1 is honest, more is overconfident; None without σ.
-        heading_doubt: the same for heading; None without σ or without absolute heading.
+        tilt_error_ratio: RMS of tilt error over its own σ: 1 is honest, more is overconfident; None without σ.
+        heading_error_ratio: the same for heading; None without σ or without absolute heading.
         samples: samples compared.
     """
 
@@ -43,8 +43,8 @@ class Score:
     bias: float | None
     bias_axes: tuple[float | None, float | None, float | None] | None
     lag: float | None
-    tilt_doubt: float | None
-    heading_doubt: float | None
+    tilt_error_ratio: float | None
+    heading_error_ratio: float | None
     samples: int
 
     def to_dict(self) -> dict[str, Any]:
@@ -62,13 +62,13 @@ class Score:
             lines.append(f"bias {self.bias:.4f} °/s RMS")
         if self.lag is not None:
             lines.append(f"{abs(self.lag):.1f} ms {'late' if self.lag >= 0.0 else 'early'}")
-        if self.tilt_doubt is not None:
-            heading = "" if self.heading_doubt is None else f", heading {self.heading_doubt:.3g}"
-            lines.append(f"error over its own σ: tilt {self.tilt_doubt:.3g}{heading} (1 is honest)")
+        if self.tilt_error_ratio is not None:
+            heading = "" if self.heading_error_ratio is None else f", heading {self.heading_error_ratio:.3g}"
+            lines.append(f"error over its own σ: tilt {self.tilt_error_ratio:.3g}{heading} (1 is honest)")
         return "\n".join(lines)
 
 
-def truth_of(recording: Recording, track: Track, partial: bool = False) -> Truth:
+def require_truth(recording: Recording, track: Track, partial: bool = False) -> Truth:
     """The recording's truth, once it is sure that the track can be held against it.
 
     ``partial``: the track may be NaN where its source said nothing.
@@ -89,7 +89,7 @@ def truth_of(recording: Recording, track: Track, partial: bool = False) -> Truth
     return recording.truth
 
 
-def counted(truth: Truth) -> NDArray[np.bool_]:
+def scored_rows(truth: Truth) -> NDArray[np.bool_]:
     """(n,) the samples that count: truth known and, where it says so, moving.
 
     Raises:
@@ -119,10 +119,10 @@ def absolute_heading(recording: Recording, track: Track) -> bool:
 
 def error_angles(recording: Recording, track: Track) -> Errors:
     """Errors of every sample in rad (rest phases too), a relative heading aligned first as in ``evaluate``."""
-    return _aligned(recording, track).errors
+    return _error_angles(recording, track).errors
 
 
-class _Aligned(NamedTuple):
+class _ErrorAngles(NamedTuple):
     """Errors in rad, the heading offset removed in rad (None: none was to be), the rows that count, and the total error
     in rad with the best offset removed in any case.
     """
@@ -133,9 +133,11 @@ class _Aligned(NamedTuple):
     total: Array
 
 
-def _aligned(recording: Recording, track: Track, relative: bool | None = None, partial: bool = False) -> _Aligned:
-    truth = truth_of(recording, track, partial)
-    rows = counted(truth)
+def _error_angles(
+    recording: Recording, track: Track, relative: bool | None = None, partial: bool = False
+) -> _ErrorAngles:
+    truth = require_truth(recording, track, partial)
+    rows = scored_rows(truth)
     if partial:
         rows &= ~np.isnan(track.quat).any(axis=1)
         if not rows.any():
@@ -144,8 +146,8 @@ def _aligned(recording: Recording, track: Track, relative: bool | None = None, p
     offset = heading_offset(error, rows)
     turned = split(turn_heading(error, -offset))
     if relative or (relative is None and not absolute_heading(recording, track)):
-        return _Aligned(turned, offset, rows, turned.total)
-    return _Aligned(split(error), None, rows, turned.total)
+        return _ErrorAngles(turned, offset, rows, turned.total)
+    return _ErrorAngles(split(error), None, rows, turned.total)
 
 
 def rms(values: Array) -> float:
@@ -155,7 +157,7 @@ def rms(values: Array) -> float:
 
 def root_mean_squares(recording: Recording, track: Track) -> tuple[float, float, float]:
     """RMS of total, tilt and heading error in degrees: the part of ``evaluate`` that a sweep needs."""
-    found, _, rows, _ = _aligned(recording, track)
+    found, _, rows, _ = _error_angles(recording, track)
     total, tilt, heading = (float(np.degrees(rms(values[rows]))) for values in found)
     return total, tilt, heading
 
@@ -178,7 +180,7 @@ def bias_errors(
     return x, y, z
 
 
-def doubt(error: Array, sigma: Array | None, rows: NDArray[np.bool_]) -> float | None:
+def error_ratio(error: Array, sigma: Array | None, rows: NDArray[np.bool_]) -> float | None:
     """RMS of error over σ where σ is positive; None without such a σ. 1 when σ tells the truth."""
     if sigma is None:
         return None
@@ -201,9 +203,9 @@ def evaluate(recording: Recording, track: Track, *, relative: bool | None = None
     Raises:
         LevelheadError: the recording holds no truth, or the track belongs to another recording.
     """
-    found, offset, rows, aligned = _aligned(recording, track, relative, partial)
+    found, offset, rows, aligned = _error_angles(recording, track, relative, partial)
     absolute = offset is None
-    truth = truth_of(recording, track, partial)
+    truth = require_truth(recording, track, partial)
     axes = bias_errors(recording, track, rows)
     late = lag(recording.t, track.quat, truth.quat, rows, with_heading=absolute)
     total, tilt, heading = (float(np.degrees(rms(values[rows]))) for values in found)
@@ -217,7 +219,7 @@ def evaluate(recording: Recording, track: Track, *, relative: bool | None = None
         bias=None if axes is None else float(np.sqrt(sum(value**2 for value in axes if value is not None))),
         bias_axes=axes,
         lag=None if late is None else 1e3 * late,
-        tilt_doubt=doubt(found.tilt, track.sigma_tilt, rows),
-        heading_doubt=doubt(found.heading, track.sigma_heading, rows) if absolute else None,
+        tilt_error_ratio=error_ratio(found.tilt, track.sigma_tilt, rows),
+        heading_error_ratio=error_ratio(found.heading, track.sigma_heading, rows) if absolute else None,
         samples=int(rows.sum()),
     )

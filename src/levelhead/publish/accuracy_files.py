@@ -7,7 +7,7 @@ from pathlib import Path
 
 from levelhead.atomic import atomic_path
 from levelhead.bench.accuracy import Accuracy
-from levelhead.publish.figures import markdown
+from levelhead.publish.bench_tables import markdown
 
 NAME = "accuracy"
 
@@ -25,7 +25,7 @@ def write_accuracy(result: Accuracy, folder: Path) -> list[Path]:
     if find_spec("matplotlib") is None:
         paths.remove(picture)
     else:
-        from levelhead.publish.plots.accuracy import accuracy_picture
+        from levelhead.publish.plots.accuracy_chart import accuracy_picture
 
         accuracy_picture(result, picture)
     with atomic_path(table) as temporary, open(temporary, "w", encoding="utf-8", newline="") as file:

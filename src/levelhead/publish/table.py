@@ -4,8 +4,8 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from levelhead.evaluate import Comparison
-from levelhead.evaluate.columns import Column, best_rows, used
 from levelhead.evaluate.compare import COLUMNS
+from levelhead.evaluate.text_table import Column, best_rows, used
 from levelhead.tune import Sweep
 
 if TYPE_CHECKING:

@@ -9,13 +9,13 @@ and ``gnss`` are sensors beside it.
 """
 
 from levelhead.simulate.aiding_sensors import Barometer, Receiver, gnss, pressure
-from levelhead.simulate.assemble import recording
 from levelhead.simulate.disturbance import Bumps, Vibration
+from levelhead.simulate.imu import EARTH_FIELD, Imu, Iron, observe
 from levelhead.simulate.lesson import hard_lesson, lesson
 from levelhead.simulate.motion import STYLES, Motion, motion
+from levelhead.simulate.pipeline import recording
 from levelhead.simulate.presets import CHIPS, MAGNETOMETERS, imu
-from levelhead.simulate.sensor import EARTH_FIELD, Imu, Iron, observe
-from levelhead.simulate.triad_errors import Triad
+from levelhead.simulate.triad_errors import TriadErrors
 
 __all__ = [
     "CHIPS",
@@ -28,7 +28,7 @@ __all__ = [
     "Iron",
     "Motion",
     "Receiver",
-    "Triad",
+    "TriadErrors",
     "Vibration",
     "gnss",
     "hard_lesson",

@@ -76,11 +76,15 @@ def require(name: str, value: float, unit: str, *, positive: bool = False, infin
     raise LevelheadError(f"{name} is {value}; expected {wanted} {unit}")
 
 
-def vibration(random: np.random.Generator, t: Array, shake: Vibration) -> Array:
+def vibration(random: np.random.Generator, t: Array, vibration_model: Vibration) -> Array:
     """(n, 3) the sine at the times ``t`` (s), with a random phase."""
-    axis = np.asarray(shake.direction, dtype=float)
+    axis = np.asarray(vibration_model.direction, dtype=float)
     phase = random.uniform(0.0, 2.0 * math.pi)
-    wave = shake.amplitude * np.sin(2.0 * math.pi * shake.frequency * t + phase) * np.exp(-(t - t[0]) / shake.decay)
+    wave = (
+        vibration_model.amplitude
+        * np.sin(2.0 * math.pi * vibration_model.frequency * t + phase)
+        * np.exp(-(t - t[0]) / vibration_model.decay)
+    )
     shaken: Array = np.outer(wave, axis / np.linalg.norm(axis))
     return shaken
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array, Recording, Truth
-from levelhead.simulate.noise import whole_seed
+from levelhead.simulate.noise import check_seed
 from levelhead.units import STANDARD_GRAVITY
 
 SAMPLES = 6000
@@ -46,7 +46,7 @@ def lesson(seed: int = 42, *, accel_noise: float = 3.0, bias_walk: float = 0.02)
     t = INTERVAL * np.arange(SAMPLES, dtype=np.float64)
     angle = 30.0 * np.sin(0.2 * t) + 10.0 * np.sin(0.05 * t)
     # The order of the draws is part of the lesson: another order gives another recording for the same seed.
-    random = np.random.RandomState(whole_seed(seed, 2**32))
+    random = np.random.RandomState(check_seed(seed, 2**32))
     accel = angle + random.normal(0.0, accel_noise, SAMPLES)
     accel += 5.0 * np.sin(50.0 * t) * np.exp(-0.05 * t)
     accel[random.choice(SAMPLES, BUMPS, replace=False)] += random.uniform(-BUMP, BUMP, BUMPS)

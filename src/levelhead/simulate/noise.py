@@ -30,10 +30,10 @@ def generator(seed: int, *stream: int) -> np.random.Generator:
     Raises:
         LevelheadError: the seed is negative or not a whole number.
     """
-    return np.random.default_rng(np.random.SeedSequence(whole_seed(seed), spawn_key=stream))
+    return np.random.default_rng(np.random.SeedSequence(check_seed(seed), spawn_key=stream))
 
 
-def whole_seed(seed: int, below: float = math.inf) -> int:
+def check_seed(seed: int, below: float = math.inf) -> int:
     """The seed, if it is a whole number from zero to ``below``.
 
     Raises:

@@ -18,8 +18,8 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from levelhead.errors import LevelheadError, nearest
-from levelhead.simulate.sensor import Imu, Iron
-from levelhead.simulate.triad_errors import PerAxis, Triad
+from levelhead.simulate.imu import Imu, Iron
+from levelhead.simulate.triad_errors import PerAxis, TriadErrors
 from levelhead.units import STANDARD_GRAVITY, factor
 
 TOLERANCE_SIGMAS = 3.0
@@ -46,7 +46,7 @@ class Scale(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Sheet:
+class DataSheet:
     """A data sheet's page about one triad, in the data sheet's own unit.
 
     Attributes:
@@ -73,7 +73,7 @@ class Sheet:
     instability: float = 0.0
     walk: float = 0.0
 
-    def triad(self, full_scale: float | None) -> Triad:
+    def errors(self, full_scale: float | None) -> TriadErrors:
         """The error model at a nominal full scale in the sheet's unit (None: the default one).
 
         Raises:
@@ -85,7 +85,7 @@ class Sheet:
             raise LevelheadError(f"{self.quantity} range {wanted:g} {self.unit} does not exist; the chip has {legal}")
         scale, si = self.scales[wanted], factor(self.quantity, self.unit)
         zero = self.zero if isinstance(self.zero, tuple) else (self.zero,) * 3
-        return Triad(
+        return TriadErrors(
             white_noise_density=scale.noise_density / ONE_SIDED * si,
             turn_on_bias=(_sigma(zero[0]) * si, _sigma(zero[1]) * si, _sigma(zero[2]) * si),
             bias_instability=self.instability * si,
@@ -102,16 +102,20 @@ def _sigma(tolerance: float) -> float:
     return tolerance / TOLERANCE_SIGMAS
 
 
-def _gyroscope(scales: Mapping[float, Scale], zero: float, sensitivity: float, cross_axis: float = CROSS_AXIS) -> Sheet:
+def _gyroscope(
+    scales: Mapping[float, Scale], zero: float, sensitivity: float, cross_axis: float = CROSS_AXIS
+) -> DataSheet:
     """A sheet in °/s, with what is typical of all."""
-    return Sheet("gyr", "deg/s", scales, 500, zero, sensitivity, cross_axis, instability=GYR_INSTABILITY, walk=GYR_WALK)
+    return DataSheet(
+        "gyr", "deg/s", scales, 500, zero, sensitivity, cross_axis, instability=GYR_INSTABILITY, walk=GYR_WALK
+    )
 
 
 def _accelerometer(
     scales: Mapping[float, Scale], zero: PerAxis, sensitivity: float, cross_axis: float = CROSS_AXIS
-) -> Sheet:
+) -> DataSheet:
     """A sheet in g, with what is typical of all."""
-    return Sheet("acc", "g", scales, 4, zero, sensitivity, cross_axis, instability=ACC_INSTABILITY, walk=ACC_WALK)
+    return DataSheet("acc", "g", scales, 4, zero, sensitivity, cross_axis, instability=ACC_INSTABILITY, walk=ACC_WALK)
 
 
 def _counts(noise_density: float, per_unit: Mapping[float, float]) -> dict[float, Scale]:
@@ -129,14 +133,14 @@ class Chip(NamedTuple):
 
     name: str
     source: str
-    gyr: Sheet
-    acc: Sheet
-    mag: Sheet | None = None
+    gyr: DataSheet
+    acc: DataSheet
+    mag: DataSheet | None = None
 
 
 # AK09916 inside the ICM-20948: DS-000189 rev 1.3, 3.3 table 3: 0.15 µT/LSB, zero-field ±2000 LSB (calibrate it!), table
 # 22: ±32752 codes. Noise and sensitivity tolerance are TYPICAL: 0.3 µT rms at 100 Hz, ±5 %.
-_AK09916 = Sheet(
+_AK09916 = DataSheet(
     "mag", "µT", {4900: Scale(0.15, 0.3 / math.sqrt(50.0))}, 4900, 2000 * 0.15, 0.05, last_code=32752
 )  # fmt: skip
 
@@ -208,9 +212,9 @@ _HMC_COUNTS: dict[float, float] = {
     5.6: 330.0,
     8.1: 230.0,
 }
-MAGNETOMETERS: dict[str, Sheet] = {
-    "HMC5883L": Sheet("mag", "G", _counts(_TWO_MILLIGAUSS, _HMC_COUNTS), 1.3, 0.010, 0.05, 0.002, 2047),
-    "QMC5883L": Sheet("mag", "G", _counts(_TWO_MILLIGAUSS, {2: 12000.0, 8: 3000.0}), 8, 0.010, 0.05, 0.002),
+MAGNETOMETERS: dict[str, DataSheet] = {
+    "HMC5883L": DataSheet("mag", "G", _counts(_TWO_MILLIGAUSS, _HMC_COUNTS), 1.3, 0.010, 0.05, 0.002, 2047),
+    "QMC5883L": DataSheet("mag", "G", _counts(_TWO_MILLIGAUSS, {2: 12000.0, 8: 3000.0}), 8, 0.010, 0.05, 0.002),
     "AK09916": _AK09916,
 }
 
@@ -249,9 +253,9 @@ def imu(
     if sheet is None and (mag_range is not None or iron is not None):
         raise LevelheadError(f"the {chip.name} has no magnetometer; expected mag='HMC5883L' or another beside it")
     board = Imu(
-        chip.gyr.triad(gyr_range),
-        chip.acc.triad(acc_range),
-        None if sheet is None else sheet.triad(mag_range),
+        chip.gyr.errors(gyr_range),
+        chip.acc.errors(acc_range),
+        None if sheet is None else sheet.errors(mag_range),
         name=chip.name if mag is None else f"{chip.name} + {mag}",
     )
     return board if iron is None else replace(board, iron=iron)

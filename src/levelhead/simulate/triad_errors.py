@@ -17,7 +17,7 @@ TURN_ON, MATRIX, WHITE, INSTABILITY, WALK, VIBRATION, BUMPS = range(7)
 
 
 @dataclass(frozen=True)
-class Triad:
+class TriadErrors:
     """What a triad does wrong. "Unit" is rad/s, m/s² or µT; where one number stands for three axes, it holds for each.
 
     Attributes:
@@ -30,7 +30,7 @@ class Triad:
         correlation_time: of that process, in s.
         random_walk: K in unit/√s, which is unit/s/√Hz (rate random walk): the bias wanders by σ = K·√t.
         scale_factor: 1σ of the scale factor error of each axis, a fraction (0.01 is one percent).
-        misalignment: 1σ in rad of each of the six small angles by which the axes lean (cross-axis sensitivity).
+        misalignment: 1σ in rad of each of the six small angles by which the axes misalignment (cross-axis sensitivity).
         quantisation: one least significant bit, in unit; 0 leaves the values continuous.
         full_scale: readings stop at ± this, in unit.
         vibration: a sine from outside, or None.
@@ -79,7 +79,7 @@ _UNITS = {
 
 
 @dataclass(frozen=True, eq=False)
-class Reading:
+class TriadReadings:
     """What a triad says, and what made it say so.
 
     Attributes:
@@ -95,7 +95,7 @@ class Reading:
     matrix: Array
 
 
-def read(triad: Triad, true: Array, t: Array, seed: int, sensor: int = 0) -> Reading:
+def apply_errors(triad: TriadErrors, true: Array, t: Array, seed: int, sensor: int = 0) -> TriadReadings:
     """What the triad reads when the truth is ``true``.
 
     The effects act in the order in which they do in hardware: true → scale factor and misalignment → bias → white noise
@@ -131,10 +131,10 @@ def read(triad: Triad, true: Array, t: Array, seed: int, sensor: int = 0) -> Rea
         values += vibration(stream(VIBRATION), t, triad.vibration)
     if triad.bumps is not None:
         values += bumps(stream(BUMPS), t, triad.bumps)
-    return Reading(digitise(values, triad.full_scale, triad.quantisation), bias, turn_on, matrix)
+    return TriadReadings(digitise(values, triad.full_scale, triad.quantisation), bias, turn_on, matrix)
 
 
-def error_matrix(random: np.random.Generator, triad: Triad) -> Array:
+def error_matrix(random: np.random.Generator, triad: TriadErrors) -> Array:
     """(3, 3) diag(1 + s)·(I + E): scale factor errors s and six misalignment angles E.
 
     All six off-diagonal elements are drawn, three for the axes that are not at right angles and three for the triad
@@ -142,9 +142,9 @@ def error_matrix(random: np.random.Generator, triad: Triad) -> Array:
     IMU calibration without external equipments, ICRA; here with both parts in one matrix).
     """
     scale = 1.0 + random.standard_normal(3) * np.asarray(triad.scale_factor)
-    lean = random.standard_normal((3, 3)) * triad.misalignment
-    np.fill_diagonal(lean, 0.0)
-    matrix: Array = scale[:, None] * (np.eye(3) + lean)
+    misalignment = random.standard_normal((3, 3)) * triad.misalignment
+    np.fill_diagonal(misalignment, 0.0)
+    matrix: Array = scale[:, None] * (np.eye(3) + misalignment)
     return matrix
 
 

@@ -7,7 +7,7 @@ from levelhead.errors import LevelheadError
 from levelhead.recording import real_array, time_array
 
 
-def converged(t: ArrayLike, gain: ArrayLike, tolerance: float = 0.01) -> int:
+def find_convergence(t: ArrayLike, gain: ArrayLike, tolerance: float = 0.01) -> int:
     """Index of the first sample from which the gain stays within ``tolerance`` of its final value ever after.
 
     From there on the filter is, to that tolerance, a fixed-gain (complementary) filter. An index near the end means
@@ -19,7 +19,7 @@ def converged(t: ArrayLike, gain: ArrayLike, tolerance: float = 0.01) -> int:
         tolerance: allowed distance as a share of the final value, 0.01 for 1 %.
 
     Returns:
-        Index into ``t``; ``t[converged(t, gain)]`` is the time.
+        Index into ``t``; ``t[find_convergence(t, gain)]`` is the time.
 
     Raises:
         LevelheadError: lengths differ, a gain is NaN, or the tolerance is not positive.

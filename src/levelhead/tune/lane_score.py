@@ -13,7 +13,7 @@ import numpy as np
 
 from levelhead.compiler.mark import kernel
 from levelhead.engine import lanes
-from levelhead.evaluate.score import counted
+from levelhead.evaluate.score import scored_rows
 from levelhead.filters.contract import Filter
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.trig import atan2
@@ -82,7 +82,7 @@ def root_mean_squares(
     truth = recording.truth
     if truth is None:
         raise ValueError("needs a recording with truth")
-    rows = counted(truth)
+    rows = scored_rows(truth)
     real = np.where(rows[:, None], truth.quat, np.nan)
     start = np.tile(SQUARES.start, (len(tries), 1))
     share, done = 1.0, 0.0

@@ -13,8 +13,8 @@ from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.engine.binding import choose
 from levelhead.engine.parallel import worth_lanes
 from levelhead.errors import LevelheadError, nearest
-from levelhead.evaluate.columns import Column, plain_table
 from levelhead.evaluate.score import root_mean_squares
+from levelhead.evaluate.text_table import Column, plain_table
 from levelhead.filters.parameters import Param, derived_table, settable
 from levelhead.guard import Guard
 from levelhead.recording import Array, Recording
@@ -70,7 +70,7 @@ class Sweep:
     @property
     def best(self) -> Any:
         """The filter's parameters with that value."""
-        return with_value(self.params, self.name, self.minimum)
+        return set_value(self.params, self.name, self.minimum)
 
     @property
     def flat(self) -> tuple[int, int]:
@@ -154,7 +154,7 @@ class Sweep:
         return f"{self.params!r}\n{plain_table(self.columns, self.table)}\n{self.finding[0].upper()}{self.finding[1:]}."
 
 
-def with_value(params: Any, name: str, value: float) -> Any:
+def set_value(params: Any, name: str, value: float) -> Any:
     """The same parameters with one of them, or one of their other names (alpha for tau), set to ``value``."""
     fields = dict(params._asdict())
     derived = derived_table(type(params)).get(name)
@@ -221,7 +221,7 @@ def sweep(
     chosen = sorted({float(value) for value in values})
     if not chosen:
         raise LevelheadError(f"there is no value of {name} to try; expected at least one")
-    tries = [with_value(params, name, value) for value in chosen]  # all checked before the first run
+    tries = [set_value(params, name, value) for value in chosen]  # all checked before the first run
     total, tilt, heading = _scores(recording, tries, guard, engine, progress).T
     return Sweep(params, name, param, np.array(chosen), total, tilt, heading, metric)
 

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from levelhead.evaluate.errors import turn_heading
+from levelhead.evaluate.attitude_error import turn_heading
 from levelhead.recording import Array, Recording
 
 QUARTER = np.pi / 2  # rad, from x north to x east

@@ -64,7 +64,7 @@ SAME = Convention()
 READINGS: tuple[tuple[Order, bool], ...] = (("wxyz", False), ("wxyz", True), ("xyzw", False), ("xyzw", True))
 
 
-def worth_trying(order: Order, inverse: bool, earth: str, sensor: str) -> list[Convention]:
+def distinct_conventions(order: Order, inverse: bool, earth: str, sensor: str) -> list[Convention]:
     """The conventions that differ, given how free the constant rotations are (see ``turns.Freedom``)."""
     if earth == "any" and sensor == "any" and order != "wxyz":
         return []  # the same as the other direction, see above

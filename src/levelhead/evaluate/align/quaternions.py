@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from levelhead.evaluate.errors import error_quaternion, split
+from levelhead.evaluate.attitude_error import error_quaternion, split
 from levelhead.recording import Array
 
 ONE: Array = np.array([1.0, 0.0, 0.0, 0.0])

@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from levelhead.evaluate.align.quaternions import angles, between, of_rotvec, product, rotation, rotvec
-from levelhead.evaluate.align.rotation_fit import Fit, core_rms, huber
-from levelhead.evaluate.align.series import FEWEST, Course, Pairs
+from levelhead.evaluate.align.rotation_fit import Fit, huber_weights, trimmed_rms
+from levelhead.evaluate.align.series import MIN_SAMPLES, OrientationSeries, SeriesPair
 from levelhead.evaluate.lag import BLOCKS
 from levelhead.recording import Array
 
@@ -26,7 +26,7 @@ _DONE = 1e-8  # rad and s
 _RATE_OVER = 0.01  # s, at least, to either side of the instant
 
 
-class Refined(NamedTuple):
+class Refinement(NamedTuple):
     """The end of the search: the hypothesis with its last rotations, and the shift.
 
     Attributes:
@@ -40,29 +40,29 @@ class Refined(NamedTuple):
     shift_error: float | None
 
 
-def refine(fit: Fit, shift: float, move_clock: bool, pairs: Pairs) -> Refined:
+def refine(fit: Fit, shift: float, move_clock: bool, pairs: SeriesPair) -> Refinement:
     """Gauss-Newton from a closed-form fit; ``move_clock`` says whether the shift is a parameter too."""
-    when = pairs.near(shift, POINTS)
+    when = pairs.instants(shift, POINTS)
     heading_only, any_earth = fit.freedom.earth == "heading", fit.freedom.earth == "any"
     turns_earth, turns_sensor = 3 * any_earth + heading_only, 3 * (fit.freedom.sensor == "any")
     late, error = shift, None
     for _ in range(_STEPS if turns_earth + turns_sensor + move_clock else 0):
         quat, known, rate = _rows(pairs, late, when)
-        if len(quat) < FEWEST:
+        if len(quat) < MIN_SAMPLES:
             break
         errors = rotvec(between(known, fit.apply(quat)))
-        weights = huber(np.linalg.norm(errors, axis=1))
+        weights = huber_weights(np.linalg.norm(errors, axis=1))
         columns = [np.swapaxes(rotation(known).as_matrix(), 1, 2)[:, :, 3 - turns_earth :]] if turns_earth else []
         columns += [np.tile(np.eye(3), (len(quat), 1, 1))] if turns_sensor else []
         columns += [rate[:, :, None]] if move_clock else []
         change, error = _step(np.concatenate(columns, axis=2), errors, weights)
-        fit, late = _moved(fit, late, change, turns_earth, turns_sensor)
+        fit, late = _update(fit, late, change, turns_earth, turns_sensor)
         if np.abs(change).max() < _DONE:
             break
-    return Refined(fit._replace(core=_core(fit, pairs, late, when)), late, error if move_clock else None)
+    return Refinement(fit._replace(trimmed=_trimmed(fit, pairs, late, when)), late, error if move_clock else None)
 
 
-def _rows(pairs: Pairs, late: float, when: Array) -> tuple[Array, Array, Array]:
+def _rows(pairs: SeriesPair, late: float, when: Array) -> tuple[Array, Array, Array]:
     """(m, 4) estimate, (m, 4) reference and (m, 3) rate of the reference in rad/s where all three are known."""
     quat, known = pairs.at(late, when)
     rate = rates(pairs.reference, when if pairs.at_reference else when - late)
@@ -70,7 +70,7 @@ def _rows(pairs: Pairs, late: float, when: Array) -> tuple[Array, Array, Array]:
     return quat[good], known[good], rate[good]
 
 
-def rates(course: Course, when: Array) -> Array:
+def rates(course: OrientationSeries, when: Array) -> Array:
     """(m, 3) angular rate in rad/s in the sensor's axes by central differences; NaN where the course does not say."""
     over = max(course.interval, _RATE_OVER)
     before, after = course.at(when - over), course.at(when + over)
@@ -87,16 +87,16 @@ def _step(jacobian: Array, errors: Array, weights: Array) -> tuple[Array, float]
     Residuals of neighbouring samples are alike, so the covariance is H⁻¹ (Σ_blocks g gᵀ) H⁻¹ with g the sum of w Jᵀ e
     over a block of time (batch means). What the motion does not tell is left as it is (pseudo-inverse).
     """
-    pulls = np.einsum("k,kij,ki->kj", weights, jacobian, errors)
+    gradients = np.einsum("k,kij,ki->kj", weights, jacobian, errors)
     hessian = np.einsum("k,kij,kil->jl", weights, jacobian, jacobian)
     scale = np.sqrt(np.maximum(np.diag(hessian), 1e-300))
     inverse = np.linalg.pinv(hessian / np.outer(scale, scale), rcond=1e-9) / np.outer(scale, scale)
-    starts = np.unique(np.linspace(0, len(pulls), BLOCKS, endpoint=False).astype(int))
-    blocks = np.add.reduceat(pulls, starts, axis=0)
-    return -inverse @ pulls.sum(axis=0), sqrt(max(float((inverse @ (blocks.T @ blocks) @ inverse)[-1, -1]), 0.0))
+    starts = np.unique(np.linspace(0, len(gradients), BLOCKS, endpoint=False).astype(int))
+    blocks = np.add.reduceat(gradients, starts, axis=0)
+    return -inverse @ gradients.sum(axis=0), sqrt(max(float((inverse @ (blocks.T @ blocks) @ inverse)[-1, -1]), 0.0))
 
 
-def _moved(fit: Fit, late: float, change: Array, turns_earth: int, turns_sensor: int) -> tuple[Fit, float]:
+def _update(fit: Fit, late: float, change: Array, turns_earth: int, turns_sensor: int) -> tuple[Fit, float]:
     x, y = np.zeros(3), np.zeros(3)
     x[3 - turns_earth :] = change[:turns_earth]  # heading is the third
     y[:turns_sensor] = change[turns_earth : turns_earth + turns_sensor]
@@ -104,7 +104,7 @@ def _moved(fit: Fit, late: float, change: Array, turns_earth: int, turns_sensor:
     return fit._replace(earth=earth, sensor=sensor), late + float(np.sum(change[turns_earth + turns_sensor :]))
 
 
-def _core(fit: Fit, pairs: Pairs, late: float, when: Array) -> float:
+def _trimmed(fit: Fit, pairs: SeriesPair, late: float, when: Array) -> float:
     quat, known = pairs.at(late, when)
     good = np.isfinite(quat[:, 0]) & np.isfinite(known[:, 0])
-    return core_rms(angles(known[good], fit.apply(quat[good])))
+    return trimmed_rms(angles(known[good], fit.apply(quat[good])))

@@ -9,13 +9,13 @@ import numpy as np
 from levelhead.evaluate.align.conventions import TO_ENU, TO_REFERENCE, Convention
 from levelhead.evaluate.align.quaternions import product, rotation
 from levelhead.evaluate.align.rotation_fit import Freedom
-from levelhead.evaluate.lag import DOUBT
+from levelhead.evaluate.lag import MAX_STANDARD_ERROR
 from levelhead.track import Track
 
-WORSE = 4.0 / 3.0  # a simpler hypothesis is preferred if its residual is at most this much larger
-NOTHING = 0.02  # °, a difference of residuals that is never worth a more complicated hypothesis
-FAR = 20.0  # °, a residual beyond which the two may not belong together
-TURNING = 2.0  # °, the RMS turn about an axis below which nothing turns about it
+RESIDUAL_RATIO = 4.0 / 3.0  # a simpler hypothesis is preferred if its residual is at most this much larger
+RESIDUAL_MARGIN = 0.02  # °, a difference of residuals that is never worth a more complicated hypothesis
+MISMATCH = 20.0  # °, a residual beyond which the two may not belong together
+MIN_ROTATION = 2.0  # °, the RMS turn about an axis below which nothing turns about it
 
 Quaternion = tuple[float, float, float, float]
 
@@ -33,12 +33,12 @@ class Alignment:
         shift_error: its standard error in s; None if it was not looked for, or cannot be told.
         before: RMS angle in ° between both as they are.
         after: the same, aligned.
-        core: RMS angle in ° over the best 90 % of the samples, aligned; by this hypotheses are judged.
-        runner_up: the convention that fits next best with the same freedom; None if there was no other.
-        runner_up_core: its ``core``, °.
+        trimmed: RMS angle in ° over the best 90 % of the samples, aligned; by this hypotheses are judged.
+        second_best: the convention that fits next best with the same freedom; None if there was no other.
+        second_best_trimmed: its ``core``, °.
         spread: RMS turn in ° of the reference about the three principal axes of its motion, the largest first.
         samples: instants compared.
-        looked_for_shift: whether a shift was to be found.
+        shift_searched: whether a shift was to be found.
     """
 
     convention: Convention
@@ -49,12 +49,12 @@ class Alignment:
     shift_error: float | None
     before: float
     after: float
-    core: float
-    runner_up: Convention | None
-    runner_up_core: float | None
+    trimmed: float
+    second_best: Convention | None
+    second_best_trimmed: float | None
     spread: tuple[float, float, float]
     samples: int
-    looked_for_shift: bool = True
+    shift_searched: bool = True
 
     @property
     def order(self) -> str:
@@ -83,26 +83,26 @@ class Alignment:
         return 1e3 * self.shift
 
     @property
-    def delayed(self) -> bool:
+    def has_delay(self) -> bool:
         """Whether the shift is more than its own error (3σ) and than 0.05 ms."""
         return self.shift_error is not None and abs(self.shift) > max(3.0 * self.shift_error, 5e-5)
 
     @property
     def axes(self) -> int:
         """About how many axes the motion turns, 0 to 3; two are needed to tell everything apart."""
-        return sum(turn > max(TURNING, self.core) for turn in self.spread)
+        return sum(turn > max(MIN_ROTATION, self.trimmed) for turn in self.spread)
 
     @property
-    def sure(self) -> bool:
+    def unambiguous(self) -> bool:
         """Whether there is nothing that this motion cannot tell."""
-        return not self.doubts
+        return not self.ambiguities
 
     @property
-    def doubts(self) -> tuple[str, ...]:
+    def ambiguities(self) -> tuple[str, ...]:
         """What this motion cannot tell, in sentences."""
         found = []
-        if self.core > FAR:
-            found.append(f"Nothing brings them closer than {self.core:.0f}°: they may not show the same motion.")
+        if self.trimmed > MISMATCH:
+            found.append(f"Nothing brings them closer than {self.trimmed:.0f}°: they may not show the same motion.")
         if self.axes == 0:
             found.append("Cannot tell conventions, frames and mounting apart: this motion hardly turns.")
         elif self.axes == 1:
@@ -110,14 +110,18 @@ class Alignment:
                 "Cannot tell an inverse, or a turn of the sensor, from a turn of the earth frame: this motion turns "
                 "about one axis only."
             )
-        if self.axes and self.runner_up_core is not None and self.runner_up_core <= good_enough(self.core):
+        if (
+            self.axes
+            and self.second_best_trimmed is not None
+            and self.second_best_trimmed <= residual_limit(self.trimmed)
+        ):
             found.append(
-                f"Cannot tell {self.convention} from {self.runner_up} by this motion: {small(self.core)} and "
-                f"{small(self.runner_up_core)} remain."
+                f"Cannot tell {self.convention} from {self.second_best} by this motion: "
+                f"{format_angle(self.trimmed)} and {format_angle(self.second_best_trimmed)} remain."
             )
         if self.freedom == ("any", "any") and self.axes > 1 and self.convention.order == "wxyz" and self.inverse:
             found.append("With both sides free an inverse cannot be told from order xyzw with other rotations.")
-        if self.looked_for_shift and (self.shift_error is None or self.shift_error > DOUBT):
+        if self.shift_searched and (self.shift_error is None or self.shift_error > MAX_STANDARD_ERROR):
             found.append("Cannot tell the shift in time from this motion.")
         return tuple(found)
 
@@ -148,22 +152,27 @@ class Alignment:
         )
 
     @property
-    def words(self) -> str:
+    def description(self) -> str:
         """What matched, without residuals: "order xyzw; heading turned by 12.0°; 12.3 ms late"."""
         parts = [str(self.convention)]
         if self.freedom.earth == "heading":
             parts.append(f"heading turned by {self.heading:.1f}°")
         elif self.freedom.earth == "any":
-            parts.append(f"earth frame turned by {turn_words(self.earth)}")
+            parts.append(f"earth frame turned by {format_rotation(self.earth)}")
         if self.freedom.sensor == "any":
-            parts.append(f"sensor turned by {turn_words(self.sensor)}")
-        if self.delayed:
+            parts.append(f"sensor turned by {format_rotation(self.sensor)}")
+        if self.has_delay:
             amount = f"{abs(self.ms):.1f} ms" if abs(self.shift) < 1.0 else f"{abs(self.shift):.4f} s"
             parts.append(f"{amount} {'late' if self.shift > 0.0 else 'early'}")
         return "; ".join(parts).replace("-", "−").replace("forward−right−down", "forward-right-down")
 
     def __str__(self) -> str:
-        return "\n".join([f"{self.words}; {small(self.before)} before, {small(self.after)} after", *self.doubts])
+        return "\n".join(
+            [
+                f"{self.description}; {format_angle(self.before)} before, {format_angle(self.after)} after",
+                *self.ambiguities,
+            ]
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """Ready for JSON: numbers, texts, None; never NaN."""
@@ -173,36 +182,36 @@ class Alignment:
             "earth_frame": self.convention.earth,
             "sensor_axes": self.convention.sensor,
             "earth_quat_wxyz": list(self.earth),
-            "earth_turn_deg": turn(self.earth)[0],
-            "earth_turn_axis": list(turn(self.earth)[1]),
+            "earth_turn_deg": axis_angle(self.earth)[0],
+            "earth_turn_axis": list(axis_angle(self.earth)[1]),
             "sensor_quat_wxyz": list(self.sensor),
-            "sensor_turn_deg": turn(self.sensor)[0],
-            "sensor_turn_axis": list(turn(self.sensor)[1]),
+            "sensor_turn_deg": axis_angle(self.sensor)[0],
+            "sensor_turn_axis": list(axis_angle(self.sensor)[1]),
             "shift_ms": self.ms,
             "shift_error_ms": None if self.shift_error is None else 1e3 * self.shift_error,
             "before_deg": self.before,
             "after_deg": self.after,
-            "core_deg": self.core,
-            "runner_up": None if self.runner_up is None else str(self.runner_up),
-            "runner_up_core_deg": self.runner_up_core,
+            "trimmed_deg": self.trimmed,
+            "second_best": None if self.second_best is None else str(self.second_best),
+            "second_best_trimmed_deg": self.second_best_trimmed,
             "spread_deg": list(self.spread),
             "samples": self.samples,
-            "words": self.words,
-            "doubts": list(self.doubts),
+            "description": self.description,
+            "ambiguities": list(self.ambiguities),
         }
 
 
-def good_enough(smallest: float) -> float:
+def residual_limit(smallest: float) -> float:
     """The largest residual in ° that does as well as the smallest."""
-    return max(WORSE * smallest, smallest + NOTHING)
+    return max(RESIDUAL_RATIO * smallest, smallest + RESIDUAL_MARGIN)
 
 
-def small(angle: float) -> str:
+def format_angle(angle: float) -> str:
     """An angle in ° as text: one digit behind the point, two figures below 1°."""
     return f"{angle:.1f}°" if angle >= 1.0 else f"{angle:.2g}°" if angle >= 1e-4 else "0°"
 
 
-def turn(quat: Quaternion) -> tuple[float, tuple[float, float, float]]:
+def axis_angle(quat: Quaternion) -> tuple[float, tuple[float, float, float]]:
     """Angle in °, 0 to 180, and unit axis of a quaternion wxyz; the axis is z where nothing turns."""
     w, *vector = quat if quat[0] >= 0.0 else tuple(-part for part in quat)
     length = float(np.linalg.norm(vector))
@@ -210,9 +219,9 @@ def turn(quat: Quaternion) -> tuple[float, tuple[float, float, float]]:
     return degrees(2.0 * np.arctan2(length, w)), (x, y, z)
 
 
-def turn_words(quat: Quaternion) -> str:
+def format_rotation(quat: Quaternion) -> str:
     """ "90.0° about z", with a sign where the axis is nearly one of the frame's; else "41.0° about (0.1, 0.9, 0.3)"."""
-    angle, axis = turn(quat)
+    angle, axis = axis_angle(quat)
     k = int(np.argmax(np.abs(axis)))
     if angle < 0.05 or abs(axis[k]) > 0.998:  # within 3.6°
         return f"{angle if axis[k] > 0.0 else -angle:.1f}° about {'xyz'[k]}"

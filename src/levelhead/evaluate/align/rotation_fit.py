@@ -17,7 +17,7 @@ needs the signs of all quaternions to agree. Three forms that do not ask for sig
 
     X = mean B (A Y)*,    Y = mean (X A)* B                                                                     (3)
 
-3. If X may only turn heading, it is eq. (5) of ``levelhead.evaluate.errors``, with weights.
+3. If X may only turn heading, it is eq. (5) of ``levelhead.evaluate.attitude_error``, with weights.
 
 Both sides are found by (2), then (3) in turns. Each round is weighted after P. J. Huber, Robust Estimation of a
 Location Parameter, 1964: 1 up to 1.5 σ, then as the inverse of the error, σ from the median error.
@@ -29,13 +29,13 @@ import numpy as np
 
 from levelhead.evaluate.align.conventions import TO_ENU, TO_REFERENCE, Convention
 from levelhead.evaluate.align.quaternions import ONE, angles, between, conjugate, mean, product, rotvec
-from levelhead.evaluate.errors import error_quaternion, heading_offset
+from levelhead.evaluate.attitude_error import error_quaternion, heading_offset
 from levelhead.recording import Array
 
 Earth = Literal["none", "heading", "any"]
 Sensor = Literal["none", "any"]
 
-CORE = 0.9  # share of the samples, those with the least error, by which hypotheses are judged
+TRIM = 0.9  # share of the samples, those with the least error, by which hypotheses are judged
 _MEDIAN_ANGLE = 1.538  # median length of a vector of three standard normal numbers
 _ROUNDS = 6
 _STRIDE = 1.0  # s between the two instants of eq. (2)
@@ -64,14 +64,14 @@ class Fit(NamedTuple):
         freedom: what X and Y were allowed to be.
         earth: (4,) X, wxyz.
         sensor: (4,) Y, wxyz.
-        core: RMS angle in rad between both sides of eq. (1) over the best ``CORE`` of the samples.
+        trimmed: RMS angle in rad between both sides of eq. (1) over the best ``TRIM`` of the samples.
     """
 
     convention: Convention
     freedom: Freedom
     earth: Array
     sensor: Array
-    core: float
+    trimmed: float
 
     @property
     def cost(self) -> int:
@@ -80,29 +80,29 @@ class Fit(NamedTuple):
 
     def apply(self, quat: Array) -> Array:
         """(m, 4) the right side of eq. (1) of (m, 4) raw quaternions."""
-        return product(self.earth, framed(self.convention, quat), self.sensor)
+        return product(self.earth, apply_frames(self.convention, quat), self.sensor)
 
 
-def framed(convention: Convention, quat: Array) -> Array:
+def apply_frames(convention: Convention, quat: Array) -> Array:
     """(m, 4) E·C(A)·D of (m, 4) raw quaternions."""
     left, right = np.array(TO_ENU[convention.earth]), np.array(TO_REFERENCE[convention.sensor])
     return product(left, convention.read(quat), right)
 
 
-def core_rms(errors: Array) -> float:
-    """RMS of the least ``CORE`` of the (m,) angles."""
-    kept = max(1, int(CORE * len(errors)))
+def trimmed_rms(errors: Array) -> float:
+    """RMS of the least ``TRIM`` of the (m,) angles."""
+    kept = max(1, int(TRIM * len(errors)))
     return float(np.sqrt(np.mean(np.partition(errors, kept - 1)[:kept] ** 2)))
 
 
-def huber(errors: Array) -> Array:
+def huber_weights(errors: Array) -> Array:
     """(m,) weights of angles in rad."""
     sigma = max(float(np.median(errors)) / _MEDIAN_ANGLE, 1e-6)
     weights: Array = np.minimum(1.0, 1.5 * sigma / np.maximum(errors, 1e-12))
     return weights
 
 
-def mounting(when: Array, estimate: Array, reference: Array) -> Array:
+def estimate_mounting(when: Array, estimate: Array, reference: Array) -> Array:
     """(4,) Y from eq. (2), of (m, 4) quaternions at the instants ``when``; 1 where nothing turns."""
     from scipy.spatial.transform import Rotation
 
@@ -131,7 +131,7 @@ def fit(convention: Convention, freedom: Freedom, quat: Array, reference: Array,
         reference: (m, 4) quaternions of the reference at the same instants.
         start: Y from ``mounting``, in the order and direction of ``convention``; used if both sides are free.
     """
-    estimate = framed(convention, quat)
+    estimate = apply_frames(convention, quat)
     both = freedom.earth != "none" and freedom.sensor == "any"
     earth, sensor = ONE, start if both else ONE
     weights = np.ones(len(reference))
@@ -140,8 +140,8 @@ def fit(convention: Convention, freedom: Freedom, quat: Array, reference: Array,
         if freedom.sensor == "any":
             sensor = mean(between(product(earth, estimate), reference), weights)
         errors = angles(reference, product(earth, estimate, sensor))
-        weights = huber(errors)
-    return Fit(convention, freedom, earth, sensor, core_rms(errors))
+        weights = huber_weights(errors)
+    return Fit(convention, freedom, earth, sensor, trimmed_rms(errors))
 
 
 def _earth(freedom: Earth, estimate: Array, reference: Array, weights: Array) -> Array:

@@ -7,18 +7,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from levelhead.errors import LevelheadError, nearest
-from levelhead.evaluate.align.conventions import READINGS, SAME, TO_ENU, TO_REFERENCE, Convention, worth_trying
+from levelhead.evaluate.align.conventions import READINGS, SAME, TO_ENU, TO_REFERENCE, Convention, distinct_conventions
 from levelhead.evaluate.align.quaternions import angles, conjugate, product, rotation, rotvec
-from levelhead.evaluate.align.refine import Refined, refine
-from levelhead.evaluate.align.result import Alignment, Quaternion, good_enough
-from levelhead.evaluate.align.rotation_fit import Earth, Fit, Freedom, Sensor, fit, framed, mounting
-from levelhead.evaluate.align.series import FEWEST, Course, Pairs
-from levelhead.evaluate.align.time_shift import rate_shift
+from levelhead.evaluate.align.refine import Refinement, refine
+from levelhead.evaluate.align.result import Alignment, Quaternion, residual_limit
+from levelhead.evaluate.align.rotation_fit import Earth, Fit, Freedom, Sensor, apply_frames, estimate_mounting, fit
+from levelhead.evaluate.align.series import MIN_SAMPLES, OrientationSeries, SeriesPair
+from levelhead.evaluate.align.time_shift import estimate_shift
 from levelhead.evaluate.score import rms
 from levelhead.recording import Array
 
 POINTS = 1_000  # instants by which hypotheses are ranked
-_SETTLED = 2e-3  # s, a change of the shift that asks for another ranking
+_SHIFT_TOLERANCE = 2e-3  # s, a change of the shift that asks for another ranking
 
 
 def align(
@@ -59,15 +59,18 @@ def align(
     _check("earth", earth, get_args(Earth))
     _check("sensor", sensor, get_args(Sensor))
     _check("convention", convention, ("any", "same"))
-    estimate, reference = Course.of("the estimate", t, quat), Course.of("the reference", t_reference, quat_reference)
-    pairs = Pairs(estimate, reference)
-    start = rate_shift(estimate, reference, np.inf if shift is True else float(shift)) if shift else None
+    estimate, reference = (
+        OrientationSeries.from_samples("the estimate", t, quat),
+        OrientationSeries.from_samples("the reference", t_reference, quat_reference),
+    )
+    pairs = SeriesPair(estimate, reference)
+    start = estimate_shift(estimate, reference, np.inf if shift is True else float(shift)) if shift else None
     late = 0.0 if start is None else start.seconds
     allowed = freedoms(earth, sensor) if simplest else [Freedom(earth, sensor)]
     for _ in range(2):
-        fits = rank(pairs, late, allowed, convention)
+        fits = rank_hypotheses(pairs, late, allowed, convention)
         found = refine(choose(fits), late, start is not None, pairs)
-        settled, late = abs(found.shift - late) < _SETTLED, found.shift
+        settled, late = abs(found.shift - late) < _SHIFT_TOLERANCE, found.shift
         if settled:
             break
     return _report(found, fits, pairs, bool(shift))
@@ -89,44 +92,44 @@ def freedoms(earth: Earth, sensor: Sensor) -> list[Freedom]:
     ]
 
 
-def rank(pairs: Pairs, late: float, allowed: Sequence[Freedom], convention: str) -> list[Fit]:
+def rank_hypotheses(pairs: SeriesPair, late: float, allowed: Sequence[Freedom], convention: str) -> list[Fit]:
     """Every hypothesis fitted at the shift ``late``.
 
     Raises:
         LevelheadError: there are too few instants at which both are known.
     """
-    when = pairs.near(late, POINTS)
-    if len(when) < FEWEST:
+    when = pairs.instants(late, POINTS)
+    if len(when) < MIN_SAMPLES:
         raise LevelheadError(
             f"estimate ({pairs.estimate.t[0]:.6g} to {pairs.estimate.t[-1]:.6g} s) and reference "
             f"({pairs.reference.t[0]:.6g} to {pairs.reference.t[-1]:.6g} s) share {len(when)} instants, and their "
-            f"rates tell no shift; expected at least {FEWEST} on one clock"
+            f"rates tell no shift; expected at least {MIN_SAMPLES} on one clock"
         )
     quat, reference = pairs.at(late, when)
     fits = []
     for order, inverse in READINGS if convention == "any" else READINGS[:1]:
         reading = Convention(order, inverse)
-        start = mounting(when, framed(reading, quat), reference)
+        start = estimate_mounting(when, apply_frames(reading, quat), reference)
         for freedom in allowed:
-            tried = worth_trying(order, inverse, *freedom) if convention == "any" else [SAME]
+            tried = distinct_conventions(order, inverse, *freedom) if convention == "any" else [SAME]
             fits += [fit(one, freedom, quat, reference, start) for one in tried]
     return fits
 
 
 def choose(fits: Sequence[Fit]) -> Fit:
     """The cheapest of those that are good enough; of equally cheap ones the best."""
-    limit = np.radians(good_enough(float(np.degrees(min(fit.core for fit in fits)))))
-    return min((fit for fit in fits if fit.core <= limit), key=lambda fit: (fit.cost, fit.core))
+    limit = np.radians(residual_limit(float(np.degrees(min(fit.trimmed for fit in fits)))))
+    return min((fit for fit in fits if fit.trimmed <= limit), key=lambda fit: (fit.cost, fit.trimmed))
 
 
-def _report(found: Refined, fits: Sequence[Fit], pairs: Pairs, shift: bool) -> Alignment:
+def _report(found: Refinement, fits: Sequence[Fit], pairs: SeriesPair, shift: bool) -> Alignment:
     others = [one for one in fits if one.freedom == found.fit.freedom and one.convention != found.fit.convention]
-    second = min(others, key=lambda one: one.core, default=None)
-    quat, reference = _known(pairs, found.shift)
-    as_is, true = _known(pairs, 0.0)
+    second = min(others, key=lambda one: one.trimmed, default=None)
+    quat, reference = _common_instants(pairs, found.shift)
+    as_is, true = _common_instants(pairs, 0.0)
     if not len(as_is):  # other clocks: nothing can be said without the shift
         as_is, true = quat, reference
-    chosen = named(found.fit)
+    chosen = name_frames(found.fit)
     return Alignment(
         convention=chosen.convention,
         freedom=chosen.freedom,
@@ -136,39 +139,39 @@ def _report(found: Refined, fits: Sequence[Fit], pairs: Pairs, shift: bool) -> A
         shift_error=found.shift_error,
         before=float(np.degrees(rms(angles(true, as_is)))),
         after=float(np.degrees(rms(angles(reference, found.fit.apply(quat))))),
-        core=float(np.degrees(chosen.core)),
-        runner_up=None if second is None else second.convention,
-        runner_up_core=None if second is None else float(np.degrees(second.core)),
+        trimmed=float(np.degrees(chosen.trimmed)),
+        second_best=None if second is None else second.convention,
+        second_best_trimmed=None if second is None else float(np.degrees(second.trimmed)),
         spread=_spread(reference),
         samples=len(quat),
-        looked_for_shift=shift,
+        shift_searched=shift,
     )
 
 
-def _known(pairs: Pairs, shift: float) -> tuple[Array, Array]:
+def _common_instants(pairs: SeriesPair, shift: float) -> tuple[Array, Array]:
     """(m, 4) estimate and reference where both are known."""
     left, right = pairs.at(shift)
     good = np.isfinite(left[:, 0]) & np.isfinite(right[:, 0])
     return left[good], right[good]
 
 
-def named(fit: Fit) -> Fit:
+def name_frames(fit: Fit) -> Fit:
     """The same rotations with the frames named that leave the smaller angles; only where these are free."""
     convention, earth, sensor = fit.convention, fit.earth, fit.sensor
     if fit.freedom.earth == "any":
         left = product(earth, np.array(TO_ENU[convention.earth]))
         rests = [product(left, conjugate(np.array(TO_ENU[name])))[0] for name in ("ENU", "NED")]
-        best = _smaller(rests)
+        best = _index_of_smaller(rests)
         convention, earth = convention._replace(earth=("ENU", "NED")[best]), rests[best]
     if fit.freedom.sensor == "any":
         right = product(np.array(TO_REFERENCE[convention.sensor]), sensor)
         rests = [product(conjugate(np.array(name)), right)[0] for name in TO_REFERENCE.values()]
-        best = _smaller(rests)
+        best = _index_of_smaller(rests)
         convention, sensor = convention._replace(sensor=("as the reference", "forward-right-down")[best]), rests[best]
     return fit._replace(convention=convention, earth=earth, sensor=sensor)
 
 
-def _smaller(rests: Sequence[Array]) -> int:
+def _index_of_smaller(rests: Sequence[Array]) -> int:
     """1 if the second turn is clearly smaller than the first, else 0."""
     first, second = (2.0 * float(np.arccos(min(abs(rest[0]), 1.0))) for rest in rests)
     return int(second < first - 0.1)

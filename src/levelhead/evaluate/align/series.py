@@ -9,12 +9,12 @@ from numpy.typing import ArrayLike
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array, median, real_array, time_array
 
-FEWEST = 24  # samples; with fewer nothing is claimed
-ACROSS = 4.0  # sample intervals; nothing is interpolated across a longer step
+MIN_SAMPLES = 24  # samples; with fewer nothing is claimed
+MAX_GAP = 4.0  # sample intervals; nothing is interpolated across a longer step
 
 
 @dataclass(frozen=True, eq=False)
-class Course:
+class OrientationSeries:
     """Orientation over time, without the samples at which it is missing.
 
     Interpolated is along great circles of the unit sphere in four dimensions (Shoemake's slerp). These stay great
@@ -30,7 +30,7 @@ class Course:
     _slerp: Any = field(repr=False)
 
     @staticmethod
-    def of(name: str, t: ArrayLike, quat: ArrayLike) -> "Course":
+    def from_samples(name: str, t: ArrayLike, quat: ArrayLike) -> "OrientationSeries":
         """A course from (n,) seconds and (n, 4) quaternions of any length; NaN and zero rows are missing samples.
 
         Raises:
@@ -45,12 +45,12 @@ class Course:
             raise LevelheadError(f"{name}: {error}") from None
         norm = np.sqrt(np.sum(values * values, axis=1))
         known = norm > 1e-6  # False for NaN
-        if known.sum() < FEWEST:
+        if known.sum() < MIN_SAMPLES:
             raise LevelheadError(
-                f"{name} has {int(known.sum())} samples with an orientation; expected at least {FEWEST} to compare"
+                f"{name} has {int(known.sum())} samples with an orientation; expected at least {MIN_SAMPLES} to compare"
             )
         stamps, values = stamps[known], values[known] / norm[known, None]
-        return Course(stamps, values, Slerp(stamps, Rotation.from_quat(values, scalar_first=True)))
+        return OrientationSeries(stamps, values, Slerp(stamps, Rotation.from_quat(values, scalar_first=True)))
 
     @property
     def interval(self) -> float:
@@ -61,21 +61,21 @@ class Course:
         """(m, 4) quaternions at the instants ``when`` (m,); NaN outside of the course and across its gaps."""
         after = np.clip(np.searchsorted(self.t, when), 1, len(self.t) - 1)
         known = (when >= self.t[0]) & (when <= self.t[-1])
-        known &= self.t[after] - self.t[after - 1] <= ACROSS * self.interval
+        known &= self.t[after] - self.t[after - 1] <= MAX_GAP * self.interval
         found = np.full((len(when), 4), np.nan)
         found[known] = self._slerp(when[known]).as_quat(scalar_first=True)
         return found
 
 
-class Pairs:
+class SeriesPair:
     """Two courses at the same instants: those of the slower one; the faster one is interpolated."""
 
-    def __init__(self, estimate: Course, reference: Course) -> None:
+    def __init__(self, estimate: OrientationSeries, reference: OrientationSeries) -> None:
         self.estimate, self.reference = estimate, reference
         self.at_reference = estimate.interval <= reference.interval
         self.when = reference.t if self.at_reference else estimate.t
 
-    def near(self, shift: float, count: int) -> Array:
+    def instants(self, shift: float, count: int) -> Array:
         """At most ``count`` instants, spread evenly over those at which both are known for this shift in s."""
         left, right = self.at(shift)
         good = np.flatnonzero(np.isfinite(left[:, 0]) & np.isfinite(right[:, 0]))

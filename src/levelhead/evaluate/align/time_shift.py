@@ -10,14 +10,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from levelhead.evaluate.align.series import Course
+from levelhead.evaluate.align.series import OrientationSeries
 from levelhead.recording import Array
 
 STEP = 0.05  # s, the grid on which rates are compared, where neither course is slower
-LEAST = 0.5  # correlation coefficient below which no shift is believed
-USUAL = 1.0  # s; a shift within it is preferred to a longer one that fits hardly better
-_OVERLAP = 0.5  # of the shorter course, at least, for a shift to be thought of
-_OVER = 4  # steps of the grid over which a rate is taken: noise counts less, and delays both alike
+MIN_CORRELATION = 0.5  # correlation coefficient below which no shift is believed
+PREFERRED_SHIFT = 1.0  # s; a shift within it is preferred to a longer one that fits hardly better
+_MIN_OVERLAP = 0.5  # of the shorter course, at least, for a shift to be thought of
+_RATE_STEPS = 4  # steps of the grid over which a rate is taken: noise counts less, and delays both alike
 _MEDIAN_OF = 7  # rates
 _GRID = 1 << 20  # points at most
 
@@ -29,14 +29,14 @@ class Shift(NamedTuple):
     correlation: float
 
 
-def rate_shift(estimate: Course, reference: Course, longest: float = np.inf) -> Shift | None:
+def estimate_shift(estimate: OrientationSeries, reference: OrientationSeries, longest: float = np.inf) -> Shift | None:
     """The shift at which both turn equally fast, to a fraction of ``STEP``; None where the rates do not tell.
 
     No shift beyond ``longest`` s is thought of.
     """
     spans = [float(course.t[-1] - course.t[0]) for course in (estimate, reference)]
     step = max(min(STEP, min(spans) / 200.0), estimate.interval, reference.interval, max(spans) / _GRID)
-    a, b = speeds(estimate, step), speeds(reference, step)
+    a, b = angular_speeds(estimate, step), angular_speeds(reference, step)
     if min(len(a), len(b)) < 8:
         return None
     found = correlation(a, b)
@@ -44,26 +44,27 @@ def rate_shift(estimate: Course, reference: Course, longest: float = np.inf) -> 
     shifts = step * (np.arange(len(found)) - (len(b) - 1)) + float(estimate.t[0] - reference.t[0])
     found[np.abs(shifts) > max(longest, step)] = 0.0
     best = int(np.argmax(found))
-    usual = np.flatnonzero(np.abs(shifts) <= max(USUAL, step))
+    usual = np.flatnonzero(np.abs(shifts) <= max(PREFERRED_SHIFT, step))
     if len(usual) and found[usual].max() > 0.95 * found[best]:
         best = int(usual[np.argmax(found[usual])])
-    if found[best] < LEAST:
+    if found[best] < MIN_CORRELATION:
         return None
     return Shift(float(shifts[best]) + step * _vertex(found, best), float(found[best]))
 
 
-def speeds(course: Course, step: float) -> Array:
-    """(k,) angular rate in rad/s over ``_OVER`` steps of a grid of ``step`` s from the course's start; NaN if unknown.
+def angular_speeds(course: OrientationSeries, step: float) -> Array:
+    """(k,) angular rate in rad/s on a grid of ``step`` s from the start of the series; NaN if unknown.
 
-    The running median over ``_MEDIAN_OF`` of them, so that a jump of the orientation does not outweigh all motion.
+    Each value is the mean rate over ``_RATE_STEPS`` steps of the grid. The result is the running
+    median over ``_MEDIAN_OF`` values, so that a jump of the orientation does not outweigh the motion.
     """
     from scipy.ndimage import median_filter
 
     grid = course.t[0] + step * np.arange(int((course.t[-1] - course.t[0]) / step) + 1)
     quat = course.at(grid)
-    ahead, behind = quat[_OVER:], quat[:-_OVER]
+    ahead, behind = quat[_RATE_STEPS:], quat[:-_RATE_STEPS]
     near = np.where(np.sum(ahead * behind, axis=1, keepdims=True) < 0.0, -ahead, ahead)
-    rate = 4.0 * np.arcsin(np.minimum(0.5 * np.sqrt(np.sum((near - behind) ** 2, axis=1)), 1.0)) / (_OVER * step)
+    rate = 4.0 * np.arcsin(np.minimum(0.5 * np.sqrt(np.sum((near - behind) ** 2, axis=1)), 1.0)) / (_RATE_STEPS * step)
     known = np.isfinite(rate)
     smooth: Array = median_filter(np.where(known, rate, 0.0), _MEDIAN_OF, mode="nearest")
     return np.where(known, smooth, np.nan)
@@ -88,7 +89,7 @@ def correlation(a: Array, b: Array) -> Array:
     covariance = sums(a, b) - sum_a * sum_b / count
     power_a = sums(a * a, known_b) - sum_a**2 / count
     power_b = sums(known_a, b * b) - sum_b**2 / count
-    enough = count >= _OVERLAP * min(known_a.sum(), known_b.sum())
+    enough = count >= _MIN_OVERLAP * min(known_a.sum(), known_b.sum())
     floor = 1e-6 * float(np.sqrt(np.sum(a * a) * np.sum(b * b))) + 1e-300
     scale = np.sqrt(np.maximum(power_a, 0.0) * np.maximum(power_b, 0.0))
     return np.where(enough & (scale > floor), covariance / np.maximum(scale, floor), 0.0)

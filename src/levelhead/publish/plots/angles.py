@@ -1,4 +1,4 @@
-"""Which Euler angle tells the story, in degrees, and its doubt."""
+"""Which Euler angle tells the data, in degrees, and its doubt."""
 
 import numpy as np
 
@@ -14,7 +14,7 @@ def euler_of(t: Array, quat: Array) -> Array:
     return Track(t, quat).euler()
 
 
-def busiest(euler: Array) -> int:
+def most_active_axis(euler: Array) -> int:
     """0, 1 or 2: the Euler angle that moves most, by the standard deviation of its unwrapped course."""
     good = euler[np.isfinite(euler).all(axis=1)]
     if not len(good):
@@ -22,7 +22,7 @@ def busiest(euler: Array) -> int:
     return int(np.argmax(np.unwrap(good, period=360.0, axis=0).std(axis=0)))
 
 
-def wrapped(degrees: Array) -> Array:
+def wrap(degrees: Array) -> Array:
     """Angles brought to −180° … 180°."""
     return (degrees + 180.0) % 360.0 - 180.0
 
@@ -66,7 +66,7 @@ def gyroscope_only(recording: Recording) -> Array:
     return fuse(recording, "GyroIntegration").euler()
 
 
-def unrolled(degrees: Array, longest: float = 720.0) -> Array:
+def unwrap(degrees: Array, longest: float = 720.0) -> Array:
     """An angle without its wraps, so that a drift is one line; left wrapped when that would take several turns."""
     straight = np.unwrap(degrees, period=360.0)
     return straight if np.ptp(straight) <= longest else degrees

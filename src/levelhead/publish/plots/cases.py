@@ -69,5 +69,5 @@ def _bars(axes: "Axes", name: str, labels: list[str], values: list[float]) -> No
     axes.margins(x=0.2)
     axes.set_yticks(range(len(labels)), labels, fontsize=9.5)
     axes.set_ylim(len(labels) - 0.4, -0.6)
-    style.quiet(axes, name)
+    style.format_axes(axes, name)
     axes.grid(False, axis="y")

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from levelhead.errors import LevelheadError
 from levelhead.evaluate import Comparison, Row
-from levelhead.evaluate.score import counted, rms
+from levelhead.evaluate.score import rms, scored_rows
 from levelhead.filters import AccelTilt, GyroIntegration
 from levelhead.publish.plots import angles, style
 from levelhead.publish.plots.curves import band, curve
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-class Story(NamedTuple):
+class PanelData(NamedTuple):
     """What the four panels share: one Euler angle of the truth and of the filters, degrees."""
 
     comparison: Comparison
@@ -44,11 +44,11 @@ class Story(NamedTuple):
         """The filter's angle; yaw without its constant offset where heading is relative."""
         course = row.track.euler()[:, self.axis]
         offset = row.score.heading_offset if row.score is not None else None
-        return angles.wrapped(course - offset) if self.axis == 2 and offset else course
+        return angles.wrap(course - offset) if self.axis == 2 and offset else course
 
     def error(self, estimate: Array) -> Array:
         """Estimate minus truth on the circle."""
-        return angles.wrapped(estimate - self.true)
+        return angles.wrap(estimate - self.true)
 
     def rms(self, estimate: Array) -> float:
         """RMS error in degrees over the samples that count; NaN if there is none."""
@@ -68,15 +68,15 @@ def four_panels(comparison: Comparison, path: str | Path) -> None:
     Raises:
         LevelheadError: no truth (``track_picture`` needs none), no matplotlib, or a path that cannot be written.
     """
-    story = _story(comparison)
-    made = style.figure(11.0, 12.0, _finding(story))
+    data = _panel_data(comparison)
+    made = style.figure(11.0, 12.0, _finding(data))
     panels = made.subplots(4, 1, sharex=True)
-    _raw(panels[0], story)
-    _fused(panels[1], story)
-    _bias(panels[2], story)
-    _errors(panels[3], story)
+    _raw(panels[0], data)
+    _fused(panels[1], data)
+    _bias(panels[2], data)
+    _errors(panels[3], data)
     panels[3].set_xlabel("time [s]", fontsize=9.5)
-    panels[3].set_xlim(story.t[0], story.t[-1])
+    panels[3].set_xlim(data.t[0], data.t[-1])
     for axes in panels:
         style.legend(axes)
     for axes in panels[[0, 1, 3]]:
@@ -84,80 +84,82 @@ def four_panels(comparison: Comparison, path: str | Path) -> None:
     style.save(made, path)
 
 
-def _story(comparison: Comparison) -> Story:
+def _panel_data(comparison: Comparison) -> PanelData:
     recording = comparison.recording
     if recording.truth is None:
         raise LevelheadError("the four panels need the true orientation; track_picture shows a recording without one")
     euler = angles.euler_of(recording.t, recording.truth.quat)
-    axis = angles.busiest(euler)
-    liars = (AccelTilt, GyroIntegration)
-    fused = [row for row in comparison.rows if row.contender or not isinstance(row.track.params, liars)]
+    axis = angles.most_active_axis(euler)
+    baselines = (AccelTilt, GyroIntegration)
+    fused = [row for row in comparison.rows if row.external or not isinstance(row.track.params, baselines)]
     fused = fused or list(comparison.rows)
-    return Story(comparison, recording.truth, axis, euler[:, axis], counted(recording.truth), fused, short_names(fused))
+    return PanelData(
+        comparison, recording.truth, axis, euler[:, axis], scored_rows(recording.truth), fused, short_names(fused)
+    )
 
 
 def short_names(rows: list[Row]) -> list[str]:
     """Filter names without parameters where that is clear, else with them; contenders by their own."""
-    kinds = [row.name if row.contender else type(row.track.params).__name__ for row in rows]
+    kinds = [row.name if row.external else type(row.track.params).__name__ for row in rows]
     return [
         row.name if row.track.params is None or kinds.count(kind) > 1 else kind
         for row, kind in zip(rows, kinds, strict=True)
     ]
 
 
-def _best(story: Story) -> tuple[str, float]:
+def _best(data: PanelData) -> tuple[str, float]:
     return min(
-        zip(story.labels, (story.rms(story.estimate(row)) for row in story.fused), strict=True),
+        zip(data.labels, (data.rms(data.estimate(row)) for row in data.fused), strict=True),
         key=lambda pair: pair[1],
     )
 
 
-def _finding(story: Story) -> str:
-    name, error = _best(story)
-    return f"{name} follows {story.angle} to {error:.3g}° RMS"
+def _finding(data: PanelData) -> str:
+    name, error = _best(data)
+    return f"{name} follows {data.angle} to {error:.3g}° RMS"
 
 
-def _truth(axes: "Axes", story: Story, **more: Any) -> None:
+def _truth(axes: "Axes", data: PanelData, **more: Any) -> None:
     look = {"color": style.TRUTH, "linewidth": 1.1, "label": "truth"} | more
-    curve(axes, story.t, story.true, 360.0, **look)
+    curve(axes, data.t, data.true, 360.0, **look)
 
 
-def _raw(axes: "Axes", story: Story) -> None:
-    recording = story.comparison.recording
-    acc = angles.accelerometer_only(recording)[:, story.axis]
-    gyr = angles.gyroscope_only(recording)[:, story.axis]
+def _raw(axes: "Axes", data: PanelData) -> None:
+    recording = data.comparison.recording
+    acc = angles.accelerometer_only(recording)[:, data.axis]
+    gyr = angles.gyroscope_only(recording)[:, data.axis]
     parts = []
     if np.isfinite(acc).any():
-        error = story.rms(acc)
+        error = data.rms(acc)
         parts.append(f"accelerometer {error:.3g}°")
         look = {"color": style.ACCELEROMETER, "linewidth": 0.6}
-        curve(axes, story.t, acc, 360.0, label=f"accelerometer alone\n{error:.3g}° RMS", **look)
-    error = story.rms(gyr)
+        curve(axes, data.t, acc, 360.0, label=f"accelerometer alone\n{error:.3g}° RMS", **look)
+    error = data.rms(gyr)
     parts.append(f"integrated gyroscope {error:.3g}° RMS")
-    straight = angles.unrolled(gyr)
+    straight = angles.unwrap(gyr)
     look = {"color": style.GYROSCOPE, "linewidth": 1.4}
-    curve(axes, story.t, straight, 360.0, label=f"gyroscope integrated\n{error:.3g}° RMS", **look)
-    _truth(axes, story)
-    style.quiet(axes, f"Raw sensors: {', '.join(parts)}", f"{story.angle} [°]")
+    curve(axes, data.t, straight, 360.0, label=f"gyroscope integrated\n{error:.3g}° RMS", **look)
+    _truth(axes, data)
+    style.format_axes(axes, f"Raw sensors: {', '.join(parts)}", f"{data.angle} [°]")
 
 
-def _fused(axes: "Axes", story: Story) -> None:
-    _truth(axes, story, linewidth=2.4, color="#B0B0B0")
-    for i, (row, label) in enumerate(zip(story.fused, story.labels, strict=True)):
-        estimate = story.estimate(row)
+def _fused(axes: "Axes", data: PanelData) -> None:
+    _truth(axes, data, linewidth=2.4, color="#B0B0B0")
+    for i, (row, label) in enumerate(zip(data.fused, data.labels, strict=True)):
+        estimate = data.estimate(row)
         look = style.filter_style(i)
-        curve(axes, story.t, estimate, 360.0, label=f"{label}\n{story.rms(estimate):.3g}° RMS", **look)
-    name, error = _best(story)
-    style.quiet(axes, f"Fused: {name} is nearest to the truth, {error:.3g}° RMS", f"{story.angle} [°]")
+        curve(axes, data.t, estimate, 360.0, label=f"{label}\n{data.rms(estimate):.3g}° RMS", **look)
+    name, error = _best(data)
+    style.format_axes(axes, f"Fused: {name} is nearest to the truth, {error:.3g}° RMS", f"{data.angle} [°]")
 
 
-def _bias(axes: "Axes", story: Story) -> None:
-    title, axis = f"Gyroscope bias about {'xyz'[story.axis]}", story.axis
-    true = story.truth.bias
+def _bias(axes: "Axes", data: PanelData) -> None:
+    title, axis = f"Gyroscope bias about {'xyz'[data.axis]}", data.axis
+    true = data.truth.bias
     if true is not None:
-        curve(axes, story.t, np.degrees(true[:, axis]), color="#B0B0B0", linewidth=2.4, label="truth")
+        curve(axes, data.t, np.degrees(true[:, axis]), color="#B0B0B0", linewidth=2.4, label="truth")
     scores, courses = [], [] if true is None else [np.degrees(true[:, axis])]
-    for i, (row, label) in enumerate(zip(story.fused, story.labels, strict=True)):
+    for i, (row, label) in enumerate(zip(data.fused, data.labels, strict=True)):
         if row.track.bias is None or not row.track.bias[:, axis].any():
             continue
         error = row.score.bias_axes[axis] if row.score is not None and row.score.bias_axes is not None else None
@@ -165,14 +167,14 @@ def _bias(axes: "Axes", story: Story) -> None:
         scores += [] if error is None else [(error, label)]
         look = style.filter_style(i)
         courses.append(np.degrees(row.track.bias[:, axis]))
-        curve(axes, story.t, courses[-1], label=f"{label}{words}", **look)
+        curve(axes, data.t, courses[-1], label=f"{label}{words}", **look)
     if courses:
         _focus(axes, courses)
     if scores:
         title += ": {1} learns it to {0:.3g} °/s RMS".format(*min(scores))
     elif len(courses) == (true is not None):
         title += ": none of these filters estimates it"
-    style.quiet(axes, title, "bias [°/s]")
+    style.format_axes(axes, title, "bias [°/s]")
 
 
 def _focus(axes: "Axes", courses: list[Array]) -> None:
@@ -183,34 +185,34 @@ def _focus(axes: "Axes", courses: list[Array]) -> None:
     axes.set_ylim(low - room, high + room)
 
 
-def _errors(axes: "Axes", story: Story) -> None:
-    title, limits = f"Error of {story.angle}", [1e-3]
-    doubtful = _with_sigma(story)
+def _errors(axes: "Axes", data: PanelData) -> None:
+    title, limits = f"Error of {data.angle}", [1e-3]
+    doubtful = _with_sigma(data)
     if doubtful is not None:
         i, sigma, inside = doubtful
-        title += f": {100 * inside:.0f} % of {story.labels[i]}'s lies inside its ±2σ (honest: 95 %)"
+        title += f": {100 * inside:.0f} % of {data.labels[i]}'s lies inside its ±2σ (honest: 95 %)"
         colour = style.filter_style(i)["color"]
-        band(axes, story.t, 0.0 * sigma, 2.0 * sigma, color=colour, alpha=0.16, label=f"±2σ of {story.labels[i]}")
+        band(axes, data.t, 0.0 * sigma, 2.0 * sigma, color=colour, alpha=0.16, label=f"±2σ of {data.labels[i]}")
         limits.append(2.4 * float(np.nanmedian(sigma)))
-    for i, (row, label) in enumerate(zip(story.fused, story.labels, strict=True)):
-        error = story.error(story.estimate(row))
+    for i, (row, label) in enumerate(zip(data.fused, data.labels, strict=True)):
+        error = data.error(data.estimate(row))
         look = style.filter_style(i)
         look["linewidth"] *= 0.6
-        curve(axes, story.t, error, 360.0, label=label, **look)
+        curve(axes, data.t, error, 360.0, label=label, **look)
         limits.append(1.3 * float(np.nanquantile(np.abs(error), 0.99)))
     axes.axhline(0.0, color="#444444", linewidth=0.7)
     axes.set_ylim(-max(limits), max(limits))
-    style.quiet(axes, title, f"{story.angle} error [°]")
+    style.format_axes(axes, title, f"{data.angle} error [°]")
 
 
-def _with_sigma(story: Story) -> tuple[int, Array, float] | None:
+def _with_sigma(data: PanelData) -> tuple[int, Array, float] | None:
     """Index, σ of the angle in degrees, and share of errors within 2σ, of the best filter that has a positive σ."""
     found = []
-    for i, row in enumerate(story.fused):
+    for i, row in enumerate(data.fused):
         sigmas = angles.euler_sigma(row.track)
-        if sigmas is None or not (sigmas[:, story.axis] > 0.0).any():
+        if sigmas is None or not (sigmas[:, data.axis] > 0.0).any():
             continue
-        estimate, sigma = story.estimate(row), sigmas[:, story.axis]
-        inside = np.abs(story.error(estimate))[story.counted] <= 2.0 * sigma[story.counted]
-        found.append((story.rms(estimate), i, sigma, float(inside.mean())))
+        estimate, sigma = data.estimate(row), sigmas[:, data.axis]
+        inside = np.abs(data.error(estimate))[data.counted] <= 2.0 * sigma[data.counted]
+        found.append((data.rms(estimate), i, sigma, float(inside.mean())))
     return min(found, key=lambda item: item[0])[1:] if found else None

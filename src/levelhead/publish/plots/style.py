@@ -49,7 +49,7 @@ def figure(width: float, height: float, title: str = "") -> "Figure":
     return made
 
 
-def quiet(axes: "Axes", title: str = "", ylabel: str = "", xlabel: str = "") -> None:
+def format_axes(axes: "Axes", title: str = "", ylabel: str = "", xlabel: str = "") -> None:
     """Light grid, no box, title to the left."""
     axes.spines[["top", "right"]].set_visible(False)
     axes.spines[["left", "bottom"]].set_color("#666666")

@@ -39,7 +39,7 @@ def sweep_picture(sweep: Sweep, path: str | Path) -> None:
     note = f"{sweep.param.doc[:1].upper()}{sweep.param.doc[1:]}"
     if sweep.edge:
         note = f"The minimum is the {sweep.edge} value tried: a better one may lie beyond"
-    style.quiet(axes, note, f"RMS {sweep.metric} error [°]", f"{sweep.name}{unit}")
+    style.format_axes(axes, note, f"RMS {sweep.metric} error [°]", f"{sweep.name}{unit}")
     made.legend(loc="outside lower center", ncols=2, frameon=False, fontsize=9)
     style.save(made, path)
 
@@ -51,7 +51,7 @@ def gain_picture(
     path: str | Path,
     names: Sequence[str] = ("gain of the angle", "gain of the bias"),
 ) -> None:
-    """Draw a Kalman gain over time and where it has converged (``levelhead.tune.converged``).
+    """Draw a Kalman gain over time and where it has converged (``levelhead.tune.find_convergence``).
 
     Args:
         t: (n,) seconds.
@@ -75,7 +75,7 @@ def gain_picture(
     whole = stamps[-1] - stamps[0]
     axes.set_xlim(0.0, min(whole, max(4.0 * when, 0.1 * whole)))  # the rest is a straight line
     note = f"Final value {values[-1, 0]:.4g}" if not several else "Each gain over its final value"
-    style.quiet(
+    style.format_axes(
         axes,
         f"{note}; from then on the filter has, in effect, a fixed gain",
         "gain over its final value" if several else "gain",

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from levelhead.bench.accuracy import Accuracy
-from levelhead.bench.methods import BEST, OURS
+from levelhead.bench.methods import DEFAULT, OURS
 from levelhead.publish.plots import style
 
 if TYPE_CHECKING:
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 FAMILIES = {OURS: style.BLUE, "vqf": style.VERMILION, "imufusion": style.PURPLE, "ahrs": style.GREEN}
 SHAPES = ("o", "s", "^", "D", "v", "P", "X", "<", ">", "p", "h", "*", "d", "8")
-LEADERS = {BEST: "-", "vqf.VQF": "-"}  # drawn as lines through the groups
+LEADERS = {DEFAULT: "-", "vqf.VQF": "-"}  # drawn as lines through the groups
 SPREAD = 0.74  # of the room of a group that its marks take
 
 
@@ -36,7 +36,9 @@ def accuracy_picture(result: Accuracy, path: str | Path) -> None:
     for j, method in enumerate(result.methods):
         _marks(axes, result, j, [rows[j][key] for key in keys], method.name in LEADERS)
     mode = "with magnetometer" if result.with_mag else "without magnetometer"
-    style.quiet(axes, f"Mean over the recordings of each group, {mode}", f"RMS {result.figure} error [°], logarithmic")
+    style.format_axes(
+        axes, f"Mean over the recordings of each group, {mode}", f"RMS {result.figure} error [°], logarithmic"
+    )
     axes.grid(False, axis="x")
     _plain_log_y(axes)
     counts = [sum(entry.group == group for entry in result.entries) for group in result.groups] + [len(result.main)]
@@ -55,7 +57,9 @@ def _finding(result: Accuracy) -> str:
         return "No method has a figure"
     first = min(known, key=lambda name: known[name])
     words = f"{first} has the smallest mean {result.figure} error, {known[first]:.2f}°"
-    return words if BEST not in known or first == BEST else f"{words}; levelhead's default has {known[BEST]:.2f}°"
+    return (
+        words if DEFAULT not in known or first == DEFAULT else f"{words}; levelhead's default has {known[DEFAULT]:.2f}°"
+    )
 
 
 def _marks(axes: "Axes", result: Accuracy, j: int, values: list[float | None], leader: bool) -> None:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from levelhead import simulate
 from levelhead.errors import LevelheadError
-from levelhead.simulate import Bumps, Imu, Iron, Triad, Vibration
+from levelhead.simulate import Bumps, Imu, Iron, TriadErrors, Vibration
 from levelhead.simulate.triad_errors import digitise
 
 G = 9.80665
@@ -27,7 +27,7 @@ def still():
 
 
 def test_a_perfect_sensor_reads_the_truth(hand):
-    recording = simulate.observe(hand, Imu(mag=Triad()))
+    recording = simulate.observe(hand, Imu(mag=TriadErrors()))
     np.testing.assert_array_equal(recording.gyr, hand.gyr)
     np.testing.assert_array_equal(recording.acc, hand.specific_force)
     np.testing.assert_allclose(recording.mag, hand.to_body(np.array([0.0, 19.0, -45.0])), atol=1e-12)
@@ -39,7 +39,7 @@ def test_a_perfect_sensor_reads_the_truth(hand):
 @pytest.mark.parametrize("rate", [100.0, 400.0])
 def test_white_noise_density_comes_back_from_a_still_recording(rate):
     motion = simulate.motion(0, 100, rate, style="still")
-    recording = simulate.observe(motion, Imu(gyr=Triad(white_noise_density=(1e-4, 2e-4, 3e-4))), 5)
+    recording = simulate.observe(motion, Imu(gyr=TriadErrors(white_noise_density=(1e-4, 2e-4, 3e-4))), 5)
     n = len(recording)
     found = np.std(recording.gyr, axis=0) / np.sqrt(rate)
     # The relative deviation of an estimated σ is 1/√(2n); four of them.
@@ -47,16 +47,16 @@ def test_white_noise_density_comes_back_from_a_still_recording(rate):
 
 
 def test_an_accelerometer_at_rest_is_off_by_bias_and_noise(still):
-    triad = Triad(white_noise_density=0.004, turn_on_bias=0.3)
+    triad = TriadErrors(white_noise_density=0.004, turn_on_bias=0.3)
     recording = simulate.observe(still, Imu(acc=triad), 2)
-    drawn = recording.meta["drawn"]["acc"]
+    drawn = recording.meta["true_errors"]["acc"]
     rest = recording.acc - [0.0, 0.0, G] - drawn["turn_on_bias"]
     assert np.std(rest) == pytest.approx(0.04, rel=0.03)
     assert np.abs(rest.mean(axis=0)).max() < 4 * 0.04 / np.sqrt(len(still))
 
 
 def test_truth_bias_is_all_of_the_gyroscope_bias(hand):
-    triad = Triad(turn_on_bias=0.05, bias_instability=1e-3, correlation_time=5.0, random_walk=1e-3)
+    triad = TriadErrors(turn_on_bias=0.05, bias_instability=1e-3, correlation_time=5.0, random_walk=1e-3)
     recording = simulate.observe(hand, Imu(gyr=triad), 3)
     np.testing.assert_allclose(recording.gyr - recording.truth.bias, hand.gyr, atol=1e-15)
     assert np.ptp(recording.truth.bias, axis=0).min() > 1e-3
@@ -64,15 +64,15 @@ def test_truth_bias_is_all_of_the_gyroscope_bias(hand):
 
 def test_turn_on_bias_has_the_stated_deviation():
     motion = simulate.motion(0, 0.02, 100, style="still")
-    imu = Imu(gyr=Triad(turn_on_bias=(0.1, 0.2, 0.3)))
+    imu = Imu(gyr=TriadErrors(turn_on_bias=(0.1, 0.2, 0.3)))
     biases = np.array([simulate.observe(motion, imu, seed).truth.bias[0] for seed in range(1000)])
     np.testing.assert_allclose(biases.std(axis=0), [0.1, 0.2, 0.3], rtol=0.08)
     np.testing.assert_allclose(biases.mean(axis=0), 0.0, atol=0.03)
 
 
 def test_matrix_holds_scale_factor_and_misalignment(hand):
-    recording = simulate.observe(hand, Imu(gyr=Triad(scale_factor=0.02, misalignment=0.01)), 4)
-    matrix = recording.meta["drawn"]["gyr"]["matrix"]
+    recording = simulate.observe(hand, Imu(gyr=TriadErrors(scale_factor=0.02, misalignment=0.01)), 4)
+    matrix = recording.meta["true_errors"]["gyr"]["matrix"]
     np.testing.assert_allclose(recording.gyr, hand.gyr @ matrix.T, atol=1e-14)
     solved = np.linalg.lstsq(hand.gyr, recording.gyr, rcond=None)[0].T
     np.testing.assert_allclose(solved, matrix, atol=1e-12)
@@ -80,22 +80,22 @@ def test_matrix_holds_scale_factor_and_misalignment(hand):
 
 def test_matrix_has_the_stated_deviations():
     motion = simulate.motion(0, 0.02, 100, style="still")
-    imu = Imu(gyr=Triad(scale_factor=0.02, misalignment=0.01))
-    matrices = [simulate.observe(motion, imu, seed).meta["drawn"]["gyr"]["matrix"] for seed in range(600)]
+    imu = Imu(gyr=TriadErrors(scale_factor=0.02, misalignment=0.01))
+    matrices = [simulate.observe(motion, imu, seed).meta["true_errors"]["gyr"]["matrix"] for seed in range(600)]
     spread = np.std(matrices, axis=0)
     np.testing.assert_allclose(np.diag(spread), 0.02, rtol=0.12)
     np.testing.assert_allclose(spread[~np.eye(3, dtype=bool)], 0.01, rtol=0.12)
 
 
 def test_saturation_is_exact(hand):
-    recording = simulate.observe(hand, Imu(gyr=Triad(full_scale=1.0)))
+    recording = simulate.observe(hand, Imu(gyr=TriadErrors(full_scale=1.0)))
     np.testing.assert_array_equal(recording.gyr, np.clip(hand.gyr, -1.0, 1.0))
     assert (recording.gyr == 1.0).any()
     assert (recording.gyr == -1.0).any()
 
 
 def test_quantisation_is_exact(hand):
-    recording = simulate.observe(hand, Imu(acc=Triad(quantisation=0.25)))
+    recording = simulate.observe(hand, Imu(acc=TriadErrors(quantisation=0.25)))
     np.testing.assert_array_equal(recording.acc, np.rint(hand.specific_force / 0.25) * 0.25)
 
 
@@ -119,7 +119,7 @@ def test_a_full_scale_between_two_codes_is_not_exceeded():
 
 def test_vibration_is_a_sine_along_its_direction(still):
     shake = Vibration(amplitude=2.0, frequency=10.0, direction=(0.0, 3.0, 4.0))
-    shaken = simulate.observe(still, Imu(acc=Triad(vibration=shake)), 6).acc - [0.0, 0.0, G]
+    shaken = simulate.observe(still, Imu(acc=TriadErrors(vibration=shake)), 6).acc - [0.0, 0.0, G]
     assert not shaken[:, 0].any()
     along = shaken @ [0.0, 0.6, 0.8]
     assert np.sqrt(2.0) * np.std(along) == pytest.approx(2.0, rel=1e-3)
@@ -130,13 +130,13 @@ def test_vibration_is_a_sine_along_its_direction(still):
 
 def test_vibration_decays(still):
     shake = Vibration(amplitude=1.0, frequency=7.0, decay=20.0)
-    shaken = simulate.observe(still, Imu(acc=Triad(vibration=shake))).acc[:, 2] - G
+    shaken = simulate.observe(still, Imu(acc=TriadErrors(vibration=shake))).acc[:, 2] - G
     early, late = np.std(shaken[:1000]), np.std(shaken[2000:3000])
     assert late / early == pytest.approx(np.exp(-1.0), rel=0.02)
 
 
 def test_bumps_are_half_sines_at_the_stated_rate(still):
-    triad = Triad(bumps=Bumps(per_minute=30.0, amplitude=5.0, duration=0.1))
+    triad = TriadErrors(bumps=Bumps(per_minute=30.0, amplitude=5.0, duration=0.1))
     shocks = np.linalg.norm(simulate.observe(still, Imu(acc=triad), 8).acc - [0.0, 0.0, G], axis=1)
     begins = np.flatnonzero(np.diff(shocks > 1e-9, prepend=False) & (shocks > 1e-9))
     assert 70 <= len(begins) <= 130  # Poisson around 100, some overlapping
@@ -148,13 +148,13 @@ def test_bumps_are_half_sines_at_the_stated_rate(still):
 
 def test_hard_and_soft_iron(hand):
     iron = Iron((10.0, -20.0, 5.0), ((1.1, 0.02, 0.0), (0.02, 0.9, 0.01), (0.0, 0.01, 1.05)))
-    recording = simulate.observe(hand, Imu(mag=Triad(), iron=iron), field=(0.0, 20.0, -40.0))
+    recording = simulate.observe(hand, Imu(mag=TriadErrors(), iron=iron), field=(0.0, 20.0, -40.0))
     field = hand.to_body(np.array([0.0, 20.0, -40.0]))
     np.testing.assert_allclose(recording.mag, field @ np.array(iron.soft).T + iron.hard, atol=1e-12)
 
 
 def test_declination_means_that_y_is_not_magnetic_north(hand):
-    assert not simulate.observe(hand, Imu(mag=Triad()), field=(2.0, 19.0, -45.0)).truth.north
+    assert not simulate.observe(hand, Imu(mag=TriadErrors()), field=(2.0, 19.0, -45.0)).truth.north
 
 
 def test_same_seed_same_bits_and_other_seed_other_bits():
@@ -166,7 +166,7 @@ def test_same_seed_same_bits_and_other_seed_other_bits():
 
 
 def test_sensors_and_axes_are_independent(still):
-    noisy = Triad(white_noise_density=0.01)
+    noisy = TriadErrors(white_noise_density=0.01)
     recording = simulate.observe(still, Imu(noisy, noisy, noisy), 9)
     columns = np.hstack([recording.gyr, recording.acc, recording.mag])
     correlation = np.corrcoef(columns.T) - np.eye(9)
@@ -192,11 +192,11 @@ def test_inputs_are_not_touched(hand):
 @pytest.mark.parametrize(
     "make",
     [
-        lambda: Triad(white_noise_density=-1.0),
-        lambda: Triad(turn_on_bias=(1.0, 2.0)),
-        lambda: Triad(correlation_time=0.0),
-        lambda: Triad(full_scale=np.nan),
-        lambda: Triad(random_walk=np.inf),
+        lambda: TriadErrors(white_noise_density=-1.0),
+        lambda: TriadErrors(turn_on_bias=(1.0, 2.0)),
+        lambda: TriadErrors(correlation_time=0.0),
+        lambda: TriadErrors(full_scale=np.nan),
+        lambda: TriadErrors(random_walk=np.inf),
         lambda: Vibration(-1.0, 10.0),
         lambda: Vibration(1.0, 10.0, (0.0, 0.0, 0.0)),
         lambda: Vibration(1.0, 10.0, decay=0.0),

@@ -75,7 +75,7 @@ def _angles(panels: list["Axes"], recording: Recording, track: Track) -> None:
             )
         if doubt is not None:
             title += f"; σ {doubt[-1]:.3g}° at the end"
-        style.quiet(axes, title, f"{name} [°]")
+        style.format_axes(axes, title, f"{name} [°]")
 
 
 def _limits(course: Array, sigma: Array | None) -> tuple[float, float]:
@@ -92,14 +92,14 @@ def _bias(axes: "Axes", t: Array, bias: Array) -> None:
         course = np.degrees(bias[:, i])
         value = f"{course[-1]:.3g} °/s".replace("-", "−") if course.any() else "not estimated"
         curve(axes, t, course, color=style.AXES[i], linewidth=2.0 - 0.4 * i, label=f"{name}: {value}")
-    style.quiet(axes, "Gyroscope bias learned (in the legend: at the end)", "bias [°/s]")
+    style.format_axes(axes, "Gyroscope bias learned (in the legend: at the end)", "bias [°/s]")
 
 
 def _norm(axes: "Axes", t: Array, values: Array, what: str, unit: str, colour: str) -> None:
     norm = np.linalg.norm(values, axis=1)
     curve(axes, t, norm, color=colour, linewidth=0.8)
     peak = f", up to {np.nanmax(norm):.3g} {unit}" if np.isfinite(norm).any() else ": none"
-    style.quiet(axes, f"{what.capitalize()}{peak}", f"[{unit}]")
+    style.format_axes(axes, f"{what.capitalize()}{peak}", f"[{unit}]")
 
 
 class Event(NamedTuple):
@@ -133,7 +133,7 @@ def _timeline(axes: "Axes", t: Array, events: list[Event]) -> None:
                 bars.append((start, end - start))
         colour = style.VERMILION if event.fault else style.GREEN
         axes.broken_barh(bars, (level - 0.3, 0.6), color=colour, linewidth=0)
-    style.quiet(axes, "Health: red, when something was wrong; green, at rest")
+    style.format_axes(axes, "Health: red, when something was wrong; green, at rest")
     axes.set_yticks(range(len(events)), [event.words for event in events], fontsize=9)
     axes.yaxis.tick_right()
     axes.set_ylim(len(events) - 0.4, -0.6)

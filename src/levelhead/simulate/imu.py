@@ -8,7 +8,7 @@ import numpy as np
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array, Recording, Truth, real_array
 from levelhead.simulate.motion import Motion
-from levelhead.simulate.triad_errors import Triad, read
+from levelhead.simulate.triad_errors import TriadErrors, apply_errors
 
 Vector = tuple[float, float, float]
 
@@ -58,9 +58,9 @@ class Imu:
         name: what to call it in ``Recording.meta``.
     """
 
-    gyr: Triad = field(default_factory=Triad)
-    acc: Triad = field(default_factory=Triad)
-    mag: Triad | None = None
+    gyr: TriadErrors = field(default_factory=TriadErrors)
+    acc: TriadErrors = field(default_factory=TriadErrors)
+    mag: TriadErrors | None = None
     iron: Iron = field(default_factory=Iron)
     name: str = "perfect"
 
@@ -79,20 +79,20 @@ def observe(motion: Motion, imu: Imu, seed: int = 0, *, field: Vector = EARTH_FI
 
     Returns:
         A Recording with truth.quat, truth.position, truth.velocity and truth.bias, the whole bias of the gyroscope in
-        rad/s (turn-on bias + bias instability + random walk). ``meta["drawn"]`` holds for "gyr", "acc" and "mag" the
-        error "matrix" (3, 3) and the "turn_on_bias" (3,) that were drawn: what a calibration ought to find.
+        rad/s (turn-on bias + bias instability + random walk). ``meta["true_errors"]`` holds for "gyr", "acc" and "mag"
+        the error "matrix" (3, 3) and the "turn_on_bias" (3,) of this seed, which a calibration should find.
 
     Raises:
         LevelheadError: the field is not three finite numbers, or the seed is negative.
     """
     earth = _finite("the magnetic field", field, (3,), "µT: east, north, up")
     readings = {
-        "gyr": read(imu.gyr, motion.gyr, motion.t, seed, GYR),
-        "acc": read(imu.acc, motion.specific_force, motion.t, seed, ACC),
+        "gyr": apply_errors(imu.gyr, motion.gyr, motion.t, seed, GYR),
+        "acc": apply_errors(imu.acc, motion.specific_force, motion.t, seed, ACC),
     }
     if imu.mag is not None:
         bent = motion.to_body(earth) @ np.asarray(imu.iron.soft).T + np.asarray(imu.iron.hard)
-        readings["mag"] = read(imu.mag, bent, motion.t, seed, MAG)
+        readings["mag"] = apply_errors(imu.mag, bent, motion.t, seed, MAG)
     return Recording(
         motion.t,
         readings["gyr"].values,
@@ -111,6 +111,8 @@ def observe(motion: Motion, imu: Imu, seed: int = 0, *, field: Vector = EARTH_FI
             "source": "simulate",
             "sensor": imu.name,
             "seed": seed,
-            "drawn": {name: {"matrix": one.matrix, "turn_on_bias": one.turn_on_bias} for name, one in readings.items()},
+            "true_errors": {
+                name: {"matrix": one.matrix, "turn_on_bias": one.turn_on_bias} for name, one in readings.items()
+            },
         },
     )

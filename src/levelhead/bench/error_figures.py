@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from levelhead.evaluate.errors import Errors, error_quaternion, heading_offset, split, turn_heading
-from levelhead.evaluate.score import counted, rms
+from levelhead.evaluate.attitude_error import Errors, error_quaternion, heading_offset, split, turn_heading
+from levelhead.evaluate.score import rms, scored_rows
 from levelhead.recording import Array, Recording
 
 WINDOW = 60.0  # s, over which heading drifts
@@ -14,8 +14,8 @@ STRIDE = 10.0  # s from one window to the next
 EDGE = 0.5  # s, half of what is averaged at either end of a window
 
 
-class Figures(NamedTuple):
-    """RMS errors over the movement phases, in degrees, as ``levelhead.evaluate.errors`` defines them.
+class ErrorFigures(NamedTuple):
+    """RMS errors over the movement phases, in degrees, as ``levelhead.evaluate.attitude_error`` defines them.
 
     ``aligned`` is the total error once the best constant heading offset of the whole recording is removed; where the
     recording knows heading only relatively it is the same as ``total``. ``drift`` is the RMS change of the heading
@@ -29,7 +29,7 @@ class Figures(NamedTuple):
     drift: float | None
 
 
-def measure(recording: Recording, quat: Array, absolute: bool) -> Figures:
+def measure(recording: Recording, quat: Array, absolute: bool) -> ErrorFigures:
     """The figures of (n, 4) orientations wxyz, none of them NaN.
 
     Args:
@@ -38,11 +38,11 @@ def measure(recording: Recording, quat: Array, absolute: bool) -> Figures:
         absolute: whether heading counts as it is; if not, the best constant offset is removed first.
     """
     assert recording.truth is not None
-    rows = counted(recording.truth)
+    rows = scored_rows(recording.truth)
     error = error_quaternion(quat, recording.truth.quat)
     aligned = split(turn_heading(error, -heading_offset(error, rows)))
     plain = split(error) if absolute else aligned
-    return Figures(
+    return ErrorFigures(
         total=_degrees(plain.total[rows]),
         heading=_degrees(plain.heading[rows]),
         tilt=_degrees(plain.tilt[rows]),

@@ -3,9 +3,9 @@
 from dataclasses import replace
 
 from levelhead.recording import Recording
+from levelhead.simulate.imu import Iron, observe
 from levelhead.simulate.motion import motion as move
 from levelhead.simulate.presets import imu
-from levelhead.simulate.sensor import Iron, observe
 
 
 def recording(

@@ -8,17 +8,17 @@ import numpy as np
 
 from levelhead.errors import LevelheadError
 from levelhead.evaluate.align import Alignment, align
-from levelhead.evaluate.align.result import small
-from levelhead.evaluate.align.series import Course
+from levelhead.evaluate.align.result import format_angle
+from levelhead.evaluate.align.series import OrientationSeries
 from levelhead.evaluate.score import absolute_heading
 from levelhead.recording import Recording
 from levelhead.track import Track
 
-SHIFT = 1.0  # s, the longest delay that is looked for
-ZERO = 15.0  # °, a constant heading beyond which a contender's zero is taken as arbitrary, not as an error
+MAX_SHIFT = 1.0  # s, the longest delay that is looked for
+MAX_HEADING_ERROR = 15.0  # °, a constant heading beyond which a contender's zero is taken as arbitrary, not as an error
 
 
-class Contender(NamedTuple):
+class ExternalTrack(NamedTuple):
     """An orientation from elsewhere, ready for the table.
 
     Attributes:
@@ -39,15 +39,17 @@ class Contender(NamedTuple):
         found = self.alignment
         if found.before < 1e-6:
             return f"{self.name} is the reference itself."
-        text = f"{self.name}: {found.words}; {small(found.before)} before, {small(found.after)} after."
+        text = (
+            f"{self.name}: {found.description}; {format_angle(found.before)} before, {format_angle(found.after)} after."
+        )
         kept = ["its heading"] if found.freedom.earth == "heading" and not self.relative else []
-        kept += ["its delay"] if found.delayed else []
+        kept += ["its delay"] if found.has_delay else []
         if kept:
             text += f" {' and '.join(kept).capitalize()} stay{'s' * (len(kept) == 1)} in its errors."
-        return " ".join([text, *found.doubts])
+        return " ".join([text, *found.ambiguities])
 
 
-def contenders(recording: Recording, tracks: Mapping[str, Track], first: Track | None) -> list[Contender]:
+def align_external(recording: Recording, tracks: Mapping[str, Track], first: Track | None) -> list[ExternalTrack]:
     """Tracks of any convention, read in the one that fits the truth, or without truth the ``first`` filter.
 
     Corrected are order, direction and frames, never the delay, which is an error as any. A constant heading is removed
@@ -60,26 +62,26 @@ def contenders(recording: Recording, tracks: Mapping[str, Track], first: Track |
         raise LevelheadError(
             "without a true orientation a track is held against the first filter; expected at least one filter"
         )
-    return [_contender(recording, name, track, first) for name, track in tracks.items()]
+    return [_align_one(recording, name, track, first) for name, track in tracks.items()]
 
 
-def _contender(recording: Recording, name: str, track: Track, first: Track | None) -> Contender:
+def _align_one(recording: Recording, name: str, track: Track, first: Track | None) -> ExternalTrack:
     reference = recording.truth.quat if recording.truth is not None else first.quat if first is not None else None
     assert reference is not None  # contenders has seen to it
     try:
         found = align(
-            track.t, track.quat, recording.t, reference, earth="heading", sensor="none", shift=SHIFT
+            track.t, track.quat, recording.t, reference, earth="heading", sensor="none", shift=MAX_SHIFT
         )  # fmt: skip
     except LevelheadError as error:
         raise LevelheadError(f"{name}: {error}") from None
     turned = _on_clock(found.apply(track, constant=False, clock=False), recording)
     north = absolute_heading(recording, turned)
-    return Contender(name, turned, found, not north or abs(found.heading) > ZERO)
+    return ExternalTrack(name, turned, found, not north or abs(found.heading) > MAX_HEADING_ERROR)
 
 
 def _on_clock(track: Track, recording: Recording) -> Track:
     """The track at the recording's samples; interpolated if it has others."""
     if np.array_equal(track.t, recording.t):
         return track
-    quat = Course.of("the track", track.t, track.quat).at(recording.t)
+    quat = OrientationSeries.from_samples("the track", track.t, track.quat).at(recording.t)
     return replace(track, t=recording.t, quat=quat, bias=None, sigma=None, health=np.zeros(len(quat), np.uint32))

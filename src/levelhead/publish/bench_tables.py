@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from levelhead.bench.accuracy import Accuracy
 from levelhead.bench.timing import Table as Figures
-from levelhead.evaluate.columns import Column, best_rows
+from levelhead.evaluate.text_table import Column, best_rows
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -69,7 +69,7 @@ def test_a_delay_is_reported_and_stays(nine, truth):
     late = nine.t[nine.t >= 0.1]
     quat = Slerp(nine.t, truth)(late - 0.04).as_quat(scalar_first=True)
     found = compare(nine, [], tracks={"late": Track(late, quat)})
-    assert found.rows[0].contender.alignment.ms == pytest.approx(40.0, abs=0.5)
+    assert found.rows[0].external.alignment.ms == pytest.approx(40.0, abs=0.5)
     assert found.rows[0].score.lag == pytest.approx(40.0, abs=1.0)
     assert found.rows[0].score.total > 1.0
     assert any("40.0 ms late" in note and "Its delay stays in its errors." in note for note in found.notes)

@@ -39,7 +39,7 @@ PANELS = (
 )
 
 
-def learned_picture(learning: Learning, path: str | Path) -> None:
+def calibration_picture(learning: Learning, path: str | Path) -> None:
     """Draw every number that a filter has learned of its sensor over time, with ±2σ; what it was not asked for, and
     what had no sensor, is left out.
 
@@ -96,4 +96,4 @@ def _draw(axes: "Axes", t: Array, learning: Learning, panel: Panel) -> None:
     room = ROOM * np.nanmax(sigma[middle:], initial=0.0) + 1e-12
     late = value[len(t) // 10 :]
     axes.set_ylim(np.nanmin(late) - room, np.nanmax(late) + room)
-    style.quiet(axes, f"{panel.title}, ±2σ", f"[{panel.unit}]")
+    style.format_axes(axes, f"{panel.title}, ±2σ", f"[{panel.unit}]")
