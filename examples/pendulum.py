@@ -18,7 +18,7 @@ import numpy as np
 from levelhead.live import Node
 from levelhead.simulate import imu
 from levelhead.sources.sensors.board import assemble_board, parse_board
-from levelhead.sources.sensors.emulated import board_of
+from levelhead.sources.sensors.emulated import emulate_board
 from levelhead.sources.sensors.emulated.base import word
 
 GRAVITY = 9.81  # m/s²
@@ -130,7 +130,7 @@ def balance(by: str = "node", seed: int = 0) -> dict[str, np.ndarray]:
     """
     rod, pid = Rod(seed), Pid()
     wanted = parse_board("mpu6050")
-    board = assemble_board(wanted, board_of(wanted, rod), rate=RATE, clock=rod.clock, wait=rod.sleep)
+    board = assemble_board(wanted, emulate_board(wanted, rod), rate=RATE, clock=rod.clock, wait=rod.sleep)
     node = Node(board, rate=RATE, clock=rod.clock, sleep=rod.sleep)
     orientations, raws = node.bus.subscribe("imu/orientation"), node.bus.subscribe("imu/raw")
     log: list[tuple[float, ...]] = []

@@ -6,9 +6,9 @@ from typing import Any, NamedTuple
 import pytest
 
 from levelhead.live import Node
-from levelhead.live.open import there_and_back
+from levelhead.live.open import closed_motion
 from levelhead.sources.sensors.board import assemble_board, parse_board
-from levelhead.sources.sensors.emulated import EmulatedBus, World, board_of
+from levelhead.sources.sensors.emulated import EmulatedBus, World, emulate_board
 
 
 class Clock:
@@ -58,7 +58,7 @@ class Rig(NamedTuple):
 @pytest.fixture(scope="session")
 def felt():
     """What the chips feel: 8 s still, then a hand, there and back."""
-    return there_and_back(parse_board("icm20948"), 200.0, "hand", 1, half=15.0)
+    return closed_motion(parse_board("icm20948"), 200.0, "hand", 1, half=15.0)
 
 
 @pytest.fixture
@@ -67,7 +67,7 @@ def rig(felt) -> Callable[..., Rig]:
 
     def make(text: str = "mpu6050", felt=felt, **options) -> Rig:
         clock = Clock()
-        wires = board_of(parse_board(text), World(felt, clock), drift=0.005)
+        wires = emulate_board(parse_board(text), World(felt, clock), drift=0.005)
         board = assemble_board(parse_board(text), wires, clock=clock, wait=clock.sleep)
         node = Node(board, clock=clock, sleep=clock.sleep, **options)
         queues = [node.bus.subscribe(topic, 100_000) for topic in ("imu/orientation", "imu/raw", "imu/health")]

@@ -14,7 +14,7 @@ import levelhead as lh
 from levelhead.live import Node, SourceLost, open_source
 from levelhead.live.bus import LocalBus
 from levelhead.live.events import EVENTS
-from levelhead.live.timing import undisturbed
+from levelhead.live.realtime import realtime_scheduling
 from levelhead.sample import Sample
 from levelhead.sources import npz
 from levelhead.sources.replay import Replay
@@ -97,7 +97,7 @@ def test_calibration_takes_the_bias_off(rig, felt):
     one.node.run(duration=6.0)
     assert one.events()[:4] == ["started", "calibrating", "-calibrating", "calibrated"]
     drawn = felt.truth.bias[: 4 * 200].mean(axis=0)
-    assert np.abs(np.array(one.node._bias) - drawn).max() < 2e-3
+    assert np.abs(np.array(one.node.path.bias) - drawn).max() < 2e-3
     first = one.drain(one.orientations)[0]
     assert first.seq == 500 and np.abs(np.array(first.bias) - drawn).max() < 2e-3
 
@@ -149,8 +149,8 @@ def test_late_ticks_are_skipped_and_only_the_newest_is_said(rig):
 
 def test_budget_is_watched(rig, monkeypatch):
     one = rig(calibrate=0)
-    look = one.node._watch.look
-    monkeypatch.setattr(one.node._watch, "look", lambda *what: (setattr(one.clock, "now", one.clock.now + 3e-4), look(*what)))  # fmt: skip # noqa: E501
+    add = one.node.path.monitor.add
+    monkeypatch.setattr(one.node.path.monitor, "add", lambda *what: (setattr(one.clock, "now", one.clock.now + 3e-4), add(*what)))  # fmt: skip # noqa: E501
     figures = one.node.run(duration=1.0)
     assert figures["over_budget"] > 150 and figures["work"]["p50_us"] == pytest.approx(300, rel=0.06)
     assert one.events().count("over_budget") <= 2  # said once a second, not 200 times
@@ -426,7 +426,7 @@ def test_real_time_priority_is_for_all_threads_that_run_python_and_given_back():
     beside.start()
     try:
         before = os.sched_getscheduler(here)
-        with undisturbed(True) as lacking:
+        with realtime_scheduling(True) as lacking:
             if lacking:
                 assert "CAP_SYS_NICE" in lacking
                 pytest.skip("real-time priority is not allowed here")

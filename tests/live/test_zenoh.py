@@ -16,7 +16,7 @@ from levelhead.live.messages import ORIENTATION, TOPICS, Health, Orientation, Ra
 from levelhead.live.zenoh_bus import configuration
 
 pytest.importorskip("zenoh", reason="eclipse-zenoh is not installed (extra levelhead[bus])")
-from levelhead.live.zenoh_bus import Asking, ZenohBus, subscribe
+from levelhead.live.zenoh_bus import ParameterClient, ZenohBus, subscribe
 
 SAID = Orientation(7, 0, 1.5, 123, (1.0, 0.0, 0.0, 0.0), (0.1, 0.2, 0.3), (1e-3, 0.0, -1e-3), 2048)
 
@@ -129,13 +129,13 @@ def test_all_topics(endpoint):
 
 def test_parameters_are_asked_for_from_outside(endpoint):
     bus = bus_of(endpoint)
-    asking = Asking(endpoint)
+    client = ParameterClient(endpoint)
     until = time.monotonic() + 10.0
     while not bus.commands and time.monotonic() < until:
-        asking.set(beta=0.25)
+        client.set(beta=0.25)
         time.sleep(0.05)
     assert bus.commands[0] == {"beta": 0.25}
-    asking.close()
+    client.close()
     bus.close()
 
 

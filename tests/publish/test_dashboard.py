@@ -14,9 +14,9 @@ from levelhead.filters.parameters import Param
 
 pytest.importorskip("viser", reason="viser is not installed (extra levelhead[view])")
 from levelhead.live import Health, Node, open_source
-from levelhead.publish.dashboard.following import LiveView
-from levelhead.publish.dashboard.page import Scale, doubt_of, edges, tilt_of
-from levelhead.publish.dashboard.recording import RecordingView
+from levelhead.publish.dashboard.node_view import NodeView
+from levelhead.publish.dashboard.page import Scale, edges, tilt_of, two_sigma
+from levelhead.publish.dashboard.recording_view import RecordingView
 
 FREE = 18_080  # the first port that is tried
 
@@ -110,7 +110,7 @@ def test_a_recording_is_shown_played_and_fused_again_by_a_slider(look):
 def test_a_node_is_followed_steered_and_its_silence_is_shown(look):
     node = Node(open_source("emulated:mpu6050", rate=100.0), lh.Madgwick(), rate=100.0, calibrate=0)
     runs = threading.Thread(target=lambda: node.run(60.0), daemon=True)
-    view = LiveView(lambda topic: node.bus.subscribe(topic, 4096), node.set, "a test", FREE)
+    view = NodeView(lambda topic: node.bus.subscribe(topic, 4096), node.set, "a test", FREE)
     try:
         runs.start()
         page = look(view.page.url)
@@ -151,7 +151,7 @@ def test_tilt_and_doubt_by_hand():
         [[0.0, 9.81 * math.sin(angle), 9.81 * math.cos(angle)], [-9.81 * math.sin(angle), 0.0, 9.81 * math.cos(angle)]]
     )
     np.testing.assert_allclose(tilt_of(acc), [[30.0, 0.0], [0.0, 30.0]], atol=1e-9)
-    np.testing.assert_allclose(doubt_of(np.radians([[3.0, 4.0, 7.0]])), [[10.0, 10.0, 14.0]])
+    np.testing.assert_allclose(two_sigma(np.radians([[3.0, 4.0, 7.0]])), [[10.0, 10.0, 14.0]])
 
 
 def test_a_chart_ends_where_its_courses_do_whatever_the_doubt():

@@ -73,7 +73,7 @@ def run(
     from levelhead.live.box import BlackBox
     from levelhead.live.node import Node
     from levelhead.live.open import open_source
-    from levelhead.live.static_calibration import TICKS
+    from levelhead.live.static_calibration import SAMPLES
     from levelhead.sources import parse_lsb, parse_map, parse_units
 
     params, before = parse_filter(filter, set), parse_guard(guard)
@@ -84,7 +84,7 @@ def run(
     hints: dict[str, Any] = {"map": parse_map(map), "units": parse_units(units), "lsb": parse_lsb(lsb)}
     mounted = AxisMap.parse(axes)
     live = open_source(source, rate=rate, speed=speed, gyr_range=gyr_range, acc_range=acc_range, axes=mounted, **hints)
-    still = (0 if source.startswith("replay:") else TICKS) if calibrate is None else calibrate
+    still = (0 if source.startswith("replay:") else SAMPLES) if calibrate is None else calibrate
     with ExitStack() as held:
         bus = _bus(publish, certificates, readers)
         held.callback(bus.close)
@@ -160,8 +160,10 @@ class _lines:
             now = time.monotonic()
             if now - last >= 1.0:
                 samples = self._node.samples
-                _tell(_line(self._node, (samples - before) / (now - last), self._node.missed - missed), self._quiet)
-                before, missed, last = samples, self._node.missed, now
+                _tell(
+                    _line(self._node, (samples - before) / (now - last), self._node.loop.missed - missed), self._quiet
+                )
+                before, missed, last = samples, self._node.loop.missed, now
 
 
 def _tell(text: str, quiet: bool) -> None:
@@ -178,7 +180,7 @@ def _line(node: "Node", rate: float, missed: int) -> str:
         return f"{rate:6.1f} Hz  no orientation yet{f'  [{warnings}]' if warnings else ''}"
     roll, pitch, yaw = (math.degrees(angle) for angle in said.euler)
     tilt, heading = math.degrees(math.hypot(*said.sigma[:2])), math.degrees(said.sigma[2])
-    late = 1e3 * node.lateness.quantile(0.99)
+    late = 1e3 * node.loop.lateness.quantile(0.99)
     return (
         f"{rate:6.1f} Hz  roll {roll:+7.2f}°  pitch {pitch:+7.2f}°  yaw {yaw:+7.2f}°  "
         f"σ {tilt:.2f}° / {heading:.2f}°  late p99 {late:.2f} ms  missed {missed}"

@@ -47,7 +47,7 @@ def view(
 
 
 def _recording(log: Path, name: str | None, pairs: Any, words: Any, reading: Reading, port: int) -> Any:
-    from levelhead.publish.dashboard.recording import RecordingView
+    from levelhead.publish.dashboard.recording_view import RecordingView
 
     params, before = parse_filter(name, pairs), parse_guard(words)
     recording = reading.read(log)
@@ -59,11 +59,11 @@ def _recording(log: Path, name: str | None, pairs: Any, words: Any, reading: Rea
 
 
 def _node(endpoint: str | None, certificates: Path | None, port: int) -> Any:
-    from levelhead.live.zenoh_bus import ENDPOINT, Asking, subscribe
-    from levelhead.publish.dashboard.following import LiveView
+    from levelhead.live.zenoh_bus import ENDPOINT, ParameterClient, subscribe
+    from levelhead.publish.dashboard.node_view import NodeView
 
     where = endpoint or ENDPOINT
-    asking = Asking(where, certificates=certificates)
-    return LiveView(
-        lambda topic: subscribe(topic, where, certificates=certificates), asking.set, f"node at {where}", port
+    client = ParameterClient(where, certificates=certificates)
+    return NodeView(
+        lambda topic: subscribe(topic, where, certificates=certificates), client.set, f"node at {where}", port
     )

@@ -125,4 +125,5 @@ class Filter(NamedTuple):
     aiding: Aiding | None = None
     handles: frozenset[str] = frozenset()  # of "bias", "field": what it estimates itself, so that the guard does not
     axis: AxisFilter | None = None
+    with_known_bias: Callable[..., Any] | None = None  # (params, sigma) -> params: bias subtracted, 1σ left in rad/s
     calibration: SelfCalibration | None = None

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 from levelhead.live.bus import LocalBus, Subscription
 from levelhead.live.messages import Health, Orientation, Raw
-from levelhead.live.node import Node, SourceLost
+from levelhead.live.node import Node
 from levelhead.live.open import open_source
+from levelhead.live.safe_state import SourceLost
 
 if TYPE_CHECKING:
     from levelhead.live.zenoh_bus import subscribe

@@ -118,7 +118,7 @@ class LocalBus:
         self._subscribers: dict[str, tuple[Subscription, ...]] = {}
         self._last: dict[str, Message] = {}
         self._owners: dict[str, int] = {}
-        self._told: dict[int, int] = {}
+        self._reported: dict[int, int] = {}
         self.commands: deque[dict[str, Any]] = deque(maxlen=COMMANDS)
 
     def advertise(self, topic: str, node: int) -> None:
@@ -148,14 +148,14 @@ class LocalBus:
         """
         if topic not in TOPICS:
             raise LevelheadError(f"there is no topic '{topic}'; {nearest(topic, TOPICS)}")
-        subscription = Subscription(size, lambda one: self._forget(topic, one))
+        subscription = Subscription(size, lambda one: self._remove(topic, one))
         with self._lock:
             if topic in self._last:
                 subscription.put(self._last[topic])
             self._subscribers[topic] = (*self._subscribers.get(topic, ()), subscription)
         return subscription
 
-    def _forget(self, topic: str, subscription: Subscription) -> None:
+    def _remove(self, topic: str, subscription: Subscription) -> None:
         with self._lock:
             self._subscribers[topic] = tuple(one for one in self._subscribers.get(topic, ()) if one is not subscription)
 
@@ -164,9 +164,9 @@ class LocalBus:
         found = []
         for topic, subscriptions in self._subscribers.items():
             for one in subscriptions:
-                new = one.missed - self._told.get(id(one), 0)
+                new = one.missed - self._reported.get(id(one), 0)
                 if new > 0:
-                    self._told[id(one)] = one.missed
+                    self._reported[id(one)] = one.missed
                     found.append(("subscriber_slow", f"a subscriber of {topic} missed {new} messages"))
         return found
 

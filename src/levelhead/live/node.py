@@ -1,4 +1,4 @@
-"""The node: samples in, orientations out, at absolute deadlines, and a safe state when there is nothing to say."""
+"""The node: samples in, orientations out, at absolute deadlines."""
 
 import math
 import os
@@ -14,31 +14,23 @@ from levelhead.errors import LevelheadError
 from levelhead.guard import Guard
 from levelhead.live.box import BlackBox
 from levelhead.live.bus import LocalBus, MessageBus
-from levelhead.live.events import EVENTS, Happening, Journal
-from levelhead.live.health_monitor import Watch
-from levelhead.live.messages import CONFIG, HEALTH, ORIENTATION, RAW, TOPICS, Health, Orientation, Raw
-from levelhead.live.static_calibration import LEFT, TICKS, StillCalibration
-from levelhead.live.timing import Spread, undisturbed
-from levelhead.sample import Sample, Triple
+from levelhead.live.deadline_loop import DeadlineLoop
+from levelhead.live.events import Event, Journal
+from levelhead.live.latency import LatencyHistogram
+from levelhead.live.messages import CONFIG, HEALTH, ORIENTATION, TOPICS, Health, Orientation
+from levelhead.live.realtime import realtime_scheduling
+from levelhead.live.safe_state import SafeState
+from levelhead.live.sample_path import SamplePath
+from levelhead.live.static_calibration import SAMPLES, StaticCalibration
+from levelhead.sample import Sample
 from levelhead.sources.sensors.bus import SensorError
 from levelhead.sources.source import Source
 from levelhead.version import VERSION
 
 BUDGET = 200e-6  # s for fusing, publishing and logging in one tick
-SILENCE = 0.1  # s without a sample, at least, before the source counts as silent
-SILENT_SAMPLES = 5.0
-FIRST_PATIENCE, FIRST_GAPS = 1.0, 5  # s, and gaps, before it is known how often samples come
-LONGEST_GAP, SHARE = 2.0, 0.05  # s, and weight of a gap in the running mean of the interval
-AGAIN = 1.0  # s between two attempts to reach a source that is silent
-ASK = 0.25  # s between two questions to bus and black box, whether all is well
-WHOLE = 2.1  # the components of a unit quaternion add up to 2 at most
+CHECK_INTERVAL = 0.25  # s between two checks of bus and black box
 GIVE_UP = 10.0  # s without a sample
-
-
-class SourceLost(LevelheadError):
-    """The source went away and did not come back."""
-
-    exit_code = 3
+SOURCE_FAULTS = ("bus_error", "bus_stuck", "implausible", "unplugged", "wrong_chip")  # over when samples come
 
 
 class Node:
@@ -48,36 +40,37 @@ class Node:
         source: where samples come from; the node starts and closes it.
         params: the filter, as for ``Stream``; None: the best one.
         guard: as for ``Stream``; full scales that the source knows are filled in.
-        rate: ticks a second, Hz.
-        calibrate: still samples from which the gyroscope's bias is read off before the first orientation; 0: none.
+        rate: ticks per second, Hz.
+        calibrate: samples at rest from which the gyroscope's bias is measured before the first orientation; 0: none.
         bus: where messages go; None: a bus of its own, ``node.bus``.
         box: a black box, which the node closes, or None.
         realtime: ask the system for real-time priority.
         budget: s that fusing, publishing and logging may take in a tick.
         give_up: s without a sample after which ``run`` ends with ``SourceLost``.
         clock: host time in s.
-        sleep: waits so many seconds.
+        sleep: waits for a number of seconds.
 
     Attributes:
         bus: the bus.
+        guard: the guard in use.
         journal: warnings that hold, and counts of all events.
-        samples: how many were taken.
-        missed: ticks that were skipped, because they came too late.
+        loop: how late ticks came, and how many were missed.
+        path: the filter, its last orientation, and how many samples it took.
 
     Raises:
-        LevelheadError: a rate or a filter that is none, or another node on the bus's topics.
+        LevelheadError: a rate or a filter that does not exist, or another node on the bus's topics.
     """
 
     def __init__(
         self, source: Source, params: Any = None, *, guard: Guard | None = DEFAULT_GUARD, rate: float = 200.0,
-        calibrate: int = TICKS, bus: MessageBus | None = None, box: BlackBox | None = None, realtime: bool = False,
+        calibrate: int = SAMPLES, bus: MessageBus | None = None, box: BlackBox | None = None, realtime: bool = False,
         budget: float = BUDGET, give_up: float = GIVE_UP,
         clock: Callable[[], float] = time.monotonic, sleep: Callable[[float], None] = time.sleep,
     ) -> None:  # fmt: skip
         if not 1.0 <= rate <= 10_000.0:
             raise LevelheadError(f"the rate is {rate:g} Hz; expected 1 to 10000")
-        self.source, self.rate, self._box, self._realtime = source, rate, box, realtime
-        self._budget, self._give_up, self._clock, self._sleep = budget, give_up, clock, sleep
+        self.source, self.rate, self._box = source, rate, box
+        self._budget, self._clock = budget, clock
         self.guard = guard
         if guard is not None and source.gyr_range > 0.0:
             self.guard = guard._replace(
@@ -88,23 +81,20 @@ class Node:
         self.id = int.from_bytes(os.urandom(4), "little")
         for topic in TOPICS:
             self.bus.advertise(topic, self.id)
-        self._calibration = StillCalibration(calibrate) if calibrate > 0 else None
-        self._bias: Triple = (0.0, 0.0, 0.0)
-        self.journal = Journal(self._tell, clock)
-        self._watch = Watch(self.journal)
-        self.samples = self.missed = self.ticks = self.over_budget = 0
-        self.lateness, self.reading, self.work, self.whole = Spread(), Spread(), Spread(), Spread()
-        self.last: Orientation | None = None
-        self._time = -math.inf  # stamp of the last sample, s on the source's clock
-        self._fused_at: float | None = None  # stamp of the last sample that the filter took
-        self._seen = self._tried = self._asked = (
-            0.0  # host time of the last sample, and of the last attempt to wake the source
+        free_running = math.isinf(getattr(source, "speed", 1.0))  # a replay as fast as it goes
+        self._realtime = realtime and not free_running
+        self.loop = DeadlineLoop(rate, clock, sleep, free_running)
+        self.journal = Journal(self._publish_event, clock)
+        self.safe_state = SafeState(source, self.journal, self._publish_invalid, give_up)
+        calibration = StaticCalibration(calibrate) if calibrate > 0 else None
+        self.path = SamplePath(
+            self.id, self._stream, calibration, self.bus, box, self.journal, self.safe_state, self._apply
         )
+        self.ticks = self.over_budget = 0
+        self.reading, self.work, self.whole = LatencyHistogram(), LatencyHistogram(), LatencyHistogram()
         self._changes: deque[dict[str, float]] = deque()
-        self._stopped = self._began = self._closed = False
-        self._again = False  # deadlines begin anew
-        self._hurried = math.isinf(getattr(source, "speed", 1.0))  # nothing to wait for, and no priority to do it with
-        self._interval, self._gaps, self._limit = 0.0, 0, FIRST_PATIENCE
+        self._checked = 0.0  # host time of the last check of bus and black box
+        self._began = self._closed = False
 
     # For other threads
 
@@ -112,6 +102,16 @@ class Node:
     def params(self) -> Any:
         """The filter's parameters in use."""
         return self._stream.params
+
+    @property
+    def last(self) -> Orientation | None:
+        """The last orientation."""
+        return self.path.last
+
+    @property
+    def samples(self) -> int:
+        """How many samples were taken."""
+        return self.path.samples
 
     def set(self, **changes: float) -> None:
         """Changes the filter's parameters from the next tick on; may be called from any thread.
@@ -126,7 +126,7 @@ class Node:
 
     def stop(self) -> None:
         """Ends ``run`` after this tick; may be called from any thread and from a signal handler."""
-        self._stopped = True
+        self.loop.stop()
 
     # Running
 
@@ -139,30 +139,31 @@ class Node:
         Raises:
             SensorError: the source cannot be started.
             SourceLost: it was silent for too long.
-            LevelheadError: the sensor never was still enough for the calibration.
+            LevelheadError: the sensor never was at rest for long enough to calibrate it.
         """
         try:
-            with undisturbed(self._realtime and not self._hurried) as lacking:
+            with realtime_scheduling(self._realtime) as lacking:
                 self.begin(lacking)
-                self._loop(math.inf if duration is None else duration)
+                self.loop.run(math.inf if duration is None else duration, self.tick, self._skip)
         finally:
             self.close()
         return self.figures()
 
     def begin(self, lacking: str = "") -> None:
-        """Starts the source and says so; ``lacking``: what could not be had."""
+        """Starts the source; ``lacking``: what the system does not allow, for the event."""
         self.source.start()
         self._began = True
         config = self._config(lacking)
         if self._box is not None:
             self._box.begin(config)
         self.journal.note("started", f"{self.source.name} at {self.rate:g} Hz through {config['filter']}", **config)
-        self.bus.publish(CONFIG, self._message(Happening("config", True, self.source.name, config)))
-        self._seen = self._tried = self._clock()
-        if self._calibration is not None:
-            self.journal.begin("calibrating", f"hold still for {self._calibration.ticks} samples")
+        self.bus.publish(CONFIG, self._message(Event("config", True, self.source.name, config)))
+        self.safe_state.begin(self._clock())
+        if self.path.calibration is not None:
+            self.journal.begin("calibrating", f"hold still for {self.path.calibration.samples} samples")
 
     def _config(self, lacking: str) -> dict[str, Any]:
+        calibration = self.path.calibration
         return {
             "version": VERSION,
             "source": self.source.name,
@@ -171,75 +172,47 @@ class Node:
             "filter": filters.of(self.params).name,
             "params": self.params._asdict(),
             "guard": None if self.guard is None else self.guard._asdict(),
-            "calibrate": 0 if self._calibration is None else self._calibration.ticks,
+            "calibrate": 0 if calibration is None else calibration.samples,
             "lacking": lacking,
         }
 
-    def _loop(self, duration: float) -> None:
-        period = 1.0 / self.rate
-        began = start = self._clock()
-        tick = 0
-        while not self._stopped:
-            now = self._clock()
-            if now - began >= duration:
-                return
-            late = 0.0
-            if not self._hurried:
-                deadline = start + tick * period
-                if deadline > now:
-                    self._sleep(deadline - now)
-                    now = self._clock()
-                late = now - deadline
-                self.lateness.add(late)
-            skipped = int(late / period)
-            if skipped > 0:
-                self._skip(skipped, late)
-            self.tick(late=skipped > 0)
-            tick += 1 + skipped
-            if self._again:
-                self._again, start, tick = False, self._clock(), 0
-
     def _skip(self, skipped: int, late: float) -> None:
-        """What is stale is worse than what is missing: ticks are not made up for."""
-        self.missed += skipped
+        """Ticks that were missed are not made up for: their orientations would be stale."""
         self.journal.note("late", f"{skipped} ticks were missed: the last one came {1e3 * late:.1f} ms late")
 
     def tick(self, late: bool = False) -> None:
-        """One turn: reads what is new, fuses it, publishes, logs. After a late one only the newest is published."""
+        """Reads, fuses, publishes and logs what is new; after a missed tick only the newest orientation is published.
+
+        Raises:
+            SourceLost: the source was silent for too long.
+            LevelheadError: the sensor never was at rest for long enough to calibrate it.
+        """
         began = self._clock()
         self.ticks += 1
         if self._changes or self.bus.commands:
-            self._change()
+            self._apply_changes()
         samples = self._read()
         read = self._clock()
         newest = len(samples) - 1
         for i, sample in enumerate(samples):
-            self._take(sample, publish=i == newest or not late)
+            self.path.add(sample, publish=i == newest or not late)
         if samples:
-            self._heard(read, len(samples))
-        elif read - self._seen > self._limit:
-            self._silent(read)
-        self._report(read)
-        over = self._clock()
+            self.safe_state.add_samples(read, len(samples))
+        elif self.safe_state.check(read):
+            self.loop.restart()
+        self._check(read)
+        end = self._clock()
         self.reading.add(read - began)
-        self.work.add(over - read)
-        self.whole.add(over - began)
-        if over - read > self._budget * max(1, len(samples)):
+        self.work.add(end - read)
+        self.whole.add(end - began)
+        if end - read > self._budget * max(1, len(samples)):
             self.over_budget += 1
             self.journal.note(
-                "over_budget", f"a tick took {1e6 * (over - read):.0f} µs, its budget is {1e6 * self._budget:.0f}"
+                "over_budget", f"a tick took {1e6 * (end - read):.0f} µs, its budget is {1e6 * self._budget:.0f}"
             )
 
-    def _heard(self, now: float, count: int) -> None:
-        """How often samples come decides when their absence is silence."""
-        gap = min(now - self._seen, LONGEST_GAP) / count
-        self._gaps += 1
-        self._interval += max(SHARE, 1.0 / self._gaps) * (gap - self._interval)
-        if self._gaps >= FIRST_GAPS:
-            self._limit = max(SILENCE, SILENT_SAMPLES * self._interval)
-        self._seen = now
-
-    def _change(self) -> None:
+    def _apply_changes(self) -> None:
+        """Parameters that other threads and processes asked for."""
         while self.bus.commands:
             try:
                 self.set(**self.bus.commands.popleft())
@@ -249,15 +222,16 @@ class Node:
         while self._changes:
             changes |= self._changes.popleft()
         if changes:
-            self._changed(changes)
+            self._apply(changes)
 
-    def _changed(self, changes: dict[str, float]) -> None:
-        """Other parameters, from the next sample on."""
+    def _apply(self, changes: dict[str, Any]) -> None:
+        """Sets parameters from the next sample on, and publishes them."""
         self._stream.set(**changes)
-        said = ", ".join(f"{name}={value:g}" for name, value in changes.items())
+        text = ", ".join(f"{name}={value:g}" for name, value in changes.items())
         self.journal.counts.setdefault("parameters", 0)
-        self._tell(Happening("parameters", True, said, {"params": self.params._asdict(), "from": self.samples}))
-        self.bus.publish(CONFIG, self._message(Happening("config", True, said, self._config(""))))
+        data = {"params": self.params._asdict(), "from": self.samples}
+        self._publish_event(Event("parameters", True, text, data))
+        self.bus.publish(CONFIG, self._message(Event("config", True, text, self._config(""))))
 
     def _read(self) -> list[Sample]:
         try:
@@ -266,116 +240,34 @@ class Node:
             self.journal.begin(error.kind, str(error))
             return []
         if samples and self.journal.active:
-            for kind in ("bus_error", "bus_stuck", "implausible", "unplugged", "wrong_chip"):
+            for kind in SOURCE_FAULTS:
                 self.journal.end(kind)
         if not samples and self.source.ended:
             self.journal.note("ended", f"{self.source.name} is over")
-            self._stopped = True
+            self.loop.stop()
         return samples
 
-    def _report(self, now: float) -> None:
-        for name, words in self.source.troubles():
-            self.journal.note(name, words)
-        if now - self._asked < ASK:
+    def _check(self, now: float) -> None:
+        """Reports what source, bus and black box had trouble with."""
+        for name, text in self.source.troubles():
+            self.journal.note(name, text)
+        if now - self._checked < CHECK_INTERVAL:
             return
-        self._asked = now
-        for name, words in self.bus.troubles():
-            self.journal.note(name, words)
+        self._checked = now
+        for name, text in self.bus.troubles():
+            self.journal.note(name, text)
         if self._box is not None and self._box.failure:
             self.journal.begin("box_failed", self._box.failure)
 
-    # One sample
-
-    def _take(self, sample: Sample, publish: bool) -> None:
-        if not sample.t > self._time:
-            self.journal.note("time_backwards", f"a sample came with the stamp {sample.t!r} after {self._time!r}")
-            return
-        self._time = sample.t
-        seq, stamp = self.samples, time.time_ns()
-        self.samples += 1
-        self.bus.publish(RAW, Raw(self.id, seq, sample.t, stamp, sample.gyr, sample.acc, sample.mag, sample.pressure))
-        waits = self._calibration is not None and self._calibrating(self._calibration, sample)
-        said = None if waits else self._fused(sample, seq, stamp)
-        if said is not None:
-            self._watch.look(sample, said.health)
-            self.last = said
-            if publish:
-                if self.journal.active:
-                    self.journal.end("silent")
-                    self.journal.end("invalid")
-                self.bus.publish(ORIENTATION, said)
-        if self._box is not None:
-            self._box.sample(seq, stamp, sample, said)
-
-    def _calibrating(self, calibration: StillCalibration, sample: Sample) -> bool:
-        """Spends the sample on reading off the bias."""
-        why = calibration.take(sample.gyr, sample.acc)
-        if why:
-            self.journal.note("calibration_refused", why)
-        if calibration.hopeless:
-            raise LevelheadError(
-                f"the sensor was not still for {calibration.ticks} samples on end, in {calibration.taken}; hold it "
-                "still at the start, or run without calibration (--calibrate 0)"
-            )
-        if calibration.done:
-            self._calibration, self._bias = None, calibration.bias
-            self.journal.end("calibrating")
-            degrees = ", ".join(f"{math.degrees(rate):.3f}" for rate in self._bias)
-            self.journal.note("calibrated", f"the gyroscope's bias is {degrees} °/s", bias=list(self._bias))
-            if getattr(self.params, "bias_start", 0.0) > LEFT:  # the filter cannot know that it was taken off
-                self._changed({"bias_start": LEFT})
-        return True
-
-    def _fused(self, sample: Sample, seq: int, stamp: int) -> Orientation | None:
-        (x, y, z), (a, b, c) = sample.gyr, self._bias
-        dt = 1.0 if self._fused_at is None else sample.t - self._fused_at  # before the first sample any will do
-        try:
-            w, i, j, k = self._stream.update((x - a, y - b, z - c), sample.acc, sample.mag, dt)
-        except LevelheadError as error:
-            self.journal.note("refused", str(error))
-            return None
-        self._fused_at = sample.t
-        if not abs(w) + abs(i) + abs(j) + abs(k) <= WHOLE:  # no filter does that; if one does, nobody may steer by it
-            self.journal.note("refused", "the filter's orientation is not finite")
-            self._invalid("the filter's orientation is not finite")
-            self._stream.reset()
-            return None
-        _, _, _, _, x, y, z, east, north, up, health = self._stream.numbers
-        bias, sigma = (x + a, y + b, z + c), (east, north, up)
-        return Orientation(self.id, seq, sample.t, stamp, (w, i, j, k), sigma, bias, int(health))
-
-    # When there is nothing to say
-
-    def _silent(self, now: float) -> None:
-        since = now - self._seen
-        self.journal.begin("silent", f"{self.source.name} has given nothing for {since:.2f} s")
-        self._invalid("the source is silent")
-        if since > self._give_up:
-            why = "; ".join(words for name, words in self.journal.active.items() if name not in ("invalid", "silent"))
-            raise SourceLost(f"{self.source.name} has given nothing for {since:.0f} s{': ' + why if why else ''}")
-        if now - self._tried > AGAIN:
-            self._tried = now
-            try:
-                self.source.restart()
-            except LevelheadError as error:
-                self.journal.begin(getattr(error, "kind", "bus_error"), str(error))
-            self._again = True
-
-    def _invalid(self, why: str) -> None:
-        """The safe state: the last orientation once more, marked invalid, then nothing until there are samples."""
-        if "invalid" in self.journal.active or self.last is None:
-            return
-        self.journal.begin("invalid", f"{EVENTS['invalid']}: {why}")
-        self.bus.publish(ORIENTATION, self.last._replace(valid=False))
-
     def close(self) -> None:
-        """The safe state, the last words, and everything let go of; may be called twice."""
+        """Enters the safe state, reports the figures, closes black box and source; may be called twice."""
         if self._closed:
             return
         self._closed = True
         if self._began:
-            self._invalid("the node ends")
-            self.journal.note("stopped", f"{self.samples} samples, {self.missed} ticks missed", **self.figures())
+            self.safe_state.enter("the node ends")
+            text = f"{self.samples} samples, {self.loop.missed} ticks missed"
+            self.journal.note("stopped", text, **self.figures())
         for topic in TOPICS:
             self.bus.withdraw(topic, self.id)
         if self._box is not None:
@@ -388,24 +280,32 @@ class Node:
             "samples": self.samples,
             "lost": self.journal.counts.get("samples_lost", 0),
             "ticks": self.ticks,
-            "missed": self.missed,
+            "missed": self.loop.missed,
             "over_budget": self.over_budget,
-            "lateness": self.lateness.figures(),
+            "lateness": self.loop.lateness.figures(),
             "reading": self.reading.figures(),
             "work": self.work.figures(),
             "whole": self.whole.figures(),
             "events": dict(self.journal.counts),
         }
 
-    def _tell(self, what: Happening) -> None:
-        message = self._message(what)
+    # Messages
+
+    def _publish_invalid(self) -> bool:
+        if self.last is None:
+            return False
+        self.bus.publish(ORIENTATION, self.last._replace(valid=False))
+        return True
+
+    def _publish_event(self, event: Event) -> None:
+        message = self._message(event)
         self.bus.publish(HEALTH, message)
         if self._box is not None:
             self._box.event(message)
 
-    def _message(self, what: Happening) -> Health:
-        t = self._time if math.isfinite(self._time) else 0.0
-        return Health(self.id, self.samples, t, time.time_ns(), what.name, what.on, what.text, what.data)
+    def _message(self, event: Event) -> Health:
+        t = self.path.time if math.isfinite(self.path.time) else 0.0
+        return Health(self.id, self.samples, t, time.time_ns(), event.name, event.on, event.text, event.data)
 
     def __enter__(self) -> "Node":
         return self

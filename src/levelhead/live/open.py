@@ -14,16 +14,16 @@ from levelhead.sample import Sample
 from levelhead.sources import read
 from levelhead.sources.hints import Hints, check
 from levelhead.sources.replay import Replay
-from levelhead.sources.sensors.board import CHIPS, Wanted, assemble_board, open_board, parse_board
-from levelhead.sources.sensors.emulated import World, board_of
+from levelhead.sources.sensors.board import CHIPS, BoardSpec, assemble_board, open_board, parse_board
+from levelhead.sources.sensors.emulated import World, emulate_board
 from levelhead.sources.serial_lines import SerialLines, parse_serial
 from levelhead.sources.source import Source
 
 KINDS = ("emulated", "serial", "replay", *CHIPS)
-STILL = 8.0  # s at the beginning, so that the node can read off the bias
+REST = 8.0  # s at the beginning, so that the node can read off the bias
 HALF_LOOP = 60.0  # s that an emulated sensor is moved there, and back again
 CHIP_NAMES = {"mpu6050": "MPU-6050", "lsm6dso32": "LSM6DSO32", "icm20948": "ICM-20948"}
-FINE: dict[str, Any] = {"quantisation": 0.0, "full_scale": math.inf}  # the emulated registers round and clip
+IDEAL: dict[str, Any] = {"quantisation": 0.0, "full_scale": math.inf}  # the emulated registers round and clip
 
 
 def open_source(
@@ -52,15 +52,15 @@ def open_source(
     if speed != 1.0 and kind != "replay":
         raise LevelheadError(f"--speed is for a replay; '{words}' comes at its own")
     if colon and kind == "emulated":
-        return _emulated(parse_board(rest), rate, gyr_range, acc_range, axes, motion, seed)
+        return _open_emulated(parse_board(rest), rate, gyr_range, acc_range, axes, motion, seed)
     if kind == "serial":
         port, baud = parse_serial(rest)
         said = check(hints.get("map"), hints.get("units"), hints.get("lsb"), None)
-        return _mounted(SerialLines(port, baud, Hints(said.map, said.scale, rate)), axes)
+        return _rotate(SerialLines(port, baud, Hints(said.map, said.scale, rate)), axes)
     if kind == "replay":
         if not rest:
             raise LevelheadError("replay: names no file; expected such as replay:flight.csv")
-        return _mounted(Replay(read(Path(rest), **hints), speed), axes)
+        return _rotate(Replay(read(Path(rest), **hints), speed), axes)
     if not colon or "@" in words:
         if words.partition("@")[0].partition("+")[0].lower().replace("-", "") not in CHIPS:
             raise LevelheadError(f"there is no source '{words}'; {nearest(kind, KINDS)}")
@@ -68,7 +68,7 @@ def open_source(
     raise LevelheadError(f"there is no source '{words}'; {nearest(kind, KINDS)}")
 
 
-class _Mounted:
+class _RotatedSource:
     """A source that sits on its body in some way; everything else is the source's own."""
 
     def __init__(self, source: Source, axes: AxisMap) -> None:
@@ -82,19 +82,19 @@ class _Mounted:
         return [self._axes.apply(sample) for sample in self._source.poll()]
 
 
-def _mounted(source: Source, axes: AxisMap) -> Source:
-    return source if axes == IDENTITY else cast(Source, _Mounted(source, axes))
+def _rotate(source: Source, axes: AxisMap) -> Source:
+    return source if axes == IDENTITY else cast(Source, _RotatedSource(source, axes))
 
 
-def _emulated(
-    wanted: Wanted, rate: float, gyr_range: float, acc_range: float, axes: AxisMap, motion: str, seed: int
+def _open_emulated(
+    wanted: BoardSpec, rate: float, gyr_range: float, acc_range: float, axes: AxisMap, motion: str, seed: int
 ) -> Source:
-    world = World(there_and_back(wanted, rate, motion, seed))
-    bus = board_of(wanted, world, drift=0.005)
+    world = World(closed_motion(wanted, rate, motion, seed))
+    bus = emulate_board(wanted, world, drift=0.005)
     return assemble_board(wanted, bus, rate=rate, gyr_range=gyr_range, acc_range=acc_range, axes=axes)
 
 
-def there_and_back(wanted: Wanted, rate: float, style: str, seed: int, half: float = HALF_LOOP) -> Recording:
+def closed_motion(wanted: BoardSpec, rate: float, style: str, seed: int, half: float = HALF_LOOP) -> Recording:
     """What the chips feel on a motion that returns to where it began, so that it can go on for ever.
 
     The second half is the first one backwards: rates and velocities change their sign, accelerations do not. The
@@ -102,7 +102,7 @@ def there_and_back(wanted: Wanted, rate: float, style: str, seed: int, half: flo
     """
     from levelhead.simulate import Motion, imu, motion, observe
 
-    there = motion(seed, half, rate, style=style, still=STILL)
+    there = motion(seed, half, rate, style=style, still=REST)
     both = [slice(None), slice(None, None, -1)]
     sign = (1.0, -1.0)
     track = Motion(
@@ -115,7 +115,7 @@ def there_and_back(wanted: Wanted, rate: float, style: str, seed: int, half: flo
     )
     mag = {"hmc5883l": "HMC5883L", "qmc5883l": "QMC5883L", "ak09916": "AK09916"}.get(wanted.mag or "")
     chip = imu(CHIP_NAMES[wanted.inertial], mag=mag)
-    fine = replace(chip, gyr=replace(chip.gyr, **FINE), acc=replace(chip.acc, **FINE))
+    fine = replace(chip, gyr=replace(chip.gyr, **IDEAL), acc=replace(chip.acc, **IDEAL))
     if chip.mag is not None:
-        fine = replace(fine, mag=replace(chip.mag, turn_on_bias=0.0, scale_factor=0.0, misalignment=0.0, **FINE))
+        fine = replace(fine, mag=replace(chip.mag, turn_on_bias=0.0, scale_factor=0.0, misalignment=0.0, **IDEAL))
     return observe(track, fine, seed)

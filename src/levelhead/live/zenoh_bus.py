@@ -21,12 +21,12 @@ LOOPBACK = re.compile(r"^(tcp|tls)/(127\.\d+\.\d+\.\d+|\[::1\]|localhost):\d+$")
 OPEN = re.compile(r"^tls/[^/]+:\d+$")
 CERTIFICATES = ("ca.pem", "own.pem", "own.key")
 WAITING = 4096  # messages that may wait for the network
-PATIENCE_US = 50_000  # µs that the thread that sends waits for a slow link before it drops a message
+MAX_WAIT_US = 50_000  # µs that the thread that sends waits for a slow link before it drops a message
 CACHE = 1  # messages per topic that a late joiner gets
 IDENTITY = slice(4, 8)  # of the node, in the bytes of a message
 
 
-def endpoint_checked(endpoint: str, certificates: Path | None) -> str:
+def check_endpoint(endpoint: str, certificates: Path | None) -> str:
     """An endpoint that may be used.
 
     Raises:
@@ -59,15 +59,15 @@ def configuration(
             certificate of the same authority.
 
     Raises:
-        LevelheadError: see ``endpoint_checked``; or a certificate is missing.
+        LevelheadError: see ``check_endpoint``; or a certificate is missing.
     """
-    checked = endpoint_checked(endpoint, certificates)
+    checked = check_endpoint(endpoint, certificates)
     given: dict[str, Any] = {
         "mode": "peer",
         "scouting/multicast/enabled": False,
         "scouting/gossip/enabled": False,
         "timestamping/enabled": True,
-        "transport/link/tx/queue/congestion_control/drop/wait_before_drop": PATIENCE_US,
+        "transport/link/tx/queue/congestion_control/drop/wait_before_drop": MAX_WAIT_US,
         "listen/endpoints": [checked] if listen else [],
         "connect/endpoints": [] if listen else [checked],
     }
@@ -145,7 +145,7 @@ class ZenohBus:
     ) -> None:  # fmt: skip
         given = configuration(endpoint, True, certificates, readers)
         if connect:
-            given |= {"connect/endpoints": [endpoint_checked(one, certificates) for one in connect]}
+            given |= {"connect/endpoints": [check_endpoint(one, certificates) for one in connect]}
             given |= {"connect/timeout_ms": -1, "connect/exit_on_failure": False}
         self._session = _session(given)
         from zenoh.handlers import Callback
@@ -154,23 +154,23 @@ class ZenohBus:
         self.commands = self.local.commands
         self._publishers: dict[str, Any] = {}
         self._others: set[int] = set()
-        self._told: set[int] = set()
+        self._reported: set[int] = set()
         self._own = 0
-        self._ears = [
-            self._session.declare_subscriber(ORIENTATION, Callback(self._heard, indirect=False)),
-            self._session.declare_subscriber(SET, Callback(self._asked, indirect=False)),
+        self._subscribers = [
+            self._session.declare_subscriber(ORIENTATION, Callback(self._add_orientation, indirect=False)),
+            self._session.declare_subscriber(SET, Callback(self._add_command, indirect=False)),
         ]
         self._waiting = Subscription(WAITING)
         self._sender = threading.Thread(target=self._send, name="bus", daemon=True)
         self._sender.start()
 
-    def _heard(self, sample: Any) -> None:
+    def _add_orientation(self, sample: Any) -> None:
         data = bytes(sample.payload)
         node = int.from_bytes(data[IDENTITY], "little")
         if node != self._own and data[:2] == b"LH":
             self._others.add(node)
 
-    def _asked(self, sample: Any) -> None:
+    def _add_command(self, sample: Any) -> None:
         with suppress(ValueError):
             wanted = json.loads(bytes(sample.payload))
             if isinstance(wanted, dict):
@@ -208,8 +208,8 @@ class ZenohBus:
 
     def troubles(self) -> list[tuple[str, str]]:
         """See ``MessageBus``."""
-        new = self._others - self._told
-        self._told |= new
+        new = self._others - self._reported
+        self._reported |= new
         words = f"another node publishes on {ORIENTATION}: a subscriber cannot tell whom to believe; stop one of them"
         return self.local.troubles() + [("second_node", words)] * len(new)
 
@@ -221,8 +221,8 @@ class ZenohBus:
         self._session.close()
 
 
-class Asking:
-    """Asks a node for other parameters of its filter: ``Asking(endpoint).set(beta=0.1)``.
+class ParameterClient:
+    """Changes the parameters of a node's filter: ``ParameterClient(endpoint).set(beta=0.1)``.
 
     Where the node lets in readers only (``readers``), it does not hear this.
 
@@ -243,7 +243,7 @@ class Asking:
         self._session.put(SET, json.dumps(changes))
 
 
-class _Holder:
+class _SessionHolder:
     """Lives as long as a subscription."""
 
 
@@ -274,16 +274,16 @@ def subscribe(
     from zenoh.ext import HistoryConfig, declare_advanced_subscriber
     from zenoh.handlers import Callback
 
-    ending = weakref.finalize(session_holder := _Holder(), session.close)  # also when the program just ends
+    ending = weakref.finalize(session_holder := _SessionHolder(), session.close)  # also when the program just ends
     subscription = Subscription(size, lambda _: ending())
 
-    def heard(sample: Any) -> None:
+    def receive(sample: Any) -> None:
         try:
             subscription.put(unpack(bytes(sample.payload)))
         except LevelheadError as error:
             subscription.fail(error)
 
-    handler = Callback(heard, indirect=False)  # a thread of its own would keep the program from ending
+    handler = Callback(receive, indirect=False)  # a thread of its own would keep the program from ending
     history = HistoryConfig(detect_late_publishers=True, max_samples=CACHE)
     subscription.keep = (session_holder, declare_advanced_subscriber(session, topic, handler, history=history))
     return subscription

@@ -9,11 +9,11 @@ from levelhead.sample import Sample
 from levelhead.sources.hints import Hints
 from levelhead.sources.lines import LONGEST, Lines
 from levelhead.sources.sensors.bus import SensorError
-from levelhead.sources.sensors.sample_clock import Pace
+from levelhead.sources.sensors.sample_clock import SampleClock
 
 BAUD = 115_200
 CHUNK = 65_536
-DOUBT = 50.0  # the rate is the node's, and the device may have another one
+RATE_FACTOR = 50.0  # the rate is the node's, and the device may have another one
 BACKWARDS = 10  # samples in a row whose stamps are before the last good one: the device began anew
 WRAPS = (2**32 * 1e-6, 2**32 * 1e-3)  # s after which micros() and millis() of 32 bits begin anew
 NEAR_WRAP = 1.0  # s
@@ -42,7 +42,7 @@ class SerialLines:
         self._clock, self._hints = clock, hints or Hints()
         self.rate = self._hints.rate or 0.0
         self._lines = Lines(self.name, Hints(self._hints.map, self._hints.scale))
-        self._pace = Pace(self.rate, DOUBT) if self.rate else None
+        self._clock_fit = SampleClock(self.rate, RATE_FACTOR) if self.rate else None
         self._line: Any = None
         self._rest = b""
         self._last: float | None = None  # stamp of the last sample, s
@@ -114,8 +114,8 @@ class SerialLines:
 
     def _in_order(self, samples: list[Sample]) -> list[Sample]:
         """Stamps that increase: by the device's clock, or by the host's where it has none."""
-        if self._pace is not None and samples and not self._lines.stamped:
-            stamps = self._pace.stamps(len(samples), samples[-1].t)
+        if self._clock_fit is not None and samples and not self._lines.stamped:
+            stamps = self._clock_fit.stamps(len(samples), samples[-1].t)
             return [sample._replace(t=t) for sample, t in zip(samples, stamps, strict=True)]
         kept = []
         for sample in samples:

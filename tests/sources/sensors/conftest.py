@@ -7,7 +7,7 @@ import pytest
 
 from levelhead import simulate
 from levelhead.sources.sensors.board import Board, assemble_board, parse_board
-from levelhead.sources.sensors.emulated import EmulatedBus, World, board_of
+from levelhead.sources.sensors.emulated import EmulatedBus, World, emulate_board
 
 
 class Clock:
@@ -44,7 +44,7 @@ def bench(recording) -> Callable[..., Bench]:
     def make(text: str, drift: float = 0.0, **options) -> Bench:
         clock = Clock()
         world = World(recording, clock)
-        bus = board_of(parse_board(text), world, drift=drift)
+        bus = emulate_board(parse_board(text), world, drift=drift)
         return Bench(assemble_board(parse_board(text), bus, clock=clock, wait=clock.wait, **options), bus, clock, world)
 
     return make

@@ -9,18 +9,14 @@ import pytest
 import levelhead as lh
 from levelhead.simulate.presets import CHIPS, MAGNETOMETERS
 from levelhead.sources.sensors import Port, SensorError, icm20948, lsm6dso32, mpu6050
+from levelhead.sources.sensors.ak09916 import AK09916
 from levelhead.sources.sensors.bmp280 import BMP280, Trim, compensate
 from levelhead.sources.sensors.board import parse_board
 from levelhead.sources.sensors.compass import HMC5883L, QMC5883L
 from levelhead.sources.sensors.emulated import EmulatedBus
-from levelhead.sources.sensors.emulated.chips import (
-    EmulatedBMP280,
-    EmulatedHMC5883L,
-    EmulatedICM20948,
-    EmulatedLSM6DSO32,
-    EmulatedMPU6050,
-    EmulatedQMC5883L,
-)
+from levelhead.sources.sensors.emulated.barometer import EmulatedBMP280
+from levelhead.sources.sensors.emulated.imus import EmulatedICM20948, EmulatedLSM6DSO32, EmulatedMPU6050
+from levelhead.sources.sensors.emulated.magnetometers import EmulatedHMC5883L, EmulatedQMC5883L
 
 BOARDS = ("mpu6050", "lsm6dso32", "icm20948")
 
@@ -95,7 +91,7 @@ def test_mpu6050_burst_by_hand(dps, g, gyr, acc):
     bus = Memory(r75=0x68)
     for i, byte in enumerate(struct.pack(">7h", 100, -200, 16384, -521, 131, -262, 32767)):
         bus.bytes[0x3B + i] = byte
-    rate, force, celsius = mpu6050.MPU6050(bus, gyr_range=dps, acc_range=g, wait=nothing).latest()
+    rate, force, celsius = mpu6050.MPU6050(bus, gyr_range=dps, acc_range=g, wait=nothing).read_registers()
     assert rate == pytest.approx([math.radians(n / gyr) for n in (131, -262, 32767)], rel=1e-15)
     assert force == pytest.approx([9.80665 * n / acc for n in (100, -200, 16384)], rel=1e-15)
     assert celsius == pytest.approx(35.0, abs=0.01)  # the register map's -521: 36.53 - 521/340
@@ -105,7 +101,7 @@ def test_the_words_of_other_chips_by_hand():
     bus = Memory()
     for i, byte in enumerate(struct.pack("<7h", 256, 100, -200, 300, 1000, -2000, 8197)):
         bus.bytes[0x20 + i] = byte
-    rate, force, celsius = lsm6dso32.LSM6DSO32(bus, gyr_range=250, acc_range=4, wait=nothing).latest()
+    rate, force, celsius = lsm6dso32.LSM6DSO32(bus, gyr_range=250, acc_range=4, wait=nothing).read_registers()
     assert rate == pytest.approx([math.radians(n * 8.75e-3) for n in (100, -200, 300)], rel=1e-15)
     assert force == pytest.approx([9.80665 * n * 0.122e-3 for n in (1000, -2000, 8197)], rel=1e-15)
     assert celsius == 26.0
@@ -120,7 +116,7 @@ def test_the_words_of_other_chips_by_hand():
     bus = Memory(r10=1)
     for i, byte in enumerate(struct.pack("<3h", 100, -200, 300)):
         bus.bytes[0x11 + i] = byte
-    assert icm20948.AK09916(bus, wait=nothing).read() == pytest.approx([15.0, 30.0, -45.0])  # y and z the other way
+    assert AK09916(bus, wait=nothing).read() == pytest.approx([15.0, 30.0, -45.0])  # y and z the other way
 
 
 def test_scale_factors_are_those_of_the_simulator_s_data_sheets():
@@ -141,7 +137,7 @@ def test_scale_factors_are_those_of_the_simulator_s_data_sheets():
         assert {k: s.bit for k, s in MAGNETOMETERS[mag.name].scales.items()} == pytest.approx(
             {k: 1 / v for k, v in mag.COUNTS.items()}
         )
-    assert MAGNETOMETERS["AK09916"].scales[4900].bit == icm20948.AK09916.SCALE
+    assert MAGNETOMETERS["AK09916"].scales[4900].bit == AK09916.SCALE
 
 
 def test_bmp280_compensation_is_the_data_sheet_s_example():

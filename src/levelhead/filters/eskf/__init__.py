@@ -52,7 +52,7 @@ from levelhead.filters.eskf.filter import (
     step,
     with_prior,
 )
-from levelhead.filters.eskf.params import ESKF
+from levelhead.filters.eskf.params import ESKF, with_known_bias
 
 FILTER = Filter(
     name="ESKF",
@@ -70,6 +70,7 @@ FILTER = Filter(
     aiding=Aiding(aid, nav_state),
     handles=frozenset({"bias", "field"}),
     calibration=SelfCalibration(restart, with_prior, estimate),
+    with_known_bias=with_known_bias,
 )
 
 __all__ = ["ESKF", "FILTER"]

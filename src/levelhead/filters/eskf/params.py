@@ -3,6 +3,7 @@
 from typing import Annotated, NamedTuple
 
 from levelhead.filters.parameters import Param, parameters
+from levelhead.kernels.angle import DEGREE
 
 MILLI = 1e-3
 
@@ -123,3 +124,8 @@ class ESKF(NamedTuple):
     block: Annotated[
         float, Param("s", "time between two corrections; 0: at every sample", low=0.0, sweep=(0.005, 0.5), log=True)
     ] = 0.12
+
+
+def with_known_bias(params: ESKF, sigma: float) -> ESKF:
+    """Parameters for a gyroscope whose bias was subtracted, to within 1σ of ``sigma`` rad/s."""
+    return params._replace(bias_start=min(params.bias_start, sigma / DEGREE))

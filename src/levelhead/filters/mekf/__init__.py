@@ -42,7 +42,7 @@ innovations of eq. 6, gates and eq. 8; ``filter`` the state and the functions th
 
 from levelhead.filters.contract import Filter, Inflation, Schedule, Settling
 from levelhead.filters.mekf.filter import at_rest, correct, due, inflate, inflate_heading, init, output, step
-from levelhead.filters.mekf.params import EKF
+from levelhead.filters.mekf.params import EKF, with_known_bias
 
 FILTER = Filter(
     name="EKF",
@@ -58,6 +58,7 @@ FILTER = Filter(
     inflation=Inflation(inflate, inflate_heading),
     at_rest=at_rest,
     schedule=Schedule(due, correct),
+    with_known_bias=with_known_bias,
 )
 
 __all__ = ["EKF", "FILTER"]

@@ -3,6 +3,7 @@
 from typing import Annotated, NamedTuple
 
 from levelhead.filters.parameters import Param, parameters
+from levelhead.kernels.angle import DEGREE
 
 
 @parameters()
@@ -46,3 +47,8 @@ class EKF(NamedTuple):
         float, Param("", "innovations beyond so many σ are not believed", low=0.0, sweep=(2.0, 10.0), log=True)
     ] = 5.0
     gate_time: Annotated[float, Param("s", "but not for longer than this", low=0.0, sweep=(0.1, 10.0), log=True)] = 1.0
+
+
+def with_known_bias(params: EKF, sigma: float) -> EKF:
+    """Parameters for a gyroscope whose bias was subtracted, to within 1σ of ``sigma`` rad/s."""
+    return params._replace(bias_start=min(params.bias_start, sigma / DEGREE))

@@ -16,30 +16,30 @@ PORT = 8080
 NOTCHES = 200  # steps of a slider
 BODY = (0.9, 0.6, 0.15)  # m: x forward, y left, z up
 HEIGHT = 150  # pixels of a chart
-LEAST_MARGIN = 2.0  # degrees above and below the courses
+LEAST_MARGIN = 2.0  # degrees above and below the data
 SAID, RAW, BAND = "#1f77b4", "#ff7f0e", "rgba(31, 119, 180, 0.25)"
 AXES = ("#d62728", "#2ca02c", "#1f77b4")
 
 
-class Courses(NamedTuple):
+class ChartData(NamedTuple):
     """What the charts show.
 
     Attributes:
         t: (n,) s.
         angles: (n, 3) roll, pitch, yaw in degrees.
-        doubt: (n, 3) 2σ of them in degrees.
+        two_sigma: (n, 3) 2σ of them in degrees.
         raw: (n, 2) roll and pitch by the accelerometer alone, degrees.
         bias: (n, 3) °/s.
     """
 
     t: Array
     angles: Array
-    doubt: Array
+    two_sigma: Array
     raw: Array
     bias: Array
 
 
-NOTHING = Courses(np.zeros(2), np.zeros((2, 3)), np.zeros((2, 3)), np.zeros((2, 2)), np.zeros((2, 3)))
+NOTHING = ChartData(np.zeros(2), np.zeros((2, 3)), np.zeros((2, 3)), np.zeros((2, 2)), np.zeros((2, 3)))
 
 
 def plain(text: str) -> str:
@@ -54,15 +54,15 @@ def tilt_of(acc: Array) -> Array:
     return tilt
 
 
-def doubt_of(sigma: Array) -> Array:
+def two_sigma(sigma: Array) -> Array:
     """(n, 3) 2σ of roll, pitch and yaw in degrees: tilt counts for both of the first, heading for the third."""
     tilt = np.hypot(sigma[:, 0], sigma[:, 1])
     return np.degrees(2.0 * np.stack([tilt, tilt, sigma[:, 2]], axis=1))
 
 
-def edges(*courses: Array) -> tuple[float, float]:
+def edges(*data: Array) -> tuple[float, float]:
     """Where a chart of these ends: ±2σ that leads further, as in the first instant, would make all else a flat line."""
-    low, high = min(float(one.min()) for one in courses), max(float(one.max()) for one in courses)
+    low, high = min(float(one.min()) for one in data), max(float(one.max()) for one in data)
     margin = max(LEAST_MARGIN, 0.25 * (high - low))
     return low - margin, high + margin
 
@@ -165,16 +165,16 @@ class Page:
         if self._box.color != color:
             self._box.color = color
 
-    def chart(self, courses: Courses) -> None:
-        """Draws the courses."""
-        if len(courses.t) < 2:
+    def chart(self, data: ChartData) -> None:
+        """Draws the data."""
+        if len(data.t) < 2:
             return
         for i, chart in enumerate(self._charts):
-            said, doubt = courses.angles[:, i], courses.doubt[:, i]
-            raw = (courses.raw[:, i],) if i < 2 else ()
+            said, two_sigma = data.angles[:, i], data.two_sigma[:, i]
+            raw = (data.raw[:, i],) if i < 2 else ()
             low, high = edges(said, *raw)
-            chart.data = (courses.t, said, np.minimum(said + doubt, high), np.maximum(said - doubt, low), *raw)
-        self._bias.data = (courses.t, *courses.bias.T)
+            chart.data = (data.t, said, np.minimum(said + two_sigma, high), np.maximum(said - two_sigma, low), *raw)
+        self._bias.data = (data.t, *data.bias.T)
 
     def sliders(self, params: Any, changed: Callable[[str, float | bool], None]) -> None:
         """A slider for every parameter, as the filter's Params describe them; ``changed`` gets name and value."""
@@ -217,7 +217,7 @@ def _label(name: str, value: float, param: Param) -> str:
     return f"{name} = {value:.4g}{f' {param.unit}' if param.unit else ''}"
 
 
-def status_words(angles: Sequence[float], doubt: Sequence[float], more: str) -> str:
+def status_words(angles: Sequence[float], two_sigma: Sequence[float], more: str) -> str:
     """Roll, pitch and yaw with 2σ, as Markdown."""
-    named = zip(("roll", "pitch", "yaw"), angles, doubt, strict=True)
+    named = zip(("roll", "pitch", "yaw"), angles, two_sigma, strict=True)
     return "  ".join(f"**{name} {angle:+.1f}°** ±{two:.1f}°" for name, angle, two in named) + f"\n\n{more}"

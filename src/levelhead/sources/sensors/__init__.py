@@ -11,15 +11,15 @@ A driver needs a ``Bus``: four methods with smbus2's own signatures, which ``smb
 from levelhead.axis_map import AxisMap, find_axes
 from levelhead.sources.sensors.board import CHIPS, Board, assemble_board, open_board
 from levelhead.sources.sensors.bus import Bus, Port, SensorError, open_bus
-from levelhead.sources.sensors.sample_clock import Pace
+from levelhead.sources.sensors.sample_clock import SampleClock
 
 __all__ = [
     "CHIPS",
     "AxisMap",
     "Board",
     "Bus",
-    "Pace",
     "Port",
+    "SampleClock",
     "SensorError",
     "assemble_board",
     "find_axes",

@@ -8,27 +8,14 @@ from levelhead.axis_map import IDENTITY, AxisMap
 from levelhead.errors import LevelheadError, nearest
 from levelhead.sample import Sample, Triple
 from levelhead.sources.sensors import bmp280, icm20948, lsm6dso32, mpu6050
+from levelhead.sources.sensors.ak09916 import AK09916
 from levelhead.sources.sensors.bus import Bus, Port, SensorError, open_bus
 from levelhead.sources.sensors.compass import HMC5883L, QMC5883L
-from levelhead.sources.sensors.fifo import Drained
-from levelhead.sources.sensors.sample_clock import Pace
+from levelhead.sources.sensors.fifo_imu import FifoImu
+from levelhead.sources.sensors.sample_clock import SampleClock
 
 
-class Inertial(Protocol):
-    """What the drivers of gyroscope and accelerometer have in common."""
-
-    name: str
-    port: Port
-    rate: float
-    gyr_scale: float
-    acc_scale: float
-
-    def start(self) -> None: ...  # noqa: D102
-    def drain(self) -> Drained: ...  # noqa: D102
-    def latest(self) -> tuple[Triple, Triple, float]: ...  # noqa: D102
-
-
-class Magnetic(Protocol):
+class Magnetometer(Protocol):
     """What the drivers of magnetometers have in common."""
 
     name: str
@@ -39,19 +26,15 @@ class Magnetic(Protocol):
     def read(self) -> Triple | None: ...  # noqa: D102
 
 
-INERTIAL: dict[str, tuple[type[Any], tuple[int, ...]]] = {
-    "mpu6050": (mpu6050.MPU6050, mpu6050.ADDRESSES),
-    "lsm6dso32": (lsm6dso32.LSM6DSO32, lsm6dso32.ADDRESSES),
-    "icm20948": (icm20948.ICM20948, icm20948.ADDRESSES),
-}
-MAGNETIC: dict[str, type[Any]] = {"hmc5883l": HMC5883L, "qmc5883l": QMC5883L, "ak09916": icm20948.AK09916}
+INERTIAL = {"mpu6050": mpu6050.CHIP, "lsm6dso32": lsm6dso32.CHIP, "icm20948": icm20948.CHIP}
+MAGNETIC: dict[str, type[Any]] = {"hmc5883l": HMC5883L, "qmc5883l": QMC5883L, "ak09916": AK09916}
 BAROMETRIC = "bmp280"
 CHIPS = (*INERTIAL, *MAGNETIC, BAROMETRIC)
-AGAIN = 1.0  # s until a chip that failed is set up anew
-WORD_END = 32767.0  # counts: what a reading cannot exceed
+RETRY = 1.0  # s until a chip that failed is set up anew
+MAX_COUNT = 32767.0  # of a 16-bit reading
 
 
-class Wanted(NamedTuple):
+class BoardSpec(NamedTuple):
     """A board in words, taken apart.
 
     Attributes:
@@ -69,10 +52,10 @@ class Wanted(NamedTuple):
     address: int | None
 
 
-def parse_board(text: str) -> Wanted:
+def parse_board(text: str) -> BoardSpec:
     """A board from words such as ``mpu6050``, ``mpu6050+hmc5883l+bmp280``, ``icm20948@0`` or ``mpu6050@1:0x69``.
 
-    Behind @ stand the number of the bus, 1 unless told otherwise, and the address of the inertial chip. The ICM-20948
+    Behind @ stand the number of the bus, 1 by default, and the address of the inertial chip. The ICM-20948
     brings its own magnetometer.
 
     Raises:
@@ -99,7 +82,7 @@ def parse_board(text: str) -> Wanted:
             f"({', '.join(MAGNETIC)}) and {BAROMETRIC}"
         )
     mag = mags[0] if mags else "ak09916" if inertial == ["icm20948"] else None
-    return Wanted(inertial[0], mag, BAROMETRIC in names, bus, where)
+    return BoardSpec(inertial[0], mag, BAROMETRIC in names, bus, where)
 
 
 class Board:
@@ -123,7 +106,7 @@ class Board:
     ended = False
 
     def __init__(
-        self, inertial: Inertial, mag: Magnetic | None = None, baro: bmp280.BMP280 | None = None, *,
+        self, inertial: FifoImu, mag: Magnetometer | None = None, baro: bmp280.BMP280 | None = None, *,
         axes: AxisMap = IDENTITY, clock: Callable[[], float] = time.monotonic, bus: Bus | None = None,
     ) -> None:  # fmt: skip
         self._inertial, self._mag, self._baro, self._axes, self._clock, self._bus = (
@@ -137,11 +120,11 @@ class Board:
         self.drivers: Sequence[Any] = [one for one in (inertial, mag, baro) if one is not None]
         self.name = "+".join(one.name for one in self.drivers)
         self.rate = inertial.rate
-        self.gyr_range = inertial.gyr_scale * WORD_END * 57.29577951308232
-        self.acc_range = inertial.acc_scale * WORD_END
+        self.gyr_range = inertial.gyr_scale * MAX_COUNT * 57.29577951308232
+        self.acc_range = inertial.acc_scale * MAX_COUNT
         self.lost = 0
-        self._straight = axes == IDENTITY
-        self._pace = Pace(self.rate)
+        self._aligned = axes == IDENTITY
+        self._clock_fit = SampleClock(self.rate)
         self._mag_every = 1.0 / mag.rate if mag is not None else 0.0
         self._mag_due = -float("inf")
         self._troubles: list[tuple[str, str]] = []
@@ -165,7 +148,7 @@ class Board:
         """
         for driver in self.drivers:
             driver.start()
-        self._pace.lose()
+        self._clock_fit.restart()
 
     restart = start
 
@@ -178,32 +161,32 @@ class Board:
         rows, at, lost = self._inertial.drain()
         if lost:
             self.lost += 1
-            self._pace.lose()
+            self._clock_fit.restart()
             self._troubles.append(
                 ("samples_lost", f"samples of the {self._inertial.name} were lost, nobody knows how many")
             )
         if not rows:
             return []
-        stamps = self._pace.stamps(len(rows), at)
-        mag = None if self._mag is None else self._field(self._mag, at)
-        weather = None if self._baro is None else self._beside(self._baro, at)
+        stamps = self._clock_fit.stamps(len(rows), at)
+        mag = None if self._mag is None else self._read_mag(self._mag, at)
+        weather = None if self._baro is None else self._read_auxiliary(self._baro, at)
         pressure, temperature = weather if weather is not None else (None, None)
         gyr, acc = rows.pop()
         last = Sample(stamps.pop(), gyr, acc, mag, pressure, temperature)
         samples = [Sample(t, gyr, acc) for t, (gyr, acc) in zip(stamps, rows, strict=True)] if rows else []
         samples.append(last)
-        return samples if self._straight else [self._axes.apply(sample) for sample in samples]
+        return samples if self._aligned else [self._axes.apply(sample) for sample in samples]
 
-    def _field(self, driver: Magnetic, now: float) -> Triple | None:
+    def _read_mag(self, driver: Magnetometer, now: float) -> Triple | None:
         """The magnetometer's reading, asked for no more often than it has new ones."""
         if now < self._mag_due:
             return None
-        mag: Triple | None = self._beside(driver, now)
+        mag: Triple | None = self._read_auxiliary(driver, now)
         if mag is not None:
             self._mag_due = now + 0.8 * self._mag_every
         return mag
 
-    def _beside(self, driver: Any, now: float) -> Any:
+    def _read_auxiliary(self, driver: Any, now: float) -> Any:
         """What a chip beside the inertial one has new. If it fails, that is said, and it is set up anew a second later:
         gyroscope and accelerometer go on without it.
         """
@@ -214,7 +197,7 @@ class Board:
                 driver.start()
             return driver.read()
         except SensorError as error:
-            self._broken[driver.name] = now + AGAIN
+            self._broken[driver.name] = now + RETRY
             self._troubles.append((error.kind, str(error)))
             return None
 
@@ -238,7 +221,7 @@ class Board:
 
 
 def assemble_board(
-    wanted: Wanted, bus: Bus, *, rate: float = 200.0, gyr_range: float = 500.0, acc_range: float = 4.0,
+    wanted: BoardSpec, bus: Bus, *, rate: float = 200.0, gyr_range: float = 500.0, acc_range: float = 4.0,
     axes: AxisMap = IDENTITY, clock: Callable[[], float] = time.monotonic, wait: Callable[[float], None] = time.sleep,
 ) -> Board:  # fmt: skip
     """The drivers of a board on a bus, not started yet.
@@ -256,10 +239,10 @@ def assemble_board(
     Raises:
         LevelheadError: a rate or a range that the chip does not have.
     """
-    kind, addresses = INERTIAL[wanted.inertial]
-    inertial = kind(
-        bus, wanted.address or addresses[0], rate=rate, gyr_range=gyr_range, acc_range=acc_range, clock=clock, wait=wait
-    )
+    inertial = FifoImu(
+        INERTIAL[wanted.inertial], bus, wanted.address, rate=rate, gyr_range=gyr_range, acc_range=acc_range,
+        clock=clock, wait=wait,
+    )  # fmt: skip
     mag = None
     if wanted.mag is not None:
         mag = MAGNETIC[wanted.mag](bus, wait=wait, **({"clock": clock} if wanted.mag == "hmc5883l" else {}))

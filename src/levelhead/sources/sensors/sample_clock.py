@@ -4,38 +4,38 @@ from math import exp
 
 MEMORY = 20.0  # s after which an observation counts 1/e
 PRIOR = 20.0  # samples: how long it takes the line to leave the nominal rate
-PULL = PRIOR**3
+PRIOR_WEIGHT = PRIOR**3
 
 
-class Pace:
+class SampleClock:
     """The clock of a chip as the host sees it.
 
     A chip takes a sample every b seconds of its own clock, which is off by a percent or so; the host sees how many
-    there are whenever it looks. The newest one is then between 0 and b old, so a least-squares line through (number of
-    the newest sample, time of the look) lies half a period late; its slope is b. Old looks fade.
+    there are whenever it reads. The newest one is then between 0 and b old, so a least-squares line through (number of
+    the newest sample, time of the reading) lies half a period late; its slope is b. Old readings fade.
 
     Args:
         rate: nominal samples a second.
-        doubt: the true rate is within this factor of it.
+        rate_factor: the true rate is within this factor of it.
     """
 
-    def __init__(self, rate: float, doubt: float = 2.0) -> None:
-        self._doubt = doubt
+    def __init__(self, rate: float, rate_factor: float = 2.0) -> None:
+        self._rate_factor = rate_factor
         self.period = 1.0 / rate
         self.last = -float("inf")  # stamp of the last sample
         self._begin()
 
     def _begin(self) -> None:
-        self._nominal = self.period  # what the slope is drawn to while there are few looks
+        self._nominal = self.period  # what the slope is drawn to while there are few readings
         self._weight = self._x = self._y = self._xx = self._xy = 0.0
         self._seen = 0.0  # the sums are about the last observation, so that nothing grows
 
-    def lose(self) -> None:
-        """Samples were lost, nobody knows how many: the line starts anew, with the slope that it has."""
+    def restart(self) -> None:
+        """Samples were lost, nobody knows how many: the line restarts, with the slope that it has."""
         self._begin()
 
     def stamps(self, count: int, now: float) -> list[float]:
-        """The stamps (s) of the ``count`` samples that the look at host time ``now`` (s) found.
+        """The stamps (s) of the ``count`` samples that the reading at host time ``now`` (s) found.
 
         They increase strictly and are never later than ``now``.
         """
@@ -68,6 +68,6 @@ class Pace:
         self._seen = now
         xx = self._xx - self._x * self._x / self._weight
         xy = self._xy - self._x * self._y / self._weight
-        slope = (xy + PULL * self._nominal) / (xx + PULL)
-        if self._nominal < self._doubt * slope < self._doubt**2 * self._nominal:
+        slope = (xy + PRIOR_WEIGHT * self._nominal) / (xx + PRIOR_WEIGHT)
+        if self._nominal < self._rate_factor * slope < self._rate_factor**2 * self._nominal:
             self.period = slope

@@ -4,8 +4,8 @@ They sleep, reset, count, overflow and run on clocks of their own like the real 
 ``bus.nack``, ``bus.unplugged``, ``bus.stuck``; a wrong chip is one made with another ``identity``.
 """
 
+from levelhead.sources.sensors.emulated.board import emulate_board
 from levelhead.sources.sensors.emulated.bus import EmulatedBus
-from levelhead.sources.sensors.emulated.chips import board_of
 from levelhead.sources.sensors.emulated.world import World
 
-__all__ = ["EmulatedBus", "World", "board_of"]
+__all__ = ["EmulatedBus", "World", "emulate_board"]

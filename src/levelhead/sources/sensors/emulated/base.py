@@ -5,7 +5,7 @@ import struct
 from levelhead.sources.sensors.emulated.world import World
 
 
-class Registers:
+class EmulatedChip:
     """256 registers of a chip that measures at a rate of its own.
 
     Args:
@@ -33,7 +33,7 @@ class Registers:
         """Measurements a second by its own clock; 0: it sleeps."""
         return 0.0
 
-    def look(self) -> None:
+    def update(self) -> None:
         """Brings it up to the present: all measurements that were due are made."""
         rate = self.rate * (1.0 + self.drift)
         if rate <= 0.0:

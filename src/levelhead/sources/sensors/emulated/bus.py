@@ -16,7 +16,7 @@ class Chip(Protocol):
     def read(self, register: int) -> int: ...  # noqa: D102
     def write(self, register: int, value: int) -> None: ...  # noqa: D102
     def block(self, register: int, length: int) -> bytes: ...  # noqa: D102
-    def look(self) -> None: ...  # noqa: D102
+    def update(self) -> None: ...  # noqa: D102
 
 
 class EmulatedBus:
@@ -47,7 +47,7 @@ class EmulatedBus:
         if chip is None or self.unplugged or self.nack > 0:
             self.nack = max(0, self.nack - 1)
             raise OSError(errno.EREMOTEIO, os.strerror(errno.EREMOTEIO))
-        chip.look()
+        chip.update()
         return chip
 
     def read_byte_data(self, i2c_addr: int, register: int) -> int:

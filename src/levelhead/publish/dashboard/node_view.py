@@ -11,7 +11,7 @@ import numpy as np
 
 from levelhead import filters
 from levelhead.live.bus import Subscription
-from levelhead.publish.dashboard.page import PORT, Courses, Page, doubt_of, plain, status_words, tilt_of
+from levelhead.publish.dashboard.page import PORT, ChartData, Page, plain, status_words, tilt_of, two_sigma
 
 WINDOW = 10.0  # s in the charts
 DENSE = 50.0  # points a second in the charts
@@ -21,7 +21,7 @@ LISTED = 10
 Row = tuple[float, ...]
 
 
-class LiveView:
+class NodeView:
     """Follows a node through its four topics.
 
     Args:
@@ -98,14 +98,14 @@ class LiveView:
             return
         angles = [math.degrees(angle) for angle in said.euler]
         words = f"sample {said.seq}, stamp {said.stamp // 1_000_000} ms" + "".join(f", {word}" for word in said.words)
-        self.page.status.content = status_words(angles, doubt_of(np.array([said.sigma]))[0].tolist(), words)
+        self.page.status.content = status_words(angles, two_sigma(np.array([said.sigma]))[0].tolist(), words)
 
     def _chart(self) -> None:
         if len(self._rows) < 2:
             return
         table = np.array(self._rows)
         t, angles, sigma, raw, bias = np.split(table, [1, 4, 7, 9], axis=1)
-        self.page.chart(Courses(t[:, 0], angles, doubt_of(sigma), raw, bias))
+        self.page.chart(ChartData(t[:, 0], angles, two_sigma(sigma), raw, bias))
 
     def wait(self) -> None:
         """Until Ctrl-C."""

@@ -10,7 +10,7 @@ from levelhead.engine import fuse
 from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.errors import LevelheadError
 from levelhead.filters.health import FAULTS, NAMES
-from levelhead.publish.dashboard.page import PORT, Courses, Page, doubt_of, plain, status_words, tilt_of
+from levelhead.publish.dashboard.page import PORT, ChartData, Page, plain, status_words, tilt_of, two_sigma
 from levelhead.recording import Recording
 from levelhead.track import Track
 
@@ -101,7 +101,7 @@ class RecordingView:
         bias = np.zeros((len(track), 3)) if track.bias is None else np.degrees(track.bias)
         t = rec.t[rows] - rec.t[0]
         self.page.chart(
-            Courses(t, track.euler()[rows], doubt_of(sigma[rows]), np.nan_to_num(tilt_of(rec.acc[rows])), bias[rows])
+            ChartData(t, track.euler()[rows], two_sigma(sigma[rows]), np.nan_to_num(tilt_of(rec.acc[rows])), bias[rows])
         )
         self.page.events.content = "\n".join(self._events()) or "none"
         self._turn()
@@ -124,9 +124,9 @@ class RecordingView:
         row = min(int(np.searchsorted(rec.t, rec.t[0] + self._at)), len(rec) - 1)
         self.page.turn(track.quat[row].tolist())
         angles = Track(track.t[row : row + 1], track.quat[row : row + 1]).euler()[0].tolist()
-        doubt = [0.0] * 3 if track.sigma is None else doubt_of(track.sigma[row : row + 1])[0].tolist()
+        band = [0.0] * 3 if track.sigma is None else two_sigma(track.sigma[row : row + 1])[0].tolist()
         self.page.status.content = status_words(
-            angles, doubt, f"t {self._at:.2f} s of {rec.duration:.2f} s, {plain(track.name)}"
+            angles, band, f"t {self._at:.2f} s of {rec.duration:.2f} s, {plain(track.name)}"
         )
 
     def wait(self) -> None:

@@ -1,0 +1,130 @@
+"""The path of a sample through the node: stamp, start-up bias, filter, health, publication, black box."""
+
+import math
+import time
+from collections.abc import Callable
+from typing import Any
+
+from levelhead import filters
+from levelhead.engine.stream import Stream
+from levelhead.errors import LevelheadError
+from levelhead.live.box import BlackBox
+from levelhead.live.bus import MessageBus
+from levelhead.live.events import Journal
+from levelhead.live.health_monitor import HealthMonitor
+from levelhead.live.messages import ORIENTATION, RAW, Orientation, Raw
+from levelhead.live.safe_state import SafeState
+from levelhead.live.static_calibration import SIGMA, StaticCalibration
+from levelhead.sample import Sample, Triple
+
+MAX_NORM_SUM = 2.1  # the absolute components of a unit quaternion add up to 2 at most
+
+
+class SamplePath:
+    """Makes an orientation of each sample.
+
+    Args:
+        node: id of the node.
+        stream: the filter.
+        calibration: of the gyroscope's bias at the start, or None.
+        bus: where raw samples and orientations are published.
+        box: the black box, or None.
+        journal: takes the events.
+        safe_state: left when an orientation is published, entered when the filter fails.
+        set_params: changes the filter's parameters.
+
+    Attributes:
+        samples: how many were taken.
+        time: stamp of the last sample, s on the source's clock.
+        bias: gyroscope bias that is subtracted before the filter, rad/s.
+        last: the last orientation, published or not.
+        monitor: the warnings.
+    """
+
+    def __init__(
+        self, node: int, stream: Stream, calibration: StaticCalibration | None, bus: MessageBus, box: BlackBox | None,
+        journal: Journal, safe_state: SafeState, set_params: Callable[[dict[str, Any]], None],
+    ) -> None:  # fmt: skip
+        self._node, self._stream, self._bus, self._box, self._journal = node, stream, bus, box, journal
+        self.calibration, self._safe_state, self._set_params = calibration, safe_state, set_params
+        self.monitor = HealthMonitor(journal)
+        self.samples = 0
+        self.time = -math.inf
+        self.bias: Triple = (0.0, 0.0, 0.0)
+        self.last: Orientation | None = None
+        self._fused_time: float | None = None  # stamp of the last sample that the filter took
+
+    def add(self, sample: Sample, publish: bool) -> None:
+        """Takes one sample; ``publish``: whether its orientation is published."""
+        if not sample.t > self.time:
+            self._journal.note("time_backwards", f"a sample came with the stamp {sample.t!r} after {self.time!r}")
+            return
+        self.time = sample.t
+        seq, stamp = self.samples, time.time_ns()
+        self.samples += 1
+        raw = Raw(self._node, seq, sample.t, stamp, sample.gyr, sample.acc, sample.mag, sample.pressure)
+        self._bus.publish(RAW, raw)
+        orientation = None
+        if self.calibration is None:
+            orientation = self._fuse(sample, seq, stamp)
+        else:
+            self._calibrate(self.calibration, sample)
+        if orientation is not None:
+            self.monitor.add(sample, orientation.health)
+            self.last = orientation
+            if publish:
+                self._safe_state.leave()
+                self._bus.publish(ORIENTATION, orientation)
+        if self._box is not None:
+            self._box.sample(seq, stamp, sample, orientation)
+
+    def _calibrate(self, calibration: StaticCalibration, sample: Sample) -> None:
+        """Uses the sample for the gyroscope's bias.
+
+        Raises:
+            LevelheadError: the sensor has moved for too long.
+        """
+        why = calibration.add(sample.gyr, sample.acc)
+        if why:
+            self._journal.note("calibration_refused", why)
+        if calibration.failed:
+            raise LevelheadError(
+                f"the sensor was not still for {calibration.samples} samples on end, in {calibration.taken}; hold it "
+                "still at the start, or run without calibration (--calibrate 0)"
+            )
+        if calibration.done:
+            self.calibration, self.bias = None, calibration.bias
+            self._journal.end("calibrating")
+            degrees = ", ".join(f"{math.degrees(rate):.3f}" for rate in self.bias)
+            self._journal.note("calibrated", f"the gyroscope's bias is {degrees} °/s", bias=list(self.bias))
+            self._tell_filter()
+
+    def _tell_filter(self) -> None:
+        """The filter starts with the σ that is left of the bias, where it has such a parameter."""
+        params = self._stream.params
+        with_known_bias = filters.of(params).with_known_bias
+        if with_known_bias is not None:
+            before, after = params._asdict(), with_known_bias(params, SIGMA)._asdict()
+            changes = {name: value for name, value in after.items() if value != before[name]}
+            if changes:
+                self._set_params(changes)
+
+    def _fuse(self, sample: Sample, seq: int, stamp: int) -> Orientation | None:
+        (x, y, z), (a, b, c) = sample.gyr, self.bias
+        dt = 1.0 if self._fused_time is None else sample.t - self._fused_time  # any dt will do before the first sample
+        try:
+            w, i, j, k = self._stream.update((x - a, y - b, z - c), sample.acc, sample.mag, dt)
+        except LevelheadError as error:
+            self._journal.note("refused", str(error))
+            return None
+        self._fused_time = sample.t
+        if (
+            not abs(w) + abs(i) + abs(j) + abs(k) <= MAX_NORM_SUM
+        ):  # no filter gives that; if one does, nobody may use it
+            self._journal.note("refused", "the filter's orientation is not finite")
+            self._safe_state.enter("the filter's orientation is not finite")
+            self._stream.reset()
+            return None
+        _, _, _, _, x, y, z, east, north, up, health = self._stream.numbers
+        bias, sigma = (x + a, y + b, z + c), (east, north, up)
+        return Orientation(self._node, seq, sample.t, stamp, (w, i, j, k), sigma, bias, int(health))

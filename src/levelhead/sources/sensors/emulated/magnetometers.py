@@ -1,0 +1,118 @@
+"""Emulated magnetometers: register addresses are shared with the drivers, no code is."""
+
+import struct
+
+from levelhead.sources.sensors.ak09916 import AK09916
+from levelhead.sources.sensors.compass import GAUSS, HMC5883L, QMC5883L
+from levelhead.sources.sensors.emulated.base import EmulatedChip
+from levelhead.sources.sensors.emulated.imus import EmulatedICM20948
+from levelhead.sources.sensors.emulated.world import World
+
+
+class EmulatedAK09916(EmulatedChip):
+    """AK09916: y and z point the other way; the next reading waits until ST2 was read."""
+
+    def __init__(self, world: World, host: EmulatedICM20948 | None = None, *, drift: float = 0.0) -> None:
+        self.host = host
+        super().__init__(world, AK09916.address, drift)
+
+    def reset(self) -> None:  # noqa: D102
+        super().reset()
+        self.put(AK09916.WIA1, bytes(AK09916.IDENTITY))
+
+    def update(self) -> None:  # noqa: D102
+        if self.host is not None and not self.host.bypassed:
+            raise OSError(121, "Remote I/O error")
+        super().update()
+
+    @property
+    def rate(self) -> float:  # noqa: D102
+        code = self.memory[AK09916.CNTL2]
+        return next((hertz for hertz, known in AK09916.RATES.items() if known == code), 0.0)
+
+    def measure(self, row: int) -> None:  # noqa: D102
+        x, y, z = (round(value / AK09916.SCALE) for value in self.world.mag(row))
+        self.put(AK09916.ST1 + 1, struct.pack("<3h", x, -y, -z))
+        full = max(abs(x), abs(y), abs(z)) > 32752
+        self.memory[AK09916.ST1 + 8] = AK09916.OVERFLOW if full else 0
+        self.memory[AK09916.ST1] = AK09916.DATA_READY
+
+    def read(self, register: int) -> int:  # noqa: D102
+        value = self.memory[register]
+        if register == AK09916.ST1 + 8:
+            self.memory[AK09916.ST1] = 0
+        return value
+
+    def write(self, register: int, value: int) -> None:  # noqa: D102
+        if register == AK09916.CNTL3 and value & 0x01:
+            return self.reset()
+        if register == AK09916.CNTL2:
+            self.restart()
+        super().write(register, value)
+
+
+class EmulatedHMC5883L(EmulatedChip):
+    """HMC5883L: idle after power-up, 12 bits, −4096 for too much."""
+
+    def __init__(self, world: World, *, identity: bytes = HMC5883L.IDENTITY, drift: float = 0.0) -> None:
+        self.identity = identity
+        super().__init__(world, HMC5883L.address, drift)
+
+    def reset(self) -> None:  # noqa: D102
+        super().reset()
+        self.put(HMC5883L.CRA, bytes([0x10, 0x20, 0x01]))
+        self.put(HMC5883L.ID_A, self.identity)
+
+    @property
+    def rate(self) -> float:  # noqa: D102
+        if self.memory[HMC5883L.MODE] & 0x03 != 0:
+            return 0.0
+        return list(HMC5883L.RATES)[min(6, self.memory[HMC5883L.CRA] >> 2 & 7)]
+
+    def measure(self, row: int) -> None:  # noqa: D102
+        counts = list(HMC5883L.COUNTS.values())[self.memory[HMC5883L.CRB] >> 5]
+        x, y, z = (round(value / GAUSS * counts) for value in self.world.mag(row))
+        codes = [code if -2048 <= code <= 2047 else HMC5883L.OVERFLOW for code in (x, z, y)]
+        self.put(HMC5883L.DATA, struct.pack(">3h", *codes))
+        self.memory[HMC5883L.STATUS] = HMC5883L.READY
+
+    def write(self, register: int, value: int) -> None:  # noqa: D102
+        super().write(register, value)
+        if register in (HMC5883L.MODE, HMC5883L.CRA):
+            self.restart()
+
+
+class EmulatedQMC5883L(EmulatedChip):
+    """QMC5883L: standby after power-up; the flag goes down when the data are read."""
+
+    def __init__(self, world: World, *, identity: int = QMC5883L.IDENTITY, drift: float = 0.0) -> None:
+        self.identity = identity
+        super().__init__(world, QMC5883L.address, drift)
+
+    def reset(self) -> None:  # noqa: D102
+        super().reset()
+        self.memory[QMC5883L.CHIP_ID] = self.identity
+
+    @property
+    def rate(self) -> float:  # noqa: D102
+        control = self.memory[QMC5883L.CONTROL_1]
+        return list(QMC5883L.RATES)[control >> 2 & 3] if control & 0x03 == QMC5883L.CONTINUOUS else 0.0
+
+    def measure(self, row: int) -> None:  # noqa: D102
+        gauss = 8.0 if self.memory[QMC5883L.CONTROL_1] & 0x10 else 2.0
+        self.put(QMC5883L.DATA, self.world.coded("mag", "<", GAUSS / QMC5883L.COUNTS[gauss])[row])
+        full = max(map(abs, self.world.mag(row))) > gauss * GAUSS
+        self.memory[QMC5883L.STATUS] = QMC5883L.READY | (QMC5883L.OVERFLOW if full else 0)
+
+    def read(self, register: int) -> int:  # noqa: D102
+        value = self.memory[register]
+        if register == QMC5883L.DATA + 5:
+            self.memory[QMC5883L.STATUS] = 0
+        return value
+
+    def write(self, register: int, value: int) -> None:  # noqa: D102
+        if register == QMC5883L.CONTROL_2 and value & QMC5883L.SOFT_RESET:
+            return self.reset()
+        super().write(register, value)
+        if register == QMC5883L.CONTROL_1:
+            self.restart()
