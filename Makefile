@@ -3,14 +3,23 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
+# A file's tests run in one process, so that what its fixtures compute is computed once.
+TESTS := $(BIN)/python -m pytest -n auto --dist loadfile
 
-.PHONY: demo test lint format bench clean
+.PHONY: demo quick test test-full lint format bench clean
 
 demo: $(READY)
 	$(BIN)/levelhead demo --out demo-output
 
-test: lint
-	$(BIN)/python -m pytest -n auto
+# Three tiers; every test is in one of them, by its marks (CONTRIBUTING.md).
+quick: lint
+	$(TESTS) -m "not compiled and not full"
+
+test: quick
+	$(TESTS) -m "compiled and not full"
+
+test-full: $(READY)
+	$(TESTS) -m full
 
 lint: $(READY)
 	$(BIN)/ruff check .

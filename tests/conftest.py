@@ -1,9 +1,14 @@
-"""What all tests share: where the real recordings are."""
+"""What all tests share: where the real recordings are, and what the marks of the tiers mean."""
 
 import os
+import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from tests.reference.compile_once import compile_once
+
+MARKS = ("compiled", "full")
 
 
 def find_data() -> Path | None:
@@ -27,3 +32,21 @@ def data_dir() -> Path:
             "no real recordings here: set LEVELHEAD_DATA to the folder that holds broad/, repoimu/ and samples/"
         )
     return folder
+
+
+@pytest.fixture(scope="session")
+def _one_compilation(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Of the processes that run the tests, one compiles a function and the others take it from the cache."""
+    with compile_once(tmp_path_factory.getbasetemp().parent):  # which xdist's processes share
+        yield
+
+
+@pytest.fixture(autouse=True)
+def _tier(request: pytest.FixtureRequest) -> Iterator[None]:
+    """What the marks promise: one compilation for all, and in ``make quick`` a test that imports Numba fails."""
+    if any(request.node.get_closest_marker(mark) for mark in MARKS):
+        request.getfixturevalue("_one_compilation")
+    before = "numba" in sys.modules
+    yield
+    if "not compiled" in request.config.option.markexpr:
+        assert before or "numba" not in sys.modules, "this test imports Numba: mark it with pytest.mark.compiled"

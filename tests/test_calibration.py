@@ -9,6 +9,8 @@ import levelhead as lh
 from levelhead.calibration import Quantity
 from levelhead.filters import ESKF
 
+pytestmark = pytest.mark.compiled
+
 SEEDS = range(4)
 SENSOR = lh.simulate.Imu(
     lh.simulate.TriadErrors(white_noise_density=1e-4, turn_on_bias=0.01, scale_factor=0.003, misalignment=0.003),

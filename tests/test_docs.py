@@ -13,6 +13,7 @@ PYTHON = re.compile(r"^```python\n(.*?)^```\n(?:\s*^```text\n(.*?)^```$)?", re.D
 LINK = re.compile(r"\]\((?!https?://)([^)#\s]+)[^)]*\)")
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_the_python_on_a_page_runs(page, tmp_path, monkeypatch, capsys):
     """All ```python blocks of a page in one namespace, in an empty folder; a ```text block right below one is what it

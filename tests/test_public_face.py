@@ -35,6 +35,7 @@ def docstring_program() -> str:
     return "\n".join(re.split(r"\s{4,}", line)[0] for line in lines)
 
 
+@pytest.mark.compiled
 def test_the_lines_of_the_docstring_work_as_written(tmp_path, monkeypatch):
     write_csv(lh.simulate.recording("BMI160", "hand", duration=5.0), tmp_path / "flight.csv")
     monkeypatch.chdir(tmp_path)

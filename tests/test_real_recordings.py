@@ -15,6 +15,8 @@ from levelhead.engine import fuse
 from levelhead.evaluate import Score, evaluate
 from levelhead.recording import Recording
 
+pytestmark = pytest.mark.compiled
+
 LIARS = ("AccelTilt", "GyroIntegration", "Triad")
 BEST = "best"
 

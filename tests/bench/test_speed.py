@@ -26,6 +26,7 @@ def test_inputs_with_and_without_magnetometer_are_the_same_motion():
     assert six.mag is None and nine.mag is not None and (six.gyr == nine.gyr).all()
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("mag", [False, True])
 def test_every_filter_and_contender_is_timed(mag):
     names = [flt.name for flt in filters.ALL]

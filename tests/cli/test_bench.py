@@ -40,6 +40,7 @@ def test_json_without_magnetometer(levelhead, folder):
     assert found["written"] == []
 
 
+@pytest.mark.compiled
 def test_several_processes_from_the_command_line(levelhead, folder):
     said = levelhead("bench", "accuracy", folder, "-f", "Kalman", "-f", "best", "--jobs", "2", "--json")
     assert (said.code, said.err) == (0, "") and len(said.json["runs"]) == 4
@@ -78,6 +79,7 @@ def test_the_folder_for_results_is_looked_at_before_the_work(refused, folder, tm
     assert "cannot make the folder" in refused("bench", "accuracy", folder, "-f", "best", "-o", tmp_path / "file")
 
 
+@pytest.mark.compiled
 def test_speed(levelhead):
     found = levelhead("bench", "speed", "--samples", "1000", "--repeats", "1", "--json").json
     assert len(found["tables"]) == 4 and found["machine"]["python"]

@@ -37,6 +37,7 @@ def test_a_library_for_the_arduino_ide(levelhead, tmp_path):
     assert "#include <lh_kalman_axis.h>" in sketch
 
 
+@pytest.mark.compiled
 @GCC
 @pytest.mark.parametrize("words", [[], ["--arduino"]], ids=["folder", "library"])
 def test_cmake_builds_it_and_its_test_passes(levelhead, tmp_path, words):
@@ -48,6 +49,7 @@ def test_cmake_builds_it_and_its_test_passes(levelhead, tmp_path, words):
     assert subprocess.run(["ctest"], cwd=tmp_path / "build", check=False, capture_output=True).returncode == 0
 
 
+@pytest.mark.compiled
 def test_what_a_sweep_found_goes_to_the_board(levelhead, tmp_path):
     swept = levelhead(
         "sweep", "--simulate", "hand", "-f", "Madgwick", "-p", "beta", "--values", "0.03", "0.3", "--json"
@@ -143,6 +145,7 @@ def test_every_filter_is_exported_under_its_own_name(levelhead, tmp_path):
     assert len(list(tmp_path.glob("lh_*_selftest.c"))) == len(filters.ALL)
 
 
+@pytest.mark.compiled
 def test_the_page_works_as_written(levelhead, tmp_path, monkeypatch):
     """From a log to a library: the commands of docs/export.md, one after the other."""
     monkeypatch.chdir(tmp_path)

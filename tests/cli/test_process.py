@@ -53,6 +53,7 @@ def test_success_in_a_pipe_says_nothing_on_stderr_even_without_a_home(logs, tmp_
     assert (tmp_path / "hand-track.png").stat().st_size > 10_000
 
 
+@pytest.mark.compiled
 def test_a_read_only_install_without_a_home_still_compiles(tmp_path, homeless):
     """Files stand where Numba would put its caches: beside the source and at home."""
     import shutil
@@ -134,6 +135,7 @@ def test_a_bar_on_a_terminal_and_json_alone_beside_it():
     assert process.returncode == 0 and json.loads(out)["parameter"] == "r_measure"
 
 
+@pytest.mark.compiled
 @pytest.mark.skipif(os.name != "posix", reason="needs a pseudo-terminal")
 def test_a_terminal_is_told_that_a_filter_is_compiled(tmp_path):
     """Half a minute of silence would look like a program that hangs."""

@@ -23,6 +23,7 @@ def test_demo(levelhead, tmp_path, monkeypatch):
     assert max(map(len, said.out.splitlines())) <= 160
 
 
+@pytest.mark.compiled
 def test_demo_full_as_json_is_json_alone(levelhead, tmp_path):
     said = levelhead("demo", "--full", "--json", "-o", tmp_path)
     assert (said.code, said.err) == (0, "")
@@ -79,6 +80,7 @@ def test_the_lesson_is_that_of_seed_42_everywhere(levelhead, tmp_path):
     np.testing.assert_array_equal(sources.read(tmp_path / "lesson.npz").acc, simulate.lesson(42).acc)
 
 
+@pytest.mark.compiled
 def test_sweep(levelhead, tmp_path):
     values = ["--values", "0.9", "0.98", "0.95"]
     words = ["sweep", "-p", "alpha", "--simulate", "lesson", "--filter", "Complementary", *values]

@@ -4,6 +4,8 @@ import os
 import subprocess
 import sys
 
+import pytest
+
 from levelhead.compiler.cache import remove_stale
 
 FUSE = """
@@ -21,6 +23,25 @@ print("compiled" if sum(compiled(bind(flt).run).stats.cache_misses.values()) els
 """
 
 
+KEYS = """
+from levelhead import filters
+from levelhead.compiler.cache import code_hash
+from levelhead.engine.binding import bind
+print(*(code_hash(bind(flt).run) for flt in filters.ALL))
+"""
+
+
+def test_the_key_of_every_filter_is_the_same_in_every_process():
+    """Hashes of strings differ between the two, as they do between any two processes of a user."""
+    keys = [
+        subprocess.run(
+            [sys.executable, "-c", KEYS], env=os.environ | {"PYTHONHASHSEED": seed}, stdout=subprocess.PIPE, check=True
+        ).stdout.split()
+        for seed in "12"
+    ]
+    assert keys[0] == keys[1] and len(set(keys[0])) == len(keys[0]) > 9
+
+
 def run_fuse(name, **environment):
     done = subprocess.run(
         [sys.executable, "-c", FUSE, name], env=os.environ | environment, capture_output=True, text=True, check=False
@@ -29,12 +50,14 @@ def run_fuse(name, **environment):
     return done.stdout.strip()
 
 
-def test_a_second_process_compiles_nothing_of_the_default_filter(tmp_path):
-    """Hashes of strings differ between the two, as they do between any two processes of a user."""
-    assert run_fuse("ESKF", NUMBA_CACHE_DIR=str(tmp_path), PYTHONHASHSEED="1") == "compiled"
-    assert run_fuse("ESKF", NUMBA_CACHE_DIR=str(tmp_path), PYTHONHASHSEED="2") == "cached"
+@pytest.mark.compiled
+@pytest.mark.parametrize("name", ["AccelTilt", pytest.param("ESKF", marks=pytest.mark.full)])
+def test_a_second_process_compiles_nothing(name, tmp_path):
+    assert run_fuse(name, NUMBA_CACHE_DIR=str(tmp_path), PYTHONHASHSEED="1") == "compiled"
+    assert run_fuse(name, NUMBA_CACHE_DIR=str(tmp_path), PYTHONHASHSEED="2") == "cached"
 
 
+@pytest.mark.compiled
 def test_no_place_for_a_cache_is_no_reason_to_crash():
     """As in a read-only install whose user has no home: Numba finds no locator for the cache."""
     nowhere = "UserProvidedCacheLocator"  # the only locator tried; it needs NUMBA_CACHE_DIR, which is not set

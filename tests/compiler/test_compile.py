@@ -4,7 +4,6 @@ import sys
 import textwrap
 import types
 
-import numba
 import numpy as np
 import pytest
 
@@ -16,6 +15,8 @@ from levelhead.kernels.mat2 import Mat2
 from levelhead.kernels.mat3 import Mat3
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.vec3 import Vec3
+
+pytestmark = pytest.mark.compiled
 
 
 @jit.kernel
@@ -43,6 +44,8 @@ def _three_by_three_of_a_vector(v: Vec3) -> Mat3:
 
 
 def test_wrong_sizes_fail_when_compiled():
+    import numba
+
     two, three, v = Mat2(1.0, 0.0, 0.0, 1.0), Mat3(*map(float, range(9))), Vec3(1.0, 2.0, 3.0)
     with pytest.raises(numba.core.errors.TypingError):
         jit.compiled(_three_by_three_of_a_vector).compile((numba.typeof(v),))

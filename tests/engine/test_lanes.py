@@ -11,6 +11,8 @@ from levelhead.engine import lanes
 from levelhead.engine.parallel import fuse_many
 from levelhead.filters.parameters import param_table
 
+pytestmark = pytest.mark.compiled
+
 COUNT = lane_slots.LANES + 3  # a whole block and a part of one
 EVERY = pytest.mark.parametrize("flt", filters.ALL, ids=lambda f: f.name)
 

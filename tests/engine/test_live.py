@@ -8,7 +8,7 @@ import pytest
 import levelhead as lh
 
 LEVEL = ((0.0, 0.0, 0.0), (0.0, 0.0, 9.81))
-ENGINES = pytest.mark.parametrize("engine", ["python", "compiled"])
+ENGINES = pytest.mark.parametrize("engine", ["python", pytest.param("compiled", marks=pytest.mark.compiled)])
 
 
 @ENGINES
@@ -132,6 +132,7 @@ def test_parameters_change_on_the_fly_and_reset_forgets(engine):
     assert lh.Stream(lh.Complementary(), guard=None, engine=engine).bias is None
 
 
+@pytest.mark.compiled
 def test_all_that_is_said_at_once_is_what_is_said_one_by_one():
     stream = lh.Stream()
     for i in range(50):

@@ -11,6 +11,8 @@ from levelhead.engine import lanes, smoothing
 from levelhead.engine.batch import fuse_axis
 from levelhead.tune.lane_score import SQUARES
 
+pytestmark = pytest.mark.compiled
+
 A_LITTLE = 200_000  # bytes: objects that do not grow with the recording
 CHECKS = 1  # byte of a sample, while stamps are looked through
 OUTPUTS = 8 * (4 + 3 + 3) + 4  # quat, bias, sigma, health of one sample

@@ -8,7 +8,9 @@ import levelhead as lh
 from levelhead.filters import ESKF
 from levelhead.filters.eskf.calibration import Estimate, Learned
 
-ENGINES = pytest.mark.parametrize("engine", ["python", "compiled"])
+pytestmark = pytest.mark.compiled
+
+ENGINES = pytest.mark.parametrize("engine", ["python", pytest.param("compiled", marks=pytest.mark.compiled)])
 
 
 @pytest.fixture(scope="module")

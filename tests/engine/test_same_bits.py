@@ -20,13 +20,14 @@ def recording(request):
     return hard_recording(request.param)
 
 
+@pytest.mark.compiled
 @EVERY
 def test_compiled_is_plain_python(flt, recording):
     assert_same(lh.fuse(recording, flt.params(), engine="python"), lh.fuse(recording, flt.params(), engine="compiled"))
 
 
 @EVERY
-@pytest.mark.parametrize("engine", ["python", "compiled"])
+@pytest.mark.parametrize("engine", ["python", pytest.param("compiled", marks=pytest.mark.compiled)])
 def test_streamed_is_batch(flt, engine, recording):
     expected = lh.fuse(recording, flt.params(), engine="python")
     live = lh.Stream(flt.params(), engine=engine)
@@ -45,7 +46,7 @@ def test_streamed_is_batch(flt, engine, recording):
 
 
 @EVERY
-@pytest.mark.parametrize("engine", ["python", "compiled"])
+@pytest.mark.parametrize("engine", ["python", pytest.param("compiled", marks=pytest.mark.compiled)])
 def test_chunked_is_whole(flt, engine, recording, monkeypatch):
     monkeypatch.setattr(batch, "STRETCH", 111)
     seen = []
@@ -54,6 +55,7 @@ def test_chunked_is_whole(flt, engine, recording, monkeypatch):
     assert seen == sorted(seen) and seen[-1] == 1.0 and len(seen) == 7
 
 
+@pytest.mark.compiled
 @AXIS
 def test_axis_compiled_is_plain_and_streamed(flt):
     rng = np.random.default_rng(4)

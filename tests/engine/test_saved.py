@@ -32,6 +32,7 @@ def recording():
     return hard_recording(True)[:530]
 
 
+@pytest.mark.compiled
 @EVERY
 @pytest.mark.parametrize(("before", "after"), [("python", "compiled"), ("compiled", "python")])
 def test_going_on_equals_never_having_stopped(flt, before, after, recording):
@@ -54,6 +55,7 @@ def test_going_on_equals_never_having_stopped(flt, before, after, recording):
     assert going_on.save() == kept[505], "never having stopped"
 
 
+@pytest.mark.compiled
 def test_stamps_and_guard_survive(recording):
     live = lh.Stream(lh.Kalman(r_measure=0.5), guard=lh.Guard(gyr_range=250.0, rest_time=3.0), engine="python")
     feed(live, recording, range(50))
@@ -69,6 +71,7 @@ def test_stamps_and_guard_survive(recording):
     again.update((0.0, 0.0, 0.1), (0.0, 0.0, 9.81), t=1000.0)  # no stamp was kept: any will do
 
 
+@pytest.mark.compiled
 def test_parameters_changed_on_the_fly_survive(recording):
     live = lh.Stream(lh.Complementary(), engine="python")
     feed(live, recording, range(20))

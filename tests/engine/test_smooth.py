@@ -52,6 +52,7 @@ def walk():
     return simulate.recording("LSM6DSO32", "hand", seed=7, mag="HMC5883L", duration=60.0)
 
 
+@pytest.mark.compiled
 def test_every_instant_knows_the_whole_recording(walk):
     online, offline = evaluate(walk, lh.fuse(walk, lh.ESKF())), evaluate(walk, lh.smooth(walk))
     assert offline.total_aligned < 0.9 * online.total_aligned
@@ -61,6 +62,7 @@ def test_every_instant_knows_the_whole_recording(walk):
     np.testing.assert_allclose(np.linalg.norm(track.quat, axis=1), 1.0, atol=1e-12)
 
 
+@pytest.mark.compiled
 def test_stretches_change_nothing(walk, monkeypatch):
     whole = lh.smooth(walk)
     monkeypatch.setattr(smoothing, "KEPT", 40)
@@ -71,6 +73,7 @@ def test_stretches_change_nothing(walk, monkeypatch):
     np.testing.assert_array_equal(whole.health, cut.health)
 
 
+@pytest.mark.compiled
 def test_without_a_magnetometer_and_across_a_gap(walk):
     keep = np.r_[0:2000, 3000:6000]
     short = lh.Recording(walk.t[keep], walk.gyr[keep], walk.acc[keep])
@@ -82,6 +85,7 @@ def test_without_a_magnetometer_and_across_a_gap(walk):
     assert np.degrees(np.arccos(np.clip((up * real).sum(axis=1), -1, 1)))[200:].max() < 6.0
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("n", [1, 2, 15])
 def test_recordings_shorter_than_a_block(walk, n):
     track = lh.smooth(walk[:n])
@@ -95,6 +99,7 @@ def test_another_filter_has_no_smoother(walk):
         lh.smooth("log.csv")
 
 
+@pytest.mark.compiled
 def test_progress_reaches_one(walk):
     said = []
     lh.smooth(walk[:1000], progress=said.append)

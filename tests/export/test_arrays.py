@@ -102,6 +102,7 @@ def _listed(monkeypatch):
     monkeypatch.setattr(filters, "ALL", (*filters.ALL, FILTER))
 
 
+@pytest.mark.compiled
 @pytest.mark.skipif("gcc" not in c_engine.COMPILERS, reason="no gcc on the PATH")
 @pytest.mark.parametrize("guard", [lh.Guard(), None], ids=["guarded", "alone"])
 @pytest.mark.parametrize("compiler", c_engine.COMPILERS)
@@ -113,6 +114,7 @@ def test_the_same_bits(guard, compiler):
     assert np.ptp(found.sigma) > 0.1
 
 
+@pytest.mark.compiled
 @pytest.mark.skipif("gcc" not in c_engine.COMPILERS, reason="no gcc on the PATH")
 def test_a_copy_has_arrays_of_its_own():
     program = c_engine.built(Choice(Matrices(), None))

@@ -6,6 +6,8 @@ import boards
 from levelhead import filters
 from levelhead.export import Choice
 
+pytestmark = pytest.mark.full
+
 
 def cortex():
     """Skips where there is no compiler for a Cortex-M, or no QEMU."""

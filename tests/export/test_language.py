@@ -231,6 +231,7 @@ RNG = np.random.default_rng(0)
 FLOATS = [(1.0, 2.0), (2.0, 1.0), (-3.0, 3.0), (-1.0, 4.0), (0.0, -0.0), *RNG.normal(0, 3, (20, 2)).tolist()]
 
 
+@pytest.mark.compiled
 @GCC
 @pytest.mark.parametrize(
     "function",
@@ -245,6 +246,7 @@ def test_it_means_the_same_in_c(function):
         assert repr(found) == repr(tuple(map(float, wanted)) if isinstance(wanted, tuple) else float(wanted))
 
 
+@pytest.mark.compiled
 @GCC
 def test_whole_numbers_and_loops():
     run, flags = called(counted, [FLOAT, INT]), called(bits, [INT, INT])

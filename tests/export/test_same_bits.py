@@ -14,10 +14,15 @@ from levelhead.export import Choice
 from levelhead.export.c_api import face
 from levelhead.export.kinds import Machine
 
-pytestmark = pytest.mark.skipif(not c_engine.COMPILERS, reason="no C compiler (gcc or clang) on the PATH")
+pytestmark = [
+    pytest.mark.compiled,
+    pytest.mark.skipif(not c_engine.COMPILERS, reason="no C compiler (gcc or clang) on the PATH"),
+]
 EVERY = pytest.mark.parametrize("flt", filters.ALL, ids=lambda f: f.name)
 AXIS = pytest.mark.parametrize("flt", [f for f in filters.ALL if f.axis], ids=lambda f: f.name)
-COMPILER = pytest.mark.parametrize("compiler, level", [("gcc", "-O2"), ("clang", "-O3")])
+COMPILER = pytest.mark.parametrize(
+    "compiler, level", [("gcc", "-O2"), pytest.param("clang", "-O3", marks=pytest.mark.full)]
+)
 REAL = ("05_undisturbed_slow_rotation_with_breaks_B", "21_undisturbed_fast_combined")
 
 

@@ -25,6 +25,7 @@ def run(folder, name, *flags):
     return done.returncode, done.stdout
 
 
+@pytest.mark.compiled
 @GCC
 @EVERY
 @pytest.mark.parametrize("real", ["double", "float"])
@@ -35,6 +36,7 @@ def test_it_passes(flt, real, tmp_path):
     assert code == 0 and said.startswith(f"{choice.name}: all 96 samples are right"), said
 
 
+@pytest.mark.compiled
 @GCC
 @pytest.mark.parametrize("real", ["double", "float"])
 @pytest.mark.parametrize("flt", [f for f in filters.ALL if f.axis], ids=lambda f: f.name)
@@ -45,6 +47,7 @@ def test_it_passes_on_one_axis(flt, real, tmp_path):
     assert code == 0 and said.startswith(f"{choice.name}: all 40 samples are right"), said
 
 
+@pytest.mark.compiled
 @GCC
 @pytest.mark.parametrize(
     "real, wrong, expected, words",
@@ -66,6 +69,7 @@ def test_it_fails_where_a_number_of_the_source_is_another(real, wrong, expected,
     assert code == expected and words in said
 
 
+@pytest.mark.compiled
 @GCC
 @EVERY
 def test_the_bound_of_single_precision_has_room(flt):

@@ -63,6 +63,7 @@ def silent(recording):
     return replace(recording, gyr=gyr, acc=acc, mag=mag)
 
 
+@pytest.mark.compiled
 @GCC
 @pytest.mark.parametrize("flt", filters.ALL, ids=lambda f: f.name)
 def test_mounted_and_corrected_as_in_python(flt):
@@ -74,6 +75,7 @@ def test_mounted_and_corrected_as_in_python(flt):
         assert_same(lh.fuse(better, flt.params(), engine="python"), program.fuse(recording))
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("compiler", c_engine.COMPILERS)
 @pytest.mark.parametrize("axes", ["x,y,z", "y,z,x", "-x,y,-z"])
 @pytest.mark.parametrize("found", [None, SIX], ids=["as it reads", "no magnetometer"])
@@ -85,6 +87,7 @@ def test_mounted_any_way(compiler, axes, found):
     assert_same(lh.fuse(body, lh.Mahony(), engine="python"), program.fuse(recording))
 
 
+@pytest.mark.compiled
 @GCC
 @pytest.mark.parametrize("guard", [lh.Guard(), None], ids=["guarded", "alone"])
 @pytest.mark.parametrize("mag", [False, True], ids=["6-D", "9-D"])
@@ -99,6 +102,7 @@ def test_a_prior_as_in_python(learned, guard, mag):
         assert np.abs(found.quat - without.quat).max() > 1e-6
 
 
+@pytest.mark.compiled
 @GCC
 def test_a_reset_keeps_the_prior(learned):
     """What was learned since is forgotten; what it was told is not."""
@@ -117,6 +121,7 @@ def test_a_reset_keeps_the_prior(learned):
     assert np.all(numbers[1][differ] - numbers[0][differ] == shift), "nothing but the addresses of its own arrays"
 
 
+@pytest.mark.compiled
 @GCC
 @pytest.mark.parametrize("real", ["double", "float"])
 def test_the_self_test_passes(learned, real, tmp_path):

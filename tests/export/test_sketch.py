@@ -17,7 +17,7 @@ from levelhead.export import Choice, write
 from levelhead.kernels.tilt import GRAVITY
 
 STUBS = Path(__file__).resolve().parents[1] / "reference" / "arduino"
-pytestmark = pytest.mark.skipif(shutil.which("g++") is None, reason="no g++ on the PATH")
+pytestmark = [pytest.mark.compiled, pytest.mark.skipif(shutil.which("g++") is None, reason="no g++ on the PATH")]
 
 
 def log_of(folder, choice):

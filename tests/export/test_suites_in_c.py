@@ -9,7 +9,7 @@ from tests.reference import c_engine
 
 import levelhead as lh
 
-pytestmark = pytest.mark.skipif("gcc" not in c_engine.COMPILERS, reason="no gcc on the PATH")
+pytestmark = [pytest.mark.compiled, pytest.mark.skipif("gcc" not in c_engine.COMPILERS, reason="no gcc on the PATH")]
 PYTHON_ALONE = {"test_every_engine_says_the_same_of_faults"}  # compares engines that are none of C
 
 

@@ -11,6 +11,8 @@ from levelhead import simulate
 from levelhead.filters.health import AID_REJECTED
 from levelhead.sources import npz
 
+pytestmark = pytest.mark.compiled
+
 SEEDS = range(4)
 START = 1000  # samples until the filter has settled
 

@@ -194,6 +194,7 @@ WORST_STARTS = [
 ] + list(Rotation.random(3, rng=4))
 
 
+@pytest.mark.compiled
 @CORRECTING
 def test_a_wrong_first_sample_is_forgotten_in_the_time_stated(flt):
     """The first sample 180° wrong about several axes, or anyhow; what comes after is the truth, with noise or without.

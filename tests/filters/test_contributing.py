@@ -11,6 +11,8 @@ import pytest
 import levelhead as lh
 from levelhead import filters
 
+pytestmark = pytest.mark.compiled
+
 
 @pytest.fixture
 def leaky(tmp_path, monkeypatch):

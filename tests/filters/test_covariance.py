@@ -18,6 +18,8 @@ from levelhead.filters.eskf import state
 from levelhead.filters.health import GAP, GYR_MISSING, GYR_SATURATED, MAG_REJECTED
 from levelhead.kernels.tilt import UNIFORM
 
+pytestmark = pytest.mark.compiled
+
 NEEDS_C = pytest.mark.skipif("gcc" not in c_engine.COMPILERS, reason="no gcc on the PATH")
 ENGINES = [
     pytest.param(covariance.Compiled, id="double"),

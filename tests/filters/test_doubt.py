@@ -104,6 +104,7 @@ def simulated():
 PHYSICAL = {name: {"r_measure": 300.0} for name in ("Kalman", "RollPitchKalman", "BiasRateKalman")}
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("flt", CORRECTING, ids=lambda f: f.name)
 def test_errors_are_of_the_order_of_sigma(flt, simulated):
     """Error/σ of tilt, RMS: filters that doubt too much are as wrong as those that doubt too little."""

@@ -109,6 +109,7 @@ def test_the_jacobians_are_those_of_the_exact_model():
     np.testing.assert_array_equal(textbook.heading_row()[0], [0, 0, 1, 0, 0, 0])
 
 
+@pytest.mark.compiled
 def test_the_covariance_stays_symmetric_and_positive():
     """100 000 samples: three minutes' bursts of fast turns, rest, missing sensors, at 500 Hz."""
     rng = np.random.default_rng(4)
@@ -155,6 +156,7 @@ def longest(bits):
     return int((edges[1::2] - edges[::2]).max(initial=0))
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize(("what", "bit"), [("acc", health.ACC_REJECTED), ("mag", health.MAG_REJECTED)])
 def test_the_gate_refuses_and_lets_go_in_bounded_time(what, bit):
     params = lh.EKF(acc_tau=0.1, mag_noise=1.0)  # with 30 °/√Hz no field is 5 σ off: the guard refuses it instead
@@ -175,6 +177,7 @@ def wild_field(n):
     return wild
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("guard", [Guard(), None], ids=["guarded", "unguarded"])
 def test_no_magnet_tilts_the_horizon_of_a_body_at_rest(guard):
     """Only noise, which the error of heading turns with the earth frame while it is averaged there."""
@@ -186,6 +189,7 @@ def test_no_magnet_tilts_the_horizon_of_a_body_at_rest(guard):
     assert tilt_between(six, nine).max() < 0.05
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("guard", [Guard(), None], ids=["guarded", "unguarded"])
 def test_what_a_magnet_makes_of_the_bias_tilts_a_turning_body_by_less_than_a_degree(guard):
     """Heading is wrong by as much as it likes; the bias learned from it is another axis's when the body has turned."""

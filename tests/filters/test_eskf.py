@@ -173,6 +173,7 @@ def test_a_corrected_velocity_is_taken_along_by_heading():
     np.testing.assert_array_equal(square(m), square(m).T)
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("motion", ["robot", "drone"])
 def test_nothing_but_a_magnetometer_tells_of_heading(motion):
     """σ of a relative heading never falls where the gyroscope has nothing to learn: velocity zero has no direction."""
@@ -201,6 +202,7 @@ def learned(recording, **values):
     return np.array(m[es.MEAN : es.MEAN + es.N]), np.sqrt(np.diag(p)), p
 
 
+@pytest.mark.compiled
 def test_a_late_magnetometer_is_found_out():
     """Everything else perfect, the magnetometer's readings are those of 20 ms ago."""
     motion = simulate.motion(5, 60.0, 200.0, style="hand")
@@ -212,6 +214,7 @@ def test_a_late_magnetometer_is_found_out():
     assert sigma[es.DELAY] < 0.006
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_a_gyroscope_that_was_turned_on_with_a_large_bias_is_right_without_any_rest(seed):
     """An MPU-6050's zero rate is within ±20 °/s; nobody holds it still."""
@@ -224,6 +227,7 @@ def test_a_gyroscope_that_was_turned_on_with_a_large_bias_is_right_without_any_r
     assert np.linalg.eigvalsh(p).min() > -1e-12 * np.linalg.eigvalsh(p).max()
 
 
+@pytest.mark.compiled
 def test_a_blow_of_100_g_moves_nothing():
     recording = simulate.recording("LSM6DSO32", "hand", seed=2, mag="HMC5883L", duration=40.0)
     acc = np.array(recording.acc)
@@ -235,6 +239,7 @@ def test_a_blow_of_100_g_moves_nothing():
     assert np.degrees(turn[-1]) < 0.5
 
 
+@pytest.mark.compiled
 def test_covariance_stays_symmetric_and_positive():
     """Half an hour at 100 Hz, most of it at rest, where rows of the same direction come again and again."""
     rng = np.random.default_rng(9)
@@ -253,6 +258,7 @@ def test_covariance_stays_symmetric_and_positive():
     assert values.min() > -1e-9
 
 
+@pytest.mark.compiled
 def test_a_magnet_on_the_sensor_is_no_room_that_changed():
     """It turns with the sensor, so that no time makes it the earth's; a field that stays in the earth frame is."""
     recording = simulate.recording("LSM6DSO32", "hand", seed=4, mag="HMC5883L", duration=120.0)

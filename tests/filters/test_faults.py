@@ -18,6 +18,8 @@ from levelhead.engine import binding
 from levelhead.engine.parallel import fuse_many
 from levelhead.filters import health
 
+pytestmark = pytest.mark.compiled
+
 G = 9.80665
 FIELD = np.array([0.0, 19.0, -45.0])
 RATE = 100.0

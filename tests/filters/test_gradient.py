@@ -141,6 +141,7 @@ def test_a_mahony_step_is_the_papers(with_mag, whole):
         np.testing.assert_allclose(after.quat, expected, atol=1e-14)
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("params", [lh.Madgwick(), lh.Mahony(), WHOLE], ids=repr)
 @pytest.mark.parametrize("yaw", range(-170, 181, 50))
 @pytest.mark.parametrize("tilted", [(0, 0), (40, -70), (-60, 130)])
@@ -171,6 +172,7 @@ def test_any_interval_is_sound(params, dt):
                     assert np.linalg.norm(current.quat) == pytest.approx(1.0, abs=1e-12)
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("params", [lh.Madgwick(), lh.Mahony()], ids=repr)
 def test_a_fault_of_180_degrees_is_forgotten_in_time(params):
     """The sensor has been turned over about an axis that its gyroscope did not see: the worst that can be wrong."""

@@ -110,6 +110,7 @@ def test_slow_motion_is_no_rest(hertz):
     assert not said(watched(gyr, acc), health.AT_REST).any()
 
 
+@pytest.mark.compiled
 def test_rest_is_no_lie_on_a_real_hand(data_dir):
     recording = lh.read(data_dir / "broad" / "05_undisturbed_slow_rotation_with_breaks_B.mat")
     track = lh.fuse(recording, engine="compiled")

@@ -16,6 +16,8 @@ from levelhead.evaluate import evaluate
 from levelhead.evaluate.score import error_angles
 from levelhead.filters import ESKF, health
 
+pytestmark = pytest.mark.compiled
+
 
 def fused(recording, params=None):
     return lh.fuse(recording, params or ESKF(), engine="compiled")

@@ -60,6 +60,7 @@ def test_the_time_constant_does_not_depend_on_the_sample_rate():
         assert got.level[-1] == pytest.approx(np.exp(-1.0), rel=2 * dt)
 
 
+@pytest.mark.compiled
 def test_densities_do_not_change_meaning_with_the_sample_rate_but_q_per_sample_does():
     def final_bias_variance(dt, per_sample):
         t = np.arange(0.0, 60.0, dt)
@@ -80,6 +81,7 @@ def test_angles_are_blended_on_the_circle():
         assert np.abs(error).max() < 0.5, params
 
 
+@pytest.mark.compiled
 def test_bias_rate_kalman_follows_a_ramp_of_the_bias_that_kalman_lags_behind():
     rng = np.random.default_rng(3)
     t = np.arange(60_000) * 0.01
@@ -122,6 +124,7 @@ def test_bad_pairs_are_refused(arguments, words):
     assert words in str(caught.value)
 
 
+@pytest.mark.compiled
 def test_kalman_covariance_stays_positive_and_symmetric_over_a_long_run():
     t = np.arange(300_000) * 0.01
     got = lh.fuse_axis(t, np.zeros(len(t)), np.zeros(len(t)), lh.Kalman(q_angle=0.0, q_bias=0.0, r_measure=1e-3))

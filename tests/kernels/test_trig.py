@@ -130,6 +130,7 @@ def _both(y: float, x: float) -> float:
     return trig.atan2(s * x, c + y)
 
 
+@pytest.mark.compiled
 def test_machine_code_gives_the_same_bits():
     rng = np.random.default_rng(3)
     machine = jit.compiled(_both)

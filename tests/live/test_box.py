@@ -14,6 +14,8 @@ from levelhead.live.box import BlackBox
 from levelhead.live.rerun import rerun
 from levelhead.sources.blackbox import PACKED, ROW, read_box
 
+pytestmark = pytest.mark.compiled
+
 pytest.importorskip("mcap", reason="mcap is not installed (extra levelhead[box])")
 
 
@@ -147,6 +149,8 @@ def test_killed_in_the_middle_it_opens_and_lacks_less_than_a_second(tmp_path):
         "emulated:mpu6050",
         "--calibrate",
         "0",
+        "--filter",
+        "Complementary",
         "--box",
         path,
     ]

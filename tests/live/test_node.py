@@ -20,6 +20,8 @@ from levelhead.sources import npz
 from levelhead.sources.replay import Replay
 from levelhead.sources.sensors import AxisMap, SensorError
 
+pytestmark = pytest.mark.compiled
+
 
 class Given:
     """A source that gives what it is told, one list per poll."""

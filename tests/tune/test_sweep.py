@@ -30,6 +30,7 @@ def made(values: list[float], total: list[float]) -> Sweep:
     return Sweep(Kalman(), "r_measure", param, np.array(values), array, array, 0 * array, "total")
 
 
+@pytest.mark.compiled
 def test_the_lessons_minimum(alpha):
     assert alpha.values.tolist() == [round(0.80 + 0.01 * i, 2) for i in range(20)]
     assert alpha.minimum == 0.99
@@ -39,12 +40,14 @@ def test_the_lessons_minimum(alpha):
     assert "tau = 0.99" in alpha.finding
 
 
+@pytest.mark.compiled
 def test_every_score_is_that_of_evaluate(alpha):
     score = evaluate(lesson(42), fuse(lesson(42), Complementary(alpha=0.9)))
     assert alpha.total[10] == score.total
     assert alpha.tilt[10] == score.tilt
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("north", [False, True])
 def test_side_by_side_the_scores_are_the_same(north, monkeypatch):
     rec = recording("ICM-20948", "walking", duration=8)
@@ -62,6 +65,7 @@ def test_side_by_side_the_scores_are_the_same(north, monkeypatch):
     assert seen == sorted(seen) and seen[-1] == 1.0
 
 
+@pytest.mark.compiled
 def test_best_is_ready_to_use(alpha):
     assert alpha.best == Complementary(alpha=0.99)
 
@@ -95,6 +99,7 @@ def test_a_switch_is_tried_both_ways():
     assert found.values.tolist() == [0.0, 1.0]
 
 
+@pytest.mark.compiled
 def test_json(alpha):
     plain = json.loads(json.dumps(alpha.to_dict(), allow_nan=False))
     assert plain["minimum"] == {"value": 0.99, "error_deg": pytest.approx(0.2651, abs=5e-5), "edge": "highest"}
