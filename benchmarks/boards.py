@@ -15,7 +15,7 @@ from typing import Any
 
 from levelhead import filters
 from levelhead.bench.timing import Table
-from levelhead.engine.binding import guards
+from levelhead.engine.binding import is_guarded
 from levelhead.export import Choice, write
 from measure import options, show
 
@@ -138,7 +138,7 @@ def choices(real: Any) -> Iterator[Choice]:
 
 def shown(choice: Choice) -> str:
     """A filter's name in a table."""
-    alone = choice.guard is None and guards(choice.flt)
+    alone = choice.guard is None and is_guarded(choice.flt)
     return choice.flt.name + (", one axis" if choice.axis else ", --guard off" if alone else "")
 
 
@@ -156,7 +156,7 @@ def tables() -> Iterator[Table]:
                 f"{NOTES[real]} {len(said)} self-tests in QEMU: {right} right, {last} but for the last digits.",
             )
     if not missing("AVR"):
-        every = [*choices("float"), *(Choice(flt.params(), None, "float") for flt in filters.ALL if guards(flt))]
+        every = [*choices("float"), *(Choice(flt.params(), None, "float") for flt in filters.ALL if is_guarded(flt))]
         yield Table(
             "AVR (ATmega2560), float, avr-gcc -Os, a program that does nothing else",
             AVR_COLUMNS,

@@ -1,4 +1,4 @@
-"""How flat the choice of ``levelhead.filters.best`` and of ``Guard`` is: each number three times larger and smaller.
+"""How flat the choice of ``levelhead.filters.default`` and of ``Guard`` is: each number three times larger and smaller.
 
 Mean tilt and total error in degrees over the recordings in the folders given (BROAD .mat, RepoIMU .csv), and over
 simulated ones: four chips with a magnetometer, four motions, two specimens each, errors as in their data sheets. A
@@ -129,7 +129,7 @@ def main() -> None:
     parser = options(__doc__, repeats=1)
     parser.add_argument("folders", nargs="+", type=Path, help="folders with BROAD .mat and RepoIMU .csv")
     given = parser.parse_args()
-    best, guard = filters.best(), lh.Guard()
+    best, guard = filters.default(), lh.Guard()
     name = type(best).__name__
     cases: list[dict[str, tuple[Any, lh.Guard | None]]] = [
         {name: (best, guard)} | {label: (params, guard) for label, params in varied(best).items()},

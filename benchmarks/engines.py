@@ -1,4 +1,4 @@
-"""When is compiled work done sooner than plain Python? The figures behind WORTH_STARTING and WORTH_WHEN_STARTED.
+"""When is compiled work done sooner than plain Python? The figures behind SAMPLES_COLD and SAMPLES_WARM.
 
 Per filter: CPU time per sample on both engines, in turn; wall time that the first compiled call of a process adds
 (Numba's start and reading the filter's machine code from the cache, which a run before has filled), the same once
@@ -50,7 +50,7 @@ def main() -> None:
     given = options(__doc__, repeats=5).parse_args()
     import levelhead as lh
     from levelhead import filters
-    from levelhead.engine.binding import WORTH_STARTING, WORTH_WHEN_STARTED
+    from levelhead.engine.binding import SAMPLES_COLD, SAMPLES_WARM
 
     names = [flt.name for flt in filters.ALL]
     first = starts(names, given.repeats)
@@ -78,7 +78,7 @@ def main() -> None:
     middle = [round(statistics.median(row[key] for row in rows)) for key in ("worth_starting", "worth_when_started")]
     note = (
         f"Samples from which compiled is done sooner: median {middle[0]:,} and {middle[1]:,}; "
-        f"in use are WORTH_STARTING = {WORTH_STARTING:,} and WORTH_WHEN_STARTED = {WORTH_WHEN_STARTED:,}."
+        f"in use are SAMPLES_COLD = {SAMPLES_COLD:,} and SAMPLES_WARM = {SAMPLES_WARM:,}."
     )
     show([Table("Plain Python and compiled", columns, rows, note)], given.json)
 

@@ -7,7 +7,7 @@ import levelhead as lh
 from levelhead import filters
 from levelhead.bench.inputs import recording as made
 from levelhead.bench.timing import Case, Table, time_interleaved
-from levelhead.engine.binding import guards
+from levelhead.engine.binding import is_guarded
 from measure import options, show
 
 COLUMNS = {"case": "filter", "with": "with guard [ns]", "without": "without [ns]", "cost": "difference [ns]"}
@@ -21,7 +21,7 @@ def fusing(recording: lh.Recording, params: Any, guard: lh.Guard | None) -> Call
 def table(recording: lh.Recording, repeats: int) -> Table:
     """All filters on one recording."""
     n, rows = len(recording), []
-    for flt in filter(guards, filters.ALL):
+    for flt in filter(is_guarded, filters.ALL):
         cases = [Case(str(guard), fusing(recording, flt.params(), guard), n) for guard in (lh.Guard(), None)]
         on, off = (timing.least for timing in time_interleaved(cases, repeats))
         rows.append({"case": flt.name, "with": round(on, 1), "without": round(off, 1), "cost": round(on - off, 1)})

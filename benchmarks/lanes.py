@@ -5,7 +5,7 @@ Lanes: CPU time of one thread, per sample and parameter set, in turn with the co
 errors" the squared total, tilt and heading error, three atan2 a sample. 74 sets' whole tracks are compared with those
 of their single runs, bit by bit.
 
-Threads: wall time of ``fuse_all`` over many recordings with one worker and with one for each core.
+Threads: wall time of ``fuse_recordings`` over many recordings with one worker and with one for each core.
 """
 
 import os
@@ -26,7 +26,7 @@ from levelhead.engine import lanes
 from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.engine.binding import bind
 from levelhead.engine.driver import Settings
-from levelhead.engine.parallel import fuse_all, fuse_many
+from levelhead.engine.parallel import fuse_parameter_sets, fuse_recordings
 from levelhead.engine.threads import cores
 from levelhead.filters.parameters import param_table
 from levelhead.tune.lane_score import OFFSET, SQUARES
@@ -76,7 +76,7 @@ def cases(flt: Any, recording: lh.Recording) -> list[Case]:
 def same(flt: Any, recording: lh.Recording) -> bool:
     """Whether every lane of a block and a part of one has the bits of its single run."""
     tries = spread(flt)[:: SETS // 70]  # 74 of them
-    found = fuse_many(recording, tries, engine="compiled")
+    found = fuse_parameter_sets(recording, tries, engine="compiled")
     return all(
         np.array_equal(track.quat, lh.fuse(recording, params, engine="compiled").quat)
         for params, track in zip(tries, found, strict=True)
@@ -111,7 +111,7 @@ def threads_table(repeats: int) -> Table:
     for repeat in range(repeats + 1):
         for workers, spent in wall.items():
             began = time.perf_counter()
-            for _ in fuse_all([recording] * 12, lh.Kalman(), engine="compiled", workers=workers):
+            for _ in fuse_recordings([recording] * 12, lh.Kalman(), engine="compiled", workers=workers):
                 pass
             if repeat:  # the first may compile
                 spent.append(time.perf_counter() - began)

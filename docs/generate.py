@@ -16,8 +16,8 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 from levelhead import cli, filters, guard, units
-from levelhead.engine.binding import guards
-from levelhead.engine.calibration_history import learning
+from levelhead.engine.binding import is_guarded
+from levelhead.engine.calibration_history import calibration_history
 from levelhead.filters import health
 from levelhead.filters.contract import Filter
 from levelhead.filters.parameters import Param, derived_table, param_table
@@ -104,7 +104,7 @@ def filter_page(flt: Filter) -> str:
         ("uses", sensors(flt)),
         ("estimates", gives(flt)),
         ("σ", "its own covariance" if "sigma" in flt.estimates else "the covariance of an observer with its gains"),
-        ("[guard](../robustness.md)", "in front of it" if guards(flt) else "none: it shows what its sensor says"),
+        ("[guard](../robustness.md)", "in front of it" if is_guarded(flt) else "none: it shows what its sensor says"),
         ("[one axis](../any-units.md)", "yes" if flt.axis else "no"),
         ("a wrong tilt is forgotten", seconds(flt.settles.tilt)),
         ("a wrong heading is forgotten", seconds(flt.settles.heading)),
@@ -232,7 +232,7 @@ def pictures() -> None:
         if cli.main(["demo", "--full", "--out", folder]) != 0:
             raise SystemExit("levelhead demo --full failed")
         known = recording("LSM6DSO32", "hand", duration=120.0, seed=3, mag="HMC5883L")
-        calibration_picture(learning(known, filters.ESKF()), Path(folder) / "learned.png")
+        calibration_picture(calibration_history(known, filters.ESKF()), Path(folder) / "learned.png")
         for path in sorted(Path(folder).glob("*.png")):
             with Image.open(path) as picture:
                 few = picture.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)

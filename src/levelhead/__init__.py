@@ -35,9 +35,9 @@ if TYPE_CHECKING:
     from levelhead.engine import AxisStream as AxisStream
     from levelhead.engine import Stream as Stream
     from levelhead.engine import fuse as fuse
-    from levelhead.engine import fuse_all as fuse_all
     from levelhead.engine import fuse_axis as fuse_axis
-    from levelhead.engine import fuse_many as fuse_many
+    from levelhead.engine import fuse_parameter_sets as fuse_parameter_sets
+    from levelhead.engine import fuse_recordings as fuse_recordings
     from levelhead.engine import smooth as smooth
     from levelhead.errors import LevelheadError as LevelheadError
     from levelhead.evaluate.align.search import align as align
@@ -67,7 +67,15 @@ __version__ = VERSION
 # Imported at first use: `import levelhead` costs nothing, and nobody waits for what he does not use.
 _HOMES = {
     "levelhead.calibration": ("Calibration",),
-    "levelhead.engine": ("AxisStream", "Stream", "fuse", "fuse_all", "fuse_axis", "fuse_many", "smooth"),
+    "levelhead.engine": (
+        "AxisStream",
+        "Stream",
+        "fuse",
+        "fuse_axis",
+        "fuse_parameter_sets",
+        "fuse_recordings",
+        "smooth",
+    ),
     "levelhead.errors": ("LevelheadError",),
     "levelhead.evaluate": ("align", "compare"),
     "levelhead.filters": (

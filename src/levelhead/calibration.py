@@ -19,7 +19,7 @@ from levelhead.atomic import atomic_path
 from levelhead.errors import LevelheadError
 from levelhead.filters.eskf.calibration import Estimate, Learned
 from levelhead.kernels import correction
-from levelhead.kernels.correction import Errors
+from levelhead.kernels.correction import SensorErrors
 from levelhead.kernels.mat3 import Mat3
 from levelhead.kernels.vec3 import Vec3, sub
 from levelhead.recording import Array, Recording, real_array
@@ -117,22 +117,22 @@ class Calibration:
         stays so. ``truth.bias`` becomes what is left. Bit by bit what ``levelhead export --calibration`` does in C.
         """
         errors = self.errors
-        gyr = _rows(correction.rate(errors, _columns(recording.gyr)))
+        gyr = _rows(correction.true_rate(errors, _columns(recording.gyr)))
         acc = _unless_silent(recording.acc, sub(_columns(recording.acc), errors.acc_bias))
         mag = recording.mag
         if mag is not None and self.mag_offset is not None and self.mag_delay is not None:
             turn = np.where(np.isfinite(gyr), gyr, 0.0)
-            mag = _unless_silent(mag, correction.field(errors, _columns(turn), _columns(mag)))
+            mag = _unless_silent(mag, correction.true_field(errors, _columns(turn), _columns(mag)))
         truth = recording.truth
         if truth is not None and truth.bias is not None:
-            truth = replace(truth, bias=_rows(correction.rate(errors, _columns(truth.bias))))
+            truth = replace(truth, bias=_rows(correction.true_rate(errors, _columns(truth.bias))))
         return replace(recording, gyr=gyr, acc=acc, mag=mag, truth=truth)
 
     @property
-    def errors(self) -> Errors:
+    def errors(self) -> SensorErrors:
         """The same in plain numbers, for the kernels of ``correction``; 0 for what is not known of a magnetometer."""
         offset, delay = self.mag_offset, self.mag_delay
-        return Errors(
+        return SensorErrors(
             Mat3(*self.gyr_matrix.value.ravel().tolist()),
             Vec3(*self.gyr_bias.value.tolist()),
             Vec3(*self.acc_bias.value.tolist()),
@@ -228,7 +228,7 @@ def _rows(columns: Vec3) -> Array:
 
 def _unless_silent(rows: Array, corrected: Vec3) -> Array:
     """The corrected vectors, but the zero vector of a silent sensor as it is."""
-    return np.where(np.asarray(correction.silent(_columns(rows)))[:, None], rows, _rows(corrected))
+    return np.where(np.asarray(correction.is_absent(_columns(rows)))[:, None], rows, _rows(corrected))
 
 
 class _Told(NamedTuple):

@@ -31,7 +31,7 @@ def test_track_picture_and_summary(levelhead, logs, tmp_path):
     head, rows = table(folder / "hand-track.csv")
     assert head == f"{COLUMNS},{BIAS},{SIGMA},health"
     recording = sources.read(logs / "hand.csv")
-    track = fuse(recording, filters.best())
+    track = fuse(recording, filters.default())
     np.testing.assert_array_equal(rows[:, 0], recording.t)
     np.testing.assert_array_equal(rows[:, 1:5], track.quat)
     np.testing.assert_allclose(rows[:, 5:8], track.euler(), atol=1e-6)
@@ -61,7 +61,7 @@ def test_parquet(levelhead, logs, tmp_path):
 @pytest.mark.parametrize("log, magnetometer", [("hand.npz", False), ("nine.npz", True)])
 def test_without_a_name_the_best_filter(levelhead, logs, tmp_path, log, magnetometer):
     facts = levelhead("fuse", logs / log, "--no-plot", "--json", "-o", tmp_path).json
-    best = filters.best()
+    best = filters.default()
     assert facts["magnetometer"] is magnetometer
     assert facts["filter"] == filters.of(best).name and facts["params"] == best._asdict()
 
@@ -86,7 +86,7 @@ def test_parameters_are_set(levelhead, logs, tmp_path):
     facts = levelhead(*words, "--filter", "Complementary", "--set", "alpha=0.98").json
     assert facts["params"]["tau"] == pytest.approx(0.49)
     best = levelhead(*words, "--set", "speed=3").json["params"]
-    assert best == filters.best()._asdict() | {"speed": 3.0}
+    assert best == filters.default()._asdict() | {"speed": 3.0}
 
 
 def test_the_guard_is_set_and_taken_away(levelhead, logs, tmp_path):

@@ -8,7 +8,7 @@ import levelhead as lh
 from levelhead import filters
 from levelhead.compiler import lane_slots
 from levelhead.engine import lanes
-from levelhead.engine.parallel import fuse_many
+from levelhead.engine.parallel import fuse_parameter_sets
 from levelhead.filters.parameters import param_table
 
 pytestmark = pytest.mark.compiled
@@ -38,7 +38,7 @@ def test_every_lane_is_its_single_run(flt, with_mag, monkeypatch):
     monkeypatch.setattr(lanes, "STRETCH", 111)
     recording = hard_recording(with_mag)
     tries = different(flt)
-    found = fuse_many(recording, tries, engine="compiled")
+    found = fuse_parameter_sets(recording, tries, engine="compiled")
     for params, track in zip(tries, found, strict=True):
         assert track.params == params
         assert_same(track, lh.fuse(recording, params, engine="compiled"))
@@ -49,11 +49,11 @@ def test_every_lane_is_its_single_run(flt, with_mag, monkeypatch):
 def test_lanes_have_the_guard_that_is_asked_for(guard):
     recording = hard_recording(True)
     tries = different(lh.filters.of(lh.Mahony()), 9)
-    found = fuse_many(recording, tries, guard=guard, engine="compiled")
+    found = fuse_parameter_sets(recording, tries, guard=guard, engine="compiled")
     for params, track in zip(tries, found, strict=True):
         assert_same(track, lh.fuse(recording, params, guard=guard, engine="compiled"))
     assert any((track.quat != lh.fuse(recording, track.params).quat).any() for track in found)
-    few = fuse_many(recording, tries[:2], guard=guard, engine="python")
+    few = fuse_parameter_sets(recording, tries[:2], guard=guard, engine="python")
     for params, track in zip(tries, few, strict=False):
         assert_same(track, lh.fuse(recording, params, guard=guard, engine="python"))
 
@@ -62,16 +62,16 @@ def test_filters_can_be_mixed_and_few():
     recording = lh.simulate.lesson(42)[:50]
     tries = [lh.Kalman(r_measure=0.1), "Complementary", lh.Kalman]
     for engine in ("python", "compiled"):
-        for params, track in zip(tries, fuse_many(recording, tries, engine=engine), strict=True):
+        for params, track in zip(tries, fuse_parameter_sets(recording, tries, engine=engine), strict=True):
             assert_same(track, lh.fuse(recording, params))
-    assert fuse_many(recording, []) == []
+    assert fuse_parameter_sets(recording, []) == []
 
 
 def test_a_recording_that_never_starts():
     n = 20
     recording = lh.Recording(np.arange(n) / 100, np.zeros((n, 3)), np.full((n, 3), np.nan))
     tries = [lh.Kalman(r_measure=0.1 * (k + 1)) for k in range(10)]
-    for params, track in zip(tries, fuse_many(recording, tries, engine="compiled"), strict=True):
+    for params, track in zip(tries, fuse_parameter_sets(recording, tries, engine="compiled"), strict=True):
         assert_same(track, lh.fuse(recording, params, engine="python"))
 
 

@@ -83,8 +83,8 @@ def test_auto_takes_plain_python_for_small_work_and_never_imports_numba():
 
 
 def test_auto_and_wrong_engines():
-    assert binding.choose("auto", 10_000_000) == "compiled"
-    assert binding.choose("auto", 10) == "python"
+    assert binding.choose_engine("auto", 10_000_000) == "compiled"
+    assert binding.choose_engine("auto", 10) == "python"
     with pytest.raises(lh.LevelheadError, match="no engine 'compild'; did you mean 'compiled'"):
         lh.fuse(lh.simulate.lesson(), lh.Kalman(), engine="compild")
     with pytest.raises(lh.LevelheadError, match="no engine 'gpu'"):

@@ -45,7 +45,7 @@ def init(params: Matrices, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
     p = np.zeros((N, N))
     for i in range(N):
         p[i, i] = 0.5
-    return State(triad.start(acc, mag), p, np.empty(N), 0)
+    return State(triad.initial_attitude(acc, mag), p, np.empty(N), 0)
 
 
 @kernel

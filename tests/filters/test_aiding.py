@@ -171,12 +171,12 @@ def test_plain_compiled_and_streamed_are_the_same_bits():
         seen = []
         while k < len(rec.pressure) and rec.pressure.t[k] <= t:
             at = rec.pressure.t[k]
-            seen.append((at, 1, live.see_pressure, rec.pressure.values[k], rec.pressure.sigma[k]))
+            seen.append((at, 1, live.update_pressure, rec.pressure.values[k], rec.pressure.sigma[k]))
             k += 1
         while j < len(rec.gnss) and rec.gnss.t[j] <= t:
             at = rec.gnss.t[j]
-            seen.append((at, 0, live.see_position, rec.gnss.position[j], rec.gnss.sigma_position[j]))
-            seen.append((at, 0.5, live.see_velocity, rec.gnss.velocity[j], rec.gnss.sigma_velocity[j]))
+            seen.append((at, 0, live.update_position, rec.gnss.position[j], rec.gnss.sigma_position[j]))
+            seen.append((at, 0.5, live.update_velocity, rec.gnss.velocity[j], rec.gnss.sigma_velocity[j]))
             j += 1
         for at, _, see, value, sigma in sorted(seen, key=lambda one: one[:2]):
             see(value, sigma, age=t - at)
@@ -200,13 +200,13 @@ def test_without_any_of_it_a_track_has_no_position():
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda s: s.see_pressure(1013.0), r"pressure is 1013.0; it must be in Pa"),
-        (lambda s: s.see_height("high", 1.0), r"height is 'high'; it must be a number, or NaN in m"),
-        (lambda s: s.see_height(1.0, 0.0), r"sigma is 0.0; it must be a number more than 0 in m"),
-        (lambda s: s.see_position((1.0, 2.0), 1.0), r"it must be three numbers in m"),
-        (lambda s: s.see_velocity((1.0, 2.0, np.inf), 1.0), r"velocity is inf"),
-        (lambda s: s.see_climb(1.0, 1.0, age=np.nan), r"age is nan; it must be a finite number in s"),
-        (lambda s: lh.Stream("EKF", engine="python").see_climb(1.0, 1.0), r"EKF takes neither position, velocity"),
+        (lambda s: s.update_pressure(1013.0), r"pressure is 1013.0; it must be in Pa"),
+        (lambda s: s.update_height("high", 1.0), r"height is 'high'; it must be a number, or NaN in m"),
+        (lambda s: s.update_height(1.0, 0.0), r"sigma is 0.0; it must be a number more than 0 in m"),
+        (lambda s: s.update_position((1.0, 2.0), 1.0), r"it must be three numbers in m"),
+        (lambda s: s.update_velocity((1.0, 2.0, np.inf), 1.0), r"velocity is inf"),
+        (lambda s: s.update_climb(1.0, 1.0, age=np.nan), r"age is nan; it must be a finite number in s"),
+        (lambda s: lh.Stream("EKF", engine="python").update_climb(1.0, 1.0), r"EKF takes neither position, velocity"),
     ],
 )
 def test_a_stream_refuses_nonsense(call, words):

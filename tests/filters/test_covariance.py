@@ -86,10 +86,10 @@ def test_with_position_and_height():
         if which == 0:
             live.update(recording.gyr[i], recording.acc[i], recording.mag[i], t=t)
         elif which == 1:
-            live.see_position(fixes.position[i], 2.0)
-            live.see_velocity(fixes.velocity[i], 0.2)
+            live.update_position(fixes.position[i], 2.0)
+            live.update_velocity(fixes.velocity[i], 0.2)
         else:
-            live.see_pressure(pressure.values[i])
+            live.update_pressure(pressure.values[i])
         if k % 100 == 99:
             memory = serialization.from_bytes(live.save()).carry.run.state.memory
             p = np.reshape(memory[state.P : state.P + state.ROW**2], (state.ROW, state.ROW))

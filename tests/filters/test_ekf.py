@@ -114,7 +114,7 @@ def test_the_covariance_stays_symmetric_and_positive():
     """100 000 samples: three minutes' bursts of fast turns, rest, missing sensors, at 500 Hz."""
     rng = np.random.default_rng(4)
     bound = binding.bind(mekf.FILTER)
-    run = binding.engine_function(bound.run, "compiled")
+    run = binding.for_engine(bound.run, "compiled")
     settings = driver.Settings(lh.EKF(), Guard())
     carry, last, n = bound.begin(settings), 0.0, 10_000
     for part in range(10):

@@ -15,7 +15,7 @@ from tests.reference.hard import assert_same
 import levelhead as lh
 from levelhead import filters
 from levelhead.engine import binding
-from levelhead.engine.parallel import fuse_many
+from levelhead.engine.parallel import fuse_parameter_sets
 from levelhead.filters import health
 
 pytestmark = pytest.mark.compiled
@@ -25,7 +25,7 @@ FIELD = np.array([0.0, 19.0, -45.0])
 RATE = 100.0
 START, END = 1000, 2000  # the body turns between these samples
 CORRECTING = [f for f in filters.ALL if "acc" in f.uses]
-GUARDED = [f for f in CORRECTING if binding.guards(f)]
+GUARDED = [f for f in CORRECTING if binding.is_guarded(f)]
 EVERY = pytest.mark.parametrize("flt", CORRECTING, ids=lambda f: f.name)
 EVERY_GUARDED = pytest.mark.parametrize("flt", GUARDED, ids=lambda f: f.name)
 HEADED = pytest.mark.parametrize("flt", [f for f in GUARDED if "mag" in f.uses], ids=lambda f: f.name)
@@ -374,5 +374,5 @@ def test_every_engine_says_the_same_of_faults(params):
     bits = (health.GYR_SATURATED, health.GYR_STUCK, health.ACC_STUCK, health.MAG_REJECTED, health.GAP, health.AT_REST)
     assert all((expected.health & bit).any() for bit in bits)
     assert_same(expected, lh.fuse(recording, params, engine="compiled"))
-    for track in fuse_many(recording, [params] * 9, engine="compiled"):
+    for track in fuse_parameter_sets(recording, [params] * 9, engine="compiled"):
         assert_same(expected, track)

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 import levelhead as lh
 from levelhead.filters import madgwick, mahony
-from levelhead.kernels import vector_error as pulls
+from levelhead.kernels import vector_error
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.vec3 import ZERO, Vec3
 
@@ -206,13 +206,13 @@ def test_pulls():
     rng = np.random.default_rng(9)
     for _ in range(100):
         s, e = unit(rng.normal(size=3)), unit(rng.normal(size=3))
-        found = np.array(pulls.pull(vec(s), vec(e)))
+        found = np.array(vector_error.direction_error(vec(s), vec(e)))
         expected = np.cross(s, e)
         np.testing.assert_allclose(found, expected if s @ e >= 0 else unit(expected), atol=1e-14)
-        opposite = np.array(pulls.pull(vec(s), vec(-s)))
+        opposite = np.array(vector_error.direction_error(vec(s), vec(-s)))
         assert np.linalg.norm(opposite) == pytest.approx(1.0) and abs(opposite @ s) < 1e-9
-    assert pulls.pull(ZERO, vec([0, 0, 1])) == ZERO
-    assert pulls.levelled(Quat(1.0, 0.0, 0.0, 0.0), vec([0, 0, 1]), vec([0, 0, -45])) == ZERO
+    assert vector_error.direction_error(ZERO, vec([0, 0, 1])) == ZERO
+    assert vector_error.heading_error(Quat(1.0, 0.0, 0.0, 0.0), vec([0, 0, 1]), vec([0, 0, -45])) == ZERO
 
 
 def test_turns_and_nudges_are_products():
@@ -221,10 +221,10 @@ def test_turns_and_nudges_are_products():
         q = unit(rng.normal(size=4))
         rotvec = unit(rng.normal(size=3)) * 10.0 ** rng.uniform(-6, 0.5)
         exact = Rotation.from_quat(q, scalar_first=True) * Rotation.from_rotvec(rotvec)
-        found = np.array(pulls.turned(Quat(*q), *rotvec))
+        found = np.array(vector_error.rotate(Quat(*q), *rotvec))
         np.testing.assert_allclose(found * np.sign(found @ q), _near(exact, found) * np.sign(found @ q), atol=1e-15)
         step = unit(q + 0.5 * paper.product(q, np.array([0.0, *rotvec])))
-        np.testing.assert_allclose(pulls.nudged(Quat(*q), vec(rotvec)), step, atol=1e-14)
+        np.testing.assert_allclose(vector_error.correct(Quat(*q), vec(rotvec)), step, atol=1e-14)
 
 
 def _near(exact, found):

@@ -57,7 +57,7 @@ def test_upside_down_turns_about_some_horizontal_axis(share, across):
 @given(UNITS, SHARES)
 def test_north_turns_about_the_vertical_only(q, share):
     mag = Vec3(*scipy_of(q).inv().apply(Rotation.from_euler("z", 1.2).apply(FIELD)).tolist())
-    got = slerp.north(q, mag, share)
+    got = slerp.turn_north(q, mag, share)
     assert (scipy_of(got) * (Rotation.from_euler("z", -1.2 * share) * scipy_of(q)).inv()).magnitude() < 1e-12
 
 

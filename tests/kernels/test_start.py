@@ -52,7 +52,7 @@ def test_from_matrix_at_half_turns(axis, angle):
 @given(EULERS)
 def test_the_start_is_the_attitude(e):
     true = rotation(e)
-    q = triad.start(seen(true, UP), seen(true, FIELD))
+    q = triad.initial_attitude(seen(true, UP), seen(true, FIELD))
     assert (scipy_of(q) * true.inv()).magnitude() < 1e-14
 
 
@@ -62,7 +62,7 @@ def test_the_start_is_the_tilt_compensated_compass(e, x, y, z):
     if triad.distinct(acc, mag) and abs(e.pitch) < 1.57:
         expected = textbook.compass(acc, mag)
         away = np.linalg.norm(np.cross(acc, mag)) / np.linalg.norm(acc) / np.linalg.norm(mag)
-        assert (scipy_of(triad.start(acc, mag)) * expected.inv()).magnitude() < 1e-12 / away
+        assert (scipy_of(triad.initial_attitude(acc, mag)) * expected.inv()).magnitude() < 1e-12 / away
 
 
 @pytest.mark.parametrize("pitch", [90.0, -90.0, 89.9999999, 0.0])
@@ -70,7 +70,7 @@ def test_the_start_is_the_tilt_compensated_compass(e, x, y, z):
 def test_without_a_field_yaw_is_zero_also_near_the_vertical(pitch, roll):
     true = Rotation.from_euler("ZYX", [0.0, pitch, roll], degrees=True)
     acc = seen(true, UP)
-    q = triad.start(acc, ZERO)
+    q = triad.initial_attitude(acc, ZERO)
     np.testing.assert_allclose(scipy_of(q).inv().apply([0, 0, 1]), np.array(acc) / 9.81, atol=1e-15)
     if abs(pitch) < 89.9:
         assert (scipy_of(q) * true.inv()).magnitude() < 1e-15
@@ -78,13 +78,13 @@ def test_without_a_field_yaw_is_zero_also_near_the_vertical(pitch, roll):
 
 
 def test_from_what_there_is():
-    assert triad.start(ZERO, ZERO) == (1.0, 0.0, 0.0, 0.0)
-    assert triad.start(UP, ZERO) == (1.0, 0.0, 0.0, 0.0)
-    assert triad.start(UP, Vec3(0.0, 0.0, -45.0)) == (1.0, 0.0, 0.0, 0.0), "a vertical field has no north"
-    assert triad.start(Vec3(1e-200, 0.0, 0.0), ZERO) == (1.0, 0.0, 0.0, 0.0), "too short to have a direction"
-    level = triad.start(ZERO, Vec3(19.0, 0.0, -45.0))
+    assert triad.initial_attitude(ZERO, ZERO) == (1.0, 0.0, 0.0, 0.0)
+    assert triad.initial_attitude(UP, ZERO) == (1.0, 0.0, 0.0, 0.0)
+    assert triad.initial_attitude(UP, Vec3(0.0, 0.0, -45.0)) == (1.0, 0.0, 0.0, 0.0), "a vertical field has no north"
+    assert triad.initial_attitude(Vec3(1e-200, 0.0, 0.0), ZERO) == (1.0, 0.0, 0.0, 0.0), "too short to have a direction"
+    level = triad.initial_attitude(ZERO, Vec3(19.0, 0.0, -45.0))
     assert quat.to_euler(level).yaw == pytest.approx(math.pi / 2) and quat.up(level) == (0.0, 0.0, 1.0)
-    down = triad.start(Vec3(0.0, 0.0, -9.81), ZERO)
+    down = triad.initial_attitude(Vec3(0.0, 0.0, -9.81), ZERO)
     assert quat.up(down).z == pytest.approx(-1.0) and all(map(math.isfinite, down))
 
 

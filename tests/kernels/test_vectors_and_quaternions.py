@@ -118,7 +118,7 @@ def test_blend_goes_the_short_way_round():
 @given(EULERS)
 def test_tilt_of_a_resting_sensor(e):
     acc = Vec3(*scipy_of(quat.from_euler(e)).inv().apply([0, 0, 9.80665]))
-    found = quat.to_euler(triad.start(acc, ZERO))
+    found = quat.to_euler(triad.initial_attitude(acc, ZERO))
     assert angle.wrap(found.roll - e.roll, angle.TWO_PI) == pytest.approx(0.0, abs=1e-9)
     assert found.pitch == pytest.approx(e.pitch, abs=1e-9)
 
@@ -130,7 +130,7 @@ def test_tilt_compensated_heading_in_all_octants(octant, roll, pitch):
     yaw = (octant + 0.5) * math.pi / 4 - math.pi
     true = scipy_of(quat.from_euler(Euler(roll, pitch, yaw))).inv()
     acc, field = Vec3(*true.apply([0.0, 0.0, 9.8])), Vec3(*true.apply([0.0, 19.0, -45.0]))
-    assert quat.to_euler(triad.start(acc, field)).yaw == pytest.approx(yaw, abs=1e-12)
+    assert quat.to_euler(triad.initial_attitude(acc, field)).yaw == pytest.approx(yaw, abs=1e-12)
 
 
 @given(EULERS, EULERS)

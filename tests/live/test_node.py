@@ -111,7 +111,7 @@ def test_the_filter_is_told_that_the_bias_was_taken_off(rig):
     (event,) = [event for event in one.drain(one.health) if event.name == "parameters"]
     first = one.drain(one.orientations)[0]
     assert event.data["from"] == first.seq == 500 and one.node.params.bias_start == event.data["params"]["bias_start"]
-    assert one.node.params.bias_start < lh.filters.best().bias_start
+    assert one.node.params.bias_start < lh.filters.default().bias_start
     for params in (lh.EKF(bias_start=0.01), lh.Madgwick()):
         one = rig(params=params)
         one.node.run(duration=4.0)

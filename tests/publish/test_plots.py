@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from levelhead.engine import fuse
-from levelhead.engine.calibration_history import learning
+from levelhead.engine.calibration_history import calibration_history
 from levelhead.errors import LevelheadError
 from levelhead.evaluate import compare
 from levelhead.filters import ESKF, AccelTilt, Complementary, GyroIntegration, Kalman, RollPitchKalman, health
@@ -197,11 +197,11 @@ def test_what_cannot_be_drawn_is_said(cases, tmp_path, monkeypatch):
 @pytest.mark.parametrize("mag", [None, "HMC5883L"])
 def test_the_learned_picture(tmp_path, mag):
     rec = recording("LSM6DSO32", "hand", duration=5.0, mag=mag)
-    course = learning(rec, ESKF())
+    course = calibration_history(rec, ESKF())
     calibration_picture(course, tmp_path / "learned.png")
     assert (tmp_path / "learned.png").read_bytes().startswith(PNG)
     asked = 19 if mag else 15
     known = sum(int(getattr(course.known[-1], name).known.sum()) for name in ("gyr_matrix", "gyr_bias", "acc_bias"))
     known += 0 if mag is None else int(course.known[-1].mag_offset.known.sum() + course.known[-1].mag_delay.known[0])
     assert _learned_finding(course) == f"{known} of the sensor's {asked} numbers have been learned from this motion"
-    calibration_picture(learning(rec[:1], ESKF(scale_start=0.0, acc_bias=0.0)), tmp_path / "one.svg")
+    calibration_picture(calibration_history(rec[:1], ESKF(scale_start=0.0, acc_bias=0.0)), tmp_path / "one.svg")

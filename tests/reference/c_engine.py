@@ -124,5 +124,5 @@ def built(choice: Choice, compiler: str = "gcc", level: str = "-O2") -> Built:
 
 def fuse(recording, params=None, *, guard=GUARD, engine="c", progress=None):
     """``lh.fuse`` in C; the names of other engines are taken and mean this one."""
-    params = filters.best() if params is None else filters.resolve(params)
+    params = filters.default() if params is None else filters.resolve(params)
     return built(Choice(params, guard)).fuse(recording)

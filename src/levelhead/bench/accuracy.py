@@ -205,7 +205,7 @@ def _about(result: Accuracy) -> list[str]:
 def _remarks(result: Accuracy) -> dict[str, str]:
     """What must be known of a method, by its name."""
     known = {
-        DEFAULT: f"default: {filters.best()}, which fuse uses where no filter is named.",
+        DEFAULT: f"default: {filters.default()}, which fuse uses where no filter is named.",
         SMOOTHER: f"smoother: {filters.offline()} with its backward pass: every instant uses the whole recording.",
         "imufusion.Ahrs+": "imufusion.Ahrs+: with its bias estimate and the rejections of its advanced example.",
         "vqf.offlineVQF": "vqf.offlineVQF uses the whole recording for every instant.",
@@ -219,7 +219,7 @@ def _remarks(result: Accuracy) -> dict[str, str]:
 
 
 def _plain(method: Method) -> dict[str, Any] | None:
-    params = {DEFAULT: filters.best(), SMOOTHER: filters.offline()}.get(method.name, method.params)
+    params = {DEFAULT: filters.default(), SMOOTHER: filters.offline()}.get(method.name, method.params)
     return {"filter": filters.of(params).name, **params._asdict()} if method.package == OURS else None
 
 

@@ -131,7 +131,7 @@ def _live_cases(mag: bool, count: int) -> list[Case]:
     if not mag:
         for params in (flt.params() for flt in filters.ALL if flt.axis is not None):
             cases.append(Case(f"AxisStream({type(params).__name__})", _axis(params, count), count))
-    choices = {DEFAULT: filters.best()} | {flt.name: flt.params() for flt in filters.ALL}
+    choices = {DEFAULT: filters.default()} | {flt.name: flt.params() for flt in filters.ALL}
     for name, params in choices.items():
         cases.append(Case(f"Stream({name}), tuples", _stream(params, tuples), count))
         cases.append(Case(f"Stream({name}), NumPy rows", _stream(params, rows), count))

@@ -143,8 +143,8 @@ def _learned(recording: Any, params: Any, guard: Any, known: Any, path: Path) ->
 
     if find_spec("matplotlib") is None:
         return []
-    from levelhead.engine.calibration_history import learning
+    from levelhead.engine.calibration_history import calibration_history
     from levelhead.publish.plots import calibration_picture
 
-    calibration_picture(learning(recording, params, guard=guard, prior=known), path)
+    calibration_picture(calibration_history(recording, params, guard=guard, prior=known), path)
     return [path]

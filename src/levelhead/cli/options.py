@@ -140,7 +140,7 @@ def parse_filter(name: str | None, pairs: Sequence[str], offline: bool = False) 
     values = parse_settings(pairs)
     if name is not None:
         return filters.find(name).params(**values)
-    best = filters.offline() if offline else filters.best()
+    best = filters.offline() if offline else filters.default()
     for parameter in values:
         require_parameter(best, parameter)
     return best._replace(**values) if values else best

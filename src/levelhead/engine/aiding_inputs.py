@@ -1,4 +1,4 @@
-"""What a recording's barometer and satellite receiver saw, as the driver takes it: one number of one row at a time."""
+"""The readings of a recording's barometer and GNSS receiver as the driver takes them: one number at a time."""
 
 from typing import NamedTuple
 
@@ -9,27 +9,27 @@ from levelhead import atmosphere
 from levelhead.filters.contract import HEIGHT, POSITION, VELOCITY
 from levelhead.recording import Array, Recording
 
-EARLY = 1.0  # s before the first sample from which a reading is still taken
+MOST_EARLY = 1.0  # s before the first sample: an older reading is not used
 
 
-class Sightings(NamedTuple):
-    """Numbers in the order of the samples; of sample i those from ``first[i]`` to before ``first[i + 1]``."""
+class AidingInputs(NamedTuple):
+    """k numbers in the order of the samples; sample i has those from ``first[i]`` to ``first[i + 1]`` − 1."""
 
     first: NDArray[np.int64]  # (n + 1,)
-    row: NDArray[np.int64]
-    value: Array
-    sigma: Array
-    age: Array  # s since it was taken, at its sample
+    row: NDArray[np.int64]  # (k,) the quantity, as in ``filters.eskf.aiding``
+    value: Array  # (k,) m or m/s
+    sigma: Array  # (k,) 1σ in the same unit
+    age: Array  # (k,) s from the reading to its sample
 
-    def part(self, start: int, stop: int) -> "Sightings":
-        """Those of some samples."""
+    def part(self, start: int, stop: int) -> "AidingInputs":
+        """The numbers of samples ``start`` to ``stop`` − 1."""
         first = self.first[start : stop + 1]
         rows = slice(first[0], first[-1])
-        return Sightings(first - first[0], self.row[rows], self.value[rows], self.sigma[rows], self.age[rows])
+        return AidingInputs(first - first[0], self.row[rows], self.value[rows], self.sigma[rows], self.age[rows])
 
 
-def sightings(recording: Recording) -> Sightings | None:
-    """What was seen beside the IMU, each reading at the first sample that is not before it; None if nothing was."""
+def aiding_inputs(recording: Recording) -> AidingInputs | None:
+    """The readings, each at the first sample that is not earlier than it; None for a recording without any."""
     columns: list[tuple[int, Array, Array, Array]] = []
     if (air := recording.pressure) is not None:
         # Number by number, as a stream does: NumPy's power of an array has other last bits than that of a number.
@@ -51,8 +51,8 @@ def sightings(recording: Recording) -> Sightings | None:
     value = np.concatenate([values for _, _, values, _ in columns])
     sigma = np.concatenate([sigma for _, _, _, sigma in columns])
     at = np.searchsorted(recording.t, stamp)
-    taken = np.flatnonzero((at < n) & (stamp > recording.t[0] - EARLY) & np.isfinite(value))
+    taken = np.flatnonzero((at < n) & (stamp > recording.t[0] - MOST_EARLY) & np.isfinite(value))
     taken = taken[np.lexsort((row[taken], stamp[taken]))]
     at = at[taken]
     first = np.searchsorted(at, np.arange(n + 1))
-    return Sightings(first, row[taken], value[taken], sigma[taken], recording.t[at] - stamp[taken])
+    return AidingInputs(first, row[taken], value[taken], sigma[taken], recording.t[at] - stamp[taken])

@@ -8,10 +8,10 @@ import numpy as np
 from levelhead import filters
 from levelhead.calibration import Calibration
 from levelhead.compiler.tree import native
-from levelhead.engine.aiding_inputs import sightings
-from levelhead.engine.binding import bind, bind_axis, choose, engine_function, estimates_bias
+from levelhead.engine.aiding_inputs import aiding_inputs
+from levelhead.engine.binding import bind, bind_axis, choose_engine, estimates_bias, for_engine
 from levelhead.engine.driver import Settings
-from levelhead.engine.prior import learned, primed
+from levelhead.engine.prior import apply_prior, read_calibration
 from levelhead.errors import LevelheadError
 from levelhead.guard import Guard
 from levelhead.recording import Array, Recording, real_array, time_array
@@ -74,21 +74,21 @@ class Batch:
                 f"fuse takes a Recording, not {type(recording).__name__}; levelhead.read(path) makes one"
             )
         self._recording, self._guarded = recording, guard is not None
-        params = filters.best() if params is None else filters.resolve(params)
+        params = filters.default() if params is None else filters.resolve(params)
         self.filter = filters.of(params)
         bound = bind(self.filter, self._guarded)
         self._settings = Settings(params, guard or DEFAULT_GUARD)
-        self._engine = choose(engine, len(recording))
-        self._beside = None if bound.run_aided is None else sightings(recording)
-        run = bound.run if self._beside is None or bound.run_aided is None else bound.run_aided
-        self._run = engine_function(run, self._engine)
+        self._engine = choose_engine(engine, len(recording))
+        self._aiding = None if bound.run_with_aiding is None else aiding_inputs(recording)
+        run = bound.run if self._aiding is None or bound.run_with_aiding is None else bound.run_with_aiding
+        self._run = for_engine(run, self._engine)
         mag = NO_MAG if recording.mag is None else recording.mag.reshape(-1)
         self._inputs = [recording.t, recording.gyr.reshape(-1), recording.acc.reshape(-1), mag]
         self._outputs, self._widths = room(len(recording)), [4, 3, 3, 1]
-        if self._beside is not None:
+        if self._aiding is not None:
             self._outputs.append(np.empty(12 * len(recording)))
             self._widths.append(12)
-        self._carry = primed(self.filter, bound.begin(self._settings), prior)
+        self._carry = apply_prior(self.filter, bound.begin(self._settings), prior)
         if self._engine == "compiled":
             self._carry = native(self._carry)
         self._last = float(recording.t[0])
@@ -97,7 +97,7 @@ class Batch:
     def advance(self, stop: int) -> None:
         """The samples from where the last stretch ended up to ``stop``."""
         part: list[Any] = [a[self.done * k : stop * k] for a, k in zip(self._inputs, (1, 3, 3, 3), strict=True)]
-        part += [] if self._beside is None else [*self._beside.part(self.done, stop)]
+        part += [] if self._aiding is None else [*self._aiding.part(self.done, stop)]
         into = [a[self.done * k : stop * k] for a, k in zip(self._outputs, self._widths, strict=True)]
         if self._engine == "compiled":
             self._carry = self._run(self._settings, self._carry, self._last, *part, *into)
@@ -111,7 +111,7 @@ class Batch:
     @property
     def calibration(self) -> Calibration | None:
         """What the filter has learned of its sensor by now; None if it learns nothing."""
-        return learned(self.filter, self._settings, self._carry)
+        return read_calibration(self.filter, self._settings, self._carry)
 
     def track(self) -> Track:
         """The track, when all samples are done."""
@@ -187,12 +187,12 @@ def fuse_axis(
         columns.append(column)
     if period < 0.0:
         raise LevelheadError(f"period is {period:g}; it must be 0 (a line) or the length of the circle, such as 360")
-    chosen = choose(engine, len(t))
+    chosen = choose_engine(engine, len(t))
     state = axis.init(params, float(columns[0][0]))
     width = len(axis.report._fields)  # type: ignore[attr-defined]
     if chosen == "compiled":
         out = np.empty(len(t) * width)
-        engine_function(driver, chosen)(params, state, t, *columns, float(period), out)
+        for_engine(driver, chosen)(params, state, t, *columns, float(period), out)
         return axis.report(*out.reshape(len(t), width).T)
     rows = [0.0] * (len(t) * width)
     driver(params, state, t.tolist(), *(c.tolist() for c in columns), float(period), rows)

@@ -17,8 +17,8 @@ ENGINES = ("auto", "python", "compiled")
 
 # Samples from which compiled work is done sooner: Numba's start costs about 0.5 s with a warm cache, a sample of these
 # filters 7 to 55 µs in plain Python; benchmarks/engines.py measures both.
-WORTH_STARTING = 12_000
-WORTH_WHEN_STARTED = 1_000
+SAMPLES_COLD = 12_000
+SAMPLES_WARM = 1_000
 
 
 class Driver(NamedTuple):
@@ -28,12 +28,12 @@ class Driver(NamedTuple):
     advance: Callable[..., Any]
     result: Callable[..., Any]
     run: Callable[..., Any]
-    aided: Callable[..., Any] | None  # these two of a filter that takes position, velocity or height
-    run_aided: Callable[..., Any] | None
+    update_aiding: Callable[..., Any] | None  # these two of a filter that takes position, velocity or height
+    run_with_aiding: Callable[..., Any] | None
     phases: dict[str, Callable[..., Any]]
 
 
-def guards(flt: Filter) -> bool:
+def is_guarded(flt: Filter) -> bool:
     """Whether the guard stands in front of a filter: where an accelerometer corrects a gyroscope.
 
     A baseline shows what its sensor says.
@@ -43,7 +43,7 @@ def guards(flt: Filter) -> bool:
 
 def bind(flt: Filter, guarded: bool = True) -> Driver:
     """The plain-Python driver of a filter, with the guard in front of it or without."""
-    return _bind(flt, guarded and guards(flt))
+    return _bind(flt, guarded and is_guarded(flt))
 
 
 @functools.cache
@@ -51,39 +51,46 @@ def _bind(flt: Filter, guarded: bool) -> Driver:
     name = flt.name if guarded else f"{flt.name}_unguarded"
     own: dict[str, Any] = {
         "init": flt.init,
-        "again": flt.calibration.restart if flt.calibration else bound(driver.afresh, name, init=flt.init),
+        "again": flt.calibration.restart if flt.calibration else bound(driver.default_restart, name, init=flt.init),
         "step": flt.step,
-        "due": flt.schedule.due if flt.schedule else driver.never,
-        "correct": flt.schedule.correct if flt.schedule else driver.as_it_is,
+        "due": flt.schedule.due if flt.schedule else driver.never_due,
+        "correct": flt.schedule.correct if flt.schedule else driver.keep_uncorrected,
         "output": flt.output,
         "gains": flt.gains or driver.no_gains,
-        "loosen": flt.inflation.attitude if flt.inflation else driver.firm,
-        "loosen_heading": (flt.inflation and flt.inflation.heading) or driver.firm,
-        "calm": flt.at_rest or driver.as_before,
-        "look": bound(guard.look, name, TELLS_FIELD="field" not in flt.handles) if guarded else driver.unguarded,
+        "loosen": flt.inflation.attitude if flt.inflation else driver.keep_variance,
+        "loosen_heading": (flt.inflation and flt.inflation.heading) or driver.keep_variance,
+        "calm": flt.at_rest or driver.keep_state,
+        "look": bound(guard.look, name, TELLS_FIELD="field" not in flt.handles) if guarded else driver.no_gate,
         "TAKES_BIAS": "bias" not in flt.handles,
-        "perceived": bound(conditioning.perceived, name, sense=detectors.sensed if guarded else conditioning.unsensed),
+        "condition": bound(
+            conditioning.condition, name, detect=detectors.sensed if guarded else conditioning.no_detectors
+        ),
         "OWN_SIGMA": flt.gains is None,
     }
-    own["rate"] = bound(driver.rate, name, **own)
-    own["stepped"] = bound(driver.stepped, name, **own)
+    own["unbiased_rate"] = bound(driver.unbiased_rate, name, **own)
+    own["step_gated"] = bound(driver.step_gated, name, **own)
     phases = {phase.__name__: bound(phase, name, **own) for phase in driver.PHASES}
-    seldom = {key: apart(phases[key]) for key in ("started", "loosened", "accelerated")}
+    seldom = {key: apart(phases[key]) for key in ("start", "inflate", "step_accelerated")}
     advance = bound(driver.advance, name, **own, **(phases | seldom))
     begin = bound(driver.begin, name, **own)
     result = bound(driver.result, name, **own)
-    rows = {"fed": bound(driver.fed, name, advance=advance), "told": bound(driver.told, name, result=result)}
+    rows = {
+        "process_row": bound(driver.process_row, name, advance=advance),
+        "write_row": bound(driver.write_row, name, result=result),
+    }
     run = bound(driver.run, name, **rows)
-    aided = run_aided = None
+    update_aiding = run_with_aiding = None
     if flt.aiding is not None:
-        aided = bound(driver.aided, name, aid=flt.aiding.update)
-        run_aided = bound(driver.run_aided, name, **rows, aided=aided, place=flt.aiding.nav_state)
-    return Driver(begin, advance, result, run, aided, run_aided, phases | {"perceived": own["perceived"]})
+        update_aiding = bound(driver.update_aiding, name, aid=flt.aiding.update)
+        run_with_aiding = bound(
+            driver.run_with_aiding, name, **rows, update_aiding=update_aiding, place=flt.aiding.nav_state
+        )
+    return Driver(begin, advance, result, run, update_aiding, run_with_aiding, phases | {"condition": own["condition"]})
 
 
 def estimates_bias(flt: Filter, guarded: bool) -> bool:
     """Whether a track of the filter has a bias: its own, or what was read off at rest."""
-    return "bias" in flt.estimates or (guarded and guards(flt))
+    return "bias" in flt.estimates or (guarded and is_guarded(flt))
 
 
 @functools.cache
@@ -94,7 +101,7 @@ def bind_axis(flt: Filter) -> tuple[AxisFilter, Callable[..., Any]]:
     return flt.axis, bound(axis_driver.run_axis, flt.name, step=flt.axis.step, read=flt.axis.read)
 
 
-def choose(engine: str, samples: int) -> str:
+def choose_engine(engine: str, samples: int) -> str:
     """ "python" or "compiled": what ``engine="auto"`` means for so many samples.
 
     Raises:
@@ -104,10 +111,10 @@ def choose(engine: str, samples: int) -> str:
         raise LevelheadError(f"there is no engine '{engine}'; {nearest(engine, ENGINES)}")
     if engine != "auto":
         return engine
-    threshold = WORTH_WHEN_STARTED if "numba" in sys.modules else WORTH_STARTING
+    threshold = SAMPLES_WARM if "numba" in sys.modules else SAMPLES_COLD
     return "compiled" if samples >= threshold else "python"
 
 
-def engine_function(function: Callable[..., Any], engine: str) -> Callable[..., Any]:
+def for_engine(function: Callable[..., Any], engine: str) -> Callable[..., Any]:
     """The driver function itself, or its compiled twin."""
     return compiled(function) if engine == "compiled" else function

@@ -15,20 +15,20 @@ from levelhead.recording import Array, Recording
 POINTS = 600  # at most: about as many as a picture shows
 
 
-class Learning(NamedTuple):
+class CalibrationHistory(NamedTuple):
     """What was known of a sensor at k times."""
 
     t: Array  # (k,) s
     known: list[Calibration]
 
-    def course(self, name: str, part: str = "value") -> Array:
+    def series(self, name: str, part: str = "value") -> Array:
         """(k, …) "value", "sigma" or "unlearned" of a quantity such as "gyr_bias"; NaN as long as it is not there."""
         numbers = [getattr(getattr(one, name), part, None) for one in self.known]
         shape = next((np.shape(one) for one in numbers if one is not None), ())
         return np.array([np.full(shape, np.nan) if one is None else one for one in numbers])
 
 
-def learning(
+def calibration_history(
     recording: Recording,
     params: Any,
     *,
@@ -36,7 +36,7 @@ def learning(
     engine: str = "auto",
     prior: Calibration | None = None,
     every: float = 1.0,
-) -> Learning:
+) -> CalibrationHistory:
     """What a filter knows of its sensor after each second of a recording.
 
     Args:
@@ -56,16 +56,16 @@ def learning(
         raise LevelheadError(f"{batch.filter.name} learns no calibration; {who} does")
     if not every > 0.0:
         raise LevelheadError(f"every is {every!r}; it must be seconds, greater than 0")
-    stops = looks(recording.t, every)
+    stops = sample_rows(recording.t, every)
     known = []
     for stop in stops.tolist():
         batch.advance(stop)
         if (now := batch.calibration) is not None:
             known.append(now)
-    return Learning(recording.t[stops - 1], known)
+    return CalibrationHistory(recording.t[stops - 1], known)
 
 
-def looks(t: Array, every: float) -> NDArray[np.intp]:
+def sample_rows(t: Array, every: float) -> NDArray[np.intp]:
     """Row after which each look is taken, the last of them after the last row."""
     step = max(every, float(t[-1] - t[0]) / POINTS)
     rows = np.searchsorted(t, np.arange(t[0], t[-1], step)[1:], side="right")

@@ -1,7 +1,8 @@
-"""What a recording says, sample by sample, before any filter is asked: the same for every run over it.
+"""The conditioning of a sample, before any filter sees it: it depends on the readings only.
 
-NaN marks a missing reading, the zero vector a sensor that does not exist. A missing rate is replaced by the last one,
-for a while; any other missing reading corrects nothing.
+NaN marks a missing reading; the zero vector marks a sensor that does not exist. A missing rate is replaced by the last
+one, for at most ``GAP_SECONDS``; any other missing reading becomes the zero vector, which corrects nothing. The result
+is the same for every filter and every parameter set, so lanes compute it once for all of their runs.
 """
 
 from typing import NamedTuple
@@ -23,49 +24,51 @@ from levelhead.guard.detectors import BEFORE, NOTHING, Calm, Sensors
 from levelhead.kernels.tilt import GAP_SECONDS, TURN, present
 from levelhead.kernels.vec3 import ZERO, Vec3
 
-NO_READING = 1e9  # rad/s, m/s², µT: no sensor says that; NaN and infinity fail the comparison as well
-ALL_THERE = NO_READING * NO_READING  # a sum of squares below that has no missing reading in it
-BLIND = GYR_MISSING | GYR_SATURATED | GYR_STUCK  # the rate is a guess
-NO_FORCE = ACC_SATURATED | ACC_STUCK
-LOST = 0.1  # rad that a body may have turned unseen before the filter is told
-BEYOND = 0.5  # of the full scale, 1σ: how much faster a body turns than a clipped gyroscope says
+READING_LIMIT = 1e9  # rad/s, m/s², µT: beyond it a reading is missing; NaN and infinity fail the comparison too
+SQUARE_LIMIT = READING_LIMIT * READING_LIMIT  # a sum of squares below it contains no missing reading
+RATE_UNUSABLE = GYR_MISSING | GYR_SATURATED | GYR_STUCK  # the rate is not the body's
+FORCE_UNUSABLE = ACC_SATURATED | ACC_STUCK  # the specific force is not the body's
+LEAST_ROTATION = 0.1  # rad, 1σ of an unmeasured rotation from which the filter's covariance is inflated
+CLIPPED_EXCESS = 0.5  # of the full scale, 1σ: the part of the rate that a clipped gyroscope does not show
 
 
-class Scene(NamedTuple):
-    """The last sample as far as it can be believed, and what is remembered of those before."""
+class ConditionedSample(NamedTuple):
+    """The last sample without its unusable readings, and what is kept of the samples before it."""
 
-    gyr: Vec3  # rad/s; where it is missing the last good one
+    gyr: Vec3  # rad/s; where it is missing the last one that was not
     acc: Vec3  # m/s²; the zero vector where it cannot be used
-    mag: Vec3
-    dt: float
-    health: int  # what was wrong with it
-    had_field: bool  # there was a magnetometer reading before it
-    started: bool  # it has had a specific force by now, with which a filter can start
-    idle: bool  # nothing is known of the turn in dt
-    blind: float  # s since the last rate that could be believed
-    lost: float  # rad², variance of a turn in this sample that nobody has seen
-    spell: float  # s since σ was last judged
-    seen: int  # what could correct since: 1 accelerometer, 2 magnetometer
+    mag: Vec3  # µT; the zero vector where it cannot be used
+    dt: float  # s
+    health: int  # Health bits of its readings
+    had_field: bool  # an earlier sample had a magnetometer reading
+    started: bool  # this or an earlier sample had a specific force, which a filter needs to start
+    rate_unknown: bool  # the rotation in dt is unknown
+    rate_age: float  # s since the last usable rate
+    unmeasured: float  # rad², variance of the part of this sample's rotation that was not measured
+    since_sigma: float  # s since σ was last updated
+    corrected_by: int  # sensors with a usable reading since then: 1 accelerometer, 2 magnetometer
     sensors: Sensors
 
 
-EMPTY = Scene(ZERO, ZERO, ZERO, 0.0, 0, False, False, False, 0.0, 0.0, 0.0, 0, BEFORE)
+NO_SAMPLE = ConditionedSample(ZERO, ZERO, ZERO, 0.0, 0, False, False, False, 0.0, 0.0, 0.0, 0, BEFORE)
 
 
 @kernel
 def missing(v: Vec3) -> bool:
-    """Whether a reading is NaN, infinite or absurd in any component."""
+    """Whether a component of a reading is NaN, infinite or beyond ``READING_LIMIT``."""
     x, y, z = v
-    return not (-NO_READING < x < NO_READING and -NO_READING < y < NO_READING and -NO_READING < z < NO_READING)
+    return not (
+        -READING_LIMIT < x < READING_LIMIT and -READING_LIMIT < y < READING_LIMIT and -READING_LIMIT < z < READING_LIMIT
+    )
 
 
 @kernel
-def absent(gyr: Vec3, acc: Vec3, mag: Vec3) -> int:
+def missing_bits(gyr: Vec3, acc: Vec3, mag: Vec3) -> int:
     """Health bits of the readings that are missing."""
     x, y, z = gyr
     a, b, c = acc
     u, v, w = mag
-    if (x * x + y * y + z * z) + (a * a + b * b + c * c) + (u * u + v * v + w * w) < ALL_THERE:
+    if (x * x + y * y + z * z) + (a * a + b * b + c * c) + (u * u + v * v + w * w) < SQUARE_LIMIT:
         return 0
     health = 0
     if missing(gyr):
@@ -78,78 +81,92 @@ def absent(gyr: Vec3, acc: Vec3, mag: Vec3) -> int:
 
 
 @kernel
-def unsensed(guard: Guard, sensors: Sensors, gyr: Vec3, acc: Vec3, missing: int, blind: bool, dt: float) -> Sensors:
-    """``sensed`` where nothing stands in front of the filter."""
+def no_detectors(
+    guard: Guard, sensors: Sensors, gyr: Vec3, acc: Vec3, missing: int, rate_lost: bool, dt: float
+) -> Sensors:
+    """``detect`` of a filter without a guard."""
     return sensors
 
 
-sense = unsensed
+detect = no_detectors
 
 
-class Unseen(NamedTuple):
-    """Seconds since the last rate that could be believed, and the variance of the turn in this sample (rad²)."""
+class UnmeasuredRotation(NamedTuple):
+    """How much of a rotation was not measured."""
 
-    blind: float
-    lost: float
-
-
-SEEN = Unseen(0.0, 0.0)
+    rate_age: float  # s since the last usable rate
+    variance: float  # rad², of this sample's part
 
 
-@kernel
-def unseen(health: int, blind: float, full: float, dt: float) -> Unseen:
-    """How far the body may have turned while the rate was a guess; nothing as long as that is little."""
-    if health & BLIND == 0:
-        return SEEN
-    reach = BEYOND * full if health & GYR_SATURATED else TURN
-    before = reach * blind
-    after = reach * (blind + dt)
-    if after <= LOST:
-        return Unseen(blind + dt, 0.0)
-    return Unseen(blind + dt, after * after - (before * before if before > LOST else 0.0))
+ALL_MEASURED = UnmeasuredRotation(0.0, 0.0)
 
 
 @kernel
-def first(gyr: Vec3, acc: Vec3, mag: Vec3, health: int) -> Scene:
-    """The first sample, which a filter starts with once it has a specific force."""
+def unmeasured_rotation(health: int, rate_age: float, full: float, dt: float) -> UnmeasuredRotation:
+    """The rotation while the rate was unusable; its variance is 0 up to ``LEAST_ROTATION``."""
+    if health & RATE_UNUSABLE == 0:
+        return ALL_MEASURED
+    reach = CLIPPED_EXCESS * full if health & GYR_SATURATED else TURN
+    before = reach * rate_age
+    after = reach * (rate_age + dt)
+    if after <= LEAST_ROTATION:
+        return UnmeasuredRotation(rate_age + dt, 0.0)
+    return UnmeasuredRotation(rate_age + dt, after * after - (before * before if before > LEAST_ROTATION else 0.0))
+
+
+@kernel
+def first_sample(gyr: Vec3, acc: Vec3, mag: Vec3, health: int) -> ConditionedSample:
+    """The first sample; a filter starts with it if it has a specific force."""
     _, _, fast, hard, gyr_repeat, acc_repeat, _, _, _ = BEFORE
     sensors = Sensors(NOTHING, Calm(gyr, acc, False), fast, hard, gyr_repeat, acc_repeat, False, False, 0)
-    return Scene(gyr, acc, mag, 0.0, health, False, present(acc), False, 0.0, 0.0, 0.0, 0, sensors)
+    return ConditionedSample(gyr, acc, mag, 0.0, health, False, present(acc), False, 0.0, 0.0, 0.0, 0, sensors)
 
 
 @kernel
-def judging(scene: Scene) -> bool:
-    """Whether a spell has ended, after which σ is judged."""
-    return scene.spell >= SPELL or scene.lost > 0.0
+def sigma_due(sample: ConditionedSample) -> bool:
+    """Whether σ is updated after this sample."""
+    return sample.since_sigma >= SPELL or sample.unmeasured > 0.0
 
 
 @kernel
-def perceived(guard: Guard, scene: Scene, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> Scene:
-    """The next sample."""
-    last, _, field, _, _, had_field, started, _, blind, _, spell, seen, sensors = scene
-    health = absent(gyr, acc, mag)
+def condition(guard: Guard, sample: ConditionedSample, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> ConditionedSample:
+    """The next sample, conditioned; ``sample`` is the one before."""
+    last, _, field, _, _, had_field, started, _, rate_age, _, since_sigma, corrected_by, sensors = sample
+    health = missing_bits(gyr, acc, mag)
     if health != 0:
         gyr = last if health & GYR_MISSING else gyr
         acc = ZERO if health & ACC_MISSING else acc
         mag = ZERO if health & MAG_MISSING else mag
     if not started:
-        return first(gyr, acc, mag, health)
-    out_of_sight = health & GYR_MISSING != 0 and blind > GAP_SECONDS
-    sensors = sense(guard, sensors, gyr, acc, health, out_of_sight, dt)
+        return first_sample(gyr, acc, mag, health)
+    rate_lost = health & GYR_MISSING != 0 and rate_age > GAP_SECONDS
+    sensors = detect(guard, sensors, gyr, acc, health, rate_lost, dt)
     health |= sensors.health
-    if sensors.health & NO_FORCE:
+    if sensors.health & FORCE_UNUSABLE:
         acc = ZERO
-    if judging(scene):
-        spell = 0.0
-        seen = 0
+    if sigma_due(sample):
+        since_sigma = 0.0
+        corrected_by = 0
     if present(acc):
-        seen |= 1
+        corrected_by |= 1
     if present(mag):
-        seen |= 2
+        corrected_by |= 2
     if dt > GAP_SECONDS:
         health |= GAP
-    blind, lost = unseen(health, blind, sensors.fast.up, dt)
-    idle = out_of_sight or dt > GAP_SECONDS
-    return Scene(
-        gyr, acc, mag, dt, health, had_field or present(field), True, idle, blind, lost, spell + dt, seen, sensors
+    rate_age, unmeasured = unmeasured_rotation(health, rate_age, sensors.fast.up, dt)
+    rate_unknown = rate_lost or dt > GAP_SECONDS
+    return ConditionedSample(
+        gyr,
+        acc,
+        mag,
+        dt,
+        health,
+        had_field or present(field),
+        True,
+        rate_unknown,
+        rate_age,
+        unmeasured,
+        since_sigma + dt,
+        corrected_by,
+        sensors,
     )

@@ -5,15 +5,15 @@ These are kernels: plain Python runs them as they stand, Numba compiles the same
 ``look`` is what stands in front of it; ``binding.bind`` binds them. Arrays are flat (row after row), so that Python
 lists and NumPy arrays are indexed by the same line.
 
-A sample goes through in phases. What the recording says by itself comes first (``scene.perceived``); all others take
-the scene and what one run carries. ``advance`` calls them in turn, ``engine.lanes`` each for all of its runs at once,
-which is why what few samples bring is a phase of its own: lanes then skip it for all.
+A sample goes through in phases. ``conditioning.condition`` comes first and needs the readings only; all others take
+the conditioned sample and what one run carries. ``advance`` calls them in turn; ``engine.lanes`` calls each for all of
+its runs at once, and skips it for all where the sample does not need it. That is why rare work is a phase of its own.
 """
 
 from typing import Any, NamedTuple
 
 from levelhead.compiler.mark import kernel
-from levelhead.engine.conditioning import EMPTY, Scene, judging
+from levelhead.engine.conditioning import NO_SAMPLE, ConditionedSample, sigma_due
 from levelhead.filters.contract import Gains, Output
 from levelhead.filters.health import ACC_REJECTED, MAG_LEARNED
 from levelhead.filters.observer_covariance import Doubt, at_start, judged
@@ -34,7 +34,7 @@ class Settings(NamedTuple):
     guard: Guard
 
 
-class Run(NamedTuple):
+class FilterRun(NamedTuple):
     """What one filter with its parameters carries from one sample to the next."""
 
     state: Any  # the filter's
@@ -46,8 +46,8 @@ class Run(NamedTuple):
 class Carry(NamedTuple):
     """What goes from one sample to the next."""
 
-    scene: Scene
-    run: Run
+    sample: ConditionedSample
+    run: FilterRun
 
 
 def unbound(*_: Any) -> Any:
@@ -55,7 +55,7 @@ def unbound(*_: Any) -> Any:
     raise RuntimeError("bind the driver to a filter first")
 
 
-init = again = step = due = correct = output = gains = loosen = loosen_heading = calm = look = perceived = unbound
+init = again = step = due = correct = output = gains = loosen = loosen_heading = calm = look = condition = unbound
 aid = place = unbound
 OWN_SIGMA = False
 TAKES_BIAS = True  # the bias read off at rest is taken away before the filter sees the rate
@@ -68,37 +68,37 @@ def no_gains(params: Any, state: Any, dt: float) -> Gains:
 
 
 @kernel
-def firm(params: Any, state: Any, variance: float) -> Any:
+def keep_variance(params: Any, state: Any, variance: float) -> Any:
     """``loosen`` and ``loosen_heading`` of a filter that has nothing to loosen."""
     return state
 
 
 @kernel
-def as_before(params: Any, state: Any) -> Any:
+def keep_state(params: Any, state: Any) -> Any:
     """``calm`` of a filter that carries no σ of its own."""
     return state
 
 
 @kernel
-def never(params: Any, state: Any) -> bool:
+def never_due(params: Any, state: Any) -> bool:
     """``due`` of a filter that does everything at every sample."""
     return False
 
 
 @kernel
-def as_it_is(params: Any, state: Any, dt: float) -> Any:
+def keep_uncorrected(params: Any, state: Any, dt: float) -> Any:
     """``correct`` of such a filter."""
     return state
 
 
 @kernel
-def afresh(params: Any, before: Any, gyr: Vec3, acc: Vec3, mag: Vec3) -> Any:
+def default_restart(params: Any, before: Any, gyr: Vec3, acc: Vec3, mag: Vec3) -> Any:
     """``again`` of a filter that knows nothing of earlier runs."""
     return init(params, gyr, acc, mag)
 
 
 @kernel
-def unguarded(guard: Guard, watch: Watch, attitude: Quat, gyr: Vec3, mag: Vec3, dt: float) -> Look:
+def no_gate(guard: Guard, watch: Watch, attitude: Quat, gyr: Vec3, mag: Vec3, dt: float) -> Look:
     """``look`` of a filter that is to see all there is."""
     return Look(mag, 0, watch)
 
@@ -106,143 +106,145 @@ def unguarded(guard: Guard, watch: Watch, attitude: Quat, gyr: Vec3, mag: Vec3, 
 @kernel
 def begin(settings: Settings) -> Carry:
     """Before the first sample: level, not started."""
-    return Carry(EMPTY, Run(init(settings.filter, ZERO, ZERO, ZERO), 0, BEFORE, at_start(ZERO, ZERO)))
+    return Carry(NO_SAMPLE, FilterRun(init(settings.filter, ZERO, ZERO, ZERO), 0, BEFORE, at_start(ZERO, ZERO)))
 
 
 @kernel
-def started(settings: Settings, scene: Scene, run: Run) -> Run:
+def start(settings: Settings, sample: ConditionedSample, run: FilterRun) -> FilterRun:
     """At the first sample, and at those after it as long as there was no accelerometer reading."""
     params, _ = settings
-    state = again(params, run.state, scene.gyr, scene.acc, scene.mag)
+    state = again(params, run.state, sample.gyr, sample.acc, sample.mag)
     still, bias, out, _ = BEFORE
     said: Output = output(params, state)
-    watch = Watch(still, bias, out, first_field(up(said.quat), scene.mag))
-    return Run(state, scene.health, watch, at_start(scene.acc, scene.mag))
+    watch = Watch(still, bias, out, first_field(up(said.quat), sample.mag))
+    return FilterRun(state, sample.health, watch, at_start(sample.acc, sample.mag))
 
 
 @kernel
-def calmed(settings: Settings, scene: Scene, run: Run) -> Run:
+def update_rest(settings: Settings, sample: ConditionedSample, run: FilterRun) -> FilterRun:
     """After each spell in which rest is looked for."""
     params, guard = settings
     state, health, watch, doubt = run
     said: Output = output(params, state)
-    mean, _, quiet = scene.sensors.calm
-    watch = rested(guard, watch, said.bias if TAKES_BIAS else ZERO, mean, quiet, scene.sensors.sum.spell)
+    mean, _, quiet = sample.sensors.calm
+    watch = rested(guard, watch, said.bias if TAKES_BIAS else ZERO, mean, quiet, sample.sensors.sum.spell)
     if resting(guard, watch):
         state = calm(params, state)
-    return Run(state, health, watch, doubt)
+    return FilterRun(state, health, watch, doubt)
 
 
 @kernel
-def loosened(settings: Settings, scene: Scene, run: Run) -> Run:
+def inflate(settings: Settings, sample: ConditionedSample, run: FilterRun) -> FilterRun:
     """Where the body may have turned unseen."""
     state, health, watch, doubt = run
-    return Run(loosen(settings.filter, state, scene.lost), health, watch, doubt)
+    return FilterRun(loosen(settings.filter, state, sample.unmeasured), health, watch, doubt)
 
 
 @kernel
-def rate(scene: Scene, watch: Watch, own: Vec3) -> Vec3:
+def unbiased_rate(sample: ConditionedSample, watch: Watch, own: Vec3) -> Vec3:
     """The rate without the bias read off at rest; where nothing is known of it the one that reads as "did not turn"."""
-    if scene.idle:
+    if sample.rate_unknown:
         return own
-    return sub(scene.gyr, watch.bias) if TAKES_BIAS else scene.gyr
+    return sub(sample.gyr, watch.bias) if TAKES_BIAS else sample.gyr
 
 
 @kernel
-def stepped(settings: Settings, scene: Scene, run: Run, acc: Vec3) -> Run:
+def step_gated(settings: Settings, sample: ConditionedSample, run: FilterRun, acc: Vec3) -> FilterRun:
     """One sample: what the filter may see of it, and the filter's step."""
     params, guard = settings
     state, found, watch, doubt = run
     said: Output = output(params, state)
-    gyr = rate(scene, watch, said.bias)
-    seen: Look = look(guard, watch, said.quat, gyr, scene.mag, scene.dt)
+    gyr = unbiased_rate(sample, watch, said.bias)
+    seen: Look = look(guard, watch, said.quat, gyr, sample.mag, sample.dt)
     mag, health, watch = seen
-    return Run(step(params, state, gyr, acc, mag, scene.dt), found | health, watch, doubt)
+    return FilterRun(step(params, state, gyr, acc, mag, sample.dt), found | health, watch, doubt)
 
 
 @kernel
-def accelerated(settings: Settings, scene: Scene, run: Run) -> Run:
+def step_accelerated(settings: Settings, sample: ConditionedSample, run: FilterRun) -> FilterRun:
     """A sample whose specific force has another norm than g, or follows upon one."""
     params, guard = settings
     state, _, watch, doubt = run
     said: Output = output(params, state)
-    gyr = rate(scene, watch, said.bias)
-    watch = pushed(guard, watch, said.quat, gyr, scene.acc, scene.sensors.odd, scene.dt)
-    if present(scene.acc) and refusing(guard, watch):
-        return stepped(settings, scene, Run(state, scene.health | ACC_REJECTED, watch, doubt), ZERO)
-    return stepped(settings, scene, Run(state, scene.health, watch, doubt), scene.acc)
+    gyr = unbiased_rate(sample, watch, said.bias)
+    watch = pushed(guard, watch, said.quat, gyr, sample.acc, sample.sensors.odd, sample.dt)
+    if present(sample.acc) and refusing(guard, watch):
+        return step_gated(settings, sample, FilterRun(state, sample.health | ACC_REJECTED, watch, doubt), ZERO)
+    return step_gated(settings, sample, FilterRun(state, sample.health, watch, doubt), sample.acc)
 
 
 @kernel
-def moved(settings: Settings, scene: Scene, run: Run) -> Run:
+def step_plain(settings: Settings, sample: ConditionedSample, run: FilterRun) -> FilterRun:
     """Any other sample."""
     state, _, watch, doubt = run
-    return stepped(settings, scene, Run(state, scene.health, watch, doubt), scene.acc)
+    return step_gated(settings, sample, FilterRun(state, sample.health, watch, doubt), sample.acc)
 
 
 @kernel
-def now_due(settings: Settings, run: Run) -> bool:
-    """Whether ``corrected`` has anything to do."""
+def correction_due(settings: Settings, run: FilterRun) -> bool:
+    """Whether ``apply_correction`` has anything to do."""
     return run.health & MAG_LEARNED != 0 or due(settings.filter, run.state)
 
 
 @kernel
-def corrected(settings: Settings, scene: Scene, run: Run) -> Run:
+def apply_correction(settings: Settings, sample: ConditionedSample, run: FilterRun) -> FilterRun:
     """What a filter does now and then only."""
     params, _ = settings
     state, health, watch, doubt = run
     if health & MAG_LEARNED:
-        state = loosen_heading(params, state, NEW_FIELD if scene.had_field else FIRST_FIELD)
+        state = loosen_heading(params, state, NEW_FIELD if sample.had_field else FIRST_FIELD)
     if due(params, state):
-        state = correct(params, state, scene.dt)
-    return Run(state, health, watch, doubt)
+        state = correct(params, state, sample.dt)
+    return FilterRun(state, health, watch, doubt)
 
 
 @kernel
-def doubted_anew(settings: Settings, scene: Scene, run: Run) -> Run:
+def update_sigma(settings: Settings, sample: ConditionedSample, run: FilterRun) -> FilterRun:
     """After each spell in which σ waits to be judged."""
     params, guard = settings
     state, health, watch, doubt = run
-    seen = scene.seen
-    acc = scene.acc
+    seen = sample.corrected_by
+    acc = sample.acc
     if refusing(guard, watch):
         seen = seen & 2
         acc = ZERO
     if watch.field.out > 0.0:
         seen = seen & 1
-    gyr = rate(scene, watch, ZERO)
+    gyr = unbiased_rate(sample, watch, ZERO)
     rest = resting(guard, watch)
-    doubt = judged(doubt, gains(params, state, scene.spell), gyr, acc, rest, scene.lost, seen, scene.spell)
-    return Run(state, health, watch, doubt)
+    doubt = judged(
+        doubt, gains(params, state, sample.since_sigma), gyr, acc, rest, sample.unmeasured, seen, sample.since_sigma
+    )
+    return FilterRun(state, health, watch, doubt)
 
 
-PHASES = (started, calmed, loosened, accelerated, moved, now_due, corrected, doubted_anew)
+PHASES = (start, update_rest, inflate, step_accelerated, step_plain, correction_due, apply_correction, update_sigma)
 
 
 @kernel
 def advance(settings: Settings, carry: Carry, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> Carry:
     """One sample through the filter; NaN marks a missing reading, the zero vector a sensor that does not exist."""
     before, run = carry
-    scene: Scene = perceived(settings.guard, before, gyr, acc, mag, dt)
+    sample: ConditionedSample = condition(settings.guard, before, gyr, acc, mag, dt)
     if not before.started:
-        return Carry(scene, started(settings, scene, run))
-    if scene.sensors.sum.spell >= detectors.SPELL:
-        run = calmed(settings, scene, run)
-    if scene.lost > 0.0:
-        run = loosened(settings, scene, run)
-    if scene.sensors.odd or scene.sensors.was_odd:
-        run = accelerated(settings, scene, run)
+        return Carry(sample, start(settings, sample, run))
+    if sample.sensors.sum.spell >= detectors.SPELL:
+        run = update_rest(settings, sample, run)
+    if sample.unmeasured > 0.0:
+        run = inflate(settings, sample, run)
+    if sample.sensors.odd or sample.sensors.was_odd:
+        run = step_accelerated(settings, sample, run)
     else:
-        run = moved(settings, scene, run)
-    if now_due(settings, run):
-        run = corrected(settings, scene, run)
-    if not OWN_SIGMA and judging(scene):
-        run = doubted_anew(settings, scene, run)
-    return Carry(scene, run)
+        run = step_plain(settings, sample, run)
+    if correction_due(settings, run):
+        run = apply_correction(settings, sample, run)
+    if not OWN_SIGMA and sigma_due(sample):
+        run = update_sigma(settings, sample, run)
+    return Carry(sample, run)
 
 
 @kernel
-def result(settings: Settings, run: Run) -> Output:
+def result(settings: Settings, run: FilterRun) -> Output:
     """The filter's output, with what the driver knows: the bias read off at rest, σ, health."""
     state, found, watch, doubt = run
     said: Output = output(settings.filter, state)
@@ -254,7 +256,7 @@ def result(settings: Settings, run: Run) -> Output:
 
 
 @kernel
-def fed(settings: Settings, carry: Carry, i: int, gyr: Any, acc: Any, mag: Any, dt: float) -> Carry:
+def process_row(settings: Settings, carry: Carry, i: int, gyr: Any, acc: Any, mag: Any, dt: float) -> Carry:
     """Row i of the arrays through the filter."""
     j = 3 * i
     field = ZERO
@@ -265,7 +267,7 @@ def fed(settings: Settings, carry: Carry, i: int, gyr: Any, acc: Any, mag: Any, 
 
 
 @kernel
-def told(settings: Settings, carry: Carry, i: int, quat: Any, bias: Any, sigma: Any, health: Any) -> None:
+def write_row(settings: Settings, carry: Carry, i: int, quat: Any, bias: Any, sigma: Any, health: Any) -> None:
     """Row i of the result."""
     q, b, s, health[i] = result(settings, carry.run)
     j = 3 * i
@@ -285,24 +287,24 @@ def run(
     ``last`` is the time of the sample before; the returned carry continues exactly where this stretch ends.
     """
     for i in range(len(t)):
-        carry = fed(settings, carry, i, gyr, acc, mag, t[i] - last)
+        carry = process_row(settings, carry, i, gyr, acc, mag, t[i] - last)
         last = t[i]
-        told(settings, carry, i, quat, bias, sigma, health)
+        write_row(settings, carry, i, quat, bias, sigma, health)
     return carry
 
 
 @kernel
-def aided(settings: Settings, carry: Carry, row: int, value: float, deviation: float, age: float) -> Carry:
+def update_aiding(settings: Settings, carry: Carry, row: int, value: float, deviation: float, age: float) -> Carry:
     """One number of position, velocity or height with its 1σ, ``age`` seconds older than the last sample."""
-    scene, run = carry
-    if not scene.started:
+    sample, run = carry
+    if not sample.started:
         return carry
     state, health, watch, doubt = run
-    return Carry(scene, Run(aid(settings.filter, state, row, value, deviation, age), health, watch, doubt))
+    return Carry(sample, FilterRun(aid(settings.filter, state, row, value, deviation, age), health, watch, doubt))
 
 
 @kernel
-def run_aided(
+def run_with_aiding(
     settings: Settings, carry: Carry, last: float, t: Any, gyr: Any, acc: Any, mag: Any,
     first: Any, row: Any, value: Any, deviation: Any, age: Any,
     quat: Any, bias: Any, sigma: Any, health: Any, places: Any,
@@ -312,11 +314,11 @@ def run_aided(
     Fills places (12n) as well: position, velocity, 1σ of position, 1σ of velocity.
     """
     for i in range(len(t)):
-        carry = fed(settings, carry, i, gyr, acc, mag, t[i] - last)
+        carry = process_row(settings, carry, i, gyr, acc, mag, t[i] - last)
         last = t[i]
         for k in range(first[i], first[i + 1]):
-            carry = aided(settings, carry, row[k], value[k], deviation[k], age[k])
-        told(settings, carry, i, quat, bias, sigma, health)
+            carry = update_aiding(settings, carry, row[k], value[k], deviation[k], age[k])
+        write_row(settings, carry, i, quat, bias, sigma, health)
         j = 12 * i
         p, v, sp, sv, _ = place(settings.filter, carry.run.state)
         places[j], places[j + 1], places[j + 2] = p

@@ -25,8 +25,8 @@ from levelhead.compiler.compile import compiled, substitute
 from levelhead.compiler.lane_slots import LANES, Rows
 from levelhead.compiler.mark import bound, kernel
 from levelhead.engine.batch import DEFAULT_GUARD, NO_MAG
-from levelhead.engine.binding import bind, estimates_bias, guards
-from levelhead.engine.conditioning import EMPTY, Scene, judging
+from levelhead.engine.binding import bind, estimates_bias, is_guarded
+from levelhead.engine.conditioning import NO_SAMPLE, ConditionedSample, sigma_due
 from levelhead.engine.driver import Settings, unbound
 from levelhead.engine.threads import in_order
 from levelhead.filters.contract import Filter
@@ -42,7 +42,9 @@ HAS_MAG = True  # bound to what the recording has: without a magnetometer its pa
 OWN_SIGMA = CORRECTS = False  # bound to whether the filter carries its σ, and whether it has a ``correct``
 SAID = 0  # bound to the bytes of one sample in a tile
 NOTHING = np.empty(0)
-perceived = started = phase = calmed = loosened = accelerated = moved = now_due = corrected = doubted_anew = unbound
+condition = start = phase = update_rest = inflate = step_accelerated = step_plain = correction_due = (
+    apply_correction
+) = update_sigma = unbound
 each = result = after = see = unbound
 load = load_params = store = store_said = load_seen = store_seen = unbound
 
@@ -63,23 +65,23 @@ RARE = (
     (quat.cos_half, bound(quat.cos_half, "short", cos=lost)),
     (quat.sinc_half, bound(quat.sinc_half, "short", sin=lost)),
     (vector_error.unit_scale, lost),
-    (vector_error.beyond, lost_pull),
+    (vector_error.obtuse_error, lost_pull),
 )
 
 
 @kernel
-def phase_of_lane(at: int, lane: int, guard: Guard, scene: Scene) -> None:
+def phase_of_lane(at: int, lane: int, guard: Guard, sample: ConditionedSample) -> None:
     """A phase of the driver, for one lane."""
-    store(at, lane, phase(Settings(load_params(at, lane), guard), scene, load(at, lane)))
+    store(at, lane, phase(Settings(load_params(at, lane), guard), sample, load(at, lane)))
 
 
 @kernel
 def run_lanes(
-    at: int, guard: Guard, scene: Scene, last: float, t: Any, gyr: Any, acc: Any, mag: Any, more: Any
-) -> Scene:
+    at: int, guard: Guard, sample: ConditionedSample, last: float, t: Any, gyr: Any, acc: Any, mag: Any, more: Any
+) -> ConditionedSample:
     """A stretch of samples, as ``driver.run``, through all lanes of the block at an address.
 
-    The phases are those of ``driver.advance``, each over all lanes. What the recording says by itself (``scene``) is
+    The phases are those of ``driver.advance``, each over all lanes. What the recording says by itself (``sample``) is
     asked once for all, and so is whether there is anything to do in a phase. ``after`` does something with each
     sample's result. The scene returned continues where this stretch ends.
     """
@@ -88,32 +90,37 @@ def run_lanes(
         j = 3 * i
         if HAS_MAG:
             field = Vec3(mag[j], mag[j + 1], mag[j + 2])
-        going = scene.started
-        scene = perceived(
-            guard, scene, Vec3(gyr[j], gyr[j + 1], gyr[j + 2]), Vec3(acc[j], acc[j + 1], acc[j + 2]), field, t[i] - last
+        going = sample.started
+        sample = condition(
+            guard,
+            sample,
+            Vec3(gyr[j], gyr[j + 1], gyr[j + 2]),
+            Vec3(acc[j], acc[j + 1], acc[j + 2]),
+            field,
+            t[i] - last,
         )
         last = t[i]
         if not going:
-            each(started, at, guard, scene)
+            each(start, at, guard, sample)
         else:
-            if scene.sensors.sum.spell >= detectors.SPELL:
-                each(calmed, at, guard, scene)
-            if scene.lost > 0.0:
-                each(loosened, at, guard, scene)
-            if scene.sensors.odd or scene.sensors.was_odd:
-                each(accelerated, at, guard, scene)
+            if sample.sensors.sum.spell >= detectors.SPELL:
+                each(update_rest, at, guard, sample)
+            if sample.unmeasured > 0.0:
+                each(inflate, at, guard, sample)
+            if sample.sensors.odd or sample.sensors.was_odd:
+                each(step_accelerated, at, guard, sample)
             else:
-                each(moved, at, guard, scene)
+                each(step_plain, at, guard, sample)
             if CORRECTS:
                 some = 0
                 for lane in range(LANES):
-                    some += 1 if now_due(Settings(load_params(at, lane), guard), load(at, lane)) else 0
+                    some += 1 if correction_due(Settings(load_params(at, lane), guard), load(at, lane)) else 0
                 if some > 0:
-                    each(corrected, at, guard, scene)
-            if not OWN_SIGMA and judging(scene):
-                each(doubted_anew, at, guard, scene)
+                    each(apply_correction, at, guard, sample)
+            if not OWN_SIGMA and sigma_due(sample):
+                each(update_sigma, at, guard, sample)
         after(at, guard, i, more)
-    return scene
+    return sample
 
 
 @kernel
@@ -197,11 +204,19 @@ def machine(kind: Kind, short: bool) -> Machine:
     phases = {key: substitute(phase, RARE) if short else phase for key, phase in driver.phases.items()}
     own = memory | {
         "each": lane_slots.over_lanes(),
-        "perceived": phases["perceived"],
-        "now_due": phases["now_due"],
+        "condition": phases["condition"],
+        "correction_due": phases["correction_due"],
         "HAS_MAG": has_mag, "OWN_SIGMA": flt.gains is None, "CORRECTS": flt.schedule is not None,
     }  # fmt: skip
-    for key in ("started", "calmed", "loosened", "accelerated", "moved", "corrected", "doubted_anew"):
+    for key in (
+        "start",
+        "update_rest",
+        "inflate",
+        "step_accelerated",
+        "step_plain",
+        "apply_correction",
+        "update_sigma",
+    ):
         own[key] = bound(phase_of_lane, f"{name}_{key}", phase=phases[key], **memory)
     if observer is None:
         said = lane_slots.rows(driver.result(settings, run), 0)
@@ -224,29 +239,29 @@ class Block:
         self._table, self._at = lane_slots.allocate(self._made.rows)
         mag = NO_MAG if recording.mag is None else recording.mag.reshape(-1)
         self._rows = (recording.t, recording.gyr.reshape(-1), recording.acc.reshape(-1), mag)
-        self._guard, self._scene = guard, EMPTY
+        self._guard, self._scene = guard, NO_SAMPLE
         self._tried = self._lost = 0
         lane_slots.put(self._table, self._made.params, np.array([lane_slots.flat(params) for params in tries], float))
 
-    def _run(self, short: bool, start: int, stop: int, more: Any) -> Scene:
+    def _run(self, short: bool, start: int, stop: int, more: Any) -> ConditionedSample:
         t, *others = self._rows
         part = [values[3 * start : 3 * stop] for values in others]
         run = machine(self._kind, short).run
         last = float(t[max(start - 1, 0)])
-        scene: Scene = run(self._at, self._guard, self._scene, last, t[start:stop], *part, more)
-        return scene
+        sample: ConditionedSample = run(self._at, self._guard, self._scene, last, t[start:stop], *part, more)
+        return sample
 
-    def advance(self, start: int, stop: int, more: Any, told: Array) -> None:
-        """Samples ``start`` to ``stop`` in all lanes. ``told`` is where ``tell`` writes to.
+    def advance(self, start: int, stop: int, more: Any, outputs: Array) -> None:
+        """Samples ``start`` to ``stop`` in all lanes. ``outputs`` is where ``tell`` writes to.
 
         Where the short way gets lost more often than not, it is no longer tried.
         """
         if 2 * self._lost <= self._tried + 1:
             before = self._table.copy()
-            scene = self._run(True, start, stop, more)
+            sample = self._run(True, start, stop, more)
             self._tried += 1
-            if not (np.isnan(self._table).any() or np.isnan(told).any()):
-                self._scene = scene
+            if not (np.isnan(self._table).any() or np.isnan(outputs).any()):
+                self._scene = sample
                 return
             self._lost += 1
             self._table[:] = before
@@ -294,7 +309,7 @@ def tracks(
 
     def work(block: list[int]) -> list[Track]:
         sets = [tries[i] for i in block]
-        kind = Kind(flt, guards(flt) and guard is not None, recording.mag is not None, None, switches(sets[0]))
+        kind = Kind(flt, is_guarded(flt) and guard is not None, recording.mag is not None, None, switches(sets[0]))
         return [
             Track(recording.t, q, b if bias else None, s, h, params)
             for params, (q, b, s, h) in zip(
@@ -338,7 +353,7 @@ def observe(
 
     def work(block: list[int]) -> Array:
         sets = [tries[i] for i in block]
-        guarded = guards(flt) and guard is not None
+        guarded = is_guarded(flt) and guard is not None
         kind = Kind(flt, guarded, recording.mag is not None, observer, switches(sets[0]))
         return Block(kind, guard or DEFAULT_GUARD, recording, sets).see(truth, seen[block])
 

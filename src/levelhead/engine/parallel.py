@@ -7,7 +7,7 @@ from levelhead import filters
 from levelhead.compiler.tree import has_memory
 from levelhead.engine import lanes
 from levelhead.engine.batch import DEFAULT_GUARD, fuse
-from levelhead.engine.binding import choose
+from levelhead.engine.binding import choose_engine
 from levelhead.engine.threads import in_order
 from levelhead.errors import LevelheadError
 from levelhead.filters.contract import Filter
@@ -16,10 +16,10 @@ from levelhead.kernels.vec3 import ZERO
 from levelhead.recording import Recording
 from levelhead.track import Track
 
-WORTH_LANES = 8  # parameter sets of one filter from which a block of lanes takes less time than its single runs
+LEAST_LANES = 8  # parameter sets of one filter from which a block of lanes takes less time than its single runs
 
 
-def fuse_all(
+def fuse_recordings(
     recordings: Iterable[Recording],
     params: Any = None,
     *,
@@ -44,12 +44,12 @@ def fuse_all(
     Raises:
         LevelheadError: no such filter or engine; or a recording that cannot be fused, named by its source or number.
     """
-    params = filters.best() if params is None else filters.resolve(params)
-    choose(engine, 0)  # a wrong name is said before the first recording is read
-    return _fuse_all(recordings, params, guard, engine, workers, progress)
+    params = filters.default() if params is None else filters.resolve(params)
+    choose_engine(engine, 0)  # a wrong name is said before the first recording is read
+    return _fuse_recordings(recordings, params, guard, engine, workers, progress)
 
 
-def _fuse_all(
+def _fuse_recordings(
     recordings: Iterable[Recording],
     params: Any,
     guard: Guard | None,
@@ -75,15 +75,15 @@ def _name(number: int, recording: Any) -> str:
     return f"recording {number}" + (f" ({source})" if source else "")
 
 
-def worth_lanes(flt: Filter, sets: int) -> bool:
+def lanes_pay(flt: Filter, sets: int) -> bool:
     """Whether so many parameter sets of a filter go side by side.
 
     A filter with memory of a fixed size has loops of its own that are SIMD already: its sets run one by one.
     """
-    return sets >= WORTH_LANES and not has_memory(flt.init(flt.params(), ZERO, ZERO, ZERO))
+    return sets >= LEAST_LANES and not has_memory(flt.init(flt.params(), ZERO, ZERO, ZERO))
 
 
-def fuse_many(
+def fuse_parameter_sets(
     recording: Recording,
     tries: Sequence[Any],
     *,
@@ -106,12 +106,12 @@ def fuse_many(
         LevelheadError: no such filter or engine.
     """
     resolved = [filters.resolve(params) for params in tries]
-    chosen = choose(engine, len(recording) * len(resolved))
+    chosen = choose_engine(engine, len(recording) * len(resolved))
     found: dict[int, Track] = {}
     for flt in {filters.of(params): None for params in resolved}:
         mine = [i for i, params in enumerate(resolved) if filters.of(params) is flt]
         sets = [resolved[i] for i in mine]
-        if chosen == "compiled" and worth_lanes(flt, len(sets)):
+        if chosen == "compiled" and lanes_pay(flt, len(sets)):
             made: Iterable[Track] = lanes.tracks(recording, flt, sets, guard, workers)
         else:
             made = in_order(lambda params: fuse(recording, params, guard=guard, engine=chosen), sets, workers)

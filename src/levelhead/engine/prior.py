@@ -1,4 +1,4 @@
-"""What a run knows of its sensor before it, and what it has learned by its end."""
+"""The prior that a run starts with, and the calibration that it ends with."""
 
 from typing import Any
 
@@ -10,11 +10,11 @@ from levelhead.filters.contract import Filter
 from levelhead.kernels.vec3 import ZERO
 
 
-def primed(flt: Filter, carry: Carry, prior: Calibration | None) -> Carry:
-    """A carry before the first sample, in lists, that knows what an earlier run has learned.
+def apply_prior(flt: Filter, carry: Carry, prior: Calibration | None) -> Carry:
+    """The carry before the first sample, with lists, after a filter has taken the prior.
 
     Raises:
-        LevelheadError: the prior is no Calibration, or the filter learns nothing of its sensor.
+        LevelheadError: the prior is no Calibration, or the filter estimates no calibration.
     """
     if prior is None:
         return carry
@@ -29,16 +29,16 @@ def primed(flt: Filter, carry: Carry, prior: Calibration | None) -> Carry:
     return carry._replace(run=carry.run._replace(state=told))
 
 
-def forgotten(flt: Filter, settings: Settings, carry: Carry, begin: Carry) -> Carry:
-    """``begin``, the carry before any sample, with the prior that a carry (in lists) had."""
+def keep_prior(flt: Filter, settings: Settings, carry: Carry, begin: Carry) -> Carry:
+    """``begin``, the carry before the first sample, with the prior that ``carry`` (with lists) was given."""
     if flt.calibration is None:
         return begin
     state = flt.calibration.restart(settings.filter, carry.run.state, ZERO, ZERO, ZERO)
     return begin._replace(run=begin.run._replace(state=state))
 
 
-def learned(flt: Filter, settings: Settings, carry: Any) -> Calibration | None:
-    """What the filter has learned of its sensor by now; None if it learns nothing."""
+def read_calibration(flt: Filter, settings: Settings, carry: Any) -> Calibration | None:
+    """The filter's present estimate of its sensor's errors; None if it estimates none."""
     if flt.calibration is None:
         return None
     return Calibration.learned(flt.calibration.estimate(settings.filter, carry.run.state))

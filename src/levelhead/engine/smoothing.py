@@ -33,7 +33,7 @@ from levelhead.engine.backward import WHOLE
 from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.engine.binding import bind
 from levelhead.engine.driver import Settings, unbound
-from levelhead.engine.prior import learned, primed
+from levelhead.engine.prior import apply_prior, read_calibration
 from levelhead.errors import LevelheadError
 from levelhead.filters.contract import Schedule
 from levelhead.filters.eskf import FILTER as ESKF_FILTER
@@ -294,7 +294,7 @@ class Smoother:
         n = len(recording)
         self.track = Smoothed(np.empty((n, 4)), np.empty((n, 3)), np.empty((n, 3)))
         self.health = np.zeros(n, np.uint32)
-        self.begin = Stretch(0, primed(FORWARD, driver.begin(self._settings), prior))
+        self.begin = Stretch(0, apply_prior(FORWARD, driver.begin(self._settings), prior))
         self._kept = room(KEPT)
         self._smoothed = np.zeros(rts.SIZE)  # the step back at work
 
@@ -318,7 +318,7 @@ class Smoother:
 
     def learned(self, end: Stretch) -> Calibration | None:
         """What was known of the sensor at the end, which is all there is to know."""
-        return learned(FORWARD, self._settings, end.carry)
+        return read_calibration(FORWARD, self._settings, end.carry)
 
     def end(self, stretch: Stretch) -> None:
         """Backwards begins where the recording ends, of which nothing more is to be learned."""

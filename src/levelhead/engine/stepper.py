@@ -26,7 +26,7 @@ Four = tuple[float, float, float, float]
 Eleven = tuple[float, float, float, float, float, float, float, float, float, float, float]
 LONGEST = 1e9  # s: what is longer is no interval between samples
 
-advance = result = aided = step = read = load = load_params = store = unbound
+advance = result = update_aiding = step = read = load = load_params = store = unbound
 PARAMS_AT = 0  # bytes from the state to the parameters, which stand behind it in one piece of memory
 
 
@@ -65,7 +65,7 @@ def report(at: int) -> Eleven:
 @kernel
 def tick_aid(at: int, row: int, value: float, sigma: float, age: float) -> None:
     """One number of position, velocity or height, after a sample."""
-    store(at, aided(load_params(at + PARAMS_AT), load(at), row, value, sigma, age))
+    store(at, update_aiding(load_params(at + PARAMS_AT), load(at), row, value, sigma, age))
 
 
 @kernel
@@ -93,12 +93,12 @@ class PlainLoop:
         self.params: Any = settings
         self.state = driver.begin(settings)
         self.place = self
-        self._advance, self._result, self._aided = driver.advance, driver.result, driver.aided
+        self._advance, self._result, self._update_aiding = driver.advance, driver.result, driver.update_aiding
 
     @staticmethod
     def tick_aid(place: Any, row: int, value: float, sigma: float, age: float) -> None:
         """One number of position, velocity or height."""
-        place.state = place._aided(place.params, place.state, row, value, sigma, age)
+        place.state = place._update_aiding(place.params, place.state, row, value, sigma, age)
 
     @staticmethod
     def tick(place: Any, gyr: Triple, acc: Triple, dt: float) -> Four:
@@ -212,9 +212,9 @@ def imu_machine(flt: Filter, guarded: bool) -> Machine:
         "report": (report, "i"),
     }
     kernels = {"advance": driver.advance, "result": driver.result}
-    if driver.aided is not None:
+    if driver.update_aiding is not None:
         ticks["tick_aid"] = (tick_aid, "iifff")
-        kernels["aided"] = driver.aided
+        kernels["update_aiding"] = driver.update_aiding
     name = flt.name if guarded else f"{flt.name}_unguarded"
     return _machine(name, driver.begin(settings), settings, ticks, **kernels)
 

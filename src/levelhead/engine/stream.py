@@ -11,7 +11,7 @@ from levelhead.calibration import Calibration
 from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.engine.binding import ENGINES, bind, bind_axis, estimates_bias
 from levelhead.engine.driver import Settings
-from levelhead.engine.prior import forgotten, learned, primed
+from levelhead.engine.prior import apply_prior, keep_prior, read_calibration
 from levelhead.engine.serialization import Saved, from_bytes, to_bytes
 from levelhead.engine.stepper import Four, axis_loop, loop
 from levelhead.errors import LevelheadError, nearest
@@ -101,11 +101,11 @@ class Stream:
         engine: str = "auto",
         prior: Calibration | None = None,
     ) -> None:
-        resolved = filters.best() if params is None else filters.resolve(params)
+        resolved = filters.default() if params is None else filters.resolve(params)
         self._filter = filters.of(resolved)
         self._guarded = guard is not None
         settings = Settings(resolved, guard or DEFAULT_GUARD)
-        begin = primed(self._filter, bind(self._filter, self._guarded).begin(settings), prior)
+        begin = apply_prior(self._filter, bind(self._filter, self._guarded).begin(settings), prior)
         self._loop = loop(self._filter, settings, self._guarded, _live_engine(engine))
         if prior is not None:
             self._loop.state = begin
@@ -162,11 +162,10 @@ class Stream:
         self._time = float(t)
         return quat
 
-    def see_pressure(self, pressure: float, sigma: float = 2.6, age: float = 0.0) -> None:
+    def update_pressure(self, pressure: float, sigma: float = 2.6, age: float = 0.0) -> None:
         """Takes air pressure: the height of the standard atmosphere, whose offset and drift the filter learns.
 
-        This and the other ``see_…`` tell what else was seen where the body is, at the last sample or before; the filter
-        must be one that takes it (``ESKF``).
+        The filter must be one that takes position, velocity or height (``ESKF``); this holds for every ``update_…``.
 
         Args:
             pressure: Pa; NaN is no reading.
@@ -183,19 +182,19 @@ class Stream:
             )
         self._see(HEIGHT, atmosphere.height(value), deviation * atmosphere.metres_per_pascal(value), age)
 
-    def see_height(self, height: float, sigma: float, age: float = 0.0) -> None:
-        """Takes a barometer's height in m with its 1σ, as ``see_pressure``."""
+    def update_height(self, height: float, sigma: float, age: float = 0.0) -> None:
+        """Takes a barometer's height in m with its 1σ, as ``update_pressure``."""
         self._see(HEIGHT, _number("height", height, "m"), _number("sigma", sigma, "m", positive=True), age)
 
-    def see_climb(self, climb: float, sigma: float, age: float = 0.0) -> None:
+    def update_climb(self, climb: float, sigma: float, age: float = 0.0) -> None:
         """Takes a climb rate in m/s with its 1σ."""
         self._see(VELOCITY + 2, _number("climb", climb, "m/s"), _number("sigma", sigma, "m/s", positive=True), age)
 
-    def see_position(self, position: Triple, sigma: float | Triple, age: float = 0.0) -> None:
+    def update_position(self, position: Triple, sigma: float | Triple, age: float = 0.0) -> None:
         """Takes a position in m, earth frame (x east, y magnetic north, z up); sigma: 1σ, one number or three."""
         self._see_three("position", "m", POSITION, position, sigma, age)
 
-    def see_velocity(self, velocity: Triple, sigma: float | Triple, age: float = 0.0) -> None:
+    def update_velocity(self, velocity: Triple, sigma: float | Triple, age: float = 0.0) -> None:
         """Takes a velocity in m/s, earth frame; sigma: 1σ, one number or three."""
         self._see_three("velocity", "m/s", VELOCITY, velocity, sigma, age)
 
@@ -270,7 +269,7 @@ class Stream:
     @property
     def calibration(self) -> Calibration | None:
         """What the filter has learned of its sensor by now, or None if it learns nothing."""
-        return learned(self._filter, self._loop.params, self._loop.state)
+        return read_calibration(self._filter, self._loop.params, self._loop.state)
 
     @property
     def params(self) -> Any:
@@ -284,7 +283,7 @@ class Stream:
     def reset(self) -> None:
         """Forgets everything but the parameters and the prior; the next sample sets the start again."""
         begin = bind(self._filter, self._guarded).begin(self._loop.params)
-        self._loop.state = forgotten(self._filter, self._loop.params, self._loop.state, begin)
+        self._loop.state = keep_prior(self._filter, self._loop.params, self._loop.state, begin)
         self._time = None
 
     def save(self) -> bytes:

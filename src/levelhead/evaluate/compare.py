@@ -9,7 +9,7 @@ import numpy as np
 
 from levelhead.engine import fuse
 from levelhead.engine.batch import DEFAULT_GUARD
-from levelhead.engine.binding import choose
+from levelhead.engine.binding import choose_engine
 from levelhead.errors import LevelheadError
 from levelhead.evaluate.attitude_error import error_quaternion, split
 from levelhead.evaluate.external_track import ExternalTrack, align_external
@@ -202,7 +202,7 @@ def compare(
     chosen = [resolve(choice) for choice in filters]
     if not chosen and not tracks:
         raise LevelheadError("there is no filter to compare; expected at least one")
-    engine = choose(engine, len(recording))  # once: importing Numba on the way must not change the choice
+    engine = choose_engine(engine, len(recording))  # once: importing Numba on the way must not change the choice
     rows: list[Row] = []
     for i, params in enumerate(chosen):
 

@@ -8,15 +8,15 @@ from typing import Any, Literal
 from levelhead import filters
 from levelhead.axis_map import IDENTITY, AxisMap
 from levelhead.calibration import Calibration
-from levelhead.engine.binding import bind, guards
+from levelhead.engine.binding import bind, is_guarded
 from levelhead.engine.driver import Settings
-from levelhead.engine.prior import primed
+from levelhead.engine.prior import apply_prior
 from levelhead.errors import LevelheadError
 from levelhead.export.program import snake
 from levelhead.filters.contract import Filter
 from levelhead.filters.parameters import param_table
 from levelhead.guard import Guard
-from levelhead.kernels.correction import Readings, corrected
+from levelhead.kernels.correction import Readings, correct_readings
 from levelhead.kernels.vec3 import Vec3
 
 DEFAULT_GUARD = Guard()
@@ -75,7 +75,7 @@ class Choice:
         Raises:
             LevelheadError: the filter learns nothing of its sensor, and there is a prior.
         """
-        return primed(self.flt, bind(self.flt, self.guard is not None).begin(self.settings), self.prior)
+        return apply_prior(self.flt, bind(self.flt, self.guard is not None).begin(self.settings), self.prior)
 
     @property
     def corrects(self) -> bool:
@@ -85,12 +85,12 @@ class Choice:
     def readings(self, gyr: Vec3, acc: Vec3, mag: Vec3) -> Readings:
         """What the filter is fed with for these readings."""
         turned = [Vec3(*self.axes.turn(v)) for v in (gyr, acc, mag)]
-        return Readings(*turned) if self.calibration is None else corrected(self.calibration.errors, *turned)
+        return Readings(*turned) if self.calibration is None else correct_readings(self.calibration.errors, *turned)
 
     @property
     def guarded(self) -> bool:
         """Whether the guard is part of it."""
-        return self.guard is not None and guards(self.flt) and not self.axis
+        return self.guard is not None and is_guarded(self.flt) and not self.axis
 
     @property
     def name(self) -> str:

@@ -144,8 +144,8 @@ class Correction:
         program.publish(program.struct(correction.Readings))
         if choice.calibration is not None:
             vector = program.struct(Vec3)
-            self.errors = program.struct(correction.Errors)
-            self.kernel = program.kernel(correction.corrected, [self.errors, vector, vector, vector])
+            self.errors = program.struct(correction.SensorErrors)
+            self.kernel = program.kernel(correction.correct_readings, [self.errors, vector, vector, vector])
             program.publish(self.errors)
 
     @property

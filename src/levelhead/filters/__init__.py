@@ -57,7 +57,7 @@ __all__ = [
     "Mahony",
     "RollPitchKalman",
     "Triad",
-    "best",
+    "default",
     "find",
     "of",
     "resolve",
@@ -100,7 +100,7 @@ def resolve(choice: Any) -> Any:
     return choice
 
 
-def best() -> Any:
+def default() -> Any:
     """Parameters of the best filter there is for a recording of unknown motion, with or without magnetometer."""
     return ESKF()
 

@@ -25,7 +25,7 @@ class State(NamedTuple):
 @kernel
 def init(params: AccelTilt, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
     """Tilt of the first sample."""
-    return State(triad.start(acc, ZERO))
+    return State(triad.initial_attitude(acc, ZERO))
 
 
 @kernel

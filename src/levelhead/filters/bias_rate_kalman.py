@@ -169,7 +169,7 @@ def init(params: BiasRateKalman, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
     p_bias_rate = params.p_bias_rate * DEG2
     tilted = diagonal(params.p_angle * DEG2, p_bias, p_bias_rate)
     headed = diagonal(params.r_heading * DEG2 if tilt.present(mag) else 0.0, p_bias, p_bias_rate)
-    return State(triad.start(acc, mag), ZERO, ZERO, tilted, tilted, headed, 0)
+    return State(triad.initial_attitude(acc, mag), ZERO, ZERO, tilted, tilted, headed, 0)
 
 
 @kernel

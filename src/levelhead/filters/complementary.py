@@ -27,7 +27,7 @@ from levelhead.filters.contract import AxisFilter, Filter, Gains, Inflation, Out
 from levelhead.filters.parameters import Derived, Param, parameters
 from levelhead.kernels import quat, slerp, triad
 from levelhead.kernels.angle import blend, wrap
-from levelhead.kernels.lowpass import OLD, older, share
+from levelhead.kernels.lowpass import AGE_LIMIT, advance_age, lowpass_weight
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.tilt import GRAVITY, present
 from levelhead.kernels.vec3 import ZERO, Vec3, norm
@@ -130,7 +130,7 @@ def trust_time(params: Complementary, acc: Vec3) -> float:
 @kernel
 def init(params: Complementary, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
     """Tilt and heading of the first sample."""
-    return State(triad.start(acc, mag), OLD, 0.0 if present(mag) else NEVER)
+    return State(triad.initial_attitude(acc, mag), AGE_LIMIT, 0.0 if present(mag) else NEVER)
 
 
 @kernel
@@ -138,19 +138,19 @@ def followed(state: State, mag: Vec3, dt: float) -> float:
     """Seconds since the first field, or a gap: a magnetometer may come later than the accelerometer."""
     if state.heading_age < 0.0:
         return 0.0 if present(mag) else NEVER
-    return older(state.heading_age, dt)
+    return advance_age(state.heading_age, dt)
 
 
 @kernel
 def step(params: Complementary, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> State:
     """Eq. 2, then eq. 3 against gravity and eq. 4 against the field, as far as they were measured."""
     attitude = quat.integrate(state.quat, gyr, dt)
-    age = older(state.age, dt)
+    age = advance_age(state.age, dt)
     headed = followed(state, mag, dt)
     if present(acc):
-        attitude = slerp.level(attitude, acc, share(trust_time(params, acc), age, dt))
+        attitude = slerp.level(attitude, acc, lowpass_weight(trust_time(params, acc), age, dt))
     if present(mag):
-        attitude = slerp.north(attitude, mag, share(params.tau_heading, headed, dt))
+        attitude = slerp.turn_north(attitude, mag, lowpass_weight(params.tau_heading, headed, dt))
     return State(attitude, age, headed)
 
 
@@ -169,8 +169,8 @@ def output(params: Complementary, state: State) -> Output:
 @kernel
 def gains(params: Complementary, state: State, dt: float) -> Gains:
     """The weights of eqs. 3 and 4 at the sample that led to this state; ``adaptive`` lowers the first below this."""
-    heading = share(params.tau_heading, max(state.heading_age, 0.0), dt)
-    return Gains(share(params.tau, state.age, dt), 0.0, heading, 0.0)
+    heading = lowpass_weight(params.tau_heading, max(state.heading_age, 0.0), dt)
+    return Gains(lowpass_weight(params.tau, state.age, dt), 0.0, heading, 0.0)
 
 
 FILTER = Filter(

@@ -25,7 +25,7 @@ class State(NamedTuple):
 @kernel
 def init(params: GyroIntegration, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
     """Tilt and heading of the first sample."""
-    return State(triad.start(acc, mag))
+    return State(triad.initial_attitude(acc, mag))
 
 
 @kernel

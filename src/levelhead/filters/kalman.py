@@ -161,7 +161,7 @@ def init(params: Kalman, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
     tilted = Covariance(params.p_angle * DEG2, 0.0, params.p_bias * DEG2)
     p_heading = params.r_heading * DEG2 if tilt.present(mag) else 0.0
     headed = Covariance(p_heading, 0.0, params.p_bias * DEG2)
-    return State(triad.start(acc, mag), ZERO, tilted, tilted, headed, 0)
+    return State(triad.initial_attitude(acc, mag), ZERO, tilted, tilted, headed, 0)
 
 
 @kernel

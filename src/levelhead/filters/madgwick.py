@@ -36,10 +36,10 @@ from levelhead.compiler.mark import kernel
 from levelhead.filters.contract import Filter, Gains, Inflation, Output, Settling
 from levelhead.filters.parameters import Param, parameters
 from levelhead.kernels import quat, tilt, triad
-from levelhead.kernels.lowpass import older, share
+from levelhead.kernels.lowpass import advance_age, lowpass_weight
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.vec3 import ZERO, Vec3, dot, normalize
-from levelhead.kernels.vector_error import levelled, nudged, pull, turned
+from levelhead.kernels.vector_error import correct, direction_error, heading_error, rotate
 
 START = 3.0  # s: until then a step is at least that of a mean over all samples since the start
 BIAS_LIMIT = 0.35  # rad/s, 20 °/s: the zero-rate tolerance of the worst consumer gyroscopes
@@ -82,7 +82,7 @@ class Slope(NamedTuple):
 @kernel
 def init(params: Madgwick, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
     """Tilt and heading of the first sample."""
-    return State(triad.start(acc, mag), ZERO, 0.0)
+    return State(triad.initial_attitude(acc, mag), ZERO, 0.0)
 
 
 @kernel
@@ -108,13 +108,13 @@ def downhill(attitude: Quat, acc: Vec3, mag: Vec3) -> Slope:
         up = quat.up(attitude)
         x, y, z, scalar = slope(force, up, Vec3(0.0, 0.0, 1.0))
         if dot(force, up) < 0.0:
-            x, y, z = pull(force, up)
+            x, y, z = direction_error(force, up)
             return Slope(x, y, z, 0.0)
     if tilt.present(mag):
         seen = normalize(mag)
         h = quat.rotate(attitude, seen)
         if h.y < 0.0:
-            field = levelled(attitude, quat.up(attitude), seen)
+            field = heading_error(attitude, quat.up(attitude), seen)
             return Slope(x + field.x, y + field.y, z + field.z, scalar)
         earth = Vec3(0.0, sqrt(h.x * h.x + h.y * h.y), h.z)
         down = slope(seen, quat.rotate(quat.conjugate(attitude), earth), earth)
@@ -149,16 +149,16 @@ def step(params: Madgwick, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: fl
     bias = state.bias
     gx, gy, gz = gyr
     bx, by, bz = bias
-    attitude = turned(state.quat, (gx - bx) * dt, (gy - by) * dt, (gz - bz) * dt)
-    age = older(state.age, dt)
+    attitude = rotate(state.quat, (gx - bx) * dt, (gy - by) * dt, (gz - bz) * dt)
+    age = advance_age(state.age, dt)
     down = downhill(attitude, acc, mag)
     sensors = 2.0 if tilt.present(mag) else 1.0
     k = descent(params, down, sensors, dt)
     if age < START:
-        k = max(k, min(share(START, age, dt), 1.0 / sensors))
+        k = max(k, min(lowpass_weight(START, age, dt), 1.0 / sensors))
     elif params.zeta > 0.0:
         bias = learned(params, bias, down, k)
-    return State(nudged(attitude, Vec3(k * down.x, k * down.y, k * down.z)), bias, age)
+    return State(correct(attitude, Vec3(k * down.x, k * down.y, k * down.z)), bias, age)
 
 
 @kernel
@@ -185,7 +185,7 @@ def gains(params: Madgwick, state: State, dt: float) -> Gains:
     k = min(share_of_noise, 1.0)
     bias = 0.0
     if state.age < START:
-        k = max(k, share(START, state.age, dt))
+        k = max(k, lowpass_weight(START, state.age, dt))
     else:
         bias = params.zeta / params.beta * k
     return Gains(k, bias, DIP_SHARE * k, DIP_SHARE * bias)

@@ -32,10 +32,10 @@ from levelhead.compiler.mark import kernel
 from levelhead.filters.contract import Filter, Gains, Inflation, Output, Settling
 from levelhead.filters.parameters import Param, parameters
 from levelhead.kernels import quat, tilt, triad
-from levelhead.kernels.lowpass import older, share
+from levelhead.kernels.lowpass import advance_age, lowpass_weight
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.vec3 import ZERO, Vec3, normalize
-from levelhead.kernels.vector_error import levelled, nudged, pull, turned, whole
+from levelhead.kernels.vector_error import correct, direction_error, field_error, heading_error, rotate
 
 DIP_SHARE = 0.2  # cos² of the field's dip in middle Europe: how much of a heading error the whole field shows
 
@@ -74,7 +74,7 @@ class State(NamedTuple):
 @kernel
 def init(params: Mahony, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
     """Tilt and heading of the first sample."""
-    return State(triad.start(acc, mag), ZERO, 0.0)
+    return State(triad.initial_attitude(acc, mag), ZERO, 0.0)
 
 
 @kernel
@@ -104,24 +104,24 @@ def step(params: Mahony, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: floa
     """Eqs. 1 to 5."""
     bx, by, bz = state.bias
     gx, gy, gz = gyr
-    attitude = turned(state.quat, (gx - bx) * dt, (gy - by) * dt, (gz - bz) * dt)
-    age = older(state.age, dt)
+    attitude = rotate(state.quat, (gx - bx) * dt, (gy - by) * dt, (gz - bz) * dt)
+    age = advance_age(state.age, dt)
     up = quat.up(attitude)
-    tilted = pull(normalize(acc), up)
-    kt = share(1.0 / params.kp, age, dt)
+    tilted = direction_error(normalize(acc), up)
+    kt = lowpass_weight(1.0 / params.kp, age, dt)
     headed = ZERO
     if tilt.present(mag):
-        kh = share(1.0 / (params.kp * params.k_mag), age, dt)
+        kh = lowpass_weight(1.0 / (params.kp * params.k_mag), age, dt)
         if params.whole_field:
-            headed = whole(attitude, mag)
+            headed = field_error(attitude, mag)
             kt = min(kt, 1.0 / (1.0 + params.k_mag))  # two vectors may pull the same way: K Σ k_i ≤ 1
             kh = kt * params.k_mag
         else:
-            headed = levelled(attitude, up, mag)
+            headed = heading_error(attitude, up, mag)
         rotation = Vec3(kt * tilted.x + kh * headed.x, kt * tilted.y + kh * headed.y, kt * tilted.z + kh * headed.z)
     else:
         rotation = Vec3(kt * tilted.x, kt * tilted.y, kt * tilted.z)
-    return State(nudged(attitude, rotation), learned(params, state.bias, tilted, headed, age, dt), age)
+    return State(correct(attitude, rotation), learned(params, state.bias, tilted, headed, age, dt), age)
 
 
 @kernel
@@ -139,8 +139,8 @@ def output(params: Mahony, state: State) -> Output:
 @kernel
 def gains(params: Mahony, state: State, dt: float) -> Gains:
     """K, K₂ of eq. 5 and k_I dt of eq. 3, for a state after its sample."""
-    kt = share(1.0 / params.kp, state.age, dt)
-    kh = share(1.0 / (params.kp * params.k_mag), state.age, dt)
+    kt = lowpass_weight(1.0 / params.kp, state.age, dt)
+    kh = lowpass_weight(1.0 / (params.kp * params.k_mag), state.age, dt)
     bt = params.ki * dt if params.kp * state.age > 1.0 else 0.0
     bh = params.ki * params.k_mag * dt if params.kp * params.k_mag * state.age > 1.0 else 0.0
     if params.whole_field:

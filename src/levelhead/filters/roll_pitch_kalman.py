@@ -90,7 +90,7 @@ def init(params: RollPitchKalman, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
     p_angle = params.p_angle * DEG2
     p_bias = params.p_bias * DEG2
     return State(
-        triad.start(acc, mag),
+        triad.initial_attitude(acc, mag),
         Vec2(0.0, 0.0),
         diagonal(p_angle, p_angle),
         diagonal(0.0, 0.0),

@@ -48,7 +48,7 @@ def init(params: Triad, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
     if params.field_first and triad.distinct(mag, acc):
         sine, cosine = sincos(params.dip * DEGREE)
         return State(triad.attitude(mag, acc, Vec3(0.0, cosine, -sine), Vec3(0.0, 0.0, 1.0)), True)
-    return State(triad.start(acc, mag), tilt.present(mag))
+    return State(triad.initial_attitude(acc, mag), tilt.present(mag))
 
 
 @kernel

@@ -18,7 +18,7 @@ from levelhead.filters.health import (
 from levelhead.filters.parameters import Param, parameters
 from levelhead.kernels import quat
 from levelhead.kernels.angle import DEGREE
-from levelhead.kernels.lowpass import share
+from levelhead.kernels.lowpass import lowpass_weight
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.tilt import present
 from levelhead.kernels.vec3 import ZERO, Vec3, add, dot, norm, sub
@@ -145,7 +145,7 @@ def rested(guard: Guard, watch: Watch, own: Vec3, mean: Vec3, quiet: bool, dt: f
     still += dt
     learned = still - guard.rest_time
     if learned > 0.0:
-        bias = toward(bias, sub(mean, own), share(BIAS_TAU, learned, dt))
+        bias = toward(bias, sub(mean, own), lowpass_weight(BIAS_TAU, learned, dt))
     return Watch(still, bias, out, field)
 
 
@@ -210,7 +210,7 @@ def learned(guard: Guard, field: Field, up: Vec3, mag: Vec3, dt: float) -> Field
         return Field(n, d, dt, 0.0)
     if abs(n - strength) > guard.mag_gate * strength or abs(d - dip) > guard.mag_angle * DEGREE:
         return Field(strength, dip, age, out + dt)
-    weight = share(FIELD_TAU, age, dt)
+    weight = lowpass_weight(FIELD_TAU, age, dt)
     return Field(strength + weight * (n - strength), dip + weight * (d - dip), min(age + dt, FIELD_TAU), 0.0)
 
 

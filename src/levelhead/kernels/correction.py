@@ -1,4 +1,4 @@
-"""Readings of a sensor whose errors are known, without them.
+"""Removes the known errors of a sensor from its readings.
 
 The true rate is ω − S ω − b, the true specific force a − c, the true field h − d w × h with h = μ − o and the true rate
 w: the field was measured d seconds ago, when a constant one stood at h + d w × h in the sensor.
@@ -13,8 +13,8 @@ from levelhead.kernels.tilt import NO_LENGTH
 from levelhead.kernels.vec3 import Vec3, cross, scale, sub
 
 
-class Errors(NamedTuple):
-    """What a sensor does wrong."""
+class SensorErrors(NamedTuple):
+    """The errors of an IMU with a magnetometer."""
 
     gyr_matrix: Mat3  # S: scale factor errors on the diagonal, cross-axis terms beside it
     gyr_bias: Vec3  # b, rad/s
@@ -24,7 +24,7 @@ class Errors(NamedTuple):
 
 
 class Readings(NamedTuple):
-    """What a filter is fed with: rad/s, m/s², and the field."""
+    """One sample: rate in rad/s, specific force in m/s², field in the unit of the magnetometer."""
 
     gyr: Vec3
     acc: Vec3
@@ -32,38 +32,38 @@ class Readings(NamedTuple):
 
 
 @kernel
-def rate(errors: Errors, gyr: Vec3) -> Vec3:
+def true_rate(errors: SensorErrors, gyr: Vec3) -> Vec3:
     """ω − S ω − b"""
     return sub(sub(gyr, mat3.apply(errors.gyr_matrix, gyr)), errors.gyr_bias)
 
 
 @kernel
-def field(errors: Errors, turn: Vec3, mag: Vec3) -> Vec3:
+def true_field(errors: SensorErrors, turn: Vec3, mag: Vec3) -> Vec3:
     """h − d w × h, h = μ − o"""
     h = sub(mag, errors.mag_offset)
     return sub(h, scale(cross(turn, h), errors.mag_delay))
 
 
 @kernel
-def silent(v: Vec3) -> bool:
-    """Whether a sensor says nothing at all: the zero vector, which is another thing than a missing reading."""
+def is_absent(v: Vec3) -> bool:
+    """Whether the sensor does not exist: the zero vector. A missing reading is NaN instead."""
     x, y, z = v
     return x * x + y * y + z * z <= NO_LENGTH
 
 
 @kernel
-def measured(turn: float) -> float:
-    """A component of the rate; 0 if it is missing."""
+def zero_if_missing(turn: float) -> float:
+    """A component of the rate; 0 if it is NaN or infinite."""
     return turn if turn - turn == 0.0 else 0.0
 
 
 @kernel
-def corrected(errors: Errors, gyr: Vec3, acc: Vec3, mag: Vec3) -> Readings:
-    """All three; a sensor that is silent stays so, and where the rate is missing the field is taken for undelayed."""
-    turn = rate(errors, gyr)
+def correct_readings(errors: SensorErrors, gyr: Vec3, acc: Vec3, mag: Vec3) -> Readings:
+    """All three readings corrected; the zero vector stays zero, and without a rate the delay is not corrected."""
+    turn = true_rate(errors, gyr)
     x, y, z = turn
-    if not silent(acc):
+    if not is_absent(acc):
         acc = sub(acc, errors.acc_bias)
-    if not silent(mag):
-        mag = field(errors, Vec3(measured(x), measured(y), measured(z)), mag)
+    if not is_absent(mag):
+        mag = true_field(errors, Vec3(zero_if_missing(x), zero_if_missing(y), zero_if_missing(z)), mag)
     return Readings(turn, acc, mag)

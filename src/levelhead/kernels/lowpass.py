@@ -1,21 +1,21 @@
-"""Gains of filters with a time constant, and how they start: quickly at first, as an average of what there is."""
+"""Weights of first-order low-pass filters, which average all samples until they are as old as their time constant."""
 
 from levelhead.compiler.mark import kernel
 from levelhead.kernels.tilt import GAP_SECONDS
 
-OLD = 1e6  # s: nothing distinguishes older filters
+AGE_LIMIT = 1e6  # s: beyond this age the weight no longer depends on it
 
 
 @kernel
-def older(age: float, dt: float) -> float:
-    """Seconds for which the attitude has been followed: 0 again after a gap, in which anything may have happened."""
+def advance_age(age: float, dt: float) -> float:
+    """Seconds for which the attitude has been tracked without a gap; 0 after a gap."""
     if dt > GAP_SECONDS:
         return 0.0
-    return min(age + dt, OLD)
+    return min(age + dt, AGE_LIMIT)
 
 
 @kernel
-def share(tau: float, age: float, dt: float) -> float:
+def lowpass_weight(tau: float, age: float, dt: float) -> float:
     """The weight of a new sample in a first-order low-pass of time constant ``tau``: dt/(min(τ, age) + dt).
 
     While the filter is younger than τ this is the running mean of all samples since its start: the first one counts

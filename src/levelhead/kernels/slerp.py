@@ -46,8 +46,8 @@ def level(attitude: Quat, acc: Vec3, share: float) -> Quat:
 
 
 @kernel
-def north(attitude: Quat, mag: Vec3, share: float) -> Quat:
-    """The attitude turned about the vertical by a share of the angle by which the field misses north.
+def turn_north(attitude: Quat, mag: Vec3, share: float) -> Quat:
+    """The attitude turned about the vertical by a share of the angle from north to the field.
 
     h = q m q*,   q ← exp(w atan2(h_x, h_y) (0, 0, 1)) q                                                    (3)
     """

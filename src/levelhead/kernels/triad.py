@@ -18,7 +18,7 @@ from levelhead.kernels.quat import Quat
 from levelhead.kernels.tilt import pitch_axis
 from levelhead.kernels.vec3 import Vec3, cross, norm, normalize, scale
 
-PARALLEL = 1e-6  # rad: two directions nearer than this say nothing about the angle around them
+PARALLEL = 1e-6  # rad: two directions nearer than this leave the angle around them undetermined
 
 
 @kernel
@@ -46,8 +46,8 @@ def attitude(first: Vec3, second: Vec3, first_earth: Vec3, second_earth: Vec3) -
 
 
 @kernel
-def start(acc: Vec3, mag: Vec3) -> Quat:
-    """Where every filter starts: TRIAD with gravity first and the field second, from what there is of them.
+def initial_attitude(acc: Vec3, mag: Vec3) -> Quat:
+    """The attitude that every filter starts with: TRIAD of gravity and field, as far as they are measured.
 
     The earth's up, in the sensor frame, is t₁ = a/|a|; magnetic north lies in the plane of gravity and field, so that
     east = −t₂ and north = −t₃. They are the rows of R. Level without accelerometer; yaw 0 without a magnetometer or

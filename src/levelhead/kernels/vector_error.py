@@ -1,4 +1,4 @@
-"""How measured directions pull on an attitude: by cross products, which is what gradients of squared distances are.
+"""The error between measured and expected directions as a rotation vector, and small corrections of an attitude.
 
 Turning an attitude q by a small rotation vector ρ (rad, sensor frame: q ⊗ exp(ρ)) turns the direction ŝ, in which the
 sensor should see a vector of the earth, by −ρ × ŝ. So ½|ŝ − s|² falls fastest along ρ = s × ŝ, whose length is the
@@ -12,13 +12,13 @@ from levelhead.kernels import quat
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.vec3 import SHORTEST, ZERO, Vec3, normalize
 
-NO_AXIS = 1e-9  # sine below which opposite directions say nothing about the axis to turn about
-SHORT = 1e-6  # (angle/2)⁴ up to which short series do
+NO_AXIS = 1e-9  # sine below which opposite directions leave the axis of rotation undetermined
+SHORT = 1e-6  # (angle/2)⁴ up to which a short series is exact to the last bit or two
 NEAR_UNIT = 1e-5  # |q|² − 1 up to which a series is exact to 1e-15
 
 
 @kernel
-def pull(seen: Vec3, expected: Vec3) -> Vec3:
+def direction_error(seen: Vec3, expected: Vec3) -> Vec3:
     """s × ŝ of unit vectors; beyond a right angle of length one.
 
     There the sine would fall again although the error grows, and vanish at 180°, an unstable equilibrium in which
@@ -30,21 +30,21 @@ def pull(seen: Vec3, expected: Vec3) -> Vec3:
     y = sz * ex - sx * ez
     z = sx * ey - sy * ex
     if sx * ex + sy * ey + sz * ez < 0.0:
-        return beyond(expected, x, y, z)
+        return obtuse_error(expected, x, y, z)
     return Vec3(x, y, z)
 
 
 @kernel
-def beyond(expected: Vec3, x: float, y: float, z: float) -> Vec3:
-    """The pull (x, y, z) of a direction that is more than a right angle off, of length one."""
+def obtuse_error(expected: Vec3, x: float, y: float, z: float) -> Vec3:
+    """``direction_error`` beyond a right angle: the cross product (x, y, z) at length one."""
     n = sqrt(x * x + y * y + z * z)
     if n < NO_AXIS:
-        return across(expected)
+        return perpendicular(expected)
     return Vec3(x / n, y / n, z / n)
 
 
 @kernel
-def across(v: Vec3) -> Vec3:
+def perpendicular(v: Vec3) -> Vec3:
     """A unit vector perpendicular to the unit vector ``v``."""
     if abs(v.x) < 0.8:
         n = sqrt(v.y * v.y + v.z * v.z)
@@ -54,8 +54,8 @@ def across(v: Vec3) -> Vec3:
 
 
 @kernel
-def turned(q: Quat, x: float, y: float, z: float) -> Quat:
-    """q ⊗ exp(v) with v = (x, y, z) rad, of unit length to rounding; ``nudged`` keeps the rounding from piling up.
+def rotate(q: Quat, x: float, y: float, z: float) -> Quat:
+    """q ⊗ exp(v) with v = (x, y, z) rad, of unit length to rounding; ``correct`` keeps the rounding from piling up.
 
     From one sample to the next a body seldom turns by more than 0.06 rad; up to there series half as long as those of
     ``quat.exp`` are exact to the last bit or two. Every filter waits for this before it can correct.
@@ -79,7 +79,7 @@ def turned(q: Quat, x: float, y: float, z: float) -> Quat:
 
 
 @kernel
-def nudged(q: Quat, rotation: Vec3) -> Quat:
+def correct(q: Quat, rotation: Vec3) -> Quat:
     """q ⊗ (1, ½ρ), made unit again, with ρ the rotation vector (rad, sensor frame).
 
     The step q + ½ q ⊗ ρ of the papers; it turns by 2 atan ½|ρ|. Nearly every ρ is so small that a series gives
@@ -103,16 +103,16 @@ def nudged(q: Quat, rotation: Vec3) -> Quat:
 
 @kernel
 def unit_scale(excess: float) -> float:
-    """What makes a quaternion unit whose |q|² is beyond 1 by so much."""
+    """1/|q| of a quaternion with |q|² = 1 + excess."""
     return 1.0 / sqrt(1.0 + excess)
 
 
 @kernel
-def levelled(attitude: Quat, up: Vec3, mag: Vec3) -> Vec3:
-    """The pull of the field's horizontal part towards north: up times the sine of the angle by which it misses.
+def heading_error(attitude: Quat, up: Vec3, mag: Vec3) -> Vec3:
+    """The error of heading: ``up`` times the sine of the angle between the field's horizontal part and north.
 
     With h = R m, (h_x, h_y, 0)/√(h_x² + h_y²) × (0, 1, 0) = (0, 0, h_x/√(h_x² + h_y²)); beyond a right angle ±1. A
-    field without a horizontal part says nothing.
+    field without a horizontal part gives zero.
     """
     w, x, y, z = attitude
     mx, my, mz = mag
@@ -132,13 +132,13 @@ def levelled(attitude: Quat, up: Vec3, mag: Vec3) -> Vec3:
 
 @kernel
 def reference(attitude: Quat, mag: Vec3) -> Vec3:
-    """Where a unit field should point if the attitude is right: its own dip, and north."""
+    """The unit field in the earth frame if the attitude is right: its own dip, and north."""
     h = quat.rotate(attitude, mag)
     return Vec3(0.0, sqrt(h.x * h.x + h.y * h.y), h.z)
 
 
 @kernel
-def whole(attitude: Quat, mag: Vec3) -> Vec3:
-    """The pull of the whole field, dip included, towards its reference."""
+def field_error(attitude: Quat, mag: Vec3) -> Vec3:
+    """The error of the whole field, dip included, against its reference."""
     seen = normalize(mag)
-    return pull(seen, quat.rotate(quat.conjugate(attitude), reference(attitude, seen)))
+    return direction_error(seen, quat.rotate(quat.conjugate(attitude), reference(attitude, seen)))

@@ -112,7 +112,7 @@ def begun(params: ESKF, m: Floats, acc: Vec3, mag: Vec3) -> State:
     recall(m, BIAS, 3, 1.0)
     recall(m, GYR, 9, 1.0)
     independent(m, TURN_Z, 1, AGREED)
-    attitude = triad.start(acc, mag)
+    attitude = triad.initial_attitude(acc, mag)
     unit = 0.0
     if tilt.present(mag):
         unit = first_field(params, m, attitude, mag)

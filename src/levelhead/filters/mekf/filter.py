@@ -11,7 +11,7 @@ from levelhead.filters.mekf.measurements import NO_SAMPLES, Sums, add_sample, lo
 from levelhead.filters.mekf.params import EKF
 from levelhead.kernels import quat, tilt, triad
 from levelhead.kernels.angle import DEGREE
-from levelhead.kernels.lowpass import older
+from levelhead.kernels.lowpass import advance_age
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.tilt import GAP_SECONDS, UNIFORM
 from levelhead.kernels.vec3 import ZERO, Vec3
@@ -42,7 +42,7 @@ def init(params: EKF, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
     bias = params.bias_start * DEGREE
     heading = FIRST_HEADING if tilt.present(mag) else 0.0
     p = diagonal(attitude * attitude, heading, bias * bias)
-    return State(triad.start(acc, mag), ZERO, p, Vec3(0.0, 0.0, 1.0), 0.0, NO_SAMPLES, 0.0, 0.0, 0)
+    return State(triad.initial_attitude(acc, mag), ZERO, p, Vec3(0.0, 0.0, 1.0), 0.0, NO_SAMPLES, 0.0, 0.0, 0)
 
 
 @kernel
@@ -64,7 +64,7 @@ def step(params: EKF, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) 
     x, y, z = gyr
     a, b, c = bias
     attitude = quat.integrate(attitude, Vec3(x - a, y - b, z - c), dt)
-    age = older(age, dt)
+    age = advance_age(age, dt)
     sums = add_sample(sums, attitude, gyr, acc, mag, dt)
     if tilt.present(acc):
         force = lowpass_force(params, force, attitude, acc, age, dt)

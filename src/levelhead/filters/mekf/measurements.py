@@ -8,7 +8,7 @@ from levelhead.filters.mekf.covariance import Correction, Cov, inflate_attitude,
 from levelhead.filters.mekf.params import EKF
 from levelhead.kernels import quat, tilt
 from levelhead.kernels.angle import DEGREE
-from levelhead.kernels.lowpass import share
+from levelhead.kernels.lowpass import lowpass_weight
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.tilt import GRAVITY
 from levelhead.kernels.vec3 import ZERO, Vec3
@@ -63,7 +63,7 @@ def lowpass_force(params: EKF, force: Vec3, attitude: Quat, acc: Vec3, age: floa
     """Low-pass of the specific force in the earth frame, in g; ``age`` seconds have been averaged so far."""
     x, y, z = quat.rotate(attitude, acc)
     a, b, c = force
-    weight = share(params.acc_tau, age, dt)
+    weight = lowpass_weight(params.acc_tau, age, dt)
     return Vec3(a + weight * (x * PER_G - a), b + weight * (y * PER_G - b), c + weight * (z * PER_G - c))
 
 

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from levelhead.engine.calibration_history import Learning
+from levelhead.engine.calibration_history import CalibrationHistory
 from levelhead.publish.plots import style
 from levelhead.recording import Array
 
@@ -39,20 +39,20 @@ PANELS = (
 )
 
 
-def calibration_picture(learning: Learning, path: str | Path) -> None:
+def calibration_picture(history: CalibrationHistory, path: str | Path) -> None:
     """Draw every number that a filter has learned of its sensor over time, with ±2σ; what it was not asked for, and
     what had no sensor, is left out.
 
     Raises:
         LevelheadError: no matplotlib, or a path that cannot be written.
     """
-    panels = [panel for panel in PANELS if np.nanmax(_sigma(learning, panel), initial=0.0) > 0.0]
+    panels = [panel for panel in PANELS if np.nanmax(_sigma(history, panel), initial=0.0) > 0.0]
     rows = (len(panels) + 1) // 2
-    made = style.figure(12.0, 1.9 * rows + 0.9, _finding(learning))
+    made = style.figure(12.0, 1.9 * rows + 0.9, _finding(history))
     grid = list(made.subplots(rows, 2, sharex=True, squeeze=False).reshape(-1))
-    t = learning.t - learning.t[0]
+    t = history.t - history.t[0]
     for panel, axes in zip(panels, grid, strict=False):
-        _draw(axes, t, learning, panel)
+        _draw(axes, t, history, panel)
         style.legend(axes)
     for axes in grid[len(panels) :]:
         axes.set_visible(False)
@@ -62,29 +62,29 @@ def calibration_picture(learning: Learning, path: str | Path) -> None:
     style.save(made, path)
 
 
-def _finding(learning: Learning) -> str:
-    end = learning.known[-1]
+def _finding(history: CalibrationHistory) -> str:
+    end = history.known[-1]
     parts = [getattr(end, name) for name in dict.fromkeys(panel.name for panel in PANELS[:-1])]  # the field is no fault
     known = sum(int(part.known.sum()) for part in parts if part is not None)
     asked = sum(int((part.unlearned > 0.0).sum()) for part in parts if part is not None)
     return f"{known} of the sensor's {asked} numbers have been learned from this motion"
 
 
-def _sigma(learning: Learning, panel: Panel) -> Array:
+def _sigma(history: CalibrationHistory, panel: Panel) -> Array:
     """(k, numbers) 1σ in the panel's unit; NaN where there is nothing."""
-    return _numbers(learning, panel, "sigma")
+    return _numbers(history, panel, "sigma")
 
 
-def _numbers(learning: Learning, panel: Panel, part: str) -> Array:
-    course = learning.course(panel.name, part)
+def _numbers(history: CalibrationHistory, panel: Panel, part: str) -> Array:
+    course = history.series(panel.name, part)
     if course.ndim == 1:  # it was never there
         return np.full((len(course), len(panel.places)), np.nan)
     numbers: Array = panel.factor * course.reshape(len(course), -1)[:, list(panel.places)]
     return numbers
 
 
-def _draw(axes: "Axes", t: Array, learning: Learning, panel: Panel) -> None:
-    value, sigma = _numbers(learning, panel, "value"), _sigma(learning, panel)
+def _draw(axes: "Axes", t: Array, history: CalibrationHistory, panel: Panel) -> None:
+    value, sigma = _numbers(history, panel, "value"), _sigma(history, panel)
     for i, name in enumerate(panel.names):
         if not np.nanmax(sigma[:, i], initial=0.0) > 0.0:
             continue

@@ -21,14 +21,14 @@ typedef lh_mahony_calm Calm;
 typedef lh_mahony_extreme Extreme;
 typedef lh_mahony_repeat Repeat;
 typedef lh_mahony_sensors Sensors;
-typedef lh_mahony_scene Scene;
+typedef lh_mahony_conditioned_sample ConditionedSample;
 typedef lh_mahony_quat Quat;
 typedef lh_mahony_state State;
 typedef lh_mahony_field Field;
 typedef lh_mahony_watch Watch;
 typedef lh_mahony_covariance Covariance;
 typedef lh_mahony_doubt Doubt;
-typedef lh_mahony_run Run;
+typedef lh_mahony_filter_run FilterRun;
 typedef lh_mahony_carry Carry;
 typedef lh_mahony_output Output;
 typedef lh_mahony_euler Euler;
@@ -76,25 +76,24 @@ typedef struct {
     Watch watch;
 } Look;
 
-/* Seconds since the last rate that could be believed, and the variance of the turn in this sample (rad²). */
+/* How much of a rotation was not measured. */
 typedef struct {
-    float blind;
-    float lost;
-} Unseen;
+    float rate_age; /* s since the last usable rate */
+    float variance; /* rad², of this sample's part */
+} UnmeasuredRotation;
 
 
 /* Constants, each in the unit that stands behind it */
 
 static const float TILT_GRAVITY = 9.80665f; /* m/s², standard gravity (CGPM 1901) */
-/* pi / sqrt(3.0): rad, standard deviation of an angle about which nothing is known */
+/* pi / sqrt(3.0): rad, standard deviation of an angle that is uniform on the circle */
 static const float TILT_UNIFORM = 1.8137994f;
-/* a rate says nothing about a longer interval: the attitude is held across it, the doubt grows */
-static const float TILT_GAP_SECONDS = 0.5f;
+static const float TILT_GAP_SECONDS = 0.5f; /* s: across a longer interval the attitude is held and its variance grows */
 static const float TILT_TURN = 1.0f; /* rad/s, 1σ of how fast a body may turn in a gap */
 /* squared, in any unit: below it squares lose their digits, and then nothing is unit any more */
 static const float TILT_NO_LENGTH = 1e-30f;
 
-static const float LOWPASS_OLD = 1e6f; /* s: nothing distinguishes older filters */
+static const float LOWPASS_AGE_LIMIT = 1e6f; /* s: beyond this age the weight no longer depends on it */
 
 static const Vec3 VEC3_ZERO = {0.0f, 0.0f, 0.0f};
 static const float VEC3_SHORTEST = 1e-18f; /* below, squares underflow and a norm means nothing */
@@ -135,12 +134,13 @@ static const float OBSERVER_COVARIANCE_IRON_SECONDS = 2.0f; /* for which a body 
 
 static const float QUAT_SMALL = 0.01f; /* (angle/2)² below which series take over */
 
-/* sine below which opposite directions say nothing about the axis to turn about */
+/* sine below which opposite directions leave the axis of rotation undetermined */
 static const float VECTOR_ERROR_NO_AXIS = 1e-09f;
-static const float VECTOR_ERROR_SHORT = 1e-06f; /* (angle/2)⁴ up to which short series do */
+/* (angle/2)⁴ up to which a short series is exact to the last bit or two */
+static const float VECTOR_ERROR_SHORT = 1e-06f;
 static const float VECTOR_ERROR_NEAR_UNIT = 1e-05f; /* |q|² − 1 up to which a series is exact to 1e-15 */
 
-/* rad: two directions nearer than this say nothing about the angle around them */
+/* rad: two directions nearer than this leave the angle around them undetermined */
 static const float TRIAD_PARALLEL = 1e-06f;
 
 static const float GUARD_CHANGE = 0.0012184697f; /* (2.0 * DEGREE) * (2.0 * DEGREE): (rad/s)², of a bias once known */
@@ -188,21 +188,24 @@ static const Sensors DETECTORS_BEFORE = {{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.
     {19.0f, 19.0f, 0.0f, 0.0f, -1.0f, 0, false}, {{0.0f, 0.0f, 0.0f}, 0, 0.0f}, {{0.0f, 0.0f, 0.0f}, 0, 0.0f},
     false, false, 0};
 
-/* rad/s, m/s², µT: no sensor says that; NaN and infinity fail the comparison as well */
-static const float CONDITIONING_NO_READING = 1e9f;
-/* NO_READING * NO_READING: a sum of squares below that has no missing reading in it */
-static const float CONDITIONING_ALL_THERE = 1e18f;
-static const int32_t CONDITIONING_BLIND = 161; /* GYR_MISSING | GYR_SATURATED | GYR_STUCK: the rate is a guess */
-static const int32_t CONDITIONING_NO_FORCE = 320; /* ACC_SATURATED | ACC_STUCK */
-static const float CONDITIONING_LOST = 0.1f; /* rad that a body may have turned unseen before the filter is told */
-/* of the full scale, 1σ: how much faster a body turns than a clipped gyroscope says */
-static const float CONDITIONING_BEYOND = 0.5f;
-static const Scene CONDITIONING_EMPTY = {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, 0.0f, 0,
-    false, false, false, 0.0f, 0.0f, 0.0f, 0,
+/* rad/s, m/s², µT: beyond it a reading is missing; NaN and infinity fail the comparison too */
+static const float CONDITIONING_READING_LIMIT = 1e9f;
+/* READING_LIMIT * READING_LIMIT: a sum of squares below it contains no missing reading */
+static const float CONDITIONING_SQUARE_LIMIT = 1e18f;
+/* GYR_MISSING | GYR_SATURATED | GYR_STUCK: the rate is not the body's */
+static const int32_t CONDITIONING_RATE_UNUSABLE = 161;
+/* ACC_SATURATED | ACC_STUCK: the specific force is not the body's */
+static const int32_t CONDITIONING_FORCE_UNUSABLE = 320;
+/* rad, 1σ of an unmeasured rotation from which the filter's covariance is inflated */
+static const float CONDITIONING_LEAST_ROTATION = 0.1f;
+/* of the full scale, 1σ: the part of the rate that a clipped gyroscope does not show */
+static const float CONDITIONING_CLIPPED_EXCESS = 0.5f;
+static const ConditionedSample CONDITIONING_NO_SAMPLE = {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f},
+    {0.0f, 0.0f, 0.0f}, 0.0f, 0, false, false, false, 0.0f, 0.0f, 0.0f, 0,
     {{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, false},
     {4.0f, 4.0f, 0.0f, 0.0f, -1.0f, 0, false}, {19.0f, 19.0f, 0.0f, 0.0f, -1.0f, 0, false},
     {{0.0f, 0.0f, 0.0f}, 0, 0.0f}, {{0.0f, 0.0f, 0.0f}, 0, 0.0f}, false, false, 0}};
-static const Unseen CONDITIONING_SEEN = {0.0f, 0.0f};
+static const UnmeasuredRotation CONDITIONING_ALL_MEASURED = {0.0f, 0.0f};
 
 static const float DRIVER_FIRST_FIELD = 0.6f; /* rad², of a heading that was relative until now: 45° */
 static const float DRIVER_NEW_FIELD = 0.002f; /* rad², of a heading when another field is taken for the earth's: 2.6° */
@@ -220,16 +223,16 @@ static float lh_max(float a, float b)
 
 /* ---- lowpass
  *
- * Gains of filters with a time constant, and how they start: quickly at first, as an average of what there is.
+ * Weights of first-order low-pass filters, which average all samples until they are as old as their time constant.
  */
 
-/* Seconds for which the attitude has been followed: 0 again after a gap, in which anything may have happened. */
-static float lowpass_older(float age, float dt)
+/* Seconds for which the attitude has been tracked without a gap; 0 after a gap. */
+static float lowpass_advance_age(float age, float dt)
 {
     if (dt > TILT_GAP_SECONDS) {
         return 0.0f;
     }
-    return lh_min(age + dt, LOWPASS_OLD);
+    return lh_min(age + dt, LOWPASS_AGE_LIMIT);
 }
 
 /* The weight of a new sample in a first-order low-pass of time constant tau: dt/(min(τ, age) + dt).
@@ -237,7 +240,7 @@ static float lowpass_older(float age, float dt)
  * While the filter is younger than τ this is the running mean of all samples since its start: the first one counts
  * fully, the second half, so that a wrong first sample is averaged away instead of being forgotten over several τ.
  */
-static float lowpass_share(float tau, float age, float dt)
+static float lowpass_lowpass_weight(float tau, float age, float dt)
 {
     return dt / (lh_min(tau, age) + dt);
 }
@@ -697,7 +700,7 @@ static Euler quat_to_euler(Quat q)
 
 /* ---- vector_error
  *
- * How measured directions pull on an attitude: by cross products, which is what gradients of squared distances are.
+ * The error between measured and expected directions as a rotation vector, and small corrections of an attitude.
  *
  * Turning an attitude q by a small rotation vector ρ (rad, sensor frame: q ⊗ exp(ρ)) turns the direction ŝ, in which the
  * sensor should see a vector of the earth, by −ρ × ŝ. So ½|ŝ − s|² falls fastest along ρ = s × ŝ, whose length is the
@@ -705,7 +708,7 @@ static Euler quat_to_euler(Quat q)
  */
 
 /* A unit vector perpendicular to the unit vector v. */
-static Vec3 vector_error_across(Vec3 v)
+static Vec3 vector_error_perpendicular(Vec3 v)
 {
     float n;
     if (fabsf(v.x) < 0.8f) {
@@ -716,12 +719,12 @@ static Vec3 vector_error_across(Vec3 v)
     return (Vec3){v.y / n, -v.x / n, 0.0f};
 }
 
-/* The pull (x, y, z) of a direction that is more than a right angle off, of length one. */
-static Vec3 vector_error_beyond(Vec3 expected, float x, float y, float z)
+/* direction_error beyond a right angle: the cross product (x, y, z) at length one. */
+static Vec3 vector_error_obtuse_error(Vec3 expected, float x, float y, float z)
 {
     const float n = sqrtf(x * x + y * y + z * z);
     if (n < VECTOR_ERROR_NO_AXIS) {
-        return vector_error_across(expected);
+        return vector_error_perpendicular(expected);
     }
     return (Vec3){x / n, y / n, z / n};
 }
@@ -731,7 +734,7 @@ static Vec3 vector_error_beyond(Vec3 expected, float x, float y, float z)
  * There the sine would fall again although the error grows, and vanish at 180°, an unstable equilibrium in which
  * every filter with this correction would stay. Opposite directions turn about any axis.
  */
-static Vec3 vector_error_pull(Vec3 seen, Vec3 expected)
+static Vec3 vector_error_direction_error(Vec3 seen, Vec3 expected)
 {
     const float sx = seen.x, sy = seen.y, sz = seen.z;
     const float ex = expected.x, ey = expected.y, ez = expected.z;
@@ -739,17 +742,17 @@ static Vec3 vector_error_pull(Vec3 seen, Vec3 expected)
     const float y = sz * ex - sx * ez;
     const float z = sx * ey - sy * ex;
     if (sx * ex + sy * ey + sz * ez < 0.0f) {
-        return vector_error_beyond(expected, x, y, z);
+        return vector_error_obtuse_error(expected, x, y, z);
     }
     return (Vec3){x, y, z};
 }
 
-/* q ⊗ exp(v) with v = (x, y, z) rad, of unit length to rounding; nudged keeps the rounding from piling up.
+/* q ⊗ exp(v) with v = (x, y, z) rad, of unit length to rounding; correct keeps the rounding from piling up.
  *
  * From one sample to the next a body seldom turns by more than 0.06 rad; up to there series half as long as those of
  * quat.exp are exact to the last bit or two. Every filter waits for this before it can correct.
  */
-static Quat vector_error_turned(Quat q, float x, float y, float z)
+static Quat vector_error_rotate(Quat q, float x, float y, float z)
 {
     const float square = 0.25f * (x * x + y * y + z * z);
     const float fourth = square * square;
@@ -766,7 +769,7 @@ static Quat vector_error_turned(Quat q, float x, float y, float z)
         (qw * y + qy * c) + (qz * x - qx * z), (qw * z + qz * c) + (qx * y - qy * x)};
 }
 
-/* What makes a quaternion unit whose |q|² is beyond 1 by so much. */
+/* 1/|q| of a quaternion with |q|² = 1 + excess. */
 static float vector_error_unit_scale(float excess)
 {
     return 1.0f / sqrtf(1.0f + excess);
@@ -777,7 +780,7 @@ static float vector_error_unit_scale(float excess)
  * The step q + ½ q ⊗ ρ of the papers; it turns by 2 atan ½|ρ|. Nearly every ρ is so small that a series gives
  * 1/|q|: 1/√(1 + ε) = 1 − ε/2 + 3ε²/8.
  */
-static Quat vector_error_nudged(Quat q, Vec3 rotation)
+static Quat vector_error_correct(Quat q, Vec3 rotation)
 {
     const float qw = q.w, qx = q.x, qy = q.y, qz = q.z;
     float x = rotation.x, y = rotation.y, z = rotation.z;
@@ -796,27 +799,27 @@ static Quat vector_error_nudged(Quat q, Vec3 rotation)
     return (Quat){nw * s, nx * s, ny * s, nz * s};
 }
 
-/* Where a unit field should point if the attitude is right: its own dip, and north. */
+/* The unit field in the earth frame if the attitude is right: its own dip, and north. */
 static Vec3 vector_error_reference(Quat attitude, Vec3 mag)
 {
     const Vec3 h = quat_rotate(attitude, mag);
     return (Vec3){0.0f, sqrtf(h.x * h.x + h.y * h.y), h.z};
 }
 
-/* The pull of the whole field, dip included, towards its reference. */
-static Vec3 vector_error_whole(Quat attitude, Vec3 mag)
+/* The error of the whole field, dip included, against its reference. */
+static Vec3 vector_error_field_error(Quat attitude, Vec3 mag)
 {
     const Vec3 seen = vec3_normalize(mag);
-    return vector_error_pull(seen,
+    return vector_error_direction_error(seen,
         quat_rotate(quat_conjugate(attitude), vector_error_reference(attitude, seen)));
 }
 
-/* The pull of the field's horizontal part towards north: up times the sine of the angle by which it misses.
+/* The error of heading: up times the sine of the angle between the field's horizontal part and north.
  *
  * With h = R m, (h_x, h_y, 0)/√(h_x² + h_y²) × (0, 1, 0) = (0, 0, h_x/√(h_x² + h_y²)); beyond a right angle ±1. A
- * field without a horizontal part says nothing.
+ * field without a horizontal part gives zero.
  */
-static Vec3 vector_error_levelled(Quat attitude, Vec3 up, Vec3 mag)
+static Vec3 vector_error_heading_error(Quat attitude, Vec3 up, Vec3 mag)
 {
     const float w = attitude.w, x = attitude.x, y = attitude.y, z = attitude.z;
     const float mx = mag.x, my = mag.y, mz = mag.z;
@@ -851,13 +854,13 @@ static Vec3 vector_error_levelled(Quat attitude, Vec3 up, Vec3 mag)
  * second only the direction around the first counts.
  */
 
-/* Where every filter starts: TRIAD with gravity first and the field second, from what there is of them.
+/* The attitude that every filter starts with: TRIAD of gravity and field, as far as they are measured.
  *
  * The earth's up, in the sensor frame, is t₁ = a/|a|; magnetic north lies in the plane of gravity and field, so that
  * east = −t₂ and north = −t₃. They are the rows of R. Level without accelerometer; yaw 0 without a magnetometer or
  * where the field is vertical: the sensor's x axis then points east as far as it can.
  */
-static Quat triad_start(Vec3 acc, Vec3 mag)
+static Quat triad_initial_attitude(Vec3 acc, Vec3 mag)
 {
     Vec3 up = vec3_normalize(acc);
     if (up.x == 0.0f && up.y == 0.0f && up.z == 0.0f) {
@@ -949,7 +952,7 @@ static Watch guard_rested(const Guard *guard, const Watch *watch, Vec3 own, Vec3
     still += dt;
     const float learned = still - guard->rest_time;
     if (learned > 0.0f) {
-        bias = guard_toward(bias, vec3_sub(mean, own), lowpass_share(GUARD_BIAS_TAU, learned, dt));
+        bias = guard_toward(bias, vec3_sub(mean, own), lowpass_lowpass_weight(GUARD_BIAS_TAU, learned, dt));
     }
     return (Watch){still, bias, out, field};
 }
@@ -989,7 +992,7 @@ static Field guard_learned(const Guard *guard, Field field, Vec3 up, Vec3 mag, f
         || fabsf(d - dip) > guard->mag_angle * ANGLE_DEGREE) {
         return (Field){strength, dip, age, out + dt};
     }
-    const float weight = lowpass_share(GUARD_FIELD_TAU, age, dt);
+    const float weight = lowpass_lowpass_weight(GUARD_FIELD_TAU, age, dt);
     return (Field){strength + weight * (n - strength), dip + weight * (d - dip),
         lh_min(age + dt, GUARD_FIELD_TAU), 0.0f};
 }
@@ -1083,7 +1086,7 @@ static Watch guard_pushed(const Guard *guard, const Watch *watch, Quat attitude,
 static State mahony_init(Mahony params, Vec3 gyr, Vec3 acc, Vec3 mag)
 {
     (void)params; (void)gyr;
-    return (State){triad_start(acc, mag), VEC3_ZERO, 0.0f};
+    return (State){triad_initial_attitude(acc, mag), VEC3_ZERO, 0.0f};
 }
 
 /* Eq. 3, bounded by (6); each vector waits until its K is steady. */
@@ -1118,28 +1121,28 @@ static State mahony_step(Mahony params, const State *state, Vec3 gyr, Vec3 acc, 
 {
     const float bx = state->bias.x, by = state->bias.y, bz = state->bias.z;
     const float gx = gyr.x, gy = gyr.y, gz = gyr.z;
-    const Quat attitude = vector_error_turned(state->quat, (gx - bx) * dt, (gy - by) * dt, (gz - bz) * dt);
-    const float age = lowpass_older(state->age, dt);
+    const Quat attitude = vector_error_rotate(state->quat, (gx - bx) * dt, (gy - by) * dt, (gz - bz) * dt);
+    const float age = lowpass_advance_age(state->age, dt);
     const Vec3 up = quat_up(attitude);
-    const Vec3 tilted = vector_error_pull(vec3_normalize(acc), up);
-    float kt = lowpass_share(1.0f / params.kp, age, dt);
+    const Vec3 tilted = vector_error_direction_error(vec3_normalize(acc), up);
+    float kt = lowpass_lowpass_weight(1.0f / params.kp, age, dt);
     Vec3 headed = VEC3_ZERO;
     Vec3 rotation;
     if (tilt_present(mag)) {
-        float kh = lowpass_share(1.0f / (params.kp * params.k_mag), age, dt);
+        float kh = lowpass_lowpass_weight(1.0f / (params.kp * params.k_mag), age, dt);
         if (params.whole_field) {
-            headed = vector_error_whole(attitude, mag);
+            headed = vector_error_field_error(attitude, mag);
             kt = lh_min(kt, 1.0f / (1.0f + params.k_mag)); /* two vectors may pull the same way: K Σ k_i ≤ 1 */
             kh = kt * params.k_mag;
         } else {
-            headed = vector_error_levelled(attitude, up, mag);
+            headed = vector_error_heading_error(attitude, up, mag);
         }
         rotation = (Vec3){kt * tilted.x + kh * headed.x, kt * tilted.y + kh * headed.y,
             kt * tilted.z + kh * headed.z};
     } else {
         rotation = (Vec3){kt * tilted.x, kt * tilted.y, kt * tilted.z};
     }
-    return (State){vector_error_nudged(attitude, rotation),
+    return (State){vector_error_correct(attitude, rotation),
         mahony_learned(params, state->bias, tilted, headed, age, dt), age};
 }
 
@@ -1160,8 +1163,8 @@ static State mahony_inflate(Mahony params, const State *state, float variance)
 /* K, K₂ of eq. 5 and k_I dt of eq. 3, for a state after its sample. */
 static Gains mahony_gains(Mahony params, const State *state, float dt)
 {
-    float kt = lowpass_share(1.0f / params.kp, state->age, dt);
-    const float kh = lowpass_share(1.0f / (params.kp * params.k_mag), state->age, dt);
+    float kt = lowpass_lowpass_weight(1.0f / params.kp, state->age, dt);
+    const float kh = lowpass_lowpass_weight(1.0f / (params.kp * params.k_mag), state->age, dt);
     const float bt = params.kp * state->age > 1.0f ? params.ki * dt : 0.0f;
     const float bh = params.kp * params.k_mag * state->age > 1.0f ? params.ki * params.k_mag * dt : 0.0f;
     if (params.whole_field) {
@@ -1351,29 +1354,30 @@ static Sensors detectors_sensed(const Guard *guard, const Sensors *sensors, Vec3
 
 /* ---- conditioning
  *
- * What a recording says, sample by sample, before any filter is asked: the same for every run over it.
+ * The conditioning of a sample, before any filter sees it: it depends on the readings only.
  *
- * NaN marks a missing reading, the zero vector a sensor that does not exist. A missing rate is replaced by the last one,
- * for a while; any other missing reading corrects nothing.
+ * NaN marks a missing reading; the zero vector marks a sensor that does not exist. A missing rate is replaced by the last
+ * one, for at most GAP_SECONDS; any other missing reading becomes the zero vector, which corrects nothing. The result
+ * is the same for every filter and every parameter set, so lanes compute it once for all of their runs.
  */
 
-/* Whether a reading is NaN, infinite or absurd in any component. */
+/* Whether a component of a reading is NaN, infinite or beyond READING_LIMIT. */
 static bool conditioning_missing(Vec3 v)
 {
     const float x = v.x, y = v.y, z = v.z;
-    return !((-CONDITIONING_NO_READING < x && x < CONDITIONING_NO_READING)
-        && (-CONDITIONING_NO_READING < y && y < CONDITIONING_NO_READING)
-        && (-CONDITIONING_NO_READING < z && z < CONDITIONING_NO_READING));
+    return !((-CONDITIONING_READING_LIMIT < x && x < CONDITIONING_READING_LIMIT)
+        && (-CONDITIONING_READING_LIMIT < y && y < CONDITIONING_READING_LIMIT)
+        && (-CONDITIONING_READING_LIMIT < z && z < CONDITIONING_READING_LIMIT));
 }
 
 /* Health bits of the readings that are missing. */
-static int32_t conditioning_absent(Vec3 gyr, Vec3 acc, Vec3 mag)
+static int32_t conditioning_missing_bits(Vec3 gyr, Vec3 acc, Vec3 mag)
 {
     const float x = gyr.x, y = gyr.y, z = gyr.z;
     const float a = acc.x, b = acc.y, c = acc.z;
     const float u = mag.x, v = mag.y, w = mag.z;
     if ((x * x + y * y + z * z) + (a * a + b * b + c * c)
-        + (u * u + v * v + w * w) < CONDITIONING_ALL_THERE) {
+        + (u * u + v * v + w * w) < CONDITIONING_SQUARE_LIMIT) {
         return 0;
     }
     int32_t health = 0;
@@ -1389,82 +1393,85 @@ static int32_t conditioning_absent(Vec3 gyr, Vec3 acc, Vec3 mag)
     return health;
 }
 
-/* How far the body may have turned while the rate was a guess; nothing as long as that is little. */
-static Unseen conditioning_unseen(int32_t health, float blind, float full, float dt)
+/* The rotation while the rate was unusable; its variance is 0 up to LEAST_ROTATION. */
+static UnmeasuredRotation conditioning_unmeasured_rotation(int32_t health, float rate_age, float full,
+    float dt)
 {
-    if ((health & CONDITIONING_BLIND) == 0) {
-        return CONDITIONING_SEEN;
+    if ((health & CONDITIONING_RATE_UNUSABLE) == 0) {
+        return CONDITIONING_ALL_MEASURED;
     }
-    const float reach = (health & HEALTH_GYR_SATURATED) ? CONDITIONING_BEYOND * full : TILT_TURN;
-    const float before = reach * blind;
-    const float after = reach * (blind + dt);
-    if (after <= CONDITIONING_LOST) {
-        return (Unseen){blind + dt, 0.0f};
+    const float reach = (health & HEALTH_GYR_SATURATED) ? CONDITIONING_CLIPPED_EXCESS * full : TILT_TURN;
+    const float before = reach * rate_age;
+    const float after = reach * (rate_age + dt);
+    if (after <= CONDITIONING_LEAST_ROTATION) {
+        return (UnmeasuredRotation){rate_age + dt, 0.0f};
     }
-    return (Unseen){blind + dt, after * after - (before > CONDITIONING_LOST ? before * before : 0.0f)};
+    return (UnmeasuredRotation){rate_age + dt,
+        after * after - (before > CONDITIONING_LEAST_ROTATION ? before * before : 0.0f)};
 }
 
-/* The first sample, which a filter starts with once it has a specific force. */
-static Scene conditioning_first(Vec3 gyr, Vec3 acc, Vec3 mag, int32_t health)
+/* The first sample; a filter starts with it if it has a specific force. */
+static ConditionedSample conditioning_first_sample(Vec3 gyr, Vec3 acc, Vec3 mag, int32_t health)
 {
     const Extreme fast = DETECTORS_BEFORE.fast, hard = DETECTORS_BEFORE.hard;
     const Repeat gyr_repeat = DETECTORS_BEFORE.gyr, acc_repeat = DETECTORS_BEFORE.acc;
     const Sensors sensors = {DETECTORS_NOTHING, {gyr, acc, false}, fast, hard, gyr_repeat, acc_repeat, false,
         false, 0};
-    return (Scene){gyr, acc, mag, 0.0f, health, false, tilt_present(acc), false, 0.0f, 0.0f, 0.0f, 0,
-        sensors};
+    return (ConditionedSample){gyr, acc, mag, 0.0f, health, false, tilt_present(acc), false, 0.0f, 0.0f, 0.0f,
+        0, sensors};
 }
 
-/* Whether a spell has ended, after which σ is judged. */
-static bool conditioning_judging(const Scene *scene)
+/* Whether σ is updated after this sample. */
+static bool conditioning_sigma_due(const ConditionedSample *sample)
 {
-    return scene->spell >= OBSERVER_COVARIANCE_SPELL || scene->lost > 0.0f;
+    return sample->since_sigma >= OBSERVER_COVARIANCE_SPELL || sample->unmeasured > 0.0f;
 }
 
-/* The next sample. */
-static Scene conditioning_perceived(const Guard *guard, const Scene *scene, Vec3 gyr, Vec3 acc, Vec3 mag,
-    float dt)
+/* The next sample, conditioned; sample is the one before. */
+static ConditionedSample conditioning_condition(const Guard *guard, const ConditionedSample *sample, Vec3 gyr,
+    Vec3 acc, Vec3 mag, float dt)
 {
-    const Vec3 last = scene->gyr, field = scene->mag;
-    const bool had_field = scene->had_field, started = scene->started;
-    float blind = scene->blind, spell = scene->spell;
-    int32_t seen = scene->seen;
-    const Sensors *sensors = &scene->sensors;
-    int32_t health = conditioning_absent(gyr, acc, mag);
+    const Vec3 last = sample->gyr, field = sample->mag;
+    const bool had_field = sample->had_field, started = sample->started;
+    float rate_age = sample->rate_age, since_sigma = sample->since_sigma;
+    int32_t corrected_by = sample->corrected_by;
+    const Sensors *sensors = &sample->sensors;
+    int32_t health = conditioning_missing_bits(gyr, acc, mag);
     if (health != 0) {
         gyr = (health & HEALTH_GYR_MISSING) ? last : gyr;
         acc = (health & HEALTH_ACC_MISSING) ? VEC3_ZERO : acc;
         mag = (health & HEALTH_MAG_MISSING) ? VEC3_ZERO : mag;
     }
     if (!started) {
-        return conditioning_first(gyr, acc, mag, health);
+        return conditioning_first_sample(gyr, acc, mag, health);
     }
-    const bool out_of_sight = (health & HEALTH_GYR_MISSING) != 0 && blind > TILT_GAP_SECONDS;
-    const Sensors sensors_2 = detectors_sensed(guard, sensors, gyr, acc, health, out_of_sight, dt);
+    const bool rate_lost = (health & HEALTH_GYR_MISSING) != 0 && rate_age > TILT_GAP_SECONDS;
+    const Sensors sensors_2 = detectors_sensed(guard, sensors, gyr, acc, health, rate_lost, dt);
     sensors = &sensors_2;
     health |= sensors->health;
-    if (sensors->health & CONDITIONING_NO_FORCE) {
+    if (sensors->health & CONDITIONING_FORCE_UNUSABLE) {
         acc = VEC3_ZERO;
     }
-    if (conditioning_judging(scene)) {
-        spell = 0.0f;
-        seen = 0;
+    if (conditioning_sigma_due(sample)) {
+        since_sigma = 0.0f;
+        corrected_by = 0;
     }
     if (tilt_present(acc)) {
-        seen |= 1;
+        corrected_by |= 1;
     }
     if (tilt_present(mag)) {
-        seen |= 2;
+        corrected_by |= 2;
     }
     if (dt > TILT_GAP_SECONDS) {
         health |= HEALTH_GAP;
     }
-    const Unseen unseen = conditioning_unseen(health, blind, sensors->fast.up, dt);
-    blind = unseen.blind;
-    const float lost = unseen.lost;
-    const bool idle = out_of_sight || dt > TILT_GAP_SECONDS;
-    return (Scene){gyr, acc, mag, dt, health, had_field || tilt_present(field), true, idle, blind, lost,
-        spell + dt, seen, *sensors};
+    const UnmeasuredRotation unmeasuredrotation = conditioning_unmeasured_rotation(health, rate_age,
+        sensors->fast.up, dt);
+    rate_age = unmeasuredrotation.rate_age;
+    const float unmeasured = unmeasuredrotation.variance;
+    const bool rate_unknown = rate_lost || dt > TILT_GAP_SECONDS;
+    return (ConditionedSample){gyr, acc, mag, dt, health, had_field || tilt_present(field), true,
+        rate_unknown, rate_age, unmeasured, since_sigma + dt, corrected_by, *sensors};
 }
 
 /* ---- driver
@@ -1476,41 +1483,41 @@ static Scene conditioning_perceived(const Guard *guard, const Scene *scene, Vec3
  * look is what stands in front of it; binding.bind binds them. Arrays are flat (row after row), so that Python
  * lists and NumPy arrays are indexed by the same line.
  *
- * A sample goes through in phases. What the recording says by itself comes first (scene.perceived); all others take
- * the scene and what one run carries. advance calls them in turn, engine.lanes each for all of its runs at once,
- * which is why what few samples bring is a phase of its own: lanes then skip it for all.
+ * A sample goes through in phases. conditioning.condition comes first and needs the readings only; all others take
+ * the conditioned sample and what one run carries. advance calls them in turn; engine.lanes calls each for all of
+ * its runs at once, and skips it for all where the sample does not need it. That is why rare work is a phase of its own.
  */
 
 /* loosen and loosen_heading of a filter that has nothing to loosen. */
-static const State *driver_firm(Mahony params, const State *state, float variance)
+static const State *driver_keep_variance(Mahony params, const State *state, float variance)
 {
     (void)params; (void)variance;
     return state;
 }
 
 /* calm of a filter that carries no σ of its own. */
-static const State *driver_as_before(Mahony params, const State *state)
+static const State *driver_keep_state(Mahony params, const State *state)
 {
     (void)params;
     return state;
 }
 
 /* due of a filter that does everything at every sample. */
-static bool driver_never(Mahony params, const State *state)
+static bool driver_never_due(Mahony params, const State *state)
 {
     (void)params; (void)state;
     return false;
 }
 
 /* correct of such a filter. */
-static const State *driver_as_it_is(Mahony params, const State *state, float dt)
+static const State *driver_keep_uncorrected(Mahony params, const State *state, float dt)
 {
     (void)params; (void)dt;
     return state;
 }
 
 /* again of a filter that knows nothing of earlier runs. */
-static State driver_afresh(Mahony params, const State *before, Vec3 gyr, Vec3 acc, Vec3 mag)
+static State driver_default_restart(Mahony params, const State *before, Vec3 gyr, Vec3 acc, Vec3 mag)
 {
     (void)before;
     return mahony_init(params, gyr, acc, mag);
@@ -1519,26 +1526,27 @@ static State driver_afresh(Mahony params, const State *before, Vec3 gyr, Vec3 ac
 /* Before the first sample: level, not started. */
 static Carry driver_begin(const Settings *settings)
 {
-    return (Carry){CONDITIONING_EMPTY,
+    return (Carry){CONDITIONING_NO_SAMPLE,
         {mahony_init(settings->filter, VEC3_ZERO, VEC3_ZERO, VEC3_ZERO), 0, GUARD_BEFORE,
         observer_covariance_at_start(VEC3_ZERO, VEC3_ZERO)}};
 }
 
 /* At the first sample, and at those after it as long as there was no accelerometer reading. */
-static Run driver_started(const Settings *settings, const Scene *scene, const Run *run)
+static FilterRun driver_start(const Settings *settings, const ConditionedSample *sample, const FilterRun *run)
 {
     const Mahony params = settings->filter;
-    const State state = driver_afresh(params, &run->state, scene->gyr, scene->acc, scene->mag);
+    const State state = driver_default_restart(params, &run->state, sample->gyr, sample->acc, sample->mag);
     const float still = GUARD_BEFORE.still;
     const Vec3 bias = GUARD_BEFORE.bias;
     const float out = GUARD_BEFORE.acc_out;
     const Output said = mahony_output(params, &state);
-    const Watch watch = {still, bias, out, guard_first_field(quat_up(said.quat), scene->mag)};
-    return (Run){state, scene->health, watch, observer_covariance_at_start(scene->acc, scene->mag)};
+    const Watch watch = {still, bias, out, guard_first_field(quat_up(said.quat), sample->mag)};
+    return (FilterRun){state, sample->health, watch, observer_covariance_at_start(sample->acc, sample->mag)};
 }
 
 /* After each spell in which rest is looked for. */
-static Run driver_calmed(const Settings *settings, const Scene *scene, const Run *run)
+static FilterRun driver_update_rest(const Settings *settings, const ConditionedSample *sample,
+    const FilterRun *run)
 {
     const Mahony params = settings->filter;
     const Guard *guard = &settings->guard;
@@ -1547,37 +1555,39 @@ static Run driver_calmed(const Settings *settings, const Scene *scene, const Run
     const Watch *watch = &run->watch;
     const Doubt *doubt = &run->doubt;
     const Output said = mahony_output(params, state);
-    const Vec3 mean = scene->sensors.calm.gyr;
-    const bool quiet = scene->sensors.calm.quiet;
-    const Watch watch_2 = guard_rested(guard, watch, said.bias, mean, quiet, scene->sensors.sum.spell);
+    const Vec3 mean = sample->sensors.calm.gyr;
+    const bool quiet = sample->sensors.calm.quiet;
+    const Watch watch_2 = guard_rested(guard, watch, said.bias, mean, quiet, sample->sensors.sum.spell);
     watch = &watch_2;
     if (guard_resting(guard, watch)) {
-        state = driver_as_before(params, state);
+        state = driver_keep_state(params, state);
     }
-    return (Run){*state, health, *watch, *doubt};
+    return (FilterRun){*state, health, *watch, *doubt};
 }
 
 /* Where the body may have turned unseen. */
-static Run driver_loosened(const Settings *settings, const Scene *scene, const Run *run)
+static FilterRun driver_inflate(const Settings *settings, const ConditionedSample *sample,
+    const FilterRun *run)
 {
     const State *state = &run->state;
     const int32_t health = run->health;
     const Watch *watch = &run->watch;
     const Doubt *doubt = &run->doubt;
-    return (Run){mahony_inflate(settings->filter, state, scene->lost), health, *watch, *doubt};
+    return (FilterRun){mahony_inflate(settings->filter, state, sample->unmeasured), health, *watch, *doubt};
 }
 
 /* The rate without the bias read off at rest; where nothing is known of it the one that reads as "did not turn". */
-static Vec3 driver_rate(const Scene *scene, const Watch *watch, Vec3 own)
+static Vec3 driver_unbiased_rate(const ConditionedSample *sample, const Watch *watch, Vec3 own)
 {
-    if (scene->idle) {
+    if (sample->rate_unknown) {
         return own;
     }
-    return vec3_sub(scene->gyr, watch->bias);
+    return vec3_sub(sample->gyr, watch->bias);
 }
 
 /* One sample: what the filter may see of it, and the filter's step. */
-static Run driver_stepped(const Settings *settings, const Scene *scene, const Run *run, Vec3 acc)
+static FilterRun driver_step_gated(const Settings *settings, const ConditionedSample *sample,
+    const FilterRun *run, Vec3 acc)
 {
     const Mahony params = settings->filter;
     const Guard *guard = &settings->guard;
@@ -1586,16 +1596,17 @@ static Run driver_stepped(const Settings *settings, const Scene *scene, const Ru
     const Watch *watch = &run->watch;
     const Doubt *doubt = &run->doubt;
     const Output said = mahony_output(params, state);
-    const Vec3 gyr = driver_rate(scene, watch, said.bias);
-    const Look seen = guard_look(guard, *watch, said.quat, gyr, scene->mag, scene->dt);
+    const Vec3 gyr = driver_unbiased_rate(sample, watch, said.bias);
+    const Look seen = guard_look(guard, *watch, said.quat, gyr, sample->mag, sample->dt);
     const Vec3 mag = seen.mag;
     const int32_t health = seen.health;
     watch = &seen.watch;
-    return (Run){mahony_step(params, state, gyr, acc, mag, scene->dt), found | health, *watch, *doubt};
+    return (FilterRun){mahony_step(params, state, gyr, acc, mag, sample->dt), found | health, *watch, *doubt};
 }
 
 /* A sample whose specific force has another norm than g, or follows upon one. */
-static Run driver_accelerated(const Settings *settings, const Scene *scene, const Run *run)
+static FilterRun driver_step_accelerated(const Settings *settings, const ConditionedSample *sample,
+    const FilterRun *run)
 {
     const Mahony params = settings->filter;
     const Guard *guard = &settings->guard;
@@ -1603,34 +1614,38 @@ static Run driver_accelerated(const Settings *settings, const Scene *scene, cons
     const Watch *watch = &run->watch;
     const Doubt *doubt = &run->doubt;
     const Output said = mahony_output(params, state);
-    const Vec3 gyr = driver_rate(scene, watch, said.bias);
-    const Watch watch_2 = guard_pushed(guard, watch, said.quat, gyr, scene->acc, scene->sensors.odd,
-        scene->dt);
+    const Vec3 gyr = driver_unbiased_rate(sample, watch, said.bias);
+    const Watch watch_2 = guard_pushed(guard, watch, said.quat, gyr, sample->acc, sample->sensors.odd,
+        sample->dt);
     watch = &watch_2;
-    if (tilt_present(scene->acc) && guard_refusing(guard, watch)) {
-        return driver_stepped(settings, scene,
-            &(Run){*state, scene->health | HEALTH_ACC_REJECTED, *watch, *doubt}, VEC3_ZERO);
+    if (tilt_present(sample->acc) && guard_refusing(guard, watch)) {
+        return driver_step_gated(settings, sample,
+            &(FilterRun){*state, sample->health | HEALTH_ACC_REJECTED, *watch, *doubt}, VEC3_ZERO);
     }
-    return driver_stepped(settings, scene, &(Run){*state, scene->health, *watch, *doubt}, scene->acc);
+    return driver_step_gated(settings, sample, &(FilterRun){*state, sample->health, *watch, *doubt},
+        sample->acc);
 }
 
 /* Any other sample. */
-static Run driver_moved(const Settings *settings, const Scene *scene, const Run *run)
+static FilterRun driver_step_plain(const Settings *settings, const ConditionedSample *sample,
+    const FilterRun *run)
 {
     const State *state = &run->state;
     const Watch *watch = &run->watch;
     const Doubt *doubt = &run->doubt;
-    return driver_stepped(settings, scene, &(Run){*state, scene->health, *watch, *doubt}, scene->acc);
+    return driver_step_gated(settings, sample, &(FilterRun){*state, sample->health, *watch, *doubt},
+        sample->acc);
 }
 
-/* Whether corrected has anything to do. */
-static bool driver_now_due(const Settings *settings, const Run *run)
+/* Whether apply_correction has anything to do. */
+static bool driver_correction_due(const Settings *settings, const FilterRun *run)
 {
-    return (run->health & HEALTH_MAG_LEARNED) != 0 || driver_never(settings->filter, &run->state);
+    return (run->health & HEALTH_MAG_LEARNED) != 0 || driver_never_due(settings->filter, &run->state);
 }
 
 /* What a filter does now and then only. */
-static Run driver_corrected(const Settings *settings, const Scene *scene, const Run *run)
+static FilterRun driver_apply_correction(const Settings *settings, const ConditionedSample *sample,
+    const FilterRun *run)
 {
     const Mahony params = settings->filter;
     const State *state = &run->state;
@@ -1638,16 +1653,18 @@ static Run driver_corrected(const Settings *settings, const Scene *scene, const 
     const Watch *watch = &run->watch;
     const Doubt *doubt = &run->doubt;
     if (health & HEALTH_MAG_LEARNED) {
-        state = driver_firm(params, state, scene->had_field ? DRIVER_NEW_FIELD : DRIVER_FIRST_FIELD);
+        state = driver_keep_variance(params, state,
+            sample->had_field ? DRIVER_NEW_FIELD : DRIVER_FIRST_FIELD);
     }
-    if (driver_never(params, state)) {
-        state = driver_as_it_is(params, state, scene->dt);
+    if (driver_never_due(params, state)) {
+        state = driver_keep_uncorrected(params, state, sample->dt);
     }
-    return (Run){*state, health, *watch, *doubt};
+    return (FilterRun){*state, health, *watch, *doubt};
 }
 
 /* After each spell in which σ waits to be judged. */
-static Run driver_doubted_anew(const Settings *settings, const Scene *scene, const Run *run)
+static FilterRun driver_update_sigma(const Settings *settings, const ConditionedSample *sample,
+    const FilterRun *run)
 {
     const Mahony params = settings->filter;
     const Guard *guard = &settings->guard;
@@ -1655,8 +1672,8 @@ static Run driver_doubted_anew(const Settings *settings, const Scene *scene, con
     const int32_t health = run->health;
     const Watch *watch = &run->watch;
     const Doubt *doubt = &run->doubt;
-    int32_t seen = scene->seen;
-    Vec3 acc = scene->acc;
+    int32_t seen = sample->corrected_by;
+    Vec3 acc = sample->acc;
     if (guard_refusing(guard, watch)) {
         seen = seen & 2;
         acc = VEC3_ZERO;
@@ -1664,54 +1681,54 @@ static Run driver_doubted_anew(const Settings *settings, const Scene *scene, con
     if (watch->field.out > 0.0f) {
         seen = seen & 1;
     }
-    const Vec3 gyr = driver_rate(scene, watch, VEC3_ZERO);
+    const Vec3 gyr = driver_unbiased_rate(sample, watch, VEC3_ZERO);
     const bool rest = guard_resting(guard, watch);
-    const Doubt doubt_2 = observer_covariance_judged(doubt, mahony_gains(params, state, scene->spell), gyr,
-        acc, rest, scene->lost, seen, scene->spell);
+    const Doubt doubt_2 = observer_covariance_judged(doubt, mahony_gains(params, state, sample->since_sigma),
+        gyr, acc, rest, sample->unmeasured, seen, sample->since_sigma);
     doubt = &doubt_2;
-    return (Run){*state, health, *watch, *doubt};
+    return (FilterRun){*state, health, *watch, *doubt};
 }
 
 /* One sample through the filter; NaN marks a missing reading, the zero vector a sensor that does not exist. */
 static void driver_advance(Carry *result, const Settings *settings, const Carry *carry, Vec3 gyr, Vec3 acc,
     Vec3 mag, float dt)
 {
-    Run run_2;
-    const Scene *before = &carry->scene;
-    const Run *run = &carry->run;
-    const Scene scene = conditioning_perceived(&settings->guard, before, gyr, acc, mag, dt);
+    FilterRun run_2;
+    const ConditionedSample *before = &carry->sample;
+    const FilterRun *run = &carry->run;
+    const ConditionedSample sample = conditioning_condition(&settings->guard, before, gyr, acc, mag, dt);
     if (!before->started) {
-        *result = (Carry){scene, driver_started(settings, &scene, run)};
+        *result = (Carry){sample, driver_start(settings, &sample, run)};
         return;
     }
-    if (scene.sensors.sum.spell >= DETECTORS_SPELL) {
-        run_2 = driver_calmed(settings, &scene, run);
+    if (sample.sensors.sum.spell >= DETECTORS_SPELL) {
+        run_2 = driver_update_rest(settings, &sample, run);
         run = &run_2;
     }
-    if (scene.lost > 0.0f) {
-        run_2 = driver_loosened(settings, &scene, run);
+    if (sample.unmeasured > 0.0f) {
+        run_2 = driver_inflate(settings, &sample, run);
         run = &run_2;
     }
-    if (scene.sensors.odd || scene.sensors.was_odd) {
-        run_2 = driver_accelerated(settings, &scene, run);
+    if (sample.sensors.odd || sample.sensors.was_odd) {
+        run_2 = driver_step_accelerated(settings, &sample, run);
         run = &run_2;
     } else {
-        run_2 = driver_moved(settings, &scene, run);
+        run_2 = driver_step_plain(settings, &sample, run);
         run = &run_2;
     }
-    if (driver_now_due(settings, run)) {
-        run_2 = driver_corrected(settings, &scene, run);
+    if (driver_correction_due(settings, run)) {
+        run_2 = driver_apply_correction(settings, &sample, run);
         run = &run_2;
     }
-    if (!DRIVER_OWN_SIGMA && conditioning_judging(&scene)) {
-        run_2 = driver_doubted_anew(settings, &scene, run);
+    if (!DRIVER_OWN_SIGMA && conditioning_sigma_due(&sample)) {
+        run_2 = driver_update_sigma(settings, &sample, run);
         run = &run_2;
     }
-    *result = (Carry){scene, *run};
+    *result = (Carry){sample, *run};
 }
 
 /* The filter's output, with what the driver knows: the bias read off at rest, σ, health. */
-static Output driver_result(const Settings *settings, const Run *run)
+static Output driver_result(const Settings *settings, const FilterRun *run)
 {
     const State *state = &run->state;
     const int32_t found = run->health;

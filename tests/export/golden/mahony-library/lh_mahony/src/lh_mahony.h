@@ -68,7 +68,7 @@ typedef struct {
     float z;
 } lh_mahony_vec3;
 
-/* What a filter is fed with: rad/s, m/s², and the field. */
+/* One sample: rate in rad/s, specific force in m/s², field in the unit of the magnetometer. */
 typedef struct {
     lh_mahony_vec3 gyr;
     lh_mahony_vec3 acc;
@@ -158,22 +158,22 @@ typedef struct {
     int32_t health;
 } lh_mahony_sensors;
 
-/* The last sample as far as it can be believed, and what is remembered of those before. */
+/* The last sample without its unusable readings, and what is kept of the samples before it. */
 typedef struct {
-    lh_mahony_vec3 gyr; /* rad/s; where it is missing the last good one */
+    lh_mahony_vec3 gyr; /* rad/s; where it is missing the last one that was not */
     lh_mahony_vec3 acc; /* m/s²; the zero vector where it cannot be used */
-    lh_mahony_vec3 mag;
-    float dt;
-    int32_t health; /* what was wrong with it */
-    bool had_field; /* there was a magnetometer reading before it */
-    bool started; /* it has had a specific force by now, with which a filter can start */
-    bool idle; /* nothing is known of the turn in dt */
-    float blind; /* s since the last rate that could be believed */
-    float lost; /* rad², variance of a turn in this sample that nobody has seen */
-    float spell; /* s since σ was last judged */
-    int32_t seen; /* what could correct since: 1 accelerometer, 2 magnetometer */
+    lh_mahony_vec3 mag; /* µT; the zero vector where it cannot be used */
+    float dt; /* s */
+    int32_t health; /* Health bits of its readings */
+    bool had_field; /* an earlier sample had a magnetometer reading */
+    bool started; /* this or an earlier sample had a specific force, which a filter needs to start */
+    bool rate_unknown; /* the rotation in dt is unknown */
+    float rate_age; /* s since the last usable rate */
+    float unmeasured; /* rad², variance of the part of this sample's rotation that was not measured */
+    float since_sigma; /* s since σ was last updated */
+    int32_t corrected_by; /* sensors with a usable reading since then: 1 accelerometer, 2 magnetometer */
     lh_mahony_sensors sensors;
-} lh_mahony_scene;
+} lh_mahony_conditioned_sample;
 
 /* A quaternion, scalar first. */
 typedef struct {
@@ -226,12 +226,12 @@ typedef struct {
     int32_t health;
     lh_mahony_watch watch;
     lh_mahony_doubt doubt;
-} lh_mahony_run;
+} lh_mahony_filter_run;
 
 /* What goes from one sample to the next. */
 typedef struct {
-    lh_mahony_scene scene;
-    lh_mahony_run run;
+    lh_mahony_conditioned_sample sample;
+    lh_mahony_filter_run run;
 } lh_mahony_carry;
 
 /* The filter's estimates at one instant. */

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import levelhead as lh
-from levelhead.engine.calibration_history import POINTS, learning, looks
+from levelhead.engine.calibration_history import POINTS, calibration_history, sample_rows
 from levelhead.filters import ESKF
 
 
@@ -15,7 +15,7 @@ def recording():
 
 @pytest.mark.compiled
 def test_it_ends_where_the_run_ends_and_passes_where_shorter_runs_end(recording):
-    course = learning(recording, ESKF(), engine="compiled")
+    course = calibration_history(recording, ESKF(), engine="compiled")
     assert len(course.t) == len(course.known) == 40
     np.testing.assert_allclose(np.diff(course.t), 1.0, atol=0.011)
     assert course.known[-1].to_dict() == lh.fuse(recording, ESKF(), engine="compiled").calibration.to_dict()
@@ -24,8 +24,8 @@ def test_it_ends_where_the_run_ends_and_passes_where_shorter_runs_end(recording)
 
 
 def test_sigma_falls_and_the_truth_stays_inside(recording):
-    course = learning(recording, ESKF())
-    value, sigma = course.course("gyr_bias"), course.course("gyr_bias", "sigma")
+    course = calibration_history(recording, ESKF())
+    value, sigma = course.series("gyr_bias"), course.series("gyr_bias", "sigma")
     assert value.shape == sigma.shape == (40, 3)
     assert (sigma[-1] < 0.02 * np.radians(5.0)).all() and (sigma[-1] < sigma[0]).all()
     true = np.linalg.solve(recording.meta["true_errors"]["gyr"]["matrix"], recording.truth.bias[0])
@@ -34,25 +34,27 @@ def test_sigma_falls_and_the_truth_stays_inside(recording):
 
 def test_without_a_magnetometer_there_is_no_course_of_it(recording):
     six = lh.Recording(recording.t, recording.gyr, recording.acc)
-    course = learning(six, ESKF())
-    assert np.isnan(course.course("mag_offset")).all() and course.course("acc_bias").shape == (40, 3)
+    course = calibration_history(six, ESKF())
+    assert np.isnan(course.series("mag_offset")).all() and course.series("acc_bias").shape == (40, 3)
     mag = recording.mag.copy()
     mag[:1000] = np.nan
-    late = learning(lh.Recording(recording.t, recording.gyr, recording.acc, mag), ESKF()).course("mag_offset")
+    late = calibration_history(lh.Recording(recording.t, recording.gyr, recording.acc, mag), ESKF()).series(
+        "mag_offset"
+    )
     assert np.isnan(late[:8]).all() and np.isfinite(late[12:]).all()
 
 
 def test_looks_are_few_and_end_with_the_recording():
     t = np.arange(0.0, 100_000.0, 0.5)
-    rows = looks(t, 1.0)
+    rows = sample_rows(t, 1.0)
     assert POINTS - 2 <= len(rows) <= POINTS + 1 and rows[-1] == len(t)
-    assert looks(np.array([3.0]), 1.0).tolist() == [1]
-    gap = looks(np.array([0.0, 0.5, 50.0, 50.5]), 1.0)
+    assert sample_rows(np.array([3.0]), 1.0).tolist() == [1]
+    gap = sample_rows(np.array([0.0, 0.5, 50.0, 50.5]), 1.0)
     assert gap[-1] == 4 and (np.diff(gap) > 0).all()
 
 
 def test_refusals(recording):
     with pytest.raises(lh.LevelheadError, match="EKF learns no calibration; ESKF does"):
-        learning(recording, lh.EKF())
+        calibration_history(recording, lh.EKF())
     with pytest.raises(lh.LevelheadError, match="every is 0.0"):
-        learning(recording, ESKF(), every=0.0)
+        calibration_history(recording, ESKF(), every=0.0)

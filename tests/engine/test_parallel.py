@@ -7,7 +7,7 @@ from tests.reference.hard import assert_same
 
 import levelhead as lh
 from levelhead.engine import parallel, threads
-from levelhead.engine.parallel import fuse_all
+from levelhead.engine.parallel import fuse_recordings
 
 
 @pytest.fixture(scope="module")
@@ -19,7 +19,7 @@ def recordings():
 @pytest.mark.parametrize("workers", [1, 3, None])
 def test_each_track_in_order(recordings, engine, workers):
     seen: list[int] = []
-    found = list(fuse_all(recordings, lh.Kalman(), engine=engine, workers=workers, progress=seen.append))
+    found = list(fuse_recordings(recordings, lh.Kalman(), engine=engine, workers=workers, progress=seen.append))
     assert seen == list(range(1, 10))
     for recording, track in zip(recordings, found, strict=True):
         assert_same(track, lh.fuse(recording, lh.Kalman(), engine="python"))
@@ -27,7 +27,7 @@ def test_each_track_in_order(recordings, engine, workers):
 
 @pytest.mark.parametrize("guard", [None, lh.Guard(acc_gate=1.0)], ids=["none", "own"])
 def test_each_has_the_guard_that_is_asked_for(recordings, guard):
-    for recording, track in zip(recordings, fuse_all(recordings, lh.Kalman(), guard=guard), strict=True):
+    for recording, track in zip(recordings, fuse_recordings(recordings, lh.Kalman(), guard=guard), strict=True):
         assert_same(track, lh.fuse(recording, lh.Kalman(), guard=guard))
 
 
@@ -39,7 +39,7 @@ def test_recordings_are_taken_when_needed(recordings):
             taken.append(i)
             yield recordings[i % 9]
 
-    tracks = fuse_all(source(), lh.Kalman(), workers=2)
+    tracks = fuse_recordings(source(), lh.Kalman(), workers=2)
     next(tracks)
     assert len(taken) <= threads.AHEAD * 2
     tracks.close()
@@ -48,9 +48,9 @@ def test_recordings_are_taken_when_needed(recordings):
 def test_the_recording_is_named(recordings):
     bad = [recordings[0], "flight.csv"]
     with pytest.raises(lh.LevelheadError, match="^recording 1: fuse takes a Recording, not str"):
-        list(fuse_all(bad, lh.Kalman()))
+        list(fuse_recordings(bad, lh.Kalman()))
     with pytest.raises(lh.LevelheadError, match="no engine 'gpu'"):
-        fuse_all(recordings, lh.Kalman(), engine="gpu")
+        fuse_recordings(recordings, lh.Kalman(), engine="gpu")
 
 
 def test_a_broken_source_stops_it(recordings):
@@ -58,7 +58,7 @@ def test_a_broken_source_stops_it(recordings):
         yield recordings[0]
         raise lh.LevelheadError("walk.csv has no column for time")
 
-    tracks = fuse_all(source(), lh.Kalman(), workers=2)
+    tracks = fuse_recordings(source(), lh.Kalman(), workers=2)
     with pytest.raises(lh.LevelheadError, match=r"walk\.csv"):
         list(tracks)
 
@@ -71,4 +71,4 @@ def test_a_source_is_told(recordings, monkeypatch):
     monkeypatch.setattr(parallel, "fuse", broken)
     named = replace(recordings[0], meta={"source": "walk.csv"})
     with pytest.raises(lh.LevelheadError, match=r"^recording 0 \(walk\.csv\): no"):
-        list(fuse_all([named], lh.Kalman()))
+        list(fuse_recordings([named], lh.Kalman()))
