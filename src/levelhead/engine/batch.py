@@ -13,6 +13,7 @@ from levelhead.engine.binding import bind, bind_axis, choose_engine, estimates_b
 from levelhead.engine.driver import Settings
 from levelhead.engine.prior import apply_prior, read_calibration
 from levelhead.errors import LevelheadError
+from levelhead.filters.parameters import FilterChoice
 from levelhead.guard import Guard
 from levelhead.recording import Array, Recording, real_array, time_array
 from levelhead.track import Track
@@ -25,7 +26,7 @@ STRETCH = 1 << 18  # samples between two calls of progress
 
 def fuse(
     recording: Recording,
-    params: Any = None,
+    params: FilterChoice | None = None,
     *,
     guard: Guard | None = DEFAULT_GUARD,
     engine: str = "auto",

@@ -11,6 +11,7 @@ from levelhead.engine.binding import choose_engine
 from levelhead.engine.threads import in_order
 from levelhead.errors import LevelheadError
 from levelhead.filters.contract import Filter
+from levelhead.filters.parameters import FilterChoice
 from levelhead.guard import Guard
 from levelhead.kernels.vec3 import ZERO
 from levelhead.recording import Recording
@@ -21,7 +22,7 @@ LEAST_LANES = 8  # parameter sets of one filter from which a block of lanes take
 
 def fuse_recordings(
     recordings: Iterable[Recording],
-    params: Any = None,
+    params: FilterChoice | None = None,
     *,
     guard: Guard | None = DEFAULT_GUARD,
     engine: str = "auto",

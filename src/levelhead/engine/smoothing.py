@@ -58,6 +58,7 @@ from levelhead.filters.eskf.state import (
     X,
     take_along,
 )
+from levelhead.filters.parameters import FilterChoice
 from levelhead.guard import Guard
 from levelhead.kernels import quat
 from levelhead.kernels.arrays import Floats, copy
@@ -334,7 +335,7 @@ class Smoother:
 
 def smooth(
     recording: Recording,
-    params: Any = None,
+    params: FilterChoice | None = None,
     *,
     guard: Guard | None = DEFAULT_GUARD,
     prior: Calibration | None = None,
@@ -366,7 +367,7 @@ def smooth(
         raise LevelheadError(
             f"smooth goes back through what ESKF has learned; {filters.of(params).name} has no smoother"
         )
-    run = Smoother(recording, params._replace(block=max(params.block, LONGEST)), guard, prior)
+    run = Smoother(recording, params._replace(block=max(params._asdict()["block"], LONGEST)), guard, prior)
     stretches = [run.begin]
     n, count = len(recording), 0
     while stretches[-1].start < n:

@@ -16,6 +16,7 @@ from levelhead.engine.serialization import Saved, from_bytes, to_bytes
 from levelhead.engine.stepper import Four, axis_loop, loop
 from levelhead.errors import LevelheadError, nearest
 from levelhead.filters.contract import HEIGHT, POSITION, VELOCITY, NavState, Output
+from levelhead.filters.parameters import FilterChoice
 from levelhead.guard import Guard
 from levelhead.kernels.quat import Euler, Quat, to_euler
 from levelhead.kernels.vec3 import ZERO, Vec3
@@ -95,7 +96,7 @@ class Stream:
 
     def __init__(
         self,
-        params: Any = None,
+        params: FilterChoice | None = None,
         *,
         guard: Guard | None = DEFAULT_GUARD,
         engine: str = "auto",
@@ -323,7 +324,9 @@ class AxisStream:
         engine: as for ``Stream``.
     """
 
-    def __init__(self, params: Any = None, *, angle: float = 0.0, period: float = 360.0, engine: str = "auto") -> None:
+    def __init__(
+        self, params: FilterChoice | None = None, *, angle: float = 0.0, period: float = 360.0, engine: str = "auto"
+    ) -> None:
         resolved = filters.resolve("Kalman" if params is None else params)
         self._filter = filters.of(resolved)
         if not period >= 0.0:

@@ -1,7 +1,5 @@
 """The filters, one file each: parameters, state, init, step, output and the paper that they come from."""
 
-from typing import Any
-
 from levelhead.errors import LevelheadError, nearest
 from levelhead.filters import (
     accel_tilt,
@@ -26,6 +24,7 @@ from levelhead.filters.kalman import Kalman
 from levelhead.filters.madgwick import Madgwick
 from levelhead.filters.mahony import Mahony
 from levelhead.filters.mekf.params import EKF
+from levelhead.filters.parameters import FilterChoice, Params
 from levelhead.filters.roll_pitch_kalman import RollPitchKalman
 from levelhead.filters.triad import Triad
 
@@ -90,22 +89,24 @@ def module_of(flt: Filter) -> str:
     return flt.init.__module__.removesuffix(".filter")
 
 
-def resolve(choice: Any) -> Any:
+def resolve(choice: FilterChoice) -> Params:
     """A Params object from what people give: a Params object, its class, or a name."""
     if isinstance(choice, str):
         return find(choice).params()
-    if isinstance(choice, type) and any(choice is f.params for f in ALL):
-        return choice()
+    for flt in ALL:
+        if choice is flt.params:
+            return flt.params()
     of(choice)
+    assert not isinstance(choice, type)  # of() accepts objects only
     return choice
 
 
-def default() -> Any:
+def default() -> ESKF:
     """Parameters of the best filter there is for a recording of unknown motion, with or without magnetometer."""
     return ESKF()
 
 
-def offline() -> Any:
+def offline() -> ESKF:
     """The same for a recording that is known to its end.
 
     What is constant is found with the whole of it: a magnetometer's offset, which online begins smaller and walks, to

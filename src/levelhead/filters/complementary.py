@@ -20,7 +20,7 @@ counts from a gap, and for heading from the first field measured, so that what i
 starts as in eq. 1, which believes the first sample.
 """
 
-from typing import Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated, NamedTuple, Self
 
 from levelhead.compiler.mark import kernel
 from levelhead.filters.contract import AxisFilter, Filter, Gains, Inflation, Output, Settling
@@ -56,13 +56,8 @@ ALPHA = Param(
 )
 
 
-@parameters(alpha=Derived(ALPHA, "tau", tau_of_alpha, alpha_of_tau))
-class Complementary(NamedTuple):
-    """Complementary filter for an attitude (quaternion slerp), or for one axis.
-
-    Set it by time constant, ``Complementary(tau=0.49)``, or by the tutorials' weight, ``Complementary(alpha=0.98)``,
-    which means 100 Hz unless the interval is given too: ``Complementary(alpha=0.98, dt=0.005)``.
-    """
+class Values(NamedTuple):
+    """The fields of ``Complementary``."""
 
     tau: Annotated[
         float, Param("s", "time constant: below it the gyroscope is trusted", low=0.0, sweep=(0.04, 10.0), log=True)
@@ -77,6 +72,36 @@ class Complementary(NamedTuple):
     alpha_slope: Annotated[
         float, Param("1/(m/s²)", "adaptive: alpha at 100 Hz gained per m/s² away from g", low=0.0, sweep=(0.001, 0.1))
     ] = 0.005
+
+
+@parameters(alpha=Derived(ALPHA, "tau", tau_of_alpha, alpha_of_tau))
+class Complementary(Values):
+    """Complementary filter for an attitude (quaternion slerp), or for one axis.
+
+    Set it by time constant, ``Complementary(tau=0.49)``, or by the tutorials' weight, ``Complementary(alpha=0.98)``,
+    which means 100 Hz unless the interval is given too: ``Complementary(alpha=0.98, dt=0.005)``.
+    """
+
+    __slots__ = ()
+
+    if TYPE_CHECKING:  # ``parameters`` adds alpha and dt at run time; type checkers read them here
+
+        def __new__(
+            cls,
+            tau: float = ...,
+            tau_heading: float = ...,
+            adaptive: bool = ...,
+            alpha_max: float = ...,
+            alpha_slope: float = ...,
+            *,
+            alpha: float = ...,
+            dt: float = LESSON_DT,
+        ) -> Self:
+            """``alpha`` at the interval ``dt`` in s sets ``tau``."""
+
+        @property
+        def alpha(self) -> float:
+            """The weight at 100 Hz that ``tau`` stands for."""
 
 
 class Level(NamedTuple):

@@ -14,6 +14,7 @@ vector. What only some filters can do comes in groups of further functions, each
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+from levelhead.filters.parameters import Params
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.vec3 import Vec3
 
@@ -110,7 +111,7 @@ class Filter(NamedTuple):
     """One published algorithm."""
 
     name: str
-    params: type
+    params: type[Params]
     init: Callable[..., Any]
     step: Callable[..., Any]
     output: Callable[..., Output]

@@ -13,7 +13,7 @@ import functools
 import inspect
 import math
 from collections.abc import Callable
-from typing import Annotated, Any, NamedTuple, TypeVar, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, NamedTuple, Protocol, Self, TypeVar, get_args, get_origin, get_type_hints
 
 from levelhead.errors import LevelheadError, nearest
 
@@ -55,6 +55,20 @@ class Param(NamedTuple):
 POSITIVE = Param("", "an interval in seconds", low=0.0, low_open=True)
 
 
+class Params(Protocol):
+    """The parameters of a filter: a NamedTuple decorated by ``parameters``. Its class chooses the filter."""
+
+    @property
+    def _fields(self) -> tuple[str, ...]: ...
+
+    def _asdict(self) -> dict[str, Any]: ...  # Any, as typeshed has it: float or bool
+
+    def _replace(self, *args: Any, **kwargs: Any) -> Self: ...  # Any: each class has keywords of its own
+
+
+FilterChoice = Params | type[Params] | str  # what chooses a filter: its parameters, their class, or its name
+
+
 class Derived(NamedTuple):
     """Another name by which a parameter can be set, such as alpha for a time constant."""
 
@@ -71,9 +85,6 @@ def param_table(params: type) -> dict[str, Param]:
         if get_origin(hint) is Annotated:
             table[name] = next(item for item in get_args(hint) if isinstance(item, Param))
     return table
-
-
-_table_once = functools.cache(param_table)  # at the first object, not at import: reading annotations takes long
 
 
 def derived_table(params: type) -> dict[str, Derived]:
@@ -144,7 +155,8 @@ def parameters(**derived: Derived) -> Callable[[type[P]], type[P]]:
 
     def decorate(cls: type[P]) -> type[P]:
         fields: tuple[str, ...] = cls._fields  # type: ignore[attr-defined]
-        defaults: dict[str, Any] = cls._field_defaults  # type: ignore[attr-defined]
+        defaults: dict[str, float | bool] = cls._field_defaults  # type: ignore[attr-defined]
+        table = param_table(cls)
 
         def make(new_cls: type, *args: object, **given: object) -> Any:
             if len(args) > len(fields):
@@ -156,7 +168,6 @@ def parameters(**derived: Derived) -> Callable[[type[P]], type[P]]:
             missing = [name for name in fields if name not in values]
             if missing:
                 raise LevelheadError(f"{cls.__name__} needs {', '.join(missing)}")
-            table = _table_once(new_cls)
             checked = [
                 _number(cls.__name__, name, values[name], table[name], defaults.get(name, 0.0)) for name in fields
             ]
@@ -165,7 +176,8 @@ def parameters(**derived: Derived) -> Callable[[type[P]], type[P]]:
         members: dict[str, Any] = {
             "__new__": make,
             "__slots__": (),
-            "__doc__": cls.__doc__,
+            "__doc__": f"{inspect.cleandoc(cls.__doc__ or '')}\n\n{_arguments(table, defaults, derived)}",
+            "__signature__": _signature(table, defaults, derived),
             "__module__": cls.__module__,
             "__qualname__": cls.__qualname__,
             "__repr__": _repr,
@@ -173,10 +185,54 @@ def parameters(**derived: Derived) -> Callable[[type[P]], type[P]]:
             "_replace": lambda self, **changes: _replace_values(self, changes),
         }
         for name, d in derived.items():
-            members[name] = property(functools.partial(_read_derived, d))
+            members[name] = property(functools.partial(_read_derived, d), doc=_meaning(d.param))
+        for name, param in table.items():
+            getattr(cls, name).__doc__ = _meaning(param)
         return type(cls.__name__, (cls,), members)
 
     return decorate
+
+
+def _meaning(param: Param) -> str:
+    """Meaning, unit and range of a parameter in one line."""
+    return "; ".join(filter(None, (param.doc, param.unit and f"unit {param.unit}", param.range)))
+
+
+def _arguments(table: dict[str, Param], defaults: dict[str, float | bool], derived: dict[str, Derived]) -> str:
+    """The *Args* section of a docstring: type, unit, meaning, range and default of every parameter."""
+    lines = ["Args:"]
+    for name, param in table.items():
+        default = defaults.get(name)
+        if isinstance(default, bool):
+            lines.append(f"    {name} (bool): {param.doc}; default {default}.")
+            continue
+        ending = "" if default is None else f"; default {default:g}"
+        lines.append(
+            f"    {name} (float{f', {param.unit}' if param.unit else ''}): {param.doc}; {param.range}{ending}."
+        )
+    for name, one in derived.items():
+        with_keywords = "".join(f", with {key}" for key in _companions(one))
+        lines.append(f"    {name} (float): sets {one.field}{with_keywords}: {one.param.doc}; {one.param.range}.")
+    return "\n".join(lines)
+
+
+def _signature(
+    table: dict[str, Param], defaults: dict[str, float | bool], derived: dict[str, Derived]
+) -> inspect.Signature:
+    """The call as it may be written: the fields with their defaults, then the derived names as keywords."""
+    entries = []
+    for name in table:
+        kind = bool if isinstance(defaults.get(name), bool) else float
+        default = defaults.get(name, inspect.Parameter.empty)
+        entries.append(
+            inspect.Parameter(name, inspect.Parameter.POSITIONAL_OR_KEYWORD, default=default, annotation=kind)
+        )
+    for name, one in derived.items():
+        for key in (name, *_companions(one)):
+            entries.append(
+                inspect.Parameter(key, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=float | None)
+            )
+    return inspect.Signature(entries)
 
 
 def _read_derived(derived: Derived, params: Any) -> float:
