@@ -11,9 +11,10 @@ import math
 import os
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from levelhead.atomic import atomic_path
 from levelhead.errors import LevelheadError
@@ -53,7 +54,7 @@ class Quantity:
     start: Array
 
     @property
-    def known(self) -> Any:
+    def known(self) -> NDArray[np.bool_]:
         """Where the motion has taught something: σ has shrunk to less than 0.7 of what it would be."""
         return self.sigma < UNLEARNED * self.unlearned
 
@@ -140,7 +141,7 @@ class Calibration:
             0.0 if delay is None else float(delay.value[0]),
         )
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """For JSON: of each quantity its unit and its four attributes as lists; None for what was not there."""
         return {
             name: None if part is None else {"unit": SHAPES[name][1]} | {
@@ -286,7 +287,7 @@ def _constant(part: Quantity, widened: float) -> Estimate:
     return Estimate(*(tuple(a.reshape(-1).tolist()) for a in (share * part.value, sigma, part.unlearned, part.start)))
 
 
-def _read(name: str, part: Any) -> Quantity | None:
+def _read(name: str, part: object) -> Quantity | None:
     """One quantity from JSON."""
     shape, unit, may_miss = SHAPES[name]
     if part is None and may_miss:

@@ -40,7 +40,7 @@ def real_array(name: str, values: ArrayLike, shape: tuple[int | None, ...], unit
     return array
 
 
-def median(values: NDArray[Any]) -> float:
+def median(values: NDArray[np.number]) -> float:
     """The middle value (of an even number the upper one) of (n,) numbers without NaN; n at least 1.
 
     NumPy's own imports numpy.ma at its first call, which takes longer than reading a short log.

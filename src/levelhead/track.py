@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 from math import cos, pi, radians, sin
-from typing import TYPE_CHECKING, Any, SupportsFloat
+from typing import TYPE_CHECKING, SupportsFloat
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from levelhead.calibration import Calibration
 from levelhead.errors import LevelheadError, nearest
 from levelhead.filters.health import FAULTS
+from levelhead.filters.parameters import Params
 from levelhead.recording import Array, real_array, time_array
 
 if TYPE_CHECKING:
@@ -56,7 +57,7 @@ class Track:
     bias: Array | None = None
     sigma: Array | None = None
     health: NDArray[np.uint32] = field(default_factory=lambda: np.empty(0, np.uint32))  # zeros when not given
-    params: Any = None
+    params: Params | None = None
     declination: float | None = None
     calibration: Calibration | None = None
     position: Array | None = None
@@ -136,16 +137,29 @@ class Track:
         w, x, y, z = self.quat.T
         quat = np.stack([c * w + s * z, c * x + s * y, c * y - s * x, c * z - s * w], axis=1)
         c, s = cos(angle), sin(angle)
-        turned: dict[str, Any] = {}
-        for name in ("position", "velocity"):
-            if (values := getattr(self, name)) is not None:
-                east, north, up = values.T
-                turned[name] = np.stack([c * east + s * north, c * north - s * east, up], axis=1)
-        for name in ("sigma", "sigma_position", "sigma_velocity"):
-            if (values := getattr(self, name)) is not None:
-                east, north, up = values.T
-                turned[name] = np.stack([np.hypot(c * east, s * north), np.hypot(s * east, c * north), up], axis=1)
-        return replace(self, quat=quat, declination=angle, **turned)
+
+        def rotate(values: Array | None) -> Array | None:
+            if values is None:
+                return None
+            east, north, up = values.T
+            return np.stack([c * east + s * north, c * north - s * east, up], axis=1)
+
+        def rotate_sigma(values: Array | None) -> Array | None:
+            if values is None:
+                return None
+            east, north, up = values.T
+            return np.stack([np.hypot(c * east, s * north), np.hypot(s * east, c * north), up], axis=1)
+
+        return replace(
+            self,
+            quat=quat,
+            declination=angle,
+            position=rotate(self.position),
+            velocity=rotate(self.velocity),
+            sigma=rotate_sigma(self.sigma),
+            sigma_position=rotate_sigma(self.sigma_position),
+            sigma_velocity=rotate_sigma(self.sigma_velocity),
+        )
 
     def as_rotation(self, frame: str = "ENU") -> "Rotation":
         """A ``scipy.spatial.transform.Rotation`` of all samples, sensor frame to earth frame.

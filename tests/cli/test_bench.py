@@ -20,7 +20,7 @@ def folder(tmp_path_factory):
 
 
 def test_table_and_files(levelhead, folder, tmp_path):
-    words = ("-f", "best", "-f", "accel-tilt", "-f", "Kalman:r_measure=9", "--jobs", "1", "-o", tmp_path / "new")
+    words = ("-f", "default", "-f", "accel-tilt", "-f", "Kalman:r_measure=9", "--jobs", "1", "-o", tmp_path / "new")
     said = levelhead("bench", "accuracy", folder, *words, "--per-recording")
     assert (said.code, said.err) == (0, "")
     assert all(word in said.out for word in ("rotation", "tapping", "Kalman(r_measure=9)", "24_disturbed_tapping_A"))
@@ -28,13 +28,13 @@ def test_table_and_files(levelhead, folder, tmp_path):
     rows = list(csv.DictReader((tmp_path / "new" / "accuracy.csv").read_text(encoding="utf-8").splitlines()))
     assert len(rows) == 2 * 3 and float(rows[0]["total"]) > 0.0
     found = json.loads((tmp_path / "new" / "accuracy.json").read_text(encoding="utf-8"))
-    assert [one["method"] for one in found["methods"]] == ["best", "AccelTilt", "Kalman(r_measure=9)"]
+    assert [one["method"] for one in found["methods"]] == ["default", "AccelTilt", "Kalman(r_measure=9)"]
     assert str(folder) not in (tmp_path / "new" / "accuracy.json").read_text(encoding="utf-8")
     assert (tmp_path / "new" / "accuracy.png").stat().st_size > 20_000
 
 
 def test_json_without_magnetometer(levelhead, folder):
-    found = levelhead("bench", "accuracy", folder, "-f", "best", "--no-mag", "--jobs", "1", "--json").json
+    found = levelhead("bench", "accuracy", folder, "-f", "default", "--no-mag", "--jobs", "1", "--json").json
     assert found["magnetometer"] is False and found["figure_of_groups"] == "tilt"
     assert found["methods"][0]["errors"]["all: drift in 60 s"] is None  # the recordings are shorter than that
     assert found["written"] == []
@@ -42,7 +42,7 @@ def test_json_without_magnetometer(levelhead, folder):
 
 @pytest.mark.compiled
 def test_several_processes_from_the_command_line(levelhead, folder):
-    said = levelhead("bench", "accuracy", folder, "-f", "Kalman", "-f", "best", "--jobs", "2", "--json")
+    said = levelhead("bench", "accuracy", folder, "-f", "Kalman", "-f", "default", "--jobs", "2", "--json")
     assert (said.code, said.err) == (0, "") and len(said.json["runs"]) == 4
 
 
@@ -70,13 +70,13 @@ def test_an_unreadable_recording_is_left_out_with_a_line(levelhead, folder, tmp_
     for path in folder.iterdir():
         (tmp_path / path.name).write_bytes(path.read_bytes())
     (tmp_path / "broken.npz").write_bytes(b"PK\x03\x04 nothing")
-    said = levelhead("bench", "accuracy", tmp_path, "-f", "best", "--jobs", "1")
+    said = levelhead("bench", "accuracy", tmp_path, "-f", "default", "--jobs", "1")
     assert said.code == 0 and "Left out: " in said.out and "broken.npz" in said.out
 
 
 def test_the_folder_for_results_is_looked_at_before_the_work(refused, folder, tmp_path):
     (tmp_path / "file").write_text("no folder")
-    assert "cannot make the folder" in refused("bench", "accuracy", folder, "-f", "best", "-o", tmp_path / "file")
+    assert "cannot make the folder" in refused("bench", "accuracy", folder, "-f", "default", "-o", tmp_path / "file")
 
 
 @pytest.mark.compiled

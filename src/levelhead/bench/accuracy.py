@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,7 +17,8 @@ from levelhead.bench.methods import DEFAULT, OURS, SMOOTHER, Method
 from levelhead.bench.processes import run_parallel
 from levelhead.bench.survey import Entry, load, survey
 from levelhead.bench.timing import Progress, machine
-from levelhead.evaluate.text_table import Column, plain_table
+from levelhead.evaluate.text_table import Cell, Column, plain_table
+from levelhead.recording import Array, Recording
 
 # What stands behind the groups: key, title, which figure, and what is made of it over the recordings.
 OVERALL = {
@@ -108,12 +109,12 @@ class Accuracy:
         return [Column("method", "method"), *shown, *overall]
 
     @property
-    def table(self) -> list[dict[str, Any]]:
+    def table(self) -> list[dict[str, Cell]]:
         """One mapping per method from column key to degrees; None where there is no figure at all."""
         return [self._row(j) for j in range(len(self.methods))]
 
-    def _row(self, method: int) -> dict[str, Any]:
-        row: dict[str, Any] = {"method": self.methods[method].name}
+    def _row(self, method: int) -> dict[str, Cell]:
+        row: dict[str, Cell] = {"method": self.methods[method].name}
         for group in self.groups:
             row[group.name] = self._over(self._of(group), method, self.figure, "mean")
         for key, figure, how in OVERALL[self.with_mag]:
@@ -152,7 +153,7 @@ class Accuracy:
         return [f"* {name} {why} on {_listed(where)}." for (name, why), where in found.items()]
 
     @property
-    def long(self) -> list[dict[str, Any]]:
+    def long(self) -> list[dict[str, Cell]]:
         """One mapping per recording and method: names, figures in degrees, note; None for what does not exist."""
         nothing = dict.fromkeys(ErrorFigures._fields)
         return [
@@ -164,7 +165,7 @@ class Accuracy:
             for j in range(len(self.methods))
         ]
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Everything, ready for JSON: numbers, texts, None; never NaN."""
         return {
             "machine": machine(),
@@ -218,9 +219,9 @@ def _remarks(result: Accuracy) -> dict[str, str]:
     return known
 
 
-def _plain(method: Method) -> dict[str, Any] | None:
+def _plain(method: Method) -> dict[str, object] | None:
     params = {DEFAULT: filters.default(), SMOOTHER: filters.offline()}.get(method.name, method.params)
-    return {"filter": filters.of(params).name, **params._asdict()} if method.package == OURS else None
+    return None if params is None else {"filter": filters.of(params).name, **params._asdict()}
 
 
 def _listed(names: Sequence[str], most: int = 3) -> str:
@@ -229,7 +230,7 @@ def _listed(names: Sequence[str], most: int = 3) -> str:
 
 
 @lru_cache(maxsize=1)
-def _recording(path: Path, with_mag: bool) -> Any:
+def _recording(path: Path, with_mag: bool) -> Recording:
     return load(path, with_mag)
 
 
@@ -248,7 +249,7 @@ def run(task: Task) -> Outcome:
     return _measure(recording, np.asarray(quat, dtype=float), task.entry.north)
 
 
-def _measure(recording: Any, quat: Any, absolute: bool) -> Outcome:
+def _measure(recording: Recording, quat: Array, absolute: bool) -> Outcome:
     """The figures, if there is a unit quaternion for every sample."""
     if quat.shape != (len(recording), 4):
         return Outcome(None, f"failed: gave an array of shape {quat.shape}")

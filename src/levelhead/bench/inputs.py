@@ -1,7 +1,5 @@
 """The data that speed is measured on: a sensor that is turned about smoothly, with noise and bias."""
 
-from typing import Any
-
 import numpy as np
 
 from levelhead.recording import Array, Recording
@@ -23,16 +21,16 @@ def recording(n: int, seed: int = 1, mag: bool = False) -> Recording:
     return Recording(t, gyr, acc, field if mag else None)
 
 
-def _sensors(n: int, seed: int) -> tuple[Any, ...]:
+def _sensors(n: int, seed: int) -> tuple[Array, Array, Array, Array]:
     from scipy.spatial.transform import Rotation
 
     noise = np.random.default_rng(seed)
-    t = np.arange(n) * DT
+    t = np.arange(n, dtype=np.float64) * DT
     yaw, pitch, roll = np.sin(0.11 * t), 0.5 * np.sin(0.37 * t), 0.8 * np.sin(0.53 * t + 1.0)
     attitude = Rotation.from_euler("ZYX", np.stack([yaw, pitch, roll], axis=1))
     gyr = np.zeros((n, 3))
     gyr[1:] = (attitude[:-1].inv() * attitude[1:]).as_rotvec() / DT
     gyr += np.radians([0.3, -0.2, 0.1]) + noise.normal(0.0, 0.005, (n, 3))
-    acc = attitude.inv().apply([0.0, 0.0, STANDARD_GRAVITY]) + noise.normal(0.0, 0.1, (n, 3))
-    mag = attitude.inv().apply(FIELD) + noise.normal(0.0, 0.5, (n, 3))
+    acc: Array = attitude.inv().apply([0.0, 0.0, STANDARD_GRAVITY]) + noise.normal(0.0, 0.1, (n, 3))
+    mag: Array = attitude.inv().apply(FIELD) + noise.normal(0.0, 0.5, (n, 3))
     return t, gyr, acc, mag

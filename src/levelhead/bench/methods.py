@@ -1,12 +1,13 @@
 """The methods of a comparison: levelhead's default, its smoother, its filters, and the contenders."""
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from levelhead import filters
 from levelhead.bench import contenders
 from levelhead.engine import fuse, smooth
 from levelhead.errors import LevelheadError, nearest
+from levelhead.filters.parameters import Params
 from levelhead.recording import Array, Recording
 
 DEFAULT = "default"
@@ -23,7 +24,7 @@ class Method(NamedTuple):
     """
 
     name: str
-    params: Any = None
+    params: Params | None = None
 
     @property
     def package(self) -> str:
@@ -49,7 +50,7 @@ def all_methods() -> tuple[list[Method], list[str]]:
     return ours() + there, [f"{package} is not installed: {contenders.INSTALL}" for package in absent]
 
 
-def from_params(params: Any) -> Method:
+def from_params(params: Params) -> Method:
     """One of levelhead's filters with parameters."""
     return Method(repr(params).removesuffix("()"), params)
 

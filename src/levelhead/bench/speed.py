@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -11,8 +10,11 @@ from levelhead.bench import contenders, inputs
 from levelhead.bench.methods import DEFAULT, OURS, SMOOTHER, Method, all_methods
 from levelhead.bench.timing import Case, Progress, Table, Timing, machine, time_interleaved
 from levelhead.engine import AxisStream, Stream, fuse, smooth
+from levelhead.engine.stream import Triple
 from levelhead.errors import LevelheadError
-from levelhead.recording import Recording
+from levelhead.evaluate.text_table import Cell
+from levelhead.filters.parameters import Params
+from levelhead.recording import Array, Recording
 from levelhead.units import STANDARD_GRAVITY
 
 DIVISOR = {"vqf": 1, "imufusion": 10, "ahrs": 1000}  # samples of a batch are divided by this: loops in Python take long
@@ -30,7 +32,7 @@ class Speed:
     machine: dict[str, str]
     remarks: tuple[str, ...] = ()
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Ready for JSON."""
         tables = [table.to_dict() for table in self.tables]
         return {"machine": self.machine, "notes": list(self.remarks), "tables": tables}
@@ -93,13 +95,13 @@ def _whole(method: Method, recording: Recording) -> Callable[[], object]:
     return lambda: contenders.BY_NAME[method.name].run(recording)
 
 
-def _batch_row(timing: Timing, timings: dict[str, Timing]) -> dict[str, Any]:
-    row: dict[str, Any] = {"case": timing.name, "ns": timing.least, "median_ns": timing.median}
+def _batch_row(timing: Timing, timings: dict[str, Timing]) -> dict[str, Cell]:
+    row: dict[str, Cell] = {"case": timing.name, "ns": timing.least, "median_ns": timing.median}
     row["vqf"] = timing.over(timings[REFERENCE]) if REFERENCE in timings else None
     if timing.name in contenders.BY_NAME:
         namesake = timing.name.partition(".")[2]
-        row["twin"] = namesake if namesake in timings else DEFAULT
-        row["slower"] = timing.over(timings[row["twin"]])
+        twin = namesake if namesake in timings else DEFAULT
+        row |= {"twin": twin, "slower": timing.over(timings[twin])}
     return row
 
 
@@ -109,7 +111,7 @@ def live(mag: bool, samples: int, repeats: int, progress: Progress | None = None
     timings = {one.name: one for one in time_interleaved(_live_cases(mag, count), repeats, progress)}
     rows = []
     for one in timings.values():
-        row: dict[str, Any] = {"case": one.name, "ns": one.least, "median_ns": one.median}
+        row: dict[str, Cell] = {"case": one.name, "ns": one.least, "median_ns": one.median}
         row |= {peer: one.over(timings[peer]) if peer in timings else None for peer in LIVE_PEERS}
         rows.append(row)
     return Table(
@@ -146,7 +148,7 @@ def _sensors(mag: bool) -> str:
     return "9-D, with magnetometer" if mag else "6-D, without magnetometer"
 
 
-def _imufusion(sensors: Sequence[Any]) -> Callable[[], None]:
+def _imufusion(sensors: Sequence[Array]) -> Callable[[], None]:
     gyr, acc, *mag = sensors
     rows = list(zip(np.degrees(gyr), acc / STANDARD_GRAVITY, *mag, strict=True))
 
@@ -163,7 +165,7 @@ def _imufusion(sensors: Sequence[Any]) -> Callable[[], None]:
     return work
 
 
-def _vqf(rows: Sequence[Any]) -> Callable[[], None]:
+def _vqf(rows: Sequence[Sequence[Array]]) -> Callable[[], None]:
     def work() -> None:
         import vqf
 
@@ -176,7 +178,7 @@ def _vqf(rows: Sequence[Any]) -> Callable[[], None]:
     return work
 
 
-def _stream(params: Any, rows: Sequence[Any]) -> Callable[[], None]:
+def _stream(params: Params, rows: Sequence[Sequence[Triple]]) -> Callable[[], None]:
     stream = Stream(params)
 
     def without() -> None:
@@ -190,7 +192,7 @@ def _stream(params: Any, rows: Sequence[Any]) -> Callable[[], None]:
     return without if len(rows[0]) == 2 else with_mag
 
 
-def _axis(params: Any, count: int) -> Callable[[], None]:
+def _axis(params: Params, count: int) -> Callable[[], None]:
     stream = AxisStream(params)
     t = np.arange(count) * inputs.DT
     pairs = list(zip((30.0 * np.sin(t)).tolist(), (30.0 * np.cos(t)).tolist(), strict=True))

@@ -3,7 +3,6 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -44,7 +43,7 @@ class Entry:
         """What to call it."""
         return self.path.stem
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Ready for JSON; without the folder, which is the machine's own."""
         facts = asdict(self) | {"dataset": self.group.dataset, "group": self.group.name}
         return {"recording": self.name} | {key: facts[key] for key in facts if key != "path"}

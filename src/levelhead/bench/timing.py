@@ -12,7 +12,8 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+
+from levelhead.evaluate.text_table import Cell
 
 Progress = Callable[[float], None]  # takes the fraction done, 0 to 1
 PACKAGES = ("levelhead", "numpy", "numba", "scipy", "pyarrow", "vqf", "imufusion", "ahrs")
@@ -55,10 +56,10 @@ class Table:
 
     title: str
     columns: dict[str, str]
-    rows: list[dict[str, Any]] = field(default_factory=list)
+    rows: list[dict[str, Cell]] = field(default_factory=list)
     note: str = ""
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Ready for JSON."""
         return {"title": self.title, "rows": self.rows, "note": self.note}
 

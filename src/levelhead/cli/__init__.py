@@ -8,7 +8,6 @@ import io
 import os
 import sys
 from collections.abc import Sequence
-from typing import Any
 
 from cyclopts import App, Parameter
 from cyclopts.exceptions import CycloptsError, UnusedCliTokensError
@@ -22,7 +21,7 @@ Start with `levelhead demo`; then `levelhead fuse LOG` for a recording of your o
 """
 
 
-def _default(value: Any) -> str | None:
+def _default(value: object) -> str | None:
     """A default worth a place in the help; no flag needs to say that it is off."""
     return None if value in (None, ()) or value is False else str(value)
 

@@ -1,12 +1,15 @@
 """``levelhead bench accuracy | speed``: levelhead beside its peers."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import App, Parameter
 
 from levelhead.cli.options import filter_names, folder, parse_filter_spec, print_json, print_line
 from levelhead.errors import LevelheadError
+
+if TYPE_CHECKING:
+    from levelhead.bench.methods import Method
 
 bench = App(
     name="bench", help="Levelhead beside its peers: errors on real recordings, and time.", help_format="markdown"
@@ -90,7 +93,7 @@ def speed(*, samples: int = 200_000, repeats: int = 9, json: Annotated[bool, Par
     print_figures(result.tables, result.machine, result.remarks)
 
 
-def _method(word: str) -> Any:
+def _method(word: str) -> "Method":
     """A method from ``NAME`` or, for a filter of ours, ``NAME:k=v,k=v``."""
     from levelhead.bench.methods import find, from_params
 

@@ -1,12 +1,15 @@
 """``levelhead demo``: the classic lesson, its table and its pictures."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
 from levelhead.cli.options import folder, print_json, print_line
 from levelhead.filters import AccelTilt, BiasRateKalman, Complementary, GyroIntegration, Kalman, RollPitchKalman
+
+if TYPE_CHECKING:
+    from levelhead.evaluate import Comparison
 
 PER_SAMPLE = Kalman(r_measure=4.0, q_per_sample=True)
 DENSITY = Kalman(r_measure=4.0)
@@ -61,7 +64,7 @@ def demo(
     print_line("written: " + ", ".join(str(path) for path in written))
 
 
-def _more(comparison: Any, seed: int, target: Path) -> tuple[list[Path], list[str]]:
+def _more(comparison: "Comparison", seed: int, target: Path) -> tuple[list[Path], list[str]]:
     """The sweeps, the convergence of the gain and the hard case: their pictures, and what they show."""
     import numpy as np
 

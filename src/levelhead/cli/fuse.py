@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
@@ -20,7 +20,13 @@ from levelhead.cli.options import (
     require_self_calibration,
 )
 from levelhead.errors import LevelheadError
+from levelhead.filters.parameters import Params
 from levelhead.guard import Guard
+
+if TYPE_CHECKING:
+    from levelhead.calibration import Calibration
+    from levelhead.recording import Recording
+    from levelhead.track import Track
 
 
 def fuse(
@@ -104,7 +110,7 @@ def fuse(
     print_line("written: " + ", ".join(str(path) for path in written))
 
 
-def node_filter(live: Mapping[str, Any], guard: Any, words: Sequence[str]) -> tuple[Any, Any]:
+def node_filter(live: Mapping[str, Any], guard: Guard | None, words: Sequence[str]) -> tuple[Params, Guard | None]:
     """The filter and the guard with which a black box was made; thresholds in words win."""
     params = filters.find(live["filter"]).params(**live["params"])
     if words:
@@ -112,7 +118,7 @@ def node_filter(live: Mapping[str, Any], guard: Any, words: Sequence[str]) -> tu
     return params, None if live["guard"] is None else Guard(**live["guard"])
 
 
-def _require_north(recording: Any, params: Any) -> None:
+def _require_north(recording: "Recording", params: Params) -> None:
     """Makes sure that heading is relative to a north that can be corrected."""
     flt = filters.of(params)
     why = f"{flt.name} does not follow the magnetometer" if "heading" not in flt.estimates else ""
@@ -121,7 +127,7 @@ def _require_north(recording: Any, params: Any) -> None:
         raise LevelheadError(f"--declination turns magnetic north, but {why}: heading is relative; leave it out")
 
 
-def _picture(recording: Any, track: Any, path: Path, quiet: bool) -> list[Path]:
+def _picture(recording: "Recording", track: "Track", path: Path, quiet: bool) -> list[Path]:
     """Draws, unless the plotting extra is missing: then the track is worth having all the same, and a line says so."""
     from importlib.util import find_spec
 
@@ -137,7 +143,9 @@ def _picture(recording: Any, track: Any, path: Path, quiet: bool) -> list[Path]:
     return [path]
 
 
-def _learned(recording: Any, params: Any, guard: Any, known: Any, path: Path) -> list[Path]:
+def _learned(
+    recording: "Recording", params: Params, guard: Guard | None, known: "Calibration | None", path: Path
+) -> list[Path]:
     """Draws how the filter got to know its sensor; where matplotlib is missing ``_picture`` has said so."""
     from importlib.util import find_spec
 

@@ -2,7 +2,7 @@
 
 import json
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -11,7 +11,7 @@ from cyclopts import Parameter
 
 from levelhead import filters
 from levelhead.errors import LevelheadError
-from levelhead.filters.parameters import settable
+from levelhead.filters.parameters import Params, settable
 from levelhead.guard import Guard
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ class Reading:
         return orientation(log, column, map=columns, units=units, lsb=lsb, rate=self.rate)
 
 
-def external_kinds(_: Any) -> dict[str, str]:
+def external_kinds(_: object) -> dict[str, str]:
     """What ``--with`` takes, for the shell to complete."""
     return {"column:": "quaternion columns of the log, by the name that they share"}
 
@@ -74,17 +74,17 @@ def external_columns(words: Sequence[str]) -> list[str]:
     return names
 
 
-def filter_names(_: Any) -> dict[str, str]:
+def filter_names(_: object) -> dict[str, str]:
     """Names of the filters and what they are, for the shell to complete."""
     return {flt.name: str(flt.params.__doc__).partition("\n")[0] for flt in filters.ALL}
 
 
-def parameter_names(_: Any) -> dict[str, str]:
+def parameter_names(_: object) -> dict[str, str]:
     """Names of all filters' parameters and what they mean, for the shell to complete."""
     return {name: param.doc for flt in filters.ALL for name, param in settable(flt.params).items()}
 
 
-def guard_names(_: Any) -> dict[str, str]:
+def guard_names(_: object) -> dict[str, str]:
     """What ``--guard`` takes, for the shell to complete."""
     names = {f"{name}=": param.doc for name, param in settable(Guard).items()}
     return {"off": "the filter alone, which sees every reading as it is"} | names
@@ -135,7 +135,7 @@ def parse_settings(pairs: Iterable[str], example: str = "r_measure=0.1") -> dict
     return values
 
 
-def parse_filter(name: str | None, pairs: Sequence[str], offline: bool = False) -> Any:
+def parse_filter(name: str | None, pairs: Sequence[str], offline: bool = False) -> Params:
     """The Params object for ``--filter NAME --set k=v``; without a name the best filter there is."""
     values = parse_settings(pairs)
     if name is not None:
@@ -155,7 +155,7 @@ def parse_guard(words: Sequence[str]) -> Guard | None:
     return None
 
 
-def require_parameter(params: Any, parameter: str) -> None:
+def require_parameter(params: Params, parameter: str) -> None:
     """Makes sure that the filter that was chosen for the user has a parameter that he names.
 
     Raises:
@@ -169,7 +169,7 @@ def require_parameter(params: Any, parameter: str) -> None:
         )
 
 
-def require_self_calibration(params: Any, option: str) -> None:
+def require_self_calibration(params: Params, option: str) -> None:
     """Makes sure that the filter learns what its sensor does wrong.
 
     Raises:
@@ -181,7 +181,7 @@ def require_self_calibration(params: Any, option: str) -> None:
         raise LevelheadError(f"{option} needs a filter that learns its sensor, which {flt.name} does not; try {who}")
 
 
-def read_prior(path: Path | None, params: Any) -> "Calibration | None":
+def read_prior(path: Path | None, params: Params) -> "Calibration | None":
     """The calibration in the file that ``--prior`` names, for a filter that can start with it."""
     from levelhead.calibration import Calibration
 
@@ -191,7 +191,7 @@ def read_prior(path: Path | None, params: Any) -> "Calibration | None":
     return Calibration.read(path)
 
 
-def parse_filter_spec(word: str) -> Any:
+def parse_filter_spec(word: str) -> Params:
     """A Params object from ``NAME`` or ``NAME:k=v,k=v``."""
     name, _, pairs = word.partition(":")
     return filters.find(name).params(**parse_settings(pairs.split(",") if pairs else []))
@@ -203,7 +203,7 @@ def simulate_recording(
     duration: float | None = None,
     rate: float | None = None,
     sensor: str | None = None,
-) -> Any:
+) -> "Recording":
     """The recording that ``--simulate WHAT`` stands for: the lesson, its hard case, or a motion seen by a sensor.
 
     Without a seed it is 42 for the lessons, 0 otherwise; the lessons have their own duration, rate and sensor.
@@ -255,7 +255,7 @@ def print_line(text: str) -> None:
     sys.stdout.write(f"{text}\n")
 
 
-def print_json(value: dict[str, Any]) -> None:
+def print_json(value: Mapping[str, object]) -> None:
     """The result for programs, on standard output."""
     escape = "utf" not in (sys.stdout.encoding or "").lower()
     json.dump(value, sys.stdout, indent=2, ensure_ascii=escape, allow_nan=False)

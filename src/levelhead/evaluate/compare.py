@@ -3,7 +3,6 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 
@@ -14,8 +13,9 @@ from levelhead.errors import LevelheadError
 from levelhead.evaluate.attitude_error import error_quaternion, split
 from levelhead.evaluate.external_track import ExternalTrack, align_external
 from levelhead.evaluate.score import Score, evaluate, rms
-from levelhead.evaluate.text_table import Column, plain_table
+from levelhead.evaluate.text_table import Cell, Column, plain_table
 from levelhead.filters import resolve
+from levelhead.filters.parameters import FilterChoice, Params
 from levelhead.guard import Guard
 from levelhead.recording import Recording
 from levelhead.track import Track
@@ -63,11 +63,11 @@ class Row:
         return self.track.name if self.external is None else self.external.name
 
     @property
-    def cells(self) -> dict[str, Any]:
+    def cells(self) -> dict[str, Cell]:
         """Values by the keys of ``COLUMNS``."""
-        score = self.score.to_dict() if self.score is not None else {}
-        known = {"filter": self.name, "ns": self.ns, "difference": None if self.score else self.difference}
-        return {column.key: known.get(column.key, score.get(column.key)) for column in COLUMNS}
+        own = {"filter": self.name, "ns": self.ns, "difference": None if self.score else self.difference}
+        keys = [column.key for column in COLUMNS]
+        return {key: own[key] if key in own else getattr(self.score, key, None) for key in keys}
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +87,7 @@ class Comparison:
     guard: Guard | None = DEFAULT_GUARD
 
     @property
-    def table(self) -> list[dict[str, Any]]:
+    def table(self) -> list[dict[str, Cell]]:
         """One mapping per filter from column key (see ``COLUMNS``) to value; None for what does not exist."""
         rows = [row.cells for row in self.rows]
         if all(row.score is None or row.score.heading_offset is not None for row in self.rows):
@@ -127,7 +127,7 @@ class Comparison:
             sentences.append("Total aligned: each one's best constant heading offset is removed, known north or not.")
         return [*sentences, *others, *clock]
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Everything but the samples, ready for JSON: numbers, texts, None; never NaN."""
         return {
             "samples": len(self.recording),
@@ -150,13 +150,13 @@ class Comparison:
         return "\n".join([plain_table(COLUMNS, self.table), *self.notes])
 
 
-def _plain(params: Any) -> dict[str, Any]:
-    return dict(params._asdict()) if hasattr(params, "_asdict") else {}
+def _plain(params: Params | Guard | None) -> dict[str, object]:
+    return {} if params is None else dict(params._asdict())
 
 
 def time_fuse(
     recording: Recording,
-    params: Any,
+    params: Params,
     engine: str,
     progress: Progress | None = None,
     enough: float = 0.2,
@@ -181,7 +181,7 @@ def time_fuse(
 
 def compare(
     recording: Recording,
-    filters: Sequence[Any],
+    filters: Sequence[FilterChoice],
     *,
     tracks: Mapping[str, Track] | None = None,
     guard: Guard | None = DEFAULT_GUARD,

@@ -1,7 +1,7 @@
 """A Score: a track against the truth, in the numbers that papers and data sheets use."""
 
 from dataclasses import asdict, dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,7 +47,7 @@ class Score:
     heading_error_ratio: float | None
     samples: int
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """The attributes by name, ready for JSON (None, never NaN)."""
         return asdict(self)
 

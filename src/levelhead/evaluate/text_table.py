@@ -1,7 +1,10 @@
 """Columns of a table of results: title, unit and digits stand here once, for plain text, terminals and pictures."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
+
+Cell = str | float | None  # a value in a table: a name, a number, or nothing
+Row = Mapping[str, Cell]  # column key -> value
 
 
 class Column(NamedTuple):
@@ -21,7 +24,7 @@ class Column(NamedTuple):
         """Title with unit."""
         return f"{self.title} [{self.unit}]" if self.unit else self.title
 
-    def cell(self, value: Any) -> str:
+    def cell(self, value: Cell) -> str:
         """A value as text; "–" for one that does not exist."""
         if value is None:
             return "–"
@@ -33,17 +36,18 @@ class Column(NamedTuple):
         return text.replace("-", "−")
 
 
-def used(columns: Sequence[Column], rows: Sequence[Mapping[str, Any]]) -> list[Column]:
+def used(columns: Sequence[Column], rows: Sequence[Row]) -> list[Column]:
     """The columns in which at least one row has a value."""
     return [column for column in columns if any(row[column.key] is not None for row in rows)]
 
 
-def best_rows(column: Column, rows: Sequence[Mapping[str, Any]]) -> set[int]:
+def best_rows(column: Column, rows: Sequence[Row]) -> set[int]:
     """Indices of the best rows of a column, those equal as printed included; none where there is nothing to choose."""
     if not column.best or len(rows) < 2:
         return set()
     ideal = 1.0 if column.best == "one" else 0.0
-    away = {i: abs(row[column.key] - ideal) for i, row in enumerate(rows) if row[column.key] is not None}
+    values = {i: row[column.key] for i, row in enumerate(rows)}
+    away = {i: abs(value - ideal) for i, value in values.items() if isinstance(value, float | int)}
     if len(away) < 2:
         return set()
     least = min(away, key=lambda i: away[i])
@@ -51,7 +55,7 @@ def best_rows(column: Column, rows: Sequence[Mapping[str, Any]]) -> set[int]:
     return {i for i in away if column.cell(rows[i][column.key]) == text}
 
 
-def plain_table(columns: Sequence[Column], rows: Sequence[Mapping[str, Any]]) -> str:
+def plain_table(columns: Sequence[Column], rows: Sequence[Row]) -> str:
     """The table as aligned text: words to the left, numbers to the right."""
     shown = used(columns, rows)
     lines = [[column.header for column in shown]]

@@ -2,11 +2,11 @@
 
 import sys
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, TextIO
 
 from levelhead.bench.accuracy import Accuracy
 from levelhead.bench.timing import Table as Figures
-from levelhead.evaluate.text_table import Column, best_rows
+from levelhead.evaluate.text_table import Cell, Column, best_rows
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -16,7 +16,7 @@ PIPE = 200  # columns of text where there is no terminal
 PARTED = 2  # columns between the groups and what is taken over all
 
 
-def print_accuracy(result: Accuracy, every: bool = False, file: Any = None) -> None:
+def print_accuracy(result: Accuracy, every: bool = False, file: TextIO | None = None) -> None:
     """Print the table by group and its notes (default: to stdout), after the long one if it is wanted.
 
     Where the terminal is too narrow the table is cut between columns, and goes on below.
@@ -47,7 +47,7 @@ def print_figures(tables: Sequence[Figures], machine: Mapping[str, str], notes: 
         console.print(note, style="dim", markup=False)
 
 
-def number(value: Any) -> str:
+def number(value: Cell) -> str:
     """A figure with three digits that count."""
     if value is None:
         return "–"
@@ -72,7 +72,7 @@ def markdown(result: Accuracy) -> str:
     return table + "\n" + "".join(f"- {note.removeprefix('* ')}\n" for note in result.notes)
 
 
-def _console(file: Any) -> "Console":
+def _console(file: TextIO | None) -> "Console":
     from rich.console import Console
 
     file = sys.stdout if file is None else file

@@ -2,14 +2,14 @@
 
 import math
 import re
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from levelhead import filters
 from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.filters import health
-from levelhead.filters.parameters import param_table
+from levelhead.filters.parameters import Params, param_table
 from levelhead.guard import Guard
 from levelhead.recording import Array, Recording, median
 from levelhead.sources.hard_iron import hard_iron
@@ -59,7 +59,7 @@ def summary(
 
 def facts(
     recording: Recording, track: Track, score: "Score | None" = None, guard: Guard | None = DEFAULT_GUARD
-) -> dict[str, Any]:
+) -> dict[str, object]:
     """The same facts for programs, ready for JSON: units as the names say, None for what does not exist."""
     from levelhead.evaluate.compare import COLUMNS  # with all of `evaluate`, which the words need only for a score
 
@@ -77,7 +77,7 @@ def facts(
         "magnetometer_offset_uT": iron.offset.tolist() if iron is not None and iron.clear else None,
         "notes": list(recording.meta.get("notes", ())),
         "filter": flt.name,
-        "params": dict(track.params._asdict()),
+        "params": {} if track.params is None else dict(track.params._asdict()),
         "guard": None if guard is None else dict(guard._asdict()),
         "declination_deg": None if track.declination is None else math.degrees(track.declination),
         "end": {name: float(end[i]) for name, i in degrees.items()} | {"quat_wxyz": track.quat[-1].tolist()},
@@ -122,7 +122,7 @@ def _recording(recording: Recording) -> str:
     return ", ".join(parts)
 
 
-def _filter(params: Any) -> list[tuple[str, str]]:
+def _filter(params: Params | None) -> list[tuple[str, str]]:
     """The filter, its parameters with units, its source."""
     if params is None:
         return []

@@ -1,7 +1,7 @@
 """Comparisons and sweeps as terminal tables: units in the head, the best of each column bold."""
 
 import sys
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, TextIO
 
 from levelhead.evaluate import Comparison
 from levelhead.evaluate.compare import COLUMNS
@@ -52,7 +52,7 @@ def _text(cell: str, best: bool) -> "Text":
     return text.append(f"\n{params.removesuffix(')')}", "dim") if params else text
 
 
-def print_table(result: Comparison | Sweep, file: Any = None) -> None:
+def print_table(result: Comparison | Sweep, file: TextIO | None = None) -> None:
     """Print the result and what its reader must know: a rich table on a terminal, else plain text (default: stdout)."""
     file = sys.stdout if file is None else file
     if not file.isatty():

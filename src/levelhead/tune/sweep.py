@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, get_args
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -14,8 +14,8 @@ from levelhead.engine.binding import choose_engine
 from levelhead.engine.parallel import lanes_pay
 from levelhead.errors import LevelheadError, nearest
 from levelhead.evaluate.score import root_mean_squares
-from levelhead.evaluate.text_table import Column, plain_table
-from levelhead.filters.parameters import Param, derived_table, settable
+from levelhead.evaluate.text_table import Cell, Column, plain_table
+from levelhead.filters.parameters import FilterChoice, Param, Params, derived_table, settable
 from levelhead.guard import Guard
 from levelhead.recording import Array, Recording
 from levelhead.tune import lane_score
@@ -42,7 +42,7 @@ class Sweep:
         metric: which of the three is minimised.
     """
 
-    params: Any
+    params: Params
     name: str
     param: Param
     values: Array
@@ -68,7 +68,7 @@ class Sweep:
         return float(self.values[self.index])
 
     @property
-    def best(self) -> Any:
+    def best(self) -> Params:
         """The filter's parameters with that value."""
         return set_value(self.params, self.name, self.minimum)
 
@@ -110,7 +110,7 @@ class Sweep:
             words += f"; the minimum is the {self.edge} value tried, at the edge: widen the range"
         return words
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """All numbers, ready for JSON."""
         low, high = self.flat
         return {
@@ -139,7 +139,7 @@ class Sweep:
         )
 
     @property
-    def table(self) -> list[dict[str, Any]]:
+    def table(self) -> list[dict[str, Cell]]:
         """One mapping per value, by the keys of ``columns``."""
         first, last = self.flat
         marks = {i: "flat" for i in range(first, last + 1)} | {self.index: "minimum"}
@@ -154,7 +154,7 @@ class Sweep:
         return f"{self.params!r}\n{plain_table(self.columns, self.table)}\n{self.finding[0].upper()}{self.finding[1:]}."
 
 
-def set_value(params: Any, name: str, value: float) -> Any:
+def set_value(params: Params, name: str, value: float) -> Params:
     """The same parameters with one of them, or one of their other names (alpha for tau), set to ``value``."""
     fields = dict(params._asdict())
     derived = derived_table(type(params)).get(name)
@@ -176,7 +176,7 @@ def grid(owner: str, name: str, param: Param) -> list[float]:
     return [float(f"{value:.3g}") for value in values]  # 0.126, not 0.125893: what one would type
 
 
-def _facts(params: Any, name: str) -> Param:
+def _facts(params: Params, name: str) -> Param:
     known = settable(type(params))
     if name not in known:
         raise LevelheadError(f"{type(params).__name__} has no parameter '{name}'; {nearest(name, known)}")
@@ -185,7 +185,7 @@ def _facts(params: Any, name: str) -> Param:
 
 def sweep(
     recording: Recording,
-    params: Any,
+    params: FilterChoice,
     name: str,
     values: Sequence[float] | Array | None = None,
     *,
@@ -228,7 +228,7 @@ def sweep(
 
 def _scores(
     recording: Recording,
-    tries: list[Any],
+    tries: list[Params],
     guard: Guard | None,
     engine: str,
     progress: Callable[[float], None] | None,

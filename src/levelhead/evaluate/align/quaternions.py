@@ -1,11 +1,14 @@
 """Products of quaternions wxyz, arrays and constants alike: what the search does thousands of times."""
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from levelhead.evaluate.attitude_error import error_quaternion, split
 from levelhead.recording import Array
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
 
 ONE: Array = np.array([1.0, 0.0, 0.0, 0.0])
 _CONJUGATE: Array = np.array([1.0, -1.0, -1.0, -1.0])
@@ -42,7 +45,7 @@ def mean(quat: Array, weights: Array) -> Array:
     return found
 
 
-def rotation(quat: Any) -> Any:
+def rotation(quat: Array) -> "Rotation":
     """A SciPy Rotation of quaternions wxyz."""
     from scipy.spatial.transform import Rotation
 

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass, replace
 from math import degrees
-from typing import Any
 
 import numpy as np
 
@@ -174,7 +173,7 @@ class Alignment:
             ]
         )
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Ready for JSON: numbers, texts, None; never NaN."""
         return {
             "order": self.order,

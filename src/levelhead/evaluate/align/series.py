@@ -1,13 +1,16 @@
 """A stream of orientation as a function of time, and two of them at the same instants."""
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array, median, real_array, time_array
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Slerp
 
 MIN_SAMPLES = 24  # samples; with fewer nothing is claimed
 MAX_GAP = 4.0  # sample intervals; nothing is interpolated across a longer step
@@ -27,7 +30,7 @@ class OrientationSeries:
 
     t: Array
     quat: Array
-    _slerp: Any = field(repr=False)
+    _slerp: "Slerp" = field(repr=False)
 
     @staticmethod
     def from_samples(name: str, t: ArrayLike, quat: ArrayLike) -> "OrientationSeries":

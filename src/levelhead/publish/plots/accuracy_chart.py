@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from levelhead.bench.accuracy import Accuracy
 from levelhead.bench.methods import DEFAULT, OURS
+from levelhead.evaluate.text_table import Cell
 from levelhead.publish.plots import style
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ def accuracy_picture(result: Accuracy, path: str | Path) -> None:
     axes.axvline(len(keys) - 1.5, color="#666666", linewidth=1.0)
     rows = result.table
     for j, method in enumerate(result.methods):
-        _marks(axes, result, j, [rows[j][key] for key in keys], method.name in LEADERS)
+        _marks(axes, result, j, [_degrees(rows[j][key]) for key in keys], method.name in LEADERS)
     mode = "with magnetometer" if result.with_mag else "without magnetometer"
     style.format_axes(
         axes, f"Mean over the recordings of each group, {mode}", f"RMS {result.figure} error [°], logarithmic"
@@ -49,10 +50,15 @@ def accuracy_picture(result: Accuracy, path: str | Path) -> None:
     style.save(made, path)
 
 
+def _degrees(value: Cell) -> float | None:
+    """A figure of the table; None where there is none."""
+    return value if isinstance(value, float) else None
+
+
 def _finding(result: Accuracy) -> str:
     """Where the default stands among the others, as a sentence."""
     errors = {row["method"]: row[f"all: {result.figure}"] for row in result.table}
-    known = {name: value for name, value in errors.items() if value is not None}
+    known = {name: value for name, value in errors.items() if isinstance(value, float)}
     if not known:
         return "No method has a figure"
     first = min(known, key=lambda name: known[name])
