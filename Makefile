@@ -13,10 +13,10 @@ demo: $(READY)
 
 # Three tiers; every test is in one of them, by its marks (CONTRIBUTING.md).
 quick: lint
-	$(TESTS) -m "not compiled and not full"
+	$(TESTS) -m "not compiled and not slow and not full"
 
 test: quick
-	$(TESTS) -m "compiled and not full"
+	$(TESTS) -m "(compiled or slow) and not full"
 
 test-full: $(READY)
 	$(TESTS) -m full

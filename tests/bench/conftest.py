@@ -1,5 +1,6 @@
 """Recordings whose truth is known, and the contenders that are there."""
 
+import functools
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +12,7 @@ from levelhead.evaluate.attitude_error import turn_heading
 from levelhead.recording import Recording
 
 
+@functools.cache
 def headed(degrees: float, seed: int = 3, duration: float = 20.0, *, rotation: float = 20.0) -> Recording:
     """A gentle motion that starts with this heading (anticlockwise from east), seen by perfect sensors."""
     motion = simulate.motion(seed, duration, 100.0, style="hand", rotation=rotation, translation=0.1)

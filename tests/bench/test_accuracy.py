@@ -182,6 +182,7 @@ def test_markdown_has_a_cell_for_every_column(folder):
     assert len(lines) == 4 and len({line.count("|") for line in lines}) == 1
 
 
+@pytest.mark.slow
 def test_vqf_on_broad_is_what_is_known_of_it(data_dir):
     if not contenders.BY_NAME["vqf.VQF"].installed:
         pytest.skip("vqf is not installed")

@@ -139,6 +139,7 @@ def test_a_folder_that_cannot_be_made_or_written(refused, tmp_path):
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["lh_ekf.h"]
 
 
+@pytest.mark.slow
 def test_every_filter_is_exported_under_its_own_name(levelhead, tmp_path):
     for flt in filters.ALL:
         assert levelhead("export", flt.name, "-o", tmp_path).code == 0

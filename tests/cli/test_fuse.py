@@ -216,6 +216,7 @@ def test_one_sample_is_enough(levelhead, logs, tmp_path):
     assert (said.code, said.err) == (0, "") and "1 sample," in said.out and "−0.00" not in said.out
 
 
+@pytest.mark.slow
 def test_what_a_run_learned_is_said_drawn_saved_and_taken_up(levelhead, logs, tmp_path):
     file = tmp_path / "sensor.json"
     words = ["fuse", logs / "nine.npz", "--filter", "ESKF", "-o", tmp_path]

@@ -47,6 +47,7 @@ def homeless(tmp_path: Path) -> dict[str, str]:
     return kept | {"HOME": str(tmp_path / "home"), "PYTHONDONTWRITEBYTECODE": "1"}
 
 
+@pytest.mark.slow
 def test_success_in_a_pipe_says_nothing_on_stderr_even_without_a_home(logs, tmp_path, homeless):
     done = levelhead("fuse", logs / "hand.csv", "-o", tmp_path, env=homeless)
     assert (done.returncode, done.stderr) == (0, "")

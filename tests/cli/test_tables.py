@@ -13,6 +13,7 @@ def is_png(path: Path) -> bool:
     return path.read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_demo(levelhead, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     said = levelhead("demo")

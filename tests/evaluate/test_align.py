@@ -61,6 +61,7 @@ FRAMES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("order", ["wxyz", "xyzw"])
 @pytest.mark.parametrize("inverse", [False, True])
 @pytest.mark.parametrize("frames", FRAMES)
@@ -99,6 +100,7 @@ def test_a_wrong_order_is_an_inverse_with_two_constant_rotations():
     assert found.after < 1e-5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shift", [-0.2, 0.0, 0.0123, 0.35, 1234.5678])
 @pytest.mark.parametrize("rate", [30.0, 50.0, 173.0])
 def test_a_shift_is_found_below_the_sample_interval(shift, rate):
@@ -241,6 +243,7 @@ def test_bad_input_is_refused_in_one_sentence():
         align(T, good, T + 1000.0, good, shift=False)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("trial", ["01_undisturbed_slow_rotation_A", "21_undisturbed_fast_combined"])
 def test_a_real_reference_in_a_vendors_habit(data_dir, trial):
     """BROAD's optical truth, as a phone would write it: NED, xyzw, late, slower, with gaps where the cameras were

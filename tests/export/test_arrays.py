@@ -105,7 +105,7 @@ def _listed(monkeypatch):
 @pytest.mark.compiled
 @pytest.mark.skipif("gcc" not in c_engine.COMPILERS, reason="no gcc on the PATH")
 @pytest.mark.parametrize("guard", [lh.Guard(), None], ids=["guarded", "alone"])
-@pytest.mark.parametrize("compiler", c_engine.COMPILERS)
+@c_engine.EVERY_COMPILER
 def test_the_same_bits(guard, compiler):
     program = c_engine.built(Choice(Matrices(noise=0.02), guard), compiler)
     recording = hard_recording(True)

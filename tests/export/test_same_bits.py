@@ -58,7 +58,7 @@ def test_axis(flt, compiler, level):
 
 
 @EVERY
-@pytest.mark.parametrize("real", ["double", "float"])
+@pytest.mark.parametrize("real", ["double", pytest.param("float", marks=pytest.mark.full)])
 def test_the_header_tells_the_size(flt, real):
     for axis in (False, True) if flt.axis else (False,):
         choice = Choice(flt.params(), real=real, axis=axis)

@@ -1,10 +1,9 @@
 """The generated self-test passes where the filter is right, and only there."""
 
-import subprocess
-
 import numpy as np
 import pytest
 from tests.reference import c_engine
+from tests.reference.c_engine import run_selftest
 
 import levelhead as lh
 from levelhead import filters
@@ -17,14 +16,6 @@ GCC = pytest.mark.skipif("gcc" not in c_engine.COMPILERS, reason="no gcc on the 
 EVERY = pytest.mark.parametrize("flt", filters.ALL, ids=lambda f: f.name)
 
 
-def run(folder, name, *flags):
-    """Exit code and line of the self-test of what was exported to a folder."""
-    command = ["gcc", *c_engine.WARNINGS, "-Werror", *flags, f"{name}.c", f"{name}_selftest.c", "-lm", "-o", "selftest"]
-    subprocess.run(command, cwd=folder, check=True)
-    done = subprocess.run(["./selftest"], cwd=folder, capture_output=True, text=True, check=False)
-    return done.returncode, done.stdout
-
-
 @pytest.mark.compiled
 @GCC
 @EVERY
@@ -32,7 +23,7 @@ def run(folder, name, *flags):
 def test_it_passes(flt, real, tmp_path):
     choice = Choice(flt.params(), real=real)
     write(choice, tmp_path)
-    code, said = run(tmp_path, choice.name, "-O1")
+    code, said = run_selftest(tmp_path, choice.name, "-O1")
     assert code == 0 and said.startswith(f"{choice.name}: all 96 samples are right"), said
 
 
@@ -43,7 +34,7 @@ def test_it_passes(flt, real, tmp_path):
 def test_it_passes_on_one_axis(flt, real, tmp_path):
     choice = Choice(flt.params(), real=real, axis=True)
     write(choice, tmp_path)
-    code, said = run(tmp_path, choice.name, "-O3", "-ffp-contract=off")
+    code, said = run_selftest(tmp_path, choice.name, "-O3", "-ffp-contract=off")
     assert code == 0 and said.startswith(f"{choice.name}: all 40 samples are right"), said
 
 
@@ -65,7 +56,7 @@ def test_it_fails_where_a_number_of_the_source_is_another(real, wrong, expected,
     right = ".r_measure = 0.03f," if real == "float" else ".r_measure = 0.03,"
     assert text.count(right) == 1
     source.write_text(text.replace(right, f".r_measure = {wrong},"), encoding="utf-8")
-    code, said = run(tmp_path, "lh_kalman", "-O1")
+    code, said = run_selftest(tmp_path, "lh_kalman", "-O1")
     assert code == expected and words in said
 
 

@@ -6,14 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.export.test_selftest import run
 from tests.reference import c_engine
+from tests.reference.calibrations import WRONG, sure
 from tests.reference.hard import assert_same, hard_recording
 
 import levelhead as lh
 from levelhead import filters
 from levelhead.axis_map import IDENTITY, AxisMap
-from levelhead.calibration import Quantity
 from levelhead.export import Choice, files, write
 
 GCC = pytest.mark.skipif("gcc" not in c_engine.COMPILERS, reason="no gcc on the PATH")
@@ -28,19 +27,6 @@ def learned():
     ).calibration
 
 
-def sure(*values):
-    """Numbers that are known well."""
-    value = np.array(values)
-    return Quantity(value, 0.01 * np.abs(value), np.ones(len(value)), np.ones(len(value)))
-
-
-WRONG = lh.Calibration(
-    Quantity(*(np.array([[0.01, 0.002, -0.003], [0.004, -0.02, 0.005], [-0.006, 0.001, 0.015]]) for _ in range(4))),
-    sure(0.03, -0.02, 0.01),
-    sure(0.1, -0.2, 0.15),
-    sure(4.0, -6.0, 3.0),
-    sure(0.012),
-)
 SIX = replace(WRONG, mag_offset=None, mag_delay=None)
 
 
@@ -76,7 +62,7 @@ def test_mounted_and_corrected_as_in_python(flt):
 
 
 @pytest.mark.compiled
-@pytest.mark.parametrize("compiler", c_engine.COMPILERS)
+@c_engine.EVERY_COMPILER
 @pytest.mark.parametrize("axes", ["x,y,z", "y,z,x", "-x,y,-z"])
 @pytest.mark.parametrize("found", [None, SIX], ids=["as it reads", "no magnetometer"])
 def test_mounted_any_way(compiler, axes, found):
@@ -130,7 +116,7 @@ def test_the_self_test_passes(learned, real, tmp_path):
         Choice(lh.EKF(), real=real, calibration=WRONG, axes=AXES),
     ):
         write(choice, tmp_path)
-        code, said = run(tmp_path, choice.name, "-O1")
+        code, said = c_engine.run_selftest(tmp_path, choice.name, "-O1")
         assert code == 0 and said.startswith(f"{choice.name}: all 96 samples are right"), said
 
 

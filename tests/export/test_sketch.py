@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.export.test_sensor import WRONG
+from tests.reference.calibrations import WRONG
 
 import levelhead as lh
 from levelhead.axis_map import AxisMap

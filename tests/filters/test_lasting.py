@@ -17,13 +17,16 @@ from levelhead.evaluate.score import error_angles
 from levelhead.filters import ESKF, health
 
 pytestmark = pytest.mark.compiled
+FULL = pytest.mark.full
 
 
 def fused(recording, params=None):
     return lh.fuse(recording, params or ESKF(), engine="compiled")
 
 
-@pytest.mark.parametrize("motion", ["hand", "walking", "robot", "drone"])
+@pytest.mark.parametrize(
+    "motion", ["hand", *(pytest.param(m, marks=pytest.mark.full) for m in ("walking", "robot", "drone"))]
+)
 def test_a_bias_that_runs_by_half_a_degree_a_second_in_ten_minutes(motion):
     _, warming = lasting.warming(motion, seed=1)
     track = fused(warming)
@@ -53,6 +56,7 @@ def hours():
     return of
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("motion", ["hand", "walking", "robot", "drone"])
 def test_an_hour_without_a_magnetometer_is_doubted(motion, hours):
     """σ of heading grows, and is no smaller than half the error."""
@@ -62,11 +66,13 @@ def test_an_hour_without_a_magnetometer_is_doubted(motion, hours):
     assert found.error < 2.0 * found.sigma
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("motion", ["hand", "walking"])
 def test_heading_is_back_soon_after_the_magnetometer(motion, hours):
     assert hours(motion).back < 5.0
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("motion", ["hand", "walking", "robot", "drone"])
 def test_neither_the_hour_nor_its_end_moves_the_tilt(motion, hours):
     """Whatever heading does: a magnetometer never tilts the horizon."""

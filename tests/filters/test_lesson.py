@@ -32,6 +32,7 @@ def test_published_figures(lesson, params, published):
     assert rmse(lesson, params) == pytest.approx(published, abs=1e-4)
 
 
+@pytest.mark.slow
 def test_the_best_alpha_of_the_grid_is_its_last(lesson):
     grid = np.arange(80, 100) / 100
     errors = [rmse(lesson, lh.Complementary(alpha=alpha)) for alpha in grid]

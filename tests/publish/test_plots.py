@@ -131,6 +131,7 @@ def is_png(path) -> bool:
     return path.read_bytes().startswith(PNG) and path.stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_the_lessons_pictures(cases, tmp_path):
     four_panels(cases["lesson"], tmp_path / "four.png")
     case_picture(cases, tmp_path / "cases.png")
@@ -165,6 +166,7 @@ def torn():
     return Recording(whole.t[keep], gyr[keep], acc[keep], None, truth)
 
 
+@pytest.mark.slow
 def test_hard_data_draws_too(torn, tmp_path):
     four_panels(compare(torn, [Complementary, Kalman, Kalman(r_measure=9)]), tmp_path / "four.png")
     track_picture(torn, fuse(torn, Kalman), tmp_path / "kalman.png")
@@ -194,6 +196,7 @@ def test_what_cannot_be_drawn_is_said(cases, tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mag", [None, "HMC5883L"])
 def test_the_learned_picture(tmp_path, mag):
     rec = recording("LSM6DSO32", "hand", duration=5.0, mag=mag)

@@ -25,6 +25,7 @@ def level(recording: Recording) -> np.ndarray:
     return np.asarray(np.nanmean(recording.acc + w * twice + np.cross(v, twice), axis=0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", BROAD)
 def test_broad(data_dir: Path, number: str) -> None:
     recording = read(next((data_dir / "broad").glob(f"{number}_*.mat")))
