@@ -185,6 +185,12 @@ class Calibration:
         except LevelheadError as error:
             raise LevelheadError(f"{path}: {error}") from None
 
+    def counts(self) -> tuple[int, int]:
+        """How many of the sensor's errors are known, and of how many that the filter estimates."""
+        parts = [self.gyr_bias, self.gyr_matrix, self.acc_bias, self.mag_offset, self.mag_delay]
+        there = [part for part in parts if part is not None]
+        return sum(int(part.known.sum()) for part in there), sum(int((part.unlearned > 0.0).sum()) for part in there)
+
     def words(self) -> list[str]:
         """What was learned with ± 1σ, a line for each thing, and in the last line what this motion could not teach."""
         degrees, pairs = math.degrees(1.0), [(i, j) for i in range(3) for j in range(3) if i != j]

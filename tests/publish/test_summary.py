@@ -9,11 +9,13 @@ import pytest
 
 from levelhead.engine import fuse
 from levelhead.evaluate import compare, evaluate
-from levelhead.filters import Complementary, Kalman
-from levelhead.filters.health import ACC_MISSING, AT_REST
+from levelhead.filters import ESKF, Complementary, Kalman
+from levelhead.filters.health import ACC_MISSING, AT_REST, NAMES
+from levelhead.guard import Guard
 from levelhead.publish import print_table, progress, rich_table, summary
+from levelhead.publish.summary import ADVICE, KINDS, LINES
 from levelhead.recording import Recording
-from levelhead.simulate import lesson
+from levelhead.simulate import lesson, recording
 from levelhead.track import Track
 from levelhead.tune import sweep
 
@@ -26,10 +28,10 @@ class Terminal(io.StringIO):
 def test_summary_says_what_came_in_and_what_came_out():
     recording = lesson(42)
     track = fuse(recording, Kalman(r_measure=4))
-    text = summary(recording, track, evaluate(recording, track))
+    text = summary(recording, track, evaluate(recording, track), verbose=True)
     assert "6,000 samples, 59.99 s, 100 Hz, gyroscope + accelerometer" in text
     assert "q_bias = 0.003 (deg/s)²/s, r_measure = 4 deg²" in text
-    assert "°/s learned by the end" in text
+    assert "°/s at the end" in text
     assert "nothing missing, stuck, at full scale or rejected; no gap in time" in text
     assert "against truth" in text
     assert max(len(line) for line in text.splitlines()) <= 120
@@ -45,15 +47,46 @@ def test_summary_counts_gaps_missing_samples_and_health():
     health[10:13] = ACC_MISSING
     health[12:50] |= AT_REST
     turn = np.tile([np.cos(0.5), np.sin(0.5), 0.0, 0.0], (100, 1))
-    text = summary(recording, Track(t, turn, health=health))
+    text = summary(recording, Track(t, turn, health=health), verbose=True)
     assert "1 gap (longest 0.31 s)" in text
     assert "3 incomplete samples (3 %)" in text
     assert "magnetometer" in text
     assert "3 samples (3 %): accelerometer missing, tilt not corrected" in text
-    assert "at rest       38 % of the time, bias read off" in text
+    assert "38 % of the time, where the bias was measured" in text
     assert repr(Track(t, turn, health=health)) == "Track(orientation, 100 samples, 3 with health bits)"
     assert "57.30° at 0 s" in text
     assert text.count("not estimated by this filter") == 2
+
+
+def test_summary_has_few_lines_whatever_happened():
+    """Everything at once: every fault, many notes, truth, a guard of its own, declination, a calibration, hard iron."""
+    rec = recording("ICM-20948", "hand", duration=60.0)
+    track = fuse(rec, ESKF(acc_noise=0.02), engine="python").to_true_north(3.0)
+    flags = np.zeros(len(rec), np.uint32)
+    for i, bit in enumerate(NAMES):
+        flags[: 10 + i] |= np.uint32(bit)
+    track = replace(track, health=flags)
+    notes = [f"note number {i}" for i in range(7)]
+    score = evaluate(rec, track)
+    text = summary(rec, track, score, Guard(rest_time=3), notes=notes)
+    lines = text.splitlines()
+    assert len(lines) <= LINES <= 18
+    for words in ("ESKF(acc_noise=0.02)", "rest_time=3", "roll ", "tilt ", "declination", "errors of the sensor"):
+        assert words in text
+    assert "learn it with ESKF" in text and "5 more with --verbose" in text
+    assert f"{len(NAMES) - 1 - KINDS} more with --verbose" in text
+    assert "gyr_noise" not in text and "could not be learned" not in text
+    full = summary(rec, track, score, Guard(rest_time=3), notes=notes, verbose=True)
+    assert full.count("note number") == 7 and "gyr_noise = 0.04 (deg/s)/√Hz" in full and "could not be learned" in full
+    for words in (words for bit, words in NAMES.items() if bit != AT_REST):
+        assert words in full
+
+
+def test_every_fault_that_a_user_can_mend_says_how():
+    assert set(ADVICE) <= set(NAMES) and AT_REST not in ADVICE
+    track = Track([0.0, 0.01], np.tile([1.0, 0.0, 0.0, 0.0], (2, 1)), health=[ACC_MISSING, 0])
+    rec = Recording([0.0, 0.01], np.zeros((2, 3)), np.ones((2, 3)))
+    assert "1 sample (50 %): accelerometer missing, tilt not corrected: check the logger" in summary(rec, track)
 
 
 def test_summary_uses_the_minus_sign():

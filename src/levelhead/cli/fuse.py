@@ -43,6 +43,7 @@ def fuse(
     offline: Annotated[bool, Parameter(negative="")] = False,
     prior: Annotated[Path | None, Parameter(metavar="FILE")] = None,
     save_calibration: Annotated[Path | None, Parameter(metavar="FILE")] = None,
+    verbose: Annotated[bool, Parameter(name=["--verbose", "-v"], negative="")] = False,
     json: Annotated[bool, Parameter(negative="")] = False,
     reading: Reading = Reading(),  # noqa: B008
 ) -> None:
@@ -61,7 +62,8 @@ def fuse(
         offline: smooth: every instant knows what the whole recording taught (filter ESKF).
         prior: what an earlier run has learned of the same sensor, from --save-calibration: the run starts with it.
         save_calibration: where to write what this run has learned of the sensor, with its 1σ, as JSON.
-        json: print the summary as JSON.
+        verbose: print every parameter, every learned number, every kind of fault and every note.
+        json: print the summary as JSON, with all parameters and all learned numbers.
     """
     from levelhead.engine import fuse as forward
     from levelhead.engine import smooth
@@ -104,9 +106,8 @@ def fuse(
     if json:
         print_json(facts(recording, track, score, before) | {"written": [str(path) for path in written]})
         return
-    print_line(summary(recording, track, score, before))
-    for note in recording.meta.get("notes", ()):
-        print_line(f"note: {note}")
+    notes = tuple(recording.meta.get("notes", ()))
+    print_line(summary(recording, track, score, before, verbose=verbose, notes=notes))
     print_line("written: " + ", ".join(str(path) for path in written))
 
 

@@ -1,7 +1,8 @@
-"""One screen of plain text about a recording and its track: what ``levelhead fuse`` prints."""
+"""A recording and its track in at most twenty lines of plain text, as ``levelhead fuse`` prints them."""
 
 import math
 import re
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,35 +19,63 @@ from levelhead.track import Track
 if TYPE_CHECKING:
     from levelhead.evaluate import Score
 
+LINES = 18  # of a summary that is not verbose; the command adds two: the picture and the files written
+KINDS = 3  # of faults that it names
+NOTES = 2  # of the reader that it repeats
+ADVICE = {  # health bit -> what the user can do about it
+    health.GYR_MISSING: "check the logger",
+    health.ACC_MISSING: "check the logger",
+    health.GAP: "check the logger: orientation is lost where the body turned in a gap",
+    health.NEAR_VERTICAL: "use quaternions there, not roll and yaw",
+    health.GYR_SATURATED: "choose a larger full scale",
+    health.ACC_SATURATED: "choose a larger full scale",
+    health.GYR_STUCK: "check wiring and chip",
+    health.ACC_STUCK: "check wiring and chip",
+    health.MAG_REJECTED: "move away from iron and currents",
+    health.MAG_LEARNED: "heading before and after may differ",
+    health.AID_REJECTED: "check the σ of the receiver or barometer",
+}
 WIDE = 0.3  # mag_offset of a magnetometer that was never calibrated
 LONG_GAP = 3.0  # sample intervals: a longer step in time is called a gap
 
 
 def summary(
-    recording: Recording, track: Track, score: "Score | None" = None, guard: Guard | None = DEFAULT_GUARD
+    recording: Recording,
+    track: Track,
+    score: "Score | None" = None,
+    guard: Guard | None = DEFAULT_GUARD,
+    *,
+    verbose: bool = False,
+    notes: Sequence[str] = (),
 ) -> str:
-    """Plain text, one fact a line: what came in, which filter, where it ended, how sure it is, what was wrong.
+    """Plain text, one fact a line: input, filter, final orientation, its σ, faults, and what to do about them.
+
+    Without ``verbose`` it has at most ``LINES`` lines: kinds of faults and notes beyond ``KINDS`` and ``NOTES`` are
+    counted, and the filter's parameters and the calibration are left out.
 
     Args:
         recording: the sensors.
-        track: what a filter made of them.
+        track: the orientation that a filter made of them.
         score: its errors, if there is truth (``levelhead.evaluate.evaluate``).
-        guard: what stood in front of the filter; None: nothing.
+        guard: the guard in front of the filter; None: there was none.
+        verbose: every parameter, every learned number, every kind of fault, every note.
+        notes: sentences of the reader of the log.
     """
     lines_of_facts = [
         ("recording", _recording(recording)),
-        *_filter(track.params),
+        *_filter(track.params, verbose),
         ("guard", _guard(guard)),
         ("end", _end(track)),
+        ("σ at the end", _sigma(track)),
         ("north", _north(track)),
-        ("largest tilt", _largest_tilt(track)),
+        ("largest tilt", _largest_tilt(track) if verbose else ""),
         ("bias", _bias(track)),
-        ("doubt (1σ)", _doubt(track)),
-        *_learned(track),
-        ("magnetometer", _iron(recording, track)),
+        *_calibration(track, verbose),
+        *_iron(recording, track),
         ("at rest", _rest(track)),
-        *_health(track),
-        *_score(score),
+        *_health(track, verbose),
+        *_score(score, verbose),
+        *_notes(notes, verbose),
     ]
     width = max(len(name) for name, _ in lines_of_facts)
     lines, last = [], ""
@@ -122,16 +151,17 @@ def _recording(recording: Recording) -> str:
     return ", ".join(parts)
 
 
-def _filter(params: Params | None) -> list[tuple[str, str]]:
-    """The filter, its parameters with units, its source."""
+def _filter(params: Params | None, verbose: bool) -> list[tuple[str, str]]:
+    """The filter with the parameters that differ from its defaults; verbose: all of them with units."""
     if params is None:
         return []
-    flt = filters.of(params)
+    if not verbose:
+        return [("filter", repr(params).removesuffix("()"))]
     values = []
     for name, param in param_table(type(params)).items():
         value = getattr(params, name)
         values.append(f"{name} = {value}" if isinstance(value, bool) else f"{name} = {value:g} {param.unit}".rstrip())
-    facts = [("filter", flt.name)]
+    facts = [("filter", filters.of(params).name)]
     facts += [("parameters", ", ".join(values[i : i + 4])) for i in range(0, len(values), 4)]
     return facts
 
@@ -139,7 +169,7 @@ def _filter(params: Params | None) -> list[tuple[str, str]]:
 def _guard(guard: Guard | None) -> str:
     """What differs from the usual; nothing where nothing does."""
     if guard is None:
-        return "off: the filter saw every reading as it is"
+        return "off: every reading reached the filter"
     return "" if guard == DEFAULT_GUARD else repr(guard)
 
 
@@ -153,7 +183,7 @@ def _north(track: Track) -> str:
 
 def _rest(track: Track) -> str:
     share = rest_share(track)
-    return f"{100 * share:.2g} % of the time, bias read off" if share else ""
+    return f"{100 * share:.2g} % of the time, where the bias was measured" if share else ""
 
 
 def _end(track: Track) -> str:
@@ -180,51 +210,76 @@ def _bias(track: Track) -> str:
     if track.bias is None:
         return "not estimated by this filter"
     courses = zip("xyz", np.degrees(track.bias).T, strict=True)  # 0 from first to last: that axis was not estimated
-    words = ", ".join(f"{axis} {course[-1]:.4f}" if course.any() else f"{axis} –" for axis, course in courses)
-    return f"{words} °/s learned by the end"
+    values = ", ".join(f"{axis} {course[-1]:.4f}" if course.any() else f"{axis} –" for axis, course in courses)
+    return f"{values} °/s at the end"
 
 
-def _learned(track: Track) -> list[tuple[str, str]]:
-    """What the filter has learned of its sensor; of the bias the line above tells already."""
-    words = [] if track.calibration is None else track.calibration.words()
-    return [("learned (± 1σ)", line) for line in words]
+def _calibration(track: Track, verbose: bool) -> list[tuple[str, str]]:
+    """How much of its sensor the filter has learned; verbose: each number."""
+    if track.calibration is None:
+        return []
+    if verbose:
+        return [("learned (± 1σ)", line) for line in track.calibration.words()]
+    known, asked = track.calibration.counts()
+    return [("calibration", f"{known} of {asked} errors of the sensor learned; --save-calibration FILE keeps them")]
 
 
-def _iron(recording: Recording, track: Track) -> str:
-    """A magnetometer that nobody has calibrated, and what to do."""
+def _iron(recording: Recording, track: Track) -> list[tuple[str, str]]:
+    """A magnetometer without calibration, and what to do."""
     found = hard_iron(recording)
     if found is None or not found.clear:
-        return ""
+        return []
     where = ", ".join(f"{axis} {value:+.3g}" for axis, value in zip("xyz", found.offset, strict=True))
-    off = f"not calibrated: its middle is off by {100 * found.share:.0f} % of the field ({where} µT)"
+    off = f"not calibrated: offset {100 * found.share:.0f} % of the field ({where} µT)"
     learned = None if track.calibration is None else track.calibration.mag_offset
     if learned is not None and found.explained(learned.value):
-        return f"{off}; learned by the end: keep it with --save-calibration FILE, and begin with --prior FILE"
-    turned = f"which may turn heading by {found.heading:.0f}°"
-    return f"{off}, {turned}: learn it with ESKF, --set mag_offset={WIDE} --save-calibration FILE, then --prior FILE"
+        advice = "learned by the end: --save-calibration FILE keeps it, --prior FILE starts with it"
+    else:
+        off += f": heading may be wrong by {found.heading:.0f}°"
+        advice = f"learn it with ESKF, --set mag_offset={WIDE} --save-calibration FILE, then --prior FILE"
+    return [("magnetometer", off), ("magnetometer", advice)]
 
 
-def _doubt(track: Track) -> str:
+def _sigma(track: Track) -> str:
     if track.sigma is None or track.sigma_tilt is None:
         return "not estimated by this filter"
     heading = math.degrees(track.sigma[-1, 2])
-    words = f"tilt {math.degrees(track.sigma_tilt[-1]):.3g}°"
-    return words + (f", heading {heading:.3g}°" if heading > 0.0 else "") + " at the end"
+    tilt_words = f"tilt {math.degrees(track.sigma_tilt[-1]):.3g}°"
+    return tilt_words + (f", heading {heading:.3g}°" if heading > 0.0 else "")
 
 
-def _health(track: Track) -> list[tuple[str, str]]:
-    """One line per kind of trouble, the most frequent first."""
+def _health(track: Track, verbose: bool) -> list[tuple[str, str]]:
+    """One line per kind of fault with what to do, the most frequent first."""
     found = health_counts(track)
     if not found:
         return [("health", "nothing missing, stuck, at full scale or rejected; no gap in time")]
-    return [
-        ("health", f"{_count(count, 'sample')} ({100 * count / len(track):.2g} %): {health.NAMES[bit]}")
-        for bit, count in found.items()
-    ]
+    lines = []
+    for bit, count in found.items():
+        advice = f": {ADVICE[bit]}" if bit in ADVICE else ""
+        share = f"{100 * count / len(track):.2g} %"
+        lines.append(("health", f"{_count(count, 'sample')} ({share}): {health.NAMES[bit]}{advice}"))
+    return _shorten(lines, KINDS, verbose)
 
 
-def _score(score: "Score | None") -> list[tuple[str, str]]:
-    return [] if score is None else [("against truth", line) for line in str(score).splitlines()]
+def _score(score: "Score | None", verbose: bool) -> list[tuple[str, str]]:
+    if score is None:
+        return []
+    lines = str(score).splitlines()
+    if not verbose:
+        lines = ["; ".join(lines[:2]), *filter(None, ["; ".join(lines[2:])])]
+    return [("against truth", line) for line in lines]
+
+
+def _notes(notes: Sequence[str], verbose: bool) -> list[tuple[str, str]]:
+    return _shorten([("note", note) for note in notes], NOTES, verbose)
+
+
+def _shorten(lines: list[tuple[str, str]], most: int, verbose: bool) -> list[tuple[str, str]]:
+    """The first ``most`` lines, the last of them with the number of those left out."""
+    if verbose or len(lines) <= most:
+        return lines
+    name, text = lines[most - 1]
+    return [*lines[: most - 1], (name, f"{text}; {len(lines) - most} more with --verbose")]
 
 
 def _count(number: int, thing: str) -> str:

@@ -64,9 +64,7 @@ def calibration_picture(history: CalibrationHistory, path: str | Path) -> None:
 
 def _finding(history: CalibrationHistory) -> str:
     end = history.known[-1]
-    parts = [getattr(end, name) for name in dict.fromkeys(panel.name for panel in PANELS[:-1])]  # the field is no fault
-    known = sum(int(part.known.sum()) for part in parts if part is not None)
-    asked = sum(int((part.unlearned > 0.0).sum()) for part in parts if part is not None)
+    known, asked = end.counts()
     return f"{known} of the sensor's {asked} numbers have been learned from this motion"
 
 
