@@ -21,7 +21,7 @@ SUBSCRIBER = f"""
     import json, time
     from levelhead.live import subscribe
     late, first = [], None
-    for message in subscribe("imu/orientation", {ENDPOINT!r}, size=10**6):
+    for message in subscribe("imu/orientation", {ENDPOINT!r}, history=10**6, max_age=60.0):
         now = time.time_ns()
         if message.seq == {READY}:
             print("ready", flush=True)

@@ -50,6 +50,7 @@ def test_a_replay_into_a_black_box_is_what_fuse_makes_of_the_file(levelhead, log
     "words, said",
     [
         (["nonsense"], "there is no source 'nonsense'"),
+        (["emulated"], "emulated: names no chip; expected such as emulated:mpu6050"),
         (["emulated:mpu6051"], "did you mean 'mpu6050'"),
         (["mpu6050@77"], "no I²C bus /dev/i2c-77"),
         (["serial:/dev/no-such-port"], "cannot open /dev/no-such-port"),
@@ -68,6 +69,11 @@ def test_a_replay_into_a_black_box_is_what_fuse_makes_of_the_file(levelhead, log
 )
 def test_bad_input(refused, words, said):
     assert said in refused(*RUN, *words)
+
+
+def test_a_replay_as_fast_as_it_goes_prints_its_figures(levelhead, logs):
+    said = levelhead(*RUN, f"replay:{logs / 'nine.npz'}", "--speed", "inf", "--filter", "Mahony")
+    assert said.code == 0 and said.out.splitlines()[-1].startswith("800 samples, 0 losses") and said.err == ""
 
 
 def test_what_is_refused_leaves_no_box_behind(refused, logs, tmp_path):

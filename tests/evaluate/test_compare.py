@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from levelhead.errors import LevelheadError
@@ -44,13 +45,15 @@ def test_json_holds_no_nan(lesson_comparison):
     assert plain["filters"][0]["score"]["bias"] is None
 
 
-def test_without_truth_tilt_is_held_against_the_first_filter():
+def test_without_truth_tilt_is_compared_with_the_filter_of_the_smallest_sigma():
     blind = replace(lesson(42)[:500], truth=None)
     found = compare(blind, [Complementary, Kalman])
     assert found.rows[0].score is None
-    assert found.rows[0].difference == 0.0
+    surest = min(found.rows, key=lambda row: np.median(np.hypot(*row.track.sigma[:, :2].T)))
+    assert [row.difference == 0.0 for row in found.rows] == [row is surest for row in found.rows]
+    assert found.surest is surest and found.surest.name in found.notes[0]
     assert 0.0 < found.rows[1].difference < 5.0
-    assert "tilt against the first" in str(found)
+    assert "tilt against the surest" in str(found)
     json.dumps(found.to_dict(), allow_nan=False)
 
 

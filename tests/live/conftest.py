@@ -1,5 +1,6 @@
 """Nodes on emulated chips with a clock that only goes on when somebody sleeps: minutes in a second, and no luck."""
 
+import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -70,7 +71,10 @@ def rig(felt) -> Callable[..., Rig]:
         wires = emulate_board(parse_board(text), World(felt, clock), drift=0.005)
         board = assemble_board(parse_board(text), wires, clock=clock, wait=clock.sleep)
         node = Node(board, clock=clock, sleep=clock.sleep, **options)
-        queues = [node.bus.subscribe(topic, 100_000) for topic in ("imu/orientation", "imu/raw", "imu/health")]
+        queues = [
+            node.bus.subscribe(topic, history=100_000, max_age=math.inf)
+            for topic in ("imu/orientation", "imu/raw", "imu/health")
+        ]
         return Rig(node, clock, wires, *queues)
 
     return make

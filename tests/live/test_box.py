@@ -66,7 +66,7 @@ def test_fuse_reads_it(rig, tmp_path, monkeypatch):
     assert recording.meta["live"]["filter"] == type(one.node.params).__name__
     assert recording.meta["live"]["params"] == one.node.params._asdict()  # those since the calibration
     assert len(recording.meta["notes"]) == 1
-    assert "without the bias that was read off at the start" in recording.meta["notes"][0]
+    assert "without the bias that was measured at the start" in recording.meta["notes"][0]
 
 
 def test_it_is_never_overwritten(tmp_path):

@@ -50,7 +50,7 @@ def test_who_comes_late_gets_the_last_message():
 
 def test_a_slow_subscriber_misses_the_oldest_and_is_named_once():
     bus = LocalBus()
-    slow, quick = bus.subscribe("imu/raw", size=10), bus.subscribe("imu/raw", size=1000)
+    slow, quick = bus.subscribe("imu/raw", history=10), bus.subscribe("imu/raw", history=1000)
     for seq in range(100):
         bus.publish("imu/raw", READ._replace(seq=seq))
     assert (
@@ -65,7 +65,7 @@ def test_a_slow_subscriber_misses_the_oldest_and_is_named_once():
 
 def test_iterating_in_another_thread_until_the_bus_closes():
     bus, seen = LocalBus(), []
-    subscription = bus.subscribe("imu/orientation")
+    subscription = bus.subscribe("imu/orientation", history=100)
     reader = threading.Thread(target=lambda: seen.extend(message.seq for message in subscription))
     reader.start()
     for seq in range(50):

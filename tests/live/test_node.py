@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import levelhead as lh
 from levelhead.live import Node, SourceLost, open_source
-from levelhead.live.bus import LocalBus
+from levelhead.live.bus import Command, LocalBus
 from levelhead.live.events import EVENTS
 from levelhead.live.realtime import realtime_scheduling
 from levelhead.sample import Sample
@@ -246,7 +246,7 @@ def test_another_chip_that_is_plugged_in_while_it_runs_is_refused(rig):
 
 def test_a_subscriber_that_sleeps_or_went_away_costs_nothing_and_is_named(rig):
     one = rig(calibrate=0)
-    slow, gone = (one.node.bus.subscribe("imu/orientation", size=10) for _ in range(2))
+    slow, gone = (one.node.bus.subscribe("imu/orientation", history=10, max_age=math.inf) for _ in range(2))
     gone.close()
     figures = one.node.run(duration=3.0)
     assert figures["missed"] == figures["lost"] == 0 and len(one.drain(one.orientations)) == figures["samples"] + 1
@@ -261,7 +261,7 @@ def test_a_serial_line_that_says_nonsense_and_goes_back_in_time_is_said():
     end, slave = os.openpty()
     tty.setraw(slave)
     node = Node(open_source(f"serial:{os.ttyname(slave)}", rate=100.0), calibrate=0)
-    queues = [node.bus.subscribe(topic, 1000) for topic in ("imu/orientation", "imu/health")]
+    queues = [node.bus.subscribe(topic, history=1000, max_age=math.inf) for topic in ("imu/orientation", "imu/health")]
     node.begin()
 
     def say(*lines: bytes) -> None:
@@ -314,7 +314,7 @@ def test_warnings_begin_and_end():
     more(20, gyr=(math.nan, 0.0, 0.0))
     more(300)
     node = Node(Given(*batches), calibrate=0)
-    health = node.bus.subscribe("imu/health", 1000)
+    health = node.bus.subscribe("imu/health", history=1000)
     node.run_all = [node.tick() for _ in range(len(batches))] if node.begin() is None else []
     node.close()
     events = []
@@ -363,7 +363,7 @@ vector = st.tuples(anything, anything, anything)
 @given(st.lists(st.tuples(anything, vector, vector, st.none() | vector), max_size=40))
 def test_whatever_comes_the_topic_carries_finite_unit_quaternions(rows):
     node = Node(Given(*([Sample(*row)] for row in rows)), calibrate=0)
-    said = node.bus.subscribe("imu/orientation", 1000)
+    said = node.bus.subscribe("imu/orientation", history=1000, max_age=math.inf)
     node.begin()
     for _ in rows:
         node.tick()
@@ -392,7 +392,7 @@ def test_parameters_that_somebody_asks_for_are_checked(rig):
     for second, wanted in enumerate(
         [{"beta": 0.2}, {"beta": -1}, {"bet": 1}, {"beta": "much"}, {"beta": [1]}, {"beta": "0.3"}]
     ):
-        one.clock.at(1.0 + 2.0 * second, lambda wanted=wanted: one.node.bus.commands.append(wanted))
+        one.clock.at(1.0 + 2.0 * second, lambda wanted=wanted: one.node.bus.commands.append(Command(wanted)))
     one.node.run(duration=13.0)
     assert one.node.params.beta == 0.3
     texts = [event.text for event in one.drain(one.health) if event.name == "not_set"]
@@ -403,7 +403,7 @@ def test_parameters_that_somebody_asks_for_are_checked(rig):
 def test_a_replay_ends_by_itself_and_gives_the_bits_of_fuse():
     recording = lh.simulate.recording("ICM-20948", "walking", duration=4.0)
     node = Node(Replay(recording, math.inf), calibrate=0)
-    said = node.bus.subscribe("imu/orientation", 1000)
+    said = node.bus.subscribe("imu/orientation", history=1000, max_age=math.inf)
     node.run()
     quats = [said.get(timeout=0.0).quat for _ in range(len(recording))]
     np.testing.assert_array_equal(quats, lh.fuse(recording).quat)
@@ -416,7 +416,7 @@ def test_a_replay_of_a_sensor_that_sits_otherwise(tmp_path):
     sensor = [values @ turned.matrix for values in (recording.gyr, recording.acc, recording.mag)]
     npz.write(lh.Recording(recording.t, *sensor), tmp_path / "log.npz")
     node = Node(open_source(f"replay:{tmp_path / 'log.npz'}", speed=math.inf, axes=turned), calibrate=0)
-    said = node.bus.subscribe("imu/orientation", 1000)
+    said = node.bus.subscribe("imu/orientation", history=1000, max_age=math.inf)
     node.run()
     quats = [said.get(timeout=0.0).quat for _ in range(len(recording))]
     np.testing.assert_array_equal(quats, lh.fuse(recording).quat)

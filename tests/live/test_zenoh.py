@@ -6,6 +6,7 @@ import socket
 import subprocess
 import sys
 import textwrap
+import threading
 import time
 from pathlib import Path
 
@@ -13,12 +14,18 @@ import pytest
 
 import levelhead as lh
 from levelhead.live.messages import ORIENTATION, TOPICS, Health, Orientation, Raw
-from levelhead.live.zenoh_bus import configuration
 
 pytest.importorskip("zenoh", reason="eclipse-zenoh is not installed (extra levelhead[bus])")
-from levelhead.live.zenoh_bus import ParameterClient, ZenohBus, subscribe
+from levelhead.live.zenoh_bus import ZenohBus
+from levelhead.live.zenoh_reader import ParameterClient, subscribe
+from levelhead.live.zenoh_session import configuration
 
 SAID = Orientation(7, 0, 1.5, 123, (1.0, 0.0, 0.0, 0.0), (0.1, 0.2, 0.3), (1e-3, 0.0, -1e-3), 2048)
+
+
+def fresh(**changes) -> Orientation:
+    """An orientation of this moment."""
+    return SAID._replace(stamp=time.time_ns(), **changes)
 
 
 @pytest.fixture
@@ -40,7 +47,9 @@ def reader(endpoint, count: int, more: str = "") -> subprocess.Popen:
     program = f"""
         import sys
         from levelhead.live import subscribe
-        for message in subscribe("imu/orientation", {endpoint!r}{more}):
+        for message in subscribe("imu/orientation", {endpoint!r}, history=4096{more}):
+            if not message.valid:
+                continue
             print(message.seq, message.quat, flush=True)
             if message.seq >= {count}:
                 break
@@ -56,15 +65,15 @@ def said(process, timeout: float = 20.0) -> list[int]:
 
 def test_three_lines_in_another_process_and_who_comes_late_gets_the_last(endpoint):
     bus = bus_of(endpoint)
-    bus.publish(ORIENTATION, SAID._replace(seq=4))
-    bus.publish(ORIENTATION, SAID._replace(seq=5))
-    process = reader(endpoint, 100)
+    bus.publish(ORIENTATION, fresh(seq=4))
+    bus.publish(ORIENTATION, fresh(seq=5))
+    process = reader(endpoint, 100, ", max_age=60.0")
     first = process.stdout.readline()
     assert first.split()[0] == "5" and "(1.0, 0.0, 0.0, 0.0)" in first
     seq = 5
     while process.poll() is None and seq < 2000:
         seq += 1
-        bus.publish(ORIENTATION, SAID._replace(seq=seq))
+        bus.publish(ORIENTATION, fresh(seq=seq))
         time.sleep(0.005)
     got = said(process)  # the program ends by itself
     assert got[-1] in range(100, 120) and got == sorted(set(got)) and len(got) > 80
@@ -75,16 +84,16 @@ def test_three_lines_in_another_process_and_who_comes_late_gets_the_last(endpoin
 def test_a_subscriber_that_is_killed_or_stopped_does_not_hold_up_the_node(endpoint):
     """One is killed, one is stopped in the middle: publishing goes on at once, and a third one gets everything."""
     bus = bus_of(endpoint)
-    bus.publish(ORIENTATION, SAID)
-    killed, stopped, well = (reader(endpoint, 10**6) for _ in range(3))
+    bus.publish(ORIENTATION, fresh())
+    killed, stopped, well = (reader(endpoint, 10**6, ", max_age=60.0") for _ in range(3))
     for process in (killed, stopped, well):
         process.stdout.readline()
     killed.kill()
     stopped.send_signal(signal.SIGSTOP)
     for seq in range(1, 2001):
-        bus.publish(ORIENTATION, SAID._replace(seq=seq))
+        bus.publish(ORIENTATION, fresh(seq=seq))
         time.sleep(0.001)
-    bus.publish(ORIENTATION, SAID._replace(seq=10**6))
+    bus.publish(ORIENTATION, fresh(seq=10**6))
     got = said(well)
     assert got[-1] == 10**6 and len(got) > 1000  # what a slow machine dropped is missing, the newest never
     stopped.kill()
@@ -102,7 +111,7 @@ def test_the_subscriber_may_be_first_and_the_node_restarted(endpoint):
         until = time.monotonic() + 10.0
         message = None
         while message is None and time.monotonic() < until:
-            bus.publish(ORIENTATION, SAID._replace(node=node))
+            bus.publish(ORIENTATION, fresh(node=node))
             message = subscription.get(timeout=0.1)
         assert message is not None and message.node == node
         bus.close()
@@ -115,14 +124,14 @@ def test_the_subscriber_may_be_first_and_the_node_restarted(endpoint):
 def test_all_topics(endpoint):
     bus = bus_of(endpoint)
     messages = (
-        SAID,
+        fresh(),
         Raw(7, 1, 1.5, 1, (1.0, 2.0, 3.0), (4.0, 5.0, 6.0), None, None),
         Health(7, 1, 0.0, 1, "late", True, "µ"),
         Health(7, 1, 0.0, 1, "config", True, "", {"filter": "Mahony"}),
     )
     for topic, message in zip(TOPICS, messages, strict=True):
         bus.publish(topic, message)
-        with subscribe(topic, endpoint) as subscription:
+        with subscribe(topic, endpoint, max_age=60.0) as subscription:
             assert subscription.get(timeout=10.0) == message
     bus.close()
 
@@ -130,13 +139,23 @@ def test_all_topics(endpoint):
 def test_parameters_are_asked_for_from_outside(endpoint):
     bus = bus_of(endpoint)
     client = ParameterClient(endpoint)
-    until = time.monotonic() + 10.0
-    while not bus.commands and time.monotonic() < until:
-        client.set(beta=0.25)
-        time.sleep(0.05)
-    assert bus.commands[0] == {"beta": 0.25}
-    client.close()
+
+    def node() -> None:
+        for answer in ("", "Madgwick: beta = -1 is not allowed"):
+            while not bus.commands:
+                time.sleep(0.01)
+            bus.commands.popleft().answer(answer)
+
+    answering = threading.Thread(target=node)
+    answering.start()
+    client.set(beta=0.25)
+    with pytest.raises(lh.LevelheadError, match="beta = -1 is not allowed"):
+        client.set(beta=-1.0)
+    answering.join()
     bus.close()
+    with pytest.raises(lh.LevelheadError, match="it does not run, or it lets in readers only"):
+        client.set(beta=0.5)
+    client.close()
 
 
 def test_a_second_node_is_noticed(endpoint):
@@ -208,7 +227,7 @@ def published(bus, subscription, seconds: float = 15.0):
     """What a subscriber gets of messages that are sent until it does."""
     until, message = time.monotonic() + seconds, None
     while message is None and time.monotonic() < until:
-        bus.publish(ORIENTATION, SAID)
+        bus.publish(ORIENTATION, fresh())
         message = subscription.get(timeout=0.1)
     return message
 
@@ -220,12 +239,12 @@ def test_certificates_open_it_to_those_who_may_read(endpoint, certificates):
     robot = subscribe(ORIENTATION, tls, certificates=certificates / "robot")
     stranger = subscribe(ORIENTATION, tls, certificates=certificates / "stranger")
     nobody = subscribe(ORIENTATION, endpoint)
-    assert published(bus, robot) == SAID
+    assert published(bus, robot).quat == SAID.quat
     assert published(bus, stranger, 0.5) is None and nobody.get(timeout=0.0) is None
     for one in (robot, stranger, nobody):
         one.close()
     bus.close()
     bus = bus_of(tls, certificates=certificates / "node")  # without the rule the stranger is no stranger
     with subscribe(ORIENTATION, tls, certificates=certificates / "stranger") as stranger:
-        assert published(bus, stranger) == SAID
+        assert published(bus, stranger).quat == SAID.quat
     bus.close()

@@ -155,4 +155,4 @@ def test_a_bar_on_a_terminal_that_goes_away_even_after_an_error(monkeypatch):
 def test_a_comparison_without_truth_prints():
     out = Terminal()
     print_table(compare(replace(lesson(42)[:300], truth=None), [Complementary, Kalman]), out)
-    assert "tilt is compared with the first filter's" in out.getvalue()
+    assert "whose σ is the smallest" in out.getvalue()

@@ -32,7 +32,8 @@ def export(
     calibration: Annotated[Path | None, Parameter(metavar="FILE")] = None,
     axes: Axes = "x,y,z",
     axis: Annotated[bool, Parameter(negative="")] = False,
-    single: Annotated[bool, Parameter(name="--float", negative="--double")] = False,
+    single: Annotated[bool, Parameter(name="--float", negative="")] = False,
+    double: Annotated[bool, Parameter(negative="")] = False,
     arduino: Annotated[bool, Parameter(negative="")] = False,
     out: Annotated[Path, Parameter(name=["--out", "-o"], metavar="DIR")] = Path(),
     json: Annotated[bool, Parameter(negative="")] = False,
@@ -49,7 +50,8 @@ def export(
         axes: the sensor's axes that are the body's x (forward), y (left) and z (up), such as -y,x,z;
             `levelhead axes` finds them.
         axis: the filter of one angle and its rate instead of that of an IMU.
-        single: all numbers as float, for boards without a fast double; the default is double, with the bits of Python.
+        single: all numbers as float, for boards without a fast double.
+        double: all numbers as double, with the bits of Python: the default.
         arduino: as a library folder for the Arduino IDE, with the sketch as its example.
         out: folder for the files.
         json: print the result as JSON.
@@ -58,6 +60,8 @@ def export(
     from levelhead.calibration import Calibration
     from levelhead.export import Choice, write
 
+    if single and double:
+        raise LevelheadError("--float and --double contradict each other; give one of them")
     flt, mounted = filters.find(filter), AxisMap.parse(axes)
     found = _tuned(flt, tuned)
     params = flt.params(**found.get("params", {}))

@@ -1,23 +1,13 @@
 """``levelhead run --source WHAT``: a live node."""
 
-import math
-import signal
-import sys
-import threading
-import time
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from cyclopts import Parameter
 
 from levelhead.cli.options import Axes, FilterName, GuardWords, parse_filter, parse_guard, print_json, print_line
 from levelhead.errors import LevelheadError
-
-if TYPE_CHECKING:
-    from levelhead.live.node import Node
-
-EXPECTED = frozenset({"started", "calibrating", "calibrated", "parameters", "ended", "stopped"})  # nothing to look at
 
 
 def run(
@@ -70,6 +60,7 @@ def run(
         json: no line a second, but the figures of the run as JSON at its end.
     """
     from levelhead.axis_map import AxisMap
+    from levelhead.cli.node_terminal import SignalHandlers, StatusLines
     from levelhead.live.box import BlackBox
     from levelhead.live.node import Node
     from levelhead.live.open import open_source
@@ -93,7 +84,7 @@ def run(
             live, params, guard=before, rate=rate, calibrate=still, bus=bus, box=kept, realtime=realtime,
             give_up=give_up,
         )  # fmt: skip
-        with node, _signals(node), _lines(node, quiet=json):
+        with node, SignalHandlers(node), StatusLines(node, quiet=json):
             figures = node.run(duration)
     if json:
         print_json(figures)
@@ -114,78 +105,6 @@ def _bus(publish: str | None, certificates: Path | None, readers: tuple[str, ...
     from levelhead.live.zenoh_bus import ZenohBus
 
     return ZenohBus(publish, certificates=certificates, readers=readers)
-
-
-class _signals:
-    """SIGTERM and Ctrl-C end the node in order: safe state, black box closed."""
-
-    def __init__(self, node: "Node") -> None:
-        self._node = node
-        self._before: dict[signal.Signals, Any] = {}
-
-    def __enter__(self) -> None:
-        if threading.current_thread() is threading.main_thread():
-            for one in (signal.SIGTERM, signal.SIGINT):
-                self._before[one] = signal.signal(one, lambda *_: self._node.stop())
-
-    def __exit__(self, *_: object) -> None:
-        for one, before in self._before.items():
-            signal.signal(one, before)
-
-
-class _lines:
-    """A line a second on the terminal, and each event as it comes, from a thread that the node does not wait for."""
-
-    def __init__(self, node: "Node", quiet: bool) -> None:
-        self._node, self._quiet = node, quiet
-        self._thread = threading.Thread(target=self._work, name="terminal", daemon=True)
-
-    def __enter__(self) -> None:
-        self._events = self._node.bus.subscribe("imu/health")
-        self._thread.start()
-
-    def __exit__(self, *_: object) -> None:
-        self._events.close()
-        self._thread.join(timeout=2.0)
-
-    def _work(self) -> None:
-        before, missed, last = 0, 0, time.monotonic()
-        while True:
-            event = self._events.get(timeout=max(0.0, last + 1.0 - time.monotonic()))
-            if event is not None and (event.on or event.name not in ("invalid", "calibrating")):
-                alarm = event.on and event.name not in EXPECTED
-                _tell(f"  {'!' if alarm else ' '} {event.name}: {event.text}", self._quiet)
-            elif event is None and self._events.closed:
-                return
-            now = time.monotonic()
-            if now - last >= 1.0:
-                samples = self._node.samples
-                _tell(
-                    _line(self._node, (samples - before) / (now - last), self._node.loop.missed - missed), self._quiet
-                )
-                before, missed, last = samples, self._node.loop.missed, now
-
-
-def _tell(text: str, quiet: bool) -> None:
-    if not quiet:
-        print_line(text)
-        sys.stdout.flush()
-
-
-def _line(node: "Node", rate: float, missed: int) -> str:
-    """Where things stand: roll, pitch and yaw in degrees, 1σ of tilt and heading, rates, warnings."""
-    said = node.last
-    warnings = ", ".join(name for name in list(node.journal.active) if name != "calibrating")
-    if said is None:
-        return f"{rate:6.1f} Hz  no orientation yet{f'  [{warnings}]' if warnings else ''}"
-    roll, pitch, yaw = (math.degrees(angle) for angle in said.euler)
-    tilt, heading = math.degrees(math.hypot(*said.sigma[:2])), math.degrees(said.sigma[2])
-    late = 1e3 * node.loop.lateness.quantile(0.99)
-    return (
-        f"{rate:6.1f} Hz  roll {roll:+7.2f}°  pitch {pitch:+7.2f}°  yaw {yaw:+7.2f}°  "
-        f"σ {tilt:.2f}° / {heading:.2f}°  late p99 {late:.2f} ms  missed {missed}"
-        + (f"  [{warnings}]" if warnings else "")
-    )
 
 
 def _summary(figures: dict[str, Any]) -> str:

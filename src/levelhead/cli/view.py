@@ -59,7 +59,8 @@ def _recording(log: Path, name: str | None, pairs: Any, words: Any, reading: Rea
 
 
 def _node(endpoint: str | None, certificates: Path | None, port: int) -> Any:
-    from levelhead.live.zenoh_bus import ENDPOINT, ParameterClient, subscribe
+    from levelhead.live.zenoh_reader import ParameterClient, subscribe
+    from levelhead.live.zenoh_session import ENDPOINT
     from levelhead.publish.dashboard.node_view import NodeView
 
     where = endpoint or ENDPOINT

@@ -33,7 +33,7 @@ COLUMNS = (
     Column("lag", "lag", "ms", 1, "low"),
     Column("tilt_error_ratio", "tilt error/σ", "", 2, "one"),
     Column("heading_error_ratio", "heading error/σ", "", 2, "one"),
-    Column("difference", "tilt against the first", "°", 3),
+    Column("difference", "tilt against the surest", "°", 3),
     Column("ns", "time", "ns/sample", 0, "low"),
 )
 
@@ -47,7 +47,7 @@ class Row:
         score: its errors; None for a recording without truth.
         ns: wall time of the batch run in ns per sample, the fastest of a few runs, compilation left out; None for an
             orientation from elsewhere.
-        difference: RMS angle in ° between its vertical and that of the first row.
+        difference: RMS angle in ° between its vertical and that of the surest row (``Comparison.surest``).
         external: for an orientation from elsewhere, its name and how it was made to match.
     """
 
@@ -100,6 +100,11 @@ class Comparison:
         return min(self.rows, key=lambda row: row.score.total if row.score is not None else 0.0)
 
     @property
+    def surest(self) -> Row:
+        """The row whose track has the smallest σ of tilt: the reference of a recording without truth."""
+        return min(self.rows, key=lambda row: _tilt_sigma(row.track))
+
+    @property
     def notes(self) -> list[str]:
         """What a reader of the table must know: sentences."""
         others = [row.external.note for row in self.rows if row.external is not None]
@@ -111,7 +116,8 @@ class Comparison:
             others.append(f"In front of every filter: {self.guard}.")
         scores = [row.score for row in self.rows if row.score is not None]
         if not scores:
-            return ["No true orientation in the recording: tilt is compared with the first filter's.", *others, *clock]
+            surest = f"that of {self.surest.name}, whose σ is the smallest" if self.rows else "nothing"
+            return [f"No true orientation in the recording: tilt is compared with {surest}.", *others, *clock]
         most = max(score.samples for score in scores)
         sentences = [f"RMS over the {most:,} samples whose truth is known and that count as movement."]
         sentences += [
@@ -191,7 +197,7 @@ def compare(
     """Run every filter over the recording and score it, and score orientations from elsewhere beside them.
 
     Args:
-        recording: with truth for errors; without, tilt is compared with the first filter's.
+        recording: with truth for errors; without, tilt is compared with that of the filter whose σ is the smallest.
         filters: Params objects, Params classes or names.
         tracks: name to an orientation from elsewhere, in any convention and at any rate; how it was made to match
             stands in ``Comparison.notes`` (see ``align``).
@@ -203,7 +209,7 @@ def compare(
     if not chosen and not tracks:
         raise LevelheadError("there is no filter to compare; expected at least one")
     engine = choose_engine(engine, len(recording))  # once: importing Numba on the way must not change the choice
-    rows: list[Row] = []
+    found: list[tuple[Track, Score | None, float]] = []
     for i, params in enumerate(chosen):
 
         def report(fraction: float, done: int = i) -> None:
@@ -212,18 +218,26 @@ def compare(
 
         track, ns = time_fuse(recording, params, engine, report, guard=guard)
         score = None if recording.truth is None else evaluate(recording, track)
-        rows.append(Row(track, score, ns, _difference(track, rows[0].track if rows else track)))
+        found.append((track, score, ns))
         report(1.0)
-    first = rows[0].track if rows else None
-    for other in align_external(recording, tracks or {}, first):
+    surest = min((track for track, _, _ in found), key=_tilt_sigma, default=None)
+    rows = [Row(track, score, ns, _difference(track, surest or track)) for track, score, ns in found]
+    for other in align_external(recording, tracks or {}, surest):
         score = None
         if recording.truth is not None:
             score = evaluate(recording, other.track, relative=other.relative, partial=True)
-        rows.append(Row(other.track, score, None, _difference(other.track, first or other.track), other))
+        rows.append(Row(other.track, score, None, _difference(other.track, surest or other.track), other))
     return Comparison(recording, tuple(rows), engine, guard)
 
 
-def _difference(track: Track, first: Track) -> float:
+def _tilt_sigma(track: Track) -> float:
+    """The median σ of tilt in rad; inf: it has none."""
+    sigma = None if track.sigma is None else np.hypot(track.sigma[:, 0], track.sigma[:, 1])
+    sigma = None if sigma is None else sigma[np.isfinite(sigma) & (sigma > 0.0)]
+    return float("inf") if sigma is None or len(sigma) == 0 else float(np.median(sigma))
+
+
+def _difference(track: Track, reference: Track) -> float:
     """RMS angle in ° between the two verticals, where both are known."""
-    tilt = split(error_quaternion(track.quat, first.quat)).tilt
+    tilt = split(error_quaternion(track.quat, reference.quat)).tilt
     return float(np.degrees(rms(tilt[~np.isnan(tilt)])))

@@ -60,7 +60,7 @@ def align_external(recording: Recording, tracks: Mapping[str, Track], first: Tra
     """
     if recording.truth is None and first is None:
         raise LevelheadError(
-            "without a true orientation a track is held against the first filter; expected at least one filter"
+            "without a true orientation a track is compared with the surest filter; expected at least one filter"
         )
     return [_align_one(recording, name, track, first) for name, track in tracks.items()]
 

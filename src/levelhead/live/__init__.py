@@ -9,14 +9,15 @@
 
 from typing import TYPE_CHECKING, Any
 
-from levelhead.live.bus import LocalBus, Subscription
+from levelhead.live.bus import LocalBus
 from levelhead.live.messages import Health, Orientation, Raw
 from levelhead.live.node import Node
 from levelhead.live.open import open_source
 from levelhead.live.safe_state import SourceLost
+from levelhead.live.subscription import Subscription
 
 if TYPE_CHECKING:
-    from levelhead.live.zenoh_bus import subscribe
+    from levelhead.live.zenoh_reader import subscribe
 
 __all__ = ["Health", "LocalBus", "Node", "Orientation", "Raw", "SourceLost", "Subscription", "open_source", "subscribe"]
 
@@ -24,6 +25,6 @@ __all__ = ["Health", "LocalBus", "Node", "Orientation", "Raw", "SourceLost", "Su
 def __getattr__(name: str) -> Any:
     if name != "subscribe":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from levelhead.live.zenoh_bus import subscribe  # with zenoh, which most nodes do without
+    from levelhead.live.zenoh_reader import subscribe  # with zenoh, which most nodes do without
 
     return subscribe

@@ -15,7 +15,9 @@ from levelhead.kernels.quat import Euler, Quat, to_euler
 
 ORIENTATION, RAW, HEALTH, CONFIG = "imu/orientation", "imu/raw", "imu/health", "imu/config"
 TOPICS = (ORIENTATION, RAW, HEALTH, CONFIG)
-SET = "imu/set"  # the other way: {"beta": 0.1} asks the node for other parameters
+SET = "imu/set"  # the other way, a query with {"beta": 0.1}: asks the node for other parameters
+CLOCK = "imu/clock"  # a query: the node's id and its clock; with it a reader says what it could not keep up with
+ALIVE = "imu/alive"  # imu/alive/ID: the liveliness token of a node
 VERSION = 1
 HEADER = struct.Struct("<2sBBIQdq")  # "LH", version, kind, node, seq, t, stamp
 BODY_ORIENTATION = struct.Struct("<4d3d3dIB")

@@ -214,10 +214,13 @@ class Node:
     def _apply_changes(self) -> None:
         """Parameters that other threads and processes asked for."""
         while self.bus.commands:
+            command = self.bus.commands.popleft()
             try:
-                self.set(**self.bus.commands.popleft())
+                self.set(**command.changes)
+                command.answer("")
             except (LevelheadError, TypeError) as error:
                 self.journal.note("not_set", str(error))
+                command.answer(str(error))
         changes: dict[str, float] = {}
         while self._changes:
             changes |= self._changes.popleft()

@@ -61,6 +61,8 @@ def open_source(
         if not rest:
             raise LevelheadError("replay: names no file; expected such as replay:flight.csv")
         return _rotate(Replay(read(Path(rest), **hints), speed), axes)
+    if kind == "emulated":
+        raise LevelheadError(f"emulated: names no chip; expected such as emulated:{CHIPS[0]}")
     if not colon or "@" in words:
         if words.partition("@")[0].partition("+")[0].lower().replace("-", "") not in CHIPS:
             raise LevelheadError(f"there is no source '{words}'; {nearest(kind, KINDS)}")

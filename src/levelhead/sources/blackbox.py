@@ -97,9 +97,10 @@ def read_box(path: str | os.PathLike[str]) -> Box:
 def box_recording(path: str | os.PathLike[str]) -> Recording:
     """The samples that the node's filter took, as it took them.
 
-    ``meta["live"]`` says with what: "filter", "params" (those of the first orientation), "guard"; fused with these they
-    give the node's orientations to the bit, as long as the parameters were not changed on the way
-    (``levelhead.live.rerun`` follows changes, too).
+    ``meta["live"]`` holds the node's "filter", "params" (those of the first orientation) and "guard". Fused with these
+    (``levelhead fuse`` does so; ``levelhead.fuse`` takes the defaults unless they are given) they give the node's
+    orientations to the bit, as long as the parameters were not changed while it ran (``levelhead.live.rerun`` follows
+    changes, too).
 
     Raises:
         LevelheadError: no black box, or no sample in it was fused.
@@ -111,7 +112,7 @@ def box_recording(path: str | os.PathLike[str]) -> Recording:
     mag = np.where(((rows["flags"] & MAG_NEW) > 0)[:, None], rows["mag"], np.nan)
     notes = [] if box.whole else ["the black box was cut off; everything up to there was read"]
     if any(box.bias):
-        notes.append("gyroscope: without the bias that was read off at the start")
+        notes.append("gyroscope: without the bias that was measured at the start")
     first = int(rows["seq"][0])
     before = [params for since, params in box.changes if since <= first]
     if len(before) < len(box.changes):

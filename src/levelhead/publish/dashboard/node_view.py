@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from levelhead import filters
-from levelhead.live.bus import Subscription
+from levelhead.live.subscription import Subscription
 from levelhead.publish.dashboard.page import PORT, ChartData, Page, plain, status_words, tilt_of, two_sigma
 
 WINDOW = 10.0  # s in the charts

@@ -1,0 +1,94 @@
+"""What ``levelhead run`` does at the terminal: signals, a status line per second, events as they come."""
+
+import math
+import signal
+import sys
+import threading
+import time
+from typing import TYPE_CHECKING, Any
+
+from levelhead.cli.options import print_line
+
+if TYPE_CHECKING:
+    from levelhead.live.node import Node
+
+EXPECTED = frozenset({"started", "calibrating", "calibrated", "parameters", "ended", "stopped"})  # no warnings
+COUNTED = frozenset({"late", "over_budget"})  # printed once; the status line counts them
+
+
+class SignalHandlers:
+    """SIGTERM and Ctrl-C end the node in order: safe state, black box closed."""
+
+    def __init__(self, node: "Node") -> None:
+        self._node = node
+        self._before: dict[signal.Signals, Any] = {}
+
+    def __enter__(self) -> None:
+        if threading.current_thread() is threading.main_thread():
+            for one in (signal.SIGTERM, signal.SIGINT):
+                self._before[one] = signal.signal(one, lambda *_: self._node.stop())
+
+    def __exit__(self, *_: object) -> None:
+        for one, before in self._before.items():
+            signal.signal(one, before)
+
+
+class StatusLines:
+    """A line per second, and each event, from a thread that the node does not wait for."""
+
+    def __init__(self, node: "Node", quiet: bool) -> None:
+        self._node, self._quiet = node, quiet
+        self._printed: set[str] = set()
+        self._thread = threading.Thread(target=self._run, name="terminal", daemon=True)
+
+    def __enter__(self) -> None:
+        self._events = self._node.bus.subscribe("imu/health")
+        self._thread.start()
+
+    def __exit__(self, *_: object) -> None:
+        self._events.close()
+        self._thread.join(timeout=2.0)
+
+    def _run(self) -> None:
+        samples, last = 0, time.monotonic()
+        while True:
+            event = self._events.get(timeout=max(0.0, last + 1.0 - time.monotonic()))
+            if event is not None:
+                self._print_event(event)
+            elif self._events.closed:
+                return
+            now = time.monotonic()
+            if now - last >= 1.0:
+                self._print(status_line(self._node, (self._node.samples - samples) / (now - last)))
+                samples, last = self._node.samples, now
+
+    def _print_event(self, event: Any) -> None:
+        if event.name in self._printed or not (event.on or event.name not in ("invalid", "calibrating")):
+            return
+        warning, more = event.on and event.name not in EXPECTED, ""
+        if event.name in COUNTED:
+            self._printed.add(event.name)
+            more = " (counted from here on)"
+        self._print(f"  {'!' if warning else ' '} {event.name}: {event.text}{more}")
+
+    def _print(self, text: str) -> None:
+        if not self._quiet:
+            print_line(text)
+            sys.stdout.flush()
+
+
+def status_line(node: "Node", rate: float) -> str:
+    """Samples per second; roll, pitch and yaw in degrees, 1σ of tilt and heading, how late ticks are, warnings."""
+    orientation = node.last
+    warnings = ", ".join(name for name in list(node.journal.active) if name != "calibrating")
+    if orientation is None:
+        return f"{rate:6.1f} Hz  no orientation yet{f'  [{warnings}]' if warnings else ''}"
+    roll, pitch, yaw = (math.degrees(angle) for angle in orientation.euler)
+    tilt, heading = math.degrees(math.hypot(*orientation.sigma[:2])), math.degrees(orientation.sigma[2])
+    late = 1e3 * node.loop.lateness.quantile(0.99)
+    over_budget = f"  over budget {node.over_budget}" if node.over_budget else ""
+    return (
+        f"{rate:6.1f} Hz  roll {roll:+7.2f}°  pitch {pitch:+7.2f}°  yaw {yaw:+7.2f}°  "
+        f"σ {tilt:.2f}° / {heading:.2f}°  late p99 {late:.2f} ms  missed {node.loop.missed}{over_budget}"
+        + (f"  [{warnings}]" if warnings else "")
+    )
