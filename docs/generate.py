@@ -25,7 +25,7 @@ from levelhead.live.events import EVENTS
 from levelhead.publish.plots import calibration_picture
 from levelhead.simulate import recording
 from levelhead.simulate.motion import STYLES
-from levelhead.simulate.presets import CHIPS, MAGNETOMETERS, Sheet
+from levelhead.simulate.presets import CHIPS, MAGNETOMETERS, DataSheet
 
 DOCS = Path(__file__).resolve().parent
 BLOCK = re.compile(r"(<!-- generated: (.+?) -->\n).*?(<!-- end -->)", re.DOTALL)
@@ -160,18 +160,18 @@ def motions() -> str:
     )
 
 
-def scales(sheet: Sheet) -> str:
+def scales(sheet: DataSheet) -> str:
     """The full scales of a sheet; the default one in bold."""
     return ", ".join(f"**{one:g}**" if one == sheet.default else f"{one:g}" for one in sheet.scales)
 
 
-def zero(sheet: Sheet) -> str:
+def zero(sheet: DataSheet) -> str:
     """The tolerance of the zero level."""
     values = sheet.zero if isinstance(sheet.zero, tuple) else (sheet.zero,)
     return ", ".join(f"{value:g}" for value in values)
 
 
-def sheets(rows: Iterable[tuple[str, Sheet]], extra: Sequence[str] = ()) -> str:
+def sheets(rows: Iterable[tuple[str, DataSheet]], extra: Sequence[str] = ()) -> str:
     """Sheets as they are in the source, in their own unit."""
     header = ["chip", *extra, "full scales", "noise density [unit/√Hz]", "zero level ±", "sensitivity ±", "cross-axis"]
     return table(
@@ -232,7 +232,7 @@ def pictures() -> None:
         if cli.main(["demo", "--full", "--out", folder]) != 0:
             raise SystemExit("levelhead demo --full failed")
         known = recording("LSM6DSO32", "hand", duration=120.0, seed=3, mag="HMC5883L")
-        calibration_picture(calibration_history(known, filters.ESKF()), Path(folder) / "learned.png")
+        calibration_picture(calibration_history(known, filters.ESKF()), Path(folder) / "calibration.png")
         for path in sorted(Path(folder).glob("*.png")):
             with Image.open(path) as picture:
                 few = picture.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)

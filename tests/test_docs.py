@@ -7,10 +7,25 @@ from pathlib import Path
 
 import pytest
 
+from levelhead import filters
+from levelhead.filters import Filter
+from levelhead.guard import Guard
+
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 PYTHON = re.compile(r"^```python\n(.*?)^```\n(?:\s*^```text\n(.*?)^```$)?", re.DOTALL | re.MULTILINE)
+ALL_PAGES = [*PAGES, ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs" / "filters").glob("*.md"))]
 LINK = re.compile(r"\]\((?!https?://)([^)#\s]+)[^)]*\)")
+ANCHOR = re.compile(r"\]\((?!https?://)([^)#\s]*)#([^)\s]+)\)")
+NAMED_FILE = re.compile(r"`([\w./-]+\.(?:py|toml|md|c|h))`")
+OUTPUT = re.compile(r"(.*/)?(my_\w+|lh_\w+|DIR/.*)\.\w+")  # a file that a page's reader, or a command, writes
+TREE = [path for folder in ("src", "tests", "docs", "benchmarks", "examples") for path in (ROOT / folder).rglob("*.*")]
+TREE += list(ROOT.glob("*.*"))
+STATED = re.compile(r"`(\w+)` (-?\d+(?:\.\d+)?(?:e-?\d+)?)\b(?! /)")
+DEFAULTS: dict[str, set[float]] = {}  # parameter -> its defaults, of the guard and of all filters that have it
+for params in (Guard, *(flt.params for flt in filters.ALL)):
+    for parameter, default in params._field_defaults.items():
+        DEFAULTS.setdefault(parameter, set()).add(float(default))
 
 
 @pytest.mark.compiled
@@ -34,6 +49,64 @@ def test_the_python_on_a_page_runs(page, tmp_path, monkeypatch, capsys):
 def test_links_lead_somewhere(page):
     for target in LINK.findall(page.read_text(encoding="utf-8")):
         assert (page.parent / target).exists(), target
+
+
+def anchors(page: Path) -> set[str]:
+    """The anchors of a page's headings, as GitHub makes them."""
+    found: set[str] = set()
+    text = re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+    for heading in re.findall(r"^#+ (.*)$", text, re.MULTILINE):
+        plain = re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", heading).lower()
+        slug = "".join(c for c in plain if c.isalnum() or c in " -_").replace(" ", "-")
+        found.add(next(name for i in range(99) if (name := slug if i == 0 else f"{slug}-{i}") not in found))
+    return found
+
+
+@pytest.mark.parametrize("page", ALL_PAGES, ids=lambda page: page.name)
+def test_anchors_are_headings(page):
+    for target, anchor in ANCHOR.findall(page.read_text(encoding="utf-8")):
+        other = page.parent / target if target else page
+        assert other.suffix != ".md" or anchor in anchors(other), f"{target}#{anchor}"
+
+
+@pytest.mark.parametrize("page", ALL_PAGES, ids=lambda page: page.name)
+def test_named_files_exist(page):
+    """A path in the type of code is one from the root, from src/levelhead, or the end of one of theirs."""
+    for name in NAMED_FILE.findall(page.read_text(encoding="utf-8")):
+        ends = any(path.as_posix().endswith(f"/{name}") for path in TREE)
+        assert ends or OUTPUT.fullmatch(name), name
+
+
+@pytest.mark.parametrize("page", ALL_PAGES, ids=lambda page: page.name)
+def test_nothing_is_left_to_be_written(page):
+    assert not re.search(r"to be filled in|\bTODO\b|\bFIXME\b|\bTBD\b|\bXXX\b", page.read_text(encoding="utf-8"), re.I)
+
+
+@pytest.mark.parametrize("page", ALL_PAGES, ids=lambda page: page.name)
+def test_stated_defaults_are_those_of_the_code(page):
+    """ "`bias_limit` 15 °/s" on a page names the default of a parameter; other values are written "`name=value`"."""
+    for name, value in STATED.findall(page.read_text(encoding="utf-8")):
+        if name in DEFAULTS:
+            assert float(value) in DEFAULTS[name], f"`{name}` {value}; the code has {DEFAULTS[name]}"
+
+
+def test_the_rooms_of_the_table_are_those_of_the_tree():
+    text = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    rows = text.partition("| room | ")[2].partition("\n\n")[0].splitlines()[2:]
+    told = [room for row in rows for room in re.findall(r"`(\w+)`", row.split("|")[1])]
+    tree = {
+        path.stem
+        for path in (ROOT / "src" / "levelhead").iterdir()
+        if path.suffix == ".py" or (path / "__init__.py").exists()
+    }
+    assert sorted(told) == sorted(tree - {"__init__", "__main__"})
+
+
+def test_the_table_of_a_filter_has_every_field():
+    text = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    rows = text.partition("| field | content |")[2].partition("\n\n")[0].splitlines()[2:]
+    told = [name for row in rows for name in re.findall(r"`(\w+)`", row.split("|")[1])]
+    assert sorted(told) == sorted(Filter._fields)
 
 
 def test_generated_tables_are_up_to_date():
