@@ -6,13 +6,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from levelhead import LevelheadError, evaluate, filters
 from levelhead.bench import Method, accuracy, contenders, methods
+from levelhead.bench.datasets import list_logs, load
 from levelhead.bench.error_figures import drift, measure
 from levelhead.bench.groups import Group, group_of
 from levelhead.bench.processes import run_parallel
-from levelhead.bench.survey import list_logs
+from levelhead.bench.reference import align_sensor
 from levelhead.engine import fuse
 from levelhead.evaluate.attitude_error import split, turn_heading
 from levelhead.publish.bench_tables import markdown
@@ -164,7 +166,9 @@ def test_drift_is_what_heading_does_in_a_minute():
     turning = np.radians(0.1 * t + 175.0)  # 6° a minute, over the ±180° line
     quat = np.stack([np.cos(turning / 2), 0 * t, 0 * t, np.sin(turning / 2)], axis=1)
     assert drift(t, split(quat), t > 5.0) == pytest.approx(6.0, abs=1e-6)
-    assert drift(t[:500], split(quat[:500]), t[:500] > 5.0) is None
+    shorter = drift(t[:800], split(quat[:800]), t[:800] > 5.0)  # half of the 75 s that count
+    assert shorter == pytest.approx(6.0 * 37.5 / 60.0, rel=0.01)
+    assert drift(t[:60], split(quat[:60]), t[:60] > 5.0) is None
 
 
 def test_a_constant_heading_offset_is_in_total_and_not_in_aligned():
@@ -194,6 +198,73 @@ def test_vqf_on_broad_is_what_is_known_of_it(data_dir):
     assert one["all: aligned"] == pytest.approx(1.97, abs=0.01)
     assert offline["all: tilt"] == pytest.approx(0.56, abs=0.01)
     assert offline["all: aligned"] == pytest.approx(1.20, abs=0.01)
+
+
+def circling() -> Recording:
+    """A recording without a magnetometer whose reference's body stands aside of the sensor."""
+    made = headed(0.0, 4, 60.0, rotation=60.0)
+    return Recording(made.t, made.gyr, made.acc, None, made.truth)
+
+
+def test_the_sensors_frame_is_found_from_the_gyroscope():
+    made = circling()
+    aside = Rotation.from_rotvec(np.radians([2.0, -1.5, 1.0]))
+    turned = (Rotation.from_quat(made.truth.quat[:, [1, 2, 3, 0]]) * aside).as_quat()[:, [3, 0, 1, 2]]
+    frame = align_sensor(Recording(made.t, made.gyr + 0.01, made.acc, None, Truth(turned, north=False)))
+    assert frame is not None and frame.angle == pytest.approx(np.degrees(aside.magnitude()), abs=0.2)
+    back = np.abs((frame.turn(turned) * made.truth.quat).sum(axis=1))
+    assert np.degrees(2.0 * np.arccos(np.minimum(back, 1.0))).max() < 0.2  # of 2.7
+
+
+def test_layout_of_euroc_and_tumvi(tmp_path):
+    made = circling()
+    folder = tmp_path / "V1_01"
+    for name in ("imu0", "mocap0"):
+        (folder / "mav0" / name).mkdir(parents=True)
+    stamps = np.round(made.t * 1e9) + 1.4e18
+    np.savetxt(folder / "mav0/imu0/data.csv", np.column_stack([stamps, made.gyr, made.acc]), "%.9f", ",", header="t")
+    reference = np.column_stack([stamps, np.zeros((len(stamps), 3)), made.truth.quat])[::2]
+    np.savetxt(folder / "mav0/mocap0/data.csv", reference, "%.9f", ",", header="t")
+    assert list_logs([tmp_path]) == [folder]
+    found = load(folder, True)
+    assert found.mag is None and not found.truth.north and len(found) == len(made)
+    assert np.abs(found.t - made.t).max() < 1e-6
+    known = ~np.isnan(found.truth.quat[:, 0])
+    assert known.mean() > 0.99
+    assert np.abs(np.abs((found.truth.quat * made.truth.quat).sum(axis=1)[known]) - 1.0).max() < 1e-4
+
+
+def test_arrays_with_a_reference(tmp_path):
+    made = circling()
+    good = np.arange(len(made)) > 100
+    place = tmp_path / "fiumarg"
+    place.mkdir()
+    w, x, y, z = made.truth.quat.T
+    half = np.sqrt(0.5)  # the reference's y is up: its frame is ours turned by -90° about x
+    quat = half * np.stack([w + x, x - w, y + z, z - y], axis=1)
+    np.savez(place / "a.npz", t=made.t, gyr=made.gyr, acc=made.acc, q_ref_sensor=quat, ref_ok=good)
+    found = load(place / "a.npz", True)
+    assert np.isnan(found.truth.quat[:101]).all() and not found.truth.north
+    assert np.abs(np.abs((found.truth.quat * made.truth.quat).sum(axis=1)[101:]) - 1.0).max() < 1e-9
+
+
+def test_ratios_to_a_peer(folder, monkeypatch):
+    """Twice the tilt error of a perfect peer's is a ratio; σ is judged by the samples beyond four of it."""
+
+    def run(recording):
+        return turn_heading(fuse(recording, "Kalman").quat, 0.3)
+
+    monkeypatch.setitem(contenders.BY_NAME, "vqf.VQF", contenders.Contender("vqf.VQF", run))
+    result = accuracy([folder], [Method("default"), Method("vqf.VQF")])
+    (ratios,) = result.ratios
+    assert [row["data"] for row in ratios.table] == ["BROAD", "RepoIMU", "all"]
+    total = ratios.table[-1]
+    assert total["ratio"] == pytest.approx(np.exp(np.mean([np.log(one.value) for one in ratios.recordings])))
+    for one in ratios.recordings:
+        assert one.ours == one.figures.rotated < result.outcomes[0, 0].figures.total + 10.0
+        assert 0.0 <= one.figures.beyond_tilt <= 1.0
+    assert "default beside vqf.VQF" in markdown(result) and "| BROAD | 2 |" in markdown(result)
+    json.dumps(result.to_dict(), allow_nan=False)
 
 
 def test_places_that_hold_nothing(tmp_path):

@@ -11,11 +11,14 @@ from typing import NamedTuple
 import numpy as np
 
 from levelhead import filters
+from levelhead.bench.datasets import load
 from levelhead.bench.error_figures import ErrorFigures, measure
 from levelhead.bench.groups import Group
 from levelhead.bench.methods import DEFAULT, OURS, SMOOTHER, Method
 from levelhead.bench.processes import run_parallel
-from levelhead.bench.survey import Entry, load, survey
+from levelhead.bench.ratios import PAIRS, Ratios, compare
+from levelhead.bench.reference import SensorFrame, align_sensor
+from levelhead.bench.survey import Entry, survey
 from levelhead.bench.timing import Progress, machine
 from levelhead.evaluate.text_table import Cell, Column, plain_table
 from levelhead.recording import Array, Recording
@@ -165,6 +168,21 @@ class Accuracy:
             for j in range(len(self.methods))
         ]
 
+    @property
+    def ratios(self) -> list[Ratios]:
+        """Ours beside VQF, online and smoothed, where both of a pair took part."""
+        order = {method.name: j for j, method in enumerate(self.methods)}
+        return [
+            compare(name, peer, self._pairs(order[name], order[peer]), self.with_mag)
+            for name, peer in PAIRS
+            if name in order and peer in order
+        ]
+
+    def _pairs(self, ours: int, peer: int) -> list[tuple[Entry, ErrorFigures, ErrorFigures]]:
+        found = [(entry, self.outcomes[i, ours].figures, self.outcomes[i, peer].figures)
+                 for i, entry in enumerate(self.entries)]  # fmt: skip
+        return [(entry, one, other) for entry, one, other in found if one is not None and other is not None]
+
     def to_dict(self) -> dict[str, object]:
         """Everything, ready for JSON: numbers, texts, None; never NaN."""
         return {
@@ -177,6 +195,7 @@ class Accuracy:
                 {"method": one.name, "package": one.package, "params": _plain(one)} | {"errors": row}
                 for one, row in zip(self.methods, self.table, strict=True)
             ],
+            "ratios": [one.to_dict() for one in self.ratios],
             "recordings": [entry.to_dict() for entry in self.entries],
             "runs": self.long,
         }
@@ -230,26 +249,30 @@ def _listed(names: Sequence[str], most: int = 3) -> str:
 
 
 @lru_cache(maxsize=1)
-def _recording(path: Path, with_mag: bool) -> Recording:
-    return load(path, with_mag)
+def _recording(path: Path, with_mag: bool) -> tuple[Recording, SensorFrame | None]:
+    """The recording, and how its reference's body stands to the sensor."""
+    recording = load(path, with_mag)
+    return recording, align_sensor(recording)
 
 
 def run(task: Task) -> Outcome:
     """One method on one recording. Whatever goes wrong in it becomes part of the result: users would meet it too."""
-    recording = _recording(task.entry.path, task.with_mag)
+    recording, frame = _recording(task.entry.path, task.with_mag)
     if task.entry.missing and task.method.package != OURS:
         return Outcome(None, f"left out, knowing no missing reading ({task.entry.missing}),")
     try:
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore")
-            quat = task.method.orientation(recording)
+            quat, sigma = task.method.run(recording)
     except Exception as error:
         why = (str(error).splitlines() or [""])[0][:100]
         return Outcome(None, f"failed: {type(error).__name__}{f' ({why})' if why else ''}")
-    return _measure(recording, np.asarray(quat, dtype=float), task.entry.north)
+    return _measure(recording, np.asarray(quat, dtype=float), sigma, task.entry.north, frame)
 
 
-def _measure(recording: Recording, quat: Array, absolute: bool) -> Outcome:
+def _measure(
+    recording: Recording, quat: Array, sigma: Array | None, absolute: bool, frame: SensorFrame | None
+) -> Outcome:
     """The figures, if there is a unit quaternion for every sample."""
     if quat.shape != (len(recording), 4):
         return Outcome(None, f"failed: gave an array of shape {quat.shape}")
@@ -261,7 +284,7 @@ def _measure(recording: Recording, quat: Array, absolute: bool) -> Outcome:
     length = np.linalg.norm(quat, axis=1)
     if (np.abs(length - 1.0) > 0.01).any():
         return Outcome(None, f"failed: gave quaternions of length {length.min():.3g} to {length.max():.3g}")
-    return Outcome(measure(recording, quat / length[:, None], absolute))
+    return Outcome(measure(recording, quat / length[:, None], absolute, sigma, frame))
 
 
 def accuracy(
@@ -306,7 +329,7 @@ def _compile_once(methods: Sequence[Method], entry: Entry, with_mag: bool) -> No
     """Machine code into the cache, so that the processes need not each make it."""
     from levelhead.engine import fuse
 
-    short = _recording(entry.path, with_mag)[:2]
+    short = _recording(entry.path, with_mag)[0][:2]
     for method in methods:
         if method.package == OURS:
             fuse(short, method.params, engine="compiled")

@@ -5,13 +5,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from levelhead.bench.reference import SensorFrame
 from levelhead.evaluate.attitude_error import Errors, error_quaternion, heading_offset, split, turn_heading
 from levelhead.evaluate.score import rms, scored_rows
 from levelhead.recording import Array, Recording
 
-WINDOW = 60.0  # s, over which heading drifts
-STRIDE = 10.0  # s from one window to the next
+WINDOW = 60.0  # s, over which heading drifts; half of a recording that is shorter than two of these
+STRIDE = 10.0  # s from one window to the next, a sixth of a shorter window
 EDGE = 0.5  # s, half of what is averaged at either end of a window
+FAR = 4.0  # σ
 
 
 class ErrorFigures(NamedTuple):
@@ -19,7 +21,12 @@ class ErrorFigures(NamedTuple):
 
     ``aligned`` is the total error once the best constant heading offset of the whole recording is removed; where the
     recording knows heading only relatively it is the same as ``total``. ``drift`` is the RMS change of the heading
-    error over 60 s; None in a recording that is shorter.
+    error over 60 s, or over half of a recording that is shorter than two minutes; None where there is too little.
+
+    The other figures are taken with the reference turned into the sensor's frame (``bench.reference``) and the best
+    constant rotation of its earth frame removed: what neither a filter nor its σ can know. ``rotated`` is the total
+    error, ``rotated_tilt`` its tilt, ``beyond_tilt`` and ``beyond_heading`` the share of samples whose error is more
+    than four of their σ, ``tilt_ratio`` and ``heading_ratio`` the RMS of error/σ; None for a method without σ.
     """
 
     total: float
@@ -27,28 +34,58 @@ class ErrorFigures(NamedTuple):
     tilt: float
     aligned: float
     drift: float | None
+    rotated: float
+    rotated_tilt: float
+    beyond_tilt: float | None = None
+    beyond_heading: float | None = None
+    tilt_ratio: float | None = None
+    heading_ratio: float | None = None
 
 
-def measure(recording: Recording, quat: Array, absolute: bool) -> ErrorFigures:
+def measure(
+    recording: Recording, quat: Array, absolute: bool, sigma: Array | None = None, frame: SensorFrame | None = None
+) -> ErrorFigures:
     """The figures of (n, 4) orientations wxyz, none of them NaN.
 
     Args:
         recording: with truth.
         quat: one per sample.
         absolute: whether heading counts as it is; if not, the best constant offset is removed first.
+        sigma: (n, 3) 1σ of the attitude error about east, north and up, rad.
+        frame: the rotation between the reference's body and the sensor, if it was found.
     """
     assert recording.truth is not None
     rows = scored_rows(recording.truth)
     error = error_quaternion(quat, recording.truth.quat)
     aligned = split(turn_heading(error, -heading_offset(error, rows)))
     plain = split(error) if absolute else aligned
-    return ErrorFigures(
+    truth = recording.truth.quat if frame is None else frame.turn(recording.truth.quat)
+    rotated = split(_rotated(error_quaternion(quat[rows], truth[rows])))
+    found = ErrorFigures(
         total=_degrees(plain.total[rows]),
         heading=_degrees(plain.heading[rows]),
         tilt=_degrees(plain.tilt[rows]),
         aligned=_degrees(aligned.total[rows]),
         drift=drift(recording.t, plain, rows),
+        rotated=_degrees(rotated.total),
+        rotated_tilt=_degrees(rotated.tilt),
     )
+    if sigma is None:
+        return found
+    tilt = rotated.tilt / np.maximum(np.hypot(sigma[rows, 0], sigma[rows, 1]), 1e-9)
+    heading = np.abs(rotated.heading) / np.maximum(sigma[rows, 2], 1e-9)
+    return found._replace(
+        beyond_tilt=float(np.mean(tilt > FAR)),
+        beyond_heading=float(np.mean(heading > FAR)),
+        tilt_ratio=rms(tilt),
+        heading_ratio=rms(heading),
+    )
+
+
+def _rotated(error: Array) -> Array:
+    """(n, 4) errors without their mean rotation (F. L. Markley et al., Averaging quaternions, JGCD 30(4), 2007)."""
+    mean = np.linalg.eigh(error.T @ error)[1][:, -1]
+    return error_quaternion(mean[None] * [1.0, -1.0, -1.0, -1.0], error * [1.0, -1.0, -1.0, -1.0])
 
 
 def _degrees(values: Array) -> float:
@@ -59,12 +96,14 @@ def drift(t: Array, errors: Errors, rows: NDArray[np.bool_]) -> float | None:
     """RMS in degrees of how far the heading error moves in 60 s, over windows that start every 10 s.
 
     Either end of a window is the circular mean over a second. Windows lie between the first and the last row that
-    counts; rest in between belongs to them, for heading drifts then too.
+    counts; rest in between belongs to them, for heading drifts then too. What lasts less than two minutes has windows
+    of half its length, every sixth of that.
     """
     counting = t[rows]
-    starts = np.arange(counting[0] + EDGE, counting[-1] - WINDOW - EDGE, STRIDE)
+    window = min(WINDOW, 0.5 * float(counting[-1] - counting[0]))
+    starts = np.arange(counting[0] + EDGE, counting[-1] - window - EDGE, STRIDE if window == WINDOW else window / 6.0)
     known = ~np.isnan(errors.heading)
-    moved = [_level(t, errors, known, start + WINDOW) - _level(t, errors, known, start) for start in starts]
+    moved = [_level(t, errors, known, start + window) - _level(t, errors, known, start) for start in starts]
     change = np.array([step for step in moved if np.isfinite(step)])
     if len(change) == 0:
         return None

@@ -19,6 +19,9 @@ DISTURBANCES = {  # BROAD's word -> ours
     "office": "office",
     "mixed": "mixed",
 }
+PHONE_MOTIONS = frozenset(  # of T. Michel and others, Attitude estimation for indoor navigation, 2018 (tyrex)
+    {"ar", "texting", "phoning", "swinging", "frontpocket", "backpocket", "runninghand", "runningpocket"}
+)
 ORDER = (*(f"{motion} {speed}" for motion in MOTIONS for speed in SPEEDS), *dict.fromkeys(DISTURBANCES.values()))
 
 
@@ -46,7 +49,9 @@ def group_of(path: Path) -> Group:
         return Group(BROAD, _broad(told if told is not None else _tags(name)))
     if name.startswith(("tstick", "pendulum")):
         return Group(REPOIMU, f"{REPOIMU} {path.stem.partition('_')[0]}")
-    return Group(path.parent.name or "recordings", path.parent.name or "recordings")
+    dataset = path.parent.name or "recordings"
+    motion = path.stem.rpartition("_")[2].lower()
+    return Group(dataset, f"{dataset} {motion}" if motion in PHONE_MOTIONS else dataset)
 
 
 def _broad(tags: Sequence[str]) -> str:

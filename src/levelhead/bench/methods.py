@@ -33,9 +33,14 @@ class Method(NamedTuple):
 
     def orientation(self, recording: Recording) -> Array:
         """(n, 4) quaternions wxyz, sensor to earth."""
+        return self.run(recording)[0]
+
+    def run(self, recording: Recording) -> tuple[Array, Array | None]:
+        """(n, 4) quaternions wxyz, sensor to earth, and (n, 3) 1σ about east, north and up, rad, if it has one."""
         if self.name in contenders.BY_NAME:
-            return contenders.BY_NAME[self.name].run(recording)
-        return (smooth if self.name == SMOOTHER else fuse)(recording, self.params).quat
+            return contenders.BY_NAME[self.name].run(recording), None
+        track = (smooth if self.name == SMOOTHER else fuse)(recording, self.params)
+        return track.quat, track.sigma
 
 
 def ours() -> list[Method]:

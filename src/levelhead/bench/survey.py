@@ -1,18 +1,16 @@
 """Which recordings there are in some folders, and what can be compared on each."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
 
+from levelhead.bench.datasets import list_logs, load
 from levelhead.bench.groups import Group, group_of
 from levelhead.errors import LevelheadError
 from levelhead.evaluate.score import scored_rows
 from levelhead.recording import Recording
-from levelhead.sources import read
-
-SUFFIXES = (".mat", ".csv", ".npz", ".h5", ".hdf5", ".parquet")
 
 
 @dataclass(frozen=True)
@@ -27,6 +25,7 @@ class Entry:
         duration: s.
         north: whether heading is compared as it is: the reference knows north and there is a magnetometer. If not, each
             method's best constant heading offset is removed first.
+        magnetometer: whether there is one that is used.
         missing: why contenders that know no missing reading are not run on it; "" if nothing is missing.
     """
 
@@ -36,6 +35,7 @@ class Entry:
     rate: float
     duration: float
     north: bool
+    magnetometer: bool
     missing: str
 
     @property
@@ -47,35 +47,6 @@ class Entry:
         """Ready for JSON; without the folder, which is the machine's own."""
         facts = asdict(self) | {"dataset": self.group.dataset, "group": self.group.name}
         return {"recording": self.name} | {key: facts[key] for key in facts if key != "path"}
-
-
-def list_logs(places: Iterable[Path]) -> list[Path]:
-    """The recordings' files in the folders, by name; files given as such.
-
-    Raises:
-        LevelheadError: a place that is not there, or a folder without recordings.
-    """
-    found: list[Path] = []
-    for place in places:
-        if not place.exists():
-            raise LevelheadError(f"there is no folder {place}; expected one with recordings ({', '.join(SUFFIXES)})")
-        inside = [place]
-        if place.is_dir():
-            inside = sorted(path for path in place.iterdir() if path.suffix.lower() in SUFFIXES and path.is_file())
-        if not inside:
-            raise LevelheadError(f"{place} holds no recordings; expected files that end in {', '.join(SUFFIXES)}")
-        found += inside
-    if not found:
-        raise LevelheadError("there is no folder to look into; expected one or more with recordings")
-    return list(dict.fromkeys(found))
-
-
-def load(path: Path, with_mag: bool) -> Recording:
-    """The recording, without its magnetometer if that is not wanted."""
-    recording = read(path)
-    if with_mag or recording.mag is None:
-        return recording
-    return Recording(recording.t, recording.gyr, recording.acc, None, recording.truth, recording.meta)
 
 
 def survey(places: Sequence[Path], with_mag: bool) -> tuple[list[Entry], list[str]]:
@@ -107,6 +78,7 @@ def _entry(path: Path, recording: Recording) -> Entry:
         rate=recording.rate,
         duration=recording.duration,
         north=recording.truth.north and recording.mag is not None,
+        magnetometer=recording.mag is not None,
         missing=_missing(recording),
     )
 

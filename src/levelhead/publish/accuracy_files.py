@@ -28,6 +28,11 @@ def write_accuracy(result: Accuracy, folder: Path) -> list[Path]:
         from levelhead.publish.plots.accuracy_chart import accuracy_picture
 
         accuracy_picture(result, picture)
+        if result.ratios:
+            from levelhead.publish.plots.ratio_chart import ratio_picture
+
+            paths.insert(1, folder / f"{NAME}-ratios.png")
+            ratio_picture(result.ratios, paths[1])
     with atomic_path(table) as temporary, open(temporary, "w", encoding="utf-8", newline="") as file:
         writer = csv.DictWriter(file, list(result.long[0]), lineterminator="\n")
         writer.writeheader()

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, TextIO
 
 from levelhead.bench.accuracy import Accuracy
+from levelhead.bench.ratios import Ratios
 from levelhead.bench.timing import Table as Figures
 from levelhead.evaluate.text_table import Cell, Column, best_rows
 
@@ -12,6 +13,25 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
+RATIO_COLUMNS = {
+    "data": "data",
+    "recordings": "recordings",
+    "ratio": "error, ratio",
+    "tilt": "tilt, ratio",
+    "ours": "ours °",
+    "peer": "theirs °",
+    "worse": "> 1.2",
+    "worst": "worst",
+    "worst recording": "which",
+    "beyond_tilt": "tilt beyond 4σ",
+    "beyond_heading": "heading beyond 4σ",
+    "tilt_ratio": "tilt/σ",
+    "heading_ratio": "heading/σ",
+}
+RATIO_NOTE = (
+    "Ratios are geometric means. The error is the total one after one constant rotation, without a magnetometer the "
+    "change of the heading error in a minute."
+)
 PIPE = 200  # columns of text where there is no terminal
 PARTED = 2  # columns between the groups and what is taken over all
 
@@ -26,7 +46,32 @@ def print_accuracy(result: Accuracy, every: bool = False, file: TextIO | None = 
         console.print(_long(result))
     for table in _parts(result, console):
         console.print(table)
+    for ratios in result.ratios:
+        console.print(ratio_table(ratios))
     console.print(*result.notes, sep="\n", style="dim", markup=False)
+
+
+def ratio_table(ratios: Ratios) -> "Table":
+    """Ours beside a peer, a row per data set."""
+    table = _grid(f"{ratios.method} beside {ratios.peer}", RATIO_NOTE)
+    for key, title in RATIO_COLUMNS.items():
+        table.add_column(title, justify="left" if key in ("data", "worst recording") else "right")
+    for row in ratios.table:
+        table.add_row(*(_ratio_cell(key, row[key]) for key in RATIO_COLUMNS))
+    return table
+
+
+def ratio_markdown(ratios: Ratios) -> str:
+    """The same as a Markdown table."""
+    lines = [list(RATIO_COLUMNS.values()), ["---"] + ["---:"] * (len(RATIO_COLUMNS) - 1)]
+    lines += [[_ratio_cell(key, row[key]) for key in RATIO_COLUMNS] for row in ratios.table]
+    return "".join("| " + " | ".join(line) + " |\n" for line in lines)
+
+
+def _ratio_cell(key: str, value: object) -> str:
+    if key.startswith("beyond") and isinstance(value, float):
+        return f"{100.0 * value:.1f} %"
+    return number(value)
 
 
 def print_figures(tables: Sequence[Figures], machine: Mapping[str, str], notes: Sequence[str] = ()) -> None:
@@ -69,6 +114,7 @@ def markdown(result: Accuracy) -> str:
         cells = [result.cell(i, column) for column in columns]
         lines.append([f"**{cell}**" if i in top else cell for cell, top in zip(cells, best, strict=True)])
     table = "".join("| " + " | ".join(line) + " |\n" for line in lines)
+    table += "".join(f"\n{one.method} beside {one.peer}:\n\n{ratio_markdown(one)}" for one in result.ratios)
     return table + "\n" + "".join(f"- {note.removeprefix('* ')}\n" for note in result.notes)
 
 

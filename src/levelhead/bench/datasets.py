@@ -1,0 +1,110 @@
+"""Public recordings with a reference, in the formats that they are published in, and what is known of each set."""
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+import numpy as np
+
+from levelhead.errors import LevelheadError
+from levelhead.recording import Array, Recording, Truth
+from levelhead.sources import read
+
+SUFFIXES = (".mat", ".csv", ".npz", ".h5", ".hdf5", ".parquet")
+IMU = Path("mav0") / "imu0" / "data.csv"  # EuRoC and TUM-VI
+REFERENCES = (  # file, and the column of the quaternion's scalar part
+    (Path("mav0") / "state_groundtruth_estimate0" / "data.csv", 4),  # EuRoC
+    (Path("mav0") / "mocap0" / "data.csv", 4),  # TUM-VI
+)
+WITHOUT_REFERENCE = frozenset({"wild", "samples"})  # folders of logs without one
+NORTH = frozenset({"tyrex"})  # sets of arrays whose reference points north,
+Y_UP = frozenset({"fiumarg"})  # and whose reference has y upwards
+NEAR = 0.05  # s from a stamp within which the reference must have one
+NANO = 1e-9
+
+
+def list_logs(places: Iterable[Path]) -> list[Path]:
+    """The recordings in folders and in all folders inside them; files and EuRoC's folders given as such.
+
+    Raises:
+        LevelheadError: a place that is not there, or a folder without recordings.
+    """
+    found: list[Path] = []
+    for place in places:
+        if not place.exists():
+            raise LevelheadError(f"there is no folder {place}; expected one with recordings ({', '.join(SUFFIXES)})")
+        inside = list(_inside(place)) if place.is_dir() else [place]
+        if not inside:
+            raise LevelheadError(f"{place} holds no recordings; expected files that end in {', '.join(SUFFIXES)}")
+        found += inside
+    if not found:
+        raise LevelheadError("there is no folder to look into; expected one or more with recordings")
+    return list(dict.fromkeys(found))
+
+
+def _inside(folder: Path) -> Iterator[Path]:
+    if (folder / IMU).is_file():
+        yield folder
+        return
+    for path in sorted(folder.iterdir()):
+        if path.is_dir() and path.name not in WITHOUT_REFERENCE:
+            yield from _inside(path)
+        elif path.is_file() and path.suffix.lower() in SUFFIXES:
+            yield path
+
+
+def load(path: Path, with_mag: bool) -> Recording:
+    """The recording, without its magnetometer if that is not wanted.
+
+    Raises:
+        LevelheadError: what its reader says.
+    """
+    recording = _read(path)
+    if with_mag or recording.mag is None:
+        return recording
+    return Recording(recording.t, recording.gyr, recording.acc, None, recording.truth, recording.meta)
+
+
+def _read(path: Path) -> Recording:
+    if path.is_dir():
+        return _folder(path)
+    if path.suffix.lower() == ".npz":
+        with np.load(path, allow_pickle=False) as arrays:
+            if "q_ref_sensor" in arrays.files:
+                return _arrays(path, {name: np.asarray(arrays[name]) for name in arrays.files})
+    return read(path)
+
+
+def _arrays(path: Path, found: dict[str, Array]) -> Recording:
+    """Arrays t, gyr, acc, mag in SI units and q_ref_sensor (wxyz), which is the reference where ref_ok is true."""
+    quat = np.array(found["q_ref_sensor"], dtype=float)
+    quat[~found["ref_ok"].astype(bool)] = np.nan
+    if path.parent.name in Y_UP:
+        half = np.sqrt(0.5)
+        w, x, y, z = quat.T
+        quat = half * np.stack([w - x, x + w, y - z, z + y], axis=1)
+    truth = Truth(quat, north=path.parent.name in NORTH)
+    return Recording(found["t"], found["gyr"], found["acc"], found.get("mag"), truth, {"source": str(path)})
+
+
+def _folder(folder: Path) -> Recording:
+    """EuRoC's and TUM-VI's layout: stamps in ns, rad/s and m/s², the reference at stamps of its own."""
+    imu = np.loadtxt(folder / IMU, delimiter=",", comments="#", ndmin=2)
+    t = (imu[:, 0] - imu[0, 0]) * NANO
+    for name, column in REFERENCES:
+        if (folder / name).is_file():
+            reference = np.loadtxt(folder / name, delimiter=",", comments="#", ndmin=2)
+            quat = _interpolate(t, (reference[:, 0] - imu[0, 0]) * NANO, reference[:, column : column + 4])
+            return Recording(t, imu[:, 1:4], imu[:, 4:7], None, Truth(quat, north=False), {"source": str(folder)})
+    raise LevelheadError(f"{folder} has no {' and no '.join(str(name) for name, _ in REFERENCES)}")
+
+
+def _interpolate(t: Array, known: Array, quat: Array) -> Array:
+    """(n, 4) the reference at the stamps ``t``, NaN where it has none within ``NEAR``."""
+    from scipy.spatial.transform import Rotation, Slerp
+
+    found = np.full((len(t), 4), np.nan)
+    after = np.clip(np.searchsorted(known, t), 1, len(known) - 1)
+    inside = (t >= known[0]) & (t <= known[-1]) & (known[after] - known[after - 1] < NEAR)
+    turns = Slerp(known, Rotation.from_quat(quat[:, [1, 2, 3, 0]]))
+    found[inside] = turns(t[inside]).as_quat()[:, [3, 0, 1, 2]]
+    return found
