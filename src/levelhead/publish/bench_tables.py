@@ -68,7 +68,7 @@ def ratio_markdown(ratios: Ratios) -> str:
     return "".join("| " + " | ".join(line) + " |\n" for line in lines)
 
 
-def _ratio_cell(key: str, value: object) -> str:
+def _ratio_cell(key: str, value: str | float | None) -> str:
     if key.startswith("beyond") and isinstance(value, float):
         return f"{100.0 * value:.1f} %"
     return number(value)
