@@ -152,7 +152,7 @@ def test_saved_and_read_to_the_bit(runs, tmp_path):
         assert lh.Calibration.read(tmp_path / "sensor.json").to_dict() == found.to_dict()
     assert [path.name for path in tmp_path.iterdir()] == ["sensor.json"]
     six = lh.fuse(runs[0][0][:100], ESKF()).calibration
-    six = lh.Calibration(six.gyr_matrix, six.gyr_bias, six.acc_bias)
+    six = six.without("mag_offset", "mag_delay", "field")
     six.save(tmp_path / "six.json")
     assert lh.Calibration.read(tmp_path / "six.json").mag_offset is None
 

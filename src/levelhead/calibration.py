@@ -1,4 +1,4 @@
-"""A Calibration: what a sensor does wrong, as a filter has learned it, with its own doubt; and its correction.
+"""A Calibration: the errors of a sensor with their σ, as a filter has estimated them, and their correction.
 
 track = fuse(recording, ESKF())
 print(track.calibration)                      in words, and what this motion could not teach
@@ -9,6 +9,7 @@ fuse(another, ESKF(), prior=Calibration.read("sensor.json"))
 import json
 import math
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import NamedTuple
@@ -17,8 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from levelhead.atomic import atomic_path
-from levelhead.errors import LevelheadError
-from levelhead.filters.eskf.calibration import Estimate, Learned
+from levelhead.errors import LevelheadError, nearest
+from levelhead.filters.eskf.calibration import Estimate
+from levelhead.filters.eskf.state import ALWAYS, BLOCKS
 from levelhead.kernels import correction
 from levelhead.kernels.correction import SensorErrors
 from levelhead.kernels.mat3 import Mat3
@@ -28,11 +30,6 @@ from levelhead.version import VERSION
 
 FORMAT = "levelhead calibration 1"
 LARGEST = 1_000_000  # bytes: no calibration is so large
-
-# 1σ by which a bias differs from one switching-on to the next: a choice in the range of the zero-rate and zero-g
-# repeatability of consumer chips, which their data sheets do not give.
-TURN_ON_GYR = math.radians(0.3)  # rad/s
-TURN_ON_ACC = 0.02  # m/s²
 
 UNLEARNED = 0.7  # of the σ that it would have had unlearned (about half of the variance): it has not been learned
 
@@ -59,20 +56,14 @@ class Quantity:
         return self.sigma < UNLEARNED * self.unlearned
 
 
-SHAPES: dict[str, tuple[tuple[int, ...], str, bool]] = {  # shape, unit, whether it may be missing
-    "gyr_matrix": ((3, 3), "", False),
-    "gyr_bias": ((3,), "rad/s", False),
-    "acc_bias": ((3,), "m/s²", False),
-    "mag_offset": ((3,), "µT", True),
-    "mag_delay": ((1,), "s", True),
-    "field": ((2,), "µT", True),
-}
+# Those that ``words`` has sentences of its own for
+IN_WORDS = {"gyr_bias", "gyr_matrix", "acc_bias", "mag_offset", "mag_delay", "field"}
+QUANTITIES = {block.name: block for block in BLOCKS if block.calibration}
 
 
-@dataclass(frozen=True, eq=False)
 class Calibration:
-    """What a sensor does wrong: the true rate is ω − S ω − b, the true specific force a − c, the true field h − d ω × h
-    with h = μ − o.
+    """The errors of a sensor with their σ: the true rate is ω − S ω − b, the true specific force a − c, the true field
+    h − d ω × h with h = μ − o.
 
     Attributes:
         gyr_matrix: S (3, 3): scale factor errors on the diagonal (0.01: the axis reads one percent too much), beside it
@@ -87,29 +78,47 @@ class Calibration:
     gyr_matrix: Quantity
     gyr_bias: Quantity
     acc_bias: Quantity
-    mag_offset: Quantity | None = None
-    mag_delay: Quantity | None = None
-    field: Quantity | None = None
+    mag_offset: Quantity | None
+    mag_delay: Quantity | None
+    field: Quantity | None
+
+    def __init__(self, **parts: Quantity | None) -> None:
+        for name in parts:
+            if name not in QUANTITIES:
+                raise LevelheadError(f"a Calibration has no '{name}'; {nearest(name, list(QUANTITIES))}")
+        for name, block in QUANTITIES.items():
+            if parts.get(name) is None and block.exists == ALWAYS:
+                raise LevelheadError(f"a Calibration needs {name}, the {block.meaning}")
+            object.__setattr__(self, name, parts.get(name))
+
+    def __setattr__(self, name: str, value: object) -> None:
+        raise AttributeError(f"a Calibration cannot be changed, so {name} stays as it is")
+
+    def __repr__(self) -> str:
+        return f"Calibration({', '.join(name for name, part in self._parts().items() if part is not None)})"
 
     @classmethod
-    def learned(cls, found: Learned) -> "Calibration":
-        """From a filter's own numbers."""
-        return cls(**{name: _quantity(name, part) for name, part in found._asdict().items() if part is not None})
+    def from_estimates(cls, found: Mapping[str, Estimate]) -> "Calibration":
+        """From a filter's estimates, by name."""
+        return cls(**{name: _quantity(name, part) for name, part in found.items()})
 
-    def prior(self) -> Learned:
-        """For the next run of the same sensor.
+    def prior(self) -> dict[str, Estimate]:
+        """Estimates for the next run of the same sensor, by name.
 
-        What has walked during this run is gone: of a number whose 1σ was s at the start and would be w by now, a share
+        A random walk in this run is removed: of a number whose 1σ was s at the start and would be w by now, a share
         k = s²/w² is expected to be constant, and this has the variance k² σ² + (1 − k) s². Biases change when a sensor
-        is switched on: σ of the gyroscope's is widened by 0.3 °/s, that of the accelerometer's by 0.02 m/s². The field
-        belongs to the place and is not handed on.
+        is switched on: σ of the gyroscope's grows by 0.3 °/s, that of the accelerometer's by 0.02 m/s². The field
+        belongs to the place and is left out.
         """
-        widened = {"gyr_bias": TURN_ON_GYR, "acc_bias": TURN_ON_ACC}
-        parts = {name: part for name, part in self._parts().items() if part is not None and name != "field"}
-        return Learned(**{name: _constant(part, widened.get(name, 0.0)) for name, part in parts.items()})
+        parts = {name: part for name, part in self._parts().items() if part is not None and QUANTITIES[name].prior}
+        return {name: _constant(part, QUANTITIES[name].turn_on) for name, part in parts.items()}
+
+    def without(self, *names: str) -> "Calibration":
+        """The same without some quantities."""
+        return Calibration(**{name: part for name, part in self._parts().items() if name not in names})
 
     def _parts(self) -> dict[str, Quantity | None]:
-        return {one.name: getattr(self, one.name) for one in fields(self)}
+        return {name: getattr(self, name) for name in QUANTITIES}
 
     def apply(self, recording: Recording) -> Recording:
         """The recording that a sensor without these errors would have given; the given one stays as it is.
@@ -144,7 +153,7 @@ class Calibration:
     def to_dict(self) -> dict[str, object]:
         """For JSON: of each quantity its unit and its four attributes as lists; None for what was not there."""
         return {
-            name: None if part is None else {"unit": SHAPES[name][1]} | {
+            name: None if part is None else {"unit": QUANTITIES[name].unit} | {
                 one.name: getattr(part, one.name).tolist() for one in fields(part)
             }
             for name, part in self._parts().items()
@@ -181,7 +190,7 @@ class Calibration:
         if whole["format"] != FORMAT:
             raise LevelheadError(f"{path} says '{whole['format'][:60]}'; this version reads '{FORMAT}'")
         try:
-            return cls(**{name: _read(name, whole.get(name)) for name in SHAPES})  # type: ignore[arg-type]
+            return cls(**{name: _read(name, whole.get(name)) for name in QUANTITIES})
         except LevelheadError as error:
             raise LevelheadError(f"{path}: {error}") from None
 
@@ -203,6 +212,11 @@ class Calibration:
         ]
         if self.mag_offset is not None:
             told.append(_Told("magnetometer offset", self.mag_offset, 1.0, "µT", _axes(), "held in too few attitudes"))
+        told += [
+            _Told(block.meaning, part, 1.0, block.unit, _flat(block.shape), "too little motion")
+            for name, block in QUANTITIES.items()
+            if name not in IN_WORDS and (part := self._parts()[name]) is not None
+        ]
         lines = [line for line in map(_found, told) if line]
         missing = [words for words in map(_missing, told) if words]
         if self.mag_delay is not None:
@@ -256,6 +270,11 @@ def _axes(places: list[tuple[int, int]] | None = None) -> dict[str, tuple[int, .
     return {"xyz"[i] + ("xyz"[j] if i != j else ""): (i, j) for i, j in places}
 
 
+def _flat(shape: tuple[int, ...]) -> dict[str, tuple[int, ...]]:
+    """The indices of an array, by themselves."""
+    return {",".join(map(str, at)): at for at in np.ndindex(shape)}
+
+
 def _found(told: _Told) -> str:
     """The numbers that were learned; empty where none was."""
     part, factor = told.part, told.factor
@@ -279,24 +298,24 @@ def _pm(value: float, sigma: float) -> str:
 
 
 def _quantity(name: str, part: Estimate) -> Quantity:
-    shape, unit, _ = SHAPES[name]
+    shape, unit = QUANTITIES[name].shape, QUANTITIES[name].unit
     arrays = [real_array(name, np.reshape(numbers, shape), shape, unit or "no unit") for numbers in part]
     return Quantity(*arrays)
 
 
-def _constant(part: Quantity, widened: float) -> Estimate:
+def _constant(part: Quantity, turn_on: float) -> Estimate:
     """What is left of a quantity after its run; σ 0, which is "nothing known", where it was not asked for."""
     asked = part.start > 0.0
     share = np.square(np.divide(part.start, part.unlearned, out=np.zeros_like(part.start), where=asked))
-    variance = np.square(share * part.sigma) + (1.0 - share) * np.square(part.start) + widened**2
+    variance = np.square(share * part.sigma) + (1.0 - share) * np.square(part.start) + turn_on**2
     sigma = np.where(asked, np.sqrt(variance), 0.0)
     return Estimate(*(tuple(a.reshape(-1).tolist()) for a in (share * part.value, sigma, part.unlearned, part.start)))
 
 
 def _read(name: str, part: object) -> Quantity | None:
     """One quantity from JSON."""
-    shape, unit, may_miss = SHAPES[name]
-    if part is None and may_miss:
+    shape, unit = QUANTITIES[name].shape, QUANTITIES[name].unit
+    if part is None and QUANTITIES[name].exists != ALWAYS:
         return None
     if not isinstance(part, dict) or part.get("unit") != unit:
         raise LevelheadError(

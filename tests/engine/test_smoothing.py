@@ -8,8 +8,9 @@ from levelhead import simulate
 from levelhead.engine import backward as rts
 from levelhead.engine import smoothing
 from levelhead.evaluate import evaluate
-from levelhead.filters.eskf.state import DRIVEN, ROW, SPEED
-from levelhead.filters.eskf.state import PLACE as KNOWN
+from levelhead.filters.eskf.state import DRIVEN, ROW
+from levelhead.filters.eskf.state import POSITION as KNOWN
+from levelhead.filters.eskf.state import VELOCITY as SPEED
 
 
 def spd(rng):

@@ -27,7 +27,7 @@ def learned():
     ).calibration
 
 
-SIX = replace(WRONG, mag_offset=None, mag_delay=None)
+SIX = WRONG.without("mag_offset", "mag_delay")
 
 
 def mounted(recording, axes):
@@ -140,10 +140,10 @@ def test_how_a_prior_is_written(learned):
     source = files(Choice(lh.ESKF(), real="float", prior=learned))["lh_eskf.c"]
     table = source[source.index("} prior[] = {") : source.index("void lh_eskf_init(")]
     assert re.findall(r"/\* (.*) \*/", table) == [
-        "gyr_matrix", "gyr_bias, rad/s", "acc_bias, m/s²", "mag_offset, µT", "mag_delay, s",
+        "acc_bias, m/s²", "gyr_bias, rad/s", "gyr_matrix", "mag_offset, µT", "mag_delay, s",
     ]  # fmt: skip
     assert table.count("f}") == 2 * (9 + 3 + 3 + 3 + 1)
-    value = learned.prior().gyr_bias.value[0]
+    value = learned.prior()["gyr_bias"].value[0]
     assert any(float(text) == pytest.approx(value, rel=1e-6) for text in re.findall(r", ([^,]+)f\}", table))
 
 
@@ -154,7 +154,7 @@ def test_refused(learned):
         Choice(lh.ESKF(), prior=learned, calibration=learned)
     with pytest.raises(lh.LevelheadError, match="no readings of three axes"):
         Choice(lh.Kalman(), axis=True, calibration=learned)
-    tiny = replace(WRONG, mag_delay=sure(1e-60))
+    tiny = lh.Calibration(**vars(WRONG) | {"mag_delay": sure(1e-60)})
     with pytest.raises(lh.LevelheadError, match="calibration, mag_delay: 1e-60 is out of the range of single"):
         files(Choice(lh.EKF(), real="float", calibration=tiny))
     assert Choice(lh.Kalman(), axis=True, axes=IDENTITY).axes == IDENTITY

@@ -7,9 +7,9 @@ from scipy.spatial.transform import Rotation
 import levelhead as lh
 from levelhead import simulate
 from levelhead.filters import health
-from levelhead.filters.eskf import FILTER, measurements, predict
+from levelhead.filters.eskf import FILTER, covariance, measurements, predict
 from levelhead.filters.eskf import filter as eskf
-from levelhead.filters.eskf import state as es
+from levelhead.filters.eskf import state as at
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.vec3 import Vec3
 
@@ -18,15 +18,15 @@ DT = 0.01
 
 def square(m):
     """The covariance as a matrix, without what only fills up its rows."""
-    whole = np.reshape(m[es.P : es.P + es.ROW * es.ROW], (es.ROW, es.ROW))
-    np.testing.assert_array_equal(whole[es.N :], 0.0)
-    np.testing.assert_array_equal(whole[:, es.N :], 0.0)
-    return whole[: es.N, : es.N]
+    whole = np.reshape(m[at.P : at.P + at.ROW * at.ROW], (at.ROW, at.ROW))
+    np.testing.assert_array_equal(whole[at.N :], 0.0)
+    np.testing.assert_array_equal(whole[:, at.N :], 0.0)
+    return whole[: at.N, : at.N]
 
 
 def couplings(m):
     """F − 1 of the driven states."""
-    return np.reshape(m[es.F : es.F + es.DRIVEN * es.ROW], (es.DRIVEN, es.ROW))[:, : es.N]
+    return np.reshape(m[at.F : at.F + at.DRIVEN * at.ROW], (at.DRIVEN, at.ROW))[:, : at.N]
 
 
 def prepared(rng, mag=True):
@@ -35,15 +35,20 @@ def prepared(rng, mag=True):
     field = Vec3(0.0, 19.0, -45.0) if mag else Vec3(0.0, 0.0, 0.0)
     state = eskf.init(params, Vec3(0.0, 0.0, 0.0), Vec3(0.3, -0.2, 9.7), field)
     m = state.memory
-    root = rng.normal(0, 0.01, (es.N, es.N))
+    root = rng.normal(0, 0.01, (at.N, at.N))
     if not mag:
-        root[es.MAG :] = 0.0
-    rest = es.ROW - es.N
-    m[es.P : es.P + es.ROW**2] = np.pad(root @ root.T, ((0, rest), (0, rest))).ravel().tolist()
-    for first, count, size in ((es.ACC, 3, 0.05), (es.BIAS, 3, 0.01), (es.GYR, 9, 0.01), (es.IRON, 3, 0.05)):
+        root[at.FIELD :] = 0.0
+    rest = at.ROW - at.N
+    m[at.P : at.P + at.ROW**2] = np.pad(root @ root.T, ((0, rest), (0, rest))).ravel().tolist()
+    for first, count, size in (
+        (at.ACC_BIAS, 3, 0.05),
+        (at.GYR_BIAS, 3, 0.01),
+        (at.GYR_MATRIX, 9, 0.01),
+        (at.MAG_OFFSET, 3, 0.05),
+    ):
         for i in range(first, first + count):
-            m[es.MEAN + i] = rng.normal(0, size)
-    m[es.MEAN + es.DELAY] = 0.01
+            m[at.MEAN + i] = rng.normal(0, size)
+    m[at.MEAN + at.MAG_DELAY] = 0.01
     return params, state._replace(quat=Quat(*Rotation.random(rng=rng).as_quat(scalar_first=True)))
 
 
@@ -60,17 +65,17 @@ def readings_of(rng, n=10):
 def moved(state, index, by):
     """The state with one error state added: θ turns from the left, the others are added."""
     memory = list(state.memory)
-    if es.TURN <= index < es.TURN + 3:
-        turn = Rotation.from_rotvec(by * np.eye(3)[index - es.TURN])
+    if at.ATTITUDE <= index < at.ATTITUDE + 3:
+        turn = Rotation.from_rotvec(by * np.eye(3)[index - at.ATTITUDE])
         quat = (turn * Rotation.from_quat(state.quat, scalar_first=True)).as_quat(scalar_first=True)
         return state._replace(quat=Quat(*quat), memory=memory)
-    memory[es.MEAN + index] += by
+    memory[at.MEAN + index] += by
     return state._replace(memory=memory)
 
 
 def driven(state):
     """Velocity and attitude at the end of a block."""
-    return np.array(state.memory[es.MEAN + es.SPEED : es.MEAN + es.SPEED + 3]), Rotation.from_quat(
+    return np.array(state.memory[at.MEAN + at.VELOCITY : at.MEAN + at.VELOCITY + 3]), Rotation.from_quat(
         state.quat, scalar_first=True
     )
 
@@ -80,19 +85,19 @@ def test_the_couplings_of_a_block_are_the_derivatives_of_what_the_samples_do():
     params, state = prepared(rng)
     readings = readings_of(rng)
     base = through_a_block(params, moved(state, 0, 0.0), readings)
-    predict.drive(base.memory)
+    predict.set_transition(base.memory)
     f = couplings(base.memory)
-    f[:, es.SPEED : es.SPEED + es.DRIVEN] += np.eye(es.DRIVEN)
+    f[:, at.VELOCITY : at.VELOCITY + at.DRIVEN] += np.eye(at.DRIVEN)
     small = 1e-6
-    for index in range(es.MAG):
+    for index in range(at.FIELD):
         ends = [driven(through_a_block(params, moved(state, index, by), readings)) for by in (small, -small)]
         speeds, turns = zip(*ends, strict=True)
         dv = (speeds[0] - speeds[1]) / (2 * small)
         dtheta = (turns[0] * turns[1].inv()).as_rotvec() / (2 * small)
         expected = f[:, index].copy()
-        if index >= es.BIAS:  # F is of first order in the length of the block: of v it leaves out what θ does within it
-            expected[:3] += 0.5 * f[:3, es.TURN : es.TURN + 3] @ f[3:, index]
-        np.testing.assert_allclose(dv, expected[:3], atol=0.03 if index >= es.BIAS else 5e-3)
+        if index >= at.GYR_BIAS:  # F is of first order in the block's length: of v it leaves out what θ does in it
+            expected[:3] += 0.5 * f[:3, at.ATTITUDE : at.ATTITUDE + 3] @ f[3:, index]
+        np.testing.assert_allclose(dv, expected[:3], atol=0.03 if index >= at.GYR_BIAS else 5e-3)
         np.testing.assert_allclose(dtheta, expected[3:], atol=5e-3)
 
 
@@ -103,47 +108,47 @@ def test_the_rows_of_the_field_are_its_derivatives(monkeypatch):
 
     def field(state):
         m = through_a_block(params, state, readings).memory
-        return np.array(m[es.FIELD : es.FIELD + 3]) / m[es.COUNT]
+        return np.array(m[at.SUM_FIELD : at.SUM_FIELD + 3]) / m[at.MAG_COUNT]
 
     seen = []
     base = through_a_block(params, moved(state, 0, 0.0), readings)
 
     def measure(m, n, first, innovation, noise):
-        seen.append((first, list(m[es.H : es.H + es.N])))
-        m[es.H : es.H + es.N] = [0.0] * es.N
+        seen.append((first, list(m[at.H : at.H + at.N])))
+        m[at.H : at.H + at.N] = [0.0] * at.N
 
     monkeypatch.setattr(measurements, "measure", measure)
-    measurements.see_field(params, base.memory, False, es.ROW)
-    assert [first for first, _ in seen] == [es.TURN_Z] * 3, "a magnetometer never tilts the horizon"
+    measurements.update_field(params, base.memory, False, at.ROW)
+    assert [first for first, _ in seen] == [at.HEADING] * 3, "a magnetometer never tilts the horizon"
     small = 1e-6
-    for index in (es.TURN, es.TURN + 1, es.TURN_Z, *range(es.IRON, es.DELAY + 1)):
+    for index in (at.ATTITUDE, at.ATTITUDE + 1, at.HEADING, *range(at.MAG_OFFSET, at.MAG_DELAY + 1)):
         change = (field(moved(state, index, small)) - field(moved(state, index, -small))) / (2 * small)
         # what an offset does to the part that comes of the delay, d ω × o, is left out: 2 % of it at 2 rad/s
-        atol = 0.05 if es.IRON <= index < es.DELAY else 1e-5
+        atol = 0.05 if at.MAG_OFFSET <= index < at.MAG_DELAY else 1e-5
         np.testing.assert_allclose([row[index] for _, row in seen], change, atol=atol)
-    for axis, index in ((1, es.MAG), (2, es.MAG + 1)):
+    for axis, index in ((1, at.FIELD), (2, at.FIELD + 1)):
         assert [row[index] for _, row in seen] == [-1.0 if k == axis else 0.0 for k in range(3)]
 
 
-@pytest.mark.parametrize("first", [0, es.TURN_Z])
+@pytest.mark.parametrize("first", [0, at.HEADING])
 def test_a_measurement_is_schmidts(first):
     rng = np.random.default_rng(5)
     _, state = prepared(rng)
     m = list(state.memory)
     p = square(m)
-    h, x = rng.normal(size=es.N), rng.normal(size=es.N)
-    m[es.H : es.H + es.N], m[es.X : es.X + es.N] = h.tolist(), x.tolist()
-    nis = es.measure(m, es.ROW, first, 0.3, 0.02)
+    h, x = rng.normal(size=at.N), rng.normal(size=at.N)
+    m[at.H : at.H + at.N], m[at.X : at.X + at.N] = h.tolist(), x.tolist()
+    nis = covariance.measure(m, at.ROW, first, 0.3, 0.02)
     s = h @ p @ h + 0.02
     gain = p @ h / s
     gain[:first] = 0.0
-    joseph = (np.eye(es.N) - np.outer(gain, h)) @ p @ (np.eye(es.N) - np.outer(gain, h)).T + 0.02 * np.outer(gain, gain)
+    joseph = (np.eye(at.N) - np.outer(gain, h)) @ p @ (np.eye(at.N) - np.outer(gain, h)).T + 0.02 * np.outer(gain, gain)
     after = square(m)
     np.testing.assert_allclose(after, joseph, atol=1e-12)
     np.testing.assert_array_equal(after, after.T)
-    np.testing.assert_allclose(m[es.X : es.X + es.N], x + gain * (0.3 - h @ x), rtol=1e-9)
+    np.testing.assert_allclose(m[at.X : at.X + at.N], x + gain * (0.3 - h @ x), rtol=1e-9)
     assert nis == pytest.approx((0.3 - h @ x) ** 2 / s)
-    assert not any(m[es.H : es.H + es.N])
+    assert not any(m[at.H : at.H + at.N])
 
 
 def test_prediction_is_the_dense_product():
@@ -152,10 +157,10 @@ def test_prediction_is_the_dense_product():
     base = through_a_block(params, state, readings_of(rng))
     m = list(base.memory)
     p = square(m)
-    predict.drive(m)
-    f = np.eye(es.N)
-    f[es.SPEED : es.SPEED + es.DRIVEN] += couplings(m)
-    es.propagate(m, es.ROW)
+    predict.set_transition(m)
+    f = np.eye(at.N)
+    f[at.VELOCITY : at.VELOCITY + at.DRIVEN] += couplings(m)
+    covariance.propagate(m, at.ROW)
     after = square(m)
     np.testing.assert_allclose(after, f @ p @ f.T, atol=1e-12)
     np.testing.assert_array_equal(after, after.T)
@@ -166,9 +171,9 @@ def test_a_corrected_velocity_is_taken_along_by_heading():
     _, state = prepared(rng)
     m = list(state.memory)
     p = square(m)
-    shear = np.eye(es.N)
-    shear[es.SPEED, es.TURN_Z], shear[es.SPEED + 1, es.TURN_Z] = -0.7, 0.4  # θ_z × (0.4, 0.7)
-    es.take_along(m, es.P, es.ROW, 0.4, 0.7)
+    shear = np.eye(at.N)
+    shear[at.VELOCITY, at.HEADING], shear[at.VELOCITY + 1, at.HEADING] = -0.7, 0.4  # θ_z × (0.4, 0.7)
+    covariance.rotate_velocity_error(m, at.P, at.ROW, 0.4, 0.7)
     np.testing.assert_allclose(square(m), shear @ p @ shear.T, atol=1e-12)
     np.testing.assert_array_equal(square(m), square(m).T)
 
@@ -199,7 +204,7 @@ def learned(recording, **values):
     carry = compiled(driver.run)(settings, native(driver.begin(settings)), float(recording.t[0]), *flat, *out)
     m = carry.run.state.memory
     p = square(m)
-    return np.array(m[es.MEAN : es.MEAN + es.N]), np.sqrt(np.diag(p)), p
+    return np.array(m[at.MEAN : at.MEAN + at.N]), np.sqrt(np.diag(p)), p
 
 
 @pytest.mark.compiled
@@ -210,8 +215,8 @@ def test_a_late_magnetometer_is_found_out():
     late = np.array(clean.mag)
     late[4:] = clean.mag[:-4]
     mean, sigma, _ = learned(lh.Recording(clean.t, clean.gyr, clean.acc, late, truth=clean.truth))
-    assert mean[es.DELAY] == pytest.approx(0.020, abs=0.003)
-    assert sigma[es.DELAY] < 0.006
+    assert mean[at.MAG_DELAY] == pytest.approx(0.020, abs=0.003)
+    assert sigma[at.MAG_DELAY] < 0.006
 
 
 @pytest.mark.compiled
@@ -221,7 +226,7 @@ def test_a_gyroscope_that_was_turned_on_with_a_large_bias_is_right_without_any_r
     recording = simulate.recording("MPU-6050", "walking", seed=seed, mag="HMC5883L", duration=60.0)
     moving = recording[400:]
     mean, _, p = learned(moving)
-    wrong = mean[es.BIAS : es.BIAS + 3] - moving.truth.bias[-1]
+    wrong = mean[at.GYR_BIAS : at.GYR_BIAS + 3] - moving.truth.bias[-1]
     assert np.degrees(np.abs(moving.truth.bias[-1])).max() > 2.0
     assert np.degrees(np.abs(wrong)).max() < 0.5
     assert np.linalg.eigvalsh(p).min() > -1e-12 * np.linalg.eigvalsh(p).max()
@@ -253,7 +258,7 @@ def test_covariance_stays_symmetric_and_positive():
     acc, mag = up + rng.normal(0, 0.05, (n, 3)), north + rng.normal(0, 0.3, (n, 3))
     _, _, p = learned(lh.Recording(t, gyr, acc, mag))
     np.testing.assert_array_equal(p, p.T)
-    p = p[: es.PLACE, : es.PLACE]  # without aiding there is no more
+    p = p[: at.POSITION, : at.POSITION]  # without aiding there is no more
     values = np.linalg.eigvalsh(p / np.sqrt(np.outer(np.diag(p), np.diag(p))))
     assert values.min() > -1e-9
 

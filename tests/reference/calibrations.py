@@ -13,9 +13,11 @@ def sure(*values):
 
 
 WRONG = lh.Calibration(
-    Quantity(*(np.array([[0.01, 0.002, -0.003], [0.004, -0.02, 0.005], [-0.006, 0.001, 0.015]]) for _ in range(4))),
-    sure(0.03, -0.02, 0.01),
-    sure(0.1, -0.2, 0.15),
-    sure(4.0, -6.0, 3.0),
-    sure(0.012),
+    gyr_matrix=Quantity(
+        *(np.array([[0.01, 0.002, -0.003], [0.004, -0.02, 0.005], [-0.006, 0.001, 0.015]]) for _ in range(4))
+    ),
+    gyr_bias=sure(0.03, -0.02, 0.01),
+    acc_bias=sure(0.1, -0.2, 0.15),
+    mag_offset=sure(4.0, -6.0, 3.0),
+    mag_delay=sure(0.012),
 )

@@ -58,6 +58,13 @@ def bound(function: Callable[..., Any], name: str, **kernels: Any) -> Callable[.
     return kernel(twin)
 
 
+def instance(function: Callable[..., Any], name: str, **kernels: Any) -> Callable[..., Any]:
+    """The same with a name of its own, for a kernel of which one program has several copies."""
+    twin = bound(function, name, **kernels)
+    twin.__name__ = name
+    return twin
+
+
 def apart(function: Callable[..., Any]) -> Callable[..., Any]:
     """A copy of a kernel that is called, not inlined."""
     return noinline(bound(function, "apart"))

@@ -12,10 +12,10 @@ nothing about, has a column of zeros in G, and what only it would need is left o
 from math import sqrt
 
 from levelhead.compiler.mark import WIDE, kernel, noinline
-from levelhead.filters.eskf.state import DRIVEN, ROW, SPEED
+from levelhead.filters.eskf import state as at
 from levelhead.kernels.arrays import Floats, copy, subtract_rows
 
-WHOLE = ROW * ROW  # numbers of a matrix; those of aiding stay unused
+WHOLE = at.ROW * at.ROW  # numbers of a matrix; those of aiding stay unused
 N = WIDE
 LEAST = 1e-13  # share of a variance that must be left of it for it to say something of its own
 
@@ -27,8 +27,8 @@ LATER = GAIN + WHOLE  # P^s_k+1
 NOW = LATER + WHOLE  # P_k, then P^s_k
 PRODUCT = NOW + WHOLE
 OFF = PRODUCT + WHOLE  # d
-SMOOTHED = OFF + ROW  # x^s
-SIZE = SMOOTHED + ROW
+SMOOTHED = OFF + at.ROW  # x^s
+SIZE = SMOOTHED + at.ROW
 
 
 @kernel
@@ -43,11 +43,11 @@ def factorize(m: Floats, cut: bool) -> None:
     """R by rows; the diagonal holds 1/R_jj, and 0 for what tells nothing."""
     copy(m, FACTOR, AHEAD, WHOLE)
     for j in range(N):
-        row = FACTOR + j * ROW
-        if m[AHEAD + j * ROW + j] > 0.0:
-            subtract_rows(m, row, FACTOR + j, ROW, FACTOR, ROW, j)
+        row = FACTOR + j * at.ROW
+        if m[AHEAD + j * at.ROW + j] > 0.0:
+            subtract_rows(m, row, FACTOR + j, at.ROW, FACTOR, at.ROW, j)
         pivot = m[row + j]
-        silent = pivot <= LEAST * m[AHEAD + j * ROW + j] or (cut and SPEED <= j < SPEED + DRIVEN)
+        silent = pivot <= LEAST * m[AHEAD + j * at.ROW + j] or (cut and at.VELOCITY <= j < at.VELOCITY + at.DRIVEN)
         one = 0.0 if silent else 1.0 / sqrt(pivot)
         scaled(m, row, one)
         m[row + j] = one
@@ -57,15 +57,15 @@ def factorize(m: Floats, cut: bool) -> None:
 def solve(m: Floats) -> None:
     """Eq. 1."""
     for j in range(N):
-        if m[FACTOR + j * ROW + j] != 0.0:
-            subtract_rows(m, GAIN + j * ROW, FACTOR + j, ROW, GAIN, ROW, j)
-        scaled(m, GAIN + j * ROW, m[FACTOR + j * ROW + j])
+        if m[FACTOR + j * at.ROW + j] != 0.0:
+            subtract_rows(m, GAIN + j * at.ROW, FACTOR + j, at.ROW, GAIN, at.ROW, j)
+        scaled(m, GAIN + j * at.ROW, m[FACTOR + j * at.ROW + j])
     for k in range(N):
         j = N - 1 - k
         after = j + 1
-        if m[FACTOR + j * ROW + j] != 0.0:
-            subtract_rows(m, GAIN + j * ROW, FACTOR + j * ROW + after, 1, GAIN + after * ROW, ROW, k)
-        scaled(m, GAIN + j * ROW, m[FACTOR + j * ROW + j])
+        if m[FACTOR + j * at.ROW + j] != 0.0:
+            subtract_rows(m, GAIN + j * at.ROW, FACTOR + j * at.ROW + after, 1, GAIN + after * at.ROW, at.ROW, k)
+        scaled(m, GAIN + j * at.ROW, m[FACTOR + j * at.ROW + j])
 
 
 @kernel
@@ -74,19 +74,19 @@ def combine(m: Floats) -> None:
     for i in range(WHOLE):
         m[AHEAD + i] = m[LATER + i] - m[AHEAD + i]
         m[PRODUCT + i] = 0.0
-    for i in range(ROW):
+    for i in range(at.ROW):
         m[SMOOTHED + i] = 0.0
         m[OFF + i] = -m[OFF + i]
-    subtract_rows(m, SMOOTHED, OFF, 1, GAIN, ROW, N)
+    subtract_rows(m, SMOOTHED, OFF, 1, GAIN, at.ROW, N)
     for i in range(N):
-        if m[FACTOR + i * ROW + i] != 0.0:
-            subtract_rows(m, PRODUCT + i * ROW, AHEAD + i * ROW, 1, GAIN, ROW, N)
+        if m[FACTOR + i * at.ROW + i] != 0.0:
+            subtract_rows(m, PRODUCT + i * at.ROW, AHEAD + i * at.ROW, 1, GAIN, at.ROW, N)
     for i in range(N):
-        if m[NOW + i * ROW + i] != 0.0:
-            subtract_rows(m, NOW + i * ROW, GAIN + i, ROW, PRODUCT, ROW, N)
+        if m[NOW + i * at.ROW + i] != 0.0:
+            subtract_rows(m, NOW + i * at.ROW, GAIN + i, at.ROW, PRODUCT, at.ROW, N)
     for i in range(N):
         for j in range(i):
-            m[NOW + i * ROW + j] = m[NOW + j * ROW + i]
+            m[NOW + i * at.ROW + j] = m[NOW + j * at.ROW + i]
 
 
 @noinline

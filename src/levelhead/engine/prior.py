@@ -41,4 +41,4 @@ def read_calibration(flt: Filter, settings: Settings, carry: Any) -> Calibration
     """The filter's present estimate of its sensor's errors; None if it estimates none."""
     if flt.calibration is None:
         return None
-    return Calibration.learned(flt.calibration.estimate(settings.filter, carry.run.state))
+    return Calibration.from_estimates(flt.calibration.estimate(settings.filter, carry.run.state))

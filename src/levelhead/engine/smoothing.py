@@ -38,30 +38,13 @@ from levelhead.errors import LevelheadError
 from levelhead.filters.contract import Schedule
 from levelhead.filters.eskf import FILTER as ESKF_FILTER
 from levelhead.filters.eskf import filter as eskf
+from levelhead.filters.eskf import state as at
+from levelhead.filters.eskf.covariance import rotate_velocity_error
 from levelhead.filters.eskf.predict import predict
-from levelhead.filters.eskf.state import (
-    BIAS,
-    CUT,
-    DRIVEN,
-    EAST,
-    FOUND,
-    GONE,
-    MEAN,
-    ROW,
-    SIZE,
-    SPEED,
-    TURN,
-    TURN_Z,
-    N,
-    P,
-    W,
-    X,
-    take_along,
-)
 from levelhead.filters.parameters import FilterChoice
 from levelhead.guard import Guard
 from levelhead.kernels import quat
-from levelhead.kernels.arrays import Floats, copy
+from levelhead.kernels.arrays import Floats, copy, zeros
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.tilt import GAP_SECONDS, UNIFORM
 from levelhead.kernels.vec3 import Vec3
@@ -71,7 +54,7 @@ from levelhead.track import Track
 LONGEST = 0.25  # s: blocks need not be shorter than this offline
 KEPT = 500  # blocks in memory, ten MB: more would not stay near the processor
 SHORTEST = 1e-9  # s, a block
-AHEAD = SIZE  # P⁻
+AHEAD = at.SIZE  # P⁻
 FROM = AHEAD + WHOLE  # attitude before the correction, 4
 WIDE = FROM + 4
 
@@ -82,16 +65,21 @@ advance = result = unbound
 def remembered(params: Any, state: Any, dt: float) -> Any:
     """``eskf.correct`` that keeps what it predicts."""
     m = state.memory
-    predict(params, m, eskf.known(state))
-    copy(m, AHEAD, P, WHOLE)
+    predict(params, m, eskf.existing(state))
+    copy(m, AHEAD, at.P, WHOLE)
     q = state.quat
     m[FROM], m[FROM + 1], m[FROM + 2], m[FROM + 3] = q.w, q.x, q.y, q.z
-    return eskf.corrected(params, state)
+    return eskf.update(params, state)
 
 
-FORWARD = ESKF_FILTER._replace(
-    name="ESKF_forward", init=bound(eskf.init, "wide", SIZE=WIDE), schedule=Schedule(eskf.due, remembered)
-)
+@noinline
+def wide_init(params: Any, gyr: Vec3, acc: Vec3, mag: Vec3) -> Any:
+    """``eskf.init`` with room behind its memory for what ``remembered`` keeps."""
+    m = zeros(WIDE)
+    return eskf.start(params, m, acc, mag)
+
+
+FORWARD = ESKF_FILTER._replace(name="ESKF_forward", init=wide_init, schedule=Schedule(eskf.due, remembered))
 
 
 class Blocks(NamedTuple):
@@ -118,7 +106,7 @@ class Smoothed(NamedTuple):
 
 def room(count: int) -> Blocks:
     """For that many blocks."""
-    return Blocks(*(np.zeros((count, width)) for width in (WHOLE, WHOLE, DRIVEN * ROW, N, 3, 4, 1, 1, 1)))
+    return Blocks(*(np.zeros((count, width)) for width in (WHOLE, WHOLE, at.DRIVEN * at.ROW, at.N, 3, 4, 1, 1, 1)))
 
 
 @kernel
@@ -126,20 +114,20 @@ def keep(kept: Blocks, k: int, i: int, state: Any) -> None:
     """The block that has just ended, at sample i."""
     m = state.memory
     for j in range(WHOLE):
-        kept.p[k, j] = m[P + j]
+        kept.p[k, j] = m[at.P + j]
         kept.ahead[k, j] = m[AHEAD + j]
-    for j in range(DRIVEN * ROW):
-        kept.w[k, j] = m[W + j]
-    for j in range(N):
-        kept.x[k, j] = m[X + j]
+    for j in range(at.DRIVEN * at.ROW):
+        kept.w[k, j] = m[at.W + j]
+    for j in range(at.N):
+        kept.x[k, j] = m[at.X + j]
     for j in range(3):
-        kept.bias[k, j] = m[MEAN + BIAS + j]
+        kept.bias[k, j] = m[at.MEAN + at.GYR_BIAS + j]
     before = Quat(m[FROM], m[FROM + 1], m[FROM + 2], m[FROM + 3])
     swing = quat.multiply(state.quat, quat.conjugate(before))
     kept.swing[k, 0], kept.swing[k, 1], kept.swing[k, 2], kept.swing[k, 3] = swing
-    kept.cut[k, 0] = 1.0 if m[FOUND] > 0.0 or m[CUT] > 0.0 else 0.0
+    kept.cut[k, 0] = 1.0 if m[at.REINITIALISED] > 0.0 or m[at.GAP_TIME] > 0.0 else 0.0
     kept.end[k, 0] = float(i)
-    kept.gone[k, 0] = m[GONE]
+    kept.gone[k, 0] = m[at.EAST_DECAY]
 
 
 @kernel
@@ -180,15 +168,15 @@ def load(kept: Blocks, k: int, m: Floats) -> None:
         m[rts.AHEAD + j] = kept.ahead[k + 1, j]
         m[rts.NOW + j] = kept.p[k, j]
     copy(m, rts.GAIN, rts.NOW, WHOLE)
-    for j in range(DRIVEN * ROW):
-        m[rts.GAIN + SPEED * ROW + j] = kept.w[k + 1, j]
-    for j in range(ROW):
-        m[rts.GAIN + EAST * ROW + j] *= 1.0 - kept.gone[k + 1, 0]
-    x, y = kept.x[k + 1, SPEED], kept.x[k + 1, SPEED + 1]
-    take_along(m, rts.LATER, ROW, -x, -y)  # what the correction did to errors of velocity, undone
-    m[rts.SMOOTHED + SPEED] += y * m[rts.SMOOTHED + TURN_Z]
-    m[rts.SMOOTHED + SPEED + 1] -= x * m[rts.SMOOTHED + TURN_Z]
-    for j in range(N):
+    for j in range(at.DRIVEN * at.ROW):
+        m[rts.GAIN + at.VELOCITY * at.ROW + j] = kept.w[k + 1, j]
+    for j in range(at.ROW):
+        m[rts.GAIN + at.FIELD_EAST * at.ROW + j] *= 1.0 - kept.gone[k + 1, 0]
+    x, y = kept.x[k + 1, at.VELOCITY], kept.x[k + 1, at.VELOCITY + 1]
+    rotate_velocity_error(m, rts.LATER, at.ROW, -x, -y)  # what the correction did to errors of velocity, undone
+    m[rts.SMOOTHED + at.VELOCITY] += y * m[rts.SMOOTHED + at.HEADING]
+    m[rts.SMOOTHED + at.VELOCITY + 1] -= x * m[rts.SMOOTHED + at.HEADING]
+    for j in range(at.N):
         m[rts.OFF + j] = kept.x[k + 1, j] + m[rts.SMOOTHED + j]
 
 
@@ -201,9 +189,9 @@ def backward(kept: Blocks, count: int, m: Floats, turn: Any, bias: Any, sigma: A
             load(kept, k, m)
             rts.step_back(m, kept.cut[k + 1, 0] > 0.0)
         for j in range(3):
-            turn[k, j] = m[rts.SMOOTHED + TURN + j]
-            bias[k, j] = kept.bias[k, j] + m[rts.SMOOTHED + BIAS + j]
-            variance = m[rts.NOW + (TURN + j) * (ROW + 1)]
+            turn[k, j] = m[rts.SMOOTHED + at.ATTITUDE + j]
+            bias[k, j] = kept.bias[k, j] + m[rts.SMOOTHED + at.GYR_BIAS + j]
+            variance = m[rts.NOW + (at.ATTITUDE + j) * (at.ROW + 1)]
             sigma[k, j] = min(sqrt(max(variance, 0.0)), UNIFORM)
 
 
@@ -302,7 +290,10 @@ class Smoother:
     def ahead(self, stretch: Stretch) -> tuple[int, Stretch]:
         """Through one stretch: how many blocks were kept, and where the next one begins."""
         memory = stretch.carry.run.state.memory
-        self._kept.p[0], self._kept.bias[0] = memory[P : P + WHOLE], memory[MEAN + BIAS : MEAN + BIAS + 3]
+        self._kept.p[0], self._kept.bias[0] = (
+            memory[at.P : at.P + WHOLE],
+            memory[at.MEAN + at.GYR_BIAS : at.MEAN + at.GYR_BIAS + 3],
+        )
         self._kept.end[0] = stretch.start - 1
         last = float(self._sensors[0][max(stretch.start - 1, 0)])
         carry, count, stop = self._forward(
@@ -323,7 +314,7 @@ class Smoother:
 
     def end(self, stretch: Stretch) -> None:
         """Backwards begins where the recording ends, of which nothing more is to be learned."""
-        self._smoothed[rts.NOW : rts.NOW + WHOLE] = stretch.carry.run.state.memory[P : P + WHOLE]
+        self._smoothed[rts.NOW : rts.NOW + WHOLE] = stretch.carry.run.state.memory[at.P : at.P + WHOLE]
 
     def back(self, count: int, stop: int) -> None:
         """Through the stretch that was kept, to the sample before ``stop``."""

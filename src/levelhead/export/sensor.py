@@ -2,11 +2,10 @@
 
 import textwrap
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import Any
 
 from levelhead.axis_map import IDENTITY
-from levelhead.calibration import SHAPES, Calibration
+from levelhead.calibration import QUANTITIES, Calibration
 from levelhead.errors import LevelheadError
 from levelhead.export.config import Choice
 from levelhead.export.expressions import variable
@@ -14,7 +13,7 @@ from levelhead.export.kinds import FLOAT, Struct
 from levelhead.export.layout import STEP, WIDTH, comment, safe, wrapped
 from levelhead.export.program import Kernel, Program
 from levelhead.export.statements import joined
-from levelhead.filters.eskf.calibration import Estimate, Learned
+from levelhead.filters.eskf.calibration import Estimate
 from levelhead.kernels import correction
 from levelhead.kernels.vec3 import Vec3
 
@@ -32,9 +31,9 @@ def _numbers(value: Any, path: str) -> Iterator[tuple[Place, float]]:
             yield from _numbers(getattr(value, name), f"{path}.{variable(name)}")
 
 
-def _silent(part: Estimate | None) -> Estimate | None:
+def _silent(part: Estimate) -> Estimate:
     """Nothing known of a quantity, in its shape."""
-    return part and Estimate(*((0.0,) * len(numbers) for numbers in part))
+    return Estimate(*((0.0,) * len(numbers) for numbers in part))
 
 
 def _told(choice: Choice) -> Iterator[tuple[str, dict[Place, float]]]:
@@ -42,10 +41,10 @@ def _told(choice: Choice) -> Iterator[tuple[str, dict[Place, float]]]:
     if choice.prior is None or choice.flt.calibration is None:
         return
     state, known = choice.begin().run.state, choice.prior.prior()
-    nothing = Learned(*map(_silent, known))  # type: ignore[arg-type]
+    nothing = {name: _silent(part) for name, part in known.items()}
     before = dict(_numbers(choice.flt.calibration.with_prior(state, nothing), "carry.run.state"))
-    for name, part in known._asdict().items():
-        told = choice.flt.calibration.with_prior(state, nothing._replace(**{name: part}))
+    for name, part in known.items():
+        told = choice.flt.calibration.with_prior(state, nothing | {name: part})
         after = dict(_numbers(told, "carry.run.state"))
         yield name, {at: number for at, number in after.items() if repr(number) != repr(before[at])}
 
@@ -58,7 +57,7 @@ def prior_table(choice: Choice, program: Program) -> str:
             entries = [f"{{{at}, {program.number(number)}}}," for (_, at), number in numbers.items()]
         except OverflowError as error:
             raise LevelheadError(f"prior, {name}: {error}; export --double") from None
-        unit = SHAPES[name][1]
+        unit = QUANTITIES[name].unit
         lines += [f"{STEP}/* {name}{unit and f', {unit}'} */", *wrapped(" ".join(entries), STEP)] if entries else []
     if not lines:
         return ""
@@ -99,7 +98,7 @@ def about(choice: Choice) -> str:
 
 def _words(found: Calibration) -> list[str]:
     """What was found, but for the field, which belongs to the place."""
-    return [f"    {line}" for line in replace(found, field=None).words()]
+    return [f"    {line}" for line in found.without("field").words()]
 
 
 def field_unit(choice: Choice) -> str:

@@ -1,44 +1,57 @@
 """ESKF: the filter that calibrates its sensor while it runs.
 
-Beside attitude and velocity it estimates what gyroscope, accelerometer and magnetometer do wrong, in the error-state
-form of J. Solà: with ^ on what is estimated, and ω, a, μ what the sensors say,
+Beside attitude and velocity it estimates the errors of gyroscope, accelerometer and magnetometer, in the error-state
+form of J. Solà: with ^ on estimates, and ω, a, μ for the readings of the sensors,
 
     R = exp([θ]×) R^,   everything else x = x^ + δx                                                             (1)
     rate (1 − S) ω − b,   force f = R (a − c),   field h = μ/u − o, later than the rate by d                    (2)
 
-S is a whole matrix: scale factors and cross-axis terms; u the first norm of the field. At every sample attitude is
-turned by (2) exactly and v by f − g. What the errors do is summed up over a block of T ≥ ``block`` s:
+S is a whole matrix: scale factors and cross-axis terms; u is the first norm of the field. At every sample the attitude
+is rotated by (2) exactly, and f − g is integrated to v. The couplings of the errors are integrated over a block of
+samples of T ≥ ``block`` s:
 
     θ ← θ − ∫R dt δb − ∫R ⊗ ω dt δS,   v ← v − [∫f dt]× θ − ∫R dt δc                                            (3)
 
-which are the rows of F − 1 in P ← F P Fᵀ + Q; all else but n, see (5), walks at random. Then rows are measured one
-after the other. A body stays in the room, so that its mean velocity over T is zero but for what is left of a density
-``speed``²:
+These are the rows of F − 1 in P ← F P Fᵀ + Q; all other states but n, see (5), are random walks. At the end of the
+block scalar measurements follow one after the other. A body stays in the room, so that its mean velocity over T is zero
+with the variance of a white noise of density ``speed``²:
 
     0 = v + δv − θ_z × v,   variance speed²/T                                                                   (4)
 
-which is what makes tilt observable, without any test whether |a| is g; a turn by θ_z takes v along, so that (4) tells
-nothing of heading. The block's mean field e = mean R (h − d ω × h + d²/2 ω × (ω × h)) has strength and dip m, and an
-eastern part n that differs from place to place by ``mag_place``, and is forgotten over ``place_time``:
+This makes tilt observable, without any test whether |a| is g. The term of θ_z keeps (4) from correcting heading. The
+block's mean field e = mean R (h − d ω × h + d²/2 ω × (ω × h)) has strength and dip m, and an eastern part n
+that differs from place to place by ``mag_place`` (1σ) with the time constant ``place_time``:
 
     e + θ × e − mean R δo − mean R (ω × h − d ω × (ω × h)) δd − (δn, δm_h, δm_v) = (n, m_h, m_v)                (5)
 
-with a variance that grows by the square of what norm and dip differ from m. A magnet must not tilt the horizon: the
-gains of θ_x, θ_y, v and c are zero in (5) (the consider filter of S. F. Schmidt). At rest
+with a variance that grows with the square of the misfit of norm and dip. A magnet must not tilt the horizon: the gains
+of θ_x, θ_y, v and c are zero in (5) (the consider filter of S. F. Schmidt). At rest
 
     0 = mean ω − S mean ω − b                                                                                   (6)
 
-What cannot be corrected to first order (tilt beyond half a radian, heading beyond one, a velocity 5 σ away for a
-second) is taken from the block's mean force and field as at the start. A field that does not fit, but stands still in
-the earth frame while the sensor turns for ``mag_time``, is taken for the earth's.
+Errors that cannot be corrected to first order (1σ of tilt beyond half a radian, of heading beyond one, a velocity
+beyond 5 σ for a second) are corrected by the block's mean force and field, as at the start. A field that does not fit
+(5), but stands still in the earth frame while the sensor turns for ``mag_time``, is taken for the earth's.
 
-What was learned is ``Track.calibration``, the next run's ``prior``. All equations with their reasons:
-docs/self-calibration.md.
+The estimates of the sensor's errors are ``Track.calibration``, and can be the next run's ``prior``. All equations with
+their reasons: docs/self-calibration.md.
+
+| file | equations |
+|---|---|
+| ``state`` | the states, each block declared once; where they stand in the memory |
+| ``params`` | the parameters |
+| ``preintegration`` | the integrals of (2), (3), (5) and (6) over a block |
+| ``predict`` | F of (3), Q, gaps |
+| ``covariance`` | P ← F P Fᵀ + Q, scalar measurements, independent states |
+| ``measurements`` | (4), (5), (6) |
+| ``aiding`` | position, velocity and height beside the IMU |
+| ``reinitialise`` | tilt, heading and field from a block's mean readings |
+| ``calibration`` | the estimates as plain numbers, and a prior |
+| ``filter`` | the order of all this, sample by sample |
 """
 
 from levelhead.filters.contract import Aiding, Filter, Inflation, Schedule, SelfCalibration, Settling
 from levelhead.filters.eskf.filter import (
-    aid,
     at_rest,
     correct,
     due,
@@ -50,6 +63,7 @@ from levelhead.filters.eskf.filter import (
     output,
     restart,
     step,
+    update_aiding,
     with_prior,
 )
 from levelhead.filters.eskf.params import ESKF, with_known_bias
@@ -67,7 +81,7 @@ FILTER = Filter(
     inflation=Inflation(inflate, inflate_heading),
     at_rest=at_rest,
     schedule=Schedule(due, correct),
-    aiding=Aiding(aid, nav_state),
+    aiding=Aiding(update_aiding, nav_state),
     handles=frozenset({"bias", "field"}),
     calibration=SelfCalibration(restart, with_prior, estimate),
     with_known_bias=with_known_bias,

@@ -1,241 +1,229 @@
-"""What else sees where a body is: position and velocity (GNSS), height (barometer), as further rows of ``ESKF``.
+"""Aiding of ``ESKF``: measurements of position and velocity (GNSS) and of height (barometer).
 
-Readings come at any time, one number of one row at a time. Each is compared with the mean state at once, and what is
-left of it is averaged by weight until the block ends: a few rows a block, whatever the rate of the sensor.
+Readings come at any time, one number of one row at a time. The innovation of each is computed at once, and averaged by
+weight until the block ends: at most seven scalar measurements a block, whatever the rate of the sensor.
 
     y = z − p + a v,    y = z − v,    y = z − (p_z + β) + a v_z                                                   (1)
 
-with a the age of the reading and β the barometer's drift. Where position starts is 0 by definition, until a reading of
-position says otherwise. An axis whose velocity is seen this way needs no assumption about it. When that ends, the
-assumption returns with what was seen: a body that went at V for some τ = 10 s is a process of density 2 V² τ (A. Gelb,
-Applied Optimal Estimation, 1974, section 3.6: exponentially correlated), added to what the filter assumes by itself.
+with a the age of the reading and β the barometer's offset. Position is 0 at the first reading of any row, until a
+reading of position sets it. Along an axis with recent readings eq. 4 of the package is left out. When the readings end
+it returns with a larger density: a body that moved at V for some τ = 10 s is a process of density 2 V² τ (A. Gelb,
+Applied Optimal Estimation, 1974, section 3.6: exponentially correlated), added to ``speed``².
 """
 
 from math import sqrt
 
 from levelhead.compiler.mark import kernel, noinline
 from levelhead.filters.contract import HEIGHT, POSITION, VELOCITY, NavState
-from levelhead.filters.eskf.state import (
-    AIDED,
-    AIR,
-    MEAN,
-    OUT,
-    PLACE,
-    ROW,
-    ROWS,
-    SIGHT,
-    SINCE,
-    SPEED,
-    SPELL,
-    SWIFT,
-    WEIGHT,
-    H,
-    P,
-    X,
-    independent,
-    measure,
-    variance,
-    widen,
-)
+from levelhead.filters.eskf import state as at
+from levelhead.filters.eskf.covariance import add_variance, measure, set_independent, start_aided, variance
+from levelhead.filters.eskf.params import ESKF
 from levelhead.kernels.arrays import Floats
 from levelhead.kernels.vec3 import Vec3
 
 NEVER = 1e9  # s
-ABSURD = 1e8  # m, m/s: no sensor says that; NaN and infinity fail the comparison as well
-GATE = 25.0  # σ² of a reading that is not believed,
+LARGEST = 1e8  # m, m/s: no sensor measures more; NaN and infinity fail the comparison as well
+GATE = 25.0  # σ²: an innovation beyond this is rejected
 GATE_TIME = 3.0  # s, for at most so long
-JUST = 1e-9  # s: refused in this block for the first time
-FRESH = 1.5  # s for which a reading aids: one a second, and some
-FAST_TIME = 10.0  # s for which a body goes in one direction
-FAST_FADE = 60.0  # s over which it is forgotten how fast
-UNSEEN_SPEED = 0.3  # m/s, 1σ at least, of a velocity that was lost
+SHORTEST = 1e-9  # s of rejection, at the first rejected reading
+RECENT = 1.5  # s for which an axis is aided after a reading; receivers give one a second
+TRAVEL_TIME = 10.0  # s, τ
+SPEED_MEMORY = 60.0  # s over which V decays
+LEAST_SPEED = 0.3  # m/s, 1σ at least, of a velocity after a gap
 
 
 @kernel
-def carried(m: Floats, dt: float) -> None:
-    """The mean position, of half a sample."""
-    m[MEAN + PLACE] += m[MEAN + SPEED] * dt
-    m[MEAN + PLACE + 1] += m[MEAN + SPEED + 1] * dt
-    m[MEAN + PLACE + 2] += m[MEAN + SPEED + 2] * dt
+def propagate_mean(m: Floats, dt: float) -> None:
+    """Moves the mean position by the mean velocity for ``dt`` seconds."""
+    m[at.MEAN + at.POSITION] += m[at.MEAN + at.VELOCITY] * dt
+    m[at.MEAN + at.POSITION + 1] += m[at.MEAN + at.VELOCITY + 1] * dt
+    m[at.MEAN + at.POSITION + 2] += m[at.MEAN + at.VELOCITY + 2] * dt
 
 
 @kernel
-def ever(m: Floats, row: int) -> bool:
-    """Whether a row was ever seen."""
-    return m[SINCE + row] < NEVER
+def is_initialised(m: Floats, row: int) -> bool:
+    """Whether there was any reading of a row."""
+    return m[at.AID_AGE + row] < NEVER
 
 
 @kernel
-def recent(m: Floats, row: int) -> bool:
-    """Whether a row was believed a moment ago."""
-    return m[SINCE + row] < FRESH
+def is_recent(m: Floats, row: int) -> bool:
+    """Whether a reading of a row was accepted within the last 1.5 s."""
+    return m[at.AID_AGE + row] < RECENT
 
 
 @kernel
-def oriented(m: Floats) -> bool:
-    """Whether anything was ever seen that has a direction."""
-    if m[AIDED] == 0.0:
+def has_direction(m: Floats) -> bool:
+    """Whether there was any reading of a horizontal position or velocity, which has a direction."""
+    if m[at.AIDED] == 0.0:
         return False
-    return ever(m, POSITION) or ever(m, POSITION + 1) or ever(m, VELOCITY) or ever(m, VELOCITY + 1)
+    return (
+        is_initialised(m, POSITION)
+        or is_initialised(m, POSITION + 1)
+        or is_initialised(m, VELOCITY)
+        or is_initialised(m, VELOCITY + 1)
+    )
 
 
 @kernel
-def aided(m: Floats, axis: int) -> bool:
-    """Whether velocity along an axis needs no assumption."""
-    if m[AIDED] == 0.0:
+def is_aided(m: Floats, axis: int) -> bool:
+    """Whether velocity along an axis is observed by recent readings."""
+    if m[at.AIDED] == 0.0:
         return False
-    return recent(m, POSITION + axis) or recent(m, VELOCITY + axis) or (axis == 2 and recent(m, HEIGHT))
+    return is_recent(m, POSITION + axis) or is_recent(m, VELOCITY + axis) or (axis == 2 and is_recent(m, HEIGHT))
 
 
 @noinline
-def begin(m: Floats) -> None:
-    """Position is 0 where the first reading comes."""
-    m[AIDED] = 1.0
-    for row in range(ROWS):
-        m[SINCE + row] = NEVER
-    independent(m, PLACE, 4, 0.0)
-    for i in range(4):
-        m[MEAN + PLACE + i] = 0.0
+def start_aiding(params: ESKF, m: Floats) -> None:
+    """Position and the barometer's offset become 0 by definition, before the first reading of any row."""
+    m[at.AIDED] = 1.0
+    for row in range(at.AID_ROWS):
+        m[at.AID_AGE + row] = NEVER
+    start_aided(params, m, 1.0)
+    for i in range(at.POSITION, at.N):
+        m[at.MEAN + i] = 0.0
 
 
 @noinline
-def first_sight(m: Floats, row: int, value: float, sigma: float) -> None:
-    """A first height tells the barometer's offset, a first position where the origin is, a first velocity itself."""
+def initialise_row(m: Floats, row: int, value: float, sigma: float) -> None:
+    """Sets the state of a row by its first reading; height sets the barometer's offset."""
     if row == HEIGHT:
-        m[MEAN + AIR] = value - m[MEAN + PLACE + 2]
-        independent(m, AIR, 1, sigma)
+        m[at.MEAN + at.BARO_OFFSET] = value - m[at.MEAN + at.POSITION + 2]
+        set_independent(m, at.BARO_OFFSET, 1, sigma)
     elif row >= VELOCITY:
-        m[MEAN + SPEED + row - VELOCITY] = value
-        independent(m, SPEED + row - VELOCITY, 1, sigma)
+        m[at.MEAN + at.VELOCITY + row - VELOCITY] = value
+        set_independent(m, at.VELOCITY + row - VELOCITY, 1, sigma)
     else:
-        if row == POSITION + 2 and ever(m, HEIGHT):
-            m[MEAN + AIR] += m[MEAN + PLACE + row] - value
-            independent(m, AIR, 1, sigma)
-        m[MEAN + PLACE + row] = value
-        independent(m, PLACE + row, 1, sigma)
+        if row == POSITION + 2 and is_initialised(m, HEIGHT):
+            m[at.MEAN + at.BARO_OFFSET] += m[at.MEAN + at.POSITION + row] - value
+            set_independent(m, at.BARO_OFFSET, 1, sigma)
+        m[at.MEAN + at.POSITION + row] = value
+        set_independent(m, at.POSITION + row, 1, sigma)
 
 
 @kernel
-def expected(m: Floats, row: int) -> float:
-    """What a row would read by the mean state."""
+def predict_reading(m: Floats, row: int) -> float:
+    """The reading of a row that the mean state predicts."""
     if VELOCITY <= row < HEIGHT:
-        return m[MEAN + SPEED + row - VELOCITY]
+        return m[at.MEAN + at.VELOCITY + row - VELOCITY]
     if row == HEIGHT:
-        return m[MEAN + PLACE + 2] + m[MEAN + AIR]
-    return m[MEAN + PLACE + row]
+        return m[at.MEAN + at.POSITION + 2] + m[at.MEAN + at.BARO_OFFSET]
+    return m[at.MEAN + at.POSITION + row]
 
 
 @kernel
-def travelled(m: Floats, row: int, age: float) -> float:
-    """m since a reading of this row was taken."""
+def displacement(m: Floats, row: int, age: float) -> float:
+    """Metres that the body has moved along a row's axis since a reading of that age (s)."""
     if VELOCITY <= row < HEIGHT:
         return 0.0
-    return m[MEAN + SPEED + (2 if row == HEIGHT else row)] * age
+    return m[at.MEAN + at.VELOCITY + (2 if row == HEIGHT else row)] * age
 
 
 @kernel
-def spread(m: Floats, row: int) -> float:
-    """The variance of what a row would read."""
+def reading_variance(m: Floats, row: int) -> float:
+    """The variance of the predicted reading."""
     if VELOCITY <= row < HEIGHT:
-        return variance(m, SPEED + row - VELOCITY)
+        return variance(m, at.VELOCITY + row - VELOCITY)
     if row == HEIGHT:
-        return variance(m, PLACE + 2) + variance(m, AIR) + 2.0 * m[P + (PLACE + 2) * ROW + AIR]
-    return variance(m, PLACE + row)
+        common = m[at.P + (at.POSITION + 2) * at.ROW + at.BARO_OFFSET]
+        return variance(m, at.POSITION + 2) + variance(m, at.BARO_OFFSET) + 2.0 * common
+    return variance(m, at.POSITION + row)
 
 
 @noinline
-def give_in(m: Floats, row: int, square: float) -> None:
-    """What was refused for long is so: the state is as far off as the reading is."""
+def inflate_row(m: Floats, row: int, square: float) -> None:
+    """Adds the squared innovation of a reading that was rejected for ``GATE_TIME`` to the variance of its state."""
     if VELOCITY <= row < HEIGHT:
-        widen(m, SPEED + row - VELOCITY, 1, square)
+        add_variance(m, at.VELOCITY + row - VELOCITY, 1, square)
     elif row == HEIGHT:
-        widen(m, AIR, 1, square)
+        add_variance(m, at.BARO_OFFSET, 1, square)
     else:
-        widen(m, PLACE + row, 1, square)
+        add_variance(m, at.POSITION + row, 1, square)
 
 
 @noinline
-def sight(m: Floats, row: int, value: float, sigma: float, age: float) -> None:
-    """One reading of one row, eq. 1; what is no number is no reading."""
-    if not (-ABSURD < value < ABSURD and 0.0 < sigma < ABSURD and -ABSURD < age < ABSURD):
+def add_reading(params: ESKF, m: Floats, row: int, value: float, sigma: float, age: float) -> None:
+    """Adds one reading of a row (m or m/s), with its 1σ and its age in seconds, eq. 1; NaN is no reading."""
+    if not (-LARGEST < value < LARGEST and 0.0 < sigma < LARGEST and -LARGEST < age < LARGEST):
         return
-    if m[AIDED] == 0.0:
-        begin(m)
-    value += travelled(m, row, age)
-    if not ever(m, row):
-        first_sight(m, row, value, sigma)
-        m[SINCE + row] = 0.0
+    if m[at.AIDED] == 0.0:
+        start_aiding(params, m)
+    value += displacement(m, row, age)
+    if not is_initialised(m, row):
+        initialise_row(m, row, value, sigma)
+        m[at.AID_AGE + row] = 0.0
         return
     noise = sigma * sigma
-    y = value - expected(m, row)
-    if y * y > GATE * (spread(m, row) + noise):
-        if m[OUT + row] < GATE_TIME:
-            m[OUT + row] = max(m[OUT + row], JUST)
+    y = value - predict_reading(m, row)
+    if y * y > GATE * (reading_variance(m, row) + noise):
+        if m[at.AID_REJECTED + row] < GATE_TIME:
+            m[at.AID_REJECTED + row] = max(m[at.AID_REJECTED + row], SHORTEST)
             return
-        give_in(m, row, y * y)
-    m[OUT + row] = 0.0
-    m[SINCE + row] = 0.0
-    m[SIGHT + row] += y / noise
-    m[WEIGHT + row] += 1.0 / noise
+        inflate_row(m, row, y * y)
+    m[at.AID_REJECTED + row] = 0.0
+    m[at.AID_AGE + row] = 0.0
+    m[at.SUM_INNOVATION + row] += y / noise
+    m[at.SUM_WEIGHT + row] += 1.0 / noise
 
 
 @noinline
-def see_places(m: Floats, n: int) -> bool:
-    """The rows of what was seen in the block; whether any was refused."""
-    refused = False
-    for row in range(ROWS):
-        if m[WEIGHT + row] > 0.0:
+def update(m: Floats, n: int) -> bool:
+    """Corrects with the averages of the block; returns whether any row is rejected."""
+    rejected = False
+    for row in range(at.AID_ROWS):
+        if m[at.SUM_WEIGHT + row] > 0.0:
             if VELOCITY <= row < HEIGHT:
-                m[H + SPEED + row - VELOCITY] = 1.0
+                m[at.H + at.VELOCITY + row - VELOCITY] = 1.0
             elif row == HEIGHT:
-                m[H + PLACE + 2] = 1.0
-                m[H + AIR] = 1.0
+                m[at.H + at.POSITION + 2] = 1.0
+                m[at.H + at.BARO_OFFSET] = 1.0
             else:
-                m[H + PLACE + row] = 1.0
-            measure(m, n, 0, m[SIGHT + row] / m[WEIGHT + row], 1.0 / m[WEIGHT + row])
-        m[SIGHT + row] = 0.0
-        m[WEIGHT + row] = 0.0
-        if m[OUT + row] > 0.0:
-            m[OUT + row] += m[SPELL]
-            refused = True
-        m[SINCE + row] += m[SPELL]
+                m[at.H + at.POSITION + row] = 1.0
+            measure(m, n, 0, m[at.SUM_INNOVATION + row] / m[at.SUM_WEIGHT + row], 1.0 / m[at.SUM_WEIGHT + row])
+        m[at.SUM_INNOVATION + row] = 0.0
+        m[at.SUM_WEIGHT + row] = 0.0
+        if m[at.AID_REJECTED + row] > 0.0:
+            m[at.AID_REJECTED + row] += m[at.BLOCK_TIME]
+            rejected = True
+        m[at.AID_AGE + row] += m[at.BLOCK_TIME]
     for i in range(3):
-        if aided(m, i):
-            v = m[MEAN + SPEED + i] + m[X + SPEED + i]
-            m[SWIFT + i] = max(v * v, m[SWIFT + i] * (1.0 - m[SPELL] / (FAST_FADE + m[SPELL])))
-    return refused
+        if is_aided(m, i):
+            v = m[at.MEAN + at.VELOCITY + i] + m[at.X + at.VELOCITY + i]
+            left = 1.0 - m[at.BLOCK_TIME] / (SPEED_MEMORY + m[at.BLOCK_TIME])
+            m[at.AIDED_SPEED2 + i] = max(v * v, m[at.AIDED_SPEED2 + i] * left)
+    return rejected
 
 
 @noinline
-def lost_sight(m: Floats, gap: float) -> None:
-    """Nothing was seen for a while: the body went on, or did not."""
+def inflate_nav_state(m: Floats, gap: float) -> None:
+    """Across a gap of so many seconds the body may have kept its velocity, stopped or turned."""
     for i in range(3):
-        v = m[MEAN + SPEED + i]
-        square = v * v + UNSEEN_SPEED * UNSEEN_SPEED
-        away = variance(m, PLACE + i) + square * gap * gap
-        independent(m, SPEED + i, 1, sqrt(square))
-        independent(m, PLACE + i, 1, sqrt(away))
+        v = m[at.MEAN + at.VELOCITY + i]
+        square = v * v + LEAST_SPEED * LEAST_SPEED
+        position2 = variance(m, at.POSITION + i) + square * gap * gap
+        set_independent(m, at.VELOCITY + i, 1, sqrt(square))
+        set_independent(m, at.POSITION + i, 1, sqrt(position2))
 
 
 @kernel
-def density(m: Floats, axis: int) -> float:
-    """(m/s)²·s, of a velocity that is not seen any more."""
-    return 2.0 * FAST_TIME * m[SWIFT + axis]
+def velocity_density(m: Floats, axis: int) -> float:
+    """2 V² τ, (m/s)²·s, of a velocity that was aided before."""
+    return 2.0 * TRAVEL_TIME * m[at.AIDED_SPEED2 + axis]
 
 
 @kernel
-def doubt(m: Floats, i: int) -> float:
-    """σ of a state."""
+def sigma_of(m: Floats, i: int) -> float:
+    """1σ of a state, in its unit."""
     return sqrt(max(variance(m, i), 0.0))
 
 
 @kernel
 def nav_state(m: Floats) -> NavState:
-    """Position and velocity with their σ."""
+    """Position and velocity with their 1σ."""
     return NavState(
-        Vec3(m[MEAN + PLACE], m[MEAN + PLACE + 1], m[MEAN + PLACE + 2]),
-        Vec3(m[MEAN + SPEED], m[MEAN + SPEED + 1], m[MEAN + SPEED + 2]),
-        Vec3(doubt(m, PLACE), doubt(m, PLACE + 1), doubt(m, PLACE + 2)),
-        Vec3(doubt(m, SPEED), doubt(m, SPEED + 1), doubt(m, SPEED + 2)),
-        m[AIDED] != 0.0,
+        Vec3(m[at.MEAN + at.POSITION], m[at.MEAN + at.POSITION + 1], m[at.MEAN + at.POSITION + 2]),
+        Vec3(m[at.MEAN + at.VELOCITY], m[at.MEAN + at.VELOCITY + 1], m[at.MEAN + at.VELOCITY + 2]),
+        Vec3(sigma_of(m, at.POSITION), sigma_of(m, at.POSITION + 1), sigma_of(m, at.POSITION + 2)),
+        Vec3(sigma_of(m, at.VELOCITY), sigma_of(m, at.VELOCITY + 1), sigma_of(m, at.VELOCITY + 2)),
+        m[at.AIDED] != 0.0,
     )

@@ -1,14 +1,17 @@
-"""What a filter has learned of its sensor, in plain numbers: out of a state's memory, and into that of the next run."""
+"""The sensor's errors as ``ESKF`` estimates them, in plain numbers: out of a state's memory, and into that of a later
+run. Plain Python."""
 
+from collections.abc import Mapping
 from math import sqrt
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from levelhead.filters.eskf.state import AGE, KNOWN, MEAN, SURE, variance
+from levelhead.filters.eskf import state as at
+from levelhead.filters.eskf.covariance import variance
 from levelhead.kernels.arrays import Floats
 
 
 class Estimate(NamedTuple):
-    """Numbers, their 1σ, what this would be by now had nothing been learned of them, and what it was at the start."""
+    """Numbers of one kind, their 1σ, the 1σ that they would have by now without any measurement, and at the start."""
 
     value: tuple[float, ...]
     sigma: tuple[float, ...]
@@ -16,32 +19,32 @@ class Estimate(NamedTuple):
     start: tuple[float, ...]
 
 
-class Learned(NamedTuple):
-    """Of a sensor: ω = ω_read − S ω_read − b, a = a_read − c, and the field is h − d ω × h with h = μ_read − o."""
+def estimates(params: Any, m: Floats, norm: float) -> dict[str, Estimate]:
+    """Name of a block of states -> its estimate, for all that are part of a Calibration and exist.
 
-    gyr_matrix: Estimate  # S, 9 by rows
-    gyr_bias: Estimate  # b, rad/s, 3
-    acc_bias: Estimate  # c, m/s², 3
-    mag_offset: Estimate | None = None  # o, µT, 3; None: there was no magnetometer
-    mag_delay: Estimate | None = None  # d, s, 1
-    field: Estimate | None = None  # horizontal and vertical, µT, 2
+    ``norm`` is that of the first field in µT; 0: there was no magnetometer.
+    """
+    time = float(m[at.RUN_TIME])
+    found = {}
+    for block in at.BLOCKS:
+        if not block.calibration or (block.exists == at.WITH_MAG and norm == 0.0):
+            continue
+        size, start, walk = at.noise(params)[block.first]
+        unit = norm if block.relative else 1.0
+        places = range(block.first, block.first + size)
+        found[block.name] = Estimate(
+            tuple(float(m[at.MEAN + i]) * unit for i in places),
+            tuple(sqrt(max(float(variance(m, i)), 0.0)) * unit for i in places),
+            (sqrt(start * start + walk * walk * time) * unit,) * size,
+            (start * unit,) * size,
+        )
+    return found
 
 
-def estimate(m: Floats, first: int, count: int, start: float, walk: float, unit: float = 1.0) -> Estimate:
-    """States of ``error_state``, which began with σ ``start`` and walk by ``walk`` a √s."""
-    age = float(m[AGE])
-    at = range(first, first + count)
-    return Estimate(
-        tuple(float(m[MEAN + i]) * unit for i in at),
-        tuple(sqrt(max(float(variance(m, i)), 0.0)) * unit for i in at),
-        (sqrt(start * start + walk * walk * age) * unit,) * count,
-        (start * unit,) * count,
-    )
-
-
-def tell(m: Floats, first: int, known: Estimate | None) -> None:
-    """Puts an earlier estimate, if there is one, to where ``recall`` finds it."""
-    if known is None:
-        return
-    for i, (value, sigma) in enumerate(zip(known.value, known.sigma, strict=True), first):
-        m[KNOWN + i], m[SURE + i] = value, sigma
+def set_prior(m: Floats, known: Mapping[str, Estimate]) -> None:
+    """Puts estimates of an earlier run to where the start finds them."""
+    for block in at.BLOCKS:
+        if block.prior and block.name in known:
+            part = known[block.name]
+            for i, (value, sigma) in enumerate(zip(part.value, part.sigma, strict=True), block.first):
+                m[at.PRIOR_MEAN + i], m[at.PRIOR_SIGMA + i] = value, sigma

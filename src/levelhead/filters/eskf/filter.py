@@ -1,83 +1,58 @@
-"""The state of ``ESKF`` and the functions that the driver calls; equations in ``__init__``."""
+"""The state of ``ESKF`` and the functions that the driver calls; model and equations in ``__init__``."""
 
+from collections.abc import Mapping
 from math import sqrt
 from typing import NamedTuple
 
 from levelhead.compiler.mark import kernel, noinline
 from levelhead.filters.contract import NavState, Output
 from levelhead.filters.eskf import aiding
-from levelhead.filters.eskf.calibration import Learned, tell
-from levelhead.filters.eskf.calibration import estimate as part
-from levelhead.filters.eskf.measurements import runaway, see_all
-from levelhead.filters.eskf.params import ESKF, MILLI
-from levelhead.filters.eskf.predict import FIRST_SPEED, across_gap, elsewhere, predict
-from levelhead.filters.eskf.preintegration import begin_block, feel, look
-from levelhead.filters.eskf.reinitialise import (
-    FIRST_FIELD,
-    NOTHING_ODD,
-    Odd,
-    found_north,
-    found_up,
-    new_place,
-    odd_for,
-    take_field,
+from levelhead.filters.eskf import state as at
+from levelhead.filters.eskf.calibration import Estimate, estimates, set_prior
+from levelhead.filters.eskf.covariance import set_independent, start_inertial, start_magnetic, variance, vector
+from levelhead.filters.eskf.measurements import (
+    NO_FIELD,
+    add_correction,
+    update_field,
+    update_velocity,
+    update_zero_rate,
+    velocity_diverged,
 )
-from levelhead.filters.eskf.state import (
-    ACC,
-    AGE,
-    AIDED,
-    BARE,
-    BIAS,
-    COUNT,
-    DELAY,
-    FOUND,
-    GYR,
-    HEARD,
-    HERE,
-    IRON,
-    KNOWN,
-    LOST,
-    LOST_Z,
-    MAG,
-    MEAN,
-    ROW,
-    SIZE,
-    SPEED,
-    SPELL,
-    TURN,
-    TURN_Z,
-    X,
-    independent,
-    recall,
-    variance,
-    vector,
+from levelhead.filters.eskf.params import ESKF
+from levelhead.filters.eskf.predict import decay_field_east, predict, predict_gap
+from levelhead.filters.eskf.preintegration import add_imu, add_mag, reset_block, true_rate
+from levelhead.filters.eskf.reinitialise import (
+    NO_CANDIDATE,
+    CandidateField,
+    reinitialise_heading,
+    reinitialise_tilt,
+    set_field,
+    track_candidate,
 )
 from levelhead.filters.health import ACC_REJECTED, AID_REJECTED, MAG_LEARNED, MAG_REJECTED
 from levelhead.kernels import quat, tilt, triad
-from levelhead.kernels.angle import DEGREE
 from levelhead.kernels.arrays import Floats, zeros
 from levelhead.kernels.quat import IDENTITY, Quat
 from levelhead.kernels.tilt import GAP_SECONDS, UNIFORM
 from levelhead.kernels.vec3 import Vec3, norm, scale, sub
 
-LOST_TILT = 0.25  # rad²: beyond, tilt is taken from the sensors as at the start, not corrected
-UNKNOWN = 1.0  # rad, 1σ of a heading that means nothing
-AGREED = 1e-4  # rad, of a relative heading at its start
-GATE_TIME = 1.0  # s, for at most so long
-BRIEF = 1e-3  # s that a sample after a gap counts for
-ODD_TIME = 1.0  # s
+LARGE_TILT = 0.25  # rad²: a larger variance of tilt cannot be corrected to first order
+LARGE_HEADING = 1.0  # rad²: nor can a larger one of heading
+GATE_TIME = 1.0  # s for which velocity may be rejected
+GAP_SAMPLE = 1e-3  # s that the sample after a gap lasts
+STEADY_TIME = 1.0  # s for which a candidate field has to be steady
 
 
 class State(NamedTuple):
-    """Attitude; everything else that is estimated stands in ``memory``, see ``error_state``."""
+    """Attitude; everything else that is estimated stands in ``memory``, whose places are in ``state``."""
 
     quat: Quat
-    unit: float  # µT, the first norm of the field; 0: none seen yet
-    still: bool  # at rest
-    out: float  # s for which velocity has not been believed
-    odd: Odd
+    field_norm: float  # µT, of the first field; 0: there was none
+    resting: bool  # the guard has found the sensor at rest in this block
+    rejected: float  # s for which velocity has been beyond its gate
+    candidate: CandidateField
     blocks: int  # that have ended
-    fresh: bool  # the last sample ended one
+    block_ended: bool  # with the last sample
     health: int
     memory: Floats
 
@@ -85,163 +60,153 @@ class State(NamedTuple):
 @noinline
 def init(params: ESKF, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
     """Tilt and heading of the first sample; a relative heading starts at 0 and is right by definition."""
-    m = zeros(SIZE)
-    return begun(params, m, acc, mag)
+    m = zeros(at.SIZE)
+    return start(params, m, acc, mag)
 
 
 @noinline
 def restart(params: ESKF, before: State, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
-    """The same, with what ``before`` has been told of an earlier run."""
+    """The same with the prior of ``before``, whose memory is used again."""
     m = before.memory
-    for i in range(KNOWN):
+    for i in range(at.PRIOR_MEAN):
         m[i] = 0.0
-    for i in range(AGE, SIZE):
+    for i in range(at.RUN_TIME, at.SIZE):
         m[i] = 0.0
-    return begun(params, m, acc, mag)
+    return start(params, m, acc, mag)
 
 
 @noinline
-def begun(params: ESKF, m: Floats, acc: Vec3, mag: Vec3) -> State:
-    """A start in memory that is zero but for what is known."""
-    independent(m, ACC, 3, params.acc_bias)
-    independent(m, SPEED, 3, FIRST_SPEED)
-    independent(m, TURN, 2, UNKNOWN)
-    independent(m, BIAS, 3, params.bias_start * DEGREE)
-    independent(m, GYR, 9, params.scale_start)
-    recall(m, ACC, 3, 1.0)
-    recall(m, BIAS, 3, 1.0)
-    recall(m, GYR, 9, 1.0)
-    independent(m, TURN_Z, 1, AGREED)
+def start(params: ESKF, m: Floats, acc: Vec3, mag: Vec3) -> State:
+    """The state of the first sample, in a memory that is zero but for a prior."""
+    start_inertial(params, m, 1.0)
     attitude = triad.initial_attitude(acc, mag)
-    unit = 0.0
+    field_norm = 0.0
     if tilt.present(mag):
-        unit = first_field(params, m, attitude, mag)
-        independent(m, TURN_Z, 1, UNKNOWN)
-    return State(attitude, unit, False, 0.0, NOTHING_ODD, 0, False, 0, m)
+        field_norm = start_field(params, m, attitude, mag)
+    return State(attitude, field_norm, False, 0.0, NO_CANDIDATE, 0, False, 0, m)
 
 
 @noinline
-def first_field(params: ESKF, m: Floats, attitude: Quat, mag: Vec3) -> float:
-    """The field of the first sample that has one; returns its norm."""
-    new_place(params, m)
-    independent(m, IRON, 3, params.mag_offset)
-    independent(m, DELAY, 1, params.mag_delay * MILLI)
-    unit = norm(mag)
-    recall(m, IRON, 3, unit)
-    recall(m, DELAY, 1, 1.0)
-    east, north, up = quat.rotate(attitude, sub(scale(mag, 1.0 / unit), vector(m, MEAN + IRON)))
-    m[MEAN + MAG] = sqrt(east * east + north * north)
-    m[MEAN + MAG + 1] = up
-    return unit
+def start_field(params: ESKF, m: Floats, attitude: Quat, mag: Vec3) -> float:
+    """Starts the magnetometer's states with its first sample (µT), whose norm it returns; heading becomes unknown."""
+    field_norm = norm(mag)
+    start_magnetic(params, m, field_norm)
+    east, north, up = quat.rotate(attitude, sub(scale(mag, 1.0 / field_norm), vector(m, at.MEAN + at.MAG_OFFSET)))
+    m[at.MEAN + at.FIELD] = sqrt(east * east + north * north)
+    m[at.MEAN + at.FIELD + 1] = up
+    set_independent(m, at.HEADING, 1, at.UNKNOWN)
+    return field_norm
 
 
 @kernel
 def step(params: ESKF, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> State:
-    """The attitude at every sample, and what the next correction is made of."""
-    attitude, unit, still, out, odd, blocks, fresh, health, m = state
-    if fresh:
-        begin_block(m)
-    x, y, z = gyr
-    g = MEAN + GYR
-    rate = Vec3(
-        x - m[MEAN + BIAS] - (m[g] * x + m[g + 1] * y + m[g + 2] * z),
-        y - m[MEAN + BIAS + 1] - (m[g + 3] * x + m[g + 4] * y + m[g + 5] * z),
-        z - m[MEAN + BIAS + 2] - (m[g + 6] * x + m[g + 7] * y + m[g + 8] * z),
-    )
+    """Integrates attitude and velocity over one sample, and adds the sample to the integrals of the block."""
+    attitude, field_norm, resting, rejected, candidate, blocks, block_ended, health, m = state
+    if block_ended:
+        reset_block(m)
+    rate = true_rate(m, gyr)
     attitude = quat.integrate(attitude, rate, dt)
     if dt > GAP_SECONDS:
-        across_gap(m, dt)
-        if unit > 0.0:
-            elsewhere(params, m, dt)
-        dt = BRIEF
+        predict_gap(m, dt)
+        if field_norm > 0.0:
+            decay_field_east(params, m, dt)
+        dt = GAP_SAMPLE
     r = quat.matrix(attitude)
-    if m[AIDED] != 0.0:
-        aiding.carried(m, 0.5 * dt)
-    feel(m, r, gyr, acc, dt)
-    if m[AIDED] != 0.0:
-        aiding.carried(m, 0.5 * dt)
+    if m[at.AIDED] != 0.0:
+        aiding.propagate_mean(m, 0.5 * dt)
+    add_imu(m, r, gyr, acc, dt)
+    if m[at.AIDED] != 0.0:
+        aiding.propagate_mean(m, 0.5 * dt)
     if tilt.present(mag):
-        if unit == 0.0:
-            unit = first_field(params, m, attitude, mag)
-            independent(m, TURN_Z, 1, UNKNOWN)
-        look(m, r, rate, mag, unit)
-    return State(attitude, unit, still, out, odd, blocks, False, health, m)
+        if field_norm == 0.0:
+            field_norm = start_field(params, m, attitude, mag)
+        add_mag(m, r, rate, mag, field_norm)
+    return State(attitude, field_norm, resting, rejected, candidate, blocks, False, health, m)
 
 
 @kernel
 def due(params: ESKF, state: State) -> bool:
     """Whether a block has ended."""
-    return state.memory[SPELL] >= params.block
+    return state.memory[at.BLOCK_TIME] >= params.block
 
 
 @kernel
-def known(state: State) -> int:
-    """How much of a row is computed: what exists."""
-    if state.memory[AIDED] != 0.0:
-        return ROW
-    return HERE if state.unit > 0.0 else BARE
+def existing(state: State) -> int:
+    """How many states at the front of a row are computed, so that all that exist are among them."""
+    if state.memory[at.AIDED] != 0.0:
+        return at.ROW
+    return at.N_MAGNETIC if state.field_norm > 0.0 else at.N_INERTIAL
 
 
 @noinline
 def correct(params: ESKF, state: State, dt: float) -> State:
-    """Covariance and corrections at the end of a block."""
-    predict(params, state.memory, known(state))
-    return corrected(params, state)
+    """Prediction and measurements at the end of a block."""
+    predict(params, state.memory, existing(state))
+    return update(params, state)
 
 
 @noinline
-def corrected(params: ESKF, state: State) -> State:
-    """Corrections, the covariance being that of the end of the block."""
-    attitude, unit, still, out, odd, blocks, _, _, m = state
-    n = known(state)
-    out = out + m[SPELL] if runaway(params, m, still) else 0.0
-    up_lost = m[HEARD] > 0.0 and (out > GATE_TIME or variance(m, TURN) + variance(m, TURN + 1) > LOST_TILT)
-    if up_lost or (m[COUNT] > 0.0 and variance(m, TURN_Z) > UNKNOWN * UNKNOWN):
-        swing = found_up(params, m) if up_lost else IDENTITY
-        if m[COUNT] > 0.0 and variance(m, TURN_Z) > UNKNOWN * UNKNOWN:
-            swing = found_north(params, m, swing)
-        m[FOUND] = 1.0
-        return State(quat.compose(swing, attitude), unit, False, 0.0, NOTHING_ODD, blocks + 1, True, 0, m)
-    fit = see_all(params, m, still, out == 0.0, odd.spell > ODD_TIME, n)
-    swing = quat.exp(vector(m, X + TURN))
-    health = ACC_REJECTED if out > 0.0 else 0
-    if fit.refused or fit.turned:
-        health |= MAG_REJECTED
-    if fit.astray:
+def update(params: ESKF, state: State) -> State:
+    """Measurements at the end of a block, or reinitialisation, after the covariance was predicted."""
+    attitude, field_norm, resting, rejected, candidate, blocks, _, _, m = state
+    n = existing(state)
+    rejected = rejected + m[at.BLOCK_TIME] if velocity_diverged(params, m, resting) else 0.0
+    tilt_variance = variance(m, at.ATTITUDE) + variance(m, at.ATTITUDE + 1)
+    tilt_lost = m[at.ACC_TIME] > 0.0 and (rejected > GATE_TIME or tilt_variance > LARGE_TILT)
+    if tilt_lost or (m[at.MAG_COUNT] > 0.0 and variance(m, at.HEADING) > LARGE_HEADING):
+        rotation = reinitialise_tilt(params, m) if tilt_lost else IDENTITY
+        if m[at.MAG_COUNT] > 0.0 and variance(m, at.HEADING) > LARGE_HEADING:
+            rotation = reinitialise_heading(params, m, rotation)
+        m[at.REINITIALISED] = 1.0
+        attitude = quat.compose(rotation, attitude)
+        return State(attitude, field_norm, False, 0.0, NO_CANDIDATE, blocks + 1, True, 0, m)
+    health = ACC_REJECTED if rejected > 0.0 else 0
+    fit = NO_FIELD
+    if rejected == 0.0:
+        update_velocity(params, m, resting, n)
+    if resting:
+        update_zero_rate(m, n)
+    if m[at.MAG_COUNT] > 0.0:
+        fit = update_field(params, m, candidate.time > STEADY_TIME, n)
+    if n > at.N_MAGNETIC and aiding.update(m, n):
         health |= AID_REJECTED
-    odd = odd_for(m, odd, fit)
-    if odd.spell > params.mag_time:  # the room was changed, not the moment
-        take_field(params, m, odd.field)
-        independent(m, TURN_Z, 1, UNKNOWN)
+    add_correction(m, n)
+    attitude = quat.compose(quat.exp(vector(m, at.X + at.ATTITUDE)), attitude)
+    if fit.mismatch or fit.heading_off:
+        health |= MAG_REJECTED
+    candidate = track_candidate(m, candidate, fit)
+    if candidate.time > params.mag_time:  # the room was changed, not the moment
+        set_field(params, m, candidate.field)
+        set_independent(m, at.HEADING, 1, at.UNKNOWN)
         health |= MAG_LEARNED
-        odd = NOTHING_ODD
-    return State(quat.compose(swing, attitude), unit, False, out, odd, blocks + 1, True, health, m)
+        candidate = NO_CANDIDATE
+    return State(attitude, field_norm, False, rejected, candidate, blocks + 1, True, health, m)
 
 
 @kernel
 def inflate(params: ESKF, state: State, variance: float) -> State:
-    """The whole attitude less sure."""
-    state.memory[LOST] += variance
+    """Adds a variance (rad²) about each axis at the end of the block."""
+    state.memory[at.ADDED_VARIANCE] += variance
     return state
 
 
 @kernel
 def inflate_heading(params: ESKF, state: State, variance: float) -> State:
-    """Heading less sure."""
-    state.memory[LOST_Z] += variance
+    """Adds a variance (rad²) about the vertical at the end of the block."""
+    state.memory[at.ADDED_HEADING_VARIANCE] += variance
     return state
 
 
 @kernel
 def at_rest(params: ESKF, state: State) -> State:
-    """The sensor is at rest."""
-    attitude, unit, _, out, odd, blocks, fresh, health, m = state
-    return State(attitude, unit, True, out, odd, blocks, fresh, health, m)
+    """The guard has found the sensor at rest: the block will measure a zero rate."""
+    attitude, field_norm, _, rejected, candidate, blocks, block_ended, health, m = state
+    return State(attitude, field_norm, True, rejected, candidate, blocks, block_ended, health, m)
 
 
 @kernel
-def deviation(m: Floats, i: int) -> float:
-    """σ of an angle."""
+def angle_sigma(m: Floats, i: int) -> float:
+    """1σ of an angle, rad."""
     return min(sqrt(max(variance(m, i), 0.0)), UNIFORM)
 
 
@@ -249,46 +214,35 @@ def deviation(m: Floats, i: int) -> float:
 def output(params: ESKF, state: State) -> Output:
     """Attitude, bias, σ and health."""
     m = state.memory
-    sigma = Vec3(deviation(m, TURN), deviation(m, TURN + 1), deviation(m, TURN_Z))
-    return Output(state.quat, vector(m, MEAN + BIAS), sigma, state.health)
-
-
-def estimate(params: ESKF, state: State) -> Learned:
-    """What the filter knows of its sensor by now."""
-    m, unit = state.memory, state.unit
-    bias = part(m, BIAS, 3, params.bias_start * DEGREE, params.bias_walk * DEGREE)
-    matrix = part(m, GYR, 9, params.scale_start, params.scale_walk)
-    force = part(m, ACC, 3, params.acc_bias, params.acc_walk)
-    if unit == 0.0:
-        return Learned(matrix, bias, force)
-    offset = part(m, IRON, 3, params.mag_offset, params.offset_walk, unit)
-    late = part(m, DELAY, 1, params.mag_delay * MILLI, 0.0)
-    return Learned(matrix, bias, force, offset, late, part(m, MAG, 2, FIRST_FIELD, params.field_walk, unit))
-
-
-def with_prior(state: State, known: Learned) -> State:
-    """A state before its first sample that knows what an earlier run has learned, for ``restart``."""
-    m = list(state.memory)
-    tell(m, GYR, known.gyr_matrix)
-    tell(m, BIAS, known.gyr_bias)
-    tell(m, ACC, known.acc_bias)
-    tell(m, IRON, known.mag_offset)
-    tell(m, DELAY, known.mag_delay)
-    return state._replace(memory=m)
+    sigma = Vec3(angle_sigma(m, at.ATTITUDE), angle_sigma(m, at.ATTITUDE + 1), angle_sigma(m, at.HEADING))
+    return Output(state.quat, vector(m, at.MEAN + at.GYR_BIAS), sigma, state.health)
 
 
 @kernel
-def aid(params: ESKF, state: State, row: int, value: float, sigma: float, age: float) -> State:
-    """One number of position, velocity or height, see ``aiding``; what has a direction ends a relative heading."""
+def update_aiding(params: ESKF, state: State, row: int, value: float, sigma: float, age: float) -> State:
+    """One number of position, velocity or height, see ``aiding``; the first that has a direction makes heading unknown,
+    which was relative."""
     m = state.memory
-    before = aiding.oriented(m)
-    aiding.sight(m, row, value, sigma, age)
-    if state.unit == 0.0 and aiding.oriented(m) and not before:
-        independent(m, TURN_Z, 1, UNKNOWN)
+    before = aiding.has_direction(m)
+    aiding.add_reading(params, m, row, value, sigma, age)
+    if state.field_norm == 0.0 and aiding.has_direction(m) and not before:
+        set_independent(m, at.HEADING, 1, at.UNKNOWN)
     return state
 
 
 @kernel
 def nav_state(params: ESKF, state: State) -> NavState:
-    """Where the body is and how it moves."""
+    """Position and velocity with their 1σ."""
     return aiding.nav_state(state.memory)
+
+
+def estimate(params: ESKF, state: State) -> dict[str, Estimate]:
+    """The estimates of the sensor's errors; plain Python."""
+    return estimates(params, state.memory, state.field_norm)
+
+
+def with_prior(state: State, known: Mapping[str, Estimate]) -> State:
+    """A state before its first sample with the estimates of an earlier run, for ``restart``; plain Python."""
+    m = list(state.memory)
+    set_prior(m, known)
+    return state._replace(memory=m)

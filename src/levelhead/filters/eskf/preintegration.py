@@ -1,28 +1,7 @@
-"""What ``ESKF`` gathers at every sample of a block: integrals that drive its error states, eqs. 2 and 3 there."""
+"""Integrals of ``ESKF`` over a block of samples, from which eqs. 3, 5 and 6 of the package are made."""
 
 from levelhead.compiler.mark import kernel, noinline
-from levelhead.filters.eskf.state import (
-    ACC,
-    COUNT,
-    DELAY,
-    FIELD,
-    HEARD,
-    IRON,
-    LATE,
-    MEAN,
-    PUSHED,
-    ROTATED,
-    SCALED,
-    SEEN,
-    SHOVED,
-    SIZE,
-    SPEED,
-    SPELL,
-    TURNED,
-    WOUND,
-    N,
-    X,
-)
+from levelhead.filters.eskf import state as at
 from levelhead.kernels import mat3, tilt
 from levelhead.kernels.arrays import Floats
 from levelhead.kernels.mat3 import Mat3
@@ -31,81 +10,98 @@ from levelhead.kernels.vec3 import Vec3, cross, scale, sub
 
 
 @kernel
-def turned(m: Floats, k: int, weight: float, gyr: Vec3) -> None:
-    """Element k of ∫ R dt and of ∫ R ⊗ ω dt."""
+def true_rate(m: Floats, gyr: Vec3) -> Vec3:
+    """(1 − S) ω − b, rad/s, eq. 2 of the package."""
     x, y, z = gyr
-    m[ROTATED + k] += weight
-    m[SCALED + 3 * k] += weight * x
-    m[SCALED + 3 * k + 1] += weight * y
-    m[SCALED + 3 * k + 2] += weight * z
+    b = at.MEAN + at.GYR_BIAS
+    s = at.MEAN + at.GYR_MATRIX
+    return Vec3(
+        x - m[b] - (m[s] * x + m[s + 1] * y + m[s + 2] * z),
+        y - m[b + 1] - (m[s + 3] * x + m[s + 4] * y + m[s + 5] * z),
+        z - m[b + 2] - (m[s + 6] * x + m[s + 7] * y + m[s + 8] * z),
+    )
+
+
+@kernel
+def add_rotation(m: Floats, k: int, weight: float, gyr: Vec3) -> None:
+    """Adds to element k of ∫ R dt and of ∫ R ⊗ ω dt; ``weight`` is R_k dt (s), ``gyr`` in rad/s."""
+    x, y, z = gyr
+    m[at.INT_R + k] += weight
+    m[at.INT_R_RATE + 3 * k] += weight * x
+    m[at.INT_R_RATE + 3 * k + 1] += weight * y
+    m[at.INT_R_RATE + 3 * k + 2] += weight * z
 
 
 @noinline
-def feel(m: Floats, r: Mat3, gyr: Vec3, acc: Vec3, dt: float) -> None:
-    """Gyroscope and accelerometer of one more sample in the block."""
+def add_imu(m: Floats, r: Mat3, gyr: Vec3, acc: Vec3, dt: float) -> None:
+    """Adds a sample of gyroscope (rad/s) and accelerometer (m/s²) that lasts ``dt`` s; ``r`` is sensor to earth."""
     x, y, z = gyr
-    turned(m, 0, r.xx * dt, gyr)
-    turned(m, 1, r.xy * dt, gyr)
-    turned(m, 2, r.xz * dt, gyr)
-    turned(m, 3, r.yx * dt, gyr)
-    turned(m, 4, r.yy * dt, gyr)
-    turned(m, 5, r.yz * dt, gyr)
-    turned(m, 6, r.zx * dt, gyr)
-    turned(m, 7, r.zy * dt, gyr)
-    turned(m, 8, r.zz * dt, gyr)
-    m[TURNED] += x * dt
-    m[TURNED + 1] += y * dt
-    m[TURNED + 2] += z * dt
-    m[WOUND] += (x * x + y * y + z * z) * dt
-    m[SPELL] += dt
+    add_rotation(m, 0, r.xx * dt, gyr)
+    add_rotation(m, 1, r.xy * dt, gyr)
+    add_rotation(m, 2, r.xz * dt, gyr)
+    add_rotation(m, 3, r.yx * dt, gyr)
+    add_rotation(m, 4, r.yy * dt, gyr)
+    add_rotation(m, 5, r.yz * dt, gyr)
+    add_rotation(m, 6, r.zx * dt, gyr)
+    add_rotation(m, 7, r.zy * dt, gyr)
+    add_rotation(m, 8, r.zz * dt, gyr)
+    m[at.INT_RATE] += x * dt
+    m[at.INT_RATE + 1] += y * dt
+    m[at.INT_RATE + 2] += z * dt
+    m[at.INT_RATE2] += (x * x + y * y + z * z) * dt
+    m[at.BLOCK_TIME] += dt
     if tilt.present(acc):
         x, y, z = acc
-        f = mat3.apply(r, Vec3(x - m[MEAN + ACC], y - m[MEAN + ACC + 1], z - m[MEAN + ACC + 2]))
-        x, y, z = f
-        m[PUSHED] += x * dt
-        m[PUSHED + 1] += y * dt
-        m[PUSHED + 2] += z * dt
+        bias = at.MEAN + at.ACC_BIAS
+        x, y, z = mat3.apply(r, Vec3(x - m[bias], y - m[bias + 1], z - m[bias + 2]))
+        m[at.INT_FORCE] += x * dt
+        m[at.INT_FORCE + 1] += y * dt
+        m[at.INT_FORCE + 2] += z * dt
         z -= GRAVITY
-        m[MEAN + SPEED] += x * dt
-        m[MEAN + SPEED + 1] += y * dt
-        m[MEAN + SPEED + 2] += z * dt
-        m[SHOVED] += (x * x + y * y + z * z) * dt
-        m[HEARD] += dt
+        m[at.MEAN + at.VELOCITY] += x * dt
+        m[at.MEAN + at.VELOCITY + 1] += y * dt
+        m[at.MEAN + at.VELOCITY + 2] += z * dt
+        m[at.INT_ACC2] += (x * x + y * y + z * z) * dt
+        m[at.ACC_TIME] += dt
 
 
 @noinline
-def look(m: Floats, r: Mat3, rate: Vec3, mag: Vec3, unit: float) -> None:
-    """Magnetometer of one more sample in the block: e = R (h − d ω × h + d²/2 ω × (ω × h)), h = m/unit − o."""
+def add_mag(m: Floats, r: Mat3, rate: Vec3, mag: Vec3, norm: float) -> None:
+    """Adds a magnetometer sample: e = R (h − d ω × h + d²/2 ω × (ω × h)) with h = mag/norm − o, eq. 5 of the package.
+
+    ``rate`` is ω (rad/s) without its errors, ``mag`` in µT, ``norm`` that of the first field (µT).
+    """
     x, y, z = mag
-    one = 1.0 / unit
-    h = Vec3(x * one - m[MEAN + IRON], y * one - m[MEAN + IRON + 1], z * one - m[MEAN + IRON + 2])
+    one = 1.0 / norm
+    offset = at.MEAN + at.MAG_OFFSET
+    h = Vec3(x * one - m[offset], y * one - m[offset + 1], z * one - m[offset + 2])
     x, y, z = mat3.apply(r, h)
-    delay = m[MEAN + DELAY]
-    swept = cross(rate, h)
-    a, b, c = mat3.apply(r, sub(swept, scale(cross(rate, swept), 0.5 * delay)))
-    m[FIELD] += x - delay * a
-    m[FIELD + 1] += y - delay * b
-    m[FIELD + 2] += z - delay * c
-    a, b, c = mat3.apply(r, sub(swept, scale(cross(rate, swept), delay)))
-    m[LATE] += a
-    m[LATE + 1] += b
-    m[LATE + 2] += c
-    m[SEEN] += r.xx
-    m[SEEN + 1] += r.xy
-    m[SEEN + 2] += r.xz
-    m[SEEN + 3] += r.yx
-    m[SEEN + 4] += r.yy
-    m[SEEN + 5] += r.yz
-    m[SEEN + 6] += r.zx
-    m[SEEN + 7] += r.zy
-    m[SEEN + 8] += r.zz
-    m[COUNT] += 1.0
+    delay = m[at.MEAN + at.MAG_DELAY]
+    field_rate = cross(rate, h)  # −dh/dt of a field that stands still
+    a, b, c = mat3.apply(r, sub(field_rate, scale(cross(rate, field_rate), 0.5 * delay)))
+    m[at.SUM_FIELD] += x - delay * a
+    m[at.SUM_FIELD + 1] += y - delay * b
+    m[at.SUM_FIELD + 2] += z - delay * c
+    a, b, c = mat3.apply(r, sub(field_rate, scale(cross(rate, field_rate), delay)))
+    m[at.SUM_R_CROSS] += a
+    m[at.SUM_R_CROSS + 1] += b
+    m[at.SUM_R_CROSS + 2] += c
+    m[at.SUM_R] += r.xx
+    m[at.SUM_R + 1] += r.xy
+    m[at.SUM_R + 2] += r.xz
+    m[at.SUM_R + 3] += r.yx
+    m[at.SUM_R + 4] += r.yy
+    m[at.SUM_R + 5] += r.yz
+    m[at.SUM_R + 6] += r.zx
+    m[at.SUM_R + 7] += r.zy
+    m[at.SUM_R + 8] += r.zz
+    m[at.MAG_COUNT] += 1.0
 
 
 @noinline
-def begin_block(m: Floats) -> None:
-    """Nothing integrated yet, nothing to correct."""
-    for i in range(ROTATED, SIZE):
+def reset_block(m: Floats) -> None:
+    """Sets the integrals of the block, and the correction x, to zero."""
+    for i in range(at.INT_R, at.SIZE):
         m[i] = 0.0
-    for i in range(N):
-        m[X + i] = 0.0
+    for i in range(at.N):
+        m[at.X + i] = 0.0

@@ -1,29 +1,18 @@
-"""What ``ESKF`` takes from the sensors anew, where correcting to first order would not do: tilt, heading, field."""
+"""Reinitialisation of ``ESKF``: tilt, heading and field taken from a block's mean readings.
+
+This is for errors that cannot be corrected to first order.
+"""
 
 from math import sqrt
 from typing import NamedTuple
 
 from levelhead.compiler.mark import kernel, noinline
 from levelhead.filters.eskf import aiding
-from levelhead.filters.eskf.measurements import Fit
+from levelhead.filters.eskf import state as at
+from levelhead.filters.eskf.covariance import set_independent, variance, vector
+from levelhead.filters.eskf.measurements import FieldFit
 from levelhead.filters.eskf.params import ESKF
-from levelhead.filters.eskf.predict import still_here
-from levelhead.filters.eskf.state import (
-    AIDED,
-    COUNT,
-    EAST,
-    FIELD,
-    MAG,
-    MEAN,
-    PUSHED,
-    SPELL,
-    TURN,
-    TURN_Z,
-    WOUND,
-    independent,
-    variance,
-    vector,
-)
+from levelhead.filters.eskf.predict import reset_velocity
 from levelhead.kernels import quat, tilt
 from levelhead.kernels.angle import DEGREE
 from levelhead.kernels.arrays import Floats
@@ -33,58 +22,57 @@ from levelhead.kernels.trig import atan2
 from levelhead.kernels.vec3 import ZERO, Vec3, add, dot, normalize, scale, sub
 
 FIRST_HEADING = 0.3  # rad
-SWINGING = 0.7  # m/s, 1σ of what turns: its force is off by as much times its rate
-STEADY = 0.2  # share by which a new field may vary in the earth frame
-TURNING = 0.1  # rad/s, at least, for the difference to show
+SWING_SPEED = 0.7  # m/s, 1σ: the force of a body that turns is off by this times its rate
+STEADY = 0.2  # share by which a candidate field may vary in the earth frame
+LEAST_RATE = 0.1  # rad/s at which a magnet on the sensor would turn away in the earth frame
 NEARLY_DOWN = -0.999999
-FIRST_FIELD = 0.25  # share
 
 
-class Odd(NamedTuple):
-    """A field that does not fit, but is steady in the earth frame while the sensor turns: its mean, for how long."""
+class CandidateField(NamedTuple):
+    """A field that does not fit, but is steady in the earth frame while the sensor turns."""
 
-    field: Vec3
-    spell: float
-
-
-NOTHING_ODD = Odd(ZERO, 0.0)
+    field: Vec3  # its mean, earth frame, in units of the first field's norm
+    time: float  # s for which it has been steady
 
 
-@noinline
-def odd_for(m: Floats, odd: Odd, fit: Fit) -> Odd:
-    """Whether the field that does not fit is one of the room: a magnet on the sensor turns with it."""
-    if not (fit.refused or fit.turned):
-        return NOTHING_ODD
-    spell = m[SPELL]
-    off = sub(fit.field, odd.field)
-    if odd.spell == 0.0 or dot(off, off) > STEADY * STEADY * dot(fit.field, fit.field):
-        return Odd(fit.field, spell)
-    if fit.refused and m[WOUND] < TURNING * TURNING * spell:
-        return odd
-    weight = spell / (odd.spell + spell)
-    return Odd(add(odd.field, scale(off, weight)), odd.spell + spell)
+NO_CANDIDATE = CandidateField(ZERO, 0.0)
 
 
 @noinline
-def new_place(params: ESKF, m: Floats) -> None:
-    """Nothing is known of the field."""
-    independent(m, MAG, 2, FIRST_FIELD)
-    m[MEAN + EAST] = 0.0
-    independent(m, EAST, 1, params.mag_place)
+def track_candidate(m: Floats, candidate: CandidateField, fit: FieldFit) -> CandidateField:
+    """The candidate after a block with this field; a magnet on the sensor is none, as it turns with the sensor."""
+    if not (fit.mismatch or fit.heading_off):
+        return NO_CANDIDATE
+    time = m[at.BLOCK_TIME]
+    off = sub(fit.field, candidate.field)
+    if candidate.time == 0.0 or dot(off, off) > STEADY * STEADY * dot(fit.field, fit.field):
+        return CandidateField(fit.field, time)
+    if fit.mismatch and m[at.INT_RATE2] < LEAST_RATE * LEAST_RATE * time:
+        return candidate
+    weight = time / (candidate.time + time)
+    return CandidateField(add(candidate.field, scale(off, weight)), candidate.time + time)
 
 
 @noinline
-def take_field(params: ESKF, m: Floats, field: Vec3) -> None:
-    """This field is the earth's from now on; of its heading see ``found_north``."""
-    new_place(params, m)
+def reset_field(params: ESKF, m: Floats) -> None:
+    """Sets strength, dip and eastern part of the field to their σ at the start."""
+    set_independent(m, at.FIELD, 2, at.FIRST_FIELD)
+    m[at.MEAN + at.FIELD_EAST] = 0.0
+    set_independent(m, at.FIELD_EAST, 1, params.mag_place)
+
+
+@noinline
+def set_field(params: ESKF, m: Floats, field: Vec3) -> None:
+    """Takes a field (earth frame, in units of the first field's norm) for the earth's; its heading is left as it is."""
+    reset_field(params, m)
     x, y, z = field
-    m[MEAN + MAG] = sqrt(x * x + y * y)
-    m[MEAN + MAG + 1] = z
+    m[at.MEAN + at.FIELD] = sqrt(x * x + y * y)
+    m[at.MEAN + at.FIELD + 1] = z
 
 
 @kernel
-def upright(force: Vec3) -> Quat:
-    """The shortest turn that brings a force to the vertical."""
+def rotation_to_vertical(force: Vec3) -> Quat:
+    """The shortest rotation that brings a force (earth frame) to the vertical."""
     x, y, z = normalize(force)
     if z < NEARLY_DOWN:
         return Quat(0.0, 1.0, 0.0, 0.0)
@@ -92,26 +80,26 @@ def upright(force: Vec3) -> Quat:
 
 
 @noinline
-def found_up(params: ESKF, m: Floats) -> Quat:
-    """The turn that brings the block's mean force to the vertical, as at the start."""
-    swing = upright(vector(m, PUSHED))
-    turn = 2.0 * sqrt(swing.x * swing.x + swing.y * swing.y)
-    heading = sqrt(variance(m, TURN_Z) + turn * turn)
+def reinitialise_tilt(params: ESKF, m: Floats) -> Quat:
+    """Returns the rotation that brings the block's mean force to the vertical, and sets σ of attitude and velocity."""
+    rotation = rotation_to_vertical(vector(m, at.INT_FORCE))
+    turn = 2.0 * sqrt(rotation.x * rotation.x + rotation.y * rotation.y)
+    heading = sqrt(variance(m, at.HEADING) + turn * turn)
     start = params.tilt_start * DEGREE
-    swung = SWINGING / GRAVITY
-    independent(m, TURN, 2, sqrt(start * start + swung * swung * m[WOUND] / m[SPELL]))
-    independent(m, TURN_Z, 1, heading)
-    if m[AIDED] != 0.0:
-        aiding.lost_sight(m, 0.0)
+    swing = SWING_SPEED / GRAVITY
+    set_independent(m, at.ATTITUDE, 2, sqrt(start * start + swing * swing * m[at.INT_RATE2] / m[at.BLOCK_TIME]))
+    set_independent(m, at.HEADING, 1, heading)
+    if m[at.AIDED] != 0.0:
+        aiding.inflate_nav_state(m, 0.0)
     else:
-        still_here(m)
-    return swing
+        reset_velocity(m)
+    return rotation
 
 
 @noinline
-def found_north(params: ESKF, m: Floats, swing: Quat) -> Quat:
-    """The same turn, and one about the vertical that brings the block's mean field north."""
-    field = quat.rotate(swing, scale(vector(m, FIELD), 1.0 / m[COUNT]))
-    take_field(params, m, field)
-    independent(m, TURN_Z, 1, FIRST_HEADING)
-    return tilt.add_yaw(swing, atan2(field.x, field.y))
+def reinitialise_heading(params: ESKF, m: Floats, rotation: Quat) -> Quat:
+    """Returns ``rotation``, and after it one about the vertical that brings the block's mean field north; sets σ."""
+    field = quat.rotate(rotation, scale(vector(m, at.SUM_FIELD), 1.0 / m[at.MAG_COUNT]))
+    set_field(params, m, field)
+    set_independent(m, at.HEADING, 1, FIRST_HEADING)
+    return tilt.add_yaw(rotation, atan2(field.x, field.y))

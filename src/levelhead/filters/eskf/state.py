@@ -1,222 +1,194 @@
-"""The error state of ``ESKF`` in memory: where each state stands, and the algebra of its covariance.
+"""The states of ``ESKF`` and its memory: each block of states is declared once, and all else here follows from that.
 
-One row of floats holds the covariance P by rows, the mean of what is additive (attitude is not), the correction
-x gathered in a block, a row h of a measurement, P hᵀ, the couplings F − 1 of the states that others drive, their rows
-of F P, what was seen of position and velocity, and integrals over the block.
+Offsets, lengths of rows and the memory are plain integers. Kernels import this module as ``at`` and write
+``m[at.MEAN + at.GYR_BIAS]``. A further block of states needs a line among the blocks below, a line in one of the three
+kernels below them, which declare its σ at the start and its random walk, and parameters for these two.
 
-Prediction: P ← F P Fᵀ + Q. Only velocity and attitude are driven by others, so that six rows change (1).
-Measurements are scalar, one after the other (P. S. Maybeck, Stochastic Models, Estimation, and Control, vol. 1, 1979,
-section 7.4). With a row h, variance r and innovation y of the state as it was before the block:
-
-    s = h P hᵀ + r,   u = P hᵀ/√s                                                                              (2)
-    x ← x + u (y − h x)/√s,   P ← P − u uᵀ                                                                     (3)
-
-u_i u_j is u_j u_i to the last bit, so that P stays symmetric by itself. States before ``first`` are only considered
-(S. F. Schmidt, Application of State-Space Methods to Navigation Problems, 1966): their gain is zero, and with
-k = u/√s elsewhere
-
-    P ← P − k (P hᵀ)ᵀ − (P hᵀ) kᵀ + s k kᵀ                                                                     (4)
-
-is (3) but for the block of P that belongs to them alone, which stays.
+The memory is one row of floats: the covariance P by rows, the mean of what is additive (attitude is not), the
+correction x gathered in a block of samples, a row h of a measurement, P hᵀ, the couplings F − 1 of the states that
+others drive, their rows of F P, a prior, sums of aiding measurements, and integrals over the block of samples.
 """
 
-from math import sqrt
+from collections.abc import Callable
+from math import prod, radians
+from typing import Any, NamedTuple
 
-from levelhead.compiler.mark import kernel, noinline
-from levelhead.kernels.arrays import Floats, add_scaled, copy
-from levelhead.kernels.vec3 import Vec3
+from levelhead.compiler.mark import bound, kernel
+from levelhead.filters.contract import HEIGHT
+from levelhead.filters.eskf.params import ESKF, MILLI
+from levelhead.kernels.angle import DEGREE
+from levelhead.kernels.arrays import Floats
 
-# The states. Those before TURN_Z are the horizon and what hangs on it: a magnetometer only considers them. Those from
-# MAG on exist with a magnetometer only, those from PLACE on where position or velocity is seen (``filters.aiding``); of
-# what does not exist yet the first n leave out what stands behind.
-ACC = 0  # accelerometer bias c, m/s², 3
-SPEED = 3  # velocity v, m/s, earth frame, 3
-TURN = 6  # attitude θ, rad, earth frame, 3
-TURN_Z = 8
-BIAS = 9  # gyroscope bias b, rad/s, 3
-GYR = 12  # gyroscope matrix S, 9 by rows
-MAG = 21  # horizontal and vertical field m, in units of the first norm, 2
-IRON = 23  # magnetometer offset o, the same unit, 3
-DELAY = 26  # by which the magnetometer is late, s
-EAST = 27  # of the field where the sensor is, which points aside of north, the same unit
-PLACE = 28  # position p, m, earth frame, 3
-AIR = 31  # by which the barometer's height is off, m
-N = 32
-DRIVEN = 6  # from SPEED on
+# When a block of states exists
+ALWAYS = "always"
+WITH_MAG = "with a magnetometer"
+WITH_AIDING = "with position, velocity or height"
 
-# How much of a row is computed: fours, which vector instructions take. What does not exist is zero there.
-BARE = 24  # without a magnetometer
-HERE = 28  # without position and velocity
-ROW = 32  # all of it; from one row to the next
+
+class Block(NamedTuple):
+    """Consecutive error states of one kind."""
+
+    name: str  # that of its offset in small letters, and of its field in a Calibration
+    first: int
+    shape: tuple[int, ...]
+    unit: str
+    meaning: str
+    exists: str
+    calibration: bool  # part of a Calibration
+    prior: bool  # a later run may start with it
+    relative: bool  # kept as a share of the first field's norm
+    turn_on: float  # 1σ by which it differs from one switching-on of the sensor to the next, in its unit
+
+    @property
+    def size(self) -> int:
+        """How many states."""
+        return prod(self.shape)
+
+
+_declared: list[Block] = []
+
+
+def states(
+    name: str, shape: tuple[int, ...], unit: str, meaning: str, exists: str,
+    *, calibration: bool = False, prior: bool = False, relative: bool = False, turn_on: float = 0.0,
+) -> int:  # fmt: skip
+    """Declares the next block of states and returns the offset of its first one."""
+    first = _declared[-1].first + _declared[-1].size if _declared else 0
+    _declared.append(Block(name, first, shape, unit, meaning, exists, calibration, prior, relative, turn_on))
+    return first
+
+
+# The states. Those before HEADING are the horizon and what depends on it: a magnetometer only considers them. Velocity
+# and attitude are driven by others. What always exists comes first, what exists with aiding last, so that the first n
+# leave out what does not exist. The σ of a bias from one switching-on to the next is a choice in the range of the
+# zero-rate and zero-g repeatability of consumer chips, which their data sheets do not give.
+ACC_BIAS = states("acc_bias", (3,), "m/s²", "accelerometer bias c", ALWAYS, calibration=True, prior=True, turn_on=0.02)
+VELOCITY = states("velocity", (3,), "m/s", "velocity v, earth frame", ALWAYS)
+ATTITUDE = states("attitude", (2,), "rad", "attitude error θ about east and north", ALWAYS)
+HEADING = states("heading", (1,), "rad", "attitude error θ about the vertical", ALWAYS)
+GYR_BIAS = states(
+    "gyr_bias", (3,), "rad/s", "gyroscope bias b", ALWAYS, calibration=True, prior=True, turn_on=radians(0.3)
+)
+GYR_MATRIX = states(
+    "gyr_matrix", (3, 3), "", "gyroscope matrix S: scale factors and cross-axis terms", ALWAYS,
+    calibration=True, prior=True,
+)  # fmt: skip
+FIELD = states(
+    "field", (2,), "µT", "horizontal and vertical field m of the place", WITH_MAG, calibration=True, relative=True
+)
+MAG_OFFSET = states(
+    "mag_offset", (3,), "µT", "magnetometer offset o", WITH_MAG, calibration=True, prior=True, relative=True
+)
+MAG_DELAY = states(
+    "mag_delay", (1,), "s", "time d by which the magnetometer is later than the gyroscope", WITH_MAG,
+    calibration=True, prior=True,
+)  # fmt: skip
+FIELD_EAST = states("field_east", (1,), "µT", "eastern part n of the field of the place", WITH_MAG, relative=True)
+POSITION = states("position", (3,), "m", "position p, earth frame", WITH_AIDING)
+BARO_OFFSET = states("baro_offset", (1,), "m", "offset β of the barometer's height", WITH_AIDING)
+BLOCKS = tuple(_declared)
+N = sum(block.size for block in BLOCKS)
+DRIVEN = GYR_BIAS - VELOCITY  # from VELOCITY on
+
+# 1σ at the start, where no parameter says it
+FIRST_SPEED = 0.3  # m/s
+UNKNOWN = 1.0  # rad, of an attitude that means nothing
+RELATIVE_HEADING = 1e-4  # rad: a relative heading is right by definition
+FIRST_FIELD = 0.25  # share
+
+
+def declare(m: Floats, first: int, size: int, start: float, walk: float, unit: float) -> None:
+    """Stands where ``instance`` puts what is to be done with each block of states.
+
+    ``start`` is 1σ at the start and ``walk`` 1σ of the random walk after one second, both in the unit of the states: a
+    prior is divided by ``unit`` to be in it.
+    """
+    raise RuntimeError("bind `declare` first")
+
+
+@kernel
+def inertial_states(params: ESKF, m: Floats, unit: float) -> None:
+    """σ at the start and random walk of the states that always exist; ``unit`` is not used."""
+    declare(m, ACC_BIAS, 3, params.acc_bias, params.acc_walk, 1.0)
+    declare(m, VELOCITY, 3, FIRST_SPEED, 0.0, 1.0)
+    declare(m, ATTITUDE, 2, UNKNOWN, 0.0, 1.0)
+    declare(m, HEADING, 1, RELATIVE_HEADING, 0.0, 1.0)
+    declare(m, GYR_BIAS, 3, params.bias_start * DEGREE, params.bias_walk * DEGREE, 1.0)
+    declare(m, GYR_MATRIX, 9, params.scale_start, params.scale_walk, 1.0)
+
+
+@kernel
+def magnetic_states(params: ESKF, m: Floats, unit: float) -> None:
+    """σ at the start and random walk of the states of a magnetometer; ``unit`` is the first field's norm, µT."""
+    declare(m, FIELD, 2, FIRST_FIELD, params.field_walk, unit)
+    declare(m, MAG_OFFSET, 3, params.mag_offset, params.offset_walk, unit)
+    declare(m, MAG_DELAY, 1, params.mag_delay * MILLI, 0.0, 1.0)
+    declare(m, FIELD_EAST, 1, params.mag_place, 0.0, unit)
+
+
+@kernel
+def aided_states(params: ESKF, m: Floats, unit: float) -> None:
+    """σ at the start and random walk of the states of aiding, all known by definition until the first measurement."""
+    declare(m, POSITION, 3, 0.0, 0.0, 1.0)
+    declare(m, BARO_OFFSET, 1, 0.0, params.baro_walk, 1.0)
+
+
+def noise(params: Any) -> dict[int, tuple[int, Any, Any]]:
+    """Offset of each block of states -> its size, σ at the start and random walk, for the parameters; plain Python."""
+    found: dict[int, tuple[int, Any, Any]] = {}
+
+    def record(m: Floats, first: int, size: int, start: float, walk: float, unit: float) -> None:
+        found[first] = size, start, walk
+
+    for declaration in (inertial_states, magnetic_states, aided_states):
+        of_params: Callable[..., None] = bound(declaration, "record", declare=record)
+        of_params(params, [], 1.0)
+    return found
+
+
+def fours(n: int) -> int:
+    """Rounded up to a multiple of four, which vector instructions take."""
+    return (n + 3) // 4 * 4
+
+
+# How much of a row is computed. What does not exist is zero there.
+N_INERTIAL = fours(FIELD)  # without a magnetometer
+N_MAGNETIC = fours(POSITION)  # without position and velocity
+ROW = fours(N)  # all of it; from one row to the next
 
 # The memory
-P = 0
+P = 0  # covariance, N² in rows of ROW
 MEAN = P + ROW * ROW
-X = MEAN + ROW
-H = X + ROW
-U = H + ROW
-F = U + ROW
-W = F + DRIVEN * ROW
-KNOWN = W + DRIVEN * ROW  # what an earlier run has learned: means, the field's in µT,
-SURE = KNOWN + N  # and their σ; 0: nothing known
-AGE = SURE + N  # s over which Q has been added
-ROWS = 7  # that can be seen: position 3, velocity 3, height by barometer
-SIGHT = AGE + 1  # Σ y/σ² of a row's innovations in the block
-WEIGHT = SIGHT + ROWS  # Σ 1/σ²
-SINCE = WEIGHT + ROWS  # s since a row was last believed
-OUT = SINCE + ROWS  # s for which it has not been, 0: it is
-SWIFT = OUT + ROWS  # (m/s)², to which velocity went while it was aided, 3
-AIDED = SWIFT + 3  # 0: nothing of this was ever seen
-ROTATED = AIDED + 1  # ∫ R dt, 9
-SCALED = ROTATED + 9  # ∫ R_ik ω_l dt, 27
-PUSHED = SCALED + 27  # ∫ f dt, earth frame, 3
-TURNED = PUSHED + 3  # ∫ ω dt, 3
-WOUND = TURNED + 3  # ∫ |ω|² dt
-SHOVED = WOUND + 1  # ∫ |f − g|² dt
-HEARD = SHOVED + 1  # s with an accelerometer
-SPELL = HEARD + 1  # s
-FIELD = SPELL + 1  # Σ e, 3
-SEEN = FIELD + 3  # Σ R where the field was seen, 9
-LATE = SEEN + 9  # Σ R (ω × h), 3
-COUNT = LATE + 3
-LOST = COUNT + 1  # variance of turns that were not measured, rad²
-LOST_Z = LOST + 1
-CUT = LOST_Z + 1  # s of a gap before the block
-FOUND = CUT + 1  # 1: attitude was taken from the sensors at the end of the block
-GONE = FOUND + 1  # share of EAST that was forgotten
-SIZE = GONE + 1
-
-
-@kernel
-def independent(m: Floats, first: int, count: int, sigma: float) -> None:
-    """States that know nothing of others, and themselves to this σ."""
-    for i in range(first, first + count):
-        for j in range(N):
-            m[P + i * ROW + j] = 0.0
-            m[P + j * ROW + i] = 0.0
-        m[P + i * ROW + i] = sigma * sigma
-
-
-@kernel
-def recall(m: Floats, first: int, count: int, unit: float) -> None:
-    """What an earlier run has learned of these states, in these units; their σ becomes no larger."""
-    for i in range(first, first + count):
-        sigma = m[SURE + i] / unit
-        if sigma > 0.0:
-            m[MEAN + i] = m[KNOWN + i] / unit
-            m[P + i * ROW + i] = min(m[P + i * ROW + i], sigma * sigma)
-
-
-@kernel
-def widen(m: Floats, first: int, count: int, variance: float) -> None:
-    """Q of independent states."""
-    for i in range(first, first + count):
-        m[P + i * ROW + i] += variance
-
-
-@kernel
-def vector(m: Floats, at: int) -> Vec3:
-    """Three numbers from memory."""
-    return Vec3(m[at], m[at + 1], m[at + 2])
-
-
-@kernel
-def variance(m: Floats, i: int) -> float:
-    """Of one state."""
-    return m[P + i * ROW + i]
-
-
-@kernel
-def driven_rows(m: Floats, n: int) -> None:
-    """Rows of F P."""
-    for i in range(DRIVEN):
-        row = i * ROW
-        copy(m, W + row, P + SPEED * ROW + row, n)
-        for k in range(n):
-            if m[F + row + k] != 0.0:
-                add_scaled(m, W + row, m[F + row + k], P + k * ROW, n)
-
-
-@kernel
-def driven_block(m: Floats, n: int) -> None:
-    """What of F P Fᵀ driven states have in common, where F P stands already."""
-    for j in range(DRIVEN):
-        for k in range(n):
-            weight = m[F + j * ROW + k]
-            if weight != 0.0:
-                for i in range(j + 1):
-                    m[P + (SPEED + i) * ROW + SPEED + j] += weight * m[W + i * ROW + k]
-    for i in range(DRIVEN):
-        for j in range(i):
-            m[P + (SPEED + i) * ROW + SPEED + j] = m[P + (SPEED + j) * ROW + SPEED + i]
-
-
-@noinline
-def propagate(m: Floats, n: int) -> None:
-    """Eq. 1, P ← F P Fᵀ."""
-    driven_rows(m, n)
-    for j in range(n):
-        for i in range(DRIVEN):
-            m[P + j * ROW + SPEED + i] = m[W + i * ROW + j]
-    for i in range(DRIVEN):
-        copy(m, P + (SPEED + i) * ROW, W + i * ROW, n)
-    driven_block(m, n)
-
-
-@noinline
-def carry_place(m: Floats, n: int, dt: float) -> None:
-    """Eq. 1 of p ← p + v dt."""
-    for i in range(3):
-        for j in range(n):
-            m[P + (PLACE + i) * ROW + j] += dt * m[P + (SPEED + i) * ROW + j]
-    for i in range(3):
-        row = P + (PLACE + i) * ROW
-        for j in range(i, 3):
-            m[row + PLACE + j] += dt * m[row + SPEED + j]
-        for j in range(n):
-            if j < PLACE or j > PLACE + i:
-                m[P + j * ROW + PLACE + i] = m[row + j]
-
-
-@noinline
-def take_along(m: Floats, p: int, n: int, x: float, y: float) -> None:
-    """Errors of velocity by what it is since it was corrected by (x, y): θ_z takes more of it along, θ_z × (x, y).
-
-    Without this the covariance at ``p`` would claim to know heading the better, the more often velocity is corrected,
-    though nothing has told it (A. Barrau, S. Bonnabel, The invariant extended Kalman filter as a stable observer, IEEE
-    Transactions on Automatic Control 62(4), 2017).
-    """
-    east = p + SPEED * ROW
-    north = east + ROW
-    turn = p + TURN_Z * ROW
-    add_scaled(m, east, -y, turn, n)
-    add_scaled(m, north, x, turn, n)
-    for j in range(n):
-        row = p + j * ROW
-        m[row + SPEED] -= y * m[row + TURN_Z]
-        m[row + SPEED + 1] += x * m[row + TURN_Z]
-    m[north + SPEED] = m[east + SPEED + 1]
-
-
-@noinline
-def measure(m: Floats, n: int, first: int, innovation: float, noise: float) -> float:
-    """Eqs. 2 to 4 with the row h, which is zero again afterwards; returns innovation²/s."""
-    for i in range(n):
-        m[U + i] = 0.0
-    for j in range(n):
-        if m[H + j] != 0.0:
-            add_scaled(m, U, m[H + j], P + j * ROW, n)
-    s = noise
-    for j in range(n):
-        s += m[H + j] * m[U + j]
-        innovation -= m[H + j] * m[X + j]
-        m[H + j] = 0.0
-    one = 1.0 / sqrt(s)
-    gain = innovation * one
-    for i in range(n):
-        m[U + i] = m[U + i] * one
-    add_scaled(m, X + first, gain, U + first, n - first)
-    for i in range(n):
-        start = first if i < first else 0
-        add_scaled(m, P + i * ROW + start, -m[U + i], U + start, n - start)
-    return gain * gain
+X = MEAN + ROW  # correction of the mean in this block of samples
+H = X + ROW  # row of a measurement
+U = H + ROW  # P hᵀ/√s
+F = U + ROW  # F − 1 of the driven states
+W = F + DRIVEN * ROW  # F P of the driven states
+PRIOR_MEAN = W + DRIVEN * ROW  # means of an earlier run in the units of a Calibration,
+PRIOR_SIGMA = PRIOR_MEAN + N  # and their σ; 0: there is none
+RUN_TIME = PRIOR_SIGMA + N  # s over which Q has been added
+AID_ROWS = HEIGHT + 1  # rows of aiding: position 3, velocity 3, height by barometer
+SUM_INNOVATION = RUN_TIME + 1  # Σ y/σ² of a row's innovations in the block of samples
+SUM_WEIGHT = SUM_INNOVATION + AID_ROWS  # Σ 1/σ²
+AID_AGE = SUM_WEIGHT + AID_ROWS  # s since a row was last accepted
+AID_REJECTED = AID_AGE + AID_ROWS  # s for which it has been rejected, 0: it is accepted
+AIDED_SPEED2 = AID_REJECTED + AID_ROWS  # (m/s)², square of velocity while it was aided, 3
+AIDED = AIDED_SPEED2 + 3  # 0: there was no aiding measurement
+INT_R = AIDED + 1  # ∫ R dt, 9
+INT_R_RATE = INT_R + 9  # ∫ R_ik ω_l dt, 27
+INT_FORCE = INT_R_RATE + 27  # ∫ f dt, earth frame, 3
+INT_RATE = INT_FORCE + 3  # ∫ ω dt, 3
+INT_RATE2 = INT_RATE + 3  # ∫ |ω|² dt
+INT_ACC2 = INT_RATE2 + 1  # ∫ |f − g|² dt
+ACC_TIME = INT_ACC2 + 1  # s with an accelerometer
+BLOCK_TIME = ACC_TIME + 1  # s
+SUM_FIELD = BLOCK_TIME + 1  # Σ e, 3
+SUM_R = SUM_FIELD + 3  # Σ R at the magnetometer's samples, 9
+SUM_R_CROSS = SUM_R + 9  # Σ R (ω × h), 3
+MAG_COUNT = SUM_R_CROSS + 3
+ADDED_VARIANCE = MAG_COUNT + 1  # rad², of turns that were not measured
+ADDED_HEADING_VARIANCE = ADDED_VARIANCE + 1
+GAP_TIME = ADDED_HEADING_VARIANCE + 1  # s of a gap before the block
+REINITIALISED = GAP_TIME + 1  # 1: attitude was taken from the sensors at the end of the block
+EAST_DECAY = REINITIALISED + 1  # share by which FIELD_EAST has decayed in the block
+SIZE = EAST_DECAY + 1

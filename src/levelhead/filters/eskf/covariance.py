@@ -1,0 +1,187 @@
+"""The algebra of the covariance of ``ESKF``: prediction, scalar measurements, independent states.
+
+Prediction: P ← F P Fᵀ + Q. Only velocity and attitude are driven by others, so that six rows change (1).
+Measurements are scalar, one after the other (P. S. Maybeck, Stochastic Models, Estimation, and Control, vol. 1, 1979,
+section 7.4). With a row h, variance r and innovation y of the state as it was before the block:
+
+    s = h P hᵀ + r,   u = P hᵀ/√s                                                                              (2)
+    x ← x + u (y − h x)/√s,   P ← P − u uᵀ                                                                     (3)
+
+u_i u_j is u_j u_i to the last bit, so that P stays symmetric by itself. States before ``first`` are only considered
+(S. F. Schmidt, Application of State-Space Methods to Navigation Problems, 1966): their gain is zero, and with
+k = u/√s elsewhere
+
+    P ← P − k (P hᵀ)ᵀ − (P hᵀ) kᵀ + s k kᵀ                                                                     (4)
+
+is (3) but for the block of P that belongs to them alone, which stays.
+"""
+
+from math import sqrt
+
+from levelhead.compiler.mark import instance, kernel, noinline
+from levelhead.filters.eskf import state as at
+from levelhead.kernels.arrays import Floats, add_scaled, copy
+from levelhead.kernels.vec3 import Vec3
+
+
+@kernel
+def set_independent(m: Floats, first: int, count: int, sigma: float) -> None:
+    """Makes states independent of all others and of each other, with this σ."""
+    for i in range(first, first + count):
+        for j in range(at.N):
+            m[at.P + i * at.ROW + j] = 0.0
+            m[at.P + j * at.ROW + i] = 0.0
+        m[at.P + i * at.ROW + i] = sigma * sigma
+
+
+@kernel
+def apply_prior(m: Floats, first: int, count: int, unit: float) -> None:
+    """Starts states with the estimates of an earlier run, where there are some; σ becomes no larger by that.
+
+    The estimates are divided by ``unit``.
+    """
+    for i in range(first, first + count):
+        sigma = m[at.PRIOR_SIGMA + i] / unit
+        if sigma > 0.0:
+            m[at.MEAN + i] = m[at.PRIOR_MEAN + i] / unit
+            m[at.P + i * at.ROW + i] = min(m[at.P + i * at.ROW + i], sigma * sigma)
+
+
+@kernel
+def add_variance(m: Floats, first: int, count: int, variance: float) -> None:
+    """Adds this variance to each of some states."""
+    for i in range(first, first + count):
+        m[at.P + i * at.ROW + i] += variance
+
+
+@kernel
+def start_block(m: Floats, first: int, size: int, start: float, walk: float, unit: float) -> None:
+    """``state.declare`` of the start: independent, and with what an earlier run knows."""
+    set_independent(m, first, size, start)
+    apply_prior(m, first, size, unit)
+
+
+@kernel
+def add_walk(m: Floats, first: int, size: int, start: float, walk: float, unit: float) -> None:
+    """``state.declare`` of the process noise: the random walk over the block of samples."""
+    add_variance(m, first, size, walk * walk * m[at.BLOCK_TIME])
+
+
+start_inertial = noinline(instance(at.inertial_states, "start_inertial", declare=start_block))
+start_magnetic = noinline(instance(at.magnetic_states, "start_magnetic", declare=start_block))
+start_aided = noinline(instance(at.aided_states, "start_aided", declare=start_block))
+walk_inertial = instance(at.inertial_states, "walk_inertial", declare=add_walk)
+walk_magnetic = instance(at.magnetic_states, "walk_magnetic", declare=add_walk)
+walk_aided = instance(at.aided_states, "walk_aided", declare=add_walk)
+
+
+@kernel
+def vector(m: Floats, first: int) -> Vec3:
+    """Three numbers of the memory, from ``first`` on."""
+    return Vec3(m[first], m[first + 1], m[first + 2])
+
+
+@kernel
+def variance(m: Floats, i: int) -> float:
+    """The variance of one state, in its unit squared."""
+    return m[at.P + i * at.ROW + i]
+
+
+@kernel
+def driven_rows(m: Floats, n: int) -> None:
+    """W: the rows of F P that belong to driven states."""
+    for i in range(at.DRIVEN):
+        row = i * at.ROW
+        copy(m, at.W + row, at.P + at.VELOCITY * at.ROW + row, n)
+        for k in range(n):
+            if m[at.F + row + k] != 0.0:
+                add_scaled(m, at.W + row, m[at.F + row + k], at.P + k * at.ROW, n)
+
+
+@kernel
+def driven_block(m: Floats, n: int) -> None:
+    """The block of F P Fᵀ of the driven states, where P holds F P already."""
+    for j in range(at.DRIVEN):
+        for k in range(n):
+            weight = m[at.F + j * at.ROW + k]
+            if weight != 0.0:
+                for i in range(j + 1):
+                    m[at.P + (at.VELOCITY + i) * at.ROW + at.VELOCITY + j] += weight * m[at.W + i * at.ROW + k]
+    for i in range(at.DRIVEN):
+        for j in range(i):
+            upper = at.P + (at.VELOCITY + j) * at.ROW + at.VELOCITY + i
+            m[at.P + (at.VELOCITY + i) * at.ROW + at.VELOCITY + j] = m[upper]
+
+
+@noinline
+def propagate(m: Floats, n: int) -> None:
+    """P ← F P Fᵀ for the first ``n`` states, eq. 1."""
+    driven_rows(m, n)
+    for j in range(n):
+        for i in range(at.DRIVEN):
+            m[at.P + j * at.ROW + at.VELOCITY + i] = m[at.W + i * at.ROW + j]
+    for i in range(at.DRIVEN):
+        copy(m, at.P + (at.VELOCITY + i) * at.ROW, at.W + i * at.ROW, n)
+    driven_block(m, n)
+
+
+@noinline
+def propagate_position(m: Floats, n: int, dt: float) -> None:
+    """The same for the position alone, p ← p + v dt."""
+    for i in range(3):
+        for j in range(n):
+            m[at.P + (at.POSITION + i) * at.ROW + j] += dt * m[at.P + (at.VELOCITY + i) * at.ROW + j]
+    for i in range(3):
+        row = at.P + (at.POSITION + i) * at.ROW
+        for j in range(i, 3):
+            m[row + at.POSITION + j] += dt * m[row + at.VELOCITY + j]
+        for j in range(n):
+            if j < at.POSITION or j > at.POSITION + i:
+                m[at.P + j * at.ROW + at.POSITION + i] = m[row + j]
+
+
+@noinline
+def rotate_velocity_error(m: Floats, p: int, n: int, x: float, y: float) -> None:
+    """The covariance at ``p`` after velocity was corrected by (x, y) m/s: its error changes by θ_z × (x, y).
+
+    Without this the variance of heading would shrink with every correction of velocity, though no measurement has a
+    direction (A. Barrau, S. Bonnabel, The invariant extended Kalman filter as a stable observer, IEEE
+    Transactions on Automatic Control 62(4), 2017).
+    """
+    east = p + at.VELOCITY * at.ROW
+    north = east + at.ROW
+    turn = p + at.HEADING * at.ROW
+    add_scaled(m, east, -y, turn, n)
+    add_scaled(m, north, x, turn, n)
+    for j in range(n):
+        row = p + j * at.ROW
+        m[row + at.VELOCITY] -= y * m[row + at.HEADING]
+        m[row + at.VELOCITY + 1] += x * m[row + at.HEADING]
+    m[north + at.VELOCITY] = m[east + at.VELOCITY + 1]
+
+
+@noinline
+def measure(m: Floats, n: int, first: int, innovation: float, noise: float) -> float:
+    """One scalar measurement with row h, eqs. 2 to 4; gains of states before ``first`` are zero; h is zero afterwards.
+
+    ``innovation`` is y and ``noise`` r, in the unit of the measurement. Returns innovation²/s, which is 1 on average.
+    """
+    for i in range(n):
+        m[at.U + i] = 0.0
+    for j in range(n):
+        if m[at.H + j] != 0.0:
+            add_scaled(m, at.U, m[at.H + j], at.P + j * at.ROW, n)
+    s = noise
+    for j in range(n):
+        s += m[at.H + j] * m[at.U + j]
+        innovation -= m[at.H + j] * m[at.X + j]
+        m[at.H + j] = 0.0
+    one = 1.0 / sqrt(s)
+    gain = innovation * one
+    for i in range(n):
+        m[at.U + i] = m[at.U + i] * one
+    add_scaled(m, at.X + first, gain, at.U + first, n - first)
+    for i in range(n):
+        start = first if i < first else 0
+        add_scaled(m, at.P + i * at.ROW + start, -m[at.U + i], at.U + start, n - start)
+    return gain * gain
