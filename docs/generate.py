@@ -20,6 +20,7 @@ from levelhead.engine.binding import is_guarded
 from levelhead.engine.calibration_history import calibration_history
 from levelhead.filters import health
 from levelhead.filters.contract import Filter
+from levelhead.filters.eskf import state as eskf_state
 from levelhead.filters.parameters import Param, derived_table, param_table
 from levelhead.live.events import EVENTS
 from levelhead.publish.plots import calibration_picture
@@ -203,6 +204,32 @@ def chips() -> str:
     )
 
 
+class _Names:
+    """Parameters of which each is its own name, whatever it is multiplied by."""
+
+    class Name(str):
+        """A name in the type of code."""
+
+        def __mul__(self, factor: object) -> "_Names.Name":  # type: ignore[override]
+            return self
+
+    def __getattr__(self, name: str) -> "_Names.Name":
+        return _Names.Name(code(name))
+
+
+def eskf_states() -> str:
+    """The blocks of states of the ESKF, as it declares them."""
+    declared, rows = eskf_state.noise(_Names()), []
+    for block in eskf_state.BLOCKS:
+        _, *deviations = declared[block.first]
+        start, walk = (one if isinstance(one, str) else f"{one:g}" if one else "–" for one in deviations)
+        unit = "u" if block.relative else block.unit or "–"
+        prior = "yes" if block.prior else "–"
+        rows.append([code(block.name.upper()), str(block.size), block.meaning, unit, start, walk, block.exists, prior])
+    header = ["offset", "states", "meaning", "unit", "σ at the start", "random walk", "exists", "can be a prior"]
+    return table(header, rows)
+
+
 BLOCKS: dict[str, Callable[[], str]] = {
     "filters": overview,
     "health": bits,
@@ -210,6 +237,7 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "events": events,
     "motions": motions,
     "chips": chips,
+    "eskf states": eskf_states,
     "guard": lambda: parameters(guard.Guard),
     **{f"filter {flt.name}": lambda flt=flt: filter_page(flt) for flt in filters.ALL},
 }
