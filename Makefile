@@ -6,13 +6,17 @@ READY := $(VENV)/.ready
 # A file's tests run in one process, so that what its fixtures compute is computed once.
 TESTS := $(BIN)/python -m pytest -n auto --dist loadfile
 
-.PHONY: demo quick test test-full lint format bench clean
+.PHONY: demo native quick test test-full lint format bench clean
 
 demo: $(READY)
 	$(BIN)/levelhead demo --out demo-output
 
+# The native engine after a change of kernels; until then Numba or Python takes its place.
+native: $(READY)
+	$(BIN)/python -m levelhead.export.extension
+
 # Three tiers; every test is in one of them, by its marks (CONTRIBUTING.md).
-quick: lint
+quick: lint native
 	$(TESTS) -m "not compiled and not slow and not full"
 
 test: quick

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tests.reference.engines import EVERY_ENGINE
 from tests.reference.hard import assert_same
 
 import levelhead as lh
@@ -9,8 +10,6 @@ from levelhead.filters import ESKF
 from levelhead.filters.eskf.calibration import Estimate
 
 pytestmark = pytest.mark.compiled
-
-ENGINES = pytest.mark.parametrize("engine", ["python", pytest.param("compiled", marks=pytest.mark.compiled)])
 
 
 @pytest.fixture(scope="module")
@@ -36,7 +35,7 @@ def test_every_engine_gives_the_same_bits(recording, prior):
     assert (plain.quat != lh.fuse(part, ESKF(), engine="python").quat).any()
 
 
-@ENGINES
+@EVERY_ENGINE
 def test_a_stream_is_the_batch_also_when_saved_restored_and_reset(engine, recording, prior):
     part = recording[:700]
     expected = lh.fuse(part, ESKF(), prior=prior, engine="python")

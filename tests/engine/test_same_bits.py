@@ -1,10 +1,11 @@
-"""One driver: plain Python, compiled, streamed and chunked give the same bits, so the engine never has to be chosen."""
+"""One driver: plain Python, native, compiled, streamed and chunked give the same bits; no engine has to be chosen."""
 
 import subprocess
 import sys
 
 import numpy as np
 import pytest
+from tests.reference.engines import EVERY_ENGINE, MACHINE_CODE
 from tests.reference.hard import assert_same, hard_recording
 
 import levelhead as lh
@@ -20,14 +21,16 @@ def recording(request):
     return hard_recording(request.param)
 
 
-@pytest.mark.compiled
 @EVERY
-def test_compiled_is_plain_python(flt, recording):
-    assert_same(lh.fuse(recording, flt.params(), engine="python"), lh.fuse(recording, flt.params(), engine="compiled"))
+@pytest.mark.parametrize("guard", [lh.Guard(), None], ids=["guarded", "alone"])
+@MACHINE_CODE
+def test_machine_code_is_plain_python(flt, guard, engine, recording):
+    plain = lh.fuse(recording, flt.params(), guard=guard, engine="python")
+    assert_same(plain, lh.fuse(recording, flt.params(), guard=guard, engine=engine))
 
 
 @EVERY
-@pytest.mark.parametrize("engine", ["python", pytest.param("compiled", marks=pytest.mark.compiled)])
+@EVERY_ENGINE
 def test_streamed_is_batch(flt, engine, recording):
     expected = lh.fuse(recording, flt.params(), engine="python")
     live = lh.Stream(flt.params(), engine=engine)
@@ -46,7 +49,7 @@ def test_streamed_is_batch(flt, engine, recording):
 
 
 @EVERY
-@pytest.mark.parametrize("engine", ["python", pytest.param("compiled", marks=pytest.mark.compiled)])
+@EVERY_ENGINE
 def test_chunked_is_whole(flt, engine, recording, monkeypatch):
     monkeypatch.setattr(batch, "STRETCH", 111)
     seen = []
@@ -55,24 +58,23 @@ def test_chunked_is_whole(flt, engine, recording, monkeypatch):
     assert seen == sorted(seen) and seen[-1] == 1.0 and len(seen) == 7
 
 
-@pytest.mark.compiled
 @AXIS
-def test_axis_compiled_is_plain_and_streamed(flt):
+@EVERY_ENGINE
+def test_axis_is_plain_and_streamed(flt, engine):
     rng = np.random.default_rng(4)
     t = np.cumsum(rng.uniform(0.005, 0.02, 300))
     level, rate = rng.normal(0, 100, 300), rng.normal(0, 50, 300)
     plain = lh.fuse_axis(t, level, rate, flt.params(), period=360.0, engine="python")
-    compiled = lh.fuse_axis(t, level, rate, flt.params(), period=360.0, engine="compiled")
+    found = lh.fuse_axis(t, level, rate, flt.params(), period=360.0, engine=engine)
     for name, column in plain._asdict().items():
-        np.testing.assert_array_equal(column, getattr(compiled, name), err_msg=name)
-    for engine in ("python", "compiled"):
-        live = lh.AxisStream(flt.params(), angle=level[0], engine=engine)
-        for i in range(1, 300):
-            assert live.update(level[i], rate[i], t[i] - t[i - 1]) == plain.level[i]
-        assert live.report == tuple(column[-1] for column in plain)
+        np.testing.assert_array_equal(column, getattr(found, name), err_msg=name)
+    live = lh.AxisStream(flt.params(), angle=level[0], engine=engine)
+    for i in range(1, 300):
+        assert live.update(level[i], rate[i], t[i] - t[i - 1]) == plain.level[i]
+    assert live.report == tuple(column[-1] for column in plain)
 
 
-def test_auto_takes_plain_python_for_small_work_and_never_imports_numba():
+def test_small_work_never_imports_numba():
     code = (
         "import sys, numpy as np, levelhead as lh; n = 6000;"
         "rec = lh.Recording(np.arange(n) / 100, np.zeros((n, 3)), np.tile([0, 0, 9.81], (n, 1)));"
@@ -85,6 +87,7 @@ def test_auto_takes_plain_python_for_small_work_and_never_imports_numba():
 def test_auto_and_wrong_engines():
     assert binding.choose_engine("auto", 10_000_000) == "compiled"
     assert binding.choose_engine("auto", 10) == "python"
+    assert binding.choose_engine("auto", 10, native=True) == "native"
     with pytest.raises(lh.LevelheadError, match="no engine 'compild'; did you mean 'compiled'"):
         lh.fuse(lh.simulate.lesson(), lh.Kalman(), engine="compild")
     with pytest.raises(lh.LevelheadError, match="no engine 'gpu'"):

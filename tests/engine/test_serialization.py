@@ -6,6 +6,7 @@ import zlib
 
 import numpy as np
 import pytest
+from tests.reference.engines import NATIVE
 from tests.reference.hard import hard_recording
 
 import levelhead as lh
@@ -32,9 +33,16 @@ def recording():
     return hard_recording(True)[:530]
 
 
-@pytest.mark.compiled
 @EVERY
-@pytest.mark.parametrize(("before", "after"), [("python", "compiled"), ("compiled", "python")])
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        pytest.param("python", "native", marks=NATIVE.marks),
+        pytest.param("native", "python", marks=NATIVE.marks),
+        pytest.param("python", "compiled", marks=pytest.mark.compiled),
+        pytest.param("compiled", "python", marks=pytest.mark.compiled),
+    ],
+)
 def test_going_on_equals_never_having_stopped(flt, before, after, recording):
     whole = lh.Stream(flt.params(), engine=before)
     at = 0

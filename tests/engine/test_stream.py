@@ -4,14 +4,14 @@ import math
 
 import numpy as np
 import pytest
+from tests.reference.engines import EVERY_ENGINE
 
 import levelhead as lh
 
 LEVEL = ((0.0, 0.0, 0.0), (0.0, 0.0, 9.81))
-ENGINES = pytest.mark.parametrize("engine", ["python", pytest.param("compiled", marks=pytest.mark.compiled)])
 
 
-@ENGINES
+@EVERY_ENGINE
 @pytest.mark.parametrize("kind", [tuple, list, np.array, lambda v: np.array(v, np.float32)])
 def test_any_triple_is_taken(engine, kind):
     live = lh.Stream(lh.Kalman(), engine=engine)
@@ -24,7 +24,7 @@ def test_any_triple_is_taken(engine, kind):
     assert math.degrees(live.euler.roll) == pytest.approx(6.0, abs=1.0)
 
 
-@ENGINES
+@EVERY_ENGINE
 @pytest.mark.parametrize("dt", [0.0, -0.01, math.nan, math.inf])
 def test_a_bad_dt_is_refused_and_the_sample_not_taken(engine, dt):
     live = lh.Stream(lh.Kalman(), engine=engine)
@@ -54,7 +54,7 @@ def test_time_must_be_given_and_go_forward():
     assert live.health == 0
 
 
-@ENGINES
+@EVERY_ENGINE
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, 1e300])
 @pytest.mark.parametrize("sensor", [0, 1, 2])
 def test_nonsense_readings_are_bridged_and_said(engine, bad, sensor):
@@ -68,7 +68,7 @@ def test_nonsense_readings_are_bridged_and_said(engine, bad, sensor):
     assert live.health == 1 << sensor
 
 
-@ENGINES
+@EVERY_ENGINE
 def test_the_habit_of_the_arduino_class(engine):
     """setAngle, getAngle(newAngle, newRate, dt), getRate, and Q and R on the fly, against the textbook recurrence."""
     kalman = lh.AxisStream(lh.Kalman(p_angle=0.0, p_bias=0.0), engine=engine)
@@ -96,7 +96,7 @@ def test_the_habit_of_the_arduino_class(engine):
     assert kalman.params.r_measure == 0.5
 
 
-@ENGINES
+@EVERY_ENGINE
 def test_a_bad_pair_is_refused_and_not_taken(engine):
     kalman = lh.AxisStream(lh.Kalman(), angle=5.0, engine=engine)
     for pair in ((math.nan, 0.0), (0.0, math.inf)):
@@ -109,7 +109,7 @@ def test_a_bad_pair_is_refused_and_not_taken(engine):
         lh.AxisStream(period=-1.0)
 
 
-@ENGINES
+@EVERY_ENGINE
 def test_angles_wrap(engine):
     kalman = lh.AxisStream(lh.Kalman(), angle=179.0, engine=engine)
     for _ in range(50):
@@ -117,7 +117,7 @@ def test_angles_wrap(engine):
     assert 178.9 < abs(angle) <= 180.0
 
 
-@ENGINES
+@EVERY_ENGINE
 def test_parameters_change_on_the_fly_and_reset_forgets(engine):
     live = lh.Stream(lh.Complementary(tau=100.0), engine=engine)
     for _ in range(20):

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from levelhead.compiler.tree import native, plain
+from levelhead.compiler.tree import leaves, native, plain, rebuild
 
 
 class Slot(NamedTuple):
@@ -29,11 +29,11 @@ class Slot(NamedTuple):
 
     def read(self, memory: NDArray[np.uint64], at: int) -> Any:
         """The value that stands in ``memory`` from byte ``at`` on."""
-        return _rebuilt(self.example, iter(self.words.unpack_from(memory.data, at)))
+        return rebuild(self.example, iter(self.words.unpack_from(memory.data, at)))
 
     def write(self, memory: NDArray[np.uint64], at: int, value: Any) -> None:
         """Puts a value there."""
-        self.words.pack_into(memory.data, at, *_leaves(value))
+        self.words.pack_into(memory.data, at, *leaves(value))
 
 
 def slot(example: Any) -> Slot:
@@ -74,24 +74,6 @@ def _format(example: Any) -> str:
     if isinstance(example, np.ndarray):
         return f"{len(example)}d"
     return "d" if isinstance(example, float) else "q"
-
-
-def _leaves(value: Any) -> Iterator[float]:
-    """The numbers of a value, in order."""
-    if isinstance(value, tuple | list | np.ndarray):
-        for part in value:
-            yield from _leaves(part)
-    else:
-        yield value
-
-
-def _rebuilt(example: Any, numbers: Iterator[Any]) -> Any:
-    """A value like ``example`` of these numbers."""
-    if isinstance(example, tuple):
-        return type(example)(*(_rebuilt(part, numbers) for part in example))
-    if isinstance(example, list):
-        return [next(numbers) for _ in example]
-    return type(example)(next(numbers))
 
 
 def _lengths(example: Any) -> list[int]:

@@ -1,5 +1,6 @@
 """The fixed-size memory inside a state, as plain Python and as compiled code have it: lists and arrays of floats."""
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -24,3 +25,21 @@ def plain(value: Any) -> Any:
 def has_memory(value: Any) -> bool:
     """Whether there is any in the value."""
     return isinstance(value, list | np.ndarray) or (isinstance(value, tuple) and any(map(has_memory, value)))
+
+
+def leaves(value: Any) -> Iterator[float]:
+    """The numbers of a value, in order."""
+    if isinstance(value, tuple | list | np.ndarray):
+        for part in value:
+            yield from leaves(part)
+    else:
+        yield value
+
+
+def rebuild(example: Any, numbers: Iterator[Any]) -> Any:
+    """A value like ``example`` of these numbers; truth values come as whole ones."""
+    if isinstance(example, tuple):
+        return type(example)(*(rebuild(part, numbers) for part in example))
+    if isinstance(example, list):
+        return [next(numbers) for _ in example]
+    return bool(next(numbers)) if isinstance(example, bool) else next(numbers)

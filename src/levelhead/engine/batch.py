@@ -11,6 +11,7 @@ from levelhead.compiler.tree import native
 from levelhead.engine.aiding_inputs import aiding_inputs
 from levelhead.engine.binding import bind, bind_axis, choose_engine, estimates_bias, for_engine
 from levelhead.engine.driver import Settings
+from levelhead.engine.native import axis_run, has_axis, has_imu, imu_run
 from levelhead.engine.prior import apply_prior, read_calibration
 from levelhead.errors import LevelheadError
 from levelhead.filters.parameters import FilterChoice
@@ -43,7 +44,8 @@ def fuse(
         params: which filter, by its Params object (``Kalman(r_measure=0.1)``), its class, or its name. None: the best
             one there is.
         guard: what counts as rest, saturation and disturbance; None: the filter sees every reading as it is.
-        engine: "python", "compiled" (Numba), or "auto", which takes the faster one; the bits do not depend on it.
+        engine: "native" (C, compiled with the package), "compiled" (Numba), "python", or "auto": the fastest that there
+            is for the filter; the bits do not depend on it.
         prior: what an earlier run has learned of the same sensor (``Track.calibration``, ``Calibration.read``), for a
             filter that learns: ``ESKF``.
         progress: called now and then with the fraction done, 0 to 1.
@@ -79,10 +81,11 @@ class Batch:
         self.filter = filters.of(params)
         bound = bind(self.filter, self._guarded)
         self._settings = Settings(params, guard or DEFAULT_GUARD)
-        self._engine = choose_engine(engine, len(recording))
+        self._engine = choose_engine(engine, len(recording), has_imu(self.filter, self._guarded))
         self._aiding = None if bound.run_with_aiding is None else aiding_inputs(recording)
         run = bound.run if self._aiding is None or bound.run_with_aiding is None else bound.run_with_aiding
-        self._run = for_engine(run, self._engine)
+        native_run = self._engine == "native"
+        self._run = imu_run(self.filter, self._guarded) if native_run else for_engine(run, self._engine)
         mag = NO_MAG if recording.mag is None else recording.mag.reshape(-1)
         self._inputs = [recording.t, recording.gyr.reshape(-1), recording.acc.reshape(-1), mag]
         self._outputs, self._widths = room(len(recording)), [4, 3, 3, 1]
@@ -100,7 +103,7 @@ class Batch:
         part: list[Any] = [a[self.done * k : stop * k] for a, k in zip(self._inputs, (1, 3, 3, 3), strict=True)]
         part += [] if self._aiding is None else [*self._aiding.part(self.done, stop)]
         into = [a[self.done * k : stop * k] for a, k in zip(self._outputs, self._widths, strict=True)]
-        if self._engine == "compiled":
+        if self._engine != "python":
             self._carry = self._run(self._settings, self._carry, self._last, *part, *into)
         else:
             lists = [a.tolist() for a in into]
@@ -188,12 +191,14 @@ def fuse_axis(
         columns.append(column)
     if period < 0.0:
         raise LevelheadError(f"period is {period:g}; it must be 0 (a line) or the length of the circle, such as 360")
-    chosen = choose_engine(engine, len(t))
+    flt = filters.of(params)
+    chosen = choose_engine(engine, len(t), has_axis(flt))
     state = axis.init(params, float(columns[0][0]))
     width = len(axis.report._fields)  # type: ignore[attr-defined]
-    if chosen == "compiled":
+    if chosen != "python":
         out = np.empty(len(t) * width)
-        for_engine(driver, chosen)(params, state, t, *columns, float(period), out)
+        run = axis_run(flt) if chosen == "native" else for_engine(driver, chosen)
+        run(params, state, t, *columns, float(period), out)
         return axis.report(*out.reshape(len(t), width).T)
     rows = [0.0] * (len(t) * width)
     driver(params, state, t.tolist(), *(c.tolist() for c in columns), float(period), rows)

@@ -1,6 +1,11 @@
-"""Drivers bound to a filter, and which engine does the work: plain Python or compiled, with the same bits."""
+"""Drivers bound to a filter, and which engine does the work, with the same bits.
+
+"native" is the C that was compiled with the package, for the filters of the house; "compiled" what Numba compiles on
+this machine; "python" the kernels as they stand.
+"""
 
 import functools
+import importlib.util
 import sys
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -13,7 +18,7 @@ from levelhead.errors import LevelheadError, nearest
 from levelhead.filters.contract import AxisFilter, Filter
 from levelhead.guard import detectors
 
-ENGINES = ("auto", "python", "compiled")
+ENGINES = ("auto", "native", "compiled", "python")
 
 # Samples from which compiled work is done sooner: Numba's start costs about 0.5 s with a warm cache, a sample of these
 # filters 7 to 55 µs in plain Python; benchmarks/engines.py measures both.
@@ -101,16 +106,42 @@ def bind_axis(flt: Filter) -> tuple[AxisFilter, Callable[..., Any]]:
     return flt.axis, bound(axis_driver.run_axis, flt.name, step=flt.axis.step, read=flt.axis.read)
 
 
-def choose_engine(engine: str, samples: int) -> str:
-    """ "python" or "compiled": what ``engine="auto"`` means for so many samples.
+def check_engine(engine: str) -> None:
+    """Refuses what is no engine.
 
     Raises:
-        LevelheadError: no engine of that name.
+        LevelheadError: no engine of that name, or Numba is not installed.
     """
     if engine not in ENGINES:
         raise LevelheadError(f"there is no engine '{engine}'; {nearest(engine, ENGINES)}")
+    if engine == "compiled" and not numba_installed():
+        raise LevelheadError("the engine 'compiled' needs Numba: pip install 'levelhead[numba]'")
+
+
+@functools.cache
+def numba_installed() -> bool:
+    """Whether there is Numba to compile with; it is not imported."""
+    return "numba" in sys.modules or importlib.util.find_spec("numba") is not None
+
+
+def choose_engine(engine: str, samples: int, native: bool = False) -> str:
+    """ "native", "compiled" or "python": what ``engine="auto"`` means for so many samples.
+
+    ``native``: whether the filter has a native engine.
+
+    Raises:
+        LevelheadError: no engine of that name, or not for this filter or on this machine.
+    """
+    check_engine(engine)
+    if engine == "native" and not native:
+        raise LevelheadError(
+            "there is no native engine for it: only for the filters of the house, where the package was built with a C "
+            "compiler; use 'auto', 'compiled' or 'python'"
+        )
     if engine != "auto":
         return engine
+    if native or not numba_installed():
+        return "native" if native else "python"
     threshold = SAMPLES_WARM if "numba" in sys.modules else SAMPLES_COLD
     return "compiled" if samples >= threshold else "python"
 

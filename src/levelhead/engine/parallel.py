@@ -1,5 +1,6 @@
 """Many runs on all cores: many recordings through one filter, or many parameter sets over one recording."""
 
+import functools
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
@@ -7,7 +8,8 @@ from levelhead import filters
 from levelhead.compiler.tree import has_memory
 from levelhead.engine import lanes
 from levelhead.engine.batch import DEFAULT_GUARD, fuse
-from levelhead.engine.binding import choose_engine
+from levelhead.engine.binding import check_engine, choose_engine, numba_installed
+from levelhead.engine.native import has_imu
 from levelhead.engine.threads import in_order
 from levelhead.errors import LevelheadError
 from levelhead.filters.contract import Filter
@@ -18,6 +20,7 @@ from levelhead.recording import Recording
 from levelhead.track import Track
 
 LEAST_LANES = 8  # parameter sets of one filter from which a block of lanes takes less time than its single runs
+SAMPLES_FOR_LANES = 50_000_000  # native single runs of these take seconds, as compiling lanes does, once per machine
 
 
 def fuse_recordings(
@@ -46,7 +49,7 @@ def fuse_recordings(
         LevelheadError: no such filter or engine; or a recording that cannot be fused, named by its source or number.
     """
     params = filters.default() if params is None else filters.resolve(params)
-    choose_engine(engine, 0)  # a wrong name is said before the first recording is read
+    check_engine(engine)  # a wrong name is said before the first recording is read
     return _fuse_recordings(recordings, params, guard, engine, workers, progress)
 
 
@@ -84,6 +87,13 @@ def lanes_pay(flt: Filter, sets: int) -> bool:
     return sets >= LEAST_LANES and not has_memory(flt.init(flt.params(), ZERO, ZERO, ZERO))
 
 
+def engine_for_sets(engine: str, samples: int, flt: Filter, guarded: bool) -> str:
+    """The engine for many sets of one filter: "compiled" also where there is a native one, if lanes are worth it."""
+    native = has_imu(flt, guarded)
+    lanes_worth = native and engine == "auto" and numba_installed() and samples >= SAMPLES_FOR_LANES
+    return "compiled" if lanes_worth else choose_engine(engine, samples, native)
+
+
 def fuse_parameter_sets(
     recording: Recording,
     tries: Sequence[Any],
@@ -107,14 +117,17 @@ def fuse_parameter_sets(
         LevelheadError: no such filter or engine.
     """
     resolved = [filters.resolve(params) for params in tries]
-    chosen = choose_engine(engine, len(recording) * len(resolved))
+    check_engine(engine)
+    samples = len(recording) * len(resolved)
     found: dict[int, Track] = {}
     for flt in {filters.of(params): None for params in resolved}:
         mine = [i for i, params in enumerate(resolved) if filters.of(params) is flt]
         sets = [resolved[i] for i in mine]
+        chosen = engine_for_sets(engine, samples, flt, guard is not None)
         if chosen == "compiled" and lanes_pay(flt, len(sets)):
             made: Iterable[Track] = lanes.tracks(recording, flt, sets, guard, workers)
         else:
-            made = in_order(lambda params: fuse(recording, params, guard=guard, engine=chosen), sets, workers)
+            one = functools.partial(fuse, recording, guard=guard, engine=chosen)
+            made = in_order(one, sets, workers)
         found.update(zip(mine, made, strict=True))
     return [found[i] for i in range(len(resolved))]

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 from levelhead.compiler import slots
 from levelhead.compiler.compile import compiled
 from levelhead.compiler.mark import bound, kernel
+from levelhead.engine import native
 from levelhead.engine.binding import bind, bind_axis
 from levelhead.engine.driver import Settings, unbound
 from levelhead.filters.contract import Filter
@@ -228,16 +229,56 @@ def axis_machine(flt: Filter) -> Machine:
     return _machine(f"{flt.name}_axis", axis.init(params, 0.0), params, ticks, step=axis.step, read=axis.read)
 
 
-def loop(flt: Filter, settings: Settings, guarded: bool, engine: str) -> PlainLoop | CompiledLoop:
-    """A loop for a filter on an IMU; ``engine`` "python" or "compiled"."""
+class NativeLoop:
+    """The loop in the C that was compiled with the package."""
+
+    tick: Callable[..., Any]
+    tick_mag: Callable[..., Any]
+    report: Callable[..., Any]
+    tick_aid: Callable[..., Any]
+
+    def __init__(self, machine: native.Machine, params: Any) -> None:
+        self._machine, self._params, self.place = machine, params, machine.filter
+        for name in ("tick", "tick_mag", "report", "tick_aid"):
+            if hasattr(machine.filter, name):
+                setattr(self, name, getattr(type(machine.filter), name))
+
+    @property
+    def state(self) -> Any:
+        """The filter's whole state."""
+        return self._machine.state
+
+    @state.setter
+    def state(self, value: Any) -> None:
+        self._machine.state = value
+
+    @property
+    def params(self) -> Any:
+        """The filter's parameters."""
+        return self._params
+
+    @params.setter
+    def params(self, value: Any) -> None:
+        self._params = value
+        self._machine.set_params(value)
+
+
+def loop(flt: Filter, settings: Settings, guarded: bool, engine: str) -> PlainLoop | CompiledLoop | NativeLoop:
+    """A loop for a filter on an IMU; ``engine`` "native", "compiled" or "python"."""
     if engine == "python":
         return PlainLoop(flt, settings, guarded)
-    return CompiledLoop(imu_machine(flt, guarded), bind(flt, guarded).begin(settings), settings)
+    begin = bind(flt, guarded).begin(settings)
+    if engine == "native":
+        return NativeLoop(native.Machine(flt, guarded, settings, begin), settings)
+    return CompiledLoop(imu_machine(flt, guarded), begin, settings)
 
 
-def axis_loop(flt: Filter, params: Any, level: float, engine: str) -> PlainAxisLoop | CompiledLoop:
-    """A loop for an axis filter; ``engine`` "python" or "compiled"."""
+def axis_loop(flt: Filter, params: Any, level: float, engine: str) -> PlainAxisLoop | CompiledLoop | NativeLoop:
+    """A loop for an axis filter; ``engine`` "native", "compiled" or "python"."""
     if engine == "python":
         return PlainAxisLoop(flt, params, level)
     axis, _ = bind_axis(flt)
-    return CompiledLoop(axis_machine(flt), axis.init(params, level), params)
+    begin = axis.init(params, level)
+    if engine == "native":
+        return NativeLoop(native.Machine(flt, None, params, begin), params)
+    return CompiledLoop(axis_machine(flt), begin, params)

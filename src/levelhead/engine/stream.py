@@ -9,12 +9,13 @@ from numpy import ndarray
 from levelhead import atmosphere, filters
 from levelhead.calibration import Calibration
 from levelhead.engine.batch import DEFAULT_GUARD
-from levelhead.engine.binding import ENGINES, bind, bind_axis, estimates_bias
+from levelhead.engine.binding import bind, bind_axis, choose_engine, estimates_bias, numba_installed
 from levelhead.engine.driver import Settings
+from levelhead.engine.native import has_axis, has_imu
 from levelhead.engine.prior import apply_prior, keep_prior, read_calibration
 from levelhead.engine.serialization import Saved, from_bytes, to_bytes
 from levelhead.engine.stepper import Four, axis_loop, loop
-from levelhead.errors import LevelheadError, nearest
+from levelhead.errors import LevelheadError
 from levelhead.filters.contract import HEIGHT, POSITION, VELOCITY, NavState, Output
 from levelhead.filters.parameters import FilterChoice
 from levelhead.guard import Guard
@@ -25,11 +26,11 @@ from levelhead.recording import LEAST_PRESSURE, MOST_PRESSURE
 Triple = Sequence[float]
 
 
-def _live_engine(engine: str) -> str:
-    """A stream goes on for long, so "auto" is "compiled"; the compiling is done in the constructor, not at a sample."""
-    if engine not in ENGINES:
-        raise LevelheadError(f"there is no engine '{engine}'; {nearest(engine, ENGINES)}")
-    return "compiled" if engine == "auto" else engine
+def _live_engine(engine: str, native: bool) -> str:
+    """A stream goes on for long, so "auto" compiles where it has to, in the constructor, not at a sample."""
+    if engine == "auto" and not native and numba_installed():
+        return "compiled"
+    return choose_engine(engine, 0, native)
 
 
 def _triple(values: Any) -> Any:
@@ -107,7 +108,8 @@ class Stream:
         self._guarded = guard is not None
         settings = Settings(resolved, guard or DEFAULT_GUARD)
         begin = apply_prior(self._filter, bind(self._filter, self._guarded).begin(settings), prior)
-        self._loop = loop(self._filter, settings, self._guarded, _live_engine(engine))
+        native = has_imu(self._filter, self._guarded)
+        self._loop = loop(self._filter, settings, self._guarded, _live_engine(engine, native))
         if prior is not None:
             self._loop.state = begin
         self._tick: Callable[..., Four] = self._loop.tick
@@ -333,7 +335,7 @@ class AxisStream:
             raise LevelheadError(
                 f"period is {period!r}; it must be 0 (a line) or the length of the circle, such as 360"
             )
-        self._loop = axis_loop(self._filter, resolved, float(angle), _live_engine(engine))
+        self._loop = axis_loop(self._filter, resolved, float(angle), _live_engine(engine, has_axis(self._filter)))
         self._tick, self._place, self._period = self._loop.tick, self._loop.place, float(period)
 
     def update(self, angle: float, rate: float, dt: float) -> float:

@@ -9,12 +9,13 @@ import numpy as np
 from levelhead.engine import fuse
 from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.engine.binding import choose_engine
+from levelhead.engine.native import has_imu
 from levelhead.errors import LevelheadError
 from levelhead.evaluate.attitude_error import error_quaternion, split
 from levelhead.evaluate.external_track import ExternalTrack, align_external
 from levelhead.evaluate.score import Score, evaluate, rms
 from levelhead.evaluate.text_table import Cell, Column, plain_table
-from levelhead.filters import resolve
+from levelhead.filters import of, resolve
 from levelhead.filters.parameters import FilterChoice, Params
 from levelhead.guard import Guard
 from levelhead.recording import Recording
@@ -77,7 +78,7 @@ class Comparison:
     Attributes:
         recording: what all of them were fed.
         rows: one per filter, in the order given.
-        engine: "python" or "compiled", the one on which all of them ran and were timed.
+        engine: "native", "compiled" or "python", on which they ran and were timed; several are joined by "and".
         guard: what stood in front of each of them; None: nothing.
     """
 
@@ -176,7 +177,7 @@ def time_fuse(
     began = perf_counter()
     track = fuse(recording, params, guard=guard, engine=engine, progress=progress)
     first = perf_counter() - began
-    compiles = engine == "compiled" and first <= 30.0
+    compiles = engine != "python" and first <= 30.0
     best = np.inf if compiles else first
     for _ in range((1 if first > enough else 3) if compiles else 0):
         began = perf_counter()
@@ -202,13 +203,15 @@ def compare(
         tracks: name to an orientation from elsewhere, in any convention and at any rate; how it was made to match
             stands in ``Comparison.notes`` (see ``align``).
         guard: as for ``fuse``; the same for all.
-        engine: as for ``fuse``; the same for all, so that times can be compared.
+        engine: as for ``fuse``.
         progress: called with the fraction done, 0 to 1.
     """
     chosen = [resolve(choice) for choice in filters]
     if not chosen and not tracks:
         raise LevelheadError("there is no filter to compare; expected at least one")
-    engine = choose_engine(engine, len(recording))  # once: importing Numba on the way must not change the choice
+    # At once: importing Numba on the way must not change the choice.
+    guarded = guard is not None
+    engines = [choose_engine(engine, len(recording), has_imu(of(params), guarded)) for params in chosen]
     found: list[tuple[Track, Score | None, float]] = []
     for i, params in enumerate(chosen):
 
@@ -216,7 +219,7 @@ def compare(
             if progress is not None:
                 progress((done + fraction) / len(chosen))
 
-        track, ns = time_fuse(recording, params, engine, report, guard=guard)
+        track, ns = time_fuse(recording, params, engines[i], report, guard=guard)
         score = None if recording.truth is None else evaluate(recording, track)
         found.append((track, score, ns))
         report(1.0)
@@ -227,7 +230,7 @@ def compare(
         if recording.truth is not None:
             score = evaluate(recording, other.track, relative=other.relative, partial=True)
         rows.append(Row(other.track, score, None, _difference(other.track, surest or other.track), other))
-    return Comparison(recording, tuple(rows), engine, guard)
+    return Comparison(recording, tuple(rows), " and ".join(dict.fromkeys(engines)), guard)
 
 
 def _tilt_sigma(track: Track) -> float:

@@ -44,6 +44,9 @@ class Names(Protocol):
     def handed_back(self, function: object) -> int | None:
         """Which parameter a kernel returns as it is, as an address; None for a kernel that returns a value."""
 
+    def by_address(self, kind: Kind) -> bool:
+        """Whether a parameter of that kind is passed by its address."""
+
     def in_place(self, function: object) -> bool:
         """Whether a kernel writes what it returns to where its caller wants it."""
 

@@ -117,9 +117,7 @@ class Inference:
         pass
 
     def _on_Return(self, node: ast.Return) -> None:
-        if node.value is None:
-            raise self._refuse(node, "a return without a value")
-        kind = self.of(node.value)
+        kind = VOID if node.value is None else self.of(node.value)
         if self._returns in (INT, FLOAT) and kind in (INT, FLOAT) and self._returns is not kind:
             kind = self._returns = FLOAT
         if self._returns not in (None, kind):

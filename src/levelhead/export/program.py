@@ -71,8 +71,8 @@ class Program:
         real: "double" or "float".
     """
 
-    def __init__(self, prefix: str, real: str) -> None:
-        self.prefix, self.real = prefix, real
+    def __init__(self, prefix: str, real: str, inline: bool = False) -> None:
+        self.prefix, self.real, self.inline = prefix, real, inline
         self.public: list[Struct] = []  # types that other files see, inner ones first
         self.arrays: dict[str, Array] = {}  # member of the storage -> its shape
         self._structs: dict[Any, Struct] = {}
@@ -186,11 +186,14 @@ class Program:
         alone = len(kernel.source.tree.body) == 1 + (ast.get_docstring(kernel.source.tree) is not None)
         return names.index(last.value.id) if alone and last.value.id in self._addresses(kernel) else None
 
-    @staticmethod
-    def _addresses(kernel: Kernel) -> set[str]:
+    def by_address(self, kind: Kind) -> bool:
+        """Whether a parameter of that kind is passed by its address."""
+        return by_address(kind) and not self.inline
+
+    def _addresses(self, kernel: Kernel) -> set[str]:
         stored = Scopes(kernel.source.tree.body).variables
         return {name for name, kind in kernel.parameters.items()
-                if by_address(kind) and not (name in stored and stored[name].stores)}  # fmt: skip
+                if self.by_address(kind) and not (name in stored and stored[name].stores)}  # fmt: skip
 
     def makes(self, function: Any) -> bool:
         """Whether a kernel makes arrays, itself or through others."""
@@ -292,13 +295,14 @@ class Program:
             star = "const " if name in addresses else ""
             shown = f"*{variable(name)}" if name in addresses else self.declarator(kind, variable(name))
             parameters.append(f"{star}{self.kind(kind)} {shown}")
+        static = "LH_INLINE" if self.inline and not hasattr(kernel.source.function, "__noinline__") else "static"
         if in_place:
-            return f"static void {kernel.name}({', '.join(parameters)})"
+            return f"{static} void {kernel.name}({', '.join(parameters)})"
         if self.handed_back(kernel.source.function) is not None:
-            return f"static const {returned} *{kernel.name}({', '.join(parameters)})"
+            return f"{static} const {returned} *{kernel.name}({', '.join(parameters)})"
         if isinstance(kernel.returns, Array):
             raise kernel.source.refuse(kernel.source.tree, "an array is returned; put it into a NamedTuple")
-        return f"static {returned} {kernel.name}({', '.join(parameters) or 'void'})"
+        return f"{static} {returned} {kernel.name}({', '.join(parameters) or 'void'})"
 
     @property
     def arrays_type(self) -> str:
@@ -333,6 +337,11 @@ class Program:
         except graphlib.CycleError as error:
             raise LevelheadError(f"kernels of these modules call each other in a circle: {error.args[1]}") from None
         return sorted(found, key=lambda kernel: order.index(kernel.module))
+
+    def modules(self) -> set[str]:
+        """Where all of this is written down: the modules of kernels, of types and of constants."""
+        types = {struct.origin.__module__ for struct in self._structs.values() if struct.origin is not None}
+        return {kernel.module for kernel in self._kernels.values()} | types | {module for module, _ in self._constants}
 
     def sections(self) -> Iterator[tuple[str, list[str]]]:
         """Module by module, callees first: its name, and its kernels as lines of C."""

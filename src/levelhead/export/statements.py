@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Sequence
 from levelhead.compiler.mark import is_kernel
 from levelhead.export.expressions import Expressions, Names, variable
 from levelhead.export.inference import Inference, arguments, is_struct
-from levelhead.export.kinds import FLOAT, INT, VOID, Array, Kind, Struct, by_address, is_empty
+from levelhead.export.kinds import FLOAT, INT, VOID, Array, Kind, Struct, is_empty
 from levelhead.export.layout import STEP, beside, comment, wrapped
 from levelhead.export.scopes import Scopes, loaded_in, stored_in
 from levelhead.export.source import Source
@@ -127,7 +127,7 @@ class Body:
         """Whether a variable is only ever what a call gives, or part of what never changes: then it is an address in C,
         and what a call gives has a place of its own."""
         seen = self._scopes.variables[name]
-        if name in self._parameters or seen.stores < 2 or not by_address(self._known.variables[name]):
+        if name in self._parameters or seen.stores < 2 or not self._names.by_address(self._known.variables[name]):
             return False
         blocks = {block for block, _ in seen.block}
         return all(
@@ -208,7 +208,7 @@ class Body:
             self._emit(f"{variable(name)} = {value};", indent, words)
             return
         constant = self._scopes.variables[name].stores == 1
-        if constant and lasting and by_address(kind):  # it is where it is; no need to copy it
+        if constant and lasting and self._names.by_address(kind):  # it is where it is; no need to copy it
             self._addresses.add(name)
             self._emit(f"const {self._names.kind(kind)} *{variable(name)} = {_address(value)};", indent, words)
             return
@@ -234,7 +234,9 @@ class Body:
 
     def _on_Return(self, node: ast.Return, indent: str) -> None:
         words = self._said_beside(node)
-        assert node.value is not None
+        if node.value is None:
+            self._emit("return;", indent, words)
+            return
         value = self._write.value(node.value, self._known.returns)
         if self._names.in_place(self._source.function):
             self._emit(f"*result = {value};", indent, words)

@@ -10,8 +10,7 @@ import numpy as np
 from levelhead import filters
 from levelhead.engine import fuse
 from levelhead.engine.batch import DEFAULT_GUARD
-from levelhead.engine.binding import choose_engine
-from levelhead.engine.parallel import lanes_pay
+from levelhead.engine.parallel import engine_for_sets, lanes_pay
 from levelhead.errors import LevelheadError, nearest
 from levelhead.evaluate.score import root_mean_squares
 from levelhead.evaluate.text_table import Cell, Column, plain_table
@@ -235,9 +234,9 @@ def _scores(
 ) -> Array:
     """(k, 3) RMS of total, tilt and heading error of each, °: side by side where that is worth compiling it."""
     samples = len(recording) * len(tries)
-    chosen = choose_engine(engine, samples)
-    worth = engine == "compiled" or samples >= WORTH_COMPILING
     flt = filters.of(tries[0])
+    chosen = engine_for_sets(engine, samples, flt, guard is not None)
+    worth = engine == "compiled" or samples >= WORTH_COMPILING
     if guard == DEFAULT_GUARD and chosen == "compiled" and worth and lanes_pay(flt, len(tries)):
         return lane_score.root_mean_squares(recording, flt, tries, progress)
     scores = []

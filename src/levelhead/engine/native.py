@@ -1,0 +1,162 @@
+"""The native engine: the filters of the house as C, generated from their kernels and compiled with the package.
+
+A filter is an object of the extension with its own memory. Parameters and state go in and out as bytes, eight for each
+number in order, which is what ``Stream.save`` writes too. The extension says of each filter from which files it was
+generated, and their digest: where a file has changed since, another engine takes the filter's place.
+"""
+
+import functools
+import hashlib
+import struct
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from types import ModuleType
+from typing import Any, NamedTuple
+
+from levelhead import filters
+from levelhead.compiler.tree import leaves, rebuild
+from levelhead.engine.binding import is_guarded
+from levelhead.filters.contract import Filter
+
+PACKAGE = Path(__file__).resolve().parent.parent
+
+
+def native_name(flt: Filter, guarded: bool) -> str:
+    """What a filter is called in the extension."""
+    return flt.name if guarded or not is_guarded(flt) else f"{flt.name}_unguarded"
+
+
+def digest(files: Iterable[str]) -> str:
+    """Sixteen hexadecimal digits of the text of files of the package."""
+    found = hashlib.sha256()
+    for name in files:
+        found.update(_file_digest(name))
+    return found.hexdigest()[:16]
+
+
+@functools.cache
+def _file_digest(name: str) -> bytes:
+    return hashlib.sha256((PACKAGE / name).read_bytes()).digest()
+
+
+@functools.cache
+def extension() -> ModuleType | None:
+    """The compiled module, or None where the package was built without a C compiler."""
+    try:
+        from levelhead.engine import _native
+    except ImportError:
+        return None
+    return _native
+
+
+SHIPPED = filters.ALL  # before anybody adds one of his own
+
+
+class Made(NamedTuple):
+    """What the extension says of a filter."""
+
+    files: str  # it was generated from
+    digest: str
+    params: struct.Struct  # how parameters, or the driver's settings, lie in bytes
+    state: struct.Struct
+
+
+@functools.cache
+def _made(name: str, axis: bool) -> Made | None:
+    """A filter of the extension, if it was generated from the files as they are."""
+    module = extension()
+    found = None if module is None else (module.AXIS_FILTERS if axis else module.IMU_FILTERS).get(name)
+    if found is None:
+        return None
+    files, made, params, state = found
+    try:
+        if digest(files.split(",")) != made:
+            _warn_stale()
+            return None
+    except OSError:  # installed without sources: nothing that could have changed
+        pass
+    return Made(files, made, struct.Struct(params), struct.Struct(state))
+
+
+def up_to_date() -> bool:
+    """Whether all filters of the extension were generated from the files as they are."""
+    module = extension()
+    if module is None:
+        return False
+    made = [*module.IMU_FILTERS.values(), *module.AXIS_FILTERS.values()]
+    return all(digest(files.split(",")) == digits for files, digits, *_ in made)
+
+
+@functools.cache
+def _warn_stale() -> None:
+    import logging
+
+    logging.getLogger("levelhead").warning(
+        "sources have changed since the native engine was built; Numba or Python takes its place until `make native`"
+    )
+
+
+def _found(flt: Filter, name: str, axis: bool) -> Made | None:
+    return _made(name, axis) if any(flt is one for one in SHIPPED) else None
+
+
+def has_imu(flt: Filter, guarded: bool) -> bool:
+    """Whether there is a native engine for a filter on an IMU."""
+    return _found(flt, native_name(flt, guarded), False) is not None
+
+
+def has_axis(flt: Filter) -> bool:
+    """Whether there is one for it on one axis."""
+    return _found(flt, flt.name, True) is not None
+
+
+class Machine:
+    """A filter in the extension's memory, with the words of its parameters and state."""
+
+    def __init__(self, flt: Filter, guarded: bool | None, params: Any, state: Any) -> None:
+        """``guarded`` None: the filter on one axis."""
+        module, name = extension(), flt.name if guarded is None else native_name(flt, guarded)
+        made = _made(name, guarded is None)
+        assert module is not None and made is not None
+        self._made, self._example = made, state
+        packed = self._packed(made.params, params), self._packed(made.state, state)
+        self.filter = module.Axis(name, *packed) if guarded is None else module.Imu(name, *packed)
+
+    @staticmethod
+    def _packed(words: struct.Struct, value: Any) -> bytes:
+        return words.pack(*leaves(value))
+
+    @property
+    def state(self) -> Any:
+        """The whole state."""
+        return rebuild(self._example, iter(self._made.state.unpack(self.filter.state())))
+
+    @state.setter
+    def state(self, value: Any) -> None:
+        self.filter.set_state(self._packed(self._made.state, value))
+
+    def set_params(self, value: Any) -> None:
+        """Other parameters from now on."""
+        self.filter.set_params(self._packed(self._made.params, value))
+
+
+def imu_run(flt: Filter, guarded: bool) -> Callable[..., Any]:
+    """``driver.run`` and ``driver.run_aided`` of a filter, over arrays."""
+
+    def run(settings: Any, carry: Any, last: float, *arrays: Any) -> Any:
+        machine = Machine(flt, guarded, settings, carry)
+        machine.filter.run(last, *arrays)
+        return machine.state
+
+    return run
+
+
+def axis_run(flt: Filter) -> Callable[..., Any]:
+    """``axis_driver.run_axis`` of a filter, over arrays."""
+
+    def run(params: Any, state: Any, t: Any, level: Any, rate: Any, period: float, out: Any) -> Any:
+        machine = Machine(flt, None, params, state)
+        machine.filter.run(t, level, rate, period, out)
+        return machine.state
+
+    return run

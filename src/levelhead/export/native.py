@@ -1,0 +1,280 @@
+"""The native engine's C: every filter of the house with the driver around it, as one file each."""
+
+import ast
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+from levelhead import filters
+from levelhead.engine import driver
+from levelhead.engine.binding import bind, is_guarded
+from levelhead.engine.native import PACKAGE, digest, native_name
+from levelhead.engine.stepper import LONGEST
+from levelhead.export.c_api import HELPERS
+from levelhead.export.expressions import variable
+from levelhead.export.kinds import BOOL, FLOAT, INT, Array, Kind, Struct, is_empty
+from levelhead.export.layout import STEP, template
+from levelhead.export.program import Kernel, Program, plain
+from levelhead.export.statements import joined
+from levelhead.filters.contract import Filter
+from levelhead.kernels.vec3 import Vec3
+from levelhead.version import VERSION
+
+GENERATOR = (  # what makes C of kernels, beside the kernels themselves
+    "engine/binding.py",
+    *(
+        f"export/{name}.py"
+        for name in ("native", "program", "statements", "expressions", "inference", "kinds", "scopes")
+    ),
+    *(
+        f"export/templates/native.{name}"
+        for name in ("h", "filter.c", "imu.c", "axis.c", "aid.c", "aided.c", "place.c")
+    ),
+)
+
+
+class Unit:
+    """One file of C: a program in double, and functions around it."""
+
+    functions = "native.imu.c"
+
+    def __init__(self) -> None:
+        self.program = Program("lh", "double", inline=True)
+
+    def call(self, kernel: Kernel, values: list[str], to: str = "") -> str:
+        """A call of a kernel from outside of the language; ``to``: where one that writes in place does so."""
+        function, program = kernel.source.function, self.program
+        given = [to] if to else []
+        given += ["&filter->arrays"] if program.makes(function) else []
+        for value, (kind, addressed) in zip(values, program.passing(function), strict=True):
+            if not is_empty(kind):
+                given.append(f"&{value}" if addressed else value)
+        star = "*" if program.handed_back(function) is not None else ""
+        return f"{star}{kernel.name}({', '.join(given)})"
+
+    def gaps(self) -> dict[str, Any]:
+        """What the template of its functions leaves open; asked for when the kernels are written, which finds their
+        arrays.
+        """
+        raise NotImplementedError
+
+    def text(self, name: str, symbol: str) -> str:
+        """The file."""
+        files = tuple(sorted({*GENERATOR, *reached_files(self.program.modules())}))
+        about = {"name": name, "symbol": symbol, "files": ",".join(files), "digest": digest(files)}
+        kernels = joined(line for _, lines in self.program.sections() for line in lines)
+        constants = joined(self.program.constants())
+        types = [line for struct in self.program.private() for line in self.program.definition(struct, {})]
+        return template("native.filter.c").substitute(
+            title=f"The native engine's {name}",
+            version=VERSION,
+            types=joined([*types, *self.program.arrays_definition()]),
+            constants=constants,
+            helpers="\n".join(code.format(real="double") for call, code in HELPERS.items() if f"{call}" in kernels),
+            kernels=kernels,
+            functions=template(self.functions).substitute(self.gaps() | about),
+        )
+
+
+def reached_files(modules: Iterable[str]) -> set[str]:
+    """The files of these modules and of all that they import of the house, as paths inside the package."""
+    found: set[str] = set()
+    waiting = {name for name in modules if name.startswith("levelhead.")}
+    while waiting:
+        path = _path(waiting.pop())
+        if path is None or path in found:
+            continue
+        found.add(path)
+        for node in ast.walk(ast.parse((PACKAGE / path).read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("levelhead."):
+                waiting |= {str(node.module), *(f"{node.module}.{alias.name}" for alias in node.names)}
+            elif isinstance(node, ast.ImportFrom) and node.module == "levelhead":
+                waiting |= {f"levelhead.{alias.name}" for alias in node.names}
+    return found
+
+
+def _path(module: str) -> str | None:
+    """A module's file inside the package; None for a name that is no module, or a package that only lists others."""
+    stem = module.removeprefix("levelhead.").replace(".", "/")
+    if stem in ("filters", "engine"):
+        return None
+    return next((path for path in (f"{stem}.py", f"{stem}/__init__.py") if (PACKAGE / path).is_file()), None)
+
+
+def leaves(kind: Kind | None, path: str) -> Iterator[tuple[str, Kind]]:
+    """The numbers and arrays inside a value, in order, each with its place in C."""
+    if isinstance(kind, Struct):
+        for name, part in kind.fields.items():
+            yield from leaves(part, f"{path}.{variable(name)}")
+    else:
+        assert kind is not None
+        yield path, kind
+
+
+def words(kind: Kind | None) -> int:
+    """How many words a value takes."""
+    return sum(_length(leaf) for _, leaf in leaves(kind, ""))
+
+
+def word_format(kind: Kind | None) -> str:
+    """The same as Python's ``struct`` names them."""
+    return "=" + "".join(
+        f"{_length(leaf)}d" if isinstance(leaf, Array) else "d" if leaf is FLOAT else "q"
+        for _, leaf in leaves(kind, "")
+    )
+
+
+def _length(kind: Kind) -> int:
+    length = 1
+    for size in kind.shape if isinstance(kind, Array) else ():
+        length *= size
+    return length
+
+
+def getting(kind: Kind | None, path: str) -> str:
+    """C that puts a value into the words ``to``."""
+    lines, at = [], 0
+    for place, leaf in leaves(kind, path):
+        if isinstance(leaf, Array):
+            lines.append(f"memcpy(to + {at}, {place}, {_length(leaf)} * sizeof(lh_word));")
+        else:
+            lines.append(f"to[{at}].{'number' if leaf is FLOAT else 'whole'} = {place};")
+        at += _length(leaf)
+    return "\n".join(STEP + line for line in lines or ["(void)filter, (void)to;"])
+
+
+TAKEN: dict[Kind, str] = {FLOAT: "number", INT: "whole", BOOL: "whole != 0"}
+
+
+def setting(kind: Kind | None, path: str) -> str:
+    """C that takes a value from the words ``from``."""
+    lines, at = [], 0
+    for place, leaf in leaves(kind, path):
+        if isinstance(leaf, Array):
+            lines.append(f"memcpy({place}, from + {at}, {_length(leaf)} * sizeof(lh_word));")
+        else:
+            lines.append(f"{place} = from[{at}].{TAKEN[leaf]};")
+        at += _length(leaf)
+    return "\n".join(STEP + line for line in lines or ["(void)filter, (void)from;"])
+
+
+class ImuUnit(Unit):
+    """A filter on an IMU."""
+
+    def __init__(self, flt: Filter, guarded: bool) -> None:
+        super().__init__()
+        self.flt, self.bound, program = flt, bind(flt, guarded), self.program
+        self.settings = program.struct(driver.Settings)
+        self.settings.fields["filter"] = program.struct(flt.params)
+        vector = program.struct(Vec3)
+        self.begin = program.kernel(self.bound.begin, [self.settings])
+        self.carry = self.begin.returns
+        self.advance = program.kernel(self.bound.advance, [self.settings, self.carry, vector, vector, vector, FLOAT])
+        assert isinstance(self.carry, Struct)
+        run = self.carry.fields["run"]
+        assert isinstance(run, Struct) and run.fields["state"] is not None
+        self.result = program.kernel(self.bound.result, [self.settings, run])
+        self.aid = self.place = None
+        if self.bound.update_aiding is not None and flt.aiding is not None:
+            numbers = [INT, FLOAT, FLOAT, FLOAT]
+            self.aid = program.kernel(self.bound.update_aiding, [self.settings, self.carry, *numbers])
+            self.place = program.kernel(flt.aiding.nav_state, [program.struct(flt.params), run.fields["state"]])
+
+    def gaps(self) -> dict[str, Any]:
+        """What the template of its functions leaves open."""
+        whole, loop = ["filter->settings", "filter->carry"], ["settings", "carry"]
+        readings = ["three(gyr)", "three(acc)", "three(mag)", "dt"]
+        kinds = {"Settings": self.settings, "Carry": self.carry, "Output": self.result.returns}
+        gaps = {
+            **{name: self.program.kind(kind) for name, kind in kinds.items()},
+            "arrays": f"{self.program.arrays_type} arrays;" if self.program.arrays else "",
+            "begin": self.call(self.begin, whole[:1]),
+            "report": self.call(self.result, [whole[0], "filter->carry.run"]),
+            "advance": self.call(self.advance, [*loop, *readings]),
+            "result": self.call(self.result, ["settings", "carry.run"]),
+            "set_settings": setting(self.settings, "filter->settings"),
+            "set_carry": setting(self.carry, "filter->carry"),
+            "get_carry": getting(self.carry, "filter->carry"),
+            "settings_words": words(self.settings),
+            "settings_format": word_format(self.settings),
+            "carry_words": words(self.carry),
+            "carry_format": word_format(self.carry),
+            **dict.fromkeys(("aid", "aided", "place"), ""),
+            "aid_or_null": "NULL",
+        }
+        if self.aid is not None and self.place is not None:
+            one = ["row", "value", "deviation", "age"]
+            rows = ["(int32_t)rows->row[k]", *(f"rows->{name}[k]" for name in one[1:])]
+            parts = {
+                "aid": self.call(self.aid, [*whole, *one]),
+                "aided": self.call(self.aid, [*loop, *rows]),
+                "place": self.call(self.place, ["settings.filter", "carry.run.state"]),
+                "NavState": self.program.kind(self.place.returns),
+            }
+            gaps |= {name: template(f"native.{name}.c").substitute(parts) for name in ("aid", "aided", "place")}
+            gaps["aid_or_null"] = "aid"
+        return gaps
+
+
+class AxisUnit(Unit):
+    """A filter on one level and its rate."""
+
+    functions = "native.axis.c"
+
+    def __init__(self, flt: Filter) -> None:
+        super().__init__()
+        axis, program = flt.axis, self.program
+        assert axis is not None
+        self.params = program.struct(flt.params)
+        self.state = program.kernel(axis.init, [self.params, FLOAT]).returns
+        self.step = program.kernel(axis.step, [self.params, self.state, FLOAT, FLOAT, FLOAT, FLOAT])
+        self.read = program.kernel(axis.read, [self.state])
+
+    def gaps(self) -> dict[str, Any]:
+        """What the template of its functions leaves open."""
+        readings, program = ["level", "rate", "dt", "period"], self.program
+        said = self.read.returns
+        assert isinstance(said, Struct)
+        return {
+            "Params": program.kind(self.params),
+            "State": program.kind(self.state),
+            "Report": program.kind(said),
+            "step": self.call(self.step, ["filter->params", "filter->state", *readings]),
+            "step_row": self.call(self.step, ["params", "state", *readings]),
+            "read": self.call(self.read, ["filter->state"]),
+            "read_row": self.call(self.read, ["state"]),
+            "set_params": setting(self.params, "filter->params"),
+            "set_state": setting(self.state, "filter->state"),
+            "get_state": getting(self.state, "filter->state"),
+            "report": joined(
+                f"{STEP * 2}to[{k}] = now.{variable(name)};" for k, name in enumerate(said.fields)
+            ).rstrip(),
+            "params_words": words(self.params),
+            "params_format": word_format(self.params),
+            "state_words": words(self.state),
+            "state_format": word_format(self.state),
+            "report_words": words(said),
+        }
+
+
+def units() -> Iterator[tuple[str, str, Unit]]:
+    """Every filter of the house, ("imu" or "axis", name, unit): with the guard and without, and on one axis."""
+    for flt in filters.ALL:
+        for guarded in (True, False) if is_guarded(flt) else (False,):
+            yield "imu", native_name(flt, guarded), ImuUnit(flt, guarded)
+        if flt.axis is not None:
+            yield "axis", flt.name, AxisUnit(flt)
+
+
+def sources() -> dict[str, str]:
+    """File name -> text of all that the extension is compiled from."""
+    names: dict[str, list[str]] = {"imu": [], "axis": [], "wide": []}
+    found = {}
+    for kind, name, unit in units():
+        found[f"lh_{kind}_{name}.c"] = unit.text(name, f"lh_{kind}_{name}")
+        names[kind].append(name)
+        if unit.program.arrays:
+            names["wide"].append(name)
+    lists = {kind: " ".join(f"X({name})" for name in listed) for kind, listed in names.items()}
+    table = template("native.table.h").substitute(lists, longest=plain(LONGEST))
+    fixed = {name: template(name).template for name in ("native.h", "native.module.c")}
+    return found | fixed | {"native.table.h": table}

@@ -1,0 +1,69 @@
+/* What the filters of the native engine offer to the Python module around them. */
+#ifndef LEVELHEAD_NATIVE_H
+#define LEVELHEAD_NATIVE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define LH_INLINE static inline __attribute__((always_inline))
+
+/* Whether this processor has vectors of four doubles. */
+#if defined(LH_WITH_WIDE)
+#define lh_wide() __builtin_cpu_supports("avx2")
+#else
+#define lh_wide() 0
+#endif
+
+/* The same file is compiled once for every processor and, where it pays, once for those with wide vectors. */
+#if defined(LH_WIDE)
+#define LH_SYMBOL(name) name##_wide
+#else
+#define LH_SYMBOL(name) name
+#endif
+
+/* One number of a state or of parameters, as Python packs it: a float, or a whole number or truth value. */
+typedef union {
+    double number;
+    int64_t whole;
+} lh_word;
+
+/* Rows of a recording and of its track, flat; mag is NULL where there is none, first where nothing aids. */
+typedef struct {
+    const double *t, *gyr, *acc, *mag;
+    const int64_t *first, *row;
+    const double *value, *deviation, *age;
+    double *quat, *bias, *sigma;
+    uint32_t *health;
+    double *places;
+} lh_rows;
+
+/* A filter on an IMU, with the driver around it. ``memory`` is a block of ``size`` bytes. */
+typedef struct {
+    const char *name, *files, *digest; /* what it was generated from */
+    const char *settings_format, *carry_format; /* as Python's struct names words */
+    size_t size;
+    ptrdiff_t settings, carry; /* words */
+    void (*begin)(void *memory, const lh_word *settings);
+    void (*set_settings)(void *memory, const lh_word *settings);
+    void (*set_carry)(void *memory, const lh_word *carry);
+    void (*get_carry)(const void *memory, lh_word *carry);
+    void (*run)(void *memory, ptrdiff_t count, double last, const lh_rows *rows);
+    void (*report)(const void *memory, double said[11]);
+    void (*aid)(void *memory, int32_t row, double value, double deviation, double age); /* NULL: takes nothing */
+} lh_imu_filter;
+
+/* A filter on one level and its rate. */
+typedef struct {
+    const char *name, *files, *digest, *params_format, *state_format;
+    size_t size;
+    ptrdiff_t params, state, report; /* words */
+    void (*set_params)(void *memory, const lh_word *params);
+    void (*set_state)(void *memory, const lh_word *state);
+    void (*get_state)(const void *memory, lh_word *state);
+    void (*run)(void *memory, ptrdiff_t count, const double *t, const double *level, const double *rate,
+                double period, double *report);
+    double (*tick)(void *memory, double period, double level, double rate, double dt);
+} lh_axis_filter;
+
+#endif

@@ -1,0 +1,87 @@
+typedef struct {
+    $Settings settings;
+    $Carry carry;
+    $arrays
+} Filter;
+
+static void set_settings(void *memory, const lh_word *from)
+{
+    Filter *filter = memory;
+$set_settings
+}
+
+static void begin(void *memory, const lh_word *settings)
+{
+    Filter *filter = memory;
+    set_settings(memory, settings);
+    filter->carry = $begin;
+}
+
+static void set_carry(void *memory, const lh_word *from)
+{
+    Filter *filter = memory;
+$set_carry
+}
+
+static void get_carry(const void *memory, lh_word *to)
+{
+    const Filter *filter = memory;
+$get_carry
+}
+
+static Vec3 three(const double *v)
+{
+    return (Vec3){v[0], v[1], v[2]};
+}
+
+static void report(const void *memory, double said[11])
+{
+    const Filter *filter = memory;
+    const $Output out = $report;
+    said[0] = out.quat.w, said[1] = out.quat.x, said[2] = out.quat.y, said[3] = out.quat.z;
+    said[4] = out.bias.x, said[5] = out.bias.y, said[6] = out.bias.z;
+    said[7] = out.sigma.x, said[8] = out.sigma.y, said[9] = out.sigma.z;
+    said[10] = out.health;
+}
+
+$aid
+static void run(void *memory, ptrdiff_t count, double last, const lh_rows *rows)
+{
+    static const double none[3] = {0.0, 0.0, 0.0};
+    Filter *filter = memory;
+    const $Settings settings = filter->settings;
+    $Carry carry = filter->carry; /* here, so that compilers keep its numbers in registers */
+    for (ptrdiff_t i = 0; i < count; i++) {
+        const double *gyr = rows->gyr + 3 * i, *acc = rows->acc + 3 * i, *mag = rows->mag ? rows->mag + 3 * i : none;
+        const double dt = rows->t[i] - last;
+        last = rows->t[i];
+        carry = $advance;
+$aided
+        const $Output out = $result;
+        double *quat = rows->quat + 4 * i, *bias = rows->bias + 3 * i, *sigma = rows->sigma + 3 * i;
+        quat[0] = out.quat.w, quat[1] = out.quat.x, quat[2] = out.quat.y, quat[3] = out.quat.z;
+        bias[0] = out.bias.x, bias[1] = out.bias.y, bias[2] = out.bias.z;
+        sigma[0] = out.sigma.x, sigma[1] = out.sigma.y, sigma[2] = out.sigma.z;
+        rows->health[i] = (uint32_t)out.health;
+$place
+    }
+    filter->carry = carry;
+}
+
+const lh_imu_filter LH_SYMBOL($symbol) = {
+    .name = "$name",
+    .files = "$files",
+    .digest = "$digest",
+    .settings_format = "$settings_format",
+    .carry_format = "$carry_format",
+    .size = sizeof(Filter),
+    .settings = $settings_words,
+    .carry = $carry_words,
+    .begin = begin,
+    .set_settings = set_settings,
+    .set_carry = set_carry,
+    .get_carry = get_carry,
+    .run = run,
+    .report = report,
+    .aid = $aid_or_null,
+};

@@ -1,0 +1,575 @@
+/* The Python module around the filters of the native engine.
+ *
+ * Limited API of Python 3.11: one build serves all later versions. Arrays come and go through the buffer protocol.
+ */
+#define PY_SSIZE_T_CLEAN
+#define Py_LIMITED_API 0x030B0000
+#include <Python.h>
+
+#include "native.h"
+#include "native.table.h"
+
+#include <string.h>
+
+#define LINE 64 /* bytes of a cache line, where a filter begins */
+
+#define DECLARE_IMU(name) extern const lh_imu_filter lh_imu_##name;
+#define DECLARE_WIDE(name) extern const lh_imu_filter lh_imu_##name##_wide;
+#define DECLARE_AXIS(name) extern const lh_axis_filter lh_axis_##name;
+#define ADDRESS_IMU(name) &lh_imu_##name,
+#define ADDRESS_WIDE(name) &lh_imu_##name##_wide,
+#define ADDRESS_AXIS(name) &lh_axis_##name,
+
+LH_IMU_FILTERS(DECLARE_IMU)
+LH_AXIS_FILTERS(DECLARE_AXIS)
+static const lh_imu_filter *const IMU_FILTERS[] = {LH_IMU_FILTERS(ADDRESS_IMU) NULL};
+static const lh_axis_filter *const AXIS_FILTERS[] = {LH_AXIS_FILTERS(ADDRESS_AXIS) NULL};
+#if defined(LH_WITH_WIDE)
+LH_WIDE_FILTERS(DECLARE_WIDE)
+static const lh_imu_filter *const WIDE_FILTERS[] = {LH_WIDE_FILTERS(ADDRESS_WIDE) NULL};
+#else
+static const lh_imu_filter *const WIDE_FILTERS[] = {NULL};
+#endif
+
+/* ---- Memory and words */
+
+typedef struct {
+    PyObject_HEAD
+    const void *filter;
+    void *raw, *memory;
+} Object;
+
+/* Memory for a filter; the object owns it. */
+static int allocate(Object *self, size_t size)
+{
+    self->raw = PyMem_Calloc(1, size + LINE);
+    if (!self->raw) {
+        PyErr_NoMemory();
+        return -1;
+    }
+    self->memory = (void *)(((uintptr_t)self->raw + LINE - 1) / LINE * LINE);
+    return 0;
+}
+
+static void deallocate(PyObject *object)
+{
+    PyTypeObject *type = Py_TYPE(object);
+    PyMem_Free(((Object *)object)->raw);
+    freefunc release = (freefunc)PyType_GetSlot(type, Py_tp_free);
+    release(object);
+    Py_DECREF(type);
+}
+
+/* The words in a bytes object of exactly so many. */
+static const lh_word *words(PyObject *bytes, ptrdiff_t count)
+{
+    char *data;
+    Py_ssize_t length;
+    if (PyBytes_AsStringAndSize(bytes, &data, &length) < 0) {
+        return NULL;
+    }
+    if (length != count * (Py_ssize_t)sizeof(lh_word)) {
+        PyErr_Format(PyExc_ValueError, "%zd bytes instead of %zd", length, count * (Py_ssize_t)sizeof(lh_word));
+        return NULL;
+    }
+    return (const lh_word *)data;
+}
+
+/* A new bytes object of so many words, and where they are. */
+static PyObject *empty_words(ptrdiff_t count, lh_word **at)
+{
+    PyObject *bytes = PyBytes_FromStringAndSize(NULL, count * (Py_ssize_t)sizeof(lh_word));
+    if (bytes) {
+        *at = (lh_word *)PyBytes_AsString(bytes);
+    }
+    return bytes;
+}
+
+static int counted(Py_ssize_t given, Py_ssize_t wanted)
+{
+    if (given != wanted) {
+        PyErr_Format(PyExc_TypeError, "%zd arguments instead of %zd", given, wanted);
+        return -1;
+    }
+    return 0;
+}
+
+static int number(PyObject *object, double *to)
+{
+    *to = PyFloat_AsDouble(object);
+    return *to == -1.0 && PyErr_Occurred() ? -1 : 0;
+}
+
+static int three(PyObject *object, double to[3])
+{
+    if (!PyTuple_Check(object) || PyTuple_Size(object) != 3) {
+        PyErr_SetString(PyExc_TypeError, "a tuple of three numbers is needed");
+        return -1;
+    }
+    for (Py_ssize_t k = 0; k < 3; k++) {
+        if (number(PyTuple_GetItem(object, k), to + k) < 0) {
+            return -1;
+        }
+    }
+    return 0;
+}
+
+static int interval(PyObject *object, double *dt)
+{
+    if (number(object, dt) < 0) {
+        return -1;
+    }
+    if (!(0.0 < *dt && *dt < LH_LONGEST)) {
+        PyErr_SetString(PyExc_ValueError, "dt");
+        return -1;
+    }
+    return 0;
+}
+
+static PyObject *numbers(const double *values, Py_ssize_t count)
+{
+    PyObject *tuple = PyTuple_New(count);
+    for (Py_ssize_t k = 0; tuple && k < count; k++) {
+        PyObject *value = PyFloat_FromDouble(values[k]);
+        if (!value) {
+            Py_DECREF(tuple);
+            return NULL;
+        }
+        PyTuple_SetItem(tuple, k, value);
+    }
+    return tuple;
+}
+
+/* ---- Arrays */
+
+#define MOST 16 /* arrays of one call */
+
+typedef struct {
+    Py_buffer views[MOST];
+    int count;
+} Arrays;
+
+static void release(Arrays *arrays)
+{
+    while (arrays->count > 0) {
+        PyBuffer_Release(&arrays->views[--arrays->count]);
+    }
+}
+
+/* The numbers of an array: so many (-1: any number), each of so many bytes. NULL and an error if they are not. */
+static void *array(Arrays *arrays, PyObject *object, Py_ssize_t count, Py_ssize_t bytes, int writable)
+{
+    Py_buffer *view = &arrays->views[arrays->count];
+    if (PyObject_GetBuffer(object, view, PyBUF_C_CONTIGUOUS | (writable ? PyBUF_WRITABLE : 0)) < 0) {
+        return NULL;
+    }
+    arrays->count++;
+    if (count >= 0 && view->len != count * bytes) {
+        PyErr_Format(PyExc_ValueError, "an array of %zd bytes instead of %zd", view->len, count * bytes);
+        return NULL;
+    }
+    return view->buf;
+}
+
+/* ---- A filter on an IMU */
+
+static PyObject *imu_new(PyTypeObject *type, PyObject *args, PyObject *keywords)
+{
+    const char *name;
+    PyObject *settings, *carry;
+    (void)keywords;
+    if (!PyArg_ParseTuple(args, "sOO", &name, &settings, &carry)) {
+        return NULL;
+    }
+    const lh_imu_filter *filter = NULL;
+    for (int i = 0; IMU_FILTERS[i]; i++) {
+        filter = strcmp(IMU_FILTERS[i]->name, name) == 0 ? IMU_FILTERS[i] : filter;
+    }
+    for (int i = 0; WIDE_FILTERS[i] && lh_wide(); i++) {
+        filter = strcmp(WIDE_FILTERS[i]->name, name) == 0 ? WIDE_FILTERS[i] : filter;
+    }
+    if (!filter) {
+        PyErr_SetString(PyExc_KeyError, name);
+        return NULL;
+    }
+    const lh_word *given = words(settings, filter->settings), *start = words(carry, filter->carry);
+    if (!given || !start) {
+        return NULL;
+    }
+    allocfunc alloc = (allocfunc)PyType_GetSlot(type, Py_tp_alloc);
+    Object *self = (Object *)alloc(type, 0);
+    if (!self || allocate(self, filter->size) < 0) {
+        Py_XDECREF((PyObject *)self);
+        return NULL;
+    }
+    self->filter = filter;
+    filter->begin(self->memory, given);
+    filter->set_carry(self->memory, start);
+    return (PyObject *)self;
+}
+
+static PyObject *imu_set_settings(PyObject *object, PyObject *bytes)
+{
+    const Object *self = (Object *)object;
+    const lh_imu_filter *filter = self->filter;
+    const lh_word *given = words(bytes, filter->settings);
+    if (!given) {
+        return NULL;
+    }
+    filter->set_settings(self->memory, given);
+    Py_RETURN_NONE;
+}
+
+static PyObject *imu_set_carry(PyObject *object, PyObject *bytes)
+{
+    const Object *self = (Object *)object;
+    const lh_imu_filter *filter = self->filter;
+    const lh_word *given = words(bytes, filter->carry);
+    if (!given) {
+        return NULL;
+    }
+    filter->set_carry(self->memory, given);
+    Py_RETURN_NONE;
+}
+
+static PyObject *imu_carry(PyObject *object, PyObject *unused)
+{
+    const Object *self = (Object *)object;
+    const lh_imu_filter *filter = self->filter;
+    lh_word *to;
+    PyObject *bytes = empty_words(filter->carry, &to);
+    (void)unused;
+    if (bytes) {
+        filter->get_carry(self->memory, to);
+    }
+    return bytes;
+}
+
+/* One sample, a batch of one row; the orientation after it. */
+static PyObject *imu_sample(const Object *self, const double *gyr, const double *acc, const double *mag, double dt)
+{
+    double quat[4], bias[3], sigma[3];
+    uint32_t health;
+    const lh_rows row = {.t = &dt, .gyr = gyr, .acc = acc, .mag = mag,
+                         .quat = quat, .bias = bias, .sigma = sigma, .health = &health};
+    ((const lh_imu_filter *)self->filter)->run(self->memory, 1, 0.0, &row);
+    return numbers(quat, 4);
+}
+
+static PyObject *imu_tick(PyObject *object, PyObject *const *args, Py_ssize_t count)
+{
+    double gyr[3], acc[3], dt;
+    if (counted(count, 3) < 0 || three(args[0], gyr) < 0 || three(args[1], acc) < 0 || interval(args[2], &dt) < 0) {
+        return NULL;
+    }
+    return imu_sample((const Object *)object, gyr, acc, NULL, dt);
+}
+
+static PyObject *imu_tick_mag(PyObject *object, PyObject *const *args, Py_ssize_t count)
+{
+    double gyr[3], acc[3], mag[3], dt;
+    if (counted(count, 4) < 0 || three(args[0], gyr) < 0 || three(args[1], acc) < 0 || three(args[2], mag) < 0
+        || interval(args[3], &dt) < 0) {
+        return NULL;
+    }
+    return imu_sample((const Object *)object, gyr, acc, mag, dt);
+}
+
+static PyObject *imu_tick_aid(PyObject *object, PyObject *const *args, Py_ssize_t count)
+{
+    const Object *self = (Object *)object;
+    const lh_imu_filter *filter = self->filter;
+    double value, sigma, age;
+    if (counted(count, 4) < 0 || number(args[1], &value) < 0 || number(args[2], &sigma) < 0
+        || number(args[3], &age) < 0) {
+        return NULL;
+    }
+    const long row = PyLong_AsLong(args[0]);
+    if (row == -1 && PyErr_Occurred()) {
+        return NULL;
+    }
+    if (!filter->aid || row < 0) {
+        PyErr_Format(PyExc_ValueError, "%s takes no row %ld", filter->name, row);
+        return NULL;
+    }
+    filter->aid(self->memory, (int32_t)row, value, sigma, age);
+    Py_RETURN_NONE;
+}
+
+static PyObject *imu_report(PyObject *object, PyObject *unused)
+{
+    const Object *self = (Object *)object;
+    double said[11];
+    (void)unused;
+    ((const lh_imu_filter *)self->filter)->report(self->memory, said);
+    return numbers(said, 11);
+}
+
+#define DOUBLES(name, k) (rows.name = array(&arrays, args[at++], (k) * count, sizeof(double), 0))
+#define WHOLES(name, k) (rows.name = array(&arrays, args[at++], (k), sizeof(int64_t), 0))
+#define RESULTS(name, k) (rows.name = array(&arrays, args[at++], (k) * count, sizeof *rows.name, 1))
+
+/* run(last, t, gyr, acc, mag, quat, bias, sigma, health), or with first, row, value, deviation, age behind mag and
+ * places at the end. */
+static PyObject *imu_run(PyObject *object, PyObject *const *args, Py_ssize_t given)
+{
+    const Object *self = (Object *)object;
+    const lh_imu_filter *filter = self->filter;
+    const int aided = given == 15;
+    Arrays arrays = {.count = 0};
+    lh_rows rows = {0};
+    double last;
+    int at = 1;
+    if ((aided && !filter->aid) || (!aided && counted(given, 9) < 0) || number(args[0], &last) < 0) {
+        return PyErr_Occurred() ? NULL : PyErr_Format(PyExc_ValueError, "%s takes no aiding", filter->name);
+    }
+    rows.t = array(&arrays, args[at++], -1, sizeof(double), 0);
+    const Py_ssize_t count = arrays.count ? arrays.views[0].len / (Py_ssize_t)sizeof(double) : 0;
+    int good = rows.t && DOUBLES(gyr, 3) && DOUBLES(acc, 3);
+    if (good) {
+        const void *mag = array(&arrays, args[at++], -1, sizeof(double), 0);
+        good = mag != NULL;
+        if (good && arrays.views[arrays.count - 1].len > 0) {
+            good = arrays.views[arrays.count - 1].len == 3 * count * (Py_ssize_t)sizeof(double);
+            rows.mag = mag;
+            if (!good) {
+                PyErr_SetString(PyExc_ValueError, "mag has another length than t");
+            }
+        }
+    }
+    if (good && aided) {
+        good = WHOLES(first, count + 1) != NULL;
+        const Py_ssize_t seen = good ? (Py_ssize_t)rows.first[count] : 0;
+        good = good && WHOLES(row, seen) && (rows.value = array(&arrays, args[at++], seen, sizeof(double), 0))
+            && (rows.deviation = array(&arrays, args[at++], seen, sizeof(double), 0))
+            && (rows.age = array(&arrays, args[at++], seen, sizeof(double), 0));
+    }
+    good = good && RESULTS(quat, 4) && RESULTS(bias, 3) && RESULTS(sigma, 3) && RESULTS(health, 1)
+        && (!aided || RESULTS(places, 12));
+    if (good) {
+        Py_BEGIN_ALLOW_THREADS
+        filter->run(self->memory, count, last, &rows);
+        Py_END_ALLOW_THREADS
+    }
+    release(&arrays);
+    if (!good) {
+        return NULL;
+    }
+    Py_RETURN_NONE;
+}
+
+static PyMethodDef imu_methods[] = {
+    {"set_params", imu_set_settings, METH_O, NULL},
+    {"set_state", imu_set_carry, METH_O, NULL},
+    {"state", imu_carry, METH_NOARGS, NULL},
+    {"tick", (PyCFunction)(void (*)(void))imu_tick, METH_FASTCALL, NULL},
+    {"tick_mag", (PyCFunction)(void (*)(void))imu_tick_mag, METH_FASTCALL, NULL},
+    {"tick_aid", (PyCFunction)(void (*)(void))imu_tick_aid, METH_FASTCALL, NULL},
+    {"report", imu_report, METH_NOARGS, NULL},
+    {"run", (PyCFunction)(void (*)(void))imu_run, METH_FASTCALL, NULL},
+    {NULL, NULL, 0, NULL},
+};
+
+static PyType_Slot imu_slots[] = {
+    {Py_tp_new, imu_new},
+    {Py_tp_dealloc, deallocate},
+    {Py_tp_methods, imu_methods},
+    {0, NULL},
+};
+
+static PyType_Spec imu_spec = {
+    .name = "levelhead.engine._native.Imu",
+    .basicsize = sizeof(Object),
+    .flags = Py_TPFLAGS_DEFAULT,
+    .slots = imu_slots,
+};
+
+/* ---- A filter on one level and its rate */
+
+static PyObject *axis_new(PyTypeObject *type, PyObject *args, PyObject *keywords)
+{
+    const char *name;
+    PyObject *params, *state;
+    (void)keywords;
+    if (!PyArg_ParseTuple(args, "sOO", &name, &params, &state)) {
+        return NULL;
+    }
+    const lh_axis_filter *filter = NULL;
+    for (int i = 0; AXIS_FILTERS[i]; i++) {
+        filter = strcmp(AXIS_FILTERS[i]->name, name) == 0 ? AXIS_FILTERS[i] : filter;
+    }
+    if (!filter) {
+        PyErr_SetString(PyExc_KeyError, name);
+        return NULL;
+    }
+    const lh_word *given = words(params, filter->params), *start = words(state, filter->state);
+    if (!given || !start) {
+        return NULL;
+    }
+    allocfunc alloc = (allocfunc)PyType_GetSlot(type, Py_tp_alloc);
+    Object *self = (Object *)alloc(type, 0);
+    if (!self || allocate(self, filter->size) < 0) {
+        Py_XDECREF((PyObject *)self);
+        return NULL;
+    }
+    self->filter = filter;
+    filter->set_params(self->memory, given);
+    filter->set_state(self->memory, start);
+    return (PyObject *)self;
+}
+
+static PyObject *axis_set_params(PyObject *object, PyObject *bytes)
+{
+    const Object *self = (Object *)object;
+    const lh_axis_filter *filter = self->filter;
+    const lh_word *given = words(bytes, filter->params);
+    if (!given) {
+        return NULL;
+    }
+    filter->set_params(self->memory, given);
+    Py_RETURN_NONE;
+}
+
+static PyObject *axis_set_state(PyObject *object, PyObject *bytes)
+{
+    const Object *self = (Object *)object;
+    const lh_axis_filter *filter = self->filter;
+    const lh_word *given = words(bytes, filter->state);
+    if (!given) {
+        return NULL;
+    }
+    filter->set_state(self->memory, given);
+    Py_RETURN_NONE;
+}
+
+static PyObject *axis_state(PyObject *object, PyObject *unused)
+{
+    const Object *self = (Object *)object;
+    const lh_axis_filter *filter = self->filter;
+    lh_word *to;
+    PyObject *bytes = empty_words(filter->state, &to);
+    (void)unused;
+    if (bytes) {
+        filter->get_state(self->memory, to);
+    }
+    return bytes;
+}
+
+/* tick(period, level, rate, dt) */
+static PyObject *axis_tick(PyObject *object, PyObject *const *args, Py_ssize_t count)
+{
+    const Object *self = (Object *)object;
+    double period, level, rate, dt;
+    if (counted(count, 4) < 0 || number(args[0], &period) < 0 || number(args[1], &level) < 0
+        || number(args[2], &rate) < 0 || interval(args[3], &dt) < 0) {
+        return NULL;
+    }
+    if (!(level - level == 0.0 && rate - rate == 0.0)) {
+        PyErr_SetString(PyExc_ValueError, "level or rate");
+        return NULL;
+    }
+    return PyFloat_FromDouble(((const lh_axis_filter *)self->filter)->tick(self->memory, period, level, rate, dt));
+}
+
+/* run(t, level, rate, period, report) */
+static PyObject *axis_run(PyObject *object, PyObject *const *args, Py_ssize_t given)
+{
+    const Object *self = (Object *)object;
+    const lh_axis_filter *filter = self->filter;
+    Arrays arrays = {.count = 0};
+    double period;
+    if (counted(given, 5) < 0 || number(args[3], &period) < 0) {
+        return NULL;
+    }
+    const double *level = NULL, *rate = NULL, *t = array(&arrays, args[0], -1, sizeof(double), 0);
+    double *report = NULL;
+    const Py_ssize_t count = arrays.count ? arrays.views[0].len / (Py_ssize_t)sizeof(double) : 0;
+    const int good = t && (level = array(&arrays, args[1], count, sizeof(double), 0))
+        && (rate = array(&arrays, args[2], count, sizeof(double), 0))
+        && (report = array(&arrays, args[4], count * filter->report, sizeof(double), 1));
+    if (good && count > 0) {
+        Py_BEGIN_ALLOW_THREADS
+        filter->run(self->memory, count, t, level, rate, period, report);
+        Py_END_ALLOW_THREADS
+    }
+    release(&arrays);
+    if (!good) {
+        return NULL;
+    }
+    Py_RETURN_NONE;
+}
+
+static PyMethodDef axis_methods[] = {
+    {"set_params", axis_set_params, METH_O, NULL},
+    {"set_state", axis_set_state, METH_O, NULL},
+    {"state", axis_state, METH_NOARGS, NULL},
+    {"tick", (PyCFunction)(void (*)(void))axis_tick, METH_FASTCALL, NULL},
+    {"run", (PyCFunction)(void (*)(void))axis_run, METH_FASTCALL, NULL},
+    {NULL, NULL, 0, NULL},
+};
+
+static PyType_Slot axis_slots[] = {
+    {Py_tp_new, axis_new},
+    {Py_tp_dealloc, deallocate},
+    {Py_tp_methods, axis_methods},
+    {0, NULL},
+};
+
+static PyType_Spec axis_spec = {
+    .name = "levelhead.engine._native.Axis",
+    .basicsize = sizeof(Object),
+    .flags = Py_TPFLAGS_DEFAULT,
+    .slots = axis_slots,
+};
+
+/* ---- The module */
+
+/* Adds name -> (files, digest, formats of parameters and of state) to a dictionary. */
+#define ADD(to, filter, params, state) \
+    add(to, (filter)->name, Py_BuildValue("(ssss)", (filter)->files, (filter)->digest, (filter)->params, (filter)->state))
+static int add(PyObject *to, const char *name, PyObject *entry)
+{
+    const int done = entry ? PyDict_SetItemString(to, name, entry) : -1;
+    Py_XDECREF(entry);
+    return done;
+}
+
+static int execute(PyObject *module)
+{
+    PyObject *imu = PyDict_New(), *axis = PyDict_New();
+    int good = imu && axis;
+    for (int i = 0; good && IMU_FILTERS[i]; i++) {
+        good = ADD(imu, IMU_FILTERS[i], settings_format, carry_format) == 0;
+    }
+    for (int i = 0; good && AXIS_FILTERS[i]; i++) {
+        good = ADD(axis, AXIS_FILTERS[i], params_format, state_format) == 0;
+    }
+    good = good && PyModule_AddObjectRef(module, "IMU_FILTERS", imu) == 0
+        && PyModule_AddObjectRef(module, "AXIS_FILTERS", axis) == 0;
+    PyObject *types[2] = {PyType_FromSpec(&imu_spec), PyType_FromSpec(&axis_spec)};
+    good = good && types[0] && PyModule_AddObjectRef(module, "Imu", types[0]) == 0;
+    good = good && types[1] && PyModule_AddObjectRef(module, "Axis", types[1]) == 0;
+    Py_XDECREF(types[0]);
+    Py_XDECREF(types[1]);
+    Py_XDECREF(imu);
+    Py_XDECREF(axis);
+    return good ? 0 : -1;
+}
+
+static PyModuleDef_Slot module_slots[] = {
+    {Py_mod_exec, execute},
+    {0, NULL},
+};
+
+static PyModuleDef definition = {
+    PyModuleDef_HEAD_INIT,
+    .m_name = "_native",
+    .m_doc = "The filters of the house, compiled when the package was built.",
+    .m_size = 0,
+    .m_slots = module_slots,
+};
+
+PyMODINIT_FUNC PyInit__native(void)
+{
+    return PyModuleDef_Init(&definition);
+}

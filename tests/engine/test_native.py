@@ -1,0 +1,88 @@
+"""The native engine: which filters have it, what happens when sources change, and what its objects refuse."""
+
+import logging
+
+import numpy as np
+import pytest
+from tests.reference.engines import NATIVE
+from tests.reference.hard import assert_same, hard_recording
+
+import levelhead as lh
+from levelhead import filters
+from levelhead.engine import binding, native
+
+pytestmark = list(NATIVE.marks)
+
+
+def test_every_filter_of_the_house_has_it():
+    for flt in filters.ALL:
+        assert native.has_imu(flt, True) and native.has_imu(flt, False)
+        assert native.has_axis(flt) == (flt.axis is not None)
+    other = filters.find("EKF")._replace(step=filters.find("Mahony").step)
+    assert not native.has_imu(other, True), "another filter of the same name is not the one that was compiled"
+
+
+@pytest.fixture
+def _changed(monkeypatch):
+    """A file of the EKF is not what it was when the extension was built."""
+    before = native._file_digest
+    monkeypatch.setattr(native, "_file_digest", lambda name: b"changed" if "mekf" in name else before(name))
+    for remembered in (native._made, native._warn_stale):
+        remembered.cache_clear()
+    yield
+    for remembered in (native._made, native._warn_stale):
+        remembered.cache_clear()
+
+
+@pytest.mark.usefixtures("_changed")
+def test_changed_sources_never_run_old_code(caplog):
+    recording = hard_recording(False)
+    with caplog.at_level(logging.WARNING, "levelhead"):
+        assert not native.has_imu(filters.find("EKF"), True)
+        assert native.has_imu(filters.find("Mahony"), True)
+        assert not native.up_to_date()
+        assert_same(lh.fuse(recording[:50], lh.EKF()), lh.fuse(recording[:50], lh.EKF(), engine="python"))
+    assert [record.getMessage().count("make native") for record in caplog.records] == [1]
+    with pytest.raises(lh.LevelheadError, match="no native engine"):
+        lh.fuse(recording, lh.EKF(), engine="native")
+
+
+def test_without_numba(monkeypatch):
+    monkeypatch.setattr(binding, "numba_installed", lambda: False)
+    assert binding.choose_engine("auto", 10_000_000) == "python"
+    with pytest.raises(lh.LevelheadError, match=r"needs Numba: pip install 'levelhead\[numba\]'"):
+        lh.fuse(hard_recording(False), lh.EKF(), engine="compiled")
+
+
+def test_pressure_and_gnss():
+    recording = lh.simulate.recording("ICM-20948", "walking", duration=20, seed=3)
+    stamps = recording.t[5::20] - 0.003
+    gnss = lh.Gnss(stamps, position=np.cumsum(np.full((len(stamps), 3), 0.1), axis=0), sigma_position=2.0)
+    recording = lh.Recording(recording.t, recording.gyr, recording.acc, recording.mag, gnss=gnss)
+    found = [lh.fuse(recording, lh.ESKF(), engine=engine) for engine in ("python", "native")]
+    assert_same(*found)
+    np.testing.assert_array_equal(found[0].position, found[1].position)
+    np.testing.assert_array_equal(found[0].sigma_velocity, found[1].sigma_velocity)
+
+
+def test_objects_of_the_extension_refuse_what_does_not_fit():
+    module = native.extension()
+    with pytest.raises(KeyError):
+        module.Imu("Nothing", b"", b"")
+    with pytest.raises(ValueError, match="bytes instead of"):
+        module.Imu("EKF", b"", b"")
+    loop = lh.Stream(lh.EKF(), engine="native")._loop
+    for wrong in ((0.0, 0.0), [0.0, 0.0, 9.8], ("a", 0.0, 0.0)):
+        with pytest.raises(TypeError):
+            loop.tick(loop.place, wrong, (0.0, 0.0, 9.8), 0.01)
+    for dt in (0.0, -1.0, float("nan"), float("inf")):
+        with pytest.raises(ValueError, match="dt"):
+            loop.tick(loop.place, (0.0, 0.0, 0.0), (0.0, 0.0, 9.8), dt)
+    short = np.zeros(2)
+    outs = [np.zeros(4), np.zeros(3), np.zeros(3), np.zeros(1, np.uint32)]
+    with pytest.raises(ValueError, match="an array of 16 bytes instead of 24"):
+        loop.place.run(0.0, np.ones(1), short, np.zeros(3), np.zeros(0), *outs)
+    with pytest.raises(ValueError, match="mag"):
+        loop.place.run(0.0, np.ones(1), np.zeros(3), np.zeros(3), short, *outs)
+    with pytest.raises(ValueError, match="takes no row"):
+        loop.place.tick_aid(0, 1.0, 1.0, 0.0)

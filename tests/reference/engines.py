@@ -1,0 +1,15 @@
+"""The engines as a test's parameters: native where it was built, from the sources as they are."""
+
+import pytest
+
+from levelhead.engine import native
+
+PYTHON = "python"
+NATIVE = pytest.param(
+    "native",
+    marks=pytest.mark.skipif(not native.up_to_date(), reason="no native engine of these sources: make native"),
+)
+COMPILED = pytest.param("compiled", marks=pytest.mark.compiled)
+ENGINES = [PYTHON, NATIVE, COMPILED]
+EVERY_ENGINE = pytest.mark.parametrize("engine", ENGINES)
+MACHINE_CODE = pytest.mark.parametrize("engine", [NATIVE, COMPILED])
