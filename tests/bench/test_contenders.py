@@ -25,6 +25,7 @@ def orientation(contender: contenders.Contender, recording: Recording) -> np.nda
         return np.asarray(contender.run(recording))[SETTLED:]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("heading", range(20, 380, 45))
 def test_inclination_and_heading_in_all_octants(contender, heading):
     recording = headed(heading, rotation=4.0 if contender.name == "ahrs.Complementary" else 20.0)

@@ -8,6 +8,7 @@ from levelhead.bench.speed import batch, live, speed
 from levelhead.bench.timing import Case, Timing, machine, time_interleaved
 
 
+@pytest.mark.slow
 def test_cases_run_in_turn_and_the_first_run_does_not_count():
     calls, fractions = [], []
     cases = [Case(name, lambda name=name: calls.append(name), 10) for name in "ab"]

@@ -93,6 +93,7 @@ def test_refused(refused, tmp_path, words, said):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_what_a_run_learned_goes_to_the_board(levelhead, refused, tmp_path):
     """The file of `fuse --save-calibration`: a prior for the filter that learned it, a calibration for others."""
     recording = simulate.recording("ICM-20948", "hand", duration=8.0)

@@ -22,6 +22,7 @@ def table(path: Path) -> tuple[str, np.ndarray]:
     return head, np.loadtxt(path, delimiter=",", skiprows=1)
 
 
+@pytest.mark.slow
 def test_track_picture_and_summary(levelhead, logs, tmp_path):
     said = levelhead("fuse", logs / "hand.csv", "-o", tmp_path / "new" / "folder")
     assert (said.code, said.err) == (0, "")
@@ -210,6 +211,7 @@ def test_without_matplotlib_the_track_is_written_all_the_same(levelhead, logs, t
     assert [path.name for path in tmp_path.iterdir()] == ["hand-track.csv"]
 
 
+@pytest.mark.slow
 def test_one_sample_is_enough(levelhead, logs, tmp_path):
     (tmp_path / "one.csv").write_text("\n".join((logs / "plain.csv").read_text("utf-8").splitlines()[:2]), "utf-8")
     said = levelhead("fuse", tmp_path / "one.csv", "-o", tmp_path)

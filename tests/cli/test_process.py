@@ -28,6 +28,7 @@ def test_help_imports_nothing_heavy():
     assert imported("--help").isdisjoint(HEAVY | {"numpy"})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("flt", ["Kalman", "Complementary"])
 def test_a_minute_without_a_picture_imports_nothing_heavy(tmp_path, flt):
     from levelhead import simulate
@@ -85,6 +86,7 @@ def test_a_pipe_that_knows_no_sigma(logs, tmp_path):
     assert (done.returncode, done.stderr) == (0, "") and "largest tilt" in done.stdout
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="needs the pipes and devices of Unix")
 @pytest.mark.parametrize("unbuffered", ["", "1"])
 def test_a_reader_that_has_seen_enough(unbuffered):
@@ -114,6 +116,7 @@ def watch(terminal: int, *words: bytes) -> None:
         seen += os.read(terminal, 4096)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="needs a pseudo-terminal")
 def test_a_bar_on_a_terminal_and_json_alone_beside_it():
     import json

@@ -40,6 +40,7 @@ def test_demo_full_as_json_is_json_alone(levelhead, tmp_path):
     assert max(fused) < min(liars)
 
 
+@pytest.mark.slow
 def test_compare_a_log(levelhead, logs, tmp_path):
     said = levelhead("compare", logs / "hand.csv", "-o", tmp_path)
     assert (said.code, said.err) == (0, "")
@@ -63,6 +64,7 @@ def test_compare_without_truth_says_so(levelhead, logs):
     assert "No true orientation" in said.json["notes"][0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("what", ["lesson", "hard", "hand", "still"])
 def test_compare_a_simulation(levelhead, what):
     said = levelhead("compare", "--simulate", what, "-f", "AccelTilt", "--json")

@@ -33,7 +33,7 @@ def there(compiler):
 
 @EVERY
 @COMPILER
-@pytest.mark.parametrize("guard", [lh.Guard(), None], ids=["guarded", "alone"])
+@pytest.mark.parametrize("guard", [lh.Guard(), pytest.param(None, marks=pytest.mark.full)], ids=["guarded", "alone"])
 def test_hard_recordings(flt, compiler, level, guard):
     there(compiler)
     if guard is None and compiler == "clang":
@@ -75,6 +75,7 @@ def test_the_lesson_in_88_bytes():
     assert c_engine.built(Choice(lh.Kalman(), axis=True, real="float")).size == 44
 
 
+@pytest.mark.full
 @EVERY
 @pytest.mark.parametrize("trial", REAL, ids=lambda name: f"BROAD {name[:2]}")
 def test_real_recordings(flt, trial, data_dir):

@@ -19,7 +19,7 @@ EVERY = pytest.mark.parametrize("flt", filters.ALL, ids=lambda f: f.name)
 @pytest.mark.compiled
 @GCC
 @EVERY
-@pytest.mark.parametrize("real", ["double", "float"])
+@pytest.mark.parametrize("real", [pytest.param("double", marks=pytest.mark.full), "float"])
 def test_it_passes(flt, real, tmp_path):
     choice = Choice(flt.params(), real=real)
     write(choice, tmp_path)

@@ -120,6 +120,7 @@ def test_the_self_test_passes(learned, real, tmp_path):
         assert code == 0 and said.startswith(f"{choice.name}: all 96 samples are right"), said
 
 
+@pytest.mark.slow
 def test_what_the_header_says(learned):
     header = files(Choice(lh.ESKF(), prior=learned, axes=AXES))["lh_eskf.h"]
     for words in (

@@ -143,6 +143,7 @@ def test_coasts_through_a_gap_and_says_so(flt):
         assert track.sigma[200, 2] > track.sigma[199, 2], "nothing corrects heading: its doubt grows with time"
 
 
+@pytest.mark.slow
 @CORRECTING
 @pytest.mark.parametrize("jump", [2.0, 60.0, 3e7], ids=["2 s", "a minute", "a year"])
 def test_a_jump_in_time_teaches_nothing_and_is_left_behind(flt, jump):

@@ -34,6 +34,7 @@ def tilt_between(a, b):
     return np.degrees(2.0 * np.arcsin(np.clip(0.5 * np.linalg.norm(one - two, axis=1), 0.0, 1.0)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("wild", [False, True], ids=["motion", "faults"])
 def test_it_is_the_textbook_with_full_matrices(seed, wild):

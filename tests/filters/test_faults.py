@@ -243,8 +243,8 @@ def test_a_gyroscope_at_its_known_full_scale(flt):
     said = np.flatnonzero(track.health & health.GYR_SATURATED)
     assert set(clipped) <= set(said)
     assert (np.abs(readings[1][said]).max(axis=1) > 0.996 * full).all()
-    silent = lh.fuse(recording, flt.params(), guard=None, engine="compiled")
-    assert (track.sigma[clipped[-1], :2] > silent.sigma[clipped[-1], :2]).all()
+    silent = lh.fuse(recording[: clipped[-1] + 1], flt.params(), guard=None, engine="python")  # nothing to compile
+    assert (track.sigma[clipped[-1], :2] > silent.sigma[-1, :2]).all()
     forgotten(flt, track, true, END)
 
 

@@ -157,6 +157,7 @@ def test_heading_is_pulled_to_north_in_every_octant(params, yaw, tilted):
     assert np.degrees(error[-1].magnitude()) < 0.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("params", [lh.Madgwick(zeta=0.01), lh.Mahony(), lh.Mahony(whole_field=True)], ids=repr)
 @pytest.mark.parametrize("dt", [1e-9, 1e-4, 0.5, 0.6, 1e3, 1e9])
 def test_any_interval_is_sound(params, dt):

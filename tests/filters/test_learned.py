@@ -7,6 +7,7 @@ import levelhead as lh
 from levelhead.filters import ESKF
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("guard", [lh.Guard(), None], ids=["guarded", "alone"])
 def test_the_bias_is_the_whole_bias(guard):
     """Also that part of it which the guard could have read off at rest: this filter is left to learn it."""

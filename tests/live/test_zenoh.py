@@ -81,6 +81,7 @@ def test_three_lines_in_another_process_and_who_comes_late_gets_the_last(endpoin
     bus.close()
 
 
+@pytest.mark.slow
 def test_a_subscriber_that_is_killed_or_stopped_does_not_hold_up_the_node(endpoint):
     """One is killed, one is stopped in the middle: publishing goes on at once, and a third one gets everything."""
     bus = bus_of(endpoint)

@@ -315,6 +315,7 @@ def survives(path: Path) -> None:
         assert "\n" not in str(error) and len(str(error)) < 1000
 
 
+@pytest.mark.slow
 @settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.one_of(st.binary(max_size=300), st.text(max_size=300).map(lambda s: s.encode("utf-8", "surrogatepass"))))
 def test_any_bytes_give_a_recording_or_a_sentence(tmp_path: Path, content: bytes) -> None:
@@ -323,6 +324,7 @@ def test_any_bytes_give_a_recording_or_a_sentence(tmp_path: Path, content: bytes
     survives(path)
 
 
+@pytest.mark.slow
 @settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     st.sampled_from(HEADERS), st.lists(st.lists(CELL, min_size=6, max_size=8), max_size=12),
