@@ -17,11 +17,11 @@ The conventions, which hold everywhere:
 * ``acc`` is **specific force** in m/s²: a level sensor at rest reads (0, 0, +9.81). ``gyr`` is in rad/s, ``mag`` in µT,
   ``t`` in seconds.
 * ``dt`` is always an argument; nothing is measured in sample counts.
-* NED, xyzw and degrees exist at the edges only: ``Track.as_rotation``, ``Track.euler``, printing, plots. Parameters say
-  their own unit.
-* A missing reading is NaN in a Recording and is never filled in silently: ``Track.health`` says what was done.
+* NED, xyzw and degrees exist at the edges only: ``Track.as_rotation``, ``Track.euler``, printing, plots. Each
+  parameter has its own unit.
+* A missing reading is NaN in a Recording and is never filled in silently: ``Track.health`` has the measures taken.
 
-Everything that can be put right by the user raises ``LevelheadError`` with one sentence that says how.
+An error that the user can correct raises ``LevelheadError`` with one sentence: the fault, the place, the remedy.
 """
 
 import importlib
@@ -64,7 +64,7 @@ if TYPE_CHECKING:
 
 __version__ = VERSION
 
-# Imported at first use: `import levelhead` costs nothing, and nobody waits for what he does not use.
+# Imported at first use: `import levelhead` costs nothing, and an unused part takes no time.
 _HOMES = {
     "levelhead.calibration": ("Calibration",),
     "levelhead.engine": (

@@ -1,4 +1,4 @@
-"""A Recording: what the sensors said, in SI units, checked once, here, and frozen."""
+"""A Recording: the readings of the sensors in SI units, checked once, here, and frozen."""
 
 import math
 from collections.abc import Mapping
@@ -92,7 +92,7 @@ def time_array(t: ArrayLike, name: str = "t") -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Truth:
-    """What a reference (optical, simulated) says about the same samples; NaN where it was blind.
+    """Reference (optical, simulated) for the same samples; NaN where it has no value.
 
     Attributes:
         quat: (n, 4) orientation wxyz, sensor frame to earth frame.
@@ -127,7 +127,7 @@ class Truth:
             raise LevelheadError(
                 f"truth.quat has norm {norm[row]:.3g} at row {row}; expected 1 (NaN marks a missing one)"
             )
-        if (np.abs(norm - 1.0) > 1e-12).any():  # what is unit already keeps its bits
+        if (np.abs(norm - 1.0) > 1e-12).any():  # a unit quaternion keeps its bits
             quat = quat / norm[:, None]
             quat.flags.writeable = False
         object.__setattr__(self, "quat", quat)
@@ -164,7 +164,7 @@ def _deviation(name: str, sigma: ArrayLike, shape: tuple[int, ...], unit: str) -
 
 @dataclass(frozen=True, eq=False)
 class Pressure:
-    """What a barometer said, on the clock of the recording, with stamps of its own.
+    """Readings of a barometer, on the clock of the recording, with stamps of its own.
 
     Attributes:
         t: (n,) s, strictly increasing.
@@ -205,7 +205,7 @@ class Pressure:
 
 @dataclass(frozen=True, eq=False)
 class Gnss:
-    """What a satellite receiver said, on the clock of the recording, with stamps of its own.
+    """Readings of a satellite receiver, on the clock of the recording, with stamps of its own.
 
     The earth frame is that of the orientation: x east, y magnetic north, z up (``turned`` turns true to magnetic
     north); where its origin lies is the caller's choice.
@@ -274,7 +274,7 @@ class Recording:
         acc: (n, 3) specific force in m/s² (level at rest: 0, 0, +9.81); a NaN row is a missing sample.
         mag: (n, 3) magnetic field in µT, or None; NaN rows where a slower magnetometer gave nothing.
         truth: reference orientation, or None.
-        meta: where it came from and what the reader concluded ("source", "notes", …).
+        meta: its source and the reader's conclusions ("source", "notes", …).
         pressure: a barometer beside it, or None.
         gnss: a satellite receiver beside it, or None.
 

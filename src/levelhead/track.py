@@ -1,4 +1,4 @@
-"""A Track: what a filter says, sample by sample, with its own doubt."""
+"""A Track: the result of a filter for every sample, with its σ."""
 
 from dataclasses import dataclass, field, replace
 from math import cos, pi, radians, sin
@@ -41,10 +41,10 @@ class Track:
         quat: (n, 4) unit quaternions wxyz that turn sensor-frame vectors into the earth frame (x east, y north, z up).
         bias: (n, 3) estimated gyroscope bias in rad/s, or None if the filter estimates none.
         sigma: (n, 3) 1σ of the attitude error about east, north and up in rad, or None if nothing is known about it.
-        health: (n,) bits of ``levelhead.filters.health``: what was wrong with a sample and what was done about it.
+        health: (n,) bits of ``levelhead.filters.health``: the faults of a sample and the measures taken.
         params: the Params object that made it.
         declination: rad, positive east, by which heading was turned from magnetic to true north; None: it was not.
-        calibration: what the filter has learned of its sensor by the end; None if it learns nothing.
+        calibration: the filter's estimate of its sensor's errors at the end; None if it estimates none.
         position: (n, 3) m, earth frame: from where position or height was first seen, or where GNSS has its origin;
             None if nothing of position or velocity was seen.
         velocity: (n, 3) m/s, earth frame, likewise.
@@ -176,7 +176,7 @@ class Track:
             swap = Rotation.from_matrix([[0, 1, 0], [1, 0, 0], [0, 0, -1]])
             flip = Rotation.from_matrix([[1, 0, 0], [0, -1, 0], [0, 0, -1]])
             return swap * rotation * flip
-        raise LevelheadError(f"'{frame}' is not an earth frame that levelhead knows; {nearest(frame, ['ENU', 'NED'])}")
+        raise LevelheadError(f"'{frame}' is not an earth frame; {nearest(frame, ['ENU', 'NED'])}")
 
     def __repr__(self) -> str:
         flagged = int(np.count_nonzero(self.health & np.uint32(FAULTS)))

@@ -66,7 +66,7 @@ FACTORS: dict[str, dict[str, float]] = {
 }
 
 
-USUAL = {  # what an error suggests
+USUAL = {  # suggestions in an error
     "time": ["s", "ms", "us", "ns"],
     "gyr": ["rad/s", "deg/s", "dps", "mdps"],
     "acc": ["m/s²", "g", "mg"],
@@ -84,7 +84,7 @@ def _plain(unit: str) -> str:
 def find(quantity: str, unit: str) -> float | None:
     """The factor from ``unit`` to SI for "time", "gyr", "acc", "mag" or "angle"; None if it is none of theirs.
 
-    Case counts only where it tells units apart (mT and MT do not both exist; mG and MG neither), so any case is taken.
+    Case counts only where it distinguishes units (mT and MT do not both exist), so any case is accepted.
     """
     table = {_plain(name): factor for name, factor in FACTORS[quantity].items()}
     plain = _plain(unit)

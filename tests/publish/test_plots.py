@@ -206,5 +206,5 @@ def test_the_learned_picture(tmp_path, mag):
     asked = 19 if mag else 15
     known = sum(int(getattr(course.known[-1], name).known.sum()) for name in ("gyr_matrix", "gyr_bias", "acc_bias"))
     known += 0 if mag is None else int(course.known[-1].mag_offset.known.sum() + course.known[-1].mag_delay.known[0])
-    assert _learned_finding(course) == f"{known} of the sensor's {asked} numbers have been learned from this motion"
+    assert _learned_finding(course) == f"{known} of the sensor's {asked} errors are known from this motion"
     calibration_picture(calibration_history(rec[:1], ESKF(scale_start=0.0, acc_bias=0.0)), tmp_path / "one.svg")

@@ -23,7 +23,7 @@ from levelhead.bench.timing import Progress, machine
 from levelhead.evaluate.text_table import Cell, Column, plain_table
 from levelhead.recording import Array, Recording
 
-# What stands behind the groups: key, title, which figure, and what is made of it over the recordings.
+# Overall columns right of the groups: key, title, error, and its statistic over the recordings.
 OVERALL = {
     True: (
         ("total", "total", "mean"),
@@ -56,14 +56,14 @@ class Task(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """What came of it: figures, or why there are none."""
+    """The result of a task: errors, or the reason why there are none."""
 
     figures: ErrorFigures | None
     failure: str = ""
 
     @property
     def blank(self) -> str:
-        """What a table shows where there is no figure."""
+        """The cell of a table where there is no figure."""
         return "NaN" if self.failure.startswith("NaN") else "–"
 
 
@@ -76,7 +76,7 @@ class Accuracy:
         methods: in the order of the table.
         outcomes: by recording's and method's position.
         with_mag: whether the magnetometers were used.
-        remarks: sentences about what could not take part.
+        remarks: sentences about methods and files that are left out.
     """
 
     entries: tuple[Entry, ...]
@@ -144,7 +144,7 @@ class Accuracy:
 
     @property
     def notes(self) -> list[str]:
-        """What a reader of the table must know: sentences."""
+        """Sentences that explain the table."""
         return [*_about(self), *self._failures(), *self.remarks]
 
     def _failures(self) -> list[str]:
@@ -205,7 +205,7 @@ class Accuracy:
 
 
 def _about(result: Accuracy) -> list[str]:
-    """What the figures are."""
+    """The meaning of the figures, in sentences."""
     main = [result.entries[i] for i in result.main]
     sets = " and ".join(dict.fromkeys(entry.group.dataset for entry in main))
     lines = [f"RMS {result.figure} error in °, mean over each group; right of that over all {len(main)} of {sets}."]
@@ -223,7 +223,7 @@ def _about(result: Accuracy) -> list[str]:
 
 
 def _remarks(result: Accuracy) -> dict[str, str]:
-    """What must be known of a method, by its name."""
+    """Remarks on methods, by name."""
     known = {
         DEFAULT: f"default: {filters.default()}, which fuse uses where no filter is named.",
         SMOOTHER: f"smoother: {filters.offline()} with its backward pass: every instant uses the whole recording.",
@@ -231,7 +231,7 @@ def _remarks(result: Accuracy) -> dict[str, str]:
         "vqf.offlineVQF": "vqf.offlineVQF uses the whole recording for every instant.",
     }
     if result.with_mag:
-        known["ahrs.EKF"] = "ahrs.EKF is told the dip of the field as measured; its default is Munich's."
+        known["ahrs.EKF"] = "ahrs.EKF gets the measured dip of the field; its default is Munich's."
         for method in result.methods:
             if method.params is not None and "heading" not in filters.of(method.params).estimates:
                 known[method.name] = f"{method.name} keeps the heading of its start: see its tilt and aligned error."
@@ -300,7 +300,7 @@ def accuracy(
 
     Args:
         places: folders with recordings, or files.
-        methods: what takes part.
+        methods: the methods to compare.
         with_mag: whether magnetometers are used; without them heading is relative for all.
         jobs: processes.
         remarks: sentences for the notes.

@@ -1,4 +1,4 @@
-"""What is measured of one method on one recording."""
+"""Errors of one method on one recording."""
 
 from typing import NamedTuple
 
@@ -12,7 +12,7 @@ from levelhead.recording import Array, Recording
 
 WINDOW = 60.0  # s, over which heading drifts; half of a recording that is shorter than two of these
 STRIDE = 10.0  # s from one window to the next, a sixth of a shorter window
-EDGE = 0.5  # s, half of what is averaged at either end of a window
+EDGE = 0.5  # s, half of the averaging time at either end of a window
 FAR = 4.0  # σ
 
 

@@ -1,4 +1,4 @@
-"""What kind of recording a file holds: BROAD's groups, RepoIMU's devices, else the folder."""
+"""The group of a recording: BROAD's groups, RepoIMU's devices, else the folder."""
 
 import json
 from collections.abc import Sequence

@@ -44,7 +44,7 @@ class Method(NamedTuple):
 
 
 def ours() -> list[Method]:
-    """The default, the smoother (which knows the whole recording) and all of levelhead's filters."""
+    """The default, the smoother and all of levelhead's filters."""
     return [Method(DEFAULT), Method(SMOOTHER), *(Method(flt.name, flt.params()) for flt in filters.ALL)]
 
 

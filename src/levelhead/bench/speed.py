@@ -26,7 +26,7 @@ LIVE_PEERS = ("imufusion.Ahrs", REFERENCE)
 
 @dataclass(frozen=True)
 class Speed:
-    """Tables of times and ratios, the machine that they were taken on, and what could not take part."""
+    """Tables of times and ratios, the machine, and remarks on methods that are left out."""
 
     tables: tuple[Table, ...]
     machine: dict[str, str]

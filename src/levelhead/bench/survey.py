@@ -1,4 +1,4 @@
-"""Which recordings there are in some folders, and what can be compared on each."""
+"""The recordings in some folders, and the errors that can be compared on each."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -26,7 +26,7 @@ class Entry:
         north: whether heading is compared as it is: the reference knows north and there is a magnetometer. If not, each
             method's best constant heading offset is removed first.
         magnetometer: whether there is one that is used.
-        missing: why contenders that know no missing reading are not run on it; "" if nothing is missing.
+        missing: the readings that are missing, for which contenders are not run on it; "" if none is.
     """
 
     path: Path
@@ -40,7 +40,7 @@ class Entry:
 
     @property
     def name(self) -> str:
-        """What to call it."""
+        """Name of the recording: that of its file."""
         return self.path.stem
 
     def to_dict(self) -> dict[str, object]:
@@ -50,7 +50,7 @@ class Entry:
 
 
 def survey(places: Sequence[Path], with_mag: bool) -> tuple[list[Entry], list[str]]:
-    """What can be compared, by group, and a sentence for each file that cannot be.
+    """The comparable recordings, by group, and a sentence for each file that is left out.
 
     Raises:
         LevelheadError: nothing is left; with the first of these sentences.

@@ -1,7 +1,7 @@
 """Fair timing: all cases of a comparison in one process, in turn, on one clock.
 
 Absolute times depend on the machine and on who else is using it. So all cases run in turn within every repeat, on the
-clock of this thread's CPU time, and what counts is the median over the repeats of the ratio of two cases.
+clock of this thread's CPU time, and the result is the median over the repeats of the ratio of two cases.
 """
 
 import gc
@@ -80,7 +80,7 @@ def time_interleaved(cases: Sequence[Case], repeats: int, progress: Progress | N
 
 
 def machine() -> dict[str, str]:
-    """What the figures were taken on: processor, system, and the versions of all that took part."""
+    """The machine of a measurement: processor, system, and the versions of all packages that took part."""
     facts = {"cpu": _cpu(), "system": platform.system(), "python": platform.python_version()}
     for package in PACKAGES:
         try:

@@ -1,6 +1,6 @@
 """The command ``levelhead``: one thin module per verb, loaded when the verb is used.
 
-Most of what a short run takes is its start, so nothing is imported, started or tidied up that the verb can do without.
+A short run spends most of its time in its start, so a verb imports only the modules that it uses.
 """
 
 import gc
@@ -22,7 +22,7 @@ Start with `levelhead demo`; then `levelhead fuse LOG` for a recording of your o
 
 
 def _default(value: object) -> str | None:
-    """A default worth a place in the help; no flag needs to say that it is off."""
+    """A default that the help shows; a flag that is off shows none."""
     return None if value in (None, ()) or value is False else str(value)
 
 
@@ -34,7 +34,7 @@ app = App(
     default_parameter=Parameter(show_default=_default),
 )
 VERBS = {
-    "demo": "The classic lesson: two sensors that lie, and what filters make of them.",
+    "demo": "The classic lesson: two sensors with errors, and the result of the filters.",
     "fuse": "Fuse a log into orientation: the main job.",
     "smooth": "The same with the whole recording known at every instant: fuse --offline.",
     "compare": "Filters side by side on a recording: a table and the four-panel picture.",
@@ -56,14 +56,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     tokens = list(sys.argv[1:] if arguments is None else arguments)
     if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(errors="replace")  # a terminal or pipe that knows no σ gets a ? and no traceback
+        sys.stdout.reconfigure(errors="replace")  # a terminal or pipe without σ gets a ? and no traceback
     _start(tokens)
     try:
         app(tokens, exit_on_error=False, print_error=False, result_action="return_none")
         sys.stdout.flush()
     except UnusedCliTokensError as error:
         extra = " ".join(error.unused_tokens or ())
-        return _report_error(f"'{extra}' is one argument too many; --help shows what is expected")
+        return _report_error(f"'{extra}' is one argument too many; --help shows the arguments")
     except (LevelheadError, CycloptsError) as error:
         return _report_error(str(error), getattr(error, "exit_code", 2))
     except MemoryError:
@@ -80,7 +80,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _start(tokens: Sequence[str]) -> None:
-    """What a process needs only once, or only for other words than a verb."""
+    """Settings of the process, and the completion command where no verb is given."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # NumPy starts a thread for each core, for products of matrices
     gc.set_threshold(100_000, 20, 20)  # importing makes many objects, hardly one of which is garbage
     if not (tokens and tokens[0] in VERBS) and "--install-completion" not in app:

@@ -8,8 +8,8 @@ from levelhead.cli.options import Reading, print_line
 def axes(log: Path, /, *, reading: Reading = Reading()) -> None:  # noqa: B008
     """Find the axis map from a log in which the body is still and level for a second, and then leans to its right side.
 
-    Prints what the option --axes of `levelhead run` and `levelhead export` takes: the sensor's axes that are the body's
-    x (forward), y (left) and z (up).
+    Prints the value of the option --axes of `levelhead run` and `levelhead export`: the sensor's axes that are the
+    body's x (forward), y (left) and z (up).
 
     Args:
         log: a recording, as for fuse; a turn of 30° or more.

@@ -42,7 +42,7 @@ def accuracy(
         places: folders with recordings: BROAD's .mat, RepoIMU's .csv, or others with a reference.
         mag: leave the magnetometers out: inclination, and how far heading drifts in 60 s.
         per_recording: print every recording as well.
-        jobs: processes; as many as there are cores if nothing is said.
+        jobs: processes; by default as many as there are cores.
         out: folder for accuracy.png, .csv, .json and .md; without it nothing is written.
         json: print all figures as JSON.
     """
@@ -55,7 +55,7 @@ def accuracy(
     if jobs is not None and jobs < 1:
         raise LevelheadError(f"{jobs} processes can do nothing; --jobs must be at least 1")
     if out is not None and out.exists():
-        folder(out)  # what cannot be a folder is said before the work, not after it
+        folder(out)  # refused before the work, not after it
     methods, absent = (distinct([_method(word) for word in filter]), []) if filter else all_methods()
     with progress("comparing") as report:
         result = run(places, methods, with_mag=mag, jobs=jobs or cores(), remarks=absent, progress=report)

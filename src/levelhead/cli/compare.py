@@ -47,7 +47,7 @@ def compare(
             completer=external_kinds,
             help="Also the orientation in the log's quaternion columns NAME, such as a vendor's own: ahrs_q for "
             "ahrs_qw … ahrs_qz, q for q0 … q3, an array (n, 4), or four names with commas. Order, inverse and NED are "
-            "found out and said. May be given several times.",
+            "found and printed. May be given several times.",
         ),
     ] = (),
     guard: GuardWords = (),

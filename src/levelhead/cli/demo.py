@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 PER_SAMPLE = Kalman(r_measure=4.0, q_per_sample=True)
 DENSITY = Kalman(r_measure=4.0)
-# The lesson with its numbers: the two liars, and what a line (alpha 0.98 at 100 Hz) or a page of code makes of them.
+# The lesson with its numbers: the two sensors alone, a line of code (alpha 0.98 at 100 Hz), a page of code.
 LESSON = (AccelTilt(), GyroIntegration(), Complementary(), PER_SAMPLE, DENSITY, RollPitchKalman())
 
 
@@ -24,7 +24,7 @@ def demo(
     full: Annotated[bool, Parameter(negative="")] = False,
     json: Annotated[bool, Parameter(negative="")] = False,
 ) -> None:
-    """The lesson: an accelerometer that jitters, a gyroscope that drifts, and what the filters make of them.
+    """The lesson: an accelerometer that jitters, a gyroscope that drifts, and the result of the filters.
 
     Args:
         out: folder for lesson.png (and, with --full, the other pictures).
@@ -65,7 +65,7 @@ def demo(
 
 
 def _more(comparison: "Comparison", seed: int, target: Path) -> tuple[list[Path], list[str]]:
-    """The sweeps, the convergence of the gain and the hard case: their pictures, and what they show."""
+    """The sweeps, the convergence of the gain and the hard case: their pictures and findings."""
     import numpy as np
 
     from levelhead.engine import fuse_axis

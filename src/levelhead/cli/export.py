@@ -44,8 +44,7 @@ def export(
         filter: which one, such as EKF.
         set: a parameter of the filter, such as acc_tau=3; may be given several times.
         tuned: JSON with the filter's parameters, such as `levelhead sweep … --json` prints; --set comes on top.
-        prior: what an earlier run has learned of the same sensor, from `levelhead fuse --save-calibration`: the filter
-            starts with it.
+        prior: the calibration of the same sensor from `levelhead fuse --save-calibration`: the filter starts with it.
         calibration: the same file for any other filter: the errors of the sensor are taken off its readings.
         axes: the sensor's axes that are the body's x (forward), y (left) and z (up), such as -y,x,z;
             `levelhead axes` finds them.
@@ -96,7 +95,7 @@ def export(
 
 
 def _tuned(flt: filters.Filter, path: Path | None) -> dict[str, Any]:
-    """What a JSON file says about a filter: "filter" and "params", perhaps "guard"; of a sweep its minimum counts.
+    """A filter from a JSON file: "filter" and "params", perhaps "guard"; of a sweep its minimum counts.
 
     Raises:
         LevelheadError: it is not there, no JSON, or about another filter.

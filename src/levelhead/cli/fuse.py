@@ -59,9 +59,9 @@ def fuse(
         format: of the track.
         plot: draw the picture (needs the extra levelhead[plot]), and for a filter that learns its sensor how it did,
             LOG-calibration.png.
-        offline: smooth: every instant knows what the whole recording taught (filter ESKF).
-        prior: what an earlier run has learned of the same sensor, from --save-calibration: the run starts with it.
-        save_calibration: where to write what this run has learned of the sensor, with its 1σ, as JSON.
+        offline: smooth: every instant uses the whole recording (filter ESKF).
+        prior: the calibration of the same sensor from an earlier --save-calibration: the run starts with it.
+        save_calibration: file for the calibration of the sensor from this run, with its 1σ, as JSON.
         verbose: print every parameter, every learned number, every kind of fault and every note.
         json: print the summary as JSON, with all parameters and all learned numbers.
     """
@@ -75,7 +75,7 @@ def fuse(
     params, before = parse_filter(filter, set, offline), parse_guard(guard)
     run = smooth if offline else forward
     if declination is not None:
-        declination_angle(declination)  # a wrong one is said before the work, not after it
+        declination_angle(declination)  # refused before the work, not after it
     known = read_prior(prior, params)
     if save_calibration is not None:
         require_self_calibration(params, "--save-calibration")
@@ -129,7 +129,7 @@ def _require_north(recording: "Recording", params: Params) -> None:
 
 
 def _picture(recording: "Recording", track: "Track", path: Path, quiet: bool) -> list[Path]:
-    """Draws, unless the plotting extra is missing: then the track is worth having all the same, and a line says so."""
+    """Draws, unless the plotting extra is missing: then a line says so, and the track is written all the same."""
     from importlib.util import find_spec
 
     if find_spec("matplotlib") is None:
@@ -147,7 +147,7 @@ def _picture(recording: "Recording", track: "Track", path: Path, quiet: bool) ->
 def _learned(
     recording: "Recording", params: Params, guard: Guard | None, known: "Calibration | None", path: Path
 ) -> list[Path]:
-    """Draws how the filter got to know its sensor; where matplotlib is missing ``_picture`` has said so."""
+    """Draws the filter's estimates of its sensor's errors over time; nothing without matplotlib."""
     from importlib.util import find_spec
 
     if find_spec("matplotlib") is None:

@@ -1,4 +1,4 @@
-"""Options that several verbs share, and what they stand for."""
+"""Options that several verbs share, and their values."""
 
 import json
 import sys
@@ -23,12 +23,12 @@ if TYPE_CHECKING:
 @Parameter(name="*")
 @dataclass(frozen=True)
 class Reading:
-    """How to read the log, where the file does not say it itself."""
+    """Hints for reading a log that does not name its columns or units."""
 
     map: Annotated[tuple[str, ...], Parameter(negative="", metavar="gyr=gx,gy,gz")] = ()
     """Which columns are what: t, gyr, acc, mag, q. May be given several times; `mag=` leaves the magnetometer out."""
     units: Annotated[tuple[str, ...], Parameter(negative="", metavar="gyr=deg/s")] = ()
-    """Units that the header does not say."""
+    """Units that the header does not have."""
     lsb: Annotated[tuple[str, ...], Parameter(negative="", metavar="gyr=131/deg/s")] = ()
     """Raw counts per unit: 131 counts are 1 deg/s."""
     rate: Annotated[float | None, Parameter(metavar="HZ")] = None
@@ -53,7 +53,7 @@ class Reading:
 
 
 def external_kinds(_: object) -> dict[str, str]:
-    """What ``--with`` takes, for the shell to complete."""
+    """The values of ``--with``, for the shell to complete."""
     return {"column:": "quaternion columns of the log, by the name that they share"}
 
 
@@ -75,19 +75,19 @@ def external_columns(words: Sequence[str]) -> list[str]:
 
 
 def filter_names(_: object) -> dict[str, str]:
-    """Names of the filters and what they are, for the shell to complete."""
+    """Names of the filters and their descriptions, for the shell to complete."""
     return {flt.name: str(flt.params.__doc__).partition("\n")[0] for flt in filters.ALL}
 
 
 def parameter_names(_: object) -> dict[str, str]:
-    """Names of all filters' parameters and what they mean, for the shell to complete."""
+    """Names of all filters' parameters and their meanings, for the shell to complete."""
     return {name: param.doc for flt in filters.ALL for name, param in settable(flt.params).items()}
 
 
 def guard_names(_: object) -> dict[str, str]:
-    """What ``--guard`` takes, for the shell to complete."""
+    """The values of ``--guard``, for the shell to complete."""
     names = {f"{name}=": param.doc for name, param in settable(Guard).items()}
-    return {"off": "the filter alone, which sees every reading as it is"} | names
+    return {"off": "the filter alone, which gets every reading"} | names
 
 
 FILTERS = ", ".join(flt.name for flt in filters.ALL)
@@ -97,7 +97,7 @@ FilterName = Annotated[
         name=["--filter", "-f"],
         completer=filter_names,
         metavar="NAME",
-        help=f"{FILTERS}; without it, the best one there is.",
+        help=f"{FILTERS}; without it, the default filter.",
     ),
 ]
 
@@ -109,8 +109,8 @@ GuardWords = Annotated[
         negative="",
         metavar="K=V",
         completer=guard_names,
-        help="A threshold of what stands in front of the filter, such as rest_time=3; may be given several times: "
-        f"{', '.join(settable(Guard))}. `--guard off`: the filter alone, which sees every reading as it is.",
+        help="A threshold of the guard in front of the filter, such as rest_time=3; may be given several times: "
+        f"{', '.join(settable(Guard))}. `--guard off`: the filter alone, which gets every reading.",
     ),
 ]
 
@@ -170,7 +170,7 @@ def require_parameter(params: Params, parameter: str) -> None:
 
 
 def require_self_calibration(params: Params, option: str) -> None:
-    """Makes sure that the filter learns what its sensor does wrong.
+    """Makes sure that the filter estimates the errors of its sensor.
 
     Raises:
         LevelheadError: it does not; the sentence names those that do.
@@ -229,10 +229,10 @@ def log_or_simulation(log: Path | None, simulate: str | None, seed: int | None, 
         raise LevelheadError("give either a log or --simulate, such as: --simulate lesson")
     if log is not None:
         if seed is not None:
-            raise LevelheadError("--seed is for --simulate; a log is what it is")
+            raise LevelheadError("--seed is for --simulate; a log has no seed")
         return reading.read(log)
     if reading != Reading():
-        raise LevelheadError("--map, --units, --lsb and --rate say how to read a log; --simulate needs none of them")
+        raise LevelheadError("--map, --units, --lsb and --rate are for a log; --simulate needs none of them")
     recording: Recording = simulate_recording(str(simulate), seed)
     return recording
 

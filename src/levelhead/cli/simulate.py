@@ -26,8 +26,8 @@ def simulate(
         what: a motion (hand, walking, drone, robot, still), or lesson or hard.
         out: the file; .npz keeps the truth and the true bias to the bit.
         sensor: MPU-6050 (the default), BMI160, LSM6DS3, LSM6DSO32 or ICM-20948, errors as in its data sheet.
-        duration: seconds; 60 if nothing is said.
-        rate: samples a second; 100 if nothing is said.
+        duration: seconds; 60 by default.
+        rate: samples a second; 100 by default.
         seed: the same seed gives the same bits; it picks motion, specimen and noise. 42 for the lessons, 0 otherwise.
         json: print what was written as JSON.
     """

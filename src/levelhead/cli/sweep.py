@@ -41,7 +41,7 @@ def sweep(
         log: a recording with truth.
         parameter: which one, such as alpha or r_measure.
         set: another parameter of the filter, held fixed, such as q_bias=0.001; may be given several times.
-        values: to try; without them, the range worth searching that the parameter knows.
+        values: to try; without them, the parameter's usual range.
         simulate: instead of a log: lesson, hard, hand, walking, drone, robot, still.
         seed: of the simulation; 42 for the lessons, 0 otherwise.
         out: folder for the picture sweep-PARAMETER.png; without it none is drawn.

@@ -1,4 +1,4 @@
-"""Filters side by side on one recording: errors, lag, and what a sample costs."""
+"""Filters side by side on one recording: errors, lag, time per sample."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -44,7 +44,7 @@ class Row:
     """One filter's result, or that of an orientation from elsewhere.
 
     Attributes:
-        track: what the filter said.
+        track: the filter's result.
         score: its errors; None for a recording without truth.
         ns: wall time of the batch run in ns per sample, the fastest of a few runs, compilation left out; None for an
             orientation from elsewhere.
@@ -76,10 +76,10 @@ class Comparison:
     """Several filters on one recording; printed, it is a table with the units in its head.
 
     Attributes:
-        recording: what all of them were fed.
+        recording: the input of all of them.
         rows: one per filter, in the order given.
         engine: "native", "compiled" or "python", on which they ran and were timed; several are joined by "and".
-        guard: what stood in front of each of them; None: nothing.
+        guard: the guard in front of each of them; None: there was none.
     """
 
     recording: Recording
@@ -89,7 +89,7 @@ class Comparison:
 
     @property
     def table(self) -> list[dict[str, Cell]]:
-        """One mapping per filter from column key (see ``COLUMNS``) to value; None for what does not exist."""
+        """One mapping per filter from column key (see ``COLUMNS``) to value; None for a missing value."""
         rows = [row.cells for row in self.rows]
         if all(row.score is None or row.score.heading_offset is not None for row in self.rows):
             return [cells | {"total_aligned": None} for cells in rows]  # it would repeat the total
@@ -107,7 +107,7 @@ class Comparison:
 
     @property
     def notes(self) -> list[str]:
-        """What a reader of the table must know: sentences."""
+        """Sentences that explain the table."""
         others = [row.external.note for row in self.rows if row.external is not None]
         clock = [f"Time is wall time of the {self.engine} engine, compilation left out."]
         clock = clock if any(row.ns is not None for row in self.rows) else []

@@ -23,8 +23,8 @@ class ExternalTrack(NamedTuple):
 
     Attributes:
         name: its row.
-        track: in the recording's convention, at its samples; NaN where the contender said nothing.
-        alignment: what made it match.
+        track: in the recording's convention, at its samples; NaN where its source has no orientation.
+        alignment: the conventions, rotations and shift that make it match.
         relative: whether its heading is relative, so that the best constant is removed before errors count.
     """
 
@@ -35,7 +35,7 @@ class ExternalTrack(NamedTuple):
 
     @property
     def note(self) -> str:
-        """What was found and what was done, in sentences."""
+        """The alignment found and the corrections made, in sentences."""
         found = self.alignment
         if found.before < 1e-6:
             return f"{self.name} is the reference itself."

@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 from levelhead.recording import Array
 
 MAX_LAG = 1.0  # s, the longest lag or lead looked for
-MIN_MOTION = radians(1.0)  # RMS about the mean below which nothing can be told
+MIN_MOTION = radians(1.0)  # RMS about the mean; a smaller motion has no measurable lag
 MAX_STANDARD_ERROR = 0.02  # s, the largest standard error with which a lag is still worth saying
 BLOCKS = 24  # of time, for the standard error
-SCAN_POINTS, FIT_POINTS = 2_000, 20_000  # samples compared; more would say the same
+SCAN_POINTS, FIT_POINTS = 2_000, 20_000  # samples compared; more do not change the result
 
 
 def signal(quat: Array, with_heading: bool) -> Array:
@@ -76,13 +76,13 @@ def _step(
     if power == 0.0:
         return None
     change = -float(np.sum(rest * rate)) / power
-    left = np.sum((rest + change * rate) * rate, axis=0)  # what remains after this step
+    left = np.sum((rest + change * rate) * rate, axis=0)  # the residual after this step
     blocks = np.add.reduceat(left, np.linspace(0, len(left), BLOCKS, endpoint=False).astype(int))
     return tau + change, sqrt(float(np.sum(blocks**2))) / power
 
 
 def _refine(tau: float, t: Array, truth: Array, when: Array, estimate: Array) -> float | None:
-    """Gauss-Newton on J from ``tau``; None when the motion is too slow for the error to tell."""
+    """Gauss-Newton on J from ``tau``; None where the standard error exceeds ``MAX_STANDARD_ERROR``."""
     signals = truth, np.gradient(truth, t, axis=1)
     for _ in range(8):
         found = _step(tau, t, signals, when, estimate)
@@ -95,7 +95,7 @@ def _refine(tau: float, t: Array, truth: Array, when: Array, estimate: Array) ->
 
 
 def lag(t: Array, estimate: Array, truth: Array, rows: NDArray[np.bool_], with_heading: bool) -> float | None:
-    """Seconds by which ``estimate`` trails ``truth`` (negative: leads); None when the motion does not let one tell.
+    """Seconds by which ``estimate`` trails ``truth`` (negative: leads); None when the motion is too small.
 
     Args:
         t: (n,) seconds.

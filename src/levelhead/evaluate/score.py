@@ -19,17 +19,17 @@ class Score:
 
     Attributes:
         total: RMS angle between estimate and truth, °.
-        total_aligned: the same with the best constant heading removed (eq. 5 of ``errors``), °, also where both know
-            north: a recording's reference frame may be turned against magnetic north by some degrees.
+        total_aligned: the same with the best constant heading removed (eq. 5 of ``attitude_error``), °, also where
+            both know north: a recording's reference frame may be turned against magnetic north by some degrees.
         tilt: RMS inclination error, °.
         heading: RMS heading error, °.
         worst: largest angle between estimate and truth, °.
         heading_offset: constant heading removed first, °, because one of the two knows heading only relatively; None if
             both know north and nothing was removed.
         bias: RMS length of the bias error over the axes estimated, °/s; None without a true or an estimated bias.
-        bias_axes: RMS bias error about x, y and z, °/s; None for an axis of which the filter never said anything.
-        lag: ms by which the estimate trails the truth; None when the motion is too small to tell.
-        tilt_error_ratio: RMS of tilt error over its own σ: 1 is honest, more is overconfident; None without σ.
+        bias_axes: RMS bias error about x, y and z, °/s; None for an axis that the filter does not estimate.
+        lag: ms by which the estimate trails the truth; None when the motion is too small.
+        tilt_error_ratio: RMS of tilt error over its own σ: 1 if σ is right, more if σ is too small; None without σ.
         heading_error_ratio: the same for heading; None without σ or without absolute heading.
         samples: samples compared.
     """
@@ -64,14 +64,14 @@ class Score:
             lines.append(f"{abs(self.lag):.1f} ms {'late' if self.lag >= 0.0 else 'early'}")
         if self.tilt_error_ratio is not None:
             heading = "" if self.heading_error_ratio is None else f", heading {self.heading_error_ratio:.3g}"
-            lines.append(f"error over its own σ: tilt {self.tilt_error_ratio:.3g}{heading} (1 is honest)")
+            lines.append(f"error over its own σ: tilt {self.tilt_error_ratio:.3g}{heading} (1: σ is right)")
         return "\n".join(lines)
 
 
 def require_truth(recording: Recording, track: Track, partial: bool = False) -> Truth:
     """The recording's truth, once it is sure that the track can be held against it.
 
-    ``partial``: the track may be NaN where its source said nothing.
+    ``partial``: the track may be NaN where its source has no orientation.
 
     Raises:
         LevelheadError: no truth, another clock, or a track with a NaN orientation.
@@ -90,7 +90,7 @@ def require_truth(recording: Recording, track: Track, partial: bool = False) -> 
 
 
 def scored_rows(truth: Truth) -> NDArray[np.bool_]:
-    """(n,) the samples that count: truth known and, where it says so, moving.
+    """(n,) the samples that count: truth known and, where ``moving`` exists, moving.
 
     Raises:
         LevelheadError: there is none.
@@ -104,9 +104,9 @@ def scored_rows(truth: Truth) -> NDArray[np.bool_]:
 
 
 def absolute_heading(recording: Recording, track: Track) -> bool:
-    """Whether truth and track both know north: the truth says so, there is a magnetometer, and the filter uses it.
+    """Whether truth and track both know north: the truth has it, there is a magnetometer, and the filter uses it.
 
-    A track without params (from elsewhere) is believed to use the magnetometer.
+    A track without params (from elsewhere) counts as one that uses the magnetometer.
     """
     if recording.truth is None or not recording.truth.north or recording.mag is None:
         return False
@@ -181,7 +181,7 @@ def bias_errors(
 
 
 def error_ratio(error: Array, sigma: Array | None, rows: NDArray[np.bool_]) -> float | None:
-    """RMS of error over σ where σ is positive; None without such a σ. 1 when σ tells the truth."""
+    """RMS of error over σ where σ is positive; None without such a σ. 1 when σ is right."""
     if sigma is None:
         return None
     good = rows & (sigma > 0.0)

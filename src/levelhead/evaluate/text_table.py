@@ -8,7 +8,7 @@ Row = Mapping[str, Cell]  # column key -> value
 
 
 class Column(NamedTuple):
-    """One column; ``best`` says what is good: the lowest value, the one nearest to 1, or nothing.
+    """One column; ``best``: the lowest value is the best, or the one nearest to 1; "": the column has no best value.
 
     ``digits`` stand behind the decimal point; None: as many as the value needs, up to 6 in all.
     """

@@ -33,7 +33,7 @@ RATIO_NOTE = (
     "change of the heading error in a minute."
 )
 PIPE = 200  # columns of text where there is no terminal
-PARTED = 2  # columns between the groups and what is taken over all
+PARTED = 2  # columns between the groups and the overall figures
 
 
 def print_accuracy(result: Accuracy, every: bool = False, file: TextIO | None = None) -> None:
@@ -75,7 +75,7 @@ def _ratio_cell(key: str, value: str | float | None) -> str:
 
 
 def print_figures(tables: Sequence[Figures], machine: Mapping[str, str], notes: Sequence[str] = ()) -> None:
-    """Print what the figures were taken on, and the tables."""
+    """Print the machine of the measurement, and the tables."""
     from rich.markup import escape
 
     console = _console(None)

@@ -89,7 +89,7 @@ def summary(
 def facts(
     recording: Recording, track: Track, score: "Score | None" = None, guard: Guard | None = DEFAULT_GUARD
 ) -> dict[str, object]:
-    """The same facts for programs, ready for JSON: units as the names say, None for what does not exist."""
+    """The same facts for programs, ready for JSON: units in the names, None for a missing value."""
     from levelhead.evaluate.compare import COLUMNS  # with all of `evaluate`, which the words need only for a score
 
     flt, iron = filters.of(track.params), hard_iron(recording)
@@ -167,7 +167,7 @@ def _filter(params: Params | None, verbose: bool) -> list[tuple[str, str]]:
 
 
 def _guard(guard: Guard | None) -> str:
-    """What differs from the usual; nothing where nothing does."""
+    """The thresholds that differ from the default; "" if none does."""
     if guard is None:
         return "off: every reading reached the filter"
     return "" if guard == DEFAULT_GUARD else repr(guard)

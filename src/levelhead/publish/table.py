@@ -53,7 +53,7 @@ def _text(cell: str, best: bool) -> "Text":
 
 
 def print_table(result: Comparison | Sweep, file: TextIO | None = None) -> None:
-    """Print the result and what its reader must know: a rich table on a terminal, else plain text (default: stdout)."""
+    """Print the result and its notes: a rich table on a terminal, else plain text (default: stdout)."""
     file = sys.stdout if file is None else file
     if not file.isatty():
         file.write(f"{result}\n")

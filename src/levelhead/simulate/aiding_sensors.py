@@ -46,7 +46,7 @@ class Barometer:
 class Receiver:
     """A satellite receiver's errors: white, as after a differential correction.
 
-    Without one a receiver's position errors last for minutes, and a filter that is told their σ trusts their mean too
+    Without one a receiver's position errors last for minutes, and a filter that is given their σ weights their mean too
     much.
 
     Attributes:
@@ -68,7 +68,7 @@ class Receiver:
 
 
 def pressure(motion: Motion, sensor: Barometer | None = None, seed: int = 0, *, ground: float = 100.0) -> Pressure:
-    """What a barometer reads along a motion.
+    """Readings of a barometer along a motion.
 
     Args:
         motion: the truth.
@@ -94,7 +94,7 @@ def pressure(motion: Motion, sensor: Barometer | None = None, seed: int = 0, *, 
 
 
 def gnss(motion: Motion, sensor: Receiver | None = None, seed: int = 0) -> Gnss:
-    """What a satellite receiver says along a motion: position and velocity, in the motion's earth frame.
+    """Readings of a satellite receiver along a motion: position and velocity, in the motion's earth frame.
 
     Args:
         motion: the truth.

@@ -1,4 +1,4 @@
-"""What shakes a sensor from outside: vibration and bumps."""
+"""Disturbances from outside the sensor: vibration and bumps."""
 
 import math
 from dataclasses import dataclass
@@ -67,7 +67,7 @@ def require(name: str, value: float, unit: str, *, positive: bool = False, infin
     """Raise unless ``value`` is a number that is zero or more (or positive, or even infinite).
 
     Raises:
-        LevelheadError: one sentence with the name, the value and what would be right.
+        LevelheadError: one sentence with the name, the value and the allowed range.
     """
     enough = value > 0.0 if positive else value >= 0.0
     if enough and (infinite or math.isfinite(value)):

@@ -26,7 +26,7 @@ def _finite(name: str, values: tuple[float | Vector, ...], shape: tuple[int, ...
 
 @dataclass(frozen=True)
 class Iron:
-    """What the board and its surroundings, turning with the sensor, do to the magnetic field: soft·B + hard.
+    """Effect of the board and its surroundings, which turn with the sensor, on the magnetic field: soft·B + hard.
 
     These are values and not deviations, because they belong to one board.
 
@@ -55,7 +55,7 @@ class Imu:
         acc: accelerometer, m/s².
         mag: magnetometer, µT, or None if there is none.
         iron: hard and soft iron around the magnetometer.
-        name: what to call it in ``Recording.meta``.
+        name: its name in ``Recording.meta``.
     """
 
     gyr: TriadErrors = field(default_factory=TriadErrors)
@@ -66,7 +66,7 @@ class Imu:
 
 
 def observe(motion: Motion, imu: Imu, seed: int = 0, *, field: Vector = EARTH_FIELD) -> Recording:
-    """What ``imu`` records when it is moved along ``motion``.
+    """The recording of ``imu`` when it is moved along ``motion``.
 
     The gyroscope sees the body rate, the accelerometer the specific force Rᵀ(a + g·up), the magnetometer
     soft·Rᵀ·field + hard; then each goes through its own error model in the order that ``triad.read`` states.

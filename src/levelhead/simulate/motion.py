@@ -67,7 +67,7 @@ class Motion:
 
     @property
     def specific_force(self) -> Array:
-        """(n, 3) what a perfect accelerometer reads, m/s², body frame: f = Rᵀ(a + g·up)."""
+        """(n, 3) reading of an ideal accelerometer, m/s², body frame: f = Rᵀ(a + g·up)."""
         return self.to_body(self.acceleration + np.array([0.0, 0.0, STANDARD_GRAVITY]))
 
     def to_body(self, vectors: Array) -> Array:
@@ -151,7 +151,7 @@ def motion(
 
 def _style(name: str) -> Style:
     if name.lower() not in STYLES:
-        raise LevelheadError(f"'{name}' is not a motion that levelhead knows; {nearest(name, STYLES)}")
+        raise LevelheadError(f"'{name}' is not a motion of levelhead; {nearest(name, STYLES)}")
     return STYLES[name.lower()]
 
 
@@ -190,7 +190,7 @@ def _waves(
     """Three sums of sinusoids that begin at zero, with their first and second time derivatives, (n, 3) each.
 
     ``rms`` is that of the derivative of this ``order`` once the clock runs: rates for rotations, accelerations for
-    translations, because those are what sensors feel.
+    translations, because sensors measure these.
     """
     levels = np.broadcast_to(np.asarray(rms, dtype=float), (3,)) if np.size(rms) in (1, 3) else None
     if levels is None or not (np.isfinite(levels).all() and (levels >= 0.0).all()):

@@ -18,7 +18,7 @@ def recording(
     mag: str | None = None,
     iron: Iron | None = None,
 ) -> Recording:
-    """What a chip records when it is moved in some way: ``levelhead simulate`` in Python.
+    """The recording of a chip along a motion: ``levelhead simulate`` in Python.
 
     Args:
         sensor: a name that ``imu`` knows.
@@ -30,7 +30,7 @@ def recording(
         iron: hard and soft iron around the magnetometer.
 
     Returns:
-        A Recording with truth.quat and truth.bias; ``meta`` says how it was made.
+        A Recording with truth.quat and truth.bias; ``meta`` has the arguments.
 
     Raises:
         LevelheadError: an unknown name (the nearest is named) or a value out of range.

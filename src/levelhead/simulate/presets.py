@@ -2,14 +2,15 @@
 
 How a data sheet is read, the same for all:
 
-- Its noise densities are one-sided (ST's note says so: noise RMS is related to a bandwidth of half the data rate), so
+- Its noise densities are one-sided (ST's note: noise RMS is related to a bandwidth of half the data rate), so
   N, with which samples have σ = N·√rate, is the figure divided by √2.
 - A ± tolerance is read as 3σ.
 - An output saturates at the end of its word, 32767 bits (HMC5883L: 2047), which can be beyond the nominal range.
 - Cross-axis sensitivity (a fraction) is read as an angle (rad), again as 3σ.
 
-What no data sheet gives is marked TYPICAL below. Read in the documents themselves when this file was written: MPU-6050,
-LSM6DSO32, ICM-20948 (accelerometer and magnetometer) and the HMC5883L's gains; the rest is as others quote them.
+A value that no data sheet gives is marked TYPICAL below. Read in the documents themselves:
+MPU-6050, LSM6DSO32, ICM-20948 (accelerometer and magnetometer) and the HMC5883L's gains; the rest is as others quote
+them.
 """
 
 import math
@@ -25,7 +26,7 @@ from levelhead.units import STANDARD_GRAVITY, factor
 TOLERANCE_SIGMAS = 3.0
 ONE_SIDED = math.sqrt(2.0)
 
-# TYPICAL, from literature and no data sheet: what Allan deviations of consumer MEMS sensors show. Random walks: the fit
+# TYPICAL, from literature and no data sheet: Allan deviations of consumer MEMS sensors. Random walks: the fit
 # of a RealSense camera's IMU (OpenVINS configuration for rpng/ar_table_dataset, 1.11e-6 rad/s/√s and 4.13e-5 m/s²/√s).
 # Bias instability: 6 °/h is a usual figure for such gyroscopes (an MPU-6050 was measured at 0.0012 °/s = 4.3 °/h,
 # robotics.stackexchange.com/q/8860); for such accelerometers 50 µg. Correlation times of minutes are usual; 100 s is a
@@ -53,7 +54,7 @@ class DataSheet:
         quantity: "gyr", "acc" or "mag": whose units ``unit`` is one of.
         unit: "deg/s", "g", "G" or "µT".
         scales: nominal full scale → Scale.
-        default: the full scale that ``imu`` takes unless told otherwise.
+        default: the full scale that ``imu`` uses by default.
         zero: ± tolerance of the zero level, one for all axes or one for each.
         sensitivity: ± tolerance of the sensitivity, a fraction.
         cross_axis: cross-axis sensitivity, a fraction.
@@ -105,7 +106,7 @@ def _sigma(tolerance: float) -> float:
 def _gyroscope(
     scales: Mapping[float, Scale], zero: float, sensitivity: float, cross_axis: float = CROSS_AXIS
 ) -> DataSheet:
-    """A sheet in °/s, with what is typical of all."""
+    """A sheet in °/s, with the typical values."""
     return DataSheet(
         "gyr", "deg/s", scales, 500, zero, sensitivity, cross_axis, instability=GYR_INSTABILITY, walk=GYR_WALK
     )
@@ -114,7 +115,7 @@ def _gyroscope(
 def _accelerometer(
     scales: Mapping[float, Scale], zero: PerAxis, sensitivity: float, cross_axis: float = CROSS_AXIS
 ) -> DataSheet:
-    """A sheet in g, with what is typical of all."""
+    """A sheet in g, with the typical values."""
     return DataSheet("acc", "g", scales, 4, zero, sensitivity, cross_axis, instability=ACC_INSTABILITY, walk=ACC_WALK)
 
 
@@ -246,10 +247,10 @@ def imu(
     """
     chip = {_plain(one.name): one for one in CHIPS}.get(_plain(name))
     if chip is None:
-        raise LevelheadError(f"'{name}' is not a sensor that levelhead knows; {nearest(name, [c.name for c in CHIPS])}")
+        raise LevelheadError(f"'{name}' is not a sensor of levelhead; {nearest(name, [c.name for c in CHIPS])}")
     sheet = chip.mag if mag is None else {_plain(one): page for one, page in MAGNETOMETERS.items()}.get(_plain(mag))
     if mag is not None and sheet is None:
-        raise LevelheadError(f"'{mag}' is not a magnetometer that levelhead knows; {nearest(mag, MAGNETOMETERS)}")
+        raise LevelheadError(f"'{mag}' is not a magnetometer of levelhead; {nearest(mag, MAGNETOMETERS)}")
     if sheet is None and (mag_range is not None or iron is not None):
         raise LevelheadError(f"the {chip.name} has no magnetometer; expected mag='HMC5883L' or another beside it")
     board = Imu(

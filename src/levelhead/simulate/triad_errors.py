@@ -18,7 +18,7 @@ TURN_ON, MATRIX, WHITE, INSTABILITY, WALK, VIBRATION, BUMPS = range(7)
 
 @dataclass(frozen=True)
 class TriadErrors:
-    """What a triad does wrong. "Unit" is rad/s, m/s² or µT; where one number stands for three axes, it holds for each.
+    """Errors of a triad. "Unit" is rad/s, m/s² or µT; where one number stands for three axes, it holds for each.
 
     Attributes:
         white_noise_density: N in unit/√Hz: samples have σ = N·√rate, the Allan deviation at τ = 1 s is N. For a
@@ -80,7 +80,7 @@ _UNITS = {
 
 @dataclass(frozen=True, eq=False)
 class TriadReadings:
-    """What a triad says, and what made it say so.
+    """Readings of a triad, with the errors in them.
 
     Attributes:
         values: (n, 3) in the sensor's unit.
@@ -96,7 +96,7 @@ class TriadReadings:
 
 
 def apply_errors(triad: TriadErrors, true: Array, t: Array, seed: int, sensor: int = 0) -> TriadReadings:
-    """What the triad reads when the truth is ``true``.
+    """Readings of the triad for the true values ``true``.
 
     The effects act in the order in which they do in hardware: true → scale factor and misalignment → bias → white noise
     → vibration and bumps → saturation → quantisation.
@@ -106,7 +106,7 @@ def apply_errors(triad: TriadErrors, true: Array, t: Array, seed: int, sensor: i
         true: (n, 3) in the sensor's unit.
         t: (n,) s, evenly spaced, at least two.
         seed: zero or more; the same seed gives the same bits.
-        sensor: tells the sensors of one board apart, so that their noises are independent.
+        sensor: number of the sensor on its board, so that the noises of two are independent.
 
     Raises:
         LevelheadError: the seed is negative.

@@ -172,7 +172,7 @@ def grid(owner: str, name: str, param: Param) -> list[float]:
         values = np.geomspace(low, high, steps)
     else:
         values = np.linspace(low, high, STEPS)
-    return [float(f"{value:.3g}") for value in values]  # 0.126, not 0.125893: what one would type
+    return [float(f"{value:.3g}") for value in values]  # 0.126, not 0.125893: as a person would type it
 
 
 def _facts(params: Params, name: str) -> Param:

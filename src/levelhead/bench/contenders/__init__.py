@@ -1,7 +1,7 @@
 """Other people's filters, each by its own public way in, with its own defaults, in its own units and frames.
 
-What comes out is always the same: (n, 4) quaternions wxyz, sensor to earth (x east, y north, z up). None of them has a
-notion of a missing reading, so they are given whole recordings only.
+The result is always (n, 4) quaternions wxyz, sensor to earth (x east, y north, z up). None of them
+accepts a missing reading, so they get complete recordings only.
 """
 
 from collections.abc import Callable

@@ -1,12 +1,12 @@
 """ahrs 0.4.0 (M. Garcia): the textbook's filters, each with an earth frame of its own. Plain Python, SI units.
 
-Which frame results stands in no page of it; it follows from the source, and ``tests/bench`` proves it on motions whose
+No page of it states the frame of the result; it follows from the source, and ``tests/bench`` proves it on motions whose
 truth is known:
 
 * ``Madgwick``: expects gravity at +z and the field in the x-z plane, so with specific force x is north, z up (NWU).
 * ``Mahony``: expects gravity at +z and the field in the y-z plane: ENU.
 * ``EKF``: its reference vectors are gravity and field in NED, so it is given gravity, which is minus the specific
-  force, and body axes forward-right-down: in a z-up body its start would lie in a singularity. Its default field is
+  force, and body axes forward-right-down: in a z-up body its start would be in a singularity. Its default field is
   that of Munich with 3° of declination; it is given the dip of the place as measured, and no declination.
 * ``AQUA``: earth to sensor, x is north, z up.
 * ``Complementary``: Euler angles from x north, z up.

@@ -1,7 +1,7 @@
 """vqf 2.1.2: D. Laidig, T. Seel, VQF, Information Fusion 2023, 91, 187-204.
 
 It is in SI units and its earth frame is ENU: nothing to convert. The magnetometer may be in any unit.
-``offlineVQF`` looks into the future: no live filter can do what it does.
+``offlineVQF`` uses the whole recording for every instant, which no live filter can do.
 """
 
 from typing import Any

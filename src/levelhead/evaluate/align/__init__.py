@@ -1,6 +1,6 @@
-"""What makes two streams of orientation match: conventions, constant rotations, a shift in time.
+"""Conventions, constant rotations and a time shift that make two series of orientation match.
 
-The reference B and the estimate A are quaternions of one moving thing, told by two systems. Looked for are
+The reference B and the estimate A are quaternions of one moving body from two systems. Searched are
 
     B(t) = X · E · C(A(t + τ)) · D · Y                                                                          (1)
 

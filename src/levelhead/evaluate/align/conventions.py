@@ -1,10 +1,10 @@
-"""What four numbers may mean: order, direction, frames.
+"""Possible meanings of four numbers: order, direction, frames.
 
-**A wrong order is a rotation in disguise.** Reading x, y, z, w as w, x, y, z permutes four numbers cyclically. That is
+**A wrong order equals a rotation.** Reading x, y, z, w as w, x, y, z permutes four numbers cyclically. That is
 an orthogonal map of determinant −1, and every such map is q ↦ p q* r with two constant unit quaternions (J. H. Conway,
 D. A. Smith, On Quaternions and Octonions, 2003, section 4.1). Here p = (1 + j)/√2 and r = (i + k)/√2. So a wrong order
 cannot be told from an inverse with two constant rotations: where both are free, only two of the four readings differ.
-What decides between the others is which one needs less of the rest.
+The cheaper hypothesis decides between the others.
 """
 
 from itertools import product
@@ -65,7 +65,7 @@ READINGS: tuple[tuple[Order, bool], ...] = (("wxyz", False), ("wxyz", True), ("x
 
 
 def distinct_conventions(order: Order, inverse: bool, earth: str, sensor: str) -> list[Convention]:
-    """The conventions that differ, given how free the constant rotations are (see ``turns.Freedom``)."""
+    """The conventions that differ, given how free the constant rotations are (see ``rotation_fit.Freedom``)."""
     if earth == "any" and sensor == "any" and order != "wxyz":
         return []  # the same as the other direction, see above
     frames: dict[str, tuple[EarthFrame, ...]] = {"none": ("ENU", "NED", "NWU"), "heading": ("ENU", "NED")}

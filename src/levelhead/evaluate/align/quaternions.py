@@ -1,4 +1,4 @@
-"""Products of quaternions wxyz, arrays and constants alike: what the search does thousands of times."""
+"""Products of quaternions wxyz, arrays and constants alike."""
 
 from typing import TYPE_CHECKING
 
@@ -29,7 +29,7 @@ def product(*factors: Array) -> Array:
 
 
 def between(a: Array, b: Array) -> Array:
-    """a* ⊗ b: what turns a to b, in the axes of a."""
+    """a* ⊗ b: the rotation from a to b, in the axes of a."""
     return product(conjugate(a), b)
 
 

@@ -20,7 +20,7 @@ from levelhead.evaluate.align.series import MIN_SAMPLES, OrientationSeries, Seri
 from levelhead.evaluate.lag import BLOCKS
 from levelhead.recording import Array
 
-POINTS = 4_000  # instants fitted; more would say the same
+POINTS = 4_000  # instants fitted; more do not change the result
 _STEPS = 12
 _DONE = 1e-8  # rad and s
 _RATE_OVER = 0.01  # s, at least, to either side of the instant
@@ -41,7 +41,7 @@ class Refinement(NamedTuple):
 
 
 def refine(fit: Fit, shift: float, move_clock: bool, pairs: SeriesPair) -> Refinement:
-    """Gauss-Newton from a closed-form fit; ``move_clock`` says whether the shift is a parameter too."""
+    """Gauss-Newton from a closed-form fit; ``move_clock``: the shift is a parameter too."""
     when = pairs.instants(shift, POINTS)
     heading_only, any_earth = fit.freedom.earth == "heading", fit.freedom.earth == "any"
     turns_earth, turns_sensor = 3 * any_earth + heading_only, 3 * (fit.freedom.sensor == "any")
@@ -71,7 +71,7 @@ def _rows(pairs: SeriesPair, late: float, when: Array) -> tuple[Array, Array, Ar
 
 
 def rates(course: OrientationSeries, when: Array) -> Array:
-    """(m, 3) angular rate in rad/s in the sensor's axes by central differences; NaN where the course does not say."""
+    """(m, 3) angular rate in rad/s in the sensor's axes by central differences; NaN where the series has no samples."""
     over = max(course.interval, _RATE_OVER)
     before, after = course.at(when - over), course.at(when + over)
     good = np.isfinite(before[:, 0]) & np.isfinite(after[:, 0])
@@ -85,7 +85,7 @@ def _step(jacobian: Array, errors: Array, weights: Array) -> tuple[Array, float]
     """The change of the parameters, and 1σ of the last one.
 
     Residuals of neighbouring samples are alike, so the covariance is H⁻¹ (Σ_blocks g gᵀ) H⁻¹ with g the sum of w Jᵀ e
-    over a block of time (batch means). What the motion does not tell is left as it is (pseudo-inverse).
+    over a block of time (batch means). Parameters that the motion does not determine stay unchanged (pseudo-inverse).
     """
     gradients = np.einsum("k,kij,ki->kj", weights, jacobian, errors)
     hessian = np.einsum("k,kij,kil->jl", weights, jacobian, jacobian)

@@ -1,4 +1,4 @@
-"""What made two streams match, and how sure that is."""
+"""The result of an alignment, and how certain it is."""
 
 from dataclasses import dataclass, replace
 from math import degrees
@@ -26,10 +26,10 @@ class Alignment:
     Attributes:
         convention: order, inverse and frames of the estimate, seen from the reference: C, E and D.
         freedom: which constant rotations the hypothesis that won has.
-        earth: X, wxyz: what turns the estimate's earth frame to that of the reference, beyond E.
-        sensor: Y, wxyz: what turns the reference's sensor axes to those of the estimate, beyond D.
-        shift: seconds by which the estimate is late; 0 if it was not looked for, or cannot be told.
-        shift_error: its standard error in s; None if it was not looked for, or cannot be told.
+        earth: X, wxyz: rotation from the estimate's earth frame to that of the reference, beyond E.
+        sensor: Y, wxyz: rotation from the reference's sensor axes to those of the estimate, beyond D.
+        shift: seconds by which the estimate is late; 0 if it was not searched, or has no answer.
+        shift_error: its standard error in s; None if it was not searched, or has no answer.
         before: RMS angle in ° between both as they are.
         after: the same, aligned.
         trimmed: RMS angle in ° over the best 90 % of the samples, aligned; by this hypotheses are judged.
@@ -88,26 +88,26 @@ class Alignment:
 
     @property
     def axes(self) -> int:
-        """About how many axes the motion turns, 0 to 3; two are needed to tell everything apart."""
+        """About how many axes the motion turns, 0 to 3; two are needed to distinguish all hypotheses."""
         return sum(turn > max(MIN_ROTATION, self.trimmed) for turn in self.spread)
 
     @property
     def unambiguous(self) -> bool:
-        """Whether there is nothing that this motion cannot tell."""
+        """Whether there is no ambiguity."""
         return not self.ambiguities
 
     @property
     def ambiguities(self) -> tuple[str, ...]:
-        """What this motion cannot tell, in sentences."""
+        """Hypotheses that this motion does not distinguish, in sentences."""
         found = []
         if self.trimmed > MISMATCH:
             found.append(f"Nothing brings them closer than {self.trimmed:.0f}°: they may not show the same motion.")
         if self.axes == 0:
-            found.append("Cannot tell conventions, frames and mounting apart: this motion hardly turns.")
+            found.append("This motion hardly turns: it does not distinguish conventions, frames and mounting.")
         elif self.axes == 1:
             found.append(
-                "Cannot tell an inverse, or a turn of the sensor, from a turn of the earth frame: this motion turns "
-                "about one axis only."
+                "This motion turns about one axis only: it does not distinguish an inverse, or a turn of the sensor, "
+                "from a turn of the earth frame."
             )
         if (
             self.axes
@@ -115,13 +115,13 @@ class Alignment:
             and self.second_best_trimmed <= residual_limit(self.trimmed)
         ):
             found.append(
-                f"Cannot tell {self.convention} from {self.second_best} by this motion: "
+                f"This motion does not distinguish {self.convention} from {self.second_best}: "
                 f"{format_angle(self.trimmed)} and {format_angle(self.second_best_trimmed)} remain."
             )
         if self.freedom == ("any", "any") and self.axes > 1 and self.convention.order == "wxyz" and self.inverse:
-            found.append("With both sides free an inverse cannot be told from order xyzw with other rotations.")
+            found.append("With both sides free, an inverse equals order xyzw with other rotations.")
         if self.shift_searched and (self.shift_error is None or self.shift_error > MAX_STANDARD_ERROR):
-            found.append("Cannot tell the shift in time from this motion.")
+            found.append("This motion does not determine the shift in time.")
         return tuple(found)
 
     def apply(self, track: Track, *, constant: bool = True, clock: bool = True) -> Track:
@@ -152,7 +152,7 @@ class Alignment:
 
     @property
     def description(self) -> str:
-        """What matched, without residuals: "order xyzw; heading turned by 12.0°; 12.3 ms late"."""
+        """The match without residuals: "order xyzw; heading turned by 12.0°; 12.3 ms late"."""
         parts = [str(self.convention)]
         if self.freedom.earth == "heading":
             parts.append(f"heading turned by {self.heading:.1f}°")

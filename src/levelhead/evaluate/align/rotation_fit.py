@@ -5,7 +5,7 @@ R. Sudhakar, Simultaneous robot/world and tool/flange calibration by solving hom
 form AX = YB, IEEE Transactions on Robotics and Automation 10(4), 1994, 549-554). Their quaternion form is linear, but
 needs the signs of all quaternions to agree. Three forms that do not ask for signs are used here:
 
-1. What turns between two instants does not know X: with a and b the rotation vectors of A_i* A_j and B_i* B_j,
+1. The rotation between two instants does not depend on X: with a and b the rotation vectors of A_i* A_j and B_i* B_j,
 
     b = Y* a                                                                                                    (2)
 
@@ -61,7 +61,7 @@ class Fit(NamedTuple):
 
     Attributes:
         convention: C, E and D.
-        freedom: what X and Y were allowed to be.
+        freedom: the rotations allowed for X and Y.
         earth: (4,) X, wxyz.
         sensor: (4,) Y, wxyz.
         trimmed: RMS angle in rad between both sides of eq. (1) over the best ``TRIM`` of the samples.
@@ -126,7 +126,7 @@ def fit(convention: Convention, freedom: Freedom, quat: Array, reference: Array,
 
     Args:
         convention: C, E and D.
-        freedom: what X and Y may be.
+        freedom: the rotations allowed for X and Y.
         quat: (m, 4) raw quaternions of the estimate.
         reference: (m, 4) quaternions of the reference at the same instants.
         start: Y from ``mounting``, in the order and direction of ``convention``; used if both sides are free.

@@ -33,9 +33,9 @@ def align(
     shift: bool | float = True,
     simplest: bool = True,
 ) -> Alignment:
-    """What makes an estimate match a reference: convention, constant rotations, shift in time.
+    """Convention, constant rotations and shift in time that make an estimate match a reference.
 
-    The reference counts as wxyz, sensor to earth, ENU; what is found is how the estimate differs from it.
+    The reference counts as wxyz, sensor to earth, ENU; the result is how the estimate differs from it.
 
     **The rule.** Every hypothesis is fitted: order × direction × frames × which constant rotations are free. Its
     residual is the RMS angle over the best 90 % of the samples. Its cost is 1 for each departure from "the same
@@ -54,7 +54,7 @@ def align(
         simplest: False: take all the freedom that ``earth`` and ``sensor`` give, instead of the cheapest good one.
 
     Raises:
-        LevelheadError: shapes, times, too few samples, an unknown option, or no instant that both know.
+        LevelheadError: shapes, times, too few samples, an unknown option, or no instant at which both are known.
     """
     _check("earth", earth, get_args(Earth))
     _check("sensor", sensor, get_args(Sensor))
@@ -78,7 +78,7 @@ def align(
 
 def _check(option: str, word: str, known: Sequence[str]) -> None:
     if word not in known:
-        raise LevelheadError(f"{option} is '{word}', which align does not know; {nearest(str(word), known)}")
+        raise LevelheadError(f"{option} is '{word}', which is not an option of align; {nearest(str(word), known)}")
 
 
 def freedoms(earth: Earth, sensor: Sensor) -> list[Freedom]:
@@ -103,7 +103,7 @@ def rank_hypotheses(pairs: SeriesPair, late: float, allowed: Sequence[Freedom], 
         raise LevelheadError(
             f"estimate ({pairs.estimate.t[0]:.6g} to {pairs.estimate.t[-1]:.6g} s) and reference "
             f"({pairs.reference.t[0]:.6g} to {pairs.reference.t[-1]:.6g} s) share {len(when)} instants, and their "
-            f"rates tell no shift; expected at least {MIN_SAMPLES} on one clock"
+            f"rates determine no shift; expected at least {MIN_SAMPLES} on one clock"
         )
     quat, reference = pairs.at(late, when)
     fits = []
@@ -127,7 +127,7 @@ def _report(found: Refinement, fits: Sequence[Fit], pairs: SeriesPair, shift: bo
     second = min(others, key=lambda one: one.trimmed, default=None)
     quat, reference = _common_instants(pairs, found.shift)
     as_is, true = _common_instants(pairs, 0.0)
-    if not len(as_is):  # other clocks: nothing can be said without the shift
+    if not len(as_is):  # other clocks: no residual without the shift
         as_is, true = quat, reference
     chosen = name_frames(found.fit)
     return Alignment(

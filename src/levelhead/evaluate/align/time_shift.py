@@ -14,7 +14,7 @@ from levelhead.evaluate.align.series import OrientationSeries
 from levelhead.recording import Array
 
 STEP = 0.05  # s, the grid on which rates are compared, where neither course is slower
-MIN_CORRELATION = 0.5  # correlation coefficient below which no shift is believed
+MIN_CORRELATION = 0.5  # correlation coefficient below which a shift is rejected
 PREFERRED_SHIFT = 1.0  # s; a shift within it is preferred to a longer one that fits hardly better
 _MIN_OVERLAP = 0.5  # of the shorter course, at least, for a shift to be thought of
 _RATE_STEPS = 4  # steps of the grid over which a rate is taken: noise counts less, and delays both alike
@@ -30,7 +30,7 @@ class Shift(NamedTuple):
 
 
 def estimate_shift(estimate: OrientationSeries, reference: OrientationSeries, longest: float = np.inf) -> Shift | None:
-    """The shift at which both turn equally fast, to a fraction of ``STEP``; None where the rates do not tell.
+    """The shift at which both turn equally fast, to a fraction of ``STEP``; None where the rates do not correlate.
 
     No shift beyond ``longest`` s is thought of.
     """

@@ -75,7 +75,7 @@ def _marks(axes: "Axes", result: Accuracy, j: int, values: list[float | None], l
     count = len(result.methods)
     shift = SPREAD * ((j + 0.5) / count - 0.5)
     points = [(i + shift, math.nan if value is None else value) for i, value in enumerate(values)]
-    points.insert(-1, (points[-1][0], math.nan))  # no line leads from the groups to what is taken over all
+    points.insert(-1, (points[-1][0], math.nan))  # no line leads from the groups to the overall figure
     look: dict[str, Any] = {"linestyle": "", "markersize": 6.0, "alpha": 0.75, "markerfacecolor": "white"}
     if leader:
         look = {"linestyle": LEADERS[method.name], "linewidth": 1.6, "markersize": 7.0, "zorder": 4}

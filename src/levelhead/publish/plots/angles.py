@@ -1,4 +1,4 @@
-"""Which Euler angle tells the data, in degrees, and its doubt."""
+"""Euler angles in degrees for pictures: the one that moves most, σ, references from single sensors."""
 
 import numpy as np
 

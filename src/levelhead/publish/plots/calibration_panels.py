@@ -1,4 +1,4 @@
-"""How a filter got to know its sensor: each number over time with ±2σ."""
+"""Estimated errors of a sensor over time, each with ±2σ."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -16,7 +16,7 @@ ROOM = 3.0  # of the σ that a number has in the middle of the recording: how fa
 
 
 class Panel(NamedTuple):
-    """What one panel shows: a quantity, the places of its numbers row by row, their names, a factor to the unit."""
+    """One panel: a quantity, the places of its numbers row by row, their names, a factor to the unit."""
 
     title: str
     name: str
@@ -40,8 +40,7 @@ PANELS = (
 
 
 def calibration_picture(history: CalibrationHistory, path: str | Path) -> None:
-    """Draw every number that a filter has learned of its sensor over time, with ±2σ; what it was not asked for, and
-    what had no sensor, is left out.
+    """Draw every estimated error of the sensor over time, with ±2σ, without those that were not estimated.
 
     Raises:
         LevelheadError: no matplotlib, or a path that cannot be written.
@@ -65,7 +64,7 @@ def calibration_picture(history: CalibrationHistory, path: str | Path) -> None:
 def _finding(history: CalibrationHistory) -> str:
     end = history.known[-1]
     known, asked = end.counts()
-    return f"{known} of the sensor's {asked} numbers have been learned from this motion"
+    return f"{known} of the sensor's {asked} errors are known from this motion"
 
 
 def _sigma(history: CalibrationHistory, panel: Panel) -> Array:

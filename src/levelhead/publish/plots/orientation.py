@@ -1,4 +1,4 @@
-"""One track without truth: its angles and doubt, the bias, what the sensors felt, and when something was wrong."""
+"""One track without truth: angles with σ, bias, norms of rate and force, health."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -92,7 +92,7 @@ def _bias(axes: "Axes", t: Array, bias: Array) -> None:
         course = np.degrees(bias[:, i])
         value = f"{course[-1]:.3g} °/s".replace("-", "−") if course.any() else "not estimated"
         curve(axes, t, course, color=style.AXES[i], linewidth=2.0 - 0.4 * i, label=f"{name}: {value}")
-    style.format_axes(axes, "Gyroscope bias learned (in the legend: at the end)", "bias [°/s]")
+    style.format_axes(axes, "Gyroscope bias (in the legend: at the end)", "bias [°/s]")
 
 
 def _norm(axes: "Axes", t: Array, values: Array, what: str, unit: str, colour: str) -> None:
@@ -103,7 +103,7 @@ def _norm(axes: "Axes", t: Array, values: Array, what: str, unit: str, colour: s
 
 
 class Event(NamedTuple):
-    """What a health bit says, whether that is a fault, and the runs of samples that carry it."""
+    """Meaning of a health bit, whether it is a fault, and the runs of samples that have it."""
 
     words: str
     fault: bool

@@ -1,4 +1,4 @@
-"""The lesson's picture: raw sensors, fused estimates, bias, and error with the filter's doubt, over one time axis."""
+"""The lesson's picture: raw sensors, fused estimates, bias, and error with σ, over one time axis."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class PanelData(NamedTuple):
-    """What the four panels share: one Euler angle of the truth and of the filters, degrees."""
+    """The data of the four panels: one Euler angle of the truth and of the filters, degrees."""
 
     comparison: Comparison
     truth: Truth
@@ -171,14 +171,14 @@ def _bias(axes: "Axes", data: PanelData) -> None:
     if courses:
         _focus(axes, courses)
     if scores:
-        title += ": {1} learns it to {0:.3g} °/s RMS".format(*min(scores))
+        title += ": {1} estimates it to {0:.3g} °/s RMS".format(*min(scores))
     elif len(courses) == (true is not None):
         title += ": none of these filters estimates it"
     style.format_axes(axes, title, "bias [°/s]")
 
 
 def _focus(axes: "Axes", courses: list[Array]) -> None:
-    """Limits that leave out the wildest 1 % (the first seconds, in which a filter has learned nothing yet)."""
+    """Limits that leave out the wildest 1 % (the first seconds, before the estimate has settled)."""
     low = min(float(np.nanquantile(course, 0.01)) for course in courses)
     high = max(float(np.nanquantile(course, 0.99)) for course in courses)
     room = 0.15 * (high - low) + 1e-3
@@ -190,7 +190,7 @@ def _errors(axes: "Axes", data: PanelData) -> None:
     doubtful = _with_sigma(data)
     if doubtful is not None:
         i, sigma, inside = doubtful
-        title += f": {100 * inside:.0f} % of {data.labels[i]}'s lies inside its ±2σ (honest: 95 %)"
+        title += f": {100 * inside:.0f} % of {data.labels[i]}'s lies inside its ±2σ (expected: 95 %)"
         colour = style.filter_style(i)["color"]
         band(axes, data.t, 0.0 * sigma, 2.0 * sigma, color=colour, alpha=0.16, label=f"±2σ of {data.labels[i]}")
         limits.append(2.4 * float(np.nanmedian(sigma)))

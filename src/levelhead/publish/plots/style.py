@@ -1,4 +1,4 @@
-"""The one look of all pictures: colours that colour-blind readers can tell apart, quiet axes, sharp text."""
+"""The common style of all pictures: colours for colour-blind readers, light axes, sharp text."""
 
 from pathlib import Path
 from textwrap import fill
@@ -62,7 +62,7 @@ def format_axes(axes: "Axes", title: str = "", ylabel: str = "", xlabel: str = "
 
 
 def plain_log(axes: "Axes") -> None:
-    """A logarithmic x axis that says 0.1, 0.2, 0.5, 1, not powers of ten."""
+    """A logarithmic x axis with the labels 0.1, 0.2, 0.5, 1, not powers of ten."""
     from matplotlib.ticker import LogLocator, NullFormatter
 
     axes.set_xscale("log")

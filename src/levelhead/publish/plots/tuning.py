@@ -38,7 +38,7 @@ def sweep_picture(sweep: Sweep, path: str | Path) -> None:
     axes.set_ylim(bottom=0.0)
     note = f"{sweep.param.doc[:1].upper()}{sweep.param.doc[1:]}"
     if sweep.edge:
-        note = f"The minimum is the {sweep.edge} value tried: a better one may lie beyond"
+        note = f"The minimum is the {sweep.edge} value tried: a better one may lie outside"
     style.format_axes(axes, note, f"RMS {sweep.metric} error [°]", f"{sweep.name}{unit}")
     made.legend(loc="outside lower center", ncols=2, frameon=False, fontsize=9)
     style.save(made, path)
