@@ -27,6 +27,7 @@ from levelhead.publish.plots import calibration_picture
 from levelhead.simulate import recording
 from levelhead.simulate.motion import STYLES
 from levelhead.simulate.presets import CHIPS, MAGNETOMETERS, DataSheet
+from levelhead.sources.formats import FORMATS
 
 DOCS = Path(__file__).resolve().parent
 BLOCK = re.compile(r"(<!-- generated: (.+?) -->\n).*?(<!-- end -->)", re.DOTALL)
@@ -140,6 +141,16 @@ def events() -> str:
     return table(["event", "meaning"], ([code(name), words] for name, words in EVENTS.items()))
 
 
+def formats() -> str:
+    """Formats, suffixes, who writes them, what is read and what is not, what must be installed."""
+    rows = [
+        [one.name, " ".join(code(suffix) for suffix in one.suffixes), one.devices, one.reads, one.leaves or "–",
+         code(f"levelhead[{one.extra.split()[0]}]") if one.extra else "–"]
+        for one in FORMATS
+    ]  # fmt: skip
+    return table(["format", "suffixes", "written by", "read", "not read", "needs"], rows)
+
+
 def spellings() -> str:
     """Every unit that the reader knows."""
     return table(
@@ -234,6 +245,7 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "filters": overview,
     "health": bits,
     "units": spellings,
+    "formats": formats,
     "events": events,
     "motions": motions,
     "chips": chips,

@@ -1,6 +1,7 @@
 """The units that people write, each with its factor to SI: the only place where degrees, g and gauss exist by name."""
 
 import math
+from functools import cache
 
 from levelhead.errors import LevelheadError, nearest
 
@@ -11,21 +12,49 @@ SI = {"time": "s", "gyr": "rad/s", "acc": "m/s²", "mag": "µT", "angle": "rad"}
 FACTORS: dict[str, dict[str, float]] = {
     "time": {
         **dict.fromkeys(("s", "sec", "secs", "second", "seconds"), 1.0),
-        **dict.fromkeys(("ms", "msec", "millis", "millisecond", "milliseconds"), 1e-3),
-        **dict.fromkeys(("us", "usec", "micros", "microsecond", "microseconds"), 1e-6),
-        **dict.fromkeys(("ns", "nsec", "nanos", "nanosec", "nanosecond", "nanoseconds"), 1e-9),
+        **dict.fromkeys(("ms", "msec", "msecs", "millis", "millisecond", "milliseconds"), 1e-3),
+        **dict.fromkeys(("us", "usec", "usecs", "micros", "microsecond", "microseconds"), 1e-6),
+        **dict.fromkeys(("ns", "nsec", "nsecs", "nanos", "nanosec", "nanosecond", "nanoseconds"), 1e-9),
         "min": 60.0,
     },
     "gyr": {
         "rad/s": 1.0,
         "rads": 1.0,
         **dict.fromkeys(("rad/sec", "rad/second", "radian/s", "radians/s", "radians/sec", "radians/second"), 1.0),
-        **dict.fromkeys(("rad s^-1", "rad s-1", "rad*s^-1", "radps"), 1.0),
+        **dict.fromkeys(
+            (
+                "rad s^-1",
+                "rad s-1",
+                "rad*s^-1",
+                "rad.s-1",
+                "rad.s^-1",
+                "rad per second",
+                "radians per second",
+                "rad/s^1",
+                "radps",
+            ),
+            1.0,
+        ),
         "mrad/s": 1e-3,
         "deg/s": math.pi / 180,
         **dict.fromkeys(("deg/sec", "deg/second", "degree/s", "degrees/s", "degree/sec"), math.pi / 180),
         **dict.fromkeys(("degrees/sec", "degree/second", "degrees/second"), math.pi / 180),
-        **dict.fromkeys(("deg s^-1", "deg s-1", "deg*s^-1", "degps", "°/sec"), math.pi / 180),
+        **dict.fromkeys(
+            (
+                "deg s^-1",
+                "deg s-1",
+                "deg*s^-1",
+                "deg.s-1",
+                "deg.s^-1",
+                "degps",
+                "°/sec",
+                "°s^-1",
+                "°s-1",
+                "deg per second",
+                "degrees per second",
+            ),
+            math.pi / 180,
+        ),
         "degs": math.pi / 180,
         "dps": math.pi / 180,
         "°/s": math.pi / 180,
@@ -41,12 +70,20 @@ FACTORS: dict[str, dict[str, float]] = {
         "ms2": 1.0,
         "ms-2": 1.0,
         "m/s**2": 1.0,
+        **dict.fromkeys(
+            ("m.s-2", "m.s^-2", "m/(s^2)", "m/(sec^2)", "m/(s2)", "m/s^-2", "mps^2", "m/s/sec", "n/kg"), 1.0
+        ),
+        **dict.fromkeys(("meters/s^2", "metres/s^2", "m per s^2", "meter/s^2"), 1.0),
         **dict.fromkeys(("m s^-2", "m s-2", "m*s^-2", "m/sec²", "m/sec2", "mss", "mpss"), 1.0),
         "mps2": 1.0,
         "cm/s²": 1e-2,
         "cm/s2": 1e-2,
         "g": STANDARD_GRAVITY,
         "gs": STANDARD_GRAVITY,
+        "g-force": STANDARD_GRAVITY,
+        "gravity": STANDARD_GRAVITY,
+        "milli-g": STANDARD_GRAVITY * 1e-3,
+        "mgs": STANDARD_GRAVITY * 1e-3,
         "mg": STANDARD_GRAVITY * 1e-3,
         "ug": STANDARD_GRAVITY * 1e-6,
     },
@@ -61,6 +98,11 @@ FACTORS: dict[str, dict[str, float]] = {
         "Gs": 100.0,
         "mG": 0.1,
         "mgauss": 0.1,
+        "milligauss": 0.1,
+        "ga": 100.0,
+        "microtesla": 1.0,
+        "nanotesla": 1e-3,
+        "tesla": 1e6,
     },
     "angle": {"rad": 1.0, "deg": math.pi / 180, "°": math.pi / 180},
 }
@@ -81,6 +123,7 @@ def _plain(unit: str) -> str:
     return unit.replace(" ", "").replace("·", "").replace("⁻", "-")
 
 
+@cache
 def find(quantity: str, unit: str) -> float | None:
     """The factor from ``unit`` to SI for "time", "gyr", "acc", "mag" or "angle"; None if it is none of theirs.
 

@@ -24,8 +24,10 @@ def test_turn_of_gravity_measures_the_scale(hand: Recording) -> None:
 
 
 def test_raw_counts_are_recognised(hand: Recording) -> None:
-    unit, why = unit_inference.gyr_unit(hand.t, np.rint(np.degrees(hand.gyr) * 131.0), hand.acc)
-    assert unit is None and "for about 13" in why
+    found = unit_inference.gyr_unit(hand.t, np.rint(np.degrees(hand.gyr) * 131.0), hand.acc)
+    assert found.unit is None and found.counts == 131.0 and "a guess" in found.why
+    odd = unit_inference.gyr_unit(hand.t, np.rint(np.degrees(hand.gyr) * 5000.0), hand.acc)
+    assert odd.unit is None and odd.counts is None and "for about 49" in odd.why
 
 
 @pytest.mark.parametrize(("noise", "unit"), [(0.002, "rad/s"), (0.1, "deg/s")])
@@ -33,8 +35,14 @@ def test_a_sensor_at_rest_is_guessed_from_its_noise(noise: float, unit: str) -> 
     rng = np.random.default_rng(0)
     t = np.arange(1000) * 0.01
     gyr, acc = rng.normal(0.0, noise, (1000, 3)), rng.normal([0.0, 0.0, 9.81], 0.05, (1000, 3))
-    found, why = unit_inference.gyr_unit(t, gyr, acc)
-    assert found == unit and "guess" in why
+    found = unit_inference.gyr_unit(t, gyr, acc)
+    assert found.unit == unit and "guess" in found.why
+
+
+def test_gravity_that_turns_against_the_gyroscope_is_said_to_do_so(hand: Recording) -> None:
+    found = unit_inference.gyr_unit(hand.t, -hand.gyr, hand.acc)
+    assert found.unit == "rad/s" and found.reversed and "a guess" in found.why
+    assert not unit_inference.gyr_unit(hand.t, hand.gyr, hand.acc).reversed
 
 
 def test_fast_motion_and_wheels_are_legitimate() -> None:

@@ -86,12 +86,11 @@ def test_quaternions_say_whether_they_are_a_reference(raw: str, reference: bool)
 IMU = ["t", "gx", "gy", "gz", "ax", "ay", "az"]
 
 
-def test_two_candidates_are_both_named() -> None:
+def test_of_two_sensors_the_first_is_taken_and_both_are_named() -> None:
     names = [*IMU, "gyr2_x", "gyr2_y", "gyr2_z"]
-    with pytest.raises(
-        LevelheadError, match=r"two candidates for the gyroscope: gx, gy, gz and gyr2_x.* map gyr=gx,gy,gz"
-    ):
-        assign(names, {}, "log.csv")
+    roles = assign(names, {}, "log.csv")
+    assert roles.columns["gyr"] == (1, 2, 3)
+    assert any("gx, gy, gz taken, not gyr2_x" in note for note in roles.notes)
     assert assign(names, {"gyr": ["gyr2_x", "gyr2_y", "gyr2_z"]}, "log.csv").columns["gyr"] == (7, 8, 9)
     assert assign(names, {"gyr": ["gyr2"]}, "log.csv").columns["gyr"] == (7, 8, 9)
     assert assign(names, {"gyr": ["gyr2"]}, "log.csv").ignored == ("gx", "gy", "gz")
@@ -103,7 +102,6 @@ def test_two_candidates_are_both_named() -> None:
         (["t", "ax", "ay", "az"], "no gyroscope among the columns t, ax, ay, az"),
         (["t", "gx", "gy", "gz"], "no accelerometer among"),
         (["t", "gx", "gy", "ax", "ay", "az"], "the gyroscope has gx, gy but no column for z"),
-        ([*IMU, "time"], "two candidates for the time: t and time"),
         ([*IMU, "gx"], "two columns are named gx"),
         (["t", "gx_dps", "gy_dps", "gz", "ax", "ay", "az"], "differ in unit"),
         (["t", "gx (dgs/s)", "gy (dgs/s)", "gz (dgs/s)", "ax", "ay", "az"], "'dgs/s' is not a unit.*'degs?/s'"),
@@ -126,4 +124,37 @@ def test_a_temperature_called_T_is_no_time() -> None:
 
 
 def test_a_bare_time_comes_before_a_qualified_one() -> None:
-    assert assign([*IMU, "gps_time"], {}, "log.csv").columns["t"] == (0,)
+    assert assign([*IMU, "gps_time"], {}, "log.csv").columns["t"] == (0, 7)  # candidates, the plainest first
+    assert assign(["gps_time", *IMU], {}, "log.csv").columns["t"] == (1, 0)
+
+
+@pytest.mark.parametrize(
+    ("names", "acc"),
+    [
+        (["linear_acc_x", "linear_acc_y", "linear_acc_z", "acc_x", "acc_y", "acc_z"], 3),
+        (["ACC RAW X", "ACC CAL X", "ACC RAW Y", "ACC CAL Y", "ACC RAW Z", "ACC CAL Z"], 1),
+        (["acc_uncalibrated_x", "acc_uncalibrated_y", "acc_uncalibrated_z", "acc_x", "acc_y", "acc_z"], 3),
+        (["acc_highg_x", "acc_highg_y", "acc_highg_z", "acc_x", "acc_y", "acc_z"], 3),
+    ],
+)
+def test_decoys_come_second(names: list[str], acc: int) -> None:
+    roles = assign([*names, "gx", "gy", "gz"], {}, "log.csv")
+    assert roles.columns["acc"][0] == acc
+
+
+def test_of_several_units_the_gyroscope_and_the_accelerometer_are_of_one() -> None:
+    axes = "xyz"
+    names = [f"{sensor}_{side}_{a}" for side in ("left", "right") for sensor in ("acc", "gyr") for a in axes]
+    first, second = assign(names, {}, "log.csv"), assign(names, {}, "log.csv", sensor="right")
+    assert (first.columns["acc"][0], first.columns["gyr"][0]) == (0, 3)
+    assert (second.columns["acc"][0], second.columns["gyr"][0]) == (6, 9)
+    assert any("--sensor" in note for note in first.notes)
+    with pytest.raises(LevelheadError, match="no sensor 'middle'"):
+        assign(names, {}, "log.csv", sensor="middle")
+
+
+@pytest.mark.parametrize("unit", ["furlong", "parsec/s", "stone"])
+def test_a_unit_that_is_not_known_is_refused_by_name(unit: str) -> None:
+    names = [f"acc_{a} [{unit}]" for a in "xyz"]
+    with pytest.raises(LevelheadError, match=f"'{unit}' is not a unit of the accelerometer"):
+        assign([*names, "gx", "gy", "gz"], {}, "log.csv")

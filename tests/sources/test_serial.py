@@ -133,8 +133,12 @@ def test_csv_that_somebody_kept_may_begin_in_the_middle_of_a_line(recording, tmp
     (tmp_path / "serial.log").write_text("\n".join([torn, *lines]), encoding="utf-8")
     read = lh.read(tmp_path / "serial.log")
     np.testing.assert_array_equal(read.gyr, recording.gyr)
-    assert "before the header stands the end of a line; it was left out" in read.meta["notes"]
+    assert "before the header stands 1 line of numbers; left out" in read.meta["notes"]
     (tmp_path / "serial.log").write_text("\n".join([torn, *lines[:50], "a,b", *lines[50:]]), encoding="utf-8")
+    read = lh.read(tmp_path / "serial.log")
+    np.testing.assert_array_equal(read.gyr, recording.gyr)
+    assert any("1 line was torn" in note and "line 52" in note for note in read.meta["notes"])
+    (tmp_path / "serial.log").write_text("\n".join([torn, *lines[:50], *["a,b"] * 9, *lines[50:]]), encoding="utf-8")
     with pytest.raises(lh.LevelheadError, match="line 52: 2 cells"):
         lh.read(tmp_path / "serial.log")
 

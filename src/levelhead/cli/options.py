@@ -33,13 +33,23 @@ class Reading:
     """Raw counts per unit: 131 counts are 1 deg/s."""
     rate: Annotated[float | None, Parameter(metavar="HZ")] = None
     """Samples a second, for a log without time stamps."""
+    sensor: Annotated[str | None, Parameter(metavar="NAME")] = None
+    """Of several sensors side by side, the one with this word in its names."""
+    session: Annotated[int | None, Parameter(metavar="N")] = None
+    """Of a log whose clock begins again, the part to take, from 1; the longest otherwise."""
 
     def read(self, log: Path) -> "Recording":
         """The recording in a log, with these hints."""
         from levelhead.sources import parse_lsb, parse_map, parse_units, read
 
         return read(
-            log, map=parse_map(self.map), units=parse_units(self.units), lsb=parse_lsb(self.lsb), rate=self.rate
+            log,
+            map=parse_map(self.map),
+            units=parse_units(self.units),
+            lsb=parse_lsb(self.lsb),
+            rate=self.rate,
+            sensor=self.sensor,
+            session=self.session,
         )
 
     def orientation(self, log: Path | None, column: str) -> "Track":

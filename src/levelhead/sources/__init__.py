@@ -17,6 +17,8 @@ def read(
     units: Mapping[str, str] | None = None,
     lsb: Mapping[str, str] | None = None,
     rate: float | None = None,
+    sensor: str | None = None,
+    session: int | None = None,
 ) -> Recording:
     """The recording in a file: .csv .tsv .txt .log .dat, JSON lines (.jsonl .ndjson), .mat, .h5 .hdf5, .npz, .parquet,
     a ROS bag, a node's black box (.mcap).
@@ -34,6 +36,8 @@ def read(
         lsb: raw counts per unit: ``{"gyr": "131/deg/s", "acc": "16384/g"}``.
         rate: samples a second, for a file without time stamps: t = row / rate. With stamps in the file it is an error,
             unless ``map={"t": []}`` leaves them out.
+        sensor: of several sensors side by side, the one whose columns, file or topic have this word in their names.
+        session: of a file whose clock begins again, the part to take, from 1; the longest otherwise.
 
     Returns:
         A Recording in SI units (rad/s, m/s², µT, s); missing values are NaN.
@@ -46,7 +50,7 @@ def read(
     from levelhead.sources.dispatch import read_file
     from levelhead.sources.hints import check
 
-    return read_file(path, check(map, units, lsb, rate))
+    return read_file(path, check(map, units, lsb, rate, sensor, session))
 
 
 def orientation(

@@ -58,10 +58,15 @@ def _columns(name: str, array: NDArray[Any], unit: str | None, transposed: bool)
     if array.ndim == 1 or 1 in array.shape:
         return {name + suffix: array.reshape(-1)}
     width = 4 if understand(f"{name}.w").role == "q" else 3
-    if (array.shape[0] == width and (transposed or array.shape[1] != width)) or (
-        array.shape[1] not in _LETTERS and array.shape[0] in _LETTERS
+    if (
+        (array.shape[0] == width and (transposed or array.shape[1] != width))
+        or (array.shape[1] not in _LETTERS and array.shape[0] in _LETTERS)
+        or (array.shape[0] <= 12 and array.shape[1] > 10 * array.shape[0])
     ):
         array = array.T
+    if array.shape[1] == 4 and width != 4 and len(array) > 4 and (np.diff(array[:, 0]) > 0).all():  # time, x, y, z
+        axes = {f"{name}.{letter}{suffix}": array[:, i + 1] for i, letter in enumerate("xyz")}
+        return {"time": array[:, 0], **axes}
     letters = _LETTERS.get(array.shape[1])
     if letters is None:
         return {f"{name}[{i}]{suffix}": array[:, i] for i in range(min(array.shape[1], 64))}

@@ -2,18 +2,21 @@
 
 import os
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from levelhead.errors import LevelheadError
-from levelhead.sources.layout import MISSING, Layout
+from levelhead.sources.hints import Hints
+from levelhead.sources.layout import Layout
+from levelhead.sources.splitting import MISSING
 from levelhead.sources.table import ArrayTable, Column
 
 _NULLS = sorted({form for word in MISSING for form in (word, word.upper(), word.capitalize())} | {"NaN"})
 
 
-def read_text(source: str, layout: Layout, wanted: Sequence[int], exact: int | None) -> dict[int, Column] | None:
+def read_text(source: str, layout: Layout, wanted: Sequence[int], exact: frozenset[int]) -> dict[int, Column] | None:
     """Columns of a big text file; None when pyarrow is not there or does not like the file.
 
     Then the reader in ``sources.text`` takes over: it reads what is unusual, and says what is wrong.
@@ -25,7 +28,7 @@ def read_text(source: str, layout: Layout, wanted: Sequence[int], exact: int | N
         return None
     if layout.delimiter == " ":
         return None
-    types = {str(i): pa.int64() if i == exact else pa.float64() for i in wanted}
+    types = {str(i): pa.int64() if i in exact else pa.float64() for i in wanted}
     try:
         table = pa_csv.read_csv(
             source,
@@ -88,3 +91,8 @@ def parquet(path: str | os.PathLike[str]) -> ArrayTable:
 
 def _line(error: Exception) -> str:
     return (str(error).splitlines() or [type(error).__name__])[0][:120]
+
+
+def tables(path: Path, shown: str, hints: Hints) -> list[ArrayTable]:
+    """The one table of a Parquet file."""
+    return [parquet(path)]

@@ -1,27 +1,36 @@
-"""From a table to a Recording: roles, time, units from header, hint or evidence, reference."""
+"""From a table to a Recording: roles, time, units from hint, header or evidence, signs, reference."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from levelhead import units
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array, Recording
 from levelhead.sources import unit_inference
-from levelhead.sources.clock import Clock, seconds
+from levelhead.sources.clock import Candidate, Clock, choose, seconds
 from levelhead.sources.columns import Roles, assign
-from levelhead.sources.hints import MEANING, QUANTITY, Hints, Scale
-from levelhead.sources.names import RELATIVE
+from levelhead.sources.conventions import points_down, whole_acceleration
+from levelhead.sources.field_check import field_turn, is_normalised
+from levelhead.sources.hints import MEANING, Hints, NeedsHints, Scale
+from levelhead.sources.names import RELATIVE, unit_in
+from levelhead.sources.scales import Evidence, acc_scale, declared, gyr_scale, mag_scale, settled, without_gravity
 from levelhead.sources.table import Column, Table, stack
 from levelhead.sources.truth import find_truth
+
+SLOWEST = 0.75  # s between complete samples; at half a turn a second, 135 degrees lie between them
+RARE = 0.05  # share of complete rows below which a log is refused
+USUAL_RATES = (10, 12.5, 20, 25, 50, 100, 104, 119, 125, 200, 208, 250, 400, 416, 500, 800, 1000)  # Hz
 
 
 def assemble(table: Table, hints: Hints) -> Recording:
     """The Recording in ``table``, in SI units; what was concluded stands in its ``meta``.
 
     ``meta`` has "source", "notes" (sentences), "ignored" (columns that nothing uses), "units" (what the file is in),
-    and where they apply "t0" (s, subtracted from the stamps) and "mag_unit" ("relative").
+    "columns" (which were taken), "findings" (what is wrong with the log) and where they apply "t0" (s, subtracted from
+    the stamps) and "mag_unit" ("relative").
 
     Raises:
         LevelheadError: one sentence with file, line and column.
@@ -31,26 +40,71 @@ def assemble(table: Table, hints: Hints) -> Recording:
 
 
 def _assemble(table: Table, hints: Hints) -> Recording:
-    roles = assign(table.names, hints.map, table.source, frozenset(hints.scale))
-    time = roles.columns.get("t", (None,))[0]
-    wanted = sorted(i for positions in roles.columns.values() for i in positions)
-    columns = table.read(wanted, time)
-    if len(columns[wanted[0]]) == 0:
-        raise LevelheadError(f"{table.source} has no line of numbers; expected one line per sample")
+    roles, columns = _read(table, hints)
     notes = [*table.notes, *roles.notes]
     clock = clock_of(table, roles, hints, columns, notes)
-    found: dict[str, str] = {"t": clock.unit}
-    acc = _sensor("acc", table, roles, hints, columns, clock.t, None, found, notes)
-    gyr = _sensor("gyr", table, roles, hints, columns, clock.t, acc, found, notes)
-    mag = _mag(table, roles, hints, columns, clock.t, found, notes)
+    if clock.rows is not None:
+        columns = {i: column[clock.rows] for i, column in columns.items()}
+    evidence = Evidence({"t": clock.unit}, notes, dict(clock.findings))
+    clock, columns = _dense(table, roles, clock, columns, notes)
+    acc = _acc(table, roles, hints, columns, evidence)
+    gyr = _gyr(table, roles, hints, columns, clock.t, acc, evidence)
+    mag = _mag(table, roles, hints, columns, evidence)
+    if mag is not None and "mag" not in hints.map:
+        mag = _trusted(clock.t, gyr, mag, evidence)
     truth = find_truth(table, roles, columns, notes)
-    meta: dict[str, Any] = {"source": table.source, "notes": notes, "ignored": list(roles.ignored), "units": found}
+    meta: dict[str, Any] = {
+        "source": table.source,
+        "notes": notes,
+        "ignored": list(roles.ignored),
+        "units": settled(evidence.found),
+        "columns": {role: [table.names[i] for i in positions] for role, positions in roles.columns.items()},
+        "findings": evidence.findings,
+    }
     if clock.t0 is not None:
         meta["t0"] = clock.t0
-    if found.get("mag") == RELATIVE:
+    if mag is not None and evidence.found.get("mag") == RELATIVE:
         meta["mag_unit"] = RELATIVE
-    assert acc is not None and gyr is not None  # assign has seen to it
     return Recording(clock.t, gyr, acc, mag, truth, meta)
+
+
+def _read(table: Table, hints: Hints) -> tuple[Roles, dict[int, Column]]:
+    """The roles and their columns; columns in which nothing stands are no candidates, where there are others."""
+    filled: frozenset[int] | None = None
+    first: LevelheadError | None = None
+    for _ in range(4):
+        try:
+            roles = assign(
+                table.names, hints.map, table.source, frozenset(hints.scale), sensor=hints.sensor,
+                context=table.context, filled=filled,
+            )  # fmt: skip
+        except LevelheadError as error:
+            raise first or error from None
+        times = roles.columns.get("t", ())
+        wanted = sorted({i for positions in roles.columns.values() for i in positions})
+        columns = table.read(wanted, frozenset(times))
+        if len(columns[wanted[0]]) == 0:
+            raise LevelheadError(f"{table.source} has no line of numbers; expected one line per sample")
+        if (
+            "acc" not in hints.map
+            and without_gravity(stack(columns, roles.columns["acc"]))
+            and "gravity" not in roles.columns
+        ):
+            rest = (frozenset(range(len(table.names))) if filled is None else filled) - set(roles.columns["acc"])
+            with suppress(LevelheadError):
+                other = assign(table.names, hints.map, table.source, frozenset(hints.scale), sensor=hints.sensor,
+                               context=table.context, filled=rest)  # fmt: skip
+                del other
+                filled = rest
+                continue
+        empty = {i for role, positions in roles.columns.items() if role in {"t", "gyr", "acc"} and role not in hints.map
+                 for i in positions if np.isnan(columns[i]).all()}  # fmt: skip
+        if not empty:
+            return roles, columns
+        name = next(table.names[i] for i in sorted(empty))
+        first = first or LevelheadError(f"{table.source}, column '{name}': every value is missing; expected numbers")
+        filled = (frozenset(range(len(table.names))) if filled is None else filled) - empty
+    raise first or LevelheadError(f"{table.source} has too many empty columns")
 
 
 def clock_of(table: Table, roles: Roles, hints: Hints, columns: dict[int, Column], notes: list[str]) -> Clock:
@@ -61,15 +115,17 @@ def clock_of(table: Table, roles: Roles, hints: Hints, columns: dict[int, Column
     """
     n = len(next(iter(columns.values())))
     if "t" in roles.columns:
-        position = roles.columns["t"][0]
-        name = table.names[position]
+        positions = roles.columns["t"]
         if hints.rate is not None:
             raise LevelheadError(
-                f"{table.source} has time stamps in column '{name}', and rate={hints.rate:g} is given too; "
-                "leave out the rate, or leave out the stamps with the hint map t="
+                f"{table.source} has time stamps in column '{table.names[positions[0]]}', and rate={hints.rate:g} is "
+                "given too; leave out the rate, or leave out the stamps with the hint map t="
             )
-        declared = hints.scale.get("t") or table.units.get("t") or roles.units.get("t")
-        clock = seconds(columns[position], declared, table, name)
+        chosen, words = choose([_candidate(table, i, hints, columns[i]) for i in positions])
+        notes += words
+        sensors = [i for role in ("gyr", "acc", "mag") for i in roles.columns.get(role, ())]
+        values = stack(columns, sensors) if sensors else None
+        clock = seconds(chosen.stamps, chosen.declared, table, chosen.name, values, hints.session)
         notes += clock.notes
         return clock
     if hints.rate is not None and table.rate is not None and "t" not in hints.map:
@@ -79,38 +135,143 @@ def clock_of(table: Table, roles: Roles, hints: Hints, columns: dict[int, Column
         )
     rate = hints.rate or table.rate
     if rate is None:
-        raise LevelheadError(
+        guess, said = _rate_guess(roles, columns)
+        raise NeedsHints(
             f"{table.source} has no column with time stamps; expected such as 't' or 'time_ms', or the hint map t=…, "
-            "or the hint rate=… in Hz"
+            f"or the hint rate=… in Hz{said}",
+            rate=guess,
         )
+    if hints.rate is None:
+        notes.append(f"time: no stamps; rows at the {rate:g} Hz that the file gives")
     return Clock(np.arange(n) / rate, "s", None, [])
 
 
-def _sensor(
-    role: str,
-    table: Table,
-    roles: Roles,
-    hints: Hints,
-    columns: dict[int, Column],
-    t: Array,
-    acc: Array | None,
-    found: dict[str, str],
-    notes: list[str],
-) -> Array | None:
-    """The (n, 3) values of one sensor in SI; ``acc`` in m/s² helps to judge the gyroscope."""
-    values = _values(role, table, roles.columns[role], columns)
-    rows = unit_inference.excerpt(len(t))
-    scale = _declared(role, table, roles, hints, notes)
-    if scale is None:
-        unit, why = _concluded(role, values, t, rows, acc, table)
-        scale = Scale(units.factor(QUANTITY[role], unit), unit)
-        notes.append(f"{MEANING[role]}: taken as {unit}; {why}")
-    elif role == "acc":
-        _plausible_acc(values, scale, table, found)
-    elif acc is not None:
-        _plausible_gyr(values[rows] / scale.divisor, scale, t[rows], acc[rows], table)
-    found[role] = scale.name
-    return _scaled(role, values, scale, table, roles.columns[role])
+def _dense(
+    table: Table, roles: Roles, clock: Clock, columns: dict[int, Column], notes: list[str]
+) -> tuple[Clock, dict[int, Column]]:
+    """The rows with a gyroscope, the accelerometer interpolated, where the two stand on different rows.
+
+    Raises:
+        LevelheadError: complete samples are rarer than ``SLOWEST``.
+    """
+    gyr, acc = (np.isfinite(stack(columns, roles.columns[role])).all(axis=1) for role in ("gyr", "acc"))
+    both: NDArray[np.bool_] = np.logical_and(gyr, acc)
+    if len(clock.t) > 20 and both.mean() < 0.2 and min(float(gyr.mean()), float(acc.mean())) > 0.15:
+        kept = np.flatnonzero(gyr)
+        placed = {i: column[kept] for i, column in columns.items()}
+        for i in roles.columns["acc"]:
+            placed[i] = np.interp(clock.t[kept], clock.t[acc], columns[i][acc].astype(np.float64))
+        notes.append(
+            "gyroscope and accelerometer stand on different rows; the accelerometer was set to the "
+            "gyroscope's by straight lines"
+        )
+        return clock._replace(t=clock.t[kept]), placed
+    t = clock.t[both]
+    if len(clock.t) > 20 and (t.size < 3 or both.mean() < RARE or float(np.median(np.diff(t))) > SLOWEST):
+        every = f"one every {float(np.median(np.diff(t))):.2g} s" if len(t) > 2 else f"{len(t)} in all"
+        raise LevelheadError(
+            f"{table.source} has too few samples in which gyroscope and accelerometer are both there: {every} "
+            f"({int(both.sum())} of {len(both)} rows); expected one every {SLOWEST:g} s or more often"
+        )
+    return clock, columns
+
+
+def _candidate(table: Table, position: int, hints: Hints, stamps: Column) -> Candidate:
+    name = table.names[position]
+    unit = table.column_units.get(position) or table.units.get("t")
+    if unit is None and "t" not in hints.scale:
+        unit = unit_in(name, "t", table.source)
+    return Candidate(name, stamps, hints.scale.get("t") or unit)
+
+
+def _rate_guess(roles: Roles, columns: dict[int, Column]) -> tuple[float, str]:
+    """(a usual rate in Hz, words) at which gravity would turn as a gyroscope in deg/s or rad/s says; 100 if unknown."""
+    if not {"gyr", "acc"} <= set(roles.columns):
+        return 100.0, ""
+    gyr, acc = (stack(columns, roles.columns[role]) for role in ("gyr", "acc"))
+    best: tuple[float, float] | None = None
+    for factor in (1.0, np.pi / 180.0):
+        for near in (10.0, 100.0):  # spans of half a second are as long as the rate makes them
+            turn = unit_inference.turn_of_gravity(np.arange(len(gyr)) / near, gyr * factor, acc)
+            if turn is not None and turn.clear:
+                rate = near * 1.0 / turn.scale if turn.scale > 0 else 0.0
+                if 8.0 < rate < 1200.0 and (best is None or turn.correlation > best[1]):
+                    best = rate, turn.correlation
+    if best is None:
+        return 100.0, "; nothing in the log tells it, and 100 stands for it here"
+    usual = min(USUAL_RATES, key=lambda one: abs(np.log(one / best[0])))
+    rate = float(usual) if abs(np.log(usual / best[0])) < 0.15 else float(round(best[0]))
+    return rate, f"; gravity turns as the gyroscope says at about {best[0]:.0f} Hz"
+
+
+def _acc(table: Table, roles: Roles, hints: Hints, columns: dict[int, Column], evidence: Evidence) -> Array:
+    """The (n, 3) specific force in m/s²."""
+    positions = roles.columns["acc"]
+    values = _values("acc", table, positions, columns)
+    scale = declared("acc", table, roles, hints, evidence.notes)
+    gravity = stack(columns, roles.columns["gravity"]) if "gravity" in roles.columns else None
+    values, scale = whole_acceleration(values, scale, gravity, [table.names[i] for i in positions], evidence)
+    scale = acc_scale(values, scale, "acc" in hints.scale, table, evidence)
+    evidence.found["acc"] = scale.name
+    scaled = _scaled("acc", values, scale, table, positions)
+    if "acc" not in hints.map and points_down([*table.names, *table.origin], scale, gravity, evidence):
+        return -scaled
+    return scaled
+
+
+def _gyr(
+    table: Table, roles: Roles, hints: Hints, columns: dict[int, Column], t: Array, acc: Array, evidence: Evidence
+) -> Array:
+    """The (n, 3) rates in rad/s; ``acc`` (n, 3) m/s² helps to judge their unit."""
+    positions = roles.columns["gyr"]
+    values = _values("gyr", table, positions, columns)
+    scale = declared("gyr", table, roles, hints, evidence.notes)
+    mag = stack(columns, roles.columns["mag"]) if "mag" in roles.columns else None
+    scale = gyr_scale(values, scale, "gyr" in hints.scale, t, acc, mag, table, evidence)
+    evidence.found["gyr"] = scale.name
+    return _scaled("gyr", values, scale, table, positions)
+
+
+def _mag(table: Table, roles: Roles, hints: Hints, columns: dict[int, Column], evidence: Evidence) -> Array | None:
+    """The (n, 3) field in µT, or without unit; None if there is none."""
+    if "mag" not in roles.columns:
+        return None
+    positions = roles.columns["mag"]
+    values = _values("mag", table, positions, columns)
+    known = values[~np.isnan(values).any(axis=1)]
+    if len(known) == 0:
+        evidence.notes.append("magnetometer: left out, because no row is complete")
+        return None
+    if not known.any():
+        evidence.notes.append("magnetometer: left out, because it is 0 on every row")
+        evidence.findings["mag_zero"] = True
+        return None
+    said = declared("mag", table, roles, hints, evidence.notes)
+    relative = roles.units.get("mag") == RELATIVE
+    if "mag" not in hints.scale and is_normalised(values):
+        evidence.findings["mag_normalised"] = True
+        evidence.notes.append(
+            "magnetometer: its length never changes, so it was normalised: a direction without strength"
+        )
+        said, relative = None, True
+    scale = mag_scale(values, said, relative, evidence)
+    evidence.found["mag"] = RELATIVE if scale is None else scale.name
+    return values if scale is None else _scaled("mag", values, scale, table, positions)
+
+
+def _trusted(t: Array, gyr: Array, mag: Array, evidence: Evidence) -> Array | None:
+    """The field, or None if it does not turn with the body: then it would teach a wrong heading."""
+    turn = field_turn(t, gyr, mag)
+    if turn is None or not turn.unusable:
+        return mag
+    length = unit_inference.median_norm(mag)
+    evidence.findings["mag_unusable"] = {"correlation": turn.correlation, "free": turn.free, "length": length}
+    evidence.notes.append(
+        f"magnetometer: left out, because it does not turn with the body (correlation {turn.correlation:.2f} with the "
+        f"gyroscope, length {length:.3g}); --map mag=… keeps it"
+    )
+    evidence.found.pop("mag", None)
+    return None
 
 
 def _values(role: str, table: Table, positions: Sequence[int], columns: dict[int, Column]) -> Array:
@@ -128,63 +289,6 @@ def _values(role: str, table: Table, positions: Sequence[int], columns: dict[int
     return values
 
 
-def _declared(role: str, table: Table, roles: Roles, hints: Hints, notes: list[str]) -> Scale | None:
-    """The scale that a hint gives, or the file; a hint wins."""
-    said = roles.units.get(role) or table.units.get(role)
-    if role in hints.scale:
-        if said is not None and units.find(QUANTITY[role], said) != hints.scale[role].factor:
-            notes.append(f"{MEANING[role]}: the hint says {hints.scale[role].name} where the file says {said}")
-        return hints.scale[role]
-    if said is None or said == RELATIVE:
-        return None
-    return Scale(units.factor(QUANTITY[role], said), said)
-
-
-def _concluded(role: str, values: Array, t: Array, rows: Any, acc: Array | None, table: Table) -> tuple[str, str]:
-    if role == "acc":
-        norm = unit_inference.median_norm(values)
-        unit = unit_inference.acc_unit(norm)
-        if unit is None:
-            raise LevelheadError(
-                f"{table.source}: the accelerometer has median length {norm:.4g}, which is gravity in neither m/s², "
-                f"g nor mg; expected the hint units acc=…, or for raw counts lsb acc={unit_inference.acc_counts(norm)}"
-            )
-        return unit, f"its median length is {norm:.4g}"
-    assert acc is not None  # the accelerometer comes first
-    found, why = unit_inference.gyr_unit(t[rows], values[rows], acc[rows])
-    if found is None:
-        raise LevelheadError(
-            f"{table.source}: the gyroscope is neither in rad/s nor in deg/s: {why}; "
-            "expected the hint units gyr=…, or for raw counts lsb gyr=131/deg/s or what the sensor's full scale says"
-        )
-    return found, why
-
-
-def _plausible_acc(values: Array, scale: Scale, table: Table, found: dict[str, str]) -> None:
-    norm = unit_inference.median_norm(values)
-    unit = unit_inference.acc_unit(norm / scale.divisor)
-    if unit is None or 0.3 < norm / scale.divisor * scale.factor / units.STANDARD_GRAVITY < 3.0:
-        return
-    raise LevelheadError(
-        f"{table.source}: the accelerometer is declared in {scale.name}, but its median length of {norm:.4g} says "
-        f"{unit}; expected the hint units acc={unit}"
-    )
-
-
-def _plausible_gyr(values: Array, scale: Scale, t: Array, acc: Array, table: Table) -> None:
-    degree = units.factor("gyr", "deg/s")
-    why, unit = None, "deg/s"
-    if scale.factor == 1.0:
-        why = unit_inference.says_degrees(t, values, acc)
-    elif scale.factor == degree:
-        why, unit = unit_inference.says_radians(t, values, acc), "rad/s"
-    if why is not None:
-        raise LevelheadError(
-            f"{table.source}: the gyroscope is declared in {scale.name}, but it looks like {unit}: {why}; "
-            f"expected the hint units gyr={unit}"
-        )
-
-
 def _scaled(role: str, values: Array, scale: Scale, table: Table, positions: Sequence[int]) -> Array:
     if scale.factor == scale.divisor == 1.0:
         return values
@@ -197,32 +301,3 @@ def _scaled(role: str, values: Array, scale: Scale, table: Table, positions: Seq
             f"{scale.name} is beyond all numbers; expected a value of the {MEANING[role]}"
         )
     return scaled
-
-
-def _mag(
-    table: Table,
-    roles: Roles,
-    hints: Hints,
-    columns: dict[int, Column],
-    t: Array,
-    found: dict[str, str],
-    notes: list[str],
-) -> Array | None:
-    if "mag" not in roles.columns:
-        return None
-    values = _values("mag", table, roles.columns["mag"], columns)
-    scale = _declared("mag", table, roles, hints, notes)
-    norm = unit_inference.median_norm(values)
-    if np.isnan(norm):
-        notes.append("magnetometer: left out, because no row is complete")
-        return None
-    if scale is None:
-        unit = None if roles.units.get("mag") == RELATIVE else unit_inference.mag_unit(norm)
-        if unit is None:
-            notes.append(f"magnetometer: kept as it is, without unit; its median length is {norm:.4g}")
-            found["mag"] = RELATIVE
-            return values
-        scale = Scale(units.factor("mag", unit), unit)
-        notes.append(f"magnetometer: taken as {unit}; its median length is {norm:.4g}")
-    found["mag"] = scale.name
-    return _scaled("mag", values, scale, table, roles.columns["mag"])

@@ -1,58 +1,164 @@
-"""Time stamps: their unit, their start, and whether they go forward."""
+"""Time stamps: which column is the clock, its unit, its start; stamps that repeat, step back or begin again."""
 
+import re
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from levelhead import units
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array, median
-from levelhead.sources.hints import Scale
+from levelhead.sources.clock_repair import Repair, repair
+from levelhead.sources.hints import NeedsHints, Scale
 from levelhead.sources.table import Column, Table
 
 _EPOCH = (0.9e9, 4.2e9)  # seconds since 1970 that lie between 1998 and 2103
 _LONGEST_UPTIME = 1e8  # seconds; stamps beyond it count from some date, not from the start of the sensor
 _SLOWEST_MEDIAN = {"s": 0.25, "ms": 250.0, "us": 250e3, "ns": 250e6}  # 4 Hz
+_NEAR = 0.25  # by which the rate of a guessed unit may differ from the rate that the file gives
+_POOR = re.compile(r"unfilt|pred|server|recv|receiv|arriv|host|wall|utc|gps|raw|system|local|log|date|iso|packet", re.I)
+_FAST = 2e-3  # s; a shorter interval could as well be a slow one in a larger unit
+_FEW = 20  # rows below which nothing is repaired
+_MISSING_SHARE = 0.01  # of the rows, at most, that may lack a stamp and are left out
 
 
 class Clock(NamedTuple):
     """Time stamps in seconds.
 
     Attributes:
-        t: (n,) seconds.
+        t: (n,) seconds of the rows that are kept.
         unit: what the stamps are in.
         t0: what was subtracted, in seconds; None if nothing was.
         notes: sentences about what was concluded.
+        rows: which rows of the table are kept; None: all.
+        findings: what is wrong with the stamps, for the doctor: name to numbers.
     """
 
     t: Array
     unit: str
     t0: float | None
     notes: list[str]
+    rows: NDArray[np.intp] | None = None
+    findings: Mapping[str, object] = MappingProxyType({})
 
 
-def seconds(stamps: Column, declared: Scale | str | None, table: Table, name: str) -> Clock:
-    """(n,) stamps of column ``name`` as seconds, checked.
+class Candidate(NamedTuple):
+    """A column that may be the clock: its name, its stamps, and the unit that is declared for it."""
+
+    name: str
+    stamps: Column
+    declared: Scale | str | None
+
+
+def choose(candidates: Sequence[Candidate]) -> tuple[Candidate, list[str]]:
+    """The clock among several columns with time in their names, and sentences about the choice.
+
+    The most even one is taken; of equals, the one with a plain name that comes first.
+    """
+    if len(candidates) == 1:
+        return candidates[0], []
+    ranked = sorted(enumerate(candidates), key=lambda item: _rank(item[1], item[0]))
+    best = ranked[0][1]
+    rest = ", ".join(f"'{one.name}'" for _, one in ranked[1:4])
+    return best, [
+        f"time: '{best.name}' is the most even of {len(candidates)} columns with time in their name, not {rest}"
+    ]
+
+
+def _rank(one: Candidate, order: int) -> tuple[float, int, int, int]:
+    stamps = one.stamps.astype(np.float64)
+    stamps = stamps[np.isfinite(stamps)]
+    if len(stamps) < 3 or len(stamps) < 0.5 * len(one.stamps) or stamps.min() == stamps.max():
+        return (9.0, 1, 1, order)
+    steps = np.diff(stamps)
+    still, back = float((steps == 0).mean()), float((steps < 0).mean())
+    low, middle, high = np.quantile(steps, [0.05, 0.5, 0.95])
+    spread = (high - low) / middle if middle > 0 else 9.0
+    uneven = 4.0 if still > 0.5 or back > 0.2 or middle <= 0 else float(np.floor(np.log10(max(spread, 0.2)) * 2.0))
+    declared = one.declared is None
+    return (uneven, int(_POOR.search(one.name) is not None), int(declared and middle == 1.0), order)
+
+
+def seconds(
+    stamps: Column,
+    declared: Scale | str | None,
+    table: Table,
+    name: str,
+    values: Array | None = None,
+    session: int | None = None,
+) -> Clock:
+    """(n,) stamps of column ``name`` as seconds, checked, and repaired where that can be said.
 
     ``declared`` is the unit that the header or a hint gives; without one the unit follows from the median interval.
-    Stamps that count from 1970 or another date become seconds since the first one.
+    Stamps that count from 1970 or another date become seconds since the first one. ``values`` (n, k) are the sensors'
+    numbers, which tell a repeated row from a burst of samples with one stamp. ``session``, from 1, chooses among parts
+    after each of which the clock began again; the longest is taken otherwise.
 
     Raises:
-        LevelheadError: a stamp is missing, or does not come after the one before it; the line is named.
+        LevelheadError: a stamp is missing or infinite, too few stamps increase; the line is named.
     """
-    _check(stamps, table, name)
     notes: list[str] = []
+    present = _present(stamps, table, name, notes)
+    if present is not None:
+        stamps = stamps[present]
     if declared is None:
-        declared = guess_unit(stamps)
-        notes.append(f"time: '{name}' has no unit; its median interval of {_interval(stamps):.6g} says {declared}")
+        declared, said = _concluded(stamps, table, name)
+        notes.append(said)
     scale = declared if isinstance(declared, Scale) else Scale(units.factor("time", declared), declared)
+    repaired = Repair(stamps)
+    if len(stamps) > 1 and not (stamps[1:] > stamps[:-1]).all():
+        if len(stamps) < _FEW:
+            _refuse(stamps, table, name)
+        repaired = repair(stamps, None if values is None else values if present is None else values[present], session)
+        notes += [f"time: '{name}' {sentence}" for sentence in repaired.notes]
+        if len(repaired.stamps) > 1 and not (repaired.stamps[1:] > repaired.stamps[:-1]).all():
+            _refuse(stamps, table, name)
+    elif session not in (None, 1):
+        raise LevelheadError(f"{table.source} has one session; there is no session {session}")
+    kept = repaired.stamps
+    first = kept[0]
     t0 = None
-    first = stamps[0]
+    if float(kept[-1]) - float(first) > 1e20 or abs(float(first)) > 1e20:
+        raise LevelheadError(f"{table.source}, column '{name}': {kept[-1]:.6g} is no time; expected s, ms, us or ns")
     if abs(float(first)) * scale.factor / scale.divisor > _LONGEST_UPTIME:
-        t0 = float(_scaled(stamps[:1].astype(np.float64), scale)[0])
-        stamps = stamps - first
+        t0 = float(_scaled(kept[:1].astype(np.float64), scale)[0])
+        kept = kept - first
         notes.append(f"time: starts at 0; the first stamp is {t0:.6f} s (meta['t0'])")
-    return Clock(_scaled(stamps.astype(np.float64), scale), scale.name, t0, notes)
+    rows = repaired.rows
+    if present is not None:
+        rows = present if rows is None else present[rows]
+    return Clock(_scaled(kept.astype(np.float64), scale), scale.name, t0, notes, rows, repaired.findings)
+
+
+def _concluded(stamps: Column, table: Table, name: str) -> tuple[Scale | str, str]:
+    """(unit, sentence) of stamps whose unit nobody gives.
+
+    Raises:
+        NeedsHints: a counter.
+    """
+    step = _interval(stamps)
+    unit = guess_unit(stamps)
+    if table.rate is not None and step > 0.0:
+        guessed = 1.0 / (step * units.factor("time", unit))
+        if abs(guessed / table.rate - 1.0) > _NEAR:
+            ticks = step * table.rate
+            return (
+                Scale(1.0, f"ticks of 1/{ticks:.6g} s", ticks),
+                f"time: '{name}' has no unit; it counts {step:g} a sample, which at the "
+                f"{table.rate:g} Hz that the file "
+                f"gives are {ticks:.6g} ticks a second",
+            )
+    elif step == 1.0 and unit != "s" and float((np.diff(stamps) == 1).mean()) > 0.9:
+        raise NeedsHints(
+            f"{table.source}, column '{name}': it counts 1 a row, which is a counter or whole milliseconds; expected "
+            "its unit, or the rate and no stamps",
+            units={"t": "ms"},
+        )
+    guess = ", a guess" if step * units.factor("time", unit) < _FAST else ""
+    return unit, f"time: '{name}' has no unit; its median interval of {step:.6g} says {unit}{guess}"
 
 
 def guess_unit(stamps: Column) -> str:
@@ -66,9 +172,12 @@ def guess_unit(stamps: Column) -> str:
 
 
 def _interval(stamps: Column) -> float:
+    """The median interval; where most stamps stand still, as in bursts, the mean one."""
     if len(stamps) < 2:
         return 0.0
-    return median(np.diff(stamps[:100_000]))
+    steps = np.diff(stamps[:100_000])
+    step = median(steps)
+    return step if step > 0.0 else float(steps[steps > 0].sum() / len(steps)) if (steps > 0).any() else 0.0
 
 
 def _scaled(values: Array, scale: Scale) -> Array:
@@ -78,22 +187,33 @@ def _scaled(values: Array, scale: Scale) -> Array:
     return values * (scale.factor / scale.divisor)
 
 
-def _check(stamps: Column, table: Table, name: str) -> None:
+def _present(stamps: Column, table: Table, name: str, notes: list[str]) -> NDArray[np.intp] | None:
+    """The rows that have a stamp; None: all.
+
+    Raises:
+        LevelheadError: more than a few lack one, or one is infinite.
+    """
     finite = np.isfinite(stamps)
-    if not finite.all():
-        row = int(np.argmin(finite))
+    if finite.all():
+        return None
+    row = int(np.argmin(finite))
+    missing = int((~finite).sum())
+    if np.isinf(stamps[row]) or missing > _MISSING_SHARE * len(stamps):
         what = "missing" if np.isnan(stamps[row]) else "infinite"
         raise LevelheadError(
             f"{table.source}, {table.where(row)}, column '{name}': the time is {what}; expected a stamp on every line"
         )
+    notes.append(f"time: {missing} rows without a stamp were left out, the first at {table.where(row)}")
+    return np.flatnonzero(finite)
+
+
+def _refuse(stamps: Column, table: Table, name: str) -> None:
     forward = stamps[1:] > stamps[:-1]
-    if not forward.all():
-        row = int(np.argmin(forward)) + 1
-        now, before = stamps[row], stamps[row - 1]
-        what = f"stands still at {now}" if now == before else f"goes back from {before} to {now}"
-        raise LevelheadError(
-            f"{table.source}, {table.where(row)}, column '{name}': time {what}; expected stamps that increase, "
-            "or the hints map t= and rate=…, which leave the stamps out"
-        )
-    if float(stamps[-1]) - float(stamps[0]) > 1e20 or abs(float(stamps[0])) > 1e20:
-        raise LevelheadError(f"{table.source}, column '{name}': {stamps[-1]:.6g} is no time; expected s, ms, us or ns")
+    row = int(np.argmin(forward)) + 1
+    now, before = stamps[row], stamps[row - 1]
+    what = f"stands still at {now}" if now == before else f"goes back from {before} to {now}"
+    raise NeedsHints(
+        f"{table.source}, {table.where(row)}, column '{name}': time {what}; expected stamps that increase, "
+        "or the hints map t= and rate=…, which leave the stamps out",
+        map={"t": []},
+    )

@@ -1,15 +1,25 @@
 """Which columns are which sensor: from their names, and from what a human said about them."""
 
 import re
+import shlex
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 
 from levelhead.errors import LevelheadError, nearest
+from levelhead.sources.candidates import (
+    Group,
+    best_pair,
+    best_partner,
+    grouped,
+    made_group,
+    ordered,
+    others,
+    shared_name,
+)
 from levelhead.sources.hints import MEANING, QUANTITY, WIDTH
 from levelhead.sources.names import Name, split, understand, unit_in
 
-_AXES = {"q": ("wxyz", "0123", "1234")}
 _EXAMPLE = {"gyr": "gyr_x, gyr_y, gyr_z", "acc": "acc_x, acc_y, acc_z"}
 
 
@@ -33,92 +43,178 @@ class Roles:
 
 
 def assign(
-    names: Sequence[str], hints: Mapping[str, Sequence[str]], source: str, unit_known: frozenset[str] = frozenset()
+    names: Sequence[str],
+    hints: Mapping[str, Sequence[str]],
+    source: str,
+    unit_known: frozenset[str] = frozenset(),
+    *,
+    sensor: str | None = None,
+    context: str = "",
+    filled: frozenset[int] | None = None,
 ) -> Roles:
     """The role of each column.
 
     ``hints`` is the map of ``sources.hints``: a role with no names is left out. The roles in ``unit_known`` may have
-    any unit in their names, because a hint gives theirs.
+    any unit in their names, because a hint gives theirs. ``sensor`` is a word that the names of the wanted unit of
+    sensors share; ``context`` is what the file or sheet is called; ``filled`` are the positions of columns that hold
+    numbers at all.
+
+    Of several sets of columns for one sensor the plainest is taken: not the linear, filtered, raw or uncalibrated one;
+    of several sensors the first; both are noted. ``columns["t"]`` holds all candidates for the time.
 
     Raises:
-        LevelheadError: no gyroscope, no accelerometer, two candidates, an axis or a hinted column that is not there,
-            units that differ between axes.
+        LevelheadError: no gyroscope, no accelerometer, an axis or a hinted column that is not there, units that differ
+            between axes.
     """
-    known = [understand(name) for name in names]
+    known = [understand(name, context) for name in names]
     columns: dict[str, tuple[int, ...]] = {}
     notes: list[str] = []
+    _repeated(names, hints, known, source)
+    found: dict[str, list[Group]] = {}
     for role in ("t", "gyr", "acc", "mag", "q", "bias"):
         if role in hints:
-            found = _hinted(role, hints[role], known, source)
+            if positions := _hinted(role, hints[role], known, source):
+                columns[role] = positions
         elif role == "t":
-            found = _time(known, source)
-        else:
-            found = _group(role, known, source)
-        if found:
-            columns[role] = found
+            if positions := _times(known, filled):
+                columns["t"] = positions
+        elif role in {"gyr", "acc", "mag"}:
+            found[role] = _groups(role, known, names, context, filled)
+        elif positions := _group(role, known, source):
+            columns[role] = positions
+    _choose(found, columns, sensor, known, source, notes)
+    gravity = _gravity(names)
+    if gravity and "acc" not in hints:
+        columns["gravity"] = gravity
     moving = tuple(i for i, name in enumerate(known) if name.role == "moving")
     if len(moving) == 1:
         columns["moving"] = moving
     _disjoint(columns, names, source)
     _complete(columns, names, source)
     units: dict[str, str] = {}
-    for role in [role for role in columns if role in QUANTITY]:
+    for role in [role for role in columns if role in QUANTITY and role != "t"]:
         with suppress(*((LevelheadError,) if role in unit_known else ())):
             if unit := _unit(role, columns[role], names, source):
                 units[role] = unit
-    used = {i for positions in columns.values() for i in positions}
+    if "t" in columns and "t" not in unit_known and (unit := unit_in(names[columns["t"][0]], "t", source)):
+        units["t"] = unit
+    used = {i for role, positions in columns.items() for i in (positions[:1] if role == "t" else positions)}
     ignored = tuple(name or f"(column {i + 1})" for i, name in enumerate(names) if i not in used)
     return Roles(columns, units, ignored, tuple(notes), frozenset(hints))
 
 
-def _time(known: Sequence[Name], source: str) -> tuple[int, ...]:
-    times = [i for i, name in enumerate(known) if name.role == "t"]
-    exact = [i for i in times if known[i].exact] or times
-    lower = [i for i in exact if known[i].raw.strip() != "T"] or exact  # T is the temperature beside a real time
-    if len(lower) > 1:
-        _two("t", [[known[i].raw] for i in lower], source)
-    return tuple(lower)
+def _times(known: Sequence[Name], filled: frozenset[int] | None) -> tuple[int, ...]:
+    """All columns that may be the time, those that are called just that first; a T beside a time is a temperature."""
+    times = [i for i, name in enumerate(known) if name.role == "t" and (filled is None or i in filled)]
+    lower = [i for i in times if known[i].raw.strip() != "T"] or times
+    with_unit = [i for i in lower if not _unknown_unit(known[i].raw)]
+    lower = with_unit or lower
+    return tuple(sorted(lower, key=lambda i: not known[i].exact))
+
+
+def _unknown_unit(raw: str) -> bool:
+    """Whether the brackets of a name hold a unit that is none of time, as in T(°)."""
+    try:
+        unit_in(raw, "t", "")
+    except LevelheadError:
+        return True
+    return False
+
+
+def _groups(
+    role: str, known: Sequence[Name], names: Sequence[str], context: str, filled: frozenset[int] | None
+) -> list[Group]:
+    complete, _ = grouped(role, known, filled)
+    return [
+        made_group(positions, [names[i] for i in positions], context)
+        for positions in (ordered(role, axes) for axes in complete)
+    ]
+
+
+def _choose(
+    found: Mapping[str, Sequence[Group]],
+    columns: dict[str, tuple[int, ...]],
+    sensor: str | None,
+    known: Sequence[Name],
+    source: str,
+    notes: list[str],
+) -> None:
+    """Puts the chosen groups into ``columns``."""
+    named = {role: _of_sensor(groups, sensor) for role, groups in found.items()}
+    if sensor is not None and not any(named.get(role) for role in ("gyr", "acc")):
+        labels = dict.fromkeys(group.label for groups in found.values() for group in groups)
+        raise LevelheadError(f"{source} has no sensor '{sensor}'; {nearest(sensor, labels)}")
+    gyr, acc = best_pair(named.get("gyr", []), named.get("acc", []))
+    if gyr is None and "gyr" in columns:
+        gyr = made_group(columns["gyr"], [known[i].raw for i in columns["gyr"]])
+    mag = best_partner(named.get("mag", []), gyr)
+    for role, group in (("gyr", gyr), ("acc", acc), ("mag", mag)):
+        if group is None or role in columns:
+            if role not in columns and role in found:
+                _incomplete(role, known, source)
+            continue
+        columns[role] = group.positions
+        if len(found[role]) > 1:
+            rest = [one for one in found[role] if one.positions != group.positions]
+            several = others(found[role], group) if sensor is None else []
+            words = f"; --sensor {shlex.quote(_distinct(several[0], group))} takes that one" if several else ""
+            notes.append(
+                f"{MEANING[role]}: {', '.join(group.names)} taken, not "
+                f"{'; not '.join(', '.join(one.names) for one in rest[:3])}{words}"
+            )
+
+
+def _of_sensor(groups: Sequence[Group], sensor: str | None) -> list[Group]:
+    if sensor is None:
+        return list(groups)
+    wanted = "".join(split(sensor))
+    return [group for group in groups if any(wanted in "".join(split(name)) for name in group.names)]
+
+
+def _distinct(group: Group, other: Group) -> str:
+    """A word that names one sensor and not the other."""
+    return next(iter(sorted(group.words - other.words, key=lambda word: (word.isdigit(), word))), group.label)
+
+
+def _gravity(names: Sequence[str]) -> tuple[int, ...]:
+    """The columns of a gravity vector that a phone or watch has worked out."""
+    axes: dict[str, int] = {}
+    for i, name in enumerate(names):
+        words = split(name)
+        if {"gravity", "grav"} & set(words):
+            for axis in "xyz":
+                if axis in words and axis not in axes:
+                    axes[axis] = i
+    return ordered("acc", axes)
+
+
+def _repeated(names: Sequence[str], hints: Mapping[str, Sequence[str]], known: Sequence[Name], source: str) -> None:
+    """Refuses a table in which a column of a sensor has the name of another one."""
+    for i, name in enumerate(known):
+        if name.role in {"gyr", "acc"} and name.role not in hints and names.index(names[i]) != i:
+            raise LevelheadError(
+                f"{source}: two columns are named {name.raw}; rename one of them ({MEANING.get(name.role, name.role)})"
+            )
+
+
+def _incomplete(role: str, known: Sequence[Name], source: str) -> None:
+    """Refuses a sensor that lacks an axis; a magnetometer of one axis is left out."""
+    _, rest = grouped(role, known, None)
+    if not rest or role == "mag":
+        return
+    axes = max(rest, key=len)
+    present = ", ".join(known[i].raw for i in axes.values())
+    missing = ", ".join(sorted(set("xyz") - set(axes))) or "x, y, z"
+    raise LevelheadError(
+        f"{source}: the {MEANING[role]} has {present} but no column for {missing}; "
+        f"expected three axes, or the hint map {role}=…"
+    )
 
 
 def _group(role: str, known: Sequence[Name], source: str) -> tuple[int, ...]:
-    """The positions of the one complete set of axes; () if there is none."""
-    groups: dict[str, dict[str, int]] = {}
-    for i, name in enumerate(known):
-        if name.role == role and (role != "q" or name.reference):
-            axes = groups.setdefault(name.stem, {})
-            if name.axis in axes:
-                _two(role, [[known[axes[name.axis]].raw], [name.raw]], source)
-            axes[name.axis] = i
-    complete = [found for axes in groups.values() if (found := _ordered(role, axes))]
-    if len(complete) > 1:
-        _two(role, [[known[i].raw for i in found] for found in complete], source)
-    if not complete and groups and role in {"gyr", "acc", "mag"}:
-        axes = max(groups.values(), key=len)
-        present = ", ".join(known[i].raw for i in axes.values())
-        missing = ", ".join(sorted(set("xyz") - set(axes))) or "x, y, z"
-        raise LevelheadError(
-            f"{source}: the {MEANING[role]} has {present} but no column for {missing}; "
-            f"expected three axes, or the hint map {role}=… (map {role}= leaves it out)"
-        )
-    return complete[0] if complete else ()
-
-
-def _ordered(role: str, axes: Mapping[str, int]) -> tuple[int, ...]:
-    for letters in _AXES.get(role, ("xyz", "012", "123")):
-        if set(letters) <= set(axes):
-            return tuple(axes[letter] for letter in letters)
-    return ()
-
-
-def _two(role: str, candidates: Sequence[Sequence[str]], source: str) -> None:
-    listed = " and ".join(", ".join(names) for names in candidates)
-    meaning = MEANING.get(role, role)
-    if len({tuple(names) for names in candidates}) < len(candidates):
-        raise LevelheadError(f"{source}: two columns are named {candidates[0][0]}; rename one of them ({meaning})")
-    raise LevelheadError(
-        f"{source}: {'two' if len(candidates) == 2 else len(candidates)} candidates for the {meaning}: {listed}; "
-        f"the hint map {role}={','.join(candidates[0])} decides"
-    )
+    """The positions of the first complete set of axes; () if there is none."""
+    complete, _ = grouped(role, known, None)
+    return ordered(role, complete[0]) if complete else ()
 
 
 def quaternion(wanted: str, names: Sequence[str], source: str) -> tuple[int, ...]:
@@ -156,14 +252,8 @@ def quaternions(names: Sequence[str]) -> dict[str, tuple[int, ...]]:
         name = understand(raw)
         if name.axis and name.role not in {"gyr", "acc", "mag", "t"}:
             groups.setdefault(_drop(split(raw), name.axis), {})[name.axis] = i
-    found = [positions for axes in groups.values() if (positions := _ordered("q", axes))]
-    return {_shared_name([names[i] for i in positions]): positions for positions in found}
-
-
-def _shared_name(names: Sequence[str]) -> str:
-    """What the names begin with, as the file spells it: "quat" of quat_w, quat_x, …."""
-    same = [len(set(letters)) == 1 for letters in zip(*names, strict=False)]
-    return names[0][: [*same, False].index(False)].rstrip(" _.[(-/") or names[0]
+    found = [positions for axes in groups.values() if (positions := ordered("q", axes))]
+    return {shared_name([names[i] for i in positions]): positions for positions in found}
 
 
 def _hinted(role: str, wanted: Sequence[str], known: Sequence[Name], source: str) -> tuple[int, ...]:
@@ -201,7 +291,7 @@ def _shared(role: str, wanted: str, known: Sequence[Name], source: str) -> tuple
         words = split(name.raw)
         if name.axis and "".join(words) != label and _drop(words, name.axis) == label:
             axes[name.axis] = i
-    if found := _ordered(role, axes):
+    if found := ordered(role, axes):
         return found
     labels = dict.fromkeys(name.stem for name in known if name.axis)
     raise LevelheadError(

@@ -1,160 +1,171 @@
-"""Which reader takes which file."""
+"""From a path to a recording: container, tables, streams, one recording."""
 
 import os
-from collections.abc import Callable
 from pathlib import Path
-from typing import TypeVar
+
+import numpy as np
 
 from levelhead.errors import LevelheadError, nearest
 from levelhead.recording import Recording
-from levelhead.sources.hints import Hints
+from levelhead.sources.container import Member, members
+from levelhead.sources.formats import BY_SUFFIX, CONTAINERS, FORMATS, TEXT, Format
+from levelhead.sources.hints import Hints, NeedsHints, check, command
 from levelhead.sources.table import Table
 
-_HDF5 = b"\x89HDF\r\n\x1a\n"
-_BINARY = {_HDF5: "HDF5 (.h5)", b"PK\x03\x04": "a ZIP archive (.npz, .xlsx)", b"PAR1": "Parquet (.parquet)"}
-_BINARY |= {b"\x1f\x8b": "compressed with gzip", b"MATLAB 5.0": "MATLAB (.mat)", b"\x93NUMPY": "NumPy (.npy)"}
-
-
-def _text(path: Path, hints: Hints) -> Table:
-    from levelhead.sources.json_lines import json_lines, looks_like_json
-    from levelhead.sources.text import TextTable
-
-    if looks_like_json(path):
-        return json_lines(path)
-    head = _head(path)
-    for signature, what in _BINARY.items():
-        if head.startswith(signature):
-            raise LevelheadError(
-                f"{path} is named like text but is {what}; expected lines of numbers, or the right suffix"
-            )
-    table = TextTable(path)
-    if table.layout.headless and not {"gyr", "acc"} <= set(hints.map):
-        raise LevelheadError(
-            f"{path} has no header that names its {len(table.names)} columns; expected hints such as "
-            "map t=1 gyr=2,3,4 acc=5,6,7 (columns by number)"
-        )
-    return table
-
-
-def _matlab(path: Path, hints: Hints) -> Table:
-    with open(path, "rb") as file:
-        hdf5 = _HDF5 in (file.read(8), file.seek(512) and file.read(8))
-    if hdf5:
-        return _hdf5(path, hints)
-    from levelhead.sources.matlab import matlab
-
-    return matlab(path)
-
-
-def _hdf5(path: Path, hints: Hints) -> Table:
-    from levelhead.sources.hdf5 import hdf5
-
-    return hdf5(path)
-
-
-def _npz(path: Path, hints: Hints) -> Table:
-    from levelhead.sources.npz import table
-
-    return table(path)
-
-
-def _parquet(path: Path, hints: Hints) -> Table:
-    from levelhead.sources.arrow import parquet
-
-    return parquet(path)
-
-
-def _bag(path: Path, hints: Hints) -> Table:
-    from levelhead.sources.rosbag import bag
-
-    return bag(path, hints)
-
-
-def _json(path: Path, hints: Hints) -> Table:
-    from levelhead.sources.json_lines import json_lines
-
-    return json_lines(path)
-
-
-def _mcap(path: Path, hints: Hints) -> Table:
-    raise LevelheadError(f"{path} has no columns; levelhead.read and levelhead fuse take it whole")
-
-
-READERS: dict[str, Callable[[Path, Hints], Table]] = {
-    **dict.fromkeys((".csv", ".tsv", ".txt", ".log", ".dat"), _text),
-    ".mat": _matlab,
-    **dict.fromkeys((".h5", ".hdf5"), _hdf5),
-    ".npz": _npz,
-    **dict.fromkeys((".parquet", ".pq"), _parquet),
-    **dict.fromkeys((".bag", ".db3"), _bag),
-    **dict.fromkeys((".jsonl", ".ndjson"), _json),
-    ".mcap": _mcap,
-}
-
-
-Reader = Callable[[Path, Hints], Table]
-_Made = TypeVar("_Made")
+_TRIES = 4  # hints that may be missing at once
+_BAG = BY_SUFFIX[".bag"]
+_READ = frozenset(BY_SUFFIX)
 
 
 def read_file(path: str | os.PathLike[str], hints: Hints) -> Recording:
-    """The recording in ``path``, by the reader that its suffix asks for.
+    """The recording in ``path``: a file, a folder or an archive.
 
     Raises:
-        LevelheadError: see ``opened``.
-    """
-    from levelhead.sources.assemble import assemble
-
-    def made(file: Path, reader: Reader) -> Recording:
-        if reader is _npz:
-            from levelhead.sources.npz import read
-
-            return read(file, hints)
-        if reader is _mcap and not _is_box(file):
-            reader = _bag
-        if reader is _bag:
-            from levelhead.sources.rosbag import without_topics
-
-            return assemble(_bag(file, hints), without_topics(hints))
-        if reader is _mcap:
-            from levelhead.sources.blackbox import box_recording
-
-            if hints.given:
-                raise LevelheadError(f"{file} says itself what is in it; map, units, lsb and rate are for other files")
-            return box_recording(file)
-        return assemble(reader(file, hints), hints)
-
-    return opened(path, made)
-
-
-def opened(path: str | os.PathLike[str], use: Callable[[Path, Reader], _Made]) -> _Made:
-    """What ``use`` makes of a file and the reader that its suffix asks for.
-
-    Raises:
-        LevelheadError: missing, a folder, empty, unreadable, unknown suffix, or what its reader says.
+        LevelheadError: missing, empty, unreadable, or what its reader says; where hints would settle it, the sentence
+            ends with the command line that has been tried and works.
     """
     file = Path(path)
     try:
-        if (file / "metadata.yaml").is_file():
-            return use(file, _bag)
-        if file.is_dir():
-            raise LevelheadError(f"{file} is a folder; expected a file with a recording, or the folder of a ROS 2 bag")
-        if not file.exists():
-            raise LevelheadError(f"there is no file {file}{_neighbour(file)}")
-        if file.stat().st_size == 0:
-            raise LevelheadError(f"{file} is empty; expected a recording")
-        reader = READERS.get(file.suffix.lower())
-        if reader is None:
-            raise LevelheadError(
-                f"{file} is not a recording that levelhead reads: it ends in '{file.suffix}'; "
-                f"expected one of {' '.join(READERS)}"
-            )
-        return use(file, reader)
+        return _read(file, hints)
+    except NeedsHints as error:
+        raise LevelheadError(f"{error}{_way_out(file, hints, error)}") from None
+
+
+def _way_out(file: Path, hints: Hints, error: NeedsHints) -> str:
+    """The command line that reads the file, tried; "" if none was found."""
+    options = hints.options()
+    for _ in range(_TRIES):
+        for option, value in error.hints.items():
+            if isinstance(value, dict):
+                other = "lsb" if option == "units" else "units"
+                options[other] = {k: v for k, v in options.get(other, {}).items() if k not in value}
+                options[option] = {**options.get(option, {}), **value}
+            else:
+                options[option] = value
+        try:
+            known = check(**{name: options.get(name) for name in ("map", "units", "lsb", "rate", "sensor", "session")})
+            _read(file, known)
+        except NeedsHints as again:
+            if again.hints == error.hints:
+                return ""
+            error = again
+            continue
+        except LevelheadError:
+            return ""
+        return f"; try: {command(str(file), options)}"
+    return ""
+
+
+def _read(file: Path, hints: Hints) -> Recording:
+    from levelhead.sources.streams import recording
+
+    try:
+        with np.errstate(all="ignore"):  # numbers such as 1e308 may stand in any file
+            return _whole(file, hints) or recording(str(file), *_opened(file, hints))
     except (OSError, ValueError) as error:
         if isinstance(error, LevelheadError):
             raise
         raise LevelheadError(f"cannot read {file}: {getattr(error, 'strerror', None) or error}") from None
     except MemoryError:
         raise LevelheadError(f"cannot read {file}: it asks for more memory than there is") from None
+
+
+def _whole(file: Path, hints: Hints) -> Recording | None:
+    """Files that hold a recording as levelhead wrote it; None for all others."""
+    _check_there(file)
+    if file.suffix.lower() == ".npz" and file.is_file():
+        from levelhead.sources.npz import read_own
+
+        return read_own(file, hints)
+    if file.suffix.lower() == ".mcap" and file.is_file() and _is_box(file):
+        from levelhead.sources.blackbox import box_recording
+
+        if hints.given:
+            raise LevelheadError(f"{file} says itself what is in it; map, units, lsb and rate are for other files")
+        return box_recording(file)
+    return None
+
+
+def _opened(file: Path, hints: Hints) -> tuple[list[Table], Hints]:
+    """The tables in a path, and the hints that are left for them."""
+    _check_there(file)
+    if (file / "metadata.yaml").is_file() or (file.is_file() and BY_SUFFIX.get(file.suffix.lower()) is _BAG):
+        from levelhead.sources.rosbag import without_topics
+
+        return list(_BAG.tables(file, str(file), hints)), without_topics(hints)
+    found: list[Table] = []
+    with members(file, _READ) as parts:
+        wanted = [part for part in parts if hints.sensor is None or _names(hints.sensor, part)] or parts
+        for part in wanted:
+            found += _member(part, hints, alone=len(wanted) == 1)
+    if not found:
+        raise LevelheadError(f"{file} holds no file with columns of numbers")
+    return found, hints
+
+
+def _names(sensor: str, part: Member) -> bool:
+    return sensor.lower() in part.name.lower()
+
+
+def _member(part: Member, hints: Hints, alone: bool) -> list[Table]:
+    """The tables of one file; beside others, a file that is no table is left out."""
+    try:
+        found = list(_format(part).tables(part.path, part.shown, hints))
+    except NeedsHints:
+        raise
+    except LevelheadError:
+        if alone:
+            raise
+        return []
+    if not alone:
+        from levelhead.sources.streams import in_memory
+
+        return [in_memory(table, part.name) for table in found]
+    from levelhead.sources.streams import in_memory
+
+    return found if part.path.exists() and part.shown == str(part.path) else [in_memory(table, "") for table in found]
+
+
+def _format(part: Member) -> Format:
+    known = BY_SUFFIX.get(part.path.suffix.lower())
+    if known is not None:
+        return known
+    with open(part.path, "rb") as file:
+        head = file.read(4096)
+    if head and b"\0" not in head and sum(sign > 126 for sign in head) < 0.1 * len(head):
+        return TEXT
+    raise LevelheadError(
+        f"{part.shown} is not a recording that levelhead reads: it ends in '{part.path.suffix}'; "
+        f"expected one of {' '.join(suffix for one in FORMATS for suffix in one.suffixes)} {' '.join(CONTAINERS)}, "
+        "or a folder"
+    )
+
+
+def open_table(path: str | os.PathLike[str], hints: Hints) -> Table:
+    """The one table of a file, for its other columns.
+
+    Raises:
+        LevelheadError: missing, unreadable, or several tables.
+    """
+    file = Path(path)
+    if file.suffix.lower() == ".mcap" and file.is_file() and _is_box(file):
+        raise LevelheadError(f"{file} has no columns; levelhead.read and levelhead fuse take it whole")
+    try:
+        found, _ = _opened(file, hints)
+    except (OSError, ValueError) as error:
+        if isinstance(error, LevelheadError):
+            raise
+        raise LevelheadError(f"cannot read {file}: {getattr(error, 'strerror', None) or error}") from None
+    if len(found) > 1:
+        raise LevelheadError(f"{file} holds {len(found)} tables; name the file with the columns")
+    return found[0]
+
+
+def _check_there(file: Path) -> None:
+    if not file.exists():
+        raise LevelheadError(f"there is no file {file}{_neighbour(file)}")
+    if file.is_file() and file.stat().st_size == 0:
+        raise LevelheadError(f"{file} is empty; expected a recording")
 
 
 def _is_box(file: Path) -> bool:
@@ -170,8 +181,3 @@ def _neighbour(file: Path) -> str:
         return f": there is no folder {file.parent} that could be read"
     hint = nearest(file.name, names)
     return f"; {hint}" if hint.startswith("did you mean") else "; expected the path of a recording"
-
-
-def _head(path: Path) -> bytes:
-    with open(path, "rb") as file:
-        return file.read(16)

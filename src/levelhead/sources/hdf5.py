@@ -1,22 +1,24 @@
 """HDF5, which MATLAB files of version 7.3 are too."""
 
 import os
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from levelhead.errors import LevelheadError
 from levelhead.sources.arrays import tabulate
+from levelhead.sources.hints import Hints
 from levelhead.sources.table import ArrayTable
 
 
-def hdf5(path: str | os.PathLike[str]) -> ArrayTable:
+def hdf5(path: str | os.PathLike[str], shown: str | None = None) -> ArrayTable:
     """The datasets of an HDF5 file as columns; an attribute "unit" or "units" counts.
 
     Raises:
         LevelheadError: h5py is not installed; truncated, damaged, or no HDF5 at all.
     """
-    source = os.fspath(path)
+    source = shown or os.fspath(path)
     try:
         import h5py
     except ImportError:
@@ -54,3 +56,8 @@ def _text(value: Any) -> str:
     if isinstance(value, bytes):
         return value.decode("utf-8", "replace")
     return str(value) if isinstance(value, str) else ""
+
+
+def tables(path: Path, shown: str, hints: Hints) -> list[ArrayTable]:
+    """The one table of an HDF5 file."""
+    return [hdf5(path, shown)]

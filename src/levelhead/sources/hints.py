@@ -2,9 +2,10 @@
 
 import csv
 import math
+import shlex
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from levelhead import units as unit_table
 from levelhead.errors import LevelheadError, nearest
@@ -34,16 +35,46 @@ class Hints:
         map: role ("t", "gyr", "acc", "mag", "q") to the names of its columns; no names: leave the role out.
         scale: role to the scale that ``units`` or ``lsb`` gave.
         rate: samples a second for files without time stamps; None if not said.
+        sensor: a word in the names of the wanted one of several sensors.
+        session: the part to take, from 1, of a file whose clock begins again.
+        words: the hints as words of the command line: (option, value).
     """
 
     map: Mapping[str, Sequence[str]] = field(default_factory=dict)
     scale: Mapping[str, Scale] = field(default_factory=dict)
     rate: float | None = None
+    sensor: str | None = None
+    session: int | None = None
+    words: tuple[tuple[str, str], ...] = ()
 
     @property
     def given(self) -> bool:
         """Whether anything was said at all."""
-        return bool(self.map or self.scale) or self.rate is not None
+        return bool(self.words)
+
+    def options(self) -> dict[str, Any]:
+        """The hints as the arguments of ``check``."""
+        made: dict[str, Any] = {}
+        for option, value in self.words:
+            role, _, text = value.partition("=")
+            if option == "map":
+                made.setdefault("map", {})[role] = next(csv.reader([text], skipinitialspace=True), [])
+            elif option in ("units", "lsb"):
+                made.setdefault(option, {})[role] = text
+            else:
+                made[option] = {"rate": float, "session": int, "sensor": str}[option](value)
+        return made
+
+
+class NeedsHints(LevelheadError):
+    """A sentence about what a file does not tell, with hints that would settle it.
+
+    The arguments of ``check``, such as ``map`` and ``rate``, are kept in ``hints``.
+    """
+
+    def __init__(self, sentence: str, **hints: Any) -> None:
+        super().__init__(sentence)
+        self.hints = hints
 
 
 def check(
@@ -51,6 +82,8 @@ def check(
     units: Mapping[str, str] | None,
     lsb: Mapping[str, str] | None,
     rate: float | None,
+    sensor: str | None = None,
+    session: int | None = None,
 ) -> Hints:
     """Hints as a user gives them, checked.
 
@@ -65,7 +98,30 @@ def check(
         scale[role] = _counts(role, text)
     if rate is not None and not (isinstance(rate, int | float) and math.isfinite(rate) and rate > 0.0):
         raise LevelheadError(f"rate is {rate!r}; expected samples a second, a number above 0, such as rate=100")
-    return Hints(columns, scale, None if rate is None else float(rate))
+    if session is not None and (not isinstance(session, int) or session < 1):
+        raise LevelheadError(f"session is {session!r}; expected a number from 1")
+    words = [("map", f"{role}={','.join(map_word(name) for name in names)}") for role, names in columns.items()]
+    words += [("units", f"{role}={text}") for role, text in (units or {}).items()]
+    words += [("lsb", f"{role}={text}") for role, text in (lsb or {}).items()]
+    for option, value in (("rate", None if rate is None else f"{rate:g}"), ("sensor", sensor), ("session", session)):
+        if value is not None:
+            words.append((option, str(value)))
+    return Hints(columns, scale, None if rate is None else float(rate), sensor, session, tuple(words))
+
+
+def map_word(name: str) -> str:
+    """A column's name as it stands in ``--map``: in double quotes if it holds a comma or a quote."""
+    return '"' + name.replace('"', '""') + '"' if "," in name or '"' in name or name != name.strip() else name
+
+
+def command(path: str, options: Mapping[str, Any]) -> str:
+    """The command line that reads a file with these hints, ready to paste."""
+    hints = check(
+        options.get("map"), options.get("units"), options.get("lsb"), options.get("rate"), options.get("sensor"),
+        options.get("session"),
+    )  # fmt: skip
+    words = [word for option, value in hints.words for word in (f"--{option}", shlex.quote(value))]
+    return " ".join(["levelhead fuse", shlex.quote(path), *words])
 
 
 def _columns(role: str, names: Sequence[str] | str) -> list[str]:

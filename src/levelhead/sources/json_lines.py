@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from levelhead.errors import LevelheadError
-from levelhead.sources.layout import decode, is_comment, lines_of
 from levelhead.sources.lines import LONGEST, Garbage, flattened
+from levelhead.sources.splitting import is_comment, lines_of
 from levelhead.sources.table import ArrayTable
 
 
@@ -41,7 +41,9 @@ def json_lines(path: Path) -> JsonTable:
     source = str(path)
     given = [
         (number, line)
-        for number, line in enumerate(lines_of(decode(path.read_bytes().removeprefix(b"\xef\xbb\xbf"), source, 1)), 1)
+        for number, line in enumerate(
+            lines_of(path.read_bytes().removeprefix(b"\xef\xbb\xbf").decode("utf-8", "replace")), 1
+        )
         if line.strip() and not is_comment(line)
     ]
     rows, lines, notes = [], [], []

@@ -1,20 +1,31 @@
-"""What the first lines of a text file say: delimiter, decimal sign, names of the columns, where the numbers begin."""
+"""How a text file is laid out: delimiter, decimal sign, names of the columns, where the numbers begin."""
 
-import csv
 import os
 from collections import Counter
 from collections.abc import Sequence
-from contextlib import suppress
-from dataclasses import dataclass
-from itertools import islice
+from dataclasses import dataclass, field
 
 from levelhead.errors import LevelheadError
+from levelhead.sources.encoding import Encoding, find_encoding
+from levelhead.sources.header import header_cells, joined, looks_like_header, rate_in
+from levelhead.sources.splitting import (
+    DELIMITERS,
+    MISSING,
+    cells,
+    is_comment,
+    is_data,
+    is_decimal_comma,
+    lines_of,
+    trimmed,
+)
+from levelhead.sources.stamps import is_stamp
 
-COMMENTS = ("#", "%", "//")
-MISSING = frozenset({"", "nan", "null", "none", "na", "n/a", "-", "--"})  # in lower case
-_HEAD = 1 << 18  # bytes that must hold the header
-_LOOK = 100  # lines that are looked at
-_SAMPLE = 40  # data lines that the delimiter is judged by
+__all__ = ["MISSING", "Layout", "cells", "find_layout", "is_comment", "layout_of", "lines_of"]
+
+HEAD = 1 << 18  # bytes that must hold preamble, header and the first lines of numbers
+LOOK = 600  # lines that are looked at
+DATA = 60  # of them, lines of numbers by which the delimiter is judged
+LATE = 100  # lines of numbers, at most, that may stand above a header: a serial line that was joined too early
 
 
 @dataclass(frozen=True)
@@ -22,13 +33,18 @@ class Layout:
     """How a text file is laid out.
 
     Attributes:
-        delimiter: "," ";" tab, or " " for any run of white space.
+        delimiter: "," ";" tab, "|", or " " for any run of white space.
         decimal_comma: whether numbers are written 9,81.
         names: one per column; "1", "2", … in a file without header.
         headless: whether the names are made up.
         first: how many physical lines stand before the first line of numbers.
         whole: positions of the columns whose first value is a whole number.
-        torn: whether the end of a line stands before the header, as where somebody began to listen to a serial line.
+        torn: how many lines of numbers stand before the header and belong to nothing.
+        stamps: positions of the columns that hold dates or clock times.
+        rate: samples a second, if the lines above the header give it.
+        tail: signs that end each line and are no cell ("1,2,3;").
+        encoding: how the bytes are text.
+        preamble: the lines above the header.
     """
 
     delimiter: str
@@ -37,158 +53,182 @@ class Layout:
     headless: bool
     first: int
     whole: frozenset[int]
-    torn: bool = False
+    torn: int = 0
+    stamps: frozenset[int] = frozenset()
+    rate: float | None = None
+    tail: str = ""
+    encoding: Encoding = field(default_factory=lambda: Encoding("utf-8"))
+    preamble: tuple[str, ...] = ()
 
 
 def find_layout(path: str | os.PathLike[str]) -> Layout:
     """The layout of a text file.
 
     Raises:
-        LevelheadError: empty, binary, not UTF-8, a header without numbers below it.
+        LevelheadError: empty, binary, a header without numbers below it.
     """
     source = os.fspath(path)
-    return layout_of(_first_lines(source), source)
+    lines, encoding = first_lines(source)
+    return layout_of(lines, source, encoding)
 
 
-def layout_of(lines: Sequence[str], source: str) -> Layout:
+def first_lines(source: str) -> tuple[list[str], Encoding]:
+    """The whole lines at the start of a file, and how they are encoded.
+
+    Raises:
+        LevelheadError: empty or binary.
+    """
+    with open(source, "rb") as file:
+        head = file.read(HEAD)
+        cut = len(head) == HEAD and bool(file.read(1))
+    if not head.strip():
+        raise LevelheadError(f"{source} is empty; expected a header and one line of numbers per sample")
+    encoding = find_encoding(head, source)
+    lines = lines_of(head[encoding.skip :].decode(encoding.name, "replace"))
+    if cut:
+        lines.pop()
+    if not lines:
+        raise LevelheadError(f"{source} is not a text file with columns; expected lines of numbers")
+    return lines, encoding
+
+
+def layout_of(lines: Sequence[str], source: str, encoding: Encoding | None = None) -> Layout:
     """The layout of lines of text that come from ``source``; see ``find_layout``."""
-    content = list(islice(((i, line) for i, line in enumerate(lines) if line.strip() and not is_comment(line)), _LOOK))
+    content = [(i, line) for i, line in enumerate(lines[: 10 * LOOK]) if line.strip() and not is_comment(line)][:LOOK]
     if not content:
         raise LevelheadError(
             f"{source} holds no lines but {'comments' if any(lines) else 'blank ones'}; expected numbers"
         )
-    delimiter = _delimiter([line for _, line in content])
-    rows = [(i, cells(line, delimiter)) for i, line in content]
-    comma = delimiter != "," and any(
-        "," in cell and _is_number(cell, True) for _, row in rows[-_SAMPLE:] for cell in row
-    )
-    start = next((k for k, (_, row) in enumerate(rows) if _is_data(row, comma)), None)
-    if start is None:
+    shape = _shape([line for _, line in content])
+    if shape is None:
+        shown = ", ".join(cells(content[0][1], _usual_delimiter(content[0][1]))[:4])
         raise LevelheadError(
-            f"{source} has a header ({', '.join(rows[0][1][:4])}, …) but no line of numbers below it; "
+            f"{source} has a header ({shown}, …) but no line of numbers below it; "
             "expected one line per sample, separated by comma, semicolon or tab"
         )
-    torn = start == 0 and _is_torn([row for _, row in rows[:3]], comma)
-    start = 2 if torn else start
+    delimiter, comma, tail, width = shape
+    rows = [(i, cells(line.rstrip(tail) if tail else line, delimiter)) for i, line in content]
+    numeric = [is_data(row, comma) for _, row in rows]
+    wide = [_near(row, width) for _, row in rows]
+    start = next((k for k in range(len(rows)) if numeric[k] and wide[k]), numeric.index(True))
+    header_at, header = _header_above([line for _, line in content], delimiter, width, comma, start)
+    torn = 0
+    if not header:
+        late = _late_header([line for _, line in content], numeric, wide, delimiter, width, comma, start)
+        if late is not None:
+            torn = sum(numeric[start:late])
+            header_at, start = late, next(k for k in range(late, len(rows)) if numeric[k] and wide[k])
+            header = [header_cells(content[late][1], delimiter, width) or []]
+    elif any(numeric[:header_at]) and not any(wide[k] and numeric[k] for k in range(header_at)):
+        torn = sum(numeric[:header_at])
     first, row = rows[start]
-    header = [cells_ for _, cells_ in rows[int(torn) : start]] or _commented_header(
-        lines[:first], delimiter, len(_trimmed(row))
-    )
-    names = _names(header) if header else [str(i + 1) for i in range(len(_trimmed(row)))]
-    while names and not names[-1].strip() and len(_trimmed(row)) < len(names):
+    if not header:
+        header = _commented(lines[:first], delimiter, width, comma)
+    names = joined(header, width) if header else [str(i + 1) for i in range(len(trimmed(row)))]
+    while names and not names[-1].strip() and len(trimmed(row)) < len(names):
         names.pop()
-    whole = frozenset(i for i, cell in enumerate(row) if cell.strip().lstrip("+-").isdecimal())
-    return Layout(delimiter, comma, tuple(names), not header, first, whole, torn)
+    preamble = tuple(lines[: content[header_at][0]] if header else lines[:first])
+    below = [row for (_, row), data in zip(rows[start:], numeric[start:], strict=True) if data][:DATA]
+    return Layout(
+        delimiter, comma, tuple(names), not header, first,
+        frozenset(i for i, cell in enumerate(row) if cell.strip().lstrip("+-").isdecimal()), torn,
+        _stamp_columns(below, len(names)), rate_in(preamble), tail, encoding or Encoding("utf-8"), preamble,
+    )  # fmt: skip
 
 
-def cells(line: str, delimiter: str) -> list[str]:
-    """The cells of one line, quotes taken off."""
-    if delimiter == " ":
-        return line.split()
-    if '"' in line:
-        with suppress(csv.Error):
-            return next(csv.reader([line], delimiter=delimiter), [])
-    return line.split(delimiter)
+def _near(row: Sequence[str], width: int) -> bool:
+    return len(trimmed(row)) <= width <= len(row) or len(row) == width
 
 
-def is_comment(line: str) -> bool:
-    """A remark, or Excel's hint ``sep=;``."""
-    return line.lstrip().startswith(COMMENTS) or line[:4].lower() == "sep="
+def _shape(lines: Sequence[str]) -> tuple[str, bool, str, int] | None:
+    """(delimiter, decimal comma, signs at the end of lines, width) under which most lines are numbers; None: none is.
+
+    The last lines count, since what stands above the numbers may have any shape.
+    """
+    sample = lines[-DATA:]
+    best: tuple[tuple[float, int, int], tuple[str, bool, str, int]] | None = None
+    tail = ";" if sum(line.rstrip().endswith(";") for line in sample) > 0.9 * len(sample) else ""
+    for order, delimiter in enumerate(DELIMITERS):
+        end = tail if delimiter != ";" else ""
+        rows = [cells(line.rstrip(" " + end) if end else line, delimiter) for line in sample]
+        comma = delimiter != "," and any(is_decimal_comma(cell) for row in rows for cell in row)
+        data = [row for row in rows if is_data(row, comma) and (len(row) > 1 or len(rows) > 0)]
+        if not data:
+            continue
+        width, count = Counter(len(row) for row in data).most_common(1)[0]
+        if delimiter == " " and comma and all(len(trimmed(row)) == 1 for row in data):
+            continue
+        score = (count if width > 1 else 0.1 * count, -order, width)
+        if best is None or score > best[0]:
+            best = score, (delimiter, comma, end, width)
+    if best is None:
+        return None
+    delimiter, comma, end, width = best[1]
+    return delimiter, comma, end, width
 
 
-def lines_of(text: str) -> list[str]:
-    """Lines as a text editor counts them."""
-    return text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
-
-
-def _first_lines(source: str) -> list[str]:
-    with open(source, "rb") as file:
-        head = file.read(_HEAD)
-        cut = len(head) == _HEAD and bool(file.read(1))
-    if not head.strip():
-        raise LevelheadError(f"{source} is empty; expected a header and one line of numbers per sample")
-    if cut:
-        head = head[: max(head.rfind(b"\n"), head.rfind(b"\r")) + 1]
-    if not head or b"\0" in head:
-        raise LevelheadError(f"{source} is not a text file with columns; expected lines of numbers in UTF-8")
-    return lines_of(decode(head.removeprefix(b"\xef\xbb\xbf"), source, 1))
-
-
-def decode(raw: bytes, source: str, first_line: int) -> str:
-    """UTF-8 or an error with the line; ``first_line`` is the number of the first line in ``raw``."""
-    try:
-        return raw.decode("utf-8")
-    except UnicodeDecodeError as error:
-        line = first_line + len(lines_of(raw[: error.start].decode("utf-8", "replace"))) - 1
-        raise LevelheadError(
-            f"{source}, line {line}: byte 0x{raw[error.start]:02x} is not UTF-8 text; save the file as UTF-8"
-        ) from None
-
-
-def _delimiter(lines: Sequence[str]) -> str:
-    """The first of tab, semicolon, comma that stands in nearly every line of the sample; else white space."""
-    sample = lines[2:][-_SAMPLE:] or lines[-1:]
-    for delimiter in "\t;,":
-        if sum(delimiter in line for line in sample) > 0.9 * len(sample):
-            return delimiter
-    found = Counter(delimiter for line in lines for delimiter in "\t;," if delimiter in line)
+def _usual_delimiter(line: str) -> str:
+    found = Counter(delimiter for delimiter in "\t;," for _ in range(line.count(delimiter)))
     return found.most_common(1)[0][0] if found else " "
 
 
-def _is_number(cell: str, comma: bool) -> bool:
-    try:
-        float(cell.replace(",", ".") if comma else cell)
-    except ValueError:
-        return False
-    return "_" not in cell
+def _header_above(
+    lines: Sequence[str], delimiter: str, width: int, comma: bool, start: int
+) -> tuple[int, list[list[str]]]:
+    """(position of its first line, rows) of the header right above the numbers; none: (start, [])."""
+    rows: list[list[str]] = []
+    at = start
+    while at > 0 and len(rows) < 6:
+        row = _header_row(lines[at - 1], delimiter, width, strict=bool(rows))
+        if not looks_like_header(row, width, comma):
+            break
+        rows.insert(0, row or [])
+        at -= 1
+    return at, rows
 
 
-def _is_data(row: Sequence[str], comma: bool) -> bool:
-    """Whether at least half of what stands in the line is numbers."""
-    filled = [cell for cell in row if cell.strip().lower() not in MISSING]
-    numbers = sum(_is_number(cell, comma) for cell in filled)
-    return bool(row) and (2 * numbers >= len(filled) > 0 or (not filled and any(cell.strip() for cell in row)))
+def _header_row(line: str, delimiter: str, width: int, strict: bool) -> list[str] | None:
+    """The cells of a line above the numbers; a second or third line must have the delimiter of the numbers."""
+    row = cells(line, delimiter)
+    if len(row) == width or (width > 1 and len(trimmed(row)) <= width <= len(row)):
+        return [cell.strip().strip("\"'").rstrip(":").strip() for cell in row]
+    if width > 2 and not strict and len(row) in (width - 1, width + 1) and len(trimmed(row)) > 0.5 * width:
+        return [cell.strip() for cell in row]
+    return None if strict else header_cells(line, delimiter, width)
 
 
-def _is_torn(rows: Sequence[Sequence[str]], comma: bool) -> bool:
-    """Whether these are the end of a line of numbers, a header, and numbers below it."""
-    if len(rows) < 3 or len(rows[1]) != len(rows[2]) or len(rows[0]) > len(rows[1]) or len(rows[1]) < 4:
-        return False
-    words = not any(_is_number(cell, comma) or cell.strip().lower() in MISSING for cell in rows[1])
-    return words and _is_data(rows[2], comma)
+def _late_header(
+    lines: Sequence[str], numeric: Sequence[bool], wide: Sequence[bool], delimiter: str, width: int, comma: bool,
+    start: int,
+) -> int | None:  # fmt: skip
+    """Where a header stands below the first lines of numbers: somebody began to listen before it came."""
+    for k in range(start + 1, min(len(lines) - 1, start + LATE)):
+        if numeric[k] or not any(numeric[j] and wide[j] for j in range(k + 1, min(k + 3, len(lines)))):
+            continue
+        row = cells(lines[k], delimiter)
+        if (
+            len(row) == width > 3
+            and looks_like_header(row, width, comma)
+            and not any(c.strip().lower() in MISSING for c in row)
+        ):
+            return k
+    return None
 
 
-def _trimmed(row: Sequence[str]) -> list[str]:
-    """The row without blank cells at its end."""
-    end = len(row)
-    while end > 1 and not row[end - 1].strip():
-        end -= 1
-    return list(row[:end])
-
-
-def _commented_header(lines: Sequence[str], delimiter: str, width: int) -> list[list[str]]:
-    """The names in the last comment before the numbers (EuRoC, numpy.savetxt), if it has as many cells."""
-    for line in reversed([line for line in lines if line.strip()]):
-        row = _trimmed(cells(line.strip().lstrip("#%/ "), delimiter))
-        if len(row) == width > 3 and not all(_is_number(cell, False) for cell in row):
+def _commented(lines: Sequence[str], delimiter: str, width: int, comma: bool) -> list[list[str]]:
+    """The names in the last comment before the numbers that has as many cells (EuRoC, numpy.savetxt)."""
+    for line in reversed([line for line in lines if line.strip() and is_comment(line)][-20:]):
+        row = header_cells(line, delimiter, width) if width > 3 else None
+        if row is not None and looks_like_header(row, width, comma):
             return [row]
-        break
     return []
 
 
-def _names(header: Sequence[Sequence[str]]) -> list[str]:
-    """One name per column; of several header lines, group names spread over the blank cells behind them."""
-    width = max(len(row) for row in header)
-    parts: list[list[str]] = [[] for _ in range(width)]
-    for depth, row in enumerate(header):
-        group = ""
-        for i in range(width):
-            cell = row[i].strip() if i < len(row) else ""
-            group = cell or (group if depth < len(header) - 1 and i < len(row) else "")
-            if group:
-                parts[i].append(group)
-    if len(header) > 1:  # a group does not spread over columns that nothing stands under
-        for i in range(width):
-            if not any(i < len(row) and row[i].strip() for row in header):
-                parts[i] = []
-    return [" ".join(part) for part in parts]
+def _stamp_columns(rows: Sequence[Sequence[str]], width: int) -> frozenset[int]:
+    """The columns in which nearly every cell is a date or a clock time."""
+    found = set()
+    for i in range(width):
+        filled = [row[i] for row in rows if i < len(row) and row[i].strip().lower() not in MISSING]
+        if filled and sum(is_stamp(cell) for cell in filled) > 0.9 * len(filled):
+            found.add(i)
+    return frozenset(found)

@@ -17,8 +17,9 @@ from levelhead.sample import Sample, Triple
 from levelhead.sources.assemble import assemble
 from levelhead.sources.columns import assign
 from levelhead.sources.hints import QUANTITY, Hints, Scale
-from levelhead.sources.layout import MISSING, Layout, cells, is_comment, layout_of
+from levelhead.sources.layout import Layout, layout_of
 from levelhead.sources.names import RELATIVE
+from levelhead.sources.splitting import MISSING, cells, is_comment
 from levelhead.sources.table import ArrayTable
 
 LOOK = 20  # lines of numbers by which units are judged

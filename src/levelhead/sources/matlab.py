@@ -1,16 +1,21 @@
 """MATLAB files up to version 7; version 7.3 is HDF5."""
 
 import os
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from levelhead.errors import LevelheadError
 from levelhead.sources.arrays import tabulate
+from levelhead.sources.hdf5 import hdf5
+from levelhead.sources.hints import Hints
 from levelhead.sources.table import ArrayTable
 
+HDF5 = b"\x89HDF\r\n\x1a\n"
 
-def matlab(path: str | os.PathLike[str]) -> ArrayTable:
+
+def matlab(path: str | os.PathLike[str], shown: str | None = None) -> ArrayTable:
     """The variables of a .mat file (v4 to v7) as columns; the fields of structures get a dot in their name.
 
     Raises:
@@ -18,7 +23,7 @@ def matlab(path: str | os.PathLike[str]) -> ArrayTable:
     """
     import scipy.io
 
-    source = os.fspath(path)
+    source = shown or os.fspath(path)
     try:
         variables = scipy.io.loadmat(path)
     except MemoryError:
@@ -44,3 +49,10 @@ def _flatten(name: str, value: Any, arrays: dict[str, Any], texts: list[str]) ->
             _flatten(f"{name}.{field}", value.reshape(-1)[0][field], arrays, texts)
     elif not value.dtype.names:
         arrays[name] = value
+
+
+def tables(path: Path, shown: str, hints: Hints) -> list[ArrayTable]:
+    """The one table of a .mat file; version 7.3 is HDF5."""
+    with open(path, "rb") as file:
+        is_hdf5 = HDF5 in (file.read(8), file.seek(512) and file.read(8))
+    return [hdf5(path, shown) if is_hdf5 else matlab(path, shown)]

@@ -12,7 +12,25 @@ from levelhead.sources.hints import MEANING, QUANTITY
 RELATIVE = "relative"  # the "unit" of a magnetometer that was divided by the local field strength
 
 _WORDS = {
-    "gyr": {"gyr", "gyro", "gyros", "gyroscope", "gyrs", "omega", "angvel", "angularvelocity", "rotationrate", "wrss"},
+    "gyr": {
+        "gyr",
+        "gyro",
+        "gyros",
+        "gyroscope",
+        "gyrs",
+        "gyroscopes",
+        "gyroadc",
+        "omega",
+        "angvel",
+        "angularvelocity",
+        "angularrate",
+        "angrate",
+        "rotationrate",
+        "rateofrotation",
+        "turnrate",
+        "rotvel",
+        "wrss",
+    },
     "acc": {
         "acc",
         "accel",
@@ -21,14 +39,40 @@ _WORDS = {
         "accelerometers",
         "acceleration",
         "accl",
+        "accels",
+        "accelerations",
+        "accs",
+        "accsmooth",
+        "accadc",
+        "xl",
         "specificforce",
         "arss",
     },
-    "mag": {"mag", "magn", "magneto", "magnetometer", "magnetometers", "magfield", "magneticfield", "magnetic"},
+    "mag": {
+        "mag",
+        "magn",
+        "magneto",
+        "magnetometer",
+        "magnetometers",
+        "magfield",
+        "magneticfield",
+        "magnetic",
+        "geomagnetic",
+        "compass",
+        "magadc",
+    },
     "q": {"quat", "quaternion", "orientation", "quats"},
 }
 _LETTERS = {"gyr": {"g", "w"}, "acc": {"a", "gf"}, "mag": {"m"}, "q": {"q"}}  # only when nothing else is in the name
-_PAIRS = {("angular", "velocity"), ("angular", "rate"), ("ang", "vel"), ("rotation", "rate"), ("angular", "vel")}
+_PAIRS = {
+    ("rate", "of"),
+    ("turn", "rate"),
+    ("angular", "velocity"),
+    ("angular", "rate"),
+    ("ang", "vel"),
+    ("rotation", "rate"),
+    ("angular", "vel"),
+}
 _FILLERS = {"imu", "sensor", "raw", "data", "field", "msg", "cal", "calibrated", "corrected", "truth", "relative"}
 _REFERENCES = {"opt", "optical", "vicon", "truth", "true", "gt", "groundtruth", "ref", "reference", "mocap"}
 _REFERENCES |= {"qualisys", "optitrack"}
@@ -44,10 +88,13 @@ _DERIVED |= {
     "accuracy",
     "integral",
     "delta",
+    "setpoint",
+    "desired",
+    "sum",
 }
 _DERIVED |= {"jerk", "error", "err", "pos", "position", "angle", "scale", "time", "timestamp", "clipping", "quality"}
 _TIMES = {"t", "time", "times", "timestamp", "timestamps", "stamp", "stamps", "ts", "epoch", "elapsed", "clock"}
-_TIMES |= {"sampletime", "timeelapsed", "unixtime"}
+_TIMES |= {"sampletime", "timeelapsed", "unixtime", "tow", "itow", "gpst", "datetime", "loggingtime", "uptime", "date"}
 _NO_TIMES = {
     "delta",
     "dt",
@@ -63,10 +110,15 @@ _NO_TIMES = {
     "mag",
 }
 _TIME_ALONE = {"seconds", "secs", "sec", "ms", "us", "ns", "millis", "milliseconds", "micros", "microseconds"}
-_TIME_ALONE |= {"nanos", "nanoseconds"}
+_TIME_ALONE |= {"nanos", "nanoseconds", "msecs", "usecs", "nsecs"}
 
 _BRACKETS = re.compile(r"[\(\[\{]([^()\[\]{}]*)[\)\]\}]")
 _TOKENS = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+\d*|[A-Z]+\d*|\d+|[^\W\d_]+")
+_REMARKS = {"raw", "cal", "calibrated", "uncal", "uncalibrated", "filtered", "left", "right", "front", "back", "body"}
+_REMARKS |= {"sensor", "counts", "count", "lsb", "adc", "digits", "ticks", "none", "local", "world", "earth", "device"}
+_REMARKS |= {"x", "y", "z", "imu", "avg", "mean", "int", "float", "double", "hex", "foot", "hand", "wrist", "hip"}
+_REMARKS |= {"relative", "normalized", "normalised", "a.u.", "au", "head", "chest", "thigh", "shank", "arm"}
+_NUMBERED = re.compile(r"([a-z]*?)([xyz])(\d+)")  # ax1, and the x1 of accX1
 _AXES = "xyzw"
 
 
@@ -91,8 +143,19 @@ class Name:
     reference: bool = False
 
 
-def understand(raw: str) -> Name:
-    """What the name says; never an error."""
+def understand(raw: str, context: str = "") -> Name:
+    """What the name says; never an error.
+
+    ``context``, what the file or sheet is called, counts for a name that says no more than its axis ("x", "z_value").
+    """
+    name = _understand(raw)
+    if name.role or not context or not (name.axis or split(raw)[:1] in (["x"], ["y"], ["z"])):
+        return name
+    named = _understand(f"{context} {raw}")
+    return Name(raw, named.role, named.axis, named.stem, named.exact, named.reference) if named.role else name
+
+
+def _understand(raw: str) -> Name:
     tokens = split(raw)
     stem, axis = _axis(tokens)
     label = "".join(stem)
@@ -101,7 +164,7 @@ def understand(raw: str) -> Name:
     if not axis and label in {"moving", "movement", "truthmoving"}:
         return Name(raw, "moving", "", label)
     bare = _without_unit(stem)
-    role = _role(bare)
+    role = _role(bare) or (_role_of_unit(raw, bare) if axis else "")
     if role and axis and (axis != "w" or role == "q"):
         return Name(raw, role, axis, "".join(bare), reference=_is_reference(bare))
     if not role and _is_time(tokens):
@@ -116,12 +179,15 @@ def split(raw: str) -> list[str]:
     return [token.lower() for token in _TOKENS.findall(_BRACKETS.sub(" ", raw))] + indices
 
 
-def _axis(tokens: Sequence[str]) -> tuple[list[str], str]:
+def _axis(tokens: Sequence[str]) -> tuple[list[str], str]:  # noqa: PLR0911
     """(words without the axis, axis): an own word (acc x), the end of a short one (gx, accx, xacc) or an index."""
     for i in reversed(range(len(tokens))):
         if tokens[i] in _AXES and len(tokens) > 1 and not (tokens[i] == "w" and tokens[-1] in "xyz"):
             return [*tokens[:i], *tokens[i + 1 :]], tokens[i]
     known = set().union(*_WORDS.values(), *_LETTERS.values())
+    for i in reversed(range(len(tokens))):
+        if (found := _NUMBERED.fullmatch(tokens[i])) and (found[1] in known or (not found[1] and len(tokens) > 1)):
+            return [*tokens[:i], *([found[1] + found[3]] if found[1] else [found[3]]), *tokens[i + 1 :]], found[2]
     for i in reversed(range(len(tokens))):
         token = tokens[i]
         for axis, rest in ((token[-1:], token[:-1]), (token[:1], token[1:])):
@@ -154,6 +220,23 @@ def _role(stem: Sequence[str]) -> str:
         return ""
     role = found.pop()
     return "" if role != "q" and _REFERENCES & set(words) else role
+
+
+def _role_of_unit(raw: str, stem: Sequence[str]) -> str:
+    """The sensor that the unit in brackets tells: "x-axis (deg/s)" can be a gyroscope only; (G) may be two things."""
+    words = [token.rstrip("0123456789") for token in stem]
+    if _DERIVED & set(words) or _REFERENCES & set(words) or {"velocity", "speed", "linear"} & set(words):
+        return ""
+    inside = [text.strip() for text in _BRACKETS.findall(raw) if text.strip() and not text.strip().isdigit()]
+    found = {
+        role
+        for text in inside
+        for role in ("gyr", "acc", "mag")
+        if text != "G" and units.find(QUANTITY[role], text) is not None and units.find("time", text) is None
+    }
+    if found == {"acc", "mag"} and inside[-1] in {"g", "mg"}:
+        found = {"acc"}
+    return found.pop() if len(found) == 1 else ""
 
 
 def _is_reference(stem: Sequence[str]) -> bool:
@@ -238,5 +321,7 @@ def unit_in(raw: str, role: str, source: str) -> str | None:
 
 
 def _looks_like_unit(quantity: str, text: str) -> bool:
-    """Brackets hold units, but also remarks such as (raw) or (left foot)."""
-    return len(text) <= 12 and ("/" in text or "^" in text or "did you mean" in nearest(text, units.FACTORS[quantity]))
+    """Brackets hold units, but also remarks such as (raw), (left foot) or [x8004]."""
+    plain = re.fullmatch(r"[^\W\d_]+(?:[/.*^-][\w^]+)*", text) is not None and text.lower() not in _REMARKS
+    near = "/" in text or "^" in text or "did you mean" in nearest(text, units.FACTORS[quantity])
+    return len(text) <= 12 and (near or plain) and text.lower() not in _REMARKS

@@ -16,7 +16,6 @@ from levelhead.atomic import atomic_path
 from levelhead.errors import LevelheadError
 from levelhead.recording import Gnss, Pressure, Recording, Truth
 from levelhead.sources.arrays import tabulate
-from levelhead.sources.assemble import assemble
 from levelhead.sources.hints import Hints
 from levelhead.sources.table import ArrayTable
 
@@ -53,15 +52,15 @@ def write(recording: Recording, path: str | os.PathLike[str]) -> None:
         np.savez_compressed(file, allow_pickle=False, **arrays)
 
 
-def read(path: Path, hints: Hints) -> Recording:
-    """The Recording in a .npz: one of levelhead's own, or arrays gyr, acc, mag and t or sampling_rate.
+def read_own(path: Path, hints: Hints) -> Recording | None:
+    """The Recording in a .npz that levelhead wrote; None for the archives of others.
 
     Raises:
-        LevelheadError: damaged, a pickle inside, hints for a file that needs none, or what ``assemble`` says.
+        LevelheadError: damaged, a pickle inside, hints for a file that needs none.
     """
     arrays = _load(path)
     if _MARK not in arrays:
-        return assemble(_tabulated(path, arrays), hints)
+        return None
     if hints.given:
         raise LevelheadError(f"{path} was written by levelhead, in SI units; it takes no hints")
     return _own(path, arrays)
@@ -141,3 +140,8 @@ def _own(path: Path, arrays: Mapping[str, NDArray[Any]]) -> Recording:
         )
     except LevelheadError as error:
         raise LevelheadError(f"{path}: {error}") from None
+
+
+def tables(path: Path, shown: str, hints: Hints) -> list[ArrayTable]:
+    """The one table of an .npz."""
+    return [table(path)]

@@ -2,7 +2,6 @@
 
 import os
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 
@@ -10,7 +9,7 @@ from levelhead.errors import LevelheadError
 from levelhead.recording import Array
 from levelhead.sources.assemble import clock_of
 from levelhead.sources.columns import assign, quaternion
-from levelhead.sources.dispatch import Reader, opened
+from levelhead.sources.dispatch import open_table
 from levelhead.sources.hints import Hints
 from levelhead.sources.table import Table, stack
 from levelhead.track import Track
@@ -25,19 +24,19 @@ def read_orientation(path: str | os.PathLike[str], column: str, hints: Hints) ->
         LevelheadError: no such columns, or they hold no quaternions.
     """
 
-    def made(file: Path, reader: Reader) -> Track:
-        return _track(reader(file, hints), column, hints)
-
-    return opened(path, made)
+    return _track(open_table(path, hints), column, hints)
 
 
 def _track(table: Table, column: str, hints: Hints) -> Track:
     positions = quaternion(column, table.names, table.source)
     roles = assign(table.names, hints.map, table.source, frozenset(hints.scale))
-    time = roles.columns.get("t", (None,))[0]
-    columns = table.read(sorted({*positions, *roles.columns.get("t", ())}), time)
+    times = roles.columns.get("t", ())
+    sensors = {i for role in ("gyr", "acc", "mag") for i in roles.columns.get(role, ())}
+    columns = table.read(sorted({*positions, *times, *sensors}), frozenset(times))
     clock = clock_of(table, roles, hints, columns, [])
     quat = stack(columns, positions)
+    if clock.rows is not None:
+        quat = quat[clock.rows]
     return Track(clock.t, _unit(quat, table, [table.names[i] for i in positions]))
 
 

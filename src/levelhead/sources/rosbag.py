@@ -224,3 +224,8 @@ def _made(recording: Recording, track: Track | None, types: Any, first: bool) ->
         if recording.mag is not None and np.isfinite(recording.mag[i]).all():
             field = vector(*(recording.mag[i] / TESLA).tolist())
             yield MAG, at, types[MAG](head, field, unknown)
+
+
+def tables(path: Path, shown: str, hints: Hints) -> list[ArrayTable]:
+    """The one table of a bag."""
+    return [bag(path, hints)]

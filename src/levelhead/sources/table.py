@@ -23,8 +23,17 @@ class Table(Protocol):
         rate: samples a second, if the file says so.
         north: whether a reference quaternion is known to point its y axis to magnetic north.
         notes: sentences about choices that were made while reading.
+        context: what the file, sheet or row type is called, if that names a sensor, else "".
+        origin: names of columns in the files that a merged table came from, which tell who wrote them.
+        column_units: position to the unit of a column that the reader knows better than its name does.
     """
 
+    @property
+    def context(self) -> str: ...  # noqa: D102
+    @property
+    def origin(self) -> Sequence[str]: ...  # noqa: D102
+    @property
+    def column_units(self) -> Mapping[int, str]: ...  # noqa: D102
     @property
     def source(self) -> str: ...  # noqa: D102
     @property
@@ -36,10 +45,10 @@ class Table(Protocol):
     @property
     def notes(self) -> Sequence[str]: ...  # noqa: D102
 
-    def read(self, wanted: Sequence[int], exact: int | None = None) -> dict[int, Column]:
+    def read(self, wanted: Sequence[int], exact: frozenset[int] = frozenset()) -> dict[int, Column]:
         """The columns at the positions ``wanted``, each (n,) float64 with NaN where a value is missing.
 
-        ``exact`` is the position of a column that comes as int64 if it holds whole numbers only, because a time stamp
+        ``exact`` are the positions of columns that come as int64 if they hold whole numbers only, because a time stamp
         in nanoseconds since 1970 does not fit a float64.
 
         Raises:
@@ -64,16 +73,19 @@ class ArrayTable:
     units: Mapping[str, str] = field(default_factory=dict)
     rate: float | None = None
     notes: Sequence[str] = ()
+    context: str = ""
+    column_units: Mapping[int, str] = field(default_factory=dict)
+    origin: Sequence[str] = ()
 
     @property
     def names(self) -> list[str]:
         """The names, in the order of the file."""
         return list(self.arrays)
 
-    def read(self, wanted: Sequence[int], exact: int | None = None) -> dict[int, Column]:
+    def read(self, wanted: Sequence[int], exact: frozenset[int] = frozenset()) -> dict[int, Column]:
         """See ``Table``."""
         names = self.names
-        columns = {i: self._column(names[i], i == exact) for i in wanted}
+        columns = {i: self._column(names[i], i in exact) for i in wanted}
         first = wanted[0]
         for i, column in columns.items():
             if len(column) != len(columns[first]):

@@ -12,13 +12,16 @@ from numpy.typing import NDArray
 
 from levelhead.recording import Array, median
 from levelhead.sources.rest import at_rest
+from levelhead.sources.sensitivities import gyr_sensitivity
 
 SMOOTH = 0.2  # s; takes vibration out of the direction of gravity
+_NEAR, _QUIET = 0.2, 0.06  # shares of its usual length by which the specific force may differ: usually, in quiet spans
+_FAINT = 0.4  # correlation from which a comparison is worth a guess
 SPAN = 0.5  # s; over which the turn of gravity is compared
 WINDOW = 1.0  # s; in which gravity must hold still once the gyroscope turns it back
 _WINDOWS = 200  # that are looked at, at most
 _TELLING = 3  # windows that must tell units apart
-_DEGREES, _RADIANS = -0.2, 0.04  # gains (see Hold) from which it is deg/s, or rad/s; BROAD is at −0.09 and more
+_DEGREES, _RADIANS = -0.2, 0.04  # gains (see Steadiness) from which it is deg/s, or rad/s; BROAD is at −0.09 and more
 _SHAKEN = 0.98  # a body that hardly turns and that nothing shakes holds gravity better than this
 _CLEAR = 0.7  # correlation from which the comparison counts
 _ENOUGH = 0.05  # rms turn of gravity per span, as a fraction of its length (3 degrees), that counts as motion
@@ -64,11 +67,11 @@ def excerpt(n: int) -> slice | NDArray[np.intp]:
     return (starts[:, None] + np.arange(length)).ravel()
 
 
-def turn_of_gravity(t: Array, gyr: Array, acc: Array) -> Turn | None:
+def turn_of_gravity(t: Array, gyr: Array, acc: Array, near: float = _NEAR, span: float = SPAN) -> Turn | None:
     """Compares (n, 3) ``gyr`` in an unknown unit with the turn of (n, 3) ``acc``; None without a comparable span.
 
-    ``t`` (n,) s. Spans across gaps and missing values are left out; ``SPAN`` and ``SMOOTH`` are times, so that any rate
-    will do.
+    ``t`` (n,) s. Spans across gaps and missing values are left out, and those at whose ends the specific force is
+    further than ``near`` (a share) from its usual length; ``span`` and ``SMOOTH`` are times in s: any rate will do.
     """
     length = np.sqrt((acc * acc).sum(axis=1))
     usable = np.isfinite(gyr).all(axis=1) & np.isfinite(length) & (length > 0.0) & (length < 1e100)
@@ -78,16 +81,16 @@ def turn_of_gravity(t: Array, gyr: Array, acc: Array) -> Turn | None:
     t, gyr, length = t[usable], gyr[usable], length[usable]
     up = acc[usable] / length[:, None]
     step = median(np.diff(t))
-    box, span = max(1, round(SMOOTH / step)), max(1, round(SPAN / step))
-    if len(t) <= box + span:
+    box, size = max(1, round(SMOOTH / step)), max(1, round(span / step))
+    if len(t) <= box + size:
         return None
     rate = np.cross(up, gyr)  # −(ω × u)
     turned = np.zeros_like(rate)
     np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(t)[:, None], axis=0, out=turned[1:])
-    real = _spans(up, box, span)
-    said = _spans(turned, box, span)
-    whole = (t[box + span - 1 :] - t[: 1 - box - span or None]) < 1.5 * (box + span) * step
-    steady = _steady(length, box, span)
+    real = _spans(up, box, size)
+    said = _spans(turned, box, size)
+    whole = (t[box + size - 1 :] - t[: 1 - box - size or None]) < 1.5 * (box + size) * step
+    steady = _steady(length, box, size, near)
     real, said = real[whole & steady], said[whole & steady]
     return _regress(real, said)
 
@@ -100,12 +103,12 @@ def _spans(values: Array, box: int, span: int) -> Array:
     return mean[span:] - mean[:-span]
 
 
-def _steady(length: Array, box: int, span: int) -> NDArray[np.bool_]:
+def _steady(length: Array, box: int, span: int, share: float) -> NDArray[np.bool_]:
     """Spans at whose ends the accelerometer sees gravity and not much else: (n − box − span + 1,)."""
     total = np.concatenate([[0.0], np.cumsum(length)])
     mean = (total[box:] - total[:-box]) / box
     typical = median(length)
-    near: NDArray[np.bool_] = np.abs(mean - typical) < 0.2 * typical
+    near: NDArray[np.bool_] = np.abs(mean - typical) < share * typical
     steady: NDArray[np.bool_] = near[span:] & near[:-span]
     return steady
 
@@ -127,12 +130,6 @@ def acc_unit(norm: float) -> str | None:
     return None
 
 
-def acc_counts(norm: float) -> str:
-    """The usual full scale of ``norm`` counts for 1 g: "16384/g"; the rounded counts if there is no usual one."""
-    usual = next((2.0**k for k in range(8, 21) if abs(norm / 2.0**k - 1.0) < 0.15), None)
-    return f"{usual or norm:.0f}/g"
-
-
 def mag_unit(norm: float) -> str | None:
     """The unit in which a median norm is the earth's field; None if there is none."""
     for unit, low, high in (("µT", 20.0, 70.0), ("G", 0.2, 0.7), ("mG", 200.0, 700.0), ("nT", 20e3, 70e3)):
@@ -141,7 +138,7 @@ def mag_unit(norm: float) -> str | None:
     return None
 
 
-class Hold(NamedTuple):
+class Steadiness(NamedTuple):
     """How well gravity holds still when the accelerometer is turned back by the gyroscope, window by window.
 
     Attributes:
@@ -155,10 +152,10 @@ class Hold(NamedTuple):
     best: float
 
 
-_NOTHING = Hold(0, 0.0, 0.0)
+_NOTHING = Steadiness(0, 0.0, 0.0)
 
 
-def hold_of_gravity(t: Array, gyr: Array, acc: Array, away: float = 0.3) -> Hold:
+def steadiness_of_gravity(t: Array, gyr: Array, acc: Array, away: float = 0.3) -> Steadiness:
     """Compares rad/s with deg/s for (n, 3) ``gyr`` by what it makes of (n, 3) ``acc`` in m/s²; ``t`` (n,) s.
 
     Over windows of one second the specific force, turned into the frame of the first sample, adds up to gravity: the
@@ -183,7 +180,7 @@ def hold_of_gravity(t: Array, gyr: Array, acc: Array, away: float = 0.3) -> Hold
     if not telling.any():
         return _NOTHING
     gain = float((radians - degrees)[telling].mean())
-    return Hold(int(telling.sum()), gain, float(np.maximum(radians, degrees)[telling].mean()))
+    return Steadiness(int(telling.sum()), gain, float(np.maximum(radians, degrees)[telling].mean()))
 
 
 def _near_gravity(
@@ -212,25 +209,77 @@ def _held(turn: Array, acc: Array) -> Array:
     return held
 
 
-def gyr_unit(t: Array, gyr: Array, acc: Array) -> tuple[str | None, str]:
-    """(unit, why) of (n, 3) ``gyr`` beside (n, 3) ``acc`` in m/s²; (None, why) when it is neither rad/s nor deg/s."""
-    held = hold_of_gravity(t, gyr, acc)
-    if held.windows < _TELLING:
-        held = hold_of_gravity(t, gyr, acc, away=1.0)
+class GyroscopeUnit(NamedTuple):
+    """What one number of a gyroscope is.
+
+    Attributes:
+        unit: "rad/s", "deg/s", or None where counts are more likely or nothing is.
+        counts: counts per deg/s, if it is a chip's.
+        why: a sentence; it says "a guess" unless gravity's turn proves it.
+        reversed: whether gravity turns against the gyroscope, while nothing else than gravity is felt.
+    """
+
+    unit: str | None
+    counts: float | None
+    why: str
+    reversed: bool = False
+
+
+def gyr_unit(t: Array, gyr: Array, acc: Array, acc_per_g: float | None = None) -> GyroscopeUnit:
+    """The unit of (n, 3) ``gyr`` beside (n, 3) ``acc`` in m/s², which had ``acc_per_g`` counts, if counts."""
     turn = turn_of_gravity(t, gyr, acc)
     if turn is not None and turn.clear:
-        if 0.5 < turn.scale < 2.0:
-            return "rad/s", f"gravity turns as it should (scale {turn.scale:.3f})"
-        if 0.5 < turn.scale * 180.0 / math.pi < 2.0:
-            return "deg/s", f"gravity turns as it should (scale {turn.scale:.4f} rad/s, 1/{1 / turn.scale:.1f})"
-        if turn.scale < 0.2 * math.pi / 180.0:
-            return None, f"gravity turns by 1 deg/s for about {math.pi / 180 / turn.scale:.4g} of its numbers"
+        found = _proved(turn, acc_per_g)
+        if found is not None:
+            return found
+    quiet = turn_of_gravity(t, gyr, acc, near=_QUIET)
+    against = quiet is not None and quiet.correlation < -_CLEAR and quiet.turned > 0.5 * _ENOUGH
+    if against and quiet is not None:
+        for unit, factor in (("rad/s", 1.0), ("deg/s", math.pi / 180.0)):
+            if 0.5 < -quiet.scale / factor < 2.0:
+                why = (
+                    f"a guess: gravity turns against the gyroscope (scale {quiet.scale / factor:.2f}); one is inverted"
+                )
+                return GyroscopeUnit(unit, None, why, True)
+    held = steadiness_of_gravity(t, gyr, acc)
+    if held.windows < _TELLING:
+        held = steadiness_of_gravity(t, gyr, acc, away=1.0)
+    for one in (quiet, turn):
+        if one is not None and abs(one.correlation) > _FAINT and one.turned > 0.5 * _ENOUGH:
+            counts = gyr_sensitivity(one.scale, acc_per_g)
+            far = min(abs(math.log(abs(one.scale) / factor)) for factor in (1.0, math.pi / 180.0)) > math.log(3.0)
+            if counts is not None and far:
+                why = (
+                    f"a guess: {counts.per_unit:g} counts per deg/s, {counts.whose}, since gravity turns "
+                    f"{1 / counts.off:.2f} times as far (correlation {one.correlation:.2f})"
+                )
+                return GyroscopeUnit(None, counts.per_unit, why, one.correlation < -_CLEAR)
     if held.windows >= _TELLING and held.best > 0.6:
         if held.gain < _DEGREES:
-            return "deg/s", "gravity would not hold still if it were rad/s"
+            return GyroscopeUnit("deg/s", None, "a guess: gravity would not hold still if it were rad/s")
         if held.gain > _RADIANS or held.best < _SHAKEN:
-            return "rad/s", "gravity would not hold as still if it were deg/s"
-    return gyr_unit_at_rest(t, gyr)
+            return GyroscopeUnit("rad/s", None, "a guess: gravity would not hold as still if it were deg/s")
+    at_rest_unit, why = gyr_unit_at_rest(t, gyr)
+    return GyroscopeUnit(at_rest_unit, None, why)
+
+
+def _proved(turn: Turn, acc_per_g: float | None) -> GyroscopeUnit | None:
+    """What a clear turn of gravity says."""
+    if 0.5 < turn.scale < 2.0:
+        return GyroscopeUnit("rad/s", None, f"gravity turns as it should (scale {turn.scale:.3f})")
+    if 0.5 < turn.scale * 180.0 / math.pi < 2.0:
+        why = f"gravity turns as it should (scale {turn.scale:.4f} rad/s, 1/{1 / turn.scale:.1f})"
+        return GyroscopeUnit("deg/s", None, why)
+    if turn.scale < 0.2 * math.pi / 180.0:
+        measured = math.pi / 180 / turn.scale
+        said = f"gravity turns by 1 deg/s for about {measured:.4g} of its numbers"
+        counts = gyr_sensitivity(turn.scale, acc_per_g)
+        if counts is None:
+            return GyroscopeUnit(None, None, said)
+        return GyroscopeUnit(
+            None, counts.per_unit, f"a guess: {counts.per_unit:g} counts per deg/s, {counts.whose}; {said}"
+        )
+    return None
 
 
 def says_degrees(t: Array, gyr: Array, acc: Array) -> str | None:
@@ -238,7 +287,7 @@ def says_degrees(t: Array, gyr: Array, acc: Array) -> str | None:
     large = large_rate(gyr)
     if large > 100.0:
         return f"it reaches {large:.0f}, {large / (2 * math.pi):.0f} turns a second"
-    turn, held = turn_of_gravity(t, gyr, acc), hold_of_gravity(t, gyr, acc)
+    turn, held = turn_of_gravity(t, gyr, acc), steadiness_of_gravity(t, gyr, acc)
     if turn is not None and turn.clear and 0.5 < turn.scale * 180.0 / math.pi < 2.0:
         return f"gravity turns {1 / turn.scale:.1f} times slower than it says"
     rest = at_rest(t, gyr, acc)

@@ -1,0 +1,193 @@
+"""Stamps that do not increase: repeated rows, bursts with one stamp, wrong single stamps, clocks that began again."""
+
+from bisect import bisect_left
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from types import MappingProxyType
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from levelhead.recording import Array
+from levelhead.sources.table import Column
+
+_REPEATS = 0.9  # share of equal stamps whose rows repeat the row before, from which they are duplicates
+_GLITCH_SHARE, _GLITCH_RUN = 0.02, 20  # wrong single stamps: of all rows, and rows in a row
+_GAP = 4.0  # median intervals from which a step is a gap, across which no line is fitted
+_WANDER = 1.5  # s; a clock whose fraction of a second is not the second's own stays as near to a line
+
+
+class Repair(NamedTuple):
+    """Stamps that increase.
+
+    Attributes:
+        stamps: (m,) in the unit that they had.
+        rows: which rows are kept; None: all.
+        notes: sentences without their subject, "'t' …".
+        findings: name of the problem to numbers.
+    """
+
+    stamps: Column
+    rows: NDArray[np.intp] | None = None
+    notes: Sequence[str] = ()
+    findings: Mapping[str, object] = MappingProxyType({})
+
+
+def repair(stamps: Column, values: Array | None, session: int | None = None) -> Repair:
+    """(n,) ``stamps`` as increasing ones; ``values`` (n, k) are the numbers beside them."""
+    notes: list[str] = []
+    findings: dict[str, object] = {}
+    rows = np.arange(len(stamps))
+    steps = np.diff(stamps)
+    if (steps < 0).any():
+        wrong = _outside(stamps)
+        if 0 < len(wrong) <= _GLITCH_SHARE * len(stamps) and _longest_run(wrong) <= _GLITCH_RUN:
+            right = np.setdiff1d(rows, wrong)
+            first = stamps[0]
+            filled = np.interp(rows, right, (stamps[right] - first).astype(np.float64))
+            stamps = filled + float(first) if abs(float(first)) < 1e9 else _sum(first, filled)
+            notes.append(
+                f"has {len(wrong)} stamps out of order, the first in row {wrong[0]}; set between their neighbours"
+            )
+            findings["stamps_back"] = len(wrong)
+        elif (line := _wandering(stamps)) is not None:
+            back = int((steps < 0).sum())
+            away = float(np.abs(line - (stamps - stamps[0])).max())
+            stamps = line + float(stamps[0])
+            notes.append(
+                f"goes back {back} times and catches up; a straight line was laid through it ({away:.3g} off at most)"
+            )
+            findings["stamps_back"] = back
+            return Repair(stamps, None, notes, findings)
+        else:
+            rows, words, parts = _session(stamps, session)
+            stamps, values = stamps[rows], None if values is None else values[rows]
+            notes.append(words)
+            findings["clock_restart"] = parts
+    equal = np.flatnonzero(np.diff(stamps) == 0) + 1
+    if len(equal):
+        findings["equal_stamps"] = len(equal)
+        same = values is not None and float((values[equal] == values[equal - 1]).all(axis=1).mean()) > _REPEATS
+        if same:
+            keep = np.setdiff1d(np.arange(len(stamps)), equal)
+            rows, stamps = rows[keep], stamps[keep]
+            notes.append(f"repeats {len(equal)} stamps with the row before; these rows were left out")
+        else:
+            stamps = _spread(stamps)
+            notes.append(f"repeats {len(equal)} stamps with new numbers: samples came in bursts and were spread evenly")
+    return Repair(stamps, None if len(rows) == len(steps) + 1 else rows, notes, findings)
+
+
+def _sum(first: np.generic, offsets: Array) -> Column:
+    """Stamps of whole nanoseconds stay whole."""
+    if isinstance(first, np.integer):
+        whole: Column = int(first) + np.rint(offsets).astype(np.int64)
+        return whole
+    return float(first) + offsets
+
+
+def _outside(stamps: Column) -> NDArray[np.intp]:
+    """The rows that the longest run of stamps that do not decrease leaves out (patience sorting)."""
+    tails: list[float] = []
+    at: list[int] = []
+    before = np.full(len(stamps), -1, dtype=np.intp)
+    for i, value in enumerate(stamps.tolist()):
+        k = bisect_left(tails, value)
+        while k < len(tails) and tails[k] == value:
+            k += 1
+        if k == len(tails):
+            tails.append(value)
+            at.append(i)
+        else:
+            tails[k], at[k] = value, i
+        before[i] = at[k - 1] if k else -1
+    inside = np.zeros(len(stamps), dtype=np.bool_)
+    i = at[-1]
+    while i >= 0:
+        inside[i] = True
+        i = int(before[i])
+    return np.flatnonzero(~inside)
+
+
+def _longest_run(rows: NDArray[np.intp]) -> int:
+    breaks = np.flatnonzero(np.diff(rows) > 1)
+    edges = np.concatenate([[-1], breaks, [len(rows) - 1]])
+    return int(np.diff(edges).max())
+
+
+def _wandering(stamps: Column) -> Array | None:
+    """(n,) a straight line through stamps that step back and catch up again, from 0; None if they do not.
+
+    The unit is not known here, so a step back must be small beside the whole and be made good by a step forward.
+    """
+    offsets = (stamps - stamps[0]).astype(np.float64)
+    steps = np.diff(offsets)
+    typical = float(np.median(steps[steps > 0]))
+    back, leap = steps < 0, steps > _GAP * typical
+    rows = np.arange(len(offsets))
+    slope, start = np.polyfit(rows, offsets, 1)
+    away = np.abs(offsets - (start + slope * rows)).max()
+    largest = float(-steps[back].min())
+    if slope <= 0 or back.sum() < 3 or leap.sum() < 0.5 * back.sum():
+        return None
+    if away > 2.0 * largest or away > 0.1 * float(offsets[-1] - offsets[0]):
+        return None
+    line: Array = slope * rows
+    return line
+
+
+def _session(stamps: Column, wanted: int | None) -> tuple[NDArray[np.intp], str, list[int]]:
+    """(rows of one part, sentence, row at which each part begins) of a clock that began again."""
+    from levelhead.errors import LevelheadError
+
+    starts = np.concatenate([[0], np.flatnonzero(np.diff(stamps) < 0) + 1, [len(stamps)]])
+    sizes = np.diff(starts)
+    if wanted is not None and not 1 <= wanted <= len(sizes):
+        raise LevelheadError(f"there are {len(sizes)} sessions; there is no session {wanted}")
+    k = int(np.argmax(sizes)) if wanted is None else wanted - 1
+    listed = ", ".join(f"{n} rows" for n in sizes[:6]) + (", …" if len(sizes) > 6 else "")
+    words = (
+        f"begins again {len(sizes) - 1} times (in row {starts[1]} first): {len(sizes)} sessions of {listed}; "
+        f"session {k + 1} is read{', the longest' if wanted is None else ''}; --session N takes another"
+    )
+    return np.arange(starts[k], starts[k + 1]), words, starts[:-1].tolist()
+
+
+def _spread(stamps: Column) -> Column:
+    """Stamps that groups of samples share, spread by straight lines between gaps."""
+    first = stamps[0]
+    offsets = (stamps - first).astype(np.float64)
+    begin = np.concatenate([[0], np.flatnonzero(np.diff(offsets) > 0) + 1])
+    group = offsets[begin]
+    if len(begin) < 3:
+        return _sum(first, offsets + 1e-6 * np.arange(len(offsets)))
+    step = float(np.median(np.diff(group)))
+    edges = np.concatenate([[0], np.flatnonzero(np.diff(group) > _GAP * step) + 1, [len(begin)]])
+    spread = np.empty(len(offsets))
+    last = -np.inf
+    for a, b in pairwise(edges.tolist()):
+        end = begin[b] if b < len(begin) else len(offsets)
+        rows = np.arange(begin[a], end)
+        if b - a >= 3:
+            slope, start = np.polyfit(begin[a:b], group[a:b], 1)
+            line = start + slope * rows
+            off = np.abs(line[begin[a:b] - begin[a]] - group[a:b]).max()
+        else:
+            off, slope, line = np.inf, 0.0, np.zeros(len(rows))
+        if off > _WANDER * step or slope <= 0:
+            line = _within(offsets[rows], begin[a:b] - begin[a], step)
+        line = line + max(0.0, last + 1e-9 * step - line[0]) if len(line) else line
+        spread[rows] = line
+        last = line[-1]
+    return _sum(first, spread)
+
+
+def _within(offsets: Array, begin: NDArray[np.intp], step: float) -> Array:
+    """Each group's samples evenly between its stamp and the next one."""
+    size = np.diff(np.concatenate([begin, [len(offsets)]]))
+    stamps = offsets[begin]
+    room = np.minimum(np.diff(np.concatenate([stamps, [stamps[-1] + step]])), 2.0 * step)
+    number = np.arange(len(offsets)) - np.repeat(begin, size)
+    spread: Array = np.repeat(stamps, size) + number * np.repeat(room / size, size)
+    return spread

@@ -1,0 +1,110 @@
+"""What holds the files of a recording: a file, a folder, a zip, a file packed with gzip."""
+
+import gzip
+import tempfile
+import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO, NamedTuple
+
+from levelhead.errors import LevelheadError
+
+MOST_FILES = 400
+MOST_BYTES = 4 << 30  # unpacked, of all members together
+MOST_RATIO = 300  # unpacked to packed, of one member of 1 MiB or more: beyond it is a bomb
+DEPTH = 3  # folders in folders
+
+
+class Member(NamedTuple):
+    """One file of a recording: where it lies, what it is called beside the others, what errors call it."""
+
+    path: Path
+    name: str
+    shown: str
+
+
+@contextmanager
+def members(path: Path, suffixes: frozenset[str]) -> Iterator[list[Member]]:
+    """The files in ``path`` that end in one of ``suffixes`` and are not empty; a single file is always one.
+
+    Raises:
+        LevelheadError: a damaged or dangerous archive, too many files, nothing to read.
+    """
+    if path.is_dir():
+        yield _in_folder(path, suffixes)
+    elif path.suffix.lower() == ".zip":
+        with tempfile.TemporaryDirectory(prefix="levelhead-") as folder:
+            yield _unzipped(path, Path(folder), suffixes)
+    elif path.suffix.lower() == ".gz":
+        with tempfile.TemporaryDirectory(prefix="levelhead-") as folder:
+            yield [_gunzipped(path, Path(folder))]
+    else:
+        yield [Member(path, path.stem, str(path))]
+
+
+def _in_folder(path: Path, suffixes: frozenset[str]) -> list[Member]:
+    found = []
+    for file in sorted(path.rglob("*")):
+        inner = file.relative_to(path)
+        if len(inner.parts) > DEPTH or any(part.startswith((".", "__")) for part in inner.parts):
+            continue
+        if file.is_file() and file.suffix.lower() in suffixes and file.stat().st_size > 0:
+            found.append(Member(file, str(inner.with_suffix("")), str(file)))
+        if len(found) > MOST_FILES:
+            raise LevelheadError(f"{path} is a folder with more than {MOST_FILES} files; name one of them")
+    if not found:
+        raise LevelheadError(f"{path} is a folder without a file that levelhead reads; expected one per sensor, or one")
+    return found
+
+
+def _unzipped(path: Path, folder: Path, suffixes: frozenset[str]) -> list[Member]:
+    found: list[Member] = []
+    total = 0
+    try:
+        with zipfile.ZipFile(path) as archive:
+            for i, info in enumerate(archive.infolist()):
+                inner = Path(info.filename)
+                hidden = any(part.startswith((".", "__")) for part in inner.parts)
+                if info.is_dir() or hidden or inner.suffix.lower() not in suffixes or info.file_size == 0:
+                    continue
+                total += info.file_size
+                if len(found) >= MOST_FILES or total > MOST_BYTES:
+                    raise LevelheadError(
+                        f"{path} holds more than {MOST_FILES} files or {MOST_BYTES >> 30} GiB; unpack it"
+                    )
+                if info.file_size > max(1 << 20, MOST_RATIO * info.compress_size):
+                    raise LevelheadError(f"{path}: {info.filename} would grow {MOST_RATIO}-fold; it is not unpacked")
+                target = folder / f"{i}{inner.suffix.lower()}"  # never a path of the archive's choice
+                with archive.open(info) as packed, open(target, "wb") as file:
+                    _copy(packed, file, info.file_size, path)
+                found.append(Member(target, str(inner.with_suffix("")), f"{path}: {info.filename}"))
+    except (zipfile.BadZipFile, NotImplementedError, RuntimeError, EOFError, ValueError) as error:
+        if isinstance(error, LevelheadError):
+            raise
+        raise LevelheadError(f"{path} is no zip archive, or it is damaged or encrypted ({str(error)[:80]})") from None
+    if not found:
+        raise LevelheadError(
+            f"{path} is a zip archive without a file that levelhead reads; expected one per sensor, or one"
+        )
+    return found
+
+
+def _gunzipped(path: Path, folder: Path) -> Member:
+    target = folder / f"0{Path(path.stem).suffix.lower() or '.txt'}"
+    try:
+        with gzip.open(path) as packed, open(target, "wb") as file:
+            _copy(packed, file, MOST_BYTES, path)  # type: ignore[arg-type]
+    except (OSError, EOFError) as error:
+        raise LevelheadError(f"{path} is not packed with gzip, or it is damaged ({str(error)[:80]})") from None
+    return Member(target, Path(path.stem).stem, str(path))
+
+
+def _copy(packed: IO[bytes], file: IO[bytes], most: int, path: Path) -> None:
+    """Unpacks, but never more than was promised."""
+    left = most
+    while block := packed.read(1 << 20):
+        left -= len(block)
+        if left < 0:
+            raise LevelheadError(f"{path} unpacks to more than it says; it is not read")
+        file.write(block)

@@ -1,0 +1,92 @@
+"""ArduPilot's DataFlash log, binary: messages that FMT messages describe.
+
+The format is described in the ArduPilot development guide ("Log format"): each message begins with 0xA3 0x95 and its
+type; type 128 gives type, length, name, format letters and names of another one.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from levelhead.errors import LevelheadError
+from levelhead.sources.hints import Hints
+from levelhead.sources.table import ArrayTable
+
+_MARK, _FMT, _FMT_LENGTH = b"\xa3\x95", 128, 89
+_TYPES = {
+    "b": "<i1", "B": "<u1", "h": "<i2", "H": "<u2", "i": "<i4", "I": "<u4", "f": "<f4", "d": "<f8", "g": "<f2",
+    "c": "<i2", "C": "<u2", "e": "<i4", "E": "<u4", "L": "<i4", "M": "<u1", "q": "<i8", "Q": "<u8",
+    "n": "S4", "N": "S16", "Z": "S64", "a": "S64",
+}  # fmt: skip
+_HUNDREDTHS = frozenset("cCeE")
+_UNITS = {"Gyr": "rad/s", "Acc": "m/s²", "Mag": "mG"}
+_SENSORS = ("IMU", "MAG", "GYR", "ACC")
+
+
+def tables(path: Path, shown: str, hints: Hints) -> Sequence[ArrayTable]:
+    """One table for each inertial unit and each compass.
+
+    Raises:
+        LevelheadError: no DataFlash log, or without IMU messages.
+    """
+    raw = path.read_bytes()
+    if _MARK + bytes([_FMT]) not in raw[:4096]:
+        raise LevelheadError(f"{shown} is no DataFlash log of ArduPilot: no FMT message stands at its start")
+    kinds, starts = _scan(raw)
+    found = []
+    for number, (name, dtype, letters) in kinds.items():
+        if name.startswith(_SENSORS) and (places := starts.get(number)):
+            size = dtype.itemsize
+            rows = np.frombuffer(b"".join(raw[place + 3 : place + 3 + size] for place in places), dtype)
+            found += _tables(shown, name, rows, letters)
+    if not found:
+        raise LevelheadError(f"{shown} has no IMU messages; expected a log with LOG_BITMASK's IMU bit set")
+    return found
+
+
+def _scan(raw: bytes) -> tuple[dict[int, tuple[str, np.dtype[np.void], str]], dict[int, list[int]]]:
+    """What the FMT messages say, and where the messages of each type begin; what is torn is jumped over."""
+    kinds: dict[int, tuple[str, np.dtype[np.void], str]] = {}
+    lengths = {_FMT: _FMT_LENGTH}
+    starts: dict[int, list[int]] = {}
+    at = 0
+    while (at := raw.find(_MARK, at)) >= 0 and at + 3 <= len(raw):
+        kind = raw[at + 2]
+        length = lengths.get(kind)
+        if length is None or at + length > len(raw):
+            at += 2
+            continue
+        if kind == _FMT:
+            number, size = raw[at + 3], raw[at + 4]
+            name, letters, columns = (
+                part.split(b"\0")[0].decode("ascii", "replace")
+                for part in (raw[at + 5 : at + 9], raw[at + 9 : at + 25], raw[at + 25 : at + 89])
+            )
+            titles = columns.split(",")
+            if len(titles) == len(letters) and all(letter in _TYPES for letter in letters):
+                dtype = np.dtype([(title, _TYPES[letter]) for title, letter in zip(titles, letters, strict=True)])
+                if dtype.itemsize + 3 == size:
+                    kinds[number], lengths[number] = (name, dtype, letters), size
+        else:
+            starts.setdefault(kind, []).append(at)
+        at += length
+    return kinds, starts
+
+
+def _tables(shown: str, name: str, rows: "np.ndarray[tuple[int], np.dtype[np.void]]", letters: str) -> list[ArrayTable]:
+    titles = list(rows.dtype.names or ())
+    columns = {}
+    for title, letter in zip(titles, letters, strict=True):
+        if rows[title].dtype.kind in "iuf":
+            unit = _UNITS.get(title[:3])
+            values = rows[title].astype(np.float64) / 100.0 if letter in _HUNDREDTHS else rows[title]
+            columns[f"{title} [{unit}]" if unit and title[3:] in ("X", "Y", "Z") else title] = values
+    if "I" in columns and len(np.unique(columns["I"])) > 1:
+        return [
+            ArrayTable(
+                shown, {title: column[columns["I"] == i] for title, column in columns.items()}, context=f"{name} {i}"
+            )
+            for i in np.unique(columns["I"])
+        ]
+    return [ArrayTable(shown, columns, context=name)]

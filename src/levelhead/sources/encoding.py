@@ -1,0 +1,59 @@
+"""Bytes as text: UTF-8, UTF-16 with its mark, or an older code page."""
+
+import codecs
+from importlib.util import find_spec
+from typing import NamedTuple
+
+from levelhead.errors import LevelheadError
+
+MARKS = ((codecs.BOM_UTF8, "utf-8"), (codecs.BOM_UTF16_LE, "utf-16-le"), (codecs.BOM_UTF16_BE, "utf-16-be"))
+FEW = 40  # letters beyond ASCII, below which a language cannot be told
+GUESS_BYTES = 1 << 16  # bytes from which a code page is guessed
+
+
+class Encoding(NamedTuple):
+    """How a file spells its text.
+
+    Attributes:
+        name: Python's name of the codec.
+        skip: bytes of the mark at the start of the file.
+        note: a sentence if it was guessed, else "".
+    """
+
+    name: str
+    skip: int = 0
+    note: str = ""
+
+
+def find_encoding(head: bytes, source: str) -> Encoding:
+    """The encoding of a file that begins with ``head``.
+
+    Raises:
+        LevelheadError: binary data.
+    """
+    for mark, name in MARKS:
+        if head.startswith(mark):
+            return Encoding(name, len(mark))
+    if b"\0" in head:
+        for name, zeros in (("utf-16-le", head[1::2]), ("utf-16-be", head[0::2])):
+            if len(zeros) > 8 and zeros.count(0) > 0.9 * len(zeros):
+                return Encoding(name, 0, "read as UTF-16, which its zero bytes show")
+        raise LevelheadError(f"{source} is not a text file with columns; expected lines of numbers")
+    try:
+        codecs.getincrementaldecoder("utf-8")().decode(head)
+    except UnicodeDecodeError:
+        return _code_page(head)
+    return Encoding("utf-8")
+
+
+def _code_page(head: bytes) -> Encoding:
+    """The older code page that fits; Windows' western one where nothing tells, since numbers are the same in all."""
+    name = "gb18030" if b"\xa1\xe3" in head else "cp1252"  # "°" in Chinese; ° and µ of the west
+    if sum(sign > 127 for sign in head) >= FEW and find_spec("charset_normalizer") is not None:
+        from charset_normalizer import from_bytes
+
+        best = from_bytes(head[:GUESS_BYTES]).best()
+        name = name if best is None else best.encoding
+    return Encoding(
+        name, 0, f"the file is not UTF-8; its letters were read as {name}, a guess; numbers are the same in any"
+    )

@@ -1,0 +1,87 @@
+"""Whether a magnetometer shows the earth's field: it must turn against the gyroscope, dm/dt = −ω × m."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from levelhead.recording import Array, median
+
+SPAN = 0.5  # s
+_ROWS = 40_000
+_ENOUGH = 0.15  # rms turn of the body per span, rad, that tells something
+_CONSTANT = 1e-5  # relative spread of a length that software has normalised
+
+
+class FieldTurn(NamedTuple):
+    """The comparison of the field with the gyroscope over spans.
+
+    Attributes:
+        correlation: of the field's turn with the gyroscope's, as the axes are.
+        scale: how far the field turns for 1 of the gyroscope's.
+        free: the same correlation when any 3×3 axes and any offset are allowed.
+        turned: rms turn of the body per span, rad.
+        spans: how many independent ones.
+    """
+
+    correlation: float
+    scale: float
+    free: float
+    turned: float
+    spans: int
+
+    @property
+    def telling(self) -> bool:
+        """Whether the body turned enough, often enough."""
+        return self.turned > _ENOUGH and self.spans >= 12
+
+    @property
+    def unusable(self) -> bool:
+        """Whether the field does not turn with the body as its axes are."""
+        return self.telling and self.correlation < 0.3
+
+
+def field_turn(t: Array, gyr: Array, mag: Array, span: float = SPAN) -> FieldTurn | None:
+    """Compares (n, 3) ``mag`` in any unit with (n, 3) ``gyr`` in rad/s; ``t`` (n,) s; None without enough readings."""
+    new = np.isfinite(mag).all(axis=1) & np.isfinite(gyr).all(axis=1)
+    changed = np.ones(len(mag), dtype=np.bool_)
+    changed[1:] = (mag[1:] != mag[:-1]).any(axis=1)
+    rows = np.flatnonzero(new & changed)
+    if len(rows) < 30:
+        return None
+    filled = np.where(np.isfinite(gyr), gyr, 0.0)
+    angle = np.zeros((len(t), 3))
+    np.cumsum(0.5 * (filled[1:] + filled[:-1]) * np.diff(t)[:, None], axis=0, out=angle[1:])
+    rows = rows[:_ROWS]
+    step = max(1, round(span / max(median(np.diff(t[rows])), 1e-6)))
+    if len(rows) <= 2 * step:
+        return None
+    a, b = rows[:-step], rows[step:]
+    whole = (t[b] - t[a]) < 1.6 * span
+    a, b = a[whole], b[whole]
+    if len(a) < 30:
+        return None
+    turn = angle[b] - angle[a]
+    small = np.linalg.norm(turn, axis=1) < 1.0  # the first order holds
+    a, b, turn = a[small], b[small], turn[small]
+    if len(a) < 30:
+        return None
+    middle = 0.5 * (mag[a] + mag[b])
+    real, said = mag[b] - mag[a], -np.cross(turn, middle)
+    norms = float((real * real).sum()), float((said * said).sum())
+    if min(norms) <= 0.0:
+        return None
+    both = float((real * said).sum())
+    columns = np.concatenate([turn[:, :, None] * middle[:, None, :], turn[:, :, None]], axis=2).reshape(len(turn), -1)
+    fit, *_ = np.linalg.lstsq(columns, real, rcond=None)
+    left = float(((real - columns @ fit) ** 2).sum())
+    return FieldTurn(
+        both / np.sqrt(norms[0] * norms[1]), both / norms[1], float(np.sqrt(max(0.0, 1.0 - left / norms[0]))),
+        float(np.sqrt((turn * turn).sum(axis=1).mean())), len(turn) // step,
+    )  # fmt: skip
+
+
+def is_normalised(mag: Array) -> bool:
+    """Whether the length of (n, 3) readings is constant beyond what any sensor does."""
+    length = np.sqrt((mag * mag).sum(axis=1))
+    length = length[np.isfinite(length)]
+    return len(length) > 20 and float(np.ptp(length)) < _CONSTANT * float(length.mean())

@@ -1,0 +1,114 @@
+"""The lines above the numbers: preamble, one or more header rows, a row of units."""
+
+import re
+from collections.abc import Sequence
+
+from levelhead import units
+from levelhead.sources.splitting import cells, is_number, trimmed
+
+_RATE = re.compile(
+    r"(?:sampl\w*|update|output|data|logging|odr|imu)[ _-]*(?:rate|freq\w*)?\W{0,12}?(\d+(?:\.\d+)?)\s*hz"
+    r"|(?:sampl\w*|update|output|data|logging)[ _-]*(?:rate|freq\w*)[^\d\n]{0,16}?(\d+(?:\.\d+)?)"
+    r"|(?:^|\W)rate\s*[:=]\s*(\d+(?:\.\d+)?)",
+    re.IGNORECASE,
+)
+_PRINTF = re.compile(r"%[\w.]+\(([^)]*)\)")
+_NO_UNIT = {"no units", "no unit", "unitless", "none", "n/a", "-", ""}
+_RELATIVE = {"local", "a.u.", "au", "normalized", "normalised", "arbitrary"}
+
+
+def rate_in(preamble: Sequence[str]) -> float | None:
+    """The sample rate in Hz that lines such as "// Update Rate: 100.0Hz" give; None if they give none or several."""
+    found = set()
+    for line in preamble:
+        for groups in _RATE.findall(line):
+            value = float(next((text for text in groups if text), "0"))
+            if 0.5 <= value <= 100_000.0:
+                found.add(value)
+    return found.pop() if len(found) == 1 else None
+
+
+def header_cells(line: str, delimiter: str, width: int) -> list[str] | None:
+    """The cells of a header line that has ``width`` of them, by the delimiter of the numbers or another; else None."""
+    text = line.strip().lstrip("#%/ ")
+    if len(named := _PRINTF.findall(text)) == width:
+        return named
+    options = [delimiter, *(one for one in ("\t", ",", ";", "|", ":", "  ", " ") if one != delimiter)]
+    for option in options:
+        row = _words(text, option)
+        for cut in (row, _after_colon(row)):
+            if len(cut) == width:
+                return cut
+    return None
+
+
+def _words(text: str, delimiter: str) -> list[str]:
+    if delimiter == "  ":
+        row = [cell for cell in re.split(r"\s{2,}", text.strip()) if cell]
+    elif delimiter == " ":
+        row = re.sub(r"\s+(?=[\[(])", "\0", text).split()
+        row = [cell.replace("\0", " ") for cell in row]
+    else:
+        row = [cell.strip() for cell in trimmed(cells(text, delimiter))]
+    return [cell.strip().strip("\"'").rstrip(":").strip() for cell in row]
+
+
+def _after_colon(row: Sequence[str]) -> list[str]:
+    """The row with "Data format:" taken off its first cell."""
+    head, colon, rest = row[0].partition(":") if row else ("", "", "")
+    return [rest.strip().strip("\"'"), *row[1:]] if colon and rest and " " in head else []
+
+
+def looks_like_header(row: Sequence[str] | None, width: int, comma: bool) -> bool:
+    """Whether a row has words and no numbers."""
+    if row is None or not row:
+        return False
+    filled = [cell for cell in row if cell.strip()]
+    words = sum(any(sign.isalpha() for sign in cell) for cell in filled)
+    numbers = sum(is_number(cell, comma) for cell in filled)
+    return words > 0 and numbers <= 0.2 * len(filled) and (width < 3 or len(filled) >= 2)
+
+
+def joined(header: Sequence[Sequence[str]], width: int) -> list[str]:
+    """One name per column.
+
+    Of several header lines, a group's name spreads over the blank cells behind it, a line that says the same for all
+    columns is left out, and a line of units becomes the bracket at the end of the name.
+    """
+    rows = [[row[i].strip() if i < len(row) else "" for i in range(max(width, len(row)))] for row in header]
+    unit_row: list[str] | None = None
+    if len(rows) > 1 and _is_unit_row(rows[-1]):
+        unit_row = rows.pop()
+    if len(rows) > 1:
+        rows = [row for row in rows if len(set(row)) > 1] or rows[-1:]
+    width = max(map(len, rows))
+    parts: list[list[str]] = [[] for _ in range(width)]
+    for depth, row in enumerate(rows):
+        group = ""
+        for i in range(width):
+            cell = row[i] if i < len(row) else ""
+            group = cell or (group if depth < len(rows) - 1 and i < len(row) else "")
+            if group:
+                parts[i].append(group)
+    if len(rows) > 1:  # a group does not spread over columns that nothing stands under
+        for i in range(width):
+            if not any(i < len(row) and row[i] for row in rows):
+                parts[i] = []
+    names = [" ".join(part) for part in parts]
+    for i, unit in enumerate(unit_row or ()):
+        text = unit.strip("[] ").replace("(", "").replace(")", "")
+        if i < len(names) and text.lower() not in _NO_UNIT:
+            names[i] += f" [{'relative' if text.lower() in _RELATIVE else text}]"
+    return names
+
+
+def _is_unit_row(row: Sequence[str]) -> bool:
+    """Whether most cells are units, or say that there is none."""
+    filled = [cell.strip("[]() ") for cell in row if cell.strip()]
+    known = sum(
+        cell.lower() in _NO_UNIT | _RELATIVE
+        or any(units.find(quantity, cell) is not None for quantity in units.FACTORS)
+        for cell in filled
+    )
+    telling = sum(len(cell) > 1 and not is_number(cell, False) for cell in filled)
+    return bool(filled) and known > 0.6 * len(filled) and telling > 0

@@ -1,0 +1,187 @@
+"""Columns without names: which is the clock, the accelerometer, the gyroscope, by their numbers."""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from levelhead.errors import LevelheadError
+from levelhead.recording import Array, median
+from levelhead.sources import unit_inference
+from levelhead.sources.hints import Hints
+from levelhead.sources.sensitivities import ACC
+from levelhead.sources.table import ArrayTable, stack
+from levelhead.sources.text import TextTable
+
+_ROWS = 20_000
+_SPREAD = 0.25  # median deviation of the length of gravity from its median, as a share, at most
+_EXACT = 2e-4  # a length that constant is a unit vector's: a row of a rotation matrix, a quaternion's part
+_ONES = 0.01  # share of exact ones from which a column is no sensor
+_AXES = "xyz"
+_ONE_SENSOR = {1: ["1"], 3: ["x", "y", "z"], 4: ["time", "x", "y", "z"]}
+
+
+class Guess(NamedTuple):
+    """Positions of what was found; None or () if it was not."""
+
+    t: int | None
+    acc: tuple[int, ...]
+    gyr: tuple[int, ...]
+    mag: tuple[int, ...]
+
+
+def with_names(table: TextTable, hints: Hints) -> ArrayTable:
+    """A text table without a header, its columns named by what their numbers say, which is a guess and noted.
+
+    Raises:
+        LevelheadError: no three columns that look like an accelerometer with a gyroscope beside it.
+    """
+    width = len(table.names)
+    if width in _ONE_SENSOR or width > 64:
+        return _one_sensor(table)
+    everything = range(min(width, 64))
+    columns = table.read(list(everything), frozenset(everything))
+    values = stack({i: column.astype(np.float64) for i, column in columns.items()}, list(everything))
+    stamps = table.layout.stamps
+    guess = guess_columns(values[:_ROWS], sorted(stamps))
+    if not guess.acc or not guess.gyr:
+        raise LevelheadError(
+            f"{table.source} has no header that names its {width} columns, and its numbers show no "
+            f"{'gyroscope' if guess.acc else 'accelerometer'}; expected hints such as "
+            f"{_example(width)} (columns by number)"
+        )
+    arrays = {str(i + 1): columns[i] for i in everything}
+    named: dict[str, int] = {"t": guess.t} if guess.t is not None else {}
+    for role, positions in (("gyr", guess.gyr), ("acc", guess.acc), ("mag", guess.mag)):
+        if role not in hints.map:
+            named |= {f"{role}_{axis}": i for axis, i in zip(_AXES, positions, strict=False)}
+    listed = " ".join(
+        f"{role}={','.join(str(i + 1) for i in positions)}"
+        for role, positions in (
+            ("t", () if guess.t is None else (guess.t,)),
+            *zip(("gyr", "acc", "mag"), guess[2:0:-1] + guess[3:], strict=True),
+        )
+        if positions
+    )
+    units = {i: "ns" for i in range(width) if i in stamps}
+    given = dict(zip((str(i + 1) for i in everything), everything, strict=True))
+    titles = {position: name for name, position in named.items() if position in given.values()}
+    renamed = {titles.get(i, str(i + 1)): arrays[str(i + 1)] for i in everything}
+    notes = [*table.notes, f"no header: columns found by their numbers, a guess: {listed}"]
+    return ArrayTable(table.source, renamed, rate=table.rate, notes=notes, column_units=units)
+
+
+def _one_sensor(table: TextTable) -> ArrayTable:
+    """The columns of a file that holds one sensor, which its name tells: x, y, z, perhaps after a stamp."""
+    titles = _ONE_SENSOR.get(len(table.names), list(table.names))
+    columns = table.read(list(range(len(titles))), frozenset([0]))
+    arrays = {title: columns[i] for i, title in enumerate(titles)}
+    units = {i: "ns" for i in table.layout.stamps}
+    return ArrayTable(table.source, arrays, rate=table.rate, notes=list(table.notes), column_units=units)
+
+
+def guess_columns(values: Array, stamps: Sequence[int] = ()) -> Guess:
+    """What the columns of (n, k) ``values`` are; ``stamps`` are columns with dates."""
+    n, width = values.shape
+    t = stamps[0] if stamps else _clock(values)
+    usable = [i for i in range(width) if i != t and i not in stamps and _varies(values[:, i])]
+    triples = [(i, i + 1, i + 2) for i in range(width - 2) if {i, i + 1, i + 2} <= set(usable)]
+    first = 0 if t is None else t + 1  # sensors mostly stand in threes from here on
+    scored = sorted(
+        (score + 0.01 * triple[0] + (0.02 if (triple[0] - first) % 3 else 0.0), triple)
+        for triple in triples
+        if (score := _gravity_score(values[:, list(triple)])) is not None
+    )
+    seconds = np.arange(n) / 100.0 if t is None else _seconds(values[:, t])
+    for _, acc in scored[:4]:
+        gyr = _gyroscope(values, seconds, acc, [one for one in triples if not set(one) & set(acc)])
+        if gyr:
+            return Guess(t, acc, gyr, _magnetometer(values, acc, gyr, triples))
+    return Guess(t, scored[0][1] if scored else (), (), ())
+
+
+def _varies(column: Array) -> bool:
+    finite = column[np.isfinite(column)]
+    ones = float((np.abs(finite) == 1.0).mean()) if len(finite) else 0.0  # the diagonal of a rotation matrix
+    return len(finite) > 0 and float(finite.min()) < float(finite.max()) and ones < _ONES
+
+
+def _clock(values: Array) -> int | None:
+    """The first column that goes on evenly."""
+    for i in range(min(4, values.shape[1])):
+        column = values[:, i]
+        if len(column) < 5 or not np.isfinite(column).all():
+            continue
+        steps = np.diff(column)
+        if (steps >= 0).mean() > 0.98 and median(steps) > 0 and not (steps == 1.0).all():
+            return i
+    return None
+
+
+def _seconds(stamps: Array) -> Array:
+    from levelhead import units
+    from levelhead.sources.clock import guess_unit
+
+    t = (stamps - stamps[0]) * units.factor("time", guess_unit(stamps))
+    forward: Array = np.maximum.accumulate(t) + 1e-7 * np.arange(len(t))
+    return forward
+
+
+def _gravity_score(triple: Array) -> float | None:
+    """How little the length varies, for three columns whose usual length is gravity in some unit; None: it is not."""
+    length = np.sqrt((triple * triple).sum(axis=1))
+    length = length[np.isfinite(length)]
+    if len(length) < 5:
+        return None
+    typical = median(length)
+    known = [9.80665, 1.0, 1000.0, *(one for one in ACC if one >= 256.0)]
+    near = min(abs(math.log(typical / one)) for one in known) if typical > 0 else 9.0
+    spread = float(np.median(np.abs(length / typical - 1.0))) if typical > 0 else 9.0
+    if near > 0.2 or spread > _SPREAD:
+        return None
+    unit = 1.0 if float(np.quantile(np.abs(length - 1.0), 0.9)) < _EXACT else 0.0
+    return spread + 0.3 * near + unit
+
+
+def _gyroscope(
+    values: Array, t: Array, acc: tuple[int, ...], triples: Sequence[tuple[int, int, int]]
+) -> tuple[int, ...]:
+    """The three columns against which gravity turns; without motion, those beside the accelerometer."""
+    force = values[:, list(acc)]
+    force = force / unit_inference.median_norm(force) * 9.80665
+    best: tuple[float, tuple[int, ...]] = (0.5, ())
+    for triple in triples:
+        turn = unit_inference.turn_of_gravity(t, values[:, list(triple)], force)
+        if turn is not None and turn.turned > 0.03 and abs(turn.correlation) > best[0]:
+            best = abs(turn.correlation), triple
+    if best[1]:
+        return best[1]
+    beside = [one for one in triples if one[0] == acc[2] + 1] or [one for one in triples if one[2] == acc[0] - 1]
+    return beside[0] if beside else ()
+
+
+def _magnetometer(
+    values: Array, acc: tuple[int, ...], gyr: tuple[int, ...], triples: Sequence[tuple[int, int, int]]
+) -> tuple[int, ...]:
+    """Three more columns right behind, if their length is steady and no unit vector's."""
+    last = max(acc[2], gyr[2])
+    for triple in triples:
+        if triple[0] == last + 1:
+            length = np.sqrt((values[:, list(triple)] ** 2).sum(axis=1))
+            length = length[np.isfinite(length)]
+            if (
+                len(length)
+                and float(length.std()) < 0.3 * float(length.mean())
+                and abs(float(length.mean()) - 1.0) > 1e-3
+                and float(length.mean()) > 0.1
+            ):
+                return triple
+    return ()
+
+
+def _example(width: int) -> str:
+    """Hints that fit the number of columns."""
+    if width < 7:
+        return "--map acc=1,2,3 --map gyr=4,5,6 --rate 100"
+    return "--map t=1 --map gyr=2,3,4 --map acc=5,6,7"

@@ -1,0 +1,221 @@
+"""The unit of each sensor: from a hint, the header, or the evidence in the numbers, and whether they agree."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from levelhead import units
+from levelhead.errors import LevelheadError
+from levelhead.recording import Array
+from levelhead.sources import unit_inference
+from levelhead.sources.columns import Roles
+from levelhead.sources.field_check import field_turn
+from levelhead.sources.hints import MEANING, QUANTITY, Hints, NeedsHints, Scale
+from levelhead.sources.names import RELATIVE
+from levelhead.sources.sensitivities import acc_sensitivity
+from levelhead.sources.table import Table
+from levelhead.sources.vendors import find_vendor
+
+LEAST_GRAVITY = 0.35  # of the median length: a shorter mean, and no usual length, is an accelerometer without gravity
+DEGREE = math.pi / 180.0
+
+
+@dataclass
+class Evidence:
+    """What was concluded while a table became a recording.
+
+    Attributes:
+        found: role to the unit that the file is in.
+        notes: sentences.
+        findings: what is wrong with the log, for the doctor: name to numbers.
+        acc_per_g: counts per g, if the accelerometer gives counts.
+    """
+
+    found: dict[str, str]
+    notes: list[str]
+    findings: dict[str, Any] = field(default_factory=dict)
+    acc_per_g: float | None = None
+
+
+def declared(role: str, table: Table, roles: Roles, hints: Hints, notes: list[str]) -> Scale | None:
+    """The scale that a hint gives, the file, or the custom of the program that wrote it; a hint wins."""
+    said = roles.units.get(role) or table.units.get(role)
+    if said is None and role not in hints.scale and role not in hints.map:
+        vendor = find_vendor([*table.names, *table.origin])
+        if vendor is not None and role in vendor.units:
+            said = vendor.units[role]
+            notes.append(f"{MEANING[role]}: taken as {said}, as {vendor.name} writes it")
+    if role in hints.scale:
+        if said is not None and units.find(QUANTITY[role], said) != hints.scale[role].factor:
+            notes.append(f"{MEANING[role]}: the hint says {hints.scale[role].name} where the file says {said}")
+        return hints.scale[role]
+    if said is None or said == RELATIVE:
+        return None
+    return Scale(units.factor(QUANTITY[role], said), said)
+
+
+def acc_scale(values: Array, scale: Scale | None, hinted: bool, table: Table, evidence: Evidence) -> Scale:
+    """The scale of (n, 3) ``values`` of an accelerometer; ``scale`` is the declared one.
+
+    Raises:
+        LevelheadError: gravity is not in the numbers, or the declared unit contradicts them.
+    """
+    norm = unit_inference.median_norm(values)
+    if scale is not None:
+        _plausible_acc(values, norm, scale, hinted, table)
+        return scale
+    unit = unit_inference.acc_unit(norm)
+    if unit is not None:
+        evidence.notes.append(f"accelerometer: taken as {unit}; its median length is {norm:.4g}")
+        return Scale(units.factor("acc", unit), unit)
+    counts = acc_sensitivity(norm)
+    if counts is not None and norm > 50.0:
+        evidence.acc_per_g = counts.per_unit
+        evidence.findings["raw_counts"] = True
+        evidence.notes.append(
+            f"accelerometer: raw counts, {counts.per_unit:g} per g, a guess: its median length is {norm:.4g}; "
+            f"--lsb acc={counts.per_unit:g}/g confirms it"
+        )
+        return Scale(units.factor("acc", "g"), f"counts, {counts.per_unit:g} per g", counts.per_unit)
+    if without_gravity(values):
+        raise LevelheadError(_no_gravity(table, values, norm))
+    raise NeedsHints(
+        f"{table.source}: the accelerometer has median length {norm:.4g}, which is gravity in neither m/s², "
+        f"g nor mg; expected the hint units acc=…, or for raw counts lsb acc={norm:.0f}/g",
+        lsb={"acc": f"{norm:.4g}/g"},
+    )
+
+
+def gyr_scale(
+    values: Array,
+    scale: Scale | None,
+    hinted: bool,
+    t: Array,
+    acc: Array,
+    mag: Array | None,
+    table: Table,
+    evidence: Evidence,
+) -> Scale:
+    """The scale of (n, 3) ``values`` of a gyroscope beside (n, 3) ``acc`` in m/s²; ``scale`` is the declared one.
+
+    ``mag`` (n, 3) in any unit, or None, helps where gravity tells little.
+
+    Raises:
+        LevelheadError: a hint contradicts the numbers, or nothing tells their unit.
+    """
+    rows = unit_inference.excerpt(len(t))
+    if scale is not None:
+        return _checked_gyr(values[rows], scale, hinted, t[rows], acc[rows], table, evidence)
+    found = unit_inference.gyr_unit(t[rows], values[rows], acc[rows], evidence.acc_per_g)
+    if "a guess" in found.why and (proved := _by_field(t, values, mag)) is not None:
+        evidence.notes.append(f"gyroscope: taken as {proved[0]}; {proved[1]}")
+        return Scale(units.factor("gyr", proved[0]), proved[0])
+    if found.reversed:
+        evidence.findings["gyro_inverted"] = True
+    if found.unit is not None:
+        evidence.notes.append(f"gyroscope: taken as {found.unit}; {found.why}")
+        return Scale(units.factor("gyr", found.unit), found.unit)
+    if found.counts is not None:
+        evidence.findings["raw_counts"] = True
+        evidence.notes.append(f"gyroscope: raw counts, {found.why}; --lsb gyr={found.counts:g}/deg/s confirms it")
+        return Scale(DEGREE, f"counts, {found.counts:g} per deg/s", found.counts)
+    raise NeedsHints(
+        f"{table.source}: the gyroscope is neither in rad/s nor in deg/s: {found.why}; "
+        "expected the hint units gyr=…, or for raw counts lsb gyr=131/deg/s or what the sensor's full scale says",
+        lsb={"gyr": "131/deg/s"},
+    )
+
+
+def _by_field(t: Array, values: Array, mag: Array | None) -> tuple[str, str] | None:
+    """(unit, why) of a gyroscope against which a magnetometer turns; None if it does not, or there is none."""
+    for unit, factor in (("rad/s", 1.0), ("deg/s", DEGREE)):
+        turn = None if mag is None else field_turn(t, values * factor, mag)
+        if turn is not None and turn.correlation > 0.8 and 0.6 < turn.scale < 1.6 and turn.turned > 0.05:
+            return (
+                unit,
+                f"the magnetometer turns as it should (scale {turn.scale:.3f}, correlation {turn.correlation:.2f})",
+            )
+    return None
+
+
+def mag_scale(values: Array, scale: Scale | None, relative: bool, evidence: Evidence) -> Scale | None:
+    """The scale of (n, 3) ``values`` of a magnetometer; None: without unit."""
+    if scale is not None:
+        return scale
+    norm = unit_inference.median_norm(values)
+    unit = None if relative else unit_inference.mag_unit(norm)
+    if unit is None:
+        evidence.notes.append(f"magnetometer: kept as it is, without unit; its median length is {norm:.4g}")
+        return None
+    evidence.notes.append(f"magnetometer: taken as {unit}; its median length is {norm:.4g}")
+    return Scale(units.factor("mag", unit), unit)
+
+
+def _plausible_acc(values: Array, norm: float, scale: Scale, hinted: bool, table: Table) -> None:
+    length = norm / scale.divisor * scale.factor / units.STANDARD_GRAVITY
+    if 0.3 < length < 3.0 and not (length < 0.6 and without_gravity(values)):
+        return
+    if length < 1.0 and without_gravity(values):
+        raise LevelheadError(_no_gravity(table, values, norm))
+    unit = unit_inference.acc_unit(norm / scale.divisor)
+    if unit is None and (0.1 < length < 10.0 or not np.isfinite(length)):
+        return
+    said = f"{table.source}: the accelerometer is declared in {scale.name}, but its median length of {norm:.4g} says "
+    if unit is None:
+        counts = acc_sensitivity(norm)
+        if counts is None:
+            raise LevelheadError(f"{said}{length:.3g} g; expected another unit, units acc=…, or raw counts, lsb acc=…")
+        raise NeedsHints(
+            f"{said}raw counts; expected the hint lsb acc={counts.per_unit:g}/g", lsb={"acc": f"{counts.per_unit:g}/g"}
+        )
+    raise NeedsHints(f"{said}{unit}; expected the hint units acc={unit}", units={"acc": unit})
+
+
+def without_gravity(values: Array) -> bool:
+    """Whether the mean of (n, 3) ``values`` is much shorter than their usual length: of all, and of most tenths."""
+    finite = values[np.isfinite(values).all(axis=1)]
+    norm = unit_inference.median_norm(finite)
+    if len(finite) < 10 or not norm > 0.0:
+        return False
+    parts = np.array_split(finite, 10)
+    short = sum(float(np.linalg.norm(part.mean(axis=0))) < LEAST_GRAVITY * norm for part in parts)
+    return short > 5 and float(np.linalg.norm(finite.mean(axis=0))) < LEAST_GRAVITY * norm
+
+
+def _no_gravity(table: Table, values: Array, norm: float) -> str:
+    mean = np.linalg.norm(np.nanmean(values, axis=0))
+    return (
+        f"{table.source}: the accelerometer has gravity removed: its median length is {norm:.3g} and that of its mean "
+        f"{mean:.2g}; expected the specific force, which at rest is as long as gravity (not linear or "
+        f"user acceleration)"
+    )
+
+
+def _checked_gyr(
+    values: Array, scale: Scale, hinted: bool, t: Array, acc: Array, table: Table, evidence: Evidence
+) -> Scale:
+    why, unit = None, "deg/s"
+    scaled = values / scale.divisor
+    if scale.factor == 1.0:
+        why = unit_inference.says_degrees(t, scaled, acc)
+    elif scale.factor == DEGREE:
+        why, unit = unit_inference.says_radians(t, scaled, acc), "rad/s"
+    if why is None:
+        return scale
+    if hinted or scale.divisor != 1.0:
+        raise NeedsHints(
+            f"{table.source}: the gyroscope is declared in {scale.name}, but it looks like {unit}: {why}; "
+            f"expected the hint units gyr={unit}",
+            units={"gyr": unit},
+        )
+    evidence.findings["unit_header_wrong"] = {"declared": scale.name, "taken": unit}
+    evidence.notes.append(f"gyroscope: taken as {unit}, a guess against the header, which says {scale.name}: {why}")
+    return Scale(units.factor("gyr", unit), unit)
+
+
+def settled(found: Mapping[str, str]) -> Mapping[str, str]:
+    """The units found, in the order time, accelerometer, gyroscope, magnetometer."""
+    return {role: found[role] for role in ("t", "acc", "gyr", "mag") if role in found}

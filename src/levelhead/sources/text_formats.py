@@ -1,0 +1,64 @@
+"""What a text file is: JSON, words before numbers, rows typed by sensor, or a table."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from levelhead.errors import LevelheadError
+from levelhead.sources.encoding import Encoding
+from levelhead.sources.headerless import with_names
+from levelhead.sources.hints import Hints
+from levelhead.sources.labelled import looks_labelled
+from levelhead.sources.labelled_table import labelled_table
+from levelhead.sources.layout import first_lines, layout_of
+from levelhead.sources.splitting import is_comment
+from levelhead.sources.table import Table
+from levelhead.sources.text import TextTable
+from levelhead.sources.typed_rows import typed_tables
+
+_BINARY = {
+    b"\x89HDF\r\n\x1a\n": "HDF5 (.h5)", b"PK\x03\x04": "a ZIP archive (.zip, .npz, .xlsx)",
+    b"PAR1": "Parquet (.parquet)",
+    b"\x1f\x8b": "compressed with gzip (.gz)", b"MATLAB 5.0": "MATLAB (.mat)", b"\x93NUMPY": "NumPy (.npy)",
+    b"ULog\x01\x12\x35": "PX4's ULog (.ulg)", b"\xa3\x95": "ArduPilot's DataFlash (.bin)",
+}  # fmt: skip
+
+
+def tables(path: Path, shown: str, hints: Hints) -> Sequence[Table]:
+    """The tables of a text file.
+
+    Raises:
+        LevelheadError: empty, binary, no line of numbers.
+    """
+    with open(path, "rb") as file:
+        head = file.read(16)
+    for signature, what in _BINARY.items():
+        if head.startswith(signature):
+            raise LevelheadError(
+                f"{shown} is named like text but is {what}; expected lines of numbers, or the right suffix"
+            )
+    lines, encoding = _named(path, shown)
+    content = [line for line in lines if line.strip() and not is_comment(line)]
+    first = content[0].lstrip("\ufeff \t") if content else ""
+    if first[:1] in "{[" and first[:1] and '"' in "".join(content[:3]):
+        from levelhead.sources.json_tables import tables as json_tables
+
+        return json_tables(path, shown, hints)
+    if any(line.lstrip().startswith("{") for line in content[1:2]):
+        from levelhead.sources.json_tables import tables as json_tables
+
+        return json_tables(path, shown, hints)
+    if looks_labelled(content[:40]):
+        return [labelled_table(path, shown, encoding)]
+    if found := typed_tables(path, shown, content, encoding):
+        return found
+    table = TextTable(path, layout_of(lines, shown, encoding), shown)
+    if table.layout.headless and not {"gyr", "acc"} <= set(hints.map):
+        return [with_names(table, hints)]
+    return [table]
+
+
+def _named(path: Path, shown: str) -> tuple[list[str], Encoding]:
+    try:
+        return first_lines(str(path))
+    except LevelheadError as error:
+        raise LevelheadError(str(error).replace(str(path), shown)) from None

@@ -1,0 +1,146 @@
+"""Text whose rows belong to different sensors: a word or a number in each row says which.
+
+"IMU, 1200, 0.1, …" beside "MAG, 1201, …" (ArduPilot, with FMT rows that name the columns), "ACC;12;0.1;…", and tables
+with a column "sensor" in which accelerometer and gyroscope alternate.
+"""
+
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from levelhead.sources.encoding import Encoding
+from levelhead.sources.names import understand
+from levelhead.sources.splitting import cells, is_number, lines_of
+from levelhead.sources.stamps import is_stamp, nanoseconds
+from levelhead.sources.table import ArrayTable, Column
+
+_LOOK = 400
+_KINDS = {"3": "accelerometer", "4": "gyroscope", "5": "magnetometer", "82": "linear acceleration", "83": "gravity"}
+_MOST_TYPES = 80
+
+
+def typed_tables(path: Path, shown: str, content: Sequence[str], encoding: Encoding) -> list[ArrayTable]:
+    """One table for each type of row; [] if the rows are not typed by sensor. ``content``: the first lines."""
+    sample = content[:_LOOK]
+    for delimiter in "\t;,":
+        rows = [[cell.strip() for cell in cells(line, delimiter)] for line in sample]
+        if sum(len(row) > 3 for row in rows) < 0.5 * len(rows):
+            continue
+        if (key := _key_column(rows)) is not None:
+            return _split(path, shown, encoding, delimiter, key)
+        if _numbered(rows):
+            return _by_numbers(path, shown, encoding, delimiter)
+    return []
+
+
+def _key_column(rows: Sequence[Sequence[str]]) -> int | None:
+    """The column whose words name a gyroscope and an accelerometer, or types with FMT rows; None: there is none."""
+    for k in range(min(6, max(map(len, rows), default=0))):
+        words = Counter(row[k] for row in rows if len(row) > k + 1 and _is_word(row[k]))
+        several = {word for word, count in words.items() if count > 2}
+        if sum(words[word] for word in several) < 0.5 * len(rows) or len(several) > _MOST_TYPES:
+            continue
+        roles = {understand(f"{word} x").role for word in several}
+        if (k == 0 and "FMT" in several) or {"gyr", "acc"} <= roles:
+            return k
+    return None
+
+
+def _is_word(cell: str) -> bool:
+    return bool(cell) and cell[0].isalpha() and not is_stamp(cell) and cell.lower() != "nan"
+
+
+def _split(path: Path, shown: str, encoding: Encoding, delimiter: str, key: int) -> list[ArrayTable]:
+    groups: dict[str, list[list[str]]] = {}
+    names: dict[str, list[str]] = {}
+    header: list[str] | None = None
+    text = path.read_bytes()[encoding.skip :].decode(encoding.name, "replace")
+    for line in lines_of(text):
+        row = [cell.strip() for cell in cells(line, delimiter)]
+        if len(row) <= key + 1 or not _is_word(row[key]):
+            continue
+        if row[0] == "FMT" and len(row) > 5:
+            names[row[3]] = row[5:]
+            continue
+        rest = row[:key] + row[key + 1 :]
+        if header is None and not any(is_number(cell, False) or is_stamp(cell) for cell in rest if cell):
+            header = rest
+            continue
+        groups.setdefault(row[key], []).append(rest)
+    found = []
+    for kind, rows in groups.items():
+        width = Counter(map(len, rows)).most_common(1)[0][0]
+        whole = [row for row in rows if len(row) == width]
+        titles = names.get(kind) or (header if header is not None and len(header) == width else None)
+        if len(whole) < 3:
+            continue
+        titles = [title or f"column {i + 1}" for i, title in enumerate(titles or _titles(whole))]
+        arrays, units = _arrays(titles[:width], whole)
+        if arrays:
+            instances = _instances(arrays)
+            for number, keep in instances.items():
+                part = {name: column[keep] for name, column in arrays.items()}
+                context = kind if number is None else f"{kind} {number}"
+                found.append(ArrayTable(shown, part, context=context, column_units=units))
+    return found
+
+
+def _instances(arrays: dict[str, Column]) -> dict[int | None, Any]:
+    """Rows of several equal sensors, by ArduPilot's column "I"."""
+    if "I" not in arrays or len(np.unique(arrays["I"])) < 2:
+        return {None: slice(None)}
+    return {int(number): arrays["I"] == number for number in np.unique(arrays["I"])}
+
+
+def _titles(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Names for rows without: a stamp first if there are four numbers or more, then x, y, z."""
+    width = len(rows[0])
+    axes = ["x", "y", "z"]
+    return [*["time", *(f"extra {i}" for i in range(1, width - 3))][: width - 3], *axes] if width > 3 else axes[:width]
+
+
+def _arrays(titles: Sequence[str], rows: Sequence[Sequence[str]]) -> tuple[dict[str, Column], dict[int, str]]:
+    """Columns of numbers by name; words become NaN. And the positions of columns that were dates."""
+    arrays: dict[str, Column] = {}
+    units: dict[int, str] = {}
+    for i, title in enumerate(titles):
+        column = [row[i] for row in rows]
+        if is_stamp(column[0]):
+            try:
+                arrays[title] = np.array([nanoseconds(cell) for cell in column], dtype=np.int64)
+                units[len(arrays) - 1] = "ns"
+            except ValueError:
+                continue
+        elif all(cell.lstrip("+-").isdigit() for cell in column) and max(map(len, column)) < 19 + 1:
+            arrays[title] = np.array([int(cell) for cell in column], dtype=np.int64)
+        else:
+            values = [float(cell) if is_number(cell, False) else np.nan for cell in column]
+            if not np.isnan(values).all():
+                arrays[title] = np.array(values)
+    return arrays, units
+
+
+def _numbered(rows: Sequence[Sequence[str]]) -> bool:
+    """Whether rows are a stamp and then 3, x, y, z, 4, x, y, z …: Android's "HyperIMU" and "IMU+GPS" apps."""
+    both = sum(row[1] == "3" and len(row) > 8 and "4" in row[5:9] for row in rows if len(row) > 8)
+    return both > 0.5 * len(rows)
+
+
+def _by_numbers(path: Path, shown: str, encoding: Encoding, delimiter: str) -> list[ArrayTable]:
+    groups: dict[str, list[list[str]]] = {}
+    for line in lines_of(path.read_bytes()[encoding.skip :].decode(encoding.name, "replace")):
+        row = [cell.strip() for cell in cells(line, delimiter)]
+        i = 1
+        while i + 3 < len(row):
+            if row[i] in _KINDS:
+                groups.setdefault(_KINDS[row[i]], []).append([row[0], *row[i + 1 : i + 4]])
+            i += 4
+    found = []
+    for kind, rows in groups.items():
+        arrays, units = _arrays(["time", "x", "y", "z"], rows)
+        if len(arrays) == 4:
+            found.append(ArrayTable(shown, arrays, context=kind, column_units=units))
+    return found

@@ -1,0 +1,46 @@
+"""Who wrote a log, by the names of its columns, and the units that this writer always uses without saying so."""
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+
+class Vendor(NamedTuple):
+    """A program or device.
+
+    Attributes:
+        name: what people call it.
+        marks: patterns, each of which some column's name must match.
+        units: role to unit, where its files do not say it.
+    """
+
+    name: str
+    marks: tuple[str, ...]
+    units: Mapping[str, str]
+
+
+_RADIANS = {"gyr": "rad/s"}
+VENDORS = (
+    Vendor("Sensor Logger", (r"^seconds_elapsed$", r"^time$|^t \[ns\]$"), _RADIANS),
+    Vendor("Core Motion", (r"rotationRate[XYZ.]|RotationRate[XYZ.]|rotation_rate_x", r"(?i)accel|gravity"), _RADIANS),
+    Vendor("Xsens", (r"^(Packet)?Counter$", r"^Acc_X$", r"^Gyr_X$"), _RADIANS | {"acc": "m/s²"}),
+    Vendor("ROS", (r"angular_velocity[._]x$", r"linear_acceleration[._]x$"), _RADIANS),
+    Vendor("EuRoC", (r"^#?w_RS_S_x", r"^a_RS_S_x"), _RADIANS),
+    Vendor("ArduPilot", (r"^GyrX$", r"^AccX$", r"^TimeUS$"), _RADIANS | {"acc": "m/s²", "mag": "mG", "t": "us"}),
+    Vendor("Betaflight", (r"^loopIteration$", r"^gyroADC\[0\]|^gyroData\[0\]"), {"gyr": "deg/s", "t": "us"}),
+    Vendor("MATLAB Mobile", (r"^AngularVelocity[._]?X$|^AngularVelocity[._]1$", r"^Acceleration"), _RADIANS),
+    Vendor("YEI 3-Space", (r"ChipTimeUS", r"RawGyroX"), _RADIANS),
+    Vendor(
+        "MicroStrain",
+        (r"X Gyro \[x8005\]|scaledGyroX|deltaThetaX", r"X Accel|scaledAccelX"),
+        _RADIANS | {"acc": "g", "mag": "G"},
+    ),
+)
+
+
+def find_vendor(names: Sequence[str]) -> Vendor | None:
+    """Who wrote columns of these names; None if they tell nobody."""
+    for vendor in VENDORS:
+        if all(any(re.search(mark, name.strip()) for name in names) for mark in vendor.marks):
+            return vendor
+    return None
