@@ -9,7 +9,7 @@ import levelhead as lh
 from levelhead.calibration import Quantity
 from levelhead.filters import ESKF
 
-pytestmark = pytest.mark.compiled
+pytestmark = pytest.mark.slow
 
 SEEDS = range(4)
 SENSOR = lh.simulate.Imu(
@@ -29,7 +29,7 @@ def known(seed):
         exact.t[rows], exact.gyr[rows], exact.acc[rows], exact.mag[:-LATE],
         lh.Truth(exact.truth.quat[rows], exact.truth.bias[rows]), exact.meta,
     )  # fmt: skip
-    return rec, lh.fuse(rec, ESKF(), engine="compiled").calibration
+    return rec, lh.fuse(rec, ESKF()).calibration
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,7 @@ from levelhead.engine import fuse
 from levelhead.evaluate import Score, evaluate
 from levelhead.recording import Recording
 
-pytestmark = pytest.mark.compiled
+pytestmark = pytest.mark.slow
 
 LIARS = ("AccelTilt", "GyroIntegration", "Triad")
 BEST = "best"
@@ -68,7 +68,7 @@ def scores(data_dir: Path) -> dict[str, dict[str, Score]]:
 
 
 def _score(recording: Recording, params: object) -> Score:
-    return evaluate(recording, fuse(recording, params, engine="compiled"))
+    return evaluate(recording, fuse(recording, params))
 
 
 @pytest.mark.parametrize("trial", BOUNDS)

@@ -17,7 +17,7 @@ from levelhead.sources import npz
 RUN = ("run", "--no-realtime", "--source")
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_the_first_live_command_works(levelhead):
     said = levelhead(*RUN, "emulated:mpu6050", "--calibrate", "100", "--duration", "2.3")
     assert said.code == 0 and said.err == ""
@@ -27,7 +27,7 @@ def test_the_first_live_command_works(levelhead):
     assert "samples, 0 losses" in said.out.splitlines()[-1]
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_a_replay_into_a_black_box_is_what_fuse_makes_of_the_file(levelhead, logs, tmp_path):
     pytest.importorskip("mcap", reason="mcap is not installed (extra levelhead[box])")
     box = tmp_path / "box.mcap"
@@ -114,7 +114,7 @@ def _mirrored(refused, t, gyr, acc, folder) -> str:
     return refused("axes", folder / "mirrored.npz")
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_sigterm_ends_it_in_order(tmp_path):
     pytest.importorskip("mcap", reason="mcap is not installed (extra levelhead[box])")
     box = tmp_path / "box.mcap"
@@ -130,7 +130,7 @@ def test_sigterm_ends_it_in_order(tmp_path):
     assert lh.read(box).meta["notes"] == []
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_a_full_disk_ends_the_box_and_is_said_and_the_node_goes_on(levelhead, tmp_path):
     """The kernel refuses to let the file grow, as it does when the disk is full."""
     pytest.importorskip("mcap", reason="mcap is not installed (extra levelhead[box])")
@@ -151,7 +151,7 @@ def test_a_full_disk_ends_the_box_and_is_said_and_the_node_goes_on(levelhead, tm
     assert 0 < len(kept) < 4000 and "was cut off" in kept.meta["notes"][0]
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_an_unplugged_source_ends_with_its_own_exit_code(capsys):
     """A serial device that goes away and does not come back: exit code 3, and a sentence."""
     pytest.importorskip("serial", reason="pyserial is not installed (extra levelhead[live])")

@@ -11,7 +11,7 @@ from levelhead import simulate
 from levelhead.filters.health import AID_REJECTED
 from levelhead.sources import npz
 
-pytestmark = pytest.mark.compiled
+pytestmark = pytest.mark.slow
 
 SEEDS = range(4)
 START = 1000  # samples until the filter has settled
@@ -58,13 +58,13 @@ def test_height_by_barometer_and_its_sigma():
     ratios, climbs, with_it, without = [], [], [], []
     for seed in SEEDS:
         motion, rec = flown(seed)
-        track = lh.fuse(replace(rec, pressure=simulate.pressure(motion, seed=seed)), "ESKF", engine="compiled")
+        track = lh.fuse(replace(rec, pressure=simulate.pressure(motion, seed=seed)), "ESKF")
         off = (track.position - motion.position)[START:, 2]
         assert rms(off) < 0.5
         ratios.append(off / track.sigma_position[START:, 2])
         climbs.append((track.velocity - motion.velocity)[START:, 2])
         with_it.append(tilt(track, rec.truth)[START:])
-        without.append(tilt(lh.fuse(rec, "ESKF", engine="compiled"), rec.truth)[START:])
+        without.append(tilt(lh.fuse(rec, "ESKF"), rec.truth)[START:])
         assert not (track.health & AID_REJECTED).any()
     assert 0.5 < rms(np.concatenate(ratios)) < 1.5
     assert rms(np.concatenate(climbs)) < 0.1
@@ -75,7 +75,7 @@ def test_position_by_satellites_and_its_sigma():
     place, speed = [], []
     for seed in SEEDS:
         motion, rec = flown(seed)
-        track = lh.fuse(replace(rec, gnss=simulate.gnss(motion, seed=seed)), "ESKF", engine="compiled")
+        track = lh.fuse(replace(rec, gnss=simulate.gnss(motion, seed=seed)), "ESKF")
         off = (track.position - motion.position)[START:]
         assert (rms(off) < 1.0).all(), "less than half of a fix's"
         place.append(off / track.sigma_position[START:])
@@ -87,16 +87,16 @@ def test_position_by_satellites_and_its_sigma():
 def test_a_long_push_does_not_tilt_what_sees_its_velocity():
     for seed in SEEDS:
         _, rec = accelerated(seed)
-        seen = tilt(lh.fuse(rec, "ESKF", engine="compiled"), rec.truth)[START:]
-        blind = tilt(lh.fuse(replace(rec, gnss=None), "ESKF", engine="compiled"), rec.truth)[START:]
+        seen = tilt(lh.fuse(rec, "ESKF"), rec.truth)[START:]
+        blind = tilt(lh.fuse(replace(rec, gnss=None), "ESKF"), rec.truth)[START:]
         assert rms(seen) < 0.4 * rms(blind)
         assert seen.max() < 2.0
 
 
 def test_after_aiding_nothing_jumps_and_sigma_grows():
     motion, rec = accelerated(1)
-    full = lh.fuse(rec, "ESKF", engine="compiled")
-    track = lh.fuse(until(rec, 26.0), "ESKF", engine="compiled")  # on the way, at 9 m/s
+    full = lh.fuse(rec, "ESKF")
+    track = lh.fuse(until(rec, 26.0), "ESKF")  # on the way, at 9 m/s
     np.testing.assert_array_equal(track.quat[:2600], full.quat[:2600])
     assert motion.velocity[2600, 0] > 5.0
     steps = np.abs(np.diff(track.velocity[2600:], axis=0)).max()
@@ -124,7 +124,7 @@ def test_spikes_and_holes_do_no_harm(name):
         bad[12::9] += 100.0
         bad[14::9, 1] = np.nan
         hit = replace(rec, gnss=replace(rec.gnss, **{name: bad}))
-    clean, track = lh.fuse(rec, "ESKF", engine="compiled"), lh.fuse(hit, "ESKF", engine="compiled")
+    clean, track = lh.fuse(rec, "ESKF"), lh.fuse(hit, "ESKF")
     assert (track.health & AID_REJECTED).any() and not (clean.health & AID_REJECTED).any()
     for key in ("quat", "position", "velocity", "sigma_position", "sigma_velocity"):
         assert np.isfinite(getattr(track, key)).all()
@@ -136,7 +136,7 @@ def test_what_stays_far_off_is_believed_after_a_while():
     motion, rec = flown(3)
     air = simulate.pressure(motion, seed=3)
     jumped = lh.Pressure(air.t, air.values + np.where(air.t > 30.0, 300.0, 0.0), air.sigma)  # a window opens: 25 m
-    track = lh.fuse(replace(rec, pressure=jumped), "ESKF", engine="compiled")
+    track = lh.fuse(replace(rec, pressure=jumped), "ESKF")
     late = track.health[3500:] & AID_REJECTED
     assert (track.health[3000:3300] & AID_REJECTED).any() and not late.any()
     off = np.abs(track.position - motion.position)[3500:, 2]
@@ -154,12 +154,13 @@ def test_a_gap_in_time_and_the_hour_after():
         pressure=lh.Pressure(air.t + 3600.0 * (air.t > 20.0), air.values, air.sigma),
         gnss=replace(gnss, t=gnss.t + 3600.0 * (gnss.t > 20.0)),
     )
-    track = lh.fuse(late, "ESKF", engine="compiled")
+    track = lh.fuse(late, "ESKF")
     assert np.isfinite(track.position).all() and np.isfinite(track.quat).all()
     assert track.sigma_position[2010, 0] > 100.0
     assert (rms((track.position - motion.position)[2500:]) < 2.0).all()
 
 
+@pytest.mark.compiled
 def test_plain_compiled_and_streamed_are_the_same_bits():
     motion, rec = flown(1, duration=16.0)
     rec = replace(rec, pressure=simulate.pressure(motion, seed=1), gnss=simulate.gnss(motion, seed=1))
@@ -269,7 +270,7 @@ def test_without_a_magnetometer_heading_is_learned_from_velocity(style, soon, la
     rec = simulate.observe(motion, simulate.imu("LSM6DSO32"), seed)
     fixes = simulate.gnss(motion, seed=seed)
     fixes = replace(fixes, position=turn.apply(fixes.position.copy()), velocity=turn.apply(fixes.velocity.copy()))
-    track = lh.fuse(replace(rec, gnss=fixes), "ESKF", engine="compiled")
+    track = lh.fuse(replace(rec, gnss=fixes), "ESKF")
     true = turn * Rotation.from_quat(motion.quat.copy(), scalar_first=True)
     heading = np.degrees((track.as_rotation() * true.inv()).as_rotvec()[:, 2])
     assert np.abs(heading[2000:]).max() < soon

@@ -195,7 +195,7 @@ WORST_STARTS = [
 ] + list(Rotation.random(3, rng=4))
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 @CORRECTING
 def test_a_wrong_first_sample_is_forgotten_in_the_time_stated(flt):
     """The first sample 180° wrong about several axes, or anyhow; what comes after is the truth, with noise or without.
@@ -212,7 +212,7 @@ def test_a_wrong_first_sample_is_forgotten_in_the_time_stated(flt):
         noise = rng.normal(0, 1.0, (3, len(rec), 3)) * (k % 2)
         acc, mag = rec.acc + 0.05 * noise[0], rec.mag + 0.5 * noise[1]
         acc[0], mag[0] = (wrong * true).inv().apply([0, 0, G]), (wrong * true).inv().apply(FIELD)
-        track = lh.fuse(lh.Recording(rec.t, 0.002 * noise[2], acc, mag), flt.params(), engine="compiled")
+        track = lh.fuse(lh.Recording(rec.t, 0.002 * noise[2], acc, mag), flt.params())
         assert tilt_error(track, true)[int(rate * flt.settles.tilt) + 1 :].max() < 2.0, k
         if "mag" in flt.uses and flt.settles.heading > 0.0:  # without a memory it has the noise of every sample
             x, y = (track.as_rotation() * true.inv()).apply([1.0, 0.0, 0.0])[:, :2].T

@@ -104,14 +104,14 @@ def simulated():
 PHYSICAL = {"r_measure": 300.0}
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 @pytest.mark.parametrize("flt", CORRECTING, ids=lambda f: f.name)
 def test_errors_are_of_the_order_of_sigma(flt, simulated):
     """Error/σ of tilt, RMS: filters that doubt too much are as wrong as those that doubt too little."""
     for recording in simulated:
         six = lh.Recording(recording.t, recording.gyr, recording.acc, None, recording.truth)
         known = {name: value for name, value in PHYSICAL.items() if name in flt.params._fields}
-        track = lh.fuse(six, flt.params(**known), engine="compiled")
+        track = lh.fuse(six, flt.params(**known))
         off = track.as_rotation() * Rotation.from_quat(six.truth.quat, scalar_first=True).inv()
         up = off.apply([0.0, 0.0, 1.0])
         tilt = np.arctan2(np.hypot(up[:, 0], up[:, 1]), up[:, 2])[1000:]

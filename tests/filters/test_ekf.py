@@ -157,15 +157,15 @@ def longest(bits):
     return int((edges[1::2] - edges[::2]).max(initial=0))
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 @pytest.mark.parametrize(("what", "bit"), [("acc", health.ACC_REJECTED), ("mag", health.MAG_REJECTED)])
 def test_the_gate_refuses_and_lets_go_in_bounded_time(what, bit):
     params = lh.EKF(acc_tau=0.1, mag_noise=1.0)  # with 30 °/√Hz no field is 5 σ off: the guard refuses it instead
-    short = lh.fuse(wrong_for(0.8, what), params, guard=None, engine="compiled")
+    short = lh.fuse(wrong_for(0.8, what), params, guard=None)
     refused = (short.health & bit) != 0
     assert refused[1000:1080].mean() > 0.7 and not refused[:1000].any()
     assert np.degrees(short.as_rotation().magnitude()).max() < 5.0
-    lasting = lh.fuse(wrong_for(20.0, what), params, guard=None, engine="compiled")
+    lasting = lh.fuse(wrong_for(20.0, what), params, guard=None)
     refused = (lasting.health & bit) != 0
     assert 0 < longest(refused) <= 1 + params.gate_time * 100
     assert np.degrees(lasting.as_rotation().magnitude())[-1] > 60.0, "it is believed in the end"
@@ -178,7 +178,7 @@ def wild_field(n):
     return wild
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 @pytest.mark.parametrize("guard", [Guard(), None], ids=["guarded", "unguarded"])
 def test_no_magnet_tilts_the_horizon_of_a_body_at_rest(guard):
     """Only noise, which the error of heading turns with the earth frame while it is averaged there."""
@@ -186,16 +186,16 @@ def test_no_magnet_tilts_the_horizon_of_a_body_at_rest(guard):
     n = 3000
     still = lh.Recording(np.arange(n) / 100, rng.normal(0, 0.002, (n, 3)), rng.normal(0, 0.05, (n, 3)) + [0, 0, G])
     with_field = lh.Recording(still.t, still.gyr, still.acc, wild_field(n))
-    six, nine = (lh.fuse(rec, lh.EKF(), guard=guard, engine="compiled") for rec in (still, with_field))
+    six, nine = (lh.fuse(rec, lh.EKF(), guard=guard) for rec in (still, with_field))
     assert tilt_between(six, nine).max() < 0.05
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 @pytest.mark.parametrize("guard", [Guard(), None], ids=["guarded", "unguarded"])
 def test_what_a_magnet_makes_of_the_bias_tilts_a_turning_body_by_less_than_a_degree(guard):
     """Heading is wrong by as much as it likes; the bias learned from it is another axis's when the body has turned."""
     motion = lh.simulate.recording("BMI160", "hand", 60.0, seed=3)
     with_field = lh.Recording(motion.t, motion.gyr, motion.acc, wild_field(len(motion)))
-    six, nine = (lh.fuse(rec, lh.EKF(), guard=guard, engine="compiled") for rec in (motion, with_field))
+    six, nine = (lh.fuse(rec, lh.EKF(), guard=guard) for rec in (motion, with_field))
     assert tilt_between(six, nine).max() < 1.0
     assert np.degrees((six.as_rotation().inv() * nine.as_rotation()).magnitude()).max() > 20.0

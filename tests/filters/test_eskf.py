@@ -178,13 +178,13 @@ def test_a_corrected_velocity_is_taken_along_by_heading():
     np.testing.assert_array_equal(square(m), square(m).T)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 @pytest.mark.parametrize("motion", ["robot", "drone"])
 def test_nothing_but_a_magnetometer_tells_of_heading(motion):
     """σ of a relative heading never falls where the gyroscope has nothing to learn: velocity zero has no direction."""
     recording = simulate.recording("MPU-6050", motion, seed=3, duration=120.0)
     perfect = lh.ESKF(bias_start=0.0, bias_walk=0.0, scale_start=0.0, scale_walk=0.0)
-    sigma = lh.fuse(recording, perfect, engine="compiled").sigma[:, 2]
+    sigma = lh.fuse(recording, perfect).sigma[:, 2]
     assert sigma[-1] > 2.0 * sigma[1000]
     assert (np.diff(sigma) > -1e-5 * sigma[:-1]).all()
 
@@ -232,13 +232,13 @@ def test_a_gyroscope_that_was_turned_on_with_a_large_bias_is_right_without_any_r
     assert np.linalg.eigvalsh(p).min() > -1e-12 * np.linalg.eigvalsh(p).max()
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_a_blow_of_100_g_moves_nothing():
     recording = simulate.recording("LSM6DSO32", "hand", seed=2, mag="HMC5883L", duration=40.0)
     acc = np.array(recording.acc)
     acc[2000:2003] = [[900.0, -300.0, 500.0], [-700.0, 200.0, -400.0], [300.0, 100.0, 200.0]]
     hit = lh.Recording(recording.t, recording.gyr, acc, recording.mag, truth=recording.truth)
-    plain, struck = (lh.fuse(one, lh.ESKF(), engine="compiled") for one in (recording, hit))
+    plain, struck = (lh.fuse(one, lh.ESKF()) for one in (recording, hit))
     turn = (plain.as_rotation() * struck.as_rotation().inv()).magnitude()
     assert np.degrees(turn[2000:]).max() < 3.0
     assert np.degrees(turn[-1]) < 0.5
@@ -263,12 +263,12 @@ def test_covariance_stays_symmetric_and_positive():
     assert values.min() > -1e-9
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_a_magnet_on_the_sensor_is_no_room_that_changed():
     """It turns with the sensor, so that no time makes it the earth's; a field that stays in the earth frame is."""
     recording = simulate.recording("LSM6DSO32", "hand", seed=4, mag="HMC5883L", duration=120.0)
     mag = np.array(recording.mag)
     mag[4000:] += [90.0, -60.0, 40.0]
-    track = lh.fuse(lh.Recording(recording.t, recording.gyr, recording.acc, mag), lh.ESKF(), engine="compiled")
+    track = lh.fuse(lh.Recording(recording.t, recording.gyr, recording.acc, mag), lh.ESKF())
     assert not (track.health & health.MAG_LEARNED).any()
     assert (track.health[4100:] & health.MAG_REJECTED != 0).mean() > 0.5

@@ -18,7 +18,7 @@ from levelhead.engine import binding
 from levelhead.engine.parallel import fuse_parameter_sets
 from levelhead.filters import health
 
-pytestmark = pytest.mark.compiled
+pytestmark = pytest.mark.slow
 
 G = 9.80665
 FIELD = np.array([0.0, 19.0, -45.0])
@@ -98,7 +98,7 @@ def clean():
     """Filter -> its track of the body to which nothing happens."""
     _, *readings = body()
     recording = lh.Recording(*readings)
-    return {flt.name: lh.fuse(recording, flt.params(), engine="compiled") for flt in CORRECTING}
+    return {flt.name: lh.fuse(recording, flt.params()) for flt in CORRECTING}
 
 
 @EVERY
@@ -120,7 +120,7 @@ def test_readings_missing_in_bursts(flt, sensor, clean):
     gone = np.r_[1100:1101, 1200:1210, 1300:1600, 1700:1702]
     readings[column][gone] = np.nan
     readings[column][1201, 0] = 0.0  # one axis is enough to lose a reading
-    track = lh.fuse(lh.Recording(*readings), flt.params(), engine="compiled")
+    track = lh.fuse(lh.Recording(*readings), flt.params())
     sound(track)
     only_there(track, clean[flt.name], SENSORS[sensor], gone)
     assert no_fault(track.health[gone].astype(int) & ~SENSORS[sensor])
@@ -137,7 +137,7 @@ def test_one_nan_of_the_accelerometer_is_forgotten_at_once(flt, clean):
     """Peers: imufusion says NaN ever after, vqf stays up to 49° off for the rest of the recording."""
     _, *readings = body()
     readings[2][1500] = np.nan
-    track = lh.fuse(lh.Recording(*readings), flt.params(), engine="compiled")
+    track = lh.fuse(lh.Recording(*readings), flt.params())
     sound(track)
     only_there(track, clean[flt.name], health.ACC_MISSING, [1500])
     off = np.degrees((track.as_rotation() * clean[flt.name].as_rotation().inv()).magnitude())
@@ -187,7 +187,7 @@ def test_a_magnetometer_that_comes_back_90_degrees_off_slams_no_tilt(flt, clean)
     readings[3][3000:15_000] = np.nan  # two minutes
     readings[3][15_000:] = Rotation.from_euler("z", 90, degrees=True).apply(readings[3][15_000:])
     readings[3][15_000:] = (true.inv() * Rotation.from_euler("z", 90, degrees=True)).apply(FIELD)[15_000:]
-    track = lh.fuse(lh.Recording(*readings), flt.params(), engine="compiled")
+    track = lh.fuse(lh.Recording(*readings), flt.params())
     sound(track)
     tilt, heading = errors(track, true)
     assert tilt[2500:].max() < TILTED_BY_FIELD.get(flt.name, 2.0)
@@ -200,7 +200,7 @@ def test_a_magnetometer_that_comes_back_90_degrees_off_slams_no_tilt(flt, clean)
 def test_zero_vectors_are_no_readings(flt, sensor, clean):
     true, *readings = body()
     readings[1 + list(SENSORS).index(sensor)][1300:1500] = 0.0
-    track = lh.fuse(lh.Recording(*readings), flt.params(), engine="compiled")
+    track = lh.fuse(lh.Recording(*readings), flt.params())
     sound(track)
     forgotten(flt, track, true, 1500)
 
@@ -222,7 +222,7 @@ def test_vectors_too_short_to_have_a_direction(flt, size):
 def test_a_gap_in_the_middle_of_a_turn(flt, jump, clean):
     true, *readings = body()
     readings[0][1500:] += jump
-    track = lh.fuse(lh.Recording(*readings), flt.params(), engine="compiled")
+    track = lh.fuse(lh.Recording(*readings), flt.params())
     sound(track)
     only_there(track, clean[flt.name], health.GAP, [1500])
     if "gyr" in flt.uses:
@@ -238,7 +238,7 @@ def test_a_gyroscope_at_its_known_full_scale(flt):
     clipped = np.flatnonzero(np.abs(readings[1]).max(axis=1) == full)
     assert len(clipped) > 20
     recording = lh.Recording(*readings)
-    track = lh.fuse(recording, flt.params(), guard=lh.Guard(gyr_range=250.0), engine="compiled")
+    track = lh.fuse(recording, flt.params(), guard=lh.Guard(gyr_range=250.0))
     sound(track)
     said = np.flatnonzero(track.health & health.GYR_SATURATED)
     assert set(clipped) <= set(said)
@@ -255,7 +255,7 @@ def test_a_full_scale_that_nobody_told_is_found(flt):
     full = math.radians(300.0)
     readings[1][:] = np.clip(readings[1], -full, full)
     clipped = np.abs(readings[1]).max(axis=1) == full
-    track = lh.fuse(lh.Recording(*readings), flt.params(), engine="compiled")
+    track = lh.fuse(lh.Recording(*readings), flt.params())
     sound(track)
     said = (track.health & health.GYR_SATURATED) != 0
     where = np.flatnonzero(clipped)
@@ -270,7 +270,7 @@ def test_an_accelerometer_at_full_scale_is_not_used(flt):
     readings[2][1400:1420] += [150.0, 30.0, 0.0]
     full = 4 * G
     readings[2][:] = np.clip(readings[2], -full, full)
-    track = lh.fuse(lh.Recording(*readings), flt.params(), guard=lh.Guard(acc_range=full), engine="compiled")
+    track = lh.fuse(lh.Recording(*readings), flt.params(), guard=lh.Guard(acc_range=full))
     sound(track)
     np.testing.assert_array_equal(np.flatnonzero(track.health & health.ACC_SATURATED), range(1400, 1420))
     assert errors(track, true)[0][1400:1450].max() < 5.0
@@ -284,7 +284,7 @@ def test_an_axis_that_is_stuck(flt, sensor, clean):
     true, *readings = body()
     column, bit = (1, health.GYR_STUCK) if sensor == "gyr" else (2, health.ACC_STUCK)
     readings[column][1150:1700, 1] = readings[column][1150, 1]
-    track = lh.fuse(lh.Recording(*readings), flt.params(), engine="compiled")
+    track = lh.fuse(lh.Recording(*readings), flt.params())
     sound(track)
     only_there(track, clean[flt.name], bit, np.arange(1150 + 102, 1700))
     of_tilt = track.sigma[1699, :2] > clean[flt.name].sigma[1699, :2]
@@ -301,7 +301,7 @@ def test_shocks_of_100_g_move_nothing(flt, clean):
     up = readings[2][hits] / np.linalg.norm(readings[2][hits], axis=1)[:, None]
     sideways -= (sideways * up).sum(axis=1)[:, None] * up
     readings[2][hits] += 100.0 * G * sideways / np.linalg.norm(sideways, axis=1)[:, None]
-    track = lh.fuse(lh.Recording(*readings), flt.params(), engine="compiled")
+    track = lh.fuse(lh.Recording(*readings), flt.params())
     sound(track)
     only_there(track, clean[flt.name], health.ACC_REJECTED, hits)
     assert (errors(track, true)[0] - errors(clean[flt.name], true)[0])[1200:].max() < 0.2
@@ -313,7 +313,7 @@ def test_a_magnet_that_passes_is_refused(flt, clean):
     true, *readings = body()
     near = slice(2500, 2700)
     readings[3][near] += true.inv().apply([60.0, 0.0, 0.0])[near]
-    track = lh.fuse(lh.Recording(*readings), flt.params(), engine="compiled")
+    track = lh.fuse(lh.Recording(*readings), flt.params())
     sound(track)
     only_there(track, clean[flt.name], health.MAG_REJECTED, np.arange(2500, 2700), late=late(flt))
     there, without = (errors(one, true)[1][2500:2800].max() for one in (track, clean[flt.name]))
@@ -328,7 +328,7 @@ def test_a_lasting_new_field_is_taken_for_the_earths(flt, clean):
     true, *readings = body(n=19_000)
     turned = true.inv() * Rotation.from_euler("z", 30, degrees=True)
     readings[3][3000:] = 1.5 * turned.apply(FIELD)[3000:]
-    track = lh.fuse(lh.Recording(*readings), flt.params(), engine="compiled")
+    track = lh.fuse(lh.Recording(*readings), flt.params())
     sound(track)
     refused = np.flatnonzero(track.health & health.MAG_REJECTED)
     assert 3000 <= refused[0] <= 3000 + late(flt) and len(refused) == refused[-1] - refused[0] + 1
@@ -350,7 +350,7 @@ def test_twenty_dropouts_of_52_ms_hardly_matter(flt, clean):
         keep[start : start + 5] = False
     keep[START:END][np.diff(keep[START:END].astype(int), prepend=1) > 0] = True
     # a rate is the mean over the interval that it ends, as a gyroscope with an integrating low-pass gives it
-    track = lh.fuse(lh.Recording(*(values[keep] for values in readings)), flt.params(), engine="compiled")
+    track = lh.fuse(lh.Recording(*(values[keep] for values in readings)), flt.params())
     sound(track)
     assert no_fault(track.health)
     with_all, with_less = errors(clean[flt.name], true)[0][keep], errors(track, true[keep])[0]
@@ -358,6 +358,7 @@ def test_twenty_dropouts_of_52_ms_hardly_matter(flt, clean):
     assert np.sqrt(np.mean(with_less[moving] ** 2)) < 1.5 * np.sqrt(np.mean(with_all[moving] ** 2)) + 0.5
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("params", [lh.Complementary(), lh.EKF()], ids=repr)
 def test_every_engine_says_the_same_of_faults(params):
     """Everything at once: plain Python, compiled code and lanes give the same bits."""

@@ -141,7 +141,7 @@ def test_a_mahony_step_is_the_papers(with_mag, whole):
         np.testing.assert_allclose(after.quat, expected, atol=1e-14)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 @pytest.mark.parametrize("params", [lh.Madgwick(), lh.Mahony(), WHOLE], ids=repr)
 @pytest.mark.parametrize("yaw", range(-170, 181, 50))
 @pytest.mark.parametrize("tilted", [(0, 0), (40, -70), (-60, 130)])
@@ -152,7 +152,7 @@ def test_heading_is_pulled_to_north_in_every_octant(params, yaw, tilted):
     mag = np.tile(true.apply([0.0, 19.0, -45.0]), (n, 1))
     mag[0] = true.apply(Rotation.from_euler("z", 60, degrees=True).apply([0.0, 19.0, -45.0]))
     rec = lh.Recording(np.arange(n) / 100, np.zeros((n, 3)), np.tile(true.apply([0, 0, G]), (n, 1)), mag)
-    error = lh.fuse(rec, params, engine="compiled").as_rotation() * true
+    error = lh.fuse(rec, params).as_rotation() * true
     assert np.degrees(error[0].magnitude()) == pytest.approx(60.0, abs=1e-6)
     assert np.degrees(error[-1].magnitude()) < 0.5
 
@@ -173,7 +173,7 @@ def test_any_interval_is_sound(params, dt):
                     assert np.linalg.norm(current.quat) == pytest.approx(1.0, abs=1e-12)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 @pytest.mark.parametrize("params", [lh.Madgwick(), lh.Mahony()], ids=repr)
 def test_a_fault_of_180_degrees_is_forgotten_in_time(params):
     """The sensor has been turned over about an axis that its gyroscope did not see: the worst that can be wrong."""
@@ -194,7 +194,7 @@ def test_a_fault_of_180_degrees_is_forgotten_in_time(params):
                 )
                 for mag in (None, 50.0 * field):
                     rec = lh.Recording(t, rng.normal(0, noise, (n, 3)), G * gravity, mag)
-                    error = lh.fuse(rec, params, engine="compiled").as_rotation() * second.inv()
+                    error = lh.fuse(rec, params).as_rotation() * second.inv()
                     up = error.apply([0.0, 0.0, 1.0])
                     tilt = np.degrees(np.arctan2(np.hypot(up[:, 0], up[:, 1]), up[:, 2]))
                     assert tilt[before + int(rate * flt.settles.tilt) :].max() < 2.0, (axis, noise, mag is None)

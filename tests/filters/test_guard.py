@@ -110,10 +110,10 @@ def test_slow_motion_is_no_rest(hertz):
     assert not said(watched(gyr, acc), health.AT_REST).any()
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_rest_is_no_lie_on_a_real_hand(data_dir):
     recording = lh.read(data_dir / "broad" / "05_undisturbed_slow_rotation_with_breaks_B.mat")
-    track = lh.fuse(recording, engine="compiled")
+    track = lh.fuse(recording)
     rest = (track.health & health.AT_REST) != 0
     assert rest[~recording.truth.moving].mean() > 0.3, "its breaks are rests"
     q = recording.truth.quat

@@ -16,12 +16,12 @@ from levelhead.evaluate import evaluate
 from levelhead.evaluate.score import error_angles
 from levelhead.filters import ESKF, health
 
-pytestmark = pytest.mark.compiled
+pytestmark = pytest.mark.slow
 FULL = pytest.mark.full
 
 
 def fused(recording, params=None):
-    return lh.fuse(recording, params or ESKF(), engine="compiled")
+    return lh.fuse(recording, params or ESKF())
 
 
 @pytest.mark.parametrize(

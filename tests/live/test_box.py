@@ -14,7 +14,7 @@ from levelhead.live.box import BlackBox
 from levelhead.live.rerun import rerun
 from levelhead.sources.blackbox import PACKED, ROW, read_box
 
-pytestmark = pytest.mark.compiled
+pytestmark = pytest.mark.slow
 
 pytest.importorskip("mcap", reason="mcap is not installed (extra levelhead[box])")
 

@@ -20,7 +20,7 @@ from levelhead.sources import npz
 from levelhead.sources.replay import Replay
 from levelhead.sources.sensors import AxisMap, SensorError
 
-pytestmark = pytest.mark.compiled
+pytestmark = pytest.mark.slow
 
 
 class Given:
