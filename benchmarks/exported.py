@@ -80,7 +80,7 @@ def axis_table(params: Any, source: str, samples: int, repeats: int) -> Table:
     """One axis on the circle of 360°."""
     data = axis(samples)
     t, level, rate = data
-    flt, driver = bind_axis(filters.of(params))
+    _, flt, driver = bind_axis(filters.of(params))
     width = len(flt.report._fields)  # type: ignore[attr-defined]
     outs = [np.zeros(samples * width) for _ in range(3)]
     hand, generated = build(source), exported(Choice(params, axis=True))

@@ -71,7 +71,7 @@ def axis_cases(
     """
     t, level, rate = data
     n = len(t)
-    flt, driver = bind_axis(filters.of(params))
+    _, flt, driver = bind_axis(filters.of(params))
     fields = len(flt.report._fields)
     outs = {name: np.empty(n * fields) for name in ("driver", "C", "C native")}
     run, state = compiled(driver), flt.init(params, float(level[0]))

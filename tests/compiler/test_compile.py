@@ -7,7 +7,7 @@ import types
 import numpy as np
 import pytest
 
-from levelhead.compiler import cache
+from levelhead.compiler import cache, mark
 from levelhead.compiler import compile as jit
 from levelhead.compiler.mark import WIDE
 from levelhead.kernels import arrays, mat2, mat3, quat
@@ -19,7 +19,7 @@ from levelhead.kernels.vec3 import Vec3
 pytestmark = pytest.mark.compiled
 
 
-@jit.kernel
+@mark.kernel
 def _mixture(a: Mat3, v: Vec3, q: Quat) -> Vec3:
     return quat.rotate(q, mat3.apply(mat3.inverse(mat3.mul(a, mat3.transpose(a))).matrix, v))
 
@@ -33,12 +33,12 @@ def test_compiled_gives_the_same_bits():
     assert jit.compiled(_mixture)(*arguments) == _mixture(*arguments)
 
 
-@jit.kernel
+@mark.kernel
 def _sum_of_different_sizes(a: Mat2, b: Mat3) -> Mat2:
     return mat2.add(a, b)  # type: ignore[arg-type]
 
 
-@jit.kernel
+@mark.kernel
 def _three_by_three_of_a_vector(v: Vec3) -> Mat3:
     return mat3.transpose(v)  # type: ignore[arg-type]
 
@@ -88,12 +88,12 @@ def test_the_hash_holds_no_address():
     for _ in range(2):
         module = types.ModuleType("lh_test_nested")
         exec(compile(text, "nested.py", "exec"), module.__dict__)
-        copies.append(jit.kernel(module.f))
+        copies.append(mark.kernel(module.f))
     assert jit.code_hash(copies[0]) == jit.code_hash(copies[1])
     assert "0x" not in cache.fingerprint(copies[0])
 
 
-@jit.kernel
+@mark.kernel
 def added(m, to, weight, at, count):
     arrays.add_scaled(m, to, weight, at, count)
 
@@ -110,7 +110,7 @@ def test_what_is_compiled_by_hand_rounds_as_the_kernel_does_and_keeps_within_its
     np.testing.assert_array_equal(plain, expected)
 
 
-@jit.kernel
+@mark.kernel
 def subtracted(m, to, weight, step, row, stride, count):
     arrays.subtract_rows(m, to, weight, step, row, stride, count)
 
@@ -131,7 +131,7 @@ def test_rows_are_subtracted_with_the_same_bits_and_within_their_bounds(step, co
     np.testing.assert_allclose(plain, expected, atol=1e-14)
 
 
-@jit.kernel
+@mark.kernel
 def copied(m, to, at, count):
     arrays.copy(m, to, at, count)
 

@@ -7,7 +7,7 @@ import textwrap
 import pytest
 
 from levelhead import filters
-from levelhead.compiler import compile as jit
+from levelhead.compiler import mark
 from levelhead.engine import conditioning
 from levelhead.engine.binding import bind, bind_axis
 from levelhead.kernels import mat2, mat3, quat, tilt, triad
@@ -47,22 +47,22 @@ def offences(function):
 
 @pytest.mark.parametrize("flt", filters.ALL, ids=lambda f: f.name)
 def test_filters_and_everything_they_call(flt):
-    functions = jit.reached(bind(flt).run)
+    functions = mark.reached(bind(flt).run)
     assert len(functions) > 5 and conditioning.missing in functions
     assert [line for function in functions for line in offences(function)] == []
     if flt.axis:
-        assert [line for function in jit.reached(bind_axis(flt)[1]) for line in offences(function)] == []
+        assert [line for function in mark.reached(bind_axis(flt).run) for line in offences(function)] == []
 
 
 @pytest.mark.parametrize("module", [mat2, mat3, quat, tilt, triad], ids=lambda m: m.__name__)
 def test_kernels(module):
-    kernels = [value for value in vars(module).values() if jit.is_kernel(value)]
+    kernels = [value for value in vars(module).values() if mark.is_kernel(value)]
     assert len(kernels) > 5
     assert [line for function in kernels for line in offences(function)] == []
 
 
 def test_offences_are_found():
-    @jit.kernel
+    @mark.kernel
     def bad(x):
         return [y**2 for y in range(x)]
 

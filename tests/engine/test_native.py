@@ -71,7 +71,7 @@ def test_objects_of_the_extension_refuse_what_does_not_fit():
         module.Imu("Nothing", b"", b"")
     with pytest.raises(ValueError, match="bytes instead of"):
         module.Imu("EKF", b"", b"")
-    loop = lh.Stream(lh.EKF(), engine="native")._loop
+    loop = lh.Stream(lh.EKF(), engine="native")._stepper
     for wrong in ((0.0, 0.0), [0.0, 0.0, 9.8], ("a", 0.0, 0.0)):
         with pytest.raises(TypeError):
             loop.tick(loop.place, wrong, (0.0, 0.0, 9.8), 0.01)
@@ -85,4 +85,4 @@ def test_objects_of_the_extension_refuse_what_does_not_fit():
     with pytest.raises(ValueError, match="mag"):
         loop.place.run(0.0, np.ones(1), np.zeros(3), np.zeros(3), short, *outs)
     with pytest.raises(ValueError, match="takes no row"):
-        loop.place.tick_aid(0, 1.0, 1.0, 0.0)
+        loop.place.tick_aiding(0, 1.0, 1.0, 0.0)

@@ -14,51 +14,12 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from levelhead.compiler.cache import OPTIONS, code_hash, remove_stale
-from levelhead.compiler.mark import is_kernel, kernel, mentioned, reached
-
-
-def _globals_with(function: Callable[..., Any], change: Callable[[Any], Any]) -> dict[str, Any]:
-    """The function's globals, with each kernel that it calls (also those inside modules) replaced by ``change(it)``."""
-    twins = dict(function.__globals__)
-    for name, value in mentioned(function):
-        if not is_kernel(value):
-            continue
-        module, dot, member = name.partition(".")
-        if not dot:
-            twins[name] = change(value)
-            continue
-        if twins[module] is function.__globals__[module]:
-            twins[module] = types.ModuleType(module)
-            twins[module].__dict__.update(function.__globals__[module].__dict__)
-        setattr(twins[module], member, change(value))
-    return twins
-
-
-@functools.cache
-def substitute(function: Callable[..., Any], instead: tuple[tuple[Any, Any], ...]) -> Callable[..., Any]:
-    """A copy of a kernel that, however deep, calls other kernels instead of some: ``instead`` are pairs (old, new).
-
-    It is the kernel itself where it reaches none of them.
-    """
-    for old, new in instead:
-        if function is old:
-            return new  # type: ignore[no-any-return]
-    if not {old for old, _ in instead} & set(reached(function)):
-        return function
-    twin = types.FunctionType(
-        function.__code__,
-        _globals_with(function, lambda called: substitute(called, instead)),
-        function.__name__,
-        function.__defaults__,
-    )
-    twin.__module__ = function.__module__
-    twin.__qualname__ = function.__qualname__
-    return kernel(twin)
+from levelhead.compiler.mark import replace_calls
 
 
 def _rebuilt(function: Callable[..., Any], qualname: str) -> Callable[..., Any]:
     twin = types.FunctionType(
-        function.__code__, _globals_with(function, _inlined), function.__name__, function.__defaults__
+        function.__code__, replace_calls(function, _inlined), function.__name__, function.__defaults__
     )
     twin.__module__ = function.__module__
     twin.__qualname__ = qualname

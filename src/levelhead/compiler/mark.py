@@ -27,6 +27,16 @@ def noinline(function: F) -> F:
     return kernel(function)
 
 
+def compiled_only(function: F) -> F:
+    """Mark a function that is written for Numba alone.
+
+    It may use what the kernel language lacks: addresses, ``while``, two-dimensional arrays, ``raise``. Nothing
+    translates it into C, and no kernel calls it.
+    """
+    function.__compiled_only__ = True  # type: ignore[attr-defined]
+    return function
+
+
 def primitive(meaning: Callable[..., Any]) -> Callable[[F], F]:
     """Mark a word of the kernel language: plain Python runs it as it stands, compiled code what has its name in
     ``native``; what it means is the kernel ``meaning``, from which C is made."""
@@ -39,41 +49,53 @@ def primitive(meaning: Callable[..., Any]) -> Callable[[F], F]:
     return mark
 
 
+def is_compilable(value: object) -> TypeGuard[Callable[..., Any]]:
+    """Whether Numba compiles ``value``: a kernel, or a function that is marked ``compiled_only``."""
+    return is_kernel(value) or bool(getattr(value, "__compiled_only__", False))
+
+
 def is_kernel(value: object) -> TypeGuard[Callable[..., Any]]:
     """Whether ``value`` is a plain-Python kernel."""
     return bool(getattr(value, "__kernel__", False))
 
 
-def bound(function: Callable[..., Any], name: str, **kernels: Any) -> Callable[..., Any]:
-    """A copy of the kernel ``function`` in which the global names in ``kernels`` mean these kernels (or numbers).
-
-    This is how one driver serves every filter, in plain Python as well as compiled. ``name`` goes into the name of
-    the copy: Numba's cache files are told apart by it.
-    """
-    twin = types.FunctionType(
-        function.__code__, function.__globals__ | kernels, function.__name__, function.__defaults__
-    )
+def copy_kernel(
+    function: Callable[..., Any], names: dict[str, Any], suffix: str = "", inline: bool = False
+) -> Callable[..., Any]:
+    """A copy of a kernel with other globals; marked as the kernel is, but inlined if ``inline``."""
+    twin = types.FunctionType(function.__code__, names, function.__name__, function.__defaults__)
     twin.__module__ = function.__module__
-    twin.__qualname__ = f"{function.__qualname__}_{name}"
-    return kernel(twin)
+    twin.__qualname__ = function.__qualname__ + suffix
+    twin.__annotations__ = function.__annotations__
+    twin.__dict__.update(function.__dict__)
+    if inline:
+        twin.__dict__.pop("__noinline__", None)
+    return twin
+
+
+def with_globals(function: Callable[..., Any], name: str, **kernels: Any) -> Callable[..., Any]:
+    """A copy of a kernel in which the global names in ``kernels`` mean these kernels or numbers.
+
+    ``name`` goes into the name of the copy, by which Numba's cache files are told apart.
+    """
+    return copy_kernel(function, function.__globals__ | kernels, f"_{name}")
 
 
 def instance(function: Callable[..., Any], name: str, **kernels: Any) -> Callable[..., Any]:
     """The same with a name of its own, for a kernel of which one program has several copies."""
-    twin = bound(function, name, **kernels)
+    twin = with_globals(function, name, **kernels)
     twin.__name__ = name
     return twin
-
-
-def apart(function: Callable[..., Any]) -> Callable[..., Any]:
-    """A copy of a kernel that is called, not inlined."""
-    return noinline(bound(function, "apart"))
 
 
 def mentioned(function: Callable[..., Any]) -> Iterator[tuple[str, Any]]:
     """What the function's byte code mentions: globals, and members of modules that are globals, as (name, value).
 
-    A field of a tuple may have the name of a global; only what is loaded as a global counts.
+    A field of a tuple may have the name of a global; only what is loaded as a global counts. The value is None where a
+    namespace of hooks has no such member yet.
+
+    Raises:
+        TypeError: a module inside a module is mentioned, as in ``engine.driver.advance``; import the inner one.
     """
     module = ""
     for step in dis.get_instructions(function):
@@ -84,8 +106,16 @@ def mentioned(function: Callable[..., Any]) -> Iterator[tuple[str, Any]]:
             else:
                 yield step.argval, value
         elif module and step.opname in ("LOAD_ATTR", "LOAD_METHOD"):
-            yield f"{module}.{step.argval}", getattr(function.__globals__[module], step.argval)
+            name, value = f"{module}.{step.argval}", getattr(function.__globals__[module], step.argval, None)
+            if isinstance(value, types.ModuleType):
+                raise TypeError(f"{function.__module__}.{function.__qualname__} uses {name}.…; import {name} by itself")
+            yield name, value
             module = ""
+
+
+def global_names(function: Callable[..., Any]) -> set[str]:
+    """The names of the globals that the function's byte code loads."""
+    return {step.argval for step in dis.get_instructions(function) if step.opname == "LOAD_GLOBAL"}
 
 
 def reached(function: Callable[..., Any]) -> list[Callable[..., Any]]:
@@ -96,5 +126,22 @@ def reached(function: Callable[..., Any]) -> list[Callable[..., Any]]:
         current = waiting.pop()
         if id(current) not in found:
             found[id(current)] = current
-            waiting += [value for _, value in mentioned(current) if is_kernel(value)]
+            waiting += [value for _, value in mentioned(current) if is_compilable(value)]
     return list(found.values())
+
+
+def replace_calls(function: Callable[..., Any], change: Callable[[Any], Any]) -> dict[str, Any]:
+    """The function's globals, with each kernel that it calls (also those inside modules) replaced by ``change(it)``."""
+    twins = dict(function.__globals__)
+    for name, value in mentioned(function):
+        if not is_compilable(value):
+            continue
+        module, dot, member = name.partition(".")
+        if not dot:
+            twins[name] = change(value)
+            continue
+        if twins[module] is function.__globals__[module]:
+            twins[module] = types.ModuleType(module)
+            twins[module].__dict__.update(function.__globals__[module].__dict__)
+        setattr(twins[module], member, change(value))
+    return twins

@@ -180,7 +180,7 @@ def fuse_axis(
         LevelheadError: lengths differ, values missing, or the filter needs an IMU.
     """
     params = filters.resolve("Kalman" if params is None else params)
-    axis, driver = bind_axis(filters.of(params))
+    _, axis, run = bind_axis(filters.of(params))
     t = time_array(t)
     columns = []
     for name, values in (("level", level), ("rate", rate)):
@@ -197,9 +197,9 @@ def fuse_axis(
     width = len(axis.report._fields)  # type: ignore[attr-defined]
     if chosen != "python":
         out = np.empty(len(t) * width)
-        run = axis_run(flt) if chosen == "native" else for_engine(driver, chosen)
-        run(params, state, t, *columns, float(period), out)
+        chosen_run = axis_run(flt) if chosen == "native" else for_engine(run, chosen)
+        chosen_run(params, state, t, *columns, float(period), out)
         return axis.report(*out.reshape(len(t), width).T)
     rows = [0.0] * (len(t) * width)
-    driver(params, state, t.tolist(), *(c.tolist() for c in columns), float(period), rows)
+    run(params, state, t.tolist(), *(c.tolist() for c in columns), float(period), rows)
     return axis.report(*np.array(rows).reshape(len(t), width).T)

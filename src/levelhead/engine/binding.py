@@ -12,7 +12,8 @@ from typing import Any, NamedTuple
 
 from levelhead import guard
 from levelhead.compiler.compile import compiled
-from levelhead.compiler.mark import apart, bound
+from levelhead.compiler.hooks import fill, rebind
+from levelhead.compiler.mark import with_globals
 from levelhead.engine import axis_driver, conditioning, driver
 from levelhead.errors import LevelheadError, nearest
 from levelhead.filters.contract import AxisFilter, Filter
@@ -27,15 +28,18 @@ SAMPLES_WARM = 1_000
 
 
 class Driver(NamedTuple):
-    """The driver's functions for one filter: those that all engines call, and the phases of ``advance``."""
+    """The driver's functions for one filter."""
 
+    name: str
+    pairs: tuple[
+        tuple[Any, Any], ...
+    ]  # for ``rebind``: the driver's namespaces, and the same with the filter's functions
     begin: Callable[..., Any]
     advance: Callable[..., Any]
     result: Callable[..., Any]
     run: Callable[..., Any]
     update_aiding: Callable[..., Any] | None  # these two of a filter that takes position, velocity or height
     run_with_aiding: Callable[..., Any] | None
-    phases: dict[str, Callable[..., Any]]
 
 
 def is_guarded(flt: Filter) -> bool:
@@ -54,43 +58,50 @@ def bind(flt: Filter, guarded: bool = True) -> Driver:
 @functools.cache
 def _bind(flt: Filter, guarded: bool) -> Driver:
     name = flt.name if guarded else f"{flt.name}_unguarded"
-    own: dict[str, Any] = {
-        "init": flt.init,
-        "again": flt.calibration.restart if flt.calibration else bound(driver.default_restart, name, init=flt.init),
-        "step": flt.step,
-        "due": flt.schedule.due if flt.schedule else driver.never_due,
-        "correct": flt.schedule.correct if flt.schedule else driver.keep_uncorrected,
-        "output": flt.output,
-        "gains": flt.gains or driver.no_gains,
-        "loosen": flt.inflation.attitude if flt.inflation else driver.keep_variance,
-        "loosen_heading": (flt.inflation and flt.inflation.heading) or driver.keep_variance,
-        "calm": flt.at_rest or driver.keep_state,
-        "look": bound(guard.look, name, TELLS_FIELD="field" not in flt.handles) if guarded else driver.no_gate,
-        "TAKES_BIAS": "bias" not in flt.handles,
-        "condition": bound(
-            conditioning.condition, name, detect=detectors.sensed if guarded else conditioning.no_detectors
-        ),
-        "OWN_SIGMA": flt.gains is None,
-    }
-    own["unbiased_rate"] = bound(driver.unbiased_rate, name, **own)
-    own["step_gated"] = bound(driver.step_gated, name, **own)
-    phases = {phase.__name__: bound(phase, name, **own) for phase in driver.PHASES}
-    seldom = {key: apart(phases[key]) for key in ("start", "inflate", "step_accelerated")}
-    advance = bound(driver.advance, name, **own, **(phases | seldom))
-    begin = bound(driver.begin, name, **own)
-    result = bound(driver.result, name, **own)
-    rows = {
-        "process_row": bound(driver.process_row, name, advance=advance),
-        "write_row": bound(driver.write_row, name, result=result),
-    }
-    run = bound(driver.run, name, **rows)
-    update_aiding = run_with_aiding = None
+    detect = detectors.sensed if guarded else None
+    pairs: tuple[tuple[Any, Any], ...] = (
+        (driver.hooks, _hooks(flt, guarded, name)),
+        (conditioning.detectors, fill(conditioning.detectors, name, detect=detect)),
+    )
     if flt.aiding is not None:
-        update_aiding = bound(driver.update_aiding, name, aid=flt.aiding.update)
-        run_with_aiding = bound(
-            driver.run_with_aiding, name, **rows, update_aiding=update_aiding, place=flt.aiding.nav_state
-        )
-    return Driver(begin, advance, result, run, update_aiding, run_with_aiding, phases | {"condition": own["condition"]})
+        pairs += ((driver.aiding, fill(driver.aiding, name, **flt.aiding._asdict())),)
+
+    def bound(kernel: Callable[..., Any]) -> Callable[..., Any]:
+        return rebind(kernel, pairs, name)
+
+    return Driver(
+        name,
+        pairs,
+        bound(driver.begin),
+        bound(driver.advance),
+        bound(driver.result),
+        bound(driver.run),
+        bound(driver.update_aiding) if flt.aiding else None,
+        bound(driver.run_with_aiding) if flt.aiding else None,
+    )
+
+
+def _hooks(flt: Filter, guarded: bool, name: str) -> driver.Hooks:
+    """What the driver calls of this filter; None where the declaration says what happens without it."""
+    schedule, inflation, calibration = flt.schedule, flt.inflation, flt.calibration
+    filled: driver.Hooks = fill(
+        driver.hooks,
+        name,
+        OWN_SIGMA=flt.gains is None,
+        TAKES_BIAS="bias" not in flt.handles,
+        init=flt.init,
+        step=flt.step,
+        output=flt.output,
+        restart=calibration and calibration.restart,
+        due=schedule and schedule.due,
+        correct=schedule and schedule.correct,
+        gains=flt.gains,
+        inflate=inflation and inflation.attitude,
+        inflate_heading=inflation and inflation.heading,
+        at_rest=flt.at_rest,
+        gate=with_globals(guard.look, name, TELLS_FIELD="field" not in flt.handles) if guarded else None,
+    )
+    return filled
 
 
 def estimates_bias(flt: Filter, guarded: bool) -> bool:
@@ -98,12 +109,26 @@ def estimates_bias(flt: Filter, guarded: bool) -> bool:
     return "bias" in flt.estimates or (guarded and is_guarded(flt))
 
 
+class AxisDriver(NamedTuple):
+    """The axis driver for one filter; ``pairs`` as in ``Driver``."""
+
+    pairs: tuple[tuple[Any, Any], ...]
+    axis: AxisFilter
+    run: Callable[..., Any]
+
+
 @functools.cache
-def bind_axis(flt: Filter) -> tuple[AxisFilter, Callable[..., Any]]:
-    """A filter's axis kernels and its plain-Python axis driver."""
+def bind_axis(flt: Filter) -> AxisDriver:
+    """A filter's axis kernels and its plain-Python axis driver.
+
+    Raises:
+        LevelheadError: the filter needs an IMU.
+    """
     if flt.axis is None:
         raise LevelheadError(f"{flt.name} needs an IMU; it does not work on one level and its rate")
-    return flt.axis, bound(axis_driver.run_axis, flt.name, step=flt.axis.step, read=flt.axis.read)
+    hooks = fill(axis_driver.hooks, flt.name, step=flt.axis.step, read=flt.axis.read)
+    pairs = ((axis_driver.hooks, hooks),)
+    return AxisDriver(pairs, flt.axis, rebind(axis_driver.run_axis, pairs, flt.name))
 
 
 def check_engine(engine: str) -> None:

@@ -5,8 +5,9 @@ one, for at most ``GAP_SECONDS``; any other missing reading becomes the zero vec
 is the same for every filter and every parameter set, so lanes compute it once for all of their runs.
 """
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
+from levelhead.compiler.hooks import declare
 from levelhead.compiler.mark import kernel
 from levelhead.filters.health import (
     ACC_MISSING,
@@ -80,15 +81,19 @@ def missing_bits(gyr: Vec3, acc: Vec3, mag: Vec3) -> int:
     return health
 
 
-@kernel
-def no_detectors(
-    guard: Guard, sensors: Sensors, gyr: Vec3, acc: Vec3, missing: int, rate_lost: bool, dt: float
-) -> Sensors:
-    """``detect`` of a filter without a guard."""
-    return sensors
+class DetectorHooks(Protocol):
+    """What conditioning calls of the guard's detectors; see ``driver.Hooks``."""
+
+    @staticmethod
+    @kernel
+    def detect(
+        guard: Guard, sensors: Sensors, gyr: Vec3, acc: Vec3, missing: int, rate_lost: bool, dt: float
+    ) -> Sensors:
+        """The detectors' next state, with its health bits."""
+        return sensors
 
 
-detect = no_detectors
+detectors: DetectorHooks = declare(DetectorHooks)
 
 
 class UnmeasuredRotation(NamedTuple):
@@ -140,7 +145,7 @@ def condition(guard: Guard, sample: ConditionedSample, gyr: Vec3, acc: Vec3, mag
     if not started:
         return first_sample(gyr, acc, mag, health)
     rate_lost = health & GYR_MISSING != 0 and rate_age > GAP_SECONDS
-    sensors = detect(guard, sensors, gyr, acc, health, rate_lost, dt)
+    sensors = detectors.detect(guard, sensors, gyr, acc, health, rate_lost, dt)
     health |= sensors.health
     if sensors.health & FORCE_UNUSABLE:
         acc = ZERO

@@ -1,20 +1,21 @@
-"""The one driver: what happens to a sample before and around a filter's step, for every engine alike.
+"""The one driver: what happens to a sample before and after a filter's step, for every filter and every engine.
 
-These are kernels: plain Python runs them as they stand, Numba compiles the same source. ``init``, ``step``, ``due``,
-``correct``, ``output``, ``gains``, ``loosen``, ``loosen_heading``, ``calm`` and ``again`` are the filter's own,
-``look`` is what stands in front of it; ``binding.bind`` binds them. Arrays are flat (row after row), so that Python
-lists and NumPy arrays are indexed by the same line.
+These are kernels: plain Python runs them as they stand, Numba and the export to C translate the same source. A filter's
+own functions and the guard's are called through ``hooks`` and ``aiding``; ``Hooks`` and ``AidingHooks`` declare them,
+and ``binding.bind`` makes a copy of the driver in which they are one filter's. Arrays are flat (row after row), so that
+Python lists and NumPy arrays are indexed by the same line.
 
 A sample goes through in phases. ``conditioning.condition`` comes first and needs the readings only; all others take
 the conditioned sample and what one run carries. ``advance`` calls them in turn; ``engine.lanes`` calls each for all of
 its runs at once, and skips it for all where the sample does not need it. That is why rare work is a phase of its own.
 """
 
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
-from levelhead.compiler.mark import kernel
-from levelhead.engine.conditioning import NO_SAMPLE, ConditionedSample, sigma_due
-from levelhead.filters.contract import Gains, Output
+from levelhead.compiler.hooks import declare
+from levelhead.compiler.mark import kernel, noinline
+from levelhead.engine.conditioning import NO_SAMPLE, ConditionedSample, condition, sigma_due
+from levelhead.filters.contract import Gains, NavState, Output
 from levelhead.filters.health import ACC_REJECTED, MAG_LEARNED
 from levelhead.filters.observer_covariance import Doubt, at_start, judged
 from levelhead.filters.observer_covariance import sigma as doubted
@@ -28,7 +29,7 @@ NEW_FIELD = 0.002  # rad², of a heading when another field is taken for the ear
 
 
 class Settings(NamedTuple):
-    """What a human sets: the filter's parameters, and those of what stands in front of it."""
+    """What a user chooses: the filter's parameters, and the guard's."""
 
     filter: Any
     guard: Guard
@@ -44,130 +45,169 @@ class FilterRun(NamedTuple):
 
 
 class Carry(NamedTuple):
-    """What goes from one sample to the next."""
+    """What goes from one sample to the next: the carry of a scan, as in ``jax.lax.scan``."""
 
     sample: ConditionedSample
     run: FilterRun
 
 
-def unbound(*_: Any) -> Any:
-    """Stands where a filter's kernel will be bound."""
-    raise RuntimeError("bind the driver to a filter first")
+class Hooks(Protocol):
+    """What the driver calls of a filter and of the guard in front of it.
+
+    A hook that has a body is optional: the body is what happens without it. ``params`` are the filter's.
+    """
+
+    OWN_SIGMA: bool  # the filter's output has σ, so the driver computes none
+    TAKES_BIAS: bool  # the bias read off at rest is subtracted before the filter gets the rate
+
+    @staticmethod
+    def init(params: Any, gyr: Vec3, acc: Vec3, mag: Vec3) -> Any:
+        """The state at the first sample."""
+        ...
+
+    @staticmethod
+    def step(params: Any, state: Any, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> Any:
+        """The state one sample (rad/s, m/s², µT) and ``dt`` seconds later."""
+        ...
+
+    @staticmethod
+    def output(params: Any, state: Any) -> Output:
+        """Orientation, bias, σ and health of a state."""
+        ...
+
+    @staticmethod
+    @kernel
+    def restart(params: Any, before: Any, gyr: Vec3, acc: Vec3, mag: Vec3) -> Any:
+        """``init`` with the prior that the state ``before`` has."""
+        return hooks.init(params, gyr, acc, mag)
+
+    @staticmethod
+    @kernel
+    def due(params: Any, state: Any) -> bool:
+        """Whether ``correct`` is to be called after this step."""
+        return False
+
+    @staticmethod
+    @kernel
+    def correct(params: Any, state: Any, dt: float) -> Any:
+        """The state after the part of the filter that does not run at every sample."""
+        return state
+
+    @staticmethod
+    @kernel
+    def gains(params: Any, state: Any, dt: float) -> Gains:
+        """The share of an innovation that the filter takes; unused where ``OWN_SIGMA``."""
+        return Gains(0.0, 0.0, 0.0, 0.0)
+
+    @staticmethod
+    @kernel
+    def inflate(params: Any, state: Any, variance: float) -> Any:
+        """The state with ``variance`` (rad²) added to that of its attitude."""
+        return state
+
+    @staticmethod
+    @kernel
+    def inflate_heading(params: Any, state: Any, variance: float) -> Any:
+        """The state with ``variance`` (rad²) added to that of its heading only."""
+        return state
+
+    @staticmethod
+    @kernel
+    def at_rest(params: Any, state: Any) -> Any:
+        """The state when the guard has found the sensor at rest."""
+        return state
+
+    @staticmethod
+    @kernel
+    def gate(guard: Guard, watch: Watch, attitude: Quat, gyr: Vec3, mag: Vec3, dt: float) -> Look:
+        """The magnetometer reading that the filter gets, health bits, and the guard's next state."""
+        return Look(mag, 0, watch)
 
 
-init = again = step = due = correct = output = gains = loosen = loosen_heading = calm = look = condition = unbound
-aid = place = unbound
-OWN_SIGMA = False
-TAKES_BIAS = True  # the bias read off at rest is taken away before the filter sees the rate
+class AidingHooks(Protocol):
+    """What the driver calls of a filter that takes position, velocity and height."""
+
+    @staticmethod
+    def update(params: Any, state: Any, row: int, value: float, sigma: float, age: float) -> Any:
+        """The state after one number; ``row`` as in ``contract``, ``sigma`` in its unit, ``age`` in s."""
+        ...
+
+    @staticmethod
+    def nav_state(params: Any, state: Any) -> NavState:
+        """Position, velocity and their σ."""
+        ...
 
 
-@kernel
-def no_gains(params: Any, state: Any, dt: float) -> Gains:
-    """Of a filter that carries its own σ."""
-    return Gains(0.0, 0.0, 0.0, 0.0)
-
-
-@kernel
-def keep_variance(params: Any, state: Any, variance: float) -> Any:
-    """``loosen`` and ``loosen_heading`` of a filter that has nothing to loosen."""
-    return state
-
-
-@kernel
-def keep_state(params: Any, state: Any) -> Any:
-    """``calm`` of a filter that carries no σ of its own."""
-    return state
-
-
-@kernel
-def never_due(params: Any, state: Any) -> bool:
-    """``due`` of a filter that does everything at every sample."""
-    return False
-
-
-@kernel
-def keep_uncorrected(params: Any, state: Any, dt: float) -> Any:
-    """``correct`` of such a filter."""
-    return state
-
-
-@kernel
-def default_restart(params: Any, before: Any, gyr: Vec3, acc: Vec3, mag: Vec3) -> Any:
-    """``again`` of a filter that knows nothing of earlier runs."""
-    return init(params, gyr, acc, mag)
-
-
-@kernel
-def no_gate(guard: Guard, watch: Watch, attitude: Quat, gyr: Vec3, mag: Vec3, dt: float) -> Look:
-    """``look`` of a filter that is to see all there is."""
-    return Look(mag, 0, watch)
+hooks: Hooks = declare(Hooks)
+aiding: AidingHooks = declare(AidingHooks)
 
 
 @kernel
 def begin(settings: Settings) -> Carry:
     """Before the first sample: level, not started."""
-    return Carry(NO_SAMPLE, FilterRun(init(settings.filter, ZERO, ZERO, ZERO), 0, BEFORE, at_start(ZERO, ZERO)))
+    return Carry(NO_SAMPLE, FilterRun(hooks.init(settings.filter, ZERO, ZERO, ZERO), 0, BEFORE, at_start(ZERO, ZERO)))
 
 
-@kernel
+@noinline
 def start(settings: Settings, sample: ConditionedSample, run: FilterRun) -> FilterRun:
-    """At the first sample, and at those after it as long as there was no accelerometer reading."""
+    """At the first sample, and at every sample until the first accelerometer reading."""
     params, _ = settings
-    state = again(params, run.state, sample.gyr, sample.acc, sample.mag)
+    state = hooks.restart(params, run.state, sample.gyr, sample.acc, sample.mag)
     still, bias, out, _ = BEFORE
-    said: Output = output(params, state)
-    watch = Watch(still, bias, out, first_field(up(said.quat), sample.mag))
+    estimate: Output = hooks.output(params, state)
+    watch = Watch(still, bias, out, first_field(up(estimate.quat), sample.mag))
     return FilterRun(state, sample.health, watch, at_start(sample.acc, sample.mag))
 
 
 @kernel
 def update_rest(settings: Settings, sample: ConditionedSample, run: FilterRun) -> FilterRun:
-    """After each spell in which rest is looked for."""
+    """At the end of each interval over which the detectors average: whether the sensor is at rest, and its bias."""
     params, guard = settings
     state, health, watch, doubt = run
-    said: Output = output(params, state)
+    estimate: Output = hooks.output(params, state)
     mean, _, quiet = sample.sensors.calm
-    watch = rested(guard, watch, said.bias if TAKES_BIAS else ZERO, mean, quiet, sample.sensors.sum.spell)
+    watch = rested(guard, watch, estimate.bias if hooks.TAKES_BIAS else ZERO, mean, quiet, sample.sensors.sum.spell)
     if resting(guard, watch):
-        state = calm(params, state)
+        state = hooks.at_rest(params, state)
     return FilterRun(state, health, watch, doubt)
 
 
-@kernel
+@noinline
 def inflate(settings: Settings, sample: ConditionedSample, run: FilterRun) -> FilterRun:
-    """Where the body may have turned unseen."""
+    """At a sample part of whose rotation was not measured."""
     state, health, watch, doubt = run
-    return FilterRun(loosen(settings.filter, state, sample.unmeasured), health, watch, doubt)
+    return FilterRun(hooks.inflate(settings.filter, state, sample.unmeasured), health, watch, doubt)
 
 
 @kernel
 def unbiased_rate(sample: ConditionedSample, watch: Watch, own: Vec3) -> Vec3:
-    """The rate without the bias read off at rest; where nothing is known of it the one that reads as "did not turn"."""
+    """The rate without the bias read off at rest; where the rotation is unknown, the rate that the filter takes for
+    0."""
     if sample.rate_unknown:
         return own
-    return sub(sample.gyr, watch.bias) if TAKES_BIAS else sample.gyr
+    return sub(sample.gyr, watch.bias) if hooks.TAKES_BIAS else sample.gyr
 
 
 @kernel
 def step_gated(settings: Settings, sample: ConditionedSample, run: FilterRun, acc: Vec3) -> FilterRun:
-    """One sample: what the filter may see of it, and the filter's step."""
+    """One sample: the gate, then the filter's step."""
     params, guard = settings
     state, found, watch, doubt = run
-    said: Output = output(params, state)
-    gyr = unbiased_rate(sample, watch, said.bias)
-    seen: Look = look(guard, watch, said.quat, gyr, sample.mag, sample.dt)
+    estimate: Output = hooks.output(params, state)
+    gyr = unbiased_rate(sample, watch, estimate.bias)
+    seen: Look = hooks.gate(guard, watch, estimate.quat, gyr, sample.mag, sample.dt)
     mag, health, watch = seen
-    return FilterRun(step(params, state, gyr, acc, mag, sample.dt), found | health, watch, doubt)
+    return FilterRun(hooks.step(params, state, gyr, acc, mag, sample.dt), found | health, watch, doubt)
 
 
-@kernel
+@noinline
 def step_accelerated(settings: Settings, sample: ConditionedSample, run: FilterRun) -> FilterRun:
-    """A sample whose specific force has another norm than g, or follows upon one."""
+    """A sample whose specific force has another norm than g, or follows such a sample."""
     params, guard = settings
     state, _, watch, doubt = run
-    said: Output = output(params, state)
-    gyr = unbiased_rate(sample, watch, said.bias)
-    watch = pushed(guard, watch, said.quat, gyr, sample.acc, sample.sensors.odd, sample.dt)
+    estimate: Output = hooks.output(params, state)
+    gyr = unbiased_rate(sample, watch, estimate.bias)
+    watch = pushed(guard, watch, estimate.quat, gyr, sample.acc, sample.sensors.odd, sample.dt)
     if present(sample.acc) and refusing(guard, watch):
         return step_gated(settings, sample, FilterRun(state, sample.health | ACC_REJECTED, watch, doubt), ZERO)
     return step_gated(settings, sample, FilterRun(state, sample.health, watch, doubt), sample.acc)
@@ -175,7 +215,7 @@ def step_accelerated(settings: Settings, sample: ConditionedSample, run: FilterR
 
 @kernel
 def step_plain(settings: Settings, sample: ConditionedSample, run: FilterRun) -> FilterRun:
-    """Any other sample."""
+    """Every other sample."""
     state, _, watch, doubt = run
     return step_gated(settings, sample, FilterRun(state, sample.health, watch, doubt), sample.acc)
 
@@ -183,24 +223,24 @@ def step_plain(settings: Settings, sample: ConditionedSample, run: FilterRun) ->
 @kernel
 def correction_due(settings: Settings, run: FilterRun) -> bool:
     """Whether ``apply_correction`` has anything to do."""
-    return run.health & MAG_LEARNED != 0 or due(settings.filter, run.state)
+    return run.health & MAG_LEARNED != 0 or hooks.due(settings.filter, run.state)
 
 
 @kernel
 def apply_correction(settings: Settings, sample: ConditionedSample, run: FilterRun) -> FilterRun:
-    """What a filter does now and then only."""
+    """The part of the filter that does not run at every sample; a field that was learned anew inflates heading."""
     params, _ = settings
     state, health, watch, doubt = run
     if health & MAG_LEARNED:
-        state = loosen_heading(params, state, NEW_FIELD if sample.had_field else FIRST_FIELD)
-    if due(params, state):
-        state = correct(params, state, sample.dt)
+        state = hooks.inflate_heading(params, state, NEW_FIELD if sample.had_field else FIRST_FIELD)
+    if hooks.due(params, state):
+        state = hooks.correct(params, state, sample.dt)
     return FilterRun(state, health, watch, doubt)
 
 
 @kernel
 def update_sigma(settings: Settings, sample: ConditionedSample, run: FilterRun) -> FilterRun:
-    """After each spell in which σ waits to be judged."""
+    """At the end of each interval of σ: the observer's covariance, for a filter without its own."""
     params, guard = settings
     state, health, watch, doubt = run
     seen = sample.corrected_by
@@ -213,12 +253,16 @@ def update_sigma(settings: Settings, sample: ConditionedSample, run: FilterRun) 
     gyr = unbiased_rate(sample, watch, ZERO)
     rest = resting(guard, watch)
     doubt = judged(
-        doubt, gains(params, state, sample.since_sigma), gyr, acc, rest, sample.unmeasured, seen, sample.since_sigma
+        doubt,
+        hooks.gains(params, state, sample.since_sigma),
+        gyr,
+        acc,
+        rest,
+        sample.unmeasured,
+        seen,
+        sample.since_sigma,
     )
     return FilterRun(state, health, watch, doubt)
-
-
-PHASES = (start, update_rest, inflate, step_accelerated, step_plain, correction_due, apply_correction, update_sigma)
 
 
 @kernel
@@ -238,19 +282,19 @@ def advance(settings: Settings, carry: Carry, gyr: Vec3, acc: Vec3, mag: Vec3, d
         run = step_plain(settings, sample, run)
     if correction_due(settings, run):
         run = apply_correction(settings, sample, run)
-    if not OWN_SIGMA and sigma_due(sample):
+    if not hooks.OWN_SIGMA and sigma_due(sample):
         run = update_sigma(settings, sample, run)
     return Carry(sample, run)
 
 
 @kernel
 def result(settings: Settings, run: FilterRun) -> Output:
-    """The filter's output, with what the driver knows: the bias read off at rest, σ, health."""
+    """The filter's output with the bias read off at rest added, σ where the filter has none, and health."""
     state, found, watch, doubt = run
-    said: Output = output(settings.filter, state)
-    quat, (x, y, z), sigma, health = said
-    a, b, c = watch.bias if TAKES_BIAS else ZERO
-    if not OWN_SIGMA:
+    estimate: Output = hooks.output(settings.filter, state)
+    quat, (x, y, z), sigma, health = estimate
+    a, b, c = watch.bias if hooks.TAKES_BIAS else ZERO
+    if not hooks.OWN_SIGMA:
         sigma = doubted(doubt)
     return Output(quat, Vec3(x + a, y + b, z + c), sigma, health | found)
 
@@ -300,18 +344,20 @@ def update_aiding(settings: Settings, carry: Carry, row: int, value: float, devi
     if not sample.started:
         return carry
     state, health, watch, doubt = run
-    return Carry(sample, FilterRun(aid(settings.filter, state, row, value, deviation, age), health, watch, doubt))
+    return Carry(
+        sample, FilterRun(aiding.update(settings.filter, state, row, value, deviation, age), health, watch, doubt)
+    )
 
 
 @kernel
 def run_with_aiding(
     settings: Settings, carry: Carry, last: float, t: Any, gyr: Any, acc: Any, mag: Any,
     first: Any, row: Any, value: Any, deviation: Any, age: Any,
-    quat: Any, bias: Any, sigma: Any, health: Any, places: Any,
+    quat: Any, bias: Any, sigma: Any, health: Any, nav: Any,
 ) -> Carry:  # fmt: skip
-    """The same, with what else was seen: of sample i the numbers from ``first[i]`` to before ``first[i + 1]``.
+    """``run`` with aiding: after sample i the numbers ``first[i]`` to ``first[i + 1]`` − 1.
 
-    Fills places (12n) as well: position, velocity, 1σ of position, 1σ of velocity.
+    Fills nav (12n) as well: position, velocity, 1σ of position, 1σ of velocity.
     """
     for i in range(len(t)):
         carry = process_row(settings, carry, i, gyr, acc, mag, t[i] - last)
@@ -320,9 +366,9 @@ def run_with_aiding(
             carry = update_aiding(settings, carry, row[k], value[k], deviation[k], age[k])
         write_row(settings, carry, i, quat, bias, sigma, health)
         j = 12 * i
-        p, v, sp, sv, _ = place(settings.filter, carry.run.state)
-        places[j], places[j + 1], places[j + 2] = p
-        places[j + 3], places[j + 4], places[j + 5] = v
-        places[j + 6], places[j + 7], places[j + 8] = sp
-        places[j + 9], places[j + 10], places[j + 11] = sv
+        p, v, sp, sv, _ = aiding.nav_state(settings.filter, carry.run.state)
+        nav[j], nav[j + 1], nav[j + 2] = p
+        nav[j + 3], nav[j + 4], nav[j + 5] = v
+        nav[j + 6], nav[j + 7], nav[j + 8] = sp
+        nav[j + 9], nav[j + 10], nav[j + 11] = sv
     return carry

@@ -10,7 +10,7 @@ from levelhead.engine import lanes
 from levelhead.engine.batch import DEFAULT_GUARD, fuse
 from levelhead.engine.binding import check_engine, choose_engine, numba_installed
 from levelhead.engine.native import has_imu
-from levelhead.engine.threads import in_order
+from levelhead.engine.threads import map_in_order
 from levelhead.errors import LevelheadError
 from levelhead.filters.contract import Filter
 from levelhead.filters.parameters import FilterChoice
@@ -68,7 +68,7 @@ def _fuse_recordings(
         except LevelheadError as error:
             raise LevelheadError(f"{_name(number, recording)}: {error}") from error
 
-    for done, track in enumerate(in_order(work, enumerate(recordings), workers), 1):
+    for done, track in enumerate(map_in_order(work, enumerate(recordings), workers), 1):
         if progress is not None:
             progress(done)
         yield track
@@ -128,6 +128,6 @@ def fuse_parameter_sets(
             made: Iterable[Track] = lanes.tracks(recording, flt, sets, guard, workers)
         else:
             one = functools.partial(fuse, recording, guard=guard, engine=chosen)
-            made = in_order(one, sets, workers)
+            made = map_in_order(one, sets, workers)
         found.update(zip(mine, made, strict=True))
     return [found[i] for i in range(len(resolved))]

@@ -26,13 +26,14 @@ import numpy as np
 from levelhead import filters
 from levelhead.calibration import Calibration
 from levelhead.compiler.compile import compiled
-from levelhead.compiler.mark import bound, kernel, noinline
+from levelhead.compiler.hooks import rebind
+from levelhead.compiler.mark import compiled_only, noinline
 from levelhead.compiler.tree import native, plain
 from levelhead.engine import backward as rts
 from levelhead.engine.backward import WHOLE
 from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.engine.binding import bind
-from levelhead.engine.driver import Settings, unbound
+from levelhead.engine.driver import Settings, advance, result
 from levelhead.engine.prior import apply_prior, read_calibration
 from levelhead.errors import LevelheadError
 from levelhead.filters.contract import Schedule
@@ -57,8 +58,6 @@ SHORTEST = 1e-9  # s, a block
 AHEAD = at.SIZE  # P⁻
 FROM = AHEAD + WHOLE  # attitude before the correction, 4
 WIDE = FROM + 4
-
-advance = result = unbound
 
 
 @noinline
@@ -109,7 +108,7 @@ def room(count: int) -> Blocks:
     return Blocks(*(np.zeros((count, width)) for width in (WHOLE, WHOLE, at.DRIVEN * at.ROW, at.N, 3, 4, 1, 1, 1)))
 
 
-@kernel
+@compiled_only
 def keep(kept: Blocks, k: int, i: int, state: Any) -> None:
     """The block that has just ended, at sample i."""
     m = state.memory
@@ -130,7 +129,7 @@ def keep(kept: Blocks, k: int, i: int, state: Any) -> None:
     kept.gone[k, 0] = m[at.EAST_DECAY]
 
 
-@kernel
+@compiled_only
 def forward(
     settings: Settings, carry: Any, last: float, start: int, t: Any, gyr: Any, acc: Any, mag: Any,
     attitude: Any, health: Any, kept: Blocks,
@@ -160,7 +159,7 @@ def forward(
     return carry, count, i
 
 
-@kernel
+@compiled_only
 def load(kept: Blocks, k: int, m: Floats) -> None:
     """What the step back to block k works with; what was smoothed last belongs to block k + 1."""
     copy(m, rts.LATER, rts.NOW, WHOLE)
@@ -180,7 +179,7 @@ def load(kept: Blocks, k: int, m: Floats) -> None:
         m[rts.OFF + j] = kept.x[k + 1, j] + m[rts.SMOOTHED + j]
 
 
-@kernel
+@compiled_only
 def backward(kept: Blocks, count: int, m: Floats, turn: Any, bias: Any, sigma: Any) -> None:
     """x^s of attitude and bias, and σ^s of attitude, of all blocks kept, from the last one, which m holds, on."""
     for back in range(count):
@@ -195,7 +194,7 @@ def backward(kept: Blocks, count: int, m: Floats, turn: Any, bias: Any, sigma: A
             sigma[k, j] = min(sqrt(max(variance, 0.0)), UNIFORM)
 
 
-@kernel
+@compiled_only
 def ends(swing: Any, turn: Any, before: Any) -> None:
     """The rotation vectors of attitudes just before the ends of blocks: what the blocks corrected, then ``turn``."""
     for k in range(len(swing)):
@@ -204,7 +203,7 @@ def ends(swing: Any, turn: Any, before: Any) -> None:
         before[k, 0], before[k, 1], before[k, 2] = quat.log(whole)
 
 
-@kernel
+@compiled_only
 def last_gap(t: Any, first: int, last: int) -> int:
     """The last sample of these that comes after a gap; ``first`` if none does."""
     found = first
@@ -214,7 +213,7 @@ def last_gap(t: Any, first: int, last: int) -> int:
     return found
 
 
-@kernel
+@compiled_only
 def turn_by(attitude: Any, i: int, x: float, y: float, z: float) -> None:
     """Turns the attitude of sample i by a rotation vector, earth frame."""
     q = Quat(attitude[i, 0], attitude[i, 1], attitude[i, 2], attitude[i, 3])
@@ -222,7 +221,7 @@ def turn_by(attitude: Any, i: int, x: float, y: float, z: float) -> None:
     attitude[i, 0], attitude[i, 1], attitude[i, 2], attitude[i, 3] = turned
 
 
-@kernel
+@compiled_only
 def spread(
     t: Any, kept: Blocks, count: int, stop: int, at_end: Any, before: Any, bias: Any, sigma: Any, track: Smoothed,
 ) -> None:  # fmt: skip
@@ -261,7 +260,7 @@ def forward_machine(guarded: bool) -> Any:
     """``forward`` compiled."""
     driver = bind(FORWARD, guarded)
     name = "guarded" if guarded else "unguarded"
-    return compiled(bound(forward, name, advance=driver.advance, result=driver.result))
+    return compiled(rebind(forward, driver.pairs, name))
 
 
 class Stretch(NamedTuple):

@@ -14,7 +14,7 @@ from levelhead.engine.driver import Settings
 from levelhead.engine.native import has_axis, has_imu
 from levelhead.engine.prior import apply_prior, keep_prior, read_calibration
 from levelhead.engine.serialization import Saved, from_bytes, to_bytes
-from levelhead.engine.stepper import Four, axis_loop, loop
+from levelhead.engine.stepper import Four, axis_stepper, imu_stepper
 from levelhead.errors import LevelheadError
 from levelhead.filters.contract import HEIGHT, POSITION, VELOCITY, NavState, Output
 from levelhead.filters.parameters import FilterChoice
@@ -108,13 +108,13 @@ class Stream:
         self._guarded = guard is not None
         settings = Settings(resolved, guard or DEFAULT_GUARD)
         begin = apply_prior(self._filter, bind(self._filter, self._guarded).begin(settings), prior)
-        native = has_imu(self._filter, self._guarded)
-        self._loop = loop(self._filter, settings, self._guarded, _live_engine(engine, native))
+        chosen = _live_engine(engine, has_imu(self._filter, self._guarded))
+        self._stepper = imu_stepper(self._filter, settings, self._guarded, chosen)
         if prior is not None:
-            self._loop.state = begin
-        self._tick: Callable[..., Four] = self._loop.tick
-        self._tick_mag: Callable[..., Four] = self._loop.tick_mag
-        self._place = self._loop.place
+            self._stepper.state = begin
+        self._tick: Callable[..., Four] = self._stepper.tick
+        self._tick_mag: Callable[..., Four] = self._stepper.tick_mag
+        self._place = self._stepper.place
         self._time: float | None = None
 
     def update(
@@ -222,26 +222,26 @@ class Stream:
         if self._filter.aiding is None:
             raise LevelheadError(f"{self._filter.name} takes neither position, velocity nor height; ESKF does")
         if not isnan(value):
-            self._loop.tick_aid(self._place, row, value, sigma, _number("age", age, "s"))
+            self._stepper.tick_aiding(self._place, row, value, sigma, _number("age", age, "s"))
 
     @property
     def nav_state(self) -> NavState | None:
         """Position, velocity (earth frame, m and m/s) and 1σ of both after the last sample; None before any reading."""
         if self._filter.aiding is None:
             return None
-        said: NavState = self._filter.aiding.nav_state(self.params, self._loop.state.run.state)
+        said: NavState = self._filter.aiding.nav_state(self.params, self._stepper.state.run.state)
         return said if said.aided else None
 
     @property
     def numbers(self) -> tuple[float, ...]:
         """What ``output`` says as plain numbers, cheapest of all: quat (4), bias (3), sigma (3), health."""
-        numbers: tuple[float, ...] = self._loop.report(self._place)
+        numbers: tuple[float, ...] = self._stepper.report(self._place)
         return numbers
 
     @property
     def output(self) -> Output:
         """Orientation, bias, σ and health after the last sample, at once: cheaper than one by one."""
-        w, x, y, z, a, b, c, u, v, s, health = self._loop.report(self._place)
+        w, x, y, z, a, b, c, u, v, s, health = self._stepper.report(self._place)
         return Output(Quat(w, x, y, z), Vec3(a, b, c), Vec3(u, v, s), int(health))
 
     @property
@@ -272,26 +272,26 @@ class Stream:
     @property
     def calibration(self) -> Calibration | None:
         """What the filter has learned of its sensor by now, or None if it learns nothing."""
-        return read_calibration(self._filter, self._loop.params, self._loop.state)
+        return read_calibration(self._filter, self._stepper.params, self._stepper.state)
 
     @property
     def params(self) -> Any:
         """The parameters in use."""
-        return self._loop.params.filter
+        return self._stepper.params.filter
 
     def set(self, **changes: float) -> None:
         """Changes parameters from the next sample on: ``live.set(r_measure=0.5)``."""
-        self._loop.params = self._loop.params._replace(filter=self.params._replace(**changes))
+        self._stepper.params = self._stepper.params._replace(filter=self.params._replace(**changes))
 
     def reset(self) -> None:
         """Forgets everything but the parameters and the prior; the next sample sets the start again."""
-        begin = bind(self._filter, self._guarded).begin(self._loop.params)
-        self._loop.state = keep_prior(self._filter, self._loop.params, self._loop.state, begin)
+        begin = bind(self._filter, self._guarded).begin(self._stepper.params)
+        self._stepper.state = keep_prior(self._filter, self._stepper.params, self._stepper.state, begin)
         self._time = None
 
     def save(self) -> bytes:
         """The whole state, parameters included, as bytes: what ``Stream.restore`` goes on from, to the bit."""
-        return to_bytes(Saved(self._loop.params, self._guarded, self._loop.state, self._time))
+        return to_bytes(Saved(self._stepper.params, self._guarded, self._stepper.state, self._time))
 
     @classmethod
     def restore(cls, data: bytes, *, engine: str = "auto") -> "Stream":
@@ -302,7 +302,7 @@ class Stream:
         """
         saved = from_bytes(data)
         stream = cls(saved.settings.filter, guard=saved.settings.guard if saved.guarded else None, engine=engine)
-        stream._loop.state = saved.carry
+        stream._stepper.state = saved.carry
         stream._time = saved.time
         return stream
 
@@ -335,8 +335,9 @@ class AxisStream:
             raise LevelheadError(
                 f"period is {period!r}; it must be 0 (a line) or the length of the circle, such as 360"
             )
-        self._loop = axis_loop(self._filter, resolved, float(angle), _live_engine(engine, has_axis(self._filter)))
-        self._tick, self._place, self._period = self._loop.tick, self._loop.place, float(period)
+        chosen = _live_engine(engine, has_axis(self._filter))
+        self._stepper = axis_stepper(self._filter, resolved, float(angle), chosen)
+        self._tick, self._place, self._period = self._stepper.tick, self._stepper.place, float(period)
 
     def update(self, angle: float, rate: float, dt: float) -> float:
         """Takes one measured angle and rate, ``dt`` seconds after the last, and returns the estimated angle.
@@ -352,8 +353,7 @@ class AxisStream:
     @property
     def report(self) -> Any:
         """Everything that the filter tells after the last sample: level, rate, bias, variances, gain, innovation."""
-        axis, _ = bind_axis(self._filter)
-        return axis.read(self._loop.state)
+        return bind_axis(self._filter).axis.read(self._stepper.state)
 
     @property
     def angle(self) -> float:
@@ -362,7 +362,7 @@ class AxisStream:
 
     @angle.setter
     def angle(self, value: float) -> None:
-        self._loop.state = self._loop.state._replace(level=float(value))
+        self._stepper.state = self._stepper.state._replace(level=float(value))
 
     @property
     def rate(self) -> float:
@@ -377,8 +377,8 @@ class AxisStream:
     @property
     def params(self) -> Any:
         """The parameters in use."""
-        return self._loop.params
+        return self._stepper.params
 
     def set(self, **changes: float) -> None:
         """Changes parameters from the next sample on: ``kalman.set(r_measure=0.5)``."""
-        self._loop.params = self.params._replace(**changes)
+        self._stepper.params = self.params._replace(**changes)

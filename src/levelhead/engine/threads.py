@@ -18,7 +18,7 @@ def cores() -> int:
     return os.cpu_count() or 1
 
 
-def in_order(work: Callable[[T], R], items: Iterable[T], workers: int | None = None) -> Iterator[R]:
+def map_in_order(work: Callable[[T], R], items: Iterable[T], workers: int | None = None) -> Iterator[R]:
     """``work(item)`` for each item, in the order of the items, on that many threads (None: one for each core).
 
     Items are taken from the iterable as they are needed: never more than ``AHEAD`` for each thread are in memory.

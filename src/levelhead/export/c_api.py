@@ -6,7 +6,7 @@ from typing import Any
 from levelhead import filters
 from levelhead.engine import driver
 from levelhead.engine.binding import bind, estimates_bias
-from levelhead.engine.stepper import LONGEST as LONGEST_DT
+from levelhead.engine.stepper import MOST_DT
 from levelhead.errors import LevelheadError
 from levelhead.export import sensor
 from levelhead.export.config import Choice, remarks
@@ -90,7 +90,7 @@ class Face:
             "version": VERSION,
             "command": safe(" ".join(self.choice.command.split())),
             "zero": self.number(0.0),
-            "longest": self.number(LONGEST_DT),
+            "longest": self.number(MOST_DT),
         }
 
     def sizes(self) -> str:

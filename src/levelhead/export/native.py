@@ -8,7 +8,7 @@ from levelhead import filters
 from levelhead.engine import driver
 from levelhead.engine.binding import bind, is_guarded
 from levelhead.engine.native import PACKAGE, digest, native_name
-from levelhead.engine.stepper import LONGEST
+from levelhead.engine.stepper import MOST_DT
 from levelhead.export.c_api import HELPERS
 from levelhead.export.expressions import variable
 from levelhead.export.kinds import BOOL, FLOAT, INT, Array, Kind, Struct, is_empty
@@ -20,6 +20,8 @@ from levelhead.kernels.vec3 import Vec3
 from levelhead.version import VERSION
 
 GENERATOR = (  # what makes C of kernels, beside the kernels themselves
+    "compiler/hooks.py",
+    "compiler/mark.py",
     "engine/binding.py",
     *(
         f"export/{name}.py"
@@ -275,6 +277,6 @@ def sources() -> dict[str, str]:
         if unit.program.arrays:
             names["wide"].append(name)
     lists = {kind: " ".join(f"X({name})" for name in listed) for kind, listed in names.items()}
-    table = template("native.table.h").substitute(lists, longest=plain(LONGEST))
+    table = template("native.table.h").substitute(lists, longest=plain(MOST_DT))
     fixed = {name: template(name).template for name in ("native.h", "native.module.c")}
     return found | fixed | {"native.table.h": table}

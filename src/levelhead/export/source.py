@@ -7,6 +7,7 @@ import io
 import sys
 import textwrap
 import tokenize
+import types
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -80,12 +81,16 @@ def read(function: Callable[..., Any]) -> Source:
 
 
 def constant(function: Callable[..., Any], test: ast.expr) -> bool | None:
-    """What a condition is if it is decided before the kernel runs, as by ``OWN_SIGMA``; None if it is not."""
+    """What a condition is if it is decided before the kernel runs, as by ``hooks.OWN_SIGMA``; None if it is not."""
     if isinstance(test, ast.UnaryOp) and isinstance(test.op, ast.Not):
         inner = constant(function, test.operand)
         return None if inner is None else not inner
     if isinstance(test, ast.Name) and test.id not in function.__code__.co_varnames:
         value = function.__globals__.get(test.id)
+        return value if isinstance(value, bool) else None
+    if isinstance(test, ast.Attribute) and isinstance(test.value, ast.Name):
+        owner = function.__globals__.get(test.value.id)
+        value = vars(owner).get(test.attr) if isinstance(owner, types.ModuleType) else None
         return value if isinstance(value, bool) else None
     return None
 

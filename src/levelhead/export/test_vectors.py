@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 from levelhead.engine.binding import bind, bind_axis
-from levelhead.engine.stepper import LONGEST
+from levelhead.engine.stepper import MOST_DT
 from levelhead.export.config import Choice
 from levelhead.filters.contract import Output
 from levelhead.kernels.vec3 import Vec3
@@ -108,7 +108,7 @@ def rows(choice: Choice) -> list[Row]:
     bound = bind(choice.flt, choice.guard is not None)
     settings, carry, found = choice.settings, choice.begin(), []
     for sample in samples():
-        taken = 0.0 < sample.dt < LONGEST
+        taken = 0.0 < sample.dt < MOST_DT
         if taken:
             carry = bound.advance(settings, carry, *choice.readings(sample.gyr, sample.acc, sample.mag), sample.dt)
         found.append(Row(sample, taken, bound.result(settings, carry.run)))
@@ -117,7 +117,7 @@ def rows(choice: Choice) -> list[Row]:
 
 def axis_rows(choice: Choice, first: float, period: float) -> list[AxisRow]:
     """Pairs that cross the edge of the circle, through the filter in plain Python."""
-    axis, _ = bind_axis(choice.flt)
+    axis = bind_axis(choice.flt).axis
     state: Any = axis.init(choice.params, first)
     noise, found = _noise(), []
     for i in range(40):

@@ -275,7 +275,7 @@ static PyObject *imu_tick_mag(PyObject *object, PyObject *const *args, Py_ssize_
     return imu_sample((const Object *)object, gyr, acc, mag, dt);
 }
 
-static PyObject *imu_tick_aid(PyObject *object, PyObject *const *args, Py_ssize_t count)
+static PyObject *imu_tick_aiding(PyObject *object, PyObject *const *args, Py_ssize_t count)
 {
     const Object *self = (Object *)object;
     const lh_imu_filter *filter = self->filter;
@@ -364,7 +364,7 @@ static PyMethodDef imu_methods[] = {
     {"state", imu_carry, METH_NOARGS, NULL},
     {"tick", (PyCFunction)(void (*)(void))imu_tick, METH_FASTCALL, NULL},
     {"tick_mag", (PyCFunction)(void (*)(void))imu_tick_mag, METH_FASTCALL, NULL},
-    {"tick_aid", (PyCFunction)(void (*)(void))imu_tick_aid, METH_FASTCALL, NULL},
+    {"tick_aiding", (PyCFunction)(void (*)(void))imu_tick_aiding, METH_FASTCALL, NULL},
     {"report", imu_report, METH_NOARGS, NULL},
     {"run", (PyCFunction)(void (*)(void))imu_run, METH_FASTCALL, NULL},
     {NULL, NULL, 0, NULL},

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from math import prod, radians
 from typing import Any, NamedTuple
 
-from levelhead.compiler.mark import bound, kernel
+from levelhead.compiler.mark import kernel, with_globals
 from levelhead.filters.contract import HEIGHT
 from levelhead.filters.eskf.params import ESKF, MILLI
 from levelhead.kernels.angle import DEGREE
@@ -141,7 +141,7 @@ def noise(params: Any) -> dict[int, tuple[int, Any, Any]]:
         found[first] = size, start, walk
 
     for declaration in (inertial_states, magnetic_states, aided_states):
-        of_params: Callable[..., None] = bound(declaration, "record", declare=record)
+        of_params: Callable[..., None] = with_globals(declaration, "record", declare=record)
         of_params(params, [], 1.0)
     return found
 

@@ -143,14 +143,14 @@ static const float VECTOR_ERROR_NEAR_UNIT = 1e-05f; /* |q|² − 1 up to which a
 /* rad: two directions nearer than this leave the angle around them undetermined */
 static const float TRIAD_PARALLEL = 1e-06f;
 
+static const float ANGLE_DEGREE = 0.017453292f; /* pi / 180.0: rad */
+
 static const float GUARD_CHANGE = 0.0012184697f; /* (2.0 * DEGREE) * (2.0 * DEGREE): (rad/s)², of a bias once known */
 static const float GUARD_BIAS_TAU = 10.0f; /* s over which rest averages the bias */
 static const float GUARD_FIRST_AGE = 0.001f; /* s: what one reading counts */
 static const float GUARD_FIELD_TAU = 20.0f; /* s over which the field is learned */
 static const bool GUARD_TELLS_FIELD = true; /* a filter that judges the field by itself is left to it */
 static const Watch GUARD_BEFORE = {0.0f, {0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f, 0.0f}};
-
-static const float ANGLE_DEGREE = 0.017453292f; /* pi / 180.0: rad */
 
 static const int32_t HEALTH_GYR_MISSING = 1; /* the last rate was held */
 static const int32_t HEALTH_ACC_MISSING = 2; /* nothing corrected tilt */
@@ -207,9 +207,9 @@ static const ConditionedSample CONDITIONING_NO_SAMPLE = {{0.0f, 0.0f, 0.0f}, {0.
     {{0.0f, 0.0f, 0.0f}, 0, 0.0f}, {{0.0f, 0.0f, 0.0f}, 0, 0.0f}, false, false, 0}};
 static const UnmeasuredRotation CONDITIONING_ALL_MEASURED = {0.0f, 0.0f};
 
+static const bool DRIVER_OWN_SIGMA = false;
 static const float DRIVER_FIRST_FIELD = 0.6f; /* rad², of a heading that was relative until now: 45° */
 static const float DRIVER_NEW_FIELD = 0.002f; /* rad², of a heading when another field is taken for the earth's: 2.6° */
-static const bool DRIVER_OWN_SIGMA = false;
 
 static float lh_min(float a, float b)
 {
@@ -906,16 +906,6 @@ static Vec3 guard_toward(Vec3 mean, Vec3 v, float weight)
     return (Vec3){a + weight * (x - a), b + weight * (y - b), c + weight * (z - c)};
 }
 
-/* The field at the start, which the attitude was made of. */
-static Field guard_first_field(Vec3 up, Vec3 mag)
-{
-    if (!tilt_present(mag)) {
-        return (Field){0.0f, 0.0f, 0.0f, 0.0f};
-    }
-    const float n = vec3_norm(mag);
-    return (Field){n, vec3_dot(up, mag) / n, GUARD_FIRST_AGE, 0.0f};
-}
-
 /* Whether a steady rate is a turn and no bias: too large for any, or far from what is known of it.
  *
  * A gyroscope may be turned on with a large bias, but does not change it by much, unless what was known came from a
@@ -957,10 +947,26 @@ static Watch guard_rested(const Guard *guard, const Watch *watch, Vec3 own, Vec3
     return (Watch){still, bias, out, field};
 }
 
+/* The field at the start, which the attitude was made of. */
+static Field guard_first_field(Vec3 up, Vec3 mag)
+{
+    if (!tilt_present(mag)) {
+        return (Field){0.0f, 0.0f, 0.0f, 0.0f};
+    }
+    const float n = vec3_norm(mag);
+    return (Field){n, vec3_dot(up, mag) / n, GUARD_FIRST_AGE, 0.0f};
+}
+
 /* Whether the sensor has been at rest for long enough. */
 static bool guard_resting(const Guard *guard, const Watch *watch)
 {
     return watch->still > guard->rest_time;
+}
+
+/* Whether the accelerometer is held back. */
+static bool guard_refusing(const Guard *guard, const Watch *watch)
+{
+    return 0.0f < watch->acc_out && watch->acc_out < guard->acc_time;
 }
 
 /* The vertical in the sensor frame, dt after it had this attitude, to first order. */
@@ -970,6 +976,28 @@ static Vec3 guard_predicted_up(Quat attitude, Vec3 gyr, float dt)
     const float x = vec3.x, y = vec3.y, z = vec3.z;
     const float a = gyr.x, b = gyr.y, c = gyr.z;
     return (Vec3){x + dt * (y * c - z * b), y + dt * (z * a - x * c), z + dt * (x * b - y * a)};
+}
+
+/* For how long specific force has been no gravity: its norm is not g (odd), and it is far from the vertical. */
+static Watch guard_pushed(const Guard *guard, const Watch *watch, Quat attitude, Vec3 gyr, Vec3 acc, bool odd,
+    float dt)
+{
+    if (!tilt_present(acc)) {
+        return *watch;
+    }
+    const float still = watch->still;
+    const Vec3 bias = watch->bias;
+    const float out = watch->acc_out;
+    const Field field = watch->field;
+    if (!odd) {
+        return (Watch){still, bias, 0.0f, field};
+    }
+    const float x = acc.x, y = acc.y, z = acc.z;
+    const Vec3 vec3 = guard_predicted_up(attitude, gyr, dt);
+    const float a = vec3.x, b = vec3.y, c = vec3.z;
+    const float cosine = 1.0f - 0.5f * guard->acc_angle * guard->acc_angle * (ANGLE_DEGREE * ANGLE_DEGREE);
+    const bool far = a * x + b * y + c * z < sqrtf(x * x + y * y + z * z) * cosine;
+    return (Watch){still, bias, far ? out + dt : 0.0f, field};
 }
 
 /* The field after a reading; out > 0: it is not the earth's, and was not learned from.
@@ -1022,34 +1050,6 @@ static Look guard_look(const Guard *guard, Watch watch, Quat attitude, Vec3 gyr,
         }
     }
     return (Look){mag, health, watch};
-}
-
-/* Whether the accelerometer is held back. */
-static bool guard_refusing(const Guard *guard, const Watch *watch)
-{
-    return 0.0f < watch->acc_out && watch->acc_out < guard->acc_time;
-}
-
-/* For how long specific force has been no gravity: its norm is not g (odd), and it is far from the vertical. */
-static Watch guard_pushed(const Guard *guard, const Watch *watch, Quat attitude, Vec3 gyr, Vec3 acc, bool odd,
-    float dt)
-{
-    if (!tilt_present(acc)) {
-        return *watch;
-    }
-    const float still = watch->still;
-    const Vec3 bias = watch->bias;
-    const float out = watch->acc_out;
-    const Field field = watch->field;
-    if (!odd) {
-        return (Watch){still, bias, 0.0f, field};
-    }
-    const float x = acc.x, y = acc.y, z = acc.z;
-    const Vec3 vec3 = guard_predicted_up(attitude, gyr, dt);
-    const float a = vec3.x, b = vec3.y, c = vec3.z;
-    const float cosine = 1.0f - 0.5f * guard->acc_angle * guard->acc_angle * (ANGLE_DEGREE * ANGLE_DEGREE);
-    const bool far = a * x + b * y + c * z < sqrtf(x * x + y * y + z * z) * cosine;
-    return (Watch){still, bias, far ? out + dt : 0.0f, field};
 }
 
 /* ---- mahony
@@ -1146,18 +1146,18 @@ static State mahony_step(Mahony params, const State *state, Vec3 gyr, Vec3 acc, 
         mahony_learned(params, state->bias, tilted, headed, age, dt), age};
 }
 
-/* Attitude and bias. */
-static Output mahony_output(Mahony params, const State *state)
-{
-    (void)params;
-    return (Output){state->quat, state->bias, VEC3_ZERO, 0};
-}
-
 /* Follows from the start again, as after a gap. */
 static State mahony_inflate(Mahony params, const State *state, float variance)
 {
     (void)params; (void)variance;
     return (State){state->quat, state->bias, 0.0f};
+}
+
+/* Attitude and bias. */
+static Output mahony_output(Mahony params, const State *state)
+{
+    (void)params;
+    return (Output){state->quat, state->bias, VEC3_ZERO, 0};
 }
 
 /* K, K₂ of eq. 5 and k_I dt of eq. 3, for a state after its sample. */
@@ -1476,51 +1476,51 @@ static ConditionedSample conditioning_condition(const Guard *guard, const Condit
 
 /* ---- driver
  *
- * The one driver: what happens to a sample before and around a filter's step, for every engine alike.
+ * The one driver: what happens to a sample before and after a filter's step, for every filter and every engine.
  *
- * These are kernels: plain Python runs them as they stand, Numba compiles the same source. init, step, due,
- * correct, output, gains, loosen, loosen_heading, calm and again are the filter's own,
- * look is what stands in front of it; binding.bind binds them. Arrays are flat (row after row), so that Python
- * lists and NumPy arrays are indexed by the same line.
+ * These are kernels: plain Python runs them as they stand, Numba and the export to C translate the same source. A filter's
+ * own functions and the guard's are called through hooks and aiding; Hooks and AidingHooks declare them,
+ * and binding.bind makes a copy of the driver in which they are one filter's. Arrays are flat (row after row), so that
+ * Python lists and NumPy arrays are indexed by the same line.
  *
  * A sample goes through in phases. conditioning.condition comes first and needs the readings only; all others take
  * the conditioned sample and what one run carries. advance calls them in turn; engine.lanes calls each for all of
  * its runs at once, and skips it for all where the sample does not need it. That is why rare work is a phase of its own.
  */
 
-/* loosen and loosen_heading of a filter that has nothing to loosen. */
-static const State *driver_keep_variance(Mahony params, const State *state, float variance)
+/* init with the prior that the state before has. */
+static State driver_restart(Mahony params, const State *before, Vec3 gyr, Vec3 acc, Vec3 mag)
 {
-    (void)params; (void)variance;
-    return state;
+    (void)before;
+    return mahony_init(params, gyr, acc, mag);
 }
 
-/* calm of a filter that carries no σ of its own. */
-static const State *driver_keep_state(Mahony params, const State *state)
-{
-    (void)params;
-    return state;
-}
-
-/* due of a filter that does everything at every sample. */
-static bool driver_never_due(Mahony params, const State *state)
+/* Whether correct is to be called after this step. */
+static bool driver_due(Mahony params, const State *state)
 {
     (void)params; (void)state;
     return false;
 }
 
-/* correct of such a filter. */
-static const State *driver_keep_uncorrected(Mahony params, const State *state, float dt)
+/* The state after the part of the filter that does not run at every sample. */
+static const State *driver_correct(Mahony params, const State *state, float dt)
 {
     (void)params; (void)dt;
     return state;
 }
 
-/* again of a filter that knows nothing of earlier runs. */
-static State driver_default_restart(Mahony params, const State *before, Vec3 gyr, Vec3 acc, Vec3 mag)
+/* The state with variance (rad²) added to that of its heading only. */
+static const State *driver_inflate_heading(Mahony params, const State *state, float variance)
 {
-    (void)before;
-    return mahony_init(params, gyr, acc, mag);
+    (void)params; (void)variance;
+    return state;
+}
+
+/* The state when the guard has found the sensor at rest. */
+static const State *driver_at_rest(Mahony params, const State *state)
+{
+    (void)params;
+    return state;
 }
 
 /* Before the first sample: level, not started. */
@@ -1531,20 +1531,20 @@ static Carry driver_begin(const Settings *settings)
         observer_covariance_at_start(VEC3_ZERO, VEC3_ZERO)}};
 }
 
-/* At the first sample, and at those after it as long as there was no accelerometer reading. */
+/* At the first sample, and at every sample until the first accelerometer reading. */
 static FilterRun driver_start(const Settings *settings, const ConditionedSample *sample, const FilterRun *run)
 {
     const Mahony params = settings->filter;
-    const State state = driver_default_restart(params, &run->state, sample->gyr, sample->acc, sample->mag);
+    const State state = driver_restart(params, &run->state, sample->gyr, sample->acc, sample->mag);
     const float still = GUARD_BEFORE.still;
     const Vec3 bias = GUARD_BEFORE.bias;
     const float out = GUARD_BEFORE.acc_out;
-    const Output said = mahony_output(params, &state);
-    const Watch watch = {still, bias, out, guard_first_field(quat_up(said.quat), sample->mag)};
+    const Output estimate = mahony_output(params, &state);
+    const Watch watch = {still, bias, out, guard_first_field(quat_up(estimate.quat), sample->mag)};
     return (FilterRun){state, sample->health, watch, observer_covariance_at_start(sample->acc, sample->mag)};
 }
 
-/* After each spell in which rest is looked for. */
+/* At the end of each interval over which the detectors average: whether the sensor is at rest, and its bias. */
 static FilterRun driver_update_rest(const Settings *settings, const ConditionedSample *sample,
     const FilterRun *run)
 {
@@ -1554,18 +1554,18 @@ static FilterRun driver_update_rest(const Settings *settings, const ConditionedS
     const int32_t health = run->health;
     const Watch *watch = &run->watch;
     const Doubt *doubt = &run->doubt;
-    const Output said = mahony_output(params, state);
+    const Output estimate = mahony_output(params, state);
     const Vec3 mean = sample->sensors.calm.gyr;
     const bool quiet = sample->sensors.calm.quiet;
-    const Watch watch_2 = guard_rested(guard, watch, said.bias, mean, quiet, sample->sensors.sum.spell);
+    const Watch watch_2 = guard_rested(guard, watch, estimate.bias, mean, quiet, sample->sensors.sum.spell);
     watch = &watch_2;
     if (guard_resting(guard, watch)) {
-        state = driver_keep_state(params, state);
+        state = driver_at_rest(params, state);
     }
     return (FilterRun){*state, health, *watch, *doubt};
 }
 
-/* Where the body may have turned unseen. */
+/* At a sample part of whose rotation was not measured. */
 static FilterRun driver_inflate(const Settings *settings, const ConditionedSample *sample,
     const FilterRun *run)
 {
@@ -1576,7 +1576,9 @@ static FilterRun driver_inflate(const Settings *settings, const ConditionedSampl
     return (FilterRun){mahony_inflate(settings->filter, state, sample->unmeasured), health, *watch, *doubt};
 }
 
-/* The rate without the bias read off at rest; where nothing is known of it the one that reads as "did not turn". */
+/* The rate without the bias read off at rest; where the rotation is unknown, the rate that the filter takes for
+ * 0.
+ */
 static Vec3 driver_unbiased_rate(const ConditionedSample *sample, const Watch *watch, Vec3 own)
 {
     if (sample->rate_unknown) {
@@ -1585,7 +1587,7 @@ static Vec3 driver_unbiased_rate(const ConditionedSample *sample, const Watch *w
     return vec3_sub(sample->gyr, watch->bias);
 }
 
-/* One sample: what the filter may see of it, and the filter's step. */
+/* One sample: the gate, then the filter's step. */
 static FilterRun driver_step_gated(const Settings *settings, const ConditionedSample *sample,
     const FilterRun *run, Vec3 acc)
 {
@@ -1595,16 +1597,16 @@ static FilterRun driver_step_gated(const Settings *settings, const ConditionedSa
     const int32_t found = run->health;
     const Watch *watch = &run->watch;
     const Doubt *doubt = &run->doubt;
-    const Output said = mahony_output(params, state);
-    const Vec3 gyr = driver_unbiased_rate(sample, watch, said.bias);
-    const Look seen = guard_look(guard, *watch, said.quat, gyr, sample->mag, sample->dt);
+    const Output estimate = mahony_output(params, state);
+    const Vec3 gyr = driver_unbiased_rate(sample, watch, estimate.bias);
+    const Look seen = guard_look(guard, *watch, estimate.quat, gyr, sample->mag, sample->dt);
     const Vec3 mag = seen.mag;
     const int32_t health = seen.health;
     watch = &seen.watch;
     return (FilterRun){mahony_step(params, state, gyr, acc, mag, sample->dt), found | health, *watch, *doubt};
 }
 
-/* A sample whose specific force has another norm than g, or follows upon one. */
+/* A sample whose specific force has another norm than g, or follows such a sample. */
 static FilterRun driver_step_accelerated(const Settings *settings, const ConditionedSample *sample,
     const FilterRun *run)
 {
@@ -1613,9 +1615,9 @@ static FilterRun driver_step_accelerated(const Settings *settings, const Conditi
     const State *state = &run->state;
     const Watch *watch = &run->watch;
     const Doubt *doubt = &run->doubt;
-    const Output said = mahony_output(params, state);
-    const Vec3 gyr = driver_unbiased_rate(sample, watch, said.bias);
-    const Watch watch_2 = guard_pushed(guard, watch, said.quat, gyr, sample->acc, sample->sensors.odd,
+    const Output estimate = mahony_output(params, state);
+    const Vec3 gyr = driver_unbiased_rate(sample, watch, estimate.bias);
+    const Watch watch_2 = guard_pushed(guard, watch, estimate.quat, gyr, sample->acc, sample->sensors.odd,
         sample->dt);
     watch = &watch_2;
     if (tilt_present(sample->acc) && guard_refusing(guard, watch)) {
@@ -1626,7 +1628,7 @@ static FilterRun driver_step_accelerated(const Settings *settings, const Conditi
         sample->acc);
 }
 
-/* Any other sample. */
+/* Every other sample. */
 static FilterRun driver_step_plain(const Settings *settings, const ConditionedSample *sample,
     const FilterRun *run)
 {
@@ -1640,10 +1642,10 @@ static FilterRun driver_step_plain(const Settings *settings, const ConditionedSa
 /* Whether apply_correction has anything to do. */
 static bool driver_correction_due(const Settings *settings, const FilterRun *run)
 {
-    return (run->health & HEALTH_MAG_LEARNED) != 0 || driver_never_due(settings->filter, &run->state);
+    return (run->health & HEALTH_MAG_LEARNED) != 0 || driver_due(settings->filter, &run->state);
 }
 
-/* What a filter does now and then only. */
+/* The part of the filter that does not run at every sample; a field that was learned anew inflates heading. */
 static FilterRun driver_apply_correction(const Settings *settings, const ConditionedSample *sample,
     const FilterRun *run)
 {
@@ -1653,16 +1655,16 @@ static FilterRun driver_apply_correction(const Settings *settings, const Conditi
     const Watch *watch = &run->watch;
     const Doubt *doubt = &run->doubt;
     if (health & HEALTH_MAG_LEARNED) {
-        state = driver_keep_variance(params, state,
+        state = driver_inflate_heading(params, state,
             sample->had_field ? DRIVER_NEW_FIELD : DRIVER_FIRST_FIELD);
     }
-    if (driver_never_due(params, state)) {
-        state = driver_keep_uncorrected(params, state, sample->dt);
+    if (driver_due(params, state)) {
+        state = driver_correct(params, state, sample->dt);
     }
     return (FilterRun){*state, health, *watch, *doubt};
 }
 
-/* After each spell in which σ waits to be judged. */
+/* At the end of each interval of σ: the observer's covariance, for a filter without its own. */
 static FilterRun driver_update_sigma(const Settings *settings, const ConditionedSample *sample,
     const FilterRun *run)
 {
@@ -1727,18 +1729,18 @@ static void driver_advance(Carry *result, const Settings *settings, const Carry 
     *result = (Carry){sample, *run};
 }
 
-/* The filter's output, with what the driver knows: the bias read off at rest, σ, health. */
+/* The filter's output with the bias read off at rest added, σ where the filter has none, and health. */
 static Output driver_result(const Settings *settings, const FilterRun *run)
 {
     const State *state = &run->state;
     const int32_t found = run->health;
     const Watch *watch = &run->watch;
     const Doubt *doubt = &run->doubt;
-    const Output said = mahony_output(settings->filter, state);
-    const Quat quat = said.quat;
-    const float x = said.bias.x, y = said.bias.y, z = said.bias.z;
-    Vec3 sigma = said.sigma;
-    const int32_t health = said.health;
+    const Output estimate = mahony_output(settings->filter, state);
+    const Quat quat = estimate.quat;
+    const float x = estimate.bias.x, y = estimate.bias.y, z = estimate.bias.z;
+    Vec3 sigma = estimate.sigma;
+    const int32_t health = estimate.health;
     const float a = watch->bias.x, b = watch->bias.y, c = watch->bias.z;
     sigma = observer_covariance_sigma(doubt);
     return (Output){quat, {x + a, y + b, z + c}, sigma, health | found};

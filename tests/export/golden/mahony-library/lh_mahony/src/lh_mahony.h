@@ -2,6 +2,13 @@
  *
  * Explicit complementary filter: proportional and integral feedback of cross products.
  *
+ * Args:
+ *     kp (float, 1/s): proportional gain towards gravity; greater than 0; default 0.4.
+ *     ki (float, 1/s²): integral gain, which learns the bias; at least 0 and at most 1; default 0.003.
+ *     k_mag (float): weight of the magnetometer, 1 for the accelerometer; greater than 0; default 0.5.
+ *     bias_limit (float, rad/s): largest bias that is learned, per axis; at least 0; default 0.1.
+ *     whole_field (bool): compare the whole field, not its horizontal part: tilt follows it too; default False.
+ *
  * R. Mahony, T. Hamel, J.-M. Pflimlin, Nonlinear Complementary Filters on the Special Orthogonal Group, IEEE
  * Transactions on Automatic Control 53(5), 2008, eqs. 32a to 32c
  *
@@ -75,7 +82,15 @@ typedef struct {
     lh_mahony_vec3 mag;
 } lh_mahony_readings;
 
-/* Explicit complementary filter: proportional and integral feedback of cross products. */
+/* Explicit complementary filter: proportional and integral feedback of cross products.
+ *
+ * Args:
+ *     kp (float, 1/s): proportional gain towards gravity; greater than 0; default 0.4.
+ *     ki (float, 1/s²): integral gain, which learns the bias; at least 0 and at most 1; default 0.003.
+ *     k_mag (float): weight of the magnetometer, 1 for the accelerometer; greater than 0; default 0.5.
+ *     bias_limit (float, rad/s): largest bias that is learned, per axis; at least 0; default 0.1.
+ *     whole_field (bool): compare the whole field, not its horizontal part: tilt follows it too; default False.
+ */
 typedef struct {
     float kp; /* 1/s: proportional gain towards gravity (greater than 0) */
     float ki; /* 1/s²: integral gain, which learns the bias (at least 0 and at most 1) */
@@ -84,7 +99,22 @@ typedef struct {
     bool whole_field; /* compare the whole field, not its horizontal part: tilt follows it too */
 } lh_mahony_params;
 
-/* What counts as rest, as saturation and as disturbance; the defaults need no thought. */
+/* What counts as rest, as saturation and as disturbance; the defaults need no thought.
+ *
+ * Args:
+ *     gyr_range (float, deg/s): full scale of the gyroscope; 0: found when it clips; at least 0; default 0.
+ *     acc_range (float, m/s²): full scale of the accelerometer; 0: found when it clips; at least 0; default 0.
+ *     rest_gyr (float, deg/s): rest: rate off its mean, at most; at least 0; default 2.
+ *     rest_acc (float, m/s²): rest: specific force off its mean, at most; at least 0; default 0.5.
+ *     rest_time (float, s): rest: for so long; at least 0; default 1.5.
+ *     bias_limit (float, deg/s): rest: a mean rate beyond this is a turn and no bias; at least 0; default 15.
+ *     acc_gate (float, m/s²): accelerating: | |a| − g |, more than; at least 0; default 100.
+ *     acc_angle (float, deg): accelerating: and so far from the predicted vertical; at least 0; default 20.
+ *     acc_time (float, s): accelerating: believed again after; at least 0; default 2.
+ *     mag_gate (float): disturbed: norm off the learned one by this share; at least 0; default 0.1.
+ *     mag_angle (float, deg): disturbed: or dip off the learned one; at least 0; default 10.
+ *     mag_time (float, s): disturbed: the new field is taken for the earth's after; at least 0; default 20.
+ */
 typedef struct {
     float gyr_range; /* deg/s: full scale of the gyroscope; 0: found when it clips (at least 0) */
     float acc_range; /* m/s²: full scale of the accelerometer; 0: found when it clips (at least 0) */
@@ -100,7 +130,7 @@ typedef struct {
     float mag_time; /* s: disturbed: the new field is taken for the earth's after (at least 0) */
 } lh_mahony_guard;
 
-/* What a human sets: the filter's parameters, and those of what stands in front of it. */
+/* What a user chooses: the filter's parameters, and the guard's. */
 typedef struct {
     lh_mahony_params filter;
     lh_mahony_guard guard;
@@ -228,7 +258,7 @@ typedef struct {
     lh_mahony_doubt doubt;
 } lh_mahony_filter_run;
 
-/* What goes from one sample to the next. */
+/* What goes from one sample to the next: the carry of a scan, as in jax.lax.scan. */
 typedef struct {
     lh_mahony_conditioned_sample sample;
     lh_mahony_filter_run run;
