@@ -68,7 +68,7 @@ def compare(
     from levelhead import filters
     from levelhead.evaluate import compare as run
     from levelhead.publish.progress import progress
-    from levelhead.publish.table import print_table
+    from levelhead.publish.terminal_table import print_table
 
     chosen = [parse_filter_spec(word) for word in filter] or [flt.params() for flt in filters.ALL]
     before = parse_guard(guard)

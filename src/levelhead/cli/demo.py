@@ -35,7 +35,7 @@ def demo(
     from levelhead.evaluate import compare
     from levelhead.publish.plots import four_panels
     from levelhead.publish.progress import progress
-    from levelhead.publish.table import print_table
+    from levelhead.publish.terminal_table import print_table
     from levelhead.simulate import lesson
 
     target = folder(out)

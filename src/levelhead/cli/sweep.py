@@ -48,7 +48,7 @@ def sweep(
         json: print the table as JSON.
     """
     from levelhead.publish.progress import progress
-    from levelhead.publish.table import print_table
+    from levelhead.publish.terminal_table import print_table
     from levelhead.tune import sweep as run
 
     before = parse_guard(guard)

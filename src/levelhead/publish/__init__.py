@@ -10,7 +10,7 @@ from levelhead.publish.summary import summary
 from levelhead.publish.writers import write_track
 
 if TYPE_CHECKING:
-    from levelhead.publish.table import print_table, rich_table
+    from levelhead.publish.terminal_table import print_table, rich_table
 
 __all__ = ["print_table", "progress", "rich_table", "summary", "write_track"]
 
@@ -18,6 +18,6 @@ __all__ = ["print_table", "progress", "rich_table", "summary", "write_track"]
 def __getattr__(name: str) -> Any:
     if name not in ("print_table", "rich_table"):
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from levelhead.publish import table  # with all of `evaluate` and `tune`
+    from levelhead.publish import terminal_table  # with all of `evaluate` and `tune`
 
-    return getattr(table, name)
+    return getattr(terminal_table, name)
