@@ -16,7 +16,7 @@ from typing import Any
 from levelhead import filters
 from levelhead.bench.timing import Table
 from levelhead.engine.binding import is_guarded
-from levelhead.export import Choice, write
+from levelhead.export import ExportConfig, write
 from measure import options, show
 
 SOURCES = Path(__file__).parent / "c" / "boards"
@@ -68,10 +68,10 @@ def run(*command: Any, cwd: Path) -> str:
     return done.stdout
 
 
-def image(folder: Path, choice: Choice, main: str, cpu: Sequence[str], *defines: str) -> Path:
+def image(folder: Path, config: ExportConfig, main: str, cpu: Sequence[str], *defines: str) -> Path:
     """The program ``main`` with an exported filter, for a Cortex-M in QEMU."""
     common = ("arm-none-eabi-gcc", *cpu, "-O2")
-    run(*common, *STRICT, "-c", f"{choice.name}.c", "-o", "filter.o", cwd=folder)
+    run(*common, *STRICT, "-c", f"{config.name}.c", "-o", "filter.o", cwd=folder)
     program = folder / f"{Path(main).stem}.elf"
     run(*common, "-std=gnu99", "-I.", *defines, main, "filter.o", SOURCES / "cortex-m.c", "-T",
         SOURCES / "cortex-m.ld", "-nostartfiles", "--specs=rdimon.specs", "-lm", "-o", program, cwd=folder)  # fmt: skip
@@ -84,36 +84,36 @@ def section_sizes(tool: str, path: Path) -> dict[str, int]:
     return dict(zip(names.split()[:3], map(int, values.split()[:3]), strict=True))
 
 
-def self_test(choice: Choice, cpu: Sequence[str] = M4F) -> str:
+def self_test(config: ExportConfig, cpu: Sequence[str] = M4F) -> str:
     """What the generated self-test says on a Cortex-M in QEMU."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        write(choice, folder)
-        command = (*QEMU, str(image(folder, choice, f"{choice.name}_selftest.c", cpu)))
+        write(config, folder)
+        command = (*QEMU, str(image(folder, config, f"{config.name}_selftest.c", cpu)))
         return subprocess.run(command, capture_output=True, text=True, check=False, timeout=120).stdout.strip()
 
 
-def on_cortex(choice: Choice) -> dict[str, Any]:
+def on_cortex(config: ExportConfig) -> dict[str, Any]:
     """Code, RAM, stack and instructions of an update on a Cortex-M4F."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        write(choice, folder)
-        defines = [f"-DFILTER={choice.name}", f'-DFILTER_H="{choice.name}.h"', f"-DREAL={choice.real}"]
-        defines += ["-DAXIS"] if choice.axis else []
-        said = run(*QEMU, image(folder, choice, str(SOURCES / "count.c"), M4F, *defines), cwd=folder)
+        write(config, folder)
+        defines = [f"-DFILTER={config.name}", f'-DFILTER_H="{config.name}.h"', f"-DREAL={config.real}"]
+        defines += ["-DAXIS"] if config.axis else []
+        said = run(*QEMU, image(folder, config, str(SOURCES / "count.c"), M4F, *defines), cwd=folder)
         found: dict[str, Any] = json.loads(said)
         return found | {"code": section_sizes("arm-none-eabi-size", folder / "filter.o")["text"]}
 
 
-def on_avr(choice: Choice) -> dict[str, Any]:
+def on_avr(config: ExportConfig) -> dict[str, Any]:
     """Flash, RAM, stack and cycles of a program that does nothing but update, on an ATmega2560 in simavr."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        write(choice, folder)
-        defines = [f"-DFILTER={choice.name}", f'-DFILTER_H="{choice.name}.h"', *(["-DAXIS"] if choice.axis else [])]
+        write(config, folder)
+        defines = [f"-DFILTER={config.name}", f'-DFILTER_H="{config.name}.h"', *(["-DAXIS"] if config.axis else [])]
         common = ("avr-gcc", "-mmcu=atmega2560", "-Os", "-ffunction-sections")
-        run(*common, *AVR_STRICT, "-c", f"{choice.name}.c", cwd=folder)
-        run(*common, "-std=gnu99", "-I.", *defines, SOURCES / "avr.c", f"{choice.name}.o", "-Wl,--gc-sections", "-lm",
+        run(*common, *AVR_STRICT, "-c", f"{config.name}.c", cwd=folder)
+        run(*common, "-std=gnu99", "-I.", *defines, SOURCES / "avr.c", f"{config.name}.o", "-Wl,--gc-sections", "-lm",
             "-o", "main.elf", cwd=folder)  # fmt: skip
         sizes = section_sizes("avr-size", folder / "main.elf")
         code, ram = sizes["text"] + sizes["data"], sizes["data"] + sizes["bss"]
@@ -127,27 +127,27 @@ def on_avr(choice: Choice) -> dict[str, Any]:
         return {"code": code, "ram": ram, "stack": stack, "cycles": cycles, "fits": "yes" if fits else "no"}
 
 
-def choices(real: Any) -> Iterator[Choice]:
+def choices(real: Any) -> Iterator[ExportConfig]:
     """Every filter with the guard, and those of one axis."""
     for flt in filters.ALL:
-        yield Choice(flt.params(), real=real)
+        yield ExportConfig(flt.params(), real=real)
     for flt in filters.ALL:
         if flt.axis:
-            yield Choice(flt.params(), real=real, axis=True)
+            yield ExportConfig(flt.params(), real=real, axis=True)
 
 
-def shown(choice: Choice) -> str:
+def shown(config: ExportConfig) -> str:
     """A filter's name in a table."""
-    alone = choice.guard is None and is_guarded(choice.flt)
-    return choice.flt.name + (", one axis" if choice.axis else ", --guard off" if alone else "")
+    alone = config.guard is None and is_guarded(config.flt)
+    return config.flt.name + (", one axis" if config.axis else ", --guard off" if alone else "")
 
 
 def tables() -> Iterator[Table]:
     """Every filter on every board for which there are tools."""
     if not missing("Cortex-M4F"):
         for real in ("float", "double"):
-            rows = [{"case": shown(choice)} | on_cortex(choice) for choice in choices(real)]
-            said = [self_test(choice, cpu) for choice in choices(real) for cpu in CPUS[real]]
+            rows = [{"case": shown(config)} | on_cortex(config) for config in choices(real)]
+            said = [self_test(config, cpu) for config in choices(real) for cpu in CPUS[real]]
             right, last = (sum(words in one for one in said) for words in ("samples are right", "last digits"))
             yield Table(
                 f"Cortex-M4F, {real}, gcc -O2, guard and sigma included",
@@ -156,11 +156,14 @@ def tables() -> Iterator[Table]:
                 f"{NOTES[real]} {len(said)} self-tests in QEMU: {right} right, {last} but for the last digits.",
             )
     if not missing("AVR"):
-        every = [*choices("float"), *(Choice(flt.params(), None, "float") for flt in filters.ALL if is_guarded(flt))]
+        every = [
+            *choices("float"),
+            *(ExportConfig(flt.params(), None, "float") for flt in filters.ALL if is_guarded(flt)),
+        ]
         yield Table(
             "AVR (ATmega2560), float, avr-gcc -Os, a program that does nothing else",
             AVR_COLUMNS,
-            [{"case": shown(choice)} | on_avr(choice) for choice in every],
+            [{"case": shown(config)} | on_avr(config) for config in every],
             "Arithmetic in float and constants are counted. An Uno has 32,256 bytes of flash and 2,048 of RAM; 160,000 "
             "cycles are 10 ms at 16 MHz.",
         )

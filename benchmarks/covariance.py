@@ -20,7 +20,7 @@ from levelhead.compiler.compile import compiled
 from levelhead.compiler.tree import native
 from levelhead.engine.binding import bind
 from levelhead.engine.driver import Settings
-from levelhead.export import Choice, write
+from levelhead.export import ExportConfig, write
 from levelhead.filters.eskf import FILTER, state
 from measure import options, show
 from native import STRICT, build
@@ -134,10 +134,10 @@ class Exported:
     """The exported C, in double or float."""
 
     def __init__(self, params: lh.ESKF, real: str = "float") -> None:
-        choice = Choice(params, real=real)
+        config = ExportConfig(params, real=real)
         with tempfile.TemporaryDirectory() as folder:
-            write(choice, Path(folder))
-            words = {"name": choice.name, "real": real, "row": ROW, "first": state.P}
+            write(config, Path(folder))
+            words = {"name": config.name, "real": real, "row": ROW, "first": state.P}
             (Path(folder) / "run.c").write_text(LOOP.format(**words), encoding="utf-8")
             self._run = build("run.c", STRICT, Path(folder))
         self._run.argtypes = [ctypes.c_void_p, ctypes.c_ssize_t, *[ctypes.c_void_p] * 6]

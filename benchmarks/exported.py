@@ -18,7 +18,7 @@ from levelhead.bench.timing import Case, Table, time_interleaved
 from levelhead.compiler.compile import compiled
 from levelhead.engine.binding import bind, bind_axis
 from levelhead.engine.driver import Settings
-from levelhead.export import Choice, write
+from levelhead.export import ExportConfig, write
 from levelhead.guard import Guard
 from measure import options, show
 from native import STRICT, build, doubles
@@ -60,18 +60,18 @@ void run(const void *unused, ptrdiff_t n, const double *t, const double *gyr, co
 """
 
 
-def exported(choice: Choice) -> Any:
-    """The exported filter in a loop, with the face of the yardstick."""
+def exported(config: ExportConfig) -> Any:
+    """The exported filter in a loop, with the signature of the yardstick."""
     with tempfile.TemporaryDirectory() as name:
-        write(choice, Path(name))
-        loop = (AXIS if choice.axis else IMU).format(name=choice.name, real=choice.real)
+        write(config, Path(name))
+        loop = (AXIS if config.axis else IMU).format(name=config.name, real=config.real)
         (Path(name) / "run.c").write_text("#include <stddef.h>\n" + loop, encoding="utf-8")
         return build("run.c", FLAGS, Path(name))
 
 
-def attitude_run(choice: Choice) -> Any:
+def attitude_run(config: ExportConfig) -> Any:
     """The exported filter of an IMU: run(None, n, t, gyr, acc, mag or None, quat, bias)."""
-    run = exported(choice)
+    run = exported(config)
     run.argtypes = [ctypes.c_void_p, ctypes.c_ssize_t, *[ctypes.POINTER(ctypes.c_double)] * 6]
     return run
 
@@ -83,7 +83,7 @@ def axis_table(params: Any, source: str, samples: int, repeats: int) -> Table:
     _, flt, driver = bind_axis(filters.of(params))
     width = len(flt.report._fields)  # type: ignore[attr-defined]
     outs = [np.zeros(samples * width) for _ in range(3)]
-    hand, generated = build(source), exported(Choice(params, axis=True))
+    hand, generated = build(source), exported(ExportConfig(params, axis=True))
     machine, state = compiled(driver), flt.init(params, float(level[0]))
     arguments = (samples, *map(doubles, data), 360.0)
     name = type(params).__name__
@@ -109,7 +109,7 @@ def imu_table(params: Any, mag: bool, samples: int, repeats: int) -> Table:
     """An IMU without the guard, which the yardstick does not have either."""
     recording = made(samples, mag=mag)
     flt = filters.of(params)
-    hand, generated = c_run(flt.name), attitude_run(Choice(params, None))
+    hand, generated = c_run(flt.name), attitude_run(ExportConfig(params, None))
     field = None if recording.mag is None else np.ascontiguousarray(recording.mag)
     inputs = [np.ascontiguousarray(array) for array in (recording.t, recording.gyr, recording.acc)]
     quats, biases = [np.empty((samples, 4)) for _ in range(2)], [np.empty((samples, 3)) for _ in range(2)]

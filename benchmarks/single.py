@@ -10,7 +10,7 @@ from exported import attitude_run
 from levelhead import filters
 from levelhead.bench.timing import Table
 from levelhead.evaluate import evaluate
-from levelhead.export import Choice
+from levelhead.export import ExportConfig
 from measure import options, show
 from native import doubles
 
@@ -23,20 +23,20 @@ COLUMNS = {
 }
 
 
-def fused(choice: Choice, recording: lh.Recording) -> lh.Track:
+def fused(config: ExportConfig, recording: lh.Recording) -> lh.Track:
     """A recording through the exported filter."""
     n = len(recording)
     inputs = [np.ascontiguousarray(array) for array in (recording.t, recording.gyr, recording.acc)]
     field = None if recording.mag is None else np.ascontiguousarray(recording.mag)
     quat, bias = np.empty((n, 4)), np.empty((n, 3))
-    run = attitude_run(choice)
+    run = attitude_run(config)
     run(None, n, *map(doubles, inputs), None if field is None else doubles(field), doubles(quat), doubles(bias))
     return lh.Track(recording.t, quat)
 
 
 def row(flt: Any, recording: lh.Recording) -> dict[str, Any]:
     """One filter on one recording."""
-    double, single = (fused(Choice(flt.params(), real=real), recording) for real in ("double", "float"))
+    double, single = (fused(ExportConfig(flt.params(), real=real), recording) for real in ("double", "float"))
     right, off = (evaluate(recording, track).tilt for track in (double, single))
     apart = np.degrees((double.as_rotation() * single.as_rotation().inv()).magnitude()).max()
     return {

@@ -12,7 +12,7 @@ from tests.reference.hard import assert_same, hard_recording
 import levelhead as lh
 from levelhead import filters
 from levelhead.compiler.mark import kernel
-from levelhead.export import Choice, files
+from levelhead.export import ExportConfig, files
 from levelhead.filters.contract import Filter, Output, Settling
 from levelhead.filters.parameters import Param, parameters
 from levelhead.kernels import quat, slerp, triad
@@ -107,7 +107,7 @@ def _listed(monkeypatch):
 @pytest.mark.parametrize("guard", [lh.Guard(), None], ids=["guarded", "alone"])
 @c_engine.EVERY_COMPILER
 def test_the_same_bits(guard, compiler):
-    program = c_engine.built(Choice(Matrices(noise=0.02), guard), compiler)
+    program = c_engine.built(ExportConfig(Matrices(noise=0.02), guard), compiler)
     recording = hard_recording(True)
     found = program.fuse(recording)
     assert_same(lh.fuse(recording, Matrices(noise=0.02), guard=guard, engine="python"), found)
@@ -117,7 +117,7 @@ def test_the_same_bits(guard, compiler):
 @pytest.mark.compiled
 @pytest.mark.skipif("gcc" not in c_engine.COMPILERS, reason="no gcc on the PATH")
 def test_a_copy_has_arrays_of_its_own():
-    program = c_engine.built(Choice(Matrices(), None))
+    program = c_engine.built(ExportConfig(Matrices(), None))
     one, two = (ctypes.create_string_buffer(program.size) for _ in range(2))
     readings = [(ctypes.c_double * 3)(*values) for values in ((0.1, 0.2, 0.3), (0.5, 0.1, 9.7))]
 
@@ -141,7 +141,7 @@ def test_a_copy_has_arrays_of_its_own():
 
 
 def test_how_it_is_written():
-    written = files(Choice(Matrices()))
+    written = files(ExportConfig(Matrices()))
     header, source = written["lh_matrices.h"], written["lh_matrices.c"]
     assert "    double p[3][3];\n    double k[3];\n} lh_matrices_arrays;" in header
     assert "    double (*p)[3]; /* (3, 3), rad² */\n    double *k;" in header

@@ -4,7 +4,7 @@ import pytest
 
 import boards
 from levelhead import filters
-from levelhead.export import Choice
+from levelhead.export import ExportConfig
 
 pytestmark = pytest.mark.full
 
@@ -18,32 +18,34 @@ def cortex():
 @pytest.mark.parametrize("flt", filters.ALL, ids=lambda f: f.name)
 def test_cortex_m4f_in_float(flt):
     cortex()
-    assert "all 96 samples are right" in boards.self_test(Choice(flt.params(), real="float"))
+    assert "all 96 samples are right" in boards.self_test(ExportConfig(flt.params(), real="float"))
 
 
 @pytest.mark.parametrize("flt", filters.ALL, ids=lambda f: f.name)
 def test_cortex_m0_in_double_to_the_bit(flt):
     """No FPU at all, and a compiler's C for every sum: the same bits as Python on x86."""
     cortex()
-    assert "all 96 samples are right" in boards.self_test(Choice(flt.params()), boards.M0)
+    assert "all 96 samples are right" in boards.self_test(ExportConfig(flt.params()), boards.M0)
 
 
 def test_cortex_m4f_in_double_but_for_a_defect_of_libgcc():
     """1 − y is rounded wrongly by its sum for ARMv7-M where y lies about 2⁻³³; the self-test says so, and no more."""
     cortex()
-    said = boards.self_test(Choice(filters.Complementary()))
+    said = boards.self_test(ExportConfig(filters.Complementary()))
     assert "samples are right" in said or "differ in their last digits" in said
 
 
 @pytest.mark.parametrize("real", ["double", "float"])
 def test_one_axis(real):
     cortex()
-    assert "all 40 samples are right" in boards.self_test(Choice(filters.Kalman(), real=real, axis=True), boards.M0)
+    assert "all 40 samples are right" in boards.self_test(
+        ExportConfig(filters.Kalman(), real=real, axis=True), boards.M0
+    )
 
 
 def test_what_an_update_costs_on_a_cortex_m4f():
     cortex()
-    one, imu = (boards.on_cortex(Choice(filters.Kalman(), real="float", axis=axis)) for axis in (True, False))
+    one, imu = (boards.on_cortex(ExportConfig(filters.Kalman(), real="float", axis=axis)) for axis in (True, False))
     assert one["ram"] == 44 and imu["ram"] < 1024
     assert 20 < one["instructions"] < imu["instructions"] < 20_000
     assert one["code"] < imu["code"] < 40_000 and one["stack"] <= imu["stack"] < 8_000
@@ -52,7 +54,7 @@ def test_what_an_update_costs_on_a_cortex_m4f():
 def test_an_uno_holds_the_lesson():
     if boards.missing("AVR"):
         pytest.skip(f"not on the PATH: {boards.missing('AVR')}")
-    found = boards.on_avr(Choice(filters.Kalman(), real="float", axis=True))
+    found = boards.on_avr(ExportConfig(filters.Kalman(), real="float", axis=True))
     assert found["fits"] == "yes" and found["ram"] < 256 and found["code"] < 8_192
     assert 20 < found["stack"] < 512 and 1_000 < found["cycles"] < 40_000
-    assert boards.on_avr(Choice(filters.EKF(), real="float"))["fits"] == "no"
+    assert boards.on_avr(ExportConfig(filters.EKF(), real="float"))["fits"] == "no"

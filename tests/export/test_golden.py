@@ -6,13 +6,13 @@ import pytest
 
 import levelhead as lh
 from levelhead.axis_map import AxisMap
-from levelhead.export import Choice, files
+from levelhead.export import ExportConfig, files
 
 GOLDEN = Path(__file__).parent / "golden"
 EXPORTS = {
-    "kalman-axis": (Choice(lh.Kalman(r_measure=0.1), axis=True, command="levelhead export Kalman --axis"), False),
+    "kalman-axis": (ExportConfig(lh.Kalman(r_measure=0.1), axis=True, command="levelhead export Kalman --axis"), False),
     "mahony-library": (
-        Choice(
+        ExportConfig(
             lh.Mahony(),
             real="float",
             axes=AxisMap.parse("-y,x,z"),

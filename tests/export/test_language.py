@@ -10,7 +10,7 @@ from tests.reference.c_kernel import called, translated
 from levelhead import filters
 from levelhead.compiler.mark import kernel
 from levelhead.errors import LevelheadError
-from levelhead.export import Choice, files
+from levelhead.export import ExportConfig, files
 from levelhead.export.kinds import FLOAT, INT
 from levelhead.guard import Guard
 from levelhead.kernels.vec3 import Vec3
@@ -388,7 +388,7 @@ def test_every_filter_is_inside_of_the_language(flt, real):
     """The guard of the language: a kernel that cannot be translated fails here, with its file and line."""
     for axis in (False, True) if flt.axis else (False,):
         for guard in (Guard(), None):
-            written = files(Choice(flt.params(), guard, real, axis))
+            written = files(ExportConfig(flt.params(), guard, real, axis))
             assert all(text.isprintable() or "\n" in text for text in written.values())
             source = next(text for name, text in written.items() if name.endswith(".c") and "selftest" not in name)
             assert "malloc" not in source and f"static {'double' if real == 'float' else 'float'}" not in source

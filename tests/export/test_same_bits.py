@@ -10,8 +10,8 @@ from tests.reference.hard import assert_same, hard_recording
 import levelhead as lh
 from levelhead import filters
 from levelhead.evaluate import evaluate
-from levelhead.export import Choice
-from levelhead.export.c_api import face
+from levelhead.export import ExportConfig
+from levelhead.export.c_api import build_c_api
 from levelhead.export.kinds import Machine
 
 pytestmark = [
@@ -38,7 +38,7 @@ def test_hard_recordings(flt, compiler, level, guard):
     there(compiler)
     if guard is None and compiler == "clang":
         pytest.skip("the guard is the same C with it and without")
-    program = c_engine.built(Choice(flt.params(), guard), compiler, level)
+    program = c_engine.built(ExportConfig(flt.params(), guard), compiler, level)
     for mag in (False, True):
         recording = hard_recording(mag)
         assert_same(lh.fuse(recording, flt.params(), guard=guard, engine="python"), program.fuse(recording))
@@ -53,7 +53,7 @@ def test_axis(flt, compiler, level):
     pair = rng.normal(0, 100, 300), rng.normal(0, 50, 300)
     for period in (0.0, 360.0):
         report = lh.fuse_axis(t, *pair, flt.params(), period=period, engine="python")
-        found = c_engine.built(Choice(flt.params(), axis=True), compiler, level).fuse_axis(t, *pair, period)
+        found = c_engine.built(ExportConfig(flt.params(), axis=True), compiler, level).fuse_axis(t, *pair, period)
         np.testing.assert_array_equal(found, np.stack(report, axis=1)[1:])
 
 
@@ -61,18 +61,18 @@ def test_axis(flt, compiler, level):
 @pytest.mark.parametrize("real", ["double", pytest.param("float", marks=pytest.mark.full)])
 def test_the_header_tells_the_size(flt, real):
     for axis in (False, True) if flt.axis else (False,):
-        choice = Choice(flt.params(), real=real, axis=axis)
-        size = c_engine.built(choice).size
-        one = face(choice)
-        header = one.write()[f"{choice.name}.h"]
+        config = ExportConfig(flt.params(), real=real, axis=axis)
+        size = c_engine.built(config).size
+        one = build_c_api(config)
+        header = one.write()[f"{config.name}.h"]
         assert one.size(Machine("this one", 8 if real == "double" else 4, 8, 8)) == size
         assert re.search(rf"64 bit \(Cortex-A, x86-64\) +{size} bytes", header)
 
 
 def test_the_lesson_in_88_bytes():
     """The two-state filter of the lesson: five numbers that it carries, five parameters, two switches."""
-    assert c_engine.built(Choice(lh.Kalman(), axis=True)).size == 88
-    assert c_engine.built(Choice(lh.Kalman(), axis=True, real="float")).size == 44
+    assert c_engine.built(ExportConfig(lh.Kalman(), axis=True)).size == 88
+    assert c_engine.built(ExportConfig(lh.Kalman(), axis=True, real="float")).size == 44
 
 
 @pytest.mark.full
@@ -82,8 +82,8 @@ def test_real_recordings(flt, trial, data_dir):
     """59,212 and 53,612 samples with magnetometer: the same bits in double, hardly another error in float."""
     recording = lh.read(data_dir / "broad" / f"{trial}.mat")
     expected = lh.fuse(recording, flt.params(), engine="compiled")
-    assert_same(expected, c_engine.built(Choice(flt.params())).fuse(recording))
-    single = c_engine.built(Choice(flt.params(), real="float")).fuse(recording)
+    assert_same(expected, c_engine.built(ExportConfig(flt.params())).fuse(recording))
+    single = c_engine.built(ExportConfig(flt.params(), real="float")).fuse(recording)
     np.testing.assert_array_equal(single.health, expected.health)
     right, off = (evaluate(recording, track) for track in (expected, single))
     assert off.tilt < 1.001 * right.tilt, "2 % were asked for"

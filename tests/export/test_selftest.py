@@ -7,7 +7,7 @@ from tests.reference.c_engine import run_selftest
 
 import levelhead as lh
 from levelhead import filters
-from levelhead.export import Choice, write
+from levelhead.export import ExportConfig, write
 from levelhead.export.selftest import BOUND
 from levelhead.export.test_vectors import rows
 from levelhead.filters import health
@@ -21,10 +21,10 @@ EVERY = pytest.mark.parametrize("flt", filters.ALL, ids=lambda f: f.name)
 @EVERY
 @pytest.mark.parametrize("real", [pytest.param("double", marks=pytest.mark.full), "float"])
 def test_it_passes(flt, real, tmp_path):
-    choice = Choice(flt.params(), real=real)
-    write(choice, tmp_path)
-    code, said = run_selftest(tmp_path, choice.name, "-O1")
-    assert code == 0 and said.startswith(f"{choice.name}: all 96 samples are right"), said
+    config = ExportConfig(flt.params(), real=real)
+    write(config, tmp_path)
+    code, said = run_selftest(tmp_path, config.name, "-O1")
+    assert code == 0 and said.startswith(f"{config.name}: all 96 samples are right"), said
 
 
 @pytest.mark.compiled
@@ -32,10 +32,10 @@ def test_it_passes(flt, real, tmp_path):
 @pytest.mark.parametrize("real", ["double", "float"])
 @pytest.mark.parametrize("flt", [f for f in filters.ALL if f.axis], ids=lambda f: f.name)
 def test_it_passes_on_one_axis(flt, real, tmp_path):
-    choice = Choice(flt.params(), real=real, axis=True)
-    write(choice, tmp_path)
-    code, said = run_selftest(tmp_path, choice.name, "-O3", "-ffp-contract=off")
-    assert code == 0 and said.startswith(f"{choice.name}: all 40 samples are right"), said
+    config = ExportConfig(flt.params(), real=real, axis=True)
+    write(config, tmp_path)
+    code, said = run_selftest(tmp_path, config.name, "-O3", "-ffp-contract=off")
+    assert code == 0 and said.startswith(f"{config.name}: all 40 samples are right"), said
 
 
 @pytest.mark.compiled
@@ -49,8 +49,8 @@ def test_it_passes_on_one_axis(flt, real, tmp_path):
     ],
 )
 def test_it_fails_where_a_number_of_the_source_is_another(real, wrong, expected, words, tmp_path):
-    choice = Choice(lh.Kalman(r_measure=0.03), real=real)
-    write(choice, tmp_path)
+    config = ExportConfig(lh.Kalman(r_measure=0.03), real=real)
+    write(config, tmp_path)
     source = tmp_path / "lh_kalman.c"
     text = source.read_text(encoding="utf-8")
     right = ".r_measure = 0.03f," if real == "float" else ".r_measure = 0.03,"
@@ -65,11 +65,11 @@ def test_it_fails_where_a_number_of_the_source_is_another(real, wrong, expected,
 @EVERY
 def test_the_bound_of_single_precision_has_room(flt):
     """The largest difference over all filters is below a quarter of the bound that the self-test states."""
-    choice = Choice(flt.params(), real="float")
-    found = rows(choice)
+    config = ExportConfig(flt.params(), real="float")
+    found = rows(config)
     assert [row.taken for row in found].count(False) == 2
     taken = [row for row in found if row.taken]
-    program = c_engine.built(choice)
+    program = c_engine.built(config)
     recording = lh.Recording(
         np.cumsum([row.sample.dt for row in taken]),
         *(np.array([[x if abs(x) < 1e9 else np.nan for x in row.sample[k]] for row in taken]) for k in (1, 2, 3)),
@@ -84,7 +84,7 @@ def test_the_bound_of_single_precision_has_room(flt):
 def test_everything_goes_wrong_in_the_vector():
     seen = 0
     for flt in filters.ALL:
-        for row in rows(Choice(flt.params())):
+        for row in rows(ExportConfig(flt.params())):
             seen |= row.output.health
     for bit in (health.GYR_MISSING, health.ACC_MISSING, health.MAG_MISSING, health.GAP, health.AT_REST,
                 health.MAG_REJECTED, health.ACC_REJECTED):  # fmt: skip

@@ -13,7 +13,7 @@ from tests.reference.hard import assert_same, hard_recording
 import levelhead as lh
 from levelhead import filters
 from levelhead.axis_map import IDENTITY, AxisMap
-from levelhead.export import Choice, files, write
+from levelhead.export import ExportConfig, files, write
 
 GCC = pytest.mark.skipif("gcc" not in c_engine.COMPILERS, reason="no gcc on the PATH")
 AXES = AxisMap.parse("-y,-z,x")
@@ -53,7 +53,7 @@ def silent(recording):
 @GCC
 @pytest.mark.parametrize("flt", filters.ALL, ids=lambda f: f.name)
 def test_mounted_and_corrected_as_in_python(flt):
-    program = c_engine.built(Choice(flt.params(), axes=AXES, calibration=WRONG))
+    program = c_engine.built(ExportConfig(flt.params(), axes=AXES, calibration=WRONG))
     for mag in (False, True):
         recording = silent(hard_recording(mag))
         better = WRONG.apply(mounted(recording, AXES))
@@ -69,7 +69,7 @@ def test_mounted_any_way(compiler, axes, found):
     axes, recording = AxisMap.parse(axes), silent(hard_recording(True))
     body = mounted(recording, axes)
     body = body if found is None else found.apply(body)
-    program = c_engine.built(Choice(lh.Mahony(), axes=axes, calibration=found), compiler)
+    program = c_engine.built(ExportConfig(lh.Mahony(), axes=axes, calibration=found), compiler)
     assert_same(lh.fuse(body, lh.Mahony(), engine="python"), program.fuse(recording))
 
 
@@ -78,8 +78,8 @@ def test_mounted_any_way(compiler, axes, found):
 @pytest.mark.parametrize("guard", [lh.Guard(), None], ids=["guarded", "alone"])
 @pytest.mark.parametrize("mag", [False, True], ids=["6-D", "9-D"])
 def test_a_prior_as_in_python(learned, guard, mag):
-    program = c_engine.built(Choice(lh.ESKF(), guard, prior=learned, axes=AXES))
-    assert c_engine.built(Choice(lh.ESKF(), guard)).size == program.size, "the prior takes no RAM"
+    program = c_engine.built(ExportConfig(lh.ESKF(), guard, prior=learned, axes=AXES))
+    assert c_engine.built(ExportConfig(lh.ESKF(), guard)).size == program.size, "the prior takes no RAM"
     for recording in (hard_recording(mag), lh.simulate.recording("MPU-6050", "hand", duration=8.0, seed=4)):
         body = mounted(recording, AXES)
         found = program.fuse(recording)
@@ -92,7 +92,7 @@ def test_a_prior_as_in_python(learned, guard, mag):
 @GCC
 def test_a_reset_keeps_the_prior(learned):
     """What was learned since is forgotten; what it was told is not."""
-    program = c_engine.built(Choice(lh.ESKF(), prior=learned))
+    program = c_engine.built(ExportConfig(lh.ESKF(), prior=learned))
     fresh, used = (ctypes.create_string_buffer(program.size) for _ in range(2))
     program.function("init")(used)
     recording = hard_recording(False)
@@ -111,18 +111,18 @@ def test_a_reset_keeps_the_prior(learned):
 @GCC
 @pytest.mark.parametrize("real", ["double", "float"])
 def test_the_self_test_passes(learned, real, tmp_path):
-    for choice in (
-        Choice(lh.ESKF(), real=real, prior=learned, axes=AXES),
-        Choice(lh.EKF(), real=real, calibration=WRONG, axes=AXES),
+    for config in (
+        ExportConfig(lh.ESKF(), real=real, prior=learned, axes=AXES),
+        ExportConfig(lh.EKF(), real=real, calibration=WRONG, axes=AXES),
     ):
-        write(choice, tmp_path)
-        code, said = c_engine.run_selftest(tmp_path, choice.name, "-O1")
-        assert code == 0 and said.startswith(f"{choice.name}: all 96 samples are right"), said
+        write(config, tmp_path)
+        code, said = c_engine.run_selftest(tmp_path, config.name, "-O1")
+        assert code == 0 and said.startswith(f"{config.name}: all 96 samples are right"), said
 
 
 @pytest.mark.slow
 def test_what_the_header_says(learned):
-    header = files(Choice(lh.ESKF(), prior=learned, axes=AXES))["lh_eskf.h"]
+    header = files(ExportConfig(lh.ESKF(), prior=learned, axes=AXES))["lh_eskf.h"]
     for words in (
         " * Readings are turned first: the body's x (forward), y (left), z (up) are the sensor's -y, -z, x.",
         " * It starts with what an earlier run has learned of this sensor:",
@@ -132,13 +132,13 @@ def test_what_the_header_says(learned):
     ):
         assert words in header, words
     assert "field of the place" not in header, "it belongs to another place"
-    plain = files(Choice(lh.ESKF()))["lh_eskf.h"]
+    plain = files(ExportConfig(lh.ESKF()))["lh_eskf.h"]
     assert "mag any one unit, dt s;\n * q turns sensor into earth" in plain and "earlier run" not in plain
-    assert "mag any one unit" in files(Choice(lh.EKF(), calibration=SIX))["lh_ekf.h"]
+    assert "mag any one unit" in files(ExportConfig(lh.EKF(), calibration=SIX))["lh_ekf.h"]
 
 
 def test_how_a_prior_is_written(learned):
-    source = files(Choice(lh.ESKF(), real="float", prior=learned))["lh_eskf.c"]
+    source = files(ExportConfig(lh.ESKF(), real="float", prior=learned))["lh_eskf.c"]
     table = source[source.index("} prior[] = {") : source.index("void lh_eskf_init(")]
     assert re.findall(r"/\* (.*) \*/", table) == [
         "acc_bias, m/s²", "gyr_bias, rad/s", "gyr_matrix", "mag_offset, µT", "mag_delay, s",
@@ -150,12 +150,12 @@ def test_how_a_prior_is_written(learned):
 
 def test_refused(learned):
     with pytest.raises(lh.LevelheadError, match="EKF learns no calibration, so it takes no prior; ESKF does"):
-        Choice(lh.EKF(), prior=learned)
+        ExportConfig(lh.EKF(), prior=learned)
     with pytest.raises(lh.LevelheadError, match="would take the same errors off twice"):
-        Choice(lh.ESKF(), prior=learned, calibration=learned)
+        ExportConfig(lh.ESKF(), prior=learned, calibration=learned)
     with pytest.raises(lh.LevelheadError, match="no readings of three axes"):
-        Choice(lh.Kalman(), axis=True, calibration=learned)
+        ExportConfig(lh.Kalman(), axis=True, calibration=learned)
     tiny = lh.Calibration(**vars(WRONG) | {"mag_delay": sure(1e-60)})
     with pytest.raises(lh.LevelheadError, match="calibration, mag_delay: 1e-60 is out of the range of single"):
-        files(Choice(lh.EKF(), real="float", calibration=tiny))
-    assert Choice(lh.Kalman(), axis=True, axes=IDENTITY).axes == IDENTITY
+        files(ExportConfig(lh.EKF(), real="float", calibration=tiny))
+    assert ExportConfig(lh.Kalman(), axis=True, axes=IDENTITY).axes == IDENTITY

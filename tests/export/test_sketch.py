@@ -13,17 +13,17 @@ import levelhead as lh
 from levelhead.axis_map import AxisMap
 from levelhead.calibration import Quantity
 from levelhead.cli import main
-from levelhead.export import Choice, write
+from levelhead.export import ExportConfig, write
 from levelhead.kernels.tilt import GRAVITY
 
 STUBS = Path(__file__).resolve().parents[1] / "reference" / "arduino"
 pytestmark = [pytest.mark.compiled, pytest.mark.skipif(shutil.which("g++") is None, reason="no g++ on the PATH")]
 
 
-def log_of(folder, choice):
+def log_of(folder, config):
     """What the sketch logs while it is carried about, after two seconds of rest with a bias of the gyroscope."""
-    write(choice, folder)
-    name = choice.name
+    write(config, folder)
+    name = config.name
     sketch = folder / f"{name}_mpu6050" / f"{name}_mpu6050.ino"
     recording = lh.simulate.recording("MPU-6050", "hand", duration=10.0, seed=3)
     moving = np.column_stack([np.degrees(recording.gyr), recording.acc / GRAVITY])[:, :6]
@@ -42,8 +42,8 @@ def log_of(folder, choice):
 
 @pytest.mark.parametrize("real", ["double", "float"])
 def test_the_log_reads_back_and_says_what_the_board_said(tmp_path, real, capsys):
-    choice = Choice(lh.Madgwick(beta=0.1), lh.Guard(gyr_range=1000.0), real)
-    log = log_of(tmp_path, choice)
+    config = ExportConfig(lh.Madgwick(beta=0.1), lh.Guard(gyr_range=1000.0), real)
+    log = log_of(tmp_path, config)
     assert "0x1B, 0x10" in (tmp_path / "lh_madgwick_mpu6050" / "lh_madgwick_mpu6050.ino").read_text()
     recording = lh.read(log)
     assert recording.rate == pytest.approx(98.6, abs=2.0) and recording.mag is None and recording.truth is None
@@ -51,7 +51,7 @@ def test_the_log_reads_back_and_says_what_the_board_said(tmp_path, real, capsys)
     assert missing.sum() == 1 and np.isnan(recording.acc[missing]).all()
     board = np.genfromtxt(log, delimiter=",", comments="#", skip_header=2)
     assert np.abs(recording.gyr[:10]).max() < np.radians(0.2), "the bias was taken off"
-    track = lh.fuse(recording, choice.params, guard=choice.guard)
+    track = lh.fuse(recording, config.params, guard=config.guard)
     np.testing.assert_allclose(board[:, 7:11], track.quat, atol=2e-5)  # the log has 6 decimals
     np.testing.assert_array_equal(board[:, 11], track.health)
     assert main(["fuse", str(log), "--no-plot", "-o", str(tmp_path)]) == 0
@@ -64,8 +64,8 @@ def test_a_sensor_that_is_known_logs_what_the_filter_was_fed(tmp_path, real):
     """In the axes of the body and without its errors; nothing is read off at the start, the bias is known."""
     bias = np.radians([1.0, -2.0, 0.5])
     found = replace(WRONG, gyr_bias=Quantity(*[np.array([bias[1], -bias[0], bias[2]])] * 4))
-    choice = Choice(lh.Madgwick(), real=real, axes=AxisMap.parse("y,-x,z"), calibration=found)
-    log = log_of(tmp_path, choice)
+    config = ExportConfig(lh.Madgwick(), real=real, axes=AxisMap.parse("y,-x,z"), calibration=found)
+    log = log_of(tmp_path, config)
     sketch = (tmp_path / "lh_madgwick_mpu6050" / "lh_madgwick_mpu6050.ino").read_text(encoding="utf-8")
     assert "keep still" not in sketch and "are the sensor's y,-x,z; the log is in the body's axes." in sketch
     recording = lh.read(log)
@@ -75,13 +75,13 @@ def test_a_sensor_that_is_known_logs_what_the_filter_was_fed(tmp_path, real):
     better = read - found.gyr_matrix.value @ read - found.gyr_bias.value
     np.testing.assert_allclose(recording.gyr[0], better, atol=3e-4)  # a count is 1.3e-4 rad/s
     board = np.genfromtxt(log, delimiter=",", comments="#", skip_header=1)
-    track = lh.fuse(recording, choice.params)
+    track = lh.fuse(recording, config.params)
     np.testing.assert_allclose(board[:, 7:11], track.quat, atol=2e-4)
 
 
 def test_one_axis_is_the_lesson(tmp_path):
-    choice = Choice(lh.Kalman(), real="float", axis=True)
-    log = log_of(tmp_path, choice)
+    config = ExportConfig(lh.Kalman(), real="float", axis=True)
+    log = log_of(tmp_path, config)
     board = np.genfromtxt(log, delimiter=",", comments="#", skip_header=2)
     t, measured, rolled = board[:, 0], board[:, 7], board[:, 8]
     there = np.isfinite(measured)

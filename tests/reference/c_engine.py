@@ -1,4 +1,4 @@
-"""The exported C as an engine: built into a temporary folder, called through ctypes, with the face of ``lh.fuse``."""
+"""The exported C as an engine: built, called through ctypes, with the signature of ``lh.fuse``."""
 
 import ctypes
 import shutil
@@ -12,8 +12,8 @@ import pytest
 import levelhead as lh
 from levelhead import filters
 from levelhead.engine.binding import estimates_bias
-from levelhead.export.c_api import face
-from levelhead.export.config import Choice
+from levelhead.export.c_api import build_c_api
+from levelhead.export.config import ExportConfig
 
 WARNINGS = ("-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Wdouble-promotion", "-pedantic")
 COMPILERS = tuple(name for name in ("gcc", "clang") if shutil.which(name))
@@ -63,16 +63,16 @@ KEPT = tempfile.TemporaryDirectory()  # a library whose file is gone would be ta
 class Built:
     """A filter's C in this process."""
 
-    def __init__(self, choice: Choice, compiler: str = "gcc", level: str = "-O2") -> None:
-        self.choice, written = choice, face(choice)
+    def __init__(self, config: ExportConfig, compiler: str = "gcc", level: str = "-O2") -> None:
+        self.config, written = config, build_c_api(config)
         folder = Path(tempfile.mkdtemp(dir=KEPT.name))
         for name, text in written.write().items():
             (folder / name).write_text(text, encoding="utf-8")
-        names = {"name": choice.name, "real": choice.real}
-        (folder / "run.c").write_text((AXIS if choice.axis else IMU).format(**names), encoding="utf-8")
+        names = {"name": config.name, "real": config.real}
+        (folder / "run.c").write_text((AXIS if config.axis else IMU).format(**names), encoding="utf-8")
         command = [compiler, *WARNINGS, "-Werror", level, "-ffp-contract=off", "-shared", "-fPIC", "-o", "filter.so"]
         done = subprocess.run(
-            [*command, f"{choice.name}.c", "run.c", "-lm"], cwd=folder, capture_output=True, text=True, check=False
+            [*command, f"{config.name}.c", "run.c", "-lm"], cwd=folder, capture_output=True, text=True, check=False
         )
         assert done.returncode == 0 and not done.stderr, done.stderr
         self.library = ctypes.CDLL(str(folder / "filter.so"))
@@ -81,11 +81,11 @@ class Built:
 
     def function(self, name: str):
         """One of the exported functions."""
-        return getattr(self.library, f"{self.choice.name}_{name}")
+        return getattr(self.library, f"{self.config.name}_{name}")
 
     def fuse(self, recording: lh.Recording) -> lh.Track:
         """The recording through the filter, as ``lh.fuse`` does it."""
-        real = REALS[self.choice.real]
+        real = REALS[self.config.real]
         n = len(recording)
         memory = ctypes.create_string_buffer(self.size)
         self.function("init")(memory)
@@ -98,18 +98,18 @@ class Built:
             ctypes.c_void_p(None if a is None else a.ctypes.data) for a in (t, *inputs, mag, quat, bias, sigma, health)
         ]
         self.library.run(memory, ctypes.c_long(n), ctypes.c_double(t[0]), *at)
-        known = estimates_bias(self.choice.flt, self.choice.guarded)
+        known = estimates_bias(self.config.flt, self.config.guarded)
         values = [np.asarray(a, np.float64) for a in (quat, bias, sigma)]
-        return lh.Track(recording.t, values[0], values[1] if known else None, values[2], health, self.choice.params)
+        return lh.Track(recording.t, values[0], values[1] if known else None, values[2], health, self.config.params)
 
     def fuse_axis(self, t, level, rate, period=0.0):
         """(n, k) reports of all samples but the first."""
-        real = REALS[self.choice.real]
+        real = REALS[self.config.real]
         memory = ctypes.create_string_buffer(self.size)
         number = ctypes.c_double if real is np.float64 else ctypes.c_float
         t, level, rate = (np.ascontiguousarray(a, kind) for a, kind in ((t, np.float64), (level, real), (rate, real)))
         self.function("init")(memory, number(level[0]))
-        out = np.zeros((len(t), len(self.choice.flt.axis.report._fields)), real)
+        out = np.zeros((len(t), len(self.config.flt.axis.report._fields)), real)
         at = [ctypes.c_void_p(a.ctypes.data) for a in (t, level, rate)]
         self.library.run(memory, ctypes.c_long(len(t)), *at, number(period), ctypes.c_void_p(out.ctypes.data))
         return out[1:]
@@ -118,18 +118,18 @@ class Built:
 BUILT: dict[object, Built] = {}
 
 
-def built(choice: Choice, compiler: str = "gcc", level: str = "-O2") -> Built:
+def built(config: ExportConfig, compiler: str = "gcc", level: str = "-O2") -> Built:
     """The same, built once in this process."""
-    key = (choice.flt.name, choice, compiler, level)  # parameters of two filters may be equal: they are tuples
+    key = (config.flt.name, config, compiler, level)  # parameters of two filters may be equal: they are tuples
     if key not in BUILT:
-        BUILT[key] = Built(choice, compiler, level)
+        BUILT[key] = Built(config, compiler, level)
     return BUILT[key]
 
 
 def fuse(recording, params=None, *, guard=GUARD, engine="c", progress=None):
     """``lh.fuse`` in C, the names of other engines mean this one. To build with -O1 takes half the time of -O2."""
     params = filters.default() if params is None else filters.resolve(params)
-    return built(Choice(params, guard), level="-O1").fuse(recording)
+    return built(ExportConfig(params, guard), level="-O1").fuse(recording)
 
 
 def run_selftest(folder, name, *flags):

@@ -57,7 +57,7 @@ def export(
     """
     from levelhead.axis_map import IDENTITY, AxisMap
     from levelhead.calibration import Calibration
-    from levelhead.export import Choice, write
+    from levelhead.export import ExportConfig, write
 
     if single and double:
         raise LevelheadError("--float and --double contradict each other; give one of them")
@@ -77,7 +77,7 @@ def export(
     words.append("--float" if single else "--double")
     words += ["--arduino"] if arduino else []
     known = read_prior(prior, params)
-    choice = Choice(
+    config = ExportConfig(
         params,
         before,
         "float" if single else "double",
@@ -87,7 +87,7 @@ def export(
         calibration=Calibration.read(calibration) if calibration else None,
         command=" ".join(words),
     )
-    written = write(choice, out, arduino)
+    written = write(config, out, arduino)
     if json:
         print_json({"filter": flt.name, "params": dict(params._asdict()), "written": [str(path) for path in written]})
         return

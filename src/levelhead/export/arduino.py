@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 
 from levelhead.axis_map import IDENTITY
-from levelhead.export.c_api import Face
-from levelhead.export.config import Choice
+from levelhead.export.c_api import CApi
+from levelhead.export.config import ExportConfig
 from levelhead.export.layout import template
 from levelhead.kernels.tilt import GRAVITY
 
@@ -35,17 +35,17 @@ def _scale(table: Mapping[float, tuple[int, float]], wanted: float, usual: float
     return full, bits << 3, counts
 
 
-def sketch(face: Face, beside: bool) -> str:
+def sketch(api: CApi, beside: bool) -> str:
     """The sketch; ``beside``: it needs the filter's two files in its own folder, as no library brings them."""
-    choice = face.choice
-    guard = choice.guard
+    config = api.config
+    guard = config.guard
     gyr_range, gyr_bits, gyr_lsb = _scale(GYR, guard.gyr_range if guard else 0.0, 500.0)
     acc_range, acc_bits, acc_lsb = _scale(ACC, guard.acc_range / GRAVITY if guard else 0.0, 4.0)
-    name = choice.name
+    name = config.name
     return template("mpu6050.ino").substitute(
-        face.common()
-        | (_axis(choice) if choice.axis else _imu(choice))
-        | _bias(choice)
+        api.common()
+        | (_axis(config) if config.axis else _imu(config))
+        | _bias(config)
         | {
             "gyr_range": f"{gyr_range:g}",
             "gyr_bits": f"0x{gyr_bits:02X}",
@@ -59,9 +59,9 @@ def sketch(face: Face, beside: bool) -> str:
     )
 
 
-def _bias(choice: Choice) -> dict[str, str]:
+def _bias(config: ExportConfig) -> dict[str, str]:
     """The gyroscope's bias is read off at the start, unless the filter or its calibration knows of it already."""
-    if choice.prior is not None or choice.calibration is not None:
+    if config.prior is not None or config.calibration is not None:
         start = "The gyroscope's bias is among what is known of this sensor."
         return {"still": "", "wait": "", "bias": "", "unbiased": "gyr[k]", "start": start}
     return {
@@ -73,27 +73,27 @@ def _bias(choice: Choice) -> dict[str, str]:
     }
 
 
-def _fed(choice: Choice, given: str) -> str:
+def _fed(config: ExportConfig, given: str) -> str:
     """What the filter was fed with, into the log."""
-    if not choice.corrects:
+    if not config.corrects:
         return RAW
-    lines = [f"  const {choice.name}_readings fed = {choice.name}_corrected(&filter, {given}, NULL);"]
+    lines = [f"  const {config.name}_readings fed = {config.name}_corrected(&filter, {given}, NULL);"]
     for name, digits in (("gyr", 6), ("acc", 5)):
-        lines += [f"  print_value({_narrow(f'fed.{name}.{axis}', choice.real)}, {digits});" for axis in "xyz"]
+        lines += [f"  print_value({_narrow(f'fed.{name}.{axis}', config.real)}, {digits});" for axis in "xyz"]
     return "\n".join(lines)
 
 
-def _mounted(choice: Choice) -> str:
+def _mounted(config: ExportConfig) -> str:
     """A remark on the axes."""
-    if choice.axes == IDENTITY:
+    if config.axes == IDENTITY:
         return ""
     return (
-        f"// The body's x (forward), y (left), z (up) are the sensor's {choice.axes}; the log is in the body's axes.\n"
+        f"// The body's x (forward), y (left), z (up) are the sensor's {config.axes}; the log is in the body's axes.\n"
     )
 
 
-def _imu(choice: Choice) -> dict[str, str]:
-    name, real = choice.name, choice.real
+def _imu(config: ExportConfig) -> dict[str, str]:
+    name, real = config.name, config.real
     convert = f"const {real} g[3] = {{gyr[0], gyr[1], gyr[2]}}, a[3] = {{acc[0], acc[1], acc[2]}};"
     given = ("g", "a") if real == "double" else ("gyr", "acc")
     update = [f"  {convert}"] if real == "double" else []
@@ -104,8 +104,8 @@ def _imu(choice: Choice) -> dict[str, str]:
     parts += ["  Serial.print(',');", "  Serial.print((long)out.health);"]
     return {
         "now": "",
-        "mounted": _mounted(choice),
-        "fed": _fed(choice, ", ".join(given)),
+        "mounted": _mounted(config),
+        "fed": _fed(config, ", ".join(given)),
         "init": f"  {name}_init(&filter);",
         "update": "\n".join(update),
         "head": f"{READINGS},board_qw,board_qx,board_qy,board_qz,board_health",
@@ -113,9 +113,9 @@ def _imu(choice: Choice) -> dict[str, str]:
     }
 
 
-def _axis(choice: Choice) -> dict[str, str]:
+def _axis(config: ExportConfig) -> dict[str, str]:
     """Roll, the lesson's angle: from the accelerometer, and its rate from the gyroscope."""
-    name, real = choice.name, choice.real
+    name, real = config.name, config.real
     init = [
         "  float gyr[3], acc[3];",
         "  while (!read_mpu(gyr, acc)) {",

@@ -9,13 +9,14 @@ from levelhead.engine.binding import bind, estimates_bias
 from levelhead.engine.stepper import MOST_DT
 from levelhead.errors import LevelheadError
 from levelhead.export import sensor
-from levelhead.export.config import Choice, remarks
+from levelhead.export.config import ExportConfig, remarks
 from levelhead.export.expressions import variable
 from levelhead.export.kinds import FLOAT, Array, Kind, Machine, Struct, is_empty, keep_what_is_read
 from levelhead.export.layout import LONGEST, STEP, beside, comment, docstring, safe, template, wrapped
 from levelhead.export.program import Kernel, Program, module_words
 from levelhead.export.statements import joined
 from levelhead.filters import health
+from levelhead.filters.parameters import description
 from levelhead.guard import Guard
 from levelhead.kernels import quat
 from levelhead.kernels.vec3 import Vec3
@@ -50,7 +51,7 @@ HELPERS = {
 }
 
 
-class Face:
+class CApi:
     """What header and source of every export share.
 
     Attributes:
@@ -58,15 +59,15 @@ class Face:
         whole: the struct that a program holds.
     """
 
-    def __init__(self, choice: Choice) -> None:
-        self.choice = choice
-        self.program = Program(choice.name, choice.real)
-        self.whole = Struct(choice.name, {})
+    def __init__(self, config: ExportConfig) -> None:
+        self.config = config
+        self.program = Program(config.name, config.real)
+        self.whole = Struct(config.name, {})
 
     @property
     def name(self) -> str:
         """In front of all names."""
-        return self.choice.name
+        return self.config.name
 
     def number(self, value: float) -> str:
         """A literal."""
@@ -85,10 +86,10 @@ class Face:
         return {
             "name": self.name,
             "guard": self.name.upper(),
-            "real": self.choice.real,
-            "title": f"{self.name}: {module_title(self.choice)}",
+            "real": self.config.real,
+            "title": f"{self.name}: {module_title(self.config)}",
             "version": VERSION,
-            "command": safe(" ".join(self.choice.command.split())),
+            "command": safe(" ".join(self.config.command.split())),
             "zero": self.number(0.0),
             "longest": self.number(MOST_DT),
         }
@@ -97,9 +98,9 @@ class Face:
         """The table of sizes."""
         rows = []
         for machine in MACHINES:
-            real = machine.real if self.choice.real == "double" else 4
+            real = machine.real if self.config.real == "double" else 4
             one = Machine(machine.name, real, machine.address, machine.alignment)
-            note = "; double is float there" if machine.real == 4 and self.choice.real == "double" else ""
+            note = "; double is float there" if machine.real == 4 and self.config.real == "double" else ""
             rows.append(f" *     {machine.name + note:<58}{self.size(one):>6} bytes")
         return "\n".join(rows)
 
@@ -133,7 +134,7 @@ class Face:
 
     def remarks(self, struct: Struct) -> dict[str, str] | None:
         """Comments on the fields of parameters."""
-        if struct.origin in (self.choice.flt.params, Guard):
+        if struct.origin in (self.config.flt.params, Guard):
             return remarks(struct.origin)
         return None
 
@@ -159,7 +160,7 @@ class Face:
         """The C file."""
         kernels, constants = self.body()
         text = joined([*kernels])
-        used = [code.format(real=self.choice.real) for call, code in HELPERS.items() if f"{call}" in text]
+        used = [code.format(real=self.config.real) for call, code in HELPERS.items() if f"{call}" in text]
         written = fitted(template(functions).substitute(self.common() | gaps))
         return template("filter.c").substitute(
             self.common()
@@ -175,13 +176,13 @@ class Face:
 
     def header(self, functions: str, whole: Iterable[str], **gaps: Any) -> str:
         """The header."""
-        flt = self.choice.flt
+        flt = self.config.flt
         lines = [*self.types(), *self.program.arrays_definition(), *whole]
         written = fitted(template(functions).substitute(self.common() | gaps))
         values = self.common() | {
-            "about": "\n".join(f" * {line}".rstrip() for line in docstring(flt.params.__doc__).split("\n")),
+            "about": "\n".join(f" * {line}".rstrip() for line in docstring(description(flt.params)).split("\n")),
             "citation": "\n * ".join(line.strip(" /*") for line in comment(flt.citation) if line.strip(" /*")),
-            "bits": ", to the bit" if self.choice.real == "double" else " but for the rounding of float",
+            "bits": ", to the bit" if self.config.real == "double" else " but for the rounding of float",
             "sizes": self.sizes(),
             "types": joined(lines),
             "functions": written.rstrip() + "\n",
@@ -201,10 +202,10 @@ def fitted(text: str) -> str:
     return "\n".join(lines)
 
 
-def module_title(choice: Choice) -> str:
+def module_title(config: ExportConfig) -> str:
     """The first line of what a filter's module says of itself."""
-    title = module_words(filters.module_of(choice.flt)).split("\n")[0].rstrip(".")
-    return title.removeprefix(f"{choice.flt.name}: ")
+    title = module_words(filters.module_of(config.flt)).split("\n")[0].rstrip(".")
+    return title.removeprefix(f"{config.flt.name}: ")
 
 
 def section(module: str) -> list[str]:
@@ -229,16 +230,16 @@ def _count(array: Array) -> int:
     return count
 
 
-class ImuFace(Face):
+class ImuApi(CApi):
     """A filter on an IMU, with the driver around it: NaN, gaps, the guard, sigma and health are those of Python."""
 
-    def __init__(self, choice: Choice) -> None:
-        super().__init__(choice)
-        bound, program = bind(choice.flt, choice.guard is not None), self.program
+    def __init__(self, config: ExportConfig) -> None:
+        super().__init__(config)
+        bound, program = bind(config.flt, config.guard is not None), self.program
         settings = program.struct(driver.Settings)
-        settings.fields["filter"] = program.struct(choice.flt.params)
+        settings.fields["filter"] = program.struct(config.flt.params)
         vector = program.struct(Vec3)
-        self.correction = sensor.Correction(choice, program)
+        self.correction = sensor.Correction(config, program)
         self.begin = program.kernel(bound.begin, [settings])
         carry = self.begin.returns
         program.written.add(bound.advance)
@@ -249,7 +250,7 @@ class ImuFace(Face):
         for part in (settings.fields["filter"], settings.fields["guard"]):
             assert isinstance(part, Struct)
             keep_what_is_read(part)
-        program.called[program.struct(choice.flt.params)] = "params"
+        program.called[program.struct(config.flt.params)] = "params"
         for kind in (settings, carry, self.result.returns, self.euler.returns):
             program.publish(kind)
         self.settings = settings
@@ -262,10 +263,10 @@ class ImuFace(Face):
         source = self.source(
             "imu.functions.c",
             values=self._values(),
-            components=sensor.components(self.choice),
-            mounted=sensor.mounted(self.choice),
-            table=sensor.prior_table(self.choice, self.program),
-            told=sensor.prior_start(self.choice),
+            components=sensor.components(self.config),
+            mounted=sensor.mounted(self.config),
+            table=sensor.prior_table(self.config, self.program),
+            told=sensor.prior_start(self.config),
             begin=self.call(self.begin, ["filter->settings"]),
             advance=self.call(
                 self.advance, ["filter->settings", "filter->carry", *self.correction.arguments, "dt"], "&filter->carry"
@@ -280,7 +281,7 @@ class ImuFace(Face):
 
     def _corrected(self) -> dict[str, str]:
         """The function that corrects readings, and its use in an update; empty where nothing is corrected."""
-        if not self.choice.corrects:
+        if not self.config.corrects:
             return {"corrected": "", "now": ""}
         kernel = self.correction.kernel
         value = "(Readings){three(gyr), three(acc), three(mag)}"
@@ -295,7 +296,7 @@ class ImuFace(Face):
         if is_empty(self.settings):
             return []
         lines = [f"{STEP}filter->settings = (Settings){{"]
-        given = {"filter": self.choice.params, "guard": self.choice.guard or Guard()}
+        given = {"filter": self.config.params, "guard": self.config.guard or Guard()}
         for name, kind in self.settings.fields.items():
             if not is_empty(kind):
                 lines += [f"{STEP * 2}.{name} = {{", *self.values(given[name], kind, STEP * 3), f"{STEP * 2}}},"]
@@ -308,9 +309,9 @@ class ImuFace(Face):
             whole += [] if is_empty(kind) else [f"{STEP}{self.program.kind(kind, public=True)} {name};"]
         whole += [f"{STEP}{self.program.arrays_type} arrays;"] if self.program.arrays else []
         whole += [f"}} {self.name};", ""]
-        flt = self.choice.flt
-        bias = estimates_bias(flt, self.choice.guarded)
-        field, frame = sensor.field_unit(self.choice), sensor.frame(self.choice)
+        flt = self.config.flt
+        bias = estimates_bias(flt, self.config.guarded)
+        field, frame = sensor.field_unit(self.config), sensor.frame(self.config)
         return self.header(
             "imu.functions.h",
             whole,
@@ -320,11 +321,11 @@ class ImuFace(Face):
             init_call=f"{self.name}_init(&filter)",
             loop=f" *     for each sample: {self.name}_update(&filter, gyr, acc, mag, dt);\n"
             f" *     {self.name}_quat q = {self.name}_quaternion(&filter);",
-            sensor=sensor.about(self.choice),
+            sensor=sensor.about(self.config),
             field=field,
             frame=frame,
-            corrected=template("corrected.h").substitute(name=self.name, real=self.choice.real)
-            if self.choice.corrects
+            corrected=template("corrected.h").substitute(name=self.name, real=self.config.real)
+            if self.config.corrects
             else "",
             units=f"gyr rad/s, acc m/s² (a level sensor at rest reads 0, 0, +9.81), mag {field}, dt s;\n"
             f" * q turns {frame} into earth (x east, y magnetic north, z up). A sensor that is not there is NULL.",
@@ -357,14 +358,14 @@ def _pointers(struct: Struct) -> Iterable[str]:
             yield from (f"{variable(name)}.{inner}" for inner in _pointers(kind))
 
 
-class AxisFace(Face):
+class AxisApi(CApi):
     """A filter on one noisy level and its drifting rate; it keeps no more than its step reads."""
 
-    def __init__(self, choice: Choice) -> None:
-        super().__init__(choice)
-        axis, program = choice.flt.axis, self.program
+    def __init__(self, config: ExportConfig) -> None:
+        super().__init__(config)
+        axis, program = config.flt.axis, self.program
         assert axis is not None
-        self.params = program.struct(choice.flt.params)
+        self.params = program.struct(config.flt.params)
         self.begin = program.kernel(axis.init, [self.params, FLOAT])
         self.state = self.begin.returns
         assert isinstance(self.state, Struct)
@@ -390,7 +391,7 @@ class AxisFace(Face):
         names = [variable(name) for name in self.kept]
         source = self.source(
             "axis.functions.c",
-            values=joined(self.values(self.choice.params, self.params, STEP * 2)).rstrip(),
+            values=joined(self.values(self.config.params, self.params, STEP * 2)).rstrip(),
             params=program.struct_name(self.params),
             state=program.struct_name(self.state),
             kept=joined(f"{STEP}filter->{name} = state->{name};" for name in names).rstrip(),
@@ -418,6 +419,6 @@ class AxisFace(Face):
         )
 
 
-def face(choice: Choice) -> Face:
+def build_c_api(config: ExportConfig) -> CApi:
     """Header and source of what was chosen."""
-    return AxisFace(choice) if choice.axis else ImuFace(choice)
+    return AxisApi(config) if config.axis else ImuApi(config)

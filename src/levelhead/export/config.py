@@ -23,7 +23,7 @@ DEFAULT_GUARD = Guard()
 
 
 @dataclass(frozen=True)
-class Choice:
+class ExportConfig:
     """One export.
 
     Attributes:

@@ -28,6 +28,7 @@ from levelhead.export.scopes import Scopes
 from levelhead.export.single import REMARKS, meant, shortest
 from levelhead.export.source import Source, field_remarks, home, place, position, read, remark
 from levelhead.export.statements import Body
+from levelhead.filters.parameters import description
 
 
 @dataclass(eq=False)
@@ -399,7 +400,11 @@ class Program:
     def definition(self, struct: Struct, remarks: dict[str, str] | None = None) -> list[str]:
         """A type as C."""
         public = struct in self.public
-        lines = comment(docstring(struct.origin.__doc__)) if struct.origin is not None and struct.origin.__doc__ else []
+        lines = (
+            comment(docstring(description(struct.origin) or struct.origin.__doc__))
+            if struct.origin is not None and struct.origin.__doc__
+            else []
+        )
         said = remarks if remarks is not None else field_remarks(struct.origin) if struct.origin else {}
         lines.append("typedef struct {")
         for name, kind in struct.fields.items():

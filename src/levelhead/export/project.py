@@ -5,13 +5,13 @@ from pathlib import Path
 from levelhead.atomic import atomic_path
 from levelhead.errors import LevelheadError
 from levelhead.export.arduino import sketch
-from levelhead.export.c_api import AxisFace, Face, ImuFace
-from levelhead.export.config import Choice
+from levelhead.export.c_api import AxisApi, CApi, ImuApi
+from levelhead.export.config import ExportConfig
 from levelhead.export.layout import template
 from levelhead.export.selftest import selftest
 
 
-def files(choice: Choice, arduino: bool = False) -> dict[str, str]:
+def files(config: ExportConfig, arduino: bool = False) -> dict[str, str]:
     """Path inside the folder -> text of all that is exported.
 
     ``arduino``: as a library for the Arduino IDE, with the sketch as its example.
@@ -19,37 +19,37 @@ def files(choice: Choice, arduino: bool = False) -> dict[str, str]:
     Raises:
         LevelheadError: a kernel is outside of the language that can be translated; file and line come first.
     """
-    face: ImuFace | AxisFace = AxisFace(choice) if choice.axis else ImuFace(choice)
-    name = choice.name
+    api: ImuApi | AxisApi = AxisApi(config) if config.axis else ImuApi(config)
+    name = config.name
     if not arduino:
         return {
-            **face.write(),
-            **selftest(face),
-            "CMakeLists.txt": _cmake(face, "", ""),
-            f"{name}_mpu6050/{name}_mpu6050.ino": sketch(face, beside=True),
+            **api.write(),
+            **selftest(api),
+            "CMakeLists.txt": _cmake(api, "", ""),
+            f"{name}_mpu6050/{name}_mpu6050.ino": sketch(api, beside=True),
         }
-    sentence = str(choice.flt.params.__doc__).split("\n")[0]
+    sentence = str(config.flt.params.__doc__).split("\n")[0]
     return {
-        **{f"{name}/src/{file}": text for file, text in face.write().items()},
-        **{f"{name}/extras/{file}": text for file, text in selftest(face).items()},
-        f"{name}/CMakeLists.txt": _cmake(face, "src/", "extras/"),
-        f"{name}/library.properties": template("library.properties").substitute(face.common() | {"sentence": sentence}),
-        f"{name}/examples/mpu6050/mpu6050.ino": sketch(face, beside=False),
+        **{f"{name}/src/{file}": text for file, text in api.write().items()},
+        **{f"{name}/extras/{file}": text for file, text in selftest(api).items()},
+        f"{name}/CMakeLists.txt": _cmake(api, "src/", "extras/"),
+        f"{name}/library.properties": template("library.properties").substitute(api.common() | {"sentence": sentence}),
+        f"{name}/examples/mpu6050/mpu6050.ino": sketch(api, beside=False),
     }
 
 
-def _cmake(face: Face, sources: str, tests: str) -> str:
-    return template("CMakeLists.txt").substitute(face.common() | {"sources": sources, "selftest": tests})
+def _cmake(api: CApi, sources: str, tests: str) -> str:
+    return template("CMakeLists.txt").substitute(api.common() | {"sources": sources, "selftest": tests})
 
 
-def write(choice: Choice, folder: Path, arduino: bool = False) -> list[Path]:
+def write(config: ExportConfig, folder: Path, arduino: bool = False) -> list[Path]:
     """Writes an export into a folder, which is made if it is not there; returns what was written.
 
     Raises:
         LevelheadError: a kernel cannot be translated, or the folder cannot be written.
     """
     written = []
-    for name, text in files(choice, arduino).items():
+    for name, text in files(config, arduino).items():
         path = folder / name
         try:
             path.parent.mkdir(parents=True, exist_ok=True)

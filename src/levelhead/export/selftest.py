@@ -4,8 +4,8 @@ import math
 from collections.abc import Iterable
 from typing import Any
 
-from levelhead.export.c_api import Face
-from levelhead.export.config import Choice
+from levelhead.export.c_api import CApi
+from levelhead.export.config import ExportConfig
 from levelhead.export.layout import template
 from levelhead.export.program import plain
 from levelhead.export.single import shortest, single
@@ -16,22 +16,22 @@ PERIOD = 360.0
 BOUND = 2e-3  # of each number in single precision, and of its size; tests/export/test_selftest.py holds 1/4 of that
 
 
-def selftest(face: Face) -> dict[str, str]:
+def selftest(api: CApi) -> dict[str, str]:
     """File name -> text of the self-test."""
-    choice = face.choice
-    gaps = face.common() | {
-        "bound": face.number(BOUND),
-        "same": template("same.double.c" if choice.real == "double" else "same.float.c").template.strip(),
-        "promise": "the same to the bit" if choice.real == "double" else f"the same to within {BOUND:g} (1 + its size)",
+    config = api.config
+    gaps = api.common() | {
+        "bound": api.number(BOUND),
+        "same": template("same.double.c" if config.real == "double" else "same.float.c").template.strip(),
+        "promise": "the same to the bit" if config.real == "double" else f"the same to within {BOUND:g} (1 + its size)",
     }
-    gaps["two"] = ", 2 if only last digits differ." if choice.real == "double" else "."
+    gaps["two"] = ", 2 if only last digits differ." if config.real == "double" else "."
     gaps["same"] = gaps["same"].replace("$bound", str(gaps["bound"]))
-    if choice.axis:
-        gaps |= _axis(choice)
+    if config.axis:
+        gaps |= _axis(config)
     else:
-        gaps |= _imu(choice)
-    name = "selftest.axis.c" if choice.axis else "selftest.imu.c"
-    return {f"{choice.name}_selftest.c": template(name).substitute(gaps)}
+        gaps |= _imu(config)
+    name = "selftest.axis.c" if config.axis else "selftest.imu.c"
+    return {f"{config.name}_selftest.c": template(name).substitute(gaps)}
 
 
 def number(value: float, real: str) -> str:
@@ -47,9 +47,9 @@ def _group(values: Iterable[float], real: str) -> str:
     return "{" + ", ".join(number(value, real) for value in values) + "}"
 
 
-def _imu(choice: Choice) -> dict[str, Any]:
-    real, lines = choice.real, []
-    found = rows(choice)
+def _imu(config: ExportConfig) -> dict[str, Any]:
+    real, lines = config.real, []
+    found = rows(config)
     for sample, taken, output in found:
         inputs = ", ".join(_group(values, real) for values in (sample.gyr, sample.acc, sample.mag))
         answers = ", ".join(_group(values, real) for values in (output.quat, output.bias, output.sigma))
@@ -58,11 +58,11 @@ def _imu(choice: Choice) -> dict[str, Any]:
     return {"rows": joined(lines).rstrip(), "count": len(found)}
 
 
-def _axis(choice: Choice) -> dict[str, Any]:
-    real, first = choice.real, 171.5
-    found = axis_rows(choice, first, PERIOD)
-    assert choice.flt.axis is not None
-    fields: tuple[str, ...] = choice.flt.axis.report._fields  # type: ignore[attr-defined]
+def _axis(config: ExportConfig) -> dict[str, Any]:
+    real, first = config.real, 171.5
+    found = axis_rows(config, first, PERIOD)
+    assert config.flt.axis is not None
+    fields: tuple[str, ...] = config.flt.axis.report._fields  # type: ignore[attr-defined]
     lines = [
         f"    {{{number(row.level, real)}, {number(row.rate, real)}, {number(row.dt, real)}, {str(row.taken).lower()},"
         f"\n     {_group(_flat(row.report), real)}}},"

@@ -7,7 +7,7 @@ from typing import Any
 from levelhead.axis_map import IDENTITY
 from levelhead.calibration import QUANTITIES, Calibration
 from levelhead.errors import LevelheadError
-from levelhead.export.config import Choice
+from levelhead.export.config import ExportConfig
 from levelhead.export.expressions import variable
 from levelhead.export.kinds import FLOAT, Struct
 from levelhead.export.layout import STEP, WIDTH, comment, safe, wrapped
@@ -36,23 +36,23 @@ def _silent(part: Estimate) -> Estimate:
     return Estimate(*((0.0,) * len(numbers) for numbers in part))
 
 
-def _told(choice: Choice) -> Iterator[tuple[str, dict[Place, float]]]:
+def _told(config: ExportConfig) -> Iterator[tuple[str, dict[Place, float]]]:
     """Quantity -> the numbers in the state by which a filter knows of it before its first sample."""
-    if choice.prior is None or choice.flt.calibration is None:
+    if config.prior is None or config.flt.calibration is None:
         return
-    state, known = choice.begin().run.state, choice.prior.prior()
+    state, known = config.begin().run.state, config.prior.prior()
     nothing = {name: _silent(part) for name, part in known.items()}
-    before = dict(_numbers(choice.flt.calibration.with_prior(state, nothing), "carry.run.state"))
+    before = dict(_numbers(config.flt.calibration.with_prior(state, nothing), "carry.run.state"))
     for name, part in known.items():
-        told = choice.flt.calibration.with_prior(state, nothing | {name: part})
+        told = config.flt.calibration.with_prior(state, nothing | {name: part})
         after = dict(_numbers(told, "carry.run.state"))
         yield name, {at: number for at, number in after.items() if repr(number) != repr(before[at])}
 
 
-def prior_table(choice: Choice, program: Program) -> str:
+def prior_table(config: ExportConfig, program: Program) -> str:
     """The numbers of the prior, to stand before the functions that need them; empty without one."""
     lines: list[str] = []
-    for name, numbers in _told(choice):
+    for name, numbers in _told(config):
         try:
             entries = [f"{{{at}, {program.number(number)}}}," for (_, at), number in numbers.items()]
         except OverflowError as error:
@@ -66,9 +66,9 @@ def prior_table(choice: Choice, program: Program) -> str:
     return joined([*comment(words), *head, *lines, "};", ""])
 
 
-def prior_start(choice: Choice) -> str:
+def prior_start(config: ExportConfig) -> str:
     """The lines that tell a filter, before its first sample, what is in the table; empty without one."""
-    lists = {path for _, numbers in _told(choice) for path, _ in numbers}
+    lists = {path for _, numbers in _told(config) for path, _ in numbers}
     if not lists:
         return ""
     (memory,) = lists
@@ -80,18 +80,18 @@ def prior_start(choice: Choice) -> str:
     ])  # fmt: skip
 
 
-def about(choice: Choice) -> str:
+def about(config: ExportConfig) -> str:
     """What the header says about it: lines of its first comment."""
     lines: list[str] = []
-    if choice.axes != IDENTITY:
-        axes = str(choice.axes).replace(",", ", ")
+    if config.axes != IDENTITY:
+        axes = str(config.axes).replace(",", ", ")
         lines.append(f"Readings are turned first: the body's x (forward), y (left), z (up) are the sensor's {axes}.")
-    if choice.calibration is not None:
+    if config.calibration is not None:
         lines.append("The errors of this sensor are taken off its readings (filter.errors):")
-        lines += _words(choice.calibration)
-    if choice.prior is not None:
+        lines += _words(config.calibration)
+    if config.prior is not None:
         lines.append("It starts with what an earlier run has learned of this sensor:")
-        lines += _words(choice.prior)
+        lines += _words(config.prior)
     folded = [part for line in lines for part in textwrap.wrap(line, WIDTH, subsequent_indent=" " * 8)]
     return "".join([" *\n", *(f" * {safe(line)}\n" for line in folded)]) if lines else ""
 
@@ -101,29 +101,29 @@ def _words(found: Calibration) -> list[str]:
     return [f"    {line}" for line in found.without("field").words()]
 
 
-def field_unit(choice: Choice) -> str:
+def field_unit(config: ExportConfig) -> str:
     """The unit in which a magnetometer has to read, in words."""
-    found = choice.prior or choice.calibration
+    found = config.prior or config.calibration
     return "any one unit" if found is None or found.mag_offset is None else "µT"
 
 
-def frame(choice: Choice) -> str:
+def frame(config: ExportConfig) -> str:
     """What the orientation is of."""
-    return "sensor" if choice.axes == IDENTITY else "body"
+    return "sensor" if config.axes == IDENTITY else "body"
 
 
-def mounted(choice: Choice) -> str:
+def mounted(config: ExportConfig) -> str:
     """A comment on the axes; empty where they are those of the sensor."""
-    if choice.axes == IDENTITY:
+    if config.axes == IDENTITY:
         return ""
     return (
-        f"/* Readings in the axes of the body: its x (forward), y (left), z (up) are the sensor's {choice.axes}. */\n"
+        f"/* Readings in the axes of the body: its x (forward), y (left), z (up) are the sensor's {config.axes}. */\n"
     )
 
 
-def components(choice: Choice) -> str:
+def components(config: ExportConfig) -> str:
     """The three numbers at v in the body's axes, as C."""
-    return ", ".join(("-" if sign < 0.0 else "") + f"v[{axis}]" for axis, sign in choice.axes.rows)
+    return ", ".join(("-" if sign < 0.0 else "") + f"v[{axis}]" for axis, sign in config.axes.rows)
 
 
 class Correction:
@@ -134,14 +134,14 @@ class Correction:
         kernel: what takes them off.
     """
 
-    def __init__(self, choice: Choice, program: Program) -> None:
-        self._choice, self._program = choice, program
+    def __init__(self, config: ExportConfig, program: Program) -> None:
+        self._choice, self._program = config, program
         self.errors: Struct | None = None
         self.kernel: Kernel | None = None
-        if not choice.corrects:
+        if not config.corrects:
             return
         program.publish(program.struct(correction.Readings))
-        if choice.calibration is not None:
+        if config.calibration is not None:
             vector = program.struct(Vec3)
             self.errors = program.struct(correction.SensorErrors)
             self.kernel = program.kernel(correction.correct_readings, [self.errors, vector, vector, vector])

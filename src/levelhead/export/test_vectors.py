@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from levelhead.engine.binding import bind, bind_axis
 from levelhead.engine.stepper import MOST_DT
-from levelhead.export.config import Choice
+from levelhead.export.config import ExportConfig
 from levelhead.filters.contract import Output
 from levelhead.kernels.vec3 import Vec3
 
@@ -103,22 +103,22 @@ def _disturbed(i: int, sample: Sample) -> Sample:
     return Sample(dt, gyr, acc, mag)
 
 
-def rows(choice: Choice) -> list[Row]:
+def rows(config: ExportConfig) -> list[Row]:
     """The samples through the filter in plain Python."""
-    bound = bind(choice.flt, choice.guard is not None)
-    settings, carry, found = choice.settings, choice.begin(), []
+    bound = bind(config.flt, config.guard is not None)
+    settings, carry, found = config.settings, config.begin(), []
     for sample in samples():
         taken = 0.0 < sample.dt < MOST_DT
         if taken:
-            carry = bound.advance(settings, carry, *choice.readings(sample.gyr, sample.acc, sample.mag), sample.dt)
+            carry = bound.advance(settings, carry, *config.readings(sample.gyr, sample.acc, sample.mag), sample.dt)
         found.append(Row(sample, taken, bound.result(settings, carry.run)))
     return found
 
 
-def axis_rows(choice: Choice, first: float, period: float) -> list[AxisRow]:
+def axis_rows(config: ExportConfig, first: float, period: float) -> list[AxisRow]:
     """Pairs that cross the edge of the circle, through the filter in plain Python."""
-    axis = bind_axis(choice.flt).axis
-    state: Any = axis.init(choice.params, first)
+    axis = bind_axis(config.flt).axis
+    state: Any = axis.init(config.params, first)
     noise, found = _noise(), []
     for i in range(40):
         level = round(170.0 + 20.0 * math.sin(0.2 * i) + 3.0 * next(noise), 2)
@@ -128,6 +128,6 @@ def axis_rows(choice: Choice, first: float, period: float) -> list[AxisRow]:
             level, rate, dt = {20: (NAN, rate, dt), 22: (level, math.inf, dt), 24: (level, rate, -STEP)}[i]
         taken = math.isfinite(level) and math.isfinite(rate) and dt > 0.0
         if taken:
-            state = axis.step(choice.params, state, level, rate, dt, period)
+            state = axis.step(config.params, state, level, rate, dt, period)
         found.append(AxisRow(level, rate, dt, taken, tuple(axis.read(state))))
     return found

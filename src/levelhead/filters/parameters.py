@@ -92,6 +92,11 @@ def derived_table(params: type) -> dict[str, Derived]:
     return getattr(params, "_derived", {})
 
 
+def description(params: type) -> str:
+    """The docstring of a Params class as it is written, without the generated *Args* section."""
+    return str(getattr(params, "_description", ""))
+
+
 def settable(params: type) -> dict[str, Param]:
     """Every name that can be set: the fields and the derived ones."""
     return param_table(params) | {name: derived.param for name, derived in derived_table(params).items()}
@@ -177,6 +182,7 @@ def parameters(**derived: Derived) -> Callable[[type[P]], type[P]]:
             "__new__": make,
             "__slots__": (),
             "__doc__": f"{inspect.cleandoc(cls.__doc__ or '')}\n\n{_arguments(table, defaults, derived)}",
+            "_description": inspect.cleandoc(cls.__doc__ or ""),
             "__signature__": _signature(table, defaults, derived),
             "__module__": cls.__module__,
             "__qualname__": cls.__qualname__,
