@@ -87,3 +87,18 @@ def compiled(function: Callable[..., Any], releases_gil: bool = True) -> Any:
         if "cache" not in str(error):
             raise
         return numba.njit(**options)(twin)
+
+
+def assembly(function: Callable[..., Any], letters: str) -> str:
+    """The machine code of a function for this processor as text, not from the cache.
+
+    ``letters`` are its arguments, as for ``slots.entry_point``.
+    """
+    import numba
+
+    from levelhead.compiler.slots import entry_point
+
+    dispatcher = numba.njit(**OPTIONS)(_rebuilt(function, function.__qualname__))
+    entry_point(dispatcher, letters)
+    text: str = "\n".join(dispatcher.inspect_asm().values())
+    return text
