@@ -84,7 +84,7 @@ def markdown(text: str) -> str:
 
 
 def seconds(value: float) -> str:
-    """How long it takes to forget."""
+    """Time in which an error is corrected."""
     return "never" if math.isinf(value) else "with the next sample" if value == 0.0 else f"within {value:g} s"
 
 
@@ -106,10 +106,10 @@ def filter_page(flt: Filter) -> str:
         ("uses", sensors(flt)),
         ("estimates", gives(flt)),
         ("σ", "its own covariance" if "sigma" in flt.estimates else "the covariance of an observer with its gains"),
-        ("[guard](../robustness.md)", "in front of it" if is_guarded(flt) else "none: it shows what its sensor says"),
+        ("[guard](../robustness.md)", "in front of it" if is_guarded(flt) else "none: it gets every reading"),
         ("[one axis](../any-units.md)", "yes" if flt.axis else "no"),
-        ("a wrong tilt is forgotten", seconds(flt.settles.tilt)),
-        ("a wrong heading is forgotten", seconds(flt.settles.heading)),
+        ("a wrong tilt is corrected", seconds(flt.settles.tilt)),
+        ("a wrong heading is corrected", seconds(flt.settles.heading)),
         ("source", flt.citation),
     ]
     head = markdown(words[0].upper() + words[1:])
@@ -124,7 +124,7 @@ def overview() -> str:
         settles = f"{seconds(flt.settles.tilt)} / {seconds(flt.settles.heading)}"
         axis = "yes" if flt.axis else "no"
         rows.append([page, sensors(flt), gives(flt), settles, axis, str(flt.params.__doc__).splitlines()[0]])
-    header = ["filter", "uses", "estimates", "a wrong tilt / heading is forgotten", "one axis", "what it is"]
+    header = ["filter", "uses", "estimates", "a wrong tilt / heading is corrected", "one axis", "what it is"]
     return table(header, rows)
 
 
@@ -210,7 +210,7 @@ def chips() -> str:
     accelerometers = sheets((chip.name, chip.acc) for chip in CHIPS)
     magnetometers = sheets(MAGNETOMETERS.items(), ["unit"])
     return (
-        f"{documents}\nGyroscopes, in °/s (bold: what `imu` takes unless told otherwise):\n\n{gyroscopes}\n"
+        f"{documents}\nGyroscopes, in °/s (bold: the default of `imu`):\n\n{gyroscopes}\n"
         f"Accelerometers, in g:\n\n{accelerometers}\nMagnetometers:\n\n{magnetometers}"
     )
 

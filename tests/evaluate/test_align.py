@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from levelhead import read
 from levelhead.errors import LevelheadError
 from levelhead.evaluate import align
-from levelhead.evaluate.align.conventions import Convention
+from levelhead.evaluate.align.quaternion_convention import Convention
 from levelhead.evaluate.align.time_shift import correlation
 from levelhead.track import Track
 

@@ -5,7 +5,7 @@ from math import degrees
 
 import numpy as np
 
-from levelhead.evaluate.align.conventions import TO_ENU, TO_REFERENCE, Convention
+from levelhead.evaluate.align.quaternion_convention import TO_ENU, TO_REFERENCE, Convention
 from levelhead.evaluate.align.quaternions import product, rotation
 from levelhead.evaluate.align.rotation_fit import Freedom
 from levelhead.evaluate.lag import MAX_STANDARD_ERROR

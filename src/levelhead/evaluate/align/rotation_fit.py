@@ -27,7 +27,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from levelhead.evaluate.align.conventions import TO_ENU, TO_REFERENCE, Convention
+from levelhead.evaluate.align.quaternion_convention import TO_ENU, TO_REFERENCE, Convention
 from levelhead.evaluate.align.quaternions import ONE, angles, between, conjugate, mean, product, rotvec
 from levelhead.evaluate.attitude_error import error_quaternion, heading_offset
 from levelhead.recording import Array

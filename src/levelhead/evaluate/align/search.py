@@ -7,7 +7,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from levelhead.errors import LevelheadError, nearest
-from levelhead.evaluate.align.conventions import READINGS, SAME, TO_ENU, TO_REFERENCE, Convention, distinct_conventions
+from levelhead.evaluate.align.quaternion_convention import (
+    READINGS,
+    SAME,
+    TO_ENU,
+    TO_REFERENCE,
+    Convention,
+    distinct_conventions,
+)
 from levelhead.evaluate.align.quaternions import angles, conjugate, product, rotation, rotvec
 from levelhead.evaluate.align.refine import Refinement, refine
 from levelhead.evaluate.align.result import Alignment, Quaternion, residual_limit
