@@ -1,5 +1,6 @@
 """What all tests share: where the real recordings are, and what the marks of the tiers mean."""
 
+import importlib.util
 import os
 import sys
 from collections.abc import Iterator
@@ -11,6 +12,12 @@ from tests.reference.compile_once import compile_once
 from levelhead.engine import native
 
 MARKS = ("compiled", "full")
+
+if importlib.util.find_spec("hypothesis"):  # .ci/pythons has none
+    from hypothesis import HealthCheck, settings
+
+    settings.register_profile("levelhead", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+    settings.load_profile("levelhead")  # no test fails because the machine is busy
 
 
 def find_data() -> Path | None:
