@@ -41,7 +41,7 @@ def test_track_picture_and_summary(levelhead, logs, tmp_path):
     assert len(lines) <= 20 and "800 samples" in lines[0]
     for words in (
         "filter",
-        "errors of the sensor learned",
+        "errors of the sensor known",
         "roll",
         "°/s at the end",
         "tilt",

@@ -101,7 +101,7 @@ class Accuracy:
 
     @property
     def figure(self) -> str:
-        """Which error the columns of the groups show."""
+        """Name of the error in the columns of the groups."""
         return "total" if self.with_mag else "tilt"
 
     @property

@@ -26,7 +26,7 @@ class Reading:
     """Hints for reading a log that does not name its columns or units."""
 
     map: Annotated[tuple[str, ...], Parameter(negative="", metavar="gyr=gx,gy,gz")] = ()
-    """Which columns are what: t, gyr, acc, mag, q. May be given several times; `mag=` leaves the magnetometer out."""
+    """Columns of t, gyr, acc, mag and q. May be given several times; `mag=` leaves the magnetometer out."""
     units: Annotated[tuple[str, ...], Parameter(negative="", metavar="gyr=deg/s")] = ()
     """Units that the header does not have."""
     lsb: Annotated[tuple[str, ...], Parameter(negative="", metavar="gyr=131/deg/s")] = ()

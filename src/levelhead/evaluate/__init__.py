@@ -1,4 +1,4 @@
-"""How good an orientation is: errors against truth as BROAD defines them, lag, error over σ, filters side by side."""
+"""Evaluation of an orientation: errors against truth as BROAD defines them, lag, error over σ, filters side by side."""
 
 from levelhead.evaluate.align import Alignment, align
 from levelhead.evaluate.attitude_error import Errors

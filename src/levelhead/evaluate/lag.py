@@ -1,4 +1,4 @@
-"""How late an estimate is: the time shift of the truth that fits it best.
+"""Lag of an estimate: the time shift of the truth that fits it best.
 
 Compared is a signal s of the orientation that never wraps: the vertical as the sensor sees it (which does not depend on
 heading), or, where heading is absolute, all nine entries of the rotation matrix. The lag τ minimises

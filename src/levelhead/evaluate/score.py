@@ -189,7 +189,7 @@ def error_ratio(error: Array, sigma: Array | None, rows: NDArray[np.bool_]) -> f
 
 
 def evaluate(recording: Recording, track: Track, *, relative: bool | None = None, partial: bool = False) -> Score:
-    """How far the track is from the recording's truth.
+    """Errors of the track against the recording's truth.
 
     Only movement phases count (``truth.moving``) and only samples whose truth is known. Where truth or track knows
     heading only relatively, the best constant heading offset is removed first and stands in ``Score.heading_offset``.

@@ -215,13 +215,13 @@ def _bias(track: Track) -> str:
 
 
 def _calibration(track: Track, verbose: bool) -> list[tuple[str, str]]:
-    """How much of its sensor the filter has learned; verbose: each number."""
+    """The number of the sensor's errors that are known; verbose: each with its value."""
     if track.calibration is None:
         return []
     if verbose:
         return [("learned (± 1σ)", line) for line in track.calibration.words()]
     known, asked = track.calibration.counts()
-    return [("calibration", f"{known} of {asked} errors of the sensor learned; --save-calibration FILE keeps them")]
+    return [("calibration", f"{known} of {asked} errors of the sensor known; --save-calibration FILE keeps them")]
 
 
 def _iron(recording: Recording, track: Track) -> list[tuple[str, str]]:

@@ -79,7 +79,7 @@ class Motion:
 
 
 class Style(NamedTuple):
-    """How something moves: root mean square per axis, and the band of frequencies that it is made of.
+    """A style of motion: root mean square per axis, and the band of its frequencies.
 
     Attributes:
         rotation: (3,) rms rates of roll, pitch and yaw, °/s.

@@ -40,7 +40,7 @@ class Convention(NamedTuple):
 
     @property
     def cost(self) -> int:
-        """How far it is from "the same": 1 for each departure; NED together with forward-right-down is one."""
+        """Distance from "the same": 1 for each departure; NED together with forward-right-down is one."""
         frames = (self.earth != "ENU") + (self.sensor != "as the reference")
         both = self.earth == "NED" and self.sensor == "forward-right-down"
         return (self.order != "wxyz") + self.inverse + frames - both

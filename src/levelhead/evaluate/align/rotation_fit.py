@@ -45,7 +45,7 @@ _STILL = 1e-6  # rad², less turning than this gives no start
 
 
 class Freedom(NamedTuple):
-    """Which constant rotations are allowed."""
+    """The constant rotations that are allowed."""
 
     earth: Earth
     sensor: Sensor
@@ -75,7 +75,7 @@ class Fit(NamedTuple):
 
     @property
     def cost(self) -> int:
-        """How complicated it is."""
+        """Cost of the hypothesis: departures of the convention and free angles."""
         return self.convention.cost + self.freedom.cost
 
     def apply(self, quat: Array) -> Array:

@@ -1,4 +1,4 @@
-"""Which hypothesis makes two streams match: all of them are fitted, the simplest good one wins."""
+"""The search for an alignment: every hypothesis is fitted, the simplest good one wins."""
 
 from collections.abc import Sequence
 from typing import Literal, get_args
