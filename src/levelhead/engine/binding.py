@@ -58,7 +58,7 @@ def bind(flt: Filter, guarded: bool = True) -> Driver:
 @functools.cache
 def _bind(flt: Filter, guarded: bool) -> Driver:
     name = flt.name if guarded else f"{flt.name}_unguarded"
-    detect = detectors.sensed if guarded else None
+    detect = detectors.detect if guarded else None
     pairs: tuple[tuple[Any, Any], ...] = (
         (driver.hooks, _hooks(flt, guarded, name)),
         (conditioning.detectors, fill(conditioning.detectors, name, detect=detect)),
@@ -99,7 +99,7 @@ def _hooks(flt: Filter, guarded: bool, name: str) -> driver.Hooks:
         inflate=inflation and inflation.attitude,
         inflate_heading=inflation and inflation.heading,
         at_rest=flt.at_rest,
-        gate=with_globals(guard.look, name, TELLS_FIELD="field" not in flt.handles) if guarded else None,
+        gate=with_globals(guard.gate, name, GATES_FIELD="field" not in flt.handles) if guarded else None,
     )
     return filled
 

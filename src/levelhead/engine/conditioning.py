@@ -19,9 +19,10 @@ from levelhead.filters.health import (
     GYR_STUCK,
     MAG_MISSING,
 )
-from levelhead.filters.observer_covariance import SPELL
+from levelhead.filters.observer_covariance import INTERVAL
 from levelhead.guard import Guard
-from levelhead.guard.detectors import BEFORE, NOTHING, Calm, Sensors
+from levelhead.guard.detectors import NO_SAMPLES, DetectorState
+from levelhead.guard.rest import NO_SUMS, SlowMeans
 from levelhead.kernels.tilt import GAP_SECONDS, TURN, present
 from levelhead.kernels.vec3 import ZERO, Vec3
 
@@ -48,10 +49,10 @@ class ConditionedSample(NamedTuple):
     unmeasured: float  # rad², variance of the part of this sample's rotation that was not measured
     since_sigma: float  # s since σ was last updated
     corrected_by: int  # sensors with a usable reading since then: 1 accelerometer, 2 magnetometer
-    sensors: Sensors
+    detected: DetectorState
 
 
-NO_SAMPLE = ConditionedSample(ZERO, ZERO, ZERO, 0.0, 0, False, False, False, 0.0, 0.0, 0.0, 0, BEFORE)
+NO_SAMPLE = ConditionedSample(ZERO, ZERO, ZERO, 0.0, 0, False, False, False, 0.0, 0.0, 0.0, 0, NO_SAMPLES)
 
 
 @kernel
@@ -87,10 +88,10 @@ class DetectorHooks(Protocol):
     @staticmethod
     @kernel
     def detect(
-        guard: Guard, sensors: Sensors, gyr: Vec3, acc: Vec3, missing: int, rate_lost: bool, dt: float
-    ) -> Sensors:
+        guard: Guard, detected: DetectorState, gyr: Vec3, acc: Vec3, missing: int, rate_lost: bool, dt: float
+    ) -> DetectorState:
         """The detectors' next state, with its health bits."""
-        return sensors
+        return detected
 
 
 detectors: DetectorHooks = declare(DetectorHooks)
@@ -122,21 +123,22 @@ def unmeasured_rotation(health: int, rate_age: float, full: float, dt: float) ->
 @kernel
 def first_sample(gyr: Vec3, acc: Vec3, mag: Vec3, health: int) -> ConditionedSample:
     """The first sample; a filter starts with it if it has a specific force."""
-    _, _, fast, hard, gyr_repeat, acc_repeat, _, _, _ = BEFORE
-    sensors = Sensors(NOTHING, Calm(gyr, acc, False), fast, hard, gyr_repeat, acc_repeat, False, False, 0)
-    return ConditionedSample(gyr, acc, mag, 0.0, health, False, present(acc), False, 0.0, 0.0, 0.0, 0, sensors)
+    means = SlowMeans(gyr, acc, False)
+    _, _, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat, _, _, _ = NO_SAMPLES
+    detected = DetectorState(NO_SUMS, means, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat, False, False, 0)
+    return ConditionedSample(gyr, acc, mag, 0.0, health, False, present(acc), False, 0.0, 0.0, 0.0, 0, detected)
 
 
 @kernel
 def sigma_due(sample: ConditionedSample) -> bool:
     """Whether σ is updated after this sample."""
-    return sample.since_sigma >= SPELL or sample.unmeasured > 0.0
+    return sample.since_sigma >= INTERVAL or sample.unmeasured > 0.0
 
 
 @kernel
 def condition(guard: Guard, sample: ConditionedSample, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> ConditionedSample:
     """The next sample, conditioned; ``sample`` is the one before."""
-    last, _, field, _, _, had_field, started, _, rate_age, _, since_sigma, corrected_by, sensors = sample
+    last, _, field, _, _, had_field, started, _, rate_age, _, since_sigma, corrected_by, detected = sample
     health = missing_bits(gyr, acc, mag)
     if health != 0:
         gyr = last if health & GYR_MISSING else gyr
@@ -145,9 +147,9 @@ def condition(guard: Guard, sample: ConditionedSample, gyr: Vec3, acc: Vec3, mag
     if not started:
         return first_sample(gyr, acc, mag, health)
     rate_lost = health & GYR_MISSING != 0 and rate_age > GAP_SECONDS
-    sensors = detectors.detect(guard, sensors, gyr, acc, health, rate_lost, dt)
-    health |= sensors.health
-    if sensors.health & FORCE_UNUSABLE:
+    detected = detectors.detect(guard, detected, gyr, acc, health, rate_lost, dt)
+    health |= detected.health
+    if detected.health & FORCE_UNUSABLE:
         acc = ZERO
     if sigma_due(sample):
         since_sigma = 0.0
@@ -158,7 +160,7 @@ def condition(guard: Guard, sample: ConditionedSample, gyr: Vec3, acc: Vec3, mag
         corrected_by |= 2
     if dt > GAP_SECONDS:
         health |= GAP
-    rate_age, unmeasured = unmeasured_rotation(health, rate_age, sensors.fast.up, dt)
+    rate_age, unmeasured = unmeasured_rotation(health, rate_age, detected.gyr_extreme.up, dt)
     rate_unknown = rate_lost or dt > GAP_SECONDS
     return ConditionedSample(
         gyr,
@@ -173,5 +175,5 @@ def condition(guard: Guard, sample: ConditionedSample, gyr: Vec3, acc: Vec3, mag
         unmeasured,
         since_sigma + dt,
         corrected_by,
-        sensors,
+        detected,
     )

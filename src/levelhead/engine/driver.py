@@ -17,9 +17,12 @@ from levelhead.compiler.mark import kernel, noinline
 from levelhead.engine.conditioning import NO_SAMPLE, ConditionedSample, condition, sigma_due
 from levelhead.filters.contract import Gains, NavState, Output
 from levelhead.filters.health import ACC_REJECTED, MAG_LEARNED
-from levelhead.filters.observer_covariance import Doubt, at_start, judged
-from levelhead.filters.observer_covariance import sigma as doubted
-from levelhead.guard import BEFORE, Guard, Look, Watch, detectors, first_field, pushed, refusing, rested, resting
+from levelhead.filters.observer_covariance import ObserverCovariance, initial_covariance, update_covariance
+from levelhead.filters.observer_covariance import sigma as observer_sigma
+from levelhead.guard import NO_SAMPLES, Gated, Guard, GuardState, gate_force, is_accelerating
+from levelhead.guard.field import initial_field
+from levelhead.guard.rest import INTERVAL, is_resting
+from levelhead.guard.rest import update_rest as update_bias_at_rest
 from levelhead.kernels.quat import Quat, up
 from levelhead.kernels.tilt import present
 from levelhead.kernels.vec3 import ZERO, Vec3, sub
@@ -40,8 +43,8 @@ class FilterRun(NamedTuple):
 
     state: Any  # the filter's
     health: int
-    watch: Watch
-    doubt: Doubt
+    guard: GuardState
+    covariance: ObserverCovariance
 
 
 class Carry(NamedTuple):
@@ -119,9 +122,9 @@ class Hooks(Protocol):
 
     @staticmethod
     @kernel
-    def gate(guard: Guard, watch: Watch, attitude: Quat, gyr: Vec3, mag: Vec3, dt: float) -> Look:
+    def gate(guard: Guard, state: GuardState, attitude: Quat, gyr: Vec3, mag: Vec3, dt: float) -> Gated:
         """The magnetometer reading that the filter gets, health bits, and the guard's next state."""
-        return Look(mag, 0, watch)
+        return Gated(mag, 0, state)
 
 
 class AidingHooks(Protocol):
@@ -145,7 +148,8 @@ aiding: AidingHooks = declare(AidingHooks)
 @kernel
 def begin(settings: Settings) -> Carry:
     """Before the first sample: level, not started."""
-    return Carry(NO_SAMPLE, FilterRun(hooks.init(settings.filter, ZERO, ZERO, ZERO), 0, BEFORE, at_start(ZERO, ZERO)))
+    state = hooks.init(settings.filter, ZERO, ZERO, ZERO)
+    return Carry(NO_SAMPLE, FilterRun(state, 0, NO_SAMPLES, initial_covariance(ZERO, ZERO)))
 
 
 @noinline
@@ -153,71 +157,72 @@ def start(settings: Settings, sample: ConditionedSample, run: FilterRun) -> Filt
     """At the first sample, and at every sample until the first accelerometer reading."""
     params, _ = settings
     state = hooks.restart(params, run.state, sample.gyr, sample.acc, sample.mag)
-    still, bias, out, _ = BEFORE
+    rest, rejected, _ = NO_SAMPLES
     estimate: Output = hooks.output(params, state)
-    watch = Watch(still, bias, out, first_field(up(estimate.quat), sample.mag))
-    return FilterRun(state, sample.health, watch, at_start(sample.acc, sample.mag))
+    gates = GuardState(rest, rejected, initial_field(up(estimate.quat), sample.mag))
+    return FilterRun(state, sample.health, gates, initial_covariance(sample.acc, sample.mag))
 
 
 @kernel
 def update_rest(settings: Settings, sample: ConditionedSample, run: FilterRun) -> FilterRun:
     """At the end of each interval over which the detectors average: whether the sensor is at rest, and its bias."""
     params, guard = settings
-    state, health, watch, doubt = run
+    state, health, gates, covariance = run
     estimate: Output = hooks.output(params, state)
-    mean, _, quiet = sample.sensors.calm
-    watch = rested(guard, watch, estimate.bias if hooks.TAKES_BIAS else ZERO, mean, quiet, sample.sensors.sum.spell)
-    if resting(guard, watch):
+    rest, rejected, field = gates
+    own = estimate.bias if hooks.TAKES_BIAS else ZERO
+    rest = update_bias_at_rest(guard, rest, own, sample.detected.means, sample.detected.sums.time)
+    if is_resting(guard, rest):
         state = hooks.at_rest(params, state)
-    return FilterRun(state, health, watch, doubt)
+    return FilterRun(state, health, GuardState(rest, rejected, field), covariance)
 
 
 @noinline
 def inflate(settings: Settings, sample: ConditionedSample, run: FilterRun) -> FilterRun:
     """At a sample part of whose rotation was not measured."""
-    state, health, watch, doubt = run
-    return FilterRun(hooks.inflate(settings.filter, state, sample.unmeasured), health, watch, doubt)
+    state, health, gates, covariance = run
+    return FilterRun(hooks.inflate(settings.filter, state, sample.unmeasured), health, gates, covariance)
 
 
 @kernel
-def unbiased_rate(sample: ConditionedSample, watch: Watch, own: Vec3) -> Vec3:
+def unbiased_rate(sample: ConditionedSample, gates: GuardState, own: Vec3) -> Vec3:
     """The rate without the bias read off at rest; where the rotation is unknown, the rate that the filter takes for
     0."""
     if sample.rate_unknown:
         return own
-    return sub(sample.gyr, watch.bias) if hooks.TAKES_BIAS else sample.gyr
+    return sub(sample.gyr, gates.rest.bias) if hooks.TAKES_BIAS else sample.gyr
 
 
 @kernel
 def step_gated(settings: Settings, sample: ConditionedSample, run: FilterRun, acc: Vec3) -> FilterRun:
     """One sample: the gate, then the filter's step."""
     params, guard = settings
-    state, found, watch, doubt = run
+    state, found, gates, covariance = run
     estimate: Output = hooks.output(params, state)
-    gyr = unbiased_rate(sample, watch, estimate.bias)
-    seen: Look = hooks.gate(guard, watch, estimate.quat, gyr, sample.mag, sample.dt)
-    mag, health, watch = seen
-    return FilterRun(hooks.step(params, state, gyr, acc, mag, sample.dt), found | health, watch, doubt)
+    gyr = unbiased_rate(sample, gates, estimate.bias)
+    gated: Gated = hooks.gate(guard, gates, estimate.quat, gyr, sample.mag, sample.dt)
+    mag, health, gates = gated
+    return FilterRun(hooks.step(params, state, gyr, acc, mag, sample.dt), found | health, gates, covariance)
 
 
 @noinline
 def step_accelerated(settings: Settings, sample: ConditionedSample, run: FilterRun) -> FilterRun:
     """A sample whose specific force has another norm than g, or follows such a sample."""
     params, guard = settings
-    state, _, watch, doubt = run
+    state, _, gates, covariance = run
     estimate: Output = hooks.output(params, state)
-    gyr = unbiased_rate(sample, watch, estimate.bias)
-    watch = pushed(guard, watch, estimate.quat, gyr, sample.acc, sample.sensors.odd, sample.dt)
-    if present(sample.acc) and refusing(guard, watch):
-        return step_gated(settings, sample, FilterRun(state, sample.health | ACC_REJECTED, watch, doubt), ZERO)
-    return step_gated(settings, sample, FilterRun(state, sample.health, watch, doubt), sample.acc)
+    gyr = unbiased_rate(sample, gates, estimate.bias)
+    gates = gate_force(guard, gates, estimate.quat, gyr, sample.acc, sample.detected.far_from_g, sample.dt)
+    if present(sample.acc) and is_accelerating(guard, gates):
+        return step_gated(settings, sample, FilterRun(state, sample.health | ACC_REJECTED, gates, covariance), ZERO)
+    return step_gated(settings, sample, FilterRun(state, sample.health, gates, covariance), sample.acc)
 
 
 @kernel
 def step_plain(settings: Settings, sample: ConditionedSample, run: FilterRun) -> FilterRun:
     """Every other sample."""
-    state, _, watch, doubt = run
-    return step_gated(settings, sample, FilterRun(state, sample.health, watch, doubt), sample.acc)
+    state, _, gates, covariance = run
+    return step_gated(settings, sample, FilterRun(state, sample.health, gates, covariance), sample.acc)
 
 
 @kernel
@@ -230,30 +235,30 @@ def correction_due(settings: Settings, run: FilterRun) -> bool:
 def apply_correction(settings: Settings, sample: ConditionedSample, run: FilterRun) -> FilterRun:
     """The part of the filter that does not run at every sample; a field that was learned anew inflates heading."""
     params, _ = settings
-    state, health, watch, doubt = run
+    state, health, gates, covariance = run
     if health & MAG_LEARNED:
         state = hooks.inflate_heading(params, state, NEW_FIELD if sample.had_field else FIRST_FIELD)
     if hooks.due(params, state):
         state = hooks.correct(params, state, sample.dt)
-    return FilterRun(state, health, watch, doubt)
+    return FilterRun(state, health, gates, covariance)
 
 
 @kernel
 def update_sigma(settings: Settings, sample: ConditionedSample, run: FilterRun) -> FilterRun:
     """At the end of each interval of σ: the observer's covariance, for a filter without its own."""
     params, guard = settings
-    state, health, watch, doubt = run
+    state, health, gates, covariance = run
     seen = sample.corrected_by
     acc = sample.acc
-    if refusing(guard, watch):
+    if is_accelerating(guard, gates):
         seen = seen & 2
         acc = ZERO
-    if watch.field.out > 0.0:
+    if gates.field.rejected > 0.0:
         seen = seen & 1
-    gyr = unbiased_rate(sample, watch, ZERO)
-    rest = resting(guard, watch)
-    doubt = judged(
-        doubt,
+    gyr = unbiased_rate(sample, gates, ZERO)
+    rest = is_resting(guard, gates.rest)
+    covariance = update_covariance(
+        covariance,
         hooks.gains(params, state, sample.since_sigma),
         gyr,
         acc,
@@ -262,7 +267,7 @@ def update_sigma(settings: Settings, sample: ConditionedSample, run: FilterRun) 
         seen,
         sample.since_sigma,
     )
-    return FilterRun(state, health, watch, doubt)
+    return FilterRun(state, health, gates, covariance)
 
 
 @kernel
@@ -272,11 +277,11 @@ def advance(settings: Settings, carry: Carry, gyr: Vec3, acc: Vec3, mag: Vec3, d
     sample: ConditionedSample = condition(settings.guard, before, gyr, acc, mag, dt)
     if not before.started:
         return Carry(sample, start(settings, sample, run))
-    if sample.sensors.sum.spell >= detectors.SPELL:
+    if sample.detected.sums.time >= INTERVAL:
         run = update_rest(settings, sample, run)
     if sample.unmeasured > 0.0:
         run = inflate(settings, sample, run)
-    if sample.sensors.odd or sample.sensors.was_odd:
+    if sample.detected.far_from_g or sample.detected.was_far:
         run = step_accelerated(settings, sample, run)
     else:
         run = step_plain(settings, sample, run)
@@ -290,12 +295,12 @@ def advance(settings: Settings, carry: Carry, gyr: Vec3, acc: Vec3, mag: Vec3, d
 @kernel
 def result(settings: Settings, run: FilterRun) -> Output:
     """The filter's output with the bias read off at rest added, σ where the filter has none, and health."""
-    state, found, watch, doubt = run
+    state, found, gates, covariance = run
     estimate: Output = hooks.output(settings.filter, state)
     quat, (x, y, z), sigma, health = estimate
-    a, b, c = watch.bias if hooks.TAKES_BIAS else ZERO
+    a, b, c = gates.rest.bias if hooks.TAKES_BIAS else ZERO
     if not hooks.OWN_SIGMA:
-        sigma = doubted(doubt)
+        sigma = observer_sigma(covariance)
     return Output(quat, Vec3(x + a, y + b, z + c), sigma, health | found)
 
 
@@ -343,9 +348,9 @@ def update_aiding(settings: Settings, carry: Carry, row: int, value: float, devi
     sample, run = carry
     if not sample.started:
         return carry
-    state, health, watch, doubt = run
+    state, health, gates, covariance = run
     return Carry(
-        sample, FilterRun(aiding.update(settings.filter, state, row, value, deviation, age), health, watch, doubt)
+        sample, FilterRun(aiding.update(settings.filter, state, row, value, deviation, age), health, gates, covariance)
     )
 
 

@@ -11,7 +11,8 @@ from levelhead.engine import driver
 from levelhead.engine.conditioning import ConditionedSample, condition, sigma_due
 from levelhead.engine.driver import FilterRun, Settings
 from levelhead.filters.contract import Output
-from levelhead.guard import Guard, detectors
+from levelhead.guard import Guard
+from levelhead.guard.rest import INTERVAL
 from levelhead.kernels import quat, vector_error
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.vec3 import ZERO, Vec3
@@ -179,11 +180,11 @@ def run_lanes(
         if not running:
             hooks.each(start, at, guard, sample)
         else:
-            if sample.sensors.sum.spell >= detectors.SPELL:
+            if sample.detected.sums.time >= INTERVAL:
                 hooks.each(update_rest, at, guard, sample)
             if sample.unmeasured > 0.0:
                 hooks.each(inflate, at, guard, sample)
-            if sample.sensors.odd or sample.sensors.was_odd:
+            if sample.detected.far_from_g or sample.detected.was_far:
                 hooks.each(step_accelerated, at, guard, sample)
             else:
                 hooks.each(step_plain, at, guard, sample)

@@ -23,9 +23,9 @@ from levelhead.kernels.tilt import GAP_SECONDS, GRAVITY, UNIFORM, after_gap, bia
 from levelhead.kernels.two_state import Covariance, Gain, joseph, predict
 from levelhead.kernels.vec3 import Vec3
 
-SPELL = 0.05  # s: σ need not be judged more often
+INTERVAL = 0.05  # s between two updates of σ
 TURN_ON = (1.0 * DEGREE) * (1.0 * DEGREE)  # (rad/s)², bias of a gyroscope just turned on
-RESTED = (0.05 * DEGREE) * (0.05 * DEGREE)  # (rad/s)², bias after it was read off at rest
+REST_BIAS = (0.05 * DEGREE) * (0.05 * DEGREE)  # (rad/s)², bias after it was read off at rest
 WALK = (0.003 * DEGREE) * (0.003 * DEGREE)  # (rad/s)²/s, random walk of the bias
 NOISE = (0.02 * DEGREE) * (0.02 * DEGREE)  # rad²/s, white noise of the rate
 SCALE = 0.01 * 0.01 * 0.5  # s: the rate is wrong by 1 % of itself, for half a second of a turn
@@ -33,13 +33,13 @@ OFFSET = (0.1 / GRAVITY) * (0.1 / GRAVITY)  # rad², offset of an accelerometer 
 SHAKE = 0.01 * 0.01  # rad², noise of an accelerometer at rest, as tilt
 JERK_SECONDS = 0.15  # for which an acceleration lasts
 HALF_PER_G2 = 0.5 / (GRAVITY * GRAVITY)
-SMOOTH = 1.0  # s over which the acceleration's variance is judged
-IRON = (5.0 * DEGREE) * (5.0 * DEGREE)  # rad², what iron nearby turns the field
-IRON_SECONDS = 2.0  # for which a body on the move has it
+SMOOTH = 1.0  # s, time constant of the mean square acceleration
+IRON = (5.0 * DEGREE) * (5.0 * DEGREE)  # rad², by which iron nearby turns the field
+IRON_SECONDS = 2.0  # s for which a body on the move is near the same iron
 
 
-class Doubt(NamedTuple):
-    """Covariances of tilt (about each horizontal axis) and heading; the variance of acceleration lately, in g²."""
+class ObserverCovariance(NamedTuple):
+    """Covariances of tilt (about each horizontal axis) and of heading; the mean square acceleration, g²."""
 
     tilt: Covariance
     heading: Covariance
@@ -47,66 +47,75 @@ class Doubt(NamedTuple):
 
 
 @kernel
-def at_start(acc: Vec3, mag: Vec3) -> Doubt:
-    """After the first sample: what one reading is worth; a relative heading is right by definition."""
+def initial_covariance(acc: Vec3, mag: Vec3) -> ObserverCovariance:
+    """After the first sample: the variance of one reading; a relative heading is right by definition."""
     tilt = IRON if present(acc) else UNIFORM * UNIFORM
     heading = IRON if present(mag) else 0.0
-    return Doubt(Covariance(tilt, 0.0, TURN_ON), Covariance(heading, 0.0, TURN_ON), 0.0)
+    return ObserverCovariance(Covariance(tilt, 0.0, TURN_ON), Covariance(heading, 0.0, TURN_ON), 0.0)
 
 
 @kernel
-def grown(p: Covariance, turned: float, lost: float, dt: float) -> Covariance:
-    """After ``dt`` without a correction, at a rate whose square is ``turned``; ``lost`` is added (rad²)."""
+def predict_covariance(p: Covariance, rate2: float, unmeasured: float, dt: float) -> Covariance:
+    """After ``dt`` s without a correction; ``rate2`` is the squared rate, (rad/s)²; ``unmeasured`` (rad²) is added."""
     if dt > GAP_SECONDS:
         return Covariance(after_gap(p.level, dt), 0.0, bias_after_gap(p.bias, WALK * dt, TURN_ON))
-    return predict(p, dt, (NOISE + SCALE * turned) * dt + lost, WALK * dt)
+    return predict(p, dt, (NOISE + SCALE * rate2) * dt + unmeasured, WALK * dt)
 
 
 @kernel
-def lasting(variance: float, twice: float, share: float) -> float:
-    """Eq. 1; ``twice`` is 2 τ/Δt."""
+def white_variance(variance: float, twice: float, share: float) -> float:
+    """Eq. 1: the white equivalent of a variance; ``twice`` is 2 τ/Δt, ``share`` is K."""
     return variance * (1.0 + (1.0 - share) * twice)
 
 
 @kernel
-def read_off(p: Covariance) -> Covariance:
-    """Once the bias has been read off at rest."""
-    if p.bias > RESTED:
-        return Covariance(p.level, 0.0, RESTED)
+def limit_bias(p: Covariance) -> Covariance:
+    """At rest the bias is known to 0.05 °/s (1σ), at least."""
+    if p.bias > REST_BIAS:
+        return Covariance(p.level, 0.0, REST_BIAS)
     return p
 
 
 @kernel
-def judged(doubt: Doubt, gains: Gains, gyr: Vec3, acc: Vec3, rest: bool, lost: float, seen: int, dt: float) -> Doubt:
-    """At the end of a spell of ``dt``, with the filter's gains for an interval of its length.
+def update_covariance(
+    covariance: ObserverCovariance,
+    gains: Gains,
+    gyr: Vec3,
+    acc: Vec3,
+    rest: bool,
+    unmeasured: float,
+    corrected_by: int,
+    dt: float,
+) -> ObserverCovariance:
+    """After an interval of ``dt`` s, with the filter's gains for an interval of that length.
 
-    ``lost`` is added (rad²); ``seen`` is what has corrected in it: 1 accelerometer, 2 magnetometer.
+    ``unmeasured`` (rad²) is added; ``corrected_by`` are the sensors that corrected: 1 accelerometer, 2 magnetometer.
     """
-    tilt, heading, motion = doubt
+    tilt, heading, motion = covariance
     x, y, z = gyr
-    turned = x * x + y * y + z * z
-    tilt = grown(tilt, turned, lost, dt)
-    heading = grown(heading, turned, lost, dt)
+    rate2 = x * x + y * y + z * z
+    tilt = predict_covariance(tilt, rate2, unmeasured, dt)
+    heading = predict_covariance(heading, rate2, unmeasured, dt)
     if rest:
-        tilt = read_off(tilt)
-        heading = read_off(heading)
+        tilt = limit_bias(tilt)
+        heading = limit_bias(heading)
     share_tilt, bias_tilt, share_heading, bias_heading = gains
     often = 2.0 / dt
-    if seen & 1 != 0:
+    if corrected_by & 1 != 0:
         if present(acc):
             x, y, z = acc
             off = HALF_PER_G2 * (x * x + y * y + z * z) - 0.5  # |a|/g − 1 to first order
             motion += dt / (SMOOTH + dt) * (off * off - motion)
-        r = SHAKE + lasting(motion, JERK_SECONDS * often, share_tilt)
+        r = SHAKE + white_variance(motion, JERK_SECONDS * often, share_tilt)
         tilt = joseph(tilt, Gain(share_tilt, -bias_tilt), r)
-    if seen & 2 != 0:
-        r = lasting(IRON, IRON_SECONDS * often, share_heading)
+    if corrected_by & 2 != 0:
+        r = white_variance(IRON, IRON_SECONDS * often, share_heading)
         heading = joseph(heading, Gain(share_heading, -bias_heading), r)
-    return Doubt(tilt, heading, motion)
+    return ObserverCovariance(tilt, heading, motion)
 
 
 @kernel
-def sigma(doubt: Doubt) -> Vec3:
-    """1σ about east, north and up, rad; no doubt is larger than knowing nothing."""
-    tilt = min(sqrt(max(doubt.tilt.level, 0.0) + OFFSET), UNIFORM)
-    return Vec3(tilt, tilt, min(sqrt(max(doubt.heading.level, 0.0)), UNIFORM))
+def sigma(covariance: ObserverCovariance) -> Vec3:
+    """1σ about east, north and up, rad; at most that of an angle about which nothing is known."""
+    tilt = min(sqrt(max(covariance.tilt.level, 0.0) + OFFSET), UNIFORM)
+    return Vec3(tilt, tilt, min(sqrt(max(covariance.heading.level, 0.0)), UNIFORM))

@@ -20,10 +20,10 @@ NORTH = Vec3(0.0, 19.0, -45.0)
 
 def carried(gains, n, dt, rest=False, turning=0.0, mag=NORTH):
     """The doubt after n samples with these gains."""
-    now = observer_covariance.at_start(UP, mag)
+    now = observer_covariance.initial_covariance(UP, mag)
     seen = 1 if mag == ZERO else 3
     for _ in range(n):
-        now = observer_covariance.judged(now, gains, Vec3(turning, 0.0, 0.0), UP, rest, 0.0, seen, dt)
+        now = observer_covariance.update_covariance(now, gains, Vec3(turning, 0.0, 0.0), UP, rest, 0.0, seen, dt)
     return now
 
 
@@ -53,11 +53,11 @@ def test_it_is_the_covariance_of_many_such_observers(share, off_bias, n):
 def test_without_a_bias_state_it_is_the_geometric_series():
     """Fixed share K, bias known: P → (q + K² r/(1 − K)² …), from P = (1 − K)²(P + q) + K² r."""
     share, dt = 0.05, 0.01
-    now = observer_covariance.at_start(UP, NORTH)
+    now = observer_covariance.initial_covariance(UP, NORTH)
     now = now._replace(heading=Covariance(now.heading.level, 0.0, 0.0))
-    r = observer_covariance.lasting(observer_covariance.IRON, 2.0 * observer_covariance.IRON_SECONDS / dt, share)
+    r = observer_covariance.white_variance(observer_covariance.IRON, 2.0 * observer_covariance.IRON_SECONDS / dt, share)
     for _ in range(3000):
-        now = observer_covariance.judged(now, Gains(0.0, 0.0, share, 0.0), ZERO, ZERO, False, 0.0, 2, dt)
+        now = observer_covariance.update_covariance(now, Gains(0.0, 0.0, share, 0.0), ZERO, ZERO, False, 0.0, 2, dt)
         now = now._replace(heading=Covariance(now.heading.level, 0.0, 0.0))
     keep = (1.0 - share) ** 2
     assert now.heading.level == pytest.approx(
@@ -68,8 +68,8 @@ def test_without_a_bias_state_it_is_the_geometric_series():
 @pytest.mark.parametrize("dt", [0.001, 0.01, 0.1])
 def test_who_averages_long_doubts_less_at_any_rate(dt):
     """The white equivalent's limits: all of s at K = 1, the density 2 τ s when it averages."""
-    assert observer_covariance.lasting(0.3, 2.0 * 5.0 / dt, 1.0) == pytest.approx(0.3)
-    assert observer_covariance.lasting(0.3, 2.0 * 5.0 / dt, 0.0) * dt == pytest.approx(2.0 * 5.0 * 0.3, rel=0.02)
+    assert observer_covariance.white_variance(0.3, 2.0 * 5.0 / dt, 1.0) == pytest.approx(0.3)
+    assert observer_covariance.white_variance(0.3, 2.0 * 5.0 / dt, 0.0) * dt == pytest.approx(2.0 * 5.0 * 0.3, rel=0.02)
     levels = [carried(Gains(0.0, 0.0, dt / (tau + dt), 0.0), int(60 / dt), dt, rest=True).heading.level
               for tau in (0.5, 5.0, 20.0)]  # fmt: skip
     assert levels == sorted(levels, reverse=True)
@@ -81,8 +81,8 @@ def test_heading_without_a_field_grows_with_the_bias_and_slower_once_that_is_rea
     minute = 60.0
     assert math.sqrt(unread.level) == pytest.approx(math.sqrt(observer_covariance.TURN_ON) * minute, rel=0.05)
     assert math.sqrt(read.level) < 0.1 * math.sqrt(unread.level)
-    assert read.bias <= observer_covariance.RESTED + observer_covariance.WALK * 0.011
-    said = observer_covariance.sigma(observer_covariance.Doubt(unread, Covariance(1e9, 0.0, 0.0), 0.0))
+    assert read.bias <= observer_covariance.REST_BIAS + observer_covariance.WALK * 0.011
+    said = observer_covariance.sigma(observer_covariance.ObserverCovariance(unread, Covariance(1e9, 0.0, 0.0), 0.0))
     assert said.z == pytest.approx(math.pi / math.sqrt(3.0)), "no doubt is larger than knowing nothing"
 
 

@@ -1,4 +1,4 @@
-"""What stands in front of the filters: every detector alone, against signals whose truth is known."""
+"""The guard: every detector and gate alone, against signals whose truth is known."""
 
 import math
 from typing import NamedTuple
@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import levelhead as lh
-from levelhead import guard
 from levelhead.engine import binding
 from levelhead.engine.driver import Settings
 from levelhead.filters import health
 from levelhead.filters.contract import Filter, Output, Settling
 from levelhead.filters.parameters import param_table
+from levelhead.guard import GuardState, rest
 from levelhead.kernels.quat import IDENTITY
 from levelhead.kernels.vec3 import ZERO, Vec3
 
@@ -47,7 +47,7 @@ class Shown(NamedTuple):
     acc: Vec3
     mag: Vec3
     health: int
-    watch: guard.Watch
+    guard: GuardState
 
 
 LEVEL = Filter(
@@ -73,8 +73,8 @@ def watched(gyr, acc=None, mag=None, rate=100.0, params=None, own=ZERO):
         force = UP if acc is None else vec(acc[k])
         field = ZERO if mag is None else vec(mag[k])
         carry = driver.advance(settings, carry, vec(gyr[k]), force, field, 1.0 / rate)
-        state, found, watch, _ = carry.run
-        looks.append(Shown(state.gyr, state.acc, state.mag, found, watch))
+        state, found, kept, _ = carry.run
+        looks.append(Shown(state.gyr, state.acc, state.mag, found, kept))
     return looks
 
 
@@ -130,8 +130,8 @@ def test_the_bias_is_read_off_as_the_mean_of_rest():
     for taken in (np.zeros(3), own):
         gyr, acc = at_rest(n, bias)
         looks = watched(gyr, acc, own=vec(taken))
-        found = np.array(looks[-1].watch.bias) + taken
-        samples = min(guard.BIAS_TAU * 100 * 2, n)
+        found = np.array(looks[-1].guard.rest.bias) + taken
+        samples = min(rest.BIAS_TIME * 100 * 2, n)
         np.testing.assert_allclose(found, bias, atol=4 * 0.002 / math.sqrt(samples) + 2e-4)
         np.testing.assert_allclose(looks[-1].gyr, gyr[-1] - found + taken, atol=1e-12)
 
@@ -141,7 +141,7 @@ def test_a_turn_beyond_the_limit_is_no_bias(rate, is_rest):
     gyr, acc = at_rest(1000, np.radians([0.0, 0.0, rate]))
     looks = watched(gyr, acc)
     assert said(looks, health.AT_REST)[-1] == is_rest
-    assert (np.linalg.norm(looks[-1].watch.bias) > 0.0) == is_rest
+    assert (np.linalg.norm(looks[-1].guard.rest.bias) > 0.0) == is_rest
 
 
 RATES = pytest.mark.parametrize("rate", [100.0, 286.0, 1000.0])
@@ -222,14 +222,14 @@ def test_the_field_is_learned_refused_and_learned_again():
     mag[2000:2500] *= 1.3  # 5 s of iron
     mag[3000:] = rng.normal(0, 0.5, (n - 3000, 3)) + [0.0, 50.0, -20.0]  # another room, as strong: by its dip
     looks = watched(at_rest(n)[0], mag=mag)
-    field = looks[1999].watch.field
+    field = looks[1999].guard.field
     assert field.norm == pytest.approx(np.linalg.norm(FIELD), rel=0.01)
     assert field.dip == pytest.approx(-45.0 / np.linalg.norm(FIELD), abs=0.01)
     refused = said(looks, health.MAG_REJECTED)
     assert refused[2000:2500].all() and not refused[:2000].any() and not refused[2500:3000].any()
     assert looks[2400].mag == ZERO
     assert refused[3000:4999].all() and not refused[5005:].any()
-    assert looks[-1].watch.field.dip == pytest.approx(-20.0 / math.hypot(50.0, 20.0), abs=0.01)
+    assert looks[-1].guard.field.dip == pytest.approx(-20.0 / math.hypot(50.0, 20.0), abs=0.01)
 
 
 def test_a_field_learned_for_a_moment_is_given_up_as_soon():

@@ -1,0 +1,136 @@
+"""Is the sensor at rest, and what is its gyroscope bias then: the only place where that is decided.
+
+Rate and specific force are averaged over short intervals. The sensor is quiet while these averages stay near their own
+slow means, and at rest once it has been quiet for ``rest_time`` with a mean rate that is no steady turn. At rest the
+mean rate is the bias.
+"""
+
+from typing import NamedTuple
+
+from levelhead.compiler.mark import kernel
+from levelhead.guard.params import Guard
+from levelhead.kernels.angle import DEGREE
+from levelhead.kernels.lowpass import lowpass_weight
+from levelhead.kernels.tilt import GAP_SECONDS, present
+from levelhead.kernels.vec3 import ZERO, Vec3, add, sub
+
+INTERVAL = 0.02  # s over which readings are averaged
+MEAN_TIME = 0.5  # s, time constant of the slow means
+BIAS_CHANGE = (2.0 * DEGREE) * (2.0 * DEGREE)  # (rad/s)², by which a bias may differ from what is known of it
+BIAS_TIME = 10.0  # s, time constant of the bias at rest
+
+
+class Sums(NamedTuple):
+    """∫ rate dt (rad) and ∫ specific force dt (m/s) over an interval, and its length (s)."""
+
+    x: float
+    y: float
+    z: float
+    a: float
+    b: float
+    c: float
+    time: float
+
+
+class SlowMeans(NamedTuple):
+    """Slow means of rate (rad/s) and specific force (m/s²), and whether the last interval was near them."""
+
+    gyr: Vec3
+    acc: Vec3
+    quiet: bool
+
+
+class Rest(NamedTuple):
+    """For how long (s) the sensor has been quiet, and the gyroscope bias that was read off at rest (rad/s)."""
+
+    time: float
+    bias: Vec3
+
+
+NO_SUMS = Sums(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@kernel
+def distance2(mean: Vec3, v: Vec3) -> float:
+    """|v − mean|²"""
+    x = v.x - mean.x
+    y = v.y - mean.y
+    z = v.z - mean.z
+    return x * x + y * y + z * z
+
+
+@kernel
+def blend(mean: Vec3, v: Vec3, weight: float) -> Vec3:
+    """mean + weight (v − mean)"""
+    a, b, c = mean
+    x, y, z = v
+    return Vec3(a + weight * (x - a), b + weight * (y - b), c + weight * (z - c))
+
+
+@kernel
+def add_sample(sums: Sums, gyr: Vec3, acc: Vec3, dt: float) -> Sums:
+    """Adds a sample (rad/s, m/s², ``dt`` s) to the interval, or begins the next one with it."""
+    x, y, z = gyr
+    a, b, c = acc
+    if sums.time >= INTERVAL:
+        return Sums(x * dt, y * dt, z * dt, a * dt, b * dt, c * dt, dt)
+    p, q, r, u, v, w, time = sums
+    return Sums(p + x * dt, q + y * dt, r + z * dt, u + a * dt, v + b * dt, w + c * dt, time + dt)
+
+
+@kernel
+def update_means(guard: Guard, means: SlowMeans, sums: Sums, blind: bool) -> SlowMeans:
+    """The slow means after an interval; quiet if its averages are within ``rest_gyr`` and ``rest_acc`` of them.
+
+    ``blind``: the rate has been missing for long.
+    """
+    mean, force, _ = means
+    x, y, z, a, b, c, dt = sums
+    one = 1.0 / dt
+    gyr = Vec3(x * one, y * one, z * one)
+    acc = Vec3(a * one, b * one, c * one)
+    gyr_limit = guard.rest_gyr * DEGREE
+    quiet = distance2(mean, gyr) < gyr_limit * gyr_limit and distance2(force, acc) < guard.rest_acc * guard.rest_acc
+    weight = dt / (MEAN_TIME + dt)
+    return SlowMeans(blend(mean, gyr, weight), blend(force, acc, weight), quiet and dt <= GAP_SECONDS and not blind)
+
+
+@kernel
+def is_turn(guard: Guard, mean: Vec3, bias: Vec3, own: Vec3) -> bool:
+    """Whether a steady mean rate (rad/s) is a turn and no bias: too large for any, or far from what is known of it.
+
+    ``own`` is the filter's own estimate beside ``bias``. A bias may be large when the gyroscope is switched on, but
+    then hardly changes. A smaller rate than the known bias is accepted, as that may come from a steady turn.
+    """
+    limit = guard.bias_limit * DEGREE
+    square = distance2(ZERO, mean)
+    if square > limit * limit:
+        return True
+    if not present(bias):
+        return False
+    known = add(bias, own)
+    before = distance2(ZERO, known)
+    return before > 0.0 and square > before and distance2(known, mean) > BIAS_CHANGE
+
+
+@kernel
+def update_rest(guard: Guard, rest: Rest, own: Vec3, means: SlowMeans, dt: float) -> Rest:
+    """After an interval of ``dt`` seconds: how long the sensor has been quiet, and the bias (rad/s) as a running mean.
+
+    ``own`` is the bias that the filter estimates itself; it is subtracted.
+    """
+    time, bias = rest
+    mean = means.gyr
+    if not means.quiet or is_turn(guard, mean, bias, own):
+        return Rest(0.0, bias)
+    time += dt
+    age = time - guard.rest_time
+    if age > 0.0:
+        bias = blend(bias, sub(mean, own), lowpass_weight(BIAS_TIME, age, dt))
+    return Rest(time, bias)
+
+
+@kernel
+def is_resting(guard: Guard, rest: Rest) -> bool:
+    """Whether the sensor has been quiet for ``rest_time``."""
+    return rest.time > guard.rest_time
