@@ -5,9 +5,9 @@ import pytest
 
 import levelhead as lh
 from levelhead import simulate
-from levelhead.engine import backward as rts
 from levelhead.engine import smoothing
 from levelhead.evaluate import evaluate
+from levelhead.filters.eskf import rts
 from levelhead.filters.eskf.state import DRIVEN, ROW
 from levelhead.filters.eskf.state import POSITION as KNOWN
 from levelhead.filters.eskf.state import VELOCITY as SPEED

@@ -12,8 +12,6 @@ from llvmlite import ir
 from numba.core import cgutils, types
 from numba.extending import intrinsic
 
-from levelhead.compiler.mark import WIDE
-
 WIDTH = 4  # numbers in one vector: what AVX holds; narrower processors take two steps
 
 INDEX = ir.IntType(64)
@@ -72,12 +70,14 @@ def add_scaled(typing: Any, m: Any, to: Any, weight: Any, at: Any, count: Any) -
     return types.void(m, types.int64, types.float64, types.int64, types.int64), generate
 
 
-@intrinsic
-def subtract_rows(typing: Any, m: Any, to: Any, weight: Any, step: Any, row: Any, stride: Any, count: Any) -> Any:
+@intrinsic(prefer_literal=True)
+def subtract_rows(
+    typing: Any, m: Any, to: Any, weight: Any, step: Any, row: Any, stride: Any, count: Any, width: Any
+) -> Any:
     """``arrays.subtract_rows``: the row stays in registers while all others pass."""
 
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        memory, to, weight, step, row, stride, count = values
+        memory, to, weight, step, row, stride, count, _ = values
         data = context.make_array(signature.args[0])(context, builder, memory).data
 
         def vector(at: Any, i: int) -> Any:
@@ -85,7 +85,7 @@ def subtract_rows(typing: Any, m: Any, to: Any, weight: Any, step: Any, row: Any
             return builder.bitcast(there, VECTOR.as_pointer())
 
         sums = []
-        for i in range(WIDE // WIDTH):
+        for i in range(width.literal_value // WIDTH):
             first = builder.load(vector(to, i), align=8)
             sums.append(cgutils.alloca_once_value(builder, first))  # type: ignore[no-untyped-call]
         with cgutils.for_range(builder, count, intp=INDEX) as loop:
@@ -99,4 +99,6 @@ def subtract_rows(typing: Any, m: Any, to: Any, weight: Any, step: Any, row: Any
             builder.store(builder.load(total), vector(to, i), align=8)
         return context.get_dummy_value()
 
-    return types.void(m, *[types.int64] * 6), generate
+    if not isinstance(width, types.IntegerLiteral):
+        return None
+    return types.void(m, *[types.int64] * 6, width), generate

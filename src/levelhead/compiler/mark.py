@@ -9,8 +9,6 @@ import types
 from collections.abc import Callable, Iterator
 from typing import Any, TypeGuard, TypeVar
 
-WIDE = 28  # numbers of the rows that ``arrays.subtract_rows`` takes, which vector registers hold at once
-
 F = TypeVar("F", bound=Callable[..., Any])
 
 

@@ -8,7 +8,7 @@
 
 ``gyr`` rad/s, ``acc`` m/s², ``mag`` µT are ``Vec3`` in the sensor frame, ``dt`` seconds; an absent sensor is the zero
 vector. What only some filters can do comes in groups of further functions, each of them optional: ``Schedule``,
-``Inflation``, ``Aiding``, ``SelfCalibration``, ``AxisFilter``. This file imports no filter.
+``Inflation``, ``Aiding``, ``SelfCalibration``, ``Smoothing``, ``AxisFilter``. This file imports no filter.
 """
 
 from collections.abc import Callable
@@ -107,6 +107,27 @@ class SelfCalibration(NamedTuple):
     estimate: Callable[..., Any]  # (params, state) -> calibration, of the type that ``with_prior`` takes
 
 
+class Smoothing(NamedTuple):
+    """Of a filter whose estimates a backward run corrects by all that follows, see ``engine.smoothing``.
+
+    Of each block the forward run keeps ``width`` numbers, in one row of floats: ``first`` is where they begin.
+    """
+
+    offline: Callable[..., Any]  # (params) -> params for a forward run, plain Python
+    init: Callable[..., Any]  # those of the forward run
+    correct: Callable[..., Any]
+    width: int
+    block_ended: Callable[..., bool]  # (state) -> bool: whether a block ended with the last sample
+    keep_start: Callable[..., None]  # (state, kept): the block before a stretch, as the first of its blocks
+    keep: Callable[..., None]  # (state, kept, first): the block that has just ended
+    memory: int  # numbers that the backward run works with
+    begin: Callable[..., None]  # (state, memory): at the end of the recording
+    back: Callable[..., None]  # (kept, first, memory): one step, to that block from the one behind it
+    read: Callable[..., Any]  # (kept, first, memory) -> (turn, bias, sigma): rotation vector (rad), rad/s, rad, 3 each
+    rotation: Callable[..., Quat]  # (kept, first) -> by the correction at the end of the block, earth frame
+    restarted: Callable[..., bool]  # (kept, first) -> bool: the attitude is independent of that in the block before
+
+
 class Filter(NamedTuple):
     """One published algorithm."""
 
@@ -128,3 +149,4 @@ class Filter(NamedTuple):
     axis: AxisFilter | None = None
     with_known_bias: Callable[..., Any] | None = None  # (params, sigma) -> params: bias subtracted, 1σ left in rad/s
     calibration: SelfCalibration | None = None
+    smoothing: Smoothing | None = None

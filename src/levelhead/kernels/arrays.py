@@ -8,7 +8,7 @@ Its words are written once for each engine: plain Python runs what stands here, 
 ``compiler/intrinsics.py``, and C is translated from the loop that says what a word means.
 """
 
-from levelhead.compiler.mark import WIDE, kernel, primitive
+from levelhead.compiler.mark import kernel, primitive
 
 Floats = list[float]
 
@@ -38,13 +38,16 @@ def add_each_scaled(m: Floats, to: int, weight: float, at: int, count: int) -> N
 
 
 @kernel
-def subtract_each_row(m: Floats, to: int, weight: int, step: int, row: int, stride: int, count: int) -> None:
-    """Subtracts ``count`` weighted rows of ``WIDE`` numbers from the one at ``to``; none of them may overlap it.
+def subtract_each_row(
+    m: Floats, to: int, weight: int, step: int, row: int, stride: int, count: int, width: int
+) -> None:
+    """Subtracts ``count`` weighted rows of ``width`` numbers from the one at ``to``; none of them may overlap it.
 
-    Rows stand ``stride`` apart from ``row`` on, their weights ``step`` apart from ``weight`` on.
+    Rows stand ``stride`` apart from ``row`` on, their weights ``step`` apart from ``weight`` on. ``width`` is a
+    constant and a multiple of four; vector registers hold 28 numbers at once.
     """
     for k in range(count):
-        for j in range(WIDE):
+        for j in range(width):
             m[to + j] -= m[weight + k * step] * m[row + k * stride + j]
 
 
@@ -61,7 +64,7 @@ def add_scaled(m: Floats, to: int, weight: float, at: int, count: int) -> None:
 
 
 @primitive(subtract_each_row)
-def subtract_rows(m: Floats, to: int, weight: int, step: int, row: int, stride: int, count: int) -> None:
+def subtract_rows(m: Floats, to: int, weight: int, step: int, row: int, stride: int, count: int, width: int) -> None:
     """``subtract_each_row``."""
     for k in range(count):
-        add_scaled(m, to, -m[weight + k * step], row + k * stride, WIDE)
+        add_scaled(m, to, -m[weight + k * step], row + k * stride, width)

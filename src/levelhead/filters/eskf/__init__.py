@@ -48,9 +48,11 @@ their reasons: docs/self-calibration.md.
 | ``reinitialise`` | tilt, heading and field from a block's mean readings |
 | ``calibration`` | the estimates as plain numbers, and a prior |
 | ``filter`` | the order of all this, sample by sample |
+| ``rts`` | the smoother: what the forward run keeps, and the step back |
 """
 
-from levelhead.filters.contract import Aiding, Filter, Inflation, Schedule, SelfCalibration, Settling
+from levelhead.filters.contract import Aiding, Filter, Inflation, Schedule, SelfCalibration, Settling, Smoothing
+from levelhead.filters.eskf import rts
 from levelhead.filters.eskf.filter import (
     at_rest,
     correct,
@@ -84,6 +86,21 @@ FILTER = Filter(
     aiding=Aiding(update_aiding, nav_state),
     handles=frozenset({"bias", "field"}),
     calibration=SelfCalibration(restart, with_prior, estimate),
+    smoothing=Smoothing(
+        offline=rts.offline,
+        init=rts.init,
+        correct=rts.correct,
+        width=rts.KEPT,
+        block_ended=rts.block_ended,
+        keep_start=rts.keep_start,
+        keep=rts.keep,
+        memory=rts.SIZE,
+        begin=rts.begin,
+        back=rts.back,
+        read=rts.read,
+        rotation=rts.rotation,
+        restarted=rts.restarted,
+    ),
     with_known_bias=with_known_bias,
 )
 

@@ -1,0 +1,270 @@
+"""The smoother's part of ``ESKF``: what the forward run keeps of each block, and one step backwards.
+
+Of block k these are kept: its covariance P_k, the covariance P⁻_k+1 predicted from it, the rows of F P_k that differ
+from P_k, and the correction x_k+1. With A = P⁻_k+1, B = F P_k and x^s the correction of a block's mean by all that
+follows (H. E. Rauch, F. Tung, C. T. Striebel, Maximum likelihood estimates of linear dynamic systems, AIAA Journal
+3(8), 1965):
+
+    G = Bᵀ A⁻¹,   d = x_k+1 + x^s_k+1                                                                           (1)
+    x^s_k = G d,   P^s_k = P_k + G (P^s_k+1 − A) Gᵀ                                                             (2)
+
+and with the Cholesky factor A = Rᵀ R
+
+    Rᵀ Y = B,   R Gᵀ = Y                                                                                        (3)
+
+All operations are on whole rows, which vector instructions take. A state without variance, or one of which the past
+contains no information, has a column of zeros in G, and is left out. After a reinitialisation of the attitude, velocity
+and attitude are left out of (1); the calibration still goes backwards through it. States of aiding are not smoothed.
+"""
+
+from math import sqrt
+from typing import NamedTuple
+
+from levelhead.compiler.mark import kernel, noinline
+from levelhead.filters.eskf import state as at
+from levelhead.filters.eskf.covariance import rotate_velocity_error
+from levelhead.filters.eskf.filter import State, existing, start, update
+from levelhead.filters.eskf.params import ESKF
+from levelhead.filters.eskf.predict import predict
+from levelhead.kernels import quat
+from levelhead.kernels.arrays import Floats, copy, subtract_rows, zeros
+from levelhead.kernels.quat import Quat
+from levelhead.kernels.tilt import UNIFORM
+from levelhead.kernels.vec3 import Vec3
+
+LONGEST_BLOCK = 0.25  # s: blocks need not be shorter than this offline
+WHOLE = at.ROW * at.ROW  # numbers of a matrix; those of aiding stay unused
+N = at.N_MAGNETIC
+LEAST = 1e-13  # share of a variance that must be left of it, or it contains no information of its own
+
+# The memory of the forward run: what a block predicted stands behind the filter's
+PREDICTED = at.SIZE  # P⁻
+BEFORE = PREDICTED + WHOLE  # the attitude before the correction, 4
+FORWARD_SIZE = BEFORE + 4
+
+# What is kept of each block
+KEPT_P = 0
+KEPT_PREDICTED = KEPT_P + WHOLE
+KEPT_W = KEPT_PREDICTED + WHOLE  # rows of F P of the driven states
+KEPT_X = KEPT_W + at.DRIVEN * at.ROW
+KEPT_BIAS = KEPT_X + at.N  # rad/s, 3
+KEPT_ROTATION = KEPT_BIAS + 3  # by the correction at its end, earth frame, 4
+KEPT_RESTART = KEPT_ROTATION + 4  # 1: its attitude is independent of that before it
+KEPT_DECAY = KEPT_RESTART + 1  # share by which the field's eastern part decayed
+KEPT = KEPT_DECAY + 1
+
+# The memory of the step back
+AHEAD = 0  # A, then P^s_k+1 − A
+FACTOR = AHEAD + WHOLE  # R
+GAIN = FACTOR + WHOLE  # B, then Y, then Gᵀ
+LATER = GAIN + WHOLE  # P^s_k+1
+NOW = LATER + WHOLE  # P_k, then P^s_k
+PRODUCT = NOW + WHOLE
+OFF = PRODUCT + WHOLE  # d
+SMOOTHED = OFF + at.ROW  # x^s
+SIZE = SMOOTHED + at.ROW
+
+
+class Smoothed(NamedTuple):
+    """Of a block: the rotation vector of its attitude's correction (rad, earth frame), its bias (rad/s), σ of both."""
+
+    turn: Vec3
+    bias: Vec3
+    sigma: Vec3  # rad, of the attitude
+
+
+@noinline
+def init(params: ESKF, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
+    """``filter.init`` with room behind the memory for what ``correct`` keeps."""
+    m = zeros(FORWARD_SIZE)
+    return start(params, m, acc, mag)
+
+
+@noinline
+def correct(params: ESKF, state: State, dt: float) -> State:
+    """``filter.correct`` that keeps the predicted covariance and the attitude before the correction."""
+    m = state.memory
+    predict(params, m, existing(state))
+    copy(m, PREDICTED, at.P, WHOLE)
+    q = state.quat
+    m[BEFORE], m[BEFORE + 1], m[BEFORE + 2], m[BEFORE + 3] = q.w, q.x, q.y, q.z
+    return update(params, state)
+
+
+@kernel
+def block_ended(state: State) -> bool:
+    """Whether a block ended with the last sample."""
+    return state.block_ended
+
+
+@kernel
+def keep_start(state: State, kept: Floats) -> None:
+    """The block before a stretch of samples; only its covariance and bias are needed."""
+    m = state.memory
+    for j in range(WHOLE):
+        kept[KEPT_P + j] = m[at.P + j]
+    for j in range(3):
+        kept[KEPT_BIAS + j] = m[at.MEAN + at.GYR_BIAS + j]
+
+
+@kernel
+def keep(state: State, kept: Floats, first: int) -> None:
+    """The block that has just ended, as numbers of ``kept`` from ``first`` on."""
+    m = state.memory
+    for j in range(WHOLE):
+        kept[first + KEPT_P + j] = m[at.P + j]
+        kept[first + KEPT_PREDICTED + j] = m[PREDICTED + j]
+    for j in range(at.DRIVEN * at.ROW):
+        kept[first + KEPT_W + j] = m[at.W + j]
+    for j in range(at.N):
+        kept[first + KEPT_X + j] = m[at.X + j]
+    for j in range(3):
+        kept[first + KEPT_BIAS + j] = m[at.MEAN + at.GYR_BIAS + j]
+    before = Quat(m[BEFORE], m[BEFORE + 1], m[BEFORE + 2], m[BEFORE + 3])
+    w, x, y, z = quat.multiply(state.quat, quat.conjugate(before))
+    kept[first + KEPT_ROTATION] = w
+    kept[first + KEPT_ROTATION + 1] = x
+    kept[first + KEPT_ROTATION + 2] = y
+    kept[first + KEPT_ROTATION + 3] = z
+    kept[first + KEPT_RESTART] = 1.0 if m[at.REINITIALISED] > 0.0 or m[at.GAP_TIME] > 0.0 else 0.0
+    kept[first + KEPT_DECAY] = m[at.EAST_DECAY]
+
+
+@kernel
+def rotation(kept: Floats, first: int) -> Quat:
+    """The rotation by the correction at the end of a block, earth frame."""
+    q = first + KEPT_ROTATION
+    return Quat(kept[q], kept[q + 1], kept[q + 2], kept[q + 3])
+
+
+@kernel
+def restarted(kept: Floats, first: int) -> bool:
+    """Whether the attitude of a block is independent of that before it."""
+    return kept[first + KEPT_RESTART] > 0.0
+
+
+@kernel
+def begin(state: State, m: Floats) -> None:
+    """At the end of the recording, of which nothing follows."""
+    for j in range(WHOLE):
+        m[NOW + j] = state.memory[at.P + j]
+
+
+@kernel
+def load(kept: Floats, first: int, m: Floats) -> None:
+    """Puts block k, kept from ``first`` on, and the one behind it to where the step back needs them."""
+    after = first + KEPT
+    copy(m, LATER, NOW, WHOLE)
+    for j in range(WHOLE):
+        m[AHEAD + j] = kept[after + KEPT_PREDICTED + j]
+        m[NOW + j] = kept[first + KEPT_P + j]
+    copy(m, GAIN, NOW, WHOLE)
+    for j in range(at.DRIVEN * at.ROW):
+        m[GAIN + at.VELOCITY * at.ROW + j] = kept[after + KEPT_W + j]
+    for j in range(at.ROW):
+        m[GAIN + at.FIELD_EAST * at.ROW + j] *= 1.0 - kept[after + KEPT_DECAY]
+    x, y = kept[after + KEPT_X + at.VELOCITY], kept[after + KEPT_X + at.VELOCITY + 1]
+    rotate_velocity_error(m, LATER, at.ROW, -x, -y)  # undoes what the correction did to the error of velocity
+    m[SMOOTHED + at.VELOCITY] += y * m[SMOOTHED + at.HEADING]
+    m[SMOOTHED + at.VELOCITY + 1] -= x * m[SMOOTHED + at.HEADING]
+    for j in range(at.N):
+        m[OFF + j] = kept[after + KEPT_X + j] + m[SMOOTHED + j]
+
+
+@kernel
+def scale_row(m: Floats, row: int, factor: float) -> None:
+    """Multiplies a row by a number."""
+    for i in range(N):
+        m[row + i] = m[row + i] * factor
+
+
+@kernel
+def factorize(m: Floats, restart: bool) -> None:
+    """R of eq. 3 by rows; the diagonal holds 1/R_jj, and 0 for a state that is left out."""
+    copy(m, FACTOR, AHEAD, WHOLE)
+    for j in range(N):
+        row = FACTOR + j * at.ROW
+        if m[AHEAD + j * at.ROW + j] > 0.0:
+            subtract_rows(m, row, FACTOR + j, at.ROW, FACTOR, at.ROW, j, N)
+        pivot = m[row + j]
+        driven = at.VELOCITY <= j < at.VELOCITY + at.DRIVEN
+        left_out = pivot <= LEAST * m[AHEAD + j * at.ROW + j] or (restart and driven)
+        one = 0.0 if left_out else 1.0 / sqrt(pivot)
+        scale_row(m, row, one)
+        m[row + j] = one
+
+
+@kernel
+def solve(m: Floats) -> None:
+    """Eq. 3."""
+    for j in range(N):
+        if m[FACTOR + j * at.ROW + j] != 0.0:
+            subtract_rows(m, GAIN + j * at.ROW, FACTOR + j, at.ROW, GAIN, at.ROW, j, N)
+        scale_row(m, GAIN + j * at.ROW, m[FACTOR + j * at.ROW + j])
+    for k in range(N):
+        j = N - 1 - k
+        after = j + 1
+        if m[FACTOR + j * at.ROW + j] != 0.0:
+            subtract_rows(m, GAIN + j * at.ROW, FACTOR + j * at.ROW + after, 1, GAIN + after * at.ROW, at.ROW, k, N)
+        scale_row(m, GAIN + j * at.ROW, m[FACTOR + j * at.ROW + j])
+
+
+@kernel
+def combine(m: Floats) -> None:
+    """Eq. 2."""
+    for i in range(WHOLE):
+        m[AHEAD + i] = m[LATER + i] - m[AHEAD + i]
+        m[PRODUCT + i] = 0.0
+    for i in range(at.ROW):
+        m[SMOOTHED + i] = 0.0
+        m[OFF + i] = -m[OFF + i]
+    subtract_rows(m, SMOOTHED, OFF, 1, GAIN, at.ROW, N, N)
+    for i in range(N):
+        if m[FACTOR + i * at.ROW + i] != 0.0:
+            subtract_rows(m, PRODUCT + i * at.ROW, AHEAD + i * at.ROW, 1, GAIN, at.ROW, N, N)
+    for i in range(N):
+        if m[NOW + i * at.ROW + i] != 0.0:
+            subtract_rows(m, NOW + i * at.ROW, GAIN + i, at.ROW, PRODUCT, at.ROW, N, N)
+    for i in range(N):
+        for j in range(i):
+            m[NOW + i * at.ROW + j] = m[NOW + j * at.ROW + i]
+
+
+@noinline
+def step_back(m: Floats, restart: bool) -> None:
+    """Eqs. 1 to 3: from AHEAD, GAIN = B, LATER, NOW = P_k and OFF to SMOOTHED and NOW."""
+    factorize(m, restart)
+    solve(m)
+    combine(m)
+
+
+@kernel
+def back(kept: Floats, first: int, m: Floats) -> None:
+    """One step back, to the block that is kept from ``first`` on."""
+    load(kept, first, m)
+    step_back(m, restarted(kept, first + KEPT))
+
+
+@kernel
+def read(kept: Floats, first: int, m: Floats) -> Smoothed:
+    """The block that the step back has reached."""
+    b = first + KEPT_BIAS
+    d = SMOOTHED + at.GYR_BIAS
+    x = SMOOTHED + at.ATTITUDE
+    v = NOW + at.ATTITUDE * (at.ROW + 1)
+    return Smoothed(
+        Vec3(m[x], m[x + 1], m[x + 2]),
+        Vec3(kept[b] + m[d], kept[b + 1] + m[d + 1], kept[b + 2] + m[d + 2]),
+        Vec3(angle_sigma(m[v]), angle_sigma(m[v + at.ROW + 1]), angle_sigma(m[v + 2 * (at.ROW + 1)])),
+    )
+
+
+@kernel
+def angle_sigma(variance: float) -> float:
+    """1σ of an angle of this variance, rad."""
+    return min(sqrt(max(variance, 0.0)), UNIFORM)
+
+
+def offline(params: ESKF) -> ESKF:
+    """The parameters with blocks of at least ``LONGEST_BLOCK``; plain Python."""
+    return params._replace(block=max(params.block, LONGEST_BLOCK))
