@@ -2,16 +2,6 @@
  *
  * Two-state Kalman filter (angle, gyroscope bias), per axis; variances in degrees when it runs on an IMU.
  *
- * Args:
- *     q_angle (float, deg²/s): process noise density of the angle; at least 0; default 0.001.
- *     q_bias (float, (deg/s)²/s): process noise density of the bias; at least 0; default 0.003.
- *     r_measure (float, deg²): variance of the measured angle; greater than 0; default 0.03.
- *     r_heading (float, deg²): variance of the magnetometer's heading; greater than 0; default 9.
- *     p_angle (float, deg²): variance of the first angle; at least 0; default 1.
- *     p_bias (float, (deg/s)²): variance of the bias at the start; at least 0; default 1.
- *     q_per_sample (bool): add q_angle and q_bias at every sample instead of times dt; default False.
- *     joseph (bool): Joseph's form of the covariance update (eq. 4, right); default False.
- *
  * K. Lauszus, A practical approach to Kalman filter and how to implement it, TKJ Electronics, 2012; R. E.
  * Kalman, A New Approach to Linear Filtering and Prediction Problems, J. Basic Engineering 82(1), 1960
  *
@@ -46,18 +36,7 @@
 extern "C" {
 #endif
 
-/* Two-state Kalman filter (angle, gyroscope bias), per axis; variances in degrees when it runs on an IMU.
- *
- * Args:
- *     q_angle (float, deg²/s): process noise density of the angle; at least 0; default 0.001.
- *     q_bias (float, (deg/s)²/s): process noise density of the bias; at least 0; default 0.003.
- *     r_measure (float, deg²): variance of the measured angle; greater than 0; default 0.03.
- *     r_heading (float, deg²): variance of the magnetometer's heading; greater than 0; default 9.
- *     p_angle (float, deg²): variance of the first angle; at least 0; default 1.
- *     p_bias (float, (deg/s)²): variance of the bias at the start; at least 0; default 1.
- *     q_per_sample (bool): add q_angle and q_bias at every sample instead of times dt; default False.
- *     joseph (bool): Joseph's form of the covariance update (eq. 4, right); default False.
- */
+/* Two-state Kalman filter (angle, gyroscope bias), per axis; variances in degrees when it runs on an IMU. */
 typedef struct {
     double q_angle; /* deg²/s: process noise density of the angle (at least 0) */
     double q_bias; /* (deg/s)²/s: process noise density of the bias (at least 0) */

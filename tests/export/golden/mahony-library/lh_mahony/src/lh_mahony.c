@@ -16,18 +16,19 @@ typedef lh_mahony_readings Readings;
 typedef lh_mahony_params Mahony;
 typedef lh_mahony_guard Guard;
 typedef lh_mahony_settings Settings;
-typedef lh_mahony_sum Sum;
-typedef lh_mahony_calm Calm;
+typedef lh_mahony_sums Sums;
+typedef lh_mahony_slow_means SlowMeans;
 typedef lh_mahony_extreme Extreme;
 typedef lh_mahony_repeat Repeat;
-typedef lh_mahony_sensors Sensors;
+typedef lh_mahony_detector_state DetectorState;
 typedef lh_mahony_conditioned_sample ConditionedSample;
 typedef lh_mahony_quat Quat;
 typedef lh_mahony_state State;
+typedef lh_mahony_rest Rest;
 typedef lh_mahony_field Field;
-typedef lh_mahony_watch Watch;
+typedef lh_mahony_guard_state GuardState;
 typedef lh_mahony_covariance Covariance;
-typedef lh_mahony_doubt Doubt;
+typedef lh_mahony_observer_covariance ObserverCovariance;
 typedef lh_mahony_filter_run FilterRun;
 typedef lh_mahony_carry Carry;
 typedef lh_mahony_output Output;
@@ -69,12 +70,12 @@ typedef struct {
     float zz;
 } Mat3;
 
-/* What the filter may see of a sample (zero vector: nothing), and what is known about it. */
+/* A magnetometer reading (µT; the zero vector where it is held back), health bits, and the guard after it. */
 typedef struct {
     Vec3 mag;
     int32_t health;
-    Watch watch;
-} Look;
+    GuardState state;
+} Gated;
 
 /* How much of a rotation was not measured. */
 typedef struct {
@@ -110,11 +111,24 @@ static const float TRIG_HALF_PI_1 = 1.5703125f;
 static const float TRIG_HALF_PI_2 = 0.0004837513f;
 static const float TRIG_HALF_PI_3 = 7.54979e-08f;
 
-static const float OBSERVER_COVARIANCE_SPELL = 0.05f; /* s: σ need not be judged more often */
+static const float FIELD_FIRST_AGE = 0.001f; /* s for which the first reading counts */
+static const float FIELD_FIELD_TIME = 20.0f; /* s, time constant of norm and dip */
+static const Field FIELD_NO_FIELD = {0.0f, 0.0f, 0.0f, 0.0f};
+
+static const float ANGLE_DEGREE = 0.017453292f; /* pi / 180.0: rad */
+
+static const float REST_INTERVAL = 0.02f; /* s over which readings are averaged */
+static const float REST_MEAN_TIME = 0.5f; /* s, time constant of the slow means */
+/* (2.0 * DEGREE) * (2.0 * DEGREE): (rad/s)², by which a bias may differ from what is known of it */
+static const float REST_BIAS_CHANGE = 0.0012184697f;
+static const float REST_BIAS_TIME = 10.0f; /* s, time constant of the bias at rest */
+static const Sums REST_NO_SUMS = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
+
+static const float OBSERVER_COVARIANCE_INTERVAL = 0.05f; /* s between two updates of σ */
 /* (1.0 * DEGREE) * (1.0 * DEGREE): (rad/s)², bias of a gyroscope just turned on */
 static const float OBSERVER_COVARIANCE_TURN_ON = 0.00030461742f;
 /* (0.05 * DEGREE) * (0.05 * DEGREE): (rad/s)², bias after it was read off at rest */
-static const float OBSERVER_COVARIANCE_RESTED = 7.6154356e-07f;
+static const float OBSERVER_COVARIANCE_REST_BIAS = 7.6154356e-07f;
 /* (0.003 * DEGREE) * (0.003 * DEGREE): (rad/s)²/s, random walk of the bias */
 static const float OBSERVER_COVARIANCE_WALK = 2.7415568e-09f;
 /* (0.02 * DEGREE) * (0.02 * DEGREE): rad²/s, white noise of the rate */
@@ -127,30 +141,28 @@ static const float OBSERVER_COVARIANCE_OFFSET = 0.000103982115f;
 static const float OBSERVER_COVARIANCE_SHAKE = 0.0001f;
 static const float OBSERVER_COVARIANCE_JERK_SECONDS = 0.15f; /* for which an acceleration lasts */
 static const float OBSERVER_COVARIANCE_HALF_PER_G2 = 0.005199106f; /* 0.5 / (GRAVITY * GRAVITY) */
-static const float OBSERVER_COVARIANCE_SMOOTH = 1.0f; /* s over which the acceleration's variance is judged */
-/* (5.0 * DEGREE) * (5.0 * DEGREE): rad², what iron nearby turns the field */
+static const float OBSERVER_COVARIANCE_SMOOTH = 1.0f; /* s, time constant of the mean square acceleration */
+/* (5.0 * DEGREE) * (5.0 * DEGREE): rad², by which iron nearby turns the field */
 static const float OBSERVER_COVARIANCE_IRON = 0.0076154354f;
-static const float OBSERVER_COVARIANCE_IRON_SECONDS = 2.0f; /* for which a body on the move has it */
+static const float OBSERVER_COVARIANCE_IRON_SECONDS = 2.0f; /* s for which a body on the move is near the same iron */
 
 static const float QUAT_SMALL = 0.01f; /* (angle/2)² below which series take over */
 
-/* sine below which opposite directions leave the axis of rotation undetermined */
-static const float VECTOR_ERROR_NO_AXIS = 1e-09f;
-/* (angle/2)⁴ up to which a short series is exact to the last bit or two */
-static const float VECTOR_ERROR_SHORT = 1e-06f;
-static const float VECTOR_ERROR_NEAR_UNIT = 1e-05f; /* |q|² − 1 up to which a series is exact to 1e-15 */
-
-/* rad: two directions nearer than this leave the angle around them undetermined */
-static const float TRIAD_PARALLEL = 1e-06f;
-
-static const float ANGLE_DEGREE = 0.017453292f; /* pi / 180.0: rad */
-
-static const float GUARD_CHANGE = 0.0012184697f; /* (2.0 * DEGREE) * (2.0 * DEGREE): (rad/s)², of a bias once known */
-static const float GUARD_BIAS_TAU = 10.0f; /* s over which rest averages the bias */
-static const float GUARD_FIRST_AGE = 0.001f; /* s: what one reading counts */
-static const float GUARD_FIELD_TAU = 20.0f; /* s over which the field is learned */
-static const bool GUARD_TELLS_FIELD = true; /* a filter that judges the field by itself is left to it */
-static const Watch GUARD_BEFORE = {0.0f, {0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f, 0.0f}};
+static const float DETECTORS_PLATEAU = 0.997f; /* of the largest reading so far: readings above this may be clipped */
+/* of the largest reading so far: a reading that rises from below this in two samples rises steeply */
+static const float DETECTORS_APPROACH = 0.7f;
+static const float DETECTORS_AT_FULL = 0.99f; /* of a full scale found: where it ends drifts with temperature */
+/* 1/s, of the reading itself: a smooth peak that is flat for PLATEAU_SECONDS is reached at 0.6 at most */
+static const float DETECTORS_STEEP = 2.0f;
+static const float DETECTORS_PLATEAU_SECONDS = 0.0199f;
+static const float DETECTORS_NOT_STEEP = -1.0f;
+static const float DETECTORS_LEAST = 1e-05f; /* rad/s, m/s²: no sensor has finer steps than this */
+static const float DETECTORS_STUCK_SAMPLES = 20.0f;
+static const float DETECTORS_STUCK_SECONDS = 1.0f; /* of one value while another axis moves */
+static const DetectorState DETECTORS_NO_SAMPLES = {{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f},
+    {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, false}, {4.0f, 4.0f, 0.0f, 0.0f, -1.0f, 0, false},
+    {19.0f, 19.0f, 0.0f, 0.0f, -1.0f, 0, false}, {{0.0f, 0.0f, 0.0f}, 0, 0.0f}, {{0.0f, 0.0f, 0.0f}, 0, 0.0f},
+    false, false, 0};
 
 static const int32_t HEALTH_GYR_MISSING = 1; /* the last rate was held */
 static const int32_t HEALTH_ACC_MISSING = 2; /* nothing corrected tilt */
@@ -166,27 +178,17 @@ static const int32_t HEALTH_MAG_REJECTED = 1024; /* norm or dip are not those of
 static const int32_t HEALTH_MAG_LEARNED = 4096;
 static const int32_t HEALTH_AT_REST = 2048; /* nothing wrong: the sensor is still, and its bias is being learned */
 
-/* cos² of the field's dip in middle Europe: how much of a heading error the whole field shows */
-static const float MAHONY_DIP_SHARE = 0.2f;
+/* sine below which opposite directions leave the axis of rotation undetermined */
+static const float VECTOR_ERROR_NO_AXIS = 1e-09f;
+/* (angle/2)⁴ up to which a short series is exact to the last bit or two */
+static const float VECTOR_ERROR_SHORT = 1e-06f;
+static const float VECTOR_ERROR_NEAR_UNIT = 1e-05f; /* |q|² − 1 up to which a series is exact to 1e-15 */
 
-static const float DETECTORS_SPELL = 0.02f; /* s: rest need not be looked for more often */
-static const float DETECTORS_SMOOTH = 0.5f; /* s, time constant of the means that rest is told by */
-static const float DETECTORS_PLATEAU = 0.997f; /* of the largest reading so far: readings above this may be clipped */
-/* of the largest reading so far: who comes from below in two samples comes steeply */
-static const float DETECTORS_NEAR = 0.7f;
-static const float DETECTORS_AT_FULL = 0.99f; /* of a full scale found: where it ends drifts with temperature */
-/* 1/s, of the reading itself: a smooth peak that is flat for PLATEAU_SECONDS is reached at 0.6 at most */
-static const float DETECTORS_STEEP = 2.0f;
-static const float DETECTORS_PLATEAU_SECONDS = 0.0199f;
-static const float DETECTORS_NOT_ABRUPT = -1.0f;
-static const float DETECTORS_LEAST = 1e-05f; /* rad/s, m/s²: no sensor has finer steps than this */
-static const float DETECTORS_STUCK_SAMPLES = 20.0f;
-static const float DETECTORS_STUCK_SECONDS = 1.0f; /* of one value while another axis moves */
-static const Sum DETECTORS_NOTHING = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
-static const Sensors DETECTORS_BEFORE = {{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f},
-    {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, false}, {4.0f, 4.0f, 0.0f, 0.0f, -1.0f, 0, false},
-    {19.0f, 19.0f, 0.0f, 0.0f, -1.0f, 0, false}, {{0.0f, 0.0f, 0.0f}, 0, 0.0f}, {{0.0f, 0.0f, 0.0f}, 0, 0.0f},
-    false, false, 0};
+static const bool GUARD_GATES_FIELD = true; /* False for a filter that gates the field itself */
+static const GuardState GUARD_NO_SAMPLES = {{0.0f, {0.0f, 0.0f, 0.0f}}, 0.0f, {0.0f, 0.0f, 0.0f, 0.0f}};
+
+/* rad: two directions nearer than this leave the angle around them undetermined */
+static const float TRIAD_PARALLEL = 1e-06f;
 
 /* rad/s, m/s², µT: beyond it a reading is missing; NaN and infinity fail the comparison too */
 static const float CONDITIONING_READING_LIMIT = 1e9f;
@@ -206,6 +208,9 @@ static const ConditionedSample CONDITIONING_NO_SAMPLE = {{0.0f, 0.0f, 0.0f}, {0.
     {4.0f, 4.0f, 0.0f, 0.0f, -1.0f, 0, false}, {19.0f, 19.0f, 0.0f, 0.0f, -1.0f, 0, false},
     {{0.0f, 0.0f, 0.0f}, 0, 0.0f}, {{0.0f, 0.0f, 0.0f}, 0, 0.0f}, false, false, 0}};
 static const UnmeasuredRotation CONDITIONING_ALL_MEASURED = {0.0f, 0.0f};
+
+/* cos² of the field's dip in middle Europe: how much of a heading error the whole field shows */
+static const float MAHONY_DIP_SHARE = 0.2f;
 
 static const bool DRIVER_OWN_SIGMA = false;
 static const float DRIVER_FIRST_FIELD = 0.6f; /* rad², of a heading that was relative until now: 45° */
@@ -262,16 +267,23 @@ static Vec3 vec3_sub(Vec3 a, Vec3 b)
     return (Vec3){a.x - b.x, a.y - b.y, a.z - b.z};
 }
 
-/* s·a */
-static Vec3 vec3_scale(Vec3 a, float s)
+/* |a| */
+static float vec3_norm(Vec3 a)
 {
-    return (Vec3){a.x * s, a.y * s, a.z * s};
+    const float x = a.x, y = a.y, z = a.z;
+    return sqrtf(x * x + y * y + z * z);
 }
 
 /* a·b */
 static float vec3_dot(Vec3 a, Vec3 b)
 {
     return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+/* s·a */
+static Vec3 vec3_scale(Vec3 a, float s)
+{
+    return (Vec3){a.x * s, a.y * s, a.z * s};
 }
 
 /* a × b */
@@ -292,13 +304,6 @@ static Vec3 vec3_normalize(Vec3 a)
         return (Vec3){x * one, y * one, z * one};
     }
     return (Vec3){0.0f, 0.0f, 0.0f};
-}
-
-/* |a| */
-static float vec3_norm(Vec3 a)
-{
-    const float x = a.x, y = a.y, z = a.z;
-    return sqrtf(x * x + y * y + z * z);
 }
 
 /* ---- tilt
@@ -469,6 +474,149 @@ static float trig_cos(float x)
     return c;
 }
 
+/* ---- field
+ *
+ * The earth's magnetic field as the guard knows it: norm and dip, and whether a reading is of it.
+ */
+
+/* The reference at the start, from which the heading was taken; up is the vertical in the sensor frame. */
+static Field field_initial_field(Vec3 up, Vec3 mag)
+{
+    if (!tilt_present(mag)) {
+        return FIELD_NO_FIELD;
+    }
+    const float n = vec3_norm(mag);
+    return (Field){n, vec3_dot(up, mag) / n, FIELD_FIRST_AGE, 0.0f};
+}
+
+/* The reference after a reading (µT); rejected > 0: the reading is not of the earth's field.
+ *
+ * A reading whose norm and dip are within the bounds is averaged into the reference. Readings that stay outside for
+ * mag_time become the new reference: the room was changed, not the moment. A younger reference, which may come
+ * from a wrong attitude, is replaced after as many seconds as it is old.
+ */
+static Field field_update_field(const Guard *guard, Field field, Vec3 up, Vec3 mag, float dt)
+{
+    const float strength = field.norm, dip = field.dip, age = field.age, rejected = field.rejected;
+    const float x = mag.x, y = mag.y, z = mag.z;
+    const float n = sqrtf(x * x + y * y + z * z);
+    const float a = up.x, b = up.y, c = up.z;
+    const float d = (a * x + b * y + c * z) * (1.0f / n);
+    if (age == 0.0f || rejected > lh_min(guard->mag_time, age)) {
+        return (Field){n, d, dt, 0.0f};
+    }
+    if (fabsf(n - strength) > guard->mag_gate * strength
+        || fabsf(d - dip) > guard->mag_angle * ANGLE_DEGREE) {
+        return (Field){strength, dip, age, rejected + dt};
+    }
+    const float weight = lowpass_lowpass_weight(FIELD_FIELD_TIME, age, dt);
+    return (Field){strength + weight * (n - strength), dip + weight * (d - dip),
+        lh_min(age + dt, FIELD_FIELD_TIME), 0.0f};
+}
+
+/* ---- rest
+ *
+ * Is the sensor at rest, and what is its gyroscope bias then: the only place where that is decided.
+ *
+ * Rate and specific force are averaged over short intervals. The sensor is quiet while these averages stay near their own
+ * slow means, and at rest once it has been quiet for rest_time with a mean rate that is no steady turn. At rest the
+ * mean rate is the bias.
+ */
+
+/* |v − mean|² */
+static float rest_distance2(Vec3 mean, Vec3 v)
+{
+    const float x = v.x - mean.x;
+    const float y = v.y - mean.y;
+    const float z = v.z - mean.z;
+    return x * x + y * y + z * z;
+}
+
+/* mean + weight (v − mean) */
+static Vec3 rest_blend(Vec3 mean, Vec3 v, float weight)
+{
+    const float a = mean.x, b = mean.y, c = mean.z;
+    const float x = v.x, y = v.y, z = v.z;
+    return (Vec3){a + weight * (x - a), b + weight * (y - b), c + weight * (z - c)};
+}
+
+/* Adds a sample (rad/s, m/s², dt s) to the interval, or begins the next one with it. */
+static Sums rest_add_sample(Sums sums, Vec3 gyr, Vec3 acc, float dt)
+{
+    const float x = gyr.x, y = gyr.y, z = gyr.z;
+    const float a = acc.x, b = acc.y, c = acc.z;
+    if (sums.time >= REST_INTERVAL) {
+        return (Sums){x * dt, y * dt, z * dt, a * dt, b * dt, c * dt, dt};
+    }
+    const float p = sums.x, q = sums.y, r = sums.z, u = sums.a, v = sums.b, w = sums.c, time = sums.time;
+    return (Sums){p + x * dt, q + y * dt, r + z * dt, u + a * dt, v + b * dt, w + c * dt, time + dt};
+}
+
+/* Whether the sensor has been quiet for rest_time. */
+static bool rest_is_resting(const Guard *guard, Rest rest)
+{
+    return rest.time > guard->rest_time;
+}
+
+/* The slow means after an interval; quiet if its averages are within rest_gyr and rest_acc of them.
+ *
+ * blind: the rate has been missing for long.
+ */
+static SlowMeans rest_update_means(const Guard *guard, const SlowMeans *means, Sums sums, bool blind)
+{
+    const Vec3 mean = means->gyr, force = means->acc;
+    const float x = sums.x, y = sums.y, z = sums.z, a = sums.a, b = sums.b, c = sums.c, dt = sums.time;
+    const float one = 1.0f / dt;
+    const Vec3 gyr = {x * one, y * one, z * one};
+    const Vec3 acc = {a * one, b * one, c * one};
+    const float gyr_limit = guard->rest_gyr * ANGLE_DEGREE;
+    const bool quiet = rest_distance2(mean, gyr) < gyr_limit * gyr_limit
+        && rest_distance2(force, acc) < guard->rest_acc * guard->rest_acc;
+    const float weight = dt / (REST_MEAN_TIME + dt);
+    return (SlowMeans){rest_blend(mean, gyr, weight), rest_blend(force, acc, weight),
+        quiet && dt <= TILT_GAP_SECONDS && !blind};
+}
+
+/* Whether a steady mean rate (rad/s) is a turn and no bias: too large for any, or far from what is known of it.
+ *
+ * own is the filter's own estimate beside bias. A bias may be large when the gyroscope is switched on, but
+ * then hardly changes. A smaller rate than the known bias is accepted, as that may come from a steady turn.
+ */
+static bool rest_is_turn(const Guard *guard, Vec3 mean, Vec3 bias, Vec3 own)
+{
+    const float limit = guard->bias_limit * ANGLE_DEGREE;
+    const float square = rest_distance2(VEC3_ZERO, mean);
+    if (square > limit * limit) {
+        return true;
+    }
+    if (!tilt_present(bias)) {
+        return false;
+    }
+    const Vec3 known = vec3_add(bias, own);
+    const float before = rest_distance2(VEC3_ZERO, known);
+    return before > 0.0f && square > before && rest_distance2(known, mean) > REST_BIAS_CHANGE;
+}
+
+/* After an interval of dt seconds: how long the sensor has been quiet, and the bias (rad/s) as a running mean.
+ *
+ * own is the bias that the filter estimates itself; it is subtracted.
+ */
+static Rest rest_update_rest(const Guard *guard, Rest rest, Vec3 own, const SlowMeans *means, float dt)
+{
+    float time = rest.time;
+    Vec3 bias = rest.bias;
+    const Vec3 mean = means->gyr;
+    if (!means->quiet || rest_is_turn(guard, mean, bias, own)) {
+        return (Rest){0.0f, bias};
+    }
+    time += dt;
+    const float age = time - guard->rest_time;
+    if (age > 0.0f) {
+        bias = rest_blend(bias, vec3_sub(mean, own), lowpass_lowpass_weight(REST_BIAS_TIME, age, dt));
+    }
+    return (Rest){time, bias};
+}
+
 /* ---- observer_covariance
  *
  * σ for filters with set gains: the covariance of an observer whose gain is given, optimal or not.
@@ -486,64 +634,65 @@ static float trig_cos(float x)
  * whose limits are right: all of s when the filter jumps onto the sample (K = 1), the density 2 τ s when it averages.
  */
 
-/* After the first sample: what one reading is worth; a relative heading is right by definition. */
-static Doubt observer_covariance_at_start(Vec3 acc, Vec3 mag)
+/* After the first sample: the variance of one reading; a relative heading is right by definition. */
+static ObserverCovariance observer_covariance_initial_covariance(Vec3 acc, Vec3 mag)
 {
     const float tilt = tilt_present(acc) ? OBSERVER_COVARIANCE_IRON : TILT_UNIFORM * TILT_UNIFORM;
     const float heading = tilt_present(mag) ? OBSERVER_COVARIANCE_IRON : 0.0f;
-    return (Doubt){{tilt, 0.0f, OBSERVER_COVARIANCE_TURN_ON}, {heading, 0.0f, OBSERVER_COVARIANCE_TURN_ON},
-        0.0f};
+    return (ObserverCovariance){{tilt, 0.0f, OBSERVER_COVARIANCE_TURN_ON},
+        {heading, 0.0f, OBSERVER_COVARIANCE_TURN_ON}, 0.0f};
 }
 
-/* After dt without a correction, at a rate whose square is turned; lost is added (rad²). */
-static Covariance observer_covariance_grown(Covariance p, float turned, float lost, float dt)
+/* After dt s without a correction; rate2 is the squared rate, (rad/s)²; unmeasured (rad²) is added. */
+static Covariance observer_covariance_predict_covariance(Covariance p, float rate2, float unmeasured,
+    float dt)
 {
     if (dt > TILT_GAP_SECONDS) {
         return (Covariance){tilt_after_gap(p.level, dt), 0.0f,
             tilt_bias_after_gap(p.bias, OBSERVER_COVARIANCE_WALK * dt, OBSERVER_COVARIANCE_TURN_ON)};
     }
     return two_state_predict(p, dt,
-        (OBSERVER_COVARIANCE_NOISE + OBSERVER_COVARIANCE_SCALE * turned) * dt + lost,
+        (OBSERVER_COVARIANCE_NOISE + OBSERVER_COVARIANCE_SCALE * rate2) * dt + unmeasured,
         OBSERVER_COVARIANCE_WALK * dt);
 }
 
-/* Eq. 1; twice is 2 τ/Δt. */
-static float observer_covariance_lasting(float variance, float twice, float share)
+/* Eq. 1: the white equivalent of a variance; twice is 2 τ/Δt, share is K. */
+static float observer_covariance_white_variance(float variance, float twice, float share)
 {
     return variance * (1.0f + (1.0f - share) * twice);
 }
 
-/* Once the bias has been read off at rest. */
-static Covariance observer_covariance_read_off(Covariance p)
+/* At rest the bias is known to 0.05 °/s (1σ), at least. */
+static Covariance observer_covariance_limit_bias(Covariance p)
 {
-    if (p.bias > OBSERVER_COVARIANCE_RESTED) {
-        return (Covariance){p.level, 0.0f, OBSERVER_COVARIANCE_RESTED};
+    if (p.bias > OBSERVER_COVARIANCE_REST_BIAS) {
+        return (Covariance){p.level, 0.0f, OBSERVER_COVARIANCE_REST_BIAS};
     }
     return p;
 }
 
-/* At the end of a spell of dt, with the filter's gains for an interval of its length.
+/* After an interval of dt s, with the filter's gains for an interval of that length.
  *
- * lost is added (rad²); seen is what has corrected in it: 1 accelerometer, 2 magnetometer.
+ * unmeasured (rad²) is added; corrected_by are the sensors that corrected: 1 accelerometer, 2 magnetometer.
  */
-static Doubt observer_covariance_judged(const Doubt *doubt, Gains gains, Vec3 gyr, Vec3 acc, bool rest,
-    float lost, int32_t seen, float dt)
+static ObserverCovariance observer_covariance_update_covariance(const ObserverCovariance *covariance,
+    Gains gains, Vec3 gyr, Vec3 acc, bool rest, float unmeasured, int32_t corrected_by, float dt)
 {
-    Covariance tilt = doubt->tilt, heading = doubt->heading;
-    float motion = doubt->motion;
+    Covariance tilt = covariance->tilt, heading = covariance->heading;
+    float motion = covariance->motion;
     float x = gyr.x, y = gyr.y, z = gyr.z;
-    const float turned = x * x + y * y + z * z;
-    tilt = observer_covariance_grown(tilt, turned, lost, dt);
-    heading = observer_covariance_grown(heading, turned, lost, dt);
+    const float rate2 = x * x + y * y + z * z;
+    tilt = observer_covariance_predict_covariance(tilt, rate2, unmeasured, dt);
+    heading = observer_covariance_predict_covariance(heading, rate2, unmeasured, dt);
     if (rest) {
-        tilt = observer_covariance_read_off(tilt);
-        heading = observer_covariance_read_off(heading);
+        tilt = observer_covariance_limit_bias(tilt);
+        heading = observer_covariance_limit_bias(heading);
     }
     const float share_tilt = gains.tilt, bias_tilt = gains.tilt_bias, share_heading = gains.heading,
         bias_heading = gains.heading_bias;
     const float often = 2.0f / dt;
     float r;
-    if ((seen & 1) != 0) {
+    if ((corrected_by & 1) != 0) {
         if (tilt_present(acc)) {
             x = acc.x;
             y = acc.y;
@@ -553,23 +702,24 @@ static Doubt observer_covariance_judged(const Doubt *doubt, Gains gains, Vec3 gy
             motion += dt / (OBSERVER_COVARIANCE_SMOOTH + dt) * (off * off - motion);
         }
         r = OBSERVER_COVARIANCE_SHAKE
-            + observer_covariance_lasting(motion, OBSERVER_COVARIANCE_JERK_SECONDS * often, share_tilt);
+            + observer_covariance_white_variance(motion, OBSERVER_COVARIANCE_JERK_SECONDS * often,
+            share_tilt);
         tilt = two_state_joseph(tilt, (Gain){share_tilt, -bias_tilt}, r);
     }
-    if ((seen & 2) != 0) {
-        r = observer_covariance_lasting(OBSERVER_COVARIANCE_IRON, OBSERVER_COVARIANCE_IRON_SECONDS * often,
-            share_heading);
+    if ((corrected_by & 2) != 0) {
+        r = observer_covariance_white_variance(OBSERVER_COVARIANCE_IRON,
+            OBSERVER_COVARIANCE_IRON_SECONDS * often, share_heading);
         heading = two_state_joseph(heading, (Gain){share_heading, -bias_heading}, r);
     }
-    return (Doubt){tilt, heading, motion};
+    return (ObserverCovariance){tilt, heading, motion};
 }
 
-/* 1σ about east, north and up, rad; no doubt is larger than knowing nothing. */
-static Vec3 observer_covariance_sigma(const Doubt *doubt)
+/* 1σ about east, north and up, rad; at most that of an angle about which nothing is known. */
+static Vec3 observer_covariance_sigma(const ObserverCovariance *covariance)
 {
-    const float tilt = lh_min(sqrtf(lh_max(doubt->tilt.level, 0.0f) + OBSERVER_COVARIANCE_OFFSET),
+    const float tilt = lh_min(sqrtf(lh_max(covariance->tilt.level, 0.0f) + OBSERVER_COVARIANCE_OFFSET),
         TILT_UNIFORM);
-    return (Vec3){tilt, tilt, lh_min(sqrtf(lh_max(doubt->heading.level, 0.0f)), TILT_UNIFORM)};
+    return (Vec3){tilt, tilt, lh_min(sqrtf(lh_max(covariance->heading.level, 0.0f)), TILT_UNIFORM)};
 }
 
 /* ---- quat
@@ -624,6 +774,13 @@ static Quat quat_from_matrix(Mat3 m)
     return quat_normalize((Quat){yx - xy, xz + zx, yz + zy, 1.0f + 2.0f * zz - trace});
 }
 
+/* The earth's vertical in the sensor frame: (−sin θ, sin φ cos θ, cos φ cos θ) with roll φ and pitch θ. */
+static Vec3 quat_up(Quat q)
+{
+    const float w = q.w, x = q.x, y = q.y, z = q.z;
+    return (Vec3){2.0f * (x * z - w * y), 2.0f * (w * x + y * z), 1.0f - 2.0f * (x * x + y * y)};
+}
+
 /* sin(angle/2)/angle of square = (angle/2)². */
 static float quat_sinc_half(float square)
 {
@@ -672,13 +829,6 @@ static Vec3 quat_rotate(Quat q, Vec3 v)
         vz + w * tz + x * ty - y * tx};
 }
 
-/* The earth's vertical in the sensor frame: (−sin θ, sin φ cos θ, cos φ cos θ) with roll φ and pitch θ. */
-static Vec3 quat_up(Quat q)
-{
-    const float w = q.w, x = q.x, y = q.y, z = q.z;
-    return (Vec3){2.0f * (x * z - w * y), 2.0f * (w * x + y * z), 1.0f - 2.0f * (x * x + y * y)};
-}
-
 /* The sensor's x axis in the earth frame: (cos ψ cos θ, sin ψ cos θ, −sin θ) with yaw ψ and pitch θ. */
 static Vec3 quat_forward(Quat q)
 {
@@ -696,6 +846,157 @@ static Euler quat_to_euler(Quat q)
     const Vec3 ahead = quat_forward(q);
     return (Euler){trig_atan2(vertical.y, vertical.z),
         trig_atan2(-vertical.x, sqrtf(ahead.x * ahead.x + ahead.y * ahead.y)), trig_atan2(ahead.y, ahead.x)};
+}
+
+/* ---- detectors
+ *
+ * Detectors that need the readings alone: full scale, stuck axes, and specific force that is not gravity.
+ *
+ * Their results are the same for every run over a recording, so lanes compute them once for all. A reading that is missing
+ * is left out: the slow mean stands for it in the sums for rest, and no other detector uses it.
+ */
+
+/* Whether a reading is at full scale: full if known (not 0), else the largest one so far if it is a plateau.
+ *
+ * A body slows down before it turns round; a clipped reading goes up steeply and then stays.
+ */
+static Extreme detectors_update_extreme(Extreme extreme, Vec3 v, float full, float dt)
+{
+    const float x = v.x, y = v.y, z = v.z;
+    const float up = extreme.up, down = extreme.down, last = extreme.last, before = extreme.before;
+    float stay = extreme.stay;
+    int32_t found = extreme.found;
+    const bool was = extreme.clipped;
+    const float far = DETECTORS_APPROACH * lh_min(up, down);
+    if (full == 0.0f && (-far < x && x < far) && (-far < y && y < far) && (-far < z && z < far)) { /* nearly always */
+        if (last == 0.0f && !was) {
+            return extreme;
+        }
+        return (Extreme){up, down, 0.0f, 0.0f, DETECTORS_NOT_STEEP, found, false};
+    }
+    const float high = lh_max(lh_max(x, y), z);
+    const float low = -lh_min(lh_min(x, y), z);
+    if (full > 0.0f) {
+        return (Extreme){full, full, 0.0f, 0.0f, DETECTORS_NOT_STEEP, 3,
+            lh_max(high, low) >= DETECTORS_PLATEAU * full};
+    }
+    const bool upwards = high > low;
+    const float largest = upwards ? high : low;
+    const float top = upwards ? up : down;
+    const int32_t side = upwards ? 1 : 2;
+    if (largest < DETECTORS_PLATEAU * top) {
+        return (Extreme){up, down, largest, last, DETECTORS_NOT_STEEP, found,
+            (found & side) != 0 && largest > DETECTORS_AT_FULL * top};
+    }
+    const bool beyond = DETECTORS_PLATEAU * largest > top;
+    if (beyond && (found & side) != 0) {
+        found -= side; /* its range is larger than that */
+    }
+    if (beyond || last < DETECTORS_PLATEAU * top) {
+        const float rise = lh_max(largest - last, last - before);
+        stay = rise > DETECTORS_STEEP * dt * largest ? 0.0f : DETECTORS_NOT_STEEP;
+    } else if (stay >= 0.0f) {
+        stay += dt;
+        if (stay >= DETECTORS_PLATEAU_SECONDS) {
+            found |= side;
+        }
+        /* a plateau is as high as it began; where a full scale ends drifts with temperature */
+        if ((found & side) == 0) {
+            return (Extreme){up, down, largest, last, stay, found, false};
+        }
+    }
+    return (Extreme){lh_max(up, high), lh_max(down, low), largest, last, stay, found, (found & side) != 0};
+}
+
+/* Which axes repeat their last value while another one changes; zero does not count (simulations without noise). */
+static Repeat detectors_update_repeat(Repeat repeat, Vec3 v, float dt)
+{
+    const float a = repeat.last.x, b = repeat.last.y, c = repeat.last.z;
+    const int32_t axes = repeat.axes;
+    const float time = repeat.time;
+    const float x = v.x, y = v.y, z = v.z;
+    if (x != a && y != b && z != c) {
+        return (Repeat){v, 0, 0.0f};
+    }
+    if (fabsf(x - a) < DETECTORS_LEAST && fabsf(y - b) < DETECTORS_LEAST && fabsf(z - c) < DETECTORS_LEAST) {
+        return repeat; /* nothing moved: it may be a sensor without noise */
+    }
+    int32_t same = 0;
+    if (x == a && x != 0.0f) {
+        same |= 1;
+    }
+    if (y == b && y != 0.0f) {
+        same |= 2;
+    }
+    if (z == c && z != 0.0f) {
+        same |= 4;
+    }
+    if ((axes & same) == 0) {
+        return (Repeat){v, same, 0.0f};
+    }
+    return (Repeat){v, axes & same, time + dt};
+}
+
+/* Whether an axis has repeated one value for 1 s and 20 samples while another one changed. */
+static bool detectors_is_stuck(Repeat repeat, float dt)
+{
+    return repeat.time > lh_max(DETECTORS_STUCK_SECONDS, DETECTORS_STUCK_SAMPLES * dt);
+}
+
+/* Whether the norm of a specific force (m/s²) is more than acc_gate from g. */
+static bool detectors_is_far_from_g(const Guard *guard, Vec3 acc)
+{
+    const float x = acc.x, y = acc.y, z = acc.z;
+    const float square = x * x + y * y + z * z;
+    const float low = lh_max(TILT_GRAVITY - guard->acc_gate, 0.0f);
+    const float high = TILT_GRAVITY + guard->acc_gate;
+    return !(low * low <= square && square <= high * high);
+}
+
+/* The detectors after one sample (rad/s, m/s², dt s).
+ *
+ * missing: health bits of the missing readings; blind: the rate has been missing for long.
+ */
+static DetectorState detectors_detect(const Guard *guard, const DetectorState *state, Vec3 gyr, Vec3 acc,
+    int32_t missing, bool blind, float dt)
+{
+    SlowMeans means_2;
+    Sums sums = state->sums;
+    const SlowMeans *means = &state->means;
+    Extreme gyr_extreme = state->gyr_extreme, acc_extreme = state->acc_extreme;
+    Repeat gyr_repeat = state->gyr_repeat, acc_repeat = state->acc_repeat;
+    const bool was_far = state->far_from_g;
+    bool far = was_far;
+    int32_t health = 0;
+    const bool no_gyr = (missing & HEALTH_GYR_MISSING) != 0;
+    const bool no_acc = (missing & HEALTH_ACC_MISSING) != 0;
+    sums = rest_add_sample(sums, no_gyr ? means->gyr : gyr, no_acc ? means->acc : acc, dt);
+    if (sums.time >= REST_INTERVAL) {
+        means_2 = rest_update_means(guard, means, sums, blind);
+        means = &means_2;
+    }
+    if (!no_gyr) {
+        gyr_extreme = detectors_update_extreme(gyr_extreme, gyr, guard->gyr_range * ANGLE_DEGREE, dt);
+        gyr_repeat = detectors_update_repeat(gyr_repeat, gyr, dt);
+        if (gyr_extreme.clipped) {
+            health = HEALTH_GYR_SATURATED;
+        }
+        if (detectors_is_stuck(gyr_repeat, dt)) {
+            health |= HEALTH_GYR_STUCK;
+        }
+    }
+    if (!no_acc) {
+        acc_extreme = detectors_update_extreme(acc_extreme, acc, guard->acc_range, dt);
+        acc_repeat = detectors_update_repeat(acc_repeat, acc, dt);
+        if (acc_extreme.clipped) {
+            health |= HEALTH_ACC_SATURATED;
+        } else if (detectors_is_stuck(acc_repeat, dt)) {
+            health |= HEALTH_ACC_STUCK;
+        }
+        far = detectors_is_far_from_g(guard, acc);
+    }
+    return (DetectorState){sums, *means, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat, far, was_far,
+        health};
 }
 
 /* ---- vector_error
@@ -839,6 +1140,80 @@ static Vec3 vector_error_heading_error(Quat attitude, Vec3 up, Vec3 mag)
     return (Vec3){sine * up.x, sine * up.y, sine * up.z};
 }
 
+/* ---- guard
+ *
+ * The guard: bad readings are held back before a filter sees them, once, and the same for all filters.
+ *
+ * detectors needs the readings alone: full scale, stuck axes, force that is not gravity. rest decides whether the
+ * sensor is at rest and reads the gyroscope's bias off; field knows the earth's field. Here are the gates, which also
+ * need the filter's attitude: accelerations that are not gravity and fields that are not the earth's are held back, for a
+ * bounded time. Each gate says why by a bit of filters.health.
+ */
+
+/* Whether the accelerometer is held back. */
+static bool guard_is_accelerating(const Guard *guard, const GuardState *state)
+{
+    return 0.0f < state->acc_rejected && state->acc_rejected < guard->acc_time;
+}
+
+/* The vertical in the sensor frame, dt after it had this attitude, to first order. */
+static Vec3 guard_predict_up(Quat attitude, Vec3 gyr, float dt)
+{
+    const Vec3 vec3 = quat_up(attitude);
+    const float x = vec3.x, y = vec3.y, z = vec3.z;
+    const float a = gyr.x, b = gyr.y, c = gyr.z;
+    return (Vec3){x + dt * (y * c - z * b), y + dt * (z * a - x * c), z + dt * (x * b - y * a)};
+}
+
+/* For how long the specific force has not been gravity: its norm is far_from_g, and its direction is more than
+ * acc_angle from the vertical that the filter predicts.
+ */
+static GuardState guard_gate_force(const Guard *guard, const GuardState *state, Quat attitude, Vec3 gyr,
+    Vec3 acc, bool far_from_g, float dt)
+{
+    if (!tilt_present(acc)) {
+        return *state;
+    }
+    const Rest rest = state->rest;
+    const float rejected = state->acc_rejected;
+    const Field field = state->field;
+    if (!far_from_g) {
+        return (GuardState){rest, 0.0f, field};
+    }
+    const float x = acc.x, y = acc.y, z = acc.z;
+    const Vec3 vec3 = guard_predict_up(attitude, gyr, dt);
+    const float a = vec3.x, b = vec3.y, c = vec3.z;
+    const float cosine = 1.0f - 0.5f * guard->acc_angle * guard->acc_angle * (ANGLE_DEGREE * ANGLE_DEGREE);
+    const bool off = a * x + b * y + c * z < sqrtf(x * x + y * y + z * z) * cosine;
+    return (GuardState){rest, off ? rejected + dt : 0.0f, field};
+}
+
+/* The magnetometer reading that the filter gets.
+ *
+ * attitude is the filter's, one sample old; gyr (rad/s) is without the bias that was read off at rest.
+ */
+static Gated guard_gate(const Guard *guard, GuardState state, Quat attitude, Vec3 gyr, Vec3 mag, float dt)
+{
+    int32_t health = 0;
+    if (rest_is_resting(guard, state.rest)) {
+        health = HEALTH_AT_REST;
+    }
+    if (GUARD_GATES_FIELD && tilt_present(mag)) {
+        const Rest rest = state.rest;
+        const float rejected = state.acc_rejected;
+        Field field = state.field;
+        field = field_update_field(guard, field, guard_predict_up(attitude, gyr, dt), mag, dt);
+        state = (GuardState){rest, rejected, field};
+        if (field.rejected > 0.0f) {
+            health |= HEALTH_MAG_REJECTED;
+            mag = VEC3_ZERO;
+        } else if (field.age <= dt) {
+            health |= HEALTH_MAG_LEARNED;
+        }
+    }
+    return (Gated){mag, health, state};
+}
+
 /* ---- triad
  *
  * Attitude from two directions: TRIAD, and the start of every filter, without any angle.
@@ -879,177 +1254,128 @@ static Quat triad_initial_attitude(Vec3 acc, Vec3 mag)
     return quat_from_matrix((Mat3){east.x, east.y, east.z, north.x, north.y, north.z, up.x, up.y, up.z});
 }
 
-/* ---- guard
+/* ---- conditioning
  *
- * What is done about bad readings before a filter sees them: once, the same for all filters.
+ * The conditioning of a sample, before any filter sees it: it depends on the readings only.
  *
- * What the readings tell by themselves stands in filters.sensors: quiet, full scale, stuck axes. Here is what also
- * hangs on the filter. At rest the gyroscope's bias is read off and taken away; accelerations that are no gravity and
- * fields that are not the earth's are held back, for a bounded time only. look says for every sample what the filter
- * may see, what was held back and why (filters.health).
+ * NaN marks a missing reading; the zero vector marks a sensor that does not exist. A missing rate is replaced by the last
+ * one, for at most GAP_SECONDS; any other missing reading becomes the zero vector, which corrects nothing. The result
+ * is the same for every filter and every parameter set, so lanes compute it once for all of their runs.
  */
 
-/* |v − mean|² */
-static float guard_square_off(Vec3 mean, Vec3 v)
+/* Whether a component of a reading is NaN, infinite or beyond READING_LIMIT. */
+static bool conditioning_missing(Vec3 v)
 {
-    const float x = v.x - mean.x;
-    const float y = v.y - mean.y;
-    const float z = v.z - mean.z;
-    return x * x + y * y + z * z;
-}
-
-/* mean + weight (v − mean) */
-static Vec3 guard_toward(Vec3 mean, Vec3 v, float weight)
-{
-    const float a = mean.x, b = mean.y, c = mean.z;
     const float x = v.x, y = v.y, z = v.z;
-    return (Vec3){a + weight * (x - a), b + weight * (y - b), c + weight * (z - c)};
+    return !((-CONDITIONING_READING_LIMIT < x && x < CONDITIONING_READING_LIMIT)
+        && (-CONDITIONING_READING_LIMIT < y && y < CONDITIONING_READING_LIMIT)
+        && (-CONDITIONING_READING_LIMIT < z && z < CONDITIONING_READING_LIMIT));
 }
 
-/* Whether a steady rate is a turn and no bias: too large for any, or far from what is known of it.
- *
- * A gyroscope may be turned on with a large bias, but does not change it by much, unless what was known came from a
- * steady turn: a smaller one is believed.
- */
-static bool guard_turning(const Guard *guard, Vec3 mean, Vec3 bias, Vec3 own)
+/* Health bits of the readings that are missing. */
+static int32_t conditioning_missing_bits(Vec3 gyr, Vec3 acc, Vec3 mag)
 {
-    const float limit = guard->bias_limit * ANGLE_DEGREE;
-    const float square = guard_square_off(VEC3_ZERO, mean);
-    if (square > limit * limit) {
-        return true;
+    const float x = gyr.x, y = gyr.y, z = gyr.z;
+    const float a = acc.x, b = acc.y, c = acc.z;
+    const float u = mag.x, v = mag.y, w = mag.z;
+    if ((x * x + y * y + z * z) + (a * a + b * b + c * c)
+        + (u * u + v * v + w * w) < CONDITIONING_SQUARE_LIMIT) {
+        return 0;
     }
-    if (!tilt_present(bias)) {
-        return false;
+    int32_t health = 0;
+    if (conditioning_missing(gyr)) {
+        health = HEALTH_GYR_MISSING;
     }
-    const Vec3 known = vec3_add(bias, own);
-    const float before = guard_square_off(VEC3_ZERO, known);
-    return before > 0.0f && square > before && guard_square_off(known, mean) > GUARD_CHANGE;
-}
-
-/* After a spell of dt: rest is when it is quiet for a while, and the mean rate is no turn.
- *
- * The bias then goes to the mean rate, less what the filter itself takes away (own), as a running mean.
- */
-static Watch guard_rested(const Guard *guard, const Watch *watch, Vec3 own, Vec3 mean, bool quiet, float dt)
-{
-    float still = watch->still;
-    Vec3 bias = watch->bias;
-    const float out = watch->acc_out;
-    const Field field = watch->field;
-    if (!quiet || guard_turning(guard, mean, bias, own)) {
-        return (Watch){0.0f, bias, out, field};
+    if (conditioning_missing(acc)) {
+        health |= HEALTH_ACC_MISSING;
     }
-    still += dt;
-    const float learned = still - guard->rest_time;
-    if (learned > 0.0f) {
-        bias = guard_toward(bias, vec3_sub(mean, own), lowpass_lowpass_weight(GUARD_BIAS_TAU, learned, dt));
+    if (conditioning_missing(mag)) {
+        health |= HEALTH_MAG_MISSING;
     }
-    return (Watch){still, bias, out, field};
+    return health;
 }
 
-/* The field at the start, which the attitude was made of. */
-static Field guard_first_field(Vec3 up, Vec3 mag)
-{
-    if (!tilt_present(mag)) {
-        return (Field){0.0f, 0.0f, 0.0f, 0.0f};
-    }
-    const float n = vec3_norm(mag);
-    return (Field){n, vec3_dot(up, mag) / n, GUARD_FIRST_AGE, 0.0f};
-}
-
-/* Whether the sensor has been at rest for long enough. */
-static bool guard_resting(const Guard *guard, const Watch *watch)
-{
-    return watch->still > guard->rest_time;
-}
-
-/* Whether the accelerometer is held back. */
-static bool guard_refusing(const Guard *guard, const Watch *watch)
-{
-    return 0.0f < watch->acc_out && watch->acc_out < guard->acc_time;
-}
-
-/* The vertical in the sensor frame, dt after it had this attitude, to first order. */
-static Vec3 guard_predicted_up(Quat attitude, Vec3 gyr, float dt)
-{
-    const Vec3 vec3 = quat_up(attitude);
-    const float x = vec3.x, y = vec3.y, z = vec3.z;
-    const float a = gyr.x, b = gyr.y, c = gyr.z;
-    return (Vec3){x + dt * (y * c - z * b), y + dt * (z * a - x * c), z + dt * (x * b - y * a)};
-}
-
-/* For how long specific force has been no gravity: its norm is not g (odd), and it is far from the vertical. */
-static Watch guard_pushed(const Guard *guard, const Watch *watch, Quat attitude, Vec3 gyr, Vec3 acc, bool odd,
+/* The rotation while the rate was unusable; its variance is 0 up to LEAST_ROTATION. */
+static UnmeasuredRotation conditioning_unmeasured_rotation(int32_t health, float rate_age, float full,
     float dt)
 {
-    if (!tilt_present(acc)) {
-        return *watch;
+    if ((health & CONDITIONING_RATE_UNUSABLE) == 0) {
+        return CONDITIONING_ALL_MEASURED;
     }
-    const float still = watch->still;
-    const Vec3 bias = watch->bias;
-    const float out = watch->acc_out;
-    const Field field = watch->field;
-    if (!odd) {
-        return (Watch){still, bias, 0.0f, field};
+    const float reach = (health & HEALTH_GYR_SATURATED) ? CONDITIONING_CLIPPED_EXCESS * full : TILT_TURN;
+    const float before = reach * rate_age;
+    const float after = reach * (rate_age + dt);
+    if (after <= CONDITIONING_LEAST_ROTATION) {
+        return (UnmeasuredRotation){rate_age + dt, 0.0f};
     }
-    const float x = acc.x, y = acc.y, z = acc.z;
-    const Vec3 vec3 = guard_predicted_up(attitude, gyr, dt);
-    const float a = vec3.x, b = vec3.y, c = vec3.z;
-    const float cosine = 1.0f - 0.5f * guard->acc_angle * guard->acc_angle * (ANGLE_DEGREE * ANGLE_DEGREE);
-    const bool far = a * x + b * y + c * z < sqrtf(x * x + y * y + z * z) * cosine;
-    return (Watch){still, bias, far ? out + dt : 0.0f, field};
+    return (UnmeasuredRotation){rate_age + dt,
+        after * after - (before > CONDITIONING_LEAST_ROTATION ? before * before : 0.0f)};
 }
 
-/* The field after a reading; out > 0: it is not the earth's, and was not learned from.
- *
- * Norm and dip within the bounds are averaged into the reference. What stays outside for long enough becomes the new
- * reference: the room was changed, not the moment. A reference that was learned for a moment, perhaps while the
- * attitude was still wrong, is given up as soon.
- */
-static Field guard_learned(const Guard *guard, Field field, Vec3 up, Vec3 mag, float dt)
+/* The first sample; a filter starts with it if it has a specific force. */
+static ConditionedSample conditioning_first_sample(Vec3 gyr, Vec3 acc, Vec3 mag, int32_t health)
 {
-    const float strength = field.norm, dip = field.dip, age = field.age, out = field.out;
-    const float x = mag.x, y = mag.y, z = mag.z;
-    const float n = sqrtf(x * x + y * y + z * z);
-    const float a = up.x, b = up.y, c = up.z;
-    const float d = (a * x + b * y + c * z) * (1.0f / n);
-    if (age == 0.0f || out > lh_min(guard->mag_time, age)) {
-        return (Field){n, d, dt, 0.0f};
-    }
-    if (fabsf(n - strength) > guard->mag_gate * strength
-        || fabsf(d - dip) > guard->mag_angle * ANGLE_DEGREE) {
-        return (Field){strength, dip, age, out + dt};
-    }
-    const float weight = lowpass_lowpass_weight(GUARD_FIELD_TAU, age, dt);
-    return (Field){strength + weight * (n - strength), dip + weight * (d - dip),
-        lh_min(age + dt, GUARD_FIELD_TAU), 0.0f};
+    const SlowMeans means = {gyr, acc, false};
+    const Extreme gyr_extreme = DETECTORS_NO_SAMPLES.gyr_extreme,
+        acc_extreme = DETECTORS_NO_SAMPLES.acc_extreme;
+    const Repeat gyr_repeat = DETECTORS_NO_SAMPLES.gyr_repeat, acc_repeat = DETECTORS_NO_SAMPLES.acc_repeat;
+    const DetectorState detected = {REST_NO_SUMS, means, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat,
+        false, false, 0};
+    return (ConditionedSample){gyr, acc, mag, 0.0f, health, false, tilt_present(acc), false, 0.0f, 0.0f, 0.0f,
+        0, detected};
 }
 
-/* What of a sample the filter may see.
- *
- * attitude is the filter's, one sample old, gyr without the bias that was read off at rest.
- */
-static Look guard_look(const Guard *guard, Watch watch, Quat attitude, Vec3 gyr, Vec3 mag, float dt)
+/* Whether σ is updated after this sample. */
+static bool conditioning_sigma_due(const ConditionedSample *sample)
 {
-    int32_t health = 0;
-    if (guard_resting(guard, &watch)) {
-        health = HEALTH_AT_REST;
+    return sample->since_sigma >= OBSERVER_COVARIANCE_INTERVAL || sample->unmeasured > 0.0f;
+}
+
+/* The next sample, conditioned; sample is the one before. */
+static ConditionedSample conditioning_condition(const Guard *guard, const ConditionedSample *sample, Vec3 gyr,
+    Vec3 acc, Vec3 mag, float dt)
+{
+    const Vec3 last = sample->gyr, field = sample->mag;
+    const bool had_field = sample->had_field, started = sample->started;
+    float rate_age = sample->rate_age, since_sigma = sample->since_sigma;
+    int32_t corrected_by = sample->corrected_by;
+    const DetectorState *detected = &sample->detected;
+    int32_t health = conditioning_missing_bits(gyr, acc, mag);
+    if (health != 0) {
+        gyr = (health & HEALTH_GYR_MISSING) ? last : gyr;
+        acc = (health & HEALTH_ACC_MISSING) ? VEC3_ZERO : acc;
+        mag = (health & HEALTH_MAG_MISSING) ? VEC3_ZERO : mag;
     }
-    if (GUARD_TELLS_FIELD && tilt_present(mag)) {
-        const float still = watch.still;
-        const Vec3 bias = watch.bias;
-        const float out = watch.acc_out;
-        Field field = watch.field;
-        field = guard_learned(guard, field, guard_predicted_up(attitude, gyr, dt), mag, dt);
-        watch = (Watch){still, bias, out, field};
-        if (field.out > 0.0f) {
-            health |= HEALTH_MAG_REJECTED;
-            mag = VEC3_ZERO;
-        } else if (field.age <= dt) {
-            health |= HEALTH_MAG_LEARNED;
-        }
+    if (!started) {
+        return conditioning_first_sample(gyr, acc, mag, health);
     }
-    return (Look){mag, health, watch};
+    const bool rate_lost = (health & HEALTH_GYR_MISSING) != 0 && rate_age > TILT_GAP_SECONDS;
+    const DetectorState detected_2 = detectors_detect(guard, detected, gyr, acc, health, rate_lost, dt);
+    detected = &detected_2;
+    health |= detected->health;
+    if (detected->health & CONDITIONING_FORCE_UNUSABLE) {
+        acc = VEC3_ZERO;
+    }
+    if (conditioning_sigma_due(sample)) {
+        since_sigma = 0.0f;
+        corrected_by = 0;
+    }
+    if (tilt_present(acc)) {
+        corrected_by |= 1;
+    }
+    if (tilt_present(mag)) {
+        corrected_by |= 2;
+    }
+    if (dt > TILT_GAP_SECONDS) {
+        health |= HEALTH_GAP;
+    }
+    const UnmeasuredRotation unmeasuredrotation = conditioning_unmeasured_rotation(health, rate_age,
+        detected->gyr_extreme.up, dt);
+    rate_age = unmeasuredrotation.rate_age;
+    const float unmeasured = unmeasuredrotation.variance;
+    const bool rate_unknown = rate_lost || dt > TILT_GAP_SECONDS;
+    return (ConditionedSample){gyr, acc, mag, dt, health, had_field || tilt_present(field), true,
+        rate_unknown, rate_age, unmeasured, since_sigma + dt, corrected_by, *detected};
 }
 
 /* ---- mahony
@@ -1174,306 +1500,6 @@ static Gains mahony_gains(Mahony params, const State *state, float dt)
     return (Gains){kt, bt, kh, bh};
 }
 
-/* ---- detectors
- *
- * What the readings alone tell, whatever filter they go to: rest, full scale, stuck axes, forces that are no gravity.
- *
- * All that is told here is the same for every run over a recording, so lanes say it once for all of theirs. A reading that
- * is missing is left out: the slow mean stands for it where rest is looked for, and no other detector sees it.
- */
-
-/* One more sample of a spell, or the first one of the next. */
-static Sum detectors_gathered(Sum sum, Vec3 gyr, Vec3 acc, float dt)
-{
-    const float x = gyr.x, y = gyr.y, z = gyr.z;
-    const float a = acc.x, b = acc.y, c = acc.z;
-    if (sum.spell >= DETECTORS_SPELL) {
-        return (Sum){x * dt, y * dt, z * dt, a * dt, b * dt, c * dt, dt};
-    }
-    const float p = sum.x, q = sum.y, r = sum.z, u = sum.a, v = sum.b, w = sum.c, spell = sum.spell;
-    return (Sum){p + x * dt, q + y * dt, r + z * dt, u + a * dt, v + b * dt, w + c * dt, spell + dt};
-}
-
-/* After a spell: quiet when rate and specific force, averaged over it, stay near their own slow means. */
-static Calm detectors_settled(const Guard *guard, const Calm *calm, Sum sum, bool blind)
-{
-    const Vec3 mean = calm->gyr, force = calm->acc;
-    const float x = sum.x, y = sum.y, z = sum.z, a = sum.a, b = sum.b, c = sum.c, dt = sum.spell;
-    const float one = 1.0f / dt;
-    const Vec3 gyr = {x * one, y * one, z * one};
-    const Vec3 acc = {a * one, b * one, c * one};
-    const float gyr_limit = guard->rest_gyr * ANGLE_DEGREE;
-    const bool quiet = guard_square_off(mean, gyr) < gyr_limit * gyr_limit
-        && guard_square_off(force, acc) < guard->rest_acc * guard->rest_acc;
-    const float weight = dt / (DETECTORS_SMOOTH + dt);
-    return (Calm){guard_toward(mean, gyr, weight), guard_toward(force, acc, weight),
-        quiet && dt <= TILT_GAP_SECONDS && !blind};
-}
-
-/* Whether a reading is at full scale: full if known (not 0), else the largest one so far if it is a plateau.
- *
- * A body slows down before it turns round; a clipped reading goes up steeply and then stays.
- */
-static Extreme detectors_clipped(Extreme extreme, Vec3 v, float full, float dt)
-{
-    const float x = v.x, y = v.y, z = v.z;
-    const float up = extreme.up, down = extreme.down, last = extreme.last, before = extreme.before;
-    float stay = extreme.stay;
-    int32_t found = extreme.found;
-    const bool was = extreme.clipped;
-    const float far = DETECTORS_NEAR * lh_min(up, down);
-    if (full == 0.0f && (-far < x && x < far) && (-far < y && y < far) && (-far < z && z < far)) { /* nearly always */
-        if (last == 0.0f && !was) {
-            return extreme;
-        }
-        return (Extreme){up, down, 0.0f, 0.0f, DETECTORS_NOT_ABRUPT, found, false};
-    }
-    const float high = lh_max(lh_max(x, y), z);
-    const float low = -lh_min(lh_min(x, y), z);
-    if (full > 0.0f) {
-        return (Extreme){full, full, 0.0f, 0.0f, DETECTORS_NOT_ABRUPT, 3,
-            lh_max(high, low) >= DETECTORS_PLATEAU * full};
-    }
-    const bool upwards = high > low;
-    const float largest = upwards ? high : low;
-    const float top = upwards ? up : down;
-    const int32_t side = upwards ? 1 : 2;
-    if (largest < DETECTORS_PLATEAU * top) {
-        return (Extreme){up, down, largest, last, DETECTORS_NOT_ABRUPT, found,
-            (found & side) != 0 && largest > DETECTORS_AT_FULL * top};
-    }
-    const bool beyond = DETECTORS_PLATEAU * largest > top;
-    if (beyond && (found & side) != 0) {
-        found -= side; /* it can say more than that */
-    }
-    if (beyond || last < DETECTORS_PLATEAU * top) {
-        const float rise = lh_max(largest - last, last - before);
-        stay = rise > DETECTORS_STEEP * dt * largest ? 0.0f : DETECTORS_NOT_ABRUPT;
-    } else if (stay >= 0.0f) {
-        stay += dt;
-        if (stay >= DETECTORS_PLATEAU_SECONDS) {
-            found |= side;
-        }
-        /* a plateau is as high as it began; where a full scale ends drifts with temperature */
-        if ((found & side) == 0) {
-            return (Extreme){up, down, largest, last, stay, found, false};
-        }
-    }
-    return (Extreme){lh_max(up, high), lh_max(down, low), largest, last, stay, found, (found & side) != 0};
-}
-
-/* Which axes say the same again while another one moves; zero aside, which a simulation without noise says. */
-static Repeat detectors_repeated(Repeat repeat, Vec3 v, float dt)
-{
-    const float a = repeat.last.x, b = repeat.last.y, c = repeat.last.z;
-    const int32_t axes = repeat.axes;
-    const float spent = repeat.spent;
-    const float x = v.x, y = v.y, z = v.z;
-    if (x != a && y != b && z != c) {
-        return (Repeat){v, 0, 0.0f};
-    }
-    if (fabsf(x - a) < DETECTORS_LEAST && fabsf(y - b) < DETECTORS_LEAST && fabsf(z - c) < DETECTORS_LEAST) {
-        return repeat; /* nothing moved: it may be a sensor without noise */
-    }
-    int32_t same = 0;
-    if (x == a && x != 0.0f) {
-        same |= 1;
-    }
-    if (y == b && y != 0.0f) {
-        same |= 2;
-    }
-    if (z == c && z != 0.0f) {
-        same |= 4;
-    }
-    if ((axes & same) == 0) {
-        return (Repeat){v, same, 0.0f};
-    }
-    return (Repeat){v, axes & same, spent + dt};
-}
-
-/* Whether an axis says the same for long, and many times, while another one moves. */
-static bool detectors_stuck(Repeat repeat, float dt)
-{
-    return repeat.spent > lh_max(DETECTORS_STUCK_SECONDS, DETECTORS_STUCK_SAMPLES * dt);
-}
-
-/* Whether the norm of a specific force is not that of gravity. */
-static bool detectors_far_from_g(const Guard *guard, Vec3 acc)
-{
-    const float x = acc.x, y = acc.y, z = acc.z;
-    const float square = x * x + y * y + z * z;
-    const float low = lh_max(TILT_GRAVITY - guard->acc_gate, 0.0f);
-    const float high = TILT_GRAVITY + guard->acc_gate;
-    return !(low * low <= square && square <= high * high);
-}
-
-/* One sample.
- *
- * missing: health bits of the readings that are not there; blind: the rate has been missing for long.
- */
-static Sensors detectors_sensed(const Guard *guard, const Sensors *sensors, Vec3 gyr, Vec3 acc,
-    int32_t missing, bool blind, float dt)
-{
-    Calm calm_2;
-    Sum sum = sensors->sum;
-    const Calm *calm = &sensors->calm;
-    Extreme fast = sensors->fast, hard = sensors->hard;
-    Repeat gyr_repeat = sensors->gyr, acc_repeat = sensors->acc;
-    const bool was_odd = sensors->odd;
-    bool odd = was_odd;
-    int32_t health = 0;
-    const bool no_gyr = (missing & HEALTH_GYR_MISSING) != 0;
-    const bool no_acc = (missing & HEALTH_ACC_MISSING) != 0;
-    sum = detectors_gathered(sum, no_gyr ? calm->gyr : gyr, no_acc ? calm->acc : acc, dt);
-    if (sum.spell >= DETECTORS_SPELL) {
-        calm_2 = detectors_settled(guard, calm, sum, blind);
-        calm = &calm_2;
-    }
-    if (!no_gyr) {
-        fast = detectors_clipped(fast, gyr, guard->gyr_range * ANGLE_DEGREE, dt);
-        gyr_repeat = detectors_repeated(gyr_repeat, gyr, dt);
-        if (fast.clipped) {
-            health = HEALTH_GYR_SATURATED;
-        }
-        if (detectors_stuck(gyr_repeat, dt)) {
-            health |= HEALTH_GYR_STUCK;
-        }
-    }
-    if (!no_acc) {
-        hard = detectors_clipped(hard, acc, guard->acc_range, dt);
-        acc_repeat = detectors_repeated(acc_repeat, acc, dt);
-        if (hard.clipped) {
-            health |= HEALTH_ACC_SATURATED;
-        } else if (detectors_stuck(acc_repeat, dt)) {
-            health |= HEALTH_ACC_STUCK;
-        }
-        odd = detectors_far_from_g(guard, acc);
-    }
-    return (Sensors){sum, *calm, fast, hard, gyr_repeat, acc_repeat, odd, was_odd, health};
-}
-
-/* ---- conditioning
- *
- * The conditioning of a sample, before any filter sees it: it depends on the readings only.
- *
- * NaN marks a missing reading; the zero vector marks a sensor that does not exist. A missing rate is replaced by the last
- * one, for at most GAP_SECONDS; any other missing reading becomes the zero vector, which corrects nothing. The result
- * is the same for every filter and every parameter set, so lanes compute it once for all of their runs.
- */
-
-/* Whether a component of a reading is NaN, infinite or beyond READING_LIMIT. */
-static bool conditioning_missing(Vec3 v)
-{
-    const float x = v.x, y = v.y, z = v.z;
-    return !((-CONDITIONING_READING_LIMIT < x && x < CONDITIONING_READING_LIMIT)
-        && (-CONDITIONING_READING_LIMIT < y && y < CONDITIONING_READING_LIMIT)
-        && (-CONDITIONING_READING_LIMIT < z && z < CONDITIONING_READING_LIMIT));
-}
-
-/* Health bits of the readings that are missing. */
-static int32_t conditioning_missing_bits(Vec3 gyr, Vec3 acc, Vec3 mag)
-{
-    const float x = gyr.x, y = gyr.y, z = gyr.z;
-    const float a = acc.x, b = acc.y, c = acc.z;
-    const float u = mag.x, v = mag.y, w = mag.z;
-    if ((x * x + y * y + z * z) + (a * a + b * b + c * c)
-        + (u * u + v * v + w * w) < CONDITIONING_SQUARE_LIMIT) {
-        return 0;
-    }
-    int32_t health = 0;
-    if (conditioning_missing(gyr)) {
-        health = HEALTH_GYR_MISSING;
-    }
-    if (conditioning_missing(acc)) {
-        health |= HEALTH_ACC_MISSING;
-    }
-    if (conditioning_missing(mag)) {
-        health |= HEALTH_MAG_MISSING;
-    }
-    return health;
-}
-
-/* The rotation while the rate was unusable; its variance is 0 up to LEAST_ROTATION. */
-static UnmeasuredRotation conditioning_unmeasured_rotation(int32_t health, float rate_age, float full,
-    float dt)
-{
-    if ((health & CONDITIONING_RATE_UNUSABLE) == 0) {
-        return CONDITIONING_ALL_MEASURED;
-    }
-    const float reach = (health & HEALTH_GYR_SATURATED) ? CONDITIONING_CLIPPED_EXCESS * full : TILT_TURN;
-    const float before = reach * rate_age;
-    const float after = reach * (rate_age + dt);
-    if (after <= CONDITIONING_LEAST_ROTATION) {
-        return (UnmeasuredRotation){rate_age + dt, 0.0f};
-    }
-    return (UnmeasuredRotation){rate_age + dt,
-        after * after - (before > CONDITIONING_LEAST_ROTATION ? before * before : 0.0f)};
-}
-
-/* The first sample; a filter starts with it if it has a specific force. */
-static ConditionedSample conditioning_first_sample(Vec3 gyr, Vec3 acc, Vec3 mag, int32_t health)
-{
-    const Extreme fast = DETECTORS_BEFORE.fast, hard = DETECTORS_BEFORE.hard;
-    const Repeat gyr_repeat = DETECTORS_BEFORE.gyr, acc_repeat = DETECTORS_BEFORE.acc;
-    const Sensors sensors = {DETECTORS_NOTHING, {gyr, acc, false}, fast, hard, gyr_repeat, acc_repeat, false,
-        false, 0};
-    return (ConditionedSample){gyr, acc, mag, 0.0f, health, false, tilt_present(acc), false, 0.0f, 0.0f, 0.0f,
-        0, sensors};
-}
-
-/* Whether σ is updated after this sample. */
-static bool conditioning_sigma_due(const ConditionedSample *sample)
-{
-    return sample->since_sigma >= OBSERVER_COVARIANCE_SPELL || sample->unmeasured > 0.0f;
-}
-
-/* The next sample, conditioned; sample is the one before. */
-static ConditionedSample conditioning_condition(const Guard *guard, const ConditionedSample *sample, Vec3 gyr,
-    Vec3 acc, Vec3 mag, float dt)
-{
-    const Vec3 last = sample->gyr, field = sample->mag;
-    const bool had_field = sample->had_field, started = sample->started;
-    float rate_age = sample->rate_age, since_sigma = sample->since_sigma;
-    int32_t corrected_by = sample->corrected_by;
-    const Sensors *sensors = &sample->sensors;
-    int32_t health = conditioning_missing_bits(gyr, acc, mag);
-    if (health != 0) {
-        gyr = (health & HEALTH_GYR_MISSING) ? last : gyr;
-        acc = (health & HEALTH_ACC_MISSING) ? VEC3_ZERO : acc;
-        mag = (health & HEALTH_MAG_MISSING) ? VEC3_ZERO : mag;
-    }
-    if (!started) {
-        return conditioning_first_sample(gyr, acc, mag, health);
-    }
-    const bool rate_lost = (health & HEALTH_GYR_MISSING) != 0 && rate_age > TILT_GAP_SECONDS;
-    const Sensors sensors_2 = detectors_sensed(guard, sensors, gyr, acc, health, rate_lost, dt);
-    sensors = &sensors_2;
-    health |= sensors->health;
-    if (sensors->health & CONDITIONING_FORCE_UNUSABLE) {
-        acc = VEC3_ZERO;
-    }
-    if (conditioning_sigma_due(sample)) {
-        since_sigma = 0.0f;
-        corrected_by = 0;
-    }
-    if (tilt_present(acc)) {
-        corrected_by |= 1;
-    }
-    if (tilt_present(mag)) {
-        corrected_by |= 2;
-    }
-    if (dt > TILT_GAP_SECONDS) {
-        health |= HEALTH_GAP;
-    }
-    const UnmeasuredRotation unmeasuredrotation = conditioning_unmeasured_rotation(health, rate_age,
-        sensors->fast.up, dt);
-    rate_age = unmeasuredrotation.rate_age;
-    const float unmeasured = unmeasuredrotation.variance;
-    const bool rate_unknown = rate_lost || dt > TILT_GAP_SECONDS;
-    return (ConditionedSample){gyr, acc, mag, dt, health, had_field || tilt_present(field), true,
-        rate_unknown, rate_age, unmeasured, since_sigma + dt, corrected_by, *sensors};
-}
-
 /* ---- driver
  *
  * The one driver: what happens to a sample before and after a filter's step, for every filter and every engine.
@@ -1526,9 +1552,9 @@ static const State *driver_at_rest(Mahony params, const State *state)
 /* Before the first sample: level, not started. */
 static Carry driver_begin(const Settings *settings)
 {
+    const State state = mahony_init(settings->filter, VEC3_ZERO, VEC3_ZERO, VEC3_ZERO);
     return (Carry){CONDITIONING_NO_SAMPLE,
-        {mahony_init(settings->filter, VEC3_ZERO, VEC3_ZERO, VEC3_ZERO), 0, GUARD_BEFORE,
-        observer_covariance_at_start(VEC3_ZERO, VEC3_ZERO)}};
+        {state, 0, GUARD_NO_SAMPLES, observer_covariance_initial_covariance(VEC3_ZERO, VEC3_ZERO)}};
 }
 
 /* At the first sample, and at every sample until the first accelerometer reading. */
@@ -1536,12 +1562,12 @@ static FilterRun driver_start(const Settings *settings, const ConditionedSample 
 {
     const Mahony params = settings->filter;
     const State state = driver_restart(params, &run->state, sample->gyr, sample->acc, sample->mag);
-    const float still = GUARD_BEFORE.still;
-    const Vec3 bias = GUARD_BEFORE.bias;
-    const float out = GUARD_BEFORE.acc_out;
+    const Rest rest = GUARD_NO_SAMPLES.rest;
+    const float rejected = GUARD_NO_SAMPLES.acc_rejected;
     const Output estimate = mahony_output(params, &state);
-    const Watch watch = {still, bias, out, guard_first_field(quat_up(estimate.quat), sample->mag)};
-    return (FilterRun){state, sample->health, watch, observer_covariance_at_start(sample->acc, sample->mag)};
+    const GuardState gates = {rest, rejected, field_initial_field(quat_up(estimate.quat), sample->mag)};
+    return (FilterRun){state, sample->health, gates,
+        observer_covariance_initial_covariance(sample->acc, sample->mag)};
 }
 
 /* At the end of each interval over which the detectors average: whether the sensor is at rest, and its bias. */
@@ -1552,17 +1578,18 @@ static FilterRun driver_update_rest(const Settings *settings, const ConditionedS
     const Guard *guard = &settings->guard;
     const State *state = &run->state;
     const int32_t health = run->health;
-    const Watch *watch = &run->watch;
-    const Doubt *doubt = &run->doubt;
+    const GuardState *gates = &run->guard;
+    const ObserverCovariance *covariance = &run->covariance;
     const Output estimate = mahony_output(params, state);
-    const Vec3 mean = sample->sensors.calm.gyr;
-    const bool quiet = sample->sensors.calm.quiet;
-    const Watch watch_2 = guard_rested(guard, watch, estimate.bias, mean, quiet, sample->sensors.sum.spell);
-    watch = &watch_2;
-    if (guard_resting(guard, watch)) {
+    Rest rest = gates->rest;
+    const float rejected = gates->acc_rejected;
+    const Field field = gates->field;
+    const Vec3 own = estimate.bias;
+    rest = rest_update_rest(guard, rest, own, &sample->detected.means, sample->detected.sums.time);
+    if (rest_is_resting(guard, rest)) {
         state = driver_at_rest(params, state);
     }
-    return (FilterRun){*state, health, *watch, *doubt};
+    return (FilterRun){*state, health, {rest, rejected, field}, *covariance};
 }
 
 /* At a sample part of whose rotation was not measured. */
@@ -1571,20 +1598,21 @@ static FilterRun driver_inflate(const Settings *settings, const ConditionedSampl
 {
     const State *state = &run->state;
     const int32_t health = run->health;
-    const Watch *watch = &run->watch;
-    const Doubt *doubt = &run->doubt;
-    return (FilterRun){mahony_inflate(settings->filter, state, sample->unmeasured), health, *watch, *doubt};
+    const GuardState *gates = &run->guard;
+    const ObserverCovariance *covariance = &run->covariance;
+    return (FilterRun){mahony_inflate(settings->filter, state, sample->unmeasured), health, *gates,
+        *covariance};
 }
 
 /* The rate without the bias read off at rest; where the rotation is unknown, the rate that the filter takes for
  * 0.
  */
-static Vec3 driver_unbiased_rate(const ConditionedSample *sample, const Watch *watch, Vec3 own)
+static Vec3 driver_unbiased_rate(const ConditionedSample *sample, const GuardState *gates, Vec3 own)
 {
     if (sample->rate_unknown) {
         return own;
     }
-    return vec3_sub(sample->gyr, watch->bias);
+    return vec3_sub(sample->gyr, gates->rest.bias);
 }
 
 /* One sample: the gate, then the filter's step. */
@@ -1595,15 +1623,16 @@ static FilterRun driver_step_gated(const Settings *settings, const ConditionedSa
     const Guard *guard = &settings->guard;
     const State *state = &run->state;
     const int32_t found = run->health;
-    const Watch *watch = &run->watch;
-    const Doubt *doubt = &run->doubt;
+    const GuardState *gates = &run->guard;
+    const ObserverCovariance *covariance = &run->covariance;
     const Output estimate = mahony_output(params, state);
-    const Vec3 gyr = driver_unbiased_rate(sample, watch, estimate.bias);
-    const Look seen = guard_look(guard, *watch, estimate.quat, gyr, sample->mag, sample->dt);
-    const Vec3 mag = seen.mag;
-    const int32_t health = seen.health;
-    watch = &seen.watch;
-    return (FilterRun){mahony_step(params, state, gyr, acc, mag, sample->dt), found | health, *watch, *doubt};
+    const Vec3 gyr = driver_unbiased_rate(sample, gates, estimate.bias);
+    const Gated gated = guard_gate(guard, *gates, estimate.quat, gyr, sample->mag, sample->dt);
+    const Vec3 mag = gated.mag;
+    const int32_t health = gated.health;
+    gates = &gated.state;
+    return (FilterRun){mahony_step(params, state, gyr, acc, mag, sample->dt), found | health, *gates,
+        *covariance};
 }
 
 /* A sample whose specific force has another norm than g, or follows such a sample. */
@@ -1613,18 +1642,18 @@ static FilterRun driver_step_accelerated(const Settings *settings, const Conditi
     const Mahony params = settings->filter;
     const Guard *guard = &settings->guard;
     const State *state = &run->state;
-    const Watch *watch = &run->watch;
-    const Doubt *doubt = &run->doubt;
+    const GuardState *gates = &run->guard;
+    const ObserverCovariance *covariance = &run->covariance;
     const Output estimate = mahony_output(params, state);
-    const Vec3 gyr = driver_unbiased_rate(sample, watch, estimate.bias);
-    const Watch watch_2 = guard_pushed(guard, watch, estimate.quat, gyr, sample->acc, sample->sensors.odd,
-        sample->dt);
-    watch = &watch_2;
-    if (tilt_present(sample->acc) && guard_refusing(guard, watch)) {
+    const Vec3 gyr = driver_unbiased_rate(sample, gates, estimate.bias);
+    const GuardState gates_2 = guard_gate_force(guard, gates, estimate.quat, gyr, sample->acc,
+        sample->detected.far_from_g, sample->dt);
+    gates = &gates_2;
+    if (tilt_present(sample->acc) && guard_is_accelerating(guard, gates)) {
         return driver_step_gated(settings, sample,
-            &(FilterRun){*state, sample->health | HEALTH_ACC_REJECTED, *watch, *doubt}, VEC3_ZERO);
+            &(FilterRun){*state, sample->health | HEALTH_ACC_REJECTED, *gates, *covariance}, VEC3_ZERO);
     }
-    return driver_step_gated(settings, sample, &(FilterRun){*state, sample->health, *watch, *doubt},
+    return driver_step_gated(settings, sample, &(FilterRun){*state, sample->health, *gates, *covariance},
         sample->acc);
 }
 
@@ -1633,9 +1662,9 @@ static FilterRun driver_step_plain(const Settings *settings, const ConditionedSa
     const FilterRun *run)
 {
     const State *state = &run->state;
-    const Watch *watch = &run->watch;
-    const Doubt *doubt = &run->doubt;
-    return driver_step_gated(settings, sample, &(FilterRun){*state, sample->health, *watch, *doubt},
+    const GuardState *gates = &run->guard;
+    const ObserverCovariance *covariance = &run->covariance;
+    return driver_step_gated(settings, sample, &(FilterRun){*state, sample->health, *gates, *covariance},
         sample->acc);
 }
 
@@ -1652,8 +1681,8 @@ static FilterRun driver_apply_correction(const Settings *settings, const Conditi
     const Mahony params = settings->filter;
     const State *state = &run->state;
     const int32_t health = run->health;
-    const Watch *watch = &run->watch;
-    const Doubt *doubt = &run->doubt;
+    const GuardState *gates = &run->guard;
+    const ObserverCovariance *covariance = &run->covariance;
     if (health & HEALTH_MAG_LEARNED) {
         state = driver_inflate_heading(params, state,
             sample->had_field ? DRIVER_NEW_FIELD : DRIVER_FIRST_FIELD);
@@ -1661,7 +1690,7 @@ static FilterRun driver_apply_correction(const Settings *settings, const Conditi
     if (driver_due(params, state)) {
         state = driver_correct(params, state, sample->dt);
     }
-    return (FilterRun){*state, health, *watch, *doubt};
+    return (FilterRun){*state, health, *gates, *covariance};
 }
 
 /* At the end of each interval of σ: the observer's covariance, for a filter without its own. */
@@ -1672,23 +1701,24 @@ static FilterRun driver_update_sigma(const Settings *settings, const Conditioned
     const Guard *guard = &settings->guard;
     const State *state = &run->state;
     const int32_t health = run->health;
-    const Watch *watch = &run->watch;
-    const Doubt *doubt = &run->doubt;
+    const GuardState *gates = &run->guard;
+    const ObserverCovariance *covariance = &run->covariance;
     int32_t seen = sample->corrected_by;
     Vec3 acc = sample->acc;
-    if (guard_refusing(guard, watch)) {
+    if (guard_is_accelerating(guard, gates)) {
         seen = seen & 2;
         acc = VEC3_ZERO;
     }
-    if (watch->field.out > 0.0f) {
+    if (gates->field.rejected > 0.0f) {
         seen = seen & 1;
     }
-    const Vec3 gyr = driver_unbiased_rate(sample, watch, VEC3_ZERO);
-    const bool rest = guard_resting(guard, watch);
-    const Doubt doubt_2 = observer_covariance_judged(doubt, mahony_gains(params, state, sample->since_sigma),
-        gyr, acc, rest, sample->unmeasured, seen, sample->since_sigma);
-    doubt = &doubt_2;
-    return (FilterRun){*state, health, *watch, *doubt};
+    const Vec3 gyr = driver_unbiased_rate(sample, gates, VEC3_ZERO);
+    const bool rest = rest_is_resting(guard, gates->rest);
+    const ObserverCovariance covariance_2 = observer_covariance_update_covariance(covariance,
+        mahony_gains(params, state, sample->since_sigma), gyr, acc, rest, sample->unmeasured, seen,
+        sample->since_sigma);
+    covariance = &covariance_2;
+    return (FilterRun){*state, health, *gates, *covariance};
 }
 
 /* One sample through the filter; NaN marks a missing reading, the zero vector a sensor that does not exist. */
@@ -1703,7 +1733,7 @@ static void driver_advance(Carry *result, const Settings *settings, const Carry 
         *result = (Carry){sample, driver_start(settings, &sample, run)};
         return;
     }
-    if (sample.sensors.sum.spell >= DETECTORS_SPELL) {
+    if (sample.detected.sums.time >= REST_INTERVAL) {
         run_2 = driver_update_rest(settings, &sample, run);
         run = &run_2;
     }
@@ -1711,7 +1741,7 @@ static void driver_advance(Carry *result, const Settings *settings, const Carry 
         run_2 = driver_inflate(settings, &sample, run);
         run = &run_2;
     }
-    if (sample.sensors.odd || sample.sensors.was_odd) {
+    if (sample.detected.far_from_g || sample.detected.was_far) {
         run_2 = driver_step_accelerated(settings, &sample, run);
         run = &run_2;
     } else {
@@ -1734,15 +1764,15 @@ static Output driver_result(const Settings *settings, const FilterRun *run)
 {
     const State *state = &run->state;
     const int32_t found = run->health;
-    const Watch *watch = &run->watch;
-    const Doubt *doubt = &run->doubt;
+    const GuardState *gates = &run->guard;
+    const ObserverCovariance *covariance = &run->covariance;
     const Output estimate = mahony_output(settings->filter, state);
     const Quat quat = estimate.quat;
     const float x = estimate.bias.x, y = estimate.bias.y, z = estimate.bias.z;
     Vec3 sigma = estimate.sigma;
     const int32_t health = estimate.health;
-    const float a = watch->bias.x, b = watch->bias.y, c = watch->bias.z;
-    sigma = observer_covariance_sigma(doubt);
+    const float a = gates->rest.bias.x, b = gates->rest.bias.y, c = gates->rest.bias.z;
+    sigma = observer_covariance_sigma(covariance);
     return (Output){quat, {x + a, y + b, z + c}, sigma, health | found};
 }
 

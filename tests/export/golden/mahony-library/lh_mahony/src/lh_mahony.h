@@ -2,13 +2,6 @@
  *
  * Explicit complementary filter: proportional and integral feedback of cross products.
  *
- * Args:
- *     kp (float, 1/s): proportional gain towards gravity; greater than 0; default 0.4.
- *     ki (float, 1/s²): integral gain, which learns the bias; at least 0 and at most 1; default 0.003.
- *     k_mag (float): weight of the magnetometer, 1 for the accelerometer; greater than 0; default 0.5.
- *     bias_limit (float, rad/s): largest bias that is learned, per axis; at least 0; default 0.1.
- *     whole_field (bool): compare the whole field, not its horizontal part: tilt follows it too; default False.
- *
  * R. Mahony, T. Hamel, J.-M. Pflimlin, Nonlinear Complementary Filters on the Special Orthogonal Group, IEEE
  * Transactions on Automatic Control 53(5), 2008, eqs. 32a to 32c
  *
@@ -82,15 +75,7 @@ typedef struct {
     lh_mahony_vec3 mag;
 } lh_mahony_readings;
 
-/* Explicit complementary filter: proportional and integral feedback of cross products.
- *
- * Args:
- *     kp (float, 1/s): proportional gain towards gravity; greater than 0; default 0.4.
- *     ki (float, 1/s²): integral gain, which learns the bias; at least 0 and at most 1; default 0.003.
- *     k_mag (float): weight of the magnetometer, 1 for the accelerometer; greater than 0; default 0.5.
- *     bias_limit (float, rad/s): largest bias that is learned, per axis; at least 0; default 0.1.
- *     whole_field (bool): compare the whole field, not its horizontal part: tilt follows it too; default False.
- */
+/* Explicit complementary filter: proportional and integral feedback of cross products. */
 typedef struct {
     float kp; /* 1/s: proportional gain towards gravity (greater than 0) */
     float ki; /* 1/s²: integral gain, which learns the bias (at least 0 and at most 1) */
@@ -99,22 +84,7 @@ typedef struct {
     bool whole_field; /* compare the whole field, not its horizontal part: tilt follows it too */
 } lh_mahony_params;
 
-/* What counts as rest, as saturation and as disturbance; the defaults need no thought.
- *
- * Args:
- *     gyr_range (float, deg/s): full scale of the gyroscope; 0: found when it clips; at least 0; default 0.
- *     acc_range (float, m/s²): full scale of the accelerometer; 0: found when it clips; at least 0; default 0.
- *     rest_gyr (float, deg/s): rest: rate off its mean, at most; at least 0; default 2.
- *     rest_acc (float, m/s²): rest: specific force off its mean, at most; at least 0; default 0.5.
- *     rest_time (float, s): rest: for so long; at least 0; default 1.5.
- *     bias_limit (float, deg/s): rest: a mean rate beyond this is a turn and no bias; at least 0; default 15.
- *     acc_gate (float, m/s²): accelerating: | |a| − g |, more than; at least 0; default 100.
- *     acc_angle (float, deg): accelerating: and so far from the predicted vertical; at least 0; default 20.
- *     acc_time (float, s): accelerating: believed again after; at least 0; default 2.
- *     mag_gate (float): disturbed: norm off the learned one by this share; at least 0; default 0.1.
- *     mag_angle (float, deg): disturbed: or dip off the learned one; at least 0; default 10.
- *     mag_time (float, s): disturbed: the new field is taken for the earth's after; at least 0; default 20.
- */
+/* What counts as rest, as saturation and as disturbance; the defaults need no thought. */
 typedef struct {
     float gyr_range; /* deg/s: full scale of the gyroscope; 0: found when it clips (at least 0) */
     float acc_range; /* m/s²: full scale of the accelerometer; 0: found when it clips (at least 0) */
@@ -136,7 +106,7 @@ typedef struct {
     lh_mahony_guard guard;
 } lh_mahony_settings;
 
-/* ∫ rate dt and ∫ specific force dt of a spell, and its seconds. */
+/* ∫ rate dt (rad) and ∫ specific force dt (m/s) over an interval, and its length (s). */
 typedef struct {
     float x;
     float y;
@@ -144,15 +114,15 @@ typedef struct {
     float a;
     float b;
     float c;
-    float spell;
-} lh_mahony_sum;
+    float time;
+} lh_mahony_sums;
 
-/* Slow means of rate and specific force, and whether the last spell was near them: this may be rest. */
+/* Slow means of rate (rad/s) and specific force (m/s²), and whether the last interval was near them. */
 typedef struct {
     lh_mahony_vec3 gyr;
     lh_mahony_vec3 acc;
     bool quiet;
-} lh_mahony_calm;
+} lh_mahony_slow_means;
 
 /* The largest readings of a sensor so far, upwards and downwards (any axis), and whether they are its full scale.
  *
@@ -168,25 +138,25 @@ typedef struct {
     bool clipped;
 } lh_mahony_extreme;
 
-/* The last reading, which axes have repeated theirs since (bits 1, 2, 4), and for how many seconds. */
+/* The last reading, the axes that have repeated theirs since (bits 1, 2, 4), and for how many seconds. */
 typedef struct {
     lh_mahony_vec3 last;
     int32_t axes;
-    float spent;
+    float time;
 } lh_mahony_repeat;
 
-/* What is remembered of the readings, and what is wrong with the last of them. */
+/* What the detectors keep of the readings, and what they found in the last of them. */
 typedef struct {
-    lh_mahony_sum sum;
-    lh_mahony_calm calm;
-    lh_mahony_extreme fast;
-    lh_mahony_extreme hard;
-    lh_mahony_repeat gyr;
-    lh_mahony_repeat acc;
-    bool odd; /* the last specific force is too far from g */
-    bool was_odd; /* and so was it at the sample before */
+    lh_mahony_sums sums;
+    lh_mahony_slow_means means;
+    lh_mahony_extreme gyr_extreme;
+    lh_mahony_extreme acc_extreme;
+    lh_mahony_repeat gyr_repeat;
+    lh_mahony_repeat acc_repeat;
+    bool far_from_g; /* the norm of the last specific force is */
+    bool was_far; /* and so it was at the sample before */
     int32_t health;
-} lh_mahony_sensors;
+} lh_mahony_detector_state;
 
 /* The last sample without its unusable readings, and what is kept of the samples before it. */
 typedef struct {
@@ -202,7 +172,7 @@ typedef struct {
     float unmeasured; /* rad², variance of the part of this sample's rotation that was not measured */
     float since_sigma; /* s since σ was last updated */
     int32_t corrected_by; /* sensors with a usable reading since then: 1 accelerometer, 2 magnetometer */
-    lh_mahony_sensors sensors;
+    lh_mahony_detector_state detected;
 } lh_mahony_conditioned_sample;
 
 /* A quaternion, scalar first. */
@@ -220,21 +190,26 @@ typedef struct {
     float age;
 } lh_mahony_state;
 
-/* The earth's field as learned: norm, sine of its angle above the horizon; seconds learned, seconds rejected. */
+/* For how long (s) the sensor has been quiet, and the gyroscope bias that was read off at rest (rad/s). */
 typedef struct {
-    float norm;
-    float dip;
-    float age;
-    float out;
+    float time;
+    lh_mahony_vec3 bias;
+} lh_mahony_rest;
+
+/* The reference field. */
+typedef struct {
+    float norm; /* µT */
+    float dip; /* sine of its angle above the horizon */
+    float age; /* s over which it was averaged; 0: there is none */
+    float rejected; /* s for which readings have not fitted */
 } lh_mahony_field;
 
-/* What is remembered of a filter in front of which the guard stands. */
+/* What the guard keeps of one run of a filter. */
 typedef struct {
-    float still; /* s at rest */
-    lh_mahony_vec3 bias; /* rad/s, read off at rest */
-    float acc_out; /* s for which the specific force has been no gravity */
+    lh_mahony_rest rest;
+    float acc_rejected; /* s for which the specific force has not been gravity */
     lh_mahony_field field;
-} lh_mahony_watch;
+} lh_mahony_guard_state;
 
 /* P of level and bias, symmetric. */
 typedef struct {
@@ -243,19 +218,19 @@ typedef struct {
     float bias;
 } lh_mahony_covariance;
 
-/* Covariances of tilt (about each horizontal axis) and heading; the variance of acceleration lately, in g². */
+/* Covariances of tilt (about each horizontal axis) and of heading; the mean square acceleration, g². */
 typedef struct {
     lh_mahony_covariance tilt;
     lh_mahony_covariance heading;
     float motion;
-} lh_mahony_doubt;
+} lh_mahony_observer_covariance;
 
 /* What one filter with its parameters carries from one sample to the next. */
 typedef struct {
     lh_mahony_state state; /* the filter's */
     int32_t health;
-    lh_mahony_watch watch;
-    lh_mahony_doubt doubt;
+    lh_mahony_guard_state guard;
+    lh_mahony_observer_covariance covariance;
 } lh_mahony_filter_run;
 
 /* What goes from one sample to the next: the carry of a scan, as in jax.lax.scan. */
