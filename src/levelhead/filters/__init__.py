@@ -86,7 +86,7 @@ def of(params: object) -> Filter:
 
 def module_of(flt: Filter) -> str:
     """Name of the module or package whose docstring describes a filter: that in which its FILTER stands."""
-    return flt.init.__module__.removesuffix(".filter")
+    return flt.step.__module__.removesuffix(".filter")
 
 
 def resolve(choice: FilterChoice) -> Params:

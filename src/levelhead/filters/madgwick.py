@@ -33,20 +33,20 @@ from math import sqrt
 from typing import Annotated, NamedTuple
 
 from levelhead.compiler.mark import kernel
-from levelhead.filters.contract import Filter, Gains, Inflation, Output, Settling
+from levelhead.filters.contract import Filter, Gains, Inflation, Settling
+from levelhead.filters.direction_filter import DIP_SHARE, State, inflate, init, integrate, output
 from levelhead.filters.parameters import Param, parameters
-from levelhead.kernels import quat, tilt, triad
+from levelhead.kernels import quat, tilt
 from levelhead.kernels.lowpass import advance_age, lowpass_weight
 from levelhead.kernels.quat import Quat
-from levelhead.kernels.vec3 import ZERO, Vec3, dot, normalize
-from levelhead.kernels.vector_error import correct, direction_error, heading_error, rotate
+from levelhead.kernels.vec3 import Vec3, dot, normalize
+from levelhead.kernels.vector_error import correct, direction_error, heading_error
 
 START = 3.0  # s: until then a step is at least that of a mean over all samples since the start
 BIAS_LIMIT = 0.35  # rad/s, 20 °/s: the zero-rate tolerance of the worst consumer gyroscopes
 NOISE = 0.1  # rad, 1σ per axis of measured directions, for `gains`: a hand that accelerates by 1 m/s²
 SLOPE = 0.6267  # √(π/8): d E[unit vector of (x + n)]/dx at x = 0 is that over σ for n ~ N(0, σ²) in two dimensions
 FLAT = 1e-30  # |∇f|² below which there is no direction to go
-DIP_SHARE = 0.2  # cos² of the field's dip in middle Europe: how much of a heading error the whole field shows
 
 
 @parameters()
@@ -62,27 +62,13 @@ class Madgwick(NamedTuple):
     ] = 0.0
 
 
-class State(NamedTuple):
-    """Attitude (sensor to earth), bias (rad/s, sensor frame), and for how long (s) it has been followed."""
-
-    quat: Quat
-    bias: Vec3
-    age: float
-
-
 class Slope(NamedTuple):
-    """Of the objective: Σ s × ŝ, downhill in the sensor frame, and half the scalar part of (A)."""
+    """Of the objective: Σ s × ŝ, descent_direction in the sensor frame, and half the scalar part of (A)."""
 
     x: float
     y: float
     z: float
     scalar: float
-
-
-@kernel
-def init(params: Madgwick, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
-    """Tilt and heading of the first sample."""
-    return State(triad.initial_attitude(acc, mag), ZERO, 0.0)
 
 
 @kernel
@@ -100,7 +86,7 @@ def slope(seen: Vec3, expected: Vec3, earth: Vec3) -> Slope:
 
 
 @kernel
-def downhill(attitude: Quat, acc: Vec3, mag: Vec3) -> Slope:
+def descent_direction(attitude: Quat, acc: Vec3, mag: Vec3) -> Slope:
     """(A) summed over gravity (25), (26) and field (29), (30); an absent sensor adds nothing."""
     x, y, z, scalar = 0.0, 0.0, 0.0, 0.0
     if tilt.present(acc):
@@ -133,7 +119,7 @@ def descent(params: Madgwick, slope: Slope, sensors: float, dt: float) -> float:
 
 
 @kernel
-def learned(params: Madgwick, bias: Vec3, slope: Slope, k: float) -> Vec3:
+def update_bias(params: Madgwick, bias: Vec3, slope: Slope, k: float) -> Vec3:
     """(47) and (48), as far as the step goes: ζ ω_ε dt = −(ζ/β) k Σ s × ŝ; within ±BIAS_LIMIT per axis."""
     step = params.zeta / params.beta * k
     return Vec3(
@@ -147,30 +133,16 @@ def learned(params: Madgwick, bias: Vec3, slope: Slope, k: float) -> Vec3:
 def step(params: Madgwick, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> State:
     """(49), the gyroscope's turn, then (B); the bias waits until the start's error is gone."""
     bias = state.bias
-    gx, gy, gz = gyr
-    bx, by, bz = bias
-    attitude = rotate(state.quat, (gx - bx) * dt, (gy - by) * dt, (gz - bz) * dt)
+    attitude = integrate(state, gyr, dt)
     age = advance_age(state.age, dt)
-    down = downhill(attitude, acc, mag)
+    down = descent_direction(attitude, acc, mag)
     sensors = 2.0 if tilt.present(mag) else 1.0
     k = descent(params, down, sensors, dt)
     if age < START:
         k = max(k, min(lowpass_weight(START, age, dt), 1.0 / sensors))
     elif params.zeta > 0.0:
-        bias = learned(params, bias, down, k)
+        bias = update_bias(params, bias, down, k)
     return State(correct(attitude, Vec3(k * down.x, k * down.y, k * down.z)), bias, age)
-
-
-@kernel
-def inflate(params: Madgwick, state: State, variance: float) -> State:
-    """Follows from the start again, as after a gap."""
-    return State(state.quat, state.bias, 0.0)
-
-
-@kernel
-def output(params: Madgwick, state: State) -> Output:
-    """Attitude and bias."""
-    return Output(state.quat, state.bias, ZERO, 0)
 
 
 @kernel

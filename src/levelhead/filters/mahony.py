@@ -29,15 +29,13 @@ pulls then is the start's error, not the gyroscope's. Against wind-up every axis
 from typing import Annotated, NamedTuple
 
 from levelhead.compiler.mark import kernel
-from levelhead.filters.contract import Filter, Gains, Inflation, Output, Settling
+from levelhead.filters.contract import Filter, Gains, Inflation, Settling
+from levelhead.filters.direction_filter import DIP_SHARE, State, inflate, init, integrate, output
 from levelhead.filters.parameters import Param, parameters
-from levelhead.kernels import quat, tilt, triad
+from levelhead.kernels import quat, tilt
 from levelhead.kernels.lowpass import advance_age, lowpass_weight
-from levelhead.kernels.quat import Quat
 from levelhead.kernels.vec3 import ZERO, Vec3, normalize
-from levelhead.kernels.vector_error import correct, direction_error, field_error, heading_error, rotate
-
-DIP_SHARE = 0.2  # cos² of the field's dip in middle Europe: how much of a heading error the whole field shows
+from levelhead.kernels.vector_error import correct, direction_error, field_error, heading_error
 
 
 @parameters()
@@ -63,34 +61,20 @@ class Mahony(NamedTuple):
     )
 
 
-class State(NamedTuple):
-    """Attitude (sensor to earth), bias (rad/s, sensor frame), and for how long (s) it has been followed."""
-
-    quat: Quat
-    bias: Vec3
-    age: float
-
-
 @kernel
-def init(params: Mahony, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
-    """Tilt and heading of the first sample."""
-    return State(triad.initial_attitude(acc, mag), ZERO, 0.0)
-
-
-@kernel
-def learned(params: Mahony, bias: Vec3, tilted: Vec3, headed: Vec3, age: float, dt: float) -> Vec3:
+def update_bias(params: Mahony, bias: Vec3, tilt_error: Vec3, yaw_error: Vec3, age: float, dt: float) -> Vec3:
     """Eq. 3, bounded by (6); each vector waits until its K is steady."""
     kp = params.kp
     k_mag = params.k_mag
     limit = params.bias_limit
     step = params.ki * dt
     x, y, z = bias
-    px, py, pz = tilted
+    px, py, pz = tilt_error
     if kp * age > 1.0 and kp * kp * (px * px + py * py + pz * pz) < limit * limit:
         x -= step * px
         y -= step * py
         z -= step * pz
-    px, py, pz = headed
+    px, py, pz = yaw_error
     if kp * k_mag * age > 1.0 and kp * kp * k_mag * k_mag * (px * px + py * py + pz * pz) < limit * limit:
         step *= k_mag
         x -= step * px
@@ -102,38 +86,28 @@ def learned(params: Mahony, bias: Vec3, tilted: Vec3, headed: Vec3, age: float, 
 @kernel
 def step(params: Mahony, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> State:
     """Eqs. 1 to 5."""
-    bx, by, bz = state.bias
-    gx, gy, gz = gyr
-    attitude = rotate(state.quat, (gx - bx) * dt, (gy - by) * dt, (gz - bz) * dt)
+    attitude = integrate(state, gyr, dt)
     age = advance_age(state.age, dt)
     up = quat.up(attitude)
-    tilted = direction_error(normalize(acc), up)
+    tilt_error = direction_error(normalize(acc), up)
     kt = lowpass_weight(1.0 / params.kp, age, dt)
-    headed = ZERO
+    yaw_error = ZERO
     if tilt.present(mag):
         kh = lowpass_weight(1.0 / (params.kp * params.k_mag), age, dt)
         if params.whole_field:
-            headed = field_error(attitude, mag)
+            yaw_error = field_error(attitude, mag)
             kt = min(kt, 1.0 / (1.0 + params.k_mag))  # two vectors may pull the same way: K Σ k_i ≤ 1
             kh = kt * params.k_mag
         else:
-            headed = heading_error(attitude, up, mag)
-        rotation = Vec3(kt * tilted.x + kh * headed.x, kt * tilted.y + kh * headed.y, kt * tilted.z + kh * headed.z)
+            yaw_error = heading_error(attitude, up, mag)
+        rotation = Vec3(
+            kt * tilt_error.x + kh * yaw_error.x,
+            kt * tilt_error.y + kh * yaw_error.y,
+            kt * tilt_error.z + kh * yaw_error.z,
+        )
     else:
-        rotation = Vec3(kt * tilted.x, kt * tilted.y, kt * tilted.z)
-    return State(correct(attitude, rotation), learned(params, state.bias, tilted, headed, age, dt), age)
-
-
-@kernel
-def inflate(params: Mahony, state: State, variance: float) -> State:
-    """Follows from the start again, as after a gap."""
-    return State(state.quat, state.bias, 0.0)
-
-
-@kernel
-def output(params: Mahony, state: State) -> Output:
-    """Attitude and bias."""
-    return Output(state.quat, state.bias, ZERO, 0)
+        rotation = Vec3(kt * tilt_error.x, kt * tilt_error.y, kt * tilt_error.z)
+    return State(correct(attitude, rotation), update_bias(params, state.bias, tilt_error, yaw_error, age, dt), age)
 
 
 @kernel

@@ -34,28 +34,17 @@ typedef lh_mahony_carry Carry;
 typedef lh_mahony_output Output;
 typedef lh_mahony_euler Euler;
 
-/* K of level and bias. */
-typedef struct {
-    float level;
-    float bias;
-} Gain;
-
 /* Sine and cosine of one angle. */
 typedef struct {
     float sin;
     float cos;
 } SinCos;
 
-/* How much of an innovation a filter with set gains takes at a sample, linearised around the right attitude.
- *
- * With these the driver computes the filter's σ: the covariance of an observer whose gain is given, optimal or not.
- */
+/* K of level and bias. */
 typedef struct {
-    float tilt; /* share of a tilt innovation that turns the attitude, 0 to 1 */
-    float tilt_bias; /* what it takes off the bias, (rad/s)/rad, not negative; 0 without a bias state */
-    float heading;
-    float heading_bias;
-} Gains;
+    float level;
+    float bias;
+} Gain;
 
 /* Element xy stands in row x, column y. */
 typedef struct {
@@ -69,6 +58,17 @@ typedef struct {
     float zy;
     float zz;
 } Mat3;
+
+/* How much of an innovation a filter with set gains takes at a sample, linearised around the right attitude.
+ *
+ * With these the driver computes the filter's σ: the covariance of an observer whose gain is given, optimal or not.
+ */
+typedef struct {
+    float tilt; /* share of a tilt innovation that turns the attitude, 0 to 1 */
+    float tilt_bias; /* what it takes off the bias, (rad/s)/rad, not negative; 0 without a bias state */
+    float heading;
+    float heading_bias;
+} Gains;
 
 /* A magnetometer reading (µT; the zero vector where it is held back), health bits, and the guard after it. */
 typedef struct {
@@ -124,6 +124,8 @@ static const float REST_BIAS_CHANGE = 0.0012184697f;
 static const float REST_BIAS_TIME = 10.0f; /* s, time constant of the bias at rest */
 static const Sums REST_NO_SUMS = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
 
+static const float QUAT_SMALL = 0.01f; /* (angle/2)² below which series take over */
+
 static const float OBSERVER_COVARIANCE_INTERVAL = 0.05f; /* s between two updates of σ */
 /* (1.0 * DEGREE) * (1.0 * DEGREE): (rad/s)², bias of a gyroscope just turned on */
 static const float OBSERVER_COVARIANCE_TURN_ON = 0.00030461742f;
@@ -145,8 +147,6 @@ static const float OBSERVER_COVARIANCE_SMOOTH = 1.0f; /* s, time constant of the
 /* (5.0 * DEGREE) * (5.0 * DEGREE): rad², by which iron nearby turns the field */
 static const float OBSERVER_COVARIANCE_IRON = 0.0076154354f;
 static const float OBSERVER_COVARIANCE_IRON_SECONDS = 2.0f; /* s for which a body on the move is near the same iron */
-
-static const float QUAT_SMALL = 0.01f; /* (angle/2)² below which series take over */
 
 static const float DETECTORS_PLATEAU = 0.997f; /* of the largest reading so far: readings above this may be clipped */
 /* of the largest reading so far: a reading that rises from below this in two samples rises steeply */
@@ -184,11 +184,11 @@ static const float VECTOR_ERROR_NO_AXIS = 1e-09f;
 static const float VECTOR_ERROR_SHORT = 1e-06f;
 static const float VECTOR_ERROR_NEAR_UNIT = 1e-05f; /* |q|² − 1 up to which a series is exact to 1e-15 */
 
-static const bool GUARD_GATES_FIELD = true; /* False for a filter that gates the field itself */
-static const GuardState GUARD_NO_SAMPLES = {{0.0f, {0.0f, 0.0f, 0.0f}}, 0.0f, {0.0f, 0.0f, 0.0f, 0.0f}};
-
 /* rad: two directions nearer than this leave the angle around them undetermined */
 static const float TRIAD_PARALLEL = 1e-06f;
+
+static const bool GUARD_GATES_FIELD = true; /* False for a filter that gates the field itself */
+static const GuardState GUARD_NO_SAMPLES = {{0.0f, {0.0f, 0.0f, 0.0f}}, 0.0f, {0.0f, 0.0f, 0.0f, 0.0f}};
 
 /* rad/s, m/s², µT: beyond it a reading is missing; NaN and infinity fail the comparison too */
 static const float CONDITIONING_READING_LIMIT = 1e9f;
@@ -209,8 +209,8 @@ static const ConditionedSample CONDITIONING_NO_SAMPLE = {{0.0f, 0.0f, 0.0f}, {0.
     {{0.0f, 0.0f, 0.0f}, 0, 0.0f}, {{0.0f, 0.0f, 0.0f}, 0, 0.0f}, false, false, 0}};
 static const UnmeasuredRotation CONDITIONING_ALL_MEASURED = {0.0f, 0.0f};
 
-/* cos² of the field's dip in middle Europe: how much of a heading error the whole field shows */
-static const float MAHONY_DIP_SHARE = 0.2f;
+/* cos² of the field's dip in middle Europe: the share of a heading error that the whole field shows */
+static const float DIRECTION_FILTER_DIP_SHARE = 0.2f;
 
 static const bool DRIVER_OWN_SIGMA = false;
 static const float DRIVER_FIRST_FIELD = 0.6f; /* rad², of a heading that was relative until now: 45° */
@@ -261,39 +261,6 @@ static Vec3 vec3_add(Vec3 a, Vec3 b)
     return (Vec3){a.x + b.x, a.y + b.y, a.z + b.z};
 }
 
-/* a − b */
-static Vec3 vec3_sub(Vec3 a, Vec3 b)
-{
-    return (Vec3){a.x - b.x, a.y - b.y, a.z - b.z};
-}
-
-/* |a| */
-static float vec3_norm(Vec3 a)
-{
-    const float x = a.x, y = a.y, z = a.z;
-    return sqrtf(x * x + y * y + z * z);
-}
-
-/* a·b */
-static float vec3_dot(Vec3 a, Vec3 b)
-{
-    return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-
-/* s·a */
-static Vec3 vec3_scale(Vec3 a, float s)
-{
-    return (Vec3){a.x * s, a.y * s, a.z * s};
-}
-
-/* a × b */
-static Vec3 vec3_cross(Vec3 a, Vec3 b)
-{
-    const float ax = a.x, ay = a.y, az = a.z;
-    const float bx = b.x, by = b.y, bz = b.z;
-    return (Vec3){ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx};
-}
-
 /* a/|a|; the zero vector (an absent sensor), and what is too short to have a direction, gives the zero vector. */
 static Vec3 vec3_normalize(Vec3 a)
 {
@@ -304,6 +271,39 @@ static Vec3 vec3_normalize(Vec3 a)
         return (Vec3){x * one, y * one, z * one};
     }
     return (Vec3){0.0f, 0.0f, 0.0f};
+}
+
+/* a × b */
+static Vec3 vec3_cross(Vec3 a, Vec3 b)
+{
+    const float ax = a.x, ay = a.y, az = a.z;
+    const float bx = b.x, by = b.y, bz = b.z;
+    return (Vec3){ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx};
+}
+
+/* |a| */
+static float vec3_norm(Vec3 a)
+{
+    const float x = a.x, y = a.y, z = a.z;
+    return sqrtf(x * x + y * y + z * z);
+}
+
+/* s·a */
+static Vec3 vec3_scale(Vec3 a, float s)
+{
+    return (Vec3){a.x * s, a.y * s, a.z * s};
+}
+
+/* a − b */
+static Vec3 vec3_sub(Vec3 a, Vec3 b)
+{
+    return (Vec3){a.x - b.x, a.y - b.y, a.z - b.z};
+}
+
+/* a·b */
+static float vec3_dot(Vec3 a, Vec3 b)
+{
+    return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
 /* ---- tilt
@@ -346,33 +346,6 @@ static float tilt_bias_after_gap(float variance, float walked, float at_start)
     return lh_max(variance, lh_min(variance + walked, at_start));
 }
 
-/* ---- two_state
- *
- * An angle and the bias of its rate: the covariance that several filters share.
- *
- *     P ← F P Fᵀ + Q,   F = [[1, −Δt], [0, 1]]                                                                    (1)
- *     P ← (I − K H) P,   or Joseph's form   P ← (I − K H) P (I − K H)ᵀ + K r Kᵀ,   H = (1, 0)                     (2)
- *
- * The left form of (2) holds for the optimal gain only, Joseph's for any.
- */
-
-/* Eq. 1 with Q = diag(q_level, q_bias). */
-static Covariance two_state_predict(Covariance p, float dt, float q_level, float q_bias)
-{
-    const float level = p.level, cross = p.cross, bias = p.bias;
-    return (Covariance){level + dt * (dt * bias - 2.0f * cross) + q_level, cross - dt * bias, bias + q_bias};
-}
-
-/* Eq. 2, right. */
-static Covariance two_state_joseph(Covariance p, Gain k, float r)
-{
-    const float level = p.level, cross = p.cross, bias = p.bias;
-    const float a = k.level, b = k.bias;
-    const float rest = 1.0f - a;
-    return (Covariance){rest * rest * level + a * a * r, rest * (cross - b * level) + a * b * r,
-        bias - 2.0f * b * cross + b * b * (level + r)};
-}
-
 /* ---- trig
  *
  * sin, cos and atan2 of nothing but + − × ÷ and comparisons: the same bits on every machine, whatever its libm.
@@ -383,49 +356,6 @@ static Covariance two_state_joseph(Covariance p, Gain k, float r)
  * Polynomials are economized Taylor series (Lanczos, Applied Analysis, 1956, chapter 7); tests/reference/economized.py
  * derives their coefficients in exact fractions. Errors are measured in tests/kernels/test_trig.py.
  */
-
-/* The angle of the point (x, y), rad, within (−π, π]; 0 for the origin; −0 counts as 0. Error below 4e-16.
- *
- * The nearest multiple c of π/4 is taken off by turning the point back by it, which leaves |t| ≤ tan π/8:
- *
- *     atan2(y, x) = c + atan t,   t = y/x,  (|y| − x)/(|y| + x),  −x/|y|  for c = 0, π/4, π/2                  (1)
- *     atan t = t (1 − u P(u)),   u = t²,   P of degree 10                                                      (2)
- *
- * P is summed in pairs of pairs (G. Estrin, 1960), which a processor works out side by side.
- *
- * Good for all numbers below 8e307.
- */
-static float trig_atan2(float y, float x)
-{
-    const float across = x < 0.0f ? -x : x;
-    float num = y < 0.0f ? -y : y;
-    float den = across;
-    float c = 0.0f;
-    if (num > TRIG_TAN_67 * across) {
-        den = num;
-        num = -across;
-        c = 2.0f * TRIG_QUARTER;
-    } else {
-        if (num > TRIG_TAN_22 * across) {
-            den = num + across;
-            num = num - across;
-            c = TRIG_QUARTER;
-        }
-    }
-    float t = den > 0.0f ? num / den : 0.0f;
-    if (x < 0.0f) { /* mirrored at the y axis */
-        t = -t;
-        c = 4.0f * TRIG_QUARTER - c;
-    }
-    const float u = t * t;
-    const float u2 = u * u;
-    const float u4 = u2 * u2;
-    const float low = (0.33333334f - u * 0.2f) + u2 * (0.14285715f - u * 0.11111111f);
-    const float mid = (0.09090905f - u * 0.07692185f) + u2 * (0.06664532f - u * 0.058583118f);
-    const float high = (0.050862547f - u * 0.039253697f) + u2 * 0.019202529f;
-    const float angle = c + (t + (c * TRIG_PI_SHORT - t * u * (low + u4 * (mid + u4 * high))));
-    return y < 0.0f ? -angle : angle;
-}
 
 /* sin x and cos x. Error below 3e-16 up to 10⁶ rad, below 2e-16·|x| up to 10⁹; never outside of ±1 there.
  *
@@ -472,6 +402,76 @@ static float trig_cos(float x)
     const SinCos sincos = trig_sincos(x);
     const float c = sincos.cos;
     return c;
+}
+
+/* The angle of the point (x, y), rad, within (−π, π]; 0 for the origin; −0 counts as 0. Error below 4e-16.
+ *
+ * The nearest multiple c of π/4 is taken off by turning the point back by it, which leaves |t| ≤ tan π/8:
+ *
+ *     atan2(y, x) = c + atan t,   t = y/x,  (|y| − x)/(|y| + x),  −x/|y|  for c = 0, π/4, π/2                  (1)
+ *     atan t = t (1 − u P(u)),   u = t²,   P of degree 10                                                      (2)
+ *
+ * P is summed in pairs of pairs (G. Estrin, 1960), which a processor works out side by side.
+ *
+ * Good for all numbers below 8e307.
+ */
+static float trig_atan2(float y, float x)
+{
+    const float across = x < 0.0f ? -x : x;
+    float num = y < 0.0f ? -y : y;
+    float den = across;
+    float c = 0.0f;
+    if (num > TRIG_TAN_67 * across) {
+        den = num;
+        num = -across;
+        c = 2.0f * TRIG_QUARTER;
+    } else {
+        if (num > TRIG_TAN_22 * across) {
+            den = num + across;
+            num = num - across;
+            c = TRIG_QUARTER;
+        }
+    }
+    float t = den > 0.0f ? num / den : 0.0f;
+    if (x < 0.0f) { /* mirrored at the y axis */
+        t = -t;
+        c = 4.0f * TRIG_QUARTER - c;
+    }
+    const float u = t * t;
+    const float u2 = u * u;
+    const float u4 = u2 * u2;
+    const float low = (0.33333334f - u * 0.2f) + u2 * (0.14285715f - u * 0.11111111f);
+    const float mid = (0.09090905f - u * 0.07692185f) + u2 * (0.06664532f - u * 0.058583118f);
+    const float high = (0.050862547f - u * 0.039253697f) + u2 * 0.019202529f;
+    const float angle = c + (t + (c * TRIG_PI_SHORT - t * u * (low + u4 * (mid + u4 * high))));
+    return y < 0.0f ? -angle : angle;
+}
+
+/* ---- two_state
+ *
+ * An angle and the bias of its rate: the covariance that several filters share.
+ *
+ *     P ← F P Fᵀ + Q,   F = [[1, −Δt], [0, 1]]                                                                    (1)
+ *     P ← (I − K H) P,   or Joseph's form   P ← (I − K H) P (I − K H)ᵀ + K r Kᵀ,   H = (1, 0)                     (2)
+ *
+ * The left form of (2) holds for the optimal gain only, Joseph's for any.
+ */
+
+/* Eq. 1 with Q = diag(q_level, q_bias). */
+static Covariance two_state_predict(Covariance p, float dt, float q_level, float q_bias)
+{
+    const float level = p.level, cross = p.cross, bias = p.bias;
+    return (Covariance){level + dt * (dt * bias - 2.0f * cross) + q_level, cross - dt * bias, bias + q_bias};
+}
+
+/* Eq. 2, right. */
+static Covariance two_state_joseph(Covariance p, Gain k, float r)
+{
+    const float level = p.level, cross = p.cross, bias = p.bias;
+    const float a = k.level, b = k.bias;
+    const float rest = 1.0f - a;
+    return (Covariance){rest * rest * level + a * a * r, rest * (cross - b * level) + a * b * r,
+        bias - 2.0f * b * cross + b * b * (level + r)};
 }
 
 /* ---- field
@@ -617,6 +617,132 @@ static Rest rest_update_rest(const Guard *guard, Rest rest, Vec3 own, const Slow
     return (Rest){time, bias};
 }
 
+/* ---- quat
+ *
+ * Unit quaternions wxyz that rotate sensor-frame vectors into the earth frame: v_earth = q v q*.
+ */
+
+/* q/|q|; a zero quaternion becomes the identity. */
+static Quat quat_normalize(Quat q)
+{
+    const float w = q.w, x = q.x, y = q.y, z = q.z;
+    const float n = sqrtf(w * w + x * x + y * y + z * z);
+    if (n > 0.0f) {
+        return (Quat){w / n, x / n, y / n, z / n};
+    }
+    return (Quat){1.0f, 0.0f, 0.0f, 0.0f};
+}
+
+/* The quaternion of a rotation matrix, by its largest component, which is positive.
+ *
+ * S. W. Shepperd, Quaternion from Rotation Matrix, J. Guidance and Control 1(3), 1978: 4w² = 1 + trace, 4x² = 1 + 2 xx
+ * − trace and so on; the largest of these is at least 1, so that dividing by its root loses nothing.
+ */
+static Quat quat_from_matrix(Mat3 m)
+{
+    const float xx = m.xx, xy = m.xy, xz = m.xz, yx = m.yx, yy = m.yy, yz = m.yz, zx = m.zx, zy = m.zy,
+        zz = m.zz;
+    const float trace = xx + yy + zz;
+    if (trace >= xx && trace >= yy && trace >= zz) {
+        return quat_normalize((Quat){1.0f + trace, zy - yz, xz - zx, yx - xy});
+    }
+    if (xx >= yy && xx >= zz) {
+        return quat_normalize((Quat){zy - yz, 1.0f + 2.0f * xx - trace, xy + yx, xz + zx});
+    }
+    if (yy >= zz) {
+        return quat_normalize((Quat){xz - zx, xy + yx, 1.0f + 2.0f * yy - trace, yz + zy});
+    }
+    return quat_normalize((Quat){yx - xy, xz + zx, yz + zy, 1.0f + 2.0f * zz - trace});
+}
+
+/* sin(angle/2)/angle of square = (angle/2)². */
+static float quat_sinc_half(float square)
+{
+    if (square < QUAT_SMALL) {
+        const float fourth = square * square;
+        const float third = 1.0f / 240.0f - square * (1.0f / 10080.0f) + fourth * (1.0f / 725760.0f);
+        return 0.5f - square * (1.0f / 12.0f) + fourth * third;
+    }
+    const float half = sqrtf(square);
+    return 0.5f * trig_sin(half) / half;
+}
+
+/* cos(angle/2) of square = (angle/2)².
+ *
+ * Below 0.2 rad, where nearly every sample lies, this and sinc_half are Taylor series, exact to the last bit or
+ * two: faster, and free of 0/0.
+ */
+static float quat_cos_half(float square)
+{
+    if (square < QUAT_SMALL) {
+        const float fourth = square * square;
+        return 1.0f - 0.5f * square
+            + fourth * (1.0f / 24.0f - square * (1.0f / 720.0f) + fourth * (1.0f / 40320.0f));
+    }
+    return trig_cos(sqrtf(square));
+}
+
+/* The quaternion of a rotation vector (axis times angle, rad): (cos |v|/2, sin(|v|/2)/|v| · v). */
+static Quat quat_exp(Vec3 rotation)
+{
+    const float x = rotation.x, y = rotation.y, z = rotation.z;
+    const float square = 0.25f * (x * x + y * y + z * z);
+    const float s = quat_sinc_half(square);
+    return (Quat){quat_cos_half(square), x * s, y * s, z * s};
+}
+
+/* Hamilton's product p q: first q, then p. */
+static Quat quat_multiply(Quat p, Quat q)
+{
+    return (Quat){p.w * q.w - p.x * q.x - p.y * q.y - p.z * q.z,
+        p.w * q.x + p.x * q.w + p.y * q.z - p.z * q.y, p.w * q.y - p.x * q.z + p.y * q.w + p.z * q.x,
+        p.w * q.z + p.x * q.y - p.y * q.x + p.z * q.w};
+}
+
+/* q*, for a unit quaternion the inverse rotation. */
+static Quat quat_conjugate(Quat q)
+{
+    return (Quat){q.w, -q.x, -q.y, -q.z};
+}
+
+/* The earth's vertical in the sensor frame: (−sin θ, sin φ cos θ, cos φ cos θ) with roll φ and pitch θ. */
+static Vec3 quat_up(Quat q)
+{
+    const float w = q.w, x = q.x, y = q.y, z = q.z;
+    return (Vec3){2.0f * (x * z - w * y), 2.0f * (w * x + y * z), 1.0f - 2.0f * (x * x + y * y)};
+}
+
+/* q v q*: a sensor-frame vector seen in the earth frame. */
+static Vec3 quat_rotate(Quat q, Vec3 v)
+{
+    const float w = q.w, x = q.x, y = q.y, z = q.z;
+    const float vx = v.x, vy = v.y, vz = v.z;
+    const float tx = 2.0f * (y * vz - z * vy);
+    const float ty = 2.0f * (z * vx - x * vz);
+    const float tz = 2.0f * (x * vy - y * vx);
+    return (Vec3){vx + w * tx + y * tz - z * ty, vy + w * ty + z * tx - x * tz,
+        vz + w * tz + x * ty - y * tx};
+}
+
+/* The sensor's x axis in the earth frame: (cos ψ cos θ, sin ψ cos θ, −sin θ) with yaw ψ and pitch θ. */
+static Vec3 quat_forward(Quat q)
+{
+    const float w = q.w, x = q.x, y = q.y, z = q.z;
+    return (Vec3){1.0f - 2.0f * (y * y + z * z), 2.0f * (w * z + x * y), 2.0f * (x * z - w * y)};
+}
+
+/* Roll, pitch and yaw in radians, pitch within ±π/2.
+ *
+ * At pitch ±π/2 only yaw ∓ roll is defined; roll and yaw are finite there but each for itself means nothing.
+ */
+static Euler quat_to_euler(Quat q)
+{
+    const Vec3 vertical = quat_up(q);
+    const Vec3 ahead = quat_forward(q);
+    return (Euler){trig_atan2(vertical.y, vertical.z),
+        trig_atan2(-vertical.x, sqrtf(ahead.x * ahead.x + ahead.y * ahead.y)), trig_atan2(ahead.y, ahead.x)};
+}
+
 /* ---- observer_covariance
  *
  * σ for filters with set gains: the covariance of an observer whose gain is given, optimal or not.
@@ -720,132 +846,6 @@ static Vec3 observer_covariance_sigma(const ObserverCovariance *covariance)
     const float tilt = lh_min(sqrtf(lh_max(covariance->tilt.level, 0.0f) + OBSERVER_COVARIANCE_OFFSET),
         TILT_UNIFORM);
     return (Vec3){tilt, tilt, lh_min(sqrtf(lh_max(covariance->heading.level, 0.0f)), TILT_UNIFORM)};
-}
-
-/* ---- quat
- *
- * Unit quaternions wxyz that rotate sensor-frame vectors into the earth frame: v_earth = q v q*.
- */
-
-/* Hamilton's product p q: first q, then p. */
-static Quat quat_multiply(Quat p, Quat q)
-{
-    return (Quat){p.w * q.w - p.x * q.x - p.y * q.y - p.z * q.z,
-        p.w * q.x + p.x * q.w + p.y * q.z - p.z * q.y, p.w * q.y - p.x * q.z + p.y * q.w + p.z * q.x,
-        p.w * q.z + p.x * q.y - p.y * q.x + p.z * q.w};
-}
-
-/* q*, for a unit quaternion the inverse rotation. */
-static Quat quat_conjugate(Quat q)
-{
-    return (Quat){q.w, -q.x, -q.y, -q.z};
-}
-
-/* q/|q|; a zero quaternion becomes the identity. */
-static Quat quat_normalize(Quat q)
-{
-    const float w = q.w, x = q.x, y = q.y, z = q.z;
-    const float n = sqrtf(w * w + x * x + y * y + z * z);
-    if (n > 0.0f) {
-        return (Quat){w / n, x / n, y / n, z / n};
-    }
-    return (Quat){1.0f, 0.0f, 0.0f, 0.0f};
-}
-
-/* The quaternion of a rotation matrix, by its largest component, which is positive.
- *
- * S. W. Shepperd, Quaternion from Rotation Matrix, J. Guidance and Control 1(3), 1978: 4w² = 1 + trace, 4x² = 1 + 2 xx
- * − trace and so on; the largest of these is at least 1, so that dividing by its root loses nothing.
- */
-static Quat quat_from_matrix(Mat3 m)
-{
-    const float xx = m.xx, xy = m.xy, xz = m.xz, yx = m.yx, yy = m.yy, yz = m.yz, zx = m.zx, zy = m.zy,
-        zz = m.zz;
-    const float trace = xx + yy + zz;
-    if (trace >= xx && trace >= yy && trace >= zz) {
-        return quat_normalize((Quat){1.0f + trace, zy - yz, xz - zx, yx - xy});
-    }
-    if (xx >= yy && xx >= zz) {
-        return quat_normalize((Quat){zy - yz, 1.0f + 2.0f * xx - trace, xy + yx, xz + zx});
-    }
-    if (yy >= zz) {
-        return quat_normalize((Quat){xz - zx, xy + yx, 1.0f + 2.0f * yy - trace, yz + zy});
-    }
-    return quat_normalize((Quat){yx - xy, xz + zx, yz + zy, 1.0f + 2.0f * zz - trace});
-}
-
-/* The earth's vertical in the sensor frame: (−sin θ, sin φ cos θ, cos φ cos θ) with roll φ and pitch θ. */
-static Vec3 quat_up(Quat q)
-{
-    const float w = q.w, x = q.x, y = q.y, z = q.z;
-    return (Vec3){2.0f * (x * z - w * y), 2.0f * (w * x + y * z), 1.0f - 2.0f * (x * x + y * y)};
-}
-
-/* sin(angle/2)/angle of square = (angle/2)². */
-static float quat_sinc_half(float square)
-{
-    if (square < QUAT_SMALL) {
-        const float fourth = square * square;
-        const float third = 1.0f / 240.0f - square * (1.0f / 10080.0f) + fourth * (1.0f / 725760.0f);
-        return 0.5f - square * (1.0f / 12.0f) + fourth * third;
-    }
-    const float half = sqrtf(square);
-    return 0.5f * trig_sin(half) / half;
-}
-
-/* cos(angle/2) of square = (angle/2)².
- *
- * Below 0.2 rad, where nearly every sample lies, this and sinc_half are Taylor series, exact to the last bit or
- * two: faster, and free of 0/0.
- */
-static float quat_cos_half(float square)
-{
-    if (square < QUAT_SMALL) {
-        const float fourth = square * square;
-        return 1.0f - 0.5f * square
-            + fourth * (1.0f / 24.0f - square * (1.0f / 720.0f) + fourth * (1.0f / 40320.0f));
-    }
-    return trig_cos(sqrtf(square));
-}
-
-/* The quaternion of a rotation vector (axis times angle, rad): (cos |v|/2, sin(|v|/2)/|v| · v). */
-static Quat quat_exp(Vec3 rotation)
-{
-    const float x = rotation.x, y = rotation.y, z = rotation.z;
-    const float square = 0.25f * (x * x + y * y + z * z);
-    const float s = quat_sinc_half(square);
-    return (Quat){quat_cos_half(square), x * s, y * s, z * s};
-}
-
-/* q v q*: a sensor-frame vector seen in the earth frame. */
-static Vec3 quat_rotate(Quat q, Vec3 v)
-{
-    const float w = q.w, x = q.x, y = q.y, z = q.z;
-    const float vx = v.x, vy = v.y, vz = v.z;
-    const float tx = 2.0f * (y * vz - z * vy);
-    const float ty = 2.0f * (z * vx - x * vz);
-    const float tz = 2.0f * (x * vy - y * vx);
-    return (Vec3){vx + w * tx + y * tz - z * ty, vy + w * ty + z * tx - x * tz,
-        vz + w * tz + x * ty - y * tx};
-}
-
-/* The sensor's x axis in the earth frame: (cos ψ cos θ, sin ψ cos θ, −sin θ) with yaw ψ and pitch θ. */
-static Vec3 quat_forward(Quat q)
-{
-    const float w = q.w, x = q.x, y = q.y, z = q.z;
-    return (Vec3){1.0f - 2.0f * (y * y + z * z), 2.0f * (w * z + x * y), 2.0f * (x * z - w * y)};
-}
-
-/* Roll, pitch and yaw in radians, pitch within ±π/2.
- *
- * At pitch ±π/2 only yaw ∓ roll is defined; roll and yaw are finite there but each for itself means nothing.
- */
-static Euler quat_to_euler(Quat q)
-{
-    const Vec3 vertical = quat_up(q);
-    const Vec3 ahead = quat_forward(q);
-    return (Euler){trig_atan2(vertical.y, vertical.z),
-        trig_atan2(-vertical.x, sqrtf(ahead.x * ahead.x + ahead.y * ahead.y)), trig_atan2(ahead.y, ahead.x)};
 }
 
 /* ---- detectors
@@ -1140,6 +1140,46 @@ static Vec3 vector_error_heading_error(Quat attitude, Vec3 up, Vec3 mag)
     return (Vec3){sine * up.x, sine * up.y, sine * up.z};
 }
 
+/* ---- triad
+ *
+ * Attitude from two directions: TRIAD, and the start of every filter, without any angle.
+ *
+ * Two vectors a, b that are seen in the sensor frame and known in the earth frame (H. D. Black, A Passive System for
+ * Determining the Attitude of a Satellite, AIAA Journal 2(7), 1964; M. D. Shuster and S. D. Oh, Three-Axis Attitude
+ * Determination from Vector Observations, J. Guidance and Control 4(1), 1981) give a triad of axes in each frame:
+ *
+ *     t₁ = a/|a|,   t₂ = a × b/|a × b|,   t₃ = t₁ × t₂                                                            (1)
+ *     R = t₁ᵉ t₁ᵀ + t₂ᵉ t₂ᵀ + t₃ᵉ t₃ᵀ                                                                             (2)
+ *
+ * with ᵉ in the earth frame; R turns sensor-frame vectors into the earth frame. The first vector is believed fully; of the
+ * second only the direction around the first counts.
+ */
+
+/* The attitude that every filter starts with: TRIAD of gravity and field, as far as they are measured.
+ *
+ * The earth's up, in the sensor frame, is t₁ = a/|a|; magnetic north lies in the plane of gravity and field, so that
+ * east = −t₂ and north = −t₃. They are the rows of R. Level without accelerometer; yaw 0 without a magnetometer or
+ * where the field is vertical: the sensor's x axis then points east as far as it can.
+ */
+static Quat triad_initial_attitude(Vec3 acc, Vec3 mag)
+{
+    Vec3 up = vec3_normalize(acc);
+    if (up.x == 0.0f && up.y == 0.0f && up.z == 0.0f) {
+        up = (Vec3){0.0f, 0.0f, 1.0f};
+    }
+    Vec3 east = vec3_cross(vec3_normalize(mag), up);
+    const float length = vec3_norm(east);
+    Vec3 north;
+    if (length > TRIAD_PARALLEL) {
+        east = vec3_scale(east, 1.0f / length);
+        north = vec3_cross(up, east);
+    } else {
+        north = tilt_pitch_axis(up); /* horizontal, and at right angles to the sensor's x axis */
+        east = vec3_cross(north, up);
+    }
+    return quat_from_matrix((Mat3){east.x, east.y, east.z, north.x, north.y, north.z, up.x, up.y, up.z});
+}
+
 /* ---- guard
  *
  * The guard: bad readings are held back before a filter sees them, once, and the same for all filters.
@@ -1212,46 +1252,6 @@ static Gated guard_gate(const Guard *guard, GuardState state, Quat attitude, Vec
         }
     }
     return (Gated){mag, health, state};
-}
-
-/* ---- triad
- *
- * Attitude from two directions: TRIAD, and the start of every filter, without any angle.
- *
- * Two vectors a, b that are seen in the sensor frame and known in the earth frame (H. D. Black, A Passive System for
- * Determining the Attitude of a Satellite, AIAA Journal 2(7), 1964; M. D. Shuster and S. D. Oh, Three-Axis Attitude
- * Determination from Vector Observations, J. Guidance and Control 4(1), 1981) give a triad of axes in each frame:
- *
- *     t₁ = a/|a|,   t₂ = a × b/|a × b|,   t₃ = t₁ × t₂                                                            (1)
- *     R = t₁ᵉ t₁ᵀ + t₂ᵉ t₂ᵀ + t₃ᵉ t₃ᵀ                                                                             (2)
- *
- * with ᵉ in the earth frame; R turns sensor-frame vectors into the earth frame. The first vector is believed fully; of the
- * second only the direction around the first counts.
- */
-
-/* The attitude that every filter starts with: TRIAD of gravity and field, as far as they are measured.
- *
- * The earth's up, in the sensor frame, is t₁ = a/|a|; magnetic north lies in the plane of gravity and field, so that
- * east = −t₂ and north = −t₃. They are the rows of R. Level without accelerometer; yaw 0 without a magnetometer or
- * where the field is vertical: the sensor's x axis then points east as far as it can.
- */
-static Quat triad_initial_attitude(Vec3 acc, Vec3 mag)
-{
-    Vec3 up = vec3_normalize(acc);
-    if (up.x == 0.0f && up.y == 0.0f && up.z == 0.0f) {
-        up = (Vec3){0.0f, 0.0f, 1.0f};
-    }
-    Vec3 east = vec3_cross(vec3_normalize(mag), up);
-    const float length = vec3_norm(east);
-    Vec3 north;
-    if (length > TRIAD_PARALLEL) {
-        east = vec3_scale(east, 1.0f / length);
-        north = vec3_cross(up, east);
-    } else {
-        north = tilt_pitch_axis(up); /* horizontal, and at right angles to the sensor's x axis */
-        east = vec3_cross(north, up);
-    }
-    return quat_from_matrix((Mat3){east.x, east.y, east.z, north.x, north.y, north.z, up.x, up.y, up.z});
 }
 
 /* ---- conditioning
@@ -1378,6 +1378,42 @@ static ConditionedSample conditioning_condition(const Guard *guard, const Condit
         rate_unknown, rate_age, unmeasured, since_sigma + dt, corrected_by, *detected};
 }
 
+/* ---- direction_filter
+ *
+ * What Mahony and Madgwick have in common: filters that rotate the attitude towards measured directions.
+ *
+ * Their state is the attitude, a bias and an age: until it reaches a time constant, gains are those of a running mean.
+ */
+
+/* Tilt and heading of the first sample. */
+static State direction_filter_init(Mahony params, Vec3 gyr, Vec3 acc, Vec3 mag)
+{
+    (void)params; (void)gyr;
+    return (State){triad_initial_attitude(acc, mag), VEC3_ZERO, 0.0f};
+}
+
+/* The attitude after dt seconds at the rate gyr (rad/s) without the bias. */
+static Quat direction_filter_integrate(const State *state, Vec3 gyr, float dt)
+{
+    const float bx = state->bias.x, by = state->bias.y, bz = state->bias.z;
+    const float gx = gyr.x, gy = gyr.y, gz = gyr.z;
+    return vector_error_rotate(state->quat, (gx - bx) * dt, (gy - by) * dt, (gz - bz) * dt);
+}
+
+/* Gains are those of a start again, as after a gap. */
+static State direction_filter_inflate(Mahony params, const State *state, float variance)
+{
+    (void)params; (void)variance;
+    return (State){state->quat, state->bias, 0.0f};
+}
+
+/* Attitude and bias. */
+static Output direction_filter_output(Mahony params, const State *state)
+{
+    (void)params;
+    return (Output){state->quat, state->bias, VEC3_ZERO, 0};
+}
+
 /* ---- mahony
  *
  * Mahony: the explicit complementary filter, a PI controller that pulls the attitude towards what the sensors see.
@@ -1408,30 +1444,23 @@ static ConditionedSample conditioning_condition(const Guard *guard, const Condit
  *     k_P k_i |v_i × v̂_i| < bias_limit                                                                            (6)
  */
 
-/* Tilt and heading of the first sample. */
-static State mahony_init(Mahony params, Vec3 gyr, Vec3 acc, Vec3 mag)
-{
-    (void)params; (void)gyr;
-    return (State){triad_initial_attitude(acc, mag), VEC3_ZERO, 0.0f};
-}
-
 /* Eq. 3, bounded by (6); each vector waits until its K is steady. */
-static Vec3 mahony_learned(Mahony params, Vec3 bias, Vec3 tilted, Vec3 headed, float age, float dt)
+static Vec3 mahony_update_bias(Mahony params, Vec3 bias, Vec3 tilt_error, Vec3 yaw_error, float age, float dt)
 {
     const float kp = params.kp;
     const float k_mag = params.k_mag;
     const float limit = params.bias_limit;
     float step = params.ki * dt;
     float x = bias.x, y = bias.y, z = bias.z;
-    float px = tilted.x, py = tilted.y, pz = tilted.z;
+    float px = tilt_error.x, py = tilt_error.y, pz = tilt_error.z;
     if (kp * age > 1.0f && kp * kp * (px * px + py * py + pz * pz) < limit * limit) {
         x -= step * px;
         y -= step * py;
         z -= step * pz;
     }
-    px = headed.x;
-    py = headed.y;
-    pz = headed.z;
+    px = yaw_error.x;
+    py = yaw_error.y;
+    pz = yaw_error.z;
     if (kp * k_mag * age > 1.0f && kp * kp * k_mag * k_mag * (px * px + py * py + pz * pz) < limit * limit) {
         step *= k_mag;
         x -= step * px;
@@ -1445,45 +1474,29 @@ static Vec3 mahony_learned(Mahony params, Vec3 bias, Vec3 tilted, Vec3 headed, f
 /* Eqs. 1 to 5. */
 static State mahony_step(Mahony params, const State *state, Vec3 gyr, Vec3 acc, Vec3 mag, float dt)
 {
-    const float bx = state->bias.x, by = state->bias.y, bz = state->bias.z;
-    const float gx = gyr.x, gy = gyr.y, gz = gyr.z;
-    const Quat attitude = vector_error_rotate(state->quat, (gx - bx) * dt, (gy - by) * dt, (gz - bz) * dt);
+    const Quat attitude = direction_filter_integrate(state, gyr, dt);
     const float age = lowpass_advance_age(state->age, dt);
     const Vec3 up = quat_up(attitude);
-    const Vec3 tilted = vector_error_direction_error(vec3_normalize(acc), up);
+    const Vec3 tilt_error = vector_error_direction_error(vec3_normalize(acc), up);
     float kt = lowpass_lowpass_weight(1.0f / params.kp, age, dt);
-    Vec3 headed = VEC3_ZERO;
+    Vec3 yaw_error = VEC3_ZERO;
     Vec3 rotation;
     if (tilt_present(mag)) {
         float kh = lowpass_lowpass_weight(1.0f / (params.kp * params.k_mag), age, dt);
         if (params.whole_field) {
-            headed = vector_error_field_error(attitude, mag);
+            yaw_error = vector_error_field_error(attitude, mag);
             kt = lh_min(kt, 1.0f / (1.0f + params.k_mag)); /* two vectors may pull the same way: K Σ k_i ≤ 1 */
             kh = kt * params.k_mag;
         } else {
-            headed = vector_error_heading_error(attitude, up, mag);
+            yaw_error = vector_error_heading_error(attitude, up, mag);
         }
-        rotation = (Vec3){kt * tilted.x + kh * headed.x, kt * tilted.y + kh * headed.y,
-            kt * tilted.z + kh * headed.z};
+        rotation = (Vec3){kt * tilt_error.x + kh * yaw_error.x, kt * tilt_error.y + kh * yaw_error.y,
+            kt * tilt_error.z + kh * yaw_error.z};
     } else {
-        rotation = (Vec3){kt * tilted.x, kt * tilted.y, kt * tilted.z};
+        rotation = (Vec3){kt * tilt_error.x, kt * tilt_error.y, kt * tilt_error.z};
     }
     return (State){vector_error_correct(attitude, rotation),
-        mahony_learned(params, state->bias, tilted, headed, age, dt), age};
-}
-
-/* Follows from the start again, as after a gap. */
-static State mahony_inflate(Mahony params, const State *state, float variance)
-{
-    (void)params; (void)variance;
-    return (State){state->quat, state->bias, 0.0f};
-}
-
-/* Attitude and bias. */
-static Output mahony_output(Mahony params, const State *state)
-{
-    (void)params;
-    return (Output){state->quat, state->bias, VEC3_ZERO, 0};
+        mahony_update_bias(params, state->bias, tilt_error, yaw_error, age, dt), age};
 }
 
 /* K, K₂ of eq. 5 and k_I dt of eq. 3, for a state after its sample. */
@@ -1495,7 +1508,8 @@ static Gains mahony_gains(Mahony params, const State *state, float dt)
     const float bh = params.kp * params.k_mag * state->age > 1.0f ? params.ki * params.k_mag * dt : 0.0f;
     if (params.whole_field) {
         kt = lh_min(kt, 1.0f / (1.0f + params.k_mag));
-        return (Gains){kt, bt, MAHONY_DIP_SHARE * kt * params.k_mag, MAHONY_DIP_SHARE * bh};
+        return (Gains){kt, bt, DIRECTION_FILTER_DIP_SHARE * kt * params.k_mag,
+            DIRECTION_FILTER_DIP_SHARE * bh};
     }
     return (Gains){kt, bt, kh, bh};
 }
@@ -1518,7 +1532,7 @@ static Gains mahony_gains(Mahony params, const State *state, float dt)
 static State driver_restart(Mahony params, const State *before, Vec3 gyr, Vec3 acc, Vec3 mag)
 {
     (void)before;
-    return mahony_init(params, gyr, acc, mag);
+    return direction_filter_init(params, gyr, acc, mag);
 }
 
 /* Whether correct is to be called after this step. */
@@ -1552,7 +1566,7 @@ static const State *driver_at_rest(Mahony params, const State *state)
 /* Before the first sample: level, not started. */
 static Carry driver_begin(const Settings *settings)
 {
-    const State state = mahony_init(settings->filter, VEC3_ZERO, VEC3_ZERO, VEC3_ZERO);
+    const State state = direction_filter_init(settings->filter, VEC3_ZERO, VEC3_ZERO, VEC3_ZERO);
     return (Carry){CONDITIONING_NO_SAMPLE,
         {state, 0, GUARD_NO_SAMPLES, observer_covariance_initial_covariance(VEC3_ZERO, VEC3_ZERO)}};
 }
@@ -1564,7 +1578,7 @@ static FilterRun driver_start(const Settings *settings, const ConditionedSample 
     const State state = driver_restart(params, &run->state, sample->gyr, sample->acc, sample->mag);
     const Rest rest = GUARD_NO_SAMPLES.rest;
     const float rejected = GUARD_NO_SAMPLES.acc_rejected;
-    const Output estimate = mahony_output(params, &state);
+    const Output estimate = direction_filter_output(params, &state);
     const GuardState gates = {rest, rejected, field_initial_field(quat_up(estimate.quat), sample->mag)};
     return (FilterRun){state, sample->health, gates,
         observer_covariance_initial_covariance(sample->acc, sample->mag)};
@@ -1580,7 +1594,7 @@ static FilterRun driver_update_rest(const Settings *settings, const ConditionedS
     const int32_t health = run->health;
     const GuardState *gates = &run->guard;
     const ObserverCovariance *covariance = &run->covariance;
-    const Output estimate = mahony_output(params, state);
+    const Output estimate = direction_filter_output(params, state);
     Rest rest = gates->rest;
     const float rejected = gates->acc_rejected;
     const Field field = gates->field;
@@ -1600,7 +1614,7 @@ static FilterRun driver_inflate(const Settings *settings, const ConditionedSampl
     const int32_t health = run->health;
     const GuardState *gates = &run->guard;
     const ObserverCovariance *covariance = &run->covariance;
-    return (FilterRun){mahony_inflate(settings->filter, state, sample->unmeasured), health, *gates,
+    return (FilterRun){direction_filter_inflate(settings->filter, state, sample->unmeasured), health, *gates,
         *covariance};
 }
 
@@ -1625,7 +1639,7 @@ static FilterRun driver_step_gated(const Settings *settings, const ConditionedSa
     const int32_t found = run->health;
     const GuardState *gates = &run->guard;
     const ObserverCovariance *covariance = &run->covariance;
-    const Output estimate = mahony_output(params, state);
+    const Output estimate = direction_filter_output(params, state);
     const Vec3 gyr = driver_unbiased_rate(sample, gates, estimate.bias);
     const Gated gated = guard_gate(guard, *gates, estimate.quat, gyr, sample->mag, sample->dt);
     const Vec3 mag = gated.mag;
@@ -1644,7 +1658,7 @@ static FilterRun driver_step_accelerated(const Settings *settings, const Conditi
     const State *state = &run->state;
     const GuardState *gates = &run->guard;
     const ObserverCovariance *covariance = &run->covariance;
-    const Output estimate = mahony_output(params, state);
+    const Output estimate = direction_filter_output(params, state);
     const Vec3 gyr = driver_unbiased_rate(sample, gates, estimate.bias);
     const GuardState gates_2 = guard_gate_force(guard, gates, estimate.quat, gyr, sample->acc,
         sample->detected.far_from_g, sample->dt);
@@ -1766,7 +1780,7 @@ static Output driver_result(const Settings *settings, const FilterRun *run)
     const int32_t found = run->health;
     const GuardState *gates = &run->guard;
     const ObserverCovariance *covariance = &run->covariance;
-    const Output estimate = mahony_output(settings->filter, state);
+    const Output estimate = direction_filter_output(settings->filter, state);
     const Quat quat = estimate.quat;
     const float x = estimate.bias.x, y = estimate.bias.y, z = estimate.bias.z;
     Vec3 sigma = estimate.sigma;

@@ -183,7 +183,7 @@ typedef struct {
     float z;
 } lh_mahony_quat;
 
-/* Attitude (sensor to earth), bias (rad/s, sensor frame), and for how long (s) it has been followed. */
+/* Attitude (sensor to earth), bias (rad/s, sensor frame), and the age (s) of the estimate since start or gap. */
 typedef struct {
     lh_mahony_quat quat;
     lh_mahony_vec3 bias;
