@@ -54,6 +54,7 @@ if TYPE_CHECKING:
     from levelhead.filters import RollPitchKalman as RollPitchKalman
     from levelhead.filters import Triad as Triad
     from levelhead.guard import Guard as Guard
+    from levelhead.inspection import inspect as inspect
     from levelhead.recording import Gnss as Gnss
     from levelhead.recording import Pressure as Pressure
     from levelhead.recording import Recording as Recording
@@ -83,13 +84,14 @@ _HOMES = {
         "Mahony", "RollPitchKalman", "Triad",
     ),
     "levelhead.guard": ("Guard",),
+    "levelhead.inspection": ("inspect",),
     "levelhead.recording": ("Gnss", "Pressure", "Recording", "Truth"),
     "levelhead.sources": ("read",),
     "levelhead.track": ("Track",),
     "levelhead.tune": ("sweep",),
 }  # fmt: skip
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
-_ROOMS = ("simulate", "filters", "guard", "sources", "engine", "evaluate", "tune", "live", "publish")
+_ROOMS = ("simulate", "filters", "guard", "sources", "engine", "evaluate", "inspection", "tune", "live", "publish")
 
 __all__ = [*_HOME, "simulate"]  # noqa: PLE0604
 

@@ -36,6 +36,7 @@ app = App(
 VERBS = {
     "demo": "The classic lesson: two sensors with errors, and the result of the filters.",
     "fuse": "Fuse a log into orientation: the main job.",
+    "doctor": "What is wrong with a log, how sure that is, and what to do.",
     "smooth": "The same with the whole recording known at every instant: fuse --offline.",
     "compare": "Filters side by side on a recording: a table and the four-panel picture.",
     "sweep": "One parameter over its range: where is the best value, and how flat is it there?",
@@ -50,7 +51,7 @@ for verb, words in VERBS.items():
     app.command(f"levelhead.cli.{verb}:{verb}", name=verb, help=words, sort_key=list(VERBS).index(verb))
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main(arguments: Sequence[str] | None = None) -> int:  # noqa: PLR0911
     """Runs the command line; returns its exit code: 0, 2 for bad input (one line on standard error), 3 for a live
     source that was lost, 130 for Ctrl-C.
     """
@@ -59,8 +60,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stdout.reconfigure(errors="replace")  # a terminal or pipe without σ gets a ? and no traceback
     _start(tokens)
     try:
-        app(tokens, exit_on_error=False, print_error=False, result_action="return_none")
+        code = app(tokens, exit_on_error=False, print_error=False, result_action="return_value")
         sys.stdout.flush()
+        return code if isinstance(code, int) else 0
     except UnusedCliTokensError as error:
         extra = " ".join(error.unused_tokens or ())
         return _report_error(f"'{extra}' is one argument too many; --help shows the arguments")

@@ -40,17 +40,22 @@ class Reading:
 
     def read(self, log: Path) -> "Recording":
         """The recording in a log, with these hints."""
-        from levelhead.sources import parse_lsb, parse_map, parse_units, read
+        from levelhead.sources import read
 
-        return read(
-            log,
-            map=parse_map(self.map),
-            units=parse_units(self.units),
-            lsb=parse_lsb(self.lsb),
-            rate=self.rate,
-            sensor=self.sensor,
-            session=self.session,
-        )
+        return read(log, **self.hints())
+
+    def hints(self) -> dict[str, Any]:
+        """The hints as arguments of ``levelhead.read``."""
+        from levelhead.sources import parse_lsb, parse_map, parse_units
+
+        return {
+            "map": parse_map(self.map),
+            "units": parse_units(self.units),
+            "lsb": parse_lsb(self.lsb),
+            "rate": self.rate,
+            "sensor": self.sensor,
+            "session": self.session,
+        }
 
     def orientation(self, log: Path | None, column: str) -> "Track":
         """The orientation in quaternion columns of the log, with these hints."""

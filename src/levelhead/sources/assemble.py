@@ -47,6 +47,7 @@ def _assemble(table: Table, hints: Hints) -> Recording:
         columns = {i: column[clock.rows] for i, column in columns.items()}
     evidence = Evidence({"t": clock.unit}, notes, dict(clock.findings))
     clock, columns = _dense(table, roles, clock, columns, notes)
+    _note_findings(table, roles, clock, evidence)
     acc = _acc(table, roles, hints, columns, evidence)
     gyr = _gyr(table, roles, hints, columns, clock.t, acc, evidence)
     mag = _mag(table, roles, hints, columns, evidence)
@@ -66,6 +67,27 @@ def _assemble(table: Table, hints: Hints) -> Recording:
     if mag is not None and evidence.found.get("mag") == RELATIVE:
         meta["mag_unit"] = RELATIVE
     return Recording(clock.t, gyr, acc, mag, truth, meta)
+
+
+def _note_findings(table: Table, roles: Roles, clock: Clock, evidence: Evidence) -> None:
+    """What tables and columns themselves tell the doctor."""
+    words = " | ".join(evidence.notes)
+    if "t" not in roles.columns:
+        evidence.findings["no_time"] = True
+    if (
+        any("taken, not" in note for note in roles.notes)
+        or "has gravity removed; not taken" in words
+        or ", not from" in words
+    ):
+        evidence.findings["decoy_columns"] = True
+    if "has gravity removed; not taken" in words:
+        evidence.findings["gravity_removed"] = True
+    if "merged:" in words or "columns with time in their name" in words:
+        evidence.findings["several_clocks"] = True
+    if "each row is a window" in words:
+        evidence.findings["glued_recordings"] = True
+    if "nothing in them" in words:
+        evidence.findings["empty_columns"] = True
 
 
 def _read(table: Table, hints: Hints) -> tuple[Roles, dict[int, Column]]:

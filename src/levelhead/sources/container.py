@@ -26,7 +26,7 @@ class Member(NamedTuple):
 
 @contextmanager
 def members(path: Path, suffixes: frozenset[str]) -> Iterator[list[Member]]:
-    """The files in ``path`` that end in one of ``suffixes`` and are not empty; a single file is always one.
+    """The files in ``path`` that end in one of ``suffixes``; a single file is always one.
 
     Raises:
         LevelheadError: a damaged or dangerous archive, too many files, nothing to read.
@@ -49,7 +49,7 @@ def _in_folder(path: Path, suffixes: frozenset[str]) -> list[Member]:
         inner = file.relative_to(path)
         if len(inner.parts) > DEPTH or any(part.startswith((".", "__")) for part in inner.parts):
             continue
-        if file.is_file() and file.suffix.lower() in suffixes and file.stat().st_size > 0:
+        if file.is_file() and file.suffix.lower() in suffixes:
             found.append(Member(file, str(inner.with_suffix("")), str(file)))
         if len(found) > MOST_FILES:
             raise LevelheadError(f"{path} is a folder with more than {MOST_FILES} files; name one of them")
@@ -66,7 +66,7 @@ def _unzipped(path: Path, folder: Path, suffixes: frozenset[str]) -> list[Member
             for i, info in enumerate(archive.infolist()):
                 inner = Path(info.filename)
                 hidden = any(part.startswith((".", "__")) for part in inner.parts)
-                if info.is_dir() or hidden or inner.suffix.lower() not in suffixes or info.file_size == 0:
+                if info.is_dir() or hidden or inner.suffix.lower() not in suffixes:
                     continue
                 total += info.file_size
                 if len(found) >= MOST_FILES or total > MOST_BYTES:

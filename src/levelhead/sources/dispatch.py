@@ -2,6 +2,7 @@
 
 import os
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -28,11 +29,12 @@ def read_file(path: str | os.PathLike[str], hints: Hints) -> Recording:
     try:
         return _read(file, hints)
     except NeedsHints as error:
-        raise LevelheadError(f"{error}{_way_out(file, hints, error)}") from None
+        words, options = _way_out(file, hints, error)
+        raise NeedsHints(f"{error}{words}", **options) if words else LevelheadError(str(error)) from None
 
 
-def _way_out(file: Path, hints: Hints, error: NeedsHints) -> str:
-    """The command line that reads the file, tried; "" if none was found."""
+def _way_out(file: Path, hints: Hints, error: NeedsHints) -> tuple[str, dict[str, Any]]:
+    """The command line that reads the file, tried, and its hints; "" if none was found."""
     options = hints.options()
     for _ in range(_TRIES):
         for option, value in error.hints.items():
@@ -47,13 +49,13 @@ def _way_out(file: Path, hints: Hints, error: NeedsHints) -> str:
             _read(file, known)
         except NeedsHints as again:
             if again.hints == error.hints:
-                return ""
+                return "", {}
             error = again
             continue
         except LevelheadError:
-            return ""
-        return f"; try: {command(str(file), options)}"
-    return ""
+            return "", {}
+        return f"; try: {command(str(file), options)}", options
+    return "", {}
 
 
 def _read(file: Path, hints: Hints) -> Recording:
@@ -94,10 +96,14 @@ def _opened(file: Path, hints: Hints) -> tuple[list[Table], Hints]:
 
         return list(_BAG.tables(file, str(file), hints)), without_topics(hints)
     found: list[Table] = []
-    with members(file, _READ) as parts:
+    with members(file, _READ) as every:
+        empty = [part.name for part in every if part.path.stat().st_size == 0]
+        parts = [part for part in every if part.path.stat().st_size > 0]
         wanted = [part for part in parts if hints.sensor is None or _names(hints.sensor, part)] or parts
         for part in wanted:
             found += _member(part, hints, alone=len(wanted) == 1)
+    if found and empty and isinstance(found[0].notes, list):
+        found[0].notes.append(f"{', '.join(empty)}: nothing in them; passed over")
     if not found:
         raise LevelheadError(f"{file} holds no file with columns of numbers")
     return found, hints

@@ -63,7 +63,12 @@ _WORDS = {
     },
     "q": {"quat", "quaternion", "orientation", "quats"},
 }
-_LETTERS = {"gyr": {"g", "w"}, "acc": {"a", "gf"}, "mag": {"m"}, "q": {"q"}}  # only when nothing else is in the name
+_LETTERS = {
+    "gyr": {"g", "w"},
+    "acc": {"a", "gf"},
+    "mag": {"m", "h", "b"},
+    "q": {"q"},
+}  # only when nothing else is in the name
 _PAIRS = {
     ("rate", "of"),
     ("turn", "rate"),

@@ -16,6 +16,8 @@ from levelhead.sources.sensitivities import gyr_sensitivity
 
 SMOOTH = 0.2  # s; takes vibration out of the direction of gravity
 _NEAR, _QUIET = 0.2, 0.06  # shares of its usual length by which the specific force may differ: usually, in quiet spans
+_QUIET_SAMPLE, _QUIET_SPAN = 0.12, 0.3  # share of the usual length, at every sample; s
+_QUIET_SHARE = 0.05  # of the rows, at least, must be quiet
 _FAINT = 0.4  # correlation from which a comparison is worth a guess
 SPAN = 0.5  # s; over which the turn of gravity is compared
 WINDOW = 1.0  # s; in which gravity must hold still once the gyroscope turns it back
@@ -93,6 +95,25 @@ def turn_of_gravity(t: Array, gyr: Array, acc: Array, near: float = _NEAR, span:
     steady = _steady(length, box, size, near)
     real, said = real[whole & steady], said[whole & steady]
     return _regress(real, said)
+
+
+def quiet_turn(t: Array, gyr: Array, acc: Array) -> Turn | None:
+    """``turn_of_gravity`` over short spans in which the specific force keeps its usual length at every sample.
+
+    On a swinging leg or arm gravity seems to turn against the gyroscope, because the limb is a pendulum; there the
+    force is never quiet, and nothing is compared.
+    """
+    length = np.sqrt((acc * acc).sum(axis=1))
+    finite = length[np.isfinite(length)]
+    if len(finite) < 8:
+        return None
+    still = np.abs(length / median(finite) - 1.0) < _QUIET_SAMPLE
+    step = median(np.diff(t)) if len(t) > 1 else 1.0
+    size = max(1, round(_QUIET_SPAN / step)) if step > 0 else 1
+    around = np.convolve(~still, np.ones(2 * size + 1), "same") < 0.05 * size
+    if still.sum() < 8 or around.sum() < max(30, _QUIET_SHARE * len(t)):
+        return None
+    return turn_of_gravity(t, np.where(around[:, None], gyr, np.nan), acc, near=_QUIET, span=_QUIET_SPAN)
 
 
 def _spans(values: Array, box: int, span: int) -> Array:
@@ -232,7 +253,7 @@ def gyr_unit(t: Array, gyr: Array, acc: Array, acc_per_g: float | None = None) -
         found = _proved(turn, acc_per_g)
         if found is not None:
             return found
-    quiet = turn_of_gravity(t, gyr, acc, near=_QUIET)
+    quiet = quiet_turn(t, gyr, acc)
     against = quiet is not None and quiet.correlation < -_CLEAR and quiet.turned > 0.5 * _ENOUGH
     if against and quiet is not None:
         for unit, factor in (("rad/s", 1.0), ("deg/s", math.pi / 180.0)):

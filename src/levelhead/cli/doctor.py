@@ -1,0 +1,57 @@
+"""``levelhead doctor LOG…``: what is wrong with a log."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import Parameter
+
+from levelhead.cli.options import Reading, print_json, print_line
+from levelhead.errors import LevelheadError
+
+
+def doctor(
+    logs: Annotated[tuple[Path, ...], Parameter(metavar="LOG", negative="")],
+    /,
+    *,
+    picture: Annotated[Path | None, Parameter(metavar="FILE")] = None,
+    fix: Annotated[bool, Parameter(negative="")] = False,
+    out: Annotated[Path | None, Parameter(name=["--out", "-o"], metavar="FILE")] = None,
+    json: Annotated[bool, Parameter(negative="")] = False,
+    reading: Reading = Reading(),  # noqa: B008
+) -> int:
+    """Examine logs: what was read, what is wrong with it, how sure that is, what to do, and what to expect.
+
+    The exit code is 0 for logs that are fine, 1 where there are findings, 2 for a log that cannot be read.
+
+    Args:
+        logs: files, folders or zips.
+        picture: where to draw the log with its findings (needs the extra levelhead[plot]); for one log.
+        fix: write the repaired recording to the file of -o, as Parquet, with what was changed in its metadata.
+        out: the file for --fix.
+        json: print the reports as JSON.
+    """
+    from levelhead.inspection import inspect
+
+    if fix and (out is None or len(logs) != 1):
+        raise LevelheadError("--fix writes one log to one file; expected: levelhead doctor LOG --fix -o FILE.parquet")
+    if not logs:
+        raise LevelheadError("doctor examines logs; expected: levelhead doctor LOG …")
+    hints: dict[str, Any] = reading.hints()
+    reports = [inspect(log, **hints) for log in logs]
+    if json:
+        print_json({"reports": [report.to_dict() for report in reports]})
+    else:
+        print_line("\n\n".join(str(report) for report in reports))
+    if fix and out is not None and reports[0].recording is not None:
+        from levelhead.inspection.repair import write_repaired
+
+        write_repaired(reports[0], out)
+        if not json:
+            print_line(f"written: {out}")
+    if picture is not None and reports[0].recording is not None:
+        from levelhead.publish.plots.doctor import doctor_picture
+
+        doctor_picture(reports[0], picture)
+        if not json:
+            print_line(f"written: {picture}")
+    return max(report.exit_code for report in reports)

@@ -1,0 +1,96 @@
+"""The doctor: examines a log and reports what is wrong with it, how sure that is, and what to do."""
+
+import os
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from levelhead.errors import LevelheadError
+from levelhead.inspection.findings import Finding, Report, ordered
+from levelhead.inspection.physics import examine_axes, examine_field, examine_rest
+from levelhead.inspection.reading import from_reader
+from levelhead.inspection.timing import examine_clock
+from levelhead.inspection.values import examine_values
+from levelhead.inspection.verdict import expectation, verdict
+from levelhead.recording import Recording
+from levelhead.sources import read
+from levelhead.sources.hints import NeedsHints
+
+__all__ = ["Finding", "Report", "examine", "inspect", "short_form"]
+
+
+def inspect(path: str | os.PathLike[str], **hints: Any) -> Report:
+    """Reads and examines a log.
+
+    Args:
+        path: a file, a folder or a zip.
+        hints: as for ``levelhead.read``: map, units, lsb, rate, sensor, session.
+
+    Returns:
+        A report. Where the log cannot be read its ``recording`` is None and the verdict says why; where it lacks only
+        what a hint would tell, it is examined under the hint that the error names.
+    """
+    source = os.fspath(path)
+    missing: list[Finding] = []
+    try:
+        recording = read(path, **hints)
+    except NeedsHints as error:
+        name = "no_time" if "rate" in error.hints else "hint_needed"
+        missing.append(
+            Finding(name, "broken", str(error).partition("; try:")[0], "the log does not tell it", _cure(error))
+        )
+        try:
+            recording = read(path, **{**hints, **error.hints})
+        except LevelheadError:
+            return Report(source, None, missing, str(error))
+    except LevelheadError as error:
+        name = "gravity_removed" if "gravity removed" in str(error) else "unreadable"
+        return Report(source, None, [Finding(name, "broken", str(error), "reading it")], str(error))
+    return examine(recording, source, missing)
+
+
+def _cure(error: NeedsHints) -> str:
+    command = str(error).partition("; try: ")[2]
+    return f"Try: {command}" if command else ""
+
+
+def examine(recording: Recording, source: str = "", before: list[Finding] | None = None) -> Report:
+    """Examines a recording; ``before`` are findings that were made already."""
+    with np.errstate(all="ignore"):
+        found: dict[str, Finding] = {}
+        for one in [*(before or []), *_all(recording)]:
+            found.setdefault(one.name, one)
+        findings = ordered(list(found.values()))
+        expected = expectation(recording, findings)
+    unknown = ["heading relative to north: there is no magnetometer"] if recording.mag is None else []
+    if "always_still" in found:
+        unknown.append("axes, signs, scale of the gyroscope: turn the sensor about each axis for 20 s")
+    return Report(
+        source or str(recording.meta.get("source", "")),
+        recording,
+        findings,
+        verdict(recording, findings, expected),
+        expected.tilt,
+        expected.heading,
+        expected.drift,
+        tuple(unknown),
+    )
+
+
+def _all(recording: Recording) -> Iterator[Finding]:
+    yield from from_reader(recording)
+    if len(recording) < 20:
+        yield Finding("too_short", "warning", f"{len(recording)} samples tell nothing", "length")
+        return
+    for check in (examine_axes, examine_field, examine_rest, examine_clock, examine_values):
+        yield from check(recording)
+
+
+def short_form(recording: Recording) -> list[str]:
+    """At most two lines for the summary of ``levelhead fuse``: the worst findings; [] for a recording that is fine."""
+    bad = [one for one in examine(recording).findings if one.severity != "note"]
+    lines = [f"{one.what}. {one.cure}".strip() for one in bad[:1]]
+    if len(bad) > 1:
+        lines.append(f"{len(bad) - 1} more: {', '.join(one.name for one in bad[1:5])}; levelhead doctor LOG shows them")
+    return lines

@@ -1,0 +1,114 @@
+"""What the doctor reports: findings, each with evidence, size and cure, and a verdict."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from levelhead.recording import Recording
+
+SEVERITIES = ("broken", "warning", "note")  # worst first; notes change nothing in the exit code
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing about a log.
+
+    Attributes:
+        name: a word for programs, such as "gyro_inverted".
+        severity: "broken" (the orientation would be wrong), "warning" (it would be worse), "note".
+        what: what is so, with its size, in a sentence.
+        evidence: the numbers that show it.
+        cure: what to do, a sentence; "" if there is nothing to do.
+        rows: first and last row that it concerns, or None for all.
+    """
+
+    name: str
+    severity: str
+    what: str
+    evidence: str
+    cure: str = ""
+    rows: tuple[int, int] | None = None
+
+    def __str__(self) -> str:
+        where = "" if self.rows is None else f" (rows {self.rows[0]} to {self.rows[1]})"
+        cure = f" {self.cure}" if self.cure else ""
+        return f"{self.severity}: {self.what}{where} [{self.evidence}]{cure}"
+
+
+@dataclass(frozen=True)
+class Report:
+    """The examination of one log.
+
+    Attributes:
+        source: the path.
+        recording: what was read; None if nothing could be.
+        findings: the worst first.
+        verdict: one line.
+        sigma_tilt, sigma_heading: what to expect of a fused track, deg; None where it cannot be said.
+        heading_drift: deg a minute without a magnetometer; None with one.
+        unknown: what this motion did not allow to be judged, sentences.
+    """
+
+    source: str
+    recording: Recording | None
+    findings: Sequence[Finding]
+    verdict: str
+    sigma_tilt: float | None = None
+    sigma_heading: float | None = None
+    heading_drift: float | None = None
+    unknown: Sequence[str] = field(default_factory=tuple)
+
+    @property
+    def exit_code(self) -> int:
+        """0: fine; 1: findings; 2: unreadable."""
+        if self.recording is None:
+            return 2
+        return int(any(one.severity != "note" for one in self.findings))
+
+    def names(self) -> set[str]:
+        """The names of the findings."""
+        return {one.name for one in self.findings}
+
+    def to_dict(self) -> dict[str, Any]:
+        """Ready for JSON."""
+        rec = self.recording
+        read: Mapping[str, Any] = {} if rec is None else rec.meta
+        return {
+            "source": self.source,
+            "exit_code": self.exit_code,
+            "verdict": self.verdict,
+            "samples": None if rec is None else len(rec),
+            "duration_s": None if rec is None else rec.duration,
+            "rate_hz": None if rec is None else rec.rate,
+            "units": dict(read.get("units", {})),
+            "notes": list(read.get("notes", ())),
+            "sigma_tilt_deg": self.sigma_tilt,
+            "sigma_heading_deg": self.sigma_heading,
+            "heading_drift_deg_per_min": self.heading_drift,
+            "findings": [
+                {
+                    "name": one.name,
+                    "severity": one.severity,
+                    "what": one.what,
+                    "evidence": one.evidence,
+                    "cure": one.cure,
+                    "rows": one.rows,
+                }
+                for one in self.findings
+            ],
+            "unknown": list(self.unknown),
+        }
+
+    def __str__(self) -> str:
+        lines = [f"{self.source}: {self.verdict}"]
+        if self.recording is not None:
+            lines.append(repr(self.recording))
+        lines += [str(one) for one in self.findings]
+        lines += [f"not known: {sentence}" for sentence in self.unknown]
+        lines += [f"read: {note}" for note in (self.recording.meta.get("notes", ()) if self.recording else ())]
+        return "\n".join(lines)
+
+
+def ordered(findings: Sequence[Finding]) -> list[Finding]:
+    """The worst first; of equals, as they were found."""
+    return sorted(findings, key=lambda one: SEVERITIES.index(one.severity))

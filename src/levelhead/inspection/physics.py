@@ -1,0 +1,206 @@
+"""What is wrong with the sensors beside each other: signs, axes, scale at rest, bias, the field."""
+
+from collections.abc import Iterator
+from itertools import permutations, product
+
+import numpy as np
+
+from levelhead.inspection.findings import Finding
+from levelhead.recording import Array, Recording
+from levelhead.sources.field_check import field_turn
+from levelhead.sources.hard_iron import hard_iron
+from levelhead.sources.unit_inference import excerpt, quiet_turn, turn_of_gravity
+from levelhead.units import STANDARD_GRAVITY
+
+REST_WINDOW = 0.5  # s
+STILL_ACC, STILL_GYR = 0.25, np.radians(1.5)  # m/s², rad/s: spread within a window at rest, at most
+SCALE = 0.025  # of gravity
+SCALE_MOVING = 0.08  # of gravity, for the median over a motion
+BIAS = np.radians(0.45)  # rad/s
+AGAINST = -0.55  # correlation from which gravity turns against the gyroscope
+QUIET = 0.06  # share of gravity by which the specific force may differ in the spans that tell
+STRONGEST, WEAKEST = 67.0, 22.0  # µT, of the earth's field (World Magnetic Model 2020, at the ground)
+
+
+def rest_rows(recording: Recording) -> "np.ndarray[tuple[int], np.dtype[np.bool_]]":
+    """(n,) whether a row lies in half a second of rest."""
+    t, gyr, acc = recording.t, recording.gyr, recording.acc
+    size = max(4, round(REST_WINDOW * recording.rate)) if recording.rate else len(t)
+    count = len(t) // size
+    still = np.zeros(len(t), dtype=np.bool_)
+    if count == 0:
+        return still
+    spread_acc = acc[: count * size].reshape(count, size, 3).std(axis=1).max(axis=1)
+    spread_gyr = gyr[: count * size].reshape(count, size, 3).std(axis=1).max(axis=1)
+    length = np.linalg.norm(acc[: count * size].reshape(count, size, 3).mean(axis=1), axis=1)
+    rate = np.linalg.norm(gyr[: count * size].reshape(count, size, 3).mean(axis=1), axis=1)
+    quiet = (spread_acc < STILL_ACC) & (spread_gyr < STILL_GYR) & (np.abs(length / STANDARD_GRAVITY - 1) < 0.25)
+    quiet &= rate < np.radians(8.0)
+    still[: count * size] = np.repeat(quiet, size)
+    return still
+
+
+def examine_rest(recording: Recording) -> Iterator[Finding]:
+    """Findings about rest: how much there is, scale of the accelerometer, bias of the gyroscope."""
+    still = rest_rows(recording)
+    share = float(still.mean())
+    acc, gyr = recording.acc[still], recording.gyr[still]
+    if share > 0.95:
+        yield Finding(
+            "always_still",
+            "note",
+            "the sensor rests all the time: nothing about scale, axes or units can be told",
+            f"{100 * share:.0f} % at rest",
+            "Turn it about all three axes for 20 s.",
+        )
+    elif share < 0.2:
+        yield Finding(
+            "never_still",
+            "note",
+            "the sensor hardly rests: its bias must be learned in motion",
+            f"{100 * share:.0f} % at rest",
+        )
+    length = float(np.median(np.linalg.norm(acc, axis=1))) if still.sum() > 20 else None
+    limit = SCALE
+    if length is None:
+        every = np.linalg.norm(recording.acc, axis=1)
+        length, limit = float(np.nanmedian(every)), SCALE_MOVING
+        if float(np.nanstd(every)) > 0.35 * STANDARD_GRAVITY:  # shaken: the median is not gravity
+            length = STANDARD_GRAVITY
+    off = length / STANDARD_GRAVITY - 1.0
+    if abs(off) > limit:
+        yield Finding(
+            "acc_scale",
+            "warning",
+            f"the accelerometer feels {length:.3f} m/s² "
+            f"{'at rest' if limit == SCALE else 'on average'}, {100 * off:+.1f} %",
+            f"median length, {100 * share:.0f} % at rest",
+            "Calibrate it: six positions, or ESKF with a prior.",
+        )
+    if still.sum() > 20:
+        bias = np.median(gyr, axis=0)
+        if float(np.abs(bias).max()) > BIAS:
+            listed = ", ".join(f"{value:.2f}" for value in np.degrees(bias))
+            yield Finding(
+                "gyro_bias",
+                "note",
+                f"the gyroscope reads {listed} deg/s at rest",
+                f"{int(still.sum())} rows at rest",
+                "The filters read it off at rest.",
+            )
+
+
+def examine_axes(recording: Recording) -> Iterator[Finding]:
+    """Findings about the gyroscope beside the accelerometer: inverted, or axes in another order."""
+    rows = excerpt(len(recording))
+    t, gyr, acc = recording.t[rows], recording.gyr[rows], recording.acc[rows]
+    turn, quiet = turn_of_gravity(t, gyr, acc), quiet_turn(t, gyr, acc)
+    field = None if recording.mag is None else field_turn(t, gyr, recording.mag[rows])
+    agrees = field is not None and field.correlation > 0.8
+    if turn is None:
+        return
+    if quiet is not None and quiet.correlation < AGAINST and quiet.turned > 0.02:
+        best, value = best_axes(t, gyr, acc)
+        yield Finding(
+            "gyro_inverted",
+            "broken",
+            "gravity turns against the gyroscope: one of them is inverted",
+            f"k = {quiet.scale:.2f}, r = {quiet.correlation:.2f} where only gravity is felt; with "
+            f"gyroscope ({best}) r = {value:.2f}",
+            "Turn the gyroscope's signs round; where axes were swapped, its order too.",
+        )
+        return
+    if (agrees and turn.correlation < 0.0) or (abs(turn.correlation) < 0.6 and turn.turned < 0.12):
+        yield Finding(
+            "acc_gyr_test_invalid",
+            "note",
+            "accelerometer and gyroscope cannot be compared on this motion",
+            f"r = {turn.correlation:.2f}, turn {turn.turned:.3f} per span"
+            + ("; the magnetometer proves the sign" if agrees else ""),
+        )
+        return
+    if quiet is not None and quiet.correlation < 0.4 and quiet.turned > 0.05:
+        best, value = best_axes(t, gyr, acc)
+        if value > 0.9 and value > quiet.correlation + 0.4:
+            yield Finding(
+                "axes_order",
+                "broken",
+                f"the axes do not belong together; gyroscope ({best}) would",
+                f"r = {quiet.correlation:.2f} as it is, {value:.2f} so",
+                "Give the columns in that order, with those signs.",
+            )
+
+
+def best_axes(t: Array, gyr: Array, acc: Array) -> tuple[str, float]:
+    """The signed permutation of the gyroscope's axes, of all 48, that fits gravity's turn best, and its correlation."""
+    best = ("x, y, z", -1.0)
+    for order in permutations(range(3)):
+        for signs in product((1.0, -1.0), repeat=3):
+            turn = quiet_turn(t, gyr[:, order] * np.array(signs), acc)
+            if turn is not None and turn.correlation > best[1]:
+                words = ", ".join(("−" if sign < 0 else "") + "xyz"[i] for i, sign in zip(order, signs, strict=True))
+                best = words, turn.correlation
+    return best
+
+
+def examine_field(recording: Recording) -> Iterator[Finding]:
+    """Findings about the magnetometer."""
+    if recording.mag is None:
+        return
+    length = np.linalg.norm(recording.mag, axis=1)
+    length = length[np.isfinite(length)]
+    if len(length) < 20:
+        return
+    low, middle, high = (float(one) for one in np.quantile(length, [0.05, 0.5, 0.95]))
+    known = "mag_unit" not in recording.meta
+    iron = hard_iron(recording)
+    if iron is not None and iron.clear and (high - low) > 0.3 * middle:
+        yield Finding(
+            "mag_offset",
+            "warning",
+            f"the magnetometer is not calibrated: its middle is off by {100 * iron.share:.0f} % of the field",
+            f"lengths of {low:.3g} to {high:.3g} while it turns",
+            "Learn it: --set mag_offset=0.3 --save-calibration FILE.",
+        )
+    if (high - low) > 0.45 * middle:
+        yield Finding(
+            "mag_disturbed",
+            "warning",
+            f"the field's length varies from {low:.3g} to {high:.3g}{' µT' if known else ''}",
+            "5th to 95th percentile; the earth's is constant",
+            "Keep away from iron, or calibrate.",
+        )
+    if known and (middle > STRONGEST or middle < WEAKEST):
+        yield Finding(
+            "mag_strength",
+            "warning",
+            f"{middle:.0f} µT is no field of the earth ({WEAKEST:g} to {STRONGEST:g} µT)",
+            "median length",
+            "Iron or a magnet is near, or the unit is wrong.",
+        )
+    turn = field_turn(recording.t, recording.gyr, recording.mag)
+    if (
+        turn is not None
+        and turn.telling
+        and turn.free > 0.93
+        and (turn.correlation < 0.75 or (turn.free > 0.99 and turn.free - turn.correlation > 0.02))
+    ):
+        yield Finding(
+            "mag_axes",
+            "warning",
+            "the magnetometer's axes are not the gyroscope's, or it has an offset",
+            f"r = {turn.correlation:.2f} axis by axis, {turn.free:.2f} with free axes",
+            "Give its axes in the gyroscope's order and signs.",
+        )
+    up = np.einsum("ij,ij->i", recording.acc, recording.mag) / (
+        np.linalg.norm(recording.acc, axis=1) * np.linalg.norm(recording.mag, axis=1)
+    )
+    dip = float(np.degrees(np.arcsin(np.clip(-np.nanmedian(up), -1.0, 1.0))))
+    if dip < -20.0:
+        yield Finding(
+            "field_points_up",
+            "note",
+            f"the field points up by {-dip:.0f} deg",
+            "angle between specific force and field",
+            "South of the magnetic equator it does; else the accelerometer points down.",
+        )

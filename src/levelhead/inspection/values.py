@@ -1,0 +1,136 @@
+"""What is wrong with a recording's numbers: clipping, held and missing samples, resolution."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from levelhead.inspection.findings import Finding
+from levelhead.recording import Array, Recording
+from levelhead.units import STANDARD_GRAVITY
+
+NAMES = {"gyr": "gyroscope", "acc": "accelerometer", "mag": "magnetometer"}
+CLIPPED = 8  # samples at the largest value of an axis that make it a limit
+RUN = 3  # of them in a row, at least
+ALONE = 3.0  # how many times the 90th percentile a limit must be away from, at rest there is none
+COARSE = {"gyr": np.radians(0.4), "acc": 0.009}  # rad/s, m/s²
+FULL_SCALES = (125.0, 250.0, 500.0, 1000.0, 2000.0)  # deg/s
+MISSING = 0.005
+HELD = 0.2  # share of rows that repeat the row before
+DEADBAND = 0.05  # share of rows that are exactly 0, 0, 0
+
+
+def examine_values(recording: Recording) -> Iterator[Finding]:
+    """Findings about gyroscope, accelerometer and magnetometer, one by one."""
+    for role in ("gyr", "acc"):
+        values = np.asarray(getattr(recording, role))
+        yield from _clipping(role, values)
+        yield from _held(role, values)
+        missing = float((~np.isfinite(values).all(axis=1)).mean())
+        if missing > MISSING:
+            yield Finding(
+                "missing_values",
+                "warning",
+                f"{100 * missing:.2g} % of the {NAMES[role]}'s rows are missing",
+                f"{int(missing * len(values))} of {len(values)} rows",
+                "The filter holds the last rate for a while.",
+            )
+    zero = float((recording.gyr == 0.0).all(axis=1).mean())
+    if zero > DEADBAND:
+        yield Finding(
+            "gyro_deadband",
+            "warning",
+            f"the gyroscope is exactly 0 on {100 * zero:.0f} % of the rows",
+            "three zeros",
+            "A device that sets small rates to 0 hides slow turns and its bias; switch that off.",
+        )
+    if recording.mag is not None:
+        yield from _slow_field(recording.mag)
+
+
+def _clipping(role: str, values: Array) -> Iterator[Finding]:
+    unit, factor = ("deg/s", 180.0 / np.pi) if role == "gyr" else ("g", 1.0 / STANDARD_GRAVITY)
+    worst: tuple[int, float, str, int] | None = None
+    for axis, column in zip("xyz", np.abs(values).T, strict=True):
+        finite = column[np.isfinite(column)]
+        if len(finite) < 100:
+            continue
+        top = float(finite.max())
+        at = column >= top * (1.0 - 2e-4)
+        count = int(at.sum())
+        runs = np.diff(np.concatenate([[0], np.flatnonzero(~at) + 1, [len(at) + 1]])) - 1
+        high = top > ALONE * float(np.median(finite)) and (role == "gyr" or top > 1.8 * STANDARD_GRAVITY)
+        scale = top * factor
+        high |= role == "gyr" and min(abs(scale / one - 1.0) for one in FULL_SCALES) < 0.002
+        if count >= CLIPPED and runs.max() >= RUN and high and (worst is None or count > worst[0]):
+            worst = count, top * factor, axis, int(at.argmax())
+    if worst is not None:
+        count, top, axis, first = worst
+        yield Finding(
+            f"clipping_{role}",
+            "warning",
+            f"the {NAMES[role]} clips at ±{top:.4g} {unit} ({axis}, {count} rows)",
+            f"{100 * count / len(values):.2g} % of the rows stand at the largest value",
+            "Set a larger full scale.",
+            (first, first),
+        )
+
+
+def _held(role: str, values: Array) -> Iterator[Finding]:
+    same = values[1:] == values[:-1]
+    joint = float(same.all(axis=1).mean())
+    alone = float(np.prod(same.mean(axis=0)))
+    quantum = _quantum(values)
+    unit = f"{np.degrees(quantum):.3g} deg/s" if role == "gyr" else f"{quantum:.2g} m/s²"
+    if quantum > COARSE[role]:
+        yield Finding(
+            "coarse_resolution",
+            "note",
+            f"the {NAMES[role]} resolves {unit} only",
+            f"{100 * joint:.0f} % of its rows repeat the row before, by rounding",
+            "Write more digits, or a smaller full scale.",
+        )
+    elif joint > HELD and joint > 3.0 * alone and not (values == 0.0).all(axis=1).mean() > DEADBAND:
+        yield Finding(
+            "held_samples",
+            "warning",
+            f"{100 * joint:.0f} % of the {NAMES[role]}'s rows repeat the row before",
+            "all three axes at once: it is measured less often than it is written",
+            "Write each sample once.",
+        )
+
+
+def _quantum(values: Array) -> float:
+    """The usual smallest step between the values that an axis takes."""
+    steps = []
+    for column in values[:20_000].T:
+        levels = np.unique(column[np.isfinite(column)])
+        gaps = np.diff(levels)
+        gaps = gaps[gaps > 1e-9 * max(1e-9, float(np.abs(levels).max(initial=0.0)))]
+        if len(gaps):
+            steps.append(float(np.quantile(gaps, 0.05)))
+    return max(steps, default=0.0)
+
+
+def _slow_field(mag: Array) -> Iterator[Finding]:
+    new = np.isfinite(mag).all(axis=1)
+    share = float(new.mean())
+    changed = float((mag[new][1:] != mag[new][:-1]).any(axis=1).mean()) if new.sum() > 2 else 0.0
+    gaps = np.diff(np.flatnonzero(new))
+    if share < 0.999 and len(gaps) and np.quantile(gaps, 0.9) <= 1.5 and share > 0.8:
+        yield Finding(
+            "missing_values",
+            "note",
+            f"{100 * (1 - share):.2g} % of the magnetometer's rows are missing",
+            "blank or NaN",
+        )
+    elif share < 0.8 or changed < 0.7:
+        yield Finding(
+            "mag_slow",
+            "note",
+            f"the magnetometer is new on {100 * share * changed:.0f} % of the rows only",
+            f"{100 * (1 - share):.0f} % missing, {100 * (1 - changed):.0f} % repeated",
+        )
+        if share < 0.8:
+            yield Finding(
+                "missing_values", "note", f"{100 * (1 - share):.0f} % of the magnetometer's rows are blank", "NaN"
+            )

@@ -1,0 +1,82 @@
+"""Faults put into a clean recording are found, and nothing else is."""
+
+import json
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import levelhead as lh
+from levelhead.cli import main
+from levelhead.inspection import examine, short_form
+from levelhead.recording import Recording
+from levelhead.sources.csv_writer import write_csv
+
+
+@pytest.fixture(scope="module")
+def clean() -> Recording:
+    made = lh.simulate.recording("MPU-6050", "hand", duration=60.0, seed=1)
+    assert made.truth is not None
+    mag = Rotation.from_quat(made.truth.quat, scalar_first=True).inv().apply([0.0, 18.0, -45.0])
+    return Recording(made.t, made.gyr, made.acc, mag + np.random.default_rng(0).normal(0.0, 0.3, mag.shape))
+
+
+def changed(recording: Recording, **parts: object) -> Recording:
+    kept = {name: getattr(recording, name) for name in ("t", "gyr", "acc", "mag")}
+    return Recording(**(kept | parts))  # type: ignore[arg-type]
+
+
+def bad(recording: Recording) -> set[str]:
+    return {one.name for one in examine(recording).findings if one.severity != "note"}
+
+
+def test_a_clean_recording_has_no_finding(clean: Recording) -> None:
+    assert bad(clean) == set()
+    assert short_form(clean) == []
+
+
+def test_an_inverted_gyroscope(clean: Recording) -> None:
+    report = examine(changed(clean, gyr=-clean.gyr))
+    assert "gyro_inverted" in report.names() and report.exit_code == 1
+    assert len(short_form(changed(clean, gyr=-clean.gyr))) in (1, 2)
+
+
+def test_clipping(clean: Recording) -> None:
+    limit = np.radians(125.0)
+    assert np.abs(clean.gyr).max() > 1.1 * limit
+    assert "clipping_gyr" in bad(changed(clean, gyr=np.clip(clean.gyr, -limit, limit)))
+
+
+def test_scale_of_the_accelerometer(clean: Recording) -> None:
+    rest = np.tile([0.0, 0.0, 9.81 * 1.06], (len(clean), 1)) + np.random.default_rng(1).normal(0, 0.02, clean.acc.shape)
+    quiet = np.random.default_rng(2).normal(0, 0.001, clean.gyr.shape)
+    found = bad(changed(clean, acc=rest, gyr=quiet, mag=None))
+    assert found == {"acc_scale"}
+
+
+def test_gaps(clean: Recording) -> None:
+    t = clean.t.copy()
+    t[2000:] += 5.0
+    assert "gaps" in bad(changed(clean, t=t))
+
+
+def test_a_magnetometer_that_does_not_turn(clean: Recording) -> None:
+    assert clean.mag is not None
+    fixed = np.tile([20.0, 5.0, -40.0], (len(clean), 1)) + np.random.default_rng(1).normal(0, 0.3, clean.acc.shape)
+    turned = clean.mag[:, [1, 2, 0]]
+    assert "mag_axes" in bad(changed(clean, mag=turned))
+    assert "mag_axes" not in bad(changed(clean, mag=fixed))
+
+
+def test_the_command_line(clean: Recording, tmp_path, capsys) -> None:
+    write_csv(changed(clean, gyr=-clean.gyr, mag=None), tmp_path / "log.csv")
+    assert main(["doctor", str(tmp_path / "log.csv"), "--json"]) == 1
+    report = json.loads(capsys.readouterr().out)["reports"][0]
+    assert report["findings"][0]["name"] == "gyro_inverted"
+    assert main(["doctor", str(tmp_path / "missing.csv")]) == 2
+    capsys.readouterr()
+    assert main(["doctor", str(tmp_path / "log.csv"), "--fix", "-o", str(tmp_path / "mended.parquet")]) == 1
+    mended = lh.read(tmp_path / "mended.parquet")
+    np.testing.assert_allclose(mended.gyr, clean.gyr, rtol=1e-12)
+    assert main(["doctor", str(tmp_path / "log.csv"), "--picture", str(tmp_path / "log.png")]) == 1
+    assert (tmp_path / "log.png").stat().st_size > 10_000
