@@ -177,3 +177,19 @@ def test_an_unplugged_source_ends_with_its_own_exit_code(capsys):
     said = capsys.readouterr()
     assert code == 3, said
     assert "has given nothing for" in said.err and "unplugged" in said.out
+
+
+def test_ports_lists_what_is_there(levelhead, monkeypatch):
+    pytest.importorskip("serial", reason="pyserial is not installed (extra levelhead[live])")
+    from types import SimpleNamespace
+
+    monkeypatch.setattr("levelhead.sources.sensors.discovery.i2c_buses", lambda: [1])
+    chips = [SimpleNamespace(address=0x68, name="mpu6050"), SimpleNamespace(address=0x76, name="")]
+    monkeypatch.setattr("levelhead.sources.sensors.discovery.find_chips", lambda bus: chips)
+    monkeypatch.setattr("levelhead.sources.sensors.bus.open_bus", lambda number: SimpleNamespace(close=lambda: None))
+    port = SimpleNamespace(device="/dev/ttyUSB0", description="CP2102")
+    monkeypatch.setattr("serial.tools.list_ports.comports", lambda: [port])
+    lines = levelhead("ports").out.splitlines()
+    assert lines[0] == "serial:/dev/ttyUSB0  CP2102" and lines[1] == "I²C bus 1"
+    assert lines[2:] == ["  mpu6050@1  at 0x68", "  a chip that is not known  at 0x76"]
+    assert levelhead("ports", "--json").json["i2c"][0]["chips"][0]["source"] == "mpu6050@1"

@@ -5,6 +5,8 @@ import re
 import shutil
 import threading
 import time
+from dataclasses import replace
+from datetime import datetime
 
 import numpy as np
 import pytest
@@ -14,8 +16,10 @@ from levelhead.filters.parameters import Param
 
 pytest.importorskip("viser", reason="viser is not installed (extra levelhead[view])")
 from levelhead.live import Health, Node, open_source
+from levelhead.publish.dashboard.chart_data import beside, tilt_of, two_sigma, unwrap, y_range
 from levelhead.publish.dashboard.node_view import NodeView
-from levelhead.publish.dashboard.page import Scale, edges, tilt_of, two_sigma
+from levelhead.publish.dashboard.page import sector
+from levelhead.publish.dashboard.parameter_panel import SliderScale
 from levelhead.publish.dashboard.recording_view import RecordingView
 
 FREE = 18_080  # the first port that is tried
@@ -79,13 +83,19 @@ def slider(page, label: str):
     return row.locator("[role=slider]").first
 
 
+def box(page, label: str):
+    """The box whose label begins so."""
+    row = page.locator(f"xpath=//label[starts-with(normalize-space(.), '{label}')]/ancestor::*[.//input][1]")
+    return row.locator("input").first
+
+
 def test_a_recording_is_shown_played_and_fused_again_by_a_slider(look):
     recording = lh.simulate.recording("MPU-6050", "hand", duration=10.0)
     view = RecordingView(recording, lh.Madgwick(), port=FREE)
     try:
         assert view.page.url.startswith("http://127.0.0.1:")
         page = look(view.page.url)
-        said = text_with(page, r"roll ([+-][\d.]+)° ±[\d.]+°\s+pitch ([+-][\d.]+)° ±[\d.]+°\s+yaw ([+-][\d.]+)°")
+        said = text_with(page, r"roll\s([+-][\d.]+)°\s±[\d.]+°\s+pitch\s([+-][\d.]+)°\s±[\d.]+°\s+yaw\s([+-][\d.]+)°")
         np.testing.assert_allclose([float(x) for x in said.groups()], view.track.euler()[0], atol=0.06)
         text_with(page, r"t 0.00 s of 9.99 s, Madgwick")
         page.get_by_role("button", name="Play").click()
@@ -99,10 +109,69 @@ def test_a_recording_is_shown_played_and_fused_again_by_a_slider(look):
         eventually(lambda: view.params.beta > lh.Madgwick().beta)
         eventually(lambda: not np.array_equal(view.track.quat, before))
         page.wait_for_timeout(500)
-        text_with(page, rf"beta = {view.params.beta:.4g} ")
+        assert float(box(page, "beta [").input_value()) == pytest.approx(view.params.beta)  # the value in its unit
+        box(page, "beta [").fill("0.3")
+        eventually(lambda: view.params.beta == 0.3)
         eventually(lambda: view.track.params == view.params)
         np.testing.assert_array_equal(view.track.quat, lh.fuse(recording, view.params).quat)
-        assert page.locator("canvas").count() >= 5  # the scene and four charts
+        assert page.locator("canvas").count() >= 7  # the scene, four charts of angles and bias, two raw ones
+    finally:
+        view.stop()
+
+
+def test_charts_the_3d_view_and_events_are_one(look):
+    """A click in a chart, an event and a time typed in lead to the same instant everywhere; a drag selects."""
+    recording = lh.simulate.recording("ICM-20948", "hand", duration=10.0)
+    gyr = recording.gyr.copy()
+    gyr[400:420] = math.nan
+    recording = replace(recording, gyr=gyr)
+    view = RecordingView(recording, lh.Madgwick(), port=FREE, second=lh.Mahony())
+    try:
+        page = look(view.page.url)
+        text_with(page, r"t 0.00 s of 9.99 s")
+        page.get_by_role("button", name=re.compile("gyroscope missing")).first.click()
+        text_with(page, r"t 4.00 s of")
+        charts = page.locator(".u-over")
+        assert charts.count() == 7 and "truth" in page.inner_text("body") and "Mahony" in page.inner_text("body")
+        charts.nth(0).scroll_into_view_if_needed()
+        where = charts.nth(0).bounding_box()
+        page.mouse.click(where["x"] + 0.75 * where["width"], where["y"] + 20)
+        text_with(page, r"t 7.[45]\d s of")
+        assert float(box(page, "t [s]").input_value()) == pytest.approx(7.5, abs=0.15)
+        cursors = page.locator(".u-cursor-x").evaluate_all("all => all.map(one => one.style.transform)")
+        assert len({cursor.split("px")[0] for cursor in cursors}) == 1, "one time in all charts"
+        page.mouse.move(where["x"] + 0.5 * where["width"], where["y"] + 20)
+        page.mouse.down()
+        page.mouse.move(where["x"] + 0.75 * where["width"], where["y"] + 22, steps=4)
+        page.mouse.up()
+        text_with(page, r"5.0\d? to 7.[45]\d? s")
+        with page.expect_download() as download:
+            page.get_by_role("button", name="Download csv").click()
+        rows = np.genfromtxt(download.value.path(), delimiter=",", names=True)
+        np.testing.assert_array_equal(rows["qw"], view.track.quat[view.selection, 0])
+        charts.nth(0).scroll_into_view_if_needed()
+        where = charts.nth(0).bounding_box()
+        page.mouse.dblclick(where["x"] + 30, where["y"] + 20)
+        text_with(page, r"0.00 to 9.99 s, 1000 samples")
+    finally:
+        view.stop()
+
+
+@pytest.mark.parametrize("width, height", [(1400, 900), (900, 700), (390, 844)])
+def test_body_and_panel_are_seen_at_every_width(look, width, height):
+    """The panel covers less than half of the view beside it, or below it on a phone."""
+    view = RecordingView(lh.simulate.recording("MPU-6050", "hand", duration=3.0), lh.Madgwick(), port=FREE)
+    try:
+        page = look(view.page.url)
+        page.set_viewport_size({"width": width, "height": height})
+        text_with(page, r"t 0.00 s of")
+        page.wait_for_timeout(500)
+        scene, chart = page.locator("canvas").first.bounding_box(), page.locator(".u-over").first.bounding_box()
+        assert chart["x"] >= 0.0 and chart["x"] + chart["width"] <= width
+        if width < 576:
+            assert scene["height"] < 0.5 * height and chart["width"] > 0.6 * width
+        else:
+            assert chart["x"] > 0.45 * width
     finally:
         view.stop()
 
@@ -110,14 +179,15 @@ def test_a_recording_is_shown_played_and_fused_again_by_a_slider(look):
 def test_a_node_is_followed_steered_and_its_silence_is_shown(look):
     node = Node(open_source("emulated:mpu6050", rate=100.0), lh.Madgwick(), rate=100.0, calibrate=0)
     runs = threading.Thread(target=lambda: node.run(60.0), daemon=True)
-    view = NodeView(lambda topic: node.bus.subscribe(topic, 4096), node.set, "a test", FREE)
+    view = NodeView(node.bus.subscribe, node.set, "a test", FREE)
     try:
         runs.start()
         page = look(view.page.url)
-        first = int(text_with(page, r"sample (\d+), stamp \d+ ms")[1])
-        eventually(lambda: int(text_with(page, r"sample (\d+), stamp")[1]) > first + 50)
-        stamp = int(text_with(page, r"stamp (\d+) ms")[1])
-        assert abs(time.time() * 1e3 - stamp) < 2000.0
+        first = int(text_with(page, r"sample (\d+), \d\d:\d\d:\d\d\.\d{3}, age \d+ ms")[1])
+        eventually(lambda: int(text_with(page, r"sample (\d+), ")[1]) > first + 50)
+        shown = datetime.strptime(text_with(page, r"sample \d+, ([\d:.]+)")[1], "%H:%M:%S.%f").time()
+        now = datetime.now()
+        assert abs((now - datetime.combine(now, shown)).total_seconds()) < 5.0
         text_with(page, r"started: MPU-6050 at 100 Hz through Madgwick")
         handle = slider(page, "beta")
         handle.focus()
@@ -136,12 +206,12 @@ def test_a_node_is_followed_steered_and_its_silence_is_shown(look):
 
 
 def test_sliders_cover_the_range_of_a_parameter():
-    by_factors = Scale(Param("", "", low=0.0, sweep=(0.001, 1.0), log=True), 0.03)
+    by_factors = SliderScale(Param("", "", low=0.0, sweep=(0.001, 1.0), log=True), 0.03)
     assert by_factors.value(by_factors.notch(0.03)) == pytest.approx(0.03, rel=0.02)
     assert by_factors.value(0) == 0.001 and by_factors.value(200) == 1.0 and by_factors.value(100) == 0.03162
-    even = Scale(Param("", "", low=0.0, high=1.0, sweep=(0.2, 0.8)), 0.9)  # a value outside is still on it
+    even = SliderScale(Param("", "", low=0.0, high=1.0, sweep=(0.2, 0.8)), 0.9)  # a value outside is still on it
     assert (even.value(0), even.value(200), even.notch(0.9)) == (0.2, 0.9, 200)
-    lonely = Scale(Param("", "", low=0.0), 0.0)
+    lonely = SliderScale(Param("", "", low=0.0), 0.0)
     assert lonely.low == 0.0 and lonely.value(lonely.notch(0.5)) == pytest.approx(0.5, abs=0.01)
 
 
@@ -154,9 +224,30 @@ def test_tilt_and_doubt_by_hand():
     np.testing.assert_allclose(two_sigma(np.radians([[3.0, 4.0, 7.0]])), [[10.0, 10.0, 14.0]])
 
 
-def test_a_chart_ends_where_its_courses_do_whatever_the_doubt():
-    assert edges(np.array([0.0, 40.0]), np.array([-10.0, 30.0])) == (-22.5, 52.5)
-    assert edges(np.array([5.0, 5.0])) == (3.0, 7.0)
+def test_a_chart_ends_where_its_curves_do_whatever_sigma_the_first_second_and_spikes():
+    t = np.arange(0.0, 20.0, 0.01)
+    curve = np.linspace(0.0, 40.0, len(t))
+    low, high = y_range(t, curve)
+    assert -12.0 < low < -5.0 and 45.0 < high < 52.0
+    wild = curve.copy()
+    wild[:50], wild[700] = 1e3, -1e4
+    assert y_range(t, wild) == pytest.approx((low, high), abs=1.5)
+    assert y_range(t, np.full_like(t, math.nan)) == (-2.0, 2.0)
+
+
+def test_curves_have_no_spikes_at_the_wrap():
+    yaw = (np.arange(0.0, 1000.0, 7.0) + 180.0) % 360.0 - 180.0
+    yaw[20] = math.nan
+    smooth = unwrap(yaw[:, None])
+    assert np.nanmax(np.abs(np.diff(smooth[:, 0]))) == pytest.approx(7.0) and np.isnan(smooth[20, 0])
+    other = beside((yaw + 5.0)[:, None], smooth)
+    np.testing.assert_allclose(np.delete(other - smooth, 20), 5.0, atol=1e-9)
+
+
+def test_the_cone_of_heading():
+    tip, *rim = sector(math.radians(30.0))
+    angles = np.degrees([math.atan2(y, x) for x, y, _ in rim])
+    assert tuple(tip) == (0.0, 0.0, 0.0) and (angles[0], angles[-1]) == pytest.approx((-30.0, 30.0))
 
 
 def test_bad_words(capsys):
@@ -166,6 +257,7 @@ def test_bad_words(capsys):
         (["view"], "give either a log or --live"),
         (["view", "a.csv", "--live"], "give either a log or --live"),
         (["view", "no-such.csv"], "there is no file no-such.csv"),
+        (["view", "--live", "--with", "EKF"], "--with is for a recording"),
         (["view", "a.csv", "--endpoint", "tcp/127.0.0.1:1"], "are for --live"),
         (["view", "--live", "--endpoint", "tcp/10.0.0.1:1"], "tcp is open to all"),
     ):

@@ -224,6 +224,59 @@ def test_columns_by_number_without_a_header(device, recording):
         everything(device, opened(device), rows)
 
 
+def _numbers(values, digits: int = 6) -> list[str]:
+    return [f"{value:.{digits}f}" for value in values]
+
+
+def _counts(gyr, acc) -> list[str]:
+    return [f"{x:.0f}" for x in (*(acc / 9.80665 * 16384), *(np.degrees(gyr) * 131))]
+
+
+NAMES = ("ax", "ay", "az", "gx", "gy", "gz")
+DIALECTS = {  # as tutorials print it: gyr (rad/s) and acc (m/s²) of a sample → its lines
+    "equals": lambda g, a: [" ".join(f"{k}={x:.6f}" for k, x in zip(NAMES, (*a, *g), strict=True))],
+    "plotter": lambda g, a: [",".join(f"{k}:{x:.6f}" for k, x in zip(NAMES, (*a, *g), strict=True))],
+    "bars": lambda g, a: ["AcX = {} | AcY = {} | AcZ = {} | Tmp = 24.1 | GyX = {} | GyY = {} | GyZ = {}".format(
+        *_counts(g, a))],
+    "prefixed": lambda g, a: ["a/g:\t" + "\t".join(_counts(g, a))],
+    "lines": lambda g, a: [
+        "\t\tAccel X: {} \tY: {} \tZ: {} m/s^2 ".format(*_numbers(a)),
+        "\t\tGyro X: {} \tY: {} \tZ: {} rad/s ".format(*_numbers(g)), ""],
+    "semicolons": lambda g, a: [";".join(_numbers((*g, *a)))],
+    "tabs": lambda g, a: ["\t".join(_numbers((*g, *a)))],
+}  # fmt: skip
+HEADERS = {"semicolons": "gx;gy;gz;ax;ay;az", "tabs": "gx\tgy\tgz\tax\tay\taz"}
+
+
+@pytest.mark.parametrize("dialect", DIALECTS)
+def test_lines_as_lessons_print_them(device, recording, dialect):
+    line = opened(device)
+    lines = [HEADERS[dialect]] if dialect in HEADERS else []
+    for gyr, acc in zip(recording.gyr, recording.acc, strict=True):
+        lines += DIALECTS[dialect](gyr, acc)
+    samples = everything(device, line, lines)
+    assert len(recording) - len(samples) <= 1 and line.garbage == 0  # a sample of several lines may still wait
+    gyr, acc = (np.array([getattr(sample, name) for sample in samples]) for name in ("gyr", "acc"))
+    np.testing.assert_allclose(gyr, recording.gyr[: len(gyr)], atol=math.radians(0.5 / 131) + 1e-6)
+    np.testing.assert_allclose(acc, recording.acc[: len(acc)], atol=0.5 * 9.80665 / 16384 + 1e-6)
+    notes = [words for name, words in line.troubles() if name == "assumed"]
+    assert len(notes) == (dialect in ("bars", "prefixed")) and all("16384 per g and 131 per °/s" in w for w in notes)
+
+
+@pytest.mark.parametrize(
+    "line, said",
+    [
+        ("1,2", "sends 2 numbers per line; expected a gyroscope and an accelerometer"),
+        ("1,2,3,4,5,6", "names its 6 columns; expected hints such as map gyr=4,5,6 acc=1,2,3"),
+        ("1,2,3,4,5,6,7", "names its 7 columns; expected hints such as map t=1 gyr=5,6,7 acc=2,3,4"),
+        ("roll:1.2,pitch:3.4", "no gyroscope among the columns roll, pitch"),
+    ],
+)
+def test_hints_fit_what_was_seen(device, line, said):
+    with pytest.raises(lh.LevelheadError, match=said):
+        everything(device, opened(device), [line] * 300)
+
+
 def test_what_makes_no_sense_is_said(device):
     line = opened(device)
     with pytest.raises(lh.LevelheadError, match="no gyroscope among the columns"):

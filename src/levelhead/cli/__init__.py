@@ -42,6 +42,7 @@ VERBS = {
     "sweep": "One parameter over its range: where is the best value, and how flat is it there?",
     "run": "A live node: from a sensor, emulated, real or replayed, to a published orientation.",
     "view": "A recording or a running node in the browser.",
+    "ports": "Serial ports, and I²C buses with the chips on them.",
     "axes": "How the sensor sits on its body, from a still pose and one turn.",
     "export": "A filter with its numbers as C99 for a microcontroller, with self-test and Arduino sketch.",
     "simulate": "Write a simulated recording with known truth.",

@@ -6,7 +6,16 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from levelhead.cli.options import FilterName, GuardWords, Reading, parse_filter, parse_guard, print_line
+from levelhead.cli.options import (
+    FilterName,
+    GuardWords,
+    Reading,
+    filter_names,
+    parse_filter,
+    parse_filter_spec,
+    parse_guard,
+    print_line,
+)
 from levelhead.errors import LevelheadError
 
 
@@ -20,6 +29,7 @@ def view(
     filter: FilterName = None,
     set: Annotated[tuple[str, ...], Parameter(name="--set", negative="", metavar="K=V")] = (),
     guard: GuardWords = (),
+    second: Annotated[str | None, Parameter(name="--with", metavar="NAME[:K=V,…]", completer=filter_names)] = None,
     port: Annotated[int, Parameter(metavar="N")] = 8080,
     reading: Reading = Reading(),  # noqa: B008
 ) -> None:
@@ -31,13 +41,19 @@ def view(
         endpoint: where it listens; tcp/127.0.0.1:7447 unless told otherwise.
         certificates: folder with ca.pem, own.pem and own.key, for a node on another machine.
         set: a parameter of the filter; may be given several times.
+        second: another filter whose angles are drawn as well, such as EKF or Kalman:r_measure=4.
         port: of the page on 127.0.0.1.
     """
     if (log is None) != live:
         raise LevelheadError("give either a log or --live, such as: levelhead view flight.csv")
     if not live and (endpoint is not None or certificates is not None):
         raise LevelheadError("--endpoint and --certificates are for --live")
-    shown = _node(endpoint, certificates, port) if log is None else _recording(log, filter, set, guard, reading, port)
+    if live and second is not None:
+        raise LevelheadError("--with is for a recording; a node runs one filter")
+    if log is None:
+        shown = _node(endpoint, certificates, port)
+    else:
+        shown = _recording(log, filter, set, guard, reading, second, port)
     print_line(f"{shown.page.url}  (Ctrl-C ends it)")
     sys.stdout.flush()
     try:
@@ -46,7 +62,9 @@ def view(
         shown.stop()
 
 
-def _recording(log: Path, name: str | None, pairs: Any, words: Any, reading: Reading, port: int) -> Any:
+def _recording(
+    log: Path, name: str | None, pairs: Any, words: Any, reading: Reading, second: str | None, port: int
+) -> Any:
     from levelhead.publish.dashboard.recording_view import RecordingView
 
     params, before = parse_filter(name, pairs), parse_guard(words)
@@ -55,7 +73,7 @@ def _recording(log: Path, name: str | None, pairs: Any, words: Any, reading: Rea
         from levelhead.cli.fuse import node_filter
 
         params, before = node_filter(recording.meta["live"], before, words)
-    return RecordingView(recording, params, before, port)
+    return RecordingView(recording, params, before, port, parse_filter_spec(second) if second else None)
 
 
 def _node(endpoint: str | None, certificates: Path | None, port: int) -> Any:

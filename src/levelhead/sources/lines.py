@@ -1,4 +1,4 @@
-"""Lines of numbers that come one by one, CSV or JSON: the same rules for names and units as for files.
+"""Lines of numbers that come one by one, CSV, JSON or labelled text: the same rules for names and units as for files.
 
 The first lines are looked at like a file; what was concluded (columns, units) then holds for all that follow.
 """
@@ -6,7 +6,7 @@ The first lines are looked at like a file; what was concluded (columns, units) t
 import json
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,11 +14,13 @@ import numpy as np
 from levelhead import units
 from levelhead.errors import LevelheadError
 from levelhead.sample import Sample, Triple
+from levelhead.sources import labelled
 from levelhead.sources.assemble import assemble
 from levelhead.sources.columns import assign
 from levelhead.sources.hints import QUANTITY, Hints, Scale
 from levelhead.sources.layout import Layout, layout_of
 from levelhead.sources.names import RELATIVE
+from levelhead.sources.raw_counts import NOTE, mpu6050_scales
 from levelhead.sources.splitting import MISSING, cells, is_comment
 from levelhead.sources.table import ArrayTable
 
@@ -54,14 +56,20 @@ class Lines:
 
     Attributes:
         garbage: lines so far that were no line of numbers.
+        notes: sentences on what was assumed.
     """
 
     def __init__(self, source: str, hints: Hints) -> None:
         self.source, self.hints = source, hints
         self.garbage = 0
+        self.notes: list[str] = []
         self._seen: list[tuple[str, float]] = []
         self._names: tuple[str, ...] = ()
-        self._layout: Layout | None = None  # None: JSON
+        self._layout: Layout | None = None  # of CSV
+        self._named: Callable[[str], Mapping[str, float]] = (
+            flattened  # of JSON and labelled text: a line as numbers by name
+        )
+        self._part: dict[str, float] = {}  # of a sample that stands on several lines: what came so far
         self._columns: dict[str, Column] = {}
 
     @property
@@ -104,7 +112,8 @@ class Lines:
         found = []
         for text, at in lines:
             try:
-                found.append(self._sample(Row(self._numbers(text), at)))
+                numbers = self._numbers(text)
+                found += [] if numbers is None else [self._sample(Row(numbers, at))]
             except Garbage:
                 if not self._is_header(text):
                     self.garbage += 1
@@ -133,17 +142,19 @@ class Lines:
         x, y, z = (row.values[i] * column.scale for i in column.positions)
         return x, y, z
 
-    def _numbers(self, text: str) -> Sequence[float]:
-        """The numbers of a line, NaN where one is missing.
+    def _numbers(self, text: str) -> Sequence[float] | None:
+        """The numbers of a sample, NaN where one is missing; None: the sample goes on in the next line.
 
         Raises:
             Garbage: another number of cells, a cell that is no number, an infinite one.
         """
         if self._layout is None:
-            given = flattened(text)
+            given = self._named(text)
             if not set(self._names) & set(given):
                 raise Garbage
-            return [given.get(name, math.nan) for name in self._names]
+            if self._named is flattened:
+                return [given.get(name, math.nan) for name in self._names]
+            return self._complete(given)
         found = cells(text, self._layout.delimiter)
         while len(found) > len(self._names) and not found[-1].strip():
             found.pop()
@@ -151,11 +162,30 @@ class Lines:
             raise Garbage
         return [number(cell, self._layout.decimal_comma) for cell in found]
 
+    def _complete(self, given: Mapping[str, float]) -> Sequence[float] | None:
+        """A sample of labelled text: it is whole when all names are there, or when one comes again."""
+        part, names = self._part, self._names
+        if not part.keys().isdisjoint(given):
+            self._part = dict(given)
+        else:
+            part |= given
+            if not part.keys() >= set(names):
+                return None
+            self._part = {}
+        return [part.get(name, math.nan) for name in names]
+
     def _learn(self) -> bool:
         """Concludes columns and units from what was seen; False: more lines are needed."""
-        if self._seen[-1][0].startswith("{"):
-            self._layout = None
-            self._names = tuple(dict.fromkeys(name for text, _ in self._seen for name in _or_nothing(text)))
+        lines = [text for text, _ in self._seen]
+        self._layout, self._part = None, {}
+        if lines[-1].startswith("{"):
+            self._named = flattened
+            self._names = tuple(dict.fromkeys(name for text in lines for name in _or_nothing(text)))
+        elif labelled.looks_labelled(lines):
+            self._named = labelled.parse
+            self._names = tuple(dict.fromkeys(name for text in lines[1:] for name in labelled.parse(text)))
+            if sum(1 for _ in labelled.records(lines)) < LOOK // 2 + 1 and len(lines) < PATIENCE:
+                return False
         else:
             self._layout = self._laid_out()
             if self._layout is None:
@@ -164,9 +194,11 @@ class Lines:
         rows = []
         for text, at in self._seen:
             try:
-                rows.append(Row(self._numbers(text), at))
+                numbers = self._numbers(text)
             except Garbage:
                 continue
+            rows += [] if numbers is None else [Row(numbers, at)]
+        self._part = {}
         if len(rows) < LOOK // 2:
             if len(self._seen) >= PATIENCE:
                 raise LevelheadError(
@@ -194,9 +226,15 @@ class Lines:
             return layout
         if len(self._seen) < PATIENCE:
             return None
+        if width < 6:
+            raise LevelheadError(
+                f"{self.source} sends {width} numbers per line; expected a gyroscope and an accelerometer of three axes"
+                " each, with a header that names them, or words before the numbers"
+            )
+        example = "gyr=4,5,6 acc=1,2,3" if width == 6 else "t=1 gyr=5,6,7 acc=2,3,4"
         raise LevelheadError(
-            f"{self.source} sent no header that names its {width} columns; expected hints such as "
-            "map t=1 gyr=2,3,4 acc=5,6,7 (columns by number)"
+            f"{self.source} sent no header that names its {width} columns; expected hints such as map {example} "
+            "(columns by number)"
         )
 
     def _concluded(self, rows: Sequence[Row]) -> dict[str, Column]:
@@ -205,21 +243,27 @@ class Lines:
         arrays: dict[str, Any] = {name: values[:, i] for i, name in enumerate(names)}
         roles = assign(names, self.hints.map, self.source, frozenset(self.hints.scale))
         hints = self.hints
+        if not hints.scale and {"gyr", "acc"} <= roles.columns.keys():
+            gyr, acc = (values[:, list(roles.columns[role])] for role in ("gyr", "acc"))
+            if (counts := mpu6050_scales(gyr, acc)) is not None:
+                hints = Hints(hints.map, counts)
+                self.notes.append(NOTE)
+        scale = hints.scale
         if "t" not in roles.columns:  # the host's clock stands in
-            arrays, hints = self._stamped(arrays, rows)
+            arrays, hints = self._stamped(arrays, rows, hints)
         else:
             arrays = _forward(arrays, names[roles.columns["t"][0]])
         said: Mapping[str, str] = assemble(ArrayTable(self.source, arrays), hints).meta["units"]
         found = {}
         for role, positions in roles.columns.items():
             if role in QUANTITY:
-                found[role] = Column(positions, _factor(role, hints.scale.get(role), said))
+                found[role] = Column(positions, _factor(role, scale.get(role), said))
         return found
 
-    def _stamped(self, arrays: Mapping[str, Any], rows: Sequence[Row]) -> tuple[dict[str, Any], Hints]:
+    def _stamped(self, arrays: Mapping[str, Any], rows: Sequence[Row], hints: Hints) -> tuple[dict[str, Any], Hints]:
         began = rows[0].at
         stamps = np.array([row.at - began for row in rows]) + 1e-6 * np.arange(len(rows))
-        return {"host_time_s": stamps, **arrays}, Hints({**self.hints.map, "t": ["host_time_s"]}, self.hints.scale)
+        return {"host_time_s": stamps, **arrays}, Hints({**hints.map, "t": ["host_time_s"]}, hints.scale)
 
 
 def _forward(arrays: Mapping[str, Any], time: str) -> dict[str, Any]:

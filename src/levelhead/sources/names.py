@@ -64,8 +64,8 @@ _WORDS = {
     "q": {"quat", "quaternion", "orientation", "quats"},
 }
 _LETTERS = {
-    "gyr": {"g", "w"},
-    "acc": {"a", "gf"},
+    "gyr": {"g", "w", "gy"},
+    "acc": {"a", "gf", "ac"},
     "mag": {"m", "h", "b"},
     "q": {"q"},
 }  # only when nothing else is in the name

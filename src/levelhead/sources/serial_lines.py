@@ -1,4 +1,4 @@
-"""A microcontroller on a serial line that says a line of numbers per sample."""
+"""A microcontroller on a serial line that prints its samples as text."""
 
 import time
 from collections.abc import Callable
@@ -48,7 +48,7 @@ class SerialLines:
         self._last: float | None = None  # stamp of the last sample, s
         self._shift = 0.0  # s added to the device's stamps, because it began anew
         self._behind = 0
-        self._said = 0  # lines of garbage that were reported
+        self._reported = 0  # lines of garbage that were reported
         self._troubles: list[tuple[str, str]] = []
 
     @property
@@ -140,7 +140,7 @@ class SerialLines:
         self._behind += 1
         if self._behind == 1:
             self._troubles.append(
-                ("time_backwards", f"{self.port} sends time backwards, from {last:.6g} to {stamp:.6g} s")
+                ("time_backwards", f"{self.port} sent a stamp that goes back, from {last:.6g} to {stamp:.6g} s")
             )
         if self._behind < BACKWARDS:
             return stamp + self._shift
@@ -148,14 +148,16 @@ class SerialLines:
         return stamp + self._shift
 
     def _report_garbage(self) -> None:
-        new = self.garbage - self._said
+        new = self.garbage - self._reported
         if new > 0:
-            self._said = self.garbage
+            self._reported = self.garbage
             self._troubles.append(("garbage", f"{new} lines from {self.port} were no numbers ({self.garbage} so far)"))
 
     def troubles(self) -> list[tuple[str, str]]:
         """See ``Source``."""
         found, self._troubles = self._troubles, []
+        while self._lines.notes:
+            found.append(("assumed", self._lines.notes.pop(0)))
         return found
 
     def close(self) -> None:

@@ -13,6 +13,7 @@ from levelhead.sources.sensors.ak09916 import AK09916
 from levelhead.sources.sensors.bmp280 import BMP280, Trim, compensate
 from levelhead.sources.sensors.board import parse_board
 from levelhead.sources.sensors.compass import HMC5883L, QMC5883L
+from levelhead.sources.sensors.discovery import find_chips, i2c_buses
 from levelhead.sources.sensors.emulated import EmulatedBus
 from levelhead.sources.sensors.emulated.barometer import EmulatedBMP280
 from levelhead.sources.sensors.emulated.imus import EmulatedICM20948, EmulatedLSM6DSO32, EmulatedMPU6050
@@ -360,3 +361,23 @@ def test_a_board_in_words():
     assert parse_board("mpu6050") == ("mpu6050", None, False, 1, None)
     assert parse_board("MPU-6050+HMC5883L+bmp280@0:0x69") == ("mpu6050", "hmc5883l", True, 0, 0x69)
     assert parse_board("icm20948").mag == "ak09916"
+
+
+@pytest.mark.parametrize("text", ["mpu6050+hmc5883l+bmp280", "lsm6dso32+qmc5883l", "mpu6050@1:0x69", "icm20948"])
+def test_chips_on_a_bus_are_found_without_writing(bench, text):
+    one = bench(text)
+    wanted = parse_board(text)
+    writes = []
+    one.bus.write_byte_data = lambda *what: writes.append(what)
+    found = {chip.name for chip in find_chips(one.bus)}
+    expected = {wanted.inertial, wanted.mag, "bmp280" if wanted.baro else None} - {None}
+    assert found == expected - {"ak09916"} and writes == []  # the AK09916 answers once its host runs
+    next(iter(one.bus.chips.values())).identity = 0x11
+    next(iter(one.bus.chips.values())).reset()
+    assert "" in {chip.name for chip in find_chips(one.bus)}  # another chip at the address
+
+
+def test_buses_of_the_machine(tmp_path):
+    for name in ("i2c-1", "i2c-10", "i2c-", "tty0"):
+        (tmp_path / name).touch()
+    assert i2c_buses(tmp_path) == [1, 10]

@@ -1,24 +1,28 @@
-"""The page of a node that runs: its last orientation, the course of the last seconds, sliders that it listens to."""
+"""The page of a running node: its last orientation, the curves of the last seconds, parameters that it takes."""
 
 import math
 import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from datetime import datetime
 from typing import Any
 
 import numpy as np
 
 from levelhead import filters
+from levelhead.errors import LevelheadError
 from levelhead.live.subscription import Subscription
-from levelhead.publish.dashboard.page import PORT, ChartData, Page, plain, status_words, tilt_of, two_sigma
+from levelhead.publish.dashboard.chart_data import ChartData, beside, tilt_of, two_sigma, unwrap
+from levelhead.publish.dashboard.charts import ChartSet
+from levelhead.publish.dashboard.page import PORT, Page, plain, status_text
 
 WINDOW = 10.0  # s in the charts
-DENSE = 50.0  # points a second in the charts
-FRAMES, CHARTS = 20.0, 4.0  # times a second that body and status, and the charts, are drawn
-FRESH = 0.5  # s after which an orientation is called old
+DENSITY = 50.0  # points per second in the charts
+FRAMES, CHARTS = 20.0, 2.5  # times per second that body and status, and the charts, are drawn
 LISTED = 10
 Row = tuple[float, ...]
+UNKNOWN = (math.nan, math.nan, math.nan)
 
 
 class NodeView:
@@ -26,86 +30,120 @@ class NodeView:
 
     Args:
         subscribe: gives the Subscription of a topic.
-        ask: asks the node for other parameters, by keyword.
+        set_params: sets parameters of the node, by keyword; raises LevelheadError where it refuses.
         title: what the page is about.
         port: of the page.
     """
 
     def __init__(
-        self, subscribe: Callable[[str], Subscription], ask: Callable[..., None], title: str = "node", port: int = PORT
-    ) -> None:
+        self, subscribe: Callable[[str], Subscription], set_params: Callable[..., None], title: str = "node",
+        port: int = PORT,
+    ) -> None:  # fmt: skip
         self.page = Page(title, port)
-        self._ask = ask
-        self._rows: deque[Row] = deque(maxlen=round(WINDOW * DENSE))
-        self._events: deque[str] = deque(maxlen=LISTED)
-        self._tilt = (0.0, 0.0)
+        self._set_params = set_params
+        self._rows: deque[Row] = deque(maxlen=round(WINDOW * DENSITY))
+        self._lines: deque[str] = deque(maxlen=LISTED)
+        self._raw: Any = None
+        self._mag: tuple[float, ...] = UNKNOWN
         self._last: Any = None
         self._arrived = self._kept = -math.inf
         self._params: Any = None
+        gui = self.page.server.gui
+        self.page.charts = ChartSet(gui, clock_time=True, mag=True, truth=False, second="")
+        with gui.add_folder("Events"):
+            self._events = gui.add_markdown("none")
         self._over = threading.Event()
         self._subscriptions = {topic: subscribe(f"imu/{topic}") for topic in ("orientation", "raw", "health", "config")}
-        self._threads = [threading.Thread(target=self._work, name="dashboard", daemon=True)]
-        for one in self._threads:
-            one.start()
+        self._thread = threading.Thread(target=self._run, name="dashboard", daemon=True)
+        self._thread.start()
 
-    def _work(self) -> None:
+    def _run(self) -> None:
         drawn = 0.0
         while not self._over.wait(1.0 / FRAMES):
-            self._hear()
+            try:
+                self._read()
+            except LevelheadError as error:  # this reader gets nothing from the node
+                self.page.status.content = f"**{plain(str(error))}**"
+                return
             now = time.monotonic()
-            self._status(now)
+            self._show_status(now)
             if now - drawn >= 1.0 / CHARTS:
                 drawn = now
-                self._chart()
+                self._draw_charts()
 
-    def _hear(self) -> None:
+    def _read(self) -> None:
         """Takes all that came since the last time."""
-        heard = self._subscriptions
-        while (config := heard["config"].get(timeout=0.0)) is not None:
+        topics = self._subscriptions
+        while (config := topics["config"].get(timeout=0.0)) is not None:
             self._configure(config.data)
-        while (event := heard["health"].get(timeout=0.0)) is not None:
+        while (event := topics["health"].get(timeout=0.0)) is not None:
             bold = "**" if event.on else ""
-            self._events.appendleft(f"- {bold}{plain(event.name)}{bold}: {plain(event.text)}")
-            self.page.events.content = "\n".join(self._events)
-        raw = heard["raw"].latest(timeout=0.0)
-        if raw is not None:
-            roll, pitch = tilt_of(np.array([raw.acc]))[0].tolist()
-            self._tilt = (roll, pitch)
-        while (said := heard["orientation"].get(timeout=0.0)) is not None:
-            self._last, self._arrived = said, time.monotonic()
-            if said.valid and not 0.0 <= said.t - self._kept < 1.0 / DENSE:
-                self._kept = said.t
-                bias = (math.degrees(rate) for rate in said.bias)
-                self._rows.append((said.t, *map(math.degrees, said.euler), *said.sigma, *self._tilt, *bias))
+            self._list_event(f"{clock(event.stamp)} {bold}{plain(event.name)}{bold}: {plain(event.text)}")
+        while (raw := topics["raw"].get(timeout=0.0)) is not None:
+            self._raw = raw
+            self._mag = raw.mag or self._mag
+        if (orientation := topics["orientation"].latest(timeout=0.0)) is not None:
+            self._last, self._arrived = orientation, time.monotonic()
+            t = 1e-9 * orientation.stamp
+            if orientation.valid and self._raw is not None and not 0.0 <= t - self._kept < 1.0 / DENSITY:
+                self._keep(orientation, t)
+
+    def _keep(self, orientation: Any, t: float) -> None:
+        """One more point of the charts; a node's clock that was set back begins them again."""
+        if t < self._kept:
+            self._rows.clear()
+        self._kept = t
+        angles, bias, rate = (
+            [math.degrees(x) for x in values] for values in (orientation.euler, orientation.bias, self._raw.gyr)
+        )
+        self._rows.append((t, *angles, *orientation.sigma, *bias, *rate, *self._raw.acc, *self._mag))
+
+    def _list_event(self, line: str) -> None:
+        self._lines.appendleft(f"- {line}")
+        self._events.content = "\n".join(self._lines)
 
     def _configure(self, config: dict[str, Any]) -> None:
-        """Sliders for the node's filter; made anew only when it is another one."""
+        """Parameters of the node's filter; the widgets are made anew only for another filter."""
         params = filters.find(config["filter"]).params(**config["params"])
-        if type(params) is not type(self._params):
-            self.page.sliders(params, lambda name, value: self._ask(**{name: value}))
+        if type(params) is type(self._params):
+            self.page.parameters.set(params)
+        else:
+            self.page.parameters.show(params, self._change)
         self._params = params
 
-    def _status(self, now: float) -> None:
-        said = self._last
-        if said is None:
+    def _change(self, name: str, value: float | bool) -> None:
+        try:
+            self._set_params(**{name: value})
+        except LevelheadError as error:
+            self._list_event(f"**{plain(name)}** was not set: {plain(str(error))}")
+
+    def _show_status(self, now: float) -> None:
+        orientation = self._last
+        if orientation is None:
             self.page.status.content = "no orientation yet"
             return
-        age = now - self._arrived
-        trusted = said.valid and age < FRESH
-        self.page.turn(said.quat, trusted)
-        if not trusted:
-            self.page.status.content = f"**no valid orientation for {age:.1f} s**"
+        self.page.turn(orientation.quat, orientation.sigma[2], orientation.valid)
+        if not orientation.valid:
+            self.page.status.content = f"**no valid orientation for {now - self._arrived:.1f} s**"
             return
-        angles = [math.degrees(angle) for angle in said.euler]
-        words = f"sample {said.seq}, stamp {said.stamp // 1_000_000} ms" + "".join(f", {word}" for word in said.words)
-        self.page.status.content = status_words(angles, two_sigma(np.array([said.sigma]))[0].tolist(), words)
+        reader = self._subscriptions["orientation"]
+        angles = [math.degrees(angle) for angle in orientation.euler]
+        text = f"sample {orientation.seq}, {clock(orientation.stamp)}, age {1e3 * reader.age:.0f} ms"
+        if reader.clock_uncertainty > 0.0:
+            text += f", node's clock {1e3 * reader.clock_offset:+.1f} ± {1e3 * reader.clock_uncertainty:.1f} ms"
+        text += "".join(f", {words}" for words in orientation.words)
+        band = two_sigma(np.array([orientation.sigma]))[0].tolist()
+        self.page.status.content = status_text(angles, band, text)
 
-    def _chart(self) -> None:
+    def _draw_charts(self) -> None:
         if len(self._rows) < 2:
             return
-        table = np.array(self._rows)
-        t, angles, sigma, raw, bias = np.split(table, [1, 4, 7, 9], axis=1)
-        self.page.chart(ChartData(t[:, 0], angles, two_sigma(sigma), raw, bias))
+        t, angles, sigma, bias, gyr, acc, mag = np.split(np.array(self._rows), [1, 4, 7, 10, 13, 16], axis=1)
+        curves = unwrap(angles)
+        assert self.page.charts is not None
+        self.page.charts.set_data(
+            ChartData(t[:, 0], curves, two_sigma(sigma), beside(tilt_of(acc), curves[:, :2]), bias, gyr, acc, mag)
+        )
 
     def wait(self) -> None:
         """Until Ctrl-C."""
@@ -115,8 +153,12 @@ class NodeView:
     def stop(self) -> None:
         """Closes the page and the subscriptions."""
         self._over.set()
-        for one in self._threads:
-            one.join()
+        self._thread.join()
         for subscription in self._subscriptions.values():
             subscription.close()
         self.page.stop()
+
+
+def clock(stamp: int) -> str:
+    """A stamp (ns since 1970) as this machine's clock time, to the millisecond."""
+    return datetime.fromtimestamp(1e-9 * stamp).strftime("%H:%M:%S.%f")[:-3]

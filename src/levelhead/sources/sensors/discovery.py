@@ -1,0 +1,78 @@
+"""What answers on an I²C bus: known chips, by the identity that each of them gives. Nothing is written."""
+
+import errno
+import re
+from pathlib import Path
+from typing import NamedTuple
+
+from levelhead.sources.sensors import bmp280, icm20948, lsm6dso32, mpu6050
+from levelhead.sources.sensors.ak09916 import AK09916
+from levelhead.sources.sensors.bus import Bus
+from levelhead.sources.sensors.compass import HMC5883L, QMC5883L
+
+
+class Signature(NamedTuple):
+    """By what a chip is known: its name for ``--source``, its addresses, a register, and what stands there."""
+
+    name: str
+    addresses: tuple[int, ...]
+    register: int
+    identity: bytes
+    mask: int = 0xFF
+
+
+class FoundChip(NamedTuple):
+    """A chip that answers; "" is one that is not known."""
+
+    address: int
+    name: str
+
+
+SIGNATURES = (
+    Signature("mpu6050", mpu6050.ADDRESSES, mpu6050.WHO_AM_I, bytes([mpu6050.IDENTITY]), 0x7E),
+    Signature("icm20948", icm20948.ADDRESSES, icm20948.WHO_AM_I, bytes([icm20948.IDENTITY])),
+    Signature("lsm6dso32", lsm6dso32.ADDRESSES, lsm6dso32.WHO_AM_I, bytes([lsm6dso32.IDENTITY])),
+    Signature("ak09916", (AK09916.address,), AK09916.WIA1, bytes(AK09916.IDENTITY)),
+    Signature("hmc5883l", (HMC5883L.address,), HMC5883L.ID_A, HMC5883L.IDENTITY),
+    Signature("qmc5883l", (QMC5883L.address,), QMC5883L.CHIP_ID, bytes([QMC5883L.IDENTITY])),
+    Signature("bmp280", bmp280.ADDRESSES, bmp280.ID, bytes([bmp280.IDENTITY])),
+)
+
+
+def i2c_buses(folder: Path = Path("/dev")) -> list[int]:
+    """Numbers of the I²C buses of this machine."""
+    matches = (re.fullmatch(r"i2c-(\d+)", path.name) for path in folder.glob("i2c-*"))
+    return sorted(int(match[1]) for match in matches if match)
+
+
+def find_chips(bus: Bus) -> list[FoundChip]:
+    """The chips that answer at the addresses of those that levelhead knows.
+
+    Raises:
+        OSError: the bus itself does not work; a chip that is not there is no error.
+    """
+    found = []
+    for address in sorted({address for one in SIGNATURES for address in one.addresses}):
+        answered, name = False, ""
+        for signature in SIGNATURES:
+            if address not in signature.addresses or name:
+                continue
+            data = _read(bus, address, signature.register, len(signature.identity))
+            if data is None:
+                continue
+            answered = True
+            if bytes(byte & signature.mask for byte in data) == signature.identity:
+                name = signature.name
+        if answered:
+            found.append(FoundChip(address, name))
+    return found
+
+
+def _read(bus: Bus, address: int, register: int, length: int) -> bytes | None:
+    """Registers of a chip; None: nobody acknowledges the address."""
+    try:
+        return bytes(bus.read_byte_data(address, register + i) for i in range(length))
+    except OSError as error:
+        if error.errno in (errno.EREMOTEIO, errno.ENXIO, errno.EIO):
+            return None
+        raise
