@@ -92,6 +92,26 @@ def test_a_loop_that_polls_hears_of_silence_as_well():
     assert not subscription.latest(timeout=0.0).valid
 
 
+def test_raw_samples_that_the_network_dropped_are_counted():
+    bus = LocalBus()
+    subscription = bus.subscribe(RAW, history=5)
+
+    def send(*numbers: int, node: int = 7) -> None:
+        for seq in numbers:
+            bus.publish(RAW, Raw(node, seq, 0.0, time.time_ns(), (0.0,) * 3, (0.0,) * 3, None, None))
+            subscription.get(timeout=0.0)
+
+    send(1, 2, 5, 6)
+    assert subscription.missed == 2
+    for seq in range(7, 17):  # five of these drop out of the queue
+        bus.publish(RAW, Raw(7, seq, 0.0, time.time_ns(), (0.0,) * 3, (0.0,) * 3, None, None))
+    while subscription.get(timeout=0.0) is not None:
+        pass
+    assert subscription.missed == 2 + 5
+    send(0, 1, node=8)  # the node was restarted
+    assert subscription.missed == 7
+
+
 def test_latest_does_not_wait_for_ever():
     assert LocalBus().subscribe(ORIENTATION).latest() is None
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 from levelhead.errors import LevelheadError
-from levelhead.live.messages import ORIENTATION, Orientation
+from levelhead.live.messages import ORIENTATION, Orientation, Raw
 
 QUEUE = 1024  # messages that wait for a reader of raw samples and events
 MAX_AGE = 0.25  # s after which an orientation is invalid
@@ -41,7 +41,7 @@ class Subscription:
         on_close: called with the subscription when it is closed.
 
     Attributes:
-        missed: messages that were dropped from the queue.
+        missed: messages that were dropped from the queue, and raw samples that the network dropped.
         expired: orientations that were too old when they were read.
         age: s, of the message that was read last; NaN: none, or not known.
         clock_offset: s, the node's clock minus this machine's; NaN: not known; 0 in the node's own process.
@@ -66,6 +66,8 @@ class Subscription:
         self._queue: deque[Arrival] = deque(maxlen=1 if self._newest_only else history or QUEUE)
         self._ready = threading.Condition()
         self.missed = self.expired = 0
+        self._dropped = 0  # messages that the queue dropped since the last one was read
+        self._sequence: tuple[int, int] | None = None  # node and number of the last raw sample that was read
         self.age = math.nan
         self.clock_offset = self.clock_uncertainty = 0.0 if age_of is None else math.nan
         self.closed = False
@@ -80,7 +82,9 @@ class Subscription:
     def put(self, message: Any, age: float = 0.0) -> None:
         """The bus hands a message over; ``age``: s since the node took its sample."""
         with self._ready:
-            self.missed += not self._newest_only and len(self._queue) == self._queue.maxlen
+            if not self._newest_only and len(self._queue) == self._queue.maxlen:
+                self.missed += 1
+                self._dropped += 1
             self._queue.append(Arrival(message, time.monotonic(), age))
             self._ready.notify()
 
@@ -154,6 +158,8 @@ class Subscription:
     def _read(self, arrival: Arrival) -> Any:
         message = arrival.message if self._decode is None else self._decode(arrival.message)
         now = time.monotonic()
+        if isinstance(message, Raw):
+            self._count_gap(message)
         self.age = arrival.age + now - arrival.time if self._age_of is None else self._age_of(message)
         if not isinstance(message, Orientation) or math.isinf(self._max_age):
             return message
@@ -164,6 +170,14 @@ class Subscription:
             return message._replace(valid=False)
         self._last, self._expires = message, now + self._max_age - self.age
         return message
+
+    def _count_gap(self, message: Raw) -> None:
+        """Raw samples are numbered without gaps: what neither came nor was dropped here was lost on the way."""
+        with self._ready:
+            dropped, self._dropped = self._dropped, 0
+            if self._sequence is not None and self._sequence[0] == message.node:
+                self.missed += max(0, message.seq - self._sequence[1] - 1 - dropped)
+            self._sequence = message.node, message.seq
 
     def __iter__(self) -> Iterator[Any]:
         while (message := self.get()) is not None:

@@ -144,8 +144,8 @@ def subscribe(
                 print(message.euler)
 
     The node need not run yet, may be restarted, and need not know; late joiners get the last message at once. A node
-    that is gone makes its last orientation invalid: at once where its process ends, after 0.4 s where its machine is
-    cut off, and in any case when ``max_age`` is over.
+    that is gone makes its last orientation invalid: at once where its process ends, and when ``max_age`` is over where
+    its machine is cut off.
 
     Args:
         topic: "imu/orientation", "imu/raw", "imu/health" or "imu/config".

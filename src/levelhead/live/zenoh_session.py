@@ -19,7 +19,7 @@ LOOPBACK = re.compile(r"^(tcp|tls)/(127\.\d+\.\d+\.\d+|\[::1\]|localhost):\d+$")
 OPEN = re.compile(r"^tls/[^/]+:\d+$")
 CERTIFICATES = ("ca.pem", "own.pem", "own.key")
 MAX_WAIT_US = 50_000  # µs that the thread that sends waits for a slow link before it drops a message
-LEASE = 400  # ms without a sign of life after which either side counts as gone
+LEASE = 2000  # ms without a sign of life after which either side counts as gone; 400 is too short on a busy machine
 RETRY = {"period_init_ms": 100, "period_max_ms": 1000, "period_increase_factor": 2}
 HANDSHAKE_TIME = 1.0  # s for the check of certificates
 

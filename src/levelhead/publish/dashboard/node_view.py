@@ -19,7 +19,7 @@ from levelhead.publish.dashboard.page import PORT, Page, plain, status_text
 
 WINDOW = 10.0  # s in the charts
 DENSITY = 50.0  # points per second in the charts
-FRAMES, CHARTS = 20.0, 2.5  # times per second that body and status, and the charts, are drawn
+FRAMES, CHARTS = 15.0, 2.0  # times per second that body and messages, and the charts and text, are drawn
 LISTED = 10
 Row = tuple[float, ...]
 UNKNOWN = (math.nan, math.nan, math.nan)
@@ -66,9 +66,11 @@ class NodeView:
                 self.page.status.content = f"**{plain(str(error))}**"
                 return
             now = time.monotonic()
-            self._show_status(now)
+            if self._last is not None:
+                self.page.turn(self._last.quat, self._last.sigma[2], self._last.valid)
             if now - drawn >= 1.0 / CHARTS:
                 drawn = now
+                self._show_status(now)
                 self._draw_charts()
 
     def _read(self) -> None:
@@ -122,7 +124,6 @@ class NodeView:
         if orientation is None:
             self.page.status.content = "no orientation yet"
             return
-        self.page.turn(orientation.quat, orientation.sigma[2], orientation.valid)
         if not orientation.valid:
             self.page.status.content = f"**no valid orientation for {now - self._arrived:.1f} s**"
             return

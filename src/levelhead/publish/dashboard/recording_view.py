@@ -21,8 +21,8 @@ from levelhead.recording import Array, Recording
 from levelhead.track import Track
 
 POINTS = 2000  # of a chart
-FRAMES = 30.0  # per second, while it plays
-CURSORS = 8.0  # per second, while it plays
+FRAMES = 20.0  # of the 3-D view per second, while it plays
+TEXTS = 4.0  # of cursor and text per second, while it plays
 LISTED = 12  # events with a button
 SPEEDS = ("0.25", "0.5", "1", "2", "4", "8")
 EPOCH = 1e9  # s: stamps beyond are since 1970, and shown as clock time
@@ -95,6 +95,7 @@ class RecordingView:
         self._at = min(max(0.0, seconds), self.recording.duration)
         self._scrub.value = self._time.value = round(self._at, 2)
         self._turn()
+        self._show_text()
         self._draw_cursor()
 
     def select(self, low: float, high: float) -> None:
@@ -139,10 +140,12 @@ class RecordingView:
                 if self._at >= self.recording.duration:
                     self._at = self.recording.duration
                     self.play(False)
+                    self._cursor_drawn = 0.0
                 self._turn()
-                if now - self._cursor_drawn > 1.0 / CURSORS:
+                if now - self._cursor_drawn > 1.0 / TEXTS:
                     self._cursor_drawn = now
                     self._scrub.value = self._time.value = round(self._at, 2)
+                    self._show_text()
                     self._draw_cursor()
             last = now
 
@@ -184,6 +187,7 @@ class RecordingView:
         )  # fmt: skip
         self._list_events()
         self._turn()
+        self._show_text()
 
     def _events(self) -> list[tuple[float, str]]:
         """When health bits began: s since the beginning, and what it was."""
@@ -211,11 +215,18 @@ class RecordingView:
             if more:
                 self._event_widgets.append(gui.add_markdown(more))
 
+    def _row(self) -> int:
+        """The row that is shown."""
+        rec = self.recording
+        return min(int(np.searchsorted(rec.t, rec.t[0] + self._at)), len(rec) - 1)
+
     def _turn(self) -> None:
-        rec, track = self.recording, self.track
-        row = min(int(np.searchsorted(rec.t, rec.t[0] + self._at)), len(rec) - 1)
+        row, track = self._row(), self.track
+        self.page.turn(track.quat[row].tolist(), 0.0 if track.sigma is None else float(track.sigma[row, 2]))
+
+    def _show_text(self) -> None:
+        rec, track, row = self.recording, self.track, self._row()
         sigma = np.zeros(3) if track.sigma is None else track.sigma[row]
-        self.page.turn(track.quat[row].tolist(), float(sigma[2]))
         angles = Track(track.t[row : row + 1], track.quat[row : row + 1]).euler()[0].tolist()
         band = two_sigma(sigma[None, :])[0].tolist()
         self.page.status.content = status_text(
