@@ -46,6 +46,7 @@ def look(browser):
 
     def opened(url: str):
         page = browser.new_page(viewport={"width": 900, "height": 600})
+        page.set_default_timeout(90_000)  # the 3-D view is drawn by the CPU here
         elsewhere = []
         page.on("request", lambda request: elsewhere.append(request.url) if "127.0.0.1" not in request.url and not request.url.startswith(("data:", "blob:")) else None)  # fmt: skip # noqa: E501
         page.goto(url)
@@ -197,8 +198,8 @@ def test_a_node_is_followed_steered_and_its_silence_is_shown(look):
             page.keyboard.press("ArrowRight")
         eventually(lambda: node.params.beta > lh.Madgwick().beta)
         text_with(page, r"parameters: beta=")
-        node.bus.publish("imu/health", Health(1, 0, 0.0, 0, "late", True, "{1 + 1} <b>bold</b> *two* `c`"))
-        text_with(page, re.escape("late: {1 + 1} <b>bold</b> *two* `c`"))  # shown, not run
+        node.bus.publish("imu/health", Health(1, 0, 0.0, 0, "refused", True, "{1 + 1} <b>bold</b> *two* `c`"))
+        text_with(page, re.escape("refused: {1 + 1} <b>bold</b> *two* `c`"))  # shown, not run
         node.stop()
         runs.join(timeout=10.0)
         text_with(page, r"no valid orientation for \d")

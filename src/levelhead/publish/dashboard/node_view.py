@@ -3,7 +3,7 @@
 import math
 import threading
 import time
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable
 from datetime import datetime
 from typing import Any
@@ -21,6 +21,7 @@ WINDOW = 10.0  # s in the charts
 DENSITY = 50.0  # points per second in the charts
 FRAMES, CHARTS = 15.0, 2.0  # times per second that body and messages, and the charts and text, are drawn
 LISTED = 10
+COUNTED = frozenset({"late", "over_budget"})
 Row = tuple[float, ...]
 UNKNOWN = (math.nan, math.nan, math.nan)
 
@@ -42,7 +43,8 @@ class NodeView:
         self.page = Page(title, port)
         self._set_params = set_params
         self._rows: deque[Row] = deque(maxlen=round(WINDOW * DENSITY))
-        self._lines: deque[str] = deque(maxlen=LISTED)
+        self._lines: deque[tuple[str, str]] = deque(maxlen=LISTED)  # name of the event, and its line
+        self._repeats: Counter[str] = Counter()
         self._raw: Any = None
         self._mag: tuple[float, ...] = UNKNOWN
         self._last: Any = None
@@ -80,7 +82,7 @@ class NodeView:
             self._configure(config.data)
         while (event := topics["health"].get(timeout=0.0)) is not None:
             bold = "**" if event.on else ""
-            self._list_event(f"{clock(event.stamp)} {bold}{plain(event.name)}{bold}: {plain(event.text)}")
+            self._list_event(event.name, f"{clock(event.stamp)} {bold}{plain(event.name)}{bold}: {plain(event.text)}")
         while (raw := topics["raw"].get(timeout=0.0)) is not None:
             self._raw = raw
             self._mag = raw.mag or self._mag
@@ -100,9 +102,14 @@ class NodeView:
         )
         self._rows.append((t, *angles, *orientation.sigma, *bias, *rate, *self._raw.acc, *self._mag))
 
-    def _list_event(self, line: str) -> None:
-        self._lines.appendleft(f"- {line}")
-        self._events.content = "\n".join(self._lines)
+    def _list_event(self, name: str, line: str) -> None:
+        """One more line on top; events that come every second on a busy machine have one line and a count."""
+        self._repeats[name] += 1
+        if name in COUNTED:
+            self._lines = deque((one for one in self._lines if one[0] != name), maxlen=LISTED)
+            line += f" ({self._repeats[name]} so far)"
+        self._lines.appendleft((name, f"- {line}"))
+        self._events.content = "\n".join(line for _, line in self._lines)
 
     def _configure(self, config: dict[str, Any]) -> None:
         """Parameters of the node's filter; the widgets are made anew only for another filter."""
@@ -117,7 +124,7 @@ class NodeView:
         try:
             self._set_params(**{name: value})
         except LevelheadError as error:
-            self._list_event(f"**{plain(name)}** was not set: {plain(str(error))}")
+            self._list_event("not_set", f"**{plain(name)}** was not set: {plain(str(error))}")
 
     def _show_status(self, now: float) -> None:
         orientation = self._last

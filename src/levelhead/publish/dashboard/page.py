@@ -68,11 +68,12 @@ class Page:
         self.url = f"http://127.0.0.1:{self.server.get_port()}"
         gui, scene = self.server.gui, self.server.scene
         gui.configure_theme(show_logo=False, show_share_button=False, control_width="large")  # sharing goes by a server
+        scene.configure_default_lights(cast_shadow=False)  # shadows cost half of a frame where there is no GPU
         scene.add_grid("/ground", width=4.0, height=4.0, position=(0.0, 0.0, -0.6))
         scene.add_frame("/earth", axes_length=0.4, axes_radius=0.008, position=(1.7, -1.7, -0.6))
         self._name_axes("/earth", 0.45, ("east", "north", "up"))
         self._body: Any = scene.add_frame("/body", axes_length=0.8, axes_radius=0.012)
-        self._box = scene.add_box("/body/box", color=TRUSTED, dimensions=BODY, opacity=0.8)
+        self._box = scene.add_box("/body/box", color=TRUSTED, dimensions=BODY, opacity=0.8, cast_shadow=False)
         self._name_axes("/body", 0.85, ("x", "y", "z"))
         fan = np.array([(0, i, i + 1) for i in range(1, CONE_PARTS + 1)])
         self._cone_angle = 0.1
