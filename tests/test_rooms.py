@@ -8,6 +8,7 @@ LONGEST = 400  # lines
 SHARED = {  # names that stand in several rooms, and why
     "compare": "a verb of the command line has the name of the function that it calls",
     "sweep": "the same",
+    "doctor": "the same; and its picture",
     "bench": "the same",
     "export": "the same",
     "simulate": "the same",
@@ -18,6 +19,8 @@ SHARED = {  # names that stand in several rooms, and why
     "measurements": "the same",
     "triad": "a kernel, and the filter made of it",
     "calibration": "the record, and the ESKF's estimate of it",
+    "rest": "detected in front of a filter, and searched in a whole recording",
+    "timing": "of benchmarks, and of a recording's stamps",
     "arrays": "rows of numbers in kernels, and recordings from arrays in memory",
     "quaternions": "algebra of series, and columns of a log",
     "layout": "of structs in C, and of columns in a log",
