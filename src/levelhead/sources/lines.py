@@ -26,6 +26,7 @@ from levelhead.sources.table import ArrayTable
 
 LOOK = 20  # lines of numbers by which units are judged
 LONGEST = 4096  # bytes of a line; more without an end is no text
+SHORTEST = 1e-3  # s between two samples, at least
 PATIENCE = 200  # lines that make no sense, before it is said that none does
 
 
@@ -261,8 +262,8 @@ class Lines:
         return found
 
     def _stamped(self, arrays: Mapping[str, Any], rows: Sequence[Row], hints: Hints) -> tuple[dict[str, Any], Hints]:
-        began = rows[0].at
-        stamps = np.array([row.at - began for row in rows]) + 1e-6 * np.arange(len(rows))
+        # Lines come in bursts; samples are taken evenly.
+        stamps = np.linspace(0.0, max(rows[-1].at - rows[0].at, SHORTEST * len(rows)), len(rows))
         return {"host_time_s": stamps, **arrays}, Hints({**hints.map, "t": ["host_time_s"]}, hints.scale)
 
 

@@ -109,7 +109,7 @@ def quiet_turn(t: Array, gyr: Array, acc: Array) -> Turn | None:
         return None
     still = np.abs(length / median(finite) - 1.0) < _QUIET_SAMPLE
     step = median(np.diff(t)) if len(t) > 1 else 1.0
-    size = max(1, round(_QUIET_SPAN / step)) if step > 0 else 1
+    size = max(1, min(round(_QUIET_SPAN / step), (len(t) - 1) // 2)) if step > 0 else 1
     around = np.convolve(~still, np.ones(2 * size + 1), "same") < 0.05 * size
     if still.sum() < 8 or around.sum() < max(30, _QUIET_SHARE * len(t)):
         return None
