@@ -15,7 +15,7 @@ from typing import Any
 
 from levelhead.bench.inputs import imu
 from levelhead.bench.timing import Table
-from levelhead.units import STANDARD_GRAVITY
+from levelhead.units import GRAVITY
 from measure import once, options, show
 
 LEVELHEAD = [sys.executable, "-m", "levelhead"]
@@ -27,9 +27,7 @@ def one_minute(path: Path) -> None:
     import numpy as np
 
     t, gyr, acc = imu(6_000)
-    np.savetxt(
-        path, np.column_stack([t, np.degrees(gyr), acc / STANDARD_GRAVITY]), "%.7g", ",", header=HEADER, comments=""
-    )
+    np.savetxt(path, np.column_stack([t, np.degrees(gyr), acc / GRAVITY]), "%.7g", ",", header=HEADER, comments="")
 
 
 def environment(folder: Path, **more: str) -> dict[str, str]:

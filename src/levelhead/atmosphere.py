@@ -7,13 +7,13 @@ of the absolute temperatures: 4 % at 11 K.
 
 from typing import Any
 
-from levelhead.units import STANDARD_GRAVITY
+from levelhead.units import GRAVITY
 
 SEA_LEVEL = 101325.0  # Pa
 TEMPERATURE = 288.15  # K
 LAPSE = 0.0065  # K/m
 GAS = 287.05287  # J/(kg K), of dry air
-EXPONENT = GAS * LAPSE / STANDARD_GRAVITY
+EXPONENT = GAS * LAPSE / GRAVITY
 
 
 def height(pressure: Any) -> Any:

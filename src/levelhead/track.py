@@ -12,6 +12,7 @@ from levelhead.errors import LevelheadError, nearest
 from levelhead.filters.health import FAULTS
 from levelhead.filters.parameters import Params
 from levelhead.recording import Array, real_array, time_array
+from levelhead.rotations import FRD_TO_FLU, NED_TO_ENU, product, to_scipy, turn_heading
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -133,9 +134,6 @@ class Track:
             raise LevelheadError(
                 f"this track is relative to true north already, by a declination of {np.degrees(self.declination):g}°"
             )
-        c, s = cos(0.5 * angle), sin(0.5 * angle)
-        w, x, y, z = self.quat.T
-        quat = np.stack([c * w + s * z, c * x + s * y, c * y - s * x, c * z - s * w], axis=1)
         c, s = cos(angle), sin(angle)
 
         def rotate(values: Array | None) -> Array | None:
@@ -152,7 +150,7 @@ class Track:
 
         return replace(
             self,
-            quat=quat,
+            quat=turn_heading(self.quat, -angle),
             declination=angle,
             position=rotate(self.position),
             velocity=rotate(self.velocity),
@@ -167,15 +165,10 @@ class Track:
         Args:
             frame: "ENU", or "NED" (x north, y east, z down) with the sensor's axes forward-right-down accordingly.
         """
-        from scipy.spatial.transform import Rotation
-
-        rotation = Rotation.from_quat(self.quat, scalar_first=True)
         if frame == "ENU":
-            return rotation
+            return to_scipy(self.quat)
         if frame == "NED":
-            swap = Rotation.from_matrix([[0, 1, 0], [1, 0, 0], [0, 0, -1]])
-            flip = Rotation.from_matrix([[1, 0, 0], [0, -1, 0], [0, 0, -1]])
-            return swap * rotation * flip
+            return to_scipy(product(NED_TO_ENU, self.quat, FRD_TO_FLU))
         raise LevelheadError(f"'{frame}' is not an earth frame; {nearest(frame, ['ENU', 'NED'])}")
 
     def __repr__(self) -> str:

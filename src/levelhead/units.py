@@ -5,7 +5,8 @@ from functools import cache
 
 from levelhead.errors import LevelheadError, nearest
 
-STANDARD_GRAVITY = 9.80665  # m/s², CGPM 1901
+GRAVITY = 9.80665  # m/s², standard gravity (CGPM 1901)
+DEGREE = math.pi / 180.0  # rad
 
 SI = {"time": "s", "gyr": "rad/s", "acc": "m/s²", "mag": "µT", "angle": "rad"}
 
@@ -36,9 +37,9 @@ FACTORS: dict[str, dict[str, float]] = {
             1.0,
         ),
         "mrad/s": 1e-3,
-        "deg/s": math.pi / 180,
-        **dict.fromkeys(("deg/sec", "deg/second", "degree/s", "degrees/s", "degree/sec"), math.pi / 180),
-        **dict.fromkeys(("degrees/sec", "degree/second", "degrees/second"), math.pi / 180),
+        "deg/s": DEGREE,
+        **dict.fromkeys(("deg/sec", "deg/second", "degree/s", "degrees/s", "degree/sec"), DEGREE),
+        **dict.fromkeys(("degrees/sec", "degree/second", "degrees/second"), DEGREE),
         **dict.fromkeys(
             (
                 "deg s^-1",
@@ -53,13 +54,13 @@ FACTORS: dict[str, dict[str, float]] = {
                 "deg per second",
                 "degrees per second",
             ),
-            math.pi / 180,
+            DEGREE,
         ),
-        "degs": math.pi / 180,
-        "dps": math.pi / 180,
-        "°/s": math.pi / 180,
-        "mdeg/s": math.pi / 180e3,
-        "mdps": math.pi / 180e3,
+        "degs": DEGREE,
+        "dps": DEGREE,
+        "°/s": DEGREE,
+        "mdeg/s": 1e-3 * DEGREE,
+        "mdps": 1e-3 * DEGREE,
     },
     "acc": {
         "m/s²": 1.0,
@@ -78,14 +79,14 @@ FACTORS: dict[str, dict[str, float]] = {
         "mps2": 1.0,
         "cm/s²": 1e-2,
         "cm/s2": 1e-2,
-        "g": STANDARD_GRAVITY,
-        "gs": STANDARD_GRAVITY,
-        "g-force": STANDARD_GRAVITY,
-        "gravity": STANDARD_GRAVITY,
-        "milli-g": STANDARD_GRAVITY * 1e-3,
-        "mgs": STANDARD_GRAVITY * 1e-3,
-        "mg": STANDARD_GRAVITY * 1e-3,
-        "ug": STANDARD_GRAVITY * 1e-6,
+        "g": GRAVITY,
+        "gs": GRAVITY,
+        "g-force": GRAVITY,
+        "gravity": GRAVITY,
+        "milli-g": GRAVITY * 1e-3,
+        "mgs": GRAVITY * 1e-3,
+        "mg": GRAVITY * 1e-3,
+        "ug": GRAVITY * 1e-6,
     },
     "mag": {
         "µT": 1.0,
@@ -104,7 +105,7 @@ FACTORS: dict[str, dict[str, float]] = {
         "nanotesla": 1e-3,
         "tesla": 1e6,
     },
-    "angle": {"rad": 1.0, "deg": math.pi / 180, "°": math.pi / 180},
+    "angle": {"rad": 1.0, "deg": DEGREE, "°": DEGREE},
 }
 
 

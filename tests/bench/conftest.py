@@ -8,8 +8,8 @@ import pytest
 
 from levelhead import simulate
 from levelhead.bench import contenders
-from levelhead.evaluate.attitude_error import turn_heading
 from levelhead.recording import Recording
+from levelhead.rotations import turn_heading
 
 
 @functools.cache

@@ -16,9 +16,10 @@ from levelhead.bench.groups import Group, group_of
 from levelhead.bench.processes import run_parallel
 from levelhead.bench.reference import align_sensor
 from levelhead.engine import fuse
-from levelhead.evaluate.attitude_error import split, turn_heading
+from levelhead.evaluate.attitude_error import split
 from levelhead.publish.bench_tables import markdown
 from levelhead.recording import Recording, Truth
+from levelhead.rotations import turn_heading
 from levelhead.sources import npz, read
 
 from .conftest import headed

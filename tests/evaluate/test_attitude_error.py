@@ -6,7 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from levelhead.evaluate.attitude_error import error_quaternion, heading_offset, split, turn_heading
+from levelhead.evaluate.attitude_error import error_quaternion, heading_offset, split
+from levelhead.rotations import turn_heading
 
 
 def quats(rotation: Rotation) -> np.ndarray:

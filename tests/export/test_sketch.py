@@ -14,7 +14,7 @@ from levelhead.axis_map import AxisMap
 from levelhead.calibration import Quantity
 from levelhead.cli import main
 from levelhead.export import ExportConfig, write
-from levelhead.kernels.tilt import GRAVITY
+from levelhead.units import GRAVITY
 
 STUBS = Path(__file__).resolve().parents[1] / "reference" / "arduino"
 pytestmark = [pytest.mark.compiled, pytest.mark.skipif(shutil.which("g++") is None, reason="no g++ on the PATH")]

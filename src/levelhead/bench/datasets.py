@@ -7,6 +7,7 @@ import numpy as np
 
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array, Recording, Truth
+from levelhead.rotations import product, to_scipy
 from levelhead.sources import read
 
 SUFFIXES = (".mat", ".csv", ".npz", ".h5", ".hdf5", ".parquet")
@@ -18,6 +19,7 @@ REFERENCES = (  # file, and the column of the quaternion's scalar part
 WITHOUT_REFERENCE = frozenset({"wild", "samples"})  # folders of logs without one
 NORTH = frozenset({"tyrex"})  # sets of arrays whose reference points north,
 Y_UP = frozenset({"fiumarg"})  # and whose reference has y upwards
+Y_UP_TO_Z_UP = np.array([0.5**0.5, 0.5**0.5, 0.0, 0.0])  # a quarter turn about x
 NEAR = 0.05  # s from a stamp within which the reference must have one
 NANO = 1e-9
 
@@ -79,9 +81,7 @@ def _arrays(path: Path, found: dict[str, Array]) -> Recording:
     quat = np.array(found["q_ref_sensor"], dtype=float)
     quat[~found["ref_ok"].astype(bool)] = np.nan
     if path.parent.name in Y_UP:
-        half = np.sqrt(0.5)
-        w, x, y, z = quat.T
-        quat = half * np.stack([w - x, x + w, y - z, z + y], axis=1)
+        quat = product(Y_UP_TO_Z_UP, quat)
     truth = Truth(quat, north=path.parent.name in NORTH)
     return Recording(found["t"], found["gyr"], found["acc"], found.get("mag"), truth, {"source": str(path)})
 
@@ -100,11 +100,11 @@ def _folder(folder: Path) -> Recording:
 
 def _interpolate(t: Array, known: Array, quat: Array) -> Array:
     """(n, 4) the reference at the stamps ``t``, NaN where it has none within ``NEAR``."""
-    from scipy.spatial.transform import Rotation, Slerp
+    from scipy.spatial.transform import Slerp
 
     found = np.full((len(t), 4), np.nan)
     after = np.clip(np.searchsorted(known, t), 1, len(known) - 1)
     inside = (t >= known[0]) & (t <= known[-1]) & (known[after] - known[after - 1] < NEAR)
-    turns = Slerp(known, Rotation.from_quat(quat[:, [1, 2, 3, 0]]))
-    found[inside] = turns(t[inside]).as_quat()[:, [3, 0, 1, 2]]
+    turns = Slerp(known, to_scipy(quat))
+    found[inside] = turns(t[inside]).as_quat(scalar_first=True)
     return found

@@ -6,9 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from levelhead.bench.reference import SensorFrame
-from levelhead.evaluate.attitude_error import Errors, error_quaternion, heading_offset, split, turn_heading
+from levelhead.evaluate.attitude_error import Errors, error_quaternion, heading_offset, split
 from levelhead.evaluate.score import rms, scored_rows
 from levelhead.recording import Array, Recording
+from levelhead.rotations import between, mean, turn_heading
 
 WINDOW = 60.0  # s, over which heading drifts; half of a recording that is shorter than two of these
 STRIDE = 10.0  # s from one window to the next, a sixth of a shorter window
@@ -83,9 +84,8 @@ def measure(
 
 
 def _rotated(error: Array) -> Array:
-    """(n, 4) errors without their mean rotation (F. L. Markley et al., Averaging quaternions, JGCD 30(4), 2007)."""
-    mean = np.linalg.eigh(error.T @ error)[1][:, -1]
-    return error_quaternion(mean[None] * [1.0, -1.0, -1.0, -1.0], error * [1.0, -1.0, -1.0, -1.0])
+    """(n, 4) errors without their mean rotation."""
+    return between(mean(error), error)
 
 
 def _degrees(values: Array) -> float:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from levelhead.recording import Array, Recording
-from levelhead.units import STANDARD_GRAVITY
+from levelhead.units import GRAVITY
 
 DT = 0.01  # s
 FIELD = (0.0, 19.0, -45.0)  # µT: east, north, up
@@ -31,6 +31,6 @@ def _sensors(n: int, seed: int) -> tuple[Array, Array, Array, Array]:
     gyr = np.zeros((n, 3))
     gyr[1:] = (attitude[:-1].inv() * attitude[1:]).as_rotvec() / DT
     gyr += np.radians([0.3, -0.2, 0.1]) + noise.normal(0.0, 0.005, (n, 3))
-    acc: Array = attitude.inv().apply([0.0, 0.0, STANDARD_GRAVITY]) + noise.normal(0.0, 0.1, (n, 3))
+    acc: Array = attitude.inv().apply([0.0, 0.0, GRAVITY]) + noise.normal(0.0, 0.1, (n, 3))
     mag: Array = attitude.inv().apply(FIELD) + noise.normal(0.0, 0.5, (n, 3))
     return t, gyr, acc, mag

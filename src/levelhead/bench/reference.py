@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from levelhead.recording import Array, Recording
+from levelhead.rotations import between, from_matrix, nearest, product
 
 SPAN = 0.1  # s of an increment
 LEAST, MOST = 0.005, 0.8  # rad: increments that say something, and those of first order
@@ -30,10 +31,7 @@ class SensorFrame(NamedTuple):
 
     def turn(self, quat: Array) -> Array:
         """(n, 4) orientations of the reference's body as those of the sensor."""
-        from scipy.spatial.transform import Rotation
-
-        x, y, z, w = Rotation.from_matrix(self.rotation).as_quat()
-        return _multiply(quat, np.array([[w, x, y, z]]))
+        return product(quat, from_matrix(self.rotation))
 
     @property
     def angle(self) -> float:
@@ -54,8 +52,7 @@ def align_sensor(recording: Recording) -> SensorFrame | None:
     chosen = usable
     for _ in range(ROUNDS):
         free = seen - bias * spans
-        left, _, right = np.linalg.svd(turned[chosen].T @ free[chosen])
-        rotation = left @ np.diag([1.0, 1.0, np.linalg.det(left @ right)]) @ right
+        rotation = nearest(turned[chosen].T @ free[chosen])
         residual = np.linalg.norm(turned - free @ rotation.T, axis=1)
         bias = np.median(((seen - turned @ rotation) / spans)[chosen], axis=0)
         chosen = usable & (residual < OUTLIER * np.median(residual[chosen]) + 1e-6)
@@ -74,23 +71,8 @@ def _increments(recording: Recording) -> tuple[Array, Array, Array]:
     angle = np.cumsum(rate * steps[:, None], axis=0)
     spans = t[last] - t[first]
     known = ~np.isnan(quat[first, 0]) & ~np.isnan(quat[last, 0]) & (spans < 2.0 * SPAN)
-    change = _multiply(quat[first[known]] * [1.0, -1.0, -1.0, -1.0], quat[last[known]])
+    change = between(quat[first[known]], quat[last[known]])
     change *= np.where(change[:, :1] < 0.0, -1.0, 1.0)
     vector = change[:, 1:]
     turned = 2.0 * vector * (1.0 + (vector * vector).sum(axis=1, keepdims=True) / 6.0)
     return turned, (angle[last] - angle[first])[known], spans[known][:, None]
-
-
-def _multiply(p: Array, q: Array) -> Array:
-    """(n, 4) Hamilton products, wxyz."""
-    w, x, y, z = p.T
-    e, f, g, h = q.T
-    return np.stack(
-        [
-            w * e - x * f - y * g - z * h,
-            w * f + x * e + y * h - z * g,
-            w * g - x * h + y * e + z * f,
-            w * h + x * g - y * f + z * e,
-        ],
-        axis=1,
-    )

@@ -15,7 +15,7 @@ from levelhead.errors import LevelheadError
 from levelhead.evaluate.text_table import Cell
 from levelhead.filters.parameters import Params
 from levelhead.recording import Array, Recording
-from levelhead.units import STANDARD_GRAVITY
+from levelhead.units import GRAVITY
 
 DIVISOR = {"vqf": 1, "imufusion": 10, "ahrs": 1000}  # samples of a batch are divided by this: loops in Python take long
 LEAST = 200  # samples
@@ -150,7 +150,7 @@ def _sensors(mag: bool) -> str:
 
 def _imufusion(sensors: Sequence[Array]) -> Callable[[], None]:
     gyr, acc, *mag = sensors
-    rows = list(zip(np.degrees(gyr), acc / STANDARD_GRAVITY, *mag, strict=True))
+    rows = list(zip(np.degrees(gyr), acc / GRAVITY, *mag, strict=True))
 
     def work() -> None:
         import imufusion

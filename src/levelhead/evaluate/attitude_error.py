@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from levelhead.recording import Array
+from levelhead.rotations import angle, conjugate, product, tilt
 
 
 class Errors(NamedTuple):
@@ -36,28 +37,14 @@ class Errors(NamedTuple):
 
 def error_quaternion(estimate: Array, truth: Array) -> Array:
     """(n, 4) q_e = q_est ⊗ q_true* (eq. 1) of (n, 4) quaternions wxyz."""
-    a, b, c, d = estimate.T
-    w, x, y, z = truth.T
-    return np.stack(
-        [
-            a * w + b * x + c * y + d * z,
-            b * w - a * x - c * z + d * y,
-            c * w - a * y - d * x + b * z,
-            d * w - a * z - b * y + c * x,
-        ],
-        axis=1,
-    )
+    return product(estimate, conjugate(truth))
 
 
 def split(error: Array) -> Errors:
     """Total, tilt and heading (eqs. 2 to 4) of (n, 4) error quaternions; q and −q give the same."""
-    w, x, y, z = error.T
-    tilt = np.hypot(x, y)
-    return Errors(
-        total=2.0 * np.arctan2(np.hypot(tilt, z), np.abs(w)),
-        tilt=2.0 * np.arctan2(tilt, np.hypot(w, z)),
-        heading=2.0 * np.arctan2(np.where(w < 0.0, -z, z), np.abs(w)),
-    )
+    w, z = error[:, 0], error[:, 3]
+    heading = 2.0 * np.arctan2(np.where(w < 0.0, -z, z), np.abs(w))
+    return Errors(total=angle(error), tilt=tilt(error), heading=heading)
 
 
 def heading_offset(error: Array, rows: NDArray[np.bool_]) -> float:
@@ -73,10 +60,3 @@ def heading_offset(error: Array, rows: NDArray[np.bool_]) -> float:
     """
     w, z = error[rows, 0], error[rows, 3]
     return float(np.arctan2(2.0 * np.sum(w * z), np.sum(w * w - z * z)))
-
-
-def turn_heading(quat: Array, angle: float) -> Array:
-    """(n, 4) quaternions turned by ``angle`` (rad) about the earth's vertical."""
-    c, s = np.cos(0.5 * angle), np.sin(0.5 * angle)
-    w, x, y, z = quat.T
-    return np.stack([c * w - s * z, c * x - s * y, c * y + s * x, c * z + s * w], axis=1)

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from levelhead.recording import Array
+from levelhead.rotations import matrix
 
 MAX_LAG = 1.0  # s, the longest lag or lead looked for
 MIN_MOTION = radians(1.0)  # RMS about the mean; a smaller motion has no measurable lag
@@ -26,12 +27,8 @@ SCAN_POINTS, FIT_POINTS = 2_000, 20_000  # samples compared; more do not change 
 
 def signal(quat: Array, with_heading: bool) -> Array:
     """(k, n) the vertical in sensor axes (k = 3), or the whole rotation matrix (k = 9), of (n, 4) quaternions."""
-    w, x, y, z = quat.T
-    rows = [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]
-    if with_heading:
-        rows += [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)]
-        rows += [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)]
-    return np.stack(rows)
+    turned = matrix(quat)
+    return turned.reshape(-1, 9).T if with_heading else turned[:, 2].T
 
 
 def _at(when: Array, t: Array, values: Array) -> Array:

@@ -7,9 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from levelhead.errors import LevelheadError
-from levelhead.evaluate.attitude_error import Errors, error_quaternion, heading_offset, split, turn_heading
+from levelhead.evaluate.attitude_error import Errors, error_quaternion, heading_offset, split
 from levelhead.evaluate.lag import lag
 from levelhead.recording import Array, Recording, Truth
+from levelhead.rotations import turn_heading
 from levelhead.track import Track
 
 

@@ -6,7 +6,7 @@ from levelhead.axis_map import IDENTITY
 from levelhead.export.c_api import CApi
 from levelhead.export.config import ExportConfig
 from levelhead.export.layout import template
-from levelhead.kernels.tilt import GRAVITY
+from levelhead.units import GRAVITY
 
 # RM-MPU-6000A, rev. 4.2, sections 4.4 and 4.5: full scale -> FS_SEL or AFS_SEL, counts per unit (tables 4.19 and 4.17)
 GYR = {250.0: (0, 131.0), 500.0: (1, 65.5), 1000.0: (2, 32.8), 2000.0: (3, 16.4)}  # deg/s

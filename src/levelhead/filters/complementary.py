@@ -29,8 +29,9 @@ from levelhead.kernels import quat, slerp, triad
 from levelhead.kernels.angle import blend, wrap
 from levelhead.kernels.lowpass import AGE_LIMIT, advance_age, lowpass_weight
 from levelhead.kernels.quat import Quat
-from levelhead.kernels.tilt import GRAVITY, present
+from levelhead.kernels.tilt import present
 from levelhead.kernels.vec3 import ZERO, Vec3, norm
+from levelhead.units import GRAVITY
 
 NEVER = -1.0  # s, the heading age before there was any field
 LESSON_DT = 0.01  # s: the 100 Hz at which the α of tutorials is meant

@@ -22,11 +22,12 @@ from levelhead.filters.contract import AxisFilter, Filter, Inflation, Output, Se
 from levelhead.filters.health import NEAR_VERTICAL
 from levelhead.filters.parameters import Param, parameters
 from levelhead.kernels import quat, tilt, triad
-from levelhead.kernels.angle import DEGREE, wrap
+from levelhead.kernels.angle import wrap
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.tilt import GAP_SECONDS, UNIFORM, after_gap, bias_after_gap
 from levelhead.kernels.two_state import Covariance, Gain, correct, joseph, predict
 from levelhead.kernels.vec3 import ZERO, Vec3, add, scale, sub
+from levelhead.units import DEGREE
 
 DEG2 = DEGREE * DEGREE  # (°)² in rad²
 

@@ -18,10 +18,10 @@ from typing import NamedTuple
 
 from levelhead.compiler.mark import kernel
 from levelhead.filters.contract import Gains
-from levelhead.kernels.angle import DEGREE
-from levelhead.kernels.tilt import GAP_SECONDS, GRAVITY, UNIFORM, after_gap, bias_after_gap, present
+from levelhead.kernels.tilt import GAP_SECONDS, UNIFORM, after_gap, bias_after_gap, present
 from levelhead.kernels.two_state import Covariance, Gain, joseph, predict
 from levelhead.kernels.vec3 import Vec3
+from levelhead.units import DEGREE, GRAVITY
 
 INTERVAL = 0.05  # s between two updates of σ
 TURN_ON = (1.0 * DEGREE) * (1.0 * DEGREE)  # (rad/s)², bias of a gyroscope just turned on

@@ -16,10 +16,10 @@ from levelhead.compiler.mark import kernel
 from levelhead.filters.contract import Filter, Gains, Output, Settling
 from levelhead.filters.parameters import Param, parameters
 from levelhead.kernels import tilt, triad
-from levelhead.kernels.angle import DEGREE
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.trig import sincos
 from levelhead.kernels.vec3 import ZERO, Vec3
+from levelhead.units import DEGREE
 
 
 @parameters()

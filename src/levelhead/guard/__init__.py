@@ -15,10 +15,10 @@ from levelhead.guard.field import NO_FIELD, Field, update_field
 from levelhead.guard.params import Guard
 from levelhead.guard.rest import Rest, is_resting
 from levelhead.kernels import quat
-from levelhead.kernels.angle import DEGREE
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.tilt import present
 from levelhead.kernels.vec3 import ZERO, Vec3
+from levelhead.units import DEGREE
 
 GATES_FIELD = True  # False for a filter that gates the field itself
 

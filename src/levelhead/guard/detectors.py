@@ -10,9 +10,8 @@ from levelhead.compiler.mark import kernel
 from levelhead.filters.health import ACC_MISSING, ACC_SATURATED, ACC_STUCK, GYR_MISSING, GYR_SATURATED, GYR_STUCK
 from levelhead.guard.params import Guard
 from levelhead.guard.rest import INTERVAL, NO_SUMS, SlowMeans, Sums, add_sample, update_means
-from levelhead.kernels.angle import DEGREE
-from levelhead.kernels.tilt import GRAVITY
 from levelhead.kernels.vec3 import ZERO, Vec3
+from levelhead.units import DEGREE, GRAVITY
 
 LEAST_GYR_SCALE = 4.0  # rad/s: no gyroscope has a smaller full scale (250 °/s) than this
 LEAST_ACC_SCALE = 19.0  # m/s²: no accelerometer has a smaller full scale (2 g) than this

@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 from levelhead.compiler.mark import kernel
 from levelhead.guard.params import Guard
-from levelhead.kernels.angle import DEGREE
 from levelhead.kernels.lowpass import lowpass_weight
 from levelhead.kernels.tilt import present
 from levelhead.kernels.vec3 import Vec3, dot, norm
+from levelhead.units import DEGREE
 
 FIRST_AGE = 1e-3  # s for which the first reading counts
 FIELD_TIME = 20.0  # s, time constant of norm and dip

@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 from levelhead.compiler.mark import kernel
 from levelhead.guard.params import Guard
-from levelhead.kernels.angle import DEGREE
 from levelhead.kernels.lowpass import lowpass_weight
 from levelhead.kernels.tilt import GAP_SECONDS, present
 from levelhead.kernels.vec3 import ZERO, Vec3, add, sub
+from levelhead.units import DEGREE
 
 INTERVAL = 0.02  # s over which readings are averaged
 MEAN_TIME = 0.5  # s, time constant of the slow means

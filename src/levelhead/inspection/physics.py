@@ -10,7 +10,7 @@ from levelhead.recording import Array, Recording
 from levelhead.sources.field_check import field_turn
 from levelhead.sources.hard_iron import hard_iron
 from levelhead.sources.unit_inference import excerpt, quiet_turn, turn_of_gravity
-from levelhead.units import STANDARD_GRAVITY
+from levelhead.units import GRAVITY
 
 REST_WINDOW = 0.5  # s
 STILL_ACC, STILL_GYR = 0.25, np.radians(1.5)  # m/s², rad/s: spread within a window at rest, at most
@@ -34,7 +34,7 @@ def rest_rows(recording: Recording) -> "np.ndarray[tuple[int], np.dtype[np.bool_
     spread_gyr = gyr[: count * size].reshape(count, size, 3).std(axis=1).max(axis=1)
     length = np.linalg.norm(acc[: count * size].reshape(count, size, 3).mean(axis=1), axis=1)
     rate = np.linalg.norm(gyr[: count * size].reshape(count, size, 3).mean(axis=1), axis=1)
-    quiet = (spread_acc < STILL_ACC) & (spread_gyr < STILL_GYR) & (np.abs(length / STANDARD_GRAVITY - 1) < 0.25)
+    quiet = (spread_acc < STILL_ACC) & (spread_gyr < STILL_GYR) & (np.abs(length / GRAVITY - 1) < 0.25)
     quiet &= rate < np.radians(8.0)
     still[: count * size] = np.repeat(quiet, size)
     return still
@@ -65,9 +65,9 @@ def examine_rest(recording: Recording) -> Iterator[Finding]:
     if length is None:
         every = np.linalg.norm(recording.acc, axis=1)
         length, limit = float(np.nanmedian(every)), SCALE_MOVING
-        if float(np.nanstd(every)) > 0.35 * STANDARD_GRAVITY:  # shaken: the median is not gravity
-            length = STANDARD_GRAVITY
-    off = length / STANDARD_GRAVITY - 1.0
+        if float(np.nanstd(every)) > 0.35 * GRAVITY:  # shaken: the median is not gravity
+            length = GRAVITY
+    off = length / GRAVITY - 1.0
     if abs(off) > limit:
         yield Finding(
             "acc_scale",

@@ -6,7 +6,7 @@ import numpy as np
 
 from levelhead.inspection.findings import Finding
 from levelhead.recording import Array, Recording
-from levelhead.units import STANDARD_GRAVITY
+from levelhead.units import GRAVITY
 
 NAMES = {"gyr": "gyroscope", "acc": "accelerometer", "mag": "magnetometer"}
 CLIPPED = 8  # samples at the largest value of an axis that make it a limit
@@ -48,7 +48,7 @@ def examine_values(recording: Recording) -> Iterator[Finding]:
 
 
 def _clipping(role: str, values: Array) -> Iterator[Finding]:
-    unit, factor = ("deg/s", 180.0 / np.pi) if role == "gyr" else ("g", 1.0 / STANDARD_GRAVITY)
+    unit, factor = ("deg/s", 180.0 / np.pi) if role == "gyr" else ("g", 1.0 / GRAVITY)
     worst: tuple[int, float, str, int] | None = None
     for axis, column in zip("xyz", np.abs(values).T, strict=True):
         finite = column[np.isfinite(column)]
@@ -58,7 +58,7 @@ def _clipping(role: str, values: Array) -> Iterator[Finding]:
         at = column >= top * (1.0 - 2e-4)
         count = int(at.sum())
         runs = np.diff(np.concatenate([[0], np.flatnonzero(~at) + 1, [len(at) + 1]])) - 1
-        high = top > ALONE * float(np.median(finite)) and (role == "gyr" or top > 1.8 * STANDARD_GRAVITY)
+        high = top > ALONE * float(np.median(finite)) and (role == "gyr" or top > 1.8 * GRAVITY)
         scale = top * factor
         high |= role == "gyr" and min(abs(scale / one - 1.0) for one in FULL_SCALES) < 0.002
         if count >= CLIPPED and runs.max() >= RUN and high and (worst is None or count > worst[0]):

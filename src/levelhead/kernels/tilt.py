@@ -13,7 +13,6 @@ from levelhead.kernels.quat import Quat
 from levelhead.kernels.trig import atan2
 from levelhead.kernels.vec3 import Vec3
 
-GRAVITY = 9.80665  # m/s², standard gravity (CGPM 1901)
 UNIFORM = pi / sqrt(3.0)  # rad, standard deviation of an angle that is uniform on the circle
 GAP_SECONDS = 0.5  # s: across a longer interval the attitude is held and its variance grows
 TURN = 1.0  # rad/s, 1σ of how fast a body may turn in a gap

@@ -11,9 +11,9 @@ from levelhead.filters.health import (
     GYR_STUCK,
     MAG_REJECTED,
 )
-from levelhead.kernels.tilt import GRAVITY
 from levelhead.live.events import Journal
 from levelhead.sample import Sample
+from levelhead.units import GRAVITY
 
 MAX_G_ERROR = 2.0  # m/s²
 FROZEN_TIME, FROZEN_SAMPLES = 0.5, 20  # s, and samples, without any change

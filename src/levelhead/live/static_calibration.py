@@ -3,8 +3,8 @@
 import math
 from math import hypot, sqrt
 
-from levelhead.kernels.tilt import GRAVITY
 from levelhead.sample import Triple
+from levelhead.units import GRAVITY
 
 SAMPLES = 500
 ATTEMPTS = 6  # times as many samples as are needed, at most

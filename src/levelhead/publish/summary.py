@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from levelhead import filters
+from levelhead import filters, rotations
 from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.filters import health
 from levelhead.filters.parameters import Params, param_table
@@ -193,9 +193,7 @@ def _end(track: Track) -> str:
 
 def tilt(track: Track) -> Array:
     """(n,) angle in rad between the sensor's z axis and the vertical."""
-    w, x, y, z = track.quat.T
-    angle: Array = 2.0 * np.arctan2(np.hypot(x, y), np.hypot(w, z))
-    return angle
+    return rotations.tilt(track.quat)
 
 
 def _largest_tilt(track: Track) -> str:

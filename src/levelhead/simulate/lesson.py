@@ -7,7 +7,7 @@ import numpy as np
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array, Recording, Truth
 from levelhead.simulate.noise import check_seed
-from levelhead.units import STANDARD_GRAVITY
+from levelhead.units import GRAVITY
 
 SAMPLES = 6000
 INTERVAL = 0.01  # s: 60 s at 100 Hz
@@ -55,7 +55,7 @@ def lesson(seed: int = 42, *, accel_noise: float = 3.0, bias_walk: float = 0.02)
 
     meta = {"source": "lesson", "seed": seed, "accel_noise": accel_noise, "bias_walk": bias_walk}
     tilt = np.radians(accel)
-    acc: Array = STANDARD_GRAVITY * np.stack([np.zeros(SAMPLES), np.sin(tilt), np.cos(tilt)], axis=1)
+    acc: Array = GRAVITY * np.stack([np.zeros(SAMPLES), np.sin(tilt), np.cos(tilt)], axis=1)
     gyr: Array = _about_x(np.radians(rate))
     return Recording(t, gyr, acc, truth=_truth(angle, bias), meta=meta)
 

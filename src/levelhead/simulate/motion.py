@@ -12,10 +12,11 @@ import numpy as np
 
 from levelhead.errors import LevelheadError, nearest
 from levelhead.recording import Array, real_array, time_array
+from levelhead.rotations import conjugate, rotate
 from levelhead.simulate.disturbance import require
 from levelhead.simulate.noise import generator
 from levelhead.simulate.triad_errors import PerAxis
-from levelhead.units import STANDARD_GRAVITY
+from levelhead.units import GRAVITY
 
 Band = tuple[float, float]
 
@@ -68,14 +69,11 @@ class Motion:
     @property
     def specific_force(self) -> Array:
         """(n, 3) reading of an ideal accelerometer, m/s², body frame: f = Rᵀ(a + g·up)."""
-        return self.to_body(self.acceleration + np.array([0.0, 0.0, STANDARD_GRAVITY]))
+        return self.to_body(self.acceleration + np.array([0.0, 0.0, GRAVITY]))
 
     def to_body(self, vectors: Array) -> Array:
         """Earth-frame vectors, (n, 3) or one (3,) for all samples, seen in the body frame: Rᵀ·v, (n, 3)."""
-        w, u = self.quat[:, :1], -self.quat[:, 1:]  # the conjugate turns back
-        twice = 2.0 * np.cross(u, vectors)
-        turned: Array = vectors + w * twice + np.cross(u, twice)
-        return turned
+        return rotate(conjugate(self.quat), vectors)
 
 
 class Style(NamedTuple):

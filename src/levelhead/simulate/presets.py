@@ -21,7 +21,7 @@ from typing import NamedTuple
 from levelhead.errors import LevelheadError, nearest
 from levelhead.simulate.imu import Imu, Iron
 from levelhead.simulate.triad_errors import PerAxis, TriadErrors
-from levelhead.units import STANDARD_GRAVITY, factor
+from levelhead.units import GRAVITY, factor
 
 TOLERANCE_SIGMAS = 3.0
 ONE_SIDED = math.sqrt(2.0)
@@ -34,7 +34,7 @@ ONE_SIDED = math.sqrt(2.0)
 GYR_INSTABILITY = 6.0 / 3600.0  # °/s
 GYR_WALK = math.degrees(1.11e-6)  # °/s/√s
 ACC_INSTABILITY = 50e-6  # g
-ACC_WALK = 4.13e-5 / STANDARD_GRAVITY  # g/√s
+ACC_WALK = 4.13e-5 / GRAVITY  # g/√s
 CORRELATION_TIME = 100.0  # s
 CROSS_AXIS = 0.01  # fraction, where the data sheet has none
 

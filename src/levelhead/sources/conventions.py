@@ -8,7 +8,7 @@ import numpy as np
 from levelhead.recording import Array
 from levelhead.sources.hints import Scale
 from levelhead.sources.scales import Evidence
-from levelhead.units import STANDARD_GRAVITY
+from levelhead.units import GRAVITY
 
 _CONSTANT = 2e-3  # by which the length of a gravity vector that software worked out may vary
 _APPLE = re.compile(
@@ -42,10 +42,10 @@ def whole_acceleration(
         f"accelerometer: {', '.join(names[:1])} … hold {100 * part:.0f} % of the gravity that stands "
         f"beside them; the two were added"
     )
-    unit = "g" if abs(typical - 1.0) < 0.05 else "m/s²" if abs(typical / STANDARD_GRAVITY - 1.0) < 0.05 else None
+    unit = "g" if abs(typical - 1.0) < 0.05 else "m/s²" if abs(typical / GRAVITY - 1.0) < 0.05 else None
     if unit is None:
         return acc + gravity, scale
-    return acc + gravity, Scale(STANDARD_GRAVITY if unit == "g" else 1.0, unit)
+    return acc + gravity, Scale(GRAVITY if unit == "g" else 1.0, unit)
 
 
 def points_down(names: Sequence[str], scale: Scale, gravity: Array | None, evidence: Evidence) -> bool:
@@ -54,7 +54,7 @@ def points_down(names: Sequence[str], scale: Scale, gravity: Array | None, evide
     ``names`` are those of all columns. Only Apple's systems give acceleration in g together with these names; Android's
     are in m/s² and point up.
     """
-    in_g = abs(scale.factor / scale.divisor / STANDARD_GRAVITY - 1.0) < 1e-9
+    in_g = abs(scale.factor / scale.divisor / GRAVITY - 1.0) < 1e-9
     why = ""
     if in_g and gravity is not None and _of_length_one(gravity):
         why = "a gravity vector of length 1 is Core Motion's"

@@ -13,6 +13,7 @@ from levelhead.sources.hints import Hints
 from levelhead.sources.sensitivities import ACC
 from levelhead.sources.table import ArrayTable, stack
 from levelhead.sources.text import TextTable
+from levelhead.units import GRAVITY
 
 _ROWS = 20_000
 _SPREAD = 0.25  # median deviation of the length of gravity from its median, as a share, at most
@@ -135,7 +136,7 @@ def _gravity_score(triple: Array) -> float | None:
     if len(length) < 5:
         return None
     typical = median(length)
-    known = [9.80665, 1.0, 1000.0, *(one for one in ACC if one >= 256.0)]
+    known = [GRAVITY, 1.0, 1000.0, *(one for one in ACC if one >= 256.0)]
     near = min(abs(math.log(typical / one)) for one in known) if typical > 0 else 9.0
     spread = float(np.median(np.abs(length / typical - 1.0))) if typical > 0 else 9.0
     if near > 0.2 or spread > _SPREAD:
@@ -149,7 +150,7 @@ def _gyroscope(
 ) -> tuple[int, ...]:
     """The three columns against which gravity turns; without motion, those beside the accelerometer."""
     force = values[:, list(acc)]
-    force = force / unit_inference.median_norm(force) * 9.80665
+    force = force / unit_inference.median_norm(force) * GRAVITY
     best: tuple[float, tuple[int, ...]] = (0.5, ())
     for triple in triples:
         turn = unit_inference.turn_of_gravity(t, values[:, list(triple)], force)

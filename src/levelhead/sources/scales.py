@@ -1,6 +1,5 @@
 """The unit of each sensor: from a hint, the header, or the evidence in the numbers, and whether they agree."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -18,9 +17,9 @@ from levelhead.sources.names import RELATIVE
 from levelhead.sources.sensitivities import acc_sensitivity
 from levelhead.sources.table import Table
 from levelhead.sources.vendors import find_vendor
+from levelhead.units import DEGREE
 
 LEAST_GRAVITY = 0.35  # of the median length: a shorter mean, and no usual length, is an accelerometer without gravity
-DEGREE = math.pi / 180.0
 
 
 @dataclass
@@ -155,7 +154,7 @@ def mag_scale(values: Array, scale: Scale | None, relative: bool, evidence: Evid
 
 
 def _plausible_acc(values: Array, norm: float, scale: Scale, hinted: bool, table: Table) -> None:
-    length = norm / scale.divisor * scale.factor / units.STANDARD_GRAVITY
+    length = norm / scale.divisor * scale.factor / units.GRAVITY
     if 0.3 < length < 3.0 and not (length < 0.6 and without_gravity(values)):
         return
     if length < 1.0 and without_gravity(values):

@@ -6,6 +6,8 @@ From the data sheets: MPU-6050 (PS-MPU-6000A-00, 6.1 and 6.2), BMI160, LSM6DS3, 
 import math
 from typing import NamedTuple
 
+from levelhead.units import DEGREE
+
 ACC = (32768.0, 16384.0, 8192.0, 4096.0, 2048.0, 1024.0, 512.0, 256.0, 128.0, 64.0)  # per g
 GYR = {
     131.0: "±250 deg/s (MPU-6050, BMI160)",
@@ -46,7 +48,7 @@ def gyr_sensitivity(scale: float, acc_per_g: float | None = None) -> Sensitivity
 
     ``acc_per_g`` are the counts of the accelerometer: 256 per g are an ADXL345, whose board has an ITG-3200.
     """
-    counts = math.pi / 180.0 / abs(scale) if scale else math.inf
+    counts = DEGREE / abs(scale) if scale else math.inf
     best: tuple[float, float] | None = None
     for per_unit in GYR:
         off = abs(math.log(counts / per_unit)) if counts > 0 and math.isfinite(counts) else math.inf

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from levelhead.recording import Array, median
 from levelhead.sources.rest import at_rest
 from levelhead.sources.sensitivities import gyr_sensitivity
+from levelhead.units import DEGREE, GRAVITY
 
 SMOOTH = 0.2  # s; takes vibration out of the direction of gravity
 _NEAR, _QUIET = 0.2, 0.06  # shares of its usual length by which the specific force may differ: usually, in quiet spans
@@ -145,7 +146,7 @@ def _regress(real: Array, said: Array) -> Turn | None:
 
 def acc_unit(norm: float) -> str | None:
     """The unit in which a median norm is gravity; None if there is none."""
-    for unit, one_g in (("m/s²", 9.80665), ("g", 1.0), ("mg", 1000.0)):
+    for unit, one_g in (("m/s²", GRAVITY), ("g", 1.0), ("mg", 1000.0)):
         if 0.7 < norm / one_g < 1.4:
             return unit
     return None
@@ -211,7 +212,7 @@ def _near_gravity(
     length = np.sqrt((acc * acc).sum(axis=1))[: len(starts) * size].reshape(-1, size)
     usable: NDArray[np.bool_] = np.all(np.abs(gyr) < 1e6, axis=1)
     whole: NDArray[np.bool_] = (t[starts + size - 1] - t[starts]) < 1.5 * size * step
-    away: NDArray[np.float64] = np.sqrt(((length / 9.80665 - 1.0) ** 2).mean(axis=1))
+    away: NDArray[np.float64] = np.sqrt(((length / GRAVITY - 1.0) ** 2).mean(axis=1))
     near: NDArray[np.bool_] = (away < limit) & whole & usable[: len(starts) * size].reshape(-1, size).all(axis=1)
     return near
 
@@ -292,7 +293,7 @@ def _proved(turn: Turn, acc_per_g: float | None) -> GyroscopeUnit | None:
         why = f"gravity turns as it should (scale {turn.scale:.4f} rad/s, 1/{1 / turn.scale:.1f})"
         return GyroscopeUnit("deg/s", None, why)
     if turn.scale < 0.2 * math.pi / 180.0:
-        measured = math.pi / 180 / turn.scale
+        measured = DEGREE / turn.scale
         said = f"gravity turns by 1 deg/s for about {measured:.4g} of its numbers"
         counts = gyr_sensitivity(turn.scale, acc_per_g)
         if counts is None:

@@ -1,8 +1,8 @@
-"""The errors of ``evaluate.root_mean_squares``, gathered while many parameter sets run side by side.
+"""The errors of ``evaluate.score.root_mean_squares``, gathered while many parameter sets run side by side.
 
-The formulas are those of ``evaluate.errors``. Its heading offset is known at the end of a run only, so where heading is
-relative the sets run twice: once for the offset, once for the errors without it. Sums are taken in another order than
-NumPy's and angles by the kernels' own atan2, so the last few of the 16 digits may differ.
+The formulas are those of ``evaluate.attitude_error``. Its heading offset is known at the end of a run only, so where
+heading is relative the sets run twice: once for the offset, once for the errors without it. Sums are taken in another
+order than NumPy's and angles by the kernels' own atan2, so the last few of the 16 digits may differ.
 """
 
 from collections.abc import Callable, Sequence
@@ -21,7 +21,7 @@ from levelhead.recording import Array, Recording
 
 
 class Offset(NamedTuple):
-    """The two sums of eq. 5 of ``evaluate.errors``: Σ 2wz and Σ (w² − z²)."""
+    """The two sums of eq. 5 of ``evaluate.attitude_error``: Σ 2wz and Σ (w² − z²)."""
 
     sine: float
     cosine: float

@@ -16,11 +16,10 @@ from typing import Any
 
 import numpy as np
 
-from levelhead.evaluate.attitude_error import turn_heading
 from levelhead.recording import Array, Recording
+from levelhead.rotations import FRD_TO_FLU, NED_TO_ENU, conjugate, product, turn_heading
 
 QUARTER = np.pi / 2  # rad, from x north to x east
-CONJUGATE = np.array([1.0, -1.0, -1.0, -1.0])
 DOWN = np.array([1.0, -1.0, -1.0])  # forward-left-up to forward-right-down and back
 
 
@@ -55,7 +54,7 @@ def aqua(recording: Recording) -> Array:
     """(n, 4) by the algebraic quaternion algorithm."""
     from ahrs.filters import AQUA
 
-    return turn_heading(AQUA(**_given(recording)).Q * CONJUGATE, QUARTER)
+    return turn_heading(conjugate(AQUA(**_given(recording)).Q), QUARTER)
 
 
 def complementary(recording: Recording) -> Array:
@@ -74,10 +73,8 @@ def dip(recording: Recording) -> float:
 
 
 def from_ned(quat: Array) -> Array:
-    """(n, 4) forward-right-down to NED as forward-left-up to ENU: s ⊗ q ⊗ i, s half a turn about x = y, i about x."""
-    w, x, y, z = quat.T
-    turned: Array = np.sqrt(0.5) * np.stack([w + z, x + y, x - y, w - z], axis=1)
-    return turned
+    """(n, 4) forward-right-down to NED as forward-left-up to ENU."""
+    return product(NED_TO_ENU, quat, FRD_TO_FLU)
 
 
 def _given(recording: Recording) -> dict[str, Any]:

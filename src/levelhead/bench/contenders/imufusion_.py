@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from levelhead.recording import Array, Recording
-from levelhead.units import STANDARD_GRAVITY
+from levelhead.units import GRAVITY
 
 REJECTION = 10.0  # °, of accelerometer and magnetometer, as in the project's advanced example
 TIMEOUT = 5.0  # s, there too
@@ -31,7 +31,7 @@ def _loop(recording: Recording, settings: dict[str, Any]) -> Array:
     chosen.convention = imufusion.CONVENTION_ENU  # as an argument of the constructor it is ignored
     one.set_settings(chosen)
     bias = _bias(recording.rate) if settings else None
-    gyr, acc = np.degrees(recording.gyr), recording.acc / STANDARD_GRAVITY
+    gyr, acc = np.degrees(recording.gyr), recording.acc / GRAVITY
     found = np.empty((len(recording), 4))
     for i in range(len(recording)):
         rate = gyr[i] if bias is None else bias.update(gyr[i])

@@ -10,23 +10,21 @@ The cheaper hypothesis decides between the others.
 from itertools import product
 from typing import Literal, NamedTuple
 
-import numpy as np
-
 from levelhead.recording import Array
+from levelhead.rotations import FRD_TO_FLU, NED_TO_ENU, NWU_TO_ENU, ONE, conjugate
 
 Order = Literal["wxyz", "xyzw"]
 EarthFrame = Literal["ENU", "NED", "NWU"]
 SensorFrame = Literal["as the reference", "forward-right-down"]
 
-_HALF = 0.5**0.5
-TO_ENU: dict[str, tuple[float, float, float, float]] = {  # E of eq. (1), wxyz
-    "ENU": (1.0, 0.0, 0.0, 0.0),
-    "NED": (0.0, _HALF, _HALF, 0.0),  # swaps x and y, negates z
-    "NWU": (_HALF, 0.0, 0.0, _HALF),  # a quarter turn: x north becomes y
+TO_ENU: dict[str, Array] = {  # E of eq. (1), wxyz
+    "ENU": ONE,
+    "NED": NED_TO_ENU,
+    "NWU": NWU_TO_ENU,
 }
-TO_REFERENCE: dict[str, tuple[float, float, float, float]] = {  # D of eq. (1), wxyz
-    "as the reference": (1.0, 0.0, 0.0, 0.0),
-    "forward-right-down": (0.0, 1.0, 0.0, 0.0),  # negates y and z
+TO_REFERENCE: dict[str, Array] = {  # D of eq. (1), wxyz
+    "as the reference": ONE,
+    "forward-right-down": FRD_TO_FLU,
 }
 
 
@@ -48,7 +46,7 @@ class Convention(NamedTuple):
     def read(self, quat: Array) -> Array:
         """(n, 4) C(A): the numbers as wxyz, sensor to earth."""
         wxyz = quat if self.order == "wxyz" else quat[:, [3, 0, 1, 2]]
-        return wxyz * np.array([1.0, -1.0, -1.0, -1.0]) if self.inverse else wxyz
+        return conjugate(wxyz) if self.inverse else wxyz
 
     def __str__(self) -> str:
         parts = [f"order {self.order}"] if self.order != "wxyz" else []

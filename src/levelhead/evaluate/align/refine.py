@@ -14,11 +14,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from levelhead.evaluate.align.quaternions import angles, between, of_rotvec, product, rotation, rotvec
 from levelhead.evaluate.align.rotation_fit import Fit, huber_weights, trimmed_rms
 from levelhead.evaluate.align.series import MIN_SAMPLES, OrientationSeries, SeriesPair
 from levelhead.evaluate.lag import BLOCKS
 from levelhead.recording import Array
+from levelhead.rotations import angle, between, from_rotvec, product, rotvec, to_scipy
 
 POINTS = 4_000  # instants fitted; more do not change the result
 _STEPS = 12
@@ -52,7 +52,7 @@ def refine(fit: Fit, shift: float, move_clock: bool, pairs: SeriesPair) -> Refin
             break
         errors = rotvec(between(known, fit.apply(quat)))
         weights = huber_weights(np.linalg.norm(errors, axis=1))
-        columns = [np.swapaxes(rotation(known).as_matrix(), 1, 2)[:, :, 3 - turns_earth :]] if turns_earth else []
+        columns = [np.swapaxes(to_scipy(known).as_matrix(), 1, 2)[:, :, 3 - turns_earth :]] if turns_earth else []
         columns += [np.tile(np.eye(3), (len(quat), 1, 1))] if turns_sensor else []
         columns += [rate[:, :, None]] if move_clock else []
         change, error = _step(np.concatenate(columns, axis=2), errors, weights)
@@ -100,11 +100,11 @@ def _update(fit: Fit, late: float, change: Array, turns_earth: int, turns_sensor
     x, y = np.zeros(3), np.zeros(3)
     x[3 - turns_earth :] = change[:turns_earth]  # heading is the third
     y[:turns_sensor] = change[turns_earth : turns_earth + turns_sensor]
-    earth, sensor = product(of_rotvec(x), fit.earth)[0], product(fit.sensor, of_rotvec(y))[0]
+    earth, sensor = product(from_rotvec(x), fit.earth)[0], product(fit.sensor, from_rotvec(y))[0]
     return fit._replace(earth=earth, sensor=sensor), late + float(np.sum(change[turns_earth + turns_sensor :]))
 
 
 def _trimmed(fit: Fit, pairs: SeriesPair, late: float, when: Array) -> float:
     quat, known = pairs.at(late, when)
     good = np.isfinite(quat[:, 0]) & np.isfinite(known[:, 0])
-    return trimmed_rms(angles(known[good], fit.apply(quat[good])))
+    return trimmed_rms(angle(between(known[good], fit.apply(quat[good]))))

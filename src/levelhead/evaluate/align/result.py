@@ -6,9 +6,9 @@ from math import degrees
 import numpy as np
 
 from levelhead.evaluate.align.quaternion_convention import TO_ENU, TO_REFERENCE, Convention
-from levelhead.evaluate.align.quaternions import product, rotation
 from levelhead.evaluate.align.rotation_fit import Freedom
 from levelhead.evaluate.lag import MAX_STANDARD_ERROR
+from levelhead.rotations import product, to_scipy
 from levelhead.track import Track
 
 RESIDUAL_RATIO = 4.0 / 3.0  # a simpler hypothesis is preferred if its residual is at most this much larger
@@ -136,17 +136,17 @@ class Alignment:
             A Track; its bias is turned with the sensor's axes, its sigma with the earth's.
         """
         convention = self.convention
-        left, right = np.array(TO_ENU[convention.earth]), np.array(TO_REFERENCE[convention.sensor])
+        left, right = TO_ENU[convention.earth], TO_REFERENCE[convention.sensor]
         if constant:
             left, right = product(np.array(self.earth), left)[0], product(right, np.array(self.sensor))[0]
         norm = np.linalg.norm(track.quat, axis=1, keepdims=True)
         quat = product(left, convention.read(track.quat / np.where(norm > 1e-6, norm, np.nan)), right)
-        squares = rotation(left).as_matrix() ** 2
+        squares = to_scipy(left).as_matrix() ** 2
         return replace(
             track,
             t=track.t - self.shift if clock else track.t,
             quat=quat,
-            bias=None if track.bias is None else track.bias @ rotation(right).as_matrix(),
+            bias=None if track.bias is None else track.bias @ to_scipy(right).as_matrix(),
             sigma=None if track.sigma is None else np.sqrt(track.sigma**2 @ squares.T),
         )
 

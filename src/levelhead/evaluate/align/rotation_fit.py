@@ -28,9 +28,9 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from levelhead.evaluate.align.quaternion_convention import TO_ENU, TO_REFERENCE, Convention
-from levelhead.evaluate.align.quaternions import ONE, angles, between, conjugate, mean, product, rotvec
 from levelhead.evaluate.attitude_error import error_quaternion, heading_offset
 from levelhead.recording import Array
+from levelhead.rotations import ONE, about_up, angle, between, conjugate, from_matrix, mean, nearest, product, rotvec
 
 Earth = Literal["none", "heading", "any"]
 Sensor = Literal["none", "any"]
@@ -85,7 +85,7 @@ class Fit(NamedTuple):
 
 def apply_frames(convention: Convention, quat: Array) -> Array:
     """(m, 4) E·C(A)·D of (m, 4) raw quaternions."""
-    left, right = np.array(TO_ENU[convention.earth]), np.array(TO_REFERENCE[convention.sensor])
+    left, right = TO_ENU[convention.earth], TO_REFERENCE[convention.sensor]
     return product(left, convention.read(quat), right)
 
 
@@ -104,8 +104,6 @@ def huber_weights(errors: Array) -> Array:
 
 def estimate_mounting(when: Array, estimate: Array, reference: Array) -> Array:
     """(4,) Y from eq. (2), of (m, 4) quaternions at the instants ``when``; 1 where nothing turns."""
-    from scipy.spatial.transform import Rotation
-
     stride = round(_STRIDE / max(float(np.median(np.diff(when))), 1e-9))
     stride = min(max(stride, 1), len(when) // 2)
     a, b = (rotvec(between(quat[:-stride], quat[stride:])) for quat in (estimate, reference))
@@ -115,10 +113,7 @@ def estimate_mounting(when: Array, estimate: Array, reference: Array) -> Array:
     profile = np.einsum("k,ki,kj->ij", weights, a, b)  # Σ a bᵀ: Y is the rotation nearest to it
     if np.trace(profile.T @ profile) < _STILL**2:
         return ONE
-    u, _, vt = np.linalg.svd(profile)
-    nearest = u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt
-    found: Array = Rotation.from_matrix(nearest).as_quat(scalar_first=True)
-    return found
+    return from_matrix(nearest(profile))
 
 
 def fit(convention: Convention, freedom: Freedom, quat: Array, reference: Array, start: Array) -> Fit:
@@ -139,7 +134,7 @@ def fit(convention: Convention, freedom: Freedom, quat: Array, reference: Array,
         earth = _earth(freedom.earth, product(estimate, sensor), reference, weights)
         if freedom.sensor == "any":
             sensor = mean(between(product(earth, estimate), reference), weights)
-        errors = angles(reference, product(earth, estimate, sensor))
+        errors = angle(between(reference, product(earth, estimate, sensor)))
         weights = huber_weights(errors)
     return Fit(convention, freedom, earth, sensor, trimmed_rms(errors))
 
@@ -151,4 +146,4 @@ def _earth(freedom: Earth, estimate: Array, reference: Array, weights: Array) ->
     if freedom == "any":
         return mean(conjugate(error), weights)
     offset = heading_offset(error * np.sqrt(weights)[:, None], np.ones(len(error), bool))
-    return np.array([np.cos(0.5 * offset), 0.0, 0.0, -np.sin(0.5 * offset)])
+    return about_up(-offset)

@@ -15,7 +15,6 @@ from levelhead.evaluate.align.quaternion_convention import (
     Convention,
     distinct_conventions,
 )
-from levelhead.evaluate.align.quaternions import angles, conjugate, product, rotation, rotvec
 from levelhead.evaluate.align.refine import Refinement, refine
 from levelhead.evaluate.align.result import Alignment, Quaternion, residual_limit
 from levelhead.evaluate.align.rotation_fit import Earth, Fit, Freedom, Sensor, apply_frames, estimate_mounting, fit
@@ -23,6 +22,7 @@ from levelhead.evaluate.align.series import MIN_SAMPLES, OrientationSeries, Seri
 from levelhead.evaluate.align.time_shift import estimate_shift
 from levelhead.evaluate.score import rms
 from levelhead.recording import Array
+from levelhead.rotations import angle, between, conjugate, product, rotvec, to_scipy
 
 POINTS = 1_000  # instants by which hypotheses are ranked
 _SHIFT_TOLERANCE = 2e-3  # s, a change of the shift that asks for another ranking
@@ -144,8 +144,8 @@ def _report(found: Refinement, fits: Sequence[Fit], pairs: SeriesPair, shift: bo
         sensor=_wxyz(chosen.sensor),
         shift=found.shift,
         shift_error=found.shift_error,
-        before=float(np.degrees(rms(angles(true, as_is)))),
-        after=float(np.degrees(rms(angles(reference, found.fit.apply(quat))))),
+        before=float(np.degrees(rms(angle(between(true, as_is))))),
+        after=float(np.degrees(rms(angle(between(reference, found.fit.apply(quat)))))),
         trimmed=float(np.degrees(chosen.trimmed)),
         second_best=None if second is None else second.convention,
         second_best_trimmed=None if second is None else float(np.degrees(second.trimmed)),
@@ -166,13 +166,13 @@ def name_frames(fit: Fit) -> Fit:
     """The same rotations with the frames named that leave the smaller angles; only where these are free."""
     convention, earth, sensor = fit.convention, fit.earth, fit.sensor
     if fit.freedom.earth == "any":
-        left = product(earth, np.array(TO_ENU[convention.earth]))
-        rests = [product(left, conjugate(np.array(TO_ENU[name])))[0] for name in ("ENU", "NED")]
+        left = product(earth, TO_ENU[convention.earth])
+        rests = [product(left, conjugate(TO_ENU[name]))[0] for name in ("ENU", "NED")]
         best = _index_of_smaller(rests)
         convention, earth = convention._replace(earth=("ENU", "NED")[best]), rests[best]
     if fit.freedom.sensor == "any":
-        right = product(np.array(TO_REFERENCE[convention.sensor]), sensor)
-        rests = [product(conjugate(np.array(name)), right)[0] for name in TO_REFERENCE.values()]
+        right = product(TO_REFERENCE[convention.sensor], sensor)
+        rests = [product(conjugate(name), right)[0] for name in TO_REFERENCE.values()]
         best = _index_of_smaller(rests)
         convention, sensor = convention._replace(sensor=("as the reference", "forward-right-down")[best]), rests[best]
     return fit._replace(convention=convention, earth=earth, sensor=sensor)
@@ -191,7 +191,7 @@ def _wxyz(quat: Array) -> Quaternion:
 
 def _spread(reference: Array) -> tuple[float, float, float]:
     """RMS turn in ° about the principal axes of the motion, away from the mean orientation."""
-    middle = rotation(reference).mean().as_quat(scalar_first=True)
+    middle = to_scipy(reference).mean().as_quat(scalar_first=True)
     away = rotvec(product(conjugate(middle), reference))
     first, second, third = np.degrees(np.linalg.svd(away, compute_uv=False) / len(away) ** 0.5).tolist()
     return first, second, third

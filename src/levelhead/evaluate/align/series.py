@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array, median, real_array, time_array
+from levelhead.rotations import to_scipy
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Slerp
@@ -39,7 +40,7 @@ class OrientationSeries:
         Raises:
             LevelheadError: shapes that do not fit, time that does not increase, too few samples.
         """
-        from scipy.spatial.transform import Rotation, Slerp
+        from scipy.spatial.transform import Slerp
 
         try:
             stamps = time_array(t)
@@ -53,7 +54,7 @@ class OrientationSeries:
                 f"{name} has {int(known.sum())} samples with an orientation; expected at least {MIN_SAMPLES} to compare"
             )
         stamps, values = stamps[known], values[known] / norm[known, None]
-        return OrientationSeries(stamps, values, Slerp(stamps, Rotation.from_quat(values, scalar_first=True)))
+        return OrientationSeries(stamps, values, Slerp(stamps, to_scipy(values)))
 
     @property
     def interval(self) -> float:

@@ -8,10 +8,9 @@ from levelhead.filters.eskf import aiding
 from levelhead.filters.eskf import state as at
 from levelhead.filters.eskf.covariance import measure, rotate_velocity_error, variance, vector
 from levelhead.filters.eskf.params import ESKF
-from levelhead.kernels.angle import DEGREE
 from levelhead.kernels.arrays import Floats
-from levelhead.kernels.tilt import GRAVITY
 from levelhead.kernels.vec3 import ZERO, Vec3, dot, scale
+from levelhead.units import DEGREE, GRAVITY
 
 REST_SPEED = 0.02  # m/s, 1σ at rest
 REST_RATE = 0.05 * DEGREE  # rad/s, 1σ at least, by which a body at rest turns

@@ -3,7 +3,7 @@
 from typing import Annotated, NamedTuple
 
 from levelhead.filters.parameters import Param, parameters
-from levelhead.kernels.angle import DEGREE
+from levelhead.units import DEGREE
 
 MILLI = 1e-3
 

@@ -18,9 +18,9 @@ from levelhead.filters.eskf.covariance import (
 )
 from levelhead.filters.eskf.params import ESKF
 from levelhead.filters.eskf.preintegration import reset_block
-from levelhead.kernels.angle import DEGREE
 from levelhead.kernels.arrays import Floats
-from levelhead.kernels.tilt import GRAVITY, after_gap
+from levelhead.kernels.tilt import after_gap
+from levelhead.units import DEGREE, GRAVITY
 
 ROUNDING = 2e-7  # share of a variance that corrections in single precision may get wrong in a block
 UNMEASURED_ACC = 5.0  # m/s², 1σ of the acceleration of a body without accelerometer readings

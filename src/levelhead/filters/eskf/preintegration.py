@@ -5,8 +5,8 @@ from levelhead.filters.eskf import state as at
 from levelhead.kernels import mat3, tilt
 from levelhead.kernels.arrays import Floats
 from levelhead.kernels.mat3 import Mat3
-from levelhead.kernels.tilt import GRAVITY
 from levelhead.kernels.vec3 import Vec3, cross, scale, sub
+from levelhead.units import GRAVITY
 
 
 @kernel

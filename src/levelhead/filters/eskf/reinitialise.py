@@ -14,12 +14,11 @@ from levelhead.filters.eskf.measurements import FieldFit
 from levelhead.filters.eskf.params import ESKF
 from levelhead.filters.eskf.predict import reset_velocity
 from levelhead.kernels import quat, tilt
-from levelhead.kernels.angle import DEGREE
 from levelhead.kernels.arrays import Floats
 from levelhead.kernels.quat import Quat
-from levelhead.kernels.tilt import GRAVITY
 from levelhead.kernels.trig import atan2
 from levelhead.kernels.vec3 import ZERO, Vec3, add, dot, normalize, scale, sub
+from levelhead.units import DEGREE, GRAVITY
 
 FIRST_HEADING = 0.3  # rad
 SWING_SPEED = 0.7  # m/s, 1σ: the force of a body that turns is off by this times its rate

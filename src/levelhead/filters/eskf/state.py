@@ -16,8 +16,8 @@ from typing import Any, NamedTuple
 from levelhead.compiler.mark import kernel, with_globals
 from levelhead.filters.contract import HEIGHT
 from levelhead.filters.eskf.params import ESKF, MILLI
-from levelhead.kernels.angle import DEGREE
 from levelhead.kernels.arrays import Floats
+from levelhead.units import DEGREE
 
 # When a block of states exists
 ALWAYS = "always"

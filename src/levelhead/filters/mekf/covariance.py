@@ -4,10 +4,10 @@ from typing import NamedTuple
 
 from levelhead.compiler.mark import kernel
 from levelhead.filters.mekf.params import EKF
-from levelhead.kernels.angle import DEGREE
 from levelhead.kernels.mat3 import Mat3
 from levelhead.kernels.tilt import after_gap, bias_after_gap
 from levelhead.kernels.vec3 import Vec3
+from levelhead.units import DEGREE
 
 
 class Cov(NamedTuple):

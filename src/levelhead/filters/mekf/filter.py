@@ -10,11 +10,11 @@ from levelhead.filters.mekf.covariance import Correction, Cov, across_gap, diago
 from levelhead.filters.mekf.measurements import NO_SAMPLES, Sums, add_sample, lowpass_force, update_heading, update_tilt
 from levelhead.filters.mekf.params import EKF
 from levelhead.kernels import quat, tilt, triad
-from levelhead.kernels.angle import DEGREE
 from levelhead.kernels.lowpass import advance_age
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.tilt import GAP_SECONDS, UNIFORM
 from levelhead.kernels.vec3 import ZERO, Vec3
+from levelhead.units import DEGREE
 
 REST_VARIANCE = (0.05 * DEGREE) * (0.05 * DEGREE)  # (rad/s)², of a bias read off at rest
 SMALL_TURN = 1e-4  # rad²

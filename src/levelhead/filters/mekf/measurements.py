@@ -7,11 +7,10 @@ from levelhead.compiler.mark import kernel
 from levelhead.filters.mekf.covariance import Correction, Cov, inflate_attitude, update
 from levelhead.filters.mekf.params import EKF
 from levelhead.kernels import quat, tilt
-from levelhead.kernels.angle import DEGREE
 from levelhead.kernels.lowpass import lowpass_weight
 from levelhead.kernels.quat import Quat
-from levelhead.kernels.tilt import GRAVITY
 from levelhead.kernels.vec3 import ZERO, Vec3
+from levelhead.units import DEGREE, GRAVITY
 
 PER_G = 1.0 / GRAVITY
 HALF_PER_G2 = 0.5 / (GRAVITY * GRAVITY)

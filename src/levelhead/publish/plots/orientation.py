@@ -10,7 +10,7 @@ from levelhead.publish.plots import angles, style
 from levelhead.publish.plots.curves import band, curve, runs
 from levelhead.recording import Array, Recording
 from levelhead.track import Track
-from levelhead.units import STANDARD_GRAVITY
+from levelhead.units import GRAVITY
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -36,7 +36,7 @@ def track_picture(recording: Recording, track: Track, path: str | Path) -> None:
         _bias(rest.pop(0), t, track.bias)
     _norm(rest[0], t, np.degrees(recording.gyr), "angular rate |ω|", "°/s", style.GYROSCOPE)
     _norm(rest[1], t, recording.acc, "specific force |a|", "m/s²", style.ACCELEROMETER)
-    rest[1].axhline(STANDARD_GRAVITY, color="#444444", linewidth=0.8, linestyle="--", label="1 g at rest")
+    rest[1].axhline(GRAVITY, color="#444444", linewidth=0.8, linestyle="--", label="1 g at rest")
     if events:
         _timeline(rest[2], t, events)
     panels[-1].set_xlabel("time [s]", fontsize=9.5)

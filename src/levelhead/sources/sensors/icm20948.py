@@ -8,7 +8,7 @@ import struct
 
 from levelhead.sources.sensors.bus import Port
 from levelhead.sources.sensors.fifo_imu import FifoChip, FifoImu, FifoLevel, FifoRow, Registers, Settings
-from levelhead.units import STANDARD_GRAVITY, factor
+from levelhead.units import GRAVITY, factor
 
 NAME = "ICM-20948"
 ADDRESSES = (0x69, 0x68)
@@ -87,7 +87,7 @@ CHIP = FifoChip(
     addresses=ADDRESSES,
     rates=[1125.0 / (1 + divider) for divider in range(256)],
     gyr_bits={dps: factor("gyr", "deg/s") / counts for dps, counts in GYR_COUNTS.items()},
-    acc_bits={g: STANDARD_GRAVITY / counts for g, counts in ACC_COUNTS.items()},
+    acc_bits={g: GRAVITY / counts for g, counts in ACC_COUNTS.items()},
     gyr_codes={dps: code << 1 for code, dps in enumerate(GYR_COUNTS)},
     acc_codes={g: code << 1 for code, g in enumerate(ACC_COUNTS)},
     configure=configure,

@@ -5,7 +5,7 @@ import struct
 
 from levelhead.sources.sensors.bus import Port
 from levelhead.sources.sensors.fifo_imu import FifoChip, FifoImu, FifoLevel, FifoRow, Registers, Settings
-from levelhead.units import STANDARD_GRAVITY, factor
+from levelhead.units import GRAVITY, factor
 
 NAME = "LSM6DSO32"
 ADDRESSES = (0x6A, 0x6B)
@@ -78,7 +78,7 @@ CHIP = FifoChip(
     addresses=ADDRESSES,
     rates=list(RATES),
     gyr_bits={dps: bit * factor("gyr", "deg/s") for dps, bit in GYR_BITS.items()},
-    acc_bits={g: bit * STANDARD_GRAVITY for g, bit in ACC_BITS.items()},
+    acc_bits={g: bit * GRAVITY for g, bit in ACC_BITS.items()},
     gyr_codes=GYR_CODES,
     acc_codes=ACC_CODES,
     configure=configure,

@@ -5,9 +5,7 @@ import struct
 from levelhead.sources.sensors import icm20948, lsm6dso32, mpu6050
 from levelhead.sources.sensors.emulated.base import EmulatedChip, Fifo, word
 from levelhead.sources.sensors.emulated.world import World
-from levelhead.units import STANDARD_GRAVITY, factor
-
-DEGREE = factor("gyr", "deg/s")
+from levelhead.units import DEGREE, GRAVITY
 
 
 class EmulatedMPU6050(EmulatedChip):
@@ -40,7 +38,7 @@ class EmulatedMPU6050(EmulatedChip):
         self._rate = 0.0 if asleep else fast / (1 + memory[mpu6050.SMPLRT_DIV])
         dps = 250.0 * 2 ** (memory[mpu6050.GYRO_CONFIG] >> 3 & 3)
         g = 2.0 * 2 ** (memory[mpu6050.ACCEL_CONFIG] >> 3 & 3)
-        scales = STANDARD_GRAVITY / mpu6050.ACC_COUNTS[g], DEGREE / mpu6050.GYR_COUNTS[dps]
+        scales = GRAVITY / mpu6050.ACC_COUNTS[g], DEGREE / mpu6050.GYR_COUNTS[dps]
         self._rows = self.world.rows(">", *scales)
         wanted = memory[mpu6050.FIFO_EN] & mpu6050.GYR_AND_ACC == mpu6050.GYR_AND_ACC
         self._filling = bool(wanted and memory[mpu6050.USER_CTRL] & mpu6050.FIFO_ENABLE)
@@ -115,7 +113,7 @@ class EmulatedLSM6DSO32(EmulatedChip):
         g = (4.0, 32.0, 8.0, 16.0)[self.memory[lsm6dso32.CTRL1_XL] >> 2 & 3]
         range_bits = self.memory[lsm6dso32.CTRL2_G]
         dps = 125.0 if range_bits & 0x02 else (250.0, 500.0, 1000.0, 2000.0)[range_bits >> 2 & 3]
-        acc = self.world.coded("acc", "<", STANDARD_GRAVITY * lsm6dso32.ACC_BITS[g])[row]
+        acc = self.world.coded("acc", "<", GRAVITY * lsm6dso32.ACC_BITS[g])[row]
         gyr = self.world.coded("gyr", "<", DEGREE * lsm6dso32.GYR_BITS[dps])[row]
         self.put(lsm6dso32.OUT_TEMP_L, word("<", (self.world.temperature - 25.0) * 256.0) + gyr + acc)
         if self.memory[lsm6dso32.FIFO_CTRL4] & 0x07 == lsm6dso32.CONTINUOUS:
@@ -181,7 +179,7 @@ class EmulatedICM20948(EmulatedChip):
     def measure(self, row: int) -> None:  # noqa: D102
         dps = 250.0 * 2 ** (self.banks[2][icm20948.GYRO_CONFIG_1] >> 1 & 3)
         g = 2.0 * 2 ** (self.banks[2][icm20948.ACCEL_CONFIG] >> 1 & 3)
-        acc = self.world.coded("acc", ">", STANDARD_GRAVITY / icm20948.ACC_COUNTS[g])[row]
+        acc = self.world.coded("acc", ">", GRAVITY / icm20948.ACC_COUNTS[g])[row]
         gyr = self.world.coded("gyr", ">", DEGREE / icm20948.GYR_COUNTS[dps])[row]
         self.put(icm20948.ACCEL_XOUT_H, acc + gyr + word(">", (self.world.temperature - 21.0) * 333.87))
         on = self.memory[icm20948.USER_CTRL] & icm20948.FIFO_ENABLE

@@ -86,7 +86,6 @@ typedef struct {
 
 /* Constants, each in the unit that stands behind it */
 
-static const float TILT_GRAVITY = 9.80665f; /* m/s², standard gravity (CGPM 1901) */
 /* pi / sqrt(3.0): rad, standard deviation of an angle that is uniform on the circle */
 static const float TILT_UNIFORM = 1.8137994f;
 static const float TILT_GAP_SECONDS = 0.5f; /* s: across a longer interval the attitude is held and its variance grows */
@@ -115,7 +114,8 @@ static const float FIELD_FIRST_AGE = 0.001f; /* s for which the first reading co
 static const float FIELD_FIELD_TIME = 20.0f; /* s, time constant of norm and dip */
 static const Field FIELD_NO_FIELD = {0.0f, 0.0f, 0.0f, 0.0f};
 
-static const float ANGLE_DEGREE = 0.017453292f; /* pi / 180.0: rad */
+static const float UNITS_GRAVITY = 9.80665f; /* m/s², standard gravity (CGPM 1901) */
+static const float UNITS_DEGREE = 0.017453292f; /* math.pi / 180.0: rad */
 
 static const float REST_INTERVAL = 0.02f; /* s over which readings are averaged */
 static const float REST_MEAN_TIME = 0.5f; /* s, time constant of the slow means */
@@ -506,7 +506,7 @@ static Field field_update_field(const Guard *guard, Field field, Vec3 up, Vec3 m
         return (Field){n, d, dt, 0.0f};
     }
     if (fabsf(n - strength) > guard->mag_gate * strength
-        || fabsf(d - dip) > guard->mag_angle * ANGLE_DEGREE) {
+        || fabsf(d - dip) > guard->mag_angle * UNITS_DEGREE) {
         return (Field){strength, dip, age, rejected + dt};
     }
     const float weight = lowpass_lowpass_weight(FIELD_FIELD_TIME, age, dt);
@@ -569,7 +569,7 @@ static SlowMeans rest_update_means(const Guard *guard, const SlowMeans *means, S
     const float one = 1.0f / dt;
     const Vec3 gyr = {x * one, y * one, z * one};
     const Vec3 acc = {a * one, b * one, c * one};
-    const float gyr_limit = guard->rest_gyr * ANGLE_DEGREE;
+    const float gyr_limit = guard->rest_gyr * UNITS_DEGREE;
     const bool quiet = rest_distance2(mean, gyr) < gyr_limit * gyr_limit
         && rest_distance2(force, acc) < guard->rest_acc * guard->rest_acc;
     const float weight = dt / (REST_MEAN_TIME + dt);
@@ -584,7 +584,7 @@ static SlowMeans rest_update_means(const Guard *guard, const SlowMeans *means, S
  */
 static bool rest_is_turn(const Guard *guard, Vec3 mean, Vec3 bias, Vec3 own)
 {
-    const float limit = guard->bias_limit * ANGLE_DEGREE;
+    const float limit = guard->bias_limit * UNITS_DEGREE;
     const float square = rest_distance2(VEC3_ZERO, mean);
     if (square > limit * limit) {
         return true;
@@ -948,8 +948,8 @@ static bool detectors_is_far_from_g(const Guard *guard, Vec3 acc)
 {
     const float x = acc.x, y = acc.y, z = acc.z;
     const float square = x * x + y * y + z * z;
-    const float low = lh_max(TILT_GRAVITY - guard->acc_gate, 0.0f);
-    const float high = TILT_GRAVITY + guard->acc_gate;
+    const float low = lh_max(UNITS_GRAVITY - guard->acc_gate, 0.0f);
+    const float high = UNITS_GRAVITY + guard->acc_gate;
     return !(low * low <= square && square <= high * high);
 }
 
@@ -976,7 +976,7 @@ static DetectorState detectors_detect(const Guard *guard, const DetectorState *s
         means = &means_2;
     }
     if (!no_gyr) {
-        gyr_extreme = detectors_update_extreme(gyr_extreme, gyr, guard->gyr_range * ANGLE_DEGREE, dt);
+        gyr_extreme = detectors_update_extreme(gyr_extreme, gyr, guard->gyr_range * UNITS_DEGREE, dt);
         gyr_repeat = detectors_update_repeat(gyr_repeat, gyr, dt);
         if (gyr_extreme.clipped) {
             health = HEALTH_GYR_SATURATED;
@@ -1223,7 +1223,7 @@ static GuardState guard_gate_force(const Guard *guard, const GuardState *state, 
     const float x = acc.x, y = acc.y, z = acc.z;
     const Vec3 vec3 = guard_predict_up(attitude, gyr, dt);
     const float a = vec3.x, b = vec3.y, c = vec3.z;
-    const float cosine = 1.0f - 0.5f * guard->acc_angle * guard->acc_angle * (ANGLE_DEGREE * ANGLE_DEGREE);
+    const float cosine = 1.0f - 0.5f * guard->acc_angle * guard->acc_angle * (UNITS_DEGREE * UNITS_DEGREE);
     const bool off = a * x + b * y + c * z < sqrtf(x * x + y * y + z * z) * cosine;
     return (GuardState){rest, off ? rejected + dt : 0.0f, field};
 }
