@@ -1,6 +1,7 @@
 """The native engine's C: every filter of the house with the driver around it, as one file each."""
 
 import ast
+import functools
 from collections.abc import Iterable, Iterator
 from typing import Any
 
@@ -86,11 +87,17 @@ def reached_files(modules: Iterable[str]) -> set[str]:
         if path is None or path in found:
             continue
         found.add(path)
-        for node in ast.walk(ast.parse((PACKAGE / path).read_text(encoding="utf-8"))):
-            if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("levelhead."):
-                waiting |= {str(node.module), *(f"{node.module}.{alias.name}" for alias in node.names)}
-            elif isinstance(node, ast.ImportFrom) and node.module == "levelhead":
-                waiting |= {f"levelhead.{alias.name}" for alias in node.names}
+        waiting |= _imported(path)
+    return found
+
+
+@functools.cache
+def _imported(path: str) -> set[str]:
+    """Names of the house that a file imports from, and which of them may be modules."""
+    found: set[str] = set()
+    for node in ast.walk(ast.parse((PACKAGE / path).read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and f"{node.module}.".startswith("levelhead."):
+            found |= {str(node.module), *(f"{node.module}.{alias.name}" for alias in node.names)}
     return found
 
 

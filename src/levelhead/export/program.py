@@ -192,6 +192,8 @@ class Program:
         return by_address(kind) and not self.inline
 
     def _addresses(self, kernel: Kernel) -> set[str]:
+        if self.inline:
+            return set()
         stored = Scopes(kernel.source.tree.body).variables
         return {name for name, kind in kernel.parameters.items()
                 if self.by_address(kind) and not (name in stored and stored[name].stores)}  # fmt: skip

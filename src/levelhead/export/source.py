@@ -61,6 +61,7 @@ class Source:
         return LevelheadError(f"{self.function.__code__.co_filename}:{line}: {what}")
 
 
+@functools.cache
 def read(function: Callable[..., Any]) -> Source:
     """The source of a kernel.
 
