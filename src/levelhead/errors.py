@@ -1,6 +1,7 @@
 """The one error that levelhead raises for what a user can put right."""
 
 import difflib
+import importlib.util
 from collections.abc import Iterable
 
 
@@ -25,3 +26,13 @@ def nearest(word: str, known: Iterable[str]) -> str:
     if close:
         return f"did you mean '{lowered[close[0]]}'?"
     return f"known: {', '.join(names)}" if names else "there are none"
+
+
+def require(package: str, what: str, extra: str) -> None:
+    """Makes sure that a package is installed that only some uses need.
+
+    Raises:
+        LevelheadError: it is not; the sentence names the extra that brings it.
+    """
+    if importlib.util.find_spec(package) is None:
+        raise LevelheadError(f"{what} needs {package}: pip install 'levelhead[{extra}]'")

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from levelhead.calibration import Calibration
-from levelhead.errors import LevelheadError, nearest
+from levelhead.errors import LevelheadError, nearest, require
 from levelhead.filters.health import FAULTS
 from levelhead.filters.parameters import Params
 from levelhead.recording import Array, real_array, time_array
@@ -164,7 +164,11 @@ class Track:
 
         Args:
             frame: "ENU", or "NED" (x north, y east, z down) with the sensor's axes forward-right-down accordingly.
+
+        Raises:
+            LevelheadError: another frame, or SciPy is not installed.
         """
+        require("scipy", "Track.as_rotation", "scipy")
         if frame == "ENU":
             return to_scipy(self.quat)
         if frame == "NED":

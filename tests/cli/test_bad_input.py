@@ -119,7 +119,6 @@ def test_bad_logs(refused, tmp_path, case):
         (["--rate", "fast"], "--rate"),
         (["--format", "xlsx"], "csv"),
         (["--flter", "Kalman"], "Did you mean --filter?"),
-        (["again.csv"], "'again.csv' is one argument too many"),
     ],
 )  # fmt: skip
 def test_bad_options(refused, logs, tmp_path, words, said):

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from levelhead.errors import LevelheadError
+from levelhead.errors import LevelheadError, require
 from levelhead.recording import Array, Recording, Truth
 from levelhead.rotations import product, to_scipy
 from levelhead.sources import read
@@ -100,6 +100,7 @@ def _folder(folder: Path) -> Recording:
 
 def _interpolate(t: Array, known: Array, quat: Array) -> Array:
     """(n, 4) the reference at the stamps ``t``, NaN where it has none within ``NEAR``."""
+    require("scipy", "the benchmark", "bench")
     from scipy.spatial.transform import Slerp
 
     found = np.full((len(t), 4), np.nan)

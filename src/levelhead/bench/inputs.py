@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from levelhead.errors import require
 from levelhead.recording import Array, Recording
 from levelhead.units import GRAVITY
 
@@ -22,6 +23,7 @@ def recording(n: int, seed: int = 1, mag: bool = False) -> Recording:
 
 
 def _sensors(n: int, seed: int) -> tuple[Array, Array, Array, Array]:
+    require("scipy", "the benchmark", "bench")
     from scipy.spatial.transform import Rotation
 
     noise = np.random.default_rng(seed)

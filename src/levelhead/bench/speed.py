@@ -91,7 +91,7 @@ def _whole(method: Method, recording: Recording) -> Callable[[], object]:
     if method.name == SMOOTHER:
         return lambda: smooth(recording)
     if method.package == OURS:
-        return lambda: fuse(recording, method.params, engine="compiled")
+        return lambda: fuse(recording, method.params)
     return lambda: contenders.BY_NAME[method.name].run(recording)
 
 

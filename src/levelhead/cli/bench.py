@@ -1,12 +1,13 @@
 """``levelhead bench accuracy | speed``: levelhead beside its peers."""
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import App, Parameter
 
 from levelhead.cli.options import filter_names, folder, parse_filter_spec, print_json, print_line
-from levelhead.errors import LevelheadError
+from levelhead.errors import LevelheadError, require
 
 if TYPE_CHECKING:
     from levelhead.bench.methods import Method
@@ -82,9 +83,13 @@ def speed(*, samples: int = 200_000, repeats: int = 9, json: Annotated[bool, Par
         json: print the figures as JSON.
     """
     from levelhead.bench import speed as run
+    from levelhead.bench.methods import all_methods
     from levelhead.publish.bench_tables import print_figures
     from levelhead.publish.progress import progress
 
+    require("scipy", "the benchmark", "bench")
+    for absent in all_methods()[1]:
+        sys.stderr.write(f"levelhead: {absent}\n")  # at once: the table comes after minutes
     with progress("timing") as report:
         result = run(samples, repeats, report)
     if json:

@@ -7,8 +7,10 @@ from cyclopts import Parameter
 
 from levelhead.cli.options import (
     FILTERS,
+    NO_PICTURE,
     GuardWords,
     Reading,
+    can_draw,
     external_columns,
     external_kinds,
     filter_names,
@@ -18,6 +20,7 @@ from levelhead.cli.options import (
     parse_guard,
     print_json,
     print_line,
+    require_writable,
 )
 
 
@@ -66,18 +69,21 @@ def compare(
         json: print the table as JSON.
     """
     from levelhead import filters
+
+    chosen = [parse_filter_spec(word) for word in filter] or [flt.params() for flt in filters.ALL]
+    before = parse_guard(guard)
+    if out is not None:
+        require_writable(out)
+    recording = log_or_simulation(log, simulate, seed, reading)
     from levelhead.evaluate import compare as run
     from levelhead.publish.progress import progress
     from levelhead.publish.terminal_table import print_table
 
-    chosen = [parse_filter_spec(word) for word in filter] or [flt.params() for flt in filters.ALL]
-    before = parse_guard(guard)
-    recording = log_or_simulation(log, simulate, seed, reading)
     tracks = {name: reading.orientation(log, name) for name in external_columns(contenders)}
     with progress("comparing") as report:
         comparison = run(recording, chosen, tracks=tracks, guard=before, progress=report)
     picture = None
-    if out is not None and recording.truth is not None:
+    if out is not None and recording.truth is not None and can_draw():
         from levelhead.publish.plots import four_panels
 
         picture = folder(out) / "compare.png"
@@ -88,6 +94,8 @@ def compare(
     print_table(comparison)
     if picture:
         print_line(f"written: {picture}")
+    elif out is not None and not can_draw():
+        print_line(NO_PICTURE)
     elif out is not None:
         print_line(
             "no picture: the four panels need the true orientation; `levelhead fuse` draws a recording without one"

@@ -1,11 +1,12 @@
 """``levelhead demo``: the classic lesson, its table and its pictures."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from levelhead.cli.options import folder, print_json, print_line
+from levelhead.cli.options import NO_PICTURE, can_draw, folder, print_json, print_line
 from levelhead.filters import AccelTilt, BiasRateKalman, Complementary, GyroIntegration, Kalman, RollPitchKalman
 
 if TYPE_CHECKING:
@@ -33,16 +34,19 @@ def demo(
         json: print the table as JSON.
     """
     from levelhead.evaluate import compare
-    from levelhead.publish.plots import four_panels
     from levelhead.publish.progress import progress
     from levelhead.publish.terminal_table import print_table
     from levelhead.simulate import lesson
 
-    target = folder(out)
+    target = folder(out) if can_draw() else out
     with progress("the lesson") as report:
-        comparison = compare(lesson(seed), LESSON, engine="python", progress=report)
-    written, findings = [target / "lesson.png"], list[str]()
-    four_panels(comparison, written[0])
+        comparison = compare(lesson(seed), LESSON, progress=report)
+    written, findings = list[Path](), list[str]()
+    if can_draw():
+        from levelhead.publish.plots import four_panels
+
+        written.append(target / "lesson.png")
+        four_panels(comparison, written[0])
     if full:
         more, findings = _more(comparison, seed, target)
         written += more
@@ -61,7 +65,7 @@ def demo(
     print_line(
         f"The Kalman filter's Q added per sample: {per_sample:.4f}°; the same numbers as densities: {density:.4f}°."
     )
-    print_line("written: " + ", ".join(str(path) for path in written))
+    print_line("written: " + ", ".join(str(path) for path in written) if written else NO_PICTURE)
 
 
 def _more(comparison: "Comparison", seed: int, target: Path) -> tuple[list[Path], list[str]]:
@@ -76,25 +80,28 @@ def _more(comparison: "Comparison", seed: int, target: Path) -> tuple[list[Path]
     from levelhead.tune import find_convergence, sweep
 
     recording = comparison.recording
-    written, findings = [], []
+    written, findings = list[Path](), list[str]()
+
+    def draw(picture: Callable[..., None], name: str, *shown: object) -> None:
+        if can_draw():
+            written.append(target / name)
+            picture(*shown, written[-1])
+
     for params, name in ((Complementary(), "alpha"), (Kalman(), "r_measure")):
         with progress(f"sweeping {name}") as report:
             result = sweep(recording, params, name, progress=report)
-        written.append(target / f"sweep-{name}.png")
-        sweep_picture(result, written[-1])
+        draw(sweep_picture, f"sweep-{name}.png", result)
         findings.append(f"Sweep of {name}: {result.finding}")
     angle = np.degrees(np.arctan2(recording.acc[:, 1], recording.acc[:, 2]))
     axis = fuse_axis(recording.t, angle, np.degrees(recording.gyr[:, 0]), DENSITY, period=360.0)
     gains = np.stack([axis.gain_level, axis.gain_bias], axis=1)
     index = find_convergence(recording.t, gains)
-    written.append(target / "gain.png")
-    gain_picture(recording.t, gains, index, written[-1])
+    draw(gain_picture, "gain.png", recording.t, gains, index)
     findings.append(f"Kalman gain: converged at sample {index}, {recording.t[index]:.2f} s")
     every = (*LESSON, BiasRateKalman(r_measure=4.0))
     cases = {}
     for name, case in (("the lesson", recording), ("the hard case", hard_lesson(seed))):
         with progress(name) as report:
             cases[name] = compare(case, every, progress=report)
-    written.append(target / "hard.png")
-    case_picture(cases, written[-1])
+    draw(case_picture, "hard.png", cases)
     return written, findings

@@ -1,6 +1,7 @@
 """Options that several verbs share, and their values."""
 
 import json
+import os
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -263,6 +264,29 @@ def folder(path: Path) -> Path:
     except OSError as error:
         raise LevelheadError(f"cannot make the folder {path}: {error.strerror or error}") from None
     return path
+
+
+NO_PICTURE = "no picture: it needs matplotlib (pip install 'levelhead[plot]')"
+
+
+def can_draw() -> bool:
+    """Whether there is something to draw with; tables and tracks are worth having all the same."""
+    from importlib.util import find_spec
+
+    return find_spec("matplotlib") is not None
+
+
+def require_writable(path: Path) -> None:
+    """Makes sure before the work that results can be written into a folder, which is not made yet.
+
+    Raises:
+        LevelheadError: it is no folder, or cannot be made or written.
+    """
+    there = next(one for one in (path.absolute(), *path.absolute().parents) if one.exists())
+    if not there.is_dir():
+        raise LevelheadError(f"cannot make the folder {path}: {there} is a file")
+    if not os.access(there, os.W_OK | os.X_OK):
+        raise LevelheadError(f"cannot make the folder {path}: {there} cannot be written")
 
 
 def print_line(text: str) -> None:

@@ -6,9 +6,11 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from levelhead.cli.options import (
+    NO_PICTURE,
     FilterName,
     GuardWords,
     Reading,
+    can_draw,
     folder,
     log_or_simulation,
     parameter_names,
@@ -59,7 +61,7 @@ def sweep(
     with progress("sweeping") as report:
         result = run(recording, params, parameter, list(values) or None, guard=before, progress=report)
     picture = None
-    if out is not None:
+    if out is not None and can_draw():
         from levelhead.publish.plots import sweep_picture
 
         picture = folder(out) / f"sweep-{parameter}.png"
@@ -68,4 +70,5 @@ def sweep(
         print_json(result.to_dict() | {"written": [str(picture)] if picture else []})
         return
     print_table(result)
-    print_line(f"written: {picture}" if picture else "no picture asked for: -o DIR draws the curve")
+    asked = "no picture asked for: -o DIR draws the curve" if out is None else NO_PICTURE
+    print_line(f"written: {picture}" if picture else asked)

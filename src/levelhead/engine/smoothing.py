@@ -17,12 +17,11 @@ import numpy as np
 
 from levelhead import filters
 from levelhead.calibration import Calibration
-from levelhead.compiler.compile import compiled
 from levelhead.compiler.hooks import declare, fill, rebind
 from levelhead.compiler.mark import compiled_only
 from levelhead.compiler.tree import native, plain
 from levelhead.engine.batch import DEFAULT_GUARD
-from levelhead.engine.binding import bind
+from levelhead.engine.binding import bind, for_engine, numba_installed
 from levelhead.engine.driver import Settings, advance, result
 from levelhead.engine.prior import apply_prior, read_calibration
 from levelhead.errors import LevelheadError
@@ -220,7 +219,8 @@ def machine(flt: Filter, guarded: bool) -> Machine:
     name = f"{flt.name}_{'guarded' if guarded else 'unguarded'}"
     members = {key: getattr(parts, key) for key in ("block_ended", "keep", "back", "read", "rotation", "restarted")}
     pairs = (*driver.pairs, (hooks, fill(hooks, name, WIDTH=parts.width, **members)))
-    made = (compiled(rebind(part, pairs, name)) for part in (forward, backward, ends, spread))
+    engine = "compiled" if numba_installed() else "python"  # slow, with the same bits
+    made = (for_engine(rebind(part, pairs, name), engine) for part in (forward, backward, ends, spread))
     return Machine(ahead, *made)
 
 
@@ -257,7 +257,7 @@ class Smoother:
         last = float(self._sensors[0][max(stretch.start - 1, 0)])
         carry, count, stop = self._machine.forward(
             self._settings,
-            native(stretch.carry),
+            native(stretch.carry) if numba_installed() else stretch.carry,
             last,
             stretch.start,
             *self._sensors,

@@ -104,7 +104,7 @@ def _imported(path: str) -> set[str]:
 def _path(module: str) -> str | None:
     """A module's file inside the package; None for a name that is no module, or a package that only lists others."""
     stem = module.removeprefix("levelhead.").replace(".", "/")
-    if stem in ("filters", "engine"):
+    if stem in ("filters", "engine", "errors"):  # lists of others; sentences
         return None
     return next((path for path in (f"{stem}.py", f"{stem}/__init__.py") if (PACKAGE / path).is_file()), None)
 

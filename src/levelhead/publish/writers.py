@@ -17,7 +17,7 @@ In CSV, t and the quaternion come back to the last bit; angles have 6 decimals, 
 as uint32, to the last bit.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -33,24 +33,26 @@ CHUNK = 50_000  # rows in memory as text or table at a time
 SUFFIXES = (".csv", ".parquet")
 
 
-def write_track(track: Track, path: str | Path) -> None:
+def write_track(track: Track, path: str | Path, progress: Callable[[float], None] | None = None) -> None:
     """Write the track as CSV or Parquet, by the suffix of ``path``; the file appears whole or not at all.
+
+    ``progress`` is called with the fraction done.
 
     Raises:
         LevelheadError: another suffix, a folder that does not exist or may not be written, or no pyarrow for Parquet.
     """
     from levelhead.atomic import atomic_path
 
-    path = Path(path)
+    path, report = Path(path), progress or (lambda fraction: None)
     if path.suffix.lower() not in SUFFIXES:
         raise LevelheadError(f"'{path.name}' ends in '{path.suffix}'; {nearest(path.suffix or 'nothing', SUFFIXES)}")
     with atomic_path(path) as temporary:
         if path.suffix.lower() == ".parquet":
-            _write_parquet(track, temporary)
+            _write_parquet(track, temporary, report)
         elif len(track) >= MANY and find_spec("pyarrow") is not None:
-            _write_large_csv(track, temporary)
+            _write_large_csv(track, temporary, report)
         else:
-            _write_csv(track, temporary)
+            _write_csv(track, temporary, report)
 
 
 def _columns(track: Track, rows: slice) -> dict[str, Any]:
@@ -74,9 +76,10 @@ def _columns(track: Track, rows: slice) -> dict[str, Any]:
     return columns | {"health": track.health[rows]}
 
 
-def _chunks(track: Track) -> Iterator[dict[str, Any]]:
+def _chunks(track: Track, report: Callable[[float], None]) -> Iterator[dict[str, Any]]:
     for start in range(0, len(track), CHUNK):
         yield _columns(track, slice(start, start + CHUNK))
+        report(min((start + CHUNK) / len(track), 1.0))
 
 
 def _format(name: str) -> str:
@@ -86,36 +89,36 @@ def _format(name: str) -> str:
     return "%d" if name == "health" else "%.6f" if name.endswith("[deg]") else "%.9g"
 
 
-def _write_csv(track: Track, path: Path) -> None:
+def _write_csv(track: Track, path: Path, report: Callable[[float], None]) -> None:
     names = list(_columns(track, slice(0, 1)))
     line = ",".join(map(_format, names)) + "\n"
     with path.open("w", encoding="utf-8", newline="") as file:
         file.write(",".join(names) + "\n")
-        for columns in _chunks(track):
+        for columns in _chunks(track, report):
             values = [column.tolist() for column in columns.values()]
             file.write("".join([line % row for row in zip(*values, strict=True)]))
 
 
-def _write_large_csv(track: Track, path: Path) -> None:
+def _write_large_csv(track: Track, path: Path, report: Callable[[float], None]) -> None:
     import pyarrow.csv as pc
 
     schema = _schema(track)
     with path.open("wb") as file:
         file.write((",".join(schema.names) + "\n").encode())
         with pc.CSVWriter(file, schema, write_options=pc.WriteOptions(include_header=False)) as writer:
-            for columns in _chunks(track):
+            for columns in _chunks(track, report):
                 rounded = {name: np.round(a, 6) if _format(name) == "%.6f" else a for name, a in columns.items()}
                 writer.write_table(_arrow(rounded, schema))
 
 
-def _write_parquet(track: Track, path: Path) -> None:
+def _write_parquet(track: Track, path: Path, report: Callable[[float], None]) -> None:
     try:
         import pyarrow.parquet as pq
     except ImportError:
         raise LevelheadError("writing Parquet needs pyarrow: pip install 'levelhead[formats]'") from None
     schema = _schema(track)
     with pq.ParquetWriter(path, schema) as writer:
-        for columns in _chunks(track):
+        for columns in _chunks(track, report):
             writer.write_table(_arrow(columns, schema))
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from levelhead.errors import LevelheadError
+from levelhead.errors import LevelheadError, require
 from levelhead.sources.arrays import tabulate
 from levelhead.sources.hdf5 import hdf5
 from levelhead.sources.hints import Hints
@@ -21,6 +21,7 @@ def matlab(path: str | os.PathLike[str], shown: str | None = None) -> ArrayTable
     Raises:
         LevelheadError: truncated, damaged, or no MATLAB file at all.
     """
+    require("scipy", "reading MATLAB files", "formats")
     import scipy.io
 
     source = shown or os.fspath(path)

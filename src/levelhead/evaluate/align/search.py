@@ -6,7 +6,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from levelhead.errors import LevelheadError, nearest
+from levelhead.errors import LevelheadError, nearest, require
 from levelhead.evaluate.align.quaternion_convention import (
     READINGS,
     SAME,
@@ -61,8 +61,10 @@ def align(
         simplest: False: take all the freedom that ``earth`` and ``sensor`` give, instead of the cheapest good one.
 
     Raises:
-        LevelheadError: shapes, times, too few samples, an unknown option, or no instant at which both are known.
+        LevelheadError: shapes, times, too few samples, an unknown option, no instant at which both are known, or SciPy
+            is not installed.
     """
+    require("scipy", "alignment of two orientations", "scipy")
     _check("earth", earth, get_args(Earth))
     _check("sensor", sensor, get_args(Sensor))
     _check("convention", convention, ("any", "same"))
