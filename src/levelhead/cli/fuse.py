@@ -47,12 +47,13 @@ def find_logs(given: Sequence[Path]) -> list[Path]:
     logs: list[Path] = []
     for path in given:
         if path.is_dir():
-            from levelhead.sources.dispatch import READERS
+            from levelhead.sources.formats import BY_SUFFIX, CONTAINERS
 
-            inside = [one for one in sorted(path.iterdir()) if one.suffix.lower() in READERS and not _is_result(one)]
+            known = (*BY_SUFFIX, *CONTAINERS)
+            inside = [one for one in sorted(path.iterdir()) if one.suffix.lower() in known and not _is_result(one)]
             if not inside:
                 raise LevelheadError(
-                    f"there is no log in the folder {path}; expected files ending in {' '.join(READERS)}"
+                    f"there is no log in the folder {path}; expected files ending in {' '.join(known)}"
                 )
             logs += inside
         else:
