@@ -19,6 +19,8 @@ from levelhead.filters import health
 from levelhead.filters.parameters import description
 from levelhead.guard import Guard
 from levelhead.kernels import quat
+from levelhead.kernels.angle import DEGREE
+from levelhead.kernels.tilt import GRAVITY
 from levelhead.kernels.vec3 import Vec3
 from levelhead.version import VERSION
 
@@ -27,6 +29,7 @@ MACHINES = (
     Machine("32 bit (Cortex-M, ESP32, RP2040)", 8, 4, 8),
     Machine("AVR (Uno, Mega)", 4, 2, 1),
 )
+CONSTANTS = {"one": 1.0, "two": 2.0, "quarter": 90.0, "turn": 360.0, "degrees": 1.0 / DEGREE, "gravity": GRAVITY}
 HELPERS = {
     "lh_min(": """static {real} lh_min({real} a, {real} b)
 {{
@@ -272,6 +275,7 @@ class ImuApi(CApi):
                 self.advance, ["filter->settings", "filter->carry", *self.correction.arguments, "dt"], "&filter->carry"
             ),
             result=self.call(self.result, ["filter->settings", "filter->carry.run"]),
+            **{name: self.number(value) for name, value in CONSTANTS.items()},
             **self._corrected(),
         )
         return {f"{self.name}.h": self._header(), f"{self.name}.c": source + self._copy()}

@@ -10,6 +10,11 @@ from levelhead.export.config import ExportConfig
 from levelhead.export.layout import template
 from levelhead.export.selftest import selftest
 
+BITS = {
+    "double": "gives the same bits as the filter in Python",
+    "float": "the same filter as in Python but for the rounding of float",
+}
+
 
 def files(config: ExportConfig, arduino: bool = False) -> dict[str, str]:
     """Path inside the folder -> text of all that is exported.
@@ -33,7 +38,9 @@ def files(config: ExportConfig, arduino: bool = False) -> dict[str, str]:
         **{f"{name}/src/{file}": text for file, text in api.write().items()},
         **{f"{name}/extras/{file}": text for file, text in selftest(api).items()},
         f"{name}/CMakeLists.txt": _cmake(api, "src/", "extras/"),
-        f"{name}/library.properties": template("library.properties").substitute(api.common() | {"sentence": sentence}),
+        f"{name}/library.properties": template("library.properties").substitute(
+            api.common() | {"sentence": sentence, "bits": BITS[config.real]}
+        ),
         f"{name}/examples/mpu6050/mpu6050.ino": sketch(api, beside=False),
     }
 

@@ -40,6 +40,32 @@ ${name}_euler ${name}_roll_pitch_yaw(const $name *filter)
     return quat_to_euler(${name}_read(filter).quat);
 }
 
+${name}_euler ${name}_degrees(const $name *filter)
+{
+    const ${name}_euler angles = ${name}_roll_pitch_yaw(filter);
+    return (${name}_euler){$degrees * angles.roll, $degrees * angles.pitch, $degrees * angles.yaw};
+}
+
+$real ${name}_bearing(const $name *filter)
+{
+    const $real bearing = $quarter - ${name}_degrees(filter).yaw;
+    return bearing < $zero ? bearing + $turn : bearing;
+}
+
+${name}_vec3 ${name}_up(const $name *filter)
+{
+    const ${name}_quat q = ${name}_read(filter).quat;
+    return (${name}_vec3){
+        $two * (q.x * q.z - q.w * q.y), $two * (q.y * q.z + q.w * q.x), $one - $two * (q.x * q.x + q.y * q.y)
+    };
+}
+
+${name}_vec3 ${name}_linear_acceleration(const $name *filter, const $real acc[3])
+{
+    const ${name}_vec3 up = ${name}_up(filter);
+    return (${name}_vec3){acc[0] - $gravity * up.x, acc[1] - $gravity * up.y, acc[2] - $gravity * up.z};
+}
+
 ${name}_vec3 ${name}_bias(const $name *filter)
 {
     return ${name}_read(filter).bias;

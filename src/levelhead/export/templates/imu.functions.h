@@ -21,6 +21,19 @@ ${name}_quat ${name}_quaternion(const $name *filter);
 /* Roll, pitch and yaw in rad: intrinsic z-y-x angles; yaw is anticlockwise from east. */
 ${name}_euler ${name}_roll_pitch_yaw(const $name *filter);
 
+/* The same in degrees. */
+${name}_euler ${name}_degrees(const $name *filter);
+
+/* Compass bearing of the x axis, degrees clockwise from north, 0 to 360: magnetic north with a magnetometer, where the
+ * start pointed without one. Undefined where x is vertical. */
+$real ${name}_bearing(const $name *filter);
+
+/* Up, as a unit vector in the frame of the $frame; gravity points the other way. */
+${name}_vec3 ${name}_up(const $name *filter);
+
+/* A specific force less gravity: the acceleration of the $frame in its own frame, m/s². */
+${name}_vec3 ${name}_linear_acceleration(const $name *filter, const $real acc[3]);
+
 /* Bias of the gyroscope, rad/s$no_bias. */
 ${name}_vec3 ${name}_bias(const $name *filter);
 

@@ -1863,6 +1863,32 @@ lh_mahony_euler lh_mahony_roll_pitch_yaw(const lh_mahony *filter)
     return quat_to_euler(lh_mahony_read(filter).quat);
 }
 
+lh_mahony_euler lh_mahony_degrees(const lh_mahony *filter)
+{
+    const lh_mahony_euler angles = lh_mahony_roll_pitch_yaw(filter);
+    return (lh_mahony_euler){57.29578f * angles.roll, 57.29578f * angles.pitch, 57.29578f * angles.yaw};
+}
+
+float lh_mahony_bearing(const lh_mahony *filter)
+{
+    const float bearing = 90.0f - lh_mahony_degrees(filter).yaw;
+    return bearing < 0.0f ? bearing + 360.0f : bearing;
+}
+
+lh_mahony_vec3 lh_mahony_up(const lh_mahony *filter)
+{
+    const lh_mahony_quat q = lh_mahony_read(filter).quat;
+    return (lh_mahony_vec3){
+        2.0f * (q.x * q.z - q.w * q.y), 2.0f * (q.y * q.z + q.w * q.x), 1.0f - 2.0f * (q.x * q.x + q.y * q.y)
+    };
+}
+
+lh_mahony_vec3 lh_mahony_linear_acceleration(const lh_mahony *filter, const float acc[3])
+{
+    const lh_mahony_vec3 up = lh_mahony_up(filter);
+    return (lh_mahony_vec3){acc[0] - 9.80665f * up.x, acc[1] - 9.80665f * up.y, acc[2] - 9.80665f * up.z};
+}
+
 lh_mahony_vec3 lh_mahony_bias(const lh_mahony *filter)
 {
     return lh_mahony_read(filter).bias;

@@ -289,6 +289,19 @@ lh_mahony_quat lh_mahony_quaternion(const lh_mahony *filter);
 /* Roll, pitch and yaw in rad: intrinsic z-y-x angles; yaw is anticlockwise from east. */
 lh_mahony_euler lh_mahony_roll_pitch_yaw(const lh_mahony *filter);
 
+/* The same in degrees. */
+lh_mahony_euler lh_mahony_degrees(const lh_mahony *filter);
+
+/* Compass bearing of the x axis, degrees clockwise from north, 0 to 360: magnetic north with a magnetometer, where the
+ * start pointed without one. Undefined where x is vertical. */
+float lh_mahony_bearing(const lh_mahony *filter);
+
+/* Up, as a unit vector in the frame of the body; gravity points the other way. */
+lh_mahony_vec3 lh_mahony_up(const lh_mahony *filter);
+
+/* A specific force less gravity: the acceleration of the body in its own frame, m/s². */
+lh_mahony_vec3 lh_mahony_linear_acceleration(const lh_mahony *filter, const float acc[3]);
+
 /* Bias of the gyroscope, rad/s. */
 lh_mahony_vec3 lh_mahony_bias(const lh_mahony *filter);
 
