@@ -19,9 +19,8 @@ from levelhead.filters import health
 from levelhead.filters.parameters import description
 from levelhead.guard import Guard
 from levelhead.kernels import quat
-from levelhead.kernels.angle import DEGREE
-from levelhead.kernels.tilt import GRAVITY
 from levelhead.kernels.vec3 import Vec3
+from levelhead.units import DEGREE, GRAVITY
 from levelhead.version import VERSION
 
 MACHINES = (
