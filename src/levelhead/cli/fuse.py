@@ -37,7 +37,7 @@ MANY = 1_000_000  # rows from which CSV is the slow way
 
 
 def find_logs(given: Sequence[Path]) -> list[Path]:
-    """The logs that were named, and those in folders that were.
+    """The logs that were named, and those in folders that were; a folder with a file per sensor is one log.
 
     Raises:
         LevelheadError: none at all, one that is not there, or a folder without any.
@@ -47,8 +47,12 @@ def find_logs(given: Sequence[Path]) -> list[Path]:
     logs: list[Path] = []
     for path in given:
         if path.is_dir():
+            from levelhead.sources.dispatch import is_one_recording
             from levelhead.sources.formats import BY_SUFFIX, CONTAINERS
 
+            if is_one_recording(path):
+                logs.append(path)
+                continue
             known = (*BY_SUFFIX, *CONTAINERS)
             inside = [one for one in sorted(path.iterdir()) if one.suffix.lower() in known and not _is_result(one)]
             if not inside:
@@ -163,10 +167,13 @@ def fuse(
     if json:
         print_json(_facts(done))
         return
+    from levelhead.inspection import short_form
     from levelhead.publish.summary import summary
 
     notes = tuple(done.recording.meta.get("notes", ()))
     print_line(summary(done.recording, done.track, done.score, done.guard, verbose=verbose, notes=notes))
+    for line in short_form(done.recording):
+        print_line(f"doctor: {line}")
     if plot and not can_draw():
         print_line(f"{NO_PICTURE}; --no-plot leaves this line out")
     print_line("written: " + ", ".join(str(path) for path in done.written))

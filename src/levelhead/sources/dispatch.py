@@ -109,6 +109,27 @@ def _opened(file: Path, hints: Hints) -> tuple[list[Table], Hints]:
     return found, hints
 
 
+def is_one_recording(folder: Path) -> bool:
+    """Whether a folder holds the sensors of one recording in files of their own, or is a ROS 2 bag.
+
+    A file with both gyroscope and accelerometer in it is a recording by itself.
+    """
+    from levelhead.sources.streams import joined, sensors_of
+    from levelhead.sources.windows import unrolled
+
+    if (folder / "metadata.yaml").is_file():
+        return True
+    try:
+        with np.errstate(all="ignore"):
+            found, _ = _opened(folder, Hints())
+            if len(found) < 2 or any({"gyr", "acc"} <= sensors_of(table) for table in found):
+                return False
+            parts = joined(str(folder), [unrolled(table) for table in found])
+    except (LevelheadError, OSError, ValueError):
+        return False
+    return any("gyr" in sensors_of(table) for table in parts)
+
+
 def _names(sensor: str, part: Member) -> bool:
     return sensor.lower() in part.name.lower()
 

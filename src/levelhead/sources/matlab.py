@@ -10,6 +10,7 @@ from levelhead.errors import LevelheadError, require
 from levelhead.sources.arrays import tabulate
 from levelhead.sources.hdf5 import hdf5
 from levelhead.sources.hints import Hints
+from levelhead.sources.names import understand
 from levelhead.sources.table import ArrayTable
 
 HDF5 = b"\x89HDF\r\n\x1a\n"
@@ -56,4 +57,12 @@ def tables(path: Path, shown: str, hints: Hints) -> list[ArrayTable]:
     """The one table of a .mat file; version 7.3 is HDF5."""
     with open(path, "rb") as file:
         is_hdf5 = HDF5 in (file.read(8), file.seek(512) and file.read(8))
-    return [hdf5(path, shown) if is_hdf5 else matlab(path, shown)]
+    table = hdf5(path, shown) if is_hdf5 else matlab(path, shown)
+    known = [understand(name) for name in table.names]
+    unnamed = [i for i, name in enumerate(table.names) if name.endswith("]") and "[" in name and not known[i].role]
+    times = [i for i, name in enumerate(known) if name.role == "t"]
+    if len(unnamed) == 6 and len(times) == 1 and not {"gyr", "acc"} & {name.role for name in known} and not hints.map:
+        from levelhead.sources.offset_counts import with_sensors
+
+        return [with_sensors(table, unnamed, times[0]) or table]
+    return [table]

@@ -55,8 +55,8 @@ def recording(source: str, tables: Sequence[Table], hints: Hints) -> Recording:
     if hints.sensor is not None:
         named = [table for table in tables if hints.sensor.lower() in table.context.lower()]
         tables = named or tables
-    tables = _joined(source, [unrolled(table) for table in tables])
-    whole = [table for table in tables if {"gyr", "acc"} <= _roles(table)]
+    tables = joined(source, [unrolled(table) for table in tables])
+    whole = [table for table in tables if {"gyr", "acc"} <= sensors_of(table)]
     if len(whole) == 1 or (whole and {Path(table.source).suffix for table in whole} and _one_file(whole)):
         return assemble(_with_mag(whole[0], tables, source), _without_sensor(hints, whole[0]))
     if whole:
@@ -83,7 +83,7 @@ def _one_file(tables: Sequence[Table]) -> bool:
 
 def _with_mag(table: Table, tables: Sequence[Table], source: str) -> Table:
     """A table with the magnetometer of another one of the same file beside it, if it has none."""
-    if "mag" in _roles(table) or not any("mag" in _roles(other) for other in tables):
+    if "mag" in sensors_of(table) or not any("mag" in sensors_of(other) for other in tables):
         return table
     try:
         return _merged(source, [table, *[other for other in tables if other is not table]], Hints())
@@ -109,7 +109,8 @@ def _without_names(hints: Hints) -> Hints:
     )
 
 
-def _roles(table: Table) -> set[str]:
+def sensors_of(table: Table) -> set[str]:
+    """Which of "gyr", "acc", "mag" and "t" the names of a table's columns give."""
     known = [understand(name, table.context) for name in table.names]
     found = {role for role in ("gyr", "acc", "mag") if grouped(role, known, None)[0]}
     return found | ({"t"} if any(name.role == "t" for name in known) else set())
@@ -127,13 +128,17 @@ def _streams(table: Table) -> list[Stream]:
     return found
 
 
-def _joined(source: str, tables: Sequence[Table]) -> list[Table]:
+def joined(source: str, tables: Sequence[Table]) -> list[Table]:
     """Tables without a clock side by side with one that has a clock only, or with each other, if they are as long.
 
     One axis in each file, or time in a file of its own.
     """
-    bare = [table for table in tables if "t" not in _roles(table) and table.rate is None]
-    clocks = [table for table in tables if "t" in _roles(table) and len(table.names) <= 2 and not _roles(table) - {"t"}]
+    bare = [table for table in tables if "t" not in sensors_of(table) and table.rate is None]
+    clocks = [
+        table
+        for table in tables
+        if "t" in sensors_of(table) and len(table.names) <= 2 and not sensors_of(table) - {"t"}
+    ]
     if len(bare) < 2 and not (bare and clocks):
         return list(tables)
     parts = [*clocks, *bare]
@@ -156,7 +161,7 @@ def _joined(source: str, tables: Sequence[Table]) -> list[Table]:
     merged = ArrayTable(
         source, {name: column[:shortest] for name, column in columns.items()}, notes=list(dict.fromkeys(notes))
     )
-    return [*(table for table in tables if table not in parts), merged] if _roles(merged) - {"t"} else list(tables)
+    return [*(table for table in tables if table not in parts), merged] if sensors_of(merged) - {"t"} else list(tables)
 
 
 def _merged(source: str, tables: Sequence[Table], hints: Hints) -> ArrayTable:

@@ -1,0 +1,9 @@
+"""A small run of benchmarks/fuzz.py: mutated logs of all formats give a recording or a sentence."""
+
+import fuzz
+
+
+def test_mutated_logs_give_a_recording_or_a_sentence() -> None:
+    outcomes = fuzz.run(60, seed=7)
+    assert set(outcomes) <= {"read", "refused"}, outcomes
+    assert outcomes["read"] > 5 and outcomes["refused"] > 5
