@@ -193,3 +193,12 @@ def test_ports_lists_what_is_there(levelhead, monkeypatch):
     assert lines[0] == "serial:/dev/ttyUSB0  CP2102" and lines[1] == "I²C bus 1"
     assert lines[2:] == ["  mpu6050@1  at 0x68", "  a chip that is not known  at 0x76"]
     assert levelhead("ports", "--json").json["i2c"][0]["chips"][0]["source"] == "mpu6050@1"
+
+
+@pytest.mark.slow
+def test_a_sweep_that_is_useless_is_named(levelhead):
+    """Walking with a bias that Complementary cannot remove: its best value is worse than the default filter."""
+    words = ("sweep", "--simulate", "walking", "-f", "Complementary", "-p", "tau", "--values", "0.2", "1")
+    assert "warning: the default filter, untuned, has" in levelhead(*words).out
+    words = ("sweep", "--simulate", "lesson", "-f", "Complementary", "-p", "tau", "--values", "1", "1.6")
+    assert "warning" not in levelhead(*words).out

@@ -1,7 +1,8 @@
 """``levelhead sweep``: one parameter over its range, with the minimum and the flat region."""
 
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
@@ -20,6 +21,13 @@ from levelhead.cli.options import (
     print_line,
     require_parameter,
 )
+
+WORSE = 0.9  # a reference must be better than the best value by 10 % to be named
+
+if TYPE_CHECKING:
+    from levelhead.guard import Guard
+    from levelhead.recording import Recording
+    from levelhead.tune import Sweep
 
 
 def sweep(
@@ -70,5 +78,29 @@ def sweep(
         print_json(result.to_dict() | {"written": [str(picture)] if picture else []})
         return
     print_table(result)
+    if warning := _warning(recording, result, before):
+        print_line(warning)
     asked = "no picture asked for: -o DIR draws the curve" if out is None else NO_PICTURE
     print_line(f"written: {picture}" if picture else asked)
+
+
+def _warning(recording: "Recording", result: "Sweep", guard: "Guard | None") -> str:
+    """A sentence if this recording cannot tune the filter: the default filter, or no motion at all, errs less."""
+    import numpy as np
+
+    from levelhead import filters
+    from levelhead.engine import fuse
+    from levelhead.evaluate import evaluate
+
+    best = float(result.scores[result.index])
+    track = fuse(recording, filters.default(), guard=guard)
+    still = replace(track, quat=np.broadcast_to(track.quat[:1], track.quat.shape).copy())
+    others = {"the default filter, untuned,": track, "a sensor that never moved from its first orientation": still}
+    for name, other in others.items():
+        error = float(getattr(evaluate(recording, other), result.metric))
+        if error < WORSE * best:
+            return (
+                f"warning: {name} has {error:.2f}°, less than the best value here ({best:.2f}°): no value of this "
+                "parameter is worth tuning on this recording; check its bias and truth, or take the default filter"
+            )
+    return ""
