@@ -84,6 +84,8 @@ def turn_of_gravity(t: Array, gyr: Array, acc: Array, near: float = _NEAR, span:
     t, gyr, length = t[usable], gyr[usable], length[usable]
     up = acc[usable] / length[:, None]
     step = median(np.diff(t))
+    if not step > 0.0:
+        return None
     box, size = max(1, round(SMOOTH / step)), max(1, round(span / step))
     if len(t) <= box + size:
         return None
@@ -185,6 +187,8 @@ def steadiness_of_gravity(t: Array, gyr: Array, acc: Array, away: float = 0.3) -
     is further than ``away`` (rms, in g) from 1 g (on a wheel, in free fall) say little and are left out.
     """
     step = median(np.diff(t)) if len(t) > 1 else 1.0
+    if not step > 0.0:
+        return _NOTHING
     size = max(2, round(WINDOW / step))
     count = len(t) // size
     if count == 0:
