@@ -134,6 +134,24 @@ def test_rows_are_subtracted_with_the_same_bits_and_within_their_bounds(step, co
 
 
 @mark.kernel
+def cut(m, width):
+    arrays.subtract_rows(m, 0, 30, 1, 40, 30, 1, width)
+
+
+@mark.kernel
+def uneven(m):
+    arrays.subtract_rows(m, 0, 30, 1, 40, 30, 1, 27)
+
+
+@pytest.mark.parametrize(("kernel", "more"), [(cut, (28,)), (uneven, ())])
+def test_a_width_that_registers_cannot_hold_does_not_compile(kernel, more):
+    from numba.core.errors import TypingError
+
+    with pytest.raises(TypingError, match="subtract_rows"):
+        jit.compiled(kernel)(np.zeros(80), *more)
+
+
+@mark.kernel
 def copied(m, to, at, count):
     arrays.copy(m, to, at, count)
 

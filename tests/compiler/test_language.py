@@ -1,16 +1,19 @@
 """Kernels stay inside the language that can be translated to C; what is outside is named with file and line."""
 
 import ast
+import importlib
 import inspect
 import textwrap
+from pathlib import Path
 
 import pytest
 
+import levelhead
 from levelhead import filters
 from levelhead.compiler import mark
-from levelhead.engine import conditioning
+from levelhead.compiler.hooks import Namespace
+from levelhead.engine import conditioning, lane_kernels, smoothing, stepper
 from levelhead.engine.binding import bind, bind_axis
-from levelhead.kernels import mat2, mat3, quat, tilt, triad
 
 STATEMENTS = "FunctionDef arguments arg Return Assign AugAssign AnnAssign If For Expr"
 EXPRESSIONS = "Call Attribute Name Constant BinOp UnaryOp BoolOp Compare IfExp Subscript Tuple keyword Load Store"
@@ -41,6 +44,8 @@ def offences(function):
             yield f"{line}: a loop over something else than range"
         if isinstance(node, ast.Constant) and isinstance(node.value, str):
             yield f"{line}: a string"
+        if isinstance(node, ast.Subscript) and isinstance(node.slice, ast.Tuple):
+            yield f"{line}: an index of two numbers"
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
             value = function.__globals__.get(node.func.id, getattr(__import__("builtins"), node.func.id, None))
             if getattr(value, "__module__", None) == "math" and node.func.id not in MATH:
@@ -56,11 +61,66 @@ def test_filters_and_everything_they_call(flt):
         assert [line for function in mark.reached(bind_axis(flt).run) for line in offences(function)] == []
 
 
-@pytest.mark.parametrize("module", [mat2, mat3, quat, tilt, triad], ids=lambda m: m.__name__)
-def test_kernels(module):
-    kernels = [value for value in vars(module).values() if mark.is_kernel(value)]
-    assert len(kernels) > 5
+PACKAGE = Path(levelhead.__file__).parent
+MARKED = [  # modules with kernels
+    ".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts).removesuffix(".__init__")
+    for path in sorted(PACKAGE.rglob("*.py"))
+    if "levelhead.compiler.mark import" in path.read_text(encoding="utf-8") and path.parent.name != "compiler"
+]
+ADDRESSES = {  # hooks that take the address of memory, which the kernel language has no word for
+    lane_kernels.LaneHooks,
+    lane_kernels.OutputHooks,
+    lane_kernels.ObserverHooks,
+    lane_kernels.SinkHooks,
+    stepper.MemoryHooks,
+}
+
+
+def defined(module):
+    """Functions that a module defines, those of its classes too."""
+    for value in vars(module).values():
+        members = vars(value).values() if isinstance(value, type) and value.__module__ == module.__name__ else [value]
+        for member in members:
+            function = getattr(member, "__func__", member)
+            if inspect.isfunction(function) and function.__module__ == module.__name__:
+                yield function
+
+
+def compiled_only(value):
+    return mark.is_compilable(value) and not mark.is_kernel(value)
+
+
+def reasons(function):
+    """Why a function cannot be a kernel."""
+    yield from offences(function)
+    for name in mark.global_names(function):
+        value = function.__globals__.get(name)
+        if isinstance(value, Namespace) and value._record in ADDRESSES:
+            yield f"{name} takes addresses"
+    yield from (f"calls {name}" for name, value in mark.mentioned(function) if compiled_only(value))
+
+
+@pytest.mark.parametrize("name", MARKED)
+def test_every_kernel_of_the_package_obeys_the_language(name):
+    kernels = [function for function in defined(importlib.import_module(name)) if mark.is_kernel(function)]
     assert [line for function in kernels for line in offences(function)] == []
+    called = [(kernel.__qualname__, *mentioned) for kernel in kernels for mentioned in mark.mentioned(kernel)]
+    assert [(kernel, other) for kernel, other, value in called if compiled_only(value)] == []
+
+
+@pytest.mark.parametrize("name", MARKED)
+def test_what_is_compiled_only_could_not_be_a_kernel(name):
+    functions = [function for function in defined(importlib.import_module(name)) if compiled_only(function)]
+    assert [function.__qualname__ for function in functions if not list(reasons(function))] == []
+
+
+def test_the_walk_finds_kernels_and_what_is_compiled_only():
+    assert len(MARKED) > 30
+    assert {"levelhead.kernels.quat", "levelhead.filters.eskf.rts", "levelhead.tune.lane_score"} <= set(MARKED)
+    assert sum(map(compiled_only, defined(lane_kernels))) > 10
+    assert any("While" in reason for reason in reasons(smoothing.forward))
+    assert any("two numbers" in reason for reason in reasons(smoothing.ends))
+    assert list(reasons(stepper.report)) == ["memory takes addresses"]
 
 
 def test_offences_are_found():
@@ -73,6 +133,11 @@ def test_offences_are_found():
         """A docstring is no offence."""
         return x if "true" else 0.0
 
+    @mark.compiled_only
+    def plain(x):
+        return x + 1.0
+
+    assert list(reasons(plain)) == []
     found = list(offences(bad))
     assert any("ListComp" in line for line in found) and any("Pow" in line for line in found)
     (line,) = offences(worded)

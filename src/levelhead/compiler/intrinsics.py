@@ -99,6 +99,6 @@ def subtract_rows(
             builder.store(builder.load(total), vector(to, i), align=8)
         return context.get_dummy_value()
 
-    if not isinstance(width, types.IntegerLiteral):
-        return None
+    if not isinstance(width, types.IntegerLiteral) or width.literal_value % WIDTH:
+        return None  # no such function, says Numba: registers hold a constant number of whole vectors
     return types.void(m, *[types.int64] * 6, width), generate

@@ -28,8 +28,8 @@ def noinline(function: F) -> F:
 def compiled_only(function: F) -> F:
     """Mark a function that is written for Numba alone.
 
-    It may use what the kernel language lacks: addresses, ``while``, two-dimensional arrays, ``raise``. Nothing
-    translates it into C, and no kernel calls it.
+    It uses what the kernel language lacks, and a test looks for it: addresses, ``while``, two-dimensional arrays,
+    ``raise``. Nothing translates it into C, and no kernel calls it.
     """
     function.__compiled_only__ = True  # type: ignore[attr-defined]
     return function
@@ -37,7 +37,7 @@ def compiled_only(function: F) -> F:
 
 def primitive(meaning: Callable[..., Any]) -> Callable[[F], F]:
     """Mark a word of the kernel language: plain Python runs it as it stands, compiled code what has its name in
-    ``native``; what it means is the kernel ``meaning``, from which C is made."""
+    ``compiler/intrinsics.py``; what it means is the kernel ``meaning``, from which C is made."""
 
     def mark(function: F) -> F:
         function.__native__ = True  # type: ignore[attr-defined]

@@ -18,7 +18,7 @@ import numpy as np
 from levelhead import filters
 from levelhead.calibration import Calibration
 from levelhead.compiler.hooks import declare, fill, rebind
-from levelhead.compiler.mark import compiled_only
+from levelhead.compiler.mark import compiled_only, kernel
 from levelhead.compiler.tree import native, plain
 from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.engine.binding import bind, for_engine, numba_installed
@@ -146,7 +146,7 @@ def ends(kept: Kept, turn: Any, before: Any) -> None:
         )
 
 
-@compiled_only
+@kernel
 def last_gap(t: Any, first: int, last: int) -> int:
     """The last sample of these that comes after a gap; ``first`` if none does."""
     found = first
