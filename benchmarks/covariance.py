@@ -16,7 +16,7 @@ import numpy as np
 
 import levelhead as lh
 from levelhead.bench.timing import Table
-from levelhead.compiler.compile import compiled
+from levelhead.compiler.compile import compile_kernel
 from levelhead.compiler.tree import native
 from levelhead.engine.binding import bind
 from levelhead.engine.driver import Settings
@@ -117,7 +117,7 @@ class Compiled:
     def __init__(self, params: lh.ESKF) -> None:
         driver = bind(FILTER)
         self._settings = Settings(params, lh.Guard())
-        self._run, self._carry = compiled(driver.run), native(driver.begin(self._settings))
+        self._run, self._carry = compile_kernel(driver.run), native(driver.begin(self._settings))
 
     def feed(self, part: Readings) -> tuple[Any, Any]:
         """Takes samples; returns P and σ of attitude after each."""

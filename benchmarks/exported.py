@@ -15,7 +15,7 @@ from inputs import axis
 from levelhead import filters
 from levelhead.bench.inputs import recording as made
 from levelhead.bench.timing import Case, Table, time_interleaved
-from levelhead.compiler.compile import compiled
+from levelhead.compiler.compile import compile_kernel
 from levelhead.engine.binding import bind, bind_axis
 from levelhead.engine.driver import Settings
 from levelhead.export import ExportConfig, write
@@ -84,7 +84,7 @@ def axis_table(params: Any, source: str, samples: int, repeats: int) -> Table:
     width = len(flt.report._fields)  # type: ignore[attr-defined]
     outs = [np.zeros(samples * width) for _ in range(3)]
     hand, generated = build(source), exported(ExportConfig(params, axis=True))
-    machine, state = compiled(driver), flt.init(params, float(level[0]))
+    machine, state = compile_kernel(driver), flt.init(params, float(level[0]))
     arguments = (samples, *map(doubles, data), 360.0)
     name = type(params).__name__
     by_hand, by_export, by_numba = time_interleaved(
@@ -117,7 +117,7 @@ def imu_table(params: Any, mag: bool, samples: int, repeats: int) -> Table:
     at = [*map(doubles, inputs), None if field is None else doubles(field)]
     driver = bind(flt, False)
     settings = Settings(params, Guard())
-    machine, begin = compiled(driver.run), driver.begin(settings)
+    machine, begin = compile_kernel(driver.run), driver.begin(settings)
     outs = [np.empty(k * samples) for k in (4, 3, 3)] + [np.empty(samples, np.int64)]
     flat = [*(array.ravel() for array in inputs), np.empty(0) if field is None else field.ravel()]
     by_hand, by_export, by_numba = time_interleaved(

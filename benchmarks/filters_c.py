@@ -10,7 +10,7 @@ import levelhead as lh
 from levelhead import filters
 from levelhead.bench.inputs import recording as made
 from levelhead.bench.timing import Case, Table, time_interleaved
-from levelhead.compiler.compile import compiled
+from levelhead.compiler.compile import compile_kernel
 from levelhead.engine.binding import bind
 from levelhead.engine.driver import Settings
 from levelhead.guard import Guard
@@ -49,7 +49,7 @@ def table(params: Any, recording: lh.Recording, repeats: int) -> Table:
     outs = [np.empty(4 * n), np.empty(3 * n), np.empty(3 * n), np.empty(n, np.int64)]
     driver = bind(flt, False)
     settings = Settings(params, Guard())
-    machine, begin = compiled(driver.run), driver.begin(settings)
+    machine, begin = compile_kernel(driver.run), driver.begin(settings)
     flat: Sequence[Any] = [array.ravel() for array in (*inputs, np.empty(0) if mag is None else mag)]
 
     def c() -> None:

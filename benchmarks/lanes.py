@@ -21,7 +21,7 @@ import levelhead as lh
 from levelhead import filters
 from levelhead.bench.inputs import imu
 from levelhead.bench.timing import Case, Table, time_interleaved
-from levelhead.compiler.compile import compiled
+from levelhead.compiler.compile import compile_kernel
 from levelhead.engine import lanes
 from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.engine.binding import bind
@@ -48,9 +48,9 @@ def spread(flt: Any) -> list[Any]:
 
 def cases(flt: Any, recording: lh.Recording) -> list[Case]:
     """Lanes and single runs of a filter."""
-    tries = spread(flt)
+    sets = spread(flt)
     driver = bind(flt)
-    run = compiled(driver.run)
+    run = compile_kernel(driver.run)
     n = len(recording)
     mag = np.empty(0) if recording.mag is None else recording.mag.reshape(-1)
     mag.flags.writeable = False
@@ -59,12 +59,12 @@ def cases(flt: Any, recording: lh.Recording) -> list[Case]:
     truth = np.tile([1.0, 0.0, 0.0, 0.0], (n, 1))
 
     def one_by_one() -> None:
-        for params in tries[:: SETS // SINGLE]:
+        for params in sets[:: SETS // SINGLE]:
             settings = Settings(params, DEFAULT_GUARD)
             run(settings, driver.begin(settings), float(recording.t[0]), *flat, *out)
 
     def beside(observer: lanes.Observer) -> None:
-        lanes.observe(recording, flt, tries, observer, truth, np.tile(observer.start, (SETS, 1)), workers=1)
+        lanes.observe(recording, flt, sets, observer, truth, np.tile(observer.start, (SETS, 1)), workers=1)
 
     return [
         Case(f"{flt.name}, lanes", lambda: beside(OFFSET), n * SETS),
@@ -75,11 +75,11 @@ def cases(flt: Any, recording: lh.Recording) -> list[Case]:
 
 def same(flt: Any, recording: lh.Recording) -> bool:
     """Whether every lane of a block and a part of one has the bits of its single run."""
-    tries = spread(flt)[:: SETS // 70]  # 74 of them
-    found = fuse_parameter_sets(recording, tries, engine="compiled")
+    sets = spread(flt)[:: SETS // 70]  # 74 of them
+    found = fuse_parameter_sets(recording, sets, engine="compiled")
     return all(
         np.array_equal(track.quat, lh.fuse(recording, params, engine="compiled").quat)
-        for params, track in zip(tries, found, strict=True)
+        for params, track in zip(sets, found, strict=True)
     )
 
 

@@ -14,7 +14,7 @@ import levelhead as lh
 from inputs import axis
 from levelhead import filters
 from levelhead.bench.timing import Case, Table, Timing, time_interleaved
-from levelhead.compiler.compile import compiled
+from levelhead.compiler.compile import compile_kernel
 from levelhead.engine.binding import bind_axis
 from measure import options, show
 from native import NATIVE, STRICT, KalmanParams, build, doubles
@@ -74,7 +74,7 @@ def axis_cases(
     _, flt, driver = bind_axis(filters.of(params))
     fields = len(flt.report._fields)
     outs = {name: np.empty(n * fields) for name in ("driver", "C", "C native")}
-    run, state = compiled(driver), flt.init(params, float(level[0]))
+    run, state = compile_kernel(driver), flt.init(params, float(level[0]))
     arguments = (ctypes.byref(c_params(params)), n, doubles(t), doubles(level), doubles(rate), period)
     plain, native = build(source, STRICT), build(source, NATIVE)
 

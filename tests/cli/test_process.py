@@ -147,11 +147,11 @@ def test_a_terminal_is_told_that_a_filter_is_compiled(tmp_path):
 
     outer, inner = pty.openpty()
     program = (
-        "from levelhead.compiler.compile import compiled\n"
+        "from levelhead.compiler.compile import compile_kernel\n"
         "from levelhead.compiler.mark import kernel\n"
         "from levelhead.publish.progress import progress\n"
         "with progress('fusing') as report:\n"
-        "    compiled(kernel(lambda x: x + 1.0))(1.0)\n"
+        "    compile_kernel(kernel(lambda x: x + 1.0))(1.0)\n"
         "    import time; time.sleep(0.3)\n"
     )
     env = os.environ | {"TERM": "xterm", "COLUMNS": "80", "NUMBA_CACHE_DIR": str(tmp_path)}

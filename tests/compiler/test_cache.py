@@ -13,13 +13,13 @@ import sys
 import numpy as np, levelhead as lh
 from levelhead import filters
 from levelhead.engine.binding import bind
-from levelhead.compiler.compile import compiled
+from levelhead.compiler.compile import compile_kernel
 flt = filters.find(sys.argv[1])
 n = 50
 rec = lh.Recording(np.arange(n) / 100, np.zeros((n, 3)), np.tile([0.0, 0.0, 9.81], (n, 1)))
 track = lh.fuse(rec, flt.params(), engine="compiled")
 assert np.allclose(track.quat, [1, 0, 0, 0])
-print("compiled" if sum(compiled(bind(flt).run).stats.cache_misses.values()) else "cached")
+print("compiled" if sum(compile_kernel(bind(flt).run).stats.cache_misses.values()) else "cached")
 """
 
 

@@ -29,7 +29,7 @@ def test_compiled_gives_the_same_bits():
         Vec3(0.3, -1.1, 2.0),
         quat.exp(Vec3(0.1, 2.0, -0.3)),
     )
-    assert jit.compiled(_mixture)(*arguments) == _mixture(*arguments)
+    assert jit.compile_kernel(_mixture)(*arguments) == _mixture(*arguments)
 
 
 @mark.kernel
@@ -47,9 +47,9 @@ def test_wrong_sizes_fail_when_compiled():
 
     two, three, v = Mat2(1.0, 0.0, 0.0, 1.0), Mat3(*map(float, range(9))), Vec3(1.0, 2.0, 3.0)
     with pytest.raises(numba.core.errors.TypingError):
-        jit.compiled(_three_by_three_of_a_vector).compile((numba.typeof(v),))
+        jit.compile_kernel(_three_by_three_of_a_vector).compile((numba.typeof(v),))
     with pytest.raises(numba.core.errors.TypingError):
-        jit.compiled(_mixture).compile((numba.typeof(two), numba.typeof(v), numba.typeof(quat.IDENTITY)))
+        jit.compile_kernel(_mixture).compile((numba.typeof(two), numba.typeof(v), numba.typeof(quat.IDENTITY)))
     assert mat3.transpose(three) == Mat3(0.0, 3.0, 6.0, 1.0, 4.0, 7.0, 2.0, 5.0, 8.0)
 
 
@@ -77,7 +77,7 @@ def test_the_hash_follows_every_kernel_that_is_reached(tmp_path, monkeypatch):
     load("lh_test_callee", callee.format(2.0))
     edited = load("lh_test_outer", outer).outer
     assert jit.code_hash(edited) != before
-    assert jit.compiled(edited)(1.0) == 3.0
+    assert jit.compile_kernel(edited)(1.0) == 3.0
 
 
 def test_the_hash_holds_no_address():
@@ -102,7 +102,7 @@ def test_what_is_compiled_by_hand_rounds_as_the_kernel_does_and_keeps_within_its
     before = np.random.default_rng(count).normal(size=40)
     plain, fast = before.tolist(), before.copy()
     arrays.add_scaled(plain, 3, -0.1, 20, count)
-    jit.compiled(added)(fast, 3, -0.1, 20, count)
+    jit.compile_kernel(added)(fast, 3, -0.1, 20, count)
     np.testing.assert_array_equal(fast, plain)
     expected = before.copy()
     expected[3 : 3 + count] += -0.1 * before[20 : 20 + count]
@@ -125,7 +125,7 @@ def test_rows_are_subtracted_with_the_same_bits_and_within_their_bounds(step, co
     place = (7, 250, step, 60, 30, count)
     arrays.subtract_rows(plain, *place, WIDTH)
     arrays.subtract_each_row(meant, *place, WIDTH)
-    jit.compiled(subtracted)(fast, *place)
+    jit.compile_kernel(subtracted)(fast, *place)
     assert plain == fast.tolist() == meant
     rows = before[60 : 60 + 30 * count].reshape(count, 30)[:, :WIDTH]
     expected = before.copy()
@@ -148,7 +148,7 @@ def test_a_width_that_registers_cannot_hold_does_not_compile(kernel, more):
     from numba.core.errors import TypingError
 
     with pytest.raises(TypingError, match="subtract_rows"):
-        jit.compiled(kernel)(np.zeros(80), *more)
+        jit.compile_kernel(kernel)(np.zeros(80), *more)
 
 
 @mark.kernel
@@ -161,5 +161,5 @@ def test_copying_keeps_within_its_bounds(count):
     plain = [float(i) for i in range(20)]
     fast = np.array(plain)
     arrays.copy(plain, 3, 11, count)
-    jit.compiled(copied)(fast, 3, 11, count)
+    jit.compile_kernel(copied)(fast, 3, 11, count)
     assert plain == fast.tolist() == [*range(3), *range(11, 11 + count), *range(3 + count, 20)]

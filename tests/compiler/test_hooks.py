@@ -5,9 +5,9 @@ from typing import Any, Protocol
 import pytest
 
 from levelhead import filters
-from levelhead.compiler.compile import compiled
+from levelhead.compiler.compile import compile_kernel
 from levelhead.compiler.hooks import Namespace, declare, fill, rebind
-from levelhead.compiler.mark import kernel, mentioned, noinline, reached
+from levelhead.compiler.mark import kernel, list_mentions, list_reachable, noinline
 from levelhead.engine import conditioning, driver, lane_kernels, stepper
 from levelhead.engine.binding import bind
 
@@ -70,16 +70,16 @@ def test_each_copy_calls_its_own_functions_however_deep():
 @pytest.mark.compiled
 def test_the_compiled_twin_has_the_same_result():
     for one in (bound(SCALE=10.0, change=double), bound(SCALE=1.0, change=negate, after=double)):
-        assert compiled(one)(3.0) == one(3.0)
+        assert compile_kernel(one)(3.0) == one(3.0)
 
 
 def test_a_kernel_that_reaches_no_hook_is_not_copied_and_marks_are_kept():
     assert rebind(untouched, ((hooks, fill(hooks, "Test", SCALE=1.0, change=double)),)) is untouched
-    copies = {function.__name__: function for function in reached(bound(SCALE=1.0, change=double))}
+    copies = {function.__name__: function for function in list_reachable(bound(SCALE=1.0, change=double))}
     assert copies["untouched"] is untouched
     assert copies["inner"] is not inner and hasattr(copies["inner"], "__noinline__")
     inlined = rebind(outer, ((hooks, fill(hooks, "Test", SCALE=1.0, change=double)),), inline=True)
-    assert not any(hasattr(function, "__noinline__") for function in reached(inlined))
+    assert not any(hasattr(function, "__noinline__") for function in list_reachable(inlined))
 
 
 def test_a_kernel_stands_in_for_another_one():
@@ -112,7 +112,7 @@ def two_deep(x: float) -> float:
 
 def test_a_module_inside_a_module_is_refused_because_it_would_not_be_bound():
     with pytest.raises(TypeError, match=r"two_deep uses driver\.hooks\.….*import driver\.hooks by itself"):
-        list(mentioned(two_deep))
+        list(list_mentions(two_deep))
 
 
 @pytest.mark.parametrize("flt", filters.ALL, ids=lambda f: f.name)
@@ -120,7 +120,7 @@ def test_nothing_is_left_unbound_in_a_filter_s_driver(flt):
     one = bind(flt)
     declared = {driver.hooks, driver.aiding, conditioning.detectors, lane_kernels.hooks, stepper.memory}
     for function in filter(None, (one.begin, one.advance, one.result, one.run, one.update_aiding, one.run_with_aiding)):
-        used = {id(value) for each in reached(function) for value in used_namespaces(each)}
+        used = {id(value) for each in list_reachable(function) for value in used_namespaces(each)}
         assert used and used.isdisjoint(map(id, declared))
 
 

@@ -54,11 +54,11 @@ def offences(function):
 
 @pytest.mark.parametrize("flt", filters.ALL, ids=lambda f: f.name)
 def test_filters_and_everything_they_call(flt):
-    functions = mark.reached(bind(flt).run)
+    functions = mark.list_reachable(bind(flt).run)
     assert len(functions) > 5 and conditioning.missing in functions
     assert [line for function in functions for line in offences(function)] == []
     if flt.axis:
-        assert [line for function in mark.reached(bind_axis(flt).run) for line in offences(function)] == []
+        assert [line for function in mark.list_reachable(bind_axis(flt).run) for line in offences(function)] == []
 
 
 PACKAGE = Path(levelhead.__file__).parent
@@ -97,14 +97,14 @@ def reasons(function):
         value = function.__globals__.get(name)
         if isinstance(value, Namespace) and value._record in ADDRESSES:
             yield f"{name} takes addresses"
-    yield from (f"calls {name}" for name, value in mark.mentioned(function) if compiled_only(value))
+    yield from (f"calls {name}" for name, value in mark.list_mentions(function) if compiled_only(value))
 
 
 @pytest.mark.parametrize("name", MARKED)
 def test_every_kernel_of_the_package_obeys_the_language(name):
     kernels = [function for function in defined(importlib.import_module(name)) if mark.is_kernel(function)]
     assert [line for function in kernels for line in offences(function)] == []
-    called = [(kernel.__qualname__, *mentioned) for kernel in kernels for mentioned in mark.mentioned(kernel)]
+    called = [(kernel.__qualname__, *mentioned) for kernel in kernels for mentioned in mark.list_mentions(kernel)]
     assert [(kernel, other) for kernel, other, value in called if compiled_only(value)] == []
 
 
@@ -119,7 +119,7 @@ def test_the_walk_finds_kernels_and_what_is_compiled_only():
     assert {"levelhead.kernels.quat", "levelhead.filters.eskf.rts", "levelhead.tune.lane_score"} <= set(MARKED)
     assert sum(map(compiled_only, defined(lane_kernels))) > 10
     assert any("While" in reason for reason in reasons(smoothing.forward))
-    assert any("two numbers" in reason for reason in reasons(smoothing.ends))
+    assert any("two numbers" in reason for reason in reasons(smoothing.compose_ends))
     assert list(reasons(stepper.report)) == ["memory takes addresses"]
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from levelhead.compiler import lane_slots
-from levelhead.compiler.compile import assembly, compiled
+from levelhead.compiler.compile import assembly, compile_kernel
 from levelhead.compiler.mark import compiled_only, with_globals
 
 PACKED = {  # products of several doubles at once
@@ -67,5 +67,5 @@ def test_that_loop_has_the_bits_of_numpy(functions):
     table, at = lane_slots.allocate(place.end)
     x, y = before = np.random.default_rng(1).normal(size=(2, lane_slots.LANES))
     table[:] = before
-    compiled(every)(at, 0.1, -3.0)
+    compile_kernel(every)(at, 0.1, -3.0)
     np.testing.assert_array_equal(table, [x * 0.1 + -3.0, x * y])

@@ -20,7 +20,7 @@ EVERY = pytest.mark.parametrize("flt", filters.ALL, ids=lambda f: f.name)
 def different(flt, count=COUNT):
     """Parameter sets that differ in every number and every switch."""
     noise = np.random.default_rng(3)
-    tries = []
+    sets = []
     for k in range(count):
         values = {}
         for name, param in param_table(flt.params).items():
@@ -28,8 +28,8 @@ def different(flt, count=COUNT):
                 values[name] = bool(k % 5 < 2)
             elif param.sweep is not None:
                 values[name] = float(noise.uniform(*param.sweep))
-        tries.append(flt.params(**values))
-    return tries
+        sets.append(flt.params(**values))
+    return sets
 
 
 @EVERY
@@ -37,32 +37,32 @@ def different(flt, count=COUNT):
 def test_every_lane_is_its_single_run(flt, with_mag, monkeypatch):
     monkeypatch.setattr(lanes, "STRETCH", 111)
     recording = hard_recording(with_mag)
-    tries = different(flt)
-    found = fuse_parameter_sets(recording, tries, engine="compiled")
-    for params, track in zip(tries, found, strict=True):
+    sets = different(flt)
+    found = fuse_parameter_sets(recording, sets, engine="compiled")
+    for params, track in zip(sets, found, strict=True):
         assert track.params == params
         assert_same(track, lh.fuse(recording, params, engine="compiled"))
-    assert_same(found[-1], lh.fuse(recording, tries[-1], engine="python"))
+    assert_same(found[-1], lh.fuse(recording, sets[-1], engine="python"))
 
 
 @pytest.mark.parametrize("guard", [None, lh.Guard(gyr_range=250.0, acc_gate=2.0, rest_time=0.2)], ids=["none", "own"])
 def test_lanes_have_the_guard_that_is_asked_for(guard):
     recording = hard_recording(True)
-    tries = different(lh.filters.of(lh.Mahony()), 9)
-    found = fuse_parameter_sets(recording, tries, guard=guard, engine="compiled")
-    for params, track in zip(tries, found, strict=True):
+    sets = different(lh.filters.of(lh.Mahony()), 9)
+    found = fuse_parameter_sets(recording, sets, guard=guard, engine="compiled")
+    for params, track in zip(sets, found, strict=True):
         assert_same(track, lh.fuse(recording, params, guard=guard, engine="compiled"))
     assert any((track.quat != lh.fuse(recording, track.params).quat).any() for track in found)
-    few = fuse_parameter_sets(recording, tries[:2], guard=guard, engine="python")
-    for params, track in zip(tries, few, strict=False):
+    few = fuse_parameter_sets(recording, sets[:2], guard=guard, engine="python")
+    for params, track in zip(sets, few, strict=False):
         assert_same(track, lh.fuse(recording, params, guard=guard, engine="python"))
 
 
 def test_filters_can_be_mixed_and_few():
     recording = lh.simulate.lesson(42)[:50]
-    tries = [lh.Kalman(r_measure=0.1), "Complementary", lh.Kalman]
+    sets = [lh.Kalman(r_measure=0.1), "Complementary", lh.Kalman]
     for engine in ("python", "compiled"):
-        for params, track in zip(tries, fuse_parameter_sets(recording, tries, engine=engine), strict=True):
+        for params, track in zip(sets, fuse_parameter_sets(recording, sets, engine=engine), strict=True):
             assert_same(track, lh.fuse(recording, params))
     assert fuse_parameter_sets(recording, []) == []
 
@@ -70,18 +70,18 @@ def test_filters_can_be_mixed_and_few():
 def test_a_recording_that_never_starts():
     n = 20
     recording = lh.Recording(np.arange(n) / 100, np.zeros((n, 3)), np.full((n, 3), np.nan))
-    tries = [lh.Kalman(r_measure=0.1 * (k + 1)) for k in range(10)]
-    for params, track in zip(tries, fuse_parameter_sets(recording, tries, engine="compiled"), strict=True):
+    sets = [lh.Kalman(r_measure=0.1 * (k + 1)) for k in range(10)]
+    for params, track in zip(sets, fuse_parameter_sets(recording, sets, engine="compiled"), strict=True):
         assert_same(track, lh.fuse(recording, params, engine="python"))
 
 
 def test_blocks_have_equal_switches():
-    tries = [lh.Kalman(joseph=k % 3 == 0) for k in range(200)]
-    cut = lanes.blocks(tries)
+    sets = [lh.Kalman(joseph=k % 3 == 0) for k in range(200)]
+    cut = lanes.blocks(sets)
     assert sorted(i for block in cut for i in block) == list(range(200))
     for block in cut:
         assert len(block) <= lane_slots.LANES
-        assert len({tries[i].joseph for i in block}) == 1
+        assert len({sets[i].joseph for i in block}) == 1
 
 
 def test_numbers_lie_in_rows():

@@ -57,12 +57,12 @@ def test_one_axis_needs_its_report():
 
 
 def test_lanes_that_keep_no_tracks_need_next_to_nothing_more_for_any_length():
-    tries = [lh.Mahony(kp=0.1 * (k + 1)) for k in range(lane_slots.LANES)]
+    sets = [lh.Mahony(kp=0.1 * (k + 1)) for k in range(lane_slots.LANES)]
 
     def peak(n):
         given = recording(n, False)
-        truth, start = np.tile([1.0, 0.0, 0.0, 0.0], (n, 1)), np.tile(SQUARES.start, (len(tries), 1))
-        return most(lambda: lanes.observe(given, lh.filters.of(tries[0]), tries, SQUARES, truth, start, workers=1))[1]
+        truth, start = np.tile([1.0, 0.0, 0.0, 0.0], (n, 1)), np.tile(SQUARES.start, (len(sets), 1))
+        return most(lambda: lanes.observe(given, lh.filters.of(sets[0]), sets, SQUARES, truth, start, workers=1))[1]
 
     peak(2000)  # compiles
     shorter, longer = 3000, 60_000

@@ -27,10 +27,10 @@ def _changed(monkeypatch):
     """A file of the EKF is not what it was when the extension was built."""
     before = native._file_digest
     monkeypatch.setattr(native, "_file_digest", lambda name: b"changed" if "mekf" in name else before(name))
-    for remembered in (native._made, native._warn_stale):
+    for remembered in (native._load_filter, native._warn_stale):
         remembered.cache_clear()
     yield
-    for remembered in (native._made, native._warn_stale):
+    for remembered in (native._load_filter, native._warn_stale):
         remembered.cache_clear()
 
 

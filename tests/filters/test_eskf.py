@@ -191,7 +191,7 @@ def test_nothing_but_a_magnetometer_tells_of_heading(motion):
 
 def learned(recording, **values):
     """The end of a run: means and deviations of the error states."""
-    from levelhead.compiler.compile import compiled
+    from levelhead.compiler.compile import compile_kernel
     from levelhead.compiler.tree import native
     from levelhead.engine.binding import bind
     from levelhead.engine.driver import Settings
@@ -201,7 +201,7 @@ def learned(recording, **values):
     n = len(recording)
     flat = [np.array(a).reshape(-1) for a in (recording.t, recording.gyr, recording.acc, recording.mag)]
     out = [np.empty(4 * n), np.empty(3 * n), np.empty(3 * n), np.empty(n, np.uint32)]
-    carry = compiled(driver.run)(settings, native(driver.begin(settings)), float(recording.t[0]), *flat, *out)
+    carry = compile_kernel(driver.run)(settings, native(driver.begin(settings)), float(recording.t[0]), *flat, *out)
     m = carry.run.state.memory
     p = square(m)
     return np.array(m[at.MEAN : at.MEAN + at.N]), np.sqrt(np.diag(p)), p

@@ -134,6 +134,6 @@ def _both(y: float, x: float) -> float:
 @pytest.mark.compiled
 def test_machine_code_gives_the_same_bits():
     rng = np.random.default_rng(3)
-    machine = jit.compiled(_both)
+    machine = jit.compile_kernel(_both)
     for y, x in rng.normal(0.0, 10.0 ** rng.uniform(-3, 3, (2000, 1)), (2000, 2)).tolist():
         assert machine(y, x) == _both(y, x)

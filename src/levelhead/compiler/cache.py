@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from levelhead.compiler.mark import mentioned, reached
+from levelhead.compiler.mark import list_mentions, list_reachable
 
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "_nrt": False}
 
@@ -34,7 +34,7 @@ def fingerprint(function: Callable[..., Any]) -> str:
     parts = [f"{function.__module__}.{function.__qualname__} {called}", _code_text(function.__code__)]
     if hasattr(function, "__native__"):
         parts.append(Path(__file__).with_name("intrinsics.py").read_text(encoding="utf-8"))
-    for name, value in mentioned(function):
+    for name, value in list_mentions(function):
         if isinstance(value, type) and hasattr(value, "_fields"):
             parts.append(f"{name}: {value._fields}")
         elif isinstance(value, int | float | tuple):
@@ -51,7 +51,7 @@ def code_hash(function: Callable[..., Any]) -> str:
     """
     import hashlib
 
-    texts = sorted(map(fingerprint, reached(function)))
+    texts = sorted(map(fingerprint, list_reachable(function)))
     return hashlib.sha256("\n\n".join([*texts, repr(OPTIONS)]).encode()).hexdigest()[:16]
 
 

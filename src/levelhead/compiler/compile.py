@@ -17,9 +17,9 @@ from levelhead.compiler.cache import OPTIONS, code_hash, remove_stale
 from levelhead.compiler.mark import replace_calls
 
 
-def _rebuilt(function: Callable[..., Any], qualname: str) -> Callable[..., Any]:
+def _copy_twin(function: Callable[..., Any], qualname: str) -> Callable[..., Any]:
     twin = types.FunctionType(
-        function.__code__, replace_calls(function, _inlined), function.__name__, function.__defaults__
+        function.__code__, replace_calls(function, _compile_inline), function.__name__, function.__defaults__
     )
     twin.__module__ = function.__module__
     twin.__qualname__ = qualname
@@ -27,7 +27,7 @@ def _rebuilt(function: Callable[..., Any], qualname: str) -> Callable[..., Any]:
 
 
 @functools.cache
-def _inlined(function: Callable[..., Any]) -> Any:
+def _compile_inline(function: Callable[..., Any]) -> Any:
     """The compiled twin of a kernel that other kernels call; forced inline, which is what lets LLVM use SIMD."""
     import numba
 
@@ -35,37 +35,37 @@ def _inlined(function: Callable[..., Any]) -> Any:
         from levelhead.compiler import intrinsics
 
         return getattr(intrinsics, function.__name__)
-    twin = _rebuilt(function, function.__qualname__)
+    twin = _copy_twin(function, function.__qualname__)
     inline = not hasattr(function, "__noinline__")
     # Python never calls it, so that nothing of what that would need has to be compiled.
     alone: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
     return numba.njit(forceinline=inline, nogil=True, **alone, **OPTIONS)(twin)
 
 
-class Compiling:
-    """Who is told when machine code is to be made: for a large filter that takes half a minute, once per machine."""
+class CompileEvents:
+    """Functions to call before machine code is made: for a large filter that takes half a minute, once per machine."""
 
-    told: ClassVar[list[Callable[[], None]]] = []
+    callbacks: ClassVar[list[Callable[[], None]]] = []
 
 
 @functools.cache
-def _listen() -> None:
-    """Has Numba say when it compiles; what it finds in its cache it does not say."""
+def _register_listener() -> None:
+    """Registers a listener to Numba's compilations; code that its cache holds raises no event."""
     from numba.core import event
 
-    class Begun(event.Listener):
+    class CompileListener(event.Listener):
         def on_start(self, event: Any) -> None:
-            for tell in Compiling.told:
-                tell()
+            for callback in CompileEvents.callbacks:
+                callback()
 
         def on_end(self, event: Any) -> None:
             pass
 
-    event.register("numba:compile", Begun())  # type: ignore[no-untyped-call]
+    event.register("numba:compile", CompileListener())  # type: ignore[no-untyped-call]
 
 
 @functools.cache
-def compiled(function: Callable[..., Any], releases_gil: bool = True) -> Any:
+def compile_kernel(function: Callable[..., Any], releases_gil: bool = True) -> Any:
     """The compiled twin of an outermost kernel (a driver), kept on disk where there is a place for it.
 
     Long work lets other Python threads run meanwhile; for one sample giving the lock away costs more than the sample.
@@ -75,9 +75,9 @@ def compiled(function: Callable[..., Any], releases_gil: bool = True) -> Any:
     """
     import numba
 
-    _listen()
+    _register_listener()
     code = code_hash(function)
-    twin = _rebuilt(function, f"{function.__qualname__}_{code}")
+    twin = _copy_twin(function, f"{function.__qualname__}_{code}")
     options = OPTIONS | {"nogil": releases_gil}
     try:
         dispatcher = numba.njit(cache=True, **options)(twin)
@@ -98,7 +98,7 @@ def assembly(function: Callable[..., Any], letters: str) -> str:
 
     from levelhead.compiler.slots import entry_point
 
-    dispatcher = numba.njit(**OPTIONS)(_rebuilt(function, function.__qualname__))
+    dispatcher = numba.njit(**OPTIONS)(_copy_twin(function, function.__qualname__))
     entry_point(dispatcher, letters)
     text: str = "\n".join(dispatcher.inspect_asm().values())
     return text

@@ -18,7 +18,7 @@ import types
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from levelhead.compiler.mark import copy_kernel, global_names, is_kernel, reached, replace_calls
+from levelhead.compiler.mark import copy_kernel, global_names, is_kernel, list_reachable, replace_calls
 from levelhead.errors import nearest
 
 
@@ -90,7 +90,7 @@ def _namespaces(function: Callable[..., Any]) -> dict[str, Namespace]:
 
 def _depends(function: Callable[..., Any], old: frozenset[int]) -> bool:
     """Whether a kernel reaches any of these kernels or namespaces, given by ``id``."""
-    kernels = reached(function)
+    kernels = list_reachable(function)
     used = [*kernels, *(space for kernel in kernels for space in _namespaces(kernel).values())]
     return not old.isdisjoint(map(id, used))
 

@@ -92,7 +92,7 @@ def over_lanes() -> Any:
             lane.add_incoming(ir.Constant(word, 0), before)
             lane.add_incoming(following, builder.block)
             again = builder.cbranch(builder.icmp_signed("<", following, ir.Constant(word, LANES)), loop, after)
-            again.set_metadata("llvm.loop", _wishes(builder.module))
+            again.set_metadata("llvm.loop", _loop_hints(builder.module))
             builder.position_at_end(after)
             return context.get_dummy_value()
 
@@ -101,16 +101,16 @@ def over_lanes() -> Any:
     return each
 
 
-def _wishes(module: Any) -> Any:
+def _loop_hints(module: Any) -> Any:
     """The loop metadata; its first operand has to be itself."""
     from llvmlite import ir
 
-    def wish(name: str, value: Any) -> Any:
+    def hint(name: str, value: Any) -> Any:
         return module.add_metadata([ir.MetaDataString(module, f"llvm.loop.{name}"), value])
 
     wishes = module.add_metadata([
-        wish("vectorize.enable", ir.Constant(ir.IntType(1), 1)),
-        wish("interleave.count", ir.Constant(ir.IntType(32), INTERLEAVED)),
+        hint("vectorize.enable", ir.Constant(ir.IntType(1), 1)),
+        hint("interleave.count", ir.Constant(ir.IntType(32), INTERLEAVED)),
     ])  # fmt: skip
     wishes.operands = (wishes, *wishes.operands)
     return wishes

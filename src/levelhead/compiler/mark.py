@@ -86,7 +86,7 @@ def instance(function: Callable[..., Any], name: str, **kernels: Any) -> Callabl
     return twin
 
 
-def mentioned(function: Callable[..., Any]) -> Iterator[tuple[str, Any]]:
+def list_mentions(function: Callable[..., Any]) -> Iterator[tuple[str, Any]]:
     """What the function's byte code mentions: globals, and members of modules that are globals, as (name, value).
 
     A field of a tuple may have the name of a global; only what is loaded as a global counts. The value is None where a
@@ -116,7 +116,7 @@ def global_names(function: Callable[..., Any]) -> set[str]:
     return {step.argval for step in dis.get_instructions(function) if step.opname == "LOAD_GLOBAL"}
 
 
-def reached(function: Callable[..., Any]) -> list[Callable[..., Any]]:
+def list_reachable(function: Callable[..., Any]) -> list[Callable[..., Any]]:
     """The kernel itself and every kernel that it calls, directly or not."""
     found: dict[int, Callable[..., Any]] = {}
     waiting = [function]
@@ -124,14 +124,14 @@ def reached(function: Callable[..., Any]) -> list[Callable[..., Any]]:
         current = waiting.pop()
         if id(current) not in found:
             found[id(current)] = current
-            waiting += [value for _, value in mentioned(current) if is_compilable(value)]
+            waiting += [value for _, value in list_mentions(current) if is_compilable(value)]
     return list(found.values())
 
 
 def replace_calls(function: Callable[..., Any], change: Callable[[Any], Any]) -> dict[str, Any]:
     """The function's globals, with each kernel that it calls (also those inside modules) replaced by ``change(it)``."""
     twins = dict(function.__globals__)
-    for name, value in mentioned(function):
+    for name, value in list_mentions(function):
         if not is_compilable(value):
             continue
         module, dot, member = name.partition(".")

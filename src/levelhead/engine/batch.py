@@ -88,7 +88,7 @@ class Batch:
         self._run = imu_run(self.filter, self._guarded) if native_run else for_engine(run, self._engine)
         mag = NO_MAG if recording.mag is None else recording.mag.reshape(-1)
         self._inputs = [recording.t, recording.gyr.reshape(-1), recording.acc.reshape(-1), mag]
-        self._outputs, self._widths = room(len(recording)), [4, 3, 3, 1]
+        self._outputs, self._widths = allocate_outputs(len(recording)), [4, 3, 3, 1]
         if self._aiding is not None:
             self._outputs.append(np.empty(12 * len(recording)))
             self._widths.append(12)
@@ -129,17 +129,17 @@ class Batch:
             health,
             self._settings.filter,
             calibration=self.calibration,
-            **(places(seen[0].reshape(n, 4, 3)) if seen else {}),
+            **(navigation_fields(seen[0].reshape(n, 4, 3)) if seen else {}),
         )
 
 
-def places(table: Array) -> dict[str, Any]:
+def navigation_fields(table: Array) -> dict[str, Any]:
     """A track's position and velocity from rows of position, velocity and 1σ of both, (n, 4, 3)."""
     names = ("position", "velocity", "sigma_position", "sigma_velocity")
     return {name: table[:, k] for k, name in enumerate(names)}
 
 
-def room(n: int) -> list[Any]:
+def allocate_outputs(n: int) -> list[Any]:
     """Flat arrays for quat, bias, sigma and health of n samples, in one piece.
 
     Memory that comes and goes in several pieces from several threads is given back to the system between two

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from levelhead import guard
-from levelhead.compiler.compile import compiled
+from levelhead.compiler.compile import compile_kernel
 from levelhead.compiler.hooks import fill, rebind
 from levelhead.compiler.mark import with_globals
 from levelhead.engine import axis_driver, conditioning, driver
@@ -173,4 +173,4 @@ def choose_engine(engine: str, samples: int, native: bool = False) -> str:
 
 def for_engine(function: Callable[..., Any], engine: str) -> Callable[..., Any]:
     """The driver function itself, or its compiled twin."""
-    return compiled(function) if engine == "compiled" else function
+    return compile_kernel(function) if engine == "compiled" else function

@@ -61,7 +61,7 @@ class ObserverHooks(Protocol):
     """An observer's kernel, and where in the block its values lie."""
 
     @staticmethod
-    def observe(seen: Any, quat: Quat, truth: Quat) -> Any:
+    def observe(sums: Any, quat: Quat, truth: Quat) -> Any:
         """What has been observed, with one more sample."""
         ...
 
@@ -71,7 +71,7 @@ class ObserverHooks(Protocol):
         ...
 
     @staticmethod
-    def store(at: int, lane: int, seen: Any) -> None:
+    def store(at: int, lane: int, sums: Any) -> None:
         """Writes them."""
         ...
 

@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from levelhead.compiler import lane_slots
-from levelhead.compiler.compile import compiled
+from levelhead.compiler.compile import compile_kernel
 from levelhead.compiler.hooks import fill, rebind
 from levelhead.compiler.lane_slots import LANES, Rows
 from levelhead.engine import lane_kernels
@@ -43,8 +43,8 @@ class Observer(NamedTuple):
     """What is accumulated of each run against the truth, sample by sample."""
 
     name: str
-    observe: Callable[..., Any]  # kernel (seen, quat, truth) -> seen
-    start: Any  # an example of ``seen``: a NamedTuple of floats
+    observe: Callable[..., Any]  # kernel (sums, quat, truth) -> sums
+    start: Any  # an example of ``sums``: a NamedTuple of floats
 
 
 class CompiledLanes(NamedTuple):
@@ -74,7 +74,7 @@ class Variant(NamedTuple):
 @functools.cache
 def compile_lanes(variant: Variant, short: bool) -> CompiledLanes:
     """Compiled lanes; ``short``: with NaN in place of what is rare."""
-    flt, guarded, has_mag, watching, chosen = variant
+    flt, guarded, has_mag, observer, chosen = variant
     bound, settings = bind(flt, guarded), Settings(flt.params(), DEFAULT_GUARD)
     run = bound.begin(settings).run
     runs = lane_slots.rows(run, 0)
@@ -93,14 +93,14 @@ def compile_lanes(variant: Variant, short: bool) -> CompiledLanes:
     )
     take: Callable[..., Any]
     more: tuple[Any, Any]
-    if watching is None:
+    if observer is None:
         results, name = lane_slots.rows(bound.result(settings, run), 0), "outputs"
         kept = fill(lane_kernels.outputs, bound.name, BYTES=results.end * LANES * 8, store=results.store)
         take, more, rows = lane_kernels.take_outputs, (lane_kernels.outputs, kept), params.end
     else:
-        results, name = lane_slots.rows(watching.start, params.end), watching.name
-        seen = {"observe": watching.observe, "load": results.load, "store": results.store}
-        more = (lane_kernels.observer, fill(lane_kernels.observer, name, **seen))
+        results, name = lane_slots.rows(observer.start, params.end), observer.name
+        members = {"observe": observer.observe, "load": results.load, "store": results.store}
+        more = (lane_kernels.observer, fill(lane_kernels.observer, name, **members))
         take, rows = lane_kernels.take_errors, results.end
     owner = "_".join([*parts, name, results.layout])
     pairs: tuple[tuple[Any, Any], ...] = (*bound.pairs, (lane_kernels.hooks, filled), more)
@@ -108,21 +108,21 @@ def compile_lanes(variant: Variant, short: bool) -> CompiledLanes:
     machine = rebind(lane_kernels.run_lanes, (*pairs, (lane_kernels.sink, sink)), owner, inline=True)
     if short:
         machine = rebind(machine, lane_kernels.RARE, inline=True)
-    return CompiledLanes(compiled(machine), params, results, rows)
+    return CompiledLanes(compile_kernel(machine), params, results, rows)
 
 
 class Block:
     """Up to ``LANES`` parameter sets of one filter on their way through a recording."""
 
     def __init__(self, variant: Variant, guard: Guard, recording: Recording, parameter_sets: Sequence[Any]) -> None:
-        self._variant, self._made, self._count = variant, compile_lanes(variant, True), len(parameter_sets)
-        self._table, self._at = lane_slots.allocate(self._made.rows)
+        self._variant, self._compiled, self._count = variant, compile_lanes(variant, True), len(parameter_sets)
+        self._table, self._at = lane_slots.allocate(self._compiled.rows)
         mag = NO_MAG if recording.mag is None else recording.mag.reshape(-1)
         self._rows = (recording.t, recording.gyr.reshape(-1), recording.acc.reshape(-1), mag)
         self._guard, self._sample = guard, NO_SAMPLE
         self._short_runs = self._nan_runs = 0
         lane_slots.put(
-            self._table, self._made.params, np.array([lane_slots.flat(params) for params in parameter_sets], float)
+            self._table, self._compiled.params, np.array([lane_slots.flat(params) for params in parameter_sets], float)
         )
 
     def _run(self, short: bool, start: int, stop: int, more: Any) -> ConditionedSample:
@@ -149,17 +149,17 @@ class Block:
             self._table[:] = before
         self._sample = self._run(False, start, stop, more)
 
-    def observe(self, truth: Array, seen: Array) -> Array:
-        """All samples; the observed values (count, numbers) at the end, which begin with ``seen``."""
-        lane_slots.put(self._table, self._made.results, seen)
+    def observe(self, truth: Array, sums: Array) -> Array:
+        """All samples; the observed values (count, numbers) at the end, which begin with ``sums``."""
+        lane_slots.put(self._table, self._compiled.results, sums)
         for start in range(0, len(truth), CHUNK):
             stop = min(start + CHUNK, len(truth))
             self.advance(start, stop, truth[start:stop].reshape(-1), NOTHING)
-        return lane_slots.get(self._table, self._made.results, self._count)
+        return lane_slots.get(self._table, self._compiled.results, self._count)
 
     def outputs(self) -> list[list[Any]]:
         """All samples; of each lane quat (n, 4), bias (n, 3), sigma (n, 3) and health (n,)."""
-        n, floats = len(self._rows[0]), self._made.results.floats
+        n, floats = len(self._rows[0]), self._compiled.results.floats
         tile, at = lane_slots.allocate(min(n, CHUNK) * len(floats))
         results = tile.reshape(-1, len(floats), LANES)
         lanes: list[list[Any]] = [
@@ -210,9 +210,9 @@ def observe(
     recording: Recording,
     flt: Filter,
     parameter_sets: Sequence[Any],
-    watching: Observer,
+    observer: Observer,
     truth: Array,
-    seen: Array,
+    sums: Array,
     *,
     guard: Guard | None = DEFAULT_GUARD,
     workers: int | None = None,
@@ -224,24 +224,24 @@ def observe(
         recording: what the sensors results.
         flt: the filter.
         parameter_sets: k of them, of this filter.
-        watching: what to accumulate; compiled together with the filter, once.
+        observer: what to accumulate; compiled together with the filter, once.
         truth: (n, 4) orientation to hold beside; samples that are NaN do not count.
-        seen: (k, numbers of ``watching.start``) where each run begins.
+        sums: (k, numbers of ``observer.start``) where each run begins.
         guard: as for ``fuse``.
         workers: threads; None: one for each core.
         progress: called with the fraction done, 0 to 1.
 
     Returns:
-        (k, numbers of ``watching.start``) where each run ends.
+        (k, numbers of ``observer.start``) where each run ends.
     """
 
     def work(block: list[int]) -> Array:
         sets = [parameter_sets[i] for i in block]
         guarded = is_guarded(flt) and guard is not None
-        variant = Variant(flt, guarded, recording.mag is not None, watching, switches(sets[0]))
-        return Block(variant, guard or DEFAULT_GUARD, recording, sets).observe(truth, seen[block])
+        variant = Variant(flt, guarded, recording.mag is not None, observer, switches(sets[0]))
+        return Block(variant, guard or DEFAULT_GUARD, recording, sets).observe(truth, sums[block])
 
-    cut, after, done = blocks(parameter_sets), np.empty_like(seen), 0
+    cut, after, done = blocks(parameter_sets), np.empty_like(sums), 0
     for block, part in zip(cut, map_in_order(work, cut, workers), strict=True):
         after[block] = part
         done += len(block)

@@ -52,7 +52,7 @@ def extension() -> ModuleType | None:
 SHIPPED = filters.ALL  # before anybody adds one of his own
 
 
-class Made(NamedTuple):
+class NativeFilter(NamedTuple):
     """What the extension says of a filter."""
 
     files: str  # it was generated from
@@ -62,7 +62,7 @@ class Made(NamedTuple):
 
 
 @functools.cache
-def _made(name: str, axis: bool) -> Made | None:
+def _load_filter(name: str, axis: bool) -> NativeFilter | None:
     """A filter of the extension, if it was generated from the files as they are."""
     module = extension()
     found = None if module is None else (module.AXIS_FILTERS if axis else module.IMU_FILTERS).get(name)
@@ -75,7 +75,7 @@ def _made(name: str, axis: bool) -> Made | None:
             return None
     except OSError:  # installed without sources: nothing that could have changed
         pass
-    return Made(files, made, struct.Struct(params), struct.Struct(state))
+    return NativeFilter(files, made, struct.Struct(params), struct.Struct(state))
 
 
 def up_to_date() -> bool:
@@ -96,18 +96,18 @@ def _warn_stale() -> None:
     )
 
 
-def _found(flt: Filter, name: str, axis: bool) -> Made | None:
-    return _made(name, axis) if any(flt is one for one in SHIPPED) else None
+def _find_filter(flt: Filter, name: str, axis: bool) -> NativeFilter | None:
+    return _load_filter(name, axis) if any(flt is one for one in SHIPPED) else None
 
 
 def has_imu(flt: Filter, guarded: bool) -> bool:
     """Whether there is a native engine for a filter on an IMU."""
-    return _found(flt, native_name(flt, guarded), False) is not None
+    return _find_filter(flt, native_name(flt, guarded), False) is not None
 
 
 def has_axis(flt: Filter) -> bool:
     """Whether there is one for it on one axis."""
-    return _found(flt, flt.name, True) is not None
+    return _find_filter(flt, flt.name, True) is not None
 
 
 class Machine:
@@ -116,28 +116,28 @@ class Machine:
     def __init__(self, flt: Filter, guarded: bool | None, params: Any, state: Any) -> None:
         """``guarded`` None: the filter on one axis."""
         module, name = extension(), flt.name if guarded is None else native_name(flt, guarded)
-        made = _made(name, guarded is None)
+        made = _load_filter(name, guarded is None)
         assert module is not None and made is not None
-        self._made, self._example = made, state
-        packed = self._packed(made.params, params), self._packed(made.state, state)
+        self._layout, self._example = made, state
+        packed = self._pack(made.params, params), self._pack(made.state, state)
         self.filter = module.Axis(name, *packed) if guarded is None else module.Imu(name, *packed)
 
     @staticmethod
-    def _packed(words: struct.Struct, value: Any) -> bytes:
+    def _pack(words: struct.Struct, value: Any) -> bytes:
         return words.pack(*leaves(value))
 
     @property
     def state(self) -> Any:
         """The whole state."""
-        return rebuild(self._example, iter(self._made.state.unpack(self.filter.state())))
+        return rebuild(self._example, iter(self._layout.state.unpack(self.filter.state())))
 
     @state.setter
     def state(self, value: Any) -> None:
-        self.filter.set_state(self._packed(self._made.state, value))
+        self.filter.set_state(self._pack(self._layout.state, value))
 
     def set_params(self, value: Any) -> None:
         """Other parameters from now on."""
-        self.filter.set_params(self._packed(self._made.params, value))
+        self.filter.set_params(self._pack(self._layout.params, value))
 
 
 def imu_run(flt: Filter, guarded: bool) -> Callable[..., Any]:

@@ -79,7 +79,7 @@ def _name(number: int, recording: Any) -> str:
     return f"recording {number}" + (f" ({source})" if source else "")
 
 
-def lanes_pay(flt: Filter, sets: int) -> bool:
+def lanes_are_faster(flt: Filter, sets: int) -> bool:
     """Whether so many parameter sets of a filter go side by side.
 
     A filter with memory of a fixed size has loops of its own that are SIMD already: its sets run one by one.
@@ -96,7 +96,7 @@ def engine_for_sets(engine: str, samples: int, flt: Filter, guarded: bool) -> st
 
 def fuse_parameter_sets(
     recording: Recording,
-    tries: Sequence[Any],
+    parameter_sets: Sequence[Any],
     *,
     guard: Guard | None = DEFAULT_GUARD,
     engine: str = "auto",
@@ -108,7 +108,7 @@ def fuse_parameter_sets(
 
     Args:
         recording: what the sensors said.
-        tries: parameter sets, each as for ``fuse``; filters may be mixed.
+        parameter_sets: parameter sets, each as for ``fuse``; filters may be mixed.
         guard: what stands in front of all of them, as for ``fuse``.
         engine: as for ``fuse``.
         workers: threads; None: one for each core.
@@ -116,7 +116,7 @@ def fuse_parameter_sets(
     Raises:
         LevelheadError: no such filter or engine.
     """
-    resolved = [filters.resolve(params) for params in tries]
+    resolved = [filters.resolve(params) for params in parameter_sets]
     check_engine(engine)
     samples = len(recording) * len(resolved)
     found: dict[int, Track] = {}
@@ -124,7 +124,7 @@ def fuse_parameter_sets(
         mine = [i for i, params in enumerate(resolved) if filters.of(params) is flt]
         sets = [resolved[i] for i in mine]
         chosen = engine_for_sets(engine, samples, flt, guard is not None)
-        if chosen == "compiled" and lanes_pay(flt, len(sets)):
+        if chosen == "compiled" and lanes_are_faster(flt, len(sets)):
             made: Iterable[Track] = lanes.tracks(recording, flt, sets, guard, workers)
         else:
             one = functools.partial(fuse, recording, guard=guard, engine=chosen)

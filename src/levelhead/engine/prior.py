@@ -25,8 +25,8 @@ def apply_prior(flt: Filter, carry: Carry, prior: Calibration | None) -> Carry:
     if flt.calibration is None:
         who = " or ".join(one.name for one in filters.ALL if one.calibration)
         raise LevelheadError(f"{flt.name} learns no calibration, so it takes no prior; {who} does")
-    told = flt.calibration.with_prior(carry.run.state, prior.prior())
-    return carry._replace(run=carry.run._replace(state=told))
+    state = flt.calibration.with_prior(carry.run.state, prior.prior())
+    return carry._replace(run=carry.run._replace(state=state))
 
 
 def keep_prior(flt: Filter, settings: Settings, carry: Carry, begin: Carry) -> Carry:

@@ -21,7 +21,7 @@ from levelhead.version import VERSION
 MAGIC = b"levelhead stream 1\n"
 
 
-class Saved(NamedTuple):
+class StreamState(NamedTuple):
     """What a stream is made of."""
 
     settings: Settings
@@ -49,11 +49,11 @@ def layout(example: Any) -> str:
     return "i" if isinstance(example, int) else "f"
 
 
-def _packed(value: float | int | bool) -> bytes:
+def _pack(value: float | int | bool) -> bytes:
     return struct.pack("<q", value) if isinstance(value, int) else struct.pack("<d", value)
 
 
-def to_bytes(saved: Saved) -> bytes:
+def to_bytes(saved: StreamState) -> bytes:
     """The state as bytes."""
     params, guard = saved.settings
     header = {
@@ -64,7 +64,7 @@ def to_bytes(saved: Saved) -> bytes:
         "time": None if saved.time is None else saved.time.hex(),
         "layout": _digest(saved.carry),
     }
-    body = MAGIC + json.dumps(header).encode() + b"\n" + b"".join(map(_packed, leaves(saved.carry)))
+    body = MAGIC + json.dumps(header).encode() + b"\n" + b"".join(map(_pack, leaves(saved.carry)))
     return body + struct.pack("<I", zlib.crc32(body))
 
 
@@ -72,19 +72,19 @@ def _digest(carry: Carry) -> str:
     return hashlib.sha256(layout(carry).encode()).hexdigest()[:16]
 
 
-def _filled(example: Any, numbers: Iterator[bytes]) -> Any:
+def _fill(example: Any, numbers: Iterator[bytes]) -> Any:
     """A value like ``example`` with the leaves read from eight bytes each."""
     if isinstance(example, tuple):
-        return type(example)(*(_filled(part, numbers) for part in example))
+        return type(example)(*(_fill(part, numbers) for part in example))
     if isinstance(example, list):
-        return [_filled(part, numbers) for part in example]
+        return [_fill(part, numbers) for part in example]
     chunk = next(numbers)
     if isinstance(example, int):
         return type(example)(struct.unpack("<q", chunk)[0])
     return struct.unpack("<d", chunk)[0]
 
 
-def from_bytes(data: bytes) -> Saved:
+def from_bytes(data: bytes) -> StreamState:
     """The state from bytes.
 
     Raises:
@@ -110,5 +110,5 @@ def from_bytes(data: bytes) -> Saved:
             f"the stream was saved by levelhead {header.get('levelhead')}, whose {flt.name} keeps another state than "
             f"{VERSION}; start a new one"
         )
-    carry = _filled(example, iter([body[i : i + 8] for i in range(0, len(body), 8)]))
-    return Saved(settings, guarded, carry, time)
+    carry = _fill(example, iter([body[i : i + 8] for i in range(0, len(body), 8)]))
+    return StreamState(settings, guarded, carry, time)

@@ -137,7 +137,7 @@ def backward(kept: Kept, count: int, m: Any, turn: Any, bias: Any, sigma: Any) -
 
 
 @compiled_only
-def ends(kept: Kept, turn: Any, before: Any) -> None:
+def compose_ends(kept: Kept, turn: Any, before: Any) -> None:
     """Rotation vectors of attitudes just before the ends of blocks: by the blocks' own corrections, then ``turn``."""
     for k in range(len(turn)):
         asked = quat.exp(Vec3(turn[k, 0], turn[k, 1], turn[k, 2]))
@@ -204,7 +204,7 @@ class Machine(NamedTuple):
     flt: Filter  # the one of the forward run
     forward: Any
     backward: Any
-    ends: Any
+    compose_ends: Any
     spread: Any
 
 
@@ -220,7 +220,7 @@ def machine(flt: Filter, guarded: bool) -> Machine:
     members = {key: getattr(parts, key) for key in ("block_ended", "keep", "back", "read", "rotation", "restarted")}
     pairs = (*driver.pairs, (hooks, fill(hooks, name, WIDTH=parts.width, **members)))
     engine = "compiled" if numba_installed() else "python"  # slow, with the same bits
-    made = (for_engine(rebind(part, pairs, name), engine) for part in (forward, backward, ends, spread))
+    made = (for_engine(rebind(part, pairs, name), engine) for part in (forward, backward, compose_ends, spread))
     return Machine(ahead, *made)
 
 
@@ -250,7 +250,7 @@ class Smoother:
         self._kept = Kept(np.zeros(KEPT * self._parts.width), np.zeros(KEPT))
         self._memory = np.zeros(self._parts.memory)  # of the backward run
 
-    def ahead(self, stretch: Stretch) -> tuple[int, Stretch]:
+    def run_forward(self, stretch: Stretch) -> tuple[int, Stretch]:
         """Through one stretch: how many blocks were kept, and where the next one begins."""
         self._parts.keep_start(stretch.carry.run.state, self._kept.numbers)
         self._kept.end[0] = stretch.start - 1
@@ -267,19 +267,19 @@ class Smoother:
         )
         return count, Stretch(stop, plain(carry))
 
-    def learned(self, end: Stretch) -> Calibration | None:
+    def calibration_at_end(self, end: Stretch) -> Calibration | None:
         """What was known of the sensor at the end, which is all there is to know."""
         return read_calibration(self._machine.flt, self._settings, end.carry)
 
     def end(self, stretch: Stretch) -> None:
-        """Backwards begins where the recording ends, of which nothing more is to be learned."""
+        """Backwards begins where the recording ends, of which nothing more is to be calibration_at_end."""
         self._parts.begin(stretch.carry.run.state, self._memory)
 
     def back(self, count: int, stop: int) -> None:
         """Through the stretch that was kept, to the sample before ``stop``."""
         turn, bias, sigma, before = (np.zeros((count, 3)) for _ in range(4))
         self._machine.backward(self._kept, count, self._memory, turn, bias, sigma)
-        self._machine.ends(self._kept, turn, before)
+        self._machine.compose_ends(self._kept, turn, before)
         self._machine.spread(self._sensors[0], self._kept, count, stop, turn, before, bias, sigma, self.track)
 
 
@@ -321,7 +321,7 @@ def smooth(
     stretches = [run.begin]
     n, count = len(recording), 0
     while stretches[-1].start < n:
-        count, after = run.ahead(stretches[-1])
+        count, after = run.run_forward(stretches[-1])
         stretches.append(after)
         if progress is not None:
             progress(0.5 * after.start / n)
@@ -329,9 +329,9 @@ def smooth(
     for k in range(len(stretches) - 2, -1, -1):
         stop = stretches[k + 1].start
         if k < len(stretches) - 2:
-            count, _ = run.ahead(stretches[k])
+            count, _ = run.run_forward(stretches[k])
         run.back(count, stop)
         if progress is not None:
             progress(1.0 - 0.5 * stretches[k].start / n)
-    calibration = run.learned(stretches[-1])
+    calibration = run.calibration_at_end(stretches[-1])
     return Track(recording.t, *run.track, run.health, params, calibration=calibration)

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple, Protocol
 
 from levelhead.compiler import slots
-from levelhead.compiler.compile import compiled
+from levelhead.compiler.compile import compile_kernel
 from levelhead.compiler.hooks import declare, fill, rebind
 from levelhead.compiler.mark import compiled_only
 from levelhead.engine import driver, native
@@ -226,7 +226,7 @@ def _compile_ticks(
     entries = {}
     for key, (function, arguments) in ticks.items():
         bound = rebind(function, (*pairs, (memory, own)), name)
-        entries[key] = slots.entry_point(compiled(bound, releases_gil=False), arguments)
+        entries[key] = slots.entry_point(compile_kernel(bound, releases_gil=False), arguments)
     return CompiledTicks(entries, states, parameters)
 
 

@@ -13,7 +13,7 @@ from levelhead.engine.binding import bind, bind_axis, choose_engine, estimates_b
 from levelhead.engine.driver import Settings
 from levelhead.engine.native import has_axis, has_imu
 from levelhead.engine.prior import apply_prior, keep_prior, read_calibration
-from levelhead.engine.serialization import Saved, from_bytes, to_bytes
+from levelhead.engine.serialization import StreamState, from_bytes, to_bytes
 from levelhead.engine.stepper import Four, axis_stepper, imu_stepper
 from levelhead.errors import LevelheadError
 from levelhead.filters.contract import HEIGHT, POSITION, VELOCITY, NavState, Output
@@ -38,11 +38,11 @@ def _triple(values: Any) -> Any:
     return tuple(values.tolist() if type(values) is ndarray else values)
 
 
-def _refused_dt(dt: Any) -> LevelheadError:
+def _interval_error(dt: Any) -> LevelheadError:
     return LevelheadError(f"dt is {dt!r}; it must be the seconds since the last sample, greater than 0")
 
 
-def _refused(gyr: Any, acc: Any, mag: Any, dt: Any) -> LevelheadError:
+def _sample_error(gyr: Any, acc: Any, mag: Any, dt: Any) -> LevelheadError:
     """Why a tick did not take a sample."""
     for name, values, unit in (("gyr", gyr, "rad/s"), ("acc", acc, "m/s²"), ("mag", mag, "µT")):
         try:
@@ -53,7 +53,7 @@ def _refused(gyr: Any, acc: Any, mag: Any, dt: Any) -> LevelheadError:
             return LevelheadError(
                 f"{name} is {values!r}; it must be three numbers in {unit} (NaN where one is missing)"
             )
-    return _refused_dt(dt)
+    return _interval_error(dt)
 
 
 def _number(name: str, value: Any, unit: str, *, positive: bool = False) -> float:
@@ -69,12 +69,12 @@ def _number(name: str, value: Any, unit: str, *, positive: bool = False) -> floa
     return number
 
 
-def _refused_pair(angle: Any, rate: Any, dt: Any) -> LevelheadError:
+def _pair_error(angle: Any, rate: Any, dt: Any) -> LevelheadError:
     """Why a tick did not take a pair."""
     for name, value in (("angle", angle), ("rate", rate)):
         if not isinstance(value, SupportsFloat) or not isfinite(value):
             return LevelheadError(f"{name} is {value!r}; it must be a finite number: leave a missing sample out")
-    return _refused_dt(dt)
+    return _interval_error(dt)
 
 
 class Stream:
@@ -148,7 +148,7 @@ class Stream:
                 return self._tick(self._place, gyr, acc, dt)
             return self._tick_mag(self._place, gyr, acc, _triple(mag), dt)
         except (TypeError, ValueError):
-            raise _refused(gyr, acc, mag, dt) from None
+            raise _sample_error(gyr, acc, mag, dt) from None
 
     def _update_at(
         self, t: float | None, gyr: Triple, acc: Triple | None, mag: Triple | None
@@ -182,25 +182,27 @@ class Stream:
             raise LevelheadError(
                 f"pressure is {pressure!r}; it must be in Pa, {LEAST_PRESSURE:g} to {MOST_PRESSURE:g} (1 hPa is 100 Pa)"
             )
-        self._see(HEIGHT, atmosphere.height(value), deviation * atmosphere.metres_per_pascal(value), age)
+        self._update_row(HEIGHT, atmosphere.height(value), deviation * atmosphere.metres_per_pascal(value), age)
 
     def update_height(self, height: float, sigma: float, age: float = 0.0) -> None:
         """Takes a barometer's height in m with its 1σ, as ``update_pressure``."""
-        self._see(HEIGHT, _number("height", height, "m"), _number("sigma", sigma, "m", positive=True), age)
+        self._update_row(HEIGHT, _number("height", height, "m"), _number("sigma", sigma, "m", positive=True), age)
 
     def update_climb(self, climb: float, sigma: float, age: float = 0.0) -> None:
         """Takes a climb rate in m/s with its 1σ."""
-        self._see(VELOCITY + 2, _number("climb", climb, "m/s"), _number("sigma", sigma, "m/s", positive=True), age)
+        self._update_row(
+            VELOCITY + 2, _number("climb", climb, "m/s"), _number("sigma", sigma, "m/s", positive=True), age
+        )
 
     def update_position(self, position: Triple, sigma: float | Triple, age: float = 0.0) -> None:
         """Takes a position in m, earth frame (x east, y magnetic north, z up); sigma: 1σ, one number or three."""
-        self._see_three("position", "m", POSITION, position, sigma, age)
+        self._update_vector("position", "m", POSITION, position, sigma, age)
 
     def update_velocity(self, velocity: Triple, sigma: float | Triple, age: float = 0.0) -> None:
         """Takes a velocity in m/s, earth frame; sigma: 1σ, one number or three."""
-        self._see_three("velocity", "m/s", VELOCITY, velocity, sigma, age)
+        self._update_vector("velocity", "m/s", VELOCITY, velocity, sigma, age)
 
-    def _see_three(self, name: str, unit: str, row: int, values: Triple, sigma: float | Triple, age: float) -> None:
+    def _update_vector(self, name: str, unit: str, row: int, values: Triple, sigma: float | Triple, age: float) -> None:
         try:
             three = tuple(values)
             deviations = tuple(sigma) if isinstance(sigma, Sequence | ndarray) else (sigma,) * 3
@@ -215,9 +217,9 @@ class Stream:
             for x, s in zip(three, deviations, strict=True)
         ]
         for i, (value, deviation) in enumerate(checked):
-            self._see(row + i, value, deviation, age)
+            self._update_row(row + i, value, deviation, age)
 
-    def _see(self, row: int, value: float, sigma: float, age: float) -> None:
+    def _update_row(self, row: int, value: float, sigma: float, age: float) -> None:
         if self._filter.aiding is None:
             raise LevelheadError(f"{self._filter.name} takes neither position, velocity nor height; ESKF does")
         if not isnan(value):
@@ -290,7 +292,7 @@ class Stream:
 
     def save(self) -> bytes:
         """The whole state, parameters included, as bytes: what ``Stream.restore`` goes on from, to the bit."""
-        return to_bytes(Saved(self._stepper.params, self._guarded, self._stepper.state, self._time))
+        return to_bytes(StreamState(self._stepper.params, self._guarded, self._stepper.state, self._time))
 
     @classmethod
     def restore(cls, data: bytes, *, engine: str = "auto") -> "Stream":
@@ -347,7 +349,7 @@ class AxisStream:
         try:
             return self._tick(self._place, self._period, angle, rate, dt)
         except (TypeError, ValueError):
-            raise _refused_pair(angle, rate, dt) from None
+            raise _pair_error(angle, rate, dt) from None
 
     @property
     def report(self) -> Any:

@@ -117,6 +117,6 @@ def after_gap(variance: float, dt: float) -> float:
 
 
 @kernel
-def bias_after_gap(variance: float, walked: float, at_start: float) -> float:
-    """The variance of a bias after a gap: it walked, but is known no worse than when the sensor was turned on."""
-    return max(variance, min(variance + walked, at_start))
+def bias_after_gap(variance: float, walk_variance: float, at_start: float) -> float:
+    """The variance of a bias after a gap: larger by ``walk_variance``, but at most that of a sensor just turned on."""
+    return max(variance, min(variance + walk_variance, at_start))

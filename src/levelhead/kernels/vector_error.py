@@ -18,13 +18,13 @@ NEAR_UNIT = 1e-5  # |q|² − 1 up to which a series is exact to 1e-15
 
 
 @kernel
-def direction_error(seen: Vec3, expected: Vec3) -> Vec3:
+def direction_error(measured: Vec3, expected: Vec3) -> Vec3:
     """s × ŝ of unit vectors; beyond a right angle of length one.
 
     There the sine would fall again although the error grows, and vanish at 180°, an unstable equilibrium in which
     every filter with this correction would stay. Opposite directions turn about any axis.
     """
-    sx, sy, sz = seen
+    sx, sy, sz = measured
     ex, ey, ez = expected
     x = sy * ez - sz * ey
     y = sz * ex - sx * ez
@@ -140,5 +140,5 @@ def reference(attitude: Quat, mag: Vec3) -> Vec3:
 @kernel
 def field_error(attitude: Quat, mag: Vec3) -> Vec3:
     """The error of the whole field, dip included, against its reference."""
-    seen = normalize(mag)
-    return direction_error(seen, quat.rotate(quat.conjugate(attitude), reference(attitude, seen)))
+    measured = normalize(mag)
+    return direction_error(measured, quat.rotate(quat.conjugate(attitude), reference(attitude, measured)))

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from time import monotonic
 from typing import Any
 
-from levelhead.compiler.compile import Compiling
+from levelhead.compiler.compile import CompileEvents
 
 PATIENCE = 0.5  # s before a bar appears: what is done sooner needs none
 COMPILING = "compiling for this machine, once"
@@ -40,11 +40,11 @@ def progress(title: str) -> Iterator[Callable[[float], None]]:
         for bar, task in shown:
             bar.update(task, description=COMPILING, total=None)
 
-    Compiling.told.append(compiling)
+    CompileEvents.callbacks.append(compiling)
     try:
         yield report
     finally:
-        Compiling.told.remove(compiling)
+        CompileEvents.callbacks.remove(compiling)
         for bar, _ in shown:
             bar.stop()
 

@@ -38,22 +38,22 @@ class Squares(NamedTuple):
 
 
 @kernel
-def see_offset(seen: Offset, quat: Quat, truth: Quat) -> Offset:
+def add_offset(sums: Offset, quat: Quat, truth: Quat) -> Offset:
     """One sample more for the heading offset."""
     a, b, c, d = quat
     w = a * truth.w + b * truth.x + c * truth.y + d * truth.z
     z = d * truth.w - a * truth.z - b * truth.y + c * truth.x
-    return Offset(seen.sine + 2.0 * w * z, seen.cosine + (w * w - z * z))
+    return Offset(sums.sine + 2.0 * w * z, sums.cosine + (w * w - z * z))
 
 
 @kernel
-def see_squares(seen: Squares, quat: Quat, truth: Quat) -> Squares:
+def add_squares(sums: Squares, quat: Quat, truth: Quat) -> Squares:
     """One sample more for the errors."""
     a, b, c, d = quat
-    aligned_w = seen.cos * a + seen.sin * d
-    aligned_z = seen.cos * d - seen.sin * a
-    aligned_x = seen.cos * b + seen.sin * c
-    aligned_y = seen.cos * c - seen.sin * b
+    aligned_w = sums.cos * a + sums.sin * d
+    aligned_z = sums.cos * d - sums.sin * a
+    aligned_x = sums.cos * b + sums.sin * c
+    aligned_y = sums.cos * c - sums.sin * b
     w = aligned_w * truth.w + aligned_x * truth.x + aligned_y * truth.y + aligned_z * truth.z
     x = aligned_x * truth.w - aligned_w * truth.x - aligned_y * truth.z + aligned_z * truth.y
     y = aligned_y * truth.w - aligned_w * truth.y - aligned_z * truth.x + aligned_x * truth.z
@@ -63,20 +63,20 @@ def see_squares(seen: Squares, quat: Quat, truth: Quat) -> Squares:
     tilt = atan2(sqrt(across), sqrt(w * w + z * z))
     heading = atan2(abs(z), abs(w))
     return Squares(
-        seen.cos,
-        seen.sin,
-        seen.total + total * total,
-        seen.tilt + tilt * tilt,
-        seen.heading + heading * heading,
+        sums.cos,
+        sums.sin,
+        sums.total + total * total,
+        sums.tilt + tilt * tilt,
+        sums.heading + heading * heading,
     )
 
 
-OFFSET = lanes.Observer("offset", see_offset, Offset(0.0, 0.0))
-SQUARES = lanes.Observer("squares", see_squares, Squares(1.0, 0.0, 0.0, 0.0, 0.0))
+OFFSET = lanes.Observer("offset", add_offset, Offset(0.0, 0.0))
+SQUARES = lanes.Observer("squares", add_squares, Squares(1.0, 0.0, 0.0, 0.0, 0.0))
 
 
 def root_mean_squares(
-    recording: Recording, flt: Filter, tries: Sequence[Any], progress: Callable[[float], None] | None = None
+    recording: Recording, flt: Filter, parameter_sets: Sequence[Any], progress: Callable[[float], None] | None = None
 ) -> Array:
     """(k, 3) RMS of total, tilt and heading error in degrees, for each of k parameter sets of one filter."""
     truth = recording.truth
@@ -84,7 +84,7 @@ def root_mean_squares(
         raise ValueError("needs a recording with truth")
     rows = scored_rows(truth)
     real = np.where(rows[:, None], truth.quat, np.nan)
-    start = np.tile(SQUARES.start, (len(tries), 1))
+    start = np.tile(SQUARES.start, (len(parameter_sets), 1))
     share, done = 1.0, 0.0
 
     def report(part: float) -> None:
@@ -93,10 +93,12 @@ def root_mean_squares(
 
     if not (truth.north and recording.mag is not None and "heading" in flt.estimates):  # as score.absolute_heading
         share = 0.5
-        sums = lanes.observe(recording, flt, tries, OFFSET, real, np.zeros((len(tries), 2)), progress=report)
+        sums = lanes.observe(
+            recording, flt, parameter_sets, OFFSET, real, np.zeros((len(parameter_sets), 2)), progress=report
+        )
         half = 0.5 * np.arctan2(sums[:, 0], sums[:, 1])
         start[:, 0], start[:, 1] = np.cos(half), np.sin(half)
         done = 0.5
-    sums = lanes.observe(recording, flt, tries, SQUARES, real, start, progress=report)
+    sums = lanes.observe(recording, flt, parameter_sets, SQUARES, real, start, progress=report)
     found: Array = np.degrees(2.0 * np.sqrt(sums[:, 2:] / np.count_nonzero(rows)))
     return found

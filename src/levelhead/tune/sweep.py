@@ -10,7 +10,7 @@ import numpy as np
 from levelhead import filters
 from levelhead.engine import fuse
 from levelhead.engine.batch import DEFAULT_GUARD
-from levelhead.engine.parallel import engine_for_sets, lanes_pay
+from levelhead.engine.parallel import engine_for_sets, lanes_are_faster
 from levelhead.errors import LevelheadError, nearest
 from levelhead.evaluate.score import root_mean_squares
 from levelhead.evaluate.text_table import Cell, Column, plain_table
@@ -220,28 +220,28 @@ def sweep(
     chosen = sorted({float(value) for value in values})
     if not chosen:
         raise LevelheadError(f"there is no value of {name} to try; expected at least one")
-    tries = [set_value(params, name, value) for value in chosen]  # all checked before the first run
-    total, tilt, heading = _scores(recording, tries, guard, engine, progress).T
+    parameter_sets = [set_value(params, name, value) for value in chosen]  # all checked before the first run
+    total, tilt, heading = _scores(recording, parameter_sets, guard, engine, progress).T
     return Sweep(params, name, param, np.array(chosen), total, tilt, heading, metric)
 
 
 def _scores(
     recording: Recording,
-    tries: list[Params],
+    parameter_sets: list[Params],
     guard: Guard | None,
     engine: str,
     progress: Callable[[float], None] | None,
 ) -> Array:
     """(k, 3) RMS of total, tilt and heading error of each, °: side by side where that is worth compiling it."""
-    samples = len(recording) * len(tries)
-    flt = filters.of(tries[0])
+    samples = len(recording) * len(parameter_sets)
+    flt = filters.of(parameter_sets[0])
     chosen = engine_for_sets(engine, samples, flt, guard is not None)
     worth = engine == "compiled" or samples >= WORTH_COMPILING
-    if guard == DEFAULT_GUARD and chosen == "compiled" and worth and lanes_pay(flt, len(tries)):
-        return lane_score.root_mean_squares(recording, flt, tries, progress)
+    if guard == DEFAULT_GUARD and chosen == "compiled" and worth and lanes_are_faster(flt, len(parameter_sets)):
+        return lane_score.root_mean_squares(recording, flt, parameter_sets, progress)
     scores = []
-    for i, attempt in enumerate(tries):
+    for i, attempt in enumerate(parameter_sets):
         scores.append(root_mean_squares(recording, fuse(recording, attempt, guard=guard, engine=chosen)))
         if progress is not None:
-            progress((i + 1) / len(tries))
+            progress((i + 1) / len(parameter_sets))
     return np.array(scores)

@@ -340,10 +340,10 @@ static float tilt_after_gap(float variance, float dt)
     return lh_min(variance + TILT_TURN * TILT_TURN * dt * dt, TILT_UNIFORM * TILT_UNIFORM);
 }
 
-/* The variance of a bias after a gap: it walked, but is known no worse than when the sensor was turned on. */
-static float tilt_bias_after_gap(float variance, float walked, float at_start)
+/* The variance of a bias after a gap: larger by walk_variance, but at most that of a sensor just turned on. */
+static float tilt_bias_after_gap(float variance, float walk_variance, float at_start)
 {
-    return lh_max(variance, lh_min(variance + walked, at_start));
+    return lh_max(variance, lh_min(variance + walk_variance, at_start));
 }
 
 /* ---- trig
@@ -1035,9 +1035,9 @@ static Vec3 vector_error_obtuse_error(Vec3 expected, float x, float y, float z)
  * There the sine would fall again although the error grows, and vanish at 180°, an unstable equilibrium in which
  * every filter with this correction would stay. Opposite directions turn about any axis.
  */
-static Vec3 vector_error_direction_error(Vec3 seen, Vec3 expected)
+static Vec3 vector_error_direction_error(Vec3 measured, Vec3 expected)
 {
-    const float sx = seen.x, sy = seen.y, sz = seen.z;
+    const float sx = measured.x, sy = measured.y, sz = measured.z;
     const float ex = expected.x, ey = expected.y, ez = expected.z;
     const float x = sy * ez - sz * ey;
     const float y = sz * ex - sx * ez;
@@ -1110,9 +1110,9 @@ static Vec3 vector_error_reference(Quat attitude, Vec3 mag)
 /* The error of the whole field, dip included, against its reference. */
 static Vec3 vector_error_field_error(Quat attitude, Vec3 mag)
 {
-    const Vec3 seen = vec3_normalize(mag);
-    return vector_error_direction_error(seen,
-        quat_rotate(quat_conjugate(attitude), vector_error_reference(attitude, seen)));
+    const Vec3 measured = vec3_normalize(mag);
+    return vector_error_direction_error(measured,
+        quat_rotate(quat_conjugate(attitude), vector_error_reference(attitude, measured)));
 }
 
 /* The error of heading: up times the sine of the angle between the field's horizontal part and north.
