@@ -35,7 +35,7 @@ def different(flt, count=COUNT):
 @EVERY
 @pytest.mark.parametrize("with_mag", [False, True], ids=["6-D", "9-D"])
 def test_every_lane_is_its_single_run(flt, with_mag, monkeypatch):
-    monkeypatch.setattr(lanes, "STRETCH", 111)
+    monkeypatch.setattr(lanes, "CHUNK", 111)
     recording = hard_recording(with_mag)
     sets = different(flt)
     found = fuse_parameter_sets(recording, sets, engine="compiled")
