@@ -135,7 +135,7 @@ def test_one_more_block_of_states_is_four_files(package):
     assert done.returncode == 0, done.stderr
     first, *words, prior = done.stdout.splitlines()
     n, row, *numbers = map(float, first.split())
-    assert (n, row) == (at.N + 3, 36)
+    assert (n, row) == (at.N + 3, at.fours(at.N + 3))
     scale, sigma = numbers[:3], numbers[3:]
     assert max(sigma) < 0.3 * 0.02, "the motion taught all three"
     for value, deviation, truth in zip(scale, sigma, (0.0, 0.0, 0.015), strict=True):

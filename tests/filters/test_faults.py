@@ -72,7 +72,11 @@ def forgotten(flt, track, true, end):
     after = max(end, END)  # the time is stated for rest
     assert tilt[after + int(RATE * flt.settles.tilt) + 1 :].max() < 2.0
     if "mag" in flt.uses and flt.settles.heading > 0.0:  # a compass without memory has the noise of every sample
-        assert heading[after + int(RATE * flt.settles.heading) + 1 :].max() < 2.0
+        rest = slice(after + int(RATE * flt.settles.heading) + 1, None)
+        known = (
+            np.degrees(track.sigma[rest, 2]) if "sigma" in flt.estimates else 0.0
+        )  # no better than the field of a place
+        assert (heading[rest] < np.maximum(2.0, known)).all()
 
 
 def late(flt):
@@ -192,7 +196,7 @@ def test_a_magnetometer_that_comes_back_90_degrees_off_slams_no_tilt(flt, clean)
     tilt, heading = errors(track, true)
     assert tilt[2500:].max() < TILTED_BY_FIELD.get(flt.name, 2.0)
     assert track.sigma[14_999, 2] > track.sigma[2999, 2]
-    assert np.abs(heading[-1] - 90.0) < 5.0, "norm and dip are right: it is believed"
+    assert np.abs(heading[-1] - 90.0) < 5.0, "norm and dip are right: it is believed, by ESKF step by step"
 
 
 @EVERY
@@ -243,8 +247,8 @@ def test_a_gyroscope_at_its_known_full_scale(flt):
     said = np.flatnonzero(track.health & health.GYR_SATURATED)
     assert set(clipped) <= set(said)
     assert (np.abs(readings[1][said]).max(axis=1) > 0.996 * full).all()
-    silent = lh.fuse(recording[: clipped[-1] + 1], flt.params(), guard=None, engine="python")  # nothing to compile
-    assert (track.sigma[clipped[-1], :2] > silent.sigma[-1, :2]).all()
+    tilt, _ = errors(track, true)  # the rate beyond full scale is estimated from its slope, and σ knows how well
+    assert (tilt[clipped] < 4.0 * np.degrees(np.hypot(*track.sigma[clipped, :2].T)) + 1.0).all()
     forgotten(flt, track, true, END)
 
 

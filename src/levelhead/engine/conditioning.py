@@ -24,14 +24,15 @@ from levelhead.guard import Guard
 from levelhead.guard.detectors import NO_SAMPLES, DetectorState
 from levelhead.guard.rest import NO_SUMS, SlowMeans
 from levelhead.kernels.tilt import GAP_SECONDS, TURN, present
-from levelhead.kernels.vec3 import ZERO, Vec3
+from levelhead.kernels.vec3 import ZERO, Vec3, add, scale, sub
 
 READING_LIMIT = 1e9  # rad/s, m/s², µT: beyond it a reading is missing; NaN and infinity fail the comparison too
 SQUARE_LIMIT = READING_LIMIT * READING_LIMIT  # a sum of squares below it contains no missing reading
 RATE_UNUSABLE = GYR_MISSING | GYR_SATURATED | GYR_STUCK  # the rate is not the body's
 FORCE_UNUSABLE = ACC_SATURATED | ACC_STUCK  # the specific force is not the body's
 LEAST_ROTATION = 0.1  # rad, 1σ of an unmeasured rotation from which the filter's covariance is inflated
-CLIPPED_EXCESS = 0.5  # of the full scale, 1σ: the part of the rate that a clipped gyroscope does not show
+AT_FULL_SCALE = 0.97  # of the full scale: an axis that reads so much is clipped, if any is
+CLIPPED_SHARE = 0.4  # 1σ of the rotation beyond full scale, as a share of it
 
 
 class ConditionedSample(NamedTuple):
@@ -50,9 +51,10 @@ class ConditionedSample(NamedTuple):
     since_sigma: float  # s since σ was last updated
     corrected_by: int  # sensors with a usable reading since then: 1 accelerometer, 2 magnetometer
     detected: DetectorState
+    slope: Vec3  # rad/s², of the rate when it was last below full scale; where an axis is clipped that of its beginning
 
 
-NO_SAMPLE = ConditionedSample(ZERO, ZERO, ZERO, 0.0, 0, False, False, False, 0.0, 0.0, 0.0, 0, NO_SAMPLES)
+NO_SAMPLE = ConditionedSample(ZERO, ZERO, ZERO, 0.0, 0, False, False, False, 0.0, 0.0, 0.0, 0, NO_SAMPLES, ZERO)
 
 
 @kernel
@@ -108,13 +110,46 @@ ALL_MEASURED = UnmeasuredRotation(0.0, 0.0)
 
 
 @kernel
-def unmeasured_rotation(health: int, rate_age: float, full: float, dt: float) -> UnmeasuredRotation:
+def axis_slope(slope: float, last: float, rate: float, full: float, first: bool, dt: float) -> float:
+    """Slope of the rate of one axis as it reached full scale, rad/s²; 0 where it is below."""
+    if -full < rate < full:
+        return 0.0
+    if not first:
+        return slope
+    sign = 1.0 if rate > 0.0 else -1.0
+    return sign * max(sign * slope, sign * (rate - last) / dt, 0.0)
+
+
+@kernel
+def clipped_slope(slope: Vec3, last: Vec3, gyr: Vec3, full: float, first: bool, dt: float) -> Vec3:
+    """The same of all axes; ``last`` is the rate of the sample before."""
+    return Vec3(
+        axis_slope(slope.x, last.x, gyr.x, full, first, dt),
+        axis_slope(slope.y, last.y, gyr.y, full, first, dt),
+        axis_slope(slope.z, last.z, gyr.z, full, first, dt),
+    )
+
+
+@kernel
+def clipped_variance(slope: Vec3, time: float) -> float:
+    """rad², of the rotation beyond full scale after ``time`` seconds of it.
+
+    A rate that leaves the range with the slope a and comes back after T as a parabola was a T/4 beyond at most, and
+    a T²/6 in the mean of all that rotation; growing with time, that is a rate of a t/3. On RepoIMU's clipped recordings
+    (T from 0.05 to 0.5 s) this is right to ``CLIPPED_SHARE``.
+    """
+    x, y, z = slope
+    missed = CLIPPED_SHARE * time * time / 6.0
+    return missed * missed * (x * x + y * y + z * z)
+
+
+@kernel
+def unmeasured_rotation(health: int, rate_age: float, dt: float) -> UnmeasuredRotation:
     """The rotation while the rate was unusable; its variance is 0 up to ``LEAST_ROTATION``."""
     if health & RATE_UNUSABLE == 0:
         return ALL_MEASURED
-    reach = CLIPPED_EXCESS * full if health & GYR_SATURATED else TURN
-    before = reach * rate_age
-    after = reach * (rate_age + dt)
+    before = TURN * rate_age
+    after = TURN * (rate_age + dt)
     if after <= LEAST_ROTATION:
         return UnmeasuredRotation(rate_age + dt, 0.0)
     return UnmeasuredRotation(rate_age + dt, after * after - (before * before if before > LEAST_ROTATION else 0.0))
@@ -126,7 +161,7 @@ def first_sample(gyr: Vec3, acc: Vec3, mag: Vec3, health: int) -> ConditionedSam
     means = SlowMeans(gyr, acc, False)
     _, _, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat, _, _, _ = NO_SAMPLES
     detected = DetectorState(NO_SUMS, means, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat, False, False, 0)
-    return ConditionedSample(gyr, acc, mag, 0.0, health, False, present(acc), False, 0.0, 0.0, 0.0, 0, detected)
+    return ConditionedSample(gyr, acc, mag, 0.0, health, False, present(acc), False, 0.0, 0.0, 0.0, 0, detected, ZERO)
 
 
 @kernel
@@ -138,7 +173,7 @@ def sigma_due(sample: ConditionedSample) -> bool:
 @kernel
 def condition(guard: Guard, sample: ConditionedSample, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> ConditionedSample:
     """The next sample, conditioned; ``sample`` is the one before."""
-    last, _, field, _, _, had_field, started, _, rate_age, _, since_sigma, corrected_by, detected = sample
+    last, _, field, _, _, had_field, started, _, rate_age, _, since_sigma, corrected_by, detected, slope = sample
     health = missing_bits(gyr, acc, mag)
     if health != 0:
         gyr = last if health & GYR_MISSING else gyr
@@ -160,7 +195,15 @@ def condition(guard: Guard, sample: ConditionedSample, gyr: Vec3, acc: Vec3, mag
         corrected_by |= 2
     if dt > GAP_SECONDS:
         health |= GAP
-    rate_age, unmeasured = unmeasured_rotation(health, rate_age, detected.gyr_extreme.up, dt)
+    clipped_for = rate_age
+    rate_age, unmeasured = unmeasured_rotation(health, rate_age, dt)
+    if health & GYR_SATURATED:
+        full = AT_FULL_SCALE * min(detected.gyr_extreme.up, detected.gyr_extreme.down)
+        slope = clipped_slope(slope, last, gyr, full, clipped_for == 0.0, dt)
+        gyr = add(gyr, scale(slope, (clipped_for + 0.5 * dt) / 3.0))
+        unmeasured = clipped_variance(slope, rate_age) - clipped_variance(slope, clipped_for)
+    elif health & RATE_UNUSABLE == 0:
+        slope = scale(sub(gyr, last), 1.0 / dt)
     rate_unknown = rate_lost or dt > GAP_SECONDS
     return ConditionedSample(
         gyr,
@@ -176,4 +219,5 @@ def condition(guard: Guard, sample: ConditionedSample, gyr: Vec3, acc: Vec3, mag
         since_sigma + dt,
         corrected_by,
         detected,
+        slope,
     )

@@ -9,6 +9,7 @@ and ``gnss`` are sensors beside it.
 """
 
 from levelhead.simulate.aiding_sensors import Barometer, Receiver, gnss, pressure
+from levelhead.simulate.circles import circles
 from levelhead.simulate.disturbance import Bumps, Vibration
 from levelhead.simulate.imu import EARTH_FIELD, Imu, Iron, observe
 from levelhead.simulate.lesson import hard_lesson, lesson
@@ -30,6 +31,7 @@ __all__ = [
     "Receiver",
     "TriadErrors",
     "Vibration",
+    "circles",
     "gnss",
     "hard_lesson",
     "imu",

@@ -12,11 +12,12 @@ samples of T ≥ ``block`` s:
 
     θ ← θ − ∫R dt δb − ∫R ⊗ ω dt δS,   v ← v − [∫f dt]× θ − ∫R dt δc                                            (3)
 
-These are the rows of F − 1 in P ← F P Fᵀ + Q; all other states but n, see (5), are random walks. At the end of the
-block scalar measurements follow one after the other. A body stays in the room, so that its mean velocity over T is zero
-with the variance of a white noise of density ``speed``²:
+These are the rows of F − 1 in P ← F P Fᵀ + Q; all other states but n, see (5), and u, see (4), are random walks. At the
+end of the block scalar measurements follow one after the other. A body stays in the room: with R̄ = ∫R dt/T, its mean
+velocity over T is that of travel u, which is fixed to the sensor and a first-order Gauss-Markov process, and a white
+noise of density D, which is found from the innovations, ``speed``² at least (``adaptation``):
 
-    0 = v + δv − θ_z × v,   variance speed²/T                                                                   (4)
+    0 = v + δv − θ_z × v − R̄ u − R̄ δu,   variance D/T                                                           (4)
 
 This makes tilt observable, without any test whether |a| is g. The term of θ_z keeps (4) from correcting heading. The
 block's mean field e = mean R (h − d ω × h + d²/2 ω × (ω × h)) has strength and dip m, and an eastern part n
@@ -24,14 +25,17 @@ that differs from place to place by ``mag_place`` (1σ) with the time constant `
 
     e + θ × e − mean R δo − mean R (ω × h − d ω × (ω × h)) δd − (δn, δm_h, δm_v) = (n, m_h, m_v)                (5)
 
-with a variance that grows with the square of the misfit of norm and dip. A magnet must not tilt the horizon: the gains
-of θ_x, θ_y, v and c are zero in (5) (the consider filter of S. F. Schmidt). At rest
+with a variance that grows with the square of the misfit of norm and dip to m, and to their mean over 20 s. A field that
+fits but points elsewhere is measured by its angle alone, with bounded influence. A magnet must not tilt the horizon:
+the gains of θ_x, θ_y, v and c are zero in (5) (the consider filter of S. F. Schmidt). At rest
 
     0 = mean ω − S mean ω − b                                                                                   (6)
 
-Errors that cannot be corrected to first order (1σ of tilt beyond half a radian, of heading beyond one, a velocity
-beyond 5 σ for a second) are corrected by the block's mean force and field, as at the start. A field that does not fit
-(5), but stands still in the earth frame while the sensor turns for ``mag_time``, is taken for the earth's.
+Attitudes of which nothing is known (1σ of tilt beyond half a radian, of heading beyond one) are taken from the block's
+mean force and field. A field that does not fit (5), but stands still in the earth frame while the sensor turns for
+``mag_time``, becomes m, and the variance of heading grows by the square of its angle.
+
+Priors of biases start narrow and are widened where the measurements demand it (``adaptation``).
 
 The estimates of the sensor's errors are ``Track.calibration``, and can be the next run's ``prior``. All equations with
 their reasons: docs/self-calibration.md.
@@ -44,6 +48,7 @@ their reasons: docs/self-calibration.md.
 | ``predict`` | F of (3), Q, gaps |
 | ``covariance`` | P ← F P Fᵀ + Q, scalar measurements, independent states |
 | ``measurements`` | (4), (5), (6) |
+| ``adaptation`` | D and the variance of u in (4), widths of priors |
 | ``aiding`` | position, velocity and height beside the IMU |
 | ``reinitialise`` | tilt, heading and field from a block's mean readings |
 | ``calibration`` | the estimates as plain numbers, and a prior |

@@ -125,6 +125,16 @@ def propagate(m: Floats, n: int) -> None:
     driven_block(m, n)
 
 
+@kernel
+def decay(m: Floats, i: int, left: float) -> None:
+    """Multiplies a state by ``left``, in mean and covariance: a first-order Gauss-Markov process."""
+    m[at.MEAN + i] = m[at.MEAN + i] * left
+    for j in range(at.N):
+        m[at.P + i * at.ROW + j] = m[at.P + i * at.ROW + j] * left
+    for j in range(at.N):
+        m[at.P + j * at.ROW + i] = m[at.P + j * at.ROW + i] * left
+
+
 @noinline
 def propagate_position(m: Floats, n: int, dt: float) -> None:
     """The same for the position alone, p ← p + v dt."""

@@ -8,11 +8,27 @@ from levelhead.compiler.mark import kernel, noinline
 from levelhead.filters.contract import NavState, Output
 from levelhead.filters.eskf import aiding
 from levelhead.filters.eskf import state as at
+from levelhead.filters.eskf.adaptation import (
+    MOST_ACC_BIAS,
+    MOST_GYR_BIAS,
+    adapt_motion,
+    set_prior_widths,
+    widen_prior,
+)
 from levelhead.filters.eskf.calibration import Estimate, estimates, set_prior
-from levelhead.filters.eskf.covariance import set_independent, start_inertial, start_magnetic, variance, vector
+from levelhead.filters.eskf.covariance import (
+    add_variance,
+    set_independent,
+    start_inertial,
+    start_magnetic,
+    variance,
+    vector,
+)
 from levelhead.filters.eskf.measurements import (
     NO_FIELD,
     add_correction,
+    average_rate,
+    inflate_diverged,
     update_field,
     update_velocity,
     update_zero_rate,
@@ -34,11 +50,12 @@ from levelhead.kernels import quat, tilt, triad
 from levelhead.kernels.arrays import Floats, zeros
 from levelhead.kernels.quat import IDENTITY, Quat
 from levelhead.kernels.tilt import GAP_SECONDS, UNIFORM
+from levelhead.kernels.trig import atan2
 from levelhead.kernels.vec3 import Vec3, norm, scale, sub
 
 LARGE_TILT = 0.25  # rad²: a larger variance of tilt cannot be corrected to first order
 LARGE_HEADING = 1.0  # rad²: nor can a larger one of heading
-GATE_TIME = 1.0  # s for which velocity may be rejected
+GATE_TIME = 1.0  # s for which velocity may be beyond its gate
 GAP_SAMPLE = 1e-3  # s that the sample after a gap lasts
 STEADY_TIME = 1.0  # s for which a candidate field has to be steady
 
@@ -49,7 +66,6 @@ class State(NamedTuple):
     quat: Quat
     field_norm: float  # µT, of the first field; 0: there was none
     resting: bool  # the guard has found the sensor at rest in this block
-    rejected: float  # s for which velocity has been beyond its gate
     candidate: CandidateField
     blocks: int  # that have ended
     block_ended: bool  # with the last sample
@@ -79,11 +95,13 @@ def restart(params: ESKF, before: State, gyr: Vec3, acc: Vec3, mag: Vec3) -> Sta
 def start(params: ESKF, m: Floats, acc: Vec3, mag: Vec3) -> State:
     """The state of the first sample, in a memory that is zero but for a prior."""
     start_inertial(params, m, 1.0)
+    set_prior_widths(m)
+    m[at.TRAVEL_VARIANCE] = params.travel * params.travel
     attitude = triad.initial_attitude(acc, mag)
     field_norm = 0.0
     if tilt.present(mag):
         field_norm = start_field(params, m, attitude, mag)
-    return State(attitude, field_norm, False, 0.0, NO_CANDIDATE, 0, False, 0, m)
+    return State(attitude, field_norm, False, NO_CANDIDATE, 0, False, 0, m)
 
 
 @noinline
@@ -101,7 +119,7 @@ def start_field(params: ESKF, m: Floats, attitude: Quat, mag: Vec3) -> float:
 @kernel
 def step(params: ESKF, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> State:
     """Integrates attitude and velocity over one sample, and adds the sample to the integrals of the block."""
-    attitude, field_norm, resting, rejected, candidate, blocks, block_ended, health, m = state
+    attitude, field_norm, resting, candidate, blocks, block_ended, health, m = state
     if block_ended:
         reset_block(m)
     rate = true_rate(m, gyr)
@@ -121,7 +139,7 @@ def step(params: ESKF, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float)
         if field_norm == 0.0:
             field_norm = start_field(params, m, attitude, mag)
         add_mag(m, r, rate, mag, field_norm)
-    return State(attitude, field_norm, resting, rejected, candidate, blocks, False, health, m)
+    return State(attitude, field_norm, resting, candidate, blocks, False, health, m)
 
 
 @kernel
@@ -148,39 +166,47 @@ def correct(params: ESKF, state: State, dt: float) -> State:
 @noinline
 def update(params: ESKF, state: State) -> State:
     """Measurements at the end of a block, or reinitialisation, after the covariance was predicted."""
-    attitude, field_norm, resting, rejected, candidate, blocks, _, _, m = state
+    attitude, field_norm, resting, candidate, blocks, _, _, m = state
     n = existing(state)
-    rejected = rejected + m[at.BLOCK_TIME] if velocity_diverged(params, m, resting) else 0.0
+    average_rate(m, resting)
     tilt_variance = variance(m, at.ATTITUDE) + variance(m, at.ATTITUDE + 1)
-    tilt_lost = m[at.ACC_TIME] > 0.0 and (rejected > GATE_TIME or tilt_variance > LARGE_TILT)
+    tilt_lost = m[at.ACC_TIME] > 0.0 and tilt_variance > LARGE_TILT
     if tilt_lost or (m[at.MAG_COUNT] > 0.0 and variance(m, at.HEADING) > LARGE_HEADING):
         rotation = reinitialise_tilt(params, m) if tilt_lost else IDENTITY
         if m[at.MAG_COUNT] > 0.0 and variance(m, at.HEADING) > LARGE_HEADING:
             rotation = reinitialise_heading(params, m, rotation)
         m[at.REINITIALISED] = 1.0
         attitude = quat.compose(rotation, attitude)
-        return State(attitude, field_norm, False, 0.0, NO_CANDIDATE, blocks + 1, True, 0, m)
-    health = ACC_REJECTED if rejected > 0.0 else 0
+        return State(attitude, field_norm, False, NO_CANDIDATE, blocks + 1, True, 0, m)
+    adapt_motion(params, m)
+    health = 0
+    m[at.DIVERGED_TIME] = m[at.DIVERGED_TIME] + m[at.BLOCK_TIME] if velocity_diverged(params, m, resting) else 0.0
+    if m[at.DIVERGED_TIME] > 0.0:
+        health = ACC_REJECTED
+    if m[at.DIVERGED_TIME] > GATE_TIME:
+        inflate_diverged(m)
     fit = NO_FIELD
-    if rejected == 0.0:
-        update_velocity(params, m, resting, n)
+    update_velocity(params, m, resting, n)
     if resting:
         update_zero_rate(m, n)
     if m[at.MAG_COUNT] > 0.0:
         fit = update_field(params, m, candidate.time > STEADY_TIME, n)
     if n > at.N_MAGNETIC and aiding.update(m, n):
         health |= AID_REJECTED
+    widen_prior(m, n, at.GYR_BIAS, MOST_GYR_BIAS)
+    widen_prior(m, n, at.ACC_BIAS, MOST_ACC_BIAS)
     add_correction(m, n)
     attitude = quat.compose(quat.exp(vector(m, at.X + at.ATTITUDE)), attitude)
     if fit.mismatch or fit.heading_off:
         health |= MAG_REJECTED
     candidate = track_candidate(m, candidate, fit)
     if candidate.time > params.mag_time:  # the room was changed, not the moment
+        angle = atan2(candidate.field.x, candidate.field.y)
         set_field(params, m, candidate.field)
-        set_independent(m, at.HEADING, 1, at.UNKNOWN)
+        add_variance(m, at.HEADING, 1, min(angle * angle, LARGE_HEADING - variance(m, at.HEADING)))
         health |= MAG_LEARNED
         candidate = NO_CANDIDATE
-    return State(attitude, field_norm, False, rejected, candidate, blocks + 1, True, health, m)
+    return State(attitude, field_norm, False, candidate, blocks + 1, True, health, m)
 
 
 @kernel
@@ -200,8 +226,8 @@ def inflate_heading(params: ESKF, state: State, variance: float) -> State:
 @kernel
 def at_rest(params: ESKF, state: State) -> State:
     """The guard has found the sensor at rest: the block will measure a zero rate."""
-    attitude, field_norm, _, rejected, candidate, blocks, block_ended, health, m = state
-    return State(attitude, field_norm, True, rejected, candidate, blocks, block_ended, health, m)
+    attitude, field_norm, _, candidate, blocks, block_ended, health, m = state
+    return State(attitude, field_norm, True, candidate, blocks, block_ended, health, m)
 
 
 @kernel

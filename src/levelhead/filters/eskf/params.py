@@ -14,16 +14,16 @@ class ESKF(NamedTuple):
 
     gyr_noise: Annotated[
         float, Param("(deg/s)/√Hz", "noise density of the rate", low=0.0, low_open=True, sweep=(0.005, 0.5), log=True)
-    ] = 0.04
+    ] = 0.08
     gyr_share: Annotated[
         float, Param("√s", "noise density of the rate, as a share of the rate", low=0.0, sweep=(5e-5, 0.005), log=True)
-    ] = 0.0005
+    ] = 0.001
     bias_walk: Annotated[
         float, Param("(deg/s)/√s", "random walk of the bias", low=0.0, sweep=(1e-4, 0.1), log=True)
-    ] = 0.003
+    ] = 0.0035
     bias_start: Annotated[
         float, Param("deg/s", "1σ of the bias at the start", low=0.0, sweep=(0.05, 20.0), log=True)
-    ] = 10.0
+    ] = 0.2
     scale_start: Annotated[
         float, Param("", "1σ of the gyroscope's scale and cross-axis factors", low=0.0, sweep=(1e-4, 0.05), log=True)
     ] = 0.003
@@ -31,10 +31,10 @@ class ESKF(NamedTuple):
     acc_noise: Annotated[
         float,
         Param("(m/s²)/√Hz", "noise density of specific force", low=0.0, low_open=True, sweep=(1e-3, 0.5), log=True),
-    ] = 0.01
+    ] = 0.03
     acc_bias: Annotated[
         float, Param("m/s²", "1σ of the accelerometer's bias", low=0.0, sweep=(1e-3, 0.5), log=True)
-    ] = 0.04
+    ] = 0.07
     acc_walk: Annotated[
         float, Param("(m/s²)/√s", "random walk of this bias", low=0.0, sweep=(1e-7, 1e-2), log=True)
     ] = 2e-5
@@ -44,6 +44,21 @@ class ESKF(NamedTuple):
             "(m/s)·√s", "density of a body's velocity about zero", low=0.0, low_open=True, sweep=(0.05, 5.0), log=True
         ),
     ] = 0.4
+    speed_max: Annotated[
+        float,
+        Param(
+            "(m/s)·√s", "largest density of velocity that is found from innovations", low=0.0, sweep=(0.1, 10), log=True
+        ),
+    ] = 1.4
+    travel: Annotated[
+        float,
+        Param(
+            "m/s", "1σ of the velocity that is fixed to the sensor, at the start", low=0.0, sweep=(0.05, 5), log=True
+        ),
+    ] = 0.7
+    travel_time: Annotated[
+        float, Param("s", "time constant of this velocity", low=0.0, low_open=True, sweep=(1, 100), log=True)
+    ] = 8.0
     mag_noise: Annotated[
         float,
         Param(
@@ -59,11 +74,11 @@ class ESKF(NamedTuple):
             sweep=(1e-3, 0.1),
             log=True,
         ),
-    ] = 0.01
+    ] = 0.03
     place_time: Annotated[
         float,
         Param("s", "time constant of being in one place", low=0.0, low_open=True, sweep=(1.0, 1e3), log=True),
-    ] = 60.0
+    ] = 30.0
     mag_gate: Annotated[
         float,
         Param(
@@ -75,6 +90,17 @@ class ESKF(NamedTuple):
             log=True,
         ),
     ] = 0.04
+    field_gate: Annotated[
+        float,
+        Param(
+            "",
+            "departure of norm and dip from their mean over 20 s, as a share of the field, that doubles it once more",
+            low=0.0,
+            low_open=True,
+            sweep=(0.01, 0.5),
+            log=True,
+        ),
+    ] = 0.05
     field_walk: Annotated[
         float,
         Param(
@@ -94,7 +120,7 @@ class ESKF(NamedTuple):
             sweep=(1e-3, 1.0),
             log=True,
         ),
-    ] = 0.005
+    ] = 0.015
     offset_walk: Annotated[
         float, Param("1/√s", "random walk of this offset", low=0.0, sweep=(1e-5, 0.05), log=True)
     ] = 0.003

@@ -7,6 +7,7 @@ from levelhead.filters.eskf import aiding
 from levelhead.filters.eskf import state as at
 from levelhead.filters.eskf.covariance import (
     add_variance,
+    decay,
     propagate,
     propagate_position,
     set_independent,
@@ -26,6 +27,7 @@ ROUNDING = 2e-7  # share of a variance that corrections in single precision may 
 UNMEASURED_ACC = 5.0  # m/s², 1σ of the acceleration of a body without accelerometer readings
 LARGE_HEADING = 0.1  # rad, 1σ of heading beyond which velocity may correct heading only
 CLEAR_FORCE = 5.0  # if the horizontal force is so many times what the tilt error pretends
+SHAKEN = 0.005  # √s, noise density of specific force as a share of what shakes the sensor
 IMPACT = 300.0  # m/s²: of a blow of this size the integral of the samples is worth nothing
 
 
@@ -56,12 +58,18 @@ def decay_field_east(params: ESKF, m: Floats, time: float) -> None:
     """The field's eastern part n after ``time`` seconds: a first-order Gauss-Markov process, eq. 5 of the package."""
     left = params.place_time / (params.place_time + time)
     m[at.EAST_DECAY] = 1.0 - (1.0 - m[at.EAST_DECAY]) * left
-    m[at.MEAN + at.FIELD_EAST] = m[at.MEAN + at.FIELD_EAST] * left
-    for i in range(at.N):
-        m[at.P + at.FIELD_EAST * at.ROW + i] = m[at.P + at.FIELD_EAST * at.ROW + i] * left
-    for i in range(at.N):
-        m[at.P + i * at.ROW + at.FIELD_EAST] = m[at.P + i * at.ROW + at.FIELD_EAST] * left
+    decay(m, at.FIELD_EAST, left)
     add_variance(m, at.FIELD_EAST, 1, params.mag_place * params.mag_place * (1.0 - left * left))
+
+
+@kernel
+def decay_travel(params: ESKF, m: Floats, time: float) -> None:
+    """Travel u after ``time`` seconds: such a process with the variance that was found, eq. 4 of the package."""
+    left = params.travel_time / (params.travel_time + time)
+    m[at.TRAVEL_DECAY] = 1.0 - (1.0 - m[at.TRAVEL_DECAY]) * left
+    for i in range(3):
+        decay(m, at.TRAVEL + i, left)
+    add_variance(m, at.TRAVEL, 3, m[at.TRAVEL_VARIANCE] * (1.0 - left * left))
 
 
 @kernel
@@ -95,9 +103,11 @@ def add_process_noise(params: ESKF, m: Floats, n: int) -> None:
     without = time - m[at.ACC_TIME]
     force = params.acc_noise * params.acc_noise * m[at.ACC_TIME]
     blow = m[at.INT_ACC2] / (IMPACT * IMPACT * time)
+    force += SHAKEN * SHAKEN * m[at.INT_ACC2]
     force += min(blow * blow, 1.0) * m[at.INT_ACC2] * time
     add_variance(m, at.VELOCITY, 3, force + UNMEASURED_ACC * UNMEASURED_ACC * without * time)
     walk_inertial(params, m, 1.0)
+    decay_travel(params, m, time)
     if n > at.N_MAGNETIC:
         walk_aided(params, m, 1.0)
     for i in range(at.N):

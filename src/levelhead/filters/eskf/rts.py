@@ -50,8 +50,8 @@ KEPT_X = KEPT_W + at.DRIVEN * at.ROW
 KEPT_BIAS = KEPT_X + at.N  # rad/s, 3
 KEPT_ROTATION = KEPT_BIAS + 3  # by the correction at its end, earth frame, 4
 KEPT_RESTART = KEPT_ROTATION + 4  # 1: its attitude is independent of that before it
-KEPT_DECAY = KEPT_RESTART + 1  # share by which the field's eastern part decayed
-KEPT = KEPT_DECAY + 1
+KEPT_DECAY = KEPT_RESTART + 1  # shares by which the field's eastern part and travel decayed, 2
+KEPT = KEPT_DECAY + 2
 
 # The memory of the step back
 AHEAD = 0  # A, then P^s_k+1 − A
@@ -128,6 +128,7 @@ def keep(state: State, kept: Floats, first: int) -> None:
     kept[first + KEPT_ROTATION + 3] = z
     kept[first + KEPT_RESTART] = 1.0 if m[at.REINITIALISED] > 0.0 or m[at.GAP_TIME] > 0.0 else 0.0
     kept[first + KEPT_DECAY] = m[at.EAST_DECAY]
+    kept[first + KEPT_DECAY + 1] = m[at.TRAVEL_DECAY]
 
 
 @kernel
@@ -163,6 +164,8 @@ def load(kept: Floats, first: int, m: Floats) -> None:
         m[GAIN + at.VELOCITY * at.ROW + j] = kept[after + KEPT_W + j]
     for j in range(at.ROW):
         m[GAIN + at.FIELD_EAST * at.ROW + j] *= 1.0 - kept[after + KEPT_DECAY]
+        for i in range(3):
+            m[GAIN + (at.TRAVEL + i) * at.ROW + j] *= 1.0 - kept[after + KEPT_DECAY + 1]
     x, y = kept[after + KEPT_X + at.VELOCITY], kept[after + KEPT_X + at.VELOCITY + 1]
     rotate_velocity_error(m, LATER, at.ROW, -x, -y)  # undoes what the correction did to the error of velocity
     m[SMOOTHED + at.VELOCITY] += y * m[SMOOTHED + at.HEADING]

@@ -73,6 +73,7 @@ GYR_MATRIX = states(
     "gyr_matrix", (3, 3), "", "gyroscope matrix S: scale factors and cross-axis terms", ALWAYS,
     calibration=True, prior=True,
 )  # fmt: skip
+TRAVEL = states("travel", (3,), "m/s", "travel u: velocity that is fixed to the sensor, sensor frame", ALWAYS)
 FIELD = states(
     "field", (2,), "µT", "horizontal and vertical field m of the place", WITH_MAG, calibration=True, relative=True
 )
@@ -115,6 +116,7 @@ def inertial_states(params: ESKF, m: Floats, unit: float) -> None:
     declare(m, HEADING, 1, RELATIVE_HEADING, 0.0, 1.0)
     declare(m, GYR_BIAS, 3, params.bias_start * DEGREE, params.bias_walk * DEGREE, 1.0)
     declare(m, GYR_MATRIX, 9, params.scale_start, params.scale_walk, 1.0)
+    declare(m, TRAVEL, 3, params.travel, 0.0, 1.0)
 
 
 @kernel
@@ -174,7 +176,18 @@ AID_AGE = SUM_WEIGHT + AID_ROWS  # s since a row was last accepted
 AID_REJECTED = AID_AGE + AID_ROWS  # s for which it has been rejected, 0: it is accepted
 AIDED_SPEED2 = AID_REJECTED + AID_ROWS  # (m/s)², square of velocity while it was aided, 3
 AIDED = AIDED_SPEED2 + 3  # 0: there was no aiding measurement
-INT_R = AIDED + 1  # ∫ R dt, 9
+TRAVEL_VARIANCE = AIDED + 1  # (m/s)², found
+MEAN_INNOVATION = TRAVEL_VARIANCE + 1  # m/s, of velocity, through a low-pass filter, 3
+MEAN_DENSITY = MEAN_INNOVATION + 3  # (m/s)²·s, of what velocity does besides, in the mean: horizontal, vertical
+DENSITY = MEAN_DENSITY + 2  # (m/s)²·s, as used
+PRIOR_VARIANCE = DENSITY + 2  # of the states up to the gyroscope's bias, as widened
+MEAN_FIELD = PRIOR_VARIANCE + GYR_MATRIX  # strength and upward part of the field over the last seconds, 2
+FIELD_TIME = MEAN_FIELD + 2  # s for which these have been averaged
+MEAN_RATE = FIELD_TIME + 1  # rad/s, through a low-pass filter, 3
+REST_KNOWN = MEAN_RATE + 3  # 1: the rest of now was measured back to its beginning
+DIVERGED_TIME = REST_KNOWN + 1  # s for which velocity has been beyond its gate
+HEADING_FAR = DIVERGED_TIME + 1  # 1: heading was far off, and is not yet back
+INT_R = HEADING_FAR + 1  # ∫ R dt, 9
 INT_R_RATE = INT_R + 9  # ∫ R_ik ω_l dt, 27
 INT_FORCE = INT_R_RATE + 27  # ∫ f dt, earth frame, 3
 INT_RATE = INT_FORCE + 3  # ∫ ω dt, 3
@@ -190,5 +203,6 @@ ADDED_VARIANCE = MAG_COUNT + 1  # rad², of turns that were not measured
 ADDED_HEADING_VARIANCE = ADDED_VARIANCE + 1
 GAP_TIME = ADDED_HEADING_VARIANCE + 1  # s of a gap before the block
 REINITIALISED = GAP_TIME + 1  # 1: attitude was taken from the sensors at the end of the block
-EAST_DECAY = REINITIALISED + 1  # share by which FIELD_EAST has decayed in the block
-SIZE = EAST_DECAY + 1
+EAST_DECAY = REINITIALISED + 1  # share by which FIELD_EAST has decayed in the block,
+TRAVEL_DECAY = EAST_DECAY + 1  # and TRAVEL
+SIZE = TRAVEL_DECAY + 1

@@ -200,13 +200,14 @@ static const int32_t CONDITIONING_RATE_UNUSABLE = 161;
 static const int32_t CONDITIONING_FORCE_UNUSABLE = 320;
 /* rad, 1σ of an unmeasured rotation from which the filter's covariance is inflated */
 static const float CONDITIONING_LEAST_ROTATION = 0.1f;
-/* of the full scale, 1σ: the part of the rate that a clipped gyroscope does not show */
-static const float CONDITIONING_CLIPPED_EXCESS = 0.5f;
+/* of the full scale: an axis that reads so much is clipped, if any is */
+static const float CONDITIONING_AT_FULL_SCALE = 0.97f;
+static const float CONDITIONING_CLIPPED_SHARE = 0.4f; /* 1σ of the rotation beyond full scale, as a share of it */
 static const ConditionedSample CONDITIONING_NO_SAMPLE = {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f},
     {0.0f, 0.0f, 0.0f}, 0.0f, 0, false, false, false, 0.0f, 0.0f, 0.0f, 0,
     {{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, false},
     {4.0f, 4.0f, 0.0f, 0.0f, -1.0f, 0, false}, {19.0f, 19.0f, 0.0f, 0.0f, -1.0f, 0, false},
-    {{0.0f, 0.0f, 0.0f}, 0, 0.0f}, {{0.0f, 0.0f, 0.0f}, 0, 0.0f}, false, false, 0}};
+    {{0.0f, 0.0f, 0.0f}, 0, 0.0f}, {{0.0f, 0.0f, 0.0f}, 0, 0.0f}, false, false, 0}, {0.0f, 0.0f, 0.0f}};
 static const UnmeasuredRotation CONDITIONING_ALL_MEASURED = {0.0f, 0.0f};
 
 /* cos² of the field's dip in middle Europe: the share of a heading error that the whole field shows */
@@ -1295,16 +1296,48 @@ static int32_t conditioning_missing_bits(Vec3 gyr, Vec3 acc, Vec3 mag)
     return health;
 }
 
+/* Slope of the rate of one axis as it reached full scale, rad/s²; 0 where it is below. */
+static float conditioning_axis_slope(float slope, float last, float rate, float full, bool first, float dt)
+{
+    if (-full < rate && rate < full) {
+        return 0.0f;
+    }
+    if (!first) {
+        return slope;
+    }
+    const float sign = rate > 0.0f ? 1.0f : -1.0f;
+    return sign * lh_max(lh_max(sign * slope, sign * (rate - last) / dt), 0.0f);
+}
+
+/* The same of all axes; last is the rate of the sample before. */
+static Vec3 conditioning_clipped_slope(Vec3 slope, Vec3 last, Vec3 gyr, float full, bool first, float dt)
+{
+    return (Vec3){conditioning_axis_slope(slope.x, last.x, gyr.x, full, first, dt),
+        conditioning_axis_slope(slope.y, last.y, gyr.y, full, first, dt),
+        conditioning_axis_slope(slope.z, last.z, gyr.z, full, first, dt)};
+}
+
+/* rad², of the rotation beyond full scale after time seconds of it.
+ *
+ * A rate that leaves the range with the slope a and comes back after T as a parabola was a T/4 beyond at most, and
+ * a T²/6 in the mean of all that rotation; growing with time, that is a rate of a t/3. On RepoIMU's clipped recordings
+ * (T from 0.05 to 0.5 s) this is right to CLIPPED_SHARE.
+ */
+static float conditioning_clipped_variance(Vec3 slope, float time)
+{
+    const float x = slope.x, y = slope.y, z = slope.z;
+    const float missed = CONDITIONING_CLIPPED_SHARE * time * time / 6.0f;
+    return missed * missed * (x * x + y * y + z * z);
+}
+
 /* The rotation while the rate was unusable; its variance is 0 up to LEAST_ROTATION. */
-static UnmeasuredRotation conditioning_unmeasured_rotation(int32_t health, float rate_age, float full,
-    float dt)
+static UnmeasuredRotation conditioning_unmeasured_rotation(int32_t health, float rate_age, float dt)
 {
     if ((health & CONDITIONING_RATE_UNUSABLE) == 0) {
         return CONDITIONING_ALL_MEASURED;
     }
-    const float reach = (health & HEALTH_GYR_SATURATED) ? CONDITIONING_CLIPPED_EXCESS * full : TILT_TURN;
-    const float before = reach * rate_age;
-    const float after = reach * (rate_age + dt);
+    const float before = TILT_TURN * rate_age;
+    const float after = TILT_TURN * (rate_age + dt);
     if (after <= CONDITIONING_LEAST_ROTATION) {
         return (UnmeasuredRotation){rate_age + dt, 0.0f};
     }
@@ -1322,7 +1355,7 @@ static ConditionedSample conditioning_first_sample(Vec3 gyr, Vec3 acc, Vec3 mag,
     const DetectorState detected = {REST_NO_SUMS, means, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat,
         false, false, 0};
     return (ConditionedSample){gyr, acc, mag, 0.0f, health, false, tilt_present(acc), false, 0.0f, 0.0f, 0.0f,
-        0, detected};
+        0, detected, VEC3_ZERO};
 }
 
 /* Whether σ is updated after this sample. */
@@ -1340,6 +1373,7 @@ static ConditionedSample conditioning_condition(const Guard *guard, const Condit
     float rate_age = sample->rate_age, since_sigma = sample->since_sigma;
     int32_t corrected_by = sample->corrected_by;
     const DetectorState *detected = &sample->detected;
+    Vec3 slope = sample->slope;
     int32_t health = conditioning_missing_bits(gyr, acc, mag);
     if (health != 0) {
         gyr = (health & HEALTH_GYR_MISSING) ? last : gyr;
@@ -1369,13 +1403,25 @@ static ConditionedSample conditioning_condition(const Guard *guard, const Condit
     if (dt > TILT_GAP_SECONDS) {
         health |= HEALTH_GAP;
     }
-    const UnmeasuredRotation unmeasuredrotation = conditioning_unmeasured_rotation(health, rate_age,
-        detected->gyr_extreme.up, dt);
+    const float clipped_for = rate_age;
+    const UnmeasuredRotation unmeasuredrotation = conditioning_unmeasured_rotation(health, rate_age, dt);
     rate_age = unmeasuredrotation.rate_age;
-    const float unmeasured = unmeasuredrotation.variance;
+    float unmeasured = unmeasuredrotation.variance;
+    if (health & HEALTH_GYR_SATURATED) {
+        const float full = CONDITIONING_AT_FULL_SCALE
+            * lh_min(detected->gyr_extreme.up, detected->gyr_extreme.down);
+        slope = conditioning_clipped_slope(slope, last, gyr, full, clipped_for == 0.0f, dt);
+        gyr = vec3_add(gyr, vec3_scale(slope, (clipped_for + 0.5f * dt) / 3.0f));
+        unmeasured = conditioning_clipped_variance(slope, rate_age)
+            - conditioning_clipped_variance(slope, clipped_for);
+    } else {
+        if ((health & CONDITIONING_RATE_UNUSABLE) == 0) {
+            slope = vec3_scale(vec3_sub(gyr, last), 1.0f / dt);
+        }
+    }
     const bool rate_unknown = rate_lost || dt > TILT_GAP_SECONDS;
     return (ConditionedSample){gyr, acc, mag, dt, health, had_field || tilt_present(field), true,
-        rate_unknown, rate_age, unmeasured, since_sigma + dt, corrected_by, *detected};
+        rate_unknown, rate_age, unmeasured, since_sigma + dt, corrected_by, *detected, slope};
 }
 
 /* ---- direction_filter

@@ -25,9 +25,9 @@
  *
  * RAM of one filter with its parameters:
  *
- *     64 bit (Cortex-A, x86-64)                                    392 bytes
- *     32 bit (Cortex-M, ESP32, RP2040)                             392 bytes
- *     AVR (Uno, Mega)                                              377 bytes
+ *     64 bit (Cortex-A, x86-64)                                    404 bytes
+ *     32 bit (Cortex-M, ESP32, RP2040)                             404 bytes
+ *     AVR (Uno, Mega)                                              389 bytes
  */
 #ifndef LH_MAHONY_H
 #define LH_MAHONY_H
@@ -173,6 +173,8 @@ typedef struct {
     float since_sigma; /* s since σ was last updated */
     int32_t corrected_by; /* sensors with a usable reading since then: 1 accelerometer, 2 magnetometer */
     lh_mahony_detector_state detected;
+    /* rad/s², of the rate when it was last below full scale; where an axis is clipped that of its beginning */
+    lh_mahony_vec3 slope;
 } lh_mahony_conditioned_sample;
 
 /* A quaternion, scalar first. */

@@ -1,0 +1,45 @@
+"""ESKF where bodies do what a laboratory does not: walks in circles, gyroscopes that clip; simulated."""
+
+import numpy as np
+import pytest
+
+import levelhead as lh
+from levelhead import simulate
+from levelhead.evaluate.attitude_error import error_quaternion, split
+from levelhead.filters.health import GYR_SATURATED
+from levelhead.recording import Recording
+
+
+def heading_and_sigma(track: lh.Track, recording: Recording) -> tuple[np.ndarray, np.ndarray]:
+    """Degrees: how far the heading error has moved since the start, and its σ."""
+    assert recording.truth is not None and track.sigma is not None
+    heading = np.unwrap(split(error_quaternion(track.quat, recording.truth.quat)).heading)
+    return np.degrees(heading - heading[0]), np.degrees(track.sigma[:, 2])
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_walk_in_circles_is_no_bias(seed):
+    """Eq. 18: without travel the same walk makes heading run by tens of degrees a minute."""
+    recording = simulate.observe(simulate.circles(90.0), simulate.imu("LSM6DSO32"), seed=seed)
+    heading, sigma = heading_and_sigma(lh.fuse(recording, lh.ESKF()), recording)
+    assert np.abs(heading).max() < 15.0
+    assert (np.abs(heading[100:]) < 4.0 * sigma[100:] + 1.0).all()
+
+
+def test_a_rate_beyond_full_scale_is_estimated_from_its_slope():
+    """Swings whose peaks of 0.1 s are cut off at 7.4 rad/s: tilt survives, though each leaves up to 20° out."""
+    rate, full = 100.0, np.radians(424.0)
+    t = np.arange(3000) / rate
+    angle = np.where(t > 5.0, 0.7 * (1.0 - np.cos(4.0 * np.pi * (t - 5.0))), 0.0)
+    speed = np.where(t > 5.0, 0.7 * 4.0 * np.pi * np.sin(4.0 * np.pi * (t - 5.0)), 0.0)
+    zero = np.zeros_like(t)
+    quat = np.stack([np.cos(angle / 2), np.sin(angle / 2), zero, zero], axis=1)
+    noise = np.random.default_rng(1)
+    gyr = np.stack([np.clip(speed, -full, full), zero, zero], axis=1) + noise.normal(0.0, 1e-3, (len(t), 3))
+    gyr = np.clip(gyr, -full, full)
+    acc = 9.80665 * np.stack([zero, np.sin(angle), np.cos(angle)], axis=1) + noise.normal(0.0, 0.02, (len(t), 3))
+    recording = Recording(t, gyr, acc, None, lh.Truth(quat, north=False))
+    track = lh.fuse(recording, lh.ESKF())
+    assert (track.health & GYR_SATURATED).any()
+    tilt = np.degrees(split(error_quaternion(track.quat, quat)).tilt)
+    assert tilt[1000:].max() < 8.0
