@@ -36,7 +36,7 @@ def test_table_and_files(levelhead, folder, tmp_path):
 def test_json_without_magnetometer(levelhead, folder):
     found = levelhead("bench", "accuracy", folder, "-f", "default", "--no-mag", "--jobs", "1", "--json").json
     assert found["magnetometer"] is False and found["figure_of_groups"] == "tilt"
-    assert found["methods"][0]["errors"]["all: drift in 60 s"] is None  # the recordings are shorter than that
+    assert found["methods"][0]["errors"]["all: drift in 60 s"] > 0.0  # over half of them, for they are shorter
     assert found["written"] == []
 
 

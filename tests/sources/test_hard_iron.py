@@ -44,7 +44,7 @@ def test_what_the_summary_advises_helps(hand):
     """Once with a wide offset, and from then on with what was learned."""
     bent = replace(hand, mag=hand.mag + OFFSET)
     as_it_is = lh.fuse(bent, lh.ESKF())
-    assert "not calibrated: its middle is off by 2" in summary(bent, as_it_is)
+    assert "not calibrated: offset 2" in summary(bent, as_it_is)
     assert "--set mag_offset=0.3 --save-calibration FILE" in summary(bent, lh.fuse(bent, lh.EKF()))
     assert "not calibrated" not in summary(hand, lh.fuse(hand, lh.ESKF()))
     learned = lh.fuse(bent, lh.ESKF(mag_offset=0.3)).calibration

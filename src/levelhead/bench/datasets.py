@@ -9,6 +9,7 @@ from levelhead.errors import LevelheadError, require
 from levelhead.recording import Array, Recording, Truth
 from levelhead.rotations import product, to_scipy
 from levelhead.sources import read
+from levelhead.sources.npz import load_arrays
 
 SUFFIXES = (".mat", ".csv", ".npz", ".h5", ".hdf5", ".parquet")
 IMU = Path("mav0") / "imu0" / "data.csv"  # EuRoC and TUM-VI
@@ -70,9 +71,9 @@ def _read(path: Path) -> Recording:
     if path.is_dir():
         return _folder(path)
     if path.suffix.lower() == ".npz":
-        with np.load(path, allow_pickle=False) as arrays:
-            if "q_ref_sensor" in arrays.files:
-                return _arrays(path, {name: np.asarray(arrays[name]) for name in arrays.files})
+        arrays = load_arrays(path)
+        if "q_ref_sensor" in arrays:
+            return _arrays(path, arrays)
     return read(path)
 
 

@@ -58,7 +58,7 @@ def read_own(path: Path, hints: Hints) -> Recording | None:
     Raises:
         LevelheadError: damaged, a pickle inside, hints for a file that needs none.
     """
-    arrays = _load(path)
+    arrays = load_arrays(path)
     if _MARK not in arrays:
         return None
     if hints.given:
@@ -68,7 +68,7 @@ def read_own(path: Path, hints: Hints) -> Recording | None:
 
 def table(path: Path) -> ArrayTable:
     """The arrays of any .npz as columns; in levelhead's own, time is in seconds."""
-    arrays = _load(path)
+    arrays = load_arrays(path)
     if _MARK in arrays and "t" in arrays:
         arrays["t [s]"] = arrays.pop("t")
     return _tabulated(path, arrays)
@@ -79,7 +79,12 @@ def _tabulated(path: Path, arrays: Mapping[str, NDArray[Any]]) -> ArrayTable:
     return tabulate(str(path), arrays, info)
 
 
-def _load(path: Path) -> dict[str, NDArray[Any]]:
+def load_arrays(path: Path) -> dict[str, NDArray[Any]]:
+    """The arrays of a .npz by name.
+
+    Raises:
+        LevelheadError: it is no archive, damaged, or holds a pickle.
+    """
     try:
         with open(path, "rb") as stream:
             file = np.load(stream, allow_pickle=False)
