@@ -184,7 +184,7 @@ def update(params: ESKF, state: State) -> State:
     if m[at.DIVERGED_TIME] > 0.0:
         health = ACC_REJECTED
     if m[at.DIVERGED_TIME] > GATE_TIME:
-        inflate_diverged(m)
+        inflate_diverged(m, n)
     fit = NO_FIELD
     update_velocity(params, m, resting, n)
     if resting:

@@ -80,9 +80,15 @@ def velocity_diverged(params: ESKF, m: Floats, resting: bool) -> bool:
 
 
 @noinline
-def inflate_diverged(m: Floats) -> None:
-    """A turn was missed, for nothing else drives velocity away for so long: velocity and attitude may be far off."""
+def inflate_diverged(m: Floats, n: int) -> None:
+    """A turn was missed, for nothing else drives velocity away for so long: velocity and attitude may be far off.
+
+    A turn about the vertical takes the error of velocity along, or velocity would seem to tell of heading.
+    """
+    x, y, _ = vector(m, at.MEAN + at.VELOCITY)
+    rotate_velocity_error(m, at.P, n, -x, -y)
     add_variance(m, at.ATTITUDE, 3, MISSED_TURN * MISSED_TURN * m[at.BLOCK_TIME])
+    rotate_velocity_error(m, at.P, n, x, y)
     for i in range(3):
         v = m[at.MEAN + at.VELOCITY + i] - mean_travel(m, i)
         if not aiding.is_aided(m, i):
