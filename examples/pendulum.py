@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
+import levelhead as lh
 from levelhead.live import Node
 from levelhead.simulate import imu
 from levelhead.sources.sensors.board import assemble_board, parse_board
@@ -131,7 +132,8 @@ def balance(by: str = "node", seed: int = 0) -> dict[str, np.ndarray]:
     rod, pid = Rod(seed), Pid()
     wanted = parse_board("mpu6050")
     board = assemble_board(wanted, emulate_board(wanted, rod), rate=RATE, clock=rod.clock, wait=rod.sleep)
-    node = Node(board, rate=RATE, clock=rod.clock, sleep=rod.sleep)
+    on_the_spot = lh.ESKF(travel=0.1)  # m/s, 1σ: the cart balances where it stands, nobody carries the sensor about
+    node = Node(board, on_the_spot, rate=RATE, clock=rod.clock, sleep=rod.sleep)
     orientations, raws = node.bus.subscribe("imu/orientation"), node.bus.subscribe("imu/raw")
     log: list[tuple[float, ...]] = []
     node.begin()
