@@ -28,7 +28,7 @@ def test_inputs_with_and_without_magnetometer_are_the_same_motion():
 
 
 @pytest.mark.compiled
-@pytest.mark.parametrize("mag", [False, True])
+@pytest.mark.parametrize("mag", [False, pytest.param(True, marks=pytest.mark.full)])
 def test_every_filter_and_contender_is_timed(mag):
     names = [flt.name for flt in filters.ALL]
     there = [one.name for one in contenders.ALL if one.installed]

@@ -79,7 +79,7 @@ def test_the_folder_for_results_is_looked_at_before_the_work(refused, folder, tm
     assert "cannot make the folder" in refused("bench", "accuracy", folder, "-f", "default", "-o", tmp_path / "file")
 
 
-@pytest.mark.compiled
+@pytest.mark.full
 def test_speed(levelhead):
     found = levelhead("bench", "speed", "--samples", "1000", "--repeats", "1", "--json").json
     assert len(found["tables"]) == 4 and found["machine"]["python"]

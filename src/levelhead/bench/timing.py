@@ -67,15 +67,20 @@ class Table:
 def time_interleaved(cases: Sequence[Case], repeats: int, progress: Progress | None = None) -> list[Timing]:
     """Time all cases in turn, ``repeats`` times over; a first run of each, which may compile, does not count."""
     spent: list[list[float]] = [[] for _ in cases]
-    for repeat in range(repeats + 1):
-        for i, (case, mine) in enumerate(zip(cases, spent, strict=True)):
-            gc.collect()
-            began = time.thread_time_ns()
-            case.work()
-            if repeat:
-                mine.append((time.thread_time_ns() - began) / case.samples)
-            if progress is not None:
-                progress((repeat + (i + 1) / len(cases)) / (repeats + 1))
+    gc.collect()
+    gc.freeze()  # what was there before is not looked through again: with a compiler loaded that takes seconds a time
+    try:
+        for repeat in range(repeats + 1):
+            for i, (case, mine) in enumerate(zip(cases, spent, strict=True)):
+                gc.collect()
+                began = time.thread_time_ns()
+                case.work()
+                if repeat:
+                    mine.append((time.thread_time_ns() - began) / case.samples)
+                if progress is not None:
+                    progress((repeat + (i + 1) / len(cases)) / (repeats + 1))
+    finally:
+        gc.unfreeze()
     return [Timing(case.name, tuple(mine)) for case, mine in zip(cases, spent, strict=True)]
 
 
