@@ -39,7 +39,7 @@ def uses(chip: str, specimen: int, count: int = USES) -> list[tuple[Score, Score
     prior, found = None, []
     for number in range(count):
         recording = use(chip, specimen, number)
-        known, new = (lh.fuse(recording, lh.ESKF(), prior=one, engine="compiled") for one in (prior, None))
+        known, new = (lh.fuse(recording, lh.ESKF(), prior=one) for one in (prior, None))
         prior = known.calibration
         found.append((evaluate(recording, known), evaluate(recording, new)))
     return found

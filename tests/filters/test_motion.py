@@ -5,6 +5,7 @@ import pytest
 
 import levelhead as lh
 from levelhead import simulate
+from levelhead.evaluate import evaluate
 from levelhead.evaluate.attitude_error import error_quaternion, split
 from levelhead.filters.health import GYR_SATURATED
 from levelhead.recording import Recording
@@ -43,3 +44,15 @@ def test_a_rate_beyond_full_scale_is_estimated_from_its_slope():
     assert (track.health & GYR_SATURATED).any()
     tilt = np.degrees(split(error_quaternion(track.quat, quat)).tilt)
     assert tilt[1000:].max() < 8.0
+
+
+def test_a_raw_sensor_keeps_what_earlier_runs_told_of_it():
+    """A prior with a mean far from zero is widened about that mean: each run of the same raw sensor is as good."""
+    prior, errors = None, []
+    for number in range(4):
+        motion = simulate.motion(1000 + number, 64.0, 100.0, style="hand")
+        run = simulate.observe(motion, simulate.imu("MPU-6050", mag="HMC5883L"), seed=1)[400:]
+        track = lh.fuse(run, lh.ESKF(), prior=prior)
+        prior = track.calibration
+        errors.append(evaluate(run, track).total)
+    assert max(errors[1:]) < 0.5 * errors[0] and max(errors[1:]) < 4.0

@@ -12,8 +12,8 @@ one for the two horizontal axes, one for the vertical.
 maximisation in each block.
 
 **Width of a prior.** Sensors are a mixture of calibrated and raw ones. Let a state have the prior variance s², the
-estimate x and the variance P. The measurements alone then say x/κ ± √(P/κ) with κ = 1 − P/s². Where even the lower end
-of that is beyond s,
+variance P, and let x be its estimate less the prior's mean, which is 0 but where an earlier run has told it. The
+measurements alone then say x/κ ± √(P/κ) with κ = 1 − P/s². Where even the lower end of that is beyond s,
 
     s'² = (|x|/κ − 5 √(P/κ))²                                                                                   (2)
 
@@ -92,14 +92,20 @@ def set_density(params: ESKF, m: Floats, k: int, excess: float) -> None:
 
 
 @kernel
+def prior_deviation(m: Floats, i: int) -> float:
+    """Estimate of state i less the mean of its prior, x of eq. 2."""
+    mean = m[at.PRIOR_MEAN + i] if m[at.PRIOR_SIGMA + i] > 0.0 else 0.0
+    return m[at.MEAN + i] + m[at.X + i] - mean
+
+
+@kernel
 def informed_bound(m: Floats, i: int) -> float:
     """The lower end of what measurements alone say of the size of state i, eq. 2; 0 where they say nothing."""
     prior = m[at.PRIOR_VARIANCE + i]
     if not variance(m, i) < (1.0 - LEAST_INFORMATION) * prior:
         return 0.0
     kappa = 1.0 - variance(m, i) / prior
-    value = abs(m[at.MEAN + i] + m[at.X + i])
-    return max(value / kappa - SURE * sqrt(max(variance(m, i), 0.0) / kappa), 0.0)
+    return max(abs(prior_deviation(m, i)) / kappa - SURE * sqrt(max(variance(m, i), 0.0) / kappa), 0.0)
 
 
 @noinline
@@ -124,7 +130,7 @@ def exchange_prior(m: Floats, n: int, i: int, old: float, new: float) -> None:
     """Takes the prior variance ``old`` of state i out of x and P, and puts ``new`` into its place."""
     copy(m, at.U, at.P + i * at.ROW, n)
     one = 1.0 / sqrt(old * new / (new - old) - m[at.U + i])  # 1/√−S
-    gain = (m[at.MEAN + i] + m[at.X + i]) * one
+    gain = prior_deviation(m, i) * one
     for j in range(n):
         m[at.U + j] = m[at.U + j] * one
     add_scaled(m, at.X, gain, at.U, n)
