@@ -72,10 +72,10 @@ def test_the_field_of_the_place(runs):
 def test_in_words(runs):
     words = str(runs[0][1])
     for start in (
-        "gyroscope bias x 0.98 ± 0.04, y −1.00",
+        "gyroscope bias x 0.98 ± 0.04, y −1.0",
         "gyroscope scale x",
         "gyroscope cross-axis xy",
-        "accelerometer bias x 0.069",
+        "accelerometer bias x 0.068",
         "magnetometer offset x",
         "magnetometer 24 ± 3 ms later than the gyroscope",
         "field of the place 48.",

@@ -197,8 +197,8 @@ def test_ports_lists_what_is_there(levelhead, monkeypatch):
 
 @pytest.mark.slow
 def test_a_sweep_that_is_useless_is_named(levelhead):
-    """Walking with a bias that Complementary cannot remove: its best value is worse than the default filter."""
-    words = ("sweep", "--simulate", "walking", "-f", "Complementary", "-p", "tau", "--values", "0.2", "1")
+    """A hand with a bias that Complementary cannot remove: its best value is worse than the default filter."""
+    words = ("sweep", "--simulate", "hand", "-f", "Complementary", "-p", "tau", "--values", "0.2", "1")
     assert "warning: the default filter, untuned, has" in levelhead(*words).out
-    words = ("sweep", "--simulate", "lesson", "-f", "Complementary", "-p", "tau", "--values", "1", "1.6")
+    words = ("sweep", "--simulate", "hard", "-f", "ESKF", "-p", "gyr_noise", "--values", "0.04", "0.08")
     assert "warning" not in levelhead(*words).out

@@ -9,6 +9,7 @@ import levelhead as lh
 from levelhead.compiler import lane_slots
 from levelhead.engine import lanes, smoothing
 from levelhead.engine.batch import fuse_axis
+from levelhead.filters import eskf
 from levelhead.tune.lane_score import SQUARES
 
 pytestmark = pytest.mark.compiled
@@ -76,5 +77,6 @@ def test_the_smoother_keeps_the_blocks_of_one_stretch(monkeypatch):
     n = 60_000
     given = recording(n, True)
     kept, peak = most(lambda: lh.smooth(given))
-    stretch, blocks = (sum(part.nbytes for part in smoothing.room(count)) for count in (smoothing.KEPT, n // 20))
+    width = eskf.FILTER.smoothing.width + 1  # numbers of a block that is kept, and its last sample
+    stretch, blocks = (8 * width * count for count in (smoothing.KEPT, n // 20))
     assert OUTPUTS * n <= kept <= peak < 1.2 * (INPUTS + OUTPUTS) * n + stretch + A_LITTLE < 0.4 * blocks

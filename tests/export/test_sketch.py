@@ -2,7 +2,6 @@
 
 import shutil
 import subprocess
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -63,7 +62,8 @@ def test_the_log_reads_back_and_says_what_the_board_said(tmp_path, real, capsys)
 def test_a_sensor_that_is_known_logs_what_the_filter_was_fed(tmp_path, real):
     """In the axes of the body and without its errors; nothing is read off at the start, the bias is known."""
     bias = np.radians([1.0, -2.0, 0.5])
-    found = replace(WRONG, gyr_bias=Quantity(*[np.array([bias[1], -bias[0], bias[2]])] * 4))
+    quantity = Quantity(*[np.array([bias[1], -bias[0], bias[2]])] * 4)
+    found = lh.Calibration(gyr_matrix=WRONG.gyr_matrix, gyr_bias=quantity, acc_bias=WRONG.acc_bias)
     config = ExportConfig(lh.Madgwick(), real=real, axes=AxisMap.parse("y,-x,z"), calibration=found)
     log = log_of(tmp_path, config)
     sketch = (tmp_path / "lh_madgwick_mpu6050" / "lh_madgwick_mpu6050.ino").read_text(encoding="utf-8")
