@@ -3,14 +3,16 @@
     python benchmarks/endurance.py --minutes 120
     python benchmarks/endurance.py --minutes 1440    # 24 hours
 
-An emulated MPU-6050 at 200 Hz, a black box that runs out of disk half-way, a dashboard process, and two readers in
-other processes: one logs every raw sample, one reads orientations 20 times a second. Each minute one fault is injected:
-the bus is unplugged for 2 s, its data line is held down, transfers are not acknowledged, the chip loses its settings,
-the node's clock is set by an hour. At the end: samples that a reader did not get and nobody reported, memory and open
-files of each process at the beginning and at the end, and MB per hour by a line through all of it.
+An emulated MPU-6050 at 200 Hz, a black box that runs out of disk half-way, a dashboard process with a page that is
+open, and two readers in other processes: one logs every raw sample, one reads orientations 20 times a second. Each
+minute one fault is injected: the bus is unplugged for 2 s, its data line is held down, transfers are not acknowledged,
+the chip loses its settings, the node's clock is set by an hour. At the end: samples that a reader did not get and that
+reported; of each process resident memory, what of it malloc has given out, Python's objects and open files, in the
+middle and at the end; and MB per hour by lines through the second half.
 """
 
 import argparse
+import ctypes
 import json
 import os
 import resource
@@ -22,7 +24,12 @@ import time
 from pathlib import Path
 
 import numpy as np
+import viser
+from websockets.exceptions import WebSocketException
+from websockets.sync.client import connect
+from websockets.typing import Subprotocol
 
+from levelhead.cli import main as levelhead
 from levelhead.live import Node, subscribe
 from levelhead.live.box import BlackBox
 from levelhead.live.open import closed_motion
@@ -32,7 +39,29 @@ from levelhead.sources.sensors.emulated import World, emulate_board
 
 ENDPOINT = "tcp/127.0.0.1:7529"
 FAULTS = ("unplugged", "stuck", "nack", "reset", "clock")
-WARM = 3.0  # minutes that are left out of the line through memory
+PAGE = 18290  # port of the dashboard
+VERSION = [Subprotocol(f"viser-v{viser.__version__}")]
+
+
+Row = tuple[float, float, int, float, float]  # minutes, resident MB, files, MB given out by malloc, Python's blocks
+
+
+class Mallinfo(ctypes.Structure):
+    """mallinfo2 of glibc: sizes in bytes, summed over its arenas."""
+
+    _fields_ = tuple(
+        (name, ctypes.c_size_t)
+        for name in "arena ordblks smblks hblks hblkhd usmblks fsmblks uordblks fordblks keepcost".split()
+    )
+
+
+def heap() -> dict[str, float]:
+    """What this process has given out: by malloc in MB, and blocks of Python's objects. What grows leaks; what the
+    resident memory grows by beyond it, the allocators keep."""
+    mallinfo2 = ctypes.CDLL(None).mallinfo2
+    mallinfo2.restype = Mallinfo
+    info = mallinfo2()
+    return {"malloc": round((info.uordblks + info.hblkhd) / 1e6, 2), "blocks": sys.getallocatedblocks()}
 
 
 def memory(pid: int) -> tuple[float, int]:
@@ -56,7 +85,7 @@ def read_raw() -> None:
             last = message.seq
         if time.monotonic() - printed > 1.0:
             printed = time.monotonic()
-            print(json.dumps({"got": got, "gaps": gaps, "missed": subscription.missed}), flush=True)
+            print(json.dumps({"got": got, "gaps": gaps, "missed": subscription.missed, **heap()}), flush=True)
 
 
 def read_orientation() -> None:
@@ -73,21 +102,51 @@ def read_orientation() -> None:
             stale += message.valid and subscription.age > 0.25
         if time.monotonic() - printed > 1.0:
             printed = time.monotonic()
-            print(json.dumps({"got": got, "invalid": invalid, "stale": stale}), flush=True)
+            print(json.dumps({"got": got, "invalid": invalid, "stale": stale, **heap()}), flush=True)
+
+
+def show_dashboard() -> None:
+    """The dashboard, as `levelhead view --live`; prints its heap once a second."""
+
+    def report() -> None:
+        while True:
+            time.sleep(1.0)
+            print(json.dumps(heap()), flush=True)
+
+    threading.Thread(target=report, daemon=True).start()
+    levelhead(["view", "--live", "--endpoint", ENDPOINT, "--port", str(PAGE)])
+
+
+def open_page() -> None:
+    """A page that takes all that the dashboard sends, without drawing it; prints how much, once a second."""
+    bytes_ = opened = 0
+    printed = time.monotonic()
+    while True:
+        try:
+            with connect(f"ws://127.0.0.1:{PAGE}", subprotocols=VERSION, max_size=None) as page:
+                opened += 1
+                for message in page:
+                    bytes_ += len(message)
+                    if time.monotonic() - printed > 1.0:
+                        printed = time.monotonic()
+                        print(json.dumps({"MB": round(bytes_ / 1e6, 1), "opened": opened}), flush=True)
+        except (OSError, WebSocketException):
+            time.sleep(1.0)
 
 
 class Reader:
-    """A reader in another process, and the last line that it printed."""
+    """Another process, and the last line that it printed."""
 
     def __init__(self, kind: str) -> None:
         self.process = subprocess.Popen([sys.executable, __file__, "--reader", kind], stdout=subprocess.PIPE, text=True)
-        self.counts: dict[str, int] = {}
+        self.counts: dict[str, float] = {}
         threading.Thread(target=self._read, daemon=True).start()
 
     def _read(self) -> None:
         assert self.process.stdout is not None
         for line in self.process.stdout:
-            self.counts = json.loads(line)
+            if line.startswith("{"):
+                self.counts = json.loads(line)
 
 
 def inject(kind: str, wires, chip) -> None:
@@ -120,11 +179,9 @@ def main(minutes: float) -> None:
     node = Node(board, rate=200.0, bus=bus, box=BlackBox(folder / "box.mcap"), give_up=60.0)
     running = threading.Thread(target=lambda: node.run(60.0 * minutes), name="node")
     running.start()
-    readers = {kind: Reader(kind) for kind in ("raw", "orientation")}
-    view = [sys.executable, "-m", "levelhead", "view", "--live", "--endpoint", ENDPOINT, "--port", "18290"]
-    dashboard = subprocess.Popen(view, stdout=subprocess.DEVNULL)
-    pids = {"node": os.getpid(), "dashboard": dashboard.pid} | {k: r.process.pid for k, r in readers.items()}
-    history: dict[str, list[tuple[float, float, int]]] = {name: [] for name in pids}
+    readers = {kind: Reader(kind) for kind in READERS}
+    pids = {"node": os.getpid()} | {kind: reader.process.pid for kind, reader in readers.items()}
+    history: dict[str, list[Row]] = {name: [] for name in pids}
     began = time.monotonic()
     chip = next(iter(wires.chips.values()))
     for count in range(10**9):
@@ -133,11 +190,13 @@ def main(minutes: float) -> None:
         if elapsed > minutes - 0.2 or not running.is_alive():
             break
         for name, pid in pids.items():
-            history[name].append((elapsed, *memory(pid)))
-        figures = node.figures()
-        sizes = ", ".join(f"{name} {rows[-1][1]:.1f} MB {rows[-1][2]} files" for name, rows in history.items())
-        print(f"{elapsed:6.1f} min  {figures['samples']} samples, {readers['raw'].counts}, "
-              f"{readers['orientation'].counts}; {sizes}", flush=True)  # fmt: skip
+            known = heap() if name == "node" else readers[name].counts
+            history[name].append(
+                (elapsed, *memory(pid), known.get("malloc", float("nan")), known.get("blocks", float("nan")))
+            )
+        print(f"{elapsed:6.1f} min  {node.figures()['samples']} samples, "
+              f"{ {name: reader.counts for name, reader in readers.items()} }", flush=True)  # fmt: skip
+        print("           " + ", ".join(row_text(name, rows[-1]) for name, rows in history.items()), flush=True)
         inject(FAULTS[count % len(FAULTS)], wires, chip)
     running.join()
     figures = node.figures()
@@ -146,22 +205,40 @@ def main(minutes: float) -> None:
     print(f"{figures['samples']} samples; the log lacks {raw['gaps']}, of which {raw['missed']} it counted itself; "
           f"orientations that were old and valid: {readers['orientation'].counts['stale']}")  # fmt: skip
     for name, rows in history.items():
-        late = np.array([row for row in rows if row[0] > WARM] or rows)
-        slope = 60.0 * np.polyfit(late[:, 0], late[:, 1], 1)[0] if len(late) > 2 else float("nan")
-        print(f"{name}: {late[0, 1]:.1f} to {late[-1, 1]:.1f} MB, {slope:+.1f} MB/h, files {late[0, 2]:.0f} to "
-              f"{late[-1, 2]:.0f}")  # fmt: skip
-    for process in (dashboard, *(reader.process for reader in readers.values())):
-        process.terminate()
+        late = rows[len(rows) // 2 :]
+        print(f"{row_text(name, late[0])}; {row_text('at the end', late[-1])}; an hour: {slopes(late)}")
+    for reader in readers.values():
+        reader.process.terminate()
 
+
+def row_text(name: str, row: Row) -> str:
+    """Memory of a process, as it is printed."""
+    _, resident, files, malloc, blocks = row
+    return f"{name} {resident:.1f} MB, malloc {malloc:.1f} MB, {blocks:.0f} blocks, {files} files"
+
+
+def slopes(rows: list[Row]) -> str:
+    """What grows in an hour, by lines through the rows."""
+    table = np.array(rows)
+    if len(table) < 3:
+        return "too short"
+    resident, malloc, blocks = (60.0 * np.polyfit(table[:, 0], table[:, k], 1)[0] for k in (1, 3, 4))
+    return f"{resident:+.2f} MB, malloc {malloc:+.2f} MB, {blocks:+.0f} blocks"
+
+
+READERS = {
+    "raw": read_raw,
+    "orientation": read_orientation,
+    "dashboard": show_dashboard,
+    "page": open_page,
+}
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--minutes", type=float, default=120.0, help="length (default 120)")
-    parser.add_argument("--reader", choices=("raw", "orientation"), help=argparse.SUPPRESS)
+    parser.add_argument("--reader", choices=tuple(READERS), help=argparse.SUPPRESS)
     given = parser.parse_args()
-    if given.reader == "raw":
-        read_raw()
-    elif given.reader == "orientation":
-        read_orientation()
+    if given.reader:
+        READERS[given.reader]()
     else:
         main(given.minutes)
