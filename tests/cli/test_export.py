@@ -11,6 +11,7 @@ import pytest
 
 from levelhead import filters, fuse, simulate
 
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "export.md"
 GCC = pytest.mark.skipif(shutil.which("cmake") is None or shutil.which("gcc") is None, reason="no cmake and gcc here")
 
 
@@ -47,6 +48,40 @@ def test_cmake_builds_it_and_its_test_passes(levelhead, tmp_path, words):
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         assert done.returncode == 0 and "warning" not in done.stdout + done.stderr, done.stdout + done.stderr
     assert subprocess.run(["ctest"], cwd=tmp_path / "build", check=False, capture_output=True).returncode == 0
+
+
+@pytest.mark.compiled
+@GCC
+def test_filters_in_one_folder_are_one_project(levelhead, tmp_path):
+    """Whichever was exported last: both are built, with the self-test of each."""
+    for words in (["Triad"], ["Complementary", "--float"], ["Kalman", "--axis"]):
+        assert levelhead("export", *words, "-o", tmp_path / "board").code == 0
+    for command in (["cmake", "-S", tmp_path / "board", "-B", tmp_path], ["cmake", "--build", tmp_path]):
+        assert subprocess.run(command, capture_output=True, check=False).returncode == 0
+    done = subprocess.run(["ctest"], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0
+    passed = set(re.findall(r"(lh_\w+) \.+ +Passed", done.stdout))
+    assert passed == {"lh_triad_selftest", "lh_complementary_selftest", "lh_kalman_axis_selftest"}
+
+
+@pytest.mark.full
+@pytest.mark.skipif(
+    not all(map(shutil.which, ("arm-none-eabi-gcc", "qemu-system-arm"))), reason="no arm-none-eabi-gcc and QEMU here"
+)
+@pytest.mark.parametrize("double", [False, True], ids=["float", "double"])
+def test_qemu_as_the_page_types_it(levelhead, tmp_path, monkeypatch, double):
+    monkeypatch.chdir(tmp_path)
+    Path("benchmarks").symlink_to(PAGE.parents[1] / "benchmarks")
+    (block,) = (one for one in re.findall(r"```sh\n(.*?)```", PAGE.read_text(), re.DOTALL) if "qemu" in one)
+    first, _, rest = block.partition("\n")
+    if double:
+        first = first.replace(" --float", "")
+        rest = re.sub(r"-mcpu=.* -mfpu=\S+", re.search(r"with `(-mcpu=\S+ -mthumb)`", PAGE.read_text())[1], rest)
+    assert levelhead(*shlex.split(first)[1:]).code == 0
+    done = subprocess.run(["sh", "-e", "-c", rest], capture_output=True, text=True, check=False, timeout=120)
+    assert done.returncode == 0 and done.stdout.startswith("lh_ekf: all 96 samples are right"), (
+        done.stdout + done.stderr
+    )
 
 
 @pytest.mark.compiled
@@ -151,12 +186,12 @@ def test_every_filter_is_exported_under_its_own_name(levelhead, tmp_path):
 def test_the_page_works_as_written(levelhead, tmp_path, monkeypatch):
     """From a log to a library: the commands of docs/export.md, one after the other."""
     monkeypatch.chdir(tmp_path)
-    page = (Path(__file__).resolve().parents[2] / "docs" / "export.md").read_text(encoding="utf-8")
+    page = PAGE.read_text(encoding="utf-8")
     lines = [line.strip() for block in re.findall(r"```sh\n(.*?)```", page, re.DOTALL) for line in block.splitlines()]
     commands = [shlex.split(line) for line in lines if line.startswith("levelhead ")]
     verbs = [command[1] for command in commands]
-    assert verbs == ["simulate", "sweep", "export", "fuse", "compare", "fuse", "export", "export"]
-    for command in (*commands[:3], *commands[5:]):
+    assert verbs == ["simulate", "sweep", "export", "fuse", "compare", "fuse", "export", "export", "export"]
+    for command in (*commands[:3], *commands[5:-1]):
         target = command[command.index(">") + 1] if ">" in command else None
         words = command[1 : command.index(">")] if target else command[1:]
         said = levelhead(*(word.replace("~/Arduino/libraries", "libraries") for word in words))

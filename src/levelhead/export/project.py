@@ -46,7 +46,10 @@ def files(config: ExportConfig, arduino: bool = False) -> dict[str, str]:
 
 
 def _cmake(api: CApi, sources: str, tests: str) -> str:
-    return template("CMakeLists.txt").substitute(api.common() | {"sources": sources, "selftest": tests})
+    """Without a word about one filter: exports into the same folder share it."""
+    folder = api.name if sources else "board"
+    gaps = {"sources": sources, "selftest": tests, "folder": folder}
+    return template("CMakeLists.txt").substitute(api.common() | gaps)
 
 
 def write(config: ExportConfig, folder: Path, arduino: bool = False) -> list[Path]:
