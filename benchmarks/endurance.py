@@ -46,13 +46,13 @@ VERSION = [Subprotocol(f"viser-v{viser.__version__}")]
 Row = tuple[float, float, int, float, float]  # minutes, resident MB, files, MB given out by malloc, Python's blocks
 
 
+SIZES = ("arena", "ordblks", "smblks", "hblks", "hblkhd", "usmblks", "fsmblks", "uordblks", "fordblks", "keepcost")
+
+
 class Mallinfo(ctypes.Structure):
     """mallinfo2 of glibc: sizes in bytes, summed over its arenas."""
 
-    _fields_ = tuple(
-        (name, ctypes.c_size_t)
-        for name in "arena ordblks smblks hblks hblkhd usmblks fsmblks uordblks fordblks keepcost".split()
-    )
+    _fields_ = tuple((name, ctypes.c_size_t) for name in SIZES)
 
 
 def heap() -> dict[str, float]:
