@@ -183,6 +183,7 @@ def test_a_second_node_is_noticed(endpoint):
         ({"endpoint": "tcp/0.0.0.0:7447"}, "tcp is open to all who reach it"),
         ({"endpoint": "tcp/192.168.1.5:7447"}, "expected tls/ADDRESS:PORT with certificates"),
         ({"endpoint": "tls/192.168.1.5:7447"}, "needs certificates"),
+        ({"endpoint": "tls/localhost:7447"}, "needs certificates"),
         ({"endpoint": "udp/127.0.0.1:7447"}, "is no endpoint"),
         ({"endpoint": "tls/192.168.1.5:7447", "certificates": Path("nowhere")}, "there is no nowhere/ca.pem"),
         ({"endpoint": "tcp/127.0.0.1:7447", "readers": ("robot",)}, "known by their certificates"),
@@ -216,7 +217,7 @@ def certificates(tmp_path_factory):
         own = folder / name
         own.mkdir()
         shutil.copy(authority, own / "ca.pem")
-        (own / "ext").write_text("subjectAltName=IP:127.0.0.1,DNS:localhost\n")
+        (own / "ext").write_text("subjectAltName=DNS:localhost\n")
         openssl("req", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes", "-subj", f"/CN={name}",
                 "-keyout", own / "own.key", "-out", own / "own.csr")  # fmt: skip
         openssl("x509", "-req", "-in", own / "own.csr", "-CA", authority, "-CAkey", key, "-CAcreateserial", "-days", 30,
@@ -249,3 +250,70 @@ def test_certificates_open_it_to_those_who_may_read(endpoint, certificates):
     with subscribe(ORIENTATION, tls, certificates=certificates / "stranger") as stranger:
         assert published(bus, stranger).quat == SAID.quat
     bus.close()
+
+
+@pytest.fixture
+def node_with_tls(endpoint, certificates):
+    """A node that lets in the robot; its endpoint by the name that its certificate holds."""
+    tls = endpoint.replace("tcp/127.0.0.1", "tls/localhost")
+    bus = bus_of(tls, certificates=certificates / "node", readers=("robot",))
+    bus.publish(ORIENTATION, fresh())
+    yield tls
+    bus.close()
+
+
+@pytest.fixture(scope="module")
+def forged(certificates):
+    """A reader that calls itself robot, by an authority of its own."""
+    own = certificates / "forged"
+    own.mkdir()
+    shutil.copy(certificates / "ca.pem", own / "ca.pem")
+    openssl("req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes", "-days", 30,
+            "-subj", "/CN=robot", "-keyout", own / "own.key", "-out", own / "own.pem")  # fmt: skip
+    return own
+
+
+@pytest.mark.parametrize("open_it", [lambda *a, **k: subscribe(ORIENTATION, *a, **k), ParameterClient])
+def test_who_is_refused_by_tls_is_told_why(node_with_tls, certificates, forged, open_it):
+    """The wrong name of the node, a wrong authority on either side: a sentence at once, no waiting."""
+    by_address = node_with_tls.replace("localhost", "127.0.0.1")
+    with pytest.raises(lh.LevelheadError, match="connect by a name that it holds, such as tls/localhost:PORT"):
+        open_it(by_address, certificates=certificates / "robot")
+    with pytest.raises(lh.LevelheadError, match="own.pem must be signed by the authority of the node"):
+        open_it(node_with_tls, certificates=forged)
+    shutil.copy(forged / "own.pem", forged / "ca.pem")
+    with pytest.raises(lh.LevelheadError, match=r"the node's certificate is refused \(.*ca.pem of the same authority"):
+        open_it(node_with_tls, certificates=forged)
+    shutil.copy(certificates / "ca.pem", forged / "ca.pem")
+
+
+@pytest.mark.parametrize("name", ["stranger", "robot"])
+def test_parameters_without_permission_are_refused_with_a_sentence(node_with_tls, certificates, name):
+    """--readers lets them read, and nobody may write."""
+    client = ParameterClient(node_with_tls, certificates=certificates / name)
+    with pytest.raises(lh.LevelheadError, match=r"lets in readers only \(--readers\) and takes no parameters"):
+        client.set(beta=0.1)
+    client.close()
+
+
+@pytest.mark.slow
+def test_a_reader_that_is_connected_and_gets_nothing_is_told_why(node_with_tls, certificates):
+    """A stranger, who may connect and not read; and a reader without TLS, for whom no connection comes about."""
+    stranger = subscribe(ORIENTATION, node_with_tls, certificates=certificates / "stranger")
+    plain = subscribe(ORIENTATION, node_with_tls.replace("tls/localhost", "tcp/127.0.0.1"))
+    with stranger, pytest.raises(lh.LevelheadError, match="certificate is not among the node's --readers"):
+        stranger.get(timeout=60.0)
+    with plain, pytest.raises(lh.LevelheadError, match="is no node that this reader understands"):
+        plain.get(timeout=60.0)
+
+
+@pytest.mark.slow
+def test_a_node_that_comes_later_and_is_refused(endpoint, certificates, forged):
+    """What was no error at the start becomes one when the node is there."""
+    tls = endpoint.replace("tcp/127.0.0.1", "tls/localhost")
+    with subscribe(ORIENTATION, tls, certificates=forged) as reader_before:
+        assert reader_before.get(timeout=0.2) is None
+        bus = bus_of(tls, certificates=certificates / "node")
+        with pytest.raises(lh.LevelheadError, match="own.pem must be signed by the authority of the node"):
+            reader_before.get(timeout=60.0)
+        bus.close()

@@ -14,11 +14,11 @@ from levelhead.live.clock_offset import ClockOffset
 from levelhead.live.messages import ALIVE, CLOCK, ORIENTATION, SET, TOPICS, Message, unpack
 from levelhead.live.subscription import MAX_AGE, Subscription
 from levelhead.live.zenoh_bus import CACHE, TIME
-from levelhead.live.zenoh_session import ENDPOINT, check_handshake, configuration, open_session
+from levelhead.live.zenoh_session import ENDPOINT, check_handshake, configuration, is_reached, open_session
 
 INTERVAL, FIRST_INTERVAL = 1.0, 0.05  # s between two questions for the node's clock, and until the first answer
 ANSWER_TIME = 2.0  # s within which a node answers
-UNANSWERED = 5.0  # s of connection without any answer, after which the node does not let this reader in
+UNANSWERED = 5.0  # s of connection without any answer, or without connection, after which the reason is looked for
 
 
 class _SessionHolder:
@@ -64,14 +64,14 @@ class ParameterClient:
 
 
 class _NodeWatch:
-    """Compares clocks with the node, reports what the reader missed, and fails a reader that is not let in."""
+    """Compares clocks with the node, reports what the reader missed, and fails a reader that can get nothing."""
 
-    def __init__(self, session: Any, endpoint: str) -> None:
-        self._session, self._endpoint = session, endpoint
+    def __init__(self, session: Any, endpoint: str, certificates: Path | None) -> None:
+        self._session, self._endpoint, self._certificates = session, endpoint, certificates
         self._reader = os.urandom(8).hex()
         self._offsets: dict[int, ClockOffset] = {}
         self._answered = False
-        self._connected: float | None = None
+        self._connected, self._since = False, time.monotonic()  # with any node, and since when
         self._stopped = threading.Event()
 
     def start(self, subscription: Subscription) -> None:
@@ -96,7 +96,11 @@ class _NodeWatch:
                 self._ask(subscription)
             except Exception:
                 return
-            self._check_permission(subscription)
+            try:
+                self._check_connection()
+            except LevelheadError as error:
+                subscription.fail(error)
+                return
             del subscription
             if self._stopped.wait(INTERVAL if self._answered else FIRST_INTERVAL):
                 return
@@ -116,21 +120,31 @@ class _NodeWatch:
             wall = time.time() - time.monotonic()
             subscription.set_clock(offset.estimate.offset - wall, offset.estimate.uncertainty)
 
-    def _check_permission(self, subscription: Subscription) -> None:
-        """A reader that is connected and gets no answer for long is not among the node's readers."""
+    def _check_connection(self) -> None:
+        """Says why nothing comes, once that has lasted.
+
+        Raises:
+            LevelheadError: what answers at the endpoint does not let this reader in, or is no node.
+        """
         if self._answered:
             return
-        if not self._session.info.peers_zid():
-            self._connected = None
+        now, connected = time.monotonic(), bool(self._session.info.peers_zid())
+        if connected != self._connected:
+            self._connected, self._since = connected, now
+        if now - self._since < UNANSWERED:
             return
-        now = time.monotonic()
-        if self._connected is None:
-            self._connected = now
-        elif now - self._connected > UNANSWERED:
-            subscription.fail(LevelheadError(
+        self._since = now
+        if connected:
+            raise LevelheadError(
                 f"the node at {self._endpoint} does not answer this reader: the common name of its certificate is not "
                 "among the node's --readers"
-            ))  # fmt: skip
+            )
+        check_handshake(self._endpoint, self._certificates)
+        if is_reached(self._endpoint):
+            raise LevelheadError(
+                f"what answers at {self._endpoint} is no node that this reader understands: a node that runs with "
+                "--certificates is reached by tls/NAME:PORT and with certificates"
+            )
 
 
 def subscribe(
@@ -168,7 +182,7 @@ def subscribe(
     from zenoh.handlers import Callback
 
     end_session = weakref.finalize(session_holder := _SessionHolder(), session.close)  # also when the program just ends
-    watch = _NodeWatch(session, endpoint)
+    watch = _NodeWatch(session, endpoint, certificates)
 
     def close(_: Subscription) -> None:
         watch.stop()

@@ -30,7 +30,7 @@ def check_endpoint(endpoint: str, certificates: Path | None) -> str:
     Raises:
         LevelheadError: no endpoint, or one that would send to the network without TLS and certificates.
     """
-    if LOOPBACK.match(endpoint):
+    if LOOPBACK.match(endpoint) and (certificates is not None or endpoint.startswith("tcp/")):
         return endpoint
     if endpoint.startswith("tcp/"):
         raise LevelheadError(
@@ -168,3 +168,13 @@ def check_handshake(endpoint: str, certificates: Path | None) -> None:
         ) from None
     except OSError:
         return
+
+
+def is_reached(endpoint: str) -> bool:
+    """Whether anything listens there."""
+    host, _, port = endpoint.partition("/")[2].rpartition(":")
+    try:
+        socket.create_connection((host.strip("[]"), int(port)), HANDSHAKE_TIME).close()
+    except OSError:
+        return False
+    return True
