@@ -5,6 +5,7 @@ A kernel is a plain Python function in a small language: floats, NamedTuples of 
 """
 
 import dis
+import functools
 import types
 from collections.abc import Callable, Iterator
 from typing import Any, TypeGuard, TypeVar
@@ -96,15 +97,15 @@ def list_mentions(function: Callable[..., Any]) -> Iterator[tuple[str, Any]]:
         TypeError: a module inside a module is mentioned, as in ``engine.driver.advance``; import the inner one.
     """
     module = ""
-    for step in dis.get_instructions(function):
-        if step.opname == "LOAD_GLOBAL" and step.argval in function.__globals__:
-            value = function.__globals__[step.argval]
+    for loads_global, loaded in _loads(function.__code__):
+        if loads_global and loaded in function.__globals__:
+            value = function.__globals__[loaded]
             if isinstance(value, types.ModuleType):
-                module = step.argval
+                module = loaded
             else:
-                yield step.argval, value
-        elif module and step.opname in ("LOAD_ATTR", "LOAD_METHOD"):
-            name, value = f"{module}.{step.argval}", getattr(function.__globals__[module], step.argval, None)
+                yield loaded, value
+        elif module and not loads_global:
+            name, value = f"{module}.{loaded}", getattr(function.__globals__[module], loaded, None)
             if isinstance(value, types.ModuleType):
                 raise TypeError(f"{function.__module__}.{function.__qualname__} uses {name}.…; import {name} by itself")
             yield name, value
@@ -113,7 +114,16 @@ def list_mentions(function: Callable[..., Any]) -> Iterator[tuple[str, Any]]:
 
 def global_names(function: Callable[..., Any]) -> set[str]:
     """The names of the globals that the function's byte code loads."""
-    return {step.argval for step in dis.get_instructions(function) if step.opname == "LOAD_GLOBAL"}
+    return {loaded for loads_global, loaded in _loads(function.__code__) if loads_global}
+
+
+@functools.cache
+def _loads(code: types.CodeType) -> tuple[tuple[bool, str], ...]:
+    """What byte code loads by name, in order: whether it is a global, else a member; and its name."""
+    words = ("LOAD_GLOBAL", "LOAD_ATTR", "LOAD_METHOD")
+    return tuple(
+        (step.opname == "LOAD_GLOBAL", step.argval) for step in dis.get_instructions(code) if step.opname in words
+    )
 
 
 def list_reachable(function: Callable[..., Any]) -> list[Callable[..., Any]]:

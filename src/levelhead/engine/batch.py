@@ -82,10 +82,14 @@ class Batch:
         bound = bind(self.filter, self._guarded)
         self._settings = Settings(params, guard or DEFAULT_GUARD)
         self._engine = choose_engine(engine, len(recording), has_imu(self.filter, self._guarded))
-        self._aiding = None if bound.run_with_aiding is None else aiding_inputs(recording)
-        run = bound.run if self._aiding is None or bound.run_with_aiding is None else bound.run_with_aiding
-        native_run = self._engine == "native"
-        self._run = imu_run(self.filter, self._guarded) if native_run else for_engine(run, self._engine)
+        self._aiding = aiding_inputs(recording) if bound.takes_aiding else None
+        self._run: Callable[..., Any]
+        if self._engine == "native":
+            self._run = imu_run(self.filter, self._guarded)
+        else:
+            run = bound.run if self._aiding is None else bound.run_with_aiding
+            assert run is not None
+            self._run = for_engine(run, self._engine)
         mag = NO_MAG if recording.mag is None else recording.mag.reshape(-1)
         self._inputs = [recording.t, recording.gyr.reshape(-1), recording.acc.reshape(-1), mag]
         self._outputs, self._widths = allocate_outputs(len(recording)), [4, 3, 3, 1]

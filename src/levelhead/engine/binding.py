@@ -8,6 +8,7 @@ import functools
 import importlib.util
 import sys
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from levelhead import guard
@@ -27,19 +28,46 @@ SAMPLES_COLD = 12_000
 SAMPLES_WARM = 1_000
 
 
-class Driver(NamedTuple):
-    """The driver's functions for one filter."""
+@dataclass(frozen=True, eq=False)
+class Driver:
+    """The driver's functions for one filter, each bound when it is asked for: a native engine needs ``begin`` only."""
 
     name: str
-    pairs: tuple[
-        tuple[Any, Any], ...
-    ]  # for ``rebind``: the driver's namespaces, and the same with the filter's functions
-    begin: Callable[..., Any]
-    advance: Callable[..., Any]
-    result: Callable[..., Any]
-    run: Callable[..., Any]
-    update_aiding: Callable[..., Any] | None  # these two of a filter that takes position, velocity or height
-    run_with_aiding: Callable[..., Any] | None
+    pairs: tuple[tuple[Any, Any], ...]  # for ``rebind``: the driver's namespaces, and those with the filter's functions
+    takes_aiding: bool
+
+    def _bound(self, kernel: Callable[..., Any]) -> Callable[..., Any]:
+        return rebind(kernel, self.pairs, self.name)
+
+    @functools.cached_property
+    def begin(self) -> Callable[..., Any]:
+        """``driver.begin``."""
+        return self._bound(driver.begin)
+
+    @functools.cached_property
+    def advance(self) -> Callable[..., Any]:
+        """``driver.advance``."""
+        return self._bound(driver.advance)
+
+    @functools.cached_property
+    def result(self) -> Callable[..., Any]:
+        """``driver.result``."""
+        return self._bound(driver.result)
+
+    @functools.cached_property
+    def run(self) -> Callable[..., Any]:
+        """``driver.run``."""
+        return self._bound(driver.run)
+
+    @functools.cached_property
+    def update_aiding(self) -> Callable[..., Any] | None:
+        """``driver.update_aiding`` of a filter that takes position, velocity or height."""
+        return self._bound(driver.update_aiding) if self.takes_aiding else None
+
+    @functools.cached_property
+    def run_with_aiding(self) -> Callable[..., Any] | None:
+        """``driver.run_with_aiding`` of a filter that takes position, velocity or height."""
+        return self._bound(driver.run_with_aiding) if self.takes_aiding else None
 
 
 def is_guarded(flt: Filter) -> bool:
@@ -65,20 +93,7 @@ def _bind(flt: Filter, guarded: bool) -> Driver:
     )
     if flt.aiding is not None:
         pairs += ((driver.aiding, fill(driver.aiding, name, **flt.aiding._asdict())),)
-
-    def bound(kernel: Callable[..., Any]) -> Callable[..., Any]:
-        return rebind(kernel, pairs, name)
-
-    return Driver(
-        name,
-        pairs,
-        bound(driver.begin),
-        bound(driver.advance),
-        bound(driver.result),
-        bound(driver.run),
-        bound(driver.update_aiding) if flt.aiding else None,
-        bound(driver.run_with_aiding) if flt.aiding else None,
-    )
+    return Driver(name, pairs, flt.aiding is not None)
 
 
 def _hooks(flt: Filter, guarded: bool, name: str) -> driver.Hooks:

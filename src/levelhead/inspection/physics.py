@@ -6,7 +6,7 @@ from itertools import permutations, product
 import numpy as np
 
 from levelhead.inspection.findings import Finding
-from levelhead.recording import Array, Recording
+from levelhead.recording import Array, Recording, median
 from levelhead.sources.field_check import field_turn
 from levelhead.sources.hard_iron import hard_iron
 from levelhead.sources.unit_inference import excerpt, quiet_turn, turn_of_gravity
@@ -60,11 +60,11 @@ def examine_rest(recording: Recording) -> Iterator[Finding]:
             "the sensor hardly rests: its bias must be learned in motion",
             f"{100 * share:.0f} % at rest",
         )
-    length = float(np.median(np.linalg.norm(acc, axis=1))) if still.sum() > 20 else None
+    length = median(np.linalg.norm(acc, axis=1)) if still.sum() > 20 else None
     limit = SCALE
     if length is None:
         every = np.linalg.norm(recording.acc, axis=1)
-        length, limit = float(np.nanmedian(every)), SCALE_MOVING
+        length, limit = median(every[np.isfinite(every)]), SCALE_MOVING
         if float(np.nanstd(every)) > 0.35 * GRAVITY:  # shaken: the median is not gravity
             length = GRAVITY
     off = length / GRAVITY - 1.0

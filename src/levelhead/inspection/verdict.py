@@ -7,7 +7,7 @@ import numpy as np
 
 from levelhead.inspection.findings import Finding
 from levelhead.inspection.physics import rest_rows
-from levelhead.recording import Recording
+from levelhead.recording import Recording, median
 from levelhead.units import GRAVITY
 
 BASE = 0.5  # deg: bias of a calibrated accelerometer, 0.01 g
@@ -46,8 +46,9 @@ def expectation(recording: Recording, findings: Sequence[Finding]) -> Expectatio
     if any(one.severity == "broken" and one.name != "no_time" for one in findings):
         return Expectation(None, None, None)
     length = np.linalg.norm(recording.acc, axis=1)
-    shake = float(np.sqrt(np.nanmean((length / np.nanmedian(length) - 1.0) ** 2))) if len(length) else 0.0
-    shake *= float(np.nanmedian(length)) / GRAVITY
+    length = length[np.isfinite(length)]
+    typical = median(length) if len(length) else 0.0
+    shake = float(np.sqrt(np.mean((length - typical) ** 2))) / GRAVITY if len(length) else 0.0
     tilt = float(np.sqrt(BASE**2 + (SHAKE * min(shake, 3.0)) ** 2 + sum(ADDED[one] ** 2 for one in names & set(ADDED))))
     if recording.mag is None:
         rested = float(rest_rows(recording).mean()) > 0.01

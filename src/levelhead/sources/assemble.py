@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from levelhead.errors import LevelheadError
-from levelhead.recording import Array, Recording
+from levelhead.recording import Array, Recording, median
 from levelhead.sources import unit_inference
 from levelhead.sources.clock import Candidate, Clock, choose, seconds
 from levelhead.sources.columns import Roles, assign
@@ -189,8 +189,8 @@ def _dense(
         )
         return clock._replace(t=clock.t[kept]), placed
     t = clock.t[both]
-    if len(clock.t) > 20 and (t.size < 3 or both.mean() < RARE or float(np.median(np.diff(t))) > SLOWEST):
-        every = f"one every {float(np.median(np.diff(t))):.2g} s" if len(t) > 2 else f"{len(t)} in all"
+    if len(clock.t) > 20 and (t.size < 3 or both.mean() < RARE or median(np.diff(t)) > SLOWEST):
+        every = f"one every {median(np.diff(t)):.2g} s" if len(t) > 2 else f"{len(t)} in all"
         raise LevelheadError(
             f"{table.source} has too few samples in which gyroscope and accelerometer are both there: {every} "
             f"({int(both.sum())} of {len(both)} rows); expected one every {SLOWEST:g} s or more often"
