@@ -11,8 +11,8 @@ import levelhead as lh
 from levelhead import filters
 from levelhead.evaluate import evaluate
 from levelhead.export import ExportConfig
-from levelhead.export.c_api import build_c_api
 from levelhead.export.kinds import Machine
+from levelhead.export.project import build_c_api
 
 pytestmark = [
     pytest.mark.compiled,

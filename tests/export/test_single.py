@@ -9,8 +9,8 @@ from tests.reference.c_kernel import translated
 from levelhead.compiler.mark import kernel
 from levelhead.errors import LevelheadError
 from levelhead.export.kinds import FLOAT
-from levelhead.export.program import Program, plain
-from levelhead.export.single import INSTEAD, meant, shortest, single
+from levelhead.export.single import INSTEAD, round_constant, shortest, single
+from levelhead.export.type_table import TypeTable, decimal
 from levelhead.kernels import tilt, trig, vec3
 
 HUGE = 1e60
@@ -51,13 +51,13 @@ def test_the_shortest_vectors_have_squares():
 def test_literals_read_back():
     rng = np.random.default_rng(1)
     for value in [*(10.0 ** rng.uniform(-30, 30, 500)), 0.1, 1.0, 12582912.0]:
-        assert np.float32(float(plain(shortest(meant(value))))) == np.float32(value)
+        assert np.float32(float(decimal(shortest(round_constant(value))))) == np.float32(value)
 
 
 @pytest.mark.parametrize("value", [1e60, 1e-60])
 def test_what_single_precision_cannot_hold_is_refused(value):
     with pytest.raises(OverflowError, match="out of the range of single precision"):
-        Program("lh_test", "float").number(value)
+        TypeTable("lh_test", "float").number(value)
 
 
 @kernel

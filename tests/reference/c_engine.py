@@ -12,8 +12,8 @@ import pytest
 import levelhead as lh
 from levelhead import filters
 from levelhead.engine.binding import estimates_bias
-from levelhead.export.c_api import build_c_api
 from levelhead.export.config import ExportConfig
+from levelhead.export.project import build_c_api
 
 WARNINGS = ("-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Wdouble-promotion", "-pedantic")
 COMPILERS = tuple(name for name in ("gcc", "clang") if shutil.which(name))

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from tests.reference.c_engine import KEPT, WARNINGS
 
-from levelhead.export.c_api import HELPERS
+from levelhead.export.helpers import helper_functions
 from levelhead.export.kinds import FLOAT, INT, Struct
 from levelhead.export.program import Program
 
@@ -17,11 +17,13 @@ NAMES = {FLOAT: ctypes.c_double, INT: ctypes.c_int32}
 def translated(function, *kinds, real="double"):
     """The program around one kernel, and its text; a kind may also be a NamedTuple class."""
     program = Program("lh_test", real)
-    kernel = program.kernel(function, [program.struct(kind) if isinstance(kind, type) else kind for kind in kinds])
+    kernel = program.kernel(
+        function, [program.types.struct(kind) if isinstance(kind, type) else kind for kind in kinds]
+    )
     kernels = [line for _, lines in program.sections() for line in lines]
-    constants = program.constants()
-    types = [line for struct in program.private() for line in program.definition(struct)]
-    helpers = [code.format(real=real) for call, code in HELPERS.items() if any(f"{call}" in line for line in kernels)]
+    constants = program.constants.lines()
+    types = [line for struct in program.private_types() for line in program.types.definition(struct)]
+    helpers = helper_functions("\n".join(kernels), real)
     arrays = program.arrays_definition()
     head = ["#include <math.h>", "#include <stdbool.h>", "#include <stdint.h>", "#include <string.h>"]
     return program, kernel, "\n".join([*head, *types, *arrays, *constants, *helpers, *kernels])
@@ -32,12 +34,12 @@ def called(function, kinds, real="double"):
     program, kernel, text = translated(function, *kinds, real=real)
     plain = list(kernel.parameters)
     returns = kernel.returns
-    storage = "static lh_test_arrays arrays; " if program.makes(function) else ""
+    storage = "static lh_test_arrays arrays; " if program.makes_arrays(function) else ""
     arguments = ", ".join([*(["&arrays"] if storage else []), *plain])
-    declared = ", ".join(f"{program.kind(kind)} {name}" for name, kind in kernel.parameters.items())
+    declared = ", ".join(f"{program.types.name(kind)} {name}" for name, kind in kernel.parameters.items())
     if isinstance(returns, Struct):
         values = "; ".join(f"out[{i}] = (double)v.{name}" for i, name in enumerate(returns.fields))
-        body = f"const {program.struct_name(returns)} v = {kernel.name}({arguments}); {values};"
+        body = f"const {program.types.struct_name(returns)} v = {kernel.name}({arguments}); {values};"
     else:
         body = f"out[0] = (double){kernel.name}({arguments});"
     head = f"void call(double *out, {declared})"

@@ -43,7 +43,7 @@ def sketch(api: CApi, beside: bool) -> str:
     acc_range, acc_bits, acc_lsb = _scale(ACC, guard.acc_range / GRAVITY if guard else 0.0, 4.0)
     name = config.name
     return template("mpu6050.ino").substitute(
-        api.common()
+        api.common_gaps()
         | (_axis(config) if config.axis else _imu(config))
         | _bias(config)
         | {

@@ -12,7 +12,7 @@ from levelhead.engine.binding import bind, is_guarded
 from levelhead.engine.driver import Settings
 from levelhead.engine.prior import apply_prior
 from levelhead.errors import LevelheadError
-from levelhead.export.program import snake
+from levelhead.export.layout import snake
 from levelhead.filters.contract import Filter
 from levelhead.filters.parameters import param_table
 from levelhead.guard import Guard

@@ -8,8 +8,10 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from levelhead.compiler.mark import is_kernel
-from levelhead.export.inference import Inference, allocation, arguments, by_field, is_struct
-from levelhead.export.kinds import FLOAT, INT, Array, Kind, Struct, is_empty
+from levelhead.export.constants import Constants
+from levelhead.export.inference import Inference, allocation, arguments, by_field
+from levelhead.export.kinds import FLOAT, INT, Array, Kind, Struct, is_empty, is_struct, variable
+from levelhead.export.type_table import TypeTable
 
 # C's precedences
 TERNARY, OR, AND, BIT_OR, BIT_XOR, BIT_AND, EQUAL, LESS, SUM, PRODUCT, UNARY, PRIMARY = range(12)
@@ -19,59 +21,34 @@ OPERATORS: dict[type, tuple[str, int]] = {
     ast.Lt: ("<", LESS), ast.LtE: ("<=", LESS), ast.Gt: (">", LESS), ast.GtE: (">=", LESS),
     ast.Eq: ("==", EQUAL), ast.NotEq: ("!=", EQUAL),
 }  # fmt: skip
-C_WORDS = """
-    auto break case char const continue default do double else enum extern float for goto if inline int long register
-    restrict return short signed sizeof static struct switch typedef union unsigned void volatile while bool
-    arrays fabs fabsf floorf memset result sqrtf
-"""
-RESERVED = frozenset(C_WORDS.split())
 
 
 class Names(Protocol):
     """How things are called in C, and how numbers are written."""
 
-    real: str
-
-    def number(self, value: float) -> str:
-        """A float as a literal; OverflowError if there is none."""
+    types: TypeTable
+    constants: Constants
 
     def function(self, function: object) -> str:
         """A kernel."""
 
-    def passing(self, function: object) -> Sequence[tuple[Kind, bool]]:
+    def passed_parameters(self, function: object) -> Sequence[tuple[Kind, bool]]:
         """A kernel's parameters: what they are, and whether they are passed by address."""
 
-    def handed_back(self, function: object) -> int | None:
+    def returned_parameter(self, function: object) -> int | None:
         """Which parameter a kernel returns as it is, as an address; None for a kernel that returns a value."""
 
     def by_address(self, kind: Kind) -> bool:
         """Whether a parameter of that kind is passed by its address."""
 
-    def in_place(self, function: object) -> bool:
+    def writes_in_place(self, function: object) -> bool:
         """Whether a kernel writes what it returns to where its caller wants it."""
 
-    def makes(self, function: object) -> bool:
+    def makes_arrays(self, function: object) -> bool:
         """Whether a kernel makes arrays, itself or through others."""
-
-    def struct_name(self, struct: Struct) -> str:
-        """A type."""
-
-    def kind(self, kind: Kind) -> str:
-        """A type."""
-
-    def declarator(self, kind: Kind, name: str) -> str:
-        """A name as it is declared."""
-
-    def constant(self, inference: Inference, node: ast.expr) -> str:
-        """A module's constant."""
 
     def storage(self, function: object, name: str, array: Array) -> str:
         """The member of the storage that an array made in a kernel is."""
-
-
-def variable(name: str) -> str:
-    """A variable's or field's name; C has words of its own."""
-    return f"{name}_" if name in RESERVED else name
 
 
 class Expressions:
@@ -91,7 +68,7 @@ class Expressions:
         if wanted is FLOAT and self._known.kinds[node] is INT:
             if isinstance(node, ast.Constant):
                 return self._literal(node)
-            return f"({self._names.real}){self.text(node, UNARY)}"
+            return f"({self._names.types.real}){self.text(node, UNARY)}"
         return self.text(node)
 
     def condition(self, node: ast.expr) -> str:
@@ -108,20 +85,20 @@ class Expressions:
     def _literal(self, node: ast.Constant) -> str:
         assert isinstance(node.value, int | float)
         try:
-            return self._names.number(float(node.value))
+            return self._names.types.number(float(node.value))
         except OverflowError as error:
             raise self._known.source.refuse(node, f"{node.value!r} cannot be a constant: {error}") from None
 
     def _Name(self, node: ast.Name) -> tuple[str, int]:
         if node.id not in self._known.variables:
-            return self._names.constant(self._known, node), PRIMARY
+            return self._names.constants.name(self._known, node), PRIMARY
         if node.id in self._addresses:
             return f"*{variable(node.id)}", UNARY
         return variable(node.id), PRIMARY
 
     def _Attribute(self, node: ast.Attribute) -> tuple[str, int]:
         if self._is_constant(node):
-            return self._names.constant(self._known, node), PRIMARY
+            return self._names.constants.name(self._known, node), PRIMARY
         return self.member(node.value, node.attr), PRIMARY
 
     def _is_constant(self, node: ast.expr) -> bool:
@@ -201,15 +178,15 @@ class Expressions:
         if is_struct(function):
             struct = self._known.kinds[node]
             assert isinstance(struct, Struct)
-            return f"({self._names.struct_name(struct)}){self.braces(node)}", PRIMARY
+            return f"({self._names.types.struct_name(struct)}){self.braces(node)}", PRIMARY
         if is_kernel(function):
             text = f"{self._names.function(function)}({', '.join(self._passed(node, function))})"
-            return (text, PRIMARY) if self._names.handed_back(function) is None else (f"*{text}", UNARY)
+            return (text, PRIMARY) if self._names.returned_parameter(function) is None else (f"*{text}", UNARY)
         return self._builtin(node, str(function.__name__)), PRIMARY
 
     def _builtin(self, node: ast.Call, name: str) -> str:
         kind = self._known.kinds[node]
-        suffix = "f" if self._names.real == "float" else ""
+        suffix = "f" if self._names.types.real == "float" else ""
         inner = [self.value(part, FLOAT if kind is FLOAT else None) for part in node.args]
         if name == "float":
             return inner[0] if self._known.kinds[node.args[0]] is FLOAT else f"({inner[0]})"
@@ -246,12 +223,12 @@ class Expressions:
     def _Tuple(self, node: ast.Tuple) -> tuple[str, int]:
         struct = self._known.kinds[node]
         assert isinstance(struct, Struct)
-        return f"({self._names.struct_name(struct)}){self.initializer(node)}", PRIMARY
+        return f"({self._names.types.struct_name(struct)}){self.initializer(node)}", PRIMARY
 
     def _passed(self, node: ast.Call, function: object) -> list[str]:
         given = arguments(node, function)  # type: ignore[arg-type]
-        passed = ["arrays"] if self._names.makes(function) else []
-        for part, (kind, addressed) in zip(given, self._names.passing(function), strict=True):
+        passed = ["arrays"] if self._names.makes_arrays(function) else []
+        for part, (kind, addressed) in zip(given, self._names.passed_parameters(function), strict=True):
             if not is_empty(kind):
                 passed.append(self._address(part) if addressed else self.value(part, kind))
         return passed
@@ -265,4 +242,4 @@ class Expressions:
         assert isinstance(struct, Struct)
         if isinstance(node, ast.Call) and is_struct(self._known.resolve(node.func)):
             return f"&{self.text(node)}"
-        return f"(const {self._names.struct_name(struct)}[]){{{self.text(node)}}}"
+        return f"(const {self._names.types.struct_name(struct)}[]){{{self.text(node)}}}"

@@ -12,8 +12,9 @@ from typing import Any, Protocol
 
 from levelhead.compiler.mark import is_kernel
 from levelhead.errors import LevelheadError
-from levelhead.export.kinds import BOOL, FLOAT, INT, VOID, Array, Kind, Scalar, Struct, described
+from levelhead.export.kinds import BOOL, FLOAT, INT, VOID, Array, Kind, Scalar, Struct, describe, is_struct
 from levelhead.export.source import Source
+from levelhead.export.type_table import TypeTable
 
 MISSING = object()
 ARITHMETIC = (ast.Add, ast.Sub, ast.Mult, ast.Div)
@@ -33,17 +34,10 @@ class Callee(Protocol):
 class Program(Protocol):
     """What inference has to know of the whole."""
 
-    def struct(self, cls: type) -> Struct:
-        """The kind of a NamedTuple."""
-
-    def bundle(self, kinds: Sequence[Kind]) -> Struct:
-        """The kind of a plain tuple."""
+    types: TypeTable
 
     def kernel(self, function: Callable[..., Any], arguments: Sequence[Kind]) -> Callee:
         """Another kernel, called with values of these kinds."""
-
-    def kind_of(self, value: Any) -> Kind | None:
-        """The kind of a constant."""
 
 
 def resolve(function: Callable[..., Any], node: ast.AST, local: Any = ()) -> Any:
@@ -56,11 +50,6 @@ def resolve(function: Callable[..., Any], node: ast.AST, local: Any = ()) -> Any
         if isinstance(owner, types.ModuleType):
             found = getattr(owner, node.attr, MISSING)
     return getattr(found, "__meaning__", found)
-
-
-def is_struct(value: Any) -> bool:
-    """Whether it is a NamedTuple class."""
-    return isinstance(value, type) and issubclass(value, tuple) and hasattr(value, "_fields")
 
 
 def allocation(function: Callable[..., Any], node: ast.AST, local: Any = ()) -> ast.expr | None:
@@ -121,7 +110,7 @@ class Inference:
         if self._returns in (INT, FLOAT) and kind in (INT, FLOAT) and self._returns is not kind:
             kind = self._returns = FLOAT
         if self._returns not in (None, kind):
-            raise self._refuse(node, f"returns {described(kind)} here and {described(self._returns)} before")
+            raise self._refuse(node, f"returns {describe(kind)} here and {describe(self._returns)} before")
         self._returns = kind
 
     def _on_If(self, node: ast.If) -> None:
@@ -170,7 +159,7 @@ class Inference:
     def _set(self, target: ast.expr, kind: Kind) -> None:
         if isinstance(target, ast.Tuple):
             if not isinstance(kind, Struct) or len(kind.fields) != len(target.elts):
-                raise self._refuse(target, f"{len(target.elts)} names for {described(kind)}")
+                raise self._refuse(target, f"{len(target.elts)} names for {describe(kind)}")
             for part, (name, inner) in zip(target.elts, kind.fields.items(), strict=True):
                 if inner is None:
                     raise self._refuse(target, f"nobody said what {kind.name}.{name} is")
@@ -188,7 +177,7 @@ class Inference:
         if before is FLOAT and kind is INT:
             kind = FLOAT
         if before is not kind and before != kind:
-            raise self._refuse(target, f"{target.id} is {described(before)} before and {described(kind)} here")
+            raise self._refuse(target, f"{target.id} is {describe(before)} before and {describe(kind)} here")
         if target.id != "_":
             self.variables[target.id] = kind
         self.kinds[target] = kind
@@ -214,7 +203,7 @@ class Inference:
     def _want(self, node: ast.expr, wanted: Kind, what: str) -> None:
         kind = self.of(node)
         if kind != wanted and not (wanted is FLOAT and kind is INT):
-            raise self._refuse(node, f"{what} is {described(kind)}; it must be {described(wanted)}")
+            raise self._refuse(node, f"{what} is {describe(kind)}; it must be {describe(wanted)}")
 
     def _of_Constant(self, node: ast.Constant) -> Kind:
         kind = {bool: BOOL, int: INT, float: FLOAT}.get(type(node.value))
@@ -229,7 +218,7 @@ class Inference:
 
     def _constant(self, node: ast.expr) -> Kind:
         value = self.resolve(node)
-        kind = None if value is MISSING else self._program.kind_of(value)
+        kind = None if value is MISSING else self._program.types.kind_of(value)
         if kind is None:
             raise self._refuse(node, f"{ast.unparse(node)} is neither a number nor a kernel's value")
         return kind
@@ -239,7 +228,7 @@ class Inference:
             return self._constant(node)
         owner = self.of(node.value)
         if not isinstance(owner, Struct) or owner.fields.get(node.attr) is None:
-            raise self._refuse(node, f"{described(owner)} has no {node.attr} that a kernel could read")
+            raise self._refuse(node, f"{describe(owner)} has no {node.attr} that a kernel could read")
         owner.known.add(node.attr)
         kind = owner.fields[node.attr]
         assert kind is not None
@@ -257,21 +246,21 @@ class Inference:
             assert kind is not None
             return kind
         if not isinstance(owner, Array) or len(places) > len(owner.shape):
-            raise self._refuse(node, f"{described(owner)} has no {len(places)} indices")
+            raise self._refuse(node, f"{describe(owner)} has no {len(places)} indices")
         for place in places:
             self._want(place, INT, "an index")
         rest = owner.shape[len(places) :]
         return Array(rest) if rest else FLOAT
 
     def _of_Tuple(self, node: ast.Tuple) -> Kind:
-        return self._program.bundle([self.of(part) for part in node.elts])
+        return self._program.types.bundle([self.of(part) for part in node.elts])
 
     def _of_UnaryOp(self, node: ast.UnaryOp) -> Kind:
         kind = self.of(node.operand)
         if isinstance(node.op, ast.Not):
             return BOOL
         if not isinstance(node.op, ast.USub) or kind not in (INT, FLOAT):
-            raise self._refuse(node, f"{type(node.op).__name__} of {described(kind)}")
+            raise self._refuse(node, f"{type(node.op).__name__} of {describe(kind)}")
         return kind
 
     def _of_BinOp(self, node: ast.BinOp) -> Kind:
@@ -286,9 +275,7 @@ class Inference:
                 return INT
             return FLOAT
         name = type(op).__name__
-        raise self._refuse(
-            node, f"{name} of {described(left)} and {described(right)} is outside of the kernel language"
-        )
+        raise self._refuse(node, f"{name} of {describe(left)} and {describe(right)} is outside of the kernel language")
 
     def _of_BoolOp(self, node: ast.BoolOp) -> Kind:
         for part in node.values:
@@ -298,7 +285,7 @@ class Inference:
     def _of_Compare(self, node: ast.Compare) -> Kind:
         for part in (node.left, *node.comparators):
             if not isinstance(self.of(part), Scalar):
-                raise self._refuse(part, f"{described(self.kinds[part])} is compared")
+                raise self._refuse(part, f"{describe(self.kinds[part])} is compared")
         for middle in node.comparators[:-1]:
             if not isinstance(middle, ast.Name | ast.Constant | ast.Attribute):
                 raise self._refuse(middle, "the middle of a < b < c is computed twice in C; give it a name")
@@ -310,7 +297,7 @@ class Inference:
         if {body, orelse} == {INT, FLOAT}:
             return FLOAT
         if body != orelse:
-            raise self._refuse(node, f"{described(body)} if …, else {described(orelse)}")
+            raise self._refuse(node, f"{describe(body)} if …, else {describe(orelse)}")
         return body
 
     def _of_Call(self, node: ast.Call) -> Kind:
@@ -319,7 +306,7 @@ class Inference:
             return self._made(node, shape)
         called = self.resolve(node.func)
         if is_struct(called):
-            return self._constructed(node, self._program.struct(called))
+            return self._constructed(node, self._program.types.struct(called))
         if is_kernel(called):
             callee = self._program.kernel(called, [self.of(part) for part in arguments(node, called)])
             self.calls.append(callee)
@@ -329,7 +316,7 @@ class Inference:
             raise self._refuse(node, f"{ast.unparse(node.func)} is no kernel")
         kinds = [self.of(part) for part in node.args]
         if not kinds or not all(kind in (INT, FLOAT) for kind in kinds):
-            raise self._refuse(node, f"{name} of {', '.join(map(described, kinds)) or 'nothing'}")
+            raise self._refuse(node, f"{name} of {', '.join(map(describe, kinds)) or 'nothing'}")
         return INT if name in ("min", "max", "abs") and all(kind is INT for kind in kinds) else FLOAT
 
     def _constructed(self, node: ast.Call, struct: Struct) -> Kind:
@@ -343,7 +330,7 @@ class Inference:
             if wanted is None:
                 struct.fields[name] = kind
             elif kind != wanted and not (wanted is FLOAT and kind is INT):
-                raise self._refuse(value, f"{struct.name}.{name} is {described(wanted)}, not {described(kind)}")
+                raise self._refuse(value, f"{struct.name}.{name} is {describe(wanted)}, not {describe(kind)}")
         return struct
 
     def _made(self, node: ast.Call, shape: ast.expr) -> Kind:

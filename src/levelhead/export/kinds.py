@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import TypeGuard
 
 
 @dataclass(frozen=True)
@@ -42,6 +43,24 @@ BY_VALUE = 9  # numbers; a struct with more of them is passed by its address,
 HANDED_ON = 6  # and one with more than so many if there are structs in it: it is rather handed on than computed with
 
 
+C_WORDS = """
+    auto break case char const continue default do double else enum extern float for goto if inline int long register
+    restrict return short signed sizeof static struct switch typedef union unsigned void volatile while bool
+    arrays fabs fabsf floorf memset result sqrtf
+"""
+RESERVED = frozenset(C_WORDS.split())
+
+
+def variable(name: str) -> str:
+    """A variable's or field's name; C has words of its own."""
+    return f"{name}_" if name in RESERVED else name
+
+
+def is_struct(value: object) -> TypeGuard[type[tuple[object, ...]]]:
+    """Whether it is a NamedTuple class."""
+    return isinstance(value, type) and issubclass(value, tuple) and hasattr(value, "_fields")
+
+
 def numbers(kind: "Kind | None") -> int:
     """How many numbers a value holds by itself; an array counts as the address that it is."""
     if isinstance(kind, Struct):
@@ -62,7 +81,7 @@ def by_address(kind: "Kind") -> bool:
     return numbers(kind) > (HANDED_ON if nested else BY_VALUE)
 
 
-def described(kind: "Kind | None") -> str:
+def describe(kind: "Kind | None") -> str:
     """For error messages."""
     if isinstance(kind, Array):
         return f"an array of {' × '.join(map(str, kind.shape))} numbers"

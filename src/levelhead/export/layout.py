@@ -1,6 +1,7 @@
 """C text laid out for people: lines that fit a screen, comments that do too."""
 
 import functools
+import sys
 import textwrap
 from collections.abc import Iterable, Iterator
 from importlib import resources
@@ -17,7 +18,7 @@ def template(name: str) -> Template:
     return Template(resources.files(__package__).joinpath("templates", name).read_text(encoding="utf-8"))
 
 
-def safe(words: str) -> str:
+def escape(words: str) -> str:
     """Words that can stand inside a comment."""
     return words.replace("*/", "* /").replace("/*", "/ *")
 
@@ -39,7 +40,7 @@ def _spots(code: str) -> Iterator[tuple[int, int, int]]:
                 yield depth, rank, i
 
 
-def wrapped(code: str, indent: str) -> list[str]:
+def wrap(code: str, indent: str) -> list[str]:
     """One statement as lines; broken where the fewest brackets are open, as late as possible."""
     lines, left = [], code
     room = WIDTH - len(indent)
@@ -57,7 +58,7 @@ def wrapped(code: str, indent: str) -> list[str]:
 
 def comment(words: str, indent: str = "") -> list[str]:
     """Words as a comment of its own; what is laid out by hand stays so."""
-    text = safe(words.strip())
+    text = escape(words.strip())
     if "\n" not in text and len(text) + len(indent) <= LONGEST - 6:
         return [f"{indent}/* {text} */"]
     lines = []
@@ -69,13 +70,13 @@ def comment(words: str, indent: str = "") -> list[str]:
     return [*lines, f"{indent} */"]
 
 
-def beside(code: Iterable[str], words: str) -> list[str]:
+def add_comment(code: Iterable[str], words: str) -> list[str]:
     """Lines of code with a comment behind the last, or above the first where there is no room."""
     lines = list(code)
     if not words:
         return lines
     if len(lines[-1]) + len(words) <= LONGEST - 6:
-        return [*lines[:-1], f"{lines[-1]} /* {safe(words)} */"]
+        return [*lines[:-1], f"{lines[-1]} /* {escape(words)} */"]
     indent = lines[0][: len(lines[0]) - len(lines[0].lstrip())]
     return [*comment(words, indent), *lines]
 
@@ -83,3 +84,36 @@ def beside(code: Iterable[str], words: str) -> list[str]:
 def docstring(text: str | None) -> str:
     """A docstring as words: no quoting of code."""
     return textwrap.dedent("    " + (text or "").strip()).strip().replace("``", "") if text else ""
+
+
+def join_lines(lines: Iterable[str]) -> str:
+    """Lines as text."""
+    return "\n".join(lines) + "\n"
+
+
+def wrap_text(text: str) -> str:
+    """Code whose long lines are broken."""
+    lines: list[str] = []
+    for line in text.split("\n"):
+        code = line.lstrip()
+        fits = len(line) <= LONGEST or code.startswith(("/*", "*", "//"))
+        lines += [line] if fits else wrap(code, line[: len(line) - len(code)])
+    return "\n".join(lines)
+
+
+def module_words(module: str) -> str:
+    """A module's docstring."""
+    return docstring(sys.modules[module].__doc__) if module in sys.modules and module.startswith("levelhead") else ""
+
+
+def snake(name: str) -> str:
+    """RollPitchKalman -> roll_pitch_kalman, EKF -> ekf.
+
+    >>> snake("BiasRateKalman"), snake("EKF")
+    ('bias_rate_kalman', 'ekf')
+    """
+    words = ""
+    for i, letter in enumerate(name):
+        begins = letter.isupper() and i > 0 and (name[i - 1].islower() or name[i + 1 : i + 2].islower())
+        words += ("_" if begins else "") + letter.lower()
+    return words

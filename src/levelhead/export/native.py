@@ -3,19 +3,18 @@
 import ast
 import functools
 from collections.abc import Iterable, Iterator
-from typing import Any
+from typing import Protocol
 
 from levelhead import filters
 from levelhead.engine import driver
 from levelhead.engine.binding import bind, is_guarded
 from levelhead.engine.native import PACKAGE, digest, native_name
 from levelhead.engine.stepper import MOST_DT
-from levelhead.export.c_api import HELPERS
-from levelhead.export.expressions import variable
-from levelhead.export.kinds import BOOL, FLOAT, INT, Array, Kind, Struct, is_empty
-from levelhead.export.layout import STEP, template
-from levelhead.export.program import Kernel, Program, plain
-from levelhead.export.statements import joined
+from levelhead.export.helpers import helper_functions
+from levelhead.export.kinds import BOOL, FLOAT, INT, Array, Kind, Struct, variable
+from levelhead.export.layout import STEP, join_lines, template
+from levelhead.export.program import Program
+from levelhead.export.type_table import decimal
 from levelhead.filters.contract import Filter
 from levelhead.kernels.vec3 import Vec3
 from levelhead.version import VERSION
@@ -26,7 +25,18 @@ GENERATOR = (  # what makes C of kernels, beside the kernels themselves
     "engine/binding.py",
     *(
         f"export/{name}.py"
-        for name in ("native", "program", "statements", "expressions", "inference", "kinds", "scopes")
+        for name in (
+            "native",
+            "program",
+            "statements",
+            "pointers",
+            "expressions",
+            "inference",
+            "constants",
+            "type_table",
+            "kinds",
+            "scopes",
+        )
     ),
     *(
         f"export/templates/native.{name}"
@@ -35,47 +45,38 @@ GENERATOR = (  # what makes C of kernels, beside the kernels themselves
 )
 
 
-class Unit:
-    """One file of C: a program in double, and functions around it."""
+class Unit(Protocol):
+    """What one file of C is made of: a program in double, and functions around it.
 
-    functions = "native.imu.c"
+    Attributes:
+        program: the kernels.
+        functions: the template of the functions around them.
+    """
 
-    def __init__(self) -> None:
-        self.program = Program("lh", "double", inline=True)
+    program: Program
+    functions: str
 
-    def call(self, kernel: Kernel, values: list[str], to: str = "") -> str:
-        """A call of a kernel from outside of the language; ``to``: where one that writes in place does so."""
-        function, program = kernel.source.function, self.program
-        given = [to] if to else []
-        given += ["&filter->arrays"] if program.makes(function) else []
-        for value, (kind, addressed) in zip(values, program.passing(function), strict=True):
-            if not is_empty(kind):
-                given.append(f"&{value}" if addressed else value)
-        star = "*" if program.handed_back(function) is not None else ""
-        return f"{star}{kernel.name}({', '.join(given)})"
+    def gaps(self) -> dict[str, object]:
+        """What that template leaves open; asked for when the kernels are written, which finds their arrays."""
 
-    def gaps(self) -> dict[str, Any]:
-        """What the template of its functions leaves open; asked for when the kernels are written, which finds their
-        arrays.
-        """
-        raise NotImplementedError
 
-    def text(self, name: str, symbol: str) -> str:
-        """The file."""
-        files = tuple(sorted({*GENERATOR, *reached_files(self.program.modules())}))
-        about = {"name": name, "symbol": symbol, "files": ",".join(files), "digest": digest(files)}
-        kernels = joined(line for _, lines in self.program.sections() for line in lines)
-        constants = joined(self.program.constants())
-        types = [line for struct in self.program.private() for line in self.program.definition(struct, {})]
-        return template("native.filter.c").substitute(
-            title=f"The native engine's {name}",
-            version=VERSION,
-            types=joined([*types, *self.program.arrays_definition()]),
-            constants=constants,
-            helpers="\n".join(code.format(real="double") for call, code in HELPERS.items() if f"{call}" in kernels),
-            kernels=kernels,
-            functions=template(self.functions).substitute(self.gaps() | about),
-        )
+def text(unit: Unit, name: str, symbol: str) -> str:
+    """The file."""
+    program = unit.program
+    files = tuple(sorted({*GENERATOR, *reached_files(program.modules())}))
+    about = {"name": name, "symbol": symbol, "files": ",".join(files), "digest": digest(files)}
+    kernels = join_lines(line for _, lines in program.sections() for line in lines)
+    constants = join_lines(program.constants.lines())
+    types = [line for struct in program.private_types() for line in program.types.definition(struct, {})]
+    return template("native.filter.c").substitute(
+        title=f"The native engine's {name}",
+        version=VERSION,
+        types=join_lines([*types, *program.arrays_definition()]),
+        constants=constants,
+        helpers="\n".join(helper_functions(kernels, "double")),
+        kernels=kernels,
+        functions=template(unit.functions).substitute(unit.gaps() | about),
+    )
 
 
 def reached_files(modules: Iterable[str]) -> set[str]:
@@ -166,15 +167,21 @@ def setting(kind: Kind | None, path: str) -> str:
     return "\n".join(STEP + line for line in lines or ["(void)filter, (void)from;"])
 
 
-class ImuUnit(Unit):
+def _program() -> Program:
+    return Program("lh", "double", inline=True)
+
+
+class ImuUnit:
     """A filter on an IMU."""
 
+    functions = "native.imu.c"
+
     def __init__(self, flt: Filter, guarded: bool) -> None:
-        super().__init__()
-        self.flt, self.bound, program = flt, bind(flt, guarded), self.program
-        self.settings = program.struct(driver.Settings)
-        self.settings.fields["filter"] = program.struct(flt.params)
-        vector = program.struct(Vec3)
+        self.program = program = _program()
+        self.flt, self.bound = flt, bind(flt, guarded)
+        self.settings = program.types.struct(driver.Settings)
+        self.settings.fields["filter"] = program.types.struct(flt.params)
+        vector = program.types.struct(Vec3)
         self.begin = program.kernel(self.bound.begin, [self.settings])
         self.carry = self.begin.returns
         self.advance = program.kernel(self.bound.advance, [self.settings, self.carry, vector, vector, vector, FLOAT])
@@ -186,20 +193,20 @@ class ImuUnit(Unit):
         if self.bound.update_aiding is not None and flt.aiding is not None:
             numbers = [INT, FLOAT, FLOAT, FLOAT]
             self.aid = program.kernel(self.bound.update_aiding, [self.settings, self.carry, *numbers])
-            self.place = program.kernel(flt.aiding.nav_state, [program.struct(flt.params), run.fields["state"]])
+            self.place = program.kernel(flt.aiding.nav_state, [program.types.struct(flt.params), run.fields["state"]])
 
-    def gaps(self) -> dict[str, Any]:
+    def gaps(self) -> dict[str, object]:
         """What the template of its functions leaves open."""
         whole, loop = ["filter->settings", "filter->carry"], ["settings", "carry"]
         readings = ["three(gyr)", "three(acc)", "three(mag)", "dt"]
         kinds = {"Settings": self.settings, "Carry": self.carry, "Output": self.result.returns}
         gaps = {
-            **{name: self.program.kind(kind) for name, kind in kinds.items()},
+            **{name: self.program.types.name(kind) for name, kind in kinds.items()},
             "arrays": f"{self.program.arrays_type} arrays;" if self.program.arrays else "",
-            "begin": self.call(self.begin, whole[:1]),
-            "report": self.call(self.result, [whole[0], "filter->carry.run"]),
-            "advance": self.call(self.advance, [*loop, *readings]),
-            "result": self.call(self.result, ["settings", "carry.run"]),
+            "begin": self.program.call(self.begin, whole[:1]),
+            "report": self.program.call(self.result, [whole[0], "filter->carry.run"]),
+            "advance": self.program.call(self.advance, [*loop, *readings]),
+            "result": self.program.call(self.result, ["settings", "carry.run"]),
             "set_settings": setting(self.settings, "filter->settings"),
             "set_carry": setting(self.carry, "filter->carry"),
             "get_carry": getting(self.carry, "filter->carry"),
@@ -214,47 +221,47 @@ class ImuUnit(Unit):
             one = ["row", "value", "deviation", "age"]
             rows = ["(int32_t)rows->row[k]", *(f"rows->{name}[k]" for name in one[1:])]
             parts = {
-                "aid": self.call(self.aid, [*whole, *one]),
-                "aided": self.call(self.aid, [*loop, *rows]),
-                "place": self.call(self.place, ["settings.filter", "carry.run.state"]),
-                "NavState": self.program.kind(self.place.returns),
+                "aid": self.program.call(self.aid, [*whole, *one]),
+                "aided": self.program.call(self.aid, [*loop, *rows]),
+                "place": self.program.call(self.place, ["settings.filter", "carry.run.state"]),
+                "NavState": self.program.types.name(self.place.returns),
             }
             gaps |= {name: template(f"native.{name}.c").substitute(parts) for name in ("aid", "aided", "place")}
             gaps["aid_or_null"] = "aid"
         return gaps
 
 
-class AxisUnit(Unit):
+class AxisUnit:
     """A filter on one level and its rate."""
 
     functions = "native.axis.c"
 
     def __init__(self, flt: Filter) -> None:
-        super().__init__()
-        axis, program = flt.axis, self.program
+        self.program = program = _program()
+        axis = flt.axis
         assert axis is not None
-        self.params = program.struct(flt.params)
+        self.params = program.types.struct(flt.params)
         self.state = program.kernel(axis.init, [self.params, FLOAT]).returns
         self.step = program.kernel(axis.step, [self.params, self.state, FLOAT, FLOAT, FLOAT, FLOAT])
         self.read = program.kernel(axis.read, [self.state])
 
-    def gaps(self) -> dict[str, Any]:
+    def gaps(self) -> dict[str, object]:
         """What the template of its functions leaves open."""
         readings, program = ["level", "rate", "dt", "period"], self.program
         said = self.read.returns
         assert isinstance(said, Struct)
         return {
-            "Params": program.kind(self.params),
-            "State": program.kind(self.state),
-            "Report": program.kind(said),
-            "step": self.call(self.step, ["filter->params", "filter->state", *readings]),
-            "step_row": self.call(self.step, ["params", "state", *readings]),
-            "read": self.call(self.read, ["filter->state"]),
-            "read_row": self.call(self.read, ["state"]),
+            "Params": program.types.name(self.params),
+            "State": program.types.name(self.state),
+            "Report": program.types.name(said),
+            "step": self.program.call(self.step, ["filter->params", "filter->state", *readings]),
+            "step_row": self.program.call(self.step, ["params", "state", *readings]),
+            "read": self.program.call(self.read, ["filter->state"]),
+            "read_row": self.program.call(self.read, ["state"]),
             "set_params": setting(self.params, "filter->params"),
             "set_state": setting(self.state, "filter->state"),
             "get_state": getting(self.state, "filter->state"),
-            "report": joined(
+            "report": join_lines(
                 f"{STEP * 2}to[{k}] = now.{variable(name)};" for k, name in enumerate(said.fields)
             ).rstrip(),
             "params_words": words(self.params),
@@ -279,11 +286,11 @@ def sources() -> dict[str, str]:
     names: dict[str, list[str]] = {"imu": [], "axis": [], "wide": []}
     found = {}
     for kind, name, unit in units():
-        found[f"lh_{kind}_{name}.c"] = unit.text(name, f"lh_{kind}_{name}")
+        found[f"lh_{kind}_{name}.c"] = text(unit, name, f"lh_{kind}_{name}")
         names[kind].append(name)
         if unit.program.arrays:
             names["wide"].append(name)
     lists = {kind: " ".join(f"X({name})" for name in listed) for kind, listed in names.items()}
-    table = template("native.table.h").substitute(lists, longest=plain(MOST_DT))
+    table = template("native.table.h").substitute(lists, longest=decimal(MOST_DT))
     fixed = {name: template(name).template for name in ("native.h", "native.module.c")}
     return found | fixed | {"native.table.h": table}

@@ -5,8 +5,10 @@ from pathlib import Path
 from levelhead.atomic import atomic_path
 from levelhead.errors import LevelheadError
 from levelhead.export.arduino import sketch
-from levelhead.export.c_api import AxisApi, CApi, ImuApi
+from levelhead.export.axis_api import AxisApi
+from levelhead.export.c_api import CApi
 from levelhead.export.config import ExportConfig
+from levelhead.export.imu_api import ImuApi
 from levelhead.export.layout import template
 from levelhead.export.selftest import selftest
 
@@ -14,6 +16,11 @@ BITS = {
     "double": "gives the same bits as the filter in Python",
     "float": "the same filter as in Python but for the rounding of float",
 }
+
+
+def build_c_api(config: ExportConfig) -> ImuApi | AxisApi:
+    """What writes header and source of what was chosen."""
+    return AxisApi(config) if config.axis else ImuApi(config)
 
 
 def files(config: ExportConfig, arduino: bool = False) -> dict[str, str]:
@@ -24,7 +31,7 @@ def files(config: ExportConfig, arduino: bool = False) -> dict[str, str]:
     Raises:
         LevelheadError: a kernel is outside of the language that can be translated; file and line come first.
     """
-    api: ImuApi | AxisApi = AxisApi(config) if config.axis else ImuApi(config)
+    api = build_c_api(config)
     name = config.name
     if not arduino:
         return {
@@ -39,7 +46,7 @@ def files(config: ExportConfig, arduino: bool = False) -> dict[str, str]:
         **{f"{name}/extras/{file}": text for file, text in selftest(api).items()},
         f"{name}/CMakeLists.txt": _cmake(api, "src/", "extras/"),
         f"{name}/library.properties": template("library.properties").substitute(
-            api.common() | {"sentence": sentence, "bits": BITS[config.real]}
+            api.common_gaps() | {"sentence": sentence, "bits": BITS[config.real]}
         ),
         f"{name}/examples/mpu6050/mpu6050.ino": sketch(api, beside=False),
     }
@@ -49,7 +56,7 @@ def _cmake(api: CApi, sources: str, tests: str) -> str:
     """Without a word about one filter: exports into the same folder share it."""
     folder = api.name if sources else "board"
     gaps = {"sources": sources, "selftest": tests, "folder": folder}
-    return template("CMakeLists.txt").substitute(api.common() | gaps)
+    return template("CMakeLists.txt").substitute(api.common_gaps() | gaps)
 
 
 def write(config: ExportConfig, folder: Path, arduino: bool = False) -> list[Path]:

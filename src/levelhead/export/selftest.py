@@ -2,15 +2,13 @@
 
 import math
 from collections.abc import Iterable
-from typing import Any
 
 from levelhead.export.c_api import CApi
 from levelhead.export.config import ExportConfig
-from levelhead.export.layout import template
-from levelhead.export.program import plain
+from levelhead.export.layout import join_lines, template
 from levelhead.export.single import shortest, single
-from levelhead.export.statements import joined
 from levelhead.export.test_vectors import axis_rows, rows
+from levelhead.export.type_table import decimal
 
 PERIOD = 360.0
 BOUND = 2e-3  # of each number in single precision, and of its size; tests/export/test_selftest.py holds 1/4 of that
@@ -19,13 +17,14 @@ BOUND = 2e-3  # of each number in single precision, and of its size; tests/expor
 def selftest(api: CApi) -> dict[str, str]:
     """File name -> text of the self-test."""
     config = api.config
-    gaps = api.common() | {
-        "bound": api.number(BOUND),
-        "same": template("same.double.c" if config.real == "double" else "same.float.c").template.strip(),
+    bound = api.number(BOUND)
+    same = template("same.double.c" if config.real == "double" else "same.float.c").template.strip()
+    gaps = api.common_gaps() | {
+        "bound": bound,
+        "same": same.replace("$bound", bound),
         "promise": "the same to the bit" if config.real == "double" else f"the same to within {BOUND:g} (1 + its size)",
     }
     gaps["two"] = ", 2 if only last digits differ." if config.real == "double" else "."
-    gaps["same"] = gaps["same"].replace("$bound", str(gaps["bound"]))
     if config.axis:
         gaps |= _axis(config)
     else:
@@ -40,14 +39,14 @@ def number(value: float, real: str) -> str:
         return "NAN"
     if math.isinf(value):
         return "INFINITY"
-    return plain(float(value)) if real == "double" else f"{plain(shortest(single(value)))}f"
+    return decimal(float(value)) if real == "double" else f"{decimal(shortest(single(value)))}f"
 
 
 def _group(values: Iterable[float], real: str) -> str:
     return "{" + ", ".join(number(value, real) for value in values) + "}"
 
 
-def _imu(config: ExportConfig) -> dict[str, Any]:
+def _imu(config: ExportConfig) -> dict[str, object]:
     real, lines = config.real, []
     found = rows(config)
     for sample, taken, output in found:
@@ -55,10 +54,10 @@ def _imu(config: ExportConfig) -> dict[str, Any]:
         answers = ", ".join(_group(values, real) for values in (output.quat, output.bias, output.sigma))
         lines += [f"    {{{number(sample.dt, real)}, {inputs}, {str(taken).lower()},",
                   f"     {answers}, {output.health}}},"]  # fmt: skip
-    return {"rows": joined(lines).rstrip(), "count": len(found)}
+    return {"rows": join_lines(lines).rstrip(), "count": len(found)}
 
 
-def _axis(config: ExportConfig) -> dict[str, Any]:
+def _axis(config: ExportConfig) -> dict[str, object]:
     real, first = config.real, 171.5
     found = axis_rows(config, first, PERIOD)
     assert config.flt.axis is not None
@@ -69,7 +68,7 @@ def _axis(config: ExportConfig) -> dict[str, Any]:
         for row in found
     ]
     return {
-        "rows": joined(lines).rstrip(),
+        "rows": join_lines(lines).rstrip(),
         "count": len(found),
         "first": number(first, real),
         "period": number(PERIOD, real),
@@ -78,5 +77,5 @@ def _axis(config: ExportConfig) -> dict[str, Any]:
     }
 
 
-def _flat(values: Iterable[Any]) -> list[float]:
+def _flat(values: Iterable[float]) -> list[float]:
     return [float(value) for value in values]

@@ -8,11 +8,9 @@ from levelhead.axis_map import IDENTITY
 from levelhead.calibration import QUANTITIES, Calibration
 from levelhead.errors import LevelheadError
 from levelhead.export.config import ExportConfig
-from levelhead.export.expressions import variable
-from levelhead.export.kinds import FLOAT, Struct
-from levelhead.export.layout import STEP, WIDTH, comment, safe, wrapped
+from levelhead.export.kinds import FLOAT, Struct, variable
+from levelhead.export.layout import STEP, WIDTH, comment, escape, join_lines, wrap
 from levelhead.export.program import Kernel, Program
-from levelhead.export.statements import joined
 from levelhead.filters.eskf.calibration import Estimate
 from levelhead.kernels import correction
 from levelhead.kernels.vec3 import Vec3
@@ -54,16 +52,16 @@ def prior_table(config: ExportConfig, program: Program) -> str:
     lines: list[str] = []
     for name, numbers in _told(config):
         try:
-            entries = [f"{{{at}, {program.number(number)}}}," for (_, at), number in numbers.items()]
+            entries = [f"{{{at}, {program.types.number(number)}}}," for (_, at), number in numbers.items()]
         except OverflowError as error:
             raise LevelheadError(f"prior, {name}: {error}; export --double") from None
         unit = QUANTITIES[name].unit
-        lines += [f"{STEP}/* {name}{unit and f', {unit}'} */", *wrapped(" ".join(entries), STEP)] if entries else []
+        lines += [f"{STEP}/* {name}{unit and f', {unit}'} */", *wrap(" ".join(entries), STEP)] if entries else []
     if not lines:
         return ""
     words = "What an earlier run has learned of this sensor: values and their 1 sigma, where the start looks for them."
-    head = ["static const struct {", f"{STEP}int32_t at;", f"{STEP}{program.real} value;", "} prior[] = {"]
-    return joined([*comment(words), *head, *lines, "};", ""])
+    head = ["static const struct {", f"{STEP}int32_t at;", f"{STEP}{program.types.real} value;", "} prior[] = {"]
+    return join_lines([*comment(words), *head, *lines, "};", ""])
 
 
 def prior_start(config: ExportConfig) -> str:
@@ -73,7 +71,7 @@ def prior_start(config: ExportConfig) -> str:
         return ""
     (memory,) = lists
     count = "(int32_t)(sizeof prior / sizeof prior[0])"
-    return joined([
+    return join_lines([
         f"{STEP}for (int32_t i = 0; i < {count}; i++) {{",
         f"{STEP * 2}filter->{memory}[prior[i].at] = prior[i].value;",
         f"{STEP}}}",
@@ -93,7 +91,7 @@ def about(config: ExportConfig) -> str:
         lines.append("It starts with what an earlier run has learned of this sensor:")
         lines += _words(config.prior)
     folded = [part for line in lines for part in textwrap.wrap(line, WIDTH, subsequent_indent=" " * 8)]
-    return "".join([" *\n", *(f" * {safe(line)}\n" for line in folded)]) if lines else ""
+    return "".join([" *\n", *(f" * {escape(line)}\n" for line in folded)]) if lines else ""
 
 
 def _words(found: Calibration) -> list[str]:
@@ -140,12 +138,12 @@ class Correction:
         self.kernel: Kernel | None = None
         if not config.corrects:
             return
-        program.publish(program.struct(correction.Readings))
+        program.types.publish(program.types.struct(correction.Readings))
         if config.calibration is not None:
-            vector = program.struct(Vec3)
-            self.errors = program.struct(correction.SensorErrors)
+            vector = program.types.struct(Vec3)
+            self.errors = program.types.struct(correction.SensorErrors)
             self.kernel = program.kernel(correction.correct_readings, [self.errors, vector, vector, vector])
-            program.publish(self.errors)
+            program.types.publish(self.errors)
 
     @property
     def arguments(self) -> list[str]:
@@ -159,8 +157,8 @@ class Correction:
         lines = []
         for (name, kind), value in zip(self.errors.fields.items(), self._choice.calibration.errors, strict=True):
             try:
-                lines.append(f"{STEP * 2}.{name} = {self._program.literal(value, kind or FLOAT)},")
+                lines.append(f"{STEP * 2}.{name} = {self._program.types.literal(value, kind or FLOAT)},")
             except OverflowError as error:
                 raise LevelheadError(f"calibration, {name}: {error}; export --double") from None
-        head = f"{STEP}filter->errors = ({self._program.struct_name(self.errors)}){{"
-        return joined([head, *lines, f"{STEP}}};"])
+        head = f"{STEP}filter->errors = ({self._program.types.struct_name(self.errors)}){{"
+        return join_lines([head, *lines, f"{STEP}}};"])

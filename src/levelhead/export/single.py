@@ -38,7 +38,7 @@ def single(value: float) -> float:
         raise OverflowError(f"{value:g} is out of the range of single precision") from None
 
 
-def meant(value: float) -> float:
+def round_constant(value: float) -> float:
     """What a constant is in single precision.
 
     Raises:

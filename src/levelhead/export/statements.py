@@ -3,15 +3,16 @@
 import ast
 import functools
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 
-from levelhead.compiler.mark import is_kernel
-from levelhead.export.expressions import Expressions, Names, variable
-from levelhead.export.inference import Inference, arguments, is_struct
-from levelhead.export.kinds import FLOAT, INT, VOID, Array, Kind, Struct, is_empty
-from levelhead.export.layout import STEP, beside, comment, wrapped
+from levelhead.export.expressions import Expressions, Names
+from levelhead.export.inference import Inference
+from levelhead.export.kinds import FLOAT, INT, VOID, Array, Kind, Struct, is_empty, is_struct, variable
+from levelhead.export.layout import STEP, add_comment, comment, wrap
+from levelhead.export.pointers import Pointers
 from levelhead.export.scopes import Scopes, loaded_in, stored_in
 from levelhead.export.source import Source
+from levelhead.export.type_table import declarator
 
 
 class Body:
@@ -27,12 +28,10 @@ class Body:
         for node in self._scopes.stray:
             raise source.refuse(node, f"{node.id} counts a loop; outside of the loop another name has to be used")
         self._comments = {line: words for line, words in source.comments.items() if line > _head(source.tree)}
-        self._taken: dict[str, int] = {}
-        self._wandering = {
-            name for name in self._scopes.variables if name in inference.variables and self._wanders(name)
-        }
-        addresses |= self._wandering
-        self._slots = {name: self._places(name) for name in sorted(self._wandering)}
+        self._pointers = Pointers(self._parameters, self._scopes, inference, names)
+        addresses |= self._pointers.names
+        self._slots = self._pointers.slots
+        self._taken = {slot: 1 for slots in self._slots.values() for slot in slots.values()}
         self._open: list[tuple[str, str]] = []  # (type, "name = value") to be declared in one line
         self.lines: list[str] = []
         self._block(body, STEP)
@@ -53,27 +52,25 @@ class Body:
 
     def _block(self, body: Sequence[ast.stmt], indent: str) -> None:
         for statement in body:
-            self._said_above(statement.lineno, indent)
+            self._write_comments_above(statement.lineno, indent)
             stored = stored_in(statement)
             late = [n for n in self._scopes.declared_before(statement) if self._declares_early(n, stored, statement)]
             for name in late:
                 self.flush(indent)
-                wanders = ("const ", "*") if name in self._wandering else ("", "")
-                kind = self._names.kind(self._known.variables[name])
-                self.lines.append(f"{indent}{wanders[0]}{kind} {wanders[1]}{self._pointer(name)};")
+                pointer = ("const ", "*") if name in self._pointers.names else ("", "")
+                kind = self._names.types.name(self._known.variables[name])
+                self.lines.append(f"{indent}{pointer[0]}{kind} {pointer[1]}{self._pointer(name)};")
             self._declare_slots(statement, indent)
             getattr(self, f"_on_{type(statement).__name__}")(statement, indent)
 
     def _declare_slots(self, statement: ast.stmt, indent: str) -> None:
         """The place of what a variable that is an address gets in inner blocks, before the variable begins."""
         for name in self._scopes.declared_before(statement):
-            inner = {slot for at, slot in self._slots.get(name, {}).items() if not self._beside(name, at)}
+            inner = {
+                slot for at, slot in self._slots.get(name, {}).items() if not self._pointers.in_own_block(name, at)
+            }
             if inner:
-                self._emit(f"{self._names.kind(self._known.variables[name])} {inner.pop()};", indent)
-
-    def _beside(self, name: str, statement: ast.stmt) -> bool:
-        """Whether a statement stands in the very block in which a variable is declared."""
-        return self._scopes.at[statement][0] == self._scopes.variables[name].block[-1][0]
+                self._emit(f"{self._names.types.name(self._known.variables[name])} {inner.pop()};", indent)
 
     def _declares_early(self, name: str, stored: set[str], statement: ast.stmt) -> bool:
         """Whether a variable is declared before its first statement instead of by it."""
@@ -85,108 +82,34 @@ class Body:
         """Whether nobody ever reads the variable, or there is nothing in it."""
         return not self._scopes.variables[name].loads or is_empty(self._known.variables.get(name))
 
-    def _said_above(self, line: int, indent: str) -> None:
+    def _write_comments_above(self, line: int, indent: str) -> None:
         for at in sorted(self._comments):
             if at < line:
                 self.flush(indent)
                 self.lines += comment(self._comments.pop(at), indent)
 
-    def _said_beside(self, node: ast.stmt, last: int | None = None) -> str:
+    def _comment_beside(self, node: ast.stmt, last: int | None = None) -> str:
         end = last or node.end_lineno or node.lineno
         found = [self._comments.pop(at) for at in sorted(self._comments) if node.lineno <= at <= end]
         return "; ".join(found)
 
     def _emit(self, code: str, indent: str, words: str = "") -> None:
         self.flush(indent)
-        self.lines += beside(wrapped(code, indent), words)
+        self.lines += add_comment(wrap(code, indent), words)
 
     def flush(self, indent: str = STEP) -> None:
         """Writes out the declarations that wait to share a line."""
         waiting, self._open = self._open, []
         if waiting:
             kind = waiting[0][0]
-            self.lines += wrapped(f"{kind} {', '.join(text for _, text in waiting)};", indent)
+            self.lines += wrap(f"{kind} {', '.join(text for _, text in waiting)};", indent)
 
     def _declares(self, name: str, statement: ast.stmt) -> bool:
         """Whether this statement is where a variable begins."""
         return name not in self._parameters and name in self._scopes.declared_before(statement)
 
     def _pointer(self, name: str) -> str:
-        return self._names.declarator(self._known.variables[name], variable(name))
-
-    def _lasting(self, value: ast.expr) -> bool:
-        """Whether a value is part of something that never changes in this kernel."""
-        while isinstance(value, ast.Attribute):
-            value = value.value
-        if not isinstance(value, ast.Name):
-            return False
-        seen = self._scopes.variables.get(value.id)
-        return seen is None or seen.stores == (0 if value.id in self._parameters else 1)
-
-    def _wanders(self, name: str) -> bool:
-        """Whether a variable is only ever what a call gives, or part of what never changes: then it is an address in C,
-        and what a call gives has a place of its own."""
-        seen = self._scopes.variables[name]
-        if name in self._parameters or seen.stores < 2 or not self._names.by_address(self._known.variables[name]):
-            return False
-        blocks = {block for block, _ in seen.block}
-        return all(
-            self._outlives(statement, name, blocks) for statement in self._scopes.at if name in stored_in(statement)
-        )
-
-    def _outlives(self, statement: ast.stmt, name: str, blocks: set[int]) -> bool:
-        """Whether what a statement gives to a variable lives as long as the variable, in one of these blocks."""
-        value = statement.value if isinstance(statement, ast.Assign | ast.AnnAssign) else None
-        unpacked = _is_unpacked(statement)
-        if not unpacked and isinstance(value, ast.Call):
-            return True
-        if unpacked and isinstance(value, ast.Call):  # into a struct that is declared just there
-            return self._scopes.at[statement][0] in blocks
-        if not unpacked and not isinstance(value, ast.Attribute):
-            return False
-        if value is None or isinstance(value, ast.Tuple) or not self._lasting(value) or name in loaded_in(value):
-            return False
-        root = next(iter(loaded_in(value)))
-        if root in self._parameters or root not in self._scopes.variables:
-            return True
-        begins = [
-            one for one in self._scopes.at if root in stored_in(one) and root in self._scopes.declared_before(one)
-        ]
-        return bool(begins) and self._scopes.at[begins[0]][0] in blocks
-
-    def _places(self, name: str) -> dict[ast.stmt, str]:
-        """Statement -> the place of what it gives to a variable that is an address, where it has to have one.
-
-        One place serves all inner blocks. A call may read what it overwrites: C takes care of that, because a value is
-        stored when it is whole.
-        """
-        found: dict[ast.stmt, str] = {}
-        shared = ""
-        for statement in self._scopes.at:
-            if name not in stored_in(statement) or not isinstance(statement, ast.Assign | ast.AnnAssign):
-                continue
-            call = statement.value
-            if not isinstance(call, ast.Call) or _is_unpacked(statement) or self._same_again(name, call):
-                continue
-            beside = self._beside(name, statement)
-            found[statement] = self._place_of(name) if beside or not shared else shared
-            shared = shared if beside else found[statement]
-        return found
-
-    def _same_again(self, name: str, call: ast.Call) -> bool:
-        """Whether a call does no more than give a variable back."""
-        function = self._known.resolve(call.func)
-        at = self._names.handed_back(function) if is_kernel(function) else None
-        given = None if at is None else arguments(call, function)[at]
-        return isinstance(given, ast.Name) and given.id == name
-
-    def _place_of(self, name: str) -> str:
-        """A name for the place of what a variable gets."""
-        stem, number = variable(name), 2
-        while f"{stem}_{number}" in self._known.variables or f"{stem}_{number}" in self._taken:
-            number += 1
-        self._taken[f"{stem}_{number}"] = 1
-        return f"{stem}_{number}"
+        return declarator(self._known.variables[name], variable(name))
 
     def _store(
         self, name: str, value: str, statement: ast.stmt, indent: str, words: str = "", lasting: bool = False
@@ -197,11 +120,11 @@ class Body:
         kind = self._known.variables[name]
         slot = self._slots.get(name, {}).get(statement)
         if slot is not None:
-            head = f"const {self._names.kind(kind)} " if self._beside(name, statement) else ""
+            head = f"const {self._names.types.name(kind)} " if self._pointers.in_own_block(name, statement) else ""
             self._emit(f"{head}{slot} = {value};", indent, words)
             value, words = slot, ""
-        if name in self._wandering:
-            written = f"const {self._names.kind(kind)} *" if self._declares(name, statement) else ""
+        if name in self._pointers.names:
+            written = f"const {self._names.types.name(kind)} *" if self._declares(name, statement) else ""
             self._emit(f"{written}{variable(name)} = {_address(value)};", indent, words)
             return
         if not self._declares(name, statement):
@@ -210,9 +133,9 @@ class Body:
         constant = self._scopes.variables[name].stores == 1
         if constant and lasting and self._names.by_address(kind):  # it is where it is; no need to copy it
             self._addresses.add(name)
-            self._emit(f"const {self._names.kind(kind)} *{variable(name)} = {_address(value)};", indent, words)
+            self._emit(f"const {self._names.types.name(kind)} *{variable(name)} = {_address(value)};", indent, words)
             return
-        written = ("const " if constant and not isinstance(kind, Array) else "") + self._names.kind(kind)
+        written = ("const " if constant and not isinstance(kind, Array) else "") + self._names.types.name(kind)
         alone = not (isinstance(statement, ast.Assign) and isinstance(statement.targets[0], ast.Tuple))
         if words or alone or isinstance(kind, Array):
             self._emit(f"{written} {self._pointer(name)} = {value};", indent, words)
@@ -225,7 +148,7 @@ class Body:
 
     def _on_Expr(self, node: ast.Expr, indent: str) -> None:
         if isinstance(node.value, ast.Call):
-            words = self._said_beside(node)
+            words = self._comment_beside(node)
             unused = "" if self._known.kinds[node.value] is VOID else "(void)"
             self._emit(f"{unused}{self._write.text(node.value)};", indent, words)
 
@@ -233,21 +156,21 @@ class Body:
         pass
 
     def _on_Return(self, node: ast.Return, indent: str) -> None:
-        words = self._said_beside(node)
+        words = self._comment_beside(node)
         if node.value is None:
             self._emit("return;", indent, words)
             return
         value = self._write.value(node.value, self._known.returns)
-        if self._names.in_place(self._source.function):
+        if self._names.writes_in_place(self._source.function):
             self._emit(f"*result = {value};", indent, words)
             if node is not self._source.tree.body[-1]:
                 self._emit("return;", indent)
             return
-        back = self._names.handed_back(self._source.function) is not None
+        back = self._names.returned_parameter(self._source.function) is not None
         self._emit(f"return {_address(value) if back else value};", indent, words)
 
     def _on_If(self, node: ast.If, indent: str) -> None:
-        words = self._said_beside(node, node.body[0].lineno - 1)
+        words = self._comment_beside(node, node.body[0].lineno - 1)
         head = f"if ({self._write.condition(node.test)}) {{"
         self._emit(head, indent, words)
         self._branches(node, indent)
@@ -260,8 +183,8 @@ class Body:
             return
         first = node.orelse[0]
         if len(node.orelse) == 1 and isinstance(first, ast.If) and not self._needs_block(first):
-            words = self._said_beside(first, first.body[0].lineno - 1)
-            self.lines += beside(wrapped(f"}} else if ({self._write.condition(first.test)}) {{", indent), words)
+            words = self._comment_beside(first, first.body[0].lineno - 1)
+            self.lines += add_comment(wrap(f"}} else if ({self._write.condition(first.test)}) {{", indent), words)
             self._branches(first, indent)
             return
         self.lines.append(f"{indent}}} else {{")
@@ -276,7 +199,7 @@ class Body:
 
     def _on_For(self, node: ast.For, indent: str) -> None:
         assert isinstance(node.target, ast.Name) and isinstance(node.iter, ast.Call)
-        words = self._said_beside(node, node.body[0].lineno - 1)
+        words = self._comment_beside(node, node.body[0].lineno - 1)
         bounds = [self._write.text(part) for part in node.iter.args]
         first, end = ("0", bounds[0]) if len(bounds) == 1 else bounds[:2]
         step = bounds[2] if len(bounds) > 2 else "1"
@@ -291,7 +214,7 @@ class Body:
         self.lines.append(f"{indent}}}")
 
     def _on_AugAssign(self, node: ast.AugAssign, indent: str) -> None:
-        words = self._said_beside(node)
+        words = self._comment_beside(node)
         binary = ast.BinOp(node.target, node.op, node.value)
         self._known.kinds[binary] = kind = self._known.kinds[node.target]
         sign = {ast.Add: "+=", ast.Sub: "-=", ast.Mult: "*=", ast.Div: "/=", ast.BitOr: "|=", ast.BitAnd: "&="}
@@ -300,7 +223,7 @@ class Body:
 
     def _on_AnnAssign(self, node: ast.AnnAssign, indent: str) -> None:
         assert isinstance(node.target, ast.Name) and node.value is not None
-        words = self._said_beside(node)
+        words = self._comment_beside(node)
         self._one(node.target.id, node.value, node, indent, words)
 
     def _one(self, name: str, value: ast.expr, statement: ast.stmt, indent: str, words: str) -> None:
@@ -314,11 +237,11 @@ class Body:
         ):
             self._store(name, self._write.braces(value), statement, indent, words)
         else:
-            lasting = isinstance(value, ast.Attribute) and self._lasting(value)
+            lasting = isinstance(value, ast.Attribute) and self._pointers.is_constant(value)
             self._store(name, self._write.value(value, kind), statement, indent, words, lasting)
 
     def _on_Assign(self, node: ast.Assign, indent: str) -> None:
-        words = self._said_beside(node)
+        words = self._comment_beside(node)
         for target in node.targets:
             if isinstance(target, ast.Tuple):
                 self._unpack(target, node.value, node, indent, words)
@@ -343,11 +266,11 @@ class Body:
         assert isinstance(kind, Struct)
         simple = isinstance(value, ast.Name | ast.Attribute) and not (loaded_in(value) & stored)
         if simple:
-            lasting = self._lasting(value)
+            lasting = self._pointers.is_constant(value)
             self._fields(target, lambda name: self._write.member(value, name), kind, statement, indent, lasting)
             return
         held = self._fresh(kind)
-        self._emit(f"const {self._names.struct_name(kind)} {held} = {self._write.text(value)};", indent)
+        self._emit(f"const {self._names.types.struct_name(kind)} {held} = {self._write.text(value)};", indent)
         self._fields(target, lambda name: f"{held}.{variable(name)}", kind, statement, indent, True)
 
     def _fields(
@@ -371,7 +294,7 @@ class Body:
                 assert isinstance(part, ast.Name)
                 if part.id != "_" and not self._idle(part.id):
                     if inner is INT and self._known.variables[part.id] is FLOAT:
-                        text = f"({self._names.real}){text}"
+                        text = f"({self._names.types.real}){text}"
                     self._store(part.id, text, statement, indent, lasting=lasting)
 
     def _pairwise(self, target: ast.Tuple, value: ast.Tuple, statement: ast.Assign, indent: str) -> None:
@@ -383,7 +306,7 @@ class Body:
             text = self._write.value(part, None)
             if mixed:
                 held = self._fresh(kind)
-                self._emit(f"const {self._names.kind(kind)} {held} = {text};", indent)
+                self._emit(f"const {self._names.types.name(kind)} {held} = {text};", indent)
                 text = held
             texts.append(text)
         for part, text, one in zip(target.elts, texts, value.elts, strict=True):
@@ -410,10 +333,6 @@ class Body:
         return name
 
 
-def _is_unpacked(statement: ast.stmt) -> bool:
-    return isinstance(statement, ast.Assign) and all(isinstance(target, ast.Tuple) for target in statement.targets)
-
-
 def _address(value: str) -> str:
     return value[1:] if value.startswith("*") else f"&{value}"
 
@@ -429,8 +348,3 @@ def _is_docstring(statement: ast.stmt) -> bool:
 def _head(tree: ast.FunctionDef) -> int:
     """The last line of a kernel's head, so that remarks on the decorator or the arguments are no comments inside."""
     return tree.body[0].lineno - 1
-
-
-def joined(lines: Iterable[str]) -> str:
-    """Lines as text."""
-    return "\n".join(lines) + "\n"

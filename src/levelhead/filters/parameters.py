@@ -61,6 +61,9 @@ class Params(Protocol):
     @property
     def _fields(self) -> tuple[str, ...]: ...
 
+    @property
+    def _field_defaults(self) -> dict[str, Any]: ...  # Any, as typeshed has it: float or bool
+
     def _asdict(self) -> dict[str, Any]: ...  # Any, as typeshed has it: float or bool
 
     def _replace(self, *args: Any, **kwargs: Any) -> Self: ...  # Any: each class has keywords of its own
