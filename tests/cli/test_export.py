@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from levelhead import filters, fuse, simulate
+from levelhead import filters, fuse, read, simulate
+from levelhead.evaluate import evaluate
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "export.md"
 GCC = pytest.mark.skipif(shutil.which("cmake") is None or shutil.which("gcc") is None, reason="no cmake and gcc here")
@@ -198,10 +199,16 @@ def test_the_page_works_as_written(levelhead, tmp_path, monkeypatch):
         assert said.code == 0, said.err
         if target:
             Path(target).write_text(said.out, encoding="utf-8")
-    tuned = json.loads(Path("tuned.json").read_text(encoding="utf-8"))["minimum"]["value"]
-    source = (tmp_path / "libraries" / "lh_madgwick" / "src" / "lh_madgwick.c").read_text(encoding="utf-8")
-    found = re.search(r"\.beta = ([^f]+)f,", source)
-    assert found and float(found[1]) == pytest.approx(tuned, rel=1e-6)
-    assert (tmp_path / "libraries" / "lh_madgwick" / "examples" / "mpu6050" / "mpu6050.ino").exists()
-    assert ".gyr_matrix = {" in (tmp_path / "board" / "lh_madgwick.c").read_text(encoding="utf-8")
+    swept = json.loads(Path("tuned.json").read_text(encoding="utf-8"))
+    best, low, high = swept["minimum"], swept["flat"]["low"], swept["flat"]["high"]
+    words = f"`kp={best['value']:g}` with {best['error_deg']:.2f}° RMS, within 5 % from {low:.2g} to {high:.2g},"
+    assert words in page.replace("\n   ", " ") and best["edge"] is None
+    recording = read("motion.csv")
+    untuned = evaluate(recording, fuse(recording, filters.Mahony())).total
+    assert f"where the default of `Mahony` has {untuned:.2f}°" in page.replace("\n   ", " ")
+    source = (tmp_path / "libraries" / "lh_mahony" / "src" / "lh_mahony.c").read_text(encoding="utf-8")
+    found = re.search(r"\.kp = ([^f]+)f,", source)
+    assert found and float(found[1]) == pytest.approx(best["value"], rel=1e-6)
+    assert (tmp_path / "libraries" / "lh_mahony" / "examples" / "mpu6050" / "mpu6050.ino").exists()
+    assert ".gyr_matrix = {" in (tmp_path / "board" / "lh_mahony.c").read_text(encoding="utf-8")
     assert "} prior[] = {" in (tmp_path / "board" / "lh_eskf.c").read_text(encoding="utf-8")

@@ -200,5 +200,33 @@ def test_a_sweep_that_is_useless_is_named(levelhead):
     """A hand with a bias that Complementary cannot remove: its best value is worse than the default filter."""
     words = ("sweep", "--simulate", "hand", "-f", "Complementary", "-p", "tau", "--values", "0.2", "1")
     assert "warning: the default filter, untuned, has" in levelhead(*words).out
+    said = levelhead(*words, "--json")
+    assert said.json["warning"].startswith("warning: the default filter") and said.json["warning"] in said.err
     words = ("sweep", "--simulate", "hard", "-f", "ESKF", "-p", "gyr_noise", "--values", "0.04", "0.08")
     assert "warning" not in levelhead(*words).out
+    said = levelhead(*words, "--json")
+    assert said.json["warning"] is None and said.err == ""
+
+
+def test_a_sweep_that_is_worse_than_standing_still_is_named(levelhead, tmp_path, monkeypatch):
+    """A sensor that rests on a table, with a bias, and no filter that knows of biases."""
+    monkeypatch.setattr("levelhead.filters.default", lh.GyroIntegration)
+    n = 500
+    truth = lh.Truth(np.tile([1.0, 0.0, 0.0, 0.0], (n, 1)))
+    gyr, acc = np.tile([0.0, 0.0, 0.1], (n, 1)), np.tile([0.0, 0.0, 9.80665], (n, 1))
+    acc[1:, 0] = 3.0 * (-1.0) ** np.arange(1, n)  # the first sample is level
+    npz.write(lh.Recording(np.arange(n) * 0.01, gyr, acc, truth=truth), tmp_path / "rest.npz")
+    words = (
+        "sweep",
+        tmp_path / "rest.npz",
+        "-f",
+        "Complementary",
+        "-p",
+        "tau",
+        "--values",
+        "0.05",
+        "1",
+        "--guard",
+        "off",
+    )
+    assert "warning: a sensor that never moved from its first orientation has 0.00°, less than" in levelhead(*words).out

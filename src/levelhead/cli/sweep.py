@@ -1,5 +1,6 @@
 """``levelhead sweep``: one parameter over its range, with the minimum and the flat region."""
 
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -74,11 +75,14 @@ def sweep(
 
         picture = folder(out) / f"sweep-{parameter}.png"
         sweep_picture(result, picture)
+    warning = _warning(recording, result, before)
     if json:
-        print_json(result.to_dict() | {"written": [str(picture)] if picture else []})
+        print_json(result.to_dict() | {"warning": warning or None, "written": [str(picture)] if picture else []})
+        if warning:
+            sys.stderr.write(f"levelhead: {warning}\n")  # the JSON often goes to a file that nobody reads
         return
     print_table(result)
-    if warning := _warning(recording, result, before):
+    if warning:
         print_line(warning)
     asked = "no picture asked for: -o DIR draws the curve" if out is None else NO_PICTURE
     print_line(f"written: {picture}" if picture else asked)
