@@ -1,10 +1,8 @@
-"""The doctor on logs whose problems are known, and on clean ones.
+"""The doctor on logs whose problems are known: which of PROBLEMS.json in shared/data/wild the report names, which not.
 
-    python benchmarks/doctor.py [NAME…] [--clean]
+    python benchmarks/doctor.py [NAME…]
 
-For each log of shared/data/wild: which problems of PROBLEMS.json the report names, which not. With --clean: findings
-that are no notes on recordings with truth (BROAD without disturbance, EuRoC, TUM VI, phones carried about), where there
-should be none but what is true.
+What it says of clean recordings is in clean_logs.py.
 """
 
 import json
@@ -13,11 +11,7 @@ import sys
 from collections import Counter
 from pathlib import Path
 
-import numpy as np
-
 import levelhead as lh
-from levelhead.inspection import examine
-from levelhead.recording import Recording
 
 DATA = Path(os.environ["LEVELHEAD_DATA"])
 
@@ -43,30 +37,5 @@ def known(names: list[str]) -> None:
     print(f"{found} of {total} ({100 * found / max(1, total):.0f} %); missed {dict(missed)}")
 
 
-def clean() -> None:
-    """Findings on recordings that are known to be good."""
-    paths = [path for path in sorted((DATA / "broad").glob("*.mat")) if "undisturbed" in path.name]
-    paths += sorted((DATA / "truth").glob("*/*.npz"))
-    alarms = 0
-    for path in paths:
-        report = examine(recording(path), path.stem)
-        bad = [one for one in report.findings if one.severity != "note"]
-        alarms += bool(bad)
-        print(f"{path.parent.name}/{path.stem:44} {'; '.join(str(one)[:150] for one in bad)}")
-    print(f"{alarms} of {len(paths)} with a finding")
-
-
-def recording(path: Path) -> Recording:
-    """A recording with truth, as benchmarks read it."""
-    if path.suffix == ".mat":
-        return lh.read(path)
-    with np.load(path) as data:
-        mag = data.get("mag")
-        return Recording(data["t"], data["gyr"], data["acc"], mag)
-
-
 if __name__ == "__main__":
-    if "--clean" in sys.argv:
-        clean()
-    else:
-        known([word for word in sys.argv[1:] if not word.startswith("--")])
+    known(sys.argv[1:])

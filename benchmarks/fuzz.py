@@ -1,11 +1,13 @@
 """Mutated logs of all formats: a recording or a sentence, never a traceback, a hang, NaN, or a unit wrong in silence.
 
     python benchmarks/fuzz.py [--count 10000] [--seed 0]
+    python benchmarks/fuzz.py --replay 0:4711 [--keep FOLDER]    # one of them again, and its file
 
 Seeds are small logs made here, one per format, and the smaller ones of shared/data/wild where there are any. A mutation
 flips bytes, tears lines, swaps columns, changes units in the header, translates it, cuts the file off or repeats a
-part. A reading of a mutated log is wrong in silence if rows of its gyroscope are rows of the seed times a factor
-between units, while no note holds "a guess" and the mutation did not touch the numbers.
+part. A reading of a mutated log is wrong in silence if rows of its sensors are rows of the seed times a factor
+between units, or its time runs 30 times as fast, while no note holds "a guess" and the mutation did not touch the
+numbers.
 """
 
 import argparse
@@ -16,7 +18,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import numpy as np
@@ -137,12 +139,22 @@ def reading(path: Path) -> Recording | str:
 
 
 def silently_wrong(recording: Recording, seed: Recording | str) -> bool:
-    """Whether the rates differ by a factor from the seed's, and no note says that anything was guessed."""
+    """Whether rates, accelerations or steps of time differ by a factor from the seed's, and no note says "a guess"."""
     if isinstance(seed, str) or any("guess" in note for note in recording.meta.get("notes", ())):
         return False
-    rows = recording.gyr[np.isfinite(recording.gyr).all(axis=1) & (recording.gyr != 0.0).any(axis=1)]
+    if any(_by_factor(getattr(recording, role), getattr(seed, role)) for role in ("gyr", "acc")):
+        return True
+    if min(len(recording), len(seed)) < 20:
+        return False
+    pace = float(np.median(np.diff(recording.t)) / np.median(np.diff(seed.t)))
+    return not 1.0 / 30.0 < pace < 30.0
+
+
+def _by_factor(values: np.ndarray, original: np.ndarray) -> bool:
+    """Whether rows of (n, 3) values are rows of the original times a factor between units."""
+    rows = values[np.isfinite(values).all(axis=1) & (values != 0.0).any(axis=1)]
     rows = rows[:: max(1, len(rows) // 40)][:40]
-    theirs = seed.gyr[np.isfinite(seed.gyr).all(axis=1)]
+    theirs = original[np.isfinite(original).all(axis=1)]
     if len(rows) == 0 or len(theirs) == 0:
         return False
     size = np.abs(rows).max(axis=1, keepdims=True)
@@ -151,39 +163,55 @@ def silently_wrong(recording: Recording, seed: Recording | str) -> bool:
     return max(same[1:]) > 0.5 > same[0]
 
 
-def run(count: int, seed: int) -> Counter[str]:
-    """Outcomes by name; what must not be is printed with the file's seed and mutation."""
-    rng = random.Random(seed)
+def mutate(originals: list[Path], seed: int, number: int) -> tuple[Path, str, bytes]:
+    """The file, the mutation and the bytes of one number; the same whenever it is called, whatever came before."""
+    rng = random.Random(f"{seed}:{number}")
+    path = rng.choice(originals)
+    kind = rng.choice(list(MUTATIONS))
+    return path, kind, MUTATIONS[kind](path.read_bytes(), rng)
+
+
+def outcome(target: Path, kind: str, original: Recording | str) -> str:
+    """What became of a mutated file; in capitals what must not be."""
+    signal.alarm(int(LONGEST))
+    try:
+        found = reading(target)
+    except TimeoutError:
+        return "HANG"
+    except Exception as error:
+        return f"TRACEBACK {type(error).__name__}: {str(error)[:80]}"
+    finally:
+        signal.alarm(0)
+    if isinstance(found, str):
+        return "NO SENTENCE" if "\n" in found or len(found) > 2000 else "refused"
+    if not np.isfinite(found.t).all():
+        return "NAN"
+    return "WRONG UNIT" if kind in HARMLESS and silently_wrong(found, original) else "read"
+
+
+def run(seed: int, numbers: Iterable[int], keep: Path | None = None) -> Counter[str]:
+    """Outcomes by name; what must not be is printed with the command that does it again."""
     outcomes: Counter[str] = Counter()
     signal.signal(signal.SIGALRM, _hang)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        originals = [(path, path.read_bytes(), reading(path)) for path in seeds(folder)]
-        for number in range(count):
-            path, raw, original = rng.choice(originals)
-            kind = rng.choice(list(MUTATIONS))
-            mutated = MUTATIONS[kind](raw, rng)
-            target = folder / f"mutated{path.suffix}"
+        originals = seeds(folder)
+        read: dict[Path, Recording | str] = {}
+        for number in numbers:
+            path, kind, mutated = mutate(originals, seed, number)
+            target = (keep or folder) / f"mutated{path.suffix}"
             target.write_bytes(mutated)
+            if path not in read:
+                read[path] = reading(path)
             began = time.monotonic()
-            signal.alarm(int(LONGEST))
-            try:
-                found = reading(target)
-                outcome = "refused" if isinstance(found, str) else "read"
-                if isinstance(found, str) and ("\n" in found or len(found) > 2000):
-                    outcome = "NO SENTENCE"
-                if not isinstance(found, str) and not np.isfinite(found.t).all():
-                    outcome = "NAN"
-                if not isinstance(found, str) and kind in HARMLESS and silently_wrong(found, original):
-                    outcome = "WRONG UNIT"
-            except TimeoutError:
-                outcome = "HANG"
-            except Exception as error:
-                outcome = f"TRACEBACK {type(error).__name__}: {str(error)[:80]}"
-            signal.alarm(0)
-            if outcome.split()[0].isupper():
-                print(f"{number}: {path.name} {kind}: {outcome} ({time.monotonic() - began:.1f} s)", flush=True)
-            outcomes[outcome] += 1
+            found = outcome(target, kind, read[path])
+            if found.split()[0].isupper() or keep is not None:
+                print(
+                    f"{path.name} {kind}: {found} ({time.monotonic() - began:.1f} s): "
+                    f"python benchmarks/fuzz.py --replay {seed}:{number} --keep .",
+                    flush=True,
+                )
+            outcomes[found] += 1
     return outcomes
 
 
@@ -196,8 +224,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=10_000)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--replay", metavar="SEED:NUMBER", help="this one only")
+    parser.add_argument("--keep", type=Path, help="where the mutated file of --replay is left")
     options = parser.parse_args()
-    outcomes = run(options.count, options.seed)
+    if options.replay:
+        seed, number = (int(word) for word in options.replay.split(":"))
+        outcomes = run(seed, [number], options.keep or Path())
+    else:
+        outcomes = run(options.seed, range(options.count))
     print(dict(outcomes))
     sys.exit(int(any(name.split()[0].isupper() for name in outcomes)))
 

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 import levelhead as lh
 from levelhead.cli import main
 from levelhead.inspection import examine, short_form
+from levelhead.inspection.physics import scale_in_motion
 from levelhead.recording import Recording
 from levelhead.sources.csv_writer import write_csv
 
@@ -80,3 +81,19 @@ def test_the_command_line(clean: Recording, tmp_path, capsys) -> None:
     np.testing.assert_allclose(mended.gyr, clean.gyr, rtol=1e-12)
     assert main(["doctor", str(tmp_path / "log.csv"), "--picture", str(tmp_path / "log.png")]) == 1
     assert (tmp_path / "log.png").stat().st_size > 10_000
+
+
+def test_an_offset_of_the_magnetometer_that_a_room_full_of_iron_makes_is_none(clean: Recording) -> None:
+    assert clean.mag is not None
+    slow = 12.0 * np.sin(2 * np.pi * clean.t / 17.0)[:, None] * np.array([1.0, -0.6, 0.8])  # another field elsewhere
+    assert "mag_offset" not in bad(changed(clean, mag=clean.mag + slow))
+
+
+def test_scale_in_motion_is_that_of_the_accelerometer(clean: Recording) -> None:
+    off, doubt = scale_in_motion(changed(clean, acc=1.07 * clean.acc))
+    assert abs(off - 0.07) < 0.02 and doubt < 0.01  # the data sheet allows an offset of 0.02 g
+
+
+def test_samples_held_in_motion(clean: Recording) -> None:
+    rows = np.arange(len(clean)) // 2 * 2
+    assert "held_samples" in bad(changed(clean, acc=clean.acc[rows], gyr=clean.gyr[rows]))

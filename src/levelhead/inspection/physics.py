@@ -9,13 +9,17 @@ from levelhead.inspection.findings import Finding
 from levelhead.recording import Array, Recording, median
 from levelhead.sources.field_check import field_turn
 from levelhead.sources.hard_iron import hard_iron
+from levelhead.sources.steadiness import mean_lengths
 from levelhead.sources.unit_inference import excerpt, quiet_turn, turn_of_gravity
 from levelhead.units import GRAVITY
 
 REST_WINDOW = 0.5  # s
 STILL_ACC, STILL_GYR = 0.25, np.radians(1.5)  # m/s², rad/s: spread within a window at rest, at most
 SCALE = 0.025  # of gravity
-SCALE_MOVING = 0.08  # of gravity, for the median over a motion
+SURE = 3.0  # σ by which a scale found in motion must be beyond SCALE
+STRIDES = 2.0  # s, over which the accelerations of a motion cancel
+LITTLE = 0.09  # rad/s, and rad: 5 deg/s and 5 deg
+FEWEST = 8  # windows of STRIDES
 BIAS = np.radians(0.45)  # rad/s
 AGAINST = -0.55  # correlation from which gravity turns against the gyroscope
 QUIET = 0.06  # share of gravity by which the specific force may differ in the spans that tell
@@ -45,7 +49,7 @@ def examine_rest(recording: Recording) -> Iterator[Finding]:
     still = rest_rows(recording)
     share = float(still.mean())
     acc, gyr = recording.acc[still], recording.gyr[still]
-    if share > 0.95:
+    if share > 0.95 or _hardly_turns(recording):
         yield Finding(
             "always_still",
             "note",
@@ -60,21 +64,19 @@ def examine_rest(recording: Recording) -> Iterator[Finding]:
             "the sensor hardly rests: its bias must be learned in motion",
             f"{100 * share:.0f} % at rest",
         )
-    length = median(np.linalg.norm(acc, axis=1)) if still.sum() > 20 else None
-    limit = SCALE
-    if length is None:
-        every = np.linalg.norm(recording.acc, axis=1)
-        length, limit = median(every[np.isfinite(every)]), SCALE_MOVING
-        if float(np.nanstd(every)) > 0.35 * GRAVITY:  # shaken: the median is not gravity
-            length = GRAVITY
-    off = length / GRAVITY - 1.0
-    if abs(off) > limit:
+    if still.sum() > 20:
+        off, doubt = median(np.linalg.norm(acc, axis=1)) / GRAVITY - 1.0, 0.0
+        evidence = f"median length, {100 * share:.0f} % at rest"
+    else:
+        off, doubt = scale_in_motion(recording)
+        evidence = f"mean over {STRIDES:g} s, turned back by the gyroscope, ±{100 * doubt:.1f} %"
+    if abs(off) > SCALE + SURE * doubt:
         yield Finding(
             "acc_scale",
             "warning",
-            f"the accelerometer feels {length:.3f} m/s² "
-            f"{'at rest' if limit == SCALE else 'on average'}, {100 * off:+.1f} %",
-            f"median length, {100 * share:.0f} % at rest",
+            f"the accelerometer feels {GRAVITY * (1 + off):.3f} m/s² "
+            f"{'in motion' if doubt else 'at rest'}, {100 * off:+.1f} %",
+            evidence,
             "Calibrate it: six positions, or ESKF with a prior.",
         )
     if still.sum() > 20:
@@ -88,6 +90,24 @@ def examine_rest(recording: Recording) -> Iterator[Finding]:
                 f"{int(still.sum())} rows at rest",
                 "The filters read it off at rest.",
             )
+
+
+def _hardly_turns(recording: Recording) -> bool:
+    """Whether the rate stays small and gravity on one side: held in a hand, perhaps, but too still to tell anything."""
+    rate = np.linalg.norm(recording.gyr, axis=1)
+    up = recording.acc / np.linalg.norm(recording.acc, axis=1)[:, None]
+    away = np.linalg.norm(up - np.nanmedian(up, axis=0), axis=1)
+    return float(np.nanquantile(rate, 0.99)) < LITTLE and float(np.nanquantile(away, 0.99)) < LITTLE
+
+
+def scale_in_motion(recording: Recording) -> tuple[float, float]:
+    """(excess over gravity, its 1σ) as shares of gravity, from a motion without rest; (0, 0) if that tells nothing."""
+    rows = excerpt(len(recording))
+    lengths = mean_lengths(recording.t[rows], recording.gyr[rows], recording.acc[rows], STRIDES)
+    lengths = lengths[np.isfinite(lengths)]
+    if len(lengths) < FEWEST:
+        return 0.0, 0.0
+    return float(lengths.mean() / GRAVITY - 1.0), float(lengths.std() / GRAVITY / np.sqrt(len(lengths)))
 
 
 def examine_axes(recording: Recording) -> Iterator[Finding]:

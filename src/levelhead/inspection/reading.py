@@ -8,6 +8,8 @@ from levelhead.inspection.findings import Finding
 from levelhead.inspection.timing import SLOW
 from levelhead.recording import Recording
 
+OWN_FIELD = 0.3  # correlation from which a field that turns too little lies under an offset, on the right axes
+
 # name: (severity, what, cure); {} takes what the reader measured
 _KNOWN = {
     "gyro_inverted": (
@@ -20,7 +22,13 @@ _KNOWN = {
         "the header's unit contradicts the numbers; the other one was taken",
         "Mend the header.",
     ),
+    "unit_doubtful": (
+        "warning",
+        "the header's unit may be wrong",
+        "Give the unit: --units gyr=rad/s or --units gyr=deg/s.",
+    ),
     "raw_counts": ("warning", "the numbers are raw counts; their scale is a guess", "Give it: --lsb gyr=131/deg/s."),
+    "axes_order": ("warning", "the gyroscope's axes were put in order by the turn of gravity, a guess", "Name them."),
     "clock_restart": ("warning", "the clock begins again; one session was read", "--session N takes another."),
     "stamps_back": ("warning", "stamps step back", "Write a clock that only goes forward."),
     "equal_stamps": ("warning", "stamps repeat", "Write each sample once, with a stamp of its own."),
@@ -53,7 +61,7 @@ def from_reader(recording: Recording) -> Iterator[Finding]:
     for name, (severity, what, cure) in _KNOWN.items():
         if name in found:
             yield Finding(name, severity, what, _evidence(name, found[name], notes), cure)
-            if name == "mag_unusable" and float(found[name]["free"]) > 0.5:
+            if name == "mag_unusable" and found[name]["free"] > 0.5 and found[name]["correlation"] < OWN_FIELD:
                 yield Finding(
                     "mag_axes",
                     "warning",
@@ -80,7 +88,8 @@ def _evidence(name: str, value: Any, notes: list[str]) -> str:
     if isinstance(value, list):
         return f"in rows {', '.join(str(row) for row in value[:6])}"
     words = {
-        "raw_counts": "raw counts",
+        "raw_counts": "counts",
+        "axes_order": "no names",
         "no_time": "no stamps",
         "decoy_columns": "taken, not",
         "several_clocks": "time",

@@ -16,6 +16,8 @@ COARSE = {"gyr": np.radians(0.4), "acc": 0.009}  # rad/s, m/s²
 FULL_SCALES = (125.0, 250.0, 500.0, 1000.0, 2000.0)  # deg/s
 MISSING = 0.005
 HELD = 0.2  # share of rows that repeat the row before
+HELD_MOVING = 0.1  # and where the sensor moves most, where rounding hardly repeats all three axes
+BLOCK = 25  # rows, over which it is told how much it moves
 DEADBAND = 0.05  # share of rows that are exactly 0, 0, 0
 
 
@@ -89,7 +91,12 @@ def _held(role: str, values: Array) -> Iterator[Finding]:
             f"{100 * joint:.0f} % of its rows repeat the row before, by rounding",
             "Write more digits, or a smaller full scale.",
         )
-    elif joint > HELD and joint > 3.0 * alone and not (values == 0.0).all(axis=1).mean() > DEADBAND:
+    elif (
+        joint > HELD
+        and joint > 3.0 * alone
+        and _repeats_moving(values) > HELD_MOVING
+        and not (values == 0.0).all(axis=1).mean() > DEADBAND
+    ):
         yield Finding(
             "held_samples",
             "warning",
@@ -97,6 +104,22 @@ def _held(role: str, values: Array) -> Iterator[Finding]:
             "all three axes at once: it is measured less often than it is written",
             "Write each sample once.",
         )
+
+
+def _repeats_moving(values: Array) -> float:
+    """Share of rows that repeat the row before in the quarter of blocks in which the steps between others are largest.
+
+    A sensor that is read too often repeats as often in motion as at rest; rounding repeats at rest only, on all axes
+    at once where a calibration has mixed them.
+    """
+    steps = np.diff(values, axis=0)
+    count = len(steps) // BLOCK
+    if count < 8:
+        return 1.0
+    steps = steps[: count * BLOCK].reshape(count, BLOCK, 3)
+    same = (steps == 0.0).all(axis=2)
+    size = np.nansum(steps * steps, axis=(1, 2)) / np.maximum(1, (~same).sum(axis=1))
+    return float(same[size >= np.quantile(size, 0.75)].mean())
 
 
 def _quantum(values: Array) -> float:

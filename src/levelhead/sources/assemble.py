@@ -86,6 +86,10 @@ def _note_findings(table: Table, roles: Roles, clock: Clock, evidence: Evidence)
         evidence.findings["several_clocks"] = True
     if "each row is a window" in words:
         evidence.findings["glued_recordings"] = True
+    if "counts per g around" in words:
+        evidence.findings["raw_counts"] = True
+    if "gyroscope −" in words or "accelerometer −" in words:
+        evidence.findings["axes_order"] = True
     if "nothing in them" in words:
         evidence.findings["empty_columns"] = True
 
@@ -287,7 +291,12 @@ def _trusted(t: Array, gyr: Array, mag: Array, evidence: Evidence) -> Array | No
     if turn is None or not turn.unusable:
         return mag
     length = unit_inference.median_norm(mag)
-    evidence.findings["mag_unusable"] = {"correlation": turn.correlation, "free": turn.free, "length": length}
+    evidence.findings["mag_unusable"] = {
+        "correlation": turn.correlation,
+        "scale": turn.scale,
+        "free": turn.free,
+        "length": length,
+    }
     evidence.notes.append(
         f"magnetometer: left out, because it does not turn with the body (correlation {turn.correlation:.2f} with the "
         f"gyroscope, length {length:.3g}); --map mag=… keeps it"

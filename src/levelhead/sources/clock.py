@@ -21,6 +21,7 @@ _SLOWEST_MEDIAN = {"s": 0.25, "ms": 250.0, "us": 250e3, "ns": 250e6}  # 4 Hz
 _NEAR = 0.25  # by which the rate of a guessed unit may differ from the rate that the file gives
 _POOR = re.compile(r"unfilt|pred|server|recv|receiv|arriv|host|wall|utc|gps|raw|system|local|log|date|iso|packet", re.I)
 _FAST = 2e-3  # s; a shorter interval could as well be a slow one in a larger unit
+_SHORTEST, _LONGEST = 2.5e-5, 100.0  # s; no IMU is read at more than 40 kHz, nor less than once in 100 s
 _FEW = 20  # rows below which nothing is repaired
 _MISSING_SHARE = 0.01  # of the rows, at most, that may lack a stamp and are left out
 
@@ -107,6 +108,9 @@ def seconds(
     if declared is None:
         declared, said = _concluded(stamps, table, name)
         notes.append(said)
+    findings: dict[str, object] = {}
+    if isinstance(declared, str):
+        declared = _plausible(stamps, declared, name, notes, findings)
     scale = declared if isinstance(declared, Scale) else Scale(units.factor("time", declared), declared)
     repaired = Repair(stamps)
     if len(stamps) > 1 and not (stamps[1:] > stamps[:-1]).all():
@@ -130,7 +134,24 @@ def seconds(
     rows = repaired.rows
     if present is not None:
         rows = present if rows is None else present[rows]
-    return Clock(_scaled(kept.astype(np.float64), scale), scale.name, t0, notes, rows, repaired.findings)
+    return Clock(
+        _scaled(kept.astype(np.float64), scale), scale.name, t0, notes, rows, {**repaired.findings, **findings}
+    )
+
+
+def _plausible(stamps: Column, declared: str, name: str, notes: list[str], findings: dict[str, object]) -> str:
+    """The declared unit, or another where no sensor is read at the rate that it gives."""
+    step = _interval(stamps)
+    factor = units.factor("time", declared)
+    other = guess_unit(stamps)
+    if step == 0.0 or _SHORTEST < step * factor < _LONGEST or units.factor("time", other) == factor:
+        return declared
+    findings["unit_header_wrong"] = {"declared": declared, "taken": other}
+    notes.append(
+        f"time: '{name}' taken as {other}, a guess against the header, which says {declared}: an interval of "
+        f"{step:.4g} would be {1.0 / (step * factor):.3g} Hz"
+    )
+    return other
 
 
 def _concluded(stamps: Column, table: Table, name: str) -> tuple[Scale | str, str]:

@@ -9,6 +9,7 @@ from levelhead.recording import Array, median
 SPAN = 0.5  # s
 _ROWS = 40_000
 _ENOUGH = 0.15  # rms turn of the body per span, rad, that tells something
+_BURIED = 0.2  # turn of the field over that of the body, below which five parts of six are the device's own
 _CONSTANT = 1e-5  # relative spread of a length that software has normalised
 
 
@@ -37,7 +38,12 @@ class FieldTurn(NamedTuple):
     @property
     def unusable(self) -> bool:
         """Whether the field does not turn with the body as its axes are."""
-        return self.telling and self.correlation < 0.3
+        return self.telling and (self.correlation < 0.3 or self.buried)
+
+    @property
+    def buried(self) -> bool:
+        """Whether nearly all of the length is the device's own field, which turns with it."""
+        return abs(self.scale) < _BURIED
 
 
 def field_turn(t: Array, gyr: Array, mag: Array, span: float = SPAN) -> FieldTurn | None:

@@ -11,6 +11,8 @@ import numpy as np
 from levelhead.recording import Array, Recording
 
 APART = 0.5  # s between readings that count as independent: iron in a room is met for as long
+BLOCKS = 8  # parts of the recording, each of which is left out once
+ROUNDER = 0.7  # share of the lengths' spread that may be left when the offset is taken out
 LEAST = 0.08  # share of the field from which an offset is worth a word
 SURE = 4.0  # and how many σ of it
 ENOUGH = 60  # independent readings
@@ -18,11 +20,20 @@ COVERED = 0.1  # share of the field by which readings must spread in every direc
 
 
 class HardIron(NamedTuple):
-    """The middle of the sphere in µT, its radius, and 1σ of the middle along the direction that is known worst."""
+    """The middle of the sphere.
+
+    Attributes:
+        offset: the middle in µT.
+        field: the sphere's radius in µT.
+        sigma: 1σ of the middle, by a jackknife that leaves out one of ``BLOCKS`` parts of the recording at a time. A
+            room full of iron pulls the middle elsewhere in each of them, which residuals do not tell.
+        left: spread of the lengths about the middle, over that about zero.
+    """
 
     offset: Array
     field: float
     sigma: float
+    left: float
 
     @property
     def share(self) -> float:
@@ -37,7 +48,7 @@ class HardIron(NamedTuple):
     @property
     def clear(self) -> bool:
         """Whether there is an offset, beyond doubt."""
-        return self.share > LEAST and float(np.linalg.norm(self.offset)) > SURE * self.sigma
+        return self.share > LEAST and float(np.linalg.norm(self.offset)) > SURE * self.sigma and self.left < ROUNDER
 
     def explained(self, offset: Array) -> bool:
         """Whether this offset is what was found."""
@@ -57,12 +68,22 @@ def hard_iron(recording: Recording) -> HardIron | None:
     if np.sqrt(max(np.linalg.eigvalsh(np.cov(mag.T))[0], 0.0)) < COVERED * np.median(np.linalg.norm(mag, axis=1)):
         return None
     rows = np.column_stack([2.0 * (mag - middle), np.ones(len(mag))])
-    found, _, rank, _ = np.linalg.lstsq(rows, ((mag - middle) ** 2).sum(axis=1), rcond=None)
-    square = float(found[3] + found[:3] @ found[:3])
-    if rank < 4 or square <= 0.0:
+    squares = ((mag - middle) ** 2).sum(axis=1)
+    parts = np.array_split(np.arange(len(mag)), BLOCKS)
+    normal = np.array([rows[part].T @ rows[part] for part in parts])
+    right = np.array([rows[part].T @ squares[part] for part in parts])
+    try:
+        found = np.linalg.solve(normal.sum(axis=0), right.sum(axis=0))
+        without = np.array([
+            np.linalg.solve(normal.sum(axis=0) - one, right.sum(axis=0) - other)
+            for one, other in zip(normal, right, strict=True)
+        ])[:, :3]  # fmt: skip
+    except np.linalg.LinAlgError:
         return None
-    out = mag - middle - found[:3]
-    norms = np.linalg.norm(out, axis=1)
-    sphere = np.column_stack([out / norms[:, None], np.ones(len(mag))])
-    doubt = np.linalg.eigvalsh(np.linalg.inv(sphere.T @ sphere)[:3, :3])[-1] * len(mag) / count
-    return HardIron(middle + found[:3], float(np.sqrt(square)), float(norms.std() * np.sqrt(doubt)))
+    square = float(found[3] + found[:3] @ found[:3])
+    if not square > 0.0:
+        return None
+    spread = (BLOCKS - 1) / BLOCKS * ((without - without.mean(axis=0)) ** 2).sum(axis=0)
+    before, after = np.linalg.norm(mag, axis=1), np.linalg.norm(mag - middle - found[:3], axis=1)
+    left = float(after.std() / after.mean() * before.mean() / max(before.std(), 1e-12))
+    return HardIron(middle + found[:3], float(np.sqrt(square)), float(np.sqrt(spread.sum())), left)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from levelhead.recording import Array, median
 from levelhead.sources.rest import at_rest
 from levelhead.sources.sensitivities import gyr_sensitivity
+from levelhead.sources.steadiness import steadiness_of_gravity
 from levelhead.units import DEGREE, GRAVITY
 
 SMOOTH = 0.2  # s; takes vibration out of the direction of gravity
@@ -21,8 +22,6 @@ _QUIET_SAMPLE, _QUIET_SPAN = 0.12, 0.3  # share of the usual length, at every sa
 _QUIET_SHARE = 0.05  # of the rows, at least, must be quiet
 _FAINT = 0.4  # correlation from which a comparison is worth a guess
 SPAN = 0.5  # s; over which the turn of gravity is compared
-WINDOW = 1.0  # s; in which gravity must hold still once the gyroscope turns it back
-_WINDOWS = 200  # that are looked at, at most
 _TELLING = 3  # windows that must tell units apart
 _DEGREES, _RADIANS = -0.2, 0.04  # gains (see Steadiness) from which it is deg/s, or rad/s; BROAD is at −0.09 and more
 _SHAKEN = 0.98  # a body that hardly turns and that nothing shakes holds gravity better than this
@@ -31,6 +30,8 @@ _ENOUGH = 0.05  # rms turn of gravity per span, as a fraction of its length (3 d
 _SAMPLES = 100_000  # rows that are looked at
 _BIAS = 0.5  # rad/s, 29 deg/s: no gyroscope is that far off at rest
 _LOUD = 0.05  # rad/s, 2.9 deg/s rms: no gyroscope is that noisy at rest
+_SLIGHT = 0.15  # correlation from which a comparison raises a doubt
+_QUIETEST = 0.004  # deg/s rms; below it no MEMS gyroscope is at rest, at any rate
 _NOISE = 0.02  # at rest, deg/s below this does not come from a MEMS gyroscope at usual rates
 
 
@@ -162,79 +163,6 @@ def mag_unit(norm: float) -> str | None:
     return None
 
 
-class Steadiness(NamedTuple):
-    """How well gravity holds still when the accelerometer is turned back by the gyroscope, window by window.
-
-    Attributes:
-        windows: windows in which it makes a difference whether the numbers are rad/s or deg/s.
-        gain: how much better rad/s does than deg/s in them, on average, from -1 to 1.
-        best: how well the better one does, 1 for gravity that holds perfectly still.
-    """
-
-    windows: int
-    gain: float
-    best: float
-
-
-_NOTHING = Steadiness(0, 0.0, 0.0)
-
-
-def steadiness_of_gravity(t: Array, gyr: Array, acc: Array, away: float = 0.3) -> Steadiness:
-    """Compares rad/s with deg/s for (n, 3) ``gyr`` by what it makes of (n, 3) ``acc`` in m/s²; ``t`` (n,) s.
-
-    Over windows of one second the specific force, turned into the frame of the first sample, adds up to gravity: the
-    accelerations of a hand or a drone cancel. With the wrong unit gravity smears instead. Windows in which the sensor
-    is further than ``away`` (rms, in g) from 1 g (on a wheel, in free fall) say little and are left out.
-    """
-    step = median(np.diff(t)) if len(t) > 1 else 1.0
-    if not step > 0.0:
-        return _NOTHING
-    size = max(2, round(WINDOW / step))
-    count = len(t) // size
-    if count == 0:
-        return _NOTHING
-    starts = np.arange(count, dtype=np.intp) * size
-    near = _near_gravity(t, gyr, acc, starts, size, step, away)
-    starts = starts[near][:: max(1, int(near.sum()) // _WINDOWS)]
-    if len(starts) == 0:
-        return _NOTHING
-    rows = np.arange(size)[:, None] + starts
-    turn = gyr[rows] * np.minimum(np.diff(t, append=t[-1] + step), 2.0 * step)[rows][..., None]
-    radians, degrees = _held(turn, acc[rows]), _held(turn * (math.pi / 180.0), acc[rows])
-    path = np.sqrt((turn * turn).sum(axis=-1)).sum(axis=0)
-    telling = (np.abs(radians - degrees) > 0.02) & (path > 0.5)
-    if not telling.any():
-        return _NOTHING
-    gain = float((radians - degrees)[telling].mean())
-    return Steadiness(int(telling.sum()), gain, float(np.maximum(radians, degrees)[telling].mean()))
-
-
-def _near_gravity(
-    t: Array, gyr: Array, acc: Array, starts: NDArray[np.intp], size: int, step: float, limit: float
-) -> NDArray[np.bool_]:
-    """Windows without gaps and missing values whose specific force stays about 1 g: (len(starts),)."""
-    length = np.sqrt((acc * acc).sum(axis=1))[: len(starts) * size].reshape(-1, size)
-    usable: NDArray[np.bool_] = np.all(np.abs(gyr) < 1e6, axis=1)
-    whole: NDArray[np.bool_] = (t[starts + size - 1] - t[starts]) < 1.5 * size * step
-    away: NDArray[np.float64] = np.sqrt(((length / GRAVITY - 1.0) ** 2).mean(axis=1))
-    near: NDArray[np.bool_] = (away < limit) & whole & usable[: len(starts) * size].reshape(-1, size).all(axis=1)
-    return near
-
-
-def _held(turn: Array, acc: Array) -> Array:
-    """Length of the sum of (size, m, 3) ``acc`` turned back by ``turn`` rad, over the sum of lengths: (m,)."""
-    angle = np.sqrt((turn * turn).sum(axis=-1))[..., None, None]
-    skew = np.zeros((*turn.shape, 3))
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        skew[..., j, i], skew[..., i, j] = turn[..., k], -turn[..., k]
-    rotation = np.eye(3) + np.sinc(angle / math.pi) * skew + 0.5 * np.sinc(angle / (2 * math.pi)) ** 2 * (skew @ skew)
-    total = np.zeros((acc.shape[1], 3, 1))
-    for i in reversed(range(len(acc))):
-        total = acc[i][..., None] + rotation[i] @ total
-    held: Array = np.sqrt((total * total).sum(axis=(1, 2))) / np.sqrt((acc * acc).sum(axis=-1)).sum(axis=0)
-    return held
-
-
 class GyroscopeUnit(NamedTuple):
     """What one number of a gyroscope is.
 
@@ -333,6 +261,26 @@ def says_radians(t: Array, gyr: Array, acc: Array) -> str | None:
     turn = turn_of_gravity(t, gyr, acc)
     if turn is not None and turn.clear and turn.correlation > 0.9 and 0.5 < turn.scale < 2.0:
         return f"gravity turns {turn.scale * 180.0 / math.pi:.1f} times faster than it says"
+    return None
+
+
+def doubt(t: Array, rate: Array, acc: Array, factor: float) -> str | None:
+    """Why the declared unit, in rad/s ``factor``, may be the other of deg/s and rad/s; None if nothing says so.
+
+    ``rate`` (n, 3) rad/s by the declared unit, ``acc`` (n, 3) m/s². Weaker than ``says_degrees``: gravity's turn, noisy
+    as it may be, is nearer to the other unit, or no gyroscope is as quiet as this one would be.
+    """
+    between = math.sqrt(180.0 / math.pi)
+    told = [one for one in (turn_of_gravity(t, rate, acc), quiet_turn(t, rate, acc)) if one is not None]
+    told = [one for one in told if one.turned > 0.4 * _ENOUGH and one.correlation > _SLIGHT]
+    if told:
+        best = max(told, key=lambda one: one.correlation)
+        if best.scale > between if factor < 1.0 else best.scale < 1.0 / between:
+            return f"gravity turns {best.scale:.2g} times as far as it says (correlation {best.correlation:.2f})"
+        return None
+    noise = math.degrees(rest_noise(t, rate))
+    if factor < 1.0 and 0.0 < noise < _QUIETEST:
+        return f"its noise at rest would be {noise:.2g} deg/s"
     return None
 
 
