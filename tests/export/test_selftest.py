@@ -1,5 +1,7 @@
 """The generated self-test passes where the filter is right, and only there."""
 
+import re
+
 import numpy as np
 import pytest
 from tests.reference import c_engine
@@ -7,7 +9,7 @@ from tests.reference.c_engine import run_selftest
 
 import levelhead as lh
 from levelhead import filters
-from levelhead.export import ExportConfig, write
+from levelhead.export import ExportConfig, files, write
 from levelhead.export.selftest import BOUND
 from levelhead.export.test_vectors import rows
 from levelhead.filters import health
@@ -89,3 +91,15 @@ def test_everything_goes_wrong_in_the_vector():
     for bit in (health.GYR_MISSING, health.ACC_MISSING, health.MAG_MISSING, health.GAP, health.AT_REST,
                 health.MAG_REJECTED, health.ACC_REJECTED):  # fmt: skip
         assert seen & bit, health.NAMES[bit]
+
+
+@pytest.mark.parametrize("arduino", [False, True])
+@pytest.mark.parametrize("axis", [False, True])
+def test_a_library_in_float_does_not_promise_the_bits_of_double(axis, arduino):
+    """Neither header, properties, self-test nor sketch; the library in double does."""
+    promise = re.compile(r"same bits|to the bit\b(?!\.)|same, to|exactly")
+    for real in ("float", "double"):
+        made = files(ExportConfig(lh.Kalman(), real=real, axis=axis), arduino)
+        promised = {name for name, text in made.items() if promise.search(text)}
+        outside = {name for name in promised if not name.endswith(("lh_kalman.c", "lh_kalman_axis.c"))}
+        assert bool(outside) == (real == "double"), outside

@@ -1,5 +1,6 @@
 """The sketch for the MPU-6050 on a board made of C++: what it logs is read back, and fuses to what the board said."""
 
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -19,11 +20,18 @@ STUBS = Path(__file__).resolve().parents[1] / "reference" / "arduino"
 pytestmark = [pytest.mark.compiled, pytest.mark.skipif(shutil.which("g++") is None, reason="no g++ on the PATH")]
 
 
-def log_of(folder, config):
-    """What the sketch logs while it is carried about, after two seconds of rest with a bias of the gyroscope."""
+def log_of(folder, config, include=""):
+    """What the sketch logs while it is carried about, after two seconds of rest with a bias of the gyroscope;
+    ``include``: the filter of this name in place of its own.
+    """
     write(config, folder)
     name = config.name
     sketch = folder / f"{name}_mpu6050" / f"{name}_mpu6050.ino"
+    if include:
+        text = sketch.read_text(encoding="utf-8")
+        assert text.count(f'#include "{name}.h"') == 1
+        sketch.write_text(text.replace(f'#include "{name}.h"', f'#include "{include}.h"'), encoding="utf-8")
+        name = include
     recording = lh.simulate.recording("MPU-6050", "hand", duration=10.0, seed=3)
     moving = np.column_stack([np.degrees(recording.gyr), recording.acc / GRAVITY])[:, :6]
     rest = np.tile(moving[0], (250, 1))
@@ -89,3 +97,34 @@ def test_one_axis_is_the_lesson(tmp_path):
     assert np.isfinite(rolled).all()
     apart = (found.level - rolled[there] + 180.0) % 360.0 - 180.0
     assert np.abs(apart[50:]).max() < 0.01 and np.ptp(rolled) > 20.0
+
+
+@pytest.mark.parametrize("other", [lh.Madgwick(), lh.EKF()], ids=lambda params: type(params).__name__)
+def test_another_filter_is_another_include(tmp_path, other):
+    """The sketch of Mahony, with nothing but its include changed, says what the other filter says."""
+    config = ExportConfig(other, real="float")
+    write(config, tmp_path)
+    log = log_of(tmp_path, ExportConfig(lh.Mahony(), real="float"), config.name)
+    board = np.genfromtxt(log, delimiter=",", comments="#", skip_header=2)
+    found = lh.fuse(lh.read(log), other)
+    np.testing.assert_allclose(np.abs(np.sum(board[:, 7:11] * found.quat, axis=1)), 1.0, atol=1e-6)
+    assert np.abs(lh.fuse(lh.read(log), lh.Mahony()).quat - found.quat).max() > 0.01, "the filters differ"
+
+
+@pytest.mark.parametrize("axis", [False, True], ids=["imu", "axis"])
+def test_the_one_name_holds_for_every_function(tmp_path, axis):
+    """Each function of the header, and each type in its declaration, under the one name; in C, without a warning."""
+    config = ExportConfig(lh.Kalman(), axis=axis)
+    write(config, tmp_path)
+    header = (tmp_path / f"{config.name}.h").read_text(encoding="utf-8")
+    code = re.sub(r"/\*.*?\*/", "", header, flags=re.DOTALL)
+    declared = re.findall(rf"^(\w[\w ]*?)\b{config.name}_(\w+)\(([^;]*)\);", code, re.MULTILINE)
+    assert len(declared) == (3 if axis else 13)
+    pointers = [f"{kind}(*{name})({given}) = lh_filter_{name};" for kind, name, given in declared]
+    program = "\n".join(["#define LH_FILTER", f'#include "{config.name}.h"', "int main(void)", "{",
+                         "static lh_filter filter;",
+                         *(line.replace(f"{config.name}", "lh_filter") for line in pointers), "(void)filter;",
+                         *(f"(void){name};" for _, name, _ in declared), "return 0; }"])  # fmt: skip
+    (tmp_path / "main.c").write_text(program, encoding="utf-8")
+    command = ["gcc", "-std=c99", "-Wall", "-Wextra", "-Werror", "main.c", f"{config.name}.c", "-lm", "-o", "main"]
+    subprocess.run(command, cwd=tmp_path, check=True)

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from levelhead.axis_map import IDENTITY
-from levelhead.export.c_api import CApi
+from levelhead.export.c_api import ANY_FILTER, CApi
 from levelhead.export.config import ExportConfig
 from levelhead.export.layout import template
 from levelhead.units import GRAVITY
@@ -77,7 +77,7 @@ def _fed(config: ExportConfig, given: str) -> str:
     """What the filter was fed with, into the log."""
     if not config.corrects:
         return RAW
-    lines = [f"  const {config.name}_readings fed = {config.name}_corrected(&filter, {given}, NULL);"]
+    lines = [f"  const {ANY_FILTER}_readings fed = {ANY_FILTER}_corrected(&filter, {given}, NULL);"]
     for name, digits in (("gyr", 6), ("acc", 5)):
         lines += [f"  print_value({_narrow(f'fed.{name}.{axis}', config.real)}, {digits});" for axis in "xyz"]
     return "\n".join(lines)
@@ -93,7 +93,7 @@ def _mounted(config: ExportConfig) -> str:
 
 
 def _imu(config: ExportConfig) -> dict[str, str]:
-    name, real = config.name, config.real
+    name, real = ANY_FILTER, config.real
     convert = f"const {real} g[3] = {{gyr[0], gyr[1], gyr[2]}}, a[3] = {{acc[0], acc[1], acc[2]}};"
     given = ("g", "a") if real == "double" else ("gyr", "acc")
     update = [f"  {convert}"] if real == "double" else []
@@ -115,7 +115,7 @@ def _imu(config: ExportConfig) -> dict[str, str]:
 
 def _axis(config: ExportConfig) -> dict[str, str]:
     """Roll, the lesson's angle: from the accelerometer, and its rate from the gyroscope."""
-    name, real = config.name, config.real
+    name, real = ANY_FILTER, config.real
     init = [
         "  float gyr[3], acc[3];",
         "  while (!read_mpu(gyr, acc)) {",

@@ -1,5 +1,6 @@
 """Header and source of a filter: the translated kernels, and the few functions around them that a program calls."""
 
+import re
 from collections.abc import Iterable
 
 from levelhead import filters
@@ -19,6 +20,8 @@ MACHINES = (
     Machine("32 bit (Cortex-M, ESP32, RP2040)", 8, 4, 8),
     Machine("AVR (Uno, Mega)", 4, 2, 1),
 )
+
+ANY_FILTER = "lh_filter"  # the name of every filter, where a program asks for it
 
 
 class CApi:
@@ -142,14 +145,21 @@ class CApi:
         values = self.common_gaps() | {
             "about": "\n".join(f" * {line}".rstrip() for line in docstring(description(flt.params)).split("\n")),
             "citation": "\n * ".join(line.strip(" /*") for line in comment(flt.citation) if line.strip(" /*")),
-            "bits": ", to the bit" if self.config.real == "double" else " but for the rounding of float",
+            "rounding": template(f"rounding.{self.config.real}.h").template.rstrip(),
             "sizes": self.sizes(),
             "types": join_lines(lines),
             "functions": written.rstrip() + "\n",
             "health": "",
             "sensor": "",
+            "aliases": aliases(self.name, written),
         }
         return template("filter.h").substitute(values | gaps)
+
+
+def aliases(name: str, code: str) -> str:
+    """Definitions that give the functions of a filter, and the types in them, the one name of every filter."""
+    found = sorted(set(re.findall(rf"\b{name}(?:_\w+)?\b", re.sub(r"/\*.*?\*/", "", code, flags=re.DOTALL))))
+    return "\n".join(f"#define {ANY_FILTER}{one.removeprefix(name)} {one}" for one in found)
 
 
 def module_title(config: ExportConfig) -> str:

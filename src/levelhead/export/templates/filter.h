@@ -12,11 +12,7 @@ $loop
  *
  * $units
  *
- * The same source runs in Python, so what comes out is the same$bits. That holds where every
- * operation rounds once to the type that is written (FLT_EVAL_METHOD 0) and a * b + c is not contracted into one
- * operation: gcc needs -ffp-contract=off, which -std=c99 implies but -std=gnu99 does not; clang is told so in the source.
- * Contraction, where the processor has it, makes no result worse, only different in its last digits.
- * -ffast-math breaks it: a missing reading is NaN. No heap, no globals, nothing of libm but sqrt.
+$rounding
  *
  * RAM of one filter with its parameters:
  *
@@ -38,4 +34,10 @@ $functions
 }
 #endif
 
+#endif
+
+/* One name for every filter: defined before the include, LH_FILTER makes lh_filter, lh_filter_update and so on the names
+ * below, and a program changes its filter in the line of its include. Not for two filters in one file. */
+#if defined(LH_FILTER) && !defined(lh_filter)
+$aliases
 #endif

@@ -9,6 +9,7 @@ $mounted// Each line of the log is one sample in SI units, as the filter was fed
 //
 // Lines that begin with # are remarks. Registers: InvenSense RM-MPU-6000A, rev. 4.2, sections 4.2 to 4.32.
 #include <Wire.h>
+#define LH_FILTER  // lh_filter and lh_filter_… are the filter of the next line: another one is changed there alone
 #include $include
 
 const uint8_t MPU = 0x68;  // AD0 low; 0x69 if it is high
@@ -18,7 +19,7 @@ const float GRAVITY = 9.80665f;  // m/s^2
 const float GYR_LSB = ${gyr_lsb}f;  // counts per deg/s at full scale +-$gyr_range deg/s
 const float ACC_LSB = ${acc_lsb}f;  // counts per g at full scale +-$acc_range g
 
-$name filter;
+lh_filter filter;
 ${now}${bias}uint32_t last;  // us
 uint32_t seconds, micro;  // since the first sample
 

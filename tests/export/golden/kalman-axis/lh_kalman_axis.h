@@ -91,3 +91,13 @@ bool lh_kalman_axis_update(lh_kalman_axis *filter, double level, double rate, do
 #endif
 
 #endif
+
+/* One name for every filter: defined before the include, LH_FILTER makes lh_filter, lh_filter_update and so on the names
+ * below, and a program changes its filter in the line of its include. Not for two filters in one file. */
+#if defined(LH_FILTER) && !defined(lh_filter)
+#define lh_filter lh_kalman_axis
+#define lh_filter_init lh_kalman_axis_init
+#define lh_filter_report lh_kalman_axis_report
+#define lh_filter_reset lh_kalman_axis_reset
+#define lh_filter_update lh_kalman_axis_update
+#endif

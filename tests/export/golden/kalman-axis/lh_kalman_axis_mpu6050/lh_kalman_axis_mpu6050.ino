@@ -10,6 +10,7 @@
 //
 // Lines that begin with # are remarks. Registers: InvenSense RM-MPU-6000A, rev. 4.2, sections 4.2 to 4.32.
 #include <Wire.h>
+#define LH_FILTER  // lh_filter and lh_filter_… are the filter of the next line: another one is changed there alone
 #include "lh_kalman_axis.h"
 
 const uint8_t MPU = 0x68;  // AD0 low; 0x69 if it is high
@@ -19,8 +20,8 @@ const float GRAVITY = 9.80665f;  // m/s^2
 const float GYR_LSB = 65.5f;  // counts per deg/s at full scale +-500 deg/s
 const float ACC_LSB = 8192.0f;  // counts per g at full scale +-4 g
 
-lh_kalman_axis filter;
-lh_kalman_axis_report now;
+lh_filter filter;
+lh_filter_report now;
 float bias[3];  // rad/s
 uint32_t last;  // us
 uint32_t seconds, micro;  // since the first sample
@@ -97,7 +98,7 @@ void setup() {
   float gyr[3], acc[3];
   while (!read_mpu(gyr, acc)) {
   }
-  lh_kalman_axis_init(&filter, atan2(acc[1], acc[2]) / DEGREE);
+  lh_filter_init(&filter, atan2(acc[1], acc[2]) / DEGREE);
   now.level = atan2(acc[1], acc[2]) / DEGREE;
   Serial.println(F("t [s],gyr_x [rad/s],gyr_y [rad/s],gyr_z [rad/s],acc_x [m/s^2],acc_y [m/s^2],acc_z [m/s^2],measured_roll,board_roll"));
   last = micros();
@@ -127,7 +128,7 @@ void loop() {
     acc[k] = there ? acc[k] : NAN;
   }
   const float roll = atan2(acc[1], acc[2]) / DEGREE;  // deg
-  lh_kalman_axis_update(&filter, roll, gyr[0] / DEGREE, passed * 1e-6, 360, &now);
+  lh_filter_update(&filter, roll, gyr[0] / DEGREE, passed * 1e-6, 360, &now);
   char stamp[24];
   snprintf(stamp, sizeof stamp, "%lu.%06lu", (unsigned long)seconds, (unsigned long)micro);
   Serial.print(stamp);

@@ -17,11 +17,9 @@
  * gyr rad/s, acc m/s² (a level sensor at rest reads 0, 0, +9.81), mag any one unit, dt s;
  * q turns body into earth (x east, y magnetic north, z up). A sensor that is not there is NULL.
  *
- * The same source runs in Python, so what comes out is the same but for the rounding of float. That holds where every
- * operation rounds once to the type that is written (FLT_EVAL_METHOD 0) and a * b + c is not contracted into one
- * operation: gcc needs -ffp-contract=off, which -std=c99 implies but -std=gnu99 does not; clang is told so in the source.
- * Contraction, where the processor has it, makes no result worse, only different in its last digits.
- * -ffast-math breaks it: a missing reading is NaN. No heap, no globals, nothing of libm but sqrt.
+ * The same source runs in Python, in double: what comes out here differs by the rounding of float, and in its last digits
+ * between compilers and processors. What comments say of accuracy is meant for double.
+ * -ffast-math breaks it: a missing reading is NaN. No heap, no globals, nothing of libm but sqrtf.
  *
  * RAM of one filter with its parameters:
  *
@@ -317,4 +315,29 @@ int32_t lh_mahony_health(const lh_mahony *filter);
 }
 #endif
 
+#endif
+
+/* One name for every filter: defined before the include, LH_FILTER makes lh_filter, lh_filter_update and so on the names
+ * below, and a program changes its filter in the line of its include. Not for two filters in one file. */
+#if defined(LH_FILTER) && !defined(lh_filter)
+#define lh_filter lh_mahony
+#define lh_filter_bearing lh_mahony_bearing
+#define lh_filter_bias lh_mahony_bias
+#define lh_filter_corrected lh_mahony_corrected
+#define lh_filter_degrees lh_mahony_degrees
+#define lh_filter_euler lh_mahony_euler
+#define lh_filter_health lh_mahony_health
+#define lh_filter_init lh_mahony_init
+#define lh_filter_linear_acceleration lh_mahony_linear_acceleration
+#define lh_filter_output lh_mahony_output
+#define lh_filter_quat lh_mahony_quat
+#define lh_filter_quaternion lh_mahony_quaternion
+#define lh_filter_read lh_mahony_read
+#define lh_filter_readings lh_mahony_readings
+#define lh_filter_reset lh_mahony_reset
+#define lh_filter_roll_pitch_yaw lh_mahony_roll_pitch_yaw
+#define lh_filter_sigma lh_mahony_sigma
+#define lh_filter_up lh_mahony_up
+#define lh_filter_update lh_mahony_update
+#define lh_filter_vec3 lh_mahony_vec3
 #endif

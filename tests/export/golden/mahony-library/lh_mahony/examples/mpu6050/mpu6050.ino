@@ -10,6 +10,7 @@
 //
 // Lines that begin with # are remarks. Registers: InvenSense RM-MPU-6000A, rev. 4.2, sections 4.2 to 4.32.
 #include <Wire.h>
+#define LH_FILTER  // lh_filter and lh_filter_… are the filter of the next line: another one is changed there alone
 #include <lh_mahony.h>
 
 const uint8_t MPU = 0x68;  // AD0 low; 0x69 if it is high
@@ -19,7 +20,7 @@ const float GRAVITY = 9.80665f;  // m/s^2
 const float GYR_LSB = 65.5f;  // counts per deg/s at full scale +-500 deg/s
 const float ACC_LSB = 8192.0f;  // counts per g at full scale +-4 g
 
-lh_mahony filter;
+lh_filter filter;
 float bias[3];  // rad/s
 uint32_t last;  // us
 uint32_t seconds, micro;  // since the first sample
@@ -93,7 +94,7 @@ void setup() {
   while (!calibrate()) {
     Serial.println(F("# it moved; keep still"));
   }
-  lh_mahony_init(&filter);
+  lh_filter_init(&filter);
   Serial.println(F("t [s],gyr_x [rad/s],gyr_y [rad/s],gyr_z [rad/s],acc_x [m/s^2],acc_y [m/s^2],acc_z [m/s^2],board_qw,board_qx,board_qy,board_qz,board_health"));
   last = micros();
 }
@@ -121,18 +122,18 @@ void loop() {
     gyr[k] = there ? gyr[k] - bias[k] : NAN;
     acc[k] = there ? acc[k] : NAN;
   }
-  lh_mahony_update(&filter, gyr, acc, NULL, passed * 1e-6f);
+  lh_filter_update(&filter, gyr, acc, NULL, passed * 1e-6f);
   char stamp[24];
   snprintf(stamp, sizeof stamp, "%lu.%06lu", (unsigned long)seconds, (unsigned long)micro);
   Serial.print(stamp);
-  const lh_mahony_readings fed = lh_mahony_corrected(&filter, gyr, acc, NULL);
+  const lh_filter_readings fed = lh_filter_corrected(&filter, gyr, acc, NULL);
   print_value(fed.gyr.x, 6);
   print_value(fed.gyr.y, 6);
   print_value(fed.gyr.z, 6);
   print_value(fed.acc.x, 5);
   print_value(fed.acc.y, 5);
   print_value(fed.acc.z, 5);
-  const lh_mahony_output out = lh_mahony_read(&filter);
+  const lh_filter_output out = lh_filter_read(&filter);
   print_value(out.quat.w, 6);
   print_value(out.quat.x, 6);
   print_value(out.quat.y, 6);
