@@ -11,7 +11,7 @@ from levelhead.compiler.tree import native
 from levelhead.engine.aiding_inputs import aiding_inputs
 from levelhead.engine.binding import bind, bind_axis, choose_engine, estimates_bias, for_engine
 from levelhead.engine.driver import Settings
-from levelhead.engine.native import axis_run, has_axis, has_imu, imu_run
+from levelhead.engine.native import Machine, axis_run, has_axis, has_imu
 from levelhead.engine.prior import apply_prior, read_calibration
 from levelhead.errors import LevelheadError
 from levelhead.filters.parameters import FilterChoice
@@ -83,13 +83,6 @@ class Batch:
         self._settings = Settings(params, guard or DEFAULT_GUARD)
         self._engine = choose_engine(engine, len(recording), has_imu(self.filter, self._guarded))
         self._aiding = aiding_inputs(recording) if bound.takes_aiding else None
-        self._run: Callable[..., Any]
-        if self._engine == "native":
-            self._run = imu_run(self.filter, self._guarded)
-        else:
-            run = bound.run if self._aiding is None else bound.run_with_aiding
-            assert run is not None
-            self._run = for_engine(run, self._engine)
         mag = NO_MAG if recording.mag is None else recording.mag.reshape(-1)
         self._inputs = [recording.t, recording.gyr.reshape(-1), recording.acc.reshape(-1), mag]
         self._outputs, self._widths = allocate_outputs(len(recording)), [4, 3, 3, 1]
@@ -97,6 +90,12 @@ class Batch:
             self._outputs.append(np.empty(12 * len(recording)))
             self._widths.append(12)
         self._carry = apply_prior(self.filter, bound.begin(self._settings), prior)
+        if self._engine == "native":
+            self._machine = Machine(self.filter, self._guarded, self._settings, self._carry)
+        else:
+            run = bound.run if self._aiding is None else bound.run_with_aiding
+            assert run is not None
+            self._run = for_engine(run, self._engine)
         if self._engine == "compiled":
             self._carry = native(self._carry)
         self._last = float(recording.t[0])
@@ -107,7 +106,9 @@ class Batch:
         part: list[Any] = [a[self.done * k : stop * k] for a, k in zip(self._inputs, (1, 3, 3, 3), strict=True)]
         part += [] if self._aiding is None else [*self._aiding.part(self.done, stop)]
         into = [a[self.done * k : stop * k] for a, k in zip(self._outputs, self._widths, strict=True)]
-        if self._engine != "python":
+        if self._engine == "native":
+            self._machine.filter.run(self._last, *part, *into)
+        elif self._engine == "compiled":
             self._carry = self._run(self._settings, self._carry, self._last, *part, *into)
         else:
             lists = [a.tolist() for a in into]
@@ -119,7 +120,8 @@ class Batch:
     @property
     def calibration(self) -> Calibration | None:
         """What the filter has learned of its sensor by now; None if it learns nothing."""
-        return read_calibration(self.filter, self._settings, self._carry)
+        carry = self._machine.state if self._engine == "native" else self._carry
+        return read_calibration(self.filter, self._settings, carry)
 
     def track(self) -> Track:
         """The track, when all samples are done."""

@@ -140,17 +140,6 @@ class Machine:
         self.filter.set_params(self._pack(self._layout.params, value))
 
 
-def imu_run(flt: Filter, guarded: bool) -> Callable[..., Any]:
-    """``driver.run`` and ``driver.run_aided`` of a filter, over arrays."""
-
-    def run(settings: Any, carry: Any, last: float, *arrays: Any) -> Any:
-        machine = Machine(flt, guarded, settings, carry)
-        machine.filter.run(last, *arrays)
-        return machine.state
-
-    return run
-
-
 def axis_run(flt: Filter) -> Callable[..., Any]:
     """``axis_driver.run_axis`` of a filter, over arrays."""
 

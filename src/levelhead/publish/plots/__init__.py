@@ -1,13 +1,33 @@
-"""Pictures. matplotlib comes with ``pip install 'levelhead[plot]'`` and is imported when a picture is drawn.
+"""Pictures. What draws them comes with ``pip install 'levelhead[plot]'`` and is imported when a picture is drawn.
 
 Every function writes one file (PNG, SVG or PDF by its suffix), whole or not at all, and keeps no global state: it
 works in threads, without a display, and leaves the caller's pyplot alone.
 """
 
-from levelhead.publish.plots.calibration_panels import calibration_picture
-from levelhead.publish.plots.cases import case_picture
-from levelhead.publish.plots.orientation import track_picture
-from levelhead.publish.plots.panels import four_panels
-from levelhead.publish.plots.tuning import gain_picture, sweep_picture
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from levelhead.publish.plots.calibration_panels import calibration_picture
+    from levelhead.publish.plots.cases import case_picture
+    from levelhead.publish.plots.orientation import track_picture
+    from levelhead.publish.plots.panels import four_panels
+    from levelhead.publish.plots.tuning import gain_picture, sweep_picture
 
 __all__ = ["calibration_picture", "case_picture", "four_panels", "gain_picture", "sweep_picture", "track_picture"]
+
+# Imported at first use: the picture of a track waits for neither comparisons nor sweeps.
+_HOMES = {
+    "calibration_picture": "calibration_panels",
+    "case_picture": "cases",
+    "four_panels": "panels",
+    "gain_picture": "tuning",
+    "sweep_picture": "tuning",
+    "track_picture": "orientation",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(importlib.import_module(f"{__name__}.{_HOMES[name]}"), name)

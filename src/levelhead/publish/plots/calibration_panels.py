@@ -1,21 +1,19 @@
 """Estimated errors of a sensor over time, each with ±2σ."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from levelhead.engine.calibration_history import CalibrationHistory
 from levelhead.publish.plots import style
+from levelhead.publish.plots.chart import Band, Line, Panel, Picture, draw
 from levelhead.recording import Array
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 ROOM = 3.0  # of the σ that a number has in the middle of the recording: how far the axis reaches beyond the curves
 
 
-class Panel(NamedTuple):
+class Group(NamedTuple):
     """One panel: a quantity, the places of its numbers row by row, their names, a factor to the unit."""
 
     title: str
@@ -28,14 +26,14 @@ class Panel(NamedTuple):
 
 XYZ, THREE = (0, 1, 2), ("x", "y", "z")
 PANELS = (
-    Panel("Gyroscope bias", "gyr_bias", XYZ, THREE, float(np.degrees(1.0)), "°/s"),
-    Panel("Gyroscope scale", "gyr_matrix", (0, 4, 8), THREE, 100.0, "%"),
-    Panel("Gyroscope cross-axis, upper", "gyr_matrix", (1, 2, 5), ("xy", "xz", "yz"), 100.0, "%"),
-    Panel("Gyroscope cross-axis, lower", "gyr_matrix", (3, 6, 7), ("yx", "zx", "zy"), 100.0, "%"),
-    Panel("Accelerometer bias", "acc_bias", XYZ, THREE, 1.0, "m/s²"),
-    Panel("Magnetometer offset", "mag_offset", XYZ, THREE, 1.0, "µT"),
-    Panel("Magnetometer later than the gyroscope by", "mag_delay", (0,), ("delay",), 1e3, "ms"),
-    Panel("Field of the place", "field", (0, 1), ("horizontal", "up"), 1.0, "µT"),
+    Group("Gyroscope bias", "gyr_bias", XYZ, THREE, float(np.degrees(1.0)), "°/s"),
+    Group("Gyroscope scale", "gyr_matrix", (0, 4, 8), THREE, 100.0, "%"),
+    Group("Gyroscope cross-axis, upper", "gyr_matrix", (1, 2, 5), ("xy", "xz", "yz"), 100.0, "%"),
+    Group("Gyroscope cross-axis, lower", "gyr_matrix", (3, 6, 7), ("yx", "zx", "zy"), 100.0, "%"),
+    Group("Accelerometer bias", "acc_bias", XYZ, THREE, 1.0, "m/s²"),
+    Group("Magnetometer offset", "mag_offset", XYZ, THREE, 1.0, "µT"),
+    Group("Magnetometer later than the gyroscope by", "mag_delay", (0,), ("delay",), 1e3, "ms"),
+    Group("Field of the place", "field", (0, 1), ("horizontal", "up"), 1.0, "µT"),
 )
 
 
@@ -43,22 +41,14 @@ def calibration_picture(history: CalibrationHistory, path: str | Path) -> None:
     """Draw every estimated error of the sensor over time, with ±2σ, without those that were not estimated.
 
     Raises:
-        LevelheadError: no matplotlib, or a path that cannot be written.
+        LevelheadError: nothing to draw with, or a path that cannot be written.
     """
-    panels = [panel for panel in PANELS if np.nanmax(_sigma(history, panel), initial=0.0) > 0.0]
-    rows = (len(panels) + 1) // 2
-    made = style.figure(12.0, 1.9 * rows + 0.9, _finding(history))
-    grid = list(made.subplots(rows, 2, sharex=True, squeeze=False).reshape(-1))
+    groups = [group for group in PANELS if np.nanmax(_sigma(history, group), initial=0.0) > 0.0]
     t = history.t - history.t[0]
-    for panel, axes in zip(panels, grid, strict=False):
-        _draw(axes, t, history, panel)
-        style.legend(axes)
-    for axes in grid[len(panels) :]:
-        axes.set_visible(False)
-    for axes in grid[max(len(panels) - 2, 0) : len(panels)]:
-        axes.tick_params(labelbottom=True)
-        axes.set_xlabel("time [s]", fontsize=9.5)
-    style.save(made, path)
+    ends = (float(t[0]), float(t[-1]) if len(t) > 1 else 1.0)
+    rows = (len(groups) + 1) // 2
+    panels = [_panel(t, history, group) for group in groups]
+    draw(Picture(_finding(history), panels, ends, 12.0, 1.9 * rows + 0.9, columns=2), path)
 
 
 def _finding(history: CalibrationHistory) -> str:
@@ -67,30 +57,32 @@ def _finding(history: CalibrationHistory) -> str:
     return f"{known} of the sensor's {asked} errors are known from this motion"
 
 
-def _sigma(history: CalibrationHistory, panel: Panel) -> Array:
+def _sigma(history: CalibrationHistory, group: Group) -> Array:
     """(k, numbers) 1σ in the panel's unit; NaN where there is nothing."""
-    return _numbers(history, panel, "sigma")
+    return _numbers(history, group, "sigma")
 
 
-def _numbers(history: CalibrationHistory, panel: Panel, part: str) -> Array:
-    course = history.series(panel.name, part)
+def _numbers(history: CalibrationHistory, group: Group, part: str) -> Array:
+    course = history.series(group.name, part)
     if course.ndim == 1:  # it was never there
-        return np.full((len(course), len(panel.places)), np.nan)
-    numbers: Array = panel.factor * course.reshape(len(course), -1)[:, list(panel.places)]
+        return np.full((len(course), len(group.places)), np.nan)
+    numbers: Array = group.factor * course.reshape(len(course), -1)[:, list(group.places)]
     return numbers
 
 
-def _draw(axes: "Axes", t: Array, history: CalibrationHistory, panel: Panel) -> None:
-    value, sigma = _numbers(history, panel, "value"), _sigma(history, panel)
-    for i, name in enumerate(panel.names):
+def _panel(t: Array, history: CalibrationHistory, group: Group) -> Panel:
+    value, sigma = _numbers(history, group, "value"), _sigma(history, group)
+    bands: list[Line | Band] = []
+    lines: list[Line | Band] = []
+    for i, name in enumerate(group.names):
         if not np.nanmax(sigma[:, i], initial=0.0) > 0.0:
             continue
         said = f"{name} {value[-1, i]:.3g} ± {sigma[-1, i]:.1g}".replace("-", "−")
         low, high = value[:, i] - 2.0 * sigma[:, i], value[:, i] + 2.0 * sigma[:, i]
-        axes.fill_between(t, low, high, color=style.AXES[i], alpha=0.16, linewidth=0)
-        axes.plot(t, value[:, i], color=style.AXES[i], linewidth=1.5, label=said)
+        bands.append(Band(t, low, high, style.AXES[i], 0.16))
+        lines.append(Line(t, value[:, i], style.AXES[i], 1.5, said))
     middle = len(t) // 2
-    room = ROOM * np.nanmax(sigma[middle:], initial=0.0) + 1e-12
+    room = float(ROOM * np.nanmax(sigma[middle:], initial=0.0) + 1e-12)
     late = value[len(t) // 10 :]
-    axes.set_ylim(np.nanmin(late) - room, np.nanmax(late) + room)
-    style.format_axes(axes, f"{panel.title}, ±2σ", f"[{panel.unit}]")
+    limits = (float(np.nanmin(late)) - room, float(np.nanmax(late)) + room)
+    return Panel(f"{group.title}, ±2σ", f"[{group.unit}]", [*bands, *lines], limits)

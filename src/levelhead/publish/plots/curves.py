@@ -75,16 +75,23 @@ def curve(axes: "Axes", t: Array, y: Array, period: float = 0.0, **style: Any) -
     axes.plot(*envelope(t, y, period), solid_joinstyle="round", **style)
 
 
-def band(axes: "Axes", t: Array, centre: Array, half: Array, period: float = 0.0, **style: Any) -> None:
-    """Draw centre ± half as an area, broken where the line of ``centre`` is."""
+def area(t: Array, centre: Array, half: Array, period: float = 0.0) -> tuple[Array, Array, Array]:
+    """centre ± half as (x, low, high), broken by NaN where the line of ``centre`` is; empty if there is none."""
     found = groups(t, np.where(np.isfinite(half), centre, np.nan), period)
     if not len(found.rows):
-        return
+        return (np.empty(0),) * 3
     low = np.minimum.reduceat((centre - half)[found.rows], found.starts)
     high = np.maximum.reduceat((centre + half)[found.rows], found.starts)
     x = t[found.rows][found.starts]
     x, low, high = (_broken(values, found.broken) for values in (x, low, high))
-    axes.fill_between(x, low, high, linewidth=0, **style)
+    return x, low, high
+
+
+def band(axes: "Axes", t: Array, centre: Array, half: Array, period: float = 0.0, **style: Any) -> None:
+    """Draw centre ± half as an area."""
+    outline = area(t, centre, half, period)
+    if len(outline[0]):
+        axes.fill_between(*outline, linewidth=0, **style)
 
 
 def runs(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
