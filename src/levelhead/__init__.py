@@ -55,6 +55,8 @@ if TYPE_CHECKING:
     from levelhead.filters import Triad as Triad
     from levelhead.guard import Guard as Guard
     from levelhead.inspection import inspect as inspect
+    from levelhead.noise import NoiseModel as NoiseModel
+    from levelhead.noise import measure_noise as measure_noise
     from levelhead.recording import Gnss as Gnss
     from levelhead.recording import Pressure as Pressure
     from levelhead.recording import Recording as Recording
@@ -85,13 +87,16 @@ _HOMES = {
     ),
     "levelhead.guard": ("Guard",),
     "levelhead.inspection": ("inspect",),
+    "levelhead.noise": ("NoiseModel", "measure_noise"),
     "levelhead.recording": ("Gnss", "Pressure", "Recording", "Truth"),
     "levelhead.sources": ("read",),
     "levelhead.track": ("Track",),
     "levelhead.tune": ("sweep",),
 }  # fmt: skip
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
-_ROOMS = ("simulate", "filters", "guard", "sources", "engine", "evaluate", "inspection", "tune", "live", "publish")
+_ROOMS = (
+    "simulate", "filters", "guard", "sources", "engine", "evaluate", "inspection", "noise", "tune", "live", "publish",
+)  # fmt: skip
 
 __all__ = [*_HOME, "simulate"]  # noqa: PLE0604
 

@@ -16,6 +16,7 @@ from levelhead.cli.options import (
     print_json,
     print_line,
     read_prior,
+    with_noise,
 )
 from levelhead.errors import LevelheadError
 from levelhead.guard import Guard
@@ -27,6 +28,7 @@ def export(
     *,
     set: Annotated[tuple[str, ...], Parameter(name="--set", negative="", metavar="K=V")] = (),
     tuned: Annotated[Path | None, Parameter(name="--from", metavar="FILE")] = None,
+    noise: Annotated[Path | None, Parameter(metavar="FILE")] = None,
     guard: GuardWords = (),
     prior: Annotated[Path | None, Parameter(metavar="FILE")] = None,
     calibration: Annotated[Path | None, Parameter(metavar="FILE")] = None,
@@ -44,6 +46,8 @@ def export(
         filter: which one, such as EKF.
         set: a parameter of the filter, such as acc_tau=3; may be given several times.
         tuned: JSON with the filter's parameters, such as `levelhead sweep … --json` prints; --set comes on top.
+        noise: the sensor's noise as `levelhead noise` has written it: Q and R of an ESKF, EKF or Kalman; --set comes
+            on top.
         prior: the calibration of the same sensor from `levelhead fuse --save-calibration`: the filter starts with it.
         calibration: the same file for any other filter: the errors of the sensor are taken off its readings.
         axes: the sensor's axes that are the body's x (forward), y (left) and z (up), such as -y,x,z;
@@ -63,12 +67,13 @@ def export(
         raise LevelheadError("--float and --double contradict each other; give one of them")
     flt, mounted = filters.find(filter), AxisMap.parse(axes)
     found = _tuned(flt, tuned)
-    params = flt.params(**found.get("params", {}))
+    params = with_noise(flt.params(**found.get("params", {})), noise)
     changes = parse_settings(set)
     params = params._replace(**changes) if changes else params
     before = parse_guard(guard) if guard else Guard(**found.get("guard", {}))
     words = ["levelhead export", flt.name, *(f"--set {word}" for word in set)]
     words += [f"--from {tuned.name}"] if tuned else []
+    words += [f"--noise {noise.name}"] if noise else []
     words += [f"--guard {word}" for word in guard]
     words += [f"--prior {prior.name}"] if prior else []
     words += [f"--calibration {calibration.name}"] if calibration else []

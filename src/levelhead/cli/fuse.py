@@ -67,7 +67,7 @@ def find_logs(given: Sequence[Path]) -> list[Path]:
 
 def _is_result(path: Path) -> bool:
     """Whether a file is what an earlier run has written."""
-    return path.stem.endswith("-track")
+    return path.stem.endswith(("-track", "-noise", "-calibration"))
 
 
 def result_names(logs: Sequence[Path]) -> list[str]:
@@ -120,6 +120,7 @@ def fuse(
     offline: Annotated[bool, Parameter(negative="")] = False,
     prior: Annotated[Path | None, Parameter(metavar="FILE")] = None,
     save_calibration: Annotated[Path | None, Parameter(metavar="FILE")] = None,
+    noise: Annotated[Path | None, Parameter(metavar="FILE")] = None,
     verbose: Annotated[bool, Parameter(name=["--verbose", "-v"], negative="")] = False,
     json: Annotated[bool, Parameter(negative="")] = False,
     reading: Reading = Reading(),  # noqa: B008
@@ -140,11 +141,13 @@ def fuse(
         offline: smooth: every instant uses the whole recording (filter ESKF).
         prior: the calibration of the same sensor from an earlier --save-calibration: the run starts with it.
         save_calibration: file for the calibration of the sensor from this run, with its 1σ, as JSON.
+        noise: the sensor's noise as `levelhead noise` has written it: Q and R of an ESKF, EKF or Kalman; --set comes
+            on top.
         verbose: print every parameter, every learned number, every kind of fault and every note.
         json: print the summary as JSON, with all parameters and all learned numbers.
     """
     chosen = find_logs(logs)
-    params, before = parse_filter(filter, set, offline), parse_guard(guard)
+    params, before = parse_filter(filter, set, offline, noise), parse_guard(guard)
     if declination is not None:
         from levelhead.track import declination_angle
 
@@ -157,7 +160,7 @@ def fuse(
     if format == "parquet":
         require("pyarrow", "writing Parquet", "formats")
     wish = Wish(
-        params, filter is not None or bool(set), before, guard, declination, format, plot, offline,
+        params, filter is not None or bool(set) or noise is not None, before, guard, declination, format, plot, offline,
         read_prior(prior, params), save_calibration, reading, json,
     )  # fmt: skip
     if len(chosen) > 1:

@@ -151,15 +151,26 @@ def parse_settings(pairs: Iterable[str], example: str = "r_measure=0.1") -> dict
     return values
 
 
-def parse_filter(name: str | None, pairs: Sequence[str], offline: bool = False) -> Params:
-    """The Params object for ``--filter NAME --set k=v``; without a name the best filter there is."""
+def parse_filter(name: str | None, pairs: Sequence[str], offline: bool = False, noise: Path | None = None) -> Params:
+    """The Params object for ``--filter NAME --set k=v --noise FILE``; without a name the best filter there is."""
     values = parse_settings(pairs)
     if name is not None:
-        return filters.find(name).params(**values)
-    best = filters.offline() if offline else filters.default()
-    for parameter in values:
-        require_parameter(best, parameter)
-    return best._replace(**values) if values else best
+        chosen = filters.find(name).params(**values)
+    else:
+        chosen = filters.offline() if offline else filters.default()
+        for parameter in values:
+            require_parameter(chosen, parameter)
+    chosen = with_noise(chosen, noise)
+    return chosen._replace(**values) if values else chosen
+
+
+def with_noise(params: Params, noise: Path | None) -> Params:
+    """The parameters with the noise in the file that ``--noise`` names."""
+    if noise is None:
+        return params
+    from levelhead.noise import NoiseModel
+
+    return NoiseModel.read(noise).parameters(params)
 
 
 def parse_guard(words: Sequence[str]) -> Guard | None:
@@ -219,10 +230,12 @@ def simulate_recording(
     duration: float | None = None,
     rate: float | None = None,
     sensor: str | None = None,
+    noise: Path | None = None,
 ) -> "Recording":
     """The recording that ``--simulate WHAT`` stands for: the lesson, its hard case, or a motion seen by a sensor.
 
-    Without a seed it is 42 for the lessons, 0 otherwise; the lessons have their own duration, rate and sensor.
+    Without a seed it is 42 for the lessons, 0 otherwise; the lessons have their own duration, rate and sensor. The
+    noise in a file takes the place of the sensor's own; without a sensor it is the only error.
     """
     from levelhead import simulate
     from levelhead.errors import nearest
@@ -230,12 +243,17 @@ def simulate_recording(
 
     lessons = {"lesson": simulate.lesson, "hard": simulate.hard_lesson}
     if what in lessons:
-        if (duration, rate, sensor) != (None, None, None):
+        if (duration, rate, sensor, noise) != (None, None, None, None):
             raise LevelheadError(f"'{what}' has its own sensor, duration and rate; only --seed can be chosen")
         return lessons[what](42 if seed is None else seed)
     if what not in STYLES:
         raise LevelheadError(f"there is no simulation '{what}'; {nearest(what, [*lessons, *STYLES])}")
-    wishes: dict[str, Any] = {"seed": seed, "duration": duration, "rate": rate, "sensor": sensor}
+    chosen: Any = sensor
+    if noise is not None:
+        from levelhead.noise import NoiseModel
+
+        chosen = NoiseModel.read(noise).imu(None if sensor is None else simulate.imu(sensor))
+    wishes: dict[str, Any] = {"seed": seed, "duration": duration, "rate": rate, "sensor": chosen}
     return simulate.recording(motion=what, **{name: wish for name, wish in wishes.items() if wish is not None})
 
 

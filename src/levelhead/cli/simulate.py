@@ -18,6 +18,7 @@ def simulate(
     duration: Annotated[float | None, Parameter(metavar="S")] = None,
     rate: Annotated[float | None, Parameter(metavar="HZ")] = None,
     seed: int | None = None,
+    noise: Annotated[Path | None, Parameter(metavar="FILE")] = None,
     json: Annotated[bool, Parameter(negative="")] = False,
 ) -> None:
     """Simulate a recording with known truth and write it as .csv or .npz, or as a ROS 1 bag without the truth.
@@ -29,6 +30,8 @@ def simulate(
         duration: seconds; 60 by default.
         rate: samples a second; 100 by default.
         seed: the same seed gives the same bits; it picks motion, specimen and noise. 42 for the lessons, 0 otherwise.
+        noise: a sensor's noise as `levelhead noise` has written it; with --sensor in place of that sensor's, without
+            it the only error.
         json: print what was written as JSON.
     """
     from levelhead.sources.csv_writer import write_csv
@@ -38,7 +41,7 @@ def simulate(
     writers = {".csv": write_csv, ".npz": write, ".bag": write_bag}
     if out.suffix.lower() not in writers:
         raise LevelheadError(f"cannot write {out}: it ends in '{out.suffix}'; expected .csv, .npz or .bag")
-    recording = simulate_recording(what, seed, duration, rate, sensor)
+    recording = simulate_recording(what, seed, duration, rate, sensor, noise)
     writers[out.suffix.lower()](recording, out)
     if json:
         facts = {"samples": len(recording), "duration_s": recording.duration, "rate_hz": recording.rate, "what": what}

@@ -1,4 +1,4 @@
-"""The random processes of inertial sensors, at any sample rate: white noise, Gauss–Markov, random walk.
+"""The random processes of inertial sensors, at any sample rate: white noise, Gauss–Markov, flicker, random walk.
 
 Names and coefficients are those of IEEE Std 952-1997, annex C: N for white noise (angle random walk), B for the bias
 instability, K for the rate random walk. A coefficient belongs to the sensor and never to the sample rate: the same
@@ -97,3 +97,36 @@ def gauss_markov(random: np.random.Generator, n: int, rate: float, instability: 
     # In plain Python: 0.1 µs a number, and scipy.signal.lfilter would first take a second to import.
     columns = [list(accumulate(column.tolist(), lambda last, new: decay * last + new)) for column in drive.T]
     return np.array(columns).T
+
+
+def flicker(random: np.random.Generator, n: int, instability: Array) -> Array:
+    """(n, 3) flicker noise, whose Allan deviation is flat at 0.664·B at any sample rate.
+
+    White noise through the fractional integrator with h₀ = 1, hₖ = hₖ₋₁ (k − ½)/k (N. J. Kasdin, Discrete simulation of
+    colored noise and stochastic processes and 1/f^α power law noise generation, Proc. IEEE 83(5), 1995, eq. 104 with
+    α = 1). The spectrum of the result is B²/(2πf), that of IEEE Std 952.
+
+    Args:
+        random: where the numbers come from.
+        n: number of samples.
+        instability: (3,) B in the sensor's unit.
+    """
+    k = np.arange(1, n)
+    response = np.cumprod(np.concatenate([[1.0], (k - 0.5) / k]))
+    drive = random.standard_normal((n, 3)) * instability
+    size = 1 << (2 * n - 1).bit_length()
+    spectrum = np.fft.rfft(drive, size, axis=0) * np.fft.rfft(response, size)[:, None]
+    made: Array = np.fft.irfft(spectrum, size, axis=0)[:n]
+    return made
+
+
+def angle_white(random: np.random.Generator, n: int, rate: float, coefficient: Array) -> Array:
+    """(n, 3) rates whose integral has white noise of σ = Q: quantisation noise of an integrating sensor.
+
+    Args:
+        random: where the numbers come from.
+        n: number of samples.
+        rate: samples a second.
+        coefficient: (3,) Q in unit·s.
+    """
+    return np.diff(random.standard_normal((n + 1, 3)) * coefficient, axis=0) * rate

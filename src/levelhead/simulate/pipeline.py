@@ -2,14 +2,15 @@
 
 from dataclasses import replace
 
+from levelhead.errors import LevelheadError
 from levelhead.recording import Recording
-from levelhead.simulate.imu import Iron, observe
+from levelhead.simulate.imu import Imu, Iron, observe
 from levelhead.simulate.motion import motion as move
 from levelhead.simulate.presets import imu
 
 
 def recording(
-    sensor: str = "MPU-6050",
+    sensor: str | Imu = "MPU-6050",
     motion: str = "hand",
     duration: float = 60.0,
     rate: float = 100.0,
@@ -21,7 +22,7 @@ def recording(
     """The recording of a chip along a motion: ``levelhead simulate`` in Python.
 
     Args:
-        sensor: a name that ``imu`` knows.
+        sensor: a name that ``imu`` knows, or an error model.
         motion: a style that ``motion`` knows: "hand", "walking", "drone", "robot" or "still".
         duration: s.
         rate: samples a second, Hz.
@@ -35,5 +36,9 @@ def recording(
     Raises:
         LevelheadError: an unknown name (the nearest is named) or a value out of range.
     """
-    observed = observe(move(seed, duration, rate, style=motion), imu(sensor, mag=mag, iron=iron), seed)
+    if isinstance(sensor, str):
+        sensor = imu(sensor, mag=mag, iron=iron)
+    elif mag is not None or iron is not None:
+        raise LevelheadError("an Imu has its own magnetometer and iron; expected a chip's name with mag and iron")
+    observed = observe(move(seed, duration, rate, style=motion), sensor, seed)
     return replace(observed, meta={**observed.meta, "motion": motion})

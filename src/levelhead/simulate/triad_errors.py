@@ -13,7 +13,7 @@ from levelhead.simulate.disturbance import Bumps, Vibration, bumps, require, vib
 PerAxis = float | tuple[float, float, float]
 
 # One random stream per effect, so that effects can be switched on and off one by one.
-TURN_ON, MATRIX, WHITE, INSTABILITY, WALK, VIBRATION, BUMPS = range(7)
+TURN_ON, MATRIX, WHITE, INSTABILITY, WALK, VIBRATION, BUMPS, FLICKER, ANGLE = range(9)
 
 
 @dataclass(frozen=True)
@@ -29,6 +29,9 @@ class TriadErrors:
             Gauss–Markov process, see ``noise.gauss_markov``.
         correlation_time: of that process, in s.
         random_walk: K in unit/√s, which is unit/s/√Hz (rate random walk): the bias wanders by σ = K·√t.
+        flicker_noise: B in unit of true flicker noise, without a correlation time: what an Allan plot of a real sensor
+            shows, where ``bias_instability`` is its stand-in with a finite model.
+        quantisation_noise: Q in unit·s: white noise of the integrated reading, whose Allan deviation is √3 Q/τ.
         scale_factor: 1σ of the scale factor error of each axis, a fraction (0.01 is one percent).
         misalignment: 1σ in rad of each of the six small angles by which the axes misalignment (cross-axis sensitivity).
         quantisation: one least significant bit, in unit; 0 leaves the values continuous.
@@ -51,6 +54,8 @@ class TriadErrors:
     full_scale: float = math.inf
     vibration: Vibration | None = None
     bumps: Bumps | None = None
+    flicker_noise: PerAxis = 0.0
+    quantisation_noise: PerAxis = 0.0
 
     def __post_init__(self) -> None:
         for field in fields(self):
@@ -71,6 +76,8 @@ _UNITS = {
     "bias_instability": "in the sensor's unit",
     "correlation_time": "s",
     "random_walk": "in unit/√s",
+    "flicker_noise": "in the sensor's unit",
+    "quantisation_noise": "in unit·s",
     "scale_factor": "as a fraction",
     "misalignment": "rad",
     "quantisation": "in the sensor's unit",
@@ -84,7 +91,7 @@ class TriadReadings:
 
     Attributes:
         values: (n, 3) in the sensor's unit.
-        bias: (n, 3) turn-on bias + bias instability + random walk, in the sensor's unit.
+        bias: (n, 3) turn-on bias + bias instability or flicker noise + random walk, in the sensor's unit.
         turn_on_bias: (3,) the constant part of it.
         matrix: (3, 3) scale factor and misalignment: values = matrix @ true + bias + noise.
     """
@@ -122,11 +129,15 @@ def apply_errors(triad: TriadErrors, true: Array, t: Array, seed: int, sensor: i
     if np.any(triad.bias_instability):
         instability = np.asarray(triad.bias_instability)
         bias += noise.gauss_markov(stream(INSTABILITY), n, rate, instability, triad.correlation_time)
+    if np.any(triad.flicker_noise):
+        bias += noise.flicker(stream(FLICKER), n, np.asarray(triad.flicker_noise))
     if np.any(triad.random_walk):
         bias += noise.random_walk(stream(WALK), n, rate, np.asarray(triad.random_walk))
     values = true @ matrix.T + bias
     if np.any(triad.white_noise_density):
         values += noise.white(stream(WHITE), n, rate, np.asarray(triad.white_noise_density))
+    if np.any(triad.quantisation_noise):
+        values += noise.angle_white(stream(ANGLE), n, rate, np.asarray(triad.quantisation_noise))
     if triad.vibration is not None:
         values += vibration(stream(VIBRATION), t, triad.vibration)
     if triad.bumps is not None:

@@ -1,0 +1,66 @@
+"""``levelhead noise LOG``: how noisy a sensor is."""
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from levelhead.cli.options import (
+    NO_PICTURE,
+    Reading,
+    can_draw,
+    folder,
+    print_json,
+    print_line,
+    require_writable,
+)
+
+
+def noise(
+    log: Annotated[Path, Parameter(metavar="LOG")],
+    /,
+    *,
+    tau: Annotated[float | None, Parameter(metavar="S")] = None,
+    chip: Annotated[str | None, Parameter(metavar="NAME")] = None,
+    out: Annotated[Path, Parameter(name=["--out", "-o"], metavar="DIR")] = Path(),
+    plot: bool = True,
+    json: Annotated[bool, Parameter(negative="")] = False,
+    reading: Reading = Reading(),  # noqa: B008
+) -> None:
+    """Measure a sensor's noise from a log at rest: Allan deviation, coefficients with σ, and a file for filters.
+
+    Writes LOG-noise.json, which `fuse`, `export` and `simulate` take as --noise, and the picture LOG-noise.png.
+
+    Args:
+        log: a recording; its longest still stretch is used, 20 s at least, better an hour.
+        tau: longest averaging time in seconds; a third of the stretch by default.
+        chip: compare with the data sheet of MPU-6050, BMI160, LSM6DS3, LSM6DSO32 or ICM-20948; by default with all.
+        out: folder for the results.
+        plot: draw the picture (needs the extra levelhead[plot]).
+        json: print coefficients, verdict and Allan deviations as JSON.
+    """
+    from levelhead.noise import measure_noise
+    from levelhead.noise.assessment import find_chip
+    from levelhead.publish.noise_table import noise_facts, noise_table
+    from levelhead.publish.progress import progress
+
+    page = None if chip is None else find_chip(chip)
+    require_writable(out)
+    with progress(f"reading {log.name}"):
+        recording = reading.read(log)
+    with progress("measuring noise") as report:
+        model = measure_noise(recording, tau=tau, progress=report)
+    written = [folder(out) / f"{log.stem}-noise.json"]
+    model.save(written[0])
+    if plot and can_draw():
+        from levelhead.publish.plots.noise_panels import allan_picture
+
+        written.append(out / f"{log.stem}-noise.png")
+        allan_picture(model, written[1])
+    if json:
+        print_json(noise_facts(model, page) | {"written": [str(path) for path in written]})
+        return
+    print_line(noise_table(model, page))
+    if plot and not can_draw():
+        print_line(f"{NO_PICTURE}; --no-plot leaves this line out")
+    print_line("written: " + ", ".join(str(path) for path in written))

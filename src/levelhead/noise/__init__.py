@@ -1,0 +1,11 @@
+"""The noise of a sensor from a recording at rest: Allan deviation, coefficients with intervals, a file for filters.
+
+>>> model = measure_noise(recording)                                    # doctest: +SKIP
+>>> model.save("noise.json")                                            # doctest: +SKIP
+>>> fuse(another, NoiseModel.read("noise.json").parameters(ESKF()))     # doctest: +SKIP
+"""
+
+from levelhead.noise.measure import measure_noise
+from levelhead.noise.model import Coefficient, NoiseModel, TriadNoise
+
+__all__ = ["Coefficient", "NoiseModel", "TriadNoise", "measure_noise"]

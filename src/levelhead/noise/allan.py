@@ -1,0 +1,121 @@
+"""Overlapping Allan deviation with confidence intervals.
+
+With the angle θ = ∫ ω dt at N samples τ₀ apart and τ = m τ₀,
+
+    σ²(τ) = Σ (θ[k+2m] − 2 θ[k+m] + θ[k])² / (2 τ² (N − 2m))                                                    (1)
+
+(IEEE Std 952-1997, annex C; W. J. Riley, Handbook of Frequency Stability Analysis, NIST SP 1065, 2008, 5.2.4). An
+estimate with ν equivalent degrees of freedom is distributed like σ² χ²(ν)/ν; ν depends on the type of noise (the same
+handbook, 5.4.1, after Howe, Allan & Barnes 1981).
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from levelhead.recording import Array
+
+PER_OCTAVE = 4  # values of τ
+CHUNK = 1 << 15  # differences at a time: they stay in the processor's cache
+TERMS = 1 << 18  # of the sum: with more there may be steps between them, of at most
+STEPS = 32  # to a τ, which leaves the estimate as it is (neighbouring terms say the same)
+
+# Types of noise by their place in ``noise.fit.TERMS``
+QUANTISATION, WHITE, FLICKER, WALK = range(4)
+
+
+@dataclass(frozen=True, eq=False)
+class AllanCurve:
+    """The Allan deviation of one axis.
+
+    Attributes:
+        tau: (k,) averaging times in s.
+        factor: (k,) the same in samples.
+        deviation: (k,) Allan deviation in the sensor's unit.
+        count: samples.
+    """
+
+    tau: Array
+    factor: NDArray[np.int64]
+    deviation: Array
+    count: int
+
+
+def integral(rate: Array, interval: float) -> Array:
+    """(n + 1,) ∫ of (n,) values ``interval`` s apart, without their mean, which no Allan deviation contains."""
+    angle = np.empty(len(rate) + 1)
+    angle[0] = 0.0
+    np.cumsum(rate - rate.mean(), out=angle[1:])
+    angle *= interval
+    return angle
+
+
+def variance(angle: Array, factor: int, interval: float) -> float:
+    """Equation 1 at τ = factor × interval; every term of it up to 262 144 of them, then steps of at most τ/32."""
+    terms = len(angle) - 2 * factor
+    step = max(1, min(factor // STEPS, terms // TERMS))
+    count = -(-terms // step)
+    reach, total, work = CHUNK * step, 0.0, np.empty(CHUNK)
+    for start in range(0, terms, reach):
+        end = min(start + reach, terms)
+        middle = angle[start + factor : end + factor : step]
+        second = work[: len(middle)]
+        np.subtract(angle[start + 2 * factor : end + 2 * factor : step], middle, out=second)
+        second -= middle
+        second += angle[start:end:step]
+        total += float(np.einsum("i,i->", second, second))  # no BLAS: its threads would wait for each other
+    return total / (2.0 * count * (factor * interval) ** 2)
+
+
+def factors(count: int, longest: int) -> NDArray[np.int64]:
+    """Averaging factors, four an octave, from 1 to ``longest``, with every power of 2 among them.
+
+    A factor m needs 3 m of ``count`` samples.
+    """
+    top = max(1, min(longest, count // 3))
+    steps = np.arange(math.floor(PER_OCTAVE * math.log2(top) + 1e-9) + 1)
+    return np.unique(np.rint(2.0 ** (steps / PER_OCTAVE)).astype(np.int64))
+
+
+def allan_curve(
+    rate: Array, interval: float, longest: int, report: Callable[[float], None] = lambda fraction: None
+) -> AllanCurve:
+    """The curve of (n,) values ``interval`` s apart, up to a factor of ``longest``."""
+    angle = integral(rate, interval)
+    several = factors(len(rate), longest)
+    squares = np.empty(len(several))
+    for i, factor in enumerate(several):
+        squares[i] = variance(angle, int(factor), interval)
+        report((i + 1) / len(several))
+    tau = several.astype(np.float64) * interval
+    return AllanCurve(tau, several, np.sqrt(squares), len(rate))
+
+
+def degrees_of_freedom(kind: int, count: int, factor: int) -> float:
+    """ν of an overlapping estimate from ``count`` samples at an averaging factor (NIST SP 1065, table 5).
+
+    Args:
+        kind: QUANTISATION (white noise of the angle), WHITE, FLICKER or WALK (of the rate).
+        count: samples of the rate.
+        factor: m.
+    """
+    n, m = count + 1.0, float(factor)
+    if kind == QUANTISATION:
+        return (n + 1.0) * (n - 2.0 * m) / (2.0 * (n - m))
+    if kind == WHITE:
+        return (3.0 * (n - 1.0) / (2.0 * m) - 2.0 * (n - 2.0) / n) * 4.0 * m * m / (4.0 * m * m + 5.0)
+    if kind == FLICKER:
+        return 2.0 * (n - 2.0) ** 2 / (2.3 * n - 4.9) if factor == 1 else 5.0 * n * n / (4.0 * m * (n + 3.0 * m))
+    return (n - 2.0) / m * ((n - 1.0) ** 2 - 3.0 * m * (n - 1.0) + 4.0 * m * m) / (n - 3.0) ** 2
+
+
+def interval_of(deviation: Array, freedom: Array, level: float = 0.95) -> tuple[Array, Array]:
+    """(k,) lower and upper ends of the confidence intervals of (k,) deviations with ν = ``freedom``."""
+    from scipy.special import gammaincinv
+
+    tail = 0.5 * (1.0 - level)
+    low, high = (deviation * np.sqrt(freedom / (2.0 * gammaincinv(0.5 * freedom, p))) for p in (1.0 - tail, tail))
+    return low, high
