@@ -4,13 +4,12 @@ import contextlib
 import re
 import sys
 import types
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
-from levelhead.compiler.mark import list_mentions, list_reachable
+from levelhead.compiler.borders import NumbaOptions
+from levelhead.compiler.mark import KernelFunction, list_mentions, list_reachable
 
-OPTIONS: dict[str, Any] = {"error_model": "numpy", "_nrt": False}
+OPTIONS: NumbaOptions = {"error_model": "numpy", "_nrt": False}
 
 
 def _code_text(code: types.CodeType) -> str:
@@ -28,7 +27,7 @@ def _constant_text(value: object) -> str:
     return f"frozenset {sorted(map(repr, value))}" if isinstance(value, frozenset) else repr(value)
 
 
-def fingerprint(function: Callable[..., Any]) -> str:
+def fingerprint(function: KernelFunction) -> str:
     """A kernel's code and the constants and NamedTuples that it mentions, as text."""
     called = "called" if hasattr(function, "__noinline__") else "inline"
     parts = [f"{function.__module__}.{function.__qualname__} {called}", _code_text(function.__code__)]
@@ -42,7 +41,7 @@ def fingerprint(function: Callable[..., Any]) -> str:
     return "\n".join(parts)
 
 
-def code_hash(function: Callable[..., Any]) -> str:
+def code_hash(function: KernelFunction) -> str:
     """Sixteen hexadecimal digits of the code of all the kernels that ``function`` reaches.
 
     Numba's own cache looks only at the file of the outermost function: an edited callee would be served stale. With

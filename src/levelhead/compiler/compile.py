@@ -11,13 +11,14 @@ import functools
 import types
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar
 
+from levelhead.compiler.borders import CompiledFunction, NumbaOptions
 from levelhead.compiler.cache import OPTIONS, code_hash, remove_stale
-from levelhead.compiler.mark import replace_calls
+from levelhead.compiler.mark import KernelFunction, replace_calls
 
 
-def _copy_twin(function: Callable[..., Any], qualname: str) -> Callable[..., Any]:
+def _copy_twin(function: KernelFunction, qualname: str) -> KernelFunction:
     twin = types.FunctionType(
         function.__code__, replace_calls(function, _compile_inline), function.__name__, function.__defaults__
     )
@@ -27,7 +28,7 @@ def _copy_twin(function: Callable[..., Any], qualname: str) -> Callable[..., Any
 
 
 @functools.cache
-def _compile_inline(function: Callable[..., Any]) -> Any:
+def _compile_inline(function: KernelFunction) -> CompiledFunction:
     """The compiled twin of a kernel that other kernels call; forced inline, which is what lets LLVM use SIMD."""
     import numba
 
@@ -38,7 +39,7 @@ def _compile_inline(function: Callable[..., Any]) -> Any:
     twin = _copy_twin(function, function.__qualname__)
     inline = not hasattr(function, "__noinline__")
     # Python never calls it, so that nothing of what that would need has to be compiled.
-    alone: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+    alone: NumbaOptions = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
     return numba.njit(forceinline=inline, nogil=True, **alone, **OPTIONS)(twin)
 
 
@@ -54,18 +55,18 @@ def _register_listener() -> None:
     from numba.core import event
 
     class CompileListener(event.Listener):
-        def on_start(self, event: Any) -> None:
+        def on_start(self, event: object) -> None:
             for callback in CompileEvents.callbacks:
                 callback()
 
-        def on_end(self, event: Any) -> None:
+        def on_end(self, event: object) -> None:
             pass
 
     event.register("numba:compile", CompileListener())  # type: ignore[no-untyped-call]
 
 
 @functools.cache
-def compile_kernel(function: Callable[..., Any], releases_gil: bool = True) -> Any:
+def compile_kernel(function: KernelFunction, releases_gil: bool = True) -> CompiledFunction:
     """The compiled twin of an outermost kernel (a driver), kept on disk where there is a place for it.
 
     Long work lets other Python threads run meanwhile; for one sample giving the lock away costs more than the sample.
@@ -80,7 +81,7 @@ def compile_kernel(function: Callable[..., Any], releases_gil: bool = True) -> A
     twin = _copy_twin(function, f"{function.__qualname__}_{code}")
     options = OPTIONS | {"nogil": releases_gil}
     try:
-        dispatcher = numba.njit(cache=True, **options)(twin)
+        dispatcher: CompiledFunction = numba.njit(cache=True, **options)(twin)
         remove_stale(Path(dispatcher.stats.cache_path), function.__qualname__, code)
         return dispatcher
     except RuntimeError as error:
@@ -89,7 +90,7 @@ def compile_kernel(function: Callable[..., Any], releases_gil: bool = True) -> A
         return numba.njit(**options)(twin)
 
 
-def assembly(function: Callable[..., Any], letters: str) -> str:
+def assembly(function: KernelFunction, letters: str) -> str:
     """The machine code of a function for this processor as text, not from the cache.
 
     ``letters`` are its arguments, as for ``slots.entry_point``.

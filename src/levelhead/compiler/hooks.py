@@ -2,7 +2,7 @@
 
     class Hooks(Protocol):                     declares each hook: signature, meaning, what happens without it
         @staticmethod
-        def step(params: Any, ...) -> Any: ...
+        def step(params: Params, ...) -> FilterState: ...
 
     hooks: Hooks = declare(Hooks)              the global through which kernels call: ``hooks.step(params, ...)``
 
@@ -15,11 +15,13 @@ resolves ``quat.rotate``: once, and not again for every sample. An editor and my
 
 import functools
 import types
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
-from levelhead.compiler.mark import copy_kernel, global_names, is_kernel, list_reachable, replace_calls
+from levelhead.compiler.mark import KernelFunction, copy_kernel, global_names, is_kernel, list_reachable, replace_calls
 from levelhead.errors import nearest
+
+Bindings = tuple[tuple[Any, Any], ...]  # (kernel or namespace, what takes its place): either kind
 
 
 class Namespace(types.ModuleType):
@@ -29,17 +31,17 @@ class Namespace(types.ModuleType):
         super().__init__(record.__module__, record.__doc__)  # where its constants are defined
         self.__dict__["_record"] = record
 
-    def __getattr__(self, name: str) -> Any:
+    def __getattr__(self, name: str) -> Any:  # Any: whatever a record declares
         record = self._record.__name__
         raise AttributeError(f"{record}.{name} is not bound; engine.binding.bind binds a filter's functions")
 
 
-def declare(record: type) -> Any:
+def declare(record: type) -> Any:  # Any: mypy takes no Protocol for a type[T]
     """The namespace that a record of hooks declares, with nothing bound; annotate it with the record."""
     return Namespace(record)
 
 
-def _declared(record: type) -> Iterator[tuple[str, Callable[..., Any] | None]]:
+def _declared(record: type) -> Iterator[tuple[str, KernelFunction | None]]:
     """Name and declaration of each hook; None for a constant."""
     for name in record.__annotations__:
         yield name, None
@@ -48,7 +50,7 @@ def _declared(record: type) -> Iterator[tuple[str, Callable[..., Any] | None]]:
             yield name, member.__func__
 
 
-def fill(namespace: Any, owner: str, **members: Any) -> Any:
+def fill(namespace: object, owner: str, **members: KernelFunction | int | None) -> Any:  # Any: a record, as ``declare``
     """A copy of a namespace with these members; None stands for an optional hook that is not given.
 
     A hook is optional if its declaration is a kernel, which is what happens then.
@@ -56,6 +58,7 @@ def fill(namespace: Any, owner: str, **members: Any) -> Any:
     Raises:
         TypeError: a member is not bound, is not declared, or takes another number of arguments than its declaration.
     """
+    assert isinstance(namespace, Namespace)
     record: type = namespace._record
     declared = dict(_declared(record))
     for name in members:
@@ -68,7 +71,7 @@ def fill(namespace: Any, owner: str, **members: Any) -> Any:
             if not is_kernel(declaration):
                 raise TypeError(f"{record.__name__} of {owner}: '{name}' is not bound")
             given = declaration
-        elif declaration is not None and hasattr(given, "__code__"):
+        elif declaration is not None and isinstance(given, types.FunctionType):
             takes, wanted = given.__code__.co_argcount, declaration.__code__.co_argcount
             if takes != wanted:
                 raise TypeError(
@@ -82,13 +85,13 @@ def fill(namespace: Any, owner: str, **members: Any) -> Any:
     return filled
 
 
-def _namespaces(function: Callable[..., Any]) -> dict[str, Namespace]:
+def _namespaces(function: KernelFunction) -> dict[str, Namespace]:
     """The namespaces that a kernel uses, by the name of the global."""
     found = {name: function.__globals__.get(name) for name in global_names(function)}
     return {name: value for name, value in found.items() if isinstance(value, Namespace)}
 
 
-def _depends(function: Callable[..., Any], old: frozenset[int]) -> bool:
+def _depends(function: KernelFunction, old: frozenset[int]) -> bool:
     """Whether a kernel reaches any of these kernels or namespaces, given by ``id``."""
     kernels = list_reachable(function)
     used = [*kernels, *(space for kernel in kernels for space in _namespaces(kernel).values())]
@@ -96,9 +99,7 @@ def _depends(function: Callable[..., Any], old: frozenset[int]) -> bool:
 
 
 @functools.cache
-def rebind(
-    function: Callable[..., Any], instead: tuple[tuple[Any, Any], ...], owner: str = "", inline: bool = False
-) -> Callable[..., Any]:
+def rebind(function: KernelFunction, instead: Bindings, owner: str = "", inline: bool = False) -> KernelFunction:
     """A copy of a kernel that, however deep, uses other kernels and namespaces: ``instead`` are pairs (old, new).
 
     It is the kernel itself where it reaches none of them. ``owner`` goes into the copies' names, by which Numba's

@@ -4,13 +4,14 @@ LLVM proves for no two stretches of one array that they lie apart, and leaves su
 Every number is rounded as in the kernel, a product and a sum each, whatever the width; so that bits are the same.
 """
 
-from typing import Any
-
 import numba
 import numpy as np
 from llvmlite import ir
 from numba.core import cgutils, types
 from numba.extending import intrinsic
+from numpy.typing import NDArray
+
+from levelhead.compiler.borders import Builder, CodeContext, Intrinsic, LlvmValue, NumbaType, TypingContext
 
 WIDTH = 4  # numbers in one vector: what AVX holds; narrower processors take two steps
 
@@ -20,19 +21,19 @@ VECTOR = ir.VectorType(NUMBER, WIDTH)
 
 
 @numba.njit
-def zeros(count: int) -> Any:
+def zeros(count: int) -> NDArray[np.float64]:
     """``arrays.zeros``."""
     return np.zeros(count)
 
 
-def _spread(builder: Any, number: Any) -> Any:
+def _spread(builder: Builder, number: LlvmValue) -> LlvmValue:
     """A vector of one number."""
     undefined = ir.Constant(VECTOR, ir.Undefined)
     first = builder.insert_element(undefined, number, ir.Constant(ir.IntType(32), 0))
     return builder.shuffle_vector(first, undefined, ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH))
 
 
-def _add(builder: Any, data: Any, to: Any, weight: Any, at: Any, kind: Any) -> None:
+def _add(builder: Builder, data: LlvmValue, to: LlvmValue, weight: LlvmValue, at: LlvmValue, kind: LlvmValue) -> None:
     """data[to] += weight data[at], of a number or a vector."""
     there, here = (builder.bitcast(builder.gep(data, [i]), kind.as_pointer()) for i in (to, at))
     product = builder.fmul(weight, builder.load(here, align=8))
@@ -40,10 +41,10 @@ def _add(builder: Any, data: Any, to: Any, weight: Any, at: Any, kind: Any) -> N
 
 
 @intrinsic
-def copy(typing: Any, m: Any, to: Any, at: Any, count: Any) -> Any:
+def copy(typing: TypingContext, m: NumbaType, to: NumbaType, at: NumbaType, count: NumbaType) -> Intrinsic:
     """``arrays.copy``."""
 
-    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+    def generate(context: CodeContext, builder: Builder, signature: NumbaType, values: LlvmValue) -> LlvmValue:
         memory, to, at, count = values
         data = context.make_array(signature.args[0])(context, builder, memory).data
         cgutils.raw_memcpy(builder, builder.gep(data, [to]), builder.gep(data, [at]), count, 8)  # type: ignore[no-untyped-call]
@@ -53,10 +54,12 @@ def copy(typing: Any, m: Any, to: Any, at: Any, count: Any) -> Any:
 
 
 @intrinsic
-def add_scaled(typing: Any, m: Any, to: Any, weight: Any, at: Any, count: Any) -> Any:
+def add_scaled(
+    typing: TypingContext, m: NumbaType, to: NumbaType, weight: NumbaType, at: NumbaType, count: NumbaType
+) -> Intrinsic:
     """``arrays.add_scaled``: vectors as far as they go, then the rest one by one."""
 
-    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+    def generate(context: CodeContext, builder: Builder, signature: NumbaType, values: LlvmValue) -> LlvmValue:
         memory, to, weight, at, count = values
         data = context.make_array(signature.args[0])(context, builder, memory).data
         vectors = builder.and_(count, ir.Constant(INDEX, -WIDTH))
@@ -72,15 +75,23 @@ def add_scaled(typing: Any, m: Any, to: Any, weight: Any, at: Any, count: Any) -
 
 @intrinsic(prefer_literal=True)
 def subtract_rows(
-    typing: Any, m: Any, to: Any, weight: Any, step: Any, row: Any, stride: Any, count: Any, width: Any
-) -> Any:
+    typing: TypingContext,
+    m: NumbaType,
+    to: NumbaType,
+    weight: NumbaType,
+    step: NumbaType,
+    row: NumbaType,
+    stride: NumbaType,
+    count: NumbaType,
+    width: NumbaType,
+) -> Intrinsic:
     """``arrays.subtract_rows``: the row stays in registers while all others pass."""
 
-    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+    def generate(context: CodeContext, builder: Builder, signature: NumbaType, values: LlvmValue) -> LlvmValue:
         memory, to, weight, step, row, stride, count, _ = values
         data = context.make_array(signature.args[0])(context, builder, memory).data
 
-        def vector(at: Any, i: int) -> Any:
+        def vector(at: LlvmValue, i: int) -> LlvmValue:
             there = builder.gep(data, [builder.add(at, ir.Constant(INDEX, WIDTH * i))])
             return builder.bitcast(there, VECTOR.as_pointer())
 

@@ -8,12 +8,14 @@ address, which is what the loop vectoriser needs to know that they do not overla
 
 import hashlib
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from levelhead.compiler.borders import Builder, CodeContext, Intrinsic, LlvmModule, LlvmValue, NumbaType, TypingContext
 from levelhead.compiler.cache import code_hash
+from levelhead.compiler.tree import Tree
 
 LANES = 64  # columns; enough to pay for what is done once a sample, few enough for the first-level cache
 LINE = 8  # words of a cache line
@@ -23,15 +25,15 @@ INTERLEAVED = 2  # vectors of lanes in turn
 class Rows(NamedTuple):
     """The rows that hold one value of each lane."""
 
-    load: Any  # load(address, lane) -> value
-    store: Any  # store(address, lane, value)
+    load: Intrinsic  # load(address, lane) -> value
+    store: Intrinsic  # store(address, lane, value)
     first: int
     end: int
     floats: tuple[bool, ...]  # row by row: a float, or an int or bool
     layout: str  # tells the type and place apart, for the names of what is compiled with it
 
 
-def rows(example: Any, first: int, known: Mapping[str, bool] | None = None) -> Rows:
+def rows(example: Tree, first: int, known: Mapping[str, bool] | None = None) -> Rows:
     """Rows from ``first`` on for values of the type of ``example`` (floats, ints, bools, NamedTuples of these).
 
     ``known`` are bool fields, wherever in the value, that loading replaces by a constant: what hangs on them is not
@@ -41,19 +43,19 @@ def rows(example: Any, first: int, known: Mapping[str, bool] | None = None) -> R
     from numba.core import types
     from numba.extending import intrinsic
 
-    kind: Any = numba.typeof(example)  # type: ignore[no-untyped-call]
+    kind: NumbaType = numba.typeof(example)  # type: ignore[no-untyped-call]
     fixed = dict(known or {})
 
     @intrinsic
-    def load(typing_context: Any, address: Any, lane: Any) -> Any:
-        def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+    def load(typing_context: TypingContext, address: NumbaType, lane: NumbaType) -> Intrinsic:
+        def code(context: CodeContext, builder: Builder, signature: NumbaType, args: LlvmValue) -> LlvmValue:
             return _load(context, builder, kind, first, args, fixed)
 
         return kind(types.intp, types.intp), code
 
     @intrinsic
-    def store(typing_context: Any, address: Any, lane: Any, value: Any) -> Any:
-        def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+    def store(typing_context: TypingContext, address: NumbaType, lane: NumbaType, value: NumbaType) -> Intrinsic:
+        def code(context: CodeContext, builder: Builder, signature: NumbaType, args: LlvmValue) -> LlvmValue:
             _store(builder, kind, first, args[:2], args[2])
             return context.get_dummy_value()
 
@@ -64,7 +66,7 @@ def rows(example: Any, first: int, known: Mapping[str, bool] | None = None) -> R
     return Rows(load, store, first, first + len(floats), floats, hashlib.sha256(text.encode()).hexdigest()[:16])
 
 
-def over_lanes() -> Any:
+def over_lanes() -> Intrinsic:
     """``each(body, address, a, b)``: the kernel ``body(address, lane, a, b)`` for all lanes, a loop that becomes SIMD.
 
     The loop is written here because of what it asks of LLVM: to do two vectors of lanes in turn, instruction by
@@ -76,10 +78,12 @@ def over_lanes() -> Any:
     from numba.extending import intrinsic
 
     @intrinsic
-    def each(typing_context: Any, body: Any, address: Any, a: Any, b: Any) -> Any:
+    def each(
+        typing_context: TypingContext, body: NumbaType, address: NumbaType, a: NumbaType, b: NumbaType
+    ) -> Intrinsic:
         inner = body.get_call_type(typing_context, (address, types.intp, a, b), {})
 
-        def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        def code(context: CodeContext, builder: Builder, signature: NumbaType, args: LlvmValue) -> LlvmValue:
             call = context.get_function(body, inner)
             word = ir.IntType(64)
             before = builder.block
@@ -101,11 +105,11 @@ def over_lanes() -> Any:
     return each
 
 
-def _loop_hints(module: Any) -> Any:
+def _loop_hints(module: LlvmModule) -> LlvmValue:
     """The loop metadata; its first operand has to be itself."""
     from llvmlite import ir
 
-    def hint(name: str, value: Any) -> Any:
+    def hint(name: str, value: LlvmValue) -> LlvmValue:
         return module.add_metadata([ir.MetaDataString(module, f"llvm.loop.{name}"), value])
 
     wishes = module.add_metadata([
@@ -116,14 +120,14 @@ def _loop_hints(module: Any) -> Any:
     return wishes
 
 
-def _members(kind: Any) -> list[Any] | None:
+def _members(kind: NumbaType) -> list[NumbaType] | None:
     """The types of a tuple's members (a filter without parameters has none); None: it is a number."""
     from numba.core import types
 
     return list(kind) if isinstance(kind, types.BaseTuple) else None  # type: ignore[call-overload]
 
 
-def _floats(kind: Any) -> tuple[bool, ...]:
+def _floats(kind: NumbaType) -> tuple[bool, ...]:
     from numba.core import types
 
     kinds = _members(kind)
@@ -132,7 +136,7 @@ def _floats(kind: Any) -> tuple[bool, ...]:
     return tuple(leaf for member in kinds for leaf in _floats(member))
 
 
-def _place(builder: Any, is_float: bool, row: int, args: Any) -> Any:
+def _place(builder: Builder, is_float: bool, row: int, args: LlvmValue) -> LlvmValue:
     """The pointer to one number of one lane: a constant row behind the address, so that distances are constants."""
     from llvmlite import ir
 
@@ -141,7 +145,9 @@ def _place(builder: Any, is_float: bool, row: int, args: Any) -> Any:
     return builder.gep(builder.gep(start, [ir.Constant(word, row * LANES)]), [args[1]])
 
 
-def _load(context: Any, builder: Any, kind: Any, row: int, args: Any, fixed: Mapping[str, bool]) -> Any:
+def _load(
+    context: CodeContext, builder: Builder, kind: NumbaType, row: int, args: LlvmValue, fixed: Mapping[str, bool]
+) -> LlvmValue:
     from llvmlite import ir
     from numba.core import types
 
@@ -159,7 +165,7 @@ def _load(context: Any, builder: Any, kind: Any, row: int, args: Any, fixed: Map
     return builder.icmp_unsigned("!=", value, ir.Constant(value.type, 0)) if kind == types.boolean else value
 
 
-def _store(builder: Any, kind: Any, row: int, args: Any, value: Any) -> None:
+def _store(builder: Builder, kind: NumbaType, row: int, args: LlvmValue, value: LlvmValue) -> None:
     from llvmlite import ir
     from numba.core import types
 
@@ -183,7 +189,7 @@ def allocate(count: int) -> tuple[NDArray[np.float64], int]:
     return table, int(table.ctypes.data)
 
 
-def flat(value: Any) -> list[float]:
+def flat(value: Tree) -> list[float]:
     """The numbers of a nested NamedTuple, in the order of its rows."""
     if isinstance(value, tuple):
         return [number for member in value for number in flat(member)]

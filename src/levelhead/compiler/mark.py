@@ -10,7 +10,8 @@ import types
 from collections.abc import Callable, Iterator
 from typing import Any, TypeGuard, TypeVar
 
-F = TypeVar("F", bound=Callable[..., Any])
+KernelFunction = Callable[..., Any]  # Any: each kernel has its own parameters and result; late binding knows neither
+F = TypeVar("F", bound=KernelFunction)
 
 
 def kernel(function: F) -> F:
@@ -36,7 +37,7 @@ def compiled_only(function: F) -> F:
     return function
 
 
-def primitive(meaning: Callable[..., Any]) -> Callable[[F], F]:
+def primitive(meaning: KernelFunction) -> Callable[[F], F]:
     """Mark a word of the kernel language: plain Python runs it as it stands, compiled code what has its name in
     ``compiler/intrinsics.py``; what it means is the kernel ``meaning``, from which C is made."""
 
@@ -48,19 +49,19 @@ def primitive(meaning: Callable[..., Any]) -> Callable[[F], F]:
     return mark
 
 
-def is_compilable(value: object) -> TypeGuard[Callable[..., Any]]:
+def is_compilable(value: object) -> TypeGuard[KernelFunction]:
     """Whether Numba compiles ``value``: a kernel, or a function that is marked ``compiled_only``."""
     return is_kernel(value) or bool(getattr(value, "__compiled_only__", False))
 
 
-def is_kernel(value: object) -> TypeGuard[Callable[..., Any]]:
+def is_kernel(value: object) -> TypeGuard[KernelFunction]:
     """Whether ``value`` is a plain-Python kernel."""
     return bool(getattr(value, "__kernel__", False))
 
 
 def copy_kernel(
-    function: Callable[..., Any], names: dict[str, Any], suffix: str = "", inline: bool = False
-) -> Callable[..., Any]:
+    function: KernelFunction, names: dict[str, object], suffix: str = "", inline: bool = False
+) -> KernelFunction:
     """A copy of a kernel with other globals; marked as the kernel is, but inlined if ``inline``."""
     twin = types.FunctionType(function.__code__, names, function.__name__, function.__defaults__)
     twin.__module__ = function.__module__
@@ -72,7 +73,7 @@ def copy_kernel(
     return twin
 
 
-def with_globals(function: Callable[..., Any], name: str, **kernels: Any) -> Callable[..., Any]:
+def with_globals(function: KernelFunction, name: str, **kernels: object) -> KernelFunction:
     """A copy of a kernel in which the global names in ``kernels`` mean these kernels or numbers.
 
     ``name`` goes into the name of the copy, by which Numba's cache files are told apart.
@@ -80,14 +81,14 @@ def with_globals(function: Callable[..., Any], name: str, **kernels: Any) -> Cal
     return copy_kernel(function, function.__globals__ | kernels, f"_{name}")
 
 
-def instance(function: Callable[..., Any], name: str, **kernels: Any) -> Callable[..., Any]:
+def instance(function: KernelFunction, name: str, **kernels: object) -> KernelFunction:
     """The same with a name of its own, for a kernel of which one program has several copies."""
     twin = with_globals(function, name, **kernels)
     twin.__name__ = name
     return twin
 
 
-def list_mentions(function: Callable[..., Any]) -> Iterator[tuple[str, Any]]:
+def list_mentions(function: KernelFunction) -> Iterator[tuple[str, object]]:
     """What the function's byte code mentions: globals, and members of modules that are globals, as (name, value).
 
     A field of a tuple may have the name of a global; only what is loaded as a global counts. The value is None where a
@@ -112,7 +113,7 @@ def list_mentions(function: Callable[..., Any]) -> Iterator[tuple[str, Any]]:
             module = ""
 
 
-def global_names(function: Callable[..., Any]) -> set[str]:
+def global_names(function: KernelFunction) -> set[str]:
     """The names of the globals that the function's byte code loads."""
     return {loaded for loads_global, loaded in _loads(function.__code__) if loads_global}
 
@@ -126,9 +127,9 @@ def _loads(code: types.CodeType) -> tuple[tuple[bool, str], ...]:
     )
 
 
-def list_reachable(function: Callable[..., Any]) -> list[Callable[..., Any]]:
+def list_reachable(function: KernelFunction) -> list[KernelFunction]:
     """The kernel itself and every kernel that it calls, directly or not."""
-    found: dict[int, Callable[..., Any]] = {}
+    found: dict[int, KernelFunction] = {}
     waiting = [function]
     while waiting:
         current = waiting.pop()
@@ -138,7 +139,7 @@ def list_reachable(function: Callable[..., Any]) -> list[Callable[..., Any]]:
     return list(found.values())
 
 
-def replace_calls(function: Callable[..., Any], change: Callable[[Any], Any]) -> dict[str, Any]:
+def replace_calls(function: KernelFunction, change: Callable[[KernelFunction], object]) -> dict[str, object]:
     """The function's globals, with each kernel that it calls (also those inside modules) replaced by ``change(it)``."""
     twins = dict(function.__globals__)
     for name, value in list_mentions(function):

@@ -6,20 +6,29 @@ float anew. A ``Slot`` is a piece of memory that compiled code loads a value fro
 
 import struct
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from levelhead.compiler.tree import leaves, native, plain, rebuild
+from levelhead.compiler.borders import (
+    Builder,
+    CodeContext,
+    CompiledFunction,
+    Intrinsic,
+    LlvmValue,
+    NumbaType,
+    TypingContext,
+)
+from levelhead.compiler.tree import Tree, leaves, native, plain, rebuild
 
 
 class Slot(NamedTuple):
     """How compiled code loads and stores values of one type, and Python the same bytes."""
 
-    load: Any  # load(address) -> value
-    store: Any  # store(address, value)
-    example: Any
+    load: Intrinsic  # load(address) -> value
+    store: Intrinsic  # store(address, value)
+    example: Tree
     words: struct.Struct
 
     @property
@@ -27,16 +36,16 @@ class Slot(NamedTuple):
         """Bytes that a value takes."""
         return self.words.size
 
-    def read(self, memory: NDArray[np.uint64], at: int) -> Any:
+    def read(self, memory: NDArray[np.uint64], at: int) -> Tree:
         """The value that stands in ``memory`` from byte ``at`` on."""
         return rebuild(self.example, iter(self.words.unpack_from(memory.data, at)))
 
-    def write(self, memory: NDArray[np.uint64], at: int, value: Any) -> None:
+    def write(self, memory: NDArray[np.uint64], at: int, value: Tree) -> None:
         """Puts a value there."""
         self.words.pack_into(memory.data, at, *leaves(value))
 
 
-def slot(example: Any) -> Slot:
+def slot(example: Tree) -> Slot:
     """A slot for values like ``example``: floats, ints, bools, arrays of float64 and NamedTuples of these.
 
     Each number takes eight bytes, in order; arrays lie there as a whole, and what is loaded sees them in place.
@@ -46,19 +55,19 @@ def slot(example: Any) -> Slot:
     from numba.extending import intrinsic
 
     example = native(example)
-    kind: Any = numba.typeof(example)  # type: ignore[no-untyped-call]
+    kind: NumbaType = numba.typeof(example)  # type: ignore[no-untyped-call]
     lengths = _lengths(example)
 
     @intrinsic
-    def load(typing_context: Any, address: Any) -> Any:
-        def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+    def load(typing_context: TypingContext, address: NumbaType) -> Intrinsic:
+        def code(context: CodeContext, builder: Builder, signature: NumbaType, args: LlvmValue) -> LlvmValue:
             return _load(context, builder, kind, args[0], iter(lengths), [0])
 
         return kind(types.intp), code
 
     @intrinsic
-    def store(typing_context: Any, address: Any, value: Any) -> Any:
-        def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+    def store(typing_context: TypingContext, address: NumbaType, value: NumbaType) -> Intrinsic:
+        def code(context: CodeContext, builder: Builder, signature: NumbaType, args: LlvmValue) -> LlvmValue:
             _store(context, builder, kind, args[0], args[1], iter(lengths), [0])
             return context.get_dummy_value()
 
@@ -67,7 +76,7 @@ def slot(example: Any) -> Slot:
     return Slot(load, store, plain(example), struct.Struct("=" + _format(example)))
 
 
-def _format(example: Any) -> str:
+def _format(example: Tree) -> str:
     """The words of a value as ``struct`` names them; a truth value takes a whole one."""
     if isinstance(example, tuple):
         return "".join(map(_format, example))
@@ -76,21 +85,23 @@ def _format(example: Any) -> str:
     return "d" if isinstance(example, float) else "q"
 
 
-def _lengths(example: Any) -> list[int]:
+def _lengths(example: Tree) -> list[int]:
     """Words that each leaf takes."""
     if isinstance(example, tuple):
         return [length for part in example for length in _lengths(part)]
     return [len(example)] if isinstance(example, np.ndarray) else [1]
 
 
-def _pointer(builder: Any, address: Any, word: int, kind: Any) -> Any:
+def _pointer(builder: Builder, address: LlvmValue, word: int, kind: LlvmValue) -> LlvmValue:
     from llvmlite import ir
 
     place = builder.add(address, ir.Constant(address.type, 8 * word))
     return builder.inttoptr(place, kind.as_pointer())
 
 
-def _load(context: Any, builder: Any, kind: Any, address: Any, lengths: Iterator[int], at: list[int]) -> Any:
+def _load(
+    context: CodeContext, builder: Builder, kind: NumbaType, address: LlvmValue, lengths: Iterator[int], at: list[int]
+) -> LlvmValue:
     """Builds the value of that kind from the words at ``at[0]``, which moves on."""
     from llvmlite import ir
     from numba.core import types
@@ -117,7 +128,13 @@ def _load(context: Any, builder: Any, kind: Any, address: Any, lengths: Iterator
 
 
 def _store(
-    context: Any, builder: Any, kind: Any, address: Any, value: Any, lengths: Iterator[int], at: list[int]
+    context: CodeContext,
+    builder: Builder,
+    kind: NumbaType,
+    address: LlvmValue,
+    value: LlvmValue,
+    lengths: Iterator[int],
+    at: list[int],
 ) -> None:
     from llvmlite import ir
     from numba.core import cgutils, types
@@ -141,7 +158,7 @@ def _store(
     builder.store(value, _pointer(builder, address, word, _word(kind)))
 
 
-def _word(kind: Any) -> Any:
+def _word(kind: NumbaType) -> LlvmValue:
     from llvmlite import ir
     from numba.core import types
 
@@ -154,7 +171,7 @@ def allocate(size: int) -> tuple[NDArray[np.uint64], int]:
     return memory, int(memory.ctypes.data)
 
 
-def entry_point(function: Any, arguments: str) -> Any:
+def entry_point(function: CompiledFunction, arguments: str) -> CompiledFunction:
     """The machine code of a compiled function behind no type dispatch: ``arguments`` is "i" (int), "f" (float) or "v"
     (tuple of three floats) for each."""
     from numba.core import types

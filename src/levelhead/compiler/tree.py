@@ -5,15 +5,17 @@ from typing import Any
 
 import numpy as np
 
+Tree = Any  # a float, int, bool, row of floats, or NamedTuple of these: a recursion that mypy cannot express
 
-def native(value: Any) -> Any:
+
+def native(value: Tree) -> Tree:
     """The value with a new array for every list."""
     if isinstance(value, tuple):
         return type(value)(*map(native, value))
     return np.array(value) if isinstance(value, list) else value
 
 
-def plain(value: Any) -> Any:
+def plain(value: Tree) -> Tree:
     """The value with a new list for every array (or list)."""
     if isinstance(value, tuple):
         return type(value)(*map(plain, value))
@@ -22,12 +24,12 @@ def plain(value: Any) -> Any:
     return list(value) if isinstance(value, list) else value
 
 
-def has_memory(value: Any) -> bool:
+def has_memory(value: Tree) -> bool:
     """Whether there is any in the value."""
     return isinstance(value, list | np.ndarray) or (isinstance(value, tuple) and any(map(has_memory, value)))
 
 
-def leaves(value: Any) -> Iterator[float]:
+def leaves(value: Tree) -> Iterator[float]:
     """The numbers of a value, in order."""
     if isinstance(value, tuple | list | np.ndarray):
         for part in value:
@@ -36,7 +38,7 @@ def leaves(value: Any) -> Iterator[float]:
         yield value
 
 
-def rebuild(example: Any, numbers: Iterator[Any]) -> Any:
+def rebuild(example: Tree, numbers: Iterator[float]) -> Tree:
     """A value like ``example`` of these numbers; truth values come as whole ones."""
     if isinstance(example, tuple):
         return type(example)(*(rebuild(part, numbers) for part in example))

@@ -1,21 +1,24 @@
 """The driver for one "noisy level + drifting rate" pair; a kernel, bound to an axis filter as ``driver`` is."""
 
-from typing import Any, Protocol
+from typing import Protocol
 
 from levelhead.compiler.hooks import declare
 from levelhead.compiler.mark import kernel
+from levelhead.filters.contract import AxisReport, FilterState
+from levelhead.filters.parameters import Params
+from levelhead.kernels.arrays import Floats
 
 
 class AxisHooks(Protocol):
     """What the driver calls of an axis filter."""
 
     @staticmethod
-    def step(params: Any, state: Any, level: float, rate: float, dt: float, period: float) -> Any:
+    def step(params: Params, state: FilterState, level: float, rate: float, dt: float, period: float) -> FilterState:
         """The state one pair and ``dt`` seconds later."""
         ...
 
     @staticmethod
-    def read(state: Any) -> Any:
+    def read(state: FilterState) -> AxisReport:
         """The filter's report, a NamedTuple of floats."""
         ...
 
@@ -24,7 +27,9 @@ hooks: AxisHooks = declare(AxisHooks)
 
 
 @kernel
-def run_axis(params: Any, state: Any, t: Any, level: Any, rate: Any, period: float, out: Any) -> Any:
+def run_axis(
+    params: Params, state: FilterState, t: Floats, level: Floats, rate: Floats, period: float, out: Floats
+) -> FilterState:
     """From the state at sample 0 through all samples; ``out`` takes the report of each, row after row."""
     row = hooks.read(state)
     width = len(row)

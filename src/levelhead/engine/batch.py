@@ -14,6 +14,7 @@ from levelhead.engine.driver import Settings
 from levelhead.engine.native import Machine, axis_run, has_axis, has_imu
 from levelhead.engine.prior import apply_prior, read_calibration
 from levelhead.errors import LevelheadError
+from levelhead.filters.contract import AxisReport
 from levelhead.filters.parameters import FilterChoice
 from levelhead.guard import Guard
 from levelhead.recording import Array, Recording, real_array, time_array
@@ -70,7 +71,12 @@ class Batch:
     """A recording on its way through a filter, a stretch at a time; arguments as for ``fuse``."""
 
     def __init__(
-        self, recording: Recording, params: Any, guard: Guard | None, engine: str, prior: Calibration | None
+        self,
+        recording: Recording,
+        params: FilterChoice | None,
+        guard: Guard | None,
+        engine: str,
+        prior: Calibration | None,
     ) -> None:
         if not isinstance(recording, Recording):
             raise LevelheadError(
@@ -103,7 +109,7 @@ class Batch:
 
     def advance(self, stop: int) -> None:
         """The samples from where the last stretch ended up to ``stop``."""
-        part: list[Any] = [a[self.done * k : stop * k] for a, k in zip(self._inputs, (1, 3, 3, 3), strict=True)]
+        part: Columns = [a[self.done * k : stop * k] for a, k in zip(self._inputs, (1, 3, 3, 3), strict=True)]
         part += [] if self._aiding is None else [*self._aiding.part(self.done, stop)]
         into = [a[self.done * k : stop * k] for a, k in zip(self._outputs, self._widths, strict=True)]
         if self._engine == "native":
@@ -145,7 +151,10 @@ def navigation_fields(table: Array) -> dict[str, Any]:
     return {name: table[:, k] for k, name in enumerate(names)}
 
 
-def allocate_outputs(n: int) -> list[Any]:
+Columns = list[Any]  # of a track, an array each: floats, but uint32 for health
+
+
+def allocate_outputs(n: int) -> Columns:
     """Flat arrays for quat, bias, sigma and health of n samples, in one piece.
 
     Memory that comes and goes in several pieces from several threads is given back to the system between two
@@ -159,11 +168,11 @@ def fuse_axis(
     t: Array,
     level: Array,
     rate: Array,
-    params: Any = None,
+    params: FilterChoice | None = None,
     *,
     period: float = 0.0,
     engine: str = "auto",
-) -> Any:
+) -> AxisReport:
     """One "noisy level + drifting rate" pair through a one-axis filter, in any unit.
 
     An angle and the gyroscope's rate about its axis, a price and its trend, GPS speed and the accelerometer: whatever

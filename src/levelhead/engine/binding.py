@@ -7,14 +7,13 @@ this machine; "python" the kernels as they stand.
 import functools
 import importlib.util
 import sys
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from levelhead import guard
 from levelhead.compiler.compile import compile_kernel
-from levelhead.compiler.hooks import fill, rebind
-from levelhead.compiler.mark import with_globals
+from levelhead.compiler.hooks import Bindings, fill, rebind
+from levelhead.compiler.mark import KernelFunction, with_globals
 from levelhead.engine import axis_driver, conditioning, driver
 from levelhead.errors import LevelheadError, nearest
 from levelhead.filters.contract import AxisFilter, Filter
@@ -33,39 +32,39 @@ class Driver:
     """The driver's functions for one filter, each bound when it is asked for: a native engine needs ``begin`` only."""
 
     name: str
-    pairs: tuple[tuple[Any, Any], ...]  # for ``rebind``: the driver's namespaces, and those with the filter's functions
+    pairs: Bindings  # for ``rebind``: the driver's namespaces, and those with the filter's functions
     takes_aiding: bool
 
-    def _bound(self, kernel: Callable[..., Any]) -> Callable[..., Any]:
+    def _bound(self, kernel: KernelFunction) -> KernelFunction:
         return rebind(kernel, self.pairs, self.name)
 
     @functools.cached_property
-    def begin(self) -> Callable[..., Any]:
+    def begin(self) -> KernelFunction:
         """``driver.begin``."""
         return self._bound(driver.begin)
 
     @functools.cached_property
-    def advance(self) -> Callable[..., Any]:
+    def advance(self) -> KernelFunction:
         """``driver.advance``."""
         return self._bound(driver.advance)
 
     @functools.cached_property
-    def result(self) -> Callable[..., Any]:
+    def result(self) -> KernelFunction:
         """``driver.result``."""
         return self._bound(driver.result)
 
     @functools.cached_property
-    def run(self) -> Callable[..., Any]:
+    def run(self) -> KernelFunction:
         """``driver.run``."""
         return self._bound(driver.run)
 
     @functools.cached_property
-    def update_aiding(self) -> Callable[..., Any] | None:
+    def update_aiding(self) -> KernelFunction | None:
         """``driver.update_aiding`` of a filter that takes position, velocity or height."""
         return self._bound(driver.update_aiding) if self.takes_aiding else None
 
     @functools.cached_property
-    def run_with_aiding(self) -> Callable[..., Any] | None:
+    def run_with_aiding(self) -> KernelFunction | None:
         """``driver.run_with_aiding`` of a filter that takes position, velocity or height."""
         return self._bound(driver.run_with_aiding) if self.takes_aiding else None
 
@@ -87,7 +86,7 @@ def bind(flt: Filter, guarded: bool = True) -> Driver:
 def _bind(flt: Filter, guarded: bool) -> Driver:
     name = flt.name if guarded else f"{flt.name}_unguarded"
     detect = detectors.detect if guarded else None
-    pairs: tuple[tuple[Any, Any], ...] = (
+    pairs: Bindings = (
         (driver.hooks, _hooks(flt, guarded, name)),
         (conditioning.detectors, fill(conditioning.detectors, name, detect=detect)),
     )
@@ -127,9 +126,9 @@ def estimates_bias(flt: Filter, guarded: bool) -> bool:
 class AxisDriver(NamedTuple):
     """The axis driver for one filter; ``pairs`` as in ``Driver``."""
 
-    pairs: tuple[tuple[Any, Any], ...]
+    pairs: Bindings
     axis: AxisFilter
-    run: Callable[..., Any]
+    run: KernelFunction
 
 
 @functools.cache
@@ -186,6 +185,6 @@ def choose_engine(engine: str, samples: int, native: bool = False) -> str:
     return "compiled" if samples >= threshold else "python"
 
 
-def for_engine(function: Callable[..., Any], engine: str) -> Callable[..., Any]:
+def for_engine(function: KernelFunction, engine: str) -> KernelFunction:
     """The driver function itself, or its compiled twin."""
     return compile_kernel(function) if engine == "compiled" else function

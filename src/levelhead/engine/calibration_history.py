@@ -1,6 +1,6 @@
 """How a filter's knowledge of its sensor grows over a recording."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +9,7 @@ from levelhead import filters
 from levelhead.calibration import Calibration
 from levelhead.engine.batch import DEFAULT_GUARD, Batch
 from levelhead.errors import LevelheadError
+from levelhead.filters.parameters import Params
 from levelhead.guard import Guard
 from levelhead.recording import Array, Recording
 
@@ -30,7 +31,7 @@ class CalibrationHistory(NamedTuple):
 
 def calibration_history(
     recording: Recording,
-    params: Any,
+    params: Params,
     *,
     guard: Guard | None = DEFAULT_GUARD,
     engine: str = "auto",

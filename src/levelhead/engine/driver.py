@@ -10,19 +10,21 @@ the conditioned sample and what one run carries. ``advance`` calls them in turn;
 its runs at once, and skips it for all where the sample does not need it. That is why rare work is a phase of its own.
 """
 
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 from levelhead.compiler.hooks import declare
 from levelhead.compiler.mark import kernel, noinline
 from levelhead.engine.conditioning import NO_SAMPLE, ConditionedSample, condition, sigma_due
-from levelhead.filters.contract import Gains, NavState, Output
+from levelhead.filters.contract import FilterState, Gains, NavState, Output
 from levelhead.filters.health import ACC_REJECTED, MAG_LEARNED
 from levelhead.filters.observer_covariance import ObserverCovariance, initial_covariance, update_covariance
 from levelhead.filters.observer_covariance import sigma as observer_sigma
+from levelhead.filters.parameters import Params
 from levelhead.guard import NO_SAMPLES, Gated, Guard, GuardState, gate_force, is_accelerating
 from levelhead.guard.field import initial_field
 from levelhead.guard.rest import INTERVAL, is_resting
 from levelhead.guard.rest import update_rest as update_bias_at_rest
+from levelhead.kernels.arrays import Floats
 from levelhead.kernels.quat import Quat, up
 from levelhead.kernels.tilt import present
 from levelhead.kernels.vec3 import ZERO, Vec3, sub
@@ -34,14 +36,14 @@ NEW_FIELD = 0.002  # rad², of a heading when another field is taken for the ear
 class Settings(NamedTuple):
     """What a user chooses: the filter's parameters, and the guard's."""
 
-    filter: Any
+    filter: Params
     guard: Guard
 
 
 class FilterRun(NamedTuple):
     """What one filter with its parameters carries from one sample to the next."""
 
-    state: Any  # the filter's
+    state: FilterState  # the filter's
     health: int
     guard: GuardState
     covariance: ObserverCovariance
@@ -64,59 +66,59 @@ class Hooks(Protocol):
     TAKES_BIAS: bool  # the bias read off at rest is subtracted before the filter gets the rate
 
     @staticmethod
-    def init(params: Any, gyr: Vec3, acc: Vec3, mag: Vec3) -> Any:
+    def init(params: Params, gyr: Vec3, acc: Vec3, mag: Vec3) -> FilterState:
         """The state at the first sample."""
         ...
 
     @staticmethod
-    def step(params: Any, state: Any, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> Any:
+    def step(params: Params, state: FilterState, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> FilterState:
         """The state one sample (rad/s, m/s², µT) and ``dt`` seconds later."""
         ...
 
     @staticmethod
-    def output(params: Any, state: Any) -> Output:
+    def output(params: Params, state: FilterState) -> Output:
         """Orientation, bias, σ and health of a state."""
         ...
 
     @staticmethod
     @kernel
-    def restart(params: Any, before: Any, gyr: Vec3, acc: Vec3, mag: Vec3) -> Any:
+    def restart(params: Params, before: FilterState, gyr: Vec3, acc: Vec3, mag: Vec3) -> FilterState:
         """``init`` with the prior that the state ``before`` has."""
         return hooks.init(params, gyr, acc, mag)
 
     @staticmethod
     @kernel
-    def due(params: Any, state: Any) -> bool:
+    def due(params: Params, state: FilterState) -> bool:
         """Whether ``correct`` is to be called after this step."""
         return False
 
     @staticmethod
     @kernel
-    def correct(params: Any, state: Any, dt: float) -> Any:
+    def correct(params: Params, state: FilterState, dt: float) -> FilterState:
         """The state after the part of the filter that does not run at every sample."""
         return state
 
     @staticmethod
     @kernel
-    def gains(params: Any, state: Any, dt: float) -> Gains:
+    def gains(params: Params, state: FilterState, dt: float) -> Gains:
         """The share of an innovation that the filter takes; unused where ``OWN_SIGMA``."""
         return Gains(0.0, 0.0, 0.0, 0.0)
 
     @staticmethod
     @kernel
-    def inflate(params: Any, state: Any, variance: float) -> Any:
+    def inflate(params: Params, state: FilterState, variance: float) -> FilterState:
         """The state with ``variance`` (rad²) added to that of its attitude."""
         return state
 
     @staticmethod
     @kernel
-    def inflate_heading(params: Any, state: Any, variance: float) -> Any:
+    def inflate_heading(params: Params, state: FilterState, variance: float) -> FilterState:
         """The state with ``variance`` (rad²) added to that of its heading only."""
         return state
 
     @staticmethod
     @kernel
-    def at_rest(params: Any, state: Any) -> Any:
+    def at_rest(params: Params, state: FilterState) -> FilterState:
         """The state when the guard has found the sensor at rest."""
         return state
 
@@ -131,12 +133,12 @@ class AidingHooks(Protocol):
     """What the driver calls of a filter that takes position, velocity and height."""
 
     @staticmethod
-    def update(params: Any, state: Any, row: int, value: float, sigma: float, age: float) -> Any:
+    def update(params: Params, state: FilterState, row: int, value: float, sigma: float, age: float) -> FilterState:
         """The state after one number; ``row`` as in ``contract``, ``sigma`` in its unit, ``age`` in s."""
         ...
 
     @staticmethod
-    def nav_state(params: Any, state: Any) -> NavState:
+    def nav_state(params: Params, state: FilterState) -> NavState:
         """Position, velocity and their σ."""
         ...
 
@@ -305,7 +307,7 @@ def result(settings: Settings, run: FilterRun) -> Output:
 
 
 @kernel
-def process_row(settings: Settings, carry: Carry, i: int, gyr: Any, acc: Any, mag: Any, dt: float) -> Carry:
+def process_row(settings: Settings, carry: Carry, i: int, gyr: Floats, acc: Floats, mag: Floats, dt: float) -> Carry:
     """Row i of the arrays through the filter."""
     j = 3 * i
     field = ZERO
@@ -316,7 +318,9 @@ def process_row(settings: Settings, carry: Carry, i: int, gyr: Any, acc: Any, ma
 
 
 @kernel
-def write_row(settings: Settings, carry: Carry, i: int, quat: Any, bias: Any, sigma: Any, health: Any) -> None:
+def write_row(
+    settings: Settings, carry: Carry, i: int, quat: Floats, bias: Floats, sigma: Floats, health: list[int]
+) -> None:
     """Row i of the result."""
     q, b, s, health[i] = result(settings, carry.run)
     j = 3 * i
@@ -328,8 +332,8 @@ def write_row(settings: Settings, carry: Carry, i: int, quat: Any, bias: Any, si
 
 @kernel
 def run(
-    settings: Settings, carry: Carry, last: float, t: Any, gyr: Any, acc: Any, mag: Any,
-    quat: Any, bias: Any, sigma: Any, health: Any,
+    settings: Settings, carry: Carry, last: float, t: Floats, gyr: Floats, acc: Floats, mag: Floats,
+    quat: Floats, bias: Floats, sigma: Floats, health: list[int],
 ) -> Carry:  # fmt: skip
     """A stretch of samples: reads t (n), gyr, acc (3n), mag (3n or 0); fills quat (4n), bias, sigma (3n), health (n).
 
@@ -356,9 +360,9 @@ def update_aiding(settings: Settings, carry: Carry, row: int, value: float, devi
 
 @kernel
 def run_with_aiding(
-    settings: Settings, carry: Carry, last: float, t: Any, gyr: Any, acc: Any, mag: Any,
-    first: Any, row: Any, value: Any, deviation: Any, age: Any,
-    quat: Any, bias: Any, sigma: Any, health: Any, nav: Any,
+    settings: Settings, carry: Carry, last: float, t: Floats, gyr: Floats, acc: Floats, mag: Floats,
+    first: list[int], row: list[int], value: Floats, deviation: Floats, age: Floats,
+    quat: Floats, bias: Floats, sigma: Floats, health: list[int], nav: Floats,
 ) -> Carry:  # fmt: skip
     """``run`` with aiding: after sample i the numbers ``first[i]`` to ``first[i + 1]`` − 1.
 

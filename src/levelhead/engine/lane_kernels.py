@@ -2,11 +2,12 @@
 
 from collections.abc import Callable
 from math import nan
-from typing import Any, Protocol
+from typing import Protocol
 
 from levelhead.compiler.hooks import declare
 from levelhead.compiler.lane_slots import LANES
 from levelhead.compiler.mark import compiled_only, kernel, with_globals
+from levelhead.compiler.tree import Tree
 from levelhead.engine import driver
 from levelhead.engine.conditioning import ConditionedSample, condition, sigma_due
 from levelhead.engine.driver import FilterRun, Settings
@@ -14,6 +15,7 @@ from levelhead.filters.contract import Output
 from levelhead.guard import Guard
 from levelhead.guard.rest import INTERVAL
 from levelhead.kernels import quat, vector_error
+from levelhead.kernels.arrays import Floats
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.vec3 import ZERO, Vec3
 
@@ -26,7 +28,7 @@ class LaneHooks(Protocol):
     CORRECTS: bool  # the filter has a part that does not run at every sample
 
     @staticmethod
-    def each(body: Callable[..., None], at: int, guard: Guard, argument: Any) -> None:
+    def each(body: Callable[..., None], at: int, guard: Guard, argument: Tree) -> None:
         """Calls ``body(at, lane, guard, argument)`` for every lane, in a loop that becomes SIMD."""
         ...
 
@@ -41,7 +43,7 @@ class LaneHooks(Protocol):
         ...
 
     @staticmethod
-    def load_params(at: int, lane: int) -> Any:
+    def load_params(at: int, lane: int) -> Settings:
         """A lane's filter parameters."""
         ...
 
@@ -61,17 +63,17 @@ class ObserverHooks(Protocol):
     """An observer's kernel, and where in the block its values lie."""
 
     @staticmethod
-    def observe(sums: Any, quat: Quat, truth: Quat) -> Any:
+    def observe(sums: Tree, quat: Quat, truth: Quat) -> Tree:
         """What has been observed, with one more sample."""
         ...
 
     @staticmethod
-    def load(at: int, lane: int) -> Any:
+    def load(at: int, lane: int) -> Tree:
         """A lane's observed values."""
         ...
 
     @staticmethod
-    def store(at: int, lane: int, sums: Any) -> None:
+    def store(at: int, lane: int, sums: Tree) -> None:
         """Writes them."""
         ...
 
@@ -80,7 +82,7 @@ class SinkHooks(Protocol):
     """What happens to the results of a sample."""
 
     @staticmethod
-    def take(at: int, guard: Guard, i: int, more: Any) -> None:
+    def take(at: int, guard: Guard, i: int, more: Tree) -> None:
         """Takes the results of sample i of a chunk: ``take_outputs`` or ``take_errors``."""
         ...
 
@@ -160,7 +162,15 @@ def update_sigma(at: int, lane: int, guard: Guard, sample: ConditionedSample) ->
 
 @compiled_only
 def run_lanes(
-    at: int, guard: Guard, sample: ConditionedSample, last: float, t: Any, gyr: Any, acc: Any, mag: Any, more: Any
+    at: int,
+    guard: Guard,
+    sample: ConditionedSample,
+    last: float,
+    t: Floats,
+    gyr: Floats,
+    acc: Floats,
+    mag: Floats,
+    more: Tree,
 ) -> ConditionedSample:
     """A chunk of samples, as ``driver.run``, through all lanes of the block at an address.
 
@@ -221,7 +231,7 @@ def observe_lane(at: int, lane: int, guard: Guard, real: Quat) -> None:
 
 
 @compiled_only
-def take_errors(at: int, guard: Guard, i: int, truth: Any) -> None:
+def take_errors(at: int, guard: Guard, i: int, truth: Floats) -> None:
     """Shows an observer the orientation of each lane and the truth (4n, flat), where that is known."""
     j = 4 * i
     if truth[j] == truth[j]:

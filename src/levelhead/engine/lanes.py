@@ -16,21 +16,25 @@ stays; a chunk of samples after which a number is NaN is run again with the comp
 import functools
 from collections.abc import Callable, Sequence
 from itertools import chain
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from levelhead.compiler import lane_slots
+from levelhead.compiler.borders import CompiledFunction
 from levelhead.compiler.compile import compile_kernel
-from levelhead.compiler.hooks import fill, rebind
+from levelhead.compiler.hooks import Bindings, fill, rebind
 from levelhead.compiler.lane_slots import LANES, Rows
+from levelhead.compiler.mark import KernelFunction
+from levelhead.compiler.tree import Tree
 from levelhead.engine import lane_kernels
-from levelhead.engine.batch import DEFAULT_GUARD, NO_MAG
+from levelhead.engine.batch import DEFAULT_GUARD, NO_MAG, Columns
 from levelhead.engine.binding import bind, estimates_bias, is_guarded
 from levelhead.engine.conditioning import NO_SAMPLE, ConditionedSample
 from levelhead.engine.driver import Settings
 from levelhead.engine.threads import map_in_order
 from levelhead.filters.contract import Filter
+from levelhead.filters.parameters import Params
 from levelhead.guard import Guard
 from levelhead.recording import Array, Recording
 from levelhead.track import Track
@@ -43,20 +47,20 @@ class Observer(NamedTuple):
     """What is accumulated of each run against the truth, sample by sample."""
 
     name: str
-    observe: Callable[..., Any]  # kernel (sums, quat, truth) -> sums
-    start: Any  # an example of ``sums``: a NamedTuple of floats
+    observe: KernelFunction  # kernel (sums, quat, truth) -> sums
+    start: Tree  # an example of ``sums``: a NamedTuple of floats
 
 
 class CompiledLanes(NamedTuple):
     """The compiled lanes of one filter, and where in a block of memory its values lie."""
 
-    run: Any
+    run: CompiledFunction
     params: Rows
     results: Rows  # the observed values, in the block; without an observer the output, in a tile
     rows: int
 
 
-def switches(params: Any) -> tuple[tuple[str, bool], ...]:
+def switches(params: Params) -> tuple[tuple[str, bool], ...]:
     """The bool parameters as (name, value): each value is compiled for itself."""
     return tuple((name, value) for name, value in params._asdict().items() if isinstance(value, bool))
 
@@ -91,8 +95,8 @@ def compile_lanes(variant: Variant, short: bool) -> CompiledLanes:
         store=runs.store,
         load_params=params.load,
     )
-    take: Callable[..., Any]
-    more: tuple[Any, Any]
+    take: KernelFunction
+    more: tuple[object, object]
     if observer is None:
         results, name = lane_slots.rows(bound.result(settings, run), 0), "outputs"
         kept = fill(lane_kernels.outputs, bound.name, BYTES=results.end * LANES * 8, store=results.store)
@@ -103,7 +107,7 @@ def compile_lanes(variant: Variant, short: bool) -> CompiledLanes:
         more = (lane_kernels.observer, fill(lane_kernels.observer, name, **members))
         take, rows = lane_kernels.take_errors, results.end
     owner = "_".join([*parts, name, results.layout])
-    pairs: tuple[tuple[Any, Any], ...] = (*bound.pairs, (lane_kernels.hooks, filled), more)
+    pairs: Bindings = (*bound.pairs, (lane_kernels.hooks, filled), more)
     sink = fill(lane_kernels.sink, owner, take=rebind(take, pairs, owner, inline=True))
     machine = rebind(lane_kernels.run_lanes, (*pairs, (lane_kernels.sink, sink)), owner, inline=True)
     if short:
@@ -114,7 +118,7 @@ def compile_lanes(variant: Variant, short: bool) -> CompiledLanes:
 class Block:
     """Up to ``LANES`` parameter sets of one filter on their way through a recording."""
 
-    def __init__(self, variant: Variant, guard: Guard, recording: Recording, parameter_sets: Sequence[Any]) -> None:
+    def __init__(self, variant: Variant, guard: Guard, recording: Recording, parameter_sets: Sequence[Params]) -> None:
         self._variant, self._compiled, self._count = variant, compile_lanes(variant, True), len(parameter_sets)
         self._table, self._at = lane_slots.allocate(self._compiled.rows)
         mag = NO_MAG if recording.mag is None else recording.mag.reshape(-1)
@@ -125,7 +129,7 @@ class Block:
             self._table, self._compiled.params, np.array([lane_slots.flat(params) for params in parameter_sets], float)
         )
 
-    def _run(self, short: bool, start: int, stop: int, more: Any) -> ConditionedSample:
+    def _run(self, short: bool, start: int, stop: int, more: Tree) -> ConditionedSample:
         t, *others = self._rows
         part = [values[3 * start : 3 * stop] for values in others]
         run = compile_lanes(self._variant, short).run
@@ -133,7 +137,7 @@ class Block:
         sample: ConditionedSample = run(self._at, self._guard, self._sample, last, t[start:stop], *part, more)
         return sample
 
-    def advance(self, start: int, stop: int, more: Any, tile: Array) -> None:
+    def advance(self, start: int, stop: int, more: Tree, tile: Array) -> None:
         """Samples ``start`` to ``stop`` in all lanes. ``tile`` is where ``lane_kernels.take_outputs`` writes to.
 
         Where the short kernels give NaN more often than not, they are no longer tried.
@@ -157,12 +161,12 @@ class Block:
             self.advance(start, stop, truth[start:stop].reshape(-1), NOTHING)
         return lane_slots.get(self._table, self._compiled.results, self._count)
 
-    def outputs(self) -> list[list[Any]]:
+    def outputs(self) -> list[Columns]:
         """All samples; of each lane quat (n, 4), bias (n, 3), sigma (n, 3) and health (n,)."""
         n, floats = len(self._rows[0]), self._compiled.results.floats
         tile, at = lane_slots.allocate(min(n, CHUNK) * len(floats))
         results = tile.reshape(-1, len(floats), LANES)
-        lanes: list[list[Any]] = [
+        lanes: list[Columns] = [
             [*(np.empty((n, width)) for width in (4, 3, 3)), np.empty(n, np.uint32)] for _ in range(self._count)
         ]
         for start in range(0, n, CHUNK):
@@ -175,16 +179,16 @@ class Block:
         return lanes
 
 
-def blocks(parameter_sets: Sequence[Any]) -> list[list[int]]:
+def blocks(parameter_sets: Sequence[Params]) -> list[list[int]]:
     """The indices of parameter sets that share a block: at most ``LANES``, with equal switches."""
-    groups: dict[Any, list[int]] = {}
+    groups: dict[object, list[int]] = {}
     for i, params in enumerate(parameter_sets):
         groups.setdefault(switches(params), []).append(i)
     return [group[k : k + LANES] for group in groups.values() for k in range(0, len(group), LANES)]
 
 
 def tracks(
-    recording: Recording, flt: Filter, parameter_sets: Sequence[Any], guard: Guard | None, workers: int | None = None
+    recording: Recording, flt: Filter, parameter_sets: Sequence[Params], guard: Guard | None, workers: int | None = None
 ) -> list[Track]:
     """The whole track of each parameter set, in their order."""
     bias = estimates_bias(flt, guard is not None)
@@ -209,7 +213,7 @@ def tracks(
 def observe(
     recording: Recording,
     flt: Filter,
-    parameter_sets: Sequence[Any],
+    parameter_sets: Sequence[Params],
     observer: Observer,
     truth: Array,
     sums: Array,

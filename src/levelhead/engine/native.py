@@ -8,15 +8,18 @@ generated, and their digest: where a file has changed since, another engine take
 import functools
 import hashlib
 import struct
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from pathlib import Path
 from types import ModuleType
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from levelhead import filters
-from levelhead.compiler.tree import leaves, rebuild
+from levelhead.compiler.mark import KernelFunction
+from levelhead.compiler.tree import Tree, leaves, rebuild
 from levelhead.engine.binding import is_guarded
 from levelhead.filters.contract import Filter
+from levelhead.filters.parameters import Params
+from levelhead.recording import Array
 
 PACKAGE = Path(__file__).resolve().parent.parent
 
@@ -113,7 +116,7 @@ def has_axis(flt: Filter) -> bool:
 class Machine:
     """A filter in the extension's memory, with the words of its parameters and state."""
 
-    def __init__(self, flt: Filter, guarded: bool | None, params: Any, state: Any) -> None:
+    def __init__(self, flt: Filter, guarded: bool | None, params: Params, state: Tree) -> None:
         """``guarded`` None: the filter on one axis."""
         module, name = extension(), flt.name if guarded is None else native_name(flt, guarded)
         made = _load_filter(name, guarded is None)
@@ -123,27 +126,27 @@ class Machine:
         self.filter = module.Axis(name, *packed) if guarded is None else module.Imu(name, *packed)
 
     @staticmethod
-    def _pack(words: struct.Struct, value: Any) -> bytes:
+    def _pack(words: struct.Struct, value: Tree) -> bytes:
         return words.pack(*leaves(value))
 
     @property
-    def state(self) -> Any:
+    def state(self) -> Tree:
         """The whole state."""
         return rebuild(self._example, iter(self._layout.state.unpack(self.filter.state())))
 
     @state.setter
-    def state(self, value: Any) -> None:
+    def state(self, value: Tree) -> None:
         self.filter.set_state(self._pack(self._layout.state, value))
 
-    def set_params(self, value: Any) -> None:
+    def set_params(self, value: Tree) -> None:
         """Other parameters from now on."""
         self.filter.set_params(self._pack(self._layout.params, value))
 
 
-def axis_run(flt: Filter) -> Callable[..., Any]:
+def axis_run(flt: Filter) -> KernelFunction:
     """``axis_driver.run_axis`` of a filter, over arrays."""
 
-    def run(params: Any, state: Any, t: Any, level: Any, rate: Any, period: float, out: Any) -> Any:
+    def run(params: Params, state: Tree, t: Array, level: Array, rate: Array, period: float, out: Array) -> Tree:
         machine = Machine(flt, None, params, state)
         machine.filter.run(t, level, rate, period, out)
         return machine.state

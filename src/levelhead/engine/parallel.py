@@ -2,7 +2,6 @@
 
 import functools
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import Any
 
 from levelhead import filters
 from levelhead.compiler.tree import has_memory
@@ -13,7 +12,7 @@ from levelhead.engine.native import has_imu
 from levelhead.engine.threads import map_in_order
 from levelhead.errors import LevelheadError
 from levelhead.filters.contract import Filter
-from levelhead.filters.parameters import FilterChoice
+from levelhead.filters.parameters import FilterChoice, Params
 from levelhead.guard import Guard
 from levelhead.kernels.vec3 import ZERO
 from levelhead.recording import Recording
@@ -55,7 +54,7 @@ def fuse_recordings(
 
 def _fuse_recordings(
     recordings: Iterable[Recording],
-    params: Any,
+    params: Params,
     guard: Guard | None,
     engine: str,
     workers: int | None,
@@ -74,7 +73,7 @@ def _fuse_recordings(
         yield track
 
 
-def _name(number: int, recording: Any) -> str:
+def _name(number: int, recording: Recording) -> str:
     source = recording.meta.get("source") if isinstance(recording, Recording) else None
     return f"recording {number}" + (f" ({source})" if source else "")
 
@@ -96,7 +95,7 @@ def engine_for_sets(engine: str, samples: int, flt: Filter, guarded: bool) -> st
 
 def fuse_parameter_sets(
     recording: Recording,
-    parameter_sets: Sequence[Any],
+    parameter_sets: Sequence[Params],
     *,
     guard: Guard | None = DEFAULT_GUARD,
     engine: str = "auto",

@@ -1,7 +1,5 @@
 """The prior that a run starts with, and the calibration that it ends with."""
 
-from typing import Any
-
 from levelhead import filters
 from levelhead.calibration import Calibration
 from levelhead.engine.driver import Carry, Settings
@@ -37,7 +35,7 @@ def keep_prior(flt: Filter, settings: Settings, carry: Carry, begin: Carry) -> C
     return begin._replace(run=begin.run._replace(state=state))
 
 
-def read_calibration(flt: Filter, settings: Settings, carry: Any) -> Calibration | None:
+def read_calibration(flt: Filter, settings: Settings, carry: Carry) -> Calibration | None:
     """The filter's present estimate of its sensor's errors; None if it estimates none."""
     if flt.calibration is None:
         return None

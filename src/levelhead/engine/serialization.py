@@ -9,9 +9,10 @@ import json
 import struct
 import zlib
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from levelhead import filters
+from levelhead.compiler.tree import Tree
 from levelhead.engine.binding import bind
 from levelhead.engine.driver import Carry, Settings
 from levelhead.errors import LevelheadError
@@ -30,7 +31,7 @@ class StreamState(NamedTuple):
     time: float | None  # stamp of the last sample, s
 
 
-def leaves(value: Any) -> Iterator[float | int | bool]:
+def leaves(value: Tree) -> Iterator[float | int | bool]:
     """The numbers inside nested NamedTuples, in order."""
     if isinstance(value, tuple | list):
         for part in value:
@@ -39,7 +40,7 @@ def leaves(value: Any) -> Iterator[float | int | bool]:
         yield value
 
 
-def layout(example: Any) -> str:
+def layout(example: Tree) -> str:
     """What the leaves mean: names and kinds, so that bytes of another layout are not taken."""
     if isinstance(example, tuple):
         names = getattr(type(example), "_fields", None) or range(len(example))
@@ -72,7 +73,7 @@ def _digest(carry: Carry) -> str:
     return hashlib.sha256(layout(carry).encode()).hexdigest()[:16]
 
 
-def _fill(example: Any, numbers: Iterator[bytes]) -> Any:
+def _fill(example: Tree, numbers: Iterator[bytes]) -> Tree:
     """A value like ``example`` with the leaves read from eight bytes each."""
     if isinstance(example, tuple):
         return type(example)(*(_fill(part, numbers) for part in example))

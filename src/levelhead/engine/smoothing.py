@@ -11,28 +11,28 @@ smoothed.
 
 import functools
 from collections.abc import Callable
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from levelhead import filters
 from levelhead.calibration import Calibration
 from levelhead.compiler.hooks import declare, fill, rebind
-from levelhead.compiler.mark import compiled_only, kernel
+from levelhead.compiler.mark import KernelFunction, compiled_only, kernel
 from levelhead.compiler.tree import native, plain
 from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.engine.binding import bind, for_engine, numba_installed
-from levelhead.engine.driver import Settings, advance, result
+from levelhead.engine.driver import Carry, Settings, advance, result
 from levelhead.engine.prior import apply_prior, read_calibration
 from levelhead.errors import LevelheadError
-from levelhead.filters.contract import Filter, Schedule, Smoothing
-from levelhead.filters.parameters import FilterChoice
+from levelhead.filters.contract import Filter, FilterState, Schedule, Smoothing
+from levelhead.filters.parameters import FilterChoice, Params
 from levelhead.guard import Guard
 from levelhead.kernels import quat
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.tilt import GAP_SECONDS
 from levelhead.kernels.vec3 import Vec3
-from levelhead.recording import Recording
+from levelhead.recording import Array, Recording
 from levelhead.track import Track
 
 KEPT = 500  # blocks in memory, ten MB: more would not stay near the processor
@@ -45,32 +45,32 @@ class Hooks(Protocol):
     WIDTH: int  # numbers of a block
 
     @staticmethod
-    def block_ended(state: Any) -> bool:
+    def block_ended(state: FilterState) -> bool:
         """Whether a block ended with the last sample."""
         ...
 
     @staticmethod
-    def keep(state: Any, kept: Any, first: int) -> None:
+    def keep(state: FilterState, kept: Array, first: int) -> None:
         """Keeps the block that has just ended, as numbers from ``first`` on."""
         ...
 
     @staticmethod
-    def back(kept: Any, first: int, memory: Any) -> None:
+    def back(kept: Array, first: int, memory: Array) -> None:
         """One step back, to the block that is kept from ``first`` on."""
         ...
 
     @staticmethod
-    def read(kept: Any, first: int, memory: Any) -> Any:
+    def read(kept: Array, first: int, memory: Array) -> tuple[Vec3, Vec3, Vec3]:
         """Rotation vector, bias and σ of the block that the step back has reached."""
         ...
 
     @staticmethod
-    def rotation(kept: Any, first: int) -> Quat:
+    def rotation(kept: Array, first: int) -> Quat:
         """The rotation by the correction at the end of a block, earth frame."""
         ...
 
     @staticmethod
-    def restarted(kept: Any, first: int) -> bool:
+    def restarted(kept: Array, first: int) -> bool:
         """Whether the attitude of a block is independent of that before it."""
         ...
 
@@ -81,23 +81,23 @@ hooks: Hooks = declare(Hooks)
 class Kept(NamedTuple):
     """The blocks of a stretch, one after the other; the first one is the last of the stretch before."""
 
-    numbers: Any  # WIDTH of each
-    end: Any  # last sample of each
+    numbers: Array  # WIDTH of each
+    end: Array  # last sample of each
 
 
 class Smoothed(NamedTuple):
     """What comes out, a row a sample."""
 
-    quat: Any  # 4
-    bias: Any  # 3
-    sigma: Any  # 3
+    quat: Array  # 4
+    bias: Array  # 3
+    sigma: Array  # 3
 
 
 @compiled_only
 def forward(
-    settings: Settings, carry: Any, last: float, start: int, t: Any, gyr: Any, acc: Any, mag: Any,
-    attitude: Any, health: Any, kept: Kept,
-) -> Any:  # fmt: skip
+    settings: Settings, carry: Carry, last: float, start: int, t: Array, gyr: Array, acc: Array, mag: Array,
+    attitude: Array, health: Array, kept: Kept,
+) -> tuple[Carry, int, int]:  # fmt: skip
     """Samples from ``start`` on until there is no room for another block, or no sample.
 
     Returns the carry, how many blocks were kept, and the sample after the last one.
@@ -123,7 +123,7 @@ def forward(
 
 
 @compiled_only
-def backward(kept: Kept, count: int, m: Any, turn: Any, bias: Any, sigma: Any) -> None:
+def backward(kept: Kept, count: int, m: Array, turn: Array, bias: Array, sigma: Array) -> None:
     """Rotation vectors of the corrections, bias and σ of all blocks kept, from the last one on, which m holds."""
     for steps in range(count):
         k = count - 1 - steps
@@ -137,7 +137,7 @@ def backward(kept: Kept, count: int, m: Any, turn: Any, bias: Any, sigma: Any) -
 
 
 @compiled_only
-def compose_ends(kept: Kept, turn: Any, before: Any) -> None:
+def compose_ends(kept: Kept, turn: Array, before: Array) -> None:
     """Rotation vectors of attitudes just before the ends of blocks: by the blocks' own corrections, then ``turn``."""
     for k in range(len(turn)):
         asked = quat.exp(Vec3(turn[k, 0], turn[k, 1], turn[k, 2]))
@@ -147,7 +147,7 @@ def compose_ends(kept: Kept, turn: Any, before: Any) -> None:
 
 
 @kernel
-def last_gap(t: Any, first: int, last: int) -> int:
+def last_gap(t: Array, first: int, last: int) -> int:
     """The last sample of these that comes after a gap; ``first`` if none does."""
     found = first
     for i in range(first + 1, last + 1):
@@ -157,7 +157,7 @@ def last_gap(t: Any, first: int, last: int) -> int:
 
 
 @compiled_only
-def turn_by(attitude: Any, i: int, x: float, y: float, z: float) -> None:
+def turn_by(attitude: Array, i: int, x: float, y: float, z: float) -> None:
     """Turns the attitude of sample i by a rotation vector, earth frame."""
     q = Quat(attitude[i, 0], attitude[i, 1], attitude[i, 2], attitude[i, 3])
     turned = quat.compose(quat.exp(Vec3(x, y, z)), q)
@@ -166,7 +166,8 @@ def turn_by(attitude: Any, i: int, x: float, y: float, z: float) -> None:
 
 @compiled_only
 def spread(
-    t: Any, kept: Kept, count: int, stop: int, at_end: Any, before: Any, bias: Any, sigma: Any, track: Smoothed,
+    t: Array, kept: Kept, count: int, stop: int, at_end: Array, before: Array,
+    bias: Array, sigma: Array, track: Smoothed,
 ) -> None:  # fmt: skip
     """From the ends of blocks to every sample up to ``stop``: linear within a block, but not across a new start."""
     for k in range(1, count + 1):
@@ -202,10 +203,10 @@ class Machine(NamedTuple):
     """Compiled parts of the smoother for one filter."""
 
     flt: Filter  # the one of the forward run
-    forward: Any
-    backward: Any
-    compose_ends: Any
-    spread: Any
+    forward: KernelFunction
+    backward: KernelFunction
+    compose_ends: KernelFunction
+    spread: KernelFunction
 
 
 @functools.cache
@@ -228,13 +229,13 @@ class Stretch(NamedTuple):
     """Where the forward run was when a stretch began."""
 
     start: int
-    carry: Any
+    carry: Carry
 
 
 class Smoother:
     """Forward and backward over one recording."""
 
-    def __init__(self, recording: Recording, params: Any, guard: Guard | None, prior: Calibration | None) -> None:
+    def __init__(self, recording: Recording, params: Params, guard: Guard | None, prior: Calibration | None) -> None:
         flt = filters.of(params)
         assert flt.smoothing is not None
         self._parts: Smoothing = flt.smoothing

@@ -9,13 +9,14 @@ as it is.
 """
 
 import functools
-from collections.abc import Callable
 from typing import Any, NamedTuple, Protocol
 
 from levelhead.compiler import slots
+from levelhead.compiler.borders import CompiledFunction
 from levelhead.compiler.compile import compile_kernel
-from levelhead.compiler.hooks import declare, fill, rebind
-from levelhead.compiler.mark import compiled_only
+from levelhead.compiler.hooks import Bindings, declare, fill, rebind
+from levelhead.compiler.mark import KernelFunction, compiled_only
+from levelhead.compiler.tree import Tree
 from levelhead.engine import driver, native
 from levelhead.engine.axis_driver import hooks as axis
 from levelhead.engine.binding import bind, bind_axis
@@ -27,6 +28,7 @@ from levelhead.kernels.vec3 import ZERO, Vec3
 Triple = tuple[float, float, float]
 Four = tuple[float, float, float, float]
 Eleven = tuple[float, float, float, float, float, float, float, float, float, float, float]
+Place = Any  # the ``place`` of the same stepper: itself, an address, or a block of memory
 MOST_DT = 1e9  # s: what is longer is no interval between samples
 
 
@@ -36,17 +38,17 @@ class MemoryHooks(Protocol):
     PARAMS_AT: int  # bytes from the state to the parameters
 
     @staticmethod
-    def load(at: int) -> Any:
+    def load(at: int) -> Tree:
         """The state: the driver's Carry, or an axis filter's."""
         ...
 
     @staticmethod
-    def store(at: int, state: Any) -> None:
+    def store(at: int, state: Tree) -> None:
         """Writes the state."""
         ...
 
     @staticmethod
-    def load_params(at: int) -> Any:
+    def load_params(at: int) -> Tree:
         """The parameters: the driver's Settings, or an axis filter's."""
         ...
 
@@ -106,7 +108,7 @@ def tick_axis(at: int, period: float, level: float, rate: float, dt: float) -> f
     return level_after
 
 
-def _plain(values: Any) -> Vec3:
+def _plain(values: Triple) -> Vec3:
     """Python floats: with NumPy's own scalars everything after them would be several times slower."""
     x, y, z = values
     return Vec3(float(x), float(y), float(z))
@@ -117,23 +119,23 @@ class PlainStepper:
 
     def __init__(self, flt: Filter, settings: Settings, guarded: bool) -> None:
         bound = bind(flt, guarded)
-        self.params: Any = settings
+        self.params: Tree = settings
         self.state = bound.begin(settings)
         self.place = self
         self._advance, self._result, self._update_aiding = bound.advance, bound.result, bound.update_aiding
 
     @staticmethod
-    def tick_aiding(place: Any, row: int, value: float, sigma: float, age: float) -> None:
+    def tick_aiding(place: Place, row: int, value: float, sigma: float, age: float) -> None:
         """One number of position, velocity or height."""
         place.state = place._update_aiding(place.params, place.state, row, value, sigma, age)
 
     @staticmethod
-    def tick(place: Any, gyr: Triple, acc: Triple, dt: float) -> Four:
+    def tick(place: Place, gyr: Triple, acc: Triple, dt: float) -> Four:
         """One sample without a magnetometer."""
         return PlainStepper.tick_mag(place, gyr, acc, ZERO, dt)
 
     @staticmethod
-    def tick_mag(place: Any, gyr: Triple, acc: Triple, mag: Triple, dt: float) -> Four:
+    def tick_mag(place: Place, gyr: Triple, acc: Triple, mag: Triple, dt: float) -> Four:
         """One sample."""
         if not 0.0 < dt < MOST_DT:
             raise ValueError("dt")
@@ -142,7 +144,7 @@ class PlainStepper:
         return quat
 
     @staticmethod
-    def report(place: Any) -> Eleven:
+    def report(place: Place) -> Eleven:
         """Orientation, bias, σ and health of the state."""
         quat, bias, sigma, health = place._result(place.params, place.state.run)
         numbers: Eleven = (*quat, *bias, *sigma, float(health))
@@ -152,14 +154,14 @@ class PlainStepper:
 class PlainAxisStepper:
     """The stepper of an axis filter in plain Python."""
 
-    def __init__(self, flt: Filter, params: Any, level: float) -> None:
+    def __init__(self, flt: Filter, params: Tree, level: float) -> None:
         self._axis = bind_axis(flt).axis
         self.params = params
         self.state = self._axis.init(params, level)
         self.place = self
 
     @staticmethod
-    def tick(place: Any, period: float, level: float, rate: float, dt: float) -> float:
+    def tick(place: Place, period: float, level: float, rate: float, dt: float) -> float:
         """One pair."""
         if not (0.0 < dt < MOST_DT and level - level == 0.0 and rate - rate == 0.0):
             raise ValueError("dt, level or rate")
@@ -170,7 +172,7 @@ class PlainAxisStepper:
 class CompiledTicks(NamedTuple):
     """The machine code of a filter's ticks, and how its state and parameters lie in memory."""
 
-    ticks: dict[str, Any]
+    ticks: dict[str, CompiledFunction]
     states: slots.Slot
     parameters: slots.Slot
 
@@ -178,12 +180,12 @@ class CompiledTicks(NamedTuple):
 class CompiledStepper:
     """A stepper in machine code, compiled or read from the cache by the constructor, so that no sample waits for it."""
 
-    tick: Callable[..., Any]
-    tick_mag: Callable[..., Any]
-    report: Callable[..., Any]
-    tick_aiding: Callable[..., Any]
+    tick: CompiledFunction
+    tick_mag: CompiledFunction
+    report: CompiledFunction
+    tick_aiding: CompiledFunction
 
-    def __init__(self, compiled_ticks: CompiledTicks, state: Any, params: Any) -> None:
+    def __init__(self, compiled_ticks: CompiledTicks, state: Tree, params: Tree) -> None:
         self._ticks = compiled_ticks
         self._memory, self.place = slots.allocate(compiled_ticks.states.size + compiled_ticks.parameters.size)
         self.state, self.params = state, params
@@ -191,27 +193,27 @@ class CompiledStepper:
             setattr(self, name, entry)
 
     @property
-    def state(self) -> Any:
+    def state(self) -> Tree:
         """The filter's whole state."""
         return self._ticks.states.read(self._memory, 0)
 
     @state.setter
-    def state(self, value: Any) -> None:
+    def state(self, value: Tree) -> None:
         self._ticks.states.write(self._memory, 0, value)
 
     @property
-    def params(self) -> Any:
+    def params(self) -> Tree:
         """The filter's parameters."""
         return self._params
 
     @params.setter
-    def params(self, value: Any) -> None:
+    def params(self, value: Tree) -> None:
         self._params = value
         self._ticks.parameters.write(self._memory, self._ticks.states.size, value)
 
 
 def _compile_ticks(
-    name: str, state: Any, params: Any, ticks: dict[str, tuple[Any, str]], pairs: tuple[tuple[Any, Any], ...]
+    name: str, state: Tree, params: Tree, ticks: dict[str, tuple[KernelFunction, str]], pairs: Bindings
 ) -> CompiledTicks:
     """Compiles ``ticks``, name -> (function, arguments), with ``pairs`` and slots for state and parameters bound."""
     states, parameters = slots.slot(state), slots.slot(params)
@@ -234,7 +236,7 @@ def _compile_ticks(
 def imu_ticks(flt: Filter, guarded: bool) -> CompiledTicks:
     """The compiled ticks of a filter on an IMU."""
     bound, settings = bind(flt, guarded), Settings(flt.params(), Guard())
-    ticks: dict[str, tuple[Any, str]] = {
+    ticks: dict[str, tuple[KernelFunction, str]] = {
         "tick_mag": (tick_mag, "ivvvf"),
         "tick": (tick, "ivvf"),
         "report": (report, "i"),
@@ -255,33 +257,33 @@ def axis_ticks(flt: Filter) -> CompiledTicks:
 class NativeStepper:
     """A stepper in the C that was compiled with the package."""
 
-    tick: Callable[..., Any]
-    tick_mag: Callable[..., Any]
-    report: Callable[..., Any]
-    tick_aiding: Callable[..., Any]
+    tick: CompiledFunction
+    tick_mag: CompiledFunction
+    report: CompiledFunction
+    tick_aiding: CompiledFunction
 
-    def __init__(self, machine: native.Machine, params: Any) -> None:
+    def __init__(self, machine: native.Machine, params: Tree) -> None:
         self._machine, self._params, self.place = machine, params, machine.filter
         for name in ("tick", "tick_mag", "report", "tick_aiding"):
             if hasattr(machine.filter, name):
                 setattr(self, name, getattr(type(machine.filter), name))
 
     @property
-    def state(self) -> Any:
+    def state(self) -> Tree:
         """The filter's whole state."""
         return self._machine.state
 
     @state.setter
-    def state(self, value: Any) -> None:
+    def state(self, value: Tree) -> None:
         self._machine.state = value
 
     @property
-    def params(self) -> Any:
+    def params(self) -> Tree:
         """The filter's parameters."""
         return self._params
 
     @params.setter
-    def params(self, value: Any) -> None:
+    def params(self, value: Tree) -> None:
         self._params = value
         self._machine.set_params(value)
 
@@ -299,7 +301,7 @@ def imu_stepper(
 
 
 def axis_stepper(
-    flt: Filter, params: Any, level: float, engine: str
+    flt: Filter, params: Tree, level: float, engine: str
 ) -> PlainAxisStepper | CompiledStepper | NativeStepper:
     """A stepper for an axis filter; ``engine`` "native", "compiled" or "python"."""
     if engine == "python":

@@ -33,16 +33,16 @@ def _live_engine(engine: str, native: bool) -> str:
     return choose_engine(engine, 0, native)
 
 
-def _triple(values: Any) -> Any:
+def _triple(values: Any) -> Triple:  # Any: whatever a user gives; what is no row of numbers raises TypeError
     """A tuple of Python floats: NumPy's own scalars make everything after them several times slower."""
     return tuple(values.tolist() if type(values) is ndarray else values)
 
 
-def _interval_error(dt: Any) -> LevelheadError:
+def _interval_error(dt: object) -> LevelheadError:
     return LevelheadError(f"dt is {dt!r}; it must be the seconds since the last sample, greater than 0")
 
 
-def _sample_error(gyr: Any, acc: Any, mag: Any, dt: Any) -> LevelheadError:
+def _sample_error(gyr: Triple, acc: Triple | None, mag: Triple | None, dt: object) -> LevelheadError:
     """Why a tick did not take a sample."""
     for name, values, unit in (("gyr", gyr, "rad/s"), ("acc", acc, "m/s²"), ("mag", mag, "µT")):
         try:
@@ -56,7 +56,7 @@ def _sample_error(gyr: Any, acc: Any, mag: Any, dt: Any) -> LevelheadError:
     return _interval_error(dt)
 
 
-def _number(name: str, value: Any, unit: str, *, positive: bool = False) -> float:
+def _number(name: str, value: object, unit: str, *, positive: bool = False) -> float:
     """A number, which may be NaN unless it must be positive.
 
     Raises:
@@ -69,7 +69,7 @@ def _number(name: str, value: Any, unit: str, *, positive: bool = False) -> floa
     return number
 
 
-def _pair_error(angle: Any, rate: Any, dt: Any) -> LevelheadError:
+def _pair_error(angle: object, rate: object, dt: object) -> LevelheadError:
     """Why a tick did not take a pair."""
     for name, value in (("angle", angle), ("rate", rate)):
         if not isinstance(value, SupportsFloat) or not isfinite(value):

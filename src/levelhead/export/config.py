@@ -3,18 +3,18 @@ is known of its sensor.
 """
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 from levelhead import filters
 from levelhead.axis_map import IDENTITY, AxisMap
 from levelhead.calibration import Calibration
 from levelhead.engine.binding import bind, is_guarded
-from levelhead.engine.driver import Settings
+from levelhead.engine.driver import Carry, Settings
 from levelhead.engine.prior import apply_prior
 from levelhead.errors import LevelheadError
 from levelhead.export.layout import snake
 from levelhead.filters.contract import Filter
-from levelhead.filters.parameters import param_table
+from levelhead.filters.parameters import Params, param_table
 from levelhead.guard import Guard
 from levelhead.kernels.correction import Readings, correct_readings
 from levelhead.kernels.vec3 import Vec3
@@ -37,7 +37,7 @@ class ExportConfig:
         command: the words that do it again.
     """
 
-    params: Any
+    params: Params
     guard: Guard | None = DEFAULT_GUARD
     real: Literal["float", "double"] = "double"
     axis: bool = False
@@ -69,7 +69,7 @@ class ExportConfig:
         """What the driver is told."""
         return Settings(self.params, self.guard or Guard())
 
-    def begin(self) -> Any:
+    def begin(self) -> Carry:
         """What the driver carries before the first sample, in plain Python.
 
         Raises:

@@ -7,10 +7,10 @@ open (``Any``) is said by the first call.
 import ast
 import builtins
 import types
-from collections.abc import Callable, Sequence
+from collections.abc import Container, Sequence
 from typing import Any, Protocol
 
-from levelhead.compiler.mark import is_kernel
+from levelhead.compiler.mark import KernelFunction, is_kernel
 from levelhead.errors import LevelheadError
 from levelhead.export.kinds import BOOL, FLOAT, INT, VOID, Array, Kind, Scalar, Struct, describe, is_struct
 from levelhead.export.source import Source
@@ -36,11 +36,11 @@ class Program(Protocol):
 
     types: TypeTable
 
-    def kernel(self, function: Callable[..., Any], arguments: Sequence[Kind]) -> Callee:
+    def kernel(self, function: KernelFunction, arguments: Sequence[Kind]) -> Callee:
         """Another kernel, called with values of these kinds."""
 
 
-def resolve(function: Callable[..., Any], node: ast.AST, local: Any = ()) -> Any:
+def resolve(function: KernelFunction, node: ast.AST, local: Container[str] = ()) -> Any:
     """The Python object that a name or ``module.name`` stands for; ``MISSING`` where it is a value of the kernel."""
     found: Any = MISSING
     if isinstance(node, ast.Name) and node.id not in local:
@@ -52,7 +52,7 @@ def resolve(function: Callable[..., Any], node: ast.AST, local: Any = ()) -> Any
     return getattr(found, "__meaning__", found)
 
 
-def allocation(function: Callable[..., Any], node: ast.AST, local: Any = ()) -> ast.expr | None:
+def allocation(function: KernelFunction, node: ast.AST, local: Container[str] = ()) -> ast.expr | None:
     """The shape in ``zeros(count)``, ``np.zeros(shape)`` or ``np.empty(shape)``; None for anything else."""
     if not isinstance(node, ast.Call) or len(node.args) != 1:
         return None
@@ -344,7 +344,7 @@ class Inference:
         return Array(tuple(numbers))
 
 
-def arguments(node: ast.Call, function: Callable[..., Any]) -> list[ast.expr]:
+def arguments(node: ast.Call, function: KernelFunction) -> list[ast.expr]:
     """The arguments of a call in the order of the parameters."""
     names = function.__code__.co_varnames[: function.__code__.co_argcount]
     return list((by_field(node, list(names)) or {}).values())

@@ -190,28 +190,35 @@ class Program:
             yield module, [line for kernel in kernels if kernel.module == module for line in self._text(kernel)]
 
     def call_order(self) -> list[Kernel]:
-        """All kernels, callees first, module by module."""
+        """All kernels, callees first, module by module; in a module as they stand there, as far as that allows it."""
+        kernels = sorted(self._kernels.values(), key=lambda kernel: position(kernel.source.function))
         found: list[Kernel] = []
 
         def visit(kernel: Kernel) -> None:
             if kernel not in found:
                 for callee in kernel.inference.calls:
                     assert isinstance(callee, Kernel)
-                    visit(callee)
+                    if callee.module == kernel.module:
+                        visit(callee)
                 found.append(kernel)
 
-        for kernel in sorted(self._kernels.values(), key=lambda one: position(one.source.function)):
-            visit(kernel)
-        modules: dict[str, dict[str, None]] = {}  # no sets: the order of the text must not change from run to run
-        for kernel in found:
-            callees = [callee.module for callee in kernel.inference.calls if isinstance(callee, Kernel)]
-            others = modules.setdefault(kernel.module, {})
-            others.update(dict.fromkeys(name for name in callees if name != kernel.module))
+        for module in self._module_order():
+            for kernel in kernels:
+                if kernel.module == module:
+                    visit(kernel)
+        return found
+
+    def _module_order(self) -> list[str]:
+        """The modules of kernels, those that are called first; the same in every process, so no sets of names."""
+        called: dict[str, dict[str, None]] = {}
+        for kernel in self._kernels.values():
+            modules = [callee.module for callee in kernel.inference.calls if isinstance(callee, Kernel)]
+            others = called.setdefault(kernel.module, {})
+            others.update(dict.fromkeys(name for name in modules if name != kernel.module))
         try:
-            order = list(graphlib.TopologicalSorter(modules).static_order())
+            return list(graphlib.TopologicalSorter(called).static_order())
         except graphlib.CycleError as error:
             raise LevelheadError(f"kernels of these modules call each other in a circle: {error.args[1]}") from None
-        return sorted(found, key=lambda kernel: order.index(kernel.module))
 
     def modules(self) -> set[str]:
         """Where all of this is written down: the modules of kernels, of types and of constants."""

@@ -2,10 +2,10 @@
 
 import textwrap
 from collections.abc import Iterator
-from typing import Any
 
 from levelhead.axis_map import IDENTITY
 from levelhead.calibration import QUANTITIES, Calibration
+from levelhead.compiler.tree import Tree
 from levelhead.errors import LevelheadError
 from levelhead.export.config import ExportConfig
 from levelhead.export.kinds import FLOAT, Struct, variable
@@ -20,7 +20,7 @@ READINGS = ("gyr", "acc", "mag")
 GIVEN = tuple(f"three({name})" for name in READINGS)  # as vectors in the body's axes
 
 
-def _numbers(value: Any, path: str) -> Iterator[tuple[Place, float]]:
+def _numbers(value: Tree, path: str) -> Iterator[tuple[Place, float]]:
     """The numbers in the lists of a state."""
     if isinstance(value, list):
         yield from (((path, i), number) for i, number in enumerate(value))

@@ -8,10 +8,10 @@ import sys
 import textwrap
 import tokenize
 import types
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
+from levelhead.compiler.mark import KernelFunction
 from levelhead.errors import LevelheadError
 
 REMARKS = ("fmt:", "noqa", "type:", "ruff:")  # comments for tools, not for readers
@@ -39,7 +39,7 @@ class Source:
         first: line of the file at which the tree's first line stands.
     """
 
-    function: Callable[..., Any]
+    function: KernelFunction
     tree: ast.FunctionDef
     comments: dict[int, str]
     first: int
@@ -62,7 +62,7 @@ class Source:
 
 
 @functools.cache
-def read(function: Callable[..., Any]) -> Source:
+def read(function: KernelFunction) -> Source:
     """The source of a kernel.
 
     Raises:
@@ -81,7 +81,7 @@ def read(function: Callable[..., Any]) -> Source:
     return Source(function, _Decided(function).visit(tree), comments(text), first, text)
 
 
-def constant(function: Callable[..., Any], test: ast.expr) -> bool | None:
+def constant(function: KernelFunction, test: ast.expr) -> bool | None:
     """What a condition is if it is decided before the kernel runs, as by ``hooks.OWN_SIGMA``; None if it is not."""
     if isinstance(test, ast.UnaryOp) and isinstance(test.op, ast.Not):
         inner = constant(function, test.operand)
@@ -99,10 +99,10 @@ def constant(function: Callable[..., Any], test: ast.expr) -> bool | None:
 class _Decided(ast.NodeTransformer):
     """Leaves out what a constant condition rules out."""
 
-    def __init__(self, function: Callable[..., Any]) -> None:
+    def __init__(self, function: KernelFunction) -> None:
         self._function = function
 
-    def visit_IfExp(self, node: ast.IfExp) -> Any:
+    def visit_IfExp(self, node: ast.IfExp) -> ast.AST:
         """The value that is taken, where that is known."""
         self.generic_visit(node)
         taken = constant(self._function, node.test)
@@ -110,7 +110,7 @@ class _Decided(ast.NodeTransformer):
             return node
         return node.body if taken else node.orelse
 
-    def visit_If(self, node: ast.If) -> Any:
+    def visit_If(self, node: ast.If) -> ast.AST | list[ast.stmt]:
         """The branch that is taken, where that is known."""
         self.generic_visit(node)
         taken = constant(self._function, node.test)
@@ -169,7 +169,7 @@ def remark(module: str, name: str) -> str:
     return ""
 
 
-def position(function: Callable[..., Any]) -> int:
+def position(function: KernelFunction) -> int:
     """The line at which a kernel stands in its file."""
     return function.__code__.co_firstlineno
 

@@ -6,12 +6,12 @@ machine; in double the answers must be the same to the bit.
 
 import math
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from levelhead.engine.binding import bind, bind_axis
 from levelhead.engine.stepper import MOST_DT
 from levelhead.export.config import ExportConfig
-from levelhead.filters.contract import Output
+from levelhead.filters.contract import FilterState, Output
 from levelhead.kernels.vec3 import Vec3
 
 SAMPLES = 96
@@ -118,7 +118,7 @@ def rows(config: ExportConfig) -> list[Row]:
 def axis_rows(config: ExportConfig, first: float, period: float) -> list[AxisRow]:
     """Pairs that cross the edge of the circle, through the filter in plain Python."""
     axis = bind_axis(config.flt).axis
-    state: Any = axis.init(config.params, first)
+    state: FilterState = axis.init(config.params, first)
     noise, found = _noise(), []
     for i in range(40):
         level = round(170.0 + 20.0 * math.sin(0.2 * i) + 3.0 * next(noise), 2)

@@ -12,11 +12,16 @@ vector. What only some filters can do comes in groups of further functions, each
 """
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from levelhead.compiler.mark import KernelFunction
+from levelhead.compiler.tree import Tree
 from levelhead.filters.parameters import Params
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.vec3 import Vec3
+
+FilterState = Tree  # the state of a filter: a NamedTuple that every filter defines for itself
+AxisReport = Tree  # a NamedTuple of floats, or of arrays: level, rate, bias, and what else an axis filter estimates
 
 
 class NavState(NamedTuple):
@@ -64,7 +69,7 @@ class Schedule(NamedTuple):
     """Of a filter that corrects at the end of blocks of samples, and not at every sample."""
 
     due: Callable[..., bool]  # (params, state) -> bool: whether ``correct`` is to be called after this step
-    correct: Callable[..., Any]  # (params, state, dt) -> state
+    correct: KernelFunction  # (params, state, dt) -> state
 
 
 class Inflation(NamedTuple):
@@ -73,8 +78,8 @@ class Inflation(NamedTuple):
     A covariance grows by it; a running mean of the readings starts again.
     """
 
-    attitude: Callable[..., Any]  # (params, state, variance) -> state: about each of the three axes
-    heading: Callable[..., Any] | None = None  # (params, state, variance) -> state: about the vertical only
+    attitude: KernelFunction  # (params, state, variance) -> state: about each of the three axes
+    heading: KernelFunction | None = None  # (params, state, variance) -> state: about the vertical only
 
 
 # Rows of an aiding measurement: the first of three axes (east, north, up), or the only one
@@ -86,25 +91,25 @@ HEIGHT = 6  # m, by barometer
 class Aiding(NamedTuple):
     """Of a filter that takes measurements of position, velocity and height; rows are counted as above."""
 
-    update: Callable[..., Any]  # (params, state, row, value, sigma, age) -> state; sigma in the value's unit, age in s
+    update: KernelFunction  # (params, state, row, value, sigma, age) -> state; sigma in the value's unit, age in s
     nav_state: Callable[..., NavState]  # (params, state) -> NavState
 
 
 class AxisFilter(NamedTuple):
     """A filter on one pair of a noisy level and its drifting rate, in any unit."""
 
-    init: Callable[..., Any]  # (params, level) -> state
-    step: Callable[..., Any]  # (params, state, level, rate, dt, period) -> state
-    read: Callable[..., Any]  # (state) -> report
+    init: KernelFunction  # (params, level) -> state
+    step: KernelFunction  # (params, state, level, rate, dt, period) -> state
+    read: KernelFunction  # (state) -> report
     report: type  # NamedTuple of floats: level, rate (bias-free), bias, and what else the filter estimates
 
 
 class SelfCalibration(NamedTuple):
     """Of a filter that estimates the errors of its sensor; the last two are plain Python."""
 
-    restart: Callable[..., Any]  # (params, before, gyr, acc, mag) -> state: ``init`` with the prior that ``before`` has
-    with_prior: Callable[..., Any]  # (state, prior) -> state that uses the calibration of an earlier run
-    estimate: Callable[..., Any]  # (params, state) -> calibration, of the type that ``with_prior`` takes
+    restart: KernelFunction  # (params, before, gyr, acc, mag) -> state: ``init`` with the prior that ``before`` has
+    with_prior: KernelFunction  # (state, prior) -> state that uses the calibration of an earlier run
+    estimate: KernelFunction  # (params, state) -> calibration, of the type that ``with_prior`` takes
 
 
 class Smoothing(NamedTuple):
@@ -113,9 +118,9 @@ class Smoothing(NamedTuple):
     Of each block the forward run keeps ``width`` numbers, in one row of floats: ``first`` is where they begin.
     """
 
-    offline: Callable[..., Any]  # (params) -> params for a forward run, plain Python
-    init: Callable[..., Any]  # those of the forward run
-    correct: Callable[..., Any]
+    offline: KernelFunction  # (params) -> params for a forward run, plain Python
+    init: KernelFunction  # those of the forward run
+    correct: KernelFunction
     width: int
     block_ended: Callable[..., bool]  # (state) -> bool: whether a block ended with the last sample
     keep_start: Callable[..., None]  # (state, kept): the block before a stretch, as the first of its blocks
@@ -123,7 +128,7 @@ class Smoothing(NamedTuple):
     memory: int  # numbers that the backward run works with
     begin: Callable[..., None]  # (state, memory): at the end of the recording
     back: Callable[..., None]  # (kept, first, memory): one step, to that block from the one behind it
-    read: Callable[..., Any]  # (kept, first, memory) -> (turn, bias, sigma): rotation vector (rad), rad/s, rad, 3 each
+    read: KernelFunction  # (kept, first, memory) -> (turn, bias, sigma): rotation vector (rad), rad/s, rad, 3 each
     rotation: Callable[..., Quat]  # (kept, first) -> by the correction at the end of the block, earth frame
     restarted: Callable[..., bool]  # (kept, first) -> bool: the attitude is independent of that in the block before
 
@@ -133,8 +138,8 @@ class Filter(NamedTuple):
 
     name: str
     params: type[Params]
-    init: Callable[..., Any]
-    step: Callable[..., Any]
+    init: KernelFunction
+    step: KernelFunction
     output: Callable[..., Output]
     estimates: frozenset[str]  # of "tilt", "heading", "bias", "sigma"
     uses: frozenset[str]  # of "gyr", "acc", "mag": what it runs on; the start takes tilt and heading from what there is
@@ -142,11 +147,11 @@ class Filter(NamedTuple):
     settles: Settling
     gains: Callable[..., Gains] | None = None  # (params, state, dt) -> Gains, for filters without a σ of their own
     inflation: Inflation | None = None
-    at_rest: Callable[..., Any] | None = None  # (params, state) -> state: the guard has found the sensor at rest
+    at_rest: KernelFunction | None = None  # (params, state) -> state: the guard has found the sensor at rest
     schedule: Schedule | None = None
     aiding: Aiding | None = None
     handles: frozenset[str] = frozenset()  # of "bias", "field": what it estimates itself, so that the guard does not
     axis: AxisFilter | None = None
-    with_known_bias: Callable[..., Any] | None = None  # (params, sigma) -> params: bias subtracted, 1σ left in rad/s
+    with_known_bias: KernelFunction | None = None  # (params, sigma) -> params: bias subtracted, 1σ left in rad/s
     calibration: SelfCalibration | None = None
     smoothing: Smoothing | None = None

@@ -3,10 +3,11 @@
 Their state is the attitude, a bias and an age: until it reaches a time constant, gains are those of a running mean.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from levelhead.compiler.mark import kernel
 from levelhead.filters.contract import Output
+from levelhead.filters.parameters import Params
 from levelhead.kernels import triad
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.vec3 import ZERO, Vec3
@@ -24,7 +25,7 @@ class State(NamedTuple):
 
 
 @kernel
-def init(params: Any, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
+def init(params: Params, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
     """Tilt and heading of the first sample."""
     return State(triad.initial_attitude(acc, mag), ZERO, 0.0)
 
@@ -38,12 +39,12 @@ def integrate(state: State, gyr: Vec3, dt: float) -> Quat:
 
 
 @kernel
-def inflate(params: Any, state: State, variance: float) -> State:
+def inflate(params: Params, state: State, variance: float) -> State:
     """Gains are those of a start again, as after a gap."""
     return State(state.quat, state.bias, 0.0)
 
 
 @kernel
-def output(params: Any, state: State) -> Output:
+def output(params: Params, state: State) -> Output:
     """Attitude and bias."""
     return Output(state.quat, state.bias, ZERO, 0)

@@ -7,7 +7,7 @@ order than NumPy's and angles by the kernels' own atan2, so the last few of the 
 
 from collections.abc import Callable, Sequence
 from math import sqrt
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from levelhead.compiler.mark import kernel
 from levelhead.engine import lanes
 from levelhead.evaluate.score import scored_rows
 from levelhead.filters.contract import Filter
+from levelhead.filters.parameters import Params
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.trig import atan2
 from levelhead.recording import Array, Recording
@@ -76,7 +77,7 @@ SQUARES = lanes.Observer("squares", add_squares, Squares(1.0, 0.0, 0.0, 0.0, 0.0
 
 
 def root_mean_squares(
-    recording: Recording, flt: Filter, parameter_sets: Sequence[Any], progress: Callable[[float], None] | None = None
+    recording: Recording, flt: Filter, parameter_sets: Sequence[Params], progress: Callable[[float], None] | None = None
 ) -> Array:
     """(k, 3) RMS of total, tilt and heading error in degrees, for each of k parameter sets of one filter."""
     truth = recording.truth

@@ -3,10 +3,11 @@ run. Plain Python."""
 
 from collections.abc import Mapping
 from math import sqrt
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from levelhead.filters.eskf import state as at
 from levelhead.filters.eskf.covariance import variance
+from levelhead.filters.parameters import Params
 from levelhead.kernels.arrays import Floats
 
 
@@ -19,7 +20,7 @@ class Estimate(NamedTuple):
     start: tuple[float, ...]
 
 
-def estimates(params: Any, m: Floats, norm: float) -> dict[str, Estimate]:
+def estimates(params: Params, m: Floats, norm: float) -> dict[str, Estimate]:
     """Name of a block of states -> its estimate, for all that are part of a Calibration and exist.
 
     ``norm`` is that of the first field in µT; 0: there was no magnetometer.

@@ -40,29 +40,6 @@ typedef struct {
 static const double TRIG_ROUND = 6755399441055744.0; /* 1.5·2⁵²: added and taken off again it rounds to a whole number */
 
 
-/* ---- angle
- *
- * Angles on the circle: never blend 175° and −175° to 0°.
- */
-
-/* The angle brought to [−period/2, period/2); untouched, to the bit, when it is there already.
- *
- * period is 2π for radians, 360 for degrees, and 0 for a quantity that is not on a circle (a height, a price).
- */
-static double angle_wrap(double angle, double period)
-{
-    /* nearly always inside, and dividing takes longest */
-    if (period > 0.0 && !(-0.5 * period <= angle && angle < 0.5 * period)) {
-        const double turns = angle / period + 0.5;
-        double whole = (turns + TRIG_ROUND) - TRIG_ROUND;
-        if (whole > turns) { /* to the nearest, but floor is meant; a real floor would keep lanes from being SIMD */
-            whole -= 1.0;
-        }
-        return angle - period * whole;
-    }
-    return angle;
-}
-
 /* ---- two_state
  *
  * An angle and the bias of its rate: the covariance that several filters share.
@@ -95,6 +72,29 @@ static Covariance two_state_joseph(Covariance p, Gain k, double r)
     const double rest = 1.0 - a;
     return (Covariance){rest * rest * level + a * a * r, rest * (cross - b * level) + a * b * r,
         bias - 2.0 * b * cross + b * b * (level + r)};
+}
+
+/* ---- angle
+ *
+ * Angles on the circle: never blend 175° and −175° to 0°.
+ */
+
+/* The angle brought to [−period/2, period/2); untouched, to the bit, when it is there already.
+ *
+ * period is 2π for radians, 360 for degrees, and 0 for a quantity that is not on a circle (a height, a price).
+ */
+static double angle_wrap(double angle, double period)
+{
+    /* nearly always inside, and dividing takes longest */
+    if (period > 0.0 && !(-0.5 * period <= angle && angle < 0.5 * period)) {
+        const double turns = angle / period + 0.5;
+        double whole = (turns + TRIG_ROUND) - TRIG_ROUND;
+        if (whole > turns) { /* to the nearest, but floor is meant; a real floor would keep lanes from being SIMD */
+            whole -= 1.0;
+        }
+        return angle - period * whole;
+    }
+    return angle;
 }
 
 /* ---- kalman

@@ -86,17 +86,15 @@ typedef struct {
 
 /* Constants, each in the unit that stands behind it */
 
+static const Vec3 VEC3_ZERO = {0.0f, 0.0f, 0.0f};
+static const float VEC3_SHORTEST = 1e-18f; /* below, squares underflow and a norm means nothing */
+
 /* pi / sqrt(3.0): rad, standard deviation of an angle that is uniform on the circle */
 static const float TILT_UNIFORM = 1.8137994f;
 static const float TILT_GAP_SECONDS = 0.5f; /* s: across a longer interval the attitude is held and its variance grows */
 static const float TILT_TURN = 1.0f; /* rad/s, 1σ of how fast a body may turn in a gap */
 /* squared, in any unit: below it squares lose their digits, and then nothing is unit any more */
 static const float TILT_NO_LENGTH = 1e-30f;
-
-static const float LOWPASS_AGE_LIMIT = 1e6f; /* s: beyond this age the weight no longer depends on it */
-
-static const Vec3 VEC3_ZERO = {0.0f, 0.0f, 0.0f};
-static const float VEC3_SHORTEST = 1e-18f; /* below, squares underflow and a norm means nothing */
 
 static const float TRIG_TAN_22 = 0.41421357f; /* tan π/8 */
 static const float TRIG_TAN_67 = 2.4142137f; /* tan 3π/8 */
@@ -110,19 +108,7 @@ static const float TRIG_HALF_PI_1 = 1.5703125f;
 static const float TRIG_HALF_PI_2 = 0.0004837513f;
 static const float TRIG_HALF_PI_3 = 7.54979e-08f;
 
-static const float FIELD_FIRST_AGE = 0.001f; /* s for which the first reading counts */
-static const float FIELD_FIELD_TIME = 20.0f; /* s, time constant of norm and dip */
-static const Field FIELD_NO_FIELD = {0.0f, 0.0f, 0.0f, 0.0f};
-
-static const float UNITS_GRAVITY = 9.80665f; /* m/s², standard gravity (CGPM 1901) */
-static const float UNITS_DEGREE = 0.017453292f; /* math.pi / 180.0: rad */
-
-static const float REST_INTERVAL = 0.02f; /* s over which readings are averaged */
-static const float REST_MEAN_TIME = 0.5f; /* s, time constant of the slow means */
-/* (2.0 * DEGREE) * (2.0 * DEGREE): (rad/s)², by which a bias may differ from what is known of it */
-static const float REST_BIAS_CHANGE = 0.0012184697f;
-static const float REST_BIAS_TIME = 10.0f; /* s, time constant of the bias at rest */
-static const Sums REST_NO_SUMS = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
+static const float LOWPASS_AGE_LIMIT = 1e6f; /* s: beyond this age the weight no longer depends on it */
 
 static const float QUAT_SMALL = 0.01f; /* (angle/2)² below which series take over */
 
@@ -147,6 +133,29 @@ static const float OBSERVER_COVARIANCE_SMOOTH = 1.0f; /* s, time constant of the
 /* (5.0 * DEGREE) * (5.0 * DEGREE): rad², by which iron nearby turns the field */
 static const float OBSERVER_COVARIANCE_IRON = 0.0076154354f;
 static const float OBSERVER_COVARIANCE_IRON_SECONDS = 2.0f; /* s for which a body on the move is near the same iron */
+
+static const float REST_INTERVAL = 0.02f; /* s over which readings are averaged */
+static const float REST_MEAN_TIME = 0.5f; /* s, time constant of the slow means */
+/* (2.0 * DEGREE) * (2.0 * DEGREE): (rad/s)², by which a bias may differ from what is known of it */
+static const float REST_BIAS_CHANGE = 0.0012184697f;
+static const float REST_BIAS_TIME = 10.0f; /* s, time constant of the bias at rest */
+static const Sums REST_NO_SUMS = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
+
+static const float UNITS_GRAVITY = 9.80665f; /* m/s², standard gravity (CGPM 1901) */
+static const float UNITS_DEGREE = 0.017453292f; /* math.pi / 180.0: rad */
+
+static const float FIELD_FIRST_AGE = 0.001f; /* s for which the first reading counts */
+static const float FIELD_FIELD_TIME = 20.0f; /* s, time constant of norm and dip */
+static const Field FIELD_NO_FIELD = {0.0f, 0.0f, 0.0f, 0.0f};
+
+/* rad: two directions nearer than this leave the angle around them undetermined */
+static const float TRIAD_PARALLEL = 1e-06f;
+
+/* sine below which opposite directions leave the axis of rotation undetermined */
+static const float VECTOR_ERROR_NO_AXIS = 1e-09f;
+/* (angle/2)⁴ up to which a short series is exact to the last bit or two */
+static const float VECTOR_ERROR_SHORT = 1e-06f;
+static const float VECTOR_ERROR_NEAR_UNIT = 1e-05f; /* |q|² − 1 up to which a series is exact to 1e-15 */
 
 static const float DETECTORS_PLATEAU = 0.997f; /* of the largest reading so far: readings above this may be clipped */
 /* of the largest reading so far: a reading that rises from below this in two samples rises steeply */
@@ -177,15 +186,6 @@ static const int32_t HEALTH_MAG_REJECTED = 1024; /* norm or dip are not those of
 /* a new field was taken for the earth's: from here on heading follows it */
 static const int32_t HEALTH_MAG_LEARNED = 4096;
 static const int32_t HEALTH_AT_REST = 2048; /* nothing wrong: the sensor is still, and its bias is being learned */
-
-/* sine below which opposite directions leave the axis of rotation undetermined */
-static const float VECTOR_ERROR_NO_AXIS = 1e-09f;
-/* (angle/2)⁴ up to which a short series is exact to the last bit or two */
-static const float VECTOR_ERROR_SHORT = 1e-06f;
-static const float VECTOR_ERROR_NEAR_UNIT = 1e-05f; /* |q|² − 1 up to which a series is exact to 1e-15 */
-
-/* rad: two directions nearer than this leave the angle around them undetermined */
-static const float TRIAD_PARALLEL = 1e-06f;
 
 static const bool GUARD_GATES_FIELD = true; /* False for a filter that gates the field itself */
 static const GuardState GUARD_NO_SAMPLES = {{0.0f, {0.0f, 0.0f, 0.0f}}, 0.0f, {0.0f, 0.0f, 0.0f, 0.0f}};
@@ -227,30 +227,6 @@ static float lh_max(float a, float b)
     return b > a ? b : a;
 }
 
-/* ---- lowpass
- *
- * Weights of first-order low-pass filters, which average all samples until they are as old as their time constant.
- */
-
-/* Seconds for which the attitude has been tracked without a gap; 0 after a gap. */
-static float lowpass_advance_age(float age, float dt)
-{
-    if (dt > TILT_GAP_SECONDS) {
-        return 0.0f;
-    }
-    return lh_min(age + dt, LOWPASS_AGE_LIMIT);
-}
-
-/* The weight of a new sample in a first-order low-pass of time constant tau: dt/(min(τ, age) + dt).
- *
- * While the filter is younger than τ this is the running mean of all samples since its start: the first one counts
- * fully, the second half, so that a wrong first sample is averaged away instead of being forgotten over several τ.
- */
-static float lowpass_lowpass_weight(float tau, float age, float dt)
-{
-    return dt / (lh_min(tau, age) + dt);
-}
-
 /* ---- vec3
  *
  * Vectors of three numbers.
@@ -262,16 +238,22 @@ static Vec3 vec3_add(Vec3 a, Vec3 b)
     return (Vec3){a.x + b.x, a.y + b.y, a.z + b.z};
 }
 
-/* a/|a|; the zero vector (an absent sensor), and what is too short to have a direction, gives the zero vector. */
-static Vec3 vec3_normalize(Vec3 a)
+/* a − b */
+static Vec3 vec3_sub(Vec3 a, Vec3 b)
 {
-    const float x = a.x, y = a.y, z = a.z;
-    const float n = sqrtf(x * x + y * y + z * z);
-    if (n > VEC3_SHORTEST) {
-        const float one = 1.0f / n; /* a division takes as long as four products */
-        return (Vec3){x * one, y * one, z * one};
-    }
-    return (Vec3){0.0f, 0.0f, 0.0f};
+    return (Vec3){a.x - b.x, a.y - b.y, a.z - b.z};
+}
+
+/* s·a */
+static Vec3 vec3_scale(Vec3 a, float s)
+{
+    return (Vec3){a.x * s, a.y * s, a.z * s};
+}
+
+/* a·b */
+static float vec3_dot(Vec3 a, Vec3 b)
+{
+    return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
 /* a × b */
@@ -289,22 +271,16 @@ static float vec3_norm(Vec3 a)
     return sqrtf(x * x + y * y + z * z);
 }
 
-/* s·a */
-static Vec3 vec3_scale(Vec3 a, float s)
+/* a/|a|; the zero vector (an absent sensor), and what is too short to have a direction, gives the zero vector. */
+static Vec3 vec3_normalize(Vec3 a)
 {
-    return (Vec3){a.x * s, a.y * s, a.z * s};
-}
-
-/* a − b */
-static Vec3 vec3_sub(Vec3 a, Vec3 b)
-{
-    return (Vec3){a.x - b.x, a.y - b.y, a.z - b.z};
-}
-
-/* a·b */
-static float vec3_dot(Vec3 a, Vec3 b)
-{
-    return a.x * b.x + a.y * b.y + a.z * b.z;
+    const float x = a.x, y = a.y, z = a.z;
+    const float n = sqrtf(x * x + y * y + z * z);
+    if (n > VEC3_SHORTEST) {
+        const float one = 1.0f / n; /* a division takes as long as four products */
+        return (Vec3){x * one, y * one, z * one};
+    }
+    return (Vec3){0.0f, 0.0f, 0.0f};
 }
 
 /* ---- tilt
@@ -358,6 +334,49 @@ static float tilt_bias_after_gap(float variance, float walk_variance, float at_s
  * derives their coefficients in exact fractions. Errors are measured in tests/kernels/test_trig.py.
  */
 
+/* The angle of the point (x, y), rad, within (−π, π]; 0 for the origin; −0 counts as 0. Error below 4e-16.
+ *
+ * The nearest multiple c of π/4 is taken off by turning the point back by it, which leaves |t| ≤ tan π/8:
+ *
+ *     atan2(y, x) = c + atan t,   t = y/x,  (|y| − x)/(|y| + x),  −x/|y|  for c = 0, π/4, π/2                  (1)
+ *     atan t = t (1 − u P(u)),   u = t²,   P of degree 10                                                      (2)
+ *
+ * P is summed in pairs of pairs (G. Estrin, 1960), which a processor works out side by side.
+ *
+ * Good for all numbers below 8e307.
+ */
+static float trig_atan2(float y, float x)
+{
+    const float across = x < 0.0f ? -x : x;
+    float num = y < 0.0f ? -y : y;
+    float den = across;
+    float c = 0.0f;
+    if (num > TRIG_TAN_67 * across) {
+        den = num;
+        num = -across;
+        c = 2.0f * TRIG_QUARTER;
+    } else {
+        if (num > TRIG_TAN_22 * across) {
+            den = num + across;
+            num = num - across;
+            c = TRIG_QUARTER;
+        }
+    }
+    float t = den > 0.0f ? num / den : 0.0f;
+    if (x < 0.0f) { /* mirrored at the y axis */
+        t = -t;
+        c = 4.0f * TRIG_QUARTER - c;
+    }
+    const float u = t * t;
+    const float u2 = u * u;
+    const float u4 = u2 * u2;
+    const float low = (0.33333334f - u * 0.2f) + u2 * (0.14285715f - u * 0.11111111f);
+    const float mid = (0.09090905f - u * 0.07692185f) + u2 * (0.06664532f - u * 0.058583118f);
+    const float high = (0.050862547f - u * 0.039253697f) + u2 * 0.019202529f;
+    const float angle = c + (t + (c * TRIG_PI_SHORT - t * u * (low + u4 * (mid + u4 * high))));
+    return y < 0.0f ? -angle : angle;
+}
+
 /* sin x and cos x. Error below 3e-16 up to 10⁶ rad, below 2e-16·|x| up to 10⁹; never outside of ±1 there.
  *
  * With the whole number k nearest to x/(π/2), r = x − k π/2 lies within ±π/4 (Cody & Waite, Software Manual for the
@@ -405,49 +424,6 @@ static float trig_cos(float x)
     return c;
 }
 
-/* The angle of the point (x, y), rad, within (−π, π]; 0 for the origin; −0 counts as 0. Error below 4e-16.
- *
- * The nearest multiple c of π/4 is taken off by turning the point back by it, which leaves |t| ≤ tan π/8:
- *
- *     atan2(y, x) = c + atan t,   t = y/x,  (|y| − x)/(|y| + x),  −x/|y|  for c = 0, π/4, π/2                  (1)
- *     atan t = t (1 − u P(u)),   u = t²,   P of degree 10                                                      (2)
- *
- * P is summed in pairs of pairs (G. Estrin, 1960), which a processor works out side by side.
- *
- * Good for all numbers below 8e307.
- */
-static float trig_atan2(float y, float x)
-{
-    const float across = x < 0.0f ? -x : x;
-    float num = y < 0.0f ? -y : y;
-    float den = across;
-    float c = 0.0f;
-    if (num > TRIG_TAN_67 * across) {
-        den = num;
-        num = -across;
-        c = 2.0f * TRIG_QUARTER;
-    } else {
-        if (num > TRIG_TAN_22 * across) {
-            den = num + across;
-            num = num - across;
-            c = TRIG_QUARTER;
-        }
-    }
-    float t = den > 0.0f ? num / den : 0.0f;
-    if (x < 0.0f) { /* mirrored at the y axis */
-        t = -t;
-        c = 4.0f * TRIG_QUARTER - c;
-    }
-    const float u = t * t;
-    const float u2 = u * u;
-    const float u4 = u2 * u2;
-    const float low = (0.33333334f - u * 0.2f) + u2 * (0.14285715f - u * 0.11111111f);
-    const float mid = (0.09090905f - u * 0.07692185f) + u2 * (0.06664532f - u * 0.058583118f);
-    const float high = (0.050862547f - u * 0.039253697f) + u2 * 0.019202529f;
-    const float angle = c + (t + (c * TRIG_PI_SHORT - t * u * (low + u4 * (mid + u4 * high))));
-    return y < 0.0f ? -angle : angle;
-}
-
 /* ---- two_state
  *
  * An angle and the bias of its rate: the covariance that several filters share.
@@ -475,153 +451,48 @@ static Covariance two_state_joseph(Covariance p, Gain k, float r)
         bias - 2.0f * b * cross + b * b * (level + r)};
 }
 
-/* ---- field
+/* ---- lowpass
  *
- * The earth's magnetic field as the guard knows it: norm and dip, and whether a reading is of it.
+ * Weights of first-order low-pass filters, which average all samples until they are as old as their time constant.
  */
 
-/* The reference at the start, from which the heading was taken; up is the vertical in the sensor frame. */
-static Field field_initial_field(Vec3 up, Vec3 mag)
+/* Seconds for which the attitude has been tracked without a gap; 0 after a gap. */
+static float lowpass_advance_age(float age, float dt)
 {
-    if (!tilt_present(mag)) {
-        return FIELD_NO_FIELD;
+    if (dt > TILT_GAP_SECONDS) {
+        return 0.0f;
     }
-    const float n = vec3_norm(mag);
-    return (Field){n, vec3_dot(up, mag) / n, FIELD_FIRST_AGE, 0.0f};
+    return lh_min(age + dt, LOWPASS_AGE_LIMIT);
 }
 
-/* The reference after a reading (µT); rejected > 0: the reading is not of the earth's field.
+/* The weight of a new sample in a first-order low-pass of time constant tau: dt/(min(τ, age) + dt).
  *
- * A reading whose norm and dip are within the bounds is averaged into the reference. Readings that stay outside for
- * mag_time become the new reference: the room was changed, not the moment. A younger reference, which may come
- * from a wrong attitude, is replaced after as many seconds as it is old.
+ * While the filter is younger than τ this is the running mean of all samples since its start: the first one counts
+ * fully, the second half, so that a wrong first sample is averaged away instead of being forgotten over several τ.
  */
-static Field field_update_field(const Guard *guard, Field field, Vec3 up, Vec3 mag, float dt)
+static float lowpass_lowpass_weight(float tau, float age, float dt)
 {
-    const float strength = field.norm, dip = field.dip, age = field.age, rejected = field.rejected;
-    const float x = mag.x, y = mag.y, z = mag.z;
-    const float n = sqrtf(x * x + y * y + z * z);
-    const float a = up.x, b = up.y, c = up.z;
-    const float d = (a * x + b * y + c * z) * (1.0f / n);
-    if (age == 0.0f || rejected > lh_min(guard->mag_time, age)) {
-        return (Field){n, d, dt, 0.0f};
-    }
-    if (fabsf(n - strength) > guard->mag_gate * strength
-        || fabsf(d - dip) > guard->mag_angle * UNITS_DEGREE) {
-        return (Field){strength, dip, age, rejected + dt};
-    }
-    const float weight = lowpass_lowpass_weight(FIELD_FIELD_TIME, age, dt);
-    return (Field){strength + weight * (n - strength), dip + weight * (d - dip),
-        lh_min(age + dt, FIELD_FIELD_TIME), 0.0f};
-}
-
-/* ---- rest
- *
- * Is the sensor at rest, and what is its gyroscope bias then: the only place where that is decided.
- *
- * Rate and specific force are averaged over short intervals. The sensor is quiet while these averages stay near their own
- * slow means, and at rest once it has been quiet for rest_time with a mean rate that is no steady turn. At rest the
- * mean rate is the bias.
- */
-
-/* |v − mean|² */
-static float rest_distance2(Vec3 mean, Vec3 v)
-{
-    const float x = v.x - mean.x;
-    const float y = v.y - mean.y;
-    const float z = v.z - mean.z;
-    return x * x + y * y + z * z;
-}
-
-/* mean + weight (v − mean) */
-static Vec3 rest_blend(Vec3 mean, Vec3 v, float weight)
-{
-    const float a = mean.x, b = mean.y, c = mean.z;
-    const float x = v.x, y = v.y, z = v.z;
-    return (Vec3){a + weight * (x - a), b + weight * (y - b), c + weight * (z - c)};
-}
-
-/* Adds a sample (rad/s, m/s², dt s) to the interval, or begins the next one with it. */
-static Sums rest_add_sample(Sums sums, Vec3 gyr, Vec3 acc, float dt)
-{
-    const float x = gyr.x, y = gyr.y, z = gyr.z;
-    const float a = acc.x, b = acc.y, c = acc.z;
-    if (sums.time >= REST_INTERVAL) {
-        return (Sums){x * dt, y * dt, z * dt, a * dt, b * dt, c * dt, dt};
-    }
-    const float p = sums.x, q = sums.y, r = sums.z, u = sums.a, v = sums.b, w = sums.c, time = sums.time;
-    return (Sums){p + x * dt, q + y * dt, r + z * dt, u + a * dt, v + b * dt, w + c * dt, time + dt};
-}
-
-/* Whether the sensor has been quiet for rest_time. */
-static bool rest_is_resting(const Guard *guard, Rest rest)
-{
-    return rest.time > guard->rest_time;
-}
-
-/* The slow means after an interval; quiet if its averages are within rest_gyr and rest_acc of them.
- *
- * blind: the rate has been missing for long.
- */
-static SlowMeans rest_update_means(const Guard *guard, const SlowMeans *means, Sums sums, bool blind)
-{
-    const Vec3 mean = means->gyr, force = means->acc;
-    const float x = sums.x, y = sums.y, z = sums.z, a = sums.a, b = sums.b, c = sums.c, dt = sums.time;
-    const float one = 1.0f / dt;
-    const Vec3 gyr = {x * one, y * one, z * one};
-    const Vec3 acc = {a * one, b * one, c * one};
-    const float gyr_limit = guard->rest_gyr * UNITS_DEGREE;
-    const bool quiet = rest_distance2(mean, gyr) < gyr_limit * gyr_limit
-        && rest_distance2(force, acc) < guard->rest_acc * guard->rest_acc;
-    const float weight = dt / (REST_MEAN_TIME + dt);
-    return (SlowMeans){rest_blend(mean, gyr, weight), rest_blend(force, acc, weight),
-        quiet && dt <= TILT_GAP_SECONDS && !blind};
-}
-
-/* Whether a steady mean rate (rad/s) is a turn and no bias: too large for any, or far from what is known of it.
- *
- * own is the filter's own estimate beside bias. A bias may be large when the gyroscope is switched on, but
- * then hardly changes. A smaller rate than the known bias is accepted, as that may come from a steady turn.
- */
-static bool rest_is_turn(const Guard *guard, Vec3 mean, Vec3 bias, Vec3 own)
-{
-    const float limit = guard->bias_limit * UNITS_DEGREE;
-    const float square = rest_distance2(VEC3_ZERO, mean);
-    if (square > limit * limit) {
-        return true;
-    }
-    if (!tilt_present(bias)) {
-        return false;
-    }
-    const Vec3 known = vec3_add(bias, own);
-    const float before = rest_distance2(VEC3_ZERO, known);
-    return before > 0.0f && square > before && rest_distance2(known, mean) > REST_BIAS_CHANGE;
-}
-
-/* After an interval of dt seconds: how long the sensor has been quiet, and the bias (rad/s) as a running mean.
- *
- * own is the bias that the filter estimates itself; it is subtracted.
- */
-static Rest rest_update_rest(const Guard *guard, Rest rest, Vec3 own, const SlowMeans *means, float dt)
-{
-    float time = rest.time;
-    Vec3 bias = rest.bias;
-    const Vec3 mean = means->gyr;
-    if (!means->quiet || rest_is_turn(guard, mean, bias, own)) {
-        return (Rest){0.0f, bias};
-    }
-    time += dt;
-    const float age = time - guard->rest_time;
-    if (age > 0.0f) {
-        bias = rest_blend(bias, vec3_sub(mean, own), lowpass_lowpass_weight(REST_BIAS_TIME, age, dt));
-    }
-    return (Rest){time, bias};
+    return dt / (lh_min(tau, age) + dt);
 }
 
 /* ---- quat
  *
  * Unit quaternions wxyz that rotate sensor-frame vectors into the earth frame: v_earth = q v q*.
  */
+
+/* Hamilton's product p q: first q, then p. */
+static Quat quat_multiply(Quat p, Quat q)
+{
+    return (Quat){p.w * q.w - p.x * q.x - p.y * q.y - p.z * q.z,
+        p.w * q.x + p.x * q.w + p.y * q.z - p.z * q.y, p.w * q.y - p.x * q.z + p.y * q.w + p.z * q.x,
+        p.w * q.z + p.x * q.y - p.y * q.x + p.z * q.w};
+}
+
+/* q*, for a unit quaternion the inverse rotation. */
+static Quat quat_conjugate(Quat q)
+{
+    return (Quat){q.w, -q.x, -q.y, -q.z};
+}
 
 /* q/|q|; a zero quaternion becomes the identity. */
 static Quat quat_normalize(Quat q)
@@ -632,6 +503,80 @@ static Quat quat_normalize(Quat q)
         return (Quat){w / n, x / n, y / n, z / n};
     }
     return (Quat){1.0f, 0.0f, 0.0f, 0.0f};
+}
+
+/* q v q*: a sensor-frame vector seen in the earth frame. */
+static Vec3 quat_rotate(Quat q, Vec3 v)
+{
+    const float w = q.w, x = q.x, y = q.y, z = q.z;
+    const float vx = v.x, vy = v.y, vz = v.z;
+    const float tx = 2.0f * (y * vz - z * vy);
+    const float ty = 2.0f * (z * vx - x * vz);
+    const float tz = 2.0f * (x * vy - y * vx);
+    return (Vec3){vx + w * tx + y * tz - z * ty, vy + w * ty + z * tx - x * tz,
+        vz + w * tz + x * ty - y * tx};
+}
+
+/* cos(angle/2) of square = (angle/2)².
+ *
+ * Below 0.2 rad, where nearly every sample lies, this and sinc_half are Taylor series, exact to the last bit or
+ * two: faster, and free of 0/0.
+ */
+static float quat_cos_half(float square)
+{
+    if (square < QUAT_SMALL) {
+        const float fourth = square * square;
+        return 1.0f - 0.5f * square
+            + fourth * (1.0f / 24.0f - square * (1.0f / 720.0f) + fourth * (1.0f / 40320.0f));
+    }
+    return trig_cos(sqrtf(square));
+}
+
+/* sin(angle/2)/angle of square = (angle/2)². */
+static float quat_sinc_half(float square)
+{
+    if (square < QUAT_SMALL) {
+        const float fourth = square * square;
+        const float third = 1.0f / 240.0f - square * (1.0f / 10080.0f) + fourth * (1.0f / 725760.0f);
+        return 0.5f - square * (1.0f / 12.0f) + fourth * third;
+    }
+    const float half = sqrtf(square);
+    return 0.5f * trig_sin(half) / half;
+}
+
+/* The quaternion of a rotation vector (axis times angle, rad): (cos |v|/2, sin(|v|/2)/|v| · v). */
+static Quat quat_exp(Vec3 rotation)
+{
+    const float x = rotation.x, y = rotation.y, z = rotation.z;
+    const float square = 0.25f * (x * x + y * y + z * z);
+    const float s = quat_sinc_half(square);
+    return (Quat){quat_cos_half(square), x * s, y * s, z * s};
+}
+
+/* The earth's vertical in the sensor frame: (−sin θ, sin φ cos θ, cos φ cos θ) with roll φ and pitch θ. */
+static Vec3 quat_up(Quat q)
+{
+    const float w = q.w, x = q.x, y = q.y, z = q.z;
+    return (Vec3){2.0f * (x * z - w * y), 2.0f * (w * x + y * z), 1.0f - 2.0f * (x * x + y * y)};
+}
+
+/* The sensor's x axis in the earth frame: (cos ψ cos θ, sin ψ cos θ, −sin θ) with yaw ψ and pitch θ. */
+static Vec3 quat_forward(Quat q)
+{
+    const float w = q.w, x = q.x, y = q.y, z = q.z;
+    return (Vec3){1.0f - 2.0f * (y * y + z * z), 2.0f * (w * z + x * y), 2.0f * (x * z - w * y)};
+}
+
+/* Roll, pitch and yaw in radians, pitch within ±π/2.
+ *
+ * At pitch ±π/2 only yaw ∓ roll is defined; roll and yaw are finite there but each for itself means nothing.
+ */
+static Euler quat_to_euler(Quat q)
+{
+    const Vec3 vertical = quat_up(q);
+    const Vec3 ahead = quat_forward(q);
+    return (Euler){trig_atan2(vertical.y, vertical.z),
+        trig_atan2(-vertical.x, sqrtf(ahead.x * ahead.x + ahead.y * ahead.y)), trig_atan2(ahead.y, ahead.x)};
 }
 
 /* The quaternion of a rotation matrix, by its largest component, which is positive.
@@ -654,94 +599,6 @@ static Quat quat_from_matrix(Mat3 m)
         return quat_normalize((Quat){xz - zx, xy + yx, 1.0f + 2.0f * yy - trace, yz + zy});
     }
     return quat_normalize((Quat){yx - xy, xz + zx, yz + zy, 1.0f + 2.0f * zz - trace});
-}
-
-/* sin(angle/2)/angle of square = (angle/2)². */
-static float quat_sinc_half(float square)
-{
-    if (square < QUAT_SMALL) {
-        const float fourth = square * square;
-        const float third = 1.0f / 240.0f - square * (1.0f / 10080.0f) + fourth * (1.0f / 725760.0f);
-        return 0.5f - square * (1.0f / 12.0f) + fourth * third;
-    }
-    const float half = sqrtf(square);
-    return 0.5f * trig_sin(half) / half;
-}
-
-/* cos(angle/2) of square = (angle/2)².
- *
- * Below 0.2 rad, where nearly every sample lies, this and sinc_half are Taylor series, exact to the last bit or
- * two: faster, and free of 0/0.
- */
-static float quat_cos_half(float square)
-{
-    if (square < QUAT_SMALL) {
-        const float fourth = square * square;
-        return 1.0f - 0.5f * square
-            + fourth * (1.0f / 24.0f - square * (1.0f / 720.0f) + fourth * (1.0f / 40320.0f));
-    }
-    return trig_cos(sqrtf(square));
-}
-
-/* The quaternion of a rotation vector (axis times angle, rad): (cos |v|/2, sin(|v|/2)/|v| · v). */
-static Quat quat_exp(Vec3 rotation)
-{
-    const float x = rotation.x, y = rotation.y, z = rotation.z;
-    const float square = 0.25f * (x * x + y * y + z * z);
-    const float s = quat_sinc_half(square);
-    return (Quat){quat_cos_half(square), x * s, y * s, z * s};
-}
-
-/* Hamilton's product p q: first q, then p. */
-static Quat quat_multiply(Quat p, Quat q)
-{
-    return (Quat){p.w * q.w - p.x * q.x - p.y * q.y - p.z * q.z,
-        p.w * q.x + p.x * q.w + p.y * q.z - p.z * q.y, p.w * q.y - p.x * q.z + p.y * q.w + p.z * q.x,
-        p.w * q.z + p.x * q.y - p.y * q.x + p.z * q.w};
-}
-
-/* q*, for a unit quaternion the inverse rotation. */
-static Quat quat_conjugate(Quat q)
-{
-    return (Quat){q.w, -q.x, -q.y, -q.z};
-}
-
-/* The earth's vertical in the sensor frame: (−sin θ, sin φ cos θ, cos φ cos θ) with roll φ and pitch θ. */
-static Vec3 quat_up(Quat q)
-{
-    const float w = q.w, x = q.x, y = q.y, z = q.z;
-    return (Vec3){2.0f * (x * z - w * y), 2.0f * (w * x + y * z), 1.0f - 2.0f * (x * x + y * y)};
-}
-
-/* q v q*: a sensor-frame vector seen in the earth frame. */
-static Vec3 quat_rotate(Quat q, Vec3 v)
-{
-    const float w = q.w, x = q.x, y = q.y, z = q.z;
-    const float vx = v.x, vy = v.y, vz = v.z;
-    const float tx = 2.0f * (y * vz - z * vy);
-    const float ty = 2.0f * (z * vx - x * vz);
-    const float tz = 2.0f * (x * vy - y * vx);
-    return (Vec3){vx + w * tx + y * tz - z * ty, vy + w * ty + z * tx - x * tz,
-        vz + w * tz + x * ty - y * tx};
-}
-
-/* The sensor's x axis in the earth frame: (cos ψ cos θ, sin ψ cos θ, −sin θ) with yaw ψ and pitch θ. */
-static Vec3 quat_forward(Quat q)
-{
-    const float w = q.w, x = q.x, y = q.y, z = q.z;
-    return (Vec3){1.0f - 2.0f * (y * y + z * z), 2.0f * (w * z + x * y), 2.0f * (x * z - w * y)};
-}
-
-/* Roll, pitch and yaw in radians, pitch within ±π/2.
- *
- * At pitch ±π/2 only yaw ∓ roll is defined; roll and yaw are finite there but each for itself means nothing.
- */
-static Euler quat_to_euler(Quat q)
-{
-    const Vec3 vertical = quat_up(q);
-    const Vec3 ahead = quat_forward(q);
-    return (Euler){trig_atan2(vertical.y, vertical.z),
-        trig_atan2(-vertical.x, sqrtf(ahead.x * ahead.x + ahead.y * ahead.y)), trig_atan2(ahead.y, ahead.x)};
 }
 
 /* ---- observer_covariance
@@ -847,6 +704,330 @@ static Vec3 observer_covariance_sigma(const ObserverCovariance *covariance)
     const float tilt = lh_min(sqrtf(lh_max(covariance->tilt.level, 0.0f) + OBSERVER_COVARIANCE_OFFSET),
         TILT_UNIFORM);
     return (Vec3){tilt, tilt, lh_min(sqrtf(lh_max(covariance->heading.level, 0.0f)), TILT_UNIFORM)};
+}
+
+/* ---- rest
+ *
+ * Is the sensor at rest, and what is its gyroscope bias then: the only place where that is decided.
+ *
+ * Rate and specific force are averaged over short intervals. The sensor is quiet while these averages stay near their own
+ * slow means, and at rest once it has been quiet for rest_time with a mean rate that is no steady turn. At rest the
+ * mean rate is the bias.
+ */
+
+/* |v − mean|² */
+static float rest_distance2(Vec3 mean, Vec3 v)
+{
+    const float x = v.x - mean.x;
+    const float y = v.y - mean.y;
+    const float z = v.z - mean.z;
+    return x * x + y * y + z * z;
+}
+
+/* mean + weight (v − mean) */
+static Vec3 rest_blend(Vec3 mean, Vec3 v, float weight)
+{
+    const float a = mean.x, b = mean.y, c = mean.z;
+    const float x = v.x, y = v.y, z = v.z;
+    return (Vec3){a + weight * (x - a), b + weight * (y - b), c + weight * (z - c)};
+}
+
+/* Adds a sample (rad/s, m/s², dt s) to the interval, or begins the next one with it. */
+static Sums rest_add_sample(Sums sums, Vec3 gyr, Vec3 acc, float dt)
+{
+    const float x = gyr.x, y = gyr.y, z = gyr.z;
+    const float a = acc.x, b = acc.y, c = acc.z;
+    if (sums.time >= REST_INTERVAL) {
+        return (Sums){x * dt, y * dt, z * dt, a * dt, b * dt, c * dt, dt};
+    }
+    const float p = sums.x, q = sums.y, r = sums.z, u = sums.a, v = sums.b, w = sums.c, time = sums.time;
+    return (Sums){p + x * dt, q + y * dt, r + z * dt, u + a * dt, v + b * dt, w + c * dt, time + dt};
+}
+
+/* The slow means after an interval; quiet if its averages are within rest_gyr and rest_acc of them.
+ *
+ * blind: the rate has been missing for long.
+ */
+static SlowMeans rest_update_means(const Guard *guard, const SlowMeans *means, Sums sums, bool blind)
+{
+    const Vec3 mean = means->gyr, force = means->acc;
+    const float x = sums.x, y = sums.y, z = sums.z, a = sums.a, b = sums.b, c = sums.c, dt = sums.time;
+    const float one = 1.0f / dt;
+    const Vec3 gyr = {x * one, y * one, z * one};
+    const Vec3 acc = {a * one, b * one, c * one};
+    const float gyr_limit = guard->rest_gyr * UNITS_DEGREE;
+    const bool quiet = rest_distance2(mean, gyr) < gyr_limit * gyr_limit
+        && rest_distance2(force, acc) < guard->rest_acc * guard->rest_acc;
+    const float weight = dt / (REST_MEAN_TIME + dt);
+    return (SlowMeans){rest_blend(mean, gyr, weight), rest_blend(force, acc, weight),
+        quiet && dt <= TILT_GAP_SECONDS && !blind};
+}
+
+/* Whether a steady mean rate (rad/s) is a turn and no bias: too large for any, or far from what is known of it.
+ *
+ * own is the filter's own estimate beside bias. A bias may be large when the gyroscope is switched on, but
+ * then hardly changes. A smaller rate than the known bias is accepted, as that may come from a steady turn.
+ */
+static bool rest_is_turn(const Guard *guard, Vec3 mean, Vec3 bias, Vec3 own)
+{
+    const float limit = guard->bias_limit * UNITS_DEGREE;
+    const float square = rest_distance2(VEC3_ZERO, mean);
+    if (square > limit * limit) {
+        return true;
+    }
+    if (!tilt_present(bias)) {
+        return false;
+    }
+    const Vec3 known = vec3_add(bias, own);
+    const float before = rest_distance2(VEC3_ZERO, known);
+    return before > 0.0f && square > before && rest_distance2(known, mean) > REST_BIAS_CHANGE;
+}
+
+/* After an interval of dt seconds: how long the sensor has been quiet, and the bias (rad/s) as a running mean.
+ *
+ * own is the bias that the filter estimates itself; it is subtracted.
+ */
+static Rest rest_update_rest(const Guard *guard, Rest rest, Vec3 own, const SlowMeans *means, float dt)
+{
+    float time = rest.time;
+    Vec3 bias = rest.bias;
+    const Vec3 mean = means->gyr;
+    if (!means->quiet || rest_is_turn(guard, mean, bias, own)) {
+        return (Rest){0.0f, bias};
+    }
+    time += dt;
+    const float age = time - guard->rest_time;
+    if (age > 0.0f) {
+        bias = rest_blend(bias, vec3_sub(mean, own), lowpass_lowpass_weight(REST_BIAS_TIME, age, dt));
+    }
+    return (Rest){time, bias};
+}
+
+/* Whether the sensor has been quiet for rest_time. */
+static bool rest_is_resting(const Guard *guard, Rest rest)
+{
+    return rest.time > guard->rest_time;
+}
+
+/* ---- field
+ *
+ * The earth's magnetic field as the guard knows it: norm and dip, and whether a reading is of it.
+ */
+
+/* The reference at the start, from which the heading was taken; up is the vertical in the sensor frame. */
+static Field field_initial_field(Vec3 up, Vec3 mag)
+{
+    if (!tilt_present(mag)) {
+        return FIELD_NO_FIELD;
+    }
+    const float n = vec3_norm(mag);
+    return (Field){n, vec3_dot(up, mag) / n, FIELD_FIRST_AGE, 0.0f};
+}
+
+/* The reference after a reading (µT); rejected > 0: the reading is not of the earth's field.
+ *
+ * A reading whose norm and dip are within the bounds is averaged into the reference. Readings that stay outside for
+ * mag_time become the new reference: the room was changed, not the moment. A younger reference, which may come
+ * from a wrong attitude, is replaced after as many seconds as it is old.
+ */
+static Field field_update_field(const Guard *guard, Field field, Vec3 up, Vec3 mag, float dt)
+{
+    const float strength = field.norm, dip = field.dip, age = field.age, rejected = field.rejected;
+    const float x = mag.x, y = mag.y, z = mag.z;
+    const float n = sqrtf(x * x + y * y + z * z);
+    const float a = up.x, b = up.y, c = up.z;
+    const float d = (a * x + b * y + c * z) * (1.0f / n);
+    if (age == 0.0f || rejected > lh_min(guard->mag_time, age)) {
+        return (Field){n, d, dt, 0.0f};
+    }
+    if (fabsf(n - strength) > guard->mag_gate * strength
+        || fabsf(d - dip) > guard->mag_angle * UNITS_DEGREE) {
+        return (Field){strength, dip, age, rejected + dt};
+    }
+    const float weight = lowpass_lowpass_weight(FIELD_FIELD_TIME, age, dt);
+    return (Field){strength + weight * (n - strength), dip + weight * (d - dip),
+        lh_min(age + dt, FIELD_FIELD_TIME), 0.0f};
+}
+
+/* ---- triad
+ *
+ * Attitude from two directions: TRIAD, and the start of every filter, without any angle.
+ *
+ * Two vectors a, b that are seen in the sensor frame and known in the earth frame (H. D. Black, A Passive System for
+ * Determining the Attitude of a Satellite, AIAA Journal 2(7), 1964; M. D. Shuster and S. D. Oh, Three-Axis Attitude
+ * Determination from Vector Observations, J. Guidance and Control 4(1), 1981) give a triad of axes in each frame:
+ *
+ *     t₁ = a/|a|,   t₂ = a × b/|a × b|,   t₃ = t₁ × t₂                                                            (1)
+ *     R = t₁ᵉ t₁ᵀ + t₂ᵉ t₂ᵀ + t₃ᵉ t₃ᵀ                                                                             (2)
+ *
+ * with ᵉ in the earth frame; R turns sensor-frame vectors into the earth frame. The first vector is believed fully; of the
+ * second only the direction around the first counts.
+ */
+
+/* The attitude that every filter starts with: TRIAD of gravity and field, as far as they are measured.
+ *
+ * The earth's up, in the sensor frame, is t₁ = a/|a|; magnetic north lies in the plane of gravity and field, so that
+ * east = −t₂ and north = −t₃. They are the rows of R. Level without accelerometer; yaw 0 without a magnetometer or
+ * where the field is vertical: the sensor's x axis then points east as far as it can.
+ */
+static Quat triad_initial_attitude(Vec3 acc, Vec3 mag)
+{
+    Vec3 up = vec3_normalize(acc);
+    if (up.x == 0.0f && up.y == 0.0f && up.z == 0.0f) {
+        up = (Vec3){0.0f, 0.0f, 1.0f};
+    }
+    Vec3 east = vec3_cross(vec3_normalize(mag), up);
+    const float length = vec3_norm(east);
+    Vec3 north;
+    if (length > TRIAD_PARALLEL) {
+        east = vec3_scale(east, 1.0f / length);
+        north = vec3_cross(up, east);
+    } else {
+        north = tilt_pitch_axis(up); /* horizontal, and at right angles to the sensor's x axis */
+        east = vec3_cross(north, up);
+    }
+    return quat_from_matrix((Mat3){east.x, east.y, east.z, north.x, north.y, north.z, up.x, up.y, up.z});
+}
+
+/* ---- vector_error
+ *
+ * The error between measured and expected directions as a rotation vector, and small corrections of an attitude.
+ *
+ * Turning an attitude q by a small rotation vector ρ (rad, sensor frame: q ⊗ exp(ρ)) turns the direction ŝ, in which the
+ * sensor should see a vector of the earth, by −ρ × ŝ. So ½|ŝ − s|² falls fastest along ρ = s × ŝ, whose length is the
+ * sine of the angle between both.
+ */
+
+/* A unit vector perpendicular to the unit vector v. */
+static Vec3 vector_error_perpendicular(Vec3 v)
+{
+    float n;
+    if (fabsf(v.x) < 0.8f) {
+        n = sqrtf(v.y * v.y + v.z * v.z);
+        return (Vec3){0.0f, v.z / n, -v.y / n};
+    }
+    n = sqrtf(v.x * v.x + v.y * v.y);
+    return (Vec3){v.y / n, -v.x / n, 0.0f};
+}
+
+/* direction_error beyond a right angle: the cross product (x, y, z) at length one. */
+static Vec3 vector_error_obtuse_error(Vec3 expected, float x, float y, float z)
+{
+    const float n = sqrtf(x * x + y * y + z * z);
+    if (n < VECTOR_ERROR_NO_AXIS) {
+        return vector_error_perpendicular(expected);
+    }
+    return (Vec3){x / n, y / n, z / n};
+}
+
+/* s × ŝ of unit vectors; beyond a right angle of length one.
+ *
+ * There the sine would fall again although the error grows, and vanish at 180°, an unstable equilibrium in which
+ * every filter with this correction would stay. Opposite directions turn about any axis.
+ */
+static Vec3 vector_error_direction_error(Vec3 measured, Vec3 expected)
+{
+    const float sx = measured.x, sy = measured.y, sz = measured.z;
+    const float ex = expected.x, ey = expected.y, ez = expected.z;
+    const float x = sy * ez - sz * ey;
+    const float y = sz * ex - sx * ez;
+    const float z = sx * ey - sy * ex;
+    if (sx * ex + sy * ey + sz * ez < 0.0f) {
+        return vector_error_obtuse_error(expected, x, y, z);
+    }
+    return (Vec3){x, y, z};
+}
+
+/* q ⊗ exp(v) with v = (x, y, z) rad, of unit length to rounding; correct keeps the rounding from piling up.
+ *
+ * From one sample to the next a body seldom turns by more than 0.06 rad; up to there series half as long as those of
+ * quat.exp are exact to the last bit or two. Every filter waits for this before it can correct.
+ */
+static Quat vector_error_rotate(Quat q, float x, float y, float z)
+{
+    const float square = 0.25f * (x * x + y * y + z * z);
+    const float fourth = square * square;
+    if (fourth > VECTOR_ERROR_SHORT) {
+        return quat_multiply(q, quat_exp((Vec3){x, y, z}));
+    }
+    const float s = (0.5f - square * (1.0f / 12.0f)) + fourth * (1.0f / 240.0f - square * (1.0f / 10080.0f));
+    const float c = (1.0f - square * 0.5f) + fourth * (1.0f / 24.0f - square * (1.0f / 720.0f));
+    x *= s;
+    y *= s;
+    z *= s;
+    const float qw = q.w, qx = q.x, qy = q.y, qz = q.z;
+    return (Quat){(qw * c - qx * x) - (qy * y + qz * z), (qw * x + qx * c) + (qy * z - qz * y),
+        (qw * y + qy * c) + (qz * x - qx * z), (qw * z + qz * c) + (qx * y - qy * x)};
+}
+
+/* 1/|q| of a quaternion with |q|² = 1 + excess. */
+static float vector_error_unit_scale(float excess)
+{
+    return 1.0f / sqrtf(1.0f + excess);
+}
+
+/* q ⊗ (1, ½ρ), made unit again, with ρ the rotation vector (rad, sensor frame).
+ *
+ * The step q + ½ q ⊗ ρ of the papers; it turns by 2 atan ½|ρ|. Nearly every ρ is so small that a series gives
+ * 1/|q|: 1/√(1 + ε) = 1 − ε/2 + 3ε²/8.
+ */
+static Quat vector_error_correct(Quat q, Vec3 rotation)
+{
+    const float qw = q.w, qx = q.x, qy = q.y, qz = q.z;
+    float x = rotation.x, y = rotation.y, z = rotation.z;
+    x *= 0.5f;
+    y *= 0.5f;
+    z *= 0.5f;
+    const float nw = qw - (qx * x + qy * y + qz * z);
+    const float nx = qx + (qw * x + (qy * z - qz * y));
+    const float ny = qy + (qw * y + (qz * x - qx * z));
+    const float nz = qz + (qw * z + (qx * y - qy * x));
+    const float excess = (nw * nw + nx * nx) + (ny * ny + nz * nz) - 1.0f;
+    float s = 1.0f - excess * (0.5f - 0.375f * excess);
+    if (excess > VECTOR_ERROR_NEAR_UNIT) {
+        s = vector_error_unit_scale(excess);
+    }
+    return (Quat){nw * s, nx * s, ny * s, nz * s};
+}
+
+/* The error of heading: up times the sine of the angle between the field's horizontal part and north.
+ *
+ * With h = R m, (h_x, h_y, 0)/√(h_x² + h_y²) × (0, 1, 0) = (0, 0, h_x/√(h_x² + h_y²)); beyond a right angle ±1. A
+ * field without a horizontal part gives zero.
+ */
+static Vec3 vector_error_heading_error(Quat attitude, Vec3 up, Vec3 mag)
+{
+    const float w = attitude.w, x = attitude.x, y = attitude.y, z = attitude.z;
+    const float mx = mag.x, my = mag.y, mz = mag.z;
+    const float tx = 2.0f * (y * mz - z * my);
+    const float ty = 2.0f * (z * mx - x * mz);
+    const float tz = 2.0f * (x * my - y * mx);
+    const float east = (mx + w * tx) + (y * tz - z * ty);
+    const float north = (my + w * ty) + (z * tx - x * tz);
+    const float square = east * east + north * north;
+    if (square < VEC3_SHORTEST) {
+        return VEC3_ZERO;
+    }
+    float sine = east / sqrtf(square);
+    if (north < 0.0f) {
+        sine = east >= 0.0f ? 1.0f : -1.0f;
+    }
+    return (Vec3){sine * up.x, sine * up.y, sine * up.z};
+}
+
+/* The unit field in the earth frame if the attitude is right: its own dip, and north. */
+static Vec3 vector_error_reference(Quat attitude, Vec3 mag)
+{
+    const Vec3 h = quat_rotate(attitude, mag);
+    return (Vec3){0.0f, sqrtf(h.x * h.x + h.y * h.y), h.z};
+}
+
+/* The error of the whole field, dip included, against its reference. */
+static Vec3 vector_error_field_error(Quat attitude, Vec3 mag)
+{
+    const Vec3 measured = vec3_normalize(mag);
+    return vector_error_direction_error(measured,
+        quat_rotate(quat_conjugate(attitude), vector_error_reference(attitude, measured)));
 }
 
 /* ---- detectors
@@ -1000,187 +1181,6 @@ static DetectorState detectors_detect(const Guard *guard, const DetectorState *s
         health};
 }
 
-/* ---- vector_error
- *
- * The error between measured and expected directions as a rotation vector, and small corrections of an attitude.
- *
- * Turning an attitude q by a small rotation vector ρ (rad, sensor frame: q ⊗ exp(ρ)) turns the direction ŝ, in which the
- * sensor should see a vector of the earth, by −ρ × ŝ. So ½|ŝ − s|² falls fastest along ρ = s × ŝ, whose length is the
- * sine of the angle between both.
- */
-
-/* A unit vector perpendicular to the unit vector v. */
-static Vec3 vector_error_perpendicular(Vec3 v)
-{
-    float n;
-    if (fabsf(v.x) < 0.8f) {
-        n = sqrtf(v.y * v.y + v.z * v.z);
-        return (Vec3){0.0f, v.z / n, -v.y / n};
-    }
-    n = sqrtf(v.x * v.x + v.y * v.y);
-    return (Vec3){v.y / n, -v.x / n, 0.0f};
-}
-
-/* direction_error beyond a right angle: the cross product (x, y, z) at length one. */
-static Vec3 vector_error_obtuse_error(Vec3 expected, float x, float y, float z)
-{
-    const float n = sqrtf(x * x + y * y + z * z);
-    if (n < VECTOR_ERROR_NO_AXIS) {
-        return vector_error_perpendicular(expected);
-    }
-    return (Vec3){x / n, y / n, z / n};
-}
-
-/* s × ŝ of unit vectors; beyond a right angle of length one.
- *
- * There the sine would fall again although the error grows, and vanish at 180°, an unstable equilibrium in which
- * every filter with this correction would stay. Opposite directions turn about any axis.
- */
-static Vec3 vector_error_direction_error(Vec3 measured, Vec3 expected)
-{
-    const float sx = measured.x, sy = measured.y, sz = measured.z;
-    const float ex = expected.x, ey = expected.y, ez = expected.z;
-    const float x = sy * ez - sz * ey;
-    const float y = sz * ex - sx * ez;
-    const float z = sx * ey - sy * ex;
-    if (sx * ex + sy * ey + sz * ez < 0.0f) {
-        return vector_error_obtuse_error(expected, x, y, z);
-    }
-    return (Vec3){x, y, z};
-}
-
-/* q ⊗ exp(v) with v = (x, y, z) rad, of unit length to rounding; correct keeps the rounding from piling up.
- *
- * From one sample to the next a body seldom turns by more than 0.06 rad; up to there series half as long as those of
- * quat.exp are exact to the last bit or two. Every filter waits for this before it can correct.
- */
-static Quat vector_error_rotate(Quat q, float x, float y, float z)
-{
-    const float square = 0.25f * (x * x + y * y + z * z);
-    const float fourth = square * square;
-    if (fourth > VECTOR_ERROR_SHORT) {
-        return quat_multiply(q, quat_exp((Vec3){x, y, z}));
-    }
-    const float s = (0.5f - square * (1.0f / 12.0f)) + fourth * (1.0f / 240.0f - square * (1.0f / 10080.0f));
-    const float c = (1.0f - square * 0.5f) + fourth * (1.0f / 24.0f - square * (1.0f / 720.0f));
-    x *= s;
-    y *= s;
-    z *= s;
-    const float qw = q.w, qx = q.x, qy = q.y, qz = q.z;
-    return (Quat){(qw * c - qx * x) - (qy * y + qz * z), (qw * x + qx * c) + (qy * z - qz * y),
-        (qw * y + qy * c) + (qz * x - qx * z), (qw * z + qz * c) + (qx * y - qy * x)};
-}
-
-/* 1/|q| of a quaternion with |q|² = 1 + excess. */
-static float vector_error_unit_scale(float excess)
-{
-    return 1.0f / sqrtf(1.0f + excess);
-}
-
-/* q ⊗ (1, ½ρ), made unit again, with ρ the rotation vector (rad, sensor frame).
- *
- * The step q + ½ q ⊗ ρ of the papers; it turns by 2 atan ½|ρ|. Nearly every ρ is so small that a series gives
- * 1/|q|: 1/√(1 + ε) = 1 − ε/2 + 3ε²/8.
- */
-static Quat vector_error_correct(Quat q, Vec3 rotation)
-{
-    const float qw = q.w, qx = q.x, qy = q.y, qz = q.z;
-    float x = rotation.x, y = rotation.y, z = rotation.z;
-    x *= 0.5f;
-    y *= 0.5f;
-    z *= 0.5f;
-    const float nw = qw - (qx * x + qy * y + qz * z);
-    const float nx = qx + (qw * x + (qy * z - qz * y));
-    const float ny = qy + (qw * y + (qz * x - qx * z));
-    const float nz = qz + (qw * z + (qx * y - qy * x));
-    const float excess = (nw * nw + nx * nx) + (ny * ny + nz * nz) - 1.0f;
-    float s = 1.0f - excess * (0.5f - 0.375f * excess);
-    if (excess > VECTOR_ERROR_NEAR_UNIT) {
-        s = vector_error_unit_scale(excess);
-    }
-    return (Quat){nw * s, nx * s, ny * s, nz * s};
-}
-
-/* The unit field in the earth frame if the attitude is right: its own dip, and north. */
-static Vec3 vector_error_reference(Quat attitude, Vec3 mag)
-{
-    const Vec3 h = quat_rotate(attitude, mag);
-    return (Vec3){0.0f, sqrtf(h.x * h.x + h.y * h.y), h.z};
-}
-
-/* The error of the whole field, dip included, against its reference. */
-static Vec3 vector_error_field_error(Quat attitude, Vec3 mag)
-{
-    const Vec3 measured = vec3_normalize(mag);
-    return vector_error_direction_error(measured,
-        quat_rotate(quat_conjugate(attitude), vector_error_reference(attitude, measured)));
-}
-
-/* The error of heading: up times the sine of the angle between the field's horizontal part and north.
- *
- * With h = R m, (h_x, h_y, 0)/√(h_x² + h_y²) × (0, 1, 0) = (0, 0, h_x/√(h_x² + h_y²)); beyond a right angle ±1. A
- * field without a horizontal part gives zero.
- */
-static Vec3 vector_error_heading_error(Quat attitude, Vec3 up, Vec3 mag)
-{
-    const float w = attitude.w, x = attitude.x, y = attitude.y, z = attitude.z;
-    const float mx = mag.x, my = mag.y, mz = mag.z;
-    const float tx = 2.0f * (y * mz - z * my);
-    const float ty = 2.0f * (z * mx - x * mz);
-    const float tz = 2.0f * (x * my - y * mx);
-    const float east = (mx + w * tx) + (y * tz - z * ty);
-    const float north = (my + w * ty) + (z * tx - x * tz);
-    const float square = east * east + north * north;
-    if (square < VEC3_SHORTEST) {
-        return VEC3_ZERO;
-    }
-    float sine = east / sqrtf(square);
-    if (north < 0.0f) {
-        sine = east >= 0.0f ? 1.0f : -1.0f;
-    }
-    return (Vec3){sine * up.x, sine * up.y, sine * up.z};
-}
-
-/* ---- triad
- *
- * Attitude from two directions: TRIAD, and the start of every filter, without any angle.
- *
- * Two vectors a, b that are seen in the sensor frame and known in the earth frame (H. D. Black, A Passive System for
- * Determining the Attitude of a Satellite, AIAA Journal 2(7), 1964; M. D. Shuster and S. D. Oh, Three-Axis Attitude
- * Determination from Vector Observations, J. Guidance and Control 4(1), 1981) give a triad of axes in each frame:
- *
- *     t₁ = a/|a|,   t₂ = a × b/|a × b|,   t₃ = t₁ × t₂                                                            (1)
- *     R = t₁ᵉ t₁ᵀ + t₂ᵉ t₂ᵀ + t₃ᵉ t₃ᵀ                                                                             (2)
- *
- * with ᵉ in the earth frame; R turns sensor-frame vectors into the earth frame. The first vector is believed fully; of the
- * second only the direction around the first counts.
- */
-
-/* The attitude that every filter starts with: TRIAD of gravity and field, as far as they are measured.
- *
- * The earth's up, in the sensor frame, is t₁ = a/|a|; magnetic north lies in the plane of gravity and field, so that
- * east = −t₂ and north = −t₃. They are the rows of R. Level without accelerometer; yaw 0 without a magnetometer or
- * where the field is vertical: the sensor's x axis then points east as far as it can.
- */
-static Quat triad_initial_attitude(Vec3 acc, Vec3 mag)
-{
-    Vec3 up = vec3_normalize(acc);
-    if (up.x == 0.0f && up.y == 0.0f && up.z == 0.0f) {
-        up = (Vec3){0.0f, 0.0f, 1.0f};
-    }
-    Vec3 east = vec3_cross(vec3_normalize(mag), up);
-    const float length = vec3_norm(east);
-    Vec3 north;
-    if (length > TRIAD_PARALLEL) {
-        east = vec3_scale(east, 1.0f / length);
-        north = vec3_cross(up, east);
-    } else {
-        north = tilt_pitch_axis(up); /* horizontal, and at right angles to the sensor's x axis */
-        east = vec3_cross(north, up);
-    }
-    return quat_from_matrix((Mat3){east.x, east.y, east.z, north.x, north.y, north.z, up.x, up.y, up.z});
-}
-
 /* ---- guard
  *
  * The guard: bad readings are held back before a filter sees them, once, and the same for all filters.
@@ -1253,6 +1253,42 @@ static Gated guard_gate(const Guard *guard, GuardState state, Quat attitude, Vec
         }
     }
     return (Gated){mag, health, state};
+}
+
+/* ---- direction_filter
+ *
+ * What Mahony and Madgwick have in common: filters that rotate the attitude towards measured directions.
+ *
+ * Their state is the attitude, a bias and an age: until it reaches a time constant, gains are those of a running mean.
+ */
+
+/* Tilt and heading of the first sample. */
+static State direction_filter_init(Mahony params, Vec3 gyr, Vec3 acc, Vec3 mag)
+{
+    (void)params; (void)gyr;
+    return (State){triad_initial_attitude(acc, mag), VEC3_ZERO, 0.0f};
+}
+
+/* The attitude after dt seconds at the rate gyr (rad/s) without the bias. */
+static Quat direction_filter_integrate(const State *state, Vec3 gyr, float dt)
+{
+    const float bx = state->bias.x, by = state->bias.y, bz = state->bias.z;
+    const float gx = gyr.x, gy = gyr.y, gz = gyr.z;
+    return vector_error_rotate(state->quat, (gx - bx) * dt, (gy - by) * dt, (gz - bz) * dt);
+}
+
+/* Gains are those of a start again, as after a gap. */
+static State direction_filter_inflate(Mahony params, const State *state, float variance)
+{
+    (void)params; (void)variance;
+    return (State){state->quat, state->bias, 0.0f};
+}
+
+/* Attitude and bias. */
+static Output direction_filter_output(Mahony params, const State *state)
+{
+    (void)params;
+    return (Output){state->quat, state->bias, VEC3_ZERO, 0};
 }
 
 /* ---- conditioning
@@ -1422,42 +1458,6 @@ static ConditionedSample conditioning_condition(const Guard *guard, const Condit
     const bool rate_unknown = rate_lost || dt > TILT_GAP_SECONDS;
     return (ConditionedSample){gyr, acc, mag, dt, health, had_field || tilt_present(field), true,
         rate_unknown, rate_age, unmeasured, since_sigma + dt, corrected_by, *detected, slope};
-}
-
-/* ---- direction_filter
- *
- * What Mahony and Madgwick have in common: filters that rotate the attitude towards measured directions.
- *
- * Their state is the attitude, a bias and an age: until it reaches a time constant, gains are those of a running mean.
- */
-
-/* Tilt and heading of the first sample. */
-static State direction_filter_init(Mahony params, Vec3 gyr, Vec3 acc, Vec3 mag)
-{
-    (void)params; (void)gyr;
-    return (State){triad_initial_attitude(acc, mag), VEC3_ZERO, 0.0f};
-}
-
-/* The attitude after dt seconds at the rate gyr (rad/s) without the bias. */
-static Quat direction_filter_integrate(const State *state, Vec3 gyr, float dt)
-{
-    const float bx = state->bias.x, by = state->bias.y, bz = state->bias.z;
-    const float gx = gyr.x, gy = gyr.y, gz = gyr.z;
-    return vector_error_rotate(state->quat, (gx - bx) * dt, (gy - by) * dt, (gz - bz) * dt);
-}
-
-/* Gains are those of a start again, as after a gap. */
-static State direction_filter_inflate(Mahony params, const State *state, float variance)
-{
-    (void)params; (void)variance;
-    return (State){state->quat, state->bias, 0.0f};
-}
-
-/* Attitude and bias. */
-static Output direction_filter_output(Mahony params, const State *state)
-{
-    (void)params;
-    return (Output){state->quat, state->bias, VEC3_ZERO, 0};
 }
 
 /* ---- mahony

@@ -1,0 +1,13 @@
+"""The border to Numba and llvmlite, which declare no types: one name for each kind of thing that crosses it."""
+
+from typing import Any
+
+NumbaOptions = dict[str, Any]  # keywords of numba.njit, each of a type of its own
+CompiledFunction = Any  # numba's Dispatcher, or the entry point that it made: called with what its kernel takes
+NumbaType = Any  # numba.core.types.Type: what kind of value compiled code has
+TypingContext = Any  # numba's, while it infers types
+CodeContext = Any  # numba's, while it writes LLVM
+Builder = Any  # llvmlite.ir.IRBuilder: adds one instruction after the other
+LlvmValue = Any  # llvmlite.ir.Value: an instruction's result, an address, a type's constant
+LlvmModule = Any  # llvmlite.ir.Module
+Intrinsic = Any  # what ``numba.extending.intrinsic`` makes of a function, and the pair that such a function returns
