@@ -5,9 +5,14 @@ gravity: h = T₀/L (1 − (p/p₀)^(R L/g)). Air that is warmer or colder than 
 of the absolute temperatures: 4 % at 11 K.
 """
 
-from typing import Any
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 from levelhead.units import GRAVITY
+
+Numbers = TypeVar("Numbers", float, NDArray[np.float64])  # a number, or an array of numbers
 
 SEA_LEVEL = 101325.0  # Pa
 TEMPERATURE = 288.15  # K
@@ -16,16 +21,19 @@ GAS = 287.05287  # J/(kg K), of dry air
 EXPONENT = GAS * LAPSE / GRAVITY
 
 
-def height(pressure: Any) -> Any:
+def height(pressure: Numbers) -> Numbers:
     """Height in m above the level where air has 101325 Pa, from pressure in Pa, numbers or arrays; up to 11 km."""
-    return TEMPERATURE / LAPSE * (1.0 - (pressure / SEA_LEVEL) ** EXPONENT)
+    result: Numbers = TEMPERATURE / LAPSE * (1.0 - (pressure / SEA_LEVEL) ** EXPONENT)
+    return result
 
 
-def pressure(height: Any) -> Any:
+def pressure(height: Numbers) -> Numbers:
     """Pressure in Pa at a height in m: the inverse."""
-    return SEA_LEVEL * (1.0 - LAPSE / TEMPERATURE * height) ** (1.0 / EXPONENT)
+    result: Numbers = SEA_LEVEL * (1.0 - LAPSE / TEMPERATURE * height) ** (1.0 / EXPONENT)
+    return result
 
 
-def metres_per_pascal(pressure: Any) -> Any:
+def metres_per_pascal(pressure: Numbers) -> Numbers:
     """−dh/dp in m/Pa at a pressure in Pa, positive: what turns a σ of pressure into one of height."""
-    return TEMPERATURE / LAPSE * EXPONENT / pressure * (pressure / SEA_LEVEL) ** EXPONENT
+    result: Numbers = TEMPERATURE / LAPSE * EXPONENT / pressure * (pressure / SEA_LEVEL) ** EXPONENT
+    return result

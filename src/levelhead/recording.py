@@ -1,14 +1,13 @@
 """A Recording: the readings of the sensors in SI units, checked once, here, and frozen."""
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from levelhead.errors import LevelheadError
+from levelhead.open_types import ReadOnlyFields
 
 Array = NDArray[np.float64]
 
@@ -287,7 +286,7 @@ class Recording:
     acc: Array
     mag: Array | None = None
     truth: Truth | None = None
-    meta: Mapping[str, Any] = field(default_factory=dict)
+    meta: ReadOnlyFields = field(default_factory=dict)
     pressure: Pressure | None = None
     gnss: Gnss | None = None
 

@@ -9,11 +9,11 @@ import math
 import statistics
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from typing import Any
 
 from levelhead.bench.error_figures import ErrorFigures
 from levelhead.bench.methods import DEFAULT, SMOOTHER
 from levelhead.bench.survey import Entry
+from levelhead.open_types import Fields
 
 PAIRS = ((DEFAULT, "vqf.VQF"), (SMOOTHER, "vqf.offlineVQF"))
 LEAST = 0.02  # °: below, a reference knows no better
@@ -46,7 +46,7 @@ class Ratios:
     peer: str
     recordings: tuple[Ratio, ...]
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> Fields:
         """Ready for JSON."""
         rows = [asdict(one) | {"ratio": one.value} for one in self.recordings]
         for row in rows:
@@ -54,7 +54,7 @@ class Ratios:
         return {"method": self.method, "peer": self.peer, "table": self.table, "recordings": rows}
 
     @property
-    def table(self) -> list[dict[str, Any]]:
+    def table(self) -> list[Fields]:
         """A row per data set, and one over all."""
         sets = list(dict.fromkeys(one.dataset for one in self.recordings))
         rows = [_row(name, [one for one in self.recordings if one.dataset == name]) for name in sets]
@@ -88,7 +88,7 @@ def geometric_mean(values: Sequence[float]) -> float:
     return math.exp(statistics.fmean(math.log(value) for value in values))
 
 
-def _row(name: str, ratios: Sequence[Ratio]) -> dict[str, Any]:
+def _row(name: str, ratios: Sequence[Ratio]) -> Fields:
     worst = max(ratios, key=lambda one: one.value)
     figures = [one.figures for one in ratios]
     return {

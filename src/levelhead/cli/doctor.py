@@ -1,12 +1,13 @@
 """``levelhead doctor LOG…``: what is wrong with a log."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from cyclopts import Parameter
 
 from levelhead.cli.options import Reading, print_json, print_line
 from levelhead.errors import LevelheadError
+from levelhead.open_types import Fields
 
 
 def doctor(
@@ -36,7 +37,7 @@ def doctor(
         raise LevelheadError("--fix writes one log to one file; expected: levelhead doctor LOG --fix -o FILE.parquet")
     if not logs:
         raise LevelheadError("doctor examines logs; expected: levelhead doctor LOG …")
-    hints: dict[str, Any] = reading.hints()
+    hints: Fields = reading.hints()
     reports = [inspect(log, **hints) for log in logs]
     if json:
         print_json({"reports": [report.to_dict() for report in reports]})

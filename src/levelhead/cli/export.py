@@ -2,7 +2,7 @@
 
 import json as reader
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from cyclopts import Parameter
 
@@ -20,6 +20,7 @@ from levelhead.cli.options import (
 )
 from levelhead.errors import LevelheadError
 from levelhead.guard import Guard
+from levelhead.open_types import Fields
 
 
 def export(
@@ -99,7 +100,7 @@ def export(
     print_line("written: " + ", ".join(str(path) for path in written))
 
 
-def _tuned(flt: filters.Filter, path: Path | None) -> dict[str, Any]:
+def _tuned(flt: filters.Filter, path: Path | None) -> Fields:
     """A filter from a JSON file: "filter" and "params", perhaps "guard"; of a sweep its minimum counts.
 
     Raises:
@@ -121,7 +122,7 @@ def _tuned(flt: filters.Filter, path: Path | None) -> dict[str, Any]:
     if not isinstance(guard, dict):
         raise LevelheadError(f"{path}: guard is {guard!r}, but it must hold thresholds by name")
     swept, minimum = found.get("parameter"), found.get("minimum")
-    params: dict[str, Any] = found["params"]
+    params: Fields = found["params"]
     if isinstance(swept, str) and isinstance(minimum, dict) and "value" in minimum:
         params = dict(flt.params(**params)._replace(**{swept: minimum["value"]})._asdict())
     return {"params": params, "guard": guard}

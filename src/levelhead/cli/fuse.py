@@ -1,9 +1,9 @@
 """``levelhead fuse LOG``: the main job."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
 from cyclopts import Parameter
 
@@ -26,6 +26,7 @@ from levelhead.cli.options import (
 from levelhead.errors import LevelheadError, require
 from levelhead.filters.parameters import Params
 from levelhead.guard import Guard
+from levelhead.open_types import Fields, ReadOnlyFields
 
 if TYPE_CHECKING:
     from levelhead.calibration import Calibration
@@ -184,7 +185,7 @@ def fuse(
         print_line(f"{len(done.track):,} rows are large for CSV: --format parquet writes and reads them much faster")
 
 
-def _facts(done: Fused) -> dict[str, Any]:
+def _facts(done: Fused) -> Fields:
     from levelhead.publish.summary import facts
 
     said = facts(done.recording, done.track, done.score, done.guard)
@@ -199,7 +200,7 @@ def fuse_several(logs: Sequence[Path], out: Path, wish: Wish, verbose: bool) -> 
     """
     from levelhead.evaluate.text_table import Column, Row, plain_table
 
-    names, failed, said = result_names(logs), list[str](), list[dict[str, Any]]()
+    names, failed, said = result_names(logs), list[str](), list[Fields]()
     rows: list[Row] = []
     for log, name in zip(logs, names, strict=True):
         try:
@@ -272,7 +273,7 @@ def _fuse_one(log: Path, out: Path, name: str, wish: Wish) -> Fused:
     return Fused(recording, track, score, guard, written)
 
 
-def node_filter(live: Mapping[str, Any], guard: Guard | None, words: Sequence[str]) -> tuple[Params, Guard | None]:
+def node_filter(live: ReadOnlyFields, guard: Guard | None, words: Sequence[str]) -> tuple[Params, Guard | None]:
     """The filter and the guard with which a black box was made; thresholds in words win."""
     params = filters.find(live["filter"]).params(**live["params"])
     if words:

@@ -5,9 +5,10 @@ import signal
 import sys
 import threading
 import time
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from levelhead.cli.options import print_line
+from levelhead.open_types import Handle
 
 if TYPE_CHECKING:
     from levelhead.live.node import Node
@@ -21,7 +22,7 @@ class SignalHandlers:
 
     def __init__(self, node: "Node") -> None:
         self._node = node
-        self._before: dict[signal.Signals, Any] = {}
+        self._before: dict[signal.Signals, Handle] = {}
 
     def __enter__(self) -> None:
         if threading.current_thread() is threading.main_thread():
@@ -62,7 +63,7 @@ class StatusLines:
                 self._print(status_line(self._node, (self._node.samples - samples) / (now - last)))
                 samples, last = self._node.samples, now
 
-    def _print_event(self, event: Any) -> None:
+    def _print_event(self, event: Handle) -> None:
         if event.name in self._printed or not (event.on or event.name not in ("invalid", "calibrating")):
             return
         warning, more = event.on and event.name not in EXPECTED, ""

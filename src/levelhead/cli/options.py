@@ -14,6 +14,7 @@ from levelhead import filters
 from levelhead.errors import LevelheadError
 from levelhead.filters.parameters import Params, settable
 from levelhead.guard import Guard
+from levelhead.open_types import Fields
 
 if TYPE_CHECKING:
     from levelhead.calibration import Calibration
@@ -45,7 +46,7 @@ class Reading:
 
         return read(log, **self.hints())
 
-    def hints(self) -> dict[str, Any]:
+    def hints(self) -> Fields:
         """The hints as arguments of ``levelhead.read``."""
         from levelhead.sources import parse_lsb, parse_map, parse_units
 
@@ -134,13 +135,13 @@ GuardWords = Annotated[
 Axes = Annotated[str, Parameter(name="--axes", metavar="X,Y,Z", allow_leading_hyphen=True)]
 
 
-def parse_settings(pairs: Iterable[str], example: str = "r_measure=0.1") -> dict[str, Any]:
+def parse_settings(pairs: Iterable[str], example: str = "r_measure=0.1") -> Fields:
     """``k=v`` words as keyword arguments of a Params class.
 
     Raises:
         LevelheadError: a word without ``=``, or the same name twice.
     """
-    values: dict[str, Any] = {}
+    values: Fields = {}
     for pair in pairs:
         name, equals, text = pair.partition("=")
         if not equals or not name:
@@ -253,7 +254,7 @@ def simulate_recording(
         from levelhead.noise import NoiseModel
 
         chosen = NoiseModel.read(noise).imu(None if sensor is None else simulate.imu(sensor))
-    wishes: dict[str, Any] = {"seed": seed, "duration": duration, "rate": rate, "sensor": chosen}
+    wishes: Fields = {"seed": seed, "duration": duration, "rate": rate, "sensor": chosen}
     return simulate.recording(motion=what, **{name: wish for name, wish in wishes.items() if wish is not None})
 
 

@@ -1,11 +1,12 @@
 """``levelhead ports``: where a sensor may be plugged in, and what answers there."""
 
-from typing import Annotated, Any
+from typing import Annotated
 
 from cyclopts import Parameter
 
 from levelhead.cli.options import print_json, print_line
 from levelhead.errors import LevelheadError
+from levelhead.open_types import Fields
 
 
 def ports(*, json: Annotated[bool, Parameter(negative="")] = False) -> None:
@@ -38,13 +39,13 @@ def _serial_ports() -> list[dict[str, str]]:
     return [{"port": one.device, "description": "" if one.description == "n/a" else one.description} for one in found]
 
 
-def _i2c_buses() -> list[dict[str, Any]]:
+def _i2c_buses() -> list[Fields]:
     from levelhead.sources.sensors.bus import open_bus
     from levelhead.sources.sensors.discovery import find_chips, i2c_buses
 
-    listed: list[dict[str, Any]] = []
+    listed: list[Fields] = []
     for number in i2c_buses():
-        entry: dict[str, Any] = {"bus": number, "chips": [], "failure": ""}
+        entry: Fields = {"bus": number, "chips": [], "failure": ""}
         listed.append(entry)
         try:
             bus = open_bus(number)

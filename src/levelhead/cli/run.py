@@ -8,6 +8,7 @@ from cyclopts import Parameter
 
 from levelhead.cli.options import Axes, FilterName, GuardWords, parse_filter, parse_guard, print_json, print_line
 from levelhead.errors import LevelheadError
+from levelhead.open_types import Fields
 
 
 def run(
@@ -72,7 +73,7 @@ def run(
         raise LevelheadError(f"the duration is {duration:g}; expected seconds, more than 0")
     if calibrate is not None and calibrate < 0:
         raise LevelheadError(f"--calibrate {calibrate}: expected a number of samples, or 0 for none")
-    hints: dict[str, Any] = {"map": parse_map(map), "units": parse_units(units), "lsb": parse_lsb(lsb)}
+    hints: Fields = {"map": parse_map(map), "units": parse_units(units), "lsb": parse_lsb(lsb)}
     mounted = AxisMap.parse(axes)
     live = open_source(source, rate=rate, speed=speed, gyr_range=gyr_range, acc_range=acc_range, axes=mounted, **hints)
     still = (0 if source.startswith("replay:") else SAMPLES) if calibrate is None else calibrate
@@ -107,7 +108,7 @@ def _bus(publish: str | None, certificates: Path | None, readers: tuple[str, ...
     return ZenohBus(publish, certificates=certificates, readers=readers)
 
 
-def _summary(figures: dict[str, Any]) -> str:
+def _summary(figures: Fields) -> str:
     late, work = figures["lateness"], figures["work"]
     times = ""
     if late and work:

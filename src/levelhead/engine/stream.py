@@ -16,8 +16,8 @@ from levelhead.engine.prior import apply_prior, keep_prior, read_calibration
 from levelhead.engine.serialization import StreamState, from_bytes, to_bytes
 from levelhead.engine.stepper import Four, axis_stepper, imu_stepper
 from levelhead.errors import LevelheadError
-from levelhead.filters.contract import HEIGHT, POSITION, VELOCITY, NavState, Output
-from levelhead.filters.parameters import FilterChoice
+from levelhead.filters.contract import HEIGHT, POSITION, VELOCITY, AxisReport, NavState, Output
+from levelhead.filters.parameters import FilterChoice, Params
 from levelhead.guard import Guard
 from levelhead.kernels.quat import Euler, Quat, to_euler
 from levelhead.kernels.vec3 import ZERO, Vec3
@@ -276,9 +276,10 @@ class Stream:
         return read_calibration(self._filter, self._stepper.params, self._stepper.state)
 
     @property
-    def params(self) -> Any:
+    def params(self) -> Params:
         """The parameters in use."""
-        return self._stepper.params.filter
+        params: Params = self._stepper.params.filter
+        return params
 
     def set(self, **changes: float) -> None:
         """Changes parameters from the next sample on: ``live.set(r_measure=0.5)``."""
@@ -352,7 +353,7 @@ class AxisStream:
             raise _pair_error(angle, rate, dt) from None
 
     @property
-    def report(self) -> Any:
+    def report(self) -> AxisReport:
         """Everything that the filter tells after the last sample: level, rate, bias, variances, gain, innovation."""
         return bind_axis(self._filter).axis.read(self._stepper.state)
 
@@ -376,9 +377,10 @@ class AxisStream:
         return float(self.report.bias)
 
     @property
-    def params(self) -> Any:
+    def params(self) -> Params:
         """The parameters in use."""
-        return self._stepper.params
+        params: Params = self._stepper.params
+        return params
 
     def set(self, **changes: float) -> None:
         """Changes parameters from the next sample on: ``kalman.set(r_measure=0.5)``."""

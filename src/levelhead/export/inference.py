@@ -1,7 +1,7 @@
 """What kind of value every variable and expression of a kernel is.
 
 Python writes it down for arguments and fields only; the rest follows. What a driver that serves every filter leaves
-open (``Any``) is said by the first call.
+open is said by the first call.
 """
 
 import ast
@@ -16,6 +16,7 @@ from levelhead.export.kinds import BOOL, FLOAT, INT, VOID, Array, Kind, Scalar, 
 from levelhead.export.source import Source
 from levelhead.export.type_table import TypeTable
 
+PythonObject = Any  # what a global of a kernel is: a number, a class, a module, a function
 MISSING = object()
 ARITHMETIC = (ast.Add, ast.Sub, ast.Mult, ast.Div)
 BITS = (ast.BitOr, ast.BitAnd, ast.BitXor)
@@ -40,9 +41,9 @@ class Program(Protocol):
         """Another kernel, called with values of these kinds."""
 
 
-def resolve(function: KernelFunction, node: ast.AST, local: Container[str] = ()) -> Any:
+def resolve(function: KernelFunction, node: ast.AST, local: Container[str] = ()) -> PythonObject:
     """The Python object that a name or ``module.name`` stands for; ``MISSING`` where it is a value of the kernel."""
-    found: Any = MISSING
+    found: object = MISSING
     if isinstance(node, ast.Name) and node.id not in local:
         found = function.__globals__.get(node.id, getattr(builtins, node.id, MISSING))
     elif isinstance(node, ast.Attribute):
@@ -80,7 +81,7 @@ class Inference:
         """The kind of what the kernel returns."""
         return VOID if self._returns is None else self._returns
 
-    def resolve(self, node: ast.AST) -> Any:
+    def resolve(self, node: ast.AST) -> PythonObject:
         """The Python object that stands behind a name, or ``MISSING``."""
         return resolve(self.source.function, node, self.variables)
 
@@ -337,7 +338,7 @@ class Inference:
         sizes = shape.elts if isinstance(shape, ast.Tuple) else [shape]
         numbers = []
         for size in sizes:
-            number: Any = size.value if isinstance(size, ast.Constant) else self.resolve(size)
+            number: object = size.value if isinstance(size, ast.Constant) else self.resolve(size)
             if type(number) is not int or number < 1:
                 raise self._refuse(node, f"the shape {ast.unparse(shape)} is not made of constants")
             numbers.append(number)

@@ -146,7 +146,7 @@ def _translate(owner: type, given: dict[str, object]) -> dict[str, object]:
     return values
 
 
-def _replace_values(params: Any, changes: dict[str, object]) -> Any:
+def _replace_values(params: Params, changes: dict[str, object]) -> Params:
     """A new Params object with some values changed, derived names included; checked like any other."""
     derived = derived_table(type(params))
     replaced = {derived[name].field for name in changes if name in derived}
@@ -166,7 +166,7 @@ def parameters(**derived: Derived) -> Callable[[type[P]], type[P]]:
         defaults: dict[str, float | bool] = cls._field_defaults  # type: ignore[attr-defined]
         table = param_table(cls)
 
-        def make(new_cls: type, *args: object, **given: object) -> Any:
+        def make(new_cls: type, *args: object, **given: object) -> tuple[float, ...]:
             if len(args) > len(fields):
                 raise LevelheadError(f"{cls.__name__} has {len(fields)} parameters, {len(args)} were given")
             for name in fields[: len(args)]:
@@ -181,7 +181,7 @@ def parameters(**derived: Derived) -> Callable[[type[P]], type[P]]:
             ]
             return tuple.__new__(new_cls, checked)
 
-        members: dict[str, Any] = {
+        members: dict[str, object] = {
             "__new__": make,
             "__slots__": (),
             "__doc__": f"{inspect.cleandoc(cls.__doc__ or '')}\n\n{_arguments(table, defaults, derived)}",
@@ -244,11 +244,11 @@ def _signature(
     return inspect.Signature(entries)
 
 
-def _read_derived(derived: Derived, params: Any) -> float:
+def _read_derived(derived: Derived, params: Params) -> float:
     return derived.back(getattr(params, derived.field))
 
 
-def _repr(self: Any) -> str:
+def _repr(self: Params) -> str:
     """Only what differs from the defaults, as one would type it."""
     changed = [f"{k}={v:g}" if not isinstance(v, bool) else f"{k}={v}" for k, v in self._asdict().items()
                if v != self._field_defaults.get(k)]  # fmt: skip

@@ -1,9 +1,9 @@
 """What the doctor reports: findings, each with evidence, size and cure, and a verdict."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
+from levelhead.open_types import Fields, ReadOnlyFields
 from levelhead.recording import Recording
 
 SEVERITIES = ("broken", "warning", "note")  # worst first; notes change nothing in the exit code
@@ -69,10 +69,10 @@ class Report:
         """The names of the findings."""
         return {one.name for one in self.findings}
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> Fields:
         """Ready for JSON."""
         rec = self.recording
-        read: Mapping[str, Any] = {} if rec is None else rec.meta
+        read: ReadOnlyFields = {} if rec is None else rec.meta
         return {
             "source": self.source,
             "exit_code": self.exit_code,

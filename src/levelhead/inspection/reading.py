@@ -6,6 +6,7 @@ from typing import Any
 
 from levelhead.inspection.findings import Finding
 from levelhead.inspection.timing import SLOW
+from levelhead.open_types import Fields
 from levelhead.recording import Recording
 
 OWN_FIELD = 0.3  # correlation from which a field that turns too little lies under an offset, on the right axes
@@ -55,7 +56,7 @@ _KNOWN = {
 
 def from_reader(recording: Recording) -> Iterator[Finding]:
     """Findings that were made while the log was read; the numbers stand in ``meta["findings"]``."""
-    found: dict[str, Any] = dict(recording.meta.get("findings", {}))
+    found: Fields = dict(recording.meta.get("findings", {}))
     notes = [str(note) for note in recording.meta.get("notes", ())]
     yield from _slow(notes)
     for name, (severity, what, cure) in _KNOWN.items():

@@ -2,13 +2,13 @@
 
 import json
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from levelhead.atomic import atomic_path
 from levelhead.errors import LevelheadError
 from levelhead.inspection.findings import Report
+from levelhead.open_types import Fields
 from levelhead.recording import Recording
 
 
@@ -30,7 +30,7 @@ def write_repaired(report: Report, path: Path) -> None:
     if report.recording is None:
         raise LevelheadError(f"{report.source} could not be read; there is nothing to repair")
     recording, changes = repaired(report)
-    columns: dict[str, Any] = {"t [s]": recording.t}
+    columns: Fields = {"t [s]": recording.t}
     sensors = [("gyr", "rad/s", recording.gyr), ("acc", "m/s²", recording.acc)]
     if recording.mag is not None:
         relative = "mag_unit" in recording.meta

@@ -10,12 +10,12 @@ import os
 import threading
 import time
 from collections import deque
-from collections.abc import Mapping
 from pathlib import Path
-from typing import IO, Any, cast
+from typing import IO, cast
 
 from levelhead.errors import LevelheadError
 from levelhead.live.messages import NOTHING, Health, Orientation
+from levelhead.open_types import Handle, ReadOnlyFields
 from levelhead.sample import Sample
 from levelhead.sources.blackbox import CONFIG, ENCODING, EVENTS, FUSED, MAG_NEW, PACKED, ROW, SAMPLES, SCHEMA
 
@@ -62,13 +62,13 @@ class BlackBox:
         self._thread: threading.Thread | None = None
         self._channels: dict[str, int] = {}
 
-    def begin(self, config: Mapping[str, Any]) -> None:
+    def begin(self, config: ReadOnlyFields) -> None:
         """Writes the configuration, and from here on what comes."""
         self._guarded(lambda: self._head(config))
         self._thread = threading.Thread(target=self._work, name="black box", daemon=True)
         self._thread.start()
 
-    def _head(self, config: Mapping[str, Any]) -> None:
+    def _head(self, config: ReadOnlyFields) -> None:
         writer = self._writer
         writer.start(profile="levelhead", library=f"levelhead {config.get('version')}")
         writer.add_metadata(CONFIG, {"config": json.dumps(config)})
@@ -97,7 +97,7 @@ class BlackBox:
                 synced = time.monotonic()
                 self._guarded(lambda: os.fdatasync(self._file.fileno()))
 
-    def _guarded(self, work: Any) -> None:
+    def _guarded(self, work: Handle) -> None:
         """Nothing that happens to the disk may reach the node."""
         if self.failure:
             self._rows.clear()
@@ -156,7 +156,7 @@ def _packed(seq: int, stamp: int, sample: Sample, said: Orientation | None) -> b
 class _Raw:
     """An unbuffered file that writes all of what it is given, or fails: mcap takes a short write for a whole one."""
 
-    def __init__(self, file: Any) -> None:
+    def __init__(self, file: Handle) -> None:
         self._file = file
 
     def write(self, data: bytes) -> int:

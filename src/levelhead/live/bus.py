@@ -4,12 +4,13 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 from weakref import WeakKeyDictionary
 
 from levelhead.errors import LevelheadError, nearest
 from levelhead.live.messages import TOPICS, Message
 from levelhead.live.subscription import MAX_AGE, Subscription
+from levelhead.open_types import Fields
 
 COMMANDS = 64  # that may wait for the node
 
@@ -28,7 +29,7 @@ class Command(NamedTuple):
         answer: takes "" when they are set, or the sentence that says why they are not.
     """
 
-    changes: dict[str, Any]
+    changes: Fields
     answer: Callable[[str], None] = lambda _: None
 
 

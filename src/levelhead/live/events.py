@@ -3,6 +3,8 @@
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+from levelhead.open_types import Fields
+
 EVENTS = {
     "started": "the node runs; data: source, rate, filter, parameters, guard, version, what the system does not allow",
     "calibrating": "the node waits for a sensor at rest, and publishes no orientation yet",
@@ -46,7 +48,7 @@ class Event(NamedTuple):
     name: str
     on: bool
     text: str
-    data: dict[str, Any]
+    data: Fields
 
 
 class Journal:

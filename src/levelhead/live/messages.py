@@ -7,11 +7,12 @@ version by name instead of guessing.
 import json
 import math
 import struct
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from levelhead.errors import LevelheadError
 from levelhead.filters.health import NAMES as BITS
 from levelhead.kernels.quat import Euler, Quat, to_euler
+from levelhead.open_types import Fields
 
 ORIENTATION, RAW, HEALTH, CONFIG = "imu/orientation", "imu/raw", "imu/health", "imu/config"
 TOPICS = (ORIENTATION, RAW, HEALTH, CONFIG)
@@ -99,7 +100,7 @@ class Health(NamedTuple):
     name: str
     on: bool
     text: str
-    data: dict[str, Any] = {}  # noqa: RUF012 - never changed
+    data: Fields = {}  # noqa: RUF012 - never changed
 
 
 Message = Orientation | Raw | Health

@@ -22,6 +22,7 @@ from levelhead.live.realtime import realtime_scheduling
 from levelhead.live.safe_state import SafeState
 from levelhead.live.sample_path import SamplePath
 from levelhead.live.static_calibration import SAMPLES, StaticCalibration
+from levelhead.open_types import Fields
 from levelhead.sample import Sample
 from levelhead.sources.sensors.bus import SensorError
 from levelhead.sources.source import Source
@@ -130,7 +131,7 @@ class Node:
 
     # Running
 
-    def run(self, duration: float | None = None) -> dict[str, Any]:
+    def run(self, duration: float | None = None) -> Fields:
         """Works until ``duration`` s are over, the source ends, ``stop`` is called or Ctrl-C is pressed.
 
         Returns:
@@ -162,7 +163,7 @@ class Node:
         if self.path.calibration is not None:
             self.journal.begin("calibrating", f"hold still for {self.path.calibration.samples} samples")
 
-    def _config(self, lacking: str) -> dict[str, Any]:
+    def _config(self, lacking: str) -> Fields:
         calibration = self.path.calibration
         return {
             "version": VERSION,
@@ -227,7 +228,7 @@ class Node:
         if changes:
             self._apply(changes)
 
-    def _apply(self, changes: dict[str, Any]) -> None:
+    def _apply(self, changes: Fields) -> None:
         """Sets parameters from the next sample on, and publishes them."""
         self._stream.set(**changes)
         text = ", ".join(f"{name}={value:g}" for name, value in changes.items())
@@ -277,7 +278,7 @@ class Node:
             self._box.close()
         self.source.close()
 
-    def figures(self) -> dict[str, Any]:
+    def figures(self) -> Fields:
         """Samples, losses, how late ticks came, and what they took: for reading, for the work after it, as a whole."""
         return {
             "samples": self.samples,

@@ -6,12 +6,12 @@ import threading
 import time
 from collections import deque
 from pathlib import Path
-from typing import Any
 
 from levelhead.live.bus import Command, LocalBus, slow_text
 from levelhead.live.messages import ALIVE, CLOCK, ORIENTATION, SET, Message, pack
 from levelhead.live.subscription import MAX_AGE, Subscription
 from levelhead.live.zenoh_session import ENDPOINT, check_endpoint, configuration, open_session
+from levelhead.open_types import Fields, Handle
 
 WAITING = 4096  # messages that may wait for the network
 CACHE = 1  # messages per topic that a late joiner gets
@@ -46,13 +46,13 @@ class ZenohBus:
 
         self.local = LocalBus()
         self.commands = self.local.commands
-        self._publishers: dict[str, Any] = {}
+        self._publishers: Fields = {}
         self._others: set[int] = set()
         self._reported: set[int] = set()
         self._counts: dict[str, tuple[int, int]] = {}  # of readers in other processes: missed, expired
         self._slow: deque[str] = deque(maxlen=READERS)
         self._node = 0
-        self._token: Any = None
+        self._token: Handle = None
         self._declared = [
             self._session.declare_subscriber(ORIENTATION, Callback(self._add_orientation, indirect=False)),
             self._session.declare_queryable(SET, Callback(self._add_command, indirect=False)),
@@ -67,13 +67,13 @@ class ZenohBus:
 
     # Other processes
 
-    def _add_orientation(self, sample: Any) -> None:
+    def _add_orientation(self, sample: Handle) -> None:
         data = bytes(sample.payload)
         node = int.from_bytes(data[IDENTITY], "little")
         if node != self._node and data[:2] == b"LH":
             self._others.add(node)
 
-    def _add_command(self, query: Any) -> None:
+    def _add_command(self, query: Handle) -> None:
         """A request for parameters; the node answers when it has tried them."""
         try:
             changes = json.loads(bytes(query.payload))
@@ -84,7 +84,7 @@ class ZenohBus:
             return
         self.commands.append(Command(changes, lambda text: query.reply(SET, text)))
 
-    def _answer_clock(self, query: Any) -> None:
+    def _answer_clock(self, query: Handle) -> None:
         """The node's clock; the question brings what a reader could not keep up with."""
         query.reply(CLOCK, TIME.pack(self._node, time.time_ns()))
         try:

@@ -7,7 +7,6 @@ import threading
 import time
 import weakref
 from pathlib import Path
-from typing import Any
 
 from levelhead.errors import LevelheadError, nearest
 from levelhead.live.clock_offset import ClockOffset
@@ -15,6 +14,7 @@ from levelhead.live.messages import ALIVE, CLOCK, ORIENTATION, SET, TOPICS, Mess
 from levelhead.live.subscription import MAX_AGE, Subscription
 from levelhead.live.zenoh_bus import CACHE, TIME
 from levelhead.live.zenoh_session import ENDPOINT, check_handshake, configuration, is_reached, open_session
+from levelhead.open_types import Handle
 
 INTERVAL, FIRST_INTERVAL = 1.0, 0.05  # s between two questions for the node's clock, and until the first answer
 ANSWER_TIME = 2.0  # s within which a node answers
@@ -66,7 +66,7 @@ class ParameterClient:
 class _NodeWatch:
     """Compares clocks with the node, reports what the reader missed, and fails a reader that can get nothing."""
 
-    def __init__(self, session: Any, endpoint: str, certificates: Path | None) -> None:
+    def __init__(self, session: Handle, endpoint: str, certificates: Path | None) -> None:
         self._session, self._endpoint, self._certificates = session, endpoint, certificates
         self._reader = os.urandom(8).hex()
         self._offsets: dict[int, ClockOffset] = {}
@@ -190,10 +190,10 @@ def subscribe(
 
     subscription = Subscription(topic, history, max_age, decode=unpack, age_of=watch.age, on_close=close)
 
-    def receive(sample: Any) -> None:
+    def receive(sample: Handle) -> None:
         subscription.put(bytes(sample.payload))
 
-    def receive_token(sample: Any) -> None:
+    def receive_token(sample: Handle) -> None:
         node = int(str(sample.key_expr).rpartition("/")[2])
         (subscription.find if sample.kind == SampleKind.PUT else subscription.lose)(node)
 

@@ -6,7 +6,6 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -16,6 +15,7 @@ from levelhead.filters import of as filter_of
 from levelhead.filters.parameters import Params
 from levelhead.noise.allan import AllanCurve
 from levelhead.noise.fit import FLICKER_SHARE, NAMES, Coefficients
+from levelhead.open_types import Fields
 from levelhead.recording import Array
 from levelhead.simulate import Imu, TriadErrors
 from levelhead.units import DEGREE, GRAVITY
@@ -158,7 +158,7 @@ class NoiseModel:
         parts = {name: _errors(one, getattr(other, name) or TriadErrors()) for name, one in self.triads.items()}
         return Imu(parts["gyr"], parts["acc"], parts.get("mag", other.mag), other.iron, f"{other.name}, noise measured")
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> Fields:
         """For JSON."""
         return {"source": self.source, "duration_s": self.duration} | {
             name: {"unit": UNITS[name], "rate_hz": one.rate} | {

@@ -1,10 +1,9 @@
 """Measured noise as a table in both conventions of units, and for programs."""
 
-from typing import Any
-
 from levelhead.evaluate.text_table import Column, Row, plain_table
 from levelhead.noise.assessment import NAMES, rows, spell, verdict
 from levelhead.noise.model import NoiseModel
+from levelhead.open_types import Fields
 from levelhead.simulate.presets import Chip
 
 COLUMNS = [Column("noise", "noise"), *(Column(axis, axis) for axis in "xyz"), Column("unit", "unit")]
@@ -20,7 +19,7 @@ def noise_table(model: NoiseModel, chip: Chip | None = None) -> str:
     return "\n".join([plain_table(COLUMNS, lines), "", head, *verdict(model, chip)])
 
 
-def noise_facts(model: NoiseModel, chip: Chip | None = None) -> dict[str, Any]:
+def noise_facts(model: NoiseModel, chip: Chip | None = None) -> Fields:
     """The same for JSON, with the Allan deviations."""
     curves = {
         name: {

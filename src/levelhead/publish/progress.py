@@ -4,9 +4,9 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from time import monotonic
-from typing import Any
 
 from levelhead.compiler.compile import CompileEvents
+from levelhead.open_types import Handle
 
 PATIENCE = 0.5  # s before a bar appears: what is done sooner needs none
 COMPILING = "compiling for this machine, once"
@@ -26,7 +26,7 @@ def progress(title: str) -> Iterator[Callable[[float], None]]:
         yield lambda fraction: None
         return
     began = monotonic()
-    shown: list[tuple[Any, Any]] = []
+    shown: list[tuple[Handle, Handle]] = []
 
     def report(fraction: float) -> None:
         if not shown and fraction < 1.0 and monotonic() - began >= PATIENCE:
@@ -49,7 +49,7 @@ def progress(title: str) -> Iterator[Callable[[float], None]]:
             bar.stop()
 
 
-def _start(title: str) -> tuple[Any, Any]:
+def _start(title: str) -> tuple[Handle, Handle]:
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 

@@ -20,11 +20,11 @@ as uint32, to the last bit.
 from collections.abc import Callable, Iterator
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from levelhead.errors import LevelheadError, nearest
+from levelhead.open_types import Fields, Handle
 from levelhead.recording import Array
 from levelhead.track import Track
 
@@ -55,10 +55,10 @@ def write_track(track: Track, path: str | Path, progress: Callable[[float], None
             _write_csv(track, temporary, report)
 
 
-def _columns(track: Track, rows: slice) -> dict[str, Any]:
+def _columns(track: Track, rows: slice) -> Fields:
     """Column name -> values of some rows; the order is that of the file."""
     part = Track(track.t[rows], track.quat[rows])
-    columns: dict[str, Any] = {"t [s]": part.t}
+    columns: Fields = {"t [s]": part.t}
     columns |= zip(("qw", "qx", "qy", "qz"), part.quat.T, strict=True)
     columns |= zip(("roll [deg]", "pitch [deg]", "yaw [deg]"), part.euler().T, strict=True)
     groups: tuple[tuple[str, str, Array | None], ...] = (
@@ -76,7 +76,7 @@ def _columns(track: Track, rows: slice) -> dict[str, Any]:
     return columns | {"health": track.health[rows]}
 
 
-def _chunks(track: Track, report: Callable[[float], None]) -> Iterator[dict[str, Any]]:
+def _chunks(track: Track, report: Callable[[float], None]) -> Iterator[Fields]:
     for start in range(0, len(track), CHUNK):
         yield _columns(track, slice(start, start + CHUNK))
         report(min((start + CHUNK) / len(track), 1.0))
@@ -122,7 +122,7 @@ def _write_parquet(track: Track, path: Path, report: Callable[[float], None]) ->
             writer.write_table(_arrow(columns, schema))
 
 
-def _schema(track: Track) -> Any:
+def _schema(track: Track) -> Handle:
     import pyarrow as pa
 
     north = "magnetic" if track.declination is None else "true"
@@ -133,7 +133,7 @@ def _schema(track: Track) -> Any:
     return pa.schema([(name, types.get(name, pa.float64())) for name in names], metadata=facts)
 
 
-def _arrow(columns: dict[str, Any], schema: Any) -> Any:
+def _arrow(columns: Fields, schema: Handle) -> Handle:
     import pyarrow as pa
 
     return pa.Table.from_arrays([pa.array(np.ascontiguousarray(a)) for a in columns.values()], schema=schema)

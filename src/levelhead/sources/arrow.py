@@ -3,11 +3,11 @@
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from levelhead.errors import LevelheadError
+from levelhead.open_types import Fields, Handle
 from levelhead.sources.hints import Hints
 from levelhead.sources.layout import Layout
 from levelhead.sources.splitting import MISSING
@@ -46,9 +46,9 @@ def read_text(source: str, layout: Layout, wanted: Sequence[int], exact: frozens
     return {i: _numbers(table.column(str(i))) for i in wanted}
 
 
-def _numbers(column: Any) -> Column:
+def _numbers(column: Handle) -> Column:
     """An Arrow column as (n,) float64 with NaN for null, or int64 if it is whole and complete."""
-    values: Any = column.to_numpy()
+    values: Handle = column.to_numpy()
     numbers: Column = values if values.dtype in (np.int64, np.float64) else values.astype(np.float64)
     return numbers
 
@@ -73,7 +73,7 @@ def parquet(path: str | os.PathLike[str]) -> ArrayTable:
             table = table.flatten()
     except (pa.ArrowException, OSError, ValueError) as error:
         raise LevelheadError(f"{source} is not a Parquet file or it is damaged ({_line(error)})") from None
-    arrays: dict[str, Any] = {}
+    arrays: Fields = {}
     for field, column in zip(table.schema, table.columns, strict=True):
         name, values = field.name, column
         if pa.types.is_timestamp(field.type) or pa.types.is_duration(field.type):

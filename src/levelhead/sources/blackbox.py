@@ -7,13 +7,13 @@ is ``ROW`` and stands in the schema as NumPy spells it; topic imu/health holds e
 import json
 import os
 import struct
-from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from levelhead.errors import LevelheadError
+from levelhead.open_types import Fields, ReadOnlyFields
 from levelhead.recording import Recording
 
 SAMPLES, EVENTS = "imu/samples", "imu/health"
@@ -39,8 +39,8 @@ class Box(NamedTuple):
     """
 
     rows: NDArray[np.void]
-    events: list[dict[str, Any]]
-    config: Mapping[str, Any]
+    events: list[Fields]
+    config: ReadOnlyFields
     whole: bool
 
     @property
@@ -53,7 +53,7 @@ class Box(NamedTuple):
         return 0.0, 0.0, 0.0
 
     @property
-    def changes(self) -> list[tuple[int, dict[str, Any]]]:
+    def changes(self) -> list[tuple[int, Fields]]:
         """Parameters that were changed: (number of the first sample that they hold for, all parameters)."""
         return [(e["data"]["from"], e["data"]["params"]) for e in self.events if e["name"] == "parameters"]
 
@@ -71,8 +71,8 @@ def read_box(path: str | os.PathLike[str]) -> Box:
     except ImportError:
         raise LevelheadError("a black box needs mcap: pip install 'levelhead[box]'") from None
     blocks: list[NDArray[np.void]] = []
-    events: list[dict[str, Any]] = []
-    config: dict[str, Any] | None = None
+    events: list[Fields] = []
+    config: Fields | None = None
     topics: dict[int, str] = {}
     whole = False
     with open(path, "rb") as file:

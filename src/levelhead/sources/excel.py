@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 from datetime import date, datetime, time, timedelta
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from levelhead.errors import LevelheadError
+from levelhead.open_types import Fields, Handle
 from levelhead.sources.header import joined, looks_like_header, rate_in
 from levelhead.sources.hints import Hints
 from levelhead.sources.table import ArrayTable
@@ -41,7 +41,7 @@ def tables(path: Path, shown: str, hints: Hints) -> Sequence[ArrayTable]:
     return found
 
 
-def _table(rows: list[list[Any]], sheet: str, shown: str) -> ArrayTable | None:
+def _table(rows: list[list[Handle]], sheet: str, shown: str) -> ArrayTable | None:
     start = next(
         (i for i, row in enumerate(rows[:_LOOK]) if _numbers(row) > 0.5 * len(row) and _numbers(row) > 0), None
     )
@@ -53,7 +53,7 @@ def _table(rows: list[list[Any]], sheet: str, shown: str) -> ArrayTable | None:
     while above and looks_like_header(above[-1], width, False):
         header.insert(0, above.pop())
     names = joined(header, width) if header else [str(i + 1) for i in range(width)]
-    arrays: dict[str, Any] = {}
+    arrays: Fields = {}
     units: dict[int, str] = {}
     for i, name in enumerate(names):
         column = [row[i] if i < len(row) else "" for row in rows[start:]]
@@ -67,11 +67,11 @@ def _table(rows: list[list[Any]], sheet: str, shown: str) -> ArrayTable | None:
     return ArrayTable(f"{shown}, sheet '{sheet}'", arrays, rate=rate, context=sheet, column_units=units)
 
 
-def _numbers(row: Sequence[Any]) -> int:
+def _numbers(row: Sequence[Handle]) -> int:
     return sum(isinstance(cell, int | float | datetime | time) and not isinstance(cell, bool) for cell in row)
 
 
-def _number(cell: Any) -> float:
+def _number(cell: Handle) -> float:
     if isinstance(cell, int | float) and not isinstance(cell, bool):
         return float(cell)
     try:
@@ -80,7 +80,7 @@ def _number(cell: Any) -> float:
         return np.nan
 
 
-def _nanoseconds(cell: Any) -> float:
+def _nanoseconds(cell: Handle) -> float:
     if isinstance(cell, datetime):
         return (cell - datetime(1970, 1, 1)) / timedelta(microseconds=1) * 1e3
     if isinstance(cell, time):

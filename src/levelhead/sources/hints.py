@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 
 from levelhead import units as unit_table
 from levelhead.errors import LevelheadError, nearest
+from levelhead.open_types import Fields, ReadOnlyFields
 
 WIDTH = {"t": 1, "gyr": 3, "acc": 3, "mag": 3, "q": 4}
 QUANTITY = {"t": "time", "gyr": "gyr", "acc": "acc", "mag": "mag"}  # what has a unit, and its name in levelhead.units
@@ -52,9 +53,9 @@ class Hints:
         """Whether anything was said at all."""
         return bool(self.words)
 
-    def options(self) -> dict[str, Any]:
+    def options(self) -> Fields:
         """The hints as the arguments of ``check``."""
-        made: dict[str, Any] = {}
+        made: Fields = {}
         for option, value in self.words:
             role, _, text = value.partition("=")
             if option == "map":
@@ -114,7 +115,7 @@ def map_word(name: str) -> str:
     return '"' + name.replace('"', '""') + '"' if "," in name or '"' in name or name != name.strip() else name
 
 
-def command(path: str, options: Mapping[str, Any]) -> str:
+def command(path: str, options: ReadOnlyFields) -> str:
     """The command line that reads a file with these hints, ready to paste."""
     hints = check(
         options.get("map"), options.get("units"), options.get("lsb"), options.get("rate"), options.get("sensor"),

@@ -7,12 +7,13 @@ import json
 import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from levelhead import units
 from levelhead.errors import LevelheadError
+from levelhead.open_types import Fields, ReadOnlyFields
 from levelhead.sample import Sample, Triple
 from levelhead.sources import labelled
 from levelhead.sources.assemble import assemble
@@ -241,7 +242,7 @@ class Lines:
     def _concluded(self, rows: Sequence[Row]) -> dict[str, Column]:
         values = np.array([row.values for row in rows], dtype=np.float64)
         names = list(self._names)
-        arrays: dict[str, Any] = {name: values[:, i] for i, name in enumerate(names)}
+        arrays: Fields = {name: values[:, i] for i, name in enumerate(names)}
         roles = assign(names, self.hints.map, self.source, frozenset(self.hints.scale))
         hints = self.hints
         if not hints.scale and {"gyr", "acc"} <= roles.columns.keys():
@@ -261,13 +262,13 @@ class Lines:
                 found[role] = Column(positions, _factor(role, scale.get(role), said))
         return found
 
-    def _stamped(self, arrays: Mapping[str, Any], rows: Sequence[Row], hints: Hints) -> tuple[dict[str, Any], Hints]:
+    def _stamped(self, arrays: ReadOnlyFields, rows: Sequence[Row], hints: Hints) -> tuple[Fields, Hints]:
         # Lines come in bursts; samples are taken evenly.
         stamps = np.linspace(0.0, max(rows[-1].at - rows[0].at, SHORTEST * len(rows)), len(rows))
         return {"host_time_s": stamps, **arrays}, Hints({**hints.map, "t": ["host_time_s"]}, hints.scale)
 
 
-def _forward(arrays: Mapping[str, Any], time: str) -> dict[str, Any]:
+def _forward(arrays: ReadOnlyFields, time: str) -> Fields:
     """Only the rows at which time goes on, so that one bad stamp does not hide what the rest say."""
     stamps = arrays[time]
     best = np.maximum.accumulate(np.where(np.isfinite(stamps), stamps, -np.inf))
@@ -322,7 +323,7 @@ def flattened(text: str) -> dict[str, float]:
         raise Garbage
     found: dict[str, float] = {}
     for name, value in given.items():
-        parts: dict[str, Any] = {name: value}
+        parts: Fields = {name: value}
         if isinstance(value, list):
             axes = "wxyz" if len(value) == 4 else "xyz"
             parts = {f"{name}_{axis}": part for axis, part in zip(axes, value, strict=False)}

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from levelhead.errors import LevelheadError, require
+from levelhead.open_types import Fields
 from levelhead.sources.arrays import tabulate
 from levelhead.sources.hdf5 import hdf5
 from levelhead.sources.hints import Hints
@@ -33,7 +34,7 @@ def matlab(path: str | os.PathLike[str], shown: str | None = None) -> ArrayTable
     except Exception as error:  # scipy raises many kinds for a damaged file
         why = (str(error).splitlines() or [type(error).__name__])[0][:100]
         raise LevelheadError(f"{source} is not a MATLAB file, or it is truncated or damaged ({why})") from None
-    arrays: dict[str, Any] = {}
+    arrays: Fields = {}
     texts: list[str] = []
     for name, value in variables.items():
         if not name.startswith("__"):
@@ -41,7 +42,7 @@ def matlab(path: str | os.PathLike[str], shown: str | None = None) -> ArrayTable
     return tabulate(source, arrays, "\n".join(texts))
 
 
-def _flatten(name: str, value: Any, arrays: dict[str, Any], texts: list[str]) -> None:
+def _flatten(name: str, value: Any, arrays: Fields, texts: list[str]) -> None:
     if not isinstance(value, np.ndarray):
         return
     if value.dtype.kind == "U":

@@ -2,12 +2,12 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
 from levelhead import units
 from levelhead.errors import LevelheadError
+from levelhead.open_types import Fields
 from levelhead.recording import Array
 from levelhead.sources import unit_inference
 from levelhead.sources.columns import Roles
@@ -35,7 +35,7 @@ class Evidence:
 
     found: dict[str, str]
     notes: list[str]
-    findings: dict[str, Any] = field(default_factory=dict)
+    findings: Fields = field(default_factory=dict)
     acc_per_g: float | None = None
 
 

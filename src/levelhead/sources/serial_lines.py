@@ -2,9 +2,9 @@
 
 import time
 from collections.abc import Callable
-from typing import Any
 
 from levelhead.errors import LevelheadError
+from levelhead.open_types import Handle
 from levelhead.sample import Sample
 from levelhead.sources.hints import Hints
 from levelhead.sources.lines import LONGEST, Lines
@@ -43,7 +43,7 @@ class SerialLines:
         self.rate = self._hints.rate or 0.0
         self._lines = Lines(self.name, Hints(self._hints.map, self._hints.scale))
         self._clock_fit = SampleClock(self.rate, RATE_FACTOR) if self.rate else None
-        self._line: Any = None
+        self._line: Handle = None
         self._rest = b""
         self._last: float | None = None  # stamp of the last sample, s
         self._shift = 0.0  # s added to the device's stamps, because it began anew

@@ -12,10 +12,9 @@ truth is known:
 * ``Complementary``: Euler angles from x north, z up.
 """
 
-from typing import Any
-
 import numpy as np
 
+from levelhead.open_types import Fields
 from levelhead.recording import Array, Recording
 from levelhead.rotations import FRD_TO_FLU, NED_TO_ENU, conjugate, product, turn_heading
 
@@ -77,6 +76,6 @@ def from_ned(quat: Array) -> Array:
     return product(NED_TO_ENU, quat, FRD_TO_FLU)
 
 
-def _given(recording: Recording) -> dict[str, Any]:
+def _given(recording: Recording) -> Fields:
     given = {"gyr": recording.gyr, "acc": recording.acc, "frequency": recording.rate}
     return given if recording.mag is None else given | {"mag": recording.mag}

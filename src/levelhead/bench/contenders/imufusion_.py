@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from levelhead.open_types import Fields
 from levelhead.recording import Array, Recording
 from levelhead.units import GRAVITY
 
@@ -22,7 +23,7 @@ def advanced(recording: Recording) -> Array:
     return _loop(recording, settings)
 
 
-def _loop(recording: Recording, settings: dict[str, Any]) -> Array:
+def _loop(recording: Recording, settings: Fields) -> Array:
     """Sample by sample: there is no other way in. The advanced settings bring the bias estimate along."""
     import imufusion
 

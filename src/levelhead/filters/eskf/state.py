@@ -11,11 +11,12 @@ others drive, their rows of F P, a prior, sums of aiding measurements, and integ
 
 from collections.abc import Callable
 from math import prod, radians
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from levelhead.compiler.mark import kernel, with_globals
 from levelhead.filters.contract import HEIGHT
 from levelhead.filters.eskf.params import ESKF, MILLI
+from levelhead.filters.parameters import Params
 from levelhead.kernels.arrays import Floats
 from levelhead.units import DEGREE
 
@@ -135,9 +136,9 @@ def aided_states(params: ESKF, m: Floats, unit: float) -> None:
     declare(m, BARO_OFFSET, 1, 0.0, params.baro_walk, 1.0)
 
 
-def noise(params: Any) -> dict[int, tuple[int, Any, Any]]:
+def noise(params: Params) -> dict[int, tuple[int, float, float]]:
     """Offset of each block of states -> its size, σ at the start and random walk, for the parameters; plain Python."""
-    found: dict[int, tuple[int, Any, Any]] = {}
+    found: dict[int, tuple[int, float, float]] = {}
 
     def record(m: Floats, first: int, size: int, start: float, walk: float, unit: float) -> None:
         found[first] = size, start, walk

@@ -6,13 +6,13 @@ import time
 from collections import Counter, deque
 from collections.abc import Callable
 from datetime import datetime
-from typing import Any
 
 import numpy as np
 
 from levelhead import filters
 from levelhead.errors import LevelheadError
 from levelhead.live.subscription import Subscription
+from levelhead.open_types import Fields, Handle
 from levelhead.publish.dashboard.chart_data import ChartData, beside, tilt_of, two_sigma, unwrap
 from levelhead.publish.dashboard.charts import ChartSet
 from levelhead.publish.dashboard.page import PORT, Page, plain, status_text
@@ -45,11 +45,11 @@ class NodeView:
         self._rows: deque[Row] = deque(maxlen=round(WINDOW * DENSITY))
         self._lines: deque[tuple[str, str]] = deque(maxlen=LISTED)  # name of the event, and its line
         self._repeats: Counter[str] = Counter()
-        self._raw: Any = None
+        self._raw: Handle = None
         self._mag: tuple[float, ...] = UNKNOWN
-        self._last: Any = None
+        self._last: Handle = None
         self._arrived = self._kept = -math.inf
-        self._params: Any = None
+        self._params: Handle = None
         gui = self.page.server.gui
         self.page.charts = ChartSet(gui, clock_time=True, mag=True, truth=False, second="")
         with gui.add_folder("Events"):
@@ -92,7 +92,7 @@ class NodeView:
             if orientation.valid and self._raw is not None and not 0.0 <= t - self._kept < 1.0 / DENSITY:
                 self._keep(orientation, t)
 
-    def _keep(self, orientation: Any, t: float) -> None:
+    def _keep(self, orientation: Handle, t: float) -> None:
         """One more point of the charts; a node's clock that was set back begins them again."""
         if t < self._kept:
             self._rows.clear()
@@ -111,7 +111,7 @@ class NodeView:
         self._lines.appendleft((name, f"- {line}"))
         self._events.content = "\n".join(line for _, line in self._lines)
 
-    def _configure(self, config: dict[str, Any]) -> None:
+    def _configure(self, config: Fields) -> None:
         """Parameters of the node's filter; the widgets are made anew only for another filter."""
         params = filters.find(config["filter"]).params(**config["params"])
         if type(params) is type(self._params):

@@ -2,9 +2,9 @@
 
 import math
 from collections.abc import Callable
-from typing import Any
 
-from levelhead.filters.parameters import Param, param_table
+from levelhead.filters.parameters import Param, Params, param_table
+from levelhead.open_types import Handle
 
 NOTCHES = 200  # steps of a slider
 # viser's slider has a box of its own, which holds the notch; ours beside it holds the value.
@@ -43,13 +43,13 @@ class ParameterPanel:
         gui: viser's.
     """
 
-    def __init__(self, gui: Any) -> None:
+    def __init__(self, gui: Handle) -> None:
         self._gui = gui
-        self._folder: Any = None
-        self._setters: dict[str, Callable[[Any], None]] = {}
+        self._folder: Handle = None
+        self._setters: dict[str, Callable[[float | bool], None]] = {}
         gui.add_html(STYLE)
 
-    def show(self, params: Any, change: Callable[[str, float | bool], None]) -> None:
+    def show(self, params: Params, change: Callable[[str, float | bool], None]) -> None:
         """Makes the widgets anew; ``change`` gets name and value when a person changes one."""
         if self._folder is not None:
             self._folder.remove()
@@ -59,12 +59,12 @@ class ParameterPanel:
             for name, param in param_table(type(params)).items():
                 self._add(name, param, getattr(params, name), change)
 
-    def set(self, params: Any) -> None:
+    def set(self, params: Params) -> None:
         """Shows other values, such as those that the node has taken."""
         for name, setter in self._setters.items():
             setter(getattr(params, name))
 
-    def _add(self, name: str, param: Param, value: Any, change: Callable[[str, float | bool], None]) -> None:
+    def _add(self, name: str, param: Param, value: float | bool, change: Callable[[str, float | bool], None]) -> None:
         gui = self._gui
         if isinstance(value, bool):
             switch = gui.add_checkbox(name, value, hint=param.doc)
@@ -77,17 +77,17 @@ class ParameterPanel:
         slider = gui.add_slider(name, 0, NOTCHES, 1, scale.notch(value), marks=marks, hint=param.doc)
         box = gui.add_number(label, float(value), hint=f"{param.doc}; {param.range}", step=1e-6)
 
-        def moved(event: Any) -> None:
+        def moved(event: Handle) -> None:
             if event.client is not None:
                 box.value = scale.value(slider.value)
                 change(name, box.value)
 
-        def typed(event: Any) -> None:
+        def typed(event: Handle) -> None:
             if event.client is not None and param.allows(float(box.value)):
                 slider.value = scale.notch(float(box.value))
                 change(name, float(box.value))
 
-        def show(new: Any) -> None:
+        def show(new: float | bool) -> None:
             box.value, slider.value = float(new), scale.notch(float(new))
 
         slider.on_update(moved)

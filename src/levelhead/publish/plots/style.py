@@ -2,10 +2,11 @@
 
 from pathlib import Path
 from textwrap import fill
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from levelhead.atomic import atomic_path
 from levelhead.errors import LevelheadError, nearest
+from levelhead.open_types import Fields
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,7 +23,7 @@ DPI = 150
 FORMATS = ("png", "svg", "pdf")
 
 
-def filter_style(index: int) -> dict[str, Any]:
+def filter_style(index: int) -> Fields:
     """Colour, line style and width of the filter in row ``index``; later ones are thinner, so that equal ones show."""
     dashes = ("-", "--", ":")[index // len(FILTERS) % 3]
     return {"color": FILTERS[index % len(FILTERS)], "linestyle": dashes, "linewidth": max(2.0 - 0.35 * index, 0.8)}

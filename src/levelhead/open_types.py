@@ -1,0 +1,8 @@
+"""Types that mypy cannot follow, one name for each kind, so that nobody wonders what an ``Any`` stands for."""
+
+from collections.abc import Mapping
+from typing import Any
+
+Fields = dict[str, Any]  # a JSON object, a table's row, or keywords that are handed on: each value has its own type
+ReadOnlyFields = Mapping[str, Any]  # the same, where nothing is added
+Handle = Any  # an object of a library that declares no types
