@@ -1,5 +1,6 @@
 """``levelhead view LOG`` and ``levelhead view --live``: the dashboard."""
 
+import gc
 import sys
 from pathlib import Path
 from typing import Annotated, Any
@@ -17,6 +18,8 @@ from levelhead.cli.options import (
     print_line,
 )
 from levelhead.errors import LevelheadError
+
+USUAL_THRESHOLD = (700, 10, 10)  # of Python's garbage collection
 
 
 def view(
@@ -56,10 +59,20 @@ def view(
         shown = _recording(log, filter, set, guard, reading, second, port)
     print_line(f"{shown.page.url}  (Ctrl-C ends it)")
     sys.stdout.flush()
+    _collect_often()
     try:
         shown.wait()
     finally:
         shown.stop()
+
+
+def _collect_often() -> None:
+    """Garbage is collected as usual again: commands that end soon leave it, a page that is open for hours would keep
+    100,000 objects of it. What there is now lives as long as the page, and is not looked through again.
+    """
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(*USUAL_THRESHOLD)
 
 
 def _recording(

@@ -47,10 +47,16 @@ SCRIPT = """
   document.addEventListener("dblclick", (event) => {
     if (event.target.closest && event.target.closest(".u-over")) send("zoom");
   }, true);
-  window.levelheadCharts = (time) => all().forEach((chart) => {
+  let shown = null;
+  window.levelheadCharts = (time) => { shown = time; all().forEach((chart) => {
     const left = chart.valToPos(time, "x");
     chart.setCursor({ left, top: chart.over.clientHeight / 2 }, false);
-  });
+  }); };
+  const isChart = (place) => place && place.closest && place.closest(".u-over");
+  document.addEventListener("mouseout", (event) => {  // the mouse took the cursor of all charts along
+    if (shown !== null && isChart(event.target) && !isChart(event.relatedTarget))
+      setTimeout(() => window.levelheadCharts(shown), 30);
+  }, true);
   hide();
 })();
 """.replace("%LINK%", LINK)

@@ -23,6 +23,9 @@ NARROW = """<style>@media (max-width: 576px) {
   .mantine-Paper-root[style*="20em"] { width: 100% !important; height: 58%; max-height: 58% !important; }
   [style*="flex-grow: 1"][style*="height: 100%"] { height: 42% !important; }
 }</style>"""
+# A label that is longer than its button goes on in a second line.
+LABELS = """<style>.mantine-Button-root { height: auto !important; min-height: 2em; padding-block: 0.2em; }
+  .mantine-Button-label { white-space: normal; line-height: 1.2; }</style>"""
 TRUSTED, INVALID = (90, 140, 200), (160, 160, 160)
 
 
@@ -32,7 +35,7 @@ def plain(text: str) -> str:
 
 
 def sector(half_angle: float) -> Array:
-    """(CONE_PARTS + 2, 3) a fan on the ground about the x axis, ± ``half_angle`` rad, its tip first."""
+    """(CONE_PARTS + 2, 3) a level fan about the x axis, ± ``half_angle`` rad, its tip first."""
     angles = np.linspace(-half_angle, half_angle, CONE_PARTS + 1)
     rim = CONE_RADIUS * np.stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)], axis=1)
     return np.vstack([np.zeros(3), rim])
@@ -79,11 +82,11 @@ class Page:
         self._cone_angle = 0.1
         self._cone: Any = scene.add_mesh_simple(
             "/heading", sector(self._cone_angle), fan, color=(230, 150, 40), opacity=0.45, side="double",
-            flat_shading=True, cast_shadow=False, receive_shadow=False, position=(0.0, 0.0, -0.59),
+            flat_shading=True, cast_shadow=False, receive_shadow=False,
         )  # fmt: skip
         gui.add_markdown(f"### {plain(title)}")
         self.status = gui.add_markdown("…")
-        gui.add_html(NARROW)
+        gui.add_html(NARROW + LABELS)
         self.charts: ChartSet | None = None
         self.parameters = ParameterPanel(gui)
 

@@ -3,6 +3,7 @@
 import tempfile
 import threading
 import time
+from collections.abc import Callable
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
@@ -23,7 +24,7 @@ from levelhead.track import Track
 POINTS = 2000  # of a chart
 FRAMES = 20.0  # of the 3-D view per second, while it plays
 TEXTS = 4.0  # of cursor and text per second, while it plays
-LISTED = 12  # events with a button
+LISTED = 12  # events with a button at a time
 SPEEDS = ("0.25", "0.5", "1", "2", "4", "8")
 EPOCH = 1e9  # s: stamps beyond are since 1970, and shown as clock time
 
@@ -200,20 +201,28 @@ class RecordingView:
             found.append((float(self.recording.t[row] - self.recording.t[0]), words))
         return found
 
-    def _list_events(self) -> None:
-        """A button per event, which goes to its time."""
+    def _list_events(self, first: int = 0) -> None:
+        """A button per event, which goes to its time; a page of them, and buttons for the pages before and after."""
         gui = self.page.server.gui
         while self._event_widgets:
             self._event_widgets.pop().remove()
         events = self._events()
+        end = min(first + LISTED, len(events))
         with self._events_folder:
-            for seconds, words in events[:LISTED]:
-                button = gui.add_button(f"{seconds:.2f} s: {words}", color="gray")
-                button.on_click(lambda _, seconds=seconds: self.go_to(seconds))
-                self._event_widgets.append(button)
-            more = "none" if not events else f"and {len(events) - LISTED} more" if len(events) > LISTED else ""
-            if more:
-                self._event_widgets.append(gui.add_markdown(more))
+            many = f"{first + 1} to {end} of {len(events)}" if len(events) > LISTED else ""
+            if not events or many:
+                self._event_widgets.append(gui.add_markdown(many or "none"))
+            for seconds, words in events[first:end]:
+                self._add_event_button(f"{seconds:.2f} s: {words}", "gray", lambda t=seconds: self.go_to(t))
+            if first > 0:
+                self._add_event_button("Earlier events", None, lambda: self._list_events(max(0, first - LISTED)))
+            if end < len(events):
+                self._add_event_button("Later events", None, lambda: self._list_events(end))
+
+    def _add_event_button(self, label: str, color: Any, act: Callable[[], None]) -> None:
+        button = self.page.server.gui.add_button(label, color=color)
+        button.on_click(lambda _: act())
+        self._event_widgets.append(button)
 
     def _row(self) -> int:
         """The row that is shown."""
