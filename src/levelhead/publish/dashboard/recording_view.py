@@ -213,15 +213,16 @@ class RecordingView:
             if not events or many:
                 self._event_widgets.append(gui.add_markdown(many or "none"))
             for seconds, words in events[first:end]:
-                self._add_event_button(f"{seconds:.2f} s: {words}", "gray", lambda t=seconds: self.go_to(t))
+                self._add_event_button(f"{seconds:.2f} s: {words}", "gray", self.go_to, seconds)
             if first > 0:
-                self._add_event_button("Earlier events", None, lambda: self._list_events(max(0, first - LISTED)))
+                self._add_event_button("Earlier events", None, self._list_events, max(0, first - LISTED))
             if end < len(events):
-                self._add_event_button("Later events", None, lambda: self._list_events(end))
+                self._add_event_button("Later events", None, self._list_events, end)
 
-    def _add_event_button(self, label: str, color: Any, act: Callable[[], None]) -> None:
+    def _add_event_button(self, label: str, color: Any, act: Callable[[Any], None], value: float) -> None:
+        """A button that calls ``act(value)``."""
         button = self.page.server.gui.add_button(label, color=color)
-        button.on_click(lambda _: act())
+        button.on_click(lambda _: act(value))
         self._event_widgets.append(button)
 
     def _row(self) -> int:
