@@ -57,6 +57,7 @@ FACTORS: dict[str, dict[str, float]] = {
             DEGREE,
         ),
         "degs": DEGREE,
+        "d/s": DEGREE,
         "dps": DEGREE,
         "°/s": DEGREE,
         "mdeg/s": 1e-3 * DEGREE,

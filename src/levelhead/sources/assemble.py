@@ -17,11 +17,13 @@ from levelhead.sources.field_check import field_turn, is_normalised
 from levelhead.sources.hints import MEANING, Hints, NeedsHints, Scale
 from levelhead.sources.names import RELATIVE, unit_in
 from levelhead.sources.scales import Evidence, acc_scale, declared, gyr_scale, mag_scale, settled, without_gravity
-from levelhead.sources.table import Column, Table, stack
+from levelhead.sources.suggestion import suggested
+from levelhead.sources.table import Column, Table, stack, words_of
 from levelhead.sources.truth import find_truth
 
 SLOWEST = 0.75  # s between complete samples; at half a turn a second, 135 degrees lie between them
 RARE = 0.05  # share of complete rows below which a log is refused
+ROUND_RATES = (10, 20, 25, 50, 100, 125, 200, 250, 400, 500, 1000)  # Hz
 USUAL_RATES = (10, 12.5, 20, 25, 50, 100, 104, 119, 125, 200, 208, 250, 400, 416, 500, 800, 1000)  # Hz
 
 
@@ -96,7 +98,8 @@ def _note_findings(table: Table, roles: Roles, clock: Clock, evidence: Evidence)
 
 def _read(table: Table, hints: Hints) -> tuple[Roles, dict[int, Column]]:
     """The roles and their columns; columns in which nothing stands are no candidates, where there are others."""
-    filled: frozenset[int] | None = None
+    words = words_of(table)
+    filled = frozenset(range(len(table.names))) - words if words else None
     first: LevelheadError | None = None
     for _ in range(4):
         try:
@@ -105,7 +108,7 @@ def _read(table: Table, hints: Hints) -> tuple[Roles, dict[int, Column]]:
                 context=table.context, filled=filled,
             )  # fmt: skip
         except LevelheadError as error:
-            raise first or error from None
+            raise first or suggested(error, table, hints) from None
         times = roles.columns.get("t", ())
         wanted = sorted({i for positions in roles.columns.values() for i in positions})
         columns = table.read(wanted, frozenset(times))
@@ -225,7 +228,10 @@ def _rate_guess(roles: Roles, columns: dict[int, Column]) -> tuple[float, str]:
                     best = rate, turn.correlation
     if best is None:
         return 100.0, "; nothing in the log tells it, and 100 stands for it here"
-    usual = min(USUAL_RATES, key=lambda one: abs(np.log(one / best[0])))
+    plain = [
+        float(one) for one in ROUND_RATES if abs(np.log(one / best[0])) < 0.1
+    ]  # gravity's turn is no better than that
+    usual = min(plain or USUAL_RATES, key=lambda one: abs(np.log(one / best[0])))
     rate = float(usual) if abs(np.log(usual / best[0])) < 0.15 else float(round(best[0]))
     return rate, f"; gravity turns as the gyroscope says at about {best[0]:.0f} Hz"
 

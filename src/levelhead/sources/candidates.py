@@ -90,8 +90,7 @@ def _alike(one: Group, other: Group) -> float:
     """How much the words of two groups overlap, 0 to 1; a number that differs (imu1, imu2) counts most."""
     if {word for word in one.words if word.isdigit()} != {word for word in other.words if word.isdigit()}:
         return 0.0
-    both = one.words | other.words
-    return 0.5 + 0.5 * len(one.words & other.words) / max(1, len(both))
+    return 0.5 + 0.5 / (1.0 + len(one.words ^ other.words))
 
 
 def shared_name(names: Sequence[str]) -> str:

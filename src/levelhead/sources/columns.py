@@ -20,6 +20,7 @@ from levelhead.sources.candidates import (
 from levelhead.sources.hints import MEANING, QUANTITY, WIDTH
 from levelhead.sources.names import Name, split, understand, unit_in
 
+_USER = re.compile("user|linear", re.IGNORECASE)  # acceleration without the gravity that stands beside it
 _EXAMPLE = {"gyr": "gyr_x, gyr_y, gyr_z", "acc": "acc_x, acc_y, acc_z"}
 
 
@@ -82,13 +83,13 @@ def assign(
             found[role] = _groups(role, known, names, context, filled)
         elif positions := _group(role, known, source):
             columns[role] = positions
-    _choose(found, columns, sensor, known, source, notes)
     gravity = _gravity(names)
-    if gravity and "acc" not in hints:
-        columns["gravity"] = gravity
-    moving = tuple(i for i, name in enumerate(known) if name.role == "moving")
-    if len(moving) == 1:
-        columns["moving"] = moving
+    if gravity and not found.get("acc", True):
+        found["acc"] = _user_acceleration(names, context, filled)
+    _choose(found, columns, sensor, known, source, notes)
+    columns |= {"gravity": gravity} if gravity and "acc" not in hints else {}
+    if sum(name.role == "moving" for name in known) == 1:
+        columns["moving"] = tuple(i for i, name in enumerate(known) if name.role == "moving")
     _disjoint(columns, names, source)
     _complete(columns, names, source)
     units: dict[str, str] = {}
@@ -129,6 +130,11 @@ def _groups(
         made_group(positions, [names[i] for i in positions], context)
         for positions in (ordered(role, axes) for axes in complete)
     ]
+
+
+def _user_acceleration(names: Sequence[str], context: str, filled: frozenset[int] | None) -> list[Group]:
+    """Acceleration without gravity, where that stands beside it."""
+    return _groups("acc", [understand(_USER.sub("", name), context) for name in names], names, context, filled)
 
 
 def _choose(

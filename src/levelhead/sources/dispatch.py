@@ -136,20 +136,18 @@ def _names(sensor: str, part: Member) -> bool:
 
 def _member(part: Member, hints: Hints, alone: bool) -> list[Table]:
     """The tables of one file; beside others, a file that is no table is left out."""
+    from levelhead.sources.streams import in_memory
+
     try:
         found = list(_format(part).tables(part.path, part.shown, hints))
+        if not alone:
+            return [in_memory(table, part.name) for table in found]
     except NeedsHints:
         raise
     except LevelheadError:
         if alone:
             raise
         return []
-    if not alone:
-        from levelhead.sources.streams import in_memory
-
-        return [in_memory(table, part.name) for table in found]
-    from levelhead.sources.streams import in_memory
-
     return found if part.path.exists() and part.shown == str(part.path) else [in_memory(table, "") for table in found]
 
 

@@ -14,7 +14,7 @@ _RATE = re.compile(
 )
 _PRINTF = re.compile(r"%[\w.]+\(([^)]*)\)")
 _NO_UNIT = {"no units", "no unit", "unitless", "none", "n/a", "-", ""}
-_RELATIVE = {"local", "a.u.", "au", "normalized", "normalised", "arbitrary"}
+_RELATIVE = {"local", "local_flux", "a.u.", "au", "normalized", "normalised", "arbitrary"}
 
 
 def rate_in(preamble: Sequence[str]) -> float | None:
@@ -104,11 +104,11 @@ def joined(header: Sequence[Sequence[str]], width: int) -> list[str]:
 
 def _is_unit_row(row: Sequence[str]) -> bool:
     """Whether most cells are units, or say that there is none."""
-    filled = [cell.strip("[]() ") for cell in row if cell.strip()]
+    filled = [cell.strip("[] ") for cell in row if cell.strip()]
     known = sum(
-        cell.lower() in _NO_UNIT | _RELATIVE
-        or any(units.find(quantity, cell) is not None for quantity in units.FACTORS)
-        for cell in filled
+        plain.lower() in _NO_UNIT | _RELATIVE
+        or any(units.find(quantity, one) is not None for quantity in units.FACTORS for one in (cell, plain))
+        for cell, plain in ((cell, cell.strip("() ")) for cell in filled)
     )
     telling = sum(len(cell) > 1 and not is_number(cell, False) for cell in filled)
     return bool(filled) and known > 0.6 * len(filled) and telling > 0

@@ -11,7 +11,7 @@ from levelhead.recording import Array, median
 from levelhead.sources import unit_inference
 from levelhead.sources.hints import Hints
 from levelhead.sources.sensitivities import ACC
-from levelhead.sources.table import ArrayTable, stack
+from levelhead.sources.table import ArrayTable, Column, stack
 from levelhead.sources.text import TextTable
 from levelhead.units import GRAVITY
 
@@ -76,10 +76,16 @@ def with_names(table: TextTable, hints: Hints) -> ArrayTable:
 def _one_sensor(table: TextTable) -> ArrayTable:
     """The columns of a file that holds one sensor, which its name tells: x, y, z, perhaps after a stamp."""
     titles = _ONE_SENSOR.get(len(table.names), list(table.names))
-    columns = table.read(list(range(len(titles))), frozenset([0]))
+    columns = table.read(list(range(len(titles))), frozenset([0, len(titles) - 1]))
+    if len(titles) == 4 and not _goes_on(columns[0]) and _goes_on(columns[3]):
+        titles = ["x", "y", "z", "time"]
     arrays = {title: columns[i] for i, title in enumerate(titles)}
     units = {i: "ns" for i in table.layout.stamps}
     return ArrayTable(table.source, arrays, rate=table.rate, notes=list(table.notes), column_units=units)
+
+
+def _goes_on(column: Column) -> bool:
+    return len(column) > 2 and bool((column[1:] >= column[:-1]).all()) and bool(column[-1] > column[0])
 
 
 def guess_columns(values: Array, stamps: Sequence[int] = ()) -> Guess:

@@ -60,6 +60,8 @@ def _walk(node: Any, name: str, shown: str, depth: int) -> Iterator[ArrayTable]:
         else:
             for item in node[:100]:
                 yield from _walk(item, name, shown, depth + 1)
+    elif isinstance(node, dict) and (table := _named_rows(node, name, shown)) is not None:
+        yield table
     elif isinstance(node, dict):
         flat = _flat_lists(node)
         lengths = [len(values) for values in flat.values()]
@@ -70,6 +72,23 @@ def _walk(node: Any, name: str, shown: str, depth: int) -> Iterator[ArrayTable]:
             return
         for key, value in node.items():
             yield from _walk(value, key if isinstance(value, list | dict) else name, shown, depth + 1)
+
+
+def _named_rows(node: dict[str, Any], name: str, shown: str) -> ArrayTable | None:
+    """Rows of numbers beside the names of their columns: Edge Impulse's payload, pandas' "split"."""
+    names, values = node.get("sensors") or node.get("columns"), node.get("values") or node.get("data")
+    if not isinstance(names, list) or not isinstance(values, list) or len(values) < _LEAST:
+        return None
+    titles = [
+        f"{one.get('name')} [{one['units']}]" if isinstance(one, dict) and one.get("units") else
+        str(one.get("name") if isinstance(one, dict) else one) for one in names
+    ]  # fmt: skip
+    if any(not isinstance(row, list) or len(row) != len(titles) for row in values):
+        return None
+    interval = node.get("interval_ms")
+    rate = 1000.0 / interval if isinstance(interval, int | float) and interval > 0 else None
+    arrays = {title: _numbers([row[i] for row in values]) for i, title in enumerate(titles)}
+    return ArrayTable(shown, arrays, rate=rate, context=name)
 
 
 def _flat_lists(node: dict[str, Any], prefix: str = "") -> dict[str, list[Any]]:

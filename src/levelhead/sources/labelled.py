@@ -14,6 +14,7 @@ _NUMBER = re.compile(
     r"(?<![\w.^/])(?<!\d[-:])[-+]?(?:\d+\.?\d*(?:[eE][-+]?\d+)?|\.\d+(?:[eE][-+]?\d+)?|nan|NaN|NAN)(?![\w.]*[\w])"
     r"|(?<![\w.^/])(?<!\d[-:])[-+]?(?:\d+\.?\d*|\.\d+)(?=(?:deg|rad|dps|mg|g|uT|µT|m/s|°|ms|us|C)\b)"
 )
+MOST = 0.6  # share of the lines with numbers that must be labelled; beside them stand temperatures and greetings
 _SEPARATORS = ",;|\t[](){}"
 _AXES = frozenset("xyzw")
 _COLUMNS = {1: ("",), 3: ("x", "y", "z"), 4: ("w", "x", "y", "z")}
@@ -74,7 +75,7 @@ def records(lines: Iterable[str]) -> Iterator[tuple[int, dict[str, float]]]:
 def looks_labelled(lines: Sequence[str]) -> bool:
     """Whether most of the lines with numbers have a word before each of them."""
     with_numbers = [line for line in lines if any(sign.isdigit() for sign in line)]
-    return bool(with_numbers) and sum(bool(parse(line)) for line in with_numbers) > 0.8 * len(with_numbers)
+    return bool(with_numbers) and sum(bool(parse(line)) for line in with_numbers) > MOST * len(with_numbers)
 
 
 def _split(gap: str) -> tuple[str, str]:

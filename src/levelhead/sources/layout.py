@@ -15,6 +15,7 @@ from levelhead.sources.splitting import (
     is_comment,
     is_data,
     is_decimal_comma,
+    is_number,
     lines_of,
     trimmed,
 )
@@ -25,6 +26,7 @@ __all__ = ["MISSING", "Layout", "cells", "find_layout", "is_comment", "layout_of
 HEAD = 1 << 18  # bytes that must hold preamble, header and the first lines of numbers
 LOOK = 600  # lines that are looked at
 DATA = 60  # of them, lines of numbers by which the delimiter is judged
+FEW = 4  # cells, at most, that do not tell whether a column holds words
 LATE = 100  # lines of numbers, at most, that may stand above a header: a serial line that was joined too early
 
 
@@ -41,6 +43,7 @@ class Layout:
         whole: positions of the columns whose first value is a whole number.
         torn: how many lines of numbers stand before the header and belong to nothing.
         stamps: positions of the columns that hold dates or clock times.
+        words: positions of the columns that hold neither numbers nor stamps.
         rate: samples a second, if the lines above the header give it.
         tail: signs that end each line and are no cell ("1,2,3;").
         encoding: how the bytes are text.
@@ -55,6 +58,7 @@ class Layout:
     whole: frozenset[int]
     torn: int = 0
     stamps: frozenset[int] = frozenset()
+    words: frozenset[int] = frozenset()
     rate: float | None = None
     tail: str = ""
     encoding: Encoding = field(default_factory=lambda: Encoding("utf-8"))
@@ -129,10 +133,10 @@ def layout_of(lines: Sequence[str], source: str, encoding: Encoding | None = Non
         names.pop()
     preamble = tuple(lines[: content[header_at][0]] if header else lines[:first])
     below = [row for (_, row), data in zip(rows[start:], numeric[start:], strict=True) if data][:DATA]
+    whole = frozenset(i for i, cell in enumerate(row) if cell.strip().lstrip("+-").isdecimal())
     return Layout(
-        delimiter, comma, tuple(names), not header, first,
-        frozenset(i for i, cell in enumerate(row) if cell.strip().lstrip("+-").isdecimal()), torn,
-        _stamp_columns(below, len(names)), rate_in(preamble), tail, encoding or Encoding("utf-8"), preamble,
+        delimiter, comma, tuple(names), not header, first, whole, torn, _stamp_columns(below, len(names)),
+        _word_columns(below, len(names), comma), rate_in(preamble), tail, encoding or Encoding("utf-8"), preamble,
     )  # fmt: skip
 
 
@@ -222,6 +226,16 @@ def _commented(lines: Sequence[str], delimiter: str, width: int, comma: bool) ->
         if row is not None and looks_like_header(row, width, comma):
             return [row]
     return []
+
+
+def _word_columns(rows: Sequence[Sequence[str]], width: int, comma: bool) -> frozenset[int]:
+    """The columns in which no cell is a number, a date or a clock time, and some cell is something."""
+    found = set()
+    for i in range(width):
+        filled = [row[i] for row in rows if i < len(row) and row[i].strip().lower() not in MISSING]
+        if len(filled) > FEW and not any(is_stamp(cell) or is_number(cell, comma) for cell in filled):
+            found.add(i)
+    return frozenset(found)
 
 
 def _stamp_columns(rows: Sequence[Sequence[str]], width: int) -> frozenset[int]:

@@ -30,6 +30,8 @@ _WORDS = {
         "turnrate",
         "rotvel",
         "wrss",
+        *("drehrate", "winkelgeschwindigkeit", "gyroskop", "gyroscopio", "giroscopio", "giroscopo", "gyrometre"),
+        *("角速度", "陀螺仪", "陀螺"),
     },
     "acc": {
         "acc",
@@ -47,6 +49,9 @@ _WORDS = {
         "xl",
         "specificforce",
         "arss",
+        *("acce", "beschleunigung", "beschleunigungssensor", "aceleracion", "aceleración", "acelerometro"),
+        *("acelerómetro", "accelerometro", "accelerazione", "accélération", "accéléromètre", "versnelling"),
+        *("加速度", "加速度计", "加速"),
     },
     "mag": {
         "mag",
@@ -60,6 +65,7 @@ _WORDS = {
         "geomagnetic",
         "compass",
         "magadc",
+        *("magnetfeld", "magnetometre", "magnétomètre", "magnetometro", "磁场", "磁力计", "地磁"),
     },
     "q": {"quat", "quaternion", "orientation", "quats"},
 }
@@ -81,7 +87,8 @@ _PAIRS = {
 _FILLERS = {"imu", "sensor", "raw", "data", "field", "msg", "cal", "calibrated", "corrected", "truth", "relative"}
 _REFERENCES = {"opt", "optical", "vicon", "truth", "true", "gt", "groundtruth", "ref", "reference", "mocap"}
 _REFERENCES |= {"qualisys", "optitrack"}
-_DERIVED = {"free", "user", "gravity", "grav", "bias", "offset", "std", "stddev", "sigma", "var", "variance", "cov"}
+_DERIVED = {"drift", "ohne", "lineare", "without", "sans", "sin"}
+_DERIVED |= {"free", "user", "gravity", "grav", "bias", "offset", "std", "stddev", "sigma", "var", "variance", "cov"}
 _DERIVED |= {
     "covariance",
     "temp",
@@ -99,6 +106,7 @@ _DERIVED |= {
 }
 _DERIVED |= {"jerk", "error", "err", "pos", "position", "angle", "scale", "time", "timestamp", "clipping", "quality"}
 _TIMES = {"t", "time", "times", "timestamp", "timestamps", "stamp", "stamps", "ts", "epoch", "elapsed", "clock"}
+_TIMES |= {"zeit", "zeitstempel", "tiempo", "tempo", "temps", "tijd", "时间", "时间戳", "時間"}
 _TIMES |= {"sampletime", "timeelapsed", "unixtime", "tow", "itow", "gpst", "datetime", "loggingtime", "uptime", "date"}
 _NO_TIMES = {
     "delta",

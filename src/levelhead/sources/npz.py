@@ -2,6 +2,7 @@
 
 import json
 import os
+import tokenize
 import zipfile
 import zlib
 from collections.abc import Mapping
@@ -102,7 +103,10 @@ def load_arrays(path: Path) -> dict[str, NDArray[Any]]:
         NotImplementedError,
         zipfile.BadZipFile,
         zlib.error,
-    ) as error:
+        SyntaxError,
+        tokenize.TokenError,
+        MemoryError,
+    ) as error:  # NumPy parses the header of an array as Python
         if "pickle" in str(error).lower():
             raise LevelheadError(
                 f"{path} holds a pickle, which can run code when it is read; expected arrays of numbers only"

@@ -13,9 +13,9 @@ from levelhead.sources.assemble import assemble
 from levelhead.sources.candidates import Group, best_pair, best_partner, grouped, made_group, ordered
 from levelhead.sources.clock import Candidate, choose, seconds
 from levelhead.sources.hints import MEANING, Hints, NeedsHints
-from levelhead.sources.names import understand, unit_in
+from levelhead.sources.names import split, understand, unit_in
 from levelhead.sources.scales import without_gravity
-from levelhead.sources.table import ArrayTable, Column, Table
+from levelhead.sources.table import ArrayTable, Column, Table, words_of
 from levelhead.sources.windows import unrolled
 
 NANO = 1_000_000_000
@@ -33,7 +33,7 @@ class Stream(NamedTuple):
 
 def in_memory(table: Table, name: str) -> ArrayTable:
     """A table with its numbers read, since the file it lies in may go; ``name`` is what its file is called."""
-    wanted = [i for i, title in enumerate(table.names) if title.strip()]
+    wanted = [i for i, title in enumerate(table.names) if title.strip() and i not in words_of(table)]
     columns = table.read(wanted, frozenset(wanted)) if wanted else {}
     arrays: dict[str, Column] = {}
     for i in wanted:
@@ -191,6 +191,9 @@ def _merged(source: str, tables: Sequence[Table], hints: Hints) -> ArrayTable:
     clocks = {one.role: _clock(one, hints, notes, absolute=True) for one in taken}
     if len({clock[2] for clock in clocks.values()}) > 1:  # some count from a date and others do not
         clocks = {one.role: _clock(one, hints, notes, absolute=False) for one in taken}
+    if not with_gravity and (gravity := _gravity_beside(tables, acc)) is not None:
+        taken.append(gravity)
+        clocks["gravity"] = _clock(gravity, hints, [], absolute=clocks["gyr"][2])
     arrays = _aligned(source, taken, clocks, notes)
     for role in ("gyr", "acc"):
         rest = [one for one in groups[role] if one.table is not (gyr if role == "gyr" else acc).table]
@@ -198,12 +201,21 @@ def _merged(source: str, tables: Sequence[Table], hints: Hints) -> ArrayTable:
             shown = ", ".join(dict.fromkeys(one.table.context for one in rest[:3]))
             notes.append(f"{MEANING[role]}: from {(gyr if role == 'gyr' else acc).table.context}, not from {shown}")
     if acc.group.gravity_removed or gyr.table is not acc.table:
-        notes.append(
-            f"merged: {', '.join(f'{MEANING[one.role]} from {one.table.context or one.table.source}' for one in taken)}"
-        )
+        parts = [f"{MEANING.get(one.role, one.role)} from {one.table.context or one.table.source}" for one in taken]
+        notes.append(f"merged: {', '.join(parts)}")
     units = {k: v for one in taken for k, v in one.table.units.items()}
     origin = [name for one in taken for name in one.table.names]
     return ArrayTable(source, arrays, units, notes=list(dict.fromkeys(notes)), origin=origin)
+
+
+def _gravity_beside(tables: Sequence[Table], acc: Stream) -> Stream | None:
+    """The gravity vector in a file or sheet of its own, where the accelerometer has none of it; None: there is none."""
+    for table in tables:
+        axes = {split(name)[0]: i for i, name in enumerate(table.names) if split(name)[:1] in (["x"], ["y"], ["z"])}
+        if {"gravity", "grav"} & set(split(table.context)) and len(axes) == 3 and table is not acc.table:
+            positions = [axes[axis] for axis in "xyz"]
+            return Stream("gravity", table, made_group(positions, [table.names[i] for i in positions]))
+    return None
 
 
 def _without_gravity(one: Stream) -> bool:
@@ -282,8 +294,8 @@ def _aligned(
         stamps = clocks[one.role][0]
         if one.role == "gyr":
             placed = values["gyr"][inside]
-        elif one.role == "acc":
-            placed = _between(kept, stamps, values["acc"], notes)
+        elif one.role in ("acc", "gravity"):
+            placed = _between(kept, stamps, values[one.role], notes if one.role == "acc" else [])
         else:
             placed = _nearest(kept, stamps, values["mag"])
         for axis, position, column in zip("xyz", one.group.positions, placed.T, strict=True):
@@ -293,7 +305,8 @@ def _aligned(
 
 
 def _unit(one: Stream, position: int) -> str | None:
-    return one.table.column_units.get(position) or unit_in(one.table.names[position], one.role, one.table.source)
+    role = "acc" if one.role == "gravity" else one.role
+    return one.table.column_units.get(position) or unit_in(one.table.names[position], role, one.table.source)
 
 
 def _between(t: Any, stamps: Any, values: Array, notes: list[str]) -> Array:

@@ -24,7 +24,7 @@ class Table(Protocol):
         north: whether a reference quaternion is known to point its y axis to magnetic north.
         notes: sentences about choices that were made while reading.
         context: what the file, sheet or row type is called, if that names a sensor, else "".
-        origin: names of columns in the files that a merged table came from, which tell who wrote them.
+        origin: what tells who wrote the file beside its names: lines above the header, names before a merger.
         column_units: position to the unit of a column that the reader knows better than its name does.
     """
 
@@ -110,6 +110,12 @@ class ArrayTable:
     def where(self, row: int) -> str:
         """See ``Table``."""
         return f"row {row}"
+
+
+def words_of(table: Table) -> frozenset[int]:
+    """Positions of the columns that hold words, as far as the reader knows."""
+    found: frozenset[int] = getattr(table, "words", frozenset())
+    return found
 
 
 def stack(columns: Mapping[int, Column], positions: Sequence[int]) -> Array:

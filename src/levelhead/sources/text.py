@@ -33,9 +33,10 @@ class TextTable:
         self.names = self.layout.names
         self.units: dict[str, str] = {}
         self.column_units = dict.fromkeys(self.layout.stamps, "ns")
+        self.words = self.layout.words
         self.rate = self.layout.rate
         self.context = ""
-        self.origin: tuple[str, ...] = ()
+        self.origin: tuple[str, ...] = self.layout.preamble[:20]
         self.notes: list[str] = ["numbers are written with a decimal comma"] if self.layout.decimal_comma else []
         if self.layout.torn:
             count = "stands 1 line" if self.layout.torn == 1 else f"stand {self.layout.torn} lines"

@@ -1,5 +1,6 @@
 """What a text file is: JSON, words before numbers, rows typed by sensor, or a table."""
 
+import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from levelhead.sources.splitting import is_comment
 from levelhead.sources.table import Table
 from levelhead.sources.text import TextTable
 from levelhead.sources.typed_rows import typed_tables
+from levelhead.sources.undress import undressed
 
 _BINARY = {
     b"\x89HDF\r\n\x1a\n": "HDF5 (.h5)", b"PK\x03\x04": "a ZIP archive (.zip, .npz, .xlsx)",
@@ -39,14 +41,13 @@ def tables(path: Path, shown: str, hints: Hints) -> Sequence[Table]:
     lines, encoding = _named(path, shown)
     content = [line for line in lines if line.strip() and not is_comment(line)]
     first = content[0].lstrip("\ufeff \t") if content else ""
-    if first[:1] in "{[" and first[:1] and '"' in "".join(content[:3]):
+    bracket = first[:1] in "{[" and first[:1] and '"' in "".join(content[:3])
+    if bracket or any(line.lstrip().startswith("{") for line in content[1:2]):
         from levelhead.sources.json_tables import tables as json_tables
 
         return json_tables(path, shown, hints)
-    if any(line.lstrip().startswith("{") for line in content[1:2]):
-        from levelhead.sources.json_tables import tables as json_tables
-
-        return json_tables(path, shown, hints)
+    if undressed("\n".join(content[:200])) is not None:
+        return _tables_undressed(path, shown, hints, encoding)
     if looks_labelled(content[:40]):
         return [labelled_table(path, shown, encoding)]
     if found := typed_tables(path, shown, content, encoding):
@@ -55,6 +56,19 @@ def tables(path: Path, shown: str, hints: Hints) -> Sequence[Table]:
     if table.layout.headless and not {"gyr", "acc"} <= set(hints.map):
         return [with_names(table, hints)]
     return [table]
+
+
+def _tables_undressed(path: Path, shown: str, hints: Hints, encoding: Encoding) -> Sequence[Table]:
+    """The tables of a text once its lines are plain, read before the plain copy goes."""
+    from levelhead.sources.streams import in_memory
+
+    text = undressed(path.read_bytes()[encoding.skip :].decode(encoding.name, "replace"))
+    if text is None:
+        raise LevelheadError(f"{shown} begins with sentences or stamps of a terminal, but does not go on with them")
+    with tempfile.TemporaryDirectory(prefix="levelhead-") as folder:
+        copy = Path(folder) / "0.txt"
+        copy.write_text(text, encoding="utf-8")
+        return [in_memory(table, "") for table in tables(copy, shown, hints)]
 
 
 def _named(path: Path, shown: str) -> tuple[list[str], Encoding]:

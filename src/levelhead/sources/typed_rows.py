@@ -5,7 +5,7 @@ with a column "sensor" in which accelerometer and gyroscope alternate.
 """
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,11 +13,17 @@ import numpy as np
 
 from levelhead.sources.encoding import Encoding
 from levelhead.sources.names import understand
-from levelhead.sources.splitting import cells, is_number, lines_of
+from levelhead.sources.splitting import cells, is_comment, is_number, lines_of
 from levelhead.sources.stamps import is_stamp, nanoseconds
 from levelhead.sources.table import ArrayTable, Column
 
 _LOOK = 400
+_HEAD = 1 << 16  # characters in which comments may name columns
+_ANDROID = {  # android.hardware.Sensor.TYPE_…
+    "1": "accelerometer", "2": "magnetometer", "4": "gyroscope", "9": "gravity", "10": "linear acceleration",
+    "14": "magnetometer uncalibrated", "16": "gyroscope uncalibrated", "35": "accelerometer uncalibrated",
+}  # fmt: skip
+_TYPE = {"sensor", "type", "sensortype", "sensor_type", "sensorid", "sensor_id", "sensor type", "stream type"}
 _KINDS = {"3": "accelerometer", "4": "gyroscope", "5": "magnetometer", "82": "linear acceleration", "83": "gravity"}
 _MOST_TYPES = 80
 
@@ -31,6 +37,8 @@ def typed_tables(path: Path, shown: str, content: Sequence[str], encoding: Encod
             continue
         if (key := _key_column(rows)) is not None:
             return _split(path, shown, encoding, delimiter, key)
+        if (key := _android_column(rows)) is not None:
+            return _split(path, shown, encoding, delimiter, key, _ANDROID)
         if _numbered(rows):
             return _by_numbers(path, shown, encoding, delimiter)
     return []
@@ -49,18 +57,44 @@ def _key_column(rows: Sequence[Sequence[str]]) -> int | None:
     return None
 
 
+def _android_column(rows: Sequence[Sequence[str]]) -> int | None:
+    """The column called "sensor" or "type" that holds Android's numbers of sensors; None: there is none."""
+    for k, name in enumerate(rows[0] if rows else []):
+        kinds = {row[k] for row in rows[1:] if len(row) > k}
+        if name.strip("\"' ").lower() in _TYPE and {"1", "4"} <= kinds and len(kinds) <= _MOST_TYPES:
+            return k
+    return None
+
+
+def _commented(text: str, delimiter: str) -> dict[str, list[str]]:
+    """Names of columns that comments give: "% Gyroscope data: GYRO;SensorTimestamp(s);Gyr_X(rad/s)", "# Accel,t,x"."""
+    names = {}
+    for line in lines_of(text[:_HEAD]):
+        if is_comment(line) and line.count(delimiter) > 3:
+            row = [cell.strip() for cell in line.lstrip("#%/ ").split(delimiter)]
+            names[row[0].split()[-1] if row[0] else ""] = row[1:]
+    return names
+
+
 def _is_word(cell: str) -> bool:
     return bool(cell) and cell[0].isalpha() and not is_stamp(cell) and cell.lower() != "nan"
 
 
-def _split(path: Path, shown: str, encoding: Encoding, delimiter: str, key: int) -> list[ArrayTable]:
+def _split(
+    path: Path, shown: str, encoding: Encoding, delimiter: str, key: int, kinds: Mapping[str, str] | None = None
+) -> list[ArrayTable]:
+    """``kinds``: what the numbers in the key column mean, if they are numbers."""
     groups: dict[str, list[list[str]]] = {}
-    names: dict[str, list[str]] = {}
     header: list[str] | None = None
     text = path.read_bytes()[encoding.skip :].decode(encoding.name, "replace")
+    names = _commented(text, delimiter)
     for line in lines_of(text):
         row = [cell.strip() for cell in cells(line, delimiter)]
-        if len(row) <= key + 1 or not _is_word(row[key]):
+        if len(row) <= key + 1 or is_comment(line):
+            continue
+        if kinds is not None:
+            row[key] = kinds.get(row[key], row[key] if _is_word(row[key]) else "")
+        if not _is_word(row[key]):
             continue
         if row[0] == "FMT" and len(row) > 5:
             names[row[3]] = row[5:]
@@ -74,7 +108,10 @@ def _split(path: Path, shown: str, encoding: Encoding, delimiter: str, key: int)
     for kind, rows in groups.items():
         width = Counter(map(len, rows)).most_common(1)[0][0]
         whole = [row for row in rows if len(row) == width]
-        titles = names.get(kind) or (header if header is not None and len(header) == width else None)
+        titles = names.get(kind) or header
+        if titles is not None and len(titles) == width - 3:
+            titles = [*titles, "x", "y", "z"]
+        titles = titles if titles is not None and len(titles) == width else None
         if len(whole) < 3:
             continue
         titles = [title or f"column {i + 1}" for i, title in enumerate(titles or _titles(whole))]

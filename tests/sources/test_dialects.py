@@ -1,0 +1,68 @@
+"""Logs as well-known programs write them are read right, or refused with a command line that does it."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from tests.reference import dialects_of_boards  # noqa: F401  (registers its dialects)
+from tests.reference.dialects import DIALECTS, Motion
+
+import levelhead as lh
+import wild
+
+COMMAND = {  # they have no time, or no known names
+    "x_imu_packets", "adafruit_sensor", "sparkfun_icm20948", "mpu6050_words", "vectornav_ascii", "unknown_names",
+}  # fmt: skip
+GUESS = {
+    "betaflight_explorer",
+    "blackbox_decode",
+    "gyroflow",
+    "razor_m0",
+    "putty_log",
+    "witmotion_chinese",
+}  # physics; code page
+STEP = 0.01  # s
+
+
+@pytest.fixture(scope="module")
+def motion() -> Motion:
+    made = lh.simulate.recording("MPU-6050", "hand", duration=20.0, seed=1)
+    assert made.truth is not None
+    body = Rotation.from_quat(made.truth.quat, scalar_first=True).inv()
+    return Motion(made.t, made.gyr, made.acc, body.apply([0.0, 18.0, -45.0]), made.acc - body.apply([0, 0, 9.80665]))
+
+
+def off(recording: lh.Recording, motion: Motion) -> str:
+    """What of a reading is not what was written; "" if all is."""
+    if abs(recording.duration - motion.t[-1]) > 0.15 or len(recording) < 0.95 * len(motion.t):
+        return f"{len(recording)} samples, {recording.duration:.2f} s"
+    rows = np.rint((recording.t - recording.t[0]) / STEP).astype(int)
+    for role, limit in (("gyr", 0.03), ("acc", 0.12)):
+        real, said = getattr(motion, role), getattr(recording, role)
+        apart = min(
+            float(np.nanmedian(np.abs(said - real[np.clip(rows + shift, 0, len(real) - 1)]).max(axis=1)))
+            for shift in (0, 1)
+        )
+        if not apart < limit:
+            return f"{role} is off by {apart:.3g}"
+    return ""
+
+
+@pytest.mark.parametrize("name", sorted(DIALECTS))
+def test_a_log_of_a_known_program(name: str, motion: Motion, tmp_path: Path) -> None:
+    path = DIALECTS[name](tmp_path, motion)
+    if name in COMMAND:
+        with pytest.raises(lh.LevelheadError) as caught:
+            lh.read(path)
+        found = wild.COMMAND.search(str(caught.value))
+        assert found is not None, caught.value
+        recording = wild.run(found.group(1))
+    else:
+        recording = lh.read(path)
+        assert name in GUESS or not any("a guess" in note for note in recording.meta["notes"]), recording.meta["notes"]
+    assert off(recording, motion) == ""
+
+
+def test_there_are_enough_of_them() -> None:
+    assert len(DIALECTS) >= 45
