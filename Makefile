@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 # A file's tests run in one process, so that what its fixtures compute is computed once.
 TESTS := $(BIN)/python -m pytest -n auto --dist loadfile
 
-.PHONY: demo native wheels quick test test-full lint format bench clean
+.PHONY: demo native wheels quick plain test test-full lint format bench clean
 
 demo: $(READY)
 	$(BIN)/levelhead demo --out demo-output
@@ -26,7 +26,10 @@ wheels: $(READY)
 	cd build && env -i HOME="$(CURDIR)/build" PATH=/nonexistent bare/bin/levelhead demo --out bare/demo
 
 # Three tiers; every test is in one of them, by its marks (CONTRIBUTING.md).
-quick: lint native
+quick: native
+	$(MAKE) --no-print-directory --jobs=2 --output-sync=target lint plain  # mypy keeps one core busy only
+
+plain: $(READY)
 	$(TESTS) -m "not compiled and not slow and not full"
 
 test: quick

@@ -15,7 +15,7 @@ import numpy as np
 
 import levelhead as lh
 from levelhead.bench import methods
-from levelhead.bench.survey import logs
+from levelhead.bench.datasets import list_logs
 from levelhead.bench.timing import Table
 from levelhead.evaluate import evaluate
 from levelhead.evaluate.attitude_error import error_quaternion, split
@@ -58,7 +58,7 @@ def main() -> None:
     parser = options(__doc__)
     parser.add_argument("folder", type=Path, help="recordings with a reference, such as BROAD's")
     given = parser.parse_args()
-    recordings = [recording for recording in map(lh.read, logs([given.folder])) if recording.truth is not None]
+    recordings = [recording for recording in map(lh.read, list_logs([given.folder])) if recording.truth is not None]
     columns = {
         "case": "method",
         "tilt_0": "tilt [°]",

@@ -18,8 +18,8 @@ from typing import Any, NamedTuple
 
 import levelhead as lh
 from levelhead import filters
+from levelhead.bench.datasets import list_logs
 from levelhead.bench.groups import group_of
-from levelhead.bench.survey import logs
 from levelhead.bench.timing import Table
 from levelhead.evaluate.score import root_mean_squares
 from levelhead.filters.parameters import param_table
@@ -46,7 +46,7 @@ def simulate_recording() -> list[Case]:
 
 def real(folders: list[Path]) -> list[Case]:
     """The recordings in the folders that have a truth."""
-    read = [Case(group_of(path).name, lh.read(path)) for path in logs(folders)]
+    read = [Case(group_of(path).name, lh.read(path)) for path in list_logs(folders)]
     return [case for case in read if case.recording.truth is not None]
 
 

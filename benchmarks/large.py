@@ -30,7 +30,8 @@ def write_log(path: Path, rows: int) -> None:
     import pyarrow as pa
     import pyarrow.csv as pc
 
-    from inputs import DT, GRAVITY, imu
+    from levelhead.bench.inputs import DT, imu
+    from levelhead.units import GRAVITY
 
     n = min(rows, BLOCK)
     _, gyr, acc = imu(n)

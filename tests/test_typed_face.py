@@ -64,6 +64,7 @@ def test_the_signature_is_the_call(params):
         assert signature.parameters[name].kind is inspect.Parameter.KEYWORD_ONLY
 
 
+@pytest.mark.slow
 def test_mypy_knows_the_face(tmp_path):
     pytest.importorskip("mypy")
     head = "import levelhead as lh\n\nrec = lh.read('a.csv')\n"

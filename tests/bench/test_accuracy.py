@@ -106,6 +106,7 @@ def test_several_processes_find_the_same(folder):
     assert alone.long == together.long
 
 
+@pytest.mark.slow
 def test_a_process_that_dies_is_one_sentence():
     with pytest.raises(LevelheadError, match="a process that ran a method died; --jobs 1 shows which"):
         list(run_parallel(os._exit, [3, 3], 2))

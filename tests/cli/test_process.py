@@ -80,6 +80,7 @@ def test_a_read_only_install_without_a_home_still_compiles(tmp_path, homeless):
     assert done.stdout.strip() == "Track(AccelTilt, 6000 samples)"
 
 
+@pytest.mark.slow
 def test_a_pipe_that_knows_no_sigma(logs, tmp_path):
     env = os.environ | {"PYTHONIOENCODING": "ascii"}
     done = levelhead("fuse", logs / "hand.csv", "--no-plot", "-o", tmp_path, env=env)
@@ -99,6 +100,7 @@ def test_a_reader_that_has_seen_enough(unbuffered):
     assert (done.returncode, done.stderr) == (0, "")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
 def test_a_full_disk_behind_standard_output():
     command = [sys.executable, "-m", "levelhead", "compare", "--simulate", "lesson", "-f", "AccelTilt"]

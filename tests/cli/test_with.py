@@ -27,6 +27,7 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
 HINTS = ("--units", "gyr=rad/s", "--units", "acc=m/s²", "--units", "mag=µT", "--units", "t=s")
 
 
+@pytest.mark.slow
 def test_it_stands_in_the_table_and_in_the_picture(levelhead, log, tmp_path):
     said = levelhead("compare", log, *HINTS, "-f", "Complementary", "--with", "column:ahrs", "-o", tmp_path)
     assert (said.code, said.err) == (0, "")

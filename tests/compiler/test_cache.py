@@ -31,6 +31,7 @@ print(*(code_hash(bind(flt).run) for flt in filters.ALL))
 """
 
 
+@pytest.mark.slow
 def test_the_key_of_every_filter_is_the_same_in_every_process():
     """Hashes of strings differ between the two, as they do between any two processes of a user."""
     keys = [

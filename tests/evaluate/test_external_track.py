@@ -39,6 +39,7 @@ def vendor(nine, rotation: Rotation, rows: slice = slice(None)) -> Track:
     return Track(nine.t[rows], (SWAP * rotation * FLIP).as_quat()[rows])
 
 
+@pytest.mark.slow
 def test_convention_is_corrected_and_tilt_stays(nine, truth):
     found = compare(nine, ["Complementary"], tracks={"vendor": vendor(nine, about("X", 2.0) * truth)})
     row = found.rows[1]
@@ -75,6 +76,7 @@ def test_a_delay_is_reported_and_stays(nine, truth):
     assert any("40.0 ms late" in note and "Its delay stays in its errors." in note for note in found.notes)
 
 
+@pytest.mark.slow
 def test_another_rate_and_gaps_count_where_known(nine, truth, tmp_path):
     half = vendor(nine, truth, slice(None, None, 2))
     holes = half.quat.copy()

@@ -31,6 +31,7 @@ int main(void)
 """
 
 
+@pytest.mark.slow
 def test_what_a_program_steers_by(tmp_path):
     compiler = shutil.which("gcc") or shutil.which("cc")
     if compiler is None:

@@ -137,6 +137,7 @@ def test_what_the_header_says(learned):
     assert "mag any one unit" in files(ExportConfig(lh.EKF(), calibration=SIX))["lh_ekf.h"]
 
 
+@pytest.mark.slow
 def test_how_a_prior_is_written(learned):
     source = files(ExportConfig(lh.ESKF(), real="float", prior=learned))["lh_eskf.c"]
     table = source[source.index("} prior[] = {") : source.index("void lh_eskf_init(")]

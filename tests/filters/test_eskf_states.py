@@ -122,6 +122,7 @@ def package(tmp_path):
     return copy
 
 
+@pytest.mark.slow
 def test_one_more_block_of_states_is_four_files(package):
     for name, edits in EDITS.items():
         path = package / "filters" / "eskf" / name

@@ -65,6 +65,7 @@ def test_without_a_bias_state_it_is_the_geometric_series():
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dt", [0.001, 0.01, 0.1])
 def test_who_averages_long_doubts_less_at_any_rate(dt):
     """The white equivalent's limits: all of s at K = 1, the density 2 τ s when it averages."""

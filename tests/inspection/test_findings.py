@@ -69,6 +69,7 @@ def test_a_magnetometer_that_does_not_turn(clean: Recording) -> None:
     assert "mag_axes" not in bad(changed(clean, mag=fixed))
 
 
+@pytest.mark.slow
 def test_the_command_line(clean: Recording, tmp_path, capsys) -> None:
     write_csv(changed(clean, gyr=-clean.gyr, mag=None), tmp_path / "log.csv")
     assert main(["doctor", str(tmp_path / "log.csv"), "--json"]) == 1

@@ -35,6 +35,7 @@ def test_the_node_balances_what_the_accelerometer_lets_fall(example):
     assert np.degrees(np.abs(pendulum.balance("accelerometer")["angle"][-1])) > 45.0
 
 
+@pytest.mark.slow
 def test_height_is_held_through_gusts(example):
     altitude = example("altitude_hold")
     flight = altitude.fly("filter", seed=1)

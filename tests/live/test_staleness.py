@@ -222,6 +222,7 @@ def node(endpoint):
     process.stdout.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGSTOP])
 @pytest.mark.parametrize("history", [None, 4096])
 def test_orphans_get_nothing_valid(node, endpoint, how, history):

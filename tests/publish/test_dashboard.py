@@ -196,6 +196,7 @@ def test_body_and_panel_are_seen_at_every_width(look, width, height):
         view.stop()
 
 
+@pytest.mark.slow
 def test_a_node_is_followed_steered_and_its_silence_is_shown(look):
     node = Node(open_source("emulated:mpu6050", rate=100.0), lh.Madgwick(), rate=100.0, calibrate=0)
     runs = threading.Thread(target=lambda: node.run(5.0 * PATIENCE), daemon=True)
@@ -286,6 +287,7 @@ def test_a_page_that_is_open_for_hours_collects_its_garbage(monkeypatch, capsys)
     assert seen == [(700, 10, 10)]
 
 
+@pytest.mark.slow
 def test_bad_words(capsys):
     from levelhead.cli import main
 

@@ -141,6 +141,7 @@ def test_the_lessons_pictures(cases, tmp_path):
     assert "matplotlib.pyplot" not in sys.modules
 
 
+@pytest.mark.slow
 def test_tuning_pictures(tmp_path):
     short = lesson(42)[:1000]
     sweep_picture(sweep(short, Complementary, "alpha", [0.9, 0.95, 0.99]), tmp_path / "alpha.svg")
@@ -174,6 +175,7 @@ def test_hard_data_draws_too(torn, tmp_path):
     assert all(is_png(path) for path in tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_the_smallest_track_draws(tmp_path):
     one = Recording([0.0], np.zeros((1, 3)), [[0.0, 0.0, 9.8]])
     track_picture(one, fuse(one, Kalman), tmp_path / "one.png")

@@ -208,6 +208,7 @@ def test_lines_without_stamps_get_the_host_s(device, recording, rate):
     assert 50.0 < stamps[0] < stamps[-1] <= device.now
 
 
+@pytest.mark.slow
 def test_columns_by_number_without_a_header(device, recording):
     rows = [
         ";".join(map(str, [t, *g, *a]))
@@ -263,6 +264,7 @@ def test_lines_as_lessons_print_them(device, recording, dialect):
     assert len(notes) == (dialect in ("bars", "prefixed")) and all("16384 per g and 131 per °/s" in w for w in notes)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "line, said",
     [

@@ -286,6 +286,7 @@ ACC = [("m/s²", 1.0), ("g", 9.80665), ("mg", 9.80665e-3)]
 MAG = [("µT", 1.0), ("nT", 1e-3), ("G", 100.0)]
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     st.sampled_from([",", ";", "\t"]), st.sampled_from(GYR), st.sampled_from(ACC), st.sampled_from(MAG),

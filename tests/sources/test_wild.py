@@ -33,6 +33,7 @@ def key(data_dir: Path) -> dict[str, dict]:
     return {entry["file"]: entry for entry in json.loads((data_dir / "wild" / "INDEX.json").read_text())}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(RIGHT | GUESS | COMMAND))
 def test_numbers_are_those_of_a_decoder_of_its_own(data_dir: Path, key: dict[str, dict], name: str) -> None:
     verdict, why = wild.judge(data_dir / "wild" / name, key[name])
