@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from tests.reference.engines import MACHINE_CODE, NATIVE
+from tests.reference.hard import assert_same, hard_recording
 
 import levelhead as lh
 from levelhead import simulate
@@ -11,6 +13,8 @@ from levelhead.filters.eskf import rts
 from levelhead.filters.eskf.state import DRIVEN, ROW
 from levelhead.filters.eskf.state import POSITION as KNOWN
 from levelhead.filters.eskf.state import VELOCITY as SPEED
+
+NATIVE_ONLY = NATIVE.marks[0]
 
 
 def spd(rng):
@@ -53,7 +57,7 @@ def walk():
     return simulate.recording("LSM6DSO32", "hand", seed=7, mag="HMC5883L", duration=60.0)
 
 
-@pytest.mark.compiled
+@NATIVE_ONLY
 def test_every_instant_knows_the_whole_recording(walk):
     online, offline = evaluate(walk, lh.fuse(walk, lh.ESKF())), evaluate(walk, lh.smooth(walk))
     assert offline.total_aligned < 0.9 * online.total_aligned
@@ -63,7 +67,7 @@ def test_every_instant_knows_the_whole_recording(walk):
     np.testing.assert_allclose(np.linalg.norm(track.quat, axis=1), 1.0, atol=1e-12)
 
 
-@pytest.mark.compiled
+@NATIVE_ONLY
 def test_stretches_change_nothing(walk, monkeypatch):
     whole = lh.smooth(walk)
     monkeypatch.setattr(smoothing, "KEPT", 40)
@@ -74,7 +78,7 @@ def test_stretches_change_nothing(walk, monkeypatch):
     np.testing.assert_array_equal(whole.health, cut.health)
 
 
-@pytest.mark.compiled
+@NATIVE_ONLY
 def test_without_a_magnetometer_and_across_a_gap(walk):
     keep = np.r_[0:2000, 3000:6000]
     short = lh.Recording(walk.t[keep], walk.gyr[keep], walk.acc[keep])
@@ -86,7 +90,7 @@ def test_without_a_magnetometer_and_across_a_gap(walk):
     assert np.degrees(np.arccos(np.clip((up * real).sum(axis=1), -1, 1)))[200:].max() < 6.0
 
 
-@pytest.mark.compiled
+@NATIVE_ONLY
 @pytest.mark.parametrize("n", [1, 2, 15])
 def test_recordings_shorter_than_a_block(walk, n):
     track = lh.smooth(walk[:n])
@@ -100,8 +104,53 @@ def test_another_filter_has_no_smoother(walk):
         lh.smooth("log.csv")
 
 
-@pytest.mark.compiled
+@NATIVE_ONLY
 def test_progress_reaches_one(walk):
     said = []
     lh.smooth(walk[:1000], progress=said.append)
     assert said == sorted(said) and said[-1] == 1.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("guard", [lh.Guard(), None], ids=["guarded", "unguarded"])
+@pytest.mark.parametrize("with_mag", [True, False], ids=["mag", "no mag"])
+@MACHINE_CODE
+def test_the_same_bits(engine, guard, with_mag, monkeypatch):
+    """Gaps, missing readings, disturbances; in several stretches, so that runs forward are repeated."""
+    recording = hard_recording(with_mag)[:700]
+    monkeypatch.setattr(smoothing, "KEPT", 12)
+    tracks = [lh.smooth(recording, guard=guard, engine=one) for one in ("python", engine)]
+    assert_same(*tracks)
+    assert np.isfinite(tracks[0].quat).all()
+    known = [track.calibration.gyr_matrix for track in tracks]
+    np.testing.assert_array_equal(known[0].value, known[1].value)
+
+
+@NATIVE_ONLY
+def test_auto_needs_no_numba(walk, monkeypatch):
+    monkeypatch.setattr(smoothing, "numba_installed", lambda: False)
+    monkeypatch.setattr(smoothing, "for_engine", None)
+    assert len(lh.smooth(walk[:300])) == 300
+
+
+def test_without_machine_code_of_any_kind(walk, monkeypatch):
+    monkeypatch.setattr(smoothing, "numba_installed", lambda: False)
+    monkeypatch.setattr(smoothing, "has_smoother", lambda *_: False)
+    assert smoothing.choose_smoother_engine("auto", lh.filters.of(lh.ESKF()), True) == "python"
+    with pytest.raises(lh.LevelheadError, match="no native engine"):
+        lh.smooth(walk[:300], engine="native")
+
+
+@NATIVE_ONLY
+def test_the_extension_refuses_what_does_not_fit():
+    from levelhead.engine import native
+
+    module, rows = native.extension(), np.zeros(3)
+    with pytest.raises(KeyError):
+        module.correct_stretch("Nothing", *[rows] * 13)
+    with pytest.raises(TypeError):
+        module.correct_stretch("ESKF", rows)
+    with pytest.raises(ValueError, match="bytes instead of"):
+        module.correct_stretch("ESKF", rows, rows, rows, 1, 1, *[rows] * 8)
+    with pytest.raises(ValueError, match="keeps no blocks"):
+        lh.Stream(lh.EKF(), engine="native")._stepper._machine.filter.forward()

@@ -22,6 +22,7 @@ from levelhead.filters.parameters import Params
 from levelhead.recording import Array
 
 PACKAGE = Path(__file__).resolve().parent.parent
+KINDS = ("IMU_FILTERS", "AXIS_FILTERS", "SMOOTHERS")  # what the extension has, by name
 
 
 def native_name(flt: Filter, guarded: bool) -> str:
@@ -65,10 +66,10 @@ class NativeFilter(NamedTuple):
 
 
 @functools.cache
-def _load_filter(name: str, axis: bool) -> NativeFilter | None:
+def _load_filter(name: str, kind: str) -> NativeFilter | None:
     """A filter of the extension, if it was generated from the files as they are."""
     module = extension()
-    found = None if module is None else (module.AXIS_FILTERS if axis else module.IMU_FILTERS).get(name)
+    found = None if module is None else getattr(module, kind, {}).get(name)
     if found is None:
         return None
     files, made, params, state = found
@@ -86,8 +87,8 @@ def up_to_date() -> bool:
     module = extension()
     if module is None:
         return False
-    made = [*module.IMU_FILTERS.values(), *module.AXIS_FILTERS.values()]
-    return all(digest(files.split(",")) == digits for files, digits, *_ in made)
+    made = [entry for kind in KINDS for entry in getattr(module, kind, {}).values()]
+    return hasattr(module, KINDS[-1]) and all(digest(files.split(",")) == digits for files, digits, *_ in made)
 
 
 @functools.cache
@@ -99,18 +100,18 @@ def _warn_stale() -> None:
     )
 
 
-def _find_filter(flt: Filter, name: str, axis: bool) -> NativeFilter | None:
-    return _load_filter(name, axis) if any(flt is one for one in SHIPPED) else None
+def _find_filter(flt: Filter, name: str, kind: str) -> NativeFilter | None:
+    return _load_filter(name, kind) if any(flt is one for one in SHIPPED) else None
 
 
 def has_imu(flt: Filter, guarded: bool) -> bool:
     """Whether there is a native engine for a filter on an IMU."""
-    return _find_filter(flt, native_name(flt, guarded), False) is not None
+    return _find_filter(flt, native_name(flt, guarded), "IMU_FILTERS") is not None
 
 
 def has_axis(flt: Filter) -> bool:
     """Whether there is one for it on one axis."""
-    return _find_filter(flt, flt.name, True) is not None
+    return _find_filter(flt, flt.name, "AXIS_FILTERS") is not None
 
 
 class Machine:
@@ -119,7 +120,7 @@ class Machine:
     def __init__(self, flt: Filter, guarded: bool | None, params: Params, state: Tree) -> None:
         """``guarded`` None: the filter on one axis."""
         module, name = extension(), flt.name if guarded is None else native_name(flt, guarded)
-        made = _load_filter(name, guarded is None)
+        made = _load_filter(name, "AXIS_FILTERS" if guarded is None else "IMU_FILTERS")
         assert module is not None and made is not None
         self._layout, self._example = made, state
         packed = self._pack(made.params, params), self._pack(made.state, state)
@@ -141,6 +142,35 @@ class Machine:
     def set_params(self, value: Tree) -> None:
         """Other parameters from now on."""
         self.filter.set_params(self._pack(self._layout.params, value))
+
+
+def has_smoother(flt: Filter, guarded: bool) -> bool:
+    """Whether there is a native smoother of a filter."""
+    return (
+        flt.smoothing is not None
+        and _find_filter(flt, native_name(flt._replace(name=f"{flt.name}_forward"), guarded), "IMU_FILTERS") is not None
+        and _find_filter(flt, flt.name, "SMOOTHERS") is not None
+    )
+
+
+class NativeSmoother:
+    """A filter's run forward that keeps blocks, and the way back through them."""
+
+    def __init__(self, flt: Filter, ahead: Filter, guarded: bool, settings: Params, begin: Tree) -> None:
+        """``ahead``: the filter of the forward run, which begins so."""
+        self._name, self._machine = flt.name, Machine(ahead, guarded, settings, begin)
+
+    def forward(self, carry: Tree, *arrays: object) -> tuple[Tree, int, int]:
+        """``smoothing.forward``."""
+        self._machine.state = carry
+        count, stop = self._machine.filter.forward(*arrays)
+        return self._machine.state, count, stop
+
+    def correct(self, *arrays: object) -> None:
+        """``smoothing.correct_stretch``."""
+        module = extension()
+        assert module is not None
+        module.correct_stretch(self._name, *arrays)
 
 
 def axis_run(flt: Filter) -> KernelFunction:

@@ -97,7 +97,7 @@ def build(folder: Path, target: Path) -> None:
     for name in texts:
         if name.startswith("lh_"):
             jobs.append((command, name, headers))
-            if wide and "_arrays;" in texts[name]:
+            if wide and ("_arrays;" in texts[name] or name.startswith("lh_smoother_")):
                 jobs.append(([*command, VECTORS, "-DLH_WIDE"], name, headers))
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         objects = list(pool.map(lambda job: _object(job[0], folder, job[1], texts[job[1]] + job[2]), jobs))

@@ -6,9 +6,10 @@ from collections.abc import Iterable, Iterator
 from typing import Protocol
 
 from levelhead import filters
-from levelhead.engine import driver
+from levelhead.engine import driver, smoothing
 from levelhead.engine.binding import bind, is_guarded
 from levelhead.engine.native import PACKAGE, digest, native_name
+from levelhead.engine.smoothing import bind_smoother
 from levelhead.engine.stepper import MOST_DT
 from levelhead.export.helpers import helper_functions
 from levelhead.export.kinds import BOOL, FLOAT, INT, Array, Kind, Struct, variable
@@ -23,6 +24,7 @@ GENERATOR = (  # what makes C of kernels, beside the kernels themselves
     "compiler/hooks.py",
     "compiler/mark.py",
     "engine/binding.py",
+    "engine/smoothing.py",
     *(
         f"export/{name}.py"
         for name in (
@@ -40,7 +42,18 @@ GENERATOR = (  # what makes C of kernels, beside the kernels themselves
     ),
     *(
         f"export/templates/native.{name}"
-        for name in ("h", "filter.c", "imu.c", "axis.c", "aid.c", "aided.c", "place.c")
+        for name in (
+            "h",
+            "filter.c",
+            "imu.c",
+            "axis.c",
+            "aid.c",
+            "aided.c",
+            "place.c",
+            "forward.c",
+            "smoother.c",
+            "subtract_each_row.c",
+        )
     ),
 )
 
@@ -216,6 +229,9 @@ class ImuUnit:
             "carry_format": word_format(self.carry),
             **dict.fromkeys(("aid", "aided", "place"), ""),
             "aid_or_null": "NULL",
+            "forward": "",
+            "forward_or_null": "NULL",
+            "width": 0,
         }
         if self.aid is not None and self.place is not None:
             one = ["row", "value", "deviation", "age"]
@@ -272,18 +288,86 @@ class AxisUnit:
         }
 
 
+ROW = Array((1,))  # an array whose length the kernel does not know
+
+
+class ForwardUnit(ImuUnit):
+    """A filter's run forward for its smoother, which keeps its blocks."""
+
+    def __init__(self, flt: Filter, guarded: bool) -> None:
+        assert flt.smoothing is not None
+        super().__init__(bind_smoother(flt, guarded).flt, guarded)
+        self._width = flt.smoothing.width
+        assert isinstance(self.carry, Struct)
+        run = self.carry.fields["run"]
+        assert isinstance(run, Struct)
+        state = run.fields["state"]
+        assert state is not None
+        self._block_ended = self.program.kernel(flt.smoothing.block_ended, [state])
+        self._keep = self.program.kernel(flt.smoothing.keep, [state, ROW, INT])
+
+    def gaps(self) -> dict[str, object]:
+        """What the template of its functions leaves open."""
+        found = super().gaps()
+        parts = found | {
+            "block_ended": self.program.call(self._block_ended, ["carry.run.state"]),
+            "keep": self.program.call(self._keep, ["carry.run.state", "blocks->numbers", f"{self._width} * kept"]),
+        }
+        return found | {
+            "forward": template("native.forward.c").substitute(parts),
+            "forward_or_null": "forward",
+            "width": self._width,
+        }
+
+
+class SmootherUnit:
+    """The way back of a filter's smoother."""
+
+    functions = "native.smoother.c"
+
+    def __init__(self, flt: Filter) -> None:
+        assert flt.smoothing is not None
+        self.program, bound, self._memory = _program(), bind_smoother(flt, True), flt.smoothing.memory
+        self._width = flt.smoothing.width
+        rows = [ROW] * 4
+        self._backward = self.program.kernel(bound.bind(smoothing.backward), [ROW, INT, *rows])
+        self._compose = self.program.kernel(bound.bind(smoothing.compose_ends), [ROW, INT, ROW, ROW])
+        self._spread = self.program.kernel(
+            bound.bind(smoothing.spread_block), [ROW, ROW, INT, INT, INT, INT, *rows, ROW, ROW, ROW]
+        )
+
+    def gaps(self) -> dict[str, object]:
+        """What the template of its functions leaves open."""
+        kept, corrections = ["s->numbers", "s->count"], ["s->turn", "s->before", "s->bias", "s->sigma"]
+        block = ["s->t", "s->numbers", "k", "s->count", "first", "last"]
+        turn, before, bias, sigma = corrections
+        track = ["s->quat", "s->biases", "s->sigmas"]
+        return {
+            "backward": self.program.call(self._backward, [*kept, "s->memory", turn, bias, sigma]),
+            "compose_ends": self.program.call(self._compose, [*kept, turn, before]),
+            "spread_block": self.program.call(self._spread, [*block, *corrections, *track]),
+            "width": self._width,
+            "memory": self._memory,
+        }
+
+
 def units() -> Iterator[tuple[str, str, Unit]]:
     """Every filter of the house, ("imu" or "axis", name, unit): with the guard and without, and on one axis."""
     for flt in filters.ALL:
         for guarded in (True, False) if is_guarded(flt) else (False,):
             yield "imu", native_name(flt, guarded), ImuUnit(flt, guarded)
+            if flt.smoothing is not None:
+                ahead = ForwardUnit(flt, guarded)
+                yield "imu", native_name(ahead.flt, guarded), ahead
+        if flt.smoothing is not None:
+            yield "smoother", flt.name, SmootherUnit(flt)
         if flt.axis is not None:
             yield "axis", flt.name, AxisUnit(flt)
 
 
 def sources() -> dict[str, str]:
     """File name -> text of all that the extension is compiled from."""
-    names: dict[str, list[str]] = {"imu": [], "axis": [], "wide": []}
+    names: dict[str, list[str]] = {"imu": [], "axis": [], "smoother": [], "wide": []}
     found = {}
     for kind, name, unit in units():
         found[f"lh_{kind}_{name}.c"] = text(unit, name, f"lh_{kind}_{name}")

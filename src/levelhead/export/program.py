@@ -9,11 +9,12 @@ from levelhead.errors import LevelheadError
 from levelhead.export.constants import Constants, UniqueNames
 from levelhead.export.inference import Inference
 from levelhead.export.kinds import FLOAT, NUMBERS, Array, Kind, Struct, by_address, describe, is_empty, variable, within
-from levelhead.export.layout import STEP, comment, docstring, wrap
+from levelhead.export.layout import STEP, comment, docstring, template, wrap
 from levelhead.export.scopes import Scopes
 from levelhead.export.source import Source, position, read
 from levelhead.export.statements import Body
 from levelhead.export.type_table import TypeTable, annotations, declarator
+from levelhead.kernels.arrays import subtract_each_row
 
 
 @dataclass(eq=False)
@@ -237,6 +238,9 @@ class Program:
 
     def _text(self, kernel: Kernel) -> list[str]:
         """A kernel as C, with its docstring above."""
+        if self.inline and kernel.source.function is subtract_each_row:
+            by_hand = template("native.subtract_each_row.c").substitute(name=kernel.name)
+            return [*by_hand.splitlines(), ""]
         body = Body(kernel.source, kernel.inference, self, self._addresses(kernel))
         words = docstring(ast.get_docstring(kernel.source.tree))
         return [*(comment(words) if words else []), *wrap(self._head(kernel), ""), "{", *body.lines, "}", ""]

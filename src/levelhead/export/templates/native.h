@@ -38,6 +38,12 @@ typedef struct {
     double *places;
 } lh_rows;
 
+/* Blocks that a run forward keeps for the smoother: their numbers, and the last sample of each. */
+typedef struct {
+    int32_t room;
+    double *numbers, *end;
+} lh_blocks;
+
 /* A filter on an IMU, with the driver around it. ``memory`` is a block of ``size`` bytes. */
 typedef struct {
     const char *name, *files, *digest; /* what it was generated from */
@@ -51,6 +57,9 @@ typedef struct {
     void (*run)(void *memory, ptrdiff_t count, double last, const lh_rows *rows);
     void (*report)(const void *memory, double said[11]);
     void (*aid)(void *memory, int32_t row, double value, double deviation, double age); /* NULL: takes nothing */
+    ptrdiff_t width; /* numbers of a block that forward keeps; NULL: the filter has no smoother */
+    ptrdiff_t (*forward)(void *memory, ptrdiff_t start, ptrdiff_t count, double last, const lh_rows *rows,
+                         const lh_blocks *blocks, int32_t *kept);
 } lh_imu_filter;
 
 /* A filter on one level and its rate. */
@@ -65,5 +74,20 @@ typedef struct {
                 double period, double *report);
     double (*tick)(void *memory, double period, double level, double rate, double dt);
 } lh_axis_filter;
+
+/* A stretch of a recording on the smoother's way back: blocks, their corrections, the rows of the track. */
+typedef struct {
+    int32_t count, stop;
+    double *t, *numbers, *end, *memory;
+    double *turn, *before, *bias, *sigma;
+    double *quat, *biases, *sigmas;
+} lh_stretch;
+
+/* The smoother of a filter. */
+typedef struct {
+    const char *name, *files, *digest;
+    ptrdiff_t width, memory; /* numbers: of a block, and of what the way back works with */
+    void (*correct)(const lh_stretch *stretch);
+} lh_smoother;
 
 #endif

@@ -68,6 +68,7 @@ $place
     filter->carry = carry;
 }
 
+$forward
 const lh_imu_filter LH_SYMBOL($symbol) = {
     .name = "$name",
     .files = "$files",
@@ -84,4 +85,6 @@ const lh_imu_filter LH_SYMBOL($symbol) = {
     .run = run,
     .report = report,
     .aid = $aid_or_null,
+    .width = $width,
+    .forward = $forward_or_null,
 };

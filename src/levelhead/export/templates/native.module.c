@@ -15,20 +15,29 @@
 
 #define DECLARE_IMU(name) extern const lh_imu_filter lh_imu_##name;
 #define DECLARE_WIDE(name) extern const lh_imu_filter lh_imu_##name##_wide;
+#define DECLARE_SMOOTHER(name) extern const lh_smoother lh_smoother_##name;
+#define DECLARE_WIDE_SMOOTHER(name) extern const lh_smoother lh_smoother_##name##_wide;
 #define DECLARE_AXIS(name) extern const lh_axis_filter lh_axis_##name;
 #define ADDRESS_IMU(name) &lh_imu_##name,
 #define ADDRESS_WIDE(name) &lh_imu_##name##_wide,
+#define ADDRESS_SMOOTHER(name) &lh_smoother_##name,
+#define ADDRESS_WIDE_SMOOTHER(name) &lh_smoother_##name##_wide,
 #define ADDRESS_AXIS(name) &lh_axis_##name,
 
 LH_IMU_FILTERS(DECLARE_IMU)
 LH_AXIS_FILTERS(DECLARE_AXIS)
+LH_SMOOTHERS(DECLARE_SMOOTHER)
 static const lh_imu_filter *const IMU_FILTERS[] = {LH_IMU_FILTERS(ADDRESS_IMU) NULL};
 static const lh_axis_filter *const AXIS_FILTERS[] = {LH_AXIS_FILTERS(ADDRESS_AXIS) NULL};
+static const lh_smoother *const SMOOTHERS[] = {LH_SMOOTHERS(ADDRESS_SMOOTHER) NULL};
 #if defined(LH_WITH_WIDE)
 LH_WIDE_FILTERS(DECLARE_WIDE)
+LH_SMOOTHERS(DECLARE_WIDE_SMOOTHER)
 static const lh_imu_filter *const WIDE_FILTERS[] = {LH_WIDE_FILTERS(ADDRESS_WIDE) NULL};
+static const lh_smoother *const WIDE_SMOOTHERS[] = {LH_SMOOTHERS(ADDRESS_WIDE_SMOOTHER) NULL};
 #else
 static const lh_imu_filter *const WIDE_FILTERS[] = {NULL};
+static const lh_smoother *const WIDE_SMOOTHERS[] = {NULL};
 #endif
 
 /* ---- Memory and words */
@@ -358,6 +367,56 @@ static PyObject *imu_run(PyObject *object, PyObject *const *args, Py_ssize_t giv
     Py_RETURN_NONE;
 }
 
+/* forward(last, start, t, gyr, acc, mag, quat, health, numbers, end): how many blocks were kept, and the sample after
+ * the last one. */
+static PyObject *imu_forward(PyObject *object, PyObject *const *args, Py_ssize_t given)
+{
+    const Object *self = (Object *)object;
+    const lh_imu_filter *filter = self->filter;
+    Arrays arrays = {.count = 0};
+    lh_rows rows = {0};
+    lh_blocks blocks = {0};
+    double last;
+    int at = 2;
+    if (!filter->forward) {
+        return PyErr_Format(PyExc_ValueError, "%s keeps no blocks", filter->name);
+    }
+    if (counted(given, 10) < 0 || number(args[0], &last) < 0) {
+        return NULL;
+    }
+    const Py_ssize_t start = PyLong_AsSsize_t(args[1]);
+    if (start < 0) {
+        return PyErr_Occurred() ? NULL : PyErr_Format(PyExc_ValueError, "start %zd", start);
+    }
+    rows.t = array(&arrays, args[at++], -1, sizeof(double), 0);
+    const Py_ssize_t count = arrays.count ? arrays.views[0].len / (Py_ssize_t)sizeof(double) : 0;
+    int good = rows.t && DOUBLES(gyr, 3) && DOUBLES(acc, 3);
+    good = good && (rows.mag = array(&arrays, args[at++], -1, sizeof(double), 0));
+    if (good) {
+        const Py_ssize_t seen = arrays.views[arrays.count - 1].len / (Py_ssize_t)sizeof(double);
+        rows.mag = seen > 0 ? rows.mag : NULL;
+        good = seen == 0 || seen == 3 * count;
+        if (!good) {
+            PyErr_SetString(PyExc_ValueError, "mag has another length than t");
+        }
+    }
+    good = good && RESULTS(quat, 4) && RESULTS(health, 1);
+    good = good && (blocks.numbers = array(&arrays, args[at++], -1, sizeof(double), 1));
+    if (good) {
+        blocks.room = (int32_t)(arrays.views[arrays.count - 1].len / (filter->width * (Py_ssize_t)sizeof(double)));
+        good = (blocks.end = array(&arrays, args[at++], blocks.room, sizeof(double), 1)) != NULL;
+    }
+    int32_t kept = 0;
+    ptrdiff_t stop = 0;
+    if (good) {
+        Py_BEGIN_ALLOW_THREADS
+        stop = filter->forward(self->memory, start, count, last, &rows, &blocks, &kept);
+        Py_END_ALLOW_THREADS
+    }
+    release(&arrays);
+    return good ? Py_BuildValue("(in)", (int)kept, (Py_ssize_t)stop) : NULL;
+}
+
 static PyMethodDef imu_methods[] = {
     {"set_params", imu_set_settings, METH_O, NULL},
     {"set_state", imu_set_carry, METH_O, NULL},
@@ -367,6 +426,7 @@ static PyMethodDef imu_methods[] = {
     {"tick_aiding", (PyCFunction)(void (*)(void))imu_tick_aiding, METH_FASTCALL, NULL},
     {"report", imu_report, METH_NOARGS, NULL},
     {"run", (PyCFunction)(void (*)(void))imu_run, METH_FASTCALL, NULL},
+    {"forward", (PyCFunction)(void (*)(void))imu_forward, METH_FASTCALL, NULL},
     {NULL, NULL, 0, NULL},
 };
 
@@ -522,6 +582,68 @@ static PyType_Spec axis_spec = {
     .slots = axis_slots,
 };
 
+/* ---- The smoother's way back */
+
+/* correct_stretch(name, t, numbers, end, count, stop, memory, turn, before, bias, sigma, quat, biases, sigmas) */
+static PyObject *correct_stretch(PyObject *module, PyObject *const *args, Py_ssize_t given)
+{
+    const lh_smoother *smoother = NULL;
+    Arrays arrays = {.count = 0};
+    lh_stretch s = {0};
+    (void)module;
+    if (counted(given, 14) < 0) {
+        return NULL;
+    }
+    const char *name = PyUnicode_AsUTF8AndSize(args[0], NULL);
+    for (int i = 0; name && SMOOTHERS[i]; i++) {
+        smoother = strcmp(SMOOTHERS[i]->name, name) == 0 ? SMOOTHERS[i] : smoother;
+    }
+    for (int i = 0; name && WIDE_SMOOTHERS[i] && lh_wide(); i++) {
+        smoother = strcmp(WIDE_SMOOTHERS[i]->name, name) == 0 ? WIDE_SMOOTHERS[i] : smoother;
+    }
+    if (!smoother) {
+        return PyErr_Occurred() ? NULL : PyErr_Format(PyExc_KeyError, "%s", name);
+    }
+    const long count = PyLong_AsLong(args[4]), stop = PyLong_AsLong(args[5]);
+    if (PyErr_Occurred()) {
+        return NULL;
+    }
+    s.t = array(&arrays, args[1], -1, sizeof(double), 0);
+    const Py_ssize_t rows = arrays.count ? arrays.views[0].len / (Py_ssize_t)sizeof(double) : 0;
+    int good = s.t && (s.numbers = array(&arrays, args[2], -1, sizeof(double), 0));
+    const Py_ssize_t room = good ? arrays.views[1].len / (smoother->width * (Py_ssize_t)sizeof(double)) : 0;
+    good = good && (s.end = array(&arrays, args[3], room, sizeof(double), 0))
+        && (s.memory = array(&arrays, args[6], smoother->memory, sizeof(double), 1))
+        && (s.turn = array(&arrays, args[7], 3 * count, sizeof(double), 1))
+        && (s.before = array(&arrays, args[8], 3 * count, sizeof(double), 1))
+        && (s.bias = array(&arrays, args[9], 3 * count, sizeof(double), 1))
+        && (s.sigma = array(&arrays, args[10], 3 * count, sizeof(double), 1))
+        && (s.quat = array(&arrays, args[11], 4 * rows, sizeof(double), 1))
+        && (s.biases = array(&arrays, args[12], 3 * rows, sizeof(double), 1))
+        && (s.sigmas = array(&arrays, args[13], 3 * rows, sizeof(double), 1));
+    if (good && !(0 < count && count <= room && 0 < stop && stop <= rows)) {
+        PyErr_Format(PyExc_ValueError, "%ld blocks up to sample %ld", count, stop);
+        good = 0;
+    }
+    if (good) {
+        s.count = (int32_t)count;
+        s.stop = (int32_t)stop;
+        Py_BEGIN_ALLOW_THREADS
+        smoother->correct(&s);
+        Py_END_ALLOW_THREADS
+    }
+    release(&arrays);
+    if (!good) {
+        return NULL;
+    }
+    Py_RETURN_NONE;
+}
+
+static PyMethodDef module_methods[] = {
+    {"correct_stretch", (PyCFunction)(void (*)(void))correct_stretch, METH_FASTCALL, NULL},
+    {NULL, NULL, 0, NULL},
+};
+
 /* ---- The module */
 
 /* Adds name -> (files, digest, formats of parameters and of state) to a dictionary. */
@@ -536,15 +658,20 @@ static int add(PyObject *to, const char *name, PyObject *entry)
 
 static int execute(PyObject *module)
 {
-    PyObject *imu = PyDict_New(), *axis = PyDict_New();
-    int good = imu && axis;
+    PyObject *imu = PyDict_New(), *axis = PyDict_New(), *smoothers = PyDict_New();
+    int good = imu && axis && smoothers;
     for (int i = 0; good && IMU_FILTERS[i]; i++) {
         good = ADD(imu, IMU_FILTERS[i], settings_format, carry_format) == 0;
     }
     for (int i = 0; good && AXIS_FILTERS[i]; i++) {
         good = ADD(axis, AXIS_FILTERS[i], params_format, state_format) == 0;
     }
-    good = good && PyModule_AddObjectRef(module, "IMU_FILTERS", imu) == 0
+    for (int i = 0; good && SMOOTHERS[i]; i++) {
+        const lh_smoother *one = SMOOTHERS[i];
+        good = add(smoothers, one->name, Py_BuildValue("(ssss)", one->files, one->digest, "", "")) == 0;
+    }
+    good = good && PyModule_AddObjectRef(module, "SMOOTHERS", smoothers) == 0
+        && PyModule_AddObjectRef(module, "IMU_FILTERS", imu) == 0
         && PyModule_AddObjectRef(module, "AXIS_FILTERS", axis) == 0;
     PyObject *types[2] = {PyType_FromSpec(&imu_spec), PyType_FromSpec(&axis_spec)};
     good = good && types[0] && PyModule_AddObjectRef(module, "Imu", types[0]) == 0;
@@ -553,6 +680,7 @@ static int execute(PyObject *module)
     Py_XDECREF(types[1]);
     Py_XDECREF(imu);
     Py_XDECREF(axis);
+    Py_XDECREF(smoothers);
     return good ? 0 : -1;
 }
 
@@ -566,6 +694,7 @@ static PyModuleDef definition = {
     .m_name = "_native",
     .m_doc = "The filters of the house, compiled when the package was built.",
     .m_size = 0,
+    .m_methods = module_methods,
     .m_slots = module_slots,
 };
 

@@ -205,11 +205,11 @@ def solve(m: Floats) -> None:
             subtract_rows(m, GAIN + j * at.ROW, FACTOR + j, at.ROW, GAIN, at.ROW, j, N)
         scale_row(m, GAIN + j * at.ROW, m[FACTOR + j * at.ROW + j])
     for k in range(N):
-        j = N - 1 - k
-        after = j + 1
-        if m[FACTOR + j * at.ROW + j] != 0.0:
-            subtract_rows(m, GAIN + j * at.ROW, FACTOR + j * at.ROW + after, 1, GAIN + after * at.ROW, at.ROW, k, N)
-        scale_row(m, GAIN + j * at.ROW, m[FACTOR + j * at.ROW + j])
+        i = N - 1 - k
+        after = i + 1
+        if m[FACTOR + i * at.ROW + i] != 0.0:
+            subtract_rows(m, GAIN + i * at.ROW, FACTOR + i * at.ROW + after, 1, GAIN + after * at.ROW, at.ROW, k, N)
+        scale_row(m, GAIN + i * at.ROW, m[FACTOR + i * at.ROW + i])
 
 
 @kernel
