@@ -3,6 +3,7 @@
 import os
 import re
 import select
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -76,7 +77,8 @@ def test_a_read_only_install_without_a_home_still_compiles(tmp_path, homeless):
     )
     env = homeless | {"PYTHONPATH": str(copy.parent)}
     done = subprocess.run([sys.executable, "-c", program], env=env, capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stderr) == (0, ""), done.stderr
+    assert done.returncode == 0, done.stderr
+    assert re.fullmatch(r"compiling AccelTilt for this machine, once, about \d+ s\n", done.stderr), done.stderr
     assert done.stdout.strip() == "Track(AccelTilt, 6000 samples)"
 
 
@@ -141,24 +143,49 @@ def test_a_bar_on_a_terminal_and_json_alone_beside_it():
     assert process.returncode == 0 and json.loads(out)["parameter"] == "r_measure"
 
 
-@pytest.mark.compiled
-@pytest.mark.skipif(os.name != "posix", reason="needs a pseudo-terminal")
-def test_a_terminal_is_told_that_a_filter_is_compiled(tmp_path):
-    """Half a minute of silence would look like a program that hangs."""
-    import pty
-
-    outer, inner = pty.openpty()
-    program = (
-        "from levelhead.compiler.compile import compile_kernel\n"
-        "from levelhead.compiler.mark import kernel\n"
-        "from levelhead.publish.progress import progress\n"
-        "with progress('fusing') as report:\n"
-        "    compile_kernel(kernel(lambda x: x + 1.0))(1.0)\n"
-        "    import time; time.sleep(0.3)\n"
+@pytest.fixture
+def compiling(tmp_path):
+    """The command line with a verb that has to compile, where nothing is kept from before."""
+    code = (
+        "import sys, levelhead as lh; from levelhead import cli\n"
+        "recording = lh.simulate.recording('MPU-6050', 'hand', duration=1.0)\n"
+        "cli.app = lambda *_, **__: lh.fuse(recording, lh.Mahony(), engine='compiled')\n"
+        "sys.exit(cli.main(['fuse']))"
     )
     env = os.environ | {"TERM": "xterm", "COLUMNS": "80", "NUMBA_CACHE_DIR": str(tmp_path)}
-    with subprocess.Popen([sys.executable, "-c", program], env=env, stderr=inner) as process:
-        watch(outer, b"compiling for this machine")
+    return [sys.executable, "-c", code], env
+
+
+NOTICE = re.compile(rb"compiling Mahony for this machine, once, about \d+ s")
+
+
+@pytest.mark.compiled
+@pytest.mark.skipif(os.name != "posix", reason="needs signals")
+def test_compiling_is_said_in_a_log_and_ctrl_c_leaves_it_quietly(compiling):
+    """Half a minute of silence would look like a program that hangs."""
+    command, env = compiling
+    with subprocess.Popen(command, env=env, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stderr is not None
+        first = process.stderr.readline()
+        assert NOTICE.match(first), first
+        process.send_signal(signal.SIGINT)
+        out, said = process.communicate(timeout=120)
+    assert process.returncode == 130
+    assert out == b"" and b"Traceback" not in said
+    assert said.splitlines()[-1] == b"levelhead: stopped"
+
+
+@pytest.mark.compiled
+@pytest.mark.skipif(os.name != "posix", reason="needs a pseudo-terminal")
+def test_a_terminal_is_told_that_a_filter_is_compiled(compiling):
+    import pty
+
+    command, env = compiling
+    outer, inner = pty.openpty()
+    with subprocess.Popen(command, env=env, stdout=subprocess.PIPE, stderr=inner) as process:
+        watch(outer, b"compiling Mahony", b"for this machine, once")
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=120)
         os.close(inner)
-        assert process.wait(60) == 0
     os.close(outer)
+    assert process.returncode == 130

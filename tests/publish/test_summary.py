@@ -3,6 +3,7 @@
 import io
 import sys
 from dataclasses import replace
+from time import monotonic, sleep
 
 import numpy as np
 import pytest
@@ -151,6 +152,9 @@ def test_a_bar_on_a_terminal_that_goes_away_even_after_an_error(monkeypatch):
     monkeypatch.setenv("TERM", "xterm")
     with pytest.raises(ZeroDivisionError), progress("fusing") as report:
         report(0.2)
+        deadline = monotonic() + 20.0
+        while "fusing" not in terminal.getvalue() and monotonic() < deadline:  # another thread draws it
+            sleep(0.01)
         report(0.7)
         raise ZeroDivisionError
     assert "fusing" in terminal.getvalue()

@@ -1,23 +1,23 @@
 """A progress bar for people: on stderr, only when that is a terminal, and only for what takes a while."""
 
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from time import monotonic
+from typing import TYPE_CHECKING
 
-from levelhead.compiler.compile import CompileEvents
-from levelhead.open_types import Handle
+if TYPE_CHECKING:
+    from rich.progress import Progress
 
 PATIENCE = 0.5  # s before a bar appears: what is done sooner needs none
-COMPILING = "compiling for this machine, once"
 
 
 @contextmanager
 def progress(title: str) -> Iterator[Callable[[float], None]]:
-    """Gives a function that takes the fraction done, 0 to 1, and draws a bar on stderr once half a second has passed.
+    """Gives a function that takes the fraction done, 0 to 1; after half a second there is a bar on stderr.
 
-    In a pipe, a log file or a test nothing is written, and rich is not imported. The bar is gone when the work is done.
-    While a filter is compiled, which happens once and is kept, it says so.
+    Until a fraction is known the bar moves to and fro. In a pipe, a log file or a test nothing is written, and rich is
+    not imported. The bar is gone when the work is done.
 
         with progress("fusing") as report:
             fuse(recording, params, progress=report)
@@ -25,35 +25,53 @@ def progress(title: str) -> Iterator[Callable[[float], None]]:
     if not sys.stderr.isatty():
         yield lambda fraction: None
         return
-    began = monotonic()
-    shown: list[tuple[Handle, Handle]] = []
-
-    def report(fraction: float) -> None:
-        if not shown and fraction < 1.0 and monotonic() - began >= PATIENCE:
-            shown.append(_start(title))
-        for bar, task in shown:
-            bar.update(task, description=title, total=1.0, completed=min(max(fraction, 0.0), 1.0))
-
-    def compiling() -> None:
-        if not shown:
-            shown.append(_start(COMPILING))
-        for bar, task in shown:
-            bar.update(task, description=COMPILING, total=None)
-
-    CompileEvents.callbacks.append(compiling)
+    bar = _LateBar(title)
+    timer = threading.Timer(PATIENCE, bar.start)
+    timer.daemon = True
+    timer.start()
     try:
-        yield report
+        yield bar.report
     finally:
-        CompileEvents.callbacks.remove(compiling)
-        for bar, _ in shown:
-            bar.stop()
+        timer.cancel()
+        bar.stop()
 
 
-def _start(title: str) -> tuple[Handle, Handle]:
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+class _LateBar:
+    """A bar that another thread begins to draw, unless the work is done by then."""
 
-    columns = TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn()
-    bar = Progress(*columns, console=Console(stderr=True), transient=True)
-    bar.start()
-    return bar, bar.add_task(title, total=1.0)
+    def __init__(self, title: str) -> None:
+        self._title, self._lock = title, threading.Lock()
+        self._bar: Progress | None = None
+        self._fraction: float | None = None
+        self._done = False
+
+    def start(self) -> None:
+        """Draws it from now on."""
+        from rich.console import Console
+        from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+        with self._lock:
+            if self._done:
+                return
+            columns = TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn()
+            self._bar = Progress(*columns, console=Console(stderr=True), transient=True)
+            self._bar.add_task(self._title, total=None)
+            self._bar.start()
+            self._show()
+
+    def report(self, fraction: float) -> None:
+        """So much is done."""
+        with self._lock:
+            self._fraction = min(max(fraction, 0.0), 1.0)
+            self._show()
+
+    def stop(self) -> None:
+        """The work is done."""
+        with self._lock:
+            self._done = True
+            if self._bar is not None:
+                self._bar.stop()
+
+    def _show(self) -> None:
+        if self._bar is not None and self._fraction is not None:
+            self._bar.update(self._bar.task_ids[0], total=1.0, completed=self._fraction)
