@@ -16,16 +16,17 @@ import levelhead as lh
 from levelhead import simulate
 
 RATE, DURATION = 100.0, 60.0
+STILL = 2.0  # s at the start, at rest
 
 
 def carry(seed: int = 0) -> lh.Recording:
-    """A board carried in a hand; its magnetometer has been calibrated."""
+    """A board carried in a hand; its magnetometer has been calibrated, and its gyroscope while it was kept still."""
     hand = simulate.motion(seed, DURATION, RATE, style="hand", rotation=(8.0, 8.0, 40.0), translation=0.1)
     chip = simulate.imu("MPU-6050", mag="HMC5883L")
     assert chip.mag is not None
-    return simulate.observe(
-        hand, replace(chip, mag=replace(chip.mag, turn_on_bias=0.0, scale_factor=0.0, misalignment=0.0)), seed
-    )
+    mag = replace(chip.mag, turn_on_bias=0.0, scale_factor=0.0, misalignment=0.0)
+    recording = simulate.observe(hand, replace(chip, mag=mag), seed)
+    return replace(recording, gyr=recording.gyr - recording.gyr[: round(STILL * RATE)].mean(axis=0))
 
 
 def bearing(yaw: np.ndarray) -> np.ndarray:

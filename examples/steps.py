@@ -17,13 +17,14 @@ import levelhead as lh
 from levelhead import simulate
 
 RATE = 100.0  # Hz
+STILL = 2.0  # s at the start, at rest
 STEPS, FIRST, INTERVAL = 60, 6.0, 0.55  # how many, s when they begin, s between two
 SHAKES = (42.0, 47.0, 52.0)  # s: three gestures of one second
 GRAVITY = 9.81  # m/s²
 
 
 def walk(seed: int = 0) -> lh.Recording:
-    """A phone in a turning hand: 60 steps, then three shakes."""
+    """A phone in a turning hand: 60 steps, then three shakes; its gyroscope was calibrated while it was kept still."""
     hand = simulate.motion(seed, 56.0, RATE, style="hand", translation=0.02)
     t = hand.t - hand.t[0]
     acceleration = 0.2 * hand.acceleration
@@ -35,7 +36,8 @@ def walk(seed: int = 0) -> lh.Recording:
     for begin in SHAKES:
         during = (t >= begin) & (t < begin + 1.0)
         acceleration[during, 0] += 9.0 * np.sin(2.0 * np.pi * 4.0 * (t[during] - begin))
-    return simulate.observe(replace(hand, acceleration=acceleration), simulate.imu("MPU-6050"), seed)
+    recording = simulate.observe(replace(hand, acceleration=acceleration), simulate.imu("MPU-6050"), seed)
+    return replace(recording, gyr=recording.gyr - recording.gyr[: round(STILL * RATE)].mean(axis=0))
 
 
 def band(values: np.ndarray, low: float, high: float) -> np.ndarray:

@@ -1,12 +1,14 @@
 """The examples in the docs do what their pictures show."""
 
 import importlib.util
+import re
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "live.md"
 FOLDER = Path(__file__).resolve().parents[2] / "examples"
 
 
@@ -24,6 +26,14 @@ def example(monkeypatch):
     return load
 
 
+def said(before: str, value: float, after: str) -> None:
+    """The page has the number, to a tenth of it, between these words."""
+    words = rf"{re.escape(before)}\D*?([\d.]+) ?{re.escape(after)}"
+    found = re.search(words.replace("\\ ", r"\s+"), PAGE.read_text(encoding="utf-8"))
+    assert found, words
+    assert value == pytest.approx(float(found[1]), rel=0.1), before
+
+
 def test_the_node_balances_what_the_accelerometer_lets_fall(example):
     pendulum = example("pendulum")
     node = pendulum.balance("node")
@@ -38,28 +48,32 @@ def test_the_node_balances_what_the_accelerometer_lets_fall(example):
 @pytest.mark.slow
 def test_height_is_held_through_gusts(example):
     altitude = example("altitude_hold")
-    flight = altitude.fly("filter", seed=1)
-    assert altitude.error(flight) < 0.25 and altitude.error(altitude.fly("barometer", seed=1)) > 0.45
+    flight = altitude.fly("filter")
+    said("holds a drone's height", altitude.error(flight), "m RMS")
+    said("the same PID swings with", altitude.error(altitude.fly("barometer")), "m")
     late = flight["t"] > 5.0
     assert np.sqrt(np.mean((flight["estimate"] - flight["height"])[late] ** 2)) < 0.2
 
 
 def test_the_camera_stays_level_on_a_base_that_sways(example):
     gimbal = example("gimbal")
-    assert gimbal.error(gimbal.run("filter", seed=1)) < 2.0 and gimbal.error(gimbal.run("accelerometer", seed=1)) > 8.0
+    said("keeps a camera level on a base that swings and sways", gimbal.error(gimbal.run("filter")), "° RMS")
+    said("by the filter", gimbal.error(gimbal.run("accelerometer")), "° by the accelerometer")
 
 
 def test_every_step_and_shake_is_counted_however_the_phone_is_held(example):
     steps = example("steps")
-    recording = steps.walk(1)
+    recording = steps.walk()
     earth = steps.features(recording)
-    assert abs(len(steps.count_steps(earth[:, 2])) - steps.STEPS) <= 1
+    assert len(steps.count_steps(earth[:, 2])) == steps.STEPS == 60
     shakes = (recording.t - recording.t[0])[steps.count_shakes(earth[:, :2])]
     np.testing.assert_allclose(shakes, np.array(steps.SHAKES) + 0.5, atol=0.2)
-    assert abs(len(steps.count_steps(recording.acc[:, 2] - steps.GRAVITY)) - steps.STEPS) > 10
+    said("the phone's own z axis shows", len(steps.count_steps(recording.acc[:, 2] - steps.GRAVITY)), "peaks")
 
 
 def test_a_compass_with_tilt_taken_out(example):
     compass = example("compass")
-    errors = compass.errors(compass.bearings(compass.carry(1)))
-    assert errors["filtered"] < 2.0 and errors["tilt-compensated"] < 4.0 and errors["x and y alone"] > 30.0
+    errors = compass.errors(compass.bearings(compass.carry()))
+    said("may be held askew", errors["x and y alone"], "° RMS by x and y alone")
+    said("by x and y alone", errors["tilt-compensated"], "° with tilt taken out")
+    said("(`Triad`)", errors["filtered"], "° filtered")
