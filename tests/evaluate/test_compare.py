@@ -9,7 +9,7 @@ import pytest
 from levelhead.errors import LevelheadError
 from levelhead.evaluate import compare
 from levelhead.evaluate.text_table import Column, best_rows, plain_table
-from levelhead.filters import AccelTilt, Complementary, Kalman
+from levelhead.filters import ESKF, AccelTilt, Complementary, Kalman
 from levelhead.simulate import lesson
 
 
@@ -51,10 +51,18 @@ def test_without_truth_tilt_is_compared_with_the_filter_of_the_smallest_sigma():
     assert found.rows[0].score is None
     surest = min(found.rows, key=lambda row: np.median(np.hypot(*row.track.sigma[:, :2].T)))
     assert [row.difference == 0.0 for row in found.rows] == [row is surest for row in found.rows]
-    assert found.surest is surest and found.surest.name in found.notes[0]
+    assert found.reference is surest and found.reference.name in found.notes[0]
     assert all(row.difference < 5.0 for row in found.rows)
-    assert "tilt against the surest" in str(found)
+    assert "tilt against the reference" in str(found)
     json.dumps(found.to_dict(), allow_nan=False)
+
+
+def test_without_truth_the_default_filter_is_the_reference():
+    """Not Kalman, whose σ is smaller and wrong."""
+    blind = replace(lesson(42)[:300], truth=None)
+    found = compare(blind, [Kalman, ESKF], engine="python")
+    assert found.reference.name == "ESKF" and "that of ESKF, the default filter" in found.notes[0]
+    assert found.rows[1].difference == 0.0 and found.rows[0].difference > 0.0
 
 
 def test_progress_rises_to_one():

@@ -1,7 +1,11 @@
 """Text of serial monitors and plotters: what the lessons print, against what a human reads in it."""
 
+from pathlib import Path
+
+import numpy as np
 import pytest
 
+import levelhead as lh
 from levelhead.sources.labelled import looks_labelled, parse, records
 
 LINES = {
@@ -42,3 +46,16 @@ def test_a_sample_on_several_lines() -> None:
     assert [first for first, _ in found] == [0, 3]
     assert found[0][1] == {"Accel X": 1, "Accel Y": 2, "Accel Z": 3, "Gyro X": 4, "Gyro Y": 5, "Gyro Z": 6}
     assert looks_labelled(lines) and not looks_labelled(["1,2,3", "4,5,6"])
+
+
+@pytest.mark.parametrize("rate", [5, 20])
+def test_raw_counts_of_an_mpu6050_in_a_file_as_on_the_serial_line(tmp_path: Path, rate: int) -> None:
+    """At rest, where gravity cannot tell the gyroscope's unit: beside counts stand counts, and it is said."""
+    lines = [
+        f"a/g:\t{120 + i % 9}\t{-30 + i % 5}\t{16384 - i % 7}\t{-rate + i % 3}\t{rate}\t{9 + i % 6}" for i in range(300)
+    ]
+    (tmp_path / "log.txt").write_text("\n".join(lines), encoding="utf-8")
+    recording = lh.read(tmp_path / "log.txt", rate=100)
+    np.testing.assert_allclose(recording.gyr[:, 1], np.radians(rate / 131.0))
+    np.testing.assert_allclose(np.linalg.norm(recording.acc, axis=1), 9.80665, rtol=2e-3)
+    assert any("131 per deg/s, a guess" in note for note in recording.meta["notes"])

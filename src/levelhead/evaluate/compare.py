@@ -15,7 +15,7 @@ from levelhead.evaluate.attitude_error import error_quaternion, split
 from levelhead.evaluate.external_track import ExternalTrack, align_external
 from levelhead.evaluate.score import Score, evaluate, rms
 from levelhead.evaluate.text_table import Cell, Column, plain_table
-from levelhead.filters import of, resolve
+from levelhead.filters import default, of, resolve
 from levelhead.filters.parameters import FilterChoice, Params
 from levelhead.guard import Guard
 from levelhead.recording import Recording
@@ -34,7 +34,7 @@ COLUMNS = (
     Column("lag", "lag", "ms", 1, "low"),
     Column("tilt_error_ratio", "tilt error/σ", "", 2, "one"),
     Column("heading_error_ratio", "heading error/σ", "", 2, "one"),
-    Column("difference", "tilt against the surest", "°", 3),
+    Column("difference", "tilt against the reference", "°", 3),
     Column("ns", "time", "ns/sample", 0, "low"),
 )
 
@@ -48,7 +48,7 @@ class Row:
         score: its errors; None for a recording without truth.
         ns: wall time of the batch run in ns per sample, the fastest of a few runs, compilation left out; None for an
             orientation from elsewhere.
-        difference: RMS angle in ° between its vertical and that of the surest row (``Comparison.surest``).
+        difference: RMS angle in ° between its vertical and that of ``Comparison.reference``.
         external: for an orientation from elsewhere, its name and how it was made to match.
     """
 
@@ -101,9 +101,10 @@ class Comparison:
         return min(self.rows, key=lambda row: row.score.total if row.score is not None else 0.0)
 
     @property
-    def surest(self) -> Row:
-        """The row whose track has the smallest σ of tilt: the reference of a recording without truth."""
-        return min(self.rows, key=lambda row: _tilt_sigma(row.track))
+    def reference(self) -> Row:
+        """What the tilt of the others is compared with where there is no truth: see ``_reference``."""
+        chosen = _reference([row.track for row in self.rows])
+        return next(row for row in self.rows if row.track is chosen)
 
     @property
     def notes(self) -> list[str]:
@@ -117,8 +118,11 @@ class Comparison:
             others.append(f"In front of every filter: {self.guard}.")
         scores = [row.score for row in self.rows if row.score is not None]
         if not scores:
-            surest = f"that of {self.surest.name}, whose σ is the smallest" if self.rows else "nothing"
-            return [f"No true orientation in the recording: tilt is compared with {surest}.", *others, *clock]
+            said = "nothing"
+            if self.rows:
+                why = "the default filter" if _is_default(self.reference.track) else "whose σ is the smallest"
+                said = f"that of {self.reference.name}, {why}"
+            return [f"No true orientation in the recording: tilt is compared with {said}.", *others, *clock]
         most = max(score.samples for score in scores)
         sentences = [f"RMS over the {most:,} samples whose truth is known and that count as movement."]
         sentences += [
@@ -223,14 +227,25 @@ def compare(
         score = None if recording.truth is None else evaluate(recording, track)
         found.append((track, score, ns))
         report(1.0)
-    surest = min((track for track, _, _ in found), key=_tilt_sigma, default=None)
-    rows = [Row(track, score, ns, _difference(track, surest or track)) for track, score, ns in found]
-    for other in align_external(recording, tracks or {}, surest):
+    reference = _reference([track for track, _, _ in found])
+    rows = [Row(track, score, ns, _difference(track, reference or track)) for track, score, ns in found]
+    for other in align_external(recording, tracks or {}, reference):
         score = None
         if recording.truth is not None:
             score = evaluate(recording, other.track, relative=other.relative, partial=True)
-        rows.append(Row(other.track, score, None, _difference(other.track, surest or other.track), other))
+        rows.append(Row(other.track, score, None, _difference(other.track, reference or other.track), other))
     return Comparison(recording, tuple(rows), " and ".join(dict.fromkeys(engines)), guard)
+
+
+def _is_default(track: Track) -> bool:
+    return isinstance(track.params, type(default()))
+
+
+def _reference(tracks: Sequence[Track]) -> Track | None:
+    """The default filter's track, else the one with the smallest σ of tilt; None: there is none. The smallest σ of all
+    would often be that of a filter which takes every acceleration for noise, and is sure of what is wrong.
+    """
+    return min(tracks, key=lambda track: (not _is_default(track), _tilt_sigma(track)), default=None)
 
 
 def _tilt_sigma(track: Track) -> float:

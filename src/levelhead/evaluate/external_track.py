@@ -60,7 +60,8 @@ def align_external(recording: Recording, tracks: Mapping[str, Track], first: Tra
     """
     if recording.truth is None and first is None:
         raise LevelheadError(
-            "without a true orientation a track is compared with the surest filter; expected at least one filter"
+            "without a true orientation a track is compared with a filter (the default, where it is "
+            "among them); expected at least one"
         )
     return [_align_one(recording, name, track, first) for name, track in tracks.items()]
 

@@ -14,6 +14,7 @@ from levelhead.sources.columns import Roles
 from levelhead.sources.field_check import field_turn
 from levelhead.sources.hints import MEANING, QUANTITY, Hints, NeedsHints, Scale
 from levelhead.sources.names import RELATIVE
+from levelhead.sources.raw_counts import PER_DEGREE, PER_G
 from levelhead.sources.sensitivities import acc_sensitivity
 from levelhead.sources.table import Table
 from levelhead.sources.vendors import find_vendor
@@ -112,6 +113,15 @@ def gyr_scale(
     if "a guess" in found.why and (proved := _by_field(t, values, mag)) is not None:
         evidence.notes.append(f"gyroscope: taken as {proved[0]}; {proved[1]}")
         return Scale(units.factor("gyr", proved[0]), proved[0])
+    if found.unit is not None and "a guess" in found.why and evidence.acc_per_g == PER_G:
+        whole = values[np.isfinite(values)]
+        if np.array_equal(whole, np.rint(whole)):  # beside counts stand counts
+            evidence.findings["raw_counts"] = True
+            evidence.notes.append(
+                f"gyroscope: raw counts, {PER_DEGREE:g} per deg/s, a guess: the MPU-6050's beside {PER_G:g} per g; "
+                f"--lsb gyr={PER_DEGREE:g}/deg/s confirms it"
+            )
+            return Scale(DEGREE, f"counts, {PER_DEGREE:g} per deg/s", PER_DEGREE)
     if found.reversed:
         evidence.findings["gyro_inverted"] = True
     if found.unit is not None:
