@@ -113,6 +113,7 @@ def test_what_a_sweep_found_goes_to_the_board(levelhead, tmp_path):
             ["EKF", "--set", "gate=1e60", "--float"],
             "gate: 1e+60 is out of the range of single precision; export --double",
         ),
+        (["EKF", "--float", "--double"], "--float and --double contradict each other; give one of them"),
         (["EKF", "--axis"], "EKF needs an IMU; on one level and its rate work Complementary, Kalman, BiasRateKalman"),
         (["EKF", "--guard", "rest_tim=1"], "Guard has no parameter 'rest_tim'; did you mean 'rest_time'?"),
         (["EKF", "--from", "nowhere.json"], "there is no file nowhere.json"),

@@ -6,12 +6,14 @@ import socket
 import subprocess
 import sys
 import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import levelhead as lh
 from levelhead.cli import main
+from levelhead.cli.node_terminal import StatusLines
 from levelhead.sources import npz
 
 RUN = ("run", "--no-realtime", "--source")
@@ -181,8 +183,6 @@ def test_an_unplugged_source_ends_with_its_own_exit_code(capsys):
 
 def test_ports_lists_what_is_there(levelhead, monkeypatch):
     pytest.importorskip("serial", reason="pyserial is not installed (extra levelhead[live])")
-    from types import SimpleNamespace
-
     monkeypatch.setattr("levelhead.sources.sensors.discovery.i2c_buses", lambda: [1])
     chips = [SimpleNamespace(address=0x68, name="mpu6050"), SimpleNamespace(address=0x76, name="")]
     monkeypatch.setattr("levelhead.sources.sensors.discovery.find_chips", lambda bus: chips)
@@ -230,3 +230,13 @@ def test_a_sweep_that_is_worse_than_standing_still_is_named(levelhead, tmp_path,
         "off",
     )
     assert "warning: a sensor that never moved from its first orientation has 0.00°, less than" in levelhead(*words).out
+
+
+def test_late_ticks_are_printed_once_and_counted_by_the_status_line(capsys):
+    """So that the status line is not drowned on a busy machine; other warnings are printed each time."""
+    lines = StatusLines(SimpleNamespace(bus=None), quiet=False)
+    for name in ("late", "silent", "late", "over_budget", "silent", "over_budget", "late"):
+        lines._print_event(SimpleNamespace(name=name, on=True, text="words"))
+    printed = capsys.readouterr().out.splitlines()
+    assert [line.split()[1] for line in printed] == ["late:", "silent:", "over_budget:", "silent:"]
+    assert [line.endswith("(counted from here on)") for line in printed] == [True, False, True, False]

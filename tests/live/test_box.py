@@ -65,7 +65,8 @@ def test_fuse_reads_it(rig, tmp_path, monkeypatch):
     np.testing.assert_array_equal(track.quat, same(path).quat)
     assert recording.meta["live"]["filter"] == type(one.node.params).__name__
     assert recording.meta["live"]["params"] == one.node.params._asdict()  # those since the calibration
-    assert len(recording.meta["notes"]) == 1
+    assert len(recording.meta["notes"]) == 2
+    assert f"the node ran {type(one.node.params).__name__} with parameters of its own" in recording.meta["notes"][1]
     assert "without the bias that was measured at the start" in recording.meta["notes"][0]
 
 

@@ -122,6 +122,10 @@ def box_recording(path: str | os.PathLike[str]) -> Recording:
         "params": (before or [box.config["params"]])[-1],
         "guard": box.config["guard"],
     }
+    notes.append(
+        f"the node ran {live['filter']} with parameters of its own: meta['live'] holds them, `levelhead fuse` takes "
+        "them, lh.fuse takes those that it is given"
+    )
     meta = {"source": os.fspath(path), "notes": notes, "live": live}
     some = np.isfinite(mag).any()
     return Recording(rows["t"], rows["gyr"] - np.array(box.bias), rows["acc"], mag if some else None, meta=meta)
