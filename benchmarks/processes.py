@@ -84,7 +84,7 @@ def main() -> None:
             (["fuse", "log.csv", "-o", "out"], 1.0),
             (["run", "--source", "emulated:mpu6050", "--calibrate", "0", "--duration", "0.1"], 1.5),
             (["-c", "import levelhead"], 0.15),
-            (["-c", "import levelhead; levelhead.Stream()"], 0.5),
+            (["-c", "import levelhead; levelhead.Stream()"], 0.2),
         ):
             shown = " ".join(["python" if arguments[0] == "-c" else "levelhead", *arguments])
             rows.append(measured(shown, arguments, target, given.repeats, folder))

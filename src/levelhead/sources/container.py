@@ -1,8 +1,5 @@
 """What holds the files of a recording: a file, a folder, a zip, a file packed with gzip."""
 
-import gzip
-import tempfile
-import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -34,9 +31,13 @@ def members(path: Path, suffixes: frozenset[str]) -> Iterator[list[Member]]:
     if path.is_dir():
         yield _in_folder(path, suffixes)
     elif path.suffix.lower() == ".zip":
+        import tempfile  # longer than reading a short log, and only packed ones need it
+
         with tempfile.TemporaryDirectory(prefix="levelhead-") as folder:
             yield _unzipped(path, Path(folder), suffixes)
     elif path.suffix.lower() == ".gz":
+        import tempfile
+
         with tempfile.TemporaryDirectory(prefix="levelhead-") as folder:
             yield [_gunzipped(path, Path(folder))]
     else:
@@ -59,6 +60,8 @@ def _in_folder(path: Path, suffixes: frozenset[str]) -> list[Member]:
 
 
 def _unzipped(path: Path, folder: Path, suffixes: frozenset[str]) -> list[Member]:
+    import zipfile
+
     found: list[Member] = []
     total = 0
     try:
@@ -91,6 +94,8 @@ def _unzipped(path: Path, folder: Path, suffixes: frozenset[str]) -> list[Member
 
 
 def _gunzipped(path: Path, folder: Path) -> Member:
+    import gzip
+
     target = folder / f"0{Path(path.stem).suffix.lower() or '.txt'}"
     try:
         with gzip.open(path) as packed, open(target, "wb") as file:

@@ -1,6 +1,5 @@
 """What a text file is: JSON, words before numbers, rows typed by sensor, or a table."""
 
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -60,6 +59,8 @@ def tables(path: Path, shown: str, hints: Hints) -> Sequence[Table]:
 
 def _tables_undressed(path: Path, shown: str, hints: Hints, encoding: Encoding) -> Sequence[Table]:
     """The tables of a text once its lines are plain, read before the plain copy goes."""
+    import tempfile
+
     from levelhead.sources.streams import in_memory
 
     text = undressed(path.read_bytes()[encoding.skip :].decode(encoding.name, "replace"))
