@@ -28,6 +28,7 @@ SHARED = {  # names that stand in several rooms, and why
     "export": "the same",
     "simulate": "the same",
     "smooth": "the same",
+    "calibrate": "the same",
     "noise": "the same; and the random processes of a simulation",
     "filter": "the packages of the two large filters have the same parts",
     "params": "the same",

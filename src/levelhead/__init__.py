@@ -31,6 +31,7 @@ from levelhead.version import VERSION
 
 if TYPE_CHECKING:
     from levelhead import simulate as simulate
+    from levelhead.calibrate import calibrate_sensor as calibrate_sensor
     from levelhead.calibration import Calibration as Calibration
     from levelhead.engine import AxisStream as AxisStream
     from levelhead.engine import Stream as Stream
@@ -69,6 +70,7 @@ __version__ = VERSION
 
 # Imported at first use: `import levelhead` costs nothing, and an unused part takes no time.
 _HOMES = {
+    "levelhead.calibrate": ("calibrate_sensor",),
     "levelhead.calibration": ("Calibration",),
     "levelhead.engine": (
         "AxisStream",

@@ -20,11 +20,11 @@ from numpy.typing import NDArray
 from levelhead.atomic import atomic_path
 from levelhead.errors import LevelheadError, nearest
 from levelhead.filters.eskf.calibration import Estimate
-from levelhead.filters.eskf.state import ALWAYS, BLOCKS
+from levelhead.filters.eskf.state import ALWAYS, BLOCKS, Block
 from levelhead.kernels import correction
 from levelhead.kernels.correction import SensorErrors
 from levelhead.kernels.mat3 import Mat3
-from levelhead.kernels.vec3 import Vec3, sub
+from levelhead.kernels.vec3 import Vec3
 from levelhead.recording import Array, Recording, real_array
 from levelhead.version import VERSION
 
@@ -57,13 +57,21 @@ class Quantity:
 
 
 # Those that ``words`` has sentences of its own for
-IN_WORDS = {"gyr_bias", "gyr_matrix", "acc_bias", "mag_offset", "mag_delay", "field"}
-QUANTITIES = {block.name: block for block in BLOCKS if block.calibration}
+IN_WORDS = {"gyr_bias", "gyr_matrix", "acc_bias", "acc_matrix", "mag_offset", "mag_matrix", "mag_delay", "field"}
+# What poses tell (``calibrate``) and no filter estimates: it is taken off the readings before a filter sees them.
+MATRICES = {
+    name: Block(name, -1, (3, 3), "", meaning, "from poses", True, False, False, 0.0)
+    for name, meaning in {
+        "acc_matrix": "accelerometer matrix T: scale factors and cross-axis terms",
+        "mag_matrix": "magnetometer matrix M: soft iron, scale factors and rotation to the accelerometer",
+    }.items()
+}
+QUANTITIES = {block.name: block for block in BLOCKS if block.calibration} | MATRICES
 
 
 class Calibration:
-    """The errors of a sensor with their σ: the true rate is ω − S ω − b, the true specific force a − c, the true field
-    h − d ω × h with h = μ − o.
+    """The errors of a sensor with their σ: the true rate is ω − S ω − b, the true specific force a − T a − c, the true
+    field h − d ω × h with h = μ − M μ − o.
 
     Attributes:
         gyr_matrix: S (3, 3): scale factor errors on the diagonal (0.01: the axis reads one percent too much), beside it
@@ -72,6 +80,8 @@ class Calibration:
         acc_bias: c (3,) in m/s².
         mag_offset: o (3,) in µT (hard iron); None: there was no magnetometer.
         mag_delay: d (1,) in s, by which the magnetometer is later than the gyroscope.
+        acc_matrix: T (3, 3): the same as S for the accelerometer; None: taken to be 0.
+        mag_matrix: M (3, 3): the same for the magnetometer, with soft iron; None: taken to be 0.
         field: (2,) horizontal and vertical (upwards) strength of the field in µT: of the place, not of the sensor.
     """
 
@@ -81,6 +91,8 @@ class Calibration:
     mag_offset: Quantity | None
     mag_delay: Quantity | None
     field: Quantity | None
+    acc_matrix: Quantity | None
+    mag_matrix: Quantity | None
 
     def __init__(self, **parts: Quantity | None) -> None:
         for name in parts:
@@ -128,7 +140,7 @@ class Calibration:
         """
         errors = self.errors
         gyr = _rows(correction.true_rate(errors, _columns(recording.gyr)))
-        acc = _unless_silent(recording.acc, sub(_columns(recording.acc), errors.acc_bias))
+        acc = _unless_silent(recording.acc, correction.true_force(errors, _columns(recording.acc)))
         mag = recording.mag
         if mag is not None and self.mag_offset is not None and self.mag_delay is not None:
             turn = np.where(np.isfinite(gyr), gyr, 0.0)
@@ -138,6 +150,22 @@ class Calibration:
             truth = replace(truth, bias=_rows(correction.true_rate(errors, _columns(truth.bias))))
         return replace(recording, gyr=gyr, acc=acc, mag=mag, truth=truth)
 
+    def matrices(self) -> "Calibration | None":
+        """What no filter estimates, alone: to be taken off the readings that a filter gets; None: nothing."""
+        parts = {name: self._parts()[name] for name in MATRICES}
+        if all(part is None for part in parts.values()):
+            return None
+        for name, block in QUANTITIES.items():
+            if block.exists == ALWAYS or name in ("mag_offset", "mag_delay"):
+                parts[name] = Quantity(*(np.zeros(block.shape) for _ in range(4)))
+        return Calibration(**parts)
+
+    def with_matrices(self, other: "Calibration | None") -> "Calibration":
+        """The same with the matrices of another that no filter estimates."""
+        if other is None:
+            return self
+        return Calibration(**self._parts() | {name: getattr(other, name) for name in MATRICES})
+
     @property
     def errors(self) -> SensorErrors:
         """The same in plain numbers, for the kernels of ``correction``; 0 for what is not known of a magnetometer."""
@@ -145,7 +173,9 @@ class Calibration:
         return SensorErrors(
             Mat3(*self.gyr_matrix.value.ravel().tolist()),
             Vec3(*self.gyr_bias.value.tolist()),
+            _matrix(self.acc_matrix),
             Vec3(*self.acc_bias.value.tolist()),
+            _matrix(self.mag_matrix),
             Vec3(0.0, 0.0, 0.0) if offset is None else Vec3(*offset.value.tolist()),
             0.0 if delay is None else float(delay.value[0]),
         )
@@ -210,6 +240,20 @@ class Calibration:
             _Told("gyroscope cross-axis", self.gyr_matrix, 100.0, "%", _axes(cross), "too little rotation"),
             _Told("accelerometer bias", self.acc_bias, 1.0, "m/s²", _axes(), "held in too few attitudes"),
         ]
+        if self.acc_matrix is not None:
+            told += [
+                _Told("accelerometer scale", self.acc_matrix, 100.0, "%", _axes(scale), "held in too few attitudes"),
+                _Told(
+                    "accelerometer cross-axis", self.acc_matrix, 100.0, "%", _axes(cross), "held in too few attitudes"
+                ),
+            ]
+        if self.mag_matrix is not None:
+            told += [
+                _Told("magnetometer scale", self.mag_matrix, 100.0, "%", _axes(scale), "held in too few attitudes"),
+                _Told(
+                    "magnetometer cross-axis", self.mag_matrix, 100.0, "%", _axes(cross), "held in too few attitudes"
+                ),
+            ]
         if self.mag_offset is not None:
             told.append(_Told("magnetometer offset", self.mag_offset, 1.0, "µT", _axes(), "held in too few attitudes"))
         told += [
@@ -250,6 +294,11 @@ def _rows(columns: Vec3) -> Array:
 def _unless_silent(rows: Array, corrected: Vec3) -> Array:
     """The corrected vectors, but the zero vector of a silent sensor as it is."""
     return np.where(np.asarray(correction.is_absent(_columns(rows)))[:, None], rows, _rows(corrected))
+
+
+def _matrix(part: Quantity | None) -> Mat3:
+    """For the kernels; 0 where nothing is known."""
+    return Mat3(*(np.zeros(9) if part is None else part.value.ravel()).tolist())
 
 
 class _Told(NamedTuple):

@@ -38,6 +38,7 @@ VERBS = {
     "fuse": "Fuse a log into orientation: the main job.",
     "doctor": "What is wrong with a log, how sure that is, and what to do.",
     "noise": "How noisy a sensor is, from a log at rest: Allan deviation, and a file for filters and simulations.",
+    "calibrate": "The errors of a sensor from poses by hand, each number with σ, and what is missing.",
     "smooth": "The same with the whole recording known at every instant: fuse --offline.",
     "compare": "Filters side by side on a recording: a table and the four-panel picture.",
     "sweep": "One parameter over its range: where is the best value, and how flat is it there?",

@@ -12,7 +12,7 @@ from levelhead.engine.aiding_inputs import aiding_inputs
 from levelhead.engine.binding import bind, bind_axis, choose_engine, estimates_bias, for_engine
 from levelhead.engine.driver import Settings
 from levelhead.engine.native import Machine, axis_run, has_axis, has_imu
-from levelhead.engine.prior import apply_prior, read_calibration
+from levelhead.engine.prior import apply_prior, corrected, read_calibration
 from levelhead.errors import LevelheadError
 from levelhead.filters.contract import AxisReport
 from levelhead.filters.parameters import FilterChoice
@@ -82,7 +82,8 @@ class Batch:
             raise LevelheadError(
                 f"fuse takes a Recording, not {type(recording).__name__}; levelhead.read(path) makes one"
             )
-        self._recording, self._guarded = recording, guard is not None
+        self._guarded, self._prior = guard is not None, prior
+        recording = self._recording = corrected(recording, prior)
         params = filters.default() if params is None else filters.resolve(params)
         self.filter = filters.of(params)
         bound = bind(self.filter, self._guarded)
@@ -127,7 +128,7 @@ class Batch:
     def calibration(self) -> Calibration | None:
         """What the filter has learned of its sensor by now; None if it learns nothing."""
         carry = self._machine.state if self._engine == "native" else self._carry
-        return read_calibration(self.filter, self._settings, carry)
+        return read_calibration(self.filter, self._settings, carry, self._prior)
 
     def track(self) -> Track:
         """The track, when all samples are done."""

@@ -1,11 +1,19 @@
 """The prior that a run starts with, and the calibration that it ends with."""
 
+from collections.abc import Callable
+
 from levelhead import filters
 from levelhead.calibration import Calibration
 from levelhead.engine.driver import Carry, Settings
+from levelhead.engine.stepper import Four
 from levelhead.errors import LevelheadError
 from levelhead.filters.contract import Filter
-from levelhead.kernels.vec3 import ZERO
+from levelhead.kernels.correction import SensorErrors, correct_readings
+from levelhead.kernels.vec3 import ZERO, Vec3
+from levelhead.recording import Recording
+from levelhead.sample import Triple
+
+Tick = Callable[..., Four]  # of a stepper: its place, readings and dt
 
 
 def apply_prior(flt: Filter, carry: Carry, prior: Calibration | None) -> Carry:
@@ -27,6 +35,27 @@ def apply_prior(flt: Filter, carry: Carry, prior: Calibration | None) -> Carry:
     return carry._replace(run=carry.run._replace(state=state))
 
 
+def corrected(recording: Recording, prior: Calibration | None) -> Recording:
+    """The recording without what a prior from poses knows and no filter learns: matrices of accelerometer and
+    magnetometer.
+    """
+    fixed = prior.matrices() if isinstance(prior, Calibration) else None
+    return recording if fixed is None else fixed.apply(recording)
+
+
+def correcting(tick: Tick, tick_mag: Tick, errors: SensorErrors) -> tuple[Tick, Tick]:
+    """The same two functions of one live sample, for readings that have these errors."""
+
+    def plain(place: object, gyr: Triple, acc: Triple, dt: float) -> Four:
+        return tick(place, gyr, tuple(correct_readings(errors, ZERO, Vec3(*acc), ZERO).acc), dt)
+
+    def with_mag(place: object, gyr: Triple, acc: Triple, mag: Triple, dt: float) -> Four:
+        better = correct_readings(errors, ZERO, Vec3(*acc), Vec3(*mag))
+        return tick_mag(place, gyr, tuple(better.acc), tuple(better.mag), dt)
+
+    return plain, with_mag
+
+
 def keep_prior(flt: Filter, settings: Settings, carry: Carry, begin: Carry) -> Carry:
     """``begin``, the carry before the first sample, with the prior that ``carry`` (with lists) was given."""
     if flt.calibration is None:
@@ -35,8 +64,10 @@ def keep_prior(flt: Filter, settings: Settings, carry: Carry, begin: Carry) -> C
     return begin._replace(run=begin.run._replace(state=state))
 
 
-def read_calibration(flt: Filter, settings: Settings, carry: Carry) -> Calibration | None:
-    """The filter's present estimate of its sensor's errors; None if it estimates none."""
+def read_calibration(
+    flt: Filter, settings: Settings, carry: Carry, prior: Calibration | None = None
+) -> Calibration | None:
+    """The filter's present estimate of its sensor's errors, with the prior's matrices; None if it estimates none."""
     if flt.calibration is None:
         return None
-    return Calibration.from_estimates(flt.calibration.estimate(settings.filter, carry.run.state))
+    return Calibration.from_estimates(flt.calibration.estimate(settings.filter, carry.run.state)).with_matrices(prior)

@@ -12,7 +12,7 @@ from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.engine.binding import bind, bind_axis, choose_engine, estimates_bias, numba_installed
 from levelhead.engine.driver import Settings
 from levelhead.engine.native import has_axis, has_imu
-from levelhead.engine.prior import apply_prior, keep_prior, read_calibration
+from levelhead.engine.prior import apply_prior, correcting, keep_prior, read_calibration
 from levelhead.engine.serialization import StreamState, from_bytes, to_bytes
 from levelhead.engine.stepper import Four, axis_stepper, imu_stepper
 from levelhead.errors import LevelheadError
@@ -114,6 +114,9 @@ class Stream:
         self._tick: Callable[..., Four] = self._stepper.tick
         self._tick_mag: Callable[..., Four] = self._stepper.tick_mag
         self._place = self._stepper.place
+        self._prior, fixed = prior, None if prior is None else prior.matrices()
+        if fixed is not None:
+            self._tick, self._tick_mag = correcting(self._tick, self._tick_mag, fixed.errors)
         self._time: float | None = None
 
     def update(
@@ -273,7 +276,7 @@ class Stream:
     @property
     def calibration(self) -> Calibration | None:
         """What the filter has learned of its sensor by now, or None if it learns nothing."""
-        return read_calibration(self._filter, self._stepper.params, self._stepper.state)
+        return read_calibration(self._filter, self._stepper.params, self._stepper.state, self._prior)
 
     @property
     def params(self) -> Params:
@@ -293,6 +296,10 @@ class Stream:
 
     def save(self) -> bytes:
         """The whole state, parameters included, as bytes: what ``Stream.restore`` goes on from, to the bit."""
+        if self._prior is not None and self._prior.matrices() is not None:
+            raise LevelheadError(
+                "a stream whose prior holds matrices from poses cannot be saved; save the prior instead"
+            )
         return to_bytes(StreamState(self._stepper.params, self._guarded, self._stepper.state, self._time))
 
     @classmethod

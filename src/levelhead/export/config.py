@@ -80,12 +80,19 @@ class ExportConfig:
     @property
     def corrects(self) -> bool:
         """Whether something is done to the readings before anything else sees them."""
-        return self.axes != IDENTITY or self.calibration is not None
+        return self.axes != IDENTITY or self.corrections is not None
+
+    @property
+    def corrections(self) -> Calibration | None:
+        """What is taken off the readings: the calibration, or the matrices of a prior from poses; None: nothing."""
+        if self.calibration is not None or self.prior is None:
+            return self.calibration
+        return self.prior.matrices()
 
     def readings(self, gyr: Vec3, acc: Vec3, mag: Vec3) -> Readings:
         """What the filter is fed with for these readings."""
         turned = [Vec3(*self.axes.turn(v)) for v in (gyr, acc, mag)]
-        return Readings(*turned) if self.calibration is None else correct_readings(self.calibration.errors, *turned)
+        return Readings(*turned) if self.corrections is None else correct_readings(self.corrections.errors, *turned)
 
     @property
     def guarded(self) -> bool:

@@ -139,7 +139,7 @@ class Correction:
         if not config.corrects:
             return
         program.types.publish(program.types.struct(correction.Readings))
-        if config.calibration is not None:
+        if config.corrections is not None:
             vector = program.types.struct(Vec3)
             self.errors = program.types.struct(correction.SensorErrors)
             self.kernel = program.kernel(correction.correct_readings, [self.errors, vector, vector, vector])
@@ -152,10 +152,10 @@ class Correction:
 
     def start(self) -> str:
         """The lines that set the errors."""
-        if self.errors is None or self._choice.calibration is None:
+        if self.errors is None or self._choice.corrections is None:
             return ""
         lines = []
-        for (name, kind), value in zip(self.errors.fields.items(), self._choice.calibration.errors, strict=True):
+        for (name, kind), value in zip(self.errors.fields.items(), self._choice.corrections.errors, strict=True):
             try:
                 lines.append(f"{STEP * 2}.{name} = {self._program.types.literal(value, kind or FLOAT)},")
             except OverflowError as error:

@@ -35,7 +35,7 @@ class Windows(NamedTuple):
 
 
 def windows(recording: Recording) -> Windows:
-    """Half seconds of a recording, at least 4 samples each; NaN where readings are missing or time has a gap."""
+    """Half seconds of a recording, at least 4 samples each; NaN where most readings are missing or time has a gap."""
     size = max(4, round(WINDOW * recording.rate))
     count = len(recording) // size
     used = slice(0, count * size)
@@ -44,10 +44,13 @@ def windows(recording: Recording) -> Windows:
     found = []
     for values in (recording.gyr, recording.acc):
         rows = values[used].reshape(count, size, 3)
-        mean = rows.mean(axis=1)
+        missing = np.isnan(rows)
+        there = size - missing.sum(axis=1) if missing.any() else np.full((count, 3), size)
+        there = np.where(there < 4, np.nan, there)
+        mean = np.where(missing, 0.0, rows).sum(axis=1) / there
         mean[torn] = np.nan
-        centred = rows - mean[:, None]
-        found += [mean, np.sqrt(np.einsum("kij,kij->kj", centred, centred).max(axis=1) / size)]
+        centred = np.where(missing, 0.0, rows - mean[:, None])
+        found += [mean, np.sqrt((np.einsum("kij,kij->kj", centred, centred) / there).max(axis=1))]
     return Windows(size, found[0], found[2], found[1], found[3])
 
 

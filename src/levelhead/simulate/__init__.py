@@ -15,6 +15,7 @@ from levelhead.simulate.imu import EARTH_FIELD, Imu, Iron, observe
 from levelhead.simulate.lesson import hard_lesson, lesson
 from levelhead.simulate.motion import STYLES, Motion, motion
 from levelhead.simulate.pipeline import recording
+from levelhead.simulate.pose_sequence import poses
 from levelhead.simulate.presets import CHIPS, MAGNETOMETERS, imu
 from levelhead.simulate.triad_errors import TriadErrors
 
@@ -38,6 +39,7 @@ __all__ = [
     "lesson",
     "motion",
     "observe",
+    "poses",
     "pressure",
     "recording",
 ]

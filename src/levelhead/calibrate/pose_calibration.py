@@ -1,0 +1,92 @@
+"""What a calibration by poses has found, how sure it is, and how much better it makes the sensor."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from levelhead.calibration import Calibration, Quantity
+from levelhead.open_types import Fields
+from levelhead.recording import Array
+
+
+class Residual(NamedTuple):
+    """RMS of what is left without and with the calibration, and with one that has not seen the pose or turn."""
+
+    before: float
+    after: float
+    held_out: float
+    unit: str
+
+    @property
+    def ratio(self) -> float:
+        """How many times better the calibration is on what it has not seen."""
+        return self.before / max(self.held_out, 1e-12)
+
+
+@dataclass(frozen=True, eq=False)
+class PoseCalibration:
+    """A calibration by poses.
+
+    Attributes:
+        calibration: the numbers with their σ, for ``Calibration.save``, ``apply`` and ``fuse(prior=…)``.
+        force: (k, 3) mean specific force of each pose, as read, m/s².
+        lengths: (k, 2) its length before and after the calibration, m/s².
+        angles: (t, 2) rad by which gravity misses the next pose after each turn, before and after.
+        accelerometer: what is left of |a| − g, m/s².
+        gyroscope: what is left at the ends of turns, degrees; None without turns.
+        magnetometer: what is left of the length of the field, µT; None without magnetometer.
+        advice: sentences: what these poses cannot tell, and which would.
+        gravity: m/s² at the place.
+    """
+
+    calibration: Calibration
+    force: Array
+    lengths: Array
+    angles: Array
+    accelerometer: Residual
+    gyroscope: Residual | None
+    magnetometer: Residual | None
+    advice: tuple[str, ...]
+    gravity: float
+
+    def verdict(self) -> list[str]:
+        """Sentences: how much better each sensor is, then what is missing."""
+        lines = [_better("accelerometer", self.accelerometer, f"{len(self.force)} poses")]
+        if self.gyroscope is None:
+            lines.append("gyroscope: no turns between the poses, so only its bias is known")
+        else:
+            lines.append(_better("gyroscope", self.gyroscope, f"{len(self.angles)} turns"))
+        if self.magnetometer is not None:
+            lines.append(_better("magnetometer", self.magnetometer, f"{len(self.force)} poses"))
+        return [*lines, *self.advice]
+
+    def to_dict(self) -> Fields:
+        """For JSON."""
+        parts = {"accelerometer": self.accelerometer, "gyroscope": self.gyroscope, "magnetometer": self.magnetometer}
+        return {
+            "poses": len(self.force),
+            "turns": len(self.angles),
+            "gravity": self.gravity,
+            "residuals": {
+                name: None if part is None else part._asdict() | {"ratio": part.ratio} for name, part in parts.items()
+            },
+            "verdict": self.verdict(),
+            "calibration": self.calibration.to_dict(),
+        }
+
+
+def _better(name: str, part: Residual, where: str) -> str:
+    said = (
+        f"{name}: {part.before:.3g} {part.unit} before, {part.after:.3g} after ({where}), "
+        f"{part.held_out:.3g} where held out"
+    )
+    if part.ratio > 1.05:
+        return f"{said}: better than no calibration by {part.ratio:.2g} ×"
+    return f"{said}: no better than no calibration"
+
+
+def quantity(value: Array, sigma: Array, prior: Array) -> Quantity:
+    """A number for each of ``value``'s, whose 1σ was ``prior`` before."""
+    whole = np.broadcast_to(prior, value.shape).astype(float)
+    return Quantity(value, np.minimum(sigma, whole), whole, whole)

@@ -1,0 +1,224 @@
+"""From recordings of a sensor that was put down in several poses to its calibration."""
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from levelhead.calibrate import accelerometer, gyroscope, magnetometer
+from levelhead.calibrate.coverage import next_poses, unknown
+from levelhead.calibrate.least_squares import Solution
+from levelhead.calibrate.pose_calibration import PoseCalibration, Residual, quantity
+from levelhead.calibrate.poses import Pose, Turn, directions, find_poses
+from levelhead.calibration import UNLEARNED, Calibration, Quantity
+from levelhead.errors import LevelheadError, require
+from levelhead.recording import Array, Recording
+from levelhead.units import GRAVITY
+
+LEAST_DIRECTIONS = 4
+FOLDS = 5  # parts of the poses or turns, each of which is held out once
+BIAS = 0.35  # rad/s (20 °/s), 1σ of a gyroscope's bias before any measurement
+DELAY = 0.015  # s, 1σ of the magnetometer's delay, which poses do not tell
+Progress = Callable[[float], None]
+
+
+def calibrate_sensor(
+    recordings: Recording | Sequence[Recording],
+    *,
+    gravity: float = GRAVITY,
+    progress: Progress = lambda fraction: None,
+) -> PoseCalibration:
+    """The errors of a sensor that was put down in several poses and turned between them, by hand.
+
+    Args:
+        recordings: one or several of the same sensor since it was switched on.
+        gravity: m/s² at the place; 9.81 at 50° north. The accelerometer's scale is as right as this is.
+        progress: called with the fraction done.
+
+    Returns:
+        A PoseCalibration; its ``calibration`` is what filters, node and export take.
+
+    Raises:
+        LevelheadError: never still, too few directions, no better than no calibration, or SciPy is missing.
+    """
+    require("scipy", "calibration", "scipy")
+    several = [recordings] if isinstance(recordings, Recording) else list(recordings)
+    if not 9.7 < gravity < 9.9:
+        raise LevelheadError(f"gravity is {gravity:g} m/s²; expected that of a place on earth, 9.76 to 9.84")
+    poses, turns = find_poses(several)
+    _require_poses(poses, several)
+    progress(0.2)
+    level = _accelerometer(poses, gravity)
+    progress(0.5)
+    force = accelerometer.true_force(level.solution.value, np.array([pose.acc for pose in poses]))
+    rate = _gyroscope(turns, poses, force, level.solution)
+    progress(0.8)
+    field = _magnetometer(several, poses, force)
+    progress(1.0)
+    bias, bias_sigma = _gyr_bias(poses)
+    s = np.zeros((3, 3)) if rate is None else rate.solution.value.reshape(3, 3)
+    s_sigma = np.full((3, 3), gyroscope.PRIOR) if rate is None else rate.solution.sigma.reshape(3, 3)
+    parts: dict[str, Quantity | None] = {
+        "gyr_matrix": quantity(s, s_sigma, np.array(gyroscope.PRIOR)),
+        "gyr_bias": quantity(bias - s @ bias, bias_sigma, np.array(BIAS)),
+        "acc_bias": quantity(level.solution.value[:3], level.solution.sigma[:3], accelerometer.PRIOR[:3]),
+        "acc_matrix": _upper(level.solution),
+    }
+    advice = _advice(level.solution, poses, gravity, s_sigma, rate is not None)
+    if field is not None:
+        found, sigma = field.solution.value, field.solution.sigma
+        shape = np.array(magnetometer.PRIOR_MATRIX)
+        parts["mag_matrix"] = quantity(found[:9].reshape(3, 3), sigma[:9].reshape(3, 3), shape)
+        parts["mag_offset"] = quantity(found[9:12], sigma[9:12], np.array(magnetometer.PRIOR_OFFSET * found[12]))
+        parts["mag_delay"] = quantity(np.zeros(1), np.array([DELAY]), np.array(DELAY))
+        weak = [axis for axis, one in zip("xyz", sigma[9:12], strict=True) if one > 0.1 * found[12]]
+        if weak:
+            advice.append(f"the magnetometer's offset {' '.join(weak)} is weak: turn the sensor through all directions")
+    lengths = np.stack(
+        [np.linalg.norm(np.array([pose.acc for pose in poses]), axis=1), np.linalg.norm(force, axis=1)], 1
+    )
+    return PoseCalibration(
+        Calibration(**parts), np.array([pose.acc for pose in poses]), lengths,
+        np.zeros((0, 2)) if rate is None else rate.angles, level.residual, None if rate is None else rate.residual,
+        None if field is None else field.residual, tuple(advice), gravity,
+    )  # fmt: skip
+
+
+class Found(NamedTuple):
+    """A solution, what is left of it, and for a gyroscope the angles missed before and after."""
+
+    solution: Solution
+    residual: Residual
+    angles: Array
+
+
+def _require_poses(poses: Sequence[Pose], recordings: Sequence[Recording]) -> None:
+    seconds = sum(one.duration for one in recordings)
+    if not poses:
+        raise LevelheadError(
+            f"the sensor was never still in {seconds:.0f} s; expected it to be put down in at least {LEAST_DIRECTIONS} "
+            "poses, better 12, for 2 s each"
+        )
+    several = directions(poses)
+    if several < LEAST_DIRECTIONS:
+        raise LevelheadError(
+            f"the sensor was still in {len(poses)} {'pose' if len(poses) == 1 else 'poses'} with {several} "
+            f"{'direction' if several == 1 else 'directions'} of gravity; expected at least "
+            f"{LEAST_DIRECTIONS}, better all six sides and some edges, for 2 s each"
+        )
+
+
+def _folds(count: int) -> list[NDArray[np.bool_]]:
+    """Which of ``count`` are held out, part by part; each is so once."""
+    parts = min(FOLDS, count)
+    return [np.arange(count) % parts == part for part in range(parts)]
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _accelerometer(poses: Sequence[Pose], gravity: float) -> Found:
+    """The accelerometer's numbers.
+
+    Raises:
+        LevelheadError: on poses that were held out they are no better than none.
+    """
+    acc = np.array([pose.acc for pose in poses])
+    solution = accelerometer.fit_accelerometer(poses, gravity)
+    held = np.empty(len(poses))
+    for out in _folds(len(poses)):
+        others = accelerometer.fit_accelerometer([pose for pose, no in zip(poses, out, strict=True) if not no], gravity)
+        held[out] = accelerometer.excess(others.value, acc[out], gravity)
+    before = accelerometer.excess(np.zeros(9), acc, gravity)
+    residual = Residual(
+        _rms(before), _rms(accelerometer.excess(solution.value, acc, gravity)), _rms(held), "m/s²"
+    )  # fmt: skip
+    if residual.ratio < 1.0:
+        raise LevelheadError(
+            f"these {len(poses)} poses make no better accelerometer: |a| − g is {residual.before:.3g} m/s² without a "
+            f"calibration and {residual.held_out:.3g} in poses that it has not seen; take more poses, 2 s each"
+        )
+    return Found(solution, residual, np.zeros((0, 2)))
+
+
+def _gyroscope(turns: Sequence[Turn], poses: Sequence[Pose], force: Array, level: Solution) -> Found | None:
+    """The gyroscope's numbers; None without turns, or where they are no better than none on turns held out."""
+    if not turns:
+        return None
+    every = gyroscope.Turns(turns, poses, force)
+    solution = gyroscope.fit_gyroscope(every)
+    held = np.empty(len(turns))
+    for out in _folds(len(turns)):
+        seen = [turn for turn, no in zip(turns, out, strict=True) if not no]
+        unseen = [turn for turn, no in zip(turns, out, strict=True) if no]
+        others = gyroscope.fit_gyroscope(gyroscope.Turns(seen, poses, force)).value if seen else np.zeros(9)
+        held[out] = gyroscope.Turns(unseen, poses, force).misses(others.reshape(3, 3))
+    angles = np.stack([every.misses(s.reshape(3, 3)) for s in (np.zeros(9), solution.value)], axis=1)
+    degrees = np.degrees(angles)
+    residual = Residual(_rms(degrees[:, 0]), _rms(degrees[:, 1]), _rms(np.degrees(held)), "°")
+    if residual.ratio < 1.0:
+        nothing = Solution(np.zeros(9), np.eye(9) * gyroscope.PRIOR**2, 1.0)
+        return Found(nothing, residual._replace(after=residual.before), np.stack([angles[:, 0]] * 2, axis=1))
+    acc, root = np.array([pose.acc for pose in poses]), np.linalg.cholesky(level.covariance)
+    around = [accelerometer.true_force(level.value + column, acc) for column in root.T]
+    extra = gyroscope.force_covariance(turns, poses, solution.value, force, around)
+    return Found(solution._replace(covariance=solution.covariance + extra), residual, angles)
+
+
+def _magnetometer(recordings: Sequence[Recording], poses: Sequence[Pose], force: Array) -> Found | None:
+    """The magnetometer's numbers; None where there is none, or too little of it."""
+    there = [i for i, pose in enumerate(poses) if pose.mag is not None]
+    mag = magnetometer.samples(recordings)
+    if len(there) < LEAST_DIRECTIONS or len(mag) < 50:
+        return None
+    at_rest = np.array([poses[i].mag for i in there])
+    up = force[there] / np.linalg.norm(force[there], axis=1, keepdims=True)
+    solution = magnetometer.fit_magnetometer(mag, at_rest, up)
+    held = np.empty(len(there))
+    for out in _folds(len(there)):
+        others = magnetometer.fit_magnetometer(at_rest[~out], at_rest[~out], up[~out]).value
+        held[out] = np.linalg.norm(magnetometer.true_field(others, at_rest[out]), axis=1) - others[12]
+    raw = np.linalg.norm(at_rest, axis=1)
+    after = np.linalg.norm(magnetometer.true_field(solution.value, at_rest), axis=1) - solution.value[12]
+    residual = Residual(_rms(raw - np.median(raw)), _rms(after), _rms(held), "µT")
+    return Found(solution, residual, np.zeros((0, 2))) if residual.ratio >= 1.0 else None
+
+
+def _gyr_bias(poses: Sequence[Pose]) -> tuple[Array, Array]:
+    """(3,) mean rate at rest and its 1σ; the spread between poses counts, for a bias walks."""
+    rates = np.array([pose.gyr for pose in poses])
+    weight = np.array([pose.end - pose.start for pose in poses])
+    mean = np.average(rates, axis=0, weights=weight)
+    noise = max(pose.noise for pose in poses) / np.sqrt(weight.sum())
+    spread = np.sqrt(np.average((rates - mean) ** 2, axis=0, weights=weight))
+    return mean, np.hypot(noise, spread / np.sqrt(max(1, len(poses) - 1)))
+
+
+def _upper(solution: Solution) -> Quantity:
+    """T and its σ; what the frame fixes is known to be 0."""
+    sigma = np.zeros((3, 3))
+    prior = np.zeros((3, 3))
+    for place, one, before in zip(accelerometer.UPPER, solution.sigma[3:], accelerometer.PRIOR[3:], strict=True):
+        sigma[place], prior[place] = one, before
+    return Quantity(accelerometer.matrix(solution.value), np.minimum(sigma, prior), prior, prior)
+
+
+def _advice(level: Solution, poses: Sequence[Pose], gravity: float, s_sigma: Array, turned: bool) -> list[str]:
+    """What poses and turns have not told, and which would."""
+    advice = []
+    missing = unknown(level.sigma)
+    if missing:
+        sides = next_poses(level.covariance, gravity, float(np.median([pose.sigma for pose in poses])) * level.scale)
+        advice.append(
+            f"these poses do not tell the accelerometer's {', '.join(missing)}: put the sensor down with "
+            f"{'; then with '.join(sides)}"
+        )
+    axes = [axis for i, axis in enumerate("xyz") if s_sigma[i, i] > UNLEARNED * gyroscope.PRIOR]
+    if axes and turned:
+        advice.append(
+            f"these turns do not tell the gyroscope's scale {' '.join(axes)}: from one pose to the next turn the "
+            f"sensor about {' and '.join(axes)} by a quarter or more, with that axis level"
+        )
+    return advice
