@@ -1,13 +1,16 @@
 """One picture of a log: its sensors over time with the findings marked, their spectra, the directions of gravity."""
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from levelhead.inspection.findings import Report
 from levelhead.publish.plots.style import figure, format_axes, save
 from levelhead.recording import Array
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 _POINTS = 6000  # that a panel draws, at most
 _COLOURS = ("#B3452C", "#3C7D3C", "#2F5D9B")
@@ -44,13 +47,13 @@ def doctor_picture(report: Report, path: str | Path) -> None:
     save(made, path)
 
 
-def _draw(axes: Any, t: Array, values: Array) -> None:
+def _draw(axes: "Axes", t: Array, values: Array) -> None:
     step = max(1, len(t) // _POINTS)
     for column, colour in zip(values.T, _COLOURS, strict=True):
         axes.plot(t[::step], column[::step], color=colour, linewidth=0.8)
 
 
-def _spectra(axes: Any, report: Report) -> None:
+def _spectra(axes: "Axes", report: Report) -> None:
     """Power over frequency of the length of the specific force and of the rate."""
     recording = report.recording
     assert recording is not None
@@ -68,7 +71,7 @@ def _spectra(axes: Any, report: Report) -> None:
     format_axes(axes, "spectra of the lengths", "", "Hz")
 
 
-def _sphere(axes: Any, acc: Array) -> None:
+def _sphere(axes: "Axes", acc: Array) -> None:
     """Directions of the specific force, seen from above and below the sensor's xy plane."""
     length = np.linalg.norm(acc, axis=1)
     known = np.isfinite(length) & (length > 0)
