@@ -100,11 +100,22 @@ def recordings() -> list[tuple[str, Known]]:
             if mag is not None and (unit := mag_unit(median_norm(mag))) is not None:
                 mag = mag * factor("mag", unit)
             quat, ok = np.nan_to_num(data["q_ref_sensor"]), data["ref_ok"].astype(bool)
+            if path.parent.name == "fiumarg":  # its y is up
+                quat = _turned_up(quat)
             rec = Recording(data["t"], data["gyr"], data["acc"], mag)
         ok &= np.abs(quat).sum(axis=1) > 0.5
         said = index[path.parent.name, path.stem]["magnetic_disturbance"]
         found.append((f"{path.parent.name}/{path.stem}", Known(rec, quat, ok, bool(said))))
     return found
+
+
+def _turned_up(quat: np.ndarray) -> np.ndarray:
+    """A reference whose y axis is up as one whose z axis is."""
+    there = np.abs(quat).sum(axis=1) > 0.5
+    turned = quat.copy()
+    up = Rotation.from_euler("x", 90, degrees=True)
+    turned[there] = (up * Rotation.from_quat(quat[there], scalar_first=True)).as_quat(scalar_first=True)
+    return turned
 
 
 def main() -> None:

@@ -7,15 +7,23 @@ from typing import Any
 import numpy as np
 
 from levelhead.errors import LevelheadError
+from levelhead.inspection.behaviour import examine_bias, examine_delay, examine_noise
 from levelhead.inspection.findings import Finding, Report, ordered
 from levelhead.inspection.physics import examine_axes, examine_field, examine_rest
 from levelhead.inspection.reading import from_reader
+from levelhead.inspection.spectrum import examine_spectra
 from levelhead.inspection.timing import examine_clock
+from levelhead.inspection.unknown import unknown
 from levelhead.inspection.values import examine_values
 from levelhead.inspection.verdict import expectation, verdict
 from levelhead.recording import Recording
 from levelhead.sources import read
 from levelhead.sources.hints import NeedsHints
+
+CHECKS = (
+    examine_axes, examine_field, examine_rest, examine_clock, examine_values, examine_spectra, examine_delay,
+    examine_bias, examine_noise,
+)  # fmt: skip
 
 __all__ = ["Finding", "Report", "examine", "inspect", "short_form"]
 
@@ -57,15 +65,10 @@ def _cure(error: NeedsHints) -> str:
 
 def examine(recording: Recording, source: str = "", before: list[Finding] | None = None) -> Report:
     """Examines a recording; ``before`` are findings that were made already."""
+    findings = _findings(recording, before or [])
+    found = {one.name: one for one in findings}
     with np.errstate(all="ignore"):
-        found: dict[str, Finding] = {}
-        for one in [*(before or []), *_all(recording)]:
-            found.setdefault(one.name, one)
-        findings = ordered(list(found.values()))
         expected = expectation(recording, findings)
-    unknown = ["heading relative to north: there is no magnetometer"] if recording.mag is None else []
-    if "always_still" in found:
-        unknown.append("axes, signs, scale of the gyroscope: turn the sensor about each axis for 20 s")
     return Report(
         source or str(recording.meta.get("source", "")),
         recording,
@@ -74,8 +77,17 @@ def examine(recording: Recording, source: str = "", before: list[Finding] | None
         expected.tilt,
         expected.heading,
         expected.drift,
-        tuple(unknown),
+        tuple(unknown(recording, set(found))),
     )
+
+
+def _findings(recording: Recording, before: list[Finding]) -> list[Finding]:
+    """The worst first; of two with one name the first counts."""
+    found: dict[str, Finding] = {}
+    with np.errstate(all="ignore"):
+        for one in [*before, *_all(recording)]:
+            found.setdefault(one.name, one)
+    return ordered(list(found.values()))
 
 
 def _all(recording: Recording) -> Iterator[Finding]:
@@ -83,13 +95,13 @@ def _all(recording: Recording) -> Iterator[Finding]:
     if len(recording) < 20:
         yield Finding("too_short", "warning", f"{len(recording)} samples tell nothing", "length")
         return
-    for check in (examine_axes, examine_field, examine_rest, examine_clock, examine_values):
+    for check in CHECKS:
         yield from check(recording)
 
 
 def short_form(recording: Recording) -> list[str]:
     """At most two lines for the summary of ``levelhead fuse``: the worst findings; [] for a recording that is fine."""
-    bad = [one for one in examine(recording).findings if one.severity != "note"]
+    bad = [one for one in _findings(recording, []) if one.severity != "note"]
     lines = [f"{one.what}. {one.cure}".strip() for one in bad[:1]]
     if len(bad) > 1:
         lines.append(f"{len(bad) - 1} more: {', '.join(one.name for one in bad[1:5])}; levelhead doctor LOG shows them")

@@ -5,31 +5,22 @@ from typing import NamedTuple
 
 import numpy as np
 
+from levelhead.engine import fuse
+from levelhead.errors import LevelheadError
 from levelhead.inspection.findings import Finding
-from levelhead.inspection.physics import rest_rows
-from levelhead.recording import Recording, median
-from levelhead.units import GRAVITY
+from levelhead.recording import Array, Recording
+from levelhead.track import Track
 
-BASE = 0.5  # deg: bias of a calibrated accelerometer, 0.01 g
-SHAKE = 2.0  # deg of tilt for each g of rms acceleration beside gravity
+EXCERPT = 60_000  # samples that are fused for the expectation, at most: some 0.2 s
+EXCERPT_PLAIN = 2_000  # without the native engine
 ADDED = {
     "clipping_gyr": 4.0,
     "too_slow": 3.0,
-    "gaps": 1.0,
-    "held_samples": 1.0,
     "raw_counts": 1.0,
-    "acc_scale": 0.5,
-}  # deg
-HEADING = 3.0  # deg, with an undisturbed magnetometer
-HEADING_ADDED = {
-    "mag_offset": 20.0,
-    "mag_disturbed": 10.0,
-    "mag_axes": 30.0,
-    "mag_strength": 10.0,
-    "mag_normalised": 5.0,
-}
-DRIFT = 2.0  # deg a minute after the bias was read off at rest
-DRIFT_NO_REST = 12.0  # deg a minute, where it never was
+    "held_samples": 0.5,
+}  # deg of tilt; no filter sees them
+HEADING_ADDED = {"mag_offset": 15.0, "mag_disturbed": 15.0, "mag_axes": 30.0, "mag_strength": 10.0}  # deg
+SETTLED = 5.0  # s of the start that do not count
 
 
 class Expectation(NamedTuple):
@@ -45,16 +36,35 @@ def expectation(recording: Recording, findings: Sequence[Finding]) -> Expectatio
     names = {one.name for one in findings}
     if any(one.severity == "broken" and one.name != "no_time" for one in findings):
         return Expectation(None, None, None)
-    length = np.linalg.norm(recording.acc, axis=1)
-    length = length[np.isfinite(length)]
-    typical = median(length) if len(length) else 0.0
-    shake = float(np.sqrt(np.mean((length - typical) ** 2))) / GRAVITY if len(length) else 0.0
-    tilt = float(np.sqrt(BASE**2 + (SHAKE * min(shake, 3.0)) ** 2 + sum(ADDED[one] ** 2 for one in names & set(ADDED))))
+    track = _fused(recording)
+    if track is None or track.sigma is None:
+        return Expectation(None, None, None)
+    late = track.t > track.t[0] + min(SETTLED, 0.3 * (track.t[-1] - track.t[0]))
+    sigma = np.degrees(track.sigma[late])
+    added = sum(ADDED[one] ** 2 for one in names & set(ADDED))
+    tilt = float(np.sqrt(np.nanmean(sigma[:, 0] ** 2 + sigma[:, 1] ** 2) + added))
     if recording.mag is None:
-        rested = float(rest_rows(recording).mean()) > 0.01
-        return Expectation(tilt, None, DRIFT if rested else DRIFT_NO_REST)
-    heading = np.sqrt(HEADING**2 + tilt**2 + sum(HEADING_ADDED[one] ** 2 for one in names & set(HEADING_ADDED)))
-    return Expectation(tilt, float(heading), None)
+        return Expectation(tilt, None, _drift(track.t[late], sigma[:, 2]))
+    unseen = sum(HEADING_ADDED[one] ** 2 for one in names & set(HEADING_ADDED))
+    return Expectation(tilt, float(np.sqrt(np.nanmean(sigma[:, 2] ** 2) + unseen)), None)
+
+
+def _fused(recording: Recording) -> Track | None:
+    """The start of a recording through the default filter; None where it cannot be fused."""
+    try:
+        return fuse(recording[:EXCERPT], engine="native")
+    except LevelheadError:
+        pass
+    try:
+        return fuse(recording[:EXCERPT_PLAIN], engine="python")
+    except LevelheadError:
+        return None
+
+
+def _drift(t: Array, sigma: Array) -> float:
+    """By how much heading's σ grows in a minute, deg; the bias that is not known yet is most of it."""
+    minutes = max(float(t[-1] - t[0]) / 60.0, 1e-3)
+    return float(np.sqrt(max(float(sigma[-1] ** 2 - sigma[0] ** 2), 0.0)) / minutes)
 
 
 def verdict(recording: Recording, findings: Sequence[Finding], expected: Expectation) -> str:
@@ -66,7 +76,8 @@ def verdict(recording: Recording, findings: Sequence[Finding], expected: Expecta
     if expected.heading is not None:
         words += f", heading to {expected.heading:.2g}°"
     else:
-        rest = "" if expected.drift == DRIFT else ", no rest"
-        words += f", heading will drift about {expected.drift:g}° a minute: no magnetometer{rest}"
+        rest = ", no rest" if "never_still" in {one.name for one in findings} else ""
+        words += f", heading will drift about {expected.drift:.2g}° a minute: no magnetometer{rest}"
     worse = [one.name for one in findings if one.severity == "warning"]
-    return words + (f"; {len(worse)} warnings: {', '.join(worse[:4])}" if worse else "")
+    count = "1 warning" if len(worse) == 1 else f"{len(worse)} warnings"
+    return words + (f"; {count}: {', '.join(worse[:4])}" if worse else "")

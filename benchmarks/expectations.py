@@ -1,0 +1,87 @@
+"""What the doctor's verdict expects of a log, against what a track fused from it is worth by the reference.
+
+    python benchmarks/expectations.py
+
+Recordings with a reference: BROAD, and shared/data/truth. For each the expected 1σ of tilt and of heading (or its
+drift, without a magnetometer) beside the measured rms, and the ratio measured over expected: 1 is honest, above 1
+promises too much. The table that follows has the geometric mean of the ratios by set.
+"""
+
+from collections import defaultdict
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+import levelhead as lh
+from clean_logs import DATA, Known, recordings
+from levelhead.inspection import examine
+
+LEAST = 60.0  # s of a recording from which a drift is measured
+Ratios = dict[str, dict[str, list[float]]]
+
+
+def measured(known: Known) -> tuple[float, float, float | None]:
+    """(rms of inclination, rms of heading after its mean is taken out, |drift| in deg/min or None) in deg."""
+    recording = known.recording
+    track = lh.fuse(recording)
+    rows = known.ok & np.isfinite(track.quat).all(axis=1) & (recording.t > recording.t[0] + 5.0)
+    estimate = Rotation.from_quat(track.quat[rows], scalar_first=True)
+    error = (
+        estimate * Rotation.from_quat(known.quat[rows], scalar_first=True).inv()
+    )  # earth of one to earth of the other
+    x, y, z, w = error.as_quat().T
+    tilt = 2.0 * np.degrees(np.arcsin(np.clip(np.hypot(x, y), 0.0, 1.0)))
+    heading = np.unwrap(2.0 * np.arctan2(z, w))
+    t = recording.t[rows]
+    off = np.degrees(heading - np.angle(np.exp(1j * heading).mean()))
+    off = (off + 180.0) % 360.0 - 180.0
+    drift = None
+    if t[-1] - t[0] > LEAST:
+        slope = np.polyfit(t, heading, 1)[0]
+        drift = float(abs(np.degrees(slope)) * 60.0)
+    return float(np.sqrt((tilt**2).mean())), float(np.sqrt((off**2).mean())), drift
+
+
+def main() -> None:
+    """Prints both tables."""
+    ratios: Ratios = defaultdict(lambda: defaultdict(list))
+    every = recordings()
+    for path in sorted((DATA / "broad").glob("*.mat")):
+        if "_undisturbed_" not in path.name:
+            rec = lh.read(path)
+            quat = np.nan_to_num(rec.truth.quat)
+            every.append((f"broad disturbed/{path.stem}", Known(rec, quat, np.abs(quat).sum(axis=1) > 0.5, True)))
+    for name, known in every:
+        report = examine(known.recording, name)
+        tilt, heading, drift = measured(known)
+        words = f"{name:46}"
+        if report.sigma_tilt is not None:
+            ratios[Path(name).parent.name]["tilt"].append(tilt / report.sigma_tilt)
+            words += f" tilt {report.sigma_tilt:5.2f} {tilt:5.2f} {tilt / report.sigma_tilt:5.2f}"
+        if report.sigma_heading is not None:
+            ratios[Path(name).parent.name]["heading"].append(heading / report.sigma_heading)
+            words += f"  heading {report.sigma_heading:5.1f} {heading:5.1f} {heading / report.sigma_heading:5.2f}"
+        if report.heading_drift is not None and drift is not None:
+            ratios[Path(name).parent.name]["drift"].append(drift / report.heading_drift)
+            words += f"  drift {report.heading_drift:5.2f} {drift:5.2f} {drift / report.heading_drift:5.2f}"
+        print(words, flush=True)
+    print(f"\n{'set':18} {'of':8} {'n':>3} {'mean':>6} {'least':>6} {'most':>6} {'within 2x':>9}")
+    for where, kinds in ratios.items():
+        for kind, found in kinds.items():
+            _row(where, kind, found)
+    for kind in ("tilt", "heading", "drift"):
+        _row("all", kind, [one for kinds in ratios.values() for one in kinds[kind]])
+
+
+def _row(where: str, kind: str, found: list[float]) -> None:
+    values = np.array(found)
+    if len(values):
+        mean = np.exp(np.log(np.maximum(values, 1e-3)).mean())
+        near = ((values > 0.5) & (values < 2.0)).mean()
+        ends = f"{values.min():6.2f} {values.max():6.2f}"
+        print(f"{where:18} {kind:8} {len(values):3} {mean:6.2f} {ends} {100 * near:7.0f} %")
+
+
+if __name__ == "__main__":
+    main()
