@@ -1,5 +1,6 @@
 """``levelhead fuse LOG``: the main job, its files, its summary, its hints."""
 
+import importlib
 import re
 from pathlib import Path
 
@@ -252,3 +253,11 @@ def test_a_calibration_needs_a_filter_that_learns_and_a_file_that_is_one(refused
     assert "there is no folder" in refused(
         "fuse", log, "--filter", "ESKF", "--no-plot", "-o", out, "--save-calibration", missing
     )
+
+
+def test_parquet_is_proposed_where_csv_is_slow(levelhead, logs, tmp_path, monkeypatch):
+    monkeypatch.setattr(importlib.import_module("levelhead.cli.fuse"), "MANY", 500)
+    said = levelhead("fuse", logs / "hand.csv", "--no-plot", "-o", tmp_path)
+    assert "800 rows are large for CSV: --format parquet" in said.out
+    said = levelhead("fuse", logs / "hand.csv", "--no-plot", "--format", "parquet", "-o", tmp_path)
+    assert "large for CSV" not in said.out
