@@ -271,3 +271,23 @@ def polar_sensor_logger(folder: Path, m: Motion) -> Path:
         text = with_words(stamps, rows(ns(m) - 946_684_800 * 10**9, values, sep=";"), ";")
         write(folder / f"Polar_Sense_A1B2C3D4_20230504_123015_{name}.txt", head, text)
     return folder
+
+
+@dialect
+def nested_json_lines(folder: Path, m: Motion) -> Path:
+    """A web service's lines of JSON: an object in an object in each."""
+    made = []
+    for stamp, g, a in zip(ns(m) // 1_000_000, m.gyr.tolist(), m.acc.tolist(), strict=True):
+        imu = {"gyro": dict(zip("xyz", g, strict=True)), "accel": dict(zip("xyz", a, strict=True))}
+        made.append(json.dumps({"ts": int(stamp), "imu": imu}))
+    return write(folder / "log.jsonl", "\n".join(made))
+
+
+@dialect
+def phyphox_german(folder: Path, m: Motion) -> Path:
+    """phyphox on a phone that speaks German."""
+    for name, unit, values in (("Gyroskop", "rad/s", m.gyr), ("Beschleunigung", "m/s^2", m.acc),
+                               ("Lineare Beschleunigung", "m/s^2", m.linear)):  # fmt: skip
+        head = ",".join(f'"{word}"' for word in ("Zeit (s)", *(f"{axis} ({unit})" for axis in "XYZ")))
+        write(folder / f"{name}.csv", head, "\n", rows(m.t, values, form="%.9E"))
+    return folder

@@ -6,7 +6,7 @@ The first lines are looked at like a file; what was concluded (columns, units) t
 import json
 import math
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -328,7 +328,7 @@ def flattened(text: str) -> dict[str, float]:
             axes = "wxyz" if len(value) == 4 else "xyz"
             parts = {f"{name}_{axis}": part for axis, part in zip(axes, value, strict=False)}
         elif isinstance(value, dict):
-            parts = {f"{name}_{key}": part for key, part in value.items()}
+            parts = dict(_leaves(value, f"{name}_"))
         for key, part in parts.items():
             if part is None:
                 found[key] = math.nan
@@ -337,6 +337,15 @@ def flattened(text: str) -> dict[str, float]:
                     raise Garbage
                 found[key] = float(part)
     return found
+
+
+def _leaves(node: Mapping[str, object], prefix: str) -> Iterator[tuple[str, object]]:
+    """Names and values in objects within objects: {"gyro": {"x": 1}} in "imu" is imu_gyro_x."""
+    for key, value in node.items():
+        if isinstance(value, dict):
+            yield from _leaves(value, f"{prefix}{key}_")
+        else:
+            yield f"{prefix}{key}", value
 
 
 def _or_nothing(text: str) -> Mapping[str, float]:
