@@ -27,7 +27,7 @@ def test_products_of_rows_and_constants():
     assert_same(rotations.product(a, b), A * B)
     assert_same(rotations.product(a[0], b, a[1]), A[0] * B * A[1])
     assert rotations.product(a[0], b[0]).shape == (1, 4)
-    assert_same(rotations.between(a, b), A.inv() * B)
+    assert_same(rotations.relative_rotation(a, b), A.inv() * B)
 
 
 def test_rows_are_what_the_kernel_of_one_sample_gives():

@@ -234,35 +234,37 @@ class Calibration:
         """What was learned with ± 1σ, a line for each thing, and in the last line what this motion could not teach."""
         degrees, pairs = math.degrees(1.0), [(i, j) for i in range(3) for j in range(3) if i != j]
         scale, cross = ([(i, i) for i in range(3)], pairs)
-        told = [
-            _Told("gyroscope bias", self.gyr_bias, degrees, "°/s", _axes(), "neither rest nor enough motion"),
-            _Told("gyroscope scale", self.gyr_matrix, 100.0, "%", _axes(scale), "too little rotation about it"),
-            _Told("gyroscope cross-axis", self.gyr_matrix, 100.0, "%", _axes(cross), "too little rotation"),
-            _Told("accelerometer bias", self.acc_bias, 1.0, "m/s²", _axes(), "held in too few attitudes"),
+        quantities = [
+            _Words("gyroscope bias", self.gyr_bias, degrees, "°/s", _axes(), "neither rest nor enough motion"),
+            _Words("gyroscope scale", self.gyr_matrix, 100.0, "%", _axes(scale), "too little rotation about it"),
+            _Words("gyroscope cross-axis", self.gyr_matrix, 100.0, "%", _axes(cross), "too little rotation"),
+            _Words("accelerometer bias", self.acc_bias, 1.0, "m/s²", _axes(), "held in too few attitudes"),
         ]
         if self.acc_matrix is not None:
-            told += [
-                _Told("accelerometer scale", self.acc_matrix, 100.0, "%", _axes(scale), "held in too few attitudes"),
-                _Told(
+            quantities += [
+                _Words("accelerometer scale", self.acc_matrix, 100.0, "%", _axes(scale), "held in too few attitudes"),
+                _Words(
                     "accelerometer cross-axis", self.acc_matrix, 100.0, "%", _axes(cross), "held in too few attitudes"
                 ),
             ]
         if self.mag_matrix is not None:
-            told += [
-                _Told("magnetometer scale", self.mag_matrix, 100.0, "%", _axes(scale), "held in too few attitudes"),
-                _Told(
+            quantities += [
+                _Words("magnetometer scale", self.mag_matrix, 100.0, "%", _axes(scale), "held in too few attitudes"),
+                _Words(
                     "magnetometer cross-axis", self.mag_matrix, 100.0, "%", _axes(cross), "held in too few attitudes"
                 ),
             ]
         if self.mag_offset is not None:
-            told.append(_Told("magnetometer offset", self.mag_offset, 1.0, "µT", _axes(), "held in too few attitudes"))
-        told += [
-            _Told(block.meaning, part, 1.0, block.unit, _flat(block.shape), "too little motion")
+            quantities.append(
+                _Words("magnetometer offset", self.mag_offset, 1.0, "µT", _axes(), "held in too few attitudes")
+            )
+        quantities += [
+            _Words(block.meaning, part, 1.0, block.unit, _flat(block.shape), "too little motion")
             for name, block in QUANTITIES.items()
             if name not in IN_WORDS and (part := self._parts()[name]) is not None
         ]
-        lines = [line for line in map(_found, told) if line]
-        missing = [words for words in map(_missing, told) if words]
+        lines = [line for line in map(_found, quantities) if line]
+        missing = [words for words in map(_reasons_missing, quantities) if words]
         if self.mag_delay is not None:
             delay, sigma = 1e3 * self.mag_delay.value[0], 1e3 * self.mag_delay.sigma[0]
             if self.mag_delay.known[0]:
@@ -301,7 +303,7 @@ def _matrix(part: Quantity | None) -> Mat3:
     return Mat3(*(np.zeros(9) if part is None else part.value.ravel()).tolist())
 
 
-class _Told(NamedTuple):
+class _Words(NamedTuple):
     """How a quantity is said: its factor to a unit, the names of its numbers, and why it may be unknown."""
 
     name: str
@@ -324,20 +326,20 @@ def _flat(shape: tuple[int, ...]) -> dict[str, tuple[int, ...]]:
     return {",".join(map(str, at)): at for at in np.ndindex(shape)}
 
 
-def _found(told: _Told) -> str:
+def _found(quantity: _Words) -> str:
     """The numbers that were learned; empty where none was."""
-    part, factor = told.part, told.factor
-    known = [name for name, at in told.names.items() if part.known[at]]
-    said = [f"{name} {_pm(factor * part.value[told.names[name]], factor * part.sigma[told.names[name]])}"
+    part, factor = quantity.part, quantity.factor
+    known = [name for name, at in quantity.names.items() if part.known[at]]
+    said = [f"{name} {_pm(factor * part.value[quantity.names[name]], factor * part.sigma[quantity.names[name]])}"
             for name in known]  # fmt: skip
-    return f"{told.name} {', '.join(said)} {told.unit}" if said else ""
+    return f"{quantity.name} {', '.join(said)} {quantity.unit}" if said else ""
 
 
-def _missing(told: _Told) -> str:
+def _reasons_missing(quantity: _Words) -> str:
     """The numbers that were asked for and not learned, and why."""
-    part = told.part
-    names = [name for name, at in told.names.items() if part.unlearned[at] > 0.0 and not part.known[at]]
-    return f"{told.name} {' '.join(names)} ({told.why})" if names else ""
+    part = quantity.part
+    names = [name for name, at in quantity.names.items() if part.unlearned[at] > 0.0 and not part.known[at]]
+    return f"{quantity.name} {' '.join(names)} ({quantity.why})" if names else ""
 
 
 def _pm(value: float, sigma: float) -> str:

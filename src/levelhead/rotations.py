@@ -46,7 +46,7 @@ def product(*factors: Array) -> Array:
     return result
 
 
-def between(a: Array, b: Array) -> Array:
+def relative_rotation(a: Array, b: Array) -> Array:
     """(m, 4) a* ⊗ b: the rotation from a to b, in the axes of a."""
     return product(conjugate(a), b)
 

@@ -17,7 +17,7 @@ from levelhead.filters.contract import Filter, Output, Settling
 from levelhead.filters.parameters import Param, parameters
 from levelhead.kernels import quat, slerp, triad
 from levelhead.kernels.quat import Quat
-from levelhead.kernels.tilt import present
+from levelhead.kernels.tilt import is_present
 from levelhead.kernels.vec3 import ZERO, Vec3
 
 N = 3  # errors
@@ -66,7 +66,7 @@ def step(params: Matrices, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: fl
     attitude, p, k, seen = state
     attitude = quat.integrate(attitude, gyr, dt)
     trace = grow(p, params.noise * dt)
-    if present(acc):
+    if is_present(acc):
         for i in range(N):
             k[i] = p[i, 0] / (p[0, 0] + 0.1)
         for i in range(N):

@@ -18,7 +18,7 @@ from levelhead.filters.parameters import Param
 
 pytest.importorskip("viser", reason="viser is not installed (extra levelhead[view])")
 from levelhead.live import Health, Node, open_source
-from levelhead.publish.dashboard.chart_data import beside, tilt_of, two_sigma, unwrap, y_range
+from levelhead.publish.dashboard.chart_data import tilt_of, two_sigma, unwrap, unwrap_to, y_range
 from levelhead.publish.dashboard.node_view import NodeView
 from levelhead.publish.dashboard.page import sector
 from levelhead.publish.dashboard.parameter_panel import SliderScale
@@ -261,7 +261,7 @@ def test_curves_have_no_spikes_at_the_wrap():
     yaw[20] = math.nan
     smooth = unwrap(yaw[:, None])
     assert np.nanmax(np.abs(np.diff(smooth[:, 0]))) == pytest.approx(7.0) and np.isnan(smooth[20, 0])
-    other = beside((yaw + 5.0)[:, None], smooth)
+    other = unwrap_to((yaw + 5.0)[:, None], smooth)
     np.testing.assert_allclose(np.delete(other - smooth, 20), 5.0, atol=1e-9)
 
 

@@ -153,7 +153,7 @@ class Accuracy:
         for (i, j), outcome in sorted(self.outcomes.items()):
             if outcome.failure:
                 found.setdefault((self.methods[j].name, outcome.failure), []).append(self.entries[i].name)
-        return [f"* {name} {why} on {_listed(where)}." for (name, why), where in found.items()]
+        return [f"* {name} {why} on {_name_some(where)}." for (name, why), where in found.items()]
 
     @property
     def long(self) -> list[dict[str, Cell]]:
@@ -243,7 +243,7 @@ def _plain(method: Method) -> dict[str, object] | None:
     return None if params is None else {"filter": filters.of(params).name, **params._asdict()}
 
 
-def _listed(names: Sequence[str], most: int = 3) -> str:
+def _name_some(names: Sequence[str], most: int = 3) -> str:
     rest = len(names) - most
     return ", ".join(names[:most]) + (f" and {rest} more" if rest > 0 else "")
 

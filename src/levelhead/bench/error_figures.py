@@ -9,7 +9,7 @@ from levelhead.bench.reference import SensorFrame
 from levelhead.evaluate.attitude_error import Errors, error_quaternion, heading_offset, split
 from levelhead.evaluate.score import rms, scored_rows
 from levelhead.recording import Array, Recording
-from levelhead.rotations import between, mean, turn_heading
+from levelhead.rotations import mean, relative_rotation, turn_heading
 
 WINDOW = 60.0  # s, over which heading drifts; half of a recording that is shorter than two of these
 STRIDE = 10.0  # s from one window to the next, a sixth of a shorter window
@@ -61,7 +61,7 @@ def measure(
     aligned = split(turn_heading(error, -heading_offset(error, rows)))
     plain = split(error) if absolute else aligned
     truth = recording.truth.quat if frame is None else frame.turn(recording.truth.quat)
-    rotated = split(_rotated(error_quaternion(quat[rows], truth[rows])))
+    rotated = split(_remove_mean_rotation(error_quaternion(quat[rows], truth[rows])))
     found = ErrorFigures(
         total=_degrees(plain.total[rows]),
         heading=_degrees(plain.heading[rows]),
@@ -83,9 +83,9 @@ def measure(
     )
 
 
-def _rotated(error: Array) -> Array:
+def _remove_mean_rotation(error: Array) -> Array:
     """(n, 4) errors without their mean rotation."""
-    return between(mean(error), error)
+    return relative_rotation(mean(error), error)
 
 
 def _degrees(values: Array) -> float:

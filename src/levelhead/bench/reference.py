@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from levelhead.recording import Array, Recording
-from levelhead.rotations import between, from_matrix, nearest, product
+from levelhead.rotations import from_matrix, nearest, product, relative_rotation
 
 SPAN = 0.1  # s of an increment
 LEAST, MOST = 0.005, 0.8  # rad: increments that say something, and those of first order
@@ -71,7 +71,7 @@ def _increments(recording: Recording) -> tuple[Array, Array, Array]:
     angle = np.cumsum(rate * steps[:, None], axis=0)
     spans = t[last] - t[first]
     known = ~np.isnan(quat[first, 0]) & ~np.isnan(quat[last, 0]) & (spans < 2.0 * SPAN)
-    change = between(quat[first[known]], quat[last[known]])
+    change = relative_rotation(quat[first[known]], quat[last[known]])
     change *= np.where(change[:, :1] < 0.0, -1.0, 1.0)
     vector = change[:, 1:]
     turned = 2.0 * vector * (1.0 + (vector * vector).sum(axis=1, keepdims=True) / 6.0)

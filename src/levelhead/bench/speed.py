@@ -68,7 +68,7 @@ def batch(mag: bool, samples: int, repeats: int, progress: Progress | None = Non
     cases = []
     for method in all_methods()[0]:
         few = samples if method.package == OURS else max(LEAST, samples // DIVISOR[method.package])
-        cases.append(Case(method.name, _whole(method, inputs.recording(few, mag=mag)), few))
+        cases.append(Case(method.name, _run_whole(method, inputs.recording(few, mag=mag)), few))
     timings = {one.name: one for one in time_interleaved(cases, repeats, progress)}
     rows = [_batch_row(one, timings) for one in timings.values()]
     return Table(
@@ -87,7 +87,7 @@ def batch(mag: bool, samples: int, repeats: int, progress: Progress | None = Non
     )
 
 
-def _whole(method: Method, recording: Recording) -> Callable[[], object]:
+def _run_whole(method: Method, recording: Recording) -> Callable[[], object]:
     if method.name == SMOOTHER:
         return lambda: smooth(recording)
     if method.package == OURS:
@@ -129,7 +129,7 @@ def _live_cases(mag: bool, count: int) -> list[Case]:
     rows = list(zip(*map(list, sensors), strict=True))
     tuples = list(zip(*(map(tuple, values.tolist()) for values in sensors), strict=True))
     peers = [_imufusion(sensors), _vqf(rows)]
-    cases = [Case(name, work, count) for name, work in zip(LIVE_PEERS, peers, strict=True) if _installed(name)]
+    cases = [Case(name, work, count) for name, work in zip(LIVE_PEERS, peers, strict=True) if _is_installed(name)]
     if not mag:
         for params in (flt.params() for flt in filters.ALL if flt.axis is not None):
             cases.append(Case(f"AxisStream({type(params).__name__})", _axis(params, count), count))
@@ -140,7 +140,7 @@ def _live_cases(mag: bool, count: int) -> list[Case]:
     return cases
 
 
-def _installed(name: str) -> bool:
+def _is_installed(name: str) -> bool:
     return contenders.BY_NAME[name].installed
 
 

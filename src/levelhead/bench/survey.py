@@ -79,11 +79,11 @@ def _entry(path: Path, recording: Recording) -> Entry:
         duration=recording.duration,
         north=recording.truth.north and recording.mag is not None,
         magnetometer=recording.mag is not None,
-        missing=_missing(recording),
+        missing=_missing_sensors(recording),
     )
 
 
-def _missing(recording: Recording) -> str:
+def _missing_sensors(recording: Recording) -> str:
     incomplete = int((~recording.valid).sum())
     if recording.mag is not None:
         blind = int(np.isnan(recording.mag).any(axis=1).sum())

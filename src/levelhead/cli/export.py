@@ -67,7 +67,7 @@ def export(
     if single and double:
         raise LevelheadError("--float and --double contradict each other; give one of them")
     flt, mounted = filters.find(filter), AxisMap.parse(axes)
-    found = _tuned(flt, tuned)
+    found = _read_tuned(flt, tuned)
     params = with_noise(flt.params(**found.get("params", {})), noise)
     changes = parse_settings(set)
     params = params._replace(**changes) if changes else params
@@ -100,7 +100,7 @@ def export(
     print_line("written: " + ", ".join(str(path) for path in written))
 
 
-def _tuned(flt: filters.Filter, path: Path | None) -> Fields:
+def _read_tuned(flt: filters.Filter, path: Path | None) -> Fields:
     """A filter from a JSON file: "filter" and "params", perhaps "guard"; of a sweep its minimum counts.
 
     Raises:

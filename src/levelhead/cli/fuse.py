@@ -99,7 +99,7 @@ class Wish:
     quiet: bool
 
 
-class Fused(NamedTuple):
+class FusionResult(NamedTuple):
     """One log, fused and written."""
 
     recording: "Recording"
@@ -185,7 +185,7 @@ def fuse(
         print_line(f"{len(done.track):,} rows are large for CSV: --format parquet writes and reads them much faster")
 
 
-def _facts(done: Fused) -> Fields:
+def _facts(done: FusionResult) -> Fields:
     from levelhead.publish.summary import facts
 
     said = facts(done.recording, done.track, done.score, done.guard)
@@ -236,7 +236,7 @@ def fuse_several(logs: Sequence[Path], out: Path, wish: Wish, verbose: bool) -> 
         raise LevelheadError(f"{len(failed)} of {len(logs)} logs failed: {'; '.join(failed)}")
 
 
-def _fuse_one(log: Path, out: Path, name: str, wish: Wish) -> Fused:
+def _fuse_one(log: Path, out: Path, name: str, wish: Wish) -> FusionResult:
     """Reads, fuses and writes one log."""
     from levelhead.publish.progress import progress
 
@@ -270,7 +270,7 @@ def _fuse_one(log: Path, out: Path, name: str, wish: Wish) -> Fused:
     if wish.save_calibration is not None and track.calibration is not None:
         track.calibration.save(wish.save_calibration)
         written.append(wish.save_calibration)
-    return Fused(recording, track, score, guard, written)
+    return FusionResult(recording, track, score, guard, written)
 
 
 def node_filter(live: ReadOnlyFields, guard: Guard | None, words: Sequence[str]) -> tuple[Params, Guard | None]:

@@ -41,7 +41,7 @@ def declare(record: type) -> Any:  # Any: mypy takes no Protocol for a type[T]
     return Namespace(record)
 
 
-def _declared(record: type) -> Iterator[tuple[str, KernelFunction | None]]:
+def _declarations(record: type) -> Iterator[tuple[str, KernelFunction | None]]:
     """Name and declaration of each hook; None for a constant."""
     for name in record.__annotations__:
         yield name, None
@@ -60,7 +60,7 @@ def fill(namespace: object, owner: str, **members: KernelFunction | int | None) 
     """
     assert isinstance(namespace, Namespace)
     record: type = namespace._record
-    declared = dict(_declared(record))
+    declared = dict(_declarations(record))
     for name in members:
         if name not in declared:
             raise TypeError(f"{record.__name__} of {owner}: there is no '{name}'; {nearest(name, list(declared))}")

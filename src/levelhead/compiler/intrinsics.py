@@ -26,7 +26,7 @@ def zeros(count: int) -> NDArray[np.float64]:
     return np.zeros(count)
 
 
-def _spread(builder: Builder, number: LlvmValue) -> LlvmValue:
+def _broadcast(builder: Builder, number: LlvmValue) -> LlvmValue:
     """A vector of one number."""
     undefined = ir.Constant(VECTOR, ir.Undefined)
     first = builder.insert_element(undefined, number, ir.Constant(ir.IntType(32), 0))
@@ -63,7 +63,7 @@ def add_scaled(
         memory, to, weight, at, count = values
         data = context.make_array(signature.args[0])(context, builder, memory).data
         vectors = builder.and_(count, ir.Constant(INDEX, -WIDTH))
-        spread = _spread(builder, weight)
+        spread = _broadcast(builder, weight)
         steps = (ir.Constant(INDEX, 0), vectors, WIDTH, spread, VECTOR), (vectors, count, 1, weight, NUMBER)
         for start, stop, step, factor, kind in steps:
             with cgutils.for_range_slice(builder, start, stop, ir.Constant(INDEX, step), intp=INDEX) as (j, _):
@@ -101,7 +101,7 @@ def subtract_rows(
             sums.append(cgutils.alloca_once_value(builder, first))  # type: ignore[no-untyped-call]
         with cgutils.for_range(builder, count, intp=INDEX) as loop:
             here = builder.add(weight, builder.mul(loop.index, step))
-            factor = _spread(builder, builder.load(builder.gep(data, [here])))
+            factor = _broadcast(builder, builder.load(builder.gep(data, [here])))
             at = builder.add(row, builder.mul(loop.index, stride))
             for i, total in enumerate(sums):
                 product = builder.fmul(factor, builder.load(vector(at, i), align=8))

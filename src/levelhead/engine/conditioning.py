@@ -23,7 +23,7 @@ from levelhead.filters.observer_covariance import INTERVAL
 from levelhead.guard import Guard
 from levelhead.guard.detectors import NO_SAMPLES, DetectorState
 from levelhead.guard.rest import NO_SUMS, SlowMeans
-from levelhead.kernels.tilt import GAP_SECONDS, TURN, present
+from levelhead.kernels.tilt import GAP_SECONDS, TURN, is_present
 from levelhead.kernels.vec3 import ZERO, Vec3, add, scale, sub
 
 READING_LIMIT = 1e9  # rad/s, m/s², µT: beyond it a reading is missing; NaN and infinity fail the comparison too
@@ -161,7 +161,9 @@ def first_sample(gyr: Vec3, acc: Vec3, mag: Vec3, health: int) -> ConditionedSam
     means = SlowMeans(gyr, acc, False)
     _, _, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat, _, _, _ = NO_SAMPLES
     detected = DetectorState(NO_SUMS, means, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat, False, False, 0)
-    return ConditionedSample(gyr, acc, mag, 0.0, health, False, present(acc), False, 0.0, 0.0, 0.0, 0, detected, ZERO)
+    return ConditionedSample(
+        gyr, acc, mag, 0.0, health, False, is_present(acc), False, 0.0, 0.0, 0.0, 0, detected, ZERO
+    )
 
 
 @kernel
@@ -189,9 +191,9 @@ def condition(guard: Guard, sample: ConditionedSample, gyr: Vec3, acc: Vec3, mag
     if sigma_due(sample):
         since_sigma = 0.0
         corrected_by = 0
-    if present(acc):
+    if is_present(acc):
         corrected_by |= 1
-    if present(mag):
+    if is_present(mag):
         corrected_by |= 2
     if dt > GAP_SECONDS:
         health |= GAP
@@ -211,7 +213,7 @@ def condition(guard: Guard, sample: ConditionedSample, gyr: Vec3, acc: Vec3, mag
         mag,
         dt,
         health,
-        had_field or present(field),
+        had_field or is_present(field),
         True,
         rate_unknown,
         rate_age,

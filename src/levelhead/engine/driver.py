@@ -26,7 +26,7 @@ from levelhead.guard.rest import INTERVAL, is_resting
 from levelhead.guard.rest import update_rest as update_bias_at_rest
 from levelhead.kernels.arrays import Floats
 from levelhead.kernels.quat import Quat, up
-from levelhead.kernels.tilt import present
+from levelhead.kernels.tilt import is_present
 from levelhead.kernels.vec3 import ZERO, Vec3, sub
 
 FIRST_FIELD = 0.6  # rad², of a heading that was relative until now: 45°
@@ -215,7 +215,7 @@ def step_accelerated(settings: Settings, sample: ConditionedSample, run: FilterR
     estimate: Output = hooks.output(params, state)
     gyr = unbiased_rate(sample, gates, estimate.bias)
     gates = gate_force(guard, gates, estimate.quat, gyr, sample.acc, sample.detected.far_from_g, sample.dt)
-    if present(sample.acc) and is_accelerating(guard, gates):
+    if is_present(sample.acc) and is_accelerating(guard, gates):
         return step_gated(settings, sample, FilterRun(state, sample.health | ACC_REJECTED, gates, covariance), ZERO)
     return step_gated(settings, sample, FilterRun(state, sample.health, gates, covariance), sample.acc)
 

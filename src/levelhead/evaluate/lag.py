@@ -35,14 +35,14 @@ def _at(when: Array, t: Array, values: Array) -> Array:
     return np.stack([np.interp(when, t, row, np.nan, np.nan) for row in values])
 
 
-def _centred(values: Array) -> Array:
+def _centre_rows(values: Array) -> Array:
     """(k, m) without the columns that are not finite and without each row's mean."""
     values = values[:, np.isfinite(values).all(axis=0)]
     return values - values.mean(axis=1, keepdims=True) if values.shape[1] else values
 
 
 def _cost(tau: float, t: Array, truth: Array, when: Array, estimate: Array) -> float:
-    rest = _centred(estimate - _at(when - tau, t, truth))
+    rest = _centre_rows(estimate - _at(when - tau, t, truth))
     return float(np.mean(rest**2)) if rest.size else np.inf
 
 
@@ -68,7 +68,7 @@ def _step(
     good = np.isfinite(rest).all(axis=0) & np.isfinite(rate).all(axis=0)
     if good.sum() < BLOCKS:
         return None
-    rest, rate = _centred(rest[:, good]), _centred(rate[:, good])
+    rest, rate = _centre_rows(rest[:, good]), _centre_rows(rate[:, good])
     power = float(np.sum(rate**2))
     if power == 0.0:
         return None
@@ -105,7 +105,7 @@ def lag(t: Array, estimate: Array, truth: Array, rows: NDArray[np.bool_], with_h
     if len(chosen) < BLOCKS:
         return None
     true_signal = signal(truth, with_heading)
-    swing = _centred(true_signal[:, chosen])
+    swing = _centre_rows(true_signal[:, chosen])
     if sqrt(float(np.mean(np.sum(swing**2, axis=0)))) < MIN_MOTION:
         return None
 

@@ -73,7 +73,7 @@ def _bias(config: ExportConfig) -> dict[str, str]:
     }
 
 
-def _fed(config: ExportConfig, given: str) -> str:
+def _log_inputs(config: ExportConfig, given: str) -> str:
     """What the filter was fed with, into the log."""
     if not config.corrects:
         return RAW
@@ -83,7 +83,7 @@ def _fed(config: ExportConfig, given: str) -> str:
     return "\n".join(lines)
 
 
-def _mounted(config: ExportConfig) -> str:
+def _axes_remark(config: ExportConfig) -> str:
     """A remark on the axes."""
     if config.axes == IDENTITY:
         return ""
@@ -104,8 +104,8 @@ def _imu(config: ExportConfig) -> dict[str, str]:
     parts += ["  Serial.print(',');", "  Serial.print((long)out.health);"]
     return {
         "now": "",
-        "mounted": _mounted(config),
-        "fed": _fed(config, ", ".join(given)),
+        "mounted": _axes_remark(config),
+        "fed": _log_inputs(config, ", ".join(given)),
         "init": f"  {name}_init(&filter);",
         "update": "\n".join(update),
         "head": f"{READINGS},board_qw,board_qx,board_qy,board_qz,board_health",

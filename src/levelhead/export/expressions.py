@@ -139,7 +139,7 @@ class Expressions:
         if level < EQUAL:  # compilers ask for brackets around what people misread
             left = self.text(node.left, level if self._same(node.left, node.op) else UNARY)
             return f"{left} {sign} {self.text(node.right, UNARY)}", level
-        kept = isinstance(node.left, ast.BinOp) and self._known.source.bracketed(node.left)
+        kept = isinstance(node.left, ast.BinOp) and self._known.source.has_brackets(node.left)
         left = self._operand(node.left, kind, PRIMARY if kept else level)  # some brackets are there for the reader
         return f"{left} {sign} {self._operand(node.right, kind, level + 1)}", level
 
@@ -180,7 +180,7 @@ class Expressions:
             assert isinstance(struct, Struct)
             return f"({self._names.types.struct_name(struct)}){self.braces(node)}", PRIMARY
         if is_kernel(function):
-            text = f"{self._names.function(function)}({', '.join(self._passed(node, function))})"
+            text = f"{self._names.function(function)}({', '.join(self._pass_arguments(node, function))})"
             return (text, PRIMARY) if self._names.returned_parameter(function) is None else (f"*{text}", UNARY)
         return self._builtin(node, str(function.__name__)), PRIMARY
 
@@ -225,7 +225,7 @@ class Expressions:
         assert isinstance(struct, Struct)
         return f"({self._names.types.struct_name(struct)}){self.initializer(node)}", PRIMARY
 
-    def _passed(self, node: ast.Call, function: object) -> list[str]:
+    def _pass_arguments(self, node: ast.Call, function: object) -> list[str]:
         given = arguments(node, function)  # type: ignore[arg-type]
         passed = ["arrays"] if self._names.makes_arrays(function) else []
         for part, (kind, addressed) in zip(given, self._names.passed_parameters(function), strict=True):

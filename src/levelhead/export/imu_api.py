@@ -52,7 +52,7 @@ class ImuApi(CApi):
             "imu.functions.c",
             values=self._values(),
             components=sensor.components(self.config),
-            mounted=sensor.mounted(self.config),
+            mounted=sensor.axes_comment(self.config),
             table=sensor.prior_table(self.config, self.program),
             told=sensor.prior_start(self.config),
             begin=self.program.call(self.begin, ["filter->settings"]),
@@ -61,14 +61,14 @@ class ImuApi(CApi):
             ),
             result=self.program.call(self.result, ["filter->settings", "filter->carry.run"]),
             **{name: self.number(value) for name, value in CONSTANTS.items()},
-            **self._corrected(),
+            **self._correction_function(),
         )
         return {f"{self.name}.h": self._header(), f"{self.name}.c": source + self._copy()}
 
     def _values(self) -> str:
         return (join_lines(self._settings()) + self.correction.start()).rstrip()
 
-    def _corrected(self) -> dict[str, str]:
+    def _correction_function(self) -> dict[str, str]:
         """The function that corrects readings, and its use in an update; empty where nothing is corrected."""
         if not self.config.corrects:
             return {"corrected": "", "now": ""}

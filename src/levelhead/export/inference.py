@@ -137,7 +137,7 @@ class Inference:
         if len(node.targets) == 1 and isinstance(node.targets[0], ast.Tuple) and isinstance(node.value, ast.Tuple):
             self._pairwise(node.targets[0], node.value)
             return
-        kind = self._given(node.value)
+        kind = self._value_kind(node.value)
         for target in node.targets:
             self._set(target, kind)
 
@@ -194,7 +194,7 @@ class Inference:
         self.kinds[node] = kind
         return kind
 
-    def _given(self, node: ast.expr) -> Kind:
+    def _value_kind(self, node: ast.expr) -> Kind:
         """The kind of a value that somebody takes."""
         kind = self.of(node)
         if kind is VOID:
@@ -307,7 +307,7 @@ class Inference:
             return self._made(node, shape)
         called = self.resolve(node.func)
         if is_struct(called):
-            return self._constructed(node, self._program.types.struct(called))
+            return self._construct(node, self._program.types.struct(called))
         if is_kernel(called):
             callee = self._program.kernel(called, [self.of(part) for part in arguments(node, called)])
             self.calls.append(callee)
@@ -320,7 +320,7 @@ class Inference:
             raise self._refuse(node, f"{name} of {', '.join(map(describe, kinds)) or 'nothing'}")
         return INT if name in ("min", "max", "abs") and all(kind is INT for kind in kinds) else FLOAT
 
-    def _constructed(self, node: ast.Call, struct: Struct) -> Kind:
+    def _construct(self, node: ast.Call, struct: Struct) -> Kind:
         values = by_field(node, list(struct.fields))
         if values is None:
             raise self._refuse(node, f"{struct.name} has {len(struct.fields)} fields, each to be given once")

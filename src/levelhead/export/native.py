@@ -101,12 +101,12 @@ def reached_files(modules: Iterable[str]) -> set[str]:
         if path is None or path in found:
             continue
         found.add(path)
-        waiting |= _imported(path)
+        waiting |= _imports(path)
     return found
 
 
 @functools.cache
-def _imported(path: str) -> set[str]:
+def _imports(path: str) -> set[str]:
     """Names of the house that a file imports from, and which of them may be modules."""
     found: set[str] = set()
     for node in ast.walk(ast.parse((PACKAGE / path).read_text(encoding="utf-8"))):
@@ -153,7 +153,7 @@ def _length(kind: Kind) -> int:
     return length
 
 
-def getting(kind: Kind | None, path: str) -> str:
+def get_words(kind: Kind | None, path: str) -> str:
     """C that puts a value into the words ``to``."""
     lines, at = [], 0
     for place, leaf in leaves(kind, path):
@@ -168,7 +168,7 @@ def getting(kind: Kind | None, path: str) -> str:
 TAKEN: dict[Kind, str] = {FLOAT: "number", INT: "whole", BOOL: "whole != 0"}
 
 
-def setting(kind: Kind | None, path: str) -> str:
+def set_words(kind: Kind | None, path: str) -> str:
     """C that takes a value from the words ``from``."""
     lines, at = [], 0
     for place, leaf in leaves(kind, path):
@@ -220,9 +220,9 @@ class ImuUnit:
             "report": self.program.call(self.result, [whole[0], "filter->carry.run"]),
             "advance": self.program.call(self.advance, [*loop, *readings]),
             "result": self.program.call(self.result, ["settings", "carry.run"]),
-            "set_settings": setting(self.settings, "filter->settings"),
-            "set_carry": setting(self.carry, "filter->carry"),
-            "get_carry": getting(self.carry, "filter->carry"),
+            "set_settings": set_words(self.settings, "filter->settings"),
+            "set_carry": set_words(self.carry, "filter->carry"),
+            "get_carry": get_words(self.carry, "filter->carry"),
             "settings_words": words(self.settings),
             "settings_format": word_format(self.settings),
             "carry_words": words(self.carry),
@@ -274,9 +274,9 @@ class AxisUnit:
             "step_row": self.program.call(self.step, ["params", "state", *readings]),
             "read": self.program.call(self.read, ["filter->state"]),
             "read_row": self.program.call(self.read, ["state"]),
-            "set_params": setting(self.params, "filter->params"),
-            "set_state": setting(self.state, "filter->state"),
-            "get_state": getting(self.state, "filter->state"),
+            "set_params": set_words(self.params, "filter->params"),
+            "set_state": set_words(self.state, "filter->state"),
+            "get_state": get_words(self.state, "filter->state"),
             "report": join_lines(
                 f"{STEP * 2}to[{k}] = now.{variable(name)};" for k, name in enumerate(said.fields)
             ).rstrip(),

@@ -34,7 +34,7 @@ def _silent(part: Estimate) -> Estimate:
     return Estimate(*((0.0,) * len(numbers) for numbers in part))
 
 
-def _told(config: ExportConfig) -> Iterator[tuple[str, dict[Place, float]]]:
+def _prior_numbers(config: ExportConfig) -> Iterator[tuple[str, dict[Place, float]]]:
     """Quantity -> the numbers in the state by which a filter knows of it before its first sample."""
     if config.prior is None or config.flt.calibration is None:
         return
@@ -50,7 +50,7 @@ def _told(config: ExportConfig) -> Iterator[tuple[str, dict[Place, float]]]:
 def prior_table(config: ExportConfig, program: Program) -> str:
     """The numbers of the prior, to stand before the functions that need them; empty without one."""
     lines: list[str] = []
-    for name, numbers in _told(config):
+    for name, numbers in _prior_numbers(config):
         try:
             entries = [f"{{{at}, {program.types.number(number)}}}," for (_, at), number in numbers.items()]
         except OverflowError as error:
@@ -66,7 +66,7 @@ def prior_table(config: ExportConfig, program: Program) -> str:
 
 def prior_start(config: ExportConfig) -> str:
     """The lines that tell a filter, before its first sample, what is in the table; empty without one."""
-    lists = {path for _, numbers in _told(config) for path, _ in numbers}
+    lists = {path for _, numbers in _prior_numbers(config) for path, _ in numbers}
     if not lists:
         return ""
     (memory,) = lists
@@ -110,7 +110,7 @@ def frame(config: ExportConfig) -> str:
     return "sensor" if config.axes == IDENTITY else "body"
 
 
-def mounted(config: ExportConfig) -> str:
+def axes_comment(config: ExportConfig) -> str:
     """A comment on the axes; empty where they are those of the sensor."""
     if config.axes == IDENTITY:
         return ""

@@ -45,7 +45,7 @@ class Source:
     first: int
     text: str
 
-    def bracketed(self, node: ast.expr) -> bool:
+    def has_brackets(self, node: ast.expr) -> bool:
         """Whether the author put an expression in brackets of its own."""
         lines = self.text.encode().splitlines(keepends=True)
         offset = [0, *(sum(map(len, lines[: i + 1])) for i in range(len(lines)))]
@@ -78,7 +78,7 @@ def read(function: KernelFunction) -> Source:
     tree = ast.parse(text).body[0]
     if not isinstance(tree, ast.FunctionDef):
         raise LevelheadError(f"{function.__code__.co_filename}:{first}: a kernel is a function")
-    return Source(function, _Decided(function).visit(tree), comments(text), first, text)
+    return Source(function, _BranchPruner(function).visit(tree), comments(text), first, text)
 
 
 def constant(function: KernelFunction, test: ast.expr) -> bool | None:
@@ -96,7 +96,7 @@ def constant(function: KernelFunction, test: ast.expr) -> bool | None:
     return None
 
 
-class _Decided(ast.NodeTransformer):
+class _BranchPruner(ast.NodeTransformer):
     """Leaves out what a constant condition rules out."""
 
     def __init__(self, function: KernelFunction) -> None:

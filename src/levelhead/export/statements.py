@@ -36,9 +36,9 @@ class Body:
         self.lines: list[str] = []
         self._block(body, STEP)
         self.flush()
-        self.lines = self._unused() + self.lines
+        self.lines = self._discard_unread() + self.lines
 
-    def _unused(self) -> list[str]:
+    def _discard_unread(self) -> list[str]:
         """Parameters that C would warn about."""
         code = re.sub(r"/\*.*?\*/", "", "\n".join(self.lines), flags=re.DOTALL)
         unread = []

@@ -55,7 +55,7 @@ def _noise() -> Iterator[float]:
         yield round(state / 2**31 - 1.0, 4)
 
 
-def _turned(angle: float, v: tuple[float, float, float]) -> tuple[float, float, float]:
+def _roll_vector(angle: float, v: tuple[float, float, float]) -> tuple[float, float, float]:
     """A vector of the earth as a sensor sees it that has rolled by an angle."""
     x, y, z = v
     return x, y * math.cos(angle) + z * math.sin(angle), z * math.cos(angle) - y * math.sin(angle)
@@ -68,7 +68,7 @@ def samples() -> list[Sample]:
         rate = 0.0 if i < RESTING else 1.5 * math.sin(0.4 * (i - RESTING))
         angle += rate * STEP
         gyr = [0.01 + rate, -0.02, 0.005]
-        acc, mag = _turned(angle, (0.2, 0.0, 9.8)), _turned(angle, (3.0, 19.0, -45.0))
+        acc, mag = _roll_vector(angle, (0.2, 0.0, 9.8)), _roll_vector(angle, (3.0, 19.0, -45.0))
         found.append(
             Sample(
                 STEP,
@@ -77,10 +77,10 @@ def samples() -> list[Sample]:
                 Vec3(*(round(x + 0.3 * next(noise), 2) for x in mag)),
             )
         )
-    return [_disturbed(i, sample) for i, sample in enumerate(found)]
+    return [_disturb(i, sample) for i, sample in enumerate(found)]
 
 
-def _disturbed(i: int, sample: Sample) -> Sample:
+def _disturb(i: int, sample: Sample) -> Sample:
     """What goes wrong: readings missing, infinite and silent, time that stands still, a gap, a shock, a magnet."""
     dt, gyr, acc, mag = sample
     nowhere, silent = Vec3(NAN, NAN, NAN), Vec3(0.0, 0.0, 0.0)

@@ -31,7 +31,7 @@ def init(params: AccelTilt, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
 @kernel
 def step(params: AccelTilt, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> State:
     """φ = atan2(a_y, a_z), θ = atan2(−a_x, √(a_y² + a_z²)); a missing sample keeps the last attitude."""
-    if tilt.present(acc):
+    if tilt.is_present(acc):
         return init(params, gyr, acc, mag)
     return state
 

@@ -168,7 +168,7 @@ def init(params: BiasRateKalman, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
     p_bias = params.p_bias * DEG2
     p_bias_rate = params.p_bias_rate * DEG2
     tilted = diagonal(params.p_angle * DEG2, p_bias, p_bias_rate)
-    headed = diagonal(params.r_heading * DEG2 if tilt.present(mag) else 0.0, p_bias, p_bias_rate)
+    headed = diagonal(params.r_heading * DEG2 if tilt.is_present(mag) else 0.0, p_bias, p_bias_rate)
     return State(triad.initial_attitude(acc, mag), ZERO, ZERO, tilted, tilted, headed, 0)
 
 
@@ -185,7 +185,7 @@ def step(params: BiasRateKalman, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, 
     bias = add(state.bias, scale(state.bias_rate, running))
     bias_rate = state.bias_rate
     health = 0
-    if tilt.present(acc):
+    if tilt.is_present(acc):
         k_pitch = gain(pitch, params.r_measure * DEG2)
         y_pitch = tilt.pitch_innovation(up, acc)
         pitch = correct(pitch, k_pitch)
@@ -201,7 +201,7 @@ def step(params: BiasRateKalman, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, 
         attitude = tilt.add_roll_pitch(attitude, axis, k_roll.x * y_roll, k_pitch.x * y_pitch)
         bias = add(bias, tilt.in_sensor(axis, k_roll.y * y_roll, k_pitch.y * y_pitch))
         bias_rate = add(bias_rate, tilt.in_sensor(axis, k_roll.z * y_roll, k_pitch.z * y_pitch))
-    if tilt.present(mag) and health == 0:
+    if tilt.is_present(mag) and health == 0:
         k_heading = gain(heading, params.r_heading * DEG2)
         y_heading = tilt.heading_innovation(attitude, mag)
         heading = correct(heading, k_heading)

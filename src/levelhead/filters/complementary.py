@@ -29,7 +29,7 @@ from levelhead.kernels import quat, slerp, triad
 from levelhead.kernels.angle import blend, wrap
 from levelhead.kernels.lowpass import AGE_LIMIT, advance_age, lowpass_weight
 from levelhead.kernels.quat import Quat
-from levelhead.kernels.tilt import present
+from levelhead.kernels.tilt import is_present
 from levelhead.kernels.vec3 import ZERO, Vec3, norm
 from levelhead.units import GRAVITY
 
@@ -156,14 +156,14 @@ def trust_time(params: Complementary, acc: Vec3) -> float:
 @kernel
 def init(params: Complementary, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
     """Tilt and heading of the first sample."""
-    return State(triad.initial_attitude(acc, mag), AGE_LIMIT, 0.0 if present(mag) else NEVER)
+    return State(triad.initial_attitude(acc, mag), AGE_LIMIT, 0.0 if is_present(mag) else NEVER)
 
 
 @kernel
 def followed(state: State, mag: Vec3, dt: float) -> float:
     """Seconds since the first field, or a gap: a magnetometer may come later than the accelerometer."""
     if state.heading_age < 0.0:
-        return 0.0 if present(mag) else NEVER
+        return 0.0 if is_present(mag) else NEVER
     return advance_age(state.heading_age, dt)
 
 
@@ -173,9 +173,9 @@ def step(params: Complementary, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, d
     attitude = quat.integrate(state.quat, gyr, dt)
     age = advance_age(state.age, dt)
     headed = followed(state, mag, dt)
-    if present(acc):
+    if is_present(acc):
         attitude = slerp.level(attitude, acc, lowpass_weight(trust_time(params, acc), age, dt))
-    if present(mag):
+    if is_present(mag):
         attitude = slerp.turn_north(attitude, mag, lowpass_weight(params.tau_heading, headed, dt))
     return State(attitude, age, headed)
 

@@ -116,7 +116,7 @@ def gain(p: Covariance, r: float) -> Gain:
 
 
 @kernel
-def corrected(p: Covariance, k: Gain, r: float, with_joseph: bool) -> Covariance:
+def correct_covariance(p: Covariance, k: Gain, r: float, with_joseph: bool) -> Covariance:
     """Eq. 4."""
     return joseph(p, k, r) if with_joseph else correct(p, k)
 
@@ -136,7 +136,7 @@ def axis_step(params: Kalman, axis: Axis, level: float, rate: float, dt: float, 
     p = predict(Covariance(axis.p_level, axis.p_cross, axis.p_bias), dt, w.level, w.bias)
     k = gain(p, w.measurement)
     innovation = wrap(level - ahead, period)
-    p = corrected(p, k, w.measurement, params.joseph)
+    p = correct_covariance(p, k, w.measurement, params.joseph)
     return Axis(
         wrap(ahead + k.level * innovation, period),
         free,
@@ -160,7 +160,7 @@ def axis_read(axis: Axis) -> Axis:
 def init(params: Kalman, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
     """Tilt and heading of the first sample; a relative heading starts at 0 and is certain by definition."""
     tilted = Covariance(params.p_angle * DEG2, 0.0, params.p_bias * DEG2)
-    p_heading = params.r_heading * DEG2 if tilt.present(mag) else 0.0
+    p_heading = params.r_heading * DEG2 if tilt.is_present(mag) else 0.0
     headed = Covariance(p_heading, 0.0, params.p_bias * DEG2)
     return State(triad.initial_attitude(acc, mag), ZERO, tilted, tilted, headed, 0)
 
@@ -179,10 +179,10 @@ def step(params: Kalman, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: floa
     heading = predict_turn(params, state.heading, dt, w)
     bias = state.bias
     health = 0
-    if tilt.present(acc):
+    if tilt.is_present(acc):
         k_pitch = gain(pitch, w.measurement)
         y_pitch = tilt.pitch_innovation(up, acc)
-        pitch = corrected(pitch, k_pitch, w.measurement, params.joseph)
+        pitch = correct_covariance(pitch, k_pitch, w.measurement, params.joseph)
         k_roll = Gain(0.0, 0.0)
         y_roll = 0.0
         if tilt.steep(acc):
@@ -191,15 +191,15 @@ def step(params: Kalman, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: floa
             r_roll = w.measurement / tilt.roll_weight(up)
             k_roll = gain(roll, r_roll)
             y_roll = tilt.roll_innovation(up, acc)
-            roll = corrected(roll, k_roll, r_roll, params.joseph)
+            roll = correct_covariance(roll, k_roll, r_roll, params.joseph)
         axis = tilt.pitch_axis(up)
         attitude = tilt.add_roll_pitch(attitude, axis, k_roll.level * y_roll, k_pitch.level * y_pitch)
         bias = add(bias, tilt.in_sensor(axis, k_roll.bias * y_roll, k_pitch.bias * y_pitch))
-    if tilt.present(mag) and health == 0:
+    if tilt.is_present(mag) and health == 0:
         r_heading = params.r_heading * DEG2
         k_heading = gain(heading, r_heading)
         y_heading = tilt.heading_innovation(attitude, mag)
-        heading = corrected(heading, k_heading, r_heading, params.joseph)
+        heading = correct_covariance(heading, k_heading, r_heading, params.joseph)
         attitude = tilt.add_yaw(attitude, k_heading.level * y_heading)
         bias = add(bias, scale(up, k_heading.bias * y_heading))
     return State(attitude, bias, roll, pitch, heading, health)

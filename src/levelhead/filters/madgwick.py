@@ -89,14 +89,14 @@ def slope(seen: Vec3, expected: Vec3, earth: Vec3) -> Slope:
 def descent_direction(attitude: Quat, acc: Vec3, mag: Vec3) -> Slope:
     """(A) summed over gravity (25), (26) and field (29), (30); an absent sensor adds nothing."""
     x, y, z, scalar = 0.0, 0.0, 0.0, 0.0
-    if tilt.present(acc):
+    if tilt.is_present(acc):
         force = normalize(acc)
         up = quat.up(attitude)
         x, y, z, scalar = slope(force, up, Vec3(0.0, 0.0, 1.0))
         if dot(force, up) < 0.0:
             x, y, z = direction_error(force, up)
             return Slope(x, y, z, 0.0)
-    if tilt.present(mag):
+    if tilt.is_present(mag):
         seen = normalize(mag)
         h = quat.rotate(attitude, seen)
         if h.y < 0.0:
@@ -136,7 +136,7 @@ def step(params: Madgwick, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: fl
     attitude = integrate(state, gyr, dt)
     age = advance_age(state.age, dt)
     down = descent_direction(attitude, acc, mag)
-    sensors = 2.0 if tilt.present(mag) else 1.0
+    sensors = 2.0 if tilt.is_present(mag) else 1.0
     k = descent(params, down, sensors, dt)
     if age < START:
         k = max(k, min(lowpass_weight(START, age, dt), 1.0 / sensors))

@@ -92,7 +92,7 @@ def step(params: Mahony, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: floa
     tilt_error = direction_error(normalize(acc), up)
     kt = lowpass_weight(1.0 / params.kp, age, dt)
     yaw_error = ZERO
-    if tilt.present(mag):
+    if tilt.is_present(mag):
         kh = lowpass_weight(1.0 / (params.kp * params.k_mag), age, dt)
         if params.whole_field:
             yaw_error = field_error(attitude, mag)

@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 from levelhead.compiler.mark import kernel
 from levelhead.filters.contract import Gains
-from levelhead.kernels.tilt import GAP_SECONDS, UNIFORM, after_gap, bias_after_gap, present
+from levelhead.kernels.tilt import GAP_SECONDS, UNIFORM, after_gap, bias_after_gap, is_present
 from levelhead.kernels.two_state import Covariance, Gain, joseph, predict
 from levelhead.kernels.vec3 import Vec3
 from levelhead.units import DEGREE, GRAVITY
@@ -49,8 +49,8 @@ class ObserverCovariance(NamedTuple):
 @kernel
 def initial_covariance(acc: Vec3, mag: Vec3) -> ObserverCovariance:
     """After the first sample: the variance of one reading; a relative heading is right by definition."""
-    tilt = IRON if present(acc) else UNIFORM * UNIFORM
-    heading = IRON if present(mag) else 0.0
+    tilt = IRON if is_present(acc) else UNIFORM * UNIFORM
+    heading = IRON if is_present(mag) else 0.0
     return ObserverCovariance(Covariance(tilt, 0.0, TURN_ON), Covariance(heading, 0.0, TURN_ON), 0.0)
 
 
@@ -102,7 +102,7 @@ def update_covariance(
     share_tilt, bias_tilt, share_heading, bias_heading = gains
     often = 2.0 / dt
     if corrected_by & 1 != 0:
-        if present(acc):
+        if is_present(acc):
             x, y, z = acc
             off = HALF_PER_G2 * (x * x + y * y + z * z) - 0.5  # |a|/g − 1 to first order
             motion += dt / (SMOOTH + dt) * (off * off - motion)

@@ -167,7 +167,7 @@ def correct(state: State, acc: Vec3, r: float) -> State:
 def step(params: RollPitchKalman, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> State:
     """Predict, then correct by the accelerometer if there is one."""
     ahead = predict(params, state, gyr, dt)
-    if tilt.present(acc):
+    if tilt.is_present(acc):
         return correct(ahead, acc, params.r_measure * DEG2)
     return ahead
 

@@ -48,13 +48,13 @@ def init(params: Triad, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
     if params.field_first and triad.distinct(mag, acc):
         sine, cosine = sincos(params.dip * DEGREE)
         return State(triad.attitude(mag, acc, Vec3(0.0, cosine, -sine), Vec3(0.0, 0.0, 1.0)), True)
-    return State(triad.initial_attitude(acc, mag), tilt.present(mag))
+    return State(triad.initial_attitude(acc, mag), tilt.is_present(mag))
 
 
 @kernel
 def step(params: Triad, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> State:
     """The attitude of this sample; where something is missing that was there before, the last one is kept."""
-    if tilt.present(acc) and (tilt.present(mag) or not state.headed):
+    if tilt.is_present(acc) and (tilt.is_present(mag) or not state.headed):
         return init(params, gyr, acc, mag)
     return state
 

@@ -16,7 +16,7 @@ from levelhead.guard.params import Guard
 from levelhead.guard.rest import Rest, is_resting
 from levelhead.kernels import quat
 from levelhead.kernels.quat import Quat
-from levelhead.kernels.tilt import present
+from levelhead.kernels.tilt import is_present
 from levelhead.kernels.vec3 import ZERO, Vec3
 from levelhead.units import DEGREE
 
@@ -62,7 +62,7 @@ def gate_force(
 ) -> GuardState:
     """For how long the specific force has not been gravity: its norm is ``far_from_g``, and its direction is more than
     ``acc_angle`` from the vertical that the filter predicts."""
-    if not present(acc):
+    if not is_present(acc):
         return state
     rest, rejected, field = state
     if not far_from_g:
@@ -83,7 +83,7 @@ def gate(guard: Guard, state: GuardState, attitude: Quat, gyr: Vec3, mag: Vec3, 
     health = 0
     if is_resting(guard, state.rest):
         health = AT_REST
-    if GATES_FIELD and present(mag):
+    if GATES_FIELD and is_present(mag):
         rest, rejected, field = state
         field = update_field(guard, field, predict_up(attitude, gyr, dt), mag, dt)
         state = GuardState(rest, rejected, field)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from levelhead.compiler.mark import kernel
 from levelhead.guard.params import Guard
 from levelhead.kernels.lowpass import lowpass_weight
-from levelhead.kernels.tilt import present
+from levelhead.kernels.tilt import is_present
 from levelhead.kernels.vec3 import Vec3, dot, norm
 from levelhead.units import DEGREE
 
@@ -29,7 +29,7 @@ NO_FIELD = Field(0.0, 0.0, 0.0, 0.0)
 @kernel
 def initial_field(up: Vec3, mag: Vec3) -> Field:
     """The reference at the start, from which the heading was taken; ``up`` is the vertical in the sensor frame."""
-    if not present(mag):
+    if not is_present(mag):
         return NO_FIELD
     n = norm(mag)
     return Field(n, dot(up, mag) / n, FIRST_AGE, 0.0)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from levelhead.compiler.mark import kernel
 from levelhead.guard.params import Guard
 from levelhead.kernels.lowpass import lowpass_weight
-from levelhead.kernels.tilt import GAP_SECONDS, present
+from levelhead.kernels.tilt import GAP_SECONDS, is_present
 from levelhead.kernels.vec3 import ZERO, Vec3, add, sub
 from levelhead.units import DEGREE
 
@@ -106,7 +106,7 @@ def is_turn(guard: Guard, mean: Vec3, bias: Vec3, own: Vec3) -> bool:
     square = distance2(ZERO, mean)
     if square > limit * limit:
         return True
-    if not present(bias):
+    if not is_present(bias):
         return False
     known = add(bias, own)
     before = distance2(ZERO, known)

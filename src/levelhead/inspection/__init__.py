@@ -8,7 +8,7 @@ import numpy as np
 
 from levelhead.errors import LevelheadError
 from levelhead.inspection.behaviour import examine_bias, examine_delay, examine_noise
-from levelhead.inspection.findings import Finding, Report, ordered
+from levelhead.inspection.findings import Finding, Report, sort_findings
 from levelhead.inspection.physics import examine_axes, examine_field, examine_rest
 from levelhead.inspection.reading import from_reader
 from levelhead.inspection.spectrum import examine_spectra
@@ -87,7 +87,7 @@ def _findings(recording: Recording, before: list[Finding]) -> list[Finding]:
     with np.errstate(all="ignore"):
         for one in [*before, *_all(recording)]:
             found.setdefault(one.name, one)
-    return ordered(list(found.values()))
+    return sort_findings(list(found.values()))
 
 
 def _all(recording: Recording) -> Iterator[Finding]:

@@ -109,6 +109,6 @@ class Report:
         return "\n".join(lines)
 
 
-def ordered(findings: Sequence[Finding]) -> list[Finding]:
+def sort_findings(findings: Sequence[Finding]) -> list[Finding]:
     """The worst first; of equals, as they were found."""
     return sorted(findings, key=lambda one: SEVERITIES.index(one.severity))

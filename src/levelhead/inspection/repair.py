@@ -29,7 +29,7 @@ def write_repaired(report: Report, path: Path) -> None:
         raise LevelheadError("--fix writes Parquet, which needs pyarrow: pip install 'levelhead[formats]'") from None
     if report.recording is None:
         raise LevelheadError(f"{report.source} could not be read; there is nothing to repair")
-    recording, changes = repaired(report)
+    recording, changes = repair(report)
     columns: Fields = {"t [s]": recording.t}
     sensors = [("gyr", "rad/s", recording.gyr), ("acc", "m/s²", recording.acc)]
     if recording.mag is not None:
@@ -43,7 +43,7 @@ def write_repaired(report: Report, path: Path) -> None:
         pq.write_table(table, temporary)
 
 
-def repaired(report: Report) -> tuple[Recording, list[str]]:
+def repair(report: Report) -> tuple[Recording, list[str]]:
     """The recording, mended, and what was changed, in sentences."""
     recording = report.recording
     assert recording is not None

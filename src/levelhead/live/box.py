@@ -64,7 +64,7 @@ class BlackBox:
 
     def begin(self, config: ReadOnlyFields) -> None:
         """Writes the configuration, and from here on what comes."""
-        self._guarded(lambda: self._head(config))
+        self._run_safely(lambda: self._head(config))
         self._thread = threading.Thread(target=self._work, name="black box", daemon=True)
         self._thread.start()
 
@@ -92,12 +92,12 @@ class BlackBox:
     def _work(self) -> None:
         synced = time.monotonic()
         while not self._over.wait(EVERY):
-            self._guarded(self._flush)
+            self._run_safely(self._flush)
             if time.monotonic() - synced > SYNC and not self.failure:
                 synced = time.monotonic()
-                self._guarded(lambda: os.fdatasync(self._file.fileno()))
+                self._run_safely(lambda: os.fdatasync(self._file.fileno()))
 
-    def _guarded(self, work: Handle) -> None:
+    def _run_safely(self, work: Handle) -> None:
         """Nothing that happens to the disk may reach the node."""
         if self.failure:
             self._rows.clear()
@@ -113,7 +113,7 @@ class BlackBox:
         count = len(self._rows)
         now = time.time_ns()
         if count:
-            block = b"".join(_packed(*self._rows.popleft()) for _ in range(count))
+            block = b"".join(_pack_row(*self._rows.popleft()) for _ in range(count))
             self._writer.add_message(self._channels[SAMPLES], now, block, now)
             self.written += count
         while self._events:
@@ -128,8 +128,8 @@ class BlackBox:
         self._over.set()
         if self._thread is not None:
             self._thread.join()
-            self._guarded(self._flush)
-            self._guarded(self._writer.finish)
+            self._run_safely(self._flush)
+            self._run_safely(self._writer.finish)
         self._file.close()
         if self._thread is None:
             self.path.unlink(missing_ok=True)
@@ -141,7 +141,7 @@ class BlackBox:
         self.close()
 
 
-def _packed(seq: int, stamp: int, sample: Sample, said: Orientation | None) -> bytes:
+def _pack_row(seq: int, stamp: int, sample: Sample, said: Orientation | None) -> bytes:
     """A row of the file; the thread that writes makes it, and not the node."""
     mag, pressure, temperature = sample.mag, sample.pressure, sample.temperature
     flags = (0 if said is None else FUSED) | (0 if mag is None else MAG_NEW)

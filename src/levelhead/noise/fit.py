@@ -153,20 +153,20 @@ def fit(curve: AllanCurve) -> Coefficients:
     used = (curve.factor & (curve.factor - 1)) == 0  # one in an octave
     if not (curve.deviation[used] > 0.0).all():
         return _silent(curve)
-    result = _selected(curve, used)
+    result = _select_fit(curve, used)
     while _misfit(result) > MISFIT:
         shorter = used.copy()
         shorter[int(used.argmax())] = False
         if shorter.sum() < 6 or curve.tau[shorter][0] > MOST_FILTERED:
             break
-        without = _selected(curve, shorter)
+        without = _select_fit(curve, shorter)
         if _misfit(without) > 0.7 * _misfit(result):
             break
         used, result = shorter, without
     return _with_intervals(curve, used, result)
 
 
-def _selected(curve: AllanCurve, used: NDArray[np.bool_]) -> Fit:
+def _select_fit(curve: AllanCurve, used: NDArray[np.bool_]) -> Fit:
     """The fit without Q, which most sensors do not show, or with it where that is clearly better."""
     without, with_it = _minimise(curve, used, {QUANTISATION: 0.0}), _minimise(curve, used, {})
     return with_it if without.total - with_it.total > CLEARLY else without

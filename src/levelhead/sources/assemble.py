@@ -16,8 +16,8 @@ from levelhead.sources.conventions import points_down, whole_acceleration
 from levelhead.sources.field_check import field_turn, is_normalised
 from levelhead.sources.hints import MEANING, Hints, NeedsHints, Scale
 from levelhead.sources.names import RELATIVE, unit_in
-from levelhead.sources.scales import Evidence, acc_scale, declared, gyr_scale, mag_scale, settled, without_gravity
-from levelhead.sources.suggestion import suggested
+from levelhead.sources.scales import Evidence, acc_scale, find_scale, gyr_scale, list_units, mag_scale, without_gravity
+from levelhead.sources.suggestion import suggest
 from levelhead.sources.table import Column, Table, stack, words_of
 from levelhead.sources.truth import find_truth
 
@@ -54,13 +54,13 @@ def _assemble(table: Table, hints: Hints) -> Recording:
     gyr = _gyr(table, roles, hints, columns, clock.t, acc, evidence)
     mag = _mag(table, roles, hints, columns, evidence)
     if mag is not None and "mag" not in hints.map:
-        mag = _trusted(clock.t, gyr, mag, evidence)
+        mag = _check_field(clock.t, gyr, mag, evidence)
     truth = find_truth(table, roles, columns, notes)
     meta: dict[str, Any] = {
         "source": table.source,
         "notes": notes,
         "ignored": list(roles.ignored),
-        "units": settled(evidence.found),
+        "units": list_units(evidence.found),
         "columns": {role: [table.names[i] for i in positions] for role, positions in roles.columns.items()},
         "findings": evidence.findings,
     }
@@ -108,7 +108,7 @@ def _read(table: Table, hints: Hints) -> tuple[Roles, dict[int, Column]]:
                 context=table.context, filled=filled,
             )  # fmt: skip
         except LevelheadError as error:
-            raise first or suggested(error, table, hints) from None
+            raise first or suggest(error, table, hints) from None
         times = roles.columns.get("t", ())
         wanted = sorted({i for positions in roles.columns.values() for i in positions})
         columns = table.read(wanted, frozenset(times))
@@ -240,12 +240,12 @@ def _acc(table: Table, roles: Roles, hints: Hints, columns: dict[int, Column], e
     """The (n, 3) specific force in m/s²."""
     positions = roles.columns["acc"]
     values = _values("acc", table, positions, columns)
-    scale = declared("acc", table, roles, hints, evidence.notes)
+    scale = find_scale("acc", table, roles, hints, evidence.notes)
     gravity = stack(columns, roles.columns["gravity"]) if "gravity" in roles.columns else None
     values, scale = whole_acceleration(values, scale, gravity, [table.names[i] for i in positions], evidence)
     scale = acc_scale(values, scale, "acc" in hints.scale, table, evidence)
     evidence.found["acc"] = scale.name
-    scaled = _scaled("acc", values, scale, table, positions)
+    scaled = _scale_columns("acc", values, scale, table, positions)
     if "acc" not in hints.map and points_down([*table.names, *table.origin], scale, gravity, evidence):
         return -scaled
     return scaled
@@ -257,11 +257,11 @@ def _gyr(
     """The (n, 3) rates in rad/s; ``acc`` (n, 3) m/s² helps to judge their unit."""
     positions = roles.columns["gyr"]
     values = _values("gyr", table, positions, columns)
-    scale = declared("gyr", table, roles, hints, evidence.notes)
+    scale = find_scale("gyr", table, roles, hints, evidence.notes)
     mag = stack(columns, roles.columns["mag"]) if "mag" in roles.columns else None
     scale = gyr_scale(values, scale, "gyr" in hints.scale, t, acc, mag, table, evidence)
     evidence.found["gyr"] = scale.name
-    return _scaled("gyr", values, scale, table, positions)
+    return _scale_columns("gyr", values, scale, table, positions)
 
 
 def _mag(table: Table, roles: Roles, hints: Hints, columns: dict[int, Column], evidence: Evidence) -> Array | None:
@@ -278,7 +278,7 @@ def _mag(table: Table, roles: Roles, hints: Hints, columns: dict[int, Column], e
         evidence.notes.append("magnetometer: left out, because it is 0 on every row")
         evidence.findings["mag_zero"] = True
         return None
-    said = declared("mag", table, roles, hints, evidence.notes)
+    said = find_scale("mag", table, roles, hints, evidence.notes)
     relative = roles.units.get("mag") == RELATIVE
     if "mag" not in hints.scale and is_normalised(values):
         evidence.findings["mag_normalised"] = True
@@ -288,10 +288,10 @@ def _mag(table: Table, roles: Roles, hints: Hints, columns: dict[int, Column], e
         said, relative = None, True
     scale = mag_scale(values, said, relative, evidence)
     evidence.found["mag"] = RELATIVE if scale is None else scale.name
-    return values if scale is None else _scaled("mag", values, scale, table, positions)
+    return values if scale is None else _scale_columns("mag", values, scale, table, positions)
 
 
-def _trusted(t: Array, gyr: Array, mag: Array, evidence: Evidence) -> Array | None:
+def _check_field(t: Array, gyr: Array, mag: Array, evidence: Evidence) -> Array | None:
     """The field, or None if it does not turn with the body: then it would teach a wrong heading."""
     turn = field_turn(t, gyr, mag)
     if turn is None or not turn.unusable:
@@ -326,7 +326,7 @@ def _values(role: str, table: Table, positions: Sequence[int], columns: dict[int
     return values
 
 
-def _scaled(role: str, values: Array, scale: Scale, table: Table, positions: Sequence[int]) -> Array:
+def _scale_columns(role: str, values: Array, scale: Scale, table: Table, positions: Sequence[int]) -> Array:
     if scale.factor == scale.divisor == 1.0:
         return values
     scaled: Array = values * (scale.factor / scale.divisor)

@@ -99,7 +99,7 @@ def shared_name(names: Sequence[str]) -> str:
     return names[0][: [*same, False].index(False)].rstrip(" _.[(-/") or names[0]
 
 
-def grouped(
+def group_axes(
     role: str, known: Sequence[Name], filled: frozenset[int] | None
 ) -> tuple[list[dict[str, int]], list[dict[str, int]]]:
     """(complete sets of axes, incomplete ones) of the columns of a role, in the order of the file.
@@ -116,13 +116,15 @@ def grouped(
             axes.append({})
         axes[-1][name.axis] = i
     every = [axes for several in sets.values() for axes in several]
-    return [axes for axes in every if ordered(role, axes)], [axes for axes in every if not ordered(role, axes)]
+    return [axes for axes in every if order_positions(role, axes)], [
+        axes for axes in every if not order_positions(role, axes)
+    ]
 
 
 _AXES = {"q": ("wxyz", "0123", "1234")}
 
 
-def ordered(role: str, axes: Mapping[str, int]) -> tuple[int, ...]:
+def order_positions(role: str, axes: Mapping[str, int]) -> tuple[int, ...]:
     """The positions in the order x, y, z (w first for a quaternion); () if one is missing."""
     for letters in _AXES.get(role, ("xyz", "012", "123")):
         if set(letters) <= set(axes):

@@ -102,11 +102,11 @@ def seconds(
         LevelheadError: a stamp is missing or infinite, too few stamps increase; the line is named.
     """
     notes: list[str] = []
-    present = _present(stamps, table, name, notes)
+    present = _rows_with_stamp(stamps, table, name, notes)
     if present is not None:
         stamps = stamps[present]
     if declared is None:
-        declared, said = _concluded(stamps, table, name)
+        declared, said = _infer_unit(stamps, table, name)
         notes.append(said)
     findings: dict[str, object] = {}
     if isinstance(declared, str):
@@ -128,14 +128,14 @@ def seconds(
     if float(kept[-1]) - float(first) > 1e20 or abs(float(first)) > 1e20:
         raise LevelheadError(f"{table.source}, column '{name}': {kept[-1]:.6g} is no time; expected s, ms, us or ns")
     if abs(float(first)) * scale.factor / scale.divisor > _LONGEST_UPTIME:
-        t0 = float(_scaled(kept[:1].astype(np.float64), scale)[0])
+        t0 = float(_scale_stamps(kept[:1].astype(np.float64), scale)[0])
         kept = kept - first
         notes.append(f"time: starts at 0; the first stamp is {t0:.6f} s (meta['t0'])")
     rows = repaired.rows
     if present is not None:
         rows = present if rows is None else present[rows]
     return Clock(
-        _scaled(kept.astype(np.float64), scale), scale.name, t0, notes, rows, {**repaired.findings, **findings}
+        _scale_stamps(kept.astype(np.float64), scale), scale.name, t0, notes, rows, {**repaired.findings, **findings}
     )
 
 
@@ -154,7 +154,7 @@ def _plausible(stamps: Column, declared: str, name: str, notes: list[str], findi
     return other
 
 
-def _concluded(stamps: Column, table: Table, name: str) -> tuple[Scale | str, str]:
+def _infer_unit(stamps: Column, table: Table, name: str) -> tuple[Scale | str, str]:
     """(unit, sentence) of stamps whose unit nobody gives.
 
     Raises:
@@ -201,14 +201,14 @@ def _interval(stamps: Column) -> float:
     return step if step > 0.0 else float(steps[steps > 0].sum() / len(steps)) if (steps > 0).any() else 0.0
 
 
-def _scaled(values: Array, scale: Scale) -> Array:
+def _scale_stamps(values: Array, scale: Scale) -> Array:
     """Divides where it can: 12 ms / 1000 is the nearest number to 0.012, 12 × 0.001 is not always."""
     if scale.divisor == 1.0 and scale.factor < 1.0:
         return values / round(1.0 / scale.factor)
     return values * (scale.factor / scale.divisor)
 
 
-def _present(stamps: Column, table: Table, name: str, notes: list[str]) -> NDArray[np.intp] | None:
+def _rows_with_stamp(stamps: Column, table: Table, name: str, notes: list[str]) -> NDArray[np.intp] | None:
     """The rows that have a stamp; None: all.
 
     Raises:

@@ -51,7 +51,7 @@ def repair(stamps: Column, values: Array | None, session: int | None = None) -> 
                 f"has {len(wrong)} stamps out of order, the first in row {wrong[0]}; set between their neighbours"
             )
             findings["stamps_back"] = len(wrong)
-        elif (line := _wandering(stamps)) is not None:
+        elif (line := _fit_wandering_clock(stamps)) is not None:
             back = int((steps < 0).sum())
             away = float(np.abs(line - (stamps - stamps[0])).max())
             stamps = line + float(stamps[0])
@@ -74,7 +74,7 @@ def repair(stamps: Column, values: Array | None, session: int | None = None) -> 
             rows, stamps = rows[keep], stamps[keep]
             notes.append(f"repeats {len(equal)} stamps with the row before; these rows were left out")
         else:
-            stamps = _spread(stamps)
+            stamps = _spread_groups(stamps)
             notes.append(f"repeats {len(equal)} stamps with new numbers: samples came in bursts and were spread evenly")
     return Repair(stamps, None if len(rows) == len(steps) + 1 else rows, notes, findings)
 
@@ -116,7 +116,7 @@ def _longest_run(rows: NDArray[np.intp]) -> int:
     return int(np.diff(edges).max())
 
 
-def _wandering(stamps: Column) -> Array | None:
+def _fit_wandering_clock(stamps: Column) -> Array | None:
     """(n,) a straight line through stamps that step back and catch up again, from 0; None if they do not.
 
     The unit is not known here, so a step back must be small beside the whole and be made good by a step forward.
@@ -154,7 +154,7 @@ def _session(stamps: Column, wanted: int | None) -> tuple[NDArray[np.intp], str,
     return np.arange(starts[k], starts[k + 1]), words, starts[:-1].tolist()
 
 
-def _spread(stamps: Column) -> Column:
+def _spread_groups(stamps: Column) -> Column:
     """Stamps that groups of samples share, spread by straight lines between gaps."""
     first = stamps[0]
     offsets = (stamps - first).astype(np.float64)

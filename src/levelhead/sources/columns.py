@@ -11,9 +11,9 @@ from levelhead.sources.candidates import (
     Group,
     best_pair,
     best_partner,
-    grouped,
+    group_axes,
     made_group,
-    ordered,
+    order_positions,
     others,
     shared_name,
 )
@@ -70,11 +70,11 @@ def assign(
     known = [understand(name, context) for name in names]
     columns: dict[str, tuple[int, ...]] = {}
     notes: list[str] = []
-    _repeated(names, hints, known, source)
+    _refuse_repeated(names, hints, known, source)
     found: dict[str, list[Group]] = {}
     for role in ("t", "gyr", "acc", "mag", "q", "bias"):
         if role in hints:
-            if positions := _hinted(role, hints[role], known, source):
+            if positions := _hinted_columns(role, hints[role], known, source):
                 columns[role] = positions
         elif role == "t":
             if positions := _times(known, filled):
@@ -125,10 +125,10 @@ def _unknown_unit(raw: str) -> bool:
 def _groups(
     role: str, known: Sequence[Name], names: Sequence[str], context: str, filled: frozenset[int] | None
 ) -> list[Group]:
-    complete, _ = grouped(role, known, filled)
+    complete, _ = group_axes(role, known, filled)
     return [
         made_group(positions, [names[i] for i in positions], context)
-        for positions in (ordered(role, axes) for axes in complete)
+        for positions in (order_positions(role, axes) for axes in complete)
     ]
 
 
@@ -191,10 +191,12 @@ def _gravity(names: Sequence[str]) -> tuple[int, ...]:
             for axis in "xyz":
                 if axis in words and axis not in axes:
                     axes[axis] = i
-    return ordered("acc", axes)
+    return order_positions("acc", axes)
 
 
-def _repeated(names: Sequence[str], hints: Mapping[str, Sequence[str]], known: Sequence[Name], source: str) -> None:
+def _refuse_repeated(
+    names: Sequence[str], hints: Mapping[str, Sequence[str]], known: Sequence[Name], source: str
+) -> None:
     """Refuses a table in which a column of a sensor has the name of another one."""
     for i, name in enumerate(known):
         if name.role in {"gyr", "acc"} and name.role not in hints and names.index(names[i]) != i:
@@ -205,7 +207,7 @@ def _repeated(names: Sequence[str], hints: Mapping[str, Sequence[str]], known: S
 
 def _incomplete(role: str, known: Sequence[Name], source: str) -> None:
     """Refuses a sensor that lacks an axis; a magnetometer of one axis is left out."""
-    _, rest = grouped(role, known, None)
+    _, rest = group_axes(role, known, None)
     if not rest or role == "mag":
         return
     axes = max(rest, key=len)
@@ -219,8 +221,8 @@ def _incomplete(role: str, known: Sequence[Name], source: str) -> None:
 
 def _group(role: str, known: Sequence[Name], source: str) -> tuple[int, ...]:
     """The positions of the first complete set of axes; () if there is none."""
-    complete, _ = grouped(role, known, None)
-    return ordered(role, complete[0]) if complete else ()
+    complete, _ = group_axes(role, known, None)
+    return order_positions(role, complete[0]) if complete else ()
 
 
 def quaternion(wanted: str, names: Sequence[str], source: str) -> tuple[int, ...]:
@@ -237,7 +239,7 @@ def quaternion(wanted: str, names: Sequence[str], source: str) -> tuple[int, ...
     if len(listed) > 1:
         if len(listed) != WIDTH["q"]:
             raise LevelheadError(f"{source}: '{wanted}' names {len(listed)} columns; expected the four of a quaternion")
-        return _hinted("q", listed, known, source)
+        return _hinted_columns("q", listed, known, source)
     groups = quaternions(names)
     label = "".join(split(wanted))
     for name, found in groups.items():
@@ -258,13 +260,13 @@ def quaternions(names: Sequence[str]) -> dict[str, tuple[int, ...]]:
         name = understand(raw)
         if name.axis and name.role not in {"gyr", "acc", "mag", "t"}:
             groups.setdefault(_drop(split(raw), name.axis), {})[name.axis] = i
-    found = [positions for axes in groups.values() if (positions := ordered("q", axes))]
+    found = [positions for axes in groups.values() if (positions := order_positions("q", axes))]
     return {shared_name([names[i] for i in positions]): positions for positions in found}
 
 
-def _hinted(role: str, wanted: Sequence[str], known: Sequence[Name], source: str) -> tuple[int, ...]:
+def _hinted_columns(role: str, wanted: Sequence[str], known: Sequence[Name], source: str) -> tuple[int, ...]:
     if len(wanted) == 1 and WIDTH[role] > 1:
-        return _shared(role, wanted[0], known, source)
+        return _shared_columns(role, wanted[0], known, source)
     positions = tuple(_position(role, name, known, source) for name in wanted)
     if len(set(positions)) < len(positions):
         raise LevelheadError(f"{source}: map {role}={','.join(wanted)} names a column twice; expected {WIDTH[role]}")
@@ -289,7 +291,7 @@ def _without_unit(raw: str) -> str:
     return re.sub(r"\s*[(\[][^()\[\]]*[)\]]\s*$", "", raw).strip().lower()
 
 
-def _shared(role: str, wanted: str, known: Sequence[Name], source: str) -> tuple[int, ...]:
+def _shared_columns(role: str, wanted: str, known: Sequence[Name], source: str) -> tuple[int, ...]:
     """One name for all axes: the columns that have it before their axis."""
     label = "".join(split(wanted))
     axes: dict[str, int] = {}
@@ -297,7 +299,7 @@ def _shared(role: str, wanted: str, known: Sequence[Name], source: str) -> tuple
         words = split(name.raw)
         if name.axis and "".join(words) != label and _drop(words, name.axis) == label:
             axes[name.axis] = i
-    if found := ordered(role, axes):
+    if found := order_positions(role, axes):
         return found
     labels = dict.fromkeys(name.stem for name in known if name.axis)
     raise LevelheadError(

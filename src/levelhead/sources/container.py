@@ -34,12 +34,12 @@ def members(path: Path, suffixes: frozenset[str]) -> Iterator[list[Member]]:
         import tempfile  # longer than reading a short log, and only packed ones need it
 
         with tempfile.TemporaryDirectory(prefix="levelhead-") as folder:
-            yield _unzipped(path, Path(folder), suffixes)
+            yield _unzip(path, Path(folder), suffixes)
     elif path.suffix.lower() == ".gz":
         import tempfile
 
         with tempfile.TemporaryDirectory(prefix="levelhead-") as folder:
-            yield [_gunzipped(path, Path(folder))]
+            yield [_gunzip(path, Path(folder))]
     else:
         yield [Member(path, path.stem, str(path))]
 
@@ -59,7 +59,7 @@ def _in_folder(path: Path, suffixes: frozenset[str]) -> list[Member]:
     return found
 
 
-def _unzipped(path: Path, folder: Path, suffixes: frozenset[str]) -> list[Member]:
+def _unzip(path: Path, folder: Path, suffixes: frozenset[str]) -> list[Member]:
     import zipfile
 
     found: list[Member] = []
@@ -93,7 +93,7 @@ def _unzipped(path: Path, folder: Path, suffixes: frozenset[str]) -> list[Member
     return found
 
 
-def _gunzipped(path: Path, folder: Path) -> Member:
+def _gunzip(path: Path, folder: Path) -> Member:
     import gzip
 
     target = folder / f"0{Path(path.stem).suffix.lower() or '.txt'}"

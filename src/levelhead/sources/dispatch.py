@@ -63,7 +63,7 @@ def _read(file: Path, hints: Hints) -> Recording:
 
     try:
         with np.errstate(all="ignore"):  # numbers such as 1e308 may stand in any file
-            return _whole(file, hints) or recording(str(file), *_opened(file, hints))
+            return _read_own_file(file, hints) or recording(str(file), *_open_tables(file, hints))
     except (OSError, ValueError) as error:
         if isinstance(error, LevelheadError):
             raise
@@ -72,7 +72,7 @@ def _read(file: Path, hints: Hints) -> Recording:
         raise LevelheadError(f"cannot read {file}: it asks for more memory than there is") from None
 
 
-def _whole(file: Path, hints: Hints) -> Recording | None:
+def _read_own_file(file: Path, hints: Hints) -> Recording | None:
     """Files that hold a recording as levelhead wrote it; None for all others."""
     _check_there(file)
     if file.suffix.lower() == ".npz" and file.is_file():
@@ -88,7 +88,7 @@ def _whole(file: Path, hints: Hints) -> Recording | None:
     return None
 
 
-def _opened(file: Path, hints: Hints) -> tuple[list[Table], Hints]:
+def _open_tables(file: Path, hints: Hints) -> tuple[list[Table], Hints]:
     """The tables in a path, and the hints that are left for them."""
     _check_there(file)
     if (file / "metadata.yaml").is_file() or (file.is_file() and BY_SUFFIX.get(file.suffix.lower()) is _BAG):
@@ -114,17 +114,17 @@ def is_one_recording(folder: Path) -> bool:
 
     A file with both gyroscope and accelerometer in it is a recording by itself.
     """
-    from levelhead.sources.streams import joined, sensors_of
-    from levelhead.sources.windows import unrolled
+    from levelhead.sources.streams import join_tables, sensors_of
+    from levelhead.sources.windows import unroll
 
     if (folder / "metadata.yaml").is_file():
         return True
     try:
         with np.errstate(all="ignore"):
-            found, _ = _opened(folder, Hints())
+            found, _ = _open_tables(folder, Hints())
             if len(found) < 2 or any({"gyr", "acc"} <= sensors_of(table) for table in found):
                 return False
-            parts = joined(str(folder), [unrolled(table) for table in found])
+            parts = join_tables(str(folder), [unroll(table) for table in found])
     except (LevelheadError, OSError, ValueError):
         return False
     return any("gyr" in sensors_of(table) for table in parts)
@@ -176,7 +176,7 @@ def open_table(path: str | os.PathLike[str], hints: Hints) -> Table:
     if file.suffix.lower() == ".mcap" and file.is_file() and _is_box(file):
         raise LevelheadError(f"{file} has no columns; levelhead.read and levelhead fuse take it whole")
     try:
-        found, _ = _opened(file, hints)
+        found, _ = _open_tables(file, hints)
     except (OSError, ValueError) as error:
         if isinstance(error, LevelheadError):
             raise

@@ -8,7 +8,7 @@ import numpy as np
 
 from levelhead.errors import LevelheadError
 from levelhead.open_types import Fields, Handle
-from levelhead.sources.header import joined, looks_like_header, rate_in
+from levelhead.sources.header import join_names, looks_like_header, rate_in
 from levelhead.sources.hints import Hints
 from levelhead.sources.table import ArrayTable
 
@@ -52,7 +52,7 @@ def _table(rows: list[list[Handle]], sheet: str, shown: str) -> ArrayTable | Non
     header: list[list[str]] = []
     while above and looks_like_header(above[-1], width, False):
         header.insert(0, above.pop())
-    names = joined(header, width) if header else [str(i + 1) for i in range(width)]
+    names = join_names(header, width) if header else [str(i + 1) for i in range(width)]
     arrays: Fields = {}
     units: dict[int, str] = {}
     for i, name in enumerate(names):

@@ -4,7 +4,7 @@ import re
 from collections.abc import Sequence
 
 from levelhead import units
-from levelhead.sources.splitting import cells, is_number, trimmed
+from levelhead.sources.splitting import cells, is_number, trim
 
 _RATE = re.compile(
     r"(?:sampl\w*|update|output|data|logging|odr|imu)[ _-]*(?:rate|freq\w*)?\W{0,12}?(\d+(?:\.\d+)?)\s*hz"
@@ -49,7 +49,7 @@ def _words(text: str, delimiter: str) -> list[str]:
         row = re.sub(r"\s+(?=[\[(])", "\0", text).split()
         row = [cell.replace("\0", " ") for cell in row]
     else:
-        row = [cell.strip() for cell in trimmed(cells(text, delimiter))]
+        row = [cell.strip() for cell in trim(cells(text, delimiter))]
     return [cell.strip().strip("\"'").rstrip(":").strip() for cell in row]
 
 
@@ -69,7 +69,7 @@ def looks_like_header(row: Sequence[str] | None, width: int, comma: bool) -> boo
     return words > 0 and numbers <= 0.2 * len(filled) and (width < 3 or len(filled) >= 2)
 
 
-def joined(header: Sequence[Sequence[str]], width: int) -> list[str]:
+def join_names(header: Sequence[Sequence[str]], width: int) -> list[str]:
     """One name per column.
 
     Of several header lines, a group's name spreads over the blank cells behind it, a line that says the same for all

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from levelhead.errors import LevelheadError
-from levelhead.sources.lines import LONGEST, Garbage, flattened
+from levelhead.sources.lines import LONGEST, Garbage, flatten_json
 from levelhead.sources.splitting import is_comment, lines_of
 from levelhead.sources.table import ArrayTable
 
@@ -49,7 +49,7 @@ def json_lines(path: Path) -> JsonTable:
     rows, lines, notes = [], [], []
     for i, (number, line) in enumerate(given):
         try:
-            rows.append(flattened(line))
+            rows.append(flatten_json(line))
             lines.append(number)
         except Garbage:
             if 0 < i < len(given) - 1:

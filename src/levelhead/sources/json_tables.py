@@ -116,7 +116,7 @@ def _objects(objects: Sequence[dict[str, Any]], name: str, shown: str) -> Iterat
     groups: dict[str, list[dict[str, Any]]] = {}
     for item in objects:
         kind = str(item.get(key, "")) if key else name
-        groups.setdefault(kind, []).append(_flattened(item, ""))
+        groups.setdefault(kind, []).append(_flatten_object(item, ""))
     for kind, rows in groups.items():
         if len(rows) < _LEAST:
             continue
@@ -139,11 +139,11 @@ def _objects(objects: Sequence[dict[str, Any]], name: str, shown: str) -> Iterat
             yield ArrayTable(shown, arrays, context=kind, column_units=units)
 
 
-def _flattened(item: dict[str, Any], prefix: str) -> dict[str, Any]:
+def _flatten_object(item: dict[str, Any], prefix: str) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for key, value in item.items():
         if isinstance(value, dict):
-            found |= _flattened(value, f"{prefix}{key}_")
+            found |= _flatten_object(value, f"{prefix}{key}_")
         elif isinstance(value, list) and len(value) in (3, 4):
             axes = "xyz" if len(value) == 3 else "wxyz"
             found |= {f"{prefix}{key}_{axis}": part for axis, part in zip(axes, value, strict=True)}

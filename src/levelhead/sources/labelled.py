@@ -49,7 +49,7 @@ def parse(line: str) -> dict[str, float]:
         labels[-1] = (*labels[-1][:2], unit)
     if named == 0 or named < len(labels):
         return {}
-    return _named(labels)
+    return _name_labels(labels)
 
 
 def records(lines: Iterable[str]) -> Iterator[tuple[int, dict[str, float]]]:
@@ -111,7 +111,7 @@ def _leading_unit(text: str) -> tuple[str, str] | None:
     return None
 
 
-def _named(labels: Sequence[tuple[str, list[float], str]]) -> dict[str, float]:
+def _name_labels(labels: Sequence[tuple[str, list[float], str]]) -> dict[str, float]:
     groups: list[tuple[str | None, list[tuple[str, float]], str]] = []  # words before the axis, (name, number), unit
     for label, numbers, unit in labels:
         words = label.split()

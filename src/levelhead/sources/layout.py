@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from levelhead.errors import LevelheadError
 from levelhead.sources.encoding import Encoding, find_encoding
-from levelhead.sources.header import header_cells, joined, looks_like_header, rate_in
+from levelhead.sources.header import header_cells, join_names, looks_like_header, rate_in
 from levelhead.sources.splitting import (
     DELIMITERS,
     MISSING,
@@ -17,7 +17,7 @@ from levelhead.sources.splitting import (
     is_decimal_comma,
     is_number,
     lines_of,
-    trimmed,
+    trim,
 )
 from levelhead.sources.stamps import is_stamp
 
@@ -127,9 +127,9 @@ def layout_of(lines: Sequence[str], source: str, encoding: Encoding | None = Non
         torn = sum(numeric[:header_at])
     first, row = rows[start]
     if not header:
-        header = _commented(lines[:first], delimiter, width, comma)
-    names = joined(header, width) if header else [str(i + 1) for i in range(len(trimmed(row)))]
-    while names and not names[-1].strip() and len(trimmed(row)) < len(names):
+        header = _comment_names(lines[:first], delimiter, width, comma)
+    names = join_names(header, width) if header else [str(i + 1) for i in range(len(trim(row)))]
+    while names and not names[-1].strip() and len(trim(row)) < len(names):
         names.pop()
     preamble = tuple(lines[: content[header_at][0]] if header else lines[:first])
     below = [row for (_, row), data in zip(rows[start:], numeric[start:], strict=True) if data][:DATA]
@@ -141,7 +141,7 @@ def layout_of(lines: Sequence[str], source: str, encoding: Encoding | None = Non
 
 
 def _near(row: Sequence[str], width: int) -> bool:
-    return len(trimmed(row)) <= width <= len(row) or len(row) == width
+    return len(trim(row)) <= width <= len(row) or len(row) == width
 
 
 def _shape(lines: Sequence[str]) -> tuple[str, bool, str, int] | None:
@@ -160,7 +160,7 @@ def _shape(lines: Sequence[str]) -> tuple[str, bool, str, int] | None:
         if not data:
             continue
         width, count = Counter(len(row) for row in data).most_common(1)[0]
-        if delimiter == " " and comma and all(len(trimmed(row)) == 1 for row in data):
+        if delimiter == " " and comma and all(len(trim(row)) == 1 for row in data):
             continue
         score = (count if width > 1 else 0.1 * count, -order, width)
         if best is None or score > best[0]:
@@ -194,9 +194,9 @@ def _header_above(
 def _header_row(line: str, delimiter: str, width: int, strict: bool) -> list[str] | None:
     """The cells of a line above the numbers; a second or third line must have the delimiter of the numbers."""
     row = cells(line, delimiter)
-    if len(row) == width or (width > 1 and len(trimmed(row)) <= width <= len(row)):
+    if len(row) == width or (width > 1 and len(trim(row)) <= width <= len(row)):
         return [cell.strip().strip("\"'").rstrip(":").strip() for cell in row]
-    if width > 2 and not strict and len(row) in (width - 1, width + 1) and len(trimmed(row)) > 0.5 * width:
+    if width > 2 and not strict and len(row) in (width - 1, width + 1) and len(trim(row)) > 0.5 * width:
         return [cell.strip() for cell in row]
     return None if strict else header_cells(line, delimiter, width)
 
@@ -219,7 +219,7 @@ def _late_header(
     return None
 
 
-def _commented(lines: Sequence[str], delimiter: str, width: int, comma: bool) -> list[list[str]]:
+def _comment_names(lines: Sequence[str], delimiter: str, width: int, comma: bool) -> list[list[str]]:
     """The names in the last comment before the numbers that has as many cells (EuRoC, numpy.savetxt)."""
     for line in reversed([line for line in lines if line.strip() and is_comment(line)][-20:]):
         row = header_cells(line, delimiter, width) if width > 3 else None

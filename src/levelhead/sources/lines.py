@@ -69,7 +69,7 @@ class Lines:
         self._names: tuple[str, ...] = ()
         self._layout: Layout | None = None  # of CSV
         self._named: Callable[[str], Mapping[str, float]] = (
-            flattened  # of JSON and labelled text: a line as numbers by name
+            flatten_json  # of JSON and labelled text: a line as numbers by name
         )
         self._part: dict[str, float] = {}  # of a sample that stands on several lines: what came so far
         self._columns: dict[str, Column] = {}
@@ -154,7 +154,7 @@ class Lines:
             given = self._named(text)
             if not set(self._names) & set(given):
                 raise Garbage
-            if self._named is flattened:
+            if self._named is flatten_json:
                 return [given.get(name, math.nan) for name in self._names]
             return self._complete(given)
         found = cells(text, self._layout.delimiter)
@@ -181,7 +181,7 @@ class Lines:
         lines = [text for text, _ in self._seen]
         self._layout, self._part = None, {}
         if lines[-1].startswith("{"):
-            self._named = flattened
+            self._named = flatten_json
             self._names = tuple(dict.fromkeys(name for text in lines for name in _or_nothing(text)))
         elif labelled.looks_labelled(lines):
             self._named = labelled.parse
@@ -208,7 +208,7 @@ class Lines:
                     "expected CSV with a header, or JSON objects, one per line; check the speed of the line"
                 )
             return False
-        self._columns = self._concluded(rows)
+        self._columns = self._conclude(rows)
         return True
 
     def _laid_out(self) -> Layout | None:
@@ -239,7 +239,7 @@ class Lines:
             "(columns by number)"
         )
 
-    def _concluded(self, rows: Sequence[Row]) -> dict[str, Column]:
+    def _conclude(self, rows: Sequence[Row]) -> dict[str, Column]:
         values = np.array([row.values for row in rows], dtype=np.float64)
         names = list(self._names)
         arrays: Fields = {name: values[:, i] for i, name in enumerate(names)}
@@ -252,7 +252,7 @@ class Lines:
                 self.notes.append(NOTE)
         scale = hints.scale
         if "t" not in roles.columns:  # the host's clock stands in
-            arrays, hints = self._stamped(arrays, rows, hints)
+            arrays, hints = self._stamp_rows(arrays, rows, hints)
         else:
             arrays = _forward(arrays, names[roles.columns["t"][0]])
         said: Mapping[str, str] = assemble(ArrayTable(self.source, arrays), hints).meta["units"]
@@ -262,7 +262,7 @@ class Lines:
                 found[role] = Column(positions, _factor(role, scale.get(role), said))
         return found
 
-    def _stamped(self, arrays: ReadOnlyFields, rows: Sequence[Row], hints: Hints) -> tuple[Fields, Hints]:
+    def _stamp_rows(self, arrays: ReadOnlyFields, rows: Sequence[Row], hints: Hints) -> tuple[Fields, Hints]:
         # Lines come in bursts; samples are taken evenly.
         stamps = np.linspace(0.0, max(rows[-1].at - rows[0].at, SHORTEST * len(rows)), len(rows))
         return {"host_time_s": stamps, **arrays}, Hints({**hints.map, "t": ["host_time_s"]}, hints.scale)
@@ -309,7 +309,7 @@ def number(cell: str, comma: bool = False) -> float:
     return value
 
 
-def flattened(text: str) -> dict[str, float]:
+def flatten_json(text: str) -> dict[str, float]:
     """A JSON object as names and numbers: {"gyr": [1, 2, 3]} is gyr_x, gyr_y, gyr_z; {"acc": {"x": 1}} is acc_x.
 
     Raises:
@@ -350,6 +350,6 @@ def _leaves(node: Mapping[str, object], prefix: str) -> Iterator[tuple[str, obje
 
 def _or_nothing(text: str) -> Mapping[str, float]:
     try:
-        return flattened(text)
+        return flatten_json(text)
     except Garbage:
         return {}

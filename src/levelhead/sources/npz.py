@@ -72,10 +72,10 @@ def table(path: Path) -> ArrayTable:
     arrays = load_arrays(path)
     if _MARK in arrays and "t" in arrays:
         arrays["t [s]"] = arrays.pop("t")
-    return _tabulated(path, arrays)
+    return _tabulate(path, arrays)
 
 
-def _tabulated(path: Path, arrays: Mapping[str, NDArray[Any]]) -> ArrayTable:
+def _tabulate(path: Path, arrays: Mapping[str, NDArray[Any]]) -> ArrayTable:
     info = "\n".join(str(value) for value in arrays.values() if value.dtype.kind == "U" and value.size == 1)
     return tabulate(str(path), arrays, info)
 
@@ -114,7 +114,7 @@ def load_arrays(path: Path) -> dict[str, NDArray[Any]]:
         raise LevelheadError(f"{path} is not a .npz archive, or it is truncated or damaged") from None
 
 
-def _beside(kind: type[Pressure | Gnss], name: str, arrays: Mapping[str, NDArray[Any]]) -> Any:
+def _read_aiding_sensor(kind: type[Pressure | Gnss], name: str, arrays: Mapping[str, NDArray[Any]]) -> Any:
     """The sensor beside the IMU whose fields are there; None without stamps."""
     keys = [key.name for key in fields(kind)]
     found = {key: arrays[f"{name}_{key}"] for key in keys if f"{name}_{key}" in arrays}
@@ -143,7 +143,7 @@ def _own(path: Path, arrays: Mapping[str, NDArray[Any]]) -> Recording:
         known = {name: arrays[f"truth_{name}"] for name in _TRUTH if f"truth_{name}" in arrays}
         truth = Truth(arrays["truth_quat"], north=north, **known)
     try:
-        beside = {name: _beside(kind, name, arrays) for name, kind in _BESIDE.items()}
+        beside = {name: _read_aiding_sensor(kind, name, arrays) for name, kind in _BESIDE.items()}
         return Recording(
             arrays["t"], arrays["gyr"], arrays["acc"], arrays.get("mag"), truth, {**meta, "source": str(path)}, **beside
         )

@@ -28,7 +28,7 @@ Rows = list[tuple[int, list[float]]]  # stamp in ns, numbers
 Found = dict[tuple[str, str], Rows]  # (type, topic)
 
 
-def _needed() -> None:
+def _require_library() -> None:
     try:
         import rosbags.rosbag1
         import rosbags.rosbag2  # noqa: F401
@@ -61,7 +61,7 @@ def bag(path: Path, hints: Hints) -> ArrayTable:
     Raises:
         LevelheadError: rosbags is not installed, the bag is damaged, or has no Imu message, or several topics of them.
     """
-    _needed()
+    _require_library()
     found: Found = {}
     try:
         for topic, kind, arrived, message in _messages(path, (IMU, MAG)):
@@ -74,7 +74,7 @@ def bag(path: Path, hints: Hints) -> ArrayTable:
         raise
     except Exception as error:  # rosbags raises what its YAML, SQLite and MCAP readers raise
         raise LevelheadError(f"{path} is no ROS bag, or it is damaged: {str(error).splitlines()[0][:200]}") from None
-    imu, mag = (_chosen(path, kind, role, found, hints) for kind, role in ((IMU, "gyr"), (MAG, "mag")))
+    imu, mag = (_choose_topic(path, kind, role, found, hints) for kind, role in ((IMU, "gyr"), (MAG, "mag")))
     if imu is None:
         raise LevelheadError(f"{path} has no messages of type sensor_msgs/Imu with rates and accelerations")
     t = np.array([stamp for stamp, _ in imu])
@@ -84,7 +84,7 @@ def bag(path: Path, hints: Hints) -> ArrayTable:
     arrays |= dict(zip(names, values[:, :6].T, strict=True))
     arrays |= dict(zip((f"orientation_{axis}" for axis in "wxyz"), values[:, 6:].T, strict=True))
     if mag is not None:
-        placed = _placed(t, np.array([stamp for stamp, _ in mag]), np.array([row for _, row in mag]))
+        placed = _place_nearest(t, np.array([stamp for stamp, _ in mag]), np.array([row for _, row in mag]))
         arrays |= dict(zip((f"mag_{axis} [µT]" for axis in "xyz"), placed.T, strict=True))
     return ArrayTable(str(path), arrays)
 
@@ -104,7 +104,7 @@ def _field(message: Handle) -> list[float]:
     return [b.x * TESLA, b.y * TESLA, b.z * TESLA]
 
 
-def _chosen(path: Path, kind: str, role: str, found: Found, hints: Hints) -> Rows | None:
+def _choose_topic(path: Path, kind: str, role: str, found: Found, hints: Hints) -> Rows | None:
     topics = {topic: rows for (one, topic), rows in found.items() if one == kind}
     wanted = hints.map.get(role)
     if wanted is not None:
@@ -124,7 +124,7 @@ def _chosen(path: Path, kind: str, role: str, found: Found, hints: Hints) -> Row
     return next(iter(topics.values()), None)
 
 
-def _placed(t: Handle, stamps: Handle, field: Array) -> Array:
+def _place_nearest(t: Handle, stamps: Handle, field: Array) -> Array:
     """(n, 3) readings at the samples nearest in time, NaN elsewhere; a reading far from any sample is left out."""
     placed = np.full((len(t), 3), np.nan)
     step = median(np.diff(t)) if len(t) > 1 else float(NANO)
@@ -159,7 +159,7 @@ def write_bag(recording: Recording, path: str | os.PathLike[str], track: Track |
     Raises:
         LevelheadError: rosbags is not installed, the path cannot be written, the track is another recording's.
     """
-    _needed()
+    _require_library()
     if track is not None and not np.array_equal(track.t, recording.t):
         raise LevelheadError(
             f"the track has {len(track)} stamps that are not those of the recording ({len(recording)})"

@@ -40,7 +40,7 @@ class Evidence:
     acc_per_g: float | None = None
 
 
-def declared(role: str, table: Table, roles: Roles, hints: Hints, notes: list[str]) -> Scale | None:
+def find_scale(role: str, table: Table, roles: Roles, hints: Hints, notes: list[str]) -> Scale | None:
     """The scale that a hint gives, the file, or the custom of the program that wrote it; a hint wins."""
     said = roles.units.get(role) or table.units.get(role)
     if said is None and role not in hints.scale and role not in hints.map:
@@ -214,7 +214,7 @@ def _checked_gyr(
         why, unit = unit_inference.says_radians(t, scaled, acc), "rad/s"
     if why is None:
         if not hinted and scale.divisor == 1.0 and scale.factor in (1.0, DEGREE):
-            doubt = unit_inference.doubt(t, scaled * scale.factor, acc, DEGREE if scale.factor == DEGREE else 1.0)
+            doubt = unit_inference.doubt_unit(t, scaled * scale.factor, acc, DEGREE if scale.factor == DEGREE else 1.0)
             if doubt is not None:
                 other = "rad/s" if scale.factor == DEGREE else "deg/s"
                 evidence.findings["unit_doubtful"] = {"declared": scale.name, "other": other}
@@ -234,6 +234,6 @@ def _checked_gyr(
     return Scale(units.factor("gyr", unit), unit)
 
 
-def settled(found: Mapping[str, str]) -> Mapping[str, str]:
+def list_units(found: Mapping[str, str]) -> Mapping[str, str]:
     """The units found, in the order time, accelerometer, gyroscope, magnetometer."""
     return {role: found[role] for role in ("t", "acc", "gyr", "mag") if role in found}

@@ -25,7 +25,7 @@ def cells(line: str, delimiter: str) -> list[str]:
     return line.split(delimiter)
 
 
-def trimmed(row: Sequence[str]) -> list[str]:
+def trim(row: Sequence[str]) -> list[str]:
     """The row without blank cells at its end."""
     end = len(row)
     while end > 1 and not row[end - 1].strip():

@@ -10,13 +10,13 @@ import numpy as np
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array, Recording, median
 from levelhead.sources.assemble import assemble
-from levelhead.sources.candidates import Group, best_pair, best_partner, grouped, made_group, ordered
+from levelhead.sources.candidates import Group, best_pair, best_partner, group_axes, made_group, order_positions
 from levelhead.sources.clock import Candidate, choose, seconds
 from levelhead.sources.hints import MEANING, Hints, NeedsHints
 from levelhead.sources.names import split, understand, unit_in
 from levelhead.sources.scales import without_gravity
 from levelhead.sources.table import ArrayTable, Column, Table, words_of
-from levelhead.sources.windows import unrolled
+from levelhead.sources.windows import unroll
 
 NANO = 1_000_000_000
 _SLOW = 1.5  # the accelerometer's interval in gyroscope's ones from which the note says that values lie between
@@ -55,7 +55,7 @@ def recording(source: str, tables: Sequence[Table], hints: Hints) -> Recording:
     if hints.sensor is not None:
         named = [table for table in tables if hints.sensor.lower() in table.context.lower()]
         tables = named or tables
-    tables = joined(source, [unrolled(table) for table in tables])
+    tables = join_tables(source, [unroll(table) for table in tables])
     whole = [table for table in tables if {"gyr", "acc"} <= sensors_of(table)]
     if len(whole) == 1 or (whole and {Path(table.source).suffix for table in whole} and _one_file(whole)):
         return assemble(_with_mag(whole[0], tables, source), _without_sensor(hints, whole[0]))
@@ -65,7 +65,7 @@ def recording(source: str, tables: Sequence[Table], hints: Hints) -> Recording:
             f"{source} holds {len(whole)} recordings: {listed}{', …' if len(whole) > 4 else ''}; name one of them; "
             f"try: {_first(source, whole[0])}"
         )
-    return assemble(_merged(source, tables, hints), _without_names(hints))
+    return assemble(_merge_tables(source, tables, hints), _without_names(hints))
 
 
 def _first(source: str, table: Table) -> str:
@@ -86,7 +86,7 @@ def _with_mag(table: Table, tables: Sequence[Table], source: str) -> Table:
     if "mag" in sensors_of(table) or not any("mag" in sensors_of(other) for other in tables):
         return table
     try:
-        return _merged(source, [table, *[other for other in tables if other is not table]], Hints())
+        return _merge_tables(source, [table, *[other for other in tables if other is not table]], Hints())
     except LevelheadError:
         return table
 
@@ -112,7 +112,7 @@ def _without_names(hints: Hints) -> Hints:
 def sensors_of(table: Table) -> set[str]:
     """Which of "gyr", "acc", "mag" and "t" the names of a table's columns give."""
     known = [understand(name, table.context) for name in table.names]
-    found = {role for role in ("gyr", "acc", "mag") if grouped(role, known, None)[0]}
+    found = {role for role in ("gyr", "acc", "mag") if group_axes(role, known, None)[0]}
     return found | ({"t"} if any(name.role == "t" for name in known) else set())
 
 
@@ -121,14 +121,14 @@ def _streams(table: Table) -> list[Stream]:
     known = [understand(name, table.context) for name in table.names]
     found = []
     for role in ("gyr", "acc", "mag"):
-        for axes in grouped(role, known, None)[0]:
-            positions = ordered(role, axes)
+        for axes in group_axes(role, known, None)[0]:
+            positions = order_positions(role, axes)
             group = made_group(positions, [table.names[i] for i in positions], table.context)
             found.append(Stream(role, table, group))
     return found
 
 
-def joined(source: str, tables: Sequence[Table]) -> list[Table]:
+def join_tables(source: str, tables: Sequence[Table]) -> list[Table]:
     """Tables without a clock side by side with one that has a clock only, or with each other, if they are as long.
 
     One axis in each file, or time in a file of its own.
@@ -164,7 +164,7 @@ def joined(source: str, tables: Sequence[Table]) -> list[Table]:
     return [*(table for table in tables if table not in parts), merged] if sensors_of(merged) - {"t"} else list(tables)
 
 
-def _merged(source: str, tables: Sequence[Table], hints: Hints) -> ArrayTable:
+def _merge_tables(source: str, tables: Sequence[Table], hints: Hints) -> ArrayTable:
     """One table on the gyroscope's stamps: the accelerometer interpolated, the magnetometer at the nearest sample.
 
     Raises:
@@ -194,7 +194,7 @@ def _merged(source: str, tables: Sequence[Table], hints: Hints) -> ArrayTable:
     if not with_gravity and (gravity := _gravity_beside(tables, acc)) is not None:
         taken.append(gravity)
         clocks["gravity"] = _clock(gravity, hints, [], absolute=clocks["gyr"][2])
-    arrays = _aligned(source, taken, clocks, notes)
+    arrays = _align_streams(source, taken, clocks, notes)
     for role in ("gyr", "acc"):
         rest = [one for one in groups[role] if one.table is not (gyr if role == "gyr" else acc).table]
         if rest:
@@ -266,7 +266,7 @@ def _clock(one: Stream, hints: Hints, notes: list[str], absolute: bool) -> tuple
     return stamps, clock.rows, clock.t0 is not None
 
 
-def _aligned(
+def _align_streams(
     source: str, taken: Sequence[Stream], clocks: Mapping[str, tuple[Any, Any, bool]], notes: list[str]
 ) -> dict[str, Column]:
     """The streams as columns on the gyroscope's stamps."""
@@ -295,7 +295,7 @@ def _aligned(
         if one.role == "gyr":
             placed = values["gyr"][inside]
         elif one.role in ("acc", "gravity"):
-            placed = _between(kept, stamps, values[one.role], notes if one.role == "acc" else [])
+            placed = _interpolate(kept, stamps, values[one.role], notes if one.role == "acc" else [])
         else:
             placed = _nearest(kept, stamps, values["mag"])
         for axis, position, column in zip("xyz", one.group.positions, placed.T, strict=True):
@@ -309,7 +309,7 @@ def _unit(one: Stream, position: int) -> str | None:
     return one.table.column_units.get(position) or unit_in(one.table.names[position], role, one.table.source)
 
 
-def _between(t: Any, stamps: Any, values: Array, notes: list[str]) -> Array:
+def _interpolate(t: Any, stamps: Any, values: Array, notes: list[str]) -> Array:
     """(n, 3) ``values`` at other stamps, by straight lines; NaN in holes."""
     if len(t) == len(stamps) and (t == stamps).all():
         return values

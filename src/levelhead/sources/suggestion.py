@@ -15,7 +15,7 @@ ROWS = 20_000
 SURE = 0.75  # correlation of gravity's turn with the rates
 
 
-def suggested(error: LevelheadError, table: Table, hints: Hints) -> LevelheadError:
+def suggest(error: LevelheadError, table: Table, hints: Hints) -> LevelheadError:
     """The error, with a map of columns that look like a gyroscope and an accelerometer, if there are such.
 
     Gravity's length and its turn against the rates tell them, as in a file without a header. Names need not be known.
@@ -40,7 +40,7 @@ def suggested(error: LevelheadError, table: Table, hints: Hints) -> LevelheadErr
     if guess.t is not None and not any(name.role == "t" for name in known):
         roles["t"] = (guess.t,)
     found = {role: [table.names[wanted[k]] for k in positions] for role, positions in roles.items()}
-    return NeedsHints(f"{error}; by their numbers {_listed(found)} look like it", map=found)
+    return NeedsHints(f"{error}; by their numbers {_name_columns(found)} look like it", map=found)
 
 
 def _turns(values: Array, guess: Guess) -> bool:
@@ -52,5 +52,5 @@ def _turns(values: Array, guess: Guess) -> bool:
     return turn is not None and turn.correlation > SURE and turn.turned > 0.05
 
 
-def _listed(found: dict[str, list[str]]) -> str:
+def _name_columns(found: dict[str, list[str]]) -> str:
     return " and ".join(f"{', '.join(found[role])}" for role in ("gyr", "acc"))

@@ -10,7 +10,7 @@ import numpy as np
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array
 from levelhead.sources.layout import Layout, find_layout
-from levelhead.sources.splitting import MISSING, cells, is_comment, lines_of, trimmed
+from levelhead.sources.splitting import MISSING, cells, is_comment, lines_of, trim
 from levelhead.sources.stamps import NS, nanoseconds, over_midnight
 from levelhead.sources.table import Column
 
@@ -270,4 +270,4 @@ class _Rows:
 
 def is_headed(line: str, layout: Layout) -> bool:
     """Whether a line says the header again, as a device does that was reset."""
-    return tuple(cell.strip() for cell in trimmed(cells(line, layout.delimiter))) == layout.names
+    return tuple(cell.strip() for cell in trim(cells(line, layout.delimiter))) == layout.names

@@ -14,7 +14,7 @@ from levelhead.sources.splitting import is_comment
 from levelhead.sources.table import Table
 from levelhead.sources.text import TextTable
 from levelhead.sources.typed_rows import typed_tables
-from levelhead.sources.undress import undressed
+from levelhead.sources.undress import undress_text
 
 _BINARY = {
     b"\x89HDF\r\n\x1a\n": "HDF5 (.h5)", b"PK\x03\x04": "a ZIP archive (.zip, .npz, .xlsx)",
@@ -37,7 +37,7 @@ def tables(path: Path, shown: str, hints: Hints) -> Sequence[Table]:
             raise LevelheadError(
                 f"{shown} is named like text but is {what}; expected lines of numbers, or the right suffix"
             )
-    lines, encoding = _named(path, shown)
+    lines, encoding = _find_format(path, shown)
     content = [line for line in lines if line.strip() and not is_comment(line)]
     first = content[0].lstrip("\ufeff \t") if content else ""
     bracket = first[:1] in "{[" and first[:1] and '"' in "".join(content[:3])
@@ -45,7 +45,7 @@ def tables(path: Path, shown: str, hints: Hints) -> Sequence[Table]:
         from levelhead.sources.json_tables import tables as json_tables
 
         return json_tables(path, shown, hints)
-    if undressed("\n".join(content[:200])) is not None:
+    if undress_text("\n".join(content[:200])) is not None:
         return _tables_undressed(path, shown, hints, encoding)
     if looks_labelled(content[:40]):
         return [labelled_table(path, shown, encoding)]
@@ -63,7 +63,7 @@ def _tables_undressed(path: Path, shown: str, hints: Hints, encoding: Encoding) 
 
     from levelhead.sources.streams import in_memory
 
-    text = undressed(path.read_bytes()[encoding.skip :].decode(encoding.name, "replace"))
+    text = undress_text(path.read_bytes()[encoding.skip :].decode(encoding.name, "replace"))
     if text is None:
         raise LevelheadError(f"{shown} begins with sentences or stamps of a terminal, but does not go on with them")
     with tempfile.TemporaryDirectory(prefix="levelhead-") as folder:
@@ -72,7 +72,7 @@ def _tables_undressed(path: Path, shown: str, hints: Hints, encoding: Encoding) 
         return [in_memory(table, "") for table in tables(copy, shown, hints)]
 
 
-def _named(path: Path, shown: str) -> tuple[list[str], Encoding]:
+def _find_format(path: Path, shown: str) -> tuple[list[str], Encoding]:
     try:
         return first_lines(str(path))
     except LevelheadError as error:

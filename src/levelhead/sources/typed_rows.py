@@ -39,7 +39,7 @@ def typed_tables(path: Path, shown: str, content: Sequence[str], encoding: Encod
             return _split(path, shown, encoding, delimiter, key)
         if (key := _android_column(rows)) is not None:
             return _split(path, shown, encoding, delimiter, key, _ANDROID)
-        if _numbered(rows):
+        if _is_numbered(rows):
             return _by_numbers(path, shown, encoding, delimiter)
     return []
 
@@ -66,7 +66,7 @@ def _android_column(rows: Sequence[Sequence[str]]) -> int | None:
     return None
 
 
-def _commented(text: str, delimiter: str) -> dict[str, list[str]]:
+def _comment_names(text: str, delimiter: str) -> dict[str, list[str]]:
     """Names of columns that comments give: "% Gyroscope data: GYRO;SensorTimestamp(s);Gyr_X(rad/s)", "# Accel,t,x"."""
     names = {}
     for line in lines_of(text[:_HEAD]):
@@ -87,7 +87,7 @@ def _split(
     groups: dict[str, list[list[str]]] = {}
     header: list[str] | None = None
     text = path.read_bytes()[encoding.skip :].decode(encoding.name, "replace")
-    names = _commented(text, delimiter)
+    names = _comment_names(text, delimiter)
     for line in lines_of(text):
         row = [cell.strip() for cell in cells(line, delimiter)]
         if len(row) <= key + 1 or is_comment(line):
@@ -160,7 +160,7 @@ def _arrays(titles: Sequence[str], rows: Sequence[Sequence[str]]) -> tuple[dict[
     return arrays, units
 
 
-def _numbered(rows: Sequence[Sequence[str]]) -> bool:
+def _is_numbered(rows: Sequence[Sequence[str]]) -> bool:
     """Whether rows are a stamp and then 3, x, y, z, 4, x, y, z …: Android's "HyperIMU" and "IMU+GPS" apps."""
     both = sum(row[1] == "3" and len(row) > 8 and "4" in row[5:9] for row in rows if len(row) > 8)
     return both > 0.5 * len(rows)

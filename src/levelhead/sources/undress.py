@@ -19,7 +19,7 @@ _VECTORNAV = {  # VN-100 user manual, asynchronous ASCII messages
 }
 
 
-def undressed(text: str) -> str | None:
+def undress_text(text: str) -> str | None:
     """The text as a table, or None if its lines are dressed in no way that is known here."""
     lines = [line for line in lines_of(text) if line.strip()]
     sample = lines[:200]

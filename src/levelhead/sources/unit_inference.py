@@ -183,7 +183,7 @@ def gyr_unit(t: Array, gyr: Array, acc: Array, acc_per_g: float | None = None) -
     """The unit of (n, 3) ``gyr`` beside (n, 3) ``acc`` in m/s², which had ``acc_per_g`` counts, if counts."""
     turn = turn_of_gravity(t, gyr, acc)
     if turn is not None and turn.clear:
-        found = _proved(turn, acc_per_g)
+        found = _infer_from_turn(turn, acc_per_g)
         if found is not None:
             return found
     quiet = quiet_turn(t, gyr, acc)
@@ -217,7 +217,7 @@ def gyr_unit(t: Array, gyr: Array, acc: Array, acc_per_g: float | None = None) -
     return GyroscopeUnit(at_rest_unit, None, why)
 
 
-def _proved(turn: Turn, acc_per_g: float | None) -> GyroscopeUnit | None:
+def _infer_from_turn(turn: Turn, acc_per_g: float | None) -> GyroscopeUnit | None:
     """What a clear turn of gravity says."""
     if 0.5 < turn.scale < 2.0:
         return GyroscopeUnit("rad/s", None, f"gravity turns as it should (scale {turn.scale:.3f})")
@@ -264,7 +264,7 @@ def says_radians(t: Array, gyr: Array, acc: Array) -> str | None:
     return None
 
 
-def doubt(t: Array, rate: Array, acc: Array, factor: float) -> str | None:
+def doubt_unit(t: Array, rate: Array, acc: Array, factor: float) -> str | None:
     """Why the declared unit, in rad/s ``factor``, may be the other of deg/s and rad/s; None if nothing says so.
 
     ``rate`` (n, 3) rad/s by the declared unit, ``acc`` (n, 3) m/s². Weaker than ``says_degrees``: gravity's turn, noisy

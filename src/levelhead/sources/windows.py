@@ -10,7 +10,7 @@ _WIDTH = 16  # columns without names from which a row is a window
 _SAME = 0.2  # share of rows that begin with the end of the row before, from which windows overlap
 
 
-def unrolled(table: Table) -> Table:
+def unroll(table: Table) -> Table:
     """A table of windows as one column; any other table as it is."""
     names = list(table.names)
     role = understand(f"{table.context} {names[0]}" if names else "").role

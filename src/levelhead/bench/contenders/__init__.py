@@ -36,7 +36,7 @@ ALL: tuple[Contender, ...] = (
     Contender("vqf.BasicVQF", vqf_.basic),
     Contender("vqf.offlineVQF", vqf_.offline),
     Contender("imufusion.Ahrs", imufusion_.plain),
-    Contender("imufusion.Ahrs+", imufusion_.advanced),
+    Contender("imufusion.Ahrs+", imufusion_.run_advanced),
     Contender("ahrs.Madgwick", ahrs_.madgwick),
     Contender("ahrs.Mahony", ahrs_.mahony),
     Contender("ahrs.EKF", ahrs_.ekf),

@@ -26,14 +26,14 @@ def madgwick(recording: Recording) -> Array:
     """(n, 4) by Madgwick's gradient descent."""
     from ahrs.filters import Madgwick
 
-    return turn_heading(Madgwick(**_given(recording)).Q, QUARTER)
+    return turn_heading(Madgwick(**_arguments(recording)).Q, QUARTER)
 
 
 def mahony(recording: Recording) -> Array:
     """(n, 4) by Mahony's complementary filter."""
     from ahrs.filters import Mahony
 
-    found: Array = Mahony(**_given(recording)).Q
+    found: Array = Mahony(**_arguments(recording)).Q
     return found
 
 
@@ -41,7 +41,7 @@ def ekf(recording: Recording) -> Array:
     """(n, 4) by the extended Kalman filter."""
     from ahrs.filters import EKF
 
-    given = _given(recording)
+    given = _arguments(recording)
     given |= {name: values * DOWN for name, values in given.items() if name in ("gyr", "acc", "mag")}
     given["acc"] = -given["acc"]
     if recording.mag is not None:
@@ -53,14 +53,14 @@ def aqua(recording: Recording) -> Array:
     """(n, 4) by the algebraic quaternion algorithm."""
     from ahrs.filters import AQUA
 
-    return turn_heading(conjugate(AQUA(**_given(recording)).Q), QUARTER)
+    return turn_heading(conjugate(AQUA(**_arguments(recording)).Q), QUARTER)
 
 
 def complementary(recording: Recording) -> Array:
     """(n, 4) by the complementary filter of Euler angles."""
     from ahrs.filters import Complementary
 
-    return turn_heading(np.asarray(Complementary(**_given(recording)).Q), QUARTER)
+    return turn_heading(np.asarray(Complementary(**_arguments(recording)).Q), QUARTER)
 
 
 def dip(recording: Recording) -> float:
@@ -76,6 +76,6 @@ def from_ned(quat: Array) -> Array:
     return product(NED_TO_ENU, quat, FRD_TO_FLU)
 
 
-def _given(recording: Recording) -> Fields:
+def _arguments(recording: Recording) -> Fields:
     given = {"gyr": recording.gyr, "acc": recording.acc, "frequency": recording.rate}
     return given if recording.mag is None else given | {"mag": recording.mag}

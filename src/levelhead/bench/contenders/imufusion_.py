@@ -17,7 +17,7 @@ def plain(recording: Recording) -> Array:
     return _loop(recording, {})
 
 
-def advanced(recording: Recording) -> Array:
+def run_advanced(recording: Recording) -> Array:
     """(n, 4) by Ahrs with the additions of its advanced example: bias estimate, rejection of both references."""
     settings = {"acceleration_rejection": REJECTION, "magnetic_rejection": REJECTION, "rejection_timeout": TIMEOUT}
     return _loop(recording, settings)

@@ -18,7 +18,7 @@ from levelhead.evaluate.align.rotation_fit import Fit, huber_weights, trimmed_rm
 from levelhead.evaluate.align.series import MIN_SAMPLES, OrientationSeries, SeriesPair
 from levelhead.evaluate.lag import BLOCKS
 from levelhead.recording import Array
-from levelhead.rotations import angle, between, from_rotvec, product, rotvec, to_scipy
+from levelhead.rotations import angle, from_rotvec, product, relative_rotation, rotvec, to_scipy
 
 POINTS = 4_000  # instants fitted; more do not change the result
 _STEPS = 12
@@ -50,7 +50,7 @@ def refine(fit: Fit, shift: float, move_clock: bool, pairs: SeriesPair) -> Refin
         quat, known, rate = _rows(pairs, late, when)
         if len(quat) < MIN_SAMPLES:
             break
-        errors = rotvec(between(known, fit.apply(quat)))
+        errors = rotvec(relative_rotation(known, fit.apply(quat)))
         weights = huber_weights(np.linalg.norm(errors, axis=1))
         columns = [np.swapaxes(to_scipy(known).as_matrix(), 1, 2)[:, :, 3 - turns_earth :]] if turns_earth else []
         columns += [np.tile(np.eye(3), (len(quat), 1, 1))] if turns_sensor else []
@@ -59,7 +59,7 @@ def refine(fit: Fit, shift: float, move_clock: bool, pairs: SeriesPair) -> Refin
         fit, late = _update(fit, late, change, turns_earth, turns_sensor)
         if np.abs(change).max() < _DONE:
             break
-    return Refinement(fit._replace(trimmed=_trimmed(fit, pairs, late, when)), late, error if move_clock else None)
+    return Refinement(fit._replace(trimmed=_trim_pairs(fit, pairs, late, when)), late, error if move_clock else None)
 
 
 def _rows(pairs: SeriesPair, late: float, when: Array) -> tuple[Array, Array, Array]:
@@ -77,7 +77,7 @@ def rates(course: OrientationSeries, when: Array) -> Array:
     good = np.isfinite(before[:, 0]) & np.isfinite(after[:, 0])
     found = np.full((len(when), 3), np.nan)
     if good.any():
-        found[good] = rotvec(between(before[good], after[good])) / (2.0 * over)
+        found[good] = rotvec(relative_rotation(before[good], after[good])) / (2.0 * over)
     return found
 
 
@@ -104,7 +104,7 @@ def _update(fit: Fit, late: float, change: Array, turns_earth: int, turns_sensor
     return fit._replace(earth=earth, sensor=sensor), late + float(np.sum(change[turns_earth + turns_sensor :]))
 
 
-def _trimmed(fit: Fit, pairs: SeriesPair, late: float, when: Array) -> float:
+def _trim_pairs(fit: Fit, pairs: SeriesPair, late: float, when: Array) -> float:
     quat, known = pairs.at(late, when)
     good = np.isfinite(quat[:, 0]) & np.isfinite(known[:, 0])
-    return trimmed_rms(angle(between(known[good], fit.apply(quat[good]))))
+    return trimmed_rms(angle(relative_rotation(known[good], fit.apply(quat[good]))))

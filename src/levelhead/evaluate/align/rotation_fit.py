@@ -30,7 +30,18 @@ import numpy as np
 from levelhead.evaluate.align.quaternion_convention import TO_ENU, TO_REFERENCE, Convention
 from levelhead.evaluate.attitude_error import error_quaternion, heading_offset
 from levelhead.recording import Array
-from levelhead.rotations import ONE, about_up, angle, between, conjugate, from_matrix, mean, nearest, product, rotvec
+from levelhead.rotations import (
+    ONE,
+    about_up,
+    angle,
+    conjugate,
+    from_matrix,
+    mean,
+    nearest,
+    product,
+    relative_rotation,
+    rotvec,
+)
 
 Earth = Literal["none", "heading", "any"]
 Sensor = Literal["none", "any"]
@@ -106,7 +117,7 @@ def estimate_mounting(when: Array, estimate: Array, reference: Array) -> Array:
     """(4,) Y from eq. (2), of (m, 4) quaternions at the instants ``when``; 1 where nothing turns."""
     stride = round(_STRIDE / max(float(np.median(np.diff(when))), 1e-9))
     stride = min(max(stride, 1), len(when) // 2)
-    a, b = (rotvec(between(quat[:-stride], quat[stride:])) for quat in (estimate, reference))
+    a, b = (rotvec(relative_rotation(quat[:-stride], quat[stride:])) for quat in (estimate, reference))
     long, other = np.linalg.norm(a, axis=1), np.linalg.norm(b, axis=1)
     good = (long < _LONGEST_TURN) & (other < _LONGEST_TURN) & (when[stride:] - when[:-stride] < 3.0 * _STRIDE)
     weights = good / (1.0 + ((long - other) / _ALIKE) ** 2)
@@ -133,8 +144,8 @@ def fit(convention: Convention, freedom: Freedom, quat: Array, reference: Array,
     for _ in range(_ROUNDS * (1 + both) if freedom.cost else 1):
         earth = _earth(freedom.earth, product(estimate, sensor), reference, weights)
         if freedom.sensor == "any":
-            sensor = mean(between(product(earth, estimate), reference), weights)
-        errors = angle(between(reference, product(earth, estimate, sensor)))
+            sensor = mean(relative_rotation(product(earth, estimate), reference), weights)
+        errors = angle(relative_rotation(reference, product(earth, estimate, sensor)))
         weights = huber_weights(errors)
     return Fit(convention, freedom, earth, sensor, trimmed_rms(errors))
 

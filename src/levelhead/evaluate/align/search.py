@@ -22,7 +22,7 @@ from levelhead.evaluate.align.series import MIN_SAMPLES, OrientationSeries, Seri
 from levelhead.evaluate.align.time_shift import estimate_shift
 from levelhead.evaluate.score import rms
 from levelhead.recording import Array
-from levelhead.rotations import angle, between, conjugate, product, rotvec, to_scipy
+from levelhead.rotations import angle, conjugate, product, relative_rotation, rotvec, to_scipy
 
 POINTS = 1_000  # instants by which hypotheses are ranked
 _SHIFT_TOLERANCE = 2e-3  # s, a change of the shift that asks for another ranking
@@ -146,12 +146,12 @@ def _report(found: Refinement, fits: Sequence[Fit], pairs: SeriesPair, shift: bo
         sensor=_wxyz(chosen.sensor),
         shift=found.shift,
         shift_error=found.shift_error,
-        before=float(np.degrees(rms(angle(between(true, as_is))))),
-        after=float(np.degrees(rms(angle(between(reference, found.fit.apply(quat)))))),
+        before=float(np.degrees(rms(angle(relative_rotation(true, as_is))))),
+        after=float(np.degrees(rms(angle(relative_rotation(reference, found.fit.apply(quat)))))),
         trimmed=float(np.degrees(chosen.trimmed)),
         second_best=None if second is None else second.convention,
         second_best_trimmed=None if second is None else float(np.degrees(second.trimmed)),
-        spread=_spread(reference),
+        spread=_principal_turns(reference),
         samples=len(quat),
         shift_searched=shift,
     )
@@ -191,7 +191,7 @@ def _wxyz(quat: Array) -> Quaternion:
     return w, x, y, z
 
 
-def _spread(reference: Array) -> tuple[float, float, float]:
+def _principal_turns(reference: Array) -> tuple[float, float, float]:
     """RMS turn in ° about the principal axes of the motion, away from the mean orientation."""
     middle = to_scipy(reference).mean().as_quat(scalar_first=True)
     away = rotvec(product(conjugate(middle), reference))

@@ -99,7 +99,7 @@ def start(params: ESKF, m: Floats, acc: Vec3, mag: Vec3) -> State:
     m[at.TRAVEL_VARIANCE] = params.travel * params.travel
     attitude = triad.initial_attitude(acc, mag)
     field_norm = 0.0
-    if tilt.present(mag):
+    if tilt.is_present(mag):
         field_norm = start_field(params, m, attitude, mag)
     return State(attitude, field_norm, False, NO_CANDIDATE, 0, False, 0, m)
 
@@ -135,7 +135,7 @@ def step(params: ESKF, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float)
     add_imu(m, r, gyr, acc, dt)
     if m[at.AIDED] != 0.0:
         aiding.propagate_mean(m, 0.5 * dt)
-    if tilt.present(mag):
+    if tilt.is_present(mag):
         if field_norm == 0.0:
             field_norm = start_field(params, m, attitude, mag)
         add_mag(m, r, rate, mag, field_norm)

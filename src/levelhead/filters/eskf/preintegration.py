@@ -50,7 +50,7 @@ def add_imu(m: Floats, r: Mat3, gyr: Vec3, acc: Vec3, dt: float) -> None:
     m[at.INT_RATE + 2] += z * dt
     m[at.INT_RATE2] += (x * x + y * y + z * z) * dt
     m[at.BLOCK_TIME] += dt
-    if tilt.present(acc):
+    if tilt.is_present(acc):
         x, y, z = acc
         bias = at.MEAN + at.ACC_BIAS
         x, y, z = mat3.apply(r, Vec3(x - m[bias], y - m[bias + 1], z - m[bias + 2]))

@@ -40,7 +40,7 @@ def init(params: EKF, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
     """Tilt and heading of the first sample; a relative heading starts at 0 and is right by definition."""
     attitude = params.tilt_start * DEGREE
     bias = params.bias_start * DEGREE
-    heading = FIRST_HEADING if tilt.present(mag) else 0.0
+    heading = FIRST_HEADING if tilt.is_present(mag) else 0.0
     p = diagonal(attitude * attitude, heading, bias * bias)
     return State(triad.initial_attitude(acc, mag), ZERO, p, Vec3(0.0, 0.0, 1.0), 0.0, NO_SAMPLES, 0.0, 0.0, 0)
 
@@ -66,7 +66,7 @@ def step(params: EKF, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) 
     attitude = quat.integrate(attitude, Vec3(x - a, y - b, z - c), dt)
     age = advance_age(age, dt)
     sums = add_sample(sums, attitude, gyr, acc, mag, dt)
-    if tilt.present(acc):
+    if tilt.is_present(acc):
         force = lowpass_force(params, force, attitude, acc, age, dt)
     return State(attitude, bias, p, force, age, sums, acc_rejected, mag_rejected, health)
 

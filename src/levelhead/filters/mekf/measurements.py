@@ -45,12 +45,12 @@ def add_sample(sums: Sums, attitude: Quat, rate: Vec3, acc: Vec3, mag: Vec3, dt:
     time, int_rate2, acc_time, int_deviation2, east, north = sums
     x, y, z = rate
     int_rate2 += (x * x + y * y + z * z) * dt
-    if tilt.present(acc):
+    if tilt.is_present(acc):
         x, y, z = acc
         off = HALF_PER_G2 * (x * x + y * y + z * z) - 0.5  # |a|/g − 1 to first order
         acc_time += dt
         int_deviation2 += off * off * dt
-    if tilt.present(mag):
+    if tilt.is_present(mag):
         x, y, z = quat.rotate(attitude, mag)
         east += x
         north += y

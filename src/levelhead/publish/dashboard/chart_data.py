@@ -61,7 +61,7 @@ def unwrap(angles: Array) -> Array:
     return found
 
 
-def beside(angles: Array, reference: Array) -> Array:
+def unwrap_to(angles: Array, reference: Array) -> Array:
     """(n, k) angles in degrees, moved by multiples of 360° to within 180° of curves without jumps."""
     moved: Array = reference + (angles - reference + 180.0) % 360.0 - 180.0
     return moved

@@ -13,7 +13,7 @@ from levelhead import filters
 from levelhead.errors import LevelheadError
 from levelhead.live.subscription import Subscription
 from levelhead.open_types import Fields, Handle
-from levelhead.publish.dashboard.chart_data import ChartData, beside, tilt_of, two_sigma, unwrap
+from levelhead.publish.dashboard.chart_data import ChartData, tilt_of, two_sigma, unwrap, unwrap_to
 from levelhead.publish.dashboard.charts import ChartSet
 from levelhead.publish.dashboard.page import PORT, Page, plain, status_text
 
@@ -150,7 +150,7 @@ class NodeView:
         curves = unwrap(angles)
         assert self.page.charts is not None
         self.page.charts.set_data(
-            ChartData(t[:, 0], curves, two_sigma(sigma), beside(tilt_of(acc), curves[:, :2]), bias, gyr, acc, mag)
+            ChartData(t[:, 0], curves, two_sigma(sigma), unwrap_to(tilt_of(acc), curves[:, :2]), bias, gyr, acc, mag)
         )
 
     def wait(self) -> None:

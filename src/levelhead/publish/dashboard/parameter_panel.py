@@ -77,12 +77,12 @@ class ParameterPanel:
         slider = gui.add_slider(name, 0, NOTCHES, 1, scale.notch(value), marks=marks, hint=param.doc)
         box = gui.add_number(label, float(value), hint=f"{param.doc}; {param.range}", step=1e-6)
 
-        def moved(event: Handle) -> None:
+        def on_slider(event: Handle) -> None:
             if event.client is not None:
                 box.value = scale.value(slider.value)
                 change(name, box.value)
 
-        def typed(event: Handle) -> None:
+        def on_number(event: Handle) -> None:
             if event.client is not None and param.allows(float(box.value)):
                 slider.value = scale.notch(float(box.value))
                 change(name, float(box.value))
@@ -90,6 +90,6 @@ class ParameterPanel:
         def show(new: float | bool) -> None:
             box.value, slider.value = float(new), scale.notch(float(new))
 
-        slider.on_update(moved)
-        box.on_update(typed)
+        slider.on_update(on_slider)
+        box.on_update(on_number)
         self._setters[name] = show

@@ -14,7 +14,7 @@ from levelhead.engine import fuse
 from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.errors import LevelheadError
 from levelhead.filters.health import FAULTS, NAMES
-from levelhead.publish.dashboard.chart_data import ChartData, beside, tilt_of, two_sigma, unwrap
+from levelhead.publish.dashboard.chart_data import ChartData, tilt_of, two_sigma, unwrap, unwrap_to
 from levelhead.publish.dashboard.charts import ChartSet
 from levelhead.publish.dashboard.page import PORT, Page, plain, status_text
 from levelhead.publish.writers import SUFFIXES, write_track
@@ -174,10 +174,10 @@ class RecordingView:
         bias = np.zeros((len(track), 3)) if track.bias is None else np.degrees(track.bias)
 
         def curves(quat: Array) -> Array:
-            return beside(Track(rec.t, quat).euler()[rows], angles[rows])
+            return unwrap_to(Track(rec.t, quat).euler()[rows], angles[rows])
 
         assert self.page.charts is not None
-        tilt = beside(tilt_of(rec.acc[rows]), angles[rows, :2])
+        tilt = unwrap_to(tilt_of(rec.acc[rows]), angles[rows, :2])
         self.page.charts.set_data(
             ChartData(
                 rec.t[rows] - self._origin, angles[rows], two_sigma(sigma[rows]), tilt, bias[rows],

@@ -56,17 +56,17 @@ def envelope(t: Array, y: Array, period: float = 0.0, buckets: int = BUCKETS) ->
     found = groups(t, y, period, buckets)
     times, values = t[found.rows], y[found.rows]
     if len(found.starts) == len(times):
-        return _broken(times, found.broken), _broken(values, found.broken)
+        return _break_curve(times, found.broken), _break_curve(values, found.broken)
     ends = np.concatenate([found.starts[1:], [len(times)]]) - 1
     low, high = np.minimum.reduceat(values, found.starts), np.maximum.reduceat(values, found.starts)
     rising = values[ends] >= values[found.starts]
     x = np.stack([times[found.starts], times[ends]], axis=1).reshape(-1)
     pair = np.stack([np.where(rising, low, high), np.where(rising, high, low)], axis=1).reshape(-1)
     broken = np.stack([found.broken, np.zeros_like(found.broken)], axis=1).reshape(-1)
-    return _broken(x, broken), _broken(pair, broken)
+    return _break_curve(x, broken), _break_curve(pair, broken)
 
 
-def _broken(values: Array, before: NDArray[np.bool_]) -> Array:
+def _break_curve(values: Array, before: NDArray[np.bool_]) -> Array:
     return np.insert(values, np.flatnonzero(before), np.nan)
 
 
@@ -83,7 +83,7 @@ def area(t: Array, centre: Array, half: Array, period: float = 0.0) -> tuple[Arr
     low = np.minimum.reduceat((centre - half)[found.rows], found.starts)
     high = np.maximum.reduceat((centre + half)[found.rows], found.starts)
     x = t[found.rows][found.starts]
-    x, low, high = (_broken(values, found.broken) for values in (x, low, high))
+    x, low, high = (_break_curve(values, found.broken) for values in (x, low, high))
     return x, low, high
 
 

@@ -72,7 +72,7 @@ def four_panels(comparison: Comparison, path: str | Path) -> None:
     made = style.figure(11.0, 12.0, _finding(data))
     panels = made.subplots(4, 1, sharex=True)
     _raw(panels[0], data)
-    _fused(panels[1], data)
+    _draw_estimate(panels[1], data)
     _bias(panels[2], data)
     _errors(panels[3], data)
     panels[3].set_xlabel("time [s]", fontsize=9.5)
@@ -143,7 +143,7 @@ def _raw(axes: "Axes", data: PanelData) -> None:
     style.format_axes(axes, f"Raw sensors: {', '.join(parts)}", f"{data.angle} [°]")
 
 
-def _fused(axes: "Axes", data: PanelData) -> None:
+def _draw_estimate(axes: "Axes", data: PanelData) -> None:
     _truth(axes, data, linewidth=2.4, color="#B0B0B0")
     for i, (row, label) in enumerate(zip(data.fused, data.labels, strict=True)):
         estimate = data.estimate(row)

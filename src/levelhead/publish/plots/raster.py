@@ -220,13 +220,13 @@ def _pieces(*columns: Array) -> Iterator[NDArray[np.float64]]:
         yield table[first:stop]
 
 
-def _clipped(values: Array, size: int) -> Array:
+def _clip_places(values: Array, size: int) -> Array:
     """Places far outside of the panel, brought nearer: Pillow counts pixels in 16 bits."""
     return np.clip(values, -2.0 * size, 3.0 * size)
 
 
 def _line(canvas: "ImageDraw", line: Line, frame: Frame) -> None:
-    x, y = SMOOTH * frame.across(line.x), SMOOTH * _clipped(frame.down(line.y), frame.height)
+    x, y = SMOOTH * frame.across(line.x), SMOOTH * _clip_places(frame.down(line.y), frame.height)
     width = max(round(SMOOTH * line.width * DPI / 72.0), 1)
     for piece in _pieces(x, y):
         if line.dashed:
@@ -248,7 +248,7 @@ def _dashes(canvas: "ImageDraw", piece: Array, color: str, width: int) -> None:
 
 def _band(canvas: "ImageDraw", band: Band, frame: Frame) -> None:
     x = SMOOTH * frame.across(band.x)
-    low, high = (SMOOTH * _clipped(frame.down(values), frame.height) for values in (band.low, band.high))
+    low, high = (SMOOTH * _clip_places(frame.down(values), frame.height) for values in (band.low, band.high))
     colour = (*_rgb(band.color), round(255 * band.alpha))
     for piece in _pieces(x, low, high):
         outline = np.concatenate([piece[:, :2], piece[::-1, ::2]])

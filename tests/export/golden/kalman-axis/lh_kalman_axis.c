@@ -130,7 +130,7 @@ static Gain kalman_gain(Covariance p, double r)
 }
 
 /* Eq. 4. */
-static Covariance kalman_corrected(Covariance p, Gain k, double r, bool with_joseph)
+static Covariance kalman_correct_covariance(Covariance p, Gain k, double r, bool with_joseph)
 {
     return with_joseph ? two_state_joseph(p, k, r) : two_state_correct(p, k);
 }
@@ -151,7 +151,7 @@ static Axis kalman_axis_step(Kalman params, Axis axis, double level, double rate
         w.bias);
     const Gain k = kalman_gain(p, w.measurement);
     const double innovation = angle_wrap(level - ahead, period);
-    p = kalman_corrected(p, k, w.measurement, params.joseph);
+    p = kalman_correct_covariance(p, k, w.measurement, params.joseph);
     return (Axis){angle_wrap(ahead + k.level * innovation, period), free, axis.bias + k.bias * innovation,
         p.level, p.cross, p.bias, k.level, k.bias, innovation};
 }

@@ -293,7 +293,7 @@ static Vec3 vec3_normalize(Vec3 a)
  */
 
 /* Whether a sensor is there: an absent one is the zero vector, and so is what is too short to have a direction. */
-static bool tilt_present(Vec3 v)
+static bool tilt_is_present(Vec3 v)
 {
     const float x = v.x, y = v.y, z = v.z;
     return x * x + y * y + z * z > TILT_NO_LENGTH;
@@ -621,8 +621,8 @@ static Quat quat_from_matrix(Mat3 m)
 /* After the first sample: the variance of one reading; a relative heading is right by definition. */
 static ObserverCovariance observer_covariance_initial_covariance(Vec3 acc, Vec3 mag)
 {
-    const float tilt = tilt_present(acc) ? OBSERVER_COVARIANCE_IRON : TILT_UNIFORM * TILT_UNIFORM;
-    const float heading = tilt_present(mag) ? OBSERVER_COVARIANCE_IRON : 0.0f;
+    const float tilt = tilt_is_present(acc) ? OBSERVER_COVARIANCE_IRON : TILT_UNIFORM * TILT_UNIFORM;
+    const float heading = tilt_is_present(mag) ? OBSERVER_COVARIANCE_IRON : 0.0f;
     return (ObserverCovariance){{tilt, 0.0f, OBSERVER_COVARIANCE_TURN_ON},
         {heading, 0.0f, OBSERVER_COVARIANCE_TURN_ON}, 0.0f};
 }
@@ -677,7 +677,7 @@ static ObserverCovariance observer_covariance_update_covariance(const ObserverCo
     const float often = 2.0f / dt;
     float r;
     if ((corrected_by & 1) != 0) {
-        if (tilt_present(acc)) {
+        if (tilt_is_present(acc)) {
             x = acc.x;
             y = acc.y;
             z = acc.z;
@@ -775,7 +775,7 @@ static bool rest_is_turn(const Guard *guard, Vec3 mean, Vec3 bias, Vec3 own)
     if (square > limit * limit) {
         return true;
     }
-    if (!tilt_present(bias)) {
+    if (!tilt_is_present(bias)) {
         return false;
     }
     const Vec3 known = vec3_add(bias, own);
@@ -817,7 +817,7 @@ static bool rest_is_resting(const Guard *guard, Rest rest)
 /* The reference at the start, from which the heading was taken; up is the vertical in the sensor frame. */
 static Field field_initial_field(Vec3 up, Vec3 mag)
 {
-    if (!tilt_present(mag)) {
+    if (!tilt_is_present(mag)) {
         return FIELD_NO_FIELD;
     }
     const float n = vec3_norm(mag);
@@ -1212,7 +1212,7 @@ static Vec3 guard_predict_up(Quat attitude, Vec3 gyr, float dt)
 static GuardState guard_gate_force(const Guard *guard, const GuardState *state, Quat attitude, Vec3 gyr,
     Vec3 acc, bool far_from_g, float dt)
 {
-    if (!tilt_present(acc)) {
+    if (!tilt_is_present(acc)) {
         return *state;
     }
     const Rest rest = state->rest;
@@ -1239,7 +1239,7 @@ static Gated guard_gate(const Guard *guard, GuardState state, Quat attitude, Vec
     if (rest_is_resting(guard, state.rest)) {
         health = HEALTH_AT_REST;
     }
-    if (GUARD_GATES_FIELD && tilt_present(mag)) {
+    if (GUARD_GATES_FIELD && tilt_is_present(mag)) {
         const Rest rest = state.rest;
         const float rejected = state.acc_rejected;
         Field field = state.field;
@@ -1390,8 +1390,8 @@ static ConditionedSample conditioning_first_sample(Vec3 gyr, Vec3 acc, Vec3 mag,
     const Repeat gyr_repeat = DETECTORS_NO_SAMPLES.gyr_repeat, acc_repeat = DETECTORS_NO_SAMPLES.acc_repeat;
     const DetectorState detected = {REST_NO_SUMS, means, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat,
         false, false, 0};
-    return (ConditionedSample){gyr, acc, mag, 0.0f, health, false, tilt_present(acc), false, 0.0f, 0.0f, 0.0f,
-        0, detected, VEC3_ZERO};
+    return (ConditionedSample){gyr, acc, mag, 0.0f, health, false, tilt_is_present(acc), false, 0.0f, 0.0f,
+        0.0f, 0, detected, VEC3_ZERO};
 }
 
 /* Whether σ is updated after this sample. */
@@ -1430,10 +1430,10 @@ static ConditionedSample conditioning_condition(const Guard *guard, const Condit
         since_sigma = 0.0f;
         corrected_by = 0;
     }
-    if (tilt_present(acc)) {
+    if (tilt_is_present(acc)) {
         corrected_by |= 1;
     }
-    if (tilt_present(mag)) {
+    if (tilt_is_present(mag)) {
         corrected_by |= 2;
     }
     if (dt > TILT_GAP_SECONDS) {
@@ -1456,7 +1456,7 @@ static ConditionedSample conditioning_condition(const Guard *guard, const Condit
         }
     }
     const bool rate_unknown = rate_lost || dt > TILT_GAP_SECONDS;
-    return (ConditionedSample){gyr, acc, mag, dt, health, had_field || tilt_present(field), true,
+    return (ConditionedSample){gyr, acc, mag, dt, health, had_field || tilt_is_present(field), true,
         rate_unknown, rate_age, unmeasured, since_sigma + dt, corrected_by, *detected, slope};
 }
 
@@ -1527,7 +1527,7 @@ static State mahony_step(Mahony params, const State *state, Vec3 gyr, Vec3 acc, 
     float kt = lowpass_lowpass_weight(1.0f / params.kp, age, dt);
     Vec3 yaw_error = VEC3_ZERO;
     Vec3 rotation;
-    if (tilt_present(mag)) {
+    if (tilt_is_present(mag)) {
         float kh = lowpass_lowpass_weight(1.0f / (params.kp * params.k_mag), age, dt);
         if (params.whole_field) {
             yaw_error = vector_error_field_error(attitude, mag);
@@ -1709,7 +1709,7 @@ static FilterRun driver_step_accelerated(const Settings *settings, const Conditi
     const GuardState gates_2 = guard_gate_force(guard, gates, estimate.quat, gyr, sample->acc,
         sample->detected.far_from_g, sample->dt);
     gates = &gates_2;
-    if (tilt_present(sample->acc) && guard_is_accelerating(guard, gates)) {
+    if (tilt_is_present(sample->acc) && guard_is_accelerating(guard, gates)) {
         return driver_step_gated(settings, sample,
             &(FilterRun){*state, sample->health | HEALTH_ACC_REJECTED, *gates, *covariance}, VEC3_ZERO);
     }
