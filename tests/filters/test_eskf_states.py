@@ -39,8 +39,8 @@ EDITS = {
     ),
     "preintegration.py": (
         (
-            "    if tilt.present(acc):\n        x, y, z = acc\n",
-            "    if tilt.present(acc):\n        x, y, z = acc\n"
+            "    if tilt.is_present(acc):\n        x, y, z = acc\n",
+            "    if tilt.is_present(acc):\n        x, y, z = acc\n"
             "        for k in range(3):\n"
             "            m[at.INT_R_ACC + 3 * k] += (r.xx if k == 0 else r.yx if k == 1 else r.zx) * x * dt\n"
             "            m[at.INT_R_ACC + 3 * k + 1] += (r.xy if k == 0 else r.yy if k == 1 else r.zy) * y * dt\n"

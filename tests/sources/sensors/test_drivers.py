@@ -8,7 +8,7 @@ import pytest
 
 import levelhead as lh
 from levelhead.simulate.presets import CHIPS, MAGNETOMETERS
-from levelhead.sources.sensors import Port, SensorError, icm20948, lsm6dso32, mpu6050
+from levelhead.sources.sensors import Port, SensorError, icm20948, invensense, lsm6dso32, mpu6050
 from levelhead.sources.sensors.ak09916 import AK09916
 from levelhead.sources.sensors.bmp280 import BMP280, Trim, compensate
 from levelhead.sources.sensors.board import parse_board
@@ -128,8 +128,8 @@ def test_scale_factors_are_those_of_the_simulator_s_data_sheets():
         return {full_scale: 1.0 / value for full_scale, value in counts.items()}
 
     for name, gyr, acc in (
-        ("MPU-6050", bits(mpu6050.GYR_COUNTS), bits(mpu6050.ACC_COUNTS)),
-        ("ICM-20948", bits(icm20948.GYR_COUNTS), bits(icm20948.ACC_COUNTS)),
+        ("MPU-6050", bits(invensense.GYR_COUNTS), bits(invensense.ACC_COUNTS)),
+        ("ICM-20948", bits(invensense.GYR_COUNTS), bits(invensense.ACC_COUNTS)),
         ("LSM6DSO32", lsm6dso32.GYR_BITS, lsm6dso32.ACC_BITS),
     ):
         assert {k: s.bit for k, s in sheets[name].gyr.scales.items()} == pytest.approx(gyr)

@@ -7,8 +7,8 @@ import functools
 import struct
 
 from levelhead.sources.sensors.bus import Port
-from levelhead.sources.sensors.fifo_imu import FifoChip, FifoImu, FifoLevel, FifoRow, Registers, Settings
-from levelhead.units import GRAVITY, factor
+from levelhead.sources.sensors.fifo_imu import FifoImu, Registers, Settings
+from levelhead.sources.sensors.invensense import build_chip
 
 NAME = "ICM-20948"
 ADDRESSES = (0x69, 0x68)
@@ -22,13 +22,10 @@ GYRO_SMPLRT_DIV, GYRO_CONFIG_1, ACCEL_SMPLRT_DIV_1, ACCEL_SMPLRT_DIV_2, ACCEL_CO
 DEVICE_RESET, AUTO_CLOCK = 0x80, 0x01  # PWR_MGMT_1
 FIFO_ENABLE, BYPASS_EN = 0x40, 0x02
 GYR_AND_ACC = 0x1E  # FIFO_EN_2: ACCEL, GYRO_Z, GYRO_Y, GYRO_X
-FIFO_SIZE, ROW = 512, 12
-SIX, SEVEN = struct.Struct(">6h"), struct.Struct(">7h")
+FIFO_SIZE = 512  # bytes
+SEVEN = struct.Struct(">7h")
 START_UP = 0.1  # s, table 1: register read and write after power-up
 
-# LSB per unit: tables 1 and 2.
-GYR_COUNTS = {250.0: 131.0, 500.0: 65.5, 1000.0: 32.8, 2000.0: 16.4}  # °/s
-ACC_COUNTS = {2.0: 16384.0, 4.0: 8192.0, 8.0: 4096.0, 16.0: 2048.0}  # g
 BANDWIDTHS = {196.6: 0, 151.8: 1, 119.5: 2, 51.2: 3, 23.9: 4, 11.6: 5, 5.7: 6}  # Hz, table 16
 
 
@@ -61,44 +58,21 @@ def empty(port: Port) -> None:
     port.write(FIFO_RST, 0x00)
 
 
-def level(data: bytes) -> FifoLevel | None:
-    """See ``FifoChip``: the number of bytes; a full FIFO drops the newest samples."""
-    count = int.from_bytes(data, "big")
-    return None if count > FIFO_SIZE else FifoLevel(count // ROW, count > FIFO_SIZE - ROW)
-
-
-def rows(words: list[bytes]) -> tuple[list[FifoRow], list[bytes]]:
-    """See ``FifoChip``: 12 bytes, big-endian: accelerometer x, y, z, gyroscope x, y, z."""
-    found = []
-    for word in words:
-        a, b, c, x, y, z = SIX.unpack(word)
-        found.append(FifoRow((x, y, z), (a, b, c)))
-    return found, []
-
-
 def output(data: bytes) -> Registers:
     """See ``FifoChip``: accelerometer, gyroscope, temperature (table 3)."""
     a, b, c, x, y, z, temperature = SEVEN.unpack(data)
     return Registers((x, y, z), (a, b, c), temperature / 333.87 + 21.0)
 
 
-CHIP = FifoChip(
-    name=NAME,
-    addresses=ADDRESSES,
-    rates=[1125.0 / (1 + divider) for divider in range(256)],
-    gyr_bits={dps: factor("gyr", "deg/s") / counts for dps, counts in GYR_COUNTS.items()},
-    acc_bits={g: GRAVITY / counts for g, counts in ACC_COUNTS.items()},
-    gyr_codes={dps: code << 1 for code, dps in enumerate(GYR_COUNTS)},
-    acc_codes={g: code << 1 for code, g in enumerate(ACC_COUNTS)},
+CHIP = build_chip(
+    NAME,
+    ADDRESSES,
+    base_rate=1125.0,
+    code_shift=1,
+    fifo_size=FIFO_SIZE,
+    registers=(FIFO_COUNTH, FIFO_R_W, ACCEL_XOUT_H),
     configure=configure,
     empty=empty,
-    level_register=FIFO_COUNTH,
-    level=level,
-    fifo_register=FIFO_R_W,
-    word_size=ROW,
-    rows=rows,
-    output_register=ACCEL_XOUT_H,
-    output_size=14,
     output=output,
 )
 ICM20948 = functools.partial(FifoImu, CHIP)

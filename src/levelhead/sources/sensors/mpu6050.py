@@ -4,8 +4,8 @@ import functools
 import struct
 
 from levelhead.sources.sensors.bus import Port
-from levelhead.sources.sensors.fifo_imu import FifoChip, FifoImu, FifoLevel, FifoRow, Registers, Settings
-from levelhead.units import GRAVITY, factor
+from levelhead.sources.sensors.fifo_imu import FifoImu, Registers, Settings
+from levelhead.sources.sensors.invensense import build_chip
 
 NAME = "MPU-6050"
 ADDRESSES = (0x68, 0x69)
@@ -16,13 +16,10 @@ FIFO_COUNTH, FIFO_R_W, WHO_AM_I = 0x72, 0x74, 0x75
 DEVICE_RESET, PLL_GYRO_X = 0x80, 0x01  # PWR_MGMT_1
 FIFO_ENABLE, FIFO_RESET = 0x40, 0x04  # USER_CTRL
 GYR_AND_ACC = 0x78  # FIFO_EN: XG, YG, ZG, ACCEL
-FIFO_SIZE, ROW = 1024, 12
-SIX, SEVEN = struct.Struct(">6h"), struct.Struct(">7h")
+FIFO_SIZE = 1024  # bytes
+SEVEN = struct.Struct(">7h")
 START_UP = 0.1  # s after a reset (register 107)
 
-# LSB per unit: PS-MPU-6000A-00 rev 3.4, 6.1 and 6.2.
-GYR_COUNTS = {250.0: 131.0, 500.0: 65.5, 1000.0: 32.8, 2000.0: 16.4}  # °/s
-ACC_COUNTS = {2.0: 16384.0, 4.0: 8192.0, 8.0: 4096.0, 16.0: 2048.0}  # g
 BANDWIDTHS = {184.0: 1, 94.0: 2, 44.0: 3, 21.0: 4, 10.0: 5, 5.0: 6}  # Hz of the accelerometer, register 26
 
 
@@ -50,44 +47,21 @@ def empty(port: Port) -> None:
     port.write(USER_CTRL, FIFO_ENABLE)
 
 
-def level(data: bytes) -> FifoLevel | None:
-    """See ``FifoChip``: the number of bytes; 1024 are no multiple of 12, so a full FIFO has lost its row boundaries."""
-    count = int.from_bytes(data, "big")
-    return None if count > FIFO_SIZE else FifoLevel(count // ROW, count > FIFO_SIZE - ROW)
-
-
-def rows(words: list[bytes]) -> tuple[list[FifoRow], list[bytes]]:
-    """See ``FifoChip``: 12 bytes, big-endian: accelerometer x, y, z, gyroscope x, y, z."""
-    found = []
-    for word in words:
-        a, b, c, x, y, z = SIX.unpack(word)
-        found.append(FifoRow((x, y, z), (a, b, c)))
-    return found, []
-
-
 def output(data: bytes) -> Registers:
     """See ``FifoChip``: accelerometer, temperature (register 65), gyroscope."""
     a, b, c, temperature, x, y, z = SEVEN.unpack(data)
     return Registers((x, y, z), (a, b, c), temperature / 340.0 + 36.53)
 
 
-CHIP = FifoChip(
-    name=NAME,
-    addresses=ADDRESSES,
-    rates=[1000.0 / (1 + divider) for divider in range(256)],
-    gyr_bits={dps: factor("gyr", "deg/s") / counts for dps, counts in GYR_COUNTS.items()},
-    acc_bits={g: GRAVITY / counts for g, counts in ACC_COUNTS.items()},
-    gyr_codes={dps: code << 3 for code, dps in enumerate(GYR_COUNTS)},
-    acc_codes={g: code << 3 for code, g in enumerate(ACC_COUNTS)},
+CHIP = build_chip(
+    NAME,
+    ADDRESSES,
+    base_rate=1000.0,
+    code_shift=3,
+    fifo_size=FIFO_SIZE,
+    registers=(FIFO_COUNTH, FIFO_R_W, ACCEL_XOUT_H),
     configure=configure,
     empty=empty,
-    level_register=FIFO_COUNTH,
-    level=level,
-    fifo_register=FIFO_R_W,
-    word_size=ROW,
-    rows=rows,
-    output_register=ACCEL_XOUT_H,
-    output_size=14,
     output=output,
 )
 MPU6050 = functools.partial(FifoImu, CHIP)

@@ -2,7 +2,7 @@
 
 import struct
 
-from levelhead.sources.sensors import icm20948, lsm6dso32, mpu6050
+from levelhead.sources.sensors import icm20948, invensense, lsm6dso32, mpu6050
 from levelhead.sources.sensors.emulated.base import EmulatedChip, Fifo, word
 from levelhead.sources.sensors.emulated.world import World
 from levelhead.units import DEGREE, GRAVITY
@@ -38,7 +38,7 @@ class EmulatedMPU6050(EmulatedChip):
         self._rate = 0.0 if asleep else fast / (1 + memory[mpu6050.SMPLRT_DIV])
         dps = 250.0 * 2 ** (memory[mpu6050.GYRO_CONFIG] >> 3 & 3)
         g = 2.0 * 2 ** (memory[mpu6050.ACCEL_CONFIG] >> 3 & 3)
-        scales = GRAVITY / mpu6050.ACC_COUNTS[g], DEGREE / mpu6050.GYR_COUNTS[dps]
+        scales = GRAVITY / invensense.ACC_COUNTS[g], DEGREE / invensense.GYR_COUNTS[dps]
         self._rows = self.world.rows(">", *scales)
         wanted = memory[mpu6050.FIFO_EN] & mpu6050.GYR_AND_ACC == mpu6050.GYR_AND_ACC
         self._filling = bool(wanted and memory[mpu6050.USER_CTRL] & mpu6050.FIFO_ENABLE)
@@ -179,8 +179,8 @@ class EmulatedICM20948(EmulatedChip):
     def measure(self, row: int) -> None:  # noqa: D102
         dps = 250.0 * 2 ** (self.banks[2][icm20948.GYRO_CONFIG_1] >> 1 & 3)
         g = 2.0 * 2 ** (self.banks[2][icm20948.ACCEL_CONFIG] >> 1 & 3)
-        acc = self.world.coded("acc", ">", GRAVITY / icm20948.ACC_COUNTS[g])[row]
-        gyr = self.world.coded("gyr", ">", DEGREE / icm20948.GYR_COUNTS[dps])[row]
+        acc = self.world.coded("acc", ">", GRAVITY / invensense.ACC_COUNTS[g])[row]
+        gyr = self.world.coded("gyr", ">", DEGREE / invensense.GYR_COUNTS[dps])[row]
         self.put(icm20948.ACCEL_XOUT_H, acc + gyr + word(">", (self.world.temperature - 21.0) * 333.87))
         on = self.memory[icm20948.USER_CTRL] & icm20948.FIFO_ENABLE
         if on and self.memory[icm20948.FIFO_EN_2] & icm20948.GYR_AND_ACC == icm20948.GYR_AND_ACC:
