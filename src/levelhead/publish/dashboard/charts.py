@@ -1,10 +1,10 @@
 """The charts of the page: angles with ±2σ, bias, raw sensors; one cursor and one zoom for all of them."""
 
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
 
+from levelhead.open_types import Handle
 from levelhead.publish.dashboard.chart_data import ChartData, y_range
 from levelhead.recording import Array
 
@@ -78,7 +78,7 @@ class ChartSet:
         second: name of a second filter, or "".
     """
 
-    def __init__(self, gui: Any, clock_time: bool, mag: bool, truth: bool, second: str) -> None:
+    def __init__(self, gui: Handle, clock_time: bool, mag: bool, truth: bool, second: str) -> None:
         self._gui, self._time = gui, clock_time
         self._truth, self._second = truth, second
         self._angles = [self._angle_chart(name, name != "yaw") for name in ("roll", "pitch", "yaw")]
@@ -94,7 +94,7 @@ class ChartSet:
     def on_select(self, to: Callable[[float], None], zoom: Callable[[float, float], None]) -> None:
         """``to`` gets the time that is clicked in a chart, ``zoom`` the range that is shown (inf: all)."""
 
-        def read(event: Any) -> None:
+        def read(event: Handle) -> None:
             words = self._link.value.split()
             if event.client is None or not words:
                 return
@@ -129,10 +129,10 @@ class ChartSet:
         if self._mag is not None and data.mag is not None:
             self._set_vector(self._mag, data.t, data.mag)
 
-    def _set_vector(self, chart: Any, t: Array, values: Array) -> None:
+    def _set_vector(self, chart: Handle, t: Array, values: Array) -> None:
         chart.data = (t, *np.ascontiguousarray(values.T))
 
-    def _angle_chart(self, name: str, tilt: bool) -> Any:
+    def _angle_chart(self, name: str, tilt: bool) -> Handle:
         series = [{"label": "t"}, {"label": name, "stroke": ESTIMATE, "width": 2}]
         series += [{"label": "+2σ", "stroke": BAND}, {"label": "−2σ", "stroke": BAND}]
         series += [{"label": "accelerometer", "stroke": RAW, "width": 1}] if tilt else []
@@ -140,11 +140,11 @@ class ChartSet:
         series += [{"label": self._second, "stroke": SECOND, "width": 1}] if self._second else []
         return self._chart(f"{name} [°]", series, bands=({"series": (2, 3), "fill": BAND},))
 
-    def _vector_chart(self, title: str) -> Any:
+    def _vector_chart(self, title: str) -> Handle:
         lines = ({"label": axis, "stroke": color} for axis, color in zip("xyz", AXES, strict=True))
         return self._chart(title, [{"label": "t"}, *lines])
 
-    def _chart(self, title: str, series: Sequence[Any], **more: Any) -> Any:
+    def _chart(self, title: str, series: Sequence[Handle], **more: Handle) -> Handle:
         empty = tuple(np.zeros(2) for _ in series)
         return self._gui.add_uplot(
             empty, tuple(series), title=title, scales={"x": {"time": self._time}}, legend={"live": True},
