@@ -19,15 +19,25 @@ measurements alone then say x/κ ± √(P/κ) with κ = 1 − P/s². Where even 
 
 takes the place of s². The exchange is exact, correlations included: a measurement x = 0 of variance
 r = −s² s'²/(s'² − s²) takes the information 1/s² − 1/s'² away. P grows, and x goes to where it would be.
+
+The bias of a raw gyroscope turns attitude far off within seconds, where nothing is of first order and (2) comes too
+late. So the prior of the gyroscope's bias begins with s = ``bias_raw``. As soon as the measurements have shrunk the
+volume of its σ ellipsoid, det P < ``INFORMED``² s⁶, and in every block from then on to ``NARROW_TIME``, a narrower one
+takes its place,
+
+    s' = max(``bias_start``, |x|/κ − √(P/κ), 0.13 times the largest of the axes),                               (3)
+
+by a measurement x = 0 of the variance r = s² s'²/(s² − s'²), which is as exact.
 """
 
 from math import sqrt
 
 from levelhead.compiler.mark import kernel, noinline
 from levelhead.filters.eskf import state as at
-from levelhead.filters.eskf.covariance import add_variance, variance
+from levelhead.filters.eskf.covariance import add_variance, measure, set_independent, variance
 from levelhead.filters.eskf.params import ESKF
 from levelhead.kernels.arrays import Floats, add_scaled, copy
+from levelhead.kernels.mat3 import Mat3, det
 from levelhead.units import DEGREE
 
 INNOVATION_TIME = 2.0  # s, τ
@@ -38,6 +48,9 @@ MOST_TRAVEL = 2.0
 LEAST_INFORMATION = 0.02  # κ: below, the measurements say nothing of their own
 SURE = 5.0  # σ by which they must do so
 WIDER = 1.1  # times a variance, at least, for an exchange
+INFORMED = 0.17  # share of its first volume to which a σ ellipsoid shrinks before a width is found from it
+SURE_FIRST = 1.0  # σ by which measurements must say so then
+NARROW_TIME = 30.0  # s after the start in which the prior may still become narrower
 UNINFORMED = 0.98  # share of its prior variance above which a state was not measured
 MOST_GYR_BIAS = 30.0 * DEGREE  # rad/s
 MOST_ACC_BIAS = 0.3  # m/s²
@@ -99,23 +112,53 @@ def prior_deviation(m: Floats, i: int) -> float:
 
 
 @kernel
-def informed_bound(m: Floats, i: int) -> float:
-    """The lower end of what measurements alone say of the size of state i, eq. 2; 0 where they say nothing."""
+def informed_bound(m: Floats, i: int, sure: float) -> float:
+    """What measurements alone say of the size of state i, less ``sure`` σ, eqs. 2 and 3; 0 where they say nothing."""
     prior = m[at.PRIOR_VARIANCE + i]
     if not variance(m, i) < (1.0 - LEAST_INFORMATION) * prior:
         return 0.0
     kappa = 1.0 - variance(m, i) / prior
-    return max(abs(prior_deviation(m, i)) / kappa - SURE * sqrt(max(variance(m, i), 0.0) / kappa), 0.0)
+    return max(abs(prior_deviation(m, i)) / kappa - sure * sqrt(max(variance(m, i), 0.0) / kappa), 0.0)
+
+
+@kernel
+def widest_axis(m: Floats, first: int, sure: float) -> float:
+    """The least width of the priors of a sensor's three axes, which are alike to some degree."""
+    x = informed_bound(m, first, sure)
+    y = informed_bound(m, first + 1, sure)
+    return SAME_SENSOR * max(x, y, informed_bound(m, first + 2, sure))
+
+
+@noinline
+def narrow_prior(params: ESKF, m: Floats, n: int) -> None:
+    """Eq. 3, from when enough is known of the gyroscope's bias to half a minute after the start."""
+    x = at.P + at.GYR_BIAS * at.ROW + at.GYR_BIAS
+    y = x + at.ROW
+    z = y + at.ROW
+    volume2 = det(Mat3(m[x], m[x + 1], m[x + 2], m[y], m[y + 1], m[y + 2], m[z], m[z + 1], m[z + 2]))
+    raw = params.bias_raw * DEGREE
+    raw2 = raw * raw
+    if m[at.MAYBE_RAW] > 1.0 or volume2 < INFORMED * INFORMED * raw2 * raw2 * raw2:
+        m[at.MAYBE_RAW] = 2.0 if m[at.RUN_TIME] < NARROW_TIME else 0.0
+        least = max(params.bias_start * DEGREE, widest_axis(m, at.GYR_BIAS, SURE_FIRST))
+        for i in range(at.GYR_BIAS, at.GYR_BIAS + 3):
+            width = max(informed_bound(m, i, SURE_FIRST), least)
+            new = width * width
+            old = m[at.PRIOR_VARIANCE + i]
+            if WIDER * new < old:
+                m[at.PRIOR_VARIANCE + i] = new
+                m[at.H + i] = 1.0
+                measure(m, n, 0, -m[at.MEAN + i], old * new / (old - new))
 
 
 @noinline
 def widen_prior(m: Floats, n: int, first: int, most: float) -> None:
     """Eq. 2 for the three axes of a sensor from state ``first`` on; ``most`` is the largest width."""
-    widest = SAME_SENSOR * max(informed_bound(m, first), informed_bound(m, first + 1), informed_bound(m, first + 2))
+    widest = widest_axis(m, first, SURE)
     if widest > 0.0:
         for i in range(first, first + 3):
             old = m[at.PRIOR_VARIANCE + i]
-            width = min(max(informed_bound(m, i), widest), most)
+            width = min(max(informed_bound(m, i, SURE), widest), most)
             new = width * width
             if new > WIDER * old:
                 m[at.PRIOR_VARIANCE + i] = new
@@ -139,8 +182,12 @@ def exchange_prior(m: Floats, n: int, i: int, old: float, new: float) -> None:
 
 
 @kernel
-def set_prior_widths(m: Floats) -> None:
-    """The priors of the start."""
+def set_prior_widths(params: ESKF, m: Floats) -> None:
+    """The priors of the start; that of the gyroscope's bias is wide where no earlier run has told it."""
+    m[at.MAYBE_RAW] = 0.0
+    if params.bias_raw > params.bias_start and m[at.PRIOR_SIGMA + at.GYR_BIAS] == 0.0:
+        m[at.MAYBE_RAW] = 1.0
+        set_independent(m, at.GYR_BIAS, 3, params.bias_raw * DEGREE)
     for i in range(3):
         m[at.PRIOR_VARIANCE + at.ACC_BIAS + i] = variance(m, at.ACC_BIAS + i)
         m[at.PRIOR_VARIANCE + at.GYR_BIAS + i] = variance(m, at.GYR_BIAS + i)

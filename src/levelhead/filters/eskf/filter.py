@@ -12,6 +12,7 @@ from levelhead.filters.eskf.adaptation import (
     MOST_ACC_BIAS,
     MOST_GYR_BIAS,
     adapt_motion,
+    narrow_prior,
     set_prior_widths,
     widen_prior,
 )
@@ -29,7 +30,7 @@ from levelhead.filters.eskf.measurements import (
     add_correction,
     average_rate,
     inflate_diverged,
-    update_field,
+    update_field_undirected,
     update_velocity,
     update_zero_rate,
     velocity_diverged,
@@ -95,7 +96,7 @@ def restart(params: ESKF, before: State, gyr: Vec3, acc: Vec3, mag: Vec3) -> Sta
 def start(params: ESKF, m: Floats, acc: Vec3, mag: Vec3) -> State:
     """The state of the first sample, in a memory that is zero but for a prior."""
     start_inertial(params, m, 1.0)
-    set_prior_widths(m)
+    set_prior_widths(params, m)
     m[at.TRAVEL_VARIANCE] = params.travel * params.travel
     attitude = triad.initial_attitude(acc, mag)
     field_norm = 0.0
@@ -190,9 +191,11 @@ def update(params: ESKF, state: State) -> State:
     if resting:
         update_zero_rate(m, n)
     if m[at.MAG_COUNT] > 0.0:
-        fit = update_field(params, m, candidate.time > STEADY_TIME, n)
+        fit = update_field_undirected(params, m, candidate.time > STEADY_TIME, n)
     if n > at.N_MAGNETIC and aiding.update(m, n):
         health |= AID_REJECTED
+    if m[at.MAYBE_RAW] != 0.0:
+        narrow_prior(params, m, n)
     widen_prior(m, n, at.GYR_BIAS, MOST_GYR_BIAS)
     widen_prior(m, n, at.ACC_BIAS, MOST_ACC_BIAS)
     add_correction(m, n)

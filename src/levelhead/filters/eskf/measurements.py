@@ -212,6 +212,26 @@ def update_field(params: ESKF, m: Floats, steady: bool, n: int) -> FieldFit:
     return FieldFit(mismatch, heading_off, field)
 
 
+@noinline
+def update_field_undirected(params: ESKF, m: Floats, steady: bool, n: int) -> FieldFit:
+    """``update_field``, which takes a velocity without direction along as it turns heading.
+
+    Such a velocity is known relative to the sensor: its error contains θ_z × v. Without that part P is the covariance
+    that a magnetometer may leave as it is, and v turns with heading.
+    """
+    if aiding.is_aided(m, 0) or aiding.is_aided(m, 1):
+        return update_field(params, m, steady, n)
+    x, y, _ = vector(m, at.MEAN + at.VELOCITY)
+    before = m[at.X + at.HEADING]
+    rotate_velocity_error(m, at.P, n, -x, -y)
+    fit = update_field(params, m, steady, n)
+    rotate_velocity_error(m, at.P, n, x, y)
+    turn = m[at.X + at.HEADING] - before
+    m[at.X + at.VELOCITY] -= turn * y
+    m[at.X + at.VELOCITY + 1] += turn * x
+    return fit
+
+
 @kernel
 def field_departure(m: Floats, strength: float, up: float, norm2: float) -> float:
     """Square of the share by which strength and dip are off their mean over ``FIELD_MEMORY``, which follows them."""

@@ -22,8 +22,18 @@ class ESKF(NamedTuple):
         float, Param("(deg/s)/√s", "random walk of the bias", low=0.0, sweep=(1e-4, 0.1), log=True)
     ] = 0.0035
     bias_start: Annotated[
-        float, Param("deg/s", "1σ of the bias at the start", low=0.0, sweep=(0.05, 20.0), log=True)
+        float, Param("deg/s", "1σ of the bias of a calibrated gyroscope", low=0.0, sweep=(0.05, 20.0), log=True)
     ] = 0.2
+    bias_raw: Annotated[
+        float,
+        Param(
+            "deg/s",
+            "1σ of the bias of a raw gyroscope, which the first seconds tell from a calibrated one; 0: none is raw",
+            low=0.0,
+            sweep=(0.5, 20.0),
+            log=True,
+        ),
+    ] = 7.0
     scale_start: Annotated[
         float, Param("", "1σ of the gyroscope's scale and cross-axis factors", low=0.0, sweep=(1e-4, 0.05), log=True)
     ] = 0.003
@@ -154,4 +164,4 @@ class ESKF(NamedTuple):
 
 def with_known_bias(params: ESKF, sigma: float) -> ESKF:
     """Parameters for a gyroscope whose bias was subtracted, to within 1σ of ``sigma`` rad/s."""
-    return params._replace(bias_start=min(params.bias_start, sigma / DEGREE))
+    return params._replace(bias_start=min(params.bias_start, sigma / DEGREE), bias_raw=0.0)

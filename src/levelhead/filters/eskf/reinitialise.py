@@ -9,13 +9,13 @@ from typing import NamedTuple
 from levelhead.compiler.mark import kernel, noinline
 from levelhead.filters.eskf import aiding
 from levelhead.filters.eskf import state as at
-from levelhead.filters.eskf.covariance import set_independent, variance, vector
+from levelhead.filters.eskf.covariance import rotate_velocity_error, set_independent, variance, vector
 from levelhead.filters.eskf.measurements import FieldFit
 from levelhead.filters.eskf.params import ESKF
 from levelhead.filters.eskf.predict import reset_velocity
 from levelhead.kernels import quat, tilt
 from levelhead.kernels.arrays import Floats
-from levelhead.kernels.quat import Quat
+from levelhead.kernels.quat import IDENTITY, Quat
 from levelhead.kernels.trig import atan2
 from levelhead.kernels.vec3 import ZERO, Vec3, add, dot, normalize, scale, sub
 from levelhead.units import DEGREE, GRAVITY
@@ -101,5 +101,21 @@ def reinitialise_heading(params: ESKF, m: Floats, rotation: Quat) -> Quat:
     """Returns ``rotation``, and after it one about the vertical that brings the block's mean field north; sets σ."""
     field = quat.rotate(rotation, scale(vector(m, at.SUM_FIELD), 1.0 / m[at.MAG_COUNT]))
     set_field(params, m, field)
+    angle = atan2(field.x, field.y)
+    if m[at.AIDED] != 0.0:
+        set_independent(m, at.HEADING, 1, FIRST_HEADING)
+    else:
+        set_heading(m, tilt.add_yaw(IDENTITY, angle))
+    return tilt.add_yaw(rotation, angle)
+
+
+@kernel
+def set_heading(m: Floats, turn: Quat) -> None:
+    """Takes a velocity without direction along as heading turns; what is known of it relative to the sensor stays."""
+    x, y, z = vector(m, at.MEAN + at.VELOCITY)
+    rotate_velocity_error(m, at.P, at.N, -x, -y)
     set_independent(m, at.HEADING, 1, FIRST_HEADING)
-    return tilt.add_yaw(rotation, atan2(field.x, field.y))
+    x, y, z = quat.rotate(turn, Vec3(x, y, z))
+    rotate_velocity_error(m, at.P, at.N, x, y)
+    m[at.MEAN + at.VELOCITY] = x
+    m[at.MEAN + at.VELOCITY + 1] = y
