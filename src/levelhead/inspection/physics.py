@@ -101,9 +101,16 @@ def _hardly_turns(recording: Recording) -> bool:
 
 
 def scale_in_motion(recording: Recording) -> tuple[float, float]:
-    """(excess over gravity, its 1σ) as shares of gravity, from a motion without rest; (0, 0) if that tells nothing."""
+    """(excess over gravity, its 1σ) as shares of gravity, from a motion without rest; (0, 0) if that tells nothing.
+
+    A gyroscope against which gravity turns cannot turn the force back.
+    """
     rows = excerpt(len(recording))
-    lengths = mean_lengths(recording.t[rows], recording.gyr[rows], recording.acc[rows], STRIDES)
+    t, gyr, acc = recording.t[rows], recording.gyr[rows], recording.acc[rows]
+    quiet = quiet_turn(t, gyr, acc)
+    if quiet is not None and quiet.correlation < AGAINST:
+        return 0.0, 0.0
+    lengths = mean_lengths(t, gyr, acc, STRIDES)
     lengths = lengths[np.isfinite(lengths)]
     if len(lengths) < FEWEST:
         return 0.0, 0.0
