@@ -1,5 +1,6 @@
 """The pages tell the truth: their Python blocks run, print what they show, and their tables are those of the source."""
 
+import ast
 import re
 import subprocess
 import sys
@@ -22,6 +23,8 @@ NAMED_FILE = re.compile(r"`([\w./-]+\.(?:py|toml|md|c|h))`")
 OUTPUT = re.compile(r"(.*/)?(my_\w+|lh_\w+|DIR/.*)\.\w+")  # a file that a page's reader, or a command, writes
 TREE = [path for folder in ("src", "tests", "docs", "benchmarks", "examples") for path in (ROOT / folder).rglob("*.*")]
 TREE += list(ROOT.glob("*.*"))
+EQUATION = re.compile(r"^\S.* \((\w+)\)$", re.MULTILINE)  # a line of a page that ends in its number
+NAMED_EQUATION = re.compile(r"\beqs?\. (\d+(?:(?:, | and | to )\d+)*)|(?<![\w.])\(([1-9]\d*[a-z]?)\)", re.IGNORECASE)
 STATED = re.compile(r"`(\w+)` (-?\d+(?:\.\d+)?(?:e-?\d+)?)\b(?! /)")
 DEFAULTS: dict[str, set[float]] = {}  # parameter -> its defaults, of the guard and of all filters that have it
 for params in (Guard, *(flt.params for flt in filters.ALL)):
@@ -110,6 +113,22 @@ def test_the_table_of_a_filter_has_every_field():
     rows = text.partition("| field | content |")[2].partition("\n\n")[0].splitlines()[2:]
     told = [name for row in rows for name in re.findall(r"`(\w+)`", row.split("|")[1])]
     assert sorted(told) == sorted(Filter._fields)
+
+
+def test_the_equations_of_eskf_have_the_numbers_of_its_page():
+    """The page counts them from 1; its own text, and the docstrings of the files, name no other."""
+    text = (ROOT / "docs" / "self-calibration.md").read_text(encoding="utf-8")
+    numbers = EQUATION.findall(text)
+    assert numbers == [str(1 + i) for i in range(len(numbers))]
+    texts = {"self-calibration.md": text}
+    for path in sorted((ROOT / "src" / "levelhead" / "filters" / "eskf").glob("*.py")):
+        nodes = ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        kinds = ast.Module | ast.ClassDef | ast.FunctionDef
+        texts[path.name] = " ".join(ast.get_docstring(node) or "" for node in nodes if isinstance(node, kinds))
+    for name, told in texts.items():
+        for several, one in NAMED_EQUATION.findall(told):
+            for number in re.findall(r"\w+", several.replace("and", "").replace("to", "") + one):
+                assert number in numbers, f"{name}: equation {number}"
 
 
 def test_generated_tables_are_up_to_date():

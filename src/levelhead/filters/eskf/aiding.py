@@ -3,11 +3,11 @@
 Readings come at any time, one number of one row at a time. The innovation of each is computed at once, and averaged by
 weight until the block ends: at most seven scalar measurements a block, whatever the rate of the sensor.
 
-    y = z − p + a v,    y = z − v,    y = z − (p_z + β) + a v_z                                                   (1)
+    y = z − p + a v,    y = z − v,    y = z − (p_z + β) + a v_z
 
 with a the age of the reading and β the barometer's offset. Position is 0 at the first reading of any row, until a
-reading of position sets it. Along an axis with recent readings eq. 4 of the package is left out. When the readings end
-it returns with a larger density: a body that moved at V for some τ = 10 s is a process of density 2 V² τ (A. Gelb,
+reading of position sets it. Along an axis with recent readings eq. 20 is left out. When the readings end it
+returns with a larger density: a body that moved at V for some τ = 10 s is a process of density 2 V² τ (A. Gelb,
 Applied Optimal Estimation, 1974, section 3.6: exponentially correlated), added to ``speed``².
 """
 
@@ -143,7 +143,7 @@ def inflate_row(m: Floats, row: int, square: float) -> None:
 
 @noinline
 def add_reading(params: ESKF, m: Floats, row: int, value: float, sigma: float, age: float) -> None:
-    """Adds one reading of a row (m or m/s), with its 1σ and its age in seconds, eq. 1; NaN is no reading."""
+    """Adds one reading of a row (m or m/s), with its 1σ and its age in seconds; NaN is no reading."""
     if not (-LARGEST < value < LARGEST and 0.0 < sigma < LARGEST and -LARGEST < age < LARGEST):
         return
     if m[at.AIDED] == 0.0:

@@ -1,19 +1,19 @@
 """The algebra of the covariance of ``ESKF``: prediction, scalar measurements, independent states.
 
-Prediction: P ← F P Fᵀ + Q. Only velocity and attitude are driven by others, so that six rows change (1).
+Prediction: P ← F P Fᵀ + Q. Only velocity and attitude are driven by others, so that six rows change (eq. 7).
 Measurements are scalar, one after the other (P. S. Maybeck, Stochastic Models, Estimation, and Control, vol. 1, 1979,
-section 7.4). With a row h, variance r and innovation y of the state as it was before the block:
+section 7.4; eq. 13). With a row h, variance r and innovation y of the state as it was before the block:
 
-    s = h P hᵀ + r,   u = P hᵀ/√s                                                                              (2)
-    x ← x + u (y − h x)/√s,   P ← P − u uᵀ                                                                     (3)
+    s = h P hᵀ + r,   u = P hᵀ/√s
+    x ← x + u (y − h x)/√s,   P ← P − u uᵀ
 
 u_i u_j is u_j u_i to the last bit, so that P stays symmetric by itself. States before ``first`` are only considered
 (S. F. Schmidt, Application of State-Space Methods to Navigation Problems, 1966): their gain is zero, and with
 k = u/√s elsewhere
 
-    P ← P − k (P hᵀ)ᵀ − (P hᵀ) kᵀ + s k kᵀ                                                                     (4)
+    P ← P − k (P hᵀ)ᵀ − (P hᵀ) kᵀ + s k kᵀ
 
-is (3) but for the block of P that belongs to them alone, which stays.
+is the same but for the block of P that belongs to them alone, which stays.
 """
 
 from math import sqrt
@@ -115,7 +115,7 @@ def driven_block(m: Floats, n: int) -> None:
 
 @noinline
 def propagate(m: Floats, n: int) -> None:
-    """P ← F P Fᵀ for the first ``n`` states, eq. 1."""
+    """P ← F P Fᵀ for the first ``n`` states, with F of eq. 7."""
     driven_rows(m, n)
     for j in range(n):
         for i in range(at.DRIVEN):
@@ -172,7 +172,7 @@ def rotate_velocity_error(m: Floats, p: int, n: int, x: float, y: float) -> None
 
 @noinline
 def measure(m: Floats, n: int, first: int, innovation: float, noise: float) -> float:
-    """One scalar measurement with row h, eqs. 2 to 4; gains of states before ``first`` are zero; h is zero afterwards.
+    """One scalar measurement with row h, eq. 13; gains of states before ``first`` are zero; h is zero afterwards.
 
     ``innovation`` is y and ``noise`` r, in the unit of the measurement. Returns innovation²/s, which is 1 on average.
     """

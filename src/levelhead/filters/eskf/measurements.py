@@ -1,4 +1,4 @@
-"""Measurement updates of ``ESKF`` at the end of a block: velocity, zero rate and magnetic field, eqs. 4 to 6."""
+"""Measurement updates of ``ESKF`` at the end of a block: velocity, zero rate and magnetic field, eqs. 14 to 20."""
 
 from math import sqrt
 from typing import NamedTuple
@@ -62,7 +62,7 @@ def may_stand(m: Floats, i: int) -> bool:
 
 @kernel
 def velocity_variance(params: ESKF, m: Floats, resting: bool, i: int) -> float:
-    """Variance of the mean velocity of a block along axis i, (m/s)², eq. 4."""
+    """Variance of the mean velocity of a block along axis i, (m/s)², r of eqs. 14 and 20."""
     if resting and may_stand(m, i):
         return REST_SPEED * REST_SPEED
     return (m[at.DENSITY + (1 if i == 2 else 0)] + aiding.velocity_density(m, i)) / m[at.BLOCK_TIME]
@@ -97,7 +97,7 @@ def inflate_diverged(m: Floats, n: int) -> None:
 
 @noinline
 def update_velocity(params: ESKF, m: Floats, resting: bool, n: int) -> None:
-    """Measures along each axis without aiding that velocity is that of travel, or zero at rest, eq. 4.
+    """Measures along each axis without aiding that velocity is that of travel, eq. 20, or zero at rest, eq. 14.
 
     This has no direction, and must not correct heading: a turn by θ_z changes v by θ_z × v, which the rows of east and
     north leave out. The influence of a single block is bounded (P. J. Huber, Robust Statistics, 1981): beyond
@@ -131,7 +131,7 @@ def average_rate(m: Floats, resting: bool) -> None:
 
 @noinline
 def update_zero_rate(m: Floats, n: int) -> None:
-    """Measures at rest that the mean rate is zero, eq. 6, with the variance of the rate within the block.
+    """Measures at rest that the mean rate is zero, eq. 15, with the variance of the rate within the block.
 
     The guard finds rest when it has lasted for a while: the first time the mean rate of that while is measured.
     """
@@ -164,7 +164,7 @@ def update_zero_rate(m: Floats, n: int) -> None:
 
 @noinline
 def update_field(params: ESKF, m: Floats, steady: bool, n: int) -> FieldFit:
-    """Measures the three components of the block's mean field, eq. 5.
+    """Measures the three components of the block's mean field, eq. 16.
 
     Their variance grows with the square of the misfit of norm and dip. A field whose heading is far off is measured by
     ``update_heading`` if it fits otherwise, else it has next to no weight. ``steady``: the field has not fitted for a
@@ -284,7 +284,7 @@ def update_heading(params: ESKF, m: Floats, field: Vec3, norm2: float, n: int) -
 
 @kernel
 def set_sensor_columns(m: Floats, row: int, one: float) -> None:
-    """The elements of offset and delay in a row of eq. 5; ``one`` is 1 over the number of samples."""
+    """The elements of offset and delay in a row of eq. 16; ``one`` is 1 over the number of samples."""
     for k in range(3):
         m[at.H + at.MAG_OFFSET + k] = -m[at.SUM_R + 3 * row + k] * one
     m[at.H + at.MAG_DELAY] = -m[at.SUM_R_CROSS + row] * one

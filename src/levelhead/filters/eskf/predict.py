@@ -1,4 +1,4 @@
-"""Prediction of ``ESKF`` over a block of samples: F, eq. 3 of the package, Q, and what a gap does."""
+"""Prediction of ``ESKF`` over a block of samples: F (eq. 7), Q (eqs. 8 to 12), and what a gap does."""
 
 from math import sqrt
 
@@ -55,7 +55,7 @@ def set_transition(m: Floats) -> None:
 
 @kernel
 def decay_field_east(params: ESKF, m: Floats, time: float) -> None:
-    """The field's eastern part n after ``time`` seconds: a first-order Gauss-Markov process, eq. 5 of the package."""
+    """The field's eastern part n after ``time`` seconds: a first-order Gauss-Markov process, eq. 11."""
     left = params.place_time / (params.place_time + time)
     m[at.EAST_DECAY] = 1.0 - (1.0 - m[at.EAST_DECAY]) * left
     decay(m, at.FIELD_EAST, left)
@@ -64,7 +64,7 @@ def decay_field_east(params: ESKF, m: Floats, time: float) -> None:
 
 @kernel
 def decay_travel(params: ESKF, m: Floats, time: float) -> None:
-    """Travel u after ``time`` seconds: such a process with the variance that was found, eq. 4 of the package."""
+    """Travel u after ``time`` seconds: such a process with the variance that was found, eq. 12."""
     left = params.travel_time / (params.travel_time + time)
     m[at.TRAVEL_DECAY] = 1.0 - (1.0 - m[at.TRAVEL_DECAY]) * left
     for i in range(3):

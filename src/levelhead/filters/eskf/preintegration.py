@@ -1,4 +1,4 @@
-"""Integrals of ``ESKF`` over a block of samples, from which eqs. 3, 5 and 6 of the package are made."""
+"""Integrals of ``ESKF`` over a block of samples, from which eqs. 7, 15 and 16 are made."""
 
 from levelhead.compiler.mark import kernel, noinline
 from levelhead.filters.eskf import state as at
@@ -11,7 +11,7 @@ from levelhead.units import GRAVITY
 
 @kernel
 def true_rate(m: Floats, gyr: Vec3) -> Vec3:
-    """(1 − S) ω − b, rad/s, eq. 2 of the package."""
+    """w = ω − S ω − b, rad/s, eq. 2."""
     x, y, z = gyr
     b = at.MEAN + at.GYR_BIAS
     s = at.MEAN + at.GYR_MATRIX
@@ -67,9 +67,9 @@ def add_imu(m: Floats, r: Mat3, gyr: Vec3, acc: Vec3, dt: float) -> None:
 
 @noinline
 def add_mag(m: Floats, r: Mat3, rate: Vec3, mag: Vec3, norm: float) -> None:
-    """Adds a magnetometer sample: e = R (h − d ω × h + d²/2 ω × (ω × h)) with h = mag/norm − o, eq. 5 of the package.
+    """Adds a magnetometer sample: e = R (h − d w × h + d²/2 w × (w × h)), eq. 16, with h = mag/norm − o, eq. 4.
 
-    ``rate`` is ω (rad/s) without its errors, ``mag`` in µT, ``norm`` that of the first field (µT).
+    ``rate`` is w (rad/s), ``mag`` in µT, ``norm`` that of the first field (µT).
     """
     x, y, z = mag
     one = 1.0 / norm

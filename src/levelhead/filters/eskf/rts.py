@@ -5,16 +5,16 @@ from P_k, and the correction x_k+1. With A = P⁻_k+1, B = F P_k and x^s the cor
 follows (H. E. Rauch, F. Tung, C. T. Striebel, Maximum likelihood estimates of linear dynamic systems, AIAA Journal
 3(8), 1965):
 
-    G = Bᵀ A⁻¹,   d = x_k+1 + x^s_k+1                                                                           (1)
-    x^s_k = G d,   P^s_k = P_k + G (P^s_k+1 − A) Gᵀ                                                             (2)
+    G = Bᵀ A⁻¹,   d = x_k+1 + x^s_k+1                                                                          (26)
+    x^s_k = G d,   P^s_k = P_k + G (P^s_k+1 − A) Gᵀ                                                            (27)
 
 and with the Cholesky factor A = Rᵀ R
 
-    Rᵀ Y = B,   R Gᵀ = Y                                                                                        (3)
+    Rᵀ Y = B,   R Gᵀ = Y
 
 All operations are on whole rows, which vector instructions take. A state without variance, or one of which the past
 contains no information, has a column of zeros in G, and is left out. After a reinitialisation of the attitude, velocity
-and attitude are left out of (1); the calibration still goes backwards through it. States of aiding are not smoothed.
+and attitude are left out of (26); the calibration still goes backwards through it. States of aiding are not smoothed.
 """
 
 from math import sqrt
@@ -183,7 +183,7 @@ def scale_row(m: Floats, row: int, factor: float) -> None:
 
 @kernel
 def factorize(m: Floats, restart: bool) -> None:
-    """R of eq. 3 by rows; the diagonal holds 1/R_jj, and 0 for a state that is left out."""
+    """R of A = Rᵀ R by rows; the diagonal holds 1/R_jj, and 0 for a state that is left out."""
     copy(m, FACTOR, AHEAD, WHOLE)
     for j in range(N):
         row = FACTOR + j * at.ROW
@@ -199,7 +199,7 @@ def factorize(m: Floats, restart: bool) -> None:
 
 @kernel
 def solve(m: Floats) -> None:
-    """Eq. 3."""
+    """Gᵀ of eq. 26, from Rᵀ Y = B and R Gᵀ = Y."""
     for j in range(N):
         if m[FACTOR + j * at.ROW + j] != 0.0:
             subtract_rows(m, GAIN + j * at.ROW, FACTOR + j, at.ROW, GAIN, at.ROW, j, N)
@@ -214,7 +214,7 @@ def solve(m: Floats) -> None:
 
 @kernel
 def combine(m: Floats) -> None:
-    """Eq. 2."""
+    """Eq. 27."""
     for i in range(WHOLE):
         m[AHEAD + i] = m[LATER + i] - m[AHEAD + i]
         m[PRODUCT + i] = 0.0
@@ -235,7 +235,7 @@ def combine(m: Floats) -> None:
 
 @noinline
 def step_back(m: Floats, restart: bool) -> None:
-    """Eqs. 1 to 3: from AHEAD, GAIN = B, LATER, NOW = P_k and OFF to SMOOTHED and NOW."""
+    """Eqs. 26 and 27: from AHEAD, GAIN = B, LATER, NOW = P_k and OFF to SMOOTHED and NOW."""
     factorize(m, restart)
     solve(m)
     combine(m)
