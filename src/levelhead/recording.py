@@ -206,8 +206,8 @@ class Pressure:
 class Gnss:
     """Readings of a satellite receiver, on the clock of the recording, with stamps of its own.
 
-    The earth frame is that of the orientation: x east, y magnetic north, z up (``turned`` turns true to magnetic
-    north); where its origin lies is the caller's choice.
+    The earth frame is that of the orientation: x east, y magnetic north, z up (``to_magnetic_north`` turns true north
+    there); where its origin lies is the caller's choice.
 
     Attributes:
         t: (n,) s, strictly increasing.
@@ -247,7 +247,7 @@ class Gnss:
                  for values in (self.position, self.velocity, self.sigma_position, self.sigma_velocity)]  # fmt: skip
         return Gnss(self.t[rows], *parts) if len(self.t[rows]) else None  # type: ignore[arg-type]
 
-    def turned(self, declination: float) -> "Gnss":
+    def to_magnetic_north(self, declination: float) -> "Gnss":
         """The same over an earth frame whose y axis is magnetic north instead of true north.
 
         Args:

@@ -239,8 +239,8 @@ def test_recordings_refuse_nonsense(make, words):
 def test_true_north_turns_fixes_and_tracks_back_and_forth():
     motion, rec = flown(0, duration=20.0)
     fixes = simulate.gnss(motion)
-    true = fixes.turned(-7.0)
-    np.testing.assert_allclose(true.turned(7.0).position, fixes.position, atol=1e-9)
+    true = fixes.to_magnetic_north(-7.0)
+    np.testing.assert_allclose(true.to_magnetic_north(7.0).position, fixes.position, atol=1e-9)
     track = lh.fuse(replace(rec, gnss=fixes), "ESKF").to_true_north(7.0)
     np.testing.assert_allclose(
         Rotation.from_euler("z", -7.0, degrees=True).apply(motion.position[-1].copy()), track.position[-1], atol=2.0

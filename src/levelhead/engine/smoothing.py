@@ -71,7 +71,7 @@ class Hooks(Protocol):
         ...
 
     @staticmethod
-    def restarted(kept: Array, first: int) -> bool:
+    def is_restart(kept: Array, first: int) -> bool:
         """Whether the attitude of a block is independent of that before it."""
         ...
 
@@ -79,14 +79,14 @@ class Hooks(Protocol):
 hooks: Hooks = declare(Hooks)
 
 
-class Kept(NamedTuple):
+class BlockRows(NamedTuple):
     """The blocks of a stretch, one after the other; the first one is the last of the stretch before."""
 
     numbers: Array  # WIDTH of each
     end: Array  # last sample of each
 
 
-class Smoothed(NamedTuple):
+class FlatTrack(NamedTuple):
     """What comes out, flat."""
 
     quat: Array  # 4 a sample
@@ -106,7 +106,7 @@ class Corrections(NamedTuple):
 @compiled_only
 def forward(
     settings: Settings, carry: Carry, last: float, start: int, t: Array, gyr: Array, acc: Array, mag: Array,
-    attitude: Array, health: Array, kept: Kept,
+    attitude: Array, health: Array, kept: BlockRows,
 ) -> tuple[Carry, int, int]:  # fmt: skip
     """Samples from ``start`` on until there is no room for another block, or no sample.
 
@@ -191,7 +191,7 @@ def spread_block(
     other = 3 * here
     left = t[max(first - 1, 0)]
     span = max(t[last] - left, SHORTEST)
-    anew = hooks.restarted(kept, hooks.WIDTH * here)
+    anew = hooks.is_restart(kept, hooks.WIDTH * here)
     joined = last_gap(t, max(first - 1, 0), last) if anew else 0
     for i in range(first, last + 1):
         line = min((t[i] - left) / span, 1.0) if k < count else 1.0
@@ -216,7 +216,7 @@ def spread_block(
 
 @compiled_only
 def correct_stretch(
-    t: Array, kept: Kept, count: int, stop: int, memory: Array, corrections: Corrections, track: Smoothed
+    t: Array, kept: BlockRows, count: int, stop: int, memory: Array, corrections: Corrections, track: FlatTrack
 ) -> None:
     """Backwards through the blocks that were kept, then to every sample between them and up to ``stop``.
 
@@ -255,7 +255,7 @@ def bind_smoother(flt: Filter, guarded: bool) -> BoundSmoother:
     schedule = Schedule(flt.schedule.due, parts.correct)
     ahead = flt._replace(name=f"{flt.name}_forward", init=parts.init, schedule=schedule, aiding=None)
     name = f"{flt.name}_{'guarded' if guarded else 'unguarded'}"
-    members = {key: getattr(parts, key) for key in ("block_ended", "keep", "back", "read", "rotation", "restarted")}
+    members = {key: getattr(parts, key) for key in ("block_ended", "keep", "back", "read", "rotation", "is_restart")}
     pairs = (*bind(ahead, guarded).pairs, (hooks, fill(hooks, name, WIDTH=parts.width, **members)))
     return BoundSmoother(ahead, pairs, name)
 
@@ -298,9 +298,9 @@ class Smoother:
         mag = NO_MAG if recording.mag is None else recording.mag
         self._sensors = [self._numbers(a.reshape(-1)) for a in (recording.t, recording.gyr, recording.acc, mag)]
         n = len(recording)
-        self.track = Smoothed(np.empty(4 * n), np.empty(3 * n), np.empty(3 * n))
+        self.track = FlatTrack(np.empty(4 * n), np.empty(3 * n), np.empty(3 * n))
         self.health = np.zeros(n, np.uint32)
-        self._kept = Kept(self._zeros(KEPT * self._parts.width), self._zeros(KEPT))
+        self._kept = BlockRows(self._zeros(KEPT * self._parts.width), self._zeros(KEPT))
         self._memory = self._zeros(self._parts.memory)  # of the backward run
 
     def _numbers(self, values: Array) -> Array:

@@ -130,7 +130,7 @@ class Smoothing(NamedTuple):
     back: Callable[..., None]  # (kept, first, memory): one step, to that block from the one behind it
     read: KernelFunction  # (kept, first, memory) -> (turn, bias, sigma): rotation vector (rad), rad/s, rad, 3 each
     rotation: Callable[..., Quat]  # (kept, first) -> by the correction at the end of the block, earth frame
-    restarted: Callable[..., bool]  # (kept, first) -> bool: the attitude is independent of that in the block before
+    is_restart: Callable[..., bool]  # (kept, first) -> bool: the attitude is independent of that in the block before
 
 
 class Filter(NamedTuple):

@@ -107,7 +107,7 @@ FILTER = Filter(
         back=rts.back,
         read=rts.read,
         rotation=rts.rotation,
-        restarted=rts.restarted,
+        is_restart=rts.is_restart,
     ),
     with_known_bias=with_known_bias,
 )

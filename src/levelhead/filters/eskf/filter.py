@@ -68,7 +68,6 @@ class State(NamedTuple):
     field_norm: float  # µT, of the first field; 0: there was none
     resting: bool  # the guard has found the sensor at rest in this block
     candidate: CandidateField
-    blocks: int  # that have ended
     block_ended: bool  # with the last sample
     health: int
     memory: Floats
@@ -102,7 +101,7 @@ def start(params: ESKF, m: Floats, acc: Vec3, mag: Vec3) -> State:
     field_norm = 0.0
     if tilt.is_present(mag):
         field_norm = start_field(params, m, attitude, mag)
-    return State(attitude, field_norm, False, NO_CANDIDATE, 0, False, 0, m)
+    return State(attitude, field_norm, False, NO_CANDIDATE, False, 0, m)
 
 
 @noinline
@@ -120,7 +119,7 @@ def start_field(params: ESKF, m: Floats, attitude: Quat, mag: Vec3) -> float:
 @kernel
 def step(params: ESKF, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> State:
     """Integrates attitude and velocity over one sample, and adds the sample to the integrals of the block."""
-    attitude, field_norm, resting, candidate, blocks, block_ended, health, m = state
+    attitude, field_norm, resting, candidate, block_ended, health, m = state
     if block_ended:
         reset_block(m)
     rate = true_rate(m, gyr)
@@ -140,7 +139,7 @@ def step(params: ESKF, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float)
         if field_norm == 0.0:
             field_norm = start_field(params, m, attitude, mag)
         add_mag(m, r, rate, mag, field_norm)
-    return State(attitude, field_norm, resting, candidate, blocks, False, health, m)
+    return State(attitude, field_norm, resting, candidate, False, health, m)
 
 
 @kernel
@@ -150,7 +149,7 @@ def due(params: ESKF, state: State) -> bool:
 
 
 @kernel
-def existing(state: State) -> int:
+def state_count(state: State) -> int:
     """How many states at the front of a row are computed, so that all that exist are among them."""
     if state.memory[at.AIDED] != 0.0:
         return at.ROW
@@ -160,15 +159,15 @@ def existing(state: State) -> int:
 @noinline
 def correct(params: ESKF, state: State, dt: float) -> State:
     """Prediction and measurements at the end of a block."""
-    predict(params, state.memory, existing(state))
+    predict(params, state.memory, state_count(state))
     return update(params, state)
 
 
 @noinline
 def update(params: ESKF, state: State) -> State:
     """Measurements at the end of a block, or reinitialisation, after the covariance was predicted."""
-    attitude, field_norm, resting, candidate, blocks, _, _, m = state
-    n = existing(state)
+    attitude, field_norm, resting, candidate, _, _, m = state
+    n = state_count(state)
     average_rate(m, resting)
     tilt_variance = variance(m, at.ATTITUDE) + variance(m, at.ATTITUDE + 1)
     tilt_lost = m[at.ACC_TIME] > 0.0 and tilt_variance > LARGE_TILT
@@ -178,7 +177,7 @@ def update(params: ESKF, state: State) -> State:
             rotation = reinitialise_heading(params, m, rotation)
         m[at.REINITIALISED] = 1.0
         attitude = quat.compose(rotation, attitude)
-        return State(attitude, field_norm, False, NO_CANDIDATE, blocks + 1, True, 0, m)
+        return State(attitude, field_norm, False, NO_CANDIDATE, True, 0, m)
     adapt_motion(params, m)
     health = 0
     m[at.DIVERGED_TIME] = m[at.DIVERGED_TIME] + m[at.BLOCK_TIME] if velocity_diverged(params, m, resting) else 0.0
@@ -209,7 +208,7 @@ def update(params: ESKF, state: State) -> State:
         add_variance(m, at.HEADING, 1, min(angle * angle, LARGE_HEADING - variance(m, at.HEADING)))
         health |= MAG_LEARNED
         candidate = NO_CANDIDATE
-    return State(attitude, field_norm, False, candidate, blocks + 1, True, health, m)
+    return State(attitude, field_norm, False, candidate, True, health, m)
 
 
 @kernel
@@ -229,8 +228,8 @@ def inflate_heading(params: ESKF, state: State, variance: float) -> State:
 @kernel
 def at_rest(params: ESKF, state: State) -> State:
     """The guard has found the sensor at rest: the block will measure a zero rate."""
-    attitude, field_norm, _, candidate, blocks, block_ended, health, m = state
-    return State(attitude, field_norm, True, candidate, blocks, block_ended, health, m)
+    attitude, field_norm, _, candidate, block_ended, health, m = state
+    return State(attitude, field_norm, True, candidate, block_ended, health, m)
 
 
 @kernel

@@ -23,7 +23,7 @@ from typing import NamedTuple
 from levelhead.compiler.mark import kernel, noinline
 from levelhead.filters.eskf import state as at
 from levelhead.filters.eskf.covariance import rotate_velocity_error
-from levelhead.filters.eskf.filter import State, existing, start, update
+from levelhead.filters.eskf.filter import State, start, state_count, update
 from levelhead.filters.eskf.params import ESKF
 from levelhead.filters.eskf.predict import predict
 from levelhead.kernels import quat
@@ -65,7 +65,7 @@ SMOOTHED = OFF + at.ROW  # x^s
 SIZE = SMOOTHED + at.ROW
 
 
-class Smoothed(NamedTuple):
+class BlockEstimate(NamedTuple):
     """Of a block: the rotation vector of its attitude's correction (rad, earth frame), its bias (rad/s), σ of both."""
 
     turn: Vec3
@@ -84,7 +84,7 @@ def init(params: ESKF, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
 def correct(params: ESKF, state: State, dt: float) -> State:
     """``filter.correct`` that keeps the predicted covariance and the attitude before the correction."""
     m = state.memory
-    predict(params, m, existing(state))
+    predict(params, m, state_count(state))
     copy(m, PREDICTED, at.P, WHOLE)
     q = state.quat
     m[BEFORE], m[BEFORE + 1], m[BEFORE + 2], m[BEFORE + 3] = q.w, q.x, q.y, q.z
@@ -139,7 +139,7 @@ def rotation(kept: Floats, first: int) -> Quat:
 
 
 @kernel
-def restarted(kept: Floats, first: int) -> bool:
+def is_restart(kept: Floats, first: int) -> bool:
     """Whether the attitude of a block is independent of that before it."""
     return kept[first + KEPT_RESTART] > 0.0
 
@@ -245,17 +245,17 @@ def step_back(m: Floats, restart: bool) -> None:
 def back(kept: Floats, first: int, m: Floats) -> None:
     """One step back, to the block that is kept from ``first`` on."""
     load(kept, first, m)
-    step_back(m, restarted(kept, first + KEPT))
+    step_back(m, is_restart(kept, first + KEPT))
 
 
 @kernel
-def read(kept: Floats, first: int, m: Floats) -> Smoothed:
+def read(kept: Floats, first: int, m: Floats) -> BlockEstimate:
     """The block that the step back has reached."""
     b = first + KEPT_BIAS
     d = SMOOTHED + at.GYR_BIAS
     x = SMOOTHED + at.ATTITUDE
     v = NOW + at.ATTITUDE * (at.ROW + 1)
-    return Smoothed(
+    return BlockEstimate(
         Vec3(m[x], m[x + 1], m[x + 2]),
         Vec3(kept[b] + m[d], kept[b + 1] + m[d + 1], kept[b + 2] + m[d + 2]),
         Vec3(angle_sigma(m[v]), angle_sigma(m[v + at.ROW + 1]), angle_sigma(m[v + 2 * (at.ROW + 1)])),
