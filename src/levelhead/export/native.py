@@ -47,6 +47,7 @@ GENERATOR = (  # what makes C of kernels, beside the kernels themselves
             "filter.c",
             "imu.c",
             "axis.c",
+            "run.c",
             "aid.c",
             "aided.c",
             "place.c",
@@ -227,10 +228,8 @@ class ImuUnit:
             "settings_format": word_format(self.settings),
             "carry_words": words(self.carry),
             "carry_format": word_format(self.carry),
-            **dict.fromkeys(("aid", "aided", "place"), ""),
-            "aid_or_null": "NULL",
-            "forward": "",
-            "forward_or_null": "NULL",
+            **dict.fromkeys(("aid", "aided", "place", "run", "forward"), ""),
+            **dict.fromkeys(("aid_or_null", "run_or_null", "forward_or_null"), "NULL"),
             "width": 0,
         }
         if self.aid is not None and self.place is not None:
@@ -244,7 +243,11 @@ class ImuUnit:
             }
             gaps |= {name: template(f"native.{name}.c").substitute(parts) for name in ("aid", "aided", "place")}
             gaps["aid_or_null"] = "aid"
-        return gaps
+        return gaps | self._loop(gaps)
+
+    def _loop(self, parts: dict[str, object]) -> dict[str, object]:
+        """The function that goes through samples; a second one would take as long again to compile."""
+        return {"run": template("native.run.c").substitute(parts), "run_or_null": "run"}
 
 
 class AxisUnit:
@@ -306,15 +309,14 @@ class ForwardUnit(ImuUnit):
         self._block_ended = self.program.kernel(flt.smoothing.block_ended, [state])
         self._keep = self.program.kernel(flt.smoothing.keep, [state, ROW, INT])
 
-    def gaps(self) -> dict[str, object]:
-        """What the template of its functions leaves open."""
-        found = super().gaps()
-        parts = found | {
+    def _loop(self, parts: dict[str, object]) -> dict[str, object]:
+        """The run that keeps blocks, in place of the plain one."""
+        calls = {
             "block_ended": self.program.call(self._block_ended, ["carry.run.state"]),
             "keep": self.program.call(self._keep, ["carry.run.state", "blocks->numbers", f"{self._width} * kept"]),
         }
-        return found | {
-            "forward": template("native.forward.c").substitute(parts),
+        return {
+            "forward": template("native.forward.c").substitute(parts | calls),
             "forward_or_null": "forward",
             "width": self._width,
         }

@@ -5,7 +5,7 @@ it never changes.
 """
 
 import ast
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 Place = tuple[tuple[int, int], ...]  # (block, statement) from the outermost block inwards
@@ -51,6 +51,10 @@ class Scopes(ast.NodeVisitor):
         self._blocks = 0
         self._place: Place = ()
         self._block(body)
+        self._declared: dict[tuple[int, int], list[str]] = {}  # statement -> the names declared before it
+        for name, variable in self.variables.items():
+            if variable.block:
+                self._declared.setdefault(variable.block[-1], []).append(name)
 
     def _block(self, body: Sequence[ast.stmt]) -> None:
         self._blocks += 1
@@ -107,12 +111,9 @@ class Scopes(ast.NodeVisitor):
         variable.stores += isinstance(node.ctx, ast.Store)
         variable.loads += isinstance(node.ctx, ast.Load)
 
-    def declared_before(self, statement: ast.stmt) -> Iterator[str]:
+    def declared_before(self, statement: ast.stmt) -> Sequence[str]:
         """The names whose innermost common block has this as its first statement about them."""
-        for name, variable in self.variables.items():
-            place = variable.block
-            if place and place[-1] == self.at[statement]:
-                yield name
+        return self._declared.get(self.at[statement], ())
 
 
 def stored_in(statement: ast.stmt) -> set[str]:

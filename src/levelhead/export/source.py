@@ -125,6 +125,7 @@ def _module(name: str) -> tuple[ast.Module, dict[int, str]]:
     return ast.parse(text), comments(text)
 
 
+@functools.cache
 def home(module: str, name: str) -> tuple[str, str]:
     """Where a module's global is defined: module and name there."""
     if not module.startswith("levelhead") and module not in sys.modules:
@@ -158,6 +159,7 @@ def place(module: str, name: str) -> int:
     return next((statement.lineno for statement in _assignments(module, name)), 0)
 
 
+@functools.cache
 def remark(module: str, name: str) -> str:
     """What stands behind a constant of a module: how it is computed, where that says more than the number, and why."""
     for statement in _assignments(module, name):

@@ -54,7 +54,7 @@ typedef struct {
     void (*set_settings)(void *memory, const lh_word *settings);
     void (*set_carry)(void *memory, const lh_word *carry);
     void (*get_carry)(const void *memory, lh_word *carry);
-    void (*run)(void *memory, ptrdiff_t count, double last, const lh_rows *rows);
+    void (*run)(void *memory, ptrdiff_t count, double last, const lh_rows *rows); /* NULL: has forward */
     void (*report)(const void *memory, double said[11]);
     void (*aid)(void *memory, int32_t row, double value, double deviation, double age); /* NULL: takes nothing */
     ptrdiff_t width; /* numbers of a block that forward keeps; NULL: the filter has no smoother */

@@ -45,29 +45,7 @@ static void report(const void *memory, double said[11])
 }
 
 $aid
-static void run(void *memory, ptrdiff_t count, double last, const lh_rows *rows)
-{
-    static const double none[3] = {0.0, 0.0, 0.0};
-    Filter *filter = memory;
-    const $Settings settings = filter->settings;
-    $Carry carry = filter->carry; /* here, so that compilers keep its numbers in registers */
-    for (ptrdiff_t i = 0; i < count; i++) {
-        const double *gyr = rows->gyr + 3 * i, *acc = rows->acc + 3 * i, *mag = rows->mag ? rows->mag + 3 * i : none;
-        const double dt = rows->t[i] - last;
-        last = rows->t[i];
-        carry = $advance;
-$aided
-        const $Output out = $result;
-        double *quat = rows->quat + 4 * i, *bias = rows->bias + 3 * i, *sigma = rows->sigma + 3 * i;
-        quat[0] = out.quat.w, quat[1] = out.quat.x, quat[2] = out.quat.y, quat[3] = out.quat.z;
-        bias[0] = out.bias.x, bias[1] = out.bias.y, bias[2] = out.bias.z;
-        sigma[0] = out.sigma.x, sigma[1] = out.sigma.y, sigma[2] = out.sigma.z;
-        rows->health[i] = (uint32_t)out.health;
-$place
-    }
-    filter->carry = carry;
-}
-
+$run
 $forward
 const lh_imu_filter LH_SYMBOL($symbol) = {
     .name = "$name",
@@ -82,7 +60,7 @@ const lh_imu_filter LH_SYMBOL($symbol) = {
     .set_settings = set_settings,
     .set_carry = set_carry,
     .get_carry = get_carry,
-    .run = run,
+    .run = $run_or_null,
     .report = report,
     .aid = $aid_or_null,
     .width = $width,

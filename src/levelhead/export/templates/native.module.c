@@ -329,6 +329,9 @@ static PyObject *imu_run(PyObject *object, PyObject *const *args, Py_ssize_t giv
     lh_rows rows = {0};
     double last;
     int at = 1;
+    if (!filter->run) {
+        return PyErr_Format(PyExc_ValueError, "%s only runs forward for its smoother", filter->name);
+    }
     if ((aided && !filter->aid) || (!aided && counted(given, 9) < 0) || number(args[0], &last) < 0) {
         return PyErr_Occurred() ? NULL : PyErr_Format(PyExc_ValueError, "%s takes no aiding", filter->name);
     }
