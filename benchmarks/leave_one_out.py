@@ -1,11 +1,12 @@
-"""How the ESKF's defaults do on data that they were not chosen on: one whole data set is left out at a time.
+"""How the ESKF's numbers do on data that they were not chosen on: one whole data set is left out at a time.
 
-    python benchmarks/leave_one_out.py shared/data --candidates 24
+    python benchmarks/leave_one_out.py shared/data --steps 60
 
-A pool of parameter sets is drawn at random about the defaults (each parameter of ``SEARCHED`` times exp of a normal
-number, 1σ 0.5; the defaults are the first of the pool). Each runs over all recordings, with and without their
-magnetometers. For every data set in turn the candidate is chosen that has the smallest geometric mean of error/VQF's
-over the *other* sets, each set counting alike, and its ratio on the set that was left out is printed.
+For every data set the numbers of ``SEARCHED`` are chosen on the other sets alone. The search starts from the power of
+ten that is nearest to each default, and goes by random steps: one or two numbers times exp of a normal number, kept if
+the score becomes less. The score is the mean of log(error/VQF's) over the other sets, each set with and each without
+magnetometers counting alike, on at most ``MOST`` recordings of each. The model itself, and the constants in its code,
+are the same throughout: they were found with all sets in view.
 """
 
 import argparse
@@ -23,84 +24,140 @@ from levelhead.bench.groups import group_of
 from levelhead.bench.methods import Method
 from levelhead.bench.processes import run_parallel
 from levelhead.bench.ratios import LEAST, geometric_mean
-from levelhead.bench.reference import align_sensor
+from levelhead.bench.reference import SensorFrame, align_sensor
 from levelhead.bench.survey import survey
+from levelhead.publish.progress import progress
 
 SEARCHED = (
-    "gyr_noise", "gyr_share", "bias_walk", "bias_start", "scale_start", "acc_noise", "acc_bias", "speed", "speed_max",
-    "travel", "travel_time", "mag_noise", "mag_place", "place_time", "mag_gate", "field_gate", "mag_offset",
+    "gyr_noise", "gyr_share", "bias_walk", "bias_start", "bias_raw", "scale_start", "acc_noise", "acc_bias", "speed",
+    "speed_max", "travel", "travel_time", "mag_noise", "mag_place", "place_time", "mag_gate", "field_gate",
+    "field_walk", "mag_offset", "offset_walk",
 )  # fmt: skip
-SPREAD = 0.5
+STEP = 0.6  # 1σ of the logarithm of a step
+MOST = 6  # recordings of a set on which a step is judged
 SEED = 1
 
 
-class Task(NamedTuple):
-    """All candidates on one recording."""
+class Run(NamedTuple):
+    """A recording with or without its magnetometer, and VQF's error on it in degrees."""
 
-    path: Path
-    with_mag: bool
-    candidates: tuple[lh.ESKF, ...]
+    dataset: str
+    recording: lh.Recording
+    frame: SensorFrame | None
+    peer: float
+
+    @property
+    def kind(self) -> tuple[str, bool]:
+        """Its set, and whether there is a magnetometer."""
+        return self.dataset, self.recording.mag is not None
 
 
-def error(recording: lh.Recording, method: Method, frame: object) -> float:
-    """Degrees: rotated with a magnetometer, drift without."""
+class Fold(NamedTuple):
+    """The set that is left out, all files, and how many steps."""
+
+    left_out: str
+    paths: tuple[Path, ...]
+    steps: int
+
+
+class Found(NamedTuple):
+    """Of a fold: the score at the start and at the end, the choice, and the ratios on the set that was left out."""
+
+    start: float
+    end: float
+    params: lh.ESKF
+    chosen: list[float]
+    default: list[float]
+
+
+def error(recording: lh.Recording, method: Method, frame: SensorFrame | None) -> float:
+    """Degrees: after one constant rotation with a magnetometer, drift in 60 s without."""
     quat, _ = method.run(recording)
-    figures = measure(recording, np.asarray(quat, dtype=float), False, None, frame)  # type: ignore[arg-type]
+    figures = measure(recording, np.asarray(quat, dtype=float), False, None, frame)
     value = figures.rotated if recording.mag is not None else figures.drift
     return max(value if value is not None else figures.heading, LEAST)
 
 
-def run(task: Task) -> list[float]:
-    """The ratio of every candidate's error to VQF's."""
-    recording = load(task.path, task.with_mag)
-    frame = align_sensor(recording)
-    peer = error(recording, Method("vqf.VQF"), frame)
-    return [error(recording, Method("ESKF", params), frame) / peer for params in task.candidates]
+def runs_of(paths: Sequence[Path], most: int | None) -> list[Run]:
+    """Recordings with and without magnetometers, at most so many files of a set, evenly picked."""
+    by_set: dict[str, list[Path]] = {}
+    for path in paths:
+        by_set.setdefault(group_of(path).dataset, []).append(path)
+    runs = []
+    for dataset, files in by_set.items():
+        count = min(len(files), most or len(files))
+        for k in range(count):
+            path = files[k * len(files) // count]
+            for with_mag in (True, False):
+                recording = load(path, with_mag)
+                if with_mag and recording.mag is None:
+                    continue
+                frame = align_sensor(recording)
+                runs.append(Run(dataset, recording, frame, error(recording, Method("vqf.VQF"), frame)))
+    return runs
 
 
-def pool(count: int) -> tuple[lh.ESKF, ...]:
-    """The defaults, and others about them."""
-    random = np.random.default_rng(SEED)
+def ratios(params: lh.ESKF, runs: Sequence[Run]) -> list[float]:
+    """Error/VQF's of each."""
+    return [error(run.recording, Method("ESKF", params), run.frame) / run.peer for run in runs]
+
+
+def score(params: lh.ESKF, runs: Sequence[Run]) -> float:
+    """Mean over the sets of the mean logarithm."""
+    logs = np.log(ratios(params, runs))
+    kinds = [run.kind for run in runs]
+    return float(np.mean([np.mean([x for x, k in zip(logs, kinds, strict=True) if k == kind]) for kind in set(kinds)]))
+
+
+def start() -> lh.ESKF:
+    """Each number the power of ten that is nearest to the default."""
     default = lh.ESKF()
-    return (default,) + tuple(
-        default._replace(**{name: getattr(default, name) * math.exp(random.normal(0.0, SPREAD)) for name in SEARCHED})
-        for _ in range(count - 1)
-    )
+    return default._replace(**{name: 10.0 ** round(math.log10(getattr(default, name))) for name in SEARCHED})
 
 
-def table(groups: Sequence[tuple[str, bool]], ratios: np.ndarray) -> list[str]:
-    """A row per data set: candidate chosen on the others, its ratio there and here, and the default's here."""
-    logs = np.log(ratios)
-    sets = sorted({name for name, _ in groups})
-    kinds = sorted(set(groups))
-    mean = {kind: logs[[i for i, group in enumerate(groups) if group == kind]].mean(axis=0) for kind in kinds}
-    lines = ["| left out | runs | chosen | on the others | on it | the default on it |", "|---|--:|--:|--:|--:|--:|"]
-    left = []
-    for name in sets:
-        others = np.mean([mean[kind] for kind in kinds if kind[0] != name], axis=0)
-        best = int(np.argmin(others))
-        rows = [i for i, group in enumerate(groups) if group[0] == name]
-        left += list(ratios[rows, best])
-        here, default = (geometric_mean(list(ratios[rows, column])) for column in (best, 0))
-        lines.append(f"| {name} | {len(rows)} | {best} | {math.exp(others[best]):.3f} | {here:.3f} | {default:.3f} |")
-    whole = geometric_mean(list(ratios[:, 0]))
-    return [*lines, f"| all | {len(groups)} | | | {geometric_mean(left):.3f} | {whole:.3f} |"]
+def search(fold: Fold) -> Found:
+    """The choice without a set, and what it does there."""
+    others = [path for path in fold.paths if group_of(path).dataset != fold.left_out]
+    runs = runs_of(others, MOST)
+    random = np.random.default_rng(SEED)
+    best = start()
+    first = least = score(best, runs)
+    for _ in range(fold.steps):
+        names = random.choice(SEARCHED, random.integers(1, 3), replace=False)
+        tried = best._replace(**{str(n): getattr(best, str(n)) * math.exp(random.normal(0.0, STEP)) for n in names})
+        value = score(tried, runs)
+        if value < least:
+            best, least = tried, value
+    left = runs_of([path for path in fold.paths if group_of(path).dataset == fold.left_out], None)
+    return Found(first, least, best, ratios(best, left), ratios(lh.ESKF(), left))
 
 
 def main() -> None:
     """The table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("places", nargs="+", type=Path)
-    parser.add_argument("--candidates", type=int, default=24)
+    parser.add_argument("--steps", type=int, default=60)
     parser.add_argument("--jobs", type=int, default=2)
     args = parser.parse_args()
-    candidates = pool(args.candidates)
-    entries, _ = survey(args.places, True)
-    tasks = [Task(entry.path, True, candidates) for entry in entries if entry.magnetometer]
-    tasks += [Task(entry.path, False, candidates) for entry in entries]
-    found = dict(run_parallel(run, tasks, args.jobs))
-    kinds = [(group_of(task.path).dataset, task.with_mag) for task in tasks]
-    print("\n".join(table(kinds, np.array([found[task] for task in tasks]))))
+    paths = tuple(entry.path for entry in survey(args.places, True)[0])
+    folds = [Fold(name, paths, args.steps) for name in sorted({group_of(path).dataset for path in paths})]
+    found: dict[str, Found] = {}
+    with progress("choosing") as report:
+        for fold, result in run_parallel(search, folds, args.jobs):
+            found[fold.left_out] = result
+            report(len(found) / len(folds))
+    print(
+        "| left out | runs | others, at the start | others, chosen | **left out, chosen on the others** | the default |"
+    )
+    print("|---|--:|--:|--:|--:|--:|")
+    for name, one in sorted(found.items()):
+        here, default = geometric_mean(one.chosen), geometric_mean(one.default)
+        print(
+            f"| {name} | {len(one.chosen)} | {math.exp(one.start):.3f} | {math.exp(one.end):.3f} "
+            f"| **{here:.3f}** | {default:.3f} |"
+        )
+    chosen, default = ([x for one in found.values() for x in getattr(one, which)] for which in ("chosen", "default"))
+    print(f"| all | {len(chosen)} | | | **{geometric_mean(chosen):.3f}** | {geometric_mean(default):.3f} |")
 
 
 if __name__ == "__main__":
