@@ -49,7 +49,7 @@ def found(recording):
     return lh.calibrate_sensor(recording)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_a_hundred_sensors_are_found_within_their_sigma():
     """Errors over σ of 100 specimens: as many beyond 3σ as a normal distribution has, and σ of the right size."""
     over: dict[str, list[np.ndarray]] = {}

@@ -147,7 +147,8 @@ def test_a_bar_on_a_terminal_and_json_alone_beside_it():
 def compiling(tmp_path):
     """The command line with a verb that has to compile, where nothing is kept from before."""
     code = (
-        "import sys, levelhead as lh; from levelhead import cli\n"
+        "import signal, sys, levelhead as lh; from levelhead import cli\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"  # which a job in the background is started without
         "recording = lh.simulate.recording('MPU-6050', 'hand', duration=1.0)\n"
         "cli.app = lambda *_, **__: lh.fuse(recording, lh.Mahony(), engine='compiled')\n"
         "sys.exit(cli.main(['fuse']))"
