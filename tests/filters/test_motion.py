@@ -72,4 +72,4 @@ def test_a_raw_gyroscope_that_never_rests_is_learned_within_seconds(motion):
     print(f"{motion}: tilt {np.round(errors, 2)}°, error/σ {np.round(ratios, 2)}")
     assert max(errors) < 8.0
     assert np.mean(errors) < 4.0
-    assert np.sqrt(np.mean(np.square(ratios))) < 3.0
+    assert np.sqrt(np.mean(np.square(ratios))) < 3.5

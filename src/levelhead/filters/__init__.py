@@ -110,10 +110,12 @@ def offline() -> ESKF:
     """The same for a recording that is known to its end.
 
     What is constant is found with the whole of it: a magnetometer's offset, which online begins smaller and walks, to
-    follow the fields of a room; and the field of the place, in which a recording stays. A body's
-    velocity is told by what comes after, so less is asked of it: a wider density and a smaller travel.
+    follow the fields of a room; and the field of the place, in which a recording stays. What
+    comes after tells of a body's velocity too, so less is asked of the model: a wider density, a smaller travel, and a
+    narrower prior of a raw gyroscope.
     """
     return ESKF(
+        bias_raw=4.5,
         speed=0.8,
         travel=0.25,
         mag_offset=0.01,

@@ -4,28 +4,28 @@
 the travel that is fixed to the sensor, through a low-pass filter of time constant τ becomes ȳ; white noise of density
 D gives E ȳ² = D/(2 τ). With the variance P_vv, which explains part of it,
 
-    D = max(0, 2 τ (ȳ² − P_vv)),   averaged over ``DENSITY_TIME``, within ``speed``² and ``speed_max``²            (1)
+    D = max(0, 2 τ (ȳ² − P_vv)),   averaged over ``DENSITY_TIME``, within ``speed``² and ``speed_max``²           (21)
 
 one for the two horizontal axes, one for the vertical.
 
-**Travel.** The variance of u in (2) of the package is the running mean of u² + P_uu: one step of expectation
+**Travel.** The variance of u in (12) is the running mean of u² + P_uu: one step of expectation
 maximisation in each block.
 
 **Width of a prior.** Sensors are a mixture of calibrated and raw ones. Let a state have the prior variance s², the
 variance P, and let x be its estimate less the prior's mean, which is 0 but where an earlier run has told it. The
 measurements alone then say x/κ ± √(P/κ) with κ = 1 − P/s². Where even the lower end of that is beyond s,
 
-    s'² = (|x|/κ − 5 √(P/κ))²                                                                                   (2)
+    s'² = (|x|/κ − 5 √(P/κ))²                                                                                  (23)
 
 takes the place of s². The exchange is exact, correlations included: a measurement x = 0 of variance
 r = −s² s'²/(s'² − s²) takes the information 1/s² − 1/s'² away. P grows, and x goes to where it would be.
 
-The bias of a raw gyroscope turns attitude far off within seconds, where nothing is of first order and (2) comes too
+The bias of a raw gyroscope turns attitude far off within seconds, where nothing is of first order and (23) comes too
 late. So the prior of the gyroscope's bias begins with s = ``bias_raw``. As soon as the measurements have shrunk the
 volume of its σ ellipsoid, det P < ``INFORMED``² s⁶, and in every block from then on to ``NARROW_TIME``, a narrower one
 takes its place,
 
-    s' = max(``bias_start``, |x|/κ − √(P/κ), 0.13 times the largest of the axes),                               (3)
+    s' = max(``bias_start``, |x|/κ − √(P/κ), 0.13 times the largest of the axes),                              (22)
 
 by a measurement x = 0 of the variance r = s² s'²/(s² − s'²), which is as exact.
 """
@@ -67,7 +67,7 @@ def mean_travel(m: Floats, i: int) -> float:
 
 @noinline
 def adapt_motion(params: ESKF, m: Floats) -> None:
-    """Eq. 1 and the variance of travel."""
+    """Eq. 21 and the variance of travel."""
     time = m[at.BLOCK_TIME]
     weight = time / (INNOVATION_TIME + time)
     excess_h = 0.0
@@ -95,7 +95,7 @@ def adapt_motion(params: ESKF, m: Floats) -> None:
 
 @kernel
 def set_density(params: ESKF, m: Floats, k: int, excess: float) -> None:
-    """Eq. 1 for the horizontal (0) or vertical (1) axes: what they say now or in the mean, whichever is more."""
+    """Eq. 21 for the horizontal (0) or vertical (1) axes: what they say now or in the mean, whichever is more."""
     time = m[at.BLOCK_TIME]
     now = max(0.0, 2.0 * INNOVATION_TIME * excess)
     m[at.MEAN_DENSITY + k] += time / (DENSITY_TIME + time) * (now - m[at.MEAN_DENSITY + k])
@@ -106,14 +106,14 @@ def set_density(params: ESKF, m: Floats, k: int, excess: float) -> None:
 
 @kernel
 def prior_deviation(m: Floats, i: int) -> float:
-    """Estimate of state i less the mean of its prior, x of eq. 2."""
+    """Estimate of state i less the mean of its prior, x of eq. 23."""
     mean = m[at.PRIOR_MEAN + i] if m[at.PRIOR_SIGMA + i] > 0.0 else 0.0
     return m[at.MEAN + i] + m[at.X + i] - mean
 
 
 @kernel
 def informed_bound(m: Floats, i: int, sure: float) -> float:
-    """What measurements alone say of the size of state i, less ``sure`` σ, eqs. 2 and 3; 0 where they say nothing."""
+    """What measurements alone say of the size of state i, less ``sure`` σ, eqs. 22 and 23; 0 where they say nothing."""
     prior = m[at.PRIOR_VARIANCE + i]
     if not variance(m, i) < (1.0 - LEAST_INFORMATION) * prior:
         return 0.0
@@ -131,7 +131,7 @@ def widest_axis(m: Floats, first: int, sure: float) -> float:
 
 @noinline
 def narrow_prior(params: ESKF, m: Floats, n: int) -> None:
-    """Eq. 3, from when enough is known of the gyroscope's bias to half a minute after the start."""
+    """Eq. 22, from when enough is known of the gyroscope's bias to half a minute after the start."""
     x = at.P + at.GYR_BIAS * at.ROW + at.GYR_BIAS
     y = x + at.ROW
     z = y + at.ROW
@@ -153,7 +153,7 @@ def narrow_prior(params: ESKF, m: Floats, n: int) -> None:
 
 @noinline
 def widen_prior(m: Floats, n: int, first: int, most: float) -> None:
-    """Eq. 2 for the three axes of a sensor from state ``first`` on; ``most`` is the largest width."""
+    """Eq. 23 for the three axes of a sensor from state ``first`` on; ``most`` is the largest width."""
     widest = widest_axis(m, first, SURE)
     if widest > 0.0:
         for i in range(first, first + 3):

@@ -33,7 +33,7 @@ class ESKF(NamedTuple):
             sweep=(0.5, 20.0),
             log=True,
         ),
-    ] = 4.5
+    ] = 6.0
     scale_start: Annotated[
         float, Param("", "1σ of the gyroscope's scale and cross-axis factors", low=0.0, sweep=(1e-4, 0.05), log=True)
     ] = 0.003
