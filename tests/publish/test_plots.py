@@ -1,6 +1,7 @@
 """Pictures: the geometry under them exactly, and every picture drawn once, also for hard data."""
 
 import sys
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from levelhead.filters import ESKF, AccelTilt, Complementary, GyroIntegration, K
 from levelhead.publish.plots import (
     calibration_picture,
     case_picture,
+    curves,
     four_panels,
     gain_picture,
     sweep_picture,
@@ -21,8 +23,8 @@ from levelhead.publish.plots import (
 )
 from levelhead.publish.plots.angles import euler_of, euler_sigma, most_active_axis, unwrap, wrap
 from levelhead.publish.plots.calibration_panels import _finding as _learned_finding
-from levelhead.publish.plots.curves import envelope, groups, runs
-from levelhead.publish.plots.orientation import _events, _finding
+from levelhead.publish.plots.curves import envelope, envelope_of, groups, runs
+from levelhead.publish.plots.orientation import _courses, _events, _finding
 from levelhead.recording import Recording, Truth
 from levelhead.simulate import hard_lesson, lesson, recording
 from levelhead.track import Track
@@ -65,6 +67,33 @@ def test_thinning_keeps_every_spike_and_few_points():
     assert (line.max(), line.min()) == (50.0, -60.0)
     assert (np.diff(x) >= 0).all()
     assert abs(x[line.argmax()] - 123.456) < 0.5
+
+
+def test_a_line_in_stretches_is_the_line(monkeypatch):
+    t = np.arange(100_000) * 0.01
+    t[50_000:] += 5.0
+    y = wrap(np.cumsum(np.random.default_rng(4).standard_normal(len(t))))
+    y[[20_000, 30_001]] = np.nan  # the former is where two stretches meet
+    monkeypatch.setattr(curves, "STRETCH", 10_000)
+    x, line = envelope_of(t, lambda rows: y[rows])
+    whole_x, whole = envelope(t, y)
+    assert len(line) < 1.1 * len(whole) and (np.diff(x[np.isfinite(x)]) >= 0.0).all()
+    assert np.isnan(line).sum() == np.isnan(whole).sum() == 3  # two NaN and the gap
+    assert (np.nanmin(line), np.nanmax(line)) == (np.nanmin(whole), np.nanmax(whole))
+    assert (x[0], x[-1]) == (whole_x[0], whole_x[-1])
+
+
+def test_a_picture_takes_a_few_bytes_of_a_sample(tmp_path, monkeypatch):
+    monkeypatch.setattr(curves, "STRETCH", 10_000)
+    n = 300_000
+    rec = Recording(np.arange(n) * 0.01, np.zeros((n, 3)), np.tile([0.0, 0.0, 9.81], (n, 1)))
+    track = Track(rec.t, np.tile([1.0, 0, 0, 0], (n, 1)), np.zeros((n, 3)), np.full((n, 3), 0.01))
+    track_picture(rec, track, tmp_path / "first.png")  # what is imported stays
+    tracemalloc.start()
+    track_picture(rec, track, tmp_path / "track.png")
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 30 * n + 12_000_000  # and the page itself; all angles at a time were 150 bytes of a sample
 
 
 def test_groups_of_nothing():
@@ -116,7 +145,9 @@ def test_rest_is_an_event_but_no_fault():
         (True, [(1, 1)]), (True, [(2, 2)]), (False, [(0, 1)]),
     ]  # fmt: skip
     resting = Track([0.0], [[1.0, 0.0, 0.0, 0.0]], health=bits[:1])
-    assert _finding(resting).endswith("no sample was bad") and "bad" not in _finding(track)
+    rec = Recording(track.t, np.zeros((4, 3)), np.tile([0.0, 0.0, 9.81], (4, 1)))
+    said = [_finding(one, _courses(rec[: len(one)], one)) for one in (resting, track)]
+    assert said[0].endswith("no sample was bad") and "bad" not in said[1]
 
 
 FILTERS = [GyroIntegration, AccelTilt, Complementary, Kalman(r_measure=4), RollPitchKalman]

@@ -53,9 +53,9 @@ def euler_sigma(track: Track) -> Array | None:
     return capped
 
 
-def accelerometer_only(recording: Recording) -> Array:
-    """(n, 3) roll and pitch in degrees from each accelerometer sample alone; NaN where it is missing, and for yaw."""
-    ax, ay, az = recording.acc.T
+def accelerometer_only(acc: Array) -> Array:
+    """(n, 3) roll and pitch in degrees from each sample of (n, 3) alone; NaN where it is missing, and for yaw."""
+    ax, ay, az = acc.T
     pitch = np.arctan2(-ax, np.hypot(ay, az))
     euler: Array = np.degrees(np.stack([np.arctan2(ay, az), pitch, np.full(len(pitch), np.nan)], axis=1))
     return euler

@@ -1,5 +1,6 @@
 """Long signals as lines and bands: gaps stay gaps, wraps are not crossed, spikes survive the thinning."""
 
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -11,6 +12,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 BUCKETS = 1200  # about as many as there are pixels from left to right
+STRETCH = 250_000  # samples that are in memory at a time for a picture
 LONG_GAP = 10.0  # sample intervals without a sample after which a line is broken
 
 
@@ -75,9 +77,11 @@ def curve(axes: "Axes", t: Array, y: Array, period: float = 0.0, **style: Any) -
     axes.plot(*envelope(t, y, period), solid_joinstyle="round", **style)
 
 
-def area(t: Array, centre: Array, half: Array, period: float = 0.0) -> tuple[Array, Array, Array]:
+def area(
+    t: Array, centre: Array, half: Array, period: float = 0.0, buckets: int = BUCKETS
+) -> tuple[Array, Array, Array]:
     """centre ± half as (x, low, high), broken by NaN where the line of ``centre`` is; empty if there is none."""
-    found = groups(t, np.where(np.isfinite(half), centre, np.nan), period)
+    found = groups(t, np.where(np.isfinite(half), centre, np.nan), period, buckets)
     if not len(found.rows):
         return (np.empty(0),) * 3
     low = np.minimum.reduceat((centre - half)[found.rows], found.starts)
@@ -85,6 +89,39 @@ def area(t: Array, centre: Array, half: Array, period: float = 0.0) -> tuple[Arr
     x = t[found.rows][found.starts]
     x, low, high = (_break_curve(values, found.broken) for values in (x, low, high))
     return x, low, high
+
+
+def stretches(t: Array) -> Iterator[tuple[slice, int]]:
+    """Rows in stretches, with the buckets of each by its time; a stretch begins with the last row of the one before."""
+    for first in range(0, max(len(t) - 1, 1), STRETCH):
+        rows = slice(first, min(first + STRETCH + 1, len(t)))
+        whole = len(t) <= STRETCH + 1
+        share = 1.0 if whole else float((t[rows.stop - 1] - t[first]) / (t[-1] - t[0]))
+        yield rows, max(round(BUCKETS * share), 1)
+
+
+def join(parts: Sequence[tuple[Array, ...]], connected: list[bool]) -> tuple[Array, ...]:
+    """Curves of stretches as one; broken where the row that two of them share has no value."""
+    if len(parts) == 1:
+        return parts[0]
+    gap = np.full(1, np.nan)
+    pieces = [
+        part if good else tuple(np.append(one, gap) for one in part)
+        for part, good in zip(parts, connected, strict=True)
+    ]
+    return tuple(np.concatenate(columns) for columns in zip(*pieces, strict=True))
+
+
+def envelope_of(t: Array, values: Callable[[slice], Array]) -> tuple[Array, Array]:
+    """``envelope`` of a signal that is computed stretch by stretch."""
+    parts: list[tuple[Array, ...]] = []
+    connected = []
+    for rows, buckets in stretches(t):
+        y = values(rows)
+        parts.append(envelope(t[rows], y, buckets=buckets))
+        connected.append(bool(np.isfinite(y[-1])))
+    x, line = join(parts, connected)
+    return x, line
 
 
 def band(axes: "Axes", t: Array, centre: Array, half: Array, period: float = 0.0, **style: Any) -> None:

@@ -8,10 +8,12 @@ import numpy as np
 from levelhead.filters import health
 from levelhead.publish.plots import angles, style
 from levelhead.publish.plots.chart import Band, Bars, Line, Panel, Picture, draw
-from levelhead.publish.plots.curves import area, envelope, runs
+from levelhead.publish.plots.curves import area, envelope, envelope_of, join, runs, stretches
 from levelhead.recording import Array, Recording
 from levelhead.track import Track
 from levelhead.units import GRAVITY
+
+SOME = 20_000  # samples of a stretch whose σ decides how far the axis reaches
 
 
 def track_picture(recording: Recording, track: Track, path: str | Path) -> None:
@@ -21,11 +23,12 @@ def track_picture(recording: Recording, track: Track, path: str | Path) -> None:
         LevelheadError: nothing to draw with, or a path that cannot be written.
     """
     t = track.t - track.t[0]
-    panels = _angles(recording, track)
+    courses = _courses(recording, track)
+    panels = [_angle(recording, track, name, course) for name, course in zip(angles.NAMES, courses, strict=True)]
     if track.bias is not None:
         panels.append(_bias(t, track.bias))
-    panels.append(_norm(t, np.degrees(recording.gyr), "angular rate |ω|", "°/s", style.GYROSCOPE))
-    force = _norm(t, recording.acc, "specific force |a|", "m/s²", style.ACCELEROMETER)
+    panels.append(_norm(t, recording.gyr, float(np.degrees(1.0)), "angular rate |ω|", "°/s", style.GYROSCOPE))
+    force = _norm(t, recording.acc, 1.0, "specific force |a|", "m/s²", style.ACCELEROMETER)
     level = Line(t[[0, -1]], np.full(2, GRAVITY), "#444444", 0.8, "1 g at rest", dashed=True)
     panels.append(force._replace(marks=[*force.marks, level]))
     events = _events(track)
@@ -33,64 +36,116 @@ def track_picture(recording: Recording, track: Track, path: str | Path) -> None:
         panels.append(_timeline(t, events))
     ends = (float(t[0]), float(t[-1]) if len(t) > 1 else 1.0)
     height = 1.35 * sum(panel.height for panel in panels) + 1.0
-    draw(Picture(_finding(track), panels, ends, 11.0, height), path)
+    draw(Picture(_finding(track, courses), panels, ends, 11.0, height), path)
 
 
-def _finding(track: Track) -> str:
+class Course(NamedTuple):
+    """One Euler angle as it is drawn, in degrees: curves of few points whatever the length of the recording.
+
+    Attributes:
+        line: (x, y).
+        alone: the same of the accelerometer's own angle; None where it has none.
+        doubt: (x, low, high) of the angle with ±2σ; None without σ.
+        ends: the least and the greatest value.
+        sigma: σ at some samples; the last one is that of the last sample.
+    """
+
+    line: tuple[Array, Array]
+    alone: tuple[Array, Array] | None
+    doubt: tuple[Array, Array, Array] | None
+    ends: tuple[float, float]
+    sigma: Array
+
+
+def _finding(track: Track, courses: list[Course]) -> str:
     troubled = bool(np.any(track.health & np.uint32(health.FAULTS)))
-    roll, pitch, yaw = np.nanmax(np.abs(track.euler()), axis=0)
+    roll, pitch, yaw = (max(abs(end) for end in course.ends) for course in courses)
     words = f"{track.name}: roll up to {roll:.0f}°, pitch {pitch:.0f}°, yaw {yaw:.0f}°"
     return words + ("" if troubled else "; no sample was bad")
 
 
-def _angles(recording: Recording, track: Track) -> list[Panel]:
-    t = track.t - track.t[0]
-    euler, sigma = track.euler(), angles.euler_sigma(track)
-    alone = angles.accelerometer_only(recording)
-    panels = []
-    for i, name in enumerate(angles.NAMES):
-        marks: list[Line | Band] = []
-        if np.isfinite(alone[:, i]).any():
-            marks.append(Line(*envelope(t, alone[:, i], 360.0), "#C8C8C8", 0.6, "accelerometer alone"))
-        doubt = None if sigma is None or not (sigma[:, i] > 0.0).any() else sigma[:, i]
-        if doubt is not None:
-            marks.append(Band(*area(t, euler[:, i], 2.0 * doubt, 360.0), style.BLUE, 0.2, "±2σ"))
-        marks.append(Line(*envelope(t, euler[:, i], 360.0), style.BLUE, 1.2, name))
-        title = name.capitalize()
-        if name == "yaw":
-            north = "magnetic" if track.declination is None else "true"
-            title += (
-                f", from {north} north" if recording.mag is not None else ", relative to the start (no magnetometer)"
-            )
-        if doubt is not None:
-            title += f"; σ {doubt[-1]:.3g}° at the end"
-        limits = _limits(euler[:, i], doubt)
-        panels.append(Panel(title, f"{name} [°]", marks, limits, angle=True, height=2.0))
-    return panels
+def _courses(recording: Recording, track: Track) -> list[Course]:
+    """Roll, pitch and yaw, stretch by stretch: all at once they would take gigabytes of a long recording."""
+    parts = [_courses_of(recording, track, rows, buckets) for rows, buckets in stretches(track.t)]
+    return [_join_courses(list(one)) for one in zip(*parts, strict=True)]
 
 
-def _limits(course: Array, sigma: Array | None) -> tuple[float, float]:
+def _courses_of(
+    recording: Recording, track: Track, rows: slice, buckets: int
+) -> list[tuple[Course, tuple[bool, bool]]]:
+    """Courses of a stretch, each with whether its angle and that of the accelerometer have a value at the end."""
+    sigma = None if track.sigma is None else track.sigma[rows]
+    part = Track(track.t[rows], track.quat[rows], sigma=sigma)
+    t, euler, doubts = part.t - track.t[0], part.euler(), angles.euler_sigma(part)
+    seen = angles.accelerometer_only(recording.acc[rows])
+    found = []
+    for i in range(len(angles.NAMES)):
+        y, half = euler[:, i], np.zeros(0) if doubts is None else doubts[:, i]
+        course = Course(
+            envelope(t, y, 360.0, buckets),
+            envelope(t, seen[:, i], 360.0, buckets),
+            area(t, y, 2.0 * half, 360.0, buckets) if doubts is not None else None,
+            (float(np.nanmin(y)), float(np.nanmax(y))) if np.isfinite(y).any() else (np.nan, np.nan),
+            half[:: -max(len(half) // SOME, 1)][::-1].copy(),
+        )
+        found.append((course, (bool(np.isfinite(y[-1])), bool(np.isfinite(seen[-1, i])))))
+    return found
+
+
+def _join_courses(parts: list[tuple[Course, tuple[bool, bool]]]) -> Course:
+    """The whole course from those of stretches."""
+    courses, here, there = [one for one, _ in parts], [good for _, (good, _) in parts], [good for _, (_, good) in parts]
+    sigma = np.concatenate([one.sigma for one in courses])
+    x, y = join([one.line for one in courses], here)
+    seen_x, seen_y = join([one.alone for one in courses if one.alone is not None], there)
+    doubt = None
+    if (sigma > 0.0).any():
+        at, low, high = join([one.doubt for one in courses if one.doubt is not None], here)
+        doubt = at, low, high
+    alone = (seen_x, seen_y) if np.isfinite(seen_y).any() else None
+    lows, highs = zip(*(one.ends for one in courses), strict=True)
+    return Course((x, y), alone, doubt, (float(np.nanmin(lows)), float(np.nanmax(highs))), sigma)
+
+
+def _angle(recording: Recording, track: Track, name: str, course: Course) -> Panel:
+    marks: list[Line | Band] = []
+    title = name.capitalize()
+    if course.alone is not None:
+        marks.append(Line(*course.alone, "#C8C8C8", 0.6, "accelerometer alone"))
+    if course.doubt is not None:
+        marks.append(Band(*course.doubt, style.BLUE, 0.2, "±2σ"))
+    marks.append(Line(*course.line, style.BLUE, 1.2, name))
+    if name == "yaw":
+        north = "magnetic" if track.declination is None else "true"
+        title += f", from {north} north" if recording.mag is not None else ", relative to the start (no magnetometer)"
+    if course.doubt is not None:
+        title += f"; σ {course.sigma[-1]:.3g}° at the end"
+    return Panel(title, f"{name} [°]", marks, _limits(course), angle=True, height=2.0)
+
+
+def _limits(course: Course) -> tuple[float, float]:
     """Room for the line, and for its band as far as that does not dwarf the line."""
-    low, high = float(np.nanmin(course)), float(np.nanmax(course))
+    low, high = course.ends
     room = 0.08 * (high - low) + 1.0
-    if sigma is not None:
-        room += min(2.0 * float(np.nanquantile(sigma, 0.95)), max(high - low, 10.0))
+    if course.doubt is not None:
+        room += min(2.0 * float(np.nanquantile(course.sigma, 0.95)), max(high - low, 10.0))
     return max(low - room, -195.0), min(high + room, 195.0)
 
 
 def _bias(t: Array, bias: Array) -> Panel:
     marks = []
     for i, name in enumerate("xyz"):
-        course = np.degrees(bias[:, i])
-        value = f"{course[-1]:.3g} °/s".replace("-", "−") if course.any() else "not estimated"
-        marks.append(Line(*envelope(t, course), style.AXES[i], 2.0 - 0.4 * i, f"{name}: {value}"))
+        course = bias[:, i]
+        value = f"{np.degrees(course[-1]):.3g} °/s".replace("-", "−") if course.any() else "not estimated"
+        x, line = envelope_of(t, lambda rows, course=course: np.degrees(course[rows]))  # type: ignore[misc]
+        marks.append(Line(x, line, style.AXES[i], 2.0 - 0.4 * i, f"{name}: {value}"))
     return Panel("Gyroscope bias (in the legend: at the end)", "bias [°/s]", marks, height=1.2)
 
 
-def _norm(t: Array, values: Array, what: str, unit: str, colour: str) -> Panel:
-    norm = np.linalg.norm(values, axis=1)
+def _norm(t: Array, values: Array, factor: float, what: str, unit: str, colour: str) -> Panel:
+    x, norm = envelope_of(t, lambda rows: np.linalg.norm(factor * values[rows], axis=1))
     peak = f", up to {np.nanmax(norm):.3g} {unit}" if np.isfinite(norm).any() else ": none"
-    return Panel(f"{what.capitalize()}{peak}", f"[{unit}]", [Line(*envelope(t, norm), colour, 0.8)])
+    return Panel(f"{what.capitalize()}{peak}", f"[{unit}]", [Line(x, norm, colour, 0.8)])
 
 
 class Event(NamedTuple):

@@ -126,7 +126,7 @@ def _truth(axes: "Axes", data: PanelData, **more: Any) -> None:
 
 def _raw(axes: "Axes", data: PanelData) -> None:
     recording = data.comparison.recording
-    acc = angles.accelerometer_only(recording)[:, data.axis]
+    acc = angles.accelerometer_only(recording.acc)[:, data.axis]
     gyr = angles.gyroscope_only(recording)[:, data.axis]
     parts = []
     if np.isfinite(acc).any():
