@@ -1,6 +1,8 @@
 """The native engine: which filters have it, what happens when sources change, and what its objects refuse."""
 
 import logging
+import time
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -45,6 +47,23 @@ def test_changed_sources_never_run_old_code(caplog):
     assert [record.getMessage().count("make native") for record in caplog.records] == [1]
     with pytest.raises(lh.LevelheadError, match="no native engine"):
         lh.fuse(recording, lh.EKF(), engine="native")
+
+
+def test_many_threads_say_once_that_sources_have_changed(monkeypatch):
+    def say(message):
+        time.sleep(0.05)  # the other threads come meanwhile
+        said.append(message)
+
+    said: list[str] = []
+    monkeypatch.setattr(logging.getLogger("levelhead"), "warning", say)
+    native._warn_stale.cache_clear()
+    native._load_filter.cache_clear()
+    monkeypatch.setattr(native, "digest", lambda files: "changed")
+    with ThreadPoolExecutor(4) as pool:
+        assert not any(pool.map(lambda flt: native.has_imu(flt, True), filters.ALL[:4]))
+    native._load_filter.cache_clear()
+    native._warn_stale.cache_clear()
+    assert len(said) == 1
 
 
 def test_without_numba(monkeypatch):

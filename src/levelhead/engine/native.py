@@ -8,6 +8,7 @@ generated, and their digest: where a file has changed since, another engine take
 import functools
 import hashlib
 import struct
+import threading
 from collections.abc import Iterable
 from pathlib import Path
 from types import ModuleType
@@ -75,7 +76,8 @@ def _load_filter(name: str, kind: str) -> NativeFilter | None:
     files, made, params, state = found
     try:
         if digest(files.split(",")) != made:
-            _warn_stale()
+            with _WARNING:
+                _warn_stale()
             return None
     except OSError:  # installed without sources: nothing that could have changed
         pass
@@ -89,6 +91,9 @@ def up_to_date() -> bool:
         return False
     made = [entry for kind in KINDS for entry in getattr(module, kind, {}).values()]
     return hasattr(module, KINDS[-1]) and all(digest(files.split(",")) == digits for files, digits, *_ in made)
+
+
+_WARNING = threading.Lock()  # a cache alone lets every thread that comes before the first has ended say it again
 
 
 @functools.cache
