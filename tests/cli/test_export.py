@@ -202,11 +202,13 @@ def test_the_page_works_as_written(levelhead, tmp_path, monkeypatch):
             Path(target).write_text(said.out, encoding="utf-8")
     swept = json.loads(Path("tuned.json").read_text(encoding="utf-8"))
     best, low, high = swept["minimum"], swept["flat"]["low"], swept["flat"]["high"]
-    words = f"`kp={best['value']:g}` with {best['error_deg']:.2f}° RMS, within 5 % from {low:.2g} to {high:.2g},"
+    words = (
+        f"`kp={best['value']:g}` with an error of {best['error_deg']:.2f}° RMS; from {low:.2g} to {high:.2g} the error"
+    )
     assert words in page.replace("\n   ", " ") and best["edge"] is None
     recording = read("motion.csv")
     untuned = evaluate(recording, fuse(recording, filters.Mahony())).total
-    assert f"where the default of `Mahony` has {untuned:.2f}°" in page.replace("\n   ", " ")
+    assert f"The default of `Mahony` has {untuned:.2f}°" in page.replace("\n   ", " ")
     source = (tmp_path / "libraries" / "lh_mahony" / "src" / "lh_mahony.c").read_text(encoding="utf-8")
     found = re.search(r"\.kp = ([^f]+)f,", source)
     assert found and float(found[1]) == pytest.approx(best["value"], rel=1e-6)
