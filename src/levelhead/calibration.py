@@ -6,30 +6,26 @@ track.calibration.save("sensor.json")
 fuse(another, ESKF(), prior=Calibration.read("sensor.json"))
 """
 
-import json
 import math
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from levelhead.atomic import atomic_path
 from levelhead.errors import LevelheadError, nearest
 from levelhead.filters.eskf.calibration import Estimate
 from levelhead.filters.eskf.state import ALWAYS, BLOCKS, Block
+from levelhead.json_file import read_json, write_json
 from levelhead.kernels import correction
 from levelhead.kernels.correction import SensorErrors
 from levelhead.kernels.mat3 import Mat3
 from levelhead.kernels.vec3 import Vec3
 from levelhead.recording import Array, Recording, real_array
-from levelhead.version import VERSION
 
 FORMAT = "levelhead calibration 1"
-LARGEST = 1_000_000  # bytes: no calibration is so large
 
 UNLEARNED = 0.7  # of the σ that it would have had unlearned (about half of the variance): it has not been learned
 
@@ -195,9 +191,7 @@ class Calibration:
         Raises:
             LevelheadError: the path cannot be written.
         """
-        whole = {"format": FORMAT, "levelhead": VERSION} | self.to_dict()
-        with atomic_path(path) as temporary:
-            temporary.write_text(json.dumps(whole, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+        write_json(path, FORMAT, self.to_dict())
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> "Calibration":
@@ -206,19 +200,7 @@ class Calibration:
         Raises:
             LevelheadError: no such file, or not such a file.
         """
-        path = Path(path)
-        try:
-            if path.stat().st_size > LARGEST:
-                raise ValueError
-            whole = json.loads(path.read_text(encoding="utf-8"))
-        except OSError as error:
-            raise LevelheadError(f"cannot read the calibration {path}: {error.strerror or error}") from None
-        except (ValueError, RecursionError):
-            raise LevelheadError(f"{path} is no calibration; expected what levelhead saved as one (JSON)") from None
-        if not isinstance(whole, dict) or not isinstance(whole.get("format"), str):
-            raise LevelheadError(f"{path} is no calibration; expected what levelhead saved as one (JSON)")
-        if whole["format"] != FORMAT:
-            raise LevelheadError(f"{path} says '{whole['format'][:60]}'; this version reads '{FORMAT}'")
+        whole = read_json(path, FORMAT, "calibration", "what levelhead saved as one (JSON)")
         try:
             return cls(**{name: _read(name, whole.get(name)) for name in QUANTITIES})
         except LevelheadError as error:

@@ -73,7 +73,8 @@ def test_a_log_that_moves_is_refused(levelhead, tmp_path):
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        ("{}", "its format is 'None'"),
+        ("{}", "is no noise file"),
+        ('{"format": "levelhead noise 9"}', "says 'levelhead noise 9'; this version reads"),
         ("no", "is no noise file"),
         ('{"format": "levelhead noise 1", "gyr": {"unit": "deg/s"}}', "gyr is not whole"),
     ],

@@ -42,10 +42,10 @@ def solve(residuals: Callable[[Array], Array], start: Array, prior: Array) -> So
     scale, value = 1.0, start
     for _ in range(2):
 
-        def weighted(parameters: Array, by: float = scale) -> Array:
+        def weigh(parameters: Array, by: float = scale) -> Array:
             return np.concatenate([residuals(parameters) / by, (parameters - start) / prior])
 
-        found = least_squares(weighted, value, loss="huber", f_scale=ROBUST, x_scale=prior)
+        found = least_squares(weigh, value, loss="huber", f_scale=ROBUST, x_scale=prior)
         value = found.x
         left = residuals(value)
         free = max(1, len(left) - len(start))

@@ -12,7 +12,7 @@ from levelhead.engine.aiding_inputs import aiding_inputs
 from levelhead.engine.binding import bind, bind_axis, choose_engine, estimates_bias, for_engine
 from levelhead.engine.driver import Settings
 from levelhead.engine.native import Machine, axis_run, has_axis, has_imu
-from levelhead.engine.prior import apply_prior, corrected, read_calibration
+from levelhead.engine.prior import apply_prior, correct_recording, read_calibration
 from levelhead.errors import LevelheadError
 from levelhead.filters.contract import AxisReport
 from levelhead.filters.parameters import FilterChoice
@@ -83,7 +83,7 @@ class Batch:
                 f"fuse takes a Recording, not {type(recording).__name__}; levelhead.read(path) makes one"
             )
         self._guarded, self._prior = guard is not None, prior
-        recording = self._recording = corrected(recording, prior)
+        recording = self._recording = correct_recording(recording, prior)
         params = filters.default() if params is None else filters.resolve(params)
         self.filter = filters.of(params)
         bound = bind(self.filter, self._guarded)

@@ -35,7 +35,7 @@ def apply_prior(flt: Filter, carry: Carry, prior: Calibration | None) -> Carry:
     return carry._replace(run=carry.run._replace(state=state))
 
 
-def corrected(recording: Recording, prior: Calibration | None) -> Recording:
+def correct_recording(recording: Recording, prior: Calibration | None) -> Recording:
     """The recording without what a prior from poses knows and no filter learns: matrices of accelerometer and
     magnetometer.
     """
@@ -43,7 +43,7 @@ def corrected(recording: Recording, prior: Calibration | None) -> Recording:
     return recording if fixed is None else fixed.apply(recording)
 
 
-def correcting(tick: Tick, tick_mag: Tick, errors: SensorErrors) -> tuple[Tick, Tick]:
+def correct_ticks(tick: Tick, tick_mag: Tick, errors: SensorErrors) -> tuple[Tick, Tick]:
     """The same two functions of one live sample, for readings that have these errors."""
 
     def plain(place: object, gyr: Triple, acc: Triple, dt: float) -> Four:

@@ -24,7 +24,7 @@ from levelhead.engine.batch import DEFAULT_GUARD, NO_MAG
 from levelhead.engine.binding import bind, choose_engine, for_engine, numba_installed
 from levelhead.engine.driver import Carry, Settings, advance, result
 from levelhead.engine.native import NativeSmoother, has_smoother
-from levelhead.engine.prior import apply_prior, corrected, read_calibration
+from levelhead.engine.prior import apply_prior, correct_recording, read_calibration
 from levelhead.errors import LevelheadError
 from levelhead.filters.contract import Filter, FilterState, Schedule, Smoothing
 from levelhead.filters.parameters import FilterChoice, Params
@@ -283,7 +283,7 @@ class Smoother:
     ) -> None:
         flt, guarded = filters.of(params), guard is not None
         assert flt.smoothing is not None
-        self._prior, recording = prior, corrected(recording, prior)
+        self._prior, recording = prior, correct_recording(recording, prior)
         self._parts: Smoothing = flt.smoothing
         self._bound = bind_smoother(flt, guarded)
         self._settings = Settings(params, guard or DEFAULT_GUARD)

@@ -12,7 +12,7 @@ from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.engine.binding import bind, bind_axis, choose_engine, estimates_bias, numba_installed
 from levelhead.engine.driver import Settings
 from levelhead.engine.native import has_axis, has_imu
-from levelhead.engine.prior import apply_prior, correcting, keep_prior, read_calibration
+from levelhead.engine.prior import apply_prior, correct_ticks, keep_prior, read_calibration
 from levelhead.engine.serialization import StreamState, from_bytes, to_bytes
 from levelhead.engine.stepper import Four, axis_stepper, imu_stepper
 from levelhead.errors import LevelheadError
@@ -116,7 +116,7 @@ class Stream:
         self._place = self._stepper.place
         self._prior, fixed = prior, None if prior is None else prior.matrices()
         if fixed is not None:
-            self._tick, self._tick_mag = correcting(self._tick, self._tick_mag, fixed.errors)
+            self._tick, self._tick_mag = correct_ticks(self._tick, self._tick_mag, fixed.errors)
         self._time: float | None = None
 
     def update(

@@ -208,7 +208,7 @@ def examine_field(recording: Recording) -> Iterator[Finding]:
     turn = field_turn(recording.t, recording.gyr, recording.mag)
     if (
         turn is not None
-        and turn.telling
+        and turn.is_informative
         and turn.free > 0.93
         and (turn.correlation < 0.75 or (turn.free > 0.99 and turn.free - turn.correlation > 0.02))
     ):

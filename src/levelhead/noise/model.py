@@ -1,6 +1,5 @@
 """A NoiseModel: the noise of a sensor's axes as numbers, for filters and simulations."""
 
-import json
 import math
 import os
 from collections.abc import Mapping
@@ -9,20 +8,18 @@ from pathlib import Path
 
 import numpy as np
 
-from levelhead.atomic import atomic_path
 from levelhead.errors import LevelheadError
 from levelhead.filters import of as filter_of
 from levelhead.filters.parameters import Params
+from levelhead.json_file import read_json, write_json
 from levelhead.noise.allan import AllanCurve
 from levelhead.noise.fit import FLICKER_SHARE, NAMES, Coefficients
 from levelhead.open_types import Fields
 from levelhead.recording import Array
 from levelhead.simulate import Imu, TriadErrors
 from levelhead.units import DEGREE, GRAVITY
-from levelhead.version import VERSION
 
 FORMAT = "levelhead noise 1"
-LARGEST = 1_000_000  # bytes: no noise file is so large
 MOTION = {"acc_noise", "r_measure"}
 UNITS = {"gyr": "rad/s", "acc": "m/s²", "mag": "µT"}
 
@@ -174,9 +171,7 @@ class NoiseModel:
         Raises:
             LevelheadError: the path cannot be written.
         """
-        whole = {"format": FORMAT, "levelhead": VERSION} | self.to_dict()
-        with atomic_path(path) as temporary:
-            temporary.write_text(json.dumps(whole, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+        write_json(path, FORMAT, self.to_dict())
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> "NoiseModel":
@@ -186,19 +181,7 @@ class NoiseModel:
             LevelheadError: no such file, or not such a file.
         """
         path = Path(path)
-        try:
-            if path.stat().st_size > LARGEST:
-                raise ValueError
-            whole = json.loads(path.read_text(encoding="utf-8"))
-        except OSError as error:
-            raise LevelheadError(f"cannot read the noise file {path}: {error.strerror or error}") from None
-        except (ValueError, RecursionError):
-            raise LevelheadError(
-                f"{path} is no noise file; expected what `levelhead noise LOG -o FILE` wrote"
-            ) from None
-        if not isinstance(whole, dict) or whole.get("format") != FORMAT:
-            said = str(whole.get("format"))[:60] if isinstance(whole, dict) else "nothing"
-            raise LevelheadError(f"{path} is no noise file: its format is '{said}'; this version reads '{FORMAT}'")
+        whole = read_json(path, FORMAT, "noise file", "what `levelhead noise LOG -o FILE` wrote")
         parts = {name: _read(path, name, whole.get(name)) for name in UNITS if name in whole or name != "mag"}
         try:
             return cls(parts["gyr"], parts["acc"], parts.get("mag"), float(whole["duration_s"]), str(whole["source"]))

@@ -9,7 +9,7 @@ from levelhead.recording import Array, median
 SPAN = 0.5  # s
 _ROWS = 40_000
 _ENOUGH = 0.15  # rms turn of the body per span, rad, that tells something
-_BURIED = 0.2  # turn of the field over that of the body, below which five parts of six are the device's own
+_OWN_FIELD = 0.2  # turn of the field over that of the body, below which five parts of six are the device's own
 _CONSTANT = 1e-5  # relative spread of a length that software has normalised
 
 
@@ -31,19 +31,19 @@ class FieldTurn(NamedTuple):
     spans: int
 
     @property
-    def telling(self) -> bool:
+    def is_informative(self) -> bool:
         """Whether the body turned enough, often enough."""
         return self.turned > _ENOUGH and self.spans >= 12
 
     @property
     def unusable(self) -> bool:
         """Whether the field does not turn with the body as its axes are."""
-        return self.telling and (self.correlation < 0.3 or self.buried)
+        return self.is_informative and (self.correlation < 0.3 or self.is_own_field)
 
     @property
-    def buried(self) -> bool:
+    def is_own_field(self) -> bool:
         """Whether nearly all of the length is the device's own field, which turns with it."""
-        return abs(self.scale) < _BURIED
+        return abs(self.scale) < _OWN_FIELD
 
 
 def field_turn(t: Array, gyr: Array, mag: Array, span: float = SPAN) -> FieldTurn | None:

@@ -110,5 +110,5 @@ def _is_unit_row(row: Sequence[str]) -> bool:
         or any(units.find(quantity, one) is not None for quantity in units.FACTORS for one in (cell, plain))
         for cell, plain in ((cell, cell.strip("() ")) for cell in filled)
     )
-    telling = sum(len(cell) > 1 and not is_number(cell, False) for cell in filled)
-    return bool(filled) and known > 0.6 * len(filled) and telling > 0
+    words = sum(len(cell) > 1 and not is_number(cell, False) for cell in filled)
+    return bool(filled) and known > 0.6 * len(filled) and words > 0

@@ -53,11 +53,11 @@ def steadiness_of_gravity(t: Array, gyr: Array, acc: Array, away: float = 0.3) -
     turn = gyr[rows] * np.minimum(np.diff(t, append=t[-1] + step), 2.0 * step)[rows][..., None]
     radians, degrees = _held(turn, acc[rows]), _held(turn * (math.pi / 180.0), acc[rows])
     path = np.sqrt((turn * turn).sum(axis=-1)).sum(axis=0)
-    telling = (np.abs(radians - degrees) > 0.02) & (path > 0.5)
-    if not telling.any():
+    informative = (np.abs(radians - degrees) > 0.02) & (path > 0.5)
+    if not informative.any():
         return _NOTHING
-    gain = float((radians - degrees)[telling].mean())
-    return Steadiness(int(telling.sum()), gain, float(np.maximum(radians, degrees)[telling].mean()))
+    gain = float((radians - degrees)[informative].mean())
+    return Steadiness(int(informative.sum()), gain, float(np.maximum(radians, degrees)[informative].mean()))
 
 
 def _near_gravity(

@@ -1,0 +1,51 @@
+"""Files of JSON that levelhead writes and reads again: whole or not at all, with a name of their format."""
+
+import json
+import os
+from pathlib import Path
+
+from levelhead.atomic import atomic_path
+from levelhead.errors import LevelheadError
+from levelhead.open_types import Fields
+from levelhead.version import VERSION
+
+LARGEST = 1_000_000  # bytes: no such file is so large
+
+
+def write_json(path: str | os.PathLike[str], form: str, content: Fields) -> None:
+    """Writes ``content`` with the name of its format and levelhead's version.
+
+    Raises:
+        LevelheadError: the path cannot be written.
+    """
+    whole = {"format": form, "levelhead": VERSION} | content
+    with atomic_path(path) as temporary:
+        temporary.write_text(json.dumps(whole, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+
+
+def read_json(path: str | os.PathLike[str], form: str, kind: str, source: str) -> Fields:
+    """What ``write_json`` wrote, numbers to the last bit.
+
+    Args:
+        path: the file.
+        form: the name of its format.
+        kind: what such a file is, for messages, such as "calibration".
+        source: what would be right, such as "what levelhead saved as one".
+
+    Raises:
+        LevelheadError: no such file, not such a file, or one of another format.
+    """
+    path = Path(path)
+    try:
+        if path.stat().st_size > LARGEST:
+            raise ValueError
+        whole = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise LevelheadError(f"cannot read the {kind} {path}: {error.strerror or error}") from None
+    except (ValueError, RecursionError):
+        raise LevelheadError(f"{path} is no {kind}; expected {source}") from None
+    if not isinstance(whole, dict) or not isinstance(whole.get("format"), str):
+        raise LevelheadError(f"{path} is no {kind}; expected {source}")
+    if whole["format"] != form:
+        raise LevelheadError(f"{path} says '{whole['format'][:60]}'; this version reads '{form}'")
+    return whole
