@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from levelhead import simulate as simulate
     from levelhead.calibrate import calibrate_sensor as calibrate_sensor
     from levelhead.calibration import Calibration as Calibration
+    from levelhead.corpora.runner import corpus as corpus
     from levelhead.engine import AxisStream as AxisStream
     from levelhead.engine import Stream as Stream
     from levelhead.engine import fuse as fuse
@@ -72,6 +73,7 @@ __version__ = VERSION
 _HOMES = {
     "levelhead.calibrate": ("calibrate_sensor",),
     "levelhead.calibration": ("Calibration",),
+    "levelhead.corpora.runner": ("corpus",),
     "levelhead.engine": (
         "AxisStream",
         "Stream",
@@ -98,6 +100,7 @@ _HOMES = {
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 _ROOMS = (
     "simulate", "filters", "guard", "sources", "engine", "evaluate", "inspection", "noise", "tune", "live", "publish",
+    "corpora",
 )  # fmt: skip
 
 __all__ = [*_HOME, "simulate"]  # noqa: PLE0604

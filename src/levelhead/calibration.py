@@ -201,10 +201,19 @@ class Calibration:
             LevelheadError: no such file, or not such a file.
         """
         whole = read_json(path, FORMAT, "calibration", "what levelhead saved as one (JSON)")
+        return cls.from_dict(whole, str(path))
+
+    @classmethod
+    def from_dict(cls, parts: Mapping[str, object], source: str) -> "Calibration":
+        """What ``to_dict`` gave.
+
+        Raises:
+            LevelheadError: a part that is missing or wrong; the sentence begins with ``source``.
+        """
         try:
-            return cls(**{name: _read(name, whole.get(name)) for name in QUANTITIES})
+            return cls(**{name: _read(name, parts.get(name)) for name in QUANTITIES})
         except LevelheadError as error:
-            raise LevelheadError(f"{path}: {error}") from None
+            raise LevelheadError(f"{source}: {error}") from None
 
     def counts(self) -> tuple[int, int]:
         """How many of the sensor's errors are known, and of how many that the filter estimates."""

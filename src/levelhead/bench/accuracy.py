@@ -267,10 +267,10 @@ def run(task: Task) -> Outcome:
     except Exception as error:
         why = (str(error).splitlines() or [""])[0][:100]
         return Outcome(None, f"failed: {type(error).__name__}{f' ({why})' if why else ''}")
-    return _measure(recording, np.asarray(quat, dtype=float), sigma, task.entry.north, frame)
+    return outcome_of(recording, np.asarray(quat, dtype=float), sigma, task.entry.north, frame)
 
 
-def _measure(
+def outcome_of(
     recording: Recording, quat: Array, sigma: Array | None, absolute: bool, frame: SensorFrame | None
 ) -> Outcome:
     """The figures, if there is a unit quaternion for every sample."""

@@ -48,6 +48,7 @@ VERBS = {
     "axes": "How the sensor sits on its body, from a still pose and one turn.",
     "export": "A filter with its numbers as C99 for a microcontroller, with self-test and Arduino sketch.",
     "simulate": "Write a simulated recording with known truth.",
+    "corpus": "One verb over many recordings: folders, patterns and URLs, on all cores or on a cluster.",
     "bench": "Levelhead beside its peers: errors on real recordings, and time.",
 }
 for verb, words in VERBS.items():

@@ -2,9 +2,9 @@
 
 import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -12,8 +12,15 @@ if TYPE_CHECKING:
 PATIENCE = 0.5  # s before a bar appears: what is done sooner needs none
 
 
+class Report(Protocol):
+    """Takes the fraction done, 0 to 1, and words to stand after the title."""
+
+    def __call__(self, fraction: float, words: str = "") -> None:
+        """So much is done."""
+
+
 @contextmanager
-def progress(title: str) -> Iterator[Callable[[float], None]]:
+def progress(title: str) -> Iterator[Report]:
     """Gives a function that takes the fraction done, 0 to 1; after half a second there is a bar on stderr.
 
     Until a fraction is known the bar moves to and fro. In a pipe, a log file or a test nothing is written, and rich is
@@ -23,7 +30,7 @@ def progress(title: str) -> Iterator[Callable[[float], None]]:
             fuse(recording, params, progress=report)
     """
     if not sys.stderr.isatty():
-        yield lambda fraction: None
+        yield lambda fraction, words="": None
         return
     bar = _LateBar(title)
     timer = threading.Timer(PATIENCE, bar.start)
@@ -43,6 +50,7 @@ class _LateBar:
         self._title, self._lock = title, threading.Lock()
         self._bar: Progress | None = None
         self._fraction: float | None = None
+        self._words = ""
         self._done = False
 
     def start(self) -> None:
@@ -59,10 +67,10 @@ class _LateBar:
             self._bar.start()
             self._show()
 
-    def report(self, fraction: float) -> None:
+    def report(self, fraction: float, words: str = "") -> None:
         """So much is done."""
         with self._lock:
-            self._fraction = min(max(fraction, 0.0), 1.0)
+            self._fraction, self._words = min(max(fraction, 0.0), 1.0), words
             self._show()
 
     def stop(self) -> None:
@@ -74,4 +82,5 @@ class _LateBar:
 
     def _show(self) -> None:
         if self._bar is not None and self._fraction is not None:
-            self._bar.update(self._bar.task_ids[0], total=1.0, completed=self._fraction)
+            title = f"{self._title}: {self._words}" if self._words else self._title
+            self._bar.update(self._bar.task_ids[0], total=1.0, completed=self._fraction, description=title)

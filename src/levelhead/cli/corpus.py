@@ -1,0 +1,236 @@
+"""``levelhead corpus VERB PLACE…``: one verb over many recordings, on all cores or on a Dask cluster."""
+
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import App, Parameter
+
+from levelhead.cli.options import (
+    NO_PICTURE,
+    GuardWords,
+    Reading,
+    can_draw,
+    filter_names,
+    parse_filter_spec,
+    parse_guard,
+    print_json,
+    print_line,
+    require_writable,
+)
+from levelhead.engine.batch import DEFAULT_GUARD
+from levelhead.filters.parameters import FilterChoice
+from levelhead.guard import Guard
+from levelhead.open_types import Fields
+
+if TYPE_CHECKING:
+    from levelhead.corpora.runner import Progress
+
+corpus = App(
+    name="corpus",
+    help="One verb over many recordings: folders, patterns and URLs, on all cores or on a Dask cluster.",
+    help_format="markdown",
+)
+Places = Annotated[str, Parameter(metavar="PLACE", negative="")]
+Filters = Annotated[
+    tuple[str, ...],
+    Parameter(
+        name=["--filter", "-f"],
+        negative="",
+        metavar="NAME[:K=V,…]",
+        completer=filter_names,
+        help="A filter with parameters, such as `EKF:acc_tau=3`; may be given several times, for a row each.",
+    ),
+]
+NoMag = Annotated[bool, Parameter(name="--mag", negative="--no-mag", show_default=False)]
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Running:
+    """Where the work is done, and where its results go."""
+
+    out: Annotated[Path, Parameter(name=["--out", "-o"], metavar="DIR")] = Path("corpus-results")
+    """Folder of the results: rows/ is a Parquet dataset, report.html the report. The same command goes on where a run
+    was ended."""
+    workers: Annotated[int | None, Parameter(metavar="N")] = None
+    """Processes on this machine; by default one for each core. 0: this process alone, without Dask."""
+    scheduler: Annotated[str | None, Parameter(metavar="ADDRESS")] = None
+    """A Dask scheduler to work on instead, such as tcp://10.0.0.1:8786."""
+    memory: Annotated[str | None, Parameter(metavar="SIZE")] = None
+    """Of each process on this machine, such as 2GiB; by default an equal share."""
+    plot: bool = True
+    """Draw the worst ten into the report (needs the extra levelhead[plot])."""
+    json: Annotated[bool, Parameter(negative="")] = False
+    """Print the tables as JSON."""
+
+
+@corpus.command
+def fuse(
+    *places: Places,
+    filter: Filters = (),
+    guard: GuardWords = (),
+    mag: NoMag = True,
+    tracks: Annotated[bool, Parameter(negative="")] = False,
+    same_sensor: Annotated[str, Parameter(metavar="PATTERN")] = "",
+    order: Annotated[str, Parameter(metavar="PATTERN")] = "",
+    running: Running = Running(),
+    reading: Reading = Reading(),  # noqa: B008
+) -> int:
+    """Fuse all recordings: a row each with errors where truth is known, σ, health and what was learned.
+
+    The exit code is 1 where recordings gave no result; their rows say why.
+
+    Args:
+        places: folders with all that is below them, files, patterns, or URLs such as s3://bucket/prefix.
+        mag: leave the magnetometers out.
+        tracks: write each track to DIR/tracks, as Parquet.
+        same_sensor: recordings of the same sensor start with the calibration of the one before: a pattern with one
+            group, in the name of a recording, such as '(unit[0-9]+)/', or column:NAME of its file.
+        order: what puts them in order of time, likewise; by default their names.
+    """
+    chosen = [parse_filter_spec(word) for word in filter]
+    return _run("fuse", places, chosen, running, reading, parse_guard(guard), mag, tracks, same_sensor, order)
+
+
+@corpus.command
+def smooth(
+    *places: Places,
+    filter: Filters = (),
+    guard: GuardWords = (),
+    mag: NoMag = True,
+    tracks: Annotated[bool, Parameter(negative="")] = False,
+    same_sensor: Annotated[str, Parameter(metavar="PATTERN")] = "",
+    order: Annotated[str, Parameter(metavar="PATTERN")] = "",
+    running: Running = Running(),
+    reading: Reading = Reading(),  # noqa: B008
+) -> int:
+    """The same with the whole recording known at every instant.
+
+    Args:
+        places: as for `corpus fuse`.
+        mag: leave the magnetometers out.
+        tracks: write each track to DIR/tracks, as Parquet.
+        same_sensor: as for `corpus fuse`.
+        order: as for `corpus fuse`.
+    """
+    chosen = [parse_filter_spec(word) for word in filter]
+    return _run("smooth", places, chosen, running, reading, parse_guard(guard), mag, tracks, same_sensor, order)
+
+
+@corpus.command
+def bench(
+    *places: Places,
+    filter: Filters = (),
+    mag: NoMag = True,
+    running: Running = Running(),
+    reading: Reading = Reading(),  # noqa: B008
+) -> int:
+    """Errors of several methods beside each other, other people's too, such as -f vqf.VQF.
+
+    Args:
+        places: as for `corpus fuse`.
+        mag: leave the magnetometers out.
+    """
+    chosen = [parse_filter_spec(word) if ":" in word else word for word in filter]
+    return _run("bench", places, chosen, running, reading, DEFAULT_GUARD, mag)
+
+
+@corpus.command
+def doctor(*places: Places, running: Running = Running(), reading: Reading = Reading()) -> int:  # noqa: B008
+    """Examine all recordings: verdict, findings, what to do.
+
+    Args:
+        places: as for `corpus fuse`.
+    """
+    return _run("doctor", places, [], running, reading)
+
+
+@corpus.command
+def noise(*places: Places, running: Running = Running(), reading: Reading = Reading()) -> int:  # noqa: B008
+    """Measure the noise of sensors at rest: the coefficients of every recording.
+
+    Args:
+        places: as for `corpus fuse`.
+    """
+    return _run("noise", places, [], running, reading)
+
+
+@corpus.command
+def report(
+    folder: Annotated[Path, Parameter(metavar="DIR")],
+    /,
+    *,
+    plot: bool = True,
+    json: Annotated[bool, Parameter(negative="")] = False,
+) -> None:
+    """The report of a folder of results, also of a run that was ended.
+
+    Args:
+        folder: the -o of an earlier run.
+        plot: draw the worst ten.
+        json: print the tables as JSON.
+    """
+    from levelhead.corpora.html_report import write_page
+    from levelhead.corpora.results import read_job, read_rows
+
+    table = read_rows(folder)
+    job = read_job(folder)
+    page = write_page(folder, table, job, {}, plot and can_draw())
+    _say(table, job.verb, page, plot, json)
+
+
+def _run(
+    verb: str,
+    places: Sequence[str],
+    chosen: Sequence[FilterChoice],
+    running: Running,
+    reading: Reading,
+    guard: Guard | None = DEFAULT_GUARD,
+    mag: bool = True,
+    tracks: bool = False,
+    sensor: str = "",
+    order: str = "",
+) -> int:
+    from levelhead.corpora.html_report import write_page
+    from levelhead.corpora.results import read_job
+    from levelhead.corpora.runner import corpus as run
+    from levelhead.publish.progress import progress
+
+    require_writable(running.out)
+    told = False
+    with progress(f"corpus {verb}") as bar:
+
+        def report(state: "Progress") -> None:
+            nonlocal told
+            if state.dashboard and not told:
+                sys.stderr.write(f"levelhead: Dask's dashboard is at {state.dashboard}\n")
+                told = True
+            failed = f", {state.failed} failed" if state.failed else ""
+            bar(state.fraction, f"{state.done:,} of {state.recordings:,}, {state.rate:.3g} recordings/s{failed}")
+
+        table = run(
+            places, verb, *chosen, out=running.out, guard=guard, magnetometer=mag, tracks=tracks, sensor=sensor,
+            order=order, workers=running.workers, scheduler=running.scheduler, memory=running.memory,
+            hints=reading.hints(), progress=report,
+        )  # fmt: skip
+    with progress("writing the report"):
+        page = write_page(running.out, table, read_job(running.out), {}, running.plot and can_draw())
+    return _say(table, verb, page, running.plot, running.json)
+
+
+def _say(table: object, verb: str, page: Path, plot: bool, json: bool) -> int:
+    from levelhead.corpora.overview import Summary
+
+    summary = Summary(table, verb)
+    if json:
+        tables: Fields = {one.title: [dict(row) for row in one.rows] for one in summary.tables()}
+        print_json({"heading": summary.heading, "tables": tables, "written": [str(page.parent / "rows"), str(page)]})
+    else:
+        print_line(str(summary))
+        if plot and not can_draw():
+            print_line(f"{NO_PICTURE}; --no-plot leaves this line out")
+        print_line(f"written: {page.parent / 'rows'}, {page}")
+    return int(bool(summary.failed))

@@ -1,0 +1,195 @@
+"""Which recordings there are in folders, patterns and URLs, and their files on this machine.
+
+All reading goes through fsspec, so that a folder, ``s3://bucket/prefix`` and ``https://…/log.csv`` are one case.
+"""
+
+import hashlib
+import os
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path, PurePosixPath
+from tempfile import TemporaryDirectory
+from typing import NamedTuple
+
+from levelhead.errors import LevelheadError, require
+from levelhead.open_types import Fields, Handle, ReadOnlyFields
+from levelhead.sources.formats import BY_SUFFIX, CONTAINERS
+
+MANIFEST = "corpus.json"  # stands in a folder of results
+IMU = "mav0/imu0/data.csv"  # in a recording as EuRoC and TUM-VI lay it out
+BAG = "metadata.yaml"  # in the folder of a ROS 2 bag
+SUFFIXES = frozenset((*BY_SUFFIX, *CONTAINERS))
+LISTS = frozenset({"trials.json"})  # what BROAD says of its recordings
+STAMPS = ("ETag", "etag", "md5Hash", "checksum", "mtime", "LastModified", "last_modified", "updated", "modified")
+GYR, ACC = re.compile(r"gyr", re.IGNORECASE), re.compile(r"acc", re.IGNORECASE)
+MAGIC = re.compile(r"[*?[]")
+
+
+class Source(NamedTuple):
+    """One recording that is to be read.
+
+    Attributes:
+        name: its path below the place that was named, which is its name in the results.
+        url: where it is: a local path, or a URL for fsspec.
+        stamp: sixteen digits that change when the file does, as its store says: size, and ETag or time.
+        size: bytes.
+    """
+
+    name: str
+    url: str
+    stamp: str
+    size: int
+
+
+def list_sources(places: Iterable[str | os.PathLike[str]], storage: ReadOnlyFields | None = None) -> list[Source]:
+    """The recordings in some places, by name.
+
+    A folder in the layout of EuRoC, a ROS 2 bag, and a folder with the sensors of one recording in files of their own
+    count as one recording each; folders of results are passed over.
+
+    Args:
+        places: files, folders with all that is below them, patterns with ``*``, ``**`` and ``?``, or URLs of these.
+        storage: options for fsspec's file system, such as ``{"anon": True}``.
+
+    Raises:
+        LevelheadError: a place that is not there or cannot be read, none that holds a recording, or two recordings
+            with one name.
+    """
+    require("fsspec", "a corpus", "corpus")
+    named = [os.fspath(place) for place in places]
+    if not named:
+        raise LevelheadError("there is no place to look into; give folders, patterns or URLs with recordings")
+    found: dict[str, Source] = {}
+    for place in named:
+        for source in _list_place(place, storage or {}):
+            found.setdefault(source.url, source)
+    if not found:
+        raise LevelheadError(
+            f"no recordings match {' '.join(named)}; expected files that end in {' '.join(sorted(SUFFIXES))}"
+        )
+    names: dict[str, Source] = {}
+    for source in found.values():
+        if source.name in names:
+            raise LevelheadError(
+                f"two recordings are called {source.name}: {names[source.name].url} and {source.url}; name the folder "
+                "above both, or run them into folders of their own"
+            )
+        names[source.name] = source
+    return [names[name] for name in sorted(names)]
+
+
+def _list_place(place: str, storage: ReadOnlyFields) -> list[Source]:
+    import fsspec
+
+    try:
+        system, path = fsspec.core.url_to_fs(place, **storage)
+        root, files = _files(system, path)
+    except (ImportError, ValueError) as error:
+        raise LevelheadError(f"{place} cannot be read: {error}") from None
+    except Exception as error:  # every store has errors of its own
+        raise LevelheadError(
+            f"there is nothing at {place} that could be read ({type(error).__name__}: {error}); expected a folder, "
+            "a pattern or a URL with recordings"
+        ) from None
+    results = {str(PurePosixPath(file).parent) for file in files if PurePosixPath(file).name == MANIFEST}
+    local = "file" in (system.protocol if isinstance(system.protocol, tuple) else (system.protocol,))
+    sources = []
+    for member, parts in _recordings(files, results).items():
+        name = str(PurePosixPath(member).relative_to(root))
+        url = member if local else system.unstrip_protocol(member)
+        size = sum(int(info.get("size") or 0) for info in parts)
+        sources.append(Source(name, url, _stamp(parts), size))
+    return sources
+
+
+def _files(system: Handle, path: str) -> tuple[str, dict[str, Fields]]:
+    """The folder that names are relative to, and all files below a path with what their store says of them."""
+    if not MAGIC.search(path):
+        if system.isfile(path):
+            return str(PurePosixPath(path).parent), {path: system.info(path)}
+        found = system.find(path, detail=True)
+        if not found and not system.exists(path):
+            raise FileNotFoundError("not found")
+        return path.rstrip("/") or "/", found
+    parts = PurePosixPath(path).parts
+    fixed = next(i for i, part in enumerate(parts) if MAGIC.search(part))
+    root = str(PurePosixPath(*parts[:fixed])) if fixed else ""
+    found = {}
+    for match, info in system.glob(path, detail=True).items():
+        found |= system.find(match, detail=True) if info["type"] == "directory" else {match: info}
+    return root, found
+
+
+def _recordings(files: Mapping[str, Fields], results: set[str]) -> dict[str, list[Fields]]:
+    """Path of each recording -> its files."""
+    folders: dict[str, list[str]] = {}
+    for file in files:
+        folders.setdefault(str(PurePosixPath(file).parent), []).append(file)
+    whole = {file.removesuffix(f"/{IMU}") for file in files if file.endswith(f"/{IMU}")}
+    whole |= {folder for folder, inside in folders.items() if _is_one_recording(folder, inside)}
+    found: dict[str, list[Fields]] = {}
+    for file in sorted(files):
+        above = [str(parent) for parent in PurePosixPath(file).parents]
+        if any(parent in results for parent in above):
+            continue
+        owner = next((parent for parent in above if parent in whole), None)
+        if owner is not None:
+            found.setdefault(owner, []).append(files[file])
+        elif _is_log(PurePosixPath(file)):
+            found[file] = [files[file]]
+    return found
+
+
+def _is_log(file: PurePosixPath) -> bool:
+    return file.suffix.lower() in SUFFIXES and file.name not in LISTS and not file.name.startswith(".")
+
+
+def _is_one_recording(folder: str, files: Sequence[str]) -> bool:
+    """Whether the files of a folder are one recording: a ROS 2 bag, or a file for each sensor."""
+    stems = [PurePosixPath(file).stem for file in files if PurePosixPath(file).suffix.lower() in SUFFIXES]
+    if any(PurePosixPath(file).name == BAG for file in files):
+        return True
+    if not (any(map(GYR.search, stems)) and any(map(ACC.search, stems))):
+        return False
+    if not Path(folder).is_dir():
+        return True  # in a store: its names are all that is known
+    from levelhead.sources.dispatch import is_one_recording
+
+    return is_one_recording(Path(folder))
+
+
+def _stamp(parts: Sequence[Fields]) -> str:
+    said = [[str(info.get("size")), *(str(info[key]) for key in STAMPS if info.get(key) is not None)] for info in parts]
+    return hashlib.sha256(repr(said).encode()).hexdigest()[:16]
+
+
+@contextmanager
+def local_copy(source: Source, storage: ReadOnlyFields) -> Iterator[Path]:
+    """The recording as a path on this machine: itself, or a copy that is removed afterwards.
+
+    A copy keeps the name of its file and of its folder, which say to which data set it belongs.
+    """
+    if "://" not in source.url:
+        yield Path(source.url)
+        return
+    import fsspec
+
+    system, path = fsspec.core.url_to_fs(source.url, **storage)
+    with TemporaryDirectory(prefix="levelhead-") as folder:
+        target = Path(folder, *PurePosixPath(path).parts[-2:])
+        target.parent.mkdir(parents=True, exist_ok=True)
+        system.get(path, str(target), recursive=system.isdir(path))
+        yield target
+
+
+def file_digest(path: Path) -> str:
+    """SHA-256 of a file, or of all files of a folder, by name."""
+    if path.is_file():
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    whole = hashlib.sha256()
+    for part in sorted(path.rglob("*")):
+        if part.is_file():
+            whole.update(f"{part.relative_to(path)}\0{file_digest(part)}\0".encode())
+    return whole.hexdigest()

@@ -1,0 +1,177 @@
+"""A corpus on real Dask workers: the same rows, workers and schedulers that die, another version."""
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from contextlib import contextmanager, suppress
+
+import pytest
+from tests.corpora.conftest import GOOD, write_corpus
+
+import levelhead as lh
+from levelhead.corpora import cluster
+from levelhead.corpora.results import list_parts
+from levelhead.errors import LevelheadError
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.filterwarnings("ignore"),  # of Dask's own code, its threads and sockets
+]
+psutil = pytest.importorskip("psutil")  # which Dask needs itself
+pytest.importorskip("distributed")
+TIMES = ["read_s", "run_s"]
+MODULE = [sys.executable, "-m"]
+
+
+def workers_of(pid):
+    """The processes of Dask's workers below a process."""
+    with suppress(psutil.NoSuchProcess):
+        return [one for one in psutil.Process(pid).children(recursive=True) if "spawn_main" in "".join(one.cmdline())]
+    return []
+
+
+@pytest.fixture(scope="module")
+def plain(recordings):
+    return lh.corpus(recordings, workers=0).drop_columns(TIMES)
+
+
+def test_a_worker_that_is_killed_loses_nothing_and_changes_no_bit(recordings, plain, tmp_path, monkeypatch):
+    monkeypatch.setattr("levelhead.corpora.plan.MOST_RECORDINGS", 1)
+    killed = []
+
+    def kill(state):
+        if state.done and not killed:
+            killed.append(workers_of(os.getpid())[0].pid)
+            os.kill(killed[0], signal.SIGKILL)
+
+    table = lh.corpus(recordings, out=tmp_path / "out", workers=2, progress=kill)
+    assert killed and table.drop_columns(TIMES).equals(plain)
+
+
+@pytest.mark.full
+def test_a_recording_that_kills_every_worker_is_a_row(recordings, tmp_path, monkeypatch):
+    folder = write_corpus(tmp_path / "recordings", seconds=1.0)
+    plugin = tmp_path / "sitecustomize.py"  # which the workers import as they start
+    plugin.write_text(
+        "import hashlib, os\n"
+        "honest = hashlib.file_digest\n"
+        "def deadly(file, kind):\n"
+        "    return os._exit(9) if file.name.endswith('unit1_day2.csv') else honest(file, kind)\n"
+        "hashlib.file_digest = deadly\n"
+    )
+    before = os.environ.get("PYTHONPATH", "")
+    monkeypatch.setenv("PYTHONPATH", f"{tmp_path}{os.pathsep}{before}")
+    rows = lh.corpus(folder, out=tmp_path / "out", workers=2).to_pylist()
+    assert len(rows) == GOOD + 1
+    bad = {row["recording"]: row for row in rows if row["error"]}
+    assert set(bad) == {"walk/broken.csv", "hand/unit1_day2.csv"}
+    assert "ended every worker" in bad["hand/unit1_day2.csv"]["error"] and bad["hand/unit1_day2.csv"]["transient"]
+    monkeypatch.setenv("PYTHONPATH", before)
+    again = lh.corpus(folder, out=tmp_path / "out", workers=1).to_pylist()  # it is tried again
+    assert {row["recording"] for row in again if row["error"]} == {"walk/broken.csv"} and len(again) == GOOD + 1
+
+
+def test_a_scheduler_that_does_not_answer(recordings, monkeypatch):
+    monkeypatch.setattr(cluster, "PATIENCE", 1.0)
+    with pytest.raises(LevelheadError, match=r"no Dask scheduler answers at tcp://127\.0\.0\.1:9 within 1 s"):
+        lh.corpus(recordings, scheduler="tcp://127.0.0.1:9")
+
+
+@contextmanager
+def dask(workers):
+    """A scheduler and workers as processes of their own: its address, and the processes."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    address = f"tcp://127.0.0.1:{port}"
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    scheduler = [
+        *MODULE,
+        "distributed.cli.dask_scheduler",
+        "--host",
+        "127.0.0.1",
+        "--port",
+        str(port),
+        "--no-dashboard",
+    ]
+    worker = [*MODULE, "distributed.cli.dask_worker", address, "--nthreads", "1", "--no-nanny", "--no-dashboard"]
+    started = [subprocess.Popen(scheduler, **quiet)]
+    started += [subprocess.Popen(worker, **quiet) for _ in range(workers)]
+    try:
+        yield address, started
+    finally:
+        for process in started:
+            process.kill()
+            process.wait()
+
+
+def test_a_scheduler_without_workers(recordings, monkeypatch):
+    with dask(0) as (address, _):
+        monkeypatch.setattr(cluster, "PATIENCE", 5.0)
+        with pytest.raises(LevelheadError, match="has no worker; start some: dask worker tcp://"):
+            lh.corpus(recordings, scheduler=address)
+
+
+def test_workers_with_another_version_are_refused_by_name(recordings, monkeypatch):
+    with dask(1) as (address, _):
+        monkeypatch.setattr(cluster, "VERSION", "9.9.9")
+        with pytest.raises(
+            LevelheadError, match=r"need levelhead 9\.9\.9, but tcp://127.* has levelhead " + lh.__version__
+        ):
+            lh.corpus(recordings, scheduler=address)
+
+
+def command(folder, out, *more):
+    return [*MODULE, "levelhead", "corpus", "fuse", str(folder), "-o", str(out), "--no-plot", *more]
+
+
+def wait_for_parts(out, process):
+    until = time.monotonic() + 120.0
+    while not list_parts(out) and process.poll() is None and time.monotonic() < until:
+        time.sleep(0.05)
+
+
+@pytest.fixture(scope="module")
+def many(tmp_path_factory):
+    """Enough recordings that a run is not over before it is killed."""
+    folder = tmp_path_factory.mktemp("many")
+    for i in range(12):
+        write_corpus(folder / f"{i:02d}", seconds=6.0)
+    return folder
+
+
+@pytest.mark.full
+def test_a_client_that_is_killed_goes_on_and_leaves_no_process(many, tmp_path):
+    out = tmp_path / "out"
+    process = subprocess.Popen(
+        command(many, out, "--workers", "2"), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    )
+    wait_for_parts(out, process)
+    left = workers_of(process.pid)
+    assert process.poll() is None and left
+    process.kill()
+    process.wait()
+    _, alive = psutil.wait_procs(left, timeout=60.0)
+    assert alive == []
+    done = sum(1 for _ in list_parts(out))
+    assert done >= 1
+    assert subprocess.run(command(many, out, "--workers", "2"), capture_output=True, check=False).returncode == 1
+    table = lh.corpus(many, out=out, workers=0)
+    assert table.drop_columns(TIMES).equals(lh.corpus(many, workers=0).drop_columns(TIMES))
+
+
+@pytest.mark.full
+def test_a_scheduler_that_is_killed_ends_the_run_with_a_sentence(many, tmp_path):
+    out = tmp_path / "out"
+    with dask(2) as (address, started):
+        process = subprocess.Popen(command(many, out, "--scheduler", address), stderr=subprocess.PIPE, text=True)
+        wait_for_parts(out, process)
+        assert process.poll() is None
+        started[0].kill()
+        _, said = process.communicate(timeout=120.0)
+    assert process.returncode == 2 and "the scheduler is gone; what is done is kept" in said and "Traceback" not in said
+    table = lh.corpus(many, out=out, workers=0)
+    assert table.drop_columns(TIMES).equals(lh.corpus(many, workers=0).drop_columns(TIMES))

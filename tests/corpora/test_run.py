@@ -1,0 +1,185 @@
+"""A verb over a corpus, in this process: rows, resumption, refusals."""
+
+import json
+import shutil
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+from tests.corpora.conftest import GOOD
+
+import levelhead as lh
+from levelhead.corpora import runner, work
+from levelhead.corpora.results import list_parts
+from levelhead.errors import LevelheadError
+
+TIMES = ["read_s", "run_s"]
+
+
+def corpus(*arguments, **options):
+    return lh.corpus(*arguments, workers=0, **options)
+
+
+def test_a_row_is_what_fuse_and_evaluate_give(recordings, tmp_path):
+    table = corpus(recordings, "fuse", "ESKF", lh.EKF(acc_tau=3.0), out=tmp_path / "out", tracks=True)
+    assert table.num_rows == 2 * GOOD + 1
+    row = next(
+        row for row in table.to_pylist() if row["recording"] == "walk/unit1_day3.csv" and row["method"] == "ESKF"
+    )
+    recording = lh.read(recordings / "walk" / "unit1_day3.csv")
+    track = lh.fuse(recording)
+    error = lh.evaluate.evaluate(recording, track)
+    assert row["tilt_deg"] == pytest.approx(error.tilt, rel=1e-9)
+    assert row["sigma_tilt_end_deg"] == np.degrees(np.hypot(*track.sigma[-1, :2]))
+    assert row["samples"] == 400 and row["group"] == "walk" and row["version"] == lh.__version__
+    assert json.loads(row["calibration"]) == track.calibration.to_dict()
+    assert row["error"] is None and not row["transient"]
+    written = pq.read_table(tmp_path / "out" / "tracks" / "walk" / "unit1_day3.csv.ESKF.parquet")
+    assert np.array_equal(written["qw"].to_numpy(), track.quat[:, 0])
+
+
+def test_a_file_that_cannot_be_read_is_a_row_with_the_reason(recordings):
+    (row,) = [row for row in corpus(recordings).to_pylist() if row["error"]]
+    assert row["recording"] == "walk/broken.csv" and str(recordings) in row["error"] and len(row["error"]) > 20
+
+
+def test_what_is_done_is_not_done_again(recordings, tmp_path, monkeypatch):
+    folder = tmp_path / "copy"
+    shutil.copytree(recordings, folder)
+    first = corpus(folder, out=tmp_path / "out")
+    ran = []
+    honest = work._rows
+    monkeypatch.setattr(work, "_rows", lambda job, source, *rest: ran.append(source.name) or honest(job, source, *rest))
+    assert corpus(folder, out=tmp_path / "out").equals(first) and ran == []
+    shutil.copy(folder / "walk" / "unit1_day1.csv", folder / "walk" / "broken.csv")
+    again = corpus(folder, out=tmp_path / "out")
+    assert ran == ["walk/broken.csv"] and again.num_rows == first.num_rows
+    assert again.filter(again["error"].is_valid()).num_rows == 0
+    (part,) = list_parts(tmp_path / "out")
+    assert pq.read_metadata(part).num_rows == GOOD + 1  # without doubles, for whoever reads the folder
+
+
+def test_results_of_other_places_stay(recordings, tmp_path):
+    assert corpus(recordings / "hand", out=tmp_path).num_rows == 3
+    assert corpus(recordings / "walk", out=tmp_path).num_rows == 4
+    (part,) = list_parts(tmp_path)
+    assert pq.read_table(part)["recording"].to_pylist() == sorted(pq.read_table(part)["recording"].to_pylist())
+    assert pq.read_metadata(part).num_rows == 7
+
+
+def test_a_run_that_was_ended_goes_on(recordings, tmp_path, monkeypatch):
+    whole = corpus(recordings, out=tmp_path / "whole").drop_columns(TIMES)
+    honest, ran = runner.run_batch, []
+
+    def ends(job, batch, *rest):
+        if len(ran) == 2:
+            raise KeyboardInterrupt
+        ran.append(batch)
+        return honest(job, batch, *rest)
+
+    monkeypatch.setattr(runner, "run_batch", ends)
+    monkeypatch.setattr("levelhead.corpora.plan.MOST_RECORDINGS", 2)
+    with pytest.raises(KeyboardInterrupt):
+        corpus(recordings, out=tmp_path / "out")
+    assert sum(pq.read_metadata(path).num_rows for path in list_parts(tmp_path / "out")) == 4
+    monkeypatch.setattr(runner, "run_batch", honest)
+    assert corpus(recordings, out=tmp_path / "out").drop_columns(TIMES).equals(whole)
+
+
+def test_a_folder_of_other_results_is_refused(recordings, tmp_path):
+    corpus(recordings, "fuse", "Mahony", out=tmp_path / "out")
+    kept = [path.read_bytes() for path in list_parts(tmp_path / "out")]
+    for other in (("fuse", "Madgwick"), ("doctor",), ("fuse", lh.Mahony(kp=2.0))):
+        with pytest.raises(LevelheadError, match="holds results of .*, not of .*name another folder"):
+            corpus(recordings, *other, out=tmp_path / "out")
+    assert [path.read_bytes() for path in list_parts(tmp_path / "out")] == kept
+
+
+def test_a_full_disk_ends_the_run_and_loses_nothing(recordings, tmp_path, monkeypatch):
+    import errno
+
+    monkeypatch.setattr(runner, "FLUSH", 0.0)
+    monkeypatch.setattr("levelhead.corpora.plan.MOST_RECORDINGS", 2)
+    honest, wrote = pq.write_table, []
+
+    def full(table, path, **options):
+        if len(wrote) == 2:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        wrote.append(path)
+        honest(table, path, **options)
+
+    monkeypatch.setattr(pq, "write_table", full)
+    with pytest.raises(LevelheadError, match="No space left on device; what was written before stays"):
+        corpus(recordings, out=tmp_path / "out")
+    assert len(list_parts(tmp_path / "out")) == 2 and not list((tmp_path / "out" / "rows").glob(".*"))
+    monkeypatch.setattr(pq, "write_table", honest)
+    assert corpus(recordings, out=tmp_path / "out").num_rows == GOOD + 1
+
+
+def test_doctor_noise_and_bench_have_rows_of_their_own(recordings, tmp_path):
+    found = corpus(recordings / "hand", "doctor").to_pylist()
+    assert [row["verdict"] for row in found] == [lh.inspect(row["url"]).verdict for row in found]
+    assert corpus(recordings / "walk", "noise").column("error").null_count == 0  # never still: a sentence each
+    both = corpus(recordings / "hand", "bench", "default", "Mahony").to_pylist()
+    assert [row["method"] for row in both] == ["Mahony", "default"] * 3 and all(row["tilt_deg"] > 0.0 for row in both)
+
+
+def test_a_calibration_is_the_prior_of_the_sensors_next_recording(recordings, tmp_path):
+    rows = corpus(recordings, sensor="(unit1)_", order="day([0-9])", out=tmp_path / "out").to_pylist()
+    rows = sorted((row for row in rows if row["sensor"]), key=lambda row: row["position"])
+    assert [row["recording"][-5] for row in rows] == list("012345")
+    prior = None
+    for row in rows:
+        track = lh.fuse(lh.read(row["url"]), prior=prior)
+        assert json.loads(row["calibration"]) == track.calibration.to_dict()
+        prior = track.calibration
+    assert rows[0]["prior"] == "" and len({row["prior"] for row in rows}) == len(rows)
+
+
+def test_a_recording_that_comes_later_changes_those_after_it_only(recordings, tmp_path):
+    folder = tmp_path / "copy"
+    shutil.copytree(recordings / "walk", folder)
+    (folder / "broken.csv").unlink()
+    kept = folder / "unit1_day3.csv"
+    kept.rename(tmp_path / "kept.csv")
+    options = {"sensor": "(unit1)_", "out": tmp_path / "out"}
+    before = {row["recording"]: row for row in corpus(folder, **options).to_pylist()}
+    (tmp_path / "kept.csv").rename(kept)
+    after = {row["recording"]: row for row in corpus(folder, **options).to_pylist()}
+    fresh = corpus(folder, sensor="(unit1)_").drop_columns(TIMES).to_pylist()
+    assert after["unit1_day1.csv"] == before["unit1_day1.csv"]  # with its times: it was not run again
+    assert after["unit1_day5.csv"]["calibration"] != before["unit1_day5.csv"]["calibration"]
+    assert [{key: row[key] for key in fresh[0]} for row in after.values()] == fresh
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("fly",), "a corpus has no verb 'fly'"),
+        (("doctor", "EKF"), "takes no filter"),
+        (("smooth", "Mahony"), "has no smoother; ESKF has"),
+    ],
+)
+def test_wrong_wishes(recordings, arguments, words):
+    with pytest.raises(LevelheadError, match=words):
+        corpus(recordings, *arguments)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"sensor": "unit1"}, "has 0 groups; expected one"),
+        ({"sensor": "(["}, "is no regular expression"),
+        ({"sensor": "(nobody)"}, "no name of a recording fits"),
+        ({"order": "(1)"}, "say which are"),
+        ({"tracks": True}, "tracks need a folder"),
+    ],
+)
+def test_wrong_options(recordings, options, words):
+    with pytest.raises(LevelheadError, match=words):
+        corpus(recordings, **options)
+
+
+def test_filters_that_learn_nothing_take_no_prior(recordings):
+    with pytest.raises(LevelheadError, match="takes one filter that learns its sensor, ESKF"):
+        corpus(recordings, "fuse", "Mahony", sensor="(unit1)")
