@@ -25,6 +25,7 @@ from levelhead.filters.parameters import Param, derived_table, param_table
 from levelhead.live.events import EVENTS
 from levelhead.publish.plots import calibration_picture
 from levelhead.simulate import recording
+from levelhead.simulate.fault import KINDS
 from levelhead.simulate.motion import STYLES
 from levelhead.simulate.presets import CHIPS, MAGNETOMETERS, DataSheet
 from levelhead.sources.formats import FORMATS
@@ -241,6 +242,16 @@ def eskf_states() -> str:
     return table(header, rows)
 
 
+def faults() -> str:
+    """The faults of `levelhead stress`."""
+    rows = []
+    for kind in KINDS:
+        size = "below the largest reading" if callable(kind.size) else f"{kind.size:.3g}"
+        length = "to the end" if math.isinf(kind.length) else f"{kind.length:g} s"
+        rows.append([code(kind.name), kind.words, size, kind.unit, length])
+    return table(["fault", "what goes wrong", "usual size", "unit", "usual length"], rows)
+
+
 BLOCKS: dict[str, Callable[[], str]] = {
     "filters": overview,
     "health": bits,
@@ -249,6 +260,7 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "events": events,
     "motions": motions,
     "chips": chips,
+    "faults": faults,
     "eskf states": eskf_states,
     "guard": lambda: parameters(guard.Guard),
     **{f"filter {flt.name}": lambda flt=flt: filter_page(flt) for flt in filters.ALL},
@@ -265,12 +277,14 @@ def renewed(text: str) -> str:
 
 
 def pictures() -> None:
-    """The pictures of `levelhead demo --full` and that of a calibration, with few colours for a small repository."""
+    """The pictures of `levelhead demo --full`, `levelhead stress` and a calibration, with few colours to be small."""
     from PIL import Image  # noqa: PLC0415 - only here, so that --check needs no pictures
 
     with tempfile.TemporaryDirectory() as folder:
         if cli.main(["demo", "--full", "--out", folder]) != 0:
             raise SystemExit("levelhead demo --full failed")
+        if cli.main(["stress", "--simulate", "hand", "--seed", "1", "--out", folder]) != 0:
+            raise SystemExit("levelhead stress failed")
         known = recording("LSM6DSO32", "hand", duration=120.0, seed=3, mag="HMC5883L")
         calibration_picture(calibration_history(known, filters.ESKF()), Path(folder) / "calibration.png")
         for path in sorted(Path(folder).glob("*.png")):

@@ -29,6 +29,7 @@ SHARED = {  # names that stand in several rooms, and why
     "simulate": "the same",
     "smooth": "the same",
     "calibrate": "the same",
+    "stress": "the same; and its picture",
     "noise": "the same; and the random processes of a simulation",
     "filter": "the packages of the two large filters have the same parts",
     "params": "the same",

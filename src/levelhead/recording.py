@@ -109,7 +109,7 @@ class Truth:
     position: Array | None = None
     velocity: Array | None = None
 
-    def __getitem__(self, rows: slice) -> "Truth":
+    def __getitem__(self, rows: slice | NDArray[np.intp]) -> "Truth":
         """Of some samples."""
         parts = {
             name: None if (values := getattr(self, name)) is None else values[rows]

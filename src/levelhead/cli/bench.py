@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import App, Parameter
 
-from levelhead.cli.options import filter_names, folder, parse_filter_spec, print_json, print_line
+from levelhead.cli.options import filter_names, folder, parse_method, print_json, print_line
 from levelhead.errors import LevelheadError, require
 
 if TYPE_CHECKING:
-    from levelhead.bench.methods import Method
+    pass
 
 bench = App(
     name="bench", help="Levelhead beside its peers: errors on real recordings, and time.", help_format="markdown"
@@ -57,7 +57,7 @@ def accuracy(
         raise LevelheadError(f"{jobs} processes can do nothing; --jobs must be at least 1")
     if out is not None and out.exists():
         folder(out)  # refused before the work, not after it
-    methods, absent = (distinct([_method(word) for word in filter]), []) if filter else all_methods()
+    methods, absent = (distinct([parse_method(word) for word in filter]), []) if filter else all_methods()
     with progress("comparing") as report:
         result = run(places, methods, with_mag=mag, jobs=jobs or cores(), remarks=absent, progress=report)
     written = []
@@ -96,10 +96,3 @@ def speed(*, samples: int = 200_000, repeats: int = 9, json: Annotated[bool, Par
         print_json(result.to_dict())
         return
     print_figures(result.tables, result.machine, result.remarks)
-
-
-def _method(word: str) -> "Method":
-    """A method from ``NAME`` or, for a filter of ours, ``NAME:k=v,k=v``."""
-    from levelhead.bench.methods import find, from_params
-
-    return from_params(parse_filter_spec(word)) if ":" in word else find(word)

@@ -17,6 +17,7 @@ from levelhead.guard import Guard
 from levelhead.open_types import Fields
 
 if TYPE_CHECKING:
+    from levelhead.bench.methods import Method
     from levelhead.calibration import Calibration
     from levelhead.recording import Recording
     from levelhead.track import Track
@@ -223,6 +224,13 @@ def parse_filter_spec(word: str) -> Params:
     """A Params object from ``NAME`` or ``NAME:k=v,k=v``."""
     name, _, pairs = word.partition(":")
     return filters.find(name).params(**parse_settings(pairs.split(",") if pairs else []))
+
+
+def parse_method(word: str) -> "Method":
+    """A filter of ours from ``NAME`` or ``NAME:k=v,k=v``, "default", "smoother", or a contender's name."""
+    from levelhead.bench.methods import find, from_params
+
+    return from_params(parse_filter_spec(word)) if ":" in word else find(word)
 
 
 def simulate_recording(

@@ -1,7 +1,7 @@
 """The doctor: examines a log and reports what is wrong with it, how sure that is, and what to do."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -25,7 +25,7 @@ CHECKS = (
     examine_bias, examine_noise,
 )  # fmt: skip
 
-__all__ = ["Finding", "Report", "examine", "inspect", "short_form"]
+__all__ = ["Finding", "Report", "examine", "inspect", "list_findings", "short_form"]
 
 
 def inspect(path: str | os.PathLike[str], **hints: Any) -> Report:
@@ -65,7 +65,7 @@ def _cure(error: NeedsHints) -> str:
 
 def examine(recording: Recording, source: str = "", before: list[Finding] | None = None) -> Report:
     """Examines a recording; ``before`` are findings that were made already."""
-    findings = _findings(recording, before or [])
+    findings = list_findings(recording, before or [])
     found = {one.name: one for one in findings}
     with np.errstate(all="ignore"):
         expected = expectation(recording, findings)
@@ -81,8 +81,8 @@ def examine(recording: Recording, source: str = "", before: list[Finding] | None
     )
 
 
-def _findings(recording: Recording, before: list[Finding]) -> list[Finding]:
-    """The worst first; of two with one name the first counts."""
+def list_findings(recording: Recording, before: Sequence[Finding] = ()) -> list[Finding]:
+    """What is wrong with a recording, the worst first; of two findings with one name the first counts."""
     found: dict[str, Finding] = {}
     with np.errstate(all="ignore"):
         for one in [*before, *_all(recording)]:
@@ -101,7 +101,7 @@ def _all(recording: Recording) -> Iterator[Finding]:
 
 def short_form(recording: Recording) -> list[str]:
     """At most two lines for the summary of ``levelhead fuse``: the worst findings; [] for a recording that is fine."""
-    bad = [one for one in _findings(recording, []) if one.severity != "note"]
+    bad = [one for one in list_findings(recording) if one.severity != "note"]
     lines = [f"{one.what}. {one.cure}".strip() for one in bad[:1]]
     if len(bad) > 1:
         lines.append(f"{len(bad) - 1} more: {', '.join(one.name for one in bad[1:5])}; levelhead doctor LOG shows them")

@@ -5,12 +5,13 @@
 Recording(1000 samples, 10.0 s at 100.0 Hz: gyr, acc, truth)
 
 In three steps: ``motion`` makes the truth, ``imu`` the error model of a chip, ``observe`` the recording. ``pressure``
-and ``gnss`` are sensors beside it.
+and ``gnss`` are sensors beside it. ``apply_fault`` breaks a recording, simulated or real.
 """
 
 from levelhead.simulate.aiding_sensors import Barometer, Receiver, gnss, pressure
 from levelhead.simulate.circles import circles
 from levelhead.simulate.disturbance import Bumps, Vibration
+from levelhead.simulate.fault import Fault, Faulted, all_faults, apply_fault, parse_fault
 from levelhead.simulate.imu import EARTH_FIELD, Imu, Iron, observe
 from levelhead.simulate.lesson import hard_lesson, lesson
 from levelhead.simulate.motion import STYLES, Motion, motion
@@ -26,12 +27,16 @@ __all__ = [
     "STYLES",
     "Barometer",
     "Bumps",
+    "Fault",
+    "Faulted",
     "Imu",
     "Iron",
     "Motion",
     "Receiver",
     "TriadErrors",
     "Vibration",
+    "all_faults",
+    "apply_fault",
     "circles",
     "gnss",
     "hard_lesson",
@@ -39,6 +44,7 @@ __all__ = [
     "lesson",
     "motion",
     "observe",
+    "parse_fault",
     "poses",
     "pressure",
     "recording",
