@@ -59,6 +59,7 @@ if TYPE_CHECKING:
     from levelhead.inspection import inspect as inspect
     from levelhead.noise import NoiseModel as NoiseModel
     from levelhead.noise import measure_noise as measure_noise
+    from levelhead.parameter_file import ParameterFile as ParameterFile
     from levelhead.recording import Gnss as Gnss
     from levelhead.recording import Pressure as Pressure
     from levelhead.recording import Recording as Recording
@@ -66,6 +67,7 @@ if TYPE_CHECKING:
     from levelhead.sources import read as read
     from levelhead.track import Track as Track
     from levelhead.tune.sweep import sweep as sweep
+    from levelhead.tune.tune_filter import tune_filter as tune_filter
 
 __version__ = VERSION
 
@@ -92,10 +94,11 @@ _HOMES = {
     "levelhead.guard": ("Guard",),
     "levelhead.inspection": ("inspect",),
     "levelhead.noise": ("NoiseModel", "measure_noise"),
+    "levelhead.parameter_file": ("ParameterFile",),
     "levelhead.recording": ("Gnss", "Pressure", "Recording", "Truth"),
     "levelhead.sources": ("read",),
     "levelhead.track": ("Track",),
-    "levelhead.tune": ("sweep",),
+    "levelhead.tune": ("sweep", "tune_filter"),
 }  # fmt: skip
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 _ROOMS = (

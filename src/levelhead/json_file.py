@@ -35,6 +35,20 @@ def read_json(path: str | os.PathLike[str], form: str, kind: str, source: str) -
     Raises:
         LevelheadError: no such file, not such a file, or one of another format.
     """
+    whole = read_object(path, kind, source)
+    if not isinstance(whole.get("format"), str):
+        raise LevelheadError(f"{path} is no {kind}; expected {source}")
+    if whole["format"] != form:
+        raise LevelheadError(f"{path} says '{whole['format'][:60]}'; this version reads '{form}'")
+    return whole
+
+
+def read_object(path: str | os.PathLike[str], kind: str, source: str) -> Fields:
+    """The JSON object in a file, which may be written by hand and name no format; arguments as for ``read_json``.
+
+    Raises:
+        LevelheadError: no such file, or not such a file.
+    """
     path = Path(path)
     try:
         if path.stat().st_size > LARGEST:
@@ -44,8 +58,6 @@ def read_json(path: str | os.PathLike[str], form: str, kind: str, source: str) -
         raise LevelheadError(f"cannot read the {kind} {path}: {error.strerror or error}") from None
     except (ValueError, RecursionError):
         raise LevelheadError(f"{path} is no {kind}; expected {source}") from None
-    if not isinstance(whole, dict) or not isinstance(whole.get("format"), str):
+    if not isinstance(whole, dict):
         raise LevelheadError(f"{path} is no {kind}; expected {source}")
-    if whole["format"] != form:
-        raise LevelheadError(f"{path} says '{whole['format'][:60]}'; this version reads '{form}'")
     return whole

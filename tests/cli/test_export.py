@@ -116,7 +116,7 @@ def test_what_a_sweep_found_goes_to_the_board(levelhead, tmp_path):
         (["EKF", "--float", "--double"], "--float and --double contradict each other; give one of them"),
         (["EKF", "--axis"], "EKF needs an IMU; on one level and its rate work Complementary, Kalman, BiasRateKalman"),
         (["EKF", "--guard", "rest_tim=1"], "Guard has no parameter 'rest_tim'; did you mean 'rest_time'?"),
-        (["EKF", "--from", "nowhere.json"], "there is no file nowhere.json"),
+        (["EKF", "--from", "nowhere.json"], "cannot read the file of parameters nowhere.json"),
         (["EKF", "--prior", "nowhere.json"], "--prior needs a filter that learns its sensor, which EKF does not"),
         (["ESKF", "--prior", "nowhere.json"], "cannot read the calibration nowhere.json: No such file"),
         (["EKF", "--calibration", "nowhere.json"], "cannot read the calibration nowhere.json: No such file"),
@@ -154,8 +154,8 @@ def test_what_a_run_learned_goes_to_the_board(levelhead, refused, tmp_path):
 @pytest.mark.parametrize(
     "text, said",
     [
-        ("{", "cannot be read as JSON"),
-        ("[1]", 'has no parameters; expected {"filter": "EKF", "params": {…}}'),
+        ("{", "is no file of parameters"),
+        ("[1]", 'is no file of parameters; expected {"filter": "EKF", "params": {…}}'),
         ('{"filter": "Kalman", "params": {}}', "holds parameters of Kalman, not of EKF"),
         ('{"params": {"gain": 1}}', "EKF has no parameter 'gain'"),
         ('{"params": {}, "guard": 3}', "guard is 3, but it must hold thresholds by name"),

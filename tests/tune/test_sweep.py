@@ -16,7 +16,7 @@ from levelhead.simulate import lesson, recording
 from levelhead.tune import Sweep, sweep
 from levelhead.tune.sweep import grid, set_value
 
-SWEEP = importlib.import_module("levelhead.tune.sweep")  # the function hides the module's name
+SCORE = importlib.import_module("levelhead.tune.score_sets")
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +58,7 @@ def test_side_by_side_the_scores_are_the_same(north, monkeypatch):
     values = np.geomspace(0.1, 100.0, 70)
     seen: list[float] = []
     beside = sweep(rec, Kalman, "r_measure", values, engine="compiled", progress=seen.append)
-    monkeypatch.setattr(SWEEP, "lanes_are_faster", lambda flt, sets: False)
+    monkeypatch.setattr(SCORE, "lanes_are_faster", lambda flt, sets: False)
     single = sweep(rec, Kalman, "r_measure", values, engine="compiled")
     for name in ("total", "tilt", "heading"):
         np.testing.assert_allclose(getattr(beside, name), getattr(single, name), rtol=1e-13)

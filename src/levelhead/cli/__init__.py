@@ -42,6 +42,7 @@ VERBS = {
     "smooth": "The same with the whole recording known at every instant: fuse --offline.",
     "compare": "Filters side by side on a recording: a table and the four-panel picture.",
     "sweep": "One parameter over its range: where is the best value, and how flat is it there?",
+    "tune": "A filter's parameters for your logs, with truth or without: worth taking or not, and how sure that is.",
     "stress": "Faults on top of a recording: errors, recovery, health and σ of filters, peers included.",
     "run": "A live node: from a sensor, emulated, real or replayed, to a published orientation.",
     "view": "A recording or a running node in the browser.",

@@ -1,6 +1,5 @@
 """``levelhead export FILTER``: from the notebook to the microcontroller."""
 
-import json as reader
 from pathlib import Path
 from typing import Annotated
 
@@ -9,18 +8,17 @@ from cyclopts import Parameter
 from levelhead import filters
 from levelhead.cli.options import (
     Axes,
+    FromFile,
     GuardWords,
     filter_names,
+    parse_filter,
     parse_guard,
-    parse_settings,
     print_json,
     print_line,
+    read_parameters,
     read_prior,
-    with_noise,
 )
 from levelhead.errors import LevelheadError
-from levelhead.guard import Guard
-from levelhead.open_types import Fields
 
 
 def export(
@@ -28,7 +26,7 @@ def export(
     /,
     *,
     set: Annotated[tuple[str, ...], Parameter(name="--set", negative="", metavar="K=V")] = (),
-    tuned: Annotated[Path | None, Parameter(name="--from", metavar="FILE")] = None,
+    tuned: FromFile = None,
     noise: Annotated[Path | None, Parameter(metavar="FILE")] = None,
     guard: GuardWords = (),
     prior: Annotated[Path | None, Parameter(metavar="FILE")] = None,
@@ -46,7 +44,6 @@ def export(
     Args:
         filter: which one, such as EKF.
         set: a parameter of the filter, such as acc_tau=3; may be given several times.
-        tuned: JSON with the filter's parameters, such as `levelhead sweep … --json` prints; --set comes on top.
         noise: the sensor's noise as `levelhead noise` has written it: Q and R of an ESKF, EKF or Kalman; --set comes
             on top.
         prior: the calibration of the same sensor from `levelhead fuse --save-calibration`: the filter starts with it.
@@ -67,11 +64,8 @@ def export(
     if single and double:
         raise LevelheadError("--float and --double contradict each other; give one of them")
     flt, mounted = filters.find(filter), AxisMap.parse(axes)
-    found = _read_tuned(flt, tuned)
-    params = with_noise(flt.params(**found.get("params", {})), noise)
-    changes = parse_settings(set)
-    params = params._replace(**changes) if changes else params
-    before = parse_guard(guard) if guard else Guard(**found.get("guard", {}))
+    found = read_parameters(tuned, flt.name)
+    params, before = parse_filter(flt.name, set, noise=noise, tuned=found), parse_guard(guard, found)
     words = ["levelhead export", flt.name, *(f"--set {word}" for word in set)]
     words += [f"--from {tuned.name}"] if tuned else []
     words += [f"--noise {noise.name}"] if noise else []
@@ -98,31 +92,3 @@ def export(
         print_json({"filter": flt.name, "params": dict(params._asdict()), "written": [str(path) for path in written]})
         return
     print_line("written: " + ", ".join(str(path) for path in written))
-
-
-def _read_tuned(flt: filters.Filter, path: Path | None) -> Fields:
-    """A filter from a JSON file: "filter" and "params", perhaps "guard"; of a sweep its minimum counts.
-
-    Raises:
-        LevelheadError: it is not there, no JSON, or about another filter.
-    """
-    if path is None:
-        return {}
-    try:
-        found = reader.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise LevelheadError(f"there is no file {path}") from None
-    except (OSError, ValueError) as error:
-        raise LevelheadError(f"{path} cannot be read as JSON: {error}") from None
-    if not isinstance(found, dict) or not isinstance(found.get("params"), dict):
-        raise LevelheadError(f'{path} has no parameters; expected {{"filter": "{flt.name}", "params": {{…}}}}')
-    if found.get("filter", flt.name) != flt.name:
-        raise LevelheadError(f"{path} holds parameters of {found['filter']}, not of {flt.name}")
-    guard = found.get("guard") or {}
-    if not isinstance(guard, dict):
-        raise LevelheadError(f"{path}: guard is {guard!r}, but it must hold thresholds by name")
-    swept, minimum = found.get("parameter"), found.get("minimum")
-    params: Fields = found["params"]
-    if isinstance(swept, str) and isinstance(minimum, dict) and "value" in minimum:
-        params = dict(flt.params(**params)._replace(**{swept: minimum["value"]})._asdict())
-    return {"params": params, "guard": guard}

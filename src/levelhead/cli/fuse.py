@@ -11,6 +11,7 @@ from levelhead import filters
 from levelhead.cli.options import (
     NO_PICTURE,
     FilterName,
+    FromFile,
     GuardWords,
     Reading,
     can_draw,
@@ -19,6 +20,7 @@ from levelhead.cli.options import (
     parse_guard,
     print_json,
     print_line,
+    read_parameters,
     read_prior,
     require_self_calibration,
     require_writable,
@@ -68,7 +70,7 @@ def find_logs(given: Sequence[Path]) -> list[Path]:
 
 def _is_result(path: Path) -> bool:
     """Whether a file is what an earlier run has written."""
-    return path.stem.endswith(("-track", "-noise", "-calibration"))
+    return path.stem.endswith(("-track", "-noise", "-calibration", "tuned"))
 
 
 def result_names(logs: Sequence[Path]) -> list[str]:
@@ -121,6 +123,7 @@ def fuse(
     offline: Annotated[bool, Parameter(negative="")] = False,
     prior: Annotated[Path | None, Parameter(metavar="FILE")] = None,
     save_calibration: Annotated[Path | None, Parameter(metavar="FILE")] = None,
+    tuned: FromFile = None,
     noise: Annotated[Path | None, Parameter(metavar="FILE")] = None,
     verbose: Annotated[bool, Parameter(name=["--verbose", "-v"], negative="")] = False,
     json: Annotated[bool, Parameter(negative="")] = False,
@@ -148,7 +151,8 @@ def fuse(
         json: print the summary as JSON, with all parameters and all learned numbers.
     """
     chosen = find_logs(logs)
-    params, before = parse_filter(filter, set, offline, noise), parse_guard(guard)
+    found = read_parameters(tuned, filter)
+    params, before = parse_filter(filter, set, offline, noise, found), parse_guard(guard, found)
     if declination is not None:
         from levelhead.track import declination_angle
 
@@ -161,8 +165,8 @@ def fuse(
     if format == "parquet":
         require("pyarrow", "writing Parquet", "formats")
     wish = Wish(
-        params, filter is not None or bool(set) or noise is not None, before, guard, declination, format, plot, offline,
-        read_prior(prior, params), save_calibration, reading, json,
+        params, filter is not None or bool(set) or not (noise is None and tuned is None), before, guard, declination,
+        format, plot, offline, read_prior(prior, params), save_calibration, reading, json,
     )  # fmt: skip
     if len(chosen) > 1:
         fuse_several(chosen, out, wish, verbose)

@@ -19,6 +19,7 @@ from levelhead.open_types import Fields
 if TYPE_CHECKING:
     from levelhead.bench.methods import Method
     from levelhead.calibration import Calibration
+    from levelhead.parameter_file import ParameterFile
     from levelhead.recording import Recording
     from levelhead.track import Track
 
@@ -133,6 +134,17 @@ GuardWords = Annotated[
 ]
 
 
+FromFile = Annotated[
+    Path | None,
+    Parameter(
+        name="--from",
+        metavar="FILE",
+        help="The filter with its parameters, as `levelhead tune` or `levelhead sweep … --json` has written them; "
+        "--noise and --set come on top.",
+    ),
+]
+
+
 Axes = Annotated[str, Parameter(name="--axes", metavar="X,Y,Z", allow_leading_hyphen=True)]
 
 
@@ -153,10 +165,20 @@ def parse_settings(pairs: Iterable[str], example: str = "r_measure=0.1") -> Fiel
     return values
 
 
-def parse_filter(name: str | None, pairs: Sequence[str], offline: bool = False, noise: Path | None = None) -> Params:
-    """The Params object for ``--filter NAME --set k=v --noise FILE``; without a name the best filter there is."""
+def parse_filter(
+    name: str | None,
+    pairs: Sequence[str],
+    offline: bool = False,
+    noise: Path | None = None,
+    tuned: "ParameterFile | None" = None,
+) -> Params:
+    """The Params object for ``--filter NAME --from FILE --noise FILE --set k=v``; without a name the best filter there
+    is.
+    """
     values = parse_settings(pairs)
-    if name is not None:
+    if tuned is not None:
+        chosen = tuned.params
+    elif name is not None:
         chosen = filters.find(name).params(**values)
     else:
         chosen = filters.offline() if offline else filters.default()
@@ -164,6 +186,15 @@ def parse_filter(name: str | None, pairs: Sequence[str], offline: bool = False, 
             require_parameter(chosen, parameter)
     chosen = with_noise(chosen, noise)
     return chosen._replace(**values) if values else chosen
+
+
+def read_parameters(path: Path | None, name: str | None) -> "ParameterFile | None":
+    """What ``--from FILE`` names, for the filter that ``--filter NAME`` names, if it does."""
+    if path is None:
+        return None
+    from levelhead.parameter_file import ParameterFile
+
+    return ParameterFile.read(path, None if name is None else filters.find(name))
 
 
 def with_noise(params: Params, noise: Path | None) -> Params:
@@ -175,8 +206,10 @@ def with_noise(params: Params, noise: Path | None) -> Params:
     return NoiseModel.read(noise).parameters(params)
 
 
-def parse_guard(words: Sequence[str]) -> Guard | None:
-    """The guard for ``--guard k=v``; None for ``--guard off``."""
+def parse_guard(words: Sequence[str], tuned: "ParameterFile | None" = None) -> Guard | None:
+    """The guard for ``--guard k=v``; None for ``--guard off``; without words that of ``--from FILE``."""
+    if not words and tuned is not None and tuned.guard is not None:
+        return tuned.guard
     if not any(word.lower() == "off" for word in words):
         return Guard(**parse_settings(words, "rest_time=3, or off"))
     if len(words) > 1:

@@ -6,7 +6,17 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from levelhead.cli.options import Axes, FilterName, GuardWords, parse_filter, parse_guard, print_json, print_line
+from levelhead.cli.options import (
+    Axes,
+    FilterName,
+    FromFile,
+    GuardWords,
+    parse_filter,
+    parse_guard,
+    print_json,
+    print_line,
+    read_parameters,
+)
 from levelhead.errors import LevelheadError
 from levelhead.open_types import Fields
 
@@ -17,6 +27,7 @@ def run(
     rate: Annotated[float, Parameter(metavar="HZ")] = 200.0,
     filter: FilterName = None,
     set: Annotated[tuple[str, ...], Parameter(name="--set", negative="", metavar="K=V")] = (),
+    tuned: FromFile = None,
     guard: GuardWords = (),
     calibrate: Annotated[int | None, Parameter(metavar="N")] = None,
     duration: Annotated[float | None, Parameter(metavar="S")] = None,
@@ -68,7 +79,8 @@ def run(
     from levelhead.live.static_calibration import SAMPLES
     from levelhead.sources import parse_lsb, parse_map, parse_units
 
-    params, before = parse_filter(filter, set), parse_guard(guard)
+    found = read_parameters(tuned, filter)
+    params, before = parse_filter(filter, set, tuned=found), parse_guard(guard, found)
     if duration is not None and not duration > 0.0:
         raise LevelheadError(f"the duration is {duration:g}; expected seconds, more than 0")
     if calibrate is not None and calibrate < 0:

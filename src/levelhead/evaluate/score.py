@@ -158,8 +158,12 @@ def rms(values: Array) -> float:
 
 def root_mean_squares(recording: Recording, track: Track) -> tuple[float, float, float]:
     """RMS of total, tilt and heading error in degrees: the part of ``evaluate`` that a sweep needs."""
-    found, _, rows, _ = _error_angles(recording, track)
-    total, tilt, heading = (float(np.degrees(rms(values[rows]))) for values in found)
+    truth = require_truth(recording, track)
+    rows = np.flatnonzero(scored_rows(truth))
+    error = error_quaternion(track.quat[rows], truth.quat[rows])
+    if not absolute_heading(recording, track):
+        error = turn_heading(error, -heading_offset(error, np.ones(len(rows), bool)))
+    total, tilt, heading = (float(np.degrees(rms(values))) for values in split(error))
     return total, tilt, heading
 
 

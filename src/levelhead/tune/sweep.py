@@ -8,22 +8,18 @@ from typing import Literal, get_args
 import numpy as np
 
 from levelhead import filters
-from levelhead.engine import fuse
 from levelhead.engine.batch import DEFAULT_GUARD
-from levelhead.engine.parallel import engine_for_sets, lanes_are_faster
 from levelhead.errors import LevelheadError, nearest
-from levelhead.evaluate.score import root_mean_squares
 from levelhead.evaluate.text_table import Cell, Column, plain_table
 from levelhead.filters.parameters import FilterChoice, Param, Params, derived_table, settable
 from levelhead.guard import Guard
 from levelhead.recording import Array, Recording
-from levelhead.tune import lane_score
+from levelhead.tune.score_sets import score_sets
 
 Metric = Literal["total", "tilt", "heading"]
 FLAT = 0.05  # the flat region: errors within this share above the minimum
 PER_DECADE = 10  # values of a default grid by factors
 STEPS = 20  # values of a default grid by steps
-WORTH_COMPILING = 1_000_000  # samples times values from which compiling lanes, some seconds once, is done sooner
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,7 +171,12 @@ def grid(owner: str, name: str, param: Param) -> list[float]:
     return [float(f"{value:.3g}") for value in values]  # 0.126, not 0.125893: as a person would type it
 
 
-def _facts(params: Params, name: str) -> Param:
+def facts_of(params: Params, name: str) -> Param:
+    """Unit, range and meaning of a parameter, or of another name of one.
+
+    Raises:
+        LevelheadError: the filter has none of that name; the nearest is named.
+    """
     known = settable(type(params))
     if name not in known:
         raise LevelheadError(f"{type(params).__name__} has no parameter '{name}'; {nearest(name, known)}")
@@ -213,7 +214,7 @@ def sweep(
     if metric not in get_args(Metric):
         raise LevelheadError(f"'{metric}' is not an error to minimise; {nearest(metric, get_args(Metric))}")
     params = filters.resolve(params)
-    param = _facts(params, name)
+    param = facts_of(params, name)
     if values is None:
         flag = isinstance(getattr(params, name), bool)
         values = [0.0, 1.0] if flag else grid(type(params).__name__, name, param)
@@ -221,27 +222,5 @@ def sweep(
     if not chosen:
         raise LevelheadError(f"there is no value of {name} to try; expected at least one")
     parameter_sets = [set_value(params, name, value) for value in chosen]  # all checked before the first run
-    total, tilt, heading = _scores(recording, parameter_sets, guard, engine, progress).T
+    total, tilt, heading = score_sets([recording], parameter_sets, guard, engine, progress)[0].T
     return Sweep(params, name, param, np.array(chosen), total, tilt, heading, metric)
-
-
-def _scores(
-    recording: Recording,
-    parameter_sets: list[Params],
-    guard: Guard | None,
-    engine: str,
-    progress: Callable[[float], None] | None,
-) -> Array:
-    """(k, 3) RMS of total, tilt and heading error of each, °: side by side where that is worth compiling it."""
-    samples = len(recording) * len(parameter_sets)
-    flt = filters.of(parameter_sets[0])
-    chosen = engine_for_sets(engine, samples, flt, guard is not None)
-    worth = engine == "compiled" or samples >= WORTH_COMPILING
-    if guard == DEFAULT_GUARD and chosen == "compiled" and worth and lanes_are_faster(flt, len(parameter_sets)):
-        return lane_score.root_mean_squares(recording, flt, parameter_sets, progress)
-    scores = []
-    for i, attempt in enumerate(parameter_sets):
-        scores.append(root_mean_squares(recording, fuse(recording, attempt, guard=guard, engine=chosen)))
-        if progress is not None:
-            progress((i + 1) / len(parameter_sets))
-    return np.array(scores)

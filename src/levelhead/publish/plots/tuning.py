@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,6 +11,9 @@ from levelhead.open_types import Fields
 from levelhead.publish.plots import style
 from levelhead.publish.plots.curves import curve
 from levelhead.tune import Sweep
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 def sweep_picture(sweep: Sweep, path: str | Path) -> None:
@@ -23,6 +27,20 @@ def sweep_picture(sweep: Sweep, path: str | Path) -> None:
     what = f"{value:g}{of}"
     made = style.figure(8.0, 4.8, f"{type(sweep.params).__name__} is best at {sweep.name} = {what}: {error:.4f}° RMS")
     axes = made.subplots()
+    draw_sweep(axes, sweep)
+    note = f"{sweep.param.doc[:1].upper()}{sweep.param.doc[1:]}"
+    if sweep.edge:
+        note = f"The minimum is the {sweep.edge} value tried: a better one may lie outside"
+    style.format_axes(axes, note, f"RMS {sweep.metric} error [°]", f"{sweep.name}{unit}")
+    made.legend(loc="outside lower center", ncols=2, frameon=False, fontsize=9)
+    style.save(made, path)
+
+
+def draw_sweep(axes: "Axes", sweep: Sweep) -> None:
+    """The error over a parameter, its minimum, and the flat region."""
+    of = f" {sweep.param.unit}" if sweep.param.unit else ""
+    value, error = sweep.minimum, float(sweep.scores[sweep.index])
+    what = f"{value:g}{of}"
     low, high = (float(sweep.values[i]) for i in sweep.flat)
     if high > low:
         axes.axvspan(
@@ -36,12 +54,6 @@ def sweep_picture(sweep: Sweep, path: str | Path) -> None:
         style.plain_log(axes)
     axes.margins(x=0.03)
     axes.set_ylim(bottom=0.0)
-    note = f"{sweep.param.doc[:1].upper()}{sweep.param.doc[1:]}"
-    if sweep.edge:
-        note = f"The minimum is the {sweep.edge} value tried: a better one may lie outside"
-    style.format_axes(axes, note, f"RMS {sweep.metric} error [°]", f"{sweep.name}{unit}")
-    made.legend(loc="outside lower center", ncols=2, frameon=False, fontsize=9)
-    style.save(made, path)
 
 
 def gain_picture(

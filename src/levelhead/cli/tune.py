@@ -1,0 +1,107 @@
+"""``levelhead tune LOG… --filter NAME``: a filter's parameters, with truth or without."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+
+from levelhead.cli.options import (
+    NO_PICTURE,
+    FilterName,
+    FromFile,
+    GuardWords,
+    Reading,
+    can_draw,
+    folder,
+    parameter_names,
+    parse_filter,
+    parse_guard,
+    print_json,
+    print_line,
+    read_parameters,
+    require_writable,
+)
+from levelhead.errors import LevelheadError
+
+
+def tune(
+    logs: Annotated[tuple[Path, ...], Parameter(metavar="LOG", negative="")],
+    /,
+    *,
+    filter: FilterName = None,
+    parameter: Annotated[
+        tuple[str, ...],
+        Parameter(name=["--parameter", "-p"], negative="", metavar="NAME[=LOW:HIGH]", completer=parameter_names),
+    ] = (),
+    set: Annotated[tuple[str, ...], Parameter(name="--set", negative="", metavar="K=V")] = (),
+    tuned: FromFile = None,
+    noise: Annotated[Path | None, Parameter(metavar="FILE")] = None,
+    calibration: Annotated[Path | None, Parameter(metavar="FILE")] = None,
+    guard: GuardWords = (),
+    reference: Literal["truth", "smoother"] | None = None,
+    metric: Literal["total", "tilt", "heading"] | None = None,
+    runs: Annotated[int | None, Parameter(metavar="N")] = None,
+    seed: int = 0,
+    out: Annotated[Path, Parameter(name=["--out", "-o"], metavar="DIR")] = Path(),
+    plot: bool = True,
+    json: Annotated[bool, Parameter(negative="")] = False,
+    reading: Reading = Reading(),  # noqa: B008
+) -> None:
+    """Find a filter's parameters for logs: by their true orientation, or without it by the smoother's.
+
+    Says whether they are worth taking (each log, or third of a single one, is left out once and scored), how flat the
+    minimum is, and which parameter cures which symptom. Writes tuned.json, which `fuse`, `run` and `export` take as
+    --from, and tuned.png.
+
+    Args:
+        logs: recordings of the motion that the filter is for, a minute or more each.
+        parameter: one to search, perhaps with its range, such as kp or kp=0.01:10; may be given several times; without,
+            all that have a usual range.
+        set: a parameter held fixed, or where the search starts, such as kp=1; may be given several times.
+        noise: the sensor's noise as `levelhead noise` has written it: where the search of Q and R starts.
+        calibration: the sensor's errors as `levelhead calibrate` has written them, taken off the readings first.
+        reference: the truth where a log has one, else the smoother; with `smoother` the truth only checks the result.
+        metric: error to minimise; total where all logs have a magnetometer that the filter follows, else tilt.
+        runs: of the filter for one search; 80 for each parameter by default.
+        seed: of the search.
+        out: folder for the results.
+        plot: draw the picture (needs the extra levelhead[plot]).
+        json: print all numbers as JSON.
+    """
+    from levelhead.publish.progress import progress
+    from levelhead.publish.tuning_table import tuning_table
+    from levelhead.tune import tune_filter
+    from levelhead.tune.parameter_space import space_of
+
+    if filter is None and tuned is None:
+        raise LevelheadError("tune needs the filter whose parameters it searches, such as --filter Mahony")
+    file = read_parameters(tuned, filter)
+    params, before = parse_filter(filter, set, noise=noise, tuned=file), parse_guard(guard, file)
+    space_of(params, parameter)
+    require_writable(out)
+    with progress("reading"):
+        recordings = [reading.read(log) for log in logs]
+        if calibration is not None:
+            from levelhead.calibration import Calibration
+
+            known = Calibration.read(calibration)
+            recordings = [known.apply(recording) for recording in recordings]
+    with progress("tuning") as report:
+        found = tune_filter(
+            recordings, params, parameter, metric=metric, reference=reference, guard=before, runs=runs, seed=seed,
+            progress=report,
+        )  # fmt: skip
+    written = [folder(out) / "tuned.json"]
+    found.file().save(written[0])
+    if plot and can_draw():
+        from levelhead.publish.plots.tuning_panels import tuning_picture
+
+        written.append(out / "tuned.png")
+        tuning_picture(found, written[1])
+    if json:
+        print_json(found.to_dict() | {"written": [str(path) for path in written]})
+        return
+    print_line(tuning_table(found))
+    if plot and not can_draw():
+        print_line(f"{NO_PICTURE}; --no-plot leaves this line out")
+    print_line("written: " + ", ".join(str(path) for path in written))

@@ -1,0 +1,205 @@
+"""Find a filter's parameters for recordings: with truth, or without it by the smoother."""
+
+from collections.abc import Callable, Sequence
+from typing import get_args
+
+import numpy as np
+
+from levelhead import filters
+from levelhead.engine import fuse
+from levelhead.engine.batch import DEFAULT_GUARD
+from levelhead.engine.threads import map_in_order
+from levelhead.errors import LevelheadError, nearest
+from levelhead.evaluate.score import root_mean_squares
+from levelhead.filters.parameters import FilterChoice, Params
+from levelhead.guard import Guard
+from levelhead.recording import Array, Recording
+from levelhead.track import Track
+from levelhead.tune.error_bands import Bands, advice, error_bands
+from levelhead.tune.minimise import minimise
+from levelhead.tune.parameter_space import Space, space_of
+from levelhead.tune.reference_orientation import Kind, Reference, references
+from levelhead.tune.score_sets import score_sets
+from levelhead.tune.sweep import Metric, Sweep, set_value
+from levelhead.tune.tuning_result import FLOOR, Fold, TruthCheck, Tuning, geometric_mean
+
+EACH = 80  # runs for each parameter searched
+DIFFERENT = 1.01  # times the least error: a parameter that changes less stays as it was
+CURVE = 13  # values of a parameter over its range, for the flatness of the minimum
+PARTS = 3  # of a single log, each left out once
+FOLDS = 5  # at most, of several logs
+
+
+def tune_filter(
+    recordings: Recording | Sequence[Recording],
+    params: FilterChoice,
+    names: Sequence[str] = (),
+    *,
+    metric: Metric | None = None,
+    reference: Kind | None = None,
+    guard: Guard | None = DEFAULT_GUARD,
+    engine: str = "auto",
+    runs: int | None = None,
+    seed: int = 0,
+    progress: Callable[[float], None] | None = None,
+) -> Tuning:
+    """Search the parameters of a filter for the smallest error over recordings.
+
+    Args:
+        recordings: one or several, which count alike (the geometric mean of their errors is minimised).
+        params: the filter: Params object (where the search starts, and what the others keep), class or name.
+        names: parameters to search, each perhaps with its range: "kp", "kp=0.01:10"; none: all that have a usual range.
+        metric: "total", "tilt" or "heading" RMS; None: total where every recording has a magnetometer that the filter
+            follows, else tilt.
+        reference: "truth" or "smoother"; None: the truth where a recording has one.
+        guard: as for ``fuse``.
+        engine: as for ``fuse``.
+        runs: of the filter, for one search; None: 80 for each parameter.
+        seed: of the search.
+        progress: called with the fraction done, 0 to 1.
+
+    Raises:
+        LevelheadError: nothing to tune, no such parameter, or a recording that cannot serve as a reference.
+    """
+    given = [recordings] if isinstance(recordings, Recording) else list(recordings)
+    if not given:
+        raise LevelheadError("there is no recording to tune on; give one at least")
+    if metric is not None and metric not in get_args(Metric):
+        raise LevelheadError(f"'{metric}' is not an error to minimise; {nearest(metric, get_args(Metric))}")
+    if reference is not None and reference not in get_args(Kind):
+        raise LevelheadError(f"'{reference}' is no reference; {nearest(reference, get_args(Kind))}")
+    space = space_of(filters.resolve(params), names)
+    if runs is not None and runs < 2:
+        raise LevelheadError(f"{runs} runs are no search; expected 2 or more, better {EACH} for each parameter")
+    follows = "heading" in filters.of(space.params).estimates and all(one.mag is not None for one in given)
+    chosen: Metric = metric or ("total" if follows else "tilt")
+    held = references(given, reference, chosen != "tilt", guard, engine)
+    return _Search(space, chosen, guard, engine, runs or EACH * len(space.ranges), seed, progress).run(given, held)
+
+
+class _Search:
+    """The searches of one ``tune_filter``: over all recordings, and without each of its parts."""
+
+    def __init__(
+        self, space: Space, metric: Metric, guard: Guard | None, engine: str, runs: int, seed: int,
+        progress: Callable[[float], None] | None,
+    ) -> None:  # fmt: skip
+        self.space, self.metric, self.guard, self.engine = space, metric, guard, engine
+        self.runs, self.seed, self._progress = runs, seed, progress
+        self._column = get_args(Metric).index(metric)
+        self._whole, self._done = 1, list[int]()  # runs of the filter: all that are expected, and those of each search
+
+    def run(self, given: Sequence[Recording], held: list[Reference]) -> Tuning:
+        """All of it."""
+        folds = _folds(held)
+        searches = [held, *(train for _, train, _ in folds)]
+        self._whole = self.runs * sum(map(len, searches))
+        self._done = [0] * len(searches)
+        (best, runs), *others = map_in_order(self._find, enumerate(searches))
+        tested = []
+        for (name, _, test), (found, _) in zip(folds, others, strict=True):
+            before, after = (geometric_mean(one) for one in self._errors(test, [self.space.params, found]).T)
+            tested.append(Fold(name, before, after))
+        before, after = self._errors(held, [self.space.params, best]).T
+        first = held[0].recording
+        bands = self._bands(first, self.space.params), self._bands(first, best)
+        tried = {
+            (one.name, factor): self._bands(first, set_value(best, one.name, value))
+            for one in self.space.ranges
+            for factor in (2.0, 0.5)
+            if one.param.allows(value := factor * getattr(best, one.name)) and value != 0.0
+        }
+        curves = tuple(self._curve(held, best, k) for k in range(len(self.space.ranges)))
+        check = self._check(given, held, best)
+        return Tuning(
+            self.space, best, self.metric, tuple(held), before, after, curves, tuple(tested), bands,
+            tuple(advice(bands[1], tried)), check, self.guard, runs,
+        )  # fmt: skip
+
+    def _find(self, numbered: tuple[int, Sequence[Reference]]) -> tuple[Params, int]:
+        """The best parameters for some recordings, and how many runs that took."""
+        number, held = numbered
+
+        def objective(points: Array) -> Array:
+            errors = self._errors(held, [self.space.at(point) for point in points])
+            found: Array = np.log(np.maximum(errors, FLOOR)).mean(axis=0)
+            return found
+
+        def report(runs: int) -> None:
+            self._done[number] = runs * len(held)
+            if self._progress is not None:
+                self._progress(min(sum(self._done) / self._whole, 1.0))
+
+        minimum = minimise(objective, self.space.start, self.runs, self.seed, report)
+        return self._simplify(held, self.space.at(minimum.point)), minimum.runs
+
+    def _simplify(self, held: Sequence[Reference], best: Params) -> Params:
+        """The same with each parameter as it was at the start that does not matter."""
+        limit = DIFFERENT * geometric_mean(self._errors(held, [best])[:, 0])
+        while changed := [name for name in self.space.names if getattr(best, name) != getattr(self.space.params, name)]:
+            tried = [set_value(best, name, getattr(self.space.params, name)) for name in changed]
+            errors = [geometric_mean(one) for one in self._errors(held, tried).T]
+            least = int(np.argmin(errors))
+            if errors[least] > limit:
+                break
+            best = tried[least]
+        return best
+
+    def _scores(self, held: Sequence[Reference], sets: Sequence[Params]) -> Array:
+        """(logs, k, 3) total, tilt and heading error of each set, °."""
+        recordings = [one.recording for one in held]
+        return score_sets(recordings, sets, self.guard, self.engine, expected=self._whole // len(held))
+
+    def _errors(self, held: Sequence[Reference], sets: Sequence[Params]) -> Array:
+        """(logs, k) the error that is minimised, °."""
+        errors: Array = self._scores(held, sets)[:, :, self._column]
+        return errors
+
+    def _curve(self, held: Sequence[Reference], best: Params, index: int) -> Sweep:
+        """The error over one parameter, the others at their best."""
+        one = self.space.ranges[index]
+        grid = {one.at(share) for share in np.linspace(0.0, 1.0, CURVE).tolist()}
+        values = sorted(grid | {getattr(best, one.name), getattr(self.space.params, one.name)})
+        scores = self._scores(held, [set_value(best, one.name, value) for value in values])
+        total, tilt, heading = np.exp(np.log(np.maximum(scores, FLOOR)).mean(axis=0)).T
+        return Sweep(best, one.name, one.param, np.array(values), total, tilt, heading, self.metric)
+
+    def _bands(self, recording: Recording, params: Params) -> Bands:
+        track = self._track(recording, params)
+        return error_bands(recording, track, self.metric == "tilt")
+
+    def _track(self, recording: Recording, params: Params) -> Track:
+        return fuse(recording, params, guard=self.guard, engine=self.engine)
+
+    def _check(self, given: Sequence[Recording], held: Sequence[Reference], best: Params) -> TruthCheck | None:
+        """Errors against the truth of what was held against the smoother."""
+        rows = []
+        for recording, one in zip(given, held, strict=True):
+            smoothed = one.kind == "smoother" and one.smoothed
+            if recording.truth is None or not smoothed:
+                continue
+            tracks = [smoothed, *(self._track(recording, params) for params in (self.space.params, best))]
+            rows.append([root_mean_squares(recording, track)[self._column] for track in tracks])
+        return TruthCheck(*np.array(rows).T) if rows else None
+
+
+def _folds(held: Sequence[Reference]) -> list[tuple[str, list[Reference], list[Reference]]]:
+    """What is left out each time: its name, what is searched, and what is left out."""
+    if len(held) > 1:
+        count = min(len(held), FOLDS)
+        groups = [list(range(k, len(held), count)) for k in range(count)]
+        return [
+            (", ".join(held[i].name for i in group), [one for i, one in enumerate(held) if i not in group],
+             [held[i] for i in group])
+            for group in groups
+        ]  # fmt: skip
+    only = held[0]
+    truth = only.recording.truth
+    assert truth is not None
+    count = int(np.count_nonzero(~np.isnan(truth.quat[:, 0])))
+    ends = [count * k // PARTS for k in range(PARTS + 1)]
+    parts = [slice(ends[k], ends[k + 1]) for k in range(PARTS)]
+    return [
+        (f"third {k + 1}", [only.part(rows, inside=False)], [only.part(rows, inside=True)])
+        for k, rows in enumerate(parts)
+    ]

@@ -1,0 +1,228 @@
+"""A Tuning: the parameters that were found for a filter, how well, and how far they may be trusted."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from levelhead import filters
+from levelhead.filters.parameters import Params
+from levelhead.guard import Guard
+from levelhead.open_types import Fields
+from levelhead.parameter_file import ParameterFile
+from levelhead.recording import Array
+from levelhead.tune.error_bands import Advice, Bands
+from levelhead.tune.parameter_space import Space
+from levelhead.tune.reference_orientation import Reference
+from levelhead.tune.sweep import Metric, Sweep
+
+FLOOR = 0.01  # °: smaller errors count as this one
+WORTH = 0.03  # of the error, on what was left out: a smaller gain is none
+AT_END = 0.01  # share of a range: so near to its end is at the end
+
+
+def geometric_mean(errors: Array) -> float:
+    """Of errors in degrees, so that each recording counts alike, whatever its size."""
+    return float(np.exp(np.mean(np.log(np.maximum(errors, FLOOR)))))
+
+
+class Fold(NamedTuple):
+    """What was left out, and its error in degrees with the parameters at the start and with those found without it."""
+
+    name: str
+    before: float
+    after: float
+
+
+class TruthCheck(NamedTuple):
+    """Where the smoother was the reference and there is a truth: errors against the truth, °, each (logs,)."""
+
+    smoother: Array
+    before: Array
+    after: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Tuning:
+    """The result of ``tune_filter``.
+
+    Attributes:
+        space: what was searched, with the parameters at the start.
+        best: the parameters found. What does not matter (1 %) stays as it was.
+        metric: the error that was minimised.
+        references: what the filter was held against, log by log.
+        before: (logs,) RMS error in degrees with the parameters at the start.
+        after: (logs,) with those found.
+        curves: the error over each parameter searched, the others at their best.
+        folds: logs, or thirds of the only one, each left out once.
+        bands: parts of the error of the first log, before and after.
+        advice: which parameter lowers which part.
+        check: against the truth, where the smoother was the reference.
+        guard: in front of the filter.
+        runs: of the filter over all logs, for the result itself.
+    """
+
+    space: Space
+    best: Params
+    metric: Metric
+    references: tuple[Reference, ...]
+    before: Array
+    after: Array
+    curves: tuple[Sweep, ...]
+    folds: tuple[Fold, ...]
+    bands: tuple[Bands, Bands]
+    advice: tuple[Advice, ...]
+    check: TruthCheck | None
+    guard: Guard | None
+    runs: int
+
+    @property
+    def gain(self) -> float:
+        """Share of the error that is gone, on the logs that were searched."""
+        return 1.0 - geometric_mean(self.after) / geometric_mean(self.before)
+
+    @property
+    def held_out_gain(self) -> float:
+        """The same on what was left out: what another log of this kind may expect."""
+        after, before = (geometric_mean(np.array([getattr(one, name) for one in self.folds])) for name in
+                         ("after", "before"))  # fmt: skip
+        return 1.0 - after / before
+
+    @property
+    def worth(self) -> bool:
+        """Whether another log gains by these parameters."""
+        return min(self.gain, self.held_out_gain) >= WORTH
+
+    @property
+    def params(self) -> Params:
+        """The parameters to take: those found, or those of the start where nothing is gained."""
+        return self.best if self.worth else self.space.params
+
+    @property
+    def kinds(self) -> list[str]:
+        """What the references are."""
+        return sorted({one.kind for one in self.references})
+
+    def at_end(self, index: int) -> str:
+        """ "lowest" or "highest", where a parameter found is at the end of the range searched; else ""."""
+        one = self.space.ranges[index]
+        share = one.share(getattr(self.best, one.name))
+        if getattr(self.best, one.name) == getattr(self.space.params, one.name):
+            return ""
+        return "lowest" if share < AT_END else "highest" if share > 1.0 - AT_END else ""
+
+    def to_dict(self) -> Fields:
+        """All numbers, ready for JSON."""
+        parameters = [
+            {
+                "name": one.name, "unit": one.param.unit, "before": getattr(self.space.params, one.name),
+                "found": getattr(self.best, one.name), "searched": [one.low, one.high],
+                "flat": [float(curve.values[i]) for i in curve.flat], "at_end": self.at_end(k) or None,
+                "values": curve.values.tolist(), "error_deg": curve.scores.tolist(),
+            }
+            for k, (one, curve) in enumerate(zip(self.space.ranges, self.curves, strict=True))
+        ]  # fmt: skip
+        logs = [
+            {"log": one.name, "reference": one.kind, "seconds": one.seconds, "before_deg": before, "after_deg": after}
+            for one, before, after in zip(self.references, self.before.tolist(), self.after.tolist(), strict=True)
+        ]
+        check = self.check
+        return {
+            "filter": filters.of(self.best).name,
+            "params": dict(self.params._asdict()),
+            "found": dict(self.best._asdict()),
+            "metric": self.metric,
+            "worth": self.worth,
+            "gain": self.gain,
+            "held_out_gain": self.held_out_gain,
+            "logs": logs,
+            "held_out": [one._asdict() for one in self.folds],
+            "parameters": parameters,
+            "error_parts": {"before": self.bands[0]._asdict(), "after": self.bands[1]._asdict()},
+            "advice": [one._asdict() for one in self.advice],
+            "truth": None if check is None else {name: part.tolist() for name, part in check._asdict().items()},
+            "runs": self.runs,
+            "verdict": self.verdict(),
+        }
+
+    def file(self) -> ParameterFile:
+        """The parameters to take, as a file for ``--from``."""
+        keys = ("metric", "worth", "gain", "held_out_gain", "logs", "held_out", "runs", "verdict")
+        facts = self.to_dict()
+        found = {"params": facts["found"], "searched": list(self.space.names)} | {key: facts[key] for key in keys}
+        return ParameterFile(self.params, None if self.guard == Guard() else self.guard, found)
+
+    def verdict(self) -> list[str]:
+        """In words: what is gained, whether to take it, by what reference, and what weakens it."""
+        before, after = geometric_mean(self.before), geometric_mean(self.after)
+        changed = _changes(self.space.params, self.best)
+        name = filters.of(self.best).name
+        lines = []
+        if self.worth:
+            lines.append(
+                f"take {name} with {changed}: {self.metric} error {before:.2f}° → {after:.2f}° RMS, "
+                f"{_percent(self.gain)} less; on {self._left_out}, {_percent(self.held_out_gain)} less"
+            )
+        else:
+            lines.append(self._keep(name, before, after, changed))
+        lines.append(self._reference_words())
+        if self.check is not None:
+            lines.append(self._truth_words(self.check))
+        lines += [
+            f"{one.name} = {getattr(self.best, one.name):g} is the {end} value searched: a better one may lie outside; "
+            f"widen the range with -p {one.name}=LOW:HIGH"
+            for k, one in enumerate(self.space.ranges)
+            if (end := self.at_end(k))
+        ]
+        return [*lines, *(remark for one in self.references for remark in one.remarks)]
+
+    @property
+    def _left_out(self) -> str:
+        return "logs left out of the search" if len(self.references) > 1 else "thirds of the log left out of the search"
+
+    def _keep(self, name: str, before: float, after: float, changed: str) -> str:
+        start = "the defaults" if self.space.params == type(self.space.params)() else "the parameters given"
+        if not changed:
+            return f"keep {start} of {name}: no others have a smaller {self.metric} error than {before:.2f}° RMS"
+        words = f"keep {start} of {name}: you gain {_percent(self.gain)} ({before:.2f}° → {after:.2f}°"
+        if self.held_out_gain < 0.0:
+            return f"{words}), and on {self._left_out} you lose {_percent(-self.held_out_gain)}"
+        return f"{words}), on {self._left_out} {_percent(self.held_out_gain)}"
+
+    def _reference_words(self) -> str:
+        seconds = sum(one.seconds for one in self.references)
+        logs = f"{len(self.references)} log{'s' if len(self.references) > 1 else ''}, {seconds:.0f} s"
+        if self.kinds == ["truth"]:
+            return f"held against the truth: {logs} scored"
+        if self.kinds == ["truth", "smoother"]:
+            return f"held against the truth where there is one, else against the smoother: {logs} scored"
+        own = "; it is this filter's own, so errors that both share are not seen"
+        shared = filters.of(self.best).smoothing is not None
+        return f"held against the smoother, where it is sure of itself: {logs} scored{own if shared else ''}"
+
+    def _truth_words(self, check: TruthCheck) -> str:
+        smoother, before, after = (geometric_mean(one) for one in check)
+        return (
+            f"against the truth, which was not used: {before:.2f}° → {after:.2f}°; the smoother itself has "
+            f"{smoother:.2f}°"
+        )
+
+    def __str__(self) -> str:
+        return "\n".join(self.verdict())
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.0f} %" if share >= 0.005 or share <= -0.005 else "less than 1 %"
+
+
+def _changes(before: Params, after: Params) -> str:
+    """The parameters that differ, as one would type them."""
+    own: Sequence[tuple[str, object]] = [
+        (name, value) for name, value in after._asdict().items() if value != getattr(before, name)
+    ]
+    return ", ".join(
+        f"{name}={value:g}" if isinstance(value, float) and math.isfinite(value) else f"{name}={value}"
+        for name, value in own
+    )

@@ -1,0 +1,81 @@
+"""``levelhead tune`` and the commands that take its file."""
+
+import json
+
+import pytest
+
+from levelhead import simulate
+from levelhead.sources.csv_writer import write_csv
+
+pytest.importorskip("scipy")
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory):
+    path = tmp_path_factory.mktemp("log") / "hand.csv"
+    write_csv(simulate.recording("LSM6DSO32", "hand", 60.0, 50.0, seed=1, mag="HMC5883L"), path)
+    return path
+
+
+def test_the_first_thing_a_user_types(levelhead, log, tmp_path):
+    said = levelhead("tune", log, "--filter", "Mahony", "-p", "kp", "--set", "kp=3", "-o", tmp_path)
+    assert said.code == 0, said.err
+    assert said.out.startswith("Take Mahony with kp=")
+    assert "left out: third 3" in said.out
+    assert {path.name for path in tmp_path.iterdir()} == {"tuned.json", "tuned.png"}
+
+
+def test_the_file_is_taken_by_the_others(levelhead, log, tmp_path):
+    words = ("-p", "kp=0.01:5", "--set", "kp=3", "--runs", 40, "--no-plot", "--json")
+    said = levelhead("tune", log, "-f", "Mahony", *words, "-o", tmp_path).json
+    tuned = tmp_path / "tuned.json"
+    assert said["worth"] and said["params"]["kp"] == said["found"]["kp"] != 3.0
+    assert said["written"] == [str(tuned)]
+    assert json.loads(tuned.read_text("utf-8"))["params"] == said["params"]
+    fused = levelhead("fuse", log, "--from", tuned, "-o", tmp_path, "--no-plot", "--json").json
+    assert fused["params"] == said["params"]
+    changed = levelhead("fuse", log, "--from", tuned, "--set", "ki=0.01", "-o", tmp_path, "--no-plot", "--json").json
+    assert changed["params"] == said["params"] | {"ki": 0.01}
+    exported = levelhead("export", "Mahony", "--from", tuned, "-o", tmp_path / "c", "--json").json
+    assert exported["params"] == said["params"]
+    words = ("--calibrate", 0, "--speed", "inf", "--no-realtime", "--json")
+    box = tmp_path / "run.mcap"
+    pytest.importorskip("mcap")
+    assert levelhead("run", "--source", f"replay:{log}", "--from", tuned, *words, "--box", box).code == 0
+    again = levelhead("fuse", box, "-o", tmp_path, "--no-plot", "--json").json
+    assert again["params"]["kp"] == said["params"]["kp"]
+
+
+def test_the_filter_in_the_file_must_be_the_one_named(refused, log, tmp_path):
+    (tmp_path / "own.json").write_text('{"filter": "Mahony", "params": {"kp": 0.2}}', "utf-8")
+    for verb in ("fuse", "tune"):
+        line = refused(verb, log, "-f", "Kalman", "--from", tmp_path / "own.json", "-o", tmp_path)
+        assert "holds parameters of Mahony, not of Kalman" in line
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        ((), "needs the filter"),
+        (("-f", "Mahoni"), "did you mean 'Mahony'"),
+        (("-f", "Mahony", "-p", "tau"), "has no parameter 'tau'"),
+        (("-f", "AccelTilt"), "no parameter to tune"),
+        (("-f", "Mahony", "-p", "kp=5:1"), "no range to search"),
+        (("-f", "Mahony", "--runs", "1"), "no search"),
+        (("-f", "Mahony", "--from", "nowhere.json"), "nowhere.json"),
+    ],
+)
+def test_bad_wishes_are_refused(refused, log, tmp_path, words, sentence):
+    assert sentence in refused("tune", log, *words, "-o", tmp_path)
+    assert not list(tmp_path.iterdir())
+
+
+def test_logs_that_cannot_serve_are_refused(refused, tmp_path):
+    out = tmp_path / "out"
+    write_csv(simulate.recording("LSM6DSO32", "still", 60.0, 50.0), tmp_path / "still.csv")
+    assert "still.csv" in refused("tune", tmp_path / "still.csv", "-f", "Mahony", "-o", out)
+    write_csv(simulate.recording("LSM6DSO32", "hand", 5.0, 50.0), tmp_path / "short.csv")
+    assert "too short to tune on" in refused("tune", tmp_path / "short.csv", "-f", "Mahony", "-o", out)
+    assert "LOGS requires an argument" in refused("tune", "-f", "Mahony", "-o", out)
+    assert not out.exists()
