@@ -1,5 +1,6 @@
 """What all tests share: where the real recordings are, and what the marks of the tiers mean."""
 
+import gc
 import importlib.util
 import os
 import sys
@@ -32,6 +33,11 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--update", action="store_true", help="write the golden files of tests/export/golden anew")
 
 
+def pytest_collection_finish() -> None:
+    """Thousands of tests stay until the end: looking for garbage among them would take a tenth of the time."""
+    gc.freeze()
+
+
 @pytest.fixture(scope="session")
 def data_dir() -> Path:
     """The folder with the real recordings (broad/, repoimu/, samples/); skips where it is not there."""
@@ -50,12 +56,18 @@ def _one_compilation(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]
         yield
 
 
+@pytest.fixture(scope="session")
+def _native_stands_in(request: pytest.FixtureRequest) -> bool:
+    """Whether nothing needs Numba: in ``make quick``, where there is a native engine of these sources."""
+    return "not compiled" in request.config.option.markexpr and native.up_to_date()
+
+
 @pytest.fixture(autouse=True)
-def _tier(request: pytest.FixtureRequest) -> Iterator[None]:
+def _tier(request: pytest.FixtureRequest, _native_stands_in: bool) -> Iterator[None]:
     """What the marks promise: one compilation for all, and in ``make quick`` a test that imports Numba fails."""
     if any(request.node.get_closest_marker(mark) for mark in MARKS):
         request.getfixturevalue("_one_compilation")
     before = "numba" in sys.modules
     yield
-    if "not compiled" in request.config.option.markexpr and native.up_to_date():  # else Numba takes its place
+    if _native_stands_in:
         assert before or "numba" not in sys.modules, "this test imports Numba: mark it with pytest.mark.compiled"

@@ -11,7 +11,7 @@ pytest.importorskip("scipy")
 @pytest.fixture(scope="module")
 def poses(tmp_path_factory):
     path = tmp_path_factory.mktemp("poses") / "sensor.csv"
-    write_csv(simulate.observe(simulate.poses(12, 4, rate=50.0), simulate.imu("MPU-6050"), 4), path)
+    write_csv(simulate.observe(simulate.poses(12, 4, rate=25.0), simulate.imu("MPU-6050"), 4), path)
     return path
 
 
@@ -23,6 +23,7 @@ def test_the_first_thing_a_user_types(levelhead, poses, tmp_path):
     assert {path.name for path in tmp_path.iterdir()} == {"sensor-calibration.json", "sensor-poses.png"}
 
 
+@pytest.mark.slow
 def test_its_file_goes_on(levelhead, poses, tmp_path):
     said = levelhead("calibrate", poses, "--json", "--no-plot", "-o", tmp_path).json
     assert said["poses"] == 12

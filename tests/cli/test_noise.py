@@ -28,6 +28,7 @@ def test_the_first_thing_a_user_types(levelhead, still, tmp_path):
     assert {path.name for path in tmp_path.iterdir()} == {"still-noise.json", "still-noise.png"}
 
 
+@pytest.mark.slow
 def test_json_is_json_and_the_file_is_taken(levelhead, still, tmp_path):
     said = levelhead("noise", still, "-o", tmp_path, "--no-plot", "--json").json
     assert said["duration_s"] > 85.0

@@ -37,6 +37,7 @@ def test_it_stands_in_the_table_and_in_the_picture(levelhead, log, tmp_path):
     assert (tmp_path / "compare.png").stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_as_json_and_several_times(levelhead, log):
     words = ("compare", log, *HINTS, "-f", "Complementary", "--with", "column:ahrs", "--with", "column:truth_q")
     filters = levelhead(*words, "--json").json["filters"]

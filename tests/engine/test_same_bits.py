@@ -1,5 +1,6 @@
 """One driver: plain Python, native, compiled, streamed and chunked give the same bits; no engine has to be chosen."""
 
+import functools
 import subprocess
 import sys
 
@@ -21,18 +22,23 @@ def recording(request):
     return hard_recording(request.param)
 
 
+@pytest.fixture(scope="module")
+def in_python(recording):
+    """``fuse`` in plain Python, once for all machine code that is compared with it."""
+    return functools.cache(lambda name, guard: lh.fuse(recording, name, guard=guard, engine="python"))
+
+
 @EVERY
 @pytest.mark.parametrize("guard", [lh.Guard(), None], ids=["guarded", "alone"])
 @MACHINE_CODE
-def test_machine_code_is_plain_python(flt, guard, engine, recording):
-    plain = lh.fuse(recording, flt.params(), guard=guard, engine="python")
-    assert_same(plain, lh.fuse(recording, flt.params(), guard=guard, engine=engine))
+def test_machine_code_is_plain_python(flt, guard, engine, recording, in_python):
+    assert_same(in_python(flt.name, guard), lh.fuse(recording, flt.params(), guard=guard, engine=engine))
 
 
 @EVERY
 @EVERY_ENGINE
-def test_streamed_is_batch(flt, engine, recording):
-    expected = lh.fuse(recording, flt.params(), engine="python")
+def test_streamed_is_batch(flt, engine, recording, in_python):
+    expected = in_python(flt.name, lh.Guard())
     live = lh.Stream(flt.params(), engine=engine)
     for i in range(len(recording)):
         mag = None if recording.mag is None else recording.mag[i]
@@ -50,11 +56,11 @@ def test_streamed_is_batch(flt, engine, recording):
 
 @EVERY
 @EVERY_ENGINE
-def test_chunked_is_whole(flt, engine, recording, monkeypatch):
+def test_chunked_is_whole(flt, engine, recording, in_python, monkeypatch):
     monkeypatch.setattr(batch, "STRETCH", 111)
     seen = []
     chunked = lh.fuse(recording, flt.params(), engine=engine, progress=seen.append)
-    assert_same(chunked, lh.fuse(recording, flt.params(), engine=engine))
+    assert_same(chunked, in_python(flt.name, lh.Guard()))
     assert seen == sorted(seen) and seen[-1] == 1.0 and len(seen) == 7
 
 

@@ -95,6 +95,7 @@ def test_everything_goes_wrong_in_the_vector():
 
 @pytest.mark.parametrize("arduino", [False, True])
 @pytest.mark.parametrize("axis", [False, True])
+@pytest.mark.slow
 def test_a_library_in_float_does_not_promise_the_bits_of_double(axis, arduino):
     """Neither header, properties, self-test nor sketch; the library in double does."""
     promise = re.compile(r"same bits|to the bit\b(?!\.)|same, to|exactly")

@@ -71,6 +71,7 @@ def test_a_bias_that_is_taken_off() -> None:
     assert found(rest(np.radians([0.5, -0.3, 0.2])), "corrected_gyro") is None
 
 
+@pytest.mark.slow
 def test_noise_beside_chips() -> None:
     still = np.radians([0.5, -0.3, 0.2])
     assert found(rest(still), "noise_gyr") is None

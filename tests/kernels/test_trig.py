@@ -35,6 +35,7 @@ def constants(function):
     return {abs(value) for value in function.__code__.co_consts if isinstance(value, float)}
 
 
+@pytest.mark.slow
 def test_coefficients_are_those_of_the_economized_series():
     assert {abs(c) for c in economized.arctangent(11)} <= constants(trig.atan2)
     assert {abs(c) for c in economized.sine(6) + economized.cosine(6)} <= constants(trig.sincos)

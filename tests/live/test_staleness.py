@@ -174,6 +174,7 @@ def first_valid(subscription, seconds: float = 20.0):
     raise AssertionError("no valid orientation came")
 
 
+@pytest.mark.slow
 def test_a_reader_that_takes_50_of_200_a_second_reads_what_is_new(bus, endpoint):
     """Through Zenoh: never older than the limit and valid, and the clocks of one machine agree."""
     from levelhead.live.zenoh_reader import subscribe
@@ -246,6 +247,7 @@ def test_orphans_get_nothing_valid(node, endpoint, how, history):
             assert first_valid(subscription).valid
 
 
+@pytest.mark.slow
 def test_a_slow_reader_in_another_process_is_named(bus, endpoint):
     from levelhead.live.zenoh_reader import subscribe
 

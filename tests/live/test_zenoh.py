@@ -63,6 +63,7 @@ def said(process, timeout: float = 20.0) -> list[int]:
     return [int(line.split()[0]) for line in out.splitlines()]
 
 
+@pytest.mark.slow
 def test_three_lines_in_another_process_and_who_comes_late_gets_the_last(endpoint):
     bus = bus_of(endpoint)
     bus.publish(ORIENTATION, fresh(seq=4))
@@ -104,6 +105,7 @@ def test_a_subscriber_that_is_killed_or_stopped_does_not_hold_up_the_node(endpoi
     bus.close()
 
 
+@pytest.mark.slow
 def test_the_subscriber_may_be_first_and_the_node_restarted(endpoint):
     subscription = subscribe(ORIENTATION, endpoint)
     assert subscription.get(timeout=0.2) is None
@@ -137,6 +139,7 @@ def test_all_topics(endpoint):
     bus.close()
 
 
+@pytest.mark.slow
 def test_parameters_are_asked_for_from_outside(endpoint):
     bus = bus_of(endpoint)
     client = ParameterClient(endpoint)
@@ -234,6 +237,7 @@ def published(bus, subscription, seconds: float = 15.0):
     return message
 
 
+@pytest.mark.slow
 def test_certificates_open_it_to_those_who_may_read(endpoint, certificates):
     """The robot is let in and reads; a stranger of the same authority gets nothing, nor who has no certificate."""
     tls = endpoint.replace("tcp/127.0.0.1", "tls/localhost")
@@ -288,6 +292,7 @@ def test_who_is_refused_by_tls_is_told_why(node_with_tls, certificates, forged, 
 
 
 @pytest.mark.parametrize("name", ["stranger", "robot"])
+@pytest.mark.slow
 def test_parameters_without_permission_are_refused_with_a_sentence(node_with_tls, certificates, name):
     """--readers lets them read, and nobody may write."""
     client = ParameterClient(node_with_tls, certificates=certificates / name)

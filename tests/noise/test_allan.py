@@ -7,12 +7,18 @@ from levelhead.noise.allan import WHITE, allan_curve, degrees_of_freedom, interv
 from levelhead.noise.fit import fit
 from levelhead.simulate import noise as processes
 
-allantools = pytest.importorskip("allantools")
 pytest.importorskip("scipy")
 
 
+@pytest.fixture(scope="module")
+def allantools():
+    """Its import takes a second, so its tests are in the second tier."""
+    return pytest.importorskip("allantools")
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [1001, 40_000])
-def test_deviations_are_those_of_allantools(count):
+def test_deviations_are_those_of_allantools(allantools, count):
     random = np.random.default_rng(1)
     rate = 3.0 + random.standard_normal(count) + 1e-2 * np.cumsum(random.standard_normal(count))
     mine = allan_curve(rate, 0.01, count)
@@ -31,9 +37,10 @@ def test_a_long_sum_may_have_steps(monkeypatch):
     assert (np.abs(stepped.deviation / whole.deviation - 1.0) < 0.1 / np.sqrt(2.0 * freedom)).all()  # of its own 1σ
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "alpha"), [(0, 2), (1, 0), (2, -1), (3, -2)])
 @pytest.mark.parametrize("factor", [2, 100, 3000])
-def test_degrees_of_freedom_are_those_of_the_handbook(kind, alpha, factor):
+def test_degrees_of_freedom_are_those_of_the_handbook(allantools, kind, alpha, factor):
     theirs = allantools.ci.edf_simple(10_001, factor, alpha)
     assert degrees_of_freedom(kind, 10_000, factor) == pytest.approx(theirs, rel=1e-12)
 
@@ -50,6 +57,7 @@ def test_intervals_hold_the_truth_as_often_as_they_say():
     assert 550 <= inside <= 588  # of 600; 570 ± 5.3 (1σ) if they were independent
 
 
+@pytest.mark.slow
 def test_each_noise_is_found_alone():
     """4 h of noise in which each of N, B, K dominates a part of the curve."""
     random, n, rate = np.random.default_rng(3), 360_000, 25.0
@@ -78,7 +86,8 @@ def test_quantisation_noise_is_found_where_it_is():
     assert found.value[1] == pytest.approx(1.0, rel=0.05)
 
 
-def test_flicker_noise_is_flat_where_the_standard_says():
+@pytest.mark.slow
+def test_flicker_noise_is_flat_where_the_standard_says(allantools):
     """Allan deviation √(2 ln 2/π) B at every τ (IEEE Std 952-1997, annex C), by allantools."""
     made = processes.flicker(np.random.default_rng(5), 200_000, np.ones(3))
     taus = [10.0, 100.0, 1000.0]

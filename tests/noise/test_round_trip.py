@@ -102,6 +102,7 @@ def test_a_stuck_axis_is_named():
         measure_noise(lh.Recording(rec.t, gyr, rec.acc))
 
 
+@pytest.mark.slow
 def test_missing_samples_are_bridged_and_losses_refused():
     rec = simulate.recording("MPU-6050", "still", 120.0, 50.0, seed=2)
     keep = np.random.default_rng(0).uniform(size=len(rec)) > 0.02
@@ -113,6 +114,7 @@ def test_missing_samples_are_bridged_and_losses_refused():
         measure_noise(lh.Recording(rec.t[keep], rec.gyr[keep], rec.acc[keep]))
 
 
+@pytest.mark.slow
 def test_three_minutes_of_a_real_sensor(data_dir):
     path = data_dir / "repoimu" / "TStick_Test01_Static.csv"
     allantools = pytest.importorskip("allantools")

@@ -96,6 +96,7 @@ def box(page, label: str):
 CURSORS = "Object.values(window.__viserTestpoints.uplots).map(one => one.chart.posToVal(one.chart.cursor.left, 'x'))"
 
 
+@pytest.mark.slow
 def test_a_recording_is_shown_played_and_fused_again_by_a_slider(look):
     recording = lh.simulate.recording("MPU-6050", "hand", duration=PATIENCE, rate=25)  # it plays until it is stopped
     view = RecordingView(recording, lh.Madgwick(), port=FREE)
@@ -126,6 +127,7 @@ def test_a_recording_is_shown_played_and_fused_again_by_a_slider(look):
         view.stop()
 
 
+@pytest.mark.slow
 def test_charts_the_3d_view_and_events_are_one(look):
     """A click in a chart, an event and a time typed in lead to the same instant everywhere; a drag selects."""
     recording = lh.simulate.recording("ICM-20948", "hand", duration=10.0)
@@ -176,6 +178,7 @@ def test_charts_the_3d_view_and_events_are_one(look):
 
 
 @pytest.mark.parametrize("width, height", [(1400, 900), (900, 700), (390, 844)])
+@pytest.mark.slow
 def test_body_and_panel_are_seen_at_every_width(look, width, height):
     """The panel covers less than half of the view beside it, or below it on a phone."""
     view = RecordingView(lh.simulate.recording("MPU-6050", "hand", duration=3.0), lh.Madgwick(), port=FREE)
@@ -282,7 +285,6 @@ def test_a_page_that_is_open_for_hours_collects_its_garbage(monkeypatch, capsys)
     try:
         assert main(["view", "--live"]) == 0
     finally:
-        gc.unfreeze()
         gc.set_threshold(*before)
     assert seen == [(700, 10, 10)]
 

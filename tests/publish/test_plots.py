@@ -83,6 +83,7 @@ def test_a_line_in_stretches_is_the_line(monkeypatch):
     assert (x[0], x[-1]) == (whole_x[0], whole_x[-1])
 
 
+@pytest.mark.slow
 def test_a_picture_takes_a_few_bytes_of_a_sample(tmp_path, monkeypatch):
     monkeypatch.setattr(curves, "STRETCH", 10_000)
     n = 300_000

@@ -62,7 +62,7 @@ def test_summary_counts_gaps_missing_samples_and_health():
 def test_summary_has_few_lines_whatever_happened():
     """Everything at once: every fault, many notes, truth, a guard of its own, declination, a calibration, hard iron."""
     rec = recording("ICM-20948", "hand", duration=60.0)
-    track = fuse(rec, ESKF(acc_noise=0.02), engine="python").to_true_north(3.0)
+    track = fuse(rec, ESKF(acc_noise=0.02)).to_true_north(3.0)
     flags = np.zeros(len(rec), np.uint32)
     for i, bit in enumerate(NAMES):
         flags[: 10 + i] |= np.uint32(bit)

@@ -49,7 +49,12 @@ def off(recording: lh.Recording, motion: Motion) -> str:
     return ""
 
 
-@pytest.mark.parametrize("name", sorted(DIALECTS))
+def marked(name: str) -> object:
+    """Where the command line is searched for, the second tier reads the log."""
+    return pytest.param(name, marks=pytest.mark.slow) if name in COMMAND else name
+
+
+@pytest.mark.parametrize("name", map(marked, sorted(DIALECTS)))
 def test_a_log_of_a_known_program(name: str, motion: Motion, tmp_path: Path) -> None:
     path = DIALECTS[name](tmp_path, motion)
     if name in COMMAND:

@@ -10,7 +10,7 @@ from levelhead.export.constants import Constants, UniqueNames
 from levelhead.export.inference import Inference
 from levelhead.export.kinds import FLOAT, NUMBERS, Array, Kind, Struct, by_address, describe, is_empty, variable, within
 from levelhead.export.layout import STEP, comment, docstring, template, wrap
-from levelhead.export.scopes import Scopes
+from levelhead.export.scopes import stored_names
 from levelhead.export.source import Source, position, read
 from levelhead.export.statements import Body
 from levelhead.export.type_table import TypeTable, annotations, declarator
@@ -144,9 +144,8 @@ class Program:
     def _addresses(self, kernel: Kernel) -> set[str]:
         if self.inline:
             return set()
-        stored = Scopes(kernel.source.tree.body).variables
-        return {name for name, kind in kernel.parameters.items()
-                if self.by_address(kind) and not (name in stored and stored[name].stores)}  # fmt: skip
+        stored = stored_names(kernel.source.tree)
+        return {name for name, kind in kernel.parameters.items() if self.by_address(kind) and name not in stored}
 
     # Arrays
 

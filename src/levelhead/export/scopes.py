@@ -5,6 +5,7 @@ it never changes.
 """
 
 import ast
+import functools
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -131,3 +132,9 @@ def stored_in(statement: ast.stmt) -> set[str]:
 def loaded_in(node: ast.AST) -> set[str]:
     """Names that are read somewhere inside."""
     return {part.id for part in ast.walk(node) if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Load)}
+
+
+@functools.cache
+def stored_names(function: ast.FunctionDef) -> frozenset[str]:
+    """The variables that a function writes to, but for those that count a loop."""
+    return frozenset(name for name, variable in Scopes(function.body).variables.items() if variable.stores)
