@@ -3,12 +3,16 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
+# The lesson needs a part of that only. Whoever has all has the part.
+LESSON := $(if $(wildcard $(READY)),$(READY),$(VENV)/.lesson)
+# Byte code is written when a module is first imported; for all modules it would take half of an installation's time.
+INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
 # A file's tests run in one process, so that what its fixtures compute is computed once.
 TESTS := $(BIN)/python -m pytest -n auto --dist loadfile
 
 .PHONY: demo native wheels quick plain test test-full lint format bench clean
 
-demo: $(READY)
+demo: $(LESSON)
 	$(BIN)/levelhead demo --out demo-output
 
 # The native engine after a change of kernels; until then Numba or Python takes its place.
@@ -57,7 +61,12 @@ bench: $(READY)
 
 $(READY): pyproject.toml
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[all,bench,test]'
+	PIP_NO_COMPILE=1 $(INSTALL) --editable '.[all,bench,test]'
+	touch $@
+
+$(VENV)/.lesson: pyproject.toml
+	$(PYTHON) -m venv $(VENV)
+	PIP_NO_COMPILE=1 $(INSTALL) --editable '.[plot]'
 	touch $@
 
 clean:
