@@ -54,7 +54,7 @@ def marked(name: str) -> object:
     return pytest.param(name, marks=pytest.mark.slow) if name in COMMAND else name
 
 
-@pytest.mark.parametrize("name", map(marked, sorted(DIALECTS)))
+@pytest.mark.parametrize("name", [marked(name) for name in sorted(DIALECTS)])
 def test_a_log_of_a_known_program(name: str, motion: Motion, tmp_path: Path) -> None:
     path = DIALECTS[name](tmp_path, motion)
     if name in COMMAND:
