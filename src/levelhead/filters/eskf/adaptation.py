@@ -8,6 +8,15 @@ D gives E ȳ² = D/(2 τ). With the variance P_vv, which explains part of it,
 
 one for the two horizontal axes, one for the vertical.
 
+**A turn that was missed.** No body moves so that ȳ² is far beyond P_vv + ``speed_max``²/(2 τ). What is beyond
+``MISSED_GATE`` times that,
+
+    E = max(0, ȳ² − ``MISSED_GATE`` (P_vv + ``speed_max``²/(2 τ))),                                               (27)
+
+is in the horizontal axes the work of a tilt that is wrong by √E/(g τ): gravity has driven v for about τ. While E lasts,
+the variance of attitude grows by E/(g τ)² in τ (``predict``). Upwards a tilt is of second order; there E is a specific
+force that was measured wrong, and the variance of v grows by E in τ.
+
 **Travel.** The variance of u in (12) is the running mean of u² + P_uu: one step of expectation
 maximisation in each block.
 
@@ -33,6 +42,7 @@ by a measurement x = 0 of the variance r = s² s'²/(s² − s'²), which is as 
 from math import sqrt
 
 from levelhead.compiler.mark import kernel, noinline
+from levelhead.filters.eskf import aiding
 from levelhead.filters.eskf import state as at
 from levelhead.filters.eskf.covariance import add_variance, measure, set_independent, variance
 from levelhead.filters.eskf.params import ESKF
@@ -43,6 +53,7 @@ from levelhead.units import DEGREE
 INNOVATION_TIME = 2.0  # s, τ
 DENSITY_TIME = 10.0  # s
 TRAVEL_TIME = 8.0  # s over which the variance of travel is averaged
+MISSED_GATE = 9.0  # σ², beyond which velocity is not the body's
 LEAST_TRAVEL = 0.1  # m/s, 1σ
 MOST_TRAVEL = 2.0
 LEAST_INFORMATION = 0.02  # κ: below, the measurements say nothing of their own
@@ -65,9 +76,19 @@ def mean_travel(m: Floats, i: int) -> float:
     return (m[r] * m[u] + m[r + 1] * m[u + 1] + m[r + 2] * m[u + 2]) / m[at.BLOCK_TIME]
 
 
+@kernel
+def velocity_excess(params: ESKF, m: Floats, i: int) -> float:
+    """E of eq. 27, (m/s)²; 0 along an axis with aiding, which measures velocity itself."""
+    if aiding.is_aided(m, i):
+        return 0.0
+    mean = m[at.MEAN_INNOVATION + i]
+    explained = variance(m, at.VELOCITY + i) + params.speed_max * params.speed_max / (2.0 * INNOVATION_TIME)
+    return max(0.0, mean * mean - MISSED_GATE * explained)
+
+
 @noinline
 def adapt_motion(params: ESKF, m: Floats) -> None:
-    """Eq. 21 and the variance of travel."""
+    """Eqs. 21 and 27, and the variance of travel."""
     time = m[at.BLOCK_TIME]
     weight = time / (INNOVATION_TIME + time)
     excess_h = 0.0
@@ -81,6 +102,8 @@ def adapt_motion(params: ESKF, m: Floats) -> None:
             excess_h += 0.5 * excess
         else:
             excess_v = excess
+    m[at.EXCESS] = velocity_excess(params, m, 0) + velocity_excess(params, m, 1)
+    m[at.EXCESS + 1] = velocity_excess(params, m, 2)
     set_density(params, m, 0, excess_h)
     set_density(params, m, 1, excess_v)
     mean2 = 0.0

@@ -29,11 +29,9 @@ from levelhead.filters.eskf.measurements import (
     NO_FIELD,
     add_correction,
     average_rate,
-    inflate_diverged,
     update_field_undirected,
     update_velocity,
     update_zero_rate,
-    velocity_diverged,
 )
 from levelhead.filters.eskf.params import ESKF
 from levelhead.filters.eskf.predict import decay_field_east, predict, predict_gap
@@ -56,7 +54,6 @@ from levelhead.kernels.vec3 import Vec3, norm, scale, sub
 
 LARGE_TILT = 0.25  # rad²: a larger variance of tilt cannot be corrected to first order
 LARGE_HEADING = 1.0  # rad²: nor can a larger one of heading
-GATE_TIME = 1.0  # s for which velocity may be beyond its gate
 GAP_SAMPLE = 1e-3  # s that the sample after a gap lasts
 STEADY_TIME = 1.0  # s for which a candidate field has to be steady
 
@@ -179,12 +176,7 @@ def update(params: ESKF, state: State) -> State:
         attitude = quat.compose(rotation, attitude)
         return State(attitude, field_norm, False, NO_CANDIDATE, True, 0, m)
     adapt_motion(params, m)
-    health = 0
-    m[at.DIVERGED_TIME] = m[at.DIVERGED_TIME] + m[at.BLOCK_TIME] if velocity_diverged(params, m, resting) else 0.0
-    if m[at.DIVERGED_TIME] > 0.0:
-        health = ACC_REJECTED
-    if m[at.DIVERGED_TIME] > GATE_TIME:
-        inflate_diverged(m, n)
+    health = ACC_REJECTED if m[at.EXCESS] > 0.0 else 0
     fit = NO_FIELD
     update_velocity(params, m, resting, n)
     if resting:
@@ -196,7 +188,8 @@ def update(params: ESKF, state: State) -> State:
     if m[at.MAYBE_RAW] != 0.0:
         narrow_prior(params, m, n)
     widen_prior(m, n, at.GYR_BIAS, MOST_GYR_BIAS)
-    widen_prior(m, n, at.ACC_BIAS, MOST_ACC_BIAS)
+    if m[at.EXCESS] == 0.0:  # or the accelerometer's bias would explain the tilt
+        widen_prior(m, n, at.ACC_BIAS, MOST_ACC_BIAS)
     add_correction(m, n)
     attitude = quat.compose(quat.exp(vector(m, at.X + at.ATTITUDE)), attitude)
     if fit.mismatch or fit.heading_off:

@@ -7,7 +7,7 @@ from levelhead.compiler.mark import kernel, noinline
 from levelhead.filters.eskf import aiding
 from levelhead.filters.eskf import state as at
 from levelhead.filters.eskf.adaptation import mean_travel
-from levelhead.filters.eskf.covariance import add_variance, measure, rotate_velocity_error, variance, vector
+from levelhead.filters.eskf.covariance import measure, rotate_velocity_error, variance, vector
 from levelhead.filters.eskf.params import ESKF
 from levelhead.kernels.arrays import Floats
 from levelhead.kernels.trig import atan2
@@ -21,7 +21,6 @@ RATE_TIME = 0.5  # s, time constant of the mean rate
 WHITE = 0.015  # share of the scatter within a block that lasts as long as that; the rest is white
 DRIFT = 0.2  # share of the square by which the rate has left its mean: a rest may be ending
 PAST = 0.02  # share of it in the mean rate
-MISSED_TURN = 0.4  # rad/√s
 VELOCITY_BOUND = 1.0  # σ: the influence of a velocity is bounded beyond,
 RATE_BOUND = 3.0  # of a rate at rest, which may be the beginning of a motion,
 UNBOUNDED = 1e9
@@ -66,33 +65,6 @@ def velocity_variance(params: ESKF, m: Floats, resting: bool, i: int) -> float:
     if resting and may_stand(m, i):
         return REST_SPEED * REST_SPEED
     return (m[at.DENSITY + (1 if i == 2 else 0)] + aiding.velocity_density(m, i)) / m[at.BLOCK_TIME]
-
-
-@noinline
-def velocity_diverged(params: ESKF, m: Floats, resting: bool) -> bool:
-    """Whether the velocity along an axis without aiding is beyond 5 σ of what travel explains."""
-    worst = 0.0
-    for i in range(3):
-        if not aiding.is_aided(m, i):
-            v = m[at.MEAN + at.VELOCITY + i] - mean_travel(m, i)
-            worst = max(worst, v * v / (variance(m, at.VELOCITY + i) + velocity_variance(params, m, resting, i)))
-    return worst > GATE
-
-
-@noinline
-def inflate_diverged(m: Floats, n: int) -> None:
-    """A turn was missed, for nothing else drives velocity away for so long: velocity and attitude may be far off.
-
-    A turn about the vertical takes the error of velocity along, or velocity would seem to tell of heading.
-    """
-    x, y, _ = vector(m, at.MEAN + at.VELOCITY)
-    rotate_velocity_error(m, at.P, n, -x, -y)
-    add_variance(m, at.ATTITUDE, 3, MISSED_TURN * MISSED_TURN * m[at.BLOCK_TIME])
-    rotate_velocity_error(m, at.P, n, x, y)
-    for i in range(3):
-        v = m[at.MEAN + at.VELOCITY + i] - mean_travel(m, i)
-        if not aiding.is_aided(m, i):
-            add_variance(m, at.VELOCITY + i, 1, v * v)
 
 
 @noinline

@@ -1,15 +1,17 @@
-"""Prediction of ``ESKF`` over a block of samples: F (eq. 7), Q (eqs. 8 to 12), and what a gap does."""
+"""Prediction of ``ESKF`` over a block of samples: F (eq. 7), Q (eqs. 8 to 12 and 27), and what a gap does."""
 
 from math import sqrt
 
 from levelhead.compiler.mark import kernel, noinline
 from levelhead.filters.eskf import aiding
 from levelhead.filters.eskf import state as at
+from levelhead.filters.eskf.adaptation import INNOVATION_TIME
 from levelhead.filters.eskf.covariance import (
     add_variance,
     decay,
     propagate,
     propagate_position,
+    rotate_velocity_error,
     set_independent,
     variance,
     vector,
@@ -118,6 +120,21 @@ def add_process_noise(params: ESKF, m: Floats, n: int) -> None:
 
 
 @noinline
+def add_missed_turn(m: Floats, n: int) -> None:
+    """Q of what velocity says of a turn or a force that was missed, eq. 27.
+
+    A turn about the vertical takes the error of velocity along, or velocity would seem to tell of heading.
+    """
+    share = m[at.BLOCK_TIME] / INNOVATION_TIME
+    speed = GRAVITY * INNOVATION_TIME
+    x, y, _ = vector(m, at.MEAN + at.VELOCITY)
+    rotate_velocity_error(m, at.P, n, -x, -y)
+    add_variance(m, at.ATTITUDE, 3, share * m[at.EXCESS] / (speed * speed))
+    rotate_velocity_error(m, at.P, n, x, y)
+    add_variance(m, at.VELOCITY + 2, 1, share * m[at.EXCESS + 1])
+
+
+@noinline
 def predict_gap(m: Floats, gap: float) -> None:
     """Across a gap of so many seconds: attitude and velocity may be any, and are independent of the calibration."""
     if m[at.AIDED] != 0.0:
@@ -151,4 +168,6 @@ def predict(params: ESKF, m: Floats, n: int) -> None:
     if n > at.N_MAGNETIC:
         propagate_position(m, n, 0.5 * m[at.BLOCK_TIME])
     add_process_noise(params, m, n)
+    if m[at.EXCESS] + m[at.EXCESS + 1] > 0.0:
+        add_missed_turn(m, n)
     m[at.RUN_TIME] += m[at.BLOCK_TIME]
