@@ -73,3 +73,26 @@ def test_a_raw_gyroscope_that_never_rests_is_learned_within_seconds(motion):
     assert max(errors) < 8.0
     assert np.mean(errors) < 4.0
     assert np.sqrt(np.mean(np.square(ratios))) < 3.5
+
+
+@pytest.mark.parametrize("motion", ["hand", "walking"])
+def test_a_turn_that_the_gyroscope_missed_is_found_by_velocity(motion):
+    """Eq. 26: in the steepest turn of a recording the rate reads zero, and nothing else tells of it."""
+    moved = simulate.motion(3, 60.0, 100.0, style=motion)
+    run = simulate.observe(moved, simulate.imu("LSM6DSO32"), seed=3)
+    assert run.truth is not None
+    real = run.truth.quat
+    turned = np.degrees(split(error_quaternion(real[100:], real[:-100])).tilt)[1500:2500]
+    first = 1500 + int(turned.argmax())
+    gyr = run.gyr.copy()
+    gyr[first : first + 100] = 0.0
+    track = lh.fuse(Recording(run.t, gyr, run.acc), lh.ESKF())
+    assert track.sigma is not None
+    tilt = np.degrees(split(error_quaternion(track.quat, real)).tilt)
+    sigma = np.degrees(np.hypot(track.sigma[:, 0], track.sigma[:, 1]))
+    print(
+        f"{motion}: {turned.max():.0f}° missed; after 5, 10 and 20 s {tilt[first + np.array([600, 1100, 2100])].round(1)}°"
+    )
+    assert turned.max() > 20.0
+    assert tilt[first + 2100 :].max() < 3.0
+    assert (tilt[first + 600 :] < 4.0 * sigma[first + 600 :] + 1.0).all()

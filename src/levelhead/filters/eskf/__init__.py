@@ -48,15 +48,15 @@ The estimates of the sensor's errors are ``Track.calibration``, and can be the n
 | ``state`` | the states, each block declared once; where they stand in the memory |
 | ``params`` | the parameters |
 | ``preintegration`` | (2), (3), (4), and the integrals of (7), (15) and (16) over a block |
-| ``predict`` | F (7), Q (8) to (12), gaps |
+| ``predict`` | F (7), Q (8) to (12) and (26), gaps |
 | ``covariance`` | P ← F P Fᵀ + Q, scalar measurements (13), independent states |
 | ``measurements`` | (14) to (18), and (20) |
-| ``adaptation`` | D (21) and the variance of u in (12), widths of priors (22) to (24) |
+| ``adaptation`` | D (21), a turn that was missed (26), the variance of u in (12), widths of priors (22) to (24) |
 | ``aiding`` | position, velocity and height beside the IMU |
 | ``reinitialise`` | tilt, heading and field from a block's mean readings |
 | ``calibration`` | the estimates as plain numbers, and a prior |
 | ``filter`` | the order of all this, sample by sample |
-| ``rts`` | the smoother: what the forward run keeps, and the step back (26), (27) |
+| ``rts`` | the smoother: what the forward run keeps, and the step back (27), (28) |
 """
 
 from levelhead.filters.contract import Aiding, Filter, Inflation, Schedule, SelfCalibration, Settling, Smoothing

@@ -11,7 +11,7 @@ one for the two horizontal axes, one for the vertical.
 **A turn that was missed.** No body moves so that ȳ² is far beyond P_vv + ``speed_max``²/(2 τ). What is beyond
 ``MISSED_GATE`` times that,
 
-    E = max(0, ȳ² − ``MISSED_GATE`` (P_vv + ``speed_max``²/(2 τ))),                                               (27)
+    E = max(0, ȳ² − ``MISSED_GATE`` (P_vv + ``speed_max``²/(2 τ))),                                              (26)
 
 is in the horizontal axes the work of a tilt that is wrong by √E/(g τ): gravity has driven v for about τ. While E lasts,
 the variance of attitude grows by E/(g τ)² in τ (``predict``). Upwards a tilt is of second order; there E is a specific
@@ -78,17 +78,18 @@ def mean_travel(m: Floats, i: int) -> float:
 
 @kernel
 def velocity_excess(params: ESKF, m: Floats, i: int) -> float:
-    """E of eq. 27, (m/s)²; 0 along an axis with aiding, which measures velocity itself."""
+    """E of eq. 26, (m/s)²; 0 along an axis with aiding, which measures velocity itself."""
     if aiding.is_aided(m, i):
         return 0.0
     mean = m[at.MEAN_INNOVATION + i]
-    explained = variance(m, at.VELOCITY + i) + params.speed_max * params.speed_max / (2.0 * INNOVATION_TIME)
+    density = params.speed_max * params.speed_max + aiding.velocity_density(m, i)
+    explained = variance(m, at.VELOCITY + i) + density / (2.0 * INNOVATION_TIME)
     return max(0.0, mean * mean - MISSED_GATE * explained)
 
 
 @noinline
 def adapt_motion(params: ESKF, m: Floats) -> None:
-    """Eqs. 21 and 27, and the variance of travel."""
+    """Eqs. 21 and 26, and the variance of travel."""
     time = m[at.BLOCK_TIME]
     weight = time / (INNOVATION_TIME + time)
     excess_h = 0.0

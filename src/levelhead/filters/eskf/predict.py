@@ -1,4 +1,4 @@
-"""Prediction of ``ESKF`` over a block of samples: F (eq. 7), Q (eqs. 8 to 12 and 27), and what a gap does."""
+"""Prediction of ``ESKF`` over a block of samples: F (eq. 7), Q (eqs. 8 to 12 and 26), and what a gap does."""
 
 from math import sqrt
 
@@ -121,7 +121,7 @@ def add_process_noise(params: ESKF, m: Floats, n: int) -> None:
 
 @noinline
 def add_missed_turn(m: Floats, n: int) -> None:
-    """Q of what velocity says of a turn or a force that was missed, eq. 27.
+    """Q of what velocity says of a turn or a force that was missed, eq. 26.
 
     A turn about the vertical takes the error of velocity along, or velocity would seem to tell of heading.
     """

@@ -5,8 +5,8 @@ from P_k, and the correction x_k+1. With A = P⁻_k+1, B = F P_k and x^s the cor
 follows (H. E. Rauch, F. Tung, C. T. Striebel, Maximum likelihood estimates of linear dynamic systems, AIAA Journal
 3(8), 1965):
 
-    G = Bᵀ A⁻¹,   d = x_k+1 + x^s_k+1                                                                          (26)
-    x^s_k = G d,   P^s_k = P_k + G (P^s_k+1 − A) Gᵀ                                                            (27)
+    G = Bᵀ A⁻¹,   d = x_k+1 + x^s_k+1                                                                          (27)
+    x^s_k = G d,   P^s_k = P_k + G (P^s_k+1 − A) Gᵀ                                                            (28)
 
 and with the Cholesky factor A = Rᵀ R
 
@@ -14,7 +14,7 @@ and with the Cholesky factor A = Rᵀ R
 
 All operations are on whole rows, which vector instructions take. A state without variance, or one of which the past
 contains no information, has a column of zeros in G, and is left out. After a reinitialisation of the attitude, velocity
-and attitude are left out of (26); the calibration still goes backwards through it. States of aiding are not smoothed.
+and attitude are left out of (27); the calibration still goes backwards through it. States of aiding are not smoothed.
 """
 
 from math import sqrt
