@@ -90,9 +90,8 @@ def test_a_turn_that_the_gyroscope_missed_is_found_by_velocity(motion):
     assert track.sigma is not None
     tilt = np.degrees(split(error_quaternion(track.quat, real)).tilt)
     sigma = np.degrees(np.hypot(track.sigma[:, 0], track.sigma[:, 1]))
-    print(
-        f"{motion}: {turned.max():.0f}° missed; after 5, 10 and 20 s {tilt[first + np.array([600, 1100, 2100])].round(1)}°"
-    )
+    later = tilt[first + np.array([600, 1100, 2100])].round(1)
+    print(f"{motion}: {turned.max():.0f}° missed; after 5, 10 and 20 s {later}°")
     assert turned.max() > 20.0
     assert tilt[first + 2100 :].max() < 3.0
     assert (tilt[first + 600 :] < 4.0 * sigma[first + 600 :] + 1.0).all()
