@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from levelhead.engine import Stream as Stream
     from levelhead.engine import fuse as fuse
     from levelhead.engine import fuse_axis as fuse_axis
+    from levelhead.engine import fuse_chunks as fuse_chunks
     from levelhead.engine import fuse_parameter_sets as fuse_parameter_sets
     from levelhead.engine import fuse_recordings as fuse_recordings
     from levelhead.engine import smooth as smooth
@@ -65,6 +66,7 @@ if TYPE_CHECKING:
     from levelhead.recording import Recording as Recording
     from levelhead.recording import Truth as Truth
     from levelhead.sources import read as read
+    from levelhead.sources.chunked import read_chunks as read_chunks
     from levelhead.track import Track as Track
     from levelhead.tune.sweep import sweep as sweep
     from levelhead.tune.tune_filter import tune_filter as tune_filter
@@ -81,6 +83,7 @@ _HOMES = {
         "Stream",
         "fuse",
         "fuse_axis",
+        "fuse_chunks",
         "fuse_parameter_sets",
         "fuse_recordings",
         "smooth",
@@ -97,6 +100,7 @@ _HOMES = {
     "levelhead.parameter_file": ("ParameterFile",),
     "levelhead.recording": ("Gnss", "Pressure", "Recording", "Truth"),
     "levelhead.sources": ("read",),
+    "levelhead.sources.chunked": ("read_chunks",),
     "levelhead.track": ("Track",),
     "levelhead.tune": ("sweep", "tune_filter"),
 }  # fmt: skip

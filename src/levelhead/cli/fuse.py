@@ -1,6 +1,7 @@
 """``levelhead fuse LOG``: the main job."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
@@ -171,6 +172,14 @@ def fuse(
     if len(chosen) > 1:
         fuse_several(chosen, out, wish, verbose)
         return
+    from levelhead.sources.chunked import NeedsWholeLog, is_long
+
+    if not offline and is_long(chosen[0]):
+        from levelhead.cli.long_log import fuse_long_log
+
+        with suppress(NeedsWholeLog):
+            fuse_long_log(chosen[0], out, wish)
+            return
     done = _fuse_one(chosen[0], out, chosen[0].stem, wish)
     if json:
         print_json(_facts(done))
@@ -250,7 +259,7 @@ def _fuse_one(log: Path, out: Path, name: str, wish: Wish) -> FusionResult:
     if "live" in recording.meta and not wish.named:
         params, guard = node_filter(recording.meta["live"], guard, wish.guard_words)
     if wish.declination is not None:
-        _require_north(recording, params)
+        require_north(recording, params)
     from levelhead.engine import fuse as forward
     from levelhead.engine import smooth
     from levelhead.publish.writers import write_track
@@ -285,7 +294,7 @@ def node_filter(live: ReadOnlyFields, guard: Guard | None, words: Sequence[str])
     return params, None if live["guard"] is None else Guard(**live["guard"])
 
 
-def _require_north(recording: "Recording", params: Params) -> None:
+def require_north(recording: "Recording", params: Params) -> None:
     """Makes sure that heading is relative to a north that can be corrected."""
     flt = filters.of(params)
     why = f"{flt.name} does not follow the magnetometer" if "heading" not in flt.estimates else ""

@@ -28,6 +28,12 @@ class AidingInputs(NamedTuple):
         return AidingInputs(first - first[0], self.row[rows], self.value[rows], self.sigma[rows], self.age[rows])
 
 
+def no_aiding(samples: int) -> AidingInputs:
+    """No readings, for that many samples."""
+    nothing = np.empty(0)
+    return AidingInputs(np.zeros(samples + 1, np.int64), np.empty(0, np.int64), nothing, nothing, nothing)
+
+
 def aiding_inputs(recording: Recording) -> AidingInputs | None:
     """The readings, each at the first sample that is not earlier than it; None for a recording without any."""
     columns: list[tuple[int, Array, Array, Array]] = []

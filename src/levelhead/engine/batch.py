@@ -8,7 +8,7 @@ import numpy as np
 from levelhead import filters
 from levelhead.calibration import Calibration
 from levelhead.compiler.tree import native
-from levelhead.engine.aiding_inputs import aiding_inputs
+from levelhead.engine.aiding_inputs import aiding_inputs, no_aiding
 from levelhead.engine.binding import bind, bind_axis, choose_engine, estimates_bias, for_engine
 from levelhead.engine.driver import Settings
 from levelhead.engine.native import Machine, axis_run, has_axis, has_imu
@@ -83,30 +83,56 @@ class Batch:
                 f"fuse takes a Recording, not {type(recording).__name__}; levelhead.read(path) makes one"
             )
         self._guarded, self._prior = guard is not None, prior
-        recording = self._recording = correct_recording(recording, prior)
         params = filters.default() if params is None else filters.resolve(params)
         self.filter = filters.of(params)
         bound = bind(self.filter, self._guarded)
         self._settings = Settings(params, guard or DEFAULT_GUARD)
         self._engine = choose_engine(engine, len(recording), has_imu(self.filter, self._guarded))
-        self._aiding = aiding_inputs(recording) if bound.takes_aiding else None
+        self._bound, self._aided = bound, False
+        self._take(recording)
+        self._carry = apply_prior(self.filter, bound.begin(self._settings), prior)
+        if self._engine == "native":
+            self._machine = Machine(self.filter, self._guarded, self._settings, self._carry)
+        if self._engine == "compiled":
+            self._carry = native(self._carry)
+        self._last = float(recording.t[0])
+
+    def _take(self, recording: Recording) -> None:
+        """Inputs and outputs for the samples of a recording."""
+        recording = self._recording = correct_recording(recording, self._prior)
+        self._aiding = aiding_inputs(recording) if self._bound.takes_aiding else None
+        if self._aiding is None and self._aided:
+            self._aiding = no_aiding(len(recording))
         mag = NO_MAG if recording.mag is None else recording.mag.reshape(-1)
         self._inputs = [recording.t, recording.gyr.reshape(-1), recording.acc.reshape(-1), mag]
         self._outputs, self._widths = allocate_outputs(len(recording)), [4, 3, 3, 1]
         if self._aiding is not None:
+            self._aided = True
             self._outputs.append(np.empty(12 * len(recording)))
             self._widths.append(12)
-        self._carry = apply_prior(self.filter, bound.begin(self._settings), prior)
-        if self._engine == "native":
-            self._machine = Machine(self.filter, self._guarded, self._settings, self._carry)
-        else:
-            run = bound.run if self._aiding is None else bound.run_with_aiding
+        if self._engine != "native":
+            run = self._bound.run if self._aiding is None else self._bound.run_with_aiding
             assert run is not None
             self._run = for_engine(run, self._engine)
-        if self._engine == "compiled":
-            self._carry = native(self._carry)
-        self._last = float(recording.t[0])
         self.done = 0
+
+    def follow(self, recording: Recording) -> None:
+        """Goes on with the recording that follows the one before, whose samples are all done.
+
+        Raises:
+            LevelheadError: it begins before the other ended, or only one of the two has a magnetometer.
+        """
+        if not recording.t[0] > self._last:
+            raise LevelheadError(
+                f"a chunk begins at {recording.t[0]:.6f} s, after one that ended at {self._last:.6f} s; expected later "
+                "samples"
+            )
+        if (recording.mag is None) != (self._recording.mag is None):
+            raise LevelheadError(
+                f"only one of two chunks has a magnetometer, at {recording.t[0]:.6f} s; give NaN where readings are "
+                "missing"
+            )
+        self._take(recording)
 
     def advance(self, stop: int) -> None:
         """The samples from where the last stretch ended up to ``stop``."""

@@ -17,13 +17,14 @@ In CSV, t and the quaternion come back to the last bit; angles have 6 decimals, 
 as uint32, to the last bit.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from importlib.util import find_spec
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
 
-from levelhead.errors import LevelheadError, nearest
+from levelhead.errors import LevelheadError, nearest, require
 from levelhead.open_types import Fields, Handle
 from levelhead.recording import Array
 from levelhead.track import Track
@@ -48,11 +49,34 @@ def write_track(track: Track, path: str | Path, progress: Callable[[float], None
         raise LevelheadError(f"'{path.name}' ends in '{path.suffix}'; {nearest(path.suffix or 'nothing', SUFFIXES)}")
     with atomic_path(path) as temporary:
         if path.suffix.lower() == ".parquet":
-            _write_parquet(track, temporary, report)
+            _write_parquet([track], _schema(track), temporary, report)
         elif len(track) >= MANY and find_spec("pyarrow") is not None:
-            _write_large_csv(track, temporary, report)
+            _write_large_csv([track], _schema(track), temporary, report)
         else:
             _write_csv(track, temporary, report)
+
+
+def write_tracks(tracks: Iterable[Track], path: str | Path) -> None:
+    """Write tracks that follow each other, such as those of ``fuse_chunks``, as one; each is gone before the next.
+
+    Needs pyarrow. Tracks of a whole number of ``CHUNK`` rows give the same bytes as ``write_track`` of all of them.
+
+    Raises:
+        LevelheadError: as ``write_track``; or no track at all.
+    """
+    from levelhead.atomic import atomic_path
+
+    path = Path(path)
+    if path.suffix.lower() not in SUFFIXES:
+        raise LevelheadError(f"'{path.name}' ends in '{path.suffix}'; {nearest(path.suffix or 'nothing', SUFFIXES)}")
+    require("pyarrow", "writing a long track", "formats")
+    every = iter(tracks)
+    first = next(every, None)
+    if first is None:
+        raise LevelheadError(f"there is no track to write to {path}")
+    write = _write_parquet if path.suffix.lower() == ".parquet" else _write_large_csv
+    with atomic_path(path) as temporary:
+        write(chain([first], every), _schema(first), temporary, lambda fraction: None)
 
 
 def _columns(track: Track, rows: slice) -> Fields:
@@ -99,26 +123,24 @@ def _write_csv(track: Track, path: Path, report: Callable[[float], None]) -> Non
             file.write("".join([line % row for row in zip(*values, strict=True)]))
 
 
-def _write_large_csv(track: Track, path: Path, report: Callable[[float], None]) -> None:
+def _write_large_csv(tracks: Iterable[Track], schema: Handle, path: Path, report: Callable[[float], None]) -> None:
     import pyarrow.csv as pc
 
-    schema = _schema(track)
     with path.open("wb") as file:
         file.write((",".join(schema.names) + "\n").encode())
         with pc.CSVWriter(file, schema, write_options=pc.WriteOptions(include_header=False)) as writer:
-            for columns in _chunks(track, report):
+            for columns in (part for track in tracks for part in _chunks(track, report)):
                 rounded = {name: np.round(a, 6) if _format(name) == "%.6f" else a for name, a in columns.items()}
                 writer.write_table(_arrow(rounded, schema))
 
 
-def _write_parquet(track: Track, path: Path, report: Callable[[float], None]) -> None:
+def _write_parquet(tracks: Iterable[Track], schema: Handle, path: Path, report: Callable[[float], None]) -> None:
     try:
         import pyarrow.parquet as pq
     except ImportError:
         raise LevelheadError("writing Parquet needs pyarrow: pip install 'levelhead[formats]'") from None
-    schema = _schema(track)
     with pq.ParquetWriter(path, schema) as writer:
-        for columns in _chunks(track, report):
+        for columns in (part for track in tracks for part in _chunks(track, report)):
             writer.write_table(_arrow(columns, schema))
 
 

@@ -23,30 +23,44 @@ def read_text(source: str, layout: Layout, wanted: Sequence[int], exact: frozens
     """
     try:
         import pyarrow as pa
-        import pyarrow.csv as pa_csv
     except ImportError:
         return None
     if layout.delimiter == " ":
         return None
-    types = {str(i): pa.int64() if i in exact else pa.float64() for i in wanted}
     try:
-        table = pa_csv.read_csv(
-            source,
-            pa_csv.ReadOptions(skip_rows=layout.first, column_names=[str(i) for i in range(len(layout.names))]),
-            pa_csv.ParseOptions(delimiter=layout.delimiter),
-            pa_csv.ConvertOptions(
-                include_columns=list(types),
-                column_types=types,
-                null_values=_NULLS,
-                decimal_point="," if layout.decimal_comma else ".",
-            ),
-        )
+        table = open_text(source, layout, wanted, exact, whole=True)
     except (pa.ArrowException, OSError):
         return None
-    return {i: _numbers(table.column(str(i))) for i in wanted}
+    return {i: numbers(table.column(str(i))) for i in wanted}
 
 
-def _numbers(column: Handle) -> Column:
+def open_text(
+    source: Handle, layout: Layout, wanted: Sequence[int], exact: frozenset[int], whole: bool = False
+) -> Handle:
+    """The columns at some positions of a text file as Arrow reads them, whole or batch by batch, by position.
+
+    Raises:
+        pyarrow.ArrowException: something in it is no number.
+    """
+    import pyarrow as pa
+    import pyarrow.csv as pa_csv
+
+    types = {str(i): pa.int64() if i in exact else pa.float64() for i in wanted}
+    read = pa_csv.read_csv if whole else pa_csv.open_csv
+    return read(
+        source,
+        pa_csv.ReadOptions(skip_rows=layout.first, column_names=[str(i) for i in range(len(layout.names))]),
+        pa_csv.ParseOptions(delimiter=layout.delimiter),
+        pa_csv.ConvertOptions(
+            include_columns=list(types),
+            column_types=types,
+            null_values=_NULLS,
+            decimal_point="," if layout.decimal_comma else ".",
+        ),
+    )
+
+
+def numbers(column: Handle) -> Column:
     """An Arrow column as (n,) float64 with NaN for null, or int64 if it is whole and complete."""
     values: Handle = column.to_numpy()
     numbers: Column = values if values.dtype in (np.int64, np.float64) else values.astype(np.float64)
@@ -69,10 +83,26 @@ def parquet(path: str | os.PathLike[str]) -> ArrayTable:
         ) from None
     try:
         table = pq.ParquetFile(path).read()
-        while any(pa.types.is_struct(field.type) for field in table.schema):
-            table = table.flatten()
     except (pa.ArrowException, OSError, ValueError) as error:
         raise LevelheadError(f"{source} is not a Parquet file or it is damaged ({_line(error)})") from None
+    arrays = columns_of(table, source)
+    if not arrays or not table.num_rows:
+        raise LevelheadError(
+            f"{source} holds no {'rows' if arrays else 'columns of numbers'}; expected one row per sample"
+        )
+    return ArrayTable(source, arrays)
+
+
+def columns_of(table: Handle, source: str) -> Fields:
+    """The columns of numbers in an Arrow table as arrays, by name; structures become columns with a dot in their name.
+
+    Raises:
+        LevelheadError: two columns with one name.
+    """
+    import pyarrow as pa
+
+    while any(pa.types.is_struct(field.type) for field in table.schema):
+        table = table.flatten()
     arrays: Fields = {}
     for field, column in zip(table.schema, table.columns, strict=True):
         name, values = field.name, column
@@ -82,11 +112,7 @@ def parquet(path: str | os.PathLike[str]) -> ArrayTable:
             if name in arrays:
                 raise LevelheadError(f"{source}: two columns are named {name}; rename one of them")
             arrays[name] = np.asarray(values.cast(pa.float64()) if values.null_count else values.to_numpy())
-    if not arrays or not table.num_rows:
-        raise LevelheadError(
-            f"{source} holds no {'rows' if arrays else 'columns of numbers'}; expected one row per sample"
-        )
-    return ArrayTable(source, arrays)
+    return arrays
 
 
 def _line(error: Exception) -> str:

@@ -1,0 +1,77 @@
+"""A long log is fused in chunks: the same track, and a summary."""
+
+import numpy as np
+import pyarrow.csv as pa_csv
+import pyarrow.parquet as pq
+import pytest
+
+import levelhead as lh
+from levelhead.sources import chunked
+from levelhead.sources.csv_writer import write_csv
+
+pytest.importorskip("pyarrow")
+N = 1500
+
+
+@pytest.fixture
+def log(tmp_path, monkeypatch):
+    """A Parquet file, and what makes it a long one."""
+    write_csv(lh.simulate.recording("ICM-20948", "hand", duration=N / 100, rate=100.0), tmp_path / "log.csv")
+    table = pa_csv.read_csv(tmp_path / "log.csv")
+    kept = [name for name in table.column_names if not name.startswith("q")]
+    pq.write_table(table.select(kept), tmp_path / "log.parquet")
+    monkeypatch.setattr(chunked, "LONG_ROWS", 1000)
+    monkeypatch.setattr(chunked, "LONG_BYTES", 10_000)
+    monkeypatch.setattr(chunked, "ROWS", 400)
+    return tmp_path / "log.parquet"
+
+
+def columns(path):
+    table = pq.read_table(path) if path.suffix == ".parquet" else pa_csv.read_csv(path)
+    return {name: table[name].to_numpy() for name in table.column_names}
+
+
+@pytest.mark.parametrize(
+    "more", [(), ("--filter", "Mahony", "--map", "mag=mag", "--declination", "3"), ("--guard", "off")]
+)
+def test_the_track_of_one_piece(levelhead, log, tmp_path, more, monkeypatch):
+    kind = ("--format", "parquet", "--no-plot")
+    said = levelhead("fuse", log, "-o", tmp_path / "long", *kind, *more)
+    assert said.code == 0 and f"{N:,} samples" in said.out and "in chunks" in said.out
+    monkeypatch.setattr(chunked, "LONG_ROWS", 10_000)
+    assert levelhead("fuse", log, "-o", tmp_path / "whole", *kind, *more).code == 0
+    long, whole = (columns(tmp_path / name / "log-track.parquet") for name in ("long", "whole"))
+    assert list(long) == list(whole)
+    assert all(np.array_equal(long[name], whole[name]) for name in whole)
+
+
+def test_csv_to_csv_with_calibration_and_json(levelhead, log, tmp_path, monkeypatch):
+    write_csv(lh.read(log), tmp_path / "text.csv")
+    words = ("fuse", tmp_path / "text.csv", "--json", "--no-plot")
+    long = levelhead(*words, "-o", tmp_path / "long", "--save-calibration", tmp_path / "long.json").json
+    monkeypatch.setattr(chunked, "LONG_BYTES", 10**9)
+    whole = levelhead(*words, "-o", tmp_path / "whole", "--save-calibration", tmp_path / "whole.json").json
+    assert (tmp_path / "long.json").read_text() == (tmp_path / "whole.json").read_text()
+    for key in ("samples", "duration_s", "rate_hz", "filter", "bias_rad_s", "calibration", "at_rest", "health"):
+        assert long[key] == whole[key], key
+    one, other = (columns(tmp_path / name / "text-track.csv") for name in ("long", "whole"))
+    assert all(np.array_equal(one[name], other[name]) for name in ("t [s]", "qw", "qx", "qy", "qz", "health"))
+
+
+def test_a_log_that_needs_to_be_seen_whole_is_read_whole(levelhead, log, tmp_path):
+    table = pq.read_table(log)
+    again = np.concatenate([np.arange(1000), np.arange(500)]) * 0.01  # a clock that begins again
+    pq.write_table(table.set_column(0, table.column_names[0], [again]), log)
+    said = levelhead("fuse", log, "-o", tmp_path / "out", "--no-plot")
+    assert said.code == 0 and "1000 samples" in said.out.replace(",", "") and "in chunks" not in said.out
+
+
+def test_a_failure_on_the_way_leaves_nothing(levelhead, log, tmp_path, monkeypatch):
+    monkeypatch.setattr(chunked, "HEAD", 900)
+    table = pq.read_table(log)
+    t = table[table.column_names[0]].to_numpy().copy()
+    t[1200:] -= 5.0
+    pq.write_table(table.set_column(0, table.column_names[0], [t]), log)
+    said = levelhead("fuse", log, "-o", tmp_path / "out", "--no-plot")
+    assert said.code == 2 and said.err.count("\n") == 1 and "time does not increase at row 1200" in said.err
+    assert list((tmp_path / "out").iterdir()) == []
