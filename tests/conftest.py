@@ -33,9 +33,15 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--update", action="store_true", help="write the golden files of tests/export/golden anew")
 
 
+def pytest_collection() -> None:
+    """Thousands of tests are made and stay until the end: looking for garbage among them would take long."""
+    gc.disable()
+
+
 def pytest_collection_finish() -> None:
-    """Thousands of tests stay until the end: looking for garbage among them would take a tenth of the time."""
+    """From here on garbage is looked for among what is made later."""
     gc.freeze()
+    gc.enable()
 
 
 @pytest.fixture(scope="session")

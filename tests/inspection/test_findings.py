@@ -1,5 +1,7 @@
 """Faults put into a clean recording are found, and nothing else is."""
 
+import ast
+import inspect
 import json
 
 import numpy as np
@@ -8,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 import levelhead as lh
 from levelhead.cli import main
-from levelhead.inspection import examine, short_form
+from levelhead.inspection import behaviour, examine, short_form, spectrum
 from levelhead.inspection.physics import scale_in_motion
 from levelhead.recording import Recording
 from levelhead.sources.csv_writer import write_csv
@@ -40,6 +42,17 @@ def test_an_inverted_gyroscope(clean: Recording) -> None:
     report = examine(changed(clean, gyr=-clean.gyr))
     assert "gyro_inverted" in report.names() and report.exit_code == 1
     assert len(short_form(changed(clean, gyr=-clean.gyr))) in (1, 2)
+
+
+def test_the_short_form_leaves_out_notes_only() -> None:
+    """``fuse`` does not run the checks of these two files, which may say nothing worse than a note."""
+    for module in (behaviour, spectrum):
+        said = [
+            node.args[1].value
+            for node in ast.walk(ast.parse(inspect.getsource(module)))
+            if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "Finding"
+        ]
+        assert said and set(said) == {"note"}
 
 
 def test_clipping(clean: Recording) -> None:

@@ -1,17 +1,15 @@
 """The doctor: examines a log and reports what is wrong with it, how sure that is, and what to do."""
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
 from levelhead.errors import LevelheadError
-from levelhead.inspection.behaviour import examine_bias, examine_delay, examine_noise
 from levelhead.inspection.findings import Finding, Report, sort_findings
 from levelhead.inspection.physics import examine_axes, examine_field, examine_rest
 from levelhead.inspection.reading import from_reader
-from levelhead.inspection.spectrum import examine_spectra
 from levelhead.inspection.timing import examine_clock
 from levelhead.inspection.unknown import unknown
 from levelhead.inspection.values import examine_values
@@ -20,10 +18,8 @@ from levelhead.recording import Recording
 from levelhead.sources import read
 from levelhead.sources.hints import NeedsHints
 
-CHECKS = (
-    examine_axes, examine_field, examine_rest, examine_clock, examine_values, examine_spectra, examine_delay,
-    examine_bias, examine_noise,
-)  # fmt: skip
+Check = Callable[[Recording], Iterator[Finding]]
+FAULTS: tuple[Check, ...] = (examine_axes, examine_field, examine_rest, examine_clock, examine_values)
 
 __all__ = ["Finding", "Report", "examine", "inspect", "list_findings", "short_form"]
 
@@ -83,25 +79,37 @@ def examine(recording: Recording, source: str = "", before: list[Finding] | None
 
 def list_findings(recording: Recording, before: Sequence[Finding] = ()) -> list[Finding]:
     """What is wrong with a recording, the worst first; of two findings with one name the first counts."""
+    return _collect(recording, (*FAULTS, *_remarks()), before)
+
+
+def _remarks() -> tuple[Check, ...]:
+    """Checks that find nothing worse than a note; imported here, because ``levelhead fuse`` does without."""
+    from levelhead.inspection.behaviour import examine_bias, examine_delay, examine_noise
+    from levelhead.inspection.spectrum import examine_spectra
+
+    return examine_spectra, examine_delay, examine_bias, examine_noise
+
+
+def _collect(recording: Recording, checks: Sequence[Check], before: Sequence[Finding] = ()) -> list[Finding]:
     found: dict[str, Finding] = {}
     with np.errstate(all="ignore"):
-        for one in [*before, *_all(recording)]:
+        for one in [*before, *_run(recording, checks)]:
             found.setdefault(one.name, one)
     return sort_findings(list(found.values()))
 
 
-def _all(recording: Recording) -> Iterator[Finding]:
+def _run(recording: Recording, checks: Sequence[Check]) -> Iterator[Finding]:
     yield from from_reader(recording)
     if len(recording) < 20:
         yield Finding("too_short", "warning", f"{len(recording)} samples tell nothing", "length")
         return
-    for check in CHECKS:
+    for check in checks:
         yield from check(recording)
 
 
 def short_form(recording: Recording) -> list[str]:
     """At most two lines for the summary of ``levelhead fuse``: the worst findings; [] for a recording that is fine."""
-    bad = [one for one in list_findings(recording) if one.severity != "note"]
+    bad = [one for one in _collect(recording, FAULTS) if one.severity != "note"]
     lines = [f"{one.what}. {one.cure}".strip() for one in bad[:1]]
     if len(bad) > 1:
         lines.append(f"{len(bad) - 1} more: {', '.join(one.name for one in bad[1:5])}; levelhead doctor LOG shows them")

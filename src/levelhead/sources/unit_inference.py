@@ -78,12 +78,13 @@ def turn_of_gravity(t: Array, gyr: Array, acc: Array, near: float = _NEAR, span:
     further than ``near`` (a share) from its usual length; ``span`` and ``SMOOTH`` are times in s: any rate will do.
     """
     length = np.sqrt((acc * acc).sum(axis=1))
-    usable = np.isfinite(gyr).all(axis=1) & np.isfinite(length) & (length > 0.0) & (length < 1e100)
-    usable &= (np.abs(gyr) < 1e100).all(axis=1)
+    x, y, z = (np.abs(gyr) < 1e100).T  # not where it is NaN
+    usable = x & y & z & (length > 0.0) & (length < 1e100)
     if usable.sum() < 8:
         return None
-    t, gyr, length = t[usable], gyr[usable], length[usable]
-    up = acc[usable] / length[:, None]
+    if not usable.all():
+        t, gyr, acc, length = t[usable], gyr[usable], acc[usable], length[usable]
+    up = acc / length[:, None]
     step = median(np.diff(t))
     if not step > 0.0:
         return None
@@ -97,8 +98,8 @@ def turn_of_gravity(t: Array, gyr: Array, acc: Array, near: float = _NEAR, span:
     said = _spans(turned, box, size)
     whole = (t[box + size - 1 :] - t[: 1 - box - size or None]) < 1.5 * (box + size) * step
     steady = _steady(length, box, size, near)
-    real, said = real[whole & steady], said[whole & steady]
-    return _regress(real, said)
+    comparable = whole & steady
+    return _regress(np.compress(comparable, real, axis=0), np.compress(comparable, said, axis=0))
 
 
 def quiet_turn(t: Array, gyr: Array, acc: Array) -> Turn | None:
