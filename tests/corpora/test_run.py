@@ -14,6 +14,7 @@ from levelhead.corpora.results import list_parts
 from levelhead.errors import LevelheadError
 
 TIMES = ["read_s", "run_s"]
+pytestmark = pytest.mark.slow
 
 
 def corpus(*arguments, **options):
