@@ -8,10 +8,12 @@ import numpy as np
 from levelhead.bench import contenders
 from levelhead.bench.methods import DEFAULT, SMOOTHER, Method
 from levelhead.engine import fuse, smooth
+from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.errors import LevelheadError
 from levelhead.evaluate.fault_response import BEYOND, ENOUGH, GROWN, FaultResponse, measure_response
 from levelhead.evaluate.text_table import Cell, Column, plain_table
 from levelhead.filters import default
+from levelhead.guard import Guard
 from levelhead.inspection import list_findings
 from levelhead.open_types import Fields
 from levelhead.recording import Array, Recording
@@ -41,12 +43,14 @@ class Stress:
         responses: fault by fault, filter by filter.
         findings: for each fault, as it is printed, what the doctor finds in that recording and not in the sound one.
         left_out: sentences on faults and filters that could not be run.
+        guard: in front of levelhead's own filters.
     """
 
     recording: Recording
     responses: Sequence[FaultResponse]
     findings: dict[str, list[str]]
     left_out: Sequence[str] = ()
+    guard: Guard | None = DEFAULT_GUARD
 
     @property
     def table(self) -> list[dict[str, Cell]]:
@@ -84,6 +88,10 @@ class Stress:
             sentences.append(f"`levelhead doctor` finds in the faulted logs: {'; '.join(found)}.")
         if any(one.method in contenders.BY_NAME for one in self.responses):
             sentences.append("Other people's filters get the last reading where one is missing, and the median rate.")
+        if self.guard is None:
+            sentences.append("Guard off: every filter saw all readings as they are.")
+        elif self.guard != DEFAULT_GUARD:
+            sentences.append(f"In front of levelhead's filters: {self.guard}.")
         return [*sentences, *self.left_out]
 
     def to_dict(self) -> Fields:
@@ -132,14 +140,14 @@ def usual_methods() -> tuple[list[Method], list[str]]:
     return [Method(DEFAULT), *(Method(one.name) for one in peers if one.installed)], absent
 
 
-def run_method(method: Method, recording: Recording) -> Track:
-    """The track of a method; of a contender one without σ and health."""
+def run_method(method: Method, recording: Recording, guard: Guard | None = DEFAULT_GUARD) -> Track:
+    """The track of a method; of a contender, which no guard stands before, one without σ and health."""
     if method.name in contenders.BY_NAME:
         with np.errstate(all="ignore"):
             quat = contenders.BY_NAME[method.name].run(_complete(recording))
         lost = ~(np.abs(np.linalg.norm(quat, axis=1) - 1.0) < 0.1)
         return Track(recording.t, np.where(lost[:, None], np.nan, quat))
-    return (smooth if method.name == SMOOTHER else fuse)(recording, method.params)
+    return (smooth if method.name == SMOOTHER else fuse)(recording, method.params, guard=guard)
 
 
 def _complete(recording: Recording) -> Recording:
@@ -160,6 +168,7 @@ def stress(
     faults: Sequence[Fault],
     methods: Sequence[Method],
     *,
+    guard: Guard | None = DEFAULT_GUARD,
     seed: int = 0,
     left_out: Sequence[str] = (),
     progress: Callable[[float], None] | None = None,
@@ -170,6 +179,7 @@ def stress(
         recording: simulated or real; with truth errors are against it.
         faults: those to put on it, one at a time.
         methods: the filters; the first is the one that the result's sentence is about.
+        guard: in front of levelhead's own filters; None: there is none.
         seed: of the faults' random numbers.
         left_out: sentences on what could not be run.
         progress: called with the fraction done, 0 to 1.
@@ -190,17 +200,17 @@ def stress(
 
     sound: dict[str, Track] = {}
     for method in methods:
-        sound[method.name] = run_method(method, recording)
+        sound[method.name] = run_method(method, recording, guard)
         report()
     responses: list[FaultResponse] = []
     findings: dict[str, list[str]] = {}
     for fault in whole:
         faulted = apply_fault(recording, fault, seed)
         findings[str(fault)] = _new_findings(faulted, recording)
-        for one in _responses(faulted, recording, methods, sound):
+        for one in _responses(faulted, recording, methods, sound, guard):
             responses.append(one)
             report()
-    return Stress(recording, responses, findings, left_out)
+    return Stress(recording, responses, findings, left_out, guard)
 
 
 def _new_findings(faulted: Faulted, recording: Recording) -> list[str]:
@@ -215,9 +225,9 @@ def _new_findings(faulted: Faulted, recording: Recording) -> list[str]:
 
 
 def _responses(
-    faulted: Faulted, recording: Recording, methods: Sequence[Method], sound: dict[str, Track]
+    faulted: Faulted, recording: Recording, methods: Sequence[Method], sound: dict[str, Track], guard: Guard | None
 ) -> Iterator[FaultResponse]:
     for method in methods:
-        track = run_method(method, faulted.recording)
+        track = run_method(method, faulted.recording, guard)
         name = type(default()).__name__ if method.name == DEFAULT else method.name
         yield measure_response(faulted, track, recording, sound[method.name], name)

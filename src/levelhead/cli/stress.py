@@ -8,13 +8,17 @@ from cyclopts import Parameter
 from levelhead.cli.options import (
     FILTERS,
     NO_PICTURE,
+    FromFile,
+    GuardWords,
     Reading,
     can_draw,
     filter_names,
     folder,
+    parse_guard,
     parse_method,
     print_json,
     print_line,
+    read_parameters,
     require_writable,
 )
 from levelhead.errors import LevelheadError, nearest
@@ -53,6 +57,8 @@ def stress(
             "default and one filter of each other package that is installed if none is named.",
         ),
     ] = (),
+    tuned: FromFile = None,
+    guard: GuardWords = (),
     list: Annotated[bool, Parameter(negative="")] = False,
     out: Annotated[Path | None, Parameter(name=["--out", "-o"], metavar="DIR")] = None,
     json: Annotated[bool, Parameter(negative="")] = False,
@@ -73,6 +79,7 @@ def stress(
         out: folder for the picture stress.png; without it none is drawn.
         json: print all figures as JSON.
     """
+    from levelhead.bench.methods import distinct, from_params
     from levelhead.bench.stress import stress as run
     from levelhead.bench.stress import usual_methods
     from levelhead.publish.progress import progress
@@ -82,7 +89,11 @@ def stress(
         print_line(_fault_table())
         return
     faults = [parse_fault(word) for word in fault]
+    file = read_parameters(tuned, None)
     methods, left_out = ([parse_method(word) for word in filter], []) if filter else usual_methods()
+    if file is not None:
+        methods = distinct([from_params(file.params), *methods])
+    before = parse_guard(guard, file)
     if out is not None:
         require_writable(out)
     recording = _recording(log, simulate, seed, reading)
@@ -90,7 +101,7 @@ def stress(
     if not fault and recording.mag is None:
         left_out.append("There is no magnetometer in the log: its faults are left out.")
     with progress("stressing") as report:
-        result = run(recording, faults, methods, seed=seed, left_out=left_out, progress=report)
+        result = run(recording, faults, methods, guard=before, seed=seed, left_out=left_out, progress=report)
     picture = None
     if out is not None and can_draw():
         from levelhead.publish.plots.stress import stress_picture

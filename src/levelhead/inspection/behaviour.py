@@ -1,6 +1,7 @@
 """What the sensor is by its behaviour: delay between sensors, bias that runs, noise beside chips, corrected data."""
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,13 +26,23 @@ CORRECTED = np.radians(0.01)  # rad/s: no gyroscope is that near to 0 by itself
 SHEET = {"gyr": ("deg/s/√Hz", 180.0 / np.pi), "acc": ("µg/√Hz", 1e6 / 9.80665)}
 
 
-def examine_delay(recording: Recording) -> Iterator[Finding]:
-    """Whether the accelerometer comes later or earlier than the gyroscope, by the same time in all parts."""
+class Delay(NamedTuple):
+    """By how many seconds the accelerometer comes later than the gyroscope, its standard error, and in how many parts
+    it was seen.
+    """
+
+    delay: float
+    doubt: float
+    parts: int
+
+
+def find_delay(recording: Recording) -> Delay | None:
+    """The delay between both sensors, the same in all parts of a recording; None: it cannot be told."""
     step = 1.0 / recording.rate if recording.rate > 0.0 else 1.0
     reach = int(FARTHEST / step)
     size = min(len(recording), ROWS) // PARTS
     if reach < 2 or size < 30 * reach or step > DELAY:
-        return
+        return None
     shifts = np.unique(np.linspace(-reach, reach, 13).round().astype(int))
     found = []
     for part in range(PARTS):
@@ -40,15 +51,20 @@ def examine_delay(recording: Recording) -> Iterator[Finding]:
         if one is not None:
             found.append(one)
     if len(found) < PARTS - 1:
-        return
-    delay, doubt = float(np.mean(found)), float(np.std(found, ddof=1) / np.sqrt(len(found)))
-    if abs(delay) > max(DELAY, 1.5 * step) + SURE * doubt:
+        return None
+    return Delay(float(np.mean(found)), float(np.std(found, ddof=1) / np.sqrt(len(found))), len(found))
+
+
+def examine_delay(recording: Recording) -> Iterator[Finding]:
+    """Whether the accelerometer comes later or earlier than the gyroscope, by the same time in all parts."""
+    found = find_delay(recording)
+    if found is not None and abs(found.delay) > max(DELAY, 1.5 / recording.rate) + SURE * found.doubt:
         yield Finding(
             "sensor_delay",
             "note",
-            f"the accelerometer comes {1e3 * abs(delay):.0f} ms {'later' if delay > 0 else 'earlier'} "
+            f"the accelerometer comes {1e3 * abs(found.delay):.0f} ms {'later' if found.delay > 0 else 'earlier'} "
             "than the gyroscope",
-            f"where gravity's turn fits best, in {len(found)} parts, ±{1e3 * doubt:.0f} ms",
+            f"where gravity's turn fits best, in {found.parts} parts, ±{1e3 * found.doubt:.0f} ms",
             "Give both sensors one filter and one clock.",
         )
 

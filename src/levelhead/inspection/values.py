@@ -1,8 +1,10 @@
 """What is wrong with a recording's numbers: clipping, held and missing samples, resolution."""
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from levelhead.inspection.findings import Finding
 from levelhead.recording import Array, Recording
@@ -49,9 +51,18 @@ def examine_values(recording: Recording) -> Iterator[Finding]:
         yield from _slow_field(recording.mag)
 
 
-def _clipping(role: str, values: Array) -> Iterator[Finding]:
-    unit, factor = ("deg/s", 180.0 / np.pi) if role == "gyr" else ("g", 1.0 / GRAVITY)
-    worst: tuple[int, float, str, int] | None = None
+class Clipping(NamedTuple):
+    """An axis that stands at its largest value: which one, that value in SI units, and (n,) the rows."""
+
+    axis: str
+    top: float
+    rows: NDArray[np.bool_]
+
+
+def find_clipping(role: str, values: Array) -> Clipping | None:
+    """The axis of a gyroscope ("gyr") or accelerometer ("acc") that clips on most rows; None: none does."""
+    factor = 180.0 / np.pi if role == "gyr" else 1.0 / GRAVITY
+    worst: Clipping | None = None
     for axis, column in zip("xyz", np.abs(values).T, strict=True):
         finite = column[np.isfinite(column)]
         if len(finite) < 100:
@@ -63,18 +74,25 @@ def _clipping(role: str, values: Array) -> Iterator[Finding]:
         high = top > ALONE * float(np.median(finite)) and (role == "gyr" or top > 1.8 * GRAVITY)
         scale = top * factor
         high |= role == "gyr" and min(abs(scale / one - 1.0) for one in FULL_SCALES) < 0.002
-        if count >= CLIPPED and runs.max() >= RUN and high and (worst is None or count > worst[0]):
-            worst = count, top * factor, axis, int(at.argmax())
-    if worst is not None:
-        count, top, axis, first = worst
-        yield Finding(
-            f"clipping_{role}",
-            "warning",
-            f"the {NAMES[role]} clips at ±{top:.4g} {unit} ({axis}, {count} rows)",
-            f"{100 * count / len(values):.2g} % of the rows stand at the largest value",
-            "Set a larger full scale.",
-            (first, first),
-        )
+        if count >= CLIPPED and runs.max() >= RUN and high and (worst is None or count > worst.rows.sum()):
+            worst = Clipping(axis, top, at)
+    return worst
+
+
+def _clipping(role: str, values: Array) -> Iterator[Finding]:
+    worst = find_clipping(role, values)
+    if worst is None:
+        return
+    unit, factor = ("deg/s", 180.0 / np.pi) if role == "gyr" else ("g", 1.0 / GRAVITY)
+    count, first = int(worst.rows.sum()), int(worst.rows.argmax())
+    yield Finding(
+        f"clipping_{role}",
+        "warning",
+        f"the {NAMES[role]} clips at ±{worst.top * factor:.4g} {unit} ({worst.axis}, {count} rows)",
+        f"{100 * count / len(values):.2g} % of the rows stand at the largest value",
+        "Set a larger full scale.",
+        (first, first),
+    )
 
 
 def _held(role: str, values: Array) -> Iterator[Finding]:

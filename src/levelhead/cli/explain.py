@@ -1,0 +1,59 @@
+"""``levelhead explain LOG``: why a track drifts, jitters, lags, jumps or misses readings."""
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from levelhead.cli.options import (
+    FilterName,
+    FromFile,
+    GuardWords,
+    Reading,
+    parse_filter,
+    parse_guard,
+    print_json,
+    print_line,
+    read_parameters,
+)
+from levelhead.errors import LevelheadError
+
+
+def explain(
+    log: Annotated[Path, Parameter(metavar="LOG")],
+    /,
+    *,
+    filter: FilterName = None,
+    tuned: FromFile = None,
+    set: Annotated[tuple[str, ...], Parameter(negative="", metavar="K=V")] = (),
+    guard: GuardWords = (),
+    json: Annotated[bool, Parameter(negative="")] = False,
+    reading: Reading = Reading(),  # noqa: B008
+) -> int:
+    """Explain what a fused track shows: drift, jitter, lag, jumps and missing readings, each with cause and cure.
+
+    The exit code is 0 where there is no symptom, 1 where there are some, 2 for a log that cannot be read.
+
+    Args:
+        log: a recording of 10 s or more.
+        set: a parameter of the filter, such as r_measure=0.1; may be given several times.
+        json: print symptoms and causes as JSON.
+    """
+    from levelhead.inspection.explain import explain as run
+    from levelhead.publish.progress import progress
+
+    file = read_parameters(tuned, filter)
+    params, before = parse_filter(filter, set, tuned=file), parse_guard(guard, file)
+    if before is None:
+        raise LevelheadError(
+            "explain reads the guard's health bits; expected thresholds such as --guard rest_time=3, not off"
+        )
+    with progress(f"reading {log.name}"):
+        recording = reading.read(log)
+    with progress("explaining"):
+        found = run(recording, params, guard=before, source=str(log))
+    if json:
+        print_json(found.to_dict())
+    else:
+        print_line(str(found))
+    return found.exit_code

@@ -1,0 +1,50 @@
+"""``levelhead explain``: what is printed, its exit code, and what is refused."""
+
+import pytest
+
+from levelhead import simulate
+from levelhead.sources.csv_writer import write_csv
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """clean.csv, spiked.csv (a gyroscope with spikes of 500 deg/s) and short.csv (5 s)."""
+    made = tmp_path_factory.mktemp("explain")
+    clean = simulate.recording("BMI160", "hand", 40, seed=2)
+    write_csv(clean, made / "clean.csv")
+    write_csv(clean[:500], made / "short.csv")
+    spiked = simulate.apply_fault(clean, simulate.parse_fault("gyr_spikes=500@20+5"))
+    write_csv(spiked.recording, made / "spiked.csv")
+    return made
+
+
+def test_a_clean_log_and_one_with_a_symptom(levelhead, folder):
+    said = levelhead("explain", folder / "clean.csv")
+    assert said.code == 0 and "no symptom" in said.out and "ESKF" in said.out
+    said = levelhead("explain", folder / "spiked.csv")
+    assert said.code == 1
+    assert "one reading of the gyroscope alone is 500 °/s off. Look for a bus" in said.out
+    found = levelhead("explain", folder / "spiked.csv", "--json").json
+    one = found["symptoms"][0]
+    assert (one["symptom"], one["cause"], one["unit"], found["filter"]) == ("jump", "gyr_spikes", "deg", "ESKF")
+    assert one["size"] == pytest.approx(5.0, abs=0.3) and 20.0 <= one["at_s"] <= 25.0
+
+
+def test_another_filter_is_explained(levelhead, folder):
+    said = levelhead("explain", folder / "clean.csv", "-f", "Complementary", "--json")
+    assert said.json["filter"].startswith("Complementary")
+    assert {one["cause"] for one in said.json["symptoms"]} <= {"acceleration", "no_magnetometer"}
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (("none.csv",), "there is no file"),
+        (("short.csv",), "4.99 s long; expected 10 s or more"),
+        (("clean.csv", "--guard", "off"), "health bits"),
+        (("clean.csv", "-f", "Kalmann"), "Kalman"),
+        (("clean.csv", "--set", "kp"), "sets nothing"),
+    ],
+)
+def test_bad_input(refused, folder, words, sentence):
+    assert sentence in refused("explain", folder / words[0], *words[1:])

@@ -1,0 +1,149 @@
+"""Each symptom is made by a cause that is known, and explained by that cause; clean logs have none."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import levelhead as lh
+from levelhead import simulate
+from levelhead.errors import LevelheadError
+from levelhead.inspection.explain import explain
+
+MOTIONS = ("hand", "walking", "drone", "robot", "still")
+SKEW = np.array([0.6, -0.64, 0.48])
+
+
+@pytest.fixture(scope="module")
+def hand():
+    return simulate.recording("BMI160", "hand", 90, seed=1, mag="HMC5883L")
+
+
+def broken(recording, word):
+    return simulate.apply_fault(recording, simulate.parse_fault(word)).recording
+
+
+def only(found, symptom, cause):
+    """The one symptom of that name and cause; there is no other."""
+    assert [(one.name, one.cause) for one in found.symptoms] == [(symptom, cause)], str(found)
+    assert found.exit_code == 1 and found.symptoms[0].what in str(found)
+    return found.symptoms[0]
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("mag", ["HMC5883L", None])
+def test_clean_logs_have_no_symptom(motion, mag):
+    """Each starts with 3 s of rest, which tell the bias."""
+    found = explain(simulate.recording("BMI160", motion, 90, seed=3, mag=mag))
+    assert found.symptoms == [] and found.exit_code == 0, str(found)
+    assert "no symptom" in str(found)
+
+
+def test_a_heading_that_nothing_holds_and_a_bias_that_nobody_could_read():
+    """The same sensor and motion, with the rest at its start and without."""
+    whole = simulate.recording("MPU-6050", "walking", 90, seed=1)
+    assert not [one for one in explain(whole).symptoms if one.name == "drift"]
+    one = next(one for one in explain(whole[600:]).symptoms if one.name == "drift")
+    assert one.cause == "no_rest" and one.finding == "never_still" and one.size > 4.0
+    assert "no magnetometer" in one.why and "1.5 s are needed" in one.why and "5 s at the start" in one.cure
+
+
+@pytest.mark.parametrize(("cause", "value"), [("mag_missing", None), ("mag_refused", 80.0)])
+def test_a_magnetometer_that_is_silent_or_refused(cause, value):
+    raw = simulate.recording("MPU-6050", "walking", 120, seed=2, mag="HMC5883L")[600:]
+    mag = raw.mag.copy()
+    mag[2000:9000] = np.nan if value is None else mag[2000:9000] + np.random.default_rng(0).normal(0, value, (7000, 3))
+    drifts = [one for one in explain(replace(raw, mag=mag)).symptoms if one.name == "drift"]
+    assert [one.cause for one in drifts] == [cause]
+    assert 20.0 <= drifts[0].at <= 25.0 or cause == "mag_refused"
+
+
+def test_a_clipped_gyroscope(hand):
+    """At 150 deg/s in a motion that reaches 260."""
+    one = only(explain(broken(hand, "gyr_clipping=150@0+90")), "jump", "gyr_clipping")
+    assert "clipped at 150 °/s for " in one.why and one.finding == "clipping_gyr" and one.size > 3.0
+    most = np.abs(np.degrees(hand.gyr)).max(axis=1)
+    assert most[round(one.at * 100)] >= 150.0
+
+
+def test_spikes(hand):
+    """Of 500 deg/s for 10 ms: 5°."""
+    made = broken(hand, "gyr_spikes=500@40+5")
+    one = only(explain(made), "jump", "gyr_spikes")
+    assert one.size == pytest.approx(5.0, abs=0.3) and "500 °/s off" in one.why
+    assert np.abs(np.degrees(made.gyr - hand.gyr)).max(axis=1)[round(one.at * 100)] == pytest.approx(500.0)
+
+
+@pytest.mark.parametrize(
+    ("word", "cause", "words"),
+    [("dropped=100@40+2", "gap", "no sample for 2 s"), ("gyr_stuck@40+5", "gyr_stuck", "repeats one value")],
+)
+def test_what_stops(hand, word, cause, words):
+    found = explain(broken(hand, word))
+    one = only(found, "jump", cause)
+    assert words in one.why and 39.0 <= one.at <= 42.1
+    if cause == "gap":
+        assert one.finding == "gaps" and "gaps" not in {other.name for other in found.others}, "it is told once"
+
+
+def test_nan(hand):
+    gyr = hand.gyr.copy()
+    gyr[4000:4100] = np.nan
+    found = explain(replace(hand, gyr=gyr))
+    assert [(one.name, one.cause) for one in found.symptoms] == [
+        ("missing", "missing_readings"),
+        ("jump", "gyr_missing"),
+    ]
+    assert "100 samples, the longest stretch 1 s at 40.0 s" in found.symptoms[0].why
+    assert np.isfinite(found.track.quat).all() and "never is NaN" in found.symptoms[0].cure
+
+
+def test_a_vibration_and_its_line(hand):
+    """A sensor that is turned to and fro by 1° (amplitude) at 31 Hz: 0.71° rms."""
+    t = hand.t
+    gyr = hand.gyr + np.outer(2 * np.pi * 31.0 * np.radians(1.0) * np.cos(2 * np.pi * 31.0 * t), SKEW)
+    one = only(explain(replace(hand, gyr=gyr)), "jitter", "vibration")
+    assert one.size == pytest.approx(0.71, abs=0.1) and one.finding == "vibration_gyr"
+    assert "at 31 Hz" in one.what and "the gyroscope vibrates at 31 Hz" in one.why
+
+
+def test_a_filter_that_hands_noise_on(hand):
+    found = explain(hand, lh.AccelTilt())
+    assert ("jitter", "noise") in [(one.name, one.cause) for one in found.symptoms]
+
+
+def test_a_filter_that_takes_acceleration_for_gravity_and_one_of_angles(hand):
+    assert {one.cause for one in explain(hand, lh.Complementary()).symptoms} == {"acceleration"}
+    assert {one.cause for one in explain(hand, lh.Kalman()).symptoms} == {"near_vertical"}
+
+
+def test_a_gyroscope_that_comes_late():
+    """By 80 ms, in a hand that hurries less: the delay can be told from gravity's turn."""
+    hand = simulate.recording("LSM6DSO32", "hand", 120, rate=100, seed=5)
+    gravity = Rotation.from_quat(hand.truth.quat, scalar_first=True).inv().apply([0.0, 0.0, 9.80665])
+    acc = gravity + 0.3 * (hand.acc - gravity)
+    late = lh.Recording(hand.t[8:], hand.gyr[:-8], acc[8:])
+    lags = [one for one in explain(late).symptoms if one.name == "lag"]
+    assert [one.cause for one in lags] == ["sensor_delay"] and lags[0].finding == "sensor_delay"
+    assert 50.0 <= lags[0].size <= 110.0 and lags[0].unit == "ms"
+
+
+def test_a_filter_that_trails(hand):
+    """The smoother's own track, 60 ms later, is late by that."""
+    from levelhead.inspection import explain as module
+
+    def slow(recording, params=None, **_):
+        track = lh.smooth(recording)
+        return replace(track, quat=np.roll(track.quat, 6, axis=0))
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(module, "fuse", slow)
+        found = module.explain(hand)
+    lags = [one for one in found.symptoms if one.name == "lag"]
+    assert [one.cause for one in lags] == ["slow_filter"] and lags[0].size == pytest.approx(60.0, abs=5.0)
+
+
+def test_too_short(hand):
+    with pytest.raises(LevelheadError, match=r"4\.99 s long; expected 10 s"):
+        explain(hand[:500])
