@@ -1,10 +1,8 @@
 """Files of JSON that levelhead writes and reads again: whole or not at all, with a name of their format."""
 
-import json
 import os
 from pathlib import Path
 
-from levelhead.atomic import atomic_path
 from levelhead.errors import LevelheadError
 from levelhead.open_types import Fields
 from levelhead.version import VERSION
@@ -18,6 +16,10 @@ def write_json(path: str | os.PathLike[str], form: str, content: Fields) -> None
     Raises:
         LevelheadError: the path cannot be written.
     """
+    import json  # a stream does without both
+
+    from levelhead.atomic import atomic_path
+
     whole = {"format": form, "levelhead": VERSION} | content
     with atomic_path(path) as temporary:
         temporary.write_text(json.dumps(whole, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
@@ -49,6 +51,8 @@ def read_object(path: str | os.PathLike[str], kind: str, source: str) -> Fields:
     Raises:
         LevelheadError: no such file, or not such a file.
     """
+    import json
+
     path = Path(path)
     try:
         if path.stat().st_size > LARGEST:

@@ -14,6 +14,7 @@ from levelhead.corpora.results import list_parts
 from levelhead.errors import LevelheadError
 
 TIMES = ["read_s", "run_s"]
+pytestmark = pytest.mark.slow
 
 
 def corpus(*arguments, **options):
@@ -183,3 +184,16 @@ def test_wrong_options(recordings, options, words):
 def test_filters_that_learn_nothing_take_no_prior(recordings):
     with pytest.raises(LevelheadError, match="takes one filter that learns its sensor, ESKF"):
         corpus(recordings, "fuse", "Mahony", sensor="(unit1)")
+
+
+def test_a_folder_with_a_file_for_each_sensor_is_one_recording(tmp_path):
+    """As phone apps write them; one folder of EuRoC's layout among them was all that the benchmark knew."""
+    whole = lh.simulate.recording("MPU-6050", "hand", duration=4.0, rate=100.0, seed=1)
+    place = tmp_path / "logs" / "phone"
+    place.mkdir(parents=True)
+    for name, values, unit in (("Gyroscope", whole.gyr, "rad/s"), ("Accelerometer", whole.acc, "m/s^2")):
+        rows = [f"{t},{x},{y},{z}" for t, (x, y, z) in zip(whole.t, values, strict=True)]
+        (place / f"{name}.csv").write_text("\n".join([f"Time (s),X ({unit}),Y ({unit}),Z ({unit})", *rows]) + "\n")
+    (row,) = lh.corpus([tmp_path / "logs"], "fuse", out=tmp_path / "results", workers=1).to_pylist()
+    assert row["error"] is None
+    assert row["recording"] == "phone"

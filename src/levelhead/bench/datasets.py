@@ -68,7 +68,7 @@ def load(path: Path, with_mag: bool) -> Recording:
 
 
 def _read(path: Path) -> Recording:
-    if path.is_dir():
+    if (path / IMU).is_file():
         return _folder(path)
     if path.suffix.lower() == ".npz":
         arrays = load_arrays(path)

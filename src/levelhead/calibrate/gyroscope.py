@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from levelhead.calibrate.least_squares import ROBUST, Solution
-from levelhead.calibrate.poses import Pose, Turn
+from levelhead.calibrate.poses import MeasuredTurn, Pose
 from levelhead.recording import Array
 from levelhead.rotations import from_rotvec, matrix, product
 
@@ -30,7 +30,7 @@ class Turns:
         sigma: (k,) 1σ of a component of ``after`` as predicted, rad.
     """
 
-    def __init__(self, turns: Sequence[Turn], poses: Sequence[Pose], force: Array) -> None:
+    def __init__(self, turns: Sequence[MeasuredTurn], poses: Sequence[Pose], force: Array) -> None:
         unit = force / np.linalg.norm(force, axis=1, keepdims=True)
         first = [turn.first for turn in turns]
         self.before, self.after = unit[first], unit[[i + 1 for i in first]]
@@ -90,7 +90,7 @@ def fit_gyroscope(turns: Turns, start: Array | None = None, rounds: int = ROUNDS
 
 
 def force_covariance(
-    turns: Sequence[Turn], poses: Sequence[Pose], s: Array, force: Array, others: Sequence[Array]
+    turns: Sequence[MeasuredTurn], poses: Sequence[Pose], s: Array, force: Array, others: Sequence[Array]
 ) -> Array:
     """(9, 9) covariance of S that comes from directions of gravity which are themselves calibrated.
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from levelhead.noise.stillness import Stretch, still_stretches
+from levelhead.noise.stillness import StillStretch, still_stretches
 from levelhead.recording import Array, Recording
 
 LEAST = 1.0  # s of a pose
@@ -41,7 +41,7 @@ class Pose(NamedTuple):
     end: float
 
 
-class Turn(NamedTuple):
+class MeasuredTurn(NamedTuple):
     """Rates between two poses that follow each other, as read minus those at rest.
 
     Attributes:
@@ -55,12 +55,12 @@ class Turn(NamedTuple):
     steps: Array
 
 
-def find_poses(recordings: Sequence[Recording]) -> tuple[list[Pose], list[Turn]]:
+def find_poses(recordings: Sequence[Recording]) -> tuple[list[Pose], list[MeasuredTurn]]:
     """All poses, log by log in order of time, and the turns between neighbours."""
     poses: list[Pose] = []
-    turns: list[Turn] = []
+    turns: list[MeasuredTurn] = []
     for log, recording in enumerate(recordings):
-        before: Stretch | None = None
+        before: StillStretch | None = None
         for stretch in still_stretches(recording, LEAST):
             poses.append(_pose(recording, stretch, log))
             if before is not None:
@@ -80,7 +80,7 @@ def directions(poses: Sequence[Pose]) -> int:
     return len(kept)
 
 
-def _pose(recording: Recording, stretch: Stretch, log: int) -> Pose:
+def _pose(recording: Recording, stretch: StillStretch, log: int) -> Pose:
     edge = min(round(TRIM * recording.rate), (stretch.end - stretch.start) // 4)
     rows = slice(stretch.start + edge, stretch.end - edge)
     acc, gyr = recording.acc[rows], recording.gyr[rows]
@@ -96,7 +96,9 @@ def _pose(recording: Recording, stretch: Stretch, log: int) -> Pose:
     )  # fmt: skip
 
 
-def _turn(recording: Recording, before: Stretch, after: Stretch, poses: Sequence[Pose]) -> Turn | None:
+def _turn(
+    recording: Recording, before: StillStretch, after: StillStretch, poses: Sequence[Pose]
+) -> MeasuredTurn | None:
     """The turn that ends at the last pose; None if a reading is missing in it, or it took too long."""
     rows = slice(before.end - 1, after.start + 1)
     t, gyr = recording.t[rows], recording.gyr[rows]
@@ -112,4 +114,4 @@ def _turn(recording: Recording, before: Stretch, after: Stretch, poses: Sequence
     starts = np.arange(0, len(steps), max(1, round(TURN_STEP * recording.rate)))
     times = np.add.reduceat(steps, starts)
     angles = np.add.reduceat(0.5 * (free[1:] + free[:-1]) * steps[:, None], starts)
-    return Turn(len(poses) - 2, angles / times[:, None], times)
+    return MeasuredTurn(len(poses) - 2, angles / times[:, None], times)

@@ -10,7 +10,7 @@ from levelhead.calibrate import accelerometer, gyroscope, magnetometer
 from levelhead.calibrate.coverage import next_poses, unknown
 from levelhead.calibrate.least_squares import Solution
 from levelhead.calibrate.pose_calibration import PoseCalibration, Residual, quantity
-from levelhead.calibrate.poses import Pose, Turn, directions, find_poses
+from levelhead.calibrate.poses import MeasuredTurn, Pose, directions, find_poses
 from levelhead.calibration import UNLEARNED, Calibration, Quantity
 from levelhead.errors import LevelheadError, require
 from levelhead.recording import Array, Recording
@@ -143,7 +143,7 @@ def _accelerometer(poses: Sequence[Pose], gravity: float) -> Found:
     return Found(solution, residual, np.zeros((0, 2)))
 
 
-def _gyroscope(turns: Sequence[Turn], poses: Sequence[Pose], force: Array, level: Solution) -> Found | None:
+def _gyroscope(turns: Sequence[MeasuredTurn], poses: Sequence[Pose], force: Array, level: Solution) -> Found | None:
     """The gyroscope's numbers; None without turns, or where they are no better than none on turns held out."""
     if not turns:
         return None

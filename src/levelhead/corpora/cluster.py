@@ -14,6 +14,11 @@ from levelhead.version import VERSION
 
 Work = Callable[..., list[Fields]]
 PATIENCE = 10.0  # s that a scheduler has to answer, and workers to be there
+SPARING = {  # what Dask does by itself many times a second, and costs some percent of a core beside the work
+    "distributed.worker.profile.enabled": False,
+    "distributed.admin.tick.interval": "500ms",
+    "distributed.admin.system-monitor.interval": "2s",
+}
 FRESH = 1.0  # s for which the number of workers is taken to hold
 NOISY = ("distributed", "bokeh", "tornado")
 AHEAD = 2  # tasks for each thread of a worker that are handed over: none waits, and none are lost by the thousand
@@ -163,12 +168,24 @@ def _quiet() -> Iterator[None]:
 
 @contextmanager
 def _local(workers: int, memory: str | None) -> Iterator[DaskPool]:
-    from distributed import Client, LocalCluster
+    import dask
+    from distributed import Client
 
     if workers < 0:
         raise LevelheadError(f"{workers} workers can do nothing; expected 1 or more, or 0 for this process")
+    with (
+        dask.config.set(SPARING),
+        _local_cluster(workers, memory) as cluster,
+        Client(cluster, set_as_default=False) as client,
+    ):
+        yield DaskPool(client)
+
+
+def _local_cluster(workers: int, memory: str | None) -> Handle:
+    from distributed import LocalCluster
+
     try:
-        cluster = LocalCluster(
+        return LocalCluster(
             n_workers=workers,
             threads_per_worker=1,  # reading holds Python's lock
             processes=True,
@@ -178,8 +195,6 @@ def _local(workers: int, memory: str | None) -> Iterator[DaskPool]:
         )
     except ValueError as error:
         raise LevelheadError(f"no workers with {memory} of memory each: {error}") from None
-    with cluster, Client(cluster, set_as_default=False) as client:
-        yield DaskPool(client)
 
 
 @contextmanager

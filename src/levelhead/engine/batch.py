@@ -11,7 +11,7 @@ from levelhead.compiler.tree import native
 from levelhead.engine.aiding_inputs import aiding_inputs, no_aiding
 from levelhead.engine.binding import bind, bind_axis, choose_engine, estimates_bias, for_engine
 from levelhead.engine.driver import Settings
-from levelhead.engine.native import Machine, axis_run, has_axis, has_imu
+from levelhead.engine.native import FilterMemory, axis_run, has_axis, has_imu
 from levelhead.engine.prior import apply_prior, correct_recording, read_calibration
 from levelhead.errors import LevelheadError
 from levelhead.filters.contract import AxisReport
@@ -92,7 +92,7 @@ class Batch:
         self._take(recording)
         self._carry = apply_prior(self.filter, bound.begin(self._settings), prior)
         if self._engine == "native":
-            self._machine = Machine(self.filter, self._guarded, self._settings, self._carry)
+            self._machine = FilterMemory(self.filter, self._guarded, self._settings, self._carry)
         if self._engine == "compiled":
             self._carry = native(self._carry)
         self._last = float(recording.t[0])

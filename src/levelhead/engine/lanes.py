@@ -115,7 +115,7 @@ def compile_lanes(variant: Variant, short: bool) -> CompiledLanes:
     return CompiledLanes(compile_kernel(machine), params, results, rows)
 
 
-class Block:
+class LaneBlock:
     """Up to ``LANES`` parameter sets of one filter on their way through a recording."""
 
     def __init__(self, variant: Variant, guard: Guard, recording: Recording, parameter_sets: Sequence[Params]) -> None:
@@ -201,7 +201,7 @@ def tracks(
         return [
             Track(recording.t, q, b if bias else None, s, h, params)
             for params, (q, b, s, h) in zip(
-                sets, Block(variant, guard or DEFAULT_GUARD, recording, sets).outputs(), strict=True
+                sets, LaneBlock(variant, guard or DEFAULT_GUARD, recording, sets).outputs(), strict=True
             )
         ]
 
@@ -243,7 +243,7 @@ def observe(
         sets = [parameter_sets[i] for i in block]
         guarded = is_guarded(flt) and guard is not None
         variant = Variant(flt, guarded, recording.mag is not None, observer, switches(sets[0]))
-        return Block(variant, guard or DEFAULT_GUARD, recording, sets).observe(truth, sums[block])
+        return LaneBlock(variant, guard or DEFAULT_GUARD, recording, sets).observe(truth, sums[block])
 
     cut, after, done = blocks(parameter_sets), np.empty_like(sums), 0
     for block, part in zip(cut, map_in_order(work, cut, workers), strict=True):

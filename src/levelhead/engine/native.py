@@ -119,7 +119,7 @@ def has_axis(flt: Filter) -> bool:
     return _find_filter(flt, flt.name, "AXIS_FILTERS") is not None
 
 
-class Machine:
+class FilterMemory:
     """A filter in the extension's memory, with the words of its parameters and state."""
 
     def __init__(self, flt: Filter, guarded: bool | None, params: Params, state: Tree) -> None:
@@ -163,7 +163,7 @@ class NativeSmoother:
 
     def __init__(self, flt: Filter, ahead: Filter, guarded: bool, settings: Params, begin: Tree) -> None:
         """``ahead``: the filter of the forward run, which begins so."""
-        self._name, self._machine = flt.name, Machine(ahead, guarded, settings, begin)
+        self._name, self._machine = flt.name, FilterMemory(ahead, guarded, settings, begin)
 
     def forward(self, carry: Tree, *arrays: object) -> tuple[Tree, int, int]:
         """``smoothing.forward``."""
@@ -182,7 +182,7 @@ def axis_run(flt: Filter) -> KernelFunction:
     """``axis_driver.run_axis`` of a filter, over arrays."""
 
     def run(params: Params, state: Tree, t: Array, level: Array, rate: Array, period: float, out: Array) -> Tree:
-        machine = Machine(flt, None, params, state)
+        machine = FilterMemory(flt, None, params, state)
         machine.filter.run(t, level, rate, period, out)
         return machine.state
 

@@ -262,7 +262,7 @@ class NativeStepper:
     report: CompiledFunction
     tick_aiding: CompiledFunction
 
-    def __init__(self, machine: native.Machine, params: Tree) -> None:
+    def __init__(self, machine: native.FilterMemory, params: Tree) -> None:
         self._machine, self._params, self.place = machine, params, machine.filter
         for name in ("tick", "tick_mag", "report", "tick_aiding"):
             if hasattr(machine.filter, name):
@@ -296,7 +296,7 @@ def imu_stepper(
         return PlainStepper(flt, settings, guarded)
     begin = bind(flt, guarded).begin(settings)
     if engine == "native":
-        return NativeStepper(native.Machine(flt, guarded, settings, begin), settings)
+        return NativeStepper(native.FilterMemory(flt, guarded, settings, begin), settings)
     return CompiledStepper(imu_ticks(flt, guarded), begin, settings)
 
 
@@ -308,5 +308,5 @@ def axis_stepper(
         return PlainAxisStepper(flt, params, level)
     begin = bind_axis(flt).axis.init(params, level)
     if engine == "native":
-        return NativeStepper(native.Machine(flt, None, params, begin), params)
+        return NativeStepper(native.FilterMemory(flt, None, params, begin), params)
     return CompiledStepper(axis_ticks(flt), begin, params)

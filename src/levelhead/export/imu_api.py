@@ -27,7 +27,7 @@ class ImuApi(CApi):
         settings = program.types.struct(driver.Settings)
         settings.fields["filter"] = program.types.struct(config.flt.params)
         vector = program.types.struct(Vec3)
-        self.correction = sensor.Correction(config, program)
+        self.correction = sensor.ReadingCorrection(config, program)
         self.begin = program.kernel(bound.begin, [settings])
         carry = self.begin.returns
         program.in_place.add(bound.advance)

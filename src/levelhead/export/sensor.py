@@ -124,7 +124,7 @@ def components(config: ExportConfig) -> str:
     return ", ".join(("-" if sign < 0.0 else "") + f"v[{axis}]" for axis, sign in config.axes.rows)
 
 
-class Correction:
+class ReadingCorrection:
     """What happens to readings before the driver sees them, as C; nothing where there is nothing to do.
 
     Attributes:

@@ -20,7 +20,7 @@ RESTING = 44  # samples: longer than a guard's rest_time
 NAN = math.nan
 
 
-class Sample(NamedTuple):
+class VectorSample(NamedTuple):
     """One sample of an IMU."""
 
     dt: float
@@ -29,10 +29,10 @@ class Sample(NamedTuple):
     mag: Vec3
 
 
-class Row(NamedTuple):
+class VectorRow(NamedTuple):
     """A sample, whether it is taken, and what the filter says after it."""
 
-    sample: Sample
+    sample: VectorSample
     taken: bool
     output: Output
 
@@ -61,7 +61,7 @@ def _roll_vector(angle: float, v: tuple[float, float, float]) -> tuple[float, fl
     return x, y * math.cos(angle) + z * math.sin(angle), z * math.cos(angle) - y * math.sin(angle)
 
 
-def samples() -> list[Sample]:
+def samples() -> list[VectorSample]:
     """Three seconds of rest, then a roll to and fro."""
     noise, found, angle = _noise(), [], 0.3
     for i in range(SAMPLES):
@@ -70,7 +70,7 @@ def samples() -> list[Sample]:
         gyr = [0.01 + rate, -0.02, 0.005]
         acc, mag = _roll_vector(angle, (0.2, 0.0, 9.8)), _roll_vector(angle, (3.0, 19.0, -45.0))
         found.append(
-            Sample(
+            VectorSample(
                 STEP,
                 Vec3(*(round(x + 0.002 * next(noise), 4) for x in gyr)),
                 Vec3(*(round(x + 0.05 * next(noise), 3) for x in acc)),
@@ -80,7 +80,7 @@ def samples() -> list[Sample]:
     return [_disturb(i, sample) for i, sample in enumerate(found)]
 
 
-def _disturb(i: int, sample: Sample) -> Sample:
+def _disturb(i: int, sample: VectorSample) -> VectorSample:
     """What goes wrong: readings missing, infinite and silent, time that stands still, a gap, a shock, a magnet."""
     dt, gyr, acc, mag = sample
     nowhere, silent = Vec3(NAN, NAN, NAN), Vec3(0.0, 0.0, 0.0)
@@ -100,10 +100,10 @@ def _disturb(i: int, sample: Sample) -> Sample:
         acc = Vec3(150.0, -40.0, 90.0)
     if i in (78, 79):
         gyr = Vec3(9.0, -7.0, 5.0)  # so fast that sines leave their series
-    return Sample(dt, gyr, acc, mag)
+    return VectorSample(dt, gyr, acc, mag)
 
 
-def rows(config: ExportConfig) -> list[Row]:
+def rows(config: ExportConfig) -> list[VectorRow]:
     """The samples through the filter in plain Python."""
     bound = bind(config.flt, config.guard is not None)
     settings, carry, found = config.settings, config.begin(), []
@@ -111,7 +111,7 @@ def rows(config: ExportConfig) -> list[Row]:
         taken = 0.0 < sample.dt < MOST_DT
         if taken:
             carry = bound.advance(settings, carry, *config.readings(sample.gyr, sample.acc, sample.mag), sample.dt)
-        found.append(Row(sample, taken, bound.result(settings, carry.run)))
+        found.append(VectorRow(sample, taken, bound.result(settings, carry.run)))
     return found
 
 

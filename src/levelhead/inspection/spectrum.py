@@ -26,7 +26,7 @@ class Spectrum(NamedTuple):
     segments: int
 
 
-class Line(NamedTuple):
+class SpectralLine(NamedTuple):
     """A line: its frequency in Hz and its rms in the triad's SI unit."""
 
     frequency: float
@@ -56,7 +56,7 @@ def spectrum(values: Array, rate: float) -> Spectrum | None:
     return Spectrum(frequency, density, len(starts))
 
 
-def lines(found: Spectrum, least: float) -> list[Line]:
+def lines(found: Spectrum, least: float) -> list[SpectralLine]:
     """Lines that stand out of their surroundings beyond what noise does, the strongest first.
 
     The sum of a bin over ``segments`` periodograms of three axes is χ² with 6·segments degrees of freedom (half of that
@@ -76,7 +76,7 @@ def lines(found: Spectrum, least: float) -> list[Line]:
         near = slice(max(0, i - 2), i + 3)
         power = float((found.density[near] - background[near]).clip(0.0).sum()) * step
         if np.sqrt(power) > least:
-            made.append(Line(float(found.frequency[i]), float(np.sqrt(power))))
+            made.append(SpectralLine(float(found.frequency[i]), float(np.sqrt(power))))
     return sorted(made, key=lambda one: -one.rms)
 
 

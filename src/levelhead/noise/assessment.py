@@ -122,7 +122,7 @@ def spell(seconds: float) -> str:
     return f"{seconds / 60.0:.0f} min" if seconds < 5400.0 else f"{seconds / 3600.0:.2g} h"
 
 
-class Row:
+class NoiseRow:
     """A kind of noise in a unit: its factor from SI and how the values of three axes are written."""
 
     def __init__(self, name: str, kind: str, words: str, unit: str, factor: float) -> None:
@@ -141,25 +141,25 @@ class Row:
 
 _D, _G = 1.0 / factor("gyr", "deg/s"), 1.0 / factor("acc", "g")
 ROWS = (
-    Row("gyr", "white_noise_density", "white noise N", "(deg/s)/√Hz", _D),
-    Row("gyr", "white_noise_density", "the same as angle random walk", "deg/√h", 60.0 * _D),
-    Row("gyr", "white_noise_density", "the same as a data sheet's density", "(deg/s)/√Hz", ONE_SIDED * _D),
-    Row("gyr", "bias_instability", "bias instability B", "deg/h", 3600.0 * _D),
-    Row("gyr", "random_walk", "rate random walk K", "(deg/s)/√s", _D),
-    Row("gyr", "quantisation_noise", "quantisation noise Q", "deg", _D),
-    Row("acc", "white_noise_density", "white noise N", "(m/s²)/√Hz", 1.0),
-    Row("acc", "white_noise_density", "the same as velocity random walk", "(m/s)/√h", 60.0),
-    Row("acc", "white_noise_density", "the same as a data sheet's density", "µg/√Hz", ONE_SIDED * 1e6 * _G),
-    Row("acc", "bias_instability", "bias instability B", "µg", 1e6 * _G),
-    Row("acc", "random_walk", "acceleration random walk K", "(m/s²)/√s", 1.0),
-    Row("acc", "quantisation_noise", "quantisation noise Q", "m/s", 1.0),
-    Row("mag", "white_noise_density", "white noise N", "µT/√Hz", 1.0),
-    Row("mag", "bias_instability", "bias instability B", "µT", 1.0),
-    Row("mag", "random_walk", "random walk K", "µT/√s", 1.0),
+    NoiseRow("gyr", "white_noise_density", "white noise N", "(deg/s)/√Hz", _D),
+    NoiseRow("gyr", "white_noise_density", "the same as angle random walk", "deg/√h", 60.0 * _D),
+    NoiseRow("gyr", "white_noise_density", "the same as a data sheet's density", "(deg/s)/√Hz", ONE_SIDED * _D),
+    NoiseRow("gyr", "bias_instability", "bias instability B", "deg/h", 3600.0 * _D),
+    NoiseRow("gyr", "random_walk", "rate random walk K", "(deg/s)/√s", _D),
+    NoiseRow("gyr", "quantisation_noise", "quantisation noise Q", "deg", _D),
+    NoiseRow("acc", "white_noise_density", "white noise N", "(m/s²)/√Hz", 1.0),
+    NoiseRow("acc", "white_noise_density", "the same as velocity random walk", "(m/s)/√h", 60.0),
+    NoiseRow("acc", "white_noise_density", "the same as a data sheet's density", "µg/√Hz", ONE_SIDED * 1e6 * _G),
+    NoiseRow("acc", "bias_instability", "bias instability B", "µg", 1e6 * _G),
+    NoiseRow("acc", "random_walk", "acceleration random walk K", "(m/s²)/√s", 1.0),
+    NoiseRow("acc", "quantisation_noise", "quantisation noise Q", "m/s", 1.0),
+    NoiseRow("mag", "white_noise_density", "white noise N", "µT/√Hz", 1.0),
+    NoiseRow("mag", "bias_instability", "bias instability B", "µT", 1.0),
+    NoiseRow("mag", "random_walk", "random walk K", "µT/√s", 1.0),
 )
 
 
-def rows(model: NoiseModel) -> list[Row]:
+def rows(model: NoiseModel) -> list[NoiseRow]:
     """The rows of the table: quantisation noise only where it shows."""
     triads = model.triads
     return [

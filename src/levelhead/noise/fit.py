@@ -77,7 +77,7 @@ class Data(NamedTuple):
     known: dict[int, float]
 
 
-class Fit(NamedTuple):
+class NoiseFit(NamedTuple):
     """A minimum: the squares, the sum there, and the data."""
 
     squares: Array
@@ -166,7 +166,7 @@ def fit(curve: AllanCurve) -> Coefficients:
     return _with_intervals(curve, used, result)
 
 
-def _select_fit(curve: AllanCurve, used: NDArray[np.bool_]) -> Fit:
+def _select_fit(curve: AllanCurve, used: NDArray[np.bool_]) -> NoiseFit:
     """The fit without Q, which most sensors do not show, or with it where that is clearly better."""
     without, with_it = _minimise(curve, used, {QUANTISATION: 0.0}), _minimise(curve, used, {})
     return with_it if without.total - with_it.total > CLEARLY else without
@@ -178,7 +178,7 @@ def _silent(curve: AllanCurve) -> Coefficients:
     return Coefficients(zero, zero, zero, zero, np.ones(len(curve.tau)), np.zeros(len(curve.tau), bool), 0.0)
 
 
-def _minimise(curve: AllanCurve, used: NDArray[np.bool_], known: dict[int, float]) -> Fit:
+def _minimise(curve: AllanCurve, used: NDArray[np.bool_], known: dict[int, float]) -> NoiseFit:
     """Alternates between the squares and the ν and correlations that follow from them."""
     terms, seen = shapes(curve.tau[used]), curve.deviation[used] ** 2
     squares, total = np.array([0.0, 1.0, 0.0, 0.0]), math.inf
@@ -188,15 +188,15 @@ def _minimise(curve: AllanCurve, used: NDArray[np.bool_], known: dict[int, float
         freedom = np.where(many, freedom, freedoms(curve, used, squares))
         data = Data(terms, seen, freedom, np.linalg.inv(np.linalg.cholesky(correlation)), known)
         squares, total = minimum(data, {})
-    return Fit(squares, total, data)
+    return NoiseFit(squares, total, data)
 
 
-def _misfit(result: Fit) -> float:
+def _misfit(result: NoiseFit) -> float:
     """Mean squared misfit in σ, a degree of freedom."""
     return result.total / max(1, len(result.data.seen) - int((result.squares > 0.0).sum()))
 
 
-def _with_intervals(curve: AllanCurve, used: NDArray[np.bool_], result: Fit) -> Coefficients:
+def _with_intervals(curve: AllanCurve, used: NDArray[np.bool_], result: NoiseFit) -> Coefficients:
     """The coefficients with profile likelihood intervals, wider where the model does not fit (Birge's ratio)."""
     misfit, data = _misfit(result), result.data
     rise = RISE * max(1.0, misfit)

@@ -9,7 +9,7 @@ from levelhead.errors import LevelheadError, require
 from levelhead.noise.allan import AllanCurve, allan_curve
 from levelhead.noise.fit import NAMES, fit
 from levelhead.noise.model import UNITS, Coefficient, NoiseModel, TriadNoise
-from levelhead.noise.stillness import Stretch, still_stretches
+from levelhead.noise.stillness import StillStretch, still_stretches
 from levelhead.recording import Array, Recording, median
 
 LEAST = 20.0  # s at rest, below which there is nothing to say
@@ -55,13 +55,13 @@ def measure_noise(
     )
 
 
-def longest(recording: Recording) -> Stretch:
+def longest(recording: Recording) -> StillStretch:
     """The longest stretch at rest.
 
     Raises:
         LevelheadError: there is none of 20 s.
     """
-    found = max(still_stretches(recording), key=lambda one: one.end - one.start, default=Stretch(0, 0))
+    found = max(still_stretches(recording), key=lambda one: one.end - one.start, default=StillStretch(0, 0))
     seconds = (found.end - found.start) / max(recording.rate, 1e-9)
     if seconds < LEAST:
         raise LevelheadError(

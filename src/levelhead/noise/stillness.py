@@ -17,7 +17,7 @@ RATE_CHANGE = 1.0 * DEGREE  # rad/s, of a window's mean off the stretch's median
 FORCE_CHANGE = 0.15  # m/s², the same
 
 
-class Stretch(NamedTuple):
+class StillStretch(NamedTuple):
     """Samples at which the sensor was still: from ``start`` on and before ``end``."""
 
     start: int
@@ -61,7 +61,7 @@ def quiet(noise: Array, least: float, most: float) -> NDArray[np.bool_]:
     return np.asarray(noise <= min(max(QUIET * floor, least), most))
 
 
-def still_stretches(recording: Recording, least: float = 1.0) -> list[Stretch]:
+def still_stretches(recording: Recording, least: float = 1.0) -> list[StillStretch]:
     """Stretches of at least ``least`` s in which the sensor neither moved nor was touched, in order."""
     seen = windows(recording)
     still = quiet(seen.rate_noise, LEAST_RATE, MOST_RATE) & quiet(seen.force_noise, LEAST_FORCE, MOST_FORCE)
@@ -75,7 +75,7 @@ def still_stretches(recording: Recording, least: float = 1.0) -> list[Stretch]:
         cuts = [first, *(first + 1 + np.flatnonzero(change[first : last - 1])), last]
         for a, b in pairwise(cuts):
             if b - a >= shortest and _one_place(seen, a, b):
-                found.append(Stretch(int(a * seen.size), int(b * seen.size)))
+                found.append(StillStretch(int(a * seen.size), int(b * seen.size)))
     return found
 
 

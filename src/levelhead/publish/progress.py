@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 PATIENCE = 0.5  # s before a bar appears: what is done sooner needs none
 
 
-class Report(Protocol):
+class ProgressReport(Protocol):
     """Takes the fraction done, 0 to 1, and words to stand after the title."""
 
     def __call__(self, fraction: float, words: str = "") -> None:
@@ -20,7 +20,7 @@ class Report(Protocol):
 
 
 @contextmanager
-def progress(title: str) -> Iterator[Report]:
+def progress(title: str) -> Iterator[ProgressReport]:
     """Gives a function that takes the fraction done, 0 to 1; after half a second there is a bar on stderr.
 
     Until a fraction is known the bar moves to and fro. In a pipe, a log file or a test nothing is written, and rich is

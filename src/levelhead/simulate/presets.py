@@ -39,7 +39,7 @@ CORRELATION_TIME = 100.0  # s
 CROSS_AXIS = 0.01  # fraction, where the data sheet has none
 
 
-class Scale(NamedTuple):
+class SheetScale(NamedTuple):
     """One setting of the full scale: the size of a bit and the one-sided noise density, in the sheet's unit."""
 
     bit: float
@@ -53,7 +53,7 @@ class DataSheet:
     Attributes:
         quantity: "gyr", "acc" or "mag": whose units ``unit`` is one of.
         unit: "deg/s", "g", "G" or "µT".
-        scales: nominal full scale → Scale.
+        scales: nominal full scale → SheetScale.
         default: the full scale that ``imu`` uses by default.
         zero: ± tolerance of the zero level, one for all axes or one for each.
         sensitivity: ± tolerance of the sensitivity, a fraction.
@@ -65,7 +65,7 @@ class DataSheet:
 
     quantity: str
     unit: str
-    scales: Mapping[float, Scale]
+    scales: Mapping[float, SheetScale]
     default: float
     zero: PerAxis
     sensitivity: float
@@ -104,7 +104,7 @@ def _sigma(tolerance: float) -> float:
 
 
 def _gyroscope(
-    scales: Mapping[float, Scale], zero: float, sensitivity: float, cross_axis: float = CROSS_AXIS
+    scales: Mapping[float, SheetScale], zero: float, sensitivity: float, cross_axis: float = CROSS_AXIS
 ) -> DataSheet:
     """A sheet in °/s, with the typical values."""
     return DataSheet(
@@ -113,15 +113,15 @@ def _gyroscope(
 
 
 def _accelerometer(
-    scales: Mapping[float, Scale], zero: PerAxis, sensitivity: float, cross_axis: float = CROSS_AXIS
+    scales: Mapping[float, SheetScale], zero: PerAxis, sensitivity: float, cross_axis: float = CROSS_AXIS
 ) -> DataSheet:
     """A sheet in g, with the typical values."""
     return DataSheet("acc", "g", scales, 4, zero, sensitivity, cross_axis, instability=ACC_INSTABILITY, walk=ACC_WALK)
 
 
-def _counts(noise_density: float, per_unit: Mapping[float, float]) -> dict[float, Scale]:
+def _counts(noise_density: float, per_unit: Mapping[float, float]) -> dict[float, SheetScale]:
     """Scales of a sheet that gives bits per unit and one noise density for all of them."""
-    return {full_scale: Scale(1.0 / bits, noise_density) for full_scale, bits in per_unit.items()}
+    return {full_scale: SheetScale(1.0 / bits, noise_density) for full_scale, bits in per_unit.items()}
 
 
 # ST gives the size of a bit: mdps and mg; its ranges end at 32768 bits or before.
@@ -142,7 +142,7 @@ class Chip(NamedTuple):
 # AK09916 inside the ICM-20948: DS-000189 rev 1.3, 3.3 table 3: 0.15 µT/LSB, zero-field ±2000 LSB (calibrate it!), table
 # 22: ±32752 codes. Noise and sensitivity tolerance are TYPICAL: 0.3 µT rms at 100 Hz, ±5 %.
 _AK09916 = DataSheet(
-    "mag", "µT", {4900: Scale(0.15, 0.3 / math.sqrt(50.0))}, 4900, 2000 * 0.15, 0.05, last_code=32752
+    "mag", "µT", {4900: SheetScale(0.15, 0.3 / math.sqrt(50.0))}, 4900, 2000 * 0.15, 0.05, last_code=32752
 )  # fmt: skip
 
 CHIPS = (
@@ -169,20 +169,20 @@ CHIPS = (
     Chip(
         "LSM6DS3",
         "ST DocID026899 rev 8, table 3",
-        _gyroscope({245 if dps == 250 else dps: Scale(bit, 0.007) for dps, bit in _ST_DPS.items()}, 10.0, 0.015),
-        _accelerometer({g: Scale(0.061e-3 * g / 2, 90e-6) for g in _G_COUNTS}, 0.040, 0.01),
+        _gyroscope({245 if dps == 250 else dps: SheetScale(bit, 0.007) for dps, bit in _ST_DPS.items()}, 10.0, 0.015),
+        _accelerometer({g: SheetScale(0.061e-3 * g / 2, 90e-6) for g in _G_COUNTS}, 0.040, 0.01),
     ),
     # Table 3: ±0.5 °/s, ±0.5 %, 3.8 mdps/√Hz; ±20 mg, ±0.5 %, noise density by full scale.
     Chip(
         "LSM6DSO32",
         "ST DocID032891 rev 1, table 3",
-        _gyroscope({dps: Scale(bit, 0.0038) for dps, bit in _ST_DPS.items()}, 0.5, 0.005),
+        _gyroscope({dps: SheetScale(bit, 0.0038) for dps, bit in _ST_DPS.items()}, 0.5, 0.005),
         _accelerometer(
             {
-                4: Scale(0.122e-3, 120e-6),
-                8: Scale(0.244e-3, 130e-6),
-                16: Scale(0.488e-3, 160e-6),
-                32: Scale(0.976e-3, 220e-6),
+                4: SheetScale(0.122e-3, 120e-6),
+                8: SheetScale(0.244e-3, 130e-6),
+                16: SheetScale(0.488e-3, 160e-6),
+                32: SheetScale(0.976e-3, 220e-6),
             },
             0.020,
             0.005,

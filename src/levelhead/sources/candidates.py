@@ -16,7 +16,7 @@ _PLAIN, _SECOND_CHOICE, _RAW, _OTHER = range(4)
 _FILLERS = {"imu", "sensor", "data", "field", "msg", "cal", "calibrated", "corrected", "x", "y", "z", "axis", "value"}
 
 
-class Group(NamedTuple):
+class ColumnGroup(NamedTuple):
     """Three columns, or four of a quaternion, that belong together.
 
     Attributes:
@@ -42,7 +42,7 @@ class Group(NamedTuple):
         return shared_name(self.names)
 
 
-def made_group(positions: Sequence[int], names: Sequence[str], context: str = "") -> Group:
+def made_group(positions: Sequence[int], names: Sequence[str], context: str = "") -> ColumnGroup:
     """The group of columns with these names; ``context`` is what their file or sheet is called."""
     words: set[str] = set()
     for name in (names[0], context):
@@ -57,10 +57,12 @@ def made_group(positions: Sequence[int], names: Sequence[str], context: str = ""
         rank = _RAW
     if words & _DERIVED:
         rank = _OTHER
-    return Group(tuple(positions), tuple(names), rank, frozenset(words - _FILLERS))
+    return ColumnGroup(tuple(positions), tuple(names), rank, frozenset(words - _FILLERS))
 
 
-def best_pair(gyrs: Sequence[Group], accs: Sequence[Group]) -> tuple[Group | None, Group | None]:
+def best_pair(
+    gyrs: Sequence[ColumnGroup], accs: Sequence[ColumnGroup]
+) -> tuple[ColumnGroup | None, ColumnGroup | None]:
     """The gyroscope and the accelerometer to take: the plainest, of the same unit of sensors, the first of them."""
     if not gyrs or not accs:
         return (_best(gyrs), _best(accs))
@@ -70,23 +72,23 @@ def best_pair(gyrs: Sequence[Group], accs: Sequence[Group]) -> tuple[Group | Non
     )
 
 
-def best_partner(groups: Sequence[Group], gyr: Group | None) -> Group | None:
+def best_partner(groups: Sequence[ColumnGroup], gyr: ColumnGroup | None) -> ColumnGroup | None:
     """The magnetometer that belongs to a gyroscope."""
     if gyr is None:
         return _best(groups)
     return min(groups, key=lambda group: (group.rank, -_alike(gyr, group), group.positions), default=None)
 
 
-def others(groups: Sequence[Group], taken: Group) -> list[Group]:
+def others(groups: Sequence[ColumnGroup], taken: ColumnGroup) -> list[ColumnGroup]:
     """Groups that could as well have been taken: other sensors of the same kind."""
     return [group for group in groups if group.rank == taken.rank and group.positions != taken.positions]
 
 
-def _best(groups: Sequence[Group]) -> Group | None:
+def _best(groups: Sequence[ColumnGroup]) -> ColumnGroup | None:
     return min(groups, key=lambda group: (group.rank, group.positions), default=None)
 
 
-def _alike(one: Group, other: Group) -> float:
+def _alike(one: ColumnGroup, other: ColumnGroup) -> float:
     """How much the words of two groups overlap, 0 to 1; a number that differs (imu1, imu2) counts most."""
     if {word for word in one.words if word.isdigit()} != {word for word in other.words if word.isdigit()}:
         return 0.0

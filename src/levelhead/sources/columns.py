@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from levelhead.errors import LevelheadError, nearest
 from levelhead.sources.candidates import (
-    Group,
+    ColumnGroup,
     best_pair,
     best_partner,
     group_axes,
@@ -71,7 +71,7 @@ def assign(
     columns: dict[str, tuple[int, ...]] = {}
     notes: list[str] = []
     _refuse_repeated(names, hints, known, source)
-    found: dict[str, list[Group]] = {}
+    found: dict[str, list[ColumnGroup]] = {}
     for role in ("t", "gyr", "acc", "mag", "q", "bias"):
         if role in hints:
             if positions := _hinted_columns(role, hints[role], known, source):
@@ -124,7 +124,7 @@ def _unknown_unit(raw: str) -> bool:
 
 def _groups(
     role: str, known: Sequence[Name], names: Sequence[str], context: str, filled: frozenset[int] | None
-) -> list[Group]:
+) -> list[ColumnGroup]:
     complete, _ = group_axes(role, known, filled)
     return [
         made_group(positions, [names[i] for i in positions], context)
@@ -132,13 +132,13 @@ def _groups(
     ]
 
 
-def _user_acceleration(names: Sequence[str], context: str, filled: frozenset[int] | None) -> list[Group]:
+def _user_acceleration(names: Sequence[str], context: str, filled: frozenset[int] | None) -> list[ColumnGroup]:
     """Acceleration without gravity, where that stands beside it."""
     return _groups("acc", [understand(_USER.sub("", name), context) for name in names], names, context, filled)
 
 
 def _choose(
-    found: Mapping[str, Sequence[Group]],
+    found: Mapping[str, Sequence[ColumnGroup]],
     columns: dict[str, tuple[int, ...]],
     sensor: str | None,
     known: Sequence[Name],
@@ -170,14 +170,14 @@ def _choose(
             )
 
 
-def _of_sensor(groups: Sequence[Group], sensor: str | None) -> list[Group]:
+def _of_sensor(groups: Sequence[ColumnGroup], sensor: str | None) -> list[ColumnGroup]:
     if sensor is None:
         return list(groups)
     wanted = "".join(split(sensor))
     return [group for group in groups if any(wanted in "".join(split(name)) for name in group.names)]
 
 
-def _distinct(group: Group, other: Group) -> str:
+def _distinct(group: ColumnGroup, other: ColumnGroup) -> str:
     """A word that names one sensor and not the other."""
     return next(iter(sorted(group.words - other.words, key=lambda word: (word.isdigit(), word))), group.label)
 

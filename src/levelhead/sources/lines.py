@@ -35,14 +35,14 @@ class Garbage(ValueError):
     """A line that is none: for counting, not for people."""
 
 
-class Row(NamedTuple):
+class StampedLine(NamedTuple):
     """A line: its numbers by name, and when it came (host s)."""
 
     values: Sequence[float]
     at: float
 
 
-class Column(NamedTuple):
+class QuantityColumns(NamedTuple):
     """Where a quantity stands, and its factor to SI."""
 
     positions: tuple[int, ...]
@@ -72,7 +72,7 @@ class Lines:
             flatten_json  # of JSON and labelled text: a line as numbers by name
         )
         self._part: dict[str, float] = {}  # of a sample that stands on several lines: what came so far
-        self._columns: dict[str, Column] = {}
+        self._columns: dict[str, QuantityColumns] = {}
 
     @property
     def known(self) -> bool:
@@ -115,7 +115,7 @@ class Lines:
         for text, at in lines:
             try:
                 numbers = self._numbers(text)
-                found += [] if numbers is None else [self._sample(Row(numbers, at))]
+                found += [] if numbers is None else [self._sample(StampedLine(numbers, at))]
             except Garbage:
                 if not self._is_header(text):
                     self.garbage += 1
@@ -125,7 +125,7 @@ class Lines:
         """A device that was reset says its header again."""
         return self._layout is not None and tuple(cells(text, self._layout.delimiter)) == self._names
 
-    def _sample(self, row: Row) -> Sample:
+    def _sample(self, row: StampedLine) -> Sample:
         gyr, acc = self._triple("gyr", row), self._triple("acc", row)
         assert gyr is not None and acc is not None  # `assign` has seen to it
         mag = self._triple("mag", row)
@@ -137,7 +137,7 @@ class Lines:
             raise Garbage
         return Sample(t, gyr, acc, mag)
 
-    def _triple(self, role: str, row: Row) -> Triple | None:
+    def _triple(self, role: str, row: StampedLine) -> Triple | None:
         column = self._columns.get(role)
         if column is None:
             return None
@@ -199,7 +199,7 @@ class Lines:
                 numbers = self._numbers(text)
             except Garbage:
                 continue
-            rows += [] if numbers is None else [Row(numbers, at)]
+            rows += [] if numbers is None else [StampedLine(numbers, at)]
         self._part = {}
         if len(rows) < LOOK // 2:
             if len(self._seen) >= PATIENCE:
@@ -239,7 +239,7 @@ class Lines:
             "(columns by number)"
         )
 
-    def _conclude(self, rows: Sequence[Row]) -> dict[str, Column]:
+    def _conclude(self, rows: Sequence[StampedLine]) -> dict[str, QuantityColumns]:
         values = np.array([row.values for row in rows], dtype=np.float64)
         names = list(self._names)
         arrays: Fields = {name: values[:, i] for i, name in enumerate(names)}
@@ -259,10 +259,10 @@ class Lines:
         found = {}
         for role, positions in roles.columns.items():
             if role in QUANTITY:
-                found[role] = Column(positions, _factor(role, scale.get(role), said))
+                found[role] = QuantityColumns(positions, _factor(role, scale.get(role), said))
         return found
 
-    def _stamp_rows(self, arrays: ReadOnlyFields, rows: Sequence[Row], hints: Hints) -> tuple[Fields, Hints]:
+    def _stamp_rows(self, arrays: ReadOnlyFields, rows: Sequence[StampedLine], hints: Hints) -> tuple[Fields, Hints]:
         # Lines come in bursts; samples are taken evenly.
         stamps = np.linspace(0.0, max(rows[-1].at - rows[0].at, SHORTEST * len(rows)), len(rows))
         return {"host_time_s": stamps, **arrays}, Hints({**hints.map, "t": ["host_time_s"]}, hints.scale)

@@ -11,7 +11,7 @@ SHAKING = 0.15  # m/s², standard deviation of an axis from which it is no rest
 MOVING = 0.1  # m/s², drift of the specific force over a window from which it is no rest
 
 
-class Rest(NamedTuple):
+class StillGyroscope(NamedTuple):
     """What the gyroscope says while the accelerometer holds still, in half seconds.
 
     Attributes:
@@ -26,7 +26,7 @@ class Rest(NamedTuple):
     noise: float
 
 
-def at_rest(t: Array, gyr: Array, acc: Array) -> Rest:
+def at_rest(t: Array, gyr: Array, acc: Array) -> StillGyroscope:
     """(n, 3) ``gyr`` where (n, 3) ``acc`` in m/s² neither moves nor shakes; ``t`` (n,) s."""
     step = median(np.diff(t)) if len(t) > 1 else 1.0
     size = max(4, round(WINDOW / step)) if step > 0.0 else 4
@@ -39,8 +39,8 @@ def at_rest(t: Array, gyr: Array, acc: Array) -> Rest:
         still = (forces.std(axis=1).max(axis=1) < SHAKING) & (drift < MOVING) & (np.abs(length - 9.8) < 1.5)
         still &= np.isfinite(rates).all(axis=(1, 2)) & (np.abs(rates).max(axis=(1, 2), initial=0.0) < 1e6)
     if not still.any():
-        return Rest(0, 0.0, 0.0)
+        return StillGyroscope(0, 0.0, 0.0)
     rate, up = rates.mean(axis=1)[still], mean[still] / length[still, None]
     across = rate - (rate * up).sum(axis=1)[:, None] * up
     noise = rates.std(axis=1)[still].max(axis=1)
-    return Rest(int(still.sum()), median(np.linalg.norm(across, axis=1)), median(noise))
+    return StillGyroscope(int(still.sum()), median(np.linalg.norm(across, axis=1)), median(noise))

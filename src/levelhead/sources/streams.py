@@ -10,7 +10,7 @@ import numpy as np
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array, Recording, median
 from levelhead.sources.assemble import assemble
-from levelhead.sources.candidates import Group, best_pair, best_partner, group_axes, made_group, order_positions
+from levelhead.sources.candidates import ColumnGroup, best_pair, best_partner, group_axes, made_group, order_positions
 from levelhead.sources.clock import Candidate, choose, seconds
 from levelhead.sources.hints import MEANING, Hints, NeedsHints
 from levelhead.sources.names import split, understand, unit_in
@@ -23,12 +23,12 @@ _SLOW = 1.5  # the accelerometer's interval in gyroscope's ones from which the n
 _HOLE = 4.0  # own intervals across which nothing is interpolated
 
 
-class Stream(NamedTuple):
+class TableSensor(NamedTuple):
     """One sensor in one table."""
 
     role: str
     table: Table
-    group: Group
+    group: ColumnGroup
 
 
 def in_memory(table: Table, name: str) -> ArrayTable:
@@ -116,7 +116,7 @@ def sensors_of(table: Table) -> set[str]:
     return found | ({"t"} if any(name.role == "t" for name in known) else set())
 
 
-def _streams(table: Table) -> list[Stream]:
+def _streams(table: Table) -> list[TableSensor]:
     """The sensors in a table."""
     known = [understand(name, table.context) for name in table.names]
     found = []
@@ -124,7 +124,7 @@ def _streams(table: Table) -> list[Stream]:
         for axes in group_axes(role, known, None)[0]:
             positions = order_positions(role, axes)
             group = made_group(positions, [table.names[i] for i in positions], table.context)
-            found.append(Stream(role, table, group))
+            found.append(TableSensor(role, table, group))
     return found
 
 
@@ -208,27 +208,27 @@ def _merge_tables(source: str, tables: Sequence[Table], hints: Hints) -> ArrayTa
     return ArrayTable(source, arrays, units, notes=list(dict.fromkeys(notes)), origin=origin)
 
 
-def _gravity_beside(tables: Sequence[Table], acc: Stream) -> Stream | None:
+def _gravity_beside(tables: Sequence[Table], acc: TableSensor) -> TableSensor | None:
     """The gravity vector in a file or sheet of its own, where the accelerometer has none of it; None: there is none."""
     for table in tables:
         axes = {split(name)[0]: i for i, name in enumerate(table.names) if split(name)[:1] in (["x"], ["y"], ["z"])}
         if {"gravity", "grav"} & set(split(table.context)) and len(axes) == 3 and table is not acc.table:
             positions = [axes[axis] for axis in "xyz"]
-            return Stream("gravity", table, made_group(positions, [table.names[i] for i in positions]))
+            return TableSensor("gravity", table, made_group(positions, [table.names[i] for i in positions]))
     return None
 
 
-def _without_gravity(one: Stream) -> bool:
+def _without_gravity(one: TableSensor) -> bool:
     columns = one.table.read(list(one.group.positions))
     values = np.column_stack([columns[i] for i in one.group.positions]).astype(np.float64)
     return without_gravity(values)
 
 
-def _of(streams: Sequence[Stream], group: Group | None) -> Stream:
+def _of(streams: Sequence[TableSensor], group: ColumnGroup | None) -> TableSensor:
     return next(one for one in streams if one.group is group)
 
 
-def _clock(one: Stream, hints: Hints, notes: list[str], absolute: bool) -> tuple[Any, Any, bool]:
+def _clock(one: TableSensor, hints: Hints, notes: list[str], absolute: bool) -> tuple[Any, Any, bool]:
     """(stamps in ns, rows kept or None, whether they count from a date) of a stream.
 
     Of several clocks in its table, one that counts from a date if ``absolute``: time since a file's own start says
@@ -267,7 +267,7 @@ def _clock(one: Stream, hints: Hints, notes: list[str], absolute: bool) -> tuple
 
 
 def _align_streams(
-    source: str, taken: Sequence[Stream], clocks: Mapping[str, tuple[Any, Any, bool]], notes: list[str]
+    source: str, taken: Sequence[TableSensor], clocks: Mapping[str, tuple[Any, Any, bool]], notes: list[str]
 ) -> dict[str, Column]:
     """The streams as columns on the gyroscope's stamps."""
     values = {}
@@ -304,7 +304,7 @@ def _align_streams(
     return arrays
 
 
-def _unit(one: Stream, position: int) -> str | None:
+def _unit(one: TableSensor, position: int) -> str | None:
     role = "acc" if one.role == "gravity" else one.role
     return one.table.column_units.get(position) or unit_in(one.table.names[position], role, one.table.source)
 

@@ -35,7 +35,7 @@ _QUIETEST = 0.004  # deg/s rms; below it no MEMS gyroscope is at rest, at any ra
 _NOISE = 0.02  # at rest, deg/s below this does not come from a MEMS gyroscope at usual rates
 
 
-class Turn(NamedTuple):
+class GravityTurn(NamedTuple):
     """The comparison of the gyroscope with the turn of gravity.
 
     Attributes:
@@ -71,7 +71,7 @@ def excerpt(n: int) -> slice | NDArray[np.intp]:
     return (starts[:, None] + np.arange(length)).ravel()
 
 
-def turn_of_gravity(t: Array, gyr: Array, acc: Array, near: float = _NEAR, span: float = SPAN) -> Turn | None:
+def turn_of_gravity(t: Array, gyr: Array, acc: Array, near: float = _NEAR, span: float = SPAN) -> GravityTurn | None:
     """Compares (n, 3) ``gyr`` in an unknown unit with the turn of (n, 3) ``acc``; None without a comparable span.
 
     ``t`` (n,) s. Spans across gaps and missing values are left out, and those at whose ends the specific force is
@@ -102,7 +102,7 @@ def turn_of_gravity(t: Array, gyr: Array, acc: Array, near: float = _NEAR, span:
     return _regress(np.compress(comparable, real, axis=0), np.compress(comparable, said, axis=0))
 
 
-def quiet_turn(t: Array, gyr: Array, acc: Array) -> Turn | None:
+def quiet_turn(t: Array, gyr: Array, acc: Array) -> GravityTurn | None:
     """``turn_of_gravity`` over short spans in which the specific force keeps its usual length at every sample.
 
     On a swinging leg or arm gravity seems to turn against the gyroscope, because the limb is a pendulum; there the
@@ -139,13 +139,13 @@ def _steady(length: Array, box: int, span: int, share: float) -> NDArray[np.bool
     return steady
 
 
-def _regress(real: Array, said: Array) -> Turn | None:
+def _regress(real: Array, said: Array) -> GravityTurn | None:
     if len(real) == 0:
         return None
     both, own, other = float((real * said).sum()), float((said * said).sum()), float((real * real).sum())
     if not (own > 0.0 and other > 0.0 and math.isfinite(own)):
-        return Turn(0.0, 0.0, math.sqrt(other / len(real)))
-    return Turn(both / own, both / math.sqrt(own * other), math.sqrt(other / len(real)))
+        return GravityTurn(0.0, 0.0, math.sqrt(other / len(real)))
+    return GravityTurn(both / own, both / math.sqrt(own * other), math.sqrt(other / len(real)))
 
 
 def acc_unit(norm: float) -> str | None:
@@ -218,7 +218,7 @@ def gyr_unit(t: Array, gyr: Array, acc: Array, acc_per_g: float | None = None) -
     return GyroscopeUnit(at_rest_unit, None, why)
 
 
-def _infer_from_turn(turn: Turn, acc_per_g: float | None) -> GyroscopeUnit | None:
+def _infer_from_turn(turn: GravityTurn, acc_per_g: float | None) -> GyroscopeUnit | None:
     """What a clear turn of gravity says."""
     if 0.5 < turn.scale < 2.0:
         return GyroscopeUnit("rad/s", None, f"gravity turns as it should (scale {turn.scale:.3f})")

@@ -13,7 +13,7 @@ from levelhead.recording import Array
 ROOM = 3.0  # of the σ that a number has in the middle of the recording: how far the axis reaches beyond the curves
 
 
-class Group(NamedTuple):
+class NumberGroup(NamedTuple):
     """One panel: a quantity, the places of its numbers row by row, their names, a factor to the unit."""
 
     title: str
@@ -26,14 +26,14 @@ class Group(NamedTuple):
 
 XYZ, THREE = (0, 1, 2), ("x", "y", "z")
 PANELS = (
-    Group("Gyroscope bias", "gyr_bias", XYZ, THREE, float(np.degrees(1.0)), "°/s"),
-    Group("Gyroscope scale", "gyr_matrix", (0, 4, 8), THREE, 100.0, "%"),
-    Group("Gyroscope cross-axis, upper", "gyr_matrix", (1, 2, 5), ("xy", "xz", "yz"), 100.0, "%"),
-    Group("Gyroscope cross-axis, lower", "gyr_matrix", (3, 6, 7), ("yx", "zx", "zy"), 100.0, "%"),
-    Group("Accelerometer bias", "acc_bias", XYZ, THREE, 1.0, "m/s²"),
-    Group("Magnetometer offset", "mag_offset", XYZ, THREE, 1.0, "µT"),
-    Group("Magnetometer later than the gyroscope by", "mag_delay", (0,), ("delay",), 1e3, "ms"),
-    Group("Field of the place", "field", (0, 1), ("horizontal", "up"), 1.0, "µT"),
+    NumberGroup("Gyroscope bias", "gyr_bias", XYZ, THREE, float(np.degrees(1.0)), "°/s"),
+    NumberGroup("Gyroscope scale", "gyr_matrix", (0, 4, 8), THREE, 100.0, "%"),
+    NumberGroup("Gyroscope cross-axis, upper", "gyr_matrix", (1, 2, 5), ("xy", "xz", "yz"), 100.0, "%"),
+    NumberGroup("Gyroscope cross-axis, lower", "gyr_matrix", (3, 6, 7), ("yx", "zx", "zy"), 100.0, "%"),
+    NumberGroup("Accelerometer bias", "acc_bias", XYZ, THREE, 1.0, "m/s²"),
+    NumberGroup("Magnetometer offset", "mag_offset", XYZ, THREE, 1.0, "µT"),
+    NumberGroup("Magnetometer later than the gyroscope by", "mag_delay", (0,), ("delay",), 1e3, "ms"),
+    NumberGroup("Field of the place", "field", (0, 1), ("horizontal", "up"), 1.0, "µT"),
 )
 
 
@@ -57,12 +57,12 @@ def _finding(history: CalibrationHistory) -> str:
     return f"{known} of the sensor's {asked} errors are known from this motion"
 
 
-def _sigma(history: CalibrationHistory, group: Group) -> Array:
+def _sigma(history: CalibrationHistory, group: NumberGroup) -> Array:
     """(k, numbers) 1σ in the panel's unit; NaN where there is nothing."""
     return _numbers(history, group, "sigma")
 
 
-def _numbers(history: CalibrationHistory, group: Group, part: str) -> Array:
+def _numbers(history: CalibrationHistory, group: NumberGroup, part: str) -> Array:
     course = history.series(group.name, part)
     if course.ndim == 1:  # it was never there
         return np.full((len(course), len(group.places)), np.nan)
@@ -70,7 +70,7 @@ def _numbers(history: CalibrationHistory, group: Group, part: str) -> Array:
     return numbers
 
 
-def _panel(t: Array, history: CalibrationHistory, group: Group) -> Panel:
+def _panel(t: Array, history: CalibrationHistory, group: NumberGroup) -> Panel:
     value, sigma = _numbers(history, group, "value"), _sigma(history, group)
     bands: list[Line | Band] = []
     lines: list[Line | Band] = []

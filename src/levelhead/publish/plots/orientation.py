@@ -148,7 +148,7 @@ def _norm(t: Array, values: Array, factor: float, what: str, unit: str, colour: 
     return Panel(f"{what.capitalize()}{peak}", f"[{unit}]", [Line(x, norm, colour, 0.8)])
 
 
-class Event(NamedTuple):
+class HealthEvent(NamedTuple):
     """Meaning of a health bit, whether it is a fault, and the runs of samples that have it."""
 
     words: str
@@ -156,17 +156,17 @@ class Event(NamedTuple):
     spans: list[tuple[int, int]]
 
 
-def _events(track: Track) -> list[Event]:
+def _events(track: Track) -> list[HealthEvent]:
     """Every health bit that occurs, faults first."""
     found = []
     for bit, words in sorted(health.NAMES.items(), key=lambda item: not item[0] & health.FAULTS):
         flags = (track.health & np.uint32(bit)) != 0
         if flags.any():
-            found.append(Event(words, bool(bit & health.FAULTS), runs(flags)))
+            found.append(HealthEvent(words, bool(bit & health.FAULTS), runs(flags)))
     return found
 
 
-def _timeline(t: Array, events: list[Event]) -> Panel:
+def _timeline(t: Array, events: list[HealthEvent]) -> Panel:
     """A row for each kind of event, a bar for each time it lasted; the shortest ones are still visible."""
     least = float(t[-1] - t[0]) / 600.0
     rows = []

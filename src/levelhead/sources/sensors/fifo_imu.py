@@ -33,7 +33,7 @@ class FifoLevel(NamedTuple):
     overflow: bool
 
 
-class Settings(NamedTuple):
+class ChipSettings(NamedTuple):
     """What a chip is set to: samples a second (Hz) and the register codes of the two full scales."""
 
     rate: float
@@ -71,7 +71,7 @@ class FifoChip(NamedTuple):
     acc_bits: dict[float, float]
     gyr_codes: dict[float, int]
     acc_codes: dict[float, int]
-    configure: Callable[[Port, Settings], None]
+    configure: Callable[[Port, ChipSettings], None]
     empty: Callable[[Port], None]
     level_register: int
     level: Callable[[bytes], FifoLevel | None]
@@ -128,7 +128,7 @@ class FifoImu:
         self.rate = at_least(rate, chip.rates, chip.name)
         gyr_code = code_for("gyr range", gyr_range, chip.gyr_codes, "deg/s", chip.name)
         acc_code = code_for("acc range", acc_range, chip.acc_codes, "g", chip.name)
-        self._settings = Settings(self.rate, gyr_code, acc_code)
+        self._settings = ChipSettings(self.rate, gyr_code, acc_code)
         self.gyr_scale, self.acc_scale = chip.gyr_bits[gyr_range], chip.acc_bits[acc_range]
         self._unpaired: list[bytes] = []
 

@@ -7,7 +7,7 @@ import functools
 import struct
 
 from levelhead.sources.sensors.bus import Port
-from levelhead.sources.sensors.fifo_imu import FifoImu, Registers, Settings
+from levelhead.sources.sensors.fifo_imu import ChipSettings, FifoImu, Registers
 from levelhead.sources.sensors.invensense import build_chip
 
 NAME = "ICM-20948"
@@ -29,7 +29,7 @@ START_UP = 0.1  # s, table 1: register read and write after power-up
 BANDWIDTHS = {196.6: 0, 151.8: 1, 119.5: 2, 51.2: 3, 23.9: 4, 11.6: 5, 5.7: 6}  # Hz, table 16
 
 
-def configure(port: Port, settings: Settings) -> None:
+def configure(port: Port, settings: ChipSettings) -> None:
     """See ``FifoChip``; opens the bypass to the magnetometer as well."""
     port.write(REG_BANK_SEL, 0x00)
     port.expect(WHO_AM_I, IDENTITY)

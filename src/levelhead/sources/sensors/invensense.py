@@ -4,7 +4,7 @@ import struct
 from collections.abc import Callable
 
 from levelhead.sources.sensors.bus import Port
-from levelhead.sources.sensors.fifo_imu import FifoChip, FifoLevel, FifoRow, Registers, Settings
+from levelhead.sources.sensors.fifo_imu import ChipSettings, FifoChip, FifoLevel, FifoRow, Registers
 from levelhead.units import GRAVITY, factor
 
 # LSB per unit: PS-MPU-6000A-00 rev 3.4, 6.1 and 6.2; DS-000189, tables 1 and 2.
@@ -30,7 +30,7 @@ def build_chip(
     code_shift: int,
     fifo_size: int,
     registers: tuple[int, int, int],
-    configure: Callable[[Port, Settings], None],
+    configure: Callable[[Port, ChipSettings], None],
     empty: Callable[[Port], None],
     output: Callable[[bytes], Registers],
 ) -> FifoChip:

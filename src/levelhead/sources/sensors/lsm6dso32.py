@@ -4,7 +4,7 @@ import functools
 import struct
 
 from levelhead.sources.sensors.bus import Port
-from levelhead.sources.sensors.fifo_imu import FifoChip, FifoImu, FifoLevel, FifoRow, Registers, Settings
+from levelhead.sources.sensors.fifo_imu import ChipSettings, FifoChip, FifoImu, FifoLevel, FifoRow, Registers
 from levelhead.units import GRAVITY, factor
 
 NAME = "LSM6DSO32"
@@ -29,7 +29,7 @@ ACC_CODES = {4.0: 0x00, 32.0: 0x04, 8.0: 0x08, 16.0: 0x0C}
 RATES = {12.5: 1, 26.0: 2, 52.0: 3, 104.0: 4, 208.0: 5, 416.0: 6, 833.0: 7, 1667.0: 8, 3333.0: 9, 6667.0: 10}
 
 
-def configure(port: Port, settings: Settings) -> None:
+def configure(port: Port, settings: ChipSettings) -> None:
     """See ``FifoChip``."""
     code = RATES[settings.rate]
     port.expect(WHO_AM_I, IDENTITY)

@@ -4,7 +4,7 @@ import functools
 import struct
 
 from levelhead.sources.sensors.bus import Port
-from levelhead.sources.sensors.fifo_imu import FifoImu, Registers, Settings
+from levelhead.sources.sensors.fifo_imu import ChipSettings, FifoImu, Registers
 from levelhead.sources.sensors.invensense import build_chip
 
 NAME = "MPU-6050"
@@ -28,7 +28,7 @@ def bandwidth_for(rate: float) -> int:
     return next((code for hertz, code in BANDWIDTHS.items() if hertz <= 0.5 * rate), 6)
 
 
-def configure(port: Port, settings: Settings) -> None:
+def configure(port: Port, settings: ChipSettings) -> None:
     """See ``FifoChip``."""
     port.expect(WHO_AM_I, IDENTITY, 0x7E)
     port.write(PWR_MGMT_1, DEVICE_RESET)
