@@ -19,7 +19,7 @@ from levelhead.inspection import list_findings
 from levelhead.inspection.behaviour import find_delay
 from levelhead.inspection.evidence import Evidence
 from levelhead.inspection.jumps import START, find_events, find_jumps
-from levelhead.inspection.spectrum import SLOWEST, Line, lines, spectrum
+from levelhead.inspection.spectrum import SLOWEST, SpectralLine, lines, spectrum
 from levelhead.inspection.symptom import Explanation, Symptom
 from levelhead.recording import Array, Recording
 
@@ -214,7 +214,7 @@ def _trembling(evidence: Evidence) -> tuple[Array, Array] | None:
     return frequency, power
 
 
-def _line_near(values: Array, rate: float, frequency: float) -> Line | None:
+def _line_near(values: Array, rate: float, frequency: float) -> SpectralLine | None:
     found = spectrum(values, rate)
     near = [] if found is None else [one for one in lines(found, 0.0) if abs(one.frequency - frequency) < SAME_LINE]
     return near[0] if near else None
