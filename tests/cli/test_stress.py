@@ -31,6 +31,7 @@ def test_a_log_under_two_faults_with_a_peer(levelhead, log, tmp_path):
     assert "gaps" in dropped["doctor"] or "jitter" in dropped["doctor"]
 
 
+@pytest.mark.slow
 def test_without_a_magnetometer_or_truth_the_output_says_so(levelhead, log, tmp_path):
     said = levelhead("stress", log, "-f", "Complementary")
     assert said.code == 0

@@ -25,6 +25,7 @@ def test_the_first_thing_a_user_types(levelhead, log, tmp_path):
     assert {path.name for path in tmp_path.iterdir()} == {"tuned.json", "tuned.png"}
 
 
+@pytest.mark.slow
 def test_the_file_is_taken_by_the_others(levelhead, log, tmp_path):
     words = ("-p", "kp=0.01:5", "--set", "kp=3", "--runs", 40, "--no-plot", "--json")
     said = levelhead("tune", log, "-f", "Mahony", *words, "-o", tmp_path).json

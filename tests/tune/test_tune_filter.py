@@ -50,6 +50,7 @@ def test_errors_are_those_of_evaluate(poor, logs):
     np.testing.assert_allclose(poor.after, every, rtol=0.03)  # of a part of the samples
 
 
+@pytest.mark.slow
 def test_without_truth_they_differ_little(poor, logs):
     blind = [replace(log, truth=None) for log in logs]
     found = tune_filter(blind, lh.Mahony(kp=4.0, k_mag=3.0), ["kp", "k_mag"], runs=60)
@@ -66,6 +67,7 @@ def test_asked_for_the_smoother_the_truth_checks_it(logs):
     assert any(line.startswith("against the truth, which was not used") for line in found.verdict())
 
 
+@pytest.mark.slow
 def test_good_parameters_are_kept(poor, logs):
     again = tune_filter(logs, poor.best, ["kp", "k_mag"], runs=60)
     assert not again.worth
@@ -73,6 +75,7 @@ def test_good_parameters_are_kept(poor, logs):
     assert again.verdict()[0].startswith("keep the parameters given of Mahony")
 
 
+@pytest.mark.slow
 def test_a_log_left_out_is_not_looked_at(logs):
     """Of logs that want different parameters the one left out is worse than where it was searched."""
     turned = replace(logs[1], acc=logs[1].acc + 3.0 * np.sin(7.0 * logs[1].t)[:, None])
