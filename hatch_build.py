@@ -15,8 +15,11 @@ class NativeEngine(BuildHookInterface):
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         """Called by hatchling before a wheel is made."""
         sys.path.insert(0, str(Path(self.root, "src")))
+        from levelhead.engine.native import up_to_date
         from levelhead.export.extension import FILE, PLACE, NoCompilerError, build
 
+        if version == "editable" and up_to_date():
+            return
         made = Path(self.root, "build", "native", FILE)
         try:
             build(made.parent, made)

@@ -1,4 +1,4 @@
-"""What a user waits for: wall time of whole levelhead processes, and what they must not do in it.
+"""What a user waits for: wall and processor time of whole levelhead processes, and what they must not do in it.
 
 ``levelhead --help``; ``levelhead fuse`` of two minutes of data, by the default filter with and without a picture;
 ``levelhead run`` until it has an orientation and ends; ``import levelhead``; a stream in Python; ``levelhead demo``.
@@ -7,6 +7,7 @@ None of them may compile anything or start Numba.
 
 import os
 import re
+import resource
 import statistics
 import sys
 import tempfile
@@ -58,12 +59,21 @@ def imports(package: str, arguments: Sequence[str], folder: Path) -> bool:
     return re.search(rf"\|\s*{package}\s*$", done.stderr, re.MULTILINE) is not None
 
 
+def timed(command: Sequence[str], folder: Path) -> tuple[float, float]:
+    """Wall time and processor time of a whole process, s."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    seconds, _ = once(command, cwd=folder, env=environment(folder))
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return seconds, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
 def measured(name: str, arguments: Sequence[str], target: float, repeats: int, folder: Path) -> dict[str, Any]:
     """One line of the table; the first run, which may compile, stands apart."""
     command = [*interpreter(arguments), *arguments]
     first, _ = once(command, cwd=folder, env=environment(folder))
-    seconds = [once(command, cwd=folder, env=environment(folder))[0] for _ in range(repeats)]
+    seconds, processor = zip(*(timed(command, folder) for _ in range(repeats)), strict=True)
     return {"command": name, "first_s": first, "least_s": min(seconds), "median_s": statistics.median(seconds),
+            "processor_s": min(processor),
             "target": f"≤ {target:g} s", "numba": imports("numba", arguments, folder),
             "compiled": compilations(arguments, folder)}  # fmt: skip
 
@@ -77,7 +87,7 @@ def main() -> None:
         folder = Path(name)
         two_minutes(folder / "log.csv")
         bare = [sys.executable, "-c", "import numpy"]
-        python = min(once(bare, env=environment(folder))[0] for _ in range(1 + given.repeats))
+        wall, processor = map(min, zip(*(timed(bare, folder) for _ in range(1 + given.repeats)), strict=True))
         rows = [measured("levelhead --help", ["--help"], 0.5, given.repeats, folder)]
         for arguments, target in (
             (["fuse", "log.csv", "--no-plot", "-o", "out"], 0.4),
@@ -91,10 +101,14 @@ def main() -> None:
         if not given.without_demo:
             rows.append(measured("levelhead demo", ["demo", "-o", "demo"], 3.0, given.repeats, folder))
     columns = {
-        "command": "command", "first_s": "first s", "least_s": "least s", "median_s": "median s", "target": "target",
+        "command": "command", "first_s": "first s", "least_s": "least s", "median_s": "median s",
+        "processor_s": "processor, least s", "target": "target",
         "numba": "starts Numba", "compiled": "functions compiled",
     }  # fmt: skip
-    note = f"First: without byte code, and maybe without machine code. Python alone with NumPy takes {python:.2f} s."
+    note = (
+        "First: without byte code, and maybe without machine code. "
+        f"Python alone with NumPy takes {wall:.2f} s, of which {processor:.2f} s of a processor."
+    )
     show([Table("Whole processes, wall time", columns, rows, note)], given.json)
 
 
