@@ -18,7 +18,7 @@ UNSEEN = 10.0  # s without a magnetometer, in which heading can drift
 LONG = 0.5  # s between two samples across which no rate is integrated
 
 
-class Evidence:
+class RunEvidence:
     """A recording, a filter's track of it, the smoother's, and the doctor's findings."""
 
     def __init__(self, recording: Recording, track: Track, smoothed: Track, findings: dict[str, Finding]) -> None:

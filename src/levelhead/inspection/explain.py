@@ -17,8 +17,8 @@ from levelhead.filters.parameters import FilterChoice
 from levelhead.guard import Guard
 from levelhead.inspection import list_findings
 from levelhead.inspection.behaviour import find_delay
-from levelhead.inspection.evidence import Evidence
-from levelhead.inspection.jumps import START, find_events, find_jumps
+from levelhead.inspection.evidence import RunEvidence
+from levelhead.inspection.jumps import START, find_disturbances, find_jumps
 from levelhead.inspection.spectrum import SLOWEST, SpectralLine, lines, spectrum
 from levelhead.inspection.symptom import Explanation, Symptom
 from levelhead.recording import Array, Recording
@@ -58,7 +58,7 @@ def explain(
         )
     before = Guard() if guard is None else guard
     findings = list_findings(recording)
-    evidence = Evidence(
+    evidence = RunEvidence(
         recording, fuse(recording, params, guard=before), smooth(recording), {one.name: one for one in findings}
     )
     with np.errstate(all="ignore"):
@@ -71,7 +71,7 @@ def explain(
     return Explanation(source or str(recording.meta.get("source", "")), evidence.track, symptoms, others)
 
 
-def _missing(evidence: Evidence) -> Iterator[Symptom]:
+def _missing(evidence: RunEvidence) -> Iterator[Symptom]:
     """Readings that are NaN or blank: the track goes on without them."""
     for bit, name in NAMES.items():
         stretches = evidence.runs(bit)
@@ -89,7 +89,7 @@ def _missing(evidence: Evidence) -> Iterator[Symptom]:
         )  # fmt: skip
 
 
-def _drift(evidence: Evidence) -> Iterator[Symptom]:
+def _drift(evidence: RunEvidence) -> Iterator[Symptom]:
     """Heading that nothing holds: no magnetometer, or one that is refused or silent for long."""
     t = evidence.t
     if "gyr" not in evidence.uses:
@@ -122,7 +122,7 @@ def _drift(evidence: Evidence) -> Iterator[Symptom]:
         )  # fmt: skip
 
 
-def _growth(evidence: Evidence, first: int, last: int) -> float:
+def _growth(evidence: RunEvidence, first: int, last: int) -> float:
     """Degrees a minute by which heading may go astray between two rows: by its σ, or away from the smoother."""
     t, last = evidence.t, last - 1
     minutes = max(float(t[last] - t[first]) / 60.0, 1e-3)
@@ -133,7 +133,7 @@ def _growth(evidence: Evidence, first: int, last: int) -> float:
     return float(np.degrees(astray)) / minutes
 
 
-def _unheld(evidence: Evidence, rate: float) -> Symptom:
+def _unheld(evidence: RunEvidence, rate: float) -> Symptom:
     """A drift without a magnetometer: whether the bias could be read off, and whether it stayed."""
     recording, longest = evidence.recording, evidence.longest_rest
     what = f"heading drifts about {rate:.0f}° a minute"
@@ -158,7 +158,7 @@ def _unheld(evidence: Evidence, rate: float) -> Symptom:
     )  # fmt: skip
 
 
-def _jitter(evidence: Evidence) -> Iterator[Symptom]:
+def _jitter(evidence: RunEvidence) -> Iterator[Symptom]:
     """Attitude that trembles faster than people move, and the line of a sensor that makes it."""
     rate = evidence.recording.rate
     pieces = None if rate < 4.0 * SLOWEST else _trembling(evidence)
@@ -189,7 +189,7 @@ def _jitter(evidence: Evidence) -> Iterator[Symptom]:
     )  # fmt: skip
 
 
-def _trembling(evidence: Evidence) -> tuple[Array, Array] | None:
+def _trembling(evidence: RunEvidence) -> tuple[Array, Array] | None:
     """Frequencies in Hz (k,) and density of the angle in rad²/Hz (m, k) above SLOWEST, for pieces of the track.
 
     The angle's density is that of the rate over (2πf)². None: it is too short for a piece.
@@ -201,7 +201,7 @@ def _trembling(evidence: Evidence) -> tuple[Array, Array] | None:
         return None
     window = np.hanning(PIECE)
     sound = np.ones(len(vector), dtype=np.bool_)
-    for event in find_events(evidence):  # what they do is a jump
+    for event in find_disturbances(evidence):  # what they do is a jump
         sound[max(0, event.first - 1) : event.last + PIECE] = False
     whole = sound[: count * PIECE].reshape(count, PIECE).all(axis=1)
     if not whole.any():
@@ -220,7 +220,7 @@ def _line_near(values: Array, rate: float, frequency: float) -> SpectralLine | N
     return near[0] if near else None
 
 
-def _lag(evidence: Evidence) -> Iterator[Symptom]:
+def _lag(evidence: RunEvidence) -> Iterator[Symptom]:
     """A track that trails: because the gyroscope does, or because the filter is slow beside the smoother."""
     recording, name = evidence.recording, evidence.track.name
     if "sensor_delay" in evidence.findings and (found := find_delay(recording)) is not None and found.delay < 0.0:

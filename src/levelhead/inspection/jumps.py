@@ -7,7 +7,7 @@ import numpy as np
 
 from levelhead.filters import health
 from levelhead.guard import Guard
-from levelhead.inspection.evidence import Evidence, runs
+from levelhead.inspection.evidence import RunEvidence, runs
 from levelhead.inspection.symptom import Symptom
 from levelhead.inspection.values import find_clipping
 from levelhead.recording import Array
@@ -29,7 +29,7 @@ OFTEN = 20.0  # % of the samples around a step on which the magnetometer is refu
 PUSHED = 1.0  # m/s² rms: a hand that moves
 
 
-class Event(NamedTuple):
+class Disturbance(NamedTuple):
     """Rows from ``first`` to before ``last`` at which the rate was wrong; its cause and the words for it."""
 
     first: int
@@ -63,10 +63,10 @@ _FINDINGS = {
 }
 
 
-def find_jumps(evidence: Evidence) -> Iterator[Symptom]:
+def find_jumps(evidence: RunEvidence) -> Iterator[Symptom]:
     """A symptom for each cause of jumps, the largest of them first."""
-    found: dict[str, list[tuple[float, Event]]] = {}
-    for event in find_events(evidence):
+    found: dict[str, list[tuple[float, Disturbance]]] = {}
+    for event in find_disturbances(evidence):
         size = _size(evidence, event)
         if size > JUMP:
             found.setdefault(event.cause, []).append((size, event))
@@ -82,7 +82,7 @@ def find_jumps(evidence: Evidence) -> Iterator[Symptom]:
         )  # fmt: skip
 
 
-def find_events(evidence: Evidence) -> Iterator[Event]:
+def find_disturbances(evidence: RunEvidence) -> Iterator[Disturbance]:
     """Everything that made a rate wrong."""
     recording, t = evidence.recording, evidence.t
     clipping = find_clipping("gyr", recording.gyr)
@@ -92,22 +92,24 @@ def find_events(evidence: Evidence) -> Iterator[Event]:
         count = int(at_limit[first:last].sum())
         most = np.nanmax(np.abs(recording.gyr[first:last][at_limit[first:last]]), axis=0)
         axis, top = "xyz"[int(most.argmax())], float(np.degrees(most.max()))
-        yield Event(first, last, "gyr_clipping", f"the gyroscope's {axis} clipped at {top:.4g} °/s for {count} samples")
+        yield Disturbance(
+            first, last, "gyr_clipping", f"the gyroscope's {axis} clipped at {top:.4g} °/s for {count} samples"
+        )
     for first, last in _joined(evidence.runs(health.GYR_STUCK), t):
         length = STUCK + float(t[last - 1] - t[first])
-        yield Event(first, last, "gyr_stuck", f"an axis of the gyroscope repeats one value for {length:.1f} s")
+        yield Disturbance(first, last, "gyr_stuck", f"an axis of the gyroscope repeats one value for {length:.1f} s")
     for first, last in evidence.runs(health.GYR_MISSING):
         length = float(t[min(last, len(t) - 1)] - t[first])
         if length > SHORT:
-            yield Event(first, last, "gyr_missing", f"the gyroscope is missing for {length:.2g} s")
+            yield Disturbance(first, last, "gyr_missing", f"the gyroscope is missing for {length:.2g} s")
     for first, last in evidence.runs(health.GAP):
-        yield Event(first, last, "gap", f"there is no sample for {t[first] - t[max(first - 1, 0)]:.2g} s")
+        yield Disturbance(first, last, "gap", f"there is no sample for {t[first] - t[max(first - 1, 0)]:.2g} s")
     for first, last in _joined(evidence.runs(health.MAG_LEARNED), t):
-        yield Event(first, last, "mag_learned", "a new magnetic field was taken for the earth's")
+        yield Disturbance(first, last, "mag_learned", "a new magnetic field was taken for the earth's")
     yield from _spikes(evidence)
 
 
-def _spikes(evidence: Evidence) -> Iterator[Event]:
+def _spikes(evidence: RunEvidence) -> Iterator[Disturbance]:
     """Single readings of the gyroscope that no motion explains."""
     rate, t = evidence.recording.gyr, evidence.t
     if len(t) < 3:
@@ -119,7 +121,7 @@ def _spikes(evidence: Evidence) -> Iterator[Event]:
         near = off[max(0, row - AROUND) : row + AROUND + 1]
         if off[row] > OUTLYING * float(np.median(near)):  # of a vibration every reading is off
             words = f"one reading of the gyroscope alone is {np.degrees(off[row]):.0f} °/s off"
-            yield Event(int(row) + 1, int(row) + 2, "gyr_spikes", words)
+            yield Disturbance(int(row) + 1, int(row) + 2, "gyr_spikes", words)
 
 
 def _joined(stretches: list[tuple[int, int]], t: Array) -> list[tuple[int, int]]:
@@ -133,7 +135,7 @@ def _joined(stretches: list[tuple[int, int]], t: Array) -> list[tuple[int, int]]
     return made
 
 
-def _size(evidence: Evidence, event: Event) -> float:
+def _size(evidence: RunEvidence, event: Disturbance) -> float:
     """Degrees: a spike's own turn; else what the filter took back afterwards or, if more, what the smoother says."""
     t = evidence.t
     if event.cause == "gyr_spikes":
@@ -148,7 +150,7 @@ def _size(evidence: Evidence, event: Event) -> float:
     return min(180.0, float(np.degrees(max(np.linalg.norm(taken_back, axis=1).max(), away))))
 
 
-def _steps(evidence: Evidence, known: list[Event]) -> Iterator[tuple[float, Event]]:
+def _steps(evidence: RunEvidence, known: list[Disturbance]) -> Iterator[tuple[float, Disturbance]]:
     """Steps away from the smoother, or back to it, that none of the known events explains."""
     t, total = evidence.t, np.degrees(evidence.distance)
     reach = max(1, round(WITHIN * evidence.recording.rate))
@@ -160,10 +162,10 @@ def _steps(evidence: Evidence, known: list[Event]) -> Iterator[tuple[float, Even
         large[max(0, event.first - reach) : int(np.searchsorted(t, t[event.last - 1] + AFTER))] = False
     for first, last in _joined(runs(large), t):
         top = first + int(step[first:last].argmax())
-        yield float(step[top]), Event(top, top + 1, *next(_causes_of_step(evidence, top)))
+        yield float(step[top]), Disturbance(top, top + 1, *next(_causes_of_step(evidence, top)))
 
 
-def _causes_of_step(evidence: Evidence, row: int) -> Iterator[tuple[str, str]]:
+def _causes_of_step(evidence: RunEvidence, row: int) -> Iterator[tuple[str, str]]:
     """Causes of a step without an event, and words for them; the first one counts."""
     t, bias, name = evidence.t, evidence.track.bias, evidence.track.name
     first, last = (int(one) for one in np.searchsorted(t, [t[row] - NEAR, t[row] + NEAR]))
