@@ -7,7 +7,7 @@ import levelhead as lh
 from levelhead import simulate
 from levelhead.evaluate import evaluate
 from levelhead.evaluate.attitude_error import error_quaternion, split
-from levelhead.filters.health import GYR_SATURATED
+from levelhead.filters.health import GYR_SATURATED, TURN_MISSED
 from levelhead.recording import Recording
 
 
@@ -93,5 +93,7 @@ def test_a_turn_that_the_gyroscope_missed_is_found_by_velocity(motion):
     later = tilt[first + np.array([600, 1100, 2100])].round(1)
     print(f"{motion}: {turned.max():.0f}° missed; after 5, 10 and 20 s {later}°")
     assert turned.max() > 20.0
+    assert (track.health[first : first + 1000] & TURN_MISSED).any()
+    assert not (track.health[:first] & TURN_MISSED).any()
     assert tilt[first + 2100 :].max() < 3.0
     assert (tilt[first + 600 :] < 4.0 * sigma[first + 600 :] + 1.0).all()

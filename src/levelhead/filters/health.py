@@ -13,6 +13,7 @@ ACC_REJECTED = 512  # too far from g and from the prediction: not used
 MAG_REJECTED = 1024  # norm or dip are not those of the field learned: not used
 MAG_LEARNED = 4096  # a new field was taken for the earth's: from here on heading follows it
 AID_REJECTED = 8192  # position, velocity or height far from the prediction: not used
+TURN_MISSED = 16384  # the velocity that a wrong tilt makes says so: σ grows, and gravity corrects tilt
 AT_REST = 2048  # nothing wrong: the sensor is still, and its bias is being learned
 
 NAMES = {
@@ -29,6 +30,7 @@ NAMES = {
     MAG_REJECTED: "magnetic disturbance, magnetometer not used",
     MAG_LEARNED: "a new magnetic field taken for the earth's",
     AID_REJECTED: "position, velocity or height far from the prediction, not used",
+    TURN_MISSED: "a turn was not measured, tilt is being corrected",
     AT_REST: "at rest, gyroscope bias learned",
 }
 FAULTS = sum(NAMES) - AT_REST

@@ -14,6 +14,7 @@ EVENTS = {
     "not_set": "a request for parameters that do not exist or are out of range; nothing was changed",
     "acceleration": "the length of the specific force is more than 2 m/s² from g",
     "mag_disturbed": "the magnetic field is not the earth's: the magnetometer is not used",
+    "turn_missed": "the velocity that a wrong tilt makes says that a turn was not measured",
     "gyr_clipped": "the gyroscope is at its full scale",
     "acc_clipped": "the accelerometer is at its full scale",
     "axis_stuck": "an axis of gyroscope or accelerometer repeats one value",

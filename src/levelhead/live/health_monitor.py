@@ -10,6 +10,7 @@ from levelhead.filters.health import (
     GYR_SATURATED,
     GYR_STUCK,
     MAG_REJECTED,
+    TURN_MISSED,
 )
 from levelhead.live.events import Journal
 from levelhead.sample import Sample
@@ -25,6 +26,7 @@ WARNINGS = {
     "axis_stuck": "an axis repeats one value",
     "stuck": "the sensor repeats one whole sample: it is frozen",
     "mag_disturbed": "the magnetic field is not the earth's: the magnetometer is not used",
+    "turn_missed": "a turn was not measured: the tilt is wrong by what its σ says, and is being corrected",
     "missing": "samples come without gyroscope or accelerometer",
 }
 BITS = (
@@ -32,6 +34,7 @@ BITS = (
     (ACC_SATURATED, "acc_clipped"),
     (GYR_STUCK | ACC_STUCK, "axis_stuck"),
     (MAG_REJECTED, "mag_disturbed"),
+    (TURN_MISSED, "turn_missed"),
     (GYR_MISSING | ACC_MISSING, "missing"),
 )
 ALL_BITS = sum(bits for bits, _ in BITS)

@@ -34,6 +34,7 @@ ADVICE = {  # health bit -> what the user can do about it
     health.MAG_REJECTED: "move away from iron and currents",
     health.MAG_LEARNED: "heading before and after may differ",
     health.AID_REJECTED: "check the σ of the receiver or barometer",
+    health.TURN_MISSED: "check wiring, rate and full scale of the gyroscope",
 }
 WIDE = 0.3  # mag_offset of a magnetometer that was never calibrated
 LONG_GAP = 3.0  # sample intervals: a longer step in time is called a gap

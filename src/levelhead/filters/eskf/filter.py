@@ -44,7 +44,7 @@ from levelhead.filters.eskf.reinitialise import (
     set_field,
     track_candidate,
 )
-from levelhead.filters.health import ACC_REJECTED, AID_REJECTED, MAG_LEARNED, MAG_REJECTED
+from levelhead.filters.health import AID_REJECTED, MAG_LEARNED, MAG_REJECTED, TURN_MISSED
 from levelhead.kernels import quat, tilt, triad
 from levelhead.kernels.arrays import Floats, zeros
 from levelhead.kernels.quat import IDENTITY, Quat
@@ -176,7 +176,7 @@ def update(params: ESKF, state: State) -> State:
         attitude = quat.compose(rotation, attitude)
         return State(attitude, field_norm, False, NO_CANDIDATE, True, 0, m)
     adapt_motion(params, m)
-    health = ACC_REJECTED if m[at.EXCESS] > 0.0 else 0
+    health = TURN_MISSED if m[at.EXCESS] > 0.0 else 0
     fit = NO_FIELD
     update_velocity(params, m, resting, n)
     if resting:

@@ -55,6 +55,7 @@ enum {
     LH_AT_REST = 2048, /* at rest, gyroscope bias learned */
     LH_MAG_LEARNED = 4096, /* a new magnetic field taken for the earth's */
     LH_AID_REJECTED = 8192, /* position, velocity or height far from the prediction, not used */
+    LH_TURN_MISSED = 16384, /* a turn was not measured, tilt is being corrected */
 };
 #endif
 
