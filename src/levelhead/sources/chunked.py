@@ -276,7 +276,7 @@ def _parquet(path: Path) -> Iterator[tuple[Fields, float]]:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    from levelhead.sources.arrow import columns_of
+    from levelhead.sources.parquet import columns_of
 
     try:
         file = pq.ParquetFile(path, pre_buffer=False, buffer_size=1 << 20)

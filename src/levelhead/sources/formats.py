@@ -63,7 +63,8 @@ FORMATS = (
     ),
     Format("NumPy", (".npz",), "npz", "", "levelhead simulate, research data", "arrays", "pickles, never"),
     Format(
-        "Parquet", (".parquet", ".pq"), "arrow", "formats", "levelhead doctor --fix, data lakes", "columns, structures",
+        "Parquet", (".parquet", ".pq"), "parquet", "formats",
+        "levelhead doctor --fix, data lakes", "columns, structures",
     ),
     Format(
         "ROS bag", (".bag", ".db3", ".mcap"), "rosbag", "ros", "ROS 1 and 2",
