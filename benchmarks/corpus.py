@@ -10,6 +10,7 @@ does not depend on what else the machine does. Errors against truth are part of 
 """
 
 import os
+import pickle
 import subprocess
 import sys
 import tempfile
@@ -30,6 +31,7 @@ DIFFERENT = 20  # recordings; the others are links to them
 SECONDS, RATE = 60.0, 100.0
 MB = 1e6
 KILLED_AT = (0.3, 0.6, 0.9)
+ROWS, TASKS = 4000, 1000  # by which the costs of the gathering process are measured
 
 
 def write_recordings(folder: Path, count: int) -> None:
@@ -152,6 +154,44 @@ def rows_in(out: Path) -> int:
     return sum(pq.read_metadata(path).num_rows for path in list_parts(out))
 
 
+def nothing() -> list[dict[str, Any]]:
+    """A task without work."""
+    return [{}]
+
+
+def costs(folder: Path, out: Path) -> dict[str, Any]:
+    """What the process that hands out and gathers does: for a task without work, and for a row of results."""
+    from levelhead.corpora.cluster import open_pool
+    from levelhead.corpora.job import FUSE, Batch, Job, choose_methods
+    from levelhead.corpora.places import list_sources
+    from levelhead.corpora.results import Results
+    from levelhead.corpora.work import run_batch
+
+    job = Job(FUSE, choose_methods(FUSE, ()))
+    (row,) = run_batch(job, Batch(tuple(list_sources([folder])[:1])), {}, "")
+    rows = [row | {"recording": f"{i:06d}"} for i in range(ROWS)]
+    results = Results(out, job)
+    began = time.process_time()
+    results.add(rows)
+    results.flush()
+    written = time.process_time() - began
+    results.add(rows)
+    results.flush()
+    began = time.process_time()
+    results.finish([])
+    finished = time.process_time() - began
+    with open_pool(1, None, None) as pool:
+        pool.submit(nothing)
+        pool.wait()
+        began = time.process_time()
+        for _ in range(TASKS):
+            pool.submit(nothing)
+            pool.wait()
+        handed = time.process_time() - began
+    return {"task": 1e3 * handed / TASKS, "bytes": float(len(pickle.dumps(row))), "write": 1e6 * written / ROWS,
+            "finish": 1e6 * finished / (2 * ROWS)}  # fmt: skip
+
+
 def main() -> None:
     """Run all of it."""
     parser = options(__doc__, repeats=1)
@@ -183,6 +223,9 @@ def main() -> None:
             tables.append(
                 Table("Killed at 30, 60 and 90 %", columns, [killed(folder, Path(name, "out"), given.recordings)])
             )
+        columns = {"task": "ms a task, scheduler and client", "bytes": "bytes a row on the wire",
+                   "write": "µs a row to write", "finish": "µs a row at the end"}  # fmt: skip
+        tables.append(Table("CPU of the process that gathers", columns, [costs(folder, Path(name, "costs"))]))
         show(tables, given.json)
 
 

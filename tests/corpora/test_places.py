@@ -7,6 +7,8 @@ import pytest
 from levelhead.corpora.places import list_sources, local_copy
 from levelhead.errors import LevelheadError
 
+pytest.importorskip("fsspec")
+
 
 def touch(folder, *names):
     for name in names:

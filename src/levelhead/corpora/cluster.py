@@ -18,6 +18,9 @@ SPARING = {  # what Dask does by itself many times a second, and costs some perc
     "distributed.worker.profile.enabled": False,
     "distributed.admin.tick.interval": "500ms",
     "distributed.admin.system-monitor.interval": "2s",
+    # Dask has workers give memory back after each array; getting it anew takes as long as the arithmetic on it.
+    "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_": 1 << 28,
+    "distributed.nanny.pre-spawn-environ.MALLOC_MMAP_THRESHOLD_": 1 << 25,
 }
 FRESH = 1.0  # s for which the number of workers is taken to hold
 NOISY = ("distributed", "bokeh", "tornado")
