@@ -42,6 +42,17 @@ def test_without_a_magnetometer_or_truth_the_output_says_so(levelhead, log, tmp_
     assert "There is no truth: errors are differences from the same filter's run without the fault" in said.out
 
 
+def test_what_tune_has_found_is_what_is_broken(levelhead, log, tmp_path):
+    """A filter's file is a method of its own, before those that are named; a guard stands in front of all of ours."""
+    tuned = tmp_path / "tuned.json"
+    tuned.write_text('{"filter": "Mahony", "params": {"kp": 2.5}}', "utf-8")
+    words = ("stress", log, "--fault", "shock", "--from", tuned, "-f", "default")
+    found = levelhead(*words, "--json").json
+    assert [one["method"] for one in found["responses"]] == ["Mahony(kp=2.5)", "ESKF"]
+    assert found["finding"].startswith("Mahony(kp=2.5) is right again")
+    assert "Guard off" in levelhead(*words, "--guard", "off").out
+
+
 def test_the_list_names_every_fault(levelhead):
     said = levelhead("stress", "--list")
     assert said.code == 0

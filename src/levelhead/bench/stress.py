@@ -66,7 +66,11 @@ class Stress:
         told = [one for one in own if not one.harmless]
         said = sum(one.is_said or bool(self.findings[str(one.fault)]) for one in told)
         words = f"{name} is right again after {right} of {len(own)} faults"
-        return words if not told else f"{words}; {said} of the {len(told)} that harm it are said"
+        return (
+            words
+            if not told
+            else f"{words}; {said} of the {len(told)} that harm it are said, by itself or by the doctor"
+        )
 
     @property
     def notes(self) -> list[str]:
