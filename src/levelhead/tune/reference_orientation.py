@@ -2,7 +2,8 @@
 
 The smoother knows the whole recording at every instant, so its error is a fraction of a filter's, and it says with σ
 where it may be trusted. Left out are samples whose σ of tilt (of heading, where that counts) is more than twice its
-median, and rest, at which every filter is right.
+median, and rest, at which every filter is right. Its heading is compared but for a constant, which a magnetometer's
+offset leaves in it (the floor of its σ).
 """
 
 from collections.abc import Sequence
@@ -93,7 +94,7 @@ def references(
         else:
             track = smooth(recording, guard=guard, engine=engine)
             rows, remarks = _trusted_rows(name, recording, track, heading)
-            truth = Truth(track.quat, north=recording.mag is not None)
+            truth = Truth(track.quat, north=False)
             found.append(replace(_checked(name, recording, "smoother", truth, rows, remarks), smoothed=track))
     return found
 

@@ -24,8 +24,6 @@ def score_sets(
     guard: Guard | None,
     engine: str = "auto",
     progress: Callable[[float], None] | None = None,
-    *,
-    expected: int | None = None,
 ) -> Array:
     """RMS of total, tilt and heading error in degrees: (recordings, sets, 3).
 
@@ -35,11 +33,9 @@ def score_sets(
         guard: as for ``fuse``; with another one than the default the sets are tried one by one.
         engine: as for ``fuse``.
         progress: called with the fraction done, 0 to 1.
-        expected: how many sets there will be in all, where a search asks for a few at a time: lanes are compiled, once
-            per machine, where that is made good by then.
     """
     flt = filters.of(parameter_sets[0])
-    samples = sum(map(len, recordings)) * max(len(parameter_sets), expected or 0)
+    samples = sum(map(len, recordings)) * len(parameter_sets)
     chosen = engine_for_sets(engine, samples, flt, guard is not None)
     worth = engine == "compiled" or samples >= WORTH_COMPILING
     if guard == DEFAULT_GUARD and chosen == "compiled" and worth and lanes_are_faster(flt, len(parameter_sets)):

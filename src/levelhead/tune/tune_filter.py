@@ -29,6 +29,8 @@ CURVE = 13  # values of a parameter over its range, for the flatness of the mini
 PARTS = 3  # of a single log, each left out once
 FOLDS = 5  # at most, of several logs
 
+Split = tuple[str, list[Reference], list[Reference]]  # what is left out: its name, what is searched, and what is not
+
 
 def tune_filter(
     recordings: Recording | Sequence[Recording],
@@ -41,6 +43,7 @@ def tune_filter(
     engine: str = "auto",
     runs: int | None = None,
     seed: int = 0,
+    cross_validate: bool = True,
     progress: Callable[[float], None] | None = None,
 ) -> Tuning:
     """Search the parameters of a filter for the smallest error over recordings.
@@ -56,6 +59,8 @@ def tune_filter(
         engine: as for ``fuse``.
         runs: of the filter, for one search; None: 80 for each parameter.
         seed: of the search.
+        cross_validate: search again without each log (of more than five: each fifth of them; of one: each third of it)
+            and score what was left out; without, the gain is that on what was searched.
         progress: called with the fraction done, 0 to 1.
 
     Raises:
@@ -74,7 +79,8 @@ def tune_filter(
     follows = "heading" in filters.of(space.params).estimates and all(one.mag is not None for one in given)
     chosen: Metric = metric or ("total" if follows else "tilt")
     held = references(given, reference, chosen != "tilt", guard, engine)
-    return _Search(space, chosen, guard, engine, runs or EACH * len(space.ranges), seed, progress).run(given, held)
+    search = _Search(space, chosen, guard, engine, runs or EACH * len(space.ranges), seed, progress)
+    return search.run(given, held, _folds(held) if cross_validate else [])
 
 
 class _Search:
@@ -87,11 +93,10 @@ class _Search:
         self.space, self.metric, self.guard, self.engine = space, metric, guard, engine
         self.runs, self.seed, self._progress = runs, seed, progress
         self._column = get_args(Metric).index(metric)
-        self._whole, self._done = 1, list[int]()  # runs of the filter: all that are expected, and those of each search
+        self._whole, self._done = 1, list[int]()  # runs of the filter: expected in all, and done by each search
 
-    def run(self, given: Sequence[Recording], held: list[Reference]) -> Tuning:
+    def run(self, given: Sequence[Recording], held: list[Reference], folds: Sequence[Split]) -> Tuning:
         """All of it."""
-        folds = _folds(held)
         searches = [held, *(train for _, train, _ in folds)]
         self._whole = self.runs * sum(map(len, searches))
         self._done = [0] * len(searches)
@@ -148,7 +153,7 @@ class _Search:
     def _scores(self, held: Sequence[Reference], sets: Sequence[Params]) -> Array:
         """(logs, k, 3) total, tilt and heading error of each set, °."""
         recordings = [one.recording for one in held]
-        return score_sets(recordings, sets, self.guard, self.engine, expected=self._whole // len(held))
+        return score_sets(recordings, sets, self.guard, self.engine)
 
     def _errors(self, held: Sequence[Reference], sets: Sequence[Params]) -> Array:
         """(logs, k) the error that is minimised, °."""
@@ -183,7 +188,7 @@ class _Search:
         return TruthCheck(*np.array(rows).T) if rows else None
 
 
-def _folds(held: Sequence[Reference]) -> list[tuple[str, list[Reference], list[Reference]]]:
+def _folds(held: Sequence[Reference]) -> list[Split]:
     """What is left out each time: its name, what is searched, and what is left out."""
     if len(held) > 1:
         count = min(len(held), FOLDS)

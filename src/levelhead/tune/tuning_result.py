@@ -86,6 +86,8 @@ class Tuning:
     @property
     def held_out_gain(self) -> float:
         """The same on what was left out: what another log of this kind may expect."""
+        if not self.folds:
+            return self.gain
         after, before = (geometric_mean(np.array([getattr(one, name) for one in self.folds])) for name in
                          ("after", "before"))  # fmt: skip
         return 1.0 - after / before
@@ -163,7 +165,7 @@ class Tuning:
         if self.worth:
             lines.append(
                 f"take {name} with {changed}: {self.metric} error {before:.2f}° → {after:.2f}° RMS, "
-                f"{_percent(self.gain)} less; on {self._left_out}, {_percent(self.held_out_gain)} less"
+                f"{_percent(self.gain)} less; {self._elsewhere(f'{_percent(self.held_out_gain)} less')}"
             )
         else:
             lines.append(self._keep(name, before, after, changed))
@@ -178,9 +180,11 @@ class Tuning:
         ]
         return [*lines, *(remark for one in self.references for remark in one.remarks)]
 
-    @property
-    def _left_out(self) -> str:
-        return "logs left out of the search" if len(self.references) > 1 else "thirds of the log left out of the search"
+    def _elsewhere(self, words: str) -> str:
+        """What holds on what was left out."""
+        if not self.folds:
+            return "nothing was left out to tell what another log gains"
+        return f"on {'logs' if len(self.references) > 1 else 'thirds of the log'} left out of the search {words}"
 
     def _keep(self, name: str, before: float, after: float, changed: str) -> str:
         start = "the defaults" if self.space.params == type(self.space.params)() else "the parameters given"
@@ -188,8 +192,8 @@ class Tuning:
             return f"keep {start} of {name}: no others have a smaller {self.metric} error than {before:.2f}° RMS"
         words = f"keep {start} of {name}: you gain {_percent(self.gain)} ({before:.2f}° → {after:.2f}°"
         if self.held_out_gain < 0.0:
-            return f"{words}), and on {self._left_out} you lose {_percent(-self.held_out_gain)}"
-        return f"{words}), on {self._left_out} {_percent(self.held_out_gain)}"
+            return f"{words}), and {self._elsewhere(f'you lose {_percent(-self.held_out_gain)}')}"
+        return f"{words}), {self._elsewhere(_percent(self.held_out_gain))}"
 
     def _reference_words(self) -> str:
         seconds = sum(one.seconds for one in self.references)

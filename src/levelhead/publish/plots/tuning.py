@@ -36,10 +36,11 @@ def sweep_picture(sweep: Sweep, path: str | Path) -> None:
     style.save(made, path)
 
 
-def draw_sweep(axes: "Axes", sweep: Sweep) -> None:
-    """The error over a parameter, its minimum, and the flat region."""
+def draw_sweep(axes: "Axes", sweep: Sweep, chosen: float | None = None) -> None:
+    """The error over a parameter, its minimum or else the value that was chosen, and the flat region."""
     of = f" {sweep.param.unit}" if sweep.param.unit else ""
-    value, error = sweep.minimum, float(sweep.scores[sweep.index])
+    index = sweep.index if chosen is None else int(np.searchsorted(sweep.values, chosen))
+    value, error = float(sweep.values[index]), float(sweep.scores[index])
     what = f"{value:g}{of}"
     low, high = (float(sweep.values[i]) for i in sweep.flat)
     if high > low:

@@ -24,7 +24,7 @@ def tuning_picture(found: Tuning, path: str | Path) -> None:
     Raises:
         LevelheadError: no matplotlib, or a path that cannot be written.
     """
-    count = len(found.curves) + 1
+    count = len(found.curves) + bool(found.folds)
     rows = ceil(count / COLUMNS)
     columns = ceil(count / rows)
     from matplotlib.ticker import LogLocator
@@ -35,8 +35,8 @@ def tuning_picture(found: Tuning, path: str | Path) -> None:
     top = 1.15 * max(float(np.max(curve.scores)) for curve in found.curves)
     least = min(float(np.min(curve.scores)) for curve in found.curves)
     for axes, curve in zip(grid, found.curves, strict=False):
-        draw_sweep(axes, curve)
-        before = float(getattr(found.space.params, curve.name))
+        before, after = (float(getattr(one, curve.name)) for one in (found.space.params, found.best))
+        draw_sweep(axes, curve, after)
         axes.axvline(before, color=style.GREY, linestyle="--", linewidth=1.2, label="before")
         if curve.param.log and curve.values[0] == 0.0:
             axes.set_xscale("symlog", linthresh=float(curve.values[1]))
@@ -44,8 +44,10 @@ def tuning_picture(found: Tuning, path: str | Path) -> None:
             axes.xaxis.set_major_locator(LogLocator(subs=(1.0,), numticks=30))
         axes.set_ylim(0.0, min(top, 4.0 * least))
         unit = f" [{curve.param.unit}]" if curve.param.unit else ""
-        style.format_axes(axes, curve.name, f"{found.metric} error [° RMS]", f"{curve.name}{unit}")
-    _draw_folds(grid[len(found.curves)], found)
+        change = f"{before:g} (dashed) → {after:g}" if after != before else f"{before:g} as before"
+        style.format_axes(axes, f"{curve.name}: {change}", f"{found.metric} error [° RMS]", f"{curve.name}{unit}")
+    if found.folds:
+        _draw_folds(grid[len(found.curves)], found)
     for axes in grid[count:]:
         axes.set_visible(False)
     style.save(made, path)

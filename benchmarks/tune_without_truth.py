@@ -1,0 +1,129 @@
+"""What parameters lose that were found without truth, by the smoother, against those that were found with it.
+
+    python benchmarks/tune_without_truth.py $LEVELHEAD_DATA
+
+For each data set and filter: all parameters with a usual range are searched over at most ``--most`` recordings of the
+set (evenly picked, the first ``--seconds`` of each), once with the truth as the goal and once with the smoother. Both
+are scored against the truth on these recordings: total error where there are magnetometers, else tilt, geometric mean.
+The truth is first turned by the constant rotation between its body and the sensor, which no parameter could mend.
+"""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import levelhead as lh
+from levelhead import filters
+from levelhead.bench.datasets import load
+from levelhead.bench.groups import group_of
+from levelhead.bench.ratios import geometric_mean
+from levelhead.bench.reference import align_sensor
+from levelhead.bench.survey import survey
+from levelhead.bench.timing import Table
+from levelhead.evaluate.score import root_mean_squares
+from levelhead.publish.progress import progress
+from levelhead.tune.score_sets import score_sets
+from measure import options, show
+
+
+class Result(NamedTuple):
+    """Of one set and filter: errors against the truth in degrees."""
+
+    dataset: str
+    filter: str
+    logs: int
+    default: float
+    with_truth: float
+    without: float
+    smoother: float
+
+
+def prepare(path: Path, seconds: float) -> lh.Recording:
+    """The beginning of a recording, its truth turned into the sensor's frame, noted at every sample."""
+    recording = load(path, True)
+    recording = recording[: round(seconds * recording.rate)]
+    frame = align_sensor(recording)
+    if frame is None or recording.truth is None:
+        return recording
+    return replace(recording, truth=replace(recording.truth, quat=frame.turn(recording.truth.quat)))
+
+
+def usable(recording: lh.Recording) -> bool:
+    """Whether it may be tuned on, with truth and without."""
+    try:
+        for kind in ("truth", "smoother"):
+            lh.tune_filter(recording, lh.Madgwick(), ["beta"], reference=kind, runs=2, cross_validate=False)
+    except lh.LevelheadError as error:
+        print(f"left out: {error}")
+        return False
+    return True
+
+
+def compare(dataset: str, name: str, logs: list[lh.Recording], runs: int | None) -> Result:
+    """Both searches."""
+    found: dict[str, Any] = {
+        kind: lh.tune_filter(logs, name, reference=kind, runs=runs, cross_validate=False)
+        for kind in ("truth", "smoother")
+    }
+    metric = found["truth"].metric
+    column = ("total", "tilt", "heading").index(metric)
+    sets = [filters.find(name).params(), found["truth"].best, found["smoother"].best]
+    errors = score_sets(logs, sets, lh.Guard())[:, :, column]
+    smoother = geometric_mean([root_mean_squares(log, lh.smooth(log))[column] for log in logs])
+    return Result(dataset, name, len(logs), *(geometric_mean(one) for one in errors.T.tolist()), smoother)
+
+
+def table(results: list[Result]) -> Table:
+    """A row for each set and filter, and one for each filter over all."""
+    columns = {
+        "set": "data set", "filter": "filter", "logs": "logs", "default": "default °", "truth": "found with truth °",
+        "without": "found without °", "smoother": "the smoother itself °", "loss": "loss",
+    }  # fmt: skip
+    rows: list[dict[str, Any]] = []
+    for one in results:
+        loss = f"{100 * (one.without / one.with_truth - 1):+.1f} %"
+        rows.append(
+            {
+                "set": one.dataset, "filter": one.filter, "logs": one.logs, "default": one.default,
+                "truth": one.with_truth, "without": one.without, "smoother": one.smoother, "loss": loss,
+            }
+        )  # fmt: skip
+    for name in dict.fromkeys(one.filter for one in results):
+        mine = [one for one in results if one.filter == name]
+        mean = [geometric_mean([one[k] for one in mine]) for k in range(3, 7)]
+        change = math.exp(sum(math.log(one.without / one.with_truth) for one in mine) / len(mine)) - 1.0
+        rows.append(
+            dict(zip(("default", "truth", "without", "smoother"), mean, strict=True))
+            | {"set": "all", "filter": name, "logs": sum(one.logs for one in mine), "loss": f"{100 * change:+.1f} %"}
+        )
+    return Table("Errors against the truth, and what is lost without it", columns, rows, "Geometric means.")
+
+
+def main() -> None:
+    """The table."""
+    parser = options(__doc__, repeats=1)
+    parser.add_argument("places", nargs="+", type=Path)
+    parser.add_argument("--filters", nargs="+", default=["Mahony", "Madgwick", "Complementary", "EKF"])
+    parser.add_argument("--most", type=int, default=4, help="recordings of a data set")
+    parser.add_argument("--seconds", type=float, default=120.0, help="of each recording")
+    parser.add_argument("--runs", type=int, help="of one search; 80 for each parameter by default")
+    given = parser.parse_args()
+    by_set: dict[str, list[Path]] = {}
+    for entry in survey(given.places, True)[0]:
+        by_set.setdefault(group_of(entry.path).dataset, []).append(entry.path)
+    results = []
+    with progress("tuning") as report:
+        for done, (dataset, files) in enumerate(sorted(by_set.items())):
+            count = min(len(files), given.most)
+            picked = [files[k * len(files) // count] for k in range(count)]
+            logs = [log for log in (prepare(path, given.seconds) for path in picked) if usable(log)]
+            for name in given.filters if logs else ():
+                results.append(compare(dataset, name, logs, given.runs))
+                print(*results[-1], flush=True)
+            report((done + 1) / len(by_set))
+    show([table(results)], given.json)
+
+
+if __name__ == "__main__":
+    main()
