@@ -182,8 +182,11 @@ def seconds_table(recording: lh.Recording, held: lh.Recording, name: str) -> Tab
         return 64
 
     rows = []
-    for label, work in {"evaluate(fuse(…)), one by one": naive, "the same, errors alone": lean, "native engine, all cores": native,
-                        "64 lanes, one core": in_lanes}.items():  # fmt: skip
+    ways: dict[str, Callable[[], int]] = {
+        "evaluate(fuse(…)), one by one": naive, "the same, errors alone": lean, "native engine, all cores": native,
+        "64 lanes, one core": in_lanes,
+    }  # fmt: skip
+    for label, work in ways.items():
         each = []
         for _ in range(3):
             began = time.perf_counter()

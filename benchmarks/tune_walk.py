@@ -3,7 +3,8 @@
     python benchmarks/tune_walk.py $LEVELHEAD_DATA/broad
 
 A small filter is tuned on ``LOGS`` to the smoother; ``OTHERS`` are of the same sensor and were not used. Errors are
-those of `levelhead fuse` against the truth. "The same as C" is the exported C in single precision, compiled here.
+those of `levelhead fuse` against the truth, with the best constant heading removed. "The same as C" is the exported C
+in single precision, compiled here.
 """
 
 from pathlib import Path
@@ -46,7 +47,7 @@ def main() -> None:
     for label, run in steps.items():
         row: dict[str, Any] = {"step": label}
         for name, recording in recordings.items():
-            row[name] = round(evaluate(recording, run(recording)).total, 3)
+            row[name] = round(evaluate(recording, run(recording)).total_aligned, 3)
         rows.append(row)
     columns = {"step": "step"} | {name: f"{name.split('_')[0]}{'' if name in LOGS else ', not used'}"
                                   for name in recordings}  # fmt: skip

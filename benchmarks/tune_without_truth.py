@@ -5,7 +5,8 @@
 For each data set and filter: all parameters with a usual range are searched over at most ``--most`` recordings of the
 set (evenly picked, the first ``--seconds`` of each), once with the truth as the goal and once with the smoother. Both
 are scored against the truth on these recordings: total error where there are magnetometers, else tilt, geometric mean.
-The truth is first turned by the constant rotation between its body and the sensor, which no parameter could mend.
+The truth is first turned by the constant rotation between its body and the sensor, and a constant heading is removed:
+no parameter could mend either.
 """
 
 import math
@@ -46,7 +47,7 @@ def prepare(path: Path, seconds: float) -> lh.Recording:
     frame = align_sensor(recording)
     if frame is None or recording.truth is None:
         return recording
-    return replace(recording, truth=replace(recording.truth, quat=frame.turn(recording.truth.quat)))
+    return replace(recording, truth=replace(recording.truth, quat=frame.turn(recording.truth.quat), north=False))
 
 
 def usable(recording: lh.Recording) -> bool:

@@ -47,6 +47,26 @@ def test_the_file_is_taken_by_the_others(levelhead, log, tmp_path):
     assert again["params"]["kp"] == said["params"]["kp"]
 
 
+@pytest.mark.slow
+def test_the_files_go_from_hand_to_hand(levelhead, log, tmp_path):
+    """The five lines of README."""
+    write_csv(simulate.recording("LSM6DSO32", "still", 60.0, 50.0, seed=1), tmp_path / "still.csv")
+    poses = simulate.observe(simulate.poses(14, seed=3), simulate.imu("LSM6DSO32"), seed=3)
+    write_csv(poses, tmp_path / "poses.csv")
+    noise, known, tuned = (tmp_path / f"{name}.json" for name in ("still-noise", "poses-calibration", "tuned"))
+    for words in (
+        ("noise", tmp_path / "still.csv", "-o", tmp_path, "--no-plot"),
+        ("calibrate", tmp_path / "poses.csv", "-o", tmp_path, "--no-plot"),
+        ("tune", log, "-f", "EKF", "-p", "acc_tau", "--noise", noise, "--calibration", known, "--runs", 20,
+         "-o", tmp_path),
+        ("stress", log, "--from", tuned, "-f", "default", "--fault", "dropped"),
+        ("export", "EKF", "--from", tuned, "--calibration", known, "--float", "--arduino", "-o", tmp_path / "board"),
+    ):  # fmt: skip
+        said = levelhead(*words)
+        assert said.code == 0, (words, said.err)
+    assert (tmp_path / "board" / "lh_ekf" / "src" / "lh_ekf.c").exists()
+
+
 def test_the_filter_in_the_file_must_be_the_one_named(refused, log, tmp_path):
     (tmp_path / "own.json").write_text('{"filter": "Mahony", "params": {"kp": 0.2}}', "utf-8")
     for verb in ("fuse", "tune"):

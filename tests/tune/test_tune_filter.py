@@ -7,7 +7,7 @@ import pytest
 
 import levelhead as lh
 from levelhead.errors import LevelheadError
-from levelhead.evaluate.score import root_mean_squares
+from levelhead.evaluate import evaluate
 from levelhead.recording import Recording, Truth
 from levelhead.tune.error_bands import advice, error_bands
 from levelhead.tune.minimise import minimise
@@ -23,7 +23,7 @@ def moved(seed: int, seconds: float = 60.0) -> Recording:
 
 
 def error(recording: Recording, params: lh.Mahony) -> float:
-    return root_mean_squares(recording, lh.fuse(recording, params))[0]
+    return evaluate(recording, lh.fuse(recording, params)).total_aligned
 
 
 @pytest.fixture(scope="module")

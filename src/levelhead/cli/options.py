@@ -140,7 +140,7 @@ FromFile = Annotated[
         name="--from",
         metavar="FILE",
         help="The filter with its parameters, as `levelhead tune` or `levelhead sweep … --json` has written them; "
-        "--noise and --set come on top.",
+        "what other options set comes on top.",
     ),
 ]
 

@@ -61,7 +61,8 @@ def tune(
         noise: the sensor's noise as `levelhead noise` has written it: where the search of Q and R starts.
         calibration: the sensor's errors as `levelhead calibrate` has written them, taken off the readings first.
         reference: the truth where a log has one, else the smoother; with `smoother` the truth only checks the result.
-        metric: error to minimise; total where all logs have a magnetometer that the filter follows, else tilt.
+        metric: error to minimise, but for a constant heading; total where all logs have a magnetometer that the filter
+            follows, else tilt.
         runs: of the filter for one search; 80 for each parameter by default.
         seed: of the search.
         out: folder for the results.

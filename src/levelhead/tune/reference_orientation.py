@@ -2,8 +2,8 @@
 
 The smoother knows the whole recording at every instant, so its error is a fraction of a filter's, and it says with σ
 where it may be trusted. Left out are samples whose σ of tilt (of heading, where that counts) is more than twice its
-median, and rest, at which every filter is right. Its heading is compared but for a constant, which a magnetometer's
-offset leaves in it (the floor of its σ).
+median, and rest, at which every filter is right. Of heading a constant does not count, with truth neither: it is the
+declination, or what a magnetometer's offset leaves, and no parameter should be chosen to mend it.
 """
 
 from collections.abc import Sequence
@@ -94,8 +94,9 @@ def references(
         else:
             track = smooth(recording, guard=guard, engine=engine)
             rows, remarks = _trusted_rows(name, recording, track, heading)
-            truth = Truth(track.quat, north=False)
-            found.append(replace(_checked(name, recording, "smoother", truth, rows, remarks), smoothed=track))
+            found.append(
+                replace(_checked(name, recording, "smoother", Truth(track.quat), rows, remarks), smoothed=track)
+            )
     return found
 
 
@@ -158,7 +159,7 @@ def _checked(
         remarks = [*remarks, f"{name}: the sensor turns little ({turn:.1f}° RMS), so the minimum is flat"]
     quat = np.full_like(truth.quat, np.nan)
     quat[scored] = truth.quat[scored]
-    held = replace(recording, truth=replace(truth, quat=quat, moving=None))
+    held = replace(recording, truth=replace(truth, quat=quat, moving=None, north=False))
     return Reference(held, kind, name, seconds, tuple(remarks))
 
 

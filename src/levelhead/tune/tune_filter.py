@@ -1,6 +1,7 @@
 """Find a filter's parameters for recordings: with truth, or without it by the smoother."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import get_args
 
 import numpy as np
@@ -52,8 +53,8 @@ def tune_filter(
         recordings: one or several, which count alike (the geometric mean of their errors is minimised).
         params: the filter: Params object (where the search starts, and what the others keep), class or name.
         names: parameters to search, each perhaps with its range: "kp", "kp=0.01:10"; none: all that have a usual range.
-        metric: "total", "tilt" or "heading" RMS; None: total where every recording has a magnetometer that the filter
-            follows, else tilt.
+        metric: "total", "tilt" or "heading" RMS, the best constant heading removed; None: total where every recording
+            has a magnetometer that the filter follows, else tilt.
         reference: "truth" or "smoother"; None: the truth where a recording has one.
         guard: as for ``fuse``.
         engine: as for ``fuse``.
@@ -183,8 +184,9 @@ class _Search:
             smoothed = one.kind == "smoother" and one.smoothed
             if recording.truth is None or not smoothed:
                 continue
+            apart = replace(recording, truth=replace(recording.truth, north=False))  # as the references are compared
             tracks = [smoothed, *(self._track(recording, params) for params in (self.space.params, best))]
-            rows.append([root_mean_squares(recording, track)[self._column] for track in tracks])
+            rows.append([root_mean_squares(apart, track)[self._column] for track in tracks])
         return TruthCheck(*np.array(rows).T) if rows else None
 
 
