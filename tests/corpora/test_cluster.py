@@ -175,3 +175,29 @@ def test_a_scheduler_that_is_killed_ends_the_run_with_a_sentence(many, tmp_path)
     assert process.returncode == 2 and "the scheduler is gone; what is done is kept" in said and "Traceback" not in said
     table = lh.corpus(many, out=out, workers=0)
     assert table.drop_columns(TIMES).equals(lh.corpus(many, workers=0).drop_columns(TIMES))
+
+
+def test_a_result_that_is_lost_with_its_worker_is_waited_for():
+    """Dask says that a task is finished, its worker dies before the rows were fetched, and it runs again elsewhere."""
+
+    class Future:
+        key, status = "one", "lost"
+
+        def result(self):
+            return [{"recording": "a"}]
+
+        def release(self):
+            pass
+
+    class Running(list):
+        def __next__(self):
+            return self.pop()
+
+        def add(self, future):
+            future.status = "finished"
+            self.append(future)
+
+    future = Future()
+    pool = cluster.DaskPool.__new__(cluster.DaskPool)
+    pool._futures, pool._running = {"one": future}, Running([future])
+    assert pool.wait() == ("one", [{"recording": "a"}])

@@ -135,6 +135,9 @@ class DaskPool:
         from distributed import KilledWorker
 
         future = next(self._running)
+        while future.status in ("lost", "pending"):  # its worker died with the result, which is computed anew
+            self._running.add(future)
+            future = next(self._running)
         del self._futures[future.key]
         if future.status == "finished":
             rows: list[Fields] = future.result()
