@@ -13,6 +13,7 @@ from tests.reference.compile_once import compile_once
 from levelhead.engine import native
 
 MARKS = ("compiled", "full")
+COMPILED_SOONER = ("EKF", "Mahony")  # a filter in blocks with its own σ, and one with gains
 
 if importlib.util.find_spec("hypothesis"):  # .ci/pythons has none
     from hypothesis import HealthCheck, settings
@@ -36,6 +37,19 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def pytest_collection() -> None:
     """Thousands of tests are made and stay until the end: looking for garbage among them would take long."""
     gc.disable()
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Numba takes 10 to 60 s for each filter: in the second tier it compiles two, in the third all of them.
+
+    The native engine, which users have, is compared with plain Python for all filters in the first.
+    """
+    for item in items:
+        flt = getattr(item, "callspec", None) and item.callspec.params.get("flt")  # type: ignore[attr-defined]
+        in_numba = item.path.parent.name == "engine" and item.get_closest_marker("compiled")
+        if flt is not None and in_numba and flt.name not in COMPILED_SOONER:
+            item.add_marker("full")
 
 
 def pytest_collection_finish() -> None:

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tests.reference.engines import MACHINE_CODE, NATIVE
+from tests.reference.engines import NATIVE
 from tests.reference.hard import assert_same, hard_recording
 
 import levelhead as lh
@@ -114,7 +114,7 @@ def test_progress_reaches_one(walk):
 @pytest.mark.slow
 @pytest.mark.parametrize("guard", [lh.Guard(), None], ids=["guarded", "unguarded"])
 @pytest.mark.parametrize("with_mag", [True, False], ids=["mag", "no mag"])
-@MACHINE_CODE
+@pytest.mark.parametrize("engine", [NATIVE, pytest.param("compiled", marks=pytest.mark.full)])
 def test_the_same_bits(engine, guard, with_mag, monkeypatch):
     """Gaps, missing readings, disturbances; in several stretches, so that runs forward are repeated."""
     recording = hard_recording(with_mag)[:700]

@@ -159,7 +159,7 @@ def test_a_gap_in_time_and_the_hour_after():
     assert (rms((track.position - motion.position)[2500:]) < 2.0).all()
 
 
-@pytest.mark.compiled
+@pytest.mark.full
 def test_plain_compiled_and_streamed_are_the_same_bits():
     motion, rec = flown(1, duration=16.0)
     rec = replace(rec, pressure=simulate.pressure(motion, seed=1), gnss=simulate.gnss(motion, seed=1))

@@ -362,7 +362,7 @@ def test_twenty_dropouts_of_52_ms_hardly_matter(flt, clean):
     assert np.sqrt(np.mean(with_less[moving] ** 2)) < 1.5 * np.sqrt(np.mean(with_all[moving] ** 2)) + 0.5
 
 
-@pytest.mark.compiled
+@pytest.mark.full
 @pytest.mark.parametrize("params", [lh.Complementary(), lh.EKF()], ids=repr)
 def test_every_engine_says_the_same_of_faults(params):
     """Everything at once: plain Python, compiled code and lanes give the same bits."""
