@@ -33,7 +33,7 @@ def different(flt, count=COUNT):
 
 
 @EVERY
-@pytest.mark.parametrize("with_mag", [False, True], ids=["6-D", "9-D"])
+@pytest.mark.parametrize("with_mag", [pytest.param(False, marks=pytest.mark.full), True], ids=["6-D", "9-D"])
 def test_every_lane_is_its_single_run(flt, with_mag, monkeypatch):
     monkeypatch.setattr(lanes, "CHUNK", 111)
     recording = hard_recording(with_mag)

@@ -57,6 +57,7 @@ def test_one_axis_needs_its_report():
     assert peak < (8 * 9 + CHECKS) * n + A_LITTLE
 
 
+@pytest.mark.full
 def test_lanes_that_keep_no_tracks_need_next_to_nothing_more_for_any_length():
     sets = [lh.Mahony(kp=0.1 * (k + 1)) for k in range(lane_slots.LANES)]
 

@@ -9,7 +9,7 @@ import levelhead as lh
 from levelhead.filters import ESKF
 from levelhead.filters.eskf.calibration import Estimate
 
-pytestmark = pytest.mark.compiled
+pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")
@@ -19,13 +19,14 @@ def recording():
 
 @pytest.fixture(scope="module")
 def prior(recording):
-    return lh.fuse(recording, ESKF(), engine="compiled").calibration
+    return lh.fuse(recording, ESKF()).calibration
 
 
 def feed(live, recording, rows):
     return [live.update(recording.gyr[i], recording.acc[i], recording.mag[i], t=float(recording.t[i])) for i in rows]
 
 
+@pytest.mark.full
 def test_every_engine_gives_the_same_bits(recording, prior):
     part = recording[:1500]
     plain = lh.fuse(part, ESKF(), prior=prior, engine="python")
@@ -35,6 +36,7 @@ def test_every_engine_gives_the_same_bits(recording, prior):
     assert (plain.quat != lh.fuse(part, ESKF(), engine="python").quat).any()
 
 
+@pytest.mark.full
 @EVERY_ENGINE
 def test_a_stream_is_the_batch_also_when_saved_restored_and_reset(engine, recording, prior):
     part = recording[:700]
@@ -56,12 +58,12 @@ def test_a_magnetometer_that_comes_late_has_its_prior():
         "LSM6DSO32", "hand", duration=90.0, seed=5, mag="HMC5883L", iron=lh.simulate.Iron(iron)
     )
     params = ESKF(mag_offset=0.3)
-    prior = lh.fuse(recording, params, engine="compiled").calibration
+    prior = lh.fuse(recording, params).calibration
     mag = recording.mag.copy()
     mag[:400] = np.nan
     late = lh.Recording(recording.t, recording.gyr, recording.acc, mag)[:450]
-    plain = lh.fuse(late, params, engine="compiled").calibration
-    primed = lh.fuse(late, params, prior=prior, engine="compiled").calibration
+    plain = lh.fuse(late, params).calibration
+    primed = lh.fuse(late, params, prior=prior).calibration
     assert np.linalg.norm(primed.mag_offset.value - iron) < 0.4 * np.linalg.norm(plain.mag_offset.value - iron)
     assert (primed.mag_offset.sigma < plain.mag_offset.sigma).all()
     assert primed.mag_delay.sigma[0] <= prior.mag_delay.sigma[0] < plain.mag_delay.sigma[0]
@@ -72,7 +74,7 @@ def test_the_start_is_better_and_surer(recording, prior):
     other = lh.simulate.observe(
         lh.simulate.motion(77, 10.0, 100.0, style="hand"), lh.simulate.imu("LSM6DSO32", mag="HMC5883L"), seed=5
     )
-    new, known = (lh.fuse(other, ESKF(), prior=one, engine="compiled") for one in (None, prior))
+    new, known = (lh.fuse(other, ESKF(), prior=one) for one in (None, prior))
     matrix = np.eye(3) - np.linalg.inv(other.meta["true_errors"]["gyr"]["matrix"])
     bias = other.truth.bias[-1]
 
@@ -107,7 +109,7 @@ def test_a_wild_prior_is_outlived(recording, prior):
     wrong = prior.prior()
     off = Estimate(tuple(b + np.radians(1.0) for b in wrong["gyr_bias"].value), *wrong["gyr_bias"][1:])
     told = lh.Calibration.from_estimates(wrong | {"gyr_bias": off})
-    found = lh.fuse(recording, ESKF(), prior=told, engine="compiled").calibration
+    found = lh.fuse(recording, ESKF(), prior=told).calibration
     np.testing.assert_allclose(found.gyr_bias.value, prior.gyr_bias.value, atol=np.radians(0.1))
 
 
