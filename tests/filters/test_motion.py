@@ -97,3 +97,21 @@ def test_a_turn_that_the_gyroscope_missed_is_found_by_velocity(motion):
     assert not (track.health[:first] & TURN_MISSED).any()
     assert tilt[first + 2100 :].max() < 3.0
     assert (tilt[first + 600 :] < 4.0 * sigma[first + 600 :] + 1.0).all()
+
+
+def test_a_gap_ends_what_velocity_says_of_a_missed_turn():
+    """Velocity starts anew after a gap, and with it the mean of its innovations."""
+    moved = simulate.motion(3, 60.0, 100.0, style="hand")
+    run = simulate.observe(moved, simulate.imu("LSM6DSO32"), seed=3)
+    assert run.truth is not None
+    turned = split(error_quaternion(run.truth.quat[100:], run.truth.quat[:-100])).tilt[1500:2500]
+    first = 1500 + int(turned.argmax())
+    gyr = run.gyr.copy()
+    gyr[first : first + 100] = 0.0
+    missed = np.flatnonzero(lh.fuse(Recording(run.t, gyr, run.acc), lh.ESKF()).health & TURN_MISSED)
+    assert missed[0] > first
+    before = missed[0] + 30
+    kept = np.r_[0:before, before + 200 : len(run.t)]
+    track = lh.fuse(Recording(run.t[kept], gyr[kept], run.acc[kept]), lh.ESKF())
+    assert track.health[before - 1] & TURN_MISSED
+    assert not (track.health[before + 15 : before + 50] & TURN_MISSED).any()

@@ -151,10 +151,13 @@ def predict_gap(m: Floats, gap: float) -> None:
 
 @kernel
 def reset_velocity(m: Floats) -> None:
-    """Velocity zero with its σ at the start."""
+    """Velocity zero with its σ at the start; what it said before of a missed turn is over."""
     set_independent(m, at.VELOCITY, 3, at.FIRST_SPEED)
     for i in range(3):
         m[at.MEAN + at.VELOCITY + i] = 0.0
+        m[at.MEAN_INNOVATION + i] = 0.0
+    m[at.EXCESS] = 0.0
+    m[at.EXCESS + 1] = 0.0
 
 
 @noinline
