@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import App, Parameter
 
-from levelhead.cli.options import filter_names, folder, parse_method, print_json, print_line
+from levelhead.cli.options import filter_option, folder, parse_method, print_json, print_line
 from levelhead.errors import LevelheadError, require
 
 if TYPE_CHECKING:
@@ -22,13 +22,9 @@ def accuracy(
     *places: Annotated[Path, Parameter(name="DIR", negative="")],
     filter: Annotated[
         tuple[str, ...],
-        Parameter(
-            name=["--filter", "-f"],
-            negative="",
-            metavar="NAME[:K=V,…]",
-            completer=filter_names,
-            help="A filter, `default` or a contender such as `vqf.VQF`; may be given several times. All of them if none"
-            " is named.",
+        filter_option(
+            "A filter, `default` or a contender such as `vqf.VQF`; may be given several times. All of them if none"
+            " is named."
         ),
     ] = (),
     mag: Annotated[bool, Parameter(negative="--no-mag", show_default=False)] = True,

@@ -13,7 +13,7 @@ from levelhead.cli.options import (
     can_draw,
     external_columns,
     external_kinds,
-    filter_names,
+    filter_option,
     folder,
     log_or_simulation,
     parse_filter_spec,
@@ -32,13 +32,9 @@ def compare(
     seed: int | None = None,
     filter: Annotated[
         tuple[str, ...],
-        Parameter(
-            name=["--filter", "-f"],
-            negative="",
-            metavar="NAME[:K=V,…]",
-            completer=filter_names,
-            help=f"{FILTERS}; with parameters if you like: -f Kalman:r_measure=4,q_bias=0.001 -f Complementary. "
-            "All of them if none is named.",
+        filter_option(
+            f"{FILTERS}; with parameters if you like: -f Kalman:r_measure=4,q_bias=0.001 -f Complementary. "
+            "All of them if none is named."
         ),
     ] = (),
     contenders: Annotated[

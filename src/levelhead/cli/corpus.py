@@ -13,7 +13,7 @@ from levelhead.cli.options import (
     GuardWords,
     Reading,
     can_draw,
-    filter_names,
+    filter_option,
     parse_filter_spec,
     parse_guard,
     print_json,
@@ -36,13 +36,7 @@ corpus = App(
 Places = Annotated[str, Parameter(metavar="PLACE", negative="")]
 Filters = Annotated[
     tuple[str, ...],
-    Parameter(
-        name=["--filter", "-f"],
-        negative="",
-        metavar="NAME[:K=V,…]",
-        completer=filter_names,
-        help="A filter with parameters, such as `EKF:acc_tau=3`; may be given several times, for a row each.",
-    ),
+    filter_option("A filter with parameters, such as `EKF:acc_tau=3`; may be given several times, for a row each."),
 ]
 NoMag = Annotated[bool, Parameter(name="--mag", negative="--no-mag", show_default=False)]
 
@@ -67,15 +61,28 @@ class Running:
     """Print the tables as JSON."""
 
 
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Fusing:
+    """How each recording becomes tracks."""
+
+    filter: Filters = ()
+    guard: GuardWords = ()
+    mag: NoMag = True
+    """Leave the magnetometers out."""
+    tracks: Annotated[bool, Parameter(negative="")] = False
+    """Write each track to DIR/tracks, as Parquet."""
+    same_sensor: Annotated[str, Parameter(metavar="PATTERN")] = ""
+    """Recordings of the same sensor start with the calibration of the one before: a pattern with one group, in the name
+    of a recording, such as '(unit[0-9]+)/', or column:NAME of its file."""
+    order: Annotated[str, Parameter(metavar="PATTERN")] = ""
+    """What puts them in order of time, likewise; by default their names."""
+
+
 @corpus.command
 def fuse(
     *places: Places,
-    filter: Filters = (),
-    guard: GuardWords = (),
-    mag: NoMag = True,
-    tracks: Annotated[bool, Parameter(negative="")] = False,
-    same_sensor: Annotated[str, Parameter(metavar="PATTERN")] = "",
-    order: Annotated[str, Parameter(metavar="PATTERN")] = "",
+    fusing: Fusing = Fusing(),
     running: Running = Running(),
     reading: Reading = Reading(),  # noqa: B008
 ) -> int:
@@ -85,25 +92,14 @@ def fuse(
 
     Args:
         places: folders with all that is below them, files, patterns, or URLs such as s3://bucket/prefix.
-        mag: leave the magnetometers out.
-        tracks: write each track to DIR/tracks, as Parquet.
-        same_sensor: recordings of the same sensor start with the calibration of the one before: a pattern with one
-            group, in the name of a recording, such as '(unit[0-9]+)/', or column:NAME of its file.
-        order: what puts them in order of time, likewise; by default their names.
     """
-    chosen = [parse_filter_spec(word) for word in filter]
-    return _run("fuse", places, chosen, running, reading, parse_guard(guard), mag, tracks, same_sensor, order)
+    return _fuse("fuse", places, fusing, running, reading)
 
 
 @corpus.command
 def smooth(
     *places: Places,
-    filter: Filters = (),
-    guard: GuardWords = (),
-    mag: NoMag = True,
-    tracks: Annotated[bool, Parameter(negative="")] = False,
-    same_sensor: Annotated[str, Parameter(metavar="PATTERN")] = "",
-    order: Annotated[str, Parameter(metavar="PATTERN")] = "",
+    fusing: Fusing = Fusing(),
     running: Running = Running(),
     reading: Reading = Reading(),  # noqa: B008
 ) -> int:
@@ -111,13 +107,8 @@ def smooth(
 
     Args:
         places: as for `corpus fuse`.
-        mag: leave the magnetometers out.
-        tracks: write each track to DIR/tracks, as Parquet.
-        same_sensor: as for `corpus fuse`.
-        order: as for `corpus fuse`.
     """
-    chosen = [parse_filter_spec(word) for word in filter]
-    return _run("smooth", places, chosen, running, reading, parse_guard(guard), mag, tracks, same_sensor, order)
+    return _fuse("smooth", places, fusing, running, reading)
 
 
 @corpus.command
@@ -182,6 +173,14 @@ def report(
     _say(table, job.verb, page, plot, json)
 
 
+def _fuse(verb: str, places: Sequence[str], fusing: Fusing, running: Running, reading: Reading) -> int:
+    chosen = [parse_filter_spec(word) for word in fusing.filter]
+    guard = parse_guard(fusing.guard)
+    return _run(
+        verb, places, chosen, running, reading, guard, fusing.mag, fusing.tracks, fusing.same_sensor, fusing.order
+    )
+
+
 def _run(
     verb: str,
     places: Sequence[str],
@@ -233,4 +232,4 @@ def _say(table: object, verb: str, page: Path, plot: bool, json: bool) -> int:
         if plot and not can_draw():
             print_line(f"{NO_PICTURE}; --no-plot leaves this line out")
         print_line(f"written: {page.parent / 'rows'}, {page}")
-    return int(bool(summary.failed))
+    return int(bool(summary.without_result))

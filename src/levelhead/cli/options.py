@@ -98,6 +98,11 @@ def filter_names(_: object) -> dict[str, str]:
     return {flt.name: str(flt.params.__doc__).partition("\n")[0] for flt in filters.ALL}
 
 
+def filter_option(help: str) -> Parameter:
+    """``--filter`` of a command that takes several filters with parameters; ``help`` says which."""
+    return Parameter(name=["--filter", "-f"], negative="", metavar="NAME[:K=V,…]", completer=filter_names, help=help)
+
+
 def parameter_names(_: object) -> dict[str, str]:
     """Names of all filters' parameters and their meanings, for the shell to complete."""
     return {name: param.doc for flt in filters.ALL for name, param in settable(flt.params).items()}

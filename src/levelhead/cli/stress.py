@@ -12,7 +12,7 @@ from levelhead.cli.options import (
     GuardWords,
     Reading,
     can_draw,
-    filter_names,
+    filter_option,
     folder,
     parse_guard,
     parse_method,
@@ -48,13 +48,9 @@ def stress(
     ] = (),
     filter: Annotated[
         tuple[str, ...],
-        Parameter(
-            name=["--filter", "-f"],
-            negative="",
-            metavar="NAME[:K=V,…]",
-            completer=filter_names,
-            help=f"{FILTERS}, `default`, `smoother`, or a contender such as `vqf.VQF`; may be given several times. The "
-            "default and one filter of each other package that is installed if none is named.",
+        filter_option(
+            f"{FILTERS}, `default`, `smoother`, or a contender such as `vqf.VQF`; may be given several times. The "
+            "default and one filter of each other package that is installed if none is named."
         ),
     ] = (),
     tuned: FromFile = None,
