@@ -46,7 +46,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     The native engine, which users have, is compared with plain Python for all filters in the first.
     """
     for item in items:
-        flt = getattr(item, "callspec", None) and item.callspec.params.get("flt")  # type: ignore[attr-defined]
+        callspec = getattr(item, "callspec", None)  # what a parametrised test is called with
+        flt = callspec.params.get("flt") if callspec is not None else None
         in_numba = item.path.parent.name == "engine" and item.get_closest_marker("compiled")
         if flt is not None and in_numba and flt.name not in COMPILED_SOONER:
             item.add_marker("full")

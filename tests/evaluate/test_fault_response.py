@@ -43,7 +43,7 @@ def test_error_recovery_health_and_honesty(faulted):
     assert one.heading_recovery == pytest.approx(4.99, abs=1e-6)
     assert (list(one.said), one.said_after) == (["gyr_stuck"], pytest.approx(1.5, abs=1e-6))
     assert one.beyond == pytest.approx(1500 / 4000) and one.usual_beyond == 0.0
-    assert one.is_said and one.recovered and not one.harmless and one.growth == pytest.approx(1.0)
+    assert one.is_said and one.is_recovered and not one.harmless and one.growth == pytest.approx(1.0)
 
 
 def test_a_larger_sigma_says_so_and_is_honest(faulted):
@@ -60,7 +60,7 @@ def test_what_never_ends_what_is_lost_and_what_is_harmless(faulted):
     sound, made = faulted
     off = np.where(np.arange(6000) >= 2000, 10.0, 0.0)
     one = measure_response(made, track_of(made.recording, off), sound, track_of(sound), "made")
-    assert one.heading_recovery is None and not one.recovered and one.to_dict()["heading_recovery_s"] is None
+    assert one.heading_recovery is None and not one.is_recovered and one.to_dict()["heading_recovery_s"] is None
     track = track_of(made.recording)
     quat = np.array(track.quat)
     quat[2500:] = np.nan
@@ -68,7 +68,7 @@ def test_what_never_ends_what_is_lost_and_what_is_harmless(faulted):
     assert one.tilt == 180.0 and one.tilt_recovery is None and one.beyond is None and one.growth is None
     small = np.where(np.arange(6000) >= 2000, 1.9, 0.0)
     one = measure_response(made, track_of(made.recording, small), sound, track_of(sound), "made")
-    assert one.harmless and one.recovered and not one.is_said
+    assert one.harmless and one.is_recovered and not one.is_said
 
 
 def test_without_truth_the_run_without_the_fault_is_the_reference(faulted):

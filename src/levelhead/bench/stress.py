@@ -62,7 +62,7 @@ class Stress:
         """The result in a sentence, about the first filter."""
         name = self.responses[0].method
         own = [one for one in self.responses if one.method == name]
-        right = sum(one.recovered for one in own)
+        right = sum(one.is_recovered for one in own)
         told = [one for one in own if not one.harmless]
         said = sum(one.is_said or bool(self.findings[str(one.fault)]) for one in told)
         words = f"{name} is right again after {right} of {len(own)} faults"

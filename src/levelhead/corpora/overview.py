@@ -79,14 +79,14 @@ class Summary:
         return [row for row in self.rows if not row["error"]]
 
     @property
-    def failed(self) -> list[Fields]:
+    def without_result(self) -> list[Fields]:
         """The rows without one."""
         return [row for row in self.rows if row["error"]]
 
     @property
     def heading(self) -> str:
         """How many recordings there are, and how many gave no result."""
-        every, bad = ({row["recording"] for row in rows} for rows in (self.rows, self.failed))
+        every, bad = ({row["recording"] for row in rows} for rows in (self.rows, self.without_result))
         words = f"{self.verb}: {len(every):,} recording{'' if len(every) == 1 else 's'}"
         return words + (f", {len(bad):,} without a result" if bad else "")
 
@@ -140,7 +140,7 @@ class Summary:
 
     def failures(self) -> Table:
         """Why recordings gave no result."""
-        rows: list[Row] = [{"recording": row["recording"], "why": row["error"]} for row in self.failed]
+        rows: list[Row] = [{"recording": row["recording"], "why": row["error"]} for row in self.without_result]
         note = f"{len(rows) - SENTENCES:,} more stand in the rows, column error." if len(rows) > SENTENCES else ""
         columns = [Column("recording", "recording"), Column("why", "why")]
         return Table("Without a result", columns, rows[:SENTENCES], note)

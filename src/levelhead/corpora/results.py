@@ -76,7 +76,7 @@ class Results:
                 temporary.write_text(json.dumps(wanted, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
 
     @contextmanager
-    def locked(self) -> Iterator[None]:
+    def lock(self) -> Iterator[None]:
         """Keeps other runs out of the folder; the lock ends with the process, however that ends."""
         try:
             import fcntl

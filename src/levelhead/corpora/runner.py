@@ -117,7 +117,7 @@ def corpus(
     with ExitStack() as stack:
         folder = Path(out) if out is not None else Path(stack.enter_context(TemporaryDirectory(prefix="levelhead-")))
         results = Results(folder, job)
-        stack.enter_context(results.locked())
+        stack.enter_context(results.lock())
         return run_job(job, sources, results, storage or {}, workers, scheduler, memory, progress)
 
 

@@ -102,7 +102,7 @@ class FaultResponse:
         return bool(self.said) or (self.growth is not None and self.growth >= GROWN)
 
     @property
-    def recovered(self) -> bool:
+    def is_recovered(self) -> bool:
         """Whether tilt and heading are right again within the recording."""
         return self.tilt_recovery is not None and self.heading_recovery is not None
 
@@ -122,7 +122,7 @@ class FaultResponse:
             "heading_without_deg": self.usual_heading,
             "tilt_recovery_s": self.tilt_recovery,
             "heading_recovery_s": self.heading_recovery,
-            "recovered": self.recovered,
+            "recovered": self.is_recovered,
             "harmless": self.harmless,
             "said": list(self.said),
             "said_after_s": self.said_after,
