@@ -61,10 +61,11 @@ def find_poses(recordings: Sequence[Recording]) -> tuple[list[Pose], list[Measur
     turns: list[MeasuredTurn] = []
     for log, recording in enumerate(recordings):
         before: StillStretch | None = None
+        rate = recording.rate  # a median over the whole recording each time that it is asked for
         for stretch in still_stretches(recording, LEAST):
-            poses.append(_pose(recording, stretch, log))
+            poses.append(_pose(recording, stretch, log, rate))
             if before is not None:
-                turn = _turn(recording, before, stretch, poses)
+                turn = _turn(recording, before, stretch, poses, rate)
                 turns += [] if turn is None else [turn]
             before = stretch
     return poses, turns
@@ -80,13 +81,13 @@ def directions(poses: Sequence[Pose]) -> int:
     return len(kept)
 
 
-def _pose(recording: Recording, stretch: StillStretch, log: int) -> Pose:
-    edge = min(round(TRIM * recording.rate), (stretch.end - stretch.start) // 4)
+def _pose(recording: Recording, stretch: StillStretch, log: int, rate: float) -> Pose:
+    edge = min(round(TRIM * rate), (stretch.end - stretch.start) // 4)
     rows = slice(stretch.start + edge, stretch.end - edge)
     acc, gyr = recording.acc[rows], recording.gyr[rows]
     count = max(1, int(np.isfinite(acc[:, 0]).sum()))
     white = float(np.nanstd(acc, axis=0).max()) / np.sqrt(count)
-    noise = float(np.nanstd(gyr, axis=0).max()) / np.sqrt(recording.rate)
+    noise = float(np.nanstd(gyr, axis=0).max()) / np.sqrt(rate)
     mag = None
     if recording.mag is not None and np.isfinite(recording.mag[rows]).any(axis=0).all():
         mag = np.nanmean(recording.mag[rows], axis=0)
@@ -97,7 +98,7 @@ def _pose(recording: Recording, stretch: StillStretch, log: int) -> Pose:
 
 
 def _turn(
-    recording: Recording, before: StillStretch, after: StillStretch, poses: Sequence[Pose]
+    recording: Recording, before: StillStretch, after: StillStretch, poses: Sequence[Pose], rate: float
 ) -> MeasuredTurn | None:
     """The turn that ends at the last pose; None if a reading is missing in it, or it took too long."""
     rows = slice(before.end - 1, after.start + 1)
@@ -105,13 +106,13 @@ def _turn(
     steps = np.diff(t)
     if (
         t[-1] - t[0] > LONGEST_TURN
-        or steps.max() > max(LONGEST_GAP, 2.0 / recording.rate)
+        or steps.max() > max(LONGEST_GAP, 2.0 / rate)
         or not np.isfinite(gyr).all()
     ):
         return None
     share = np.linspace(0.0, 1.0, len(t))[:, None]
     free = gyr - (1.0 - share) * poses[-2].gyr - share * poses[-1].gyr
-    starts = np.arange(0, len(steps), max(1, round(TURN_STEP * recording.rate)))
+    starts = np.arange(0, len(steps), max(1, round(TURN_STEP * rate)))
     times = np.add.reduceat(steps, starts)
     angles = np.add.reduceat(0.5 * (free[1:] + free[:-1]) * steps[:, None], starts)
     return MeasuredTurn(len(poses) - 2, angles / times[:, None], times)

@@ -36,11 +36,12 @@ class Windows(NamedTuple):
 
 def windows(recording: Recording) -> Windows:
     """Half seconds of a recording, at least 4 samples each; NaN where most readings are missing or time has a gap."""
-    size = max(4, round(WINDOW * recording.rate))
+    rate = recording.rate
+    size = max(4, round(WINDOW * rate))
     count = len(recording) // size
     used = slice(0, count * size)
     time = recording.t[used].reshape(count, size)
-    torn = time[:, -1] - time[:, 0] > 1.5 * size / max(recording.rate, 1e-9)
+    torn = time[:, -1] - time[:, 0] > 1.5 * size / max(rate, 1e-9)
     found = []
     for values in (recording.gyr, recording.acc):
         rows = values[used].reshape(count, size, 3)
