@@ -1,5 +1,10 @@
 """``levelhead calibrate`` and the commands that take its file."""
 
+import os
+import signal
+import subprocess
+import sys
+
 import pytest
 
 from levelhead import simulate
@@ -46,3 +51,57 @@ def test_a_log_that_is_never_still_is_refused(levelhead, tmp_path):
 
 def test_without_a_log(levelhead):
     assert levelhead("calibrate").code == 2
+
+
+def test_live_with_a_replay_says_what_to_do_and_ends_like_a_log(levelhead, poses, tmp_path):
+    said = levelhead("calibrate", "--live", "-s", f"replay:{poses}", "--speed", "inf", "--json", "-o", tmp_path)
+    assert said.code == 0, said.err
+    assert "put it down" in said.err
+    assert {path.name for path in tmp_path.iterdir()} == {"sensor-calibration.json", "sensor-poses.png"}
+    log = levelhead("calibrate", poses, "--json", "--no-plot", "-o", tmp_path / "log").json
+    assert {**said.json, "written": None} == {**log, "written": None}
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        ([], "calibrate needs a log"),
+        (["--live"], "needs a source"),
+        (["--live", "-s", "emulated:mpu6050", "a.csv"], "either logs or --live"),
+        (["a.csv", "--poses", "9"], "are for calibrate --live"),
+        (["--live", "-s", "emulated:mpu6050", "--poses", "3"], "expected 6 or more"),
+        (["--live", "-s", "nothing:at-all"], "there is no source 'nothing:at-all'"),
+    ],
+)
+def test_live_or_logs(refused, tmp_path, words, sentence):
+    assert sentence in refused("calibrate", *words, "-o", tmp_path)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_replay_without_poses_is_refused(levelhead, tmp_path):
+    write_csv(simulate.recording("MPU-6050", "hand", 40.0, 50.0)[500:], tmp_path / "hand.csv")
+    said = levelhead(
+        "calibrate", "--live", "-s", f"replay:{tmp_path / 'hand.csv'}", "--speed", "inf", "-o", tmp_path / "out"
+    )
+    assert said.code == 2
+    assert "never still in 30 s" in said.err
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name != "posix", reason="needs signals")
+def test_ctrl_c_leaves_nothing_behind(tmp_path):
+    code = (
+        "import signal, sys; from levelhead import cli\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        f"sys.exit(cli.main(['calibrate', '--live', '-s', 'emulated:mpu6050', '-o', {str(tmp_path / 'out')!r}]))"
+    )
+    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stderr is not None
+        assert process.stderr.readline() == b"waiting for the sensor\n"
+        assert b"hold still" in process.stderr.readline()
+        process.send_signal(signal.SIGINT)
+        out, said = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert out == b"" and b"Traceback" not in said
+    assert not (tmp_path / "out").exists()

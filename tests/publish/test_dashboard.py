@@ -303,3 +303,20 @@ def test_bad_words(capsys):
     ):
         assert main(words) == 2
         assert said in capsys.readouterr().err
+
+
+def test_a_guided_calibration_shows_how_the_sensor_should_lie():
+    from levelhead.calibrate.guide import Instruction
+    from levelhead.publish.dashboard.guide_view import GuideView
+
+    view = GuideView("calibration of {a} sensor", FREE + 40)
+    try:
+        now = Instruction("put it down {x}", np.array([0.0, -1.0, 0.0]), 0.0, 0.25, "+z", 3, ["scale x"], ["+z"], False)
+        view.show(now)
+        assert view.page.status.content == "**put it down &#123;x&#125;**"
+        assert view._bar.value == 25.0
+        assert "scale x" in view._told.content
+        w, x, y, z = view.page._body.wxyz
+        assert math.isclose(2.0 * (y * z + w * x), -1.0)  # y points down
+    finally:
+        view.stop()

@@ -104,11 +104,7 @@ def _turn(
     rows = slice(before.end - 1, after.start + 1)
     t, gyr = recording.t[rows], recording.gyr[rows]
     steps = np.diff(t)
-    if (
-        t[-1] - t[0] > LONGEST_TURN
-        or steps.max() > max(LONGEST_GAP, 2.0 / rate)
-        or not np.isfinite(gyr).all()
-    ):
+    if t[-1] - t[0] > LONGEST_TURN or steps.max() > max(LONGEST_GAP, 2.0 / rate) or not np.isfinite(gyr).all():
         return None
     share = np.linspace(0.0, 1.0, len(t))[:, None]
     free = gyr - (1.0 - share) * poses[-2].gyr - share * poses[-1].gyr

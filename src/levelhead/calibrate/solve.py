@@ -7,11 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from levelhead.calibrate import accelerometer, gyroscope, magnetometer
-from levelhead.calibrate.coverage import next_poses, unknown
+from levelhead.calibrate.coverage import next_poses, untold_field, untold_numbers, untold_rates
 from levelhead.calibrate.least_squares import Solution
 from levelhead.calibrate.pose_calibration import PoseCalibration, Residual, quantity
 from levelhead.calibrate.poses import MeasuredTurn, Pose, directions, find_poses
-from levelhead.calibration import UNLEARNED, Calibration, Quantity
+from levelhead.calibration import Calibration, Quantity
 from levelhead.errors import LevelheadError, require
 from levelhead.recording import Array, Recording
 from levelhead.units import GRAVITY
@@ -72,9 +72,11 @@ def calibrate_sensor(
         parts["mag_matrix"] = quantity(found[:9].reshape(3, 3), sigma[:9].reshape(3, 3), shape)
         parts["mag_offset"] = quantity(found[9:12], sigma[9:12], np.array(magnetometer.PRIOR_OFFSET * found[12]))
         parts["mag_delay"] = quantity(np.zeros(1), np.array([DELAY]), np.array(DELAY))
-        weak = [axis for axis, one in zip("xyz", sigma[9:12], strict=True) if one > 0.1 * found[12]]
+        weak = untold_field(field.solution)
         if weak:
             advice.append(f"the magnetometer's offset {' '.join(weak)} is weak: turn the sensor through all directions")
+    elif any(pose.mag is not None for pose in poses):
+        advice.append("magnetometer: no better than no calibration, so it stays as it is")
     lengths = np.stack(
         [np.linalg.norm(np.array([pose.acc for pose in poses]), axis=1), np.linalg.norm(force, axis=1)], 1
     )
@@ -143,12 +145,23 @@ def _accelerometer(poses: Sequence[Pose], gravity: float) -> Found:
     return Found(solution, residual, np.zeros((0, 2)))
 
 
+def rate_solution(turns: Sequence[MeasuredTurn], poses: Sequence[Pose], force: Array) -> Solution | None:
+    """S of the gyroscope by rows; None without turns.
+
+    Args:
+        turns: the turns.
+        poses: the poses.
+        force: (k, 3) specific force of the poses as corrected.
+    """
+    return gyroscope.fit_gyroscope(gyroscope.Turns(turns, poses, force)) if turns else None
+
+
 def _gyroscope(turns: Sequence[MeasuredTurn], poses: Sequence[Pose], force: Array, level: Solution) -> Found | None:
     """The gyroscope's numbers; None without turns, or where they are no better than none on turns held out."""
-    if not turns:
+    solution = rate_solution(turns, poses, force)
+    if solution is None:
         return None
     every = gyroscope.Turns(turns, poses, force)
-    solution = gyroscope.fit_gyroscope(every)
     held = np.empty(len(turns))
     for out in _folds(len(turns)):
         seen = [turn for turn, no in zip(turns, out, strict=True) if not no]
@@ -167,15 +180,28 @@ def _gyroscope(turns: Sequence[MeasuredTurn], poses: Sequence[Pose], force: Arra
     return Found(solution._replace(covariance=solution.covariance + extra), residual, angles)
 
 
+def field_solution(recordings: Sequence[Recording], poses: Sequence[Pose], force: Array) -> Solution | None:
+    """The magnetometer's numbers; None where there is none, or too little of it."""
+    there, at_rest, up = _at_rest(poses, force)
+    mag = magnetometer.samples(recordings)
+    return (
+        magnetometer.fit_magnetometer(mag, at_rest, up) if len(there) >= LEAST_DIRECTIONS and len(mag) >= 50 else None
+    )
+
+
+def _at_rest(poses: Sequence[Pose], force: Array) -> tuple[list[int], Array, Array]:
+    """Numbers of the poses with a field, the field there, and the directions of the specific force."""
+    there = [i for i, pose in enumerate(poses) if pose.mag is not None]
+    up = force[there] / np.linalg.norm(force[there], axis=1, keepdims=True)
+    return there, np.array([poses[i].mag for i in there]), up
+
+
 def _magnetometer(recordings: Sequence[Recording], poses: Sequence[Pose], force: Array) -> Found | None:
     """The magnetometer's numbers; None where there is none, or too little of it."""
-    there = [i for i, pose in enumerate(poses) if pose.mag is not None]
-    mag = magnetometer.samples(recordings)
-    if len(there) < LEAST_DIRECTIONS or len(mag) < 50:
+    solution = field_solution(recordings, poses, force)
+    if solution is None:
         return None
-    at_rest = np.array([poses[i].mag for i in there])
-    up = force[there] / np.linalg.norm(force[there], axis=1, keepdims=True)
-    solution = magnetometer.fit_magnetometer(mag, at_rest, up)
+    there, at_rest, up = _at_rest(poses, force)
     held = np.empty(len(there))
     for out in _folds(len(there)):
         others = magnetometer.fit_magnetometer(at_rest[~out], at_rest[~out], up[~out]).value
@@ -208,14 +234,14 @@ def _upper(solution: Solution) -> Quantity:
 def _advice(level: Solution, poses: Sequence[Pose], gravity: float, s_sigma: Array, turned: bool) -> list[str]:
     """What poses and turns have not told, and which would."""
     advice = []
-    missing = unknown(level.sigma)
+    missing = untold_numbers(level.sigma)
     if missing:
         sides = next_poses(level.covariance, gravity, float(np.median([pose.sigma for pose in poses])) * level.scale)
         advice.append(
             f"these poses do not tell the accelerometer's {', '.join(missing)}: put the sensor down with "
             f"{'; then with '.join(sides)}"
         )
-    axes = [axis for i, axis in enumerate("xyz") if s_sigma[i, i] > UNLEARNED * gyroscope.PRIOR]
+    axes = untold_rates(s_sigma)
     if axes and turned:
         advice.append(
             f"these turns do not tell the gyroscope's scale {' '.join(axes)}: from one pose to the next turn the "

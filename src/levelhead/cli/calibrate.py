@@ -1,12 +1,14 @@
-"""``levelhead calibrate LOG…``: the errors of a sensor from poses by hand."""
+"""``levelhead calibrate LOG…`` and ``calibrate --live``: the errors of a sensor from poses by hand."""
 
+from contextlib import ExitStack
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
 from levelhead.cli.options import (
     NO_PICTURE,
+    Axes,
     Reading,
     can_draw,
     folder,
@@ -17,11 +19,25 @@ from levelhead.cli.options import (
 from levelhead.errors import LevelheadError
 from levelhead.units import GRAVITY
 
+if TYPE_CHECKING:
+    from levelhead.recording import Recording
+
+LIVE_NAME = "sensor"  # of the files of a calibration without a log
+LIVE_RATE = 200.0  # Hz
+
 
 def calibrate(
-    logs: Annotated[tuple[Path, ...], Parameter(metavar="LOG", negative="")],
+    logs: Annotated[tuple[Path, ...], Parameter(metavar="LOG", negative="")] = (),
     /,
     *,
+    live: Annotated[bool, Parameter(negative="")] = False,
+    source: Annotated[str | None, Parameter(name=["--source", "-s"], metavar="WHAT")] = None,
+    poses: Annotated[int | None, Parameter(metavar="N")] = None,
+    view: Annotated[bool, Parameter(negative="")] = False,
+    speed: Annotated[float, Parameter(metavar="X")] = 1.0,
+    axes: Axes = "x,y,z",
+    gyr_range: Annotated[float, Parameter(metavar="DEG/S")] = 500.0,
+    acc_range: Annotated[float, Parameter(metavar="G")] = 4.0,
     gravity: Annotated[float, Parameter(metavar="M/S²")] = GRAVITY,
     out: Annotated[Path, Parameter(name=["--out", "-o"], metavar="DIR")] = Path(),
     plot: bool = True,
@@ -32,10 +48,20 @@ def calibrate(
 
     Finds the poses, solves for accelerometer, gyroscope and magnetometer, and says how sure each number is, which the
     poses could not tell and which pose would, and how much better it is on poses that were held out. Writes
-    LOG-calibration.json, which `fuse --prior` and `export --prior` or `--calibration` take, and LOG-poses.png.
+    LOG-calibration.json, which `fuse --prior` and `export --prior` or `--calibration` take, and LOG-poses.png. With
+    --live it says pose by pose what to do next, until every number is told; Ctrl-C leaves without a file.
 
     Args:
         logs: recordings of one sensor, without switching it off between them.
+        live: with the sensor there instead of a log; the files are sensor-calibration.json and sensor-poses.png.
+        source: for --live, as for run: emulated:mpu6050 (no hardware, put down by itself), mpu6050 or another chip on
+            I²C, serial:/dev/ttyUSB0@115200, or replay:FILE.
+        poses: for --live, how many at least; 12 unless told otherwise, 6 or more.
+        view: for --live, also show in the browser how the sensor should lie.
+        speed: of a replay; inf is as fast as it goes.
+        axes: the sensor's axes that are the body's x (forward), y (left) and z (up), such as -y,x,z.
+        gyr_range: full scale of a chip's gyroscope.
+        acc_range: full scale of a chip's accelerometer.
         gravity: at the place; 9.780 at the equator, 9.832 at a pole.
         out: folder for the results.
         plot: draw the picture (needs the extra levelhead[plot]).
@@ -44,14 +70,16 @@ def calibrate(
     from levelhead.calibrate import calibrate_sensor
     from levelhead.publish.progress import progress
 
-    if not logs:
-        raise LevelheadError("calibrate needs a log; expected: levelhead calibrate LOG …")
+    _require_one_way(logs, live, source, poses, view)
     require_writable(out)
-    with progress("reading"):
-        recordings = [reading.read(log) for log in logs]
+    if source is not None:
+        recordings = [_guide(source, poses, view, speed, axes, gyr_range, acc_range, gravity, reading)]
+    else:
+        with progress("reading"):
+            recordings = [reading.read(log) for log in logs]
     with progress("calibrating") as report:
         found = calibrate_sensor(recordings, gravity=gravity, progress=report)
-    name = logs[0].stem
+    name = logs[0].stem if logs else LIVE_NAME
     written = [folder(out) / f"{name}-calibration.json"]
     found.calibration.save(written[0])
     if plot and can_draw():
@@ -67,3 +95,67 @@ def calibrate(
     if plot and not can_draw():
         print_line(f"{NO_PICTURE}; --no-plot leaves this line out")
     print_line("written: " + ", ".join(str(path) for path in written))
+
+
+def _require_one_way(logs: tuple[Path, ...], live: bool, source: str | None, poses: int | None, view: bool) -> None:
+    """Makes sure that there are either logs or a live source.
+
+    Raises:
+        LevelheadError: neither, both, or an option of the other.
+    """
+    if live and logs:
+        raise LevelheadError("calibrate takes either logs or --live; leave one of them out")
+    if live and source is None:
+        raise LevelheadError("calibrate --live needs a source, such as: --source emulated:mpu6050")
+    if not live and (source is not None or poses is not None or view):
+        raise LevelheadError("--source, --poses and --view are for calibrate --live; add --live or leave them out")
+    if not live and not logs:
+        raise LevelheadError("calibrate needs a log; expected: levelhead calibrate LOG …, or --live --source WHAT")
+
+
+def _guide(
+    source: str,
+    poses: int | None,
+    view: bool,
+    speed: float,
+    axes: str,
+    gyr_range: float,
+    acc_range: float,
+    gravity: float,
+    reading: Reading,
+) -> "Recording":
+    """What a guided calibration has read."""
+    from levelhead.axis_map import AxisMap
+    from levelhead.calibrate.guide import POSES, Instruction
+    from levelhead.calibrate.guided import record_poses
+    from levelhead.live.open import open_source
+    from levelhead.publish.guide_display import guide_display
+    from levelhead.sources import parse_lsb, parse_map, parse_units
+
+    opened = open_source(
+        source,
+        rate=reading.rate or LIVE_RATE,
+        speed=speed,
+        gyr_range=gyr_range,
+        acc_range=acc_range,
+        axes=AxisMap.parse(axes),
+        motion="poses",
+        map=parse_map(reading.map),
+        units=parse_units(reading.units),
+        lsb=parse_lsb(reading.lsb),
+    )
+    with ExitStack() as held:
+        shown = [held.enter_context(guide_display())]
+        if view:
+            from levelhead.publish.dashboard.guide_view import GuideView
+
+            page = GuideView(f"calibration of {opened.name}")
+            held.callback(page.stop)
+            print_line(page.page.url)
+            shown.append(page.show)
+
+        def show(now: Instruction) -> None:
+            for one in shown:
+                one(now)
+
+        return record_poses(opened, show, gravity=gravity, poses=POSES if poses is None else poses)

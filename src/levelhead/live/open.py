@@ -22,6 +22,7 @@ from levelhead.sources.source import Source
 
 KINDS = ("emulated", "serial", "replay", *CHIPS)
 REST = 8.0  # s at the beginning, so that the node can read off the bias
+PUT_DOWN = 24  # times that an emulated sensor is put down there, where it is for poses
 HALF_LOOP = 60.0  # s that an emulated sensor is moved there, and back again
 CHIP_NAMES = {"mpu6050": "MPU-6050", "lsm6dso32": "LSM6DSO32", "icm20948": "ICM-20948"}
 IDEAL: Fields = {"quantisation": 0.0, "full_scale": math.inf}  # the emulated registers round and clip
@@ -42,7 +43,7 @@ def open_source(
         gyr_range: full scale of a chip, °/s.
         acc_range: full scale of a chip, g.
         axes: how a board sits on its body.
-        motion: how an emulated board is moved.
+        motion: how an emulated board is moved: a style of ``simulate.motion``, or "poses".
         seed: of that motion and of the specimen of the chip.
         hints: ``map``, ``units``, ``lsb`` for lines and files.
 
@@ -103,9 +104,9 @@ def closed_motion(wanted: BoardSpec, rate: float, style: str, seed: int, half: f
     The second half is the first one backwards: rates and velocities change their sign, accelerations do not. The
     magnetometer is one that has been calibrated.
     """
-    from levelhead.simulate import Motion, imu, motion, observe
+    from levelhead.simulate import Motion, imu, motion, observe, poses
 
-    there = motion(seed, half, rate, style=style, still=REST)
+    there = poses(PUT_DOWN, seed, rate=rate) if style == "poses" else motion(seed, half, rate, style=style, still=REST)
     both = [slice(None), slice(None, None, -1)]
     sign = (1.0, -1.0)
     track = Motion(

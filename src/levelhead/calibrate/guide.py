@@ -1,0 +1,235 @@
+"""Calibration while the sensor is there: what to do next, from the poses that the offline command would find."""
+
+from collections.abc import Sequence
+from concurrent.futures import Executor, Future
+from typing import NamedTuple
+
+import numpy as np
+
+from levelhead.calibrate import accelerometer
+from levelhead.calibrate.coverage import (
+    SIDES,
+    lay_down,
+    next_side,
+    side_up,
+    untold_field,
+    untold_numbers,
+    untold_rates,
+)
+from levelhead.calibrate.growing import GrowingRecording
+from levelhead.calibrate.poses import ALIKE, LEAST, find_poses
+from levelhead.calibrate.solve import field_solution, rate_solution
+from levelhead.errors import LevelheadError
+from levelhead.noise.stillness import WINDOW, still_stretches
+from levelhead.recording import Array, Recording
+from levelhead.sample import Sample
+from levelhead.units import GRAVITY
+
+POSES = 12  # with fewer there is little to hold out
+HOLD = 2.0  # s of a pose
+PATIENCE = 2  # times as many poses after which it is done, whatever is still weak: the verdict says what
+STUCK = 2.0  # s of the same reading after which a sensor is refused
+
+
+class Assessment(NamedTuple):
+    """What the poses so far tell.
+
+    Attributes:
+        poses: how many.
+        sides: (k, 3) directions that were up, of length 1.
+        untold: names of the accelerometer's numbers that they do not tell.
+        next: side to put up, (3,) of −1, 0 and 1.
+        axes: of the gyroscope whose scale the turns do not tell; only asked when the accelerometer is told.
+        field: of the magnetometer whose offset is weak; likewise.
+        done: whether all is told, or was asked for often enough.
+    """
+
+    poses: int
+    sides: Array
+    untold: list[str]
+    next: Array
+    axes: list[str]
+    field: list[str]
+    done: bool
+
+
+class Instruction(NamedTuple):
+    """What to do now.
+
+    Attributes:
+        words: a sentence.
+        side: to put up, (3,) of −1, 0 and 1; None while it must lie still.
+        hold: s for which it must still lie still; 0: it may be moved.
+        fraction: of the whole that is done, 0 to 1.
+        up: which side is up now, in words.
+        poses: taken so far.
+        untold: names of numbers that the poses so far do not tell.
+        sides: of the six sides, those that have been up: "+x", …
+        done: nothing more to do.
+    """
+
+    words: str
+    side: Array | None
+    hold: float
+    fraction: float
+    up: str
+    poses: int
+    untold: list[str]
+    sides: list[str]
+    done: bool
+
+
+class Guide:
+    """Takes samples and says what to do next.
+
+    Args:
+        executor: where fits run, so that reading goes on meanwhile.
+        gravity: m/s² at the place.
+        poses: how many at least.
+
+    Raises:
+        LevelheadError: fewer than 6 poses.
+    """
+
+    def __init__(self, executor: Executor, gravity: float = GRAVITY, poses: int = POSES) -> None:
+        if poses < 6:
+            raise LevelheadError(f"{poses} poses cannot tell the nine numbers of an accelerometer; expected 6 or more")
+        self._samples = GrowingRecording()
+        self._executor, self._gravity, self._least = executor, gravity, poses
+        self._pending: Future[Assessment] | None = None
+        self._seen = 0  # poses that the last assessment has been asked for
+        self._known = Assessment(0, np.zeros((0, 3)), list(accelerometer.NAMES), SIDES[_UP], [], [], False)
+        self._last = Instruction("waiting for the sensor", None, 0.0, 0.0, "", 0, [], [], False)
+        self._windows = 0
+
+    def add(self, samples: Sequence[Sample]) -> None:
+        """What came since the last time."""
+        self._samples.add(samples)
+
+    def recording(self) -> Recording:
+        """All samples so far.
+
+        Raises:
+            LevelheadError: none came.
+        """
+        return self._samples.recording()
+
+    def instruction(self, wait: bool = False) -> Instruction:
+        """What to do now.
+
+        Args:
+            wait: until the poses so far have been assessed.
+
+        Raises:
+            LevelheadError: the sensor gives the same reading all the time.
+        """
+        if self._pending is not None and (wait or self._pending.done()):
+            self._known, self._pending = self._pending.result(), None
+        windows = int(self._samples.duration / WINDOW)
+        if windows > self._windows or wait:
+            self._windows = windows
+            self._last = self._look(wait)
+        return self._last
+
+    def _look(self, wait: bool) -> Instruction:
+        """Finds the poses anew, and has them assessed if there is one more."""
+        if self._samples.duration < 2.0 * WINDOW:
+            return self._last
+        recording = self._samples.recording()
+        _require_change(recording)
+        stretches, rate = still_stretches(recording, WINDOW), recording.rate
+        size = max(4, round(WINDOW * rate))
+        resting = bool(stretches) and stretches[-1].end == len(recording) // size * size
+        held = (stretches[-1].end - stretches[-1].start) / rate if resting else 0.0
+        enough = sum(one.end - one.start >= LEAST * rate - 1.0 for one in stretches)
+        settled = enough - (resting and LEAST <= held < HOLD)
+        if settled != self._seen and self._pending is None:
+            self._seen = settled
+            self._pending = self._executor.submit(assess, recording, self._gravity, self._least)
+            if wait:
+                self._known, self._pending = self._pending.result(), None
+        return self._say(resting, held, settled, recording)
+
+    def _say(self, resting: bool, held: float, settled: int, recording: Recording) -> Instruction:
+        known = self._known
+        left = max(0.0, HOLD - held) if resting else 0.0
+        if known.done:
+            words = "done: it may be moved"
+        elif left > 0.0:
+            words = f"hold still: {left:.1f} s more"
+        elif resting and self._pending is not None:
+            words = "good; leave it there for a moment"
+        else:
+            words = _wish(known, settled, self._least)
+        share = min(1.0, (settled + min(1.0, held / HOLD) * (left > 0.0)) / self._least)
+        untold = [*known.untold, *(f"gyroscope {axis}" for axis in known.axes)]
+        untold += [f"magnetometer {axis}" for axis in known.field]
+        sides = [side_up(side[None]) for side in SIDES if np.abs(side).sum() == 1 and _has(known.sides, side)]
+        return Instruction(
+            words,
+            None if known.done or left > 0.0 else known.next,
+            left,
+            1.0 if known.done else min(share, 0.95),
+            side_up(recording.acc[-20:]),
+            settled,
+            untold,
+            sides,
+            known.done,
+        )
+
+
+_UP = next(i for i, side in enumerate(SIDES) if tuple(side) == (0.0, 0.0, 1.0))
+
+
+def assess(recording: Recording, gravity: float, least: int) -> Assessment:
+    """What the poses in a recording tell, by the fits of ``calibrate_sensor``."""
+    poses, turns = find_poses([recording])
+    if not poses:
+        return Assessment(0, np.zeros((0, 3)), list(accelerometer.NAMES), SIDES[_UP], [], [], False)
+    level = accelerometer.fit_accelerometer(poses, gravity)
+    acc = np.array([pose.acc for pose in poses])
+    force = accelerometer.true_force(level.value, acc)
+    sides = force / np.linalg.norm(force, axis=1, keepdims=True)
+    noise = float(np.median([pose.sigma for pose in poses])) * level.scale
+    untold = untold_numbers(level.sigma)
+    further = next_side(level.covariance, gravity, noise, sides)
+    axes: list[str] = []
+    field: list[str] = []
+    if not untold and len(poses) >= least:
+        rate = rate_solution(turns, poses, force)
+        axes = list("xyz") if rate is None else untold_rates(rate.sigma.reshape(3, 3))
+        found = field_solution([recording], poses, force)
+        field = [] if found is None else untold_field(found)
+    done = len(poses) >= least and not (untold or axes or field)
+    done |= len(poses) >= PATIENCE * least
+    return Assessment(len(poses), sides, untold, further, axes, field, done)
+
+
+def _wish(known: Assessment, settled: int, least: int) -> str:
+    """What would tell most of what is not told yet."""
+    head = f"pose {settled} of {max(least, settled + 1)} taken: " if settled else ""
+    if known.axes and not known.untold:
+        several = " and ".join(known.axes)
+        return f"{head}turn it about {several} by a quarter or more, with that axis level, and put it down again"
+    if known.field and not known.untold:
+        return f"{head}now turn it slowly about each axis, through all directions, and put it down again"
+    again = "turn it by hand and put it down" if settled else "put it down"
+    return f"{head}{again} {lay_down(known.next)}"
+
+
+def _has(sides: Array, side: Array) -> bool:
+    """Whether a side has been up."""
+    return bool(len(sides)) and bool((sides @ (side / np.linalg.norm(side)) > np.cos(1.2 * ALIKE)).any())
+
+
+def _require_change(recording: Recording) -> None:
+    """Makes sure that the sensor measures something.
+
+    Raises:
+        LevelheadError: the same reading for seconds.
+    """
+    first = recording.t <= recording.t[0] + STUCK
+    if recording.duration > STUCK and not np.ptp(recording.acc[first], axis=0).any():
+        raise LevelheadError(
+            f"the accelerometer gives the same reading for {STUCK:g} s; expected noise at least: it is stuck, or sleeps"
+        )

@@ -1,0 +1,51 @@
+"""The page of a guided calibration: how the sensor should lie, and what to do."""
+
+import math
+
+import numpy as np
+
+from levelhead.calibrate.guide import Instruction
+from levelhead.publish.dashboard.page import PORT, Page, plain
+from levelhead.recording import Array
+from levelhead.rotations import from_rotvec
+
+
+class GuideView:
+    """The body as it should be put down, the instruction beside it, and what is told.
+
+    Args:
+        title: what the page is about.
+        port: of the page.
+    """
+
+    def __init__(self, title: str, port: int = PORT) -> None:
+        self.page = Page(title, port)
+        self._bar = self.page.server.gui.add_progress_bar(0.0)
+        self._told = self.page.server.gui.add_markdown("")
+        self._last: Instruction | None = None
+
+    def show(self, now: Instruction) -> None:
+        """Draws it, if it is another one than before."""
+        if now is self._last:
+            return
+        self._last = now
+        self.page.status.content = f"**{plain(now.words)}**"
+        self._bar.value = 100.0 * now.fraction
+        sides = ", ".join(now.sides) or "none"
+        untold = ", ".join(now.untold) or "nothing"
+        self._told.content = plain(f"up now: {now.up}; sides that were up: {sides}; not told yet: {untold}")
+        if now.side is not None:
+            self.page.turn(attitude(now.side).tolist())
+
+    def stop(self) -> None:
+        """Closes the page."""
+        self.page.stop()
+
+
+def attitude(side: Array) -> Array:
+    """(4,) the shortest turn from level that puts a side of the sensor up, sensor to earth."""
+    x, y, z = side / np.linalg.norm(side)
+    angle, level = math.acos(min(1.0, max(-1.0, z))), math.hypot(x, y)
+    axis = np.array([1.0, 0.0, 0.0]) if level < 1e-9 else np.array([y, -x, 0.0]) / level
+    found: Array = from_rotvec(angle * axis)
+    return found
