@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array, Recording, median
 from levelhead.sources import unit_inference
-from levelhead.sources.clock import Candidate, Clock, choose, seconds
+from levelhead.sources.clock import Candidate, Clock, CounterError, choose, join_seconds, seconds
 from levelhead.sources.columns import Roles, assign
 from levelhead.sources.conventions import points_down, whole_acceleration
 from levelhead.sources.field_check import field_turn, is_normalised
@@ -24,6 +24,7 @@ from levelhead.sources.truth import find_truth
 SLOWEST = 0.75  # s between complete samples; at half a turn a second, 135 degrees lie between them
 RARE = 0.05  # share of complete rows below which a log is refused
 ROUND_RATES = (10, 20, 25, 50, 100, 125, 200, 250, 400, 500, 1000)  # Hz
+_NEARLY_MS = 700.0  # Hz from which a stamp that counts 1 a row may well be milliseconds
 USUAL_RATES = (10, 12.5, 20, 25, 50, 100, 104, 119, 125, 200, 208, 250, 400, 416, 500, 800, 1000)  # Hz
 
 
@@ -150,11 +151,18 @@ def clock_of(table: Table, roles: Roles, hints: Hints, columns: dict[int, Column
                 f"{table.source} has time stamps in column '{table.names[positions[0]]}', and rate={hints.rate:g} is "
                 "given too; leave out the rate, or leave out the stamps with the hint map t="
             )
-        chosen, words = choose([_candidate(table, i, hints, columns[i]) for i in positions])
+        given = [_candidate(table, i, hints, columns[i]) for i in sorted(positions)]
+        joined = join_seconds(given)
+        if len(joined) == len(given):
+            joined = [_candidate(table, i, hints, columns[i]) for i in positions]
+        chosen, words = choose(joined)
         notes += words
         sensors = [i for role in ("gyr", "acc", "mag") for i in roles.columns.get(role, ())]
         values = stack(columns, sensors) if sensors else None
-        clock = seconds(chosen.stamps, chosen.declared, table, chosen.name, values, hints.session)
+        try:
+            clock = seconds(chosen.stamps, chosen.declared, table, chosen.name, values, hints.session)
+        except CounterError as error:
+            raise _without_counter(error, roles, columns) from None
         notes += clock.notes
         return clock
     if hints.rate is not None and table.rate is not None and "t" not in hints.map:
@@ -173,6 +181,14 @@ def clock_of(table: Table, roles: Roles, hints: Hints, columns: dict[int, Column
     if hints.rate is None:
         notes.append(f"time: no stamps; rows at the {rate:g} Hz that the file gives")
     return Clock(np.arange(n) / rate, "s", None, [])
+
+
+def _without_counter(error: CounterError, roles: Roles, columns: dict[int, Column]) -> NeedsHints:
+    """The error of stamps that count the rows, with the hint that gravity's turn suggests: ms, or a rate."""
+    rate, said = _rate_guess(roles, columns)
+    if rate > _NEARLY_MS:
+        return error
+    return NeedsHints(f"{error}{said}", map={"t": []}, rate=rate)
 
 
 def _dense(

@@ -11,7 +11,8 @@ _COUNTS = {"raw", "counts", "adc", "lsb", "unscaled", "digits"}
 _DERIVED = {"linear", "lin", "user", "free", "filtered", "filt", "lowpass", "lpf", "smooth", "smoothed", "est"}
 _DERIVED |= {"estimated", "estimate", "world", "earth", "global", "ned", "enu", "nav", "hg", "highg", "high", "dmp"}
 _DERIVED |= {"body", "predicted", "pred", "simulated", "dynamic", "motion", "relative", "absolute"}
-_GRAVITY_REMOVED = {"linear", "lin", "user", "free", "dynamic"}
+_DERIVED |= {"linearacceleration", "roll"}
+_GRAVITY_REMOVED = {"linear", "lin", "user", "free", "dynamic", "linearacceleration"}
 _PLAIN, _SECOND_CHOICE, _RAW, _OTHER = range(4)
 _FILLERS = {"imu", "sensor", "data", "field", "msg", "cal", "calibrated", "corrected", "x", "y", "z", "axis", "value"}
 

@@ -54,6 +54,47 @@ class Candidate(NamedTuple):
     declared: Scale | str | None
 
 
+class CounterError(NeedsHints):
+    """Stamps that count 1 a row and have no unit."""
+
+
+def join_seconds(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """The candidates, a column of whole seconds and the one of nanoseconds behind it (stamp.sec, stamp.nanosec) as one.
+
+    Either alone would be a wrong clock: one repeats, the other begins again every second.
+    """
+    found: list[Candidate] = []
+    for one in candidates:
+        before = found[-1] if found else None
+        fraction = _fraction(one)
+        if before is not None and fraction and _factor(before) == 1.0 and _whole(before.stamps):
+            seconds_part = np.rint(before.stamps).astype(np.int64)
+            joined = seconds_part * 1_000_000_000 + np.rint(one.stamps * (1e9 * fraction)).astype(np.int64)
+            found[-1] = Candidate(f"{before.name} + {one.name}", joined, "ns")
+        else:
+            found.append(one)
+    return found
+
+
+def _factor(one: Candidate) -> float | None:
+    """Seconds per number that the column's name or a hint declares; None if nothing does."""
+    if isinstance(one.declared, Scale):
+        return one.declared.factor / one.declared.divisor
+    return None if one.declared is None else units.find("time", one.declared)
+
+
+def _fraction(one: Candidate) -> float | None:
+    """The unit, in s, of a column that holds what is left of a second: whole numbers that stay below a second."""
+    factor = _factor(one)
+    if factor not in (1e-9, 1e-6) or not _whole(one.stamps) or len(one.stamps) < 3:
+        return None
+    return factor if one.stamps.min() >= 0 and one.stamps.max() * factor < 1.0 else None
+
+
+def _whole(stamps: Column) -> bool:
+    return bool(np.isfinite(stamps).all()) and bool((stamps == np.rint(stamps)).all())
+
+
 def choose(candidates: Sequence[Candidate]) -> tuple[Candidate, list[str]]:
     """The clock among several columns with time in their names, and sentences about the choice.
 
@@ -173,7 +214,7 @@ def _infer_unit(stamps: Column, table: Table, name: str) -> tuple[Scale | str, s
                 f"gives are {ticks:.6g} ticks a second",
             )
     elif step == 1.0 and unit != "s" and float((np.diff(stamps) == 1).mean()) > 0.9:
-        raise NeedsHints(
+        raise CounterError(
             f"{table.source}, column '{name}': it counts 1 a row, which is a counter or whole milliseconds; expected "
             "its unit, or the rate and no stamps",
             units={"t": "ms"},

@@ -11,6 +11,7 @@ from levelhead.recording import Recording
 from levelhead.sources.container import Member, members
 from levelhead.sources.formats import BY_SUFFIX, CONTAINERS, FORMATS, TEXT, Format
 from levelhead.sources.hints import Hints, NeedsHints, check, command
+from levelhead.sources.oxts import is_oxts, oxts_table
 from levelhead.sources.table import Table
 
 _TRIES = 4  # hints that may be missing at once
@@ -95,6 +96,8 @@ def _open_tables(file: Path, hints: Hints) -> tuple[list[Table], Hints]:
         from levelhead.sources.rosbag import without_topics
 
         return list(_BAG.tables(file, str(file), hints)), without_topics(hints)
+    if file.is_dir() and is_oxts(file):
+        return [oxts_table(file)], hints
     found: list[Table] = []
     with members(file, _READ) as every:
         empty = [part.name for part in every if part.path.stat().st_size == 0]

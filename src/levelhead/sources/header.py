@@ -12,6 +12,7 @@ _RATE = re.compile(
     r"|(?:^|\W)rate\s*[:=]\s*(\d+(?:\.\d+)?)",
     re.IGNORECASE,
 )
+_PERIOD = re.compile(r"(?:rate|period|interval)\W{0,12}?\d+(?:\.\d+)?\s*(?:ms|us|milli|micro)", re.IGNORECASE)
 _PRINTF = re.compile(r"%[\w.]+\(([^)]*)\)")
 _NO_UNIT = {"no units", "no unit", "unitless", "none", "n/a", "-", ""}
 _RELATIVE = {"local", "local_flux", "a.u.", "au", "normalized", "normalised", "arbitrary"}
@@ -21,6 +22,8 @@ def rate_in(preamble: Sequence[str]) -> float | None:
     """The sample rate in Hz that lines such as "// Update Rate: 100.0Hz" give; None if they give none or several."""
     found = set()
     for line in preamble:
+        if _PERIOD.search(line):  # a period, not a rate
+            continue
         for groups in _RATE.findall(line):
             value = float(next((text for text in groups if text), "0"))
             if 0.5 <= value <= 100_000.0:

@@ -11,14 +11,14 @@ from levelhead.recording import Array, median
 from levelhead.sources import unit_inference
 from levelhead.sources.hints import Hints
 from levelhead.sources.sensitivities import ACC
-from levelhead.sources.table import ArrayTable, Column, stack
+from levelhead.sources.table import ArrayTable, Column
 from levelhead.sources.text import TextTable
 from levelhead.units import GRAVITY
 
 _ROWS = 20_000
+_MOST = 64  # columns that are looked at
 _SPREAD = 0.25  # median deviation of the length of gravity from its median, as a share, at most
 _EXACT = 2e-4  # a length that constant is a unit vector's: a row of a rotation matrix, a quaternion's part
-_ONES = 0.01  # share of exact ones from which a column is no sensor
 _AXES = "xyz"
 _ONE_SENSOR = {1: ["1"], 3: ["x", "y", "z"], 4: ["time", "x", "y", "z"]}
 
@@ -30,6 +30,7 @@ class Guess(NamedTuple):
     acc: tuple[int, ...]
     gyr: tuple[int, ...]
     mag: tuple[int, ...]
+    user: tuple[int, ...] = ()  # acceleration without the gravity that ``acc`` holds alone
 
 
 def with_names(table: TextTable, hints: Hints) -> ArrayTable:
@@ -39,14 +40,23 @@ def with_names(table: TextTable, hints: Hints) -> ArrayTable:
         LevelheadError: no three columns that look like an accelerometer with a gyroscope beside it.
     """
     width = len(table.names)
-    if width in _ONE_SENSOR or width > 64:
-        return _one_sensor(table)
-    everything = range(min(width, 64))
-    columns = table.read(list(everything), frozenset(everything))
-    values = stack({i: column.astype(np.float64) for i, column in columns.items()}, list(everything))
+    everything = [i for i in range(width) if i not in table.layout.words][:_MOST]
+    if width in _ONE_SENSOR or width > _MOST:
+        return _one_sensor(table, list(range(width)))
+    columns = table.read(everything, frozenset(everything))
+    values = np.zeros((len(columns[everything[0]]), width))
+    for i, column in columns.items():
+        values[:, i] = column
     stamps = table.layout.stamps
-    guess = guess_columns(values[:_ROWS], sorted(stamps))
+    second = _split_clock(values)
+    if second is not None:
+        values[:, second] += 1e-9 * values[:, second + 1]
+        values[:, second + 1] = 0.0
+    guess = guess_columns(values[:_ROWS], sorted(stamps) if second is None else [second])
     if not guess.acc or not guess.gyr:
+        lively = [i for i in everything if i in stamps or _varies(values[:, i])]
+        if len(lively) in _ONE_SENSOR and len(lively) > 1:
+            return _one_sensor(table, lively)
         raise LevelheadError(
             f"{table.source} has no header that names its {width} columns, and its numbers show no "
             f"{'gyroscope' if guess.acc else 'accelerometer'}; expected hints such as "
@@ -54,18 +64,24 @@ def with_names(table: TextTable, hints: Hints) -> ArrayTable:
         )
     arrays = {str(i + 1): columns[i] for i in everything}
     named: dict[str, int] = {"t": guess.t} if guess.t is not None else {}
-    for role, positions in (("gyr", guess.gyr), ("acc", guess.acc), ("mag", guess.mag)):
+    if second is not None:
+        named = {"stamp.sec": second, "stamp.nanosec": second + 1}
+    if guess.user and not hints.map:
+        named |= {f"gravity_{axis}": i for axis, i in zip(_AXES, guess.acc, strict=True)}
+    for role, positions in (("gyr", guess.gyr), ("acc", guess.user or guess.acc), ("mag", guess.mag)):
         if role not in hints.map:
-            named |= {f"{role}_{axis}": i for axis, i in zip(_AXES, positions, strict=False)}
+            word = "userAcceleration" if role == "acc" and guess.user and not hints.map else role
+            named |= {f"{word}_{axis}": i for axis, i in zip(_AXES, positions, strict=False)}
     listed = " ".join(
         f"{role}={','.join(str(i + 1) for i in positions)}"
         for role, positions in (
-            ("t", () if guess.t is None else (guess.t,)),
-            *zip(("gyr", "acc", "mag"), guess[2:0:-1] + guess[3:], strict=True),
+            ("t", () if guess.t is None else (guess.t,)), ("gyr", guess.gyr),
+            *((("gravity", guess.acc), ("user acceleration", guess.user)) if guess.user else (("acc", guess.acc),)),
+            ("mag", guess.mag),
         )
         if positions
-    )
-    units = {i: "ns" for i in range(width) if i in stamps}
+    )  # fmt: skip
+    units = {k: "ns" for k, i in enumerate(everything) if i in stamps}
     given = dict(zip((str(i + 1) for i in everything), everything, strict=True))
     titles = {position: name for name, position in named.items() if position in given.values()}
     renamed = {titles.get(i, str(i + 1)): arrays[str(i + 1)] for i in everything}
@@ -73,14 +89,14 @@ def with_names(table: TextTable, hints: Hints) -> ArrayTable:
     return ArrayTable(table.source, renamed, rate=table.rate, notes=notes, column_units=units)
 
 
-def _one_sensor(table: TextTable) -> ArrayTable:
+def _one_sensor(table: TextTable, positions: Sequence[int]) -> ArrayTable:
     """The columns of a file that holds one sensor, which its name tells: x, y, z, perhaps after a stamp."""
-    titles = _ONE_SENSOR.get(len(table.names), list(table.names))
-    columns = table.read(list(range(len(titles))), frozenset([0, len(titles) - 1]))
-    if len(titles) == 4 and not _goes_on(columns[0]) and _goes_on(columns[3]):
+    titles = _ONE_SENSOR.get(len(positions), list(table.names))
+    columns = table.read(positions, frozenset([positions[0], positions[-1]]))
+    if len(titles) == 4 and not _goes_on(columns[positions[0]]) and _goes_on(columns[positions[3]]):
         titles = ["x", "y", "z", "time"]
-    arrays = {title: columns[i] for i, title in enumerate(titles)}
-    units = {i: "ns" for i in table.layout.stamps}
+    arrays = {title: columns[i] for i, title in zip(positions, titles, strict=True)}
+    units = {k: "ns" for k, i in enumerate(positions) if i in table.layout.stamps}
     return ArrayTable(table.source, arrays, rate=table.rate, notes=list(table.notes), column_units=units)
 
 
@@ -95,6 +111,8 @@ def guess_columns(values: Array, stamps: Sequence[int] = ()) -> Guess:
     usable = [i for i in range(width) if i != t and i not in stamps and _varies(values[:, i])]
     triples = [(i, i + 1, i + 2) for i in range(width - 2) if {i, i + 1, i + 2} <= set(usable)]
     first = 0 if t is None else t + 1  # sensors mostly stand in threes from here on
+    units = {one for one in triples if _is_constant(values[:, list(one)], 1.0)}
+    triples = [one for one in triples if one in units or not any(set(one) & set(unit) for unit in units)]
     scored = sorted(
         (score + 0.01 * triple[0] + (0.02 if (triple[0] - first) % 3 else 0.0), triple)
         for triple in triples
@@ -104,14 +122,15 @@ def guess_columns(values: Array, stamps: Sequence[int] = ()) -> Guess:
     for _, acc in scored[:4]:
         gyr = _gyroscope(values, seconds, acc, [one for one in triples if not set(one) & set(acc)])
         if gyr:
-            return Guess(t, acc, gyr, _magnetometer(values, acc, gyr, triples))
+            user = _user_acceleration(values, acc, [one for one in triples if not set(one) & {*acc, *gyr}])
+            mag = _magnetometer(values, user or acc, gyr, triples)
+            return Guess(t, acc, gyr, mag, user if acc in units else ())
     return Guess(t, scored[0][1] if scored else (), (), ())
 
 
 def _varies(column: Array) -> bool:
     finite = column[np.isfinite(column)]
-    ones = float((np.abs(finite) == 1.0).mean()) if len(finite) else 0.0  # the diagonal of a rotation matrix
-    return len(finite) > 0 and float(finite.min()) < float(finite.max()) and ones < _ONES
+    return len(finite) > 0 and float(finite.min()) < float(finite.max())
 
 
 def _clock(values: Array) -> int | None:
@@ -147,8 +166,47 @@ def _gravity_score(triple: Array) -> float | None:
     spread = float(np.median(np.abs(length / typical - 1.0))) if typical > 0 else 9.0
     if near > 0.2 or spread > _SPREAD:
         return None
-    unit = 1.0 if float(np.quantile(np.abs(length - 1.0), 0.9)) < _EXACT else 0.0
-    return spread + 0.3 * near + unit
+    return spread + 0.3 * near + (1.0 if _is_constant(triple) else 0.0)
+
+
+def _is_constant(triple: Array, usual: float | None = None) -> bool:
+    """Whether three columns have one length, but for rounding: a direction that software worked out (``usual``: 1)."""
+    length = np.sqrt((triple * triple).sum(axis=1))
+    length = length[np.isfinite(length)]
+    typical = median(length) if len(length) else 0.0
+    if len(length) < 5 or not typical > 0.0 or (usual is not None and abs(typical / usual - 1.0) > _EXACT):
+        return False
+    whole = bool((triple[:100] == np.rint(triple[:100])).all())
+    return float(np.quantile(np.abs(length / typical - 1.0), 0.9)) < (max(_EXACT, 1.0 / typical) if whole else _EXACT)
+
+
+def _user_acceleration(
+    values: Array, gravity: tuple[int, ...], triples: Sequence[tuple[int, int, int]]
+) -> tuple[int, ...]:
+    """The three columns beside a direction of gravity that hold little of it: Core Motion's user acceleration."""
+    down = values[:, list(gravity)]
+    for one in triples:
+        moved = values[:, list(one)]
+        rows = np.isfinite(down).all(axis=1) & np.isfinite(moved).all(axis=1)
+        beside = one[0] == gravity[2] + 1 or one[2] == gravity[0] - 1
+        if beside and rows.any() and 0.0 < float(np.abs(moved[rows]).mean()) < 1.0:
+            part = float((moved[rows] * down[rows]).sum() / (down[rows] ** 2).sum())
+            if abs(part) < 0.5:
+                return one
+    return ()
+
+
+def _split_clock(values: Array) -> int | None:
+    """The column of whole seconds right before one of nanoseconds, as ROS writes stamps; None: there is none."""
+    for i in range(min(3, values.shape[1] - 1)):
+        whole, rest = values[:, i], values[:, i + 1]
+        steps = np.diff(whole)
+        if len(whole) < 20 or not np.isfinite(values[:, i : i + 2]).all() or (steps < 0).any() or not steps.any():
+            continue
+        nano = rest.min() >= 0 and 1e6 < rest.max() < 1e9 and bool((rest == np.rint(rest)).all())
+        if nano and bool((whole == np.rint(whole)).all()) and bool((np.diff(whole + 1e-9 * rest) >= 0).all()):
+            return i
+    return None
 
 
 def _gyroscope(

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import numpy as np
 from levelhead.errors import LevelheadError
 from levelhead.sources.hints import Hints
 from levelhead.sources.json_lines import json_lines
+from levelhead.sources.names import understand
 from levelhead.sources.splitting import is_number
 from levelhead.sources.stamps import is_stamp, nanoseconds
 from levelhead.sources.table import ArrayTable, Table
@@ -62,6 +64,8 @@ def _walk(node: Any, name: str, shown: str, depth: int) -> Iterator[ArrayTable]:
                 yield from _walk(item, name, shown, depth + 1)
     elif isinstance(node, dict) and (table := _named_rows(node, name, shown)) is not None:
         yield table
+    elif isinstance(node, dict) and (columns := _columns_by_row(node)):
+        yield ArrayTable(shown, columns, context=name)
     elif isinstance(node, dict):
         flat = _flat_lists(node)
         lengths = [len(values) for values in flat.values()]
@@ -70,8 +74,32 @@ def _walk(node: Any, name: str, shown: str, depth: int) -> Iterator[ArrayTable]:
             same = {key: _numbers(values) for key, values in flat.items() if len(values) == longest}
             yield ArrayTable(shown, same, context=name)
             return
+        title = next((str(node[key]) for key in ("name", "sensor") if isinstance(node.get(key), str)), "")
+        unit = node.get("units") or node.get("unit")
         for key, value in node.items():
-            yield from _walk(value, key if isinstance(value, list | dict) else name, shown, depth + 1)
+            called = key if isinstance(value, list | dict) else name
+            for table in _walk(value, title if title and isinstance(value, list) else called, shown, depth + 1):
+                yield _with_unit(table, unit) if isinstance(unit, str) and isinstance(value, list) else table
+
+
+def _with_unit(table: ArrayTable, unit: str) -> ArrayTable:
+    """A table whose axes have the unit that stands beside their samples (gopro-telemetry's streams)."""
+    titles = [
+        f"{name} [{unit}]" if understand(name, table.context).axis and "[" not in name else name
+        for name in table.arrays
+    ]
+    return replace(table, arrays=dict(zip(titles, table.arrays.values(), strict=True)))
+
+
+def _columns_by_row(node: dict[str, Any]) -> dict[str, Any]:
+    """Columns of pandas' to_json: {"gyro_x": {"0": 0.1, "1": …}, …}; {} if it is something else."""
+    parts = list(node.values())
+    if len(parts) < 6 or not all(isinstance(part, dict) and len(part) >= _LEAST for part in parts):
+        return {}
+    keys = list(parts[0])
+    if not all(key.isdigit() for key in keys) or any(list(part) != keys for part in parts):
+        return {}
+    return {name: _numbers(list(part.values())) for name, part in node.items()}
 
 
 def _named_rows(node: dict[str, Any], name: str, shown: str) -> ArrayTable | None:

@@ -86,8 +86,10 @@ def _split(gap: str) -> tuple[str, str]:
     words = [word for part in re.split(f"[{re.escape(_SEPARATORS)}]|\\s{{2,}}", body) if (word := part.strip(" \"'"))]
     unit = ""
     if words and (first := _leading_unit(words[0])) is not None:
-        unit, rest = first
-        words = [rest, *words[1:]] if rest else words[1:]
+        if rest := first[1]:
+            unit, words = first[0], [rest, *words[1:]]
+        elif len(words) > 1 or not marked or '"' in gap:  # "t = 0 ms, …": a unit alone before its mark is a name
+            unit, words = first[0], words[1:]
     if not words or (not marked and not _is_prefix(gap)):
         return unit, ""
     name = words[-1]

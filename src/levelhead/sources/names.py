@@ -8,122 +8,19 @@ from itertools import pairwise
 from levelhead import units
 from levelhead.errors import LevelheadError, nearest
 from levelhead.sources.hints import MEANING, QUANTITY
+from levelhead.sources.words import (
+    DERIVED,
+    FILLERS,
+    LETTERS,
+    NO_TIMES,
+    PAIRS,
+    REFERENCES,
+    TIME_ALONE,
+    TIMES,
+    WORDS,
+)
 
 RELATIVE = "relative"  # the "unit" of a magnetometer that was divided by the local field strength
-
-_WORDS = {
-    "gyr": {
-        "gyr",
-        "gyro",
-        "gyros",
-        "gyroscope",
-        "gyrs",
-        "gyroscopes",
-        "gyroadc",
-        "omega",
-        "angvel",
-        "angularvelocity",
-        "angularrate",
-        "angrate",
-        "rotationrate",
-        "rateofrotation",
-        "turnrate",
-        "rotvel",
-        "wrss",
-        *("drehrate", "winkelgeschwindigkeit", "gyroskop", "gyroscopio", "giroscopio", "giroscopo", "gyrometre"),
-        *("角速度", "陀螺仪", "陀螺"),
-    },
-    "acc": {
-        "acc",
-        "accel",
-        "accelero",
-        "accelerometer",
-        "accelerometers",
-        "acceleration",
-        "accl",
-        "accels",
-        "accelerations",
-        "accs",
-        "accsmooth",
-        "accadc",
-        "xl",
-        "specificforce",
-        "arss",
-        *("acce", "beschleunigung", "beschleunigungssensor", "aceleracion", "aceleración", "acelerometro"),
-        *("acelerómetro", "accelerometro", "accelerazione", "accélération", "accéléromètre", "versnelling"),
-        *("加速度", "加速度计", "加速"),
-    },
-    "mag": {
-        "mag",
-        "magn",
-        "magneto",
-        "magnetometer",
-        "magnetometers",
-        "magfield",
-        "magneticfield",
-        "magnetic",
-        "geomagnetic",
-        "compass",
-        "magadc",
-        *("magnetfeld", "magnetometre", "magnétomètre", "magnetometro", "磁场", "磁力计", "地磁"),
-    },
-    "q": {"quat", "quaternion", "orientation", "quats"},
-}
-_LETTERS = {
-    "gyr": {"g", "w", "gy"},
-    "acc": {"a", "gf", "ac"},
-    "mag": {"m", "h", "b"},
-    "q": {"q"},
-}  # only when nothing else is in the name
-_PAIRS = {
-    ("rate", "of"),
-    ("turn", "rate"),
-    ("angular", "velocity"),
-    ("angular", "rate"),
-    ("ang", "vel"),
-    ("rotation", "rate"),
-    ("angular", "vel"),
-}
-_FILLERS = {"imu", "sensor", "raw", "data", "field", "msg", "cal", "calibrated", "corrected", "truth", "relative"}
-_REFERENCES = {"opt", "optical", "vicon", "truth", "true", "gt", "groundtruth", "ref", "reference", "mocap"}
-_REFERENCES |= {"qualisys", "optitrack"}
-_DERIVED = {"drift", "ohne", "lineare", "without", "sans", "sin"}
-_DERIVED |= {"free", "user", "gravity", "grav", "bias", "offset", "std", "stddev", "sigma", "var", "variance", "cov"}
-_DERIVED |= {
-    "covariance",
-    "temp",
-    "temperature",
-    "norm",
-    "magnitude",
-    "status",
-    "valid",
-    "accuracy",
-    "integral",
-    "delta",
-    "setpoint",
-    "desired",
-    "sum",
-}
-_DERIVED |= {"jerk", "error", "err", "pos", "position", "angle", "scale", "time", "timestamp", "clipping", "quality"}
-_TIMES = {"t", "time", "times", "timestamp", "timestamps", "stamp", "stamps", "ts", "epoch", "elapsed", "clock"}
-_TIMES |= {"zeit", "zeitstempel", "tiempo", "tempo", "temps", "tijd", "时间", "时间戳", "時間"}
-_TIMES |= {"sampletime", "timeelapsed", "unixtime", "tow", "itow", "gpst", "datetime", "loggingtime", "uptime", "date"}
-_NO_TIMES = {
-    "delta",
-    "dt",
-    "diff",
-    "interval",
-    "offset",
-    "exposure",
-    "zone",
-    "temp",
-    "temperature",
-    "gyr",
-    "acc",
-    "mag",
-}
-_TIME_ALONE = {"seconds", "secs", "sec", "ms", "us", "ns", "millis", "milliseconds", "micros", "microseconds"}
-_TIME_ALONE |= {"nanos", "nanoseconds", "msecs", "usecs", "nsecs"}
 
 _BRACKETS = re.compile(r"[\(\[\{]([^()\[\]{}]*)[\)\]\}]")
 _TOKENS = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+\d*|[A-Z]+\d*|\d+|[^\W\d_]+")
@@ -133,6 +30,9 @@ _REMARKS |= {"x", "y", "z", "imu", "avg", "mean", "int", "float", "double", "hex
 _REMARKS |= {"relative", "normalized", "normalised", "a.u.", "au", "head", "chest", "thigh", "shank", "arm"}
 _NUMBERED = re.compile(r"([a-z]*?)([xyz])(\d+)")  # ax1, and the x1 of accX1
 _AXES = "xyzw"
+_VEHICLE = re.compile(r"(roll|pitch|yaw)(?:rate|speed|vel|velocity|angularvelocity)|(?:bodyrate|rate)(roll|pitch|yaw)")
+_PERSON = re.compile(r"user\d+")  # whose the file is; "user" alone is user acceleration
+_RATES = {"roll": "x", "pitch": "y", "yaw": "z", "p": "x", "q": "y", "r": "z"}
 
 
 @dataclass(frozen=True)
@@ -176,20 +76,37 @@ def _understand(raw: str) -> Name:
         return Name(raw, "bias", axis, label)
     if not axis and label in {"moving", "movement", "truthmoving"}:
         return Name(raw, "moving", "", label)
+    if turned := _turn_rate(raw, tokens):
+        return Name(raw, "gyr", turned, "rollpitchyawrate")
     bare = _without_unit(stem)
     role = _role(bare) or (_role_of_unit(raw, bare) if axis else "")
     if role and axis and (axis != "w" or role == "q"):
         return Name(raw, role, axis, "".join(bare), reference=_is_reference(bare))
-    if not role and _is_time(tokens):
+    if not role and (_is_time(tokens) or _is_abscissa(raw)):
         left = "".join(token for token in _without_time_unit(tokens))
-        return Name(raw, "t", "", "".join(tokens), exact=left in _TIMES or left == "")
+        return Name(raw, "t", "", "".join(tokens), exact=left in TIMES or left == "")
     return Name(raw, "", axis, label)
 
 
 def split(raw: str) -> list[str]:
     """The words of a name in lower case, without what stands in brackets; an index such as [0] counts as a word."""
-    indices = [inside for inside in _BRACKETS.findall(raw) if inside.isdigit()]
-    return [token.lower() for token in _TOKENS.findall(_BRACKETS.sub(" ", raw))] + indices
+    inside = [text.strip().lower() for text in _BRACKETS.findall(raw)]
+    words = [token.lower() for token in _TOKENS.findall(_BRACKETS.sub(" ", raw))]
+    axes = [text for text in inside if text in {"x", "y", "z"}] if len(words) > 0 else []  # "Gyroscope (z) [rad/s]"
+    return words + axes + [text for text in inside if text.isdigit()]
+
+
+def _turn_rate(raw: str, tokens: Sequence[str]) -> str:
+    """The axis of a rate about the axes of a vehicle: roll rate, yawspeed, or p, q, r with a unit of rates; else ""."""
+    if DERIVED & set(tokens) or REFERENCES & set(tokens):
+        return ""
+    left = next((tokens[:-count] for count, text in _suffixes(tokens) if _sensor_unit("gyr", text)), None)
+    inside = any(units.find("gyr", text.strip()) is not None for text in _BRACKETS.findall(raw))
+    merged = "".join(tokens if left is None else left)
+    if merged in _RATES and (left is not None or inside):
+        return _RATES[merged]
+    found = _VEHICLE.fullmatch(merged)
+    return _RATES[found[1] or found[2]] if found else ""
 
 
 def _axis(tokens: Sequence[str]) -> tuple[list[str], str]:  # noqa: PLR0911
@@ -197,7 +114,7 @@ def _axis(tokens: Sequence[str]) -> tuple[list[str], str]:  # noqa: PLR0911
     for i in reversed(range(len(tokens))):
         if tokens[i] in _AXES and len(tokens) > 1 and not (tokens[i] == "w" and tokens[-1] in "xyz"):
             return [*tokens[:i], *tokens[i + 1 :]], tokens[i]
-    known = set().union(*_WORDS.values(), *_LETTERS.values())
+    known = set().union(*WORDS.values(), *LETTERS.values())
     for i in reversed(range(len(tokens))):
         if (found := _NUMBERED.fullmatch(tokens[i])) and (found[1] in known or (not found[1] and len(tokens) > 1)):
             return [*tokens[:i], *([found[1] + found[3]] if found[1] else [found[3]]), *tokens[i + 1 :]], found[2]
@@ -218,27 +135,27 @@ def _axis(tokens: Sequence[str]) -> tuple[list[str], str]:  # noqa: PLR0911
 
 def _role(stem: Sequence[str]) -> str:
     """The sensor that the words name, or "" when they name none, two, or something derived from one."""
-    words = [token.rstrip("0123456789") for token in stem]
-    if not words or _DERIVED & set(words):
+    words = [token.rstrip("0123456789") for token in stem if not _PERSON.fullmatch(token)]
+    if not words or DERIVED & set(words):
         return ""
-    found = {role for role, known in _WORDS.items() if known & {*words, "".join(words)}}
-    if _PAIRS & set(pairwise(words)):
+    found = {role for role, known in WORDS.items() if known & {*words, "".join(words)}}
+    if PAIRS & set(pairwise(words)):
         found.add("gyr")
     if "angular" in words:
         found.discard("acc")
     if not found:
-        rest = "".join(word for word in words if word not in _FILLERS)
-        found = {role for role, letters in _LETTERS.items() if rest in letters}
+        rest = "".join(word for word in words if word not in FILLERS)
+        found = {role for role, letters in LETTERS.items() if rest in letters}
     if len(found) != 1:
         return ""
     role = found.pop()
-    return "" if role != "q" and _REFERENCES & set(words) else role
+    return "" if role != "q" and REFERENCES & set(words) else role
 
 
 def _role_of_unit(raw: str, stem: Sequence[str]) -> str:
     """The sensor that the unit in brackets tells: "x-axis (deg/s)" can be a gyroscope only; (G) may be two things."""
     words = [token.rstrip("0123456789") for token in stem]
-    if _DERIVED & set(words) or _REFERENCES & set(words) or {"velocity", "speed", "linear"} & set(words):
+    if DERIVED & set(words) or REFERENCES & set(words) or {"velocity", "speed", "linear"} & set(words):
         return ""
     inside = [text.strip() for text in _BRACKETS.findall(raw) if text.strip() and not text.strip().isdigit()]
     found = {
@@ -254,14 +171,24 @@ def _role_of_unit(raw: str, stem: Sequence[str]) -> str:
 
 def _is_reference(stem: Sequence[str]) -> bool:
     """A reference's quaternion says so, or is called just q."""
-    return bool(_REFERENCES & set(stem)) or "".join(stem) == "q"
+    return bool(REFERENCES & set(stem)) or "".join(stem) == "q"
 
 
 def _is_time(tokens: Sequence[str]) -> bool:
     left = _without_time_unit(tokens)
     if not left:
-        return bool(tokens) and tokens[0] in _TIME_ALONE
-    return bool(_TIMES & {*left, "".join(left)}) and not _NO_TIMES & set(left) and _role(left) == ""
+        return bool(tokens) and tokens[0] in TIME_ALONE
+    if "".join(tokens) in TIMES:
+        return True
+    return bool(TIMES & {*left, "".join(left)}) and not NO_TIMES & set(left) and _role(left) == ""
+
+
+def _is_abscissa(raw: str) -> bool:
+    """Whether a name is X with a unit of time, as plotting programs call it."""
+    inside = _BRACKETS.findall(raw)
+    return _BRACKETS.sub("", raw).strip().lower() == "x" and any(
+        text.strip() in {"s", "ms", "us", "sec"} for text in inside
+    )
 
 
 def _without_time_unit(tokens: Sequence[str]) -> list[str]:

@@ -8,6 +8,14 @@ from levelhead.errors import LevelheadError
 NS = 1_000_000_000
 _DAY = 86_400 * NS
 _DATE = r"(?:(\d{4})[-/.](\d\d?)[-/.](\d\d?)|(\d\d?)[-/.](\d\d?)[-/.](\d{4}))"
+_MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
+_MONTH = re.compile(
+    rf"\s*\"?(?:(?:mon|tue|wed|thu|fri|sat|sun)\w*,?\s+)?"
+    rf"(?:(?P<d>\d\d?)[-\s](?P<m>{'|'.join(_MONTHS)})\w*[-\s,]+(?P<y>\d{{4}})"
+    rf"|(?P<m2>{'|'.join(_MONTHS)})\w*\s+(?P<d2>\d\d?)(?:,?\s+(?P<y2>\d{{4}}))?),?\s+"
+    r"(?P<clock>\d\d?:\d\d:\d\d(?:[.,:]\d{1,9})?(?:\s*[AP]M)?)(?:\s+(?:[A-Z]{3,4}\s+)?(?P<y3>\d{4}))?\s*\"?\s*$",
+    re.IGNORECASE,
+)
 _TIME = r"(\d\d?)[:](\d\d)[:](\d\d)(?:[.,:_](\d{1,9}))?\s*(AM|PM|am|pm)?"
 _ZONE = r"(?:\s*(?:Z|UTC|GMT)?\s*[+-]?\d{0,2}:?\d{0,2})?"
 STAMP = re.compile(rf"\s*\"?(?:{_DATE}[T _,]*\s*)?{_TIME}{_ZONE}\s*\"?\s*$")
@@ -15,7 +23,17 @@ STAMP = re.compile(rf"\s*\"?(?:{_DATE}[T _,]*\s*)?{_TIME}{_ZONE}\s*\"?\s*$")
 
 def is_stamp(cell: str) -> bool:
     """Whether a cell is a date with a clock time, or a clock time."""
-    return ":" in cell and STAMP.match(cell) is not None
+    return ":" in cell and (STAMP.match(cell) is not None or _MONTH.match(cell) is not None)
+
+
+def _in_digits(cell: str) -> str:
+    """A date with the name of its month, as MATLAB and C write it, in digits; any other text as it is."""
+    found = _MONTH.match(cell)
+    if found is None:
+        return cell
+    year = found["y"] or found["y2"] or found["y3"] or "1970"
+    month = _MONTHS.index((found["m"] or found["m2"]).lower()) + 1
+    return f"{year}-{month:02d}-{int(found['d'] or found['d2']):02d} {found['clock']}"
 
 
 def nanoseconds(cell: str) -> int:
@@ -24,7 +42,7 @@ def nanoseconds(cell: str) -> int:
     Raises:
         ValueError: no date and no clock time.
     """
-    found = STAMP.match(cell)
+    found = STAMP.match(cell) or STAMP.match(_in_digits(cell))
     if found is None:
         raise ValueError(cell)
     y, m, d, a, b, late, hour, minute, second, fraction, half = found.groups()

@@ -11,7 +11,8 @@ from levelhead.errors import LevelheadError
 from levelhead.recording import Array, Recording, median
 from levelhead.sources.assemble import assemble
 from levelhead.sources.candidates import ColumnGroup, best_pair, best_partner, group_axes, made_group, order_positions
-from levelhead.sources.clock import Candidate, choose, seconds
+from levelhead.sources.clock import Candidate, choose, join_seconds, seconds
+from levelhead.sources.division import divide
 from levelhead.sources.hints import MEANING, Hints, NeedsHints
 from levelhead.sources.names import split, understand, unit_in
 from levelhead.sources.scales import without_gravity
@@ -50,6 +51,7 @@ def recording(source: str, tables: Sequence[Table], hints: Hints) -> Recording:
     Raises:
         LevelheadError: a sensor is missing, several whole recordings, or what ``assemble`` says.
     """
+    tables = [part for table in tables for part in divide(table, hints)]
     if len(tables) == 1:
         return assemble(tables[0], hints)
     if hints.sensor is not None:
@@ -248,7 +250,7 @@ def _clock(one: TableSensor, hints: Hints, notes: list[str], absolute: bool) -> 
         except LevelheadError:
             continue
         options.append(Candidate(table.names[i], columns[i], hints.scale.get("t") or unit))
-    options = options or [Candidate(table.names[times[0]], columns[times[0]], None)]
+    options = join_seconds(options) or [Candidate(table.names[times[0]], columns[times[0]], None)]
     read = []
     for option in options:
         try:

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from levelhead.errors import LevelheadError
+from levelhead.sources.echo import echoed_table, looks_echoed
 from levelhead.sources.encoding import Encoding
 from levelhead.sources.headerless import with_names
 from levelhead.sources.hints import Hints
@@ -45,16 +46,17 @@ def tables(path: Path, shown: str, hints: Hints) -> Sequence[Table]:
         from levelhead.sources.json_tables import tables as json_tables
 
         return json_tables(path, shown, hints)
-    if undress_text("\n".join(content[:200])) is not None:
+    if looks_echoed(content):
+        return [echoed_table(path, shown, encoding)]
+    if undress_text("\n".join((content or lines)[:200])) is not None:
         return _tables_undressed(path, shown, hints, encoding)
     if looks_labelled(content[:40]):
         return [labelled_table(path, shown, encoding)]
     if found := typed_tables(path, shown, content, encoding):
         return found
     table = TextTable(path, layout_of(lines, shown, encoding), shown)
-    if table.layout.headless and not {"gyr", "acc"} <= set(hints.map):
-        return [with_names(table, hints)]
-    return [table]
+    nameless = table.layout.headless and not {"gyr", "acc"} <= set(hints.map)
+    return [with_names(table, hints) if nameless else table]
 
 
 def _tables_undressed(path: Path, shown: str, hints: Hints, encoding: Encoding) -> Sequence[Table]:

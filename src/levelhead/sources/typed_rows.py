@@ -115,7 +115,8 @@ def _split(
         if len(whole) < 3:
             continue
         titles = [title or f"column {i + 1}" for i, title in enumerate(titles or _titles(whole))]
-        arrays, units = _arrays(titles[:width], whole)
+        wide, samples = _side_by_side(titles[:width], whole)
+        arrays, units = _arrays(wide, samples)
         if arrays:
             instances = _instances(arrays)
             for number, keep in instances.items():
@@ -123,6 +124,24 @@ def _split(
                 context = kind if number is None else f"{kind} {number}"
                 found.append(ArrayTable(shown, part, context=context, column_units=units))
     return found
+
+
+def _side_by_side(
+    titles: Sequence[str], rows: Sequence[Sequence[str]]
+) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
+    """A long table, in which x, y and z of a sample stand below each other, as a wide one; any other as it is."""
+    for k, column in enumerate(zip(*rows, strict=True)):
+        if {cell.lower() for cell in column} == {"x", "y", "z"} and k < len(titles) - 1:
+            break
+    else:
+        return titles, rows
+    samples = [rows[i : i + 3] for i in range(0, len(rows) - 2, 3)]
+    whole = [sample for sample in samples if {row[k].lower() for row in sample} == {"x", "y", "z"}]
+    made = []
+    for sample in whole:
+        axes = {row[k].lower(): row[k + 1] for row in sample}
+        made.append([*sample[0][:k], axes["x"], axes["y"], axes["z"], *sample[0][k + 2 :]])
+    return [*titles[:k], "x", "y", "z", *titles[k + 2 :]], made
 
 
 def _instances(arrays: dict[str, Column]) -> dict[int | None, Any]:

@@ -1,13 +1,19 @@
-"""Lines that a terminal or a protocol has dressed up: a clock and an arrow, $SENTENCES, names before brackets."""
+"""Lines that a terminal, a logger or a protocol has dressed up: a clock, $SENTENCES, letters, brackets."""
 
 import re
 from collections.abc import Sequence
 
 from levelhead.sources.labelled import looks_labelled
 from levelhead.sources.splitting import lines_of
+from levelhead.sources.vector_cells import VECTOR, without_vectors
 
 MOST = 0.6  # share of the lines that must be dressed alike
 _ARROW = re.compile(r"\s*\[?(?:\d{4}-\d\d-\d\d[ T])?(\d\d?:\d\d:\d\d[.,]\d+)\]?\s*(?:->|>)\s?(.*)$")
+_CLOCK = r"(?:\d{4}-\d\d-\d\d[ T])?(\d\d?:\d\d:\d\d[.,]\d+)"
+_LOGGER = re.compile(rf"\s*{_CLOCK}(?:\s*[-|]\s*[A-Za-z_][\w.: ]*?)+\s*[-|:]\s*(.*)$")  # Python's logging, loguru
+_BRACKETED = re.compile(rf"\s*\[{_CLOCK}\]\s*(.*)$")
+_ESP = re.compile(r"\s*[VDIWE] \((\d+)\) [^:]*: (.*)$")  # ESP-IDF: the level, ms since the start, a tag
+_LETTER = re.compile(r"\s*#([AGM])(?:-[A-Z])?=([-+\d.,eE\s]+)$")  # Razor AHRS: #A-C=1.2,3.4,5.6
 _SENTENCE = re.compile(r"\s*\$(VN[A-Z]{3}),(.*?)(?:\*[0-9A-Fa-f]{2,4})?\s*$")
 _BRACKETS = re.compile(r"([A-Za-z]+)\s*\(([^)]*)\)\s*\[([^\]]*)\]")
 _FIELD = [f"mag_{axis} [G]" for axis in "xyz"]
@@ -23,26 +29,61 @@ def undress_text(text: str) -> str | None:
     """The text as a table, or None if its lines are dressed in no way that is known here."""
     lines = [line for line in lines_of(text) if line.strip()]
     sample = lines[:200]
-    for pattern, plain in ((_ARROW, _without_arrows), (_SENTENCE, _without_sentences), (_BRACKETS, _without_brackets)):
+    for pattern, plain in (
+        (_ARROW, _without_arrows), (_BRACKETED, _without_arrows), (_LOGGER, _without_arrows), (_ESP, _without_arrows),
+        (_SENTENCE, _without_sentences), (_LETTER, _without_letters), (_BRACKETS, _without_brackets),
+        (VECTOR, without_vectors),
+    ):  # fmt: skip
         if sum(pattern.search(line) is not None for line in sample) > MOST * len(sample):
             return plain(lines)
     return None
 
 
 def _without_arrows(lines: Sequence[str]) -> str | None:
-    """The serial monitor of the Arduino IDE with time stamps: "12:30:15.250 -> 0.1,0.2"."""
-    found = [match.groups() for line in lines if (match := _ARROW.match(line))]
+    """The serial monitor of the Arduino IDE with time stamps, "12:30:15.250 -> 0.1,0.2", and what loggers write."""
+    pattern = next(
+        one for one in (_ARROW, _BRACKETED, _LOGGER, _ESP) if sum(map(bool, map(one.match, lines[:200]))) > 9
+    )
+    found = [match.groups() for line in lines if (match := pattern.match(line))]
     labelled = looks_labelled([rest for _, rest in found[1:40]])
     made = []
     for clock, rest in found:
         if labelled:
-            hour, minute, second = clock.replace(",", ".").split(":")
-            made.append(f"time_s: {3600 * int(hour) + 60 * int(minute) + float(second):.6f} {rest}")
+            made.append(f"time_{'ms' if pattern is _ESP else 's'}: {_count(clock)} {rest}")
         else:
             delimiter = next((sign for sign in "\t;," if sign in rest), " ")
             numbers = sum(sign.isdigit() for sign in rest) > 0.3 * len(rest)
-            made.append(f"{clock if numbers else 'time'}{delimiter}{rest}")
+            name = "time_ms" if pattern is _ESP else "time"
+            made.append(f"{clock if numbers else name}{delimiter}{rest}")
     return "\n".join(made)
+
+
+def _count(clock: str) -> str:
+    """Seconds since midnight of a clock time; a plain count as it is."""
+    if ":" not in clock:
+        return clock
+    hour, minute, second = clock.replace(",", ".").split(":")
+    return f"{3600 * int(hour) + 60 * int(minute) + float(second):.6f}"
+
+
+def _without_letters(lines: Sequence[str]) -> str | None:
+    """Razor AHRS: a line for each sensor, which a letter names; a sample ends where a letter comes again."""
+    names = {"A": "acc", "G": "gyr", "M": "mag"}
+    samples: list[dict[str, str]] = []
+    for line in lines:
+        found = _LETTER.match(line)
+        if found is None or found[2].count(",") != 2:
+            continue
+        if not samples or found[1] in samples[-1]:
+            samples.append({})
+        samples[-1][found[1]] = found[2].strip()
+    kinds = [kind for kind in names if sum(kind in sample for sample in samples) > MOST * len(samples)]
+    if not {"A", "G"} <= set(kinds):
+        return None
+    head = ",".join(f"{names[kind]}_{axis}" for kind in kinds for axis in "xyz")
+    return "\n".join(
+        [head, *(",".join(sample[kind] for kind in kinds) for sample in samples if set(kinds) <= set(sample))]
+    )
 
 
 def _without_sentences(lines: Sequence[str]) -> str | None:
