@@ -17,6 +17,16 @@ is in the horizontal axes the work of a tilt that is wrong by √E/(g τ): gravi
 the variance of attitude grows by E/(g τ)² in τ (``predict``). Upwards a tilt is of second order; there E is a specific
 force that was measured wrong, and the variance of v grows by E in τ.
 
+**A bias that walks faster.** The corrections of a bias in different blocks are independent of each other, and each has
+the variance by which it makes P smaller. Let C be their sum with the weight e^(−t/``BIAS_TIME``) after t seconds, and
+V that of these variances with its square. Then E C² = V, unless the bias changes by more than its random walk, as that
+of a sensor does that warms up. What is beyond ``BIAS_GATE`` times V,
+
+    E = max(0, C² − ``BIAS_GATE`` V),   of the axis where it is largest, at most ``MOST_WALK``² · 1 s,           (27)
+
+is added to the variances of all three axes in each second: they share a chip, and the one about the vertical is often
+one that nothing measures.
+
 **Travel.** The variance of u in (12) is the running mean of u² + P_uu: one step of expectation
 maximisation in each block.
 
@@ -54,6 +64,9 @@ INNOVATION_TIME = 2.0  # s, τ
 DENSITY_TIME = 10.0  # s
 TRAVEL_TIME = 8.0  # s over which the variance of travel is averaged
 MISSED_GATE = 9.0  # σ², beyond which velocity is not the body's
+BIAS_TIME = 10.0  # s over which corrections of the gyroscope's bias are added up
+BIAS_GATE = 9.0  # σ², beyond which they are more than its random walk
+MOST_WALK = 0.03 * DEGREE  # (rad/s)/√s, of a sensor that warms up
 LEAST_TRAVEL = 0.1  # m/s, 1σ
 MOST_TRAVEL = 2.0
 LEAST_INFORMATION = 0.02  # κ: below, the measurements say nothing of their own
@@ -126,6 +139,27 @@ def set_density(params: ESKF, m: Floats, k: int, excess: float) -> None:
     low = params.speed * params.speed
     high = max(params.speed_max * params.speed_max, low)
     m[at.DENSITY + k] = min(max(m[at.MEAN_DENSITY + k], now, low), high)
+
+
+@kernel
+def note_bias(m: Floats) -> None:
+    """Keeps the variances of the gyroscope's bias before the measurements of a block, for ``adapt_bias_walk``."""
+    for i in range(3):
+        m[at.BIAS_BEFORE + i] = variance(m, at.GYR_BIAS + i)
+
+
+@noinline
+def adapt_bias_walk(m: Floats) -> None:
+    """Eq. 27, after the measurements of a block and before a prior changes."""
+    left = BIAS_TIME / (BIAS_TIME + m[at.BLOCK_TIME])
+    excess = 0.0
+    for i in range(3):
+        m[at.BIAS_CHANGE + i] = left * m[at.BIAS_CHANGE + i] + m[at.X + at.GYR_BIAS + i]
+        explained = m[at.BIAS_BEFORE + i] - variance(m, at.GYR_BIAS + i)
+        m[at.BIAS_CHANGE_VARIANCE + i] = left * left * m[at.BIAS_CHANGE_VARIANCE + i] + explained
+        change = m[at.BIAS_CHANGE + i]
+        excess = max(excess, change * change - BIAS_GATE * m[at.BIAS_CHANGE_VARIANCE + i])
+    m[at.BIAS_WALK] = min(excess, MOST_WALK * MOST_WALK)
 
 
 @kernel

@@ -11,8 +11,10 @@ from levelhead.filters.eskf import state as at
 from levelhead.filters.eskf.adaptation import (
     MOST_ACC_BIAS,
     MOST_GYR_BIAS,
+    adapt_bias_walk,
     adapt_motion,
     narrow_prior,
+    note_bias,
     set_prior_widths,
     widen_prior,
 )
@@ -178,6 +180,7 @@ def update(params: ESKF, state: State) -> State:
     adapt_motion(params, m)
     health = TURN_MISSED if m[at.EXCESS] > 0.0 else 0
     fit = NO_FIELD
+    note_bias(m)
     update_velocity(params, m, resting, n)
     if resting:
         update_zero_rate(m, n)
@@ -185,6 +188,7 @@ def update(params: ESKF, state: State) -> State:
         fit = update_field_undirected(params, m, candidate.time > STEADY_TIME, n)
     if n > at.N_MAGNETIC and aiding.update(m, n):
         health |= AID_REJECTED
+    adapt_bias_walk(m)
     if m[at.MAYBE_RAW] != 0.0:
         narrow_prior(params, m, n)
     widen_prior(m, n, at.GYR_BIAS, MOST_GYR_BIAS)

@@ -1,4 +1,4 @@
-"""Prediction of ``ESKF`` over a block of samples: F (eq. 7), Q (eqs. 8 to 12 and 26), and what a gap does."""
+"""Prediction of ``ESKF`` over a block of samples: F (eq. 7), Q (eqs. 8 to 12, 26 and 27), and what a gap does."""
 
 from math import sqrt
 
@@ -109,6 +109,7 @@ def add_process_noise(params: ESKF, m: Floats, n: int) -> None:
     force += min(blow * blow, 1.0) * m[at.INT_ACC2] * time
     add_variance(m, at.VELOCITY, 3, force + UNMEASURED_ACC * UNMEASURED_ACC * without * time)
     walk_inertial(params, m, 1.0)
+    add_variance(m, at.GYR_BIAS, 3, m[at.BIAS_WALK] * time)
     decay_travel(params, m, time)
     if n > at.N_MAGNETIC:
         walk_aided(params, m, 1.0)
