@@ -86,9 +86,10 @@ def bind(flt: Filter, guarded: bool = True) -> Driver:
 def _bind(flt: Filter, guarded: bool) -> Driver:
     name = flt.name if guarded else f"{flt.name}_unguarded"
     detect = detectors.detect if guarded else None
+    believed = detectors.believed_rate if guarded else None
     pairs: Bindings = (
         (driver.hooks, _hooks(flt, guarded, name)),
-        (conditioning.detectors, fill(conditioning.detectors, name, detect=detect)),
+        (conditioning.detectors, fill(conditioning.detectors, name, detect=detect, believed_rate=believed)),
     )
     if flt.aiding is not None:
         pairs += ((driver.aiding, fill(driver.aiding, name, **flt.aiding._asdict())),)

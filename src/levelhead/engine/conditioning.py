@@ -23,6 +23,7 @@ from levelhead.filters.observer_covariance import INTERVAL
 from levelhead.guard import Guard
 from levelhead.guard.detectors import NO_SAMPLES, DetectorState
 from levelhead.guard.rest import NO_SUMS, SlowMeans
+from levelhead.guard.spikes import first_rate
 from levelhead.kernels.tilt import GAP_SECONDS, TURN, is_present
 from levelhead.kernels.vec3 import ZERO, Vec3, add, scale, sub
 
@@ -95,6 +96,12 @@ class DetectorHooks(Protocol):
         """The detectors' next state, with its health bits."""
         return detected
 
+    @staticmethod
+    @kernel
+    def believed_rate(detected: DetectorState, gyr: Vec3) -> Vec3:
+        """The rate (rad/s) that stands for the sample that was just detected."""
+        return gyr
+
 
 detectors: DetectorHooks = declare(DetectorHooks)
 
@@ -159,8 +166,9 @@ def unmeasured_rotation(health: int, rate_age: float, dt: float) -> UnmeasuredRo
 def first_sample(gyr: Vec3, acc: Vec3, mag: Vec3, health: int) -> ConditionedSample:
     """The first sample; a filter starts with it if it has a specific force."""
     means = SlowMeans(gyr, acc, False)
-    _, _, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat, _, _, _ = NO_SAMPLES
-    detected = DetectorState(NO_SUMS, means, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat, False, False, 0)
+    _, _, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat, _, _, _, _ = NO_SAMPLES
+    jump = first_rate(gyr)
+    detected = DetectorState(NO_SUMS, means, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat, jump, False, False, 0)
     return ConditionedSample(
         gyr, acc, mag, 0.0, health, False, is_present(acc), False, 0.0, 0.0, 0.0, 0, detected, ZERO
     )
@@ -185,6 +193,8 @@ def condition(guard: Guard, sample: ConditionedSample, gyr: Vec3, acc: Vec3, mag
         return first_sample(gyr, acc, mag, health)
     rate_lost = health & GYR_MISSING != 0 and rate_age > GAP_SECONDS
     detected = detectors.detect(guard, detected, gyr, acc, health, rate_lost, dt)
+    if health & GYR_MISSING == 0:
+        gyr = detectors.believed_rate(detected, gyr)
     health |= detected.health
     if detected.health & FORCE_UNUSABLE:
         acc = ZERO

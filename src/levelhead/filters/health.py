@@ -14,6 +14,7 @@ MAG_REJECTED = 1024  # norm or dip are not those of the field learned: not used
 MAG_LEARNED = 4096  # a new field was taken for the earth's: from here on heading follows it
 AID_REJECTED = 8192  # position, velocity or height far from the prediction: not used
 TURN_MISSED = 16384  # the velocity that a wrong tilt makes says so: σ grows, and gravity corrects tilt
+GYR_SPIKE = 32768  # the rate before was far from those around it: not used
 AT_REST = 2048  # nothing wrong: the sensor is still, and its bias is being learned
 
 NAMES = {
@@ -31,6 +32,7 @@ NAMES = {
     MAG_LEARNED: "a new magnetic field taken for the earth's",
     AID_REJECTED: "position, velocity or height far from the prediction, not used",
     TURN_MISSED: "a turn was not measured, tilt is being corrected",
+    GYR_SPIKE: "a spike of the gyroscope, not used",
     AT_REST: "at rest, gyroscope bias learned",
 }
 FAULTS = sum(NAMES) - AT_REST

@@ -1,4 +1,4 @@
-"""Detectors that need the readings alone: full scale, stuck axes, and specific force that is not gravity.
+"""Detectors that need the readings alone: full scale, stuck axes, spikes, and specific force that is not gravity.
 
 Their results are the same for every run over a recording, so lanes compute them once for all. A reading that is missing
 is left out: the slow mean stands for it in the sums for rest, and no other detector uses it.
@@ -7,10 +7,19 @@ is left out: the slow mean stands for it in the sums for rest, and no other dete
 from typing import NamedTuple
 
 from levelhead.compiler.mark import kernel
-from levelhead.filters.health import ACC_MISSING, ACC_SATURATED, ACC_STUCK, GYR_MISSING, GYR_SATURATED, GYR_STUCK
+from levelhead.filters.health import (
+    ACC_MISSING,
+    ACC_SATURATED,
+    ACC_STUCK,
+    GYR_MISSING,
+    GYR_SATURATED,
+    GYR_SPIKE,
+    GYR_STUCK,
+)
 from levelhead.guard.params import Guard
 from levelhead.guard.rest import INTERVAL, NO_SUMS, SlowMeans, Sums, add_sample, update_means
-from levelhead.kernels.vec3 import ZERO, Vec3
+from levelhead.guard.spikes import NO_JUMP, Jump, update_jump
+from levelhead.kernels.vec3 import ZERO, Vec3, add
 from levelhead.units import DEGREE, GRAVITY
 
 LEAST_GYR_SCALE = 4.0  # rad/s: no gyroscope has a smaller full scale (250 °/s) than this
@@ -58,6 +67,7 @@ class DetectorState(NamedTuple):
     acc_extreme: Extreme
     gyr_repeat: Repeat
     acc_repeat: Repeat
+    jump: Jump  # of the gyroscope
     far_from_g: bool  # the norm of the last specific force is
     was_far: bool  # and so it was at the sample before
     health: int
@@ -70,6 +80,7 @@ NO_SAMPLES = DetectorState(
     Extreme(LEAST_ACC_SCALE, LEAST_ACC_SCALE, 0.0, 0.0, NOT_STEEP, 0, False),
     Repeat(ZERO, 0, 0.0),
     Repeat(ZERO, 0, 0.0),
+    NO_JUMP,
     False,
     False,
     0,
@@ -159,11 +170,16 @@ def detect(
 
     ``missing``: health bits of the missing readings; ``blind``: the rate has been missing for long.
     """
-    sums, means, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat, was_far, _, _ = state
+    sums, means, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat, jump, was_far, _, _ = state
     far = was_far
     health = 0
     no_gyr = missing & GYR_MISSING != 0
     no_acc = missing & ACC_MISSING != 0
+    if not no_gyr:
+        jump = update_jump(jump, gyr, dt)
+        gyr = jump.rate
+        if jump.spikes > 0:
+            health = GYR_SPIKE
     sums = add_sample(sums, means.gyr if no_gyr else gyr, means.acc if no_acc else acc, dt)
     if sums.time >= INTERVAL:
         means = update_means(guard, means, sums, blind)
@@ -171,7 +187,7 @@ def detect(
         gyr_extreme = update_extreme(gyr_extreme, gyr, guard.gyr_range * DEGREE, dt)
         gyr_repeat = update_repeat(gyr_repeat, gyr, dt)
         if gyr_extreme.clipped:
-            health = GYR_SATURATED
+            health |= GYR_SATURATED
         if is_stuck(gyr_repeat, dt):
             health |= GYR_STUCK
     if not no_acc:
@@ -182,4 +198,10 @@ def detect(
         elif is_stuck(acc_repeat, dt):
             health |= ACC_STUCK
         far = is_far_from_g(guard, acc)
-    return DetectorState(sums, means, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat, far, was_far, health)
+    return DetectorState(sums, means, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat, jump, far, was_far, health)
+
+
+@kernel
+def believed_rate(state: DetectorState, gyr: Vec3) -> Vec3:
+    """The rate (rad/s) that stands for the last sample, see ``spikes``."""
+    return add(state.jump.rate, state.jump.returned)
