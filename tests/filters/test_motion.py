@@ -115,3 +115,37 @@ def test_a_gap_ends_what_velocity_says_of_a_missed_turn():
     track = lh.fuse(Recording(run.t[kept], gyr[kept], run.acc[kept]), lh.ESKF())
     assert track.health[before - 1] & TURN_MISSED
     assert not (track.health[before + 15 : before + 50] & TURN_MISSED).any()
+
+
+@pytest.mark.parametrize("motion", ["still", "walking", "drone"])
+def test_no_attitude_is_stable_upside_down(motion):
+    """The gyroscope misses half a turn in one sample; the filter is not sure of the wrong side of the world."""
+    moved = simulate.motion(4, 60.0, 100.0, style=motion)
+    run = simulate.observe(moved, simulate.imu("LSM6DSO32"), seed=4)
+    assert run.truth is not None
+    gyr, acc, real = run.gyr.copy(), run.acc.copy(), run.truth.quat.copy()
+    gyr[2000:, 1:] *= -1.0  # the sensor is turned by 180° about its x
+    acc[2000:, 1:] *= -1.0
+    real[2000:] = real[2000:] @ np.array([[0, 1, 0, 0], [-1, 0, 0, 0], [0, 0, 0, -1], [0, 0, 1, 0]], dtype=float)
+    track = lh.fuse(Recording(run.t, gyr, acc), lh.ESKF())
+    tilt = np.degrees(split(error_quaternion(track.quat, real)).tilt)
+    print(f"{motion}: {tilt[1990]:.1f}° before, {tilt[2010]:.0f}° after, {tilt[2500:].max():.1f}° from 5 s later on")
+    assert tilt[2010] > 120.0
+    assert (track.health[2000:2500] & TURN_MISSED).any()
+    assert tilt[2500:].max() < 15.0  # the sensor's biases have changed their signs with its axes
+
+
+@pytest.mark.parametrize("motion", ["hand", "walking", "drone"])
+def test_a_bias_that_warms_up_is_followed(motion):
+    """By 1 deg/s in a minute; without (27) tilt is beyond 4 σ in a third of the samples, and 5° off at the end."""
+    sound = simulate.recording("BMI160", motion, 200.0, seed=5)
+    warm = simulate.apply_fault(sound, simulate.parse_fault("bias_ramp=1@80+60")).recording
+    assert sound.truth is not None
+    track = lh.fuse(warm, lh.ESKF())
+    assert track.sigma is not None
+    tilt = np.degrees(split(error_quaternion(track.quat, sound.truth.quat)).tilt)
+    sigma = np.degrees(np.hypot(track.sigma[:, 0], track.sigma[:, 1]))
+    beyond = np.mean(tilt[8000:] > 4.0 * sigma[8000:])
+    print(f"{motion}: {100.0 * beyond:.1f} % beyond 4σ, {tilt[-1000:].max():.1f}° at the end")
+    assert beyond < 0.15
+    assert tilt[-1000:].max() < 4.0

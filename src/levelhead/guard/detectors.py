@@ -100,10 +100,10 @@ def update_extreme(extreme: Extreme, v: Vec3, full: float, dt: float) -> Extreme
         if last == 0.0 and not was:
             return extreme
         return Extreme(up, down, 0.0, 0.0, NOT_STEEP, found, False)
+    if full > 0.0:
+        return Extreme(full, full, 0.0, 0.0, NOT_STEEP, 3, is_at_range(v, full))
     high = max(x, y, z)
     low = -min(x, y, z)
-    if full > 0.0:
-        return Extreme(full, full, 0.0, 0.0, NOT_STEEP, 3, max(high, low) >= PLATEAU * full)
     upwards = high > low
     largest = high if upwards else low
     top = up if upwards else down
@@ -123,6 +123,13 @@ def update_extreme(extreme: Extreme, v: Vec3, full: float, dt: float) -> Extreme
         if found & side == 0:  # a plateau is as high as it began; where a full scale ends drifts with temperature
             return Extreme(up, down, largest, last, stay, found, False)
     return Extreme(max(up, high), max(down, low), largest, last, stay, found, found & side != 0)
+
+
+@kernel
+def is_at_range(v: Vec3, full: float) -> bool:
+    """Whether a reading is at a full scale that is known (not 0)."""
+    x, y, z = v
+    return full > 0.0 and max(abs(x), abs(y), abs(z)) >= PLATEAU * full
 
 
 @kernel
@@ -176,7 +183,7 @@ def detect(
     no_gyr = missing & GYR_MISSING != 0
     no_acc = missing & ACC_MISSING != 0
     if not no_gyr:
-        jump = update_jump(jump, gyr, dt)
+        jump = update_jump(jump, gyr, is_at_range(gyr, guard.gyr_range * DEGREE), dt)
         gyr = jump.rate
         if jump.spikes > 0:
             health = GYR_SPIKE

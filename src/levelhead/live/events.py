@@ -17,6 +17,7 @@ EVENTS = {
     "turn_missed": "the velocity that a wrong tilt makes says that a turn was not measured",
     "gyr_clipped": "the gyroscope is at its full scale",
     "acc_clipped": "the accelerometer is at its full scale",
+    "gyr_spike": "a single rate was far from those around it, and was not used",
     "axis_stuck": "an axis of gyroscope or accelerometer repeats one value",
     "stuck": "the sensor repeats one whole sample",
     "missing": "a sample came without gyroscope or accelerometer",

@@ -8,6 +8,7 @@ from levelhead.filters.health import (
     ACC_STUCK,
     GYR_MISSING,
     GYR_SATURATED,
+    GYR_SPIKE,
     GYR_STUCK,
     MAG_REJECTED,
     TURN_MISSED,
@@ -27,6 +28,7 @@ WARNINGS = {
     "stuck": "the sensor repeats one whole sample: it is frozen",
     "mag_disturbed": "the magnetic field is not the earth's: the magnetometer is not used",
     "turn_missed": "a turn was not measured: the tilt is wrong by what its σ says, and is being corrected",
+    "gyr_spike": "single rates are far from those around them, and are not used: check the wiring of the bus",
     "missing": "samples come without gyroscope or accelerometer",
 }
 BITS = (
@@ -35,6 +37,7 @@ BITS = (
     (GYR_STUCK | ACC_STUCK, "axis_stuck"),
     (MAG_REJECTED, "mag_disturbed"),
     (TURN_MISSED, "turn_missed"),
+    (GYR_SPIKE, "gyr_spike"),
     (GYR_MISSING | ACC_MISSING, "missing"),
 )
 ALL_BITS = sum(bits for bits, _ in BITS)

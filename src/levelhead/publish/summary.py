@@ -29,6 +29,7 @@ ADVICE = {  # health bit -> what the user can do about it
     health.NEAR_VERTICAL: "use quaternions there, not roll and yaw",
     health.GYR_SATURATED: "choose a larger full scale",
     health.ACC_SATURATED: "choose a larger full scale",
+    health.GYR_SPIKE: "check the wiring of the bus",
     health.GYR_STUCK: "check wiring and chip",
     health.ACC_STUCK: "check wiring and chip",
     health.MAG_REJECTED: "move away from iron and currents",

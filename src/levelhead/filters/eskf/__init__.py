@@ -34,14 +34,15 @@ horizon: the gains of θ_x, θ_y, v and c are zero in (16) (the consider filter 
 
     0 = mean ω − S mean ω − b                                                                                  (15)
 
-Attitudes of which nothing is known (1σ of tilt beyond half a radian, of heading beyond one) are taken from the block's
-mean force and field. A mean of the velocity's innovations beyond what the largest D explains is the work of a turn that
-the gyroscope missed; its variance is process noise of the next block (26). A field that does not fit (16), but stands
+Attitudes of which nothing is known (1σ of tilt beyond half a radian, of heading beyond one, or a mean force that points
+down) are taken from the block's mean force and field. A mean of the velocity's innovations beyond what the largest D
+explains is the work of a turn that the gyroscope missed; its variance is process noise of the next block (26). A field that does not fit (16), but stands
 still in the earth frame while the sensor turns for ``mag_time``, becomes m, and the variance of heading grows by the
 square of its angle.
 
 The prior of the gyroscope's bias is wide at the start and becomes narrow within seconds; later the priors of both
-biases are widened where the measurements demand it (``adaptation``).
+biases are widened where the measurements demand it (``adaptation``). Corrections of the gyroscope's bias that add up to
+more than their variances allow are those of a sensor that warms up; its random walk is faster then (27).
 
 The estimates of the sensor's errors are ``Track.calibration``, and can be the next run's ``prior``.
 
@@ -50,15 +51,15 @@ The estimates of the sensor's errors are ``Track.calibration``, and can be the n
 | ``state`` | the states, each block declared once; where they stand in the memory |
 | ``params`` | the parameters |
 | ``preintegration`` | (2), (3), (4), and the integrals of (7), (15) and (16) over a block |
-| ``predict`` | F (7), Q (8) to (12) and (26), gaps |
+| ``predict`` | F (7), Q (8) to (12), (26) and (27), gaps |
 | ``covariance`` | P ← F P Fᵀ + Q, scalar measurements (13), independent states |
 | ``measurements`` | (14) to (18), and (20) |
-| ``adaptation`` | D (21), a turn that was missed (26), the variance of u in (12), widths of priors (22) to (24) |
+| ``adaptation`` | D (21), variance of u in (12), turns missed (26), bias walking faster (27), priors (22) to (24) |
 | ``aiding`` | position, velocity and height beside the IMU |
 | ``reinitialise`` | tilt, heading and field from a block's mean readings |
 | ``calibration`` | the estimates as plain numbers, and a prior |
 | ``filter`` | the order of all this, sample by sample |
-| ``rts`` | the smoother: what the forward run keeps, and the step back (27), (28) |
+| ``rts`` | the smoother: what the forward run keeps, and the step back (28), (29) |
 """
 
 from levelhead.filters.contract import Aiding, Filter, Inflation, Schedule, SelfCalibration, Settling, Smoothing

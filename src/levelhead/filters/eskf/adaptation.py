@@ -58,7 +58,7 @@ from levelhead.filters.eskf.covariance import add_variance, measure, set_indepen
 from levelhead.filters.eskf.params import ESKF
 from levelhead.kernels.arrays import Floats, add_scaled, copy
 from levelhead.kernels.mat3 import Mat3, det
-from levelhead.units import DEGREE
+from levelhead.units import DEGREE, GRAVITY
 
 INNOVATION_TIME = 2.0  # s, τ
 DENSITY_TIME = 10.0  # s
@@ -98,6 +98,18 @@ def velocity_excess(params: ESKF, m: Floats, i: int) -> float:
     density = params.speed_max * params.speed_max + aiding.velocity_density(m, i)
     explained = variance(m, at.VELOCITY + i) + density / (2.0 * INNOVATION_TIME)
     return max(0.0, mean * mean - MISSED_GATE * explained)
+
+
+@kernel
+def is_upside_down(m: Floats) -> bool:
+    """Whether the mean specific force points downwards in the earth frame, by more than g/2.
+
+    A body that falls for long has none, and one that is pushed downwards for long does not exist. There a tilt error of
+    first order is corrected away from zero, and the wrong attitude is as stable as the right one.
+    """
+    force = m[at.INT_FORCE + 2] / m[at.ACC_TIME] if m[at.ACC_TIME] > 0.0 else GRAVITY
+    m[at.MEAN_UP] += m[at.BLOCK_TIME] / (INNOVATION_TIME + m[at.BLOCK_TIME]) * (force - m[at.MEAN_UP])
+    return m[at.MEAN_UP] < -0.5 * GRAVITY
 
 
 @noinline

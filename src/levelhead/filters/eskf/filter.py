@@ -13,6 +13,7 @@ from levelhead.filters.eskf.adaptation import (
     MOST_GYR_BIAS,
     adapt_bias_walk,
     adapt_motion,
+    is_upside_down,
     narrow_prior,
     note_bias,
     set_prior_widths,
@@ -53,6 +54,7 @@ from levelhead.kernels.quat import IDENTITY, Quat
 from levelhead.kernels.tilt import GAP_SECONDS, UNIFORM
 from levelhead.kernels.trig import atan2
 from levelhead.kernels.vec3 import Vec3, norm, scale, sub
+from levelhead.units import GRAVITY
 
 LARGE_TILT = 0.25  # rad²: a larger variance of tilt cannot be corrected to first order
 LARGE_HEADING = 1.0  # rad²: nor can a larger one of heading
@@ -95,6 +97,7 @@ def start(params: ESKF, m: Floats, acc: Vec3, mag: Vec3) -> State:
     """The state of the first sample, in a memory that is zero but for a prior."""
     start_inertial(params, m, 1.0)
     set_prior_widths(params, m)
+    m[at.MEAN_UP] = GRAVITY
     m[at.TRAVEL_VARIANCE] = params.travel * params.travel
     attitude = triad.initial_attitude(acc, mag)
     field_norm = 0.0
@@ -169,14 +172,17 @@ def update(params: ESKF, state: State) -> State:
     n = state_count(state)
     average_rate(m, resting)
     tilt_variance = variance(m, at.ATTITUDE) + variance(m, at.ATTITUDE + 1)
-    tilt_lost = m[at.ACC_TIME] > 0.0 and tilt_variance > LARGE_TILT
+    upside_down = is_upside_down(m)
+    tilt_lost = m[at.ACC_TIME] > 0.0 and (upside_down or tilt_variance > LARGE_TILT)
     if tilt_lost or (m[at.MAG_COUNT] > 0.0 and variance(m, at.HEADING) > LARGE_HEADING):
         rotation = reinitialise_tilt(params, m) if tilt_lost else IDENTITY
         if m[at.MAG_COUNT] > 0.0 and variance(m, at.HEADING) > LARGE_HEADING:
             rotation = reinitialise_heading(params, m, rotation)
         m[at.REINITIALISED] = 1.0
+        m[at.MEAN_UP] = GRAVITY
         attitude = quat.compose(rotation, attitude)
-        return State(attitude, field_norm, False, NO_CANDIDATE, True, 0, m)
+        health = TURN_MISSED if upside_down else 0
+        return State(attitude, field_norm, False, NO_CANDIDATE, True, health, m)
     adapt_motion(params, m)
     health = TURN_MISSED if m[at.EXCESS] > 0.0 else 0
     fit = NO_FIELD

@@ -5,8 +5,8 @@ from P_k, and the correction x_k+1. With A = P⁻_k+1, B = F P_k and x^s the cor
 follows (H. E. Rauch, F. Tung, C. T. Striebel, Maximum likelihood estimates of linear dynamic systems, AIAA Journal
 3(8), 1965):
 
-    G = Bᵀ A⁻¹,   d = x_k+1 + x^s_k+1                                                                          (27)
-    x^s_k = G d,   P^s_k = P_k + G (P^s_k+1 − A) Gᵀ                                                            (28)
+    G = Bᵀ A⁻¹,   d = x_k+1 + x^s_k+1                                                                          (28)
+    x^s_k = G d,   P^s_k = P_k + G (P^s_k+1 − A) Gᵀ                                                            (29)
 
 and with the Cholesky factor A = Rᵀ R
 
@@ -14,7 +14,7 @@ and with the Cholesky factor A = Rᵀ R
 
 All operations are on whole rows, which vector instructions take. A state without variance, or one of which the past
 contains no information, has a column of zeros in G, and is left out. After a reinitialisation of the attitude, velocity
-and attitude are left out of (27); the calibration still goes backwards through it. States of aiding are not smoothed.
+and attitude are left out of (28); the calibration still goes backwards through it. States of aiding are not smoothed.
 """
 
 from math import sqrt
@@ -199,7 +199,7 @@ def factorize(m: Floats, restart: bool) -> None:
 
 @kernel
 def solve(m: Floats) -> None:
-    """Gᵀ of eq. 26, from Rᵀ Y = B and R Gᵀ = Y."""
+    """Gᵀ of eq. 28, from Rᵀ Y = B and R Gᵀ = Y."""
     for j in range(N):
         if m[FACTOR + j * at.ROW + j] != 0.0:
             subtract_rows(m, GAIN + j * at.ROW, FACTOR + j, at.ROW, GAIN, at.ROW, j, N)
@@ -235,7 +235,7 @@ def combine(m: Floats) -> None:
 
 @noinline
 def step_back(m: Floats, restart: bool) -> None:
-    """Eqs. 26 and 27: from AHEAD, GAIN = B, LATER, NOW = P_k and OFF to SMOOTHED and NOW."""
+    """Eqs. 28 and 29: from AHEAD, GAIN = B, LATER, NOW = P_k and OFF to SMOOTHED and NOW."""
     factorize(m, restart)
     solve(m)
     combine(m)

@@ -20,6 +20,7 @@ typedef lh_mahony_sums Sums;
 typedef lh_mahony_slow_means SlowMeans;
 typedef lh_mahony_extreme Extreme;
 typedef lh_mahony_repeat Repeat;
+typedef lh_mahony_jump Jump;
 typedef lh_mahony_detector_state DetectorState;
 typedef lh_mahony_conditioned_sample ConditionedSample;
 typedef lh_mahony_quat Quat;
@@ -108,6 +109,13 @@ static const float TRIG_HALF_PI_1 = 1.5703125f;
 static const float TRIG_HALF_PI_2 = 0.0004837513f;
 static const float TRIG_HALF_PI_3 = 7.54979e-08f;
 
+static const float SPIKES_JUMP = 3.0f; /* times the largest change of late, from one sample to the next, is a jump, */
+static const float SPIKES_JUMP_ANGLE = 0.02f; /* rad, if it also turns the body by so much */
+static const float SPIKES_USUAL_TIME = 1.0f; /* s in which the largest change of late fades */
+static const int32_t SPIKES_MOST_SPIKES = 3; /* in a row; more are a motion */
+/* times: a held rate lasts at most so much longer than the sample it is returned with */
+static const float SPIKES_MOST_RETURN = 3.0f;
+
 static const float LOWPASS_AGE_LIMIT = 1e6f; /* s: beyond this age the weight no longer depends on it */
 
 static const float QUAT_SMALL = 0.01f; /* (angle/2)² below which series take over */
@@ -171,7 +179,7 @@ static const float DETECTORS_STUCK_SECONDS = 1.0f; /* of one value while another
 static const DetectorState DETECTORS_NO_SAMPLES = {{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f},
     {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, false}, {4.0f, 4.0f, 0.0f, 0.0f, -1.0f, 0, false},
     {19.0f, 19.0f, 0.0f, 0.0f, -1.0f, 0, false}, {{0.0f, 0.0f, 0.0f}, 0, 0.0f}, {{0.0f, 0.0f, 0.0f}, 0, 0.0f},
-    false, false, 0};
+    {{0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f}, 0}, false, false, 0};
 
 static const int32_t HEALTH_GYR_MISSING = 1; /* the last rate was held */
 static const int32_t HEALTH_ACC_MISSING = 2; /* nothing corrected tilt */
@@ -185,6 +193,7 @@ static const int32_t HEALTH_ACC_REJECTED = 512; /* too far from g and from the p
 static const int32_t HEALTH_MAG_REJECTED = 1024; /* norm or dip are not those of the field learned: not used */
 /* a new field was taken for the earth's: from here on heading follows it */
 static const int32_t HEALTH_MAG_LEARNED = 4096;
+static const int32_t HEALTH_GYR_SPIKE = 32768; /* the rate before was far from those around it: not used */
 static const int32_t HEALTH_AT_REST = 2048; /* nothing wrong: the sensor is still, and its bias is being learned */
 
 static const bool GUARD_GATES_FIELD = true; /* False for a filter that gates the field itself */
@@ -207,7 +216,9 @@ static const ConditionedSample CONDITIONING_NO_SAMPLE = {{0.0f, 0.0f, 0.0f}, {0.
     {0.0f, 0.0f, 0.0f}, 0.0f, 0, false, false, false, 0.0f, 0.0f, 0.0f, 0,
     {{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, false},
     {4.0f, 4.0f, 0.0f, 0.0f, -1.0f, 0, false}, {19.0f, 19.0f, 0.0f, 0.0f, -1.0f, 0, false},
-    {{0.0f, 0.0f, 0.0f}, 0, 0.0f}, {{0.0f, 0.0f, 0.0f}, 0, 0.0f}, false, false, 0}, {0.0f, 0.0f, 0.0f}};
+    {{0.0f, 0.0f, 0.0f}, 0, 0.0f}, {{0.0f, 0.0f, 0.0f}, 0, 0.0f},
+    {{0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f}, 0}, false, false, 0},
+    {0.0f, 0.0f, 0.0f}};
 static const UnmeasuredRotation CONDITIONING_ALL_MEASURED = {0.0f, 0.0f};
 
 /* cos² of the field's dip in middle Europe: the share of a heading error that the whole field shows */
@@ -449,6 +460,59 @@ static Covariance two_state_joseph(Covariance p, Gain k, float r)
     const float rest = 1.0f - a;
     return (Covariance){rest * rest * level + a * a * r, rest * (cross - b * level) + a * b * r,
         bias - 2.0f * b * cross + b * b * (level + r)};
+}
+
+/* ---- spikes
+ *
+ * Spikes of a gyroscope: single rates that the samples before and after them do not know.
+ *
+ * A bus that loses a bit gives one rate that is far off, and a filter integrates it. Which rate is a spike only the next
+ * sample tells: a rate that jumps is held back, and the last one stands for it. If the next rate is nearer to the one that
+ * was held back, the body did jump, and what was held back is returned with that rate, so that no rotation is lost.
+ */
+
+/* After the first rate. */
+static Jump spikes_first_rate(Vec3 gyr)
+{
+    return (Jump){gyr, 0.0f, VEC3_ZERO, 0.0f, VEC3_ZERO, 0};
+}
+
+/* Whether a rate has changed by so much (square, (rad/s)²) that it may be a spike. */
+static bool spikes_is_jump(float change2, float usual2, float dt)
+{
+    return change2 > SPIKES_JUMP * SPIKES_JUMP * usual2
+        && change2 * dt * dt > SPIKES_JUMP_ANGLE * SPIKES_JUMP_ANGLE;
+}
+
+/* After a rate (rad/s) that stands for dt seconds; clipped: at a known full scale, where none is a spike. */
+static Jump spikes_update_jump(const Jump *jump, Vec3 gyr, bool clipped, float dt)
+{
+    const float a = jump->rate.x, b = jump->rate.y, c = jump->rate.z;
+    float usual2 = jump->usual2;
+    const Vec3 held = jump->held;
+    const float held_time = jump->held_time;
+    int32_t spikes = jump->spikes;
+    const float x = gyr.x, y = gyr.y, z = gyr.z;
+    const float u = x - a;
+    const float v = y - b;
+    const float w = z - c;
+    const float change2 = u * u + v * v + w * w;
+    if (held_time > 0.0f) {
+        const float p = held.x, q = held.y, r = held.z;
+        if ((u - p) * (u - p) + (v - q) * (v - q) + (w - r) * (w - r) < change2) {
+            const float share = lh_min(held_time, SPIKES_MOST_RETURN * dt) / dt;
+            const Vec3 returned = {share * p, share * q, share * r};
+            return (Jump){gyr, lh_max(p * p + q * q + r * r, usual2), VEC3_ZERO, 0.0f, returned, 0};
+        }
+        spikes += 1;
+    } else {
+        spikes = 0;
+    }
+    if (!clipped && spikes < SPIKES_MOST_SPIKES && spikes_is_jump(change2, usual2, dt)) {
+        return (Jump){jump->rate, usual2, {u, v, w}, dt, VEC3_ZERO, spikes};
+    }
+    usual2 = usual2 * SPIKES_USUAL_TIME / (SPIKES_USUAL_TIME + 2.0f * dt);
+    return (Jump){gyr, lh_max(change2, usual2), VEC3_ZERO, 0.0f, VEC3_ZERO, spikes};
 }
 
 /* ---- lowpass
@@ -1032,11 +1096,18 @@ static Vec3 vector_error_field_error(Quat attitude, Vec3 mag)
 
 /* ---- detectors
  *
- * Detectors that need the readings alone: full scale, stuck axes, and specific force that is not gravity.
+ * Detectors that need the readings alone: full scale, stuck axes, spikes, and specific force that is not gravity.
  *
  * Their results are the same for every run over a recording, so lanes compute them once for all. A reading that is missing
  * is left out: the slow mean stands for it in the sums for rest, and no other detector uses it.
  */
+
+/* Whether a reading is at a full scale that is known (not 0). */
+static bool detectors_is_at_range(Vec3 v, float full)
+{
+    const float x = v.x, y = v.y, z = v.z;
+    return full > 0.0f && lh_max(lh_max(fabsf(x), fabsf(y)), fabsf(z)) >= DETECTORS_PLATEAU * full;
+}
 
 /* Whether a reading is at full scale: full if known (not 0), else the largest one so far if it is a plateau.
  *
@@ -1056,12 +1127,11 @@ static Extreme detectors_update_extreme(Extreme extreme, Vec3 v, float full, flo
         }
         return (Extreme){up, down, 0.0f, 0.0f, DETECTORS_NOT_STEEP, found, false};
     }
+    if (full > 0.0f) {
+        return (Extreme){full, full, 0.0f, 0.0f, DETECTORS_NOT_STEEP, 3, detectors_is_at_range(v, full)};
+    }
     const float high = lh_max(lh_max(x, y), z);
     const float low = -lh_min(lh_min(x, y), z);
-    if (full > 0.0f) {
-        return (Extreme){full, full, 0.0f, 0.0f, DETECTORS_NOT_STEEP, 3,
-            lh_max(high, low) >= DETECTORS_PLATEAU * full};
-    }
     const bool upwards = high > low;
     const float largest = upwards ? high : low;
     const float top = upwards ? up : down;
@@ -1143,15 +1213,26 @@ static DetectorState detectors_detect(const Guard *guard, const DetectorState *s
     int32_t missing, bool blind, float dt)
 {
     SlowMeans means_2;
+    Jump jump_2;
     Sums sums = state->sums;
     const SlowMeans *means = &state->means;
     Extreme gyr_extreme = state->gyr_extreme, acc_extreme = state->acc_extreme;
     Repeat gyr_repeat = state->gyr_repeat, acc_repeat = state->acc_repeat;
+    const Jump *jump = &state->jump;
     const bool was_far = state->far_from_g;
     bool far = was_far;
     int32_t health = 0;
     const bool no_gyr = (missing & HEALTH_GYR_MISSING) != 0;
     const bool no_acc = (missing & HEALTH_ACC_MISSING) != 0;
+    if (!no_gyr) {
+        jump_2 = spikes_update_jump(jump, gyr, detectors_is_at_range(gyr, guard->gyr_range * UNITS_DEGREE),
+            dt);
+        jump = &jump_2;
+        gyr = jump->rate;
+        if (jump->spikes > 0) {
+            health = HEALTH_GYR_SPIKE;
+        }
+    }
     sums = rest_add_sample(sums, no_gyr ? means->gyr : gyr, no_acc ? means->acc : acc, dt);
     if (sums.time >= REST_INTERVAL) {
         means_2 = rest_update_means(guard, means, sums, blind);
@@ -1161,7 +1242,7 @@ static DetectorState detectors_detect(const Guard *guard, const DetectorState *s
         gyr_extreme = detectors_update_extreme(gyr_extreme, gyr, guard->gyr_range * UNITS_DEGREE, dt);
         gyr_repeat = detectors_update_repeat(gyr_repeat, gyr, dt);
         if (gyr_extreme.clipped) {
-            health = HEALTH_GYR_SATURATED;
+            health |= HEALTH_GYR_SATURATED;
         }
         if (detectors_is_stuck(gyr_repeat, dt)) {
             health |= HEALTH_GYR_STUCK;
@@ -1177,8 +1258,15 @@ static DetectorState detectors_detect(const Guard *guard, const DetectorState *s
         }
         far = detectors_is_far_from_g(guard, acc);
     }
-    return (DetectorState){sums, *means, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat, far, was_far,
-        health};
+    return (DetectorState){sums, *means, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat, *jump, far,
+        was_far, health};
+}
+
+/* The rate (rad/s) that stands for the last sample, see spikes. */
+static Vec3 detectors_believed_rate(const DetectorState *state, Vec3 gyr)
+{
+    (void)gyr;
+    return vec3_add(state->jump.rate, state->jump.returned);
 }
 
 /* ---- guard
@@ -1388,8 +1476,9 @@ static ConditionedSample conditioning_first_sample(Vec3 gyr, Vec3 acc, Vec3 mag,
     const Extreme gyr_extreme = DETECTORS_NO_SAMPLES.gyr_extreme,
         acc_extreme = DETECTORS_NO_SAMPLES.acc_extreme;
     const Repeat gyr_repeat = DETECTORS_NO_SAMPLES.gyr_repeat, acc_repeat = DETECTORS_NO_SAMPLES.acc_repeat;
+    const Jump jump = spikes_first_rate(gyr);
     const DetectorState detected = {REST_NO_SUMS, means, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat,
-        false, false, 0};
+        jump, false, false, 0};
     return (ConditionedSample){gyr, acc, mag, 0.0f, health, false, tilt_is_present(acc), false, 0.0f, 0.0f,
         0.0f, 0, detected, VEC3_ZERO};
 }
@@ -1422,6 +1511,9 @@ static ConditionedSample conditioning_condition(const Guard *guard, const Condit
     const bool rate_lost = (health & HEALTH_GYR_MISSING) != 0 && rate_age > TILT_GAP_SECONDS;
     const DetectorState detected_2 = detectors_detect(guard, detected, gyr, acc, health, rate_lost, dt);
     detected = &detected_2;
+    if ((health & HEALTH_GYR_MISSING) == 0) {
+        gyr = detectors_believed_rate(detected, gyr);
+    }
     health |= detected->health;
     if (detected->health & CONDITIONING_FORCE_UNUSABLE) {
         acc = VEC3_ZERO;

@@ -23,9 +23,9 @@
  *
  * RAM of one filter with its parameters:
  *
- *     64 bit (Cortex-A, x86-64)                                    404 bytes
- *     32 bit (Cortex-M, ESP32, RP2040)                             404 bytes
- *     AVR (Uno, Mega)                                              389 bytes
+ *     64 bit (Cortex-A, x86-64)                                    452 bytes
+ *     32 bit (Cortex-M, ESP32, RP2040)                             452 bytes
+ *     AVR (Uno, Mega)                                              437 bytes
  */
 #ifndef LH_MAHONY_H
 #define LH_MAHONY_H
@@ -56,6 +56,7 @@ enum {
     LH_MAG_LEARNED = 4096, /* a new magnetic field taken for the earth's */
     LH_AID_REJECTED = 8192, /* position, velocity or height far from the prediction, not used */
     LH_TURN_MISSED = 16384, /* a turn was not measured, tilt is being corrected */
+    LH_GYR_SPIKE = 32768, /* a spike of the gyroscope, not used */
 };
 #endif
 
@@ -144,6 +145,16 @@ typedef struct {
     float time;
 } lh_mahony_repeat;
 
+/* The last rate that was believed (rad/s), and what was held back. */
+typedef struct {
+    lh_mahony_vec3 rate;
+    float usual2; /* (rad/s)², square of the largest change of late */
+    lh_mahony_vec3 held; /* rad/s, by which the held rate is beyond ``rate`` */
+    float held_time; /* s that the held rate lasted; 0: none is held back */
+    lh_mahony_vec3 returned; /* rad/s, that was held back of the sample before, as a rate of this one */
+    int32_t spikes; /* in a row until now: what was held back of the sample before was one */
+} lh_mahony_jump;
+
 /* What the detectors keep of the readings, and what they found in the last of them. */
 typedef struct {
     lh_mahony_sums sums;
@@ -152,6 +163,7 @@ typedef struct {
     lh_mahony_extreme acc_extreme;
     lh_mahony_repeat gyr_repeat;
     lh_mahony_repeat acc_repeat;
+    lh_mahony_jump jump; /* of the gyroscope */
     bool far_from_g; /* the norm of the last specific force is */
     bool was_far; /* and so it was at the sample before */
     int32_t health;

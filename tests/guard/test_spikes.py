@@ -1,0 +1,91 @@
+"""Single wrong rates are not integrated; a rate that did jump is, to the last bit of its rotation."""
+
+import math
+
+import numpy as np
+import pytest
+
+import levelhead as lh
+from levelhead import simulate
+from levelhead.evaluate.attitude_error import error_quaternion, split
+from levelhead.filters.health import GYR_SPIKE
+from levelhead.guard.spikes import MOST_SPIKES, first_rate, update_jump
+from levelhead.kernels.vec3 import Vec3
+from levelhead.recording import Recording
+
+DT = 0.01
+
+
+def believed(rates, clipped=False):
+    """The rates about x that stand for these samples, and the samples that are known to follow a spike."""
+    jump, found, spikes = first_rate(Vec3(rates[0], 0.0, 0.0)), [rates[0]], []
+    for k, rate in enumerate(rates[1:], 1):
+        jump = update_jump(jump, Vec3(rate, 0.0, 0.0), clipped, DT)
+        found.append(jump.rate.x + jump.returned.x)
+        if jump.spikes > 0:
+            spikes.append(k)
+    return np.array(found), spikes
+
+
+def test_a_single_wrong_rate_is_replaced_by_the_one_before():
+    rates = np.sin(np.arange(100) * DT)
+    wrong = rates.copy()
+    wrong[40] += 8.7
+    found, spikes = believed(wrong)
+    assert spikes == [41]
+    assert found[40] == rates[39]
+    np.testing.assert_array_equal(np.delete(found, 40), np.delete(rates, 40))
+
+
+def test_a_jump_that_lasts_is_integrated_whole():
+    rates = np.r_[np.zeros(40), np.full(60, 8.7)]
+    found, spikes = believed(rates)
+    assert spikes == []
+    assert found[40] == 0.0
+    assert found.sum() == pytest.approx(rates.sum(), rel=1e-15)
+    np.testing.assert_array_equal(found[42:], rates[42:])
+
+
+def test_a_body_that_shakes_is_believed_in_the_end():
+    """Rates that jump to and fro are spikes a few times, then the motion of the body."""
+    rates = np.r_[np.zeros(40), 8.7 * (-1.0) ** np.arange(40)]
+    found, spikes = believed(rates)
+    assert len(spikes) <= MOST_SPIKES + 1
+    np.testing.assert_array_equal(found[50:], rates[50:])
+
+
+def test_small_jumps_and_a_known_full_scale_are_no_spikes():
+    quiet = np.zeros(40)
+    quiet[20] = 0.019 / DT
+    assert believed(quiet)[0][20] == quiet[20]
+    quiet[20] = 8.7
+    assert believed(quiet, clipped=True)[0][20] == 8.7
+
+
+@pytest.mark.parametrize("filter_", [lh.Mahony(), lh.EKF(), lh.ESKF()])
+def test_spikes_cost_no_filter_anything(filter_):
+    """Two spikes of 500 deg/s a second for ten seconds; without the guard they turn every filter by 4° each."""
+    sound = simulate.recording("BMI160", "walking", 60.0, seed=2, mag="HMC5883L")
+    faulted = simulate.apply_fault(sound, simulate.parse_fault("gyr_spikes"))
+    wrong = np.flatnonzero(np.any(faulted.recording.gyr != sound.gyr, axis=1))
+    before, after = lh.fuse(sound, filter_), lh.fuse(faulted.recording, filter_)
+    apart = np.degrees(split(error_quaternion(after.quat, before.quat)).total)
+    unguarded = lh.fuse(faulted.recording, filter_, guard=None)
+    worst = np.degrees(split(error_quaternion(unguarded.quat, before.quat)).total).max()
+    print(f"{type(filter_).__name__}: {len(wrong)} spikes; {apart.max():.2f}° apart, {worst:.1f}° without the guard")
+    assert apart.max() < 0.5
+    assert worst > 4.0
+    assert set(wrong + 1) == set(np.flatnonzero(after.health & GYR_SPIKE))
+
+
+def test_a_sensor_that_is_hit_is_not_held_back():
+    """Jumps from rest to a fast turn and back: the rotation of the held sample comes with the next."""
+    gyr = np.zeros((400, 3))
+    gyr[200:210, 2] = math.radians(500.0)
+    rec = Recording(np.arange(400) * DT, gyr, np.tile([0.0, 0.0, 9.80665], (400, 1)))
+    track = lh.fuse(rec, lh.GyroIntegration())
+    guarded = lh.fuse(rec, lh.Mahony(kp=1e-9, ki=0.0))
+    apart = np.degrees(split(error_quaternion(guarded.quat, track.quat)).total)
+    assert apart[200] == pytest.approx(5.0, abs=1e-3)  # held back for one sample; the way back is no surprise
+    assert np.delete(apart, 200).max() < 1e-3
+    assert not (guarded.health & GYR_SPIKE).any()
