@@ -34,11 +34,11 @@ horizon: the gains of θ_x, θ_y, v and c are zero in (16) (the consider filter 
 
     0 = mean ω − S mean ω − b                                                                                  (15)
 
-Attitudes of which nothing is known (1σ of tilt beyond half a radian, of heading beyond one, or a mean force that points
-down) are taken from the block's mean force and field. A mean of the velocity's innovations beyond what the largest D
-explains is the work of a turn that the gyroscope missed; its variance is process noise of the next block (26). A field that does not fit (16), but stands
-still in the earth frame while the sensor turns for ``mag_time``, becomes m, and the variance of heading grows by the
-square of its angle.
+Attitudes of which nothing is known (1σ of tilt beyond half a radian, of heading beyond one, or a mean force that
+points down) are taken from the block's mean force and field. A mean of the velocity's innovations beyond what the
+largest D explains is the work of a turn that the gyroscope missed; its variance is process noise of the next block
+(26). A field that does not fit (16), but stands still in the earth frame while the sensor turns for ``mag_time``,
+becomes m, and the variance of heading grows by the square of its angle.
 
 The prior of the gyroscope's bias is wide at the start and becomes narrow within seconds; later the priors of both
 biases are widened where the measurements demand it (``adaptation``). Corrections of the gyroscope's bias that add up to

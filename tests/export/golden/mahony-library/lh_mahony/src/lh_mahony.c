@@ -484,7 +484,7 @@ static bool spikes_is_jump(float change2, float usual2, float dt)
         && change2 * dt * dt > SPIKES_JUMP_ANGLE * SPIKES_JUMP_ANGLE;
 }
 
-/* After a rate (rad/s) that stands for dt seconds; clipped: at a known full scale, where none is a spike. */
+/* After a rate (rad/s) that stands for dt seconds; clipped: at a known full scale, so no spike. */
 static Jump spikes_update_jump(const Jump *jump, Vec3 gyr, bool clipped, float dt)
 {
     const float a = jump->rate.x, b = jump->rate.y, c = jump->rate.z;
