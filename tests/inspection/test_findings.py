@@ -55,6 +55,26 @@ def test_the_short_form_leaves_out_notes_only() -> None:
         assert said and set(said) == {"note"}
 
 
+def test_spikes(clean: Recording) -> None:
+    gyr, acc = clean.gyr.copy(), clean.acc.copy()
+    gyr[[500, 2400, 4000]] += [[4.0, 0.0, 0.0], [0.0, -3.0, 0.0], [0.6, 0.6, 0.0]]  # rad/s
+    acc[[1000, 3000], 2] += [20.0, -40.0]  # m/s²
+    found = {one.name: one for one in examine(changed(clean, gyr=gyr, acc=acc)).findings}
+    assert found["spikes_gyr"].rows == (500, 4000) and found["spikes_gyr"].what.startswith("3 readings")
+    assert found["spikes_gyr"].severity == "warning" and "229 deg/s" in found["spikes_gyr"].what
+    assert found["spikes_acc"].rows == (1000, 3000) and "40 m/s²" in found["spikes_acc"].what
+
+
+def test_a_knock_and_a_vibration_are_no_spikes(clean: Recording) -> None:
+    ring = 30.0 * np.exp(-np.arange(60) / 6.0) * np.cos(2.0 * np.arange(60))
+    acc, gyr = clean.acc.copy(), clean.gyr.copy()
+    for row in range(200, 5600, 400):
+        acc[row : row + 60, 2] += ring
+        gyr[row - 1 : row + 2, 1] += [1.5, 4.0, 1.5]  # a short turn has flanks
+    gyr[:, 0] += 0.5 * (-1.0) ** np.arange(len(gyr))
+    assert not {"spikes_gyr", "spikes_acc"} & bad(changed(clean, gyr=gyr, acc=acc))
+
+
 def test_clipping(clean: Recording) -> None:
     limit = np.radians(125.0)
     assert np.abs(clean.gyr).max() > 1.1 * limit

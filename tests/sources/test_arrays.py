@@ -112,6 +112,25 @@ def test_pickles_are_refused(tmp_path: Path) -> None:
     assert "holds a pickle" in refused(path) or "not a .npz" in refused(path)
 
 
+def test_a_reference_beside_the_samples(tmp_path: Path, hand: Recording) -> None:
+    """The layout of shared/data/truth: q_ref_sensor is the truth where ref_ok, if its third axis is up."""
+    assert hand.truth is not None
+    path = tmp_path / "trial.npz"
+    seen = np.arange(len(hand.t)) % 7 > 0
+    arrays = {"t": hand.t, "gyr": hand.gyr, "acc": hand.acc, "ref_ok": seen}
+    np.savez(path, **arrays, q_ref_sensor=hand.truth.quat)
+    recording = read(path)
+    assert recording.truth is not None and not recording.truth.north
+    assert np.isnan(recording.truth.quat[~seen]).all()
+    np.testing.assert_array_equal(recording.truth.quat[seen], hand.truth.quat[seen])
+    w, x, y, z = hand.truth.quat.T
+    s = np.sqrt(0.5)  # the world turned by 90° about its x axis: y is up
+    np.savez(path, **arrays, q_ref_sensor=np.column_stack([w + x, x - w, y + z, z - y]) * s)
+    recording = read(path)
+    said = [note for note in recording.meta["notes"] if note.startswith("truth")]
+    assert recording.truth is None and "left out" in said[0] and "not to (0, 0, 1)" in said[0]
+
+
 def test_own_npz_is_exact(tmp_path: Path, hand: Recording) -> None:
     rng = np.random.default_rng(0)
     n = 40

@@ -10,6 +10,7 @@ from levelhead.errors import LevelheadError
 from levelhead.inspection.findings import Finding, Report, sort_findings
 from levelhead.inspection.physics import examine_axes, examine_field, examine_rest
 from levelhead.inspection.reading import from_reader
+from levelhead.inspection.spikes import examine_spikes
 from levelhead.inspection.timing import examine_clock
 from levelhead.inspection.unknown import unknown
 from levelhead.inspection.values import examine_values
@@ -19,7 +20,7 @@ from levelhead.sources import read
 from levelhead.sources.hints import NeedsHints
 
 Check = Callable[[Recording], Iterator[Finding]]
-FAULTS: tuple[Check, ...] = (examine_axes, examine_field, examine_rest, examine_clock, examine_values)
+FAULTS: tuple[Check, ...] = (examine_axes, examine_field, examine_rest, examine_clock, examine_values, examine_spikes)
 
 __all__ = ["Finding", "Report", "examine", "inspect", "list_findings", "short_form"]
 

@@ -56,7 +56,7 @@ def _assemble(table: Table, hints: Hints) -> Recording:
     mag = _mag(table, roles, hints, columns, evidence)
     if mag is not None and "mag" not in hints.map:
         mag = _check_field(clock.t, gyr, mag, evidence)
-    truth = find_truth(table, roles, columns, notes)
+    truth = find_truth(table, roles, columns, acc, notes)
     meta: dict[str, Any] = {
         "source": table.source,
         "notes": notes,

@@ -29,7 +29,7 @@ class Roles:
     """Where the quantities stand in a table.
 
     Attributes:
-        columns: role ("t", "gyr", "acc", "mag", "q", "bias", "moving") to the positions of its columns.
+        columns: role ("t", "gyr", "acc", "mag", "q", "bias", "moving", "seen") to the positions of its columns.
         units: role to the unit that the names give; roles without one are not in it.
         ignored: names of the columns that nothing uses, in the order of the file.
         notes: sentences about choices that were made.
@@ -88,8 +88,8 @@ def assign(
         found["acc"] = _user_acceleration(names, context, filled)
     _choose(found, columns, sensor, known, source, notes)
     columns |= {"gravity": gravity} if gravity and "acc" not in hints else {}
-    if sum(name.role == "moving" for name in known) == 1:
-        columns["moving"] = tuple(i for i, name in enumerate(known) if name.role == "moving")
+    flags = {role: tuple(i for i, name in enumerate(known) if name.role == role) for role in ("moving", "seen")}
+    columns |= {role: positions for role, positions in flags.items() if len(positions) == 1}
     _disjoint(columns, names, source)
     _complete(columns, names, source)
     units: dict[str, str] = {}

@@ -41,7 +41,8 @@ class Name:
 
     Attributes:
         raw: as the file spells it.
-        role: "t", "gyr", "acc", "mag", "q", "bias", "moving", or "" when it is none of them.
+        role: "t", "gyr", "acc", "mag", "q", "bias", "moving", "seen" (whether the reference is good), or "" when it is
+            none of them.
         axis: "x", "y", "z", "w" or a digit; "" if the name has none.
         stem: what is left without axis and unit, in lower case: columns that share it belong together.
         exact: a time that is called just that, before "gps_time" and the like.
@@ -74,8 +75,9 @@ def _understand(raw: str) -> Name:
     label = "".join(stem)
     if {"truth", "bias"} <= set(stem) and axis:
         return Name(raw, "bias", axis, label)
-    if not axis and label in {"moving", "movement", "truthmoving"}:
-        return Name(raw, "moving", "", label)
+    seen = REFERENCES & set(stem) and {"ok", "valid"} & set(stem)
+    if not axis and (seen or label in {"moving", "movement", "truthmoving"}):
+        return Name(raw, "seen" if seen else "moving", "", label)
     if turned := _turn_rate(raw, tokens):
         return Name(raw, "gyr", turned, "rollpitchyawrate")
     bare = _without_unit(stem)
@@ -146,6 +148,8 @@ def _role(stem: Sequence[str]) -> str:
     if not found:
         rest = "".join(word for word in words if word not in FILLERS)
         found = {role for role, letters in LETTERS.items() if rest in letters}
+    if not found and "".join(word for word in words if word not in FILLERS | REFERENCES) == "q":
+        found = {"q"}
     if len(found) != 1:
         return ""
     role = found.pop()
