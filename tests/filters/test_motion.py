@@ -7,7 +7,13 @@ import levelhead as lh
 from levelhead import simulate
 from levelhead.evaluate import evaluate
 from levelhead.evaluate.attitude_error import error_quaternion, split
+from levelhead.filters.eskf import state as at
+from levelhead.filters.eskf.covariance import variance
+from levelhead.filters.eskf.filter import init
+from levelhead.filters.eskf.predict import predict
+from levelhead.filters.eskf.preintegration import reset_block
 from levelhead.filters.health import GYR_SATURATED, TURN_MISSED
+from levelhead.kernels.vec3 import ZERO, Vec3
 from levelhead.recording import Recording
 
 
@@ -149,3 +155,19 @@ def test_a_bias_that_warms_up_is_followed(motion):
     print(f"{motion}: {100.0 * beyond:.1f} % beyond 4σ, {tilt[-1000:].max():.1f}° at the end")
     assert beyond < 0.15
     assert tilt[-1000:].max() < 4.0
+
+
+def test_without_measurements_the_variance_of_a_bias_is_that_of_its_prior():
+    """So κ of (23) is 0 then, however fast the bias walks, and no prior is exchanged for nothing."""
+    params = lh.ESKF()
+    m = init(params, ZERO, Vec3(0.0, 0.0, 9.81), ZERO).memory
+    m[at.BIAS_WALK] = 1e-7
+    for _ in range(1000):
+        reset_block(m)
+        m[at.BLOCK_TIME] = 0.1
+        predict(params, m, at.N_INERTIAL)
+    for i in range(at.GYR_BIAS, at.GYR_BIAS + 3):
+        start = np.radians(params.bias_raw) ** 2
+        walked = 100.0 * (np.radians(params.bias_walk) ** 2 + 1e-7)
+        assert m[at.PRIOR_VARIANCE + i] == pytest.approx(start + walked, rel=1e-12)
+        assert variance(m, i) == pytest.approx(m[at.PRIOR_VARIANCE + i], rel=1e-3)  # rounding has its own share

@@ -30,9 +30,10 @@ one that nothing measures.
 **Travel.** The variance of u in (12) is the running mean of u² + P_uu: one step of expectation
 maximisation in each block.
 
-**Width of a prior.** Sensors are a mixture of calibrated and raw ones. Let a state have the prior variance s², the
-variance P, and let x be its estimate less the prior's mean, which is 0 but where an earlier run has told it. The
-measurements alone then say x/κ ± √(P/κ) with κ = 1 − P/s². Where even the lower end of that is beyond s,
+**Width of a prior.** Sensors are a mixture of calibrated and raw ones. Let s² be the
+variance that a state would have without any measurement (its prior's, and its random walk since), P the one that it
+has, and x its estimate less the prior's mean, which is 0 but where an earlier run has told it. The measurements alone
+then say x/κ ± √(P/κ) with κ = 1 − P/s². Where even the lower end of that is beyond s,
 
     s'² = (|x|/κ − 5 √(P/κ))²                                                                                  (23)
 
