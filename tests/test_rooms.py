@@ -11,7 +11,7 @@ MOST_ANY = {  # by room; the names in open_types.py, compiler/borders.py, tree.p
     "sources": 42,
     "publish": 30,
     "live": 22,
-    "compiler": 20,
+    "compiler": 22,
     "engine": 8,
     "filters": 8,
     "cli": 6,

@@ -9,9 +9,9 @@ from tests.reference.c_kernel import translated
 from levelhead.compiler.mark import kernel
 from levelhead.errors import LevelheadError
 from levelhead.export.kinds import FLOAT
-from levelhead.export.single import INSTEAD, round_constant, shortest, single
 from levelhead.export.type_table import TypeTable, decimal
 from levelhead.kernels import tilt, trig, vec3
+from levelhead.kernels.single import INSTEAD, round_constant, shortest, single
 
 HUGE = 1e60
 PI = Fraction(314159265358979323846264338327950288419716939937510, 10**50)

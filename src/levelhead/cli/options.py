@@ -6,7 +6,7 @@ import sys
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
@@ -139,6 +139,10 @@ GuardWords = Annotated[
 ]
 
 
+Engine = Annotated[
+    Literal["auto", "native", "compiled", "python", "cuda", "cuda-single"],
+    Parameter(help="What runs the filter: `cuda` is an NVIDIA GPU (needs levelhead[cuda]), a thread for each run."),
+]
 FromFile = Annotated[
     Path | None,
     Parameter(

@@ -9,6 +9,7 @@ from cyclopts import Parameter
 
 from levelhead.cli.options import (
     NO_PICTURE,
+    Engine,
     FilterName,
     GuardWords,
     Reading,
@@ -42,6 +43,7 @@ def sweep(
     values: Annotated[tuple[float, ...], Parameter(consume_multiple=True, negative="")] = (),
     simulate: Annotated[str | None, Parameter(metavar="WHAT")] = None,
     seed: int | None = None,
+    engine: Engine = "auto",
     out: Annotated[Path | None, Parameter(name=["--out", "-o"], metavar="DIR")] = None,
     json: Annotated[bool, Parameter(negative="")] = False,
     reading: Reading = Reading(),  # noqa: B008
@@ -68,7 +70,7 @@ def sweep(
     if filter is None:
         require_parameter(params, parameter)
     with progress("sweeping") as report:
-        result = run(recording, params, parameter, list(values) or None, guard=before, progress=report)
+        result = run(recording, params, parameter, list(values) or None, guard=before, engine=engine, progress=report)
     picture = None
     if out is not None and can_draw():
         from levelhead.publish.plots import sweep_picture

@@ -7,6 +7,7 @@ from cyclopts import Parameter
 
 from levelhead.cli.options import (
     NO_PICTURE,
+    Engine,
     FilterName,
     FromFile,
     GuardWords,
@@ -42,6 +43,7 @@ def tune(
     metric: Literal["total", "tilt", "heading"] | None = None,
     runs: Annotated[int | None, Parameter(metavar="N")] = None,
     seed: int = 0,
+    engine: Engine = "auto",
     out: Annotated[Path, Parameter(name=["--out", "-o"], metavar="DIR")] = Path(),
     plot: bool = True,
     json: Annotated[bool, Parameter(negative="")] = False,
@@ -90,7 +92,7 @@ def tune(
     with progress("tuning") as report:
         found = tune_filter(
             recordings, params, parameter, metric=metric, reference=reference, guard=before, runs=runs, seed=seed,
-            progress=report,
+            engine=engine, progress=report,
         )  # fmt: skip
     written = [folder(out) / "tuned.json"]
     found.file().save(written[0])

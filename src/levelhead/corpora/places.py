@@ -20,7 +20,7 @@ MANIFEST = "corpus.json"  # stands in a folder of results
 IMU = "mav0/imu0/data.csv"  # in a recording as EuRoC and TUM-VI lay it out
 BAG = "metadata.yaml"  # in the folder of a ROS 2 bag
 SUFFIXES = frozenset((*BY_SUFFIX, *CONTAINERS))
-LISTS = frozenset({"trials.json"})  # what BROAD says of its recordings
+LISTS = re.compile(r"trials|index|problems|manifest|datapackage|readme|licen[cs]e", re.IGNORECASE)  # stems: no logs
 STAMPS = ("ETag", "etag", "md5Hash", "checksum", "mtime", "LastModified", "last_modified", "updated", "modified")
 GYR, ACC = re.compile(r"gyr", re.IGNORECASE), re.compile(r"acc", re.IGNORECASE)
 MAGIC = re.compile(r"[*?[]")
@@ -141,8 +141,12 @@ def _recordings(files: Mapping[str, Fields], results: set[str]) -> dict[str, lis
     return found
 
 
+def _can_be_log(file: PurePosixPath) -> bool:
+    return file.suffix.lower() in SUFFIXES and not file.name.startswith(".")
+
+
 def _is_log(file: PurePosixPath) -> bool:
-    return file.suffix.lower() in SUFFIXES and file.name not in LISTS and not file.name.startswith(".")
+    return _can_be_log(file) and not LISTS.fullmatch(file.stem)
 
 
 def _is_one_recording(folder: str, files: Sequence[str]) -> bool:

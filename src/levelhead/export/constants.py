@@ -5,9 +5,9 @@ import ast
 from levelhead.errors import LevelheadError
 from levelhead.export.inference import Inference
 from levelhead.export.layout import add_comment, wrap
-from levelhead.export.single import REMARKS
 from levelhead.export.source import home, place, remark
 from levelhead.export.type_table import TypeTable
+from levelhead.kernels.single import REMARKS
 
 
 class UniqueNames:

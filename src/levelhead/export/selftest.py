@@ -6,9 +6,9 @@ from collections.abc import Iterable
 from levelhead.export.c_api import CApi
 from levelhead.export.config import ExportConfig
 from levelhead.export.layout import join_lines, template
-from levelhead.export.single import shortest, single
 from levelhead.export.test_vectors import axis_rows, rows
 from levelhead.export.type_table import decimal
+from levelhead.kernels.single import shortest, single
 
 PERIOD = 360.0
 BOUND = 2e-3  # of each number in single precision, and of its size; tests/export/test_selftest.py holds 1/4 of that

@@ -7,9 +7,9 @@ from typing import get_args, get_origin, get_type_hints
 from levelhead.errors import LevelheadError
 from levelhead.export.kinds import FLOAT, NUMBERS, Array, Kind, Scalar, Struct, is_empty, is_struct, variable, within
 from levelhead.export.layout import STEP, add_comment, comment, docstring, snake
-from levelhead.export.single import round_constant, shortest
 from levelhead.export.source import field_remarks
 from levelhead.filters.parameters import description
+from levelhead.kernels.single import round_constant, shortest
 
 
 class TypeTable:

@@ -203,7 +203,7 @@ def sweep(
         values: what to set it to; None: the usual range of the parameter.
         metric: error to minimise: "total", "tilt" or "heading" RMS.
         guard: as for ``fuse``; with another one than the default the values are tried one by one.
-        engine: as for ``fuse``.
+        engine: as for ``fuse_parameter_sets``.
         progress: called with the fraction done, 0 to 1.
 
     Raises:

@@ -9,6 +9,7 @@ import numpy as np
 from levelhead import filters
 from levelhead.engine import fuse
 from levelhead.engine.batch import DEFAULT_GUARD
+from levelhead.engine.binding import GPU_ENGINES, check_engine
 from levelhead.engine.threads import map_in_order
 from levelhead.errors import LevelheadError, nearest
 from levelhead.evaluate.score import root_mean_squares
@@ -57,7 +58,7 @@ def tune_filter(
             has a magnetometer that the filter follows, else tilt.
         reference: "truth" or "smoother"; None: the truth where a recording has one.
         guard: as for ``fuse``.
-        engine: as for ``fuse``.
+        engine: as for ``fuse_parameter_sets``; on a GPU go the many runs of the search, not the single ones beside it.
         runs: of the filter, for one search; None: 80 for each parameter.
         seed: of the search.
         cross_validate: search again without each log (of more than five: each fifth of them; of one: each third of it)
@@ -79,7 +80,8 @@ def tune_filter(
         raise LevelheadError(f"{runs} runs are no search; expected 2 or more, better {EACH} for each parameter")
     follows = "heading" in filters.of(space.params).estimates and all(one.mag is not None for one in given)
     chosen: Metric = metric or ("total" if follows else "tilt")
-    held = references(given, reference, chosen != "tilt", guard, engine)
+    check_engine(engine)
+    held = references(given, reference, chosen != "tilt", guard, _for_one_run(engine))
     search = _Search(space, chosen, guard, engine, runs or EACH * len(space.ranges), seed, progress)
     return search.run(given, held, _folds(held) if cross_validate else [])
 
@@ -175,7 +177,7 @@ class _Search:
         return error_bands(recording, track, self.metric == "tilt")
 
     def _track(self, recording: Recording, params: Params) -> Track:
-        return fuse(recording, params, guard=self.guard, engine=self.engine)
+        return fuse(recording, params, guard=self.guard, engine=_for_one_run(self.engine))
 
     def _check(self, given: Sequence[Recording], held: Sequence[Reference], best: Params) -> TruthCheck | None:
         """Errors against the truth of what was held against the smoother."""
@@ -188,6 +190,11 @@ class _Search:
             tracks = [smoothed, *(self._track(recording, params) for params in (self.space.params, best))]
             rows.append([root_mean_squares(apart, track)[self._column] for track in tracks])
         return TruthCheck(*np.array(rows).T) if rows else None
+
+
+def _for_one_run(engine: str) -> str:
+    """The engine of a single run where the many runs of a search go to ``engine``."""
+    return "auto" if engine in GPU_ENGINES else engine
 
 
 def _folds(held: Sequence[Reference]) -> list[Split]:
