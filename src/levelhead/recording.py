@@ -276,6 +276,7 @@ class Recording:
         meta: its source and the reader's conclusions ("source", "notes", …).
         pressure: a barometer beside it, or None.
         gnss: a satellite receiver beside it, or None.
+        temperature: (n,) °C of the sensor, or None; NaN where it gave nothing.
 
     Raises:
         LevelheadError: one sentence with the field, the row and the unit expected.
@@ -289,6 +290,7 @@ class Recording:
     meta: ReadOnlyFields = field(default_factory=dict)
     pressure: Pressure | None = None
     gnss: Gnss | None = None
+    temperature: Array | None = None
 
     def __post_init__(self) -> None:
         t = time_array(self.t)
@@ -306,6 +308,8 @@ class Recording:
                     f"{name} has {len(array)} rows, but t has {len(t)}; expected one row in {unit} per stamp"
                 )
             object.__setattr__(self, name, array)
+        if self.temperature is not None:
+            object.__setattr__(self, "temperature", real_array("temperature", self.temperature, (len(t),), "°C"))
         for name, kind in (("pressure", Pressure), ("gnss", Gnss)):
             if not isinstance(getattr(self, name), kind | None):
                 raise LevelheadError(
@@ -341,10 +345,11 @@ class Recording:
         }
         truth = None if self.truth is None else self.truth[rows]
         mag = None if self.mag is None else self.mag[rows]
-        return Recording(t, self.gyr[rows], self.acc[rows], mag, truth, self.meta, **seen)
+        warmth = None if self.temperature is None else self.temperature[rows]
+        return Recording(t, self.gyr[rows], self.acc[rows], mag, truth, self.meta, **seen, temperature=warmth)
 
     def __repr__(self) -> str:
-        optional = ("mag", "pressure", "gnss", "truth")
+        optional = ("mag", "pressure", "gnss", "temperature", "truth")
         parts = ["gyr", "acc", *(name for name in optional if getattr(self, name) is not None)]
         missing = int((~self.valid).sum())
         text = f"Recording({len(self)} samples, {self.duration:.1f} s at {self.rate:.1f} Hz: {', '.join(parts)}"

@@ -29,7 +29,8 @@ def noise(
 ) -> None:
     """Measure a sensor's noise from a log at rest: Allan deviation, coefficients with σ, and a file for filters.
 
-    Writes LOG-noise.json, which `fuse`, `export` and `simulate` take as --noise, and the picture LOG-noise.png.
+    Writes LOG-noise.json, which `fuse`, `export` and `simulate` take as --noise, and the picture LOG-noise.png. Where
+    the log has a temperature, it also finds the bias against it and writes LOG-temperature.png.
 
     Args:
         log: a recording; its longest still stretch is used, 20 s at least, better an hour.
@@ -57,6 +58,11 @@ def noise(
 
         written.append(out / f"{log.stem}-noise.png")
         allan_picture(model, written[1])
+        if any(triad.drift is not None for triad in model.triads.values()):
+            from levelhead.publish.plots.temperature_panels import temperature_picture
+
+            written.append(out / f"{log.stem}-temperature.png")
+            temperature_picture(model, written[2])
     if json:
         print_json(noise_facts(model, page) | {"written": [str(path) for path in written]})
         return

@@ -7,6 +7,7 @@ import numpy as np
 from levelhead.errors import LevelheadError, nearest
 from levelhead.noise.fit import FLICKER_SHARE
 from levelhead.noise.model import NoiseModel, TriadNoise
+from levelhead.noise.temperature import CLEAR, WEAK_SPAN, TemperatureDrift
 from levelhead.simulate.presets import ACC_INSTABILITY, CHIPS, GYR_INSTABILITY, ONE_SIDED, Chip
 from levelhead.units import factor
 
@@ -46,6 +47,8 @@ def verdict(model: NoiseModel, chip: Chip | None = None) -> list[str]:
             lines.append(_density(name, triad, chip))
             lines.append(_instability(name, triad, model.duration))
         lines += _fit(name, triad)
+        if triad.drift is not None:
+            lines.append(_drift(name, triad.drift))
     return lines
 
 
@@ -100,6 +103,26 @@ def _instability(name: str, triad: TriadNoise, duration: float) -> str:
     return line
 
 
+def _drift(name: str, drift: TemperatureDrift) -> str:
+    """What temperature does to the bias, and how much that is worth."""
+    unit = {"gyr": "deg/s", "acc": "mg", "mag": "µT"}[name]
+    scale = 1.0 / factor(name, unit)
+    slopes = ", ".join(f"{axis} {scale * drift.value[i, 1]:.2g}" for i, axis in enumerate("xyz"))
+    moved = scale * float(np.ptp(drift.bias(np.linspace(drift.low, drift.high, 50)), axis=0).max())
+    line = (
+        f"{NAMES[name]}: with temperature its bias changes by {slopes} {unit} per K at {drift.reference:g} °C, "
+        f"{moved:.2g} {unit} in all from {drift.low:.1f} to {drift.high:.1f} °C"
+    )
+    clear = (np.abs(drift.value[:, 1]) > CLEAR * drift.sigma[:, 1]).any()
+    if not clear and not (np.abs(drift.value[:, 2:]) > CLEAR * drift.sigma[:, 2:]).any():
+        line = (
+            f"{NAMES[name]}: no change of its bias with temperature shows from {drift.low:.1f} to {drift.high:.1f} °C"
+        )
+    if drift.span < WEAK_SPAN:
+        line += f"; weak, for it is {drift.span:.1f} K only: start with a cold sensor, {WEAK_SPAN:g} K or more"
+    return line
+
+
 def _fit(name: str, triad: TriadNoise) -> list[str]:
     lines = []
     begun = max((float(curve.tau[one.used][0]) for curve, one in zip(triad.curves, triad.fits, strict=True)
@@ -123,7 +146,7 @@ def spell(seconds: float) -> str:
 
 
 class NoiseRow:
-    """A kind of noise in a unit: its factor from SI and how the values of three axes are written."""
+    """A kind of noise in a unit: its factor from SI (0: the root of the rate) and how three axes are written."""
 
     def __init__(self, name: str, kind: str, words: str, unit: str, factor: float) -> None:
         self.name, self.kind, self.words, self.unit, self.factor = name, kind, words, unit, factor
@@ -131,10 +154,11 @@ class NoiseRow:
     def cells(self, triad: TriadNoise) -> list[str]:
         """Of x, y and z: value ± 1σ, or the bound below which it lies."""
         part = getattr(triad, self.kind)
+        scale = self.factor or float(np.sqrt(triad.rate))
         return [
-            f"{self.factor * part.value[i]:.3g} ± {self.factor * part.sigma[i]:.1g}"
+            f"{scale * part.value[i]:.3g} ± {scale * part.sigma[i]:.1g}"
             if part.low[i] > 0.0
-            else f"< {self.factor * part.high[i]:.2g}"
+            else f"< {scale * part.high[i]:.2g}"
             for i in range(3)
         ]
 
@@ -154,6 +178,7 @@ ROWS = (
     NoiseRow("acc", "random_walk", "acceleration random walk K", "(m/s²)/√s", 1.0),
     NoiseRow("acc", "quantisation_noise", "quantisation noise Q", "m/s", 1.0),
     NoiseRow("mag", "white_noise_density", "white noise N", "µT/√Hz", 1.0),
+    NoiseRow("mag", "white_noise_density", "the same as a data sheet's RMS noise at its rate", "µT", 0.0),
     NoiseRow("mag", "bias_instability", "bias instability B", "µT", 1.0),
     NoiseRow("mag", "random_walk", "random walk K", "µT/√s", 1.0),
 )

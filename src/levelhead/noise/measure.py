@@ -10,6 +10,7 @@ from levelhead.noise.allan import AllanCurve, allan_curve
 from levelhead.noise.fit import NAMES, fit
 from levelhead.noise.model import UNITS, Coefficient, NoiseModel, TriadNoise
 from levelhead.noise.stillness import StillStretch, still_stretches
+from levelhead.noise.temperature import temperature_drift
 from levelhead.recording import Array, Recording, median
 
 LEAST = 20.0  # s at rest, below which there is nothing to say
@@ -98,7 +99,9 @@ def _triad(name: str, part: Recording, tau: float | None, report: Callable[[floa
         )
         for i, kind in enumerate(NAMES)
     }
-    return TriadNoise.of(1.0 / interval, parts, tuple(curves), tuple(fits))
+    warmth = part.temperature
+    drift = None if warmth is None else temperature_drift(getattr(part, name), warmth)
+    return TriadNoise.of(1.0 / interval, parts, tuple(curves), tuple(fits), drift)
 
 
 def uniform(name: str, t: Array, values: Array) -> tuple[Array, float]:

@@ -14,6 +14,7 @@ from levelhead.filters.parameters import Params
 from levelhead.json_file import read_json, write_json
 from levelhead.noise.allan import AllanCurve
 from levelhead.noise.fit import FLICKER_SHARE, NAMES, Coefficients
+from levelhead.noise.temperature import TemperatureDrift
 from levelhead.open_types import Fields
 from levelhead.recording import Array
 from levelhead.simulate import Imu, TriadErrors
@@ -53,6 +54,7 @@ class TriadNoise:
         quantisation_noise: Q in unit·s.
         curves: the Allan deviations of x, y and z; empty when read from a file.
         fits: how they were fitted; empty when read from a file.
+        drift: how the biases change with temperature, where the recording has one.
     """
 
     rate: float
@@ -62,6 +64,7 @@ class TriadNoise:
     quantisation_noise: Coefficient
     curves: tuple[AllanCurve, ...] = ()
     fits: tuple[Coefficients, ...] = ()
+    drift: TemperatureDrift | None = None
 
     @classmethod
     def of(
@@ -70,10 +73,11 @@ class TriadNoise:
         parts: Mapping[str, Coefficient],
         curves: tuple[AllanCurve, ...] = (),
         fits: tuple[Coefficients, ...] = (),
+        drift: TemperatureDrift | None = None,
     ) -> "TriadNoise":
         """From its coefficients by name."""
         quantisation, white, instability, walk = (parts[name] for name in NAMES)
-        return cls(rate, white, instability, walk, quantisation, curves, fits)
+        return cls(rate, white, instability, walk, quantisation, curves, fits, drift)
 
     @property
     def density(self) -> float:
@@ -161,7 +165,7 @@ class NoiseModel:
             name: {"unit": UNITS[name], "rate_hz": one.rate} | {
                 part: {field.name: getattr(getattr(one, part), field.name).tolist() for field in fields(Coefficient)}
                 for part in NAMES
-            }
+            } | ({} if one.drift is None else {"temperature": one.drift.to_dict()})
             for name, one in self.triads.items()
         }  # fmt: skip
 
@@ -214,14 +218,15 @@ def _read(path: Path, name: str, part: object) -> TriadNoise:
             raise ValueError
         found = {one: _coefficient(part[one]) for one in NAMES}
         rate = float(part["rate_hz"])
+        drift = TemperatureDrift.from_dict(part["temperature"]) if "temperature" in part else None
         if not 0.0 < rate < math.inf:
             raise ValueError
     except (KeyError, TypeError, ValueError):
         raise LevelheadError(
             f"{path}: {name} is not whole; expected its unit {UNITS[name]}, rate_hz and {', '.join(NAMES)}, "
-            "each with three numbers of 0 or more for value, sigma, low and high"
+            "each with three numbers of 0 or more for value, sigma, low and high, and temperature whole or not at all"
         ) from None
-    return TriadNoise.of(rate, found)
+    return TriadNoise.of(rate, found, drift=drift)
 
 
 def _coefficient(part: Mapping[str, object]) -> Coefficient:

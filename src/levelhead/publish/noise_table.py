@@ -5,7 +5,13 @@ from levelhead.noise.assessment import NAMES, rows, spell, verdict
 from levelhead.noise.model import NoiseModel
 from levelhead.open_types import Fields
 from levelhead.simulate.presets import Chip
+from levelhead.units import factor
 
+DRIFT_UNITS = {
+    "gyr": ("(deg/s)/K", 1.0 / factor("gyr", "deg/s")),
+    "acc": ("mg/K", 1.0 / factor("acc", "mg")),
+    "mag": ("µT/K", 1.0),
+}
 COLUMNS = [Column("noise", "noise"), *(Column(axis, axis) for axis in "xyz"), Column("unit", "unit")]
 
 
@@ -15,6 +21,13 @@ def noise_table(model: NoiseModel, chip: Chip | None = None) -> str:
     for row in rows(model):
         cells = dict(zip("xyz", row.cells(model.triads[row.name]), strict=True))
         lines.append({"noise": f"{NAMES[row.name]} {row.words}", **cells, "unit": row.unit})
+    for name, triad in model.triads.items():
+        if (drift := triad.drift) is not None:
+            unit, scale = DRIFT_UNITS[name]
+            slopes = zip("xyz", scale * drift.value[:, 1], scale * drift.sigma[:, 1], strict=True)
+            cells = {axis: f"{value:.2g} ± {sigma:.1g}" for axis, value, sigma in slopes}
+            words = f"{NAMES[name]} bias per K at {drift.reference:g} °C"
+            lines.append({"noise": words, **cells, "unit": unit})
     head = f"{spell(model.duration)} at rest, ± 1σ; <: does not show, bound of the 95 % interval"
     return "\n".join([plain_table(COLUMNS, lines), "", head, *verdict(model, chip)])
 

@@ -19,6 +19,7 @@ from levelhead.sources.names import RELATIVE, unit_in
 from levelhead.sources.scales import Evidence, acc_scale, find_scale, gyr_scale, list_units, mag_scale, without_gravity
 from levelhead.sources.suggestion import suggest
 from levelhead.sources.table import Column, Table, stack, words_of
+from levelhead.sources.temperature import celsius, find_temperature
 from levelhead.sources.truth import find_truth
 
 SLOWEST = 0.75  # s between complete samples; at half a turn a second, 135 degrees lie between them
@@ -57,10 +58,12 @@ def _assemble(table: Table, hints: Hints) -> Recording:
     if mag is not None and "mag" not in hints.map:
         mag = _check_field(clock.t, gyr, mag, evidence)
     truth = find_truth(table, roles, columns, acc, notes)
+    place = find_temperature(table.names, _used(roles))
+    warmth = None if place is None or place not in columns else celsius(table.names[place], columns[place])
     meta: dict[str, Any] = {
         "source": table.source,
         "notes": notes,
-        "ignored": list(roles.ignored),
+        "ignored": [name for name in roles.ignored if warmth is None or place is None or name != table.names[place]],
         "units": list_units(evidence.found),
         "columns": {role: [table.names[i] for i in positions] for role, positions in roles.columns.items()},
         "findings": evidence.findings,
@@ -69,7 +72,12 @@ def _assemble(table: Table, hints: Hints) -> Recording:
         meta["t0"] = clock.t0
     if mag is not None and evidence.found.get("mag") == RELATIVE:
         meta["mag_unit"] = RELATIVE
-    return Recording(clock.t, gyr, acc, mag, truth, meta)
+    return Recording(clock.t, gyr, acc, mag, truth, meta, temperature=warmth)
+
+
+def _used(roles: Roles) -> set[int]:
+    """Positions of the columns that have a role."""
+    return {i for positions in roles.columns.values() for i in positions}
 
 
 def _note_findings(table: Table, roles: Roles, clock: Clock, evidence: Evidence) -> None:
@@ -111,7 +119,9 @@ def _read(table: Table, hints: Hints) -> tuple[Roles, dict[int, Column]]:
         except LevelheadError as error:
             raise first or suggest(error, table, hints) from None
         times = roles.columns.get("t", ())
-        wanted = sorted({i for positions in roles.columns.values() for i in positions})
+        used = _used(roles)
+        place = find_temperature(table.names, used | words)
+        wanted = sorted(used if place is None else used | {place})
         columns = table.read(wanted, frozenset(times))
         if len(columns[wanted[0]]) == 0:
             raise LevelheadError(f"{table.source} has no line of numbers; expected one line per sample")

@@ -38,6 +38,8 @@ def _columns(recording: Recording) -> Iterator[tuple[str, Array]]:
         if values is not None:
             for axis, column in zip("xyz", values.T, strict=True):
                 yield f"{name}_{axis} [{unit}]", column
+    if recording.temperature is not None:
+        yield "temperature [°C]", recording.temperature
     truth = recording.truth
     if truth is None:
         return

@@ -29,9 +29,9 @@ _BESIDE: dict[str, type[Pressure | Gnss]] = {"pressure": Pressure, "gnss": Gnss}
 def write(recording: Recording, path: str | os.PathLike[str]) -> None:
     """A Recording as .npz in SI units, which ``read`` gives back exactly.
 
-    It holds t, gyr, acc and, where there are any, mag, truth_quat, truth_bias, truth_moving, truth_position,
-    truth_velocity, truth_north, the fields of pressure and gnss as pressure_t, gnss_position …, and meta as JSON. The
-    file appears whole or not at all.
+    It holds t, gyr, acc and, where there are any, mag, temperature, truth_quat, truth_bias, truth_moving,
+    truth_position, truth_velocity, truth_north, the fields of pressure and gnss as pressure_t, gnss_position …, and
+    meta as JSON. The file appears whole or not at all.
 
     Raises:
         LevelheadError: the path cannot be written.
@@ -39,6 +39,8 @@ def write(recording: Recording, path: str | os.PathLike[str]) -> None:
     arrays: dict[str, Any] = {"t": recording.t, "gyr": recording.gyr, "acc": recording.acc}
     if recording.mag is not None:
         arrays["mag"] = recording.mag
+    if recording.temperature is not None:
+        arrays["temperature"] = recording.temperature
     if (truth := recording.truth) is not None:
         arrays |= {"truth_quat": truth.quat, "truth_north": np.array(truth.north)}
         for name in _TRUTH:
@@ -145,8 +147,9 @@ def _own(path: Path, arrays: Mapping[str, NDArray[Any]]) -> Recording:
     try:
         beside = {name: _read_aiding_sensor(kind, name, arrays) for name, kind in _BESIDE.items()}
         return Recording(
-            arrays["t"], arrays["gyr"], arrays["acc"], arrays.get("mag"), truth, {**meta, "source": str(path)}, **beside
-        )
+            arrays["t"], arrays["gyr"], arrays["acc"], arrays.get("mag"), truth, {**meta, "source": str(path)},
+            **beside, temperature=arrays.get("temperature"),
+        )  # fmt: skip
     except LevelheadError as error:
         raise LevelheadError(f"{path}: {error}") from None
 

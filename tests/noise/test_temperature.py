@@ -1,0 +1,104 @@
+"""Bias against temperature: what was put into a sensor that warms up is found within its σ."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import levelhead as lh
+from levelhead import simulate
+from levelhead.noise.assessment import verdict
+from levelhead.noise.temperature import temperature_drift
+from levelhead.publish.noise_table import noise_facts, noise_table
+from levelhead.sources import npz
+from levelhead.sources.csv_writer import write_csv
+
+pytest.importorskip("scipy")
+SLOPE, BEND = np.array([2e-4, -1e-4, 0.0]), np.array([5e-6, 0.0, 0.0])  # rad/s per K and K², about 35 °C
+
+
+def warming(seed, span=20.0, seconds=300.0, rate=20.0):
+    """A sensor at rest that nears its final temperature exponentially, and its readings a little late and in steps."""
+    still = simulate.recording("LSM6DSO32", "still", duration=seconds, rate=rate, seed=seed)
+    warm = 25.0 + span * (1.0 - np.exp(-3.0 * still.t / seconds))
+    off = warm[:, None] - 35.0
+    gyr = still.gyr + SLOPE * off + BEND * off**2
+    read = np.where(np.arange(len(still)) % 4 == 0, np.round(warm * 16.0) / 16.0, np.nan)
+    return dataclasses.replace(still, gyr=gyr, temperature=read)
+
+
+def test_what_was_put_in_is_found_within_its_sigma():
+    over = []
+    for seed in range(20):
+        recording = warming(seed)
+        drift = temperature_drift(recording.gyr, recording.temperature)
+        off = drift.reference - 35.0
+        over.append((drift.value[:, 1] - (SLOPE + 2.0 * BEND * off)) / drift.sigma[:, 1])
+        assert drift.value[0, 2] == pytest.approx(BEND[0], abs=5.0 * drift.sigma[0, 2])
+        assert drift.after[0] < 0.1 * drift.before[0]
+    every = np.abs(np.array(over))
+    assert (every < 3.0).mean() > 0.95
+    assert (every < 1.0).mean() > 0.5  # and σ is not far too large
+
+
+def test_a_touch_does_not_count():
+    """Robust: a part in twenty that is off by ten times the whole drift."""
+    recording = warming(1)
+    gyr = recording.gyr.copy()
+    gyr[1000:1300] += 0.05
+    drift = temperature_drift(gyr, recording.temperature)
+    low, high = drift.bias(np.array([30.0, 40.0]))
+    np.testing.assert_allclose(high - low, 10.0 * SLOPE, atol=4e-4)  # BEND is even about 35 °C
+
+
+def test_table_verdict_and_file(tmp_path):
+    model = lh.measure_noise(warming(2))
+    assert "gyroscope bias per K at" in noise_table(model)
+    (line,) = [line for line in verdict(model) if line.startswith("gyroscope: with temperature")]
+    assert "weak" not in line
+    assert noise_facts(model)["gyr"]["temperature"]["high_C"] == pytest.approx(44.0, abs=0.3)
+    model.save(tmp_path / "noise.json")
+    again = lh.NoiseModel.read(tmp_path / "noise.json")
+    assert again.to_dict() == model.to_dict()
+
+
+def test_a_small_span_gets_a_weak_verdict_and_none_gets_none():
+    weak = lh.measure_noise(warming(3, span=2.0))
+    assert any("weak, for it is 1.9 K only" in line for line in verdict(weak))
+    constant = warming(3, span=0.0)
+    assert lh.measure_noise(constant).gyr.drift is None
+
+
+@pytest.mark.parametrize("suffix", ["csv", "npz"])
+def test_a_log_keeps_its_temperature(tmp_path, suffix):
+    recording = warming(4, seconds=10.0)
+    path = tmp_path / f"warm.{suffix}"
+    (write_csv if suffix == "csv" else npz.write)(recording, path)
+    again = lh.read(path)
+    np.testing.assert_array_equal(again.temperature, recording.temperature)
+    np.testing.assert_array_equal(again[3:7].temperature, recording.temperature[3:7])
+
+
+@pytest.mark.parametrize(
+    ("head", "values", "celsius"),
+    [
+        ("imu_temp", (20.0, 30.0), (20.0, 30.0)),
+        ("Temperature [K]", (293.15, 303.15), (20.0, 30.0)),
+        ("temp (°F)", (68.0, 86.0), (20.0, 30.0)),
+        ("baro_temp", (20.0, 30.0), None),
+        ("temp_raw", (-3100.0, -3000.0), None),
+    ],
+)
+def test_names_and_units(tmp_path, head, values, celsius):
+    recording = simulate.recording("LSM6DSO32", "still", duration=5.0, rate=20.0)
+    warm = np.linspace(*values, len(recording))
+    table = np.column_stack([recording.t, recording.gyr, recording.acc, warm])
+    names = f"t [s],gx [rad/s],gy [rad/s],gz [rad/s],ax [m/s²],ay [m/s²],az [m/s²],{head}"
+    np.savetxt(tmp_path / "log.csv", table, delimiter=",", header=names, comments="", encoding="utf-8")
+    read = lh.read(tmp_path / "log.csv")
+    if celsius is None:
+        assert read.temperature is None
+        assert head in read.meta["ignored"]
+    else:
+        np.testing.assert_allclose(read.temperature[[0, -1]], celsius, atol=1e-9)
+        assert head not in read.meta["ignored"]
