@@ -11,6 +11,7 @@ from tests.reference import (  # noqa: F401  (each registers its dialects)
     dialects_of_devices,
     dialects_of_phones,
     dialects_of_serial,
+    dialects_of_tables,
     dialects_of_vehicles,
 )
 from tests.reference.dialects import DIALECTS, Motion
@@ -22,6 +23,8 @@ COMMAND = {  # they have no time, or no known names
     "x_imu_packets", "adafruit_sensor", "sparkfun_icm20948", "mpu6050_words", "vectornav_ascii", "unknown_names",
     "motion_sense", "hololens", "uci_hapt", "usc_had", "zurich_mav", "career_con", "esense", "razor_ahrs",
     "minimu9_raw", "motion_cal", "nano33_bursts", "delta_time_column", "mhealth",
+    "specific_force_letters", "rotation_letters", "words_and_triples",
+    "unit_in_the_word", "numpy_array",
 }  # fmt: skip
 GUESS = {
     "betaflight_explorer",
@@ -84,4 +87,4 @@ def test_a_log_of_a_known_program(name: str, motion: Motion, tmp_path: Path) -> 
 
 
 def test_there_are_enough_of_them() -> None:
-    assert len(DIALECTS) >= 140
+    assert len(DIALECTS) >= 165

@@ -15,6 +15,7 @@ from levelhead.sources.table import Column
 _REPEATS = 0.9  # share of equal stamps whose rows repeat the row before, from which they are duplicates
 _GLITCH_SHARE, _GLITCH_RUN = 0.02, 20  # wrong single stamps: of all rows, and rows in a row
 _GAP = 4.0  # median intervals from which a step is a gap, across which no line is fitted
+_SIZES = (2.0**16, 2.0**24, 2.0**31, 2.0**32, 2.0**32 / 1e3, 2.0**32 / 1e6)  # of counters; the last two in ms and s
 _WANDER = 1.5  # s; a clock whose fraction of a second is not the second's own stays as near to a line
 
 
@@ -39,6 +40,11 @@ def repair(stamps: Column, values: Array | None, session: int | None = None) -> 
     notes: list[str] = []
     findings: dict[str, object] = {}
     rows = np.arange(len(stamps))
+    stamps, overflow = _count_on(stamps)
+    if overflow:
+        notes.append(f"begins again at {overflow:g}, as a counter of fixed size does; counted on")
+        if (stamps[1:] > stamps[:-1]).all():
+            return Repair(stamps, None, notes, findings)
     steps = np.diff(stamps)
     if (steps < 0).any():
         wrong = _outside(stamps)
@@ -77,6 +83,22 @@ def repair(stamps: Column, values: Array | None, session: int | None = None) -> 
             stamps = _spread_groups(stamps)
             notes.append(f"repeats {len(equal)} stamps with new numbers: samples came in bursts and were spread evenly")
     return Repair(stamps, None if len(rows) == len(steps) + 1 else rows, notes, findings)
+
+
+def _count_on(stamps: Column) -> tuple[Column, float]:
+    """(stamps, size) of a counter that overflows, such as Arduino's micros() after 2^32; size 0: it does not."""
+    steps = np.diff(stamps)
+    back = np.flatnonzero(steps < 0)
+    if not len(back) or not (steps > 0).any():
+        return stamps, 0.0
+    typical = float(np.median(steps[steps > 0]))
+    for size in _SIZES:
+        over = steps[back] + size  # what the step was, if the counter is that large
+        if (over > 0.0).all() and (over < _GAP * typical).all() and float(stamps.max()) < size:
+            turns = np.concatenate([[0], np.cumsum(steps < 0)])
+            whole = stamps.dtype.kind == "i" and float(size).is_integer()
+            return stamps + (turns * int(size) if whole else turns * float(size)), size
+    return stamps, 0.0
 
 
 def _sum(first: np.generic, offsets: Array) -> Column:

@@ -61,7 +61,7 @@ FORMATS = (
     Format(
         "HDF5", (".h5", ".hdf5"), "hdf5", "formats", "research data", "datasets of 1 or 2 dimensions", "compound types",
     ),
-    Format("NumPy", (".npz",), "npz", "", "levelhead simulate, research data", "arrays", "pickles, never"),
+    Format("NumPy", (".npz", ".npy"), "npz", "", "levelhead simulate, research data", "arrays", "pickles, never"),
     Format(
         "Parquet", (".parquet", ".pq"), "parquet", "formats",
         "levelhead doctor --fix, data lakes", "columns, structures",

@@ -15,6 +15,8 @@ _NUMBER = re.compile(
     r"|(?<![\w.^/])(?<!\d[-:])[-+]?(?:\d+\.?\d*|\.\d+)(?=(?:deg|rad|dps|mg|g|uT|µT|m/s|°|ms|us|C)\b)"
 )
 MOST = 0.6  # share of the lines with numbers that must be labelled; beside them stand temperatures and greetings
+_FEW = 5  # names behind a first number without one
+_UNIT_BEFORE_AXIS = re.compile(r"\s*\(([^()]*)\)\s*:\s*(?=[xyzXYZ]$)")  # "Gyroscope (rad/s): X"
 _SEPARATORS = ",;|\t[](){}"
 _AXES = frozenset("xyzw")
 _COLUMNS = {1: ("",), 3: ("x", "y", "z"), 4: ("w", "x", "y", "z")}
@@ -47,6 +49,9 @@ def parse(line: str) -> dict[str, float]:
     unit, _ = _split(line[end:])
     if unit:
         labels[-1] = (*labels[-1][:2], unit)
+    if labels[0][0] == "" and len(labels[0][1]) == 1 and named > _FEW and named == len(labels) - 1:
+        labels[0] = ("time", *labels[0][1:])  # the number of a row or its stamp stands first, without a name
+        named += 1
     if named == 0 or named < len(labels):
         return {}
     return _name_labels(labels)
@@ -82,7 +87,7 @@ def _split(gap: str) -> tuple[str, str]:
     """(unit of the number before, name of the number behind) in what stands between two numbers."""
     text = gap.rstrip(" \t([{\"'")
     marked = text[-1:] in "=:" and bool(text)
-    body = text.rstrip("=: ") if marked else gap
+    body = _UNIT_BEFORE_AXIS.sub(" ", text.rstrip("=: ")) if marked else gap
     words = [word for part in re.split(f"[{re.escape(_SEPARATORS)}]|\\s{{2,}}", body) if (word := part.strip(" \"'"))]
     unit = ""
     if words and (first := _leading_unit(words[0])) is not None:

@@ -155,5 +155,19 @@ def _own(path: Path, arrays: Mapping[str, NDArray[Any]]) -> Recording:
 
 
 def tables(path: Path, shown: str, hints: Hints) -> list[ArrayTable]:
-    """The one table of an .npz."""
-    return [table(path)]
+    """The one table of an .npz, or of a single array (.npy)."""
+    return [_single(path, shown) if path.suffix.lower() == ".npy" else table(path)]
+
+
+def _single(path: Path, shown: str) -> ArrayTable:
+    """The columns of numpy.save's array: those of its fields, or by number."""
+    try:
+        array = np.load(path, allow_pickle=False)
+    except (ValueError, OSError, EOFError, tokenize.TokenError, SyntaxError) as error:
+        why = (str(error).splitlines() or [type(error).__name__])[0][:100]
+        raise LevelheadError(f"{shown} is no array of numbers, or it is damaged ({why})") from None
+    if not isinstance(array, np.ndarray):
+        raise LevelheadError(f"{shown} is named .npy but is an archive; expected the suffix .npz")
+    if array.dtype.names:
+        return tabulate(shown, {name: array[name] for name in array.dtype.names})
+    return tabulate(shown, {"column": array})

@@ -17,13 +17,16 @@ _MONTH = re.compile(
     re.IGNORECASE,
 )
 _TIME = r"(\d\d?)[:](\d\d)[:](\d\d)(?:[.,:_](\d{1,9}))?\s*(AM|PM|am|pm)?"
+_MINUTES = re.compile(r"\s*\"?(\d\d?):(\d\d)\.(\d{1,9})\s*\"?\s*$")  # as spreadsheets shorten a clock time
 _ZONE = r"(?:\s*(?:Z|UTC|GMT)?\s*[+-]?\d{0,2}:?\d{0,2})?"
 STAMP = re.compile(rf"\s*\"?(?:{_DATE}[T _,]*\s*)?{_TIME}{_ZONE}\s*\"?\s*$")
 
 
 def is_stamp(cell: str) -> bool:
     """Whether a cell is a date with a clock time, or a clock time."""
-    return ":" in cell and (STAMP.match(cell) is not None or _MONTH.match(cell) is not None)
+    return ":" in cell and (
+        _MINUTES.match(cell) is not None or STAMP.match(cell) is not None or _MONTH.match(cell) is not None
+    )
 
 
 def _in_digits(cell: str) -> str:
@@ -42,6 +45,8 @@ def nanoseconds(cell: str) -> int:
     Raises:
         ValueError: no date and no clock time.
     """
+    if short := _MINUTES.match(cell):
+        return (int(short[1]) * 60 + int(short[2])) * NS + int(short[3].ljust(9, "0"))
     found = STAMP.match(cell) or STAMP.match(_in_digits(cell))
     if found is None:
         raise ValueError(cell)
@@ -61,11 +66,12 @@ def nanoseconds(cell: str) -> int:
 
 
 def over_midnight(values: list[int]) -> list[int]:
-    """Clock times without a date, a day added wherever midnight passed."""
+    """Clock times without a date, a day added wherever midnight passed; an hour, if they are minutes and seconds."""
     days, last, found = 0, None, []
+    period = 3600 * NS if max(values, default=0) < 3600 * NS else _DAY
     for value in values:
-        if last is not None and value < last - _DAY // 2:
+        if last is not None and value < last - period // 2:
             days += 1
-        found.append(value + days * _DAY)
+        found.append(value + days * period)
         last = value
     return found

@@ -5,7 +5,8 @@ from collections.abc import Sequence
 
 from levelhead.sources.labelled import looks_labelled
 from levelhead.sources.splitting import lines_of
-from levelhead.sources.vector_cells import VECTOR, without_vectors
+from levelhead.sources.unit_cells import MEASURED, without_units
+from levelhead.sources.vector_cells import OBJECT, VECTOR, without_objects, without_vectors
 
 MOST = 0.6  # share of the lines that must be dressed alike
 _ARROW = re.compile(r"\s*\[?(?:\d{4}-\d\d-\d\d[ T])?(\d\d?:\d\d:\d\d[.,]\d+)\]?\s*(?:->|>)\s?(.*)$")
@@ -32,7 +33,7 @@ def undress_text(text: str) -> str | None:
     for pattern, plain in (
         (_ARROW, _without_arrows), (_BRACKETED, _without_arrows), (_LOGGER, _without_arrows), (_ESP, _without_arrows),
         (_SENTENCE, _without_sentences), (_LETTER, _without_letters), (_BRACKETS, _without_brackets),
-        (VECTOR, without_vectors),
+        (OBJECT, without_objects), (VECTOR, without_vectors), (MEASURED, without_units),
     ):  # fmt: skip
         if sum(pattern.search(line) is not None for line in sample) > MOST * len(sample):
             return plain(lines)

@@ -6,9 +6,19 @@ from collections.abc import Sequence
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _BETWEEN = r"(?:\s*[,;]\s*|\s+)"
 VECTOR = re.compile(rf"\"?[\[(]\s*({_NUMBER}(?:{_BETWEEN}{_NUMBER}){{2,3}})\s*[\])]\"?")
+_QUOTE = r"[\"']{0,2}"
+OBJECT = re.compile(
+    rf"\"?\{{\s*{_QUOTE}x{_QUOTE}\s*:\s*({_NUMBER})\s*,\s*{_QUOTE}y{_QUOTE}\s*:\s*({_NUMBER})\s*,"
+    rf"\s*{_QUOTE}z{_QUOTE}\s*:\s*({_NUMBER})\s*\}}\"?"
+)
 _MARK = "\1"
 _KEY = re.compile(r"[\"']\w+[\"']\s*:")
 _AXES = {1: ("",), 3: ("_x", "_y", "_z")}
+
+
+def without_objects(lines: Sequence[str]) -> str | None:
+    """Cells such as "{'x': 0.1, 'y': 0.2, 'z': 9.8}" as columns; None: each line is one object."""
+    return without_vectors([OBJECT.sub(r"(\1, \2, \3)", line) for line in lines])
 
 
 def without_vectors(lines: Sequence[str]) -> str | None:
