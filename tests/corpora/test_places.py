@@ -31,6 +31,16 @@ def test_a_folder_with_all_below_it_and_patterns(tmp_path):
     assert names(tmp_path / "a", tmp_path / "a") == ["1.csv", "2.parquet"]  # the same files twice
 
 
+def test_files_about_recordings_are_passed_over_and_named(tmp_path, caplog):
+    touch(tmp_path, "a/INDEX.json", "a/PROBLEMS.json", "a/1.json", "README.txt", "index.csv")
+    assert names(tmp_path) == ["a/1.json", "index.csv"]
+    (said,) = caplog.messages
+    assert said.startswith("passed over") and all(
+        name in said for name in ("INDEX.json", "PROBLEMS.json", "README.txt")
+    )
+    assert "1.json" not in said and "index.csv" not in said
+
+
 def test_results_are_no_recordings(tmp_path):
     touch(tmp_path, "a.csv", "results/corpus.json", "results/rows/part-000000.parquet", "results/tracks/a.csv.parquet")
     assert names(tmp_path) == ["a.csv"]

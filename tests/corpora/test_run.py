@@ -137,6 +137,33 @@ def test_a_calibration_is_the_prior_of_the_sensors_next_recording(recordings, tm
     assert rows[0]["prior"] == "" and len({row["prior"] for row in rows}) == len(rows)
 
 
+@pytest.mark.parametrize("kind", ["csv", "parquet", "metadata"])
+def test_a_column_tells_sensor_and_time(tmp_path, kind):
+    """In CSV, in Parquet, and in a Parquet file's metadata; the names of the files say the contrary order."""
+    pa, pq = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
+    for i, (serial, date) in enumerate([("A7", "2026-03-02"), ("B1", "2026-01-15"), ("A7", "2026-02-28")]):
+        recording = lh.simulate.recording("MPU-6050", "hand", duration=2.0, rate=100.0, seed=i)
+        names = ["t [s]", *(f"{s}_{a} [{u}]" for s, u in (("gyr", "rad/s"), ("acc", "m/s^2")) for a in "xyz")]
+        columns = dict(zip(names, np.column_stack([recording.t, recording.gyr, recording.acc]).T.tolist(), strict=True))
+        words = {"serial": serial, "date": date}
+        if kind != "metadata":
+            columns |= {name: [word] * len(recording) for name, word in words.items()}
+        table = pa.table(columns)
+        if kind == "csv":
+            rows = [",".join(map(str, row.values())) for row in table.to_pylist()]
+            (tmp_path / f"log{i}.csv").write_text("\n".join([",".join(columns), *rows]) + "\n")
+        else:
+            pq.write_table(table.replace_schema_metadata(words), tmp_path / f"log{i}.parquet")
+    found = corpus(tmp_path, sensor="column:serial", order="column:date").to_pylist()
+    assert [row["error"] for row in found] == [None] * 3
+    assert [(row["recording"][:4], row["sensor"], row["position"]) for row in found] == [
+        ("log0", "A7", 1), ("log1", "B1", 0), ("log2", "A7", 0),
+    ]  # fmt: skip
+    assert [bool(row["prior"]) for row in found] == [True, False, False]
+    with pytest.raises(LevelheadError, match=r"log0\..* has no column model to tell its sensor or time by"):
+        corpus(tmp_path, sensor="column:model")
+
+
 def test_a_recording_that_comes_later_changes_those_after_it_only(recordings, tmp_path):
     folder = tmp_path / "copy"
     shutil.copytree(recordings / "walk", folder)

@@ -4,6 +4,7 @@ All reading goes through fsspec, so that a folder, ``s3://bucket/prefix`` and ``
 """
 
 import hashlib
+import logging
 import os
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -20,7 +21,11 @@ MANIFEST = "corpus.json"  # stands in a folder of results
 IMU = "mav0/imu0/data.csv"  # in a recording as EuRoC and TUM-VI lay it out
 BAG = "metadata.yaml"  # in the folder of a ROS 2 bag
 SUFFIXES = frozenset((*BY_SUFFIX, *CONTAINERS))
-LISTS = re.compile(r"trials|index|problems|manifest|datapackage|readme|licen[cs]e", re.IGNORECASE)  # stems: no logs
+LISTS = re.compile(  # names of files that say something about recordings and are none
+    r"(trials|index|problems|manifest|metadata|datapackage|dataset_description)\.json|(readme|licen[cs]e)\.txt",
+    re.IGNORECASE,
+)
+SHOWN = 5  # of these, in a sentence
 STAMPS = ("ETag", "etag", "md5Hash", "checksum", "mtime", "LastModified", "last_modified", "updated", "modified")
 GYR, ACC = re.compile(r"gyr", re.IGNORECASE), re.compile(r"acc", re.IGNORECASE)
 MAGIC = re.compile(r"[*?[]")
@@ -46,7 +51,8 @@ def list_sources(places: Iterable[str | os.PathLike[str]], storage: ReadOnlyFiel
     """The recordings in some places, by name.
 
     A folder in the layout of EuRoC, a ROS 2 bag, and a folder with the sensors of one recording in files of their own
-    count as one recording each; folders of results are passed over.
+    count as one recording each; folders of results are passed over, and files about recordings (``INDEX.json``) with a
+    line in the log.
 
     Args:
         places: files, folders with all that is below them, patterns with ``*``, ``**`` and ``?``, or URLs of these.
@@ -94,6 +100,7 @@ def _list_place(place: str, storage: ReadOnlyFields) -> list[Source]:
         ) from None
     results = {str(PurePosixPath(file).parent) for file in files if PurePosixPath(file).name == MANIFEST}
     local = "file" in (system.protocol if isinstance(system.protocol, tuple) else (system.protocol,))
+    _say_lists([file for file in files if LISTS.fullmatch(PurePosixPath(file).name)])
     sources = []
     for member, parts in _recordings(files, results).items():
         name = str(PurePosixPath(member).relative_to(root))
@@ -101,6 +108,16 @@ def _list_place(place: str, storage: ReadOnlyFields) -> list[Source]:
         size = sum(int(info.get("size") or 0) for info in parts)
         sources.append(Source(name, url, _stamp(parts), size))
     return sources
+
+
+def _say_lists(files: list[str]) -> None:
+    if files:
+        more = f" and {len(files) - SHOWN} more" if len(files) > SHOWN else ""
+        logging.getLogger("levelhead").warning(
+            "passed over, because by their names they are about recordings and hold none: %s%s",
+            ", ".join(files[:SHOWN]),
+            more,
+        )
 
 
 def _files(system: Handle, path: str) -> tuple[str, dict[str, Fields]]:
@@ -146,7 +163,7 @@ def _can_be_log(file: PurePosixPath) -> bool:
 
 
 def _is_log(file: PurePosixPath) -> bool:
-    return _can_be_log(file) and not LISTS.fullmatch(file.stem)
+    return _can_be_log(file) and not LISTS.fullmatch(file.name)
 
 
 def _is_one_recording(folder: str, files: Sequence[str]) -> bool:
