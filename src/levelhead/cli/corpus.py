@@ -4,7 +4,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import App, Parameter
 
@@ -14,6 +14,8 @@ from levelhead.cli.options import (
     Reading,
     can_draw,
     filter_option,
+    folder,
+    parameter_names,
     parse_filter_spec,
     parse_guard,
     print_json,
@@ -150,8 +152,69 @@ def noise(*places: Places, running: Running = Running(), reading: Reading = Read
 
 
 @corpus.command
+def tune(
+    *places: Places,
+    filter: Annotated[str, Parameter(name=["--filter", "-f"], metavar="NAME[:K=V,…]")],
+    parameter: Annotated[
+        tuple[str, ...],
+        Parameter(name=["--parameter", "-p"], negative="", metavar="NAME[=LOW:HIGH]", completer=parameter_names),
+    ] = (),
+    guard: GuardWords = (),
+    mag: NoMag = True,
+    reference: Literal["truth", "smoother"] | None = None,
+    metric: Literal["total", "tilt", "heading"] | None = None,
+    runs: Annotated[int | None, Parameter(metavar="N")] = None,
+    seed: int = 0,
+    running: Running = Running(),
+    reading: Reading = Reading(),  # noqa: B008
+) -> int:
+    """Find a filter's parameters for all recordings, as `levelhead tune` does for some, and write DIR/tuned.json.
+
+    The runs of the filter are the workers'. A fifth of the recordings is left out each time and scored. The exit code
+    is 1 where recordings could not be tuned on; they are listed.
+
+    Args:
+        places: as for `corpus fuse`.
+        filter: the filter, with parameters that it starts from.
+        parameter: one to search, as for `levelhead tune`.
+        mag: leave the magnetometers out.
+        reference: as for `levelhead tune`.
+        metric: as for `levelhead tune`.
+        runs: of the filter over each recording for one search.
+        seed: of the search.
+    """
+    from levelhead.corpora.tuning import tune_corpus
+    from levelhead.publish.progress import progress
+    from levelhead.publish.tuning_table import tuning_table
+
+    require_writable(running.out)
+    with progress("corpus tune") as bar:
+        found = tune_corpus(
+            places, parse_filter_spec(filter), parameter, metric=metric, reference=reference,
+            guard=parse_guard(guard), magnetometer=mag, runs=runs, seed=seed, workers=running.workers,
+            scheduler=running.scheduler, memory=running.memory, hints=reading.hints(), progress=bar,
+        )  # fmt: skip
+    tuning, left_out = found.tuning, found.left_out
+    written = [folder(running.out) / "tuned.json"]
+    tuning.file().save(written[0])
+    if running.plot and can_draw():
+        from levelhead.publish.plots.tuning_panels import tuning_picture
+
+        written.append(running.out / "tuned.png")
+        tuning_picture(tuning, written[1])
+    if running.json:
+        print_json(tuning.to_dict() | {"left_out": left_out, "written": [str(path) for path in written]})
+    else:
+        print_line(tuning_table(tuning))
+        for name, sentence in left_out.items():
+            print_line(f"left out: {name}: {sentence.removeprefix(f'{name}: ')}")
+        print_line("written: " + ", ".join(str(path) for path in written))
+    return int(bool(left_out))
+
+
+@corpus.command
 def report(
-    folder: Annotated[Path, Parameter(metavar="DIR")],
+    results: Annotated[Path, Parameter(metavar="DIR")],
     /,
     *,
     plot: bool = True,
@@ -160,16 +223,16 @@ def report(
     """The report of a folder of results, also of a run that was ended.
 
     Args:
-        folder: the -o of an earlier run.
+        results: the -o of an earlier run.
         plot: draw the worst ten.
         json: print the tables as JSON.
     """
     from levelhead.corpora.html_report import write_page
     from levelhead.corpora.results import read_job, read_rows
 
-    table = read_rows(folder)
-    job = read_job(folder)
-    page = write_page(folder, table, job, {}, plot and can_draw())
+    table = read_rows(results)
+    job = read_job(results)
+    page = write_page(results, table, job, {}, plot and can_draw())
     _say(table, job.verb, page, plot, json)
 
 

@@ -31,6 +31,7 @@ CURVE = 13  # values of a parameter over its range, for the flatness of the mini
 PARTS = 3  # of a single log, each left out once
 FOLDS = 5  # at most, of several logs
 
+Score = Callable[[Sequence[Reference], Sequence[Params]], Array]  # (logs, k, 3) total, tilt and heading error, °
 Split = tuple[str, list[Reference], list[Reference]]  # what is left out: its name, what is searched, and what is not
 
 
@@ -71,18 +72,53 @@ def tune_filter(
     given = [recordings] if isinstance(recordings, Recording) else list(recordings)
     if not given:
         raise LevelheadError("there is no recording to tune on; give one at least")
-    if metric is not None and metric not in get_args(Metric):
-        raise LevelheadError(f"'{metric}' is not an error to minimise; {nearest(metric, get_args(Metric))}")
-    if reference is not None and reference not in get_args(Kind):
-        raise LevelheadError(f"'{reference}' is no reference; {nearest(reference, get_args(Kind))}")
-    space = space_of(filters.resolve(params), names)
-    if runs is not None and runs < 2:
-        raise LevelheadError(f"{runs} runs are no search; expected 2 or more, better {EACH} for each parameter")
+    space = check_wishes(params, names, metric, reference, runs)
     follows = "heading" in filters.of(space.params).estimates and all(one.mag is not None for one in given)
     chosen: Metric = metric or ("total" if follows else "tilt")
     check_engine(engine)
     held = references(given, reference, chosen != "tilt", guard, _for_one_run(engine))
-    search = _Search(space, chosen, guard, engine, runs or EACH * len(space.ranges), seed, progress)
+    return search_references(
+        space, chosen, held, given, guard=guard, engine=engine, runs=runs, seed=seed, cross_validate=cross_validate,
+        progress=progress,
+    )  # fmt: skip
+
+
+def check_wishes(
+    params: FilterChoice, names: Sequence[str], metric: Metric | None, reference: Kind | None, runs: int | None
+) -> Space:
+    """What ``tune_filter`` is to search.
+
+    Raises:
+        LevelheadError: a wish that cannot be met.
+    """
+    if metric is not None and metric not in get_args(Metric):
+        raise LevelheadError(f"'{metric}' is not an error to minimise; {nearest(metric, get_args(Metric))}")
+    if reference is not None and reference not in get_args(Kind):
+        raise LevelheadError(f"'{reference}' is no reference; {nearest(reference, get_args(Kind))}")
+    if runs is not None and runs < 2:
+        raise LevelheadError(f"{runs} runs are no search; expected 2 or more, better {EACH} for each parameter")
+    return space_of(filters.resolve(params), names)
+
+
+def search_references(
+    space: Space,
+    metric: Metric,
+    held: list[Reference],
+    given: Sequence[Recording],
+    *,
+    guard: Guard | None,
+    engine: str = "auto",
+    runs: int | None = None,
+    seed: int = 0,
+    cross_validate: bool = True,
+    progress: Callable[[float], None] | None = None,
+    score: Score | None = None,
+) -> Tuning:
+    """``tune_filter`` over references that are made already; ``given`` are their recordings as they were.
+
+    With ``score``, which may ask other processes, only the first reference needs its whole recording.
+    """
+    search = _Search(space, metric, guard, engine, runs or EACH * len(space.ranges), seed, progress, score)
     return search.run(given, held, _folds(held) if cross_validate else [])
 
 
@@ -91,10 +127,10 @@ class _Search:
 
     def __init__(
         self, space: Space, metric: Metric, guard: Guard | None, engine: str, runs: int, seed: int,
-        progress: Callable[[float], None] | None,
+        progress: Callable[[float], None] | None, score: Score | None,
     ) -> None:  # fmt: skip
         self.space, self.metric, self.guard, self.engine = space, metric, guard, engine
-        self.runs, self.seed, self._progress = runs, seed, progress
+        self.runs, self.seed, self._progress, self._score = runs, seed, progress, score
         self._column = get_args(Metric).index(metric)
         self._whole, self._done = 1, list[int]()  # runs of the filter: expected in all, and done by each search
 
@@ -155,6 +191,8 @@ class _Search:
 
     def _scores(self, held: Sequence[Reference], sets: Sequence[Params]) -> Array:
         """(logs, k, 3) total, tilt and heading error of each set, °."""
+        if self._score is not None:
+            return self._score(held, sets)
         recordings = [one.recording for one in held]
         return score_sets(recordings, sets, self.guard, self.engine)
 
