@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from levelhead import units
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array, median
-from levelhead.sources.clock_repair import Repair, repair
+from levelhead.sources.clock_repair import Repair, first_of_bursts, repair
 from levelhead.sources.hints import NeedsHints, Scale
 from levelhead.sources.table import Column, Table
 
@@ -154,7 +154,8 @@ def seconds(
         declared = _plausible(stamps, declared, name, notes, findings)
     scale = declared if isinstance(declared, Scale) else Scale(units.factor("time", declared), declared)
     repaired = Repair(stamps)
-    if len(stamps) > 1 and not (stamps[1:] > stamps[:-1]).all():
+    increasing = len(stamps) < 2 or bool((stamps[1:] > stamps[:-1]).all())
+    if not increasing or first_of_bursts(stamps) is not None:
         if len(stamps) < _FEW:
             _refuse(stamps, table, name)
         repaired = repair(stamps, None if values is None else values if present is None else values[present], session)

@@ -15,6 +15,9 @@ from levelhead.sources.table import Column
 _REPEATS = 0.9  # share of equal stamps whose rows repeat the row before, from which they are duplicates
 _GLITCH_SHARE, _GLITCH_RUN = 0.02, 20  # wrong single stamps: of all rows, and rows in a row
 _GAP = 4.0  # median intervals from which a step is a gap, across which no line is fitted
+_BURST = 0.2  # of the mean interval, below which a sample follows at once: it came in the burst of the one before
+_BURST_SHARE, _BURST_TIME = 0.5, 0.15  # of the samples do so at least, in this share of the time at most
+_LARGEST_BURST, _FEWEST_BURSTS = 64, 10  # samples; more are a logger that pauses
 _SIZES = (2.0**16, 2.0**24, 2.0**31, 2.0**32, 2.0**32 / 1e3, 2.0**32 / 1e6)  # of counters; the last two in ms and s
 _WANDER = 1.5  # s; a clock whose fraction of a second is not the second's own stays as near to a line
 
@@ -72,7 +75,15 @@ def repair(stamps: Column, values: Array | None, session: int | None = None) -> 
             notes.append(words)
             findings["clock_restart"] = parts
     equal = np.flatnonzero(np.diff(stamps) == 0) + 1
-    if len(equal):
+    bursts = first_of_bursts(stamps)
+    if bursts is not None:
+        findings["bursts"] = len(np.unique(bursts))
+        stamps = _spread_groups(bursts)
+        notes.append(
+            f"was written as samples arrived, in {findings['bursts']} bursts of about "
+            f"{len(stamps) / len(np.unique(bursts)):.0f}; they were spread evenly"
+        )
+    elif len(equal):
         findings["equal_stamps"] = len(equal)
         same = values is not None and float((values[equal] == values[equal - 1]).all(axis=1).mean()) > _REPEATS
         if same:
@@ -174,6 +185,32 @@ def _session(stamps: Column, wanted: int | None) -> tuple[NDArray[np.intp], str,
         f"session {k + 1} is read{', the longest' if wanted is None else ''}; --session N takes another"
     )
     return np.arange(starts[k], starts[k + 1]), words, starts[:-1].tolist()
+
+
+def first_of_bursts(stamps: Column) -> Column | None:
+    """(n,) for each sample the first stamp of its burst; None: samples do not come in bursts.
+
+    A radio or a serial port hands over some samples at once; a program that stamps them as it gets them writes steps
+    of next to nothing, and one long step from burst to burst. A logger that pauses writes long stretches instead.
+    """
+    steps = np.diff((stamps - stamps[0]).astype(np.float64))
+    if len(steps) == 0 or not (steps > 0).any():
+        return None
+    together = steps < _BURST * float(steps.mean())
+    apart = steps[~together]
+    if len(apart) < _FEWEST_BURSTS or together.mean() < _BURST_SHARE or not steps[together].any():
+        return None
+    low, high = np.percentile(apart, [25, 75])
+    number = np.concatenate([[0], np.cumsum(~together)])
+    if (
+        high > 2.0 * low
+        or steps[together].sum() > _BURST_TIME * steps.sum()
+        or np.percentile(np.bincount(number), 90) > _LARGEST_BURST
+    ):
+        return None
+    begin = np.concatenate([[0], np.flatnonzero(~together) + 1])
+    first: Column = stamps[begin][number]
+    return first
 
 
 def _spread_groups(stamps: Column) -> Column:
