@@ -1,4 +1,4 @@
-"""Samples that came in bursts and were stamped as they arrived are spread evenly; a logger that pauses is left alone."""
+"""Samples that came in bursts, stamped as they arrived, are spread evenly; a logger that pauses is left alone."""
 
 import numpy as np
 import pytest
