@@ -23,13 +23,12 @@ COMMAND = {  # they have no time, or no known names
     "x_imu_packets", "adafruit_sensor", "sparkfun_icm20948", "mpu6050_words", "vectornav_ascii", "unknown_names",
     "motion_sense", "hololens", "uci_hapt", "usc_had", "zurich_mav", "career_con", "esense", "razor_ahrs",
     "minimu9_raw", "motion_cal", "nano33_bursts", "delta_time_column", "mhealth",
-    "specific_force_letters", "rotation_letters", "words_and_triples",
+    "rotation_letters", "words_and_triples",
     "unit_in_the_word", "numpy_array",
 }  # fmt: skip
 GUESS = {
     "betaflight_explorer",
     "blackbox_decode",
-    "gyroflow",
     "razor_m0",
     "putty_log",
     "witmotion_chinese",
@@ -39,12 +38,16 @@ GUESS = {
 STEP = 0.01  # s
 
 
-@pytest.fixture(scope="module")
-def motion() -> Motion:
-    made = lh.simulate.recording("MPU-6050", "hand", duration=20.0, seed=1)
+def simulate(style: str) -> Motion:
+    made = lh.simulate.recording("MPU-6050", style, duration=20.0, seed=1)
     assert made.truth is not None
     body = Rotation.from_quat(made.truth.quat, scalar_first=True).inv()
     return Motion(made.t, made.gyr, made.acc, body.apply([0.0, 18.0, -45.0]), made.acc - body.apply([0, 0, 9.80665]))
+
+
+@pytest.fixture(scope="module")
+def motion() -> Motion:
+    return simulate("hand")
 
 
 def off(recording: lh.Recording, motion: Motion) -> str:
@@ -84,6 +87,15 @@ def test_a_log_of_a_known_program(name: str, motion: Motion, tmp_path: Path) -> 
         recording = lh.read(path)
         assert name in GUESS or not any("a guess" in note for note in recording.meta["notes"]), recording.meta["notes"]
     assert off(recording, motion) == ""
+
+
+@pytest.mark.parametrize(
+    "name", ["sensor_logger_android", "sensor_logger_without_total", "sensor_logger_zip_ios", "physics_toolbox"]
+)
+def test_linear_acceleration_at_rest_is_not_taken_for_gravity(name: str, tmp_path: Path) -> None:
+    """Its mean is a bias, not short beside its usual length; but no unit makes it as long as gravity."""
+    still = simulate("still")
+    assert off(lh.read(DIALECTS[name](tmp_path, still)), still) == ""
 
 
 def test_there_are_enough_of_them() -> None:

@@ -16,7 +16,7 @@ from levelhead.sources.conventions import points_down, whole_acceleration
 from levelhead.sources.field_check import field_turn, is_normalised
 from levelhead.sources.hints import MEANING, Hints, NeedsHints, Scale
 from levelhead.sources.names import RELATIVE, unit_in
-from levelhead.sources.scales import Evidence, acc_scale, find_scale, gyr_scale, list_units, mag_scale, without_gravity
+from levelhead.sources.scales import Evidence, acc_scale, find_scale, gyr_scale, lacks_gravity, list_units, mag_scale
 from levelhead.sources.suggestion import suggest
 from levelhead.sources.table import Column, Table, stack, words_of
 from levelhead.sources.temperature import celsius, find_temperature
@@ -127,7 +127,7 @@ def _read(table: Table, hints: Hints) -> tuple[Roles, dict[int, Column]]:
             raise LevelheadError(f"{table.source} has no line of numbers; expected one line per sample")
         if (
             "acc" not in hints.map
-            and without_gravity(stack(columns, roles.columns["acc"]))
+            and lacks_gravity(stack(columns, roles.columns["acc"]))
             and "gravity" not in roles.columns
         ):
             rest = (frozenset(range(len(table.names))) if filled is None else filled) - set(roles.columns["acc"])

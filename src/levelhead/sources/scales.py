@@ -17,9 +17,12 @@ from levelhead.sources.names import RELATIVE
 from levelhead.sources.raw_counts import PER_DEGREE, PER_G
 from levelhead.sources.sensitivities import acc_sensitivity
 from levelhead.sources.table import Table
-from levelhead.sources.vendors import find_vendor
+from levelhead.sources.vendors import find_vendor, gyroflow_scale
 from levelhead.units import DEGREE
 
+SHORTEST = 0.6  # of the units in use g is the largest, and gravity is 1 of it
+_FULL_SCALES = (1 / 2, 1 / 4, 1 / 8, 1 / 16)  # what gravity is in shares of ±2, 4, 8, 16 g
+_NEAR = 0.05  # by which a length may differ from one of them
 LEAST_GRAVITY = 0.35  # of the median length: a shorter mean, and no usual length, is an accelerometer without gravity
 
 
@@ -43,6 +46,9 @@ class Evidence:
 def find_scale(role: str, table: Table, roles: Roles, hints: Hints, notes: list[str]) -> Scale | None:
     """The scale that a hint gives, the file, or the custom of the program that wrote it; a hint wins."""
     said = roles.units.get(role) or table.units.get(role)
+    if said is None and role not in hints.scale and (scale := gyroflow_scale(role, table.origin)) is not None:
+        notes.append(f"{MEANING[role]}: {scale.name}, as the preamble says")
+        return scale
     if said is None and role not in hints.scale and role not in hints.map:
         vendor = find_vendor([*table.names, *table.origin])
         if vendor is not None and role in vendor.units:
@@ -81,6 +87,8 @@ def acc_scale(values: Array, scale: Scale | None, hinted: bool, table: Table, ev
         )
         return Scale(units.factor("acc", "g"), f"counts, {counts.per_unit:g} per g", counts.per_unit)
     if without_gravity(values):
+        raise LevelheadError(_no_gravity(table, values, norm))
+    if norm < SHORTEST and min(abs(norm / share - 1.0) for share in _FULL_SCALES) > _NEAR:
         raise LevelheadError(_no_gravity(table, values, norm))
     raise NeedsHints(
         f"{table.source}: the accelerometer has median length {norm:.4g}, which is gravity in neither m/s², "
@@ -192,6 +200,11 @@ def without_gravity(values: Array) -> bool:
     parts = np.array_split(finite, 10)
     short = sum(float(np.linalg.norm(part.mean(axis=0))) < LEAST_GRAVITY * norm for part in parts)
     return short > 5 and float(np.linalg.norm(finite.mean(axis=0))) < LEAST_GRAVITY * norm
+
+
+def lacks_gravity(values: Array) -> bool:
+    """Whether (n, 3) ``values`` are without gravity, or shorter than it in any unit: linear acceleration at rest."""
+    return without_gravity(values) or unit_inference.median_norm(values) < SHORTEST
 
 
 def _no_gravity(table: Table, values: Array, norm: float) -> str:

@@ -15,7 +15,7 @@ from levelhead.sources.clock import Candidate, choose, join_seconds, seconds
 from levelhead.sources.division import divide
 from levelhead.sources.hints import MEANING, Hints, NeedsHints
 from levelhead.sources.names import split, understand, unit_in
-from levelhead.sources.scales import without_gravity
+from levelhead.sources.scales import lacks_gravity
 from levelhead.sources.table import ArrayTable, Column, Table, words_of
 from levelhead.sources.windows import unroll
 
@@ -223,7 +223,7 @@ def _gravity_beside(tables: Sequence[Table], acc: TableSensor) -> TableSensor | 
 def _without_gravity(one: TableSensor) -> bool:
     columns = one.table.read(list(one.group.positions))
     values = np.column_stack([columns[i] for i in one.group.positions]).astype(np.float64)
-    return without_gravity(values)
+    return lacks_gravity(values)
 
 
 def _of(streams: Sequence[TableSensor], group: ColumnGroup | None) -> TableSensor:

@@ -4,6 +4,10 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
+from levelhead.sources.hints import Scale
+from levelhead.sources.splitting import is_number
+from levelhead.units import GRAVITY
+
 
 class Vendor(NamedTuple):
     """A program or device.
@@ -45,6 +49,21 @@ VENDORS = (
         _RADIANS | {"acc": "g", "mag": "G"},
     ),
 )
+
+
+_GYROFLOW = {"gyr": ("gscale", 1.0, "rad/s"), "acc": ("ascale", GRAVITY, "g")}  # what a number is, in these units
+
+
+def gyroflow_scale(role: str, preamble: Sequence[str]) -> Scale | None:
+    """The scale that the preamble of Gyroflow's .gcsv gives a sensor; None if it gives none."""
+    if role not in _GYROFLOW or not any(line.startswith("GYROFLOW") for line in preamble):
+        return None
+    word, factor, unit = _GYROFLOW[role]
+    for line in preamble:
+        name, _, text = line.partition(",")
+        if name.strip() == word and is_number(text, False) and float(text) > 0.0:
+            return Scale(float(text) * factor, f"counts, {float(text):g} {unit} each")
+    return None
 
 
 def find_vendor(names: Sequence[str]) -> Vendor | None:

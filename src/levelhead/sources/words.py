@@ -82,7 +82,7 @@ WORDS = {
 }
 LETTERS = {
     "gyr": {"g", "w", "gy"},
-    "acc": {"a", "gf", "ac"},
+    "acc": {"a", "gf", "ac", "f"},
     "mag": {"m", "h", "b"},
     "q": {"q"},
 }  # only when nothing else is in the name
