@@ -20,7 +20,8 @@ from levelhead.recording import Array
 
 PER_OCTAVE = 4  # values of τ
 CHUNK = 1 << 15  # differences at a time: they stay in the processor's cache
-TERMS = 1 << 18  # of the sum: with more there may be steps between them, of at most
+TERMS = 1 << 18  # of the sum: with twice as many there may be steps between them, of which there are at least
+FINE = 5  # octaves of factors below 32
 STEPS = 32  # to a τ, which leaves the estimate as it is (neighbouring terms say the same)
 
 # Types of noise by their place in ``noise.fit.TERMS``
@@ -54,30 +55,40 @@ def integral(rate: Array, interval: float) -> Array:
 
 
 def variance(angle: Array, factor: int, interval: float) -> float:
-    """Equation 1 at τ = factor × interval; every term of it up to 262 144 of them, then steps of at most τ/32."""
-    terms = len(angle) - 2 * factor
-    step = max(1, min(factor // STEPS, terms // TERMS))
-    count = -(-terms // step)
-    reach, total, work = CHUNK * step, 0.0, np.empty(CHUNK)
-    for start in range(0, terms, reach):
-        end = min(start + reach, terms)
-        middle = angle[start + factor : end + factor : step]
+    """Equation 1 at τ = factor × interval from every term of it."""
+    terms, total, work = len(angle) - 2 * factor, 0.0, np.empty(CHUNK)
+    for start in range(0, terms, CHUNK):
+        end = min(start + CHUNK, terms)
+        middle = angle[start + factor : end + factor]
         second = work[: len(middle)]
-        np.subtract(angle[start + 2 * factor : end + 2 * factor : step], middle, out=second)
+        np.subtract(angle[start + 2 * factor : end + 2 * factor], middle, out=second)
         second -= middle
-        second += angle[start:end:step]
+        second += angle[start:end]
         total += float(np.einsum("i,i->", second, second))  # no BLAS: its threads would wait for each other
-    return total / (2.0 * count * (factor * interval) ** 2)
+    return total / (2.0 * terms * (factor * interval) ** 2)
 
 
 def factors(count: int, longest: int) -> NDArray[np.int64]:
     """Averaging factors, four an octave, from 1 to ``longest``, with every power of 2 among them.
 
-    A factor m needs 3 m of ``count`` samples.
+    A factor m needs 3 m of ``count`` samples. Those from 32 on are 32, 38, 45 or 54 times a power of 2, so that a sum
+    with steps of that power stays among the same angles.
     """
     top = max(1, min(longest, count // 3))
-    steps = np.arange(math.floor(PER_OCTAVE * math.log2(top) + 1e-9) + 1)
-    return np.unique(np.rint(2.0 ** (steps / PER_OCTAVE)).astype(np.int64))
+    steps = np.arange(math.floor(PER_OCTAVE * math.log2(top) + 1e-9) + PER_OCTAVE)
+    octave, place = np.divmod(steps - PER_OCTAVE * FINE, PER_OCTAVE)
+    coarse = np.rint(STEPS * 2.0 ** (place / PER_OCTAVE)) * 2.0 ** np.maximum(octave, 0)
+    every = np.where(octave < 0, np.rint(2.0 ** (steps / PER_OCTAVE)), coarse)
+    found: NDArray[np.int64] = np.unique(every[every <= top].astype(np.int64))
+    return found
+
+
+def thinning(factor: int, terms: int) -> int:
+    """The step between terms: the largest power of 2 that leaves 262 144 of them and is at most 1/32 of the factor."""
+    step = 1
+    while 2 * step <= min(factor // STEPS, terms // TERMS) and factor % (2 * step) == 0:
+        step *= 2
+    return step
 
 
 def allan_curve(
@@ -87,8 +98,11 @@ def allan_curve(
     angle = integral(rate, interval)
     several = factors(len(rate), longest)
     squares = np.empty(len(several))
-    for i, factor in enumerate(several):
-        squares[i] = variance(angle, int(factor), interval)
+    thinned = 1  # steps between the angles, which grow with the factor
+    for i, factor in enumerate(several.tolist()):
+        while thinned < thinning(factor, len(rate) + 1 - 2 * factor):
+            angle, thinned = np.ascontiguousarray(angle[::2]), 2 * thinned
+        squares[i] = variance(angle, factor // thinned, thinned * interval)
         report((i + 1) / len(several))
     tau = several.astype(np.float64) * interval
     return AllanCurve(tau, several, np.sqrt(squares), len(rate))

@@ -75,8 +75,9 @@ def longest(recording: Recording) -> StillStretch:
 def _triad(name: str, part: Recording, tau: float | None, report: Callable[[float], None]) -> TriadNoise:
     """The noise of one sensor."""
     values, interval = uniform(name, part.t, getattr(part, name))
-    still = np.flatnonzero(np.ptp(values, axis=0) == 0.0)
-    if len(still):
+    axes = [np.ascontiguousarray(column) for column in values.T]
+    still = [i for i, column in enumerate(axes) if column.min() == column.max()]
+    if still:
         raise LevelheadError(
             f"{name} {'xyz'[still[0]]} has the same reading throughout: an axis that is stuck or coarser than its "
             "noise; expected readings that differ"
@@ -89,7 +90,7 @@ def _triad(name: str, part: Recording, tau: float | None, report: Callable[[floa
             done[axis] = fraction
             report(float(done.mean()))
 
-        return allan_curve(np.ascontiguousarray(values[:, axis]), interval, count, axis_report)
+        return allan_curve(axes[axis], interval, count, axis_report)
 
     curves = list(map_in_order(curve, range(3)))  # NumPy lets other Python threads run while it adds
     fits = [fit(curve) for curve in curves]
@@ -110,12 +111,15 @@ def uniform(name: str, t: Array, values: Array) -> tuple[Array, float]:
     Raises:
         LevelheadError: a gap of more than 1 s, or more than 5 % are missing.
     """
-    there = np.isfinite(values).all(axis=1)
-    t, values = t[there], values[there]
+    if not np.isfinite(np.add.reduce(values.reshape(-1))):
+        there = np.isfinite(values).all(axis=1)
+        t, values = t[there], values[there]
     if len(t) < 100:
         raise LevelheadError(f"{name} has {len(t)} readings at rest; expected at least 100")
     steps = np.diff(t)
     usual = median(steps)
+    if float(steps.max()) < 1.5 * usual:
+        return values, float(t[-1] - t[0]) / (len(t) - 1)
     places = np.concatenate([[0.0], np.cumsum(np.maximum(np.rint(steps / usual), 1.0))])
     count = int(places[-1]) + 1
     gap = float(steps.max())

@@ -10,6 +10,7 @@ from levelhead.recording import Array, Recording
 from levelhead.units import DEGREE
 
 WINDOW = 0.5  # s
+AT_ONCE = 256  # windows: they stay in the processor's cache
 QUIET = 4.0  # times the noise of the quietest windows from which a sensor is moved or touched
 LEAST_RATE, MOST_RATE = 0.3 * DEGREE, 5.0 * DEGREE  # rad/s, bounds of that threshold; a hand at rest shakes by more
 LEAST_FORCE, MOST_FORCE = 0.03, 0.3  # m/s², the same
@@ -44,15 +45,29 @@ def windows(recording: Recording) -> Windows:
     torn = time[:, -1] - time[:, 0] > 1.5 * size / max(rate, 1e-9)
     found = []
     for values in (recording.gyr, recording.acc):
-        rows = values[used].reshape(count, size, 3)
-        missing = np.isnan(rows)
-        there = size - missing.sum(axis=1) if missing.any() else np.full((count, 3), size)
-        there = np.where(there < 4, np.nan, there)
-        mean = np.where(missing, 0.0, rows).sum(axis=1) / there
+        mean, noise = np.empty((count, 3)), np.empty(count)
+        for first in range(0, count, AT_ONCE):
+            part = slice(first, min(first + AT_ONCE, count))
+            rows = values[used][part.start * size : part.stop * size].reshape(-1, size, 3)
+            mean[part], noise[part] = _moments(rows)
         mean[torn] = np.nan
-        centred = np.where(missing, 0.0, rows - mean[:, None])
-        found += [mean, np.sqrt((np.einsum("kij,kij->kj", centred, centred) / there).max(axis=1))]
+        noise[torn] = np.nan
+        found += [mean, noise]
     return Windows(size, found[0], found[2], found[1], found[3])
+
+
+def _moments(rows: Array) -> tuple[Array, Array]:
+    """(k, 3) means of (k, size, 3) readings and (k,) their greatest standard deviations; NaN with fewer than 4."""
+    missing = np.isnan(rows)
+    if not missing.any():
+        mean = np.einsum("kij->kj", rows) / rows.shape[1]
+        centred = rows - mean[:, None]
+        return mean, np.sqrt(np.einsum("kij,kij->kj", centred, centred).max(axis=1) / rows.shape[1])
+    there = (rows.shape[1] - missing.sum(axis=1)).astype(np.float64)
+    there[there < 4] = np.nan
+    mean = np.where(missing, 0.0, rows).sum(axis=1) / there
+    centred = np.where(missing, 0.0, rows - mean[:, None])
+    return mean, np.sqrt((np.einsum("kij,kij->kj", centred, centred) / there).max(axis=1))
 
 
 def quiet(noise: Array, least: float, most: float) -> NDArray[np.bool_]:
