@@ -183,7 +183,7 @@ def tune(
         runs: of the filter over each recording for one search.
         seed: of the search.
     """
-    from levelhead.corpora.tuning import tune_corpus
+    from levelhead.corpora.tune_corpus import tune_corpus
     from levelhead.publish.progress import progress
     from levelhead.publish.tuning_table import tuning_table
 

@@ -174,7 +174,7 @@ def fuse(
         return
     from levelhead.sources.chunked import NeedsWholeLog, is_long
 
-    if not offline and is_long(chosen[0]):
+    if is_long(chosen[0]):
         from levelhead.cli.long_log import fuse_long_log
 
         with suppress(NeedsWholeLog):

@@ -1,4 +1,4 @@
-"""``levelhead fuse`` of a log larger than memory: chunk after chunk, without pictures and errors against truth."""
+"""``levelhead fuse`` and ``smooth`` of a log larger than memory: without pictures and errors against truth."""
 
 import math
 from collections.abc import Iterator
@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from levelhead.cli.fuse import Wish
     from levelhead.recording import Recording
     from levelhead.track import Track
+
+READING = 0.2  # of the time of smoothing
 
 
 @dataclass
@@ -46,6 +48,7 @@ def fuse_long_log(log: Path, out: Path, wish: "Wish") -> None:
     """
     from levelhead.cli.fuse import require_north
     from levelhead.engine import fuse_chunks
+    from levelhead.engine.smooth_chunks import smooth_chunks
     from levelhead.publish.progress import progress
     from levelhead.publish.writers import write_tracks
     from levelhead.sources.chunked import read_chunks
@@ -55,12 +58,21 @@ def fuse_long_log(log: Path, out: Path, wish: "Wish") -> None:
         require_north(chunks.head, wish.params)
     sums = Sums()
     target = folder(out) / f"{log.stem}-track.{wish.format}"
-    with progress(f"fusing {log.name}") as report:
+    with progress(f"{'smoothing' if wish.offline else 'fusing'} {log.name}") as report:
+
+        def smoothed() -> Iterator["Track"]:
+            def follow(share: float) -> None:
+                report(READING + (1.0 - READING) * share)
+
+            return smooth_chunks(
+                chunks, wish.params, guard=wish.guard, prior=wish.known, folder=target.parent, progress=follow
+            )
 
         def tracks() -> Iterator["Track"]:
-            for track in fuse_chunks(chunks, wish.params, guard=wish.guard, prior=wish.known):
+            made = fuse_chunks(chunks, wish.params, guard=wish.guard, prior=wish.known)
+            for track in smoothed() if wish.offline else made:
                 sums.add(track)
-                report(chunks.fraction, f"{sums.samples:,} samples")
+                report(1.0 if wish.offline else chunks.fraction, f"{sums.samples:,} samples")
                 yield track if wish.declination is None else track.to_true_north(wish.declination)
 
         write_tracks(tracks(), target)

@@ -10,7 +10,7 @@ The room is called ``corpora`` because ``levelhead.corpus`` is the function.
     plan        which recordings go together, and which wait for another's calibration
     cluster     who does the work: this process, local processes, a Dask cluster
     sensors     which recordings are of the same sensor, in order of time
-    tuning      a filter's parameters over all of them
+    tune_corpus a filter's parameters over all of them
     runner      all of it together
     overview    tables of the rows: by group, the worst, what failed, the sensors over time
     html_report the same as an HTML page with pictures

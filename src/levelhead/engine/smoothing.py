@@ -10,229 +10,31 @@ smoothed.
 """
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from levelhead import filters
 from levelhead.calibration import Calibration
-from levelhead.compiler.hooks import declare, fill, rebind
-from levelhead.compiler.mark import KernelFunction, compiled_only, kernel
+from levelhead.compiler.hooks import fill, rebind
+from levelhead.compiler.mark import KernelFunction
 from levelhead.compiler.tree import native, plain
 from levelhead.engine.batch import DEFAULT_GUARD, NO_MAG
 from levelhead.engine.binding import bind, choose_engine, for_engine, numba_installed
-from levelhead.engine.driver import Carry, Settings, advance, result
+from levelhead.engine.driver import Carry, Settings
 from levelhead.engine.native import NativeSmoother, has_smoother
 from levelhead.engine.prior import apply_prior, correct_recording, read_calibration
+from levelhead.engine.smoother_kernels import BlockRows, Corrections, FlatTrack, correct_stretch, forward, hooks
 from levelhead.errors import LevelheadError
-from levelhead.filters.contract import Filter, FilterState, Schedule, Smoothing
+from levelhead.filters.contract import Filter, Schedule, Smoothing
 from levelhead.filters.parameters import FilterChoice, Params
 from levelhead.guard import Guard
-from levelhead.kernels import quat
-from levelhead.kernels.quat import Quat
-from levelhead.kernels.tilt import GAP_SECONDS
-from levelhead.kernels.vec3 import Vec3
 from levelhead.recording import Array, Recording
 from levelhead.track import Track
 
 KEPT = 500  # blocks in memory, ten MB: more would not stay near the processor
-SHORTEST = 1e-9  # s, a block
-
-
-class Hooks(Protocol):
-    """What the smoother calls of a filter: members of its ``contract.Smoothing``."""
-
-    WIDTH: int  # numbers of a block
-
-    @staticmethod
-    def block_ended(state: FilterState) -> bool:
-        """Whether a block ended with the last sample."""
-        ...
-
-    @staticmethod
-    def keep(state: FilterState, kept: Array, first: int) -> None:
-        """Keeps the block that has just ended, as numbers from ``first`` on."""
-        ...
-
-    @staticmethod
-    def back(kept: Array, first: int, memory: Array) -> None:
-        """One step back, to the block that is kept from ``first`` on."""
-        ...
-
-    @staticmethod
-    def read(kept: Array, first: int, memory: Array) -> tuple[Vec3, Vec3, Vec3]:
-        """Rotation vector, bias and σ of the block that the step back has reached."""
-        ...
-
-    @staticmethod
-    def rotation(kept: Array, first: int) -> Quat:
-        """The rotation by the correction at the end of a block, earth frame."""
-        ...
-
-    @staticmethod
-    def is_restart(kept: Array, first: int) -> bool:
-        """Whether the attitude of a block is independent of that before it."""
-        ...
-
-
-hooks: Hooks = declare(Hooks)
-
-
-class BlockRows(NamedTuple):
-    """The blocks of a stretch, one after the other; the first one is the last of the stretch before."""
-
-    numbers: Array  # WIDTH of each
-    end: Array  # last sample of each
-
-
-class FlatTrack(NamedTuple):
-    """What comes out, flat."""
-
-    quat: Array  # 4 a sample
-    bias: Array  # 3
-    sigma: Array  # 3
-
-
-class Corrections(NamedTuple):
-    """Of the blocks kept, three numbers each, flat."""
-
-    turn: Array  # rotation vectors of the corrections at their ends
-    before: Array  # and just before their ends
-    bias: Array
-    sigma: Array
-
-
-@compiled_only
-def forward(
-    settings: Settings, carry: Carry, last: float, start: int, t: Array, gyr: Array, acc: Array, mag: Array,
-    attitude: Array, health: Array, kept: BlockRows,
-) -> tuple[Carry, int, int]:  # fmt: skip
-    """Samples from ``start`` on until there is no room for another block, or no sample.
-
-    Returns the carry, how many blocks were kept, and the sample after the last one. The native engine has this loop in
-    ``native.forward.c``.
-    """
-    field = Vec3(0.0, 0.0, 0.0)
-    count = 1
-    i = start
-    while i < len(t) and count < len(kept.end):
-        j = 3 * i
-        if len(mag) > 0:
-            field = Vec3(mag[j], mag[j + 1], mag[j + 2])
-        turned = Vec3(gyr[j], gyr[j + 1], gyr[j + 2])
-        carry = advance(settings, carry, turned, Vec3(acc[j], acc[j + 1], acc[j + 2]), field, t[i] - last)
-        last = t[i]
-        said = result(settings, carry.run)
-        k = 4 * i
-        attitude[k], attitude[k + 1], attitude[k + 2], attitude[k + 3] = said.quat
-        health[i] = said.health
-        if hooks.block_ended(carry.run.state):
-            hooks.keep(carry.run.state, kept.numbers, hooks.WIDTH * count)
-            kept.end[count] = float(i)
-            count += 1
-        i += 1
-    return carry, count, i
-
-
-@kernel
-def backward(kept: Array, count: int, m: Array, turn: Array, bias: Array, sigma: Array) -> None:
-    """Rotation vectors of the corrections, bias and σ of all blocks kept, from the last one on, which m holds."""
-    for steps in range(count):
-        k = count - 1 - steps
-        if steps > 0:
-            hooks.back(kept, hooks.WIDTH * k, m)
-        vector, offset, deviation = hooks.read(kept, hooks.WIDTH * k, m)
-        j = 3 * k
-        turn[j], turn[j + 1], turn[j + 2] = vector
-        bias[j], bias[j + 1], bias[j + 2] = offset
-        sigma[j], sigma[j + 1], sigma[j + 2] = deviation
-
-
-@kernel
-def compose_ends(kept: Array, count: int, turn: Array, before: Array) -> None:
-    """Rotation vectors of attitudes just before the ends of blocks: by the blocks' own corrections, then ``turn``."""
-    for k in range(count):
-        j = 3 * k
-        asked = quat.exp(Vec3(turn[j], turn[j + 1], turn[j + 2]))
-        before[j], before[j + 1], before[j + 2] = quat.log(quat.multiply(asked, hooks.rotation(kept, hooks.WIDTH * k)))
-
-
-@kernel
-def last_gap(t: Array, first: int, last: int) -> int:
-    """The last sample of these that comes after a gap; ``first`` if none does."""
-    found = first
-    for i in range(first + 1, last + 1):
-        if t[i] - t[i - 1] > GAP_SECONDS:
-            found = i
-    return found
-
-
-@kernel
-def turn_by(attitude: Array, i: int, x: float, y: float, z: float) -> None:
-    """Turns the attitude of sample i by a rotation vector, earth frame."""
-    k = 4 * i
-    q = Quat(attitude[k], attitude[k + 1], attitude[k + 2], attitude[k + 3])
-    turned = quat.compose(quat.exp(Vec3(x, y, z)), q)
-    attitude[k], attitude[k + 1], attitude[k + 2], attitude[k + 3] = turned
-
-
-@kernel
-def spread_block(
-    t: Array, kept: Array, k: int, count: int, first: int, last: int,
-    turn: Array, before: Array, bias: Array, sigma: Array, attitude: Array, biases: Array, sigmas: Array,
-) -> None:  # fmt: skip
-    """From the ends of block k − 1 and k to each sample between: linear, but not across a new start.
-
-    ``first`` and ``last`` are these samples. Block ``count`` has no end: it is what follows the last one.
-    """
-    here = min(k, count - 1)
-    one = 3 * (k - 1)
-    other = 3 * here
-    left = t[max(first - 1, 0)]
-    span = max(t[last] - left, SHORTEST)
-    anew = hooks.is_restart(kept, hooks.WIDTH * here)
-    joined = last_gap(t, max(first - 1, 0), last) if anew else 0
-    for i in range(first, last + 1):
-        line = min((t[i] - left) / span, 1.0) if k < count else 1.0
-        share = line
-        if anew:
-            share = 1.0 if i >= joined else 0.0
-        if k == count or i == last:
-            turn_by(attitude, i, turn[other], turn[other + 1], turn[other + 2])
-        else:
-            kept_share = 1.0 - share
-            turn_by(
-                attitude,
-                i,
-                kept_share * turn[one] + share * before[other],
-                kept_share * turn[one + 1] + share * before[other + 1],
-                kept_share * turn[one + 2] + share * before[other + 2],
-            )
-        for j in range(3):
-            biases[3 * i + j] = bias[one + j] + line * (bias[other + j] - bias[one + j])
-            sigmas[3 * i + j] = sigma[one + j] + line * (sigma[other + j] - sigma[one + j])
-
-
-@compiled_only
-def correct_stretch(
-    t: Array, kept: BlockRows, count: int, stop: int, memory: Array, corrections: Corrections, track: FlatTrack
-) -> None:
-    """Backwards through the blocks that were kept, then to every sample between them and up to ``stop``.
-
-    The native engine has this loop in ``native.smoother.c``.
-    """
-    turn, before, bias, sigma = corrections
-    backward(kept.numbers, count, memory, turn, bias, sigma)
-    compose_ends(kept.numbers, count, turn, before)
-    k = 1
-    while k <= count:
-        first = int(kept.end[k - 1]) + 1
-        last = int(kept.end[k]) if k < count else stop - 1
-        spread_block(
-            t, kept.numbers, k, count, first, last, turn, before, bias, sigma, track.quat, track.bias, track.sigma
-        )
-        k += 1
 
 
 class BoundSmoother(NamedTuple):
@@ -275,6 +77,18 @@ class Stretch(NamedTuple):
     carry: Carry
 
 
+class Stretches(Protocol):
+    """A list of them, in memory or in a file."""
+
+    def append(self, stretch: Stretch, /) -> None:
+        """One more."""
+        ...
+
+    def __len__(self) -> int: ...
+
+    def __getitem__(self, index: int, /) -> Stretch: ...
+
+
 class Smoother:
     """Forward and backward over one recording."""
 
@@ -295,11 +109,9 @@ class Smoother:
         else:
             self._forward = for_engine(self._bound.bind(forward), self._engine)
             self._correct = for_engine(self._bound.bind(correct_stretch), self._engine)
-        mag = NO_MAG if recording.mag is None else recording.mag
-        self._sensors = [self._numbers(a.reshape(-1)) for a in (recording.t, recording.gyr, recording.acc, mag)]
-        n = len(recording)
-        self.track = FlatTrack(np.empty(4 * n), np.empty(3 * n), np.empty(3 * n))
-        self.health = np.zeros(n, np.uint32)
+        n, mag = len(recording), [] if recording.mag is None else [recording.mag]
+        sensors = [a.reshape(-1) for a in (recording.t, recording.gyr, recording.acc, *mag)]
+        self.take(sensors, FlatTrack(np.empty(4 * n), np.empty(3 * n), np.empty(3 * n)), np.zeros(n, np.uint32))
         self._kept = BlockRows(self._zeros(KEPT * self._parts.width), self._zeros(KEPT))
         self._memory = self._zeros(self._parts.memory)  # of the backward run
 
@@ -309,6 +121,32 @@ class Smoother:
 
     def _zeros(self, count: int) -> Array:
         return self._numbers(np.zeros(count))
+
+    def take(self, sensors: Sequence[Array], track: FlatTrack, health: NDArray[np.uint32]) -> None:
+        """Arrays to work on: t, gyr, acc and perhaps mag, flat; and where the results go."""
+        self._sensors = [self._numbers(a) for a in (*sensors, *([] if len(sensors) == 4 else [NO_MAG]))]
+        self.track, self.health = track, health
+
+    def run(self, stretches: Stretches, progress: Callable[[float], None] | None) -> Calibration | None:
+        """There and back; ``stretches`` is where their beginnings are kept, empty as yet."""
+        stretches.append(self.begin)
+        n, count, last = len(self.health), 0, self.begin
+        while last.start < n:
+            count, last = self.run_forward(last)
+            stretches.append(last)
+            if progress is not None:
+                progress(0.5 * last.start / n)
+        self.end(last)
+        stop = n
+        for k in range(len(stretches) - 2, -1, -1):
+            stretch = stretches[k]
+            if k < len(stretches) - 2:
+                count, _ = self.run_forward(stretch)
+            self.back(count, stop)
+            stop = stretch.start
+            if progress is not None:
+                progress(1.0 - 0.5 * stop / n)
+        return self.calibration_at_end(last)
 
     def run_forward(self, stretch: Stretch) -> tuple[int, Stretch]:
         """Through one stretch: how many blocks were kept, and where the next one begins."""
@@ -372,27 +210,24 @@ def smooth(
         raise LevelheadError(
             f"smooth takes a Recording, not {type(recording).__name__}; levelhead.read(path) makes one"
         )
+    params = offline_params(params)
+    smoothing = filters.of(params).smoothing
+    assert smoothing is not None
+    run = Smoother(recording, smoothing.offline(params), guard, prior, engine)
+    calibration = run.run([], progress)
+    quats, bias, sigma = (values.reshape(len(recording), -1) for values in run.track)
+    return Track(recording.t, quats, bias, sigma, run.health, params, calibration=calibration)
+
+
+def offline_params(params: FilterChoice | None) -> Params:
+    """The parameters of a filter that has a smoother.
+
+    Raises:
+        LevelheadError: it has none.
+    """
     params = filters.offline() if params is None else filters.resolve(params)
     flt = filters.of(params)
     if flt.smoothing is None:
         who = " or ".join(one.name for one in filters.ALL if one.smoothing)
         raise LevelheadError(f"{flt.name} has no smoother; {who} has one")
-    run = Smoother(recording, flt.smoothing.offline(params), guard, prior, engine)
-    stretches = [run.begin]
-    n, count = len(recording), 0
-    while stretches[-1].start < n:
-        count, after = run.run_forward(stretches[-1])
-        stretches.append(after)
-        if progress is not None:
-            progress(0.5 * after.start / n)
-    run.end(stretches[-1])
-    for k in range(len(stretches) - 2, -1, -1):
-        stop = stretches[k + 1].start
-        if k < len(stretches) - 2:
-            count, _ = run.run_forward(stretches[k])
-        run.back(count, stop)
-        if progress is not None:
-            progress(1.0 - 0.5 * stretches[k].start / n)
-    calibration = run.calibration_at_end(stretches[-1])
-    quats, bias, sigma = (values.reshape(n, -1) for values in run.track)
-    return Track(recording.t, quats, bias, sigma, run.health, params, calibration=calibration)
+    return params

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from typing import Protocol
 
 from levelhead import filters
-from levelhead.engine import driver, smoothing
+from levelhead.engine import driver, smoother_kernels
 from levelhead.engine.binding import bind, is_guarded
 from levelhead.engine.native import PACKAGE, digest, native_name
 from levelhead.engine.smoothing import bind_smoother
@@ -24,6 +24,7 @@ GENERATOR = (  # what makes C of kernels, beside the kernels themselves
     "compiler/hooks.py",
     "compiler/mark.py",
     "engine/binding.py",
+    "engine/smoother_kernels.py",
     "engine/smoothing.py",
     *(
         f"export/{name}.py"
@@ -332,10 +333,10 @@ class SmootherUnit:
         self.program, bound, self._memory = _program(), bind_smoother(flt, True), flt.smoothing.memory
         self._width = flt.smoothing.width
         rows = [ROW] * 4
-        self._backward = self.program.kernel(bound.bind(smoothing.backward), [ROW, INT, *rows])
-        self._compose = self.program.kernel(bound.bind(smoothing.compose_ends), [ROW, INT, ROW, ROW])
+        self._backward = self.program.kernel(bound.bind(smoother_kernels.backward), [ROW, INT, *rows])
+        self._compose = self.program.kernel(bound.bind(smoother_kernels.compose_ends), [ROW, INT, ROW, ROW])
         self._spread = self.program.kernel(
-            bound.bind(smoothing.spread_block), [ROW, ROW, INT, INT, INT, INT, *rows, ROW, ROW, ROW]
+            bound.bind(smoother_kernels.spread_block), [ROW, ROW, INT, INT, INT, INT, *rows, ROW, ROW, ROW]
         )
 
     def gaps(self) -> dict[str, object]:

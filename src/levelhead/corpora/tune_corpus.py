@@ -38,7 +38,7 @@ _kept: dict[object, Reference] = {}
 _lock = threading.Lock()
 
 
-class Wish(NamedTuple):
+class ReferenceWish(NamedTuple):
     """What a worker needs to make a reference."""
 
     job: Job
@@ -101,7 +101,7 @@ def tune_corpus(
     follows = "heading" in filters.of(space.params).estimates
     with open_pool(workers, scheduler, memory) as pool:
         chosen: Metric = metric or ("total" if follows else "tilt")
-        wish = Wish(job, storage or {}, reference, chosen != "tilt")
+        wish = ReferenceWish(job, storage or {}, reference, chosen != "tilt")
         batches = pack(sources, 4 * (workers or cores()))
         rows = _facts(pool, wish, batches)
         if metric is None and follows and not all(row["magnetometer"] for row in rows if "error" not in row):
@@ -129,7 +129,7 @@ def tune_corpus(
 class _Score:
     """Errors of parameter sets over some of the recordings, by all workers; searches ask it in turn."""
 
-    def __init__(self, pool: Pool, wish: Wish, sources: Sequence[Source], workers: int) -> None:
+    def __init__(self, pool: Pool, wish: ReferenceWish, sources: Sequence[Source], workers: int) -> None:
         self._pool, self._wish, self._workers = pool, wish, workers
         self._sources = {source.name: source for source in sources}
         self._one_at_a_time = threading.Lock()
@@ -142,7 +142,7 @@ class _Score:
         return np.array([found[one.name] for one in held])
 
 
-def _facts(pool: Pool, wish: Wish, batches: Sequence[tuple[Source, ...]]) -> list[Fields]:
+def _facts(pool: Pool, wish: ReferenceWish, batches: Sequence[tuple[Source, ...]]) -> list[Fields]:
     return _gather(pool, [(reference_facts, wish, batch) for batch in batches])
 
 
@@ -165,7 +165,7 @@ def _gather(pool: Pool, tasks: Sequence[tuple[Callable[..., list[Fields]], *tupl
     return rows
 
 
-def _reference(wish: Wish, source: Source) -> Reference:
+def _reference(wish: ReferenceWish, source: Source) -> Reference:
     """The reference of a recording: kept, or made and kept while others that were used before it make room."""
     key = (wish.job.digest, wish.kind, wish.heading, source.url, source.stamp)
     with _lock:
@@ -182,7 +182,7 @@ def _reference(wish: Wish, source: Source) -> Reference:
     return made
 
 
-def reference_facts(wish: Wish, sources: Sequence[Source]) -> list[Fields]:
+def reference_facts(wish: ReferenceWish, sources: Sequence[Source]) -> list[Fields]:
     """A row for each recording: what its reference is, or why it can have none; a worker's task."""
     rows: list[Fields] = []
     for source in sources:
@@ -197,7 +197,7 @@ def reference_facts(wish: Wish, sources: Sequence[Source]) -> list[Fields]:
     return rows
 
 
-def score_batch(wish: Wish, sources: Sequence[Source], sets: Sequence[Params]) -> list[Fields]:
+def score_batch(wish: ReferenceWish, sources: Sequence[Source], sets: Sequence[Params]) -> list[Fields]:
     """The errors of parameter sets over some recordings; a worker's task."""
     found = []
     for source in sources:

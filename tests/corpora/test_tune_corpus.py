@@ -7,8 +7,8 @@ import pytest
 
 import levelhead as lh
 from levelhead.cli import main
-from levelhead.corpora import tuning
-from levelhead.corpora.tuning import tune_corpus
+from levelhead.corpora import tune_corpus as room
+from levelhead.corpora.tune_corpus import tune_corpus
 from levelhead.errors import LevelheadError
 from levelhead.sources.csv_writer import write_csv
 
@@ -46,10 +46,10 @@ def test_it_is_tune_filter_over_the_recordings_that_can_serve(moving):
 
 def test_nothing_kept_and_two_processes_give_the_same(moving, monkeypatch):
     before = tune_corpus(moving, "Complementary", ["tau"], workers=0, **WISH)
-    monkeypatch.setattr(tuning, "KEPT", 1)
-    tuning._kept.clear()
+    monkeypatch.setattr(room, "KEPT", 1)
+    room._kept.clear()
     same(tune_corpus(moving, "Complementary", ["tau"], workers=0, **WISH).tuning, before.tuning)
-    assert len(tuning._kept) == 1
+    assert len(room._kept) == 1
     same(tune_corpus(moving, "Complementary", ["tau"], workers=2, **WISH).tuning, before.tuning)
 
 
