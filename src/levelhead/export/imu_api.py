@@ -148,9 +148,9 @@ def _pointers(struct: Struct) -> Iterable[str]:
 
 
 def health_bits() -> str:
-    """The bits of ``health``, the same in all filters."""
+    """The bits of ``health``, the same in all filters; no enumerators, which on an AVR have 16 bits with a sign."""
     named = {value: name for name, value in vars(health).items() if isinstance(value, int) and name.isupper()}
-    lines = ["#ifndef LH_HEALTH_BITS", "#define LH_HEALTH_BITS", "/* Bits of health. */", "enum {"]
+    lines = ["#ifndef LH_HEALTH_BITS", "#define LH_HEALTH_BITS", "/* Bits of health. */"]
     for bit, words in sorted(health.NAMES.items()):
-        lines += add_comment([f"{STEP}LH_{named[bit]} = {bit},"], words)
-    return join_lines([*lines, "};", "#endif", ""])
+        lines += add_comment([f"#define LH_{named[bit]} INT32_C({bit})"], words)
+    return join_lines([*lines, "#endif", ""])

@@ -40,24 +40,22 @@ extern "C" {
 #ifndef LH_HEALTH_BITS
 #define LH_HEALTH_BITS
 /* Bits of health. */
-enum {
-    LH_GYR_MISSING = 1, /* gyroscope missing, last rate held */
-    LH_ACC_MISSING = 2, /* accelerometer missing, tilt not corrected */
-    LH_MAG_MISSING = 4, /* magnetometer missing, heading not corrected */
-    LH_GAP = 8, /* gap in time, rate not integrated across */
-    LH_NEAR_VERTICAL = 16, /* pitch near ±90°, roll and yaw ambiguous */
-    LH_GYR_SATURATED = 32, /* gyroscope at full scale, turned faster than it can say */
-    LH_ACC_SATURATED = 64, /* accelerometer at full scale, not used */
-    LH_GYR_STUCK = 128, /* a gyroscope axis stuck at one value */
-    LH_ACC_STUCK = 256, /* an accelerometer axis stuck at one value, not used */
-    LH_ACC_REJECTED = 512, /* accelerating, accelerometer not used */
-    LH_MAG_REJECTED = 1024, /* magnetic disturbance, magnetometer not used */
-    LH_AT_REST = 2048, /* at rest, gyroscope bias learned */
-    LH_MAG_LEARNED = 4096, /* a new magnetic field taken for the earth's */
-    LH_AID_REJECTED = 8192, /* position, velocity or height far from the prediction, not used */
-    LH_TURN_MISSED = 16384, /* a turn was not measured, tilt is being corrected */
-    LH_GYR_SPIKE = 32768, /* a spike of the gyroscope, not used */
-};
+#define LH_GYR_MISSING INT32_C(1) /* gyroscope missing, last rate held */
+#define LH_ACC_MISSING INT32_C(2) /* accelerometer missing, tilt not corrected */
+#define LH_MAG_MISSING INT32_C(4) /* magnetometer missing, heading not corrected */
+#define LH_GAP INT32_C(8) /* gap in time, rate not integrated across */
+#define LH_NEAR_VERTICAL INT32_C(16) /* pitch near ±90°, roll and yaw ambiguous */
+#define LH_GYR_SATURATED INT32_C(32) /* gyroscope at full scale, turned faster than it can say */
+#define LH_ACC_SATURATED INT32_C(64) /* accelerometer at full scale, not used */
+#define LH_GYR_STUCK INT32_C(128) /* a gyroscope axis stuck at one value */
+#define LH_ACC_STUCK INT32_C(256) /* an accelerometer axis stuck at one value, not used */
+#define LH_ACC_REJECTED INT32_C(512) /* accelerating, accelerometer not used */
+#define LH_MAG_REJECTED INT32_C(1024) /* magnetic disturbance, magnetometer not used */
+#define LH_AT_REST INT32_C(2048) /* at rest, gyroscope bias learned */
+#define LH_MAG_LEARNED INT32_C(4096) /* a new magnetic field taken for the earth's */
+#define LH_AID_REJECTED INT32_C(8192) /* position, velocity or height far from the prediction, not used */
+#define LH_TURN_MISSED INT32_C(16384) /* a turn was not measured, tilt is being corrected */
+#define LH_GYR_SPIKE INT32_C(32768) /* a spike of the gyroscope, not used */
 #endif
 
 
