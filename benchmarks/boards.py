@@ -114,6 +114,7 @@ def on_avr(config: ExportConfig) -> dict[str, Any]:
         common = ("avr-gcc", "-mmcu=atmega2560", "-Os", "-ffunction-sections")
         run(*common, *AVR_STRICT, "-c", f"{config.name}.c", cwd=folder)
         run(*common, "-std=gnu99", "-I.", *defines, SOURCES / "avr.c", f"{config.name}.o", "-Wl,--gc-sections", "-lm",
+            "-Wl,--defsym,__DATA_REGION_LENGTH__=64K",  # so that what has no room is measured too
             "-o", "main.elf", cwd=folder)  # fmt: skip
         sizes = section_sizes("avr-size", folder / "main.elf")
         code, ram = sizes["text"] + sizes["data"], sizes["data"] + sizes["bss"]
