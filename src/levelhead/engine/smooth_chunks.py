@@ -29,7 +29,7 @@ from levelhead.recording import Array, Recording
 from levelhead.track import Track
 
 WIDTHS = {"t": 1, "gyr": 3, "acc": 3, "mag": 3}  # of the inputs
-OFTEN = 64  # stretches between two times that what is mapped is given back to the system
+OFTEN = 16  # stretches between two times that what is mapped is given back to the system
 
 
 class MappedFile:
