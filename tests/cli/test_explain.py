@@ -48,3 +48,12 @@ def test_another_filter_is_explained(levelhead, folder):
 )
 def test_bad_input(refused, folder, words, sentence):
     assert sentence in refused("explain", folder / words[0], *words[1:])
+
+
+@pytest.mark.parametrize("verb", ["explain", "stress", "noise", "calibrate"])
+def test_a_log_that_needs_hints_is_refused_with_a_command_of_the_same_verb(refused, tmp_path, verb):
+    rows = "\n".join(f"{i},1,2,16384,3,4,{i % 7}" for i in range(200))
+    (tmp_path / "counts.csv").write_text(f"t,ax,ay,az,gx,gy,gz\n{rows}\n", "utf-8")
+    words = refused(verb, tmp_path / "counts.csv")
+    assert f"try: levelhead {verb} " in words
+    assert "levelhead fuse" not in words

@@ -147,3 +147,21 @@ def test_a_filter_that_trails(hand):
 def test_too_short(hand):
     with pytest.raises(LevelheadError, match=r"4\.99 s long; expected 10 s"):
         explain(hand[:500])
+
+
+def test_turns_that_the_filter_says_it_missed_are_told():
+    from types import SimpleNamespace
+
+    from levelhead.filters import health
+    from levelhead.inspection.explain import _turns_missed
+
+    def evidence(stretches):
+        runs = {health.TURN_MISSED: stretches}
+        return SimpleNamespace(runs=runs.__getitem__, t=0.01 * np.arange(1000), track=SimpleNamespace(name="ESKF"))
+
+    assert not list(_turns_missed(evidence([])))
+    assert not list(_turns_missed(evidence([(100, 120)])))
+    (one,) = _turns_missed(evidence([(100, 120), (300, 501)]))
+    assert one.cause == "turn_missed"
+    assert one.size == pytest.approx(2.19)
+    assert one.at == pytest.approx(3.0)

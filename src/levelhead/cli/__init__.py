@@ -33,6 +33,7 @@ app = App(
     help_format="markdown",
     default_parameter=Parameter(show_default=_default),
 )
+SAME_HINTS = frozenset({"explain", "stress", "noise", "calibrate", "view"})
 VERBS = {
     "demo": "The classic lesson: two sensors with errors, and the result of the filters.",
     "fuse": "Fuse a log into orientation: the main job.",
@@ -74,7 +75,7 @@ def main(arguments: Sequence[str] | None = None) -> int:  # noqa: PLR0911
         extra = " ".join(error.unused_tokens or ())
         return _report_error(f"'{extra}' is one argument too many; --help shows the arguments")
     except (LevelheadError, CycloptsError) as error:
-        return _report_error(str(error), getattr(error, "exit_code", 2))
+        return _report_error(_own_command(str(error), tokens), getattr(error, "exit_code", 2))
     except MemoryError:
         return _report_error("that needs more memory than there is")
     except KeyboardInterrupt:
@@ -94,6 +95,12 @@ def _start(tokens: Sequence[str]) -> None:
     gc.set_threshold(100_000, 20, 20)  # importing makes many objects, hardly one of which is garbage
     if not (tokens and tokens[0] in VERBS) and "--install-completion" not in app:
         app.register_install_completion_command(help="Complete commands, options and filter names in your shell.")
+
+
+def _own_command(words: str, tokens: Sequence[str]) -> str:
+    """The command that a reader proposes, with the verb that was typed where that takes the same hints."""
+    verb = tokens[0] if tokens and "--live" not in tokens else ""
+    return words.replace("try: levelhead fuse ", f"try: levelhead {verb} ") if verb in SAME_HINTS else words
 
 
 def _report_error(words: str, code: int = 2) -> int:

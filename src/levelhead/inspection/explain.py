@@ -32,6 +32,7 @@ LASTING = 0.2  # share of pieces that must tremble: a jump shakes one or two
 SAME_LINE = 1.5  # Hz between a line of the track and one of a sensor
 LAG, LAG_SAMPLES = 0.010, 1.5  # s, and samples
 MISSING = 0.5  # % of the samples
+MISSED = 0.5  # s of turns that were not measured
 NAMES = {
     health.GYR_MISSING: "gyroscope",
     health.ACC_MISSING: "accelerometer",
@@ -65,6 +66,8 @@ def explain(
         symptoms = [
             *_missing(evidence), *find_jumps(evidence), *_drift(evidence), *_jitter(evidence), *_lag(evidence),
         ]  # fmt: skip
+        if not symptoms:  # else what made the turn go unmeasured is told already
+            symptoms = list(_turns_missed(evidence))
     symptoms = [one if one.finding in evidence.findings else replace(one, finding="") for one in symptoms]
     told = {one.finding for one in symptoms}
     others = [one for one in findings if one.severity != "note" and one.name not in told]
@@ -87,6 +90,23 @@ def _missing(evidence: RunEvidence) -> Iterator[Symptom]:
             "The track never is NaN: the last rate is held for 0.5 s, σ says what that costs; find what loses them.",
             float(evidence.t[first]), "missing_values",
         )  # fmt: skip
+
+
+def _turns_missed(evidence: RunEvidence) -> Iterator[Symptom]:
+    """Turns that the gyroscope did not measure, as the filter's own health bit says."""
+    stretches = evidence.runs(health.TURN_MISSED)
+    seconds = sum(float(evidence.t[last - 1] - evidence.t[first]) for first, last in stretches)
+    if seconds < MISSED:
+        return
+    first, _ = max(stretches, key=lambda one: one[1] - one[0])
+    yield Symptom(
+        "missing", seconds, "s", f"for {seconds:.1f} s the sensor turned by more than its gyroscope said",
+        "turn_missed",
+        f"{evidence.track.name} sets its bit turn_missed, the longest time at {evidence.t[first]:.1f} s: tilt and "
+        "velocity do not fit the rates",
+        "Check wiring, rate and full scale of the gyroscope; σ is wide there, and the attitude comes back by itself.",
+        float(evidence.t[first]), "",
+    )  # fmt: skip
 
 
 def _drift(evidence: RunEvidence) -> Iterator[Symptom]:
