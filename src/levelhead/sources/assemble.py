@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array, Recording, median
 from levelhead.sources import unit_inference
+from levelhead.sources.celsius import celsius, find_temperature
 from levelhead.sources.clock import Candidate, Clock, CounterError, choose, join_seconds, seconds
 from levelhead.sources.columns import Roles, assign
 from levelhead.sources.conventions import points_down, whole_acceleration
@@ -19,7 +20,6 @@ from levelhead.sources.names import RELATIVE, unit_in
 from levelhead.sources.scales import Evidence, acc_scale, find_scale, gyr_scale, lacks_gravity, list_units, mag_scale
 from levelhead.sources.suggestion import suggest
 from levelhead.sources.table import Column, Table, stack, words_of
-from levelhead.sources.temperature import celsius, find_temperature
 from levelhead.sources.truth import find_truth
 
 SLOWEST = 0.75  # s between complete samples; at half a turn a second, 135 degrees lie between them
