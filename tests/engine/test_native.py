@@ -49,6 +49,12 @@ def test_changed_sources_never_run_old_code(caplog):
         lh.fuse(recording, lh.EKF(), engine="native")
 
 
+def test_a_source_that_is_gone_is_a_change():
+    """As after an update that renames a file: the extension in the folder was made from one that is no more."""
+    there = "guard/rate_jump.py"
+    assert native.digest([there, "guard/no_such_file.py"]) != native.digest([there, there])
+
+
 def test_many_threads_say_once_that_sources_have_changed(monkeypatch):
     def say(message):
         time.sleep(0.05)  # the other threads come meanwhile

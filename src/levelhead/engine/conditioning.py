@@ -22,8 +22,8 @@ from levelhead.filters.health import (
 from levelhead.filters.observer_covariance import INTERVAL
 from levelhead.guard import Guard
 from levelhead.guard.detectors import NO_SAMPLES, DetectorState
+from levelhead.guard.rate_jump import first_rate
 from levelhead.guard.rest import NO_SUMS, SlowMeans
-from levelhead.guard.spikes import first_rate
 from levelhead.kernels.tilt import GAP_SECONDS, TURN, is_present
 from levelhead.kernels.vec3 import ZERO, Vec3, add, scale, sub
 

@@ -41,7 +41,10 @@ def digest(files: Iterable[str]) -> str:
 
 @functools.cache
 def _file_digest(name: str) -> bytes:
-    return hashlib.sha256((PACKAGE / name).read_bytes()).digest()
+    try:
+        return hashlib.sha256((PACKAGE / name).read_bytes()).digest()
+    except FileNotFoundError:  # renamed since the extension was built
+        return b""
 
 
 @functools.cache

@@ -17,8 +17,8 @@ from levelhead.filters.health import (
     GYR_STUCK,
 )
 from levelhead.guard.params import Guard
+from levelhead.guard.rate_jump import NO_JUMP, Jump, update_jump
 from levelhead.guard.rest import INTERVAL, NO_SUMS, SlowMeans, Sums, add_sample, update_means
-from levelhead.guard.spikes import NO_JUMP, Jump, update_jump
 from levelhead.kernels.vec3 import ZERO, Vec3, add
 from levelhead.units import DEGREE, GRAVITY
 
@@ -210,5 +210,5 @@ def detect(
 
 @kernel
 def believed_rate(state: DetectorState, gyr: Vec3) -> Vec3:
-    """The rate (rad/s) that stands for the last sample, see ``spikes``."""
+    """The rate (rad/s) that stands for the last sample, see ``rate_jump``."""
     return add(state.jump.rate, state.jump.returned)

@@ -9,7 +9,7 @@ import levelhead as lh
 from levelhead import simulate
 from levelhead.evaluate.attitude_error import error_quaternion, split
 from levelhead.filters.health import GYR_SPIKE
-from levelhead.guard.spikes import MOST_SPIKES, first_rate, update_jump
+from levelhead.guard.rate_jump import MOST_SPIKES, first_rate, update_jump
 from levelhead.kernels.vec3 import Vec3
 from levelhead.recording import Recording
 
