@@ -2,7 +2,7 @@
 
 Pieces of simulated recordings, one after the other through one filter: other chips, motions and sample rates; readings
 missing in bursts and for good, gaps of up to an hour, a gyroscope at full scale, magnets, blows of 100 g, and readings
-that stand still to the last bit. Double is the compiled engine, float the C of ``levelhead export --float``. P is
+that stand still to the last bit. Double is the native engine, float the C of ``levelhead export --float``. P is
 looked at after every 1000 samples, σ of attitude after each one.
 """
 
@@ -16,10 +16,9 @@ import numpy as np
 
 import levelhead as lh
 from levelhead.bench.timing import Table
-from levelhead.compiler.compile import compile_kernel
-from levelhead.compiler.tree import native
 from levelhead.engine.binding import bind
 from levelhead.engine.driver import Settings
+from levelhead.engine.native import FilterMemory
 from levelhead.export import ExportConfig, write
 from levelhead.filters.eskf import FILTER, state
 from measure import options, show
@@ -111,22 +110,20 @@ def piece(k: int, n: int = PIECE) -> Readings:
     return Readings(dt, gyr, acc, mag)
 
 
-class Compiled:
-    """The compiled engine, in double."""
+class Native:
+    """The native engine, in double."""
 
     def __init__(self, params: lh.ESKF) -> None:
-        driver = bind(FILTER)
-        self._settings = Settings(params, lh.Guard())
-        self._run, self._carry = compile_kernel(driver.run), native(driver.begin(self._settings))
+        settings = Settings(params, lh.Guard())
+        self._memory = FilterMemory(FILTER, True, settings, bind(FILTER).begin(settings))
 
     def feed(self, part: Readings) -> tuple[Any, Any]:
         """Takes samples; returns P and σ of attitude after each."""
         n = len(part.dt)
         quat, bias, sigma, health = np.empty(4 * n), np.empty(3 * n), np.empty(3 * n), np.empty(n, np.uint32)
         flat = [np.ascontiguousarray(values).reshape(-1) for values in part[1:]]
-        out = (quat, bias, sigma, health)
-        self._carry = self._run(self._settings, self._carry, 0.0, np.cumsum(part.dt), *flat, *out)
-        m = self._carry.run.state.memory
+        self._memory.filter.run(0.0, np.cumsum(part.dt), *flat, quat, bias, sigma, health)
+        m = self._memory.state.run.state.memory
         return np.array(m[state.P : state.P + ROW**2]).reshape(ROW, ROW), sigma.reshape(n, 3)
 
 
@@ -144,7 +141,7 @@ class Exported:
         self._begun = False
 
     def feed(self, part: Readings) -> tuple[Any, Any]:
-        """As of ``Compiled``."""
+        """As of ``Native``."""
         n = len(part.dt)
         p, sigma = np.empty((ROW, ROW)), np.empty((n, 3))
         arrays = [np.ascontiguousarray(values) for values in part] + [sigma, p]
@@ -170,7 +167,7 @@ def parts(pieces: Iterator[Readings]) -> Iterator[Readings]:
             yield Readings(*(values[start : start + CHUNK] for values in one))
 
 
-def watch(filter_: Compiled | Exported, pieces: Iterator[Readings]) -> Found:
+def watch(filter_: Native | Exported, pieces: Iterator[Readings]) -> Found:
     """All pieces through a filter."""
     looks, crooked, least, zero, smallest, largest = 0, 0.0, np.inf, 0, np.inf, 0.0
     for part in parts(pieces):
@@ -184,9 +181,9 @@ def watch(filter_: Compiled | Exported, pieces: Iterator[Readings]) -> Found:
 
 
 CASES = {
-    "double, compiled": (lh.ESKF(), Compiled),
+    "double, native": (lh.ESKF(), Native),
     "float, exported C": (lh.ESKF(), Exported),
-    "double, a correction at every sample": (lh.ESKF(block=0.0), Compiled),
+    "double, a correction at every sample": (lh.ESKF(block=0.0), Native),
     "float, a correction at every sample": (lh.ESKF(block=0.0), Exported),
 }
 COLUMNS = {

@@ -70,8 +70,7 @@ def test_mypy_knows_the_face(tmp_path):
     head = "import levelhead as lh\n\nrec = lh.read('a.csv')\n"
     program = tmp_path / "program.py"
     program.write_text(head + "\n".join(WRONG) + RIGHT, encoding="utf-8")
-    command = [sys.executable, "-m", "mypy", "--strict", "--no-error-summary", "--cache-dir", str(tmp_path / "cache")]
-    command += ["--config-file", str(ROOT / "pyproject.toml"), "--no-pretty", str(program)]
+    command = [sys.executable, "-m", "mypy", "--no-error-summary", "--no-pretty", str(program)]  # with lint's own cache
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     said = [line for line in done.stdout.splitlines() if "error:" in line and program.name in line]
     first = head.count("\n") + 1

@@ -20,6 +20,7 @@ def poses(tmp_path_factory):
     return path
 
 
+@pytest.mark.slow
 def test_the_first_thing_a_user_types(levelhead, poses, tmp_path):
     said = levelhead("calibrate", poses, "-o", tmp_path)
     assert said.code == 0, said.err

@@ -18,6 +18,7 @@ def still(tmp_path_factory):
     return path
 
 
+@pytest.mark.slow
 def test_the_first_thing_a_user_types(levelhead, still, tmp_path):
     said = levelhead("noise", still, "-o", tmp_path, "--chip", "lsm6dso32")
     assert said.code == 0, said.err

@@ -17,6 +17,7 @@ def log(tmp_path_factory):
     return path
 
 
+@pytest.mark.slow
 def test_the_first_thing_a_user_types(levelhead, log, tmp_path):
     said = levelhead("tune", log, "--filter", "Mahony", "-p", "kp", "--set", "kp=3", "-o", tmp_path)
     assert said.code == 0, said.err

@@ -13,12 +13,11 @@ def recording():
     return lh.simulate.recording("LSM6DSO32", "hand", duration=40.0, seed=1, mag="HMC5883L")
 
 
-@pytest.mark.compiled
 def test_it_ends_where_the_run_ends_and_passes_where_shorter_runs_end(recording):
-    course = calibration_history(recording, ESKF(), engine="compiled")
+    course = calibration_history(recording, ESKF())
     assert len(course.t) == len(course.known) == 40
     np.testing.assert_allclose(np.diff(course.t), 1.0, atol=0.011)
-    assert course.known[-1].to_dict() == lh.fuse(recording, ESKF(), engine="compiled").calibration.to_dict()
+    assert course.known[-1].to_dict() == lh.fuse(recording, ESKF()).calibration.to_dict()
     part = recording[: int(np.searchsorted(recording.t, course.t[14], side="right"))]
     assert course.known[14].to_dict() == lh.fuse(part, ESKF(), engine="python").calibration.to_dict()
 

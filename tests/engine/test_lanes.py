@@ -45,7 +45,13 @@ def test_every_lane_is_its_single_run(flt, with_mag, monkeypatch):
     assert_same(found[-1], lh.fuse(recording, sets[-1], engine="python"))
 
 
-@pytest.mark.parametrize("guard", [None, lh.Guard(gyr_range=250.0, acc_gate=2.0, rest_time=0.2)], ids=["none", "own"])
+@pytest.mark.parametrize(
+    "guard",
+    [
+        pytest.param(None, id="none", marks=pytest.mark.full),
+        pytest.param(lh.Guard(gyr_range=250.0, acc_gate=2.0, rest_time=0.2), id="own"),
+    ],
+)
 def test_lanes_have_the_guard_that_is_asked_for(guard):
     recording = hard_recording(True)
     sets = different(lh.filters.of(lh.Mahony()), 9)
@@ -77,7 +83,7 @@ def test_a_recording_that_never_starts():
 
 def test_blocks_have_equal_switches():
     sets = [lh.Kalman(joseph=k % 3 == 0) for k in range(200)]
-    cut = lanes.blocks(sets)
+    cut = lanes.lane_blocks(sets)
     assert sorted(i for block in cut for i in block) == list(range(200))
     for block in cut:
         assert len(block) <= lane_slots.LANES
@@ -86,7 +92,7 @@ def test_blocks_have_equal_switches():
 
 def test_numbers_lie_in_rows():
     value = (1.5, True, (7, -0.0))
-    place = lane_slots.rows(value, 2)
+    place = lane_slots.lane_rows(value, 2)
     assert (place.first, place.end, place.floats) == (2, 6, (True, False, False, True))
     table, address = lane_slots.allocate(place.end)
     assert address % 64 == 0

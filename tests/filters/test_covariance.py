@@ -8,6 +8,7 @@ import itertools
 import numpy as np
 import pytest
 from tests.reference import c_engine
+from tests.reference.engines import NATIVE
 
 import covariance
 import levelhead as lh
@@ -22,7 +23,7 @@ pytestmark = pytest.mark.compiled
 
 NEEDS_C = pytest.mark.skipif("gcc" not in c_engine.COMPILERS, reason="no gcc on the PATH")
 ENGINES = [
-    pytest.param(covariance.Compiled, id="double"),
+    pytest.param(covariance.Native, id="double", marks=NATIVE.marks),
     pytest.param(covariance.Exported, id="float", marks=NEEDS_C),
 ]
 
@@ -37,7 +38,7 @@ def test_the_pieces_are_hard(pieces):
     seen = 0
     for one in pieces:
         recording = lh.Recording(np.cumsum(one.dt), *one[1:])
-        seen |= int(np.bitwise_or.reduce(lh.fuse(recording, ESKF(), engine="compiled").health))
+        seen |= int(np.bitwise_or.reduce(lh.fuse(recording, ESKF()).health))
     wanted = GAP | GYR_MISSING | GYR_SATURATED | MAG_REJECTED
     assert seen & wanted == wanted
     assert any(np.isnan(one.mag).all() for one in pieces)
@@ -76,7 +77,7 @@ def test_with_position_and_height():
     motion = simulate.motion(2, 300.0, 50.0, style="drone")
     recording = simulate.observe(motion, simulate.imu("LSM6DSO32", mag="HMC5883L"), seed=2)
     fixes, pressure = simulate.gnss(motion, seed=2), simulate.pressure(motion, seed=2)
-    live = lh.Stream(ESKF(), engine="compiled")
+    live = lh.Stream(ESKF())
     events = sorted(
         [(t, 0, i) for i, t in enumerate(recording.t.tolist())]
         + [(t, 1, i) for i, t in enumerate(fixes.t.tolist()) if t < 120.0]

@@ -12,7 +12,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 
@@ -161,7 +160,9 @@ def is_long(path: Path) -> bool:
 @contextmanager
 def _head(path: Path) -> Iterator[Path]:
     """The beginning of a log as a file of the same kind."""
-    with TemporaryDirectory(prefix="levelhead-") as folder:
+    import tempfile  # which takes a while to import, and short logs need none
+
+    with tempfile.TemporaryDirectory(prefix="levelhead-") as folder:
         part = Path(folder, path.name)
         if path.suffix.lower() in PARQUET:
             import pyarrow as pa
@@ -227,7 +228,7 @@ def _clocks(
         return [Rule(names, factors, rate=one) for one in (rate, guess, round(guess, 9)) if one]
     stamps = raw[names["t"][0]]
     first = stamps[0].item() if "t0" in head.meta else 0
-    factor = units.find("time", str(head.meta["units"]["t"])) or _factor(
+    factor = units.find_factor("time", str(head.meta["units"]["t"])) or _factor(
         (stamps - first).astype(np.float64)[:, None], head.t[:, None]
     )
     if not factor:
