@@ -73,7 +73,9 @@ class ParameterPanel:
             return
         scale = SliderScale(param, value)
         marks = ((0, f"{scale.low:.4g}"), (NOTCHES, f"{scale.high:.4g}"))
-        label = f"{name} [{param.unit}]" if param.unit else name
+        # A word joiner behind each slash: on a phone the unit stands on a line of its own, and whole.
+        unit = param.unit.replace("/", "/\u2060")
+        label = f"{name} [{unit}]" if unit else name
         slider = gui.add_slider(name, 0, NOTCHES, 1, scale.notch(value), marks=marks, hint=param.doc)
         box = gui.add_number(label, float(value), hint=f"{param.doc}; {param.range}", step=1e-6)
 
