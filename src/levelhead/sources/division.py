@@ -1,7 +1,6 @@
 """One table that is several: rows of alternating units, or a clock of its own beside each column."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +23,7 @@ def divide(table: Table, hints: Hints) -> Sequence[Table]:
     return _by_unit(table) or _by_clock(table) or [table]
 
 
-def instances(numbers: NDArray[Any]) -> Mapping[int, NDArray[np.bool_]]:
+def instances(numbers: Column) -> Mapping[int, NDArray[np.bool_]]:
     """The rows of each unit, by its number, where (n,) ``numbers`` say whose each row is; {} if it is but one."""
     if len(numbers) < 8 or not np.isfinite(numbers).all() or (numbers != np.rint(numbers)).any():
         return {}

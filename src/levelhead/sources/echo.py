@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from levelhead.errors import LevelheadError
+from levelhead.open_types import Fields
 from levelhead.sources.encoding import Encoding
 from levelhead.sources.splitting import is_number, lines_of
 from levelhead.sources.table import ArrayTable
@@ -58,7 +59,7 @@ def echoed_table(path: Path, shown: str, encoding: Encoding) -> ArrayTable:
     names = [name for name, count in counts.items() if count > _RARE * len(rows)]
     if not names:
         raise LevelheadError(f"{shown} holds no messages with numbers; expected such as rostopic echo prints")
-    arrays: dict[str, Any] = {name: _column([row.get(name, "") for row in rows]) for name in names}
+    arrays: Fields = {name: _column([row.get(name, "") for row in rows]) for name in names}
     return ArrayTable(shown, arrays, notes=[f"messages as ROS prints them: {', '.join(names[:12])}"])
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from levelhead.errors import LevelheadError
+from levelhead.open_types import Fields
 from levelhead.sources.hints import Hints
 from levelhead.sources.json_lines import json_lines
 from levelhead.sources.names import understand
@@ -91,7 +92,7 @@ def _with_unit(table: ArrayTable, unit: str) -> ArrayTable:
     return replace(table, arrays=dict(zip(titles, table.arrays.values(), strict=True)))
 
 
-def _columns_by_row(node: dict[str, Any]) -> dict[str, Any]:
+def _columns_by_row(node: Fields) -> Fields:
     """Columns of pandas' to_json: {"gyro_x": {"0": 0.1, "1": …}, …}; {} if it is something else."""
     parts = list(node.values())
     if len(parts) < 6 or not all(isinstance(part, dict) and len(part) >= _LEAST for part in parts):
@@ -102,7 +103,7 @@ def _columns_by_row(node: dict[str, Any]) -> dict[str, Any]:
     return {name: _numbers(list(part.values())) for name, part in node.items()}
 
 
-def _named_rows(node: dict[str, Any], name: str, shown: str) -> ArrayTable | None:
+def _named_rows(node: Fields, name: str, shown: str) -> ArrayTable | None:
     """Rows of numbers beside the names of their columns: Edge Impulse's payload, pandas' "split"."""
     names, values = node.get("sensors") or node.get("columns"), node.get("values") or node.get("data")
     if not isinstance(names, list) or not isinstance(values, list) or len(values) < _LEAST:
@@ -119,7 +120,7 @@ def _named_rows(node: dict[str, Any], name: str, shown: str) -> ArrayTable | Non
     return ArrayTable(shown, arrays, rate=rate, context=name)
 
 
-def _flat_lists(node: dict[str, Any], prefix: str = "") -> dict[str, list[Any]]:
+def _flat_lists(node: Fields, prefix: str = "") -> dict[str, list[Any]]:
     """Lists of numbers in an object and in the objects in it: {"acc": {"x": […]}} is acc_x."""
     found: dict[str, list[Any]] = {}
     for key, value in node.items():
@@ -138,10 +139,10 @@ def _flat_lists(node: dict[str, Any], prefix: str = "") -> dict[str, list[Any]]:
     return found
 
 
-def _objects(objects: Sequence[dict[str, Any]], name: str, shown: str) -> Iterator[ArrayTable]:
+def _objects(objects: Sequence[Fields], name: str, shown: str) -> Iterator[ArrayTable]:
     """One table for each kind of object, or one for all."""
     key = next((k for k in objects[0] if k.lower() in _KIND and isinstance(objects[0][k], str)), None)
-    groups: dict[str, list[dict[str, Any]]] = {}
+    groups: dict[str, list[Fields]] = {}
     for item in objects:
         kind = str(item.get(key, "")) if key else name
         groups.setdefault(kind, []).append(_flatten_object(item, ""))
@@ -149,7 +150,7 @@ def _objects(objects: Sequence[dict[str, Any]], name: str, shown: str) -> Iterat
         if len(rows) < _LEAST:
             continue
         titles = dict.fromkeys(title for row in rows for title in row if title != key)
-        arrays: dict[str, Any] = {}
+        arrays: Fields = {}
         units: dict[int, str] = {}
         for title in titles:
             column = [row.get(title) for row in rows]
@@ -167,8 +168,8 @@ def _objects(objects: Sequence[dict[str, Any]], name: str, shown: str) -> Iterat
             yield ArrayTable(shown, arrays, context=kind, column_units=units)
 
 
-def _flatten_object(item: dict[str, Any], prefix: str) -> dict[str, Any]:
-    found: dict[str, Any] = {}
+def _flatten_object(item: Fields, prefix: str) -> Fields:
+    found: Fields = {}
     for key, value in item.items():
         if isinstance(value, dict):
             found |= _flatten_object(value, f"{prefix}{key}_")

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from levelhead.atomic import atomic_path
 from levelhead.errors import LevelheadError
+from levelhead.open_types import Fields
 from levelhead.recording import Gnss, Pressure, Recording, Truth
 from levelhead.sources.arrays import tabulate
 from levelhead.sources.hints import Hints
@@ -36,7 +37,7 @@ def write(recording: Recording, path: str | os.PathLike[str]) -> None:
     Raises:
         LevelheadError: the path cannot be written.
     """
-    arrays: dict[str, Any] = {"t": recording.t, "gyr": recording.gyr, "acc": recording.acc}
+    arrays: Fields = {"t": recording.t, "gyr": recording.gyr, "acc": recording.acc}
     if recording.mag is not None:
         arrays["mag"] = recording.mag
     if recording.temperature is not None:
