@@ -48,9 +48,7 @@ SHARED = {  # names that stand in several rooms, and why
     "bus": "messages between processes, and I²C",
     "native": "compiled with the package: its use, and its making",
     "board": "a sensor board, and its emulation",
-    "temperature": "of a gyroscope's bias, and of a log's column",
     "tuning": "over a corpus, and its picture",
-    "spikes": "held back in front of a filter, and found by the doctor",
 }
 
 CLASSES = {  # that stand in several rooms, and why

@@ -109,12 +109,12 @@ static const float TRIG_HALF_PI_1 = 1.5703125f;
 static const float TRIG_HALF_PI_2 = 0.0004837513f;
 static const float TRIG_HALF_PI_3 = 7.54979e-08f;
 
-static const float SPIKES_JUMP = 3.0f; /* times the largest change of late, from one sample to the next, is a jump, */
-static const float SPIKES_JUMP_ANGLE = 0.02f; /* rad, if it also turns the body by so much */
-static const float SPIKES_USUAL_TIME = 1.0f; /* s in which the largest change of late fades */
-static const int32_t SPIKES_MOST_SPIKES = 3; /* in a row; more are a motion */
+static const float RATE_JUMP_JUMP = 3.0f; /* times the largest change of late, from one sample to the next, is a jump, */
+static const float RATE_JUMP_JUMP_ANGLE = 0.02f; /* rad, if it also turns the body by so much */
+static const float RATE_JUMP_USUAL_TIME = 1.0f; /* s in which the largest change of late fades */
+static const int32_t RATE_JUMP_MOST_SPIKES = 3; /* in a row; more are a motion */
 /* times: a held rate lasts at most so much longer than the sample it is returned with */
-static const float SPIKES_MOST_RETURN = 3.0f;
+static const float RATE_JUMP_MOST_RETURN = 3.0f;
 
 static const float LOWPASS_AGE_LIMIT = 1e6f; /* s: beyond this age the weight no longer depends on it */
 
@@ -462,7 +462,7 @@ static Covariance two_state_joseph(Covariance p, Gain k, float r)
         bias - 2.0f * b * cross + b * b * (level + r)};
 }
 
-/* ---- spikes
+/* ---- rate_jump
  *
  * Spikes of a gyroscope: single rates that the samples before and after them do not know.
  *
@@ -472,20 +472,20 @@ static Covariance two_state_joseph(Covariance p, Gain k, float r)
  */
 
 /* After the first rate. */
-static Jump spikes_first_rate(Vec3 gyr)
+static Jump rate_jump_first_rate(Vec3 gyr)
 {
     return (Jump){gyr, 0.0f, VEC3_ZERO, 0.0f, VEC3_ZERO, 0};
 }
 
 /* Whether a rate has changed by so much (square, (rad/s)²) that it may be a spike. */
-static bool spikes_is_jump(float change2, float usual2, float dt)
+static bool rate_jump_is_jump(float change2, float usual2, float dt)
 {
-    return change2 > SPIKES_JUMP * SPIKES_JUMP * usual2
-        && change2 * dt * dt > SPIKES_JUMP_ANGLE * SPIKES_JUMP_ANGLE;
+    return change2 > RATE_JUMP_JUMP * RATE_JUMP_JUMP * usual2
+        && change2 * dt * dt > RATE_JUMP_JUMP_ANGLE * RATE_JUMP_JUMP_ANGLE;
 }
 
 /* After a rate (rad/s) that stands for dt seconds; clipped: at a known full scale, so no spike. */
-static Jump spikes_update_jump(const Jump *jump, Vec3 gyr, bool clipped, float dt)
+static Jump rate_jump_update_jump(const Jump *jump, Vec3 gyr, bool clipped, float dt)
 {
     const float a = jump->rate.x, b = jump->rate.y, c = jump->rate.z;
     float usual2 = jump->usual2;
@@ -500,7 +500,7 @@ static Jump spikes_update_jump(const Jump *jump, Vec3 gyr, bool clipped, float d
     if (held_time > 0.0f) {
         const float p = held.x, q = held.y, r = held.z;
         if ((u - p) * (u - p) + (v - q) * (v - q) + (w - r) * (w - r) < change2) {
-            const float share = lh_min(held_time, SPIKES_MOST_RETURN * dt) / dt;
+            const float share = lh_min(held_time, RATE_JUMP_MOST_RETURN * dt) / dt;
             const Vec3 returned = {share * p, share * q, share * r};
             return (Jump){gyr, lh_max(p * p + q * q + r * r, usual2), VEC3_ZERO, 0.0f, returned, 0};
         }
@@ -508,10 +508,10 @@ static Jump spikes_update_jump(const Jump *jump, Vec3 gyr, bool clipped, float d
     } else {
         spikes = 0;
     }
-    if (!clipped && spikes < SPIKES_MOST_SPIKES && spikes_is_jump(change2, usual2, dt)) {
+    if (!clipped && spikes < RATE_JUMP_MOST_SPIKES && rate_jump_is_jump(change2, usual2, dt)) {
         return (Jump){jump->rate, usual2, {u, v, w}, dt, VEC3_ZERO, spikes};
     }
-    usual2 = usual2 * SPIKES_USUAL_TIME / (SPIKES_USUAL_TIME + 2.0f * dt);
+    usual2 = usual2 * RATE_JUMP_USUAL_TIME / (RATE_JUMP_USUAL_TIME + 2.0f * dt);
     return (Jump){gyr, lh_max(change2, usual2), VEC3_ZERO, 0.0f, VEC3_ZERO, spikes};
 }
 
@@ -1225,7 +1225,7 @@ static DetectorState detectors_detect(const Guard *guard, const DetectorState *s
     const bool no_gyr = (missing & HEALTH_GYR_MISSING) != 0;
     const bool no_acc = (missing & HEALTH_ACC_MISSING) != 0;
     if (!no_gyr) {
-        jump_2 = spikes_update_jump(jump, gyr, detectors_is_at_range(gyr, guard->gyr_range * UNITS_DEGREE),
+        jump_2 = rate_jump_update_jump(jump, gyr, detectors_is_at_range(gyr, guard->gyr_range * UNITS_DEGREE),
             dt);
         jump = &jump_2;
         gyr = jump->rate;
@@ -1262,7 +1262,7 @@ static DetectorState detectors_detect(const Guard *guard, const DetectorState *s
         was_far, health};
 }
 
-/* The rate (rad/s) that stands for the last sample, see spikes. */
+/* The rate (rad/s) that stands for the last sample, see rate_jump. */
 static Vec3 detectors_believed_rate(const DetectorState *state, Vec3 gyr)
 {
     (void)gyr;
@@ -1476,7 +1476,7 @@ static ConditionedSample conditioning_first_sample(Vec3 gyr, Vec3 acc, Vec3 mag,
     const Extreme gyr_extreme = DETECTORS_NO_SAMPLES.gyr_extreme,
         acc_extreme = DETECTORS_NO_SAMPLES.acc_extreme;
     const Repeat gyr_repeat = DETECTORS_NO_SAMPLES.gyr_repeat, acc_repeat = DETECTORS_NO_SAMPLES.acc_repeat;
-    const Jump jump = spikes_first_rate(gyr);
+    const Jump jump = rate_jump_first_rate(gyr);
     const DetectorState detected = {REST_NO_SUMS, means, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat,
         jump, false, false, 0};
     return (ConditionedSample){gyr, acc, mag, 0.0f, health, false, tilt_is_present(acc), false, 0.0f, 0.0f,
