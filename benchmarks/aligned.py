@@ -32,7 +32,7 @@ def main() -> None:
     for path in given.recordings:
         recording = lh.read(path)
         for row in rows:
-            row[path.stem] = rest(recording, np.asarray(methods.find(row["case"]).orientation(recording)))
+            row[path.stem] = rest(recording, np.asarray(methods.find_method(row["case"]).orientation(recording)))
     title = "What is left after the best constant rotations of earth and of sensor"
     show([Table(title, columns, rows, "")], given.json)
 

@@ -11,7 +11,7 @@ import numpy as np
 
 import levelhead as lh
 from levelhead import filters
-from levelhead.bench.inputs import imu
+from levelhead.bench.inputs import imu_arrays
 from levelhead.bench.timing import Table
 from measure import options, show
 
@@ -55,7 +55,7 @@ def main() -> None:
     parser = options(__doc__, repeats=15)
     parser.add_argument("--filter", action="append", help="only these (default: all)")
     given = parser.parse_args()
-    t, gyr, acc = imu(BATCH)
+    t, gyr, acc = imu_arrays(BATCH)
     recording = lh.Recording(t, gyr, acc)
     triples = [list(map(tuple, values[:LIVE].tolist())) for values in (gyr, acc)]
     flat = np.ascontiguousarray(gyr), np.ascontiguousarray(acc)

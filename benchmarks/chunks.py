@@ -24,10 +24,10 @@ def write_log(path: Path, rows: int) -> None:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    from levelhead.bench.inputs import DT, imu
+    from levelhead.bench.inputs import DT, imu_arrays
 
     n = min(rows, BLOCK)
-    _, gyr, acc = imu(n)
+    _, gyr, acc = imu_arrays(n)
     names = ["t [s]", *(f"gyr_{a} [rad/s]" for a in "xyz"), *(f"acc_{a} [m/s^2]" for a in "xyz")]
     schema = pa.schema([(name, pa.float64()) for name in names])
     with pq.ParquetWriter(path, schema) as writer:

@@ -10,7 +10,7 @@ import numpy as np
 
 import levelhead as lh
 from levelhead import simulate
-from levelhead.evaluate.attitude_error import error_quaternion, split
+from levelhead.evaluate.attitude_error import error_quaternion, split_error
 from levelhead.publish.plots import style
 
 # One density of velocity and one wide prior, as for a laboratory
@@ -20,7 +20,7 @@ LABORATORY = lh.ESKF(travel=0.0, speed_max=0.4, bias_start=10.0, gyr_noise=0.04,
 def heading(track: lh.Track, recording: lh.Recording) -> np.ndarray:
     """Degrees by which the heading error has moved since the start."""
     assert recording.truth is not None
-    moved = np.unwrap(split(error_quaternion(track.quat, recording.truth.quat)).heading)
+    moved = np.unwrap(split_error(error_quaternion(track.quat, recording.truth.quat)).heading)
     return np.degrees(moved - moved[0])
 
 

@@ -18,7 +18,7 @@ from levelhead.bench import methods
 from levelhead.bench.datasets import list_logs
 from levelhead.bench.timing import Table
 from levelhead.evaluate import evaluate
-from levelhead.evaluate.attitude_error import error_quaternion, split
+from levelhead.evaluate.attitude_error import error_quaternion, split_error
 from levelhead.evaluate.score import rms, scored_rows
 from measure import options, show
 
@@ -33,7 +33,7 @@ def later(track: lh.Track, samples: int) -> lh.Track:
 
 def tracked(name: str, recording: lh.Recording) -> lh.Track:
     """A method's orientation."""
-    return lh.Track(recording.t, np.asarray(methods.find(name).orientation(recording)))
+    return lh.Track(recording.t, np.asarray(methods.find_method(name).orientation(recording)))
 
 
 def row(name: str, recordings: list[lh.Recording], others: list[lh.Track]) -> dict[str, Any]:
@@ -42,7 +42,7 @@ def row(name: str, recordings: list[lh.Recording], others: list[lh.Track]) -> di
     for recording, other in zip(recordings, others, strict=True):
         track = tracked(name, recording)
         assert recording.truth is not None
-        apart = split(error_quaternion(track.quat, other.quat)).tilt[scored_rows(recording.truth)]
+        apart = split_error(error_quaternion(track.quat, other.quat)).tilt[scored_rows(recording.truth)]
         found.setdefault("apart", []).append(float(np.degrees(rms(apart))))
         for samples in (0, 1):
             score = evaluate(recording, later(track, samples))

@@ -21,7 +21,7 @@ PARTS = ("tilt", "heading")
 
 def track_of(name: str, recording: lh.Recording) -> lh.Track:
     """A method's, with its σ."""
-    method = methods.find(name)
+    method = methods.find_method(name)
     if name == methods.SMOOTHER:
         return lh.smooth(recording)
     return lh.fuse(recording, method.params, engine="compiled")

@@ -8,7 +8,7 @@ another filter has been through Numba in that process, and the numbers of sample
 import statistics
 import sys
 
-from levelhead.bench.inputs import imu
+from levelhead.bench.inputs import imu_arrays
 from levelhead.bench.timing import Case, Table, time_interleaved
 from measure import once, options, show
 
@@ -54,7 +54,7 @@ def main() -> None:
 
     names = [flt.name for flt in filters.ALL]
     first = starts(names, given.repeats)
-    long = lh.Recording(*imu(COMPILED))
+    long = lh.Recording(*imu_arrays(COMPILED))
     short = long[:PLAIN]
     cases = []
     for name in names:

@@ -13,7 +13,7 @@ from filters_c import c_params as attitude_params
 from filters_c import c_run
 from inputs import axis
 from levelhead import filters
-from levelhead.bench.inputs import recording as made
+from levelhead.bench.inputs import imu_recording as made
 from levelhead.bench.timing import Case, Table, time_interleaved
 from levelhead.compiler.compile import compile_kernel
 from levelhead.engine.binding import bind, bind_axis

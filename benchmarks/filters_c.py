@@ -8,7 +8,7 @@ import numpy as np
 
 import levelhead as lh
 from levelhead import filters
-from levelhead.bench.inputs import recording as made
+from levelhead.bench.inputs import imu_recording as made
 from levelhead.bench.timing import Case, Table, time_interleaved
 from levelhead.compiler.compile import compile_kernel
 from levelhead.engine.binding import bind

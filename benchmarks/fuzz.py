@@ -107,7 +107,7 @@ def seeds(folder: Path) -> list[Path]:
     """Small logs of every format that can be written here, and of wild/."""
     made = lh.simulate.recording("MPU-6050", "hand", duration=4.0, seed=1)
     write_csv(made, folder / "plain.csv")
-    npz.write(made, folder / "own.npz")
+    npz.write_npz(made, folder / "own.npz")
     text = (folder / "plain.csv").read_text()
     (folder / "semicolon.csv").write_text(text.replace(",", ";").replace(".", ","))
     (folder / "tabs.txt").write_text("// Update Rate: 100.0Hz\n" + text.replace(",", "\t"))

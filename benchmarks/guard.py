@@ -5,7 +5,7 @@ from typing import Any
 
 import levelhead as lh
 from levelhead import filters
-from levelhead.bench.inputs import recording as made
+from levelhead.bench.inputs import imu_recording as made
 from levelhead.bench.timing import Case, Table, time_interleaved
 from levelhead.engine.binding import is_guarded
 from measure import options, show

@@ -35,7 +35,7 @@ def row(path: Path, share: float, rng: np.random.Generator) -> dict[str, Any]:
     assert wide.calibration is not None and wide.calibration.mag_offset is not None
     tracks = {
         "clean": lh.fuse(recording, lh.ESKF()),
-        "vqf": lh.Track(bent.t, methods.find("vqf.VQF").orientation(bent)),
+        "vqf": lh.Track(bent.t, methods.find_method("vqf.VQF").orientation(bent)),
         "default": lh.fuse(bent, lh.ESKF()),
         "wide": wide,
         "prior": lh.fuse(bent, lh.ESKF(), prior=wide.calibration),

@@ -19,7 +19,7 @@ import numpy as np
 
 import levelhead as lh
 from levelhead import filters
-from levelhead.bench.inputs import imu
+from levelhead.bench.inputs import imu_arrays
 from levelhead.bench.timing import Case, Table, time_interleaved
 from levelhead.compiler.compile import compile_kernel
 from levelhead.engine import lanes
@@ -64,7 +64,7 @@ def cases(flt: Any, recording: lh.Recording) -> list[Case]:
             run(settings, driver.begin(settings), float(recording.t[0]), *flat, *out)
 
     def beside(observer: lanes.Observer) -> None:
-        lanes.observe(recording, flt, sets, observer, truth, np.tile(observer.start, (SETS, 1)), workers=1)
+        lanes.observe_lanes(recording, flt, sets, observer, truth, np.tile(observer.start, (SETS, 1)), workers=1)
 
     return [
         Case(f"{flt.name}, lanes", lambda: beside(OFFSET), n * SETS),
@@ -85,7 +85,7 @@ def same(flt: Any, recording: lh.Recording) -> bool:
 
 def lanes_table(repeats: int, only: list[str]) -> Table:
     """The ratio of each filter, without and with a magnetometer."""
-    t, gyr, acc = imu(SAMPLES)
+    t, gyr, acc = imu_arrays(SAMPLES)
     field = np.tile([0.0, 19.0, -45.0], (SAMPLES, 1))
     rows = []
     for flt in (f for f in filters.ALL if not only or f.name in only):
@@ -106,7 +106,7 @@ def lanes_table(repeats: int, only: list[str]) -> Table:
 
 def threads_table(repeats: int) -> Table:
     """One worker and one for each core, in turn."""
-    recording = lh.Recording(*imu(200_000))
+    recording = lh.Recording(*imu_arrays(200_000))
     wall: dict[int, list[float]] = {1: [], cores(): []}
     for repeat in range(repeats + 1):
         for workers, spent in wall.items():

@@ -30,11 +30,11 @@ def write_log(path: Path, rows: int) -> None:
     import pyarrow as pa
     import pyarrow.csv as pc
 
-    from levelhead.bench.inputs import DT, imu
+    from levelhead.bench.inputs import DT, imu_arrays
     from levelhead.units import GRAVITY
 
     n = min(rows, BLOCK)
-    _, gyr, acc = imu(n)
+    _, gyr, acc = imu_arrays(n)
     values = [*np.round(np.degrees(gyr), 4).T, *np.round(acc / GRAVITY, 5).T]
     names = ["Time (s)", *(f"Gyroscope {a} (deg/s)" for a in "XYZ"), *(f"Accelerometer {a} (g)" for a in "XYZ")]
     schema = pa.schema([(name, pa.float64()) for name in names])

@@ -18,8 +18,8 @@ from typing import NamedTuple
 import numpy as np
 
 import levelhead as lh
-from levelhead.bench.datasets import load
-from levelhead.bench.error_figures import measure
+from levelhead.bench.datasets import load_recording
+from levelhead.bench.error_figures import measure_errors
 from levelhead.bench.groups import group_of
 from levelhead.bench.methods import Method
 from levelhead.bench.processes import run_parallel
@@ -73,7 +73,7 @@ class Found(NamedTuple):
 def error(recording: lh.Recording, method: Method, frame: SensorFrame | None) -> float:
     """Degrees: after one constant rotation with a magnetometer, drift in 60 s without."""
     quat, _ = method.run(recording)
-    figures = measure(recording, np.asarray(quat, dtype=float), False, None, frame)
+    figures = measure_errors(recording, np.asarray(quat, dtype=float), False, None, frame)
     value = figures.rotated if recording.mag is not None else figures.drift
     return max(value if value is not None else figures.heading, LEAST)
 
@@ -89,7 +89,7 @@ def runs_of(paths: Sequence[Path], most: int | None) -> list[Run]:
         for k in range(count):
             path = files[k * len(files) // count]
             for with_mag in (True, False):
-                recording = load(path, with_mag)
+                recording = load_recording(path, with_mag)
                 if with_mag and recording.mag is None:
                     continue
                 frame = align_sensor(recording)

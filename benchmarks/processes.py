@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from levelhead.bench.inputs import imu
+from levelhead.bench.inputs import imu_arrays
 from levelhead.bench.timing import Table
 from levelhead.units import GRAVITY
 from measure import once, options, show
@@ -28,7 +28,7 @@ def two_minutes(path: Path) -> None:
     """A log of two minutes at 100 Hz."""
     import numpy as np
 
-    t, gyr, acc = imu(12_000)
+    t, gyr, acc = imu_arrays(12_000)
     np.savetxt(path, np.column_stack([t, np.degrees(gyr), acc / GRAVITY]), "%.7g", ",", header=HEADER, comments="")
 
 

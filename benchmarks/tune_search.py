@@ -22,7 +22,7 @@ import numpy as np
 
 import levelhead as lh
 from levelhead import filters
-from levelhead.bench.datasets import load
+from levelhead.bench.datasets import load_recording
 from levelhead.bench.timing import Table
 from levelhead.evaluate import evaluate
 from levelhead.evaluate.score import root_mean_squares
@@ -161,7 +161,7 @@ def seconds_table(recording: lh.Recording, held: lh.Recording, name: str) -> Tab
     space = space_of(flt.params())
     points = np.random.default_rng(1).random((EACH, len(space.ranges)))
     sets = [space.at(point) for point in points]
-    lane_score.root_mean_squares(held, flt, sets[:64])  # compiled before it is timed
+    lane_score.lane_root_mean_squares(held, flt, sets[:64])  # compiled before it is timed
 
     def naive() -> int:
         for params in sets[: EACH // 10]:
@@ -178,7 +178,7 @@ def seconds_table(recording: lh.Recording, held: lh.Recording, name: str) -> Tab
         return EACH
 
     def in_lanes() -> int:
-        lane_score.root_mean_squares(held, flt, sets[:64])
+        lane_score.lane_root_mean_squares(held, flt, sets[:64])
         return 64
 
     rows = []
@@ -212,7 +212,7 @@ def main() -> None:
     if given.log is None:
         recording = lh.simulate.recording("MPU-6050", "hand", duration=120.0, rate=200.0, mag="HMC5883L", seed=1)
     else:
-        recording = load(given.log, True)
+        recording = load_recording(given.log, True)
     recording = recording[: round(120.0 * recording.rate)]
     held = references([recording], "truth", True, lh.Guard())[0].recording
     tables = [seconds_table(recording, held, given.filters[0]), runs_table(held, given.filters, given.budgets)]

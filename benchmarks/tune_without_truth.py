@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import levelhead as lh
 from levelhead import filters
-from levelhead.bench.datasets import load
+from levelhead.bench.datasets import load_recording
 from levelhead.bench.groups import group_of
 from levelhead.bench.ratios import geometric_mean
 from levelhead.bench.reference import align_sensor
@@ -42,7 +42,7 @@ class Result(NamedTuple):
 
 def prepare(path: Path, seconds: float) -> lh.Recording:
     """The beginning of a recording, its truth turned into the sensor's frame, noted at every sample."""
-    recording = load(path, True)
+    recording = load_recording(path, True)
     recording = recording[: round(seconds * recording.rate)]
     frame = align_sensor(recording)
     if frame is None or recording.truth is None:

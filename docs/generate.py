@@ -231,7 +231,7 @@ class _Names:
 
 def eskf_states() -> str:
     """The blocks of states of the ESKF, as it declares them."""
-    declared, rows = eskf_state.noise(_Names()), []
+    declared, rows = eskf_state.block_noise(_Names()), []
     for block in eskf_state.BLOCKS:
         _, *deviations = declared[block.first]
         start, walk = (one if isinstance(one, str) else f"{one:g}" if one else "–" for one in deviations)

@@ -13,7 +13,7 @@ from levelhead import atmosphere
 def test_table_of_the_standard(height, pressure):
     """Geopotential heights and pressures as ISO 2533 and the U.S. Standard Atmosphere 1976 print them."""
     assert atmosphere.height(pressure) == pytest.approx(height, abs=0.05)
-    assert atmosphere.pressure(height) == pytest.approx(pressure, rel=1e-5)
+    assert atmosphere.pressure_at(height) == pytest.approx(pressure, rel=1e-5)
 
 
 def test_slope_is_the_derivative():

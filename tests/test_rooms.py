@@ -51,6 +51,27 @@ SHARED = {  # names that stand in several rooms, and why
     "tuning": "over a corpus, and its picture",
 }
 
+FUNCTIONS = {  # public ones that stand in several rooms beside the verbs of cli/, and why
+    **dict.fromkeys(
+        ("begin", "correct", "inflate", "output", "predict", "start", "update_aiding", "update_rest", "solve", "read"),
+        "fills a hook of that name, or is a filter's own step of it: filters and drivers have one each",
+    ),
+    "level": "the same, of a chip; and the kernel that levels an attitude",
+    **dict.fromkeys(
+        ("add_scaled", "copy", "subtract_rows", "zeros"),
+        "the kernel in plain Python, and the machine code that the compiler puts in its place",
+    ),
+    **dict.fromkeys(
+        ("conjugate", "from_matrix", "matrix", "rotate"), "of one quaternion in kernels, and of a series of them"
+    ),
+    "add_sample": "into the sums of the guard, and into those of the EKF",
+    "blend": "of two readings, and of two angles",
+    "heading_innovation": "of the EKF, made of the kernel",
+    "integrate": "of the filters of a direction, made of the kernel",
+    "run": "the driver through a recording, and the benchmark through its recordings",
+    "update_field": "the guard's knowledge of the magnetic field, and the ESKF's",
+}
+
 CLASSES = {  # that stand in several rooms, and why
     "Batch": "one fuse on its way through a recording, and one job of many recordings",
     "Chip": "a data sheet, and its emulation on a bus",
@@ -87,6 +108,19 @@ def test_a_class_stands_in_one_room_only():
     twice = {name: rooms for name, rooms in places.items() if len(rooms) > 1}
     assert {name: rooms for name, rooms in twice.items() if name not in CLASSES} == {}
     assert set(CLASSES) <= set(twice), "a reason that is no longer needed"
+
+
+def test_a_function_stands_in_one_room_only():
+    """As for types: the name of a public function says which one it is, in whatever file it is called."""
+    places = defaultdict(set)
+    for path in SOURCE.rglob("*.py"):
+        room = path.relative_to(SOURCE).parts[0]
+        for node in ast.parse(path.read_text(encoding="utf-8")).body:
+            if isinstance(node, ast.FunctionDef) and not node.name.startswith("_") and room != "cli":
+                places[node.name].add(room)
+    twice = {name: rooms for name, rooms in places.items() if len(rooms) > 1}
+    assert {name: rooms for name, rooms in twice.items() if name not in FUNCTIONS} == {}
+    assert set(FUNCTIONS) <= set(twice), "a reason that is no longer needed"
 
 
 def test_files_are_short():

@@ -66,9 +66,9 @@ def test_the_nearest_rotation_solves_wahbas_problem():
     a = np.random.default_rng(4).normal(size=(50, 3))
     b = A[0].apply(a) + 0.01 * np.random.default_rng(5).normal(size=(50, 3))
     wanted, _ = Rotation.align_vectors(b, a)
-    np.testing.assert_allclose(rotations.nearest(b.T @ a), wanted.as_matrix(), atol=1e-12)
+    np.testing.assert_allclose(rotations.nearest_rotation(b.T @ a), wanted.as_matrix(), atol=1e-12)
     flat = a * [1.0, 1.0, 0.0]  # of a plane, where the nearest orthogonal matrix may be a mirror
-    assert np.linalg.det(rotations.nearest(-A[0].apply(flat).T @ flat)) == pytest.approx(1.0)
+    assert np.linalg.det(rotations.nearest_rotation(-A[0].apply(flat).T @ flat)) == pytest.approx(1.0)
 
 
 def test_vectors_matrices_and_frames_to_quaternions():

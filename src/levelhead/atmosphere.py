@@ -27,7 +27,7 @@ def height(pressure: Numbers) -> Numbers:
     return result
 
 
-def pressure(height: Numbers) -> Numbers:
+def pressure_at(height: Numbers) -> Numbers:
     """Pressure in Pa at a height in m: the inverse."""
     result: Numbers = SEA_LEVEL * (1.0 - LAPSE / TEMPERATURE * height) ** (1.0 / EXPONENT)
     return result

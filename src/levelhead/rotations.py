@@ -106,7 +106,7 @@ def mean(quat: Array, weights: Array | None = None) -> Array:
     return found
 
 
-def nearest(profile: Array) -> Array:
+def nearest_rotation(profile: Array) -> Array:
     """(3, 3) the rotation A nearest to Σ b aᵀ (3, 3), with which b = A a fits best over all pairs (Wahba's problem).
 
     F. L. Markley, J. L. Crassidis, Fundamentals of Spacecraft Attitude Determination and Control, 2014, section 5.4.

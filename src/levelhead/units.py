@@ -130,7 +130,7 @@ def _plain(unit: str) -> str:
 
 
 @cache
-def find(quantity: str, unit: str) -> float | None:
+def find_factor(quantity: str, unit: str) -> float | None:
     """The factor from ``unit`` to SI for "time", "gyr", "acc", "mag" or "angle"; None if it is none of theirs.
 
     Case counts only where it distinguishes units (mT and MT do not both exist), so any case is accepted.
@@ -144,7 +144,7 @@ def find(quantity: str, unit: str) -> float | None:
 
 def factor(quantity: str, unit: str) -> float:
     """Like ``find``, but an unknown unit raises ``LevelheadError`` naming the nearest usual one."""
-    value = find(quantity, unit)
+    value = find_factor(quantity, unit)
     if value is None:
         raise LevelheadError(
             f"'{unit}' is not a unit of {quantity} that levelhead knows; {nearest(unit, USUAL[quantity])}"

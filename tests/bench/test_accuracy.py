@@ -10,13 +10,13 @@ from scipy.spatial.transform import Rotation
 
 from levelhead import LevelheadError, evaluate, filters
 from levelhead.bench import Method, accuracy, contenders, methods
-from levelhead.bench.datasets import list_logs, load
-from levelhead.bench.error_figures import drift, measure
+from levelhead.bench.datasets import list_logs, load_recording
+from levelhead.bench.error_figures import drift, measure_errors
 from levelhead.bench.groups import Group, group_of
 from levelhead.bench.processes import run_parallel
 from levelhead.bench.reference import align_sensor
 from levelhead.engine import fuse
-from levelhead.evaluate.attitude_error import split
+from levelhead.evaluate.attitude_error import split_error
 from levelhead.publish.bench_tables import markdown
 from levelhead.recording import Recording, Truth
 from levelhead.rotations import turn_heading
@@ -31,11 +31,11 @@ OURS = [Method("default"), Method("AccelTilt", filters.find("AccelTilt").params(
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Two recordings of BROAD's by name, and one whose reference knows no north."""
     made = tmp_path_factory.mktemp("recordings")
-    npz.write(headed(30.0, 1, 12.0), made / "01_undisturbed_slow_rotation_A.npz")
-    npz.write(headed(130.0, 2, 12.0), made / "24_disturbed_tapping_A.npz")
+    npz.write_npz(headed(30.0, 1, 12.0), made / "01_undisturbed_slow_rotation_A.npz")
+    npz.write_npz(headed(130.0, 2, 12.0), made / "24_disturbed_tapping_A.npz")
     tstick = headed(230.0, 3, 12.0)
     truth = Truth(turn_heading(tstick.truth.quat, 1.0), north=False)
-    npz.write(Recording(tstick.t, tstick.gyr, tstick.acc, tstick.mag, truth), made / "TStick_Test02.npz")
+    npz.write_npz(Recording(tstick.t, tstick.gyr, tstick.acc, tstick.mag, truth), made / "TStick_Test02.npz")
     return made
 
 
@@ -146,7 +146,7 @@ def test_missing_readings_leave_contenders_out_and_say_so(tmp_path, monkeypatch)
     whole = headed(10.0, 1, 10.0)
     gyr = whole.gyr.copy()
     gyr[300:310] = np.nan
-    npz.write(Recording(whole.t, gyr, whole.acc, whole.mag, whole.truth), tmp_path / "holes.npz")
+    npz.write_npz(Recording(whole.t, gyr, whole.acc, whole.mag, whole.truth), tmp_path / "holes.npz")
     result = accuracy([tmp_path], with_contender(monkeypatch, "vqf.VQF", lambda recording: pytest.fail("was run")))
     assert result.outcomes[0, 0].figures.tilt < 5.0
     assert any(
@@ -160,24 +160,24 @@ def test_a_package_that_is_not_there_is_one_line(monkeypatch):
     assert absent == ["ahrs is not installed: pip install 'levelhead[bench]'"]
     assert not [method for method in there if method.package == "ahrs"]
     with pytest.raises(LevelheadError, match=r"ahrs\.EKF cannot run, because ahrs is not installed: pip install"):
-        methods.find("ahrs.EKF")
+        methods.find_method("ahrs.EKF")
 
 
 def test_drift_is_what_heading_does_in_a_minute():
     t = np.arange(0.0, 200.0, 0.1)
     turning = np.radians(0.1 * t + 175.0)  # 6° a minute, over the ±180° line
     quat = np.stack([np.cos(turning / 2), 0 * t, 0 * t, np.sin(turning / 2)], axis=1)
-    assert drift(t, split(quat), t > 5.0) == pytest.approx(6.0, abs=1e-6)
-    shorter = drift(t[:800], split(quat[:800]), t[:800] > 5.0)  # half of the 75 s that count
+    assert drift(t, split_error(quat), t > 5.0) == pytest.approx(6.0, abs=1e-6)
+    shorter = drift(t[:800], split_error(quat[:800]), t[:800] > 5.0)  # half of the 75 s that count
     assert shorter == pytest.approx(6.0 * 37.5 / 60.0, rel=0.01)
-    assert drift(t[:60], split(quat[:60]), t[:60] > 5.0) is None
+    assert drift(t[:60], split_error(quat[:60]), t[:60] > 5.0) is None
 
 
 def test_a_constant_heading_offset_is_in_total_and_not_in_aligned():
     recording = headed(0.0, 1, 10.0)
-    found = measure(recording, turn_heading(recording.truth.quat, np.radians(7.0)), absolute=True)
+    found = measure_errors(recording, turn_heading(recording.truth.quat, np.radians(7.0)), absolute=True)
     assert found[:4] == pytest.approx((7.0, 7.0, 0.0, 0.0), abs=1e-5)
-    assert measure(recording, turn_heading(recording.truth.quat, 1.0), absolute=False).total == pytest.approx(
+    assert measure_errors(recording, turn_heading(recording.truth.quat, 1.0), absolute=False).total == pytest.approx(
         0.0, abs=1e-5
     )
 
@@ -228,7 +228,7 @@ def test_layout_of_euroc_and_tumvi(tmp_path):
     reference = np.column_stack([stamps, np.zeros((len(stamps), 3)), made.truth.quat])[::2]
     np.savetxt(folder / "mav0/mocap0/data.csv", reference, "%.9f", ",", header="t")
     assert list_logs([tmp_path]) == [folder]
-    found = load(folder, True)
+    found = load_recording(folder, True)
     assert found.mag is None and not found.truth.north and len(found) == len(made)
     assert np.abs(found.t - made.t).max() < 1e-6
     known = ~np.isnan(found.truth.quat[:, 0])
@@ -245,7 +245,7 @@ def test_arrays_with_a_reference(tmp_path):
     half = np.sqrt(0.5)  # the reference's y is up: its frame is ours turned by -90° about x
     quat = half * np.stack([w + x, x - w, y + z, z - y], axis=1)
     np.savez(place / "a.npz", t=made.t, gyr=made.gyr, acc=made.acc, q_ref_sensor=quat, ref_ok=good)
-    found = load(place / "a.npz", True)
+    found = load_recording(place / "a.npz", True)
     assert np.isnan(found.truth.quat[:101]).all() and not found.truth.north
     assert np.abs(np.abs((found.truth.quat * made.truth.quat).sum(axis=1)[101:]) - 1.0).max() < 1e-9
 

@@ -7,8 +7,8 @@ import pytest
 
 from levelhead.bench import contenders
 from levelhead.bench.contenders.ahrs_ import dip, from_ned
-from levelhead.bench.error_figures import measure
-from levelhead.evaluate.attitude_error import error_quaternion, split
+from levelhead.bench.error_figures import measure_errors
+from levelhead.evaluate.attitude_error import error_quaternion, split_error
 from levelhead.recording import Recording
 from levelhead.track import Track
 
@@ -29,7 +29,7 @@ def orientation(contender: contenders.Contender, recording: Recording) -> np.nda
 @pytest.mark.parametrize("heading", range(20, 380, 45))
 def test_inclination_and_heading_in_all_octants(contender, heading):
     recording = headed(heading, rotation=4.0 if contender.name == "ahrs.Complementary" else 20.0)
-    errors = split(error_quaternion(orientation(contender, recording), recording.truth.quat[SETTLED:]))
+    errors = split_error(error_quaternion(orientation(contender, recording), recording.truth.quat[SETTLED:]))
     tilt, turn = (np.degrees(np.sqrt(np.mean(np.square(values)))) for values in (errors.tilt, errors.heading))
     assert tilt < TILT and turn < HEADING, f"{contender.name}: tilt {tilt:.2f}°, heading {turn:.2f}°"
 
@@ -37,7 +37,7 @@ def test_inclination_and_heading_in_all_octants(contender, heading):
 def test_without_a_magnetometer_inclination_is_right_and_heading_turns_the_right_way(contender):
     whole = headed(110.0, rotation=4.0 if contender.name == "ahrs.Complementary" else 20.0)
     recording = Recording(whole.t, whole.gyr, whole.acc, None, whole.truth)
-    found = measure(recording[SETTLED:], orientation(contender, recording), absolute=False)
+    found = measure_errors(recording[SETTLED:], orientation(contender, recording), absolute=False)
     # Euler angles without a magnetometer have no third one there.
     assert found.tilt < TILT and (found.heading < HEADING or contender.name == "ahrs.Complementary"), found
 

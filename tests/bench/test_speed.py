@@ -23,7 +23,7 @@ def test_a_ratio_is_the_median_of_ratios():
 
 
 def test_inputs_with_and_without_magnetometer_are_the_same_motion():
-    six, nine = inputs.recording(50), inputs.recording(50, mag=True)
+    six, nine = inputs.imu_recording(50), inputs.imu_recording(50, mag=True)
     assert six.mag is None and nine.mag is not None and (six.gyr == nine.gyr).all()
 
 

@@ -13,7 +13,7 @@ from levelhead.calibrate.coverage import lay_down, side_up
 from levelhead.calibrate.guide import Guide
 from levelhead.calibrate.guided import record_poses
 from levelhead.calibrate.poses import find_poses
-from levelhead.publish.dashboard.guide_view import attitude
+from levelhead.publish.dashboard.guide_view import side_attitude
 from levelhead.sample import Sample
 from levelhead.sources.replay import Replay
 
@@ -45,7 +45,7 @@ class ObedientHand:
         """The shortest way until a side is up, about 5° off, and 70° about the vertical besides."""
         steps = round(1.5 * RATE)
         about_up = Rotation.from_rotvec([0.0, 0.0, self.random.uniform(-1.2, 1.2)])
-        wanted = about_up * Rotation.from_quat(attitude(side), scalar_first=True)
+        wanted = about_up * Rotation.from_quat(side_attitude(side), scalar_first=True)
         whole = (self.attitude.inv() * wanted).as_rotvec() + 0.05 * self.random.standard_normal(3)
         samples = []
         for k in range(steps):
@@ -176,7 +176,7 @@ def test_too_few_poses_are_refused():
 @pytest.mark.parametrize("side", [(0, 0, 1), (0, 0, -1), (0, 1, 0), (-1, 0, 0), (1, -1, 0), (1, 1, -1)])
 def test_words_and_attitude_of_a_side_agree(side):
     """The specific force at rest in that attitude points to the side that the words name."""
-    lying = Rotation.from_quat(attitude(np.array(side, dtype=float)), scalar_first=True)
+    lying = Rotation.from_quat(side_attitude(np.array(side, dtype=float)), scalar_first=True)
     up = lying.inv().apply([0.0, 0.0, 9.8])
     np.testing.assert_allclose(up / 9.8, np.array(side) / np.linalg.norm(side), atol=1e-12)
     named = side_up(up[None])

@@ -61,8 +61,8 @@ def logs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("logs")
     hand = simulate.recording("BMI160", "hand", duration=8.0)
     write_csv(hand, folder / "hand.csv")
-    npz.write(hand, folder / "hand.npz")
-    npz.write(simulate.recording("ICM-20948", "hand", duration=8.0), folder / "nine.npz")
+    npz.write_npz(hand, folder / "hand.npz")
+    npz.write_npz(simulate.recording("ICM-20948", "hand", duration=8.0), folder / "nine.npz")
     rows = np.column_stack([hand.t, hand.gyr, hand.acc])
     head = "t [s],gx [rad/s],gy [rad/s],gz [rad/s],ax [m/s²],ay [m/s²],az [m/s²]"
     np.savetxt(folder / "plain.csv", rows, delimiter=",", header=head, comments="", encoding="utf-8")

@@ -15,7 +15,7 @@ FILES = ["accuracy.csv", "accuracy.json", "accuracy.md", "accuracy.png"]
 def folder(tmp_path_factory):
     made = tmp_path_factory.mktemp("recordings")
     for name, seed in (("05_undisturbed_slow_rotation_A", 1), ("24_disturbed_tapping_A", 2)):
-        npz.write(simulate.recording("MPU-6050", duration=20.0, seed=seed, mag="HMC5883L"), made / f"{name}.npz")
+        npz.write_npz(simulate.recording("MPU-6050", duration=20.0, seed=seed, mag="HMC5883L"), made / f"{name}.npz")
     return made
 
 

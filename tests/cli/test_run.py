@@ -106,13 +106,13 @@ def test_axes_are_found_from_a_still_pose_and_one_turn(levelhead, refused, logs,
     gyr, acc = np.zeros((400, 3)), np.zeros((400, 3))
     gyr[:, 1] = -np.gradient(lean, t)
     acc[:, 0], acc[:, 2] = 9.81 * np.sin(lean), 9.81 * np.cos(lean)
-    npz.write(lh.Recording(t, gyr, acc), tmp_path / "lean.npz")
+    npz.write_npz(lh.Recording(t, gyr, acc), tmp_path / "lean.npz")
     assert levelhead("axes", tmp_path / "lean.npz").out == "-y,x,z\n"
     assert "one of them has a mirrored or swapped axis" in _mirrored(refused, t, gyr, acc, tmp_path)
 
 
 def _mirrored(refused, t, gyr, acc, folder) -> str:
-    npz.write(lh.Recording(t, gyr, acc * [-1.0, 1.0, 1.0]), folder / "mirrored.npz")
+    npz.write_npz(lh.Recording(t, gyr, acc * [-1.0, 1.0, 1.0]), folder / "mirrored.npz")
     return refused("axes", folder / "mirrored.npz")
 
 
@@ -138,7 +138,7 @@ def test_a_full_disk_ends_the_box_and_is_said_and_the_node_goes_on(levelhead, tm
     """The kernel refuses to let the file grow, as it does when the disk is full."""
     pytest.importorskip("mcap", reason="mcap is not installed (extra levelhead[box])")
     resource = pytest.importorskip("resource", reason="there are no limits on files here")
-    npz.write(lh.simulate.recording("MPU-6050", "hand", duration=20.0, rate=200.0), tmp_path / "log.npz")
+    npz.write_npz(lh.simulate.recording("MPU-6050", "hand", duration=20.0, rate=200.0), tmp_path / "log.npz")
     source, box = f"replay:{tmp_path / 'log.npz'}", tmp_path / "box.mcap"
     assert levelhead(*RUN, source, "--speed", "inf", "--json").json["samples"] == 4000  # whatever compiles has
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
@@ -216,7 +216,7 @@ def test_a_sweep_that_is_worse_than_standing_still_is_named(levelhead, tmp_path,
     truth = lh.Truth(np.tile([1.0, 0.0, 0.0, 0.0], (n, 1)))
     gyr, acc = np.tile([0.0, 0.0, 0.1], (n, 1)), np.tile([0.0, 0.0, 9.80665], (n, 1))
     acc[1:, 0] = 3.0 * (-1.0) ** np.arange(1, n)  # the first sample is level
-    npz.write(lh.Recording(np.arange(n) * 0.01, gyr, acc, truth=truth), tmp_path / "rest.npz")
+    npz.write_npz(lh.Recording(np.arange(n) * 0.01, gyr, acc, truth=truth), tmp_path / "rest.npz")
     words = (
         "sweep",
         tmp_path / "rest.npz",

@@ -12,7 +12,7 @@ import levelhead
 from levelhead import filters
 from levelhead.compiler import mark
 from levelhead.compiler.hooks import Namespace
-from levelhead.engine import conditioning, lane_kernels, smoothing, stepper
+from levelhead.engine import conditioning, lane_kernels, smoother_kernels, stepper
 from levelhead.engine.binding import bind, bind_axis
 
 STATEMENTS = "FunctionDef arguments arg Return Assign AugAssign AnnAssign If For Expr"
@@ -118,8 +118,8 @@ def test_the_walk_finds_kernels_and_what_is_compiled_only():
     assert len(MARKED) > 30
     assert {"levelhead.kernels.quat", "levelhead.filters.eskf.rts", "levelhead.tune.lane_score"} <= set(MARKED)
     assert sum(map(compiled_only, defined(lane_kernels))) > 10
-    assert any("While" in reason for reason in reasons(smoothing.forward))
-    assert any("While" in reason for reason in reasons(smoothing.correct_stretch))
+    assert any("While" in reason for reason in reasons(smoother_kernels.forward_stretch))
+    assert any("While" in reason for reason in reasons(smoother_kernels.correct_stretch))
     assert list(reasons(stepper.report)) == ["memory takes addresses"]
 
 

@@ -51,7 +51,7 @@ def all_lanes(at: int, scale: float, shift: float) -> None:
 @pytest.fixture(scope="module")
 def functions():
     """The place of the lanes' values, and the same work on one lane and on all of them."""
-    place = lane_slots.rows(Pair(0.0, 0.0), 0)
+    place = lane_slots.lane_rows(Pair(0.0, 0.0), 0)
     one = with_globals(one_lane, "test", load=place.load, store=place.store)
     return place, one, with_globals(all_lanes, "test", each=lane_slots.over_lanes(), one_lane=one)
 

@@ -64,7 +64,9 @@ def test_lanes_that_keep_no_tracks_need_next_to_nothing_more_for_any_length():
     def peak(n):
         given = recording(n, False)
         truth, start = np.tile([1.0, 0.0, 0.0, 0.0], (n, 1)), np.tile(SQUARES.start, (len(sets), 1))
-        return most(lambda: lanes.observe(given, lh.filters.of(sets[0]), sets, SQUARES, truth, start, workers=1))[1]
+        return most(lambda: lanes.observe_lanes(given, lh.filters.of(sets[0]), sets, SQUARES, truth, start, workers=1))[
+            1
+        ]
 
     peak(2000)  # compiles
     shorter, longer = 3000, 60_000
@@ -73,11 +75,11 @@ def test_lanes_that_keep_no_tracks_need_next_to_nothing_more_for_any_length():
 
 def test_the_smoother_keeps_the_blocks_of_one_stretch(monkeypatch):
     """Beside outputs and a copy of the inputs; all blocks of this recording would take three times as much."""
-    monkeypatch.setattr(smoothing, "KEPT", 400)
+    monkeypatch.setattr(smoothing, "MOST_BLOCKS", 400)
     lh.smooth(recording(2000, True))  # compiles
     n = 60_000
     given = recording(n, True)
     kept, peak = most(lambda: lh.smooth(given))
     width = eskf.FILTER.smoothing.width + 1  # numbers of a block that is kept, and its last sample
-    stretch, blocks = (8 * width * count for count in (smoothing.KEPT, n // 20))
+    stretch, blocks = (8 * width * count for count in (smoothing.MOST_BLOCKS, n // 20))
     assert OUTPUTS * n <= kept <= peak < 1.2 * (INPUTS + OUTPUTS) * n + stretch + A_LITTLE < 0.4 * blocks

@@ -70,7 +70,7 @@ def test_every_instant_knows_the_whole_recording(walk):
 @NATIVE_ONLY
 def test_stretches_change_nothing(walk, monkeypatch):
     whole = lh.smooth(walk)
-    monkeypatch.setattr(smoothing, "KEPT", 40)
+    monkeypatch.setattr(smoothing, "MOST_BLOCKS", 40)
     cut = lh.smooth(walk)
     np.testing.assert_allclose(np.abs((whole.quat * cut.quat).sum(axis=1)), 1.0, atol=1e-12)
     np.testing.assert_allclose(whole.sigma, cut.sigma, rtol=1e-6)
@@ -118,7 +118,7 @@ def test_progress_reaches_one(walk):
 def test_the_same_bits(engine, guard, with_mag, monkeypatch):
     """Gaps, missing readings, disturbances; in several stretches, so that runs forward are repeated."""
     recording = hard_recording(with_mag)[:700]
-    monkeypatch.setattr(smoothing, "KEPT", 12)
+    monkeypatch.setattr(smoothing, "MOST_BLOCKS", 12)
     tracks = [lh.smooth(recording, guard=guard, engine=one) for one in ("python", engine)]
     assert_same(*tracks)
     assert np.isfinite(tracks[0].quat).all()
@@ -151,6 +151,6 @@ def test_the_extension_refuses_what_does_not_fit():
     with pytest.raises(TypeError):
         module.correct_stretch("ESKF", rows)
     with pytest.raises(ValueError, match="bytes instead of"):
-        module.correct_stretch("ESKF", rows, rows, rows, 1, 1, *[rows] * 8)
+        module.correct_stretch("ESKF", 1, 1, *[rows] * 11)
     with pytest.raises(ValueError, match="keeps no blocks"):
         lh.Stream(lh.EKF(), engine="native")._stepper._machine.filter.forward()

@@ -11,7 +11,7 @@ import levelhead as lh
 from levelhead import filters
 from levelhead.export import ExportConfig, files, write
 from levelhead.export.selftest import BOUND
-from levelhead.export.test_vectors import rows
+from levelhead.export.test_vectors import vector_rows
 from levelhead.filters import health
 
 GCC = pytest.mark.skipif("gcc" not in c_engine.COMPILERS, reason="no gcc on the PATH")
@@ -68,7 +68,7 @@ def test_it_fails_where_a_number_of_the_source_is_another(real, wrong, expected,
 def test_the_bound_of_single_precision_has_room(flt):
     """The largest difference over all filters is below a quarter of the bound that the self-test states."""
     config = ExportConfig(flt.params(), real="float")
-    found = rows(config)
+    found = vector_rows(config)
     assert [row.taken for row in found].count(False) == 2
     taken = [row for row in found if row.taken]
     program = c_engine.built(config)
@@ -86,7 +86,7 @@ def test_the_bound_of_single_precision_has_room(flt):
 def test_everything_goes_wrong_in_the_vector():
     seen = 0
     for flt in filters.ALL:
-        for row in rows(ExportConfig(flt.params())):
+        for row in vector_rows(ExportConfig(flt.params())):
             seen |= row.output.health
     for bit in (health.GYR_MISSING, health.ACC_MISSING, health.MAG_MISSING, health.GAP, health.AT_REST,
                 health.MAG_REJECTED, health.ACC_REJECTED):  # fmt: skip

@@ -250,7 +250,7 @@ def test_true_north_turns_fixes_and_tracks_back_and_forth():
 def test_a_recording_with_all_of_it_survives_its_file(tmp_path):
     motion, rec = flown(0, duration=4.0)
     rec = replace(rec, pressure=simulate.pressure(motion), gnss=simulate.gnss(motion))
-    npz.write(rec, tmp_path / "a.npz")
+    npz.write_npz(rec, tmp_path / "a.npz")
     back = lh.read(tmp_path / "a.npz")
     for name in ("pressure", "gnss", "truth"):
         for key, values in vars(getattr(rec, name)).items():

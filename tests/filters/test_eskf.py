@@ -113,11 +113,11 @@ def test_the_rows_of_the_field_are_its_derivatives(monkeypatch):
     seen = []
     base = through_a_block(params, moved(state, 0, 0.0), readings)
 
-    def measure(m, n, first, innovation, noise):
+    def update_scalar(m, n, first, innovation, noise):
         seen.append((first, list(m[at.H : at.H + at.N])))
         m[at.H : at.H + at.N] = [0.0] * at.N
 
-    monkeypatch.setattr(measurements, "measure", measure)
+    monkeypatch.setattr(measurements, "update_scalar", update_scalar)
     measurements.update_field(params, base.memory, False, at.ROW)
     assert [first for first, _ in seen] == [at.HEADING] * 3, "a magnetometer never tilts the horizon"
     small = 1e-6
@@ -138,7 +138,7 @@ def test_a_measurement_is_schmidts(first):
     p = square(m)
     h, x = rng.normal(size=at.N), rng.normal(size=at.N)
     m[at.H : at.H + at.N], m[at.X : at.X + at.N] = h.tolist(), x.tolist()
-    nis = covariance.measure(m, at.ROW, first, 0.3, 0.02)
+    nis = covariance.update_scalar(m, at.ROW, first, 0.3, 0.02)
     s = h @ p @ h + 0.02
     gain = p @ h / s
     gain[:first] = 0.0

@@ -24,8 +24,9 @@ EDITS = {
             'VELOCITY = states("velocity"',
         ),
         (
-            "    declare(m, VELOCITY, 3,",
-            "    declare(m, ACC_SCALE, 3, params.acc_scale, params.acc_scale_walk, 1.0)\n    declare(m, VELOCITY, 3,",
+            "    declare_states(m, VELOCITY, 3,",
+            "    declare_states(m, ACC_SCALE, 3, params.acc_scale, params.acc_scale_walk, 1.0)\n"
+            "    declare_states(m, VELOCITY, 3,",
         ),
         ("INT_FORCE = INT_R_RATE + 27", "INT_R_ACC = INT_R_RATE + 27\nINT_FORCE = INT_R_ACC + 9"),
     ),
@@ -93,7 +94,7 @@ def test_everything_follows_from_the_declaration():
         assert getattr(at, block.name.upper()) == block.first
         assert after.first == block.first + block.size
     assert {block.first: block.size for block in at.BLOCKS} == {
-        first: size for first, (size, _, _) in at.noise(lh.ESKF()).items()
+        first: size for first, (size, _, _) in at.block_noise(lh.ESKF()).items()
     }
     exists = [block.exists for block in at.BLOCKS]
     assert exists == sorted(exists, key=[at.ALWAYS, at.WITH_MAG, at.WITH_AIDING].index), (
@@ -108,9 +109,9 @@ def test_everything_follows_from_the_declaration():
 
 def test_walks_are_the_parameters():
     """Each parameter of a start or a walk reaches the block that it belongs to, and no other."""
-    plain = at.noise(lh.ESKF())
+    plain = at.block_noise(lh.ESKF())
     for name, block in (("acc_walk", at.ACC_BIAS), ("bias_start", at.GYR_BIAS), ("offset_walk", at.MAG_OFFSET)):
-        changed = at.noise(lh.ESKF(**{name: 0.5 * getattr(lh.ESKF(), name)}))
+        changed = at.block_noise(lh.ESKF(**{name: 0.5 * getattr(lh.ESKF(), name)}))
         assert [first for first in plain if plain[first] != changed[first]] == [block]
 
 

@@ -6,9 +6,9 @@ import pytest
 import levelhead as lh
 from levelhead import simulate
 from levelhead.evaluate import evaluate
-from levelhead.evaluate.attitude_error import error_quaternion, split
+from levelhead.evaluate.attitude_error import error_quaternion, split_error
 from levelhead.filters.eskf import state as at
-from levelhead.filters.eskf.covariance import variance
+from levelhead.filters.eskf.covariance import state_variance
 from levelhead.filters.eskf.filter import init
 from levelhead.filters.eskf.predict import predict
 from levelhead.filters.eskf.preintegration import reset_block
@@ -20,7 +20,7 @@ from levelhead.recording import Recording
 def heading_and_sigma(track: lh.Track, recording: Recording) -> tuple[np.ndarray, np.ndarray]:
     """Degrees: how far the heading error has moved since the start, and its σ."""
     assert recording.truth is not None and track.sigma is not None
-    heading = np.unwrap(split(error_quaternion(track.quat, recording.truth.quat)).heading)
+    heading = np.unwrap(split_error(error_quaternion(track.quat, recording.truth.quat)).heading)
     return np.degrees(heading - heading[0]), np.degrees(track.sigma[:, 2])
 
 
@@ -48,7 +48,7 @@ def test_a_rate_beyond_full_scale_is_estimated_from_its_slope():
     recording = Recording(t, gyr, acc, None, lh.Truth(quat, north=False))
     track = lh.fuse(recording, lh.ESKF())
     assert (track.health & GYR_SATURATED).any()
-    tilt = np.degrees(split(error_quaternion(track.quat, quat)).tilt)
+    tilt = np.degrees(split_error(error_quaternion(track.quat, quat)).tilt)
     assert tilt[1000:].max() < 8.0
 
 
@@ -88,13 +88,13 @@ def test_a_turn_that_the_gyroscope_missed_is_found_by_velocity(motion):
     run = simulate.observe(moved, simulate.imu("LSM6DSO32"), seed=3)
     assert run.truth is not None
     real = run.truth.quat
-    turned = np.degrees(split(error_quaternion(real[100:], real[:-100])).tilt)[1500:2500]
+    turned = np.degrees(split_error(error_quaternion(real[100:], real[:-100])).tilt)[1500:2500]
     first = 1500 + int(turned.argmax())
     gyr = run.gyr.copy()
     gyr[first : first + 100] = 0.0
     track = lh.fuse(Recording(run.t, gyr, run.acc), lh.ESKF())
     assert track.sigma is not None
-    tilt = np.degrees(split(error_quaternion(track.quat, real)).tilt)
+    tilt = np.degrees(split_error(error_quaternion(track.quat, real)).tilt)
     sigma = np.degrees(np.hypot(track.sigma[:, 0], track.sigma[:, 1]))
     later = tilt[first + np.array([600, 1100, 2100])].round(1)
     print(f"{motion}: {turned.max():.0f}° missed; after 5, 10 and 20 s {later}°")
@@ -110,7 +110,7 @@ def test_a_gap_ends_what_velocity_says_of_a_missed_turn():
     moved = simulate.motion(3, 60.0, 100.0, style="hand")
     run = simulate.observe(moved, simulate.imu("LSM6DSO32"), seed=3)
     assert run.truth is not None
-    turned = split(error_quaternion(run.truth.quat[100:], run.truth.quat[:-100])).tilt[1500:2500]
+    turned = split_error(error_quaternion(run.truth.quat[100:], run.truth.quat[:-100])).tilt[1500:2500]
     first = 1500 + int(turned.argmax())
     gyr = run.gyr.copy()
     gyr[first : first + 100] = 0.0
@@ -134,7 +134,7 @@ def test_no_attitude_is_stable_upside_down(motion):
     acc[2000:, 1:] *= -1.0
     real[2000:] = real[2000:] @ np.array([[0, 1, 0, 0], [-1, 0, 0, 0], [0, 0, 0, -1], [0, 0, 1, 0]], dtype=float)
     track = lh.fuse(Recording(run.t, gyr, acc), lh.ESKF())
-    tilt = np.degrees(split(error_quaternion(track.quat, real)).tilt)
+    tilt = np.degrees(split_error(error_quaternion(track.quat, real)).tilt)
     print(f"{motion}: {tilt[1990]:.1f}° before, {tilt[2010]:.0f}° after, {tilt[2500:].max():.1f}° from 5 s later on")
     assert tilt[2010] > 120.0
     assert (track.health[2000:2500] & TURN_MISSED).any()
@@ -149,7 +149,7 @@ def test_a_bias_that_warms_up_is_followed(motion):
     assert sound.truth is not None
     track = lh.fuse(warm, lh.ESKF())
     assert track.sigma is not None
-    tilt = np.degrees(split(error_quaternion(track.quat, sound.truth.quat)).tilt)
+    tilt = np.degrees(split_error(error_quaternion(track.quat, sound.truth.quat)).tilt)
     sigma = np.degrees(np.hypot(track.sigma[:, 0], track.sigma[:, 1]))
     beyond = np.mean(tilt[8000:] > 4.0 * sigma[8000:])
     print(f"{motion}: {100.0 * beyond:.1f} % beyond 4σ, {tilt[-1000:].max():.1f}° at the end")
@@ -170,4 +170,4 @@ def test_without_measurements_the_variance_of_a_bias_is_that_of_its_prior():
         start = np.radians(params.bias_raw) ** 2
         walked = 100.0 * (np.radians(params.bias_walk) ** 2 + 1e-7)
         assert m[at.PRIOR_VARIANCE + i] == pytest.approx(start + walked, rel=1e-12)
-        assert variance(m, i) == pytest.approx(m[at.PRIOR_VARIANCE + i], rel=1e-3)  # rounding has its own share
+        assert state_variance(m, i) == pytest.approx(m[at.PRIOR_VARIANCE + i], rel=1e-3)  # rounding has its own share

@@ -7,7 +7,7 @@ import pytest
 
 import levelhead as lh
 from levelhead import simulate
-from levelhead.evaluate.attitude_error import error_quaternion, split
+from levelhead.evaluate.attitude_error import error_quaternion, split_error
 from levelhead.filters.health import GYR_SPIKE
 from levelhead.guard.rate_jump import MOST_SPIKES, first_rate, update_jump
 from levelhead.kernels.vec3 import Vec3
@@ -69,9 +69,9 @@ def test_spikes_cost_no_filter_anything(filter_):
     faulted = simulate.apply_fault(sound, simulate.parse_fault("gyr_spikes"))
     wrong = np.flatnonzero(np.any(faulted.recording.gyr != sound.gyr, axis=1))
     before, after = lh.fuse(sound, filter_), lh.fuse(faulted.recording, filter_)
-    apart = np.degrees(split(error_quaternion(after.quat, before.quat)).total)
+    apart = np.degrees(split_error(error_quaternion(after.quat, before.quat)).total)
     unguarded = lh.fuse(faulted.recording, filter_, guard=None)
-    worst = np.degrees(split(error_quaternion(unguarded.quat, before.quat)).total).max()
+    worst = np.degrees(split_error(error_quaternion(unguarded.quat, before.quat)).total).max()
     print(f"{type(filter_).__name__}: {len(wrong)} spikes; {apart.max():.2f}° apart, {worst:.1f}° without the guard")
     assert apart.max() < 0.5
     assert worst > 4.0
@@ -85,7 +85,7 @@ def test_a_sensor_that_is_hit_is_not_held_back():
     rec = Recording(np.arange(400) * DT, gyr, np.tile([0.0, 0.0, 9.80665], (400, 1)))
     track = lh.fuse(rec, lh.GyroIntegration())
     guarded = lh.fuse(rec, lh.Mahony(kp=1e-9, ki=0.0))
-    apart = np.degrees(split(error_quaternion(guarded.quat, track.quat)).total)
+    apart = np.degrees(split_error(error_quaternion(guarded.quat, track.quat)).total)
     assert apart[200] == pytest.approx(5.0, abs=1e-3)  # held back for one sample; the way back is no surprise
     assert np.delete(apart, 200).max() < 1e-3
     assert not (guarded.health & GYR_SPIKE).any()

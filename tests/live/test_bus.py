@@ -8,7 +8,7 @@ import pytest
 
 import levelhead as lh
 from levelhead.live import Health, LocalBus, Orientation, Raw
-from levelhead.live.messages import pack, unpack
+from levelhead.live.messages import pack_message, unpack
 
 SAID = Orientation(7, 3, 1.5, 123, (1.0, 0.0, 0.0, 0.0), (0.1, 0.2, 0.3), (1e-3, 0.0, -1e-3), 2048)
 READ = Raw(7, 3, 1.5, 123, (0.1, 0.2, 0.3), (0.0, 0.0, 9.81), None, None)
@@ -19,15 +19,15 @@ EVENT = Health(7, 3, 1.5, 123, "late", True, "2 ticks µ", {"n": [1, 2.5]})
     "message", [SAID, SAID._replace(valid=False), READ, READ._replace(mag=(1.0, 2.0, 3.0), pressure=1e5), EVENT]
 )
 def test_messages_survive_the_wire(message):
-    assert unpack(pack(message)) == message
+    assert unpack(pack_message(message)) == message
 
 
 def test_messages_are_compact_and_versioned():
-    data = pack(SAID)
+    data = pack_message(SAID)
     assert len(data) == 117 and data[:3] == b"LH\x01"
     with pytest.raises(lh.LevelheadError, match="version 2, this levelhead reads 1"):
         unpack(data[:2] + b"\x02" + data[3:])
-    for bad in (b"", b"nonsense", data[:-1], b"XX" + data[2:], pack(EVENT)[:-2]):
+    for bad in (b"", b"nonsense", data[:-1], b"XX" + data[2:], pack_message(EVENT)[:-2]):
         with pytest.raises(lh.LevelheadError, match="no message|cut off"):
             unpack(bad)
 

@@ -414,7 +414,7 @@ def test_a_replay_of_a_sensor_that_sits_otherwise(tmp_path):
     recording = lh.simulate.recording("ICM-20948", "walking", duration=2.0)
     turned = AxisMap.parse("-y,x,z")
     sensor = [values @ turned.matrix for values in (recording.gyr, recording.acc, recording.mag)]
-    npz.write(lh.Recording(recording.t, *sensor), tmp_path / "log.npz")
+    npz.write_npz(lh.Recording(recording.t, *sensor), tmp_path / "log.npz")
     node = Node(open_source(f"replay:{tmp_path / 'log.npz'}", speed=math.inf, axes=turned), calibrate=0)
     said = node.bus.subscribe("imu/orientation", history=1000, max_age=math.inf)
     node.run()

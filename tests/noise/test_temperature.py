@@ -7,7 +7,7 @@ import pytest
 
 import levelhead as lh
 from levelhead import simulate
-from levelhead.noise.assessment import verdict
+from levelhead.noise.assessment import noise_verdict
 from levelhead.noise.temperature import temperature_drift
 from levelhead.publish.noise_table import noise_facts, noise_table
 from levelhead.sources import npz
@@ -54,7 +54,7 @@ def test_a_touch_does_not_count():
 def test_table_verdict_and_file(tmp_path):
     model = lh.measure_noise(warming(2))
     assert "gyroscope bias per K at" in noise_table(model)
-    (line,) = [line for line in verdict(model) if line.startswith("gyroscope: with temperature")]
+    (line,) = [line for line in noise_verdict(model) if line.startswith("gyroscope: with temperature")]
     assert "weak" not in line
     assert noise_facts(model)["gyr"]["temperature"]["high_C"] == pytest.approx(44.0, abs=0.3)
     model.save(tmp_path / "noise.json")
@@ -64,7 +64,7 @@ def test_table_verdict_and_file(tmp_path):
 
 def test_a_small_span_gets_a_weak_verdict_and_none_gets_none():
     weak = lh.measure_noise(warming(3, span=2.0))
-    assert any("weak, for it is 1.9 K only" in line for line in verdict(weak))
+    assert any("weak, for it is 1.9 K only" in line for line in noise_verdict(weak))
     constant = warming(3, span=0.0)
     assert lh.measure_noise(constant).gyr.drift is None
 
@@ -73,7 +73,7 @@ def test_a_small_span_gets_a_weak_verdict_and_none_gets_none():
 def test_a_log_keeps_its_temperature(tmp_path, suffix):
     recording = warming(4, seconds=10.0)
     path = tmp_path / f"warm.{suffix}"
-    (write_csv if suffix == "csv" else npz.write)(recording, path)
+    (write_csv if suffix == "csv" else npz.write_npz)(recording, path)
     again = lh.read(path)
     np.testing.assert_array_equal(again.temperature, recording.temperature)
     np.testing.assert_array_equal(again[3:7].temperature, recording.temperature[3:7])

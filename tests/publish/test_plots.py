@@ -21,9 +21,9 @@ from levelhead.publish.plots import (
     sweep_picture,
     track_picture,
 )
-from levelhead.publish.plots.angles import euler_of, euler_sigma, most_active_axis, unwrap, wrap
+from levelhead.publish.plots.angles import euler_of, euler_sigma, most_active_axis, unwrap, wrap_degrees
 from levelhead.publish.plots.calibration_panels import _finding as _learned_finding
-from levelhead.publish.plots.curves import envelope, envelope_of, groups, runs
+from levelhead.publish.plots.curves import envelope, envelope_of, flagged_ranges, groups
 from levelhead.publish.plots.orientation import _courses, _events, _finding
 from levelhead.recording import Recording, Truth
 from levelhead.simulate import hard_lesson, lesson, recording
@@ -52,7 +52,7 @@ def test_nan_gaps_and_wraps_break_the_line():
 
 def test_no_line_crosses_the_wrap_after_thinning():
     t = np.linspace(0.0, 100.0, 200_000)
-    x, line = envelope(t, wrap(360.0 * t / 7.0 + 5.0 * np.random.default_rng(0).standard_normal(len(t))), 360.0)
+    x, line = envelope(t, wrap_degrees(360.0 * t / 7.0 + 5.0 * np.random.default_rng(0).standard_normal(len(t))), 360.0)
     assert np.nanmax(np.abs(np.diff(line))) <= 180.0
     assert len(x) == len(line)
 
@@ -72,7 +72,7 @@ def test_thinning_keeps_every_spike_and_few_points():
 def test_a_line_in_stretches_is_the_line(monkeypatch):
     t = np.arange(100_000) * 0.01
     t[50_000:] += 5.0
-    y = wrap(np.cumsum(np.random.default_rng(4).standard_normal(len(t))))
+    y = wrap_degrees(np.cumsum(np.random.default_rng(4).standard_normal(len(t))))
     y[[20_000, 30_001]] = np.nan  # the former is where two stretches meet
     monkeypatch.setattr(curves, "STRETCH", 10_000)
     x, line = envelope_of(t, lambda rows: y[rows])
@@ -103,8 +103,8 @@ def test_groups_of_nothing():
 
 
 def test_runs():
-    assert runs(np.array([True, True, False, True])) == [(0, 1), (3, 3)]
-    assert runs(np.zeros(3, bool)) == []
+    assert flagged_ranges(np.array([True, True, False, True])) == [(0, 1), (3, 3)]
+    assert flagged_ranges(np.zeros(3, bool)) == []
 
 
 def test_euler_angles_are_scipys():
@@ -134,8 +134,8 @@ def test_sigma_of_euler_angles_by_monte_carlo():
 
 def test_unrolled_is_one_line_unless_it_spins():
     turn = np.linspace(0.0, 500.0, 1000)
-    np.testing.assert_allclose(unwrap(wrap(turn)), turn, atol=1e-9)
-    spin = wrap(np.linspace(0.0, 5000.0, 1000))
+    np.testing.assert_allclose(unwrap(wrap_degrees(turn)), turn, atol=1e-9)
+    spin = wrap_degrees(np.linspace(0.0, 5000.0, 1000))
     np.testing.assert_array_equal(unwrap(spin), spin)
 
 

@@ -142,7 +142,7 @@ def test_own_npz_is_exact(tmp_path: Path, hand: Recording) -> None:
     t = 1e9 + np.cumsum(rng.uniform(0.1, 1.0, n))
     recording = Recording(t, gyr, rng.normal(size=(n, 3)), rng.normal(size=(n, 3)), truth, {"notes": ["µ"], "t0": 3.5})
     path = tmp_path / "log.npz"
-    npz.write(recording, path)
+    npz.write_npz(recording, path)
     back = read(path)
     for name in ("t", "gyr", "acc", "mag"):
         assert getattr(back, name).tobytes() == getattr(recording, name).tobytes()
@@ -159,9 +159,9 @@ def test_own_npz_is_exact(tmp_path: Path, hand: Recording) -> None:
 
 def test_writing_where_nothing_can_be_written(tmp_path: Path, hand: Recording) -> None:
     with pytest.raises(LevelheadError, match="there is no folder"):
-        npz.write(hand, tmp_path / "no" / "log.npz")
+        npz.write_npz(hand, tmp_path / "no" / "log.npz")
     with pytest.raises(LevelheadError, match="it is a folder"):
-        npz.write(hand, tmp_path)
+        npz.write_npz(hand, tmp_path)
 
 
 def test_parquet(tmp_path: Path, hand: Recording) -> None:

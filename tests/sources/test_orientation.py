@@ -78,7 +78,7 @@ def test_arrays(made, vendor, tmp_path):
 
 
 def test_levelheads_own_archive(made, tmp_path):
-    npz.write(made, tmp_path / "own.npz")
+    npz.write_npz(made, tmp_path / "own.npz")
     track = orientation(tmp_path / "own.npz", "truth_quat")
     np.testing.assert_array_equal(track.t, made.t)
     np.testing.assert_allclose(track.quat, made.truth.quat, atol=1e-15)

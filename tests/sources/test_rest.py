@@ -8,7 +8,7 @@ import pytest
 
 from levelhead import simulate
 from levelhead.sources import unit_inference
-from levelhead.sources.rest import at_rest
+from levelhead.sources.rest import find_still_gyroscope
 
 CASES = [*itertools.product(("MPU-6050", "BMI160", "LSM6DSO32"), ("hand", "walking", "robot", "still"), (1, 2))]
 
@@ -32,18 +32,18 @@ def test_bias_and_noise_at_rest():
     t = np.arange(n) / 100
     gyr = rng.normal(0, 0.02, (n, 3)) + [0.3, 0.4, 5.0]  # 5 rad/s about the vertical moves no gravity
     acc = rng.normal(0, 0.02, (n, 3)) + [0, 0, 9.81]
-    rest = at_rest(t, gyr, acc)
+    rest = find_still_gyroscope(t, gyr, acc)
     assert rest.windows == 10
     assert rest.rate == pytest.approx(0.5, abs=0.01)
     assert rest.noise == pytest.approx(0.02, rel=0.2)
     shaken = acc + 3 * np.sin(40 * t)[:, None]
-    assert at_rest(t, gyr, shaken).windows == 0
+    assert find_still_gyroscope(t, gyr, shaken).windows == 0
 
 
 def test_missing_and_absurd_values_are_no_rest():
     t = np.arange(200) / 100
     gyr, acc = np.zeros((200, 3)), np.tile([0, 0, 9.81], (200, 1))
     gyr[:100], acc[100:] = np.nan, np.nan
-    assert at_rest(t, gyr, acc).windows == 0
-    assert at_rest(t[:3], gyr[:3], acc[:3]).windows == 0
-    assert not math.isnan(at_rest(t, np.full((200, 3), 1e300), acc).rate)
+    assert find_still_gyroscope(t, gyr, acc).windows == 0
+    assert find_still_gyroscope(t[:3], gyr[:3], acc[:3]).windows == 0
+    assert not math.isnan(find_still_gyroscope(t, np.full((200, 3), 1e300), acc).rate)

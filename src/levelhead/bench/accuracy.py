@@ -11,12 +11,12 @@ from typing import NamedTuple
 import numpy as np
 
 from levelhead import filters
-from levelhead.bench.datasets import load
-from levelhead.bench.error_figures import ErrorFigures, measure
+from levelhead.bench.datasets import load_recording
+from levelhead.bench.error_figures import ErrorFigures, measure_errors
 from levelhead.bench.groups import Group
 from levelhead.bench.methods import DEFAULT, OURS, SMOOTHER, Method
 from levelhead.bench.processes import run_parallel
-from levelhead.bench.ratios import PAIRS, Ratios, compare
+from levelhead.bench.ratios import PAIRS, Ratios, compare_figures
 from levelhead.bench.reference import SensorFrame, align_sensor
 from levelhead.bench.survey import Entry, survey
 from levelhead.bench.timing import Progress, machine
@@ -173,7 +173,7 @@ class Accuracy:
         """Ours beside VQF, online and smoothed, where both of a pair took part."""
         order = {method.name: j for j, method in enumerate(self.methods)}
         return [
-            compare(name, peer, self._pairs(order[name], order[peer]), self.with_mag)
+            compare_figures(name, peer, self._pairs(order[name], order[peer]), self.with_mag)
             for name, peer in PAIRS
             if name in order and peer in order
         ]
@@ -251,7 +251,7 @@ def _name_some(names: Sequence[str], most: int = 3) -> str:
 @lru_cache(maxsize=1)
 def _recording(path: Path, with_mag: bool) -> tuple[Recording, SensorFrame | None]:
     """The recording, and how its reference's body stands to the sensor."""
-    recording = load(path, with_mag)
+    recording = load_recording(path, with_mag)
     return recording, align_sensor(recording)
 
 
@@ -284,7 +284,7 @@ def outcome_of(
     length = np.linalg.norm(quat, axis=1)
     if (np.abs(length - 1.0) > 0.01).any():
         return Outcome(None, f"failed: gave quaternions of length {length.min():.3g} to {length.max():.3g}")
-    return Outcome(measure(recording, quat / length[:, None], absolute, sigma, frame))
+    return Outcome(measure_errors(recording, quat / length[:, None], absolute, sigma, frame))
 
 
 def accuracy(

@@ -55,7 +55,7 @@ def _inside(folder: Path) -> Iterator[Path]:
             yield path
 
 
-def load(path: Path, with_mag: bool) -> Recording:
+def load_recording(path: Path, with_mag: bool) -> Recording:
     """The recording, without its magnetometer if that is not wanted.
 
     Raises:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from levelhead.bench.reference import SensorFrame
-from levelhead.evaluate.attitude_error import Errors, error_quaternion, heading_offset, split
+from levelhead.evaluate.attitude_error import Errors, error_quaternion, heading_offset, split_error
 from levelhead.evaluate.score import rms, scored_rows
 from levelhead.recording import Array, Recording
 from levelhead.rotations import mean, relative_rotation, turn_heading
@@ -43,7 +43,7 @@ class ErrorFigures(NamedTuple):
     heading_ratio: float | None = None
 
 
-def measure(
+def measure_errors(
     recording: Recording, quat: Array, absolute: bool, sigma: Array | None = None, frame: SensorFrame | None = None
 ) -> ErrorFigures:
     """The figures of (n, 4) orientations wxyz, none of them NaN.
@@ -58,10 +58,10 @@ def measure(
     assert recording.truth is not None
     rows = scored_rows(recording.truth)
     error = error_quaternion(quat, recording.truth.quat)
-    aligned = split(turn_heading(error, -heading_offset(error, rows)))
-    plain = split(error) if absolute else aligned
+    aligned = split_error(turn_heading(error, -heading_offset(error, rows)))
+    plain = split_error(error) if absolute else aligned
     truth = recording.truth.quat if frame is None else frame.turn(recording.truth.quat)
-    rotated = split(_remove_mean_rotation(error_quaternion(quat[rows], truth[rows])))
+    rotated = split_error(_remove_mean_rotation(error_quaternion(quat[rows], truth[rows])))
     found = ErrorFigures(
         total=_degrees(plain.total[rows]),
         heading=_degrees(plain.heading[rows]),

@@ -10,13 +10,13 @@ DT = 0.01  # s
 FIELD = (0.0, 19.0, -45.0)  # µT: east, north, up
 
 
-def imu(n: int, seed: int = 1) -> tuple[Array, Array, Array]:
+def imu_arrays(n: int, seed: int = 1) -> tuple[Array, Array, Array]:
     """Time (n,) in s, angular rate (n, 3) in rad/s and specific force (n, 3) in m/s², 100 Hz."""
     t, gyr, acc, _ = _sensors(n, seed)
     return t, gyr, acc
 
 
-def recording(n: int, seed: int = 1, mag: bool = False) -> Recording:
+def imu_recording(n: int, seed: int = 1, mag: bool = False) -> Recording:
     """The same as a Recording, with a magnetometer if wanted."""
     t, gyr, acc, field = _sensors(n, seed)
     return Recording(t, gyr, acc, field if mag else None)

@@ -60,7 +60,7 @@ def from_params(params: Params) -> Method:
     return Method(repr(params).removesuffix("()"), params)
 
 
-def find(name: str) -> Method:
+def find_method(name: str) -> Method:
     """The method of that name: "default", a filter's, or a contender's such as vqf.VQF; case, - and _ do not count.
 
     Raises:
@@ -81,6 +81,6 @@ def _plain(name: str) -> str:
     return name.lower().replace("-", "").replace("_", "")
 
 
-def distinct(methods: Sequence[Method]) -> list[Method]:
+def distinct_methods(methods: Sequence[Method]) -> list[Method]:
     """The methods, each once."""
     return list({method.name: method for method in methods}.values())

@@ -66,7 +66,7 @@ class Ratios:
         return sorted((one for one in self.recordings if one.value > WORSE), key=lambda one: -one.value)
 
 
-def compare(
+def compare_figures(
     method: str, peer: str, pairs: Sequence[tuple[Entry, ErrorFigures, ErrorFigures]], with_mag: bool
 ) -> Ratios:
     """The ratios of all recordings that both have figures of."""

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from levelhead.recording import Array, Recording
-from levelhead.rotations import from_matrix, nearest, product, relative_rotation
+from levelhead.rotations import from_matrix, nearest_rotation, product, relative_rotation
 
 SPAN = 0.1  # s of an increment
 LEAST, MOST = 0.005, 0.8  # rad: increments that say something, and those of first order
@@ -52,7 +52,7 @@ def align_sensor(recording: Recording) -> SensorFrame | None:
     chosen = usable
     for _ in range(ROUNDS):
         free = seen - bias * spans
-        rotation = nearest(turned[chosen].T @ free[chosen])
+        rotation = nearest_rotation(turned[chosen].T @ free[chosen])
         residual = np.linalg.norm(turned - free @ rotation.T, axis=1)
         bias = np.median(((seen - turned @ rotation) / spans)[chosen], axis=0)
         chosen = usable & (residual < OUTLIER * np.median(residual[chosen]) + 1e-6)

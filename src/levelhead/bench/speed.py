@@ -68,7 +68,7 @@ def batch(mag: bool, samples: int, repeats: int, progress: Progress | None = Non
     cases = []
     for method in all_methods()[0]:
         few = samples if method.package == OURS else max(LEAST, samples // DIVISOR[method.package])
-        cases.append(Case(method.name, _run_whole(method, inputs.recording(few, mag=mag)), few))
+        cases.append(Case(method.name, _run_whole(method, inputs.imu_recording(few, mag=mag)), few))
     timings = {one.name: one for one in time_interleaved(cases, repeats, progress)}
     rows = [_batch_row(one, timings) for one in timings.values()]
     return Table(
@@ -124,7 +124,7 @@ def live(mag: bool, samples: int, repeats: int, progress: Progress | None = None
 
 
 def _live_cases(mag: bool, count: int) -> list[Case]:
-    recording = inputs.recording(count, mag=mag)
+    recording = inputs.imu_recording(count, mag=mag)
     sensors = [recording.gyr, recording.acc] + ([] if recording.mag is None else [recording.mag])
     rows = list(zip(*map(list, sensors), strict=True))
     tuples = list(zip(*(map(tuple, values.tolist()) for values in sensors), strict=True))

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from levelhead.bench.datasets import list_logs, load
+from levelhead.bench.datasets import list_logs, load_recording
 from levelhead.bench.groups import Group, group_of
 from levelhead.errors import LevelheadError
 from levelhead.evaluate.score import scored_rows
@@ -58,7 +58,7 @@ def survey(places: Sequence[Path], with_mag: bool) -> tuple[list[Entry], list[st
     entries, left_out = [], []
     for path in list_logs(places):
         try:
-            entries.append(_entry(path, load(path, with_mag)))
+            entries.append(_entry(path, load_recording(path, with_mag)))
         except LevelheadError as error:
             words = str(error).replace(str(path), path.name)  # folders are the machine's own and not the result's
             left_out.append(words if path.name in words else f"{path.name}: {words}")

@@ -29,7 +29,7 @@ NAMES = (
 )
 
 
-def matrix(parameters: Array) -> Array:
+def triangular_matrix(parameters: Array) -> Array:
     """(3, 3) T."""
     found = np.zeros((3, 3))
     for place, value in zip(UPPER, parameters[3:], strict=True):
@@ -37,15 +37,15 @@ def matrix(parameters: Array) -> Array:
     return found
 
 
-def true_force(parameters: Array, acc: Array) -> Array:
+def correct_forces(parameters: Array, acc: Array) -> Array:
     """(n, 3) a of (n, 3) readings."""
-    corrected: Array = acc - acc @ matrix(parameters).T - parameters[:3]
+    corrected: Array = acc - acc @ triangular_matrix(parameters).T - parameters[:3]
     return corrected
 
 
 def excess(parameters: Array, acc: Array, gravity: float) -> Array:
     """(n,) |a| − g in m/s²."""
-    left: Array = np.linalg.norm(true_force(parameters, acc), axis=1) - gravity
+    left: Array = np.linalg.norm(correct_forces(parameters, acc), axis=1) - gravity
     return left
 
 

@@ -188,7 +188,7 @@ def assess(recording: Recording, gravity: float, least: int) -> Assessment:
         return Assessment(0, np.zeros((0, 3)), list(accelerometer.NAMES), SIDES[_UP], [], [], False)
     level = accelerometer.fit_accelerometer(poses, gravity)
     acc = np.array([pose.acc for pose in poses])
-    force = accelerometer.true_force(level.value, acc)
+    force = accelerometer.correct_forces(level.value, acc)
     sides = force / np.linalg.norm(force, axis=1, keepdims=True)
     noise = float(np.median([pose.sigma for pose in poses])) * level.scale
     untold = untold_numbers(level.sigma)

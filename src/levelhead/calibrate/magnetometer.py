@@ -40,7 +40,7 @@ def sphere(mag: Array) -> tuple[Array, float]:
     return middle, float(np.sqrt(max(rest + middle @ middle, 1e-12)))
 
 
-def true_field(parameters: Array, mag: Array) -> Array:
+def correct_fields(parameters: Array, mag: Array) -> Array:
     """(n, 3) h of (n, 3) readings."""
     corrected: Array = mag - mag @ parameters[:9].reshape(3, 3).T - parameters[9:12]
     return corrected
@@ -63,8 +63,8 @@ def fit_magnetometer(mag: Array, at_rest: Array, up: Array) -> Solution:
 
     def left(parameters: Array) -> tuple[Array, Array]:
         strength, sine = parameters[12], parameters[13]
-        length = np.linalg.norm(true_field(parameters, mag), axis=1) - strength
-        return length, (true_field(parameters, at_rest) * up).sum(axis=1) - strength * sine
+        length = np.linalg.norm(correct_fields(parameters, mag), axis=1) - strength
+        return length, (correct_fields(parameters, at_rest) * up).sum(axis=1) - strength * sine
 
     def residuals(parameters: Array, sigma: float) -> Array:
         length, vertical = left(parameters)

@@ -51,7 +51,7 @@ def calibrate_sensor(
     progress(0.2)
     level = _accelerometer(poses, gravity)
     progress(0.5)
-    force = accelerometer.true_force(level.solution.value, np.array([pose.acc for pose in poses]))
+    force = accelerometer.correct_forces(level.solution.value, np.array([pose.acc for pose in poses]))
     rate = _gyroscope(turns, poses, force, level.solution)
     progress(0.8)
     field = _magnetometer(several, poses, force)
@@ -175,7 +175,7 @@ def _gyroscope(turns: Sequence[MeasuredTurn], poses: Sequence[Pose], force: Arra
         nothing = Solution(np.zeros(9), np.eye(9) * gyroscope.PRIOR**2, 1.0)
         return Found(nothing, residual._replace(after=residual.before), np.stack([angles[:, 0]] * 2, axis=1))
     acc, root = np.array([pose.acc for pose in poses]), np.linalg.cholesky(level.covariance)
-    around = [accelerometer.true_force(level.value + column, acc) for column in root.T]
+    around = [accelerometer.correct_forces(level.value + column, acc) for column in root.T]
     extra = gyroscope.force_covariance(turns, poses, solution.value, force, around)
     return Found(solution._replace(covariance=solution.covariance + extra), residual, angles)
 
@@ -205,9 +205,9 @@ def _magnetometer(recordings: Sequence[Recording], poses: Sequence[Pose], force:
     held = np.empty(len(there))
     for out in _folds(len(there)):
         others = magnetometer.fit_magnetometer(at_rest[~out], at_rest[~out], up[~out]).value
-        held[out] = np.linalg.norm(magnetometer.true_field(others, at_rest[out]), axis=1) - others[12]
+        held[out] = np.linalg.norm(magnetometer.correct_fields(others, at_rest[out]), axis=1) - others[12]
     raw = np.linalg.norm(at_rest, axis=1)
-    after = np.linalg.norm(magnetometer.true_field(solution.value, at_rest), axis=1) - solution.value[12]
+    after = np.linalg.norm(magnetometer.correct_fields(solution.value, at_rest), axis=1) - solution.value[12]
     residual = Residual(_rms(raw - np.median(raw)), _rms(after), _rms(held), "µT")
     return Found(solution, residual, np.zeros((0, 2))) if residual.ratio >= 1.0 else None
 
@@ -228,7 +228,7 @@ def _upper(solution: Solution) -> Quantity:
     prior = np.zeros((3, 3))
     for place, one, before in zip(accelerometer.UPPER, solution.sigma[3:], accelerometer.PRIOR[3:], strict=True):
         sigma[place], prior[place] = one, before
-    return Quantity(accelerometer.matrix(solution.value), np.minimum(sigma, prior), prior, prior)
+    return Quantity(accelerometer.triangular_matrix(solution.value), np.minimum(sigma, prior), prior, prior)
 
 
 def _advice(level: Solution, poses: Sequence[Pose], gravity: float, s_sigma: Array, turned: bool) -> list[str]:

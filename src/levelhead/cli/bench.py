@@ -44,8 +44,8 @@ def accuracy(
         json: print all figures as JSON.
     """
     from levelhead.bench import accuracy as run
-    from levelhead.bench.methods import all_methods, distinct
-    from levelhead.bench.processes import cores
+    from levelhead.bench.methods import all_methods, distinct_methods
+    from levelhead.engine.threads import cores
     from levelhead.publish.bench_tables import print_accuracy
     from levelhead.publish.progress import progress
 
@@ -53,7 +53,7 @@ def accuracy(
         raise LevelheadError(f"{jobs} processes can do nothing; --jobs must be at least 1")
     if out is not None and out.exists():
         folder(out)  # refused before the work, not after it
-    methods, absent = (distinct([parse_method(word) for word in filter]), []) if filter else all_methods()
+    methods, absent = (distinct_methods([parse_method(word) for word in filter]), []) if filter else all_methods()
     with progress("comparing") as report:
         result = run(places, methods, with_mag=mag, jobs=jobs or cores(), remarks=absent, progress=report)
     written = []

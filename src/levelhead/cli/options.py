@@ -270,9 +270,9 @@ def parse_filter_spec(word: str) -> Params:
 
 def parse_method(word: str) -> "Method":
     """A filter of ours from ``NAME`` or ``NAME:k=v,k=v``, "default", "smoother", or a contender's name."""
-    from levelhead.bench.methods import find, from_params
+    from levelhead.bench.methods import find_method, from_params
 
-    return from_params(parse_filter_spec(word)) if ":" in word else find(word)
+    return from_params(parse_filter_spec(word)) if ":" in word else find_method(word)
 
 
 def simulate_recording(

@@ -35,10 +35,10 @@ def simulate(
         json: print what was written as JSON.
     """
     from levelhead.sources.csv_writer import write_csv
-    from levelhead.sources.npz import write
+    from levelhead.sources.npz import write_npz
     from levelhead.sources.rosbag import write_bag
 
-    writers = {".csv": write_csv, ".npz": write, ".bag": write_bag}
+    writers = {".csv": write_csv, ".npz": write_npz, ".bag": write_bag}
     if out.suffix.lower() not in writers:
         raise LevelheadError(f"cannot write {out}: it ends in '{out.suffix}'; expected .csv, .npz or .bag")
     recording = simulate_recording(what, seed, duration, rate, sensor, noise)

@@ -75,7 +75,7 @@ def stress(
         out: folder for the picture stress.png; without it none is drawn.
         json: print all figures as JSON.
     """
-    from levelhead.bench.methods import distinct, from_params
+    from levelhead.bench.methods import distinct_methods, from_params
     from levelhead.bench.stress import stress as run
     from levelhead.bench.stress import usual_methods
     from levelhead.publish.progress import progress
@@ -88,7 +88,7 @@ def stress(
     file = read_parameters(tuned, None)
     methods, left_out = ([parse_method(word) for word in filter], []) if filter else usual_methods()
     if file is not None:
-        methods = distinct([from_params(file.params), *methods])
+        methods = distinct_methods([from_params(file.params), *methods])
     before = parse_guard(guard, file)
     if out is not None:
         require_writable(out)

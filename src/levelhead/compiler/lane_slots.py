@@ -33,7 +33,7 @@ class Rows(NamedTuple):
     layout: str  # tells the type and place apart, for the names of what is compiled with it
 
 
-def rows(example: Tree, first: int, known: Mapping[str, bool] | None = None) -> Rows:
+def lane_rows(example: Tree, first: int, known: Mapping[str, bool] | None = None) -> Rows:
     """Rows from ``first`` on for values of the type of ``example`` (floats, ints, bools, NamedTuples of these).
 
     ``known`` are bool fields, wherever in the value, that loading replaces by a constant: what hangs on them is not

@@ -6,8 +6,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from levelhead import filters
-from levelhead.bench.methods import OURS, Method, distinct, from_params
-from levelhead.bench.methods import find as find_method
+from levelhead.bench.methods import OURS, Method, distinct_methods, find_method, from_params
 from levelhead.corpora.places import Source
 from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.errors import LevelheadError, nearest
@@ -115,7 +114,7 @@ def choose_methods(verb: str, chosen: tuple[FilterChoice, ...]) -> tuple[Method,
     if verb == BENCH:
         if not chosen:
             return (Method("default"), Method("smoother"))
-        return tuple(distinct([find_method(one) if isinstance(one, str) else _own(one) for one in chosen]))
+        return tuple(distinct_methods([find_method(one) if isinstance(one, str) else _own(one) for one in chosen]))
     if not chosen:
         chosen = (filters.offline() if verb == SMOOTH else filters.default(),)
     methods = [_own(one) for one in chosen]
@@ -123,7 +122,7 @@ def choose_methods(verb: str, chosen: tuple[FilterChoice, ...]) -> tuple[Method,
         if verb == SMOOTH and method.params is not None and filters.of(method.params).smoothing is None:
             who = " or ".join(flt.name for flt in filters.ALL if flt.smoothing)
             raise LevelheadError(f"{method.name} has no smoother; {who} has")
-    return tuple(distinct(methods))
+    return tuple(distinct_methods(methods))
 
 
 def _own(choice: FilterChoice) -> Method:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from levelhead.bench.accuracy import outcome_of
-from levelhead.bench.datasets import load
+from levelhead.bench.datasets import load_recording
 from levelhead.bench.groups import group_of
 from levelhead.bench.methods import OURS, SMOOTHER, Method
 from levelhead.bench.reference import align_sensor
@@ -126,7 +126,7 @@ def read_recording(path: Path, job: Job) -> Recording:
         if not job.magnetometer and recording.mag is not None:
             return Recording(recording.t, recording.gyr, recording.acc, None, recording.truth, recording.meta)
         return recording
-    return load(path, job.magnetometer)
+    return load_recording(path, job.magnetometer)
 
 
 def _facts(recording: Recording) -> Fields:

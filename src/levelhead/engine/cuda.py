@@ -218,7 +218,7 @@ def _tracks_of_batch(
     return [found[i] for i in range(len(batch))]
 
 
-def observe(
+def observe_on_gpu(
     recording: Recording,
     flt: Filter,
     parameter_sets: Sequence[Params],

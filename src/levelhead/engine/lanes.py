@@ -81,8 +81,8 @@ def compile_lanes(variant: Variant, short: bool) -> CompiledLanes:
     flt, guarded, has_mag, observer, chosen = variant
     bound, settings = bind(flt, guarded), Settings(flt.params(), DEFAULT_GUARD)
     run = bound.begin(settings).run
-    runs = lane_slots.rows(run, 0)
-    params = lane_slots.rows(settings.filter, runs.end, dict(chosen))
+    runs = lane_slots.lane_rows(run, 0)
+    params = lane_slots.lane_rows(settings.filter, runs.end, dict(chosen))
     parts = [bound.name, "mag" if has_mag else "imu", "short" if short else "whole", runs.layout, params.layout]
     filled = fill(
         lane_kernels.hooks,
@@ -98,11 +98,11 @@ def compile_lanes(variant: Variant, short: bool) -> CompiledLanes:
     take: KernelFunction
     more: tuple[object, object]
     if observer is None:
-        results, name = lane_slots.rows(bound.result(settings, run), 0), "outputs"
+        results, name = lane_slots.lane_rows(bound.result(settings, run), 0), "outputs"
         kept = fill(lane_kernels.outputs, bound.name, BYTES=results.end * LANES * 8, store=results.store)
         take, more, rows = lane_kernels.take_outputs, (lane_kernels.outputs, kept), params.end
     else:
-        results, name = lane_slots.rows(observer.start, params.end), observer.name
+        results, name = lane_slots.lane_rows(observer.start, params.end), observer.name
         members = {"observe": observer.observe, "load": results.load, "store": results.store}
         more = (lane_kernels.observer, fill(lane_kernels.observer, name, **members))
         take, rows = lane_kernels.take_errors, results.end
@@ -179,7 +179,7 @@ class LaneBlock:
         return lanes
 
 
-def blocks(parameter_sets: Sequence[Params]) -> list[list[int]]:
+def lane_blocks(parameter_sets: Sequence[Params]) -> list[list[int]]:
     """The indices of parameter sets that share a block: at most ``LANES``, with equal switches."""
     groups: dict[object, list[int]] = {}
     for i, params in enumerate(parameter_sets):
@@ -205,12 +205,12 @@ def tracks(
             )
         ]
 
-    cut = blocks(parameter_sets)
+    cut = lane_blocks(parameter_sets)
     found = dict(zip(chain.from_iterable(cut), chain.from_iterable(map_in_order(work, cut, workers)), strict=True))
     return [found[i] for i in range(len(parameter_sets))]
 
 
-def observe(
+def observe_lanes(
     recording: Recording,
     flt: Filter,
     parameter_sets: Sequence[Params],
@@ -245,7 +245,7 @@ def observe(
         variant = Variant(flt, guarded, recording.mag is not None, observer, switches(sets[0]))
         return LaneBlock(variant, guard or DEFAULT_GUARD, recording, sets).observe(truth, sums[block])
 
-    cut, after, done = blocks(parameter_sets), np.empty_like(sums), 0
+    cut, after, done = lane_blocks(parameter_sets), np.empty_like(sums), 0
     for block, part in zip(cut, map_in_order(work, cut, workers), strict=True):
         after[block] = part
         done += len(block)

@@ -169,16 +169,16 @@ class NativeSmoother:
         self._name, self._machine = flt.name, FilterMemory(ahead, guarded, settings, begin)
 
     def forward(self, carry: Tree, *arrays: object) -> tuple[Tree, int, int]:
-        """``smoothing.forward``."""
+        """``smoother_kernels.forward``."""
         self._machine.state = carry
         count, stop = self._machine.filter.forward(*arrays)
         return self._machine.state, count, stop
 
-    def correct(self, *arrays: object) -> None:
-        """``smoothing.correct_stretch``."""
+    def correct(self, t: Array, numbers: Array, end: Array, count: int, stop: int, *arrays: object) -> None:
+        """``smoother_kernels.correct_stretch``."""
         module = extension()
         assert module is not None
-        module.correct_stretch(self._name, *arrays)
+        module.correct_stretch(self._name, count, stop, t, numbers, end, *arrays)
 
 
 def axis_run(flt: Filter) -> KernelFunction:

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from levelhead import filters
-from levelhead.compiler.tree import Tree
+from levelhead.compiler.tree import Tree, leaves
 from levelhead.engine.binding import bind
 from levelhead.engine.driver import Carry, Settings
 from levelhead.errors import LevelheadError
@@ -29,15 +29,6 @@ class StreamState(NamedTuple):
     guarded: bool
     carry: Carry
     time: float | None  # stamp of the last sample, s
-
-
-def leaves(value: Tree) -> Iterator[float | int | bool]:
-    """The numbers inside nested NamedTuples, in order."""
-    if isinstance(value, tuple | list):
-        for part in value:
-            yield from leaves(part)
-    else:
-        yield value
 
 
 def layout(example: Tree) -> str:

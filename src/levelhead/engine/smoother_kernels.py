@@ -21,7 +21,7 @@ class Hooks(Protocol):
     WIDTH: int  # numbers of a block
 
     @staticmethod
-    def block_ended(state: FilterState) -> bool:
+    def is_block_end(state: FilterState) -> bool:
         """Whether a block ended with the last sample."""
         ...
 
@@ -79,7 +79,7 @@ class Corrections(NamedTuple):
 
 
 @compiled_only
-def forward(
+def forward_stretch(
     settings: Settings, carry: Carry, last: float, start: int, t: Array, gyr: Array, acc: Array, mag: Array,
     attitude: Array, health: Array, kept: BlockRows,
 ) -> tuple[Carry, int, int]:  # fmt: skip
@@ -102,7 +102,7 @@ def forward(
         k = 4 * i
         attitude[k], attitude[k + 1], attitude[k + 2], attitude[k + 3] = said.quat
         health[i] = said.health
-        if hooks.block_ended(carry.run.state):
+        if hooks.is_block_end(carry.run.state):
             hooks.keep(carry.run.state, kept.numbers, hooks.WIDTH * count)
             kept.end[count] = float(i)
             count += 1

@@ -26,7 +26,7 @@ from levelhead.engine.binding import bind, choose_engine, for_engine, numba_inst
 from levelhead.engine.driver import Carry, Settings
 from levelhead.engine.native import NativeSmoother, has_smoother
 from levelhead.engine.prior import apply_prior, correct_recording, read_calibration
-from levelhead.engine.smoother_kernels import BlockRows, Corrections, FlatTrack, correct_stretch, forward, hooks
+from levelhead.engine.smoother_kernels import BlockRows, Corrections, FlatTrack, correct_stretch, forward_stretch, hooks
 from levelhead.errors import LevelheadError
 from levelhead.filters.contract import Filter, Schedule, Smoothing
 from levelhead.filters.parameters import FilterChoice, Params
@@ -57,7 +57,7 @@ def bind_smoother(flt: Filter, guarded: bool) -> BoundSmoother:
     schedule = Schedule(flt.schedule.due, parts.correct)
     ahead = flt._replace(name=f"{flt.name}_forward", init=parts.init, schedule=schedule, aiding=None)
     name = f"{flt.name}_{'guarded' if guarded else 'unguarded'}"
-    members = {key: getattr(parts, key) for key in ("block_ended", "keep", "back", "read", "rotation", "is_restart")}
+    members = {key: getattr(parts, key) for key in ("is_block_end", "keep", "back", "read", "rotation", "is_restart")}
     pairs = (*bind(ahead, guarded).pairs, (hooks, fill(hooks, name, WIDTH=parts.width, **members)))
     return BoundSmoother(ahead, pairs, name)
 
@@ -107,7 +107,7 @@ class Smoother:
         if self._engine == "native":
             self._native = NativeSmoother(flt, self._bound.flt, guarded, self._settings, begin)
         else:
-            self._forward = for_engine(self._bound.bind(forward), self._engine)
+            self._forward = for_engine(self._bound.bind(forward_stretch), self._engine)
             self._correct = for_engine(self._bound.bind(correct_stretch), self._engine)
         n, mag = len(recording), [] if recording.mag is None else [recording.mag]
         sensors = [a.reshape(-1) for a in (recording.t, recording.gyr, recording.acc, *mag)]

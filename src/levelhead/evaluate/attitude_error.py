@@ -40,7 +40,7 @@ def error_quaternion(estimate: Array, truth: Array) -> Array:
     return product(estimate, conjugate(truth))
 
 
-def split(error: Array) -> Errors:
+def split_error(error: Array) -> Errors:
     """Total, tilt and heading (eqs. 2 to 4) of (n, 4) error quaternions; q and −q give the same."""
     w, z = error[:, 0], error[:, 3]
     heading = 2.0 * np.arctan2(np.where(w < 0.0, -z, z), np.abs(w))

@@ -11,7 +11,7 @@ from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.engine.binding import choose_engine
 from levelhead.engine.native import has_imu
 from levelhead.errors import LevelheadError
-from levelhead.evaluate.attitude_error import error_quaternion, split
+from levelhead.evaluate.attitude_error import error_quaternion, split_error
 from levelhead.evaluate.external_track import ExternalTrack, align_external
 from levelhead.evaluate.score import Score, evaluate, rms
 from levelhead.evaluate.text_table import Cell, Column, plain_table
@@ -257,5 +257,5 @@ def _tilt_sigma(track: Track) -> float:
 
 def _difference(track: Track, reference: Track) -> float:
     """RMS angle in ° between the two verticals, where both are known."""
-    tilt = split(error_quaternion(track.quat, reference.quat)).tilt
+    tilt = split_error(error_quaternion(track.quat, reference.quat)).tilt
     return float(np.degrees(rms(tilt[~np.isnan(tilt)])))

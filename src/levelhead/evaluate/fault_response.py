@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from levelhead.evaluate.attitude_error import error_quaternion, heading_offset, split
+from levelhead.evaluate.attitude_error import error_quaternion, heading_offset, split_error
 from levelhead.evaluate.score import absolute_heading
 from levelhead.filters import health
 from levelhead.open_types import Fields
@@ -149,7 +149,7 @@ def error_curve(recording: Recording, track: Track, first: int, reference: Array
     else:
         error, known = error_quaternion(track.quat, reference), np.isfinite(reference[:, 0])
     lost = np.isnan(track.quat).any(axis=1) & known
-    found = split(error)
+    found = split_error(error)
     tilt, heading = (np.where(lost, 180.0, np.degrees(values)) for values in (found.tilt, found.heading))
     sigma = None if track.sigma is None else np.degrees(track.sigma)
     if sigma is None:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from levelhead.errors import LevelheadError
-from levelhead.evaluate.attitude_error import Errors, error_quaternion, heading_offset, split
+from levelhead.evaluate.attitude_error import Errors, error_quaternion, heading_offset, split_error
 from levelhead.evaluate.lag import lag
 from levelhead.recording import Array, Recording, Truth
 from levelhead.rotations import turn_heading
@@ -145,10 +145,10 @@ def _error_angles(
             raise LevelheadError("the track and the truth are never known at the same sample: nothing to compare")
     error = error_quaternion(track.quat, truth.quat)
     offset = heading_offset(error, rows)
-    turned = split(turn_heading(error, -offset))
+    turned = split_error(turn_heading(error, -offset))
     if relative or (relative is None and not absolute_heading(recording, track)):
         return _ErrorAngles(turned, offset, rows, turned.total)
-    return _ErrorAngles(split(error), None, rows, turned.total)
+    return _ErrorAngles(split_error(error), None, rows, turned.total)
 
 
 def rms(values: Array) -> float:
@@ -163,7 +163,7 @@ def root_mean_squares(recording: Recording, track: Track) -> tuple[float, float,
     error = error_quaternion(track.quat[rows], truth.quat[rows])
     if not absolute_heading(recording, track):
         error = turn_heading(error, -heading_offset(error, np.ones(len(rows), bool)))
-    total, tilt, heading = (float(np.degrees(rms(values))) for values in split(error))
+    total, tilt, heading = (float(np.degrees(rms(values))) for values in split_error(error))
     return total, tilt, heading
 
 

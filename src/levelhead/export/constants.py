@@ -4,7 +4,7 @@ import ast
 
 from levelhead.errors import LevelheadError
 from levelhead.export.inference import Inference
-from levelhead.export.layout import add_comment, wrap
+from levelhead.export.layout import add_comment, wrap_line
 from levelhead.export.source import home, place, remark
 from levelhead.export.type_table import TypeTable
 from levelhead.kernels.single import REMARKS
@@ -74,4 +74,4 @@ class Constants:
             raise LevelheadError(f"the constant {name} of {module}: {error}") from None
         code = f"static const {self._types.name(kind)} {self._name(module, name)} = {number};"
         words = REMARKS.get(value, "") if isinstance(value, float) and self._types.real == "float" else ""
-        return add_comment(wrap(code, ""), words or remark(module, name))
+        return add_comment(wrap_line(code, ""), words or remark(module, name))

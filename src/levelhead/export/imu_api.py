@@ -8,7 +8,7 @@ from levelhead.export import sensor
 from levelhead.export.c_api import CApi
 from levelhead.export.config import ExportConfig
 from levelhead.export.kinds import FLOAT, Array, Struct, is_empty, keep_what_is_read, variable
-from levelhead.export.layout import STEP, add_comment, join_lines, template, wrap
+from levelhead.export.layout import STEP, add_comment, join_lines, template, wrap_line
 from levelhead.filters import health
 from levelhead.guard import Guard
 from levelhead.kernels import quat
@@ -134,7 +134,7 @@ class ImuApi(CApi):
         ]
         for path in paths:
             shift = f"(const char *)from->{path} - (const char *)from"
-            lines += wrap(f"to->{path} = (void *)((char *)to + ({shift}));", STEP)
+            lines += wrap_line(f"to->{path} = (void *)((char *)to + ({shift}));", STEP)
         return join_lines([*lines, "}"])
 
 

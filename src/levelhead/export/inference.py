@@ -41,13 +41,13 @@ class Program(Protocol):
         """Another kernel, called with values of these kinds."""
 
 
-def resolve(function: KernelFunction, node: ast.AST, local: Container[str] = ()) -> PythonObject:
+def resolve_name(function: KernelFunction, node: ast.AST, local: Container[str] = ()) -> PythonObject:
     """The Python object that a name or ``module.name`` stands for; ``MISSING`` where it is a value of the kernel."""
     found: object = MISSING
     if isinstance(node, ast.Name) and node.id not in local:
         found = function.__globals__.get(node.id, getattr(builtins, node.id, MISSING))
     elif isinstance(node, ast.Attribute):
-        owner = resolve(function, node.value, local)
+        owner = resolve_name(function, node.value, local)
         if isinstance(owner, types.ModuleType):
             found = getattr(owner, node.attr, MISSING)
     return getattr(found, "__meaning__", found)
@@ -57,7 +57,7 @@ def allocation(function: KernelFunction, node: ast.AST, local: Container[str] = 
     """The shape in ``zeros(count)``, ``np.zeros(shape)`` or ``np.empty(shape)``; None for anything else."""
     if not isinstance(node, ast.Call) or len(node.args) != 1:
         return None
-    called = resolve(function, node.func, local)
+    called = resolve_name(function, node.func, local)
     if hasattr(called, "__memory__"):
         return node.args[0]
     of_numpy = str(getattr(called, "__module__", "")).partition(".")[0] == "numpy"
@@ -83,7 +83,7 @@ class Inference:
 
     def resolve(self, node: ast.AST) -> PythonObject:
         """The Python object that stands behind a name, or ``MISSING``."""
-        return resolve(self.source.function, node, self.variables)
+        return resolve_name(self.source.function, node, self.variables)
 
     def _refuse(self, node: ast.AST, what: str) -> LevelheadError:
         return self.source.refuse(node, what)

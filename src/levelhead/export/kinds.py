@@ -61,16 +61,16 @@ def is_struct(value: object) -> TypeGuard[type[tuple[object, ...]]]:
     return isinstance(value, type) and issubclass(value, tuple) and hasattr(value, "_fields")
 
 
-def numbers(kind: "Kind | None") -> int:
+def count_numbers(kind: "Kind | None") -> int:
     """How many numbers a value holds by itself; an array counts as the address that it is."""
     if isinstance(kind, Struct):
-        return sum(numbers(part) for part in kind.fields.values())
+        return sum(count_numbers(part) for part in kind.fields.values())
     return 1
 
 
 def is_empty(kind: "Kind | None") -> bool:
     """Whether it is a struct without any number in it, which C99 does not have: it is left out everywhere."""
-    return isinstance(kind, Struct) and numbers(kind) == 0
+    return isinstance(kind, Struct) and count_numbers(kind) == 0
 
 
 def by_address(kind: "Kind") -> bool:
@@ -78,7 +78,7 @@ def by_address(kind: "Kind") -> bool:
     if not isinstance(kind, Struct):
         return False
     nested = any(isinstance(part, Struct) for part in kind.fields.values())
-    return numbers(kind) > (HANDED_ON if nested else BY_VALUE)
+    return count_numbers(kind) > (HANDED_ON if nested else BY_VALUE)
 
 
 def describe(kind: "Kind | None") -> str:

@@ -40,7 +40,7 @@ def _spots(code: str) -> Iterator[tuple[int, int, int]]:
                 yield depth, rank, i
 
 
-def wrap(code: str, indent: str) -> list[str]:
+def wrap_line(code: str, indent: str) -> list[str]:
     """One statement as lines; broken where the fewest brackets are open, as late as possible."""
     lines, left = [], code
     room = WIDTH - len(indent)
@@ -97,7 +97,7 @@ def wrap_text(text: str) -> str:
     for line in text.split("\n"):
         code = line.lstrip()
         fits = len(line) <= LONGEST or code.startswith(("/*", "*", "//"))
-        lines += [line] if fits else wrap(code, line[: len(line) - len(code)])
+        lines += [line] if fits else wrap_line(code, line[: len(line) - len(code)])
     return "\n".join(lines)
 
 

@@ -54,6 +54,7 @@ GENERATOR = (  # what makes C of kernels, beside the kernels themselves
             "place.c",
             "forward.c",
             "smoother.c",
+            "module.c",
             "subtract_each_row.c",
         )
     ),
@@ -125,26 +126,26 @@ def _path(module: str) -> str | None:
     return next((path for path in (f"{stem}.py", f"{stem}/__init__.py") if (PACKAGE / path).is_file()), None)
 
 
-def leaves(kind: Kind | None, path: str) -> Iterator[tuple[str, Kind]]:
+def kind_leaves(kind: Kind | None, path: str) -> Iterator[tuple[str, Kind]]:
     """The numbers and arrays inside a value, in order, each with its place in C."""
     if isinstance(kind, Struct):
         for name, part in kind.fields.items():
-            yield from leaves(part, f"{path}.{variable(name)}")
+            yield from kind_leaves(part, f"{path}.{variable(name)}")
     else:
         assert kind is not None
         yield path, kind
 
 
-def words(kind: Kind | None) -> int:
+def word_count(kind: Kind | None) -> int:
     """How many words a value takes."""
-    return sum(_length(leaf) for _, leaf in leaves(kind, ""))
+    return sum(_length(leaf) for _, leaf in kind_leaves(kind, ""))
 
 
 def word_format(kind: Kind | None) -> str:
     """The same as Python's ``struct`` names them."""
     return "=" + "".join(
         f"{_length(leaf)}d" if isinstance(leaf, Array) else "d" if leaf is FLOAT else "q"
-        for _, leaf in leaves(kind, "")
+        for _, leaf in kind_leaves(kind, "")
     )
 
 
@@ -158,7 +159,7 @@ def _length(kind: Kind) -> int:
 def get_words(kind: Kind | None, path: str) -> str:
     """C that puts a value into the words ``to``."""
     lines, at = [], 0
-    for place, leaf in leaves(kind, path):
+    for place, leaf in kind_leaves(kind, path):
         if isinstance(leaf, Array):
             lines.append(f"memcpy(to + {at}, {place}, {_length(leaf)} * sizeof(lh_word));")
         else:
@@ -173,7 +174,7 @@ TAKEN: dict[Kind, str] = {FLOAT: "number", INT: "whole", BOOL: "whole != 0"}
 def set_words(kind: Kind | None, path: str) -> str:
     """C that takes a value from the words ``from``."""
     lines, at = [], 0
-    for place, leaf in leaves(kind, path):
+    for place, leaf in kind_leaves(kind, path):
         if isinstance(leaf, Array):
             lines.append(f"memcpy({place}, from + {at}, {_length(leaf)} * sizeof(lh_word));")
         else:
@@ -225,9 +226,9 @@ class ImuUnit:
             "set_settings": set_words(self.settings, "filter->settings"),
             "set_carry": set_words(self.carry, "filter->carry"),
             "get_carry": get_words(self.carry, "filter->carry"),
-            "settings_words": words(self.settings),
+            "settings_words": word_count(self.settings),
             "settings_format": word_format(self.settings),
-            "carry_words": words(self.carry),
+            "carry_words": word_count(self.carry),
             "carry_format": word_format(self.carry),
             **dict.fromkeys(("aid", "aided", "place", "run", "forward"), ""),
             **dict.fromkeys(("aid_or_null", "run_or_null", "forward_or_null"), "NULL"),
@@ -284,11 +285,11 @@ class AxisUnit:
             "report": join_lines(
                 f"{STEP * 2}to[{k}] = now.{variable(name)};" for k, name in enumerate(said.fields)
             ).rstrip(),
-            "params_words": words(self.params),
+            "params_words": word_count(self.params),
             "params_format": word_format(self.params),
-            "state_words": words(self.state),
+            "state_words": word_count(self.state),
             "state_format": word_format(self.state),
-            "report_words": words(said),
+            "report_words": word_count(said),
         }
 
 
@@ -307,13 +308,13 @@ class ForwardUnit(ImuUnit):
         assert isinstance(run, Struct)
         state = run.fields["state"]
         assert state is not None
-        self._block_ended = self.program.kernel(flt.smoothing.block_ended, [state])
+        self._is_block_end = self.program.kernel(flt.smoothing.is_block_end, [state])
         self._keep = self.program.kernel(flt.smoothing.keep, [state, ROW, INT])
 
     def _loop(self, parts: dict[str, object]) -> dict[str, object]:
         """The run that keeps blocks, in place of the plain one."""
         calls = {
-            "block_ended": self.program.call(self._block_ended, ["carry.run.state"]),
+            "is_block_end": self.program.call(self._is_block_end, ["carry.run.state"]),
             "keep": self.program.call(self._keep, ["carry.run.state", "blocks->numbers", f"{self._width} * kept"]),
         }
         return {

@@ -9,9 +9,9 @@ from levelhead.errors import LevelheadError
 from levelhead.export.constants import Constants, UniqueNames
 from levelhead.export.inference import Inference
 from levelhead.export.kinds import FLOAT, NUMBERS, Array, Kind, Struct, by_address, describe, is_empty, variable, within
-from levelhead.export.layout import STEP, comment, docstring, template, wrap
+from levelhead.export.layout import STEP, comment, docstring, template, wrap_line
 from levelhead.export.scopes import stored_names
-from levelhead.export.source import Source, position, read
+from levelhead.export.source import Source, position, read_source
 from levelhead.export.statements import Body
 from levelhead.export.type_table import TypeTable, annotations, declarator
 from levelhead.kernels.arrays import subtract_each_row
@@ -71,9 +71,9 @@ class Program:
             LevelheadError: the kernel is outside of the language; the sentence begins with file and line.
         """
         if function in self._running:
-            raise read(function).refuse(ast.Pass(), f"{function.__name__} calls itself")
+            raise read_source(function).refuse(ast.Pass(), f"{function.__name__} calls itself")
         if function not in self._kernels:
-            source = read(function)
+            source = read_source(function)
             parameters = self._parameters(source, arguments)
             self._running.append(function)
             inference = Inference(source, parameters, self)
@@ -242,7 +242,7 @@ class Program:
             return [*by_hand.splitlines(), ""]
         body = Body(kernel.source, kernel.inference, self, self._addresses(kernel))
         words = docstring(ast.get_docstring(kernel.source.tree))
-        return [*(comment(words) if words else []), *wrap(self._head(kernel), ""), "{", *body.lines, "}", ""]
+        return [*(comment(words) if words else []), *wrap_line(self._head(kernel), ""), "{", *body.lines, "}", ""]
 
     def _head(self, kernel: Kernel) -> str:
         addresses, function = self._addresses(kernel), kernel.source.function

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from levelhead.export.c_api import CApi
 from levelhead.export.config import ExportConfig
 from levelhead.export.layout import join_lines, template
-from levelhead.export.test_vectors import axis_rows, rows
+from levelhead.export.test_vectors import axis_rows, vector_rows
 from levelhead.export.type_table import decimal
 from levelhead.kernels.single import shortest, single
 
@@ -33,7 +33,7 @@ def selftest(api: CApi) -> dict[str, str]:
     return {f"{config.name}_selftest.c": template(name).substitute(gaps)}
 
 
-def number(value: float, real: str) -> str:
+def literal(value: float, real: str) -> str:
     """A literal that reads back exactly; infinity and what is no number by their names."""
     if math.isnan(value):
         return "NAN"
@@ -43,16 +43,16 @@ def number(value: float, real: str) -> str:
 
 
 def _group(values: Iterable[float], real: str) -> str:
-    return "{" + ", ".join(number(value, real) for value in values) + "}"
+    return "{" + ", ".join(literal(value, real) for value in values) + "}"
 
 
 def _imu(config: ExportConfig) -> dict[str, object]:
     real, lines = config.real, []
-    found = rows(config)
+    found = vector_rows(config)
     for sample, taken, output in found:
         inputs = ", ".join(_group(values, real) for values in (sample.gyr, sample.acc, sample.mag))
         answers = ", ".join(_group(values, real) for values in (output.quat, output.bias, output.sigma))
-        lines += [f"    {{{number(sample.dt, real)}, {inputs}, {str(taken).lower()},",
+        lines += [f"    {{{literal(sample.dt, real)}, {inputs}, {str(taken).lower()},",
                   f"     {answers}, {output.health}}},"]  # fmt: skip
     return {"rows": join_lines(lines).rstrip(), "count": len(found)}
 
@@ -63,15 +63,16 @@ def _axis(config: ExportConfig) -> dict[str, object]:
     assert config.flt.axis is not None
     fields: tuple[str, ...] = config.flt.axis.report._fields  # type: ignore[attr-defined]
     lines = [
-        f"    {{{number(row.level, real)}, {number(row.rate, real)}, {number(row.dt, real)}, {str(row.taken).lower()},"
+        f"    {{{literal(row.level, real)}, {literal(row.rate, real)}, {literal(row.dt, real)}, "
+        f"{str(row.taken).lower()},"
         f"\n     {_group(_flat(row.report), real)}}},"
         for row in found
     ]
     return {
         "rows": join_lines(lines).rstrip(),
         "count": len(found),
-        "first": number(first, real),
-        "period": number(PERIOD, real),
+        "first": literal(first, real),
+        "period": literal(PERIOD, real),
         "fields": len(fields),
         "values": ", ".join(f"now.{name}" for name in fields),
     }

@@ -9,7 +9,7 @@ from levelhead.compiler.tree import Tree
 from levelhead.errors import LevelheadError
 from levelhead.export.config import ExportConfig
 from levelhead.export.kinds import FLOAT, Struct, variable
-from levelhead.export.layout import STEP, WIDTH, comment, escape, join_lines, wrap
+from levelhead.export.layout import STEP, WIDTH, comment, escape, join_lines, wrap_line
 from levelhead.export.program import Kernel, Program
 from levelhead.filters.eskf.calibration import Estimate
 from levelhead.kernels import correction
@@ -56,7 +56,7 @@ def prior_table(config: ExportConfig, program: Program) -> str:
         except OverflowError as error:
             raise LevelheadError(f"prior, {name}: {error}; export --double") from None
         unit = QUANTITIES[name].unit
-        lines += [f"{STEP}/* {name}{unit and f', {unit}'} */", *wrap(" ".join(entries), STEP)] if entries else []
+        lines += [f"{STEP}/* {name}{unit and f', {unit}'} */", *wrap_line(" ".join(entries), STEP)] if entries else []
     if not lines:
         return ""
     words = "What an earlier run has learned of this sensor: values and their 1 sigma, where the start looks for them."

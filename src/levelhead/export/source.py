@@ -62,7 +62,7 @@ class Source:
 
 
 @functools.cache
-def read(function: KernelFunction) -> Source:
+def read_source(function: KernelFunction) -> Source:
     """The source of a kernel.
 
     Raises:

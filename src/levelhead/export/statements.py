@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from levelhead.export.expressions import Expressions, Names
 from levelhead.export.inference import Inference
 from levelhead.export.kinds import FLOAT, INT, VOID, Array, Kind, Struct, is_empty, is_struct, variable
-from levelhead.export.layout import STEP, add_comment, comment, wrap
+from levelhead.export.layout import STEP, add_comment, comment, wrap_line
 from levelhead.export.pointers import Pointers
 from levelhead.export.scopes import Scopes, loaded_in, stored_in
 from levelhead.export.source import Source
@@ -95,14 +95,14 @@ class Body:
 
     def _emit(self, code: str, indent: str, words: str = "") -> None:
         self.flush(indent)
-        self.lines += add_comment(wrap(code, indent), words)
+        self.lines += add_comment(wrap_line(code, indent), words)
 
     def flush(self, indent: str = STEP) -> None:
         """Writes out the declarations that wait to share a line."""
         waiting, self._open = self._open, []
         if waiting:
             kind = waiting[0][0]
-            self.lines += wrap(f"{kind} {', '.join(text for _, text in waiting)};", indent)
+            self.lines += wrap_line(f"{kind} {', '.join(text for _, text in waiting)};", indent)
 
     def _declares(self, name: str, statement: ast.stmt) -> bool:
         """Whether this statement is where a variable begins."""
@@ -184,7 +184,7 @@ class Body:
         first = node.orelse[0]
         if len(node.orelse) == 1 and isinstance(first, ast.If) and not self._needs_block(first):
             words = self._comment_beside(first, first.body[0].lineno - 1)
-            self.lines += add_comment(wrap(f"}} else if ({self._write.condition(first.test)}) {{", indent), words)
+            self.lines += add_comment(wrap_line(f"}} else if ({self._write.condition(first.test)}) {{", indent), words)
             self._branches(first, indent)
             return
         self.lines.append(f"{indent}}} else {{")

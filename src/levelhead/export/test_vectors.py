@@ -61,7 +61,7 @@ def _roll_vector(angle: float, v: tuple[float, float, float]) -> tuple[float, fl
     return x, y * math.cos(angle) + z * math.sin(angle), z * math.cos(angle) - y * math.sin(angle)
 
 
-def samples() -> list[VectorSample]:
+def vector_samples() -> list[VectorSample]:
     """Three seconds of rest, then a roll to and fro."""
     noise, found, angle = _noise(), [], 0.3
     for i in range(SAMPLES):
@@ -103,11 +103,11 @@ def _disturb(i: int, sample: VectorSample) -> VectorSample:
     return VectorSample(dt, gyr, acc, mag)
 
 
-def rows(config: ExportConfig) -> list[VectorRow]:
+def vector_rows(config: ExportConfig) -> list[VectorRow]:
     """The samples through the filter in plain Python."""
     bound = bind(config.flt, config.guard is not None)
     settings, carry, found = config.settings, config.begin(), []
-    for sample in samples():
+    for sample in vector_samples():
         taken = 0.0 < sample.dt < MOST_DT
         if taken:
             carry = bound.advance(settings, carry, *config.readings(sample.gyr, sample.acc, sample.mag), sample.dt)

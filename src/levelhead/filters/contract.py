@@ -122,7 +122,7 @@ class Smoothing(NamedTuple):
     init: KernelFunction  # those of the forward run
     correct: KernelFunction
     width: int
-    block_ended: Callable[..., bool]  # (state) -> bool: whether a block ended with the last sample
+    is_block_end: Callable[..., bool]  # (state) -> bool: whether a block ended with the last sample
     keep_start: Callable[..., None]  # (state, kept): the block before a stretch, as the first of its blocks
     keep: Callable[..., None]  # (state, kept, first): the block that has just ended
     memory: int  # numbers that the backward run works with

@@ -5,7 +5,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from levelhead.evaluate.attitude_error import Errors, error_quaternion, heading_offset, split
+from levelhead.evaluate.attitude_error import Errors, error_quaternion, heading_offset, split_error
 from levelhead.filters import health, of
 from levelhead.guard import Guard
 from levelhead.inspection.findings import Finding
@@ -60,7 +60,7 @@ class RunEvidence:
     def difference(self) -> Errors:
         """Track less smoother in rad; the best constant heading offset between them is removed."""
         error = error_quaternion(self.track.quat, self.smoothed.quat)
-        return split(turn_heading(error, -heading_offset(error, np.ones(len(error), dtype=np.bool_))))
+        return split_error(turn_heading(error, -heading_offset(error, np.ones(len(error), dtype=np.bool_))))
 
     @cached_property
     def distance(self) -> Array:

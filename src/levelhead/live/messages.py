@@ -106,7 +106,7 @@ class Health(NamedTuple):
 Message = Orientation | Raw | Health
 
 
-def pack(message: Message) -> bytes:
+def pack_message(message: Message) -> bytes:
     """A message as bytes."""
     kind = (Orientation, Raw, Health).index(type(message))
     head = HEADER.pack(b"LH", VERSION, kind, message.node, message.seq, message.t, message.stamp)

@@ -8,7 +8,7 @@ from collections import deque
 from pathlib import Path
 
 from levelhead.live.bus import Command, LocalBus, slow_text
-from levelhead.live.messages import ALIVE, CLOCK, ORIENTATION, SET, Message, pack
+from levelhead.live.messages import ALIVE, CLOCK, ORIENTATION, SET, Message, pack_message
 from levelhead.live.subscription import MAX_AGE, Subscription
 from levelhead.live.zenoh_session import ENDPOINT, check_endpoint, configuration, open_session
 from levelhead.open_types import Fields, Handle
@@ -145,7 +145,7 @@ class ZenohBus:
                 if message is None:
                     message, self._newest = self._newest, None
             if message is not None:
-                self._publishers[topic].put(pack(message))
+                self._publishers[topic].put(pack_message(message))
 
     def subscribe(self, topic: str, *, history: int | None = None, max_age: float = MAX_AGE) -> Subscription:
         """A reader in this process."""

@@ -34,7 +34,7 @@ def find_chip(name: str) -> Chip:
     return found
 
 
-def verdict(model: NoiseModel, chip: Chip | None = None) -> list[str]:
+def noise_verdict(model: NoiseModel, chip: Chip | None = None) -> list[str]:
     """Sentences, the most important first: density beside data sheets, what shows, what would need longer.
 
     Args:
@@ -184,7 +184,7 @@ ROWS = (
 )
 
 
-def rows(model: NoiseModel) -> list[NoiseRow]:
+def noise_rows(model: NoiseModel) -> list[NoiseRow]:
     """The rows of the table: quantisation noise only where it shows."""
     triads = model.triads
     return [

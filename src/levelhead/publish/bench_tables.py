@@ -71,7 +71,7 @@ def ratio_markdown(ratios: Ratios) -> str:
 def _ratio_cell(key: str, value: str | float | None) -> str:
     if key.startswith("beyond") and isinstance(value, float):
         return f"{100.0 * value:.1f} %"
-    return number(value)
+    return format_cell(value)
 
 
 def print_figures(tables: Sequence[Figures], machine: Mapping[str, str], notes: Sequence[str] = ()) -> None:
@@ -86,13 +86,13 @@ def print_figures(tables: Sequence[Figures], machine: Mapping[str, str], notes: 
         for i, heading in enumerate(figures.columns.values()):
             table.add_column(heading, justify="right" if i else "left")
         for row in figures.rows:
-            table.add_row(*(escape(number(row.get(key))) for key in figures.columns))
+            table.add_row(*(escape(format_cell(row.get(key))) for key in figures.columns))
         console.print(table)
     for note in notes:
         console.print(note, style="dim", markup=False)
 
 
-def number(value: Cell) -> str:
+def format_cell(value: Cell) -> str:
     """A figure with three digits that count."""
     if value is None:
         return "–"

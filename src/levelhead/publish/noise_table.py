@@ -1,7 +1,7 @@
 """Measured noise as a table in both conventions of units, and for programs."""
 
 from levelhead.evaluate.text_table import Column, Row, plain_table
-from levelhead.noise.assessment import NAMES, rows, spell, verdict
+from levelhead.noise.assessment import NAMES, noise_rows, noise_verdict, spell
 from levelhead.noise.model import NoiseModel
 from levelhead.open_types import Fields
 from levelhead.simulate.presets import Chip
@@ -18,7 +18,7 @@ COLUMNS = [Column("noise", "noise"), *(Column(axis, axis) for axis in "xyz"), Co
 def noise_table(model: NoiseModel, chip: Chip | None = None) -> str:
     """The table of all coefficients with 1σ, and the verdict below it."""
     lines: list[Row] = []
-    for row in rows(model):
+    for row in noise_rows(model):
         cells = dict(zip("xyz", row.cells(model.triads[row.name]), strict=True))
         lines.append({"noise": f"{NAMES[row.name]} {row.words}", **cells, "unit": row.unit})
     for name, triad in model.triads.items():
@@ -29,7 +29,7 @@ def noise_table(model: NoiseModel, chip: Chip | None = None) -> str:
             words = f"{NAMES[name]} bias per K at {drift.reference:g} °C"
             lines.append({"noise": words, **cells, "unit": unit})
     head = f"{spell(model.duration)} at rest, ± 1σ; <: does not show, bound of the 95 % interval"
-    return "\n".join([plain_table(COLUMNS, lines), "", head, *verdict(model, chip)])
+    return "\n".join([plain_table(COLUMNS, lines), "", head, *noise_verdict(model, chip)])
 
 
 def noise_facts(model: NoiseModel, chip: Chip | None = None) -> Fields:
@@ -46,4 +46,4 @@ def noise_facts(model: NoiseModel, chip: Chip | None = None) -> Fields:
         }
         for name, triad in model.triads.items()
     }
-    return model.to_dict() | {"verdict": verdict(model, chip), "allan": curves}
+    return model.to_dict() | {"verdict": noise_verdict(model, chip), "allan": curves}

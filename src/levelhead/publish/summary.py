@@ -95,7 +95,7 @@ def facts(
     from levelhead.evaluate.compare import COLUMNS  # with all of `evaluate`, which the words need only for a score
 
     flt, iron = filters.of(track.params), hard_iron(recording)
-    angles = tilt(track)
+    angles = tilt_angles(track)
     row = int(np.nanargmax(angles))
     degrees = {"roll_deg": 0, "pitch_deg": 1, "yaw_deg": 2}
     end = track.euler()[-1]
@@ -193,13 +193,13 @@ def _end(track: Track) -> str:
     return f"roll {roll:.2f}°, pitch {pitch:.2f}°, yaw {yaw:.2f}° at {track.t[-1]:.6g} s"
 
 
-def tilt(track: Track) -> Array:
+def tilt_angles(track: Track) -> Array:
     """(n,) angle in rad between the sensor's z axis and the vertical."""
     return rotations.tilt(track.quat)
 
 
 def _largest_tilt(track: Track) -> str:
-    angles = tilt(track)
+    angles = tilt_angles(track)
     if np.isnan(angles).all():
         return ""
     row = int(np.nanargmax(angles))

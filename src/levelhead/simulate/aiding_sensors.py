@@ -8,7 +8,7 @@ import numpy as np
 from levelhead import atmosphere
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array, Gnss, Pressure
-from levelhead.simulate.disturbance import require
+from levelhead.simulate.disturbance import require_number
 from levelhead.simulate.motion import Motion
 from levelhead.simulate.noise import generator
 
@@ -39,7 +39,7 @@ class Barometer:
 
     def __post_init__(self) -> None:
         for name, unit in (("rate", "Hz"), ("noise", "Pa"), ("offset", "Pa"), ("drift", "Pa/√s"), ("bit", "Pa")):
-            require(f"the barometer's {name}", getattr(self, name), unit, positive=name in ("rate", "noise"))
+            require_number(f"the barometer's {name}", getattr(self, name), unit, positive=name in ("rate", "noise"))
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class Receiver:
 
     def __post_init__(self) -> None:
         for name, unit in (("rate", "Hz"), ("position", "m"), ("velocity", "m/s")):
-            require(f"the receiver's {name}", getattr(self, name), unit, positive=True)
+            require_number(f"the receiver's {name}", getattr(self, name), unit, positive=True)
 
 
 def pressure(motion: Motion, sensor: Barometer | None = None, seed: int = 0, *, ground: float = 100.0) -> Pressure:
@@ -85,7 +85,7 @@ def pressure(motion: Motion, sensor: Barometer | None = None, seed: int = 0, *, 
     sensor = sensor or Barometer()
     t = _stamps(motion, sensor.rate)
     random = generator(seed, BAROMETER)
-    clean = atmosphere.pressure(ground + np.interp(t, motion.t, motion.position[:, 2]))
+    clean = atmosphere.pressure_at(ground + np.interp(t, motion.t, motion.position[:, 2]))
     drift = np.cumsum(random.standard_normal(len(t))) * sensor.drift / math.sqrt(sensor.rate)
     read = clean + sensor.offset * random.standard_normal() + drift + sensor.noise * random.standard_normal(len(t))
     if sensor.bit > 0.0:

@@ -7,7 +7,7 @@ was taken for a bias of a horizontal axis becomes one of heading.
 
 import numpy as np
 
-from levelhead.simulate.disturbance import require
+from levelhead.simulate.disturbance import require_number
 from levelhead.simulate.motion import Motion
 
 TURN_TIME = 2.0  # s in which the sensor is turned over
@@ -26,10 +26,10 @@ def circles(duration: float = 180.0, rate: float = 100.0, *, speed: float = 1.0,
     Raises:
         LevelheadError: one of them is not greater than 0.
     """
-    require("duration", duration, "s", positive=True)
-    require("rate", rate, "Hz", positive=True)
-    require("speed", speed, "m/s", positive=True)
-    require("period", period, "s", positive=True)
+    require_number("duration", duration, "s", positive=True)
+    require_number("rate", rate, "Hz", positive=True)
+    require_number("speed", speed, "m/s", positive=True)
+    require_number("period", period, "s", positive=True)
     t = np.arange(int(duration * rate)) / rate
     omega = 2.0 * np.pi / period
     yaw = omega * t

@@ -29,9 +29,9 @@ class Vibration:
     decay: float = math.inf
 
     def __post_init__(self) -> None:
-        require("vibration amplitude", self.amplitude, "in the sensor's unit")
-        require("vibration frequency", self.frequency, "Hz")
-        require("vibration decay", self.decay, "s", positive=True, infinite=True)
+        require_number("vibration amplitude", self.amplitude, "in the sensor's unit")
+        require_number("vibration frequency", self.frequency, "Hz")
+        require_number("vibration decay", self.decay, "s", positive=True, infinite=True)
         if len(self.direction) != 3 or not np.linalg.norm(self.direction) > 0.0:
             raise LevelheadError(
                 f"vibration direction is {self.direction}; expected three numbers that are not all zero"
@@ -58,12 +58,12 @@ class Bumps:
     duration: float = 0.02
 
     def __post_init__(self) -> None:
-        require("bumps per minute", self.per_minute, "1/min")
-        require("bump amplitude", self.amplitude, "in the sensor's unit")
-        require("bump duration", self.duration, "s", positive=True)
+        require_number("bumps per minute", self.per_minute, "1/min")
+        require_number("bump amplitude", self.amplitude, "in the sensor's unit")
+        require_number("bump duration", self.duration, "s", positive=True)
 
 
-def require(name: str, value: float, unit: str, *, positive: bool = False, infinite: bool = False) -> None:
+def require_number(name: str, value: float, unit: str, *, positive: bool = False, infinite: bool = False) -> None:
     """Raise unless ``value`` is a number that is zero or more (or positive, or even infinite).
 
     Raises:

@@ -13,7 +13,7 @@ import numpy as np
 from levelhead.errors import LevelheadError, nearest
 from levelhead.recording import Array, real_array, time_array
 from levelhead.rotations import conjugate, rotate
-from levelhead.simulate.disturbance import require
+from levelhead.simulate.disturbance import require_number
 from levelhead.simulate.noise import generator
 from levelhead.simulate.triad_errors import PerAxis
 from levelhead.units import GRAVITY
@@ -134,7 +134,7 @@ def motion(
     Raises:
         LevelheadError: an unknown style (the nearest is named), or a value out of range.
     """
-    require("still", still, "s")
+    require_number("still", still, "s")
     base = _style(style)
     turn_band, move_band = rotation_band or base.rotation_band, translation_band or base.translation_band
     rotation = base.rotation if rotation is None else rotation
@@ -154,8 +154,8 @@ def _style(name: str) -> Style:
 
 
 def _times(duration: float, rate: float) -> Array:
-    require("duration", duration, "s", positive=True)
-    require("rate", rate, "Hz", positive=True)
+    require_number("duration", duration, "s", positive=True)
+    require_number("rate", rate, "Hz", positive=True)
     n = round(duration * rate)
     if n < 2:
         raise LevelheadError(f"{duration} s at {rate} Hz are {n} samples; expected at least 2")

@@ -4,7 +4,7 @@ import numpy as np
 
 from levelhead.errors import LevelheadError
 from levelhead.rotations import from_rotvec, product
-from levelhead.simulate.disturbance import require
+from levelhead.simulate.disturbance import require_number
 from levelhead.simulate.motion import Motion
 from levelhead.simulate.noise import generator
 
@@ -30,7 +30,7 @@ def poses(
     if count < 1:
         raise LevelheadError(f"{count} poses; expected at least 1")
     for name, value, unit in (("rest", rest, "s"), ("turn", turn, "s"), ("rate", rate, "Hz")):
-        require(name, value, unit, positive=True)
+        require_number(name, value, unit, positive=True)
     random = generator(seed, STREAM)
     still, moving = max(1, round(rest * rate)), max(1, round(turn * rate))
     u = np.arange(1, moving + 1) / moving

@@ -8,7 +8,7 @@ import numpy as np
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array
 from levelhead.simulate import noise
-from levelhead.simulate.disturbance import Bumps, Vibration, bumps, require, vibration
+from levelhead.simulate.disturbance import Bumps, Vibration, bumps, require_number, vibration
 
 PerAxis = float | tuple[float, float, float]
 
@@ -67,7 +67,9 @@ class TriadErrors:
                 raise LevelheadError(f"{field.name} has {len(values)} values; expected one, or three (x, y, z)")
             for one in values:
                 positive = field.name in ("correlation_time", "full_scale")
-                require(field.name, one, _UNITS[field.name], positive=positive, infinite=field.name == "full_scale")
+                require_number(
+                    field.name, one, _UNITS[field.name], positive=positive, infinite=field.name == "full_scale"
+                )
 
 
 _UNITS = {

@@ -228,7 +228,7 @@ def _clocks(
         return [Rule(names, factors, rate=one) for one in (rate, guess, round(guess, 9)) if one]
     stamps = raw[names["t"][0]]
     first = stamps[0].item() if "t0" in head.meta else 0
-    factor = units.find("time", str(head.meta["units"]["t"])) or _factor(
+    factor = units.find_factor("time", str(head.meta["units"]["t"])) or _factor(
         (stamps - first).astype(np.float64)[:, None], head.t[:, None]
     )
     if not factor:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from levelhead import units
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array, median
-from levelhead.sources.clock_repair import Repair, first_of_bursts, repair
+from levelhead.sources.clock_repair import Repair, first_of_bursts, repair_stamps
 from levelhead.sources.hints import NeedsHints, Scale
 from levelhead.sources.table import Column, Table
 
@@ -80,7 +80,7 @@ def _factor(one: Candidate) -> float | None:
     """Seconds per number that the column's name or a hint declares; None if nothing does."""
     if isinstance(one.declared, Scale):
         return one.declared.factor / one.declared.divisor
-    return None if one.declared is None else units.find("time", one.declared)
+    return None if one.declared is None else units.find_factor("time", one.declared)
 
 
 def _fraction(one: Candidate) -> float | None:
@@ -158,7 +158,9 @@ def seconds(
     if not increasing or first_of_bursts(stamps) is not None:
         if len(stamps) < _FEW:
             _refuse(stamps, table, name)
-        repaired = repair(stamps, None if values is None else values if present is None else values[present], session)
+        repaired = repair_stamps(
+            stamps, None if values is None else values if present is None else values[present], session
+        )
         notes += [f"time: '{name}' {sentence}" for sentence in repaired.notes]
         if len(repaired.stamps) > 1 and not (repaired.stamps[1:] > repaired.stamps[:-1]).all():
             _refuse(stamps, table, name)

@@ -38,7 +38,7 @@ class Repair(NamedTuple):
     findings: Mapping[str, object] = MappingProxyType({})
 
 
-def repair(stamps: Column, values: Array | None, session: int | None = None) -> Repair:
+def repair_stamps(stamps: Column, values: Array | None, session: int | None = None) -> Repair:
     """(n,) ``stamps`` as increasing ones; ``values`` (n, k) are the numbers beside them."""
     notes: list[str] = []
     findings: dict[str, object] = {}

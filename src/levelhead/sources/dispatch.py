@@ -60,11 +60,11 @@ def _way_out(file: Path, hints: Hints, error: NeedsHints) -> tuple[str, dict[str
 
 
 def _read(file: Path, hints: Hints) -> Recording:
-    from levelhead.sources.streams import recording
+    from levelhead.sources.streams import recording_from_tables
 
     try:
         with np.errstate(all="ignore"):  # numbers such as 1e308 may stand in any file
-            return _read_own_file(file, hints) or recording(str(file), *_open_tables(file, hints))
+            return _read_own_file(file, hints) or recording_from_tables(str(file), *_open_tables(file, hints))
     except (OSError, ValueError) as error:
         if isinstance(error, LevelheadError):
             raise

@@ -110,7 +110,7 @@ def _is_unit_row(row: Sequence[str]) -> bool:
     filled = [cell.strip("[] ") for cell in row if cell.strip()]
     known = sum(
         plain.lower() in _NO_UNIT | _RELATIVE
-        or any(units.find(quantity, one) is not None for quantity in units.FACTORS for one in (cell, plain))
+        or any(units.find_factor(quantity, one) is not None for quantity in units.FACTORS for one in (cell, plain))
         for cell, plain in ((cell, cell.strip("() ")) for cell in filled)
     )
     words = sum(len(cell) > 1 and not is_number(cell, False) for cell in filled)

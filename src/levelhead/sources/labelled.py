@@ -111,7 +111,7 @@ def _leading_unit(text: str) -> tuple[str, str] | None:
     words = text.split()
     for count in (2, 1):
         unit = " ".join(words[:count])
-        if len(words) >= count and any(units.find(quantity, unit) is not None for quantity in units.FACTORS):
+        if len(words) >= count and any(units.find_factor(quantity, unit) is not None for quantity in units.FACTORS):
             rest = " ".join(words[count:])
             if rest or len(unit) > 1 or len(words) == count:
                 return unit, rest

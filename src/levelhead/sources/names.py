@@ -103,7 +103,7 @@ def _turn_rate(raw: str, tokens: Sequence[str]) -> str:
     if DERIVED & set(tokens) or REFERENCES & set(tokens):
         return ""
     left = next((tokens[:-count] for count, text in _suffixes(tokens) if _sensor_unit("gyr", text)), None)
-    inside = any(units.find("gyr", text.strip()) is not None for text in _BRACKETS.findall(raw))
+    inside = any(units.find_factor("gyr", text.strip()) is not None for text in _BRACKETS.findall(raw))
     merged = "".join(tokens if left is None else left)
     if merged in _RATES and (left is not None or inside):
         return _RATES[merged]
@@ -166,7 +166,9 @@ def _role_of_unit(raw: str, stem: Sequence[str]) -> str:
         role
         for text in inside
         for role in ("gyr", "acc", "mag")
-        if text != "G" and units.find(QUANTITY[role], text) is not None and units.find("time", text) is None
+        if text != "G"
+        and units.find_factor(QUANTITY[role], text) is not None
+        and units.find_factor("time", text) is None
     }
     if found == {"acc", "mag"} and inside[-1] in {"g", "mg"}:
         found = {"acc"}
@@ -204,13 +206,13 @@ def _time_unit(tokens: Sequence[str]) -> tuple[list[str], str | None]:
     """(words without the unit, unit): time_ms, TimeUS, timems, seconds_elapsed."""
     if not tokens:
         return [], None
-    if units.find("time", tokens[-1]) is not None and tokens[-1] != "min":
+    if units.find_factor("time", tokens[-1]) is not None and tokens[-1] != "min":
         return list(tokens[:-1]), tokens[-1]
-    if len(tokens[0]) > 1 and units.find("time", tokens[0]) is not None and tokens[0] != "min":
+    if len(tokens[0]) > 1 and units.find_factor("time", tokens[0]) is not None and tokens[0] != "min":
         return list(tokens[1:]), tokens[0]
     for word in ("timestamp", "time", "stamp", "t"):
         rest = tokens[-1].removeprefix(word)
-        if rest not in (tokens[-1], "s", "") and units.find("time", rest) is not None:
+        if rest not in (tokens[-1], "s", "") and units.find_factor("time", rest) is not None:
             return [*tokens[:-1], word], rest
     return list(tokens), None
 
@@ -227,7 +229,7 @@ def _suffixes(stem: Sequence[str]) -> list[tuple[int, str]]:
 def _sensor_unit(role: str, text: str) -> str | None:
     if role == "gyr" and text in {"rad", "deg"}:
         return f"{text}/s"
-    return text if units.find(QUANTITY[role], text) is not None else None
+    return text if units.find_factor(QUANTITY[role], text) is not None else None
 
 
 def _without_unit(stem: Sequence[str]) -> list[str]:
@@ -248,7 +250,7 @@ def unit_in(raw: str, role: str, source: str) -> str | None:
     quantity = QUANTITY[role]
     inside: list[str] = [text.strip() for text in _BRACKETS.findall(raw) if text.strip() and not text.strip().isdigit()]
     for text in reversed(inside):
-        if units.find(quantity, text) is not None:
+        if units.find_factor(quantity, text) is not None:
             return text
         if role == "mag" and text.lower() in {RELATIVE, "normalized", "normalised", "a.u.", "au"}:
             return RELATIVE

@@ -27,7 +27,7 @@ _TRUTH = ("bias", "moving", "position", "velocity")
 _BESIDE: dict[str, type[Pressure | Gnss]] = {"pressure": Pressure, "gnss": Gnss}
 
 
-def write(recording: Recording, path: str | os.PathLike[str]) -> None:
+def write_npz(recording: Recording, path: str | os.PathLike[str]) -> None:
     """A Recording as .npz in SI units, which ``read`` gives back exactly.
 
     It holds t, gyr, acc and, where there are any, mag, temperature, truth_quat, truth_bias, truth_moving,

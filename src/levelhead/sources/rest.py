@@ -26,7 +26,7 @@ class StillGyroscope(NamedTuple):
     noise: float
 
 
-def at_rest(t: Array, gyr: Array, acc: Array) -> StillGyroscope:
+def find_still_gyroscope(t: Array, gyr: Array, acc: Array) -> StillGyroscope:
     """(n, 3) ``gyr`` where (n, 3) ``acc`` in m/s² neither moves nor shakes; ``t`` (n,) s."""
     step = median(np.diff(t)) if len(t) > 1 else 1.0
     size = max(4, round(WINDOW / step)) if step > 0.0 else 4

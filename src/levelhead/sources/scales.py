@@ -55,7 +55,7 @@ def find_scale(role: str, table: Table, roles: Roles, hints: Hints, notes: list[
             said = vendor.units[role]
             notes.append(f"{MEANING[role]}: taken as {said}, as {vendor.name} writes it")
     if role in hints.scale:
-        if said is not None and units.find(QUANTITY[role], said) != hints.scale[role].factor:
+        if said is not None and units.find_factor(QUANTITY[role], said) != hints.scale[role].factor:
             notes.append(f"{MEANING[role]}: the hint says {hints.scale[role].name} where the file says {said}")
         return hints.scale[role]
     if said is None or said == RELATIVE:

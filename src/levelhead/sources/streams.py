@@ -45,7 +45,7 @@ def in_memory(table: Table, name: str) -> ArrayTable:
     return ArrayTable(table.source, arrays, dict(table.units), table.rate, list(table.notes), context, units)
 
 
-def recording(source: str, tables: Sequence[Table], hints: Hints) -> Recording:
+def recording_from_tables(source: str, tables: Sequence[Table], hints: Hints) -> Recording:
     """One recording from the tables in ``source``.
 
     Raises:

@@ -17,7 +17,7 @@ def without_units(lines: Sequence[str]) -> str | None:
     sign = max("\t;,", key=lines[first].count)
     cells = lines[first].split(sign)
     found = [parts[2] if (parts := _PARTS.match(cell)) else "" for cell in cells]
-    known = [unit for unit in found if any(units.find(quantity, unit) is not None for quantity in units.FACTORS)]
+    known = [unit for unit in found if any(units.find_factor(quantity, unit) is not None for quantity in units.FACTORS)]
     if first == 0 or len(known) < 6 or looks_labelled(lines[:40]):
         return None
     titles = [title.strip() for title in lines[first - 1].split(sign)]

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from levelhead.recording import Array, median
-from levelhead.sources.rest import at_rest
+from levelhead.sources.rest import find_still_gyroscope
 from levelhead.sources.sensitivities import gyr_sensitivity
 from levelhead.sources.steadiness import steadiness_of_gravity
 from levelhead.units import DEGREE, GRAVITY
@@ -245,7 +245,7 @@ def says_degrees(t: Array, gyr: Array, acc: Array) -> str | None:
     turn, held = turn_of_gravity(t, gyr, acc), steadiness_of_gravity(t, gyr, acc)
     if turn is not None and turn.clear and 0.5 < turn.scale * 180.0 / math.pi < 2.0:
         return f"gravity turns {1 / turn.scale:.1f} times slower than it says"
-    rest = at_rest(t, gyr, acc)
+    rest = find_still_gyroscope(t, gyr, acc)
     if rest.windows >= _TELLING and rest.rate > _BIAS:
         return f"at rest, while gravity holds still, it says {rest.rate:.2g}, {math.degrees(rest.rate):.0f} deg/s"
     if rest.windows >= _TELLING and rest.noise > _LOUD:

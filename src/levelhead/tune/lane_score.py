@@ -76,12 +76,12 @@ OFFSET = lanes.Observer("offset", add_offset, Offset(0.0, 0.0))
 SQUARES = lanes.Observer("squares", add_squares, Squares(1.0, 0.0, 0.0, 0.0, 0.0))
 
 
-def root_mean_squares(
+def lane_root_mean_squares(
     recording: Recording,
     flt: Filter,
     parameter_sets: Sequence[Params],
     progress: Callable[[float], None] | None = None,
-    observe: Callable[..., Array] = lanes.observe,
+    observe: Callable[..., Array] = lanes.observe_lanes,
 ) -> Array:
     """(k, 3) RMS of total, tilt and heading error in degrees, for each of k parameter sets of one filter.
 

@@ -43,11 +43,11 @@ def score_sets(
         from levelhead.engine import cuda
 
         check_engine(chosen)
-        observe = functools.partial(cuda.observe, guard=guard, engine=chosen)
+        observe = functools.partial(cuda.observe_on_gpu, guard=guard, engine=chosen)
         return _score_side_by_side(recordings, parameter_sets, progress, observe)
     worth = engine == "compiled" or samples >= WORTH_COMPILING
     if guard == DEFAULT_GUARD and chosen == "compiled" and worth and lanes_are_faster(flt, len(parameter_sets)):
-        return _score_side_by_side(recordings, parameter_sets, progress, lanes.observe)
+        return _score_side_by_side(recordings, parameter_sets, progress, lanes.observe_lanes)
     pairs = [(recording, params) for recording in recordings for params in parameter_sets]
 
     def work(pair: tuple[Recording, Params]) -> tuple[float, float, float]:
@@ -75,5 +75,5 @@ def _score_side_by_side(
             if progress is not None:
                 progress((done + part) / len(recordings))
 
-        scores.append(lane_score.root_mean_squares(recording, flt, parameter_sets, report, observe))
+        scores.append(lane_score.lane_root_mean_squares(recording, flt, parameter_sets, report, observe))
     return np.array(scores)

@@ -23,7 +23,7 @@ from levelhead.tune.parameter_space import Space, space_of
 from levelhead.tune.reference_orientation import Kind, Reference, references
 from levelhead.tune.score_sets import score_sets
 from levelhead.tune.sweep import Metric, Sweep, set_value
-from levelhead.tune.tuning_result import FLOOR, Fold, TruthCheck, Tuning, geometric_mean
+from levelhead.tune.tuning_result import FLOOR, Fold, TruthCheck, Tuning, mean_error
 
 EACH = 80  # runs for each parameter searched
 DIFFERENT = 1.01  # times the least error: a parameter that changes less stays as it was
@@ -142,7 +142,7 @@ class _Search:
         (best, runs), *others = map_in_order(self._find, enumerate(searches))
         tested = []
         for (name, _, test), (found, _) in zip(folds, others, strict=True):
-            before, after = (geometric_mean(one) for one in self._errors(test, [self.space.params, found]).T)
+            before, after = (mean_error(one) for one in self._errors(test, [self.space.params, found]).T)
             tested.append(Fold(name, before, after))
         before, after = self._errors(held, [self.space.params, best]).T
         first = held[0].recording
@@ -179,10 +179,10 @@ class _Search:
 
     def _simplify(self, held: Sequence[Reference], best: Params) -> Params:
         """The same with each parameter as it was at the start that does not matter."""
-        limit = DIFFERENT * geometric_mean(self._errors(held, [best])[:, 0])
+        limit = DIFFERENT * mean_error(self._errors(held, [best])[:, 0])
         while changed := [name for name in self.space.names if getattr(best, name) != getattr(self.space.params, name)]:
             tried = [set_value(best, name, getattr(self.space.params, name)) for name in changed]
-            errors = [geometric_mean(one) for one in self._errors(held, tried).T]
+            errors = [mean_error(one) for one in self._errors(held, tried).T]
             least = int(np.argmin(errors))
             if errors[least] > limit:
                 break

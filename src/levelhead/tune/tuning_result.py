@@ -23,7 +23,7 @@ WORTH = 0.03  # of the error, on what was left out: a smaller gain is none
 AT_END = 0.01  # share of a range: so near to its end is at the end
 
 
-def geometric_mean(errors: Array) -> float:
+def mean_error(errors: Array) -> float:
     """Of errors in degrees, so that each recording counts alike, whatever its size."""
     return float(np.exp(np.mean(np.log(np.maximum(errors, FLOOR)))))
 
@@ -81,14 +81,14 @@ class Tuning:
     @property
     def gain(self) -> float:
         """Share of the error that is gone, on the logs that were searched."""
-        return 1.0 - geometric_mean(self.after) / geometric_mean(self.before)
+        return 1.0 - mean_error(self.after) / mean_error(self.before)
 
     @property
     def held_out_gain(self) -> float:
         """The same on what was left out: what another log of this kind may expect."""
         if not self.folds:
             return self.gain
-        after, before = (geometric_mean(np.array([getattr(one, name) for one in self.folds])) for name in
+        after, before = (mean_error(np.array([getattr(one, name) for one in self.folds])) for name in
                          ("after", "before"))  # fmt: skip
         return 1.0 - after / before
 
@@ -158,7 +158,7 @@ class Tuning:
 
     def verdict(self) -> list[str]:
         """In words: what is gained, whether to take it, by what reference, and what weakens it."""
-        before, after = geometric_mean(self.before), geometric_mean(self.after)
+        before, after = mean_error(self.before), mean_error(self.after)
         changed = _changes(self.space.params, self.best)
         name = filters.of(self.best).name
         lines = []
@@ -207,7 +207,7 @@ class Tuning:
         return f"held against the smoother, where it is sure of itself: {logs} scored{own if shared else ''}"
 
     def _truth_words(self, check: TruthCheck) -> str:
-        smoother, before, after = (geometric_mean(one) for one in check)
+        smoother, before, after = (mean_error(one) for one in check)
         return (
             f"against the truth, which was not used: {before:.2f}° → {after:.2f}°; the smoother itself has "
             f"{smoother:.2f}°"

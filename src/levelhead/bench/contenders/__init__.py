@@ -34,8 +34,8 @@ class Contender(NamedTuple):
 ALL: tuple[Contender, ...] = (
     Contender("vqf.VQF", vqf_.full),
     Contender("vqf.BasicVQF", vqf_.basic),
-    Contender("vqf.offlineVQF", vqf_.offline),
-    Contender("imufusion.Ahrs", imufusion_.plain),
+    Contender("vqf.offlineVQF", vqf_.run_offline),
+    Contender("imufusion.Ahrs", imufusion_.run_plain),
     Contender("imufusion.Ahrs+", imufusion_.run_advanced),
     Contender("ahrs.Madgwick", ahrs_.madgwick),
     Contender("ahrs.Mahony", ahrs_.mahony),

@@ -12,7 +12,7 @@ REJECTION = 10.0  # °, of accelerometer and magnetometer, as in the project's a
 TIMEOUT = 5.0  # s, there too
 
 
-def plain(recording: Recording) -> Array:
+def run_plain(recording: Recording) -> Array:
     """(n, 4) by Ahrs with its default settings."""
     return _loop(recording, {})
 

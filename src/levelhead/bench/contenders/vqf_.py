@@ -26,7 +26,7 @@ def basic(recording: Recording) -> Array:
     return _batch(BasicVQF(1.0 / recording.rate), recording)
 
 
-def offline(recording: Recording) -> Array:
+def run_offline(recording: Recording) -> Array:
     """(n, 4) by offlineVQF: forwards and backwards over the whole recording."""
     from vqf import offlineVQF
 

@@ -37,7 +37,7 @@ from levelhead.rotations import (
     conjugate,
     from_matrix,
     mean,
-    nearest,
+    nearest_rotation,
     product,
     relative_rotation,
     rotvec,
@@ -124,10 +124,10 @@ def estimate_mounting(when: Array, estimate: Array, reference: Array) -> Array:
     profile = np.einsum("k,ki,kj->ij", weights, a, b)  # Σ a bᵀ: Y is the rotation nearest to it
     if np.trace(profile.T @ profile) < _STILL**2:
         return ONE
-    return from_matrix(nearest(profile))
+    return from_matrix(nearest_rotation(profile))
 
 
-def fit(convention: Convention, freedom: Freedom, quat: Array, reference: Array, start: Array) -> Fit:
+def fit_rotations(convention: Convention, freedom: Freedom, quat: Array, reference: Array, start: Array) -> Fit:
     """X and Y for one hypothesis.
 
     Args:

@@ -17,7 +17,15 @@ from levelhead.evaluate.align.quaternion_convention import (
 )
 from levelhead.evaluate.align.refine import Refinement, refine
 from levelhead.evaluate.align.result import Alignment, Quaternion, residual_limit
-from levelhead.evaluate.align.rotation_fit import Earth, Fit, Freedom, Sensor, apply_frames, estimate_mounting, fit
+from levelhead.evaluate.align.rotation_fit import (
+    Earth,
+    Fit,
+    Freedom,
+    Sensor,
+    apply_frames,
+    estimate_mounting,
+    fit_rotations,
+)
 from levelhead.evaluate.align.series import MIN_SAMPLES, OrientationSeries, SeriesPair
 from levelhead.evaluate.align.time_shift import estimate_shift
 from levelhead.evaluate.score import rms
@@ -75,10 +83,10 @@ def align(
     pairs = SeriesPair(estimate, reference)
     start = estimate_shift(estimate, reference, np.inf if shift is True else float(shift)) if shift else None
     late = 0.0 if start is None else start.seconds
-    allowed = freedoms(earth, sensor) if simplest else [Freedom(earth, sensor)]
+    allowed = freedoms_within(earth, sensor) if simplest else [Freedom(earth, sensor)]
     for _ in range(2):
         fits = rank_hypotheses(pairs, late, allowed, convention)
-        found = refine(choose(fits), late, start is not None, pairs)
+        found = refine(choose_fit(fits), late, start is not None, pairs)
         settled, late = abs(found.shift - late) < _SHIFT_TOLERANCE, found.shift
         if settled:
             break
@@ -90,7 +98,7 @@ def _check(option: str, word: str, known: Sequence[str]) -> None:
         raise LevelheadError(f"{option} is '{word}', which is not an option of align; {nearest(str(word), known)}")
 
 
-def freedoms(earth: Earth, sensor: Sensor) -> list[Freedom]:
+def freedoms_within(earth: Earth, sensor: Sensor) -> list[Freedom]:
     """All constant rotations that are no freer than these."""
     earths: tuple[Earth, ...] = get_args(Earth)
     sensors: tuple[Sensor, ...] = get_args(Sensor)
@@ -121,11 +129,11 @@ def rank_hypotheses(pairs: SeriesPair, late: float, allowed: Sequence[Freedom], 
         start = estimate_mounting(when, apply_frames(reading, quat), reference)
         for freedom in allowed:
             tried = distinct_conventions(order, inverse, *freedom) if convention == "any" else [SAME]
-            fits += [fit(one, freedom, quat, reference, start) for one in tried]
+            fits += [fit_rotations(one, freedom, quat, reference, start) for one in tried]
     return fits
 
 
-def choose(fits: Sequence[Fit]) -> Fit:
+def choose_fit(fits: Sequence[Fit]) -> Fit:
     """The cheapest of those that are good enough; of equally cheap ones the best."""
     limit = np.radians(residual_limit(float(np.degrees(min(fit.trimmed for fit in fits)))))
     return min((fit for fit in fits if fit.trimmed <= limit), key=lambda fit: (fit.cost, fit.trimmed))

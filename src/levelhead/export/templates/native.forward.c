@@ -17,7 +17,7 @@ static ptrdiff_t forward(void *memory, ptrdiff_t start, ptrdiff_t count, double 
         double *quat = rows->quat + 4 * i;
         quat[0] = out.quat.w, quat[1] = out.quat.x, quat[2] = out.quat.y, quat[3] = out.quat.z;
         rows->health[i] = (uint32_t)out.health;
-        if ($block_ended) {
+        if ($is_block_end) {
             $keep;
             blocks->end[kept++] = (double)i;
         }

@@ -149,35 +149,123 @@ static PyObject *numbers(const double *values, Py_ssize_t count)
     return tuple;
 }
 
-/* ---- Arrays */
+/* ---- Arguments that are arrays */
 
 #define MOST 16 /* arrays of one call */
 
+/* The arguments of a call. After the first that is not as it should be, `failed` is set, a Python error too, and all
+ * others are NULL: a function takes what it needs and asks once. */
 typedef struct {
+    PyObject *const *next;
     Py_buffer views[MOST];
-    int count;
-} Arrays;
+    int count, failed;
+} Arguments;
 
-static void release(Arrays *arrays)
+/* The numbers of the next array: so many (-1: any number), each of so many bytes. */
+static void *array(Arguments *arguments, Py_ssize_t count, Py_ssize_t bytes, int writable)
 {
-    while (arrays->count > 0) {
-        PyBuffer_Release(&arrays->views[--arrays->count]);
-    }
-}
-
-/* The numbers of an array: so many (-1: any number), each of so many bytes. NULL and an error if they are not. */
-static void *array(Arrays *arrays, PyObject *object, Py_ssize_t count, Py_ssize_t bytes, int writable)
-{
-    Py_buffer *view = &arrays->views[arrays->count];
-    if (PyObject_GetBuffer(object, view, PyBUF_C_CONTIGUOUS | (writable ? PyBUF_WRITABLE : 0)) < 0) {
+    if (arguments->failed) {
         return NULL;
     }
-    arrays->count++;
+    Py_buffer *view = &arguments->views[arguments->count];
+    if (PyObject_GetBuffer(*arguments->next++, view, PyBUF_C_CONTIGUOUS | (writable ? PyBUF_WRITABLE : 0)) < 0) {
+        arguments->failed = 1;
+        return NULL;
+    }
+    arguments->count++;
     if (count >= 0 && view->len != count * bytes) {
         PyErr_Format(PyExc_ValueError, "an array of %zd bytes instead of %zd", view->len, count * bytes);
+        arguments->failed = 1;
+    }
+    return arguments->failed ? NULL : view->buf;
+}
+
+#define INPUT(count) array(&arguments, count, sizeof(double), 0)
+#define OUTPUT(count) array(&arguments, count, sizeof(double), 1)
+
+/* How many numbers the last array has. */
+static Py_ssize_t length(const Arguments *arguments)
+{
+    return arguments->failed ? 0 : arguments->views[arguments->count - 1].len / (Py_ssize_t)sizeof(double);
+}
+
+/* The next array: three numbers for each of so many samples, or none at all. */
+static const double *field(Arguments *arguments, Py_ssize_t samples)
+{
+    const double *values = array(arguments, -1, sizeof(double), 0);
+    const Py_ssize_t found = length(arguments);
+    if (found != 0 && found != 3 * samples) {
+        PyErr_SetString(PyExc_ValueError, "mag has another length than t");
+        arguments->failed = 1;
+    }
+    return found > 0 ? values : NULL;
+}
+
+/* Lets the arrays go. Returns None, or NULL after an error. */
+static PyObject *release(Arguments *arguments)
+{
+    while (arguments->count > 0) {
+        PyBuffer_Release(&arguments->views[--arguments->count]);
+    }
+    if (arguments->failed) {
         return NULL;
     }
-    return view->buf;
+    Py_RETURN_NONE;
+}
+
+/* ---- What both kinds of filter have */
+
+/* The filter of a list that has a name; a later list may have a better one. */
+#define FIND(found, list, wanted) \
+    for (int i = 0; (list)[i]; i++) { \
+        (found) = strcmp((list)[i]->name, wanted) == 0 ? (list)[i] : (found); \
+    }
+
+/* A method that takes words, and one that gives them. */
+#define SETTER(method, Kind, count, set) \
+    static PyObject *method(PyObject *object, PyObject *bytes) \
+    { \
+        const Object *self = (Object *)object; \
+        const Kind *filter = self->filter; \
+        const lh_word *given = words(bytes, filter->count); \
+        if (!given) { \
+            return NULL; \
+        } \
+        filter->set(self->memory, given); \
+        Py_RETURN_NONE; \
+    }
+#define GETTER(method, Kind, count, get) \
+    static PyObject *method(PyObject *object, PyObject *unused) \
+    { \
+        const Object *self = (Object *)object; \
+        const Kind *filter = self->filter; \
+        lh_word *to; \
+        PyObject *bytes = empty_words(filter->count, &to); \
+        (void)unused; \
+        if (bytes) { \
+            filter->get(self->memory, to); \
+        } \
+        return bytes; \
+    }
+
+SETTER(imu_set_settings, lh_imu_filter, settings, set_settings)
+SETTER(imu_set_carry, lh_imu_filter, carry, set_carry)
+GETTER(imu_carry, lh_imu_filter, carry, get_carry)
+SETTER(axis_set_params, lh_axis_filter, params, set_params)
+SETTER(axis_set_state, lh_axis_filter, state, set_state)
+GETTER(axis_state, lh_axis_filter, state, get_state)
+
+/* A new object with memory for a filter. */
+static Object *new_object(PyTypeObject *type, const void *filter, size_t size)
+{
+    allocfunc alloc = (allocfunc)PyType_GetSlot(type, Py_tp_alloc);
+    Object *self = (Object *)alloc(type, 0);
+    if (!self || allocate(self, size) < 0) {
+        Py_XDECREF((PyObject *)self);
+        return NULL;
+    }
+    self->filter = filter;
+    return self;
 }
 
 /* ---- A filter on an IMU */
@@ -191,11 +279,9 @@ static PyObject *imu_new(PyTypeObject *type, PyObject *args, PyObject *keywords)
         return NULL;
     }
     const lh_imu_filter *filter = NULL;
-    for (int i = 0; IMU_FILTERS[i]; i++) {
-        filter = strcmp(IMU_FILTERS[i]->name, name) == 0 ? IMU_FILTERS[i] : filter;
-    }
-    for (int i = 0; WIDE_FILTERS[i] && lh_wide(); i++) {
-        filter = strcmp(WIDE_FILTERS[i]->name, name) == 0 ? WIDE_FILTERS[i] : filter;
+    FIND(filter, IMU_FILTERS, name)
+    if (lh_wide()) {
+        FIND(filter, WIDE_FILTERS, name)
     }
     if (!filter) {
         PyErr_SetString(PyExc_KeyError, name);
@@ -205,53 +291,13 @@ static PyObject *imu_new(PyTypeObject *type, PyObject *args, PyObject *keywords)
     if (!given || !start) {
         return NULL;
     }
-    allocfunc alloc = (allocfunc)PyType_GetSlot(type, Py_tp_alloc);
-    Object *self = (Object *)alloc(type, 0);
-    if (!self || allocate(self, filter->size) < 0) {
-        Py_XDECREF((PyObject *)self);
+    Object *self = new_object(type, filter, filter->size);
+    if (!self) {
         return NULL;
     }
-    self->filter = filter;
     filter->begin(self->memory, given);
     filter->set_carry(self->memory, start);
     return (PyObject *)self;
-}
-
-static PyObject *imu_set_settings(PyObject *object, PyObject *bytes)
-{
-    const Object *self = (Object *)object;
-    const lh_imu_filter *filter = self->filter;
-    const lh_word *given = words(bytes, filter->settings);
-    if (!given) {
-        return NULL;
-    }
-    filter->set_settings(self->memory, given);
-    Py_RETURN_NONE;
-}
-
-static PyObject *imu_set_carry(PyObject *object, PyObject *bytes)
-{
-    const Object *self = (Object *)object;
-    const lh_imu_filter *filter = self->filter;
-    const lh_word *given = words(bytes, filter->carry);
-    if (!given) {
-        return NULL;
-    }
-    filter->set_carry(self->memory, given);
-    Py_RETURN_NONE;
-}
-
-static PyObject *imu_carry(PyObject *object, PyObject *unused)
-{
-    const Object *self = (Object *)object;
-    const lh_imu_filter *filter = self->filter;
-    lh_word *to;
-    PyObject *bytes = empty_words(filter->carry, &to);
-    (void)unused;
-    if (bytes) {
-        filter->get_carry(self->memory, to);
-    }
-    return bytes;
 }
 
 /* One sample, a batch of one row; the orientation after it. */
@@ -314,10 +360,6 @@ static PyObject *imu_report(PyObject *object, PyObject *unused)
     return numbers(said, 11);
 }
 
-#define DOUBLES(name, k) (rows.name = array(&arrays, args[at++], (k) * count, sizeof(double), 0))
-#define WHOLES(name, k) (rows.name = array(&arrays, args[at++], (k), sizeof(int64_t), 0))
-#define RESULTS(name, k) (rows.name = array(&arrays, args[at++], (k) * count, sizeof *rows.name, 1))
-
 /* run(last, t, gyr, acc, mag, quat, bias, sigma, health), or with first, row, value, deviation, age behind mag and
  * places at the end. */
 static PyObject *imu_run(PyObject *object, PyObject *const *args, Py_ssize_t given)
@@ -325,49 +367,44 @@ static PyObject *imu_run(PyObject *object, PyObject *const *args, Py_ssize_t giv
     const Object *self = (Object *)object;
     const lh_imu_filter *filter = self->filter;
     const int aided = given == 15;
-    Arrays arrays = {.count = 0};
+    Arguments arguments = {.next = args + 1};
     lh_rows rows = {0};
     double last;
-    int at = 1;
     if (!filter->run) {
         return PyErr_Format(PyExc_ValueError, "%s only runs forward for its smoother", filter->name);
     }
-    if ((aided && !filter->aid) || (!aided && counted(given, 9) < 0) || number(args[0], &last) < 0) {
-        return PyErr_Occurred() ? NULL : PyErr_Format(PyExc_ValueError, "%s takes no aiding", filter->name);
+    if (aided && !filter->aid) {
+        return PyErr_Format(PyExc_ValueError, "%s takes no aiding", filter->name);
     }
-    rows.t = array(&arrays, args[at++], -1, sizeof(double), 0);
-    const Py_ssize_t count = arrays.count ? arrays.views[0].len / (Py_ssize_t)sizeof(double) : 0;
-    int good = rows.t && DOUBLES(gyr, 3) && DOUBLES(acc, 3);
-    if (good) {
-        const void *mag = array(&arrays, args[at++], -1, sizeof(double), 0);
-        good = mag != NULL;
-        if (good && arrays.views[arrays.count - 1].len > 0) {
-            good = arrays.views[arrays.count - 1].len == 3 * count * (Py_ssize_t)sizeof(double);
-            rows.mag = mag;
-            if (!good) {
-                PyErr_SetString(PyExc_ValueError, "mag has another length than t");
-            }
-        }
+    if ((!aided && counted(given, 9) < 0) || number(args[0], &last) < 0) {
+        return NULL;
     }
-    if (good && aided) {
-        good = WHOLES(first, count + 1) != NULL;
-        const Py_ssize_t seen = good ? (Py_ssize_t)rows.first[count] : 0;
-        good = good && WHOLES(row, seen) && (rows.value = array(&arrays, args[at++], seen, sizeof(double), 0))
-            && (rows.deviation = array(&arrays, args[at++], seen, sizeof(double), 0))
-            && (rows.age = array(&arrays, args[at++], seen, sizeof(double), 0));
+    rows.t = INPUT(-1);
+    const Py_ssize_t count = length(&arguments);
+    rows.gyr = INPUT(3 * count);
+    rows.acc = INPUT(3 * count);
+    rows.mag = field(&arguments, count);
+    if (aided) {
+        rows.first = array(&arguments, count + 1, sizeof(int64_t), 0);
+        const Py_ssize_t seen = rows.first ? (Py_ssize_t)rows.first[count] : 0;
+        rows.row = array(&arguments, seen, sizeof(int64_t), 0);
+        rows.value = INPUT(seen);
+        rows.deviation = INPUT(seen);
+        rows.age = INPUT(seen);
     }
-    good = good && RESULTS(quat, 4) && RESULTS(bias, 3) && RESULTS(sigma, 3) && RESULTS(health, 1)
-        && (!aided || RESULTS(places, 12));
-    if (good) {
+    rows.quat = OUTPUT(4 * count);
+    rows.bias = OUTPUT(3 * count);
+    rows.sigma = OUTPUT(3 * count);
+    rows.health = array(&arguments, count, sizeof *rows.health, 1);
+    if (aided) {
+        rows.places = OUTPUT(12 * count);
+    }
+    if (!arguments.failed) {
         Py_BEGIN_ALLOW_THREADS
         filter->run(self->memory, count, last, &rows);
         Py_END_ALLOW_THREADS
     }
-    release(&arrays);
-    if (!good) {
-        return NULL;
-    }
-    Py_RETURN_NONE;
+    return release(&arguments);
 }
 
 /* forward(last, start, t, gyr, acc, mag, quat, health, numbers, end): how many blocks were kept, and the sample after
@@ -376,11 +413,10 @@ static PyObject *imu_forward(PyObject *object, PyObject *const *args, Py_ssize_t
 {
     const Object *self = (Object *)object;
     const lh_imu_filter *filter = self->filter;
-    Arrays arrays = {.count = 0};
+    Arguments arguments = {.next = args + 2};
     lh_rows rows = {0};
     lh_blocks blocks = {0};
     double last;
-    int at = 2;
     if (!filter->forward) {
         return PyErr_Format(PyExc_ValueError, "%s keeps no blocks", filter->name);
     }
@@ -391,33 +427,26 @@ static PyObject *imu_forward(PyObject *object, PyObject *const *args, Py_ssize_t
     if (start < 0) {
         return PyErr_Occurred() ? NULL : PyErr_Format(PyExc_ValueError, "start %zd", start);
     }
-    rows.t = array(&arrays, args[at++], -1, sizeof(double), 0);
-    const Py_ssize_t count = arrays.count ? arrays.views[0].len / (Py_ssize_t)sizeof(double) : 0;
-    int good = rows.t && DOUBLES(gyr, 3) && DOUBLES(acc, 3);
-    good = good && (rows.mag = array(&arrays, args[at++], -1, sizeof(double), 0));
-    if (good) {
-        const Py_ssize_t seen = arrays.views[arrays.count - 1].len / (Py_ssize_t)sizeof(double);
-        rows.mag = seen > 0 ? rows.mag : NULL;
-        good = seen == 0 || seen == 3 * count;
-        if (!good) {
-            PyErr_SetString(PyExc_ValueError, "mag has another length than t");
-        }
-    }
-    good = good && RESULTS(quat, 4) && RESULTS(health, 1);
-    good = good && (blocks.numbers = array(&arrays, args[at++], -1, sizeof(double), 1));
-    if (good) {
-        blocks.room = (int32_t)(arrays.views[arrays.count - 1].len / (filter->width * (Py_ssize_t)sizeof(double)));
-        good = (blocks.end = array(&arrays, args[at++], blocks.room, sizeof(double), 1)) != NULL;
-    }
+    rows.t = INPUT(-1);
+    const Py_ssize_t count = length(&arguments);
+    rows.gyr = INPUT(3 * count);
+    rows.acc = INPUT(3 * count);
+    rows.mag = field(&arguments, count);
+    rows.quat = OUTPUT(4 * count);
+    rows.health = array(&arguments, count, sizeof *rows.health, 1);
+    blocks.numbers = OUTPUT(-1);
+    blocks.room = (int32_t)(length(&arguments) / filter->width);
+    blocks.end = OUTPUT(blocks.room);
     int32_t kept = 0;
     ptrdiff_t stop = 0;
-    if (good) {
+    if (!arguments.failed) {
         Py_BEGIN_ALLOW_THREADS
         stop = filter->forward(self->memory, start, count, last, &rows, &blocks, &kept);
         Py_END_ALLOW_THREADS
     }
-    release(&arrays);
-    return good ? Py_BuildValue("(in)", (int)kept, (Py_ssize_t)stop) : NULL;
+    PyObject *none = release(&arguments);
+    Py_XDECREF(none);
+    return none ? Py_BuildValue("(in)", (int)kept, (Py_ssize_t)stop) : NULL;
 }
 
 static PyMethodDef imu_methods[] = {
@@ -458,9 +487,7 @@ static PyObject *axis_new(PyTypeObject *type, PyObject *args, PyObject *keywords
         return NULL;
     }
     const lh_axis_filter *filter = NULL;
-    for (int i = 0; AXIS_FILTERS[i]; i++) {
-        filter = strcmp(AXIS_FILTERS[i]->name, name) == 0 ? AXIS_FILTERS[i] : filter;
-    }
+    FIND(filter, AXIS_FILTERS, name)
     if (!filter) {
         PyErr_SetString(PyExc_KeyError, name);
         return NULL;
@@ -469,53 +496,13 @@ static PyObject *axis_new(PyTypeObject *type, PyObject *args, PyObject *keywords
     if (!given || !start) {
         return NULL;
     }
-    allocfunc alloc = (allocfunc)PyType_GetSlot(type, Py_tp_alloc);
-    Object *self = (Object *)alloc(type, 0);
-    if (!self || allocate(self, filter->size) < 0) {
-        Py_XDECREF((PyObject *)self);
+    Object *self = new_object(type, filter, filter->size);
+    if (!self) {
         return NULL;
     }
-    self->filter = filter;
     filter->set_params(self->memory, given);
     filter->set_state(self->memory, start);
     return (PyObject *)self;
-}
-
-static PyObject *axis_set_params(PyObject *object, PyObject *bytes)
-{
-    const Object *self = (Object *)object;
-    const lh_axis_filter *filter = self->filter;
-    const lh_word *given = words(bytes, filter->params);
-    if (!given) {
-        return NULL;
-    }
-    filter->set_params(self->memory, given);
-    Py_RETURN_NONE;
-}
-
-static PyObject *axis_set_state(PyObject *object, PyObject *bytes)
-{
-    const Object *self = (Object *)object;
-    const lh_axis_filter *filter = self->filter;
-    const lh_word *given = words(bytes, filter->state);
-    if (!given) {
-        return NULL;
-    }
-    filter->set_state(self->memory, given);
-    Py_RETURN_NONE;
-}
-
-static PyObject *axis_state(PyObject *object, PyObject *unused)
-{
-    const Object *self = (Object *)object;
-    const lh_axis_filter *filter = self->filter;
-    lh_word *to;
-    PyObject *bytes = empty_words(filter->state, &to);
-    (void)unused;
-    if (bytes) {
-        filter->get_state(self->memory, to);
-    }
-    return bytes;
 }
 
 /* tick(period, level, rate, dt) */
@@ -539,27 +526,22 @@ static PyObject *axis_run(PyObject *object, PyObject *const *args, Py_ssize_t gi
 {
     const Object *self = (Object *)object;
     const lh_axis_filter *filter = self->filter;
-    Arrays arrays = {.count = 0};
+    Arguments arguments = {.next = args};
     double period;
     if (counted(given, 5) < 0 || number(args[3], &period) < 0) {
         return NULL;
     }
-    const double *level = NULL, *rate = NULL, *t = array(&arrays, args[0], -1, sizeof(double), 0);
-    double *report = NULL;
-    const Py_ssize_t count = arrays.count ? arrays.views[0].len / (Py_ssize_t)sizeof(double) : 0;
-    const int good = t && (level = array(&arrays, args[1], count, sizeof(double), 0))
-        && (rate = array(&arrays, args[2], count, sizeof(double), 0))
-        && (report = array(&arrays, args[4], count * filter->report, sizeof(double), 1));
-    if (good && count > 0) {
+    const double *t = INPUT(-1);
+    const Py_ssize_t count = length(&arguments);
+    const double *level = INPUT(count), *rate = INPUT(count);
+    arguments.next++; /* the period */
+    double *report = OUTPUT(count * filter->report);
+    if (!arguments.failed && count > 0) {
         Py_BEGIN_ALLOW_THREADS
         filter->run(self->memory, count, t, level, rate, period, report);
         Py_END_ALLOW_THREADS
     }
-    release(&arrays);
-    if (!good) {
-        return NULL;
-    }
-    Py_RETURN_NONE;
+    return release(&arguments);
 }
 
 static PyMethodDef axis_methods[] = {
@@ -587,59 +569,56 @@ static PyType_Spec axis_spec = {
 
 /* ---- The smoother's way back */
 
-/* correct_stretch(name, t, numbers, end, count, stop, memory, turn, before, bias, sigma, quat, biases, sigmas) */
+/* correct_stretch(name, count, stop, t, numbers, end, memory, turn, before, bias, sigma, quat, biases, sigmas) */
 static PyObject *correct_stretch(PyObject *module, PyObject *const *args, Py_ssize_t given)
 {
     const lh_smoother *smoother = NULL;
-    Arrays arrays = {.count = 0};
+    Arguments arguments = {.next = args + 3};
     lh_stretch s = {0};
     (void)module;
     if (counted(given, 14) < 0) {
         return NULL;
     }
     const char *name = PyUnicode_AsUTF8AndSize(args[0], NULL);
-    for (int i = 0; name && SMOOTHERS[i]; i++) {
-        smoother = strcmp(SMOOTHERS[i]->name, name) == 0 ? SMOOTHERS[i] : smoother;
+    if (!name) {
+        return NULL;
     }
-    for (int i = 0; name && WIDE_SMOOTHERS[i] && lh_wide(); i++) {
-        smoother = strcmp(WIDE_SMOOTHERS[i]->name, name) == 0 ? WIDE_SMOOTHERS[i] : smoother;
+    FIND(smoother, SMOOTHERS, name)
+    if (lh_wide()) {
+        FIND(smoother, WIDE_SMOOTHERS, name)
     }
     if (!smoother) {
-        return PyErr_Occurred() ? NULL : PyErr_Format(PyExc_KeyError, "%s", name);
+        return PyErr_Format(PyExc_KeyError, "%s", name);
     }
-    const long count = PyLong_AsLong(args[4]), stop = PyLong_AsLong(args[5]);
+    const long count = PyLong_AsLong(args[1]), stop = PyLong_AsLong(args[2]);
     if (PyErr_Occurred()) {
         return NULL;
     }
-    s.t = array(&arrays, args[1], -1, sizeof(double), 0);
-    const Py_ssize_t rows = arrays.count ? arrays.views[0].len / (Py_ssize_t)sizeof(double) : 0;
-    int good = s.t && (s.numbers = array(&arrays, args[2], -1, sizeof(double), 0));
-    const Py_ssize_t room = good ? arrays.views[1].len / (smoother->width * (Py_ssize_t)sizeof(double)) : 0;
-    good = good && (s.end = array(&arrays, args[3], room, sizeof(double), 0))
-        && (s.memory = array(&arrays, args[6], smoother->memory, sizeof(double), 1))
-        && (s.turn = array(&arrays, args[7], 3 * count, sizeof(double), 1))
-        && (s.before = array(&arrays, args[8], 3 * count, sizeof(double), 1))
-        && (s.bias = array(&arrays, args[9], 3 * count, sizeof(double), 1))
-        && (s.sigma = array(&arrays, args[10], 3 * count, sizeof(double), 1))
-        && (s.quat = array(&arrays, args[11], 4 * rows, sizeof(double), 1))
-        && (s.biases = array(&arrays, args[12], 3 * rows, sizeof(double), 1))
-        && (s.sigmas = array(&arrays, args[13], 3 * rows, sizeof(double), 1));
-    if (good && !(0 < count && count <= room && 0 < stop && stop <= rows)) {
-        PyErr_Format(PyExc_ValueError, "%ld blocks up to sample %ld", count, stop);
-        good = 0;
+    s.t = INPUT(-1);
+    const Py_ssize_t rows = length(&arguments);
+    s.numbers = INPUT(-1);
+    const Py_ssize_t room = length(&arguments) / smoother->width;
+    s.end = INPUT(room);
+    s.memory = OUTPUT(smoother->memory);
+    double **const blocks[] = {&s.turn, &s.before, &s.bias, &s.sigma};
+    for (int i = 0; i < 4; i++) {
+        *blocks[i] = OUTPUT(3 * count);
     }
-    if (good) {
+    s.quat = OUTPUT(4 * rows);
+    s.biases = OUTPUT(3 * rows);
+    s.sigmas = OUTPUT(3 * rows);
+    if (!arguments.failed && !(0 < count && count <= room && 0 < stop && stop <= rows)) {
+        PyErr_Format(PyExc_ValueError, "%ld blocks up to sample %ld", count, stop);
+        arguments.failed = 1;
+    }
+    if (!arguments.failed) {
         s.count = (int32_t)count;
         s.stop = (int32_t)stop;
         Py_BEGIN_ALLOW_THREADS
         smoother->correct(&s);
         Py_END_ALLOW_THREADS
     }
-    release(&arrays);
-    if (!good) {
-        return NULL;
-    }
-    Py_RETURN_NONE;
+    return release(&arguments);
 }
 
 static PyMethodDef module_methods[] = {

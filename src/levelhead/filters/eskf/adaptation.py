@@ -55,7 +55,7 @@ from math import sqrt
 from levelhead.compiler.mark import kernel, noinline
 from levelhead.filters.eskf import aiding
 from levelhead.filters.eskf import state as at
-from levelhead.filters.eskf.covariance import add_variance, measure, set_independent, variance
+from levelhead.filters.eskf.covariance import add_variance, set_independent, state_variance, update_scalar
 from levelhead.filters.eskf.params import ESKF
 from levelhead.kernels.arrays import Floats, add_scaled, copy
 from levelhead.kernels.mat3 import Mat3, det
@@ -97,7 +97,7 @@ def velocity_excess(params: ESKF, m: Floats, i: int) -> float:
         return 0.0
     mean = m[at.MEAN_INNOVATION + i]
     density = params.speed_max * params.speed_max + aiding.velocity_density(m, i)
-    explained = variance(m, at.VELOCITY + i) + density / (2.0 * INNOVATION_TIME)
+    explained = state_variance(m, at.VELOCITY + i) + density / (2.0 * INNOVATION_TIME)
     return max(0.0, mean * mean - MISSED_GATE * explained)
 
 
@@ -124,7 +124,7 @@ def adapt_motion(params: ESKF, m: Floats) -> None:
         y = m[at.MEAN + at.VELOCITY + i] - mean_travel(m, i)
         m[at.MEAN_INNOVATION + i] += weight * (y - m[at.MEAN_INNOVATION + i])
         mean = m[at.MEAN_INNOVATION + i]
-        excess = mean * mean - variance(m, at.VELOCITY + i)
+        excess = mean * mean - state_variance(m, at.VELOCITY + i)
         if i < 2:
             excess_h += 0.5 * excess
         else:
@@ -136,7 +136,7 @@ def adapt_motion(params: ESKF, m: Floats) -> None:
     mean2 = 0.0
     for i in range(3):
         u = m[at.MEAN + at.TRAVEL + i]
-        mean2 += (u * u + variance(m, at.TRAVEL + i)) / 3.0
+        mean2 += (u * u + state_variance(m, at.TRAVEL + i)) / 3.0
     found = m[at.TRAVEL_VARIANCE] + time / (TRAVEL_TIME + time) * (mean2 - m[at.TRAVEL_VARIANCE])
     low = min(LEAST_TRAVEL, params.travel)
     high = MOST_TRAVEL if params.travel > 0.0 else 0.0  # without travel the model is that of a laboratory
@@ -158,7 +158,7 @@ def set_density(params: ESKF, m: Floats, k: int, excess: float) -> None:
 def note_bias(m: Floats) -> None:
     """Keeps the variances of the gyroscope's bias before the measurements of a block, for ``adapt_bias_walk``."""
     for i in range(3):
-        m[at.BIAS_BEFORE + i] = variance(m, at.GYR_BIAS + i)
+        m[at.BIAS_BEFORE + i] = state_variance(m, at.GYR_BIAS + i)
 
 
 @noinline
@@ -168,7 +168,7 @@ def adapt_bias_walk(m: Floats) -> None:
     excess = 0.0
     for i in range(3):
         m[at.BIAS_CHANGE + i] = left * m[at.BIAS_CHANGE + i] + m[at.X + at.GYR_BIAS + i]
-        explained = m[at.BIAS_BEFORE + i] - variance(m, at.GYR_BIAS + i)
+        explained = m[at.BIAS_BEFORE + i] - state_variance(m, at.GYR_BIAS + i)
         m[at.BIAS_CHANGE_VARIANCE + i] = left * left * m[at.BIAS_CHANGE_VARIANCE + i] + explained
         change = m[at.BIAS_CHANGE + i]
         excess = max(excess, change * change - BIAS_GATE * m[at.BIAS_CHANGE_VARIANCE + i])
@@ -186,10 +186,10 @@ def prior_deviation(m: Floats, i: int) -> float:
 def informed_bound(m: Floats, i: int, sure: float) -> float:
     """What measurements alone say of the size of state i, less ``sure`` σ, eqs. 22 and 23; 0 where they say nothing."""
     prior = m[at.PRIOR_VARIANCE + i]
-    if not variance(m, i) < (1.0 - LEAST_INFORMATION) * prior:
+    if not state_variance(m, i) < (1.0 - LEAST_INFORMATION) * prior:
         return 0.0
-    kappa = 1.0 - variance(m, i) / prior
-    return max(abs(prior_deviation(m, i)) / kappa - sure * sqrt(max(variance(m, i), 0.0) / kappa), 0.0)
+    kappa = 1.0 - state_variance(m, i) / prior
+    return max(abs(prior_deviation(m, i)) / kappa - sure * sqrt(max(state_variance(m, i), 0.0) / kappa), 0.0)
 
 
 @kernel
@@ -219,7 +219,7 @@ def narrow_prior(params: ESKF, m: Floats, n: int) -> None:
             if WIDER * new < old:
                 m[at.PRIOR_VARIANCE + i] = new
                 m[at.H + i] = 1.0
-                measure(m, n, 0, -m[at.MEAN + i], old * new / (old - new))
+                update_scalar(m, n, 0, -m[at.MEAN + i], old * new / (old - new))
 
 
 @noinline
@@ -233,7 +233,7 @@ def widen_prior(m: Floats, n: int, first: int, most: float) -> None:
             new = width * width
             if new > WIDER * old:
                 m[at.PRIOR_VARIANCE + i] = new
-                if variance(m, i) > UNINFORMED * old:
+                if state_variance(m, i) > UNINFORMED * old:
                     add_variance(m, i, 1, new - old)
                 else:
                     exchange_prior(m, n, i, old, new)
@@ -260,5 +260,5 @@ def set_prior_widths(params: ESKF, m: Floats) -> None:
         m[at.MAYBE_RAW] = 1.0
         set_independent(m, at.GYR_BIAS, 3, params.bias_raw * DEGREE)
     for i in range(3):
-        m[at.PRIOR_VARIANCE + at.ACC_BIAS + i] = variance(m, at.ACC_BIAS + i)
-        m[at.PRIOR_VARIANCE + at.GYR_BIAS + i] = variance(m, at.GYR_BIAS + i)
+        m[at.PRIOR_VARIANCE + at.ACC_BIAS + i] = state_variance(m, at.ACC_BIAS + i)
+        m[at.PRIOR_VARIANCE + at.GYR_BIAS + i] = state_variance(m, at.GYR_BIAS + i)

@@ -16,7 +16,7 @@ from math import sqrt
 from levelhead.compiler.mark import kernel, noinline
 from levelhead.filters.contract import HEIGHT, POSITION, VELOCITY, NavState
 from levelhead.filters.eskf import state as at
-from levelhead.filters.eskf.covariance import add_variance, measure, set_independent, start_aided, variance
+from levelhead.filters.eskf.covariance import add_variance, set_independent, start_aided, state_variance, update_scalar
 from levelhead.filters.eskf.params import ESKF
 from levelhead.kernels.arrays import Floats
 from levelhead.kernels.vec3 import Vec3
@@ -123,11 +123,11 @@ def displacement(m: Floats, row: int, age: float) -> float:
 def reading_variance(m: Floats, row: int) -> float:
     """The variance of the predicted reading."""
     if VELOCITY <= row < HEIGHT:
-        return variance(m, at.VELOCITY + row - VELOCITY)
+        return state_variance(m, at.VELOCITY + row - VELOCITY)
     if row == HEIGHT:
         common = m[at.P + (at.POSITION + 2) * at.ROW + at.BARO_OFFSET]
-        return variance(m, at.POSITION + 2) + variance(m, at.BARO_OFFSET) + 2.0 * common
-    return variance(m, at.POSITION + row)
+        return state_variance(m, at.POSITION + 2) + state_variance(m, at.BARO_OFFSET) + 2.0 * common
+    return state_variance(m, at.POSITION + row)
 
 
 @noinline
@@ -179,7 +179,7 @@ def update(m: Floats, n: int) -> bool:
                 m[at.H + at.BARO_OFFSET] = 1.0
             else:
                 m[at.H + at.POSITION + row] = 1.0
-            measure(m, n, 0, m[at.SUM_INNOVATION + row] / m[at.SUM_WEIGHT + row], 1.0 / m[at.SUM_WEIGHT + row])
+            update_scalar(m, n, 0, m[at.SUM_INNOVATION + row] / m[at.SUM_WEIGHT + row], 1.0 / m[at.SUM_WEIGHT + row])
         m[at.SUM_INNOVATION + row] = 0.0
         m[at.SUM_WEIGHT + row] = 0.0
         if m[at.AID_REJECTED + row] > 0.0:
@@ -200,7 +200,7 @@ def inflate_nav_state(m: Floats, gap: float) -> None:
     for i in range(3):
         v = m[at.MEAN + at.VELOCITY + i]
         square = v * v + LEAST_SPEED * LEAST_SPEED
-        position2 = variance(m, at.POSITION + i) + square * gap * gap
+        position2 = state_variance(m, at.POSITION + i) + square * gap * gap
         set_independent(m, at.VELOCITY + i, 1, sqrt(square))
         set_independent(m, at.POSITION + i, 1, sqrt(position2))
 
@@ -214,7 +214,7 @@ def velocity_density(m: Floats, axis: int) -> float:
 @kernel
 def sigma_of(m: Floats, i: int) -> float:
     """1σ of a state, in its unit."""
-    return sqrt(max(variance(m, i), 0.0))
+    return sqrt(max(state_variance(m, i), 0.0))
 
 
 @kernel

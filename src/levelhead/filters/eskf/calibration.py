@@ -6,7 +6,7 @@ from math import sqrt
 from typing import NamedTuple
 
 from levelhead.filters.eskf import state as at
-from levelhead.filters.eskf.covariance import variance
+from levelhead.filters.eskf.covariance import state_variance
 from levelhead.filters.parameters import Params
 from levelhead.kernels.arrays import Floats
 
@@ -30,12 +30,12 @@ def estimates(params: Params, m: Floats, norm: float) -> dict[str, Estimate]:
     for block in at.BLOCKS:
         if not block.calibration or (block.exists == at.WITH_MAG and norm == 0.0):
             continue
-        size, start, walk = at.noise(params)[block.first]
+        size, start, walk = at.block_noise(params)[block.first]
         unit = norm if block.relative else 1.0
         places = range(block.first, block.first + size)
         found[block.name] = Estimate(
             tuple(float(m[at.MEAN + i]) * unit for i in places),
-            tuple(sqrt(max(float(variance(m, i)), 0.0)) * unit for i in places),
+            tuple(sqrt(max(float(state_variance(m, i)), 0.0)) * unit for i in places),
             (sqrt(start * start + walk * walk * time) * unit,) * size,
             (start * unit,) * size,
         )

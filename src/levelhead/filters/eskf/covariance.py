@@ -35,7 +35,7 @@ def set_independent(m: Floats, first: int, count: int, sigma: float) -> None:
 
 
 @kernel
-def apply_prior(m: Floats, first: int, count: int, unit: float) -> None:
+def start_from_prior(m: Floats, first: int, count: int, unit: float) -> None:
     """Starts states with the estimates of an earlier run, where there are some; σ becomes no larger by that.
 
     The estimates are divided by ``unit``.
@@ -56,23 +56,23 @@ def add_variance(m: Floats, first: int, count: int, variance: float) -> None:
 
 @kernel
 def start_block(m: Floats, first: int, size: int, start: float, walk: float, unit: float) -> None:
-    """``state.declare`` of the start: independent, and with what an earlier run knows."""
+    """``state.declare_states`` of the start: independent, and with what an earlier run knows."""
     set_independent(m, first, size, start)
-    apply_prior(m, first, size, unit)
+    start_from_prior(m, first, size, unit)
 
 
 @kernel
 def add_walk(m: Floats, first: int, size: int, start: float, walk: float, unit: float) -> None:
-    """``state.declare`` of the process noise: the random walk over the block of samples."""
+    """``state.declare_states`` of the process noise: the random walk over the block of samples."""
     add_variance(m, first, size, walk * walk * m[at.BLOCK_TIME])
 
 
-start_inertial = noinline(instance(at.inertial_states, "start_inertial", declare=start_block))
-start_magnetic = noinline(instance(at.magnetic_states, "start_magnetic", declare=start_block))
-start_aided = noinline(instance(at.aided_states, "start_aided", declare=start_block))
-walk_inertial = instance(at.inertial_states, "walk_inertial", declare=add_walk)
-walk_magnetic = instance(at.magnetic_states, "walk_magnetic", declare=add_walk)
-walk_aided = instance(at.aided_states, "walk_aided", declare=add_walk)
+start_inertial = noinline(instance(at.inertial_states, "start_inertial", declare_states=start_block))
+start_magnetic = noinline(instance(at.magnetic_states, "start_magnetic", declare_states=start_block))
+start_aided = noinline(instance(at.aided_states, "start_aided", declare_states=start_block))
+walk_inertial = instance(at.inertial_states, "walk_inertial", declare_states=add_walk)
+walk_magnetic = instance(at.magnetic_states, "walk_magnetic", declare_states=add_walk)
+walk_aided = instance(at.aided_states, "walk_aided", declare_states=add_walk)
 
 
 @kernel
@@ -82,7 +82,7 @@ def vector(m: Floats, first: int) -> Vec3:
 
 
 @kernel
-def variance(m: Floats, i: int) -> float:
+def state_variance(m: Floats, i: int) -> float:
     """The variance of one state, in its unit squared."""
     return m[at.P + i * at.ROW + i]
 
@@ -171,7 +171,7 @@ def rotate_velocity_error(m: Floats, p: int, n: int, x: float, y: float) -> None
 
 
 @noinline
-def measure(m: Floats, n: int, first: int, innovation: float, noise: float) -> float:
+def update_scalar(m: Floats, n: int, first: int, innovation: float, noise: float) -> float:
     """One scalar measurement with row h, eq. 13; gains of states before ``first`` are zero; h is zero afterwards.
 
     ``innovation`` is y and ``noise`` r, in the unit of the measurement. Returns innovation²/s, which is 1 on average.

@@ -25,7 +25,7 @@ from levelhead.filters.eskf.covariance import (
     set_independent,
     start_inertial,
     start_magnetic,
-    variance,
+    state_variance,
     vector,
 )
 from levelhead.filters.eskf.measurements import (
@@ -38,7 +38,7 @@ from levelhead.filters.eskf.measurements import (
 )
 from levelhead.filters.eskf.params import ESKF
 from levelhead.filters.eskf.predict import decay_field_east, predict, predict_gap
-from levelhead.filters.eskf.preintegration import add_imu, add_mag, reset_block, true_rate
+from levelhead.filters.eskf.preintegration import add_imu, add_mag, calibrated_rate, reset_block
 from levelhead.filters.eskf.reinitialise import (
     NO_CANDIDATE,
     CandidateField,
@@ -69,7 +69,7 @@ class State(NamedTuple):
     field_norm: float  # µT, of the first field; 0: there was none
     resting: bool  # the guard has found the sensor at rest in this block
     candidate: CandidateField
-    block_ended: bool  # with the last sample
+    block_end: bool  # with the last sample
     health: int
     memory: Floats
 
@@ -121,10 +121,10 @@ def start_field(params: ESKF, m: Floats, attitude: Quat, mag: Vec3) -> float:
 @kernel
 def step(params: ESKF, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> State:
     """Integrates attitude and velocity over one sample, and adds the sample to the integrals of the block."""
-    attitude, field_norm, resting, candidate, block_ended, health, m = state
-    if block_ended:
+    attitude, field_norm, resting, candidate, block_end, health, m = state
+    if block_end:
         reset_block(m)
-    rate = true_rate(m, gyr)
+    rate = calibrated_rate(m, gyr)
     attitude = quat.integrate(attitude, rate, dt)
     if dt > GAP_SECONDS:
         predict_gap(m, dt)
@@ -171,12 +171,12 @@ def update(params: ESKF, state: State) -> State:
     attitude, field_norm, resting, candidate, _, _, m = state
     n = state_count(state)
     average_rate(m, resting)
-    tilt_variance = variance(m, at.ATTITUDE) + variance(m, at.ATTITUDE + 1)
+    tilt_variance = state_variance(m, at.ATTITUDE) + state_variance(m, at.ATTITUDE + 1)
     upside_down = is_upside_down(m)
     tilt_lost = m[at.ACC_TIME] > 0.0 and (upside_down or tilt_variance > LARGE_TILT)
-    if tilt_lost or (m[at.MAG_COUNT] > 0.0 and variance(m, at.HEADING) > LARGE_HEADING):
+    if tilt_lost or (m[at.MAG_COUNT] > 0.0 and state_variance(m, at.HEADING) > LARGE_HEADING):
         rotation = reinitialise_tilt(params, m) if tilt_lost else IDENTITY
-        if m[at.MAG_COUNT] > 0.0 and variance(m, at.HEADING) > LARGE_HEADING:
+        if m[at.MAG_COUNT] > 0.0 and state_variance(m, at.HEADING) > LARGE_HEADING:
             rotation = reinitialise_heading(params, m, rotation)
         m[at.REINITIALISED] = 1.0
         m[at.MEAN_UP] = GRAVITY
@@ -208,7 +208,7 @@ def update(params: ESKF, state: State) -> State:
     if candidate.time > params.mag_time:  # the room was changed, not the moment
         angle = atan2(candidate.field.x, candidate.field.y)
         set_field(params, m, candidate.field)
-        add_variance(m, at.HEADING, 1, min(angle * angle, LARGE_HEADING - variance(m, at.HEADING)))
+        add_variance(m, at.HEADING, 1, min(angle * angle, LARGE_HEADING - state_variance(m, at.HEADING)))
         health |= MAG_LEARNED
         candidate = NO_CANDIDATE
     return State(attitude, field_norm, False, candidate, True, health, m)
@@ -231,14 +231,14 @@ def inflate_heading(params: ESKF, state: State, variance: float) -> State:
 @kernel
 def at_rest(params: ESKF, state: State) -> State:
     """The guard has found the sensor at rest: the block will measure a zero rate."""
-    attitude, field_norm, _, candidate, block_ended, health, m = state
-    return State(attitude, field_norm, True, candidate, block_ended, health, m)
+    attitude, field_norm, _, candidate, block_end, health, m = state
+    return State(attitude, field_norm, True, candidate, block_end, health, m)
 
 
 @kernel
 def angle_sigma(m: Floats, i: int) -> float:
     """1σ of an angle, rad."""
-    return min(sqrt(max(variance(m, i), 0.0)), UNIFORM)
+    return min(sqrt(max(state_variance(m, i), 0.0)), UNIFORM)
 
 
 @kernel

@@ -7,7 +7,7 @@ from levelhead.compiler.mark import kernel, noinline
 from levelhead.filters.eskf import aiding
 from levelhead.filters.eskf import state as at
 from levelhead.filters.eskf.adaptation import mean_travel
-from levelhead.filters.eskf.covariance import measure, rotate_velocity_error, variance, vector
+from levelhead.filters.eskf.covariance import rotate_velocity_error, state_variance, update_scalar, vector
 from levelhead.filters.eskf.params import ESKF
 from levelhead.kernels.arrays import Floats
 from levelhead.kernels.trig import atan2
@@ -55,7 +55,7 @@ def may_stand(m: Floats, i: int) -> bool:
     """Whether the velocity along axis i may be zero; smooth travel and smooth braking look like rest to the guard."""
     v = m[at.MEAN + at.VELOCITY + i]
     a = m[at.INT_FORCE + i] / m[at.BLOCK_TIME] - (GRAVITY if i == 2 else 0.0)
-    possible = v * v <= STOP_GATE * (variance(m, at.VELOCITY + i) + REST_SPEED * REST_SPEED)
+    possible = v * v <= STOP_GATE * (state_variance(m, at.VELOCITY + i) + REST_SPEED * REST_SPEED)
     return possible and a * a <= STOP_ACC * STOP_ACC
 
 
@@ -86,9 +86,9 @@ def update_velocity(params: ESKF, m: Floats, resting: bool, n: int) -> None:
                 y += mean_travel(m, i)
                 for k in range(3):
                     m[at.H + at.TRAVEL + k] = -m[at.INT_R + 3 * i + k] / m[at.BLOCK_TIME]
-            s = variance(m, at.VELOCITY + i) + noise
+            s = state_variance(m, at.VELOCITY + i) + noise
             beyond = abs(y - m[at.X + at.VELOCITY + i]) / sqrt(s) / VELOCITY_BOUND - 1.0
-            measure(m, n, 0, y, noise + s * max(0.0, beyond))
+            update_scalar(m, n, 0, y, noise + s * max(0.0, beyond))
 
 
 @kernel
@@ -129,9 +129,9 @@ def update_zero_rate(m: Floats, n: int) -> None:
         explained = m[s] * rate.x + m[s + 1] * rate.y + m[s + 2] * rate.z + m[at.MEAN + at.GYR_BIAS + i]
         measured = rate.x if i == 0 else (rate.y if i == 1 else rate.z)
         y = measured - explained
-        s2 = variance(m, at.GYR_BIAS + i) + noise
+        s2 = state_variance(m, at.GYR_BIAS + i) + noise
         beyond = abs(y - m[at.X + at.GYR_BIAS + i]) / sqrt(s2) / bound - 1.0
-        measure(m, n, 0, y, noise + s2 * max(0.0, beyond) * REST_TIME * one)
+        update_scalar(m, n, 0, y, noise + s2 * max(0.0, beyond) * REST_TIME * one)
 
 
 @noinline
@@ -154,7 +154,7 @@ def update_field(params: ESKF, m: Floats, steady: bool, n: int) -> FieldFit:
     inflation = 1.0 + misfit2 / (params.mag_gate * params.mag_gate)
     mismatch = inflation > REJECTED
     inflation += field_departure(m, strength, z, norm2) / (params.field_gate * params.field_gate)
-    sine2 = min(GATE * variance(m, at.HEADING), 0.5)
+    sine2 = min(GATE * state_variance(m, at.HEADING), 0.5)
     heading_off = y < HEADING_COSINE * strength and (y < 0.0 or x * x > sine2 * strength * strength)
     if heading_off or y < FIRST_ORDER_COSINE * strength:
         m[at.HEADING_FAR] = 1.0
@@ -170,17 +170,17 @@ def update_field(params: ESKF, m: Floats, steady: bool, n: int) -> FieldFit:
     m[at.H + at.HEADING] = -y
     m[at.H + at.FIELD_EAST] = -1.0
     set_sensor_columns(m, 0, one)
-    measure(m, n, at.HEADING, m[at.MEAN + at.FIELD_EAST] - x, noise)
+    update_scalar(m, n, at.HEADING, m[at.MEAN + at.FIELD_EAST] - x, noise)
     m[at.H + at.ATTITUDE] = -z
     m[at.H + at.HEADING] = x
     m[at.H + at.FIELD] = -1.0
     set_sensor_columns(m, 1, one)
-    measure(m, n, at.HEADING, level - y, noise)
+    update_scalar(m, n, at.HEADING, level - y, noise)
     m[at.H + at.ATTITUDE] = y
     m[at.H + at.ATTITUDE + 1] = -x
     m[at.H + at.FIELD + 1] = -1.0
     set_sensor_columns(m, 2, one)
-    measure(m, n, at.HEADING, up - z, noise)
+    update_scalar(m, n, at.HEADING, up - z, noise)
     return FieldFit(mismatch, heading_off, field)
 
 
@@ -249,7 +249,7 @@ def update_heading(params: ESKF, m: Floats, field: Vec3, norm2: float, n: int) -
     strength = sqrt(x * x + y * y)
     angle = atan2(x - m[at.MEAN + at.FIELD_EAST], y)
     noise = params.mag_noise * params.mag_noise * norm2 / m[at.BLOCK_TIME]
-    s = strength * strength * variance(m, at.HEADING) + variance(m, at.FIELD_EAST) + noise
+    s = strength * strength * state_variance(m, at.HEADING) + state_variance(m, at.FIELD_EAST) + noise
     noise = s * max(0.0, abs(strength * angle) / sqrt(s) / HEADING_BOUND - 1.0)
     correct_heading(m, n, -strength, -strength * angle, s + noise)
 

@@ -13,7 +13,7 @@ from levelhead.filters.eskf.covariance import (
     propagate_position,
     rotate_velocity_error,
     set_independent,
-    variance,
+    state_variance,
     vector,
     walk_aided,
     walk_inertial,
@@ -83,9 +83,9 @@ def limit_heading_coupling(m: Floats) -> None:
     """
     x, y, _ = vector(m, at.INT_FORCE)
     force2 = x * x + y * y
-    heading = variance(m, at.HEADING)
+    heading = state_variance(m, at.HEADING)
     time = m[at.BLOCK_TIME]
-    pretended = (variance(m, at.ATTITUDE) + variance(m, at.ATTITUDE + 1)) * GRAVITY * GRAVITY * time * time
+    pretended = (state_variance(m, at.ATTITUDE) + state_variance(m, at.ATTITUDE + 1)) * GRAVITY * GRAVITY * time * time
     noise = 0.5 * heading * heading * force2
     if heading > LARGE_HEADING * LARGE_HEADING and force2 < CLEAR_FORCE * CLEAR_FORCE * pretended:
         m[at.F + at.HEADING] = 0.0
@@ -118,7 +118,7 @@ def add_process_noise(params: ESKF, m: Floats, n: int) -> None:
     if n > at.N_MAGNETIC:
         walk_aided(params, m, 1.0)
     for i in range(at.N):
-        add_variance(m, i, 1, ROUNDING * variance(m, i))
+        add_variance(m, i, 1, ROUNDING * state_variance(m, i))
     if n > at.N_INERTIAL:
         walk_magnetic(params, m, 1.0)
         decay_field_east(params, m, time)
@@ -146,8 +146,8 @@ def predict_gap(m: Floats, gap: float) -> None:
         aiding.inflate_nav_state(m, gap)
     else:
         reset_velocity(m)
-    level = sqrt(after_gap(max(variance(m, at.ATTITUDE), variance(m, at.ATTITUDE + 1)), gap))
-    heading = sqrt(after_gap(variance(m, at.HEADING), gap))
+    level = sqrt(after_gap(max(state_variance(m, at.ATTITUDE), state_variance(m, at.ATTITUDE + 1)), gap))
+    heading = sqrt(after_gap(state_variance(m, at.HEADING), gap))
     set_independent(m, at.ATTITUDE, 2, level)
     set_independent(m, at.HEADING, 1, heading)
     reset_block(m)

@@ -10,7 +10,7 @@ from levelhead.units import GRAVITY
 
 
 @kernel
-def true_rate(m: Floats, gyr: Vec3) -> Vec3:
+def calibrated_rate(m: Floats, gyr: Vec3) -> Vec3:
     """w = ω − S ω − b, rad/s, eq. 2."""
     x, y, z = gyr
     b = at.MEAN + at.GYR_BIAS

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from levelhead.compiler.mark import kernel, noinline
 from levelhead.filters.eskf import aiding
 from levelhead.filters.eskf import state as at
-from levelhead.filters.eskf.covariance import rotate_velocity_error, set_independent, variance, vector
+from levelhead.filters.eskf.covariance import rotate_velocity_error, set_independent, state_variance, vector
 from levelhead.filters.eskf.measurements import FieldFit
 from levelhead.filters.eskf.params import ESKF
 from levelhead.filters.eskf.predict import reset_velocity
@@ -84,7 +84,7 @@ def reinitialise_tilt(params: ESKF, m: Floats) -> Quat:
     """Returns the rotation that brings the block's mean force to the vertical, and sets σ of attitude and velocity."""
     rotation = rotation_to_vertical(vector(m, at.INT_FORCE))
     turn = 2.0 * sqrt(rotation.x * rotation.x + rotation.y * rotation.y)
-    heading = sqrt(variance(m, at.HEADING) + turn * turn)
+    heading = sqrt(state_variance(m, at.HEADING) + turn * turn)
     start = params.tilt_start * DEGREE
     swing = SWING_SPEED / GRAVITY
     set_independent(m, at.ATTITUDE, 2, sqrt(start * start + swing * swing * m[at.INT_RATE2] / m[at.BLOCK_TIME]))

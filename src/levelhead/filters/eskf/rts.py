@@ -43,15 +43,15 @@ BEFORE = PREDICTED + WHOLE  # the attitude before the correction, 4
 FORWARD_SIZE = BEFORE + 4
 
 # What is kept of each block
-KEPT_P = 0
-KEPT_PREDICTED = KEPT_P + WHOLE
-KEPT_W = KEPT_PREDICTED + WHOLE  # rows of F P of the driven states
-KEPT_X = KEPT_W + at.DRIVEN * at.ROW
-KEPT_BIAS = KEPT_X + at.N  # rad/s, 3
-KEPT_ROTATION = KEPT_BIAS + 3  # by the correction at its end, earth frame, 4
-KEPT_RESTART = KEPT_ROTATION + 4  # 1: its attitude is independent of that before it
-KEPT_DECAY = KEPT_RESTART + 1  # shares by which the field's eastern part and travel decayed, 2
-KEPT = KEPT_DECAY + 2
+BLOCK_P = 0
+BLOCK_PREDICTED = BLOCK_P + WHOLE
+BLOCK_W = BLOCK_PREDICTED + WHOLE  # rows of F P of the driven states
+BLOCK_X = BLOCK_W + at.DRIVEN * at.ROW
+BLOCK_BIAS = BLOCK_X + at.N  # rad/s, 3
+BLOCK_ROTATION = BLOCK_BIAS + 3  # by the correction at its end, earth frame, 4
+BLOCK_RESTART = BLOCK_ROTATION + 4  # 1: its attitude is independent of that before it
+BLOCK_DECAY = BLOCK_RESTART + 1  # shares by which the field's eastern part and travel decayed, 2
+BLOCK_SIZE = BLOCK_DECAY + 2
 
 # The memory of the step back
 AHEAD = 0  # A, then P^s_k+1 − A
@@ -92,56 +92,56 @@ def correct(params: ESKF, state: State, dt: float) -> State:
 
 
 @kernel
-def block_ended(state: State) -> bool:
+def is_block_end(state: State) -> bool:
     """Whether a block ended with the last sample."""
-    return state.block_ended
+    return state.block_end
 
 
 @kernel
-def keep_start(state: State, kept: Floats) -> None:
+def keep_start(state: State, blocks: Floats) -> None:
     """The block before a stretch of samples; only its covariance and bias are needed."""
     m = state.memory
     for j in range(WHOLE):
-        kept[KEPT_P + j] = m[at.P + j]
+        blocks[BLOCK_P + j] = m[at.P + j]
     for j in range(3):
-        kept[KEPT_BIAS + j] = m[at.MEAN + at.GYR_BIAS + j]
+        blocks[BLOCK_BIAS + j] = m[at.MEAN + at.GYR_BIAS + j]
 
 
 @kernel
-def keep(state: State, kept: Floats, first: int) -> None:
+def keep(state: State, blocks: Floats, first: int) -> None:
     """The block that has just ended, as numbers of ``kept`` from ``first`` on."""
     m = state.memory
     for j in range(WHOLE):
-        kept[first + KEPT_P + j] = m[at.P + j]
-        kept[first + KEPT_PREDICTED + j] = m[PREDICTED + j]
+        blocks[first + BLOCK_P + j] = m[at.P + j]
+        blocks[first + BLOCK_PREDICTED + j] = m[PREDICTED + j]
     for j in range(at.DRIVEN * at.ROW):
-        kept[first + KEPT_W + j] = m[at.W + j]
+        blocks[first + BLOCK_W + j] = m[at.W + j]
     for j in range(at.N):
-        kept[first + KEPT_X + j] = m[at.X + j]
+        blocks[first + BLOCK_X + j] = m[at.X + j]
     for j in range(3):
-        kept[first + KEPT_BIAS + j] = m[at.MEAN + at.GYR_BIAS + j]
+        blocks[first + BLOCK_BIAS + j] = m[at.MEAN + at.GYR_BIAS + j]
     before = Quat(m[BEFORE], m[BEFORE + 1], m[BEFORE + 2], m[BEFORE + 3])
     w, x, y, z = quat.multiply(state.quat, quat.conjugate(before))
-    kept[first + KEPT_ROTATION] = w
-    kept[first + KEPT_ROTATION + 1] = x
-    kept[first + KEPT_ROTATION + 2] = y
-    kept[first + KEPT_ROTATION + 3] = z
-    kept[first + KEPT_RESTART] = 1.0 if m[at.REINITIALISED] > 0.0 or m[at.GAP_TIME] > 0.0 else 0.0
-    kept[first + KEPT_DECAY] = m[at.EAST_DECAY]
-    kept[first + KEPT_DECAY + 1] = m[at.TRAVEL_DECAY]
+    blocks[first + BLOCK_ROTATION] = w
+    blocks[first + BLOCK_ROTATION + 1] = x
+    blocks[first + BLOCK_ROTATION + 2] = y
+    blocks[first + BLOCK_ROTATION + 3] = z
+    blocks[first + BLOCK_RESTART] = 1.0 if m[at.REINITIALISED] > 0.0 or m[at.GAP_TIME] > 0.0 else 0.0
+    blocks[first + BLOCK_DECAY] = m[at.EAST_DECAY]
+    blocks[first + BLOCK_DECAY + 1] = m[at.TRAVEL_DECAY]
 
 
 @kernel
-def rotation(kept: Floats, first: int) -> Quat:
+def rotation(blocks: Floats, first: int) -> Quat:
     """The rotation by the correction at the end of a block, earth frame."""
-    q = first + KEPT_ROTATION
-    return Quat(kept[q], kept[q + 1], kept[q + 2], kept[q + 3])
+    q = first + BLOCK_ROTATION
+    return Quat(blocks[q], blocks[q + 1], blocks[q + 2], blocks[q + 3])
 
 
 @kernel
-def is_restart(kept: Floats, first: int) -> bool:
+def is_restart(blocks: Floats, first: int) -> bool:
     """Whether the attitude of a block is independent of that before it."""
-    return kept[first + KEPT_RESTART] > 0.0
+    return blocks[first + BLOCK_RESTART] > 0.0
 
 
 @kernel
@@ -152,26 +152,26 @@ def begin(state: State, m: Floats) -> None:
 
 
 @kernel
-def load(kept: Floats, first: int, m: Floats) -> None:
+def load(blocks: Floats, first: int, m: Floats) -> None:
     """Puts block k, kept from ``first`` on, and the one behind it to where the step back needs them."""
-    after = first + KEPT
+    after = first + BLOCK_SIZE
     copy(m, LATER, NOW, WHOLE)
     for j in range(WHOLE):
-        m[AHEAD + j] = kept[after + KEPT_PREDICTED + j]
-        m[NOW + j] = kept[first + KEPT_P + j]
+        m[AHEAD + j] = blocks[after + BLOCK_PREDICTED + j]
+        m[NOW + j] = blocks[first + BLOCK_P + j]
     copy(m, GAIN, NOW, WHOLE)
     for j in range(at.DRIVEN * at.ROW):
-        m[GAIN + at.VELOCITY * at.ROW + j] = kept[after + KEPT_W + j]
+        m[GAIN + at.VELOCITY * at.ROW + j] = blocks[after + BLOCK_W + j]
     for j in range(at.ROW):
-        m[GAIN + at.FIELD_EAST * at.ROW + j] *= 1.0 - kept[after + KEPT_DECAY]
+        m[GAIN + at.FIELD_EAST * at.ROW + j] *= 1.0 - blocks[after + BLOCK_DECAY]
         for i in range(3):
-            m[GAIN + (at.TRAVEL + i) * at.ROW + j] *= 1.0 - kept[after + KEPT_DECAY + 1]
-    x, y = kept[after + KEPT_X + at.VELOCITY], kept[after + KEPT_X + at.VELOCITY + 1]
+            m[GAIN + (at.TRAVEL + i) * at.ROW + j] *= 1.0 - blocks[after + BLOCK_DECAY + 1]
+    x, y = blocks[after + BLOCK_X + at.VELOCITY], blocks[after + BLOCK_X + at.VELOCITY + 1]
     rotate_velocity_error(m, LATER, at.ROW, -x, -y)  # undoes what the correction did to the error of velocity
     m[SMOOTHED + at.VELOCITY] += y * m[SMOOTHED + at.HEADING]
     m[SMOOTHED + at.VELOCITY + 1] -= x * m[SMOOTHED + at.HEADING]
     for j in range(at.N):
-        m[OFF + j] = kept[after + KEPT_X + j] + m[SMOOTHED + j]
+        m[OFF + j] = blocks[after + BLOCK_X + j] + m[SMOOTHED + j]
 
 
 @kernel
@@ -242,22 +242,22 @@ def step_back(m: Floats, restart: bool) -> None:
 
 
 @kernel
-def back(kept: Floats, first: int, m: Floats) -> None:
+def back(blocks: Floats, first: int, m: Floats) -> None:
     """One step back, to the block that is kept from ``first`` on."""
-    load(kept, first, m)
-    step_back(m, is_restart(kept, first + KEPT))
+    load(blocks, first, m)
+    step_back(m, is_restart(blocks, first + BLOCK_SIZE))
 
 
 @kernel
-def read(kept: Floats, first: int, m: Floats) -> BlockEstimate:
+def read(blocks: Floats, first: int, m: Floats) -> BlockEstimate:
     """The block that the step back has reached."""
-    b = first + KEPT_BIAS
+    b = first + BLOCK_BIAS
     d = SMOOTHED + at.GYR_BIAS
     x = SMOOTHED + at.ATTITUDE
     v = NOW + at.ATTITUDE * (at.ROW + 1)
     return BlockEstimate(
         Vec3(m[x], m[x + 1], m[x + 2]),
-        Vec3(kept[b] + m[d], kept[b + 1] + m[d + 1], kept[b + 2] + m[d + 2]),
+        Vec3(blocks[b] + m[d], blocks[b + 1] + m[d + 1], blocks[b + 2] + m[d + 2]),
         Vec3(angle_sigma(m[v]), angle_sigma(m[v + at.ROW + 1]), angle_sigma(m[v + 2 * (at.ROW + 1)])),
     )
 

@@ -99,44 +99,44 @@ RELATIVE_HEADING = 1e-4  # rad: a relative heading is right by definition
 FIRST_FIELD = 0.25  # share
 
 
-def declare(m: Floats, first: int, size: int, start: float, walk: float, unit: float) -> None:
+def declare_states(m: Floats, first: int, size: int, start: float, walk: float, unit: float) -> None:
     """Stands where ``instance`` puts what is to be done with each block of states.
 
     ``start`` is 1σ at the start and ``walk`` 1σ of the random walk after one second, both in the unit of the states: a
     prior is divided by ``unit`` to be in it.
     """
-    raise RuntimeError("bind `declare` first")
+    raise RuntimeError("bind `declare_states` first")
 
 
 @kernel
 def inertial_states(params: ESKF, m: Floats, unit: float) -> None:
     """σ at the start and random walk of the states that always exist; ``unit`` is not used."""
-    declare(m, ACC_BIAS, 3, params.acc_bias, params.acc_walk, 1.0)
-    declare(m, VELOCITY, 3, FIRST_SPEED, 0.0, 1.0)
-    declare(m, ATTITUDE, 2, UNKNOWN, 0.0, 1.0)
-    declare(m, HEADING, 1, RELATIVE_HEADING, 0.0, 1.0)
-    declare(m, GYR_BIAS, 3, params.bias_start * DEGREE, params.bias_walk * DEGREE, 1.0)
-    declare(m, GYR_MATRIX, 9, params.scale_start, params.scale_walk, 1.0)
-    declare(m, TRAVEL, 3, params.travel, 0.0, 1.0)
+    declare_states(m, ACC_BIAS, 3, params.acc_bias, params.acc_walk, 1.0)
+    declare_states(m, VELOCITY, 3, FIRST_SPEED, 0.0, 1.0)
+    declare_states(m, ATTITUDE, 2, UNKNOWN, 0.0, 1.0)
+    declare_states(m, HEADING, 1, RELATIVE_HEADING, 0.0, 1.0)
+    declare_states(m, GYR_BIAS, 3, params.bias_start * DEGREE, params.bias_walk * DEGREE, 1.0)
+    declare_states(m, GYR_MATRIX, 9, params.scale_start, params.scale_walk, 1.0)
+    declare_states(m, TRAVEL, 3, params.travel, 0.0, 1.0)
 
 
 @kernel
 def magnetic_states(params: ESKF, m: Floats, unit: float) -> None:
     """σ at the start and random walk of the states of a magnetometer; ``unit`` is the first field's norm, µT."""
-    declare(m, FIELD, 2, FIRST_FIELD, params.field_walk, unit)
-    declare(m, MAG_OFFSET, 3, params.mag_offset, params.offset_walk, unit)
-    declare(m, MAG_DELAY, 1, params.mag_delay * MILLI, 0.0, 1.0)
-    declare(m, FIELD_EAST, 1, params.mag_place, 0.0, unit)
+    declare_states(m, FIELD, 2, FIRST_FIELD, params.field_walk, unit)
+    declare_states(m, MAG_OFFSET, 3, params.mag_offset, params.offset_walk, unit)
+    declare_states(m, MAG_DELAY, 1, params.mag_delay * MILLI, 0.0, 1.0)
+    declare_states(m, FIELD_EAST, 1, params.mag_place, 0.0, unit)
 
 
 @kernel
 def aided_states(params: ESKF, m: Floats, unit: float) -> None:
     """σ at the start and random walk of the states of aiding, all known by definition until the first measurement."""
-    declare(m, POSITION, 3, 0.0, 0.0, 1.0)
-    declare(m, BARO_OFFSET, 1, 0.0, params.baro_walk, 1.0)
+    declare_states(m, POSITION, 3, 0.0, 0.0, 1.0)
+    declare_states(m, BARO_OFFSET, 1, 0.0, params.baro_walk, 1.0)
 
 
-def noise(params: Params) -> dict[int, tuple[int, float, float]]:
+def block_noise(params: Params) -> dict[int, tuple[int, float, float]]:
     """Offset of each block of states -> its size, σ at the start and random walk, for the parameters; plain Python."""
     found: dict[int, tuple[int, float, float]] = {}
 
@@ -144,7 +144,7 @@ def noise(params: Params) -> dict[int, tuple[int, float, float]]:
         found[first] = size, start, walk
 
     for declaration in (inertial_states, magnetic_states, aided_states):
-        of_params: Callable[..., None] = with_globals(declaration, "record", declare=record)
+        of_params: Callable[..., None] = with_globals(declaration, "record", declare_states=record)
         of_params(params, [], 1.0)
     return found
 

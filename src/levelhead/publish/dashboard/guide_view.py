@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from levelhead.calibrate.guide import Instruction
-from levelhead.publish.dashboard.page import PORT, Page, plain
+from levelhead.publish.dashboard.page import PORT, Page, plain_text
 from levelhead.recording import Array
 from levelhead.rotations import from_rotvec
 
@@ -29,20 +29,20 @@ class GuideView:
         if now is self._last:
             return
         self._last = now
-        self.page.status.content = f"**{plain(now.words)}**"
+        self.page.status.content = f"**{plain_text(now.words)}**"
         self._bar.value = 100.0 * now.fraction
         sides = ", ".join(now.sides) or "none"
         untold = ", ".join(now.untold) or "nothing"
-        self._told.content = plain(f"up now: {now.up}; sides that were up: {sides}; not told yet: {untold}")
+        self._told.content = plain_text(f"up now: {now.up}; sides that were up: {sides}; not told yet: {untold}")
         if now.side is not None:
-            self.page.turn(attitude(now.side).tolist())
+            self.page.turn(side_attitude(now.side).tolist())
 
     def stop(self) -> None:
         """Closes the page."""
         self.page.stop()
 
 
-def attitude(side: Array) -> Array:
+def side_attitude(side: Array) -> Array:
     """(4,) the shortest turn from level that puts a side of the sensor up, sensor to earth."""
     x, y, z = side / np.linalg.norm(side)
     angle, level = math.acos(min(1.0, max(-1.0, z))), math.hypot(x, y)

@@ -15,7 +15,7 @@ from levelhead.live.subscription import Subscription
 from levelhead.open_types import Fields, Handle
 from levelhead.publish.dashboard.chart_data import ChartData, tilt_of, two_sigma, unwrap, unwrap_to
 from levelhead.publish.dashboard.charts import ChartSet
-from levelhead.publish.dashboard.page import PORT, Page, plain, status_text
+from levelhead.publish.dashboard.page import PORT, Page, plain_text, status_text
 
 WINDOW = 10.0  # s in the charts
 DENSITY = 50.0  # points per second in the charts
@@ -65,7 +65,7 @@ class NodeView:
             try:
                 self._read()
             except LevelheadError as error:  # this reader gets nothing from the node
-                self.page.status.content = f"**{plain(str(error))}**"
+                self.page.status.content = f"**{plain_text(str(error))}**"
                 return
             now = time.monotonic()
             if self._last is not None:
@@ -82,7 +82,8 @@ class NodeView:
             self._configure(config.data)
         while (event := topics["health"].get(timeout=0.0)) is not None:
             bold = "**" if event.on else ""
-            self._list_event(event.name, f"{clock(event.stamp)} {bold}{plain(event.name)}{bold}: {plain(event.text)}")
+            name, text = plain_text(event.name), plain_text(event.text)
+            self._list_event(event.name, f"{clock(event.stamp)} {bold}{name}{bold}: {text}")
         while (raw := topics["raw"].get(timeout=0.0)) is not None:
             self._raw = raw
             self._mag = raw.mag or self._mag
@@ -124,7 +125,7 @@ class NodeView:
         try:
             self._set_params(**{name: value})
         except LevelheadError as error:
-            self._list_event("not_set", f"**{plain(name)}** was not set: {plain(str(error))}")
+            self._list_event("not_set", f"**{plain_text(name)}** was not set: {plain_text(str(error))}")
 
     def _show_status(self, now: float) -> None:
         orientation = self._last

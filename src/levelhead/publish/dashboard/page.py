@@ -29,7 +29,7 @@ LABELS = """<style>.mantine-Button-root { height: auto !important; min-height: 2
 TRUSTED, INVALID = (90, 140, 200), (160, 160, 160)
 
 
-def plain(text: str) -> str:
+def plain_text(text: str) -> str:
     """Text of whatever origin, so that the page shows it as it is: viser's Markdown would run what stands in braces."""
     return "".join(f"&#{ord(sign)};" if sign in "{}<>&`\\*_[]" else sign for sign in text)
 
@@ -84,7 +84,7 @@ class Page:
             "/heading", sector(self._cone_angle), fan, color=(230, 150, 40), opacity=0.45, side="double",
             flat_shading=True, cast_shadow=False, receive_shadow=False,
         )  # fmt: skip
-        gui.add_markdown(f"### {plain(title)}")
+        gui.add_markdown(f"### {plain_text(title)}")
         self.status = gui.add_markdown("…")
         gui.add_html(NARROW + LABELS)
         self.charts: ChartSet | None = None

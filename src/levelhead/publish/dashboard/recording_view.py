@@ -16,7 +16,7 @@ from levelhead.errors import LevelheadError
 from levelhead.filters.health import FAULTS, NAMES
 from levelhead.publish.dashboard.chart_data import ChartData, tilt_of, two_sigma, unwrap, unwrap_to
 from levelhead.publish.dashboard.charts import ChartSet
-from levelhead.publish.dashboard.page import PORT, Page, plain, status_text
+from levelhead.publish.dashboard.page import PORT, Page, plain_text, status_text
 from levelhead.publish.writers import SUFFIXES, write_track
 from levelhead.recording import Array, Recording
 from levelhead.track import Track
@@ -123,7 +123,7 @@ class RecordingView:
         try:
             content = self.export(suffix)
         except LevelheadError as error:
-            self.page.status.content = plain(str(error))
+            self.page.status.content = plain_text(str(error))
             return
         event.client.send_file_download(f"selection{suffix}", content, save_immediately=True)
 
@@ -161,7 +161,7 @@ class RecordingView:
             self.params = self.params._replace(**changes)
             self.track = fuse(self.recording, self.params, guard=self._guard)
         except LevelheadError as error:
-            self.page.status.content = plain(str(error))
+            self.page.status.content = plain_text(str(error))
             return
         self._show()
 
@@ -240,7 +240,7 @@ class RecordingView:
         angles = Track(track.t[row : row + 1], track.quat[row : row + 1]).euler()[0].tolist()
         band = two_sigma(sigma[None, :])[0].tolist()
         self.page.status.content = status_text(
-            angles, band, f"t {self._at:.2f} s of {rec.duration:.2f} s, {plain(track.name)}"
+            angles, band, f"t {self._at:.2f} s of {rec.duration:.2f} s, {plain_text(track.name)}"
         )
 
     def wait(self) -> None:

@@ -22,7 +22,7 @@ def most_active_axis(euler: Array) -> int:
     return int(np.argmax(np.unwrap(good, period=360.0, axis=0).std(axis=0)))
 
 
-def wrap(degrees: Array) -> Array:
+def wrap_degrees(degrees: Array) -> Array:
     """Angles brought to −180° … 180°."""
     return (degrees + 180.0) % 360.0 - 180.0
 

@@ -131,7 +131,7 @@ def band(axes: "Axes", t: Array, centre: Array, half: Array, period: float = 0.0
         axes.fill_between(*outline, linewidth=0, **style)
 
 
-def runs(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
+def flagged_ranges(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
     """First and last index of every unbroken run of True."""
     edges = np.diff(np.concatenate([[0], flags.astype(np.int8), [0]]))
     return list(zip(np.flatnonzero(edges == 1).tolist(), (np.flatnonzero(edges == -1) - 1).tolist(), strict=True))

@@ -8,7 +8,7 @@ import numpy as np
 from levelhead.filters import health
 from levelhead.publish.plots import angles, style
 from levelhead.publish.plots.chart import Band, Bars, Line, Panel, Picture, draw
-from levelhead.publish.plots.curves import area, envelope, envelope_of, join, runs, stretches
+from levelhead.publish.plots.curves import area, envelope, envelope_of, flagged_ranges, join, stretches
 from levelhead.recording import Array, Recording
 from levelhead.track import Track
 from levelhead.units import GRAVITY
@@ -162,7 +162,7 @@ def _events(track: Track) -> list[HealthEvent]:
     for bit, words in sorted(health.NAMES.items(), key=lambda item: not item[0] & health.FAULTS):
         flags = (track.health & np.uint32(bit)) != 0
         if flags.any():
-            found.append(HealthEvent(words, bool(bit & health.FAULTS), runs(flags)))
+            found.append(HealthEvent(words, bool(bit & health.FAULTS), flagged_ranges(flags)))
     return found
 
 

@@ -44,11 +44,11 @@ class PanelData(NamedTuple):
         """The filter's angle; yaw without its constant offset where heading is relative."""
         course = row.track.euler()[:, self.axis]
         offset = row.score.heading_offset if row.score is not None else None
-        return angles.wrap(course - offset) if self.axis == 2 and offset else course
+        return angles.wrap_degrees(course - offset) if self.axis == 2 and offset else course
 
     def error(self, estimate: Array) -> Array:
         """Estimate minus truth on the circle."""
-        return angles.wrap(estimate - self.true)
+        return angles.wrap_degrees(estimate - self.true)
 
     def rms(self, estimate: Array) -> float:
         """RMS error in degrees over the samples that count; NaN if there is none."""
