@@ -31,7 +31,7 @@ def assert_same(tracks, whole):
 @pytest.mark.parametrize("with_mag", [False, True])
 def test_bits_of_one_piece(tmp_path, monkeypatch, with_mag):
     """Over several stretches, so that what the forward run saved comes from the file."""
-    monkeypatch.setattr(smoothing, "KEPT", 4)
+    monkeypatch.setattr(smoothing, "MOST_BLOCKS", 4)
     monkeypatch.setattr(smooth_chunks, "OFTEN", 2)
     recording = hard_recording(with_mag)
     done = []

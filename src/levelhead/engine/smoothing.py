@@ -34,7 +34,7 @@ from levelhead.guard import Guard
 from levelhead.recording import Array, Recording
 from levelhead.track import Track
 
-KEPT = 500  # blocks in memory, ten MB: more would not stay near the processor
+MOST_BLOCKS = 500  # blocks in memory, ten MB: more would not stay near the processor
 
 
 class BoundSmoother(NamedTuple):
@@ -112,7 +112,7 @@ class Smoother:
         n, mag = len(recording), [] if recording.mag is None else [recording.mag]
         sensors = [a.reshape(-1) for a in (recording.t, recording.gyr, recording.acc, *mag)]
         self.take(sensors, FlatTrack(np.empty(4 * n), np.empty(3 * n), np.empty(3 * n)), np.zeros(n, np.uint32))
-        self._kept = BlockRows(self._zeros(KEPT * self._parts.width), self._zeros(KEPT))
+        self._kept = BlockRows(self._zeros(MOST_BLOCKS * self._parts.width), self._zeros(MOST_BLOCKS))
         self._memory = self._zeros(self._parts.memory)  # of the backward run
 
     def _numbers(self, values: Array) -> Array:

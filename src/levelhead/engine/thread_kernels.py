@@ -58,8 +58,8 @@ score: ScoreHooks = declare(ScoreHooks)
 
 @compiled_only
 def thread_number() -> int:
-    """The number of the thread that asks: ``compiler.gpu_words`` has what a GPU runs."""
-    return 0
+    """The number of the thread that asks: stands where ``compiler.gpu_words`` has what a GPU runs."""
+    raise RuntimeError("only a GPU's threads have numbers")
 
 
 @compiled_only
