@@ -31,7 +31,7 @@ one that nothing measures.
 maximisation in each block.
 
 **Width of a prior.** Sensors are a mixture of calibrated and raw ones. Let s² be the
-variance that a state would have without any measurement (its prior's, and its random walk since), P the one that it
+variance that a state would have without any measurement (its prior's, and what (27) has added since), P the one that it
 has, and x its estimate less the prior's mean, which is 0 but where an earlier run has told it. The measurements alone
 then say x/κ ± √(P/κ) with κ = 1 − P/s². Where even the lower end of that is beyond s,
 
@@ -65,8 +65,8 @@ INNOVATION_TIME = 2.0  # s, τ
 DENSITY_TIME = 10.0  # s
 TRAVEL_TIME = 8.0  # s over which the variance of travel is averaged
 MISSED_GATE = 9.0  # σ², beyond which velocity is not the body's
-BIAS_TIME = 10.0  # s over which corrections of the gyroscope's bias are added up
-BIAS_GATE = 9.0  # σ², beyond which they are more than its random walk
+BIAS_TIME = 15.0  # s over which corrections of the gyroscope's bias are added up
+BIAS_GATE = 25.0  # σ², beyond which they are more than its random walk
 MOST_WALK = 0.03 * DEGREE  # (rad/s)/√s, of a sensor that warms up
 LEAST_TRAVEL = 0.1  # m/s, 1σ
 MOST_TRAVEL = 2.0

@@ -109,11 +109,10 @@ def add_process_noise(params: ESKF, m: Floats, n: int) -> None:
     force += min(blow * blow, 1.0) * m[at.INT_ACC2] * time
     add_variance(m, at.VELOCITY, 3, force + UNMEASURED_ACC * UNMEASURED_ACC * without * time)
     walk_inertial(params, m, 1.0)
-    walk = params.bias_walk * DEGREE
     faster = m[at.BIAS_WALK] * time
     add_variance(m, at.GYR_BIAS, 3, faster)
-    for i in range(at.GYR_BIAS, at.GYR_BIAS + 3):  # the variance that it would have without any measurement
-        m[at.PRIOR_VARIANCE + i] += walk * walk * time + faster
+    for i in range(at.GYR_BIAS, at.GYR_BIAS + 3):  # or P would come near the variance of the prior, eq. 24
+        m[at.PRIOR_VARIANCE + i] += faster
     decay_travel(params, m, time)
     if n > at.N_MAGNETIC:
         walk_aided(params, m, 1.0)
