@@ -1,6 +1,6 @@
 """Prediction of ``ESKF`` over a block of samples: F (eq. 7), Q (eqs. 8 to 12, 26 and 27), and what a gap does."""
 
-from math import sqrt
+from math import pi, sqrt
 
 from levelhead.compiler.mark import kernel, noinline
 from levelhead.filters.eskf import aiding
@@ -22,7 +22,7 @@ from levelhead.filters.eskf.covariance import (
 from levelhead.filters.eskf.params import ESKF
 from levelhead.filters.eskf.preintegration import reset_block
 from levelhead.kernels.arrays import Floats
-from levelhead.kernels.tilt import after_gap
+from levelhead.kernels.tilt import UNIFORM, after_gap
 from levelhead.units import DEGREE, GRAVITY
 
 ROUNDING = 2e-7  # share of a variance that corrections in single precision may get wrong in a block
@@ -30,6 +30,7 @@ UNMEASURED_ACC = 5.0  # m/s², 1σ of the acceleration of a body without acceler
 LARGE_HEADING = 0.1  # rad, 1σ of heading beyond which velocity may correct heading only
 CLEAR_FORCE = 5.0  # if the horizontal force is so many times what the tilt error pretends
 SHAKEN = 0.005  # √s, noise density of specific force as a share of what shakes the sensor
+WHOLE_TURN = 2.0 * pi  # rad
 IMPACT = 300.0  # m/s²: of a blow of this size the integral of the samples is worth nothing
 
 
@@ -139,6 +140,22 @@ def add_missed_turn(m: Floats, n: int) -> None:
 
 
 @noinline
+def forget_heading(m: Floats, n: int) -> None:
+    """A heading whose σ is beyond a whole turn means nothing: it becomes uniform on the circle, and says so.
+
+    To first order it would go on to multiply a velocity's error without end, and P would lose its digits.
+    """
+    x, y, _ = vector(m, at.MEAN + at.VELOCITY)
+    undirected = not (aiding.is_aided(m, 0) or aiding.is_aided(m, 1))
+    if undirected:
+        rotate_velocity_error(m, at.P, n, -x, -y)
+    set_independent(m, at.HEADING, 1, UNIFORM)
+    if undirected:
+        rotate_velocity_error(m, at.P, n, x, y)
+    m[at.REINITIALISED] = 1.0
+
+
+@noinline
 def predict_gap(m: Floats, gap: float) -> None:
     """Across a gap of so many seconds: attitude and velocity may be any, and are independent of the calibration."""
     if m[at.AIDED] != 0.0:
@@ -177,4 +194,6 @@ def predict(params: ESKF, m: Floats, n: int) -> None:
     add_process_noise(params, m, n)
     if m[at.EXCESS] + m[at.EXCESS + 1] > 0.0:
         add_missed_turn(m, n)
+    if state_variance(m, at.HEADING) > WHOLE_TURN * WHOLE_TURN:
+        forget_heading(m, n)
     m[at.RUN_TIME] += m[at.BLOCK_TIME]
