@@ -25,6 +25,13 @@ from levelhead.kernels.vec3 import Vec3
 
 
 @kernel
+def add_covariance(m: Floats, i: int, j: int, covariance: float) -> None:
+    """Adds to the covariance of two different states."""
+    m[at.P + i * at.ROW + j] += covariance
+    m[at.P + j * at.ROW + i] += covariance
+
+
+@kernel
 def set_independent(m: Floats, first: int, count: int, sigma: float) -> None:
     """Makes states independent of all others and of each other, with this σ."""
     for i in range(first, first + count):

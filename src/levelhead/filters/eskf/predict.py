@@ -7,6 +7,7 @@ from levelhead.filters.eskf import aiding
 from levelhead.filters.eskf import state as at
 from levelhead.filters.eskf.adaptation import INNOVATION_TIME
 from levelhead.filters.eskf.covariance import (
+    add_covariance,
     add_variance,
     decay,
     propagate,
@@ -126,15 +127,22 @@ def add_process_noise(params: ESKF, m: Floats, n: int) -> None:
 
 @noinline
 def add_missed_turn(m: Floats, n: int) -> None:
-    """Q of what velocity says of a turn or a force that was missed, eq. 26.
+    """Q of what velocity says of a turn or a force that was missed, eq. 26, with the velocity that the turn has caused.
 
-    A turn about the vertical takes the error of velocity along, or velocity would seem to tell of heading.
+    A turn about the vertical takes the error of velocity along, or velocity would seem to tell of heading. It may be as
+    large as both others together.
     """
     share = m[at.BLOCK_TIME] / INNOVATION_TIME
     speed = GRAVITY * INNOVATION_TIME
+    caused = share * m[at.EXCESS]
+    turn = 3.0 * caused / (speed * speed)
     x, y, _ = vector(m, at.MEAN + at.VELOCITY)
     rotate_velocity_error(m, at.P, n, -x, -y)
-    add_variance(m, at.ATTITUDE, 3, share * m[at.EXCESS] / (speed * speed))
+    add_variance(m, at.ATTITUDE, 2, turn)
+    add_variance(m, at.HEADING, 1, 2.0 * turn)
+    add_variance(m, at.VELOCITY, 2, caused)
+    add_covariance(m, at.VELOCITY, at.ATTITUDE + 1, 0.5 * speed * turn)
+    add_covariance(m, at.VELOCITY + 1, at.ATTITUDE, -0.5 * speed * turn)
     rotate_velocity_error(m, at.P, n, x, y)
     add_variance(m, at.VELOCITY + 2, 1, share * m[at.EXCESS + 1])
 
