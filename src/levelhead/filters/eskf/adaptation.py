@@ -13,11 +13,12 @@ one for the two horizontal axes, one for the vertical.
 
     E = max(0, ȳ² − ``MISSED_GATE`` (P_vv + ``speed_max``²/(2 τ))),                                              (26)
 
-is in the horizontal axes the work of a turn θ that was missed: gravity has driven v since. If that was at any time in the
-last τ, as likely as at any other, then E v² = (g θ τ)²/3 and E v θ = g θ² τ/2. While E lasts, the variance of v grows by E
-in τ, that of tilt by 3 E/(g τ)², and their covariance by 3 E/(2 g τ) (``predict``): v goes back as tilt is corrected, or
-tilt would have to swing to the other side to stop it. Upwards a tilt is of second order; there E is a specific force that
-was measured wrong, and the variance of v grows by E in τ.
+is in the horizontal axes the work of a turn θ that was missed: gravity has driven v since. If that was at any time in
+the last τ, as likely as at any other, then E v² = (g θ τ)²/3 and E v θ = g θ² τ/2. But the body may turn on, and what
+it has turned back again has left its velocity. So while E lasts, 3 E/(g τ)² is added to the variance of tilt, E/(g τ)
+to its covariance with v, two thirds of what that would be, and 2 E to the variance of v, all in τ (``predict``). v
+goes back as tilt is corrected, or tilt would have to swing to the other side to stop it. Upwards a tilt is of second
+order; there E is a specific force that was measured wrong, and the variance of v grows by E in τ.
 
 **A bias that walks faster.** The corrections of a bias in different blocks are independent of each other, and each has
 the variance by which it makes P smaller. Let C be their sum with the weight e^(−t/``BIAS_TIME``) after t seconds, and

@@ -140,9 +140,9 @@ def add_missed_turn(m: Floats, n: int) -> None:
     rotate_velocity_error(m, at.P, n, -x, -y)
     add_variance(m, at.ATTITUDE, 2, turn)
     add_variance(m, at.HEADING, 1, 2.0 * turn)
-    add_variance(m, at.VELOCITY, 2, caused)
-    add_covariance(m, at.VELOCITY, at.ATTITUDE + 1, 0.5 * speed * turn)
-    add_covariance(m, at.VELOCITY + 1, at.ATTITUDE, -0.5 * speed * turn)
+    add_variance(m, at.VELOCITY, 2, 2.0 * caused)
+    add_covariance(m, at.VELOCITY, at.ATTITUDE + 1, caused / speed)
+    add_covariance(m, at.VELOCITY + 1, at.ATTITUDE, -caused / speed)
     rotate_velocity_error(m, at.P, n, x, y)
     add_variance(m, at.VELOCITY + 2, 1, share * m[at.EXCESS + 1])
 
