@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from levelhead.calibrate import calibrate_sensor as calibrate_sensor
     from levelhead.calibration import Calibration as Calibration
     from levelhead.corpora.runner import corpus as corpus
+    from levelhead.corpora.tune_corpus import tune_corpus as tune_corpus
     from levelhead.engine import AxisStream as AxisStream
     from levelhead.engine import Stream as Stream
     from levelhead.engine import fuse as fuse
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
     from levelhead.engine import fuse_parameter_sets as fuse_parameter_sets
     from levelhead.engine import fuse_recordings as fuse_recordings
     from levelhead.engine import smooth as smooth
+    from levelhead.engine.smooth_chunks import smooth_chunks as smooth_chunks
     from levelhead.errors import LevelheadError as LevelheadError
     from levelhead.evaluate.align.search import align as align
     from levelhead.evaluate.compare import compare as compare
@@ -78,6 +80,7 @@ _HOMES = {
     "levelhead.calibrate": ("calibrate_sensor",),
     "levelhead.calibration": ("Calibration",),
     "levelhead.corpora.runner": ("corpus",),
+    "levelhead.corpora.tune_corpus": ("tune_corpus",),
     "levelhead.engine": (
         "AxisStream",
         "Stream",
@@ -88,6 +91,7 @@ _HOMES = {
         "fuse_recordings",
         "smooth",
     ),
+    "levelhead.engine.smooth_chunks": ("smooth_chunks",),
     "levelhead.errors": ("LevelheadError",),
     "levelhead.evaluate": ("align", "compare"),
     "levelhead.filters": (

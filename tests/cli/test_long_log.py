@@ -45,6 +45,18 @@ def test_the_track_of_one_piece(levelhead, log, tmp_path, more, monkeypatch):
     assert all(np.array_equal(long[name], whole[name]) for name in whole)
 
 
+@pytest.mark.parametrize("more", [(), ("--map", "mag=mag", "--declination", "3"), ("--guard", "off")])
+def test_the_smoothed_track_of_one_piece(levelhead, log, tmp_path, more, monkeypatch):
+    kind = ("--format", "parquet", "--no-plot")
+    said = levelhead("smooth", log, "-o", tmp_path / "long", *kind, *more)
+    assert said.code == 0 and f"{N:,} samples" in said.out and "in chunks" in said.out
+    monkeypatch.setattr(chunked, "LONG_ROWS", 10_000)
+    assert levelhead("smooth", log, "-o", tmp_path / "whole", *kind, *more).code == 0
+    long, whole = (columns(tmp_path / name / "log-track.parquet") for name in ("long", "whole"))
+    assert list(long) == list(whole)
+    assert all(np.array_equal(long[name], whole[name]) for name in whole)
+
+
 def test_csv_to_csv_with_calibration_and_json(levelhead, log, tmp_path, monkeypatch):
     write_csv(lh.read(log), tmp_path / "text.csv")
     words = ("fuse", tmp_path / "text.csv", "--json", "--no-plot")

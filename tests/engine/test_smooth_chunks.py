@@ -9,9 +9,9 @@ from tests.reference.hard import hard_recording
 
 import levelhead as lh
 from levelhead.engine import smooth_chunks, smoothing
-from levelhead.engine.smooth_chunks import smooth_chunks as smooth
 from levelhead.errors import LevelheadError
 
+smooth = lh.smooth_chunks
 NATIVE_ONLY = NATIVE.marks[0]
 
 

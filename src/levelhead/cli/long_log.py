@@ -1,6 +1,10 @@
 """``levelhead fuse`` and ``smooth`` of a log larger than memory: without pictures and errors against truth."""
 
+import base64
+import hashlib
+import json
 import math
+import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,10 +19,15 @@ from levelhead.open_types import Fields
 
 if TYPE_CHECKING:
     from levelhead.cli.fuse import Wish
+    from levelhead.cli.unfinished import Unfinished
+    from levelhead.publish.progress import ProgressReport
     from levelhead.recording import Recording
+    from levelhead.sources.chunked import Chunks
     from levelhead.track import Track
 
 READING = 0.2  # of the time of smoothing
+WRITING = 0.2  # of the time of fusing
+WIDTHS = {"t": 1, "quat": 4, "bias": 3, "sigma": 3, "health": 1}  # of a track's columns
 
 
 @dataclass
@@ -40,15 +49,14 @@ class Sums:
 
 
 def fuse_long_log(log: Path, out: Path, wish: "Wish") -> None:
-    """Reads, fuses and writes in chunks, and prints a summary.
+    """Reads, fuses and writes in chunks, and prints a summary; what a run that was ended has done is not done again.
 
     Raises:
         NeedsWholeLog: the log must be seen whole; nothing was written.
         LevelheadError: as ``fuse``.
     """
     from levelhead.cli.fuse import require_north
-    from levelhead.engine import fuse_chunks
-    from levelhead.engine.smooth_chunks import smooth_chunks
+    from levelhead.cli.unfinished import open_unfinished
     from levelhead.publish.progress import progress
     from levelhead.publish.writers import write_tracks
     from levelhead.sources.chunked import read_chunks
@@ -58,21 +66,16 @@ def fuse_long_log(log: Path, out: Path, wish: "Wish") -> None:
         require_north(chunks.head, wish.params)
     sums = Sums()
     target = folder(out) / f"{log.stem}-track.{wish.format}"
-    with progress(f"{'smoothing' if wish.offline else 'fusing'} {log.name}") as report:
-
-        def smoothed() -> Iterator["Track"]:
-            def follow(share: float) -> None:
-                report(READING + (1.0 - READING) * share)
-
-            return smooth_chunks(
-                chunks, wish.params, guard=wish.guard, prior=wish.known, folder=target.parent, progress=follow
-            )
+    make = smooth_tracks if wish.offline else fuse_tracks
+    with (
+        open_unfinished(target, log, _asked(wish)) as unfinished,
+        progress(f"{'smoothing' if wish.offline else 'fusing'} {log.name}") as report,
+    ):
 
         def tracks() -> Iterator["Track"]:
-            made = fuse_chunks(chunks, wish.params, guard=wish.guard, prior=wish.known)
-            for track in smoothed() if wish.offline else made:
+            for track in make(chunks, wish, unfinished, report):
                 sums.add(track)
-                report(1.0 if wish.offline else chunks.fraction, f"{sums.samples:,} samples")
+                report(1.0, f"{sums.samples:,} samples written")
                 yield track if wish.declination is None else track.to_true_north(wish.declination)
 
         write_tracks(tracks(), target)
@@ -87,6 +90,93 @@ def fuse_long_log(log: Path, out: Path, wish: "Wish") -> None:
     for line in _lines(chunks.head, sums):
         print_line(line)
     print_line("written: " + ", ".join(str(path) for path in written))
+
+
+def _asked(wish: "Wish") -> Fields:
+    """All that the track depends on."""
+    from levelhead.sources.chunked import ROWS
+
+    hints = {key: str(value) for key, value in wish.reading.hints().items() if value}
+    guard = {} if wish.guard is None else {f"guard {key}": value for key, value in wish.guard._asdict().items()}
+    prior = "" if wish.known is None else json.dumps(wish.known.to_dict(), sort_keys=True)
+    asked = {
+        "verb": "smooth" if wish.offline else "fuse",
+        "filter": filters.of(wish.params).name,
+        "guard": "off" if wish.guard is None else "on",
+        "declination": wish.declination,
+        "prior": hashlib.sha256(prior.encode()).hexdigest()[:16] if prior else None,
+        "rows of a chunk": ROWS,
+    }
+    return asked | wish.params._asdict() | guard | hints
+
+
+def _go_on(chunks: "Chunks", unfinished: "Unfinished", rows: int) -> None:
+    """Leaves the rows out that an earlier run has done, and says so."""
+    if unfinished.state is not None:
+        chunks.begin_at(rows)
+        sys.stderr.write(f"levelhead: goes on after {rows:,} samples that an earlier run has read\n")
+
+
+def fuse_tracks(
+    chunks: "Chunks", wish: "Wish", unfinished: "Unfinished", report: "ProgressReport"
+) -> Iterator["Track"]:
+    """The filter's track of each chunk, when all are in files."""
+    from levelhead.engine.chunks import ChunkRun
+    from levelhead.engine.column_files import ColumnFiles
+    from levelhead.sources.chunked import ROWS
+    from levelhead.track import Track
+
+    before = unfinished.state or {}
+    saved = base64.b64decode(before["filter"]) if before else None
+    run = ChunkRun(wish.params, wish.guard, "auto", wish.known, saved)
+    files = ColumnFiles(unfinished.folder, before["columns"], before["rows"]) if before else None
+    _go_on(chunks, unfinished, 0 if files is None else files.rows)
+
+    def state() -> Fields:
+        assert files is not None
+        files.flush()
+        word = base64.b64encode(run.save()).decode()
+        return {"rows": files.rows, "columns": {name: WIDTHS[name] for name in files.names}, "filter": word}
+
+    for chunk in chunks:
+        track = run.track(chunk)
+        columns = {name: values for name in WIDTHS if (values := getattr(track, name)) is not None}
+        if files is None:
+            files = ColumnFiles(unfinished.folder, {name: WIDTHS[name] for name in columns})
+        files.append(columns)
+        report((1.0 - WRITING) * chunks.fraction, f"{files.rows:,} samples")
+        unfinished.save(state)
+    assert files is not None
+    if unfinished.state is not None:  # what took long is worth keeping
+        unfinished.save(state, now=True)
+        unfinished.complete = True
+    calibration = run.calibration
+    for start in range(0, files.rows, ROWS):
+        stop = min(start + ROWS, files.rows)
+        parts: Fields = {name: files.read(name, start, stop) for name in files.names}
+        parts["health"] = parts["health"].view(np.uint64).astype(np.uint32)
+        yield Track(**parts, params=wish.params, calibration=calibration)
+
+
+def smooth_tracks(
+    chunks: "Chunks", wish: "Wish", unfinished: "Unfinished", report: "ProgressReport"
+) -> Iterator["Track"]:
+    """The smoother's track of each chunk."""
+    from levelhead.engine.smooth_chunks import ChunkSmoother
+
+    run = ChunkSmoother(
+        unfinished.folder, wish.params, wish.guard, "auto", wish.known, unfinished.save, unfinished.state
+    )
+    if not run.has_read_all:
+        _go_on(chunks, unfinished, run.rows)
+        for chunk in chunks:
+            run.read(chunk)
+            report(READING * chunks.fraction, f"{run.rows:,} samples read")
+    else:
+        _go_on(chunks, unfinished, run.rows)
+    run.smooth(lambda share: report(READING + (1.0 - READING) * share, f"{run.rows:,} samples"))
+    unfinished.complete = True
+    yield from run.tracks()
 
 
 def _facts(head: "Recording", sums: Sums) -> Fields:

@@ -15,7 +15,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple
 
-from levelhead.atomic import atomic_path
+from levelhead.atomic import atomic_path, lock_folder
 from levelhead.corpora.job import Job
 from levelhead.corpora.places import MANIFEST
 from levelhead.corpora.row_layout import schema
@@ -23,7 +23,7 @@ from levelhead.corpora.work import ResultsError
 from levelhead.errors import LevelheadError, require
 from levelhead.open_types import Fields, Handle
 
-ROWS, TRACKS, LOCK = "rows", "tracks", ".lock"
+ROWS, TRACKS = "rows", "tracks"
 FORMAT = "levelhead corpus 1"
 KEY = ("recording", "stamp", "prior", "transient")
 
@@ -78,18 +78,7 @@ class Results:
     @contextmanager
     def lock(self) -> Iterator[None]:
         """Keeps other runs out of the folder; the lock ends with the process, however that ends."""
-        try:
-            import fcntl
-        except ImportError:  # Windows
-            yield
-            return
-        with (self.folder / LOCK).open("w") as file:
-            try:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except OSError:
-                raise LevelheadError(
-                    f"another run is writing into {self.folder}; wait for it, or name another folder"
-                ) from None
+        with lock_folder(self.folder):
             yield
 
     def done(self) -> dict[str, Done]:

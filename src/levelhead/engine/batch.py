@@ -7,10 +7,10 @@ import numpy as np
 
 from levelhead import filters
 from levelhead.calibration import Calibration
-from levelhead.compiler.tree import native
+from levelhead.compiler.tree import native, plain
 from levelhead.engine.aiding_inputs import aiding_inputs, no_aiding
 from levelhead.engine.binding import bind, bind_axis, choose_engine, estimates_bias, for_engine
-from levelhead.engine.driver import Settings
+from levelhead.engine.driver import Carry, Settings
 from levelhead.engine.native import FilterMemory, axis_run, has_axis, has_imu
 from levelhead.engine.prior import apply_prior, correct_recording, read_calibration
 from levelhead.errors import LevelheadError
@@ -97,6 +97,25 @@ class Batch:
             self._carry = native(self._carry)
         self._last = float(recording.t[0])
 
+    @property
+    def carry(self) -> Carry:
+        """Where the filter is, with lists."""
+        carry: Carry = self._machine.state if self._engine == "native" else plain(self._carry)
+        return carry
+
+    def resume(self, carry: Carry, last: float) -> None:
+        """Goes on from there with the first sample, as if a recording that ended at ``last`` s had been done.
+
+        Raises:
+            LevelheadError: the recording begins before.
+        """
+        self._require_later(self._recording, last)
+        if self._engine == "native":
+            self._machine.state = carry
+        else:
+            self._carry = native(carry) if self._engine == "compiled" else carry
+        self._last = last
+
     def _take(self, recording: Recording) -> None:
         """Inputs and outputs for the samples of a recording."""
         recording = self._recording = correct_recording(recording, self._prior)
@@ -122,17 +141,21 @@ class Batch:
         Raises:
             LevelheadError: it begins before the other ended, or only one of the two has a magnetometer.
         """
-        if not recording.t[0] > self._last:
-            raise LevelheadError(
-                f"a chunk begins at {recording.t[0]:.6f} s, after one that ended at {self._last:.6f} s; expected later "
-                "samples"
-            )
+        self._require_later(recording, self._last)
         if (recording.mag is None) != (self._recording.mag is None):
             raise LevelheadError(
                 f"only one of two chunks has a magnetometer, at {recording.t[0]:.6f} s; give NaN where readings are "
                 "missing"
             )
         self._take(recording)
+
+    @staticmethod
+    def _require_later(recording: Recording, last: float) -> None:
+        if not recording.t[0] > last:
+            raise LevelheadError(
+                f"a chunk begins at {recording.t[0]:.6f} s, after one that ended at {last:.6f} s; expected later "
+                "samples"
+            )
 
     def advance(self, stop: int) -> None:
         """The samples from where the last stretch ended up to ``stop``."""
@@ -153,8 +176,7 @@ class Batch:
     @property
     def calibration(self) -> Calibration | None:
         """What the filter has learned of its sensor by now; None if it learns nothing."""
-        carry = self._machine.state if self._engine == "native" else self._carry
-        return read_calibration(self.filter, self._settings, carry, self._prior)
+        return read_calibration(self.filter, self._settings, self.carry, self._prior)
 
     def track(self) -> Track:
         """The track, when all samples are done."""

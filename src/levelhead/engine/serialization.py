@@ -41,8 +41,14 @@ def layout(example: Tree) -> str:
     return "i" if isinstance(example, int) else "f"
 
 
-def _pack(value: float | int | bool) -> bytes:
-    return struct.pack("<q", value) if isinstance(value, int) else struct.pack("<d", value)
+def leaf_bytes(value: Tree) -> bytes:
+    """The leaves of a value, eight bytes each."""
+    return b"".join(struct.pack("<q" if isinstance(leaf, int) else "<d", leaf) for leaf in leaves(value))
+
+
+def value_of(example: Tree, data: bytes) -> Tree:
+    """The value like ``example`` that ``leaf_bytes`` was given."""
+    return _fill(example, iter([data[i : i + 8] for i in range(0, len(data), 8)]))
 
 
 def to_bytes(saved: StreamState) -> bytes:
@@ -56,7 +62,7 @@ def to_bytes(saved: StreamState) -> bytes:
         "time": None if saved.time is None else saved.time.hex(),
         "layout": _digest(saved.carry),
     }
-    body = MAGIC + json.dumps(header).encode() + b"\n" + b"".join(map(_pack, leaves(saved.carry)))
+    body = MAGIC + json.dumps(header).encode() + b"\n" + leaf_bytes(saved.carry)
     return body + struct.pack("<I", zlib.crc32(body))
 
 
@@ -102,5 +108,4 @@ def from_bytes(data: bytes) -> StreamState:
             f"the stream was saved by levelhead {header.get('levelhead')}, whose {flt.name} keeps another state than "
             f"{VERSION}; start a new one"
         )
-    carry = _fill(example, iter([body[i : i + 8] for i in range(0, len(body), 8)]))
-    return StreamState(settings, guarded, carry, time)
+    return StreamState(settings, guarded, value_of(example, body), time)

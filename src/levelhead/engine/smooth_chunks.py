@@ -2,14 +2,11 @@
 
 The forward run and the way back are those of ``smoothing``, over arrays of the whole recording, so bits are the same. A
 sample takes 168 bytes in these files, which the system writes out and drops as it needs memory; what the forward run
-saves now and then goes to a file too.
+saves now and then goes to a file too. Another process can go on with the files of one that was ended.
 """
 
-import mmap
 import os
-import pickle
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import ExitStack
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import BinaryIO
@@ -19,52 +16,43 @@ import numpy as np
 from levelhead import filters
 from levelhead.calibration import Calibration
 from levelhead.engine.batch import DEFAULT_GUARD
+from levelhead.engine.column_files import ColumnFiles, MappedFile
 from levelhead.engine.prior import correct_recording
+from levelhead.engine.serialization import leaf_bytes, value_of
 from levelhead.engine.smoother_kernels import FlatTrack
 from levelhead.engine.smoothing import Smoother, Stretch, offline_params
 from levelhead.errors import LevelheadError
 from levelhead.filters.parameters import FilterChoice, Params
 from levelhead.guard import Guard
-from levelhead.recording import Array, Recording
+from levelhead.open_types import Fields
+from levelhead.recording import Recording
 from levelhead.track import Track
 
 WIDTHS = {"t": 1, "gyr": 3, "acc": 3, "mag": 3}  # of the inputs
+MADE = {"quat": 4, "bias": 3, "sigma": 3, "health": 1}
+STRETCHES = "stretches"
 OFTEN = 16  # stretches between two times that what is mapped is given back to the system
 
 
-class MappedFile:
-    """A file that an array lies in."""
-
-    def __init__(self, path: Path, count: int) -> None:
-        """An array of ``count`` zeros, or of the numbers that the file holds."""
-        with path.open("r+b" if path.exists() else "w+b") as file:
-            file.truncate(max(count, 1) * 8)
-            self._map = mmap.mmap(file.fileno(), 0)
-        self.array: Array = np.frombuffer(self._map, np.float64, count)
-
-    def release(self) -> None:
-        """Takes its pages out of this process's memory; the file keeps them."""
-        if hasattr(mmap, "MADV_DONTNEED"):
-            self._map.madvise(mmap.MADV_DONTNEED)
-
-
 class SavedStretches:
-    """Stretches in a file, as a list has them in memory."""
+    """Stretches in a file, as a list has them in memory; ``count`` of them are there already."""
 
-    def __init__(self, file: BinaryIO) -> None:
-        self._file, self._places = file, list[int]()
+    def __init__(self, file: BinaryIO, example: Stretch, count: int = 0) -> None:
+        self._file, self._example, self._count, self._size = file, example, count, len(leaf_bytes(example))
+        file.truncate(count * self._size)
 
     def append(self, stretch: Stretch) -> None:
         """One more."""
-        self._places.append(self._file.seek(0, os.SEEK_END))
-        pickle.dump(stretch, self._file)
+        self._file.seek(self._count * self._size)
+        self._file.write(leaf_bytes(stretch))
+        self._count += 1
 
     def __len__(self) -> int:
-        return len(self._places)
+        return self._count
 
     def __getitem__(self, index: int) -> Stretch:
-        self._file.seek(self._places[index])
-        stretch: Stretch = pickle.load(self._file)
+        self._file.seek(index * self._size)
+        stretch: Stretch = value_of(self._example, self._file.read(self._size))
         return stretch
 
 
@@ -107,71 +95,147 @@ def _smooth_chunks(
     folder: str | os.PathLike[str] | None,
     progress: Callable[[float], None] | None,
 ) -> Iterator[Track]:
-    with TemporaryDirectory(prefix=".levelhead-smooth-", dir=folder) as name, ExitStack() as stack:
-        place = Path(name)
+    with TemporaryDirectory(prefix=".levelhead-smooth-", dir=folder) as name:
+        run = ChunkSmoother(Path(name), params, guard, engine, prior)
         try:
-            first, edges = _write(chunks, prior, place)
-            n = edges[-1]
-            inputs = [MappedFile(place / role, n * width) for role, width in WIDTHS.items() if (place / role).exists()]
-            made = [MappedFile(place / f"made{width}", width * n) for width in (4, 3)]
-            sigma, health = MappedFile(place / "sigma", 3 * n), MappedFile(place / "health", n)
-            stretches = SavedStretches(stack.enter_context(place.joinpath("stretches").open("w+b")))
+            for chunk in chunks:
+                run.read(chunk)
+            run.smooth(progress)
         except OSError as error:
-            raise LevelheadError(f"{place.parent}: {error.strerror}; smoothing needs 168 bytes for a sample") from None
-        files = [*inputs, *made, sigma, health]
-        run = Smoother(first, filters.of(params).smoothing.offline(params), guard, prior, engine)  # type: ignore[union-attr]
-        arrays, bits = [one.array for one in files], health.array.view(np.uint32)[:n]
-        run.take(arrays[: len(inputs)], FlatTrack(*arrays[-4:-1]), bits)
-        count = 0
-
-        def report(fraction: float) -> None:
-            nonlocal count
-            count += 1
-            if count % OFTEN == 0:
-                for one in files:
-                    one.release()
-            if progress is not None:
-                progress(fraction)
-
-        calibration = run.run(stretches, report)
-        quat, bias = (one.array.reshape(n, -1) for one in made)
-        for start, stop in zip([0, *edges], edges, strict=False):
-            part = slice(start, stop)
-            yield Track(
-                inputs[0].array[part].copy(), quat[part].copy(), bias[part].copy(),
-                sigma.array.reshape(n, 3)[part].copy(), bits[part].copy(), params, calibration=calibration,
-            )  # fmt: skip
-            for one in files:
-                one.release()
+            place = Path(name).parent
+            raise LevelheadError(f"{place}: {error.strerror}; smoothing needs 168 bytes for a sample") from None
+        yield from run.tracks()
 
 
-def _write(chunks: Iterable[Recording], prior: Calibration | None, place: Path) -> tuple[Recording, list[int]]:
-    """Writes a file for each sensor; the first chunk as it was, and the sample after each chunk.
+class ChunkSmoother:
+    """The smoother with its files in a folder: ``read`` each chunk, ``smooth``, then ``tracks``.
 
-    Raises:
-        LevelheadError: no chunk, or one that does not follow.
+    Arguments as for ``smooth_chunks``, and:
+
+    Args:
+        place: the folder.
+        save: called now and then with what must be kept, ready for JSON, when the files are on the disk; None: never.
+        saved: what an earlier process kept last, whose files are in the folder: the work goes on from there.
     """
-    first: Recording | None = None
-    edges: list[int] = []
-    last = -np.inf
-    for chunk in chunks:
-        if not chunk.t[0] > last:
+
+    def __init__(
+        self,
+        place: Path,
+        params: Params,
+        guard: Guard | None,
+        engine: str,
+        prior: Calibration | None,
+        save: Callable[[Callable[[], Fields]], None] | None = None,
+        saved: Fields | None = None,
+    ) -> None:
+        self._place, self._params, self._guard, self._engine, self._prior = place, params, guard, engine, prior
+        self._save, self._saved = save, saved or {}
+        self._edges: list[int] = list(self._saved.get("edges", ()))
+        self._inputs: ColumnFiles | None = None
+        self._last = -np.inf
+        if self._edges:
+            self._inputs = ColumnFiles(place, {name: WIDTHS[name] for name in self._saved["sensors"]}, self._edges[-1])
+            self._last = float(self._inputs.read("t", self._edges[-1] - 1, self._edges[-1])[0])
+
+    @property
+    def rows(self) -> int:
+        """How many samples have been read."""
+        return self._edges[-1] if self._edges else 0
+
+    @property
+    def has_read_all(self) -> bool:
+        """Whether an earlier process has read all chunks."""
+        return "stretches" in self._saved
+
+    def read(self, chunk: Recording) -> None:
+        """Takes the next chunk.
+
+        Raises:
+            LevelheadError: it does not follow.
+            OSError: the disk is full.
+        """
+        corrected = correct_recording(chunk, self._prior)
+        columns = {name: values for name in WIDTHS if (values := getattr(corrected, name)) is not None}
+        if not chunk.t[0] > self._last:
             raise LevelheadError(
-                f"a chunk begins at {chunk.t[0]:.6f} s, after one that ended at {last:.6f} s; expected later samples"
+                f"a chunk begins at {chunk.t[0]:.6f} s, after one that ended at {self._last:.6f} s; expected later "
+                "samples"
             )
-        if first is not None and (chunk.mag is None) != (first.mag is None):
+        if self._inputs is None:
+            self._inputs = ColumnFiles(self._place, {name: WIDTHS[name] for name in columns})
+        if (chunk.mag is not None) != ("mag" in self._inputs.names):
             raise LevelheadError(
                 f"only one of two chunks has a magnetometer, at {chunk.t[0]:.6f} s; give NaN where readings are missing"
             )
-        first = first or chunk
-        last = float(chunk.t[-1])
-        edges.append((edges[-1] if edges else 0) + len(chunk))
-        corrected = correct_recording(chunk, prior)
-        for role in WIDTHS:
-            values: Array | None = getattr(corrected, role)
-            if values is not None:
-                with place.joinpath(role).open("ab") as file:
-                    np.ascontiguousarray(values, np.float64).tofile(file)
-    if first is None:
-        raise LevelheadError("there is no chunk; expected at least one recording")
-    return first, edges
+        self._inputs.append(columns)
+        self._last = float(chunk.t[-1])
+        self._edges.append(self._inputs.rows)
+        if self._save is not None:
+            self._save(self._read_state)
+
+    def _read_state(self) -> Fields:
+        assert self._inputs is not None
+        self._inputs.flush()
+        return {"edges": self._edges, "sensors": self._inputs.names}
+
+    def smooth(self, progress: Callable[[float], None] | None) -> None:
+        """There and back.
+
+        Raises:
+            LevelheadError: there was no chunk.
+            OSError: the disk is full.
+        """
+        if self._inputs is None:
+            raise LevelheadError("there is no chunk; expected at least one recording")
+        n, names = self.rows, self._inputs.names
+        beginning = Recording(**{name: self._inputs.read(name, 0, self._edges[0]) for name in names})  # type: ignore[arg-type]
+        widths = {name: WIDTHS[name] for name in names} | MADE
+        self._files = {name: MappedFile(self._place / name, n * width) for name, width in widths.items()}
+        offline = filters.of(self._params).smoothing.offline(self._params)  # type: ignore[union-attr]
+        run = Smoother(beginning, offline, self._guard, self._prior, self._engine)
+        arrays = {name: file.array for name, file in self._files.items()}
+        self._bits = arrays["health"].view(np.uint32)[:n]
+        run.take([arrays[name] for name in names], FlatTrack(*(arrays[name] for name in list(MADE)[:3])), self._bits)
+        path, back = self._place / STRETCHES, self._saved.get("back")
+        with path.open("r+b" if path.exists() else "w+b") as file:
+            stretches = SavedStretches(file, run.begin, self._saved.get("stretches", 0))
+            if back is not None:
+                run.memory = [float.fromhex(word) for word in self._saved["memory"]]
+            self.calibration = run.run(stretches, progress, self._keeper(run, stretches, file), back)
+
+    def _keeper(self, run: Smoother, stretches: SavedStretches, file: BinaryIO) -> Callable[[int | None], None]:
+        """What is done after each stretch: memory is given back, and the state kept."""
+        count = 0
+
+        def state(following: int | None) -> Fields:
+            file.flush()
+            os.fsync(file.fileno())
+            for one in self._files.values():
+                one.flush()
+            on_the_way = {"edges": self._edges, "sensors": list(self._files)[: -len(MADE)], "stretches": len(stretches)}
+            if following is None:
+                return on_the_way
+            return on_the_way | {"back": following, "memory": [value.hex() for value in run.memory]}
+
+        def passed(following: int | None) -> None:
+            nonlocal count
+            count += 1
+            if count % OFTEN == 0:
+                self._release()
+            if self._save is not None:
+                self._save(lambda: state(following))
+
+        return passed
+
+    def _release(self) -> None:
+        for one in self._files.values():
+            one.release()
+
+    def tracks(self) -> Iterator[Track]:
+        """The track of each chunk."""
+        arrays = {name: self._files[name].array.reshape(self.rows, -1) for name in ("t", *MADE)}
+        for start, stop in zip([0, *self._edges], self._edges, strict=False):
+            t, quat, bias, sigma = (arrays[name][start:stop].copy() for name in ("t", "quat", "bias", "sigma"))
+            health = self._bits[start:stop].copy()
+            yield Track(t.reshape(-1), quat, bias, sigma, health, self._params, calibration=self.calibration)
+            self._release()

@@ -127,26 +127,50 @@ class Smoother:
         self._sensors = [self._numbers(a) for a in (*sensors, *([] if len(sensors) == 4 else [NO_MAG]))]
         self.track, self.health = track, health
 
-    def run(self, stretches: Stretches, progress: Callable[[float], None] | None) -> Calibration | None:
-        """There and back; ``stretches`` is where their beginnings are kept, empty as yet."""
-        stretches.append(self.begin)
-        n, count, last = len(self.health), 0, self.begin
+    def run(
+        self,
+        stretches: Stretches,
+        progress: Callable[[float], None] | None,
+        passed: Callable[[int | None], None] = lambda following: None,
+        resumed: int | None = None,
+    ) -> Calibration | None:
+        """There and back.
+
+        Args:
+            stretches: where their beginnings are kept: empty as yet, or those of an earlier run.
+            progress: called with the fraction done.
+            passed: called after each stretch with None on the way there, and on the way back with the number of the
+                stretch that follows, -1 after all.
+            resumed: such a number of an earlier run, whose ``memory`` was set; None: the way back begins.
+        """
+        report = progress or (lambda fraction: None)
+        if len(stretches) == 0:
+            stretches.append(self.begin)
+        n, count, last = len(self.health), None, stretches[len(stretches) - 1]
         while last.start < n:
             count, last = self.run_forward(last)
             stretches.append(last)
-            if progress is not None:
-                progress(0.5 * last.start / n)
-        self.end(last)
-        stop = n
-        for k in range(len(stretches) - 2, -1, -1):
-            stretch = stretches[k]
-            if k < len(stretches) - 2:
-                count, _ = self.run_forward(stretch)
-            self.back(count, stop)
-            stop = stretch.start
-            if progress is not None:
-                progress(1.0 - 0.5 * stop / n)
+            report(0.5 * last.start / n)
+            passed(None)
+        first = len(stretches) - 2 if resumed is None else resumed
+        if resumed is None:
+            self.end(last)
+        for k in range(first, -1, -1):
+            if count is None or k < first:
+                count, _ = self.run_forward(stretches[k])
+            self.back(count, stretches[k + 1].start)
+            report(1.0 - 0.5 * stretches[k].start / n)
+            passed(k - 1)
         return self.calibration_at_end(last)
+
+    @property
+    def memory(self) -> list[float]:
+        """What the way back knows of all that follows."""
+        return list(map(float, self._memory))
+
+    @memory.setter
+    def memory(self, values: Sequence[float]) -> None:
+        self._memory[:] = values
 
     def run_forward(self, stretch: Stretch) -> tuple[int, Stretch]:
         """Through one stretch: how many blocks were kept, and where the next one begins."""

@@ -82,7 +82,7 @@ class Chunks:
     """
 
     def __init__(self, path: Path, rows: int, hints: Fields) -> None:
-        self._path, self._rows = path, rows
+        self._path, self._rows, self._start = path, rows, 0
         self.fraction = 0.0
         with _head(path) as part:
             from levelhead.sources import read
@@ -94,11 +94,15 @@ class Chunks:
                 raise type(error)(str(error).replace(str(part), str(path))) from None
         self._meta: Fields = {**self.head.meta, "source": str(path)}
 
+    def begin_at(self, row: int) -> None:
+        """Leaves the rows before that one out; in a Parquet file they are not read, in text they are."""
+        self._start = row
+
     def __iter__(self) -> Iterator[Recording]:
         names = [name for role in ("t", *self._rule.factors) for name in self._rule.columns.get(role, ())]
-        start = 0
+        start = self._start
         last = -np.inf
-        for columns, fraction in _blocks(self._path, names, self._rows, self._exact()):
+        for columns, fraction in _blocks(self._path, names, self._rows, self._exact(), start):
             try:
                 chunk = self._rule.recording(columns, start, self._meta)
             except LevelheadError as error:
@@ -252,10 +256,12 @@ def _factor(raw: Array, made: Array) -> float | None:
 
 
 def _blocks(
-    path: Path, names: Sequence[str], rows: int, exact: frozenset[str]
+    path: Path, names: Sequence[str], rows: int, exact: frozenset[str], start: int = 0
 ) -> Iterator[tuple[dict[str, Column], float]]:
-    """Columns of ``rows`` rows each (the last ones fewer), and the share of the file that they end at."""
-    parts = _parquet(path) if path.suffix.lower() in PARQUET else _text(path, names, exact)
+    """Columns of ``rows`` rows each (the last ones fewer) from row ``start`` on, and the share of the file that they
+    end at.
+    """
+    parts = _parquet(path, start) if path.suffix.lower() in PARQUET else _text_from(path, names, exact, start)
     kept: dict[str, list[Column]] = {name: [] for name in names}
     count, fraction = 0, 0.0
     for columns, fraction in chain(parts, [({}, 1.0)]):
@@ -273,7 +279,7 @@ def _blocks(
             count = max(count - rows, 0)
 
 
-def _parquet(path: Path) -> Iterator[tuple[Fields, float]]:
+def _parquet(path: Path, start: int) -> Iterator[tuple[Fields, float]]:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -281,12 +287,30 @@ def _parquet(path: Path) -> Iterator[tuple[Fields, float]]:
 
     try:
         file = pq.ParquetFile(path, pre_buffer=False, buffer_size=1 << 20)
-        done = 0
-        for batch in file.iter_batches(ROWS):
+        first = done = 0
+        while first < file.num_row_groups and done + file.metadata.row_group(first).num_rows <= start:
+            done += file.metadata.row_group(first).num_rows
+            first += 1
+        for batch in file.iter_batches(ROWS, row_groups=range(first, file.num_row_groups)):
+            rows = batch.slice(max(start - done, 0))
             done += batch.num_rows
-            yield columns_of(pa.Table.from_batches([batch]), str(path)), done / max(file.metadata.num_rows, 1)
+            if rows.num_rows:
+                share = done / max(file.metadata.num_rows, 1)
+                yield columns_of(pa.Table.from_batches([rows]), str(path)), share
     except (pa.ArrowException, OSError) as error:
         raise LevelheadError(f"{path} is damaged: {error}") from None
+
+
+def _text_from(
+    path: Path, names: Sequence[str], exact: frozenset[str], start: int
+) -> Iterator[tuple[dict[str, Column], float]]:
+    """The same from row ``start`` on."""
+    done = 0
+    for columns, fraction in _text(path, names, exact):
+        count = len(columns[names[0]])
+        if done + count > start:
+            yield {name: values[max(start - done, 0) :] for name, values in columns.items()}, fraction
+        done += count
 
 
 def _text(path: Path, names: Sequence[str], exact: frozenset[str]) -> Iterator[tuple[dict[str, Column], float]]:
