@@ -1,6 +1,7 @@
 """The units that people write, each with its factor to SI: the only place where degrees, g and gauss exist by name."""
 
 import math
+import re
 from functools import cache
 
 from levelhead.errors import LevelheadError, nearest
@@ -37,7 +38,7 @@ FACTORS: dict[str, dict[str, float]] = {
             1.0,
         ),
         "mrad/s": 1e-3,
-        "рад/с": 1.0,
+        **dict.fromkeys(("рад/с", "弧度/s", "弧度/秒", "рад/сек"), 1.0),
         "deg/s": DEGREE,
         **dict.fromkeys(("deg/sec", "deg/second", "degree/s", "degrees/s", "degree/sec"), DEGREE),
         **dict.fromkeys(("degrees/sec", "degree/second", "degrees/second"), DEGREE),
@@ -61,7 +62,7 @@ FACTORS: dict[str, dict[str, float]] = {
         "d/s": DEGREE,
         "dps": DEGREE,
         "°/s": DEGREE,
-        "град/с": DEGREE,
+        **dict.fromkeys(("град/с", "град/сек", "度/秒", "度/s"), DEGREE),
         "mdeg/s": 1e-3 * DEGREE,
         "mdps": 1e-3 * DEGREE,
     },
@@ -123,6 +124,13 @@ USUAL = {  # suggestions in an error
 }
 
 
+_GARBLED = {  # a letter beyond ASCII, read in another code page than it was written in: "Â°/s", "째/s", "�T"
+    "gyr": (re.compile(r"(?:[^\x00-\x7f]{1,2}|A°|\?)/s(?:ec)?"), "deg/s"),
+    "acc": (re.compile(r"m/s(?:[^\x00-\x7f]{1,2}2?|A2|\?)"), "m/s²"),
+    "mag": (re.compile(r"(?:[^\x00-\x7f]{1,2}u?|[AI]u|\?)T"), "µT"),
+}
+
+
 def _plain(unit: str) -> str:
     """One spelling for the characters that differ between keyboards (µ U+00B5 and μ U+03BC become u, ² becomes 2)."""
     unit = unit.strip().replace("µ", "u").replace("μ", "u").replace("²", "2").replace("º", "°")
@@ -139,7 +147,10 @@ def find_factor(quantity: str, unit: str) -> float | None:
     plain = _plain(unit)
     if plain in table:
         return table[plain]
-    return {name.lower(): factor for name, factor in table.items()}.get(plain.lower())
+    found = {name.lower(): factor for name, factor in table.items()}.get(plain.lower())
+    if found is None and (garbled := _GARBLED.get(quantity)) is not None and garbled[0].fullmatch(plain):
+        return table[_plain(garbled[1])]
+    return found
 
 
 def factor(quantity: str, unit: str) -> float:

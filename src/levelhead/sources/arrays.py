@@ -44,6 +44,22 @@ def tabulate(
     return ArrayTable(source, columns, dict(_SAYS_UNIT.findall(info)), rate)
 
 
+def by_length(table: ArrayTable) -> list[ArrayTable]:
+    """Tables of columns that are as long as each other; of several, those that hold sensors."""
+    lengths = {len(array) for array in table.arrays.values()}
+    if len(lengths) == 1:
+        return [table]
+    found = []
+    for length in sorted(lengths, reverse=True):
+        arrays = {name: array for name, array in table.arrays.items() if len(array) == length}
+        roles = {name.role for name in map(understand, arrays) if name.axis}
+        if roles & {"gyr", "acc", "mag"}:
+            found.append(ArrayTable(table.source, arrays, table.units, table.rate, table.notes, ""))
+            if {"gyr", "acc"} <= roles:
+                return found[-1:]
+    return found or [table]
+
+
 def _rate(source: str, name: str, value: float) -> float | None:
     key = re.sub(r"[^a-z]", "", name.rsplit("/", maxsplit=1)[-1].rsplit(".", maxsplit=1)[-1].lower())
     if key not in _RATES | _STEPS:

@@ -17,16 +17,17 @@ from levelhead.sources.conventions import points_down, whole_acceleration
 from levelhead.sources.field_check import field_turn, is_normalised
 from levelhead.sources.hints import MEANING, Hints, NeedsHints, Scale
 from levelhead.sources.names import RELATIVE, unit_in
+from levelhead.sources.rate_guess import guess_rate
 from levelhead.sources.scales import Evidence, acc_scale, find_scale, gyr_scale, lacks_gravity, list_units, mag_scale
 from levelhead.sources.suggestion import suggest
 from levelhead.sources.table import Column, Table, stack, words_of
 from levelhead.sources.truth import find_truth
+from levelhead.sources.turns import count_turns
+from levelhead.sources.unnamed_clock import with_clock
 
 SLOWEST = 0.75  # s between complete samples; at half a turn a second, 135 degrees lie between them
 RARE = 0.05  # share of complete rows below which a log is refused
-ROUND_RATES = (10, 20, 25, 50, 100, 125, 200, 250, 400, 500, 1000)  # Hz
 _NEARLY_MS = 700.0  # Hz from which a stamp that counts 1 a row may well be milliseconds
-USUAL_RATES = (10, 12.5, 20, 25, 50, 100, 104, 119, 125, 200, 208, 250, 400, 416, 500, 800, 1000)  # Hz
 
 
 def assemble(table: Table, hints: Hints) -> Recording:
@@ -46,6 +47,7 @@ def assemble(table: Table, hints: Hints) -> Recording:
 def _assemble(table: Table, hints: Hints) -> Recording:
     roles, columns = _read(table, hints)
     notes = [*table.notes, *roles.notes]
+    columns = _one_unit(roles, columns, notes)
     clock = clock_of(table, roles, hints, columns, notes)
     if clock.rows is not None:
         columns = {i: column[clock.rows] for i, column in columns.items()}
@@ -73,6 +75,18 @@ def _assemble(table: Table, hints: Hints) -> Recording:
     if mag is not None and evidence.found.get("mag") == RELATIVE:
         meta["mag_unit"] = RELATIVE
     return Recording(clock.t, gyr, acc, mag, truth, meta, temperature=warmth)
+
+
+def _one_unit(roles: Roles, columns: dict[int, Column], notes: list[str]) -> dict[int, Column]:
+    """The columns, of rows in which several units of sensors take turns those of the first."""
+    turns = count_turns(stack(columns, roles.columns["acc"]))
+    if turns == 1:
+        return columns
+    notes.append(
+        f"every {turns}th row goes on from the one {turns} before, and not from its neighbours: a guess that {turns} "
+        "units take turns; the first one's rows were read"
+    )
+    return {i: column[::turns] for i, column in columns.items()}
 
 
 def _used(roles: Roles) -> set[int]:
@@ -140,7 +154,8 @@ def _read(table: Table, hints: Hints) -> tuple[Roles, dict[int, Column]]:
         empty = {i for role, positions in roles.columns.items() if role in {"t", "gyr", "acc"} and role not in hints.map
                  for i in positions if np.isnan(columns[i]).all()}  # fmt: skip
         if not empty:
-            return roles, columns
+            untimed = not {"t"} & {*roles.columns, *hints.map} and hints.rate is None and table.rate is None
+            return with_clock(table, roles, columns) if untimed else (roles, columns)
         name = next(table.names[i] for i in sorted(empty))
         first = first or LevelheadError(f"{table.source}, column '{name}': every value is missing; expected numbers")
         filled = (frozenset(range(len(table.names))) if filled is None else filled) - empty
@@ -182,7 +197,7 @@ def clock_of(table: Table, roles: Roles, hints: Hints, columns: dict[int, Column
         )
     rate = hints.rate or table.rate
     if rate is None:
-        guess, said = _rate_guess(roles, columns)
+        guess, said = guess_rate(roles, columns)
         raise NeedsHints(
             f"{table.source} has no column with time stamps; expected such as 't' or 'time_ms', or the hint map t=…, "
             f"or the hint rate=… in Hz{said}",
@@ -195,7 +210,7 @@ def clock_of(table: Table, roles: Roles, hints: Hints, columns: dict[int, Column
 
 def _without_counter(error: CounterError, roles: Roles, columns: dict[int, Column]) -> NeedsHints:
     """The error of stamps that count the rows, with the hint that gravity's turn suggests: ms, or a rate."""
-    rate, said = _rate_guess(roles, columns)
+    rate, said = guess_rate(roles, columns)
     if rate > _NEARLY_MS:
         return error
     return NeedsHints(f"{error}{said}", map={"t": []}, rate=rate)
@@ -237,29 +252,6 @@ def _candidate(table: Table, position: int, hints: Hints, stamps: Column) -> Can
     if unit is None and "t" not in hints.scale:
         unit = unit_in(name, "t", table.source)
     return Candidate(name, stamps, hints.scale.get("t") or unit)
-
-
-def _rate_guess(roles: Roles, columns: dict[int, Column]) -> tuple[float, str]:
-    """(a usual rate in Hz, words) at which gravity would turn as a gyroscope in deg/s or rad/s says; 100 if unknown."""
-    if not {"gyr", "acc"} <= set(roles.columns):
-        return 100.0, ""
-    gyr, acc = (stack(columns, roles.columns[role]) for role in ("gyr", "acc"))
-    best: tuple[float, float] | None = None
-    for factor in (1.0, np.pi / 180.0):
-        for near in (10.0, 100.0):  # spans of half a second are as long as the rate makes them
-            turn = unit_inference.turn_of_gravity(np.arange(len(gyr)) / near, gyr * factor, acc)
-            if turn is not None and turn.clear:
-                rate = near * 1.0 / turn.scale if turn.scale > 0 else 0.0
-                if 8.0 < rate < 1200.0 and (best is None or turn.correlation > best[1]):
-                    best = rate, turn.correlation
-    if best is None:
-        return 100.0, "; nothing in the log tells it, and 100 stands for it here"
-    plain = [
-        float(one) for one in ROUND_RATES if abs(np.log(one / best[0])) < 0.1
-    ]  # gravity's turn is no better than that
-    usual = min(plain or USUAL_RATES, key=lambda one: abs(np.log(one / best[0])))
-    rate = float(usual) if abs(np.log(usual / best[0])) < 0.15 else float(round(best[0]))
-    return rate, f"; gravity turns as the gyroscope says at about {best[0]:.0f} Hz"
 
 
 def _acc(table: Table, roles: Roles, hints: Hints, columns: dict[int, Column], evidence: Evidence) -> Array:

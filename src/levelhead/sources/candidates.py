@@ -6,7 +6,7 @@ from typing import NamedTuple
 from levelhead.sources.names import Name, split
 
 # Words that make a set of columns second or third choice beside another one for the same sensor.
-_SECOND = {"uncalibrated", "uncal", "uncalib", "unfiltered", "2", "secondary", "backup"}
+_SECOND = {"uncalibrated", "uncal", "uncalib", "unfiltered", "secondary", "backup"}
 _COUNTS = {"raw", "counts", "adc", "lsb", "unscaled", "digits"}
 _DERIVED = {"linear", "lin", "user", "free", "filtered", "filt", "lowpass", "lpf", "smooth", "smoothed", "est"}
 _DERIVED |= {"estimated", "estimate", "world", "earth", "global", "ned", "enu", "nav", "hg", "highg", "high", "dmp"}

@@ -23,6 +23,7 @@ _POOR = re.compile(r"unfilt|pred|server|recv|receiv|arriv|host|wall|utc|gps|raw|
 _FAST = 2e-3  # s; a shorter interval could as well be a slow one in a larger unit
 _SHORTEST, _LONGEST = 2.5e-5, 100.0  # s; no IMU is read at more than 40 kHz, nor less than once in 100 s
 _FEW = 20  # rows below which nothing is repaired
+_STALE, _ALONE = 3, 100.0  # rows that may stand alone at the start; usual intervals between them and the others
 _MISSING_SHARE = 0.01  # of the rows, at most, that may lack a stamp and are left out
 
 
@@ -149,6 +150,11 @@ def seconds(
     if declared is None:
         declared, said = _infer_unit(stamps, table, name)
         notes.append(said)
+    stale = _stale_rows(stamps)
+    if stale:
+        stamps, present = stamps[stale:], np.arange(len(stamps))[stale:] if present is None else present[stale:]
+        count = "the first row" if stale == 1 else f"the first {stale} rows"
+        notes.append(f"time: {count} were left out: '{name}' says that they are from long before the others")
     findings: dict[str, object] = {}
     if isinstance(declared, str):
         declared = _plausible(stamps, declared, name, notes, findings)
@@ -181,6 +187,15 @@ def seconds(
     return Clock(
         _scale_stamps(kept.astype(np.float64), scale), scale.name, t0, notes, rows, {**repaired.findings, **findings}
     )
+
+
+def _stale_rows(stamps: Column) -> int:
+    """How many rows stand alone at the start, a long time before all others: offsets, a reading that was left over."""
+    if len(stamps) < _FEW:
+        return 0
+    usual = median(np.diff(stamps[_STALE:]))
+    jumps = np.flatnonzero(np.abs(np.diff(stamps[: _STALE + 1])) > _ALONE * usual)
+    return int(jumps[-1]) + 1 if usual > 0.0 and len(jumps) else 0
 
 
 def _plausible(stamps: Column, declared: str, name: str, notes: list[str], findings: dict[str, object]) -> str:

@@ -83,6 +83,7 @@ def assign(
             found[role] = _groups(role, known, names, context, filled)
         elif positions := _group(role, known, source):
             columns[role] = positions
+    _read_letters(found, known, names)
     gravity = _gravity(names)
     if gravity and not found.get("acc", True):
         found["acc"] = _user_acceleration(names, context, filled)
@@ -130,6 +131,18 @@ def _groups(
         made_group(positions, [names[i] for i in positions], context)
         for positions in (order_positions(role, axes) for axes in complete)
     ]
+
+
+def _read_letters(found: dict[str, list[ColumnGroup]], known: Sequence[Name], names: Sequence[str]) -> None:
+    """Letters that mean something beside other columns only: G beside a gyroscope is acceleration; p, q, r."""
+    by_letter = [group for group in found.get("gyr", ()) if known[group.positions[0]].stem == "g"]
+    if "acc" in found and not found["acc"] and by_letter and len(found["gyr"]) > len(by_letter):
+        found["acc"] = by_letter
+        found["gyr"] = [group for group in found["gyr"] if group not in by_letter]
+    letters = {name.strip().lower(): i for i, name in reversed(list(enumerate(names)))}
+    if found.get("acc") and "gyr" in found and not found["gyr"] and {"p", "q", "r"} <= set(letters):
+        positions = tuple(letters[letter] for letter in "pqr")
+        found["gyr"] = [made_group(positions, [names[i] for i in positions])]
 
 
 def _user_acceleration(names: Sequence[str], context: str, filled: frozenset[int] | None) -> list[ColumnGroup]:

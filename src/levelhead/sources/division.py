@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from levelhead.sources.candidates import group_axes, order_positions
 from levelhead.sources.hints import Hints
 from levelhead.sources.names import split, understand
-from levelhead.sources.table import ArrayTable, Column, Table, words_of
+from levelhead.sources.table import ArrayTable, Column, Table, labels_of, words_of
+from levelhead.sources.turns import parts_of
 
 _NUMBERS = {"i", "instance", "imuid", "sensorid", "sensor", "imu", "sensorindex", "imuindex", "nodeid", "deviceid"}
 _MOST = 16  # units in one table
@@ -20,7 +21,26 @@ def divide(table: Table, hints: Hints) -> Sequence[Table]:
     """The tables in a table; itself if it is one, or if hints say which columns are what."""
     if {"t", "gyr", "acc"} & set(hints.map):
         return [table]
-    return _by_unit(table) or _by_clock(table) or [table]
+    return _by_unit(table) or _by_word(table) or _by_clock(table) or [table]
+
+
+def _by_word(table: Table) -> list[Table]:
+    """A table for each unit of sensors that a column of words names, whose rows take turns: LEFT, RIGHT, LEFT, …."""
+    labels = labels_of(table)
+    known = [understand(name, table.context) for name in table.names]
+    accs = [order_positions("acc", axes) for axes in group_axes("acc", known, None)[0]] if labels else []
+    if not accs or "gyr" not in {name.role for name in known}:
+        return []
+    wanted = [k for k, title in enumerate(table.names) if title.strip() and k not in words_of(table)]
+    columns = table.read(wanted, frozenset(wanted))
+    acc = np.column_stack([columns[i] for i in accs[0]]).astype(np.float64)
+    for name, words in labels.items():
+        if len(words) == len(acc) and (parts := parts_of(words, acc)):
+            note = f"the rows of {len(parts)} units alternate, column {name} says which: {', '.join(parts)}"
+            first = next(iter(parts))
+            said = f"{note}; {first} is read, --sensor {first} takes it, and another word another"
+            return [_part(table, columns, wanted, kept, word, [*table.notes, said]) for word, kept in parts.items()]
+    return []
 
 
 def instances(numbers: Column) -> Mapping[int, NDArray[np.bool_]]:

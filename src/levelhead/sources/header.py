@@ -1,9 +1,12 @@
 """The lines above the numbers: preamble, one or more header rows, a row of units."""
 
+import math
 import re
 from collections.abc import Sequence
+from itertools import pairwise
 
 from levelhead import units
+from levelhead.sources.names import understand
 from levelhead.sources.splitting import cells, is_number, trim
 
 _RATE = re.compile(
@@ -14,6 +17,8 @@ _RATE = re.compile(
 )
 _PERIOD = re.compile(r"(?:rate|period|interval)\W{0,12}?\d+(?:\.\d+)?\s*(?:ms|us|milli|micro)", re.IGNORECASE)
 _PRINTF = re.compile(r"%[\w.]+\(([^)]*)\)")
+_FEW_ROWS = 5  # lines below a header by which its names are judged
+_SAME = 0.7  # share of equal cells from which a line of a header says little
 _NO_UNIT = {"no units", "no unit", "unitless", "none", "n/a", "-", ""}
 _RELATIVE = {"local", "local_flux", "a.u.", "au", "normalized", "normalised", "arbitrary"}
 
@@ -84,6 +89,10 @@ def join_names(header: Sequence[Sequence[str]], width: int) -> list[str]:
         unit_row = rows.pop()
     if len(rows) > 1:
         rows = [row for row in rows if len(set(row)) > 1] or rows[-1:]
+    for row in [row for row in rows if _says_little(row)]:
+        rest = [one for one in rows if one is not row]
+        if rest and _sensors_apart(rest):
+            rows = rest
     width = max(map(len, rows))
     parts: list[list[str]] = [[] for _ in range(width)]
     for depth, row in enumerate(rows):
@@ -103,6 +112,60 @@ def join_names(header: Sequence[Sequence[str]], width: int) -> list[str]:
         if i < len(names) and text.lower() not in _NO_UNIT:
             names[i] += f" [{'relative' if text.lower() in _RELATIVE else text}]"
     return names
+
+
+def _says_little(row: Sequence[str]) -> bool:
+    """Whether nearly all cells of a header line are the same word, as in Visual3D's ANALOG and ORIGINAL."""
+    filled = [cell for cell in row if cell]
+    return len(filled) > 3 and max(filled.count(cell) for cell in set(filled)) > _SAME * len(filled)
+
+
+def _sensors_apart(rows: Sequence[Sequence[str]]) -> bool:
+    """Whether these header lines alone tell all columns of sensors apart."""
+    names = [" ".join(cell for cell in column if cell) for column in zip(*rows, strict=True)]
+    sensors = [name for name in names if understand(name).role in {"gyr", "acc", "mag"} and understand(name).axis]
+    return len(sensors) > 5 and len(set(sensors)) == len(sensors)
+
+
+def fit_names(names: Sequence[str], given: int, rows: Sequence[Sequence[str]]) -> tuple[list[str], str]:
+    """(names, sentence) for ``rows`` of which each has one cell more, or one less, than the ``given`` names; else "".
+
+    One name less: the first column holds the number or the name of a row, as R writes it, or the last one has no name.
+    One name more: the first is a time that is not there, or the last column is missing.
+    """
+    width, first = len(rows[0]) if rows else 0, [row[0].strip() for row in rows if row]
+    if len(rows) < _FEW_ROWS or abs(given - width) != 1 or not any(row[-1].strip() for row in rows):
+        return list(names), ""
+    column = [float(cell) if is_number(cell, False) else math.nan for cell in first]
+    forward = all(after > before for before, after in pairwise(column))
+    if given < width:
+        counts = len({after - before for before, after in pairwise(column)} | {1.0}) == 1 or len(set(first)) == 1
+        if not (counts or all(map(math.isnan, column))):
+            return [*names[:given], ""], ""
+        return ["", *names[:given]], f"the header has {given} names and the lines {width} cells: the first has no name"
+    if understand(names[0]).role == "t" and not forward:
+        return list(names[1:]), (
+            f"a guess: the header has {given} names and the lines {width} cells: no line has '{names[0]}'"
+        )
+    return list(names[:width]), f"the header has {given} names and the lines {width} cells: no line has '{names[-1]}'"
+
+
+def number_twins(names: Sequence[str]) -> list[str]:
+    """The names, with " (2)" behind those of a second set of sensors that are called as those of the first.
+
+    A single name that comes again, without its axes, stays: nobody knows which of the two it is.
+    """
+    known = [understand(name) for name in names]
+    made = list(names)
+    for role in ("gyr", "acc", "mag"):
+        mine = [i for i, name in enumerate(known) if name.role == role and name.axis]
+        counts = {names[i]: [names[k] for k in mine].count(names[i]) for i in mine}
+        if len(counts) < 3 or len(set(counts.values())) > 1:
+            continue
+        for k, i in enumerate(mine):
+            before = [names[one] for one in mine[:k]].count(names[i])
+            made[i] += f" ({before + 1})" if before else ""
+    return made
 
 
 def _is_unit_row(row: Sequence[str]) -> bool:

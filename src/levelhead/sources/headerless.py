@@ -17,6 +17,7 @@ from levelhead.units import GRAVITY
 
 _ROWS = 20_000
 _MOST = 64  # columns that are looked at
+_TRIED = 8  # sets of three columns that may be the accelerometer
 _SPREAD = 0.25  # median deviation of the length of gravity from its median, as a share, at most
 _EXACT = 2e-4  # a length that constant is a unit vector's: a row of a rotation matrix, a quaternion's part
 _AXES = "xyz"
@@ -53,6 +54,11 @@ def with_names(table: TextTable, hints: Hints) -> ArrayTable:
         values[:, second] += 1e-9 * values[:, second + 1]
         values[:, second + 1] = 0.0
     guess = guess_columns(values[:_ROWS], sorted(stamps) if second is None else [second])
+    step = 0.0
+    if not guess.acc and guess.t is not None:
+        step = median(np.diff(_seconds(values[:, guess.t])))
+        increments = guess_columns(values[:_ROWS] / np.where(np.arange(width) == guess.t, 1.0, step), [guess.t])
+        guess = increments if increments.acc and increments.gyr else guess
     if not guess.acc or not guess.gyr:
         lively = [i for i in everything if i in stamps or _varies(values[:, i])]
         if len(lively) in _ONE_SENSOR and len(lively) > 1:
@@ -63,6 +69,8 @@ def with_names(table: TextTable, hints: Hints) -> ArrayTable:
             f"{_example(width)} (columns by number)"
         )
     arrays = {str(i + 1): columns[i] for i in everything}
+    if step > 0.0:  # angles and velocities gained since the row before
+        arrays |= {str(i + 1): columns[i] / step for i in (*guess.acc, *guess.gyr)}
     named: dict[str, int] = {"t": guess.t} if guess.t is not None else {}
     if second is not None:
         named = {"stamp.sec": second, "stamp.nanosec": second + 1}
@@ -85,7 +93,8 @@ def with_names(table: TextTable, hints: Hints) -> ArrayTable:
     given = dict(zip((str(i + 1) for i in everything), everything, strict=True))
     titles = {position: name for name, position in named.items() if position in given.values()}
     renamed = {titles.get(i, str(i + 1)): arrays[str(i + 1)] for i in everything}
-    notes = [*table.notes, f"no header: columns found by their numbers, a guess: {listed}"]
+    gained = f"; increments over {step:.4g} s" if step > 0.0 else ""
+    notes = [*table.notes, f"no header: columns found by their numbers, a guess: {listed}{gained}"]
     return ArrayTable(table.source, renamed, rate=table.rate, notes=notes, column_units=units)
 
 
@@ -108,7 +117,12 @@ def guess_columns(values: Array, stamps: Sequence[int] = ()) -> Guess:
     """What the columns of (n, k) ``values`` are; ``stamps`` are columns with dates."""
     n, width = values.shape
     t = stamps[0] if stamps else _clock(values)
-    usable = [i for i in range(width) if i != t and i not in stamps and _varies(values[:, i])]
+    usable = [
+        i for i in range(width)
+        if i != t and i not in stamps and _varies(values[:, i]) and not (np.diff(values[:, i]) == 1.0).all()
+    ]  # fmt: skip
+    quats = [range(i, i + 4) for i in range(width - 3) if _is_constant(values[:, i : i + 4], 1.0)]
+    usable = [i for i in usable if not any(i in four for four in quats)]
     triples = [(i, i + 1, i + 2) for i in range(width - 2) if {i, i + 1, i + 2} <= set(usable)]
     first = 0 if t is None else t + 1  # sensors mostly stand in threes from here on
     units = {one for one in triples if _is_constant(values[:, list(one)], 1.0)}
@@ -116,11 +130,14 @@ def guess_columns(values: Array, stamps: Sequence[int] = ()) -> Guess:
     scored = sorted(
         (score + 0.01 * triple[0] + (0.02 if (triple[0] - first) % 3 else 0.0), triple)
         for triple in triples
-        if (score := _gravity_score(values[:, list(triple)])) is not None
+        if (score := gravity_score(values[:, list(triple)])) is not None
     )
     seconds = np.arange(n) / 100.0 if t is None else _seconds(values[:, t])
-    for _, acc in scored[:4]:
-        gyr = _gyroscope(values, seconds, acc, [one for one in triples if not set(one) & set(acc)])
+    tried = []  # (correlation of gravity's turn less how badly the length fits, acc, gyr)
+    for score, acc in scored[:_TRIED]:
+        near, gyr = _gyroscope(values, seconds, acc, [one for one in triples if not set(one) & set(acc)])
+        tried.append((near - 0.2 * score if near > 0.0 else -score - 1.0, acc, gyr))
+    for _, acc, gyr in sorted(tried, key=lambda one: -one[0]):
         if gyr:
             user = _user_acceleration(values, acc, [one for one in triples if not set(one) & {*acc, *gyr}])
             mag = _magnetometer(values, user or acc, gyr, triples)
@@ -154,7 +171,7 @@ def _seconds(stamps: Array) -> Array:
     return forward
 
 
-def _gravity_score(triple: Array) -> float | None:
+def gravity_score(triple: Array) -> float | None:
     """How little the length varies, for three columns whose usual length is gravity in some unit; None: it is not."""
     length = np.sqrt((triple * triple).sum(axis=1))
     length = length[np.isfinite(length)]
@@ -211,8 +228,8 @@ def _split_clock(values: Array) -> int | None:
 
 def _gyroscope(
     values: Array, t: Array, acc: tuple[int, ...], triples: Sequence[tuple[int, int, int]]
-) -> tuple[int, ...]:
-    """The three columns against which gravity turns; without motion, those beside the accelerometer."""
+) -> tuple[float, tuple[int, ...]]:
+    """(correlation, three columns against which gravity turns); without motion (0, those beside the accelerometer)."""
     force = values[:, list(acc)]
     force = force / unit_inference.median_norm(force) * GRAVITY
     best: tuple[float, tuple[int, ...]] = (0.5, ())
@@ -221,9 +238,9 @@ def _gyroscope(
         if turn is not None and turn.turned > 0.03 and abs(turn.correlation) > best[0]:
             best = abs(turn.correlation), triple
     if best[1]:
-        return best[1]
+        return best
     beside = [one for one in triples if one[0] == acc[2] + 1] or [one for one in triples if one[2] == acc[0] - 1]
-    return beside[0] if beside else ()
+    return 0.0, beside[0] if beside else ()
 
 
 def _magnetometer(

@@ -152,6 +152,7 @@ def _objects(objects: Sequence[Fields], name: str, shown: str) -> Iterator[Array
         titles = dict.fromkeys(title for row in rows for title in row if title != key)
         arrays: Fields = {}
         units: dict[int, str] = {}
+        labels: Fields = {}
         for title in titles:
             column = [row.get(title) for row in rows]
             if isinstance(column[0], str) and is_stamp(column[0]):
@@ -161,11 +162,14 @@ def _objects(objects: Sequence[Fields], name: str, shown: str) -> Iterator[Array
                 except ValueError:
                     units.pop(len(arrays), None)
                 continue
+            if all(isinstance(cell, str) and not is_number(cell, False) for cell in column):
+                labels[title] = np.array(column)
+                continue
             values = _numbers(column)
             if values.dtype.kind == "i" or not np.isnan(values).all():
                 arrays[title] = values
         if arrays:
-            yield ArrayTable(shown, arrays, context=kind, column_units=units)
+            yield ArrayTable(shown, arrays, context=kind, column_units=units, labels=labels)
 
 
 def _flatten_object(item: Fields, prefix: str) -> Fields:

@@ -17,6 +17,8 @@ _NUMBER = re.compile(
 MOST = 0.6  # share of the lines with numbers that must be labelled; beside them stand temperatures and greetings
 _FEW = 5  # names behind a first number without one
 _UNIT_BEFORE_AXIS = re.compile(r"\s*\(([^()]*)\)\s*:\s*(?=[xyzXYZ]$)")  # "Gyroscope (rad/s): X"
+_UNIT_OF_NAME = re.compile(r"(?<=\w)\s*[(\[]([^()\[\]]+)[)\]]\s*[:=]$")  # "Ax(g):"
+_UNIT_BEHIND_NAME = re.compile(r"([A-Za-z]\w*)\s*[(\[]([^()\[\]\s]+)[)\]]\s*$")  # "acc[g] 0.1 0.2 0.3"
 _SEPARATORS = ",;|\t[](){}"
 _AXES = frozenset("xyzw")
 _COLUMNS = {1: ("",), 3: ("x", "y", "z"), 4: ("w", "x", "y", "z")}
@@ -87,6 +89,16 @@ def _split(gap: str) -> tuple[str, str]:
     """(unit of the number before, name of the number behind) in what stands between two numbers."""
     text = gap.rstrip(" \t([{\"'")
     marked = text[-1:] in "=:" and bool(text)
+    if (
+        not marked
+        and (unmarked := _UNIT_BEHIND_NAME.search(gap)) is not None
+        and _leading_unit(unmarked[2]) is not None
+    ):
+        unit, _ = _split(f"{gap[: unmarked.start()]} x:")
+        return unit, f"{unmarked[1]} [{unmarked[2]}]"
+    if (inside := _UNIT_OF_NAME.search(text)) is not None and _leading_unit(inside[1]) is not None:
+        unit, name = _split(f"{text[: inside.start()]}:")
+        return unit, f"{name} [{inside[1]}]" if name else ""
     body = _UNIT_BEFORE_AXIS.sub(" ", text.rstrip("=: ")) if marked else gap
     words = [word for part in re.split(f"[{re.escape(_SEPARATORS)}]|\\s{{2,}}", body) if (word := part.strip(" \"'"))]
     unit = ""

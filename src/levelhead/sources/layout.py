@@ -1,13 +1,15 @@
 """How a text file is laid out: delimiter, decimal sign, names of the columns, where the numbers begin."""
 
 import os
+import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 from levelhead.errors import LevelheadError
 from levelhead.sources.encoding import Encoding, find_encoding
-from levelhead.sources.header import header_cells, join_names, looks_like_header, rate_in
+from levelhead.sources.header import fit_names, header_cells, join_names, looks_like_header, number_twins, rate_in
 from levelhead.sources.splitting import (
     DELIMITERS,
     MISSING,
@@ -48,6 +50,8 @@ class Layout:
         tail: signs that end each line and are no cell ("1,2,3;").
         encoding: how the bytes are text.
         preamble: the lines above the header.
+        alternating: positions of the columns of words that change from line to line.
+        remark: a sentence, where the header has one name more or less than the lines below it have cells.
     """
 
     delimiter: str
@@ -63,6 +67,8 @@ class Layout:
     tail: str = ""
     encoding: Encoding = field(default_factory=lambda: Encoding("utf-8"))
     preamble: tuple[str, ...] = ()
+    remark: str = ""
+    alternating: frozenset[int] = frozenset()
 
 
 def find_layout(path: str | os.PathLike[str]) -> Layout:
@@ -128,16 +134,28 @@ def layout_of(lines: Sequence[str], source: str, encoding: Encoding | None = Non
     first, row = rows[start]
     if not header:
         header = _comment_names(lines[:first], delimiter, width, comma)
+    below = [row for (_, row), data in zip(rows[start:], numeric[start:], strict=True) if data][:DATA]
     names = join_names(header, width) if header else [str(i + 1) for i in range(len(trim(row)))]
     while names and not names[-1].strip() and len(trim(row)) < len(names):
         names.pop()
+    remark = ""
+    if header and all(len(row) == width for row in below):
+        names, remark = fit_names(names, max(map(len, header)), below)
+    names = number_twins(names) if header else names
     preamble = tuple(lines[: content[header_at][0]] if header else lines[:first])
-    below = [row for (_, row), data in zip(rows[start:], numeric[start:], strict=True) if data][:DATA]
+    words = _word_columns(below, len(names), comma)
     whole = frozenset(i for i, cell in enumerate(row) if cell.strip().lstrip("+-").isdecimal())
     return Layout(
         delimiter, comma, tuple(names), not header, first, whole, torn, _stamp_columns(below, len(names)),
-        _word_columns(below, len(names), comma), rate_in(preamble), tail, encoding or Encoding("utf-8"), preamble,
+        words, rate_in(preamble), tail, encoding or Encoding("utf-8"), preamble,
+        remark, frozenset(i for i in words if _changes([row[i] for row in below if i < len(row)])),
     )  # fmt: skip
+
+
+def _changes(words: Sequence[str]) -> bool:
+    """Whether a few words take turns."""
+    turns = sum(a != b for a, b in pairwise(words))
+    return len(words) > FEW and turns > 0.1 * len(words) and len(set(words)) <= 0.4 * len(words)
 
 
 def _near(row: Sequence[str], width: int) -> bool:
@@ -181,19 +199,24 @@ def _header_above(
 ) -> tuple[int, list[list[str]]]:
     """(position of its first line, rows) of the header right above the numbers; none: (start, [])."""
     rows: list[list[str]] = []
-    at = start
+    at, other = start, ""  # another delimiter than that of the numbers, which the lowest line of the header has
     while at > 0 and len(rows) < 6:
-        row = _header_row(lines[at - 1], delimiter, width, strict=bool(rows))
+        row = _header_row(lines[at - 1], delimiter, width, strict=bool(rows), other=other)
         if not looks_like_header(row, width, comma):
             break
+        if not rows and delimiter == " ":
+            other = next((one for one in "\t,;" if len(cells(lines[at - 1].strip(), one)) == width), "")
         rows.insert(0, row or [])
         at -= 1
     return at, rows
 
 
-def _header_row(line: str, delimiter: str, width: int, strict: bool) -> list[str] | None:
-    """The cells of a line above the numbers; a second or third line must have the delimiter of the numbers."""
-    row = cells(line, delimiter)
+def _header_row(line: str, delimiter: str, width: int, strict: bool, other: str = "") -> list[str] | None:
+    """The cells of a line above the numbers; a second or third line must have their delimiter, or the first's."""
+    if strict and other:
+        row = [cell.strip() for cell in cells(line.strip(), other)]
+        return ["", *row] if len(row) == width - 1 else row if len(row) == width else None
+    row = cells(re.sub(r"\s+(?=[\[(])", "", line) if delimiter == " " else line, delimiter)
     if len(row) == width or (width > 1 and len(trim(row)) <= width <= len(row)):
         return [cell.strip().strip("\"'").rstrip(":").strip() for cell in row]
     if width > 2 and not strict and len(row) in (width - 1, width + 1) and len(trim(row)) > 0.5 * width:

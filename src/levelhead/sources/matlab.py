@@ -8,7 +8,7 @@ import numpy as np
 
 from levelhead.errors import LevelheadError, require
 from levelhead.open_types import Fields
-from levelhead.sources.arrays import tabulate
+from levelhead.sources.arrays import by_length, tabulate
 from levelhead.sources.hdf5 import hdf5
 from levelhead.sources.hints import Hints
 from levelhead.sources.names import understand
@@ -66,4 +66,4 @@ def tables(path: Path, shown: str, hints: Hints) -> list[ArrayTable]:
         from levelhead.sources.offset_counts import with_sensors
 
         return [with_sensors(table, unnamed, times[0]) or table]
-    return [table]
+    return list(by_length(table))

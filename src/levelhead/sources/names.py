@@ -30,6 +30,7 @@ _REMARKS |= {"x", "y", "z", "imu", "avg", "mean", "int", "float", "double", "hex
 _REMARKS |= {"relative", "normalized", "normalised", "a.u.", "au", "head", "chest", "thigh", "shank", "arm"}
 _NUMBERED = re.compile(r"([a-z]*?)([xyz])(\d+)")  # ax1, and the x1 of accX1
 _AXES = "xyzw"
+_GREEK = {"alpha": "x", "beta": "y", "gamma": "z"}  # of DeviceMotion's rotationRate: browsers give x, y, z
 _VEHICLE = re.compile(r"(roll|pitch|yaw)(?:rate|speed|vel|velocity|angularvelocity)|(?:bodyrate|rate)(roll|pitch|yaw)")
 _PERSON = re.compile(r"user\d+")  # whose the file is; "user" alone is user acceleration
 _RATES = {"roll": "x", "pitch": "y", "yaw": "z", "p": "x", "q": "y", "r": "z"}
@@ -117,6 +118,8 @@ def _axis(tokens: Sequence[str]) -> tuple[list[str], str]:  # noqa: PLR0911
         if tokens[i] in _AXES and len(tokens) > 1 and not (tokens[i] == "w" and tokens[-1] in "xyz"):
             return [*tokens[:i], *tokens[i + 1 :]], tokens[i]
     known = set().union(*WORDS.values(), *LETTERS.values())
+    if tokens and tokens[-1] in _GREEK and set(tokens[:-1]) & (WORDS["gyr"] | {"rotation"}):
+        return list(tokens[:-1]), _GREEK[tokens[-1]]
     for i in reversed(range(len(tokens))):
         if (found := _NUMBERED.fullmatch(tokens[i])) and (found[1] in known or (not found[1] and len(tokens) > 1)):
             return [*tokens[:i], *([found[1] + found[3]] if found[1] else [found[3]]), *tokens[i + 1 :]], found[2]

@@ -18,6 +18,8 @@ from levelhead.units import GRAVITY
 ROUND = 0.3  # median deviation from the sphere, as a share of its radius, at most
 SURE = 0.8  # correlation of gravity's turn with the gyroscope's
 STILL = 0.05  # share of the radius by which the acceleration varies in half a second of rest
+CLEAN = 0.15  # median deviation from a sphere that noise about one point does not reach
+FAR = 1.5  # radii from which a middle is not 0
 WINDOW = 50  # rows
 
 
@@ -71,6 +73,33 @@ def with_sensors(table: ArrayTable, positions: Sequence[int], time: int) -> Arra
     arrays |= {f"gyr_{axis} [rad/s]": rates[:, i] for i, axis in enumerate("xyz")}
     arrays |= {f"acc_{axis} [g]": acc[:, i] for i, axis in enumerate("xyz")}
     return ArrayTable(table.source, arrays, rate=table.rate, notes=[*table.notes, note])
+
+
+def offset_of(values: Array) -> Array | None:
+    """The middle of the sphere on which (n, 3) whole numbers lie, if that is far from 0; else None."""
+    rows = values[np.isfinite(values).all(axis=1)]
+    if len(rows) < 200 or not (rows == np.rint(rows)).all():
+        return None
+    sphere = _sphere(rows)
+    if sphere is None or sphere.off > CLEAN or float(np.linalg.norm(sphere.middle)) < FAR * sphere.radius:
+        return None
+    length = np.linalg.norm(rows, axis=1)
+    about_zero = median(np.abs(length / median(length) - 1.0)) * median(length)
+    return sphere.middle if sphere.off * sphere.radius < 0.7 * about_zero else None
+
+
+def rates_about(values: Array) -> float | None:
+    """The middle of a converter about which (n, 3) rates lie: whole numbers above 0, alike on all axes; else None.
+
+    A gyroscope's bias is not the same on its three axes, and its numbers have both signs once it turns.
+    """
+    rows = values[np.isfinite(values).all(axis=1)]
+    if len(rows) < 200 or not (rows == np.rint(rows)).all() or rows.min() <= 0.0:
+        return None
+    middles = np.median(rows, axis=0)
+    spread = np.abs(rows - middles).mean(axis=0)
+    alike = middles.max() < 1.5 * middles.min() and middles.min() > 100.0
+    return float(middles.mean()) if alike and (middles > 2.0 * spread).all() else None
 
 
 def _sphere(values: Array) -> Sphere | None:

@@ -14,6 +14,7 @@ from levelhead.sources.columns import Roles
 from levelhead.sources.field_check import field_turn
 from levelhead.sources.hints import MEANING, QUANTITY, Hints, NeedsHints, Scale
 from levelhead.sources.names import RELATIVE
+from levelhead.sources.offset_counts import offset_of, rates_about
 from levelhead.sources.raw_counts import PER_DEGREE, PER_G
 from levelhead.sources.sensitivities import acc_sensitivity
 from levelhead.sources.table import Table
@@ -74,6 +75,13 @@ def acc_scale(values: Array, scale: Scale | None, hinted: bool, table: Table, ev
         _plausible_acc(values, norm, scale, hinted, table)
         return scale
     unit = unit_inference.acc_unit(norm)
+    middle = offset_of(values)
+    if middle is not None:
+        listed = ", ".join(f"{one:.0f}" for one in middle)
+        raise LevelheadError(
+            f"{table.source}: the accelerometer's numbers are counts about {listed}, as an analogue sensor's are, and "
+            "not about 0; expected those taken off, from all columns of counts"
+        )
     if unit is not None:
         evidence.notes.append(f"accelerometer: taken as {unit}; its median length is {norm:.4g}")
         return Scale(units.factor("acc", unit), unit)
@@ -115,6 +123,11 @@ def gyr_scale(
         LevelheadError: a hint contradicts the numbers, or nothing tells their unit.
     """
     rows = unit_inference.excerpt(len(t))
+    if (middle := rates_about(values)) is not None:
+        raise LevelheadError(
+            f"{table.source}: the gyroscope's numbers are counts about {middle:.0f}, as an analogue sensor's are, and "
+            "not about 0; expected those taken off, from all columns of counts"
+        )
     if scale is not None:
         return _checked_gyr(values[rows], scale, hinted, t[rows], acc[rows], table, evidence)
     found = unit_inference.gyr_unit(t[rows], values[rows], acc[rows], evidence.acc_per_g)

@@ -1,12 +1,16 @@
 """A way out where the names of columns tell no sensor: what their numbers look like, as the hint ``map``."""
 
+import re
+from collections.abc import Sequence
+
 import numpy as np
 
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array, median
-from levelhead.sources.headerless import Guess, guess_columns
+from levelhead.sources.candidates import group_axes, order_positions
+from levelhead.sources.headerless import Guess, gravity_score, guess_columns
 from levelhead.sources.hints import Hints, NeedsHints
-from levelhead.sources.names import understand
+from levelhead.sources.names import Name, understand
 from levelhead.sources.table import Table, stack, words_of
 from levelhead.sources.unit_inference import turn_of_gravity
 
@@ -33,14 +37,56 @@ def suggest(error: LevelheadError, table: Table, hints: Hints) -> LevelheadError
     values = stack({k: columns[i].astype(np.float64)[:ROWS] for k, i in enumerate(wanted)}, range(len(wanted)))
     guess = guess_columns(values)
     roles = {"gyr": guess.gyr, "acc": guess.acc}
-    if not all(roles.values()) or any(known[wanted[k]].role not in ("", r) for r, at in roles.items() for k in at):
-        return error
-    if not _turns(values, guess):
-        return error
+    fits = all(roles.values()) and all(known[wanted[k]].role in ("", r) for r, at in roles.items() for k in at)
+    words = "by their numbers"
+    if not fits or not _turns(values, guess):
+        roles = _by_elimination(values, [table.names[i] for i in wanted], [known[i] for i in wanted])
+        words = "nothing turns clearly here, but by size and place, a guess,"
+        if not roles:
+            return error
     if guess.t is not None and not any(name.role == "t" for name in known):
         roles["t"] = (guess.t,)
     found = {role: [table.names[wanted[k]] for k in positions] for role, positions in roles.items()}
-    return NeedsHints(f"{error}; by their numbers {_name_columns(found)} look like it", map=found)
+    return NeedsHints(f"{error}; {words} {_name_columns(found)} look like it", map=found)
+
+
+def _by_elimination(values: Array, names: Sequence[str], known: Sequence[Name]) -> dict[str, tuple[int, ...]]:
+    """Positions of "gyr" and "acc" where nothing turns: three columns as long as gravity, and three others.
+
+    Columns that belong together stand side by side under names that differ in one place. Of several threes that may be
+    the gyroscope, the one beside the accelerometer; {} if there is none.
+    """
+    named = {role: _named_axes(role, known) for role in ("gyr", "acc")}
+    lively = [len(set(column[np.isfinite(column)][:ROWS].tolist())) > 2 for column in values.T]
+    threes: list[tuple[int, ...]] = [
+        (i, i + 1, i + 2)
+        for i in range(len(names) - 2)
+        if all(lively[i : i + 3]) and not any(one.role for one in known[i : i + 3]) and _alike(names[i : i + 3])
+    ]
+    scores = {one: score for one in threes if (score := gravity_score(values[:, list(one)])) is not None}
+    acc = named["acc"] or min(scores, key=lambda one: scores[one], default=())
+    rest = [one for one in threes if not set(one) & set(acc)]
+    gyr = named["gyr"] or min(rest, key=lambda one: abs(one[0] - acc[0]) if acc else 0, default=())
+    return {"gyr": gyr, "acc": acc} if gyr and acc else {}
+
+
+def _named_axes(role: str, known: Sequence[Name]) -> tuple[int, ...]:
+    complete, _ = group_axes(role, known, None)
+    return order_positions(role, complete[0]) if complete else ()
+
+
+def _alike(names: Sequence[str]) -> bool:
+    """Whether three names differ in one letter or number only: kimozgas_a, kimozgas_b, kimozgas_c."""
+    ends = [re.fullmatch(r"(.*?)([A-Za-z]|\d+)(\W*)", name) for name in names]
+    starts = [re.fullmatch(r"()([A-Za-z])(\W.*)", name) for name in names]
+    for found in (ends, starts):
+        if (
+            all(found)
+            and len({(one[1], one[3]) for one in found if one}) == 1
+            and len({one[2] for one in found if one}) == 3
+        ):
+            return True
+    return False
 
 
 def _turns(values: Array, guess: Guess) -> bool:

@@ -65,7 +65,8 @@ class Table(Protocol):
 class ArrayTable:
     """Columns that are in memory already; the table of the array formats.
 
-    ``arrays`` maps the names to (n,) numbers. See ``Table`` for the rest.
+    ``arrays`` maps the names to (n,) numbers, ``labels`` those of columns of words to (n,) words. See ``Table`` for the
+    rest.
     """
 
     source: str
@@ -76,6 +77,7 @@ class ArrayTable:
     context: str = ""
     column_units: Mapping[int, str] = field(default_factory=dict)
     origin: Sequence[str] = ()
+    labels: Mapping[str, NDArray[np.str_]] = field(default_factory=dict)
 
     @property
     def names(self) -> list[str]:
@@ -115,6 +117,12 @@ class ArrayTable:
 def words_of(table: Table) -> frozenset[int]:
     """Positions of the columns that hold words, as far as the reader knows."""
     found: frozenset[int] = getattr(table, "words", frozenset())
+    return found
+
+
+def labels_of(table: Table) -> Mapping[str, NDArray[np.str_]]:
+    """The columns of words, name to (n,) words, as far as the reader keeps them."""
+    found: Mapping[str, NDArray[np.str_]] = getattr(table, "labels", {})
     return found
 
 

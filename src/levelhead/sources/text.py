@@ -2,10 +2,11 @@
 
 import math
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array
@@ -41,6 +42,8 @@ class TextTable:
         if self.layout.torn:
             count = "stands 1 line" if self.layout.torn == 1 else f"stand {self.layout.torn} lines"
             self.notes.append(f"before the header {count} of numbers; left out")
+        if self.layout.remark:
+            self.notes.append(self.layout.remark)
         if self.layout.encoding.note:
             self.notes.append(self.layout.encoding.note)
         self._left_out: dict[int, str] = {}  # number of a line, and why
@@ -58,6 +61,19 @@ class TextTable:
                 if (columns := read_text(self.path, self.layout, wanted, whole)) is not None:
                     return columns
         return self._read(wanted, exact)
+
+    @cached_property
+    def labels(self) -> Mapping[str, NDArray[np.str_]]:
+        """The columns of a few words that alternate, name to (n,) words; {} for a large file, and for torn lines."""
+        words = sorted(self.layout.alternating)
+        if not words or os.path.getsize(self.path) > BIG:
+            return {}
+        found: dict[int, list[str]] = {i: [] for i in words}
+        for line, text in blocks(self.path, self.layout):
+            rows = _Rows(self.source, self.layout, line, text)
+            for i in words:
+                found[i] += [cell.strip() for cell in rows.cells[i :: rows.width]]
+        return {self.names[i]: np.array(column) for i, column in found.items()}
 
     def _read(self, wanted: Sequence[int], exact: frozenset[int]) -> dict[int, Column]:
         parts: dict[int, list[Column]] = {i: [] for i in wanted}

@@ -17,6 +17,9 @@ _ESP = re.compile(r"\s*[VDIWE] \((\d+)\) [^:]*: (.*)$")  # ESP-IDF: the level, m
 _LETTER = re.compile(r"\s*#([AGM])(?:-[A-Z])?=([-+\d.,eE\s]+)$")  # Razor AHRS: #A-C=1.2,3.4,5.6
 _SENTENCE = re.compile(r"\s*\$(VN[A-Z]{3}),(.*?)(?:\*[0-9A-Fa-f]{2,4})?\s*$")
 _BRACKETS = re.compile(r"([A-Za-z]+)\s*\(([^)]*)\)\s*\[([^\]]*)\]")
+_TWO_SIGNS = re.compile(
+    r"(?=[^;|]*,[^;|]*,)[-+\d.eE,; |]*\d\s*[;|]\s*[-+.\d][-+\d.eE,; |]*$"
+)  # 1,2,3;4,5,6: no letters
 _FIELD = [f"mag_{axis} [G]" for axis in "xyz"]
 _ACC, _GYR = [f"acc_{axis} [m/s²]" for axis in "xyz"], [f"gyr_{axis} [rad/s]" for axis in "xyz"]
 _VECTORNAV = {  # VN-100 user manual, asynchronous ASCII messages
@@ -33,11 +36,16 @@ def undress_text(text: str) -> str | None:
     for pattern, plain in (
         (_ARROW, _without_arrows), (_BRACKETED, _without_arrows), (_LOGGER, _without_arrows), (_ESP, _without_arrows),
         (_SENTENCE, _without_sentences), (_LETTER, _without_letters), (_BRACKETS, _without_brackets),
-        (OBJECT, without_objects), (VECTOR, without_vectors), (MEASURED, without_units),
+        (_TWO_SIGNS, _with_commas), (OBJECT, without_objects), (VECTOR, without_vectors), (MEASURED, without_units),
     ):  # fmt: skip
         if sum(pattern.search(line) is not None for line in sample) > MOST * len(sample):
             return plain(lines)
     return None
+
+
+def _with_commas(lines: Sequence[str]) -> str | None:
+    """Sensors parted by semicolons or bars, their axes by commas: commas everywhere."""
+    return "\n".join(re.sub(r"\s*[;|]\s*", ",", line.strip().rstrip(";|,")) for line in lines)
 
 
 def _without_arrows(lines: Sequence[str]) -> str | None:

@@ -24,7 +24,7 @@ def without_objects(lines: Sequence[str]) -> str | None:
 def without_vectors(lines: Sequence[str]) -> str | None:
     """The lines as a table with commas, three columns for a vector of three; None: they are words with vectors."""
     first = next(i for i, line in enumerate(lines) if VECTOR.search(line))
-    if _KEY.search(lines[first]):
+    if _KEY.search(lines[first]) or any(_MARK in cell != _MARK for cell in _plain_cells(lines[first])):
         return None
     sizes = [len(cell) for cell in _cells(lines[first])]
     rows = [_cells(line) for line in lines[first:] if VECTOR.search(line)]
@@ -34,14 +34,15 @@ def without_vectors(lines: Sequence[str]) -> str | None:
 
 def _cells(line: str) -> list[list[str]]:
     """The cells of a line, each as its numbers: one, or those of a vector."""
-    vectors = [re.split(r"[\s,;]+", found.strip()) for found in VECTOR.findall(line)]
+    following = iter([re.split(r"[\s,;]+", found.strip()) for found in VECTOR.findall(line)])
+    return [next(following) if cell == _MARK else [cell.replace(",", ".")] for cell in _plain_cells(line)]
+
+
+def _plain_cells(line: str) -> list[str]:
+    """The cells of a line, a mark in place of each vector."""
     plain = VECTOR.sub(_MARK, line).strip()
     delimiter = next((sign for sign in "\t;,|" if sign in plain), None)
-    following = iter(vectors)
-    return [
-        next(following) if cell.strip() == _MARK else [cell.strip().replace(",", ".")]
-        for cell in plain.split(delimiter)
-    ]
+    return [cell.strip() for cell in plain.split(delimiter)]
 
 
 def _header(line: str, sizes: Sequence[int]) -> list[str]:
