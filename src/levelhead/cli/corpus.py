@@ -10,6 +10,7 @@ from cyclopts import App, Parameter
 
 from levelhead.cli.options import (
     NO_PICTURE,
+    Engine,
     GuardWords,
     Reading,
     can_draw,
@@ -77,6 +78,7 @@ class Fusing:
     same_sensor: Annotated[str, Parameter(metavar="PATTERN")] = ""
     """Recordings of the same sensor start with the calibration of the one before: a pattern with one group, in the name
     of a recording, such as '(unit[0-9]+)/', or column:NAME of its file."""
+    engine: Engine = "auto"
     order: Annotated[str, Parameter(metavar="PATTERN")] = ""
     """What puts them in order of time, likewise; by default their names."""
 
@@ -161,6 +163,7 @@ def tune(
     ] = (),
     guard: GuardWords = (),
     mag: NoMag = True,
+    engine: Engine = "auto",
     reference: Literal["truth", "smoother"] | None = None,
     metric: Literal["total", "tilt", "heading"] | None = None,
     runs: Annotated[int | None, Parameter(metavar="N")] = None,
@@ -191,7 +194,7 @@ def tune(
     with progress("corpus tune") as bar:
         found = tune_corpus(
             places, parse_filter_spec(filter), parameter, metric=metric, reference=reference,
-            guard=parse_guard(guard), magnetometer=mag, runs=runs, seed=seed, workers=running.workers,
+            guard=parse_guard(guard), magnetometer=mag, engine=engine, runs=runs, seed=seed, workers=running.workers,
             scheduler=running.scheduler, memory=running.memory, hints=reading.hints(), progress=bar,
         )  # fmt: skip
     tuning, left_out = found.tuning, found.left_out
@@ -240,8 +243,9 @@ def _fuse(verb: str, places: Sequence[str], fusing: Fusing, running: Running, re
     chosen = [parse_filter_spec(word) for word in fusing.filter]
     guard = parse_guard(fusing.guard)
     return _run(
-        verb, places, chosen, running, reading, guard, fusing.mag, fusing.tracks, fusing.same_sensor, fusing.order
-    )
+        verb, places, chosen, running, reading, guard, fusing.mag, fusing.tracks, fusing.same_sensor, fusing.order,
+        fusing.engine,
+    )  # fmt: skip
 
 
 def _run(
@@ -255,6 +259,7 @@ def _run(
     tracks: bool = False,
     sensor: str = "",
     order: str = "",
+    engine: str = "auto",
 ) -> int:
     from levelhead.corpora.html_report import write_page
     from levelhead.corpora.results import read_job
@@ -275,7 +280,7 @@ def _run(
 
         table = run(
             places, verb, *chosen, out=running.out, guard=guard, magnetometer=mag, tracks=tracks, sensor=sensor,
-            order=order, workers=running.workers, scheduler=running.scheduler, memory=running.memory,
+            order=order, engine=engine, workers=running.workers, scheduler=running.scheduler, memory=running.memory,
             hints=reading.hints(), progress=report,
         )  # fmt: skip
     with progress("writing the report"):

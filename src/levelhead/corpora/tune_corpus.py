@@ -20,6 +20,7 @@ from levelhead.corpora.places import Source, list_sources, local_copy
 from levelhead.corpora.plan import pack
 from levelhead.corpora.work import read_recording
 from levelhead.engine.batch import DEFAULT_GUARD
+from levelhead.engine.binding import GPU_ENGINES, check_engine
 from levelhead.engine.threads import cores
 from levelhead.errors import LevelheadError
 from levelhead.filters.parameters import FilterChoice, Params
@@ -45,6 +46,7 @@ class ReferenceWish(NamedTuple):
     storage: ReadOnlyFields
     kind: Kind | None
     heading: bool
+    engine: str
 
 
 @dataclass(frozen=True)
@@ -64,6 +66,7 @@ def tune_corpus(
     reference: Kind | None = None,
     guard: Guard | None = DEFAULT_GUARD,
     magnetometer: bool = True,
+    engine: str = "auto",
     runs: int | None = None,
     seed: int = 0,
     workers: int | None = None,
@@ -83,6 +86,7 @@ def tune_corpus(
         reference: what the filter is held against.
         guard: in front of it.
         magnetometer: False: magnetometers are left out.
+        engine: of the many runs of the search, as for ``tune_filter``.
         runs: of the filter for one search.
         seed: of the search.
         workers: processes on this machine.
@@ -95,13 +99,15 @@ def tune_corpus(
     Raises:
         LevelheadError: as ``corpus`` and ``tune_filter``; fewer than two recordings that can serve.
     """
+    if engine not in GPU_ENGINES or scheduler is None:
+        check_engine(engine)
     space = check_wishes(params, names, metric, reference, runs)
     job = Job("tune", guard=guard, hints=dict(hints or {}), magnetometer=magnetometer)
     sources = list_sources([places] if isinstance(places, str | os.PathLike) else list(places), storage)
     follows = "heading" in filters.of(space.params).estimates
     with open_pool(workers, scheduler, memory) as pool:
         chosen: Metric = metric or ("total" if follows else "tilt")
-        wish = ReferenceWish(job, storage or {}, reference, chosen != "tilt")
+        wish = ReferenceWish(job, storage or {}, reference, chosen != "tilt", engine)
         batches = pack(sources, 4 * (workers or cores()))
         rows = _facts(pool, wish, batches)
         if metric is None and follows and not all(row["magnetometer"] for row in rows if "error" not in row):
@@ -201,6 +207,6 @@ def score_batch(wish: ReferenceWish, sources: Sequence[Source], sets: Sequence[P
     """The errors of parameter sets over some recordings; a worker's task."""
     found = []
     for source in sources:
-        scores = score_sets([_reference(wish, source).recording], sets, wish.job.guard)[0]
+        scores = score_sets([_reference(wish, source).recording], sets, wish.job.guard, wish.engine)[0]
         found.append({"name": source.name, "scores": scores.tolist()})
     return found

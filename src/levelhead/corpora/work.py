@@ -4,10 +4,12 @@ import hashlib
 import json
 import time
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 
+from levelhead import filters
 from levelhead.bench.accuracy import outcome_of
 from levelhead.bench.datasets import load_recording
 from levelhead.bench.groups import group_of
@@ -17,13 +19,17 @@ from levelhead.calibration import Calibration
 from levelhead.corpora.job import DOCTOR, NOISE, SMOOTH, Batch, Job
 from levelhead.corpora.places import Source, file_digest, local_copy
 from levelhead.corpora.row_layout import COEFFICIENTS, HEALTH, UNITLESS, coefficient, element
-from levelhead.engine import fuse, smooth
+from levelhead.engine import fuse, fuse_recordings, smooth
+from levelhead.engine.binding import GPU_ENGINES
+from levelhead.engine.cuda import check_aiding
 from levelhead.errors import LevelheadError
 from levelhead.filters import health
 from levelhead.open_types import Fields, ReadOnlyFields
 from levelhead.recording import Recording
 from levelhead.track import Track
 from levelhead.version import VERSION
+
+Made = dict[str, tuple[Track, float]]  # method -> its track, and the seconds that it took
 
 
 class ResultsError(LevelheadError):
@@ -44,6 +50,8 @@ def run_batch(job: Job, batch: Batch, storage: ReadOnlyFields, tracks: str) -> l
     """
     if job.version != VERSION:
         raise ResultsError(f"a worker has levelhead {VERSION}, and the run is one of {job.version}; install the same")
+    if job.engine in GPU_ENGINES:
+        return run_side_by_side(job, batch, storage, tracks)
     rows: list[Fields] = []
     prior = batch.prior
     for position, source in enumerate(batch.sources, batch.first):
@@ -87,34 +95,104 @@ def _base(job: Job, source: Source, sensor: str, prior: str) -> Fields:
 
 
 def _rows(job: Job, source: Source, sensor: str, prior: str, storage: ReadOnlyFields, tracks: str) -> list[Fields]:
-    base = _base(job, source, sensor, prior)
-    copied = ""
-    try:
-        with local_copy(source, storage) as path:
-            copied = str(path)
+    attempt = Attempt(job, source, sensor, prior, storage)
+    with attempt, attempt.opened() as path:
+        if job.verb == DOCTOR:
+            attempt.rows = [attempt.base | _examine(path, job)]
+            return attempt.rows
+        recording = attempt.read(path)
+        if job.verb == NOISE:
+            attempt.rows = [attempt.base | {"method": NOISE} | _noise(recording)]
+        else:
+            attempt.rows = attempt.rows_of_tracks(recording, tracks)
+    return attempt.rows
+
+
+class Attempt:
+    """One recording on its way to rows; a block ``with`` it makes what goes wrong there the one row that it gives.
+
+    Attributes:
+        base: what all of its rows have.
+        rows: its rows.
+    """
+
+    def __init__(self, job: Job, source: Source, sensor: str, prior: str, storage: ReadOnlyFields) -> None:
+        self._job, self._source, self._sensor, self._prior, self._storage = job, source, sensor, prior, storage
+        self._copied = ""
+        self.base = _base(job, source, sensor, prior)
+        self.rows: list[Fields] = []
+
+    def __enter__(self) -> None:
+        """Begins."""
+
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> bool:
+        """Makes an error a row, unless it is the end of the run."""
+        if error is None or isinstance(error, ResultsError) or not isinstance(error, Exception):
+            return False
+        sentence, transient = self._words(error)
+        if self._copied:
+            sentence = sentence.replace(self._copied, self._source.url)
+        failed = failed_row(self._job, self._source, self._sensor, self._prior, sentence, transient)
+        self.rows = [failed | self.base | {"transient": transient}]
+        return True
+
+    def _words(self, error: Exception) -> tuple[str, bool]:
+        """What went wrong, and whether it may go right another time."""
+        url = self._source.url
+        if isinstance(error, LevelheadError):
+            return str(error), False
+        if isinstance(error, OSError):
+            return f"{url} cannot be read: {error.strerror or error}", True
+        if isinstance(error, MemoryError):
+            return f"{url} needs more memory than the worker has", True
+        return f"{url} failed: {type(error).__name__}: {error}", True  # of a store, or a fault of a reader
+
+    @contextmanager
+    def opened(self) -> Iterator[Path]:
+        """The recording's path on this machine."""
+        with local_copy(self._source, self._storage) as path:
+            self._copied = str(path)
             group = group_of(path)
-            base |= {"dataset": group.dataset, "group": group.name, "sha256": file_digest(path)}
-            if job.verb == DOCTOR:
-                return [base | _examine(path, job)]
-            began = time.perf_counter()
-            recording = read_recording(path, job)
-            base |= {"read_s": time.perf_counter() - began} | _facts(recording)
-            if job.verb == NOISE:
-                return [base | {"method": NOISE} | _noise(recording)]
-            target = f"{tracks}/{source.name}" if tracks else ""
-            return [base | row for row in _tracks(job, recording, prior, target)]
-    except ResultsError:
-        raise
-    except LevelheadError as error:
-        sentence, transient = str(error), False
-    except OSError as error:
-        sentence, transient = f"{source.url} cannot be read: {error.strerror or error}", True
-    except MemoryError:
-        sentence, transient = f"{source.url} needs more memory than the worker has", True
-    except Exception as error:  # of a store, or a fault of a reader: neither ends the run
-        sentence, transient = f"{source.url} failed: {type(error).__name__}: {error}", True
-    sentence = sentence.replace(copied, source.url) if copied else sentence
-    return [failed_row(job, source, sensor, prior, sentence, transient) | base | {"transient": transient}]
+            self.base |= {"dataset": group.dataset, "group": group.name, "sha256": file_digest(path)}
+            yield path
+
+    def read(self, path: Path) -> Recording:
+        """The recording."""
+        began = time.perf_counter()
+        recording = read_recording(path, self._job)
+        self.base |= {"read_s": time.perf_counter() - began} | _facts(recording)
+        return recording
+
+    def rows_of_tracks(self, recording: Recording, tracks: str, made: "Made | None" = None) -> list[Fields]:
+        """A row for each method, whose track may be made already."""
+        target = f"{tracks}/{self._source.name}" if tracks else ""
+        return [self.base | row for row in _tracks(self._job, recording, self._prior, target, made)]
+
+
+def run_side_by_side(job: Job, batch: Batch, storage: ReadOnlyFields, tracks: str) -> list[Fields]:
+    """The rows of recordings that are threads of a GPU."""
+    attempts = [Attempt(job, source, "", "", storage) for source in batch.sources]
+    read: dict[int, Recording] = {}
+    for i, attempt in enumerate(attempts):
+        with attempt, attempt.opened() as path:
+            recording = attempt.read(path)
+            for method in job.methods:
+                check_aiding(filters.of(method.params), recording)
+            read[i] = recording
+    made: dict[int, Made] = {i: {} for i in read}
+    for method in job.methods:
+        began = time.perf_counter()
+        try:
+            found = list(fuse_recordings(read.values(), method.params, guard=job.guard, engine=job.engine))
+        except LevelheadError as error:  # there is no GPU, which the recordings cannot help
+            raise ResultsError(str(error)) from None
+        seconds = (time.perf_counter() - began) / max(len(read), 1)
+        for i, track in zip(read, found, strict=True):
+            made[i][method.name] = track, seconds
+    for i, recording in read.items():
+        with attempts[i]:
+            attempts[i].rows = attempts[i].rows_of_tracks(recording, tracks, made.pop(i))
+    return [row for attempt in attempts for row in attempt.rows]
 
 
 def read_recording(path: Path, job: Job) -> Recording:
@@ -139,7 +217,7 @@ def _facts(recording: Recording) -> Fields:
     }
 
 
-def _tracks(job: Job, recording: Recording, prior: str, target: str) -> Iterator[Fields]:
+def _tracks(job: Job, recording: Recording, prior: str, target: str, made: Made | None) -> Iterator[Fields]:
     """A row for each method."""
     known = Calibration.from_dict(json.loads(prior), "the prior") if prior else None
     truth = recording.truth
@@ -149,13 +227,14 @@ def _tracks(job: Job, recording: Recording, prior: str, target: str) -> Iterator
         began = time.perf_counter()
         try:
             with np.errstate(all="ignore"):
-                track = find_orientation(job, method, recording, known)
+                track = find_orientation(job, method, recording, known) if made is None else made[method.name][0]
         except Exception as error:
             if isinstance(error, LevelheadError) and len(job.methods) == 1:
                 raise
             yield row | {"error": f"failed: {type(error).__name__}: {' '.join(str(error).split())}"}
             continue
-        row |= {"run_s": time.perf_counter() - began} | _doubt(track) | _learned(track)
+        seconds = time.perf_counter() - began if made is None else made[method.name][1]
+        row |= {"run_s": seconds} | _doubt(track) | _learned(track)
         if truth is not None:
             absolute = truth.north and recording.mag is not None
             outcome = outcome_of(recording, track.quat, track.sigma, absolute, frame)
@@ -174,7 +253,8 @@ def find_orientation(job: Job, method: Method, recording: Recording, prior: Cali
         quat, sigma = method.run(recording)
         return Track(recording.t, quat, sigma=sigma)
     run = smooth if job.verb == SMOOTH or method.name == SMOOTHER else fuse
-    return run(recording, method.params, guard=job.guard, prior=prior)
+    engine = "auto" if job.engine in GPU_ENGINES else job.engine
+    return run(recording, method.params, guard=job.guard, engine=engine, prior=prior)
 
 
 def _doubt(track: Track) -> Fields:
