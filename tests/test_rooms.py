@@ -3,6 +3,7 @@
 import ast
 import re
 from collections import Counter, defaultdict
+from functools import cache
 from pathlib import Path
 
 SOURCE = Path(__file__).resolve().parents[1] / "src" / "levelhead"
@@ -89,6 +90,16 @@ def modules() -> list[Path]:
     return [path for path in SOURCE.rglob("*.py") if not path.stem.startswith("__")]
 
 
+@cache
+def top_level() -> list[tuple[str, ast.stmt]]:
+    """(room, definition or other statement) of every module, in the order of the files."""
+    return [
+        (path.relative_to(SOURCE).parts[0], node)
+        for path in SOURCE.rglob("*.py")
+        for node in ast.parse(path.read_text(encoding="utf-8")).body
+    ]
+
+
 def test_a_name_stands_in_one_room_only():
     places = defaultdict(set)
     for path in modules():
@@ -100,11 +111,9 @@ def test_a_name_stands_in_one_room_only():
 def test_a_class_stands_in_one_room_only():
     """A reader who meets a name of a type knows which one it is, or finds the reason why there are two."""
     places = defaultdict(set)
-    for path in SOURCE.rglob("*.py"):
-        room = path.relative_to(SOURCE).parts[0]
-        for node in ast.parse(path.read_text(encoding="utf-8")).body:
-            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
-                places[node.name].add(room)
+    for room, node in top_level():
+        if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+            places[node.name].add(room)
     twice = {name: rooms for name, rooms in places.items() if len(rooms) > 1}
     assert {name: rooms for name, rooms in twice.items() if name not in CLASSES} == {}
     assert set(CLASSES) <= set(twice), "a reason that is no longer needed"
@@ -113,11 +122,9 @@ def test_a_class_stands_in_one_room_only():
 def test_a_function_stands_in_one_room_only():
     """As for types: the name of a public function says which one it is, in whatever file it is called."""
     places = defaultdict(set)
-    for path in SOURCE.rglob("*.py"):
-        room = path.relative_to(SOURCE).parts[0]
-        for node in ast.parse(path.read_text(encoding="utf-8")).body:
-            if isinstance(node, ast.FunctionDef) and not node.name.startswith("_") and room != "cli":
-                places[node.name].add(room)
+    for room, node in top_level():
+        if isinstance(node, ast.FunctionDef) and not node.name.startswith("_") and room != "cli":
+            places[node.name].add(room)
     twice = {name: rooms for name, rooms in places.items() if len(rooms) > 1}
     assert {name: rooms for name, rooms in twice.items() if name not in FUNCTIONS} == {}
     assert set(FUNCTIONS) <= set(twice), "a reason that is no longer needed"

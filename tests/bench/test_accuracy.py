@@ -100,7 +100,7 @@ def test_without_magnetometers_all_recordings_count_and_heading_is_relative(fold
         assert outcome.figures.total == outcome.figures.aligned
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_several_processes_find_the_same(folder):
     alone, together = (accuracy([folder], OURS, jobs=jobs) for jobs in (1, 2))
     assert alone.long == together.long

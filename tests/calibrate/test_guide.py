@@ -142,7 +142,7 @@ def test_a_source_that_says_nothing_is_refused(sample, sentence):
 
 
 def test_a_replay_gives_what_the_log_gives():
-    recording = simulate.observe(simulate.poses(10, 5, rate=50.0), simulate.imu("MPU-6050", mag="HMC5883L"), 5)
+    recording = simulate.observe(simulate.poses(8, 5, rate=25.0), simulate.imu("MPU-6050", mag="HMC5883L"), 5)
     shown = []
     read = record_poses(Replay(recording, math.inf), shown.append)
     np.testing.assert_array_equal(read.acc, recording.acc)

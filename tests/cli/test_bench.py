@@ -40,7 +40,7 @@ def test_json_without_magnetometer(levelhead, folder):
     assert found["written"] == []
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_several_processes_from_the_command_line(levelhead, folder):
     said = levelhead("bench", "accuracy", folder, "-f", "Kalman", "-f", "default", "--jobs", "2", "--json")
     assert (said.code, said.err) == (0, "") and len(said.json["runs"]) == 4

@@ -37,6 +37,7 @@ def poor(logs):
     return tune_filter(logs, lh.Mahony(kp=4.0, k_mag=3.0), ["kp", "k_mag"], runs=60)
 
 
+@pytest.mark.slow
 def test_poor_parameters_become_good_where_nobody_looked(poor):
     assert poor.worth and poor.held_out_gain > 0.3
     other = moved(9)
@@ -45,6 +46,7 @@ def test_poor_parameters_become_good_where_nobody_looked(poor):
     assert poor.verdict()[0].startswith("take Mahony with kp=")
 
 
+@pytest.mark.slow
 def test_errors_are_those_of_evaluate(poor, logs):
     every = [error(log, poor.best) for log in logs]
     np.testing.assert_allclose(poor.after, every, rtol=0.03)  # of a part of the samples
