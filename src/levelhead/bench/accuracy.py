@@ -326,10 +326,14 @@ def accuracy(
 
 
 def _compile_once(methods: Sequence[Method], entry: Entry, with_mag: bool) -> None:
-    """Machine code into the cache, so that the processes need not each make it."""
+    """Numba's machine code into the cache, so that the processes need not each make it; native filters need none."""
     from levelhead.engine import fuse
+    from levelhead.engine.binding import choose_engine
+    from levelhead.engine.native import has_imu
 
-    short = _recording(entry.path, with_mag)[0][:2]
+    recording = _recording(entry.path, with_mag)[0]
     for method in methods:
         if method.package == OURS:
-            fuse(short, method.params, engine="compiled")
+            params = filters.default() if method.params is None else method.params
+            native = has_imu(filters.of(params), guarded=True)
+            fuse(recording[:2], params, engine=choose_engine("auto", len(recording), native))

@@ -152,8 +152,8 @@ def _solve(share: Array, means: Array, degree: int) -> tuple[Array, Array, Array
     value: Array = np.asarray(np.linalg.lstsq(matrix, means, rcond=None)[0], dtype=np.float64)
     white = matrix
     for loss in ("huber", "huber", "cauchy"):
-        root = np.linalg.cholesky(block_covariance(means - matrix @ value))
-        white, seen = np.linalg.solve(root, matrix), np.linalg.solve(root, means)
+        both = whiten(np.column_stack([matrix, means]), *block_variances(means - matrix @ value))
+        white, seen = both[:, :-1], both[:, -1]
         found = least_squares(
             lambda one, by=white, of=seen: by @ one - of, value, jac=lambda one, by=white: by,
             loss=loss, f_scale=ROBUST, x_scale="jac",
@@ -164,15 +164,28 @@ def _solve(share: Array, means: Array, degree: int) -> tuple[Array, Array, Array
     return value, sigma, left
 
 
-def block_covariance(left: Array) -> Array:
-    """(k, k) s² I + q min(i, j) of (k,) residuals, with differences' medians, so that no touch counts."""
+def whiten(columns: Array, white: float, walk: float) -> Array:
+    """(k, n) columns times the inverse of the Cholesky factor of their rows' covariance, white I + walk min(i, j).
+
+    Differences of neighbouring rows have a covariance in three diagonals, so that the factor has two: walk + white · 2,
+    (walk + white in the first row), and −white beside them.
+    """
+    from scipy.linalg import cholesky_banded, solve_banded
+
+    bands = np.full((2, len(columns)), -white)
+    bands[0] = 2.0 * white + walk
+    bands[0, 0] = white + walk
+    root = cholesky_banded(bands, lower=True)
+    found: Array = solve_banded((1, 0), root, np.diff(columns, axis=0, prepend=0.0))
+    return found
+
+
+def block_variances(left: Array) -> tuple[float, float]:
+    """Of (k,) residuals: their white part's variance, and a random walk's by block; by medians, so no touch counts."""
     lags = [2**i for i in range(12) if 2**i <= len(left) // FEWEST]
     spread = [max(float(np.median((left[lag:] - left[:-lag]) ** 2)) / MEDIAN_OF_SQUARE, 1e-300) for lag in lags]
     hidden = HIDDEN * spread[0] / len(left)
     walk = max(
         [hidden, *((one - spread[0]) / (lag - 1) for one, lag in zip(spread[1:], lags[1:], strict=True) if lag > 4)]
     )
-    order = np.arange(1.0, len(left) + 1.0)
-    white = max(0.5 * (spread[0] - walk), 0.05 * spread[0])
-    covariance: Array = white * np.eye(len(left)) + walk * np.minimum.outer(order, order)
-    return covariance
+    return max(0.5 * (spread[0] - walk), 0.05 * spread[0]), walk
