@@ -7,6 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from tests.reference import (  # noqa: F401  (each registers its dialects)
     dialects_of_boards,
+    dialects_of_consoles,
     dialects_of_datasets,
     dialects_of_devices,
     dialects_of_labs,
@@ -32,6 +33,9 @@ COMMAND = {  # they have no time, or no known names
     "a_line_for_each_sensor", "bars_between_sensors", "delta_time_only", "matlab_one_matrix", "two_delimiters",
     "state_rows", "no_time_but_position", "tabs_without_time", "comments_and_rates", "clock_in_pieces",
     "sentences_for_axes",
+    "along_across_through", "underlined_header", "misspelt_axis", "value_of_each", "axis_lines_with_units",
+    "one_line_of_java", "padded_words", "arrow_and_two_semicolons", "words_in_braces", "health_line",
+    "signs_and_angles", "gyroscope_first_two_blanks",
 }  # fmt: skip
 GUESS = {
     "betaflight_explorer",
@@ -43,6 +47,7 @@ GUESS = {
     "two_boards_numbered",
     *("hololens", "zurich_mav", "ranges_in_columns", "korean_degrees", "esp_log_units_in_names"),
     *("text_book_recording", "increments", "matlab_two_clocks", "data_and_times_apart", "quaternion_first_no_names"),
+    *("clock_for_a_name", "strings_in_json"),
 }  # physics; code page
 REFUSED = {"letters_around_counts"}  # counts about 512: no hint can take an offset off
 STEP = 0.01  # s
@@ -119,4 +124,4 @@ def test_linear_acceleration_at_rest_is_not_taken_for_gravity(name: str, tmp_pat
 
 
 def test_there_are_enough_of_them() -> None:
-    assert len(DIALECTS) >= 245
+    assert len(DIALECTS) >= 265

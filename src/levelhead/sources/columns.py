@@ -5,6 +5,7 @@ import shlex
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
+from difflib import get_close_matches
 
 from levelhead.errors import LevelheadError, nearest
 from levelhead.sources.candidates import (
@@ -17,7 +18,7 @@ from levelhead.sources.candidates import (
     others,
     shared_name,
 )
-from levelhead.sources.hints import MEANING, QUANTITY, WIDTH
+from levelhead.sources.hints import MEANING, QUANTITY, WIDTH, NeedsHints
 from levelhead.sources.names import Name, split, understand, unit_in
 
 _USER = re.compile("user|linear", re.IGNORECASE)  # acceleration without the gravity that stands beside it
@@ -226,10 +227,31 @@ def _incomplete(role: str, known: Sequence[Name], source: str) -> None:
     axes = max(rest, key=len)
     present = ", ".join(known[i].raw for i in axes.values())
     missing = ", ".join(sorted(set("xyz") - set(axes))) or "x, y, z"
+    if (whole := _misspelt(axes, known)) is not None:
+        raise NeedsHints(
+            f"{source}: the {MEANING[role]} has {present} but no column for {missing}; '{whole[-1]}' looks like it",
+            map={role: whole[:-1]},
+        )
     raise LevelheadError(
         f"{source}: the {MEANING[role]} has {present} but no column for {missing}; "
         f"expected three axes, or the hint map {role}=…"
     )
+
+
+def _misspelt(axes: Mapping[str, int], known: Sequence[Name]) -> list[str] | None:
+    """The names of x, y and z, and that of the one axis whose name is spelt a little differently; else None."""
+    lost = set("xyz") - set(axes)
+    if len(lost) != 1:
+        return None
+    axis, given = lost.pop(), next(iter(axes))
+    name = known[axes[given]].raw
+    at = name.lower().rfind(given)
+    expected = f"{name[:at]}{axis if name[at].islower() else axis.upper()}{name[at + 1 :]}"
+    free = [one.raw for one in known if not one.role]
+    near = get_close_matches(expected, free, 1, 0.75)
+    if not near:
+        return None
+    return [*(near[0] if letter == axis else known[axes[letter]].raw for letter in "xyz"), near[0]]
 
 
 def _group(role: str, known: Sequence[Name], source: str) -> tuple[int, ...]:

@@ -17,6 +17,8 @@ from levelhead.units import GRAVITY
 
 _ROWS = 20_000
 _MOST = 64  # columns that are looked at
+_MOVED, _STEADY = 0.04, 0.25  # spread of a length from which it was motion; share of it that is far steadier
+_TWIN = 0.1  # by which the length of a second accelerometer differs, at most
 _TRIED = 8  # sets of three columns that may be the accelerometer
 _SPREAD = 0.25  # median deviation of the length of gravity from its median, as a share, at most
 _EXACT = 2e-4  # a length that constant is a unit vector's: a row of a rotation matrix, a quaternion's part
@@ -133,16 +135,31 @@ def guess_columns(values: Array, stamps: Sequence[int] = ()) -> Guess:
         if (score := gravity_score(values[:, list(triple)])) is not None
     )
     seconds = np.arange(n) / 100.0 if t is None else _seconds(values[:, t])
-    tried = []  # (correlation of gravity's turn less how badly the length fits, acc, gyr)
-    for score, acc in scored[:_TRIED]:
-        near, gyr = _gyroscope(values, seconds, acc, [one for one in triples if not set(one) & set(acc)])
-        tried.append((near - 0.2 * score if near > 0.0 else -score - 1.0, acc, gyr))
-    for _, acc, gyr in sorted(tried, key=lambda one: -one[0]):
+    for acc in _less_steady_first(values, [triple for _, triple in scored[:_TRIED]]):
+        gyr = _gyroscope(values, seconds, acc, [one for one in triples if not set(one) & set(acc)])
         if gyr:
             user = _user_acceleration(values, acc, [one for one in triples if not set(one) & {*acc, *gyr}])
             mag = _magnetometer(values, user or acc, gyr, triples)
             return Guess(t, acc, gyr, mag, user if acc in units else ())
     return Guess(t, scored[0][1] if scored else (), (), ())
+
+
+def _less_steady_first(values: Array, triples: Sequence[tuple[int, ...]]) -> Sequence[tuple[int, ...]]:
+    """The candidates for the accelerometer, behind the others those whose length is far steadier in motion.
+
+    A magnetometer turns as gravity does, and in some units it is as long; but motion disturbs gravity's length only.
+    """
+    spread = {one: _length_spread(values[:, list(one)]) for one in triples}
+    most = max(spread.values(), default=0.0)
+    steady = [one for one in triples if most > _MOVED and spread[one] < _STEADY * most]
+    return [*(one for one in triples if one not in steady), *steady]
+
+
+def _length_spread(triple: Array) -> float:
+    length = np.sqrt((triple * triple).sum(axis=1))
+    length = length[np.isfinite(length)]
+    typical = median(length) if len(length) else 0.0
+    return float(np.median(np.abs(length / typical - 1.0))) if typical > 0.0 else 0.0
 
 
 def _varies(column: Array) -> bool:
@@ -228,8 +245,11 @@ def _split_clock(values: Array) -> int | None:
 
 def _gyroscope(
     values: Array, t: Array, acc: tuple[int, ...], triples: Sequence[tuple[int, int, int]]
-) -> tuple[float, tuple[int, ...]]:
-    """(correlation, three columns against which gravity turns); without motion (0, those beside the accelerometer)."""
+) -> tuple[int, ...]:
+    """The three columns against which gravity turns; without motion, those beside the accelerometer.
+
+    Of those beside it, not a second accelerometer, whose numbers are as long as the first one's.
+    """
     force = values[:, list(acc)]
     force = force / unit_inference.median_norm(force) * GRAVITY
     best: tuple[float, tuple[int, ...]] = (0.5, ())
@@ -238,9 +258,14 @@ def _gyroscope(
         if turn is not None and turn.turned > 0.03 and abs(turn.correlation) > best[0]:
             best = abs(turn.correlation), triple
     if best[1]:
-        return best
-    beside = [one for one in triples if one[0] == acc[2] + 1] or [one for one in triples if one[2] == acc[0] - 1]
-    return 0.0, beside[0] if beside else ()
+        return best[1]
+    length = unit_inference.median_norm(values[:, list(acc)])
+    others = [one for one in triples if abs(unit_inference.median_norm(values[:, list(one)]) / length - 1.0) < _TWIN]
+    first = acc[2] + 1
+    while any(one[0] == first for one in others):
+        first += 3
+    beside = [one for one in triples if one[0] == first] or [one for one in triples if one[2] == acc[0] - 1]
+    return beside[0] if beside else ()
 
 
 def _magnetometer(

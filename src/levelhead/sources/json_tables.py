@@ -34,7 +34,7 @@ def tables(path: Path, shown: str, hints: Hints) -> Sequence[Table]:
     try:
         whole = json.loads(text, parse_constant=lambda _: None)
     except (ValueError, RecursionError):
-        return [json_lines(path)]
+        return _lines(path, text, shown)
     if (
         isinstance(whole, dict)
         and "\n" not in text.strip()
@@ -45,6 +45,21 @@ def tables(path: Path, shown: str, hints: Hints) -> Sequence[Table]:
     if not found:
         raise LevelheadError(f"{shown} holds no samples; expected a list of objects with numbers, or lists of numbers")
     return found
+
+
+def _lines(path: Path, text: str, shown: str) -> Sequence[Table]:
+    """The table of a file with an object on each line; numbers in quotes and dates count where others do not do."""
+    table = json_lines(path)
+    if {"gyr", "acc"} <= {name.role for name in map(understand, table.names)}:
+        return [table]
+    objects = []
+    for line in text.splitlines():
+        try:
+            item = json.loads(line, parse_constant=lambda _: None)
+        except (ValueError, RecursionError):
+            continue
+        objects += [item] if isinstance(item, dict) else []
+    return list(_objects(objects, "", shown)) if len(objects) >= _LEAST else [table]
 
 
 def _walk(node: Any, name: str, shown: str, depth: int) -> Iterator[ArrayTable]:

@@ -134,15 +134,20 @@ def gyr_scale(
     if "a guess" in found.why and (proved := _by_field(t, values, mag)) is not None:
         evidence.notes.append(f"gyroscope: taken as {proved[0]}; {proved[1]}")
         return Scale(units.factor("gyr", proved[0]), proved[0])
-    if found.unit is not None and "a guess" in found.why and evidence.acc_per_g == PER_G:
-        whole = values[np.isfinite(values)]
-        if np.array_equal(whole, np.rint(whole)):  # beside counts stand counts
-            evidence.findings["raw_counts"] = True
-            evidence.notes.append(
-                f"gyroscope: raw counts, {PER_DEGREE:g} per deg/s, a guess: the MPU-6050's beside {PER_G:g} per g; "
-                f"--lsb gyr={PER_DEGREE:g}/deg/s confirms it"
-            )
-            return Scale(DEGREE, f"counts, {PER_DEGREE:g} per deg/s", PER_DEGREE)
+    counted = found.unit is not None and "a guess" in found.why and _whole(values)  # beside counts stand counts
+    if counted and evidence.acc_per_g == PER_G:
+        evidence.findings["raw_counts"] = True
+        evidence.notes.append(
+            f"gyroscope: raw counts, {PER_DEGREE:g} per deg/s, a guess: the MPU-6050's beside {PER_G:g} per g; "
+            f"--lsb gyr={PER_DEGREE:g}/deg/s confirms it"
+        )
+        return Scale(DEGREE, f"counts, {PER_DEGREE:g} per deg/s", PER_DEGREE)
+    if counted and evidence.acc_per_g is not None:
+        raise NeedsHints(
+            f"{table.source}: the gyroscope's numbers are whole, as the accelerometer's counts are, and nothing turns "
+            "far enough to tell its full scale; expected the hint lsb gyr=…, such as 131/deg/s for ±250 deg/s",
+            lsb={"gyr": "131/deg/s"},
+        )
     if found.reversed:
         evidence.findings["gyro_inverted"] = True
     if found.unit is not None:
@@ -157,6 +162,12 @@ def gyr_scale(
         "expected the hint units gyr=…, or for raw counts lsb gyr=131/deg/s or what the sensor's full scale says",
         lsb={"gyr": "131/deg/s"},
     )
+
+
+def _whole(values: Array) -> bool:
+    """Whether all numbers are whole, and reach more than a few: counts."""
+    finite = values[np.isfinite(values)]
+    return len(finite) > 0 and bool(np.array_equal(finite, np.rint(finite))) and float(np.abs(finite).max()) > 3.0
 
 
 def _by_field(t: Array, values: Array, mag: Array | None) -> tuple[str, str] | None:

@@ -40,7 +40,7 @@ def suggest(error: LevelheadError, table: Table, hints: Hints) -> LevelheadError
     fits = all(roles.values()) and all(known[wanted[k]].role in ("", r) for r, at in roles.items() for k in at)
     words = "by their numbers"
     if not fits or not _turns(values, guess):
-        roles = _by_elimination(values, [table.names[i] for i in wanted], [known[i] for i in wanted])
+        roles = _by_elimination(values, [table.names[i] for i in wanted], [known[i] for i in wanted], guess.t)
         words = "nothing turns clearly here, but by size and place, a guess,"
         if not roles:
             return error
@@ -50,7 +50,9 @@ def suggest(error: LevelheadError, table: Table, hints: Hints) -> LevelheadError
     return NeedsHints(f"{error}; {words} {_name_columns(found)} look like it", map=found)
 
 
-def _by_elimination(values: Array, names: Sequence[str], known: Sequence[Name]) -> dict[str, tuple[int, ...]]:
+def _by_elimination(
+    values: Array, names: Sequence[str], known: Sequence[Name], t: int | None
+) -> dict[str, tuple[int, ...]]:
     """Positions of "gyr" and "acc" where nothing turns: three columns as long as gravity, and three others.
 
     Columns that belong together stand side by side under names that differ in one place. Of several threes that may be
@@ -58,15 +60,18 @@ def _by_elimination(values: Array, names: Sequence[str], known: Sequence[Name]) 
     """
     named = {role: _named_axes(role, known) for role in ("gyr", "acc")}
     lively = [len(set(column[np.isfinite(column)][:ROWS].tolist())) > 2 for column in values.T]
-    threes: list[tuple[int, ...]] = [
-        (i, i + 1, i + 2)
-        for i in range(len(names) - 2)
-        if all(lively[i : i + 3]) and not any(one.role for one in known[i : i + 3]) and _alike(names[i : i + 3])
-    ]
+    threes: list[tuple[int, ...]] = []
+    i = 0
+    while i < len(names) - 2:
+        free = all(lively[i : i + 3]) and not any(one.role for one in known[i : i + 3])
+        if free and (t is None or not i <= t < i + 3) and _alike(names[i : i + 3]):
+            threes.append((i, i + 1, i + 2))
+            i += 2
+        i += 1
     scores = {one: score for one in threes if (score := gravity_score(values[:, list(one)])) is not None}
     acc = named["acc"] or min(scores, key=lambda one: scores[one], default=())
     rest = [one for one in threes if not set(one) & set(acc)]
-    gyr = named["gyr"] or min(rest, key=lambda one: abs(one[0] - acc[0]) if acc else 0, default=())
+    gyr = named["gyr"] or min(rest, key=lambda one: abs(one[0] - acc[0] - 0.5) if acc else 0, default=())
     return {"gyr": gyr, "acc": acc} if gyr and acc else {}
 
 

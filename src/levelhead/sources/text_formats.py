@@ -42,7 +42,7 @@ def tables(path: Path, shown: str, hints: Hints) -> Sequence[Table]:
     content = [line for line in lines if line.strip() and not is_comment(line)]
     first = content[0].lstrip("\ufeff \t") if content else ""
     bracket = first[:1] in "{[" and first[:1] and '"' in "".join(content[:3])
-    if bracket or any(line.lstrip().startswith("{") for line in content[1:2]):
+    if bracket or any(line.lstrip().startswith("{") and '"' in line for line in content[1:2]):
         from levelhead.sources.json_tables import tables as json_tables
 
         return json_tables(path, shown, hints)

@@ -30,6 +30,7 @@ WORDS = {
         "accelerometers",
         "acceleration",
         "accl",
+        "acl",
         "accels",
         "accelerations",
         "accs",
@@ -97,7 +98,21 @@ PAIRS = {
     ("угловая", "скорость"),
     ("açısal", "hız"),
 }
-FILLERS = {"imu", "sensor", "raw", "data", "field", "msg", "cal", "calibrated", "corrected", "truth", "relative"}
+FILLERS = {
+    "value",
+    "val",
+    "imu",
+    "sensor",
+    "raw",
+    "data",
+    "field",
+    "msg",
+    "cal",
+    "calibrated",
+    "corrected",
+    "truth",
+    "relative",
+}
 REFERENCES = {"opt", "optical", "vicon", "truth", "true", "gt", "groundtruth", "ref", "reference", "mocap"}
 REFERENCES |= {"qualisys", "optitrack"}
 DERIVED = {"drift", "ohne", "lineare", "without", "sans", "sin"}
