@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 from tests.reference import ekf as textbook
 
 import levelhead as lh
-from levelhead.engine import binding, driver
+from levelhead.engine.batch import Batch
 from levelhead.filters import health, mekf
 from levelhead.filters.mekf import measurements
 from levelhead.guard import Guard
@@ -110,14 +110,11 @@ def test_the_jacobians_are_those_of_the_exact_model():
     np.testing.assert_array_equal(textbook.heading_row()[0], [0, 0, 1, 0, 0, 0])
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_the_covariance_stays_symmetric_and_positive():
     """100 000 samples: three minutes' bursts of fast turns, rest, missing sensors, at 500 Hz."""
     rng = np.random.default_rng(4)
-    bound = binding.bind(mekf.FILTER)
-    run = binding.for_engine(bound.run, "compiled")
-    settings = driver.Settings(lh.EKF(), Guard())
-    carry, last, n = bound.begin(settings), 0.0, 10_000
+    run, last, n = None, 0.0, 10_000
     for part in range(10):
         t = last + np.cumsum(rng.uniform(0.001, 0.003, n))
         gyr = rng.normal(0, 5.0 if part % 2 else 0.01, (n, 3))
@@ -125,16 +122,17 @@ def test_the_covariance_stays_symmetric_and_positive():
         mag = FIELD + rng.normal(0, 20.0 if part % 3 else 0.1, (n, 3))
         acc[rng.random(n) < 0.3 * (part > 6)] = np.nan
         mag[rng.random(n) < 0.9 * (part > 4)] = np.nan
-        out = [np.empty(4 * n), np.empty(3 * n), np.empty(3 * n), np.empty(n, np.uint32)]
-        read = [t, gyr.ravel(), acc.ravel(), mag.ravel()]
-        for array in read:
-            array.flags.writeable = False  # as a recording's: no other version has to be compiled
-        carry = run(settings, carry, last, *read, *out)
+        recording = lh.Recording(t, gyr, acc, mag)
+        if run is None:
+            run = Batch(recording, lh.EKF(), Guard(), "auto", None)
+        else:
+            run.follow(recording)
+        run.advance(n)
         last = float(t[-1])
-        p = matrix(carry.run.state.p)
+        p = matrix(run.carry.run.state.p)
         values = np.linalg.eigvalsh(p / np.sqrt(np.outer(np.diag(p), np.diag(p))))  # as correlations: units apart
         assert values.min() > 1e-9, part
-        assert out[2].min() > 0.0
+        assert run.track().sigma.min() > 0.0
 
 
 def wrong_for(seconds, what, rate=100.0):

@@ -6,8 +6,9 @@ from scipy.spatial.transform import Rotation
 
 import levelhead as lh
 from levelhead import simulate
+from levelhead.engine.batch import Batch
 from levelhead.filters import health
-from levelhead.filters.eskf import FILTER, covariance, measurements, predict
+from levelhead.filters.eskf import covariance, measurements, predict
 from levelhead.filters.eskf import filter as eskf
 from levelhead.filters.eskf import state as at
 from levelhead.kernels.quat import Quat
@@ -191,23 +192,14 @@ def test_nothing_but_a_magnetometer_tells_of_heading(motion):
 
 def learned(recording, **values):
     """The end of a run: means and deviations of the error states."""
-    from levelhead.compiler.compile import compile_kernel
-    from levelhead.compiler.tree import native
-    from levelhead.engine.binding import bind
-    from levelhead.engine.driver import Settings
-
-    driver = bind(FILTER)
-    settings = Settings(lh.ESKF(**values), lh.Guard())
-    n = len(recording)
-    flat = [np.array(a).reshape(-1) for a in (recording.t, recording.gyr, recording.acc, recording.mag)]
-    out = [np.empty(4 * n), np.empty(3 * n), np.empty(3 * n), np.empty(n, np.uint32)]
-    carry = compile_kernel(driver.run)(settings, native(driver.begin(settings)), float(recording.t[0]), *flat, *out)
-    m = carry.run.state.memory
+    run = Batch(recording, lh.ESKF(**values), lh.Guard(), "auto", None)
+    run.advance(len(recording))
+    m = run.carry.run.state.memory
     p = square(m)
     return np.array(m[at.MEAN : at.MEAN + at.N]), np.sqrt(np.diag(p)), p
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_a_late_magnetometer_is_found_out():
     """Everything else perfect, the magnetometer's readings are those of 20 ms ago."""
     motion = simulate.motion(5, 60.0, 200.0, style="hand")
@@ -219,7 +211,7 @@ def test_a_late_magnetometer_is_found_out():
     assert sigma[at.MAG_DELAY] < 0.006
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_a_gyroscope_that_was_turned_on_with_a_large_bias_is_right_without_any_rest(seed):
     """An MPU-6050's zero rate is within ±20 °/s; nobody holds it still."""
@@ -244,7 +236,7 @@ def test_a_blow_of_100_g_moves_nothing():
     assert np.degrees(turn[-1]) < 0.5
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_covariance_stays_symmetric_and_positive():
     """Half an hour at 100 Hz, most of it at rest, where rows of the same direction come again and again."""
     rng = np.random.default_rng(9)
