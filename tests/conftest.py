@@ -13,7 +13,7 @@ from tests.reference.compile_once import compile_once
 from levelhead.engine import native
 
 MARKS = ("compiled", "full")
-COMPILED_SOONER = ("EKF", "Mahony")  # a filter in blocks with its own σ, and one with gains
+COMPILED_SOONER = ("EKF", "Complementary")  # a filter in blocks with its own σ, and the smallest with gains
 
 if importlib.util.find_spec("hypothesis"):  # .ci/pythons has none
     from hypothesis import HealthCheck, settings

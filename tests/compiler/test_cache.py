@@ -58,7 +58,7 @@ def test_a_second_process_compiles_nothing(name, tmp_path):
     assert run_fuse(name, NUMBA_CACHE_DIR=str(tmp_path), PYTHONHASHSEED="2") == "cached"
 
 
-@pytest.mark.compiled
+@pytest.mark.full  # the second tier has a read-only install without a home (tests/cli/test_process.py)
 def test_no_place_for_a_cache_is_no_reason_to_crash():
     """As in a read-only install whose user has no home: Numba finds no locator for the cache."""
     nowhere = "UserProvidedCacheLocator"  # the only locator tried; it needs NUMBA_CACHE_DIR, which is not set

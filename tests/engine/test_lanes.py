@@ -54,7 +54,7 @@ def test_every_lane_is_its_single_run(flt, with_mag, monkeypatch):
 )
 def test_lanes_have_the_guard_that_is_asked_for(guard):
     recording = hard_recording(True)
-    sets = different(lh.filters.of(lh.Mahony()), 9)
+    sets = different(filters.of(lh.Complementary()), 9)
     found = fuse_parameter_sets(recording, sets, guard=guard, engine="compiled")
     for params, track in zip(sets, found, strict=True):
         assert_same(track, lh.fuse(recording, params, guard=guard, engine="compiled"))

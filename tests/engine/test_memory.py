@@ -41,10 +41,10 @@ def most(work):
 @pytest.mark.parametrize("with_mag", [False, True], ids=["6-D", "9-D"])
 @pytest.mark.parametrize("progress", [None, lambda done: None], ids=["whole", "in stretches"])
 def test_a_batch_needs_its_outputs(with_mag, progress):
-    lh.fuse(recording(2000, with_mag), lh.Mahony(), engine="compiled", progress=progress)  # compiles
+    lh.fuse(recording(2000, with_mag), lh.Complementary(), engine="compiled", progress=progress)  # compiles
     n = 400_000
     given = recording(n, with_mag)
-    kept, peak = most(lambda: lh.fuse(given, lh.Mahony(), engine="compiled", progress=progress))
+    kept, peak = most(lambda: lh.fuse(given, lh.Complementary(), engine="compiled", progress=progress))
     assert OUTPUTS * n <= kept <= peak < (OUTPUTS + CHECKS) * n + A_LITTLE
 
 
@@ -59,7 +59,7 @@ def test_one_axis_needs_its_report():
 
 @pytest.mark.full
 def test_lanes_that_keep_no_tracks_need_next_to_nothing_more_for_any_length():
-    sets = [lh.Mahony(kp=0.1 * (k + 1)) for k in range(lane_slots.LANES)]
+    sets = [lh.Complementary(tau=0.1 * (k + 1)) for k in range(lane_slots.LANES)]
 
     def peak(n):
         given = recording(n, False)

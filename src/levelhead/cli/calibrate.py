@@ -1,29 +1,24 @@
 """``levelhead calibrate LOG…`` and ``calibrate --live``: the errors of a sensor from poses by hand."""
 
-from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from cyclopts import Parameter
 
 from levelhead.cli.options import (
-    NO_PICTURE,
     Axes,
     Reading,
     can_draw,
     folder,
     print_json,
     print_line,
+    print_written,
     require_writable,
 )
 from levelhead.errors import LevelheadError
 from levelhead.units import GRAVITY
 
-if TYPE_CHECKING:
-    from levelhead.recording import Recording
-
 LIVE_NAME = "sensor"  # of the files of a calibration without a log
-LIVE_RATE = 200.0  # Hz
 
 
 def calibrate(
@@ -73,7 +68,9 @@ def calibrate(
     _require_one_way(logs, live, source, poses, view)
     require_writable(out)
     if source is not None:
-        recordings = [_guide(source, poses, view, speed, axes, gyr_range, acc_range, gravity, reading)]
+        from levelhead.cli.live_poses import record_live_poses
+
+        recordings = [record_live_poses(source, poses, view, speed, axes, gyr_range, acc_range, gravity, reading)]
     else:
         with progress("reading"):
             recordings = [reading.read(log) for log in logs]
@@ -90,11 +87,8 @@ def calibrate(
     if json:
         print_json(found.to_dict() | {"written": [str(path) for path in written]})
         return
-    for line in (*found.verdict(), "", *found.calibration.words()):
-        print_line(line)
-    if plot and not can_draw():
-        print_line(f"{NO_PICTURE}; --no-plot leaves this line out")
-    print_line("written: " + ", ".join(str(path) for path in written))
+    print_line("\n".join([*found.verdict(), "", *found.calibration.words()]))
+    print_written(written, plot)
 
 
 def _require_one_way(logs: tuple[Path, ...], live: bool, source: str | None, poses: int | None, view: bool) -> None:
@@ -111,51 +105,3 @@ def _require_one_way(logs: tuple[Path, ...], live: bool, source: str | None, pos
         raise LevelheadError("--source, --poses and --view are for calibrate --live; add --live or leave them out")
     if not live and not logs:
         raise LevelheadError("calibrate needs a log; expected: levelhead calibrate LOG …, or --live --source WHAT")
-
-
-def _guide(
-    source: str,
-    poses: int | None,
-    view: bool,
-    speed: float,
-    axes: str,
-    gyr_range: float,
-    acc_range: float,
-    gravity: float,
-    reading: Reading,
-) -> "Recording":
-    """What a guided calibration has read."""
-    from levelhead.axis_map import AxisMap
-    from levelhead.calibrate.guide import POSES, Instruction
-    from levelhead.calibrate.guided import record_poses
-    from levelhead.live.open import open_source
-    from levelhead.publish.guide_display import guide_display
-    from levelhead.sources import parse_lsb, parse_map, parse_units
-
-    opened = open_source(
-        source,
-        rate=reading.rate or LIVE_RATE,
-        speed=speed,
-        gyr_range=gyr_range,
-        acc_range=acc_range,
-        axes=AxisMap.parse(axes),
-        motion="poses",
-        map=parse_map(reading.map),
-        units=parse_units(reading.units),
-        lsb=parse_lsb(reading.lsb),
-    )
-    with ExitStack() as held:
-        shown = [held.enter_context(guide_display())]
-        if view:
-            from levelhead.publish.dashboard.guide_view import GuideView
-
-            page = GuideView(f"calibration of {opened.name}")
-            held.callback(page.stop)
-            print_line(page.page.url)
-            shown.append(page.show)
-
-        def show(now: Instruction) -> None:
-            for one in shown:
-                one(now)
-
-        return record_poses(opened, show, gravity=gravity, poses=POSES if poses is None else poses)

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import App, Parameter
 
 from levelhead.cli.options import (
-    NO_PICTURE,
     Engine,
     GuardWords,
     Reading,
@@ -21,6 +20,7 @@ from levelhead.cli.options import (
     parse_guard,
     print_json,
     print_line,
+    print_written,
     require_writable,
 )
 from levelhead.engine.batch import DEFAULT_GUARD
@@ -297,7 +297,5 @@ def _say(table: object, verb: str, page: Path, plot: bool, json: bool) -> int:
         print_json({"heading": summary.heading, "tables": tables, "written": [str(page.parent / "rows"), str(page)]})
     else:
         print_line(str(summary))
-        if plot and not can_draw():
-            print_line(f"{NO_PICTURE}; --no-plot leaves this line out")
-        print_line(f"written: {page.parent / 'rows'}, {page}")
+        print_written([page.parent / "rows", page], plot)
     return int(bool(summary.without_result))

@@ -10,7 +10,6 @@ from cyclopts import Parameter
 
 from levelhead import filters
 from levelhead.cli.options import (
-    NO_PICTURE,
     FilterName,
     FromFile,
     GuardWords,
@@ -21,6 +20,7 @@ from levelhead.cli.options import (
     parse_guard,
     print_json,
     print_line,
+    print_written,
     read_parameters,
     read_prior,
     require_self_calibration,
@@ -191,9 +191,7 @@ def fuse(
     print_line(summary(done.recording, done.track, done.score, done.guard, verbose=verbose, notes=notes))
     for line in short_form(done.recording):
         print_line(f"doctor: {line}")
-    if plot and not can_draw():
-        print_line(f"{NO_PICTURE}; --no-plot leaves this line out")
-    print_line("written: " + ", ".join(str(path) for path in done.written))
+    print_written(done.written, plot)
     if format == "csv" and len(done.track) > MANY:
         print_line(f"{len(done.track):,} rows are large for CSV: --format parquet writes and reads them much faster")
 

@@ -1,19 +1,22 @@
 """``levelhead noise LOG``: how noisy a sensor is."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
 from levelhead.cli.options import (
-    NO_PICTURE,
     Reading,
     can_draw,
     folder,
     print_json,
     print_line,
+    print_written,
     require_writable,
 )
+
+if TYPE_CHECKING:
+    from levelhead.noise import NoiseModel
 
 
 def noise(
@@ -54,19 +57,22 @@ def noise(
     written = [folder(out) / f"{log.stem}-noise.json"]
     model.save(written[0])
     if plot and can_draw():
-        from levelhead.publish.plots.noise_panels import allan_picture
-
-        written.append(out / f"{log.stem}-noise.png")
-        allan_picture(model, written[1])
-        if any(triad.drift is not None for triad in model.triads.values()):
-            from levelhead.publish.plots.temperature_panels import temperature_picture
-
-            written.append(out / f"{log.stem}-temperature.png")
-            temperature_picture(model, written[2])
+        written += _draw(model, out, log.stem)
     if json:
         print_json(noise_facts(model, page) | {"written": [str(path) for path in written]})
         return
     print_line(noise_table(model, page))
-    if plot and not can_draw():
-        print_line(f"{NO_PICTURE}; --no-plot leaves this line out")
-    print_line("written: " + ", ".join(str(path) for path in written))
+    print_written(written, plot)
+
+
+def _draw(model: "NoiseModel", out: Path, stem: str) -> list[Path]:
+    """Draws Allan deviations, and bias against temperature where that is known; the files."""
+    from levelhead.publish.plots.noise_panels import allan_picture
+    from levelhead.publish.plots.temperature_panels import temperature_picture
+
+    written = [out / f"{stem}-noise.png"]
+    allan_picture(model, written[0])
+    if any(triad.drift is not None for triad in model.triads.values()):
+        written.append(out / f"{stem}-temperature.png")
+        temperature_picture(model, written[1])
+    return written

@@ -363,6 +363,13 @@ def print_line(text: str) -> None:
     sys.stdout.write(f"{text}\n")
 
 
+def print_written(written: Iterable[Path], plot: bool) -> None:
+    """The last line: which files there are; before it why there is no picture, if one was asked for."""
+    if plot and not can_draw():
+        print_line(f"{NO_PICTURE}; --no-plot leaves this line out")
+    print_line("written: " + ", ".join(str(path) for path in written))
+
+
 def print_json(value: Mapping[str, object]) -> None:
     """The result for programs, on standard output."""
     escape = "utf" not in (sys.stdout.encoding or "").lower()

@@ -6,7 +6,6 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 
 from levelhead.cli.options import (
-    NO_PICTURE,
     Engine,
     FilterName,
     FromFile,
@@ -19,6 +18,7 @@ from levelhead.cli.options import (
     parse_guard,
     print_json,
     print_line,
+    print_written,
     read_parameters,
     require_writable,
 )
@@ -105,6 +105,4 @@ def tune(
         print_json(found.to_dict() | {"written": [str(path) for path in written]})
         return
     print_line(tuning_table(found))
-    if plot and not can_draw():
-        print_line(f"{NO_PICTURE}; --no-plot leaves this line out")
-    print_line("written: " + ", ".join(str(path) for path in written))
+    print_written(written, plot)

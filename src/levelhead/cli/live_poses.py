@@ -1,0 +1,59 @@
+"""``levelhead calibrate --live``: poses from a source, with what to do next at the terminal and in the browser."""
+
+from contextlib import ExitStack
+
+from levelhead.axis_map import AxisMap
+from levelhead.calibrate.guide import POSES, Instruction
+from levelhead.calibrate.guided import record_poses
+from levelhead.cli.options import Reading, print_line
+from levelhead.live.open import open_source
+from levelhead.publish.guide_display import guide_display
+from levelhead.recording import Recording
+from levelhead.sources import parse_lsb, parse_map, parse_units
+
+LIVE_RATE = 200.0  # Hz
+
+
+def record_live_poses(
+    source: str,
+    poses: int | None,
+    view: bool,
+    speed: float,
+    axes: str,
+    gyr_range: float,
+    acc_range: float,
+    gravity: float,
+    reading: Reading,
+) -> Recording:
+    """What a guided calibration has read, until every number is told; options as for ``calibrate``.
+
+    Raises:
+        LevelheadError: a source that there is not or that fails, or an option that does not fit it.
+    """
+    opened = open_source(
+        source,
+        rate=reading.rate or LIVE_RATE,
+        speed=speed,
+        gyr_range=gyr_range,
+        acc_range=acc_range,
+        axes=AxisMap.parse(axes),
+        motion="poses",
+        map=parse_map(reading.map),
+        units=parse_units(reading.units),
+        lsb=parse_lsb(reading.lsb),
+    )
+    with ExitStack() as held:
+        shown = [held.enter_context(guide_display())]
+        if view:
+            from levelhead.publish.dashboard.guide_view import GuideView
+
+            page = GuideView(f"calibration of {opened.name}")
+            held.callback(page.stop)
+            print_line(page.page.url)
+            shown.append(page.show)
+
+        def show(now: Instruction) -> None:
+            for one in shown:
+                one(now)
+
+        return record_poses(opened, show, gravity=gravity, poses=POSES if poses is None else poses)
