@@ -180,7 +180,7 @@ def picture(path: Path) -> None:
     for axes in (above, below):
         axes.axvline(HELD, color="grey", lw=0.8, ls=":")
         axes.axvline(PUSHED, color="grey", lw=0.8, ls=":")
-        axes.legend(loc="upper left", fontsize=8)
+        axes.legend(loc="upper right", fontsize=8)
         axes.grid(alpha=0.3)
     above.text(HELD, -11, " the hand lets go", fontsize=8)
     above.text(PUSHED, -11, " a push", fontsize=8)

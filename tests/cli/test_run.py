@@ -241,3 +241,11 @@ def test_late_ticks_are_printed_once_and_counted_by_the_status_line(capsys):
     printed = capsys.readouterr().out.splitlines()
     assert [line.split()[1] for line in printed] == ["late:", "silent:", "over_budget:", "silent:"]
     assert [line.endswith("(counted from here on)") for line in printed] == [True, False, True, False]
+
+
+def test_motion_that_is_no_fault_does_not_drown_the_status_line(capsys):
+    """A hand exceeds 2 m/s² many times a minute: one line, then the name in the status line while it holds."""
+    lines = StatusLines(SimpleNamespace(bus=None), quiet=False)
+    for on in (True, False, True, False):
+        lines._print_event(SimpleNamespace(name="acceleration", on=on, text="words"))
+    assert capsys.readouterr().out == "  ! acceleration: words (from here on in the status line)\n"

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 EXPECTED = frozenset({"started", "calibrating", "calibrated", "parameters", "ended", "stopped"})  # no warnings
 COUNTED = frozenset({"late", "over_budget"})  # printed once; the status line counts them
+NAMED = frozenset({"acceleration"})  # printed once; the status line names it while it holds: any motion brings it
 
 
 class SignalHandlers:
@@ -67,9 +68,9 @@ class StatusLines:
         if event.name in self._printed or not (event.on or event.name not in ("invalid", "calibrating")):
             return
         warning, more = event.on and event.name not in EXPECTED, ""
-        if event.name in COUNTED:
+        if event.name in COUNTED | NAMED:
             self._printed.add(event.name)
-            more = " (counted from here on)"
+            more = " (counted from here on)" if event.name in COUNTED else " (from here on in the status line)"
         self._print(f"  {'!' if warning else ' '} {event.name}: {event.text}{more}")
 
     def _print(self, text: str) -> None:
