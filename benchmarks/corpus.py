@@ -5,8 +5,9 @@
 Writes Parquet files of a simulated IMU at 100 Hz into a temporary folder (a few of them, with hard links for the rest,
 so that the disk's speed plays no part) and runs the default filter over them: in a plain loop, on one worker, on two,
 and on two that are killed with their client at 30, 60 and 90 %. Rates are taken by the wall clock from the first task
-to the last row; starting processes stands apart. Processor time is counted from the first batch that is done, and
-does not depend on what else the machine does. Errors against truth are part of the work, as in ``corpus fuse``.
+to the last row; starting and ending processes stands apart. Processor time is counted between the first and the last
+batch that is done, and does not depend on what else the machine does. Errors against truth are part of the work, as in
+``corpus fuse``. On two idle cores 10000 recordings take 21 minutes, with ``--workers 2`` alone 8.
 """
 
 import os
@@ -100,18 +101,18 @@ class Watch(threading.Thread):
 
 def run(folder: Path, workers: int) -> dict[str, Any]:
     """One line of the table."""
-    last, first = Progress(), list[tuple[int, float, float]]()
+    last, seen = Progress(), list[tuple[int, float, float]]()
     watch = Watch()
 
     def keep(state: Progress) -> None:
         last.__dict__.update(state.__dict__)
-        if state.done and not first:  # processes have started and imported what they need
-            first.append((state.done, time.process_time(), watch.look()))
+        if (state.done and not seen) or state.done == state.recordings:  # processes have imported what they need
+            seen.append((state.done, time.process_time(), watch.look()))
 
     began = time.perf_counter()
     table = lh.corpus(folder, workers=workers, progress=keep)
     wall = time.perf_counter() - began
-    done, own, theirs = last.done - first[0][0], time.process_time() - first[0][1], watch.total - first[0][2]
+    done, own, theirs = (after - before for before, after in zip(*seen, strict=True))
     early, late = watch.quarters()
     rows = table.select(["read_s", "run_s", "error"]).to_pylist()
     assert all(row["error"] is None for row in rows)
@@ -119,7 +120,7 @@ def run(folder: Path, workers: int) -> dict[str, Any]:
     busy = last.seconds * max(workers, 1)
     return {
         "case": f"{workers} workers of Dask" if workers else "plain loop", "recordings": last.done,
-        "rate": last.rate, "client": 1e3 * own / done,
+        "rate": last.rate, "core": done / (own + theirs), "client": 1e3 * own / done,
         "workers": 1e3 * theirs / done, "reading": 100.0 * reading / busy,
         "fusing": 100.0 * fusing / busy, "around": wall - last.seconds, "early": early, "late": late,
     }  # fmt: skip
@@ -205,12 +206,14 @@ def main() -> None:
         write_recordings(folder, given.recordings)
         rows = []
         for _ in range(given.repeats):
-            rows += [run(folder, workers) for workers in given.workers]
+            for workers in given.workers:
+                rows.append(run(folder, workers))
+                print(rows[-1], file=sys.stderr, flush=True)
         tables = [
             Table(
                 "Default filter over one-minute recordings, Parquet, 100 Hz",
                 {
-                    "case": "case", "recordings": "recordings", "rate": "1/s",
+                    "case": "case", "recordings": "recordings", "rate": "1/s", "core": "1/s of CPU",
                     "client": "this process: CPU ms a recording", "workers": "workers: CPU ms a recording",
                     "reading": "reading %", "fusing": "filter %", "around": "start, end s",
                     "early": "MB, 2nd quarter", "late": "4th",
