@@ -17,10 +17,12 @@ from levelhead.open_types import Fields, Handle, ReadOnlyFields
 
 NAME = "report.html"
 STYLE = """
-body { font: 15px/1.5 system-ui, sans-serif; color: #222; margin: 2em auto; max-width: 75em; padding: 0 1em }
+body { font: 15px/1.5 system-ui, sans-serif; color: #222; margin: 2em auto; max-width: 85em; padding: 0 1em }
 table { border-collapse: collapse; margin: .5em 0 2em; font-variant-numeric: tabular-nums }
 th, td { padding: .25em .8em; text-align: left; border-bottom: 1px solid #ddd; vertical-align: top }
-th { border-bottom: 2px solid #666 } .number { text-align: right } img { max-width: 100% } figure { margin: 2em 0 }
+th { border-bottom: 2px solid #666; vertical-align: bottom } .number { text-align: right }
+td:last-child:not(.number) { min-width: 24em } td:first-child { overflow-wrap: anywhere; min-width: 16em } img { max-width: 100% } figure { margin: 2em 0; max-width: 60em }
+figcaption { font-weight: 600; margin-bottom: .5em }
 """
 
 
@@ -89,6 +91,8 @@ def _sensor_pictures(summary: Summary) -> Iterator[str]:
 
 def _worst_pictures(summary: Summary, table: Handle, job: Job, storage: ReadOnlyFields) -> Iterator[str]:
     worst = summary.worst()
+    if worst:
+        yield "<h2>Pictures of the worst</h2>"
     columns = ["recording", "url", "prior", "sensor"] + (["calibration"] if job.sensor else [])
     wanted = {row["recording"] for row in worst}
     every = table.select(columns).to_pylist() if job.sensor else []
