@@ -21,7 +21,8 @@ body { font: 15px/1.5 system-ui, sans-serif; color: #222; margin: 2em auto; max-
 table { border-collapse: collapse; margin: .5em 0 2em; font-variant-numeric: tabular-nums }
 th, td { padding: .25em .8em; text-align: left; border-bottom: 1px solid #ddd; vertical-align: top }
 th { border-bottom: 2px solid #666; vertical-align: bottom } .number { text-align: right }
-td:last-child:not(.number) { min-width: 24em } td:first-child { overflow-wrap: anywhere; min-width: 16em } img { max-width: 100% } figure { margin: 2em 0; max-width: 60em }
+td:last-child:not(.number) { min-width: 24em } td:first-child { overflow-wrap: anywhere; min-width: 16em }
+img { max-width: 100% } figure { margin: 2em 0; max-width: 60em }
 figcaption { font-weight: 600; margin-bottom: .5em }
 """
 
