@@ -1,6 +1,7 @@
 """The fixed-size memory inside a state, as plain Python and as compiled code have it: lists and arrays of floats."""
 
 from collections.abc import Iterator
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -31,9 +32,11 @@ def has_memory(value: Tree) -> bool:
 
 def leaves(value: Tree) -> Iterator[float]:
     """The numbers of a value, in order."""
-    if isinstance(value, tuple | list | np.ndarray):
+    if isinstance(value, tuple):
         for part in value:
             yield from leaves(part)
+    elif isinstance(value, list | np.ndarray):
+        yield from value
     else:
         yield value
 
@@ -43,5 +46,8 @@ def rebuild(example: Tree, numbers: Iterator[float]) -> Tree:
     if isinstance(example, tuple):
         return type(example)(*(rebuild(part, numbers) for part in example))
     if isinstance(example, list):
-        return [next(numbers) for _ in example]
+        row = list(islice(numbers, len(example)))
+        if len(row) < len(example):
+            raise ValueError(f"{len(row)} numbers are left for a row of {len(example)}")
+        return row
     return bool(next(numbers)) if isinstance(example, bool) else next(numbers)
