@@ -32,7 +32,7 @@ DIFFERENT = 20  # recordings; the others are links to them
 SECONDS, RATE = 60.0, 100.0
 MB = 1e6
 KILLED_AT = (0.3, 0.6, 0.9)
-ROWS, TASKS = 4000, 1000  # by which the costs of the gathering process are measured
+ROWS, TASKS, IDLE = 4000, 1000, 5.0  # and s, by which the costs of the gathering process are measured
 
 
 def write_recordings(folder: Path, count: int) -> None:
@@ -189,7 +189,11 @@ def costs(folder: Path, out: Path) -> dict[str, Any]:
             pool.submit(nothing)
             pool.wait()
         handed = time.process_time() - began
-    return {"task": 1e3 * handed / TASKS, "bytes": float(len(pickle.dumps(row))), "write": 1e6 * written / ROWS,
+        began = time.process_time()
+        time.sleep(IDLE)
+        idle = (time.process_time() - began) / IDLE
+    return {"idle": 1e3 * idle, "task": 1e3 * handed / TASKS,
+            "bytes": float(len(pickle.dumps(row))), "write": 1e6 * written / ROWS,
             "finish": 1e6 * finished / (2 * ROWS)}  # fmt: skip
 
 
@@ -226,7 +230,8 @@ def main() -> None:
             tables.append(
                 Table("Killed at 30, 60 and 90 %", columns, [killed(folder, Path(name, "out"), given.recordings)])
             )
-        columns = {"task": "ms a task, scheduler and client", "bytes": "bytes a row on the wire",
+        columns = {"idle": "ms a second without work",
+                   "task": "ms a task, scheduler and client", "bytes": "bytes a row on the wire",
                    "write": "µs a row to write", "finish": "µs a row at the end"}  # fmt: skip
         tables.append(Table("CPU of the process that gathers", columns, [costs(folder, Path(name, "costs"))]))
         show(tables, given.json)
