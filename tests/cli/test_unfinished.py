@@ -66,7 +66,7 @@ PLACES = {
 }
 
 
-@pytest.mark.parametrize("suffix", ["parquet", "csv"])
+@pytest.mark.parametrize("suffix", ["parquet", pytest.param("csv", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("verb", VERBS)
 def test_ended_anywhere_it_gives_the_same_bytes(levelhead, log, tmp_path, ended, often, verb, suffix):  # noqa: F811
     words = (verb, log, "--format", suffix, "--no-plot", "--save-calibration")
