@@ -1,6 +1,7 @@
 """Calibration by poses: what was put into simulated sensors is found within its σ; verdicts, refusals, hand-over."""
 
 import dataclasses
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -109,6 +110,16 @@ def test_sides_that_are_missing_are_named():
     assert "z" in line.partition("put the sensor down with")[2]
     assert not weak.calibration.acc_matrix.known[2, 2]
     assert weak.calibration.acc_bias.known[:2].all()
+
+
+def test_half_a_sphere_is_weak_and_says_which_side_is_missing():
+    """Only poses with +z up: not refused, but the verdict names what they cannot tell, and the pose that would."""
+    recording = simulate.observe(simulate.poses(14, seed=3), simulate.imu("MPU-6050"), seed=3)
+    upper = replace(recording, acc=np.where(recording.acc[:, 2:] > 1.0, recording.acc, np.nan))
+    assert not [line for line in lh.calibrate_sensor(recording).advice if "the accelerometer's" in line]
+    weak = lh.calibrate_sensor(upper)
+    (line,) = [line for line in weak.verdict() if "do not tell the accelerometer's" in line]
+    assert "put the sensor down with" in line
 
 
 @pytest.mark.parametrize(
