@@ -69,7 +69,7 @@ def test_a_raw_sensor_keeps_what_earlier_runs_told_of_it():
 def test_a_raw_gyroscope_that_never_rests_is_learned_within_seconds(motion):
     """Simulated MPU-6050 without a magnetometer: biases of up to 20 °/s, from the first sample in motion."""
     errors, ratios = [], []
-    for seed in range(4):
+    for seed in range(8):
         moved = simulate.motion(seed, 94.0, 100.0, style=motion)
         run = simulate.observe(moved, simulate.imu("MPU-6050"), seed)[400:]
         score = evaluate(run, lh.fuse(run, lh.ESKF()))
@@ -78,7 +78,7 @@ def test_a_raw_gyroscope_that_never_rests_is_learned_within_seconds(motion):
     print(f"{motion}: tilt {np.round(errors, 2)}°, error/σ {np.round(ratios, 2)}")
     assert max(errors) < 8.0
     assert np.mean(errors) < 4.0
-    assert np.sqrt(np.mean(np.square(ratios))) < 3.5
+    assert np.sqrt(np.mean(np.square(ratios))) < 3.0
 
 
 @pytest.mark.parametrize("motion", ["hand", "walking"])
@@ -171,3 +171,20 @@ def test_without_measurements_the_variance_of_a_bias_is_that_of_its_prior():
         walked = 100.0 * 1e-7
         assert m[at.PRIOR_VARIANCE + i] == pytest.approx(start + walked, rel=1e-12)
         assert state_variance(m, i) == pytest.approx(m[at.PRIOR_VARIANCE + i], rel=1e-3)  # rounding has its own share
+
+
+@pytest.mark.parametrize("shake", [2.0, 10.0, 20.0])
+def test_a_start_while_shaken_finds_the_vertical(shake):
+    """So many m/s² along each axis at 1.5 Hz: no block of 0.1 s has its mean along the vertical."""
+    t = np.arange(0.0, 20.0, 0.01)
+    phase = 2.0 * np.pi * 1.5 * t[:, None] + np.array([0.3, 1.9, 4.0])
+    noise = np.random.default_rng(3)
+    gyr = noise.normal(0.0, 1e-3, (len(t), 3))
+    acc = np.array([0.0, 0.0, 9.80665]) + shake * np.sin(phase) + noise.normal(0.0, 0.02, (len(t), 3))
+    quat = np.tile([1.0, 0.0, 0.0, 0.0], (len(t), 1))
+    track = lh.fuse(Recording(t, gyr, acc, None, lh.Truth(quat, north=False)), lh.ESKF())
+    tilt = np.degrees(split_error(error_quaternion(track.quat, quat)).tilt)
+    sigma = np.degrees(np.hypot(track.sigma[:, 0], track.sigma[:, 1]))
+    assert tilt[500:].max() < 10.0
+    assert np.abs(track.bias).max() < 3.0
+    assert (tilt[20:] < 4.0 * sigma[20:]).mean() > 0.99

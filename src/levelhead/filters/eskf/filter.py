@@ -42,6 +42,7 @@ from levelhead.filters.eskf.preintegration import add_imu, add_mag, calibrated_r
 from levelhead.filters.eskf.reinitialise import (
     NO_CANDIDATE,
     CandidateField,
+    forget_lost_force,
     reinitialise_heading,
     reinitialise_tilt,
     set_field,
@@ -183,6 +184,7 @@ def update(params: ESKF, state: State) -> State:
         attitude = quat.compose(rotation, attitude)
         health = TURN_MISSED if upside_down else 0
         return State(attitude, field_norm, False, NO_CANDIDATE, True, health, m)
+    forget_lost_force(m)
     adapt_motion(params, m)
     health = TURN_MISSED if m[at.EXCESS] > 0.0 else 0
     fit = NO_FIELD

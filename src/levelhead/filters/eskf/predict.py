@@ -32,6 +32,7 @@ LARGE_HEADING = 0.1  # rad, 1σ of heading beyond which velocity may correct hea
 CLEAR_FORCE = 5.0  # if the horizontal force is so many times what the tilt error pretends
 SHAKEN = 0.005  # √s, noise density of specific force as a share of what shakes the sensor
 WHOLE_TURN = 2.0 * pi  # rad
+MOST_SPEED = 50.0  # m/s, 1σ without aiding
 IMPACT = 300.0  # m/s²: of a blow of this size the integral of the samples is worth nothing
 
 
@@ -147,11 +148,18 @@ def add_missed_turn(m: Floats, n: int) -> None:
     add_variance(m, at.VELOCITY + 2, 1, share * m[at.EXCESS + 1])
 
 
+@kernel
+def level_velocity_variance(m: Floats) -> float:
+    """Variance of the horizontal velocity, (m/s)²."""
+    return state_variance(m, at.VELOCITY) + state_variance(m, at.VELOCITY + 1)
+
+
 @noinline
 def forget_heading(m: Floats, n: int) -> None:
     """A heading whose σ is beyond a whole turn means nothing: it becomes uniform on the circle, and says so.
 
-    To first order it would go on to multiply a velocity's error without end, and P would lose its digits.
+    To first order it would go on to multiply a velocity's error without end, and P would lose its digits. Where it has
+    done so, and no aiding measures velocity, that means nothing either.
     """
     x, y, _ = vector(m, at.MEAN + at.VELOCITY)
     undirected = not (aiding.is_aided(m, 0) or aiding.is_aided(m, 1))
@@ -160,6 +168,8 @@ def forget_heading(m: Floats, n: int) -> None:
     set_independent(m, at.HEADING, 1, UNIFORM)
     if undirected:
         rotate_velocity_error(m, at.P, n, x, y)
+    if m[at.AIDED] == 0.0 and level_velocity_variance(m) > MOST_SPEED * MOST_SPEED:
+        reset_velocity(m)
     m[at.REINITIALISED] = 1.0
 
 
@@ -202,6 +212,7 @@ def predict(params: ESKF, m: Floats, n: int) -> None:
     add_process_noise(params, m, n)
     if m[at.EXCESS] + m[at.EXCESS + 1] > 0.0:
         add_missed_turn(m, n)
-    if state_variance(m, at.HEADING) > WHOLE_TURN * WHOLE_TURN:
+    velocity = level_velocity_variance(m) if m[at.AIDED] == 0.0 else 0.0
+    if state_variance(m, at.HEADING) > WHOLE_TURN * WHOLE_TURN or velocity > MOST_SPEED * MOST_SPEED:
         forget_heading(m, n)
     m[at.RUN_TIME] += m[at.BLOCK_TIME]

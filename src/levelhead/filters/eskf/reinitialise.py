@@ -9,7 +9,13 @@ from typing import NamedTuple
 from levelhead.compiler.mark import kernel, noinline
 from levelhead.filters.eskf import aiding
 from levelhead.filters.eskf import state as at
-from levelhead.filters.eskf.covariance import rotate_velocity_error, set_independent, state_variance, vector
+from levelhead.filters.eskf.covariance import (
+    add_variance,
+    rotate_velocity_error,
+    set_independent,
+    state_variance,
+    vector,
+)
 from levelhead.filters.eskf.measurements import FieldFit
 from levelhead.filters.eskf.params import ESKF
 from levelhead.filters.eskf.predict import reset_velocity
@@ -17,11 +23,14 @@ from levelhead.kernels import quat, tilt
 from levelhead.kernels.arrays import Floats
 from levelhead.kernels.quat import IDENTITY, Quat
 from levelhead.kernels.trig import atan2
-from levelhead.kernels.vec3 import ZERO, Vec3, add, dot, normalize, scale, sub
+from levelhead.kernels.vec3 import ZERO, Vec3, add, dot, norm, normalize, scale, sub
 from levelhead.units import DEGREE, GRAVITY
 
-FIRST_HEADING = 0.3  # rad
+FIRST_HEADING = 0.3  # rad, at least,
+MOST_FIRST_HEADING = 0.95  # and at most: it is known
 SWING_SPEED = 0.7  # m/s, 1σ: the force of a body that turns is off by this times its rate
+SHAKE_TIME = 0.3  # s for which a force that is not gravity pushes one way
+TURNED = 0.01  # rad² in a block, beyond which nothing carries its forces into the next
 STEADY = 0.2  # share by which a candidate field may vary in the earth frame
 LEAST_RATE = 0.1  # rad/s at which a magnet on the sensor would turn away in the earth frame
 NEARLY_DOWN = -0.999999
@@ -79,20 +88,52 @@ def rotation_to_vertical(force: Vec3) -> Quat:
     return quat.normalize(Quat(1.0 + z, y, -x, 0.0))
 
 
+@kernel
+def forget_lost_force(m: Floats) -> None:
+    """Tilt is known: the next time that it is lost, the mean force begins anew."""
+    m[at.LOST_FORCE] = 0.0
+    m[at.LOST_FORCE2] = 0.0
+    m[at.LOST_TIME] = 0.0
+
+
+@kernel
+def speed_variance(m: Floats) -> float:
+    """Variance of the velocity of a body whose forces have had this scatter since tilt was lost, (m/s)²."""
+    mean = m[at.LOST_FORCE] / m[at.LOST_TIME]
+    scatter = max(m[at.LOST_FORCE2] / m[at.LOST_TIME] - mean * mean, 0.0)
+    off = mean - GRAVITY
+    return SHAKE_TIME * SHAKE_TIME * (scatter + 0.5 * off * off)
+
+
 @noinline
 def reinitialise_tilt(params: ESKF, m: Floats) -> Quat:
-    """Returns the rotation that brings the block's mean force to the vertical, and sets σ of attitude and velocity."""
-    rotation = rotation_to_vertical(vector(m, at.INT_FORCE))
+    """Returns the rotation that brings the mean force to the vertical, and sets σ of attitude and velocity.
+
+    The mean is that since tilt was lost: over a time T it is gravity and the change of velocity over T, which is the
+    larger the shorter T is. Until tilt is known by that, each block brings it to the vertical anew.
+    """
+    if m[at.ADDED_VARIANCE] > TURNED:
+        forget_lost_force(m)
+    x, y, z = vector(m, at.INT_FORCE)
+    m[at.LOST_TIME] += m[at.ACC_TIME]
+    m[at.LOST_FORCE2] += m[at.INT_ACC2] + 2.0 * GRAVITY * z - GRAVITY * GRAVITY * m[at.ACC_TIME]
+    force = Vec3(x, y, z + m[at.LOST_FORCE])
+    m[at.LOST_FORCE] = norm(force)
+    rotation = rotation_to_vertical(force)
     turn = 2.0 * sqrt(rotation.x * rotation.x + rotation.y * rotation.y)
     heading = sqrt(state_variance(m, at.HEADING) + turn * turn)
     start = params.tilt_start * DEGREE
     swing = SWING_SPEED / GRAVITY
-    set_independent(m, at.ATTITUDE, 2, sqrt(start * start + swing * swing * m[at.INT_RATE2] / m[at.BLOCK_TIME]))
+    shake2 = speed_variance(m)
+    push = 2.0 * shake2 / (GRAVITY * GRAVITY * m[at.LOST_TIME] * m[at.LOST_TIME])
+    variance = start * start + swing * swing * m[at.INT_RATE2] / m[at.BLOCK_TIME] + push
+    set_independent(m, at.ATTITUDE, 2, min(sqrt(variance), at.UNKNOWN))
     set_independent(m, at.HEADING, 1, heading)
     if m[at.AIDED] != 0.0:
         aiding.inflate_nav_state(m, 0.0)
     else:
         reset_velocity(m)
+        add_variance(m, at.VELOCITY, 3, shake2)
     return rotation
 
 
@@ -102,19 +143,29 @@ def reinitialise_heading(params: ESKF, m: Floats, rotation: Quat) -> Quat:
     field = quat.rotate(rotation, scale(vector(m, at.SUM_FIELD), 1.0 / m[at.MAG_COUNT]))
     set_field(params, m, field)
     angle = atan2(field.x, field.y)
+    sigma = first_heading(m, field)
     if m[at.AIDED] != 0.0:
-        set_independent(m, at.HEADING, 1, FIRST_HEADING)
+        set_independent(m, at.HEADING, 1, sigma)
     else:
-        set_heading(m, tilt.add_yaw(IDENTITY, angle))
+        set_heading(m, tilt.add_yaw(IDENTITY, angle), sigma)
     return tilt.add_yaw(rotation, angle)
 
 
 @kernel
-def set_heading(m: Floats, turn: Quat) -> None:
+def first_heading(m: Floats, field: Vec3) -> float:
+    """1σ of a heading (rad) that is taken from a field (earth frame): a tilt turns its vertical part into the level."""
+    x, y, z = field
+    level = max(x * x + y * y, tilt.NO_LENGTH)
+    level_tilt = 0.5 * (state_variance(m, at.ATTITUDE) + state_variance(m, at.ATTITUDE + 1))
+    return min(sqrt(FIRST_HEADING * FIRST_HEADING + z * z / level * level_tilt), MOST_FIRST_HEADING)
+
+
+@kernel
+def set_heading(m: Floats, turn: Quat, sigma: float) -> None:
     """Takes a velocity without direction along as heading turns; what is known of it relative to the sensor stays."""
     x, y, z = vector(m, at.MEAN + at.VELOCITY)
     rotate_velocity_error(m, at.P, at.N, -x, -y)
-    set_independent(m, at.HEADING, 1, FIRST_HEADING)
+    set_independent(m, at.HEADING, 1, sigma)
     x, y, z = quat.rotate(turn, Vec3(x, y, z))
     rotate_velocity_error(m, at.P, at.N, x, y)
     m[at.MEAN + at.VELOCITY] = x
