@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from levelhead.noise.allan import WHITE, allan_curve, degrees_of_freedom, interval_of
+from levelhead.noise.allan import CHUNK, WHITE, allan_curve, degrees_of_freedom, every_second, integral, interval_of
 from levelhead.noise.fit import fit
 from levelhead.simulate import noise as processes
 
@@ -25,6 +25,14 @@ def test_deviations_are_those_of_allantools(allantools, count):
     tau, theirs, *_ = allantools.oadev(rate, rate=100.0, data_type="freq", taus=mine.tau)
     np.testing.assert_allclose(mine.tau, tau, rtol=1e-12)
     np.testing.assert_allclose(mine.deviation, theirs, rtol=1e-9)
+
+
+def test_an_integral_in_parts_is_that_of_the_whole():
+    rate = 3.0 + np.random.default_rng(4).standard_normal(2 * CHUNK + 7)
+    whole = np.concatenate([[0.0], np.cumsum(rate - rate.mean()) * 0.01])
+    angle = integral(rate, 0.01)
+    np.testing.assert_array_equal(angle, whole)
+    np.testing.assert_array_equal(every_second(angle), whole[::2])
 
 
 def test_a_long_sum_may_have_steps(monkeypatch):
