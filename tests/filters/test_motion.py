@@ -1,7 +1,10 @@
 """ESKF where bodies do what a laboratory does not: walks in circles, gyroscopes that clip; simulated."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import levelhead as lh
 from levelhead import simulate
@@ -188,3 +191,17 @@ def test_a_start_while_shaken_finds_the_vertical(shake):
     assert tilt[500:].max() < 10.0
     assert np.abs(track.bias).max() < 3.0
     assert (tilt[20:] < 4.0 * sigma[20:]).mean() > 0.99
+
+
+def test_a_magnet_at_the_start_is_left_behind():
+    """The first three seconds are beside a laptop: a field of half the earth's, fixed in the room, on top of it."""
+    motion = simulate.motion(7, 60.0, 100.0, style="hand")
+    run = simulate.observe(motion, simulate.imu("LSM6DSO32", mag="HMC5883L"), seed=7)[400:]
+    beside = run.t - run.t[0] < 3.0
+    laptop = Rotation.from_quat(run.truth.quat[beside], scalar_first=True).inv().apply([18.0, -14.0, 8.0])
+    mag = np.array(run.mag)
+    mag[beside] += laptop
+    track = lh.fuse(replace(run, mag=mag), lh.ESKF())
+    heading = np.degrees(np.abs(split_error(error_quaternion(track.quat, run.truth.quat)).heading))
+    assert heading[100:300].min() > 5.0  # the magnet does something
+    assert heading[1200:].max() < 6.0

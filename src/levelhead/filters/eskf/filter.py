@@ -61,6 +61,7 @@ LARGE_TILT = 0.25  # rad²: a larger variance of tilt cannot be corrected to fir
 LARGE_HEADING = 1.0  # rad²: nor can a larger one of heading
 GAP_SAMPLE = 1e-3  # s that the sample after a gap lasts
 STEADY_TIME = 1.0  # s for which a candidate field has to be steady
+YOUNG_FIELD = 3.0  # s for which it has to be so beside a field that has hardly fitted
 
 
 class State(NamedTuple):
@@ -206,10 +207,13 @@ def update(params: ESKF, state: State) -> State:
     attitude = quat.compose(quat.exp(vector(m, at.X + at.ATTITUDE)), attitude)
     if fit.mismatch or fit.heading_off:
         health |= MAG_REJECTED
+    elif m[at.MAG_COUNT] > 0.0:
+        m[at.FIELD_AGE] = min(m[at.FIELD_AGE] + m[at.BLOCK_TIME], params.mag_time)
     candidate = track_candidate(m, candidate, fit)
-    if candidate.time > params.mag_time:  # the room was changed, not the moment
+    if candidate.time > max(m[at.FIELD_AGE], min(YOUNG_FIELD, params.mag_time)):  # the room was changed, not the moment
         angle = atan2(candidate.field.x, candidate.field.y)
         set_field(params, m, candidate.field)
+        m[at.FIELD_AGE] = min(candidate.time, params.mag_time)
         add_variance(m, at.HEADING, 1, min(angle * angle, LARGE_HEADING - state_variance(m, at.HEADING)))
         health |= MAG_LEARNED
         candidate = NO_CANDIDATE

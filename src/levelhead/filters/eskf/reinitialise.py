@@ -74,6 +74,7 @@ def set_field(params: ESKF, m: Floats, field: Vec3) -> None:
     """Takes a field (earth frame, in units of the first field's norm) for the earth's; its heading is left as it is."""
     reset_field(params, m)
     m[at.FIELD_TIME] = 0.0
+    m[at.FIELD_AGE] = 0.0
     x, y, z = field
     m[at.MEAN + at.FIELD] = sqrt(x * x + y * y)
     m[at.MEAN + at.FIELD + 1] = z
