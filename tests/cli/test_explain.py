@@ -30,6 +30,17 @@ def test_a_clean_log_and_one_with_a_symptom(levelhead, folder):
     assert one["size"] == pytest.approx(5.0, abs=0.3) and 20.0 <= one["at_s"] <= 25.0
 
 
+def test_the_picture_of_the_evidence(levelhead, folder, tmp_path):
+    pytest.importorskip("matplotlib", reason="matplotlib is not installed (extra levelhead[plot])")
+    said = levelhead("explain", folder / "spiked.csv", "--plot", tmp_path / "evidence.svg")
+    assert said.code == 1 and "written: " in said.out
+    drawn = (tmp_path / "evidence.svg").read_text(encoding="utf-8")
+    for words in ("spiked.csv, ESKF: jump", "1 gyr_spikes", "health bits that were set", "at rest"):
+        assert f"<!-- {words} -->" in drawn
+    said = levelhead("explain", folder / "spiked.csv", "--plot", tmp_path / "evidence.gif")
+    assert said.code == 2 and "evidence.gif" in said.err and not (tmp_path / "evidence.gif").exists()
+
+
 def test_another_filter_is_explained(levelhead, folder):
     said = levelhead("explain", folder / "clean.csv", "-f", "Complementary", "--json")
     assert said.json["filter"].startswith("Complementary")

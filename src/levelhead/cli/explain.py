@@ -27,6 +27,7 @@ def explain(
     tuned: FromFile = None,
     set: Annotated[tuple[str, ...], Parameter(negative="", metavar="K=V")] = (),
     guard: GuardWords = (),
+    plot: Annotated[Path | None, Parameter(metavar="FILE")] = None,
     json: Annotated[bool, Parameter(negative="")] = False,
     reading: Reading = Reading(),  # noqa: B008
 ) -> int:
@@ -37,6 +38,7 @@ def explain(
     Args:
         log: a recording of 10 s or more.
         set: a parameter of the filter, such as r_measure=0.1; may be given several times.
+        plot: where to draw the evidence of each symptom, PNG, SVG or PDF (needs the extra levelhead[plot]).
         json: print symptoms and causes as JSON.
     """
     from levelhead.inspection.explain import explain as run
@@ -52,8 +54,12 @@ def explain(
         recording = reading.read(log)
     with progress("explaining"):
         found = run(recording, params, guard=before, source=str(log))
+    if plot is not None:
+        from levelhead.publish.plots.explanation_panels import explanation_picture
+
+        explanation_picture(found, plot)
     if json:
         print_json(found.to_dict())
     else:
-        print_line(str(found))
+        print_line(str(found) if plot is None else f"{found}\nwritten: {plot}")
     return found.exit_code

@@ -71,7 +71,7 @@ def explain(
     symptoms = [one if one.finding in evidence.findings else replace(one, finding="") for one in symptoms]
     told = {one.finding for one in symptoms}
     others = [one for one in findings if one.severity != "note" and one.name not in told]
-    return Explanation(source or str(recording.meta.get("source", "")), evidence.track, symptoms, others)
+    return Explanation(source or str(recording.meta.get("source", "")), evidence, symptoms, others)
 
 
 def _missing(evidence: RunEvidence) -> Iterator[Symptom]:

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from levelhead.inspection.evidence import RunEvidence
 from levelhead.inspection.findings import Finding
 from levelhead.open_types import Fields
 from levelhead.track import Track
@@ -58,15 +59,20 @@ class Explanation:
 
     Attributes:
         source: the log.
-        track: the filter's result.
+        evidence: recording, the filter's track, the smoother's, and what was computed from them.
         symptoms: those found, in the order missing, jump, drift, jitter, lag.
         others: findings of the doctor, notes left out, to which no symptom belongs.
     """
 
     source: str
-    track: Track
+    evidence: RunEvidence
     symptoms: Sequence[Symptom]
     others: Sequence[Finding]
+
+    @property
+    def track(self) -> Track:
+        """The filter's result."""
+        return self.evidence.track
 
     @property
     def exit_code(self) -> int:

@@ -50,7 +50,7 @@ def doctor_picture(report: Report, path: str | Path) -> None:
         3 if len(series) < 3 else 4, 1, height_ratios=(1, 1, 1.3, 1.2)[: 3 + len(series) // 3]
     )
     for row, role in enumerate(_UNITS):
-        _spectrum(made.add_subplot(right[row]), recording, role)
+        draw_spectrum(made.add_subplot(right[row]), recording, role)
     _sphere(made.add_subplot(right[2]), recording.acc)
     if len(series) == 3:
         _findings(made.add_subplot(right[3]), report, wide=False)
@@ -100,7 +100,7 @@ def _marks(axes: "Axes", recording: Recording, marked: list[Finding], labels: bo
             )  # fmt: skip
 
 
-def _spectrum(axes: "Axes", recording: Recording, role: str) -> None:
+def draw_spectrum(axes: "Axes", recording: Recording, role: str) -> None:
     """The square root of the density over frequency, lines named."""
     name, unit, factor = _UNITS[role]
     colour = ORANGE if role == "gyr" else BLUE
