@@ -179,7 +179,7 @@ def test_an_unplugged_source_ends_with_its_own_exit_code(capsys):
     os.close(slave)
     said = capsys.readouterr()
     assert code == 3, said
-    assert "has given nothing for" in said.err and "unplugged" in said.out
+    assert "has given no sample for" in said.err and "unplugged" in said.out
 
 
 def test_ports_lists_what_is_there(levelhead, monkeypatch):

@@ -205,7 +205,7 @@ def test_a_slow_source_is_not_silent(rig):
 def test_a_source_that_does_not_come_back_ends_the_node(rig):
     one = rig(calibrate=0, give_up=4.0)
     one.clock.at(2.0, lambda: setattr(one.wires, "unplugged", True))
-    with pytest.raises(SourceLost, match="has given nothing for 4 s: the MPU-6050 at 0x68 does not answer") as caught:
+    with pytest.raises(SourceLost, match="has given no sample for 4 s: the MPU-6050 at 0x68 does not answer") as caught:
         one.node.run(duration=60.0)
     assert caught.value.exit_code == 3
     assert one.events()[-1] == "stopped"

@@ -225,6 +225,26 @@ def test_columns_by_number_without_a_header(device, recording):
         everything(device, opened(device), rows)
 
 
+def test_lines_without_a_header_are_told_with_what_is_missing(device):
+    """Ten lines a second: first that more are needed, then that none names the columns, each once."""
+    line, said = opened(device), []
+    for i in range(60):
+        device.say(f"{i / 10},0.001,0.0,{i % 3 * 1e-3},0.0,0.1,9.8")
+        device.now += 0.1
+        assert line.poll() == []
+        said += line.troubles()
+    assert [name for name, _ in said] == ["unnamed", "unnamed"]
+    assert "has sent 6 lines so far; 20 are needed" in said[0][1]
+    assert "sends lines such as '1.9,0.001,0.0,0.001,0.0,0.1,9.8', and none that names" in said[1][1]
+    assert "--map t=1 gyr=5,6,7" in said[1][1]
+    device.say(
+        "t [s],gx [rad/s],gy [rad/s],gz [rad/s],ax [m/s^2],ay [m/s^2],az [m/s^2]",
+        "6,0,0,0,0,0.1,9.8",
+        "6.1,0,0,0,0,0.1,9.8",
+    )
+    assert len(line.poll()) == 62 and line.troubles() == []
+
+
 def _numbers(values, digits: int = 6) -> list[str]:
     return [f"{value:.{digits}f}" for value in values]
 

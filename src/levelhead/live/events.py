@@ -29,6 +29,7 @@ EVENTS = {
     "implausible": "the chip gives nothing but zeros or ones",
     "unplugged": "the serial port is gone",
     "assumed": "units that the source does not state were concluded from its numbers",
+    "unnamed": "lines come, but not yet what tells their columns and units",
     "garbage": "lines of the serial port were not numbers",
     "time_backwards": "the source's time went back; the samples were dropped",
     "refused": "the filter refused a sample",

@@ -59,11 +59,11 @@ class SafeState:
         since = now - self._last
         if since <= self._limit:
             return False
-        self._journal.begin("silent", f"{self._source.name} has given nothing for {since:.2f} s")
+        self._journal.begin("silent", f"{self._source.name} has given no sample for {since:.2f} s")
         self.enter("the source is silent")
         if since > self._give_up:
             why = "; ".join(text for name, text in self._journal.active.items() if name not in ("invalid", "silent"))
-            raise SourceLost(f"{self._source.name} has given nothing for {since:.0f} s{': ' + why if why else ''}")
+            raise SourceLost(f"{self._source.name} has given no sample for {since:.0f} s{': ' + why if why else ''}")
         if now - self._tried <= RETRY:
             return False
         self._tried = now

@@ -26,8 +26,10 @@ from levelhead.sources.splitting import MISSING, cells, is_comment
 from levelhead.sources.table import ArrayTable
 
 LOOK = 20  # lines of numbers by which units are judged
+SHOWN = 60  # letters of a line in a sentence
 LONGEST = 4096  # bytes of a line; more without an end is no text
 SHORTEST = 1e-3  # s between two samples, at least
+UNDERSTOOD = 0.5  # s from the first line, after which it is said what is still missing
 PATIENCE = 200  # lines that make no sense, before it is said that none does
 
 
@@ -66,6 +68,7 @@ class Lines:
         self.garbage = 0
         self.notes: list[str] = []
         self._seen: list[tuple[str, float]] = []
+        self._waits = ""  # for what, as far as it was said
         self._names: tuple[str, ...] = ()
         self._layout: Layout | None = None  # of CSV
         self._named: Callable[[str], Mapping[str, float]] = (
@@ -107,8 +110,26 @@ class Lines:
         if not self._learn():
             self._seen = self._seen[-PATIENCE:]
             return []
+        self._waits = ""
         kept, self._seen = self._seen, []
         return self._samples(kept)
+
+    def lacking(self, at: float) -> str:
+        """What arrives and what is missing, where lines come and make no sample by host time ``at``; each said once."""
+        if self.known or not self._seen or at - self._seen[0][1] < UNDERSTOOD:
+            return ""
+        waits = "lines" if len(self._seen) < LOOK else "names"
+        last = self._seen[-1][0]
+        named = self._named is not flatten_json or last.startswith("{")
+        if waits == self._waits or (waits == "names" and named):
+            return ""
+        self._waits = waits
+        if waits == "lines":
+            return f"{self.source} has sent {len(self._seen)} lines so far; {LOOK} are needed to tell columns and units"
+        return (
+            f"{self.source} sends lines such as '{last[:SHOWN]}', and none that names the columns; reset the device if "
+            "it prints a header when it starts, or name them, such as --map t=1 gyr=5,6,7 acc=2,3,4 (columns by number)"
+        )
 
     def _samples(self, lines: Sequence[tuple[str, float]]) -> list[Sample]:
         found = []

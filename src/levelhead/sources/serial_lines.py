@@ -100,6 +100,8 @@ class SerialLines:
         for line in lines:
             samples += self._lines.take(line, at)
         self._report_garbage()
+        if words := self._lines.lacking(at):
+            self._troubles.append(("unnamed", words))
         return self._in_order(samples)
 
     def _read(self) -> bytes:
