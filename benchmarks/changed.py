@@ -2,7 +2,7 @@
 
 Every recording with a reference below the folders, with and without its magnetometer: begun at 30 and at 60 % of its
 length, so in the middle of its motion; at 50 and at 20 samples a second; with the bias, scale and noise of a toy's
-sensor; and with a gyroscope that ends at 250 deg/s. Both filters get the same readings.
+sensor; with a gyroscope that ends at 250 deg/s; and with a magnet beside the start. Both filters get the same readings.
 """
 
 from collections.abc import Callable, Iterator
@@ -10,6 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from levelhead.bench import ratios
 from levelhead.bench.accuracy import outcome_of
@@ -77,6 +78,24 @@ def clipped(recording: Recording, seed: int) -> Recording | None:
     return replace(recording, gyr=np.clip(recording.gyr, -FULL_SCALE, FULL_SCALE))
 
 
+def beside_a_magnet(seconds: float) -> Callable[[Recording, int], Recording | None]:
+    """A field of half the first one's norm, any direction, fixed to the room, on top of it for the first seconds."""
+
+    def start(recording: Recording, seed: int) -> Recording | None:
+        assert recording.truth is not None
+        beside = recording.t - recording.t[0] < seconds
+        quat = recording.truth.quat[beside]
+        if recording.mag is None or not np.isfinite(quat).all() or not np.isfinite(recording.mag[beside]).all():
+            return None
+        way = np.random.default_rng(seed).normal(0.0, 1.0, 3)
+        magnet = 0.5 * np.linalg.norm(recording.mag[0]) * way / np.linalg.norm(way)
+        mag = np.array(recording.mag)
+        mag[beside] += Rotation.from_quat(quat, scalar_first=True).inv().apply(magnet)
+        return replace(recording, mag=mag)
+
+    return start
+
+
 COLUMNS = {
     "case": "change",
     "recordings": "recordings",
@@ -94,6 +113,8 @@ CHANGES: dict[str, Callable[[Recording, int], Recording | None]] = {
     "20 Hz": sampled(20.0),
     "sensor of a toy": of_a_toy,
     "full scale 250 deg/s": clipped,
+    "a magnet for 3 s": beside_a_magnet(3.0),
+    "a magnet for 10 s": beside_a_magnet(10.0),
 }
 
 
