@@ -171,12 +171,16 @@ def mutate(originals: list[Path], seed: int, number: int) -> tuple[Path, str, by
     return path, kind, MUTATIONS[kind](path.read_bytes(), rng)
 
 
+class Hang(BaseException):
+    """A reading took too long. No ``Exception``: readers try format after format and would take it for a refusal."""
+
+
 def outcome(target: Path, kind: str, original: Recording | str) -> str:
     """What became of a mutated file; in capitals what must not be."""
     signal.alarm(int(LONGEST))
     try:
         found = reading(target)
-    except TimeoutError:
+    except Hang:
         return "HANG"
     except Exception as error:
         return f"TRACEBACK {type(error).__name__}: {str(error)[:80]}"
@@ -216,7 +220,7 @@ def run(seed: int, numbers: Iterable[int], keep: Path | None = None) -> Counter[
 
 
 def _hang(*_: object) -> None:
-    raise TimeoutError
+    raise Hang
 
 
 def main() -> None:

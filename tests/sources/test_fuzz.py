@@ -1,5 +1,9 @@
 """A small run of benchmarks/fuzz.py: mutated logs of all formats give a recording or a sentence."""
 
+import signal
+import time
+from pathlib import Path
+
 import pytest
 
 import fuzz
@@ -10,3 +14,20 @@ def test_mutated_logs_give_a_recording_or_a_sentence() -> None:
     outcomes = fuzz.run(7, range(60))
     assert set(outcomes) <= {"read", "refused"}, outcomes
     assert outcomes["read"] > 5 and outcomes["refused"] > 5
+
+
+def test_a_reader_that_hangs_is_noticed_though_it_takes_every_exception(monkeypatch: pytest.MonkeyPatch) -> None:
+    def reading(path: Path) -> str:
+        try:
+            while True:
+                time.sleep(0.01)
+        except Exception:
+            return "refused, it seems"
+
+    monkeypatch.setattr(fuzz, "reading", reading)
+    monkeypatch.setattr(fuzz, "LONGEST", 1.0)
+    before = signal.signal(signal.SIGALRM, fuzz._hang)
+    try:
+        assert fuzz.outcome(Path("log.csv"), "flip", "") == "HANG"
+    finally:
+        signal.signal(signal.SIGALRM, before)

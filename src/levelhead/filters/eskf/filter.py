@@ -43,6 +43,7 @@ from levelhead.filters.eskf.reinitialise import (
     NO_CANDIDATE,
     CandidateField,
     forget_lost_force,
+    note_rotation,
     reinitialise_heading,
     reinitialise_tilt,
     set_field,
@@ -180,7 +181,10 @@ def update(params: ESKF, state: State) -> State:
         rotation = reinitialise_tilt(params, m) if tilt_lost else IDENTITY
         if m[at.MAG_COUNT] > 0.0 and state_variance(m, at.HEADING) > LARGE_HEADING:
             rotation = reinitialise_heading(params, m, rotation)
-        m[at.REINITIALISED] = 1.0
+        if tilt_lost and m[at.LOST_TIME] > m[at.ACC_TIME]:
+            note_rotation(m, rotation)
+        else:
+            m[at.REINITIALISED] = 1.0
         m[at.MEAN_UP] = GRAVITY
         attitude = quat.compose(rotation, attitude)
         health = TURN_MISSED if upside_down else 0

@@ -106,6 +106,15 @@ def speed_variance(m: Floats) -> float:
     return SHAKE_TIME * SHAKE_TIME * (scatter + 0.5 * off * off)
 
 
+@kernel
+def note_rotation(m: Floats, rotation: Quat) -> None:
+    """Keeps in x, for the smoother, by what a block's attitude was turned that was unknown before it too."""
+    x, y, z = quat.log(rotation)
+    m[at.X + at.ATTITUDE] = x
+    m[at.X + at.ATTITUDE + 1] = y
+    m[at.X + at.HEADING] = z
+
+
 @noinline
 def reinitialise_tilt(params: ESKF, m: Floats) -> Quat:
     """Returns the rotation that brings the mean force to the vertical, and sets σ of attitude and velocity.
@@ -133,6 +142,8 @@ def reinitialise_tilt(params: ESKF, m: Floats) -> Quat:
     if m[at.AIDED] != 0.0:
         aiding.inflate_nav_state(m, 0.0)
     else:
+        for i in range(3):
+            m[at.X + at.VELOCITY + i] = -m[at.MEAN + at.VELOCITY + i]
         reset_velocity(m)
         add_variance(m, at.VELOCITY, 3, shake2)
     return rotation
