@@ -6,7 +6,9 @@ import socket
 import subprocess
 import sys
 import time
+from concurrent.futures import CancelledError
 from contextlib import contextmanager, suppress
+from types import SimpleNamespace
 
 import pytest
 from tests.corpora.conftest import GOOD, write_corpus
@@ -22,6 +24,12 @@ pytestmark = [
 ]
 psutil = pytest.importorskip("psutil")  # which Dask needs itself
 pytest.importorskip("distributed")
+LOST = [
+    ConnectionResetError("by peer"),
+    OSError("in <TCP (closed)>: Stream is closed"),
+    TimeoutError(),
+    CancelledError(),
+]
 TIMES = ["read_s", "run_s"]
 MODULE = [sys.executable, "-m"]
 
@@ -201,3 +209,20 @@ def test_a_result_that_is_lost_with_its_worker_is_waited_for():
     pool = cluster.DaskPool.__new__(cluster.DaskPool)
     pool._futures, pool._running = {"one": future}, Running([future])
     assert pool.wait() == ("one", [{"recording": "a"}])
+
+
+@pytest.mark.parametrize("error", LOST)
+@pytest.mark.parametrize("call", ["room", "submit", "next", "result"])
+def test_each_call_of_dask_that_finds_the_scheduler_gone_says_so(call, error):
+    """Which one it is depends on when the scheduler died."""
+
+    def gone(*_, **__):
+        raise error
+
+    future = SimpleNamespace(key="one", status="finished", result=gone)
+    pool = cluster.DaskPool.__new__(cluster.DaskPool)
+    pool._client = SimpleNamespace(scheduler_info=gone, submit=gone)
+    pool._counted, pool._futures = -cluster.FRESH, {"one": future}
+    pool._running = iter([future]) if call == "result" else (gone() for _ in "a")
+    with pytest.raises(LevelheadError, match="the scheduler is gone; what is done is kept"):
+        {"room": lambda: pool.room, "submit": lambda: pool.submit(max)}.get(call, pool.wait)()

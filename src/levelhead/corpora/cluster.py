@@ -4,6 +4,7 @@ import logging
 import time
 import warnings
 from collections.abc import Callable, Iterator
+from concurrent.futures import CancelledError
 from contextlib import contextmanager, suppress
 from typing import Protocol
 
@@ -24,6 +25,7 @@ SPARING = {  # what Dask does by itself many times a second, and costs some perc
 }
 FRESH = 1.0  # s for which the number of workers is taken to hold
 NOISY = ("distributed", "bokeh", "tornado")
+GONE = "the scheduler is gone; what is done is kept, and the same command goes on from there"
 AHEAD = 2  # tasks for each thread of a worker that are handed over: none waits, and none are lost by the thousand
 
 
@@ -118,39 +120,53 @@ class DaskPool:
         """See ``Pool``; workers may come and go."""
         now = time.monotonic()
         if now - self._counted > FRESH:
-            workers = self._client.scheduler_info(n_workers=-1)["workers"].values()
+            with _name_lost_scheduler():
+                workers = self._client.scheduler_info(n_workers=-1)["workers"].values()
             self._room = AHEAD * max(1, sum(worker["nthreads"] for worker in workers))
             self._counted = now
         return self._room
 
     def submit(self, work: Work, *arguments: object) -> object:
         """See ``Pool``."""
-        future = self._client.submit(work, *arguments, pure=False)
-        self._futures[future.key] = future
-        self._running.add(future)
+        with _name_lost_scheduler():
+            future = self._client.submit(work, *arguments, pure=False)
+            self._futures[future.key] = future
+            self._running.add(future)
         return future.key
 
     def wait(self) -> tuple[object, list[Fields] | WorkerDied]:
         """See ``Pool``."""
         from distributed import KilledWorker
 
-        future = next(self._running)
-        while future.status in ("lost", "pending"):  # its worker died with the result, which is computed anew
-            self._running.add(future)
+        with _name_lost_scheduler():
             future = next(self._running)
-        del self._futures[future.key]
-        if future.status == "finished":
-            rows: list[Fields] = future.result()
-            future.release()
-            return future.key, rows
-        if future.status != "error":
-            raise LevelheadError("the scheduler is gone; what is done is kept, and the same command goes on from there")
-        error = future.exception()
+            while future.status in ("lost", "pending"):  # its worker died with the result, which is computed anew
+                self._running.add(future)
+                future = next(self._running)
+            del self._futures[future.key]
+            if future.status == "finished":
+                rows: list[Fields] = future.result()
+                future.release()
+                return future.key, rows
+            if future.status != "error":
+                raise LevelheadError(GONE)
+            error = future.exception()
         if isinstance(error, KilledWorker):
             return future.key, WorkerDied(str(error))
         if isinstance(error, LevelheadError):
             raise error
         raise LevelheadError(f"a worker failed: {type(error).__name__}: {error}")
+
+
+@contextmanager
+def _name_lost_scheduler() -> Iterator[None]:
+    """Which of Dask's calls finds the scheduler gone, and with which error, is a matter of milliseconds."""
+    from distributed.client import ClosedClientError
+
+    try:
+        yield
+    except (OSError, CancelledError, ClosedClientError):  # a task's own errors are values here and are not raised
+        raise LevelheadError(GONE) from None
 
 
 @contextmanager
