@@ -104,10 +104,13 @@ def test_a_reader_that_has_seen_enough(unbuffered):
 
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
-def test_a_full_disk_behind_standard_output():
-    command = [sys.executable, "-m", "levelhead", "compare", "--simulate", "lesson", "-f", "AccelTilt"]
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+@pytest.mark.parametrize("form", [[], ["--json"]])
+def test_a_full_disk_behind_standard_output(unbuffered, form):
+    env = os.environ | {"PYTHONUNBUFFERED": unbuffered}
+    command = [sys.executable, "-m", "levelhead", "compare", "--simulate", "lesson", "-f", "AccelTilt", *form]
     with open("/dev/full", "w") as full:
-        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+        done = subprocess.run(command, env=env, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
     assert done.returncode == 2 and done.stderr.startswith("levelhead: standard output: ")
     assert done.stderr.count("\n") == 1
 
@@ -190,3 +193,15 @@ def test_a_terminal_is_told_that_a_filter_is_compiled(compiling):
         os.close(inner)
     os.close(outer)
     assert process.returncode == 130
+
+
+def test_an_error_without_a_file_is_not_taken_for_one_of_standard_output(monkeypatch, capsys):
+    from levelhead import cli
+
+    def lose_connection(*_words: object, **_options: object) -> None:
+        raise ConnectionResetError(104, "Connection reset by peer")
+
+    monkeypatch.setattr(cli, "app", lose_connection)
+    monkeypatch.setattr(cli, "_start", lambda _tokens: None)
+    assert cli.main(["fuse"]) == 2
+    assert capsys.readouterr().err == "levelhead: Connection reset by peer\n"

@@ -226,3 +226,17 @@ def test_each_call_of_dask_that_finds_the_scheduler_gone_says_so(call, error):
     pool._running = iter([future]) if call == "result" else (gone() for _ in "a")
     with pytest.raises(LevelheadError, match="the scheduler is gone; what is done is kept"):
         {"room": lambda: pool.room, "submit": lambda: pool.submit(max)}.get(call, pool.wait)()
+
+
+def test_a_fault_beside_a_scheduler_that_answers_keeps_its_own_words():
+    pool = cluster.DaskPool.__new__(cluster.DaskPool)
+
+    def fail(*_, **__):
+        raise ZeroDivisionError
+
+    pool._client = SimpleNamespace(submit=fail, status="running")
+    with pytest.raises(ZeroDivisionError):
+        pool.submit(max)
+    pool._client.status = "closed"
+    with pytest.raises(LevelheadError, match="the scheduler is gone"):
+        pool.submit(max)

@@ -14,6 +14,7 @@ from cyclopts.exceptions import CycloptsError, UnusedCliTokensError
 
 from levelhead import __version__
 from levelhead.errors import LevelheadError
+from levelhead.standard_output import NAME, standard_output
 
 HELP = """Turn the contradictory readings of an IMU into an orientation that people can trust.
 
@@ -69,7 +70,8 @@ def main(arguments: Sequence[str] | None = None) -> int:  # noqa: PLR0911
     _start(tokens)
     try:
         code = app(tokens, exit_on_error=False, print_error=False, result_action="return_value")
-        sys.stdout.flush()
+        with standard_output():
+            sys.stdout.flush()
         return code if isinstance(code, int) else 0
     except UnusedCliTokensError as error:
         extra = " ".join(error.unused_tokens or ())
@@ -84,8 +86,10 @@ def main(arguments: Sequence[str] | None = None) -> int:  # noqa: PLR0911
     except BrokenPipeError:  # the reader of our output has seen enough
         _discard_output()
     except OSError as error:
-        _discard_output()
-        return _report_error(f"{error.filename or 'standard output'}: {error.strerror or error}")
+        if error.filename == NAME:
+            _discard_output()
+        where = f"{error.filename}: " if error.filename else ""
+        return _report_error(f"{where}{error.strerror or error}")
     return 0
 
 

@@ -15,6 +15,7 @@ from levelhead.errors import LevelheadError
 from levelhead.filters.parameters import Params, settable
 from levelhead.guard import Guard
 from levelhead.open_types import Fields
+from levelhead.standard_output import standard_output
 
 if TYPE_CHECKING:
     from levelhead.bench.methods import Method
@@ -358,6 +359,7 @@ def require_writable(path: Path) -> None:
         raise LevelheadError(f"cannot make the folder {path}: {there} cannot be written")
 
 
+@standard_output()
 def print_line(text: str) -> None:
     """A line for people, on standard output."""
     sys.stdout.write(f"{text}\n")
@@ -370,6 +372,7 @@ def print_written(written: Iterable[Path], plot: bool) -> None:
     print_line("written: " + ", ".join(str(path) for path in written))
 
 
+@standard_output()
 def print_json(value: Mapping[str, object]) -> None:
     """The result for programs, on standard output."""
     escape = "utf" not in (sys.stdout.encoding or "").lower()

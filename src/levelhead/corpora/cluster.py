@@ -3,6 +3,7 @@
 import logging
 import time
 import warnings
+from asyncio import CancelledError as AbandonedError
 from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError
 from contextlib import contextmanager, suppress
@@ -120,7 +121,7 @@ class DaskPool:
         """See ``Pool``; workers may come and go."""
         now = time.monotonic()
         if now - self._counted > FRESH:
-            with _name_lost_scheduler():
+            with self.connection():
                 workers = self._client.scheduler_info(n_workers=-1)["workers"].values()
             self._room = AHEAD * max(1, sum(worker["nthreads"] for worker in workers))
             self._counted = now
@@ -128,45 +129,52 @@ class DaskPool:
 
     def submit(self, work: Work, *arguments: object) -> object:
         """See ``Pool``."""
-        with _name_lost_scheduler():
+        with self.connection():
             future = self._client.submit(work, *arguments, pure=False)
-            self._futures[future.key] = future
             self._running.add(future)
+        self._futures[future.key] = future
         return future.key
 
     def wait(self) -> tuple[object, list[Fields] | WorkerDied]:
         """See ``Pool``."""
         from distributed import KilledWorker
 
-        with _name_lost_scheduler():
+        with self.connection():
             future = next(self._running)
             while future.status in ("lost", "pending"):  # its worker died with the result, which is computed anew
                 self._running.add(future)
                 future = next(self._running)
-            del self._futures[future.key]
-            if future.status == "finished":
+        del self._futures[future.key]
+        if future.status == "finished":
+            with self.connection():
                 rows: list[Fields] = future.result()
                 future.release()
-                return future.key, rows
-            if future.status != "error":
-                raise LevelheadError(GONE)
-            error = future.exception()
+            return future.key, rows
+        if future.status != "error":
+            raise LevelheadError(GONE)
+        error = future.exception()
         if isinstance(error, KilledWorker):
             return future.key, WorkerDied(str(error))
         if isinstance(error, LevelheadError):
             raise error
         raise LevelheadError(f"a worker failed: {type(error).__name__}: {error}")
 
+    @contextmanager
+    def connection(self) -> Iterator[None]:
+        """Says that the scheduler is gone, whichever of Dask's calls is the first to notice, and by which error.
 
-@contextmanager
-def _name_lost_scheduler() -> Iterator[None]:
-    """Which of Dask's calls finds the scheduler gone, and with which error, is a matter of milliseconds."""
-    from distributed.client import ClosedClientError
-
-    try:
-        yield
-    except (OSError, CancelledError, ClosedClientError):  # a task's own errors are values here and are not raised
-        raise LevelheadError(GONE) from None
+        A task's own error is none of Dask's: it comes as the state of its future.
+        """
+        try:
+            yield
+        except LevelheadError:
+            raise
+        except (OSError, CancelledError, AbandonedError):  # among the first: a comm that is closed, a time that is over
+            raise LevelheadError(GONE) from None
+        except Exception:
+            if self._client.status == "running":
+                raise
+            raise LevelheadError(GONE) from None
 
 
 @contextmanager
@@ -197,10 +205,20 @@ def _local(workers: int, memory: str | None) -> Iterator[DaskPool]:
         raise LevelheadError(f"{workers} workers can do nothing; expected 1 or more, or 0 for this process")
     with (
         dask.config.set(SPARING),
-        _local_cluster(workers, memory) as cluster,
-        Client(cluster, set_as_default=False) as client,
+        _closing(_local_cluster(workers, memory)) as cluster,
+        _closing(Client(cluster, set_as_default=False)) as client,
     ):
         yield DaskPool(client)
+
+
+@contextmanager
+def _closing(handle: Handle) -> Iterator[Handle]:
+    """Closes a client or a cluster; whether the other side still hears of it changes nothing of what is done."""
+    try:
+        yield handle
+    finally:
+        with suppress(Exception):
+            handle.close(timeout=PATIENCE)
 
 
 def _local_cluster(workers: int, memory: str | None) -> Handle:
@@ -230,18 +248,17 @@ def _remote(address: str) -> Iterator[DaskPool]:
             f"no Dask scheduler answers at {address} within {PATIENCE:g} s ({type(error).__name__}); start one with "
             "`dask scheduler`, and workers with `dask worker`"
         ) from None
-    try:
-        try:
-            client.wait_for_workers(1, timeout=PATIENCE)
-        except TimeoutError:
-            raise LevelheadError(
-                f"the scheduler at {address} has no worker; start some: dask worker {address}"
-            ) from None
-        _check_versions(client)
-        yield DaskPool(client)
-    finally:
-        with suppress(Exception):  # a scheduler that is gone cannot be told
-            client.close(timeout=PATIENCE)
+    with _closing(client):
+        pool = DaskPool(client)
+        with pool.connection():
+            try:
+                client.wait_for_workers(1, timeout=PATIENCE)
+            except TimeoutError:
+                raise LevelheadError(
+                    f"the scheduler at {address} has no worker; start some: dask worker {address}"
+                ) from None
+            _check_versions(client)
+        yield pool
 
 
 def _check_versions(client: Handle) -> None:

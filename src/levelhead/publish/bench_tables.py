@@ -8,6 +8,7 @@ from levelhead.bench.accuracy import Accuracy
 from levelhead.bench.ratios import Ratios
 from levelhead.bench.timing import Table as Figures
 from levelhead.evaluate.text_table import Cell, Column, best_rows
+from levelhead.standard_output import standard_output
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -36,6 +37,7 @@ PIPE = 200  # columns of text where there is no terminal
 PARTED = 2  # columns between the groups and the overall figures
 
 
+@standard_output()
 def print_accuracy(result: Accuracy, every: bool = False, file: TextIO | None = None) -> None:
     """Print the table by group and its notes (default: to stdout), after the long one if it is wanted.
 
@@ -74,6 +76,7 @@ def _ratio_cell(key: str, value: str | float | None) -> str:
     return format_cell(value)
 
 
+@standard_output()
 def print_figures(tables: Sequence[Figures], machine: Mapping[str, str], notes: Sequence[str] = ()) -> None:
     """Print the machine of the measurement, and the tables."""
     from rich.markup import escape

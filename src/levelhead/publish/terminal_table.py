@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, TextIO
 from levelhead.evaluate import Comparison
 from levelhead.evaluate.compare import COLUMNS
 from levelhead.evaluate.text_table import Column, best_rows, filled_columns
+from levelhead.standard_output import standard_output
 from levelhead.tune import Sweep
 
 if TYPE_CHECKING:
@@ -52,6 +53,7 @@ def _text(cell: str, best: bool) -> "Text":
     return text.append(f"\n{params.removesuffix(')')}", "dim") if params else text
 
 
+@standard_output()
 def print_table(result: Comparison | Sweep, file: TextIO | None = None) -> None:
     """Print the result and its notes: a rich table on a terminal, else plain text (default: stdout)."""
     file = sys.stdout if file is None else file
