@@ -48,14 +48,15 @@ class Turns:
 
     def predict(self, s: Array) -> tuple[Array, Array]:
         """(k, 3) where ``before`` is at the end of each turn, and (k, 3, 9) how that changes with S by rows."""
-        quat = np.tile([1.0, 0.0, 0.0, 0.0], (len(self), 1))
-        moved = np.zeros((len(self), 3, 9))
-        for rates, step in zip(self._rates, self._steps, strict=True):
-            true = rates - rates @ s.T
-            half = from_rotvec(0.5 * true * step)
-            middle = matrix(product(quat, half))
-            moved -= (middle[:, :, :, None] * (rates * step)[:, None, None, :]).reshape(len(self), 3, 9)
-            quat = product(quat, half, half)
+        true = self._rates - self._rates @ s.T
+        half = from_rotvec((0.5 * true * self._steps).reshape(-1, 3))
+        whole = product(half, half).reshape(*true.shape[:2], 4)
+        quat, before = np.tile([1.0, 0.0, 0.0, 0.0], (len(self), 1)), np.empty_like(whole)
+        for i, step in enumerate(whole):  # one product for each reading: of what differs from turn to turn alone
+            before[i] = quat
+            quat = product(quat, step)
+        middle = matrix(product(before.reshape(-1, 4), half)).reshape(*true.shape[:2], 3, 3)
+        moved = -np.einsum("tkij,tkn->kijn", middle, self._rates * self._steps).reshape(len(self), 3, 9)
         turned = matrix(quat).transpose(0, 2, 1)
         predicted = np.einsum("kij,kj->ki", turned, self.before)
         change = np.einsum("kij,kjn->kin", turned, np.cross(self.before[:, :, None], moved, axis=1))

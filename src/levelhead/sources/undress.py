@@ -9,17 +9,17 @@ from levelhead.sources.unit_cells import MEASURED, without_units
 from levelhead.sources.vector_cells import OBJECT, VECTOR, without_objects, without_vectors
 
 MOST = 0.6  # share of the lines that must be dressed alike
-_ARROW = re.compile(r"\s*\[?(?:\d{4}-\d\d-\d\d[ T])?(\d\d?:\d\d:\d\d[.,]\d+)\]?\s*(?:->|>)\s?(.*)$")
+_ARROW = re.compile(r"^\s*\[?(?:\d{4}-\d\d-\d\d[ T])?(\d\d?:\d\d:\d\d[.,]\d+)\]?\s*(?:->|>)\s?(.*)$")
 _CLOCK = r"(?:\d{4}-\d\d-\d\d[ T])?(\d\d?:\d\d:\d\d[.,]\d+)"
-_LOGGER = re.compile(rf"\s*{_CLOCK}(?:\s*[-|]\s*[A-Za-z_][\w.: ]*?)+\s*[-|:]\s*(.*)$")  # Python's logging, loguru
-_BRACKETED = re.compile(rf"\s*\[{_CLOCK}\]\s*(.*)$")
-_ESP = re.compile(r"\s*[VDIWE] \((\d+)\) [^:]*: (.*)$")  # ESP-IDF: the level, ms since the start, a tag
-_LETTER = re.compile(r"\s*#([AGM])(?:-[A-Z])?=([-+\d.,eE\s]+)$")  # Razor AHRS: #A-C=1.2,3.4,5.6
-_SENTENCE = re.compile(r"\s*\$(VN[A-Z]{3}),(.*?)(?:\*[0-9A-Fa-f]{2,4})?\s*$")
+_LOGGER = re.compile(rf"^\s*{_CLOCK}(?:\s*[-|]\s*[A-Za-z_][\w.: ]*?)+\s*[-|:]\s*(.*)$")  # Python's logging, loguru
+_BRACKETED = re.compile(rf"^\s*\[{_CLOCK}\]\s*(.*)$")
+_ESP = re.compile(r"^\s*[VDIWE] \((\d+)\) [^:]*: (.*)$")  # ESP-IDF: the level, ms since the start, a tag
+_LETTER = re.compile(r"^\s*#([AGM])(?:-[A-Z])?=([-+\d.,eE\s]+)$")  # Razor AHRS: #A-C=1.2,3.4,5.6
+_SENTENCE = re.compile(r"^\s*\$(VN[A-Z]{3}),(.*?)(?:\*[0-9A-Fa-f]{2,4})?\s*$")
 _BRACKETS = re.compile(r"([A-Za-z]+)\s*\(([^)]*)\)\s*\[([^\]]*)\]")
-_TWO_SIGNS = re.compile(
-    r"(?=[^;|]*,[^;|]*,)[-+\d.eE,; |]*\d\s*[;|]\s*[-+.\d][-+\d.eE,; |]*$"
-)  # 1,2,3;4,5,6: no letters
+_TWO_SIGNS = re.compile(  # 1,2,3;4,5,6: no letters. A line without ; and | is no candidate.
+    r"^(?=[^;|]*[;|]).*?(?=[^;|]*,[^;|]*,)[-+\d.eE,; |]*\d\s*[;|]\s*[-+.\d][-+\d.eE,; |]*$"
+)
 _FIELD = [f"mag_{axis} [G]" for axis in "xyz"]
 _ACC, _GYR = [f"acc_{axis} [m/s²]" for axis in "xyz"], [f"gyr_{axis} [rad/s]" for axis in "xyz"]
 _VECTORNAV = {  # VN-100 user manual, asynchronous ASCII messages
