@@ -86,11 +86,14 @@ def test_a_hand_that_obeys_is_led_through_all_sides(guided):
     assert said[-1].poses == 12
     assert len(find_poses([recording])[0]) == 12
     first = next(one for one in said if one.poses == 1)
-    assert "scale x" in first.untold
+    assert "accelerometer scale x" in first.untold
+    assert first.untold_words().startswith("accelerometer bias x, ")
+    assert said[0].untold_words() == first.untold_words()  # before the first pose nothing is told
     words = [one.words for one in said]
     assert any("put it down on its left side (−y up)" in one for one in words)
     assert any("leaned against something" in one for one in words)  # what sides alone do not tell
     assert any(one.startswith("hold still: ") for one in words)
+    assert "hold still: 0.0 s more" not in words
     fractions = [one.fraction for one in said]
     assert fractions[-1] == 1.0
     assert fractions == sorted(fractions)

@@ -63,7 +63,7 @@ class Instruction(NamedTuple):
         fraction: of the whole that is done, 0 to 1.
         up: which side is up now, in words.
         poses: taken so far.
-        untold: names of numbers that the poses so far do not tell.
+        untold: names of numbers that the poses so far do not tell, each after its sensor: "accelerometer bias x".
         sides: of the six sides, those that have been up: "+x", …
         done: nothing more to do.
     """
@@ -77,6 +77,14 @@ class Instruction(NamedTuple):
     untold: list[str]
     sides: list[str]
     done: bool
+
+    def untold_words(self) -> str:
+        """What is not told yet, sensor by sensor: "accelerometer bias x, scale z; gyroscope y"; nothing for none."""
+        parts: dict[str, list[str]] = {}
+        for one in self.untold:
+            sensor, _, name = one.partition(" ")
+            parts.setdefault(sensor, []).append(name)
+        return "; ".join(f"{sensor} {', '.join(names)}" for sensor, names in parts.items())
 
 
 class Guide:
@@ -99,7 +107,7 @@ class Guide:
         self._pending: Future[Assessment] | None = None
         self._seen = 0  # poses that the last assessment has been asked for
         self._known = Assessment(0, np.zeros((0, 3)), list(accelerometer.NAMES), SIDES[_UP], [], [], False)
-        self._last = Instruction("waiting for the sensor", None, 0.0, 0.0, "", 0, [], [], False)
+        self._last = Instruction("waiting for the sensor", None, 0.0, 0.0, "", 0, _named(self._known), [], False)
         self._windows = 0
 
     def add(self, samples: Sequence[Sample]) -> None:
@@ -140,7 +148,7 @@ class Guide:
         stretches, rate = still_stretches(recording, WINDOW), recording.rate
         size = max(4, round(WINDOW * rate))
         resting = bool(stretches) and stretches[-1].end == len(recording) // size * size
-        held = (stretches[-1].end - stretches[-1].start) / rate if resting else 0.0
+        held = WINDOW * round((stretches[-1].end - stretches[-1].start) / size) if resting else 0.0
         enough = sum(one.end - one.start >= LEAST * rate - 1.0 for one in stretches)
         settled = enough - (resting and LEAST <= held < HOLD)
         if settled != self._seen and self._pending is None:
@@ -162,8 +170,7 @@ class Guide:
         else:
             words = _wish(known, settled, self._least)
         share = min(1.0, (settled + min(1.0, held / HOLD) * (left > 0.0)) / self._least)
-        untold = [*known.untold, *(f"gyroscope {axis}" for axis in known.axes)]
-        untold += [f"magnetometer {axis}" for axis in known.field]
+        untold = _named(known)
         sides = [side_up(side[None]) for side in SIDES if np.abs(side).sum() == 1 and _has(known.sides, side)]
         return Instruction(
             words,
@@ -203,6 +210,12 @@ def assess(recording: Recording, gravity: float, least: int) -> Assessment:
     done = len(poses) >= least and not (untold or axes or field)
     done |= len(poses) >= PATIENCE * least
     return Assessment(len(poses), sides, untold, further, axes, field, done)
+
+
+def _named(known: Assessment) -> list[str]:
+    """What is not told yet, each number after its sensor."""
+    parts = {"accelerometer": known.untold, "gyroscope": known.axes, "magnetometer": known.field}
+    return [f"{sensor} {name}" for sensor, names in parts.items() for name in names]
 
 
 def _wish(known: Assessment, settled: int, least: int) -> str:

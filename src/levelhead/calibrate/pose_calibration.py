@@ -77,8 +77,9 @@ class PoseCalibration:
 
 
 def _better(name: str, part: Residual, where: str) -> str:
+    gap = "" if part.unit == "°" else " "
     said = (
-        f"{name}: {part.before:.3g} {part.unit} before, {part.after:.3g} after ({where}), "
+        f"{name}: {part.before:.3g}{gap}{part.unit} before, {part.after:.3g} after ({where}), "
         f"{part.held_out:.3g} where held out"
     )
     if part.ratio > 1.05:

@@ -66,7 +66,7 @@ def _group(now: Instruction) -> "Group":
     sides = Text("sides that were up: ")
     for side in SIDES:
         sides.append(f" {side} ", style="bold green" if side in now.sides else "dim")
-    told = f"not told yet: {', '.join(now.untold)}" if now.untold else "every number is told"
+    told = f"not told yet: {now.untold_words()}" if now.untold else "every number is told"
     style = "bold green" if now.done else "bold yellow" if now.hold > 0.0 else "bold"
     up = f"up now: {now.up}" if now.up else ""
     return Group(Text(now.words, style=style), bars, sides, Text(told, style="dim"), Text(up, style="dim"))

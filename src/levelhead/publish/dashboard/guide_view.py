@@ -32,7 +32,7 @@ class GuideView:
         self.page.status.content = f"**{plain_text(now.words)}**"
         self._bar.value = 100.0 * now.fraction
         sides = ", ".join(now.sides) or "none"
-        untold = ", ".join(now.untold) or "nothing"
+        untold = now.untold_words() or "nothing"
         self._told.content = plain_text(f"up now: {now.up}; sides that were up: {sides}; not told yet: {untold}")
         if now.side is not None:
             self.page.turn(side_attitude(now.side).tolist())
