@@ -1,6 +1,7 @@
 """The page of a guided calibration: how the sensor should lie, and what to do."""
 
 import math
+import time
 
 import numpy as np
 
@@ -8,6 +9,8 @@ from levelhead.calibrate.guide import Instruction
 from levelhead.publish.dashboard.page import PORT, Page, plain_text
 from levelhead.recording import Array
 from levelhead.rotations import from_rotvec
+
+LAST = 0.5  # s until what the page showed last has reached the browser
 
 
 class GuideView:
@@ -29,7 +32,8 @@ class GuideView:
         if now is self._last:
             return
         self._last = now
-        self.page.status.content = f"**{plain_text(now.words)}**"
+        more = "; the verdict is at the terminal" if now.done else ""
+        self.page.status.content = f"**{plain_text(now.words + more)}**"
         self._bar.value = 100.0 * now.fraction
         sides = ", ".join(now.sides) or "none"
         untold = now.untold_words() or "nothing"
@@ -38,7 +42,9 @@ class GuideView:
             self.page.turn(side_attitude(now.side).tolist())
 
     def stop(self) -> None:
-        """Closes the page."""
+        """Closes the page; a browser gets the last instruction first."""
+        if self._last is not None and self._last.done:
+            time.sleep(LAST)
         self.page.stop()
 
 
