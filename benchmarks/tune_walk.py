@@ -31,8 +31,8 @@ def main() -> None:
     given = parser.parse_args()
     recordings = {name: lh.read(given.folder / f"{name}.mat") for name in (*LOGS, *OTHERS)}
     logs = [recordings[name] for name in LOGS]
-    found = lh.tune_filter(logs, given.filter, reference="smoother")
-    known = lh.tune_filter(logs, given.filter, reference="truth", cross_validate=False)
+    found = lh.tune_filter(logs, given.filter, goal="smoother")
+    known = lh.tune_filter(logs, given.filter, goal="truth", cross_validate=False)
     if given.picture is not None:
         tuning_picture(found, given.picture)
     before, after = found.space.params, found.params

@@ -1,15 +1,14 @@
-"""What parameters lose that were found without truth, by the smoother, against those that were found with it.
+"""What parameters lose that were found without truth, by the smoother or the likelihood, against those found with it.
 
     python benchmarks/tune_without_truth.py $LEVELHEAD_DATA
 
 For each data set and filter: all parameters with a usual range are searched over at most ``--most`` recordings of the
-set (evenly picked, the first ``--seconds`` of each), once with the truth as the goal and once with the smoother. Both
-are scored against the truth on these recordings: total error where there are magnetometers, else tilt, geometric mean.
-The truth is first turned by the constant rotation between its body and the sensor, and a constant heading is removed:
-no parameter could mend either.
+set (evenly picked, the first ``--seconds`` of each), with each of three goals: the truth, the smoother, and the
+likelihood of the innovations. All are scored against the truth on these recordings: total error where there are
+magnetometers, else tilt, geometric mean. The truth is first turned by the constant rotation between its body and the
+sensor, and a constant heading is removed: no parameter could mend either.
 """
 
-import math
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -27,6 +26,8 @@ from levelhead.publish.progress import progress
 from levelhead.tune.score_sets import score_sets
 from measure import options, show
 
+GOALS = ("truth", "smoother", "likelihood")
+
 
 class Result(NamedTuple):
     """Of one set and filter: errors against the truth in degrees."""
@@ -36,7 +37,8 @@ class Result(NamedTuple):
     logs: int
     default: float
     with_truth: float
-    without: float
+    by_smoother: float
+    by_likelihood: float
     smoother: float
 
 
@@ -54,7 +56,7 @@ def usable(recording: lh.Recording) -> bool:
     """Whether it may be tuned on, with truth and without."""
     try:
         for kind in ("truth", "smoother"):
-            lh.tune_filter(recording, lh.Madgwick(), ["beta"], reference=kind, runs=2, cross_validate=False)
+            lh.tune_filter(recording, lh.Madgwick(), ["beta"], goal=kind, runs=2, cross_validate=False)
     except lh.LevelheadError as error:
         print(f"left out: {error}")
         return False
@@ -62,42 +64,46 @@ def usable(recording: lh.Recording) -> bool:
 
 
 def compare(dataset: str, name: str, logs: list[lh.Recording], runs: int | None) -> Result:
-    """Both searches."""
+    """All three searches."""
     found: dict[str, Any] = {
-        kind: lh.tune_filter(logs, name, reference=kind, runs=runs, cross_validate=False)
-        for kind in ("truth", "smoother")
+        kind: lh.tune_filter(logs, name, goal=kind, runs=runs, cross_validate=False) for kind in GOALS
     }
     metric = found["truth"].metric
     column = ("total", "tilt", "heading").index(metric)
-    sets = [filters.find(name).params(), found["truth"].best, found["smoother"].best]
+    sets = [filters.find(name).params(), found["truth"].best, found["smoother"].best, found["likelihood"].best]
     errors = score_sets(logs, sets, lh.Guard())[:, :, column]
     smoother = geometric_mean([root_mean_squares(log, lh.smooth(log))[column] for log in logs])
     return Result(dataset, name, len(logs), *(geometric_mean(one) for one in errors.T.tolist()), smoother)
+
+
+def loss(ratio: float) -> str:
+    """By how much a ratio of errors is above 1, in percent."""
+    return f"{100.0 * (ratio - 1.0):+.1f} %"
 
 
 def table(results: list[Result]) -> Table:
     """A row for each set and filter, and one for each filter over all."""
     columns = {
         "set": "data set", "filter": "filter", "logs": "logs", "default": "default °", "truth": "found with truth °",
-        "without": "found without °", "smoother": "the smoother itself °", "loss": "loss",
+        "by_smoother": "by the smoother °", "smoother_loss": "loss", "by_likelihood": "by the likelihood °",
+        "likelihood_loss": "loss", "smoother": "the smoother itself °",
     }  # fmt: skip
     rows: list[dict[str, Any]] = []
     for one in results:
-        loss = f"{100 * (one.without / one.with_truth - 1):+.1f} %"
         rows.append(
             {
                 "set": one.dataset, "filter": one.filter, "logs": one.logs, "default": one.default,
-                "truth": one.with_truth, "without": one.without, "smoother": one.smoother, "loss": loss,
+                "truth": one.with_truth, "by_smoother": one.by_smoother, "by_likelihood": one.by_likelihood,
+                "smoother": one.smoother, "smoother_loss": loss(one.by_smoother / one.with_truth),
+                "likelihood_loss": loss(one.by_likelihood / one.with_truth),
             }
         )  # fmt: skip
     for name in dict.fromkeys(one.filter for one in results):
         mine = [one for one in results if one.filter == name]
-        mean = [geometric_mean([one[k] for one in mine]) for k in range(3, 7)]
-        change = math.exp(sum(math.log(one.without / one.with_truth) for one in mine) / len(mine)) - 1.0
-        rows.append(
-            dict(zip(("default", "truth", "without", "smoother"), mean, strict=True))
-            | {"set": "all", "filter": name, "logs": sum(one.logs for one in mine), "loss": f"{100 * change:+.1f} %"}
-        )
+        names = ("default", "truth", "by_smoother", "by_likelihood", "smoother")
+        mean = dict(zip(names, (geometric_mean([one[k] for one in mine]) for k in range(3, 8)), strict=True))
+        losses = {f"{by}_loss": loss(mean[f"by_{by}"] / mean["truth"]) for by in ("smoother", "likelihood")}
+        rows.append(mean | losses | {"set": "all", "filter": name, "logs": sum(one.logs for one in mine)})
     return Table("Errors against the truth, and what is lost without it", columns, rows, "Geometric means.")
 
 

@@ -62,7 +62,7 @@ def test_without_truth_they_differ_little(poor, logs):
 
 
 def test_asked_for_the_smoother_the_truth_checks_it(logs):
-    found = tune_filter(logs[0], lh.Mahony(kp=4.0), ["kp"], reference="smoother", runs=40)
+    found = tune_filter(logs[0], lh.Mahony(kp=4.0), ["kp"], goal="smoother", runs=40)
     assert found.check is not None
     assert found.check.before[0] == pytest.approx(error(logs[0], lh.Mahony(kp=4.0)))
     assert found.check.after[0] == pytest.approx(error(logs[0], found.best))

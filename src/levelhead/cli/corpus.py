@@ -164,7 +164,7 @@ def tune(
     guard: GuardWords = (),
     mag: NoMag = True,
     engine: Engine = "auto",
-    reference: Literal["truth", "smoother"] | None = None,
+    goal: Literal["truth", "smoother", "likelihood"] | None = None,
     metric: Literal["total", "tilt", "heading"] | None = None,
     runs: Annotated[int | None, Parameter(metavar="N")] = None,
     seed: int = 0,
@@ -181,7 +181,7 @@ def tune(
         filter: the filter, with parameters that it starts from.
         parameter: one to search, as for `levelhead tune`.
         mag: leave the magnetometers out.
-        reference: as for `levelhead tune`.
+        goal: as for `levelhead tune`.
         metric: as for `levelhead tune`.
         runs: of the filter over each recording for one search.
         seed: of the search.
@@ -193,7 +193,7 @@ def tune(
     require_writable(running.out)
     with progress("corpus tune") as bar:
         found = tune_corpus(
-            places, parse_filter_spec(filter), parameter, metric=metric, reference=reference,
+            places, parse_filter_spec(filter), parameter, metric=metric, goal=goal,
             guard=parse_guard(guard), magnetometer=mag, engine=engine, runs=runs, seed=seed, workers=running.workers,
             scheduler=running.scheduler, memory=running.memory, hints=reading.hints(), progress=bar,
         )  # fmt: skip

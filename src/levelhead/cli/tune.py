@@ -39,7 +39,7 @@ def tune(
     noise: Annotated[Path | None, Parameter(metavar="FILE")] = None,
     calibration: Annotated[Path | None, Parameter(metavar="FILE")] = None,
     guard: GuardWords = (),
-    reference: Literal["truth", "smoother"] | None = None,
+    goal: Literal["truth", "smoother", "likelihood"] | None = None,
     metric: Literal["total", "tilt", "heading"] | None = None,
     runs: Annotated[int | None, Parameter(metavar="N")] = None,
     seed: int = 0,
@@ -62,7 +62,8 @@ def tune(
         set: a parameter held fixed, or where the search starts, such as kp=1; may be given several times.
         noise: the sensor's noise as `levelhead noise` has written it: where the search of Q and R starts.
         calibration: the sensor's errors as `levelhead calibrate` has written them, taken off the readings first.
-        reference: the truth where a log has one, else the smoother; with `smoother` the truth only checks the result.
+        goal: truth where a log has one, else smoother; likelihood is that of the innovations over 5 s. With the last
+            two a truth only checks the result.
         metric: error to minimise, but for a constant heading; total where all logs have a magnetometer that the filter
             follows, else tilt.
         runs: of the filter for one search; 80 for each parameter by default.
@@ -91,7 +92,7 @@ def tune(
             recordings = [known.apply(recording) for recording in recordings]
     with progress("tuning") as report:
         found = tune_filter(
-            recordings, params, parameter, metric=metric, reference=reference, guard=before, runs=runs, seed=seed,
+            recordings, params, parameter, metric=metric, goal=goal, guard=before, runs=runs, seed=seed,
             engine=engine, progress=report,
         )  # fmt: skip
     written = [folder(out) / "tuned.json"]

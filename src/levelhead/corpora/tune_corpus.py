@@ -29,7 +29,7 @@ from levelhead.open_types import Fields, ReadOnlyFields
 from levelhead.recording import Array
 from levelhead.tune import Tuning
 from levelhead.tune.reference_orientation import Kind, Reference, references
-from levelhead.tune.score_sets import score_sets
+from levelhead.tune.score_references import score_references
 from levelhead.tune.sweep import Metric
 from levelhead.tune.tune_filter import check_wishes, search_references
 
@@ -63,7 +63,7 @@ def tune_corpus(
     names: Sequence[str] = (),
     *,
     metric: Metric | None = None,
-    reference: Kind | None = None,
+    goal: Kind | None = None,
     guard: Guard | None = DEFAULT_GUARD,
     magnetometer: bool = True,
     engine: str = "auto",
@@ -83,7 +83,7 @@ def tune_corpus(
         params: the filter and the rest, as for ``tune_filter``.
         names: parameters to search.
         metric: the error to minimise.
-        reference: what the filter is held against.
+        goal: what the filter is held against.
         guard: in front of it.
         magnetometer: False: magnetometers are left out.
         engine: of the many runs of the search, as for ``tune_filter``.
@@ -101,13 +101,13 @@ def tune_corpus(
     """
     if engine not in GPU_ENGINES or scheduler is None:
         check_engine(engine)
-    space = check_wishes(params, names, metric, reference, runs)
+    space = check_wishes(params, names, metric, goal, runs)
     job = Job("tune", guard=guard, hints=dict(hints or {}), magnetometer=magnetometer)
     sources = list_sources([places] if isinstance(places, str | os.PathLike) else list(places), storage)
     follows = "heading" in filters.of(space.params).estimates
     with open_pool(workers, scheduler, memory) as pool:
         chosen: Metric = metric or ("total" if follows else "tilt")
-        wish = ReferenceWish(job, storage or {}, reference, chosen != "tilt", engine)
+        wish = ReferenceWish(job, storage or {}, goal, chosen != "tilt", engine)
         batches = pack(sources, 4 * (workers or cores()))
         rows = _facts(pool, wish, batches)
         if metric is None and follows and not all(row["magnetometer"] for row in rows if "error" not in row):
@@ -207,6 +207,6 @@ def score_batch(wish: ReferenceWish, sources: Sequence[Source], sets: Sequence[P
     """The errors of parameter sets over some recordings; a worker's task."""
     found = []
     for source in sources:
-        scores = score_sets([_reference(wish, source).recording], sets, wish.job.guard, wish.engine)[0]
+        scores = score_references([_reference(wish, source)], sets, wish.job.guard, wish.engine)[0]
         found.append({"name": source.name, "scores": scores.tolist()})
     return found

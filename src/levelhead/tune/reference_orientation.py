@@ -4,6 +4,9 @@ The smoother knows the whole recording at every instant, so its error is a fract
 where it may be trusted. Left out are samples whose σ of tilt (of heading, where that counts) is more than twice its
 median, and rest, at which every filter is right. Of heading a constant does not count, with truth neither: it is the
 declination, or what a magnetometer's offset leaves, and no parameter should be chosen to mend it.
+
+With the likelihood of the innovations as the goal the smoother still says where the sensor moves, and what drift, lag
+and jitter are; the parameters are chosen by ``innovations``.
 """
 
 from collections.abc import Sequence
@@ -21,8 +24,9 @@ from levelhead.guard import Guard
 from levelhead.recording import Array, Recording, Truth
 from levelhead.rotations import angle, conjugate, mean, product
 from levelhead.track import Track
+from levelhead.tune.innovations import Innovations, innovations_of
 
-Kind = Literal["truth", "smoother"]
+Kind = Literal["truth", "smoother", "likelihood"]
 MOST = 4000  # samples of a recording that are scored: neighbours have the same error
 SHORTEST, SHORT = 10.0, 60.0  # s scored: less is refused, less is weak
 STILL, CALM = 3.0, 10.0  # °, RMS turn of the sensor from its mean orientation: less is refused, less is weak
@@ -37,11 +41,12 @@ class Reference:
 
     Attributes:
         recording: its ``truth`` is the reference, NaN at samples that do not count.
-        kind: what the reference is.
+        kind: what the filter is held against.
         name: of the log.
         seconds: how much of the log counts.
         remarks: what makes it a weak one, a sentence each.
         smoothed: the smoother's track, where that is the reference.
+        innovations: what the filter is to predict, where their likelihood is the goal.
     """
 
     recording: Recording
@@ -50,6 +55,7 @@ class Reference:
     seconds: float
     remarks: tuple[str, ...]
     smoothed: Track | None = None
+    innovations: Innovations | None = None
 
     def part(self, rows: slice, inside: bool) -> "Reference":
         """With the scored samples at these positions only, or with all others."""
@@ -61,7 +67,11 @@ class Reference:
         quat = np.full_like(truth.quat, np.nan)
         kept = scored[chosen == inside]
         quat[kept] = truth.quat[kept]
-        return replace(self, recording=replace(self.recording, truth=replace(truth, quat=quat)))
+        part = replace(self, recording=replace(self.recording, truth=replace(truth, quat=quat)))
+        if self.innovations is None:
+            return part
+        nearest = np.minimum(np.searchsorted(scored, self.innovations.rows), len(scored) - 1)
+        return replace(part, innovations=self.innovations.part(chosen[nearest] == inside))
 
 
 def name_of(recording: Recording, number: int) -> str:
@@ -94,15 +104,15 @@ def references(
         else:
             track = smooth(recording, guard=guard, engine=engine)
             rows, remarks = _trusted_rows(name, recording, track, heading)
-            found.append(
-                replace(_checked(name, recording, "smoother", Truth(track.quat), rows, remarks), smoothed=track)
-            )
+            one = _checked(name, recording, kind or "smoother", Truth(track.quat), rows, remarks)
+            held = innovations_of(recording, rows) if one.kind == "likelihood" else None
+            found.append(replace(one, smoothed=track, innovations=held))
     return found
 
 
 def _known_truth(name: str, recording: Recording) -> tuple[Truth, list[str]]:
     if recording.truth is None:
-        raise LevelheadError(f"{name} holds no true orientation; leave --reference truth out to tune to the smoother")
+        raise LevelheadError(f"{name} holds no true orientation; leave --goal truth out to tune to the smoother")
     rows = np.flatnonzero(~np.isnan(recording.truth.quat[:, 0]))
     if not len(rows):
         raise LevelheadError(f"{name}: the true orientation is missing (NaN) at every sample")
@@ -110,7 +120,7 @@ def _known_truth(name: str, recording: Recording) -> tuple[Truth, list[str]]:
     share = span / recording.duration if recording.duration > 0.0 else 1.0
     words = f"{name}: the truth covers {span:.0f} s of {recording.duration:.0f} s"
     if share < COVERED:
-        raise LevelheadError(f"{words}; cut the log to it, or tune to the smoother: --reference smoother")
+        raise LevelheadError(f"{words}; cut the log to it, or tune to the smoother: --goal smoother")
     return recording.truth, [f"{words}; the rest is not scored"] if share < MOSTLY else []
 
 

@@ -1,4 +1,4 @@
-"""Find a filter's parameters for recordings: with truth, or without it by the smoother."""
+"""Find a filter's parameters for recordings: with truth, or without it by the smoother or the likelihood."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -21,7 +21,7 @@ from levelhead.tune.error_bands import Bands, advice, error_bands
 from levelhead.tune.minimise import minimise
 from levelhead.tune.parameter_space import Space, space_of
 from levelhead.tune.reference_orientation import Kind, Reference, references
-from levelhead.tune.score_sets import score_sets
+from levelhead.tune.score_references import score_references
 from levelhead.tune.sweep import Metric, Sweep, set_value
 from levelhead.tune.tuning_result import FLOOR, Fold, TruthCheck, Tuning, mean_error
 
@@ -41,7 +41,7 @@ def tune_filter(
     names: Sequence[str] = (),
     *,
     metric: Metric | None = None,
-    reference: Kind | None = None,
+    goal: Kind | None = None,
     guard: Guard | None = DEFAULT_GUARD,
     engine: str = "auto",
     runs: int | None = None,
@@ -57,7 +57,8 @@ def tune_filter(
         names: parameters to search, each perhaps with its range: "kp", "kp=0.01:10"; none: all that have a usual range.
         metric: "total", "tilt" or "heading" RMS, the best constant heading removed; None: total where every recording
             has a magnetometer that the filter follows, else tilt.
-        reference: "truth" or "smoother"; None: the truth where a recording has one.
+        goal: "truth": the least error; "smoother": the least distance from the smoother's orientation; "likelihood": of
+            the innovations (``innovations``); None: the truth where a recording has one, else the smoother.
         guard: as for ``fuse``.
         engine: as for ``fuse_parameter_sets``; on a GPU go the many runs of the search, not the single ones beside it.
         runs: of the filter, for one search; None: 80 for each parameter.
@@ -72,11 +73,11 @@ def tune_filter(
     given = [recordings] if isinstance(recordings, Recording) else list(recordings)
     if not given:
         raise LevelheadError("there is no recording to tune on; give one at least")
-    space = check_wishes(params, names, metric, reference, runs)
+    space = check_wishes(params, names, metric, goal, runs)
     follows = "heading" in filters.of(space.params).estimates and all(one.mag is not None for one in given)
     chosen: Metric = metric or ("total" if follows else "tilt")
     check_engine(engine)
-    held = references(given, reference, chosen != "tilt", guard, _for_one_run(engine))
+    held = references(given, goal, chosen != "tilt", guard, _for_one_run(engine))
     return search_references(
         space, chosen, held, given, guard=guard, engine=engine, runs=runs, seed=seed, cross_validate=cross_validate,
         progress=progress,
@@ -84,7 +85,7 @@ def tune_filter(
 
 
 def check_wishes(
-    params: FilterChoice, names: Sequence[str], metric: Metric | None, reference: Kind | None, runs: int | None
+    params: FilterChoice, names: Sequence[str], metric: Metric | None, goal: Kind | None, runs: int | None
 ) -> Space:
     """What ``tune_filter`` is to search.
 
@@ -93,8 +94,10 @@ def check_wishes(
     """
     if metric is not None and metric not in get_args(Metric):
         raise LevelheadError(f"'{metric}' is not an error to minimise; {nearest(metric, get_args(Metric))}")
-    if reference is not None and reference not in get_args(Kind):
-        raise LevelheadError(f"'{reference}' is no reference; {nearest(reference, get_args(Kind))}")
+    if goal is not None and goal not in get_args(Kind):
+        raise LevelheadError(f"'{goal}' is no goal; {nearest(goal, get_args(Kind))}")
+    if goal == "likelihood" and metric == "heading":
+        raise LevelheadError("the likelihood is that of tilt and heading together, or of tilt; expected total or tilt")
     if runs is not None and runs < 2:
         raise LevelheadError(f"{runs} runs are no search; expected 2 or more, better {EACH} for each parameter")
     return space_of(filters.resolve(params), names)
@@ -193,8 +196,7 @@ class _Search:
         """(logs, k, 3) total, tilt and heading error of each set, °."""
         if self._score is not None:
             return self._score(held, sets)
-        recordings = [one.recording for one in held]
-        return score_sets(recordings, sets, self.guard, self.engine)
+        return score_references(held, sets, self.guard, self.engine)
 
     def _errors(self, held: Sequence[Reference], sets: Sequence[Params]) -> Array:
         """(logs, k) the error that is minimised, °."""
@@ -218,11 +220,11 @@ class _Search:
         return fuse(recording, params, guard=self.guard, engine=_for_one_run(self.engine))
 
     def _check(self, given: Sequence[Recording], held: Sequence[Reference], best: Params) -> TruthCheck | None:
-        """Errors against the truth of what was held against the smoother."""
+        """Errors against the truth of what was found without it."""
         rows = []
         for recording, one in zip(given, held, strict=True):
-            smoothed = one.kind == "smoother" and one.smoothed
-            if recording.truth is None or not smoothed:
+            smoothed = one.smoothed
+            if recording.truth is None or smoothed is None:
                 continue
             apart = replace(recording, truth=replace(recording.truth, north=False))  # as the references are compared
             tracks = [smoothed, *(self._track(recording, params) for params in (self.space.params, best))]

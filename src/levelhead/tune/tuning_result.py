@@ -14,6 +14,7 @@ from levelhead.open_types import Fields
 from levelhead.parameter_file import ParameterFile
 from levelhead.recording import Array
 from levelhead.tune.error_bands import Advice, Bands
+from levelhead.tune.innovations import HORIZON
 from levelhead.tune.parameter_space import Space
 from levelhead.tune.reference_orientation import Reference
 from levelhead.tune.sweep import Metric, Sweep
@@ -164,7 +165,7 @@ class Tuning:
         lines = []
         if self.worth:
             lines.append(
-                f"take {name} with {changed}: {self.metric} error {before:.2f}° → {after:.2f}° RMS, "
+                f"take {name} with {changed}: {self._measure} {before:.2f}° → {after:.2f}° RMS, "
                 f"{_percent(self.gain)} less; {self._elsewhere(f'{_percent(self.held_out_gain)} less')}"
             )
         else:
@@ -186,10 +187,15 @@ class Tuning:
             return "nothing was left out to tell what another log gains"
         return f"on {'logs' if len(self.references) > 1 else 'thirds of the log'} left out of the search {words}"
 
+    @property
+    def _measure(self) -> str:
+        """What is minimised, in words."""
+        return f"{self.metric} {'innovation' if self.kinds == ['likelihood'] else 'error'}"
+
     def _keep(self, name: str, before: float, after: float, changed: str) -> str:
         start = "the defaults" if self.space.params == type(self.space.params)() else "the parameters given"
         if not changed:
-            return f"keep {start} of {name}: no others have a smaller {self.metric} error than {before:.2f}° RMS"
+            return f"keep {start} of {name}: no others have a smaller {self._measure} than {before:.2f}° RMS"
         words = f"keep {start} of {name}: you gain {_percent(self.gain)} ({before:.2f}° → {after:.2f}°"
         if self.held_out_gain < 0.0:
             return f"{words}), and {self._elsewhere(f'you lose {_percent(-self.held_out_gain)}')}"
@@ -202,6 +208,11 @@ class Tuning:
             return f"held against the truth: {logs} scored"
         if self.kinds == ["truth", "smoother"]:
             return f"held against the truth where there is one, else against the smoother: {logs} scored"
+        if self.kinds == ["likelihood"]:
+            return (
+                f"by the likelihood of the innovations over {HORIZON:g} s, motion among them, which no parameter "
+                f"lowers: {logs} scored"
+            )
         own = "; it is this filter's own, so errors that both share are not seen"
         shared = filters.of(self.best).smoothing is not None
         return f"held against the smoother, where it is sure of itself: {logs} scored{own if shared else ''}"
