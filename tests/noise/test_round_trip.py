@@ -7,6 +7,7 @@ import pytest
 
 import levelhead as lh
 from levelhead import LevelheadError, NoiseModel, measure_noise, simulate
+from levelhead.noise.assessment import noise_verdict
 from levelhead.noise.measure import longest
 from levelhead.noise.stillness import still_stretches
 
@@ -82,6 +83,19 @@ def test_the_longest_still_stretch_is_found():
     found = longest(made)
     assert (found.start, found.end) == pytest.approx((4000, 10_000), abs=100)
     assert len(still_stretches(made)) == 2
+
+
+def test_a_recording_that_moves_in_part_is_measured_at_rest_and_says_so():
+    still = simulate.recording("LSM6DSO32", "still", 60.0, 50.0, seed=1)
+    moving = simulate.recording("LSM6DSO32", "hand", 30.0, 50.0, seed=1)
+    both = lh.Recording(
+        np.concatenate([still.t, still.t[-1] + 0.02 + moving.t]), np.vstack([still.gyr, moving.gyr]),
+        np.vstack([still.acc, moving.acc]),
+    )  # fmt: skip
+    model = lh.measure_noise(both)
+    assert 50.0 < model.duration < 65.0 and model.recorded == pytest.approx(90.0, abs=0.1)
+    assert "the longest stretch at rest, " in noise_verdict(model)[0]
+    assert "moved" not in " ".join(noise_verdict(lh.measure_noise(still)))
 
 
 def test_a_recording_that_moves_is_refused():

@@ -29,7 +29,7 @@ def warming(seed, span=20.0, seconds=300.0, rate=20.0):
 
 def test_what_was_put_in_is_found_within_its_sigma():
     over = []
-    for seed in range(20):
+    for seed in range(100, 140):  # none of them was looked at when the fit was made
         recording = warming(seed)
         drift = temperature_drift(recording.gyr, recording.temperature)
         off = drift.reference - 35.0
@@ -37,8 +37,8 @@ def test_what_was_put_in_is_found_within_its_sigma():
         assert drift.value[0, 2] == pytest.approx(BEND[0], abs=5.0 * drift.sigma[0, 2])
         assert drift.after[0] < 0.1 * drift.before[0]
     every = np.abs(np.array(over))
-    assert (every < 3.0).mean() > 0.95
-    assert (every < 1.0).mean() > 0.5  # and σ is not far too large
+    assert (every < 2.0).mean() > 0.95
+    assert np.sqrt(np.mean(every**2)) > 0.45  # and σ is not far too large
 
 
 def test_a_touch_does_not_count():

@@ -15,6 +15,7 @@ NAMES = {"gyr": "gyroscope", "acc": "accelerometer", "mag": "magnetometer"}
 SHEET_UNITS = {"gyr": "deg/s", "acc": "g", "mag": "µT"}
 AS_SAID = 1.25  # a ratio from 1/1.25 to 1.25 is what the sheet says
 LENGTHS = 100.0  # times the τ at which an Allan deviation is flat, that a recording needs to show it
+WHOLE = 0.9  # of a recording at rest: with less it is said
 BAD_FIT = 6.0  # mean squared misfit in σ from which there is more than these noises
 
 
@@ -42,6 +43,11 @@ def noise_verdict(model: NoiseModel, chip: Chip | None = None) -> list[str]:
         chip: the sensor, if it is known; by default all data sheets that levelhead knows are compared.
     """
     lines = []
+    if model.duration < WHOLE * model.recorded:
+        lines.append(
+            f"the sensor moved or was touched: measured is the longest stretch at rest, {spell(model.duration)} of "
+            f"{spell(model.recorded)}"
+        )
     for name, triad in model.triads.items():
         if name in ("gyr", "acc"):
             lines.append(_density(name, triad, chip))

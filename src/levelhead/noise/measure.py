@@ -51,9 +51,8 @@ def measure_noise(
             progress((done + fraction) / len(there))
 
         triads[name] = _triad(name, part, tau, report)
-    return NoiseModel(
-        triads["gyr"], triads["acc"], triads.get("mag"), part.duration, str(recording.meta.get("source", ""))
-    )
+    source = str(recording.meta.get("source", ""))
+    return NoiseModel(triads["gyr"], triads["acc"], triads.get("mag"), part.duration, source, recording.duration)
 
 
 def longest(recording: Recording) -> StillStretch:

@@ -110,6 +110,7 @@ class NoiseModel:
         mag: magnetometer, µT, or None.
         duration: s at rest.
         source: where it comes from.
+        recorded: s of the whole recording; 0: not known.
     """
 
     gyr: TriadNoise
@@ -117,6 +118,7 @@ class NoiseModel:
     mag: TriadNoise | None
     duration: float
     source: str = ""
+    recorded: float = 0.0
 
     @property
     def triads(self) -> dict[str, TriadNoise]:
@@ -161,7 +163,7 @@ class NoiseModel:
 
     def to_dict(self) -> Fields:
         """For JSON."""
-        return {"source": self.source, "duration_s": self.duration} | {
+        return {"source": self.source, "duration_s": self.duration, "recorded_s": self.recorded} | {
             name: {"unit": UNITS[name], "rate_hz": one.rate} | {
                 part: {field.name: getattr(getattr(one, part), field.name).tolist() for field in fields(Coefficient)}
                 for part in NAMES
@@ -188,7 +190,8 @@ class NoiseModel:
         whole = read_json(path, FORMAT, "noise file", "what `levelhead noise LOG -o FILE` wrote")
         parts = {name: _read(path, name, whole.get(name)) for name in UNITS if name in whole or name != "mag"}
         try:
-            return cls(parts["gyr"], parts["acc"], parts.get("mag"), float(whole["duration_s"]), str(whole["source"]))
+            numbers = float(whole["duration_s"]), str(whole["source"]), float(whole.get("recorded_s", 0.0))
+            return cls(parts["gyr"], parts["acc"], parts.get("mag"), *numbers)
         except (KeyError, TypeError, ValueError):
             raise LevelheadError(f"{path}: duration_s or source is missing; expected a noise file as written") from None
 
