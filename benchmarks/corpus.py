@@ -7,7 +7,8 @@ so that the disk's speed plays no part) and runs the default filter over them: i
 and on two that are killed with their client at 30, 60 and 90 %. Rates are taken by the wall clock from the first task
 to the last row; starting and ending processes stands apart. Processor time is counted between the first and the last
 batch that is done, and does not depend on what else the machine does. Errors against truth are part of the work, as in
-``corpus fuse``. On two idle cores 10000 recordings take 21 minutes, with ``--workers 2`` alone 8.
+``corpus fuse``. How far it is stands on standard error; ``--markdown`` gives the table of docs/benchmarks.md. On two
+idle cores 10000 recordings take 21 minutes, with ``--workers 2`` alone 8.
 """
 
 import os
@@ -69,7 +70,7 @@ class Watch(threading.Thread):
 
     def run(self) -> None:
         """Looks once a second."""
-        while not self._ended.wait(0.5):
+        while not self._ended.wait(1.0):
             self.look()
 
     def look(self) -> float:
@@ -99,13 +100,30 @@ class Watch(threading.Thread):
         return max(self.seconds[quarter : 2 * quarter], default=0.0), max(self.seconds[-quarter:], default=0.0)
 
 
+class Lines:
+    """Progress: a line on standard error every ten seconds."""
+
+    def __init__(self) -> None:
+        self._last = 0.0
+
+    def __call__(self, words: str) -> None:
+        """Prints the words unless others have just been printed."""
+        now = time.monotonic()
+        if now - self._last > 10.0:
+            self._last = now
+            print(words, file=sys.stderr, flush=True)
+
+
 def run(folder: Path, workers: int) -> dict[str, Any]:
     """One line of the table."""
     last, seen = Progress(), list[tuple[int, float, float]]()
     watch = Watch()
 
+    bar, name = Lines(), f"{workers} workers"
+
     def keep(state: Progress) -> None:
         last.__dict__.update(state.__dict__)
+        bar(f"{name}: {state.done:,} of {state.recordings:,}, {state.rate:.3g} recordings/s")
         if (state.done and not seen) or state.done == state.recordings:  # processes have imported what they need
             seen.append((state.done, time.process_time(), watch.look()))
 
@@ -132,11 +150,14 @@ def killed(folder: Path, out: Path, count: int) -> dict[str, Any]:
 
     command = [sys.executable, "-m", "levelhead", "corpus", "fuse", str(folder), "-o", str(out), "--workers", "2",
                "--no-plot"]  # fmt: skip
-    lost = []
+    lost = list[int]()
+    bar = Lines()
     for share in KILLED_AT:
         process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        while process.poll() is None and rows_in(out) < share * count:
+        while process.poll() is None and (rows := rows_in(out)) < share * count:
+            bar(f"to be killed at {share:.0%}: {rows:,} of {count:,} rows")
             time.sleep(0.2)
+        assert process.poll() is None, "it was over before it was killed"
         family = [psutil.Process(process.pid), *psutil.Process(process.pid).children(recursive=True)]
         for one in family:
             one.kill()
@@ -197,18 +218,51 @@ def costs(folder: Path, out: Path) -> dict[str, Any]:
             "finish": 1e6 * finished / (2 * ROWS)}  # fmt: skip
 
 
+def markdown(rows: list[dict[str, Any]], kill: dict[str, Any] | None) -> str:
+    """The table of the docs, and a line on what was killed."""
+    lines = [
+        "| | recordings/s | CPU ms a recording: worker | scheduler and client | reading, % of the time | filter, % "
+        "| memory of a worker, 2nd and 4th quarter |",
+        "|---|--:|--:|--:|--:|--:|--:|",
+    ]
+    for row in rows:
+        plain = row["case"] == "plain loop"
+        own, theirs = (row["workers"], row["client"]) if plain else (row["client"], row["workers"])
+        memory = "" if plain else f"{row['early']:.0f}, {row['late']:.0f} MB"
+        lines.append(
+            f"| {row['case']} | {row['rate']:.1f} | {theirs:.1f} | {'–' if plain else f'{own:.1f}'} "
+            f"| {row['reading']:.0f} | {row['fusing']:.0f} "
+            f"| {memory} |"
+        )
+    loop = [row["client"] for row in rows if row["case"] == "plain loop"]
+    one = [row["rate"] for row in rows if row["case"].startswith("1 ")]
+    for row in rows:
+        if loop and row["case"] != "plain loop":
+            more = 100.0 * ((row["workers"] + row["client"]) / loop[0] - 1.0)
+            lines.append(f"\n{row['case']}: {more:+.1f} % of processor time beside the loop.")
+        if one and row["case"].startswith("2 "):
+            lines.append(f"\n2 workers did {row['rate'] / one[0]:.2f} times what one did.")
+    if kill:
+        lines.append(
+            f"\nKilled at 30, 60 and 90 % ({kill['kept']} rows then): {kill['rows']:,} rows, "
+            f"{kill['missing']} missing, {kill['twice']} twice."
+        )
+    return "\n".join(lines)
+
+
 def main() -> None:
     """Run all of it."""
     parser = options(__doc__, repeats=1)
     parser.add_argument("--recordings", type=int, default=1000, help="how many (default 1000)")
     parser.add_argument("--workers", type=int, nargs="+", default=[0, 1, 2], help="0: a plain loop (default 0 1 2)")
     parser.add_argument("--without-kill", action="store_true", help="leave the killed runs out")
+    parser.add_argument("--markdown", action="store_true", help="the table of docs/benchmarks.md")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name, "recordings")
         folder.mkdir()
         write_recordings(folder, given.recordings)
-        rows = []
+        rows, kill = list[dict[str, Any]](), None
         for _ in range(given.repeats):
             for workers in given.workers:
                 rows.append(run(folder, workers))
@@ -227,13 +281,14 @@ def main() -> None:
         ]  # fmt: skip
         if not given.without_kill:
             columns = {"rows": "rows", "missing": "missing", "twice": "twice", "kept": "rows after each kill"}
-            tables.append(
-                Table("Killed at 30, 60 and 90 %", columns, [killed(folder, Path(name, "out"), given.recordings)])
-            )
+            kill = killed(folder, Path(name, "out"), given.recordings)
+            tables.append(Table("Killed at 30, 60 and 90 %", columns, [kill]))
         columns = {"idle": "ms a second without work",
                    "task": "ms a task, scheduler and client", "bytes": "bytes a row on the wire",
                    "write": "µs a row to write", "finish": "µs a row at the end"}  # fmt: skip
         tables.append(Table("CPU of the process that gathers", columns, [costs(folder, Path(name, "costs"))]))
+        if given.markdown:
+            print(markdown(rows, kill), flush=True)
         show(tables, given.json)
 
 

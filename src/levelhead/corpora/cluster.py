@@ -20,6 +20,8 @@ SPARING = {  # what Dask does by itself many times a second, and costs some perc
     "distributed.worker.profile.enabled": False,
     "distributed.admin.tick.interval": "500ms",
     "distributed.admin.system-monitor.interval": "2s",
+    "distributed.admin.system-monitor.gil.enabled": False,  # a thousand times a second, where gilknocker is installed
+    "distributed.worker.memory.monitor-interval": "500ms",
     # Dask has workers give memory back after each array; getting it anew takes as long as the arithmetic on it.
     "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_": 1 << 28,
     "distributed.nanny.pre-spawn-environ.MALLOC_MMAP_THRESHOLD_": 1 << 25,
