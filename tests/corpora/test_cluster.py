@@ -23,7 +23,6 @@ pytestmark = [
     pytest.mark.filterwarnings("ignore"),  # of Dask's own code, its threads and sockets
 ]
 psutil = pytest.importorskip("psutil")  # which Dask needs itself
-pytest.importorskip("distributed")
 LOST = [
     ConnectionResetError("by peer"),
     OSError("in <TCP (closed)>: Stream is closed"),
@@ -32,6 +31,12 @@ LOST = [
 ]
 TIMES = ["read_s", "run_s"]
 MODULE = [sys.executable, "-m"]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _dask():
+    """Imported where the tests run: every process that collects them would wait a second for it."""
+    pytest.importorskip("distributed")
 
 
 def workers_of(pid):

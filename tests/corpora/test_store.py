@@ -6,16 +6,15 @@ from tests.corpora.conftest import GOOD
 import levelhead as lh
 
 pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("ignore")]  # of botocore's own code
-pytest.importorskip("s3fs")
-server = pytest.importorskip("moto.server")
 TIMES = ["read_s", "run_s", "url", "stamp", "error"]
 
 
 @pytest.fixture
 def bucket(recordings, monkeypatch):
     """The recordings in s3://recordings/unit, whose keys and endpoint are in the environment."""
-    import fsspec
-
+    fsspec = pytest.importorskip("fsspec")
+    pytest.importorskip("s3fs")  # here, since each process that collects the tests would wait two seconds for them
+    server = pytest.importorskip("moto.server")
     running = server.ThreadedMotoServer(ip_address="127.0.0.1", port=0, verbose=False)
     running.start()
     _, port = running.get_host_and_port()
