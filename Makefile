@@ -7,9 +7,10 @@ READY := $(VENV)/.ready
 LESSON := $(if $(wildcard $(READY)),$(READY),$(VENV)/.lesson)
 # Byte code is written when a module is first imported; for all modules it would take half of an installation's time.
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
-# A file's tests run in one process, so that what its fixtures compute is computed once. Every core has a process: threads
-# of BLAS would wait for each other (a third of all time on two cores).
-TESTS := OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist loadfile
+# A file's tests run in one process, so that what its fixtures compute is computed once; the files in the order of
+# tests/conftest.py, the longest first. Every core has a process: threads of BLAS would wait for each other (a third of all
+# time on two cores).
+TESTS := OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
 
 .PHONY: demo native wheels quick plain test test-full lint format bench clean
 

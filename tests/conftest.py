@@ -13,6 +13,7 @@ from tests.reference.compile_once import compile_once
 from levelhead.engine import native
 
 MARKS = ("compiled", "full")
+LONGEST = ("test_lanes.py", "test_suites_in_c.py", "test_sensor.py", "test_same_bits.py", "test_selftest.py")
 COMPILED_SOONER = ("EKF", "Complementary")  # a filter in blocks with its own σ, and the smallest with gains
 
 if importlib.util.find_spec("hypothesis"):  # .ci/pythons has none
@@ -43,8 +44,10 @@ def pytest_collection() -> None:
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Numba takes 10 to 60 s for each filter: in the second tier it compiles two, in the third all of them.
 
-    The native engine, which users have, is compared with plain Python for all filters in the first.
+    The native engine, which users have, is compared with plain Python for all filters in the first. Files that take
+    longest begin first: at the end no process has one of them to itself while the others have none.
     """
+    items.sort(key=lambda item: item.path.name not in LONGEST)
     for item in items:
         callspec = getattr(item, "callspec", None)  # what a parametrised test is called with
         flt = callspec.params.get("flt") if callspec is not None else None

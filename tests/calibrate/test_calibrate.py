@@ -114,7 +114,7 @@ def test_sides_that_are_missing_are_named():
 
 def test_half_a_sphere_is_weak_and_says_which_side_is_missing():
     """Only poses with +z up: not refused, but the verdict names what they cannot tell, and the pose that would."""
-    recording = simulate.observe(simulate.poses(14, seed=3), simulate.imu("MPU-6050"), seed=3)
+    recording = put_down(3, mag=None, rate=50.0, turn=1.5)
     upper = replace(recording, acc=np.where(recording.acc[:, 2:] > 1.0, recording.acc, np.nan))
     assert not [line for line in lh.calibrate_sensor(recording).advice if "the accelerometer's" in line]
     weak = lh.calibrate_sensor(upper)

@@ -66,7 +66,7 @@ def test_lanes_have_the_guard_that_is_asked_for(guard):
 
 def test_filters_can_be_mixed_and_few():
     recording = lh.simulate.lesson(42)[:50]
-    sets = [lh.Kalman(r_measure=0.1), "Complementary", lh.Kalman]
+    sets = [lh.EKF(acc_tau=0.1), "Complementary", lh.EKF]  # which tests above compile
     for engine in ("python", "compiled"):
         for params, track in zip(sets, fuse_parameter_sets(recording, sets, engine=engine), strict=True):
             assert_same(track, lh.fuse(recording, params))
@@ -76,7 +76,7 @@ def test_filters_can_be_mixed_and_few():
 def test_a_recording_that_never_starts():
     n = 20
     recording = lh.Recording(np.arange(n) / 100, np.zeros((n, 3)), np.full((n, 3), np.nan))
-    sets = [lh.Kalman(r_measure=0.1 * (k + 1)) for k in range(10)]
+    sets = [lh.Complementary(tau=0.1 * (k + 1)) for k in range(10)]
     for params, track in zip(sets, fuse_parameter_sets(recording, sets, engine="compiled"), strict=True):
         assert_same(track, lh.fuse(recording, params, engine="python"))
 

@@ -62,7 +62,7 @@ def test_axis(flt, compiler, level):
 def test_the_header_tells_the_size(flt, real):
     for axis in (False, True) if flt.axis else (False,):
         config = ExportConfig(flt.params(), real=real, axis=axis)
-        size = c_engine.built(config).size
+        size = c_engine.built(config, level="-O2").size
         one = build_c_api(config)
         header = one.write()[f"{config.name}.h"]
         assert one.size(Machine("this one", 8 if real == "double" else 4, 8, 8)) == size
@@ -82,8 +82,8 @@ def test_real_recordings(flt, trial, data_dir):
     """59,212 and 53,612 samples with magnetometer: the same bits in double, hardly another error in float."""
     recording = lh.read(data_dir / "broad" / f"{trial}.mat")
     expected = lh.fuse(recording, flt.params(), engine="compiled")
-    assert_same(expected, c_engine.built(ExportConfig(flt.params())).fuse(recording))
-    single = c_engine.built(ExportConfig(flt.params(), real="float")).fuse(recording)
+    assert_same(expected, c_engine.built(ExportConfig(flt.params()), level="-O2").fuse(recording))
+    single = c_engine.built(ExportConfig(flt.params(), real="float"), level="-O2").fuse(recording)
     np.testing.assert_array_equal(single.health, expected.health)
     right, off = (evaluate(recording, track) for track in (expected, single))
     assert off.tilt < 1.001 * right.tilt, "2 % were asked for"

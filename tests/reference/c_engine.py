@@ -118,8 +118,8 @@ class Built:
 BUILT: dict[object, Built] = {}
 
 
-def built(config: ExportConfig, compiler: str = "gcc", level: str = "-O2") -> Built:
-    """The same, built once in this process."""
+def built(config: ExportConfig, compiler: str = "gcc", level: str = "-O0") -> Built:
+    """The same, built once in this process; with -O0 in a third of the time of -O2, which test_same_bits has."""
     key = (config.flt.name, config, compiler, level)  # parameters of two filters may be equal: they are tuples
     if key not in BUILT:
         BUILT[key] = Built(config, compiler, level)
@@ -127,9 +127,9 @@ def built(config: ExportConfig, compiler: str = "gcc", level: str = "-O2") -> Bu
 
 
 def fuse(recording, params=None, *, guard=GUARD, engine="c", progress=None):
-    """``lh.fuse`` in C, the names of other engines mean this one. To build with -O1 takes half the time of -O2."""
+    """``lh.fuse`` in C, the names of other engines mean this one."""
     params = filters.default() if params is None else filters.resolve(params)
-    return built(ExportConfig(params, guard), level="-O1").fuse(recording)
+    return built(ExportConfig(params, guard)).fuse(recording)
 
 
 def run_selftest(folder, name, *flags):
