@@ -90,9 +90,18 @@ def test_a_run_that_was_ended_goes_on(recordings, tmp_path, monkeypatch):
 def test_a_folder_of_other_results_is_refused(recordings, tmp_path):
     corpus(recordings, "fuse", "Mahony", out=tmp_path / "out")
     kept = [path.read_bytes() for path in list_parts(tmp_path / "out")]
-    for other in (("fuse", "Madgwick"), ("doctor",), ("fuse", lh.Mahony(kp=2.0))):
-        with pytest.raises(LevelheadError, match="holds results of .*, not of .*name another folder"):
-            corpus(recordings, *other, out=tmp_path / "out")
+    others = {
+        "fuse with methods Mahony, not of fuse with methods Madgwick;": {"methods": ("fuse", "Madgwick")},
+        r"fuse with methods Mahony, not of fuse with methods Mahony\(kp=2\);": {"methods": ("fuse", lh.Mahony(kp=2.0))},
+        "'fuse', not of 'doctor';": {"methods": ("doctor",)},
+        "fuse with magnetometer true, not of fuse with magnetometer false;": {"magnetometer": False},
+        "fuse with guard acc_gate 100.0, not of fuse with guard acc_gate 50.0;": {"guard": lh.Guard(acc_gate=50.0)},
+        "fuse with hints rate none, not of fuse with hints rate 100.0;": {"hints": {"rate": 100.0}},
+    }
+    for words, options in others.items():
+        what = {"methods": ("fuse", "Mahony")} | options
+        with pytest.raises(LevelheadError, match=f"holds results of {words} .*name another folder"):
+            corpus(recordings, *what.pop("methods"), out=tmp_path / "out", **what)
     assert [path.read_bytes() for path in list_parts(tmp_path / "out")] == kept
 
 

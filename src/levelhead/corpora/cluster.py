@@ -242,7 +242,14 @@ def _local_cluster(workers: int, memory: str | None) -> Handle:
 @contextmanager
 def _remote(address: str) -> Iterator[DaskPool]:
     from distributed import Client
+    from distributed.comm.addressing import get_address_host_port
 
+    try:
+        get_address_host_port(address)
+    except ValueError:  # which a client would find out in its thread, and wait half a minute for that to end
+        raise LevelheadError(
+            f"'{address}' is no address of a Dask scheduler; expected one such as tcp://10.0.0.1:8786"
+        ) from None
     try:
         client = Client(address, timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError) as error:

@@ -187,16 +187,27 @@ def read_job(folder: Path) -> Job:
 
 
 def _difference(found: Fields, wanted: Fields) -> str:
-    """The first thing that differs, in words."""
-    key = next(key for key in wanted if found.get(key) != wanted[key])
+    """The first thing that differs, in words: of dictionaries their first entry that differs, of methods the names."""
+    path: list[str] = []
+    verbs = found.get("verb"), wanted.get("verb")
+    one: object = found
+    other: object = wanted
+    while isinstance(one, dict) and isinstance(other, dict):
+        if path == ["methods"] and set(one) != set(other):
+            one, other = ", ".join(one), ", ".join(other)
+            break
+        path.append(next(key for key in {**other, **one} if one.get(key) != other.get(key)))
+        one, other = one.get(path[-1]), other.get(path[-1])
+    if path == ["verb"]:
+        return f"'{one}', not of '{other}'"
+    name = " ".join(path)
+    return f"{verbs[0]} with {name} {_words(one)}, not of {verbs[1]} with {name} {_words(other)}"
 
-    def words(facts: Fields) -> str:
-        value = facts.get(key)
-        if key == "verb":
-            return f"'{value}'"
-        return f"{facts.get('verb')} with {key} {json.dumps(value, ensure_ascii=False)[:200]}"
 
-    return f"{words(found)}, not of {words(wanted)}"
+def _words(value: object) -> str:
+    if value is None:
+        return "none"
+    return value if isinstance(value, str) and value else json.dumps(value, ensure_ascii=False)[:200]
 
 
 def _read(path: Path, columns: list[str] | None = None) -> Handle:
