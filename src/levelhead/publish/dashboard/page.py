@@ -71,6 +71,7 @@ class Page:
         self.url = f"http://127.0.0.1:{self.server.get_port()}"
         gui, scene = self.server.gui, self.server.scene
         gui.configure_theme(show_logo=False, show_share_button=False, control_width="large")  # sharing goes by a server
+        gui.main_panel.dock_right()  # beside the 3-D view, not over it
         scene.configure_default_lights(cast_shadow=False)  # shadows cost half of a frame where there is no GPU
         scene.add_grid("/ground", width=4.0, height=4.0, position=(0.0, 0.0, -0.6))
         scene.add_frame("/earth", axes_length=0.4, axes_radius=0.008, position=(1.7, -1.7, -0.6))
