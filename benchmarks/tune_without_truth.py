@@ -2,11 +2,12 @@
 
     python benchmarks/tune_without_truth.py $LEVELHEAD_DATA
 
-For each data set and filter: all parameters with a usual range are searched over at most ``--most`` recordings of the
-set (evenly picked, the first ``--seconds`` of each), with each of three goals: the truth, the smoother, and the
-likelihood of the innovations. All are scored against the truth on these recordings: total error where there are
-magnetometers, else tilt, geometric mean. The truth is first turned by the constant rotation between its body and the
-sensor, and a constant heading is removed: no parameter could mend either.
+For each data set and filter: all parameters that are tuned unasked are searched over at most ``--most`` recordings of
+the set (evenly picked, the first ``--seconds`` of each), with each of three goals: the truth, the smoother, and the
+likelihood of the innovations. All are scored against the truth on these recordings, with ``--elsewhere`` on as many
+others of the set: total error where there are magnetometers, else tilt, geometric mean. The truth is first turned by
+the constant rotation between its body and the sensor, and a constant heading is removed: no parameter could mend
+either.
 """
 
 from dataclasses import replace
@@ -63,17 +64,24 @@ def usable(recording: lh.Recording) -> bool:
     return True
 
 
-def compare(dataset: str, name: str, logs: list[lh.Recording], runs: int | None) -> Result:
-    """All three searches."""
+def compare(
+    dataset: str,
+    name: str,
+    logs: list[lh.Recording],
+    scored: list[lh.Recording],
+    parameters: list[str],
+    runs: int | None,
+) -> Result:
+    """The three searches over ``logs``, and their errors on ``scored``."""
     found: dict[str, Any] = {
-        kind: lh.tune_filter(logs, name, goal=kind, runs=runs, cross_validate=False) for kind in GOALS
+        kind: lh.tune_filter(logs, name, parameters, goal=kind, runs=runs, cross_validate=False) for kind in GOALS
     }
     metric = found["truth"].metric
     column = ("total", "tilt", "heading").index(metric)
     sets = [filters.find(name).params(), found["truth"].best, found["smoother"].best, found["likelihood"].best]
-    errors = score_sets(logs, sets, lh.Guard())[:, :, column]
-    smoother = geometric_mean([root_mean_squares(log, lh.smooth(log))[column] for log in logs])
-    return Result(dataset, name, len(logs), *(geometric_mean(one) for one in errors.T.tolist()), smoother)
+    errors = score_sets(scored, sets, lh.Guard())[:, :, column]
+    smoother = geometric_mean([root_mean_squares(log, lh.smooth(log))[column] for log in scored])
+    return Result(dataset, name, len(scored), *(geometric_mean(one) for one in errors.T.tolist()), smoother)
 
 
 def loss(ratio: float) -> str:
@@ -112,6 +120,8 @@ def main() -> None:
     parser = options(__doc__, repeats=1)
     parser.add_argument("places", nargs="+", type=Path)
     parser.add_argument("--filters", nargs="+", default=["Mahony", "Madgwick", "Complementary", "EKF"])
+    parser.add_argument("--parameters", nargs="+", default=[], help="to search, of one filter")
+    parser.add_argument("--elsewhere", action="store_true", help="score on recordings that were not searched")
     parser.add_argument("--most", type=int, default=4, help="recordings of a data set")
     parser.add_argument("--seconds", type=float, default=120.0, help="of each recording")
     parser.add_argument("--runs", type=int, help="of one search; 80 for each parameter by default")
@@ -125,8 +135,13 @@ def main() -> None:
             count = min(len(files), given.most)
             picked = [files[k * len(files) // count] for k in range(count)]
             logs = [log for log in (prepare(path, given.seconds) for path in picked) if usable(log)]
-            for name in given.filters if logs else ():
-                results.append(compare(dataset, name, logs, given.runs))
+            others = [path for path in files if path not in picked]
+            count = min(len(others), given.most)
+            apart = [others[k * len(others) // count] for k in range(count)]
+            scored = [prepare(path, given.seconds) for path in apart] if given.elsewhere else logs
+            scored = [log for log in scored if log.truth is not None]
+            for name in given.filters if logs and scored else ():
+                results.append(compare(dataset, name, logs, scored, given.parameters, given.runs))
                 print(*results[-1], flush=True)
             report((done + 1) / len(by_set))
     show([table(results)], given.json)

@@ -12,6 +12,7 @@ from levelhead.recording import Recording
 from levelhead.sources import parse_lsb, parse_map, parse_units
 
 LIVE_RATE = 200.0  # Hz
+EMULATED = "an emulated sensor puts itself down, in an order of its own"
 
 
 def record_live_poses(
@@ -43,7 +44,7 @@ def record_live_poses(
         lsb=parse_lsb(reading.lsb),
     )
     with ExitStack() as held:
-        shown = [held.enter_context(guide_display())]
+        shown = [held.enter_context(guide_display(EMULATED if source.startswith("emulated") else ""))]
         if view:
             from levelhead.publish.dashboard.guide_view import GuideView
 

@@ -58,7 +58,7 @@ def tune(
     Args:
         logs: recordings of the motion that the filter is for, a minute or more each.
         parameter: one to search, perhaps with its range, such as kp or kp=0.01:10; may be given several times; without,
-            all that have a usual range.
+            all that are usually tuned.
         set: a parameter held fixed, or where the search starts, such as kp=1; may be given several times.
         noise: the sensor's noise as `levelhead noise` has written it: where the search of Q and R starts.
         calibration: the sensor's errors as `levelhead calibrate` has written them, taken off the readings first.

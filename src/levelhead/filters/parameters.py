@@ -23,7 +23,8 @@ P = TypeVar("P")
 class Param(NamedTuple):
     """Unit, range and meaning of one parameter: the only place where they stand.
 
-    ``sweep`` is the part of the range worth searching, ``log`` whether to search it by factors.
+    ``sweep`` is the part of the range worth searching, ``log`` whether to search it by factors,
+    ``tune`` whether ``levelhead tune`` does so unasked.
     """
 
     unit: str
@@ -34,6 +35,7 @@ class Param(NamedTuple):
     high_open: bool = False
     sweep: tuple[float, float] | None = None
     log: bool = False
+    tune: bool = True
 
     def allows(self, value: float) -> bool:
         """Whether the value lies inside the range."""

@@ -15,8 +15,8 @@ REDRAWN = 10.0  # times a second
 
 
 @contextmanager
-def guide_display() -> Iterator[Callable[[Instruction], None]]:
-    """Gives a function that shows an instruction.
+def guide_display(note: str = "") -> Iterator[Callable[[Instruction], None]]:
+    """Gives a function that shows an instruction, on a terminal with a note below.
 
     On a terminal: what to do, how long still, how much is done, which sides were up, what is not told yet. Elsewhere a
     line for each instruction that is new.
@@ -33,7 +33,7 @@ def guide_display() -> Iterator[Callable[[Instruction], None]]:
         def show(now: Instruction) -> None:
             if not drawn or now is not drawn[-1]:
                 drawn[:] = [now]
-                live.update(_group(now))
+                live.update(_group(now, note))
 
         yield show
 
@@ -53,7 +53,7 @@ class _Lines:
             sys.stderr.flush()
 
 
-def _group(now: Instruction) -> "Group":
+def _group(now: Instruction, note: str) -> "Group":
     """The instruction, two bars and three lines."""
     from rich.console import Group
     from rich.progress_bar import ProgressBar
@@ -62,11 +62,19 @@ def _group(now: Instruction) -> "Group":
 
     bars = Table.grid(padding=(0, 2))
     bars.add_row("this pose", ProgressBar(HOLD, HOLD - now.hold if now.hold > 0.0 else 0.0, width=40))
-    bars.add_row(f"{now.poses} poses", ProgressBar(1.0, now.fraction, width=40))
+    bars.add_row(f"{now.poses} pose{'' if now.poses == 1 else 's'}", ProgressBar(1.0, now.fraction, width=40))
     sides = Text("sides that were up: ")
     for side in SIDES:
-        sides.append(f" {side} ", style="bold green" if side in now.sides else "dim")
+        was_up = side in now.sides
+        sides.append(f" {side} {'✓' if was_up else '·'} ", style="bold green" if was_up else "dim")
     told = f"not told yet: {now.untold_words()}" if now.untold else "every number is told"
     style = "bold green" if now.done else "bold yellow" if now.hold > 0.0 else "bold"
     up = f"up now: {now.up}" if now.up else ""
-    return Group(Text(now.words, style=style), bars, sides, Text(told, style="dim"), Text(up, style="dim"))
+    return Group(
+        Text(now.words, style=style),
+        bars,
+        sides,
+        Text(told, style="dim"),
+        Text(up, style="dim"),
+        Text(note, style="dim italic"),
+    )

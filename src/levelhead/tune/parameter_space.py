@@ -83,7 +83,7 @@ def parse_range(word: str) -> tuple[str, tuple[float, float] | None]:
 
 
 def space_of(params: Params, words: Sequence[str] = ()) -> Space:
-    """The parameters to search: those named, each perhaps with a range, or all with a usual range.
+    """The parameters to search: those named, each perhaps with a range, or all that are tuned unasked.
 
     Raises:
         LevelheadError: no such parameter, none to tune, one named twice, or a range that is none.
@@ -94,7 +94,9 @@ def space_of(params: Params, words: Sequence[str] = ()) -> Space:
     else:
         flags = {name for name, value in params._asdict().items() if isinstance(value, bool)}
         wishes = [
-            (name, None) for name, param in param_table(type(params)).items() if param.sweep and name not in flags
+            (name, None)
+            for name, param in param_table(type(params)).items()
+            if param.sweep and param.tune and name not in flags
         ]
         if not wishes:
             raise LevelheadError(f"{owner} has no parameter to tune; choose a filter that has, such as Mahony")

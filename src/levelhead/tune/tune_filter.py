@@ -54,7 +54,7 @@ def tune_filter(
     Args:
         recordings: one or several, which count alike (the geometric mean of their errors is minimised).
         params: the filter: Params object (where the search starts, and what the others keep), class or name.
-        names: parameters to search, each perhaps with its range: "kp", "kp=0.01:10"; none: all that have a usual range.
+        names: parameters to search, each perhaps with its range: "kp", "kp=0.01:10"; none: all that are usually tuned.
         metric: "total", "tilt" or "heading" RMS, the best constant heading removed; None: total where every recording
             has a magnetometer that the filter follows, else tilt.
         goal: "truth": the least error; "smoother": the least distance from the smoother's orientation; "likelihood": of

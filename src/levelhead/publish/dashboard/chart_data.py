@@ -8,6 +8,7 @@ from levelhead.recording import Array
 
 LEAST_MARGIN = 2.0  # degrees above and below the curves
 SETTLING = 1.0  # s at the beginning that do not widen a chart
+SHORT_GAP = 20  # points of a chart
 SPIKES = 0.5  # % of values at either end that do not widen a chart
 
 
@@ -65,6 +66,22 @@ def unwrap_to(angles: Array, reference: Array) -> Array:
     """(n, k) angles in degrees, moved by multiples of 360° to within 180° of curves without jumps."""
     moved: Array = reference + (angles - reference + 180.0) % 360.0 - 180.0
     return moved
+
+
+def at_edge(curve: Array, low: float) -> Array:
+    """A curve that can be drawn: across short gaps a line, else missing values lie on the chart's lower edge.
+
+    A single NaN would empty the chart.
+    """
+    rows, known = np.arange(len(curve)), np.flatnonzero(np.isfinite(curve))
+    if len(known) in (0, len(curve)):
+        return np.where(np.isfinite(curve), curve, low)
+    after = np.searchsorted(known, rows)
+    inside = (after > 0) & (after < len(known))
+    gap = known[np.minimum(after, len(known) - 1)] - known[np.maximum(after - 1, 0)]
+    drawn = np.isfinite(curve) | (inside & (gap <= SHORT_GAP))
+    found: Array = np.where(drawn, np.interp(rows, known, curve[known]), low)
+    return found
 
 
 def y_range(t: Array, *curves: Array) -> tuple[float, float]:

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from levelhead.open_types import Handle
-from levelhead.publish.dashboard.chart_data import ChartData, y_range
+from levelhead.publish.dashboard.chart_data import ChartData, at_edge, y_range
 from levelhead.recording import Array
 
 HEIGHT = 150  # pixels of a chart
@@ -122,7 +122,7 @@ class ChartSet:
             more += [data.second[:, i]] if self._second and data.second is not None else []
             low, high = y_range(data.t, angle, *more)
             curves = (angle, angle + band, angle - band, *more)
-            chart.data = (data.t, *(np.clip(curve, low, high) for curve in curves))
+            chart.data = (data.t, *(at_edge(np.clip(curve, low, high), low) for curve in curves))
         self._set_vector(self._bias, data.t, data.bias)
         self._set_vector(self._gyr, data.t, data.gyr)
         self._set_vector(self._acc, data.t, data.acc)
@@ -130,7 +130,8 @@ class ChartSet:
             self._set_vector(self._mag, data.t, data.mag)
 
     def _set_vector(self, chart: Handle, t: Array, values: Array) -> None:
-        chart.data = (t, *np.ascontiguousarray(values.T))
+        low = y_range(t, *values.T)[0]
+        chart.data = (t, *(at_edge(column, low) for column in values.T))
 
     def _angle_chart(self, name: str, tilt: bool) -> Handle:
         series = [{"label": "t"}, {"label": name, "stroke": ESTIMATE, "width": 2}]

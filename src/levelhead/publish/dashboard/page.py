@@ -24,7 +24,8 @@ NARROW = """<style>@media (max-width: 576px) {
   [style*="flex-grow: 1"][style*="height: 100%"] { height: 42% !important; }
 }</style>"""
 # A label that is longer than its button goes on in a second line.
-LABELS = """<style>.mantine-Button-root { height: auto !important; min-height: 2em; padding-block: 0.2em; }
+LABELS = """<style>h3 { overflow-wrap: anywhere; }
+  .mantine-Button-root { height: auto !important; min-height: 2em; padding-block: 0.2em; }
   .mantine-Button-label { white-space: normal; line-height: 1.2; }</style>"""
 TRUSTED, INVALID = (90, 140, 200), (160, 160, 160)
 
