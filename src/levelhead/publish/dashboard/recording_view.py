@@ -51,7 +51,7 @@ class RecordingView:
         self.recording, self.params, self._guard = recording, params, guard
         self.track: Track = fuse(recording, params, guard=guard)
         self._second = None if second is None else fuse(recording, second, guard=guard)
-        self.page = Page(name_of(recording.meta.get("source")), port)
+        self.page = Page(file_name(recording.meta.get("source")), port)
         self.selection = slice(0, len(recording))
         clock_time = bool(recording.t[0] > EPOCH)
         self._origin = 0.0 if clock_time else float(recording.t[0])  # of the charts' x axis
@@ -255,6 +255,6 @@ class RecordingView:
         self.page.stop()
 
 
-def name_of(source: object) -> str:
+def file_name(source: object) -> str:
     """The name of a file without its folders."""
     return str(source or "recording").replace("\\", "/").rpartition("/")[2]
