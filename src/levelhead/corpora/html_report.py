@@ -87,7 +87,7 @@ def _sensor_pictures(summary: Summary) -> Iterator[str]:
     with TemporaryDirectory(prefix="levelhead-") as folder:
         path = Path(folder, "sensors.png")
         sensor_picture(histories, path)
-        yield _figure(path, "Gyroscope bias of each sensor over its recordings")
+        yield _figure(path, "How each sensor's gyroscope bias has changed since its first recording")
 
 
 def _worst_pictures(summary: Summary, table: Handle, job: Job, storage: ReadOnlyFields) -> Iterator[str]:

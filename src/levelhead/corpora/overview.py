@@ -36,6 +36,7 @@ TRACK_FIGURES = {
     "share_faulty": ("with faults", "%", 2, 100.0),
 }
 BIASES = tuple(f"gyr_bias_{axis}_rad_s" for axis in "xyz")
+SIGMAS = tuple(f"{bias}_sigma" for bias in BIASES)
 LONG = 60  # letters of a method's name
 
 
@@ -65,7 +66,7 @@ class Summary:
         self.verb = verb
         known = set(table.column_names)
         named = ("recording", "method", "dataset", "group", "sensor", "position", "start_s", "error", "verdict",
-                 "exit_code", "findings", *HEALTH.values(), *BIASES, *self.figures)  # fmt: skip
+                 "exit_code", "findings", *HEALTH.values(), *BIASES, *SIGMAS, *self.figures)  # fmt: skip
         self.rows: list[Fields] = table.select([name for name in dict.fromkeys(named) if name in known]).to_pylist()
 
     @property
