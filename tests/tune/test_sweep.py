@@ -57,9 +57,9 @@ def test_side_by_side_the_scores_are_the_same(north, monkeypatch):
     rec = replace(rec, truth=replace(truth, quat=holes))
     values = np.geomspace(0.1, 100.0, 70)
     seen: list[float] = []
-    beside = sweep(rec, Kalman, "r_measure", values, engine="compiled", progress=seen.append)
+    beside = sweep(rec, Complementary, "tau", values, engine="compiled", progress=seen.append)
     monkeypatch.setattr(SCORE, "lanes_are_faster", lambda flt, sets: False)
-    single = sweep(rec, Kalman, "r_measure", values, engine="compiled")
+    single = sweep(rec, Complementary, "tau", values, engine="compiled")
     for name in ("total", "tilt", "heading"):
         np.testing.assert_allclose(getattr(beside, name), getattr(single, name), rtol=1e-13)
     assert seen == sorted(seen) and seen[-1] == 1.0
