@@ -242,3 +242,19 @@ def test_the_learned_picture(tmp_path, mag):
     known += 0 if mag is None else int(course.known[-1].mag_offset.known.sum() + course.known[-1].mag_delay.known[0])
     assert _learned_finding(course) == f"{known} of the sensor's {asked} errors are known from this motion"
     calibration_picture(calibration_history(rec[:1], ESKF(scale_start=0.0, acc_bias=0.0)), tmp_path / "one.svg")
+
+
+def test_a_filter_with_many_parameters_leaves_room_for_its_panel(tmp_path):
+    """Three columns of 12.5 inches, as `levelhead stress` draws: the label beside a panel takes less than the panel."""
+    from levelhead.publish.plots.chart import Line, Panel, Picture, draw
+    from levelhead.publish.plots.stress import LONGEST, short
+
+    label = short("EKF(gyr_noise=0.0338138, bias_walk=0.00168052)")
+    assert label == "EKF(…)" and len(label) <= LONGEST
+    assert short("imufusion.Ahrs") == "imufusion.Ahrs"
+    line = Line(np.arange(3.0), np.arange(3.0), "#000000", 1.0, label)
+    draw(
+        Picture("errors", [Panel("", "error [°]", [line], (0.0, 2.0))] * 3, (0.0, 2.0), 12.5, 2.5, 3),
+        tmp_path / "a.png",
+    )
+    assert (tmp_path / "a.png").stat().st_size > 1000

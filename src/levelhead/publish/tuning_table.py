@@ -22,7 +22,8 @@ LOGS = (
 
 def tuning_table(found: Tuning) -> str:
     """All of it."""
-    verdict = [f"{line[:1].upper()}{line[1:]}." for line in found.verdict()]
+    names = tuple(f"{name} " for name in found.space.names)
+    verdict = [f"{line if line.startswith(names) else line[:1].upper() + line[1:]}." for line in found.verdict()]
     parts = ["\n".join(verdict), plain_table(PARAMETERS, _parameters(found)), plain_table(LOGS, _logs(found))]
     if found.advice:
         lines = [f"  {one}" for one in found.advice]

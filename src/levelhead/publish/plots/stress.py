@@ -13,6 +13,7 @@ COLUMNS = 3
 LEAST, ROOM = 5.0, 1.15  # deg that an axis shows at least; times the first filter's largest error, at most
 BEFORE = 5.0  # s of the time before the first fault
 PANEL_HEIGHT = 1.55  # inches
+LONGEST = 16  # letters of a label beside a panel
 
 
 def stress_picture(result: Stress, path: str | Path) -> None:
@@ -34,6 +35,11 @@ def stress_picture(result: Stress, path: str | Path) -> None:
     draw(Picture(title, panels, limits, 12.5, PANEL_HEIGHT * rows + 1.0, min(COLUMNS, len(panels))), path)
 
 
+def short(method: str) -> str:
+    """The name of a filter for a label beside panels, without its parameters where they have no room."""
+    return method if len(method) <= LONGEST else f"{method.partition('(')[0]}(…)"
+
+
 def _panel(responses: list[FaultResponse], begin: float, duration: float, labelled: bool) -> Panel:
     fault, first = responses[0].fault, responses[0]
     top = max(LEAST, ROOM * float(np.nanmax(first.error, initial=0.0)))
@@ -42,7 +48,7 @@ def _panel(responses: list[FaultResponse], begin: float, duration: float, labell
     lasting = Band(span, np.zeros(2), np.full(2, top), style.GREY, 0.2, "fault" if labelled else "")
     lines = [
         Line(one.t - begin, np.minimum(one.error, top), style.FILTERS[i % len(style.FILTERS)], 1.6 if i == 0 else 1.1,
-             one.method if labelled else "", dashed=i >= len(style.FILTERS))
+             short(one.method) if labelled else "", dashed=i >= len(style.FILTERS))
         for i, one in enumerate(responses)
     ]  # fmt: skip
     size = f"{fault.size:.3g}" if fault.size is not None else ""
