@@ -54,6 +54,7 @@ def test_without_a_log(levelhead):
     assert levelhead("calibrate").code == 2
 
 
+@pytest.mark.slow
 def test_live_with_a_replay_says_what_to_do_and_ends_like_a_log(levelhead, poses, tmp_path):
     said = levelhead("calibrate", "--live", "-s", f"replay:{poses}", "--speed", "inf", "--json", "-o", tmp_path)
     assert said.code == 0, said.err

@@ -355,3 +355,11 @@ def test_any_table_gives_a_recording_or_a_sentence(
     lines = [[str(i), *(base if good and i % 3 else row[1:])] if count else row for i, row in enumerate(rows)]
     path = log(tmp_path, header.replace(",", delimiter), *(delimiter.join(line) for line in lines))
     survives(path)
+
+
+def test_a_stamp_of_a_terminal_behind_another_word_is_no_stamp(tmp_path):
+    """It was found in the middle of a line, and then missed at its start: a StopIteration in place of a sentence."""
+    line = "I/imu 12:30:15.{:03d} -> 0.01,0.02,0.03,0.1,0.2,9.8\n"
+    (tmp_path / "log.csv").write_text("".join(line.format(10 * k) for k in range(90)), encoding="utf-8")
+    with pytest.raises(LevelheadError, match="no header that names its 6 columns"):
+        read(tmp_path / "log.csv")
