@@ -33,7 +33,7 @@ COLUMNS = {
     "speed_sigma": "velocity/σ",
 }
 SECONDS, RATE, SETTLED = 60, 100, 1000
-OFF = (0.0, 40.0, 90.0, 135.0)  # °
+OFF = (0.0, 45.0, 90.0, 135.0, 180.0)  # °
 NEAR = 5.0  # °
 
 

@@ -8,6 +8,8 @@ from scipy.spatial.transform import Rotation
 
 import levelhead as lh
 from levelhead import simulate
+from levelhead.filters.eskf import coarse_heading
+from levelhead.filters.eskf import state as at
 from levelhead.filters.health import AID_REJECTED
 from levelhead.sources import npz
 
@@ -88,7 +90,7 @@ def test_a_long_push_does_not_tilt_what_sees_its_velocity():
     for seed in SEEDS:
         _, rec = accelerated(seed)
         seen = tilt(lh.fuse(rec, "ESKF"), rec.truth)[START:]
-        assert rms(seen) < 0.5  # travel explains the push even without a receiver, so that there is nothing to compare
+        assert rms(seen) < 0.5
         assert seen.max() < 2.0
 
 
@@ -260,18 +262,64 @@ def test_a_recording_with_all_of_it_survives_its_file(tmp_path):
     assert back[:10].gnss is None
 
 
-@pytest.mark.parametrize("seed", [3, 4, 5])
-@pytest.mark.parametrize(("style", "soon", "late"), [("drone", 5.0, 2.0), ("walking", 55.0, 20.0)])
-def test_without_a_magnetometer_heading_is_learned_from_velocity(style, soon, late, seed):
-    """The motion's frame turned by 40° about the vertical: a relative heading starts 40° off, and σ knows it."""
-    turn = Rotation.from_euler("z", 40.0, degrees=True)
-    motion = simulate.motion(seed, 60.0, 100.0, style=style)
+def turned(motion, seed, off, change=lambda fixes: fixes):
+    """The motion's frame turned by ``off`` degrees about the vertical: a relative heading starts so far off.
+
+    Returns the run without a magnetometer, and its heading error in degrees.
+    """
+    turn = Rotation.from_euler("z", off, degrees=True)
     rec = simulate.observe(motion, simulate.imu("LSM6DSO32"), seed)
     fixes = simulate.gnss(motion, seed=seed)
     fixes = replace(fixes, position=turn.apply(fixes.position.copy()), velocity=turn.apply(fixes.velocity.copy()))
-    track = lh.fuse(replace(rec, gnss=fixes), "ESKF")
+    track = lh.fuse(replace(rec, gnss=change(fixes)), "ESKF")
     true = turn * Rotation.from_quat(motion.quat.copy(), scalar_first=True)
-    heading = np.degrees((track.as_rotation() * true.inv()).as_rotvec()[:, 2])
+    return track, np.degrees((track.as_rotation() * true.inv()).as_rotvec()[:, 2])
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("off", [0.0, 90.0, 135.0, 180.0])
+@pytest.mark.parametrize("style", ["drone", "car"])
+def test_a_start_that_points_anywhere_finds_heading_with_the_first_clear_push(style, off, seed):
+    motion = accelerated(seed)[0] if style == "car" else simulate.motion(seed, 30.0, 100.0, style=style)
+    track, heading = turned(motion, seed, off)
+    assert np.abs(heading[1100:]).max() < 6.0
+    assert (np.abs(heading[100:]) < 4.0 * np.degrees(track.sigma[100:, 2])).all()
+    assert np.degrees(track.sigma[2000:, 2]).max() < 4.0
+
+
+def test_one_wrong_fix_does_not_turn_heading():
+    def spoil(fixes):
+        velocity = fixes.velocity.copy()
+        velocity[20] += (0.0, 40.0, 0.0)
+        return replace(fixes, velocity=velocity)
+
+    motion = simulate.motion(1, 30.0, 100.0, style="drone")
+    _, heading = turned(motion, 1, 135.0, spoil)
+    assert np.abs(heading[1100:]).max() < 6.0
+
+
+def test_regression_of_heading_is_least_squares():
+    """Eq. 31 beside NumPy's solution of eq. 30, without forgetting."""
+    rng = np.random.default_rng(5)
+    push = rng.normal(size=12) + 1j * rng.normal(size=12)
+    change = 0.9 * np.exp(2.5j) * push + (0.3 - 0.2j) + 0.1 * (rng.normal(size=12) + 1j * rng.normal(size=12))
+    m = [0.0] * at.SIZE
+    for one, other in zip(push, change, strict=True):
+        m[at.PUSH], m[at.PUSH + 1] = one.real, one.imag
+        coarse_heading.add_pair(m, 0.0, other.real, other.imag)
+    design = np.stack([push, np.ones(12)], 1)
+    (gain, _), residual, *_ = np.linalg.lstsq(design, change, rcond=None)
+    sigma = np.sqrt(residual[0] / (2 * 12 - 4) / np.sum(np.abs(push - push.mean()) ** 2)) / abs(gain)
+    found = coarse_heading.regress(m)
+    np.testing.assert_allclose(found.angle, np.angle(gain), rtol=1e-12)
+    np.testing.assert_allclose(found.sigma, coarse_heading.CORRELATED * sigma, rtol=1e-12)
+    assert found.clear
+
+
+@pytest.mark.parametrize("seed", [3, 4, 5])
+@pytest.mark.parametrize(("style", "soon", "late"), [("drone", 5.0, 2.0), ("walking", 55.0, 20.0)])
+def test_without_a_magnetometer_heading_is_learned_from_velocity(style, soon, late, seed):
+    track, heading = turned(simulate.motion(seed, 60.0, 100.0, style=style), seed, 40.0)
     assert np.abs(heading[2000:]).max() < soon
     assert np.abs(heading[5000:]).max() < late
     assert (np.abs(heading[100:]) < 4.0 * np.degrees(track.sigma[100:, 2])).all()

@@ -56,6 +56,7 @@ The estimates of the sensor's errors are ``Track.calibration``, and can be the n
 | ``measurements`` | (14) to (18), and (20) |
 | ``adaptation`` | D (21), variance of u in (12), turns missed (26), bias walking faster (27), priors (22) to (24) |
 | ``aiding`` | position, velocity and height beside the IMU |
+| ``coarse_heading`` | heading from the velocity of a receiver (30), (31) |
 | ``reinitialise`` | tilt, heading and field from a block's mean readings |
 | ``calibration`` | the estimates as plain numbers, and a prior |
 | ``filter`` | the order of all this, sample by sample |

@@ -15,6 +15,7 @@ from math import sqrt
 
 from levelhead.compiler.mark import kernel, noinline
 from levelhead.filters.contract import HEIGHT, POSITION, VELOCITY, NavState
+from levelhead.filters.eskf import coarse_heading
 from levelhead.filters.eskf import state as at
 from levelhead.filters.eskf.covariance import add_variance, set_independent, start_aided, state_variance, update_scalar
 from levelhead.filters.eskf.params import ESKF
@@ -63,6 +64,14 @@ def has_direction(m: Floats) -> bool:
         or is_initialised(m, VELOCITY)
         or is_initialised(m, VELOCITY + 1)
     )
+
+
+@kernel
+def has_velocity(m: Floats) -> bool:
+    """Whether there was any reading of horizontal velocity."""
+    if m[at.AIDED] == 0.0:
+        return False
+    return is_initialised(m, VELOCITY) or is_initialised(m, VELOCITY + 1)
 
 
 @kernel
@@ -148,6 +157,7 @@ def add_reading(params: ESKF, m: Floats, row: int, value: float, sigma: float, a
         return
     if m[at.AIDED] == 0.0:
         start_aiding(params, m)
+    coarse_heading.note_fix(m, row, value, sigma)
     value += displacement(m, row, age)
     if not is_initialised(m, row):
         initialise_row(m, row, value, sigma)
@@ -197,6 +207,7 @@ def update(m: Floats, n: int) -> bool:
 @noinline
 def inflate_nav_state(m: Floats, gap: float) -> None:
     """Across a gap of so many seconds the body may have kept its velocity, stopped or turned."""
+    coarse_heading.forget_fixes(m)
     for i in range(3):
         v = m[at.MEAN + at.VELOCITY + i]
         square = v * v + LEAST_SPEED * LEAST_SPEED

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from levelhead.compiler.mark import kernel, noinline
 from levelhead.filters.contract import NavState, Output
-from levelhead.filters.eskf import aiding
+from levelhead.filters.eskf import aiding, coarse_heading
 from levelhead.filters.eskf import state as at
 from levelhead.filters.eskf.adaptation import (
     MOST_ACC_BIAS,
@@ -169,6 +169,23 @@ def correct(params: ESKF, state: State, dt: float) -> State:
 
 
 @noinline
+def reinitialise(params: ESKF, state: State, tilt_lost: bool, upside_down: bool) -> State:
+    """Takes tilt, or heading, or both from the block's mean readings."""
+    attitude, field_norm, _, _, _, _, m = state
+    rotation = reinitialise_tilt(params, m) if tilt_lost else IDENTITY
+    if m[at.MAG_COUNT] > 0.0 and state_variance(m, at.HEADING) > LARGE_HEADING:
+        rotation = reinitialise_heading(params, m, rotation)
+    if tilt_lost and m[at.LOST_TIME] > m[at.ACC_TIME]:
+        note_rotation(m, rotation)
+    else:
+        m[at.REINITIALISED] = 1.0
+    m[at.MEAN_UP] = GRAVITY
+    attitude = quat.compose(rotation, attitude)
+    health = TURN_MISSED if upside_down else 0
+    return State(attitude, field_norm, False, NO_CANDIDATE, True, health, m)
+
+
+@noinline
 def update(params: ESKF, state: State) -> State:
     """Measurements at the end of a block, or reinitialisation, after the covariance was predicted."""
     attitude, field_norm, resting, candidate, _, _, m = state
@@ -178,18 +195,13 @@ def update(params: ESKF, state: State) -> State:
     upside_down = is_upside_down(m)
     tilt_lost = m[at.ACC_TIME] > 0.0 and (upside_down or tilt_variance > LARGE_TILT)
     if tilt_lost or (m[at.MAG_COUNT] > 0.0 and state_variance(m, at.HEADING) > LARGE_HEADING):
-        rotation = reinitialise_tilt(params, m) if tilt_lost else IDENTITY
-        if m[at.MAG_COUNT] > 0.0 and state_variance(m, at.HEADING) > LARGE_HEADING:
-            rotation = reinitialise_heading(params, m, rotation)
-        if tilt_lost and m[at.LOST_TIME] > m[at.ACC_TIME]:
-            note_rotation(m, rotation)
-        else:
-            m[at.REINITIALISED] = 1.0
-        m[at.MEAN_UP] = GRAVITY
-        attitude = quat.compose(rotation, attitude)
-        health = TURN_MISSED if upside_down else 0
-        return State(attitude, field_norm, False, NO_CANDIDATE, True, health, m)
+        return reinitialise(params, state, tilt_lost, upside_down)
     forget_lost_force(m)
+    if n > at.N_MAGNETIC and field_norm == 0.0:
+        course = coarse_heading.correct_course(m)
+        if course.clear:
+            m[at.REINITIALISED] = 1.0
+            return State(tilt.add_yaw(attitude, course.angle), field_norm, False, NO_CANDIDATE, True, 0, m)
     adapt_motion(params, m)
     health = TURN_MISSED if m[at.EXCESS] > 0.0 else 0
     fit = NO_FIELD
@@ -265,9 +277,13 @@ def update_aiding(params: ESKF, state: State, row: int, value: float, sigma: flo
     which was relative."""
     m = state.memory
     before = aiding.has_direction(m)
+    before_velocity = aiding.has_velocity(m)
     aiding.add_reading(params, m, row, value, sigma, age)
-    if state.field_norm == 0.0 and aiding.has_direction(m) and not before:
-        set_independent(m, at.HEADING, 1, at.UNKNOWN)
+    if state.field_norm == 0.0 and aiding.has_direction(m):
+        if not before:
+            set_independent(m, at.HEADING, 1, at.UNKNOWN)
+        if aiding.has_velocity(m) and not before_velocity and state_variance(m, at.HEADING) >= LARGE_HEADING:
+            set_independent(m, at.HEADING, 1, UNIFORM)
     return state
 
 

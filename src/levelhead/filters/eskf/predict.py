@@ -3,7 +3,7 @@
 from math import pi, sqrt
 
 from levelhead.compiler.mark import kernel, noinline
-from levelhead.filters.eskf import aiding
+from levelhead.filters.eskf import aiding, coarse_heading
 from levelhead.filters.eskf import state as at
 from levelhead.filters.eskf.adaptation import INNOVATION_TIME
 from levelhead.filters.eskf.covariance import (
@@ -90,7 +90,13 @@ def limit_heading_coupling(m: Floats) -> None:
     time = m[at.BLOCK_TIME]
     pretended = (state_variance(m, at.ATTITUDE) + state_variance(m, at.ATTITUDE + 1)) * GRAVITY * GRAVITY * time * time
     noise = 0.5 * heading * heading * force2
-    if heading > LARGE_HEADING * LARGE_HEADING and force2 < CLEAR_FORCE * CLEAR_FORCE * pretended:
+    if coarse_heading.is_open(m):
+        push2 = m[at.PUSH] * m[at.PUSH] + m[at.PUSH + 1] * m[at.PUSH + 1]
+        east, north = m[at.PUSH] + x, m[at.PUSH + 1] + y
+        m[at.F + at.HEADING] = 0.0
+        m[at.F + at.ROW + at.HEADING] = 0.0
+        noise = max(east * east + north * north - push2, 0.0)
+    elif heading > LARGE_HEADING * LARGE_HEADING and force2 < CLEAR_FORCE * CLEAR_FORCE * pretended:
         m[at.F + at.HEADING] = 0.0
         m[at.F + at.ROW + at.HEADING] = 0.0
         noise += heading * force2
