@@ -184,3 +184,28 @@ def dash_settings(folder: Path, m: Motion) -> Path:
     head += "Time," + names("Accel ") + "," + names("Gyro ") + ",GPS Speed\n"
     head += "s," + ",".join(["g"] * 3 + ["deg/s"] * 3) + ",km/h\n"
     return write(folder / "dash.csv", head, rows(m.t, m.g, m.deg, const(m, 31.0), form="%.4f"))
+
+
+@dialect
+def gestures_with_linear_acceleration(folder: Path, m: Motion) -> Path:
+    """A watch's gestures: a row for each sensor, empty cells for the others, linear acceleration before the total."""
+    head = "timestamp,sensor,gesture,sample,accel_x,accel_y,accel_z,gyro_x,gyro_y,gyro_z\n"
+    made = []
+    for k, linear, a, g in zip(ms(m), m.linear, m.acc, m.gyr, strict=True):
+        made.append(f"{k / 1000:.3f},linear_acceleration,punch,1,{triple(linear, '%.4f', ',')},,,\n")
+        made.append(f"{k / 1000 + 0.002:.3f},accelerometer,punch,1,{triple(a, '%.4f', ',')},,,\n")
+        made.append(f"{k / 1000 + 0.003:.3f},gyroscope,punch,1,,,,{triple(g, '%.4f', ',')}\n")
+    return write(folder / "punch.csv", head, *made)
+
+
+@dialect
+def gravity_called_g(folder: Path, m: Motion) -> Path:
+    """A motion processor's demonstration: "AccX: 0.1 … GX: 0.02 …", in which G is gravity's direction; no rates."""
+    smooth = m.acc - m.linear
+    ways = smooth / np.linalg.norm(smooth, axis=1)[:, None]
+    made = []
+    for a, g in zip(m.acc, ways, strict=True):
+        parts = [f"Acc{axis}: {v:.2f}" for axis, v in zip("XYZ", a, strict=True)]
+        parts += [f"G{axis}: {v:.2f}" for axis, v in zip("XYZ", g, strict=True)]
+        made.append("\t".join([*parts, "Yaw: 1.00"]) + "\n")
+    return write(folder / "dmp.txt", *made)

@@ -15,6 +15,7 @@ from levelhead.sources.clock import Candidate, Clock, CounterError, choose, join
 from levelhead.sources.columns import Roles, assign
 from levelhead.sources.conventions import points_down, whole_acceleration
 from levelhead.sources.field_check import field_turn, is_normalised
+from levelhead.sources.gravity_check import is_gravity
 from levelhead.sources.hints import MEANING, Hints, NeedsHints, Scale
 from levelhead.sources.names import RELATIVE, unit_in
 from levelhead.sources.rate_guess import guess_rate
@@ -46,6 +47,7 @@ def assemble(table: Table, hints: Hints) -> Recording:
 
 def _assemble(table: Table, hints: Hints) -> Recording:
     roles, columns = _read(table, hints)
+    _refuse_gravity(table, roles, columns)
     notes = [*table.notes, *roles.notes]
     columns = _one_unit(roles, columns, notes)
     clock = clock_of(table, roles, hints, columns, notes)
@@ -75,6 +77,15 @@ def _assemble(table: Table, hints: Hints) -> Recording:
     if mag is not None and evidence.found.get("mag") == RELATIVE:
         meta["mag_unit"] = RELATIVE
     return Recording(clock.t, gyr, acc, mag, truth, meta, temperature=warmth)
+
+
+def _refuse_gravity(table: Table, roles: Roles, columns: dict[int, Column]) -> None:
+    if is_gravity(stack(columns, roles.columns["gyr"]), stack(columns, roles.columns["acc"])):
+        names = ", ".join(table.names[i] for i in roles.columns["gyr"])
+        raise LevelheadError(
+            f"{table.source}: {names} keep one length while they turn and stay along the accelerometer: they are the "
+            "direction of gravity, not rates; expected a gyroscope, such as gyr_x, gyr_y, gyr_z, or the hint map gyr=…"
+        )
 
 
 def _one_unit(roles: Roles, columns: dict[int, Column], notes: list[str]) -> dict[int, Column]:

@@ -181,7 +181,7 @@ def _merge_tables(source: str, tables: Sequence[Table], hints: Hints) -> ArrayTa
     lost: list[str] = []
     with_gravity = [one for one in groups["acc"] if not _without_gravity(one)]
     if with_gravity and len(with_gravity) < len(groups["acc"]):
-        less = [one for one in groups["acc"] if one not in with_gravity]
+        less = [one for one in groups["acc"] if all(one is not kept for kept in with_gravity)]
         groups["acc"] = with_gravity
         lost.append(f"accelerometer: {', '.join(one.table.context for one in less)} has gravity removed; not taken")
     gyr_group, acc_group = best_pair([one.group for one in groups["gyr"]], [one.group for one in groups["acc"]])

@@ -1,0 +1,27 @@
+"""Whether three columns that are called rates are the direction of gravity: GX, GY, GZ beside AccX, AccY, AccZ."""
+
+import numpy as np
+
+from levelhead.recording import Array
+
+_ENOUGH = 30  # rows
+_ROWS = 20_000  # as many tell it
+_CONSTANT = 0.02  # relative spread of the length; rates of a body that turns vary by far more
+_ALONG = 0.95  # median cosine between the columns and the accelerometer
+_TURNED = np.cos(np.radians(15.0))  # the direction must move: at rest a bias has a constant direction too
+
+
+def is_gravity(gyr: Array, acc: Array) -> bool:
+    """Whether (n, 3) ``gyr`` keeps its length while it turns and stays along (n, 3) ``acc``; both in any unit."""
+    step = max(1, len(gyr) // _ROWS)
+    gyr, acc = gyr[::step], acc[::step]
+    rows = np.isfinite(gyr).all(axis=1) & np.isfinite(acc).all(axis=1)
+    gyr, acc = gyr[rows], acc[rows]
+    lengths, forces = np.linalg.norm(gyr, axis=1), np.linalg.norm(acc, axis=1)
+    if len(gyr) < _ENOUGH or not (lengths.min() > 0.0 and np.std(lengths) < _CONSTANT * np.mean(lengths)):
+        return False
+    ways = gyr / lengths[:, None]
+    mean = ways.mean(axis=0)
+    turned = bool(np.quantile(ways @ mean, 0.05) < _TURNED * np.linalg.norm(mean))
+    along = np.einsum("ij,ij->i", ways, acc) / np.where(forces > 0.0, forces, np.inf)
+    return turned and abs(float(np.median(along))) > _ALONG
