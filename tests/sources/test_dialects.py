@@ -117,6 +117,17 @@ def test_a_log_that_no_hint_makes_right_is_refused(name: str, motion: Motion, tm
             lh.read(path, **hints)
 
 
+@pytest.mark.parametrize("rate", [10, 20, 50])
+def test_the_rate_in_the_command_heeds_the_unit_in_the_header(rate: int, motion: Motion, tmp_path: Path) -> None:
+    """In rad/s 20 Hz would be 1146, which is a rate too."""
+    slower = motion.deg * rate / 100
+    body = "\n".join(",".join(f"{v:.3f}" for v in (*a, *g)) for a, g in zip(motion.acc, slower, strict=True))
+    path = tmp_path / "log.csv"
+    path.write_text("ax_mps2,ay_mps2,az_mps2,gx_dps,gy_dps,gz_dps\n" + body + "\n")
+    with pytest.raises(lh.LevelheadError, match=rf"--rate {rate}\b"):
+        lh.read(path)
+
+
 @pytest.mark.parametrize(
     "name", ["sensor_logger_android", "sensor_logger_without_total", "sensor_logger_zip_ios", "physics_toolbox"]
 )

@@ -12,9 +12,12 @@ ROUND_RATES = (10, 20, 25, 50, 100, 125, 200, 250, 400, 500, 1000)  # Hz
 USUAL_RATES = (10, 12.5, 20, 25, 50, 100, 104, 119, 125, 200, 208, 250, 400, 416, 500, 800, 1000)  # Hz
 
 
-def guess_rate(roles: Roles, columns: Mapping[int, Column]) -> tuple[float, str]:
-    """(a usual rate in Hz, words) at which gravity would turn as a gyroscope in deg/s or rad/s says; 100 if unknown."""
-    found = rate_of_turn(roles, columns)
+def guess_rate(roles: Roles, columns: Mapping[int, Column], factor: float | None = None) -> tuple[float, str]:
+    """(a usual rate in Hz, words) at which gravity would turn as the gyroscope says; 100 if unknown.
+
+    ``factor``: rad/s for 1 of the gyroscope's numbers; None: deg/s or rad/s, whichever fits.
+    """
+    found = rate_of_turn(roles, columns, factor)
     if found is None:
         if {"gyr", "acc"} <= set(roles.columns):
             return 100.0, "; nothing in the log tells it, and 100 stands for it here"
@@ -25,15 +28,15 @@ def guess_rate(roles: Roles, columns: Mapping[int, Column]) -> tuple[float, str]
     return rate, f"; gravity turns as the gyroscope says at about {found:.0f} Hz"
 
 
-def rate_of_turn(roles: Roles, columns: Mapping[int, Column]) -> float | None:
-    """The rate in Hz at which gravity turns as a gyroscope in deg/s or rad/s says; None if nothing turns clearly."""
+def rate_of_turn(roles: Roles, columns: Mapping[int, Column], factor: float | None = None) -> float | None:
+    """The rate in Hz at which gravity turns as the gyroscope says; None if nothing turns clearly."""
     if not {"gyr", "acc"} <= set(roles.columns):
         return None
     gyr, acc = (stack(columns, roles.columns[role]) for role in ("gyr", "acc"))
     best: tuple[float, float] | None = None
-    for factor in (1.0, np.pi / 180.0):
+    for one in (1.0, np.pi / 180.0) if factor is None else (factor,):
         for near in (10.0, 100.0):  # spans of half a second are as long as the rate makes them
-            turn = turn_of_gravity(np.arange(len(gyr)) / near, gyr * factor, acc)
+            turn = turn_of_gravity(np.arange(len(gyr)) / near, gyr * one, acc)
             if turn is not None and turn.clear:
                 rate = near * 1.0 / turn.scale if turn.scale > 0 else 0.0
                 if 8.0 < rate < 1200.0 and (best is None or turn.correlation > best[1]):
