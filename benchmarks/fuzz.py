@@ -18,12 +18,13 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
 
 import levelhead as lh
+from levelhead.publish.progress import progress
 from levelhead.recording import Recording
 from levelhead.sources import npz
 from levelhead.sources.csv_writer import write_csv
@@ -193,15 +194,16 @@ def outcome(target: Path, kind: str, original: Recording | str) -> str:
     return "WRONG UNIT" if kind in HARMLESS and silently_wrong(found, original) else "read"
 
 
-def run(seed: int, numbers: Iterable[int], keep: Path | None = None) -> Counter[str]:
+def run(seed: int, numbers: Sequence[int], keep: Path | None = None) -> Counter[str]:
     """Outcomes by name; what must not be is printed with the command that does it again."""
     outcomes: Counter[str] = Counter()
     signal.signal(signal.SIGALRM, _hang)
-    with tempfile.TemporaryDirectory() as name:
+    with tempfile.TemporaryDirectory() as name, progress("reading") as report:
         folder = Path(name)
         originals = seeds(folder)
         read: dict[Path, Recording | str] = {}
-        for number in numbers:
+        for done, number in enumerate(numbers):
+            report(done / len(numbers))
             path, kind, mutated = mutate(originals, seed, number)
             target = (keep or folder) / f"mutated{path.suffix}"
             target.write_bytes(mutated)

@@ -128,6 +128,20 @@ def test_the_rate_in_the_command_heeds_the_unit_in_the_header(rate: int, motion:
         lh.read(path)
 
 
+@pytest.mark.parametrize("rate", [10, 50])
+def test_the_rate_in_the_command_is_that_of_raw_counts_where_they_are_usual(
+    rate: int, motion: Motion, tmp_path: Path
+) -> None:
+    """Counts of an MPU-6050 as it comes; a gyroscope's 131 per deg/s were a rate far beyond any sensor's before."""
+    counts = np.rint(np.hstack([motion.acc / 9.80665 * 16384, motion.deg * rate / 100 * 131])).astype(int)
+    path = tmp_path / "log.csv"
+    path.write_text("ax,ay,az,gx,gy,gz\n" + "\n".join(",".join(map(str, row)) for row in counts) + "\n")
+    with pytest.raises(lh.LevelheadError, match=rf"if these are raw counts, 131 per deg/s; try: .* --rate {rate}\b"):
+        lh.read(path)
+    with pytest.raises(lh.LevelheadError, match=rf"--rate {rate}\b"):
+        lh.read(path, lsb={"gyr": "131/deg/s", "acc": "16384/g"})
+
+
 @pytest.mark.parametrize(
     "name", ["sensor_logger_android", "sensor_logger_without_total", "sensor_logger_zip_ios", "physics_toolbox"]
 )

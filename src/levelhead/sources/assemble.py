@@ -209,7 +209,7 @@ def clock_of(table: Table, roles: Roles, hints: Hints, columns: dict[int, Column
     rate = hints.rate or table.rate
     if rate is None:
         scale = find_scale("gyr", table, roles, hints, [])
-        guess, said = guess_rate(roles, columns, None if scale is None else scale.factor)
+        guess, said = guess_rate(roles, columns, None if scale is None else scale.factor / scale.divisor)
         raise NeedsHints(
             f"{table.source} has no column with time stamps; expected such as 't' or 'time_ms', or the hint map t=…, "
             f"or the hint rate=… in Hz{said}",

@@ -5,11 +5,16 @@ from collections.abc import Mapping
 import numpy as np
 
 from levelhead.sources.columns import Roles
+from levelhead.sources.raw_counts import PER_DEGREE, mpu6050_scales
 from levelhead.sources.table import Column, stack
 from levelhead.sources.unit_inference import turn_of_gravity
 
 ROUND_RATES = (10, 20, 25, 50, 100, 125, 200, 250, 400, 500, 1000)  # Hz
 USUAL_RATES = (10, 12.5, 20, 25, 50, 100, 104, 119, 125, 200, 208, 250, 400, 416, 500, 800, 1000)  # Hz
+USUAL_COUNTS = (
+    PER_DEGREE,
+    16.4,
+)  # per deg/s, of an MPU-6050 as it comes, and with its motion firmware (DMP), ±2000 deg/s
 
 
 def guess_rate(roles: Roles, columns: Mapping[int, Column], factor: float | None = None) -> tuple[float, str]:
@@ -17,15 +22,37 @@ def guess_rate(roles: Roles, columns: Mapping[int, Column], factor: float | None
 
     ``factor``: rad/s for 1 of the gyroscope's numbers; None: deg/s or rad/s, whichever fits.
     """
+    if factor is None and _are_counts(roles, columns):
+        for counts in USUAL_COUNTS:
+            found = rate_of_turn(roles, columns, np.pi / 180.0 / counts)
+            if found is not None and _round_rates(found):
+                return _nearest(found), f"{_turns(found)}, if these are raw counts, {counts:g} per deg/s"
     found = rate_of_turn(roles, columns, factor)
     if found is None:
         if {"gyr", "acc"} <= set(roles.columns):
             return 100.0, "; nothing in the log tells it, and 100 stands for it here"
         return 100.0, ""
-    plain = [float(one) for one in ROUND_RATES if abs(np.log(one / found)) < 0.1]  # gravity's turn is no better
-    usual = min(plain or USUAL_RATES, key=lambda one: abs(np.log(one / found)))
-    rate = float(usual) if abs(np.log(usual / found)) < 0.15 else float(round(found))
-    return rate, f"; gravity turns as the gyroscope says at about {found:.0f} Hz"
+    return _nearest(found), _turns(found)
+
+
+def _turns(rate: float) -> str:
+    return f"; gravity turns as the gyroscope says at about {rate:.0f} Hz"
+
+
+def _round_rates(found: float) -> list[float]:
+    return [float(one) for one in ROUND_RATES if abs(np.log(one / found)) < 0.1]  # gravity's turn is no better
+
+
+def _nearest(found: float) -> float:
+    usual = min(_round_rates(found) or USUAL_RATES, key=lambda one: abs(np.log(one / found)))
+    return float(usual) if abs(np.log(usual / found)) < 0.15 else float(round(found))
+
+
+def _are_counts(roles: Roles, columns: Mapping[int, Column]) -> bool:
+    """Whether the numbers are raw counts of an MPU-6050 whose accelerometer is as it comes."""
+    if not {"gyr", "acc"} <= set(roles.columns):
+        return False
+    return mpu6050_scales(stack(columns, roles.columns["gyr"]), stack(columns, roles.columns["acc"])) is not None
 
 
 def rate_of_turn(roles: Roles, columns: Mapping[int, Column], factor: float | None = None) -> float | None:
