@@ -1,5 +1,7 @@
 import pickle
+import struct
 import sys
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -8,9 +10,11 @@ import pytest
 from levelhead.errors import LevelheadError
 from levelhead.recording import Recording, Truth
 from levelhead.sources import npz, read
+from levelhead.sources.matlab_tags import check_tags
 
 h5py = pytest.importorskip("h5py")
 scipy_io = pytest.importorskip("scipy.io")
+sparse = pytest.importorskip("scipy.sparse")
 
 
 def refused(path: Path, **hints: object) -> str:
@@ -181,3 +185,34 @@ def test_parquet(tmp_path: Path, hand: Recording) -> None:
     assert recording.meta["units"]["gyr"] == "deg/s" and recording.meta["t0"] == 1.7e9
     path.write_bytes(path.read_bytes()[:500])
     assert "not a Parquet file or it is damaged" in refused(path)
+
+
+@pytest.mark.parametrize("compressed", [False, True])
+@pytest.mark.parametrize("kind", [0, 8, 14, 19, 77])
+def test_a_damaged_type_in_a_matlab_file_is_a_sentence(tmp_path: Path, kind: int, compressed: bool) -> None:
+    """SciPy takes it for an index, and the process would end without a word (scipy 1.17)."""
+    path = tmp_path / "log.mat"
+    scipy_io.savemat(path, {"gyr": np.ones((400, 3)), "acc": np.ones((400, 3))})
+    raw = bytearray(path.read_bytes())
+    tag = struct.pack("<II", 9, 9600)  # doubles
+    assert raw.count(tag) == 2
+    raw[(at := raw.index(tag)) : at + 4] = struct.pack("<I", kind)
+    if compressed:
+        body = zlib.compress(raw[128:])
+        raw[128:] = struct.pack("<II", 15, len(body)) + body
+    path.write_bytes(raw)
+    assert f"log.mat is not a MATLAB file, or it is truncated or damaged (data of type {kind})" in refused(path)
+
+
+def test_every_class_of_matlab_passes_the_check_of_its_tags(tmp_path: Path) -> None:
+    path = tmp_path / "log.mat"
+    cells = np.array([np.arange(3), "words", {"deep": np.ones((2, 2))}], dtype=object)
+    flags = {
+        "a": cells,
+        "b": {"x": [1.5, 2], "y": "ü"},
+        "c": sparse.csc_matrix(np.eye(3)),
+        "d": np.array([True, False]),
+    }
+    for compressed in (False, True):
+        scipy_io.savemat(path, {**flags, "e": np.ones(3) * 1j, "f": np.int8([1, 2])}, do_compression=compressed)
+        check_tags(path.read_bytes())

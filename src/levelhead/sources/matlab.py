@@ -11,6 +11,7 @@ from levelhead.open_types import Fields
 from levelhead.sources.arrays import by_length, tabulate
 from levelhead.sources.hdf5 import hdf5
 from levelhead.sources.hints import Hints
+from levelhead.sources.matlab_tags import check_tags
 from levelhead.sources.names import understand
 from levelhead.sources.table import ArrayTable
 
@@ -28,6 +29,7 @@ def matlab(path: str | os.PathLike[str], shown: str | None = None) -> ArrayTable
 
     source = shown or os.fspath(path)
     try:
+        check_tags(Path(path).read_bytes())
         variables = scipy.io.loadmat(path)
     except MemoryError:
         raise
