@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import levelhead as lh
-from levelhead.filters.parameters import Param
+from levelhead.filters.parameters import Param, param_table
 
 pytest.importorskip("viser", reason="viser is not installed (extra levelhead[view])")
 from levelhead.live import Health, Node, open_source
@@ -110,11 +110,13 @@ def test_a_recording_is_shown_played_and_fused_again_by_a_slider(look):
         text_with(page, r"t [1-9]\d*\.\d\d s of")
         page.get_by_role("button", name="Pause").click()
         before = view.track.quat.copy()
+        scale = SliderScale(param_table(lh.Madgwick)["beta"], view.params.beta)
+        moved = scale.value(scale.notch(view.params.beta) + 5)
         handle = slider(page, "beta")
         handle.focus()
         for _ in range(5):
             page.keyboard.press("ArrowRight")
-        eventually(lambda: view.params.beta > lh.Madgwick().beta)
+        eventually(lambda: view.params.beta == moved)  # by all keys: a late one would write over what is typed below
         eventually(lambda: not np.array_equal(view.track.quat, before))
         value = box(page, "beta [")
         eventually(lambda: float(value.input_value()) == pytest.approx(view.params.beta))  # the value in its unit
