@@ -11,10 +11,8 @@ from levelhead.sources.unit_inference import turn_of_gravity
 
 ROUND_RATES = (10, 20, 25, 50, 100, 125, 200, 250, 400, 500, 1000)  # Hz
 USUAL_RATES = (10, 12.5, 20, 25, 50, 100, 104, 119, 125, 200, 208, 250, 400, 416, 500, 800, 1000)  # Hz
-USUAL_COUNTS = (
-    PER_DEGREE,
-    16.4,
-)  # per deg/s, of an MPU-6050 as it comes, and with its motion firmware (DMP), ±2000 deg/s
+# Counts per deg/s of an MPU-6050 as it comes, and with its motion firmware (DMP), ±2000 deg/s.
+USUAL_COUNTS = (PER_DEGREE, 16.4)
 
 
 def guess_rate(roles: Roles, columns: Mapping[int, Column], factor: float | None = None) -> tuple[float, str]:

@@ -165,7 +165,7 @@ class Tuning:
         lines = []
         if self.worth:
             lines.append(
-                f"take {name} with {changed}: {self._measure} {before:.2f}° → {after:.2f}° RMS, "
+                f"take {name} with {changed}: {self.measure} {before:.2f}° → {after:.2f}° RMS, "
                 f"{_percent(self.gain)} less; {self._elsewhere(f'{_percent(self.held_out_gain)} less')}"
             )
         else:
@@ -188,14 +188,14 @@ class Tuning:
         return f"on {'logs' if len(self.references) > 1 else 'thirds of the log'} left out of the search {words}"
 
     @property
-    def _measure(self) -> str:
+    def measure(self) -> str:
         """What is minimised, in words."""
         return f"{self.metric} {'innovation' if self.kinds == ['likelihood'] else 'error'}"
 
     def _keep(self, name: str, before: float, after: float, changed: str) -> str:
         start = "the defaults" if self.space.params == type(self.space.params)() else "the parameters given"
         if not changed:
-            return f"keep {start} of {name}: no others have a smaller {self._measure} than {before:.2f}° RMS"
+            return f"keep {start} of {name}: no others have a smaller {self.measure} than {before:.2f}° RMS"
         words = f"keep {start} of {name}: you gain {_percent(self.gain)} ({before:.2f}° → {after:.2f}°"
         if self.held_out_gain < 0.0:
             return f"{words}), and {self._elsewhere(f'you lose {_percent(-self.held_out_gain)}')}"

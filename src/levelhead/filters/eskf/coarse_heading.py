@@ -19,7 +19,7 @@ from math import sqrt
 from typing import NamedTuple
 
 from levelhead.compiler.mark import kernel, noinline
-from levelhead.filters.contract import HEIGHT, VELOCITY
+from levelhead.filters.contract import VELOCITY
 from levelhead.filters.eskf import state as at
 from levelhead.filters.eskf.covariance import set_independent, state_variance
 from levelhead.kernels.arrays import Floats
@@ -33,7 +33,7 @@ MOST_GAIN = 2.0  # and at most
 CLEAR = 0.35  # rad, 1σ of ψ that is good enough for corrections of first order
 CORRELATED = 1.25  # by which σ is larger than (31) says: what tilt errors add is not white
 FAR = 5.0  # σ that a heading has to be off before one that seemed known is replaced
-OPEN = 1.0  # rad²: a heading with a larger variance is not corrected to first order
+LARGE_HEADING = 1.0  # rad²: a larger variance of heading cannot be corrected to first order
 
 
 class HeadingFit(NamedTuple):
@@ -50,12 +50,12 @@ NOT_CLEAR = HeadingFit(0.0, 0.0, False)
 @kernel
 def is_open(m: Floats) -> bool:
     """Whether heading waits for the regression."""
-    return m[at.FIX_KNOWN] != 0.0 and state_variance(m, at.HEADING) > OPEN
+    return m[at.FIX_KNOWN] != 0.0 and state_variance(m, at.HEADING) > LARGE_HEADING
 
 
 @kernel
 def forget_fixes(m: Floats) -> None:
-    """Regression begins anew: after a gap, or where attitude was set."""
+    """Regression begins anew: after a gap, or where tilt was set."""
     for i in range(at.PUSH, at.PUSH + at.PUSH_SIZE):
         m[i] = 0.0
 
@@ -63,7 +63,7 @@ def forget_fixes(m: Floats) -> None:
 @kernel
 def note_fix(m: Floats, row: int, value: float, sigma: float) -> None:
     """Keeps a horizontal velocity (m/s) with its 1σ until the block ends, even where it is rejected as far off."""
-    if VELOCITY <= row < HEIGHT - 1:
+    if row == VELOCITY or row == VELOCITY + 1:
         axis = row - VELOCITY
         m[at.FIX + axis] = value
         m[at.FIX_VARIANCE + axis] = sigma * sigma
@@ -128,9 +128,8 @@ def regress(m: Floats) -> HeadingFit:
     real = m[at.FIX_SUMS + 7] - (east * x + north * y) / n
     imaginary = m[at.FIX_SUMS + 8] - (east * y - north * x) / n
     common2 = real * real + imaginary * imaginary
-    if common2 < LEAST_GAIN * LEAST_GAIN * push2 * push2 or common2 > MOST_GAIN * MOST_GAIN * push2 * push2:
-        return NOT_CLEAR
-    if not push2 > 0.0:
+    gain2 = common2 / (push2 * push2) if push2 > 0.0 else 0.0
+    if gain2 < LEAST_GAIN * LEAST_GAIN or gain2 > MOST_GAIN * MOST_GAIN:
         return NOT_CLEAR
     scatter2 = max((change2 - common2 / push2) / (2.0 * n - 4.0), m[at.FIX_NOISE])
     sigma = CORRELATED * sqrt(scatter2 * push2 / common2)
@@ -143,7 +142,7 @@ def correct_course(m: Floats) -> HeadingFit:
     found = regress(m) if add_block(m) else NOT_CLEAR
     variance = state_variance(m, at.HEADING)
     far = found.angle * found.angle > FAR * FAR * (variance + found.sigma * found.sigma)
-    if not (found.clear and (variance > OPEN or far)):
+    if not (found.clear and (variance > LARGE_HEADING or far)):
         return NOT_CLEAR
     take_course(m, found.sigma)
     return found

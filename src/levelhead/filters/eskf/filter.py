@@ -20,6 +20,7 @@ from levelhead.filters.eskf.adaptation import (
     widen_prior,
 )
 from levelhead.filters.eskf.calibration import Estimate, estimates, set_prior
+from levelhead.filters.eskf.coarse_heading import LARGE_HEADING
 from levelhead.filters.eskf.covariance import (
     add_variance,
     set_independent,
@@ -59,7 +60,6 @@ from levelhead.kernels.vec3 import Vec3, norm, scale, sub
 from levelhead.units import GRAVITY
 
 LARGE_TILT = 0.25  # rad²: a larger variance of tilt cannot be corrected to first order
-LARGE_HEADING = 1.0  # rad²: nor can a larger one of heading
 GAP_SAMPLE = 1e-3  # s that the sample after a gap lasts
 STEADY_TIME = 1.0  # s for which a candidate field has to be steady
 YOUNG_FIELD = 3.0  # s for which it has to be so beside a field that has hardly fitted

@@ -45,7 +45,7 @@ def tuning_picture(found: Tuning, path: str | Path) -> None:
         axes.set_ylim(0.0, min(top, 4.0 * least))
         unit = f" [{curve.param.unit}]" if curve.param.unit else ""
         change = f"{before:g} (dashed) → {after:g}" if after != before else f"{before:g} as before"
-        style.format_axes(axes, f"{curve.name}: {change}", f"{found.metric} error [° RMS]", f"{curve.name}{unit}")
+        style.format_axes(axes, f"{curve.name}: {change}", f"{found.measure} [° RMS]", f"{curve.name}{unit}")
     if found.folds:
         _draw_folds(grid[len(found.curves)], found)
     for axes in grid[count:]:
@@ -61,6 +61,6 @@ def _draw_folds(axes: "Axes", found: Tuning) -> None:
     axes.set_xticks(at, [str(k + 1) for k in at])
     parts = "log" if len(found.references) > 1 else "third"
     name = filters.of(found.best).name
-    style.format_axes(axes, f"{name}: each {parts} left out once", f"{found.metric} error [° RMS]", f"{parts} left out")
+    style.format_axes(axes, f"{name}: each {parts} left out once", f"{found.measure} [° RMS]", f"{parts} left out")
     axes.set_ylim(0.0, 1.3 * max(max(one.before, one.after) for one in found.folds))
     axes.legend(loc="upper right", frameon=False, fontsize=8.5)
