@@ -1,9 +1,10 @@
 """Logs larger than memory: peak memory and processor time of ``levelhead fuse`` of Parquet in chunks, by its length.
 
     python benchmarks/chunks.py --rows 2000000 20000000 50000000
+    python benchmarks/chunks.py --rows 1000000000 --output-rate 10 --folder /large/disk
 
-Each length runs in a process of its own, with a track as Parquet. Memory must not grow with the length. The disk needs
-52 bytes a row for the log, 96 for what is done and 66 for the track: for 1000000000 rows 214 GB.
+Each length runs in a process of its own, from a log of 100 Hz to a track as Parquet. Memory must not grow with the
+length. The disk needs 8 bytes a row for the log, and for each row of the track 96 for what is done and 66 for the file.
 """
 
 import io
@@ -20,38 +21,49 @@ from measure import once, options, show
 
 BLOCK = 500_000  # rows written at a time
 MB = 1e6
+GYR_LSB, ACC_LSB = 131, 16384  # counts for 1 °/s and for 1 g
 
 
 def write_log(path: Path, rows: int) -> None:
-    """A Parquet file of that many rows: one block of motion, again and again on a running clock."""
+    """A Parquet file of that many rows, as a logger keeps them: stamps in µs and counts of 16 bits.
+
+    One block of motion, forth and back again and again, so that nothing jumps between two of them.
+    """
     import numpy as np
     import pyarrow as pa
     import pyarrow.parquet as pq
 
     from levelhead.bench.inputs import DT, imu_arrays
+    from levelhead.units import GRAVITY
 
     n = min(rows, BLOCK)
     _, gyr, acc = imu_arrays(n)
-    names = ["t [s]", *(f"gyr_{a} [rad/s]" for a in "xyz"), *(f"acc_{a} [m/s^2]" for a in "xyz")]
-    schema = pa.schema([(name, pa.float64()) for name in names])
-    with pq.ParquetWriter(path, schema, use_dictionary=False) as writer:
-        for start in range(0, rows, n):
+    counts = np.rint(np.hstack([np.degrees(gyr) * GYR_LSB, acc / GRAVITY * ACC_LSB])).astype(np.int16)
+    back = counts[::-1] * np.array([-1, -1, -1, 1, 1, 1], np.int16)  # time reversed: rates change their sign
+    names = [f"{sensor}_{axis}" for sensor in ("gyr", "acc") for axis in "xyz"]
+    schema = pa.schema([("t [us]", pa.int64()), *((name, pa.int16()) for name in names)])
+    encoding = dict.fromkeys(schema.names, "DELTA_BINARY_PACKED")
+    with pq.ParquetWriter(path, schema, use_dictionary=False, column_encoding=encoding) as writer:
+        for k, start in enumerate(range(0, rows, n)):
             size = min(n, rows - start)
-            t = (start + np.arange(size)) * DT
-            columns = [pa.array(np.ascontiguousarray(v[:size])) for v in (t, *gyr.T, *acc.T)]
-            writer.write_table(pa.table(columns, schema=schema))
+            stamps = pa.array((start + np.arange(size)) * round(1e6 * DT))
+            columns = [pa.array(np.ascontiguousarray(v[:size])) for v in (back if k % 2 else counts).T]
+            writer.write_table(pa.table([stamps, *columns], schema=schema))
 
 
-def work(log: Path, out: Path) -> None:
+def work(log: Path, out: Path, output_rate: float | None) -> None:
     """One run; prints its figures."""
     from large import peak
     from levelhead.cli import main as levelhead
     from levelhead.sources import chunked
 
     chunked.LONG_ROWS = 0
+    words = ["fuse", str(log), "-o", str(out), "--format", "parquet", "--no-plot"]
+    words += ["--lsb", f"gyr={GYR_LSB}/deg/s", "--lsb", f"acc={ACC_LSB}/g"]
+    words += [] if output_rate is None else ["--output-rate", str(output_rate)]
     began = time.process_time()
     with redirect_stdout(io.StringIO()) as said:
-        code = levelhead(["fuse", str(log), "-o", str(out), "--format", "parquet", "--no-plot"])
+        code = levelhead(words)
     assert code == 0 and "in chunks" in said.getvalue()
     print(json.dumps({"seconds": time.process_time() - began, "peak": peak() / MB}))
 
@@ -60,17 +72,20 @@ def main() -> None:
     """Run all of it."""
     parser = options(__doc__, repeats=1)
     parser.add_argument("--rows", type=int, nargs="+", default=[2_000_000, 20_000_000], help="lengths")
+    parser.add_argument("--output-rate", type=float, help="rows a second in the track (default: those of the log)")
+    parser.add_argument("--folder", type=Path, help="where the files go for the time being (default: temporary)")
     parser.add_argument("--work", nargs=2, type=Path, help="(one run of this script itself)")
     given = parser.parse_args()
     if given.work:
-        work(*given.work)
+        work(*given.work, given.output_rate)
         return
     lines = []
-    with tempfile.TemporaryDirectory() as name:
+    with tempfile.TemporaryDirectory(dir=given.folder) as name:
         for rows in given.rows:
             log, out = Path(name, "log.parquet"), Path(name, "out")
             write_log(log, rows)
-            _, done = once([sys.executable, __file__, "--work", str(log), str(out)])
+            asked = [] if given.output_rate is None else ["--output-rate", str(given.output_rate)]
+            _, done = once([sys.executable, __file__, "--work", str(log), str(out), *asked])
             said = json.loads(done.stdout)
             track = sum(path.stat().st_size for path in out.iterdir()) / MB
             shutil.rmtree(out)

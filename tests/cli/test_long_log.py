@@ -87,3 +87,42 @@ def test_a_failure_on_the_way_leaves_nothing(levelhead, log, tmp_path, monkeypat
     said = levelhead("fuse", log, "-o", tmp_path / "out", "--no-plot")
     assert said.code == 2 and said.err.count("\n") == 1 and "time does not increase at row 1200" in said.err
     assert list((tmp_path / "out").iterdir()) == []
+
+
+@pytest.mark.parametrize("verb", ["fuse", "smooth"])
+@pytest.mark.parametrize("length", ["long", "short"])
+def test_output_rate_leaves_rows_out_and_changes_none(levelhead, log, tmp_path, monkeypatch, verb, length):
+    if length == "short":
+        monkeypatch.setattr(chunked, "LONG_ROWS", 10_000)
+    words = (verb, log, "--format", "parquet", "--no-plot", "--json")
+    whole = levelhead(*words, "-o", tmp_path / "whole").json
+    said = levelhead(*words, "-o", tmp_path / "some", "--output-rate", "12").json  # not a divisor of 100 Hz
+    assert said["rows"] == 180 and whole["rows"] == N
+    for key in ("samples", "duration_s", "end", "bias_rad_s", "calibration", "at_rest", "health"):
+        assert said[key] == whole[key], key
+    every, some = (columns(tmp_path / name / "log-track.parquet") for name in ("whole", "some"))
+    t = np.round(every["t [s]"], 6)
+    wanted = [int(np.flatnonzero(t >= k / 12 - 1e-9)[0]) for k in range(180)]  # the first sample of each twelfth
+    assert wanted[:4] == [0, 9, 17, 25]
+    for name, values in every.items():
+        assert np.array_equal(values[wanted], some[name]), name
+
+
+@pytest.mark.parametrize(("rate", "rows"), [(0.01, 1), (0.5, 8), (100, N), (1e6, N)])
+def test_output_rates_far_from_the_logs(levelhead, log, tmp_path, rate, rows):
+    said = levelhead("fuse", log, "--format", "parquet", "-o", tmp_path / "out", "--output-rate", rate)
+    assert said.code == 0 and f"rows       {rows:,} written" in said.out
+    assert len(columns(tmp_path / "out" / "log-track.parquet")["health"]) == rows
+
+
+@pytest.mark.parametrize("rate", ["0", "-1", "nan", "inf"])
+def test_output_rate_that_is_none(refused, log, tmp_path, rate):
+    assert "must be a number of rows a second above 0" in refused("fuse", log, "-o", tmp_path, "--output-rate", rate)
+
+
+def test_the_end_is_relative_to_true_north(levelhead, log, tmp_path, monkeypatch):
+    words = ("fuse", log, "--format", "parquet", "--map", "mag=mag", "--declination", "3", "--json", "--no-plot")
+    long = levelhead(*words, "-o", tmp_path / "long").json
+    monkeypatch.setattr(chunked, "LONG_ROWS", 10_000)
+    whole = levelhead(*words, "-o", tmp_path / "whole").json
+    assert long["end"]["quat_wxyz"] == whole["end"]["quat_wxyz"]

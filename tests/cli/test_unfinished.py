@@ -93,6 +93,16 @@ def test_what_is_done_is_not_done_again(levelhead, log, tmp_path, monkeypatch, e
     assert said.code == 0 and "goes on after 800 samples" in said.err and seen == [400, N - 1200]
 
 
+@pytest.mark.parametrize("place", [(ChunkRun, "track", 2), (writers, "_arrow", 0)])
+def test_at_a_lower_output_rate_too(levelhead, log, tmp_path, ended, often, place):  # noqa: F811
+    words = ("fuse", log, "--format", "parquet", "--json", "--output-rate", "12", "-o")
+    one = levelhead(*words, tmp_path / "one").json
+    ended(place, *words, tmp_path / "two")
+    two = levelhead(*words, tmp_path / "two").json
+    assert {**one, "written": ""} == {**two, "written": ""}
+    assert (tmp_path / "one/log-track.parquet").read_bytes() == (tmp_path / "two/log-track.parquet").read_bytes()
+
+
 def test_other_options_are_refused_and_the_work_stays(levelhead, refused, log, tmp_path, ended, often):  # noqa: F811
     words = ("fuse", log, "--format", "parquet", "-o", tmp_path / "out")
     ended((ChunkRun, "track", 2), *words)
@@ -101,6 +111,7 @@ def test_other_options_are_refused_and_the_work_stays(levelhead, refused, log, t
         (("--set", "acc_noise=0.04"), "an unfinished run with acc_noise 0.03, not 0.04;"),
         (("--guard", "off"), "an unfinished run with guard on, not off;"),
         (("--map", "mag=mag"), "an unfinished run with map nothing, not "),
+        (("--output-rate", "10"), "an unfinished run with output rate nothing, not 10.0;"),
     ):
         said = refused(*words, *more)
         assert sentence in said and "finish it with the same options, or remove that folder" in said

@@ -100,6 +100,7 @@ class Wish:
     save_calibration: Path | None
     reading: Reading
     quiet: bool
+    output_rate: float | None  # Hz
 
 
 class FusionResult(NamedTuple):
@@ -110,6 +111,7 @@ class FusionResult(NamedTuple):
     score: "Score | None"
     guard: Guard | None
     written: list[Path]
+    rows: int  # of the track in its file
 
 
 def fuse(
@@ -120,6 +122,7 @@ def fuse(
     declination: Annotated[float | None, Parameter(metavar="DEG")] = None,
     out: Annotated[Path, Parameter(name=["--out", "-o"], metavar="DIR")] = Path(),
     format: Literal["csv", "parquet"] = "csv",
+    output_rate: Annotated[float | None, Parameter(metavar="HZ")] = None,
     plot: bool = True,
     offline: Annotated[bool, Parameter(negative="")] = False,
     prior: Annotated[Path | None, Parameter(metavar="FILE")] = None,
@@ -141,6 +144,8 @@ def fuse(
             then relative to true north.
         out: folder for the results LOG-track.csv and LOG-track.png.
         format: of the track; above a million rows parquet is written and read in a tenth of the time.
+        output_rate: rows a second that are written, at most: of each period of 1/HZ s the first sample, as it is in the
+            whole track. The filter takes every sample all the same; summary and picture show all.
         plot: draw the picture (needs the extra levelhead[plot]), and for a filter that learns its sensor how it did,
             LOG-calibration.png.
         offline: smooth: every instant uses the whole recording (filter ESKF).
@@ -158,6 +163,10 @@ def fuse(
         from levelhead.track import declination_angle
 
         declination_angle(declination)
+    if output_rate is not None:
+        from levelhead.publish.output_rate import OutputRate
+
+        OutputRate(output_rate)
     if save_calibration is not None:
         require_self_calibration(params, "--save-calibration")
         if len(chosen) > 1:
@@ -167,7 +176,7 @@ def fuse(
         require("pyarrow", "writing Parquet", "formats")
     wish = Wish(
         params, filter is not None or bool(set) or not (noise is None and tuned is None), before, guard, declination,
-        format, plot, offline, read_prior(prior, params), save_calibration, reading, json,
+        format, plot, offline, read_prior(prior, params), save_calibration, reading, json, output_rate,
     )  # fmt: skip
     if len(chosen) > 1:
         fuse_several(chosen, out, wish, verbose)
@@ -191,16 +200,18 @@ def fuse(
     print_line(summary(done.recording, done.track, done.score, done.guard, verbose=verbose, notes=notes))
     for line in short_form(done.recording):
         print_line(f"doctor: {line}")
+    if output_rate is not None:
+        print_line(f"rows          {done.rows:,} written, at {output_rate:g} Hz")
     print_written(done.written, plot)
-    if format == "csv" and len(done.track) > MANY:
-        print_line(f"{len(done.track):,} rows are large for CSV: --format parquet writes and reads them much faster")
+    if format == "csv" and done.rows > MANY:
+        print_line(f"{done.rows:,} rows are large for CSV: --format parquet writes and reads them much faster")
 
 
 def _facts(done: FusionResult) -> Fields:
     from levelhead.publish.summary import facts
 
     said = facts(done.recording, done.track, done.score, done.guard)
-    return said | {"written": [str(path) for path in done.written]}
+    return said | {"rows": done.rows, "written": [str(path) for path in done.written]}
 
 
 def fuse_several(logs: Sequence[Path], out: Path, wish: Wish, verbose: bool) -> None:
@@ -274,14 +285,26 @@ def _fuse_one(log: Path, out: Path, name: str, wish: Wish) -> FusionResult:
         track = track.to_true_north(wish.declination)
     target = folder(out) / f"{name}-track.{wish.format}"
     with progress(f"writing {target.name}") as report:
-        write_track(track, target, report)
+        shown = _at_output_rate(track, wish)
+        write_track(shown, target, report)
     written = [target]
     if wish.plot and can_draw():
         written += _pictures(recording, track, params, guard, wish.known, out / name)
     if wish.save_calibration is not None and track.calibration is not None:
         track.calibration.save(wish.save_calibration)
         written.append(wish.save_calibration)
-    return FusionResult(recording, track, score, guard, written)
+    return FusionResult(recording, track, score, guard, written, len(shown))
+
+
+def _at_output_rate(track: "Track", wish: Wish) -> "Track":
+    """The rows of a track that are written."""
+    if wish.output_rate is None:
+        return track
+    from levelhead.publish.output_rate import OutputRate
+
+    reduced = OutputRate(wish.output_rate).reduce(track)
+    assert reduced is not None  # it has its first row
+    return reduced
 
 
 def node_filter(live: ReadOnlyFields, guard: Guard | None, words: Sequence[str]) -> tuple[Params, Guard | None]:

@@ -18,6 +18,7 @@ from levelhead.filters import health
 from levelhead.open_types import Fields
 
 if TYPE_CHECKING:
+    from levelhead.calibration import Calibration
     from levelhead.cli.fuse import Wish
     from levelhead.cli.unfinished import Unfinished
     from levelhead.publish.progress import ProgressReport
@@ -32,20 +33,49 @@ WIDTHS = {"t": 1, "quat": 4, "bias": 3, "sigma": 3, "health": 1}  # of a track's
 
 @dataclass
 class Sums:
-    """What is kept of the tracks that have gone by."""
+    """What is kept of the samples that have gone by, written or not.
+
+    Attributes:
+        samples: how many.
+        start: s, of the first.
+        end: name of a column to the last sample's values.
+        counts: bit of health to how many samples have it.
+        rows: how many were written.
+        calibration: at the end.
+    """
 
     samples: int = 0
     start: float = 0.0
-    last: "Track | None" = None
+    end: Fields = field(default_factory=dict)
     counts: dict[int, int] = field(default_factory=dict)
+    rows: int = 0
+    calibration: "Calibration | None" = None
 
     def add(self, track: "Track") -> None:
-        """One more."""
-        if self.last is None:
+        """Some samples more."""
+        if not self.samples:
             self.start = float(track.t[0])
         for bit in health.NAMES:
             self.counts[bit] = self.counts.get(bit, 0) + int(np.count_nonzero(track.health & np.uint32(bit)))
-        self.samples, self.last = self.samples + len(track), track
+        self.samples += len(track)
+        self.end = {name: a[-1].tolist() for name in WIDTHS if (a := getattr(track, name)) is not None}
+
+    def save(self) -> Fields:
+        """For a state; ``restore`` takes it."""
+        return {"samples": self.samples, "start": self.start, "end": self.end, "counts": self.counts}
+
+    def restore(self, saved: Fields) -> None:
+        """Takes what an earlier process has saved."""
+        self.samples, self.start, self.end = saved["samples"], saved["start"], saved["end"]
+        self.counts = {int(bit): count for bit, count in saved["counts"].items()}
+
+    def last(self, wish: "Wish") -> "Track":
+        """The last sample alone, relative to the north that was asked for."""
+        from levelhead.track import Track
+
+        columns: Fields = {name: np.array([values]) for name, values in self.end.items() if name != "health"}
+        track = Track(**columns, params=wish.params)
+        return track if wish.declination is None else track.to_true_north(wish.declination)
 
 
 def fuse_long_log(log: Path, out: Path, wish: "Wish") -> None:
@@ -73,21 +103,20 @@ def fuse_long_log(log: Path, out: Path, wish: "Wish") -> None:
     ):
 
         def tracks() -> Iterator["Track"]:
-            for track in make(chunks, wish, unfinished, report):
-                sums.add(track)
-                report(1.0, f"{sums.samples:,} samples written")
+            for track in make(chunks, wish, unfinished, report, sums):
+                sums.calibration, sums.rows = track.calibration, sums.rows + len(track)
+                report(1.0, f"{sums.rows:,} rows written")
                 yield track if wish.declination is None else track.to_true_north(wish.declination)
 
         write_tracks(tracks(), target)
-    assert sums.last is not None
     written = [target]
-    if wish.save_calibration is not None and sums.last.calibration is not None:
-        sums.last.calibration.save(wish.save_calibration)
+    if wish.save_calibration is not None and sums.calibration is not None:
+        sums.calibration.save(wish.save_calibration)
         written.append(wish.save_calibration)
     if wish.quiet:
-        print_json(_facts(chunks.head, sums) | {"written": [str(path) for path in written]})
+        print_json(_facts(chunks.head, sums, wish) | {"written": [str(path) for path in written]})
         return
-    for line in _lines(chunks.head, sums):
+    for line in _lines(chunks.head, sums, wish):
         print_line(line)
     print_line("written: " + ", ".join(str(path) for path in written))
 
@@ -107,6 +136,8 @@ def _asked(wish: "Wish") -> Fields:
         "prior": hashlib.sha256(prior.encode()).hexdigest()[:16] if prior else None,
         "rows of a chunk": ROWS,
     }
+    if wish.output_rate is not None:
+        asked["output rate"] = wish.output_rate
     return asked | wish.params._asdict() | guard | hints
 
 
@@ -118,11 +149,12 @@ def _go_on(chunks: "Chunks", unfinished: "Unfinished", rows: int) -> None:
 
 
 def fuse_tracks(
-    chunks: "Chunks", wish: "Wish", unfinished: "Unfinished", report: "ProgressReport"
+    chunks: "Chunks", wish: "Wish", unfinished: "Unfinished", report: "ProgressReport", sums: Sums
 ) -> Iterator["Track"]:
     """The filter's track of each chunk, when all are in files."""
     from levelhead.engine.chunks import ChunkRun
     from levelhead.engine.column_files import ColumnFiles
+    from levelhead.publish.output_rate import OutputRate
     from levelhead.sources.chunked import ROWS
     from levelhead.track import Track
 
@@ -130,21 +162,28 @@ def fuse_tracks(
     saved = base64.b64decode(before["filter"]) if before else None
     run = ChunkRun(wish.params, wish.guard, "auto", wish.known, saved)
     files = ColumnFiles(unfinished.folder, before["columns"], before["rows"]) if before else None
-    _go_on(chunks, unfinished, 0 if files is None else files.rows)
+    if before:
+        sums.restore(before["sums"])
+    output = None if wish.output_rate is None else OutputRate(wish.output_rate, before.get("output"))
+    _go_on(chunks, unfinished, sums.samples)
 
     def state() -> Fields:
         assert files is not None
         files.flush()
         word = base64.b64encode(run.save()).decode()
-        return {"rows": files.rows, "columns": {name: WIDTHS[name] for name in files.names}, "filter": word}
+        columns = {name: WIDTHS[name] for name in files.names}
+        kept = {"rows": files.rows, "columns": columns, "filter": word, "sums": sums.save()}
+        return kept if output is None else kept | {"output": output.state}
 
     for chunk in chunks:
         track = run.track(chunk)
-        columns = {name: values for name in WIDTHS if (values := getattr(track, name)) is not None}
+        sums.add(track)
+        rows = slice(None) if output is None else output.rows(track.t)
+        columns = {name: values[rows] for name in WIDTHS if (values := getattr(track, name)) is not None}
         if files is None:
             files = ColumnFiles(unfinished.folder, {name: WIDTHS[name] for name in columns})
         files.append(columns)
-        report((1.0 - WRITING) * chunks.fraction, f"{files.rows:,} samples")
+        report((1.0 - WRITING) * chunks.fraction, f"{sums.samples:,} samples")
         unfinished.save(state)
     assert files is not None
     if unfinished.state is not None:  # what took long is worth keeping
@@ -159,10 +198,11 @@ def fuse_tracks(
 
 
 def smooth_tracks(
-    chunks: "Chunks", wish: "Wish", unfinished: "Unfinished", report: "ProgressReport"
+    chunks: "Chunks", wish: "Wish", unfinished: "Unfinished", report: "ProgressReport", sums: Sums
 ) -> Iterator["Track"]:
     """The smoother's track of each chunk."""
     from levelhead.engine.smooth_chunks import ChunkSmoother
+    from levelhead.publish.output_rate import OutputRate
 
     run = ChunkSmoother(
         unfinished.folder, wish.params, wish.guard, "auto", wish.known, unfinished.save, unfinished.state
@@ -176,16 +216,21 @@ def smooth_tracks(
         _go_on(chunks, unfinished, run.rows)
     run.smooth(lambda share: report(READING + (1.0 - READING) * share, f"{run.rows:,} samples"))
     unfinished.complete = True
-    yield from run.tracks()
+    output = None if wish.output_rate is None else OutputRate(wish.output_rate)
+    for whole in run.tracks():
+        sums.add(whole)
+        track = whole if output is None else output.reduce(whole)
+        if track is not None:
+            yield track
 
 
-def _facts(head: "Recording", sums: Sums) -> Fields:
+def _facts(head: "Recording", sums: Sums, wish: "Wish") -> Fields:
     """For programs: the names are those of the summary of a shorter log."""
-    track = sums.last
-    assert track is not None
+    track = sums.last(wish)
     counts = {health.NAMES[bit]: count for bit, count in sums.counts.items() if count and bit & health.FAULTS}
     return {
         "samples": sums.samples,
+        "rows": sums.rows,
         "duration_s": float(track.t[-1]) - sums.start,
         "rate_hz": head.rate,
         "magnetometer": head.mag is not None,
@@ -194,15 +239,14 @@ def _facts(head: "Recording", sums: Sums) -> Fields:
         "end": {"quat_wxyz": track.quat[-1].tolist()},
         "bias_rad_s": None if track.bias is None else track.bias[-1].tolist(),
         "sigma_east_north_up_rad": None if track.sigma is None else track.sigma[-1].tolist(),
-        "calibration": None if track.calibration is None else track.calibration.to_dict(),
+        "calibration": None if sums.calibration is None else sums.calibration.to_dict(),
         "at_rest": sums.counts[health.AT_REST] / sums.samples,
         "health": counts,
     }
 
 
-def _lines(head: "Recording", sums: Sums) -> Iterator[str]:
-    facts, track = _facts(head, sums), sums.last
-    assert track is not None
+def _lines(head: "Recording", sums: Sums, wish: "Wish") -> Iterator[str]:
+    facts, track = _facts(head, sums, wish), sums.last(wish)
     sensors = "gyroscope + accelerometer" + (" + magnetometer" if head.mag is not None else "")
     yield f"recording  {sums.samples:,} samples, {facts['duration_s']:.6g} s, {head.rate:.5g} Hz, {sensors}, in chunks"
     yield f"filter     {track.name}"
@@ -215,5 +259,7 @@ def _lines(head: "Recording", sums: Sums) -> Iterator[str]:
         yield f"at rest    {100 * facts['at_rest']:.2g} % of the time, where the bias was measured"
     for name, count in sorted(facts["health"].items(), key=lambda item: -item[1]):
         yield f"health     {count:,} samples ({100 * count / sums.samples:.2g} %): {name}"
+    if wish.output_rate is not None:
+        yield f"rows       {sums.rows:,} written, at {wish.output_rate:g} Hz"
     for note in facts["notes"]:
         yield f"note       {note}"
