@@ -62,7 +62,7 @@ def main() -> None:
         if report.sigma_heading is not None:
             ratios[Path(name).parent.name]["heading"].append(heading / report.sigma_heading)
             words += f"  heading {report.sigma_heading:5.1f} {heading:5.1f} {heading / report.sigma_heading:5.2f}"
-        if report.heading_drift is not None and drift is not None:
+        if report.heading_drift and drift is not None:
             ratios[Path(name).parent.name]["drift"].append(drift / report.heading_drift)
             words += f"  drift {report.heading_drift:5.2f} {drift:5.2f} {drift / report.heading_drift:5.2f}"
         print(words, flush=True)

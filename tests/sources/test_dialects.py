@@ -13,6 +13,7 @@ from tests.reference import (  # noqa: F401  (each registers its dialects)
     dialects_of_labs,
     dialects_of_loggers,
     dialects_of_phones,
+    dialects_of_protocols,
     dialects_of_serial,
     dialects_of_streams,
     dialects_of_tables,
@@ -36,6 +37,7 @@ COMMAND = {  # they have no time, or no known names
     "along_across_through", "underlined_header", "misspelt_axis", "value_of_each", "axis_lines_with_units",
     "one_line_of_java", "padded_words", "arrow_and_two_semicolons", "words_in_braces", "health_line",
     "signs_and_angles", "gyroscope_first_two_blanks",
+    "razor_with_angles", "thousandths",
 }  # fmt: skip
 GUESS = {
     "betaflight_explorer",
@@ -47,7 +49,7 @@ GUESS = {
     "two_boards_numbered",
     *("hololens", "zurich_mav", "ranges_in_columns", "korean_degrees", "esp_log_units_in_names"),
     *("text_book_recording", "increments", "matlab_two_clocks", "data_and_times_apart", "quaternion_first_no_names"),
-    *("clock_for_a_name", "strings_in_json"),
+    *("clock_for_a_name", "strings_in_json", "seconds_in_brackets"),
 }  # physics; code page
 REFUSED = {
     "letters_around_counts",  # counts about 512: no hint can take an offset off
@@ -151,5 +153,23 @@ def test_linear_acceleration_at_rest_is_not_taken_for_gravity(name: str, tmp_pat
     assert off(lh.read(DIALECTS[name](tmp_path, still)), still) == ""
 
 
+@pytest.mark.parametrize(("unit", "head"), [("g", "t,accX,accY,accZ,gyroX,gyroY,gyroZ"), ("mg", "t,ax,ay,az,wx,wy,wz")])
+def test_minus_1_g_along_z_is_noted_and_a_minus_before_the_unit_turns_it(
+    unit: str, head: str, motion: Motion, tmp_path: Path
+) -> None:
+    """Core Motion's sign, and a sensor upside down: both turn as the gyroscope says, and the names tell neither."""
+    acc = -(motion.g if unit == "g" else 1000 * motion.g)
+    path = tmp_path / "watch.csv"
+    body = (f"{t:.3f}," + ",".join(f"{v:.5f}" for v in (*a, *g)) for t, a, g in zip(motion.t, acc, motion.gyr))  # noqa: B905
+    path.write_text(head + "\n" + "\n".join(body) + "\n")
+    said = [note for note in lh.read(path).meta["notes"] if "its sign is a guess" in note]
+    assert len(said) == 1 and said[0].endswith(f"--units acc=-{unit}")
+    turned = lh.read(path, units={"acc": f"-{unit}"})
+    assert off(turned, motion) == ""
+    kept = lh.read(path, units={"acc": unit})
+    np.testing.assert_allclose(kept.acc, -turned.acc)
+    assert not any("sign is a guess" in note for one in (turned, kept) for note in one.meta["notes"])
+
+
 def test_there_are_enough_of_them() -> None:
-    assert len(DIALECTS) >= 267
+    assert len(DIALECTS) >= 276

@@ -13,7 +13,7 @@ from levelhead.sources import unit_inference
 from levelhead.sources.celsius import celsius, find_temperature
 from levelhead.sources.clock import Candidate, Clock, CounterError, choose, join_seconds, seconds
 from levelhead.sources.columns import Roles, assign
-from levelhead.sources.conventions import points_down, whole_acceleration
+from levelhead.sources.conventions import doubt_sign, points_down, whole_acceleration
 from levelhead.sources.field_check import field_turn, is_normalised
 from levelhead.sources.gravity_check import is_gravity
 from levelhead.sources.hints import MEANING, Hints, NeedsHints, Scale
@@ -57,6 +57,8 @@ def _assemble(table: Table, hints: Hints) -> Recording:
     clock, columns = _dense(table, roles, clock, columns, notes)
     _note_findings(table, roles, clock, evidence)
     acc = _acc(table, roles, hints, columns, evidence)
+    if not {"acc"} & {*hints.map, *hints.scale}:
+        doubt_sign(clock.t, acc, table, evidence)
     gyr = _gyr(table, roles, hints, columns, clock.t, acc, evidence)
     mag = _mag(table, roles, hints, columns, evidence)
     if mag is not None and "mag" not in hints.map:
@@ -249,7 +251,7 @@ def _dense(
         )
         return clock._replace(t=clock.t[kept]), placed
     t = clock.t[both]
-    if len(clock.t) > 20 and (t.size < 3 or both.mean() < RARE or median(np.diff(t)) > SLOWEST):
+    if len(clock.t) > 10 and (t.size < 3 or both.mean() < RARE or median(np.diff(t)) > SLOWEST):
         every = f"one every {median(np.diff(t)):.2g} s" if len(t) > 2 else f"{len(t)} in all"
         raise LevelheadError(
             f"{table.source} has too few samples in which gyroscope and accelerometer are both there: {every} "

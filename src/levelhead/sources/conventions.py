@@ -8,8 +8,13 @@ import numpy as np
 from levelhead.recording import Array
 from levelhead.sources.hints import Scale
 from levelhead.sources.scales import Evidence
+from levelhead.sources.table import Table
+from levelhead.sources.vendors import find_vendor
 from levelhead.units import GRAVITY
 
+_CORE_MOTION = {"g", "gs", "mg"}  # in m/s², and in a chip's counts, +1 g up is all but certain; vehicles have z down
+_START, _FEW = 2.0, 10  # s, rows by which it is judged how a log begins
+_ALONG, _ACROSS, _NEAR = 0.8, 0.4, 0.2  # g
 _CONSTANT = 2e-3  # by which the length of a gravity vector that software worked out may vary
 _APPLE = re.compile(
     r"rotationRate[XYZ.]|motionUserAcceleration|accelerometerAcceleration[XYZ]|userAcceleration\.?[xyzXYZ]|motionGravity"
@@ -67,6 +72,26 @@ def points_down(names: Sequence[str], scale: Scale, gravity: Array | None, evide
     evidence.findings["acc_inverted"] = {"why": why}
     evidence.notes.append(f"accelerometer: turned round, since Core Motion's points down at rest ({why})")
     return True
+
+
+def doubt_sign(t: Array, acc: Array, table: Table, evidence: Evidence) -> None:
+    """Notes that the sign of the accelerometer is assumed, where a log begins with −1 g along z and nobody says why.
+
+    ``acc`` (n, 3) m/s² at ``t`` (n,) s. A sensor upside down and Core Motion's sign (−1 g, face up) look the same, and
+    both turn as the gyroscope says.
+    """
+    unit = evidence.found["acc"]
+    start = acc[t < t[0] + _START]
+    start = start[np.isfinite(start).all(axis=1)]
+    told = "acc_inverted" in evidence.findings or unit not in _CORE_MOTION
+    if told or len(start) < _FEW or find_vendor([*table.names, *table.origin]) is not None:
+        return
+    x, y, z = (float(one) for one in np.median(start, axis=0) / GRAVITY)
+    if z < -_ALONG and abs(z + 1.0) < _NEAR and np.hypot(x, y) < _ACROSS:
+        evidence.notes.append(
+            f"accelerometer: its sign is a guess: it begins with {z:.2f} g along z, as a sensor does that lies upside "
+            f"down, or face up where −1 g is written at rest (Core Motion, Unity); for the latter --units acc=-{unit}"
+        )
 
 
 def _of_length_one(gravity: Array) -> bool:

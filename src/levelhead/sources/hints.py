@@ -138,6 +138,8 @@ def _columns(role: str, names: Sequence[str] | str) -> list[str]:
 
 def _unit(role: str, text: str) -> Scale:
     _known(role, "units", QUANTITY)
+    if text.startswith("-") and role != "t":  # the axes point the other way: Core Motion's accelerometer is in -g
+        return Scale(-unit_table.factor(QUANTITY[role], text[1:]), text)
     return Scale(unit_table.factor(QUANTITY[role], text), text)
 
 

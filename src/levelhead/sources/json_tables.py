@@ -11,6 +11,7 @@ import numpy as np
 from levelhead.errors import LevelheadError
 from levelhead.open_types import Fields
 from levelhead.sources.hints import Hints
+from levelhead.sources.json_batches import unpack_batches
 from levelhead.sources.json_lines import json_lines
 from levelhead.sources.names import understand
 from levelhead.sources.splitting import is_number
@@ -156,6 +157,7 @@ def _flat_lists(node: Fields, prefix: str = "") -> dict[str, list[Any]]:
 
 def _objects(objects: Sequence[Fields], name: str, shown: str) -> Iterator[ArrayTable]:
     """One table for each kind of object, or one for all."""
+    objects = unpack_batches(objects)
     key = next((k for k in objects[0] if k.lower() in _KIND and isinstance(objects[0][k], str)), None)
     groups: dict[str, list[Fields]] = {}
     for item in objects:

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from levelhead.sources.columns import Roles
-from levelhead.sources.raw_counts import PER_DEGREE, mpu6050_scales
+from levelhead.sources.raw_counts import PER_DEGREE, are_thousandths, mpu6050_scales
 from levelhead.sources.table import Column, stack
 from levelhead.sources.unit_inference import turn_of_gravity
 
@@ -25,6 +25,8 @@ def guess_rate(roles: Roles, columns: Mapping[int, Column], factor: float | None
             found = rate_of_turn(roles, columns, np.pi / 180.0 / counts)
             if found is not None and _round_rates(found):
                 return _nearest(found), f"{_turns(found)}, if these are raw counts, {counts:g} per deg/s"
+    if factor is None and "acc" in roles.columns and are_thousandths(stack(columns, roles.columns["acc"])):
+        factor = 1e-3  # beside m/s² times 1000
     found = rate_of_turn(roles, columns, factor)
     if found is None:
         if {"gyr", "acc"} <= set(roles.columns):

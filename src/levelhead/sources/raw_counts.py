@@ -8,11 +8,13 @@ import numpy as np
 
 from levelhead.recording import Array
 from levelhead.sources.hints import Scale
-from levelhead.units import factor
+from levelhead.units import GRAVITY, factor
 
 PER_G, PER_DEGREE = 16384.0, 131.0  # counts: PS-MPU-6000A-00 rev 3.4, 6.1 and 6.2
 TOLERANCE = 0.15  # of g: zero-g offset (80 mg), scale (3 %), and motion
 LARGEST = 32768.0
+THOUSANDTHS = 1000.0 * GRAVITY  # per g: numbers in m/s² sent as whole ones
+_CLOSE = 0.05  # by which their usual length may differ
 NOTE = (
     "numbers without a unit are taken for raw counts of an MPU-6050 at its default full scales, 16384 per g and 131 "
     "per °/s; say otherwise with --lsb gyr=65.5/deg/s acc=8192/g"
@@ -31,3 +33,11 @@ def mpu6050_scales(gyr: Array, acc: Array) -> dict[str, Scale] | None:
         "gyr": Scale(factor("gyr", "deg/s"), "raw counts, 131 per deg/s", PER_DEGREE),
         "acc": Scale(factor("acc", "g"), "raw counts, 16384 per g", PER_G),
     }
+
+
+def are_thousandths(acc: Array) -> bool:
+    """Whether (n, 3) numbers are m/s² times 1000, sent as whole numbers."""
+    finite = acc[np.isfinite(acc).all(axis=1)]
+    if len(finite) == 0 or np.any(finite != np.rint(finite)):
+        return False
+    return abs(float(np.median(np.linalg.norm(finite, axis=1))) / THOUSANDTHS - 1.0) < _CLOSE

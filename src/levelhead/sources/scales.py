@@ -15,7 +15,7 @@ from levelhead.sources.field_check import field_turn
 from levelhead.sources.hints import MEANING, QUANTITY, Hints, NeedsHints, Scale
 from levelhead.sources.names import RELATIVE
 from levelhead.sources.offset_counts import offset_of, rates_about
-from levelhead.sources.raw_counts import PER_DEGREE, PER_G
+from levelhead.sources.raw_counts import PER_DEGREE, PER_G, THOUSANDTHS, are_thousandths
 from levelhead.sources.sensitivities import acc_sensitivity
 from levelhead.sources.table import Table
 from levelhead.sources.vendors import find_vendor, gyroflow_scale
@@ -75,6 +75,13 @@ def acc_scale(values: Array, scale: Scale | None, hinted: bool, table: Table, ev
         _plausible_acc(values, norm, scale, hinted, table)
         return scale
     unit = unit_inference.acc_unit(norm)
+    if unit is None and are_thousandths(values):
+        evidence.acc_per_g = THOUSANDTHS
+        evidence.notes.append(
+            f"accelerometer: taken as thousandths of 1 m/s², a guess: whole numbers of median length {norm:.4g}; "
+            "--lsb acc=1000/m/s² confirms it"
+        )
+        return Scale(1.0, "counts, 1000 per m/s²", 1000.0)
     middle = offset_of(values)
     if middle is not None:
         listed = ", ".join(f"{one:.0f}" for one in middle)
@@ -196,7 +203,7 @@ def mag_scale(values: Array, scale: Scale | None, relative: bool, evidence: Evid
 
 
 def _plausible_acc(values: Array, norm: float, scale: Scale, hinted: bool, table: Table) -> None:
-    length = norm / scale.divisor * scale.factor / units.GRAVITY
+    length = norm / scale.divisor * abs(scale.factor) / units.GRAVITY
     if 0.3 < length < 3.0 and not (length < 0.6 and without_gravity(values)):
         return
     if length < 1.0 and without_gravity(values):

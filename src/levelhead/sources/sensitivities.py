@@ -6,7 +6,7 @@ From the data sheets: MPU-6050 (PS-MPU-6000A-00, 6.1 and 6.2), BMI160, LSM6DS3, 
 import math
 from typing import NamedTuple
 
-from levelhead.units import DEGREE
+from levelhead.units import DEGREE, GRAVITY
 
 ACC = (32768.0, 16384.0, 8192.0, 4096.0, 2048.0, 1024.0, 512.0, 256.0, 128.0, 64.0)  # per g
 GYR = {
@@ -22,6 +22,7 @@ GYR = {
     14.286: "70 mdps a count (L3GD20, LSM6DS3)",
     16.0: "16 counts per deg/s (BNO055)",
     1000.0: "mdps",
+    1000.0 * DEGREE: "thousandths of 1 rad/s",
 }  # per deg/s
 _COMMON = {131.0, 65.5, 32.8, 16.4, 14.375}  # of several that fit, these come first
 _ACC_OFF, _GYR_OFF = 0.15, 1.4  # an accelerometer's scale error, at most; a factor for what gravity's turn can tell
@@ -54,6 +55,10 @@ def gyr_sensitivity(scale: float, acc_per_g: float | None = None) -> Sensitivity
         off = abs(math.log(counts / per_unit)) if counts > 0 and math.isfinite(counts) else math.inf
         favour = 0.1 if per_unit in _COMMON else 0.0
         favour += 0.2 if per_unit == 14.375 and acc_per_g == 256.0 else 0.0
+        if per_unit == 1000.0 * DEGREE:  # only beside thousandths of 1 m/s²
+            if acc_per_g != 1000.0 * GRAVITY:
+                continue
+            favour = 0.2
         if off < math.log(_GYR_OFF) and (best is None or off - favour < best[0]):
             best = off - favour, per_unit
     return None if best is None else Sensitivity(best[1], counts / best[1], GYR[best[1]])

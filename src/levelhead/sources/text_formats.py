@@ -24,6 +24,8 @@ _BINARY = {
     b"ULog\x01\x12\x35": "PX4's ULog (.ulg)", b"\xa3\x95": "ArduPilot's DataFlash (.bin)",
 }  # fmt: skip
 
+_FEW = 5  # lines that are no comments; a protocol whose lines begin as comments may send some greetings too
+
 
 def tables(path: Path, shown: str, hints: Hints) -> Sequence[Table]:
     """The tables of a text file.
@@ -48,7 +50,7 @@ def tables(path: Path, shown: str, hints: Hints) -> Sequence[Table]:
         return json_tables(path, shown, hints)
     if looks_echoed(content):
         return [echoed_table(path, shown, encoding)]
-    if undress_text("\n".join((content or lines)[:200])) is not None:
+    if undress_text("\n".join((content if len(content) > _FEW else lines)[:200])) is not None:
         return _tables_undressed(path, shown, hints, encoding)
     if looks_labelled(content[:40]):
         return [labelled_table(path, shown, encoding)]

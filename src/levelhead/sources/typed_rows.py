@@ -4,6 +4,8 @@
 with a column "sensor" in which accelerometer and gyroscope alternate.
 """
 
+import math
+import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -16,6 +18,7 @@ from levelhead.sources.names import understand
 from levelhead.sources.splitting import cells, is_comment, is_number, lines_of
 from levelhead.sources.stamps import is_stamp, nanoseconds
 from levelhead.sources.table import ArrayTable, Column
+from levelhead.units import GRAVITY
 
 _LOOK = 400
 _HEAD = 1 << 16  # characters in which comments may name columns
@@ -25,7 +28,10 @@ _ANDROID = {  # android.hardware.Sensor.TYPE_…
 }  # fmt: skip
 _TYPE = {"sensor", "type", "sensortype", "sensor_type", "sensorid", "sensor_id", "sensor type", "stream type"}
 _KINDS = {"3": "accelerometer", "4": "gyroscope", "5": "magnetometer", "82": "linear acceleration", "83": "gravity"}
+_NUMBERED = re.compile(r"([A-Za-z][A-Za-z_. ]*)[\[(]?(\d)[\])]?")
 _MOST_TYPES = 80
+_FEW = 5  # rows that show what stands where
+_NEAR = 0.3  # share by which a force in motion may differ from gravity
 
 
 def typed_tables(path: Path, shown: str, content: Sequence[str], encoding: Encoding) -> list[ArrayTable]:
@@ -37,7 +43,7 @@ def typed_tables(path: Path, shown: str, content: Sequence[str], encoding: Encod
             continue
         if (key := _key_column(rows)) is not None:
             return _split(path, shown, encoding, delimiter, key)
-        if (key := _android_column(rows)) is not None:
+        if (key := _android_column(rows)) is not None or (key := _nameless_android_column(rows)) is not None:
             return _split(path, shown, encoding, delimiter, key, _ANDROID)
         if _is_numbered(rows):
             return _by_numbers(path, shown, encoding, delimiter)
@@ -52,7 +58,7 @@ def _key_column(rows: Sequence[Sequence[str]]) -> int | None:
         if sum(words[word] for word in several) < 0.5 * len(rows) or len(several) > _MOST_TYPES:
             continue
         roles = {understand(f"{word} x").role for word in several}
-        if (k == 0 and "FMT" in several) or {"gyr", "acc"} <= roles:
+        if (k == 0 and "FMT" in words) or {"gyr", "acc"} <= roles:
             return k
     return None
 
@@ -64,6 +70,24 @@ def _android_column(rows: Sequence[Sequence[str]]) -> int | None:
         if name.strip("\"' ").lower() in _TYPE and {"1", "4"} <= kinds and len(kinds) <= _MOST_TYPES:
             return k
     return None
+
+
+def _nameless_android_column(rows: Sequence[Sequence[str]]) -> int | None:
+    """The first column, where Android's numbers of sensors take turns in it and those of 1 feel gravity; else None."""
+    kinds = [row[0] for row in rows if row]
+    known = [kind for kind in kinds if kind in _ANDROID]
+    if not {"1", "4"} <= set(known) or len(known) < 0.7 * len(kinds) or known == sorted(known):
+        return None
+    ones = [row[1:] for row in rows if row and row[0] == "1"]
+    width = Counter(map(len, ones)).most_common(1)[0][0]
+    whole = [row for row in ones if len(row) == width]
+    titles = _titles(whole) if len(whole) >= _FEW else []
+    if "x" not in titles:
+        return None
+    at = titles.index("x")
+    forces = [math.hypot(*(float(cell) if is_number(cell, False) else math.nan for cell in row[at : at + 3]))
+              for row in whole]  # fmt: skip
+    return 0 if sum(abs(force / GRAVITY - 1.0) < _NEAR for force in forces) > 0.5 * len(forces) else None
 
 
 def _comment_names(text: str, delimiter: str) -> dict[str, list[str]]:
@@ -100,7 +124,8 @@ def _split(
             names[row[3]] = row[5:]
             continue
         rest = row[:key] + row[key + 1 :]
-        if header is None and not any(is_number(cell, False) or is_stamp(cell) for cell in rest if cell):
+        titled = kinds is None or row[key].strip("\"' ").lower() in _TYPE
+        if header is None and titled and not any(is_number(cell, False) or is_stamp(cell) for cell in rest if cell):
             header = rest
             continue
         groups.setdefault(row[key], []).append(rest)
@@ -114,7 +139,7 @@ def _split(
         titles = titles if titles is not None and len(titles) == width else None
         if len(whole) < 3:
             continue
-        titles = [title or f"column {i + 1}" for i, title in enumerate(titles or _titles(whole))]
+        titles = [title or f"column {i + 1}" for i, title in enumerate(_with_axes(titles or _titles(whole)))]
         wide, samples = _side_by_side(titles[:width], whole)
         arrays, units = _arrays(wide, samples)
         if arrays:
@@ -152,10 +177,32 @@ def _instances(arrays: dict[str, Column]) -> dict[int | None, Any]:
 
 
 def _titles(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Names for rows without: a stamp first if there are four numbers or more, then x, y, z."""
+    """Names for rows without: a stamp first if there are four numbers or more; x, y, z last, or before their length."""
     width = len(rows[0])
     axes = ["x", "y", "z"]
-    return [*["time", *(f"extra {i}" for i in range(1, width - 3))][: width - 3], *axes] if width > 3 else axes[:width]
+    if width <= 3:
+        return axes[:width]
+    first = next((i for i in range(1, width - 3) if _is_followed_by_length(rows, i)), width - 3)
+    titles = ["time", *(f"extra {i}" for i in range(1, width))]
+    titles[first : first + 3] = axes
+    return titles
+
+
+def _with_axes(titles: Sequence[str]) -> list[str]:
+    """v0, v1, v2 (or 1, 2, 3) as x, y, z: where rows are typed, their columns have no sensor's name."""
+    found = [(i, match[1], int(match[2])) for i, title in enumerate(titles) if (match := _NUMBERED.fullmatch(title))]
+    for (i, stem, first), (j, other, second), (k, last, third) in zip(found, found[1:], found[2:], strict=False):
+        if stem == other == last and (first, second, third) in ((0, 1, 2), (1, 2, 3)) and (j, k) == (i + 1, i + 2):
+            return [*titles[:i], "x", "y", "z", *titles[k + 1 :]]
+    return list(titles)
+
+
+def _is_followed_by_length(rows: Sequence[Sequence[str]], first: int) -> bool:
+    """Whether the column behind three others is their length."""
+    table = np.array([[float(cell) if is_number(cell, False) else np.nan for cell in row[first : first + 4]]
+                      for row in rows[:_LOOK]])  # fmt: skip
+    length = np.sqrt((table[:, :3] ** 2).sum(axis=1))
+    return bool((np.abs(table[:, 3] - length) < 0.02 * length + 1e-9).mean() > 0.9)
 
 
 def _arrays(titles: Sequence[str], rows: Sequence[Sequence[str]]) -> tuple[dict[str, Column], dict[int, str]]:

@@ -14,7 +14,15 @@ _CLOCK = r"(?:\d{4}-\d\d-\d\d[ T])?(\d\d?:\d\d:\d\d[.,]\d+)"
 _LOGGER = re.compile(rf"^\s*{_CLOCK}(?:\s*[-|]\s*[A-Za-z_][\w.: ]*?)+\s*[-|:]\s*(.*)$")  # Python's logging, loguru
 _BRACKETED = re.compile(rf"^\s*\[{_CLOCK}\]\s*(.*)$")
 _ESP = re.compile(r"^\s*[VDIWE] \((\d+)\) [^:]*: (.*)$")  # ESP-IDF: the level, ms since the start, a tag
+_COUNTED = re.compile(r"^\s*(?:\[[A-Z]+\]\s*)?\[\s*(\d+\.\d+)\]:?\s*(.*)$")  # "[12.345] …", "[INFO] [1683203415.25]: …"
+_TAGGED = re.compile(
+    r"^\s*[#%]([A-Za-z]\w*)[=,:]\s*([-+\d.][-+\d.eE,\s]*?)(?:\*[0-9A-Fa-f]{2,8})?\s*$"
+)  # "#YPRAMG=1,2"
+_MESSAGE = re.compile(
+    r"^[^{}]*?\b([A-Z][A-Z0-9_]{1,30}) \{(\w+ : [^{}]*)\}\s*$"
+)  # mavlogdump: "…: IMU {TimeUS : 1, …}"
 _LETTER = re.compile(r"^\s*#([AGM])(?:-[A-Z])?=([-+\d.,eE\s]+)$")  # Razor AHRS: #A-C=1.2,3.4,5.6
+_YPR = re.compile(r"YPR(?=.*A)(?=.*G)[AMG]{2,3}")
 _SENTENCE = re.compile(r"^\s*\$(VN[A-Z]{3}),(.*?)(?:\*[0-9A-Fa-f]{2,4})?\s*$")
 _BRACKETS = re.compile(r"([A-Za-z]+)\s*\(([^)]*)\)\s*\[([^\]]*)\]")
 _TWO_SIGNS = re.compile(  # 1,2,3;4,5,6: no letters. A line without ; and | is no candidate.
@@ -35,6 +43,7 @@ def undress_text(text: str) -> str | None:
     sample = lines[:200]
     for pattern, plain in (
         (_ARROW, _without_arrows), (_BRACKETED, _without_arrows), (_LOGGER, _without_arrows), (_ESP, _without_arrows),
+        (_COUNTED, _without_arrows), (_TAGGED, _without_tags), (_MESSAGE, _without_braces),
         (_SENTENCE, _without_sentences), (_LETTER, _without_letters), (_BRACKETS, _without_brackets),
         (_TWO_SIGNS, _with_commas), (OBJECT, without_objects), (VECTOR, without_vectors), (MEASURED, without_units),
     ):  # fmt: skip
@@ -51,7 +60,7 @@ def _with_commas(lines: Sequence[str]) -> str | None:
 def _without_arrows(lines: Sequence[str]) -> str | None:
     """The serial monitor of the Arduino IDE with time stamps, "12:30:15.250 -> 0.1,0.2", and what loggers write."""
     pattern = next(
-        one for one in (_ARROW, _BRACKETED, _LOGGER, _ESP) if sum(map(bool, map(one.match, lines[:200]))) > 9
+        one for one in (_ARROW, _BRACKETED, _LOGGER, _ESP, _COUNTED) if sum(map(bool, map(one.match, lines[:200]))) > 9
     )
     found = [match.groups() for line in lines if (match := pattern.match(line))]
     labelled = looks_labelled([rest for _, rest in found[1:40]])
@@ -73,6 +82,33 @@ def _count(clock: str) -> str:
         return clock
     hour, minute, second = clock.replace(",", ".").split(":")
     return f"{3600 * int(hour) + 60 * int(minute) + float(second):.6f}"
+
+
+def _without_tags(lines: Sequence[str]) -> str | None:
+    """Lines of a protocol that begin as comments do: "#YPRAMG=1.2,3.4,…". Of several kinds the rows stay typed."""
+    found = [match.groups() for line in lines if (match := _TAGGED.match(line))]
+    if len(kinds := {tag for tag, _ in found}) > 1:
+        return "\n".join(f"{tag},{rest}" for tag, rest in found)
+    parts = {"A": "acc", "M": "mag", "G": "gyr"}  # Razor AHRS: yaw, pitch, roll and these, as its letters say
+    tag = kinds.pop()
+    names = [f"{parts[letter]}_{axis}" for letter in tag[3:] for axis in "xyz"] if _YPR.fullmatch(tag) else []
+    return "\n".join([",".join(["yaw", "pitch", "roll", *names])] * bool(names) + [rest for _, rest in found])
+
+
+def _without_braces(lines: Sequence[str]) -> str | None:
+    """Messages as pymavlink prints them: rows typed by their name, as ArduPilot's own text logs are."""
+    made: list[str] = []
+    formats: dict[str, list[str]] = {}
+    for line in lines:
+        if (match := _MESSAGE.match(line)) is None:
+            continue
+        kind, cells = match[1], [cell.partition(" : ")[::2] for cell in match[2].split(", ")]
+        if kind not in formats:
+            formats[kind] = [name for name, _ in cells]
+            made.append(",".join(["FMT", "0", "0", kind, "text", *formats[kind]]))
+        if [name for name, _ in cells] == formats[kind]:
+            made.append(",".join([kind, *(value for _, value in cells)]))
+    return "\n".join(made)
 
 
 def _without_letters(lines: Sequence[str]) -> str | None:

@@ -1,0 +1,121 @@
+"""Logs of protocols and messages: several samples in one message, comments that are data, braces; see dialects.py."""
+
+import json
+from datetime import timedelta
+from pathlib import Path
+
+import numpy as np
+from tests.reference.dialects import EPOCH, START, Motion, dialect, rows, write
+
+
+def vector(values: np.ndarray) -> dict[str, float]:
+    """Three numbers by their axes."""
+    return {axis: round(float(v), 5) for axis, v in zip("xyz", values, strict=True)}
+
+
+@dialect
+def movesense_messages(folder: Path, m: Motion) -> Path:
+    """Movesense's JSON: two samples in each message, lists of objects, one stamp."""
+    made = []
+    for k in range(0, len(m.t), 2):
+        lists = {
+            f"Array{word}": [vector(values[k + j]) for j in (0, 1)]
+            for word, values in (("Acc", m.acc), ("Gyro", m.deg), ("Magn", m.mag))
+        }
+        made.append({"imu9": {"Timestamp": round(m.t[k] * 1000) + 81234, **lists}})
+    return write(folder / "imu9.json", json.dumps({"data": made}))
+
+
+@dialect
+def batches_over_bluetooth(folder: Path, m: Motion) -> Path:
+    """A line of JSON for ten samples: a list for each axis, one stamp."""
+    made = []
+    for k in range(0, len(m.t), 10):
+        part = slice(k, k + 10)
+        line = {"ts": round(EPOCH + m.t[k] * 1000)}
+        for i, axis in enumerate("xyz"):
+            line |= {f"a{axis}": m.g[part, i].round(4).tolist(), f"g{axis}": m.deg[part, i].round(3).tolist()}
+        made.append(json.dumps(line))
+    return write(folder / "ble.jsonl", "\n".join(made))
+
+
+@dialect
+def glasses(folder: Path, m: Motion) -> Path:
+    """A line of JSON for each sample of gyroscope and accelerometer, one for each of the magnetometer."""
+    made = []
+    for k, t in enumerate(m.t + 0.0046):
+        data = {"accelerometer": m.acc[k].round(4).tolist(), "gyroscope": m.deg[k].round(4).tolist()}
+        made.append(json.dumps({"type": "imu", "timestamp": round(float(t), 6), "data": data}))
+        if k % 10 == 3:
+            field = {"magnetometer": m.mag[k].round(3).tolist()}
+            made.append(json.dumps({"type": "imu", "timestamp": round(float(t) + 5e-4, 6), "data": field}))
+    return write(folder / "imudata.jsonl", "\n".join(made))
+
+
+@dialect
+def pymavlink_messages(folder: Path, m: Motion) -> Path:
+    """mavlogdump without options: a date, the message's name, "{name : value, …}"; other messages between."""
+    made = []
+    for k, t in enumerate(m.t):
+        date = (START + timedelta(seconds=float(t))).strftime("%Y-%m-%d %H:%M:%S.%f")[:-3]
+        us = round(t * 1e6) + 10**7
+        numbers = [f"{n}{a} : {v:.6f}" for n, x in (("Gyr", m.gyr), ("Acc", m.acc)) for a, v in zip("XYZ", x[k])]  # noqa: B905
+        made.append(f"{date}: IMU {{TimeUS : {us}, I : 0, {', '.join(numbers)}, T : 45.1}}\n")
+        if k % 20 == 0:
+            made.append(f"{date}: MODE {{TimeUS : {us}, Mode : 5, ModeNum : 5, Rsn : 1}}\n")
+    return write(folder / "dump.txt", *made)
+
+
+@dialect
+def razor_with_angles(folder: Path, m: Motion) -> Path:
+    """Razor AHRS for ROS: "#YPRAMG=", then angles, accelerometer in counts, magnetometer, rates; no time."""
+    made = [
+        "#YPRAMG=" + ",".join(f"{v:.2f}" for v in (3 * t % 90, 1.2, 3.3, *(256 * a), *b, *g)) + "\n"
+        for t, a, b, g in zip(m.t, m.g, m.mag, m.gyr, strict=True)
+    ]
+    return write(folder / "razor.txt", *made)
+
+
+@dialect
+def numbered_kinds(folder: Path, m: Motion) -> Path:
+    """An Android logger: Android's numbers of sensors first, two stamps, x, y, z, length; headers above."""
+    made = [
+        "info;time;excel time;info text;\n", "1-13 (sensors);time;excel time;x;y;z;abs value;RoT/steps\n",
+        "geo;time;excel time;lon;lat;alt\n", "- 01 accelerometer\n", "- 04 gyroscope\n",
+    ]  # fmt: skip
+    for k, t in enumerate(m.t):
+        stamp = (START + timedelta(seconds=float(t))).strftime("%H:%M:%S.%f")[:-3] + f";{45050.52 + t / 86400:.14f}"
+        for kind, values, more in ((4, m.gyr, ""), (1, m.acc, ";12.0"), (10, m.linear, "")):
+            three = values[k]
+            made.append(f"{kind};{stamp};{';'.join(f'{v:.4f}' for v in (*three, np.linalg.norm(three)))}{more}\n")
+        if k % 100 == 0:
+            made.append(f"geo;{stamp};30.34;60.07;36.0\n")
+    return write(folder / "trip.csv", *made)
+
+
+@dialect
+def events_with_numbered_values(folder: Path, m: Motion) -> Path:
+    """A row for each event: the sensor's name in column "event", its axes in v0, v1, v2."""
+    made = ["time,event,v0,v1,v2\n"]
+    for t, a, g in zip(m.t, m.acc, m.gyr, strict=True):
+        for name, values, late in (("Accelerometer", a, 0), ("Gyroscope", g, 300_000)):
+            made.append(f"{round(t * 1e9) + 10**12 + late},{name},{','.join(f'{v:.5f}' for v in values)}\n")
+    return write(folder / "events.csv", *made)
+
+
+@dialect
+def thousandths(folder: Path, m: Motion) -> Path:
+    """A gesture recorder without floats: m/s² and rad/s times 1000 as whole numbers, a label; no time."""
+    head = "accel_x,accel_y,accel_z,gyro_x,gyro_y,gyro_z,label\n"
+    text = rows(np.rint(m.acc * 1000).astype(int), np.rint(m.gyr * 1000).astype(int))
+    return write(folder / "gesture.csv", head, text.replace("\n", ",swipe\n"))
+
+
+@dialect
+def seconds_in_brackets(folder: Path, m: Motion) -> Path:
+    """A robot's console: "[12.345] accel: (x, y, z) gyro: (x, y, z)"."""
+    made = [
+        f"[{t + 100:.3f}] accel: ({', '.join(f'{v:.3f}' for v in a)}) gyro: ({', '.join(f'{v:.3f}' for v in g)})\n"
+        for t, a, g in zip(m.t, m.acc, m.gyr, strict=True)
+    ]
+    return write(folder / "robot.log", *made)
