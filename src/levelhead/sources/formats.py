@@ -51,8 +51,10 @@ TEXT = Format(
 FORMATS = (
     TEXT,
     Format(
-        "JSON", (".json", ".jsonl", ".ndjson"), "json_tables", devices="Sensor Logger, serial lines, web services, Movesense",
-        reads="an object per line; lists of objects, one table per sensor; lists of numbers at any depth; several samples per message",
+        "JSON", (".json", ".jsonl", ".ndjson"), "json_tables",
+        devices="Sensor Logger, Movesense, serial lines, web services",
+        reads="an object per line, or of several samples; lists of objects, one table per sensor; lists of numbers at any "
+        "depth",
     ),
     Format(
         "MATLAB", (".mat",), "matlab", "formats (v7.3)", "MATLAB Mobile, research data",
