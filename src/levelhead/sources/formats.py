@@ -53,8 +53,8 @@ FORMATS = (
     Format(
         "JSON", (".json", ".jsonl", ".ndjson"), "json_tables",
         devices="Sensor Logger, Movesense, serial lines, web services",
-        reads="an object per line, or of several samples; lists of objects, one table per sensor; lists of numbers at any "
-        "depth",
+        reads="an object per line, with one sample or several; lists of objects, one table per sensor; "
+        "lists of numbers at any depth",
     ),
     Format(
         "MATLAB", (".mat",), "matlab", "formats (v7.3)", "MATLAB Mobile, research data",
