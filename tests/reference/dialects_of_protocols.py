@@ -5,7 +5,7 @@ from datetime import timedelta
 from pathlib import Path
 
 import numpy as np
-from tests.reference.dialects import EPOCH, START, Motion, dialect, rows, write
+from tests.reference.dialects import EPOCH, START, Motion, dates, dialect, ms, ns, rows, with_words, write
 
 
 def vector(values: np.ndarray) -> dict[str, float]:
@@ -119,3 +119,91 @@ def seconds_in_brackets(folder: Path, m: Motion) -> Path:
         for t, a, g in zip(m.t, m.acc, m.gyr, strict=True)
     ]
     return write(folder / "robot.log", *made)
+
+
+@dialect
+def um7_sentences(folder: Path, m: Motion) -> Path:
+    """CH Robotics' UM7: $PCHRS,0 has rates, $PCHRS,1 forces, a sentence of angles between, checksums."""
+    made = []
+    for t, a, g in zip(m.t + 50, m.g, m.deg, strict=True):
+        for kind, values in enumerate((g, a)):
+            made.append(f"$PCHRS,{kind},{t:.3f},{','.join(f'{v:.4f}' for v in values)},*5{kind}\n")
+        made.append(f"$PCHRA,{t:.3f},1.2,0.3,33.1,*61\n")
+    return write(folder / "um7.txt", *made)
+
+
+@dialect
+def units_in_brackets_before_axes(folder: Path, m: Motion) -> Path:
+    """A camera's example: a clock for each sensor, "Accelerometer [m/s^2]: x: … y: … z: …" on one line."""
+    made = []
+    for t, a, g in zip(m.t, m.acc, m.gyr, strict=True):
+        for name, unit, values in (("Accelerometer", "m/s^2", a), ("Gyroscope", "rad/s", g)):
+            axes = " ".join(f"{axis}: {v:.6f}" for axis, v in zip("xyz", values, strict=True))
+            made.append(f"{name} timestamp: {1000 * t:.3f} ms {name} [{unit}]: {axes} ")
+        made.append("\n")
+    return write(folder / "camera.txt", *made)
+
+
+@dialect
+def angular_velocity_by_angles(folder: Path, m: Motion) -> Path:
+    """A falls data set: the limb and the sensor in one line, x-axis (g) and roll (deg/s) below; two limbs."""
+    groups = [
+        f"{limb}{sensor}"
+        for limb in ("Ankle", "Belt")
+        for sensor in ("Accelerometer,,", "AngularVelocity,,", "Luminosity")
+    ]
+    below = "x-axis (g),y-axis (g),z-axis (g),roll (deg/s),pitch (deg/s),yaw (deg/s),illuminance (lux)"
+    head = f"TimeStamps,{','.join(groups)},Subject\nTime,{below},{below},\n"
+    n = len(m.t)
+    text = rows(m.g, m.deg, np.full(n, 25.0), m.g[:, [1, 0, 2]], m.deg[:, [1, 0, 2]], np.full(n, 33.0), np.ones(n, int))
+    return write(folder / "fall.csv", head, with_words(dates(m, "%Y-%m-%dT%H:%M:%S.%f"), text))
+
+
+@dialect
+def whole_mg_and_mrad(folder: Path, m: Motion) -> Path:
+    """A data set of daily life: blanks, no header; ms, whole mg, rates in thousandths of rad/s, the field."""
+    whole = [np.rint(values * scale).astype(int) for values, scale in ((m.g, 1000), (m.gyr, 1000), (m.mag, 10))]
+    return write(folder / "S1.dat", rows(ms(m), *whole, sep=" "))
+
+
+@dialect
+def sentences_with_checksums(folder: Path, m: Motion) -> Path:
+    """A boat's bus: $IMU with ms, forces and rates, GPS sentences between, all with checksums."""
+    made = []
+    for k, (t, a, g) in enumerate(zip(m.t, m.acc, m.gyr, strict=True)):
+        made.append(f"$IMU,{round(1000 * t)},{','.join(f'{v:.4f}' for v in (*a, *g))}*3F\n")
+        if k % 100 == 0:
+            made.append("$GPRMC,123519,A,4807.038,N,01131.000,E,022.4,084.4,230394,003.1,W*6A\n")
+    return write(folder / "bus.txt", *made)
+
+
+@dialect
+def tuples_in_tuples(folder: Path, m: Motion) -> Path:
+    """Python's print of (t, acc, gyr)."""
+    made = []
+    for t, a, g in zip(m.t, m.acc, m.gyr, strict=True):
+        inner = ", ".join(f"({', '.join(f'{v:.4f}' for v in values)})" for values in (a, g))
+        made.append(f"({t:.4f}, {inner})\n")
+    return write(folder / "print.txt", *made)
+
+
+@dialect
+def influx_lines(folder: Path, m: Motion) -> Path:
+    """InfluxDB's line protocol: measurement and tags, fields, ns since 1970."""
+    made = []
+    for stamp, a, g in zip(ns(m), m.acc, m.gyr, strict=True):
+        fields = ",".join(
+            f"{s}{x}={v:.4f}" for s, three in (("a", a), ("g", g)) for x, v in zip("xyz", three, strict=True)
+        )
+        made.append(f"imu,device=esp32 {fields} {stamp}\n")
+    return write(folder / "influx.txt", *made)
+
+
+@dialect
+def influx_long_table(folder: Path, m: Motion) -> Path:
+    """InfluxDB's export: a row for each number, its name in column "field", one field below the other."""
+    made = ["name,tags,time,field,value\n"]
+    for stem, values in (("a", m.acc), ("g", m.gyr)):
+        for i, axis in enumerate("xyz"):
+            made += [f"imu,,{stamp},{stem}{axis},{v:.4f}\n" for stamp, v in zip(ns(m), values[:, i], strict=True)]
+    return write(folder / "long.csv", *made)

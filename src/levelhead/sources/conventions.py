@@ -13,11 +13,13 @@ from levelhead.sources.vendors import find_vendor
 from levelhead.units import GRAVITY
 
 _CORE_MOTION = {"g", "gs", "mg"}  # in m/s², and in a chip's counts, +1 g up is all but certain; vehicles have z down
+_METRES = {"m/s²", "m/s^2", "m/s2"}  # unless an app with Core Motion's words has multiplied
+_SWIFT = re.compile(r"^rotationRate|^motion[A-Z]")
 _START, _FEW = 2.0, 10  # s, rows by which it is judged how a log begins
 _ALONG, _ACROSS, _NEAR = 0.8, 0.4, 0.2  # g
 _CONSTANT = 2e-3  # by which the length of a gravity vector that software worked out may vary
 _APPLE = re.compile(
-    r"rotationRate[XYZ.]|motionUserAcceleration|accelerometerAcceleration[XYZ]|userAcceleration\.?[xyzXYZ]|motionGravity"
+    r"rotationRate(?:[XYZ.]|_[xyz]\b)|motionUserAcceleration|accelerometerAcceleration[XYZ]|userAcceleration\.?[xyzXYZ]|motionGravity"
 )
 _SENSOR_LOGGER = "seconds_elapsed"  # a column of its exports; on Android its accelerometer is in m/s²
 
@@ -83,7 +85,8 @@ def doubt_sign(t: Array, acc: Array, table: Table, evidence: Evidence) -> None:
     unit = evidence.found["acc"]
     start = acc[t < t[0] + _START]
     start = start[np.isfinite(start).all(axis=1)]
-    told = "acc_inverted" in evidence.findings or unit not in _CORE_MOTION
+    likely = unit in _CORE_MOTION or (unit in _METRES and any(_SWIFT.search(name) for name in table.names))
+    told = "acc_inverted" in evidence.findings or not likely
     if told or len(start) < _FEW or find_vendor([*table.names, *table.origin]) is not None:
         return
     x, y, z = (float(one) for one in np.median(start, axis=0) / GRAVITY)

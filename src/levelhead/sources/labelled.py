@@ -16,7 +16,7 @@ _NUMBER = re.compile(
 )
 MOST = 0.6  # share of the lines with numbers that must be labelled; beside them stand temperatures and greetings
 _FEW = 5  # names behind a first number without one
-_UNIT_BEFORE_AXIS = re.compile(r"\s*\(([^()]*)\)\s*:\s*(?=[xyzXYZ]$)")  # "Gyroscope (rad/s): X"
+_UNIT_BEFORE_AXIS = re.compile(r"\s*[(\[]([^()\[\]]*)[)\]]\s*:\s*(?=[xyzXYZ]$)")  # "Gyroscope (rad/s): X"
 _UNIT_OF_NAME = re.compile(r"(?<=\w)\s*[(\[]([^()\[\]]+)[)\]]\s*[:=]$")  # "Ax(g):"
 _UNIT_BEHIND_NAME = re.compile(r"([A-Za-z]\w*)\s*[(\[]([^()\[\]\s]+)[)\]]\s*$")  # "acc[g] 0.1 0.2 0.3"
 _SEPARATORS = ",;|\t[](){}"

@@ -31,7 +31,9 @@ _REMARKS |= {"relative", "normalized", "normalised", "a.u.", "au", "head", "ches
 _NUMBERED = re.compile(r"([a-z]*?)([xyz])(\d+)")  # ax1, and the x1 of accX1
 _AXES = "xyzw"
 _GREEK = {"alpha": "x", "beta": "y", "gamma": "z"}  # of DeviceMotion's rotationRate: browsers give x, y, z
-_VEHICLE = re.compile(r"(roll|pitch|yaw)(?:rate|speed|vel|velocity|angularvelocity)|(?:bodyrate|rate)(roll|pitch|yaw)")
+_VEHICLE = re.compile(
+    r"(roll|pitch|yaw)(?:rate|speed|vel|velocity|angularvelocity)|(?:bodyrate|rate|[a-z]*angularvelocity)(roll|pitch|yaw)"
+)
 _PERSON = re.compile(r"user\d+")  # whose the file is; "user" alone is user acceleration
 _RATES = {"roll": "x", "pitch": "y", "yaw": "z", "p": "x", "q": "y", "r": "z"}
 

@@ -36,12 +36,14 @@ class Evidence:
         notes: sentences.
         findings: what is wrong with the log, for the doctor: name to numbers.
         acc_per_g: counts per g, if the accelerometer gives counts.
+        thousandths: whether it gives whole mg, or m/s² times 1000: no chip's counts stand beside those.
     """
 
     found: dict[str, str]
     notes: list[str]
     findings: Fields = field(default_factory=dict)
     acc_per_g: float | None = None
+    thousandths: bool = False
 
 
 def find_scale(role: str, table: Table, roles: Roles, hints: Hints, notes: list[str]) -> Scale | None:
@@ -76,7 +78,7 @@ def acc_scale(values: Array, scale: Scale | None, hinted: bool, table: Table, ev
         return scale
     unit = unit_inference.acc_unit(norm)
     if unit is None and are_thousandths(values):
-        evidence.acc_per_g = THOUSANDTHS
+        evidence.thousandths = True
         evidence.notes.append(
             f"accelerometer: taken as thousandths of 1 m/s², a guess: whole numbers of median length {norm:.4g}; "
             "--lsb acc=1000/m/s² confirms it"
@@ -91,6 +93,7 @@ def acc_scale(values: Array, scale: Scale | None, hinted: bool, table: Table, ev
         )
     if unit is not None:
         evidence.notes.append(f"accelerometer: taken as {unit}; its median length is {norm:.4g}")
+        evidence.thousandths = unit == "mg" and _whole(values)
         return Scale(units.factor("acc", unit), unit)
     counts = acc_sensitivity(norm)
     if counts is not None and norm > 50.0:
@@ -137,7 +140,8 @@ def gyr_scale(
         )
     if scale is not None:
         return _checked_gyr(values[rows], scale, hinted, t[rows], acc[rows], table, evidence)
-    found = unit_inference.gyr_unit(t[rows], values[rows], acc[rows], evidence.acc_per_g)
+    per_g = THOUSANDTHS if evidence.thousandths else evidence.acc_per_g
+    found = unit_inference.gyr_unit(t[rows], values[rows], acc[rows], per_g)
     if "a guess" in found.why and (proved := _by_field(t, values, mag)) is not None:
         evidence.notes.append(f"gyroscope: taken as {proved[0]}; {proved[1]}")
         return Scale(units.factor("gyr", proved[0]), proved[0])

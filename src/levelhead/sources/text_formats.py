@@ -11,6 +11,7 @@ from levelhead.sources.hints import Hints
 from levelhead.sources.labelled import looks_labelled
 from levelhead.sources.labelled_table import labelled_table
 from levelhead.sources.layout import first_lines, layout_of
+from levelhead.sources.melted_rows import melted_tables
 from levelhead.sources.splitting import is_comment
 from levelhead.sources.table import Table
 from levelhead.sources.text import TextTable
@@ -54,7 +55,7 @@ def tables(path: Path, shown: str, hints: Hints) -> Sequence[Table]:
         return _tables_undressed(path, shown, hints, encoding)
     if looks_labelled(content[:40]):
         return [labelled_table(path, shown, encoding)]
-    if found := typed_tables(path, shown, content, encoding):
+    if found := melted_tables(path, shown, content, encoding) or typed_tables(path, shown, content, encoding):
         return found
     table = TextTable(path, layout_of(lines, shown, encoding), shown)
     nameless = table.layout.headless and not {"gyr", "acc"} <= set(hints.map)

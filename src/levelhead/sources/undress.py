@@ -1,13 +1,16 @@
 """Lines that a terminal, a logger or a protocol has dressed up: a clock, $SENTENCES, letters, brackets."""
 
 import re
+from collections import Counter
 from collections.abc import Sequence
 
 from levelhead.sources.labelled import looks_labelled
-from levelhead.sources.splitting import lines_of
+from levelhead.sources.names import understand
+from levelhead.sources.splitting import is_number, lines_of
 from levelhead.sources.unit_cells import MEASURED, without_units
 from levelhead.sources.vector_cells import OBJECT, VECTOR, without_objects, without_vectors
 
+_SIX = 6  # numbers of a gyroscope and an accelerometer
 MOST = 0.6  # share of the lines that must be dressed alike
 _ARROW = re.compile(r"^\s*\[?(?:\d{4}-\d\d-\d\d[ T])?(\d\d?:\d\d:\d\d[.,]\d+)\]?\s*(?:->|>)\s?(.*)$")
 _CLOCK = r"(?:\d{4}-\d\d-\d\d[ T])?(\d\d?:\d\d:\d\d[.,]\d+)"
@@ -23,6 +26,12 @@ _MESSAGE = re.compile(
 )  # mavlogdump: "…: IMU {TimeUS : 1, …}"
 _LETTER = re.compile(r"^\s*#([AGM])(?:-[A-Z])?=([-+\d.,eE\s]+)$")  # Razor AHRS: #A-C=1.2,3.4,5.6
 _YPR = re.compile(r"YPR(?=.*A)(?=.*G)[AMG]{2,3}")
+_UM7 = re.compile(r"^\s*\$PCHRS,([012]),([-+\d.eE, ]+?),?\*[0-9A-Fa-f]{2}\s*$")  # which sensor, s, x, y, z
+_CHECKED = re.compile(r"^\s*[$!][A-Za-z]\w*,[^*]*(?:\*[0-9A-Fa-f]{2,8})?\s*$")  # NMEA: $IMU,…*3F
+_POINT = re.compile(r"^[A-Za-z]\S* ((?:\w+=[^\s,=]+,){2,}\w+=[^\s,=]+) (\d{16,19})\s*$")  # InfluxDB's lines, ns
+_NESTED = re.compile(
+    r"^\s*[(\[]\s*(?:[-+\d.eE]+\s*,\s*)?[(\[][-+\d.eE,\s()\[\]]+[)\]],?\s*$"
+)  # Python: (t, (x, y, z), …)
 _SENTENCE = re.compile(r"^\s*\$(VN[A-Z]{3}),(.*?)(?:\*[0-9A-Fa-f]{2,4})?\s*$")
 _BRACKETS = re.compile(r"([A-Za-z]+)\s*\(([^)]*)\)\s*\[([^\]]*)\]")
 _TWO_SIGNS = re.compile(  # 1,2,3;4,5,6: no letters. A line without ; and | is no candidate.
@@ -43,9 +52,10 @@ def undress_text(text: str) -> str | None:
     sample = lines[:200]
     for pattern, plain in (
         (_ARROW, _without_arrows), (_BRACKETED, _without_arrows), (_LOGGER, _without_arrows), (_ESP, _without_arrows),
-        (_COUNTED, _without_arrows), (_TAGGED, _without_tags), (_MESSAGE, _without_braces),
-        (_SENTENCE, _without_sentences), (_LETTER, _without_letters), (_BRACKETS, _without_brackets),
-        (_TWO_SIGNS, _with_commas), (OBJECT, without_objects), (VECTOR, without_vectors), (MEASURED, without_units),
+        (_COUNTED, _without_arrows), (_TAGGED, _without_tags), (_MESSAGE, _without_braces), (_POINT, _without_points),
+        (_UM7, _with_words), (_SENTENCE, _without_sentences), (_CHECKED, _without_checksums),
+        (_LETTER, _without_letters), (_BRACKETS, _without_brackets), (_TWO_SIGNS, _with_commas),
+        (OBJECT, without_objects), (_NESTED, _without_nesting), (VECTOR, without_vectors), (MEASURED, without_units),
     ):  # fmt: skip
         if sum(pattern.search(line) is not None for line in sample) > MOST * len(sample):
             return plain(lines)
@@ -111,6 +121,26 @@ def _without_braces(lines: Sequence[str]) -> str | None:
     return "\n".join(made)
 
 
+def _without_checksums(lines: Sequence[str]) -> str | None:
+    """Sentences: rows typed by their names; where no name is a sensor's, those of the commonest with six numbers."""
+    found = [line.strip().lstrip("$!").partition("*")[0].split(",") for line in lines]
+    if not {"gyr", "acc"} & {understand(f"{row[0]} x").role for row in found[:200]}:
+        counts = Counter(row[0] for row in found if sum(is_number(cell, False) for cell in row) >= _SIX)
+        found = [row for row in found if row[0] == max(counts, key=lambda tag: counts[tag], default=row[0])]
+    return "\n".join(map(",".join, found))
+
+
+def _without_points(lines: Sequence[str]) -> str | None:
+    """Names and numbers, their stamp first."""
+    found = [match.groups() for line in lines if (match := _POINT.match(line))]
+    return "\n".join(f"time_ns: {stamp} {fields.replace(',', ' ')}" for fields, stamp in found)
+
+
+def _without_nesting(lines: Sequence[str]) -> str | None:
+    """The numbers of tuples in tuples."""
+    return "\n".join(re.sub(r"[()\[\]\s]", "", line).rstrip(",") for line in lines)
+
+
 def _without_letters(lines: Sequence[str]) -> str | None:
     """Razor AHRS: a line for each sensor, which a letter names; a sample ends where a letter comes again."""
     names = {"A": "acc", "G": "gyr", "M": "mag"}
@@ -138,6 +168,13 @@ def _without_sentences(lines: Sequence[str]) -> str | None:
     if kind is None:
         return None
     return "\n".join([",".join(_VECTORNAV[kind]), *(rest for word, rest in found if word == kind)])
+
+
+def _with_words(lines: Sequence[str]) -> str | None:
+    """CH Robotics' UM6 and UM7 in NMEA sentences: rows typed by the sensor (UM7 data sheet, $PCHRS)."""
+    words = {"0": "Gyroscope", "1": "Accelerometer", "2": "Magnetometer"}
+    found = [match.groups() for line in lines if (match := _UM7.match(line))]
+    return "\n".join(f"{words[kind]},{rest}" for kind, rest in found)
 
 
 def _without_brackets(lines: Sequence[str]) -> str | None:
