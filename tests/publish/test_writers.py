@@ -54,6 +54,19 @@ def test_csv_reads_back_to_the_bit(tmp_path, n):
     check(track, names, values, 1e-8)
 
 
+def test_values_that_stay_for_many_rows_are_written_as_any_others(tmp_path):
+    """Bias and σ as text, each row for itself: repeated, changed in one column, −0 after 0, missing."""
+    bias = np.zeros((9, 3))
+    bias[3:, 1], bias[5:, 2], bias[7:] = 1 / 3, -0.0, np.nan
+    sigma = np.full((9, 3), 0.1)
+    sigma[4, 0] = 1e-300
+    track = Track(np.arange(9.0), np.tile([1.0, 0.0, 0.0, 0.0], (9, 1)), bias, sigma)
+    write_track(track, tmp_path / "track.csv")
+    lines = (tmp_path / "track.csv").read_text().splitlines()[1:]
+    wanted = [[f"{value:.9g}" for value in (*b, *s)] for b, s in zip(bias, sigma, strict=True)]
+    assert [line.split(",")[8:14] for line in lines] == wanted and wanted[5][2] == "-0"
+
+
 def test_absent_estimates_have_no_columns(tmp_path):
     write_track(some_track(5, full=False), tmp_path / "track.CSV")
     names, values = read_csv(tmp_path / "track.CSV")

@@ -80,7 +80,7 @@ def examine_rest(recording: Recording) -> Iterator[Finding]:
             "Calibrate it: six positions, or ESKF with a prior.",
         )
     if still.sum() > 20:
-        bias = np.median(gyr, axis=0)
+        bias = np.array([median(axis) for axis in gyr.T])
         if float(np.abs(bias).max()) > BIAS:
             listed = ", ".join(f"{value:.2f}" for value in np.degrees(bias))
             yield Finding(
@@ -96,7 +96,10 @@ def _hardly_turns(recording: Recording) -> bool:
     """Whether the rate stays small and gravity on one side: held in a hand, perhaps, but too still to tell anything."""
     rate = np.linalg.norm(recording.gyr, axis=1)
     up = recording.acc / np.linalg.norm(recording.acc, axis=1)[:, None]
-    away = np.linalg.norm(up - np.nanmedian(up, axis=0), axis=1)
+    known = up[np.isfinite(up).all(axis=1)]
+    if len(known) == 0:
+        return False
+    away = np.linalg.norm(up - [median(axis) for axis in known.T], axis=1)
     return float(np.nanquantile(rate, 0.99)) < LITTLE and float(np.nanquantile(away, 0.99)) < LITTLE
 
 
@@ -222,7 +225,8 @@ def examine_field(recording: Recording) -> Iterator[Finding]:
     up = np.einsum("ij,ij->i", recording.acc, recording.mag) / (
         np.linalg.norm(recording.acc, axis=1) * np.linalg.norm(recording.mag, axis=1)
     )
-    dip = float(np.degrees(np.arcsin(np.clip(-np.nanmedian(up), -1.0, 1.0))))
+    up = up[np.isfinite(up)]
+    dip = float(np.degrees(np.arcsin(np.clip(-median(up), -1.0, 1.0)))) if len(up) else 0.0
     if dip < -20.0:
         yield Finding(
             "field_points_up",

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from levelhead.inspection.findings import Finding
-from levelhead.recording import Array, Recording
+from levelhead.recording import Array, Recording, median
 from levelhead.units import GRAVITY
 
 NAMES = {"gyr": "gyroscope", "acc": "accelerometer", "mag": "magnetometer"}
@@ -71,7 +71,7 @@ def find_clipping(role: str, values: Array) -> Clipping | None:
         at = column >= top * (1.0 - 2e-4)
         count = int(at.sum())
         runs = np.diff(np.concatenate([[0], np.flatnonzero(~at) + 1, [len(at) + 1]])) - 1
-        high = top > ALONE * float(np.median(finite)) and (role == "gyr" or top > 1.8 * GRAVITY)
+        high = top > ALONE * median(finite) and (role == "gyr" or top > 1.8 * GRAVITY)
         scale = top * factor
         high |= role == "gyr" and min(abs(scale / one - 1.0) for one in FULL_SCALES) < 0.002
         if count >= CLIPPED and runs.max() >= RUN and high and (worst is None or count > worst.rows.sum()):

@@ -17,9 +17,9 @@ In CSV, t and the quaternion come back to the last bit; angles have 6 decimals, 
 as uint32, to the last bit.
 """
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from importlib.util import find_spec
-from itertools import chain
+from itertools import chain, repeat
 from pathlib import Path
 
 import numpy as np
@@ -115,12 +115,27 @@ def _format(name: str) -> str:
 
 def _write_csv(track: Track, path: Path, report: Callable[[float], None]) -> None:
     names = list(_columns(track, slice(0, 1)))
-    line = ",".join(map(_format, names)) + "\n"
+    steady = [name for name in names if _format(name) == "%.9g"]
+    line = ",".join("%s" if name in steady else _format(name) for name in names if name not in steady[1:]) + "\n"
     with path.open("w", encoding="utf-8", newline="") as file:
         file.write(",".join(names) + "\n")
         for columns in _chunks(track, report):
-            values = [column.tolist() for column in columns.values()]
-            file.write("".join([line % row for row in zip(*values, strict=True)]))
+            values = {name: column.tolist() for name, column in columns.items() if name not in steady}
+            if steady:
+                values[steady[0]] = _repeated_texts([columns[name] for name in steady])
+            rows = zip(*(values[name] for name in names if name in values), strict=True)
+            file.write("".join([line % row for row in rows]))
+
+
+def _repeated_texts(columns: Sequence[Array]) -> Iterator[str]:
+    """The text of each row of columns that keep their values for many rows, as bias and σ do: written once for all."""
+    values = np.stack(columns, axis=1)
+    bits = values.view(np.uint64)
+    starts = np.flatnonzero(np.concatenate([[True], (bits[1:] != bits[:-1]).any(axis=1)]))
+    form = ",".join(["%.9g"] * len(columns))
+    texts = [form % tuple(row) for row in values[starts].tolist()]
+    counts = np.diff(starts, append=len(values)).tolist()
+    return chain.from_iterable(map(repeat, texts, counts))
 
 
 def _write_large_csv(tracks: Iterable[Track], schema: Handle, path: Path, report: Callable[[float], None]) -> None:
