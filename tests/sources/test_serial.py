@@ -12,6 +12,7 @@ import levelhead as lh
 from levelhead import simulate
 from levelhead.sources.csv_writer import write_csv
 from levelhead.sources.hints import Hints, check
+from levelhead.sources.lines import LOOK
 from levelhead.sources.replay import Replay
 from levelhead.sources.sensors import SensorError
 from levelhead.sources.serial_lines import SerialLines, parse_serial
@@ -289,14 +290,30 @@ def test_lines_as_lessons_print_them(device, recording, dialect):
     "line, said",
     [
         ("1,2", "sends 2 numbers per line; expected a gyroscope and an accelerometer"),
-        ("1,2,3,4,5,6", "names its 6 columns; expected hints such as map gyr=4,5,6 acc=1,2,3"),
-        ("1,2,3,4,5,6,7", "names its 7 columns; expected hints such as map t=1 gyr=5,6,7 acc=2,3,4"),
-        ("roll:1.2,pitch:3.4", "no gyroscope among the columns roll, pitch"),
+        ("1,2,3,4,5,6", "names its 6 columns; name them, such as --map gyr=4,5,6 acc=1,2,3"),
+        ("1,2,3,4,5,6,7", "names its 7 columns; name them, such as --map t=1 gyr=5,6,7 acc=2,3,4"),
+        (
+            "roll:1.2,pitch:3.4",
+            "no gyroscope among the columns roll, pitch; .* roll and pitch are made of such readings",
+        ),
     ],
 )
 def test_hints_fit_what_was_seen(device, line, said):
     with pytest.raises(lh.LevelheadError, match=said):
         everything(device, opened(device), [line] * 300)
+
+
+def test_the_hint_names_the_columns_that_look_like_sensors(device, recording):
+    """Here the gyroscope comes first; a line of two numbers gets no hint that it cannot follow."""
+    rows = [",".join(_numbers((*g, *a))) for g, a in zip(recording.gyr, recording.acc, strict=True)]
+    with pytest.raises(lh.LevelheadError, match="such as --map gyr=1,2,3 acc=4,5,6"):
+        everything(device, opened(device), rows)
+    line = opened(device)
+    for _ in range(LOOK + 1):
+        device.say("0.1,0.2")
+        device.now += 0.1
+        assert line.poll() == []
+    assert "six numbers are needed" in line.troubles()[-1][1]
 
 
 def test_what_makes_no_sense_is_said(device):

@@ -179,7 +179,8 @@ class Node:
 
     def _skip(self, skipped: int, late: float) -> None:
         """Ticks that were missed are not made up for: their orientations would be stale."""
-        self.journal.note("late", f"{skipped} ticks were missed: the last one came {1e3 * late:.1f} ms late")
+        missed = "1 tick was missed" if skipped == 1 else f"{skipped} ticks were missed"
+        self.journal.note("late", f"{missed}: the next one came {1e3 * late:.1f} ms late")
 
     def tick(self, late: bool = False) -> None:
         """Reads, fuses, publishes and logs what is new; after a missed tick only the newest orientation is published.
@@ -269,7 +270,7 @@ class Node:
             return
         self._closed = True
         if self._began:
-            self.safe_state.enter("the node ends")
+            self.safe_state.end()
             text = f"{self.samples} samples, {self.loop.missed} ticks missed"
             self.journal.note("stopped", text, **self.figures())
         for topic in TOPICS:

@@ -78,6 +78,11 @@ class SafeState:
         if "invalid" not in self._journal.active and self._publish_invalid():
             self._journal.begin("invalid", f"{EVENTS['invalid']}: {why}")
 
+    def end(self) -> None:
+        """As ``enter`` when the node ends, which is no fault and has an event of its own."""
+        if "invalid" not in self._journal.active:
+            self._publish_invalid()
+
     def leave(self) -> None:
         """An orientation is about to be published."""
         if self._journal.active:

@@ -377,7 +377,9 @@ def _complete(columns: Mapping[str, tuple[int, ...]], names: Sequence[str], sour
     for role in ("gyr", "acc"):
         if role not in columns:
             listed = ", ".join(name for name in names[:12] if name) + (", …" if len(names) > 12 else "")
+            angles = [name for name in names if name.lower() in ("roll", "pitch", "yaw")]
+            made = f"; {' and '.join(angles)} are made of such readings" if len(angles) > 1 else ""
             raise LevelheadError(
                 f"{source}: there is no {MEANING[role]} among the columns {listed}; "
-                f"expected such as {_EXAMPLE[role]}, or the hint map {role}=…"
+                f"expected such as {_EXAMPLE[role]}, or the hint map {role}=…{made}"
             )

@@ -287,6 +287,16 @@ def _magnetometer(
     return ()
 
 
+def map_words(values: Array) -> str:
+    """``--map`` for the columns of (n, k) ``values``: as their numbers look, else such as fits how many there are."""
+    guess = guess_columns(values)
+    if not guess.acc or not guess.gyr or guess.user:
+        return "--map gyr=4,5,6 acc=1,2,3" if values.shape[1] < 7 else "--map t=1 gyr=5,6,7 acc=2,3,4"
+    found = {"t": () if guess.t is None else (guess.t,), "gyr": guess.gyr, "acc": guess.acc, "mag": guess.mag}
+    words = [f"{role}={','.join(str(i + 1) for i in positions)}" for role, positions in found.items() if positions]
+    return f"--map {' '.join(words)}"
+
+
 def _example(width: int) -> str:
     """Hints that fit the number of columns."""
     if width < 7:

@@ -18,6 +18,7 @@ from levelhead.sample import Sample, Triple
 from levelhead.sources import labelled
 from levelhead.sources.assemble import assemble
 from levelhead.sources.columns import assign
+from levelhead.sources.headerless import map_words
 from levelhead.sources.hints import QUANTITY, Hints, Scale
 from levelhead.sources.layout import Layout, layout_of
 from levelhead.sources.names import RELATIVE
@@ -30,6 +31,7 @@ SHOWN = 60  # letters of a line in a sentence
 LONGEST = 4096  # bytes of a line; more without an end is no text
 SHORTEST = 1e-3  # s between two samples, at least
 UNDERSTOOD = 0.5  # s from the first line, after which it is said what is still missing
+FEWEST = 6  # numbers of a gyroscope and an accelerometer
 PATIENCE = 200  # lines that make no sense, before it is said that none does
 
 
@@ -71,9 +73,8 @@ class Lines:
         self._waits = ""  # for what, as far as it was said
         self._names: tuple[str, ...] = ()
         self._layout: Layout | None = None  # of CSV
-        self._named: Callable[[str], Mapping[str, float]] = (
-            flatten_json  # of JSON and labelled text: a line as numbers by name
-        )
+        # Of JSON and labelled text: a line as numbers by name.
+        self._named: Callable[[str], Mapping[str, float]] = flatten_json
         self._part: dict[str, float] = {}  # of a sample that stands on several lines: what came so far
         self._columns: dict[str, QuantityColumns] = {}
 
@@ -128,7 +129,7 @@ class Lines:
             return f"{self.source} has sent {len(self._seen)} lines so far; {LOOK} are needed to tell columns and units"
         return (
             f"{self.source} sends lines such as '{last[:SHOWN]}', and none that names the columns; reset the device if "
-            "it prints a header when it starts, or name them, such as --map t=1 gyr=5,6,7 acc=2,3,4 (columns by number)"
+            f"it prints a header when it starts{self._or_name(self._alike())}"
         )
 
     def _samples(self, lines: Sequence[tuple[str, float]]) -> list[Sample]:
@@ -234,11 +235,7 @@ class Lines:
 
     def _laid_out(self) -> Layout | None:
         """The layout of the lines that belong together: the first one may be the end of a line. None: no header yet."""
-        lines = [text for text, _ in self._seen]
-        layout = layout_of(lines, self.source)
-        widths = Counter(len(cells(line, layout.delimiter)) for line in lines)
-        width = widths.most_common(1)[0][0]
-        lines = [line for line in lines if len(cells(line, layout.delimiter)) == width]
+        lines = self._alike()
         layout = layout_of(lines, self.source)
         if not layout.headless:
             return layout
@@ -249,16 +246,35 @@ class Lines:
             return layout
         if len(self._seen) < PATIENCE:
             return None
-        if width < 6:
+        width = len(layout.names)
+        if width < FEWEST:
             raise LevelheadError(
-                f"{self.source} sends {width} numbers per line; expected a gyroscope and an accelerometer of three axes"
-                " each, with a header that names them, or words before the numbers"
+                f"{self.source} sends {width} number{'s' * (width > 1)} per line; expected a gyroscope and an "
+                "accelerometer of three axes each, with a header that names them, or words before the numbers"
             )
-        example = "gyr=4,5,6 acc=1,2,3" if width == 6 else "t=1 gyr=5,6,7 acc=2,3,4"
         raise LevelheadError(
-            f"{self.source} sent no header that names its {width} columns; expected hints such as map {example} "
-            "(columns by number)"
+            f"{self.source} sent no header that names its {width} columns; name them{self._how(lines)}"
         )
+
+    def _alike(self) -> list[str]:
+        """The lines with the usual number of cells: the first one may be the end of a line."""
+        lines = [text for text, _ in self._seen]
+        delimiter = layout_of(lines, self.source).delimiter
+        widths = [len(cells(line, delimiter)) for line in lines]
+        width = Counter(widths).most_common(1)[0][0]
+        return [line for line, own in zip(lines, widths, strict=True) if own == width]
+
+    def _or_name(self, lines: Sequence[str]) -> str:
+        """The end of a sentence on lines without a header: how to name their columns, if there are enough."""
+        width = len(layout_of(lines, self.source).names)
+        if width < FEWEST:
+            return f"; six numbers are needed, of gyroscope and accelerometer, and a line holds {width}"
+        return f", or name them{self._how(lines)}"
+
+    def _how(self, lines: Sequence[str]) -> str:
+        layout = layout_of(lines, self.source)
+        rows = [[_or_nan(cell, layout.decimal_comma) for cell in cells(line, layout.delimiter)] for line in lines]
+        return f", such as {map_words(np.array(rows))} (columns by number)"
 
     def _conclude(self, rows: Sequence[StampedLine]) -> dict[str, QuantityColumns]:
         values = np.array([row.values for row in rows], dtype=np.float64)
@@ -328,6 +344,13 @@ def number(cell: str, comma: bool = False) -> float:
     if math.isinf(value) or "_" in cell:
         raise Garbage
     return value
+
+
+def _or_nan(cell: str, comma: bool) -> float:
+    try:
+        return number(cell, comma)
+    except Garbage:
+        return math.nan
 
 
 def flatten_json(text: str) -> dict[str, float]:
