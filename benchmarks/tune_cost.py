@@ -12,7 +12,7 @@ import levelhead as lh
 from levelhead.bench.timing import Table
 from measure import options, show
 
-SEARCHES = (("Mahony", ()), ("EKF", ()), ("ESKF", ("acc_noise", "mag_noise")))
+SEARCHES = (("Mahony", ()), ("EKF", ()), ("ESKF", ()))
 
 
 def main() -> None:

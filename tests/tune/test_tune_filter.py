@@ -93,6 +93,10 @@ def test_a_minimum_at_the_end_of_the_range_is_said(logs):
     found = tune_filter(logs[0], lh.Mahony(kp=4.0), ["kp=2:8"], runs=40)
     assert found.at_end(0) == "lowest"
     assert any("kp = 2 is the lowest value searched" in line for line in found.verdict())
+    curve = found.curves[0]
+    flat = replace(curve, **{name: np.full(len(curve.values), 1.0) for name in ("total", "tilt", "heading")})
+    level = replace(found, curves=(flat,))  # the same end, but the error does not fall towards it
+    assert level.at_end(0) == "" and not any("searched" in line for line in level.verdict())
 
 
 def test_progress_goes_one_way(logs):

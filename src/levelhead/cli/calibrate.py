@@ -5,6 +5,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from levelhead.cli.known_errors import read_uncalibrated
 from levelhead.cli.options import (
     Axes,
     Reading,
@@ -73,7 +74,7 @@ def calibrate(
         recordings = [record_live_poses(source, poses, view, speed, axes, gyr_range, acc_range, gravity, reading)]
     else:
         with progress("reading"):
-            recordings = [reading.read(log) for log in logs]
+            recordings = [read_uncalibrated(reading, log) for log in logs]
     with progress("calibrating") as report:
         found = calibrate_sensor(recordings, gravity=gravity, progress=report)
     name = logs[0].stem if logs else LIVE_NAME

@@ -5,9 +5,11 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from levelhead.cli.known_errors import CalibrationFile, log_or_simulation
 from levelhead.cli.options import (
     FILTERS,
     NO_PICTURE,
+    FromFile,
     GuardWords,
     Reading,
     can_draw,
@@ -15,11 +17,11 @@ from levelhead.cli.options import (
     external_kinds,
     filter_option,
     folder,
-    log_or_simulation,
     parse_filter_spec,
     parse_guard,
     print_json,
     print_line,
+    read_parameters,
     require_writable,
 )
 
@@ -49,6 +51,8 @@ def compare(
             "found and printed. May be given several times.",
         ),
     ] = (),
+    tuned: FromFile = None,
+    calibration: CalibrationFile = None,
     guard: GuardWords = (),
     out: Annotated[Path | None, Parameter(name=["--out", "-o"], metavar="DIR")] = None,
     json: Annotated[bool, Parameter(negative="")] = False,
@@ -66,11 +70,15 @@ def compare(
     """
     from levelhead import filters
 
-    chosen = [parse_filter_spec(word) for word in filter] or [flt.params() for flt in filters.ALL]
-    before = parse_guard(guard)
+    file = read_parameters(tuned, None)
+    named = [parse_filter_spec(word) for word in filter]
+    if file is not None:
+        named.insert(0, file.params)
+    chosen = named or [flt.params() for flt in filters.ALL]
+    before = parse_guard(guard, file)
     if out is not None:
         require_writable(out)
-    recording = log_or_simulation(log, simulate, seed, reading)
+    recording = log_or_simulation(log, simulate, seed, reading, calibration)
     from levelhead.evaluate import compare as run
     from levelhead.publish.progress import progress
     from levelhead.publish.terminal_table import print_table

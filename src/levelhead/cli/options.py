@@ -291,15 +291,14 @@ def simulate_recording(
     """
     from levelhead import simulate
     from levelhead.errors import nearest
-    from levelhead.simulate.motion import STYLES
 
     lessons = {"lesson": simulate.lesson, "hard": simulate.hard_lesson}
     if what in lessons:
         if (duration, rate, sensor, noise) != (None, None, None, None):
             raise LevelheadError(f"'{what}' has its own sensor, duration and rate; only --seed can be chosen")
         return lessons[what](42 if seed is None else seed)
-    if what not in STYLES:
-        raise LevelheadError(f"there is no simulation '{what}'; {nearest(what, [*lessons, *STYLES])}")
+    if what not in simulate.MOTIONS:
+        raise LevelheadError(f"there is no simulation '{what}'; {nearest(what, [*lessons, *simulate.MOTIONS])}")
     chosen: Any = sensor
     if noise is not None:
         from levelhead.noise import NoiseModel
@@ -307,20 +306,6 @@ def simulate_recording(
         chosen = NoiseModel.read(noise).imu(None if sensor is None else simulate.imu(sensor))
     wishes: Fields = {"seed": seed, "duration": duration, "rate": rate, "sensor": chosen}
     return simulate.recording(motion=what, **{name: wish for name, wish in wishes.items() if wish is not None})
-
-
-def log_or_simulation(log: Path | None, simulate: str | None, seed: int | None, reading: Reading) -> "Recording":
-    """The recording of a verb that takes a log or a simulation, one of the two."""
-    if (log is None) == (simulate is None):
-        raise LevelheadError("give either a log or --simulate, such as: --simulate lesson")
-    if log is not None:
-        if seed is not None:
-            raise LevelheadError("--seed is for --simulate; a log has no seed")
-        return reading.read(log)
-    if reading != Reading():
-        raise LevelheadError("--map, --units, --lsb and --rate are for a log; --simulate needs none of them")
-    recording: Recording = simulate_recording(str(simulate), seed)
-    return recording
 
 
 def folder(path: Path) -> Path:

@@ -24,12 +24,13 @@ def simulate(
     """Simulate a recording with known truth and write it as .csv or .npz, or as a ROS 1 bag without the truth.
 
     Args:
-        what: a motion (hand, walking, drone, robot, still), or lesson or hard.
+        what: a motion (hand, walking, drone, robot, still), poses for a calibration, or lesson or hard.
         out: the file; .npz keeps the truth and the true bias to the bit.
         sensor: MPU-6050 (the default), BMI160, LSM6DS3, LSM6DSO32 or ICM-20948, errors as in its data sheet.
         duration: seconds; 60 by default.
         rate: samples a second; 100 by default.
-        seed: the same seed gives the same bits; it picks motion, specimen and noise. 42 for the lessons, 0 otherwise.
+        seed: the same seed gives the same bits; it picks motion, noise and the specimen of the sensor, which is the
+            same for all motions. 42 for the lessons, 0 otherwise.
         noise: a sensor's noise as `levelhead noise` has written it; with --sensor in place of that sensor's, without
             it the only error.
         json: print what was written as JSON.

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from levelhead.cli.known_errors import CalibrationFile, read_calibrated
 from levelhead.cli.options import (
     FILTERS,
     NO_PICTURE,
@@ -54,6 +55,7 @@ def stress(
         ),
     ] = (),
     tuned: FromFile = None,
+    calibration: CalibrationFile = None,
     guard: GuardWords = (),
     list: Annotated[bool, Parameter(negative="")] = False,
     out: Annotated[Path | None, Parameter(name=["--out", "-o"], metavar="DIR")] = None,
@@ -92,7 +94,7 @@ def stress(
     before = parse_guard(guard, file)
     if out is not None:
         require_writable(out)
-    recording = _recording(log, simulate, seed, reading)
+    recording = _recording(log, simulate, seed, reading, calibration)
     faults = [complete(one, recording) for one in faults] or all_faults(recording)
     if not fault and recording.mag is None:
         left_out.append("There is no magnetometer in the log: its faults are left out.")
@@ -133,14 +135,18 @@ def _fault_table() -> str:
     return plain_table(columns, rows)
 
 
-def _recording(log: Path | None, motion: str | None, seed: int, reading: Reading) -> "Recording":
+def _recording(
+    log: Path | None, motion: str | None, seed: int, reading: Reading, calibration: Path | None
+) -> "Recording":
     from levelhead import simulate
     from levelhead.simulate.motion import STYLES
 
     if (log is None) == (motion is None):
         raise LevelheadError("give either a log or --simulate, such as: levelhead stress --simulate hand")
     if log is not None:
-        return reading.read(log)
+        return read_calibrated(reading, log, calibration)
+    if calibration is not None:
+        raise LevelheadError("--calibration is for a log; --simulate has a sensor of its own")
     if reading != Reading():
         raise LevelheadError("--map, --units, --lsb and --rate are for a log; --simulate needs none of them")
     if motion not in STYLES:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from levelhead.cli.known_errors import log_or_simulation
 from levelhead.cli.options import (
     NO_PICTURE,
     Engine,
@@ -15,7 +16,6 @@ from levelhead.cli.options import (
     Reading,
     can_draw,
     folder,
-    log_or_simulation,
     parameter_names,
     parse_filter,
     parse_guard,

@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
+from levelhead.cli.known_errors import CalibrationFile, read_calibrated
 from levelhead.cli.options import (
     Engine,
     FilterName,
@@ -37,7 +38,7 @@ def tune(
     set: Annotated[tuple[str, ...], Parameter(name="--set", negative="", metavar="K=V")] = (),
     tuned: FromFile = None,
     noise: Annotated[Path | None, Parameter(metavar="FILE")] = None,
-    calibration: Annotated[Path | None, Parameter(metavar="FILE")] = None,
+    calibration: CalibrationFile = None,
     guard: GuardWords = (),
     goal: Literal["truth", "smoother", "likelihood"] | None = None,
     metric: Literal["total", "tilt", "heading"] | None = None,
@@ -61,7 +62,6 @@ def tune(
             all that are usually tuned.
         set: a parameter held fixed, or where the search starts, such as kp=1; may be given several times.
         noise: the sensor's noise as `levelhead noise` has written it: where the search of Q and R starts.
-        calibration: the sensor's errors as `levelhead calibrate` has written them, taken off the readings first.
         goal: truth where a log has one, else smoother; likelihood is that of the innovations over 5 s. With the last
             two a truth only checks the result.
         metric: error to minimise, but for a constant heading; total where all logs have a magnetometer that the filter
@@ -84,12 +84,7 @@ def tune(
     space_of(params, parameter)
     require_writable(out)
     with progress("reading"):
-        recordings = [reading.read(log) for log in logs]
-        if calibration is not None:
-            from levelhead.calibration import Calibration
-
-            known = Calibration.read(calibration)
-            recordings = [known.apply(recording) for recording in recordings]
+        recordings = [read_calibrated(reading, log, calibration) for log in logs]
     with progress("tuning") as report:
         found = tune_filter(
             recordings, params, parameter, metric=metric, goal=goal, guard=before, runs=runs, seed=seed,

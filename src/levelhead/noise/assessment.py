@@ -14,6 +14,7 @@ from levelhead.units import factor
 NAMES = {"gyr": "gyroscope", "acc": "accelerometer", "mag": "magnetometer"}
 SHEET_UNITS = {"gyr": "deg/s", "acc": "g", "mag": "µT"}
 AS_SAID = 1.25  # a ratio from 1/1.25 to 1.25 is what the sheet says
+SAME = 1.05  # where the chip is not known: the sheets that are as near are named
 LENGTHS = 100.0  # times the τ at which an Allan deviation is flat, that a recording needs to show it
 WHOLE = 0.9  # of a recording at rest: with less it is said
 BAD_FIT = 6.0  # mean squared misfit in σ from which there is more than these noises
@@ -78,6 +79,9 @@ def _density(name: str, triad: TriadNoise, chip: Chip | None) -> str:
         word = "times" if ratio > 1.0 else "of"
         return f"{head}{ratio:.2g} {word} what the {chip.name}'s sheet says ({scale * theirs:g})"
     ordered = sorted(sheets.items(), key=lambda pair: pair[1])
+    same = [one for one, density in ordered if 1.0 / SAME <= mine / density <= SAME]
+    if same:
+        return f"{head}as the sheet{'s' * (len(same) > 1)} of {' and '.join(same)} ({scale * sheets[same[0]]:g})"
     below = [f"{one} ({scale * density:g})" for one, density in ordered if density <= mine]
     above = [f"{one} ({scale * density:g})" for one, density in ordered if density > mine]
     if not below:

@@ -15,7 +15,7 @@ from levelhead.simulate.fault import Fault, Faulted, all_faults, apply_fault, pa
 from levelhead.simulate.imu import EARTH_FIELD, Imu, Iron, observe
 from levelhead.simulate.lesson import hard_lesson, lesson
 from levelhead.simulate.motion import STYLES, Motion, motion
-from levelhead.simulate.pipeline import recording
+from levelhead.simulate.pipeline import MOTIONS, recording
 from levelhead.simulate.pose_sequence import poses
 from levelhead.simulate.presets import CHIPS, MAGNETOMETERS, imu
 from levelhead.simulate.triad_errors import TriadErrors
@@ -24,6 +24,7 @@ __all__ = [
     "CHIPS",
     "EARTH_FIELD",
     "MAGNETOMETERS",
+    "MOTIONS",
     "STYLES",
     "Barometer",
     "Bumps",

@@ -5,8 +5,12 @@ from dataclasses import replace
 from levelhead.errors import LevelheadError
 from levelhead.recording import Recording
 from levelhead.simulate.imu import Imu, Iron, observe
+from levelhead.simulate.motion import STYLES
 from levelhead.simulate.motion import motion as move
+from levelhead.simulate.pose_sequence import poses_for
 from levelhead.simulate.presets import imu
+
+MOTIONS = (*STYLES, "poses")
 
 
 def recording(
@@ -23,10 +27,11 @@ def recording(
 
     Args:
         sensor: a name that ``imu`` knows, or an error model.
-        motion: a style that ``motion`` knows: "hand", "walking", "drone", "robot" or "still".
+        motion: a style that ``motion`` knows: "hand", "walking", "drone", "robot", "still", or "poses".
         duration: s.
         rate: samples a second, Hz.
-        seed: zero or more; it picks the motion as well as the specimen of the chip and its noise.
+        seed: zero or more; it picks the motion as well as the specimen of the chip, which is the same one for every
+            motion, and its noise.
         mag: a magnetometer beside the chip, as in ``imu``.
         iron: hard and soft iron around the magnetometer.
 
@@ -40,5 +45,6 @@ def recording(
         sensor = imu(sensor, mag=mag, iron=iron)
     elif mag is not None or iron is not None:
         raise LevelheadError("an Imu has its own magnetometer and iron; expected a chip's name with mag and iron")
-    observed = observe(move(seed, duration, rate, style=motion), sensor, seed)
+    truth = poses_for(duration, seed, rate) if motion == "poses" else move(seed, duration, rate, style=motion)
+    observed = observe(truth, sensor, seed)
     return replace(observed, meta={**observed.meta, "motion": motion})

@@ -9,11 +9,12 @@ from levelhead.simulate.motion import Motion
 from levelhead.simulate.noise import generator
 
 STREAM = 5  # of random numbers; the IMU and the slower sensors have 0 to 4
+REST, TURN = 2.5, 2.0  # s
 LEAST_TURN, MOST_TURN = 1.2, 2.8  # rad
 
 
 def poses(
-    count: int = 14, seed: int = 0, *, rest: float = 2.5, turn: float = 2.0, rate: float = 100.0
+    count: int = 14, seed: int = 0, *, rest: float = REST, turn: float = TURN, rate: float = 100.0
 ) -> Motion:  # fmt: skip
     """Poses in random attitudes and turns between them, about random axes by 70° to 160°; the place stays the same.
 
@@ -48,3 +49,13 @@ def poses(
     quat, gyr = np.concatenate(quats), np.concatenate(rates)
     zero = np.zeros_like(gyr)
     return Motion(np.arange(len(gyr)) / rate, quat, gyr, zero, zero, zero)
+
+
+def poses_for(duration: float, seed: int = 0, rate: float = 100.0) -> Motion:
+    """As many poses as fit ``duration`` s best, the turns between them included.
+
+    Raises:
+        LevelheadError: not one fits, or a number that is not greater than 0.
+    """
+    require_number("duration", duration, "s", positive=True)
+    return poses(round((duration + TURN) / (REST + TURN)), seed, rate=rate)

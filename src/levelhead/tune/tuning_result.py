@@ -22,6 +22,8 @@ from levelhead.tune.sweep import Metric, Sweep
 FLOOR = 0.01  # °: smaller errors count as this one
 WORTH = 0.03  # of the error, on what was left out: a smaller gain is none
 AT_END = 0.01  # share of a range: so near to its end is at the end
+INWARDS = 0.08  # share of a range from its end, over which the error must fall by so much for the end to matter
+FALLS = 1.01  # times
 
 
 def mean_error(errors: Array) -> float:
@@ -109,12 +111,20 @@ class Tuning:
         return sorted({one.kind for one in self.references})
 
     def at_end(self, index: int) -> str:
-        """ "lowest" or "highest", where a parameter found is at the end of the range searched; else ""."""
-        one = self.space.ranges[index]
-        share = one.share(getattr(self.best, one.name))
-        if getattr(self.best, one.name) == getattr(self.space.params, one.name):
+        """Where a parameter is at an end of its range up to which the error falls: "lowest" or "highest"; else ""."""
+        one, curve = self.space.ranges[index], self.curves[index]
+        value = getattr(self.best, one.name)
+        share = one.share(value)
+        if value == getattr(self.space.params, one.name):
             return ""
-        return "lowest" if share < AT_END else "highest" if share > 1.0 - AT_END else ""
+        if AT_END <= share <= 1.0 - AT_END:
+            return ""
+        shares = np.array([one.share(value) for value in curve.values.tolist()])
+        inside = np.flatnonzero(np.abs(shares - round(share)) >= INWARDS)
+        near = inside[np.argmin(np.abs(shares[inside] - round(share)))]
+        if curve.scores[near] < FALLS * curve.scores[np.searchsorted(curve.values, value)]:
+            return ""
+        return "lowest" if share < 0.5 else "highest"
 
     def to_dict(self) -> Fields:
         """All numbers, ready for JSON."""

@@ -1,0 +1,69 @@
+"""Logs of a sensor whose errors ``levelhead calibrate`` has found, or is to find."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
+
+from levelhead.cli.options import Reading, simulate_recording
+from levelhead.errors import LevelheadError
+
+if TYPE_CHECKING:
+    from levelhead.recording import Recording
+
+OFFSET_ALONE = 0.95  # correlation of the field's turns with the gyroscope's once offset and axes are allowed for
+
+CalibrationFile = Annotated[
+    Path | None,
+    Parameter(
+        name="--calibration",
+        metavar="FILE",
+        help="The sensor's errors as `levelhead calibrate` has written them, taken off the readings first.",
+    ),
+]
+
+
+def read_uncalibrated(reading: Reading, log: Path) -> "Recording":
+    """The recording in a log, also with a magnetometer that does not turn with the body only for want of calibration.
+
+    Elsewhere such a field is left out: it would teach a wrong heading.
+    """
+    from levelhead.sources import read
+
+    recording = reading.read(log)
+    lost = recording.meta.get("findings", {}).get("mag_unusable")
+    if lost is None or lost["free"] < OFFSET_ALONE:
+        return recording
+    hints = reading.hints()
+    return read(log, **hints | {"map": (hints["map"] or {}) | {"mag": recording.meta["columns"]["mag"]}})
+
+
+def read_calibrated(reading: Reading, log: Path, calibration: Path | None) -> "Recording":
+    """The recording in a log without the errors in a file.
+
+    Raises:
+        LevelheadError: no such file, or it holds no calibration.
+    """
+    if calibration is None:
+        return reading.read(log)
+    from levelhead.calibration import Calibration
+
+    known = Calibration.read(calibration)
+    return known.apply(reading.read(log) if known.mag_offset is None else read_uncalibrated(reading, log))
+
+
+def log_or_simulation(
+    log: Path | None, simulate: str | None, seed: int | None, reading: Reading, calibration: Path | None = None
+) -> "Recording":
+    """The recording of a verb that takes a log or a simulation, one of the two."""
+    if (log is None) == (simulate is None):
+        raise LevelheadError("give either a log or --simulate, such as: --simulate lesson")
+    if log is not None:
+        if seed is not None:
+            raise LevelheadError("--seed is for --simulate; a log has no seed")
+        return read_calibrated(reading, log, calibration)
+    if calibration is not None:
+        raise LevelheadError("--calibration is for a log; --simulate has a sensor of its own")
+    if reading != Reading():
+        raise LevelheadError("--map, --units, --lsb and --rate are for a log; --simulate needs none of them")
+    return simulate_recording(str(simulate), seed)
