@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import levelhead as lh
-from levelhead.inspection.field_azimuth import FOLLOWS, WINDOW, heading_error
+from levelhead.inspection.field_azimuth import FOLLOWS, WINDOW, expected_heading_error
 
 NORTH = np.array([0.0, 20.0, -45.0])  # µT, earth frame: x east, y north, z up
 
@@ -28,7 +28,7 @@ def test_a_steady_field_causes_none_and_a_drift_of_the_track_is_no_error_of_the_
     drifting = Rotation.from_euler("z", 0.3 * walk.t[:, None], degrees=True)  # 18 deg a minute
     turned = drifting * Rotation.from_quat(walk.truth.quat, scalar_first=True)
     plain = SimpleNamespace(quat=turned.as_quat(scalar_first=True))
-    assert heading_error(bent(walk, np.zeros(len(walk))), plain) == pytest.approx(0.0, abs=0.01)
+    assert expected_heading_error(bent(walk, np.zeros(len(walk))), plain) == pytest.approx(0.0, abs=0.01)
 
 
 def test_it_is_the_known_part_of_how_the_azimuth_wanders_from_window_to_window(walk: lh.Recording) -> None:
@@ -38,11 +38,11 @@ def test_it_is_the_known_part_of_how_the_azimuth_wanders_from_window_to_window(w
     rest = windows - np.polyval(np.polyfit(middle, windows, 1), middle)
     expected = FOLLOWS * np.sqrt((rest**2).sum() / 18)
     plain = SimpleNamespace(quat=walk.truth.quat)
-    assert heading_error(bent(walk, angles), plain) == pytest.approx(expected, rel=0.02)
+    assert expected_heading_error(bent(walk, angles), plain) == pytest.approx(expected, rel=0.02)
     fast = 40.0 * np.sin(2 * np.pi * walk.t)  # a swing of one second: within the windows it averages out
-    assert heading_error(bent(walk, fast), plain) < 0.5
+    assert expected_heading_error(bent(walk, fast), plain) < 0.5
 
 
 def test_a_short_recording_does_not_tell_it(walk: lh.Recording) -> None:
     first = bent(walk, np.zeros(len(walk)))[:3000]
-    assert heading_error(first, SimpleNamespace(quat=walk.truth.quat[:3000])) is None
+    assert expected_heading_error(first, SimpleNamespace(quat=walk.truth.quat[:3000])) is None

@@ -9,10 +9,10 @@ from levelhead.track import Track
 WINDOW = 10.0  # s over which the azimuth is averaged: vibration and the swing of a step are gone
 FEWEST = 5  # windows; two are spent on the line of drift
 FULL = 0.3  # share of a window's usual number of readings, at least
-FOLLOWS = 0.5  # share of the wandering that is in a fused heading: see ``heading_error``
+FOLLOWS = 0.5  # share of the wandering that is in a fused heading: see ``expected_heading_error``
 
 
-def heading_error(recording: Recording, plain: Track) -> float | None:
+def expected_heading_error(recording: Recording, plain: Track) -> float | None:
     """1σ of heading in deg that the field's disturbance causes; None if the recording is too short to tell.
 
     ``plain`` is a track of the same samples without the magnetometer: its frame is level and turns only with the drift

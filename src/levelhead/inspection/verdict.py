@@ -8,7 +8,7 @@ import numpy as np
 
 from levelhead.engine import fuse
 from levelhead.errors import LevelheadError
-from levelhead.inspection.field_azimuth import heading_error
+from levelhead.inspection.field_azimuth import expected_heading_error
 from levelhead.inspection.findings import Finding
 from levelhead.recording import Array, Recording
 from levelhead.track import Track
@@ -21,7 +21,7 @@ ADDED = {
     "raw_counts": 1.0,
     "held_samples": 0.5,
 }  # deg of tilt; no filter sees them
-# deg, where a log is too short for ``heading_error``
+# deg, where a log is too short for ``expected_heading_error``
 HEADING_ADDED = {"mag_offset": 15.0, "mag_disturbed": 15.0, "mag_axes": 30.0, "mag_strength": 10.0}  # deg
 SETTLED = 5.0  # s of the start that do not count
 
@@ -50,7 +50,7 @@ def expectation(recording: Recording, findings: Sequence[Finding]) -> Expectatio
         return Expectation(tilt, None, _drift(track.t[late], sigma[:, 2]))
     start = recording[: len(track)]
     plain = _fused(replace(start, mag=None))
-    heading = None if plain is None else heading_error(start, plain)
+    heading = None if plain is None else expected_heading_error(start, plain)
     if heading is None:
         unseen = sum(HEADING_ADDED[one] ** 2 for one in names & set(HEADING_ADDED))
         heading = float(np.sqrt(np.nanmean(sigma[:, 2] ** 2) + unseen))
