@@ -9,6 +9,7 @@ from levelhead.publish.dashboard.chart_data import ChartData, at_edge, y_range
 from levelhead.recording import Array
 
 HEIGHT = 150  # pixels of a chart
+PADDING = (10, 10, 0, 16)  # pixels above, right, below, left: labels at the ends stand out, and −10,000° of yaw is long
 ESTIMATE, RAW, TRUTH, SECOND = "#1f77b4", "#ff7f0e", "#222222", "#9467bd"
 BAND = "rgba(31, 119, 180, 0.25)"
 AXES = ("#d62728", "#2ca02c", "#1f77b4")
@@ -149,5 +150,5 @@ class ChartSet:
         empty = tuple(np.zeros(2) for _ in series)
         return self._gui.add_uplot(
             empty, tuple(series), title=title, scales={"x": {"time": self._time}}, legend={"live": True},
-            cursor=CURSOR, height=HEIGHT, **more,
+            cursor=CURSOR, height=HEIGHT, padding=PADDING, **more,
         )  # fmt: skip
