@@ -138,3 +138,10 @@ def test_three_minutes_of_a_real_sensor(data_dir):
     deviation = allantools.oadev(rec.gyr[:, 0], rate=100.0, data_type="freq", taus=[1.0])[1][0]
     assert model.gyr.white_noise_density.value[0] == pytest.approx(deviation, rel=0.1)
     assert not model.gyr.bias_instability.low.any()
+
+
+def test_a_magnetometer_without_a_unit_is_left_out():
+    recording = simulate.recording("ICM-20948", "still", 30.0, 50.0)
+    assert measure_noise(recording).mag is not None
+    bare = dataclasses.replace(recording, meta=recording.meta | {"units": {"mag": "relative"}})
+    assert measure_noise(bare).mag is None

@@ -29,7 +29,8 @@ def measure_noise(
         progress: called with the fraction done.
 
     Returns:
-        A NoiseModel with Allan deviations, coefficients and their 95 % intervals.
+        A NoiseModel with Allan deviations, coefficients and their 95 % intervals; without a magnetometer whose readings
+        have no unit.
 
     Raises:
         LevelheadError: never still for 20 s, too short for ``tau``, a silent sensor, or SciPy is missing.
@@ -43,7 +44,7 @@ def measure_noise(
             f"an averaging time of {tau:g} s needs {3.0 * tau:g} s at rest; the recording was still for "
             f"{part.duration:.0f} s: ask for at most {part.duration / 3.0:.0f} s or record for longer"
         )
-    there = [name for name in UNITS if getattr(part, name) is not None]
+    there = [name for name in UNITS if getattr(part, name) is not None and not (name == "mag" and lacks_unit(part))]
     triads = {}
     for i, name in enumerate(there):
 
@@ -53,6 +54,11 @@ def measure_noise(
         triads[name] = _triad(name, part, tau, report)
     source = str(recording.meta.get("source", ""))
     return NoiseModel(triads["gyr"], triads["acc"], triads.get("mag"), part.duration, source, recording.duration)
+
+
+def lacks_unit(recording: Recording) -> bool:
+    """Whether the magnetometer's readings have no unit: a direction, or counts of unknown size."""
+    return bool(recording.meta.get("units", {}).get("mag") == "relative")
 
 
 def longest(recording: Recording) -> StillStretch:
