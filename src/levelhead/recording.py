@@ -324,7 +324,7 @@ class Recording:
     @property
     def valid(self) -> NDArray[np.bool_]:
         """(n,) True where gyroscope and accelerometer are both there."""
-        return np.asarray(np.isfinite(np.hstack([self.gyr, self.acc])).all(axis=1))
+        return np.asarray(np.isfinite(self.gyr).all(axis=1) & np.isfinite(self.acc).all(axis=1))
 
     @property
     def duration(self) -> float:

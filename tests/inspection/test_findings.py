@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 import levelhead as lh
 from levelhead.cli import main
-from levelhead.inspection import behaviour, examine, short_form, spectrum
+from levelhead.inspection import behaviour, examine, short_form, spectrum, spikes
 from levelhead.inspection.physics import scale_in_motion
 from levelhead.recording import Recording
 from levelhead.sources.csv_writer import write_csv
@@ -131,3 +131,15 @@ def test_scale_in_motion_is_that_of_the_accelerometer(clean: Recording) -> None:
 def test_samples_held_in_motion(clean: Recording) -> None:
     rows = np.arange(len(clean)) // 2 * 2
     assert "held_samples" in bad(changed(clean, acc=clean.acc[rows], gyr=clean.gyr[rows]))
+
+
+def test_spikes_are_the_same_wherever_blocks_end(monkeypatch):
+    rng = np.random.default_rng(3)
+    values = rng.normal(0.0, 0.01, (400, 3))
+    values[[57, 98, 199, 301, 395]] += 50.0
+    whole = spikes.find_spikes(values, 3.0)
+    assert whole.rows.tolist() == [57, 98, 199, 301, 395]
+    for block in (1, 7, 99, 100, 398):
+        monkeypatch.setattr(spikes, "BLOCK", block)
+        found = spikes.find_spikes(values, 3.0)
+        assert np.array_equal(found.rows, whole.rows) and np.array_equal(found.off, whole.off)

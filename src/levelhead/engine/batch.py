@@ -88,7 +88,7 @@ class Batch:
         bound = bind(self.filter, self._guarded)
         self._settings = Settings(params, guard or DEFAULT_GUARD)
         self._engine = choose_engine(engine, len(recording), has_imu(self.filter, self._guarded))
-        self._bound, self._aided = bound, False
+        self._bound, self._aided, self._forgets = bound, False, False
         self._take(recording)
         self._carry = apply_prior(self.filter, bound.begin(self._settings), prior)
         if self._engine == "native":
@@ -157,11 +157,18 @@ class Batch:
                 "samples"
             )
 
+    def forget(self, longest: int) -> None:
+        """Keeps the outputs of the last stretch only, of at most so many samples: there is no track in the end."""
+        self._forgets = True
+        self._outputs = [a[: longest * k].copy() for a, k in zip(self._outputs, self._widths, strict=True)]
+
     def advance(self, stop: int) -> None:
         """The samples from where the last stretch ended up to ``stop``."""
         part: Columns = [a[self.done * k : stop * k] for a, k in zip(self._inputs, (1, 3, 3, 3), strict=True)]
         part += [] if self._aiding is None else [*self._aiding.part(self.done, stop)]
-        into = [a[self.done * k : stop * k] for a, k in zip(self._outputs, self._widths, strict=True)]
+        first = 0 if self._forgets else self.done
+        last = first + stop - self.done
+        into = [a[first * k : last * k] for a, k in zip(self._outputs, self._widths, strict=True)]
         if self._engine == "native":
             self._machine.filter.run(self._last, *part, *into)
         elif self._engine == "compiled":

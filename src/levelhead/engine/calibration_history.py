@@ -58,6 +58,7 @@ def calibration_history(
     if not every > 0.0:
         raise LevelheadError(f"every is {every!r}; it must be seconds, greater than 0")
     stops = sample_rows(recording.t, every)
+    batch.forget(int(np.diff(stops, prepend=0).max()))
     known = []
     for stop in stops.tolist():
         batch.advance(stop)

@@ -16,6 +16,7 @@ BESIDE = 0.2  # share of a spike by which the readings before and after it may d
 FLANK = 0.15  # and by which they may leave the line between the readings before and after them
 AROUND = 10  # samples on either side
 ALONE = 5.0  # how many times the largest deviation around it a spike is: an impact rings, a vibration goes on
+BLOCK = 1_000_000  # rows at a time
 
 
 class Spikes(NamedTuple):
@@ -56,13 +57,15 @@ def find_spikes(values: Array, floor: float) -> Spikes:
     a vibration goes on, but a lost bit stands alone.
     """
     rows = np.flatnonzero(np.isfinite(values).all(axis=1))
-    kept = values[rows]
+    kept = values if len(rows) == len(values) else values[rows]
     if len(kept) < 4 * AROUND:
         return Spikes(np.empty(0, dtype=np.intp), np.empty(0))
     off = np.zeros(len(kept))
-    off[1:-1] = np.linalg.norm(kept[1:-1] - 0.5 * (kept[:-2] + kept[2:]), axis=1)
     beside = np.full(len(kept), np.inf)
-    beside[1:-1] = np.linalg.norm(kept[2:] - kept[:-2], axis=1)
+    for start in range(0, len(kept) - 2, BLOCK):  # a long recording is not copied several times
+        part, into = kept[start : start + BLOCK + 2], slice(start + 1, min(start + BLOCK + 1, len(kept) - 1))
+        off[into] = np.linalg.norm(part[1:-1] - 0.5 * (part[:-2] + part[2:]), axis=1)
+        beside[into] = np.linalg.norm(part[2:] - part[:-2], axis=1)
     candidates = np.flatnonzero((off > floor) & (beside < BESIDE * off)).tolist()
     found = [k for k in candidates if _stands_alone(off, k) and _is_sharp(kept, off[k], k)]
     return Spikes(rows[found], off[found])

@@ -189,7 +189,9 @@ def _rest(track: Track) -> str:
 
 
 def _end(track: Track) -> str:
-    roll, pitch, yaw = (round(float(angle), 2) + 0.0 for angle in track.euler()[-1])  # no minus before 0.00
+    roll, pitch, yaw = (
+        round(float(angle), 2) + 0.0 for angle in Track(track.t[-1:], track.quat[-1:]).euler()[-1]
+    )  # no minus before 0.00
     return f"roll {roll:.2f}°, pitch {pitch:.2f}°, yaw {yaw:.2f}° at {track.t[-1]:.6g} s"
 
 
@@ -241,10 +243,10 @@ def _iron(recording: Recording, track: Track) -> list[tuple[str, str]]:
 
 
 def _sigma(track: Track) -> str:
-    if track.sigma is None or track.sigma_tilt is None:
+    if track.sigma is None:
         return "not estimated by this filter"
     heading = math.degrees(track.sigma[-1, 2])
-    tilt_words = f"tilt {math.degrees(track.sigma_tilt[-1]):.3g}°"
+    tilt_words = f"tilt {math.degrees(math.hypot(*track.sigma[-1, :2])):.3g}°"
     return tilt_words + (f", heading {heading:.3g}°" if heading > 0.0 else "")
 
 

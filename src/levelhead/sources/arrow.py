@@ -9,6 +9,7 @@ from levelhead.sources.layout import Layout
 from levelhead.sources.splitting import MISSING
 from levelhead.sources.table import Column
 
+_BLOCK = 1 << 22  # bytes read at a time
 _NULLS = sorted({form for word in MISSING for form in (word, word.upper(), word.capitalize())} | {"NaN"})
 
 
@@ -23,17 +24,27 @@ def read_text(source: str, layout: Layout, wanted: Sequence[int], exact: frozens
         return None
     if layout.delimiter == " ":
         return None
+    with open(source, "rb") as file:  # no more rows than that; what is not written takes no memory
+        room = 1 + sum(block.count(b"\n") + block.count(b"\r") for block in iter(lambda: file.read(_BLOCK), b""))
+    found: dict[int, Column] = {}
+    for i in wanted:
+        found[i] = np.empty(room, np.int64) if i in exact else np.empty(room)
+    rows = 0
     try:
-        table = open_text(source, layout, wanted, exact, whole=True)
+        for batch in open_text(source, layout, wanted, exact):  # a whole table would be a second copy of everything
+            for i in wanted:
+                part = batch.column(str(i)).to_numpy(zero_copy_only=False)
+                if part.dtype != found[i].dtype:  # a whole number is missing
+                    found[i] = found[i].astype(np.float64)
+                found[i][rows : rows + len(part)] = part
+            rows += batch.num_rows
     except (pa.ArrowException, OSError):
         return None
-    return {i: numbers(table.column(str(i))) for i in wanted}
+    return {i: column[:rows] for i, column in found.items()}
 
 
-def open_text(
-    source: Handle, layout: Layout, wanted: Sequence[int], exact: frozenset[int], whole: bool = False
-) -> Handle:
-    """The columns at some positions of a text file as Arrow reads them, whole or batch by batch, by position.
+def open_text(source: Handle, layout: Layout, wanted: Sequence[int], exact: frozenset[int]) -> Handle:
+    """The columns at some positions of a text file as Arrow reads them, batch by batch, by position.
 
     Raises:
         pyarrow.ArrowException: something in it is no number.
@@ -42,8 +53,7 @@ def open_text(
     import pyarrow.csv as pa_csv
 
     types = {str(i): pa.int64() if i in exact else pa.float64() for i in wanted}
-    read = pa_csv.read_csv if whole else pa_csv.open_csv
-    return read(
+    return pa_csv.open_csv(
         source,
         pa_csv.ReadOptions(skip_rows=layout.first, column_names=[str(i) for i in range(len(layout.names))]),
         pa_csv.ParseOptions(delimiter=layout.delimiter),

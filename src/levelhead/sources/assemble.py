@@ -361,12 +361,14 @@ def _values(role: str, table: Table, positions: Sequence[int], columns: dict[int
 def _scale_columns(role: str, values: Array, scale: Scale, table: Table, positions: Sequence[int]) -> Array:
     if scale.factor == scale.divisor == 1.0:
         return values
-    scaled: Array = values * (scale.factor / scale.divisor)
-    beyond = np.isinf(scaled)
-    if beyond.any():
-        row, axis = (int(k) for k in np.argwhere(beyond)[0])
-        raise LevelheadError(
-            f"{table.source}, {table.where(row)}, column '{table.names[positions[axis]]}': {values[row, axis]:.4g} "
-            f"{scale.name} is beyond all numbers; expected a value of the {MEANING[role]}"
-        )
-    return scaled
+    for i, column in zip(positions, values.T, strict=True):  # in place: a long recording's arrays are large
+        scaled = column * (scale.factor / scale.divisor)
+        beyond = np.isinf(scaled)
+        if beyond.any():
+            row = int(beyond.argmax())
+            raise LevelheadError(
+                f"{table.source}, {table.where(row)}, column '{table.names[i]}': {column[row]:.4g} {scale.name} is "
+                f"beyond all numbers; expected a value of the {MEANING[role]}"
+            )
+        column[:] = scaled
+    return values

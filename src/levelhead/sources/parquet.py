@@ -29,8 +29,10 @@ def parquet(path: str | os.PathLike[str]) -> ArrayTable:
         table = pq.ParquetFile(path).read()
     except (pa.ArrowException, OSError, ValueError) as error:
         raise LevelheadError(f"{source} is not a Parquet file or it is damaged ({_line(error)})") from None
-    arrays = columns_of(table, source)
-    if not arrays or not table.num_rows:
+    arrays, rows = columns_of(table, source), table.num_rows
+    del table
+    pa.default_memory_pool().release_unused()
+    if not arrays or not rows:
         raise LevelheadError(
             f"{source} holds no {'rows' if arrays else 'columns of numbers'}; expected one row per sample"
         )
