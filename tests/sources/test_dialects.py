@@ -49,7 +49,7 @@ GUESS = {
     "two_boards_numbered",
     *("hololens", "zurich_mav", "ranges_in_columns", "korean_degrees", "esp_log_units_in_names"),
     *("text_book_recording", "increments", "matlab_two_clocks", "data_and_times_apart", "quaternion_first_no_names"),
-    *("clock_for_a_name", "strings_in_json", "seconds_in_brackets", "whole_mg_and_mrad"),
+    *("clock_for_a_name", "strings_in_json", "whole_mg_and_mrad"),
     *("sentences_with_checksums", "tuples_in_tuples"),
 }  # physics; code page
 REFUSED = {

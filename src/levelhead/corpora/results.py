@@ -216,7 +216,7 @@ def _read(path: Path, columns: list[str] | None = None) -> Handle:
     try:
         return pq.ParquetFile(path).read(columns)
     except (OSError, ValueError) as error:
-        raise LevelheadError(f"{path} is damaged ({error}); remove it, and the same command makes it anew") from None
+        raise LevelheadError(f"{path} is damaged; remove it, and the same command makes it anew") from error
 
 
 def read_rows(folder: Path, layout: Handle | None = None) -> Handle:

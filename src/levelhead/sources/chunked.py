@@ -176,7 +176,7 @@ def _head(path: Path) -> Iterator[Path]:
                 batches = pq.ParquetFile(path).iter_batches(HEAD)
                 pq.write_table(pa.Table.from_batches([next(batches)]), part)
             except (OSError, ValueError, StopIteration) as error:
-                raise LevelheadError(f"{path} is not a Parquet file, or it is damaged or empty ({error})") from None
+                raise LevelheadError(f"{path} is not a Parquet file, or it is damaged or empty") from error
         else:
             with path.open("rb") as file:
                 text = file.read(HEAD_BYTES)
@@ -298,7 +298,7 @@ def _parquet(path: Path, start: int) -> Iterator[tuple[Fields, float]]:
                 share = done / max(file.metadata.num_rows, 1)
                 yield columns_of(pa.Table.from_batches([rows]), str(path)), share
     except (pa.ArrowException, OSError) as error:
-        raise LevelheadError(f"{path} is damaged: {error}") from None
+        raise LevelheadError(f"{path} is damaged: its row groups cannot be unpacked") from error
 
 
 def _text_from(

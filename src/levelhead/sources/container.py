@@ -85,7 +85,7 @@ def _unzip(path: Path, folder: Path, suffixes: frozenset[str]) -> list[Member]:
     except (zipfile.BadZipFile, NotImplementedError, RuntimeError, EOFError, ValueError) as error:
         if isinstance(error, LevelheadError):
             raise
-        raise LevelheadError(f"{path} is no zip archive, or it is damaged or encrypted ({str(error)[:80]})") from None
+        raise LevelheadError(f"{path} is no zip archive, or it is damaged or encrypted") from error
     if not found:
         raise LevelheadError(
             f"{path} is a zip archive without a file that levelhead reads; expected one per sensor, or one"
@@ -101,7 +101,7 @@ def _gunzip(path: Path, folder: Path) -> Member:
         with gzip.open(path) as packed, open(target, "wb") as file:
             _copy(packed, file, MOST_BYTES, path)  # type: ignore[arg-type]
     except (OSError, EOFError) as error:
-        raise LevelheadError(f"{path} is not packed with gzip, or it is damaged ({str(error)[:80]})") from None
+        raise LevelheadError(f"{path} is not packed with gzip, or it is damaged") from error
     return Member(target, Path(path.stem).stem, str(path))
 
 

@@ -68,9 +68,14 @@ def _read(file: Path, hints: Hints) -> Recording:
     except (OSError, ValueError) as error:
         if isinstance(error, LevelheadError):
             raise
-        raise LevelheadError(f"cannot read {file}: {getattr(error, 'strerror', None) or error}") from None
+        raise LevelheadError(f"cannot read {file}: {_reason(error)}") from error
     except MemoryError:
         raise LevelheadError(f"cannot read {file}: it asks for more memory than there is") from None
+
+
+def _reason(error: OSError | ValueError) -> str:
+    """What the system says of a file, or what a number or a letter that no reader expects means."""
+    return getattr(error, "strerror", None) or "it is damaged, or its content is not what its suffix says"
 
 
 def _read_own_file(file: Path, hints: Hints) -> Recording | None:
@@ -183,7 +188,7 @@ def open_table(path: str | os.PathLike[str], hints: Hints) -> Table:
     except (OSError, ValueError) as error:
         if isinstance(error, LevelheadError):
             raise
-        raise LevelheadError(f"cannot read {file}: {getattr(error, 'strerror', None) or error}") from None
+        raise LevelheadError(f"cannot read {file}: {_reason(error)}") from error
     if len(found) > 1:
         raise LevelheadError(f"{file} holds {len(found)} tables; name the file with the columns")
     return found[0]

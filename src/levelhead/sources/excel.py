@@ -34,8 +34,7 @@ def tables(path: Path, shown: str, hints: Hints) -> Sequence[ArrayTable]:
                 if (table := _table(book.get_sheet_by_name(name).to_python(), name, shown)) is not None:
                     found.append(table)
     except Exception as error:  # calamine raises many kinds for a damaged file
-        why = (str(error).splitlines() or [type(error).__name__])[0][:100]
-        raise LevelheadError(f"{shown} is no workbook, or it is damaged ({why})") from None
+        raise LevelheadError(f"{shown} is no workbook, or it is damaged") from error
     if not found:
         raise LevelheadError(f"{shown} has no sheet with columns of numbers; expected a header and one row per sample")
     return found

@@ -47,8 +47,7 @@ def hdf5(path: str | os.PathLike[str], shown: str | None = None) -> ArrayTable:
     except MemoryError:
         raise
     except Exception as error:  # h5py raises many kinds for a damaged file
-        why = (str(error).splitlines() or [type(error).__name__])[0][:100]
-        raise LevelheadError(f"{source} is not an HDF5 file, or it is truncated or damaged ({why})") from None
+        raise LevelheadError(f"{source} is not an HDF5 file, or it is truncated or damaged") from error
     return tabulate(source, arrays, "\n".join(texts), units, made_by_matlab)
 
 

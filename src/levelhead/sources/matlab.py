@@ -33,9 +33,10 @@ def matlab(path: str | os.PathLike[str], shown: str | None = None) -> ArrayTable
         variables = scipy.io.loadmat(path)
     except MemoryError:
         raise
+    except LevelheadError as error:
+        raise LevelheadError(f"{source} is not a MATLAB file, or it is truncated or damaged ({error})") from None
     except Exception as error:  # scipy raises many kinds for a damaged file
-        why = (str(error).splitlines() or [type(error).__name__])[0][:100]
-        raise LevelheadError(f"{source} is not a MATLAB file, or it is truncated or damaged ({why})") from None
+        raise LevelheadError(f"{source} is not a MATLAB file, or it is truncated or damaged") from error
     arrays: Fields = {}
     texts: list[str] = []
     for name, value in variables.items():

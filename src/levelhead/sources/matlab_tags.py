@@ -8,6 +8,8 @@ up to four bytes of data stand in the tag itself. A matrix is a sequence of elem
 import struct
 import zlib
 
+from levelhead.errors import LevelheadError
+
 HEADER = 128  # bytes
 PLAIN = frozenset((1, 2, 3, 4, 5, 6, 7, 9, 12, 13, 16, 17, 18))  # numbers and letters
 FLAGS, MATRIX, COMPRESSED = 6, 14, 15
@@ -18,7 +20,7 @@ def check_tags(raw: bytes) -> None:
     """Walks through all elements that are whole; what is cut off is left to the reader.
 
     Raises:
-        ValueError: an element has a type that does not exist, or not there.
+        LevelheadError: an element has a type that does not exist, or not there.
     """
     order = {b"\0\1IM": "<", b"\1\0MI": ">"}.get(raw[124:HEADER])  # version 1, and the order of bytes
     if order is not None:
@@ -43,7 +45,7 @@ def _check(data: memoryview, kind: int, order: str, nesting: bool) -> None:
     if kind in PLAIN:
         return
     if not nesting or kind not in (MATRIX, COMPRESSED):
-        raise ValueError(f"data of type {kind}")
+        raise LevelheadError(f"data of type {kind}")
     if kind == COMPRESSED:
         _walk(memoryview(zlib.decompress(data)), order, True)
     elif len(data) >= 12:

@@ -165,8 +165,7 @@ def _single(path: Path, shown: str) -> ArrayTable:
     try:
         array = np.load(path, allow_pickle=False)
     except (ValueError, OSError, EOFError, tokenize.TokenError, SyntaxError) as error:
-        why = (str(error).splitlines() or [type(error).__name__])[0][:100]
-        raise LevelheadError(f"{shown} is no array of numbers, or it is damaged ({why})") from None
+        raise LevelheadError(f"{shown} is no array of numbers, or it is damaged") from error
     if not isinstance(array, np.ndarray):
         raise LevelheadError(f"{shown} is named .npy but is an archive; expected the suffix .npz")
     if array.dtype.names:

@@ -28,7 +28,7 @@ def parquet(path: str | os.PathLike[str]) -> ArrayTable:
     try:
         table = pq.ParquetFile(path).read()
     except (pa.ArrowException, OSError, ValueError) as error:
-        raise LevelheadError(f"{source} is not a Parquet file or it is damaged ({_line(error)})") from None
+        raise LevelheadError(f"{source} is not a Parquet file or it is damaged") from error
     arrays, rows = columns_of(table, source), table.num_rows
     del table
     pa.default_memory_pool().release_unused()
@@ -59,10 +59,6 @@ def columns_of(table: Handle, source: str) -> Fields:
                 raise LevelheadError(f"{source}: two columns are named {name}; rename one of them")
             arrays[name] = np.asarray(values.cast(pa.float64()) if values.null_count else values.to_numpy())
     return arrays
-
-
-def _line(error: Exception) -> str:
-    return (str(error).splitlines() or [type(error).__name__])[0][:120]
 
 
 def tables(path: Path, shown: str, hints: Hints) -> list[ArrayTable]:

@@ -73,7 +73,7 @@ def bag(path: Path, hints: Hints) -> ArrayTable:
     except (LevelheadError, MemoryError):
         raise
     except Exception as error:  # rosbags raises what its YAML, SQLite and MCAP readers raise
-        raise LevelheadError(f"{path} is no ROS bag, or it is damaged: {str(error).splitlines()[0][:200]}") from None
+        raise LevelheadError(f"{path} is no ROS bag, or it is damaged") from error
     imu, mag = (_choose_topic(path, kind, role, found, hints) for kind, role in ((IMU, "gyr"), (MAG, "mag")))
     if imu is None:
         raise LevelheadError(f"{path} has no messages of type sensor_msgs/Imu with rates and accelerations")

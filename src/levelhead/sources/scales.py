@@ -153,11 +153,17 @@ def gyr_scale(
             f"--lsb gyr={PER_DEGREE:g}/deg/s confirms it"
         )
         return Scale(DEGREE, f"counts, {PER_DEGREE:g} per deg/s", PER_DEGREE)
+    if counted and evidence.thousandths:
+        evidence.notes.append(
+            "gyroscope: taken as thousandths of 1 rad/s, a guess: whole numbers beside an accelerometer in thousandths"
+        )
+        return Scale(1.0, "counts, 1000 per rad/s", 1000.0)
     if counted and evidence.acc_per_g is not None:
+        usual = "14.375" if evidence.acc_per_g == 256.0 else "131"  # an ADXL345's neighbour is an ITG-3200
         raise NeedsHints(
             f"{table.source}: the gyroscope's numbers are whole, as the accelerometer's counts are, and nothing turns "
             "far enough to tell its full scale; expected the hint lsb gyr=…, such as 131/deg/s for ±250 deg/s",
-            lsb={"gyr": "131/deg/s"},
+            lsb={"gyr": f"{usual}/deg/s"},
         )
     if found.reversed:
         evidence.findings["gyro_inverted"] = True

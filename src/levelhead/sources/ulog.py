@@ -36,8 +36,7 @@ def tables(path: Path, shown: str, hints: Hints) -> Sequence[ArrayTable]:
     try:
         topics = ULog(str(path), WANTED).data_list
     except Exception as error:  # pyulog raises many kinds for a damaged file
-        why = (str(error).splitlines() or [type(error).__name__])[0][:100]
-        raise LevelheadError(f"{shown} is no ULog, or it is damaged ({why})") from None
+        raise LevelheadError(f"{shown} is no ULog, or it is damaged") from error
     found = [table for topic in topics if (table := _table(topic, shown)) is not None]
     combined = [table for table in found if table.context.startswith("sensor_combined")]
     if combined:

@@ -25,6 +25,7 @@ _MESSAGE = re.compile(
     r"^[^{}]*?\b([A-Z][A-Z0-9_]{1,30}) \{(\w+ : [^{}]*)\}\s*$"
 )  # mavlogdump: "…: IMU {TimeUS : 1, …}"
 _LETTER = re.compile(r"^\s*#([AGM])(?:-[A-Z])?=([-+\d.,eE\s]+)$")  # Razor AHRS: #A-C=1.2,3.4,5.6
+_AROUND = re.compile(r"[(\[]\s*(?=[-+.]*\d)|(?<=\d)\s*[)\]]")  # brackets around numbers
 _YPR = re.compile(r"YPR(?=.*A)(?=.*G)[AMG]{2,3}")
 _UM7 = re.compile(r"^\s*\$PCHRS,([012]),([-+\d.eE, ]+?),?\*[0-9A-Fa-f]{2}\s*$")  # which sensor, s, x, y, z
 _CHECKED = re.compile(r"^\s*[$!][A-Za-z]\w*,[^*]*(?:\*[0-9A-Fa-f]{2,8})?\s*$")  # NMEA: $IMU,…*3F
@@ -77,7 +78,7 @@ def _without_arrows(lines: Sequence[str]) -> str | None:
     made = []
     for clock, rest in found:
         if labelled:
-            made.append(f"time_{'ms' if pattern is _ESP else 's'}: {_count(clock)} {rest}")
+            made.append(f"time_{'ms' if pattern is _ESP else 's'}: {_count(clock)} {_AROUND.sub(' ', rest)}")
         else:
             delimiter = next((sign for sign in "\t;," if sign in rest), " ")
             numbers = sum(sign.isdigit() for sign in rest) > 0.3 * len(rest)
