@@ -108,6 +108,13 @@ def test_a_vibration_and_its_line(hand):
     assert "at 31 Hz" in one.what and "the gyroscope vibrates at 31 Hz" in one.why
 
 
+def test_a_body_that_shakes_at_no_single_frequency(hand):
+    """ESKF was told to take a filter such as ESKF."""
+    shaken = hand.gyr + np.radians(60.0) * np.random.default_rng(1).standard_normal(hand.gyr.shape)
+    (one,) = (one for one in explain(replace(hand, gyr=shaken)).symptoms if one.name == "jitter")
+    assert one.cause == "shaking" and "the gyroscope itself measures it" in one.why and "ESKF" not in one.cure
+
+
 def test_a_filter_that_hands_noise_on(hand):
     found = explain(hand, lh.AccelTilt())
     assert ("jitter", "noise") in [(one.name, one.cause) for one in found.symptoms]

@@ -26,6 +26,7 @@ from levelhead.recording import Array, Recording
 SHORTEST = 10.0  # s of a recording in which something can be seen
 DRIFT = 4.0  # deg a minute; a bias read off at rest leaves 2.5 at most (docs/explain.md)
 REST = Guard().rest_time  # s after which a bias is read off
+OWN = 0.5  # of the jitter: with less the filter does not make it
 JITTER = 0.3  # deg rms above SLOWEST; a fast hand has 0.13
 PIECE = 256  # samples that are looked at together
 LASTING = 0.2  # share of pieces that must tremble: a jump shakes one or two
@@ -202,8 +203,17 @@ def _jitter(evidence: RunEvidence) -> Iterator[Symptom]:
             return
     name = evidence.track.name
     beside = float(np.degrees(np.sqrt(np.mean(np.sum(np.diff(evidence.corrections, axis=0) ** 2, axis=1)))))
+    what = f"attitude jitters by {size:.1g}° above {SLOWEST:g} Hz"
+    # Turns of independent samples add up to an angle whose density falls as 1/f²; this is its rms above SLOWEST.
+    if beside * np.sqrt(rate / (2.0 * np.pi**2 * SLOWEST)) < OWN * size:
+        yield Symptom(
+            "jitter", size, "deg", what, "shaking",
+            f"the gyroscope itself measures it, at no single frequency: {name} turns by {beside:.1g}° rms beside it",
+            "A body that shakes, such as a phone on somebody who runs, moves so; else mount the sensor tighter.",
+        )  # fmt: skip
+        return
     yield Symptom(
-        "jitter", size, "deg", f"attitude jitters by {size:.1g}° above {SLOWEST:g} Hz", "noise",
+        "jitter", size, "deg", what, "noise",
         f"no sensor has a line there; {name} is turned by {beside:.1g}° rms at every sample beside the gyroscope",
         "Let it trust the gyroscope more, or take a filter that does, such as ESKF.",
     )  # fmt: skip
