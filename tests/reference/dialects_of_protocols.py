@@ -207,3 +207,44 @@ def influx_long_table(folder: Path, m: Motion) -> Path:
         for i, axis in enumerate("xyz"):
             made += [f"imu,,{stamp},{stem}{axis},{v:.4f}\n" for stamp, v in zip(ns(m), values[:, i], strict=True)]
     return write(folder / "long.csv", *made)
+
+
+@dialect
+def days_of_a_spreadsheet(folder: Path, m: Motion) -> Path:
+    """Excel's own number for a date with a time: days since 1900."""
+    made = [f"{45050.520833333 + t / 86400:.9f},{','.join(f'{v:.4f}' for v in (*a, *g))}\n"
+            for t, a, g in zip(m.t, m.acc, m.deg, strict=True)]  # fmt: skip
+    return write(folder / "days.csv", "Time,AccX,AccY,AccZ,GyrX,GyrY,GyrZ\n", *made)
+
+
+@dialect
+def spanish_table(folder: Path, m: Motion) -> Path:
+    """Tiempo, Aceleración, Velocidad angular, without units."""
+    head = ",".join(["Tiempo", *(f"{word} {a}" for word in ("Aceleración", "Velocidad angular") for a in "XYZ")])
+    return write(folder / "tabla.csv", head, "\n", rows(m.t, m.acc, m.gyr))
+
+
+@dialect
+def portuguese_table(folder: Path, m: Motion) -> Path:
+    """tempo_ms, aceleracao, giroscopio, semicolons."""
+    head = ";".join(["tempo_ms", *(f"{word}_{a}" for word in ("aceleracao", "giroscopio") for a in "xyz")])
+    return write(folder / "tabela.csv", head, "\n", rows(ms(m), m.g, m.deg, sep=";"))
+
+
+@dialect
+def labview_measurement(folder: Path, m: Motion) -> Path:
+    """LabVIEW's text: two headers of words and numbers, each with a line that ends it; X_Value."""
+    head = "LabVIEW Measurement\t\nWriter_Version\t2\nSeparator\tTab\nX_Columns\tOne\n***End_of_Header***\t\n\t\n"
+    for word, value in (("Samples", "2000"), ("Date", "2023/05/04"), ("X_Dimension", "Time"), ("Delta_X", "0.01")):
+        head += f"{word}\t" + f"{value}\t" * 6 + "\n"
+    head += "***End_of_Header***" + "\t" * 7 + "\nX_Value\tAccX\tAccY\tAccZ\tGyroX\tGyroY\tGyroZ\tComment\n"
+    return write(folder / "measurement.txt", head, rows(m.t, m.acc, m.deg, sep="\t"))
+
+
+@dialect
+def thousandths_in_the_names(folder: Path, m: Motion) -> Path:
+    """acc_x_mm_s2 and gyr_x_mrad_s."""
+    names = [f"{s}_{a}_{u}" for s, u in (("acc", "mm_s2"), ("gyr", "mrad_s")) for a in "xyz"]
+    return write(
+        folder / "mm.csv", ",".join(["time_s", *names]), "\n", rows(m.t, m.acc * 1e3, m.gyr * 1e3, form="%.1f")
+    )

@@ -241,9 +241,17 @@ def _infer_unit(stamps: Column, table: Table, name: str) -> tuple[Scale | str, s
     return unit, f"time: '{name}' has no unit; its median interval of {step:.6g} says {unit}{guess}"
 
 
+_DAYS, _DAYS_STEP = ((36_500.0, 55_000.0), (730_000.0, 750_000.0)), 2e-5  # of this century; 1.7 s
+
+
 def guess_unit(stamps: Column) -> str:
-    """The unit of (n,) stamps: the one in which they lie in our century, or else give 4 Hz or more."""
+    """The unit of (n,) stamps: the one in which they lie in our century, or else give 4 Hz or more.
+
+    Days are those of spreadsheets, which count from 1900, and of MATLAB, which count from year 0.
+    """
     step, first = _interval(stamps), abs(float(stamps[0]))
+    if 0.0 < step < _DAYS_STEP and any(low < first < high for low, high in _DAYS):
+        return "days"
     for unit in ("s", "ms", "us", "ns"):
         factor = units.factor("time", unit)
         if _EPOCH[0] < first * factor < _EPOCH[1] and 1e-5 < step * factor < 10.0:

@@ -29,6 +29,7 @@ HEAD = 1 << 18  # bytes that must hold preamble, header and the first lines of n
 LOOK = 600  # lines that are looked at
 DATA = 60  # of them, lines of numbers by which the delimiter is judged
 FEW = 4  # cells, at most, that do not tell whether a column holds words
+_END = re.compile(r"\W*end_?of_?header\W*|endheader", re.IGNORECASE)  # LabVIEW; OpenSim
 LATE = 100  # lines of numbers, at most, that may stand above a header: a serial line that was joined too early
 
 
@@ -104,7 +105,11 @@ def first_lines(source: str) -> tuple[list[str], Encoding]:
 
 def layout_of(lines: Sequence[str], source: str, encoding: Encoding | None = None) -> Layout:
     """The layout of lines of text that come from ``source``; see ``find_layout``."""
-    content = [(i, line) for i, line in enumerate(lines[: 10 * LOOK]) if line.strip() and not is_comment(line)][:LOOK]
+    ends = [i for i, line in enumerate(lines[:LOOK]) if _END.fullmatch(line.strip())]
+    begin = ends[-1] + 1 if ends else 0
+    content = [
+        (i, line) for i, line in enumerate(lines[: 10 * LOOK]) if i >= begin and line.strip() and not is_comment(line)
+    ][:LOOK]
     if not content:
         raise LevelheadError(
             f"{source} holds no lines but {'comments' if any(lines) else 'blank ones'}; expected numbers"

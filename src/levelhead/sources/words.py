@@ -19,7 +19,16 @@ WORDS = {
         "turnrate",
         "rotvel",
         "wrss",
-        *("drehrate", "winkelgeschwindigkeit", "gyroskop", "gyroscopio", "giroscopio", "giroscopo", "gyrometre"),
+        *(
+            "drehrate",
+            "winkelgeschwindigkeit",
+            "gyroskop",
+            "gyroscopio",
+            "giroscopio",
+            "giroscópio",
+            "giroscopo",
+            "gyrometre",
+        ),
         *("角速度", "陀螺仪", "陀螺", "ジャイロ", "자이로", "각속도", "гироскоп", "żyroskop", "jiroskop", "giroskop"),
     },
     "acc": {
@@ -40,6 +49,7 @@ WORDS = {
         "specificforce",
         "linearacceleration",
         "arss",
+        *("aceleracao", "aceleração", "acelerômetro", "acelerómetros", "accelerazioni"),
         *("acce", "beschleunigung", "beschleunigungssensor", "aceleracion", "aceleración", "acelerometro"),
         *("acelerómetro", "accelerometro", "accelerazione", "accélération", "accéléromètre", "versnelling"),
         *(
@@ -96,6 +106,10 @@ PAIRS = {
     ("rotation", "rate"),
     ("angular", "vel"),
     ("угловая", "скорость"),
+    ("velocidad", "angular"),
+    ("velocidade", "angular"),
+    ("vitesse", "angulaire"),
+    ("velocità", "angolare"),
     ("açısal", "hız"),
 }
 FILLERS = {
