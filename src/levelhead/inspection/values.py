@@ -63,7 +63,8 @@ def find_clipping(role: str, values: Array) -> Clipping | None:
     """The axis of a gyroscope ("gyr") or accelerometer ("acc") that clips on most rows; None: none does."""
     factor = 180.0 / np.pi if role == "gyr" else 1.0 / GRAVITY
     worst: Clipping | None = None
-    for axis, column in zip("xyz", np.abs(values).T, strict=True):
+    for axis, signed in zip("xyz", values.T, strict=True):
+        column = np.abs(signed)
         finite = column[np.isfinite(column)]
         if len(finite) < 100:
             continue
