@@ -2,9 +2,12 @@
 
     python benchmarks/chunks.py --rows 2000000 20000000 50000000
     python benchmarks/chunks.py --rows 1000000000 --output-rate 10 --folder /large/disk
+    python benchmarks/chunks.py --groups 20 2000 20000
 
 Each length runs in a process of its own, from a log of 100 Hz to a track as Parquet. Memory must not grow with the
-length. The disk needs 8 bytes a row for the log, and for each row of the track 96 for what is done and 66 for the file.
+length. What grows is the list of a Parquet file's row groups, of which the track has one for each 50 000 rows:
+``--groups`` measures it with groups of 50 rows. The disk needs 8 bytes a row for the log, and for each row of the track
+96 for what is done and up to 94 for the file.
 """
 
 import io
@@ -68,14 +71,47 @@ def work(log: Path, out: Path, output_rate: float | None) -> None:
     print(json.dumps({"seconds": time.process_time() - began, "peak": peak() / MB}))
 
 
+def write_groups(count: int, path: Path) -> None:
+    """A track of that many row groups; prints the peak memory."""
+    import numpy as np
+
+    from large import peak
+    from levelhead.filters import ESKF
+    from levelhead.publish import writers
+    from levelhead.track import Track
+
+    writers.CHUNK = rows = 50
+    noise = np.random.default_rng(0).normal(size=(rows, 10))
+    quat = noise[:, :4] / np.linalg.norm(noise[:, :4], axis=1)[:, None]
+    track = Track(np.arange(rows) * 0.01, quat, noise[:, 4:7], noise[:, 7:], params=ESKF())
+    writers.write_tracks((track for _ in range(count)), path)
+    print(json.dumps({"groups": count, "size": path.stat().st_size / MB, "peak": peak() / MB}))
+
+
 def main() -> None:
     """Run all of it."""
     parser = options(__doc__, repeats=1)
     parser.add_argument("--rows", type=int, nargs="+", default=[2_000_000, 20_000_000], help="lengths")
     parser.add_argument("--output-rate", type=float, help="rows a second in the track (default: those of the log)")
     parser.add_argument("--folder", type=Path, help="where the files go for the time being (default: temporary)")
+    parser.add_argument("--groups", type=int, nargs="+", help="numbers of row groups, in place of lengths")
+    parser.add_argument("--write-groups", nargs=2, help="(one run of this script itself)")
     parser.add_argument("--work", nargs=2, type=Path, help="(one run of this script itself)")
     given = parser.parse_args()
+    if given.write_groups:
+        write_groups(int(given.write_groups[0]), Path(given.write_groups[1]))
+        return
+    if given.groups:
+        lines = []
+        with tempfile.TemporaryDirectory(dir=given.folder) as name:
+            for count in given.groups:
+                _, done = once(
+                    [sys.executable, __file__, "--write-groups", str(count), str(Path(name, "track.parquet"))]
+                )
+                lines.append(json.loads(done.stdout))
+        titles = {"groups": "row groups", "size": "file MB", "peak": "peak memory MB"}
+        show([Table("A track of so many row groups", titles, lines)], given.json)
+        return
     if given.work:
         work(*given.work, given.output_rate)
         return
