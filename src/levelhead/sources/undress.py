@@ -22,7 +22,7 @@ _TAGGED = re.compile(
     r"^\s*[#%]([A-Za-z]\w*)[=,:]\s*([-+\d.][-+\d.eE,\s]*?)(?:\*[0-9A-Fa-f]{2,8})?\s*$"
 )  # "#YPRAMG=1,2"
 _MESSAGE = re.compile(
-    r"^[^{}]*?\b([A-Z][A-Z0-9_]{1,30}) \{(\w+ : [^{}]*)\}\s*$"
+    r"^(?=[^{]*\{)[^{}]*?\b([A-Z][A-Z0-9_]{1,30}) \{(\w+ : [^{}]*)\}\s*$"
 )  # mavlogdump: "…: IMU {TimeUS : 1, …}"
 _LETTER = re.compile(r"^\s*#([AGM])(?:-[A-Z])?=([-+\d.,eE\s]+)$")  # Razor AHRS: #A-C=1.2,3.4,5.6
 _AROUND = re.compile(r"[(\[]\s*(?=[-+.]*\d)|(?<=\d)\s*[)\]]")  # brackets around numbers
