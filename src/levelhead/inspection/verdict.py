@@ -39,7 +39,7 @@ def expectation(recording: Recording, findings: Sequence[Finding]) -> Expectatio
     names = {one.name for one in findings}
     if any(one.severity == "broken" and one.name != "no_time" for one in findings):
         return Expectation(None, None, None)
-    track = _fused(recording)
+    track = _fused(replace(recording, mag=None))  # tilt hardly depends on the field
     if track is None or track.sigma is None:
         return Expectation(None, None, None)
     late = track.t > track.t[0] + min(SETTLED, 0.3 * (track.t[-1] - track.t[0]))
@@ -48,12 +48,10 @@ def expectation(recording: Recording, findings: Sequence[Finding]) -> Expectatio
     tilt = float(np.sqrt(np.nanmean(sigma[:, 0] ** 2 + sigma[:, 1] ** 2) + added))
     if recording.mag is None:
         return Expectation(tilt, None, _drift(track.t[late], sigma[:, 2]))
-    start = recording[: len(track)]
-    plain = _fused(replace(start, mag=None))
-    heading = None if plain is None else expected_heading_error(start, plain)
-    if heading is None:
+    heading = expected_heading_error(recording[: len(track)], track)
+    if heading is None and (whole := _fused(recording)) is not None and whole.sigma is not None:
         unseen = sum(HEADING_ADDED[one] ** 2 for one in names & set(HEADING_ADDED))
-        heading = float(np.sqrt(np.nanmean(sigma[:, 2] ** 2) + unseen))
+        heading = float(np.sqrt(np.nanmean(np.degrees(whole.sigma[late, 2]) ** 2) + unseen))
     return Expectation(tilt, heading, None)
 
 
