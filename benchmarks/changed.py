@@ -1,8 +1,9 @@
 """The default beside VQF on recordings that were changed: what holds where nobody has looked?
 
 Every recording with a reference below the folders, with and without its magnetometer: begun at 30 and at 60 % of its
-length, so in the middle of its motion; at 50 and at 20 samples a second; with the bias, scale and noise of a toy's
-sensor; with a gyroscope that ends at 250 deg/s; and with a magnet beside the start. Both filters get the same readings.
+length, so in the middle of its motion; at 50 and at 20 samples a second; with samples that were lost; with the bias,
+scale and noise of a toy's sensor; with a gyroscope that ends at 250 deg/s; and with a magnet beside the start. Both
+filters get the same readings.
 """
 
 from collections.abc import Callable, Iterator
@@ -58,6 +59,21 @@ def sampled(rate: float) -> Callable[[Recording, int], Recording | None]:
     return thin
 
 
+def with_losses(recording: Recording, seed: int) -> Recording:
+    """After 8 s, 0.04 to 0.45 s of samples are lost again and again, after 2.5 s in the mean."""
+    random = np.random.default_rng(seed)
+    keep = np.ones(len(recording), dtype=bool)
+    first = recording.t[0] + 8.0
+    while first < recording.t[-1]:
+        last = first + random.uniform(0.04, 0.45)
+        keep &= (recording.t < first) | (recording.t > last)
+        first = last + random.exponential(2.5)
+    assert recording.truth is not None
+    mag = None if recording.mag is None else recording.mag[keep]
+    truth = recording.truth[keep]
+    return Recording(recording.t[keep], recording.gyr[keep], recording.acc[keep], mag, truth, recording.meta)
+
+
 def of_a_toy(recording: Recording, seed: int) -> Recording:
     """1σ of 2 deg/s and 0.2 m/s² of bias, 1.5 and 1 % of scale, 0.05 deg/s and 0.03 m/s² of noise."""
     random = np.random.default_rng(seed)
@@ -111,6 +127,7 @@ CHANGES: dict[str, Callable[[Recording, int], Recording | None]] = {
     "begun at 60 %": begun(0.6),
     "50 Hz": sampled(50.0),
     "20 Hz": sampled(20.0),
+    "samples lost": with_losses,
     "sensor of a toy": of_a_toy,
     "full scale 250 deg/s": clipped,
     "a magnet for 3 s": beside_a_magnet(3.0),

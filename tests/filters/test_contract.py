@@ -116,6 +116,17 @@ def test_heading_converges_to_the_magnetometer(flt):
     assert track.euler()[-1, 2] == pytest.approx(30.0, abs=2.0)
 
 
+@pytest.mark.parametrize("flt", [f for f in filters.ALL if "gyr" in f.uses], ids=lambda f: f.name)
+def test_a_rate_that_rises_is_integrated_across_lost_samples(flt):
+    """From one rate to the next the mean of both is right if it changes linearly: 5° more than the last rate alone."""
+    t = np.arange(150) / 100
+    t = t[(t < 0.9) | (t > 1.2)]
+    gyr = np.outer(t, [0.0, 0.0, 2.0])
+    track = lh.fuse(lh.Recording(t, gyr, np.tile([0.0, 0.0, G], (len(t), 1))), flt.params())
+    angle = np.degrees(np.unwrap(np.radians(track.euler()[:, 2])))
+    assert angle[-1] - angle[0] == pytest.approx(np.degrees(t[-1] ** 2), abs=1.5)  # 0.9° is the rectangles' error
+
+
 @EVERY
 def test_varying_dt_is_honoured(flt):
     """A constant turn sampled at uneven instants ends at the right angle."""

@@ -55,6 +55,20 @@ def test_a_rate_beyond_full_scale_is_estimated_from_its_slope():
     assert tilt[1000:].max() < 8.0
 
 
+@pytest.mark.parametrize("motion", ["hand", "walking", "drone"])
+def test_sigma_knows_of_samples_that_were_lost(motion):
+    """Stretches of 0.05 to 0.45 s, a fifth of all: a held rate would be wrong by many degrees."""
+    random, whole = np.random.default_rng(4), simulate.motion(3, 90.0, 100.0, style=motion)
+    recording = simulate.observe(whole, simulate.imu("LSM6DSO32"), seed=2)
+    kept = np.ones(len(recording), dtype=bool)
+    for first in random.integers(1000, len(kept) - 100, 70):
+        kept[first : first + random.integers(5, 45)] = False
+    assert recording.truth is not None and 0.7 < kept.mean() < 0.9
+    left = Recording(recording.t[kept], recording.gyr[kept], recording.acc[kept], None, recording.truth[kept])
+    score = evaluate(left, lh.fuse(left, lh.ESKF()))
+    assert score.tilt_error_ratio < 2.5
+
+
 def test_a_raw_sensor_keeps_what_earlier_runs_told_of_it():
     """A prior with a mean far from zero is widened about that mean: each run of the same raw sensor gains by it."""
     prior = None

@@ -25,7 +25,7 @@ from levelhead.guard.detectors import NO_SAMPLES, DetectorState
 from levelhead.guard.rate_jump import first_rate
 from levelhead.guard.rest import NO_SUMS, SlowMeans
 from levelhead.kernels.tilt import GAP_SECONDS, TURN, is_present
-from levelhead.kernels.vec3 import ZERO, Vec3, add, scale, sub
+from levelhead.kernels.vec3 import ZERO, Vec3, add, dot, scale, sub
 
 READING_LIMIT = 1e9  # rad/s, m/s², µT: beyond it a reading is missing; NaN and infinity fail the comparison too
 SQUARE_LIMIT = READING_LIMIT * READING_LIMIT  # a sum of squares below it contains no missing reading
@@ -34,15 +34,19 @@ FORCE_UNUSABLE = ACC_SATURATED | ACC_STUCK  # the specific force is not the body
 LEAST_ROTATION = 0.1  # rad, 1σ of an unmeasured rotation from which the filter's covariance is inflated
 AT_FULL_SCALE = 0.97  # of the full scale: an axis that reads so much is clipped, if any is
 CLIPPED_SHARE = 0.4  # 1σ of the rotation beyond full scale, as a share of it
+INTERVALS = 16.0  # over which the usual interval is averaged
+CHANGE_VARIANCE = 1.0 / 12.0  # of a number that is uniform between 0 and 1: when in a lost interval the rate changed
+RETURN_VARIANCE = 0.06  # of what the rate does besides, as a share of its square
 
 
 class ConditionedSample(NamedTuple):
     """The last sample without its unusable readings, and what is kept of the samples before it."""
 
-    gyr: Vec3  # rad/s; where it is missing the last one that was not
+    gyr: Vec3  # rad/s, in the mean over dt as far as known; where it is missing the last one that was not
     acc: Vec3  # m/s²; the zero vector where it cannot be used
     mag: Vec3  # µT; the zero vector where it cannot be used
     dt: float  # s
+    interval: float  # s, usual one
     health: int  # Health bits of its readings
     had_field: bool  # an earlier sample had a magnetometer reading
     started: bool  # this or an earlier sample had a specific force, which a filter needs to start
@@ -52,10 +56,13 @@ class ConditionedSample(NamedTuple):
     since_sigma: float  # s since σ was last updated
     corrected_by: int  # sensors with a usable reading since then: 1 accelerometer, 2 magnetometer
     detected: DetectorState
+    rate: Vec3  # rad/s, as it was read; where it is missing the last one that was not
     slope: Vec3  # rad/s², of the rate when it was last below full scale; where an axis is clipped that of its beginning
 
 
-NO_SAMPLE = ConditionedSample(ZERO, ZERO, ZERO, 0.0, 0, False, False, False, 0.0, 0.0, 0.0, 0, NO_SAMPLES, ZERO)
+NO_SAMPLE = ConditionedSample(
+    ZERO, ZERO, ZERO, 0.0, 0.0, 0, False, False, False, 0.0, 0.0, 0.0, 0, NO_SAMPLES, ZERO, ZERO
+)
 
 
 @kernel
@@ -91,7 +98,14 @@ class DetectorHooks(Protocol):
     @staticmethod
     @kernel
     def detect(
-        guard: Guard, detected: DetectorState, gyr: Vec3, acc: Vec3, missing: int, rate_lost: bool, dt: float
+        guard: Guard,
+        detected: DetectorState,
+        gyr: Vec3,
+        acc: Vec3,
+        missing: int,
+        rate_lost: bool,
+        lost: bool,
+        dt: float,
     ) -> DetectorState:
         """The detectors' next state, with its health bits."""
         return detected
@@ -151,6 +165,27 @@ def clipped_variance(slope: Vec3, time: float) -> float:
 
 
 @kernel
+def usual_interval(usual: float, dt: float) -> float:
+    """s, the mean interval; one that is longer than twice as long counts as twice as long."""
+    if usual == 0.0:
+        return dt
+    return usual + (min(dt, 2.0 * usual) - usual) / INTERVALS
+
+
+@kernel
+def lost_variance(last: Vec3, gyr: Vec3, lost: float) -> float:
+    """rad², about each axis, of the rotation in ``lost`` seconds without samples, if the mean of the rates before and
+    after is held for it.
+
+    A change that comes at once, at a time that is uniform in them, makes that error uniform. The other part was chosen
+    so that σ is honest on recordings from which samples were taken, ``benchmarks/changed.py``.
+    """
+    change = sub(gyr, last)
+    rate2 = max(dot(gyr, gyr), dot(last, last))
+    return lost * lost * (CHANGE_VARIANCE * dot(change, change) + RETURN_VARIANCE * rate2)
+
+
+@kernel
 def unmeasured_rotation(health: int, rate_age: float, dt: float) -> UnmeasuredRotation:
     """The rotation while the rate was unusable; its variance is 0 up to ``LEAST_ROTATION``."""
     if health & RATE_UNUSABLE == 0:
@@ -170,7 +205,7 @@ def first_sample(gyr: Vec3, acc: Vec3, mag: Vec3, health: int) -> ConditionedSam
     jump = first_rate(gyr)
     detected = DetectorState(NO_SUMS, means, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat, jump, False, False, 0)
     return ConditionedSample(
-        gyr, acc, mag, 0.0, health, False, is_present(acc), False, 0.0, 0.0, 0.0, 0, detected, ZERO
+        gyr, acc, mag, 0.0, 0.0, health, False, is_present(acc), False, 0.0, 0.0, 0.0, 0, detected, gyr, ZERO
     )
 
 
@@ -183,7 +218,9 @@ def sigma_due(sample: ConditionedSample) -> bool:
 @kernel
 def condition(guard: Guard, sample: ConditionedSample, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> ConditionedSample:
     """The next sample, conditioned; ``sample`` is the one before."""
-    last, _, field, _, _, had_field, started, _, rate_age, _, since_sigma, corrected_by, detected, slope = sample
+    _, _, field, _, usual, _, had_field, started, _, rate_age, _, since_sigma, corrected_by, detected, last, slope = (
+        sample
+    )
     health = missing_bits(gyr, acc, mag)
     if health != 0:
         gyr = last if health & GYR_MISSING else gyr
@@ -192,9 +229,11 @@ def condition(guard: Guard, sample: ConditionedSample, gyr: Vec3, acc: Vec3, mag
     if not started:
         return first_sample(gyr, acc, mag, health)
     rate_lost = health & GYR_MISSING != 0 and rate_age > GAP_SECONDS
-    detected = detectors.detect(guard, detected, gyr, acc, health, rate_lost, dt)
+    lost = dt - usual if usual > 0.0 and dt > 2.0 * usual else 0.0
+    detected = detectors.detect(guard, detected, gyr, acc, health, rate_lost, lost > 0.0, dt)
     if health & GYR_MISSING == 0:
         gyr = detectors.believed_rate(detected, gyr)
+    rate = gyr
     health |= detected.health
     if detected.health & FORCE_UNUSABLE:
         acc = ZERO
@@ -216,12 +255,16 @@ def condition(guard: Guard, sample: ConditionedSample, gyr: Vec3, acc: Vec3, mag
         unmeasured = clipped_variance(slope, rate_age) - clipped_variance(slope, clipped_for)
     elif health & RATE_UNUSABLE == 0:
         slope = scale(sub(gyr, last), 1.0 / dt)
+        if lost > 0.0 and dt <= GAP_SECONDS:
+            unmeasured = lost_variance(last, gyr, lost)
+            gyr = sub(gyr, scale(sub(gyr, last), 0.5 * lost / dt))
     rate_unknown = rate_lost or dt > GAP_SECONDS
     return ConditionedSample(
         gyr,
         acc,
         mag,
         dt,
+        usual_interval(usual, dt),
         health,
         had_field or is_present(field),
         True,
@@ -231,5 +274,6 @@ def condition(guard: Guard, sample: ConditionedSample, gyr: Vec3, acc: Vec3, mag
         since_sigma + dt,
         corrected_by,
         detected,
+        rate,
         slope,
     )

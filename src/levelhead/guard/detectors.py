@@ -171,11 +171,12 @@ def is_far_from_g(guard: Guard, acc: Vec3) -> bool:
 
 @kernel
 def detect(
-    guard: Guard, state: DetectorState, gyr: Vec3, acc: Vec3, missing: int, blind: bool, dt: float
+    guard: Guard, state: DetectorState, gyr: Vec3, acc: Vec3, missing: int, blind: bool, lost: bool, dt: float
 ) -> DetectorState:
     """The detectors after one sample (rad/s, m/s², ``dt`` s).
 
-    ``missing``: health bits of the missing readings; ``blind``: the rate has been missing for long.
+    ``missing``: health bits of the missing readings; ``blind``: the rate has been missing for long; ``lost``: samples
+    were lost before this one.
     """
     sums, means, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat, jump, was_far, _, _ = state
     far = was_far
@@ -183,7 +184,7 @@ def detect(
     no_gyr = missing & GYR_MISSING != 0
     no_acc = missing & ACC_MISSING != 0
     if not no_gyr:
-        jump = update_jump(jump, gyr, is_at_range(gyr, guard.gyr_range * DEGREE), dt)
+        jump = update_jump(jump, gyr, lost or is_at_range(gyr, guard.gyr_range * DEGREE), dt)
         gyr = jump.rate
         if jump.spikes > 0:
             health = GYR_SPIKE

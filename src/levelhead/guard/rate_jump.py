@@ -44,8 +44,11 @@ def is_jump(change2: float, usual2: float, dt: float) -> bool:
 
 
 @kernel
-def update_jump(jump: Jump, gyr: Vec3, clipped: bool, dt: float) -> Jump:
-    """After a rate (rad/s) that stands for ``dt`` seconds; ``clipped``: at a known full scale, so no spike."""
+def update_jump(jump: Jump, gyr: Vec3, plausible: bool, dt: float) -> Jump:
+    """After a rate (rad/s) that stands for ``dt`` seconds.
+
+    ``plausible``: it is no spike, however large: at a known full scale, or after samples that were lost.
+    """
     (a, b, c), usual2, held, held_time, _, spikes = jump
     x, y, z = gyr
     u = x - a
@@ -61,7 +64,7 @@ def update_jump(jump: Jump, gyr: Vec3, clipped: bool, dt: float) -> Jump:
         spikes += 1
     else:
         spikes = 0
-    if not clipped and spikes < MOST_SPIKES and is_jump(change2, usual2, dt):
+    if not plausible and spikes < MOST_SPIKES and is_jump(change2, usual2, dt):
         return Jump(jump.rate, usual2, Vec3(u, v, w), dt, ZERO, spikes)
     usual2 = usual2 * USUAL_TIME / (USUAL_TIME + 2.0 * dt)
     return Jump(gyr, max(change2, usual2), ZERO, 0.0, ZERO, spikes)

@@ -212,13 +212,17 @@ static const float CONDITIONING_LEAST_ROTATION = 0.1f;
 /* of the full scale: an axis that reads so much is clipped, if any is */
 static const float CONDITIONING_AT_FULL_SCALE = 0.97f;
 static const float CONDITIONING_CLIPPED_SHARE = 0.4f; /* 1σ of the rotation beyond full scale, as a share of it */
+static const float CONDITIONING_INTERVALS = 16.0f; /* over which the usual interval is averaged */
+/* 1.0 / 12.0: of a number that is uniform between 0 and 1: when in a lost interval the rate changed */
+static const float CONDITIONING_CHANGE_VARIANCE = 0.083333336f;
+static const float CONDITIONING_RETURN_VARIANCE = 0.06f; /* of what the rate does besides, as a share of its square */
 static const ConditionedSample CONDITIONING_NO_SAMPLE = {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f},
-    {0.0f, 0.0f, 0.0f}, 0.0f, 0, false, false, false, 0.0f, 0.0f, 0.0f, 0,
+    {0.0f, 0.0f, 0.0f}, 0.0f, 0.0f, 0, false, false, false, 0.0f, 0.0f, 0.0f, 0,
     {{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, false},
     {4.0f, 4.0f, 0.0f, 0.0f, -1.0f, 0, false}, {19.0f, 19.0f, 0.0f, 0.0f, -1.0f, 0, false},
     {{0.0f, 0.0f, 0.0f}, 0, 0.0f}, {{0.0f, 0.0f, 0.0f}, 0, 0.0f},
     {{0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f}, 0}, false, false, 0},
-    {0.0f, 0.0f, 0.0f}};
+    {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}};
 static const UnmeasuredRotation CONDITIONING_ALL_MEASURED = {0.0f, 0.0f};
 
 /* cos² of the field's dip in middle Europe: the share of a heading error that the whole field shows */
@@ -484,8 +488,11 @@ static bool rate_jump_is_jump(float change2, float usual2, float dt)
         && change2 * dt * dt > RATE_JUMP_JUMP_ANGLE * RATE_JUMP_JUMP_ANGLE;
 }
 
-/* After a rate (rad/s) that stands for dt seconds; clipped: at a known full scale, so no spike. */
-static Jump rate_jump_update_jump(const Jump *jump, Vec3 gyr, bool clipped, float dt)
+/* After a rate (rad/s) that stands for dt seconds.
+ *
+ * plausible: it is no spike, however large: at a known full scale, or after samples that were lost.
+ */
+static Jump rate_jump_update_jump(const Jump *jump, Vec3 gyr, bool plausible, float dt)
 {
     const float a = jump->rate.x, b = jump->rate.y, c = jump->rate.z;
     float usual2 = jump->usual2;
@@ -508,7 +515,7 @@ static Jump rate_jump_update_jump(const Jump *jump, Vec3 gyr, bool clipped, floa
     } else {
         spikes = 0;
     }
-    if (!clipped && spikes < RATE_JUMP_MOST_SPIKES && rate_jump_is_jump(change2, usual2, dt)) {
+    if (!plausible && spikes < RATE_JUMP_MOST_SPIKES && rate_jump_is_jump(change2, usual2, dt)) {
         return (Jump){jump->rate, usual2, {u, v, w}, dt, VEC3_ZERO, spikes};
     }
     usual2 = usual2 * RATE_JUMP_USUAL_TIME / (RATE_JUMP_USUAL_TIME + 2.0f * dt);
@@ -1207,10 +1214,11 @@ static bool detectors_is_far_from_g(const Guard *guard, Vec3 acc)
 
 /* The detectors after one sample (rad/s, m/s², dt s).
  *
- * missing: health bits of the missing readings; blind: the rate has been missing for long.
+ * missing: health bits of the missing readings; blind: the rate has been missing for long; lost: samples
+ * were lost before this one.
  */
 static DetectorState detectors_detect(const Guard *guard, const DetectorState *state, Vec3 gyr, Vec3 acc,
-    int32_t missing, bool blind, float dt)
+    int32_t missing, bool blind, bool lost, float dt)
 {
     SlowMeans means_2;
     Jump jump_2;
@@ -1225,8 +1233,8 @@ static DetectorState detectors_detect(const Guard *guard, const DetectorState *s
     const bool no_gyr = (missing & HEALTH_GYR_MISSING) != 0;
     const bool no_acc = (missing & HEALTH_ACC_MISSING) != 0;
     if (!no_gyr) {
-        jump_2 = rate_jump_update_jump(jump, gyr, detectors_is_at_range(gyr, guard->gyr_range * UNITS_DEGREE),
-            dt);
+        jump_2 = rate_jump_update_jump(jump, gyr,
+            lost || detectors_is_at_range(gyr, guard->gyr_range * UNITS_DEGREE), dt);
         jump = &jump_2;
         gyr = jump->rate;
         if (jump->spikes > 0) {
@@ -1454,6 +1462,29 @@ static float conditioning_clipped_variance(Vec3 slope, float time)
     return missed * missed * (x * x + y * y + z * z);
 }
 
+/* s, the mean interval; one that is longer than twice as long counts as twice as long. */
+static float conditioning_usual_interval(float usual, float dt)
+{
+    if (usual == 0.0f) {
+        return dt;
+    }
+    return usual + (lh_min(dt, 2.0f * usual) - usual) / CONDITIONING_INTERVALS;
+}
+
+/* rad², about each axis, of the rotation in lost seconds without samples, if the mean of the rates before and
+ * after is held for it.
+ *
+ * A change that comes at once, at a time that is uniform in them, makes that error uniform. The other part was chosen
+ * so that σ is honest on recordings from which samples were taken, benchmarks/changed.py.
+ */
+static float conditioning_lost_variance(Vec3 last, Vec3 gyr, float lost)
+{
+    const Vec3 change = vec3_sub(gyr, last);
+    const float rate2 = lh_max(vec3_dot(gyr, gyr), vec3_dot(last, last));
+    return lost * lost * (CONDITIONING_CHANGE_VARIANCE * vec3_dot(change, change)
+        + CONDITIONING_RETURN_VARIANCE * rate2);
+}
+
 /* The rotation while the rate was unusable; its variance is 0 up to LEAST_ROTATION. */
 static UnmeasuredRotation conditioning_unmeasured_rotation(int32_t health, float rate_age, float dt)
 {
@@ -1479,8 +1510,8 @@ static ConditionedSample conditioning_first_sample(Vec3 gyr, Vec3 acc, Vec3 mag,
     const Jump jump = rate_jump_first_rate(gyr);
     const DetectorState detected = {REST_NO_SUMS, means, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat,
         jump, false, false, 0};
-    return (ConditionedSample){gyr, acc, mag, 0.0f, health, false, tilt_is_present(acc), false, 0.0f, 0.0f,
-        0.0f, 0, detected, VEC3_ZERO};
+    return (ConditionedSample){gyr, acc, mag, 0.0f, 0.0f, health, false, tilt_is_present(acc), false, 0.0f,
+        0.0f, 0.0f, 0, detected, gyr, VEC3_ZERO};
 }
 
 /* Whether σ is updated after this sample. */
@@ -1493,11 +1524,13 @@ static bool conditioning_sigma_due(const ConditionedSample *sample)
 static ConditionedSample conditioning_condition(const Guard *guard, const ConditionedSample *sample, Vec3 gyr,
     Vec3 acc, Vec3 mag, float dt)
 {
-    const Vec3 last = sample->gyr, field = sample->mag;
+    const Vec3 field = sample->mag;
+    const float usual = sample->interval;
     const bool had_field = sample->had_field, started = sample->started;
     float rate_age = sample->rate_age, since_sigma = sample->since_sigma;
     int32_t corrected_by = sample->corrected_by;
     const DetectorState *detected = &sample->detected;
+    const Vec3 last = sample->rate;
     Vec3 slope = sample->slope;
     int32_t health = conditioning_missing_bits(gyr, acc, mag);
     if (health != 0) {
@@ -1509,11 +1542,14 @@ static ConditionedSample conditioning_condition(const Guard *guard, const Condit
         return conditioning_first_sample(gyr, acc, mag, health);
     }
     const bool rate_lost = (health & HEALTH_GYR_MISSING) != 0 && rate_age > TILT_GAP_SECONDS;
-    const DetectorState detected_2 = detectors_detect(guard, detected, gyr, acc, health, rate_lost, dt);
+    const float lost = usual > 0.0f && dt > 2.0f * usual ? dt - usual : 0.0f;
+    const DetectorState detected_2 = detectors_detect(guard, detected, gyr, acc, health, rate_lost,
+        lost > 0.0f, dt);
     detected = &detected_2;
     if ((health & HEALTH_GYR_MISSING) == 0) {
         gyr = detectors_believed_rate(detected, gyr);
     }
+    const Vec3 rate = gyr;
     health |= detected->health;
     if (detected->health & CONDITIONING_FORCE_UNUSABLE) {
         acc = VEC3_ZERO;
@@ -1545,11 +1581,16 @@ static ConditionedSample conditioning_condition(const Guard *guard, const Condit
     } else {
         if ((health & CONDITIONING_RATE_UNUSABLE) == 0) {
             slope = vec3_scale(vec3_sub(gyr, last), 1.0f / dt);
+            if (lost > 0.0f && dt <= TILT_GAP_SECONDS) {
+                unmeasured = conditioning_lost_variance(last, gyr, lost);
+                gyr = vec3_sub(gyr, vec3_scale(vec3_sub(gyr, last), 0.5f * lost / dt));
+            }
         }
     }
     const bool rate_unknown = rate_lost || dt > TILT_GAP_SECONDS;
-    return (ConditionedSample){gyr, acc, mag, dt, health, had_field || tilt_is_present(field), true,
-        rate_unknown, rate_age, unmeasured, since_sigma + dt, corrected_by, *detected, slope};
+    return (ConditionedSample){gyr, acc, mag, dt, conditioning_usual_interval(usual, dt), health,
+        had_field || tilt_is_present(field), true, rate_unknown, rate_age, unmeasured, since_sigma + dt,
+        corrected_by, *detected, rate, slope};
 }
 
 /* ---- mahony

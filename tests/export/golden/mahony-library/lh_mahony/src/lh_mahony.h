@@ -23,9 +23,9 @@
  *
  * RAM of one filter with its parameters:
  *
- *     64 bit (Cortex-A, x86-64)                                    452 bytes
- *     32 bit (Cortex-M, ESP32, RP2040)                             452 bytes
- *     AVR (Uno, Mega)                                              437 bytes
+ *     64 bit (Cortex-A, x86-64)                                    468 bytes
+ *     32 bit (Cortex-M, ESP32, RP2040)                             468 bytes
+ *     AVR (Uno, Mega)                                              453 bytes
  */
 #ifndef LH_MAHONY_H
 #define LH_MAHONY_H
@@ -169,10 +169,11 @@ typedef struct {
 
 /* The last sample without its unusable readings, and what is kept of the samples before it. */
 typedef struct {
-    lh_mahony_vec3 gyr; /* rad/s; where it is missing the last one that was not */
+    lh_mahony_vec3 gyr; /* rad/s, in the mean over dt as far as known; where it is missing the last one that was not */
     lh_mahony_vec3 acc; /* m/s²; the zero vector where it cannot be used */
     lh_mahony_vec3 mag; /* µT; the zero vector where it cannot be used */
     float dt; /* s */
+    float interval; /* s, usual one */
     int32_t health; /* Health bits of its readings */
     bool had_field; /* an earlier sample had a magnetometer reading */
     bool started; /* this or an earlier sample had a specific force, which a filter needs to start */
@@ -182,6 +183,7 @@ typedef struct {
     float since_sigma; /* s since σ was last updated */
     int32_t corrected_by; /* sensors with a usable reading since then: 1 accelerometer, 2 magnetometer */
     lh_mahony_detector_state detected;
+    lh_mahony_vec3 rate; /* rad/s, as it was read; where it is missing the last one that was not */
     /* rad/s², of the rate when it was last below full scale; where an axis is clipped that of its beginning */
     lh_mahony_vec3 slope;
 } lh_mahony_conditioned_sample;
