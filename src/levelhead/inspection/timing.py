@@ -58,7 +58,7 @@ def examine_clock(recording: Recording) -> Iterator[Finding]:
         and len(np.unique(np.rint(1e3 * steps))) > 1
     ):
         yield Finding("coarse_stamps", "note", "stamps are whole milliseconds", f"median step {1e3 * typical:.3g} ms")
-    turn = np.degrees(np.linalg.norm(recording.gyr[1:], axis=1) * steps)
+    turn = np.degrees(np.sqrt(np.einsum("ij,ij->i", recording.gyr[1:], recording.gyr[1:])) * steps)
     turn = turn[np.isfinite(turn)]
     far = float(np.quantile(turn, 0.99)) if len(turn) else 0.0
     if 1.0 / mean < SLOW or far > FAR:

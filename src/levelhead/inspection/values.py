@@ -71,11 +71,13 @@ def find_clipping(role: str, values: Array) -> Clipping | None:
         top = float(finite.max())
         at = column >= top * (1.0 - 2e-4)
         count = int(at.sum())
+        if count < CLIPPED:
+            continue
         runs = np.diff(np.concatenate([[0], np.flatnonzero(~at) + 1, [len(at) + 1]])) - 1
         high = top > ALONE * median(finite) and (role == "gyr" or top > 1.8 * GRAVITY)
         scale = top * factor
         high |= role == "gyr" and min(abs(scale / one - 1.0) for one in FULL_SCALES) < 0.002
-        if count >= CLIPPED and runs.max() >= RUN and high and (worst is None or count > worst.rows.sum()):
+        if runs.max() >= RUN and high and (worst is None or count > worst.rows.sum()):
             worst = Clipping(axis, top, at)
     return worst
 
