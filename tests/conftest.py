@@ -14,7 +14,7 @@ from levelhead.engine import native
 
 MARKS = ("compiled", "full")
 LONGEST = ("test_lanes.py", "test_suites_in_c.py", "test_sensor.py", "test_same_bits.py", "test_selftest.py")
-COMPILED_SOONER = ("EKF", "Complementary")  # a filter in blocks with its own σ, and the smallest with gains
+COMPILED_SOONER = ("EKF",)  # in blocks, with a σ of its own
 
 if importlib.util.find_spec("hypothesis"):  # .ci/pythons has none
     from hypothesis import HealthCheck, settings
@@ -42,7 +42,7 @@ def pytest_collection() -> None:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Numba takes 10 to 60 s for each filter: in the second tier it compiles two, in the third all of them.
+    """Numba takes 10 to 60 s for each filter: in the second tier it compiles one, in the third all of them.
 
     The native engine, which users have, is compared with plain Python for all filters in the first. Files that take
     longest begin first: at the end no process has one of them to itself while the others have none.
@@ -52,7 +52,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         callspec = getattr(item, "callspec", None)  # what a parametrised test is called with
         flt = callspec.params.get("flt") if callspec is not None else None
         in_numba = item.path.parent.name == "engine" and item.get_closest_marker("compiled")
-        if flt is not None and in_numba and flt.name not in COMPILED_SOONER:
+        faults_in_c = item.path.name == "test_suites_in_c.py" and item.function.__module__.endswith("test_faults")
+        if faults_in_c or (flt is not None and in_numba and flt.name not in COMPILED_SOONER):
             item.add_marker("full")
 
 

@@ -33,6 +33,7 @@ def test_ned_bearing_grows_by_the_declination():
     np.testing.assert_allclose(after[:, 1:], before[:, 1:], atol=1e-9)
 
 
+@pytest.mark.slow
 def test_sigma_is_that_of_the_turned_axes():
     """A cloud of independent errors about the old axes, seen about the new ones."""
     random = np.random.default_rng(5)

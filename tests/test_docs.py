@@ -115,6 +115,25 @@ def test_the_table_of_a_filter_has_every_field():
     assert sorted(told) == sorted(Filter._fields)
 
 
+def cited(text: str) -> set[int]:
+    """The equations that a text names: eq. 7, eqs. 8 to 12, (16), (22) to (24)."""
+    found: set[int] = set()
+    for first, last in re.findall(r"\(?\b(\d+)\)? to \(?(\d+)\)?", text):
+        found |= set(range(int(first), int(last) + 1))
+    for several, one in NAMED_EQUATION.findall(text):
+        found |= {int(number) for number in re.findall(r"\d+", several + one)}
+    return found
+
+
+def test_every_equation_of_eskf_stands_in_the_file_that_its_map_names():
+    folder = ROOT / "src" / "levelhead" / "filters" / "eskf"
+    rows = re.findall(r"^\| ``(\w+)`` \| (.+) \|$", (folder / "__init__.py").read_text(encoding="utf-8"), re.MULTILINE)
+    assert {name for name, _ in rows} == {path.stem for path in folder.glob("*.py")} - {"__init__"}
+    for name, what in rows:
+        lacking = cited(what) - cited((folder / f"{name}.py").read_text(encoding="utf-8"))
+        assert not lacking, f"{name}: equations {sorted(lacking)}"
+
+
 def test_the_equations_of_eskf_have_the_numbers_of_its_page():
     """The page counts them from 1; its own text, and the docstrings of the files, name no other."""
     text = (ROOT / "docs" / "self-calibration.md").read_text(encoding="utf-8")
@@ -131,6 +150,7 @@ def test_the_equations_of_eskf_have_the_numbers_of_its_page():
                 assert number in numbers, f"{name}: equation {number}"
 
 
+@pytest.mark.slow
 def test_generated_tables_are_up_to_date():
     command = [sys.executable, "docs/generate.py", "--check"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)

@@ -6,6 +6,8 @@ from collections import Counter, defaultdict
 from functools import cache
 from pathlib import Path
 
+import pytest
+
 SOURCE = Path(__file__).resolve().parents[1] / "src" / "levelhead"
 LONGEST = 400  # lines
 MOST_ANY = {  # by room; the names in open_types.py, compiler/borders.py, tree.py and mark.py stand for the rest
@@ -108,6 +110,7 @@ def test_a_name_stands_in_one_room_only():
     assert twice == {}
 
 
+@pytest.mark.slow
 def test_a_class_stands_in_one_room_only():
     """A reader who meets a name of a type knows which one it is, or finds the reason why there are two."""
     places = defaultdict(set)
@@ -119,6 +122,7 @@ def test_a_class_stands_in_one_room_only():
     assert set(CLASSES) <= set(twice), "a reason that is no longer needed"
 
 
+@pytest.mark.slow
 def test_a_function_stands_in_one_room_only():
     """As for types: the name of a public function says which one it is, in whatever file it is called."""
     places = defaultdict(set)

@@ -78,6 +78,7 @@ def test_names_and_trials_json_agree_on_all_of_broad(data_dir):
         assert group_of(broad / f"{name}.mat") == group_of(Path(f"{name}.mat")), name
 
 
+@pytest.mark.slow
 def test_figures_are_those_of_evaluate(folder):
     result = accuracy([folder], OURS)
     assert [entry.name for entry in result.entries][-1] == "TStick_Test02"
@@ -188,6 +189,7 @@ def test_markdown_has_a_cell_for_every_column(folder):
     assert len(lines) == 4 and len({line.count("|") for line in lines}) == 1
 
 
+@pytest.mark.full
 @pytest.mark.slow
 def test_vqf_on_broad_is_what_is_known_of_it(data_dir):
     if not contenders.BY_NAME["vqf.VQF"].installed:

@@ -25,6 +25,7 @@ def orientation(contender: contenders.Contender, recording: Recording) -> np.nda
         return np.asarray(contender.run(recording))[SETTLED:]
 
 
+@pytest.mark.full
 @pytest.mark.slow
 @pytest.mark.parametrize("heading", range(20, 380, 45))
 def test_inclination_and_heading_in_all_octants(contender, heading):
@@ -34,6 +35,7 @@ def test_inclination_and_heading_in_all_octants(contender, heading):
     assert tilt < TILT and turn < HEADING, f"{contender.name}: tilt {tilt:.2f}°, heading {turn:.2f}°"
 
 
+@pytest.mark.slow
 def test_without_a_magnetometer_inclination_is_right_and_heading_turns_the_right_way(contender):
     whole = headed(110.0, rotation=4.0 if contender.name == "ahrs.Complementary" else 20.0)
     recording = Recording(whole.t, whole.gyr, whole.acc, None, whole.truth)

@@ -69,6 +69,7 @@ def test_a_hundred_sensors_are_found_within_their_sigma():
         assert (0.1 if name.startswith("mag") else 0.6) < spread < 1.25, (name, spread)  # a field's σ is generous
 
 
+@pytest.mark.slow
 def test_readings_become_right(recording, found):
     better = found.calibration.apply(recording)
     poses, _ = find_poses([better])
@@ -80,6 +81,7 @@ def test_readings_become_right(recording, found):
     assert np.ptp(raw) > 0.3 * np.mean(raw)
 
 
+@pytest.mark.slow
 def test_the_verdict_says_how_much_better(found):
     words = found.verdict()
     assert [line.split(":")[0] for line in words] == ["accelerometer", "gyroscope", "magnetometer"]
@@ -112,6 +114,7 @@ def test_sides_that_are_missing_are_named():
     assert weak.calibration.acc_bias.known[:2].all()
 
 
+@pytest.mark.slow
 def test_half_a_sphere_is_weak_and_says_which_side_is_missing():
     """Only poses with +z up: not refused, but the verdict names what they cannot tell, and the pose that would."""
     recording = put_down(3, mag=None, rate=50.0, turn=1.5)

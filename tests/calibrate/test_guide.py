@@ -79,16 +79,17 @@ def guided():
         return said, guide.recording()
 
 
+@pytest.mark.slow
 def test_a_hand_that_obeys_is_led_through_all_sides(guided):
     said, recording = guided
     assert said[-1].sides == ["+x", "+y", "+z", "−z", "−y", "−x"]
-    assert said[-1].untold == []
+    assert said[-1].unknown == []
     assert said[-1].poses == 12
     assert len(find_poses([recording])[0]) == 12
     first = next(one for one in said if one.poses == 1)
-    assert "accelerometer scale x" in first.untold
-    assert first.untold_words().startswith("accelerometer bias x, ")
-    assert said[0].untold_words() == first.untold_words()  # before the first pose nothing is told
+    assert "accelerometer scale x" in first.unknown
+    assert first.unobservable_words().startswith("accelerometer bias x, ")
+    assert said[0].unobservable_words() == first.unobservable_words()  # before the first pose nothing is told
     words = [one.words for one in said]
     assert any("put it down on its left side (−y up)" in one for one in words)
     assert any("leaned against something" in one for one in words)  # what sides alone do not tell
@@ -99,6 +100,7 @@ def test_a_hand_that_obeys_is_led_through_all_sides(guided):
     assert fractions == sorted(fractions)
 
 
+@pytest.mark.slow
 def test_what_was_put_in_is_found(guided):
     found = lh.calibrate_sensor(guided[1]).calibration
     for part, value in {"acc_matrix": ACC, "acc_bias": ACC_BIAS, "gyr_matrix": GYR, "gyr_bias": GYR_BIAS}.items():
@@ -144,6 +146,7 @@ def test_a_source_that_says_nothing_is_refused(sample, sentence):
     assert source.closed
 
 
+@pytest.mark.slow
 def test_a_replay_gives_what_the_log_gives():
     recording = simulate.observe(simulate.poses(8, 5, rate=25.0), simulate.imu("MPU-6050", mag="HMC5883L"), 5)
     shown = []
@@ -154,6 +157,7 @@ def test_a_replay_gives_what_the_log_gives():
     assert lh.calibrate_sensor(read).verdict() == lh.calibrate_sensor(recording).verdict()
 
 
+@pytest.mark.slow
 def test_reading_goes_on_while_poses_are_assessed():
     """A fit that takes long does not hold up the sensor."""
 

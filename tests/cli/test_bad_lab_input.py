@@ -7,6 +7,7 @@ FAST, STILL = "broad/21_undisturbed_fast_combined.mat", "repoimu/TStick_Test01_S
 PHONE, DRONE = "truth/tyrex/Guillaume_iPhone5_NoDist_Texting.npz", "truth/euroc/V1_02_medium.npz"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("verb", "log", "words", "sentence"),
     [

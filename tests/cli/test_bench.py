@@ -19,6 +19,7 @@ def folder(tmp_path_factory):
     return made
 
 
+@pytest.mark.slow
 def test_table_and_files(levelhead, folder, tmp_path):
     words = ("-f", "default", "-f", "accel-tilt", "-f", "Kalman:r_measure=9", "--jobs", "1", "-o", tmp_path / "new")
     said = levelhead("bench", "accuracy", folder, *words, "--per-recording")

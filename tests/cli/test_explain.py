@@ -18,6 +18,7 @@ def folder(tmp_path_factory):
     return made
 
 
+@pytest.mark.slow
 def test_a_clean_log_and_one_with_a_symptom(levelhead, folder):
     said = levelhead("explain", folder / "clean.csv")
     assert said.code == 0 and "no symptom" in said.out and "ESKF" in said.out
@@ -30,6 +31,7 @@ def test_a_clean_log_and_one_with_a_symptom(levelhead, folder):
     assert one["size"] == pytest.approx(5.0, abs=0.3) and 20.0 <= one["at_s"] <= 25.0
 
 
+@pytest.mark.slow
 def test_the_picture_of_the_evidence(levelhead, folder, tmp_path):
     pytest.importorskip("matplotlib", reason="matplotlib is not installed (extra levelhead[plot])")
     said = levelhead("explain", folder / "spiked.csv", "--plot", tmp_path / "evidence.svg")
@@ -41,6 +43,7 @@ def test_the_picture_of_the_evidence(levelhead, folder, tmp_path):
     assert said.code == 2 and "evidence.gif" in said.err and not (tmp_path / "evidence.gif").exists()
 
 
+@pytest.mark.slow
 def test_another_filter_is_explained(levelhead, folder):
     said = levelhead("explain", folder / "clean.csv", "-f", "Complementary", "--json")
     assert said.json["filter"].startswith("Complementary")

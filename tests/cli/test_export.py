@@ -16,6 +16,7 @@ PAGE = Path(__file__).resolve().parents[2] / "docs" / "export.md"
 GCC = pytest.mark.skipif(shutil.which("cmake") is None or shutil.which("gcc") is None, reason="no cmake and gcc here")
 
 
+@pytest.mark.slow
 def test_files(levelhead, tmp_path):
     said = levelhead("export", "EKF", "--set", "acc_tau=3", "--float", "-o", tmp_path / "out", "--json")
     assert said.code == 0 and said.json["params"]["acc_tau"] == 3.0
@@ -169,6 +170,7 @@ def test_a_wrong_file_of_parameters(refused, tmp_path, text, said):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_a_folder_that_cannot_be_made_or_written(refused, tmp_path):
     (tmp_path / "file").touch()
     assert "cannot make the folder" in refused("export", "EKF", "-o", tmp_path / "file" / "out")

@@ -31,6 +31,7 @@ def columns(path):
     return {name: table[name].to_numpy() for name in table.column_names}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "more", [(), ("--filter", "Mahony", "--map", "mag=mag", "--declination", "3"), ("--guard", "off")]
 )
@@ -45,6 +46,7 @@ def test_the_track_of_one_piece(levelhead, log, tmp_path, more, monkeypatch):
     assert all(np.array_equal(long[name], whole[name]) for name in whole)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("more", [(), ("--map", "mag=mag", "--declination", "3"), ("--guard", "off")])
 def test_the_smoothed_track_of_one_piece(levelhead, log, tmp_path, more, monkeypatch):
     kind = ("--format", "parquet", "--no-plot")
@@ -57,6 +59,7 @@ def test_the_smoothed_track_of_one_piece(levelhead, log, tmp_path, more, monkeyp
     assert all(np.array_equal(long[name], whole[name]) for name in whole)
 
 
+@pytest.mark.slow
 def test_csv_to_csv_with_calibration_and_json(levelhead, log, tmp_path, monkeypatch):
     write_csv(lh.read(log), tmp_path / "text.csv")
     words = ("fuse", tmp_path / "text.csv", "--json", "--no-plot")

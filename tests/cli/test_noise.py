@@ -89,6 +89,7 @@ def test_a_wrong_noise_file_is_refused(levelhead, tmp_path, text, sentence):
     assert not (tmp_path / "made.npz").exists()
 
 
+@pytest.mark.slow
 def test_a_filter_without_noise_is_refused(levelhead, still, tmp_path):
     levelhead("noise", still, "-o", tmp_path, "--no-plot")
     said = levelhead("fuse", still, "-f", "Mahony", "--noise", tmp_path / "still-noise.json", "-o", tmp_path / "out")

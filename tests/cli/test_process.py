@@ -25,6 +25,7 @@ def imported(*words: object) -> set[str]:
     return {name.partition(".")[0] for name in re.findall(r"import time:.*\|\s+(\S+)$", done.stderr, re.MULTILINE)}
 
 
+@pytest.mark.slow
 def test_help_imports_nothing_heavy():
     assert imported("--help").isdisjoint(HEAVY | {"numpy"})
 
@@ -56,6 +57,7 @@ def test_success_in_a_pipe_says_nothing_on_stderr_even_without_a_home(logs, tmp_
     assert (tmp_path / "hand-track.png").stat().st_size > 10_000
 
 
+@pytest.mark.full
 @pytest.mark.compiled
 def test_a_read_only_install_without_a_home_still_compiles(tmp_path, homeless):
     """Files stand where Numba would put its caches: beside the source and at home."""

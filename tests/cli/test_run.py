@@ -73,6 +73,7 @@ def test_bad_input(refused, words, said):
     assert said in refused(*RUN, *words)
 
 
+@pytest.mark.slow
 def test_a_replay_as_fast_as_it_goes_prints_its_figures(levelhead, logs):
     said = levelhead(*RUN, f"replay:{logs / 'nine.npz'}", "--speed", "inf", "--filter", "Mahony")
     assert said.code == 0 and said.out.splitlines()[-1].startswith("800 samples, 0 losses") and said.err == ""

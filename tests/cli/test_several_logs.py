@@ -62,6 +62,7 @@ def test_what_cannot_be_written_is_said_before_a_log_is_read(logs, tmp_path, cap
     assert "there is no log in the folder" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_without_matplotlib_there_are_tables(tmp_path, capsys, monkeypatch):
     for verb in ("demo", "compare", "sweep", "fuse"):
         monkeypatch.setattr(f"levelhead.cli.{verb}.can_draw", lambda: False)

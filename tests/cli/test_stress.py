@@ -15,6 +15,7 @@ def log(tmp_path_factory):
     return path
 
 
+@pytest.mark.slow
 def test_a_log_under_two_faults_with_a_peer(levelhead, log, tmp_path):
     words = ("stress", log, "--fault", "gyr_stuck@20+5", "--fault", "dropped=30", "-f", "default", "-f", "Mahony")
     said = levelhead(*words, "-o", tmp_path)
@@ -42,6 +43,7 @@ def test_without_a_magnetometer_or_truth_the_output_says_so(levelhead, log, tmp_
     assert "There is no truth: errors are differences from the same filter's run without the fault" in said.out
 
 
+@pytest.mark.slow
 def test_what_tune_has_found_is_what_is_broken(levelhead, log, tmp_path):
     """A filter's file is a method of its own, before those that are named; a guard stands in front of all of ours."""
     tuned = tmp_path / "tuned.json"

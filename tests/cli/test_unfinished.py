@@ -66,6 +66,7 @@ PLACES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", ["parquet", pytest.param("csv", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("verb", VERBS)
 def test_ended_anywhere_it_gives_the_same_bytes(levelhead, log, tmp_path, ended, often, verb, suffix):  # noqa: F811
@@ -93,6 +94,7 @@ def test_what_is_done_is_not_done_again(levelhead, log, tmp_path, monkeypatch, e
     assert said.code == 0 and "goes on after 800 samples" in said.err and seen == [400, N - 1200]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("place", [(ChunkRun, "track", 2), (writers, "_arrow", 0)])
 def test_at_a_lower_output_rate_too(levelhead, log, tmp_path, ended, often, place):  # noqa: F811
     words = ("fuse", log, "--format", "parquet", "--json", "--output-rate", "12", "-o")
@@ -103,6 +105,7 @@ def test_at_a_lower_output_rate_too(levelhead, log, tmp_path, ended, often, plac
     assert (tmp_path / "one/log-track.parquet").read_bytes() == (tmp_path / "two/log-track.parquet").read_bytes()
 
 
+@pytest.mark.slow
 def test_other_options_are_refused_and_the_work_stays(levelhead, refused, log, tmp_path, ended, often):  # noqa: F811
     words = ("fuse", log, "--format", "parquet", "-o", tmp_path / "out")
     ended((ChunkRun, "track", 2), *words)
@@ -175,6 +178,7 @@ sys.exit(main(sys.argv[2:]))
 """
 
 
+@pytest.mark.full
 @pytest.mark.slow
 @pytest.mark.parametrize("verb", VERBS)
 def test_kill_9(log, tmp_path, verb):  # noqa: F811

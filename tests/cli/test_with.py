@@ -46,6 +46,7 @@ def test_as_json_and_several_times(levelhead, log):
     assert filters[1]["alignment"]["order"] == "xyzw" and filters[2]["score"]["total"] == pytest.approx(0.0, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_bad_words_are_refused(refused, log):
     start = ("compare", log, *HINTS, "-f", "Complementary", "--with")
     assert "did you mean 'ahrs'?" in refused(*start, "column:ahr")

@@ -51,6 +51,7 @@ def run_fuse(name, **environment):
     return done.stdout.strip()
 
 
+@pytest.mark.full
 @pytest.mark.compiled
 @pytest.mark.parametrize("name", ["AccelTilt", pytest.param("ESKF", marks=pytest.mark.full)])
 def test_a_second_process_compiles_nothing(name, tmp_path):

@@ -129,6 +129,7 @@ def dask(workers):
             process.wait()
 
 
+@pytest.mark.full
 def test_a_scheduler_without_workers(recordings, monkeypatch):
     with dask(0) as (address, _):
         monkeypatch.setattr(cluster, "PATIENCE", 5.0)

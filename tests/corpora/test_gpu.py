@@ -82,6 +82,7 @@ def test_without_a_gpu_it_is_a_sentence_and_nothing_is_made(tmp_path, monkeypatc
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.full
 @numba_cuda
 @pytest.mark.slow
 def test_a_tuning_is_that_of_the_processor(tmp_path):

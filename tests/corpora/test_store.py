@@ -31,6 +31,7 @@ def bucket(recordings, monkeypatch):
     running.stop()
 
 
+@pytest.mark.full
 def test_rows_are_those_of_the_folder_and_a_changed_object_is_run_again(bucket, recordings, tmp_path):
     place, system = bucket
     options = {"out": tmp_path / "out", "workers": 2}

@@ -44,6 +44,7 @@ def test_it_is_tune_filter_over_the_recordings_that_can_serve(moving):
     assert [one.name for one in found.tuning.references] == [path.name for path in paths]
 
 
+@pytest.mark.full
 def test_nothing_kept_and_two_processes_give_the_same(moving, monkeypatch):
     before = tune_corpus(moving, "Complementary", ["tau"], workers=0, **WISH)
     monkeypatch.setattr(room, "KEPT", 1)

@@ -13,6 +13,7 @@ def recording():
     return lh.simulate.recording("LSM6DSO32", "hand", duration=40.0, seed=1, mag="HMC5883L")
 
 
+@pytest.mark.slow
 def test_it_ends_where_the_run_ends_and_passes_where_shorter_runs_end(recording):
     course = calibration_history(recording, ESKF())
     assert len(course.t) == len(course.known) == 40

@@ -42,6 +42,7 @@ def test_bits_of_one_piece(recording, flt):
         assert tracks[0].calibration.to_dict() != whole.calibration.to_dict()
 
 
+@pytest.mark.slow
 def test_bits_of_one_piece_in_plain_python_with_a_prior_and_no_guard(recording):
     prior = lh.fuse(recording).calibration
     short = recording[:300]

@@ -84,6 +84,7 @@ def simulate(script: str) -> None:
     assert ended.returncode == 0, ended.stderr[-3000:]
 
 
+@pytest.mark.full
 @numba_cuda
 @pytest.mark.slow
 @pytest.mark.parametrize(

@@ -45,6 +45,7 @@ def test_every_lane_is_its_single_run(flt, with_mag, monkeypatch):
     assert_same(found[-1], lh.fuse(recording, sets[-1], engine="python"))
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(
     "guard",
     [

@@ -79,6 +79,7 @@ def test_without_numba(monkeypatch):
         lh.fuse(hard_recording(False), lh.EKF(), engine="compiled")
 
 
+@pytest.mark.slow
 def test_pressure_and_gnss():
     recording = lh.simulate.recording("ICM-20948", "walking", duration=20, seed=3)
     stamps = recording.t[5::20] - 0.003

@@ -15,6 +15,7 @@ def recordings():
     return [lh.simulate.lesson(seed)[: 40 + seed] for seed in range(9)]
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("engine", ["python", pytest.param("compiled", marks=pytest.mark.compiled)])
 @pytest.mark.parametrize("workers", [1, 3, None])
 def test_each_track_in_order(recordings, engine, workers):

@@ -80,6 +80,7 @@ def test_axis_is_plain_and_streamed(flt, engine):
     assert live.report == tuple(column[-1] for column in plain)
 
 
+@pytest.mark.slow
 def test_small_work_never_imports_numba():
     code = (
         "import sys, numpy as np, levelhead as lh; n = 6000;"

@@ -61,6 +61,7 @@ FRAMES = {
 }
 
 
+@pytest.mark.full
 @pytest.mark.slow
 @pytest.mark.parametrize("order", ["wxyz", "xyzw"])
 @pytest.mark.parametrize("inverse", [False, True])
@@ -77,6 +78,7 @@ def test_the_convention_is_found(order, inverse, frames):
     assert off(Rotation.from_quat(back.quat, scalar_first=True), noisy(truth, 0.5)) < 0.1
 
 
+@pytest.mark.slow
 def test_both_rotations_are_those_of_the_truth():
     left, right = Rotation.random(2, rng=np.random.default_rng(4))
     truth = motion(T)
@@ -116,6 +118,7 @@ def test_a_shift_is_found_below_the_sample_interval(shift, rate):
     assert (late in str(found)) == (shift != 0.0)
 
 
+@pytest.mark.slow
 def test_gaps_outliers_and_drift_do_not_mislead():
     rng = np.random.default_rng(3)
     truth = quats(motion(T))
@@ -135,6 +138,7 @@ def test_gaps_outliers_and_drift_do_not_mislead():
     assert found.samples < 1600
 
 
+@pytest.mark.slow
 def test_freedom_alone_wins_nothing():
     truth = motion(T)
     found = align(T, quats(noisy(turned("Z", 0.3) * truth * turned("Y", 0.3), 1.0)), T, quats(truth), shift=False)
@@ -157,6 +161,7 @@ def test_what_is_not_allowed_is_not_corrected():
     assert align(T, estimate, T, quats(truth), earth="none", sensor="none", shift=False).freedom == ("none", "none")
 
 
+@pytest.mark.slow
 def test_a_still_recording_tells_nothing_and_it_says_so():
     still = noisy(Rotation.from_rotvec(np.zeros((2000, 3))), 0.1)
     found = align(T, quats(still), T, quats(noisy(still, 0.1, 7)))
@@ -171,6 +176,7 @@ def test_one_axis_leaves_the_mounting_open_and_it_says_so():
     assert "one axis only" in str(found)
 
 
+@pytest.mark.slow
 def test_with_both_sides_free_an_inverse_may_be_a_wrong_order():
     left, right = Rotation.random(2, rng=np.random.default_rng(9))
     found = align(T, quats((left * motion(T) * right).inv()), T, quats(motion(T)), shift=False)
@@ -203,6 +209,7 @@ def test_only_the_convention_is_applied_if_asked():
     assert off(Rotation.from_quat(back.quat, scalar_first=True), truth) < 1e-6
 
 
+@pytest.mark.slow
 def test_words_and_json():
     truth = motion(T)
     found = align(T + 0.0123, written(truth * turned("Z", -90.0), "xyzw", True), T, quats(truth))

@@ -72,6 +72,7 @@ def test_a_perfect_estimate_has_no_error_at_all():
     assert max(np.abs(values).max() for values in found) < 1e-15
 
 
+@pytest.mark.slow
 @settings(max_examples=50, deadline=None)
 @given(st.integers(0, 2**32 - 1))
 def test_turning_heading_of_both_and_the_signs_of_quaternions_change_nothing(seed):
@@ -93,6 +94,7 @@ def test_any_earth_rotation_of_both_keeps_the_total():
     np.testing.assert_allclose(got, want, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_heading_offset_is_the_minimum_that_a_search_finds():
     rng = np.random.default_rng(7)
     truth = Rotation.random(400, rng=rng)

@@ -20,6 +20,7 @@ def lesson_comparison():
     )
 
 
+@pytest.mark.slow
 def test_the_lessons_published_errors(lesson_comparison):
     gyroscope, accelerometer, complementary, _ = (row.score for row in lesson_comparison.rows)
     assert accelerometer.total == pytest.approx(3.3346, abs=5e-5)
@@ -27,6 +28,7 @@ def test_the_lessons_published_errors(lesson_comparison):
     assert complementary.total == pytest.approx(0.3357, abs=5e-5)
 
 
+@pytest.mark.slow
 def test_the_table_names_units_filters_and_the_engine(lesson_comparison):
     text = str(lesson_comparison)
     head = text.splitlines()[0]

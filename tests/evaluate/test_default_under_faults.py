@@ -21,15 +21,12 @@ DURATION = 260.0  # s: after the start of a fault there is the longest time that
 MORE_BEYOND = 0.01  # share of samples
 
 NAMES = [kind.name for kind in KINDS]
-BURSTS = "a reading is taken for the mean rate of the whole interval between two bursts, and σ takes stamps for exact"
 CLIPS = "a full scale that nobody told is only found beyond 4 rad/s; below it the rate at the limit is believed"
 RAMP = "that a bias walks faster is found after it has: (27) follows 1 deg/s in a minute some 15 s late"
 MOUNT = "nothing measures how the sensor sits on its body; the filter is right about the sensor"
 UNITS = "ten seconds at 57 times the rate can end with a heading that is half a turn off and fits the field for seconds"
 MAGNET = "hard iron that comes later is learned more slowly than the filter states for rest; its σ says so"
 UNKEPT = {
-    ("bursts", "says so"): BURSTS,
-    ("bursts", "never surer than right"): BURSTS,
     ("gyr_clipping", "says so"): CLIPS,
     ("gyr_clipping", "never surer than right"): CLIPS,
     ("bias_ramp", "recovers"): RAMP,
@@ -69,6 +66,7 @@ def each(sentence):
     return pytest.mark.parametrize("name", marked)
 
 
+@pytest.mark.slow
 @each("recovers")
 def test_it_recovers(name):
     for style, one in responses(name).items():

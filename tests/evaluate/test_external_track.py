@@ -53,6 +53,7 @@ def test_convention_is_corrected_and_tilt_stays(nine, truth):
     assert plain[1]["filter"] == "vendor" and plain[1]["ns_per_sample"] is None
 
 
+@pytest.mark.slow
 def test_a_small_heading_is_an_error_and_a_large_one_a_zero(nine, truth):
     tracks = {"small": vendor(nine, about("Z", 8.0) * truth), "large": vendor(nine, about("Z", 40.0) * truth)}
     found = compare(nine, [], tracks=tracks)
@@ -93,6 +94,7 @@ def test_another_rate_and_gaps_count_where_known(nine, truth, tmp_path):
     assert (tmp_path / "compare.png").stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_a_picture_calls_a_contender_by_its_name_whoever_made_it(nine):
     made = fuse(nine, "Complementary")
     found = compare(nine, ["Complementary"], tracks={"mine": made})
@@ -108,6 +110,7 @@ def test_relative_truth_makes_every_heading_relative(nine, truth):
     assert all(cells["total_aligned"] is None for cells in found.table)  # it would repeat the total
 
 
+@pytest.mark.slow
 def test_without_truth_it_is_held_against_the_first_filter(nine, truth):
     blind = replace(nine, truth=None)
     found = compare(blind, ["RollPitchKalman"], tracks={"vendor": vendor(nine, about("Y", 3.0) * truth)})

@@ -56,6 +56,7 @@ def test_a_larger_sigma_says_so_and_is_honest(faulted):
     assert one.growth == pytest.approx(3.0) and one.is_said and one.said_after is None and one.beyond == 0.0
 
 
+@pytest.mark.slow
 def test_what_never_ends_what_is_lost_and_what_is_harmless(faulted):
     sound, made = faulted
     off = np.where(np.arange(6000) >= 2000, 10.0, 0.0)
@@ -71,6 +72,7 @@ def test_what_never_ends_what_is_lost_and_what_is_harmless(faulted):
     assert one.harmless and one.is_recovered and not one.is_said
 
 
+@pytest.mark.slow
 def test_without_truth_the_run_without_the_fault_is_the_reference(faulted):
     sound, made = faulted
     blind = Recording(sound.t, sound.gyr, sound.acc, sound.mag)

@@ -118,6 +118,7 @@ def test_bias_error_per_axis_and_as_a_length():
     assert evaluate(record(truth), Track(T, truth.quat)).bias is None
 
 
+@pytest.mark.slow
 def test_doubt_is_one_when_sigma_tells_the_truth():
     rng = np.random.default_rng(3)
     n = 20_000

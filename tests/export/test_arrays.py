@@ -140,6 +140,7 @@ def test_a_copy_has_arrays_of_its_own():
     assert bytes(one)[-matrix:] == bytes(two)[-matrix:]
 
 
+@pytest.mark.slow
 def test_how_it_is_written():
     written = files(ExportConfig(Matrices()))
     header, source = written["lh_matrices.h"], written["lh_matrices.c"]

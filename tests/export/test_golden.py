@@ -23,6 +23,7 @@ EXPORTS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", EXPORTS)
 def test_generated_files(name, request):
     wanted = files(*EXPORTS[name])

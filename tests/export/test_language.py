@@ -381,6 +381,7 @@ def test_a_kernel_that_calls_itself_is_refused():
     assert "calls itself" in refused(recursive, FLOAT)[1]
 
 
+@pytest.mark.full
 @pytest.mark.slow
 @pytest.mark.parametrize("flt", filters.ALL, ids=lambda f: f.name)
 @pytest.mark.parametrize("real", ["double", "float"])

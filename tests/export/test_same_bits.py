@@ -31,6 +31,7 @@ def there(compiler):
         pytest.skip(f"{compiler} is not on the PATH")
 
 
+@pytest.mark.full
 @EVERY
 @COMPILER
 @pytest.mark.parametrize("guard", [lh.Guard(), pytest.param(None, marks=pytest.mark.full)], ids=["guarded", "alone"])

@@ -1,6 +1,5 @@
 """What is known of a sensor goes to the board: its mounting, its errors, and what an earlier run learned."""
 
-import ctypes
 import re
 from dataclasses import replace
 
@@ -95,19 +94,13 @@ def test_a_prior_as_in_python(learned, guard, mag):
 @GCC
 def test_a_reset_keeps_the_prior(learned):
     """What was learned since is forgotten; what it was told is not."""
-    program = c_engine.built(ExportConfig(lh.ESKF(), prior=learned), level="-O2")  # below it what pads a struct differs
-    fresh, used = (ctypes.create_string_buffer(program.size) for _ in range(2))
-    program.function("init")(used)
-    recording = hard_recording(False)
-    for gyr, acc in zip(recording.gyr[:200], recording.acc[:200], strict=True):
-        vectors = [(ctypes.c_double * 3)(*row) for row in (gyr, acc)]
-        program.function("update")(used, *vectors, None, ctypes.c_double(0.01))
+    program = c_engine.built(ExportConfig(lh.ESKF(), prior=learned))
+    used = program.start()
+    program.fuse(lh.simulate.recording("MPU-6050", "hand", duration=8.0, seed=4), used)
     program.function("reset")(used)
-    program.function("init")(fresh)
-    shift = ctypes.addressof(used) - ctypes.addressof(fresh)
-    numbers = [np.frombuffer(memory, np.int64) for memory in (fresh, used)]
-    differ = numbers[0] != numbers[1]
-    assert np.all(numbers[1][differ] - numbers[0][differ] == shift), "nothing but the addresses of its own arrays"
+    recording = hard_recording(False)
+    assert_same(program.fuse(recording), program.fuse(recording, used))
+    assert_same(lh.fuse(recording, lh.ESKF(), prior=learned, engine=PYTHON), program.fuse(recording))
 
 
 @pytest.mark.compiled

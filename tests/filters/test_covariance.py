@@ -46,6 +46,7 @@ def test_the_pieces_are_hard(pieces):
     assert max(one.dt.max() for one in pieces) > 600.0
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("kind", ENGINES)
 @pytest.mark.parametrize("block", [0.1, 0.0], ids=["blocks", "every sample"])
 def test_hard_readings(kind, block, pieces):

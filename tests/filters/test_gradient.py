@@ -233,6 +233,7 @@ def _near(exact, found):
     return wanted if wanted @ found > 0 else -wanted
 
 
+@pytest.mark.slow
 def test_gains_are_what_a_sample_takes():
     """The share of a small innovation that a step takes, measured; Madgwick's is a mean over noise."""
     dt = 0.01

@@ -69,6 +69,7 @@ def test_sigma_knows_of_samples_that_were_lost(motion):
     assert score.tilt_error_ratio < 2.5
 
 
+@pytest.mark.slow
 def test_a_raw_sensor_keeps_what_earlier_runs_told_of_it():
     """A prior with a mean far from zero is widened about that mean: each run of the same raw sensor gains by it."""
     prior = None
@@ -82,6 +83,7 @@ def test_a_raw_sensor_keeps_what_earlier_runs_told_of_it():
         prior = track.calibration
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("motion", ["hand", "walking", "robot"])
 def test_a_raw_gyroscope_that_never_rests_is_learned_within_seconds(motion):
     """Simulated MPU-6050 without a magnetometer: biases of up to 20 °/s, from the first sample in motion."""

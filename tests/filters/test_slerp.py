@@ -61,6 +61,7 @@ def test_north_turns_about_the_vertical_only(q, share):
     assert (scipy_of(got) * (Rotation.from_euler("z", -1.2 * share) * scipy_of(q)).inv()).magnitude() < 1e-12
 
 
+@pytest.mark.slow
 def test_the_filter_is_the_textbook_filter():
     rng = np.random.default_rng(6)
     n = 600

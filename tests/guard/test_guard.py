@@ -215,6 +215,7 @@ def test_acceleration_is_refused_and_believed_again_after_its_time():
     assert not said(upright, health.ACC_REJECTED).any(), "along the vertical it says nothing wrong about it"
 
 
+@pytest.mark.slow
 def test_the_field_is_learned_refused_and_learned_again():
     n = 6000
     rng = np.random.default_rng(2)

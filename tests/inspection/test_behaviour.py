@@ -58,6 +58,7 @@ def test_a_delay_has_its_sign_and_its_size(hand: Recording) -> None:
     assert found(hand, "sensor_delay") is None
 
 
+@pytest.mark.slow
 def test_a_bias_that_runs() -> None:
     t = np.arange(int(120 * RATE)) / RATE
     run = np.column_stack([np.radians(0.5) * (1.0 - np.exp(-t / 40.0)), 0 * t, 0 * t])
@@ -66,6 +67,7 @@ def test_a_bias_that_runs() -> None:
     assert found(rest(np.radians([0.5, -0.3, 0.2])), "bias_runs") is None
 
 
+@pytest.mark.slow
 def test_a_bias_that_is_taken_off() -> None:
     assert found(rest(np.zeros(3)), "corrected_gyro") is not None
     assert found(rest(np.radians([0.5, -0.3, 0.2])), "corrected_gyro") is None
@@ -86,6 +88,7 @@ def test_what_is_not_known_and_which_motion_would_tell(hand: Recording) -> None:
     assert "about each axis" not in words and "no magnetometer" in words
 
 
+@pytest.mark.slow
 def test_the_expectation_is_the_filters_own_sigma(hand: Recording) -> None:
     report = examine(hand)
     assert report.sigma_tilt is not None and report.heading_drift is not None

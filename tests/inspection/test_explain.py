@@ -40,6 +40,7 @@ def test_clean_logs_have_no_symptom(motion, mag):
     assert "no symptom" in str(found)
 
 
+@pytest.mark.slow
 def test_a_heading_that_nothing_holds_and_a_bias_that_nobody_could_read():
     """The same sensor and motion, with the rest at its start and without."""
     whole = simulate.recording("MPU-6050", "walking", 90, seed=1)
@@ -120,6 +121,7 @@ def test_a_filter_that_hands_noise_on(hand):
     assert ("jitter", "noise") in [(one.name, one.cause) for one in found.symptoms]
 
 
+@pytest.mark.slow
 def test_a_filter_that_takes_acceleration_for_gravity_and_one_of_angles(hand):
     assert {one.cause for one in explain(hand, lh.Complementary()).symptoms} == {"acceleration"}
     assert {one.cause for one in explain(hand, lh.Kalman()).symptoms} == {"near_vertical"}

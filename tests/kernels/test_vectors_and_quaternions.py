@@ -41,6 +41,7 @@ def test_normalize_is_unit_or_zero(a):
     assert n == 0.0 if vec3.norm(a) <= vec3.SHORTEST else n == pytest.approx(1.0, abs=1e-12)
 
 
+@pytest.mark.slow
 @given(UNITS, UNITS, VECTORS)
 def test_products_and_rotation(p, q, v):
     np.testing.assert_allclose(quat.rotate(p, v), scipy_of(p).apply(v), atol=1e-11)

@@ -34,6 +34,7 @@ def said(before: str, value: float, after: str) -> None:
     assert value == pytest.approx(float(found[1]), rel=0.1), before
 
 
+@pytest.mark.slow
 def test_the_node_balances_what_the_accelerometer_lets_fall(example):
     pendulum = example("pendulum")
     node = pendulum.balance("node")
@@ -55,6 +56,7 @@ def test_height_is_held_through_gusts(example):
     assert np.sqrt(np.mean((flight["estimate"] - flight["height"])[late] ** 2)) < 0.2
 
 
+@pytest.mark.slow
 def test_the_camera_stays_level_on_a_base_that_sways(example):
     gimbal = example("gimbal")
     said("keeps a camera level on a base that swings and sways", gimbal.error(gimbal.run("filter")), "° RMS")

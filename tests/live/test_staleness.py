@@ -112,6 +112,7 @@ def test_raw_samples_that_the_network_dropped_are_counted():
     assert subscription.missed == 7
 
 
+@pytest.mark.slow
 def test_latest_does_not_wait_for_ever():
     assert LocalBus().subscribe(ORIENTATION).latest() is None
 

@@ -124,6 +124,7 @@ def test_the_subscriber_may_be_first_and_the_node_restarted(endpoint):
     assert subscription.get() is None
 
 
+@pytest.mark.slow
 def test_all_topics(endpoint):
     bus = bus_of(endpoint)
     messages = (
@@ -162,6 +163,7 @@ def test_parameters_are_asked_for_from_outside(endpoint):
     client.close()
 
 
+@pytest.mark.slow
 def test_a_second_node_is_noticed(endpoint):
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
@@ -277,6 +279,7 @@ def forged(certificates):
     return own
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("open_it", [lambda *a, **k: subscribe(ORIENTATION, *a, **k), ParameterClient])
 def test_who_is_refused_by_tls_is_told_why(node_with_tls, certificates, forged, open_it):
     """The wrong name of the node, a wrong authority on either side: a sentence at once, no waiting."""
@@ -301,6 +304,7 @@ def test_parameters_without_permission_are_refused_with_a_sentence(node_with_tls
     client.close()
 
 
+@pytest.mark.full
 @pytest.mark.slow
 def test_a_reader_that_is_connected_and_gets_nothing_is_told_why(node_with_tls, certificates):
     """A stranger, who may connect and not read; and a reader without TLS, for whom no connection comes about."""
@@ -312,6 +316,7 @@ def test_a_reader_that_is_connected_and_gets_nothing_is_told_why(node_with_tls, 
         plain.get(timeout=60.0)
 
 
+@pytest.mark.full
 @pytest.mark.slow
 def test_a_node_that_comes_later_and_is_refused(endpoint, certificates, forged):
     """What was no error at the start becomes one when the node is there."""

@@ -28,6 +28,7 @@ def measured():
     return measure_noise(simulate.observe(simulate.motion(0, 1200.0, 50.0, style="still"), board, 99))
 
 
+@pytest.mark.full
 @pytest.mark.slow
 def test_what_is_simulated_from_a_file_is_measured_again(measured, tmp_path):
     """20 seeds, 6 axes, 3 kinds: the file's numbers lie within the new 95 % intervals as often as that says."""
@@ -43,11 +44,13 @@ def test_what_is_simulated_from_a_file_is_measured_again(measured, tmp_path):
     assert all(count >= 107 for count in inside.values()), inside  # of 120; 114 ± 2.4 are expected
 
 
+@pytest.mark.slow
 def test_a_file_keeps_every_bit(measured, tmp_path):
     measured.save(tmp_path / "noise.json")
     assert NoiseModel.read(tmp_path / "noise.json").to_dict() == measured.to_dict()
 
 
+@pytest.mark.slow
 def test_filters_take_it(measured):
     n = np.degrees(np.sqrt(np.mean(measured.gyr.white_noise_density.value**2)))
     for params in (lh.ESKF(), lh.EKF()):
@@ -85,6 +88,7 @@ def test_the_longest_still_stretch_is_found():
     assert len(still_stretches(made)) == 2
 
 
+@pytest.mark.slow
 def test_a_recording_that_moves_in_part_is_measured_at_rest_and_says_so():
     still = simulate.recording("LSM6DSO32", "still", 60.0, 50.0, seed=1)
     moving = simulate.recording("LSM6DSO32", "hand", 30.0, 50.0, seed=1)
@@ -140,6 +144,7 @@ def test_three_minutes_of_a_real_sensor(data_dir):
     assert not model.gyr.bias_instability.low.any()
 
 
+@pytest.mark.slow
 def test_a_magnetometer_without_a_unit_is_left_out():
     recording = simulate.recording("ICM-20948", "still", 30.0, 50.0)
     assert measure_noise(recording).mag is not None

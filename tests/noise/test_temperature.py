@@ -27,6 +27,7 @@ def warming(seed, span=20.0, seconds=300.0, rate=20.0):
     return dataclasses.replace(still, gyr=gyr, temperature=read)
 
 
+@pytest.mark.slow
 def test_what_was_put_in_is_found_within_its_sigma():
     over = []
     for seed in range(100, 140):  # none of them was looked at when the fit was made
@@ -51,6 +52,7 @@ def test_a_touch_does_not_count():
     np.testing.assert_allclose(high - low, 10.0 * SLOPE, atol=4e-4)  # BEND is even about 35 °C
 
 
+@pytest.mark.slow
 def test_table_verdict_and_file(tmp_path):
     model = lh.measure_noise(warming(2))
     assert "gyroscope bias per K at" in noise_table(model)
@@ -62,6 +64,7 @@ def test_table_verdict_and_file(tmp_path):
     assert again.to_dict() == model.to_dict()
 
 
+@pytest.mark.slow
 def test_a_small_span_gets_a_weak_verdict_and_none_gets_none():
     weak = lh.measure_noise(warming(3, span=2.0))
     assert any("weak, for it is 1.9 K only" in line for line in noise_verdict(weak))

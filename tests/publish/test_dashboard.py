@@ -129,6 +129,7 @@ def test_a_recording_is_shown_played_and_fused_again_by_a_slider(look):
         view.stop()
 
 
+@pytest.mark.full
 @pytest.mark.slow
 def test_charts_the_3d_view_and_events_are_one(look):
     """A click in a chart, an event and a time typed in lead to the same instant everywhere; a drag selects."""
@@ -179,6 +180,7 @@ def test_charts_the_3d_view_and_events_are_one(look):
         view.stop()
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("width, height", [(1400, 900), (900, 700), (390, 844)])
 @pytest.mark.slow
 def test_body_and_panel_are_seen_at_every_width(look, width, height):
@@ -201,6 +203,7 @@ def test_body_and_panel_are_seen_at_every_width(look, width, height):
         view.stop()
 
 
+@pytest.mark.full
 @pytest.mark.slow
 def test_a_node_is_followed_steered_and_its_silence_is_shown(look):
     node = Node(open_source("emulated:mpu6050", rate=100.0), lh.Madgwick(), rate=100.0, calibrate=0)
@@ -276,6 +279,7 @@ def test_the_cone_of_heading():
     assert tuple(tip) == (0.0, 0.0, 0.0) and (angles[0], angles[-1]) == pytest.approx((-30.0, 30.0))
 
 
+@pytest.mark.slow
 def test_a_page_that_is_open_for_hours_collects_its_garbage(monkeypatch, capsys):
     """The command line collects seldom, which is right for commands that end soon."""
     from levelhead.cli import main, view

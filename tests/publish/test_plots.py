@@ -214,6 +214,7 @@ def test_the_smallest_track_draws(tmp_path):
     assert is_png(tmp_path / "one.png")
 
 
+@pytest.mark.slow
 def test_what_cannot_be_drawn_is_said(cases, tmp_path, monkeypatch):
     blind = compare(Recording(np.arange(9) * 0.01, np.zeros((9, 3)), np.tile([0.0, 0, 9.8], (9, 1))), [Kalman])
     with pytest.raises(LevelheadError, match="track_picture"):

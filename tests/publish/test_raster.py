@@ -58,6 +58,7 @@ def test_rows_of_bars_and_empty_panels(tmp_path):
     assert np.median(places(image, style.GREEN)[0]) > np.median(places(image, style.VERMILION)[0])
 
 
+@pytest.mark.slow
 def test_the_same_panels_as_vectors(tmp_path):
     marks = [Band(X, X, X + 1.0, style.GREEN, 0.5, "area"), Line(X, X, style.BLUE, 1.0, "line", dashed=True)]
     rows = [Bars([(0.0, 2.0)], style.VERMILION, "stuck")]
@@ -85,6 +86,7 @@ def test_without_letters_the_error_names_the_extra(tmp_path, monkeypatch):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_a_png_needs_no_matplotlib_imported(tmp_path):
     code = (
         "import sys, levelhead as lh; from levelhead.publish.plots import track_picture;"

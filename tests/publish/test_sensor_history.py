@@ -26,6 +26,7 @@ def drawn(histories, monkeypatch):
     return kept[0].axes
 
 
+@pytest.mark.slow
 def test_a_drift_is_drawn_from_the_first_recording_over_the_dates_of_the_names(monkeypatch):
     rows = [row("SN1/2026-01-03.csv", 5.0), row("SN1/2026-02-03.csv", 5.1), row("SN1/20260303_2.csv", 5.3)]
     (axes,) = drawn({"SN1": rows}, monkeypatch)

@@ -105,6 +105,7 @@ def test_parquet_keeps_every_bit_and_the_filter(tmp_path, monkeypatch):
     check(track, table.column_names, np.stack([c.to_numpy() for c in table.columns], axis=1), 0.0)
 
 
+@pytest.mark.slow
 def test_a_minute_at_100_hz_is_written_at_once(tmp_path):
     track = some_track(6000)
     seconds = []
@@ -143,6 +144,7 @@ def test_wrong_paths_are_refused(tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_nothing_heavy_is_imported_for_a_small_csv(tmp_path):
     code = (
         "import sys, numpy as np, levelhead.publish as p, levelhead.publish.plots\n"

@@ -83,12 +83,17 @@ class Built:
         """One of the exported functions."""
         return getattr(self.library, f"{self.config.name}_{name}")
 
-    def fuse(self, recording: lh.Recording) -> lh.Track:
-        """The recording through the filter, as ``lh.fuse`` does it."""
-        real = REALS[self.config.real]
-        n = len(recording)
+    def start(self):
+        """A filter's memory before its first sample."""
         memory = ctypes.create_string_buffer(self.size)
         self.function("init")(memory)
+        return memory
+
+    def fuse(self, recording: lh.Recording, memory=None) -> lh.Track:
+        """The recording through the filter, as ``lh.fuse`` does it; or through one that has ``memory`` already."""
+        real = REALS[self.config.real]
+        n = len(recording)
+        memory = self.start() if memory is None else memory
         inputs = [np.ascontiguousarray(a, real) for a in (recording.gyr, recording.acc)]
         mag = None if recording.mag is None else np.ascontiguousarray(recording.mag, real)
         t = np.ascontiguousarray(recording.t)

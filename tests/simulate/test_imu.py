@@ -62,6 +62,7 @@ def test_truth_bias_is_all_of_the_gyroscope_bias(hand):
     assert np.ptp(recording.truth.bias, axis=0).min() > 1e-3
 
 
+@pytest.mark.slow
 def test_turn_on_bias_has_the_stated_deviation():
     motion = simulate.motion(0, 0.02, 100, style="still")
     imu = Imu(gyr=TriadErrors(turn_on_bias=(0.1, 0.2, 0.3)))
@@ -78,6 +79,7 @@ def test_matrix_holds_scale_factor_and_misalignment(hand):
     np.testing.assert_allclose(solved, matrix, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_matrix_has_the_stated_deviations():
     motion = simulate.motion(0, 0.02, 100, style="still")
     imu = Imu(gyr=TriadErrors(scale_factor=0.02, misalignment=0.01))

@@ -16,6 +16,7 @@ def allan(values, rate, tau):
     return np.sqrt(np.mean(second**2) / (2.0 * tau**2))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rate", [100.0, 400.0])
 def test_white_noise_has_the_same_allan_deviation_at_every_rate(rate):
     values = noise.white(noise.generator(1), int(2000 * rate), rate, 0.02 * THREE)
@@ -24,6 +25,7 @@ def test_white_noise_has_the_same_allan_deviation_at_every_rate(rate):
         assert allan(values, rate, tau) == pytest.approx(0.02 / np.sqrt(tau), rel=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rate", [100.0, 400.0])
 def test_random_walk_has_the_same_allan_deviation_at_every_rate(rate):
     values = noise.random_walk(noise.generator(2), int(2000 * rate), rate, 0.003 * THREE)
@@ -41,6 +43,7 @@ def test_random_walk_spreads_with_the_root_of_time():
     assert np.std(last) == pytest.approx(0.5 * np.sqrt(100.0), rel=0.07)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rate", [20.0, 80.0])
 def test_gauss_markov_peaks_at_the_flicker_floor(rate):
     """Allan deviation of a Gauss-Markov process, IEEE Std 952-1997 annex C, and its peak at 0.664 B."""

@@ -91,10 +91,14 @@ def off(recording: lh.Recording, motion: Motion) -> str:
 
 
 def marked() -> list[object]:
-    """Where the command line is searched for, the second tier reads the log; of the others the first reads a fourth."""
+    """The third tier reads every other log; of the rest the first reads a quarter, but none with a command line."""
+    slow, full = [(pytest.mark.slow,), (pytest.mark.full,)]
+    marks = [full if k % 2 else slow if k % 8 else () for k in range(len(DIALECTS))]
     names = sorted(DIALECTS.keys() - REFUSED)
-    later = COMMAND | {name for k, name in enumerate(sorted(set(names) - COMMAND)) if k % 4}
-    return [pytest.param(name, marks=pytest.mark.slow) if name in later else name for name in names]
+    return [
+        pytest.param(name, marks=slow if mark == () and name in COMMAND else mark)
+        for name, mark in zip(names, marks, strict=False)
+    ]
 
 
 @pytest.mark.parametrize("name", marked())
@@ -112,6 +116,7 @@ def test_a_log_of_a_known_program(name: str, motion: Motion, tmp_path: Path) -> 
     assert off(recording, motion) == ""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(REFUSED))
 def test_a_log_that_no_hint_makes_right_is_refused(name: str, motion: Motion, tmp_path: Path) -> None:
     path = DIALECTS[name](tmp_path, motion)

@@ -16,6 +16,7 @@ def test_mutated_logs_give_a_recording_or_a_sentence() -> None:
     assert outcomes["read"] > 5 and outcomes["refused"] > 5
 
 
+@pytest.mark.slow
 def test_a_reader_that_hangs_is_noticed_though_it_takes_every_exception(monkeypatch: pytest.MonkeyPatch) -> None:
     def reading(path: Path) -> str:
         try:

@@ -303,6 +303,7 @@ def test_hints_fit_what_was_seen(device, line, said):
         everything(device, opened(device), [line] * 300)
 
 
+@pytest.mark.slow
 def test_the_hint_names_the_columns_that_look_like_sensors(device, recording):
     """Here the gyroscope comes first; a line of two numbers gets no hint that it cannot follow."""
     rows = [",".join(_numbers((*g, *a))) for g, a in zip(recording.gyr, recording.acc, strict=True)]

@@ -184,6 +184,7 @@ def test_paths_that_are_wrong(tmp_path: Path) -> None:
     assert "named like text but is a ZIP" in refused(tmp_path / "zip.csv")
 
 
+@pytest.mark.slow
 def test_gyroscope_in_degrees_declared_as_radians(tmp_path: Path, hand: Recording) -> None:
     path = tmp_path / "log.csv"
     write_csv(Recording(hand.t, np.degrees(hand.gyr), hand.acc), path)
@@ -229,6 +230,7 @@ def same(back: Recording, recording: Recording) -> None:
         np.testing.assert_array_equal(back.truth.moving, recording.truth.moving)
 
 
+@pytest.mark.slow
 def test_big_files_read_the_same_with_and_without_pyarrow(
     tmp_path: Path, hand: Recording, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -257,6 +259,7 @@ def test_big_files_read_the_same_with_and_without_pyarrow(
     assert "line 2, column" in refused(path)
 
 
+@pytest.mark.slow
 def test_small_csv_imports_nothing_heavy(tmp_path: Path) -> None:
     path = log(tmp_path, HEADER, *ROWS)
     code = (

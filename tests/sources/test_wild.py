@@ -44,6 +44,7 @@ def test_numbers_are_those_of_a_decoder_of_its_own(data_dir: Path, key: dict[str
     ), why
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(REFUSED))
 def test_what_cannot_be_fused_is_refused_for_its_reason(data_dir: Path, key: dict[str, dict], name: str) -> None:
     with pytest.raises(LevelheadError, match=REFUSED[name]):

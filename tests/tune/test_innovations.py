@@ -67,6 +67,7 @@ def test_the_true_orientation_predicts_best(log, held):
     np.testing.assert_allclose(held.scales(turned), best, rtol=0.02)  # a constant heading does not count
 
 
+@pytest.mark.slow
 def test_poor_gains_become_better_by_the_likelihood(log):
     start = lh.Mahony(kp=4.0)
     found = lh.tune_filter(log, start, ["kp"], goal="likelihood", runs=40)

@@ -47,6 +47,7 @@ def test_every_score_is_that_of_evaluate(alpha):
     assert alpha.tilt[10] == score.tilt
 
 
+@pytest.mark.full
 @pytest.mark.compiled
 @pytest.mark.parametrize("north", [False, True])
 def test_side_by_side_the_scores_are_the_same(north, monkeypatch):

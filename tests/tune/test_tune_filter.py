@@ -61,6 +61,7 @@ def test_without_truth_they_differ_little(poor, logs):
     assert np.exp(np.mean(np.log(lost))) < 1.1
 
 
+@pytest.mark.slow
 def test_asked_for_the_smoother_the_truth_checks_it(logs):
     found = tune_filter(logs[0], lh.Mahony(kp=4.0), ["kp"], goal="smoother", runs=40)
     assert found.check is not None
@@ -89,6 +90,7 @@ def test_a_log_left_out_is_not_looked_at(logs):
     assert left.after > alone.after[0]
 
 
+@pytest.mark.slow
 def test_a_minimum_at_the_end_of_the_range_is_said(logs):
     found = tune_filter(logs[0], lh.Mahony(kp=4.0), ["kp=2:8"], runs=40)
     assert found.at_end(0) == "lowest"
@@ -99,6 +101,7 @@ def test_a_minimum_at_the_end_of_the_range_is_said(logs):
     assert level.at_end(0) == "" and not any("searched" in line for line in level.verdict())
 
 
+@pytest.mark.slow
 def test_progress_goes_one_way(logs):
     seen: list[float] = []
     tune_filter(logs[0], lh.Mahony(), ["kp"], runs=40, progress=seen.append)
@@ -187,6 +190,7 @@ def test_what_cannot_serve_is_refused(logs):
         tune_filter(logs, lh.Mahony(), runs=1)
 
 
+@pytest.mark.slow
 def test_what_is_weak_is_said(logs):
     found = tune_filter(logs[0][:1500], lh.Mahony(), ["kp"], runs=40)
     assert any("30 s of motion are few" in line for line in found.verdict())

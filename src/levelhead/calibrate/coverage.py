@@ -24,17 +24,17 @@ NAMED = {
 ENOUGH = 0.7  # of what is left of the worst σ by a further pose: above, it is not worth the trouble
 
 
-def untold_numbers(sigma: Array) -> list[str]:
+def unobservable_numbers(sigma: Array) -> list[str]:
     """Names of the accelerometer's numbers that the poses have not told."""
     return [name for name, one, prior in zip(NAMES, sigma, PRIOR, strict=True) if one > UNLEARNED * prior]
 
 
-def untold_rates(sigma: Array) -> list[str]:
+def unobservable_rates(sigma: Array) -> list[str]:
     """Axes of the gyroscope whose scale the turns have not told, from the (3, 3) σ of S."""
     return [axis for i, axis in enumerate("xyz") if sigma[i, i] > UNLEARNED * gyroscope.PRIOR]
 
 
-def untold_field(found: Solution) -> list[str]:
+def unobservable_field(found: Solution) -> list[str]:
     """Axes of the magnetometer whose offset is weak."""
     return [axis for axis, one in zip("xyz", found.sigma[9:12], strict=True) if one > WEAK_FIELD * found.value[12]]
 
@@ -68,7 +68,7 @@ def _best(now: Array, gravity: float, sigma: float, sides: list[Array]) -> tuple
 
 
 def next_poses(covariance: Array, gravity: float, sigma: float, most: int = 3) -> list[str]:
-    """Sides to put up, the best first, until every number is told, each in words.
+    """Sides to put up, the best first, until every number is known, each in words.
 
     Args:
         covariance: (9, 9) of the accelerometer's numbers.

@@ -12,9 +12,9 @@ from levelhead.calibrate.coverage import (
     lay_down,
     next_side,
     side_up,
-    untold_field,
-    untold_numbers,
-    untold_rates,
+    unobservable_field,
+    unobservable_numbers,
+    unobservable_rates,
 )
 from levelhead.calibrate.growing import GrowingRecording
 from levelhead.calibrate.poses import ALIKE, LEAST, find_poses
@@ -37,7 +37,7 @@ class Assessment(NamedTuple):
     Attributes:
         poses: how many.
         sides: (k, 3) directions that were up, of length 1.
-        untold: names of the accelerometer's numbers that they do not tell.
+        unknown: names of the accelerometer's numbers that they do not tell.
         next: side to put up, (3,) of −1, 0 and 1.
         axes: of the gyroscope whose scale the turns do not tell; only asked when the accelerometer is told.
         field: of the magnetometer whose offset is weak; likewise.
@@ -46,7 +46,7 @@ class Assessment(NamedTuple):
 
     poses: int
     sides: Array
-    untold: list[str]
+    unknown: list[str]
     next: Array
     axes: list[str]
     field: list[str]
@@ -63,7 +63,7 @@ class Instruction(NamedTuple):
         fraction: of the whole that is done, 0 to 1.
         up: which side is up now, in words.
         poses: taken so far.
-        untold: names of numbers that the poses so far do not tell, each after its sensor: "accelerometer bias x".
+        unknown: names of numbers that the poses so far do not tell, each after its sensor: "accelerometer bias x".
         sides: of the six sides, those that have been up: "+x", …
         done: nothing more to do.
     """
@@ -74,14 +74,14 @@ class Instruction(NamedTuple):
     fraction: float
     up: str
     poses: int
-    untold: list[str]
+    unknown: list[str]
     sides: list[str]
     done: bool
 
-    def untold_words(self) -> str:
-        """What is not told yet, sensor by sensor: "accelerometer bias x, scale z; gyroscope y"; nothing for none."""
+    def unobservable_words(self) -> str:
+        """What is not known yet, sensor by sensor: "accelerometer bias x, scale z; gyroscope y"; nothing for none."""
         parts: dict[str, list[str]] = {}
-        for one in self.untold:
+        for one in self.unknown:
             sensor, _, name = one.partition(" ")
             parts.setdefault(sensor, []).append(name)
         return "; ".join(f"{sensor} {', '.join(names)}" for sensor, names in parts.items())
@@ -107,7 +107,9 @@ class Guide:
         self._pending: Future[Assessment] | None = None
         self._seen = 0  # poses that the last assessment has been asked for
         self._known = Assessment(0, np.zeros((0, 3)), list(accelerometer.NAMES), SIDES[_UP], [], [], False)
-        self._last = Instruction("waiting for the sensor", None, 0.0, 0.0, "", 0, _named(self._known), [], False)
+        self._last = Instruction(
+            "waiting for the sensor", None, 0.0, 0.0, "", 0, _names_of_unknown(self._known), [], False
+        )
         self._windows = 0
 
     def add(self, samples: Sequence[Sample]) -> None:
@@ -170,7 +172,7 @@ class Guide:
         else:
             words = _wish(known, settled, self._least)
         share = min(1.0, (settled + min(1.0, held / HOLD) * (left > 0.0)) / self._least)
-        untold = _named(known)
+        unknown = _names_of_unknown(known)
         sides = [side_up(side[None]) for side in SIDES if np.abs(side).sum() == 1 and _has(known.sides, side)]
         return Instruction(
             words,
@@ -179,7 +181,7 @@ class Guide:
             1.0 if known.done else min(share, 0.95),
             side_up(recording.acc[-20:]),
             settled,
-            untold,
+            unknown,
             sides,
             known.done,
         )
@@ -198,33 +200,33 @@ def assess(recording: Recording, gravity: float, least: int) -> Assessment:
     force = accelerometer.correct_forces(level.value, acc)
     sides = force / np.linalg.norm(force, axis=1, keepdims=True)
     noise = float(np.median([pose.sigma for pose in poses])) * level.scale
-    untold = untold_numbers(level.sigma)
+    unknown = unobservable_numbers(level.sigma)
     further = next_side(level.covariance, gravity, noise, sides)
     axes: list[str] = []
     field: list[str] = []
-    if not untold and len(poses) >= least:
+    if not unknown and len(poses) >= least:
         rate = rate_solution(turns, poses, force)
-        axes = list("xyz") if rate is None else untold_rates(rate.sigma.reshape(3, 3))
+        axes = list("xyz") if rate is None else unobservable_rates(rate.sigma.reshape(3, 3))
         found = field_solution([recording], poses, force)
-        field = [] if found is None else untold_field(found)
-    done = len(poses) >= least and not (untold or axes or field)
+        field = [] if found is None else unobservable_field(found)
+    done = len(poses) >= least and not (unknown or axes or field)
     done |= len(poses) >= PATIENCE * least
-    return Assessment(len(poses), sides, untold, further, axes, field, done)
+    return Assessment(len(poses), sides, unknown, further, axes, field, done)
 
 
-def _named(known: Assessment) -> list[str]:
-    """What is not told yet, each number after its sensor."""
-    parts = {"accelerometer": known.untold, "gyroscope": known.axes, "magnetometer": known.field}
+def _names_of_unknown(known: Assessment) -> list[str]:
+    """What is not known yet, each number after its sensor."""
+    parts = {"accelerometer": known.unknown, "gyroscope": known.axes, "magnetometer": known.field}
     return [f"{sensor} {name}" for sensor, names in parts.items() for name in names]
 
 
 def _wish(known: Assessment, settled: int, least: int) -> str:
-    """What would tell most of what is not told yet."""
+    """What would tell most of what is not known yet."""
     head = f"pose {settled} of {max(least, settled + 1)} taken: " if settled else ""
-    if known.axes and not known.untold:
+    if known.axes and not known.unknown:
         several = " and ".join(known.axes)
         return f"{head}turn it about {several} by a quarter or more, with that axis level, and put it down again"
-    if known.field and not known.untold:
+    if known.field and not known.unknown:
         return f"{head}now turn it slowly about each axis, through all directions, and put it down again"
     again = "turn it by hand and put it down" if settled else "put it down"
     return f"{head}{again} {lay_down(known.next)}"

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from levelhead.calibrate import accelerometer, gyroscope, magnetometer
-from levelhead.calibrate.coverage import next_poses, untold_field, untold_numbers, untold_rates
+from levelhead.calibrate.coverage import next_poses, unobservable_field, unobservable_numbers, unobservable_rates
 from levelhead.calibrate.least_squares import Solution
 from levelhead.calibrate.pose_calibration import PoseCalibration, Residual, quantity
 from levelhead.calibrate.poses import MeasuredTurn, Pose, directions, find_poses
@@ -72,7 +72,7 @@ def calibrate_sensor(
         parts["mag_matrix"] = quantity(found[:9].reshape(3, 3), sigma[:9].reshape(3, 3), shape)
         parts["mag_offset"] = quantity(found[9:12], sigma[9:12], np.array(magnetometer.PRIOR_OFFSET * found[12]))
         parts["mag_delay"] = quantity(np.zeros(1), np.array([DELAY]), np.array(DELAY))
-        weak = untold_field(field.solution)
+        weak = unobservable_field(field.solution)
         if weak:
             advice.append(f"the magnetometer's offset {' '.join(weak)} is weak: turn the sensor through all directions")
     elif any(pose.mag is not None for pose in poses):
@@ -234,14 +234,14 @@ def _upper(solution: Solution) -> Quantity:
 def _advice(level: Solution, poses: Sequence[Pose], gravity: float, s_sigma: Array, turned: bool) -> list[str]:
     """What poses and turns have not told, and which would."""
     advice = []
-    missing = untold_numbers(level.sigma)
+    missing = unobservable_numbers(level.sigma)
     if missing:
         sides = next_poses(level.covariance, gravity, float(np.median([pose.sigma for pose in poses])) * level.scale)
         advice.append(
             f"these poses do not tell the accelerometer's {', '.join(missing)}: put the sensor down with "
             f"{'; then with '.join(sides)}"
         )
-    axes = untold_rates(s_sigma)
+    axes = unobservable_rates(s_sigma)
     if axes and turned:
         advice.append(
             f"these turns do not tell the gyroscope's scale {' '.join(axes)}: from one pose to the next turn the "

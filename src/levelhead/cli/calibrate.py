@@ -45,7 +45,7 @@ def calibrate(
     Finds the poses, solves for accelerometer, gyroscope and magnetometer, and says how sure each number is, which the
     poses could not tell and which pose would, and how much better it is on poses that were held out. Writes
     LOG-calibration.json, which `fuse --prior` and `export --prior` or `--calibration` take, and LOG-poses.png. With
-    --live it says pose by pose what to do next, until every number is told; Ctrl-C leaves without a file.
+    --live it says pose by pose what to do next, until every number is known; Ctrl-C leaves without a file.
 
     Args:
         logs: recordings of one sensor, without switching it off between them.

@@ -98,7 +98,7 @@ def fuse_long_log(log: Path, out: Path, wish: "Wish") -> None:
     target = folder(out) / f"{log.stem}-track.{wish.format}"
     make = smooth_tracks if wish.offline else fuse_tracks
     with (
-        open_unfinished(target, log, _asked(wish)) as unfinished,
+        open_unfinished(target, log, _wish_fields(wish)) as unfinished,
         progress(f"{'smoothing' if wish.offline else 'fusing'} {log.name}") as report,
     ):
 
@@ -121,7 +121,7 @@ def fuse_long_log(log: Path, out: Path, wish: "Wish") -> None:
     print_line("written: " + ", ".join(str(path) for path in written))
 
 
-def _asked(wish: "Wish") -> Fields:
+def _wish_fields(wish: "Wish") -> Fields:
     """All that the track depends on."""
     from levelhead.sources.chunked import ROWS
 

@@ -41,7 +41,7 @@ def write_page(folder: Path, table: Handle, job: Job, storage: ReadOnlyFields, p
         LevelheadError: the folder cannot be written.
     """
     summary = Summary(table, job.verb)
-    parts = [f"<h1>{escape(summary.heading)}</h1>", _asked(job)]
+    parts = [f"<h1>{escape(summary.heading)}</h1>", _job_paragraph(job)]
     parts += [_html(one) for one in summary.tables()]
     if pictures:
         parts += list(_sensor_pictures(summary))
@@ -55,7 +55,7 @@ def write_page(folder: Path, table: Handle, job: Job, storage: ReadOnlyFields, p
     return path
 
 
-def _asked(job: Job) -> str:
+def _job_paragraph(job: Job) -> str:
     methods = ", ".join(method.name for method in job.methods)
     words = [f"levelhead {job.version}", methods, f"parameters {job.digest}"]
     return f"<p>{escape('; '.join(word for word in words if word))}</p>"

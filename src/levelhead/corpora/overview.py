@@ -130,7 +130,7 @@ class Summary:
         rows: list[Row] = []
         for row in self.worst():
             cells: dict[str, str | float | None] = {"recording": row["recording"], "method": row["method"][:LONG]}
-            cells |= {key: _scaled(row.get(key), figure[3]) for key, figure in self.figures.items()}
+            cells |= {key: _scale(row.get(key), figure[3]) for key, figure in self.figures.items()}
             rows.append(cells | {"said": said_of(row, self.verb)})
         said = Column("said", "findings" if self.verb == DOCTOR else "health")
         return Table(
@@ -195,7 +195,7 @@ def _mean(rows: Iterable[Fields], key: str, factor: float) -> float | None:
     return factor * statistics.fmean(values) if values else None
 
 
-def _scaled(value: float | None, factor: float) -> float | None:
+def _scale(value: float | None, factor: float) -> float | None:
     return None if value is None else factor * value
 
 

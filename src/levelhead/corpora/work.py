@@ -96,7 +96,7 @@ def _base(job: Job, source: Source, sensor: str, prior: str) -> Fields:
 
 def _rows(job: Job, source: Source, sensor: str, prior: str, storage: ReadOnlyFields, tracks: str) -> list[Fields]:
     attempt = Attempt(job, source, sensor, prior, storage)
-    with attempt, attempt.opened() as path:
+    with attempt, attempt.open() as path:
         if job.verb == DOCTOR:
             attempt.rows = [attempt.base | _examine(path, job)]
             return attempt.rows
@@ -148,7 +148,7 @@ class Attempt:
         return f"{url} failed: {type(error).__name__}: {error}", True  # of a store, or a fault of a reader
 
     @contextmanager
-    def opened(self) -> Iterator[Path]:
+    def open(self) -> Iterator[Path]:
         """The recording's path on this machine."""
         with local_copy(self._source, self._storage) as path:
             self._copied = str(path)
@@ -174,7 +174,7 @@ def run_side_by_side(job: Job, batch: Batch, storage: ReadOnlyFields, tracks: st
     attempts = [Attempt(job, source, "", "", storage) for source in batch.sources]
     read: dict[int, Recording] = {}
     for i, attempt in enumerate(attempts):
-        with attempt, attempt.opened() as path:
+        with attempt, attempt.open() as path:
             recording = attempt.read(path)
             for method in job.methods:
                 check_aiding(filters.of(method.params), recording)
@@ -234,7 +234,7 @@ def _tracks(job: Job, recording: Recording, prior: str, target: str, made: Made 
             yield row | {"error": f"failed: {type(error).__name__}: {' '.join(str(error).split())}"}
             continue
         seconds = time.perf_counter() - began if made is None else made[method.name][1]
-        row |= {"run_s": seconds} | _doubt(track) | _learned(track)
+        row |= {"run_s": seconds} | _doubt(track) | _calibration_fields(track)
         if truth is not None:
             absolute = truth.north and recording.mag is not None
             outcome = outcome_of(recording, track.quat, track.sigma, absolute, frame)
@@ -270,7 +270,7 @@ def _doubt(track: Track) -> Fields:
     return found | {name: float(np.mean(track.health & np.uint32(bit) != 0)) for bit, name in HEALTH.items()}
 
 
-def _learned(track: Track) -> Fields:
+def _calibration_fields(track: Track) -> Fields:
     """The calibration, number by number where it is known, and whole as JSON."""
     if track.calibration is None:
         return {}

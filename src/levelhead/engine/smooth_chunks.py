@@ -217,7 +217,7 @@ class ChunkSmoother:
                 return on_the_way
             return on_the_way | {"back": following, "memory": [value.hex() for value in run.memory]}
 
-        def passed(following: int | None) -> None:
+        def advance(following: int | None) -> None:
             nonlocal count
             count += 1
             if count % OFTEN == 0:
@@ -225,7 +225,7 @@ class ChunkSmoother:
             if self._save is not None:
                 self._save(lambda: state(following))
 
-        return passed
+        return advance
 
     def _release(self) -> None:
         for one in self._files.values():

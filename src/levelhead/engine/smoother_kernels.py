@@ -166,12 +166,12 @@ def spread_block(
     other = 3 * here
     left = t[max(first - 1, 0)]
     span = max(t[last] - left, SHORTEST)
-    anew = hooks.is_restart(kept, hooks.WIDTH * here)
-    joined = last_gap(t, max(first - 1, 0), last) if anew else 0
+    new_start = hooks.is_restart(kept, hooks.WIDTH * here)
+    joined = last_gap(t, max(first - 1, 0), last) if new_start else 0
     for i in range(first, last + 1):
         line = min((t[i] - left) / span, 1.0) if k < count else 1.0
         share = line
-        if anew:
+        if new_start:
             share = 1.0 if i >= joined else 0.0
         if k == count or i == last:
             turn_by(attitude, i, turn[other], turn[other + 1], turn[other + 2])

@@ -114,7 +114,7 @@ class Level(NamedTuple):
 
 
 class State(NamedTuple):
-    """The attitude, sensor to earth, and for how many seconds its tilt and its heading have been followed."""
+    """The attitude, sensor to earth, and for how many seconds its tilt and its heading have been heading_age."""
 
     quat: Quat
     age: float
@@ -160,7 +160,7 @@ def init(params: Complementary, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
 
 
 @kernel
-def followed(state: State, mag: Vec3, dt: float) -> float:
+def heading_age(state: State, mag: Vec3, dt: float) -> float:
     """Seconds since the first field, or a gap: a magnetometer may come later than the accelerometer."""
     if state.heading_age < 0.0:
         return 0.0 if is_present(mag) else NEVER
@@ -172,7 +172,7 @@ def step(params: Complementary, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, d
     """Eq. 2, then eq. 3 against gravity and eq. 4 against the field, as far as they were measured."""
     attitude = quat.integrate(state.quat, gyr, dt)
     age = advance_age(state.age, dt)
-    headed = followed(state, mag, dt)
+    headed = heading_age(state, mag, dt)
     if is_present(acc):
         attitude = slerp.level(attitude, acc, lowpass_weight(trust_time(params, acc), age, dt))
     if is_present(mag):
@@ -188,7 +188,7 @@ def inflate(params: Complementary, state: State, variance: float) -> State:
 
 @kernel
 def output(params: Complementary, state: State) -> Output:
-    """Attitude; this filter knows neither bias nor doubt."""
+    """Attitude; this filter estimates neither bias nor σ."""
     return Output(state.quat, ZERO, ZERO, 0)
 
 

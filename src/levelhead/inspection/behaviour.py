@@ -32,7 +32,7 @@ class Delay(NamedTuple):
     """
 
     delay: float
-    doubt: float
+    sigma: float
     parts: int
 
 
@@ -58,13 +58,13 @@ def find_delay(recording: Recording) -> Delay | None:
 def examine_delay(recording: Recording) -> Iterator[Finding]:
     """Whether the accelerometer comes later or earlier than the gyroscope, by the same time in all parts."""
     found = find_delay(recording)
-    if found is not None and abs(found.delay) > max(DELAY, 1.5 / recording.rate) + SURE * found.doubt:
+    if found is not None and abs(found.delay) > max(DELAY, 1.5 / recording.rate) + SURE * found.sigma:
         yield Finding(
             "sensor_delay",
             "note",
             f"the accelerometer comes {1e3 * abs(found.delay):.0f} ms {'later' if found.delay > 0 else 'earlier'} "
             "than the gyroscope",
-            f"where gravity's turn fits best, in {found.parts} parts, ±{1e3 * found.doubt:.0f} ms",
+            f"where gravity's turn fits best, in {found.parts} parts, ±{1e3 * found.sigma:.0f} ms",
             "Give both sensors one filter and one clock.",
         )
 

@@ -182,7 +182,7 @@ def _unheld(evidence: RunEvidence, rate: float) -> Symptom:
 def _jitter(evidence: RunEvidence) -> Iterator[Symptom]:
     """Attitude that trembles faster than people move, and the line of a sensor that makes it."""
     rate = evidence.recording.rate
-    pieces = None if rate < 4.0 * SLOWEST else _trembling(evidence)
+    pieces = None if rate < 4.0 * SLOWEST else _angle_density(evidence)
     if pieces is None:
         return
     frequency, power = pieces
@@ -219,7 +219,7 @@ def _jitter(evidence: RunEvidence) -> Iterator[Symptom]:
     )  # fmt: skip
 
 
-def _trembling(evidence: RunEvidence) -> tuple[Array, Array] | None:
+def _angle_density(evidence: RunEvidence) -> tuple[Array, Array] | None:
     """Frequencies in Hz (k,) and density of the angle in rad²/Hz (m, k) above SLOWEST, for pieces of the track.
 
     The angle's density is that of the rate over (2πf)². None: it is too short for a piece.
@@ -257,7 +257,7 @@ def _lag(evidence: RunEvidence) -> Iterator[Symptom]:
         size = -1e3 * found.delay
         yield Symptom(
             "lag", size, "ms", f"attitude comes {size:.0f} ms late", "sensor_delay",
-            f"so much later than the accelerometer comes the gyroscope, ±{1e3 * found.doubt:.0f} ms",
+            f"so much later than the accelerometer comes the gyroscope, ±{1e3 * found.sigma:.0f} ms",
             "Give both sensors one filter and one clock.", None, "sensor_delay",
         )  # fmt: skip
         return

@@ -26,7 +26,7 @@ SHORT = 0.1  # s of a missing gyroscope, which the last rate bridges
 LEARNED = 0.5  # deg/s by which the bias changes where it is found late
 NEAR = 3.0  # s before a step, where the bias was that with which it came
 OFTEN = 20.0  # % of the samples around a step on which the magnetometer is refused
-PUSHED = 1.0  # m/s² rms: a hand that moves
+HAND_MOTION = 1.0  # m/s² rms: a hand that moves
 
 
 class Disturbance(NamedTuple):
@@ -88,14 +88,14 @@ def find_disturbances(evidence: RunEvidence) -> Iterator[Disturbance]:
     clipping = find_clipping("gyr", recording.gyr)
     at_limit = (evidence.track.health & np.uint32(health.GYR_SATURATED)) != 0
     at_limit |= False if clipping is None else clipping.rows
-    for first, last in _joined(runs(at_limit), t):
+    for first, last in _join(runs(at_limit), t):
         count = int(at_limit[first:last].sum())
         most = np.nanmax(np.abs(recording.gyr[first:last][at_limit[first:last]]), axis=0)
         axis, top = "xyz"[int(most.argmax())], float(np.degrees(most.max()))
         yield Disturbance(
             first, last, "gyr_clipping", f"the gyroscope's {axis} clipped at {top:.4g} °/s for {count} samples"
         )
-    for first, last in _joined(evidence.runs(health.GYR_STUCK), t):
+    for first, last in _join(evidence.runs(health.GYR_STUCK), t):
         length = STUCK + float(t[last - 1] - t[first])
         yield Disturbance(first, last, "gyr_stuck", f"an axis of the gyroscope repeats one value for {length:.1f} s")
     for first, last in evidence.runs(health.GYR_MISSING):
@@ -104,7 +104,7 @@ def find_disturbances(evidence: RunEvidence) -> Iterator[Disturbance]:
             yield Disturbance(first, last, "gyr_missing", f"the gyroscope is missing for {length:.2g} s")
     for first, last in evidence.runs(health.GAP):
         yield Disturbance(first, last, "gap", f"there is no sample for {t[first] - t[max(first - 1, 0)]:.2g} s")
-    for first, last in _joined(evidence.runs(health.MAG_LEARNED), t):
+    for first, last in _join(evidence.runs(health.MAG_LEARNED), t):
         yield Disturbance(first, last, "mag_learned", "a new magnetic field was taken for the earth's")
     yield from _spikes(evidence)
 
@@ -124,7 +124,7 @@ def _spikes(evidence: RunEvidence) -> Iterator[Disturbance]:
             yield Disturbance(int(row) + 1, int(row) + 2, "gyr_spikes", words)
 
 
-def _joined(stretches: list[tuple[int, int]], t: Array) -> list[tuple[int, int]]:
+def _join(stretches: list[tuple[int, int]], t: Array) -> list[tuple[int, int]]:
     """Stretches that follow each other within JOIN seconds as one."""
     made: list[tuple[int, int]] = []
     for first, last in stretches:
@@ -160,7 +160,7 @@ def _steps(evidence: RunEvidence, known: list[Disturbance]) -> Iterator[tuple[fl
     large = (step > JUMP) & (t > START)
     for event in known:
         large[max(0, event.first - reach) : int(np.searchsorted(t, t[event.last - 1] + AFTER))] = False
-    for first, last in _joined(runs(large), t):
+    for first, last in _join(runs(large), t):
         top = first + int(step[first:last].argmax())
         yield float(step[top]), Disturbance(top, top + 1, *next(_causes_of_step(evidence, top)))
 
@@ -184,7 +184,7 @@ def _causes_of_step(evidence: RunEvidence, row: int) -> Iterator[tuple[str, str]
         yield "mag_refused", f"the magnetometer {words}"
     force = np.linalg.norm(evidence.recording.acc[first:last], axis=1)
     off = float(np.sqrt(np.nanmean((force - GRAVITY) ** 2)))
-    if evidence.is_plain and off > PUSHED:
+    if evidence.is_plain and off > HAND_MOTION:
         yield "acceleration", f"the specific force is {off:.1f} m/s² off g there (rms), and {name} takes it for gravity"
     if "gyr" in evidence.uses and evidence.recording.mag is None and evidence.longest_rest < Guard().rest_time:
         yield "no_rest", "neither a magnetometer nor a rest told the gyroscope's bias, which is still being learned"

@@ -66,17 +66,17 @@ def examine_rest(recording: Recording) -> Iterator[Finding]:
             f"{100 * share:.0f} % at rest",
         )
     if still.sum() > 20:
-        off, doubt = median(np.linalg.norm(acc, axis=1)) / GRAVITY - 1.0, 0.0
+        off, sigma = median(np.linalg.norm(acc, axis=1)) / GRAVITY - 1.0, 0.0
         evidence = f"median length, {100 * share:.0f} % at rest"
     else:
-        off, doubt = scale_in_motion(recording)
-        evidence = f"mean over {STRIDES:g} s, turned back by the gyroscope, ±{100 * doubt:.1f} %"
-    if abs(off) > SCALE + SURE * doubt:
+        off, sigma = scale_in_motion(recording)
+        evidence = f"mean over {STRIDES:g} s, turned back by the gyroscope, ±{100 * sigma:.1f} %"
+    if abs(off) > SCALE + SURE * sigma:
         yield Finding(
             "acc_scale",
             "warning",
             f"the accelerometer feels {GRAVITY * (1 + off):.3f} m/s² "
-            f"{'in motion' if doubt else 'at rest'}, {100 * off:+.1f} %",
+            f"{'in motion' if sigma else 'at rest'}, {100 * off:+.1f} %",
             evidence,
             "Calibrate it: six positions, or ESKF with a prior.",
         )

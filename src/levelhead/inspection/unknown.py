@@ -10,7 +10,7 @@ from levelhead.sources.hard_iron import hard_iron
 from levelhead.sources.unit_inference import excerpt, turn_of_gravity
 
 SIDES = 0.35  # spread of the direction of gravity in every direction, from which all axes were seen
-TURNED = 0.5  # rad/s rms about an axis that shows its sign and scale
+CLEAR_TURN = 0.5  # rad/s rms about an axis that shows its sign and scale
 RESTED = 2.0  # s
 CLEAR = 0.7  # correlation of gravity's turn that proves units and axes
 
@@ -26,7 +26,7 @@ def unknown(recording: Recording, found: Collection[str]) -> Iterator[str]:
                 "whether axes, signs and unit of the gyroscope are right: turn it slowly by 90° about each axis, "
                 "and back, for 20 s"
             )
-        elif missing := [axis for axis, rate in zip("xyz", _rms(gyr), strict=True) if rate < 0.1 * TURNED]:
+        elif missing := [axis for axis, rate in zip("xyz", _rms(gyr), strict=True) if rate < 0.1 * CLEAR_TURN]:
             yield f"sign and scale of the gyroscope's {', '.join(missing)}: turn it about that axis by 90° for 20 s"
         if _sides(acc) < SIDES:
             yield "offset and scale of each axis of the accelerometer: lay it on its six sides, 3 s each, 20 s in all"

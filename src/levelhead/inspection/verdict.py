@@ -39,7 +39,7 @@ def expectation(recording: Recording, findings: Sequence[Finding]) -> Expectatio
     names = {one.name for one in findings}
     if any(one.severity == "broken" and one.name != "no_time" for one in findings):
         return Expectation(None, None, None)
-    track = _fused(replace(recording, mag=None))  # tilt hardly depends on the field
+    track = _fuse_start(replace(recording, mag=None))  # tilt hardly depends on the field
     if track is None or track.sigma is None:
         return Expectation(None, None, None)
     late = track.t > track.t[0] + min(SETTLED, 0.3 * (track.t[-1] - track.t[0]))
@@ -49,13 +49,13 @@ def expectation(recording: Recording, findings: Sequence[Finding]) -> Expectatio
     if recording.mag is None:
         return Expectation(tilt, None, _drift(track.t[late], sigma[:, 2]))
     heading = expected_heading_error(recording[: len(track)], track)
-    if heading is None and (whole := _fused(recording)) is not None and whole.sigma is not None:
+    if heading is None and (whole := _fuse_start(recording)) is not None and whole.sigma is not None:
         unseen = sum(HEADING_ADDED[one] ** 2 for one in names & set(HEADING_ADDED))
         heading = float(np.sqrt(np.nanmean(np.degrees(whole.sigma[late, 2]) ** 2) + unseen))
     return Expectation(tilt, heading, None)
 
 
-def _fused(recording: Recording) -> Track | None:
+def _fuse_start(recording: Recording) -> Track | None:
     """The start of a recording through the default filter; None where it cannot be fused."""
     try:
         return fuse(recording[:EXCERPT], engine="native")

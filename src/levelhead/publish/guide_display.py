@@ -18,7 +18,7 @@ REDRAWN = 10.0  # times a second
 def guide_display(note: str = "") -> Iterator[Callable[[Instruction], None]]:
     """Gives a function that shows an instruction, on a terminal with a note below.
 
-    On a terminal: what to do, how long still, how much is done, which sides were up, what is not told yet. Elsewhere a
+    On a terminal: what to do, how long still, how much is done, which sides were up, what is not known yet. Elsewhere a
     line for each instruction that is new.
     """
     if not sys.stderr.isatty():
@@ -67,7 +67,7 @@ def _group(now: Instruction, note: str) -> "Group":
     for side in SIDES:
         was_up = side in now.sides
         sides.append(f" {side} {'✓' if was_up else '·'} ", style="bold green" if was_up else "dim")
-    told = f"not told yet: {now.untold_words()}" if now.untold else "every number is told"
+    told = f"not known yet: {now.unobservable_words()}" if now.unknown else "every number is known"
     style = "bold green" if now.done else "bold yellow" if now.hold > 0.0 else "bold"
     up = f"up now: {now.up}" if now.up else ""
     return Group(

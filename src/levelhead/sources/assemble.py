@@ -13,7 +13,7 @@ from levelhead.sources import unit_inference
 from levelhead.sources.celsius import celsius, find_temperature
 from levelhead.sources.clock import Candidate, Clock, CounterError, choose, join_seconds, seconds
 from levelhead.sources.columns import Roles, assign
-from levelhead.sources.conventions import doubt_sign, points_down, whole_acceleration
+from levelhead.sources.conventions import note_sign, points_down, whole_acceleration
 from levelhead.sources.field_check import field_turn, is_normalised
 from levelhead.sources.gravity_check import is_gravity
 from levelhead.sources.hints import MEANING, Hints, NeedsHints, Scale
@@ -58,7 +58,7 @@ def _assemble(table: Table, hints: Hints) -> Recording:
     _note_findings(table, roles, clock, evidence)
     acc = _acc(table, roles, hints, columns, evidence)
     if not {"acc"} & {*hints.map, *hints.scale}:
-        doubt_sign(clock.t, acc, table, evidence)
+        note_sign(clock.t, acc, table, evidence)
     gyr = _gyr(table, roles, hints, columns, clock.t, acc, evidence)
     mag = _mag(table, roles, hints, columns, evidence)
     if mag is not None and "mag" not in hints.map:

@@ -76,7 +76,7 @@ def points_down(names: Sequence[str], scale: Scale, gravity: Array | None, evide
     return True
 
 
-def doubt_sign(t: Array, acc: Array, table: Table, evidence: Evidence) -> None:
+def note_sign(t: Array, acc: Array, table: Table, evidence: Evidence) -> None:
     """Notes that the sign of the accelerometer is assumed, where a log begins with −1 g along z and nobody says why.
 
     ``acc`` (n, 3) m/s² at ``t`` (n,) s. A sensor upside down and Core Motion's sign (−1 g, face up) look the same, and

@@ -268,12 +268,14 @@ def _checked_gyr(
         why, unit = unit_inference.says_radians(t, scaled, acc), "rad/s"
     if why is None:
         if not hinted and scale.divisor == 1.0 and scale.factor in (1.0, DEGREE):
-            doubt = unit_inference.doubt_unit(t, scaled * scale.factor, acc, DEGREE if scale.factor == DEGREE else 1.0)
-            if doubt is not None:
+            question = unit_inference.question_unit(
+                t, scaled * scale.factor, acc, DEGREE if scale.factor == DEGREE else 1.0
+            )
+            if question is not None:
                 other = "rad/s" if scale.factor == DEGREE else "deg/s"
                 evidence.findings["unit_doubtful"] = {"declared": scale.name, "other": other}
                 evidence.notes.append(
-                    f"gyroscope: taken as {scale.name}, as the header says, but that is a guess: {doubt}; "
+                    f"gyroscope: taken as {scale.name}, as the header says, but that is a guess: {question}; "
                     f"--units gyr={other} takes the other"
                 )
         return scale

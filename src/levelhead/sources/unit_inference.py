@@ -265,7 +265,7 @@ def says_radians(t: Array, gyr: Array, acc: Array) -> str | None:
     return None
 
 
-def doubt_unit(t: Array, rate: Array, acc: Array, factor: float) -> str | None:
+def question_unit(t: Array, rate: Array, acc: Array, factor: float) -> str | None:
     """Why the declared unit, in rad/s ``factor``, may be the other of deg/s and rad/s; None if nothing says so.
 
     ``rate`` (n, 3) rad/s by the declared unit, ``acc`` (n, 3) m/s². Weaker than ``says_degrees``: gravity's turn, noisy

@@ -100,11 +100,11 @@ def references(
         name = name_of(recording, number)
         if (kind or ("smoother" if recording.truth is None else "truth")) == "truth":
             truth, remarks = _known_truth(name, recording)
-            found.append(_checked(name, recording, "truth", truth, scored_rows(truth), remarks))
+            found.append(_check(name, recording, "truth", truth, scored_rows(truth), remarks))
         else:
             track = smooth(recording, guard=guard, engine=engine)
             rows, remarks = _trusted_rows(name, recording, track, heading)
-            one = _checked(name, recording, kind or "smoother", Truth(track.quat), rows, remarks)
+            one = _check(name, recording, kind or "smoother", Truth(track.quat), rows, remarks)
             held = innovations_of(recording, rows) if one.kind == "likelihood" else None
             found.append(replace(one, smoothed=track, innovations=held))
     return found
@@ -144,7 +144,7 @@ def _trusted_rows(name: str, recording: Recording, track: Track, heading: bool) 
     return rows, remarks
 
 
-def _checked(
+def _check(
     name: str, recording: Recording, kind: Kind, truth: Truth, rows: NDArray[np.bool_], remarks: list[str]
 ) -> Reference:
     """The reference over these rows, once it is sure that there is enough motion in it."""
@@ -157,7 +157,7 @@ def _checked(
         )
     scored = np.flatnonzero(rows)
     scored = scored[np.unique(np.linspace(0, len(scored) - 1, min(MOST, len(scored))).astype(int))]
-    turn = _swing(truth.quat[scored])
+    turn = _spread(truth.quat[scored])
     if turn < STILL:
         raise LevelheadError(
             f"{name}: the sensor hardly turns ({turn:.1f}° RMS from its mean orientation), so all parameters are "
@@ -173,7 +173,7 @@ def _checked(
     return Reference(held, kind, name, seconds, tuple(remarks))
 
 
-def _swing(quat: Array) -> float:
+def _spread(quat: Array) -> float:
     """RMS angle in degrees from the mean orientation."""
     turns = angle(product(conjugate(mean(quat)[None]), quat))
     return float(np.degrees(np.sqrt(np.mean(turns**2))))

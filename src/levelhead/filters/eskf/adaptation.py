@@ -244,7 +244,7 @@ def widen_prior(m: Floats, n: int, first: int, most: float) -> None:
 
 @kernel
 def exchange_prior(m: Floats, n: int, i: int, old: float, new: float) -> None:
-    """Takes the prior variance ``old`` of state i out of x and P, and puts ``new`` into its place."""
+    """Takes the prior variance ``old`` of state i out of x and P, and puts ``new`` into its place, eq. 24."""
     copy(m, at.U, at.P + i * at.ROW, n)
     one = 1.0 / sqrt(old * new / (new - old) - m[at.U + i])  # 1/√−S
     gain = prior_deviation(m, i) * one

@@ -34,7 +34,10 @@ def add_rotation(m: Floats, k: int, weight: float, gyr: Vec3) -> None:
 
 @noinline
 def add_imu(m: Floats, r: Mat3, gyr: Vec3, acc: Vec3, dt: float) -> None:
-    """Adds a sample of gyroscope (rad/s) and accelerometer (m/s²) that lasts ``dt`` s; ``r`` is sensor to earth."""
+    """Adds a sample of gyroscope (rad/s) and accelerometer (m/s²) that lasts ``dt`` s; ``r`` is sensor to earth.
+
+    The bias of the force, eq. 3, is a state that drives velocity, so that the integral holds the reading.
+    """
     x, y, z = gyr
     add_rotation(m, 0, r.xx * dt, gyr)
     add_rotation(m, 1, r.xy * dt, gyr)

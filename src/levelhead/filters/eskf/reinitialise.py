@@ -30,7 +30,7 @@ FIRST_HEADING = 0.3  # rad, at least,
 MOST_FIRST_HEADING = 0.95  # and at most: it is known
 SWING_SPEED = 0.7  # m/s, 1σ: the force of a body that turns is off by this times its rate
 SHAKE_TIME = 0.3  # s for which a force that is not gravity pushes one way
-TURNED = 0.01  # rad² in a block, beyond which nothing carries its forces into the next
+LARGE_TURN = 0.01  # rad² in a block, beyond which nothing carries its forces into the next
 STEADY = 0.2  # share by which a candidate field may vary in the earth frame
 LEAST_RATE = 0.1  # rad/s at which a magnet on the sensor would turn away in the earth frame
 NEARLY_DOWN = -0.999999
@@ -122,7 +122,7 @@ def reinitialise_tilt(params: ESKF, m: Floats) -> Quat:
     The mean is that since tilt was lost: over a time T it is gravity and the change of velocity over T, which is the
     larger the shorter T is. Until tilt is known by that, each block brings it to the vertical anew.
     """
-    if m[at.ADDED_VARIANCE] > TURNED:
+    if m[at.ADDED_VARIANCE] > LARGE_TURN:
         forget_lost_force(m)
     x, y, z = vector(m, at.INT_FORCE)
     m[at.LOST_TIME] += m[at.ACC_TIME]

@@ -45,14 +45,14 @@ class Course(NamedTuple):
     Attributes:
         line: (x, y).
         alone: the same of the accelerometer's own angle; None where it has none.
-        doubt: (x, low, high) of the angle with ±2σ; None without σ.
+        band: (x, low, high) of the angle with ±2σ; None without σ.
         ends: the least and the greatest value.
         sigma: σ at some samples; the last one is that of the last sample.
     """
 
     line: tuple[Array, Array]
     alone: tuple[Array, Array] | None
-    doubt: tuple[Array, Array, Array] | None
+    band: tuple[Array, Array, Array] | None
     ends: tuple[float, float]
     sigma: Array
 
@@ -76,15 +76,15 @@ def _courses_of(
     """Courses of a stretch, each with whether its angle and that of the accelerometer have a value at the end."""
     sigma = None if track.sigma is None else track.sigma[rows]
     part = Track(track.t[rows], track.quat[rows], sigma=sigma)
-    t, euler, doubts = part.t - track.t[0], part.euler(), angles.euler_sigma(part)
+    t, euler, sigmas = part.t - track.t[0], part.euler(), angles.euler_sigma(part)
     seen = angles.accelerometer_only(recording.acc[rows])
     found = []
     for i in range(len(angles.NAMES)):
-        y, half = euler[:, i], np.zeros(0) if doubts is None else doubts[:, i]
+        y, half = euler[:, i], np.zeros(0) if sigmas is None else sigmas[:, i]
         course = Course(
             envelope(t, y, 360.0, buckets),
             envelope(t, seen[:, i], 360.0, buckets),
-            area(t, y, 2.0 * half, 360.0, buckets) if doubts is not None else None,
+            area(t, y, 2.0 * half, 360.0, buckets) if sigmas is not None else None,
             (float(np.nanmin(y)), float(np.nanmax(y))) if np.isfinite(y).any() else (np.nan, np.nan),
             half[:: -max(len(half) // SOME, 1)][::-1].copy(),
         )
@@ -98,13 +98,13 @@ def _join_courses(parts: list[tuple[Course, tuple[bool, bool]]]) -> Course:
     sigma = np.concatenate([one.sigma for one in courses])
     x, y = join([one.line for one in courses], here)
     seen_x, seen_y = join([one.alone for one in courses if one.alone is not None], there)
-    doubt = None
+    band = None
     if (sigma > 0.0).any():
-        at, low, high = join([one.doubt for one in courses if one.doubt is not None], here)
-        doubt = at, low, high
+        at, low, high = join([one.band for one in courses if one.band is not None], here)
+        band = at, low, high
     alone = (seen_x, seen_y) if np.isfinite(seen_y).any() else None
     lows, highs = zip(*(one.ends for one in courses), strict=True)
-    return Course((x, y), alone, doubt, (float(np.nanmin(lows)), float(np.nanmax(highs))), sigma)
+    return Course((x, y), alone, band, (float(np.nanmin(lows)), float(np.nanmax(highs))), sigma)
 
 
 def _angle(recording: Recording, track: Track, name: str, course: Course) -> Panel:
@@ -112,13 +112,13 @@ def _angle(recording: Recording, track: Track, name: str, course: Course) -> Pan
     title = name.capitalize()
     if course.alone is not None:
         marks.append(Line(*course.alone, "#C8C8C8", 0.6, "accelerometer alone"))
-    if course.doubt is not None:
-        marks.append(Band(*course.doubt, style.BLUE, 0.2, "±2σ"))
+    if course.band is not None:
+        marks.append(Band(*course.band, style.BLUE, 0.2, "±2σ"))
     marks.append(Line(*course.line, style.BLUE, 1.2, name))
     if name == "yaw":
         north = "magnetic" if track.declination is None else "true"
         title += f", from {north} north" if recording.mag is not None else ", relative to the start (no magnetometer)"
-    if course.doubt is not None:
+    if course.band is not None:
         title += f"; σ {course.sigma[-1]:.3g}° at the end"
     return Panel(title, f"{name} [°]", marks, _limits(course), angle=True, height=2.0)
 
@@ -127,7 +127,7 @@ def _limits(course: Course) -> tuple[float, float]:
     """Room for the line, and for its band as far as that does not dwarf the line."""
     low, high = course.ends
     room = 0.08 * (high - low) + 1.0
-    if course.doubt is not None:
+    if course.band is not None:
         room += min(2.0 * float(np.nanquantile(course.sigma, 0.95)), max(high - low, 10.0))
     return max(low - room, -195.0), min(high + room, 195.0)
 

@@ -187,9 +187,9 @@ def _focus(axes: "Axes", courses: list[Array]) -> None:
 
 def _errors(axes: "Axes", data: PanelData) -> None:
     title, limits = f"Error of {data.angle}", [1e-3]
-    doubtful = _with_sigma(data)
-    if doubtful is not None:
-        i, sigma, inside = doubtful
+    shown = _with_sigma(data)
+    if shown is not None:
+        i, sigma, inside = shown
         title += f": {100 * inside:.0f} % of {data.labels[i]}'s lies inside its ±2σ (expected: 95 %)"
         colour = style.filter_style(i)["color"]
         band(axes, data.t, 0.0 * sigma, 2.0 * sigma, color=colour, alpha=0.16, label=f"±2σ of {data.labels[i]}")
