@@ -141,12 +141,12 @@ def figures(method: Method, recording: Recording, entry: Entry) -> ErrorFigures 
     return outcome_of(recording, np.asarray(quat, dtype=float), sigma, entry.north, align_sensor(recording)).figures
 
 
-def compare(task: tuple[int, Entry, bool]) -> dict[str, Pair]:
+def compare(task: tuple[int, Entry, bool, list[str]]) -> dict[str, Pair]:
     """Of each change that this recording can have: figures of the default and of VQF."""
-    seed, entry, with_mag = task
+    seed, entry, with_mag, names = task
     whole, found = load_recording(entry.path, with_mag), {}
-    for name, change in CHANGES.items():
-        recording = change(whole, seed)
+    for name in names:
+        recording = CHANGES[name](whole, seed)
         if recording is None or recording.truth is None:
             continue
         if np.isfinite(recording.truth.quat[:, 0]).sum() < LEAST_ROWS:
@@ -155,13 +155,13 @@ def compare(task: tuple[int, Entry, bool]) -> dict[str, Pair]:
     return found
 
 
-def rows(places: list[Path], with_mag: bool, jobs: int) -> Iterator[dict[str, object]]:
+def rows(places: list[Path], with_mag: bool, jobs: int, names: list[str]) -> Iterator[dict[str, object]]:
     """A row of each change."""
     entries, _ = survey(places, with_mag)
     entries = [entry for entry in entries if entry.magnetometer or not with_mag]
-    tasks = [(seed, entry, with_mag) for seed, entry in enumerate(entries) if not entry.missing]
+    tasks = [(seed, entry, with_mag, names) for seed, entry in enumerate(entries) if not entry.missing]
     results = list(run_parallel(compare, tasks, jobs))
-    for name in CHANGES:
+    for name in names:
         pairs = [(task[1], *found[name]) for task, found in results if name in found]
         whole = [(entry, ours, peer) for entry, ours, peer in pairs if ours is not None and peer is not None]
         if not whole:
@@ -175,8 +175,10 @@ def main() -> None:
     parser = options(__doc__, repeats=1)
     parser.add_argument("places", nargs="+", type=Path, help="folders with recordings that have a reference")
     parser.add_argument("--jobs", type=int, default=2, help="processes (default 2)")
+    parser.add_argument("--change", action="append", choices=CHANGES, help="this one only; may be repeated")
     given = parser.parse_args()
-    found = [row for with_mag in (True, False) for row in rows(given.places, with_mag, given.jobs)]
+    names = given.change or list(CHANGES)
+    found = [row for with_mag in (True, False) for row in rows(given.places, with_mag, given.jobs, names)]
     show([Table("The default beside VQF on changed recordings", COLUMNS, found, "")], given.json)
 
 
