@@ -7,6 +7,9 @@ import pytest
 
 from levelhead import filters, simulate, sources
 from levelhead.guard import Guard
+from levelhead.recording import Recording, Truth
+from levelhead.sources import npz
+from levelhead.units import GRAVITY
 
 
 def is_png(path: Path) -> bool:
@@ -123,6 +126,18 @@ def test_the_guard_in_compare_and_sweep(levelhead, logs):
     words = ["sweep", logs / "nine.npz", "-f", "Kalman", "-p", "r_measure", "--values", "4", "--json"]
     guarded, alone = levelhead(*words).json, levelhead(*words, "--guard", "off").json
     assert guarded["tilt_deg"] != alone["tilt_deg"]
+
+
+def test_a_sweep_of_what_never_moved_says_so(levelhead, tmp_path):
+    """Readings of a turn beside a reference that stands: every filter is further off than no filter."""
+    t = np.arange(1500) / 100.0
+    angle = 0.8 * np.sin(2.0 * t)
+    gyr = np.outer(1.6 * np.cos(2.0 * t), [1.0, 0.0, 0.0])
+    acc = GRAVITY * np.stack([0.0 * t, np.sin(angle), np.cos(angle)], axis=1)
+    standing = Recording(t, gyr, acc, None, Truth(np.tile([1.0, 0.0, 0.0, 0.0], (len(t), 1))))
+    npz.write_npz(standing, tmp_path / "standing.npz")
+    said = levelhead("sweep", tmp_path / "standing.npz", "-f", "Kalman", "-p", "r_measure", "--values", "0.1", "1")
+    assert said.code == 0 and "a sensor that never moved from its first orientation has" in said.out
 
 
 def test_a_switch_has_no_range_to_widen(levelhead, logs):
