@@ -7,6 +7,7 @@ from levelhead.errors import LevelheadError
 
 NS = 1_000_000_000
 _DAY = 86_400 * NS
+_YEARS = 290  # from 1970, of which 64 bits hold the nanoseconds
 _DATE = r"(?:(\d{4})[-/.](\d\d?)[-/.](\d\d?)|(\d\d?)[-/.](\d\d?)[-/.](\d{4}))"
 _MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
 _MONTH = re.compile(
@@ -56,6 +57,8 @@ def nanoseconds(cell: str) -> int:
         year, month, day = (int(y), int(m), int(d)) if y else (int(late), int(b), int(a))
         if month > 12:
             month, day = day, month
+        if abs(year - 1970) > _YEARS:
+            raise ValueError(cell)
         try:
             days = date(year, month, day).toordinal() - date(1970, 1, 1).toordinal()
         except ValueError:
