@@ -49,7 +49,7 @@ def test_every_lane_is_its_single_run(flt, with_mag, monkeypatch):
 @pytest.mark.parametrize(
     "guard",
     [
-        pytest.param(None, id="none", marks=pytest.mark.full),
+        pytest.param(None, id="none"),
         pytest.param(lh.Guard(gyr_range=250.0, acc_gate=2.0, rest_time=0.2), id="own"),
     ],
 )

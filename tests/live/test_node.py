@@ -6,7 +6,7 @@ import threading
 
 import numpy as np
 import pytest
-from tests.live.given_source import Given
+from tests.reference.given_source import Given
 
 import levelhead as lh
 from levelhead.live import Node, SourceLost, open_source

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.live.given_source import Given, level
+from tests.reference.given_source import Given, level
 
 import levelhead as lh
 from levelhead.live import Node, SourceLost, open_source

@@ -73,7 +73,7 @@ def _android_column(rows: Sequence[Sequence[str]]) -> int | None:
 
 
 def _nameless_android_column(rows: Sequence[Sequence[str]]) -> int | None:
-    """The first column, where Android's numbers of sensors take turns in it and those of 1 feel gravity; else None."""
+    """The first column, if Android's numbers of sensors take turns in it and rows of 1 measure gravity; else None."""
     kinds = [row[0] for row in rows if row]
     known = [kind for kind in kinds if kind in _ANDROID]
     if not {"1", "4"} <= set(known) or len(known) < 0.7 * len(kinds) or known == sorted(known):

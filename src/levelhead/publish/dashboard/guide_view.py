@@ -36,8 +36,8 @@ class GuideView:
         self.page.status.content = f"**{plain_text(now.words + more)}**"
         self._bar.value = 100.0 * now.fraction
         sides = ", ".join(now.sides) or "none"
-        untold = now.unobservable_words() or "nothing"
-        self._told.content = plain_text(f"up now: {now.up}; sides that were up: {sides}; not known yet: {untold}")
+        unknown = now.unobservable_words() or "nothing"
+        self._told.content = plain_text(f"up now: {now.up}; sides that were up: {sides}; not known yet: {unknown}")
         if now.side is not None:
             self.page.turn(side_attitude(now.side).tolist())
 
