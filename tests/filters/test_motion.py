@@ -55,6 +55,27 @@ def test_a_rate_beyond_full_scale_is_estimated_from_its_slope():
     assert tilt[1000:].max() < 8.0
 
 
+@pytest.mark.parametrize("excess", [2.0, 6.0])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_the_first_turn_beyond_full_scale_is_estimated_too(excess, sign):
+    """Nobody told the full scale, so the plateau is known for one only 20 ms later; the slope before it still counts.
+
+    A parabola that is ``excess`` rad/s beyond the range at its peak: the driver's model is exact for it.
+    """
+    rate, full, peak = 200.0, 6.0, 6.0 + excess
+    t = np.arange(1000) / rate
+    speed = sign * np.maximum(peak - 400.0 * (t - 2.5) ** 2, 0.0)
+    zero = np.zeros_like(t)
+    gyr = np.stack([zero, zero, np.clip(speed, -full, full)], axis=1)
+    acc = np.tile([0.0, 0.0, 9.80665], (len(t), 1))
+    track = lh.fuse(Recording(t, gyr, acc, None), lh.Mahony())
+    assert (track.health & GYR_SATURATED).any()
+    angle = 2.0 * np.arctan2(track.quat[-1, 3], track.quat[-1, 0])
+    error = abs((angle - np.sum(speed) / rate + np.pi) % (2.0 * np.pi) - np.pi)
+    missed = (np.abs(speed) - full)[np.abs(speed) > full].sum() / rate
+    assert error < 0.25 * missed
+
+
 @pytest.mark.parametrize("motion", ["hand", "walking", "drone"])
 def test_sigma_knows_of_samples_that_were_lost(motion):
     """Stretches of 0.05 to 0.45 s, a fifth of all: a held rate would be wrong by many degrees."""

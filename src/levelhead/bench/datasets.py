@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from levelhead.bench.contradiction import trust_until_contradiction
 from levelhead.errors import LevelheadError, require
 from levelhead.recording import Array, Recording, Truth
 from levelhead.rotations import product, to_scipy
@@ -56,12 +57,12 @@ def _inside(folder: Path) -> Iterator[Path]:
 
 
 def load_recording(path: Path, with_mag: bool) -> Recording:
-    """The recording, without its magnetometer if that is not wanted.
+    """The recording, without its magnetometer if that is not wanted, and without a truth that cannot be true.
 
     Raises:
         LevelheadError: what its reader says.
     """
-    recording = _read(path)
+    recording = trust_until_contradiction(_read(path))
     if with_mag or recording.mag is None:
         return recording
     return Recording(recording.t, recording.gyr, recording.acc, None, recording.truth, recording.meta)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from levelhead.bench.contradiction import FAR, REFERENCE_ENDS
 from levelhead.bench.datasets import list_logs, load_recording
 from levelhead.bench.groups import Group, group_of
 from levelhead.errors import LevelheadError
@@ -58,13 +59,26 @@ def survey(places: Sequence[Path], with_mag: bool) -> tuple[list[Entry], list[st
     entries, left_out = [], []
     for path in list_logs(places):
         try:
-            entries.append(_entry(path, load_recording(path, with_mag)))
+            recording = load_recording(path, with_mag)
+            entries.append(_entry(path, recording))
+            left_out += _untrusted(path, recording)
         except LevelheadError as error:
             words = str(error).replace(str(path), path.name)  # folders are the machine's own and not the result's
             left_out.append(words if path.name in words else f"{path.name}: {words}")
     if not entries:
         raise LevelheadError(f"no recording can be compared: {left_out[0]}")
     return sorted(entries, key=lambda entry: (entry.group.place, entry.name)), left_out
+
+
+def _untrusted(path: Path, recording: Recording) -> list[str]:
+    """A sentence where the truth was left out from some time on."""
+    start = recording.meta.get(REFERENCE_ENDS)
+    if start is None:
+        return []
+    return [
+        f"{path.name} from {start:.1f} to {recording.t[-1]:.1f} s: its reference turns there by {np.degrees(FAR):.0f}° "
+        "and more in a quarter of a second of which the gyroscope says nothing"
+    ]
 
 
 def _entry(path: Path, recording: Recording) -> Entry:

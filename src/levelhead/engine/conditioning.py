@@ -25,7 +25,7 @@ from levelhead.guard.detectors import NO_SAMPLES, DetectorState
 from levelhead.guard.rate_jump import first_rate
 from levelhead.guard.rest import NO_SUMS, SlowMeans
 from levelhead.kernels.tilt import GAP_SECONDS, TURN, is_present
-from levelhead.kernels.vec3 import ZERO, Vec3, add, dot, scale, sub
+from levelhead.kernels.vec3 import ZERO, Vec3, add, dot, norm, scale, sub
 
 READING_LIMIT = 1e9  # rad/s, m/s², µT: beyond it a reading is missing; NaN and infinity fail the comparison too
 SQUARE_LIMIT = READING_LIMIT * READING_LIMIT  # a sum of squares below it contains no missing reading
@@ -34,6 +34,8 @@ FORCE_UNUSABLE = ACC_SATURATED | ACC_STUCK  # the specific force is not the body
 LEAST_ROTATION = 0.1  # rad, 1σ of an unmeasured rotation from which the filter's covariance is inflated
 AT_FULL_SCALE = 0.97  # of the full scale: an axis that reads so much is clipped, if any is
 CLIPPED_SHARE = 0.4  # 1σ of the rotation beyond full scale, as a share of it
+LEAST_SLOPE = 0.8  # of a slope is that of the next sample: the one that reaches full scale is cut off
+STEEPER = 2.0  # at most
 INTERVALS = 16.0  # over which the usual interval is averaged
 CHANGE_VARIANCE = 1.0 / 12.0  # of a number that is uniform between 0 and 1: when in a lost interval the rate changed
 RETURN_VARIANCE = 0.06  # of what the rate does besides, as a share of its square
@@ -51,7 +53,7 @@ class ConditionedSample(NamedTuple):
     had_field: bool  # an earlier sample had a magnetometer reading
     started: bool  # this or an earlier sample had a specific force, which a filter needs to start
     rate_unknown: bool  # the rotation in dt is unknown
-    rate_age: float  # s since the last usable rate
+    rate_age: float  # s since the last usable rate; of a clipped one since it reached full scale
     unmeasured: float  # rad², variance of the part of this sample's rotation that was not measured
     since_sigma: float  # s since σ was last updated
     corrected_by: int  # sensors with a usable reading since then: 1 accelerometer, 2 magnetometer
@@ -132,13 +134,17 @@ ALL_MEASURED = UnmeasuredRotation(0.0, 0.0)
 
 @kernel
 def axis_slope(slope: float, last: float, rate: float, full: float, first: bool, dt: float) -> float:
-    """Slope of the rate of one axis as it reached full scale, rad/s²; 0 where it is below."""
+    """Slope of the rate of one axis as it reached full scale, rad/s²; 0 where it is below.
+
+    ``slope`` is that of the sample before, and of a body that was hit it says nothing.
+    """
     if -full < rate < full:
         return 0.0
     if not first:
         return slope
     sign = 1.0 if rate > 0.0 else -1.0
-    return sign * max(sign * slope, sign * (rate - last) / dt, 0.0)
+    before = max(sign * slope, 0.0)
+    return sign * max(before, min(sign * (rate - last) / dt, STEEPER * before))
 
 
 @kernel
@@ -149,6 +155,25 @@ def clipped_slope(slope: Vec3, last: Vec3, gyr: Vec3, full: float, first: bool, 
         axis_slope(slope.y, last.y, gyr.y, full, first, dt),
         axis_slope(slope.z, last.z, gyr.z, full, first, dt),
     )
+
+
+@kernel
+def rate_slope(slope: Vec3, last: Vec3, gyr: Vec3, stay: float, full: float, dt: float) -> Vec3:
+    """rad/s², of a rate that is not known to be at full scale; that may turn out when it has lasted.
+
+    ``stay``: s since it reached its largest so far, 0 while it rises to it, negative elsewhere.
+    """
+    if stay < 0.0:
+        return scale(sub(gyr, last), 1.0 / dt)
+    return clipped_slope(scale(slope, LEAST_SLOPE if stay == 0.0 else 1.0), last, gyr, full, True, dt)
+
+
+@kernel
+def rate_beyond(slope: Vec3, time: float, most: float) -> Vec3:
+    """rad/s, what a clipped rate leaves out ``time`` seconds after it reached full scale, see ``clipped_variance``."""
+    beyond = scale(slope, time / 3.0)
+    size = norm(beyond)
+    return scale(beyond, most / size) if size > most else beyond
 
 
 @kernel
@@ -246,15 +271,18 @@ def condition(guard: Guard, sample: ConditionedSample, gyr: Vec3, acc: Vec3, mag
         corrected_by |= 2
     if dt > GAP_SECONDS:
         health |= GAP
-    clipped_for = rate_age
+    age_before = rate_age
     rate_age, unmeasured = unmeasured_rotation(health, rate_age, dt)
+    extreme = detected.gyr_extreme
+    full = AT_FULL_SCALE * min(extreme.up, extreme.down)
     if health & GYR_SATURATED:
-        full = AT_FULL_SCALE * min(detected.gyr_extreme.up, detected.gyr_extreme.down)
-        slope = clipped_slope(slope, last, gyr, full, clipped_for == 0.0, dt)
-        gyr = add(gyr, scale(slope, (clipped_for + 0.5 * dt) / 3.0))
-        unmeasured = clipped_variance(slope, rate_age) - clipped_variance(slope, clipped_for)
+        slope = clipped_slope(slope, last, gyr, full, age_before == 0.0, dt)
+        clipped_for = max(age_before, extreme.stay)
+        rate_age = clipped_for + dt
+        gyr = add(gyr, rate_beyond(slope, clipped_for + 0.5 * dt, norm(gyr)))
+        unmeasured = clipped_variance(slope, rate_age) - clipped_variance(slope, age_before)
     elif health & RATE_UNUSABLE == 0:
-        slope = scale(sub(gyr, last), 1.0 / dt)
+        slope = rate_slope(slope, last, gyr, extreme.stay, full, dt)
         if lost > 0.0 and dt <= GAP_SECONDS:
             unmeasured = lost_variance(last, gyr, lost)
             gyr = sub(gyr, scale(sub(gyr, last), 0.5 * lost / dt))

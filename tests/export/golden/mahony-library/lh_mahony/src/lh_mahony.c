@@ -212,6 +212,9 @@ static const float CONDITIONING_LEAST_ROTATION = 0.1f;
 /* of the full scale: an axis that reads so much is clipped, if any is */
 static const float CONDITIONING_AT_FULL_SCALE = 0.97f;
 static const float CONDITIONING_CLIPPED_SHARE = 0.4f; /* 1σ of the rotation beyond full scale, as a share of it */
+/* of a slope is that of the next sample: the one that reaches full scale is cut off */
+static const float CONDITIONING_LEAST_SLOPE = 0.8f;
+static const float CONDITIONING_STEEPER = 2.0f; /* at most */
 static const float CONDITIONING_INTERVALS = 16.0f; /* over which the usual interval is averaged */
 /* 1.0 / 12.0: of a number that is uniform between 0 and 1: when in a lost interval the rate changed */
 static const float CONDITIONING_CHANGE_VARIANCE = 0.083333336f;
@@ -1428,7 +1431,10 @@ static int32_t conditioning_missing_bits(Vec3 gyr, Vec3 acc, Vec3 mag)
     return health;
 }
 
-/* Slope of the rate of one axis as it reached full scale, rad/s²; 0 where it is below. */
+/* Slope of the rate of one axis as it reached full scale, rad/s²; 0 where it is below.
+ *
+ * slope is that of the sample before, and of a body that was hit it says nothing.
+ */
 static float conditioning_axis_slope(float slope, float last, float rate, float full, bool first, float dt)
 {
     if (-full < rate && rate < full) {
@@ -1438,7 +1444,8 @@ static float conditioning_axis_slope(float slope, float last, float rate, float 
         return slope;
     }
     const float sign = rate > 0.0f ? 1.0f : -1.0f;
-    return sign * lh_max(lh_max(sign * slope, sign * (rate - last) / dt), 0.0f);
+    const float before = lh_max(sign * slope, 0.0f);
+    return sign * lh_max(before, lh_min(sign * (rate - last) / dt, CONDITIONING_STEEPER * before));
 }
 
 /* The same of all axes; last is the rate of the sample before. */
@@ -1447,6 +1454,27 @@ static Vec3 conditioning_clipped_slope(Vec3 slope, Vec3 last, Vec3 gyr, float fu
     return (Vec3){conditioning_axis_slope(slope.x, last.x, gyr.x, full, first, dt),
         conditioning_axis_slope(slope.y, last.y, gyr.y, full, first, dt),
         conditioning_axis_slope(slope.z, last.z, gyr.z, full, first, dt)};
+}
+
+/* rad/s², of a rate that is not known to be at full scale; that may turn out when it has lasted.
+ *
+ * stay: s since it reached its largest so far, 0 while it rises to it, negative elsewhere.
+ */
+static Vec3 conditioning_rate_slope(Vec3 slope, Vec3 last, Vec3 gyr, float stay, float full, float dt)
+{
+    if (stay < 0.0f) {
+        return vec3_scale(vec3_sub(gyr, last), 1.0f / dt);
+    }
+    return conditioning_clipped_slope(vec3_scale(slope, stay == 0.0f ? CONDITIONING_LEAST_SLOPE : 1.0f), last,
+        gyr, full, true, dt);
+}
+
+/* rad/s, what a clipped rate leaves out time seconds after it reached full scale, see clipped_variance. */
+static Vec3 conditioning_rate_beyond(Vec3 slope, float time, float most)
+{
+    const Vec3 beyond = vec3_scale(slope, time / 3.0f);
+    const float size = vec3_norm(beyond);
+    return size > most ? vec3_scale(beyond, most / size) : beyond;
 }
 
 /* rad², of the rotation beyond full scale after time seconds of it.
@@ -1567,20 +1595,22 @@ static ConditionedSample conditioning_condition(const Guard *guard, const Condit
     if (dt > TILT_GAP_SECONDS) {
         health |= HEALTH_GAP;
     }
-    const float clipped_for = rate_age;
+    const float age_before = rate_age;
     const UnmeasuredRotation unmeasuredrotation = conditioning_unmeasured_rotation(health, rate_age, dt);
     rate_age = unmeasuredrotation.rate_age;
     float unmeasured = unmeasuredrotation.variance;
+    const Extreme extreme = detected->gyr_extreme;
+    const float full = CONDITIONING_AT_FULL_SCALE * lh_min(extreme.up, extreme.down);
     if (health & HEALTH_GYR_SATURATED) {
-        const float full = CONDITIONING_AT_FULL_SCALE
-            * lh_min(detected->gyr_extreme.up, detected->gyr_extreme.down);
-        slope = conditioning_clipped_slope(slope, last, gyr, full, clipped_for == 0.0f, dt);
-        gyr = vec3_add(gyr, vec3_scale(slope, (clipped_for + 0.5f * dt) / 3.0f));
+        slope = conditioning_clipped_slope(slope, last, gyr, full, age_before == 0.0f, dt);
+        const float clipped_for = lh_max(age_before, extreme.stay);
+        rate_age = clipped_for + dt;
+        gyr = vec3_add(gyr, conditioning_rate_beyond(slope, clipped_for + 0.5f * dt, vec3_norm(gyr)));
         unmeasured = conditioning_clipped_variance(slope, rate_age)
-            - conditioning_clipped_variance(slope, clipped_for);
+            - conditioning_clipped_variance(slope, age_before);
     } else {
         if ((health & CONDITIONING_RATE_UNUSABLE) == 0) {
-            slope = vec3_scale(vec3_sub(gyr, last), 1.0f / dt);
+            slope = conditioning_rate_slope(slope, last, gyr, extreme.stay, full, dt);
             if (lost > 0.0f && dt <= TILT_GAP_SECONDS) {
                 unmeasured = conditioning_lost_variance(last, gyr, lost);
                 gyr = vec3_sub(gyr, vec3_scale(vec3_sub(gyr, last), 0.5f * lost / dt));

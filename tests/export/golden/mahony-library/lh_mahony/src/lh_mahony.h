@@ -178,7 +178,7 @@ typedef struct {
     bool had_field; /* an earlier sample had a magnetometer reading */
     bool started; /* this or an earlier sample had a specific force, which a filter needs to start */
     bool rate_unknown; /* the rotation in dt is unknown */
-    float rate_age; /* s since the last usable rate */
+    float rate_age; /* s since the last usable rate; of a clipped one since it reached full scale */
     float unmeasured; /* rad², variance of the part of this sample's rotation that was not measured */
     float since_sigma; /* s since σ was last updated */
     int32_t corrected_by; /* sensors with a usable reading since then: 1 accelerometer, 2 magnetometer */

@@ -1,0 +1,86 @@
+"""Where a reference contradicts the gyroscope: an optical system has lost the body, or found another one.
+
+Over ``SPAN`` s the reference turns by one rotation and the gyroscope by another. No sensor is wrong by more than
+``FAR`` and ``SHARE`` of the turn in so short a time, unless it is at full scale or has lost samples: such spans do not
+count. From where the two last agreed the reference is worth nothing, to its end: markers that are found again need not
+stand to the body as they did.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from levelhead.bench.reference import SensorFrame, align_sensor
+from levelhead.engine import fuse
+from levelhead.filters import GyroIntegration
+from levelhead.recording import Recording
+from levelhead.rotations import angle, relative_rotation
+
+REFERENCE_ENDS = "reference ends"  # key of a recording's meta
+SPAN = 0.25  # s
+FAR = np.radians(15.0)
+SHARE = 0.1  # of the turn
+LATE = 10.0  # usual intervals without a sample: those that come next come late, or not at all
+SOON = 1.0  # s after it
+ENOUGH = 5  # spans that say so within two of their length, or it was a single wrong sample
+RANGE = 0.97  # of the largest rate: it may have been larger
+
+
+def contradiction(recording: Recording, frame: SensorFrame | None) -> float | None:
+    """Time (s on the recording's clock) at which the truth last agrees with the gyroscope; None: it does to the end.
+
+    Args:
+        recording: with truth.
+        frame: how the truth's body stands to the sensor, where that is known.
+    """
+    assert recording.truth is not None
+    quat = recording.truth.quat if frame is None else frame.turn(recording.truth.quat)
+    known = np.flatnonzero(~np.isnan(quat[:, 0]))
+    t = recording.t[known]
+    last = np.searchsorted(t, t + SPAN)
+    first = np.flatnonzero(last < len(t))
+    last = last[first]
+    near = t[last] - t[first] < 2.0 * SPAN
+    first, last = first[near], last[near]
+    usable = _usable(recording, known[first], known[last])
+    first, last = first[usable], last[usable]
+    turned = relative_rotation(quat[known[first]], quat[known[last]])
+    seen = fuse(recording, GyroIntegration(), guard=None).quat
+    measured = relative_rotation(seen[known[first]], seen[known[last]])
+    apart = angle(relative_rotation(turned, measured))
+    excess = apart - SHARE * angle(measured)
+    wrong = np.flatnonzero(excess > FAR)
+    close = t[first[wrong[ENOUGH - 1 :]]] - t[first[wrong[: 1 - ENOUGH]]] < 2.0 * SPAN
+    if not close.any():
+        return None
+    sound = np.flatnonzero(excess[: wrong[close.argmax()]] < 0.2 * FAR)
+    return float(t[first[sound[-1]]]) if len(sound) else float(t[0])
+
+
+def _usable(recording: Recording, first: NDArray[np.intp], last: NDArray[np.intp]) -> NDArray[np.bool_]:
+    """Spans without lost or late samples, without missing rates and below full scale."""
+    size = np.abs(recording.gyr).max(axis=1)
+    t, steps = recording.t, np.diff(recording.t, prepend=recording.t[0])
+    late = np.flatnonzero(steps > LATE * np.median(steps))
+    since = (
+        t - t[late[np.maximum(np.searchsorted(late, np.arange(len(t)), side="right") - 1, 0)]] if len(late) else SOON
+    )
+    bad = np.isnan(size) | (size > RANGE * np.nanmax(size)) | (steps > 3.0 * np.median(steps))
+    bad |= (since >= 0.0) & (since < SOON)
+    count = np.cumsum(bad)
+    kept: NDArray[np.bool_] = count[last] == count[first]
+    return kept
+
+
+def trust_until_contradiction(recording: Recording) -> Recording:
+    """The recording without its truth from where a contradiction begins: ``REFERENCE_ENDS`` (s) of ``meta``."""
+    if recording.truth is None:
+        return recording
+    start = contradiction(recording, align_sensor(recording))
+    if start is None:
+        return recording
+    quat = recording.truth.quat.copy()
+    quat[recording.t >= start] = np.nan
+    meta = {**recording.meta, REFERENCE_ENDS: start}
+    return replace(recording, truth=replace(recording.truth, quat=quat), meta=meta)
