@@ -63,6 +63,23 @@ def test_groups_by_name(name, group):
     assert group_of(Path("here") / f"{name}.mat") == group
 
 
+@pytest.mark.parametrize("share, least, most", [(1.0, 0.0, 0.01), (0.1, 0.3, 1.0)])
+def test_a_heading_that_drifts_is_held_against_its_own_start(share, least, most):
+    """Random walks whose σ is right are right everywhere; if it is told ten times too small they are not."""
+    count, step = 20000, np.radians(0.1)
+    t, zero = np.arange(count) / 100.0, np.zeros(count)
+    still = np.stack([zero + 1.0, zero, zero, zero], axis=1)
+    truth = Truth(still, north=False)
+    recording = Recording(t, np.zeros((count, 3)), np.tile([0.0, 0.0, 9.8], (count, 1)), None, truth)
+    sigma = np.tile(share * step * np.sqrt(np.arange(count))[:, None], (1, 3)) + 1e-4
+    beyond = []
+    for seed in range(8):
+        half = 0.5 * np.cumsum(np.random.default_rng(seed).normal(0.0, step, count))
+        found = measure_errors(recording, np.stack([np.cos(half), zero, zero, np.sin(half)], axis=1), False, sigma)
+        beyond.append(found.beyond_heading)
+    assert least <= np.mean(beyond) <= most
+
+
 def test_groups_by_trials_json(tmp_path):
     trials = {"trials": {"x": {"groups": ["all_trials", "undisturbed", "translation", "slow", "no_breaks"]}}}
     (tmp_path / "trials.json").write_text(json.dumps(trials))

@@ -15,6 +15,7 @@ WINDOW = 60.0  # s, over which heading drifts; half of a recording that is short
 STRIDE = 10.0  # s from one window to the next, a sixth of a shorter window
 EDGE = 0.5  # s, half of the averaging time at either end of a window
 FAR = 4.0  # σ
+REFERENCE = np.radians(0.3)  # 1σ of a reference's own heading, which a σ of zero has to meet
 
 
 class ErrorFigures(NamedTuple):
@@ -27,7 +28,8 @@ class ErrorFigures(NamedTuple):
     The other figures are taken with the reference turned into the sensor's frame (``bench.reference``) and the best
     constant rotation of its earth frame removed: what neither a filter nor its σ can know. ``rotated`` is the total
     error, ``rotated_tilt`` its tilt, ``beyond_tilt`` and ``beyond_heading`` the share of samples whose error is more
-    than four of their σ, ``tilt_ratio`` and ``heading_ratio`` the RMS of error/σ; None for a method without σ.
+    than four of their σ, ``tilt_ratio`` and ``heading_ratio`` the RMS of error/σ; None for a method without σ. Of
+    heading these are without the constant that fits best with weights 1/σ².
     """
 
     total: float
@@ -74,13 +76,26 @@ def measure_errors(
     if sigma is None:
         return found
     tilt = rotated.tilt / np.maximum(np.hypot(sigma[rows, 0], sigma[rows, 1]), 1e-9)
-    heading = np.abs(rotated.heading) / np.maximum(sigma[rows, 2], 1e-9)
+    heading = _heading_over_sigma(rotated.heading, sigma[rows, 2])
     return found._replace(
         beyond_tilt=float(np.mean(tilt > FAR)),
         beyond_heading=float(np.mean(heading > FAR)),
         tilt_ratio=rms(tilt),
         heading_ratio=rms(heading),
     )
+
+
+def _heading_over_sigma(heading: Array, sigma: Array) -> Array:
+    """(n,) absolute heading errors (rad) over their 1σ (rad), without the constant that these σ make most likely.
+
+    A heading without magnetometer is right by definition where it starts, and its σ grows from there. The plain mean
+    would charge that start with the drift of the whole recording.
+    """
+    known = np.hypot(sigma, REFERENCE)
+    turn = np.exp(1j * heading)
+    offset = np.angle(np.sum(turn / known**2))
+    ratio: Array = np.abs(np.angle(turn * np.exp(-1j * offset))) / known
+    return ratio
 
 
 def _remove_mean_rotation(error: Array) -> Array:

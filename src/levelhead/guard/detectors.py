@@ -27,8 +27,12 @@ LEAST_ACC_SCALE = 19.0  # m/s²: no accelerometer has a smaller full scale (2 g)
 PLATEAU = 0.997  # of the largest reading so far: readings above this may be clipped
 APPROACH = 0.7  # of the largest reading so far: a reading that rises from below this in two samples rises steeply
 AT_FULL = 0.99  # of a full scale found: where it ends drifts with temperature
-STEEP = 2.0  # 1/s, of the reading itself: a smooth peak that is flat for PLATEAU_SECONDS is reached at 0.6 at most
-PLATEAU_SECONDS = 0.0199
+STEEP = 1.0  # 1/s, of the reading itself
+PLATEAU_SECONDS = 0.0199  # at least, and
+FLAT = 0.06  # slope (1/s) times seconds: of a smooth peak, which is flat to PLATEAU, it is 0.012
+CREEP = (
+    0.3  # 1/s of the reading itself: where a full scale ends drifts with temperature and, calibrated, with other axes
+)
 NOT_STEEP = -1.0
 LEAST = 1e-5  # rad/s, m/s²: no sensor has finer steps than this
 STUCK_SAMPLES = 20.0
@@ -45,6 +49,7 @@ class Extreme(NamedTuple):
     down: float
     last: float  # largest component of the last reading
     before: float  # and of the one before
+    slope: float  # 1/s of the reading itself, by which it was reached
     stay: float  # s near the largest since it was reached abruptly; negative: it was not
     found: int  # 1: up is full scale, 2: down is
     clipped: bool
@@ -76,8 +81,8 @@ class DetectorState(NamedTuple):
 NO_SAMPLES = DetectorState(
     NO_SUMS,
     SlowMeans(ZERO, ZERO, False),
-    Extreme(LEAST_GYR_SCALE, LEAST_GYR_SCALE, 0.0, 0.0, NOT_STEEP, 0, False),
-    Extreme(LEAST_ACC_SCALE, LEAST_ACC_SCALE, 0.0, 0.0, NOT_STEEP, 0, False),
+    Extreme(LEAST_GYR_SCALE, LEAST_GYR_SCALE, 0.0, 0.0, 0.0, NOT_STEEP, 0, False),
+    Extreme(LEAST_ACC_SCALE, LEAST_ACC_SCALE, 0.0, 0.0, 0.0, NOT_STEEP, 0, False),
     Repeat(ZERO, 0, 0.0),
     Repeat(ZERO, 0, 0.0),
     NO_JUMP,
@@ -94,14 +99,14 @@ def update_extreme(extreme: Extreme, v: Vec3, full: float, dt: float) -> Extreme
     A body slows down before it turns round; a clipped reading goes up steeply and then stays.
     """
     x, y, z = v
-    up, down, last, before, stay, found, was = extreme
+    up, down, last, before, slope, stay, found, was = extreme
     far = APPROACH * min(up, down)
     if full == 0.0 and -far < x < far and -far < y < far and -far < z < far:  # nearly always
         if last == 0.0 and not was:
             return extreme
-        return Extreme(up, down, 0.0, 0.0, NOT_STEEP, found, False)
+        return Extreme(up, down, 0.0, 0.0, 0.0, NOT_STEEP, found, False)
     if full > 0.0:
-        return Extreme(full, full, 0.0, 0.0, NOT_STEEP, 3, is_at_range(v, full))
+        return Extreme(full, full, 0.0, 0.0, 0.0, NOT_STEEP, 3, is_at_range(v, full))
     high = max(x, y, z)
     low = -min(x, y, z)
     upwards = high > low
@@ -109,20 +114,21 @@ def update_extreme(extreme: Extreme, v: Vec3, full: float, dt: float) -> Extreme
     top = up if upwards else down
     side = 1 if upwards else 2
     if largest < PLATEAU * top:
-        return Extreme(up, down, largest, last, NOT_STEEP, found, found & side != 0 and largest > AT_FULL * top)
+        return Extreme(up, down, largest, last, 0.0, NOT_STEEP, found, found & side != 0 and largest > AT_FULL * top)
     beyond = PLATEAU * largest > top
     if beyond and found & side != 0:
         found -= side  # its range is larger than that
-    if beyond or last < PLATEAU * top:
-        rise = max(largest - last, last - before)
-        stay = 0.0 if rise > STEEP * dt * largest else NOT_STEEP
+    steady = stay >= 0.0 and largest - last < CREEP * dt * largest
+    if not steady and (beyond or last < PLATEAU * top):
+        slope = max(largest - last, last - before) / (dt * largest)
+        stay = 0.0 if slope > STEEP else NOT_STEEP
     elif stay >= 0.0:
         stay += dt
-        if stay >= PLATEAU_SECONDS:
+        if stay >= PLATEAU_SECONDS and slope * stay >= FLAT:
             found |= side
-        if found & side == 0:  # a plateau is as high as it began; where a full scale ends drifts with temperature
-            return Extreme(up, down, largest, last, stay, found, False)
-    return Extreme(max(up, high), max(down, low), largest, last, stay, found, found & side != 0)
+        if found & side == 0:  # a plateau is as high as it began
+            return Extreme(up, down, largest, last, slope, stay, found, False)
+    return Extreme(max(up, high), max(down, low), largest, last, slope, stay, found, found & side != 0)
 
 
 @kernel

@@ -104,7 +104,7 @@ class ESKF(NamedTuple):
     travel_time: Annotated[
         float,
         Param("s", "time constant of this velocity", low=0.0, low_open=True, sweep=(1, 100), log=True, tune=False),
-    ] = 8.0
+    ] = 16.0
     mag_noise: Annotated[
         float,
         Param(
@@ -201,7 +201,7 @@ class ESKF(NamedTuple):
     tilt_start: Annotated[
         float,
         Param("deg", "1σ of the tilt at the start", low=0.0, low_open=True, sweep=(0.5, 30.0), log=True, tune=False),
-    ] = 5.0
+    ] = 3.0
     baro_walk: Annotated[
         float,
         Param(

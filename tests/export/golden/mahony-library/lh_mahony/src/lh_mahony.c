@@ -169,16 +169,19 @@ static const float DETECTORS_PLATEAU = 0.997f; /* of the largest reading so far:
 /* of the largest reading so far: a reading that rises from below this in two samples rises steeply */
 static const float DETECTORS_APPROACH = 0.7f;
 static const float DETECTORS_AT_FULL = 0.99f; /* of a full scale found: where it ends drifts with temperature */
-/* 1/s, of the reading itself: a smooth peak that is flat for PLATEAU_SECONDS is reached at 0.6 at most */
-static const float DETECTORS_STEEP = 2.0f;
-static const float DETECTORS_PLATEAU_SECONDS = 0.0199f;
+static const float DETECTORS_STEEP = 1.0f; /* 1/s, of the reading itself */
+static const float DETECTORS_PLATEAU_SECONDS = 0.0199f; /* at least, and */
+/* slope (1/s) times seconds: of a smooth peak, which is flat to PLATEAU, it is 0.012 */
+static const float DETECTORS_FLAT = 0.06f;
+static const float DETECTORS_CREEP = 0.3f;
 static const float DETECTORS_NOT_STEEP = -1.0f;
 static const float DETECTORS_LEAST = 1e-05f; /* rad/s, m/s²: no sensor has finer steps than this */
 static const float DETECTORS_STUCK_SAMPLES = 20.0f;
 static const float DETECTORS_STUCK_SECONDS = 1.0f; /* of one value while another axis moves */
 static const DetectorState DETECTORS_NO_SAMPLES = {{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f},
-    {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, false}, {4.0f, 4.0f, 0.0f, 0.0f, -1.0f, 0, false},
-    {19.0f, 19.0f, 0.0f, 0.0f, -1.0f, 0, false}, {{0.0f, 0.0f, 0.0f}, 0, 0.0f}, {{0.0f, 0.0f, 0.0f}, 0, 0.0f},
+    {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, false}, {4.0f, 4.0f, 0.0f, 0.0f, 0.0f, -1.0f, 0, false},
+    {19.0f, 19.0f, 0.0f, 0.0f, 0.0f, -1.0f, 0, false}, {{0.0f, 0.0f, 0.0f}, 0, 0.0f},
+    {{0.0f, 0.0f, 0.0f}, 0, 0.0f},
     {{0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f}, 0}, false, false, 0};
 
 static const int32_t HEALTH_GYR_MISSING = 1; /* the last rate was held */
@@ -222,7 +225,7 @@ static const float CONDITIONING_RETURN_VARIANCE = 0.06f; /* of what the rate doe
 static const ConditionedSample CONDITIONING_NO_SAMPLE = {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f},
     {0.0f, 0.0f, 0.0f}, 0.0f, 0.0f, 0, false, false, false, 0.0f, 0.0f, 0.0f, 0,
     {{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, false},
-    {4.0f, 4.0f, 0.0f, 0.0f, -1.0f, 0, false}, {19.0f, 19.0f, 0.0f, 0.0f, -1.0f, 0, false},
+    {4.0f, 4.0f, 0.0f, 0.0f, 0.0f, -1.0f, 0, false}, {19.0f, 19.0f, 0.0f, 0.0f, 0.0f, -1.0f, 0, false},
     {{0.0f, 0.0f, 0.0f}, 0, 0.0f}, {{0.0f, 0.0f, 0.0f}, 0, 0.0f},
     {{0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f}, 0}, false, false, 0},
     {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}};
@@ -1127,7 +1130,7 @@ static Extreme detectors_update_extreme(Extreme extreme, Vec3 v, float full, flo
 {
     const float x = v.x, y = v.y, z = v.z;
     const float up = extreme.up, down = extreme.down, last = extreme.last, before = extreme.before;
-    float stay = extreme.stay;
+    float slope = extreme.slope, stay = extreme.stay;
     int32_t found = extreme.found;
     const bool was = extreme.clipped;
     const float far = DETECTORS_APPROACH * lh_min(up, down);
@@ -1135,10 +1138,11 @@ static Extreme detectors_update_extreme(Extreme extreme, Vec3 v, float full, flo
         if (last == 0.0f && !was) {
             return extreme;
         }
-        return (Extreme){up, down, 0.0f, 0.0f, DETECTORS_NOT_STEEP, found, false};
+        return (Extreme){up, down, 0.0f, 0.0f, 0.0f, DETECTORS_NOT_STEEP, found, false};
     }
     if (full > 0.0f) {
-        return (Extreme){full, full, 0.0f, 0.0f, DETECTORS_NOT_STEEP, 3, detectors_is_at_range(v, full)};
+        return (Extreme){full, full, 0.0f, 0.0f, 0.0f, DETECTORS_NOT_STEEP, 3,
+            detectors_is_at_range(v, full)};
     }
     const float high = lh_max(lh_max(x, y), z);
     const float low = -lh_min(lh_min(x, y), z);
@@ -1147,27 +1151,28 @@ static Extreme detectors_update_extreme(Extreme extreme, Vec3 v, float full, flo
     const float top = upwards ? up : down;
     const int32_t side = upwards ? 1 : 2;
     if (largest < DETECTORS_PLATEAU * top) {
-        return (Extreme){up, down, largest, last, DETECTORS_NOT_STEEP, found,
+        return (Extreme){up, down, largest, last, 0.0f, DETECTORS_NOT_STEEP, found,
             (found & side) != 0 && largest > DETECTORS_AT_FULL * top};
     }
     const bool beyond = DETECTORS_PLATEAU * largest > top;
     if (beyond && (found & side) != 0) {
         found -= side; /* its range is larger than that */
     }
-    if (beyond || last < DETECTORS_PLATEAU * top) {
-        const float rise = lh_max(largest - last, last - before);
-        stay = rise > DETECTORS_STEEP * dt * largest ? 0.0f : DETECTORS_NOT_STEEP;
+    const bool steady = stay >= 0.0f && largest - last < DETECTORS_CREEP * dt * largest;
+    if (!steady && (beyond || last < DETECTORS_PLATEAU * top)) {
+        slope = lh_max(largest - last, last - before) / (dt * largest);
+        stay = slope > DETECTORS_STEEP ? 0.0f : DETECTORS_NOT_STEEP;
     } else if (stay >= 0.0f) {
         stay += dt;
-        if (stay >= DETECTORS_PLATEAU_SECONDS) {
+        if (stay >= DETECTORS_PLATEAU_SECONDS && slope * stay >= DETECTORS_FLAT) {
             found |= side;
         }
-        /* a plateau is as high as it began; where a full scale ends drifts with temperature */
-        if ((found & side) == 0) {
-            return (Extreme){up, down, largest, last, stay, found, false};
+        if ((found & side) == 0) { /* a plateau is as high as it began */
+            return (Extreme){up, down, largest, last, slope, stay, found, false};
         }
     }
-    return (Extreme){lh_max(up, high), lh_max(down, low), largest, last, stay, found, (found & side) != 0};
+    return (Extreme){lh_max(up, high), lh_max(down, low), largest, last, slope, stay, found,
+        (found & side) != 0};
 }
 
 /* Which axes repeat their last value while another one changes; zero does not count (simulations without noise). */

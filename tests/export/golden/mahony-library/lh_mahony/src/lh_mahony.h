@@ -23,9 +23,9 @@
  *
  * RAM of one filter with its parameters:
  *
- *     64 bit (Cortex-A, x86-64)                                    468 bytes
- *     32 bit (Cortex-M, ESP32, RP2040)                             468 bytes
- *     AVR (Uno, Mega)                                              453 bytes
+ *     64 bit (Cortex-A, x86-64)                                    476 bytes
+ *     32 bit (Cortex-M, ESP32, RP2040)                             476 bytes
+ *     AVR (Uno, Mega)                                              461 bytes
  */
 #ifndef LH_MAHONY_H
 #define LH_MAHONY_H
@@ -131,6 +131,7 @@ typedef struct {
     float down;
     float last; /* largest component of the last reading */
     float before; /* and of the one before */
+    float slope; /* 1/s of the reading itself, by which it was reached */
     float stay; /* s near the largest since it was reached abruptly; negative: it was not */
     int32_t found; /* 1: up is full scale, 2: down is */
     bool clipped;
