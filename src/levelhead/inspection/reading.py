@@ -33,6 +33,11 @@ _KNOWN = {
     "clock_restart": ("warning", "the clock begins again; one session was read", "--session N takes another."),
     "stamps_back": ("warning", "stamps step back", "Write a clock that only goes forward."),
     "equal_stamps": ("warning", "stamps repeat", "Write each sample once, with a stamp of its own."),
+    "arrival": (
+        "note",
+        "stamps are those of arrival, the sensor samples regularly; its clock was put back",
+        "Stamp samples where they are measured.",
+    ),
     "mag_zero": ("note", "the magnetometer is 0 on every row", "It is switched off, or not there."),
     "mag_normalised": ("warning", "the magnetometer was normalised: a direction without strength", "Record it raw."),
     "mag_unusable": (

@@ -11,7 +11,7 @@ from levelhead.errors import LevelheadError
 from levelhead.recording import Array, Recording, median
 from levelhead.sources import unit_inference
 from levelhead.sources.celsius import celsius, find_temperature
-from levelhead.sources.clock import Candidate, Clock, CounterError, choose, join_seconds, seconds
+from levelhead.sources.clock import Candidate, Clock, CounterError, choose, join_seconds, restore, seconds
 from levelhead.sources.columns import Roles, assign
 from levelhead.sources.conventions import note_sign, points_down, whole_acceleration
 from levelhead.sources.field_check import field_turn, is_normalised
@@ -201,6 +201,10 @@ def clock_of(table: Table, roles: Roles, hints: Hints, columns: dict[int, Column
             clock = seconds(chosen.stamps, chosen.declared, table, chosen.name, values, hints.session)
         except CounterError as error:
             raise _without_counter(error, roles, columns) from None
+        if not any(
+            note.startswith("merged:") for note in table.notes
+        ):  # readings of one sensor set to another's stamps
+            clock = restore(clock, chosen.name, values)
         notes += clock.notes
         return clock
     if hints.rate is not None and table.rate is not None and "t" not in hints.map:

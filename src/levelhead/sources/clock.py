@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from levelhead import units
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array, median
+from levelhead.sources.arrival import restore_clock
 from levelhead.sources.clock_repair import Repair, first_of_bursts, repair_stamps
 from levelhead.sources.hints import NeedsHints, Scale
 from levelhead.sources.table import Column, Table
@@ -187,6 +188,23 @@ def seconds(
     return Clock(
         _scale_stamps(kept.astype(np.float64), scale), scale.name, t0, notes, rows, {**repaired.findings, **findings}
     )
+
+
+def restore(clock: Clock, name: str, values: Array | None) -> Clock:
+    """The sensor's own clock in place of times of arrival in column ``name``, where the readings show it.
+
+    ``values`` (n, k) are the readings of all rows of the table.
+    """
+    restored = restore_clock(clock.t, values if values is None or clock.rows is None else values[clock.rows])
+    if restored is None:
+        return clock
+    late = 1e3 * restored.jitter
+    words = (
+        f"time: '{name}' holds times of arrival, {late:.3g} ms rms about the clock of a sensor that samples regularly, "
+        f"as its readings show; that clock was put back ({restored.lost} samples are missing)"
+    )
+    numbers = {"jitter_ms": late, "rows": restored.rows, "missing": restored.lost}
+    return clock._replace(t=restored.t, notes=[*clock.notes, words], findings={**clock.findings, "arrival": numbers})
 
 
 def _stale_rows(stamps: Column) -> int:
