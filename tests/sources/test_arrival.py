@@ -117,6 +117,15 @@ def test_a_timer_that_reads_late_and_stamps_when_it_reads_is_left_alone():
     )  # the same stamps, regular readings
 
 
+def test_a_long_log_is_decided_as_a_short_one():
+    times, random = 14, np.random.default_rng(7)
+    true, readings = np.arange(len(SOUND) * times) * 0.01, np.tile(READINGS, (times, 1))
+    restored = restore_clock(in_order(true + random.exponential(0.01, len(true))), readings)
+    assert restored is not None
+    assert steps_off(restored.t, true) < 1e-5
+    assert restore_clock(np.cumsum(random.gamma(10.0, 0.001, len(true))), readings) is None
+
+
 def test_where_nothing_moves_nothing_is_known():
     still = simulate.recording("BMI160", "still", 60.0, 100.0, seed=5)
     late = in_order(still.t + np.random.default_rng(5).exponential(0.01, len(still)))

@@ -37,6 +37,7 @@ _CERTAIN = 10.0  # logarithm of the likelihood ratio
 _MIXED = 0.25  # β from which the readings themselves are partly late
 _MOST = 0.8  # of the rows lie on a grid, or the sensor is not regular
 _READINGS = 400_000  # rows that are compared, at most
+_PROBES, _PROBE = 8, 4096  # parts of a long log that are looked at first, and their rows
 _LEAST_STEP = 0.2  # of an interval, between stamps where two grids meet
 
 
@@ -82,6 +83,8 @@ def restore_clock(t: Array, values: Array | None) -> Restored | None:
     typical = median(steps)
     if high - low < _UNEVEN * typical or not typical > 0.0:
         return None
+    if len(t) > 2 * _PROBES * _PROBE and not _is_worth_it(t):
+        return None
     edges = np.flatnonzero(steps > max(_PAUSE, _PAUSE_ROWS * float(steps.mean()))) + 1
     stretches: list[_Stretch] = []
     for begin, end in zip([0, *edges.tolist()], [*edges.tolist(), len(t)], strict=True):
@@ -91,6 +94,13 @@ def restore_clock(t: Array, values: Array | None) -> Restored | None:
     ):
         return None
     return _join(t, stretches)
+
+
+def _is_worth_it(t: Array) -> bool:
+    """Whether half of some short parts of a long log are bounded, roughly: of a walk none is."""
+    starts = np.linspace(0, len(t) - _PROBE, _PROBES).astype(int).tolist()
+    ratios = [_variance_ratio(find_grid(t[row : row + _PROBE])) for row in starts]
+    return sum(ratio < _ROUGHLY for ratio in ratios) >= _PROBES // 2
 
 
 def _bounded(t: Array, begin: int, end: int, splits: int) -> list[_Stretch]:
