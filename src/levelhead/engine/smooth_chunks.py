@@ -2,9 +2,11 @@
 
 The forward run and the way back are those of ``smoothing``, over arrays of the whole recording, so bits are the same. A
 sample takes 168 bytes in these files, which the system writes out and drops as it needs memory; what the forward run
-saves now and then goes to a file too. Another process can go on with the files of one that was ended.
+saves now and then goes to a file too. Another process can go on with the files of one that was ended. Pressure and GNSS
+are left aside, and a warning says so.
 """
 
+import logging
 import os
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
@@ -133,6 +135,7 @@ class ChunkSmoother:
         self._edges: list[int] = list(self._saved.get("edges", ()))
         self._inputs: ColumnFiles | None = None
         self._last = -np.inf
+        self._warned = False
         if self._edges:
             self._inputs = ColumnFiles(place, {name: WIDTHS[name] for name in self._saved["sensors"]}, self._edges[-1])
             self._last = float(self._inputs.read("t", self._edges[-1] - 1, self._edges[-1])[0])
@@ -160,6 +163,11 @@ class ChunkSmoother:
             raise LevelheadError(
                 f"a chunk begins at {chunk.t[0]:.6f} s, after one that ended at {self._last:.6f} s; expected later "
                 "samples"
+            )
+        if (chunk.pressure is not None or chunk.gnss is not None) and not self._warned:
+            self._warned = True
+            logging.getLogger("levelhead").warning(
+                "the smoother works by chunks without pressure and GNSS; with them a recording is smoothed in one piece"
             )
         if self._inputs is None:
             self._inputs = ColumnFiles(self._place, {name: WIDTHS[name] for name in columns})

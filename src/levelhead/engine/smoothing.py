@@ -21,16 +21,30 @@ from levelhead.calibration import Calibration
 from levelhead.compiler.hooks import fill, rebind
 from levelhead.compiler.mark import KernelFunction
 from levelhead.compiler.tree import native, plain
-from levelhead.engine.batch import DEFAULT_GUARD, NO_MAG
+from levelhead.engine.aiding_inputs import aiding_inputs
+from levelhead.engine.batch import DEFAULT_GUARD, NO_MAG, navigation_fields
 from levelhead.engine.binding import bind, choose_engine, for_engine, numba_installed
 from levelhead.engine.driver import Carry, Settings
 from levelhead.engine.native import NativeSmoother, has_smoother
 from levelhead.engine.prior import apply_prior, correct_recording, read_calibration
-from levelhead.engine.smoother_kernels import BlockRows, Corrections, FlatTrack, correct_stretch, forward_stretch, hooks
+from levelhead.engine.smoother_kernels import (
+    BlockRows,
+    Corrections,
+    FlatTrack,
+    NavCorrections,
+    Readings,
+    correct_stretch,
+    correct_stretch_with_nav,
+    forward_stretch,
+    forward_stretch_with_aiding,
+    hooks,
+    nav_hooks,
+)
 from levelhead.errors import LevelheadError
-from levelhead.filters.contract import Filter, Schedule, Smoothing
+from levelhead.filters.contract import Aiding, Filter, Schedule, Smoothing
 from levelhead.filters.parameters import FilterChoice, Params
 from levelhead.guard import Guard
+from levelhead.open_types import Fields
 from levelhead.recording import Array, Recording
 from levelhead.track import Track
 
@@ -51,20 +65,51 @@ class BoundSmoother(NamedTuple):
 
 @functools.cache
 def bind_smoother(flt: Filter, guarded: bool) -> BoundSmoother:
-    """The smoother of a filter that has one."""
+    """The smoother of a filter that has one, without aiding."""
     parts = flt.smoothing
     assert parts is not None and flt.schedule is not None
     schedule = Schedule(flt.schedule.due, parts.correct)
     ahead = flt._replace(name=f"{flt.name}_forward", init=parts.init, schedule=schedule, aiding=None)
     name = f"{flt.name}_{'guarded' if guarded else 'unguarded'}"
-    members = {key: getattr(parts, key) for key in ("is_block_end", "keep", "back", "read", "rotation", "is_restart")}
-    pairs = (*bind(ahead, guarded).pairs, (hooks, fill(hooks, name, WIDTH=parts.width, **members)))
+    return BoundSmoother(ahead, (*bind(ahead, guarded).pairs, (hooks, _fill_hooks(parts, name))), name)
+
+
+MEMBERS = ("is_block_end", "keep", "back", "read", "rotation", "is_restart")  # of ``Hooks``
+
+
+def _fill_hooks(parts: Smoothing, name: str) -> object:
+    return fill(hooks, name, WIDTH=parts.width, **{key: getattr(parts, key) for key in MEMBERS})
+
+
+@functools.cache
+def bind_aided_smoother(flt: Filter, guarded: bool) -> BoundSmoother:
+    """The smoother of a filter that takes position, velocity and height, with these."""
+    aided = flt.aided_smoothing
+    assert aided is not None and flt.schedule is not None and flt.aiding is not None and flt.calibration is not None
+    ahead = flt._replace(
+        name=f"{flt.name}_forward_aided",
+        init=aided.parts.init,
+        schedule=Schedule(flt.schedule.due, aided.parts.correct),
+        aiding=Aiding(aided.update, flt.aiding.nav_state),
+        calibration=flt.calibration._replace(restart=aided.restart),
+    )
+    name = f"{flt.name}_aided_{'guarded' if guarded else 'unguarded'}"
+    nav = fill(nav_hooks, name, read_nav=aided.read_nav, nav_change=aided.nav_change, is_set=aided.is_set)
+    pairs = (*bind(ahead, guarded).pairs, (hooks, _fill_hooks(aided.parts, name)), (nav_hooks, nav))
     return BoundSmoother(ahead, pairs, name)
 
 
-def choose_smoother_engine(engine: str, flt: Filter, guarded: bool) -> str:
-    """What ``engine`` means for the smoother of a filter: without a native one machine code at any length."""
-    has_native = has_smoother(flt, guarded)
+def choose_smoother_engine(engine: str, flt: Filter, guarded: bool, aided: bool = False) -> str:
+    """What ``engine`` means for the smoother of a filter: without a native one machine code at any length.
+
+    Raises:
+        LevelheadError: no such engine, or the native one for a recording with pressure or GNSS.
+    """
+    if aided and engine == "native":
+        raise LevelheadError(
+            "the native engine smooths without pressure and GNSS; use 'auto', 'compiled' or 'python', or leave them out"
+        )
+    has_native = has_smoother(flt, guarded) and not aided
     if engine == "auto" and not has_native:
         return "compiled" if numba_installed() else "python"
     return choose_engine(engine, 0, has_native)
@@ -98,17 +143,25 @@ class Smoother:
         flt, guarded = filters.of(params), guard is not None
         assert flt.smoothing is not None
         self._prior, recording = prior, correct_recording(recording, prior)
-        self._parts: Smoothing = flt.smoothing
-        self._bound = bind_smoother(flt, guarded)
+        self._aided = flt.aided_smoothing
+        inputs = None if self._aided is None else aiding_inputs(recording)
+        aided = self._aided is not None and inputs is not None
+        self._parts: Smoothing = self._aided.parts if self._aided is not None and aided else flt.smoothing
+        self._bound = bind_aided_smoother(flt, guarded) if aided else bind_smoother(flt, guarded)
         self._settings = Settings(params, guard or DEFAULT_GUARD)
         begin = bind(self._bound.flt, guarded).begin(self._settings)
         self.begin = Stretch(0, apply_prior(self._bound.flt, begin, prior))
-        self._engine = choose_smoother_engine(engine, flt, guarded)
+        self._engine = choose_smoother_engine(engine, flt, guarded, aided)
+        lists = self._engine == "python"
+        self._readings = inputs and Readings._make(a.tolist() if lists else a for a in inputs)
         if self._engine == "native":
             self._native = NativeSmoother(flt, self._bound.flt, guarded, self._settings, begin)
         else:
-            self._forward = for_engine(self._bound.bind(forward_stretch), self._engine)
-            self._correct = for_engine(self._bound.bind(correct_stretch), self._engine)
+            forward: KernelFunction = forward_stretch_with_aiding if aided else forward_stretch
+            correct: KernelFunction = correct_stretch_with_nav if aided else correct_stretch
+            self._forward = for_engine(self._bound.bind(forward), self._engine)
+            self._correct = for_engine(self._bound.bind(correct), self._engine)
+        self._nav = np.zeros((2, 6 * len(recording) if aided else 0))  # position and velocity; 1σ of both
         n, mag = len(recording), [] if recording.mag is None else [recording.mag]
         sensors = [a.reshape(-1) for a in (recording.t, recording.gyr, recording.acc, *mag)]
         self.take(sensors, FlatTrack(np.empty(4 * n), np.empty(3 * n), np.empty(3 * n)), np.zeros(n, np.uint32))
@@ -152,6 +205,8 @@ class Smoother:
             stretches.append(last)
             report(0.5 * last.start / n)
             passed(None)
+            if last.start == n and (turned := self._turned_start(last)) is not None:
+                stretches, last = [turned], turned
         first = len(stretches) - 2 if resumed is None else resumed
         if resumed is None:
             self.end(last)
@@ -162,6 +217,25 @@ class Smoother:
             report(1.0 - 0.5 * stretches[k].start / n)
             passed(k - 1)
         return self.calibration_at_end(last)
+
+    def _turned_start(self, end: Stretch) -> Stretch | None:
+        """Where the forward run begins again, once it has found heading by a receiver."""
+        if self._readings is None or self._aided is None:
+            return None
+        run = self.begin.carry.run
+        state = self._aided.turned_start(run.state, end.carry.run.state)
+        if state is None:
+            return None
+        self.begin = Stretch(0, self.begin.carry._replace(run=run._replace(state=state)))
+        return self.begin
+
+    @property
+    def navigation(self) -> Fields:
+        """A track's position and velocity, if there was any aiding."""
+        if self._readings is None:
+            return {}
+        table = np.concatenate([part.reshape(-1, 2, 3) for part in self._nav], axis=1)
+        return navigation_fields(table)
 
     @property
     def memory(self) -> list[float]:
@@ -182,7 +256,8 @@ class Smoother:
             carry, count, stop = self._native.forward(stretch.carry, last, stretch.start, *into, *self._kept)
         else:
             carry = native(stretch.carry) if self._engine == "compiled" else plain(stretch.carry)
-            carry, count, stop = self._forward(self._settings, carry, last, stretch.start, *into, self._kept)
+            aiding = () if self._readings is None else (self._readings, self._nav[0])
+            carry, count, stop = self._forward(self._settings, carry, last, stretch.start, *into, self._kept, *aiding)
         return count, Stretch(stop, plain(carry))
 
     def calibration_at_end(self, end: Stretch) -> Calibration | None:
@@ -200,7 +275,9 @@ class Smoother:
         if self._engine == "native":
             self._native.correct(t, *self._kept, count, stop, self._memory, *corrections, *self.track)
         else:
-            self._correct(t, self._kept, count, stop, self._memory, corrections, self.track)
+            nav = NavCorrections(self._zeros(12 * count), self._zeros(6 * count))
+            aiding = () if self._readings is None else (nav, *self._nav)
+            self._correct(t, self._kept, count, stop, self._memory, corrections, self.track, *aiding)
 
 
 def smooth(
@@ -215,11 +292,11 @@ def smooth(
     """Orientation of every sample of a recording, with all of the recording known: the best there is offline.
 
     Args:
-        recording: what the sensors said, SI units; pressure and GNSS are not used.
+        recording: what the sensors said, SI units; pressure and GNSS give the track position and velocity.
         params: of the self-calibrating filter ``ESKF``; None: those of ``filters.offline``. Blocks are made 0.25 s long
             at least.
         guard: as for ``fuse``.
-        engine: as for ``fuse``.
+        engine: as for ``fuse``; pressure and GNSS take "compiled" or "python".
         prior: as for ``fuse``.
         progress: called now and then with the fraction done, 0 to 1.
 
@@ -240,7 +317,7 @@ def smooth(
     run = Smoother(recording, smoothing.offline(params), guard, prior, engine)
     calibration = run.run([], progress)
     quats, bias, sigma = (values.reshape(len(recording), -1) for values in run.track)
-    return Track(recording.t, quats, bias, sigma, run.health, params, calibration=calibration)
+    return Track(recording.t, quats, bias, sigma, run.health, params, calibration=calibration, **run.navigation)
 
 
 def offline_params(params: FilterChoice | None) -> Params:

@@ -133,6 +133,18 @@ class Smoothing(NamedTuple):
     is_restart: Callable[..., bool]  # (kept, first) -> bool: the attitude is independent of that in the block before
 
 
+class AidedSmoothing(NamedTuple):
+    """The same of a filter with ``Aiding``, for recordings that have any: position and velocity are smoothed too."""
+
+    parts: Smoothing
+    restart: KernelFunction  # of the forward run, as in ``SelfCalibration``
+    update: KernelFunction  # of the forward run, as in ``Aiding``
+    read_nav: Callable[..., NavState]  # (kept, first, memory) -> corrections of position and velocity, 1σ of both
+    nav_change: Callable[..., NavState]  # (kept, first) -> by which the end of the block changed both
+    is_set: Callable[..., bool]  # (kept, first, i) -> whether number i of both has no past before the block
+    turned_start: Callable[..., Tree | None]  # (begin, end) -> the state from which to run again, or None; plain Python
+
+
 class Filter(NamedTuple):
     """One published algorithm."""
 
@@ -155,3 +167,4 @@ class Filter(NamedTuple):
     with_known_bias: KernelFunction | None = None  # (params, sigma) -> params: bias subtracted, 1σ left in rad/s
     calibration: SelfCalibration | None = None
     smoothing: Smoothing | None = None
+    aided_smoothing: AidedSmoothing | None = None

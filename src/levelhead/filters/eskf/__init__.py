@@ -61,10 +61,11 @@ The estimates of the sensor's errors are ``Track.calibration``, and can be the n
 | ``calibration`` | the estimates as plain numbers, and a prior |
 | ``filter`` | the order of all this, sample by sample |
 | ``rts`` | the smoother: what the forward run keeps, and the step back (28), (29) |
+| ``rts_aided`` | the same with position, velocity and height (32) |
 """
 
 from levelhead.filters.contract import Aiding, Filter, Inflation, Schedule, SelfCalibration, Settling, Smoothing
-from levelhead.filters.eskf import rts
+from levelhead.filters.eskf import rts, rts_aided
 from levelhead.filters.eskf.filter import (
     at_rest,
     correct,
@@ -113,6 +114,7 @@ FILTER = Filter(
         rotation=rts.rotation,
         is_restart=rts.is_restart,
     ),
+    aided_smoothing=rts_aided.AIDED,
     with_known_bias=with_known_bias,
 )
 

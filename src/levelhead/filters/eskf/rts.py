@@ -14,7 +14,8 @@ and with the Cholesky factor A = Rᵀ R
 
 All operations are on whole rows, which vector instructions take. A state without variance, or one of which the past
 contains no information, has a column of zeros in G, and is left out. After a reinitialisation of the attitude, velocity
-and attitude are left out of (28); the calibration still goes backwards through it. States of aiding are not smoothed.
+and attitude are left out of (28); the calibration still goes backwards through it. ``rts_aided`` is the same with
+position.
 """
 
 from math import sqrt

@@ -1,0 +1,281 @@
+"""The smoother's part of ``ESKF`` where position, velocity or height is measured too: ``rts`` with all states.
+
+A block's transition is S F S with S of half a step of position, p ← p + v T/2, so that rows of position differ as well:
+
+    B_v = F P_k,   B_p = P_p + T/2 (P_v + B_v)                                                                  (32)
+
+F itself is kept, not F P: what a first reading sets between two blocks has no past, and a row of zeros in B. A heading
+that waits for a receiver's velocity is found by regression (30), and too far off for a correction of first order. So
+the forward run is done again from a start that is turned by what was found, with ``KNOWN_HEADING`` as its 1σ.
+"""
+
+from math import sqrt
+
+from levelhead.compiler.mark import instance, kernel, noinline
+from levelhead.filters.contract import AidedSmoothing, NavState, Smoothing
+from levelhead.filters.eskf import aiding, rts
+from levelhead.filters.eskf import filter as online
+from levelhead.filters.eskf import state as at
+from levelhead.filters.eskf.covariance import rotate_velocity_error, set_independent, state_variance
+from levelhead.filters.eskf.filter import State
+from levelhead.filters.eskf.params import ESKF
+from levelhead.kernels import quat, tilt
+from levelhead.kernels.arrays import Floats, add_scaled, copy, zeros
+from levelhead.kernels.quat import Quat
+from levelhead.kernels.trig import atan2
+from levelhead.kernels.vec3 import ZERO, Vec3
+
+KNOWN_HEADING = 0.5  # rad, 1σ of a start that was turned: wide, for the same velocities correct it again
+
+# The memory of the forward run, behind that of ``rts``
+LINKS = rts.FORWARD_SIZE  # Σ |covariance with others| of each state at the end of the last block,
+VARIANCES = LINKS + at.ROW  # and its variance
+LASTING = VARIANCES + at.ROW  # 1: a state is what it was then; 0: a reading or a gap has set it
+NAV_BEFORE = LASTING + at.ROW  # mean position and velocity before the correction, 6
+COURSE = NAV_BEFORE + 6  # rad by which heading was turned since the start, all in all,
+COURSE_KNOWN = COURSE + 1  # 1: the run starts with it
+FORWARD_SIZE = COURSE_KNOWN + 1
+
+# What is kept of each block, behind that of ``rts``, where F − 1 stands instead of F P
+BLOCK_F = rts.BLOCK_W
+BLOCK_LASTING = rts.BLOCK_SIZE
+BLOCK_TIME = BLOCK_LASTING + at.ROW  # s
+BLOCK_UNDIRECTED = BLOCK_TIME + 1  # 1: its correction of velocity turned the error of velocity along
+BLOCK_NAV = BLOCK_UNDIRECTED + 1  # by which its end changed position and velocity, 6
+BLOCK_SIZE = BLOCK_NAV + 6
+
+
+@noinline
+def init(params: ESKF, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
+    """``filter.init`` with room behind the memory."""
+    m = zeros(FORWARD_SIZE)
+    return online.start(params, m, acc, mag)
+
+
+@noinline
+def restart(params: ESKF, before: State, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
+    """``filter.restart``; where an earlier run found heading, it starts with that."""
+    begun = online.restart(params, before, gyr, acc, mag)
+    attitude, field_norm, resting, candidate, block_end, health, m = begun
+    if m[COURSE_KNOWN] != 0.0:
+        attitude = tilt.add_yaw(attitude, m[COURSE])
+        set_independent(m, at.HEADING, 1, KNOWN_HEADING)
+    note_links(m)
+    return State(attitude, field_norm, resting, candidate, block_end, health, m)
+
+
+@kernel
+def update_aiding(params: ESKF, state: State, row: int, value: float, sigma: float, age: float) -> State:
+    """``filter.update_aiding``; a heading that an earlier run found stays known."""
+    if state.memory[COURSE_KNOWN] != 0.0:
+        aiding.add_reading(params, state.memory, row, value, sigma, age)
+        return state
+    return online.update_aiding(params, state, row, value, sigma, age)
+
+
+@kernel
+def link(m: Floats, i: int) -> float:
+    """Σ |covariance| of a state with all others; 0: it is independent."""
+    total = 0.0
+    for j in range(at.ROW):
+        if j != i:
+            total += abs(m[at.P + i * at.ROW + j])
+    return total
+
+
+@noinline
+def note_links(m: Floats) -> None:
+    """At the start, and at the end of a block."""
+    for i in range(at.ROW):
+        m[LINKS + i] = link(m, i)
+        m[VARIANCES + i] = state_variance(m, i)
+
+
+@noinline
+def note_lasting(m: Floats) -> None:
+    """Before the prediction: a state that lost its covariances, or never had any and has another σ, was set."""
+    for i in range(at.ROW):
+        was_set = link(m, i) == 0.0 and (m[LINKS + i] != 0.0 or state_variance(m, i) != m[VARIANCES + i])
+        m[LASTING + i] = 0.0 if was_set else 1.0
+
+
+@kernel
+def nav_place(i: int) -> int:
+    """Where number i of position and velocity is among the states."""
+    return at.POSITION + i if i < 3 else at.VELOCITY + i - 3
+
+
+@noinline
+def correct(params: ESKF, state: State, dt: float) -> State:
+    """``rts.correct`` that notes what else the way back needs."""
+    m = state.memory
+    note_lasting(m)
+    for i in range(6):
+        m[NAV_BEFORE + i] = m[at.MEAN + nav_place(i)]
+    after = rts.correct(params, state, dt)
+    note_links(m)
+    if m[at.REINITIALISED] > 0.0:
+        b = rts.BEFORE
+        before = Quat(m[b], m[b + 1], m[b + 2], m[b + 3])
+        turn = quat.multiply(after.quat, quat.conjugate(before))
+        m[COURSE] += 2.0 * atan2(turn.z, turn.w)
+    return after
+
+
+@kernel
+def keep(state: State, blocks: Floats, first: int) -> None:
+    """The block that has just ended, as numbers of ``kept`` from ``first`` on."""
+    rts.keep(state, blocks, first)
+    m = state.memory
+    for j in range(at.DRIVEN * at.ROW):
+        blocks[first + BLOCK_F + j] = m[at.F + j]
+    for j in range(at.ROW):
+        blocks[first + BLOCK_LASTING + j] = m[LASTING + j]
+    blocks[first + BLOCK_TIME] = m[at.BLOCK_TIME]
+    directed = aiding.is_aided(m, 0) or aiding.is_aided(m, 1)
+    blocks[first + BLOCK_UNDIRECTED] = 0.0 if directed else 1.0
+    for i in range(6):
+        blocks[first + BLOCK_NAV + i] = m[at.MEAN + nav_place(i)] - m[NAV_BEFORE + i]
+
+
+@noinline
+def predict_cross(blocks: Floats, after: int, m: Floats) -> None:
+    """GAIN = B of eq. 32, from NOW = P_k and the block behind it, which is kept from ``after`` on."""
+    copy(m, rts.GAIN, rts.NOW, rts.WHOLE)
+    for i in range(at.ROW):
+        if blocks[after + BLOCK_LASTING + i] == 0.0:
+            for j in range(at.ROW):
+                m[rts.GAIN + i * at.ROW + j] = 0.0
+    half = 0.5 * blocks[after + BLOCK_TIME]
+    speed, place = rts.GAIN + at.VELOCITY * at.ROW, rts.GAIN + at.POSITION * at.ROW
+    add_scaled(m, place, half, speed, 3 * at.ROW)
+    for i in range(at.DRIVEN):  # velocity before the attitude that drives it
+        for k in range(at.ROW):
+            weight = blocks[after + BLOCK_F + i * at.ROW + k]
+            if weight != 0.0:
+                add_scaled(m, speed + i * at.ROW, weight, rts.GAIN + k * at.ROW, at.ROW)
+    add_scaled(m, place, half, speed, 3 * at.ROW)
+    for j in range(at.ROW):
+        m[rts.GAIN + at.FIELD_EAST * at.ROW + j] *= 1.0 - blocks[after + rts.BLOCK_DECAY]
+        for i in range(3):
+            m[rts.GAIN + (at.TRAVEL + i) * at.ROW + j] *= 1.0 - blocks[after + rts.BLOCK_DECAY + 1]
+
+
+@kernel
+def load(blocks: Floats, first: int, m: Floats) -> None:
+    """``rts.load`` with all states."""
+    after = first + BLOCK_SIZE
+    copy(m, rts.LATER, rts.NOW, rts.WHOLE)
+    for j in range(rts.WHOLE):
+        m[rts.AHEAD + j] = blocks[after + rts.BLOCK_PREDICTED + j]
+        m[rts.NOW + j] = blocks[first + rts.BLOCK_P + j]
+    predict_cross(blocks, after, m)
+    if blocks[after + BLOCK_UNDIRECTED] != 0.0:
+        x, y = blocks[after + rts.BLOCK_X + at.VELOCITY], blocks[after + rts.BLOCK_X + at.VELOCITY + 1]
+        rotate_velocity_error(m, rts.LATER, at.ROW, -x, -y)
+        m[rts.SMOOTHED + at.VELOCITY] += y * m[rts.SMOOTHED + at.HEADING]
+        m[rts.SMOOTHED + at.VELOCITY + 1] -= x * m[rts.SMOOTHED + at.HEADING]
+    for j in range(at.N):
+        m[rts.OFF + j] = blocks[after + rts.BLOCK_X + j] + m[rts.SMOOTHED + j]
+
+
+scale_row = instance(rts.scale_row, "scale_row_aided", N=at.ROW)
+factorize = instance(rts.factorize, "factorize_aided", N=at.ROW, scale_row=scale_row)
+solve = instance(rts.solve, "solve_aided", N=at.ROW, scale_row=scale_row)
+combine = instance(rts.combine, "combine_aided", N=at.ROW)
+
+
+@noinline
+def step_back(m: Floats, new_start: bool) -> None:
+    """``rts.step_back`` with all states; position as well does not go back across a new start."""
+    if new_start:
+        for i in range(at.POSITION, at.POSITION + 3):
+            for j in range(at.ROW):
+                if j != i:
+                    m[rts.AHEAD + i * at.ROW + j] = 0.0
+                    m[rts.AHEAD + j * at.ROW + i] = 0.0
+                m[rts.GAIN + i * at.ROW + j] = 0.0
+    factorize(m, new_start)
+    solve(m)
+    combine(m)
+
+
+@kernel
+def back(blocks: Floats, first: int, m: Floats) -> None:
+    """One step back, to the block that is kept from ``first`` on."""
+    load(blocks, first, m)
+    step_back(m, rts.is_restart(blocks, first + BLOCK_SIZE))
+
+
+@kernel
+def sigma_now(m: Floats, i: int) -> float:
+    """1σ of a state of the block that the step back has reached."""
+    return sqrt(max(m[rts.NOW + i * (at.ROW + 1)], 0.0))
+
+
+@kernel
+def read_nav(blocks: Floats, first: int, m: Floats) -> NavState:
+    """Corrections of position and velocity of the block that the step back has reached, and 1σ of both."""
+    p, v = rts.SMOOTHED + at.POSITION, rts.SMOOTHED + at.VELOCITY
+    return NavState(
+        Vec3(m[p], m[p + 1], m[p + 2]),
+        Vec3(m[v], m[v + 1], m[v + 2]),
+        Vec3(sigma_now(m, at.POSITION), sigma_now(m, at.POSITION + 1), sigma_now(m, at.POSITION + 2)),
+        Vec3(sigma_now(m, at.VELOCITY), sigma_now(m, at.VELOCITY + 1), sigma_now(m, at.VELOCITY + 2)),
+        True,
+    )
+
+
+@kernel
+def nav_change(blocks: Floats, first: int) -> NavState:
+    """By which the end of a block changed position and velocity."""
+    b = first + BLOCK_NAV
+    return NavState(
+        Vec3(blocks[b], blocks[b + 1], blocks[b + 2]),
+        Vec3(blocks[b + 3], blocks[b + 4], blocks[b + 5]),
+        ZERO,
+        ZERO,
+        True,
+    )
+
+
+@kernel
+def is_set(blocks: Floats, first: int, i: int) -> bool:
+    """Whether a reading or a gap in a block has set number i of position and velocity."""
+    return blocks[first + BLOCK_LASTING + nav_place(i)] == 0.0
+
+
+def turned_start(begin: State, end: State) -> State | None:
+    """The start of another run where the one that ended so has found heading; None: it had no need. Plain Python."""
+    angle = end.memory[COURSE]
+    if angle == 0.0 or end.field_norm > 0.0 or begin.memory[COURSE_KNOWN] != 0.0:
+        return None
+    m = list(begin.memory)
+    m[COURSE], m[COURSE_KNOWN] = angle, 1.0
+    m[at.P + at.HEADING * (at.ROW + 1)] = KNOWN_HEADING * KNOWN_HEADING
+    return begin._replace(memory=m)
+
+
+AIDED = AidedSmoothing(
+    Smoothing(
+        offline=rts.offline,
+        init=init,
+        correct=correct,
+        width=BLOCK_SIZE,
+        is_block_end=rts.is_block_end,
+        keep_start=rts.keep_start,
+        keep=keep,
+        memory=rts.SIZE,
+        begin=rts.begin,
+        back=back,
+        read=rts.read,
+        rotation=rts.rotation,
+        is_restart=rts.is_restart,
+    ),
+    restart,
+    update_aiding,
+    read_nav,
+    nav_change,
+    is_set,
+    turned_start,
+)
