@@ -148,7 +148,7 @@ class Smoother:
         aided = self._aided is not None and inputs is not None
         self._parts: Smoothing = self._aided.parts if self._aided is not None and aided else flt.smoothing
         self._bound = bind_aided_smoother(flt, guarded) if aided else bind_smoother(flt, guarded)
-        self._settings = Settings(params, guard or DEFAULT_GUARD)
+        self._settings = Settings(self._parts.offline(params), guard or DEFAULT_GUARD)
         begin = bind(self._bound.flt, guarded).begin(self._settings)
         self.begin = Stretch(0, apply_prior(self._bound.flt, begin, prior))
         self._engine = choose_smoother_engine(engine, flt, guarded, aided)
@@ -294,7 +294,7 @@ def smooth(
     Args:
         recording: what the sensors said, SI units; pressure and GNSS give the track position and velocity.
         params: of the self-calibrating filter ``ESKF``; None: those of ``filters.offline``. Blocks are made 0.25 s long
-            at least.
+            at least, without pressure and GNSS.
         guard: as for ``fuse``.
         engine: as for ``fuse``; pressure and GNSS take "compiled" or "python".
         prior: as for ``fuse``.
@@ -312,9 +312,7 @@ def smooth(
             f"smooth takes a Recording, not {type(recording).__name__}; levelhead.read(path) makes one"
         )
     params = offline_params(params)
-    smoothing = filters.of(params).smoothing
-    assert smoothing is not None
-    run = Smoother(recording, smoothing.offline(params), guard, prior, engine)
+    run = Smoother(recording, params, guard, prior, engine)
     calibration = run.run([], progress)
     quats, bias, sigma = (values.reshape(len(recording), -1) for values in run.track)
     return Track(recording.t, quats, bias, sigma, run.health, params, calibration=calibration, **run.navigation)
