@@ -62,3 +62,11 @@ def test_of_all_recordings_two_have_lost_their_body(data_dir):
         "TStick_Test05_Trial2": pytest.approx(33.7, abs=0.5),
         "TStick_Test06_Trial1": pytest.approx(87.4, abs=0.5),
     }
+
+
+def test_a_reference_that_is_none_is_refused(swung, tmp_path):
+    """The inverse of every orientation: a convention that somebody else has."""
+    quat = swung.truth.quat * [1.0, -1.0, -1.0, -1.0]
+    write_npz(replace(swung, truth=replace(swung.truth, quat=quat)), tmp_path / "inverse.npz")
+    with pytest.raises(LevelheadError, match=r"contradicts the gyroscope after 3.4 s; expected orientations"):
+        survey([tmp_path], with_mag=False)

@@ -21,7 +21,8 @@ REFERENCE_ENDS = "reference ends"  # key of a recording's meta
 SPAN = 0.25  # s
 FAR = np.radians(15.0)
 SHARE = 0.1  # of the turn
-LATE = 10.0  # usual intervals without a sample: those that come next come late, or not at all
+LOST = 3.0  # usual intervals without a sample
+LATE = 10.0  # and so many: those that come next come late
 SOON = 1.0  # s after it
 ENOUGH = 5  # spans that say so within two of their length, or it was a single wrong sample
 RANGE = 0.97  # of the largest rate: it may have been larger
@@ -62,12 +63,10 @@ def _usable(recording: Recording, first: NDArray[np.intp], last: NDArray[np.intp
     """Spans without lost or late samples, without missing rates and below full scale."""
     size = np.abs(recording.gyr).max(axis=1)
     t, steps = recording.t, np.diff(recording.t, prepend=recording.t[0])
-    late = np.flatnonzero(steps > LATE * np.median(steps))
-    since = (
-        t - t[late[np.maximum(np.searchsorted(late, np.arange(len(t)), side="right") - 1, 0)]] if len(late) else SOON
-    )
-    bad = np.isnan(size) | (size > RANGE * np.nanmax(size)) | (steps > 3.0 * np.median(steps))
-    bad |= (since >= 0.0) & (since < SOON)
+    usual = np.median(steps)
+    bad = np.isnan(size) | (size > RANGE * np.nanmax(size, initial=0.0)) | (steps > LOST * usual)
+    for start in t[steps > LATE * usual]:
+        bad |= (t >= start) & (t < start + SOON)
     count = np.cumsum(bad)
     kept: NDArray[np.bool_] = count[last] == count[first]
     return kept

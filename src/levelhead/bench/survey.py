@@ -13,6 +13,8 @@ from levelhead.errors import LevelheadError
 from levelhead.evaluate.score import scored_rows
 from levelhead.recording import Recording
 
+LEAST_AGREED = 0.2  # of a recording: what agrees for less was at rest, or by chance
+
 
 @dataclass(frozen=True)
 class Entry:
@@ -84,6 +86,12 @@ def _untrusted(path: Path, recording: Recording) -> list[str]:
 def _entry(path: Path, recording: Recording) -> Entry:
     if recording.truth is None:
         raise LevelheadError("it holds no true orientation; expected a reference to compare with")
+    agreed = recording.meta.get(REFERENCE_ENDS, recording.t[-1]) - recording.t[0]
+    if agreed < LEAST_AGREED * recording.duration:
+        raise LevelheadError(
+            f"its reference contradicts the gyroscope after {agreed:.1f} s; expected orientations of the sensor's body "
+            "in the earth frame, scalar first, on the recording's clock"
+        )
     scored_rows(recording.truth)
     return Entry(
         path=path,

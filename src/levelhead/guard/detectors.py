@@ -30,9 +30,7 @@ AT_FULL = 0.99  # of a full scale found: where it ends drifts with temperature
 STEEP = 1.0  # 1/s, of the reading itself
 PLATEAU_SECONDS = 0.0199  # at least, and
 FLAT = 0.06  # slope (1/s) times seconds: of a smooth peak, which is flat to PLATEAU, it is 0.012
-CREEP = (
-    0.3  # 1/s of the reading itself: where a full scale ends drifts with temperature and, calibrated, with other axes
-)
+CREEP = 0.3  # 1/s of the reading itself: where a full scale ends drifts with temperature and with other axes
 NOT_STEEP = -1.0
 LEAST = 1e-5  # rad/s, m/s²: no sensor has finer steps than this
 STUCK_SAMPLES = 20.0
