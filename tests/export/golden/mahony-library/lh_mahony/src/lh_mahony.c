@@ -172,7 +172,8 @@ static const float DETECTORS_AT_FULL = 0.99f; /* of a full scale found: where it
 static const float DETECTORS_STEEP = 1.0f; /* 1/s, of the reading itself */
 static const float DETECTORS_PLATEAU_SECONDS = 0.0199f; /* at least, and */
 /* slope (1/s) times seconds: of a smooth peak, which is flat to PLATEAU, it is 0.012 */
-static const float DETECTORS_FLAT = 0.06f;
+static const float DETECTORS_FLAT = 0.12f;
+/* 1/s of the reading itself: where a full scale ends drifts with temperature and with other axes */
 static const float DETECTORS_CREEP = 0.3f;
 static const float DETECTORS_NOT_STEEP = -1.0f;
 static const float DETECTORS_LEAST = 1e-05f; /* rad/s, m/s²: no sensor has finer steps than this */
