@@ -27,7 +27,7 @@ def heading(track: lh.Track, recording: lh.Recording) -> np.ndarray:
 def main() -> None:
     """The picture, and the drift in degrees a minute."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("-o", "--out", type=Path, default=Path("circling.png"))
+    parser.add_argument("-o", "--out", type=Path, default=Path("docs/pictures/circling.png"))
     args = parser.parse_args()
     recording = simulate.observe(simulate.circles(), simulate.imu("LSM6DSO32"), seed=1)
     made = style.figure(9.0, 4.5, "A velocity that turns with the sensor looks like a gyroscope bias")
