@@ -107,6 +107,11 @@ def _used(roles: Roles) -> set[int]:
     return {i for positions in roles.columns.values() for i in positions}
 
 
+def _is_merged(notes: Sequence[str]) -> bool:
+    """Whether readings of one sensor were set to another's stamps."""
+    return any(note.startswith("merged:") for note in notes)
+
+
 def _note_findings(table: Table, roles: Roles, clock: Clock, evidence: Evidence) -> None:
     """What tables and columns themselves tell the doctor."""
     words = " | ".join(evidence.notes)
@@ -120,7 +125,7 @@ def _note_findings(table: Table, roles: Roles, clock: Clock, evidence: Evidence)
         evidence.findings["decoy_columns"] = True
     if "has gravity removed; not taken" in words:
         evidence.findings["gravity_removed"] = True
-    if "merged:" in words or "columns with time in their name" in words:
+    if _is_merged(evidence.notes) or "columns with time in their name" in words:
         evidence.findings["several_clocks"] = True
     if "each row is a window" in words:
         evidence.findings["glued_recordings"] = True
@@ -201,9 +206,7 @@ def clock_of(table: Table, roles: Roles, hints: Hints, columns: dict[int, Column
             clock = seconds(chosen.stamps, chosen.declared, table, chosen.name, values, hints.session)
         except CounterError as error:
             raise _without_counter(error, roles, columns) from None
-        if not any(
-            note.startswith("merged:") for note in table.notes
-        ):  # readings of one sensor set to another's stamps
+        if not _is_merged(table.notes):
             clock = restore(clock, chosen.name, values)
         notes += clock.notes
         return clock
