@@ -215,7 +215,7 @@ def solve(m: Floats) -> None:
 
 @kernel
 def combine(m: Floats) -> None:
-    """Eq. 27."""
+    """Eq. 29."""
     for i in range(WHOLE):
         m[AHEAD + i] = m[LATER + i] - m[AHEAD + i]
         m[PRODUCT + i] = 0.0
