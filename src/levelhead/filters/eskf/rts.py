@@ -23,7 +23,7 @@ from typing import NamedTuple
 
 from levelhead.compiler.mark import kernel, noinline
 from levelhead.filters.eskf import state as at
-from levelhead.filters.eskf.covariance import rotate_velocity_error
+from levelhead.filters.eskf.covariance import rotate_velocity_error, vector
 from levelhead.filters.eskf.filter import State, start, state_count, update
 from levelhead.filters.eskf.params import ESKF
 from levelhead.filters.eskf.predict import predict
@@ -153,26 +153,50 @@ def begin(state: State, m: Floats) -> None:
 
 
 @kernel
-def load(blocks: Floats, first: int, m: Floats) -> None:
-    """Puts block k, kept from ``first`` on, and the one behind it to where the step back needs them."""
-    after = first + BLOCK_SIZE
+def load_covariances(blocks: Floats, first: int, after: int, m: Floats) -> None:
+    """LATER, AHEAD and NOW, from block k, kept from ``first`` on, and the one behind it, from ``after`` on."""
     copy(m, LATER, NOW, WHOLE)
     for j in range(WHOLE):
         m[AHEAD + j] = blocks[after + BLOCK_PREDICTED + j]
         m[NOW + j] = blocks[first + BLOCK_P + j]
-    copy(m, GAIN, NOW, WHOLE)
-    for j in range(at.DRIVEN * at.ROW):
-        m[GAIN + at.VELOCITY * at.ROW + j] = blocks[after + BLOCK_W + j]
+
+
+@kernel
+def decay_rows(blocks: Floats, after: int, m: Floats) -> None:
+    """The rows of GAIN = B of states that decayed by the block behind."""
     for j in range(at.ROW):
         m[GAIN + at.FIELD_EAST * at.ROW + j] *= 1.0 - blocks[after + BLOCK_DECAY]
         for i in range(3):
             m[GAIN + (at.TRAVEL + i) * at.ROW + j] *= 1.0 - blocks[after + BLOCK_DECAY + 1]
+
+
+@kernel
+def undo_velocity_turn(blocks: Floats, after: int, m: Floats) -> None:
+    """Undoes what the correction of the block behind did to the error of velocity."""
     x, y = blocks[after + BLOCK_X + at.VELOCITY], blocks[after + BLOCK_X + at.VELOCITY + 1]
-    rotate_velocity_error(m, LATER, at.ROW, -x, -y)  # undoes what the correction did to the error of velocity
+    rotate_velocity_error(m, LATER, at.ROW, -x, -y)
     m[SMOOTHED + at.VELOCITY] += y * m[SMOOTHED + at.HEADING]
     m[SMOOTHED + at.VELOCITY + 1] -= x * m[SMOOTHED + at.HEADING]
+
+
+@kernel
+def load_offset(blocks: Floats, after: int, m: Floats) -> None:
+    """OFF = d of eq. 28."""
     for j in range(at.N):
         m[OFF + j] = blocks[after + BLOCK_X + j] + m[SMOOTHED + j]
+
+
+@kernel
+def load(blocks: Floats, first: int, m: Floats) -> None:
+    """Puts block k, kept from ``first`` on, and the one behind it to where the step back needs them."""
+    after = first + BLOCK_SIZE
+    load_covariances(blocks, first, after, m)
+    copy(m, GAIN, NOW, WHOLE)
+    for j in range(at.DRIVEN * at.ROW):
+        m[GAIN + at.VELOCITY * at.ROW + j] = blocks[after + BLOCK_W + j]
+    decay_rows(blocks, after, m)
+    undo_velocity_turn(blocks, after, m)
+    load_offset(blocks, after, m)
 
 
 @kernel
@@ -254,10 +278,9 @@ def read(blocks: Floats, first: int, m: Floats) -> BlockEstimate:
     """The block that the step back has reached."""
     b = first + BLOCK_BIAS
     d = SMOOTHED + at.GYR_BIAS
-    x = SMOOTHED + at.ATTITUDE
     v = NOW + at.ATTITUDE * (at.ROW + 1)
     return BlockEstimate(
-        Vec3(m[x], m[x + 1], m[x + 2]),
+        vector(m, SMOOTHED + at.ATTITUDE),
         Vec3(blocks[b] + m[d], blocks[b + 1] + m[d + 1], blocks[b + 2] + m[d + 2]),
         Vec3(angle_sigma(m[v]), angle_sigma(m[v + at.ROW + 1]), angle_sigma(m[v + 2 * (at.ROW + 1)])),
     )

@@ -16,7 +16,7 @@ from levelhead.filters.contract import AidedSmoothing, NavState, Smoothing
 from levelhead.filters.eskf import aiding, rts
 from levelhead.filters.eskf import filter as online
 from levelhead.filters.eskf import state as at
-from levelhead.filters.eskf.covariance import rotate_velocity_error, set_independent, state_variance
+from levelhead.filters.eskf.covariance import set_independent, state_variance, vector
 from levelhead.filters.eskf.filter import State
 from levelhead.filters.eskf.params import ESKF
 from levelhead.kernels import quat, tilt
@@ -155,49 +155,27 @@ def predict_cross(blocks: Floats, after: int, m: Floats) -> None:
             if weight != 0.0:
                 add_scaled(m, speed + i * at.ROW, weight, rts.GAIN + k * at.ROW, at.ROW)
     add_scaled(m, place, half, speed, 3 * at.ROW)
-    for j in range(at.ROW):
-        m[rts.GAIN + at.FIELD_EAST * at.ROW + j] *= 1.0 - blocks[after + rts.BLOCK_DECAY]
-        for i in range(3):
-            m[rts.GAIN + (at.TRAVEL + i) * at.ROW + j] *= 1.0 - blocks[after + rts.BLOCK_DECAY + 1]
+    rts.decay_rows(blocks, after, m)
 
 
 @kernel
 def load(blocks: Floats, first: int, m: Floats) -> None:
     """``rts.load`` with all states."""
     after = first + BLOCK_SIZE
-    copy(m, rts.LATER, rts.NOW, rts.WHOLE)
-    for j in range(rts.WHOLE):
-        m[rts.AHEAD + j] = blocks[after + rts.BLOCK_PREDICTED + j]
-        m[rts.NOW + j] = blocks[first + rts.BLOCK_P + j]
+    rts.load_covariances(blocks, first, after, m)
     predict_cross(blocks, after, m)
     if blocks[after + BLOCK_UNDIRECTED] != 0.0:
-        x, y = blocks[after + rts.BLOCK_X + at.VELOCITY], blocks[after + rts.BLOCK_X + at.VELOCITY + 1]
-        rotate_velocity_error(m, rts.LATER, at.ROW, -x, -y)
-        m[rts.SMOOTHED + at.VELOCITY] += y * m[rts.SMOOTHED + at.HEADING]
-        m[rts.SMOOTHED + at.VELOCITY + 1] -= x * m[rts.SMOOTHED + at.HEADING]
-    for j in range(at.N):
-        m[rts.OFF + j] = blocks[after + rts.BLOCK_X + j] + m[rts.SMOOTHED + j]
+        rts.undo_velocity_turn(blocks, after, m)
+    rts.load_offset(blocks, after, m)
 
 
 scale_row = instance(rts.scale_row, "scale_row_aided", N=at.ROW)
 factorize = instance(rts.factorize, "factorize_aided", N=at.ROW, scale_row=scale_row)
 solve = instance(rts.solve, "solve_aided", N=at.ROW, scale_row=scale_row)
 combine = instance(rts.combine, "combine_aided", N=at.ROW)
-
-
-@noinline
-def step_back(m: Floats, new_start: bool) -> None:
-    """``rts.step_back`` with all states; a new start leaves position, in mean and variance, as it was."""
-    factorize(m, new_start)
-    solve(m)
-    combine(m)
-
-
-@kernel
-def back(blocks: Floats, first: int, m: Floats) -> None:
-    """One step back, to the block that is kept from ``first`` on."""
-    load(blocks, first, m)
-    step_back(m, rts.is_restart(blocks, first + BLOCK_SIZE))
+# a new start leaves position, in mean and variance, as it was
+step_back = instance(rts.step_back, "step_back_aided", factorize=factorize, solve=solve, combine=combine)
+back = instance(rts.back, "back_aided", BLOCK_SIZE=BLOCK_SIZE, load=load, step_back=step_back)
 
 
 @kernel
@@ -209,10 +187,9 @@ def sigma_now(m: Floats, i: int) -> float:
 @kernel
 def read_nav(blocks: Floats, first: int, m: Floats) -> NavState:
     """Corrections of position and velocity of the block that the step back has reached, and 1σ of both."""
-    p, v = rts.SMOOTHED + at.POSITION, rts.SMOOTHED + at.VELOCITY
     return NavState(
-        Vec3(m[p], m[p + 1], m[p + 2]),
-        Vec3(m[v], m[v + 1], m[v + 2]),
+        vector(m, rts.SMOOTHED + at.POSITION),
+        vector(m, rts.SMOOTHED + at.VELOCITY),
         Vec3(sigma_now(m, at.POSITION), sigma_now(m, at.POSITION + 1), sigma_now(m, at.POSITION + 2)),
         Vec3(sigma_now(m, at.VELOCITY), sigma_now(m, at.VELOCITY + 1), sigma_now(m, at.VELOCITY + 2)),
         True,
@@ -223,13 +200,7 @@ def read_nav(blocks: Floats, first: int, m: Floats) -> NavState:
 def nav_change(blocks: Floats, first: int) -> NavState:
     """By which the end of a block changed position and velocity."""
     b = first + BLOCK_NAV
-    return NavState(
-        Vec3(blocks[b], blocks[b + 1], blocks[b + 2]),
-        Vec3(blocks[b + 3], blocks[b + 4], blocks[b + 5]),
-        ZERO,
-        ZERO,
-        True,
-    )
+    return NavState(vector(blocks, b), vector(blocks, b + 3), ZERO, ZERO, True)
 
 
 @kernel
