@@ -119,7 +119,7 @@ def test_the_walk_finds_kernels_and_what_is_compiled_only():
     assert {"levelhead.kernels.quat", "levelhead.filters.eskf.rts", "levelhead.tune.lane_score"} <= set(MARKED)
     assert sum(map(compiled_only, defined(lane_kernels))) > 10
     assert any("While" in reason for reason in reasons(smoother_kernels.forward_stretch))
-    assert any("While" in reason for reason in reasons(smoother_kernels.correct_stretch))
+    assert any("While" in reason for reason in reasons(smoother_kernels.spread_blocks))
     assert list(reasons(stepper.report)) == ["memory takes addresses"]
 
 

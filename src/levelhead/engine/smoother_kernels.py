@@ -4,12 +4,13 @@ from typing import NamedTuple, Protocol
 
 from levelhead.compiler.hooks import declare
 from levelhead.compiler.mark import compiled_only, kernel
-from levelhead.engine.driver import Carry, Settings, advance, aiding, result, update_aiding
+from levelhead.engine.driver import Carry, Settings, aiding, process_row, result, update_aiding
 from levelhead.filters.contract import FilterState, NavState
 from levelhead.kernels import quat
+from levelhead.kernels.arrays import Floats
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.tilt import GAP_SECONDS
-from levelhead.kernels.vec3 import Vec3
+from levelhead.kernels.vec3 import Vec3, add, scale
 from levelhead.recording import Array
 
 SHORTEST = 1e-9  # s, a block
@@ -108,9 +109,28 @@ class Corrections(NamedTuple):
     sigma: Array
 
 
+@kernel
+def keep_block(state: FilterState, i: int, kept: BlockRows, count: int) -> int:
+    """How many blocks are kept after sample i: one more if a block ended with it."""
+    if not hooks.is_block_end(state):
+        return count
+    hooks.keep(state, kept.numbers, hooks.WIDTH * count)
+    kept.end[count] = float(i)
+    return count + 1
+
+
+@kernel
+def write_attitude(settings: Settings, carry: Carry, i: int, attitude: Array, health: Array) -> None:
+    """Attitude and health of sample i; its bias and σ come on the way back."""
+    said = result(settings, carry.run)
+    k = 4 * i
+    attitude[k], attitude[k + 1], attitude[k + 2], attitude[k + 3] = said.quat
+    health[i] = said.health
+
+
 @compiled_only
 def forward_stretch(
-    settings: Settings, carry: Carry, last: float, start: int, t: Array, gyr: Array, acc: Array, mag: Array,
+    settings: Settings, carry: Carry, last: float, start: int, t: Floats, gyr: Floats, acc: Floats, mag: Floats,
     attitude: Array, health: Array, kept: BlockRows,
 ) -> tuple[Carry, int, int]:  # fmt: skip
     """Samples from ``start`` on until there is no room for another block, or no sample.
@@ -118,40 +138,34 @@ def forward_stretch(
     Returns the carry, how many blocks were kept, and the sample after the last one. The native engine has this loop in
     ``native.forward.c``.
     """
-    field = Vec3(0.0, 0.0, 0.0)
     count = 1
     i = start
     while i < len(t) and count < len(kept.end):
-        j = 3 * i
-        if len(mag) > 0:
-            field = Vec3(mag[j], mag[j + 1], mag[j + 2])
-        turned = Vec3(gyr[j], gyr[j + 1], gyr[j + 2])
-        carry = advance(settings, carry, turned, Vec3(acc[j], acc[j + 1], acc[j + 2]), field, t[i] - last)
+        carry = process_row(settings, carry, i, gyr, acc, mag, t[i] - last)
         last = t[i]
-        said = result(settings, carry.run)
-        k = 4 * i
-        attitude[k], attitude[k + 1], attitude[k + 2], attitude[k + 3] = said.quat
-        health[i] = said.health
-        if hooks.is_block_end(carry.run.state):
-            hooks.keep(carry.run.state, kept.numbers, hooks.WIDTH * count)
-            kept.end[count] = float(i)
-            count += 1
+        count = keep_block(carry.run.state, i, kept, count)
+        write_attitude(settings, carry, i, attitude, health)
         i += 1
     return carry, count, i
+
+
+@kernel
+def go_back(kept: Array, k: int, count: int, m: Array, turn: Array, bias: Array, sigma: Array) -> None:
+    """To block k from the one behind it: the rotation vector of its correction, its bias and σ."""
+    if k < count - 1:
+        hooks.back(kept, hooks.WIDTH * k, m)
+    vector, offset, deviation = hooks.read(kept, hooks.WIDTH * k, m)
+    j = 3 * k
+    turn[j], turn[j + 1], turn[j + 2] = vector
+    bias[j], bias[j + 1], bias[j + 2] = offset
+    sigma[j], sigma[j + 1], sigma[j + 2] = deviation
 
 
 @kernel
 def backward(kept: Array, count: int, m: Array, turn: Array, bias: Array, sigma: Array) -> None:
     """Rotation vectors of the corrections, bias and σ of all blocks kept, from the last one on, which m holds."""
     for steps in range(count):
-        k = count - 1 - steps
-        if steps > 0:
-            hooks.back(kept, hooks.WIDTH * k, m)
-        vector, offset, deviation = hooks.read(kept, hooks.WIDTH * k, m)
-        j = 3 * k
-        turn[j], turn[j + 1], turn[j + 2] = vector
-        bias[j], bias[j + 1], bias[j + 2] = offset
-        sigma[j], sigma[j + 1], sigma[j + 2] = deviation
+        go_back(kept, count - 1 - steps, count, m, turn, bias, sigma)
 
 
 @kernel
@@ -174,12 +188,39 @@ def last_gap(t: Array, first: int, last: int) -> int:
 
 
 @kernel
-def turn_by(attitude: Array, i: int, x: float, y: float, z: float) -> None:
+def turn_by(attitude: Array, i: int, vector: Vec3) -> None:
     """Turns the attitude of sample i by a rotation vector, earth frame."""
     k = 4 * i
     q = Quat(attitude[k], attitude[k + 1], attitude[k + 2], attitude[k + 3])
-    turned = quat.compose(quat.exp(Vec3(x, y, z)), q)
-    attitude[k], attitude[k + 1], attitude[k + 2], attitude[k + 3] = turned
+    attitude[k], attitude[k + 1], attitude[k + 2], attitude[k + 3] = quat.compose(quat.exp(vector), q)
+
+
+class Interval(NamedTuple):
+    """From the end of a block to that of the next one."""
+
+    left: float  # s, the end of the first
+    span: float  # s
+    has_end: bool  # False: what follows the last block
+    new_start: bool  # the attitude of the second is independent of that of the first,
+    joined: int  # and samples from this one on belong to the second
+
+
+@kernel
+def block_interval(t: Array, kept: Array, k: int, count: int, first: int, last: int) -> Interval:
+    """From the end of block k − 1, with the samples from ``first`` to ``last``."""
+    before, has_end = max(first - 1, 0), k < count
+    new_start = has_end and hooks.is_restart(kept, hooks.WIDTH * k)
+    joined = last_gap(t, before, last) if new_start else 0
+    return Interval(t[before], max(t[last] - t[before], SHORTEST), has_end, new_start, joined)
+
+
+@kernel
+def shares_at(interval: Interval, i: int, time: float) -> tuple[float, float]:
+    """The second block's in sample i, linear in time; and that in what does not go across a new start."""
+    line = min((time - interval.left) / interval.span, 1.0) if interval.has_end else 1.0
+    if interval.new_start:
+        return line, 1.0 if i >= interval.joined else 0.0
+    return line, line
 
 
 @kernel
@@ -191,87 +232,79 @@ def spread_block(
 
     ``first`` and ``last`` are these samples. Block ``count`` has no end: it is what follows the last one.
     """
-    here = min(k, count - 1)
     one = 3 * (k - 1)
-    other = 3 * here
-    left = t[max(first - 1, 0)]
-    span = max(t[last] - left, SHORTEST)
-    new_start = hooks.is_restart(kept, hooks.WIDTH * here)
-    joined = last_gap(t, max(first - 1, 0), last) if new_start else 0
+    other = 3 * min(k, count - 1)
+    interval = block_interval(t, kept, k, count, first, last)
     for i in range(first, last + 1):
-        line = min((t[i] - left) / span, 1.0) if k < count else 1.0
-        share = line
-        if new_start:
-            share = 1.0 if i >= joined else 0.0
-        if k == count or i == last:
-            turn_by(attitude, i, turn[other], turn[other + 1], turn[other + 2])
-        else:
-            kept_share = 1.0 - share
-            turn_by(
-                attitude,
-                i,
-                kept_share * turn[one] + share * before[other],
-                kept_share * turn[one + 1] + share * before[other + 1],
-                kept_share * turn[one + 2] + share * before[other + 2],
-            )
+        line, share = shares_at(interval, i, t[i])
+        vector = Vec3(turn[other], turn[other + 1], turn[other + 2])
+        if interval.has_end and i < last:
+            one_vector = Vec3(turn[one], turn[one + 1], turn[one + 2])
+            other_vector = Vec3(before[other], before[other + 1], before[other + 2])
+            vector = add(scale(one_vector, 1.0 - share), scale(other_vector, share))
+        turn_by(attitude, i, vector)
         for j in range(3):
             biases[3 * i + j] = bias[one + j] + line * (bias[other + j] - bias[one + j])
             sigmas[3 * i + j] = sigma[one + j] + line * (sigma[other + j] - sigma[one + j])
+
+
+@kernel
+def block_rows(end: Array, k: int, count: int, stop: int) -> tuple[int, int]:
+    """The first and the last sample of block k; block ``count`` ends before ``stop``."""
+    return int(end[k - 1]) + 1, int(end[k]) if k < count else stop - 1
+
+
+@compiled_only
+def spread_blocks(t: Array, kept: BlockRows, count: int, stop: int, corrections: Corrections, track: FlatTrack) -> None:
+    """From the blocks that were kept to every sample between them and up to ``stop``."""
+    turn, before, bias, sigma = corrections
+    attitude, biases, sigmas = track
+    compose_ends(kept.numbers, count, turn, before)
+    k = 1
+    while k <= count:
+        first, last = block_rows(kept.end, k, count, stop)
+        spread_block(t, kept.numbers, k, count, first, last, turn, before, bias, sigma, attitude, biases, sigmas)
+        k += 1
 
 
 @compiled_only
 def correct_stretch(
     t: Array, kept: BlockRows, count: int, stop: int, memory: Array, corrections: Corrections, track: FlatTrack
 ) -> None:
-    """Backwards through the blocks that were kept, then to every sample between them and up to ``stop``.
+    """Backwards through the blocks that were kept, then to every sample.
 
-    The native engine has this loop in ``native.smoother.c``.
+    The native engine has this in ``native.smoother.c``.
     """
-    turn, before, bias, sigma = corrections
-    backward(kept.numbers, count, memory, turn, bias, sigma)
-    compose_ends(kept.numbers, count, turn, before)
-    k = 1
-    while k <= count:
-        first = int(kept.end[k - 1]) + 1
-        last = int(kept.end[k]) if k < count else stop - 1
-        spread_block(
-            t, kept.numbers, k, count, first, last, turn, before, bias, sigma, track.quat, track.bias, track.sigma
-        )
-        k += 1
+    backward(kept.numbers, count, memory, corrections.turn, corrections.bias, corrections.sigma)
+    spread_blocks(t, kept, count, stop, corrections, track)
+
+
+@kernel
+def write_pair(values: Array, k: int, one: Vec3, other: Vec3) -> None:
+    """Two vectors as six numbers from k on."""
+    values[k], values[k + 1], values[k + 2] = one
+    values[k + 3], values[k + 4], values[k + 5] = other
 
 
 @compiled_only
 def forward_stretch_with_aiding(
-    settings: Settings, carry: Carry, last: float, start: int, t: Array, gyr: Array, acc: Array, mag: Array,
+    settings: Settings, carry: Carry, last: float, start: int, t: Floats, gyr: Floats, acc: Floats, mag: Floats,
     attitude: Array, health: Array, kept: BlockRows, readings: Readings, nav: Array,
 ) -> tuple[Carry, int, int]:  # fmt: skip
     """``forward_stretch`` with position, velocity and height; fills ``nav``, 6 a sample: position and velocity."""
-    field = Vec3(0.0, 0.0, 0.0)
     count = 1
     i = start
     while i < len(t) and count < len(kept.end):
-        j = 3 * i
-        if len(mag) > 0:
-            field = Vec3(mag[j], mag[j + 1], mag[j + 2])
-        turned = Vec3(gyr[j], gyr[j + 1], gyr[j + 2])
-        carry = advance(settings, carry, turned, Vec3(acc[j], acc[j + 1], acc[j + 2]), field, t[i] - last)
+        carry = process_row(settings, carry, i, gyr, acc, mag, t[i] - last)
         last = t[i]
-        if hooks.is_block_end(carry.run.state):
-            hooks.keep(carry.run.state, kept.numbers, hooks.WIDTH * count)
-            kept.end[count] = float(i)
-            count += 1
+        count = keep_block(carry.run.state, i, kept, count)
         for r in range(readings.first[i], readings.first[i + 1]):
             carry = update_aiding(
                 settings, carry, readings.row[r], readings.value[r], readings.sigma[r], readings.age[r]
             )
-        said = result(settings, carry.run)
-        k = 4 * i
-        attitude[k], attitude[k + 1], attitude[k + 2], attitude[k + 3] = said.quat
-        health[i] = said.health
+        write_attitude(settings, carry, i, attitude, health)
         seen = aiding.nav_state(settings.filter, carry.run.state)
-        k = 6 * i
-        nav[k], nav[k + 1], nav[k + 2] = seen.position
-        nav[k + 3], nav[k + 4], nav[k + 5] = seen.velocity
+        write_pair(nav, 6 * i, seen.position, seen.velocity)
         i += 1
     return carry, count, i
 
@@ -284,32 +317,18 @@ class NavCorrections(NamedTuple):
 
 
 @kernel
-def write_nav(values: Array, k: int, nav: NavState) -> None:
-    """Position and velocity as six numbers from k on."""
-    values[k], values[k + 1], values[k + 2] = nav.position
-    values[k + 3], values[k + 4], values[k + 5] = nav.velocity
-
-
-@kernel
 def backward_with_nav(
     kept: Array, count: int, m: Array, turn: Array, bias: Array, sigma: Array, found: NavCorrections
 ) -> None:
     """``backward`` that reads position and velocity of each block too."""
     for steps in range(count):
         k = count - 1 - steps
-        if steps > 0:
-            hooks.back(kept, hooks.WIDTH * k, m)
-        vector, offset, deviation = hooks.read(kept, hooks.WIDTH * k, m)
-        j = 3 * k
-        turn[j], turn[j + 1], turn[j + 2] = vector
-        bias[j], bias[j + 1], bias[j + 2] = offset
-        sigma[j], sigma[j + 1], sigma[j + 2] = deviation
-        nav = nav_hooks.read_nav(kept, hooks.WIDTH * k, m)
+        go_back(kept, k, count, m, turn, bias, sigma)
+        nav, change = nav_hooks.read_nav(kept, hooks.WIDTH * k, m), nav_hooks.nav_change(kept, hooks.WIDTH * k)
         j = 12 * k
-        write_nav(found.end, j, nav)
-        found.end[j + 6], found.end[j + 7], found.end[j + 8] = nav.sigma_position
-        found.end[j + 9], found.end[j + 10], found.end[j + 11] = nav.sigma_velocity
-        write_nav(found.before, 6 * k, nav_hooks.nav_change(kept, hooks.WIDTH * k))
+        write_pair(found.end, j, nav.position, nav.velocity)
+        write_pair(found.end, j + 6, nav.sigma_position, nav.sigma_velocity)
+        write_pair(found.before, 6 * k, change.position, change.velocity)
         for i in range(6):
             found.before[6 * k + i] += found.end[j + i]
 
@@ -320,21 +339,14 @@ def spread_nav(
 ) -> None:
     """``spread_block`` of position and velocity, and of their 1σ (``sigmas``, 6 a sample)."""
     here = min(k, count - 1)
-    left = t[max(first - 1, 0)]
-    span = max(t[last] - left, SHORTEST)
-    new_start = hooks.is_restart(kept, hooks.WIDTH * here)
-    joined = last_gap(t, max(first - 1, 0), last) if new_start else 0
+    interval = block_interval(t, kept, k, count, first, last)
     for i in range(first, last + 1):
-        line = min((t[i] - left) / span, 1.0) if k < count else 1.0
-        share = line
-        if new_start:
-            share = 1.0 if i >= joined else 0.0
+        _, share = shares_at(interval, i, t[i])
         for j in range(6):
-            part = share
-            if k < count and not new_start and nav_hooks.is_set(kept, hooks.WIDTH * k, j):
-                part = 1.0
+            is_set = interval.has_end and not interval.new_start and nav_hooks.is_set(kept, hooks.WIDTH * k, j)
+            part = 1.0 if is_set else share
             one, other = found.end[12 * (k - 1) + j], found.end[12 * here + j]
-            if k < count and i < last:
+            if interval.has_end and i < last:
                 nav[6 * i + j] += (1.0 - part) * one + part * found.before[6 * here + j]
             else:
                 nav[6 * i + j] += other
@@ -348,15 +360,10 @@ def correct_stretch_with_nav(
     found: NavCorrections, nav: Array, sigmas: Array,
 ) -> None:  # fmt: skip
     """``correct_stretch`` with position and velocity."""
-    turn, before, bias, sigma = corrections
-    backward_with_nav(kept.numbers, count, memory, turn, bias, sigma, found)
-    compose_ends(kept.numbers, count, turn, before)
+    backward_with_nav(kept.numbers, count, memory, corrections.turn, corrections.bias, corrections.sigma, found)
+    spread_blocks(t, kept, count, stop, corrections, track)
     k = 1
     while k <= count:
-        first = int(kept.end[k - 1]) + 1
-        last = int(kept.end[k]) if k < count else stop - 1
-        spread_block(
-            t, kept.numbers, k, count, first, last, turn, before, bias, sigma, track.quat, track.bias, track.sigma
-        )
+        first, last = block_rows(kept.end, k, count, stop)
         spread_nav(t, kept.numbers, k, count, first, last, found, nav, sigmas)
         k += 1
