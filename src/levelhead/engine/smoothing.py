@@ -41,7 +41,7 @@ from levelhead.engine.smoother_kernels import (
     nav_hooks,
 )
 from levelhead.errors import LevelheadError
-from levelhead.filters.contract import Aiding, Filter, Schedule, Smoothing
+from levelhead.filters.contract import Aiding, Filter, FilterState, Schedule, Smoothing
 from levelhead.filters.parameters import FilterChoice, Params
 from levelhead.guard import Guard
 from levelhead.open_types import Fields
@@ -52,14 +52,18 @@ MOST_BLOCKS = 500  # blocks in memory, ten MB: more would not stay near the proc
 
 
 class BoundSmoother(NamedTuple):
-    """The smoother of one filter, in plain Python."""
+    """The smoother of one filter, with aiding or without, in plain Python."""
 
     flt: Filter  # the one of the forward run
+    parts: Smoothing
+    forward: KernelFunction  # of ``smoother_kernels``, not bound yet
+    correct: KernelFunction
     pairs: tuple[tuple[object, object], ...]  # for ``rebind``
     name: str
+    turned_start: Callable[[FilterState, FilterState], FilterState | None] | None = None  # with aiding
 
     def bind(self, function: KernelFunction) -> KernelFunction:
-        """A function of this module that calls the filter's."""
+        """A function of ``smoother_kernels`` that calls the filter's."""
         return rebind(function, self.pairs, self.name)
 
 
@@ -71,7 +75,8 @@ def bind_smoother(flt: Filter, guarded: bool) -> BoundSmoother:
     schedule = Schedule(flt.schedule.due, parts.correct)
     ahead = flt._replace(name=f"{flt.name}_forward", init=parts.init, schedule=schedule, aiding=None)
     name = f"{flt.name}_{'guarded' if guarded else 'unguarded'}"
-    return BoundSmoother(ahead, (*bind(ahead, guarded).pairs, (hooks, _fill_hooks(parts, name))), name)
+    pairs = (*bind(ahead, guarded).pairs, (hooks, _fill_hooks(parts, name)))
+    return BoundSmoother(ahead, parts, forward_stretch, correct_stretch, pairs, name)
 
 
 MEMBERS = ("is_block_end", "keep", "back", "read", "rotation", "is_restart")  # of ``Hooks``
@@ -96,7 +101,8 @@ def bind_aided_smoother(flt: Filter, guarded: bool) -> BoundSmoother:
     name = f"{flt.name}_aided_{'guarded' if guarded else 'unguarded'}"
     nav = fill(nav_hooks, name, read_nav=aided.read_nav, nav_change=aided.nav_change, is_set=aided.is_set)
     pairs = (*bind(ahead, guarded).pairs, (hooks, _fill_hooks(aided.parts, name)), (nav_hooks, nav))
-    return BoundSmoother(ahead, pairs, name)
+    functions = forward_stretch_with_aiding, correct_stretch_with_nav
+    return BoundSmoother(ahead, aided.parts, *functions, pairs, name, aided.turned_start)
 
 
 def choose_smoother_engine(engine: str, flt: Filter, guarded: bool, aided: bool = False) -> str:
@@ -141,27 +147,22 @@ class Smoother:
         self, recording: Recording, params: Params, guard: Guard | None, prior: Calibration | None, engine: str
     ) -> None:
         flt, guarded = filters.of(params), guard is not None
-        assert flt.smoothing is not None
         self._prior, recording = prior, correct_recording(recording, prior)
-        self._aided = flt.aided_smoothing
-        inputs = None if self._aided is None else aiding_inputs(recording)
-        aided = self._aided is not None and inputs is not None
-        self._parts: Smoothing = self._aided.parts if self._aided is not None and aided else flt.smoothing
-        self._bound = bind_aided_smoother(flt, guarded) if aided else bind_smoother(flt, guarded)
+        inputs = None if flt.aided_smoothing is None else aiding_inputs(recording)
+        self._bound = bind_smoother(flt, guarded) if inputs is None else bind_aided_smoother(flt, guarded)
+        self._parts = self._bound.parts
         self._settings = Settings(self._parts.offline(params), guard or DEFAULT_GUARD)
         begin = bind(self._bound.flt, guarded).begin(self._settings)
         self.begin = Stretch(0, apply_prior(self._bound.flt, begin, prior))
-        self._engine = choose_smoother_engine(engine, flt, guarded, aided)
+        self._engine = choose_smoother_engine(engine, flt, guarded, inputs is not None)
         lists = self._engine == "python"
         self._readings = inputs and Readings._make(a.tolist() if lists else a for a in inputs)
         if self._engine == "native":
             self._native = NativeSmoother(flt, self._bound.flt, guarded, self._settings, begin)
         else:
-            forward: KernelFunction = forward_stretch_with_aiding if aided else forward_stretch
-            correct: KernelFunction = correct_stretch_with_nav if aided else correct_stretch
-            self._forward = for_engine(self._bound.bind(forward), self._engine)
-            self._correct = for_engine(self._bound.bind(correct), self._engine)
-        self._nav = np.zeros((2, 6 * len(recording) if aided else 0))  # position and velocity; 1σ of both
+            self._forward = for_engine(self._bound.bind(self._bound.forward), self._engine)
+            self._correct = for_engine(self._bound.bind(self._bound.correct), self._engine)
+        self._nav = np.zeros((2, 0 if inputs is None else 6 * len(recording)))  # position and velocity; 1σ of both
         n, mag = len(recording), [] if recording.mag is None else [recording.mag]
         sensors = [a.reshape(-1) for a in (recording.t, recording.gyr, recording.acc, *mag)]
         self.take(sensors, FlatTrack(np.empty(4 * n), np.empty(3 * n), np.empty(3 * n)), np.zeros(n, np.uint32))
@@ -220,10 +221,8 @@ class Smoother:
 
     def _turned_start(self, end: Stretch) -> Stretch | None:
         """Where the forward run begins again, once it has found heading by a receiver."""
-        if self._readings is None or self._aided is None:
-            return None
-        run = self.begin.carry.run
-        state = self._aided.turned_start(run.state, end.carry.run.state)
+        run, turned_start = self.begin.carry.run, self._bound.turned_start
+        state = turned_start and turned_start(run.state, end.carry.run.state)
         if state is None:
             return None
         self.begin = Stretch(0, self.begin.carry._replace(run=run._replace(state=state)))
