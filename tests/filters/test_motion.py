@@ -11,8 +11,9 @@ from levelhead import simulate
 from levelhead.evaluate import evaluate
 from levelhead.evaluate.attitude_error import error_quaternion, split_error
 from levelhead.filters.eskf import state as at
+from levelhead.filters.eskf.adaptation import adapt_place
 from levelhead.filters.eskf.covariance import state_variance
-from levelhead.filters.eskf.filter import init
+from levelhead.filters.eskf.filter import init, output
 from levelhead.filters.eskf.predict import predict
 from levelhead.filters.eskf.preintegration import reset_block
 from levelhead.filters.health import GYR_SATURATED, TURN_MISSED
@@ -242,3 +243,52 @@ def test_a_magnet_at_the_start_is_left_behind():
     heading = np.degrees(np.abs(split_error(error_quaternion(track.quat, run.truth.quat)).heading))
     assert heading[100:300].min() > 5.0  # the magnet does something
     assert heading[1200:].max() < 6.0
+    sigma = np.degrees(track.sigma[:, 2])
+    known = run.t - run.t[0] > 3.5  # two fields have been seen: one of them is not the earth's
+    assert (heading[known] < 4.0 * sigma[known]).all()
+
+
+def test_sigma_of_heading_is_that_of_the_field_that_was_found():
+    """Eq. 34: the part of heading that comes from n has the variance found, the rest its own."""
+    field = Vec3(0.0, 20.0, -40.0)
+    state = init(lh.ESKF(), ZERO, Vec3(0.0, 0.0, 9.81), field)
+    m = state.memory
+    heading, east = at.P + at.HEADING * at.ROW + at.HEADING, at.P + at.FIELD_EAST * at.ROW + at.FIELD_EAST
+    slope, rest, variance = 1.7, 0.0004, 0.0009
+    m[east] = variance
+    m[heading] = slope * slope * variance + rest
+    m[at.P + at.HEADING * at.ROW + at.FIELD_EAST] = m[at.P + at.FIELD_EAST * at.ROW + at.HEADING] = slope * variance
+    for ratio in (0.0, 1.0, 9.0):
+        m[at.PLACE_RATIO] = ratio
+        expected = np.sqrt(slope * slope * variance * max(ratio, 1.0) + rest)
+        assert output(lh.ESKF(), state).sigma.z == pytest.approx(expected, rel=1e-12)
+
+
+def test_the_width_of_a_place_is_the_mean_departure_of_its_field():
+    """Eq. 33: in a field that departs from its mean by a tenth, n has a tenth; in an even one ``mag_place``."""
+    params = lh.ESKF()
+    m = init(params, ZERO, Vec3(0.0, 0.0, 9.81), Vec3(0.0, 20.0, -40.0)).memory
+    m[at.BLOCK_TIME] = 0.1
+    m[at.RUN_TIME] = 60.0
+    for departure, width in ((0.1, 0.1), (0.0, params.mag_place), (7.0, 1.0)):
+        for _ in range(6000):
+            adapt_place(params, m, departure * departure)
+        assert np.sqrt(m[at.PLACE_RATIO]) * params.mag_place == pytest.approx(width, rel=1e-3)
+
+
+def test_magnets_widen_sigma_and_nothing_else():
+    """Where the field varies from place to place σ of heading covers what that does; it is smaller in an even one."""
+    motion = simulate.motion(5, 60.0, 100.0, style="hand")
+    clean = simulate.observe(motion, simulate.imu("LSM6DSO32", mag="HMC5883L"), seed=5)
+    random = np.random.default_rng(5)
+    knots = random.normal(0.0, 12.0, (31, 3))  # µT, of iron every two seconds, fixed in the room
+    iron = np.stack([np.interp(clean.t - clean.t[0], np.arange(31) * 2.0, knots[:, k]) for k in range(3)], axis=1)
+    rotation = Rotation.from_quat(clean.truth.quat, scalar_first=True).inv()
+    beside = lh.fuse(replace(clean, mag=clean.mag + rotation.apply(iron)), lh.ESKF())
+    for track in (lh.fuse(clean, lh.ESKF()), beside):
+        heading = np.abs(split_error(error_quaternion(track.quat, clean.truth.quat)).heading[500:])
+        beyond = heading > 4.0 * track.sigma[500:, 2]
+        print(np.degrees(heading.max()), np.degrees(track.sigma[500:, 2].mean()), beyond.mean())
+        assert beyond.mean() < 0.01
+    even = lh.fuse(clean, lh.ESKF())
+    assert np.median(beside.sigma[500:, 2]) > 2.0 * np.median(even.sigma[500:, 2])

@@ -30,6 +30,18 @@ of a sensor does that warms up. What is beyond ``BIAS_GATE`` times V,
 is added to the variances of all three axes in each second: they share a chip, and the one about the vertical is often
 one that nothing measures.
 
+**Field of a place.** ``mag_place`` is that of a hall. What can be seen of another place is how far strength and dip
+depart from their mean over some seconds; what bends these bends the direction too. With ρ̄ that departure as a share of
+the field, at most 1,
+
+    s² = max(``mag_place``², mean of ρ̄² over ``PLACE_TIME``)                                                    (33)
+
+is the variance of the field's eastern part n that was found. P stays as it is: a wider n would have heading follow the
+gyroscope for as long as ``place_time``, and a body that moves passes such fields faster. But σ of heading tells of it,
+by the linear regression of heading on n:
+
+    σ² = P_zz + (s²/``mag_place``² − 1) P_zn²/P_nn                                                                (34)
+
 **Travel.** The variance of u in (12) is the running mean of u² + P_uu: one step of expectation
 maximisation in each block.
 
@@ -66,6 +78,8 @@ from levelhead.units import DEGREE, GRAVITY
 
 INNOVATION_TIME = 2.0  # s, τ
 DENSITY_TIME = 10.0  # s
+PLACE_TIME = 30.0  # s over which departures of the field are averaged
+MOST_DEPARTURE = 1.0  # share of the field: what is beyond is no field of a place
 TRAVEL_TIME = 8.0  # s over which the variance of travel is averaged
 MISSED_GATE = 9.0  # σ², beyond which velocity is not the body's
 BIAS_TIME = 15.0  # s over which corrections of the gyroscope's bias are added up
@@ -155,6 +169,26 @@ def set_density(params: ESKF, m: Floats, k: int, excess: float) -> None:
     low = params.speed * params.speed
     high = max(params.speed_max * params.speed_max, low)
     m[at.DENSITY + k] = min(max(m[at.MEAN_DENSITY + k], now, low), high)
+
+
+@kernel
+def adapt_place(params: ESKF, m: Floats, departure2: float) -> None:
+    """Eq. 33, from the square of the share by which strength and dip are off their mean."""
+    place2 = params.mag_place * params.mag_place
+    time = m[at.BLOCK_TIME]
+    weight = time / max(min(PLACE_TIME + time, m[at.RUN_TIME]), time)
+    now = min(departure2, MOST_DEPARTURE * MOST_DEPARTURE)
+    found = m[at.PLACE_RATIO] * place2
+    found += weight * (now - found)
+    m[at.PLACE_RATIO] = max(found / place2, 1.0) if place2 > 0.0 else 1.0
+
+
+@kernel
+def place_variance(m: Floats, p: int, ratio: float) -> float:
+    """What eq. 34 adds to the variance of heading in the covariance at ``p``, rad²."""
+    east = m[p + at.FIELD_EAST * at.ROW + at.FIELD_EAST]
+    covariance = m[p + at.HEADING * at.ROW + at.FIELD_EAST]
+    return covariance * covariance / east * max(ratio - 1.0, 0.0) if east > 0.0 else 0.0
 
 
 @kernel

@@ -16,6 +16,7 @@ from levelhead.filters.eskf.adaptation import (
     is_upside_down,
     narrow_prior,
     note_bias,
+    place_variance,
     set_prior_widths,
     widen_prior,
 )
@@ -43,6 +44,7 @@ from levelhead.filters.eskf.preintegration import add_imu, add_mag, calibrated_r
 from levelhead.filters.eskf.reinitialise import (
     NO_CANDIDATE,
     CandidateField,
+    candidate_variance,
     forget_lost_force,
     note_rotation,
     reinitialise_heading,
@@ -258,16 +260,22 @@ def at_rest(params: ESKF, state: State) -> State:
 
 
 @kernel
-def angle_sigma(m: Floats, i: int) -> float:
-    """1σ of an angle, rad."""
-    return min(sqrt(max(state_variance(m, i), 0.0)), UNIFORM)
+def angle_sigma(variance: float) -> float:
+    """1σ of an angle of this variance, rad."""
+    return min(sqrt(max(variance, 0.0)), UNIFORM)
 
 
 @kernel
 def output(params: ESKF, state: State) -> Output:
     """Attitude, bias, σ and health."""
     m = state.memory
-    sigma = Vec3(angle_sigma(m, at.ATTITUDE), angle_sigma(m, at.ATTITUDE + 1), angle_sigma(m, at.HEADING))
+    heading = state_variance(m, at.HEADING) + place_variance(m, at.P, m[at.PLACE_RATIO])
+    heading += candidate_variance(m, state.candidate)
+    sigma = Vec3(
+        angle_sigma(state_variance(m, at.ATTITUDE)),
+        angle_sigma(state_variance(m, at.ATTITUDE + 1)),
+        angle_sigma(heading),
+    )
     return Output(state.quat, vector(m, at.MEAN + at.GYR_BIAS), sigma, state.health)
 
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from levelhead.compiler.mark import kernel, noinline
 from levelhead.filters.eskf import aiding
 from levelhead.filters.eskf import state as at
-from levelhead.filters.eskf.adaptation import mean_travel
+from levelhead.filters.eskf.adaptation import adapt_place, mean_travel
 from levelhead.filters.eskf.covariance import rotate_velocity_error, state_variance, update_scalar, vector
 from levelhead.filters.eskf.params import ESKF
 from levelhead.kernels.arrays import Floats
@@ -153,7 +153,7 @@ def update_field(params: ESKF, m: Floats, steady: bool, n: int) -> FieldFit:
     misfit2 = (off * off + (z - up) * (z - up)) / norm2
     inflation = 1.0 + misfit2 / (params.mag_gate * params.mag_gate)
     mismatch = inflation > REJECTED
-    inflation += field_departure(m, strength, z, norm2) / (params.field_gate * params.field_gate)
+    inflation += field_departure(params, m, strength, z, norm2) / (params.field_gate * params.field_gate)
     sine2 = min(GATE * state_variance(m, at.HEADING), 0.5)
     heading_off = y < HEADING_COSINE * strength and (y < 0.0 or x * x > sine2 * strength * strength)
     if heading_off or y < FIRST_ORDER_COSINE * strength:
@@ -205,7 +205,7 @@ def update_field_undirected(params: ESKF, m: Floats, steady: bool, n: int) -> Fi
 
 
 @kernel
-def field_departure(m: Floats, strength: float, up: float, norm2: float) -> float:
+def field_departure(params: ESKF, m: Floats, strength: float, up: float, norm2: float) -> float:
     """Square of the share by which strength and dip are off their mean over ``FIELD_MEMORY``, which follows them."""
     if m[at.FIELD_TIME] == 0.0:
         m[at.MEAN_FIELD] = strength
@@ -214,6 +214,7 @@ def field_departure(m: Floats, strength: float, up: float, norm2: float) -> floa
     rise = up - m[at.MEAN_FIELD + 1]
     departure2 = (level * level + rise * rise) / norm2
     m[at.FIELD_TIME] = min(m[at.FIELD_TIME] + m[at.BLOCK_TIME], FIELD_MEMORY)
+    adapt_place(params, m, departure2)
     slower = 1.0 + min(departure2 / (SLOW_MISFIT * SLOW_MISFIT), SLOWEST)
     weight = m[at.BLOCK_TIME] / (m[at.FIELD_TIME] * slower)
     m[at.MEAN_FIELD] += weight * level

@@ -1,6 +1,13 @@
 """Reinitialisation of ``ESKF``: tilt, heading and field taken from a block's mean readings.
 
 This is for errors that cannot be corrected to first order.
+
+**A second hypothesis.** A field that does not fit, but stands still in the earth frame, may be the earth's, and the one
+that fitted a magnet's. It would have heading off by its angle α. After t seconds of it, the other having fitted for t₀,
+it is taken to be so with the probability t/(t + t₀); until it is decided (t > t₀) the estimate is that of the first
+hypothesis, and the mean square of its error is larger by
+
+    t/(t + t₀) α²                                                                                              (35)
 """
 
 from math import sqrt
@@ -59,6 +66,16 @@ def track_candidate(m: Floats, candidate: CandidateField, fit: FieldFit) -> Cand
         return candidate
     weight = time / (candidate.time + time)
     return CandidateField(add(candidate.field, scale(off, weight)), candidate.time + time)
+
+
+@kernel
+def candidate_variance(m: Floats, candidate: CandidateField) -> float:
+    """What the second hypothesis adds to the variance of heading, eq. 35, rad²."""
+    time = candidate.time
+    if time == 0.0:
+        return 0.0
+    angle = atan2(candidate.field.x, candidate.field.y)
+    return time / (time + m[at.FIELD_AGE]) * angle * angle
 
 
 @noinline

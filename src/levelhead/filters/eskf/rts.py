@@ -23,14 +23,14 @@ from typing import NamedTuple
 
 from levelhead.compiler.mark import kernel, noinline
 from levelhead.filters.eskf import state as at
+from levelhead.filters.eskf.adaptation import place_variance
 from levelhead.filters.eskf.covariance import rotate_velocity_error, vector
-from levelhead.filters.eskf.filter import State, start, state_count, update
+from levelhead.filters.eskf.filter import State, angle_sigma, start, state_count, update
 from levelhead.filters.eskf.params import ESKF
 from levelhead.filters.eskf.predict import predict
 from levelhead.kernels import quat
 from levelhead.kernels.arrays import Floats, copy, subtract_rows, zeros
 from levelhead.kernels.quat import Quat
-from levelhead.kernels.tilt import UNIFORM
 from levelhead.kernels.vec3 import Vec3
 
 LONGEST_BLOCK = 0.25  # s: blocks need not be shorter than this offline
@@ -52,7 +52,8 @@ BLOCK_BIAS = BLOCK_X + at.N  # rad/s, 3
 BLOCK_ROTATION = BLOCK_BIAS + 3  # by the correction at its end, earth frame, 4
 BLOCK_RESTART = BLOCK_ROTATION + 4  # 1: its attitude is independent of that before it
 BLOCK_DECAY = BLOCK_RESTART + 1  # shares by which the field's eastern part and travel decayed, 2
-BLOCK_SIZE = BLOCK_DECAY + 2
+BLOCK_PLACE = BLOCK_DECAY + 2  # variance found of the field's eastern part over the assumed one
+BLOCK_SIZE = BLOCK_PLACE + 1
 
 # The memory of the step back
 AHEAD = 0  # A, then P^s_k+1 − A
@@ -100,8 +101,9 @@ def is_block_end(state: State) -> bool:
 
 @kernel
 def keep_start(state: State, blocks: Floats) -> None:
-    """The block before a stretch of samples; only its covariance and bias are needed."""
+    """The block before a stretch of samples; no more of it is needed."""
     m = state.memory
+    blocks[BLOCK_PLACE] = m[at.PLACE_RATIO]
     for j in range(WHOLE):
         blocks[BLOCK_P + j] = m[at.P + j]
     for j in range(3):
@@ -130,6 +132,7 @@ def keep(state: State, blocks: Floats, first: int) -> None:
     blocks[first + BLOCK_RESTART] = 1.0 if m[at.REINITIALISED] > 0.0 or m[at.GAP_TIME] > 0.0 else 0.0
     blocks[first + BLOCK_DECAY] = m[at.EAST_DECAY]
     blocks[first + BLOCK_DECAY + 1] = m[at.TRAVEL_DECAY]
+    blocks[first + BLOCK_PLACE] = m[at.PLACE_RATIO]
 
 
 @kernel
@@ -279,17 +282,12 @@ def read(blocks: Floats, first: int, m: Floats) -> BlockEstimate:
     b = first + BLOCK_BIAS
     d = SMOOTHED + at.GYR_BIAS
     v = NOW + at.ATTITUDE * (at.ROW + 1)
+    heading = m[v + 2 * (at.ROW + 1)] + place_variance(m, NOW, blocks[first + BLOCK_PLACE])
     return BlockEstimate(
         vector(m, SMOOTHED + at.ATTITUDE),
         Vec3(blocks[b] + m[d], blocks[b + 1] + m[d + 1], blocks[b + 2] + m[d + 2]),
-        Vec3(angle_sigma(m[v]), angle_sigma(m[v + at.ROW + 1]), angle_sigma(m[v + 2 * (at.ROW + 1)])),
+        Vec3(angle_sigma(m[v]), angle_sigma(m[v + at.ROW + 1]), angle_sigma(heading)),
     )
-
-
-@kernel
-def angle_sigma(variance: float) -> float:
-    """1σ of an angle of this variance, rad."""
-    return min(sqrt(max(variance, 0.0)), UNIFORM)
 
 
 def offline(params: ESKF) -> ESKF:
