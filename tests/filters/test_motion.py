@@ -13,10 +13,11 @@ from levelhead.evaluate.attitude_error import error_quaternion, split_error
 from levelhead.filters.eskf import state as at
 from levelhead.filters.eskf.adaptation import adapt_place
 from levelhead.filters.eskf.covariance import state_variance
-from levelhead.filters.eskf.filter import init, output
+from levelhead.filters.eskf.filter import init, output, step
 from levelhead.filters.eskf.predict import predict
 from levelhead.filters.eskf.preintegration import reset_block
 from levelhead.filters.health import GYR_SATURATED, TURN_MISSED
+from levelhead.kernels import quat
 from levelhead.kernels.vec3 import ZERO, Vec3
 from levelhead.recording import Recording
 
@@ -262,6 +263,38 @@ def test_sigma_of_heading_is_that_of_the_field_that_was_found():
         m[at.PLACE_RATIO] = ratio
         expected = np.sqrt(slope * slope * variance * max(ratio, 1.0) + rest)
         assert output(lh.ESKF(), state).sigma.z == pytest.approx(expected, rel=1e-12)
+
+
+def test_sigma_knows_when_a_reading_was_to_half_an_interval():
+    """Eq. 36: a rate that is an instant's, or the mean of the interval before it, makes one of σ at most."""
+    dt, count = 0.02, 500
+    t = dt * np.arange(count)
+    fine = np.arange(0.0, t[-1] + 1e-9, dt / 50.0)
+    angle = np.radians(100.0) * np.sin(2.0 * np.pi * 0.7 * fine)
+    rate = np.gradient(angle, fine)
+    means = np.diff(angle[::50], prepend=angle[0]) / dt
+    force = Rotation.from_euler("x", angle[::50, None]).inv().apply([0.0, 0.0, 9.80665])
+    zeros = np.zeros(count)
+    quats = []
+    for values in (rate[::50], means):
+        recording = Recording(t, np.stack([values, zeros, zeros], axis=1), force)
+        quats.append(lh.fuse(recording, lh.ESKF()))
+    apart = split_error(error_quaternion(quats[0].quat, quats[1].quat)).total[100:]
+    assert np.degrees(apart.max()) > 2.0
+    east = np.linalg.norm(quats[1].sigma[100:], axis=1)
+    assert (apart < 2.0 * east).all()
+    still = np.abs(rate[::50][100:]) < np.radians(20.0)
+    assert np.degrees(np.median(quats[1].sigma[100:, 0][still])) < 0.7 * np.degrees(np.median(east))
+
+
+def test_half_a_turn_is_part_of_sigma():
+    params = lh.ESKF()
+    state = step(params, init(params, ZERO, Vec3(0.0, 0.0, 9.81), ZERO), Vec3(0.3, -0.8, 2.0), ZERO, ZERO, 0.04)
+    m = state.memory
+    turn = quat.rotate(state.quat, Vec3(0.3 * 0.02, -0.8 * 0.02, 2.0 * 0.02))
+    for i, place in enumerate((at.ATTITUDE, at.ATTITUDE + 1, at.HEADING)):
+        expected = np.sqrt(state_variance(m, place) + turn[i] ** 2)
+        assert output(params, state).sigma[i] == pytest.approx(expected, rel=1e-12)
 
 
 def test_the_width_of_a_place_is_the_mean_departure_of_its_field():

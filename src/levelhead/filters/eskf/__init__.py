@@ -59,7 +59,7 @@ The estimates of the sensor's errors are ``Track.calibration``, and can be the n
 | ``coarse_heading`` | heading from the velocity of a receiver (30), (31) |
 | ``reinitialise`` | tilt, heading and field from a block's mean readings; a second hypothesis (35) |
 | ``calibration`` | the estimates as plain numbers, and a prior |
-| ``filter`` | the order of all this, sample by sample |
+| ``filter`` | the order of all this, sample by sample; what turns in half an interval (36) |
 | ``rts`` | the smoother: what the forward run keeps, and the step back (28), (29) |
 | ``rts_aided`` | the same with position, velocity and height (32) |
 """

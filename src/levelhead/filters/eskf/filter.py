@@ -136,6 +136,7 @@ def step(params: ESKF, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float)
         if field_norm > 0.0:
             decay_field_east(params, m, dt)
         dt = GAP_SAMPLE
+    m[at.HALF_TURN], m[at.HALF_TURN + 1], m[at.HALF_TURN + 2] = scale(rate, 0.5 * dt)
     r = quat.matrix(attitude)
     if m[at.AIDED] != 0.0:
         aiding.propagate_mean(m, 0.5 * dt)
@@ -267,14 +268,19 @@ def angle_sigma(variance: float) -> float:
 
 @kernel
 def output(params: ESKF, state: State) -> Output:
-    """Attitude, bias, σ and health."""
+    """Attitude, bias, σ and health.
+
+    A reading may be that of an instant or the mean of the interval before it: time is known to half an interval, and
+    what turns in it is part of σ, eq. 36.
+    """
     m = state.memory
+    east, north, up = quat.rotate(state.quat, vector(m, at.HALF_TURN))
     heading = state_variance(m, at.HEADING) + place_variance(m, at.P, m[at.PLACE_RATIO])
     heading += candidate_variance(m, state.candidate)
     sigma = Vec3(
-        angle_sigma(state_variance(m, at.ATTITUDE)),
-        angle_sigma(state_variance(m, at.ATTITUDE + 1)),
-        angle_sigma(heading),
+        angle_sigma(state_variance(m, at.ATTITUDE) + east * east),
+        angle_sigma(state_variance(m, at.ATTITUDE + 1) + north * north),
+        angle_sigma(heading + up * up),
     )
     return Output(state.quat, vector(m, at.MEAN + at.GYR_BIAS), sigma, state.health)
 

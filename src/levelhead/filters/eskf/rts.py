@@ -53,7 +53,8 @@ BLOCK_ROTATION = BLOCK_BIAS + 3  # by the correction at its end, earth frame, 4
 BLOCK_RESTART = BLOCK_ROTATION + 4  # 1: its attitude is independent of that before it
 BLOCK_DECAY = BLOCK_RESTART + 1  # shares by which the field's eastern part and travel decayed, 2
 BLOCK_PLACE = BLOCK_DECAY + 2  # variance found of the field's eastern part over the assumed one
-BLOCK_SIZE = BLOCK_PLACE + 1
+BLOCK_TURN = BLOCK_PLACE + 1  # rad, half the turn of its last sample, earth frame, 3
+BLOCK_SIZE = BLOCK_TURN + 3
 
 # The memory of the step back
 AHEAD = 0  # A, then P^s_k+1 − A
@@ -100,10 +101,19 @@ def is_block_end(state: State) -> bool:
 
 
 @kernel
+def keep_widening(state: State, blocks: Floats, first: int) -> None:
+    """What σ tells besides P at the end of a block."""
+    m = state.memory
+    t = first + BLOCK_TURN
+    blocks[first + BLOCK_PLACE] = m[at.PLACE_RATIO]
+    blocks[t], blocks[t + 1], blocks[t + 2] = quat.rotate(state.quat, vector(m, at.HALF_TURN))
+
+
+@kernel
 def keep_start(state: State, blocks: Floats) -> None:
     """The block before a stretch of samples; no more of it is needed."""
     m = state.memory
-    blocks[BLOCK_PLACE] = m[at.PLACE_RATIO]
+    keep_widening(state, blocks, 0)
     for j in range(WHOLE):
         blocks[BLOCK_P + j] = m[at.P + j]
     for j in range(3):
@@ -132,7 +142,7 @@ def keep(state: State, blocks: Floats, first: int) -> None:
     blocks[first + BLOCK_RESTART] = 1.0 if m[at.REINITIALISED] > 0.0 or m[at.GAP_TIME] > 0.0 else 0.0
     blocks[first + BLOCK_DECAY] = m[at.EAST_DECAY]
     blocks[first + BLOCK_DECAY + 1] = m[at.TRAVEL_DECAY]
-    blocks[first + BLOCK_PLACE] = m[at.PLACE_RATIO]
+    keep_widening(state, blocks, first)
 
 
 @kernel
@@ -283,10 +293,15 @@ def read(blocks: Floats, first: int, m: Floats) -> BlockEstimate:
     d = SMOOTHED + at.GYR_BIAS
     v = NOW + at.ATTITUDE * (at.ROW + 1)
     heading = m[v + 2 * (at.ROW + 1)] + place_variance(m, NOW, blocks[first + BLOCK_PLACE])
+    east, north, up = vector(blocks, first + BLOCK_TURN)
     return BlockEstimate(
         vector(m, SMOOTHED + at.ATTITUDE),
         Vec3(blocks[b] + m[d], blocks[b + 1] + m[d + 1], blocks[b + 2] + m[d + 2]),
-        Vec3(angle_sigma(m[v]), angle_sigma(m[v + at.ROW + 1]), angle_sigma(heading)),
+        Vec3(
+            angle_sigma(m[v] + east * east),
+            angle_sigma(m[v + at.ROW + 1] + north * north),
+            angle_sigma(heading + up * up),
+        ),
     )
 
 
