@@ -249,6 +249,22 @@ def test_a_magnet_at_the_start_is_left_behind():
     assert (heading[known] < 4.0 * sigma[known]).all()
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [7, 9])
+def test_the_smoother_corrects_a_start_beside_a_magnet(seed):
+    """Ten seconds beside it: online heading is 75° off there, with the whole recording known it is not."""
+    motion = simulate.motion(seed, 60.0, 100.0, style="hand")
+    run = simulate.observe(motion, simulate.imu("LSM6DSO32", mag="HMC5883L"), seed=seed)[400:]
+    beside = run.t - run.t[0] < 10.0
+    laptop = Rotation.from_quat(run.truth.quat[beside], scalar_first=True).inv().apply([18.0, -14.0, 8.0])
+    mag = np.array(run.mag)
+    mag[beside] += laptop
+    track = lh.smooth(replace(run, mag=mag))
+    heading = np.abs(split_error(error_quaternion(track.quat, run.truth.quat)).heading)
+    assert np.degrees(heading[200:900].mean()) < 15.0
+    assert (heading > 4.0 * track.sigma[:, 2]).mean() < 0.01
+
+
 def test_sigma_of_heading_is_that_of_the_field_that_was_found():
     """Eq. 34: the part of heading that comes from n has the variance found, the rest its own."""
     field = Vec3(0.0, 20.0, -40.0)

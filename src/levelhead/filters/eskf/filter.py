@@ -62,6 +62,8 @@ from levelhead.kernels.vec3 import Vec3, norm, scale, sub
 from levelhead.units import GRAVITY
 
 LARGE_TILT = 0.25  # rad²: a larger variance of tilt cannot be corrected to first order
+# rad²: with a larger variance a heading would be taken from the field, and the smoother not correct what was before
+CORRECTABLE_HEADING = 0.7
 GAP_SAMPLE = 1e-3  # s that the sample after a gap lasts
 STEADY_TIME = 1.0  # s for which a candidate field has to be steady
 YOUNG_FIELD = 3.0  # s for which it has to be so beside a field that has hardly fitted
@@ -233,7 +235,9 @@ def update(params: ESKF, state: State) -> State:
         angle = atan2(candidate.field.x, candidate.field.y)
         set_field(params, m, candidate.field)
         m[at.FIELD_AGE] = min(candidate.time, params.mag_time)
-        add_variance(m, at.HEADING, 1, min(angle * angle, LARGE_HEADING - state_variance(m, at.HEADING)))
+        add_variance(
+            m, at.HEADING, 1, max(min(angle * angle, CORRECTABLE_HEADING - state_variance(m, at.HEADING)), 0.0)
+        )
         health |= MAG_LEARNED
         candidate = NO_CANDIDATE
     return State(attitude, field_norm, False, candidate, True, health, m)
