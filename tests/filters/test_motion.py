@@ -313,6 +313,28 @@ def test_half_a_turn_is_part_of_sigma():
         assert output(params, state).sigma[i] == pytest.approx(expected, rel=1e-12)
 
 
+def test_sigma_of_heading_is_that_of_a_bias_as_large_as_the_widest():
+    """Eq. 37: as if the prior about the vertical had been that of the others, by conditioning a Gaussian anew."""
+    narrow, wide, seconds, measured = np.radians(0.3) ** 2, np.radians(3.0) ** 2, 20.0, np.radians(0.6) ** 2
+    state = init(lh.ESKF(), ZERO, Vec3(0.0, 0.0, 9.81), ZERO)
+    m = state.memory
+    first = at.PRIOR_VARIANCE + at.GYR_BIAS
+
+    def heading_and_bias(prior):
+        bias = 1.0 / (1.0 / prior + 1.0 / measured)
+        return seconds * seconds * bias + 1e-4, -seconds * bias, bias
+
+    heading, covariance, bias = heading_and_bias(narrow)
+    m[first], m[first + 1], m[first + 2] = wide, narrow, narrow
+    z = at.GYR_BIAS + 2
+    m[at.P + at.HEADING * at.ROW + at.HEADING], m[at.P + z * at.ROW + z] = heading, bias
+    m[at.P + at.HEADING * at.ROW + z] = m[at.P + z * at.ROW + at.HEADING] = covariance
+    expected = np.sqrt(heading_and_bias(wide)[0])
+    assert output(lh.ESKF(), state).sigma.z == pytest.approx(expected, rel=1e-12)
+    m[at.PRIOR_SIGMA + at.GYR_BIAS] = 1.0
+    assert output(lh.ESKF(), state).sigma.z == pytest.approx(np.sqrt(heading), rel=1e-12)
+
+
 def test_the_width_of_a_place_is_the_mean_departure_of_its_field():
     """Eq. 33: in a field that departs from its mean by a tenth, n has a tenth; in an even one ``mag_place``."""
     params = lh.ESKF()

@@ -54,7 +54,7 @@ The estimates of the sensor's errors are ``Track.calibration``, and can be the n
 | ``predict`` | F (7), Q (8) to (12), (26) and (27), gaps |
 | ``covariance`` | P ← F P Fᵀ + Q, scalar measurements (13), independent states |
 | ``measurements`` | (14) to (18), and (20) |
-| ``adaptation`` | D (21), variance of u (12), turns (26), walk of the bias (27), priors (22) to (24), (33), (34) |
+| ``adaptation`` | D (21), variance of u (12), turns (26), walk of b (27), priors (22) to (24), σ (33), (34), (37) |
 | ``aiding`` | position, velocity and height beside the IMU |
 | ``coarse_heading`` | heading from the velocity of a receiver (30), (31) |
 | ``reinitialise`` | tilt, heading and field from a block's mean readings; a second hypothesis (35) |

@@ -63,6 +63,11 @@ takes its place,
     s' = max(``bias_start``, |x|/κ − √(P/κ), 0.13 times the largest of the axes),                              (22)
 
 by a measurement x = 0 of the variance r = s² s'²/(s² − s'²), which is as exact.
+
+0.13 is what makes the error of heading least where nothing measures the bias about the vertical. But that bias may be
+as large as that of the widest axis, a. With the variance of b_i that would follow, σ² of heading is larger by
+
+    (P_zb/P_bb)² (1/(1/P_bb − 1/s² + 1/a²) − P_bb)   for each axis with s < a                                     (37)
 """
 
 from math import sqrt
@@ -189,6 +194,21 @@ def place_variance(m: Floats, p: int, ratio: float) -> float:
     east = m[p + at.FIELD_EAST * at.ROW + at.FIELD_EAST]
     covariance = m[p + at.HEADING * at.ROW + at.FIELD_EAST]
     return covariance * covariance / east * max(ratio - 1.0, 0.0) if east > 0.0 else 0.0
+
+
+@kernel
+def bias_variance(m: Floats, p: int, prior: int) -> float:
+    """What eq. 37 adds to the variance of heading in the covariance at ``p``, rad²; ``prior`` is the place of the three
+    prior variances of the gyroscope's bias."""
+    widest = max(m[prior], m[prior + 1], m[prior + 2])
+    added = 0.0
+    for i in range(3):
+        state = at.GYR_BIAS + i
+        own = m[p + state * at.ROW + state]
+        if widest > m[prior + i] and 0.0 < own < m[prior + i]:
+            slope = m[p + at.HEADING * at.ROW + state] / own
+            added += slope * slope * (1.0 / (1.0 / own - 1.0 / m[prior + i] + 1.0 / widest) - own)
+    return added
 
 
 @kernel

@@ -13,6 +13,7 @@ from levelhead.filters.eskf.adaptation import (
     MOST_GYR_BIAS,
     adapt_bias_walk,
     adapt_motion,
+    bias_variance,
     is_upside_down,
     narrow_prior,
     note_bias,
@@ -281,6 +282,8 @@ def output(params: ESKF, state: State) -> Output:
     east, north, up = quat.rotate(state.quat, vector(m, at.HALF_TURN))
     heading = state_variance(m, at.HEADING) + place_variance(m, at.P, m[at.PLACE_RATIO])
     heading += candidate_variance(m, state.candidate)
+    if m[at.PRIOR_SIGMA + at.GYR_BIAS] == 0.0:  # no earlier run has told the widths
+        heading += bias_variance(m, at.P, at.PRIOR_VARIANCE + at.GYR_BIAS)
     sigma = Vec3(
         angle_sigma(state_variance(m, at.ATTITUDE) + east * east),
         angle_sigma(state_variance(m, at.ATTITUDE + 1) + north * north),

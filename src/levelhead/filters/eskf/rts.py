@@ -23,7 +23,7 @@ from typing import NamedTuple
 
 from levelhead.compiler.mark import kernel, noinline
 from levelhead.filters.eskf import state as at
-from levelhead.filters.eskf.adaptation import place_variance
+from levelhead.filters.eskf.adaptation import bias_variance, place_variance
 from levelhead.filters.eskf.covariance import rotate_velocity_error, vector
 from levelhead.filters.eskf.filter import State, angle_sigma, start, state_count, update
 from levelhead.filters.eskf.params import ESKF
@@ -65,7 +65,8 @@ NOW = LATER + WHOLE  # P_k, then P^s_k
 PRODUCT = NOW + WHOLE
 OFF = PRODUCT + WHOLE  # d
 SMOOTHED = OFF + at.ROW  # x^s
-SIZE = SMOOTHED + at.ROW
+PRIOR = SMOOTHED + at.ROW  # (rad/s)², prior variances of the gyroscope's bias at the end, 3
+SIZE = PRIOR + 3
 
 
 class BlockEstimate(NamedTuple):
@@ -163,6 +164,9 @@ def begin(state: State, m: Floats) -> None:
     """At the end of the recording, of which nothing follows."""
     for j in range(WHOLE):
         m[NOW + j] = state.memory[at.P + j]
+    found = state.memory[at.PRIOR_SIGMA + at.GYR_BIAS] == 0.0  # or an earlier run has told them
+    for i in range(3):
+        m[PRIOR + i] = state.memory[at.PRIOR_VARIANCE + at.GYR_BIAS + i] if found else 0.0
 
 
 @kernel
@@ -293,6 +297,7 @@ def read(blocks: Floats, first: int, m: Floats) -> BlockEstimate:
     d = SMOOTHED + at.GYR_BIAS
     v = NOW + at.ATTITUDE * (at.ROW + 1)
     heading = m[v + 2 * (at.ROW + 1)] + place_variance(m, NOW, blocks[first + BLOCK_PLACE])
+    heading += bias_variance(m, NOW, PRIOR)
     east, north, up = vector(blocks, first + BLOCK_TURN)
     return BlockEstimate(
         vector(m, SMOOTHED + at.ATTITUDE),
