@@ -73,3 +73,10 @@ def test_the_lesson_numbers_are_the_defaults():
     assert (params.q_angle, params.q_bias, params.r_measure) == (0.001, 0.003, 0.03)
     assert lh.Complementary().alpha == pytest.approx(0.98)
     assert lh.Complementary().alpha_max == 0.999 and lh.Complementary().alpha_slope == 0.005
+
+
+def test_a_title_has_the_parameters_that_somebody_chose():
+    assert filters.title(lh.ESKF()) == "ESKF"
+    assert filters.title(lh.Mahony(kp=0.5)) == "Mahony(kp=0.5)"
+    assert filters.title(filters.offline()) == "ESKF, offline"
+    assert filters.title(filters.offline()._replace(speed=1.0)).startswith("ESKF(gyr_noise=")

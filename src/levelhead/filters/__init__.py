@@ -127,3 +127,9 @@ def offline() -> ESKF:
         place_time=1000.0,
         field_walk=0.05,
     )
+
+
+def title(params: Params) -> str:
+    """The filter as pictures and summaries name it: with the parameters that differ from its defaults, if they are not
+    those of ``offline``, which would fill three lines."""
+    return "ESKF, offline" if params == offline() else repr(params).removesuffix("()")

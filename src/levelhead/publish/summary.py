@@ -158,7 +158,7 @@ def _filter(params: Params | None, verbose: bool) -> list[tuple[str, str]]:
     if params is None:
         return []
     if not verbose:
-        return [("filter", repr(params).removesuffix("()"))]
+        return [("filter", filters.title(params))]
     values = []
     for name, param in param_table(type(params)).items():
         value = getattr(params, name)

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from levelhead import filters
 from levelhead.filters import health
 from levelhead.publish.plots import angles, style
 from levelhead.publish.plots.chart import Band, Bars, Line, Panel, Picture, draw
@@ -60,7 +61,8 @@ class Course(NamedTuple):
 def _finding(track: Track, courses: list[Course]) -> str:
     troubled = bool(np.any(track.health & np.uint32(health.FAULTS)))
     roll, pitch, yaw = (max(abs(end) for end in course.ends) for course in courses)
-    words = f"{track.name}: roll up to {roll:.0f}°, pitch {pitch:.0f}°, yaw {yaw:.0f}°"
+    name = track.name if track.params is None else filters.title(track.params)
+    words = f"{name}: roll up to {roll:.0f}°, pitch {pitch:.0f}°, yaw {yaw:.0f}°"
     return words + ("" if troubled else "; no sample was bad")
 
 
