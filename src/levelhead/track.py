@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from levelhead.calibration import Calibration
 from levelhead.errors import LevelheadError, nearest, require
 from levelhead.filters.health import FAULTS
-from levelhead.filters.parameters import Params
+from levelhead.filters.parameters import Params, short_name
 from levelhead.recording import Array, real_array, time_array
 from levelhead.rotations import FRD_TO_FLU, NED_TO_ENU, product, to_scipy, turn_heading
 
@@ -89,7 +89,7 @@ class Track:
     @property
     def name(self) -> str:
         """The filter's name, with the parameters that differ from its defaults."""
-        return repr(self.params).removesuffix("()") if self.params is not None else "orientation"
+        return short_name(self.params) if self.params is not None else "orientation"
 
     def euler(self, degrees: bool = True) -> Array:
         """(n, 3) roll, pitch and yaw (intrinsic z-y-x) in degrees or radians; roll and yaw within ±180°, pitch ±90°."""

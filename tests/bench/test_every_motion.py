@@ -43,13 +43,18 @@ MARGIN = 1.03
 MORE_BEYOND = 0.002  # share
 
 
+def skip_unless_there(folder: Path) -> None:
+    """Both need VQF and the data set."""
+    if not contenders.BY_NAME["vqf.VQF"].installed:
+        pytest.skip("vqf is not installed")
+    if not folder.is_dir():
+        pytest.skip(f"{folder.name} is not here")
+
+
 @pytest.mark.full
 @pytest.mark.parametrize("place", [*SETS, *WITHOUT])
 def test_no_data_set_gets_worse(data_dir: Path, place: str) -> None:
-    if not contenders.BY_NAME["vqf.VQF"].installed:
-        pytest.skip("vqf is not installed")
-    if not (data_dir / place).is_dir():
-        pytest.skip(f"{place} is not here")
+    skip_unless_there(data_dir / place)
     bound, bound_tilt, beyond, beyond_heading, known = (SETS | WITHOUT)[place]
     result = accuracy([data_dir / place], [Method("default"), Method("vqf.VQF")], with_mag=place in SETS, jobs=1)
     (ratios,) = result.ratios
@@ -69,10 +74,7 @@ def test_no_data_set_gets_worse(data_dir: Path, place: str) -> None:
 @pytest.mark.parametrize("place", SMOOTHED)
 def test_the_smoother_is_better_than_online(data_dir: Path, place: str) -> None:
     """On the mean of each set, and no worse beside VQF's offline variant than it was."""
-    if not contenders.BY_NAME["vqf.offlineVQF"].installed:
-        pytest.skip("vqf is not installed")
-    if not (data_dir / place).is_dir():
-        pytest.skip(f"{place} is not here")
+    skip_unless_there(data_dir / place)
     bound, bound_tilt = SMOOTHED[place]
     methods = [Method(name) for name in ("default", "vqf.VQF", "smoother", "vqf.offlineVQF")]
     result = accuracy([data_dir / place], methods, with_mag=place in SETS, jobs=1)

@@ -7,7 +7,7 @@ from levelhead import filters
 from levelhead.bench import contenders
 from levelhead.engine import fuse, smooth
 from levelhead.errors import LevelheadError, nearest
-from levelhead.filters.parameters import Params
+from levelhead.filters.parameters import Params, short_name
 from levelhead.recording import Array, Recording
 
 DEFAULT = "default"
@@ -57,7 +57,7 @@ def all_methods() -> tuple[list[Method], list[str]]:
 
 def from_params(params: Params) -> Method:
     """One of levelhead's filters with parameters."""
-    return Method(repr(params).removesuffix("()"), params)
+    return Method(short_name(params), params)
 
 
 def find_method(name: str) -> Method:

@@ -24,7 +24,7 @@ from levelhead.filters.kalman import Kalman
 from levelhead.filters.madgwick import Madgwick
 from levelhead.filters.mahony import Mahony
 from levelhead.filters.mekf.params import EKF
-from levelhead.filters.parameters import FilterChoice, Params
+from levelhead.filters.parameters import FilterChoice, Params, short_name
 from levelhead.filters.roll_pitch_kalman import RollPitchKalman
 from levelhead.filters.triad import Triad
 
@@ -132,4 +132,4 @@ def offline() -> ESKF:
 def title(params: Params) -> str:
     """The filter as pictures and summaries name it: with the parameters that differ from its defaults, if they are not
     those of ``offline``, which would fill three lines."""
-    return "ESKF, offline" if params == offline() else repr(params).removesuffix("()")
+    return "ESKF, offline" if params == offline() else short_name(params)

@@ -83,6 +83,11 @@ class Derived(NamedTuple):
     back: Callable[[float], float]  # field -> value, with these defaults
 
 
+def short_name(params: Params) -> str:
+    """The filter's name, with the parameters that differ from its defaults."""
+    return repr(params).removesuffix("()")
+
+
 def param_table(params: type) -> dict[str, Param]:
     """Field name -> Param of a Params class, in order of definition."""
     table = {}

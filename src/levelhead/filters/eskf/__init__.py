@@ -54,12 +54,13 @@ The estimates of the sensor's errors are ``Track.calibration``, and can be the n
 | ``predict`` | F (7), Q (8) to (12), (26) and (27), gaps |
 | ``covariance`` | P ← F P Fᵀ + Q, scalar measurements (13), independent states |
 | ``measurements`` | (14) to (18), and (20) |
-| ``adaptation`` | D (21), variance of u (12), turns (26), walk of b (27), priors (22) to (24), σ (33), (34), (37) |
+| ``adaptation`` | D (21), variance of u (12), turns (26), walk of b (27), priors (22) to (24), place (33) |
 | ``aiding`` | position, velocity and height beside the IMU |
 | ``coarse_heading`` | heading from the velocity of a receiver (30), (31) |
 | ``reinitialise`` | tilt, heading and field from a block's mean readings; a second hypothesis (35) |
 | ``calibration`` | the estimates as plain numbers, and a prior |
-| ``filter`` | the order of all this, sample by sample; what turns in half an interval (36) |
+| ``sigma`` | σ: what P says, and what it cannot say (34), (36), (37) |
+| ``filter`` | the order of all this, sample by sample |
 | ``rts`` | the smoother: what the forward run keeps, and the step back (28), (29) |
 | ``rts_aided`` | the same with position, velocity and height (32) |
 """

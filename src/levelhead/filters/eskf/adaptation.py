@@ -36,11 +36,7 @@ the field, at most 1,
 
     s² = max(``mag_place``², mean of ρ̄² over ``PLACE_TIME``)                                                    (33)
 
-is the variance of the field's eastern part n that was found. P stays as it is: a wider n would have heading follow the
-gyroscope for as long as ``place_time``, and a body that moves passes such fields faster. But σ of heading tells of it,
-by the linear regression of heading on n:
-
-    σ² = P_zz + (s²/``mag_place``² − 1) P_zn²/P_nn                                                                (34)
+is the variance of the field's eastern part n that was found; ``sigma`` has what it is for.
 
 **Travel.** The variance of u in (12) is the running mean of u² + P_uu: one step of expectation
 maximisation in each block.
@@ -63,11 +59,6 @@ takes its place,
     s' = max(``bias_start``, |x|/κ − √(P/κ), 0.13 times the largest of the axes),                              (22)
 
 by a measurement x = 0 of the variance r = s² s'²/(s² − s'²), which is as exact.
-
-0.13 is what makes the error of heading least where nothing measures the bias about the vertical. But that bias may be
-as large as that of the widest axis, a. With the variance of b_i that would follow, σ² of heading is larger by
-
-    (P_zb/P_bb)² (1/(1/P_bb − 1/s² + 1/a²) − P_bb)   for each axis with s < a                                     (37)
 """
 
 from math import sqrt
@@ -75,10 +66,11 @@ from math import sqrt
 from levelhead.compiler.mark import kernel, noinline
 from levelhead.filters.eskf import aiding
 from levelhead.filters.eskf import state as at
-from levelhead.filters.eskf.covariance import add_variance, set_independent, state_variance, update_scalar
+from levelhead.filters.eskf.covariance import add_variance, set_independent, state_variance, update_scalar, vector
 from levelhead.filters.eskf.params import ESKF
 from levelhead.kernels.arrays import Floats, add_scaled, copy
 from levelhead.kernels.mat3 import Mat3, det
+from levelhead.kernels.vec3 import ZERO, Vec3
 from levelhead.units import DEGREE, GRAVITY
 
 INNOVATION_TIME = 2.0  # s, τ
@@ -189,29 +181,6 @@ def adapt_place(params: ESKF, m: Floats, departure2: float) -> None:
 
 
 @kernel
-def place_variance(m: Floats, p: int, ratio: float) -> float:
-    """What eq. 34 adds to the variance of heading in the covariance at ``p``, rad²."""
-    east = m[p + at.FIELD_EAST * at.ROW + at.FIELD_EAST]
-    covariance = m[p + at.HEADING * at.ROW + at.FIELD_EAST]
-    return covariance * covariance / east * max(ratio - 1.0, 0.0) if east > 0.0 else 0.0
-
-
-@kernel
-def bias_variance(m: Floats, p: int, prior: int) -> float:
-    """What eq. 37 adds to the variance of heading in the covariance at ``p``, rad²; ``prior`` is the place of the three
-    prior variances of the gyroscope's bias."""
-    widest = max(m[prior], m[prior + 1], m[prior + 2])
-    added = 0.0
-    for i in range(3):
-        state = at.GYR_BIAS + i
-        own = m[p + state * at.ROW + state]
-        if widest > m[prior + i] and 0.0 < own < m[prior + i]:
-            slope = m[p + at.HEADING * at.ROW + state] / own
-            added += slope * slope * (1.0 / (1.0 / own - 1.0 / m[prior + i] + 1.0 / widest) - own)
-    return added
-
-
-@kernel
 def note_bias(m: Floats) -> None:
     """Keeps the variances of the gyroscope's bias before the measurements of a block, for ``adapt_bias_walk``."""
     for i in range(3):
@@ -230,6 +199,12 @@ def adapt_bias_walk(m: Floats) -> None:
         change = m[at.BIAS_CHANGE + i]
         excess = max(excess, change * change - BIAS_GATE * m[at.BIAS_CHANGE_VARIANCE + i])
     m[at.BIAS_WALK] = min(excess, MOST_WALK * MOST_WALK)
+
+
+@kernel
+def found_prior(m: Floats) -> Vec3:
+    """Prior variances of the gyroscope's bias, (rad/s)²; zero where an earlier run has told them."""
+    return vector(m, at.PRIOR_VARIANCE + at.GYR_BIAS) if m[at.PRIOR_SIGMA + at.GYR_BIAS] == 0.0 else ZERO
 
 
 @kernel

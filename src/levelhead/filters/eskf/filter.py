@@ -13,11 +13,10 @@ from levelhead.filters.eskf.adaptation import (
     MOST_GYR_BIAS,
     adapt_bias_walk,
     adapt_motion,
-    bias_variance,
+    found_prior,
     is_upside_down,
     narrow_prior,
     note_bias,
-    place_variance,
     set_prior_widths,
     widen_prior,
 )
@@ -53,6 +52,7 @@ from levelhead.filters.eskf.reinitialise import (
     set_field,
     track_candidate,
 )
+from levelhead.filters.eskf.sigma import attitude_sigma
 from levelhead.filters.health import AID_REJECTED, MAG_LEARNED, MAG_REJECTED, TURN_MISSED
 from levelhead.kernels import quat, tilt, triad
 from levelhead.kernels.arrays import Floats, zeros
@@ -266,29 +266,12 @@ def at_rest(params: ESKF, state: State) -> State:
 
 
 @kernel
-def angle_sigma(variance: float) -> float:
-    """1σ of an angle of this variance, rad."""
-    return min(sqrt(max(variance, 0.0)), UNIFORM)
-
-
-@kernel
 def output(params: ESKF, state: State) -> Output:
-    """Attitude, bias, σ and health.
-
-    A reading may be that of an instant or the mean of the interval before it: time is known to half an interval, and
-    what turns in it is part of σ, eq. 36.
-    """
+    """Attitude, bias, σ and health."""
     m = state.memory
-    east, north, up = quat.rotate(state.quat, vector(m, at.HALF_TURN))
-    heading = state_variance(m, at.HEADING) + place_variance(m, at.P, m[at.PLACE_RATIO])
-    heading += candidate_variance(m, state.candidate)
-    if m[at.PRIOR_SIGMA + at.GYR_BIAS] == 0.0:  # no earlier run has told the widths
-        heading += bias_variance(m, at.P, at.PRIOR_VARIANCE + at.GYR_BIAS)
-    sigma = Vec3(
-        angle_sigma(state_variance(m, at.ATTITUDE) + east * east),
-        angle_sigma(state_variance(m, at.ATTITUDE + 1) + north * north),
-        angle_sigma(heading + up * up),
-    )
+    other = candidate_variance(m, state.candidate)
+    turn = quat.rotate(state.quat, vector(m, at.HALF_TURN))
+    sigma = attitude_sigma(m, at.P, m[at.PLACE_RATIO], other, found_prior(m), turn)
     return Output(state.quat, vector(m, at.MEAN + at.GYR_BIAS), sigma, state.health)
 
 

@@ -23,11 +23,12 @@ from typing import NamedTuple
 
 from levelhead.compiler.mark import kernel, noinline
 from levelhead.filters.eskf import state as at
-from levelhead.filters.eskf.adaptation import bias_variance, place_variance
+from levelhead.filters.eskf.adaptation import found_prior
 from levelhead.filters.eskf.covariance import rotate_velocity_error, vector
-from levelhead.filters.eskf.filter import State, angle_sigma, start, state_count, update
+from levelhead.filters.eskf.filter import State, start, state_count, update
 from levelhead.filters.eskf.params import ESKF
 from levelhead.filters.eskf.predict import predict
+from levelhead.filters.eskf.sigma import attitude_sigma
 from levelhead.kernels import quat
 from levelhead.kernels.arrays import Floats, copy, subtract_rows, zeros
 from levelhead.kernels.quat import Quat
@@ -164,9 +165,7 @@ def begin(state: State, m: Floats) -> None:
     """At the end of the recording, of which nothing follows."""
     for j in range(WHOLE):
         m[NOW + j] = state.memory[at.P + j]
-    found = state.memory[at.PRIOR_SIGMA + at.GYR_BIAS] == 0.0  # or an earlier run has told them
-    for i in range(3):
-        m[PRIOR + i] = state.memory[at.PRIOR_VARIANCE + at.GYR_BIAS + i] if found else 0.0
+    m[PRIOR], m[PRIOR + 1], m[PRIOR + 2] = found_prior(state.memory)
 
 
 @kernel
@@ -295,18 +294,11 @@ def read(blocks: Floats, first: int, m: Floats) -> BlockEstimate:
     """The block that the step back has reached."""
     b = first + BLOCK_BIAS
     d = SMOOTHED + at.GYR_BIAS
-    v = NOW + at.ATTITUDE * (at.ROW + 1)
-    heading = m[v + 2 * (at.ROW + 1)] + place_variance(m, NOW, blocks[first + BLOCK_PLACE])
-    heading += bias_variance(m, NOW, PRIOR)
-    east, north, up = vector(blocks, first + BLOCK_TURN)
+    turn = vector(blocks, first + BLOCK_TURN)
     return BlockEstimate(
         vector(m, SMOOTHED + at.ATTITUDE),
         Vec3(blocks[b] + m[d], blocks[b + 1] + m[d + 1], blocks[b + 2] + m[d + 2]),
-        Vec3(
-            angle_sigma(m[v] + east * east),
-            angle_sigma(m[v + at.ROW + 1] + north * north),
-            angle_sigma(heading + up * up),
-        ),
+        attitude_sigma(m, NOW, blocks[first + BLOCK_PLACE], 0.0, vector(m, PRIOR), turn),
     )
 
 

@@ -1,0 +1,79 @@
+"""σ of ``ESKF``: what P says of attitude, and what P cannot say. No estimate changes by this.
+
+**Field of a place.** With n as wide as was found (33), heading would follow the gyroscope for as long as
+``place_time``, and a body that moves passes such fields faster. So P stays; σ of heading tells of that width s by the
+linear regression of heading on n:
+
+    σ² = P_zz + (s²/``mag_place``² − 1) P_zn²/P_nn                                                                (34)
+
+**Time of a reading.** A reading may be that of an instant or the mean of the interval T before it: time is known to
+half an interval, and what turns in it is part of σ of each axis i:
+
+    σ_i² = P_ii + (R w T/2)_i²                                                                                  (36)
+
+**A bias that nothing measures.** 0.13 of the widest axis in (22) makes the error of heading least where nothing
+measures the bias about the vertical. But that bias may be as large as that of the widest axis, a. With the variance of
+b_i that would follow, σ² of heading is larger by
+
+    (P_zb/P_bb)² (1/(1/P_bb − 1/s² + 1/a²) − P_bb)   for each axis with s < a                                     (37)
+
+What a second hypothesis adds, (35), is in ``reinitialise``.
+"""
+
+from math import sqrt
+
+from levelhead.compiler.mark import kernel
+from levelhead.filters.eskf import state as at
+from levelhead.kernels.arrays import Floats
+from levelhead.kernels.tilt import UNIFORM
+from levelhead.kernels.vec3 import Vec3
+
+
+@kernel
+def place_variance(m: Floats, p: int, ratio: float) -> float:
+    """What eq. 34 adds to the variance of heading, rad²; ``ratio`` is s²/mag_place²."""
+    east = m[p + at.FIELD_EAST * at.ROW + at.FIELD_EAST]
+    covariance = m[p + at.HEADING * at.ROW + at.FIELD_EAST]
+    return covariance * covariance / east * max(ratio - 1.0, 0.0) if east > 0.0 else 0.0
+
+
+@kernel
+def axis_variance(m: Floats, p: int, i: int, prior: float, widest: float) -> float:
+    """What eq. 37 adds to the variance of heading by state i, rad²; its prior variance and the widest, (rad/s)²."""
+    own = m[p + i * at.ROW + i]
+    if widest > prior and 0.0 < own < prior:
+        slope = m[p + at.HEADING * at.ROW + i] / own
+        return slope * slope * (1.0 / (1.0 / own - 1.0 / prior + 1.0 / widest) - own)
+    return 0.0
+
+
+@kernel
+def bias_variance(m: Floats, p: int, prior: Vec3) -> float:
+    """What eq. 37 adds to the variance of heading, rad²."""
+    x, y, z = prior
+    b, widest = at.GYR_BIAS, max(x, y, z)
+    added = axis_variance(m, p, b, x, widest) + axis_variance(m, p, b + 1, y, widest)
+    return added + axis_variance(m, p, b + 2, z, widest)
+
+
+@kernel
+def angle_sigma(variance: float) -> float:
+    """1σ of an angle of this variance, rad."""
+    return min(sqrt(max(variance, 0.0)), UNIFORM)
+
+
+@kernel
+def attitude_sigma(m: Floats, p: int, ratio: float, other: float, prior: Vec3, turn: Vec3) -> Vec3:
+    """1σ of the attitude error about east, north and up, rad, from the covariance at ``p``.
+
+    ``ratio`` is s²/mag_place² of eq. 34, ``other`` a further variance of heading (rad²), ``prior`` the prior variances
+    of the gyroscope's bias ((rad/s)²) and ``turn`` half the turn of the last sample (rad, earth frame).
+    """
+    v = p + at.ATTITUDE * (at.ROW + 1)
+    east, north, up = turn
+    heading = m[v + 2 * (at.ROW + 1)] + place_variance(m, p, ratio) + other + bias_variance(m, p, prior)
+    return Vec3(
+        angle_sigma(m[v] + east * east),
+        angle_sigma(m[v + at.ROW + 1] + north * north),
+        angle_sigma(heading + up * up),
+    )
