@@ -226,9 +226,11 @@ def unmeasured_rotation(health: int, rate_age: float, dt: float) -> UnmeasuredRo
 def first_sample(gyr: Vec3, acc: Vec3, mag: Vec3, health: int) -> ConditionedSample:
     """The first sample; a filter starts with it if it has a specific force."""
     means = SlowMeans(gyr, acc, False)
-    _, _, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat, _, _, _, _ = NO_SAMPLES
+    _, _, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat, _, noise, _, _, _ = NO_SAMPLES
     jump = first_rate(gyr)
-    detected = DetectorState(NO_SUMS, means, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat, jump, False, False, 0)
+    detected = DetectorState(
+        NO_SUMS, means, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat, jump, noise, False, False, 0
+    )
     return ConditionedSample(
         gyr, acc, mag, 0.0, 0.0, health, False, is_present(acc), False, 0.0, 0.0, 0.0, 0, detected, gyr, ZERO
     )

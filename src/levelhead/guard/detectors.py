@@ -1,4 +1,4 @@
-"""Detectors that need the readings alone: full scale, stuck axes, spikes, and specific force that is not gravity.
+"""Detectors that need the readings alone: full scale, axes that hang, spikes, and specific force that is not gravity.
 
 Their results are the same for every run over a recording, so lanes compute them once for all. A reading that is missing
 is left out: the slow mean stands for it in the sums for rest, and no other detector uses it.
@@ -18,6 +18,7 @@ from levelhead.filters.health import (
 )
 from levelhead.guard.params import Guard
 from levelhead.guard.rate_jump import NO_JUMP, Jump, update_jump
+from levelhead.guard.rate_noise import NO_NOISE, RateNoise, is_silent, update_noise
 from levelhead.guard.rest import INTERVAL, NO_SUMS, SlowMeans, Sums, add_sample, update_means
 from levelhead.kernels.vec3 import ZERO, Vec3, add
 from levelhead.units import DEGREE, GRAVITY
@@ -71,6 +72,7 @@ class DetectorState(NamedTuple):
     gyr_repeat: Repeat
     acc_repeat: Repeat
     jump: Jump  # of the gyroscope
+    noise: RateNoise
     far_from_g: bool  # the norm of the last specific force is
     was_far: bool  # and so it was at the sample before
     health: int
@@ -84,6 +86,7 @@ NO_SAMPLES = DetectorState(
     Repeat(ZERO, 0, 0.0),
     Repeat(ZERO, 0, 0.0),
     NO_JUMP,
+    NO_NOISE,
     False,
     False,
     0,
@@ -182,7 +185,7 @@ def detect(
     ``missing``: health bits of the missing readings; ``blind``: the rate has been missing for long; ``lost``: samples
     were lost before this one.
     """
-    sums, means, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat, jump, was_far, _, _ = state
+    sums, means, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat, jump, noise, was_far, _, _ = state
     far = was_far
     health = 0
     no_gyr = missing & GYR_MISSING != 0
@@ -200,7 +203,8 @@ def detect(
         gyr_repeat = update_repeat(gyr_repeat, gyr, dt)
         if gyr_extreme.clipped:
             health |= GYR_SATURATED
-        if is_stuck(gyr_repeat, dt):
+        noise = update_noise(noise, gyr, means.quiet, dt)
+        if is_stuck(gyr_repeat, dt) or is_silent(noise):
             health |= GYR_STUCK
     if not no_acc:
         acc_extreme = update_extreme(acc_extreme, acc, guard.acc_range, dt)
@@ -210,10 +214,14 @@ def detect(
         elif is_stuck(acc_repeat, dt):
             health |= ACC_STUCK
         far = is_far_from_g(guard, acc)
-    return DetectorState(sums, means, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat, jump, far, was_far, health)
+    return DetectorState(
+        sums, means, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat, jump, noise, far, was_far, health
+    )
 
 
 @kernel
 def believed_rate(state: DetectorState, gyr: Vec3) -> Vec3:
-    """The rate (rad/s) that stands for the last sample, see ``rate_jump``."""
+    """The rate (rad/s) that stands for the last sample, see ``rate_jump``; zero from a gyroscope that hangs."""
+    if is_silent(state.noise):
+        return ZERO
     return add(state.jump.rate, state.jump.returned)

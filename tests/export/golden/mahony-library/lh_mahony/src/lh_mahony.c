@@ -21,6 +21,7 @@ typedef lh_mahony_slow_means SlowMeans;
 typedef lh_mahony_extreme Extreme;
 typedef lh_mahony_repeat Repeat;
 typedef lh_mahony_jump Jump;
+typedef lh_mahony_rate_noise RateNoise;
 typedef lh_mahony_detector_state DetectorState;
 typedef lh_mahony_conditioned_sample ConditionedSample;
 typedef lh_mahony_quat Quat;
@@ -152,6 +153,12 @@ static const Sums REST_NO_SUMS = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
 static const float UNITS_GRAVITY = 9.80665f; /* m/s², standard gravity (CGPM 1901) */
 static const float UNITS_DEGREE = 0.017453292f; /* math.pi / 180.0: rad */
 
+/* of the mean change at rest: a change that noise hardly ever makes so small */
+static const float RATE_NOISE_SMALL = 0.03f;
+static const float RATE_NOISE_SURE = 20.0f; /* p n: once in 5 · 10⁸ runs of samples */
+static const float RATE_NOISE_NOISE_TIME = 10.0f; /* s of rest over which the noise is averaged, */
+static const float RATE_NOISE_LEAST_TIME = 1.0f; /* and at least */
+
 static const float FIELD_FIRST_AGE = 0.001f; /* s for which the first reading counts */
 static const float FIELD_FIELD_TIME = 20.0f; /* s, time constant of norm and dip */
 static const Field FIELD_NO_FIELD = {0.0f, 0.0f, 0.0f, 0.0f};
@@ -183,7 +190,8 @@ static const DetectorState DETECTORS_NO_SAMPLES = {{0.0f, 0.0f, 0.0f, 0.0f, 0.0f
     {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, false}, {4.0f, 4.0f, 0.0f, 0.0f, 0.0f, -1.0f, 0, false},
     {19.0f, 19.0f, 0.0f, 0.0f, 0.0f, -1.0f, 0, false}, {{0.0f, 0.0f, 0.0f}, 0, 0.0f},
     {{0.0f, 0.0f, 0.0f}, 0, 0.0f},
-    {{0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f}, 0}, false, false, 0};
+    {{0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f}, 0},
+    {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f}}, false, false, 0};
 
 static const int32_t HEALTH_GYR_MISSING = 1; /* the last rate was held */
 static const int32_t HEALTH_ACC_MISSING = 2; /* nothing corrected tilt */
@@ -228,7 +236,8 @@ static const ConditionedSample CONDITIONING_NO_SAMPLE = {{0.0f, 0.0f, 0.0f}, {0.
     {{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, false},
     {4.0f, 4.0f, 0.0f, 0.0f, 0.0f, -1.0f, 0, false}, {19.0f, 19.0f, 0.0f, 0.0f, 0.0f, -1.0f, 0, false},
     {{0.0f, 0.0f, 0.0f}, 0, 0.0f}, {{0.0f, 0.0f, 0.0f}, 0, 0.0f},
-    {{0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f}, 0}, false, false, 0},
+    {{0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f}, 0},
+    {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f}}, false, false, 0},
     {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}};
 static const UnmeasuredRotation CONDITIONING_ALL_MEASURED = {0.0f, 0.0f};
 
@@ -887,6 +896,60 @@ static bool rest_is_resting(const Guard *guard, Rest rest)
     return rest.time > guard->rest_time;
 }
 
+/* ---- rate_noise
+ *
+ * A gyroscope that has stopped to measure, known by its noise.
+ *
+ * A chip or its firmware that hangs may repeat a rate to a digit instead of exactly, so that no axis is stuck to the last
+ * bit. But the noise of a sensor does not vanish. At rest an axis changes from one sample to the next by c in the mean,
+ * and by more than SMALL c with the probability p. If it then changes by less n times in a row while the accelerometer
+ * says that the body moves, that has the probability (1 − p)ⁿ < exp(−p n): beyond p n = SURE it does not measure.
+ * An axis that stays at one digit at rest has a small p, and is given that much more time.
+ */
+
+/* p after another change at rest. */
+static float rate_noise_axis_share(float share, float change, float mean, float weight)
+{
+    return share + weight * ((change > RATE_NOISE_SMALL * mean ? 1.0f : 0.0f) - share);
+}
+
+/* p n after another change. */
+static float rate_noise_axis_evidence(float evidence, float change, float mean, float share)
+{
+    return change > RATE_NOISE_SMALL * mean ? 0.0f : evidence + share;
+}
+
+/* After a rate (rad/s) that stands for dt seconds, which is of the noise alone where it is quiet. */
+static RateNoise rate_noise_update_noise(const RateNoise *noise, Vec3 rate, bool quiet, float dt)
+{
+    const float a = noise->last.x, b = noise->last.y, c = noise->last.z, p = noise->change.x,
+        q = noise->change.y, r = noise->change.z, u = noise->share.x, v = noise->share.y, w = noise->share.z,
+        time = noise->time, e = noise->evidence.x, f = noise->evidence.y, g = noise->evidence.z;
+    const float x = fabsf(rate.x - a);
+    const float y = fabsf(rate.y - b);
+    const float z = fabsf(rate.z - c);
+    if (quiet) {
+        const float weight = lowpass_lowpass_weight(RATE_NOISE_NOISE_TIME, time, dt);
+        const Vec3 share = {rate_noise_axis_share(u, x, p, weight), rate_noise_axis_share(v, y, q, weight),
+            rate_noise_axis_share(w, z, r, weight)};
+        const Vec3 change = {p + weight * (x - p), q + weight * (y - q), r + weight * (z - r)};
+        return (RateNoise){rate, change, share, lh_min(time + dt, RATE_NOISE_NOISE_TIME), VEC3_ZERO};
+    }
+    if (time < RATE_NOISE_LEAST_TIME) {
+        return (RateNoise){rate, noise->change, noise->share, time, VEC3_ZERO};
+    }
+    const Vec3 evidence = {rate_noise_axis_evidence(e, x, p, u), rate_noise_axis_evidence(f, y, q, v),
+        rate_noise_axis_evidence(g, z, r, w)};
+    return (RateNoise){rate, noise->change, noise->share, time, evidence};
+}
+
+/* Whether an axis has been without its noise for longer than chance allows. */
+static bool rate_noise_is_silent(const RateNoise *noise)
+{
+    const float x = noise->evidence.x, y = noise->evidence.y, z = noise->evidence.z;
+    return lh_max(lh_max(x, y), z) > RATE_NOISE_SURE;
+}
+
 /* ---- field
  *
  * The earth's magnetic field as the guard knows it: norm and dip, and whether a reading is of it.
@@ -1110,7 +1173,7 @@ static Vec3 vector_error_field_error(Quat attitude, Vec3 mag)
 
 /* ---- detectors
  *
- * Detectors that need the readings alone: full scale, stuck axes, spikes, and specific force that is not gravity.
+ * Detectors that need the readings alone: full scale, axes that hang, spikes, and specific force that is not gravity.
  *
  * Their results are the same for every run over a recording, so lanes compute them once for all. A reading that is missing
  * is left out: the slow mean stands for it in the sums for rest, and no other detector uses it.
@@ -1231,11 +1294,13 @@ static DetectorState detectors_detect(const Guard *guard, const DetectorState *s
 {
     SlowMeans means_2;
     Jump jump_2;
+    RateNoise noise_2;
     Sums sums = state->sums;
     const SlowMeans *means = &state->means;
     Extreme gyr_extreme = state->gyr_extreme, acc_extreme = state->acc_extreme;
     Repeat gyr_repeat = state->gyr_repeat, acc_repeat = state->acc_repeat;
     const Jump *jump = &state->jump;
+    const RateNoise *noise = &state->noise;
     const bool was_far = state->far_from_g;
     bool far = was_far;
     int32_t health = 0;
@@ -1261,7 +1326,9 @@ static DetectorState detectors_detect(const Guard *guard, const DetectorState *s
         if (gyr_extreme.clipped) {
             health |= HEALTH_GYR_SATURATED;
         }
-        if (detectors_is_stuck(gyr_repeat, dt)) {
+        noise_2 = rate_noise_update_noise(noise, gyr, means->quiet, dt);
+        noise = &noise_2;
+        if (detectors_is_stuck(gyr_repeat, dt) || rate_noise_is_silent(noise)) {
             health |= HEALTH_GYR_STUCK;
         }
     }
@@ -1275,14 +1342,17 @@ static DetectorState detectors_detect(const Guard *guard, const DetectorState *s
         }
         far = detectors_is_far_from_g(guard, acc);
     }
-    return (DetectorState){sums, *means, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat, *jump, far,
+    return (DetectorState){sums, *means, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat, *jump, *noise, far,
         was_far, health};
 }
 
-/* The rate (rad/s) that stands for the last sample, see rate_jump. */
+/* The rate (rad/s) that stands for the last sample, see rate_jump; zero from a gyroscope that hangs. */
 static Vec3 detectors_believed_rate(const DetectorState *state, Vec3 gyr)
 {
     (void)gyr;
+    if (rate_noise_is_silent(&state->noise)) {
+        return VEC3_ZERO;
+    }
     return vec3_add(state->jump.rate, state->jump.returned);
 }
 
@@ -1541,9 +1611,10 @@ static ConditionedSample conditioning_first_sample(Vec3 gyr, Vec3 acc, Vec3 mag,
     const Extreme gyr_extreme = DETECTORS_NO_SAMPLES.gyr_extreme,
         acc_extreme = DETECTORS_NO_SAMPLES.acc_extreme;
     const Repeat gyr_repeat = DETECTORS_NO_SAMPLES.gyr_repeat, acc_repeat = DETECTORS_NO_SAMPLES.acc_repeat;
+    const RateNoise noise = DETECTORS_NO_SAMPLES.noise;
     const Jump jump = rate_jump_first_rate(gyr);
     const DetectorState detected = {REST_NO_SUMS, means, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat,
-        jump, false, false, 0};
+        jump, noise, false, false, 0};
     return (ConditionedSample){gyr, acc, mag, 0.0f, 0.0f, health, false, tilt_is_present(acc), false, 0.0f,
         0.0f, 0.0f, 0, detected, gyr, VEC3_ZERO};
 }

@@ -23,9 +23,9 @@
  *
  * RAM of one filter with its parameters:
  *
- *     64 bit (Cortex-A, x86-64)                                    476 bytes
- *     32 bit (Cortex-M, ESP32, RP2040)                             476 bytes
- *     AVR (Uno, Mega)                                              461 bytes
+ *     64 bit (Cortex-A, x86-64)                                    528 bytes
+ *     32 bit (Cortex-M, ESP32, RP2040)                             528 bytes
+ *     AVR (Uno, Mega)                                              513 bytes
  */
 #ifndef LH_MAHONY_H
 #define LH_MAHONY_H
@@ -154,6 +154,15 @@ typedef struct {
     int32_t spikes; /* in a row until now: what was held back of the sample before was one */
 } lh_mahony_jump;
 
+/* The noise of a gyroscope at rest, and for how long each axis has been without it. */
+typedef struct {
+    lh_mahony_vec3 last; /* rad/s, the last rate */
+    lh_mahony_vec3 change; /* rad/s, mean size of the change from one sample to the next at rest */
+    lh_mahony_vec3 share; /* p: of these changes, those that are not small */
+    float time; /* s of rest over which both were averaged */
+    lh_mahony_vec3 evidence; /* p n of the run of small changes */
+} lh_mahony_rate_noise;
+
 /* What the detectors keep of the readings, and what they found in the last of them. */
 typedef struct {
     lh_mahony_sums sums;
@@ -163,6 +172,7 @@ typedef struct {
     lh_mahony_repeat gyr_repeat;
     lh_mahony_repeat acc_repeat;
     lh_mahony_jump jump; /* of the gyroscope */
+    lh_mahony_rate_noise noise;
     bool far_from_g; /* the norm of the last specific force is */
     bool was_far; /* and so it was at the sample before */
     int32_t health;
