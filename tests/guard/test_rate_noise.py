@@ -64,6 +64,13 @@ def test_without_rest_nothing_is_known_of_the_noise():
     assert changes_until_silent(after_rest([(DIGIT, 0.0, 0.0), (0.0, 0.0, 0.0)] * 20), 1000) == 1000
 
 
+def test_a_rate_at_full_scale_has_no_noise_and_is_not_silent():
+    noise = after_rest(np.random.default_rng(4).normal(0.0, DIGIT, (1000, 3)))
+    for k in range(1000):
+        noise = update_noise(noise, Vec3(math.radians(125.0), 0.1 * math.sin(k), 0.1 * math.cos(k)), False, DT)
+        assert not is_silent(noise)
+
+
 def hung_flight():
     """30 s: 4 s of rest, then turns and pushes; for 1.5 s the rate stays at (8, 8, 12) °/s, two axes within a digit."""
     random = np.random.default_rng(3)

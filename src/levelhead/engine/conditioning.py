@@ -9,9 +9,9 @@ from typing import NamedTuple, Protocol
 
 from levelhead.compiler.hooks import declare
 from levelhead.compiler.mark import kernel
+from levelhead.engine.full_scale import NO_APPROACH, Approach, mean_beyond, update_approach, variance_beyond
 from levelhead.filters.health import (
     ACC_MISSING,
-    ACC_SATURATED,
     ACC_STUCK,
     GAP,
     GYR_MISSING,
@@ -25,17 +25,12 @@ from levelhead.guard.detectors import NO_SAMPLES, DetectorState
 from levelhead.guard.rate_jump import first_rate
 from levelhead.guard.rest import NO_SUMS, SlowMeans
 from levelhead.kernels.tilt import GAP_SECONDS, TURN, is_present
-from levelhead.kernels.vec3 import ZERO, Vec3, add, dot, norm, scale, sub
+from levelhead.kernels.vec3 import ZERO, Vec3, add, dot, scale, sub
 
 READING_LIMIT = 1e9  # rad/s, m/s², µT: beyond it a reading is missing; NaN and infinity fail the comparison too
 SQUARE_LIMIT = READING_LIMIT * READING_LIMIT  # a sum of squares below it contains no missing reading
 RATE_UNUSABLE = GYR_MISSING | GYR_SATURATED | GYR_STUCK  # the rate is not the body's
-FORCE_UNUSABLE = ACC_SATURATED | ACC_STUCK  # the specific force is not the body's
 LEAST_ROTATION = 0.1  # rad, 1σ of an unmeasured rotation from which the filter's covariance is inflated
-AT_FULL_SCALE = 0.97  # of the full scale: an axis that reads so much is clipped, if any is
-CLIPPED_SHARE = 0.4  # 1σ of the rotation beyond full scale, as a share of it
-LEAST_SLOPE = 0.8  # of a slope is that of the next sample: the one that reaches full scale is cut off
-STEEPER = 2.0  # at most
 INTERVALS = 16.0  # over which the usual interval is averaged
 CHANGE_VARIANCE = 1.0 / 12.0  # of a number that is uniform between 0 and 1: when in a lost interval the rate changed
 RETURN_VARIANCE = 0.06  # of what the rate does besides, as a share of its square
@@ -58,12 +53,12 @@ class ConditionedSample(NamedTuple):
     since_sigma: float  # s since σ was last updated
     corrected_by: int  # sensors with a usable reading since then: 1 accelerometer, 2 magnetometer
     detected: DetectorState
-    rate: Vec3  # rad/s, as it was read; where it is missing the last one that was not
-    slope: Vec3  # rad/s², of the rate when it was last below full scale; where an axis is clipped that of its beginning
+    rate: Approach  # rad/s; where it is missing the last one that was not
+    force: Approach  # m/s²
 
 
 NO_SAMPLE = ConditionedSample(
-    ZERO, ZERO, ZERO, 0.0, 0.0, 0, False, False, False, 0.0, 0.0, 0.0, 0, NO_SAMPLES, ZERO, ZERO
+    ZERO, ZERO, ZERO, 0.0, 0.0, 0, False, False, False, 0.0, 0.0, 0.0, 0, NO_SAMPLES, NO_APPROACH, NO_APPROACH
 )
 
 
@@ -133,63 +128,6 @@ ALL_MEASURED = UnmeasuredRotation(0.0, 0.0)
 
 
 @kernel
-def axis_slope(slope: float, last: float, rate: float, full: float, first: bool, dt: float) -> float:
-    """Slope of the rate of one axis as it reached full scale, rad/s²; 0 where it is below.
-
-    ``slope`` is that of the sample before, and of a body that was hit it says nothing.
-    """
-    if -full < rate < full:
-        return 0.0
-    if not first:
-        return slope
-    sign = 1.0 if rate > 0.0 else -1.0
-    before = max(sign * slope, 0.0)
-    return sign * max(before, min(sign * (rate - last) / dt, STEEPER * before))
-
-
-@kernel
-def clipped_slope(slope: Vec3, last: Vec3, gyr: Vec3, full: float, first: bool, dt: float) -> Vec3:
-    """The same of all axes; ``last`` is the rate of the sample before."""
-    return Vec3(
-        axis_slope(slope.x, last.x, gyr.x, full, first, dt),
-        axis_slope(slope.y, last.y, gyr.y, full, first, dt),
-        axis_slope(slope.z, last.z, gyr.z, full, first, dt),
-    )
-
-
-@kernel
-def rate_slope(slope: Vec3, last: Vec3, gyr: Vec3, stay: float, full: float, dt: float) -> Vec3:
-    """rad/s², of a rate that is not known to be at full scale; that may turn out when it has lasted.
-
-    ``stay``: s since it reached its largest so far, 0 while it rises to it, negative elsewhere.
-    """
-    if stay < 0.0:
-        return scale(sub(gyr, last), 1.0 / dt)
-    return clipped_slope(scale(slope, LEAST_SLOPE if stay == 0.0 else 1.0), last, gyr, full, True, dt)
-
-
-@kernel
-def rate_beyond(slope: Vec3, time: float, most: float) -> Vec3:
-    """rad/s, what a clipped rate leaves out ``time`` seconds after it reached full scale, see ``clipped_variance``."""
-    beyond = scale(slope, time / 3.0)
-    size = norm(beyond)
-    return scale(beyond, most / size) if size > most else beyond
-
-
-@kernel
-def clipped_variance(slope: Vec3, time: float) -> float:
-    """rad², of the rotation beyond full scale after ``time`` seconds of it.
-
-    A rate that leaves the range with the slope a and comes back after T as a parabola was a T/4 beyond at most, and
-    a T²/6 in the mean of all that rotation; growing with time, that is a rate of a t/3. On RepoIMU's clipped recordings
-    (T from 0.05 to 0.5 s) this is right to ``CLIPPED_SHARE``.
-    """
-    x, y, z = slope
-    missed = CLIPPED_SHARE * time * time / 6.0
-    return missed * missed * (x * x + y * y + z * z)
-
-
-@kernel
 def usual_interval(usual: float, dt: float) -> float:
     """s, the mean interval; one that is longer than twice as long counts as twice as long."""
     if usual == 0.0:
@@ -231,8 +169,9 @@ def first_sample(gyr: Vec3, acc: Vec3, mag: Vec3, health: int) -> ConditionedSam
     detected = DetectorState(
         NO_SUMS, means, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat, jump, noise, False, False, 0
     )
+    rate, force = Approach(gyr, ZERO, 0.0), Approach(acc, ZERO, 0.0)
     return ConditionedSample(
-        gyr, acc, mag, 0.0, 0.0, health, False, is_present(acc), False, 0.0, 0.0, 0.0, 0, detected, gyr, ZERO
+        gyr, acc, mag, 0.0, 0.0, health, False, is_present(acc), False, 0.0, 0.0, 0.0, 0, detected, rate, force
     )
 
 
@@ -245,9 +184,10 @@ def sigma_due(sample: ConditionedSample) -> bool:
 @kernel
 def condition(guard: Guard, sample: ConditionedSample, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> ConditionedSample:
     """The next sample, conditioned; ``sample`` is the one before."""
-    _, _, field, _, usual, _, had_field, started, _, rate_age, _, since_sigma, corrected_by, detected, last, slope = (
+    _, _, field, _, usual, _, had_field, started, _, rate_age, _, since_sigma, corrected_by, detected, rate, force = (
         sample
     )
+    last = rate.last
     health = missing_bits(gyr, acc, mag)
     if health != 0:
         gyr = last if health & GYR_MISSING else gyr
@@ -260,10 +200,10 @@ def condition(guard: Guard, sample: ConditionedSample, gyr: Vec3, acc: Vec3, mag
     detected = detectors.detect(guard, detected, gyr, acc, health, rate_lost, lost > 0.0, dt)
     if health & GYR_MISSING == 0:
         gyr = detectors.believed_rate(detected, gyr)
-    rate = gyr
     health |= detected.health
-    if detected.health & FORCE_UNUSABLE:
-        acc = ZERO
+    if is_present(acc):
+        force = update_approach(force, acc, detected.acc_extreme, dt)
+        acc = ZERO if health & ACC_STUCK else add(acc, mean_beyond(force, dt))
     if sigma_due(sample):
         since_sigma = 0.0
         corrected_by = 0
@@ -273,21 +213,18 @@ def condition(guard: Guard, sample: ConditionedSample, gyr: Vec3, acc: Vec3, mag
         corrected_by |= 2
     if dt > GAP_SECONDS:
         health |= GAP
-    age_before = rate_age
     rate_age, unmeasured = unmeasured_rotation(health, rate_age, dt)
-    extreme = detected.gyr_extreme
-    full = AT_FULL_SCALE * min(extreme.up, extreme.down)
-    if health & GYR_SATURATED:
-        slope = clipped_slope(slope, last, gyr, full, age_before == 0.0, dt)
-        clipped_for = max(age_before, extreme.stay)
-        rate_age = clipped_for + dt
-        gyr = add(gyr, rate_beyond(slope, clipped_for + 0.5 * dt, norm(gyr)))
-        unmeasured = clipped_variance(slope, rate_age) - clipped_variance(slope, age_before)
-    elif health & RATE_UNUSABLE == 0:
-        slope = rate_slope(slope, last, gyr, extreme.stay, full, dt)
-        if lost > 0.0 and dt <= GAP_SECONDS:
-            unmeasured = lost_variance(last, gyr, lost)
-            gyr = sub(gyr, scale(sub(gyr, last), 0.5 * lost / dt))
+    before = rate
+    rate = Approach(gyr, before.slope, 0.0)
+    if health & GYR_SATURATED or health & RATE_UNUSABLE == 0:
+        rate = update_approach(before, gyr, detected.gyr_extreme, dt)
+    if rate.time > 0.0:
+        unmeasured = variance_beyond(rate.slope, rate.time) - variance_beyond(rate.slope, before.time)
+        rate_age = rate.time
+        gyr = add(gyr, mean_beyond(rate, dt))
+    elif lost > 0.0 and dt <= GAP_SECONDS and health & RATE_UNUSABLE == 0:
+        unmeasured = lost_variance(last, gyr, lost)
+        gyr = sub(gyr, scale(sub(gyr, last), 0.5 * lost / dt))
     rate_unknown = rate_lost or dt > GAP_SECONDS
     return ConditionedSample(
         gyr,
@@ -305,5 +242,5 @@ def condition(guard: Guard, sample: ConditionedSample, gyr: Vec3, acc: Vec3, mag
         corrected_by,
         detected,
         rate,
-        slope,
+        force,
     )

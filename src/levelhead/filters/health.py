@@ -6,7 +6,7 @@ MAG_MISSING = 4  # a magnetometer exists, but gave nothing now
 GAP = 8  # too long since the last sample: the rate was not integrated across
 NEAR_VERTICAL = 16  # pitch near ±90°: roll and yaw are not defined there, tilt is carried by the gyroscope
 GYR_SATURATED = 32  # at full scale: it turned at least so fast
-ACC_SATURATED = 64  # at full scale: not used
+ACC_SATURATED = 64  # at full scale: the rest is extrapolated
 GYR_STUCK = 128  # an axis repeats one value
 ACC_STUCK = 256  # an axis repeats one value: not used
 ACC_REJECTED = 512  # too far from g and from the prediction: not used
@@ -24,7 +24,7 @@ NAMES = {
     GAP: "gap in time, rate not integrated across",
     NEAR_VERTICAL: "pitch near ±90°, roll and yaw ambiguous",
     GYR_SATURATED: "gyroscope at full scale, turned faster than it can say",
-    ACC_SATURATED: "accelerometer at full scale, not used",
+    ACC_SATURATED: "accelerometer at full scale, pushed harder than it can say",
     GYR_STUCK: "a gyroscope axis stuck at one value",
     ACC_STUCK: "an accelerometer axis stuck at one value, not used",
     ACC_REJECTED: "accelerating, accelerometer not used",

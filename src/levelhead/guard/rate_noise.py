@@ -17,6 +17,7 @@ SMALL = 0.03  # of the mean change at rest: a change that noise hardly ever make
 SURE = 20.0  # p n: once in 5 · 10⁸ runs of samples
 NOISE_TIME = 10.0  # s of rest over which the noise is averaged,
 LEAST_TIME = 1.0  # and at least
+LEAST_SCALE = 1.7  # rad/s: a rate beyond may be at full scale (the smallest is 125 °/s), where noise is cut off
 
 
 class RateNoise(NamedTuple):
@@ -39,9 +40,9 @@ def axis_share(share: float, change: float, mean: float, weight: float) -> float
 
 
 @kernel
-def axis_evidence(evidence: float, change: float, mean: float, share: float) -> float:
+def axis_evidence(evidence: float, rate: float, change: float, mean: float, share: float) -> float:
     """p n after another change."""
-    return 0.0 if change > SMALL * mean else evidence + share
+    return 0.0 if change > SMALL * mean or abs(rate) > LEAST_SCALE else evidence + share
 
 
 @kernel
@@ -58,7 +59,9 @@ def update_noise(noise: RateNoise, rate: Vec3, quiet: bool, dt: float) -> RateNo
         return RateNoise(rate, change, share, min(time + dt, NOISE_TIME), ZERO)
     if time < LEAST_TIME:
         return RateNoise(rate, noise.change, noise.share, time, ZERO)
-    evidence = Vec3(axis_evidence(e, x, p, u), axis_evidence(f, y, q, v), axis_evidence(g, z, r, w))
+    evidence = Vec3(
+        axis_evidence(e, rate.x, x, p, u), axis_evidence(f, rate.y, y, q, v), axis_evidence(g, rate.z, z, r, w)
+    )
     return RateNoise(rate, noise.change, noise.share, time, evidence)
 
 

@@ -23,6 +23,7 @@ typedef lh_mahony_repeat Repeat;
 typedef lh_mahony_jump Jump;
 typedef lh_mahony_rate_noise RateNoise;
 typedef lh_mahony_detector_state DetectorState;
+typedef lh_mahony_approach Approach;
 typedef lh_mahony_conditioned_sample ConditionedSample;
 typedef lh_mahony_quat Quat;
 typedef lh_mahony_state State;
@@ -119,6 +120,13 @@ static const float RATE_JUMP_MOST_RETURN = 3.0f;
 
 static const float LOWPASS_AGE_LIMIT = 1e6f; /* s: beyond this age the weight no longer depends on it */
 
+/* of the full scale: an axis that reads so much is clipped, if any is */
+static const float FULL_SCALE_AT_FULL_SCALE = 0.97f;
+static const float FULL_SCALE_CLIPPED_SHARE = 0.4f; /* 1σ of what is beyond full scale, as a share of it */
+/* of a slope is that of the next sample: the one that reaches full scale is cut off */
+static const float FULL_SCALE_LEAST_SLOPE = 0.8f;
+static const float FULL_SCALE_STEEPER = 2.0f; /* at most */
+
 static const float QUAT_SMALL = 0.01f; /* (angle/2)² below which series take over */
 
 static const float OBSERVER_COVARIANCE_INTERVAL = 0.05f; /* s between two updates of σ */
@@ -158,6 +166,8 @@ static const float RATE_NOISE_SMALL = 0.03f;
 static const float RATE_NOISE_SURE = 20.0f; /* p n: once in 5 · 10⁸ runs of samples */
 static const float RATE_NOISE_NOISE_TIME = 10.0f; /* s of rest over which the noise is averaged, */
 static const float RATE_NOISE_LEAST_TIME = 1.0f; /* and at least */
+/* rad/s: a rate beyond may be at full scale (the smallest is 125 °/s), where noise is cut off */
+static const float RATE_NOISE_LEAST_SCALE = 1.7f;
 
 static const float FIELD_FIRST_AGE = 0.001f; /* s for which the first reading counts */
 static const float FIELD_FIELD_TIME = 20.0f; /* s, time constant of norm and dip */
@@ -198,7 +208,7 @@ static const int32_t HEALTH_ACC_MISSING = 2; /* nothing corrected tilt */
 static const int32_t HEALTH_MAG_MISSING = 4; /* a magnetometer exists, but gave nothing now */
 static const int32_t HEALTH_GAP = 8; /* too long since the last sample: the rate was not integrated across */
 static const int32_t HEALTH_GYR_SATURATED = 32; /* at full scale: it turned at least so fast */
-static const int32_t HEALTH_ACC_SATURATED = 64; /* at full scale: not used */
+static const int32_t HEALTH_ACC_SATURATED = 64; /* at full scale: the rest is extrapolated */
 static const int32_t HEALTH_GYR_STUCK = 128; /* an axis repeats one value */
 static const int32_t HEALTH_ACC_STUCK = 256; /* an axis repeats one value: not used */
 static const int32_t HEALTH_ACC_REJECTED = 512; /* too far from g and from the prediction: not used */
@@ -217,16 +227,8 @@ static const float CONDITIONING_READING_LIMIT = 1e9f;
 static const float CONDITIONING_SQUARE_LIMIT = 1e18f;
 /* GYR_MISSING | GYR_SATURATED | GYR_STUCK: the rate is not the body's */
 static const int32_t CONDITIONING_RATE_UNUSABLE = 161;
-/* ACC_SATURATED | ACC_STUCK: the specific force is not the body's */
-static const int32_t CONDITIONING_FORCE_UNUSABLE = 320;
 /* rad, 1σ of an unmeasured rotation from which the filter's covariance is inflated */
 static const float CONDITIONING_LEAST_ROTATION = 0.1f;
-/* of the full scale: an axis that reads so much is clipped, if any is */
-static const float CONDITIONING_AT_FULL_SCALE = 0.97f;
-static const float CONDITIONING_CLIPPED_SHARE = 0.4f; /* 1σ of the rotation beyond full scale, as a share of it */
-/* of a slope is that of the next sample: the one that reaches full scale is cut off */
-static const float CONDITIONING_LEAST_SLOPE = 0.8f;
-static const float CONDITIONING_STEEPER = 2.0f; /* at most */
 static const float CONDITIONING_INTERVALS = 16.0f; /* over which the usual interval is averaged */
 /* 1.0 / 12.0: of a number that is uniform between 0 and 1: when in a lost interval the rate changed */
 static const float CONDITIONING_CHANGE_VARIANCE = 0.083333336f;
@@ -238,7 +240,7 @@ static const ConditionedSample CONDITIONING_NO_SAMPLE = {{0.0f, 0.0f, 0.0f}, {0.
     {{0.0f, 0.0f, 0.0f}, 0, 0.0f}, {{0.0f, 0.0f, 0.0f}, 0, 0.0f},
     {{0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f}, 0},
     {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f}}, false, false, 0},
-    {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}};
+    {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, 0.0f}, {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, 0.0f}};
 static const UnmeasuredRotation CONDITIONING_ALL_MEASURED = {0.0f, 0.0f};
 
 /* cos² of the field's dip in middle Europe: the share of a heading error that the whole field shows */
@@ -560,6 +562,81 @@ static float lowpass_advance_age(float age, float dt)
 static float lowpass_lowpass_weight(float tau, float age, float dt)
 {
     return dt / (lh_min(tau, age) + dt);
+}
+
+/* ---- full_scale
+ *
+ * A sensor beyond its full scale: what it would have read, from the slope with which it came there.
+ *
+ * A reading that leaves the range with the slope a and comes back after T as a parabola was a T/4 beyond at most, and
+ * a T²/6 in the integral of all that is beyond; growing with time t, that is a t/3. A rate that is clipped is of a body
+ * that turns on, and a specific force that is clipped of one that is pushed: left out, a runner would weigh too little at
+ * every step.
+ */
+
+/* Slope of one axis as it reached full scale, u/s; 0 where it is below.
+ *
+ * slope is that of the sample before, and of a body that was hit it says nothing.
+ */
+static float full_scale_axis_slope(float slope, float last, float reading, float full, bool first, float dt)
+{
+    if (-full < reading && reading < full) {
+        return 0.0f;
+    }
+    if (!first) {
+        return slope;
+    }
+    const float sign = reading > 0.0f ? 1.0f : -1.0f;
+    const float before = lh_max(sign * slope, 0.0f);
+    return sign * lh_max(before, lh_min(sign * (reading - last) / dt, FULL_SCALE_STEEPER * before));
+}
+
+/* The same of all axes; the slopes of the sample before count as this share of them. */
+static Vec3 full_scale_clipped_slope(const Approach *approach, float share, Vec3 reading, float full,
+    bool first, float dt)
+{
+    const Vec3 slope = approach->slope, last = approach->last;
+    return (Vec3){full_scale_axis_slope(share * slope.x, last.x, reading.x, full, first, dt),
+        full_scale_axis_slope(share * slope.y, last.y, reading.y, full, first, dt),
+        full_scale_axis_slope(share * slope.z, last.z, reading.z, full, first, dt)};
+}
+
+/* After a reading that lasts dt seconds; a plateau is known for full scale only when it has lasted. */
+static Approach full_scale_update_approach(const Approach *approach, Vec3 reading, Extreme extreme, float dt)
+{
+    const float full = FULL_SCALE_AT_FULL_SCALE * lh_min(extreme.up, extreme.down);
+    if (extreme.clipped) {
+        const Vec3 slope = full_scale_clipped_slope(approach, 1.0f, reading, full, approach->time == 0.0f,
+            dt);
+        return (Approach){reading, slope, lh_max(approach->time, extreme.stay) + dt};
+    }
+    if (extreme.stay < 0.0f) {
+        return (Approach){reading, vec3_scale(vec3_sub(reading, approach->last), 1.0f / dt), 0.0f};
+    }
+    const float share = extreme.stay == 0.0f ? FULL_SCALE_LEAST_SLOPE : 1.0f;
+    return (Approach){reading, full_scale_clipped_slope(approach, share, reading, full, true, dt), 0.0f};
+}
+
+/* What the last reading, of dt seconds, leaves out in the mean; at most as much as it reads. */
+static Vec3 full_scale_mean_beyond(const Approach *approach, float dt)
+{
+    if (approach->time == 0.0f) {
+        return VEC3_ZERO;
+    }
+    const Vec3 beyond = vec3_scale(approach->slope, (approach->time - 0.5f * dt) / 3.0f);
+    const float size = vec3_norm(beyond), most = vec3_norm(approach->last);
+    return size > most ? vec3_scale(beyond, most / size) : beyond;
+}
+
+/* u² s², variance of the integral of what is beyond, time seconds after full scale was reached.
+ *
+ * On RepoIMU's clipped recordings (T from 0.05 to 0.5 s) the angle a T²/6 is right to CLIPPED_SHARE.
+ */
+static float full_scale_variance_beyond(Vec3 slope, float time)
+{
+    const float x = slope.x, y = slope.y, z = slope.z;
+    const float missed = FULL_SCALE_CLIPPED_SHARE * time * time / 6.0f;
+    return missed * missed * (x * x + y * y + z * z);
 }
 
 /* ---- quat
@@ -914,9 +991,9 @@ static float rate_noise_axis_share(float share, float change, float mean, float 
 }
 
 /* p n after another change. */
-static float rate_noise_axis_evidence(float evidence, float change, float mean, float share)
+static float rate_noise_axis_evidence(float evidence, float rate, float change, float mean, float share)
 {
-    return change > RATE_NOISE_SMALL * mean ? 0.0f : evidence + share;
+    return change > RATE_NOISE_SMALL * mean || fabsf(rate) > RATE_NOISE_LEAST_SCALE ? 0.0f : evidence + share;
 }
 
 /* After a rate (rad/s) that stands for dt seconds, which is of the noise alone where it is quiet. */
@@ -938,8 +1015,8 @@ static RateNoise rate_noise_update_noise(const RateNoise *noise, Vec3 rate, bool
     if (time < RATE_NOISE_LEAST_TIME) {
         return (RateNoise){rate, noise->change, noise->share, time, VEC3_ZERO};
     }
-    const Vec3 evidence = {rate_noise_axis_evidence(e, x, p, u), rate_noise_axis_evidence(f, y, q, v),
-        rate_noise_axis_evidence(g, z, r, w)};
+    const Vec3 evidence = {rate_noise_axis_evidence(e, rate.x, x, p, u),
+        rate_noise_axis_evidence(f, rate.y, y, q, v), rate_noise_axis_evidence(g, rate.z, z, r, w)};
     return (RateNoise){rate, noise->change, noise->share, time, evidence};
 }
 
@@ -1507,65 +1584,6 @@ static int32_t conditioning_missing_bits(Vec3 gyr, Vec3 acc, Vec3 mag)
     return health;
 }
 
-/* Slope of the rate of one axis as it reached full scale, rad/s²; 0 where it is below.
- *
- * slope is that of the sample before, and of a body that was hit it says nothing.
- */
-static float conditioning_axis_slope(float slope, float last, float rate, float full, bool first, float dt)
-{
-    if (-full < rate && rate < full) {
-        return 0.0f;
-    }
-    if (!first) {
-        return slope;
-    }
-    const float sign = rate > 0.0f ? 1.0f : -1.0f;
-    const float before = lh_max(sign * slope, 0.0f);
-    return sign * lh_max(before, lh_min(sign * (rate - last) / dt, CONDITIONING_STEEPER * before));
-}
-
-/* The same of all axes; last is the rate of the sample before. */
-static Vec3 conditioning_clipped_slope(Vec3 slope, Vec3 last, Vec3 gyr, float full, bool first, float dt)
-{
-    return (Vec3){conditioning_axis_slope(slope.x, last.x, gyr.x, full, first, dt),
-        conditioning_axis_slope(slope.y, last.y, gyr.y, full, first, dt),
-        conditioning_axis_slope(slope.z, last.z, gyr.z, full, first, dt)};
-}
-
-/* rad/s², of a rate that is not known to be at full scale; that may turn out when it has lasted.
- *
- * stay: s since it reached its largest so far, 0 while it rises to it, negative elsewhere.
- */
-static Vec3 conditioning_rate_slope(Vec3 slope, Vec3 last, Vec3 gyr, float stay, float full, float dt)
-{
-    if (stay < 0.0f) {
-        return vec3_scale(vec3_sub(gyr, last), 1.0f / dt);
-    }
-    return conditioning_clipped_slope(vec3_scale(slope, stay == 0.0f ? CONDITIONING_LEAST_SLOPE : 1.0f), last,
-        gyr, full, true, dt);
-}
-
-/* rad/s, what a clipped rate leaves out time seconds after it reached full scale, see clipped_variance. */
-static Vec3 conditioning_rate_beyond(Vec3 slope, float time, float most)
-{
-    const Vec3 beyond = vec3_scale(slope, time / 3.0f);
-    const float size = vec3_norm(beyond);
-    return size > most ? vec3_scale(beyond, most / size) : beyond;
-}
-
-/* rad², of the rotation beyond full scale after time seconds of it.
- *
- * A rate that leaves the range with the slope a and comes back after T as a parabola was a T/4 beyond at most, and
- * a T²/6 in the mean of all that rotation; growing with time, that is a rate of a t/3. On RepoIMU's clipped recordings
- * (T from 0.05 to 0.5 s) this is right to CLIPPED_SHARE.
- */
-static float conditioning_clipped_variance(Vec3 slope, float time)
-{
-    const float x = slope.x, y = slope.y, z = slope.z;
-    const float missed = CONDITIONING_CLIPPED_SHARE * time * time / 6.0f;
-    return missed * missed * (x * x + y * y + z * z);
-}
-
 /* s, the mean interval; one that is longer than twice as long counts as twice as long. */
 static float conditioning_usual_interval(float usual, float dt)
 {
@@ -1615,8 +1633,9 @@ static ConditionedSample conditioning_first_sample(Vec3 gyr, Vec3 acc, Vec3 mag,
     const Jump jump = rate_jump_first_rate(gyr);
     const DetectorState detected = {REST_NO_SUMS, means, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat,
         jump, noise, false, false, 0};
+    const Approach rate = (Approach){gyr, VEC3_ZERO, 0.0f}, force = (Approach){acc, VEC3_ZERO, 0.0f};
     return (ConditionedSample){gyr, acc, mag, 0.0f, 0.0f, health, false, tilt_is_present(acc), false, 0.0f,
-        0.0f, 0.0f, 0, detected, gyr, VEC3_ZERO};
+        0.0f, 0.0f, 0, detected, rate, force};
 }
 
 /* Whether σ is updated after this sample. */
@@ -1629,14 +1648,17 @@ static bool conditioning_sigma_due(const ConditionedSample *sample)
 static ConditionedSample conditioning_condition(const Guard *guard, const ConditionedSample *sample, Vec3 gyr,
     Vec3 acc, Vec3 mag, float dt)
 {
+    Approach rate_3;
+    Approach force_2;
     const Vec3 field = sample->mag;
     const float usual = sample->interval;
     const bool had_field = sample->had_field, started = sample->started;
     float rate_age = sample->rate_age, since_sigma = sample->since_sigma;
     int32_t corrected_by = sample->corrected_by;
     const DetectorState *detected = &sample->detected;
-    const Vec3 last = sample->rate;
-    Vec3 slope = sample->slope;
+    const Approach *rate = &sample->rate;
+    const Approach *force = &sample->force;
+    const Vec3 last = rate->last;
     int32_t health = conditioning_missing_bits(gyr, acc, mag);
     if (health != 0) {
         gyr = (health & HEALTH_GYR_MISSING) ? last : gyr;
@@ -1654,10 +1676,11 @@ static ConditionedSample conditioning_condition(const Guard *guard, const Condit
     if ((health & HEALTH_GYR_MISSING) == 0) {
         gyr = detectors_believed_rate(detected, gyr);
     }
-    const Vec3 rate = gyr;
     health |= detected->health;
-    if (detected->health & CONDITIONING_FORCE_UNUSABLE) {
-        acc = VEC3_ZERO;
+    if (tilt_is_present(acc)) {
+        force_2 = full_scale_update_approach(force, acc, detected->acc_extreme, dt);
+        force = &force_2;
+        acc = (health & HEALTH_ACC_STUCK) ? VEC3_ZERO : vec3_add(acc, full_scale_mean_beyond(force, dt));
     }
     if (conditioning_sigma_due(sample)) {
         since_sigma = 0.0f;
@@ -1672,32 +1695,29 @@ static ConditionedSample conditioning_condition(const Guard *guard, const Condit
     if (dt > TILT_GAP_SECONDS) {
         health |= HEALTH_GAP;
     }
-    const float age_before = rate_age;
     const UnmeasuredRotation unmeasuredrotation = conditioning_unmeasured_rotation(health, rate_age, dt);
     rate_age = unmeasuredrotation.rate_age;
     float unmeasured = unmeasuredrotation.variance;
-    const Extreme extreme = detected->gyr_extreme;
-    const float full = CONDITIONING_AT_FULL_SCALE * lh_min(extreme.up, extreme.down);
-    if (health & HEALTH_GYR_SATURATED) {
-        slope = conditioning_clipped_slope(slope, last, gyr, full, age_before == 0.0f, dt);
-        const float clipped_for = lh_max(age_before, extreme.stay);
-        rate_age = clipped_for + dt;
-        gyr = vec3_add(gyr, conditioning_rate_beyond(slope, clipped_for + 0.5f * dt, vec3_norm(gyr)));
-        unmeasured = conditioning_clipped_variance(slope, rate_age)
-            - conditioning_clipped_variance(slope, age_before);
-    } else {
-        if ((health & CONDITIONING_RATE_UNUSABLE) == 0) {
-            slope = conditioning_rate_slope(slope, last, gyr, extreme.stay, full, dt);
-            if (lost > 0.0f && dt <= TILT_GAP_SECONDS) {
-                unmeasured = conditioning_lost_variance(last, gyr, lost);
-                gyr = vec3_sub(gyr, vec3_scale(vec3_sub(gyr, last), 0.5f * lost / dt));
-            }
-        }
+    const Approach before = *rate;
+    const Approach rate_2 = (Approach){gyr, before.slope, 0.0f};
+    rate = &rate_2;
+    if (health & HEALTH_GYR_SATURATED || (health & CONDITIONING_RATE_UNUSABLE) == 0) {
+        rate_3 = full_scale_update_approach(&before, gyr, detected->gyr_extreme, dt);
+        rate = &rate_3;
+    }
+    if (rate->time > 0.0f) {
+        unmeasured = full_scale_variance_beyond(rate->slope, rate->time)
+            - full_scale_variance_beyond(rate->slope, before.time);
+        rate_age = rate->time;
+        gyr = vec3_add(gyr, full_scale_mean_beyond(rate, dt));
+    } else if (lost > 0.0f && dt <= TILT_GAP_SECONDS && (health & CONDITIONING_RATE_UNUSABLE) == 0) {
+        unmeasured = conditioning_lost_variance(last, gyr, lost);
+        gyr = vec3_sub(gyr, vec3_scale(vec3_sub(gyr, last), 0.5f * lost / dt));
     }
     const bool rate_unknown = rate_lost || dt > TILT_GAP_SECONDS;
     return (ConditionedSample){gyr, acc, mag, dt, conditioning_usual_interval(usual, dt), health,
         had_field || tilt_is_present(field), true, rate_unknown, rate_age, unmeasured, since_sigma + dt,
-        corrected_by, *detected, rate, slope};
+        corrected_by, *detected, *rate, *force};
 }
 
 /* ---- mahony

@@ -23,9 +23,9 @@
  *
  * RAM of one filter with its parameters:
  *
- *     64 bit (Cortex-A, x86-64)                                    528 bytes
- *     32 bit (Cortex-M, ESP32, RP2040)                             528 bytes
- *     AVR (Uno, Mega)                                              513 bytes
+ *     64 bit (Cortex-A, x86-64)                                    560 bytes
+ *     32 bit (Cortex-M, ESP32, RP2040)                             560 bytes
+ *     AVR (Uno, Mega)                                              545 bytes
  */
 #ifndef LH_MAHONY_H
 #define LH_MAHONY_H
@@ -46,7 +46,7 @@ extern "C" {
 #define LH_GAP INT32_C(8) /* gap in time, rate not integrated across */
 #define LH_NEAR_VERTICAL INT32_C(16) /* pitch near ±90°, roll and yaw ambiguous */
 #define LH_GYR_SATURATED INT32_C(32) /* gyroscope at full scale, turned faster than it can say */
-#define LH_ACC_SATURATED INT32_C(64) /* accelerometer at full scale, not used */
+#define LH_ACC_SATURATED INT32_C(64) /* accelerometer at full scale, pushed harder than it can say */
 #define LH_GYR_STUCK INT32_C(128) /* a gyroscope axis stuck at one value */
 #define LH_ACC_STUCK INT32_C(256) /* an accelerometer axis stuck at one value, not used */
 #define LH_ACC_REJECTED INT32_C(512) /* accelerating, accelerometer not used */
@@ -178,6 +178,13 @@ typedef struct {
     int32_t health;
 } lh_mahony_detector_state;
 
+/* How a sensor has come near its full scale, in its unit (u). */
+typedef struct {
+    lh_mahony_vec3 last; /* its last reading */
+    lh_mahony_vec3 slope; /* u/s, when it was last below full scale; where an axis is clipped that of its beginning */
+    float time; /* s since it reached full scale; 0: it is below */
+} lh_mahony_approach;
+
 /* The last sample without its unusable readings, and what is kept of the samples before it. */
 typedef struct {
     lh_mahony_vec3 gyr; /* rad/s, in the mean over dt as far as known; where it is missing the last one that was not */
@@ -194,9 +201,8 @@ typedef struct {
     float since_sigma; /* s since σ was last updated */
     int32_t corrected_by; /* sensors with a usable reading since then: 1 accelerometer, 2 magnetometer */
     lh_mahony_detector_state detected;
-    lh_mahony_vec3 rate; /* rad/s, as it was read; where it is missing the last one that was not */
-    /* rad/s², of the rate when it was last below full scale; where an axis is clipped that of its beginning */
-    lh_mahony_vec3 slope;
+    lh_mahony_approach rate; /* rad/s; where it is missing the last one that was not */
+    lh_mahony_approach force; /* m/s² */
 } lh_mahony_conditioned_sample;
 
 /* A quaternion, scalar first. */
