@@ -8,7 +8,7 @@ from tests.reference import c_engine
 from tests.reference.c_kernel import called, translated
 
 from levelhead import filters
-from levelhead.compiler.mark import kernel
+from levelhead.compiler.mark import instance, kernel
 from levelhead.errors import LevelheadError
 from levelhead.export import ExportConfig, files
 from levelhead.export.kinds import FLOAT, INT
@@ -227,6 +227,23 @@ def both(a: float, b: float) -> Pair:
     return Pair(state.total, p[0, 3] + state.row[2])
 
 
+@kernel
+def to_n(a: float) -> float:
+    total = 0.0
+    for _ in range(N):
+        total += a
+    return total
+
+
+to_seven = instance(to_n, "to_seven", N=7)
+
+
+@kernel
+def instances(a: float, b: float) -> float:
+    """A kernel and an instance of it with another constant."""
+    return to_n(a) + to_seven(b)
+
+
 RNG = np.random.default_rng(0)
 FLOATS = [(1.0, 2.0), (2.0, 1.0), (-3.0, 3.0), (-1.0, 4.0), (0.0, -0.0), *RNG.normal(0, 3, (20, 2)).tolist()]
 
@@ -235,7 +252,7 @@ FLOATS = [(1.0, 2.0), (2.0, 1.0), (-3.0, 3.0), (-1.0, 4.0), (0.0, -0.0), *RNG.no
 @GCC
 @pytest.mark.parametrize(
     "function",
-    [arithmetic, decided, extremes, several, unbundled, enlarged, wandering, passed_on, both],
+    [arithmetic, decided, extremes, several, unbundled, enlarged, wandering, passed_on, both, instances],
     ids=lambda f: f.__name__,
 )
 def test_it_means_the_same_in_c(function):

@@ -48,7 +48,11 @@ class Constants:
         else:
             assert isinstance(node, ast.Name)
             module, name = home(inference.source.function.__module__, node.id)
-        self.values[module, name] = inference.resolve(node)
+        value = inference.resolve(node)
+        if self.values.setdefault((module, name), value) != value:  # an instance of a kernel has another one
+            assert isinstance(value, int)
+            name = f"{name}_{value}"
+            self.values[module, name] = value
         return self._name(module, name)
 
     def lines(self) -> list[str]:
