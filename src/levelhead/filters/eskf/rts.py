@@ -21,7 +21,7 @@ position.
 from math import sqrt
 from typing import NamedTuple
 
-from levelhead.compiler.mark import kernel, noinline
+from levelhead.compiler.mark import KernelFunction, instance, kernel, noinline
 from levelhead.filters.eskf import state as at
 from levelhead.filters.eskf.adaptation import found_prior
 from levelhead.filters.eskf.covariance import rotate_velocity_error, vector
@@ -36,7 +36,9 @@ from levelhead.kernels.vec3 import Vec3
 
 LONGEST_BLOCK = 0.25  # s: blocks need not be shorter than this offline
 WHOLE = at.ROW * at.ROW  # numbers of a matrix; those of aiding stay unused
+TRIANGLE = at.ROW * (at.ROW + 4) // 2  # of its upper triangle, whose rows begin at a multiple of four
 N = at.N_MAGNETIC
+LAST = 16  # columns of a triangle, and the rows that are computed in these alone
 LEAST = 1e-13  # share of a variance that must be left of it, or it contains no information of its own
 
 # The memory of the forward run: what a block predicted stands behind the filter's
@@ -44,10 +46,10 @@ PREDICTED = at.SIZE  # P⁻
 BEFORE = PREDICTED + WHOLE  # the attitude before the correction, 4
 FORWARD_SIZE = BEFORE + 4
 
-# What is kept of each block
+# What is kept of each block; of P and P⁻ their triangles
 BLOCK_P = 0
-BLOCK_PREDICTED = BLOCK_P + WHOLE
-BLOCK_W = BLOCK_PREDICTED + WHOLE  # rows of F P of the driven states
+BLOCK_PREDICTED = BLOCK_P + TRIANGLE
+BLOCK_W = BLOCK_PREDICTED + TRIANGLE  # rows of F P of the driven states
 BLOCK_X = BLOCK_W + at.DRIVEN * at.ROW
 BLOCK_BIAS = BLOCK_X + at.N  # rad/s, 3
 BLOCK_ROTATION = BLOCK_BIAS + 3  # by the correction at its end, earth frame, 4
@@ -58,7 +60,7 @@ BLOCK_TURN = BLOCK_PLACE + 1  # rad, half the turn of its last sample, earth fra
 BLOCK_SIZE = BLOCK_TURN + 3
 
 # The memory of the step back
-AHEAD = 0  # A, then P^s_k+1 − A
+AHEAD = 0  # upper triangle of A, then of P^s_k+1 − A
 FACTOR = AHEAD + WHOLE  # R
 GAIN = FACTOR + WHOLE  # B, then Y, then Gᵀ
 LATER = GAIN + WHOLE  # P^s_k+1
@@ -97,6 +99,36 @@ def correct(params: ESKF, state: State, dt: float) -> State:
 
 
 @kernel
+def pack(m: Floats, p: int, n: int, kept: Floats, first: int) -> None:
+    """Keeps the upper triangle of the symmetric matrix at ``p``, of n states, from ``first`` on."""
+    to = first
+    for i in range(0, n, 4):
+        for row in range(p + i * at.ROW, p + (i + 4) * at.ROW, at.ROW):
+            for j in range(i, n):
+                kept[to + j - i] = m[row + j]
+            to += n - i
+
+
+@kernel
+def unpack(kept: Floats, first: int, n: int, m: Floats, p: int) -> None:
+    """Puts an upper triangle back that was kept from ``first`` on."""
+    begin = first
+    for i in range(0, n, 4):
+        for row in range(p + i * at.ROW, p + (i + 4) * at.ROW, at.ROW):
+            for j in range(i, n):
+                m[row + j] = kept[begin + j - i]
+            begin += n - i
+
+
+@kernel
+def mirror(m: Floats, p: int, n: int) -> None:
+    """Makes the matrix at ``p`` symmetric, from its upper triangle."""
+    for i in range(n):
+        for j in range(i):
+            m[p + i * at.ROW + j] = m[p + j * at.ROW + i]
+
+
+@kernel
 def is_block_end(state: State) -> bool:
     """Whether a block ended with the last sample."""
     return state.block_end
@@ -116,8 +148,7 @@ def keep_start(state: State, blocks: Floats) -> None:
     """The block before a stretch of samples; no more of it is needed."""
     m = state.memory
     keep_widening(state, blocks, 0)
-    for j in range(WHOLE):
-        blocks[BLOCK_P + j] = m[at.P + j]
+    pack(m, at.P, N, blocks, BLOCK_P)
     for j in range(3):
         blocks[BLOCK_BIAS + j] = m[at.MEAN + at.GYR_BIAS + j]
 
@@ -126,9 +157,8 @@ def keep_start(state: State, blocks: Floats) -> None:
 def keep(state: State, blocks: Floats, first: int) -> None:
     """The block that has just ended, as numbers of ``kept`` from ``first`` on."""
     m = state.memory
-    for j in range(WHOLE):
-        blocks[first + BLOCK_P + j] = m[at.P + j]
-        blocks[first + BLOCK_PREDICTED + j] = m[PREDICTED + j]
+    pack(m, at.P, N, blocks, first + BLOCK_P)
+    pack(m, PREDICTED, N, blocks, first + BLOCK_PREDICTED)
     for j in range(at.DRIVEN * at.ROW):
         blocks[first + BLOCK_W + j] = m[at.W + j]
     for j in range(at.N):
@@ -172,9 +202,9 @@ def begin(state: State, m: Floats) -> None:
 def load_covariances(blocks: Floats, first: int, after: int, m: Floats) -> None:
     """LATER, AHEAD and NOW, from block k, kept from ``first`` on, and the one behind it, from ``after`` on."""
     copy(m, LATER, NOW, WHOLE)
-    for j in range(WHOLE):
-        m[AHEAD + j] = blocks[after + BLOCK_PREDICTED + j]
-        m[NOW + j] = blocks[first + BLOCK_P + j]
+    unpack(blocks, after + BLOCK_PREDICTED, N, m, AHEAD)
+    unpack(blocks, first + BLOCK_P, N, m, NOW)
+    mirror(m, NOW, N)
 
 
 @kernel
@@ -223,13 +253,22 @@ def scale_row(m: Floats, row: int, factor: float) -> None:
 
 
 @kernel
+def subtract_upper(m: Floats, i: int, to: int, weight: int, row: int, count: int) -> None:
+    """``subtract_rows`` from row i of an upper triangle, at ``to``, with weights that stand in a column."""
+    if i < N - LAST:
+        subtract_rows(m, to, weight, at.ROW, row, at.ROW, count, N)
+    else:
+        subtract_rows(m, to + N - LAST, weight, at.ROW, row + N - LAST, at.ROW, count, LAST)
+
+
+@kernel
 def factorize(m: Floats, restart: bool) -> None:
     """R of A = Rᵀ R by rows; the diagonal holds 1/R_jj, and 0 for a state that is left out."""
     copy(m, FACTOR, AHEAD, WHOLE)
     for j in range(N):
         row = FACTOR + j * at.ROW
         if m[AHEAD + j * at.ROW + j] > 0.0:
-            subtract_rows(m, row, FACTOR + j, at.ROW, FACTOR, at.ROW, j, N)
+            subtract_upper(m, j, row, FACTOR + j, FACTOR, j)
         pivot = m[row + j]
         driven = at.VELOCITY <= j < at.VELOCITY + at.DRIVEN
         left_out = pivot <= LEAST * m[AHEAD + j * at.ROW + j] or (restart and driven)
@@ -254,24 +293,31 @@ def solve(m: Floats) -> None:
 
 
 @kernel
+def smooth_covariance(m: Floats) -> None:
+    """The second half of eq. 29: of symmetric matrices the upper triangle is computed."""
+    for i in range(N):
+        row, product = AHEAD + i * at.ROW, PRODUCT + i * at.ROW
+        for j in range(i, N):
+            m[row + j] = m[LATER + i * at.ROW + j] - m[row + j]
+        for j in range(N):
+            m[product + j] = 0.0
+        if m[FACTOR + i * at.ROW + i] != 0.0:
+            subtract_rows(m, product, AHEAD + i, at.ROW, GAIN, at.ROW, i, N)
+            subtract_rows(m, product, row + i, 1, GAIN + i * at.ROW, at.ROW, N - i, N)
+    for i in range(N):
+        if m[NOW + i * at.ROW + i] != 0.0:
+            subtract_upper(m, i, NOW + i * at.ROW, GAIN + i, PRODUCT, N)
+    mirror(m, NOW, N)
+
+
+@kernel
 def combine(m: Floats) -> None:
     """Eq. 29."""
-    for i in range(WHOLE):
-        m[AHEAD + i] = m[LATER + i] - m[AHEAD + i]
-        m[PRODUCT + i] = 0.0
     for i in range(at.ROW):
         m[SMOOTHED + i] = 0.0
         m[OFF + i] = -m[OFF + i]
     subtract_rows(m, SMOOTHED, OFF, 1, GAIN, at.ROW, N, N)
-    for i in range(N):
-        if m[FACTOR + i * at.ROW + i] != 0.0:
-            subtract_rows(m, PRODUCT + i * at.ROW, AHEAD + i * at.ROW, 1, GAIN, at.ROW, N, N)
-    for i in range(N):
-        if m[NOW + i * at.ROW + i] != 0.0:
-            subtract_rows(m, NOW + i * at.ROW, GAIN + i, at.ROW, PRODUCT, at.ROW, N, N)
-    for i in range(N):
-        for j in range(i):
-            m[NOW + i * at.ROW + j] = m[NOW + j * at.ROW + i]
+    smooth_covariance(m)
 
 
 @noinline
@@ -282,11 +328,33 @@ def step_back(m: Floats, restart: bool) -> None:
     combine(m)
 
 
+def step_back_of(states: int, name: str) -> KernelFunction:
+    """``step_back`` of the first so many states; plain Python."""
+
+    def of(function: KernelFunction, **kernels: KernelFunction) -> KernelFunction:
+        return instance(function, f"{function.__name__}_{name}", N=states, **kernels)
+
+    scale, upper = of(scale_row), of(subtract_upper)
+    return of(
+        step_back,
+        factorize=of(factorize, scale_row=scale, subtract_upper=upper),
+        solve=of(solve, scale_row=scale),
+        combine=of(combine, smooth_covariance=of(smooth_covariance, subtract_upper=upper)),
+    )
+
+
+step_back_inertial = step_back_of(at.N_INERTIAL, "inertial")
+
+
 @kernel
 def back(blocks: Floats, first: int, m: Floats) -> None:
     """One step back, to the block that is kept from ``first`` on."""
     load(blocks, first, m)
-    step_back(m, is_restart(blocks, first + BLOCK_SIZE))
+    restart = is_restart(blocks, first + BLOCK_SIZE)
+    if m[AHEAD + at.FIELD * (at.ROW + 1)] > 0.0:  # there was a magnetometer
+        step_back(m, restart)
+    else:
+        step_back_inertial(m, restart)
 
 
 @kernel

@@ -122,10 +122,15 @@ def correct(params: ESKF, state: State, dt: float) -> State:
     return after
 
 
+keep_start = instance(rts.keep_start, "keep_start_aided", N=at.ROW)
+keep_covariances = instance(rts.keep, "keep_covariances_aided", N=at.ROW)
+load_covariances = instance(rts.load_covariances, "load_covariances_aided", N=at.ROW)
+
+
 @kernel
 def keep(state: State, blocks: Floats, first: int) -> None:
     """The block that has just ended, as numbers of ``kept`` from ``first`` on."""
-    rts.keep(state, blocks, first)
+    keep_covariances(state, blocks, first)
     m = state.memory
     for j in range(at.DRIVEN * at.ROW):
         blocks[first + BLOCK_F + j] = m[at.F + j]
@@ -162,20 +167,22 @@ def predict_cross(blocks: Floats, after: int, m: Floats) -> None:
 def load(blocks: Floats, first: int, m: Floats) -> None:
     """``rts.load`` with all states."""
     after = first + BLOCK_SIZE
-    rts.load_covariances(blocks, first, after, m)
+    load_covariances(blocks, first, after, m)
     predict_cross(blocks, after, m)
     if blocks[after + BLOCK_UNDIRECTED] != 0.0:
         rts.undo_velocity_turn(blocks, after, m)
     rts.load_offset(blocks, after, m)
 
 
-scale_row = instance(rts.scale_row, "scale_row_aided", N=at.ROW)
-factorize = instance(rts.factorize, "factorize_aided", N=at.ROW, scale_row=scale_row)
-solve = instance(rts.solve, "solve_aided", N=at.ROW, scale_row=scale_row)
-combine = instance(rts.combine, "combine_aided", N=at.ROW)
 # a new start leaves position, in mean and variance, as it was
-step_back = instance(rts.step_back, "step_back_aided", factorize=factorize, solve=solve, combine=combine)
-back = instance(rts.back, "back_aided", BLOCK_SIZE=BLOCK_SIZE, load=load, step_back=step_back)
+step_back = rts.step_back_of(at.ROW, "aided")
+
+
+@kernel
+def back(blocks: Floats, first: int, m: Floats) -> None:
+    """``rts.back`` with all states."""
+    load(blocks, first, m)
+    step_back(m, rts.is_restart(blocks, first + BLOCK_SIZE))
 
 
 @kernel
@@ -234,7 +241,7 @@ AIDED = AidedSmoothing(
         correct=correct,
         width=BLOCK_SIZE,
         is_block_end=rts.is_block_end,
-        keep_start=rts.keep_start,
+        keep_start=keep_start,
         keep=keep,
         memory=rts.SIZE,
         begin=rts.begin,
