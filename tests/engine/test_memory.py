@@ -73,9 +73,8 @@ def test_lanes_that_keep_no_tracks_need_next_to_nothing_more_for_any_length():
     assert peak(longer) - peak(shorter) < 2 * (longer - shorter), "a track has 84 bytes for each sample, of each of 64"
 
 
-def test_the_smoother_keeps_the_blocks_of_one_stretch(monkeypatch):
+def test_the_smoother_keeps_the_blocks_of_one_stretch():
     """Beside outputs and a copy of the inputs; all blocks of this recording would take three times as much."""
-    monkeypatch.setattr(smoothing, "MOST_BLOCKS", 400)
     lh.smooth(recording(2000, True))  # compiles
     n = 60_000
     given = recording(n, True)

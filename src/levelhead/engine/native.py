@@ -139,13 +139,23 @@ class FilterMemory:
         return words.pack(*leaves(value))
 
     @property
+    def words(self) -> bytes:
+        """The whole state as the filter has it."""
+        found: bytes = self.filter.state()
+        return found
+
+    @words.setter
+    def words(self, value: bytes) -> None:
+        self.filter.set_state(value)
+
+    @property
     def state(self) -> Tree:
         """The whole state."""
-        return rebuild(self._example, iter(self._layout.state.unpack(self.filter.state())))
+        return rebuild(self._example, iter(self._layout.state.unpack(self.words)))
 
     @state.setter
     def state(self, value: Tree) -> None:
-        self.filter.set_state(self._pack(self._layout.state, value))
+        self.words = self._pack(self._layout.state, value)
 
     def set_params(self, value: Tree) -> None:
         """Other parameters from now on."""
@@ -168,11 +178,21 @@ class NativeSmoother:
         """``ahead``: the filter of the forward run, which begins so."""
         self._name, self._machine = flt.name, FilterMemory(ahead, guarded, settings, begin)
 
-    def forward(self, carry: Tree, *arrays: object) -> tuple[Tree, int, int]:
-        """``smoother_kernels.forward``."""
+    def pack(self, carry: Tree) -> bytes:
+        """A Carry as ``forward`` takes it."""
         self._machine.state = carry
+        return self._machine.words
+
+    def unpack(self, carry: bytes) -> Tree:
+        """What ``forward`` gave as a Carry."""
+        self._machine.words = carry
+        return self._machine.state
+
+    def forward(self, carry: bytes, *arrays: object) -> tuple[bytes, int, int]:
+        """``smoother_kernels.forward_stretch``."""
+        self._machine.words = carry
         count, stop = self._machine.filter.forward(*arrays)
-        return self._machine.state, count, stop
+        return self._machine.words, count, stop
 
     def correct(self, t: Array, numbers: Array, end: Array, count: int, stop: int, *arrays: object) -> None:
         """``smoother_kernels.correct_stretch``."""

@@ -8,8 +8,10 @@ import hashlib
 import json
 import struct
 import zlib
-from collections.abc import Iterator
+from io import BytesIO
 from typing import NamedTuple
+
+import numpy as np
 
 from levelhead import filters
 from levelhead.compiler.tree import Tree, leaves
@@ -43,12 +45,16 @@ def layout(example: Tree) -> str:
 
 def leaf_bytes(value: Tree) -> bytes:
     """The leaves of a value, eight bytes each."""
-    return b"".join(struct.pack("<q" if isinstance(leaf, int) else "<d", leaf) for leaf in leaves(value))
+    if isinstance(value, tuple):
+        return b"".join(map(leaf_bytes, value))
+    if isinstance(value, list | np.ndarray):
+        return np.asarray(value, "<f8").tobytes()
+    return struct.pack("<q" if isinstance(value, int) else "<d", value)
 
 
 def value_of(example: Tree, data: bytes) -> Tree:
     """The value like ``example`` that ``leaf_bytes`` was given."""
-    return _fill(example, iter([data[i : i + 8] for i in range(0, len(data), 8)]))
+    return _fill(example, BytesIO(data))
 
 
 def to_bytes(saved: StreamState) -> bytes:
@@ -70,16 +76,15 @@ def _digest(carry: Carry) -> str:
     return hashlib.sha256(layout(carry).encode()).hexdigest()[:16]
 
 
-def _fill(example: Tree, numbers: Iterator[bytes]) -> Tree:
+def _fill(example: Tree, data: BytesIO) -> Tree:
     """A value like ``example`` with the leaves read from eight bytes each."""
     if isinstance(example, tuple):
-        return type(example)(*(_fill(part, numbers) for part in example))
+        return type(example)(*(_fill(part, data) for part in example))
     if isinstance(example, list):
-        return [_fill(part, numbers) for part in example]
-    chunk = next(numbers)
+        return np.frombuffer(data.read(8 * len(example)), "<f8").tolist()
     if isinstance(example, int):
-        return type(example)(struct.unpack("<q", chunk)[0])
-    return struct.unpack("<d", chunk)[0]
+        return type(example)(struct.unpack("<q", data.read(8))[0])
+    return struct.unpack("<d", data.read(8))[0]
 
 
 def from_bytes(data: bytes) -> StreamState:

@@ -20,7 +20,6 @@ from levelhead.calibration import Calibration
 from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.engine.column_files import ColumnFiles, MappedFile
 from levelhead.engine.prior import correct_recording
-from levelhead.engine.serialization import leaf_bytes, value_of
 from levelhead.engine.smoother_kernels import FlatTrack
 from levelhead.engine.smoothing import Smoother, Stretch, offline_params
 from levelhead.errors import LevelheadError
@@ -33,20 +32,23 @@ from levelhead.track import Track
 WIDTHS = {"t": 1, "gyr": 3, "acc": 3, "mag": 3}  # of the inputs
 MADE = {"quat": 4, "bias": 3, "sigma": 3, "health": 1}
 STRETCHES = "stretches"
-OFTEN = 16  # stretches between two times that what is mapped is given back to the system
+START = 8  # bytes of where one begins
+OFTEN = 64  # stretches between two times that what is mapped is given back to the system
 
 
 class SavedStretches:
-    """Stretches in a file, as a list has them in memory; ``count`` of them are there already."""
+    """Stretches in a file, as a list has them in memory; ``count`` of them are there already, and ``size`` is that of
+    a Carry.
+    """
 
-    def __init__(self, file: BinaryIO, example: Stretch, count: int = 0) -> None:
-        self._file, self._example, self._count, self._size = file, example, count, len(leaf_bytes(example))
+    def __init__(self, file: BinaryIO, size: int, count: int = 0) -> None:
+        self._file, self._count, self._size = file, count, START + size
         file.truncate(count * self._size)
 
     def append(self, stretch: Stretch) -> None:
         """One more."""
         self._file.seek(self._count * self._size)
-        self._file.write(leaf_bytes(stretch))
+        self._file.write(stretch.start.to_bytes(START, "little") + stretch.carry)
         self._count += 1
 
     def __len__(self) -> int:
@@ -54,8 +56,8 @@ class SavedStretches:
 
     def __getitem__(self, index: int) -> Stretch:
         self._file.seek(index * self._size)
-        stretch: Stretch = value_of(self._example, self._file.read(self._size))
-        return stretch
+        data = self._file.read(self._size)
+        return Stretch(int.from_bytes(data[:START], "little"), data[START:])
 
 
 def smooth_chunks(
@@ -206,7 +208,7 @@ class ChunkSmoother:
         run.take([arrays[name] for name in names], FlatTrack(*(arrays[name] for name in list(MADE)[:3])), self._bits)
         path, back = self._place / STRETCHES, self._saved.get("back")
         with path.open("r+b" if path.exists() else "w+b") as file:
-            stretches = SavedStretches(file, run.begin, self._saved.get("stretches", 0))
+            stretches = SavedStretches(file, len(run.begin.carry), self._saved.get("stretches", 0))
             if back is not None:
                 run.memory = [float.fromhex(word) for word in self._saved["memory"]]
             self.calibration = run.run(stretches, progress, self._keeper(run, stretches, file), back)

@@ -27,6 +27,11 @@ class Hooks(Protocol):
         ...
 
     @staticmethod
+    def keep_start(state: FilterState, kept: Array) -> None:
+        """Keeps the block before a stretch, as the first of its blocks."""
+        ...
+
+    @staticmethod
     def keep(state: FilterState, kept: Array, first: int) -> None:
         """Keeps the block that has just ended, as numbers from ``first`` on."""
         ...
@@ -138,6 +143,7 @@ def forward_stretch(
     Returns the carry, how many blocks were kept, and the sample after the last one. The native engine has this loop in
     ``native.forward.c``.
     """
+    hooks.keep_start(carry.run.state, kept.numbers)
     count = 1
     i = start
     while i < len(t) and count < len(kept.end):
@@ -292,6 +298,7 @@ def forward_stretch_with_aiding(
     attitude: Array, health: Array, kept: BlockRows, readings: Readings, nav: Array,
 ) -> tuple[Carry, int, int]:  # fmt: skip
     """``forward_stretch`` with position, velocity and height; fills ``nav``, 6 a sample: position and velocity."""
+    hooks.keep_start(carry.run.state, kept.numbers)
     count = 1
     i = start
     while i < len(t) and count < len(kept.end):

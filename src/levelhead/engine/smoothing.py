@@ -20,13 +20,14 @@ from levelhead import filters
 from levelhead.calibration import Calibration
 from levelhead.compiler.hooks import fill, rebind
 from levelhead.compiler.mark import KernelFunction
-from levelhead.compiler.tree import native, plain
+from levelhead.compiler.tree import Tree, native
 from levelhead.engine.aiding_inputs import aiding_inputs
 from levelhead.engine.batch import DEFAULT_GUARD, NO_MAG, navigation_fields
 from levelhead.engine.binding import bind, choose_engine, for_engine, numba_installed
-from levelhead.engine.driver import Carry, Settings
+from levelhead.engine.driver import Settings
 from levelhead.engine.native import NativeSmoother, has_smoother
 from levelhead.engine.prior import apply_prior, correct_recording, read_calibration
+from levelhead.engine.serialization import leaf_bytes, value_of
 from levelhead.engine.smoother_kernels import (
     BlockRows,
     Corrections,
@@ -48,7 +49,7 @@ from levelhead.open_types import Fields
 from levelhead.recording import Array, Recording
 from levelhead.track import Track
 
-MOST_BLOCKS = 500  # blocks in memory, ten MB: more would not stay near the processor
+MOST_BLOCKS = 125  # blocks in memory, two MB: more would not stay near the processor
 
 
 class BoundSmoother(NamedTuple):
@@ -79,7 +80,7 @@ def bind_smoother(flt: Filter, guarded: bool) -> BoundSmoother:
     return BoundSmoother(ahead, parts, forward_stretch, correct_stretch, pairs, name)
 
 
-MEMBERS = ("is_block_end", "keep", "back", "read", "rotation", "is_restart")  # of ``Hooks``
+MEMBERS = ("is_block_end", "keep_start", "keep", "back", "read", "rotation", "is_restart")  # of ``Hooks``
 
 
 def _fill_hooks(parts: Smoothing, name: str) -> object:
@@ -125,7 +126,7 @@ class Stretch(NamedTuple):
     """Where the forward run was when a stretch began."""
 
     start: int
-    carry: Carry
+    carry: bytes  # the driver's Carry
 
 
 class Stretches(Protocol):
@@ -153,16 +154,20 @@ class Smoother:
         self._parts = self._bound.parts
         self._settings = Settings(self._parts.offline(params), guard or DEFAULT_GUARD)
         begin = bind(self._bound.flt, guarded).begin(self._settings)
-        self.begin = Stretch(0, apply_prior(self._bound.flt, begin, prior))
         self._engine = choose_smoother_engine(engine, flt, guarded, inputs is not None)
         lists = self._engine == "python"
         self._readings = inputs and Readings._make(a.tolist() if lists else a for a in inputs)
+        self._pack: Callable[[Tree], bytes]
+        self._unpack: Callable[[bytes], Tree]
         if self._engine == "native":
             self._native = NativeSmoother(flt, self._bound.flt, guarded, self._settings, begin)
+            self._pack, self._unpack = self._native.pack, self._native.unpack
         else:
+            self._pack, self._unpack = leaf_bytes, functools.partial(value_of, begin)
             self._forward = for_engine(self._bound.bind(self._bound.forward), self._engine)
             self._correct = for_engine(self._bound.bind(self._bound.correct), self._engine)
         self._nav = np.zeros((2, 0 if inputs is None else 6 * len(recording)))  # position and velocity; 1σ of both
+        self.begin = Stretch(0, self._pack(apply_prior(self._bound.flt, begin, prior)))
         n, mag = len(recording), [] if recording.mag is None else [recording.mag]
         sensors = [a.reshape(-1) for a in (recording.t, recording.gyr, recording.acc, *mag)]
         self.take(sensors, FlatTrack(np.empty(4 * n), np.empty(3 * n), np.empty(3 * n)), np.zeros(n, np.uint32))
@@ -174,7 +179,10 @@ class Smoother:
         return values.tolist() if self._engine == "python" else values
 
     def _zeros(self, count: int) -> Array:
-        return self._numbers(np.zeros(count))
+        """Zeros from where a cache line begins, so that no vector lies across two."""
+        room = np.zeros(count + 7)
+        skipped = -(room.ctypes.data // 8) % 8
+        return self._numbers(room[skipped : skipped + count])
 
     def take(self, sensors: Sequence[Array], track: FlatTrack, health: NDArray[np.uint32]) -> None:
         """Arrays to work on: t, gyr, acc and perhaps mag, flat; and where the results go."""
@@ -221,11 +229,14 @@ class Smoother:
 
     def _turned_start(self, end: Stretch) -> Stretch | None:
         """Where the forward run begins again, once it has found heading by a receiver."""
-        run, turned_start = self.begin.carry.run, self._bound.turned_start
-        state = turned_start and turned_start(run.state, end.carry.run.state)
+        turned_start = self._bound.turned_start
+        if turned_start is None:
+            return None
+        begin = self._unpack(self.begin.carry)
+        state = turned_start(begin.run.state, self._unpack(end.carry).run.state)
         if state is None:
             return None
-        self.begin = Stretch(0, self.begin.carry._replace(run=run._replace(state=state)))
+        self.begin = Stretch(0, self._pack(begin._replace(run=begin.run._replace(state=state))))
         return self.begin
 
     @property
@@ -247,25 +258,25 @@ class Smoother:
 
     def run_forward(self, stretch: Stretch) -> tuple[int, Stretch]:
         """Through one stretch: how many blocks were kept, and where the next one begins."""
-        self._parts.keep_start(stretch.carry.run.state, self._kept.numbers)
         self._kept.end[0] = float(stretch.start - 1)
         last = float(self._sensors[0][max(stretch.start - 1, 0)])
         into = (*self._sensors, self.track.quat, self.health)
         if self._engine == "native":
             carry, count, stop = self._native.forward(stretch.carry, last, stretch.start, *into, *self._kept)
-        else:
-            carry = native(stretch.carry) if self._engine == "compiled" else plain(stretch.carry)
-            aiding = () if self._readings is None else (self._readings, self._nav[0])
-            carry, count, stop = self._forward(self._settings, carry, last, stretch.start, *into, self._kept, *aiding)
-        return count, Stretch(stop, plain(carry))
+            return count, Stretch(stop, carry)
+        begin = self._unpack(stretch.carry)
+        begin = native(begin) if self._engine == "compiled" else begin
+        aiding = () if self._readings is None else (self._readings, self._nav[0])
+        end, count, stop = self._forward(self._settings, begin, last, stretch.start, *into, self._kept, *aiding)
+        return count, Stretch(stop, self._pack(end))
 
     def calibration_at_end(self, end: Stretch) -> Calibration | None:
         """What was known of the sensor at the end, which is all there is to know."""
-        return read_calibration(self._bound.flt, self._settings, end.carry, self._prior)
+        return read_calibration(self._bound.flt, self._settings, self._unpack(end.carry), self._prior)
 
     def end(self, stretch: Stretch) -> None:
         """Backwards begins where the recording ends, of which nothing more is to be calibration_at_end."""
-        self._parts.begin(stretch.carry.run.state, self._memory)
+        self._parts.begin(self._unpack(stretch.carry).run.state, self._memory)
 
     def back(self, count: int, stop: int) -> None:
         """Through the stretch that was kept, to the sample before ``stop``."""

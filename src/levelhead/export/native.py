@@ -309,12 +309,14 @@ class ForwardUnit(ImuUnit):
         state = run.fields["state"]
         assert state is not None
         self._is_block_end = self.program.kernel(flt.smoothing.is_block_end, [state])
+        self._keep_start = self.program.kernel(flt.smoothing.keep_start, [state, ROW])
         self._keep = self.program.kernel(flt.smoothing.keep, [state, ROW, INT])
 
     def _loop(self, parts: dict[str, object]) -> dict[str, object]:
         """The run that keeps blocks, in place of the plain one."""
         calls = {
             "is_block_end": self.program.call(self._is_block_end, ["carry.run.state"]),
+            "keep_start": self.program.call(self._keep_start, ["carry.run.state", "blocks->numbers"]),
             "keep": self.program.call(self._keep, ["carry.run.state", "blocks->numbers", f"{self._width} * kept"]),
         }
         return {

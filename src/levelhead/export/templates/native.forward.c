@@ -6,6 +6,7 @@ static ptrdiff_t forward(void *memory, ptrdiff_t start, ptrdiff_t count, double 
     Filter *filter = memory;
     const $Settings settings = filter->settings;
     $Carry carry = filter->carry;
+    $keep_start;
     int32_t kept = 1;
     ptrdiff_t i = start;
     for (; i < count && kept < blocks->room; i++) {

@@ -1,7 +1,8 @@
+/* Arrays stand where a cache line begins, so that no vector lies across two. */
 typedef struct {
+    $arrays
     $Settings settings;
     $Carry carry;
-    $arrays
 } Filter;
 
 static void set_settings(void *memory, const lh_word *from)
