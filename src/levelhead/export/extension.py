@@ -33,6 +33,7 @@ WISHES = (  # of gcc, where it knows them
     "-fno-tree-vrp",
 )
 VECTORS = "-mavx2"  # and no -mfma
+MORE_VECTORS = "-mavx512f"  # for products of matrices; what takes the flag above takes this one
 PROBE = 'int lh_probe(void);\nint lh_probe(void) { return __builtin_cpu_supports("avx2"); }\n'
 
 
@@ -103,8 +104,11 @@ def build(folder: Path, target: Path) -> None:
     for name in texts:
         if name.startswith("lh_"):
             jobs.append((command, name, headers))
-            if wide and ("_arrays;" in texts[name] or name.startswith("lh_smoother_")):
+            smoother = name.startswith("lh_smoother_")
+            if wide and ("_arrays;" in texts[name] or smoother):
                 jobs.append(([*command, VECTORS, "-DLH_WIDE"], name, headers))
+            if wide and smoother:
+                jobs.append(([*command, MORE_VECTORS, "-DLH_WIDEST"], name, headers))
     jobs.sort(key=lambda job: len(texts[job[1]]), reverse=True)  # so that no core waits for the longest at the end
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         objects = list(pool.map(lambda job: _object(job[0], folder, job[1], texts[job[1]] + job[2]), jobs))

@@ -8,15 +8,19 @@
 
 #define LH_INLINE static inline __attribute__((always_inline))
 
-/* Whether this processor has vectors of four doubles. */
+/* Whether this processor has vectors of four doubles, and of eight. */
 #if defined(LH_WITH_WIDE)
 #define lh_wide() __builtin_cpu_supports("avx2")
+#define lh_widest() __builtin_cpu_supports("avx512f")
 #else
 #define lh_wide() 0
+#define lh_widest() 0
 #endif
 
 /* The same file is compiled once for every processor and, where it pays, once for those with wide vectors. */
-#if defined(LH_WIDE)
+#if defined(LH_WIDEST)
+#define LH_SYMBOL(name) name##_widest
+#elif defined(LH_WIDE)
 #define LH_SYMBOL(name) name##_wide
 #else
 #define LH_SYMBOL(name) name

@@ -17,11 +17,13 @@
 #define DECLARE_WIDE(name) extern const lh_imu_filter lh_imu_##name##_wide;
 #define DECLARE_SMOOTHER(name) extern const lh_smoother lh_smoother_##name;
 #define DECLARE_WIDE_SMOOTHER(name) extern const lh_smoother lh_smoother_##name##_wide;
+#define DECLARE_WIDEST_SMOOTHER(name) extern const lh_smoother lh_smoother_##name##_widest;
 #define DECLARE_AXIS(name) extern const lh_axis_filter lh_axis_##name;
 #define ADDRESS_IMU(name) &lh_imu_##name,
 #define ADDRESS_WIDE(name) &lh_imu_##name##_wide,
 #define ADDRESS_SMOOTHER(name) &lh_smoother_##name,
 #define ADDRESS_WIDE_SMOOTHER(name) &lh_smoother_##name##_wide,
+#define ADDRESS_WIDEST_SMOOTHER(name) &lh_smoother_##name##_widest,
 #define ADDRESS_AXIS(name) &lh_axis_##name,
 
 LH_IMU_FILTERS(DECLARE_IMU)
@@ -33,11 +35,14 @@ static const lh_smoother *const SMOOTHERS[] = {LH_SMOOTHERS(ADDRESS_SMOOTHER) NU
 #if defined(LH_WITH_WIDE)
 LH_WIDE_FILTERS(DECLARE_WIDE)
 LH_SMOOTHERS(DECLARE_WIDE_SMOOTHER)
+LH_SMOOTHERS(DECLARE_WIDEST_SMOOTHER)
 static const lh_imu_filter *const WIDE_FILTERS[] = {LH_WIDE_FILTERS(ADDRESS_WIDE) NULL};
 static const lh_smoother *const WIDE_SMOOTHERS[] = {LH_SMOOTHERS(ADDRESS_WIDE_SMOOTHER) NULL};
+static const lh_smoother *const WIDEST_SMOOTHERS[] = {LH_SMOOTHERS(ADDRESS_WIDEST_SMOOTHER) NULL};
 #else
 static const lh_imu_filter *const WIDE_FILTERS[] = {NULL};
 static const lh_smoother *const WIDE_SMOOTHERS[] = {NULL};
+static const lh_smoother *const WIDEST_SMOOTHERS[] = {NULL};
 #endif
 
 /* ---- Memory and words */
@@ -586,6 +591,9 @@ static PyObject *correct_stretch(PyObject *module, PyObject *const *args, Py_ssi
     FIND(smoother, SMOOTHERS, name)
     if (lh_wide()) {
         FIND(smoother, WIDE_SMOOTHERS, name)
+    }
+    if (lh_widest()) {
+        FIND(smoother, WIDEST_SMOOTHERS, name)
     }
     if (!smoother) {
         return PyErr_Format(PyExc_KeyError, "%s", name);
