@@ -4,8 +4,8 @@ The filter runs forward and keeps of each block of samples what its ``Smoothing`
 corrected backwards, each by all that follows it (for the ``ESKF`` by ``filters.eskf.rts``, which has the equations).
 
 The attitude between the ends of two blocks is rotated from the left by exp of a rotation vector that goes linearly from
-the correction of the first block to that of the second one before its own measurements. Only two minutes of blocks
-are kept: the filter runs forward once to save its state now and then, and again through each stretch before that is
+the correction of the first block to that of the second one before its own measurements. Only half a minute of blocks
+is kept: the filter runs forward once to save its state now and then, and again through each stretch before that is
 smoothed.
 """
 
@@ -312,7 +312,7 @@ def smooth(
 
     Returns:
         A Track with the stamps of the recording; health is that of the forward run. Memory: ten numbers a sample, and
-        five hundred blocks.
+        a hundred and twenty-five blocks.
 
     Raises:
         LevelheadError: another filter, no such engine, or a prior that is none.

@@ -12,10 +12,11 @@ and with the Cholesky factor A = Rᵀ R
 
     Rᵀ Y = B,   R Gᵀ = Y
 
-All operations are on whole rows, which vector instructions take. A state without variance, or one of which the past
-contains no information, has a column of zeros in G, and is left out. After a reinitialisation of the attitude, velocity
-and attitude are left out of (28); the calibration still goes backwards through it. ``rts_aided`` is the same with
-position.
+All operations are on rows, which vector instructions take; of a symmetric matrix the upper triangle is kept, factorized
+and combined. Without a magnetometer fewer states exist, and rows are shorter. A state without variance, or one of which
+the past contains no information, has a column of zeros in G, and is left out. After a reinitialisation of the attitude,
+velocity and attitude are left out of (28); the calibration still goes backwards through it. ``rts_aided`` is the same
+with position.
 """
 
 from math import sqrt
@@ -99,8 +100,8 @@ def correct(params: ESKF, state: State, dt: float) -> State:
 
 
 @kernel
-def pack(m: Floats, p: int, n: int, kept: Floats, first: int) -> None:
-    """Keeps the upper triangle of the symmetric matrix at ``p``, of n states, from ``first`` on."""
+def keep_upper(m: Floats, p: int, n: int, kept: Floats, first: int) -> None:
+    """Keeps the upper triangle of the symmetric matrix at ``p``, n states wide, from ``first`` on."""
     to = first
     for i in range(0, n, 4):
         for row in range(p + i * at.ROW, p + (i + 4) * at.ROW, at.ROW):
@@ -110,7 +111,7 @@ def pack(m: Floats, p: int, n: int, kept: Floats, first: int) -> None:
 
 
 @kernel
-def unpack(kept: Floats, first: int, n: int, m: Floats, p: int) -> None:
+def load_upper(kept: Floats, first: int, n: int, m: Floats, p: int) -> None:
     """Puts an upper triangle back that was kept from ``first`` on."""
     begin = first
     for i in range(0, n, 4):
@@ -148,7 +149,7 @@ def keep_start(state: State, blocks: Floats) -> None:
     """The block before a stretch of samples; no more of it is needed."""
     m = state.memory
     keep_widening(state, blocks, 0)
-    pack(m, at.P, N, blocks, BLOCK_P)
+    keep_upper(m, at.P, N, blocks, BLOCK_P)
     for j in range(3):
         blocks[BLOCK_BIAS + j] = m[at.MEAN + at.GYR_BIAS + j]
 
@@ -157,8 +158,8 @@ def keep_start(state: State, blocks: Floats) -> None:
 def keep(state: State, blocks: Floats, first: int) -> None:
     """The block that has just ended, as numbers of ``kept`` from ``first`` on."""
     m = state.memory
-    pack(m, at.P, N, blocks, first + BLOCK_P)
-    pack(m, PREDICTED, N, blocks, first + BLOCK_PREDICTED)
+    keep_upper(m, at.P, N, blocks, first + BLOCK_P)
+    keep_upper(m, PREDICTED, N, blocks, first + BLOCK_PREDICTED)
     for j in range(at.DRIVEN * at.ROW):
         blocks[first + BLOCK_W + j] = m[at.W + j]
     for j in range(at.N):
@@ -202,8 +203,8 @@ def begin(state: State, m: Floats) -> None:
 def load_covariances(blocks: Floats, first: int, after: int, m: Floats) -> None:
     """LATER, AHEAD and NOW, from block k, kept from ``first`` on, and the one behind it, from ``after`` on."""
     copy(m, LATER, NOW, WHOLE)
-    unpack(blocks, after + BLOCK_PREDICTED, N, m, AHEAD)
-    unpack(blocks, first + BLOCK_P, N, m, NOW)
+    load_upper(blocks, after + BLOCK_PREDICTED, N, m, AHEAD)
+    load_upper(blocks, first + BLOCK_P, N, m, NOW)
     mirror(m, NOW, N)
 
 
