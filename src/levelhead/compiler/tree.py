@@ -1,7 +1,7 @@
 """The fixed-size memory inside a state, as plain Python and as compiled code have it: lists and arrays of floats."""
 
 from collections.abc import Iterator
-from itertools import islice
+from itertools import chain, islice
 from typing import Any
 
 import numpy as np
@@ -33,12 +33,8 @@ def has_memory(value: Tree) -> bool:
 def leaves(value: Tree) -> Iterator[float]:
     """The numbers of a value, in order."""
     if isinstance(value, tuple):
-        for part in value:
-            yield from leaves(part)
-    elif isinstance(value, list | np.ndarray):
-        yield from value
-    else:
-        yield value
+        return chain.from_iterable(map(leaves, value))
+    return iter(value if isinstance(value, list | np.ndarray) else (value,))
 
 
 def rebuild(example: Tree, numbers: Iterator[float]) -> Tree:
