@@ -163,7 +163,7 @@ def unmeasured_rotation(health: int, rate_age: float, dt: float) -> UnmeasuredRo
 @kernel
 def first_sample(gyr: Vec3, acc: Vec3, mag: Vec3, health: int) -> ConditionedSample:
     """The first sample; a filter starts with it if it has a specific force."""
-    means = SlowMeans(gyr, acc, False)
+    means = SlowMeans(gyr, acc, 0.0)
     _, _, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat, _, noise, _, _, _ = NO_SAMPLES
     jump = first_rate(gyr)
     detected = DetectorState(

@@ -80,7 +80,7 @@ class DetectorState(NamedTuple):
 
 NO_SAMPLES = DetectorState(
     NO_SUMS,
-    SlowMeans(ZERO, ZERO, False),
+    SlowMeans(ZERO, ZERO, 0.0),
     Extreme(LEAST_GYR_SCALE, LEAST_GYR_SCALE, 0.0, 0.0, 0.0, NOT_STEEP, 0, False),
     Extreme(LEAST_ACC_SCALE, LEAST_ACC_SCALE, 0.0, 0.0, 0.0, NOT_STEEP, 0, False),
     Repeat(ZERO, 0, 0.0),
@@ -203,7 +203,7 @@ def detect(
         gyr_repeat = update_repeat(gyr_repeat, gyr, dt)
         if gyr_extreme.clipped:
             health |= GYR_SATURATED
-        noise = update_noise(noise, gyr, means.quiet, dt)
+        noise = update_noise(noise, gyr, means.pace > 0.0, dt)
         if is_stuck(gyr_repeat, dt) or is_silent(noise):
             health |= GYR_STUCK
     if not no_acc:

@@ -2,9 +2,11 @@
 
 Rate and specific force are averaged over short intervals. The sensor is quiet while these averages stay near their own
 slow means, and at rest once it has been quiet for ``rest_time`` with a mean rate that is no steady turn. At rest the
-mean rate is the bias.
+mean rate is the bias. Before it has moved for the first time, a sensor that is n times as quiet as it has to be needs a
+n-th of that time: most lie still when they are switched on, and many not for long.
 """
 
+from math import sqrt
 from typing import NamedTuple
 
 from levelhead.compiler.mark import kernel
@@ -16,6 +18,7 @@ from levelhead.units import DEGREE
 
 INTERVAL = 0.02  # s over which readings are averaged
 MEAN_TIME = 0.5  # s, time constant of the slow means
+FASTEST = 5.0  # the pace of rest of a sensor that does not move at all: noise may be a fifth of the bounds
 BIAS_CHANGE = (2.0 * DEGREE) * (2.0 * DEGREE)  # (rad/s)², by which a bias may differ from what is known of it
 BIAS_TIME = 10.0  # s, time constant of the bias at rest
 
@@ -33,18 +36,19 @@ class Sums(NamedTuple):
 
 
 class SlowMeans(NamedTuple):
-    """Slow means of rate (rad/s) and specific force (m/s²), and whether the last interval was near them."""
+    """Slow means of rate (rad/s) and specific force (m/s²), and how near the last interval was to them."""
 
     gyr: Vec3
     acc: Vec3
-    quiet: bool
+    pace: float  # at which the last interval counts for rest: how many times nearer to them it was than it has to be
 
 
 class Rest(NamedTuple):
-    """For how long (s) the sensor has been quiet, and the gyroscope bias that was read off at rest (rad/s)."""
+    """For how long the sensor has been quiet, and what is known of it."""
 
-    time: float
-    bias: Vec3
+    time: float  # s; of the first rest times its pace
+    bias: Vec3  # rad/s, of the gyroscope, that was read off at rest
+    moved: bool  # it has not been quiet since the start
 
 
 NO_SUMS = Sums(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -79,20 +83,30 @@ def add_sample(sums: Sums, gyr: Vec3, acc: Vec3, dt: float) -> Sums:
 
 
 @kernel
+def pace_of_rest(guard: Guard, means: SlowMeans, gyr: Vec3, acc: Vec3) -> float:
+    """How many times nearer to the slow means the averages of an interval are than they have to be; 0: they are not."""
+    rate2 = guard.rest_gyr * guard.rest_gyr * (DEGREE * DEGREE)
+    force2 = guard.rest_acc * guard.rest_acc
+    turn2 = distance2(means.gyr, gyr)
+    push2 = distance2(means.acc, acc)
+    if turn2 >= rate2 or push2 >= force2:
+        return 0.0
+    return 1.0 / sqrt(max(turn2 / rate2, push2 / force2, 1.0 / (FASTEST * FASTEST)))
+
+
+@kernel
 def update_means(guard: Guard, means: SlowMeans, sums: Sums, blind: bool) -> SlowMeans:
     """The slow means after an interval; quiet if its averages are within ``rest_gyr`` and ``rest_acc`` of them.
 
     ``blind``: the rate has been missing for long.
     """
-    mean, force, _ = means
     x, y, z, a, b, c, dt = sums
     one = 1.0 / dt
     gyr = Vec3(x * one, y * one, z * one)
     acc = Vec3(a * one, b * one, c * one)
-    gyr_limit = guard.rest_gyr * DEGREE
-    quiet = distance2(mean, gyr) < gyr_limit * gyr_limit and distance2(force, acc) < guard.rest_acc * guard.rest_acc
+    pace = 0.0 if dt > GAP_SECONDS or blind else pace_of_rest(guard, means, gyr, acc)
     weight = dt / (MEAN_TIME + dt)
-    return SlowMeans(blend(mean, gyr, weight), blend(force, acc, weight), quiet and dt <= GAP_SECONDS and not blind)
+    return SlowMeans(blend(means.gyr, gyr, weight), blend(means.acc, acc, weight), pace)
 
 
 @kernel
@@ -119,15 +133,15 @@ def update_rest(guard: Guard, rest: Rest, own: Vec3, means: SlowMeans, dt: float
 
     ``own`` is the bias that the filter estimates itself; it is subtracted.
     """
-    time, bias = rest
+    time, bias, moved = rest
     mean = means.gyr
-    if not means.quiet or is_turn(guard, mean, bias, own):
-        return Rest(0.0, bias)
-    time += dt
-    age = time - guard.rest_time
-    if age > 0.0:
+    if means.pace == 0.0 or is_turn(guard, mean, bias, own):
+        return Rest(0.0, bias, True)
+    age = max(time - guard.rest_time, 0.0)
+    time += dt if moved or age > 0.0 else dt * means.pace
+    if time > guard.rest_time:
         bias = blend(bias, sub(mean, own), lowpass_weight(BIAS_TIME, age, dt))
-    return Rest(time, bias)
+    return Rest(time, bias, moved)
 
 
 @kernel

@@ -153,6 +153,8 @@ static const float OBSERVER_COVARIANCE_IRON_SECONDS = 2.0f; /* s for which a bod
 
 static const float REST_INTERVAL = 0.02f; /* s over which readings are averaged */
 static const float REST_MEAN_TIME = 0.5f; /* s, time constant of the slow means */
+/* the pace of rest of a sensor that does not move at all: noise may be a fifth of the bounds */
+static const float REST_FASTEST = 5.0f;
 /* (2.0 * DEGREE) * (2.0 * DEGREE): (rad/s)², by which a bias may differ from what is known of it */
 static const float REST_BIAS_CHANGE = 0.0012184697f;
 static const float REST_BIAS_TIME = 10.0f; /* s, time constant of the bias at rest */
@@ -197,7 +199,7 @@ static const float DETECTORS_LEAST = 1e-05f; /* rad/s, m/s²: no sensor has fine
 static const float DETECTORS_STUCK_SAMPLES = 20.0f;
 static const float DETECTORS_STUCK_SECONDS = 1.0f; /* of one value while another axis moves */
 static const DetectorState DETECTORS_NO_SAMPLES = {{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f},
-    {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, false}, {4.0f, 4.0f, 0.0f, 0.0f, 0.0f, -1.0f, 0, false},
+    {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, 0.0f}, {4.0f, 4.0f, 0.0f, 0.0f, 0.0f, -1.0f, 0, false},
     {19.0f, 19.0f, 0.0f, 0.0f, 0.0f, -1.0f, 0, false}, {{0.0f, 0.0f, 0.0f}, 0, 0.0f},
     {{0.0f, 0.0f, 0.0f}, 0, 0.0f},
     {{0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f}, 0},
@@ -219,7 +221,8 @@ static const int32_t HEALTH_GYR_SPIKE = 32768; /* the rate before was far from t
 static const int32_t HEALTH_AT_REST = 2048; /* nothing wrong: the sensor is still, and its bias is being learned */
 
 static const bool GUARD_GATES_FIELD = true; /* False for a filter that gates the field itself */
-static const GuardState GUARD_NO_SAMPLES = {{0.0f, {0.0f, 0.0f, 0.0f}}, 0.0f, {0.0f, 0.0f, 0.0f, 0.0f}};
+static const GuardState GUARD_NO_SAMPLES = {{0.0f, {0.0f, 0.0f, 0.0f}, false}, 0.0f,
+    {0.0f, 0.0f, 0.0f, 0.0f}};
 
 /* rad/s, m/s², µT: beyond it a reading is missing; NaN and infinity fail the comparison too */
 static const float CONDITIONING_READING_LIMIT = 1e9f;
@@ -235,7 +238,7 @@ static const float CONDITIONING_CHANGE_VARIANCE = 0.083333336f;
 static const float CONDITIONING_RETURN_VARIANCE = 0.06f; /* of what the rate does besides, as a share of its square */
 static const ConditionedSample CONDITIONING_NO_SAMPLE = {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f},
     {0.0f, 0.0f, 0.0f}, 0.0f, 0.0f, 0, false, false, false, 0.0f, 0.0f, 0.0f, 0,
-    {{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, false},
+    {{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, 0.0f},
     {4.0f, 4.0f, 0.0f, 0.0f, 0.0f, -1.0f, 0, false}, {19.0f, 19.0f, 0.0f, 0.0f, 0.0f, -1.0f, 0, false},
     {{0.0f, 0.0f, 0.0f}, 0, 0.0f}, {{0.0f, 0.0f, 0.0f}, 0, 0.0f},
     {{0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f}, 0},
@@ -876,7 +879,8 @@ static Vec3 observer_covariance_sigma(const ObserverCovariance *covariance)
  *
  * Rate and specific force are averaged over short intervals. The sensor is quiet while these averages stay near their own
  * slow means, and at rest once it has been quiet for rest_time with a mean rate that is no steady turn. At rest the
- * mean rate is the bias.
+ * mean rate is the bias. Before it has moved for the first time, a sensor that is n times as quiet as it has to be needs a
+ * n-th of that time: most lie still when they are switched on, and many not for long.
  */
 
 /* |v − mean|² */
@@ -908,23 +912,32 @@ static Sums rest_add_sample(Sums sums, Vec3 gyr, Vec3 acc, float dt)
     return (Sums){p + x * dt, q + y * dt, r + z * dt, u + a * dt, v + b * dt, w + c * dt, time + dt};
 }
 
+/* How many times nearer to the slow means the averages of an interval are than they have to be; 0: they are not. */
+static float rest_pace_of_rest(const Guard *guard, const SlowMeans *means, Vec3 gyr, Vec3 acc)
+{
+    const float rate2 = guard->rest_gyr * guard->rest_gyr * (UNITS_DEGREE * UNITS_DEGREE);
+    const float force2 = guard->rest_acc * guard->rest_acc;
+    const float turn2 = rest_distance2(means->gyr, gyr);
+    const float push2 = rest_distance2(means->acc, acc);
+    if (turn2 >= rate2 || push2 >= force2) {
+        return 0.0f;
+    }
+    return 1.0f / sqrtf(lh_max(lh_max(turn2 / rate2, push2 / force2), 1.0f / (REST_FASTEST * REST_FASTEST)));
+}
+
 /* The slow means after an interval; quiet if its averages are within rest_gyr and rest_acc of them.
  *
  * blind: the rate has been missing for long.
  */
 static SlowMeans rest_update_means(const Guard *guard, const SlowMeans *means, Sums sums, bool blind)
 {
-    const Vec3 mean = means->gyr, force = means->acc;
     const float x = sums.x, y = sums.y, z = sums.z, a = sums.a, b = sums.b, c = sums.c, dt = sums.time;
     const float one = 1.0f / dt;
     const Vec3 gyr = {x * one, y * one, z * one};
     const Vec3 acc = {a * one, b * one, c * one};
-    const float gyr_limit = guard->rest_gyr * UNITS_DEGREE;
-    const bool quiet = rest_distance2(mean, gyr) < gyr_limit * gyr_limit
-        && rest_distance2(force, acc) < guard->rest_acc * guard->rest_acc;
+    const float pace = dt > TILT_GAP_SECONDS || blind ? 0.0f : rest_pace_of_rest(guard, means, gyr, acc);
     const float weight = dt / (REST_MEAN_TIME + dt);
-    return (SlowMeans){rest_blend(mean, gyr, weight), rest_blend(force, acc, weight),
-        quiet && dt <= TILT_GAP_SECONDS && !blind};
+    return (SlowMeans){rest_blend(means->gyr, gyr, weight), rest_blend(means->acc, acc, weight), pace};
 }
 
 /* Whether a steady mean rate (rad/s) is a turn and no bias: too large for any, or far from what is known of it.
@@ -955,16 +968,17 @@ static Rest rest_update_rest(const Guard *guard, Rest rest, Vec3 own, const Slow
 {
     float time = rest.time;
     Vec3 bias = rest.bias;
+    const bool moved = rest.moved;
     const Vec3 mean = means->gyr;
-    if (!means->quiet || rest_is_turn(guard, mean, bias, own)) {
-        return (Rest){0.0f, bias};
+    if (means->pace == 0.0f || rest_is_turn(guard, mean, bias, own)) {
+        return (Rest){0.0f, bias, true};
     }
-    time += dt;
-    const float age = time - guard->rest_time;
-    if (age > 0.0f) {
+    const float age = lh_max(time - guard->rest_time, 0.0f);
+    time += moved || age > 0.0f ? dt : dt * means->pace;
+    if (time > guard->rest_time) {
         bias = rest_blend(bias, vec3_sub(mean, own), lowpass_lowpass_weight(REST_BIAS_TIME, age, dt));
     }
-    return (Rest){time, bias};
+    return (Rest){time, bias, moved};
 }
 
 /* Whether the sensor has been quiet for rest_time. */
@@ -1403,7 +1417,7 @@ static DetectorState detectors_detect(const Guard *guard, const DetectorState *s
         if (gyr_extreme.clipped) {
             health |= HEALTH_GYR_SATURATED;
         }
-        noise_2 = rate_noise_update_noise(noise, gyr, means->quiet, dt);
+        noise_2 = rate_noise_update_noise(noise, gyr, means->pace > 0.0f, dt);
         noise = &noise_2;
         if (detectors_is_stuck(gyr_repeat, dt) || rate_noise_is_silent(noise)) {
             health |= HEALTH_GYR_STUCK;
@@ -1625,7 +1639,7 @@ static UnmeasuredRotation conditioning_unmeasured_rotation(int32_t health, float
 /* The first sample; a filter starts with it if it has a specific force. */
 static ConditionedSample conditioning_first_sample(Vec3 gyr, Vec3 acc, Vec3 mag, int32_t health)
 {
-    const SlowMeans means = {gyr, acc, false};
+    const SlowMeans means = {gyr, acc, 0.0f};
     const Extreme gyr_extreme = DETECTORS_NO_SAMPLES.gyr_extreme,
         acc_extreme = DETECTORS_NO_SAMPLES.acc_extreme;
     const Repeat gyr_repeat = DETECTORS_NO_SAMPLES.gyr_repeat, acc_repeat = DETECTORS_NO_SAMPLES.acc_repeat;

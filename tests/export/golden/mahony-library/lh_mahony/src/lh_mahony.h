@@ -23,9 +23,9 @@
  *
  * RAM of one filter with its parameters:
  *
- *     64 bit (Cortex-A, x86-64)                                    560 bytes
- *     32 bit (Cortex-M, ESP32, RP2040)                             560 bytes
- *     AVR (Uno, Mega)                                              545 bytes
+ *     64 bit (Cortex-A, x86-64)                                    564 bytes
+ *     32 bit (Cortex-M, ESP32, RP2040)                             564 bytes
+ *     AVR (Uno, Mega)                                              549 bytes
  */
 #ifndef LH_MAHONY_H
 #define LH_MAHONY_H
@@ -115,11 +115,11 @@ typedef struct {
     float time;
 } lh_mahony_sums;
 
-/* Slow means of rate (rad/s) and specific force (m/s²), and whether the last interval was near them. */
+/* Slow means of rate (rad/s) and specific force (m/s²), and how near the last interval was to them. */
 typedef struct {
     lh_mahony_vec3 gyr;
     lh_mahony_vec3 acc;
-    bool quiet;
+    float pace; /* at which the last interval counts for rest: how many times nearer to them it was than it has to be */
 } lh_mahony_slow_means;
 
 /* The largest readings of a sensor so far, upwards and downwards (any axis), and whether they are its full scale.
@@ -220,10 +220,11 @@ typedef struct {
     float age;
 } lh_mahony_state;
 
-/* For how long (s) the sensor has been quiet, and the gyroscope bias that was read off at rest (rad/s). */
+/* For how long the sensor has been quiet, and what is known of it. */
 typedef struct {
-    float time;
-    lh_mahony_vec3 bias;
+    float time; /* s; of the first rest times its pace */
+    lh_mahony_vec3 bias; /* rad/s, of the gyroscope, that was read off at rest */
+    bool moved; /* it has not been quiet since the start */
 } lh_mahony_rest;
 
 /* The reference field. */
