@@ -26,6 +26,7 @@ from levelhead.bench.processes import run_parallel
 from levelhead.bench.ratios import LEAST, geometric_mean
 from levelhead.bench.reference import SensorFrame, align_sensor
 from levelhead.bench.survey import survey
+from levelhead.bench.timing import Progress
 from levelhead.publish.progress import progress
 
 SEARCHED = (
@@ -132,6 +133,17 @@ def search(fold: Fold) -> Found:
     return Found(first, least, best, ratios(best, left), ratios(lh.ESKF(), left))
 
 
+def leave_out(paths: Sequence[Path], steps: int, jobs: int, report: Progress | None = None) -> dict[str, Found]:
+    """What is found for each set while it is left out, by its name; ``report`` takes the fraction done."""
+    folds = [Fold(name, tuple(paths), steps) for name in sorted({group_of(path).dataset for path in paths})]
+    found: dict[str, Found] = {}
+    for fold, result in run_parallel(search, folds, jobs):
+        found[fold.left_out] = result
+        if report is not None:
+            report(len(found) / len(folds))
+    return dict(sorted(found.items()))
+
+
 def main() -> None:
     """The table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -139,18 +151,14 @@ def main() -> None:
     parser.add_argument("--steps", type=int, default=60)
     parser.add_argument("--jobs", type=int, default=2)
     args = parser.parse_args()
-    paths = tuple(entry.path for entry in survey(args.places, True)[0])
-    folds = [Fold(name, paths, args.steps) for name in sorted({group_of(path).dataset for path in paths})]
-    found: dict[str, Found] = {}
+    paths = [entry.path for entry in survey(args.places, True)[0]]
     with progress("choosing") as report:
-        for fold, result in run_parallel(search, folds, args.jobs):
-            found[fold.left_out] = result
-            report(len(found) / len(folds))
+        found = leave_out(paths, args.steps, args.jobs, report)
     print(
         "| left out | runs | others, at the start | others, chosen | **left out, chosen on the others** | the default |"
     )
     print("|---|--:|--:|--:|--:|--:|")
-    for name, one in sorted(found.items()):
+    for name, one in found.items():
         here, default = geometric_mean(one.chosen), geometric_mean(one.default)
         print(
             f"| {name} | {len(one.chosen)} | {math.exp(one.start):.3f} | {math.exp(one.end):.3f} "
