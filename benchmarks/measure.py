@@ -51,6 +51,17 @@ def show(tables: Sequence[Table], as_json: bool) -> None:
     print()
 
 
+def show_markdown(table: Table) -> None:
+    """Print a table as it stands on a page of the docs, with its note below."""
+    from levelhead.publish.bench_tables import format_cell
+
+    lines = [list(table.columns.values()), ["---"] + ["--:"] * (len(table.columns) - 1)]
+    lines += [[format_cell(row.get(key)) for key in table.columns] for row in table.rows]
+    print(*("| " + " | ".join(line) + " |" for line in lines), sep="\n")
+    if table.note:
+        print(f"\n{table.note}")
+
+
 def options(doc: str | None, repeats: int = 9) -> argparse.ArgumentParser:
     """A parser with what every script here takes."""
     parser = argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
