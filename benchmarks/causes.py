@@ -291,7 +291,8 @@ def time_tables(places: Sequence[Path], jobs: int, report: Progress) -> Iterator
     timings = time_interleaved(cases, REPEATS, report)
     peer = next(one for one in timings if one.name == "vqf.VQF")
     rows: list[dict[str, Cell]] = [{"case": one.name, "ns": one.least, "ratio": one.over(peer)} for one in timings]
-    yield Table(f"Time in a batch of {SAMPLES:,} samples", TIME_COLUMNS, rows, "With σ, and with bias.")
+    note = "What the smoother takes beyond its filter is the way back, and what it keeps for it."
+    yield Table(f"Time in a batch of {SAMPLES:,} samples", TIME_COLUMNS, rows, note)
 
 
 def _part(report: Progress, start: float, share: float) -> Progress:

@@ -55,7 +55,8 @@ def show_markdown(table: Table) -> None:
     """Print a table as it stands on a page of the docs, with its note below."""
     from levelhead.publish.bench_tables import format_cell
 
-    lines = [list(table.columns.values()), ["---"] + ["--:"] * (len(table.columns) - 1)]
+    numbers = [any(isinstance(row.get(key), int | float) for row in table.rows) for key in table.columns]
+    lines = [list(table.columns.values()), ["--:" if right else "---" for right in numbers]]
     lines += [[format_cell(row.get(key)) for key in table.columns] for row in table.rows]
     print(*("| " + " | ".join(line) + " |" for line in lines), sep="\n")
     if table.note:

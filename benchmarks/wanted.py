@@ -191,9 +191,12 @@ def time_rows(whole: Table, updates: Table) -> list[Row]:
     return [
         Row("time in a batch with magnetometer by VQF's", (at_most(by[DEFAULT], 0.75),), SPEED, CAUSE + "time"),
         Row(
-            "time of the smoother by offlineVQF's", (at_most(by[SMOOTHER] / by[OFFLINE], 0.95),), SPEED, CAUSE + "time"
+            "time of the smoother with magnetometer by offlineVQF's",
+            (at_most(by[SMOOTHER] / by[OFFLINE], 0.95),),
+            SPEED,
+            CAUSE + "time",
         ),
-        Row("time of a live update by VQF's", (at_most(one[STREAM], 0.70),), SPEED),
+        Row("time of a live update with magnetometer by VQF's", (at_most(one[STREAM], 0.70),), SPEED),
     ]
 
 
