@@ -1,9 +1,9 @@
 """The guard: bad readings are held back before a filter sees them, once, and the same for all filters.
 
-``detectors`` needs the readings alone: full scale, axes that hang, force that is not gravity. ``rest`` decides whether the
-sensor is at rest and reads the gyroscope's bias off; ``field`` knows the earth's field. Here are the gates, which also
-need the filter's attitude: accelerations that are not gravity and fields that are not the earth's are held back, for a
-bounded time. Each gate says why by a bit of ``filters.health``.
+``detectors`` needs the readings alone: full scale, axes that hang, force that is not gravity. ``rest`` decides whether
+the sensor is at rest and reads the gyroscope's bias off; ``field`` knows the earth's field. Here are the gates, which
+also need the filter's attitude: accelerations that are not gravity and fields that are not the earth's are held back,
+for a bounded time. Each gate says why by a bit of ``filters.health``.
 """
 
 from math import sqrt
