@@ -21,7 +21,6 @@ JOIN = 2.0  # s between two events of one cause that are one
 ISOLATED = 0.3  # of a spike: how much the readings before and after it may differ
 SPIKE = np.radians(1.0)  # rad that a single reading turns the attitude
 AROUND, OUTLYING = 10, 8.0  # samples on either side, and times their median, beyond which a reading is alone
-STUCK = 1.0  # s after which the guard says that an axis is
 SHORT = 0.1  # s of a missing gyroscope, which the last rate bridges
 LEARNED = 0.5  # deg/s by which the bias changes where it is found late
 NEAR = 3.0  # s before a step, where the bias was that with which it came
@@ -96,8 +95,9 @@ def find_disturbances(evidence: RunEvidence) -> Iterator[Disturbance]:
             first, last, "gyr_clipping", f"the gyroscope's {axis} clipped at {top:.4g} °/s for {count} samples"
         )
     for first, last in _join(evidence.runs(health.GYR_STUCK), t):
-        length = STUCK + float(t[last - 1] - t[first])
-        yield Disturbance(first, last, "gyr_stuck", f"an axis of the gyroscope repeats one value for {length:.1f} s")
+        length = float(t[last - 1] - t[first])
+        words = f"an axis of the gyroscope repeats one value for more than {length:.1f} s"
+        yield Disturbance(first, last, "gyr_stuck", words)
     for first, last in evidence.runs(health.GYR_MISSING):
         length = float(t[min(last, len(t) - 1)] - t[first])
         if length > SHORT:
