@@ -39,7 +39,7 @@ class Gated(NamedTuple):
     state: GuardState
 
 
-NO_SAMPLES = GuardState(Rest(0.0, ZERO, False), 0.0, NO_FIELD)
+NO_SAMPLES = GuardState(Rest(0.0, ZERO, False, False), 0.0, NO_FIELD)
 
 
 @kernel

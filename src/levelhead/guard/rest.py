@@ -12,7 +12,7 @@ from typing import NamedTuple
 from levelhead.compiler.mark import kernel
 from levelhead.guard.params import Guard
 from levelhead.kernels.lowpass import lowpass_weight
-from levelhead.kernels.tilt import GAP_SECONDS, is_present
+from levelhead.kernels.tilt import GAP_SECONDS
 from levelhead.kernels.vec3 import ZERO, Vec3, add, sub
 from levelhead.units import DEGREE
 
@@ -49,6 +49,7 @@ class Rest(NamedTuple):
     time: float  # s; of the first rest times its pace
     bias: Vec3  # rad/s, of the gyroscope, that was read off at rest
     moved: bool  # it has not been quiet since the start
+    known: bool  # the bias was read off
 
 
 NO_SUMS = Sums(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -110,21 +111,21 @@ def update_means(guard: Guard, means: SlowMeans, sums: Sums, blind: bool) -> Slo
 
 
 @kernel
-def is_turn(guard: Guard, mean: Vec3, bias: Vec3, own: Vec3) -> bool:
+def is_turn(guard: Guard, mean: Vec3, rest: Rest, own: Vec3) -> bool:
     """Whether a steady mean rate (rad/s) is a turn and no bias: too large for any, or far from what is known of it.
 
-    ``own`` is the filter's own estimate beside ``bias``. A bias may be large when the gyroscope is switched on, but
-    then hardly changes. A smaller rate than the known bias is accepted, as that may come from a steady turn.
+    ``own`` is the filter's own estimate beside that of ``rest``. A bias may be large when the gyroscope is switched on,
+    but then hardly changes. A smaller rate than the known bias is accepted, as that may come from a steady turn.
     """
     limit = guard.bias_limit * DEGREE
     square = distance2(ZERO, mean)
     if square > limit * limit:
         return True
-    if not is_present(bias):
+    if not rest.known:
         return False
-    known = add(bias, own)
+    known = add(rest.bias, own)
     before = distance2(ZERO, known)
-    return before > 0.0 and square > before and distance2(known, mean) > BIAS_CHANGE
+    return square > before and distance2(known, mean) > BIAS_CHANGE
 
 
 @kernel
@@ -133,15 +134,15 @@ def update_rest(guard: Guard, rest: Rest, own: Vec3, means: SlowMeans, dt: float
 
     ``own`` is the bias that the filter estimates itself; it is subtracted.
     """
-    time, bias, moved = rest
+    time, bias, moved, known = rest
     mean = means.gyr
-    if means.pace == 0.0 or is_turn(guard, mean, bias, own):
-        return Rest(0.0, bias, True)
+    if means.pace == 0.0 or is_turn(guard, mean, rest, own):
+        return Rest(0.0, bias, True, known)
     age = max(time - guard.rest_time, 0.0)
     time += dt if moved or age > 0.0 else dt * means.pace
     if time > guard.rest_time:
         bias = blend(bias, sub(mean, own), lowpass_weight(BIAS_TIME, age, dt))
-    return Rest(time, bias, moved)
+    return Rest(time, bias, moved, known or time > guard.rest_time)
 
 
 @kernel

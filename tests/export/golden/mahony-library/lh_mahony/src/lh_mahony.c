@@ -221,7 +221,7 @@ static const int32_t HEALTH_GYR_SPIKE = 32768; /* the rate before was far from t
 static const int32_t HEALTH_AT_REST = 2048; /* nothing wrong: the sensor is still, and its bias is being learned */
 
 static const bool GUARD_GATES_FIELD = true; /* False for a filter that gates the field itself */
-static const GuardState GUARD_NO_SAMPLES = {{0.0f, {0.0f, 0.0f, 0.0f}, false}, 0.0f,
+static const GuardState GUARD_NO_SAMPLES = {{0.0f, {0.0f, 0.0f, 0.0f}, false, false}, 0.0f,
     {0.0f, 0.0f, 0.0f, 0.0f}};
 
 /* rad/s, m/s², µT: beyond it a reading is missing; NaN and infinity fail the comparison too */
@@ -942,22 +942,22 @@ static SlowMeans rest_update_means(const Guard *guard, const SlowMeans *means, S
 
 /* Whether a steady mean rate (rad/s) is a turn and no bias: too large for any, or far from what is known of it.
  *
- * own is the filter's own estimate beside bias. A bias may be large when the gyroscope is switched on, but
- * then hardly changes. A smaller rate than the known bias is accepted, as that may come from a steady turn.
+ * own is the filter's own estimate beside that of rest. A bias may be large when the gyroscope is switched on,
+ * but then hardly changes. A smaller rate than the known bias is accepted, as that may come from a steady turn.
  */
-static bool rest_is_turn(const Guard *guard, Vec3 mean, Vec3 bias, Vec3 own)
+static bool rest_is_turn(const Guard *guard, Vec3 mean, Rest rest, Vec3 own)
 {
     const float limit = guard->bias_limit * UNITS_DEGREE;
     const float square = rest_distance2(VEC3_ZERO, mean);
     if (square > limit * limit) {
         return true;
     }
-    if (!tilt_is_present(bias)) {
+    if (!rest.known) {
         return false;
     }
-    const Vec3 known = vec3_add(bias, own);
+    const Vec3 known = vec3_add(rest.bias, own);
     const float before = rest_distance2(VEC3_ZERO, known);
-    return before > 0.0f && square > before && rest_distance2(known, mean) > REST_BIAS_CHANGE;
+    return square > before && rest_distance2(known, mean) > REST_BIAS_CHANGE;
 }
 
 /* After an interval of dt seconds: how long the sensor has been quiet, and the bias (rad/s) as a running mean.
@@ -968,17 +968,17 @@ static Rest rest_update_rest(const Guard *guard, Rest rest, Vec3 own, const Slow
 {
     float time = rest.time;
     Vec3 bias = rest.bias;
-    const bool moved = rest.moved;
+    const bool moved = rest.moved, known = rest.known;
     const Vec3 mean = means->gyr;
-    if (means->pace == 0.0f || rest_is_turn(guard, mean, bias, own)) {
-        return (Rest){0.0f, bias, true};
+    if (means->pace == 0.0f || rest_is_turn(guard, mean, rest, own)) {
+        return (Rest){0.0f, bias, true, known};
     }
     const float age = lh_max(time - guard->rest_time, 0.0f);
     time += moved || age > 0.0f ? dt : dt * means->pace;
     if (time > guard->rest_time) {
         bias = rest_blend(bias, vec3_sub(mean, own), lowpass_lowpass_weight(REST_BIAS_TIME, age, dt));
     }
-    return (Rest){time, bias, moved};
+    return (Rest){time, bias, moved, known || time > guard->rest_time};
 }
 
 /* Whether the sensor has been quiet for rest_time. */
@@ -1451,10 +1451,10 @@ static Vec3 detectors_believed_rate(const DetectorState *state, Vec3 gyr)
  *
  * The guard: bad readings are held back before a filter sees them, once, and the same for all filters.
  *
- * detectors needs the readings alone: full scale, stuck axes, force that is not gravity. rest decides whether the
- * sensor is at rest and reads the gyroscope's bias off; field knows the earth's field. Here are the gates, which also
- * need the filter's attitude: accelerations that are not gravity and fields that are not the earth's are held back, for a
- * bounded time. Each gate says why by a bit of filters.health.
+ * detectors needs the readings alone: full scale, axes that hang, force that is not gravity. rest decides whether
+ * the sensor is at rest and reads the gyroscope's bias off; field knows the earth's field. Here are the gates, which
+ * also need the filter's attitude: accelerations that are not gravity and fields that are not the earth's are held back,
+ * for a bounded time. Each gate says why by a bit of filters.health.
  */
 
 /* Whether the accelerometer is held back. */

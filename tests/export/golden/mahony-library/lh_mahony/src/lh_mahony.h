@@ -25,7 +25,7 @@
  *
  *     64 bit (Cortex-A, x86-64)                                    564 bytes
  *     32 bit (Cortex-M, ESP32, RP2040)                             564 bytes
- *     AVR (Uno, Mega)                                              549 bytes
+ *     AVR (Uno, Mega)                                              550 bytes
  */
 #ifndef LH_MAHONY_H
 #define LH_MAHONY_H
@@ -225,6 +225,7 @@ typedef struct {
     float time; /* s; of the first rest times its pace */
     lh_mahony_vec3 bias; /* rad/s, of the gyroscope, that was read off at rest */
     bool moved; /* it has not been quiet since the start */
+    bool known; /* the bias was read off */
 } lh_mahony_rest;
 
 /* The reference field. */
