@@ -5,8 +5,8 @@
 For every data set the numbers of ``SEARCHED`` are chosen on the other sets alone. The search starts from the power of
 ten that is nearest to each default, and goes by random steps: one or two numbers times exp of a normal number, kept if
 the score becomes less. The score is the mean of log(error/VQF's) over the other sets, each set with and each without
-magnetometers counting alike, on at most ``MOST`` recordings of each. The model itself, and the constants in its code,
-are the same throughout: they were found with all sets in view.
+magnetometers counting alike, on at most ``MOST`` recordings of each, and a ratio below ``ENOUGH`` as that. The model
+itself, and the constants in its code, are the same throughout: they were found with all sets in view.
 """
 
 import argparse
@@ -35,6 +35,7 @@ SEARCHED = (
     "field_walk", "mag_offset", "offset_walk",
 )  # fmt: skip
 STEP = 0.6  # 1σ of the logarithm of a step
+ENOUGH = 0.2  # a smaller ratio counts as this one: where VQF fails on a sensor, how badly must not choose for others
 MOST = 6  # recordings of a set on which a step is judged
 SEED = 1
 
@@ -105,7 +106,7 @@ def ratios(params: lh.ESKF, runs: Sequence[Run]) -> list[float]:
 
 def score(params: lh.ESKF, runs: Sequence[Run]) -> float:
     """Mean over the sets of the mean logarithm."""
-    logs = np.log(ratios(params, runs))
+    logs = np.log(np.maximum(ratios(params, runs), ENOUGH))
     kinds = [run.kind for run in runs]
     return float(np.mean([np.mean([x for x, k in zip(logs, kinds, strict=True) if k == kind]) for kind in set(kinds)]))
 
