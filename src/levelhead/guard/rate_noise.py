@@ -1,4 +1,4 @@
-"""A gyroscope that has stopped to measure, known by its noise.
+"""A gyroscope that no longer measures, known by the noise that it has no more.
 
 A chip or its firmware that hangs may repeat a rate to a digit instead of exactly, so that no axis is stuck to the last
 bit. But the noise of a sensor does not vanish. At rest an axis changes from one sample to the next by c in the mean,
@@ -35,13 +35,13 @@ NO_NOISE = RateNoise(ZERO, ZERO, ZERO, 0.0, ZERO)
 
 @kernel
 def axis_share(share: float, change: float, mean: float, weight: float) -> float:
-    """p after another change at rest."""
+    """p after another change (rad/s) at rest."""
     return share + weight * ((1.0 if change > SMALL * mean else 0.0) - share)
 
 
 @kernel
 def axis_evidence(evidence: float, rate: float, change: float, mean: float, share: float) -> float:
-    """p n after another change."""
+    """p n after another change, in motion; rates in rad/s."""
     return 0.0 if change > SMALL * mean or abs(rate) > LEAST_SCALE else evidence + share
 
 

@@ -48,7 +48,7 @@ class Rest(NamedTuple):
 
     time: float  # s; of the first rest times its pace
     bias: Vec3  # rad/s, of the gyroscope, that was read off at rest
-    moved: bool  # it has not been quiet since the start
+    moved: bool  # since the start
     known: bool  # the bias was read off
 
 

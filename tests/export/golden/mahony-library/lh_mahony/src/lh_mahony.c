@@ -989,7 +989,7 @@ static bool rest_is_resting(const Guard *guard, Rest rest)
 
 /* ---- rate_noise
  *
- * A gyroscope that has stopped to measure, known by its noise.
+ * A gyroscope that no longer measures, known by the noise that it has no more.
  *
  * A chip or its firmware that hangs may repeat a rate to a digit instead of exactly, so that no axis is stuck to the last
  * bit. But the noise of a sensor does not vanish. At rest an axis changes from one sample to the next by c in the mean,
@@ -998,13 +998,13 @@ static bool rest_is_resting(const Guard *guard, Rest rest)
  * An axis that stays at one digit at rest has a small p, and is given that much more time.
  */
 
-/* p after another change at rest. */
+/* p after another change (rad/s) at rest. */
 static float rate_noise_axis_share(float share, float change, float mean, float weight)
 {
     return share + weight * ((change > RATE_NOISE_SMALL * mean ? 1.0f : 0.0f) - share);
 }
 
-/* p n after another change. */
+/* p n after another change, in motion; rates in rad/s. */
 static float rate_noise_axis_evidence(float evidence, float rate, float change, float mean, float share)
 {
     return change > RATE_NOISE_SMALL * mean || fabsf(rate) > RATE_NOISE_LEAST_SCALE ? 0.0f : evidence + share;

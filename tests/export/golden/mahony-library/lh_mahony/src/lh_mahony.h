@@ -224,7 +224,7 @@ typedef struct {
 typedef struct {
     float time; /* s; of the first rest times its pace */
     lh_mahony_vec3 bias; /* rad/s, of the gyroscope, that was read off at rest */
-    bool moved; /* it has not been quiet since the start */
+    bool moved; /* since the start */
     bool known; /* the bias was read off */
 } lh_mahony_rest;
 
