@@ -5,7 +5,7 @@
 The figures are those of ``levelhead bench accuracy`` with and without magnetometers, of ``benchmarks/leave_one_out.py``
 and of ``levelhead bench speed``; DIR holds the recordings with a reference. The last column names a command that shows
 more: of what is as wanted the one behind the figures, of what is missed the one that shows the cause. The search of
-``leave_one_out.py`` takes hours; ``--no-search`` leaves it out.
+``leave_one_out.py`` takes a quarter to half an hour on two cores; ``--no-search`` leaves it out.
 """
 
 import statistics
@@ -221,7 +221,7 @@ def main() -> None:
     parser.add_argument("places", nargs="+", type=Path, help="folders with recordings that have a reference")
     parser.add_argument("--jobs", type=int, default=2, help="processes (default 2)")
     parser.add_argument("--steps", type=int, default=200, help="of the search without each set (default 200)")
-    parser.add_argument("--no-search", action="store_true", help="without that search, which takes hours")
+    parser.add_argument("--no-search", action="store_true", help="without that search, which takes half an hour")
     given = parser.parse_args()
     chosen, results, found = [find_method(name) for name in METHODS], [], None
     for with_mag in (True, False):
