@@ -5,7 +5,7 @@
 The figures are those of ``levelhead bench accuracy`` with and without magnetometers, of ``benchmarks/leave_one_out.py``
 and of ``levelhead bench speed``; DIR holds the recordings with a reference. The last column names a command that shows
 more: of what is as wanted the one behind the figures, of what is missed the one that shows the cause. The search of
-``leave_one_out.py`` takes a quarter to half an hour on two cores; ``--no-search`` leaves it out.
+``leave_one_out.py`` takes most of the 15 minutes on two cores; ``--no-search`` leaves it out.
 """
 
 import statistics
