@@ -6,13 +6,18 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 from tests.filters.test_aiding import accelerated, flown, rms, tilt, turned
+from tests.reference.engines import NATIVE
+from tests.reference.hard import assert_same
 
 import levelhead as lh
 from levelhead import simulate
-from levelhead.engine import smoothing
+from levelhead.engine import binding, smoothing
+from levelhead.engine.driver import Settings
+from levelhead.filters import health
 from levelhead.filters.eskf import rts, rts_aided
 from levelhead.filters.eskf import state as at
 
+NATIVE_ONLY = NATIVE.marks[0]
 TIME = 0.25  # s, a block
 START = 1000  # samples until the filter has settled
 
@@ -106,7 +111,7 @@ def outage(fixes, start, stop):
     return replace(fixes, **{name: getattr(fixes, name)[keep] for name in names})
 
 
-def both(recording, engine="compiled"):
+def both(recording, engine="auto"):
     return lh.fuse(recording, "ESKF", engine=engine), lh.smooth(recording, engine=engine)
 
 
@@ -117,8 +122,6 @@ def test_in_plain_python_it_is_better_than_online_and_needs_no_compiler():
     assert rms(smoothed.position - motion.position).max() < 0.8 * rms(online.position - motion.position).max()
     assert rms(smoothed.velocity - motion.velocity).mean() < 0.8 * rms(online.velocity - motion.velocity).mean()
     assert (smoothed.sigma_position.mean(axis=0) < online.sigma_position.mean(axis=0)).all()
-    with pytest.raises(lh.LevelheadError, match="native engine smooths without pressure and GNSS"):
-        lh.smooth(recording, engine="native")
 
 
 def test_without_any_aiding_there_is_no_position():
@@ -133,7 +136,7 @@ def test_chunks_say_that_they_leave_pressure_and_gnss_aside(caplog):
     assert "without pressure and GNSS" in caplog.text and tracks[0].position is None
 
 
-@pytest.mark.slow
+@NATIVE_ONLY
 def test_a_drone_and_a_car_with_a_receiver():
     errors = {"online": [], "smoothed": []}
     ratios = []
@@ -152,7 +155,7 @@ def test_a_drone_and_a_car_with_a_receiver():
     assert ((ratio > 0.5) & (ratio < 1.5)).all()
 
 
-@pytest.mark.slow
+@NATIVE_ONLY
 def test_a_barometer_alone():
     motion, recording = flown(1)
     online, smoothed = both(replace(recording, pressure=simulate.pressure(motion, seed=1)))
@@ -161,7 +164,7 @@ def test_a_barometer_alone():
     assert rms(smoothed.position[:, 2] - height) < 1.05 * rms(online.position[:, 2] - height)
 
 
-@pytest.mark.slow
+@NATIVE_ONLY
 def test_a_receiver_that_is_lost_for_20_s_is_bridged():
     off, ratios, late = [], [], slice(3200, 3800)
     for seed in range(3):
@@ -174,7 +177,7 @@ def test_a_receiver_that_is_lost_for_20_s_is_bridged():
     assert rms(np.concatenate(ratios)).max() < 1.5
 
 
-@pytest.mark.slow
+@NATIVE_ONLY
 @pytest.mark.parametrize("off", [0.0, 90.0, 180.0])
 def test_a_start_that_points_backwards_is_right_from_the_first_sample(off):
     motion = simulate.motion(1, 30.0, 100.0, style="drone")
@@ -182,7 +185,7 @@ def test_a_start_that_points_backwards_is_right_from_the_first_sample(off):
     fixes = simulate.gnss(motion, seed=1)
     fixes = replace(fixes, position=turn.apply(fixes.position.copy()), velocity=turn.apply(fixes.velocity.copy()))
     recording = replace(simulate.observe(motion, simulate.imu("LSM6DSO32"), 1), gnss=fixes)
-    track = lh.smooth(recording, engine="compiled")
+    track = lh.smooth(recording)
     truth = turn * Rotation.from_quat(motion.quat.copy(), scalar_first=True)
     heading = np.degrees((track.as_rotation() * truth.inv()).as_rotvec()[:, 2])
     _, online = turned(motion, 1, off)
@@ -192,7 +195,7 @@ def test_a_start_that_points_backwards_is_right_from_the_first_sample(off):
     assert (np.abs(place) < 4.0 * track.sigma_position[101:]).all()
 
 
-@pytest.mark.slow
+@NATIVE_ONLY
 @pytest.mark.parametrize("seed", [3, 4])
 def test_somebody_who_walks_on_the_spot_is_not_turned_around(seed):
     """Steps are as fast as long blocks would be."""
@@ -206,16 +209,95 @@ def test_somebody_who_walks_on_the_spot_is_not_turned_around(seed):
     assert rms(track.position - motion.position).mean() < rms(online.position - motion.position).mean()
 
 
+MEASURED = {"pressure": (), "position": ("position",), "all": ("position", "velocity")}  # by the receiver
+
+
+def hard_flight(sensors, with_mag):
+    """A drone with a gap, missing readings, an outage of the receiver, whose frame is turned, and fixes far off.
+
+    The first fix comes with the last sample of a block, which is kept as it was before.
+    """
+    motion, recording = flown(2, duration=10.0)
+    keep = np.r_[0:500, 700:1000]
+    gyr, acc = recording.gyr.copy(), recording.acc.copy()
+    gyr[300] = acc[200:205] = np.nan
+    fixes, air = simulate.gnss(motion, simulate.Receiver(rate=5.0), 2), simulate.pressure(motion, seed=2)
+    seen = (fixes.t < 2.0) | (fixes.t > 4.0)
+    turn = Rotation.from_euler("z", 150.0, degrees=True)
+    place, speed = turn.apply(fixes.position[seen]), turn.apply(fixes.velocity[seen])
+    place[7:10] += 40.0
+    place[12] = np.nan
+    read = {name: values for name, values in (("position", place), ("velocity", speed)) if name in MEASURED[sensors]}
+    return lh.Recording(
+        recording.t[keep], gyr[keep], acc[keep], recording.mag[keep] if with_mag else None,
+        pressure=None if sensors == "position" else air,
+        gnss=lh.Gnss(fixes.t[seen] + 0.018, **read, sigma_position=2.0, sigma_velocity=0.1) if read else None,
+    )  # fmt: skip
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("with_mag", [True, False])
-def test_engines_and_stretches_have_the_same_bits(with_mag, monkeypatch):
+@pytest.mark.parametrize("guard", [lh.Guard(), None], ids=["guarded", "unguarded"])
+@pytest.mark.parametrize("with_mag", [True, False], ids=["mag", "no mag"])
+@pytest.mark.parametrize("sensors", MEASURED)
+@pytest.mark.parametrize("engine", [NATIVE, pytest.param("compiled", marks=pytest.mark.full)])
+def test_the_same_bits(engine, sensors, with_mag, guard, monkeypatch):
+    """In several stretches, so that runs forward are repeated; without a magnetometer also from a turned start."""
+    recording = hard_flight(sensors, with_mag)
+    monkeypatch.setattr(smoothing, "MOST_BLOCKS", 40)
+    turned_start, starts = smoothing.Smoother._turned_start, []
+
+    def noted(self, end):
+        starts.append(turned_start(self, end))
+        return starts[-1]
+
+    monkeypatch.setattr(smoothing.Smoother, "_turned_start", noted)
+    tracks = [lh.smooth(recording, guard=guard, engine=one) for one in ("python", engine)]
+    assert_same(*tracks)
+    assert [start is None for start in starts] == [True, True] if with_mag else [False, True, False, True]
+    assert np.isfinite(tracks[0].sigma_position).all()
+    for bit in (health.GAP, health.GYR_MISSING, health.ACC_MISSING, health.AID_REJECTED):
+        assert (tracks[0].health & bit).any()
+    known = [track.calibration.gyr_matrix for track in tracks]
+    np.testing.assert_array_equal(known[0].value, known[1].value)
+
+
+@NATIVE_ONLY
+def test_auto_needs_no_numba(monkeypatch):
+    motion, recording = flown(0, duration=3.0)
+    monkeypatch.setattr(smoothing, "numba_installed", lambda: False)
+    monkeypatch.setattr(smoothing, "for_engine", None)
+    track = lh.smooth(replace(recording, gnss=simulate.gnss(motion, seed=0)))
+    assert len(track.position) == 300
+
+
+@NATIVE_ONLY
+def test_the_extension_refuses_what_does_not_fit():
+    from levelhead.engine import native
+
+    module, rows = native.extension(), np.zeros(3)
+    with pytest.raises(TypeError, match="14 arguments instead of 17"):
+        module.correct_stretch("ESKF_aided", 1, 1, *[rows] * 11)
+    with pytest.raises(TypeError, match="17 arguments instead of 14"):
+        module.correct_stretch("ESKF", 1, 1, *[rows] * 14)
+    flt = lh.filters.of(lh.ESKF())
+    bound = smoothing.bind_aided_smoother(flt, True)
+    settings = Settings(lh.ESKF(), lh.Guard())
+    run = native.NativeSmoother("ESKF_aided", bound.flt, True, settings, binding.bind(bound.flt).begin(settings))
+    with pytest.raises(TypeError, match="10 arguments instead of 16"):
+        run._machine.filter.forward(0.0, 0, *[rows] * 8)
+    blocks = [np.zeros(bound.parts.width), np.zeros(1)]
+    sensors = [np.zeros(1), rows, rows, np.zeros(0), np.zeros(4), np.zeros(1, np.uint32)]
+    readings = [np.zeros(2, np.int64), np.zeros(0, np.int64), *[np.zeros(0)] * 3]
+    with pytest.raises(ValueError, match="an array of 24 bytes instead of 96"):
+        run._machine.filter.forward(0.0, 0, *sensors, *blocks, *readings, rows)
+
+
+@NATIVE_ONLY
+def test_stretches_change_nothing(monkeypatch):
     motion, recording = flown(2, duration=6.0)
-    recording = replace(recording, gnss=simulate.gnss(motion, seed=2), mag=recording.mag if with_mag else None)
-    plain, compiled = (lh.smooth(recording, engine=engine) for engine in ("python", "compiled"))
-    names = ("quat", "bias", "sigma", "health", "position", "velocity", "sigma_position", "sigma_velocity")
-    for name in names:
-        np.testing.assert_array_equal(getattr(plain, name), getattr(compiled, name), err_msg=name)
+    recording = replace(recording, gnss=simulate.gnss(motion, seed=2))
+    whole = lh.smooth(recording)
     monkeypatch.setattr(smoothing, "MOST_BLOCKS", 8)
-    cut = lh.smooth(recording, engine="compiled")
-    for name in names:
-        np.testing.assert_allclose(getattr(cut, name), getattr(plain, name), atol=1e-7, err_msg=name)
+    cut = lh.smooth(recording)
+    for name in ("quat", "bias", "sigma", "position", "velocity", "sigma_position", "sigma_velocity"):
+        np.testing.assert_allclose(getattr(cut, name), getattr(whole, name), atol=1e-7, err_msg=name)

@@ -136,7 +136,7 @@ def test_auto_needs_no_numba(walk, monkeypatch):
 def test_without_machine_code_of_any_kind(walk, monkeypatch):
     monkeypatch.setattr(smoothing, "numba_installed", lambda: False)
     monkeypatch.setattr(smoothing, "has_smoother", lambda *_: False)
-    assert smoothing.choose_smoother_engine("auto", lh.filters.of(lh.ESKF()), True) == "python"
+    assert smoothing.choose_smoother_engine("auto", lh.filters.of(lh.ESKF()), True, False) == "python"
     with pytest.raises(lh.LevelheadError, match="no native engine"):
         lh.smooth(walk[:300], engine="native")
 

@@ -19,7 +19,7 @@ def hard_recording(with_mag):
 
 
 def assert_same(a, b):
-    for name in ("quat", "bias", "sigma", "health"):
+    for name in ("quat", "bias", "sigma", "health", "position", "velocity", "sigma_position", "sigma_velocity"):
         x, y = getattr(a, name), getattr(b, name)
         assert (x is None) == (y is None)
         if x is not None:

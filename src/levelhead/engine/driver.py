@@ -359,25 +359,28 @@ def update_aiding(settings: Settings, carry: Carry, row: int, value: float, devi
 
 
 @kernel
+def write_nav(settings: Settings, carry: Carry, i: int, nav: Floats) -> None:
+    """Row i of position, velocity, 1σ of position and 1σ of velocity."""
+    j = 12 * i
+    p, v, sp, sv, _ = aiding.nav_state(settings.filter, carry.run.state)
+    nav[j], nav[j + 1], nav[j + 2] = p
+    nav[j + 3], nav[j + 4], nav[j + 5] = v
+    nav[j + 6], nav[j + 7], nav[j + 8] = sp
+    nav[j + 9], nav[j + 10], nav[j + 11] = sv
+
+
+@kernel
 def run_with_aiding(
     settings: Settings, carry: Carry, last: float, t: Floats, gyr: Floats, acc: Floats, mag: Floats,
     first: list[int], row: list[int], value: Floats, deviation: Floats, age: Floats,
     quat: Floats, bias: Floats, sigma: Floats, health: list[int], nav: Floats,
 ) -> Carry:  # fmt: skip
-    """``run`` with aiding: after sample i the numbers ``first[i]`` to ``first[i + 1]`` − 1.
-
-    Fills nav (12n) as well: position, velocity, 1σ of position, 1σ of velocity.
-    """
+    """``run`` with aiding: after sample i the numbers ``first[i]`` to ``first[i + 1]`` − 1; fills nav (12n) as well."""
     for i in range(len(t)):
         carry = process_row(settings, carry, i, gyr, acc, mag, t[i] - last)
         last = t[i]
         for k in range(first[i], first[i + 1]):
             carry = update_aiding(settings, carry, row[k], value[k], deviation[k], age[k])
         write_row(settings, carry, i, quat, bias, sigma, health)
-        j = 12 * i
-        p, v, sp, sv, _ = aiding.nav_state(settings.filter, carry.run.state)
-        nav[j], nav[j + 1], nav[j + 2] = p
-        nav[j + 3], nav[j + 4], nav[j + 5] = v
-        nav[j + 6], nav[j + 7], nav[j + 8] = sp
-        nav[j + 9], nav[j + 10], nav[j + 11] = sv
+        write_nav(settings, carry, i, nav)
     return carry

@@ -162,21 +162,24 @@ class FilterMemory:
         self.filter.set_params(self._pack(self._layout.params, value))
 
 
-def has_smoother(flt: Filter, guarded: bool) -> bool:
-    """Whether there is a native smoother of a filter."""
-    return (
-        flt.smoothing is not None
-        and _find_filter(flt, native_name(flt._replace(name=f"{flt.name}_forward"), guarded), "IMU_FILTERS") is not None
-        and _find_filter(flt, flt.name, "SMOOTHERS") is not None
-    )
+def smoother_name(flt: Filter, aided: bool) -> str:
+    """What a filter's smoother is called in the extension; that of its forward run begins so."""
+    return f"{flt.name}_aided" if aided else flt.name
+
+
+def has_smoother(flt: Filter, guarded: bool, aided: bool) -> bool:
+    """Whether there is a native smoother of a filter, with position, velocity and height or without."""
+    name = smoother_name(flt, aided)
+    ahead = native_name(flt._replace(name=f"{name}_forward"), guarded)
+    return all(_find_filter(flt, *one) is not None for one in ((ahead, "IMU_FILTERS"), (name, "SMOOTHERS")))
 
 
 class NativeSmoother:
     """A filter's run forward that keeps blocks, and the way back through them."""
 
-    def __init__(self, flt: Filter, ahead: Filter, guarded: bool, settings: Params, begin: Tree) -> None:
-        """``ahead``: the filter of the forward run, which begins so."""
-        self._name, self._machine = flt.name, FilterMemory(ahead, guarded, settings, begin)
+    def __init__(self, name: str, ahead: Filter, guarded: bool, settings: Params, begin: Tree) -> None:
+        """``name``: of ``smoother_name``; ``ahead``: the filter of the forward run, which begins so."""
+        self._name, self._machine = name, FilterMemory(ahead, guarded, settings, begin)
 
     def pack(self, carry: Tree) -> bytes:
         """A Carry as ``forward`` takes it."""
@@ -189,13 +192,13 @@ class NativeSmoother:
         return self._machine.state
 
     def forward(self, carry: bytes, *arrays: object) -> tuple[bytes, int, int]:
-        """``smoother_kernels.forward_stretch``."""
+        """``smoother_kernels.forward_stretch``, or with more arrays ``forward_stretch_with_aiding``."""
         self._machine.words = carry
         count, stop = self._machine.filter.forward(*arrays)
         return self._machine.words, count, stop
 
     def correct(self, t: Array, numbers: Array, end: Array, count: int, stop: int, *arrays: object) -> None:
-        """``smoother_kernels.correct_stretch``."""
+        """``smoother_kernels.correct_stretch``, or with more arrays ``correct_stretch_with_nav``."""
         module = extension()
         assert module is not None
         module.correct_stretch(self._name, count, stop, t, numbers, end, *arrays)

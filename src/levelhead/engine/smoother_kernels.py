@@ -4,7 +4,7 @@ from typing import NamedTuple, Protocol
 
 from levelhead.compiler.hooks import declare
 from levelhead.compiler.mark import compiled_only, kernel
-from levelhead.engine.driver import Carry, Settings, aiding, process_row, result, update_aiding
+from levelhead.engine.driver import Carry, Settings, process_row, result, update_aiding, write_nav
 from levelhead.filters.contract import FilterState, NavState
 from levelhead.kernels import quat
 from levelhead.kernels.arrays import Floats
@@ -140,8 +140,8 @@ def forward_stretch(
 ) -> tuple[Carry, int, int]:  # fmt: skip
     """Samples from ``start`` on until there is no room for another block, or no sample.
 
-    Returns the carry, how many blocks were kept, and the sample after the last one. The native engine has this loop in
-    ``native.forward.c``.
+    Returns the carry, how many blocks were kept, and the sample after the last one. The native engine has this loop,
+    with aiding and without, in ``native.forward.c``.
     """
     hooks.keep_start(carry.run.state, kept.numbers)
     count = 1
@@ -279,25 +279,18 @@ def correct_stretch(
 ) -> None:
     """Backwards through the blocks that were kept, then to every sample.
 
-    The native engine has this in ``native.smoother.c``.
+    The native engine has this, with position and velocity and without, in ``native.smoother.c``.
     """
     backward(kept.numbers, count, memory, corrections.turn, corrections.bias, corrections.sigma)
     spread_blocks(t, kept, count, stop, corrections, track)
 
 
-@kernel
-def write_pair(values: Array, k: int, one: Vec3, other: Vec3) -> None:
-    """Two vectors as six numbers from k on."""
-    values[k], values[k + 1], values[k + 2] = one
-    values[k + 3], values[k + 4], values[k + 5] = other
-
-
 @compiled_only
 def forward_stretch_with_aiding(
     settings: Settings, carry: Carry, last: float, start: int, t: Floats, gyr: Floats, acc: Floats, mag: Floats,
-    attitude: Array, health: Array, kept: BlockRows, readings: Readings, nav: Array,
+    attitude: Array, health: Array, kept: BlockRows, readings: Readings, nav: Floats,
 ) -> tuple[Carry, int, int]:  # fmt: skip
-    """``forward_stretch`` with position, velocity and height; fills ``nav``, 6 a sample: position and velocity."""
+    """``forward_stretch`` with position, velocity and height; fills ``nav`` as ``run_with_aiding`` does."""
     hooks.keep_start(carry.run.state, kept.numbers)
     count = 1
     i = start
@@ -310,8 +303,7 @@ def forward_stretch_with_aiding(
                 settings, carry, readings.row[r], readings.value[r], readings.sigma[r], readings.age[r]
             )
         write_attitude(settings, carry, i, attitude, health)
-        seen = aiding.nav_state(settings.filter, carry.run.state)
-        write_pair(nav, 6 * i, seen.position, seen.velocity)
+        write_nav(settings, carry, i, nav)
         i += 1
     return carry, count, i
 
@@ -324,8 +316,15 @@ class NavCorrections(NamedTuple):
 
 
 @kernel
+def write_pair(values: Array, k: int, one: Vec3, other: Vec3) -> None:
+    """Two vectors as six numbers from k on."""
+    values[k], values[k + 1], values[k + 2] = one
+    values[k + 3], values[k + 4], values[k + 5] = other
+
+
+@kernel
 def backward_with_nav(
-    kept: Array, count: int, m: Array, turn: Array, bias: Array, sigma: Array, found: NavCorrections
+    kept: Array, count: int, m: Array, turn: Array, bias: Array, sigma: Array, end: Array, before: Array
 ) -> None:
     """``backward`` that reads position and velocity of each block too."""
     for steps in range(count):
@@ -333,44 +332,44 @@ def backward_with_nav(
         go_back(kept, k, count, m, turn, bias, sigma)
         nav, change = nav_hooks.read_nav(kept, hooks.WIDTH * k, m), nav_hooks.nav_change(kept, hooks.WIDTH * k)
         j = 12 * k
-        write_pair(found.end, j, nav.position, nav.velocity)
-        write_pair(found.end, j + 6, nav.sigma_position, nav.sigma_velocity)
-        write_pair(found.before, 6 * k, change.position, change.velocity)
+        write_pair(end, j, nav.position, nav.velocity)
+        write_pair(end, j + 6, nav.sigma_position, nav.sigma_velocity)
+        write_pair(before, 6 * k, change.position, change.velocity)
         for i in range(6):
-            found.before[6 * k + i] += found.end[j + i]
+            before[6 * k + i] += end[j + i]
 
 
 @kernel
 def spread_nav(
-    t: Array, kept: Array, k: int, count: int, first: int, last: int, found: NavCorrections, nav: Array, sigmas: Array
+    t: Array, kept: Array, k: int, count: int, first: int, last: int, end: Array, before: Array, nav: Array
 ) -> None:
-    """``spread_block`` of position and velocity, and of their 1σ (``sigmas``, 6 a sample)."""
-    here = min(k, count - 1)
+    """``spread_block`` of position and velocity, which are in ``nav`` as yet without corrections, and of their 1σ."""
+    one, other = 12 * (k - 1), 12 * min(k, count - 1)
     interval = block_interval(t, kept, k, count, first, last)
     for i in range(first, last + 1):
         _, share = shares_at(interval, i, t[i])
         for j in range(6):
             is_set = interval.has_end and not interval.new_start and nav_hooks.is_set(kept, hooks.WIDTH * k, j)
             part = 1.0 if is_set else share
-            one, other = found.end[12 * (k - 1) + j], found.end[12 * here + j]
             if interval.has_end and i < last:
-                nav[6 * i + j] += (1.0 - part) * one + part * found.before[6 * here + j]
+                nav[12 * i + j] += (1.0 - part) * end[one + j] + part * before[6 * k + j]
             else:
-                nav[6 * i + j] += other
-            deviation = found.end[12 * (k - 1) + 6 + j]
-            sigmas[6 * i + j] = deviation + part * (found.end[12 * here + 6 + j] - deviation)
+                nav[12 * i + j] += end[other + j]
+            deviation = end[one + 6 + j]
+            nav[12 * i + 6 + j] = deviation + part * (end[other + 6 + j] - deviation)
 
 
 @compiled_only
 def correct_stretch_with_nav(
     t: Array, kept: BlockRows, count: int, stop: int, memory: Array, corrections: Corrections, track: FlatTrack,
-    found: NavCorrections, nav: Array, sigmas: Array,
+    found: NavCorrections, nav: Array,
 ) -> None:  # fmt: skip
     """``correct_stretch`` with position and velocity."""
-    backward_with_nav(kept.numbers, count, memory, corrections.turn, corrections.bias, corrections.sigma, found)
+    turn, _, bias, sigma = corrections
+    backward_with_nav(kept.numbers, count, memory, turn, bias, sigma, found.end, found.before)
     spread_blocks(t, kept, count, stop, corrections, track)
     k = 1
     while k <= count:
         first, last = block_rows(kept.end, k, count, stop)
-        spread_nav(t, kept.numbers, k, count, first, last, found, nav, sigmas)
+        spread_nav(t, kept.numbers, k, count, first, last, found.end, found.before, nav)
         k += 1

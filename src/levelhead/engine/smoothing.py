@@ -25,7 +25,7 @@ from levelhead.engine.aiding_inputs import aiding_inputs
 from levelhead.engine.batch import DEFAULT_GUARD, NO_MAG, navigation_fields
 from levelhead.engine.binding import bind, choose_engine, for_engine, numba_installed
 from levelhead.engine.driver import Settings
-from levelhead.engine.native import NativeSmoother, has_smoother
+from levelhead.engine.native import NativeSmoother, has_smoother, smoother_name
 from levelhead.engine.prior import apply_prior, correct_recording, read_calibration
 from levelhead.engine.serialization import leaf_bytes, value_of
 from levelhead.engine.smoother_kernels import (
@@ -74,8 +74,9 @@ def bind_smoother(flt: Filter, guarded: bool) -> BoundSmoother:
     parts = flt.smoothing
     assert parts is not None and flt.schedule is not None
     schedule = Schedule(flt.schedule.due, parts.correct)
-    ahead = flt._replace(name=f"{flt.name}_forward", init=parts.init, schedule=schedule, aiding=None)
-    name = f"{flt.name}_{'guarded' if guarded else 'unguarded'}"
+    title = smoother_name(flt, False)
+    ahead = flt._replace(name=f"{title}_forward", init=parts.init, schedule=schedule, aiding=None)
+    name = f"{title}_{'guarded' if guarded else 'unguarded'}"
     pairs = (*bind(ahead, guarded).pairs, (hooks, _fill_hooks(parts, name)))
     return BoundSmoother(ahead, parts, forward_stretch, correct_stretch, pairs, name)
 
@@ -92,31 +93,28 @@ def bind_aided_smoother(flt: Filter, guarded: bool) -> BoundSmoother:
     """The smoother of a filter that takes position, velocity and height, with these."""
     aided = flt.aided_smoothing
     assert aided is not None and flt.schedule is not None and flt.aiding is not None and flt.calibration is not None
+    title = smoother_name(flt, True)
     ahead = flt._replace(
-        name=f"{flt.name}_forward_aided",
+        name=f"{title}_forward",
         init=aided.parts.init,
         schedule=Schedule(flt.schedule.due, aided.parts.correct),
         aiding=Aiding(aided.update, flt.aiding.nav_state),
         calibration=flt.calibration._replace(restart=aided.restart),
     )
-    name = f"{flt.name}_aided_{'guarded' if guarded else 'unguarded'}"
+    name = f"{title}_{'guarded' if guarded else 'unguarded'}"
     nav = fill(nav_hooks, name, read_nav=aided.read_nav, nav_change=aided.nav_change, is_set=aided.is_set)
     pairs = (*bind(ahead, guarded).pairs, (hooks, _fill_hooks(aided.parts, name)), (nav_hooks, nav))
     functions = forward_stretch_with_aiding, correct_stretch_with_nav
     return BoundSmoother(ahead, aided.parts, *functions, pairs, name, aided.turned_start)
 
 
-def choose_smoother_engine(engine: str, flt: Filter, guarded: bool, aided: bool = False) -> str:
+def choose_smoother_engine(engine: str, flt: Filter, guarded: bool, aided: bool) -> str:
     """What ``engine`` means for the smoother of a filter: without a native one machine code at any length.
 
     Raises:
-        LevelheadError: no such engine, or the native one for a recording with pressure or GNSS.
+        LevelheadError: no such engine.
     """
-    if aided and engine == "native":
-        raise LevelheadError(
-            "the native engine smooths without pressure and GNSS; use 'auto', 'compiled' or 'python', or leave them out"
-        )
-    has_native = has_smoother(flt, guarded) and not aided
+    has_native = has_smoother(flt, guarded, aided)
     if engine == "auto" and not has_native:
         return "compiled" if numba_installed() else "python"
     return choose_engine(engine, 0, has_native)
@@ -160,13 +158,14 @@ class Smoother:
         self._pack: Callable[[Tree], bytes]
         self._unpack: Callable[[bytes], Tree]
         if self._engine == "native":
-            self._native = NativeSmoother(flt, self._bound.flt, guarded, self._settings, begin)
+            name = smoother_name(flt, inputs is not None)
+            self._native = NativeSmoother(name, self._bound.flt, guarded, self._settings, begin)
             self._pack, self._unpack = self._native.pack, self._native.unpack
         else:
             self._pack, self._unpack = leaf_bytes, functools.partial(value_of, begin)
             self._forward = for_engine(self._bound.bind(self._bound.forward), self._engine)
             self._correct = for_engine(self._bound.bind(self._bound.correct), self._engine)
-        self._nav = np.zeros((2, 0 if inputs is None else 6 * len(recording)))  # position and velocity; 1σ of both
+        self._nav = np.empty(0 if inputs is None else 12 * len(recording))  # position, velocity, 1σ of both
         self.begin = Stretch(0, self._pack(apply_prior(self._bound.flt, begin, prior)))
         n, mag = len(recording), [] if recording.mag is None else [recording.mag]
         sensors = [a.reshape(-1) for a in (recording.t, recording.gyr, recording.acc, *mag)]
@@ -244,8 +243,7 @@ class Smoother:
         """A track's position and velocity, if there was any aiding."""
         if self._readings is None:
             return {}
-        table = np.concatenate([part.reshape(-1, 2, 3) for part in self._nav], axis=1)
-        return navigation_fields(table)
+        return navigation_fields(self._nav.reshape(-1, 4, 3))
 
     @property
     def memory(self) -> list[float]:
@@ -262,11 +260,12 @@ class Smoother:
         last = float(self._sensors[0][max(stretch.start - 1, 0)])
         into = (*self._sensors, self.track.quat, self.health)
         if self._engine == "native":
-            carry, count, stop = self._native.forward(stretch.carry, last, stretch.start, *into, *self._kept)
+            more = () if self._readings is None else (*self._readings, self._nav)
+            carry, count, stop = self._native.forward(stretch.carry, last, stretch.start, *into, *self._kept, *more)
             return count, Stretch(stop, carry)
         begin = self._unpack(stretch.carry)
         begin = native(begin) if self._engine == "compiled" else begin
-        aiding = () if self._readings is None else (self._readings, self._nav[0])
+        aiding = () if self._readings is None else (self._readings, self._nav)
         end, count, stop = self._forward(self._settings, begin, last, stretch.start, *into, self._kept, *aiding)
         return count, Stretch(stop, self._pack(end))
 
@@ -281,12 +280,12 @@ class Smoother:
     def back(self, count: int, stop: int) -> None:
         """Through the stretch that was kept, to the sample before ``stop``."""
         corrections = Corrections(*(self._zeros(3 * count) for _ in range(4)))
-        t = self._sensors[0]
+        t, found = self._sensors[0], NavCorrections(self._zeros(12 * count), self._zeros(6 * count))
         if self._engine == "native":
-            self._native.correct(t, *self._kept, count, stop, self._memory, *corrections, *self.track)
+            more = () if self._readings is None else (*found, self._nav)
+            self._native.correct(t, *self._kept, count, stop, self._memory, *corrections, *self.track, *more)
         else:
-            nav = NavCorrections(self._zeros(12 * count), self._zeros(6 * count))
-            aiding = () if self._readings is None else (nav, *self._nav)
+            aiding = () if self._readings is None else (found, self._nav)
             self._correct(t, self._kept, count, stop, self._memory, corrections, self.track, *aiding)
 
 
@@ -306,7 +305,7 @@ def smooth(
         params: of the self-calibrating filter ``ESKF``; None: those of ``filters.offline``. Blocks are made 0.25 s long
             at least, without pressure and GNSS.
         guard: as for ``fuse``.
-        engine: as for ``fuse``; pressure and GNSS take "compiled" or "python".
+        engine: as for ``fuse``.
         prior: as for ``fuse``.
         progress: called now and then with the fraction done, 0 to 1.
 

@@ -6,15 +6,16 @@ from collections.abc import Iterable, Iterator
 from typing import Protocol
 
 from levelhead import filters
+from levelhead.compiler.mark import KernelFunction
 from levelhead.engine import driver, smoother_kernels
 from levelhead.engine.binding import bind, is_guarded
-from levelhead.engine.native import PACKAGE, digest, native_name
-from levelhead.engine.smoothing import bind_smoother
+from levelhead.engine.native import PACKAGE, digest, native_name, smoother_name
+from levelhead.engine.smoothing import BoundSmoother, bind_aided_smoother, bind_smoother
 from levelhead.engine.stepper import MOST_DT
 from levelhead.export.helpers import helper_functions
 from levelhead.export.kinds import BOOL, FLOAT, INT, Array, Kind, Struct, variable
 from levelhead.export.layout import STEP, join_lines, template
-from levelhead.export.program import Program
+from levelhead.export.program import Kernel, Program
 from levelhead.export.type_table import decimal
 from levelhead.filters.contract import Filter
 from levelhead.kernels.vec3 import Vec3
@@ -299,18 +300,18 @@ ROW = Array((1,))  # an array whose length the kernel does not know
 class ForwardUnit(ImuUnit):
     """A filter's run forward for its smoother, which keeps its blocks."""
 
-    def __init__(self, flt: Filter, guarded: bool) -> None:
-        assert flt.smoothing is not None
-        super().__init__(bind_smoother(flt, guarded).flt, guarded)
-        self._width = flt.smoothing.width
+    def __init__(self, bound: BoundSmoother, guarded: bool) -> None:
+        super().__init__(bound.flt, guarded)
+        parts = bound.parts
+        self._width = parts.width
         assert isinstance(self.carry, Struct)
         run = self.carry.fields["run"]
         assert isinstance(run, Struct)
         state = run.fields["state"]
         assert state is not None
-        self._is_block_end = self.program.kernel(flt.smoothing.is_block_end, [state])
-        self._keep_start = self.program.kernel(flt.smoothing.keep_start, [state, ROW])
-        self._keep = self.program.kernel(flt.smoothing.keep, [state, ROW, INT])
+        self._is_block_end = self.program.kernel(parts.is_block_end, [state])
+        self._keep_start = self.program.kernel(parts.keep_start, [state, ROW])
+        self._keep = self.program.kernel(parts.keep, [state, ROW, INT])
 
     def _loop(self, parts: dict[str, object]) -> dict[str, object]:
         """The run that keeps blocks, in place of the plain one."""
@@ -327,34 +328,45 @@ class ForwardUnit(ImuUnit):
 
 
 class SmootherUnit:
-    """The way back of a filter's smoother."""
+    """The way back of a filter's smoother, with position and velocity if ``aided``."""
 
     functions = "native.smoother.c"
 
-    def __init__(self, flt: Filter) -> None:
-        assert flt.smoothing is not None
-        self.program, bound, self._memory = _program(), bind_smoother(flt, True), flt.smoothing.memory
-        self._width = flt.smoothing.width
-        rows = [ROW] * 4
-        self._backward = self.program.kernel(bound.bind(smoother_kernels.backward), [ROW, INT, *rows])
-        self._compose = self.program.kernel(bound.bind(smoother_kernels.compose_ends), [ROW, INT, ROW, ROW])
-        self._spread = self.program.kernel(
-            bound.bind(smoother_kernels.spread_block), [ROW, ROW, INT, INT, INT, INT, *rows, ROW, ROW, ROW]
-        )
+    def __init__(self, bound: BoundSmoother, aided: bool) -> None:
+        self.program, self._bound, self._aided = _program(), bound, aided
+        backward = smoother_kernels.backward_with_nav if aided else smoother_kernels.backward
+        block: list[Kind] = [ROW, ROW, INT, INT, INT, INT]
+        self._backward = self._kernel(backward, [ROW, INT, *[ROW] * (6 if aided else 4)])
+        self._compose = self._kernel(smoother_kernels.compose_ends, [ROW, INT, ROW, ROW])
+        self._spread = self._kernel(smoother_kernels.spread_block, [*block, *[ROW] * 7])
+        self._spread_nav = self._kernel(smoother_kernels.spread_nav, [*block, *[ROW] * 3]) if aided else None
+
+    def _kernel(self, function: KernelFunction, kinds: list[Kind]) -> Kernel:
+        return self.program.kernel(self._bound.bind(function), kinds)
 
     def gaps(self) -> dict[str, object]:
         """What the template of its functions leaves open."""
         kept, corrections = ["s->numbers", "s->count"], ["s->turn", "s->before", "s->bias", "s->sigma"]
         block = ["s->t", "s->numbers", "k", "s->count", "first", "last"]
         turn, before, bias, sigma = corrections
-        track = ["s->quat", "s->biases", "s->sigmas"]
+        track, found = ["s->quat", "s->biases", "s->sigmas"], ["s->nav_end", "s->nav_before"]
+        back = [*kept, "s->memory", turn, bias, sigma, *(found if self._aided else [])]
+        spread_nav = self._spread_nav and self.program.call(self._spread_nav, [*block, *found, "s->nav"])
         return {
-            "backward": self.program.call(self._backward, [*kept, "s->memory", turn, bias, sigma]),
+            "backward": self.program.call(self._backward, back),
             "compose_ends": self.program.call(self._compose, [*kept, turn, before]),
             "spread_block": self.program.call(self._spread, [*block, *corrections, *track]),
-            "width": self._width,
-            "memory": self._memory,
+            "spread_nav": f"{spread_nav};" if spread_nav else "",
+            "width": self._bound.parts.width,
+            "memory": self._bound.parts.memory,
+            "aided": int(self._aided),
         }
+
+
+def smoothers(flt: Filter, guarded: bool) -> dict[bool, BoundSmoother]:
+    """The smoothers of a filter: False: without position, velocity and height; True: with them."""
+    found = {} if flt.smoothing is None else {False: bind_smoother(flt, guarded)}
+    return found if flt.aided_smoothing is None else found | {True: bind_aided_smoother(flt, guarded)}
 
 
 def units() -> Iterator[tuple[str, str, Unit]]:
@@ -362,11 +374,10 @@ def units() -> Iterator[tuple[str, str, Unit]]:
     for flt in filters.ALL:
         for guarded in (True, False) if is_guarded(flt) else (False,):
             yield "imu", native_name(flt, guarded), ImuUnit(flt, guarded)
-            if flt.smoothing is not None:
-                ahead = ForwardUnit(flt, guarded)
-                yield "imu", native_name(ahead.flt, guarded), ahead
-        if flt.smoothing is not None:
-            yield "smoother", flt.name, SmootherUnit(flt)
+            for bound in smoothers(flt, guarded).values():
+                yield "imu", native_name(bound.flt, guarded), ForwardUnit(bound, guarded)
+        for aided, bound in smoothers(flt, True).items():
+            yield "smoother", smoother_name(flt, aided), SmootherUnit(bound, aided)
         if flt.axis is not None:
             yield "axis", flt.name, AxisUnit(flt)
 

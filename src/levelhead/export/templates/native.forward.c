@@ -1,4 +1,4 @@
-/* ``smoothing.forward``: returns the sample after the last one. */
+/* ``smoother_kernels.forward_stretch``: returns the sample after the last one. */
 static ptrdiff_t forward(void *memory, ptrdiff_t start, ptrdiff_t count, double last, const lh_rows *rows,
                          const lh_blocks *blocks, int32_t *found)
 {
@@ -14,14 +14,16 @@ static ptrdiff_t forward(void *memory, ptrdiff_t start, ptrdiff_t count, double 
         const double dt = rows->t[i] - last;
         last = rows->t[i];
         carry = $advance;
-        const $Output out = $result;
-        double *quat = rows->quat + 4 * i;
-        quat[0] = out.quat.w, quat[1] = out.quat.x, quat[2] = out.quat.y, quat[3] = out.quat.z;
-        rows->health[i] = (uint32_t)out.health;
         if ($is_block_end) {
             $keep;
             blocks->end[kept++] = (double)i;
         }
+$aided
+        const $Output out = $result;
+        double *quat = rows->quat + 4 * i;
+        quat[0] = out.quat.w, quat[1] = out.quat.x, quat[2] = out.quat.y, quat[3] = out.quat.z;
+        rows->health[i] = (uint32_t)out.health;
+$place
     }
     filter->carry = carry;
     *found = kept;

@@ -79,18 +79,21 @@ typedef struct {
     double (*tick)(void *memory, double period, double level, double rate, double dt);
 } lh_axis_filter;
 
-/* A stretch of a recording on the smoother's way back: blocks, their corrections, the rows of the track. */
+/* A stretch of a recording on the smoother's way back: blocks, their corrections, the rows of the track; the last three
+ * of these with position and velocity. */
 typedef struct {
     int32_t count, stop;
     double *t, *numbers, *end, *memory;
     double *turn, *before, *bias, *sigma;
     double *quat, *biases, *sigmas;
+    double *nav_end, *nav_before, *nav;
 } lh_stretch;
 
 /* The smoother of a filter. */
 typedef struct {
     const char *name, *files, *digest;
     ptrdiff_t width, memory; /* numbers: of a block, and of what the way back works with */
+    bool aided; /* with position and velocity */
     void (*correct)(const lh_stretch *stretch);
 } lh_smoother;
 

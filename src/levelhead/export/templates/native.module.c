@@ -218,6 +218,17 @@ static PyObject *release(Arguments *arguments)
     Py_RETURN_NONE;
 }
 
+/* The next arrays: readings of position, velocity and height for so many samples. */
+static void readings(Arguments *arguments, Py_ssize_t samples, lh_rows *rows)
+{
+    rows->first = array(arguments, samples + 1, sizeof(int64_t), 0);
+    const Py_ssize_t seen = rows->first ? (Py_ssize_t)rows->first[samples] : 0;
+    rows->row = array(arguments, seen, sizeof(int64_t), 0);
+    rows->value = array(arguments, seen, sizeof(double), 0);
+    rows->deviation = array(arguments, seen, sizeof(double), 0);
+    rows->age = array(arguments, seen, sizeof(double), 0);
+}
+
 /* ---- What both kinds of filter have */
 
 /* The filter of a list that has a name; a later list may have a better one. */
@@ -390,12 +401,7 @@ static PyObject *imu_run(PyObject *object, PyObject *const *args, Py_ssize_t giv
     rows.acc = INPUT(3 * count);
     rows.mag = field(&arguments, count);
     if (aided) {
-        rows.first = array(&arguments, count + 1, sizeof(int64_t), 0);
-        const Py_ssize_t seen = rows.first ? (Py_ssize_t)rows.first[count] : 0;
-        rows.row = array(&arguments, seen, sizeof(int64_t), 0);
-        rows.value = INPUT(seen);
-        rows.deviation = INPUT(seen);
-        rows.age = INPUT(seen);
+        readings(&arguments, count, &rows);
     }
     rows.quat = OUTPUT(4 * count);
     rows.bias = OUTPUT(3 * count);
@@ -412,8 +418,8 @@ static PyObject *imu_run(PyObject *object, PyObject *const *args, Py_ssize_t giv
     return release(&arguments);
 }
 
-/* forward(last, start, t, gyr, acc, mag, quat, health, numbers, end): how many blocks were kept, and the sample after
- * the last one. */
+/* forward(last, start, t, gyr, acc, mag, quat, health, numbers, end), or with first, row, value, deviation, age and
+ * places at the end: how many blocks were kept, and the sample after the last one. */
 static PyObject *imu_forward(PyObject *object, PyObject *const *args, Py_ssize_t given)
 {
     const Object *self = (Object *)object;
@@ -425,7 +431,7 @@ static PyObject *imu_forward(PyObject *object, PyObject *const *args, Py_ssize_t
     if (!filter->forward) {
         return PyErr_Format(PyExc_ValueError, "%s keeps no blocks", filter->name);
     }
-    if (counted(given, 10) < 0 || number(args[0], &last) < 0) {
+    if (counted(given, filter->aid ? 16 : 10) < 0 || number(args[0], &last) < 0) {
         return NULL;
     }
     const Py_ssize_t start = PyLong_AsSsize_t(args[1]);
@@ -442,6 +448,10 @@ static PyObject *imu_forward(PyObject *object, PyObject *const *args, Py_ssize_t
     blocks.numbers = OUTPUT(-1);
     blocks.room = (int32_t)(length(&arguments) / filter->width);
     blocks.end = OUTPUT(blocks.room);
+    if (filter->aid) {
+        readings(&arguments, count, &rows);
+        rows.places = OUTPUT(12 * count);
+    }
     int32_t kept = 0;
     ptrdiff_t stop = 0;
     if (!arguments.failed) {
@@ -574,14 +584,15 @@ static PyType_Spec axis_spec = {
 
 /* ---- The smoother's way back */
 
-/* correct_stretch(name, count, stop, t, numbers, end, memory, turn, before, bias, sigma, quat, biases, sigmas) */
+/* correct_stretch(name, count, stop, t, numbers, end, memory, turn, before, bias, sigma, quat, biases, sigmas), or with
+ * nav_end, nav_before, nav behind them */
 static PyObject *correct_stretch(PyObject *module, PyObject *const *args, Py_ssize_t given)
 {
     const lh_smoother *smoother = NULL;
     Arguments arguments = {.next = args + 3};
     lh_stretch s = {0};
     (void)module;
-    if (counted(given, 14) < 0) {
+    if (given != 17 && counted(given, 14) < 0) {
         return NULL;
     }
     const char *name = PyUnicode_AsUTF8AndSize(args[0], NULL);
@@ -597,6 +608,9 @@ static PyObject *correct_stretch(PyObject *module, PyObject *const *args, Py_ssi
     }
     if (!smoother) {
         return PyErr_Format(PyExc_KeyError, "%s", name);
+    }
+    if (counted(given, smoother->aided ? 17 : 14) < 0) {
+        return NULL;
     }
     const long count = PyLong_AsLong(args[1]), stop = PyLong_AsLong(args[2]);
     if (PyErr_Occurred()) {
@@ -615,6 +629,11 @@ static PyObject *correct_stretch(PyObject *module, PyObject *const *args, Py_ssi
     s.quat = OUTPUT(4 * rows);
     s.biases = OUTPUT(3 * rows);
     s.sigmas = OUTPUT(3 * rows);
+    if (smoother->aided) {
+        s.nav_end = OUTPUT(12 * count);
+        s.nav_before = OUTPUT(6 * count);
+        s.nav = OUTPUT(12 * rows);
+    }
     if (!arguments.failed && !(0 < count && count <= room && 0 < stop && stop <= rows)) {
         PyErr_Format(PyExc_ValueError, "%ld blocks up to sample %ld", count, stop);
         arguments.failed = 1;

@@ -1,4 +1,4 @@
-/* ``smoothing.correct_stretch``. */
+/* ``smoother_kernels.correct_stretch``. */
 static void correct(const lh_stretch *s)
 {
     $backward;
@@ -6,6 +6,7 @@ static void correct(const lh_stretch *s)
     for (int32_t k = 1; k <= s->count; k++) {
         const int32_t first = (int32_t)s->end[k - 1] + 1, last = k < s->count ? (int32_t)s->end[k] : s->stop - 1;
         $spread_block;
+        $spread_nav
     }
 }
 
@@ -15,5 +16,6 @@ const lh_smoother LH_SYMBOL($symbol) = {
     .digest = "$digest",
     .width = $width,
     .memory = $memory,
+    .aided = $aided,
     .correct = correct,
 };
