@@ -65,7 +65,7 @@ def row(motions: list[simulate.Motion], barometer: bool, receiver: bool, smoothe
             gnss=simulate.gnss(motion, seed=seed) if receiver else None,
         )
         run = lh.smooth if smoothed else lh.fuse
-        track = run(recording, "ESKF", engine="compiled")
+        track = run(recording, "ESKF")
         up = track.as_rotation().inv().apply([0.0, 0.0, 1.0])
         cosine = np.sum(up * motion.to_body(np.array([0.0, 0.0, 1.0])), axis=1)
         tilts.append(np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))[SETTLED:])
@@ -100,7 +100,7 @@ def learned(motion: simulate.Motion, seed: int, off: float) -> Learned:
     seen = turn.apply(np.array(fixes.position)), turn.apply(np.array(fixes.velocity))
     turned = replace(fixes, position=seen[0], velocity=seen[1])
     recording = simulate.observe(motion, simulate.imu("LSM6DSO32"), seed)
-    track = lh.fuse(replace(recording, gnss=turned), "ESKF", engine="compiled")
+    track = lh.fuse(replace(recording, gnss=turned), "ESKF")
     truth = turn * Rotation.from_quat(np.array(motion.quat), scalar_first=True)
     error = np.abs(np.degrees((track.as_rotation() * truth.inv()).as_rotvec()[:, 2]))
     far = np.flatnonzero(error > NEAR)
