@@ -9,7 +9,7 @@ that waits for a receiver's velocity is found by regression (30), and too far of
 the forward run is done again from a start that is turned by what was found, with ``KNOWN_HEADING`` as its 1σ.
 """
 
-from math import sqrt
+from math import pi, remainder, sqrt
 
 from levelhead.compiler.mark import instance, kernel, noinline
 from levelhead.filters.contract import AidedSmoothing, NavState, Smoothing
@@ -26,6 +26,7 @@ from levelhead.kernels.trig import atan2
 from levelhead.kernels.vec3 import ZERO, Vec3
 
 KNOWN_HEADING = 0.5  # rad, 1σ of a start that was turned: wide, for the same velocities correct it again
+LEAST_COURSE = 1e-6  # rad: a new tilt turns heading by less, by rounding alone
 
 # The memory of the forward run, behind that of ``rts``
 LINKS = rts.FORWARD_SIZE  # Σ |covariance with others| of each state at the end of the last block,
@@ -225,8 +226,8 @@ def offline(params: ESKF) -> ESKF:
 
 def turned_start(begin: State, end: State) -> State | None:
     """The start of another run where the one that ended so has found heading; None: it had no need. Plain Python."""
-    angle = end.memory[COURSE]
-    if angle == 0.0 or end.field_norm > 0.0 or begin.memory[COURSE_KNOWN] != 0.0:
+    angle = remainder(end.memory[COURSE], 2.0 * pi)
+    if abs(angle) < LEAST_COURSE or end.field_norm > 0.0 or begin.memory[COURSE_KNOWN] != 0.0:
         return None
     m = list(begin.memory)
     m[COURSE], m[COURSE_KNOWN] = angle, 1.0
