@@ -8,11 +8,12 @@ import levelhead as lh
 from levelhead import simulate
 from levelhead.engine.batch import Batch
 from levelhead.filters import health
-from levelhead.filters.eskf import covariance, measurements, predict
+from levelhead.filters.eskf import covariance, measurements, predict, reinitialise
 from levelhead.filters.eskf import filter as eskf
 from levelhead.filters.eskf import state as at
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.vec3 import Vec3
+from levelhead.units import GRAVITY
 
 DT = 0.01
 
@@ -177,6 +178,36 @@ def test_a_corrected_velocity_is_taken_along_by_heading():
     covariance.rotate_velocity_error(m, at.P, at.ROW, 0.4, 0.7)
     np.testing.assert_allclose(square(m), shear @ p @ shear.T, atol=1e-12)
     np.testing.assert_array_equal(square(m), square(m).T)
+
+
+@pytest.mark.parametrize("known", [0.4, 1.0])
+def test_a_tilt_that_was_lost_moves_by_its_share_and_no_block_counts_twice(known):
+    """Eq. 38 over three blocks of a shaken body beside its closed form from the sums over all of them."""
+    rng = np.random.default_rng(11)
+    params, state = prepared(rng, mag=False)
+    readings = readings_of(rng, 30)
+    m = state.memory
+    m[at.MEAN + at.ACC_BIAS : at.MEAN + at.ACC_BIAS + 3] = [0.0, 0.0, 0.0]
+    covariance.set_independent(m, at.ATTITUDE, 2, known)
+    quat, total, square_sum, rotations = state.quat, np.zeros(3), 0.0, Rotation.identity()
+    for block in range(3):
+        state = through_a_block(params, state._replace(quat=quat, block_end=block > 0), readings[10 * block :][:10])
+        total += rotations.inv().apply(m[at.INT_FORCE : at.INT_FORCE + 3])
+        square_sum += sum(DT * acc @ acc for _, acc, _ in readings[10 * block :][:10])
+        turn = Rotation.from_quat(reinitialise.reinitialise_tilt(params, m, False), scalar_first=True)
+        rotations = turn * rotations
+        quat = Quat(*(turn * driven(state)[1]).as_quat(scalar_first=True))
+        time = DT * 10 * (block + 1)
+        mean = np.linalg.norm(total) / time
+        shake = 0.3**2 * (square_sum / time - mean**2 + 0.5 * (mean - GRAVITY) ** 2)
+        swing = (0.7 / GRAVITY) ** 2 * m[at.INT_RATE2] / m[at.BLOCK_TIME]
+        r = np.radians(params.tilt_start) ** 2 + swing + 2.0 * shake / (GRAVITY * time) ** 2
+        k = 1.0 / known**2 - 1.0
+        up = total / np.linalg.norm(total)
+        axis = np.array([up[1], -up[0], 0.0]) / np.hypot(up[0], up[1])
+        expected = Rotation.from_rotvec(axis * np.arccos(up[2]) / (1.0 + r * k))
+        np.testing.assert_allclose((rotations * expected.inv()).magnitude(), 0.0, atol=1e-9)
+        np.testing.assert_allclose(covariance.state_variance(m, at.ATTITUDE), min(r / (1.0 + r * k), 1.0), rtol=1e-9)
 
 
 @pytest.mark.slow

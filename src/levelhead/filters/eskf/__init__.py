@@ -34,11 +34,12 @@ horizon: the gains of θ_x, θ_y, v and c are zero in (16) (the consider filter 
 
     0 = mean ω − S mean ω − b                                                                                  (15)
 
-Attitudes of which nothing is known (1σ of tilt beyond half a radian, of heading beyond one, or a mean force that
-points down) are taken from the block's mean force and field. A mean of the velocity's innovations beyond what the
-largest D explains is the work of a turn that the gyroscope missed; its variance is process noise of the next block
-(26). A field that does not fit (16), but stands still in the earth frame while the sensor turns for ``mag_time``,
-becomes m, and the variance of heading grows by the square of its angle.
+A tilt known to no better than half a radian is corrected on the sphere by the mean force since then (38), and so is
+one that a mean force contradicts which points down; a heading known to no better than a radian is that of the mean
+field. A mean of the velocity's innovations beyond what the largest D explains is the work of a turn that the gyroscope
+missed; its variance is process noise of the next block (26). A field that does not fit (16), but stands still in the
+earth frame while the sensor turns for ``mag_time``, becomes m, and the variance of heading grows by the square of its
+angle.
 
 The prior of the gyroscope's bias is wide at the start and becomes narrow within seconds; later the priors of both
 biases are widened where the measurements demand it (``adaptation``). Corrections of the gyroscope's bias that add up to
@@ -57,7 +58,7 @@ The estimates of the sensor's errors are ``Track.calibration``, and can be the n
 | ``adaptation`` | D (21), variance of u (12), turns (26), walk of b (27), priors (22) to (24), place (33) |
 | ``aiding`` | position, velocity and height beside the IMU |
 | ``coarse_heading`` | heading from the velocity of a receiver (30), (31) |
-| ``reinitialise`` | tilt, heading and field from a block's mean readings; a second hypothesis (35) |
+| ``reinitialise`` | large errors of tilt (38), heading and field; a second hypothesis (35) |
 | ``calibration`` | the estimates as plain numbers, and a prior |
 | ``sigma`` | σ: what P says, and what it cannot say (34), (36), (37) |
 | ``filter`` | the order of all this, sample by sample |

@@ -176,9 +176,9 @@ def correct(params: ESKF, state: State, dt: float) -> State:
 
 @noinline
 def reinitialise(params: ESKF, state: State, tilt_lost: bool, upside_down: bool) -> State:
-    """Takes tilt, or heading, or both from the block's mean readings."""
+    """Corrects tilt, or heading, or both, by what is not of first order."""
     attitude, field_norm, _, _, _, _, m = state
-    rotation = reinitialise_tilt(params, m) if tilt_lost else IDENTITY
+    rotation = reinitialise_tilt(params, m, upside_down) if tilt_lost else IDENTITY
     if m[at.MAG_COUNT] > 0.0 and state_variance(m, at.HEADING) > LARGE_HEADING:
         rotation = reinitialise_heading(params, m, rotation)
     if tilt_lost and m[at.LOST_TIME] > m[at.ACC_TIME]:

@@ -1,6 +1,15 @@
-"""Reinitialisation of ``ESKF``: tilt, heading and field taken from a block's mean readings.
+"""Reinitialisation of ``ESKF``: tilt, heading and field from the mean readings, where errors are not of first order.
 
-This is for errors that cannot be corrected to first order.
+**Tilt.** What is known to no better than half a radian is corrected on the sphere. Let σ₀² be the variance of tilt
+about either axis when that began, and F the integral of the specific force over the time T since, in the earth frame of
+the estimate of then: g T upwards and a change of velocity, which is the less of it the longer T. With the rotation
+vector ρ that brings F to the vertical, and r its variance (of a start, of the forces of a body that turns, of that
+change of velocity), the estimate of then is rotated by
+
+    θ = ρ/(1 + r k),   of variance r/(1 + r k),   k = 1/σ₀² − 1/``UNKNOWN``²                                   (38)
+
+k is the information in it: nothing is left of an estimate of which nothing was known, and one of which something was
+known moves by its share. As F grows with each block, θ takes the place of the one before until tilt is known by it.
 
 **A second hypothesis.** A field that does not fit, but stands still in the earth frame, may be the earth's, and the one
 that fitted a magnet's. It would have heading off by its angle α. After t seconds of it, the other having fitted for t₀,
@@ -108,16 +117,42 @@ def rotation_to_vertical(force: Vec3) -> Quat:
 
 @kernel
 def forget_lost_force(m: Floats) -> None:
-    """Tilt is known: the next time that it is lost, the mean force begins anew."""
-    m[at.LOST_FORCE] = 0.0
-    m[at.LOST_FORCE2] = 0.0
-    m[at.LOST_TIME] = 0.0
+    """Tilt is known: the next time that it is lost, F of eq. 38 begins anew."""
+    for i in range(at.LOST_FORCE, at.LOST_VARIANCE):
+        m[i] = 0.0
+
+
+@kernel
+def add_lost_force(m: Floats, upside_down: bool) -> None:
+    """Adds the block to F of eq. 38; notes σ₀² with the first one: infinite where gravity has contradicted."""
+    if m[at.ADDED_VARIANCE] > LARGE_TURN:
+        forget_lost_force(m)
+    if m[at.LOST_TIME] == 0.0:
+        known = 0.5 * (state_variance(m, at.ATTITUDE) + state_variance(m, at.ATTITUDE + 1))
+        m[at.LOST_VARIANCE] = at.UNKNOWN * at.UNKNOWN if upside_down else known
+    force = quat.rotate(quat.conjugate(lost_turn(m)), vector(m, at.INT_FORCE))
+    m[at.LOST_FORCE], m[at.LOST_FORCE + 1], m[at.LOST_FORCE + 2] = add(vector(m, at.LOST_FORCE), force)
+    m[at.LOST_FORCE2] += m[at.INT_ACC2] + 2.0 * GRAVITY * m[at.INT_FORCE + 2] - GRAVITY * GRAVITY * m[at.ACC_TIME]
+    m[at.LOST_TIME] += m[at.ACC_TIME]
+
+
+@kernel
+def lost_turn(m: Floats) -> Quat:
+    """The rotation θ of eq. 38 in force."""
+    return quat.exp(Vec3(m[at.LOST_TURN], m[at.LOST_TURN + 1], 0.0))
+
+
+@kernel
+def turn_lost_force(m: Floats, turn: Quat) -> None:
+    """Takes F and θ of eq. 38 along as heading is turned."""
+    m[at.LOST_FORCE], m[at.LOST_FORCE + 1], m[at.LOST_FORCE + 2] = quat.rotate(turn, vector(m, at.LOST_FORCE))
+    m[at.LOST_TURN], m[at.LOST_TURN + 1], _ = quat.rotate(turn, Vec3(m[at.LOST_TURN], m[at.LOST_TURN + 1], 0.0))
 
 
 @kernel
 def speed_variance(m: Floats) -> float:
     """Variance of the velocity of a body whose forces have had this scatter since tilt was lost, (m/s)²."""
-    mean = m[at.LOST_FORCE] / m[at.LOST_TIME]
+    mean = norm(vector(m, at.LOST_FORCE)) / m[at.LOST_TIME]
     scatter = max(m[at.LOST_FORCE2] / m[at.LOST_TIME] - mean * mean, 0.0)
     off = mean - GRAVITY
     return SHAKE_TIME * SHAKE_TIME * (scatter + 0.5 * off * off)
@@ -133,28 +168,27 @@ def note_rotation(m: Floats, rotation: Quat) -> None:
 
 
 @noinline
-def reinitialise_tilt(params: ESKF, m: Floats) -> Quat:
-    """Returns the rotation that brings the mean force to the vertical, and sets σ of attitude and velocity.
+def reinitialise_tilt(params: ESKF, m: Floats, upside_down: bool) -> Quat:
+    """Returns the rotation that brings the estimate from the θ of eq. 38 in force to the next one.
 
-    The mean is that since tilt was lost: over a time T it is gravity and the change of velocity over T, which is the
-    larger the shorter T is. Until tilt is known by that, each block brings it to the vertical anew.
+    Sets σ of attitude and velocity.
     """
-    if m[at.ADDED_VARIANCE] > LARGE_TURN:
-        forget_lost_force(m)
-    x, y, z = vector(m, at.INT_FORCE)
-    m[at.LOST_TIME] += m[at.ACC_TIME]
-    m[at.LOST_FORCE2] += m[at.INT_ACC2] + 2.0 * GRAVITY * z - GRAVITY * GRAVITY * m[at.ACC_TIME]
-    force = Vec3(x, y, z + m[at.LOST_FORCE])
-    m[at.LOST_FORCE] = norm(force)
-    rotation = rotation_to_vertical(force)
-    turn = 2.0 * sqrt(rotation.x * rotation.x + rotation.y * rotation.y)
-    heading = sqrt(state_variance(m, at.HEADING) + turn * turn)
+    add_lost_force(m, upside_down)
+    shake2 = speed_variance(m)
     start = params.tilt_start * DEGREE
     swing = SWING_SPEED / GRAVITY
-    shake2 = speed_variance(m)
     push = 2.0 * shake2 / (GRAVITY * GRAVITY * m[at.LOST_TIME] * m[at.LOST_TIME])
     variance = start * start + swing * swing * m[at.INT_RATE2] / m[at.BLOCK_TIME] + push
-    set_independent(m, at.ATTITUDE, 2, min(sqrt(variance), at.UNKNOWN))
+    known = max(1.0 / m[at.LOST_VARIANCE] - 1.0 / (at.UNKNOWN * at.UNKNOWN), 0.0)
+    share = 1.0 / (1.0 + known * variance)
+    before = lost_turn(m)
+    x, y, _ = quat.log(rotation_to_vertical(vector(m, at.LOST_FORCE)))
+    m[at.LOST_TURN] = share * x
+    m[at.LOST_TURN + 1] = share * y
+    rotation = quat.compose(lost_turn(m), quat.conjugate(before))
+    turn = 2.0 * sqrt(rotation.x * rotation.x + rotation.y * rotation.y)
+    heading = sqrt(state_variance(m, at.HEADING) + turn * turn)
+    set_independent(m, at.ATTITUDE, 2, min(sqrt(share * variance), at.UNKNOWN))
     set_independent(m, at.HEADING, 1, heading)
     if m[at.AIDED] != 0.0:
         aiding.inflate_nav_state(m, 0.0)
@@ -172,6 +206,7 @@ def reinitialise_heading(params: ESKF, m: Floats, rotation: Quat) -> Quat:
     field = quat.rotate(rotation, scale(vector(m, at.SUM_FIELD), 1.0 / m[at.MAG_COUNT]))
     set_field(params, m, field)
     angle = atan2(field.x, field.y)
+    turn_lost_force(m, tilt.add_yaw(IDENTITY, angle))
     sigma = first_heading(m, field)
     if m[at.AIDED] != 0.0:
         set_independent(m, at.HEADING, 1, sigma)
