@@ -19,7 +19,16 @@ from levelhead.sources.gravity_check import is_gravity
 from levelhead.sources.hints import MEANING, Hints, NeedsHints, Scale
 from levelhead.sources.names import RELATIVE, unit_in
 from levelhead.sources.rate_guess import guess_rate
-from levelhead.sources.scales import Evidence, acc_scale, find_scale, gyr_scale, lacks_gravity, list_units, mag_scale
+from levelhead.sources.scales import (
+    Evidence,
+    Turning,
+    acc_scale,
+    find_scale,
+    gyr_scale,
+    lacks_gravity,
+    list_units,
+    mag_scale,
+)
 from levelhead.sources.suggestion import suggest
 from levelhead.sources.table import Column, Table, stack, words_of
 from levelhead.sources.truth import find_truth
@@ -56,7 +65,7 @@ def _assemble(table: Table, hints: Hints) -> Recording:
     evidence = Evidence({"t": clock.unit}, notes, dict(clock.findings))
     clock, columns = _dense(table, roles, clock, columns, notes)
     _note_findings(table, roles, clock, evidence)
-    acc = _acc(table, roles, hints, columns, evidence)
+    acc = _acc(table, roles, hints, columns, clock.t, evidence)
     if not {"acc"} & {*hints.map, *hints.scale}:
         note_sign(clock.t, acc, table, evidence)
     gyr = _gyr(table, roles, hints, columns, clock.t, acc, evidence)
@@ -275,14 +284,17 @@ def _candidate(table: Table, position: int, hints: Hints, stamps: Column) -> Can
     return Candidate(name, stamps, hints.scale.get("t") or unit)
 
 
-def _acc(table: Table, roles: Roles, hints: Hints, columns: dict[int, Column], evidence: Evidence) -> Array:
-    """The (n, 3) specific force in m/s²."""
+def _acc(table: Table, roles: Roles, hints: Hints, columns: dict[int, Column], t: Array, evidence: Evidence) -> Array:
+    """The (n, 3) specific force in m/s²; the gyroscope helps to judge its unit."""
     positions = roles.columns["acc"]
     values = _values("acc", table, positions, columns)
     scale = find_scale("acc", table, roles, hints, evidence.notes)
     gravity = stack(columns, roles.columns["gravity"]) if "gravity" in roles.columns else None
     values, scale = whole_acceleration(values, scale, gravity, [table.names[i] for i in positions], evidence)
-    scale = acc_scale(values, scale, "acc" in hints.scale, table, evidence)
+    rows = unit_inference.excerpt(len(t))
+    rates = stack({i: columns[i][rows] for i in roles.columns["gyr"]}, roles.columns["gyr"])
+    turning = Turning(rows, t[rows], rates, find_scale("gyr", table, roles, hints, []))
+    scale = acc_scale(values, scale, "acc" in hints.scale, turning, table, evidence)
     evidence.found["acc"] = scale.name
     scaled = _scale_columns("acc", values, scale, table, positions)
     if "acc" not in hints.map and points_down([*table.names, *table.origin], scale, gravity, evidence):

@@ -2,8 +2,10 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from levelhead import units
 from levelhead.errors import LevelheadError
@@ -66,7 +68,18 @@ def find_scale(role: str, table: Table, roles: Roles, hints: Hints, notes: list[
     return Scale(units.factor(QUANTITY[role], said), said)
 
 
-def acc_scale(values: Array, scale: Scale | None, hinted: bool, table: Table, evidence: Evidence) -> Scale:
+class Turning(NamedTuple):
+    """Rows of a gyroscope beside an accelerometer's: ``rows`` of all, (m,) ``t`` s, (m, 3) ``gyr``, and its scale."""
+
+    rows: slice | NDArray[np.intp]
+    t: Array
+    gyr: Array
+    scale: Scale | None
+
+
+def acc_scale(
+    values: Array, scale: Scale | None, hinted: bool, turning: Turning, table: Table, evidence: Evidence
+) -> Scale:
     """The scale of (n, 3) ``values`` of an accelerometer; ``scale`` is the declared one.
 
     Raises:
@@ -95,6 +108,8 @@ def acc_scale(values: Array, scale: Scale | None, hinted: bool, table: Table, ev
         evidence.notes.append(f"accelerometer: taken as {unit}; its median length is {norm:.4g}")
         evidence.thousandths = unit == "mg" and _whole(values)
         return Scale(units.factor("acc", unit), unit)
+    if (running := _runner(values, norm, turning, evidence)) is not None:
+        return running
     counts = acc_sensitivity(norm)
     if counts is not None and norm > 50.0:
         evidence.acc_per_g = counts.per_unit
@@ -108,11 +123,48 @@ def acc_scale(values: Array, scale: Scale | None, hinted: bool, table: Table, ev
         raise LevelheadError(_no_gravity(table, values, norm))
     if norm < SHORTEST and min(abs(norm / share - 1.0) for share in _FULL_SCALES) > _NEAR:
         raise LevelheadError(_no_gravity(table, values, norm))
-    raise NeedsHints(
+    raise _of_no_unit(values, norm, table)
+
+
+def _runner(values: Array, norm: float, turning: Turning, evidence: Evidence) -> Scale | None:
+    """The scale of (n, 3) ``values`` that are longer than gravity because the body runs; None if gravity is not left.
+
+    However it runs, the mean force over some seconds, turned back by the gyroscope, is gravity. Whole numbers are left
+    to the sensitivities of chips: beside counts of the gyroscope its turn is less certain.
+    """
+    unit = None if _whole(values) else unit_inference.hurried_unit(values)
+    force = None if unit is None else _mean_force(values, units.factor("acc", unit), turning)
+    if unit is None or force is None or not unit_inference.is_gravity_left(force):
+        return None
+    evidence.notes.append(
+        f"accelerometer: taken as {unit}, a guess: its median length is {norm:.4g}, as on a runner, and its mean over "
+        f"some seconds, turned back by the gyroscope, {force:.2f} g; --units acc={unit} confirms it"
+    )
+    return Scale(units.factor("acc", unit), unit)
+
+
+def _of_no_unit(values: Array, norm: float, table: Table) -> NeedsHints:
+    unit = None if _whole(values) else unit_inference.hurried_unit(values)
+    if unit is not None:
+        return NeedsHints(
+            f"{table.source}: the accelerometer has median length {norm:.4g}, which is {unit} only on a body that runs "
+            f"or is shaken, and the gyroscope does not confirm it; expected the hint units acc={unit}, or what it is",
+            units={"acc": unit},
+        )
+    return NeedsHints(
         f"{table.source}: the accelerometer has median length {norm:.4g}, which is gravity in neither m/s², "
-        f"g nor mg; expected the hint units acc=…, or for raw counts lsb acc={norm:.0f}/g",
+        f"g nor mg; expected the hint units acc=…, or for raw counts lsb acc={norm:.4g}/g",
         lsb={"acc": f"{norm:.4g}/g"},
     )
+
+
+def _mean_force(values: Array, factor: float, turning: Turning) -> float | None:
+    """``mean_force`` of (n, 3) ``values`` that are m/s² times ``factor``, beside a gyroscope; None: nothing tells."""
+    t, gyr, acc = turning.t, turning.gyr, values[turning.rows] * factor
+    if turning.scale is not None:
+        return unit_inference.mean_force(t, gyr * (turning.scale.factor / turning.scale.divisor), acc)
+    found = unit_inference.gyr_unit(t, gyr, acc)
+    return None if found.unit is None else unit_inference.mean_force(t, gyr * units.factor("gyr", found.unit), acc)
 
 
 def gyr_scale(

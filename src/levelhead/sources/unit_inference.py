@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from levelhead.recording import Array, median
 from levelhead.sources.rest import find_still_gyroscope
 from levelhead.sources.sensitivities import gyr_sensitivity
-from levelhead.sources.steadiness import steadiness_of_gravity
+from levelhead.sources.steadiness import mean_lengths, steadiness_of_gravity
 from levelhead.units import DEGREE, GRAVITY
 
 SMOOTH = 0.2  # s; takes vibration out of the direction of gravity
@@ -32,6 +32,12 @@ _BIAS = 0.5  # rad/s, 29 deg/s: no gyroscope is that far off at rest
 _LOUD = 0.05  # rad/s, 2.9 deg/s rms: no gyroscope is that noisy at rest
 _SLIGHT = 0.15  # correlation from which a comparison raises a doubt
 _QUIETEST = 0.004  # deg/s rms; below it no MEMS gyroscope is at rest, at any rate
+_HURRIED = (1.4, 3.0)  # usual lengths, in g, of the specific force on a runner
+_UNEVEN = 0.7  # shares of the usual length between its deciles: 0.9 and more on runners, 0.5 on drones and swung arms
+_SWIFT = 18.0  # limbs of runners turn at 0.7 to 8 rad/s, which is 40 deg/s and more
+_STRIDES = 4.0  # s; over which the accelerations of a runner cancel
+_LEFT = (0.5, 1.2)  # what then is left, in g: 0.6 to 1.0 on runners, the least where full scale cuts steps off
+_FEWEST = 3  # windows of _STRIDES
 _NOISE = 0.02  # at rest, deg/s below this does not come from a MEMS gyroscope at usual rates
 
 
@@ -148,12 +154,55 @@ def _regress(real: Array, said: Array) -> GravityTurn | None:
     return GravityTurn(both / own, both / math.sqrt(own * other), math.sqrt(other / len(real)))
 
 
-def acc_unit(norm: float) -> str | None:
-    """The unit in which a median norm is gravity; None if there is none."""
+def acc_unit(norm: float, low: float = 0.7, high: float = 1.4) -> str | None:
+    """The unit in which a median norm is gravity, or ``low`` to ``high`` times gravity; None if there is none."""
     for unit, one_g in (("m/s²", GRAVITY), ("g", 1.0), ("mg", 1000.0)):
-        if 0.7 < norm / one_g < 1.4:
+        if low < norm / one_g < high:
             return unit
     return None
+
+
+def hurried_unit(values: Array) -> str | None:
+    """The unit in which (n, 3) ``values`` may be what a body that runs feels: more than gravity, and in flight less.
+
+    None if their lengths are not those of a runner in any unit: numbers of another size keep their usual length.
+    """
+    low, usual, high = _deciles(values)
+    return acc_unit(usual, *_HURRIED) if high - low > _UNEVEN * usual else None
+
+
+def _deciles(values: Array) -> tuple[float, float, float]:
+    """The first, fifth and ninth decile of the lengths of (n, 3) ``values``; NaN without any."""
+    length = np.sqrt(np.einsum("ij,ij->i", values, values))
+    length = length[np.isfinite(length)]
+    low, usual, high = np.quantile(length, (0.1, 0.5, 0.9)) if len(length) else (math.nan,) * 3
+    return float(low), float(usual), float(high)
+
+
+def _is_runner(t: Array, rate: Array, acc: Array) -> bool:
+    """Whether (n, 3) ``rate`` in rad/s is a runner's: small numbers beside uneven forces, of which gravity is left.
+
+    What a gyroscope reads in the quietest moments of a run is no noise, and tells nothing of its unit.
+    """
+    low, usual, high = _deciles(acc)
+    if not (high - low > _UNEVEN * usual and median_norm(rate) < _SWIFT):
+        return False
+    force = mean_force(t, rate, acc)
+    return force is not None and is_gravity_left(force)
+
+
+def mean_force(t: Array, rate: Array, acc: Array) -> float | None:
+    """The usual length in g of the mean of (n, 3) ``acc`` in m/s² over strides, turned back by ``rate`` in rad/s.
+
+    However a body runs, what it accelerates to and fro cancels and gravity is left. None: too little tells it.
+    """
+    lengths = mean_lengths(t, rate, acc, _STRIDES)
+    return None if len(lengths) < _FEWEST else median(lengths) / GRAVITY
+
+
+def is_gravity_left(force: float) -> bool:
+    """Whether ``mean_force`` is gravity: neither linear acceleration nor counts of another size."""
+    return _LEFT[0] < force < _LEFT[1]
 
 
 def mag_unit(norm: float) -> str | None:
@@ -196,9 +245,6 @@ def gyr_unit(t: Array, gyr: Array, acc: Array, acc_per_g: float | None = None) -
                     f"a guess: gravity turns against the gyroscope (scale {quiet.scale / factor:.2f}); one is inverted"
                 )
                 return GyroscopeUnit(unit, None, why, True)
-    held = steadiness_of_gravity(t, gyr, acc)
-    if held.windows < _TELLING:
-        held = steadiness_of_gravity(t, gyr, acc, away=1.0)
     for one in (quiet, turn):
         if one is not None and abs(one.correlation) > _FAINT and one.turned > 0.5 * _ENOUGH:
             counts = gyr_sensitivity(one.scale, acc_per_g)
@@ -209,13 +255,23 @@ def gyr_unit(t: Array, gyr: Array, acc: Array, acc_per_g: float | None = None) -
                     f"{1 / counts.off:.2f} times as far (correlation {one.correlation:.2f})"
                 )
                 return GyroscopeUnit(None, counts.per_unit, why, one.correlation < -_CLEAR)
+    guessed, why = _guess_unit(t, gyr, acc)
+    return GyroscopeUnit(guessed, None, why)
+
+
+def _guess_unit(t: Array, gyr: Array, acc: Array) -> tuple[str | None, str]:
+    """(unit, why) where gravity's turn tells nothing: from how still it holds, from the size of the numbers."""
+    held = steadiness_of_gravity(t, gyr, acc)
+    if held.windows < _TELLING:
+        held = steadiness_of_gravity(t, gyr, acc, away=1.0)
     if held.windows >= _TELLING and held.best > 0.6:
         if held.gain < _DEGREES:
-            return GyroscopeUnit("deg/s", None, "a guess: gravity would not hold still if it were rad/s")
+            return "deg/s", "a guess: gravity would not hold still if it were rad/s"
         if held.gain > _RADIANS or held.best < _SHAKEN:
-            return GyroscopeUnit("rad/s", None, "a guess: gravity would not hold as still if it were deg/s")
-    at_rest_unit, why = gyr_unit_at_rest(t, gyr)
-    return GyroscopeUnit(at_rest_unit, None, why)
+            return "rad/s", "a guess: gravity would not hold as still if it were deg/s"
+    if _is_runner(t, gyr, acc):
+        return "rad/s", "a guess: a body that is shaken like this turns faster than that in deg/s"
+    return gyr_unit_at_rest(t, gyr)
 
 
 def _infer_from_turn(turn: GravityTurn, acc_per_g: float | None) -> GyroscopeUnit | None:
