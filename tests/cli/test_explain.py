@@ -58,6 +58,10 @@ def test_another_filter_is_explained(levelhead, folder):
         (("clean.csv", "--guard", "off"), "health bits"),
         (("clean.csv", "-f", "Kalmann"), "Kalman"),
         (("clean.csv", "--set", "kp"), "sets nothing"),
+        (("clean.csv", "-o", "x.png"), "explain has no option -o; expected --plot FILE for the picture"),
+        (("clean.csv", "-ox.png"), "explain has no option -o; expected --plot FILE for the picture"),
+        (("clean.csv", "--out=x.json"), "explain has no option --out; expected --plot FILE for the picture"),
+        (("clean.csv", "--outt", "x"), "Unknown option: --outt"),
     ],
 )
 def test_bad_input(refused, folder, words, sentence):

@@ -11,7 +11,7 @@ import sys
 from collections.abc import Sequence
 
 from cyclopts import App, Parameter
-from cyclopts.exceptions import CycloptsError, UnusedCliTokensError
+from cyclopts.exceptions import CycloptsError, UnknownOptionError, UnusedCliTokensError
 
 from levelhead import __version__
 from levelhead.errors import LevelheadError
@@ -36,6 +36,10 @@ app = App(
     default_parameter=Parameter(show_default=_default),
 )
 SAME_HINTS = frozenset({"explain", "stress", "noise", "calibrate", "view"})
+WITHOUT_OUT = {  # verbs that write no folder of results, and what is meant by --out all the same
+    "run": "--box FILE.mcap for a record of the run",
+    "explain": "--plot FILE for the picture of the evidence, or --json > FILE for the symptoms as JSON",
+}
 VERBS = {
     "demo": "The classic lesson: two sensors with errors, and the result of the filters.",
     "fuse": "Fuse a log into orientation: the main job.",
@@ -80,6 +84,8 @@ def main(arguments: Sequence[str] | None = None) -> int:  # noqa: PLR0911
     except UnusedCliTokensError as error:
         extra = " ".join(error.unused_tokens or ())
         return _report_error(f"'{extra}' is one argument too many; --help shows the arguments")
+    except UnknownOptionError as error:
+        return _report_error(_unknown_option(error, tokens))
     except (LevelheadError, CycloptsError) as error:
         return _report_error(_own_command(str(error), tokens), getattr(error, "exit_code", 2))
     except MemoryError:
@@ -109,6 +115,15 @@ def _own_command(words: str, tokens: Sequence[str]) -> str:
     """The command that a reader proposes, with the verb that was typed where that takes the same hints."""
     verb = tokens[0] if tokens and "--live" not in tokens else ""
     return words.replace("try: levelhead fuse ", f"try: levelhead {verb} ") if verb in SAME_HINTS else words
+
+
+def _unknown_option(error: UnknownOptionError, tokens: Sequence[str]) -> str:
+    """What is said of an option that a verb does not have, but most of its siblings do."""
+    typed = (error.token.keyword or error.token.value).partition("=")[0]
+    typed = "-o" if typed.startswith("-o") else typed  # -oFILE
+    if typed not in ("-o", "--out") or tokens[0] not in WITHOUT_OUT:
+        return str(error)
+    return f"{tokens[0]} has no option {typed}; expected {WITHOUT_OUT[tokens[0]]}"
 
 
 def _report_error(words: str, code: int = 2) -> int:
