@@ -50,6 +50,28 @@ def test_a_heading_that_nothing_holds_and_a_bias_that_nobody_could_read():
     assert "no magnetometer" in one.why and "1.5 s are needed" in one.why and "5 s at the start" in one.cure
 
 
+@pytest.mark.parametrize(
+    ("word", "cause", "at"), [("gyr_stuck@40+2", "gyr_stuck", 40.2), ("dropped=100@40+2", "gap", 42.0)]
+)
+def test_heading_that_is_lost_at_once_does_not_drift(word, cause, at):
+    """The step of σ was divided by the minutes of the log and called a drift."""
+    found = explain(broken(simulate.recording("BMI160", "hand", 90, seed=1), word))
+    assert [(one.name, one.cause) for one in found.symptoms] == [("jump", cause), ("drift", cause)], str(found)
+    one = found.symptoms[1]
+    sigma = np.degrees(found.track.sigma_heading)
+    assert one.unit == "deg" and one.at == pytest.approx(at, abs=0.1)
+    assert one.size == pytest.approx(np.sqrt(sigma[4500] ** 2 - sigma[3990] ** 2), rel=0.02) and one.size > 60.0
+    assert one.what == f"σ of heading grows by {one.size:.0f}° at {one.at:.1f} s" and "a minute" not in str(found)
+
+
+@pytest.mark.slow
+def test_what_drifts_beside_a_step_is_told_without_it():
+    found = explain(broken(simulate.recording("MPU-6050", "walking", 90, seed=1)[600:], "gyr_stuck@40+2"))
+    drift, lost = [one for one in found.symptoms if one.name == "drift"]
+    assert (drift.cause, lost.cause) == ("no_rest", "gyr_stuck")
+    assert 4.0 < drift.size < 40.0 and lost.size > 60.0, "50° a minute without the fault, 72 with its step"
+
+
 @pytest.mark.parametrize(("cause", "value"), [("mag_missing", None), ("mag_refused", 80.0)])
 def test_a_magnetometer_that_is_silent_or_refused(cause, value):
     raw = simulate.recording("MPU-6050", "walking", 120, seed=2, mag="HMC5883L")[600:]

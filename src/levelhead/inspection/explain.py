@@ -18,7 +18,7 @@ from levelhead.guard import Guard
 from levelhead.inspection import list_findings
 from levelhead.inspection.behaviour import find_delay
 from levelhead.inspection.evidence import RunEvidence
-from levelhead.inspection.jumps import START, find_disturbances, find_jumps
+from levelhead.inspection.jumps import CURES, FINDINGS, JUMP, START, Disturbance, find_disturbances, find_jumps
 from levelhead.inspection.spectrum import SLOWEST, SpectralLine, lines, spectrum
 from levelhead.inspection.symptom import Explanation, Symptom
 from levelhead.recording import Array, Recording
@@ -119,6 +119,7 @@ def _drift(evidence: RunEvidence) -> Iterator[Symptom]:
         rate = _growth(evidence, int(np.searchsorted(t, START)), len(t))
         if rate > DRIFT:
             yield _unheld(evidence, rate)
+        yield from _heading_lost(evidence)
         return
     rates = [(_growth(evidence, first, last), first, last) for first, last in evidence.unseen]
     rate, first, last = max(rates, default=(0.0, 0, 1))
@@ -144,14 +145,47 @@ def _drift(evidence: RunEvidence) -> Iterator[Symptom]:
 
 
 def _growth(evidence: RunEvidence, first: int, last: int) -> float:
-    """Degrees a minute by which heading may go astray between two rows: by its σ, or away from the smoother."""
-    t, last = evidence.t, last - 1
-    minutes = max(float(t[last] - t[first]) / 60.0, 1e-3)
-    astray = abs(float(evidence.difference.heading[last] - evidence.difference.heading[first]))
+    """Degrees a minute by which heading may go astray between two rows: by its σ, or away from the smoother.
+
+    Times at which the rate itself was wrong do not count: what is lost there is lost at once and not by and by.
+    """
+    steady = np.ones(len(evidence.t) - 1, dtype=np.bool_)
+    for event in find_disturbances(evidence):
+        begin, end = event.reach(evidence.t)
+        steady[begin:end] = False
+    steady[:first] = steady[last - 1 :] = False
+    seconds = float(np.diff(evidence.t)[steady].sum())
+    if seconds < START:
+        return 0.0
+    astray = abs(float(np.diff(evidence.difference.heading)[steady].sum()))
     sigma = evidence.track.sigma_heading
     if sigma is not None and sigma[first] > 0.0:
-        astray = max(astray, float(np.sqrt(max(sigma[last] ** 2 - sigma[first] ** 2, 0.0))))
-    return float(np.degrees(astray)) / minutes
+        astray = max(astray, float(np.sqrt(max(np.diff(sigma**2)[steady].sum(), 0.0))))
+    return float(np.degrees(astray)) / (seconds / 60.0)
+
+
+def _heading_lost(evidence: RunEvidence) -> Iterator[Symptom]:
+    """Times at which the rate was wrong, and σ of heading grew at once by what may have been turned meanwhile."""
+    sigma = evidence.track.sigma_heading
+    if sigma is None:
+        return
+    lost: dict[str, list[tuple[float, Disturbance]]] = {}
+    for event in find_disturbances(evidence):
+        begin, end = event.reach(evidence.t)
+        grown = float(np.degrees(np.sqrt(max(sigma[end] ** 2 - sigma[begin] ** 2, 0.0))))
+        lost.setdefault(event.cause, []).append((grown, event))
+    for cause, events in lost.items():
+        size = float(np.linalg.norm([grown for grown, _ in events]))
+        if size <= JUMP:
+            continue
+        _, event = max(events, key=lambda one: one[0])
+        at = float(evidence.t[event.first])
+        when = f"at {at:.1f} s" if len(events) == 1 else f"at {len(events)} times, most at {at:.1f} s"
+        yield Symptom(
+            "drift", size, "deg", f"σ of heading grows by {size:.0f}° {when}", cause,
+            f"{event.why}; without a magnetometer nothing tells how far it turned meanwhile", CURES[cause], at,
+            FINDINGS.get(cause, ""),
+        )  # fmt: skip
 
 
 def _unheld(evidence: RunEvidence, rate: float) -> Symptom:

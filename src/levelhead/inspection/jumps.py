@@ -36,8 +36,13 @@ class Disturbance(NamedTuple):
     cause: str
     why: str
 
+    def reach(self, t: Array) -> tuple[int, int]:
+        """The row before it, and the one WITHIN seconds after it, when σ has grown by what it may have turned."""
+        end = int(np.searchsorted(t, t[self.last - 1] + WITHIN))
+        return max(self.first - 1, 0), min(end, len(t) - 1)
 
-_CURES = {
+
+CURES = {
     "gyr_clipping": "Set a larger full scale, or tell it: --guard gyr_range=DEG_S.",
     "gyr_spikes": "Look for a bus or serial line that loses bits, and leave such rows blank.",
     "gap": "Find what stops the logger; across more than 0.5 s the attitude is held.",
@@ -52,7 +57,7 @@ _CURES = {
     "acceleration": "Let it trust the gyroscope more, or take ESKF, which tells acceleration from gravity.",
     "unknown": "Compare with levelhead fuse --offline, and look at this time in its picture.",
 }
-_FINDINGS = {
+FINDINGS = {
     "gyr_clipping": "clipping_gyr",
     "gap": "gaps",
     "gyr_missing": "missing_values",
@@ -77,7 +82,7 @@ def find_jumps(evidence: RunEvidence) -> Iterator[Symptom]:
         many = "jump" if len(events) == 1 else f"{len(events)} jumps, the largest"
         yield Symptom(
             "jump", size, "deg", f"{many} of {size:.0f}° at {at:.1f} s",
-            cause, event.why, _CURES[cause], at, _FINDINGS.get(cause, ""),
+            cause, event.why, CURES[cause], at, FINDINGS.get(cause, ""),
         )  # fmt: skip
 
 
