@@ -9,7 +9,7 @@ import levelhead as lh
 from levelhead.bench import methods
 from levelhead.bench.timing import Table
 from levelhead.evaluate.align import align
-from measure import options, show
+from measure import options, read_reference, run_script, show
 
 METHODS = ("default", "smoother", "EKF", "Mahony", "Madgwick", "vqf.VQF", "vqf.offlineVQF")
 
@@ -30,7 +30,7 @@ def main() -> None:
     columns = {"case": "method"} | {path.stem: f"{path.stem} [°]" for path in given.recordings}
     rows: list[dict[str, Any]] = [{"case": name} for name in METHODS]
     for path in given.recordings:
-        recording = lh.read(path)
+        recording = read_reference(path)
         for row in rows:
             row[path.stem] = rest(recording, np.asarray(methods.find_method(row["case"]).orientation(recording)))
     title = "What is left after the best constant rotations of earth and of sensor"
@@ -38,4 +38,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_script(main)

@@ -47,7 +47,7 @@ from levelhead.evaluate.score import rms, scored_rows
 from levelhead.evaluate.text_table import Cell
 from levelhead.publish.progress import progress
 from levelhead.recording import Array, Recording
-from measure import options, show
+from measure import options, run_script, show
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -263,6 +263,9 @@ ROTATION_COLUMNS = {
 def rotation_tables(places: Sequence[Path], jobs: int, report: Progress) -> Iterator[Table]:
     """BROAD with magnetometers: the errors as they are, and without the constant rotations of the reference."""
     files = [entry.path for entry in survey(places, True)[0] if entry.group.dataset == BROAD]
+    if not files:
+        yield Table("BROAD", ROTATION_COLUMNS, [], "None of its recordings is there.")
+        return
     names = (DEFAULT, SMOOTHER, "vqf.VQF", "vqf.offlineVQF")
     result = accuracy(files, [find_method(name) for name in names], jobs=jobs, progress=report)
     rows = []
@@ -328,4 +331,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_script(main)

@@ -23,7 +23,7 @@ from levelhead.bench.reference import align_sensor
 from levelhead.bench.survey import Entry, survey
 from levelhead.bench.timing import Table
 from levelhead.recording import Recording
-from measure import options, show
+from measure import options, run_script, show
 
 SHORTEST = 20.0  # s of a recording that is begun later
 FULL_SCALE = np.radians(250.0)
@@ -183,4 +183,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_script(main)

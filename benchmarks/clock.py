@@ -15,12 +15,11 @@ import numpy as np
 
 import levelhead as lh
 from levelhead.bench import methods
-from levelhead.bench.datasets import list_logs
 from levelhead.bench.timing import Table
 from levelhead.evaluate import evaluate
 from levelhead.evaluate.attitude_error import error_quaternion, split_error
 from levelhead.evaluate.score import rms, scored_rows
-from measure import options, show
+from measure import options, read_references, run_script, show
 
 METHODS = ("default", "smoother", "EKF", "Mahony", "Madgwick", "vqf.VQF", "vqf.offlineVQF")
 
@@ -58,7 +57,7 @@ def main() -> None:
     parser = options(__doc__)
     parser.add_argument("folder", type=Path, help="recordings with a reference, such as BROAD's")
     given = parser.parse_args()
-    recordings = [recording for recording in map(lh.read, list_logs([given.folder])) if recording.truth is not None]
+    recordings = [recording for _, recording in read_references([given.folder])]
     columns = {
         "case": "method",
         "tilt_0": "tilt [°]",
@@ -74,4 +73,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_script(main)

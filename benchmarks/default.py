@@ -18,12 +18,11 @@ from typing import Any, NamedTuple
 
 import levelhead as lh
 from levelhead import filters
-from levelhead.bench.datasets import list_logs
 from levelhead.bench.groups import group_of
 from levelhead.bench.timing import Table
 from levelhead.evaluate.score import root_mean_squares
 from levelhead.filters.parameters import param_table
-from measure import options, show
+from measure import options, read_references, run_script, show
 
 CHIPS = ("MPU-6050", "BMI160", "LSM6DS3", "LSM6DSO32")
 MOTIONS = ("hand", "walking", "drone", "robot")
@@ -46,8 +45,7 @@ def simulate_recording() -> list[Case]:
 
 def real(folders: list[Path]) -> list[Case]:
     """The recordings in the folders that have a truth."""
-    read = [Case(group_of(path).name, lh.read(path)) for path in list_logs(folders)]
-    return [case for case in read if case.recording.truth is not None]
+    return [Case(group_of(path).name, recording) for path, recording in read_references(folders)]
 
 
 class Errors(NamedTuple):
@@ -144,4 +142,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_script(main)

@@ -13,7 +13,7 @@ import levelhead as lh
 from levelhead.bench import methods
 from levelhead.bench.timing import Table
 from levelhead.evaluate import evaluate
-from measure import options, show
+from measure import options, read_reference, run_script, show
 
 METHODS = {"default": "ESKF", "smoother": "smoother", "EKF": "EKF"}
 PARTS = ("tilt", "heading")
@@ -37,7 +37,7 @@ def main() -> None:
     }
     rows: list[dict[str, Any]] = []
     for path in given.recordings:
-        recording = lh.read(path)
+        recording = read_reference(path)
         row: dict[str, Any] = {"case": path.stem[:40]}
         for name in METHODS:
             score = evaluate(recording, track_of(name, recording))
@@ -51,4 +51,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_script(main)

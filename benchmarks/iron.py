@@ -9,8 +9,9 @@ import numpy as np
 import levelhead as lh
 from levelhead.bench import methods
 from levelhead.bench.timing import Table
+from levelhead.errors import LevelheadError
 from levelhead.evaluate import evaluate
-from measure import options, show
+from measure import options, read_reference, run_script, show
 
 COLUMNS = {
     "case": "recording",
@@ -25,8 +26,9 @@ COLUMNS = {
 
 def row(path: Path, share: float, rng: np.random.Generator) -> dict[str, Any]:
     """One recording with an offset in a direction of its own."""
-    recording = lh.read(path)
-    assert recording.mag is not None
+    recording = read_reference(path)
+    if recording.mag is None:
+        raise LevelheadError(f"{path} has no magnetometer that could be off; expected a calibrated one")
     field = float(np.nanmedian(np.linalg.norm(recording.mag, axis=1)))
     offset = rng.normal(size=3)
     offset *= share * field / np.linalg.norm(offset)
@@ -58,4 +60,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_script(main)

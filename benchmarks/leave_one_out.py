@@ -28,6 +28,7 @@ from levelhead.bench.reference import SensorFrame, align_sensor
 from levelhead.bench.survey import survey
 from levelhead.bench.timing import Progress
 from levelhead.publish.progress import progress
+from measure import run_script
 
 SEARCHED = (
     "gyr_noise", "gyr_share", "bias_walk", "bias_start", "bias_raw", "scale_start", "acc_noise", "acc_bias", "speed",
@@ -170,4 +171,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_script(main)

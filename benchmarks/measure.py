@@ -8,11 +8,60 @@ import json
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 from levelhead.bench import timing
+from levelhead.bench.datasets import list_logs
 from levelhead.bench.timing import Table
+from levelhead.errors import LevelheadError
+from levelhead.recording import Recording
+from levelhead.sources import read
+
+
+def run_script(main: Callable[[], object]) -> None:
+    """A script from its start to its end; recordings that cannot be used are told in one sentence, as levelhead does.
+
+    Raises:
+        SystemExit: 2, after that sentence.
+    """
+    try:
+        main()
+    except LevelheadError as error:
+        words = str(error)
+    except OSError as error:
+        words = f"{error.filename}: {error.strerror}" if error.filename else str(error)
+    else:
+        return
+    sys.stderr.write(f"{Path(sys.argv[0]).name}: {' '.join(words.split())}\n")
+    raise SystemExit(2)
+
+
+def read_reference(path: Path) -> Recording:
+    """A recording with a reference.
+
+    Raises:
+        LevelheadError: it cannot be read, or has none.
+    """
+    recording = read(path)
+    if recording.truth is None:
+        raise LevelheadError(f"{path} holds no true orientation; expected a reference to compare with")
+    return recording
+
+
+def read_references(places: Sequence[Path]) -> list[tuple[Path, Recording]]:
+    """Those recordings in some folders that have a reference.
+
+    Raises:
+        LevelheadError: one cannot be read, or none has a reference.
+    """
+    found = [(path, read(path)) for path in list_logs(places)]
+    found = [(path, recording) for path, recording in found if recording.truth is not None]
+    if not found:
+        listed = ", ".join(map(str, places))
+        raise LevelheadError(f"no recording in {listed} holds a true orientation; expected a reference to compare with")
+    return found
 
 
 def once(command: Sequence[str], **options: Any) -> tuple[float, subprocess.CompletedProcess[str]]:

@@ -11,7 +11,7 @@ from levelhead import filters
 from levelhead.bench.timing import Table
 from levelhead.evaluate import evaluate
 from levelhead.export import ExportConfig
-from measure import options, show
+from measure import options, read_reference, run_script, show
 from native import doubles
 
 COLUMNS = {
@@ -55,11 +55,11 @@ def main() -> None:
     given = parser.parse_args()
     tables = []
     for path in given.recordings:
-        recording = lh.read(path)
+        recording = read_reference(path)
         rows = [row(flt, recording) for flt in filters.ALL]
         tables.append(Table(f"{path.stem}, {len(recording):,} samples", COLUMNS, rows, "Guard included."))
     show(tables, given.json)
 
 
 if __name__ == "__main__":
-    main()
+    run_script(main)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import levelhead as lh
 from levelhead.bench.timing import Table
-from measure import options, show
+from measure import options, run_script, show
 
 SEARCHES = (("Mahony", ()), ("EKF", ()), ("ESKF", ()))
 
@@ -38,4 +38,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_script(main)

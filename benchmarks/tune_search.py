@@ -33,7 +33,7 @@ from levelhead.tune.parameter_space import Space, space_of
 from levelhead.tune.reference_orientation import references
 from levelhead.tune.score_sets import score_sets
 from levelhead.tune.tuning_result import FLOOR
-from measure import options, show
+from measure import options, run_script, show
 
 SEEDS = (0, 1, 2)
 EACH = 200  # sets of the table of times
@@ -220,4 +220,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_script(main)

@@ -15,7 +15,7 @@ from levelhead.bench.timing import Table
 from levelhead.evaluate import evaluate
 from levelhead.export import ExportConfig
 from levelhead.publish.plots.tuning_panels import tuning_picture
-from measure import options, show
+from measure import options, run_script, show
 from single import fused
 
 LOGS = ("07_undisturbed_fast_rotation_B", "16_undisturbed_fast_translation_B", "21_undisturbed_fast_combined")
@@ -55,4 +55,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_script(main)

@@ -25,7 +25,7 @@ from levelhead.bench.timing import Table
 from levelhead.evaluate.score import root_mean_squares
 from levelhead.publish.progress import progress
 from levelhead.tune.score_sets import score_sets
-from measure import options, show
+from measure import options, run_script, show
 
 GOALS = ("truth", "smoother", "likelihood")
 
@@ -148,4 +148,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_script(main)

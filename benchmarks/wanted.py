@@ -25,7 +25,7 @@ from levelhead.evaluate.text_table import Cell
 from levelhead.open_types import Fields
 from levelhead.publish.bench_tables import format_cell
 from levelhead.publish.progress import progress
-from measure import options, show, show_markdown
+from measure import options, run_script, show, show_markdown
 
 METHODS = tuple(name for pair in PAIRS for name in pair)
 ONLINE, OFFLINE = "vqf.VQF", "vqf.offlineVQF"
@@ -244,4 +244,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_script(main)

@@ -269,6 +269,39 @@ def test_arrays_with_a_reference(tmp_path):
     assert np.abs(np.abs((found.truth.quat * made.truth.quat).sum(axis=1)[101:]) - 1.0).max() < 1e-9
 
 
+@pytest.mark.parametrize(
+    ("changed", "sentence"),
+    [
+        ({"ref_ok": None}, "no ref_ok"),
+        ({"t": None, "acc": None}, "no t, acc"),
+        ({"ref_ok": np.ones(7)}, r"\(1200, 4\) and ref_ok \(7,\)"),
+        ({"q_ref_sensor": np.ones(1200)}, r"shape \(1200,\)"),
+    ],
+)
+def test_arrays_that_are_not_all_there(tmp_path, changed, sentence):
+    made = {"t": np.arange(1200) / 100, "gyr": np.ones((1200, 3)), "acc": np.ones((1200, 3))}
+    made |= {"q_ref_sensor": np.ones((1200, 4)), "ref_ok": np.ones(1200)} | changed
+    np.savez(tmp_path / "a.npz", **{name: array for name, array in made.items() if array is not None})
+    with pytest.raises(LevelheadError, match=sentence):
+        load_recording(tmp_path / "a.npz", True)
+
+
+@pytest.mark.parametrize(
+    ("imu", "reference", "sentence"),
+    [
+        ("0,1,2,3,4,5", "0,0,0,0,1,0,0,0", "imu0.data.csv has 2 rows of 6 numbers; expected 2 or more of 7"),
+        ("0,1,2,3,4,5,6", "0,0,0,0,1", "mocap0.data.csv has 2 rows of 5 numbers; expected 2 or more of 8"),
+        ("0,1,2,3,4,5,6", "0,0,0,x", "mocap0.data.csv is damaged"),
+    ],
+)
+def test_folders_that_are_torn(tmp_path, imu, reference, sentence):
+    for name, line in (("imu0", imu), ("mocap0", reference)):
+        (tmp_path / "mav0" / name).mkdir(parents=True)
+        (tmp_path / "mav0" / name / "data.csv").write_text(f"#t\n{line}\n{line}\n", "utf-8")
+    with pytest.raises(LevelheadError, match=sentence):
+        load_recording(tmp_path, True)
+
+
 def test_ratios_to_a_peer(folder, monkeypatch):
     """Twice the tilt error of a perfect peer's is a ratio; σ is judged by the samples beyond four of it."""
 

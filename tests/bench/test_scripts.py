@@ -3,8 +3,11 @@
 import ast
 import importlib
 import importlib.util
+import runpy
+import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 SCRIPTS = {path.stem: path for path in sorted((Path(__file__).resolve().parents[2] / "benchmarks").glob("*.py"))}
@@ -38,3 +41,49 @@ def test_what_a_script_imports_exists(script):
         if node.module in SCRIPTS or node.module.partition(".")[0] == "levelhead"
     ]
     assert [f"{module}.{name}" for module, name in imports if not exists(module, name)] == []
+
+
+def takes_recordings(script):
+    """Whether a script has an argument that is a path, and it is not a checkout."""
+    words = SCRIPTS[script].read_text(encoding="utf-8")
+    calls = [node for node in ast.walk(ast.parse(words)) if isinstance(node, ast.Call)]
+    added = [call for call in calls if isinstance(call.func, ast.Attribute) and call.func.attr == "add_argument"]
+    named = [
+        call
+        for call in added
+        if any(word.arg == "type" and ast.unparse(word.value) == "Path" for word in call.keywords)
+    ]
+    places = [str(ast.literal_eval(call.args[0])) for call in named]
+    return any(not place.startswith("-") and place != "earlier" for place in places)
+
+
+TAKING = [script for script in SCRIPTS if takes_recordings(script)]
+
+
+@pytest.fixture(scope="module")
+def unusable(tmp_path_factory):
+    """torn.npz, foreign.csv, a log without reference, and half of a reference."""
+    folder = tmp_path_factory.mktemp("unusable")
+    (folder / "torn.npz").write_bytes(b"PK\x03\x04" + bytes(range(200)))
+    (folder / "foreign.csv").write_text("to whom it may concern\n", "utf-8")
+    t = np.arange(500) / 100
+    rows = np.column_stack([t, np.full((500, 2), 0.01), np.sin(t), np.zeros((500, 2)), np.full(500, 9.81)])
+    np.savetxt(folder / "plain.csv", rows, "%.5f", ",", header="t,gx,gy,gz,ax,ay,az", comments="")
+    np.savez(folder / "half.npz", t=t, gyr=rows[:, 1:4], acc=rows[:, 4:], q_ref_sensor=np.ones((500, 2)))
+    return folder
+
+
+@pytest.mark.parametrize("name", ["none.csv", "torn.npz", "foreign.csv", "plain.csv", "half.npz"])
+@pytest.mark.parametrize("script", TAKING)
+def test_what_cannot_be_used_is_one_sentence(script, name, unusable, monkeypatch, capsys):
+    """As its users run it; each ended in a traceback."""
+    monkeypatch.setattr(sys, "argv", [str(SCRIPTS[script]), str(unusable / name)])
+    with pytest.raises(SystemExit) as ended:
+        runpy.run_path(str(SCRIPTS[script]), run_name="__main__")
+    said = capsys.readouterr().err
+    assert ended.value.code == 2
+    assert said.startswith(f"{script}.py: ") and said.count("\n") == 1 and name in said
+
+
+def test_scripts_that_take_recordings_are_known():
+    assert {"causes", "changed", "clock", "default", "iron", "single", "wanted"} < set(TAKING)

@@ -80,8 +80,15 @@ def _read(path: Path) -> Recording:
 
 def _arrays(path: Path, found: dict[str, Array]) -> Recording:
     """Arrays t, gyr, acc, mag in SI units and q_ref_sensor (wxyz), which is the reference where ref_ok is true."""
-    quat = np.array(found["q_ref_sensor"], dtype=float)
-    quat[~found["ref_ok"].astype(bool)] = np.nan
+    missing = [name for name in ("t", "gyr", "acc", "ref_ok") if name not in found]
+    if missing:
+        raise LevelheadError(f"{path} has q_ref_sensor and no {', '.join(missing)}; expected all of them")
+    quat, known = np.array(found["q_ref_sensor"], dtype=float), found["ref_ok"].astype(bool)
+    if quat.ndim != 2 or known.shape != quat.shape[:1]:
+        raise LevelheadError(
+            f"{path}: q_ref_sensor has shape {quat.shape} and ref_ok {known.shape}; expected (n, 4) and (n,)"
+        )
+    quat[~known] = np.nan
     if path.parent.name in Y_UP:
         quat = product(Y_UP_TO_Z_UP, quat)
     truth = Truth(quat, north=path.parent.name in NORTH)
@@ -90,14 +97,29 @@ def _arrays(path: Path, found: dict[str, Array]) -> Recording:
 
 def _folder(folder: Path) -> Recording:
     """EuRoC's and TUM-VI's layout: stamps in ns, rad/s and m/s², the reference at stamps of its own."""
-    imu = np.loadtxt(folder / IMU, delimiter=",", comments="#", ndmin=2)
+    imu = _columns(folder / IMU, 7)
     t = (imu[:, 0] - imu[0, 0]) * NANO
     for name, column in REFERENCES:
         if (folder / name).is_file():
-            reference = np.loadtxt(folder / name, delimiter=",", comments="#", ndmin=2)
+            reference = _columns(folder / name, column + 4)
             quat = _interpolate(t, (reference[:, 0] - imu[0, 0]) * NANO, reference[:, column : column + 4])
             return Recording(t, imu[:, 1:4], imu[:, 4:7], None, Truth(quat, north=False), {"source": str(folder)})
     raise LevelheadError(f"{folder} has no {' and no '.join(str(name) for name, _ in REFERENCES)}")
+
+
+def _columns(path: Path, least: int) -> Array:
+    """Rows of numbers between commas, ``least`` or more on each."""
+    try:
+        found = np.loadtxt(path, delimiter=",", comments="#", ndmin=2)
+    except ValueError:
+        raise LevelheadError(
+            f"{path} is damaged or something else; expected {least} or more numbers between commas on each line"
+        ) from None
+    if found.shape[0] < 2 or found.shape[1] < least:
+        raise LevelheadError(
+            f"{path} has {found.shape[0]} rows of {found.shape[1]} numbers; expected 2 or more of {least}"
+        )
+    return found
 
 
 def _interpolate(t: Array, known: Array, quat: Array) -> Array:
