@@ -35,10 +35,21 @@ def constant_bias(recording: Recording, quat: Array) -> Array:
     Over each second the gyroscope's rotation differs from the reference's by J b, J = ∫ R dt with the rotation R since
     the start of that second; b by least squares, windows that fit badly with less weight.
     """
+    return _fit(recording, quat, slice(9, 12))
+
+
+def constant_errors(recording: Recording, quat: Array) -> tuple[Array, Array]:
+    """(3, 3) S and (3,) b, rad/s: the constants with which the true rate is ω − S ω − b, by the same least squares."""
+    found = _fit(recording, quat, slice(0, 12))
+    return found[:9].reshape(3, 3), found[9:]
+
+
+def _fit(recording: Recording, quat: Array, part: slice) -> Array:
+    """Of the nine elements of S and the three of b those that are asked for; the others are 0."""
     first, turned, lever = _windows(recording, quat)
     wrong = rotvec(product(turned, conjugate(relative_rotation(quat[first], quat[first + _samples(recording)]))))
     kept = np.linalg.norm(wrong, axis=1) < CONTRADICTED
-    rows, values = lever[kept].reshape(-1, 3), wrong[kept].reshape(-1)
+    rows, values = lever[kept][..., part].reshape(3 * kept.sum(), -1), wrong[kept].reshape(-1)
     weight = np.ones(len(values))
     for _ in range(ROUNDS):
         found: Array = np.linalg.lstsq(rows * weight[:, None], values * weight, rcond=None)[0]
@@ -52,7 +63,7 @@ def _samples(recording: Recording) -> int:
 
 
 def _windows(recording: Recording, quat: Array) -> tuple[NDArray[np.intp], Array, Array]:
-    """Of each usable window its first row, the gyroscope's rotation (m, 4) and J (m, 3, 3)."""
+    """Of each usable window its first row, the gyroscope's rotation (m, 4), and its slopes by S and b (m, 3, 12)."""
     count = _samples(recording)
     steps = np.diff(recording.t)
     rate = 0.5 * (recording.gyr[:-1] + recording.gyr[1:])
@@ -60,10 +71,12 @@ def _windows(recording: Recording, quat: Array) -> tuple[NDArray[np.intp], Array
     first = np.arange(0, len(steps) - count + 1, count)
     known = ~np.isnan(quat[first, 0]) & ~np.isnan(quat[first + count, 0])
     first = first[known & (bad[first + count] == bad[first])]
-    turned, lever = np.tile(ONE, (len(first), 1)), np.zeros((len(first), 3, 3))
+    turned, lever = np.tile(ONE, (len(first), 1)), np.zeros((len(first), 3, 12))
     for k in range(count):
         dt = steps[first + k]
-        lever += matrix(turned) * dt[:, None, None]
+        turn = matrix(turned) * dt[:, None, None]
+        lever[..., :9] += np.einsum("mij,ml->mijl", turn, rate[first + k]).reshape(-1, 3, 9)
+        lever[..., 9:] += turn
         turned = product(turned, from_rotvec(rate[first + k] * dt[:, None]))
     return first, turned, lever
 

@@ -6,6 +6,8 @@
   covers the error.
 - beyond: where tilt is beyond 4σ, its error with that bias given, and whether the reference came back at another place
   after it was lost.
+- scale: the smoother on the sets where it is worse than VQF's offline variant in the mean, and what it does with the
+  gyroscope's constant bias and matrix given.
 - rotation: BROAD's errors without the constant rotations of its reference, which no filter can know.
 - time: the smoother's time beside that of its filter, forward alone.
 """
@@ -26,6 +28,7 @@ from against_reference import (
     Jump,
     after_jumps,
     constant_bias,
+    constant_errors,
     jumps,
     tilt_errors,
     true_quat,
@@ -52,6 +55,7 @@ from measure import options, run_script, show
 T = TypeVar("T")
 R = TypeVar("R")
 KNOWN = lh.ESKF(bias_raw=0.0, bias_start=0.01)  # for a gyroscope without a constant bias
+KNOWN_SCALE = 1e-4  # 1σ of a matrix that is given
 COVERED = 1.5  # RMS of error/σ
 SHARE = 0.01  # of the samples beyond 4σ: as many as are wanted at most
 SAMPLES = 200_000  # of a batch that is timed
@@ -251,6 +255,70 @@ def _beyond_row(name: str, dataset: str, some: Sequence[Beyond], count: int) -> 
     return row
 
 
+class Scale(NamedTuple):
+    """The smoother's drift of heading in ° with the gyroscope's bias given, with its matrix too, and that matrix.
+
+    Attributes:
+        bias, both: °.
+        largest: the largest of the matrix's elements in size, %.
+    """
+
+    bias: float
+    both: float
+    largest: float
+
+
+def scale_of(path: Path) -> Scale:
+    """Of one recording without magnetometer."""
+    recording = load_recording(path, False)
+    quat, frame = true_quat(recording), align_sensor(recording)
+    given = [recording.gyr - constant_bias(recording, quat)]
+    errors, bias = constant_errors(recording, quat)
+    given.append(recording.gyr @ (np.eye(3) - errors).T - bias)
+    drifts = []
+    for gyr, width in zip(given, (filters.offline().scale_start, KNOWN_SCALE), strict=True):
+        params = filters.offline()._replace(bias_raw=0.0, bias_start=0.01, scale_start=width)
+        track = lh.smooth(replace(recording, gyr=gyr), params)
+        drifts.append(measure_errors(recording, track.quat, False, frame=frame).drift or 0.0)
+    return Scale(*drifts, 100.0 * float(errors.flat[np.abs(errors).argmax()]))
+
+
+SCALE_COLUMNS = {
+    "case": "recording",
+    "set": "set",
+    "ratio": "times offlineVQF's",
+    "peer": "offlineVQF's °",
+    "ours": "ours °",
+    "bias": "bias given °",
+    "both": "matrix too °",
+    "largest": "its largest element %",
+}
+
+
+def scale_tables(places: Sequence[Path], jobs: int, report: Progress) -> Iterator[Table]:
+    """Where the smoother is worse in the mean of a set without magnetometer: is it the gyroscope's scale?"""
+    chosen = [find_method(SMOOTHER), find_method("vqf.offlineVQF")]
+    result = accuracy(places, chosen, with_mag=False, jobs=jobs, progress=_part(report, 0.0, 0.5))
+    ratios = result.ratios[0]
+    paths = {entry.name: entry.path for entry in result.entries}
+    sets = [row["data"] for row in ratios.table if row["ratio"] > 1.0 and row["data"] != "all"]
+    worse = [one for one in ratios.recordings if one.dataset in sets]
+    tasks = [paths[one.recording] for one in worse]
+    found = dict(_reported(run_parallel(scale_of, tasks, jobs), len(tasks), _part(report, 0.5, 0.5)))
+    rows = [
+        {"case": one.recording, "set": one.dataset, "ratio": one.value, "ours": one.ours, "peer": one.peer}
+        | found[paths[one.recording]]._asdict()
+        for one in worse
+    ]
+    yield Table(
+        "The smoother where it is worse than offlineVQF in the mean of a set",
+        SCALE_COLUMNS,
+        rows,
+        "Drift of heading without magnetometer. Given: the constants by which the gyroscope's rotations over each "
+        "second fit the reference's.",
+    )
+
+
 ROTATION_COLUMNS = {
     "case": "method",
     "aligned": "total, best heading removed °",
@@ -311,6 +379,7 @@ def _reported(results: Iterator[tuple[T, R]], count: int, report: Progress) -> I
 CAUSES: dict[str, Callable[[Sequence[Path], int, Progress], Iterator[Table]]] = {
     "bias": bias_tables,
     "beyond": beyond_tables,
+    "scale": scale_tables,
     "rotation": rotation_tables,
     "time": time_tables,
 }

@@ -39,6 +39,16 @@ def test_a_constant_bias_is_found_from_the_reference(swung):
     assert np.degrees(found) == pytest.approx(np.degrees(bias), abs=0.01)
 
 
+def test_a_matrix_is_found_from_the_reference_beside_the_bias(swung):
+    """The true rate is ω − S ω − b: readings are (1 − S)⁻¹ (w + b)."""
+    bias = np.radians([0.8, -3.0, 0.3])
+    matrix = np.array([[-0.018, 0.002, 0.0], [0.004, 0.006, -0.001], [0.0, 0.003, -0.01]])
+    gyr = np.linalg.solve(np.eye(3) - matrix, (swung.gyr + bias).T).T
+    found, found_bias = against_reference.constant_errors(replace(swung, gyr=gyr), swung.truth.quat)
+    assert found == pytest.approx(matrix, abs=5e-4)
+    assert np.degrees(found_bias) == pytest.approx(np.degrees(bias), abs=0.02)
+
+
 def test_missing_rates_and_a_missing_reference_only_leave_windows_out(swung):
     bias = np.radians([0.8, -3.0, 0.3])
     gyr, quat = swung.gyr + bias, swung.truth.quat.copy()
