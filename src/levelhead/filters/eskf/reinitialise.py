@@ -124,12 +124,13 @@ def forget_lost_force(m: Floats) -> None:
 
 @kernel
 def add_lost_force(m: Floats, upside_down: bool) -> None:
-    """Adds the block to F of eq. 38; notes σ₀² with the first one: infinite where gravity has contradicted."""
+    """Adds the block to F of eq. 38; notes σ₀² with the first one: nothing is known where gravity contradicts."""
     if m[at.ADDED_VARIANCE] > LARGE_TURN:
         forget_lost_force(m)
-    if m[at.LOST_TIME] == 0.0:
-        known = 0.5 * (state_variance(m, at.ATTITUDE) + state_variance(m, at.ATTITUDE + 1))
-        m[at.LOST_VARIANCE] = at.UNKNOWN * at.UNKNOWN if upside_down else known
+    if upside_down:
+        m[at.LOST_VARIANCE] = at.UNKNOWN * at.UNKNOWN
+    elif m[at.LOST_TIME] == 0.0:
+        m[at.LOST_VARIANCE] = 0.5 * (state_variance(m, at.ATTITUDE) + state_variance(m, at.ATTITUDE + 1))
     force = quat.rotate(quat.conjugate(lost_turn(m)), vector(m, at.INT_FORCE))
     m[at.LOST_FORCE], m[at.LOST_FORCE + 1], m[at.LOST_FORCE + 2] = add(vector(m, at.LOST_FORCE), force)
     m[at.LOST_FORCE2] += m[at.INT_ACC2] + 2.0 * GRAVITY * m[at.INT_FORCE + 2] - GRAVITY * GRAVITY * m[at.ACC_TIME]
