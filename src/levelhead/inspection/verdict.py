@@ -68,9 +68,13 @@ def _fuse_start(recording: Recording) -> Track | None:
 
 
 def _drift(t: Array, sigma: Array) -> float:
-    """By how much heading's σ grows in a minute, deg; the bias that is not known yet is most of it."""
-    minutes = max(float(t[-1] - t[0]) / 60.0, 1e-3)
-    return float(np.sqrt(max(float(sigma[-1] ** 2 - sigma[0] ** 2), 0.0)) / minutes)
+    """By how much heading's σ grows in a minute, deg; the bias that is not known yet is most of it.
+
+    From where σ is least in the first half: a raw gyroscope's is larger at the start, until its bias is found.
+    """
+    first = int(np.argmin(sigma[: (len(sigma) + 1) // 2]))
+    minutes = max(float(t[-1] - t[first]) / 60.0, 1e-3)
+    return float(np.sqrt(max(float(sigma[-1] ** 2 - sigma[first] ** 2), 0.0)) / minutes)
 
 
 def verdict(recording: Recording, findings: Sequence[Finding], expected: Expectation) -> str:
