@@ -9,7 +9,7 @@ from levelhead.inspection.findings import Finding
 from levelhead.recording import Array, Recording, median
 from levelhead.sources.field_check import field_turn
 from levelhead.sources.hard_iron import hard_iron
-from levelhead.sources.steadiness import mean_lengths
+from levelhead.sources.steadiness import mean_forces
 from levelhead.sources.unit_inference import excerpt, quiet_turn, turn_of_gravity
 from levelhead.units import GRAVITY
 
@@ -115,7 +115,7 @@ def scale_in_motion(recording: Recording) -> tuple[float, float]:
     quiet = quiet_turn(t, gyr, acc)
     if quiet is not None and quiet.correlation < AGAINST:
         return 0.0, 0.0
-    lengths = mean_lengths(t, gyr, acc, STRIDES)
+    lengths = mean_forces(t, gyr, acc, STRIDES).length
     lengths = lengths[np.isfinite(lengths)]
     if len(lengths) < FEWEST:
         return 0.0, 0.0

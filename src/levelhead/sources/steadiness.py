@@ -1,4 +1,4 @@
-"""How still gravity holds over a window when the gyroscope turns the specific force back to the window's start."""
+"""How still gravity holds over a window when the gyroscope turns the specific force back into one frame."""
 
 import math
 from typing import NamedTuple
@@ -11,6 +11,7 @@ from levelhead.units import GRAVITY
 
 WINDOW = 1.0  # s; in which gravity must hold still
 _WINDOWS = 200  # that are looked at, at most
+_SMOOTH = 0.25  # s; over which noise of the rates cancels and motion does not
 
 
 class Steadiness(NamedTuple):
@@ -74,34 +75,78 @@ def _near_gravity(
 
 def _held(turn: Array, acc: Array) -> Array:
     """Length of the sum of (size, m, 3) ``acc`` turned back by ``turn`` rad, over the sum of lengths: (m,)."""
+    total = _turned_sum(turn[:-1], acc)
+    held: Array = np.sqrt((total * total).sum(axis=1)) / np.sqrt((acc * acc).sum(axis=-1)).sum(axis=0)
+    return held
+
+
+def _turned_sum(turn: Array, acc: Array) -> Array:
+    """The sum of (size, m, 3) ``acc`` in the frame of the first; (size − 1, m, 3) ``turn`` rad lie between: (m, 3)."""
     angle = np.sqrt((turn * turn).sum(axis=-1))[..., None, None]
     skew = np.zeros((*turn.shape, 3))
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         skew[..., j, i], skew[..., i, j] = turn[..., k], -turn[..., k]
     rotation = np.eye(3) + np.sinc(angle / math.pi) * skew + 0.5 * np.sinc(angle / (2 * math.pi)) ** 2 * (skew @ skew)
-    total = np.zeros((acc.shape[1], 3, 1))
-    for i in reversed(range(len(acc))):
+    total: Array = acc[-1][..., None]
+    for i in reversed(range(len(turn))):
         total = acc[i][..., None] + rotation[i] @ total
-    held: Array = np.sqrt((total * total).sum(axis=(1, 2))) / np.sqrt((acc * acc).sum(axis=-1)).sum(axis=0)
-    return held
+    return total[..., 0]
 
 
-def mean_lengths(t: Array, gyr: Array, acc: Array, window: float) -> Array:
-    """Lengths of the mean specific force over windows of ``window`` s, each turned into the frame of its start: (m,).
+class MeanForce(NamedTuple):
+    """The mean specific force of windows, turned back into the frame of the middle of each: what is left is gravity.
 
-    ``gyr`` (n, 3) rad/s, ``acc`` (n, 3) m/s². What a limb or a drone accelerates to and fro cancels in it, centripetal
-    acceleration too; gravity stays, up to Δv / ``window``. Windows with gaps or missing values are left out.
+    Attributes:
+        length: m/s², of the mean over a window, (m,).
+        apart: m/s², how far the means of its halves are apart, (m,).
+        shaking: m/s², rms by which the force differs from its mean in the sensor's frame, whatever it turns, (m,).
+        tilt: rad rms by which a direction that is fixed in the sensor, the mean force's, tilts by the rates, (m,).
+        turned: rad by which gravity turned in the sensor's frame, there and back, if the rates are right, (m,).
+        seen: rad by which the force did, whatever it is, (m,).
+    """
+
+    length: Array
+    apart: Array
+    shaking: Array
+    tilt: Array
+    turned: Array
+    seen: Array
+
+
+def mean_forces(t: Array, gyr: Array, acc: Array, window: float) -> MeanForce:
+    """``MeanForce`` over windows of ``window`` s; ``t`` (n,) s, ``gyr`` (n, 3) rad/s, ``acc`` (n, 3) m/s².
+
+    What a limb or a drone accelerates to and fro cancels in the means, centripetal acceleration too; gravity stays, up
+    to Δv / ``window``. Windows with gaps or missing values are left out.
     """
     step = median(np.diff(t)) if len(t) > 1 else 0.0
     size = max(2, round(window / step)) if step > 0.0 else 0
     count = len(t) // size if size else 0
-    if count == 0:
-        return np.zeros(0)
     starts = np.arange(count, dtype=np.intp) * size
-    starts = starts[_near_gravity(t, gyr, acc, starts, size, step, np.inf)][:: max(1, count // _WINDOWS)]
+    if count:
+        starts = starts[_near_gravity(t, gyr, acc, starts, size, step, np.inf)][:: max(1, count // _WINDOWS)]
     if len(starts) == 0:
-        return np.zeros(0)
+        return MeanForce(*np.zeros((6, 0)))
     rows = np.arange(size)[:, None] + starts
-    turn = gyr[rows] * np.minimum(np.diff(t, append=t[-1] + step), 2.0 * step)[rows][..., None]
-    lengths: Array = _held(turn, acc[rows]) * np.sqrt((acc[rows] ** 2).sum(axis=-1)).mean(axis=0)
-    return lengths
+    turn, force = gyr[rows] * np.minimum(np.diff(t, append=t[-1] + step), 2.0 * step)[rows][..., None], acc[rows]
+    middle = size // 2
+    before = _turned_sum(-turn[:middle][::-1], force[: middle + 1][::-1])
+    after = _turned_sum(turn[middle:-1], force[middle:])
+    apart = before / (middle + 1) - after / (size - middle)
+    return MeanForce(
+        np.sqrt(((before + after - force[middle]) ** 2).sum(axis=1)) / size,
+        np.sqrt((apart**2).sum(axis=1)),
+        np.sqrt(force.var(axis=0).sum(axis=1)),
+        np.sqrt(2.0 * (1.0 - _held(turn, np.broadcast_to(force.mean(axis=0), force.shape))).clip(0.0)),
+        *_ways(turn, force, max(1, round(_SMOOTH / step))),
+    )
+
+
+def _ways(turn: Array, force: Array, box: int) -> tuple[Array, Array]:
+    """The ways of gravity by (size, m, 3) ``turn`` rad and of ``force`` itself, means of ``box`` rows: (m,) rad."""
+    edges = np.arange(0, len(turn), box)
+    turns, forces = np.add.reduceat(turn, edges, axis=0), np.add.reduceat(force, edges, axis=0)
+    up = forces / np.sqrt((forces * forces).sum(axis=-1, keepdims=True)).clip(1e-9)
+    turned: Array = np.sqrt((np.cross(turns, up) ** 2).sum(axis=-1)).sum(axis=0)
+    seen: Array = np.sqrt((np.diff(up, axis=0) ** 2).sum(axis=-1)).sum(axis=0)
+    return turned, seen

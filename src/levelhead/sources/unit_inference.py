@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from levelhead.recording import Array, median
 from levelhead.sources.rest import find_still_gyroscope
 from levelhead.sources.sensitivities import gyr_sensitivity
-from levelhead.sources.steadiness import mean_lengths, steadiness_of_gravity
+from levelhead.sources.steadiness import mean_forces, steadiness_of_gravity
 from levelhead.units import DEGREE, GRAVITY
 
 SMOOTH = 0.2  # s; takes vibration out of the direction of gravity
@@ -34,10 +34,14 @@ _SLIGHT = 0.15  # correlation from which a comparison raises a doubt
 _QUIETEST = 0.004  # deg/s rms; below it no MEMS gyroscope is at rest, at any rate
 _HURRIED = (1.4, 3.0)  # usual lengths, in g, of the specific force on a runner
 _UNEVEN = 0.7  # shares of the usual length between its deciles: 0.9 and more on runners, 0.5 on drones and swung arms
-_SWIFT = 18.0  # limbs of runners turn at 0.7 to 8 rad/s, which is 40 deg/s and more
 _STRIDES = 4.0  # s; over which the accelerations of a runner cancel
-_LEFT = (0.5, 1.2)  # what then is left, in g: 0.6 to 1.0 on runners, the least where full scale cuts steps off
+_LEFT = (0.55, 1.2)  # what then is left, in g: 0.6 to 1.0 on runners, the least where full scale cuts steps off
 _FEWEST = 3  # windows of _STRIDES
+_MOVED = 0.5  # m/s² rms about its mean, from which the force of a window is not that of a sensor at rest
+_TILTED = 0.06  # rad rms in a window, from which the gyroscope says that it tilts; by its noise alone it is 0.03
+_CANCELLED = 0.45  # of the mean force is left, at most, where rates in deg/s are taken for rad/s; a bias leaves more
+_DRIFTED = 2.5  # between the means of a window's halves, by what shakes it: in rad/s 0.1 to 2.4, the most by bias
+_SEEN = 0.06  # of its tilt that the force shows: in rad/s 0.07 and more, the least on drones; in deg/s 1/57 and noise
 _NOISE = 0.02  # at rest, deg/s below this does not come from a MEMS gyroscope at usual rates
 
 
@@ -179,24 +183,12 @@ def _deciles(values: Array) -> tuple[float, float, float]:
     return float(low), float(usual), float(high)
 
 
-def _is_runner(t: Array, rate: Array, acc: Array) -> bool:
-    """Whether (n, 3) ``rate`` in rad/s is a runner's: small numbers beside uneven forces, of which gravity is left.
-
-    What a gyroscope reads in the quietest moments of a run is no noise, and tells nothing of its unit.
-    """
-    low, usual, high = _deciles(acc)
-    if not (high - low > _UNEVEN * usual and median_norm(rate) < _SWIFT):
-        return False
-    force = mean_force(t, rate, acc)
-    return force is not None and is_gravity_left(force)
-
-
 def mean_force(t: Array, rate: Array, acc: Array) -> float | None:
     """The usual length in g of the mean of (n, 3) ``acc`` in m/s² over strides, turned back by ``rate`` in rad/s.
 
     However a body runs, what it accelerates to and fro cancels and gravity is left. None: too little tells it.
     """
-    lengths = mean_lengths(t, rate, acc, _STRIDES)
+    lengths = mean_forces(t, rate, acc, _STRIDES).length
     return None if len(lengths) < _FEWEST else median(lengths) / GRAVITY
 
 
@@ -261,6 +253,8 @@ def gyr_unit(t: Array, gyr: Array, acc: Array, acc_per_g: float | None = None) -
 
 def _guess_unit(t: Array, gyr: Array, acc: Array) -> tuple[str | None, str]:
     """(unit, why) where gravity's turn tells nothing: from how still it holds, from the size of the numbers."""
+    if (moved := _unit_of_moved(t, gyr, acc)) is not None:
+        return moved
     held = steadiness_of_gravity(t, gyr, acc)
     if held.windows < _TELLING:
         held = steadiness_of_gravity(t, gyr, acc, away=1.0)
@@ -269,9 +263,27 @@ def _guess_unit(t: Array, gyr: Array, acc: Array) -> tuple[str | None, str]:
             return "deg/s", "a guess: gravity would not hold still if it were rad/s"
         if held.gain > _RADIANS or held.best < _SHAKEN:
             return "rad/s", "a guess: gravity would not hold as still if it were deg/s"
-    if _is_runner(t, gyr, acc):
-        return "rad/s", "a guess: a body that is shaken like this turns faster than that in deg/s"
     return gyr_unit_at_rest(t, gyr)
+
+
+def _unit_of_moved(t: Array, gyr: Array, acc: Array) -> tuple[str, str] | None:
+    """(unit, why) from what is left of the force over seconds in which the sensor is moved; None: nothing tells it.
+
+    Turned back by rates that are 57 times too large the force cancels, or scatters. If it keeps its mean instead,
+    although they say that the sensor tilted, they are right; unless the force shows no tilt, as on a calm vehicle in
+    deg/s. A bias scatters the force too, and does not cancel it.
+    """
+    radians = mean_forces(t, gyr, acc, _STRIDES)
+    telling = (radians.shaking > _MOVED) & (radians.tilt > _TILTED)
+    if telling.sum() < _FEWEST:
+        return None
+    length, apart, shaking, _, turned, seen = (median(one[telling]) for one in radians)
+    held = median(mean_forces(t, gyr * DEGREE, acc, _STRIDES).length[telling])
+    if length < _CANCELLED * held and is_gravity_left(held / GRAVITY):
+        return "deg/s", "a guess: turned back as rad/s, the force would cancel"
+    if is_gravity_left(length / GRAVITY) and apart < _DRIFTED * shaking and seen > _SEEN * turned:
+        return "rad/s", "a guess: turned back as rad/s, the force of a moving sensor keeps its mean"
+    return None
 
 
 def _infer_from_turn(turn: GravityTurn, acc_per_g: float | None) -> GyroscopeUnit | None:
