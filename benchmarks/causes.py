@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numpy as np
 
@@ -41,7 +41,6 @@ from levelhead.bench.error_figures import FAR, ErrorFigures, measure_errors
 from levelhead.bench.groups import BROAD
 from levelhead.bench.inputs import imu_recording
 from levelhead.bench.methods import DEFAULT, SMOOTHER, Method, find_method
-from levelhead.bench.processes import run_parallel
 from levelhead.bench.ratios import WORSE, Ratio
 from levelhead.bench.reference import align_sensor
 from levelhead.bench.survey import Entry, survey
@@ -50,10 +49,8 @@ from levelhead.evaluate.score import rms, scored_rows
 from levelhead.evaluate.text_table import Cell
 from levelhead.publish.progress import progress
 from levelhead.recording import Array, Recording
-from measure import options, run_script, show
+from measure import options, part_of, run_script, run_tasks, show
 
-T = TypeVar("T")
-R = TypeVar("R")
 KNOWN = lh.ESKF(bias_raw=0.0, bias_start=0.01)  # for a gyroscope without a constant bias
 KNOWN_SCALE = 1e-4  # 1σ of a matrix that is given
 COVERED = 1.5  # RMS of error/σ
@@ -114,10 +111,10 @@ def bias_tables(places: Sequence[Path], jobs: int, report: Progress) -> Iterator
     """Where the default is worse than 1.2 times VQF: is it the gyroscope's bias, and does σ say so?"""
     chosen = [find_method(DEFAULT), find_method("vqf.VQF")]
     for half, with_mag in enumerate((False, True)):
-        result = accuracy(places, chosen, with_mag=with_mag, jobs=jobs, progress=_part(report, 0.5 * half, 0.3))
+        result = accuracy(places, chosen, with_mag=with_mag, jobs=jobs, progress=part_of(report, 0.5 * half, 0.3))
         paths = {entry.name: entry.path for entry in result.entries}
         tasks = [Worse(paths[one.recording], one, with_mag) for one in result.ratios[0].worse]
-        found = dict(_reported(run_parallel(bias_of, tasks, jobs), len(tasks), _part(report, 0.5 * half + 0.3, 0.2)))
+        found = run_tasks(bias_of, tasks, jobs, part_of(report, 0.5 * half + 0.3, 0.2))
         yield bias_table(with_mag, [one.ratio for one in tasks], [found[one] for one in tasks])
 
 
@@ -216,7 +213,7 @@ JUMP_COLUMNS = {
 def beyond_tables(places: Sequence[Path], jobs: int, report: Progress) -> Iterator[Table]:
     """Where more than 1 % of the errors of tilt are beyond 4σ: is it the gyroscope's bias, or the reference?"""
     entries = survey(places, False)[0]
-    found = dict(_reported(run_parallel(beyond_of, entries, jobs), len(entries), report))
+    found = run_tasks(beyond_of, entries, jobs, report)
     far = sorted((entry for entry in entries if found[entry].share > SHARE), key=lambda one: -found[one].share)
     groups = [(entry.name, entry.group.dataset, [found[entry]]) for entry in far]
     for name in dict.fromkeys(entry.group.dataset for entry in entries):
@@ -298,13 +295,13 @@ SCALE_COLUMNS = {
 def scale_tables(places: Sequence[Path], jobs: int, report: Progress) -> Iterator[Table]:
     """Where the smoother is worse in the mean of a set without magnetometer: is it the gyroscope's scale?"""
     chosen = [find_method(SMOOTHER), find_method("vqf.offlineVQF")]
-    result = accuracy(places, chosen, with_mag=False, jobs=jobs, progress=_part(report, 0.0, 0.5))
+    result = accuracy(places, chosen, with_mag=False, jobs=jobs, progress=part_of(report, 0.0, 0.5))
     ratios = result.ratios[0]
     paths = {entry.name: entry.path for entry in result.entries}
     sets = [row["data"] for row in ratios.table if row["ratio"] > 1.0 and row["data"] != "all"]
     worse = [one for one in ratios.recordings if one.dataset in sets]
     tasks = [paths[one.recording] for one in worse]
-    found = dict(_reported(run_parallel(scale_of, tasks, jobs), len(tasks), _part(report, 0.5, 0.5)))
+    found = run_tasks(scale_of, tasks, jobs, part_of(report, 0.5, 0.5))
     rows = [
         {"case": one.recording, "set": one.dataset, "ratio": one.value, "ours": one.ours, "peer": one.peer}
         | found[paths[one.recording]]._asdict()
@@ -364,16 +361,6 @@ def time_tables(places: Sequence[Path], jobs: int, report: Progress) -> Iterator
     rows: list[dict[str, Cell]] = [{"case": one.name, "ns": one.least, "ratio": one.over(peer)} for one in timings]
     note = "What the smoother takes beyond its filter is the way back, and what it keeps for it."
     yield Table(f"Time in a batch of {SAMPLES:,} samples", TIME_COLUMNS, rows, note)
-
-
-def _part(report: Progress, start: float, share: float) -> Progress:
-    return lambda fraction: report(start + share * fraction)
-
-
-def _reported(results: Iterator[tuple[T, R]], count: int, report: Progress) -> Iterator[tuple[T, R]]:
-    for done, pair in enumerate(results, 1):
-        yield pair
-        report(done / count)
 
 
 CAUSES: dict[str, Callable[[Sequence[Path], int, Progress], Iterator[Table]]] = {

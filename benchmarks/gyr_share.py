@@ -10,7 +10,6 @@ figures are errors by VQF's, geometric means.
 
 import statistics
 from collections.abc import Iterator, Sequence
-from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -21,15 +20,14 @@ from levelhead.bench.accuracy import accuracy
 from levelhead.bench.datasets import load_recording
 from levelhead.bench.error_figures import measure_errors
 from levelhead.bench.methods import find_method
-from levelhead.bench.processes import run_parallel
-from levelhead.bench.ratios import LEAST, geometric_mean
+from levelhead.bench.ratios import LEAST, compared_error, geometric_mean
 from levelhead.bench.reference import align_sensor
 from levelhead.bench.survey import Entry
 from levelhead.bench.timing import Progress, Table
 from levelhead.open_types import Fields
 from levelhead.publish.progress import progress
 from levelhead.tune.innovations import innovations_of
-from measure import options, run_script, show
+from measure import options, part_of, run_script, run_tasks, show
 
 DEFAULT = lh.ESKF().gyr_share
 SHARES = tuple(DEFAULT * factor for factor in (0.25, 0.5, 1.0, 2.0, 4.0, 8.0))
@@ -72,7 +70,7 @@ def trials(task: Task) -> list[Trial]:
     for share in SHARES:
         track = lh.fuse(recording, lh.ESKF(gyr_share=share))
         figures = measure_errors(recording, track.quat, task.entry.north, frame=frame)
-        error = figures.rotated if recording.mag is not None else figures.drift
+        error = compared_error(task.entry, figures, task.with_mag)
         if error is None:
             return []
         found.append(Trial(share, max(error, LEAST), max(figures.rotated_tilt, LEAST), innovations.scales(track)[0]))
@@ -135,24 +133,16 @@ def _row(name: str, some: Sequence[Choice]) -> Fields:
 def tables(places: Sequence[Path], jobs: int, report: Progress) -> Iterator[Table]:
     """With magnetometers, and without."""
     for half, with_mag in enumerate((True, False)):
-        part = partial(_scaled, report, 0.5 * half)
         result = accuracy(places, [find_method(PEER)], with_mag=with_mag, jobs=jobs, progress=lambda done: None)
         tasks = [Task(entry, with_mag) for entry in result.entries]
-        found = {}
-        for done, (task, some) in enumerate(run_parallel(trials, tasks, jobs), 1):
-            found[task] = some
-            part(done / len(tasks))
+        found = run_tasks(trials, tasks, jobs, part_of(report, 0.5 * half, 0.5))
         choices = []
         for i, task in enumerate(tasks):
             peer, some = result.outcomes[i, 0].figures, found[task]
             if peer is not None and some:
-                error = peer.rotated if with_mag and task.entry.magnetometer else peer.drift
+                error = compared_error(task.entry, peer, with_mag)
                 choices.append(choose(task.entry.group.dataset, some, error or LEAST, peer.rotated_tilt))
         yield table(with_mag, choices)
-
-
-def _scaled(report: Progress, start: float, done: float) -> None:
-    report(start + 0.5 * done)
 
 
 def main() -> None:

@@ -10,14 +10,18 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from levelhead.bench import timing
 from levelhead.bench.datasets import list_logs
-from levelhead.bench.timing import Table
+from levelhead.bench.processes import run_parallel
+from levelhead.bench.timing import Progress, Table
 from levelhead.errors import LevelheadError
 from levelhead.recording import Recording
 from levelhead.sources import read
+
+T = TypeVar("T")
+R = TypeVar("R")
 
 
 def run_script(main: Callable[[], object]) -> None:
@@ -110,6 +114,20 @@ def show_markdown(table: Table) -> None:
     print(*("| " + " | ".join(line) + " |" for line in lines), sep="\n")
     if table.note:
         print(f"\n{table.note}")
+
+
+def part_of(report: Progress, start: float, share: float) -> Progress:
+    """Progress of a part that begins at ``start`` and is ``share`` of the whole, 0 to 1."""
+    return lambda fraction: report(start + share * fraction)
+
+
+def run_tasks(work: Callable[[T], R], tasks: Sequence[T], jobs: int, report: Progress) -> dict[T, R]:
+    """What ``work`` makes of each task, in so many processes."""
+    found = {}
+    for done, (task, result) in enumerate(run_parallel(work, tasks, jobs), 1):
+        found[task] = result
+        report(done / len(tasks))
+    return found
 
 
 def options(doc: str | None, repeats: int = 9) -> argparse.ArgumentParser:

@@ -72,14 +72,15 @@ def compare_figures(
     """The ratios of all recordings that both have figures of."""
     found = []
     for entry, ours, other in pairs:
-        a, b = _error(entry, ours, with_mag), _error(entry, other, with_mag)
+        a, b = compared_error(entry, ours, with_mag), compared_error(entry, other, with_mag)
         if a is not None and b is not None:
             tilt = max(ours.rotated_tilt, LEAST) / max(other.rotated_tilt, LEAST)
             found.append(Ratio(entry.name, entry.group.dataset, entry.group.name, a, b, tilt, ours))
     return Ratios(method, peer, tuple(found))
 
 
-def _error(entry: Entry, figures: ErrorFigures, with_mag: bool) -> float | None:
+def compared_error(entry: Entry, figures: ErrorFigures, with_mag: bool) -> float | None:
+    """Degrees: the total error after one constant rotation with a magnetometer, without the drift of heading."""
     return figures.rotated if with_mag and entry.magnetometer else figures.drift
 
 

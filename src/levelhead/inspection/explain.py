@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from levelhead.engine import fuse, smooth
 from levelhead.errors import LevelheadError
@@ -115,13 +116,14 @@ def _drift(evidence: RunEvidence) -> Iterator[Symptom]:
     t = evidence.t
     if "gyr" not in evidence.uses:
         return
+    steady = _steady(evidence)
     if evidence.recording.mag is None or "mag" not in evidence.uses:
-        rate = _growth(evidence, int(np.searchsorted(t, START)), len(t))
+        rate = _growth(evidence, steady, int(np.searchsorted(t, START)), len(t))
         if rate > DRIFT:
             yield _unheld(evidence, rate)
         yield from _heading_lost(evidence)
         return
-    rates = [(_growth(evidence, first, last), first, last) for first, last in evidence.unseen]
+    rates = [(_growth(evidence, steady, first, last), first, last) for first, last in evidence.unseen]
     rate, first, last = max(rates, default=(0.0, 0, 1))
     if rate <= DRIFT:
         return
@@ -144,16 +146,19 @@ def _drift(evidence: RunEvidence) -> Iterator[Symptom]:
         )  # fmt: skip
 
 
-def _growth(evidence: RunEvidence, first: int, last: int) -> float:
-    """Degrees a minute by which heading may go astray between two rows: by its σ, or away from the smoother.
-
-    Times at which the rate itself was wrong do not count: what is lost there is lost at once and not by and by.
-    """
+def _steady(evidence: RunEvidence) -> NDArray[np.bool_]:
+    """(n − 1,) intervals in which the rate itself was right: what is lost in others is lost at once, not by and by."""
     steady = np.ones(len(evidence.t) - 1, dtype=np.bool_)
     for event in find_disturbances(evidence):
         begin, end = event.reach(evidence.t)
         steady[begin:end] = False
-    steady[:first] = steady[last - 1 :] = False
+    return steady
+
+
+def _growth(evidence: RunEvidence, steady: NDArray[np.bool_], first: int, last: int) -> float:
+    """Degrees a minute by which heading may go astray between two rows: by its σ, or away from the smoother."""
+    rows = np.arange(len(steady))
+    steady = steady & (rows >= first) & (rows < last - 1)
     seconds = float(np.diff(evidence.t)[steady].sum())
     if seconds < START:
         return 0.0
