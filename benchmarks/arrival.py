@@ -17,7 +17,7 @@ from levelhead.bench.timing import Table
 from levelhead.evaluate import evaluate
 from levelhead.evaluate.text_table import Cell
 from levelhead.recording import Array, Recording
-from levelhead.sources.csv_writer import write_csv
+from levelhead.sources.formats.csv_writer import write_csv
 from measure import options, show
 
 DRIFT, APART = 1e-4, 2e-5  # of the clock; s between arrivals

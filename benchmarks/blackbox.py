@@ -20,7 +20,7 @@ from levelhead.live.box import WAITING, BlackBox
 from levelhead.live.messages import Orientation
 from levelhead.live.rerun import rerun
 from levelhead.sample import Sample
-from levelhead.sources.blackbox import read_box
+from levelhead.sources.formats.blackbox import read_box
 from measure import options, show
 
 SAMPLES = 1_000_000

@@ -26,8 +26,8 @@ import numpy as np
 import levelhead as lh
 from levelhead.publish.progress import progress
 from levelhead.recording import Recording
-from levelhead.sources import npz
-from levelhead.sources.csv_writer import write_csv
+from levelhead.sources.formats import npz
+from levelhead.sources.formats.csv_writer import write_csv
 
 LONGEST = 20.0  # s
 LARGEST = 250_000  # bytes of a seed

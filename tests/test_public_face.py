@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 import levelhead as lh
 from levelhead.recording import real_array
-from levelhead.sources.csv_writer import write_csv
+from levelhead.sources.formats.csv_writer import write_csv
 
 T = np.arange(5) * 0.01
 GYR = np.zeros((5, 3))

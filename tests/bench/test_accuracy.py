@@ -20,7 +20,8 @@ from levelhead.evaluate.attitude_error import split_error
 from levelhead.publish.bench_tables import markdown
 from levelhead.recording import Recording, Truth
 from levelhead.rotations import turn_heading
-from levelhead.sources import npz, read
+from levelhead.sources import read
+from levelhead.sources.formats import npz
 
 from .conftest import headed
 

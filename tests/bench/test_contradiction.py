@@ -11,7 +11,7 @@ from levelhead.bench.datasets import list_logs, load_recording
 from levelhead.bench.survey import survey
 from levelhead.errors import LevelheadError
 from levelhead.rotations import product
-from levelhead.sources.npz import write_npz
+from levelhead.sources.formats.npz import write_npz
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ from levelhead.calibrate.guided import record_poses
 from levelhead.calibrate.poses import find_poses
 from levelhead.publish.dashboard.guide_view import side_attitude
 from levelhead.sample import Sample
-from levelhead.sources.replay import Replay
+from levelhead.sources.devices.replay import Replay
 
 Rotation = pytest.importorskip("scipy.spatial.transform").Rotation
 RATE = 100.0

@@ -10,8 +10,8 @@ import pytest
 
 from levelhead import simulate
 from levelhead.cli import main
-from levelhead.sources import npz
-from levelhead.sources.csv_writer import write_csv
+from levelhead.sources.formats import npz
+from levelhead.sources.formats.csv_writer import write_csv
 
 
 class Said(NamedTuple):

@@ -6,7 +6,7 @@ import json
 import pytest
 
 from levelhead import simulate
-from levelhead.sources import npz
+from levelhead.sources.formats import npz
 
 FILES = ["accuracy.csv", "accuracy.json", "accuracy.md", "accuracy.png"]
 

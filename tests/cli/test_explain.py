@@ -3,7 +3,7 @@
 import pytest
 
 from levelhead import simulate
-from levelhead.sources.csv_writer import write_csv
+from levelhead.sources.formats.csv_writer import write_csv
 
 
 @pytest.fixture(scope="module")

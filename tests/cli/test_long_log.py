@@ -7,7 +7,7 @@ import pytest
 
 import levelhead as lh
 from levelhead.sources import chunked
-from levelhead.sources.csv_writer import write_csv
+from levelhead.sources.formats.csv_writer import write_csv
 
 pytest.importorskip("pyarrow")
 N = 1500

@@ -34,7 +34,7 @@ def test_help_imports_nothing_heavy():
 @pytest.mark.parametrize("flt", ["Kalman", "Complementary"])
 def test_a_minute_without_a_picture_imports_nothing_heavy(tmp_path, flt):
     from levelhead import simulate
-    from levelhead.sources.csv_writer import write_csv
+    from levelhead.sources.formats.csv_writer import write_csv
 
     write_csv(simulate.recording("BMI160", "hand", duration=60.0), tmp_path / "one-minute.csv")
     found = imported("fuse", tmp_path / "one-minute.csv", "--filter", flt, "--no-plot", "-o", tmp_path)

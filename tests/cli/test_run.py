@@ -14,7 +14,7 @@ import pytest
 import levelhead as lh
 from levelhead.cli import main
 from levelhead.cli.node_terminal import StatusLines
-from levelhead.sources import npz
+from levelhead.sources.formats import npz
 
 RUN = ("run", "--no-realtime", "--source")
 

@@ -6,7 +6,7 @@ import pytest
 
 import levelhead as lh
 from levelhead.cli import main
-from levelhead.sources.csv_writer import write_csv
+from levelhead.sources.formats.csv_writer import write_csv
 
 
 @pytest.fixture

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from levelhead import simulate
-from levelhead.sources.csv_writer import write_csv
+from levelhead.sources.formats.csv_writer import write_csv
 
 
 @pytest.fixture(scope="module")

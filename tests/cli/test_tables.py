@@ -8,7 +8,7 @@ import pytest
 from levelhead import filters, simulate, sources
 from levelhead.guard import Guard
 from levelhead.recording import Recording, Truth
-from levelhead.sources import npz
+from levelhead.sources.formats import npz
 from levelhead.units import GRAVITY
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 import levelhead as lh
-from levelhead.sources.csv_writer import write_csv
+from levelhead.sources.formats.csv_writer import write_csv
 
 GOOD = 6
 

@@ -7,7 +7,7 @@ from tests.engine.test_cuda import simulate
 
 import levelhead as lh
 from levelhead.errors import LevelheadError
-from levelhead.sources.csv_writer import write_csv
+from levelhead.sources.formats.csv_writer import write_csv
 
 numba_cuda = pytest.mark.skipif(importlib.util.find_spec("numba_cuda") is None, reason="numba-cuda is not installed")
 

@@ -10,7 +10,7 @@ from levelhead.cli import main
 from levelhead.corpora import tune_corpus as room
 from levelhead.corpora.tune_corpus import tune_corpus
 from levelhead.errors import LevelheadError
-from levelhead.sources.csv_writer import write_csv
+from levelhead.sources.formats.csv_writer import write_csv
 
 pytestmark = pytest.mark.slow
 WISH = {"runs": 20, "seed": 1}

@@ -11,7 +11,7 @@ from levelhead import simulate
 from levelhead.filters.eskf import coarse_heading
 from levelhead.filters.eskf import state as at
 from levelhead.filters.health import AID_REJECTED
-from levelhead.sources import npz
+from levelhead.sources.formats import npz
 
 pytestmark = pytest.mark.slow
 

@@ -13,7 +13,7 @@ from levelhead.cli import main
 from levelhead.inspection import behaviour, examine, short_form, spectrum, spikes
 from levelhead.inspection.physics import scale_in_motion
 from levelhead.recording import Recording
-from levelhead.sources.csv_writer import write_csv
+from levelhead.sources.formats.csv_writer import write_csv
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ import pytest
 import levelhead as lh
 from levelhead.live.box import BlackBox
 from levelhead.live.rerun import rerun
-from levelhead.sources.blackbox import PACKED, ROW, read_box
+from levelhead.sources.formats.blackbox import PACKED, ROW, read_box
 
 pytestmark = pytest.mark.slow
 

@@ -13,8 +13,8 @@ from levelhead.live import Node, SourceLost, open_source
 from levelhead.live.bus import Command, LocalBus
 from levelhead.live.events import EVENTS
 from levelhead.live.realtime import realtime_scheduling
-from levelhead.sources import npz
-from levelhead.sources.replay import Replay
+from levelhead.sources.devices.replay import Replay
+from levelhead.sources.formats import npz
 from levelhead.sources.sensors import AxisMap
 
 pytestmark = pytest.mark.slow

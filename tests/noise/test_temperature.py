@@ -10,8 +10,8 @@ from levelhead import simulate
 from levelhead.noise.assessment import noise_verdict
 from levelhead.noise.temperature import temperature_drift
 from levelhead.publish.noise_table import noise_facts, noise_table
-from levelhead.sources import npz
-from levelhead.sources.csv_writer import write_csv
+from levelhead.sources.formats import npz
+from levelhead.sources.formats.csv_writer import write_csv
 
 pytest.importorskip("scipy")
 SLOPE, BEND = np.array([2e-4, -1e-4, 0.0]), np.array([5e-6, 0.0, 0.0])  # rad/s per K and K², about 35 °C

@@ -9,8 +9,9 @@ import pytest
 
 from levelhead.errors import LevelheadError
 from levelhead.recording import Recording, Truth
-from levelhead.sources import npz, read
-from levelhead.sources.matlab_tags import check_tags
+from levelhead.sources import read
+from levelhead.sources.formats import npz
+from levelhead.sources.formats.matlab_tags import check_tags
 
 h5py = pytest.importorskip("h5py")
 scipy_io = pytest.importorskip("scipy.io")

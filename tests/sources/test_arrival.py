@@ -9,8 +9,8 @@ import levelhead as lh
 from levelhead import simulate
 from levelhead.evaluate import evaluate
 from levelhead.recording import Recording
-from levelhead.sources.arrival import restore_clock
-from levelhead.sources.csv_writer import write_csv
+from levelhead.sources.formats.csv_writer import write_csv
+from levelhead.sources.interpret.arrival import restore_clock
 
 SOUND = simulate.recording("BMI160", "hand", 60.0, 100.0, seed=1)
 KINDS = {

@@ -7,7 +7,7 @@ import levelhead as lh
 from levelhead import simulate
 from levelhead.evaluate import evaluate
 from levelhead.recording import Recording
-from levelhead.sources.clock_repair import first_of_bursts
+from levelhead.sources.interpret.clock_repair import first_of_bursts
 
 
 def write(path, t, recording):

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from levelhead.recording import Recording
-from levelhead.sources import unit_inference
-from levelhead.sources.clock import guess_unit
+from levelhead.sources.interpret import unit_inference
+from levelhead.sources.interpret.clock_choice import guess_unit
 
 
 @pytest.mark.parametrize(("norm", "unit"), [(9.81, "m/s²"), (1.02, "g"), (995.0, "mg"), (16384.0, None), (0.2, None)])

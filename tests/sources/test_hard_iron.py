@@ -8,7 +8,7 @@ import pytest
 import levelhead as lh
 from levelhead.evaluate import evaluate
 from levelhead.publish import summary
-from levelhead.sources.hard_iron import hard_iron
+from levelhead.signals.hard_iron import hard_iron
 
 OFFSET = np.array([9.0, -6.0, 4.0])
 

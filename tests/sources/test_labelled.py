@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import levelhead as lh
-from levelhead.sources.labelled import looks_labelled, parse, records
+from levelhead.sources.formats.text.labelled import looks_labelled, parse, records
 
 LINES = {
     "AcX = 1200 | AcY = -36 | Tmp = 36.53": {"AcX": 1200.0, "AcY": -36.0, "Tmp": 36.53},

@@ -1,8 +1,8 @@
 import pytest
 
 from levelhead.errors import LevelheadError
-from levelhead.sources.columns import assign
-from levelhead.sources.names import understand, unit_in
+from levelhead.sources.interpret.roles import assign
+from levelhead.sources.names.column_name import understand, unit_in
 
 SENSORS = [
     ("gx", "gyr", "x", None),

@@ -7,8 +7,9 @@ from scipy.spatial.transform import Rotation
 
 from levelhead import read, simulate
 from levelhead.errors import LevelheadError
-from levelhead.sources import npz, orientation
-from levelhead.sources.columns import quaternions
+from levelhead.sources import orientation
+from levelhead.sources.formats import npz
+from levelhead.sources.interpret.roles import quaternions
 
 SENSORS = ["t", "gyr_x", "gyr_y", "gyr_z", "acc_x", "acc_y", "acc_z"]
 

@@ -7,7 +7,8 @@ import pytest
 
 from levelhead.errors import LevelheadError
 from levelhead.recording import Recording
-from levelhead.sources import read, unit_inference
+from levelhead.sources import read
+from levelhead.sources.interpret import unit_inference
 
 BROAD = ["01", "03", "05", "07", "09", "11", "14", "16", "21", "24", "26", "28", "30", "32", "34", "36"]
 GRAVITY_TELLS = {"01", "03", "05", "24", "26", "32", "34", "36"}  # the others are shaken too hard for the scale

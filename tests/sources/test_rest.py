@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from levelhead import simulate
-from levelhead.sources import unit_inference
-from levelhead.sources.rest import find_still_gyroscope
+from levelhead.signals.rest import find_still_gyroscope
+from levelhead.sources.interpret import unit_inference
 
 CASES = [*itertools.product(("MPU-6050", "BMI160", "LSM6DSO32"), ("hand", "walking", "robot", "still"), (1, 2))]
 

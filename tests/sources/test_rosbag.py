@@ -6,7 +6,7 @@ import pytest
 import levelhead as lh
 
 pytest.importorskip("rosbags", reason="rosbags is not installed (extra levelhead[ros])")
-from levelhead.sources.rosbag import IMU, MAG, write_bag
+from levelhead.sources.formats.rosbag import IMU, MAG, write_bag
 
 
 @pytest.fixture(scope="module")

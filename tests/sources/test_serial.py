@@ -10,12 +10,12 @@ import pytest
 
 import levelhead as lh
 from levelhead import simulate
-from levelhead.sources.csv_writer import write_csv
+from levelhead.sources.devices.line_parser import LOOK
+from levelhead.sources.devices.replay import Replay
+from levelhead.sources.devices.serial_lines import SerialLines, parse_serial
+from levelhead.sources.formats.csv_writer import write_csv
 from levelhead.sources.hints import Hints, check
-from levelhead.sources.lines import LOOK
-from levelhead.sources.replay import Replay
 from levelhead.sources.sensors import SensorError
-from levelhead.sources.serial_lines import SerialLines, parse_serial
 
 pytest.importorskip("serial", reason="pyserial is not installed (extra levelhead[live])")
 

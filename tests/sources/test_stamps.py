@@ -4,7 +4,7 @@ from datetime import UTC, datetime
 
 import pytest
 
-from levelhead.sources.stamps import NS, nanoseconds
+from levelhead.sources.formats.text.dates import NS, nanoseconds
 
 
 @pytest.mark.parametrize(

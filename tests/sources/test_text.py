@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 
 from levelhead.errors import LevelheadError
 from levelhead.recording import Recording
-from levelhead.sources import read, text
-from levelhead.sources.csv_writer import write_csv
+from levelhead.sources import read
+from levelhead.sources.formats.csv_writer import write_csv
+from levelhead.sources.formats.text import delimited as text
 
 HEADER = "t [s],gx [rad/s],gy [rad/s],gz [rad/s],ax [m/s2],ay [m/s2],az [m/s2]"
 ROWS = ["0.00,0.01,0.02,0.03,0.1,0.2,9.8", "0.01,0.01,0.02,0.03,0.1,0.2,9.8", "0.02,0.01,0.02,0.03,0.1,0.2,9.8"]

@@ -10,7 +10,7 @@ from levelhead.errors import LevelheadError, require
 from levelhead.recording import Array, Recording, Truth
 from levelhead.rotations import product, to_scipy
 from levelhead.sources import read
-from levelhead.sources.npz import load_arrays
+from levelhead.sources.formats.npz import load_arrays
 
 SUFFIXES = (".mat", ".csv", ".npz", ".h5", ".hdf5", ".parquet")
 IMU = Path("mav0") / "imu0" / "data.csv"  # EuRoC and TUM-VI

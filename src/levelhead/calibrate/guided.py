@@ -9,7 +9,7 @@ from levelhead.calibrate.guide import POSES, Guide, Instruction
 from levelhead.errors import LevelheadError
 from levelhead.recording import Recording
 from levelhead.sample import Sample
-from levelhead.sources.source import Source
+from levelhead.sources.devices.source import Source
 from levelhead.units import GRAVITY
 
 GIVE_UP = 5.0  # s without a reading

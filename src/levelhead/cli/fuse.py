@@ -51,8 +51,8 @@ def find_logs(given: Sequence[Path]) -> list[Path]:
     logs: list[Path] = []
     for path in given:
         if path.is_dir():
-            from levelhead.sources.dispatch import is_one_recording
             from levelhead.sources.formats import BY_SUFFIX, CONTAINERS
+            from levelhead.sources.pipeline import is_one_recording
 
             if is_one_recording(path):
                 logs.append(path)

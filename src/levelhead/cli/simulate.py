@@ -35,9 +35,9 @@ def simulate(
             it the only error.
         json: print what was written as JSON.
     """
-    from levelhead.sources.csv_writer import write_csv
-    from levelhead.sources.npz import write_npz
-    from levelhead.sources.rosbag import write_bag
+    from levelhead.sources.formats.csv_writer import write_csv
+    from levelhead.sources.formats.npz import write_npz
+    from levelhead.sources.formats.rosbag import write_bag
 
     writers = {".csv": write_csv, ".npz": write_npz, ".bag": write_bag}
     if out.suffix.lower() not in writers:

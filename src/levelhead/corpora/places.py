@@ -175,7 +175,7 @@ def _is_one_recording(folder: str, files: Sequence[str]) -> bool:
         return False
     if not Path(folder).is_dir():
         return True  # in a store: its names are all that is known
-    from levelhead.sources.dispatch import is_one_recording
+    from levelhead.sources.pipeline import is_one_recording
 
     return is_one_recording(Path(folder))
 

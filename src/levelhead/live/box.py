@@ -17,7 +17,7 @@ from levelhead.errors import LevelheadError
 from levelhead.live.messages import NOTHING, Health, Orientation
 from levelhead.open_types import Handle, ReadOnlyFields
 from levelhead.sample import Sample
-from levelhead.sources.blackbox import CONFIG, ENCODING, EVENTS, FUSED, MAG_NEW, PACKED, ROW, SAMPLES, SCHEMA
+from levelhead.sources.formats.blackbox import CONFIG, ENCODING, EVENTS, FUSED, MAG_NEW, PACKED, ROW, SAMPLES, SCHEMA
 
 EVERY = 0.25  # s between two writes: what a kill may lose; each one leaves the node's next tick a cold cache
 SYNC = 1.0  # s between two requests to the disk, for when the power goes

@@ -24,8 +24,8 @@ from levelhead.live.sample_path import SamplePath
 from levelhead.live.static_calibration import SAMPLES, StaticCalibration
 from levelhead.open_types import Fields
 from levelhead.sample import Sample
+from levelhead.sources.devices.source import Source
 from levelhead.sources.sensors.bus import SensorError
-from levelhead.sources.source import Source
 from levelhead.version import VERSION
 
 BUDGET = 200e-6  # s for fusing, publishing and logging in one tick

@@ -13,12 +13,12 @@ from levelhead.open_types import Fields
 from levelhead.recording import Recording
 from levelhead.sample import Sample
 from levelhead.sources import read
+from levelhead.sources.devices.replay import Replay
+from levelhead.sources.devices.serial_lines import SerialLines, parse_serial
+from levelhead.sources.devices.source import Source
 from levelhead.sources.hints import Hints, check
-from levelhead.sources.replay import Replay
 from levelhead.sources.sensors.board import CHIPS, BoardSpec, assemble_board, open_board, parse_board
 from levelhead.sources.sensors.emulated import World, emulate_board
-from levelhead.sources.serial_lines import SerialLines, parse_serial
-from levelhead.sources.source import Source
 
 KINDS = ("emulated", "serial", "replay", *CHIPS)
 REST = 8.0  # s at the beginning, so that the node can read off the bias

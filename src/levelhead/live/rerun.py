@@ -8,7 +8,7 @@ import numpy as np
 from levelhead import filters
 from levelhead.engine.stream import Stream
 from levelhead.guard import Guard
-from levelhead.sources.blackbox import FUSED, MAG_NEW, read_box
+from levelhead.sources.formats.blackbox import FUSED, MAG_NEW, read_box
 from levelhead.track import Track
 
 

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from levelhead.errors import LevelheadError
 from levelhead.live.events import EVENTS, Journal
-from levelhead.sources.source import Source
+from levelhead.sources.devices.source import Source
 
 SILENCE = 0.1  # s without a sample, at least, before the source counts as silent
 SILENT_INTERVALS = 5.0  # mean intervals between samples, at least, before it does

@@ -13,7 +13,7 @@ from levelhead.filters import health
 from levelhead.filters.parameters import Params, param_table
 from levelhead.guard import Guard
 from levelhead.recording import Array, Recording, median
-from levelhead.sources.hard_iron import hard_iron
+from levelhead.signals.hard_iron import hard_iron
 from levelhead.track import Track
 
 if TYPE_CHECKING:

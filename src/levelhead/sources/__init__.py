@@ -47,8 +47,8 @@ def read(
 
     >>> read("flight.csv", lsb={"gyr": "131/deg/s", "acc": "16384/g"})  # doctest: +SKIP
     """
-    from levelhead.sources.dispatch import read_file
     from levelhead.sources.hints import check
+    from levelhead.sources.pipeline import read_file
 
     return read_file(path, check(map, units, lsb, rate, sensor, session))
 
@@ -85,6 +85,6 @@ def orientation(
     >>> orientation("flight.csv", "ahrs_q")  # doctest: +SKIP
     """
     from levelhead.sources.hints import check
-    from levelhead.sources.quaternions import read_orientation
+    from levelhead.sources.orientation_columns import read_orientation
 
     return read_orientation(path, column, check(map, units, lsb, rate))

@@ -283,7 +283,7 @@ def _parquet(path: Path, start: int) -> Iterator[tuple[Fields, float]]:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    from levelhead.sources.parquet import columns_of
+    from levelhead.sources.formats.parquet import columns_of
 
     try:
         file = pq.ParquetFile(path, pre_buffer=False, buffer_size=1 << 20)
@@ -316,8 +316,8 @@ def _text_from(
 def _text(path: Path, names: Sequence[str], exact: frozenset[str]) -> Iterator[tuple[dict[str, Column], float]]:
     import pyarrow as pa
 
-    from levelhead.sources.arrow import open_text
-    from levelhead.sources.layout import find_layout
+    from levelhead.sources.formats.text.arrow import open_text
+    from levelhead.sources.formats.text.dialect import find_layout
 
     layout = find_layout(path)
     plain = not (layout.tail or layout.stamps or layout.torn) and layout.encoding.name == "utf-8"
@@ -330,7 +330,7 @@ def _text(path: Path, names: Sequence[str], exact: frozenset[str]) -> Iterator[t
         with pa.OSFile(str(path)) as file:
             reader: Handle = open_text(file, layout, sorted(positions.values()), whole)
             for batch in reader:
-                from levelhead.sources.arrow import numbers
+                from levelhead.sources.formats.text.arrow import numbers
 
                 table = pa.Table.from_batches([batch])
                 yield {name: numbers(table.column(str(i))) for name, i in positions.items()}, file.tell() / size

@@ -1,0 +1,1 @@
+"""Live sources of samples: serial lines, replays, the protocol that all of them share."""

@@ -1,0 +1,62 @@
+"""HDF5, which MATLAB files of version 7.3 are too."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+
+from levelhead.errors import LevelheadError
+from levelhead.open_types import Fields, Handle
+from levelhead.sources.formats.named_arrays import tabulate
+from levelhead.sources.hints import Hints
+from levelhead.sources.table import ArrayTable
+
+
+def hdf5(path: str | os.PathLike[str], shown: str | None = None) -> ArrayTable:
+    """The datasets of an HDF5 file as columns; an attribute "unit" or "units" counts.
+
+    Raises:
+        LevelheadError: h5py is not installed; truncated, damaged, or no HDF5 at all.
+    """
+    source = shown or os.fspath(path)
+    try:
+        import h5py
+    except ImportError:
+        raise LevelheadError(f"{source} is HDF5; reading it needs h5py: pip install 'levelhead[formats]'") from None
+    arrays: Fields = {}
+    units: dict[str, str] = {}
+    texts: list[str] = []
+    made_by_matlab = False
+
+    def visit(name: str, item: Handle) -> None:
+        nonlocal made_by_matlab
+        if not isinstance(item, h5py.Dataset) or name.startswith("#") or item.ndim > 2 or item.dtype.kind not in "iufb":
+            return
+        matlab_class = _text(item.attrs.get("MATLAB_class"))
+        made_by_matlab |= bool(matlab_class)
+        if matlab_class == "char":
+            texts.append("".join(chr(int(code)) for code in np.asarray(item[()]).T.reshape(-1)))
+            return
+        arrays[name] = item[()]
+        if unit := _text(item.attrs.get("units", item.attrs.get("unit"))):
+            units[name] = unit
+
+    try:
+        with h5py.File(path, "r") as file:
+            file.visititems(visit)
+    except MemoryError:
+        raise
+    except Exception as error:  # h5py raises many kinds for a damaged file
+        raise LevelheadError(f"{source} is not an HDF5 file, or it is truncated or damaged") from error
+    return tabulate(source, arrays, "\n".join(texts), units, made_by_matlab)
+
+
+def _text(value: Handle) -> str:
+    if isinstance(value, bytes):
+        return value.decode("utf-8", "replace")
+    return str(value) if isinstance(value, str) else ""
+
+
+def tables(path: Path, shown: str, hints: Hints) -> list[ArrayTable]:
+    """The one table of an HDF5 file."""
+    return [hdf5(path, shown)]

@@ -1,0 +1,289 @@
+"""Text files of numbers: CSV, TSV, semicolons with decimal commas, columns by white space."""
+
+import math
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from levelhead.errors import LevelheadError
+from levelhead.recording import Array
+from levelhead.sources.formats.text.cells import MISSING, cells, is_comment, lines_of, trim
+from levelhead.sources.formats.text.dates import NS, nanoseconds, over_midnight
+from levelhead.sources.formats.text.dialect import Layout, find_layout
+from levelhead.sources.table import Column
+
+_BLOCK = 1 << 22  # bytes read at a time
+BIG = 8 << 20  # bytes from which pyarrow is worth its import
+TORN_SHARE = 0.01  # of the lines, at most, that may be torn and are left out
+TORN_LAST = 20  # lines from which on a torn last one is no wonder: the power was cut
+
+
+class TextTable:
+    """A text file with columns; its numbers are read when asked for. See ``Table``.
+
+    ``shown`` is what errors call the file, if it was unpacked from another.
+    """
+
+    def __init__(self, path: str | os.PathLike[str], layout: Layout | None = None, shown: str | None = None) -> None:
+        self.path = os.fspath(path)
+        self.source = shown or self.path
+        self.layout = layout or find_layout(path)
+        self.names = self.layout.names
+        self.units: dict[str, str] = {}
+        self.column_units = dict.fromkeys(self.layout.stamps, "ns")
+        self.words = self.layout.words
+        self.rate = self.layout.rate
+        self.context = ""
+        self.origin: tuple[str, ...] = self.layout.preamble[:20]
+        self.notes: list[str] = ["numbers are written with a decimal comma"] if self.layout.decimal_comma else []
+        if self.layout.torn:
+            count = "stands 1 line" if self.layout.torn == 1 else f"stand {self.layout.torn} lines"
+            self.notes.append(f"before the header {count} of numbers; left out")
+        if self.layout.remark:
+            self.notes.append(self.layout.remark)
+        if self.layout.encoding.note:
+            self.notes.append(self.layout.encoding.note)
+        self._left_out: dict[int, str] = {}  # number of a line, and why
+
+    def read(self, wanted: Sequence[int], exact: frozenset[int] = frozenset()) -> dict[int, Column]:
+        """See ``Table``."""
+        exact &= self.layout.whole
+        plain = not (self.layout.tail or self.layout.stamps & set(wanted)) and self.layout.encoding.name == "utf-8"
+        if plain and os.path.getsize(self.path) > BIG:
+            from levelhead.sources.formats.text.arrow import read_text
+
+            for whole in dict.fromkeys(
+                (exact, frozenset[int]())
+            ):  # stamps that begin with "0" may have fractions later
+                if (columns := read_text(self.path, self.layout, wanted, whole)) is not None:
+                    return columns
+        return self._read(wanted, exact)
+
+    @cached_property
+    def labels(self) -> Mapping[str, NDArray[np.str_]]:
+        """The columns of a few words that alternate, name to (n,) words; {} for a large file, and for torn lines."""
+        words = sorted(self.layout.alternating)
+        if not words or os.path.getsize(self.path) > BIG:
+            return {}
+        found: dict[int, list[str]] = {i: [] for i in words}
+        for line, text in blocks(self.path, self.layout):
+            rows = _Rows(self.source, self.layout, line, text)
+            for i in words:
+                found[i] += [cell.strip() for cell in rows.cells[i :: rows.width]]
+        return {self.names[i]: np.array(column) for i, column in found.items()}
+
+    def _read(self, wanted: Sequence[int], exact: frozenset[int]) -> dict[int, Column]:
+        parts: dict[int, list[Column]] = {i: [] for i in wanted}
+        torn: dict[int, str] = {}
+        total = 0
+        for line, text in blocks(self.path, self.layout):
+            rows = _Rows(self.source, self.layout, line, text)
+            columns = {i: rows.column(i, i in exact) for i in wanted}
+            keep = rows.keep()
+            for i in wanted:
+                parts[i].append(columns[i] if keep is None else columns[i][keep])
+            torn |= rows.left_out()
+            total += len(rows)
+        self._check(torn, total)
+        found: dict[int, Column] = {}
+        for i in wanted:
+            pieces = parts.pop(i)
+            whole = all(part.dtype == np.int64 for part in pieces)
+            found[i] = np.concatenate(pieces, dtype=np.int64) if whole else np.concatenate(pieces, dtype=np.float64)
+            if i in self.layout.stamps and whole and len(found[i]) and found[i].max() < 86_400 * NS:
+                found[i] = np.array(over_midnight(found[i].tolist()), dtype=np.int64)
+        return found
+
+    def _check(self, torn: dict[int, str], total: int) -> None:
+        """Leaves out a few torn lines, with a note.
+
+        Raises:
+            LevelheadError: there are more than ``TORN_SHARE`` of them.
+        """
+        if torn:
+            last = max(torn)
+            others = len(torn) - (1 if total >= TORN_LAST and last == self._last_line else 0)
+            if others > TORN_SHARE * total:
+                raise LevelheadError(torn[min(torn)])
+            if not self._left_out:
+                first = torn[min(torn)].removeprefix(f"{self.source}, ").partition(";")[0]
+                count = "1 line was" if len(torn) == 1 else f"{len(torn)} lines were"
+                self.notes.append(f"{count} torn or no numbers and left out ({first})")
+        self._left_out = torn
+
+    @cached_property
+    def _last_line(self) -> int:
+        last = 0
+        for line, text in blocks(self.path, self.layout):
+            for offset, row in enumerate(text.split("\n")):
+                if row.strip():
+                    last = line + offset
+        return last
+
+    def where(self, row: int) -> str:
+        """The line number of a row: reads the file once more, because only errors ask."""
+        for line, text in blocks(self.path, self.layout):
+            for offset, content in enumerate(lines_of(text)):
+                if content.strip() and not is_comment(content) and line + offset not in self._left_out:
+                    if row == 0:
+                        return f"line {line + offset}"
+                    row -= 1
+        return "the last line"
+
+
+def blocks(source: str, layout: Layout) -> Iterator[tuple[int, str]]:
+    """(number of its first line, text) for pieces of whole lines, from the first line of numbers on."""
+    codec, line, rest = layout.encoding, 1, b""
+    wide = codec.name.startswith("utf-16")
+    with open(source, "rb") as file:
+        file.seek(codec.skip)
+        while True:
+            raw = file.read(-1 if wide else _BLOCK)
+            end = raw.rfind(b"\n") + 1 if raw else 0
+            if wide:
+                end, more = len(raw), b""
+            elif raw and not end:
+                rest += raw
+                continue
+            else:
+                more = raw[end:]
+            lines = lines_of((rest + raw[:end]).decode(codec.name, "replace"))
+            rest = more
+            done = not raw or wide
+            count = len(lines) if done else len(lines) - 1
+            drop = max(0, layout.first + 1 - line)
+            if drop < count:
+                yield line + drop, "\n".join(lines[drop:count])
+            line += count
+            if done:
+                return
+
+
+class _Rows:
+    """The cells of one block of lines."""
+
+    def __init__(self, source: str, layout: Layout, line: int, text: str) -> None:
+        self.source, self.layout, self.line = source, layout, line
+        self.width = len(layout.names)
+        self.lines: Sequence[int] | None = None  # line numbers, when they are not simply consecutive
+        self.torn: dict[int, str] = {}  # number of a line, and what is wrong with it
+        self.bad: dict[int, tuple[int, str]] = {}  # row to column and cell
+        if "\0" in text:
+            at = line + text[: text.index("\0")].count("\n")
+            raise LevelheadError(f"{source}, line {at}: a zero byte stands there; expected text")
+        if layout.decimal_comma:
+            text = text.replace(",", ".")
+        rows = text.split("\n")
+        if layout.tail:
+            rows = [row.rstrip(" " + layout.tail) for row in rows]
+        delimiter = layout.delimiter
+        plain = delimiter != " " and not any(sign in text for sign in '#%/"') and "sep=" not in text
+        if plain and all(row.count(delimiter) == self.width - 1 for row in rows) and (self.width > 1 or all(rows)):
+            self.cells = delimiter.join(rows).split(delimiter)
+        else:
+            self.cells = self._tidy(rows)
+        self.odd = "_" in text
+
+    def __len__(self) -> int:
+        return len(self.cells) // max(1, self.width)
+
+    def _tidy(self, rows: Sequence[str]) -> list[str]:
+        """The cells of lines that need care: blank ones, comments, quotes, delimiters at the end."""
+        kept: list[str] = []
+        self.lines = numbers = []
+        for offset, row in enumerate(rows):
+            if not row.strip() or is_comment(row):
+                continue
+            found = cells(row, self.layout.delimiter)
+            if len(found) != self.width:
+                fitted = self._fit(found)
+                if fitted is None:
+                    self.torn[self.line + offset] = (
+                        f"{self.source}, line {self.line + offset}: {len(found)} cells, but the "
+                        f"{'first line' if self.layout.headless else 'header'} has {self.width}; "
+                        "expected one for each column"
+                    )
+                    continue
+                found = fitted
+            kept += found
+            numbers.append(self.line + offset)
+        return kept
+
+    def _fit(self, found: list[str]) -> list[str] | None:
+        while len(found) > self.width and not found[-1].strip():
+            found.pop()
+        blank = len(self.layout.names) - 1
+        while blank >= 0 and not self.layout.names[blank].strip():
+            blank -= 1
+        if blank < len(found) < self.width:  # a header that ends with delimiters
+            found += [""] * (self.width - len(found))
+        return found if len(found) == self.width else None
+
+    def column(self, i: int, whole: bool) -> Column:
+        """Column ``i`` as (n,) float64, or int64 if it holds stamps, or whole numbers only and ``whole`` is asked."""
+        column = self.cells[i :: self.width]
+        if i in self.layout.stamps:
+            return self._stamps(i, column)
+        if not self.odd:
+            try:
+                if whole:
+                    return np.fromiter(map(int, column), np.int64, len(column))
+            except (ValueError, OverflowError):
+                pass
+            try:
+                return np.fromiter(map(float, column), np.float64, len(column))
+            except ValueError:
+                pass
+        return np.array([self._number(i, row, cell) for row, cell in enumerate(column)], np.float64)
+
+    def _stamps(self, i: int, column: Sequence[str]) -> Column:
+        found: Array = np.zeros(len(column))
+        values = np.zeros(len(column), dtype=np.int64)
+        for row, cell in enumerate(column):
+            try:
+                values[row] = nanoseconds(cell)
+            except ValueError:
+                found[row] = math.nan
+                if cell.strip().lower() not in MISSING:
+                    self.bad.setdefault(row, (i, cell.strip()))
+        if np.isnan(found[self.keep() if self.bad else slice(None)]).any():
+            return found + values
+        return values
+
+    def _number(self, i: int, row: int, cell: str) -> float:
+        try:
+            if "_" not in cell:
+                return float(cell)
+        except ValueError:
+            pass
+        if cell.strip().lower() not in MISSING:
+            self.bad.setdefault(row, (i, cell.strip()))
+        return math.nan
+
+    def keep(self) -> "np.ndarray[tuple[int], np.dtype[np.bool_]] | None":
+        """(n,) the rows whose cells are numbers; None if all are."""
+        if not self.bad:
+            return None
+        keep = np.ones(len(self), dtype=np.bool_)
+        keep[list(self.bad)] = False
+        return keep
+
+    def left_out(self) -> dict[int, str]:
+        """Numbers of the lines that are torn or hold a cell that is no number, each with the sentence."""
+        found = dict(self.torn)
+        for row, (i, cell) in self.bad.items():
+            line = self.line + row if self.lines is None else self.lines[row]
+            shown = cell if len(cell) <= 30 else cell[:27] + "..."
+            found[line] = (
+                f"{self.source}, line {line}, column '{self.layout.names[i]}': '{shown}' is not a number; "
+                "expected a number, or a blank cell for a missing value"
+            )
+        return found
+
+
+def is_headed(line: str, layout: Layout) -> bool:
+    """Whether a line says the header again, as a device does that was reset."""
+    return tuple(cell.strip() for cell in trim(cells(line, layout.delimiter))) == layout.names

@@ -1,0 +1,180 @@
+"""The lines above the numbers: preamble, one or more header rows, a row of units."""
+
+import math
+import re
+from collections.abc import Sequence
+from itertools import pairwise
+
+from levelhead import units
+from levelhead.sources.formats.text.cells import cells, is_number, trim
+from levelhead.sources.names.column_name import understand
+
+_RATE = re.compile(
+    r"(?:sampl\w*|update|output|data|logging|odr|imu)[ _-]*(?:rate|freq\w*)?\W{0,12}?(\d+(?:\.\d+)?)\s*hz"
+    r"|(?:sampl\w*|update|output|data|logging)[ _-]*(?:rate|freq\w*)[^\d\n]{0,16}?(\d+(?:\.\d+)?)"
+    r"|(?:^|\W)rate\s*[:=]\s*(\d+(?:\.\d+)?)",
+    re.IGNORECASE,
+)
+_PERIOD = re.compile(r"(?:rate|period|interval)\W{0,12}?\d+(?:\.\d+)?\s*(?:ms|us|milli|micro)", re.IGNORECASE)
+_PRINTF = re.compile(r"%[\w.]+\(([^)]*)\)")
+_FEW_ROWS = 5  # lines below a header by which its names are judged
+_SAME = 0.7  # share of equal cells from which a line of a header says little
+_NO_UNIT = {"no units", "no unit", "unitless", "none", "n/a", "-", ""}
+_RELATIVE = {"local", "local_flux", "a.u.", "au", "normalized", "normalised", "arbitrary"}
+
+
+def rate_in(preamble: Sequence[str]) -> float | None:
+    """The sample rate in Hz that lines such as "// Update Rate: 100.0Hz" give; None if they give none or several."""
+    found = set()
+    for line in preamble:
+        if _PERIOD.search(line):  # a period, not a rate
+            continue
+        for groups in _RATE.findall(line):
+            value = float(next((text for text in groups if text), "0"))
+            if 0.5 <= value <= 100_000.0:
+                found.add(value)
+    return found.pop() if len(found) == 1 else None
+
+
+def header_cells(line: str, delimiter: str, width: int) -> list[str] | None:
+    """The cells of a header line that has ``width`` of them, by the delimiter of the numbers or another; else None."""
+    text = line.strip().lstrip("#%/ ")
+    if len(named := _PRINTF.findall(text)) == width:
+        return named
+    options = [delimiter, *(one for one in ("\t", ",", ";", "|", ":", "  ", " ") if one != delimiter)]
+    for option in options:
+        row = _words(text, option)
+        for cut in (row, _after_colon(row)):
+            if len(cut) == width:
+                return cut
+    return None
+
+
+def _words(text: str, delimiter: str) -> list[str]:
+    if delimiter == "  ":
+        row = [cell for cell in re.split(r"\s{2,}", text.strip()) if cell]
+    elif delimiter == " ":
+        row = re.sub(r"\s+(?=[\[(])", "\0", text).split()
+        row = [cell.replace("\0", " ") for cell in row]
+    else:
+        row = [cell.strip() for cell in trim(cells(text, delimiter))]
+    return [cell.strip().strip("\"'").rstrip(":").strip() for cell in row]
+
+
+def _after_colon(row: Sequence[str]) -> list[str]:
+    """The row with "Data format:" taken off its first cell."""
+    head, colon, rest = row[0].partition(":") if row else ("", "", "")
+    return [rest.strip().strip("\"'"), *row[1:]] if colon and rest and " " in head else []
+
+
+def looks_like_header(row: Sequence[str] | None, width: int, comma: bool) -> bool:
+    """Whether a row has words and no numbers."""
+    if row is None or not row:
+        return False
+    filled = [cell for cell in row if cell.strip()]
+    words = sum(any(sign.isalpha() for sign in cell) for cell in filled)
+    numbers = sum(is_number(cell, comma) for cell in filled)
+    return words > 0 and numbers <= 0.2 * len(filled) and (width < 3 or len(filled) >= 2)
+
+
+def join_names(header: Sequence[Sequence[str]], width: int) -> list[str]:
+    """One name per column.
+
+    Of several header lines, a group's name spreads over the blank cells behind it, a line that says the same for all
+    columns is left out, and a line of units becomes the bracket at the end of the name.
+    """
+    rows = [[row[i].strip() if i < len(row) else "" for i in range(max(width, len(row)))] for row in header]
+    unit_row: list[str] | None = None
+    if len(rows) > 1 and _is_unit_row(rows[-1]):
+        unit_row = rows.pop()
+    if len(rows) > 1:
+        rows = [row for row in rows if len(set(row)) > 1] or rows[-1:]
+    for row in [row for row in rows if _says_little(row)]:
+        rest = [one for one in rows if one is not row]
+        if rest and _sensors_apart(rest):
+            rows = rest
+    width = max(map(len, rows))
+    parts: list[list[str]] = [[] for _ in range(width)]
+    for depth, row in enumerate(rows):
+        group = ""
+        for i in range(width):
+            cell = row[i] if i < len(row) else ""
+            group = cell or (group if depth < len(rows) - 1 and i < len(row) else "")
+            if group:
+                parts[i].append(group)
+    if len(rows) > 1:  # a group does not spread over columns that nothing stands under
+        for i in range(width):
+            if not any(i < len(row) and row[i] for row in rows):
+                parts[i] = []
+    names = [" ".join(part) for part in parts]
+    for i, unit in enumerate(unit_row or ()):
+        text = unit.strip("[] ").replace("(", "").replace(")", "")
+        if i < len(names) and text.lower() not in _NO_UNIT:
+            names[i] += f" [{'relative' if text.lower() in _RELATIVE else text}]"
+    return names
+
+
+def _says_little(row: Sequence[str]) -> bool:
+    """Whether nearly all cells of a header line are the same word, as in Visual3D's ANALOG and ORIGINAL."""
+    filled = [cell for cell in row if cell]
+    return len(filled) > 3 and max(filled.count(cell) for cell in set(filled)) > _SAME * len(filled)
+
+
+def _sensors_apart(rows: Sequence[Sequence[str]]) -> bool:
+    """Whether these header lines alone tell all columns of sensors apart."""
+    names = [" ".join(cell for cell in column if cell) for column in zip(*rows, strict=True)]
+    sensors = [name for name in names if understand(name).role in {"gyr", "acc", "mag"} and understand(name).axis]
+    return len(sensors) > 5 and len(set(sensors)) == len(sensors)
+
+
+def fit_names(names: Sequence[str], given: int, rows: Sequence[Sequence[str]]) -> tuple[list[str], str]:
+    """(names, sentence) for ``rows`` of which each has one cell more, or one less, than the ``given`` names; else "".
+
+    One name less: the first column holds the number or the name of a row, as R writes it, or the last one has no name.
+    One name more: the first is a time that is not there, or the last column is missing.
+    """
+    width, first = len(rows[0]) if rows else 0, [row[0].strip() for row in rows if row]
+    if len(rows) < _FEW_ROWS or abs(given - width) != 1 or not any(row[-1].strip() for row in rows):
+        return list(names), ""
+    column = [float(cell) if is_number(cell, False) else math.nan for cell in first]
+    forward = all(after > before for before, after in pairwise(column))
+    if given < width:
+        counts = len({after - before for before, after in pairwise(column)} | {1.0}) == 1 or len(set(first)) == 1
+        if not (counts or all(map(math.isnan, column))):
+            return [*names[:given], ""], ""
+        return ["", *names[:given]], f"the header has {given} names and the lines {width} cells: the first has no name"
+    if understand(names[0]).role == "t" and not forward:
+        return list(names[1:]), (
+            f"a guess: the header has {given} names and the lines {width} cells: no line has '{names[0]}'"
+        )
+    return list(names[:width]), f"the header has {given} names and the lines {width} cells: no line has '{names[-1]}'"
+
+
+def number_twins(names: Sequence[str]) -> list[str]:
+    """The names, with " (2)" behind those of a second set of sensors that are called as those of the first.
+
+    A single name that comes again, without its axes, stays: nobody knows which of the two it is.
+    """
+    known = [understand(name) for name in names]
+    made = list(names)
+    for role in ("gyr", "acc", "mag"):
+        mine = [i for i, name in enumerate(known) if name.role == role and name.axis]
+        counts = {names[i]: [names[k] for k in mine].count(names[i]) for i in mine}
+        if len(counts) < 3 or len(set(counts.values())) > 1:
+            continue
+        for k, i in enumerate(mine):
+            before = [names[one] for one in mine[:k]].count(names[i])
+            made[i] += f" ({before + 1})" if before else ""
+    return made
+
+
+def _is_unit_row(row: Sequence[str]) -> bool:
+    """Whether most cells are units, or say that there is none."""
+    filled = [cell.strip("[] ") for cell in row if cell.strip()]
+    known = sum(
+        plain.lower() in _NO_UNIT | _RELATIVE
+        or any(units.find_factor(quantity, one) is not None for quantity in units.FACTORS for one in (cell, plain))
+        for cell, plain in ((cell, cell.strip("() ")) for cell in filled)
+    )
+    words = sum(len(cell) > 1 and not is_number(cell, False) for cell in filled)
+    return bool(filled) and known > 0.6 * len(filled) and words > 0

@@ -1,0 +1,70 @@
+"""Messages as ROS prints them (rostopic echo, ros2 topic echo): YAML, a line of dashes between them."""
+
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from levelhead.errors import LevelheadError
+from levelhead.open_types import Fields
+from levelhead.sources.formats.text.cells import is_number, lines_of
+from levelhead.sources.formats.text.encoding import Encoding
+from levelhead.sources.table import ArrayTable
+
+_LINE = re.compile(r"(\s*)([A-Za-z_]\w*):\s*(.*?)\s*$")
+_RARE = 0.5  # share of the messages below which a name is not a column
+
+
+def looks_echoed(content: Sequence[str]) -> bool:
+    """Whether lines are indented names with numbers, and dashes stand between messages."""
+    named = sum(_LINE.match(line) is not None or line.lstrip().startswith(("-", "[")) for line in content[:200])
+    return any(line.strip() == "---" for line in content[:200]) and named > 0.9 * len(content[:200])
+
+
+def messages(lines: Sequence[str]) -> Iterator[dict[str, str]]:
+    """The numbers of each message by their path, "angular_velocity.x"; lists are left out."""
+    path: list[tuple[int, str]] = []
+    found: dict[str, str] = {}
+    for line in [*lines, "---"]:
+        if line.strip() == "---":
+            if found:
+                yield found
+            path, found = [], {}
+            continue
+        parts = _LINE.match(line)
+        if parts is None:
+            continue
+        depth = len(parts[1])
+        path = [*[one for one in path if one[0] < depth], (depth, parts[2])]
+        if is_number(parts[3], False):
+            found[".".join(name for _, name in path)] = parts[3]
+
+
+def echoed_table(path: Path, shown: str, encoding: Encoding) -> ArrayTable:
+    """The messages of a text as rows, NaN where one lacks a number; the last one may be torn.
+
+    Raises:
+        LevelheadError: no message with numbers.
+    """
+    lines = lines_of(path.read_bytes()[encoding.skip :].decode(encoding.name, "replace"))
+    rows = list(messages(lines))
+    if len(rows) > 1 and len(rows[-1]) < len(rows[0]):
+        rows.pop()
+    counts: dict[str, int] = {}
+    for row in rows:
+        for name in row:
+            counts[name] = counts.get(name, 0) + 1
+    names = [name for name, count in counts.items() if count > _RARE * len(rows)]
+    if not names:
+        raise LevelheadError(f"{shown} holds no messages with numbers; expected such as rostopic echo prints")
+    arrays: Fields = {name: _column([row.get(name, "") for row in rows]) for name in names}
+    return ArrayTable(shown, arrays, notes=[f"messages as ROS prints them: {', '.join(names[:12])}"])
+
+
+def _column(cells: Sequence[str]) -> Any:
+    """(n,) int64 if all are whole numbers, else float64 with NaN for what is missing."""
+    if all(cell.lstrip("+-").isdigit() and len(cell) < 19 for cell in cells):
+        return np.array([int(cell) for cell in cells], dtype=np.int64)
+    return np.array([float(cell) if is_number(cell, False) else np.nan for cell in cells])

@@ -1,0 +1,89 @@
+"""Excel and OpenDocument workbooks, as phyphox exports them: one sheet for each sensor."""
+
+from collections.abc import Sequence
+from datetime import date, datetime, time, timedelta
+from pathlib import Path
+
+import numpy as np
+
+from levelhead.errors import LevelheadError
+from levelhead.open_types import Fields, Handle
+from levelhead.sources.formats.text.header import join_names, looks_like_header, rate_in
+from levelhead.sources.hints import Hints
+from levelhead.sources.table import ArrayTable
+
+_LOOK = 60  # rows that may stand above the numbers
+
+
+def tables(path: Path, shown: str, hints: Hints) -> Sequence[ArrayTable]:
+    """One table for each sheet that holds columns of numbers.
+
+    Raises:
+        LevelheadError: python-calamine is not installed, the file is damaged, or no sheet has numbers.
+    """
+    try:
+        from python_calamine import CalamineWorkbook
+    except ImportError:
+        raise LevelheadError(
+            f"{shown} is a workbook; reading it needs python-calamine: pip install 'levelhead[formats]'"
+        ) from None
+    found = []
+    try:
+        with CalamineWorkbook.from_path(str(path)) as book:
+            for name in book.sheet_names:
+                if (table := _table(book.get_sheet_by_name(name).to_python(), name, shown)) is not None:
+                    found.append(table)
+    except Exception as error:  # calamine raises many kinds for a damaged file
+        raise LevelheadError(f"{shown} is no workbook, or it is damaged") from error
+    if not found:
+        raise LevelheadError(f"{shown} has no sheet with columns of numbers; expected a header and one row per sample")
+    return found
+
+
+def _table(rows: list[list[Handle]], sheet: str, shown: str) -> ArrayTable | None:
+    start = next(
+        (i for i, row in enumerate(rows[:_LOOK]) if _numbers(row) > 0.5 * len(row) and _numbers(row) > 0), None
+    )
+    if start is None or len(rows) - start < 2:
+        return None
+    width = len(rows[start])
+    above = [[str(cell) for cell in row] for row in rows[:start]]
+    header: list[list[str]] = []
+    while above and looks_like_header(above[-1], width, False):
+        header.insert(0, above.pop())
+    names = join_names(header, width) if header else [str(i + 1) for i in range(width)]
+    arrays: Fields = {}
+    units: dict[int, str] = {}
+    for i, name in enumerate(names):
+        column = [row[i] if i < len(row) else "" for row in rows[start:]]
+        title = name if name and name not in arrays else f"{name or 'column'} ({i + 1})"
+        if isinstance(column[0], datetime | date | time | timedelta):
+            arrays[title] = np.array([_nanoseconds(cell) for cell in column])
+            units[i] = "ns"
+        else:
+            arrays[title] = np.array([_number(cell) for cell in column])
+    rate = rate_in([" ".join(row) for row in above])
+    return ArrayTable(f"{shown}, sheet '{sheet}'", arrays, rate=rate, context=sheet, column_units=units)
+
+
+def _numbers(row: Sequence[Handle]) -> int:
+    return sum(isinstance(cell, int | float | datetime | time) and not isinstance(cell, bool) for cell in row)
+
+
+def _number(cell: Handle) -> float:
+    if isinstance(cell, int | float) and not isinstance(cell, bool):
+        return float(cell)
+    try:
+        return float(str(cell))
+    except ValueError:
+        return np.nan
+
+
+def _nanoseconds(cell: Handle) -> float:
+    if isinstance(cell, datetime):
+        return (cell - datetime(1970, 1, 1)) / timedelta(microseconds=1) * 1e3
+    if isinstance(cell, time):
+        return (((cell.hour * 60 + cell.minute) * 60 + cell.second) * 1e6 + cell.microsecond) * 1e3
+    if isinstance(cell, timedelta):
+        return cell / timedelta(microseconds=1) * 1e3
+    return np.nan

@@ -1,0 +1,325 @@
+"""Time stamps: which column is the clock, its unit, its start; stamps that repeat, step back or begin again."""
+
+import re
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from levelhead import units
+from levelhead.errors import LevelheadError
+from levelhead.recording import Array, median
+from levelhead.sources.hints import NeedsHints, Scale
+from levelhead.sources.interpret.arrival import restore_clock
+from levelhead.sources.interpret.clock_repair import Repair, first_of_bursts, repair_stamps
+from levelhead.sources.table import Column, Table
+
+_EPOCH = (0.9e9, 4.2e9)  # seconds since 1970 that lie between 1998 and 2103
+_LONGEST_UPTIME = 1e8  # seconds; stamps beyond it count from some date, not from the start of the sensor
+_SLOWEST_MEDIAN = {"s": 0.25, "ms": 250.0, "us": 250e3, "ns": 250e6}  # 4 Hz
+_NEAR = 0.25  # by which the rate of a guessed unit may differ from the rate that the file gives
+_POOR = re.compile(r"unfilt|pred|server|recv|receiv|arriv|host|wall|utc|gps|raw|system|local|log|date|iso|packet", re.I)
+_FAST = 2e-3  # s; a shorter interval could as well be a slow one in a larger unit
+_SHORTEST, _LONGEST = 2.5e-5, 100.0  # s; no IMU is read at more than 40 kHz, nor less than once in 100 s
+_FEW = 20  # rows below which nothing is repaired
+_STALE, _ALONE = 3, 100.0  # rows that may stand alone at the start; usual intervals between them and the others
+_MISSING_SHARE = 0.01  # of the rows, at most, that may lack a stamp and are left out
+
+
+class Clock(NamedTuple):
+    """Time stamps in seconds.
+
+    Attributes:
+        t: (n,) seconds of the rows that are kept.
+        unit: what the stamps are in.
+        t0: what was subtracted, in seconds; None if nothing was.
+        notes: sentences about what was concluded.
+        rows: which rows of the table are kept; None: all.
+        findings: what is wrong with the stamps, for the doctor: name to numbers.
+    """
+
+    t: Array
+    unit: str
+    t0: float | None
+    notes: list[str]
+    rows: NDArray[np.intp] | None = None
+    findings: Mapping[str, object] = MappingProxyType({})
+
+
+class Candidate(NamedTuple):
+    """A column that may be the clock: its name, its stamps, and the unit that is declared for it."""
+
+    name: str
+    stamps: Column
+    declared: Scale | str | None
+
+
+class CounterError(NeedsHints):
+    """Stamps that count 1 a row and have no unit."""
+
+
+def join_seconds(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """The candidates, a column of whole seconds and the one of nanoseconds behind it (stamp.sec, stamp.nanosec) as one.
+
+    Either alone would be a wrong clock: one repeats, the other begins again every second.
+    """
+    found: list[Candidate] = []
+    for one in candidates:
+        before = found[-1] if found else None
+        fraction = _fraction(one)
+        if before is not None and fraction and _factor(before) == 1.0 and _whole(before.stamps):
+            seconds_part = np.rint(before.stamps).astype(np.int64)
+            joined = seconds_part * 1_000_000_000 + np.rint(one.stamps * (1e9 * fraction)).astype(np.int64)
+            found[-1] = Candidate(f"{before.name} + {one.name}", joined, "ns")
+        else:
+            found.append(one)
+    return found
+
+
+def _factor(one: Candidate) -> float | None:
+    """Seconds per number that the column's name or a hint declares; None if nothing does."""
+    if isinstance(one.declared, Scale):
+        return one.declared.factor / one.declared.divisor
+    return None if one.declared is None else units.find_factor("time", one.declared)
+
+
+def _fraction(one: Candidate) -> float | None:
+    """The unit, in s, of a column that holds what is left of a second: whole numbers that stay below a second."""
+    factor = _factor(one)
+    if factor not in (1e-9, 1e-6) or not _whole(one.stamps) or len(one.stamps) < 3:
+        return None
+    return factor if one.stamps.min() >= 0 and one.stamps.max() * factor < 1.0 else None
+
+
+def _whole(stamps: Column) -> bool:
+    return bool(np.isfinite(stamps).all()) and bool((stamps == np.rint(stamps)).all())
+
+
+def choose(candidates: Sequence[Candidate]) -> tuple[Candidate, list[str]]:
+    """The clock among several columns with time in their names, and sentences about the choice.
+
+    The most even one is taken; of equals, the one with a plain name that comes first.
+    """
+    if len(candidates) == 1:
+        return candidates[0], []
+    ranked = sorted(enumerate(candidates), key=lambda item: _rank(item[1], item[0]))
+    best = ranked[0][1]
+    rest = ", ".join(f"'{one.name}'" for _, one in ranked[1:4])
+    return best, [
+        f"time: '{best.name}' is the most even of {len(candidates)} columns with time in their name, not {rest}"
+    ]
+
+
+def _rank(one: Candidate, order: int) -> tuple[float, int, int, int]:
+    stamps = one.stamps.astype(np.float64)
+    stamps = stamps[np.isfinite(stamps)]
+    if len(stamps) < 3 or len(stamps) < 0.5 * len(one.stamps) or stamps.min() == stamps.max():
+        return (9.0, 1, 1, order)
+    steps = np.diff(stamps)
+    still, back = float((steps == 0).mean()), float((steps < 0).mean())
+    low, middle, high = np.quantile(steps, [0.05, 0.5, 0.95])
+    spread = (high - low) / middle if middle > 0 else 9.0
+    uneven = 4.0 if still > 0.5 or back > 0.2 or middle <= 0 else float(np.floor(np.log10(max(spread, 0.2)) * 2.0))
+    declared = one.declared is None
+    return (uneven, int(_POOR.search(one.name) is not None), int(declared and middle == 1.0), order)
+
+
+def seconds(
+    stamps: Column,
+    declared: Scale | str | None,
+    table: Table,
+    name: str,
+    values: Array | None = None,
+    session: int | None = None,
+) -> Clock:
+    """(n,) stamps of column ``name`` as seconds, checked, and repaired where that can be said.
+
+    ``declared`` is the unit that the header or a hint gives; without one the unit follows from the median interval.
+    Stamps that count from 1970 or another date become seconds since the first one. ``values`` (n, k) are the sensors'
+    numbers, which tell a repeated row from a burst of samples with one stamp. ``session``, from 1, chooses among parts
+    after each of which the clock began again; the longest is taken otherwise.
+
+    Raises:
+        LevelheadError: a stamp is missing or infinite, too few stamps increase; the line is named.
+    """
+    notes: list[str] = []
+    present = _rows_with_stamp(stamps, table, name, notes)
+    if present is not None:
+        stamps = stamps[present]
+    if declared is None:
+        declared, said = _infer_unit(stamps, table, name)
+        notes.append(said)
+    stale = _stale_rows(stamps)
+    if stale:
+        stamps, present = stamps[stale:], np.arange(len(stamps))[stale:] if present is None else present[stale:]
+        count = "the first row" if stale == 1 else f"the first {stale} rows"
+        notes.append(f"time: {count} were left out: '{name}' says that they are from long before the others")
+    findings: dict[str, object] = {}
+    if isinstance(declared, str):
+        declared = _plausible(stamps, declared, name, notes, findings)
+    scale = declared if isinstance(declared, Scale) else Scale(units.factor("time", declared), declared)
+    repaired = Repair(stamps)
+    increasing = len(stamps) < 2 or bool((stamps[1:] > stamps[:-1]).all())
+    if not increasing or first_of_bursts(stamps) is not None:
+        if len(stamps) < _FEW:
+            _refuse(stamps, table, name)
+        repaired = repair_stamps(
+            stamps, None if values is None else values if present is None else values[present], session
+        )
+        notes += [f"time: '{name}' {sentence}" for sentence in repaired.notes]
+        if len(repaired.stamps) > 1 and not (repaired.stamps[1:] > repaired.stamps[:-1]).all():
+            _refuse(stamps, table, name)
+    elif session not in (None, 1):
+        raise LevelheadError(f"{table.source} has one session; there is no session {session}")
+    kept = repaired.stamps
+    first = kept[0]
+    t0 = None
+    if float(kept[-1]) - float(first) > 1e20 or abs(float(first)) > 1e20:
+        raise LevelheadError(f"{table.source}, column '{name}': {kept[-1]:.6g} is no time; expected s, ms, us or ns")
+    if abs(float(first)) * scale.factor / scale.divisor > _LONGEST_UPTIME:
+        t0 = float(_scale_stamps(kept[:1].astype(np.float64), scale)[0])
+        kept = kept - first
+        notes.append(f"time: starts at 0; the first stamp is {t0:.6f} s (meta['t0'])")
+    rows = repaired.rows
+    if present is not None:
+        rows = present if rows is None else present[rows]
+    return Clock(
+        _scale_stamps(kept.astype(np.float64), scale), scale.name, t0, notes, rows, {**repaired.findings, **findings}
+    )
+
+
+def restore(clock: Clock, name: str, values: Array | None) -> Clock:
+    """The sensor's own clock in place of times of arrival in column ``name``, where the readings show it.
+
+    ``values`` (n, k) are the readings of all rows of the table.
+    """
+    restored = restore_clock(clock.t, values if values is None or clock.rows is None else values[clock.rows])
+    if restored is None:
+        return clock
+    late = 1e3 * restored.jitter
+    words = (
+        f"time: '{name}' holds times of arrival, {late:.3g} ms rms about the clock of a sensor that samples regularly, "
+        f"as its readings show; that clock was put back ({restored.lost} samples are missing)"
+    )
+    numbers = {"jitter_ms": late, "rows": restored.rows, "missing": restored.lost}
+    return clock._replace(t=restored.t, notes=[*clock.notes, words], findings={**clock.findings, "arrival": numbers})
+
+
+def _stale_rows(stamps: Column) -> int:
+    """How many rows stand alone at the start, a long time before all others: offsets, a reading that was left over."""
+    if len(stamps) < _FEW:
+        return 0
+    usual = median(np.diff(stamps[_STALE:]))
+    jumps = np.flatnonzero(np.abs(np.diff(stamps[: _STALE + 1])) > _ALONE * usual)
+    return int(jumps[-1]) + 1 if usual > 0.0 and len(jumps) else 0
+
+
+def _plausible(stamps: Column, declared: str, name: str, notes: list[str], findings: dict[str, object]) -> str:
+    """The declared unit, or another where no sensor is read at the rate that it gives."""
+    step = _interval(stamps)
+    factor = units.factor("time", declared)
+    other = guess_unit(stamps)
+    if step == 0.0 or _SHORTEST < step * factor < _LONGEST or units.factor("time", other) == factor:
+        return declared
+    findings["unit_header_wrong"] = {"declared": declared, "taken": other}
+    notes.append(
+        f"time: '{name}' taken as {other}, a guess against the header, which says {declared}: an interval of "
+        f"{step:.4g} would be {1.0 / (step * factor):.3g} Hz"
+    )
+    return other
+
+
+def _infer_unit(stamps: Column, table: Table, name: str) -> tuple[Scale | str, str]:
+    """(unit, sentence) of stamps whose unit nobody gives.
+
+    Raises:
+        NeedsHints: a counter.
+    """
+    step = _interval(stamps)
+    unit = guess_unit(stamps)
+    if table.rate is not None and step > 0.0:
+        guessed = 1.0 / (step * units.factor("time", unit))
+        if abs(guessed / table.rate - 1.0) > _NEAR:
+            ticks = step * table.rate
+            return (
+                Scale(1.0, f"ticks of 1/{ticks:.6g} s", ticks),
+                f"time: '{name}' has no unit; it counts {step:g} a sample, which at the "
+                f"{table.rate:g} Hz that the file "
+                f"gives are {ticks:.6g} ticks a second",
+            )
+    elif step == 1.0 and unit != "s" and float((np.diff(stamps) == 1).mean()) > 0.9:
+        raise CounterError(
+            f"{table.source}, column '{name}': it counts 1 a row, which is a counter or whole milliseconds; expected "
+            "its unit, or the rate and no stamps",
+            units={"t": "ms"},
+        )
+    guess = ", a guess" if step * units.factor("time", unit) < _FAST else ""
+    return unit, f"time: '{name}' has no unit; its median interval of {step:.6g} says {unit}{guess}"
+
+
+_DAYS, _DAYS_STEP = ((36_500.0, 55_000.0), (730_000.0, 750_000.0)), 2e-5  # of this century; 1.7 s
+
+
+def guess_unit(stamps: Column) -> str:
+    """The unit of (n,) stamps: the one in which they lie in our century, or else give 4 Hz or more.
+
+    Days are those of spreadsheets, which count from 1900, and of MATLAB, which count from year 0.
+    """
+    step, first = _interval(stamps), abs(float(stamps[0]))
+    if 0.0 < step < _DAYS_STEP and any(low < first < high for low, high in _DAYS):
+        return "days"
+    for unit in ("s", "ms", "us", "ns"):
+        factor = units.factor("time", unit)
+        if _EPOCH[0] < first * factor < _EPOCH[1] and 1e-5 < step * factor < 10.0:
+            return unit
+    return next((unit for unit, limit in _SLOWEST_MEDIAN.items() if step < limit), "ns")
+
+
+def _interval(stamps: Column) -> float:
+    """The median interval; where most stamps stand still, as in bursts, the mean one."""
+    if len(stamps) < 2:
+        return 0.0
+    steps = np.diff(stamps[:100_000])
+    step = median(steps)
+    return step if step > 0.0 else float(steps[steps > 0].sum() / len(steps)) if (steps > 0).any() else 0.0
+
+
+def _scale_stamps(values: Array, scale: Scale) -> Array:
+    """Divides where it can: 12 ms / 1000 is the nearest number to 0.012, 12 × 0.001 is not always."""
+    if scale.divisor == 1.0 and scale.factor < 1.0:
+        return values / round(1.0 / scale.factor)
+    return values * (scale.factor / scale.divisor)
+
+
+def _rows_with_stamp(stamps: Column, table: Table, name: str, notes: list[str]) -> NDArray[np.intp] | None:
+    """The rows that have a stamp; None: all.
+
+    Raises:
+        LevelheadError: more than a few lack one, or one is infinite.
+    """
+    finite = np.isfinite(stamps)
+    if finite.all():
+        return None
+    row = int(np.argmin(finite))
+    missing = int((~finite).sum())
+    if np.isinf(stamps[row]) or missing > _MISSING_SHARE * len(stamps):
+        what = "missing" if np.isnan(stamps[row]) else "infinite"
+        raise LevelheadError(
+            f"{table.source}, {table.where(row)}, column '{name}': the time is {what}; expected a stamp on every line"
+        )
+    notes.append(f"time: {missing} rows without a stamp were left out, the first at {table.where(row)}")
+    return np.flatnonzero(finite)
+
+
+def _refuse(stamps: Column, table: Table, name: str) -> None:
+    forward = stamps[1:] > stamps[:-1]
+    row = int(np.argmin(forward)) + 1
+    now, before = stamps[row], stamps[row - 1]
+    what = f"stands still at {now}" if now == before else f"goes back from {before} to {now}"
+    raise NeedsHints(
+        f"{table.source}, {table.where(row)}, column '{name}': time {what}; expected stamps that increase, "
+        "or the hints map t= and rate=…, which leave the stamps out",
+        map={"t": []},
+    )

@@ -1,0 +1,83 @@
+"""A clock that its name does not tell: a column that goes on evenly, as time does."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from levelhead import units
+from levelhead.errors import LevelheadError
+from levelhead.recording import median
+from levelhead.sources.interpret.clock_choice import guess_unit
+from levelhead.sources.interpret.rate import rate_of_turn
+from levelhead.sources.interpret.roles import Roles
+from levelhead.sources.names.column_name import split, unit_in
+from levelhead.sources.table import Column, Table, words_of
+
+MOST = 64  # columns that are looked at
+FEW = 20  # rows below which nothing is concluded
+FORWARD, EVEN = 0.999, 1.0  # share of steps that go on; spread of the steps, in usual ones
+RATES = (4.0, 10_000.0)  # Hz, between which a clock is believed
+NEAR = 0.2  # by which the rate of a clock without unit may differ from that of gravity's turn
+COUNTERS = {
+    "packet",
+    "counter",
+    "count",
+    "frame",
+    "index",
+    "seq",
+    "sequence",
+    "sample",
+    "row",
+    "line",
+    "id",
+    "no",
+    "num",
+}
+
+
+def with_clock(table: Table, roles: Roles, columns: Mapping[int, Column]) -> tuple[Roles, dict[int, Column]]:
+    """The roles with the time, and the columns with its stamps, if a column without a role goes on as a clock does.
+
+    A name with a unit of time settles it ("MET [sec]", "MonoNS"). Another one must give the rate at which gravity turns
+    as the gyroscope says; that is a guess, and noted.
+    """
+    found = dict(columns)
+    used = {i for positions in roles.columns.values() for i in positions}
+    free = [i for i in range(len(table.names)) if i not in used | words_of(table)][:MOST]
+    known: list[float | None] = []  # the rate of gravity's turn, worked out when it is asked for
+    for i in free:
+        try:
+            stamps = table.read([i], frozenset([i]))[i]
+            said = unit_in(table.names[i], "t", "")
+        except LevelheadError:
+            continue
+        step = _even_step(stamps)
+        if step == 0.0 or COUNTERS & set(split(table.names[i])):
+            continue
+        if said is None:
+            known = known or [rate_of_turn(roles, columns)]
+            if known[0] is None or abs(math.log(known[0] * step * units.factor("time", guess_unit(stamps)))) > NEAR:
+                continue
+        elif not RATES[0] <= 1.0 / (step * units.factor("time", said)) <= RATES[1]:
+            continue
+        found[i] = stamps
+        words = "" if said else ", and gravity turns as the gyroscope says at its rate: a guess"
+        note = f"time: '{table.names[i]}' goes on evenly, as a clock does{words}"
+        ignored = tuple(name for name in roles.ignored if name != table.names[i])
+        made = replace(roles, columns={**roles.columns, "t": (i,)}, ignored=ignored, notes=(*roles.notes, note))
+        return made, found
+    return roles, found
+
+
+def _even_step(stamps: Column) -> float:
+    """The step of stamps that increase by about one; 0 if they do not, or count the rows."""
+    if len(stamps) < FEW or not np.isfinite(stamps).all():
+        return 0.0
+    steps = np.diff(stamps).astype(np.float64)
+    usual = median(steps)
+    if not usual > 0.0 or float((steps > 0.0).mean()) < FORWARD or float((steps == 1.0).mean()) > 0.9:
+        return 0.0
+    low, high = np.quantile(steps, [0.05, 0.95])
+    return usual if high - low < EVEN * usual else 0.0

@@ -1,0 +1,90 @@
+"""The reference orientation that stands in the same file."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from levelhead import units
+from levelhead.errors import LevelheadError
+from levelhead.recording import Array, Truth
+from levelhead.rotations import rotate
+from levelhead.sources.interpret.roles import Roles
+from levelhead.sources.names.column_name import unit_in
+from levelhead.sources.table import Column, Table, stack
+from levelhead.units import GRAVITY
+
+_UP = 0.9  # cosine, 26°: a reference that is tilted further has another axis up
+_ENOUGH = 100  # rows that tell a mean force
+_NORTH = ("opt_quat", "truth_q")  # BROAD's, and levelhead's own; their earth frame has y to magnetic north
+
+
+def find_truth(table: Table, roles: Roles, columns: dict[int, Column], acc: Array, notes: list[str]) -> Truth | None:
+    """The reference that the columns of ``roles`` give, checked; appends to ``notes`` what was concluded.
+
+    ``acc`` (n, 3) m/s² is the specific force, whose mean must point up in the reference's world.
+
+    Raises:
+        LevelheadError: a row that is no unit quaternion; the line is named.
+    """
+    if "q" not in roles.columns:
+        return None
+    positions = roles.columns["q"]
+    names = [table.names[i] for i in positions]
+    quat = stack(columns, positions)
+    if "seen" in roles.columns:
+        quat[columns[roles.columns["seen"][0]] == 0] = np.nan
+    zero = (quat == 0.0).all(axis=1)
+    if zero.any():
+        quat[zero] = np.nan
+        notes.append(f"truth: {', '.join(names)} are all zero in {int(zero.sum())} rows; taken as missing there")
+    if np.isnan(quat).any(axis=1).all():
+        notes.append("truth: left out, because no row has one")
+        return None
+    _check_norm(quat, table, names)
+    force = _mean_force(quat, acc)
+    if "q" not in roles.mapped and force is not None and force[2] < _UP:
+        listed = ", ".join(f"{value:.2f}" for value in force)
+        notes.append(
+            f"truth: {', '.join(names)} left out: in its world the mean specific force points to ({listed}), not to "
+            "(0, 0, 1); its third axis is not up, or it turns the world into the sensor; --map q=… takes it as it is"
+        )
+        return None
+    north = names[0].startswith(_NORTH)
+    if not north:
+        notes.append(
+            f"truth: {', '.join(names)}; its frame is not known to point north, so only relative heading counts"
+        )
+    bias = _bias(table, roles, columns)
+    moving = None
+    if "moving" in roles.columns:
+        moving = columns[roles.columns["moving"][0]] != 0
+    return Truth(quat, bias, moving, north)
+
+
+def _mean_force(quat: Array, acc: Array) -> Array | None:
+    """The direction of the mean specific force in the reference's world, (3,); None where too little is known."""
+    rows = np.isfinite(quat).all(axis=1) & np.isfinite(acc).all(axis=1)
+    if rows.sum() < _ENOUGH:
+        return None
+    mean: Array = rotate(quat[rows], acc[rows]).mean(axis=0)
+    length = float(np.linalg.norm(mean))
+    return mean / length if length > 0.5 * GRAVITY else None
+
+
+def _check_norm(quat: Array, table: Table, names: Sequence[str]) -> None:
+    norm = np.sqrt((quat * quat).sum(axis=1))
+    bad = ~(np.abs(norm - 1.0) <= 0.01) & ~np.isnan(norm)
+    if bad.any():
+        row = int(bad.argmax())
+        raise LevelheadError(
+            f"{table.source}, {table.where(row)}: the quaternion {', '.join(names)} has length {norm[row]:.4g}; "
+            "expected 1, order w, x, y, z (blank cells where the reference is blind, map q= to leave it out)"
+        )
+
+
+def _bias(table: Table, roles: Roles, columns: dict[int, Column]) -> Array | None:
+    if "bias" not in roles.columns:
+        return None
+    positions = roles.columns["bias"]
+    unit = unit_in(table.names[positions[0]], "gyr", table.source)
+    return stack(columns, positions) * units.factor("gyr", unit or "rad/s")

@@ -1,0 +1,347 @@
+"""The unit of each sensor: from a hint, the header, or the evidence in the numbers, and whether they agree."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from levelhead import units
+from levelhead.errors import LevelheadError
+from levelhead.open_types import Fields
+from levelhead.recording import Array
+from levelhead.signals.field_turn import field_turn
+from levelhead.sources.hints import MEANING, QUANTITY, Hints, NeedsHints, Scale
+from levelhead.sources.interpret import unit_inference
+from levelhead.sources.interpret.converter_counts import offset_of, rates_about
+from levelhead.sources.interpret.counts import acc_sensitivity
+from levelhead.sources.interpret.raw_counts import PER_DEGREE, PER_G, THOUSANDTHS, are_thousandths
+from levelhead.sources.interpret.roles import Roles
+from levelhead.sources.names.column_name import RELATIVE
+from levelhead.sources.names.vendors import find_vendor, gyroflow_scale
+from levelhead.sources.table import Table
+from levelhead.units import DEGREE
+
+SHORTEST = 0.6  # of the units in use g is the largest, and gravity is 1 of it
+_FULL_SCALES = (1 / 2, 1 / 4, 1 / 8, 1 / 16)  # what gravity is in shares of ±2, 4, 8, 16 g
+_NEAR = 0.05  # by which a length may differ from one of them
+LEAST_GRAVITY = 0.35  # of the median length: a shorter mean, and no usual length, is an accelerometer without gravity
+
+
+@dataclass
+class Evidence:
+    """What was concluded while a table became a recording.
+
+    Attributes:
+        found: role to the unit that the file is in.
+        notes: sentences.
+        findings: what is wrong with the log, for the doctor: name to numbers.
+        acc_per_g: counts per g, if the accelerometer gives counts.
+        thousandths: whether it gives whole mg, or m/s² times 1000: no chip's counts stand beside those.
+    """
+
+    found: dict[str, str]
+    notes: list[str]
+    findings: Fields = field(default_factory=dict)
+    acc_per_g: float | None = None
+    thousandths: bool = False
+
+
+def find_scale(role: str, table: Table, roles: Roles, hints: Hints, notes: list[str]) -> Scale | None:
+    """The scale that a hint gives, the file, or the custom of the program that wrote it; a hint wins."""
+    said = roles.units.get(role) or table.units.get(role)
+    if said is None and role not in hints.scale and (scale := gyroflow_scale(role, table.origin)) is not None:
+        notes.append(f"{MEANING[role]}: {scale.name}, as the preamble says")
+        return scale
+    if said is None and role not in hints.scale and role not in hints.map:
+        vendor = find_vendor([*table.names, *table.origin])
+        if vendor is not None and role in vendor.units:
+            said = vendor.units[role]
+            notes.append(f"{MEANING[role]}: taken as {said}, as {vendor.name} writes it")
+    if role in hints.scale:
+        if said is not None and units.find_factor(QUANTITY[role], said) != hints.scale[role].factor:
+            notes.append(f"{MEANING[role]}: the hint says {hints.scale[role].name} where the file says {said}")
+        return hints.scale[role]
+    if said is None or said == RELATIVE:
+        return None
+    return Scale(units.factor(QUANTITY[role], said), said)
+
+
+class Turning(NamedTuple):
+    """Rows of a gyroscope beside an accelerometer's: ``rows`` of all, (m,) ``t`` s, (m, 3) ``gyr``, and its scale."""
+
+    rows: slice | NDArray[np.intp]
+    t: Array
+    gyr: Array
+    scale: Scale | None
+
+
+def acc_scale(
+    values: Array, scale: Scale | None, hinted: bool, turning: Turning, table: Table, evidence: Evidence
+) -> Scale:
+    """The scale of (n, 3) ``values`` of an accelerometer; ``scale`` is the declared one.
+
+    Raises:
+        LevelheadError: gravity is not in the numbers, or the declared unit contradicts them.
+    """
+    norm = unit_inference.median_norm(values)
+    if scale is not None:
+        _plausible_acc(values, norm, scale, hinted, table)
+        return scale
+    unit = unit_inference.acc_unit(norm)
+    if unit is None and are_thousandths(values):
+        evidence.thousandths = True
+        evidence.notes.append(
+            f"accelerometer: taken as thousandths of 1 m/s², a guess: whole numbers of median length {norm:.4g}; "
+            "--lsb acc=1000/m/s² confirms it"
+        )
+        return Scale(1.0, "counts, 1000 per m/s²", 1000.0)
+    middle = offset_of(values)
+    if middle is not None:
+        listed = ", ".join(f"{one:.0f}" for one in middle)
+        raise LevelheadError(
+            f"{table.source}: the accelerometer's numbers are counts about {listed}, as an analogue sensor's are, and "
+            "not about 0; expected those taken off, from all columns of counts"
+        )
+    if unit is not None:
+        evidence.notes.append(f"accelerometer: taken as {unit}; its median length is {norm:.4g}")
+        evidence.thousandths = unit == "mg" and _whole(values)
+        return Scale(units.factor("acc", unit), unit)
+    if (running := _runner(values, norm, turning, evidence)) is not None:
+        return running
+    counts = acc_sensitivity(norm)
+    if counts is not None and norm > 50.0:
+        evidence.acc_per_g = counts.per_unit
+        evidence.findings["raw_counts"] = True
+        evidence.notes.append(
+            f"accelerometer: raw counts, {counts.per_unit:g} per g, a guess: its median length is {norm:.4g}; "
+            f"--lsb acc={counts.per_unit:g}/g confirms it"
+        )
+        return Scale(units.factor("acc", "g"), f"counts, {counts.per_unit:g} per g", counts.per_unit)
+    if without_gravity(values):
+        raise LevelheadError(_no_gravity(table, values, norm))
+    if norm < SHORTEST and min(abs(norm / share - 1.0) for share in _FULL_SCALES) > _NEAR:
+        raise LevelheadError(_no_gravity(table, values, norm))
+    raise _of_no_unit(values, norm, table)
+
+
+def _runner(values: Array, norm: float, turning: Turning, evidence: Evidence) -> Scale | None:
+    """The scale of (n, 3) ``values`` that are longer than gravity because the body runs; None if gravity is not left.
+
+    However it runs, the mean force over some seconds, turned back by the gyroscope, is gravity. Whole numbers are left
+    to the sensitivities of chips: beside counts of the gyroscope its turn is less certain.
+    """
+    unit = None if _whole(values) else unit_inference.hurried_unit(values)
+    force = None if unit is None else _mean_force(values, units.factor("acc", unit), turning)
+    if unit is None or force is None or not unit_inference.is_gravity_left(force):
+        return None
+    evidence.notes.append(
+        f"accelerometer: taken as {unit}, a guess: its median length is {norm:.4g}, as on a runner, and its mean over "
+        f"some seconds, turned back by the gyroscope, {force:.2f} g; --units acc={unit} confirms it"
+    )
+    return Scale(units.factor("acc", unit), unit)
+
+
+def _of_no_unit(values: Array, norm: float, table: Table) -> NeedsHints:
+    unit = None if _whole(values) else unit_inference.hurried_unit(values)
+    if unit is not None:
+        return NeedsHints(
+            f"{table.source}: the accelerometer has median length {norm:.4g}, which is {unit} only on a body that runs "
+            f"or is shaken, and the gyroscope does not confirm it; expected the hint units acc={unit}, or what it is",
+            units={"acc": unit},
+        )
+    return NeedsHints(
+        f"{table.source}: the accelerometer has median length {norm:.4g}, which is gravity in neither m/s², "
+        f"g nor mg; expected the hint units acc=…, or for raw counts lsb acc={norm:.4g}/g",
+        lsb={"acc": f"{norm:.4g}/g"},
+    )
+
+
+def _mean_force(values: Array, factor: float, turning: Turning) -> float | None:
+    """``mean_force`` of (n, 3) ``values`` that are m/s² times ``factor``, beside a gyroscope; None: nothing tells."""
+    t, gyr, acc = turning.t, turning.gyr, values[turning.rows] * factor
+    if turning.scale is not None:
+        return unit_inference.mean_force(t, gyr * (turning.scale.factor / turning.scale.divisor), acc)
+    found = unit_inference.gyr_unit(t, gyr, acc)
+    return None if found.unit is None else unit_inference.mean_force(t, gyr * units.factor("gyr", found.unit), acc)
+
+
+def gyr_scale(
+    values: Array,
+    scale: Scale | None,
+    hinted: bool,
+    t: Array,
+    acc: Array,
+    mag: Array | None,
+    table: Table,
+    evidence: Evidence,
+) -> Scale:
+    """The scale of (n, 3) ``values`` of a gyroscope beside (n, 3) ``acc`` in m/s²; ``scale`` is the declared one.
+
+    ``mag`` (n, 3) in any unit, or None, helps where gravity tells little.
+
+    Raises:
+        LevelheadError: a hint contradicts the numbers, or nothing tells their unit.
+    """
+    rows = unit_inference.excerpt(len(t))
+    if (middle := rates_about(values)) is not None:
+        raise LevelheadError(
+            f"{table.source}: the gyroscope's numbers are counts about {middle:.0f}, as an analogue sensor's are, and "
+            "not about 0; expected those taken off, from all columns of counts"
+        )
+    if scale is not None:
+        return _checked_gyr(values[rows], scale, hinted, t[rows], acc[rows], table, evidence)
+    per_g = THOUSANDTHS if evidence.thousandths else evidence.acc_per_g
+    found = unit_inference.gyr_unit(t[rows], values[rows], acc[rows], per_g)
+    if "a guess" in found.why and (proved := _by_field(t, values, mag)) is not None:
+        evidence.notes.append(f"gyroscope: taken as {proved[0]}; {proved[1]}")
+        return Scale(units.factor("gyr", proved[0]), proved[0])
+    counted = found.unit is not None and "a guess" in found.why and _whole(values)  # beside counts stand counts
+    if counted and evidence.acc_per_g == PER_G:
+        evidence.findings["raw_counts"] = True
+        evidence.notes.append(
+            f"gyroscope: raw counts, {PER_DEGREE:g} per deg/s, a guess: the MPU-6050's beside {PER_G:g} per g; "
+            f"--lsb gyr={PER_DEGREE:g}/deg/s confirms it"
+        )
+        return Scale(DEGREE, f"counts, {PER_DEGREE:g} per deg/s", PER_DEGREE)
+    if counted and evidence.thousandths:
+        evidence.notes.append(
+            "gyroscope: taken as thousandths of 1 rad/s, a guess: whole numbers beside an accelerometer in thousandths"
+        )
+        return Scale(1.0, "counts, 1000 per rad/s", 1000.0)
+    if counted and evidence.acc_per_g is not None:
+        usual = "14.375" if evidence.acc_per_g == 256.0 else "131"  # an ADXL345's neighbour is an ITG-3200
+        raise NeedsHints(
+            f"{table.source}: the gyroscope's numbers are whole, as the accelerometer's counts are, and nothing turns "
+            "far enough to tell its full scale; expected the hint lsb gyr=…, such as 131/deg/s for ±250 deg/s",
+            lsb={"gyr": f"{usual}/deg/s"},
+        )
+    if found.reversed:
+        evidence.findings["gyro_inverted"] = True
+    if found.unit is not None:
+        evidence.notes.append(f"gyroscope: taken as {found.unit}; {found.why}")
+        return Scale(units.factor("gyr", found.unit), found.unit)
+    if found.counts is not None:
+        evidence.findings["raw_counts"] = True
+        evidence.notes.append(f"gyroscope: raw counts, {found.why}; --lsb gyr={found.counts:g}/deg/s confirms it")
+        return Scale(DEGREE, f"counts, {found.counts:g} per deg/s", found.counts)
+    raise NeedsHints(
+        f"{table.source}: the gyroscope is neither in rad/s nor in deg/s: {found.why}; "
+        "expected the hint units gyr=…, or for raw counts lsb gyr=131/deg/s or what the sensor's full scale says",
+        lsb={"gyr": "131/deg/s"},
+    )
+
+
+def _whole(values: Array) -> bool:
+    """Whether all numbers are whole, and reach more than a few: counts."""
+    finite = values[np.isfinite(values)]
+    return len(finite) > 0 and bool(np.array_equal(finite, np.rint(finite))) and float(np.abs(finite).max()) > 3.0
+
+
+def _by_field(t: Array, values: Array, mag: Array | None) -> tuple[str, str] | None:
+    """(unit, why) of a gyroscope against which a magnetometer turns; None if it does not, or there is none."""
+    for unit, factor in (("rad/s", 1.0), ("deg/s", DEGREE)):
+        turn = None if mag is None else field_turn(t, values * factor, mag)
+        if turn is not None and turn.correlation > 0.8 and 0.6 < turn.scale < 1.6 and turn.turned > 0.05:
+            return (
+                unit,
+                f"the magnetometer turns as it should (scale {turn.scale:.3f}, correlation {turn.correlation:.2f})",
+            )
+    return None
+
+
+def mag_scale(values: Array, scale: Scale | None, relative: bool, evidence: Evidence) -> Scale | None:
+    """The scale of (n, 3) ``values`` of a magnetometer; None: without unit."""
+    if scale is not None:
+        return scale
+    norm = unit_inference.median_norm(values)
+    unit = None if relative else unit_inference.mag_unit(norm)
+    if unit is None:
+        evidence.notes.append(f"magnetometer: kept as it is, without unit; its median length is {norm:.4g}")
+        return None
+    evidence.notes.append(f"magnetometer: taken as {unit}; its median length is {norm:.4g}")
+    return Scale(units.factor("mag", unit), unit)
+
+
+def _plausible_acc(values: Array, norm: float, scale: Scale, hinted: bool, table: Table) -> None:
+    length = norm / scale.divisor * abs(scale.factor) / units.GRAVITY
+    if 0.3 < length < 3.0 and not (length < 0.6 and without_gravity(values)):
+        return
+    if length < 1.0 and without_gravity(values):
+        raise LevelheadError(_no_gravity(table, values, norm))
+    unit = unit_inference.acc_unit(norm / scale.divisor)
+    if unit is None and (0.1 < length < 10.0 or not np.isfinite(length)):
+        return
+    said = f"{table.source}: the accelerometer is declared in {scale.name}, but its median length of {norm:.4g} says "
+    if unit is None:
+        counts = acc_sensitivity(norm)
+        if counts is None:
+            raise LevelheadError(f"{said}{length:.3g} g; expected another unit, units acc=…, or raw counts, lsb acc=…")
+        raise NeedsHints(
+            f"{said}raw counts; expected the hint lsb acc={counts.per_unit:g}/g", lsb={"acc": f"{counts.per_unit:g}/g"}
+        )
+    raise NeedsHints(f"{said}{unit}; expected the hint units acc={unit}", units={"acc": unit})
+
+
+def without_gravity(values: Array) -> bool:
+    """Whether the mean of (n, 3) ``values`` is much shorter than their usual length: of all, and of most tenths."""
+    finite = values[np.isfinite(values).all(axis=1)]
+    norm = unit_inference.median_norm(finite)
+    if len(finite) < 10 or not norm > 0.0:
+        return False
+    parts = np.array_split(finite, 10)
+    short = sum(float(np.linalg.norm(part.mean(axis=0))) < LEAST_GRAVITY * norm for part in parts)
+    return short > 5 and float(np.linalg.norm(finite.mean(axis=0))) < LEAST_GRAVITY * norm
+
+
+def lacks_gravity(values: Array) -> bool:
+    """Whether (n, 3) ``values`` are without gravity, or shorter than it in any unit: linear acceleration at rest."""
+    return without_gravity(values) or unit_inference.median_norm(values) < SHORTEST
+
+
+def _no_gravity(table: Table, values: Array, norm: float) -> str:
+    mean = np.linalg.norm(np.nanmean(values, axis=0))
+    return (
+        f"{table.source}: the accelerometer has gravity removed: its median length is {norm:.3g} and that of its mean "
+        f"{mean:.2g}; expected the specific force, which at rest is as long as gravity (not linear or "
+        f"user acceleration)"
+    )
+
+
+def _checked_gyr(
+    values: Array, scale: Scale, hinted: bool, t: Array, acc: Array, table: Table, evidence: Evidence
+) -> Scale:
+    why, unit = None, "deg/s"
+    scaled = values / scale.divisor
+    if scale.factor == 1.0:
+        why = unit_inference.says_degrees(t, scaled, acc)
+    elif scale.factor == DEGREE:
+        why, unit = unit_inference.says_radians(t, scaled, acc), "rad/s"
+    if why is None:
+        if not hinted and scale.divisor == 1.0 and scale.factor in (1.0, DEGREE):
+            question = unit_inference.question_unit(
+                t, scaled * scale.factor, acc, DEGREE if scale.factor == DEGREE else 1.0
+            )
+            if question is not None:
+                other = "rad/s" if scale.factor == DEGREE else "deg/s"
+                evidence.findings["unit_doubtful"] = {"declared": scale.name, "other": other}
+                evidence.notes.append(
+                    f"gyroscope: taken as {scale.name}, as the header says, but that is a guess: {question}; "
+                    f"--units gyr={other} takes the other"
+                )
+        return scale
+    if hinted or scale.divisor != 1.0:
+        raise NeedsHints(
+            f"{table.source}: the gyroscope is declared in {scale.name}, but it looks like {unit}: {why}; "
+            f"expected the hint units gyr={unit}",
+            units={"gyr": unit},
+        )
+    evidence.findings["unit_header_wrong"] = {"declared": scale.name, "taken": unit}
+    evidence.notes.append(f"gyroscope: taken as {unit}, a guess against the header, which says {scale.name}: {why}")
+    return Scale(units.factor("gyr", unit), unit)
+
+
+def list_units(found: Mapping[str, str]) -> Mapping[str, str]:
+    """The units found, in the order time, accelerometer, gyroscope, magnetometer."""
+    return {role: found[role] for role in ("t", "acc", "gyr", "mag") if role in found}

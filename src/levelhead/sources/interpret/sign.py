@@ -1,0 +1,103 @@
+"""Signs and sums that only some systems have: gravity and user acceleration apart, Core Motion's sign."""
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from levelhead.recording import Array
+from levelhead.sources.hints import Scale
+from levelhead.sources.interpret.scales import Evidence
+from levelhead.sources.names.vendors import find_vendor
+from levelhead.sources.table import Table
+from levelhead.units import GRAVITY
+
+_CORE_MOTION = {"g", "gs", "mg"}  # in m/s², and in a chip's counts, +1 g up is all but certain; vehicles have z down
+_METRES = {"m/s²", "m/s^2", "m/s2"}  # unless an app with Core Motion's words has multiplied
+_SWIFT = re.compile(r"^rotationRate|^motion[A-Z]")
+_START, _FEW = 2.0, 10  # s, rows by which it is judged how a log begins
+_ALONG, _ACROSS, _NEAR = 0.8, 0.4, 0.2  # g
+_CONSTANT = 2e-3  # by which the length of a gravity vector that software worked out may vary
+_APPLE = re.compile(
+    r"rotationRate(?:[XYZ.]|_[xyz]\b)|motionUserAcceleration|accelerometerAcceleration[XYZ]|userAcceleration\.?[xyzXYZ]|motionGravity"
+)
+_SENSOR_LOGGER = "seconds_elapsed"  # a column of its exports; on Android its accelerometer is in m/s²
+
+
+def whole_acceleration(
+    acc: Array, scale: Scale | None, gravity: Array | None, names: Sequence[str], evidence: Evidence
+) -> tuple[Array, Scale | None]:
+    """(n, 3) acceleration with gravity in it, and its scale.
+
+    Where a log has a gravity vector of constant length, and the accelerometer has none of it (regression on that vector
+    near 0), the two are added.
+    """
+    if gravity is None:
+        return acc, scale
+    length = np.sqrt((gravity * gravity).sum(axis=1))
+    known = np.isfinite(length) & np.isfinite(acc).all(axis=1)
+    if known.sum() < 10:
+        return acc, scale
+    typical = float(np.median(length[known]))
+    if not typical > 0.0 or float(np.quantile(np.abs(length[known] / typical - 1.0), 0.9)) > _CONSTANT:
+        return acc, scale
+    part = float((acc[known] * gravity[known]).sum() / (gravity[known] ** 2).sum())
+    if abs(part) > 0.5:
+        return acc, scale
+    evidence.findings["gravity_removed"] = {"part": part}
+    evidence.notes.append(
+        f"accelerometer: {', '.join(names[:1])} … hold {100 * part:.0f} % of the gravity that stands "
+        f"beside them; the two were added"
+    )
+    unit = "g" if abs(typical - 1.0) < 0.05 else "m/s²" if abs(typical / GRAVITY - 1.0) < 0.05 else None
+    if unit is None:
+        return acc + gravity, scale
+    return acc + gravity, Scale(GRAVITY if unit == "g" else 1.0, unit)
+
+
+def points_down(names: Sequence[str], scale: Scale, gravity: Array | None, evidence: Evidence) -> bool:
+    """Whether the acceleration has Core Motion's sign: a phone on its back reads z = −1 g.
+
+    ``names`` are those of all columns. Only Apple's systems give acceleration in g together with these names; Android's
+    are in m/s² and point up.
+    """
+    in_g = abs(scale.factor / scale.divisor / GRAVITY - 1.0) < 1e-9
+    why = ""
+    if in_g and gravity is not None and _of_length_one(gravity):
+        why = "a gravity vector of length 1 is Core Motion's"
+    elif in_g and any(_APPLE.search(name) for name in names):
+        why = "these names are Core Motion's"
+    elif in_g and _SENSOR_LOGGER in names:
+        why = "Sensor Logger writes g on Apple's devices only, a guess"
+    if not why:
+        return False
+    evidence.findings["acc_inverted"] = {"why": why}
+    evidence.notes.append(f"accelerometer: turned round, since Core Motion's points down at rest ({why})")
+    return True
+
+
+def note_sign(t: Array, acc: Array, table: Table, evidence: Evidence) -> None:
+    """Notes that the sign of the accelerometer is assumed, where a log begins with −1 g along z and nobody says why.
+
+    ``acc`` (n, 3) m/s² at ``t`` (n,) s. A sensor upside down and Core Motion's sign (−1 g, face up) look the same, and
+    both turn as the gyroscope says.
+    """
+    unit = evidence.found["acc"]
+    start = acc[t < t[0] + _START]
+    start = start[np.isfinite(start).all(axis=1)]
+    likely = unit in _CORE_MOTION or (unit in _METRES and any(_SWIFT.search(name) for name in table.names))
+    told = "acc_inverted" in evidence.findings or not likely
+    if told or len(start) < _FEW or find_vendor([*table.names, *table.origin]) is not None:
+        return
+    x, y, z = (float(one) for one in np.median(start, axis=0) / GRAVITY)
+    if z < -_ALONG and abs(z + 1.0) < _NEAR and np.hypot(x, y) < _ACROSS:
+        evidence.notes.append(
+            f"accelerometer: its sign is a guess: it begins with {z:.2f} g along z, as a sensor does that lies upside "
+            f"down, or face up where −1 g is written at rest (Core Motion, Unity); for the latter --units acc=-{unit}"
+        )
+
+
+def _of_length_one(gravity: Array) -> bool:
+    length = np.sqrt((gravity * gravity).sum(axis=1))
+    length = length[np.isfinite(length)]
+    return len(length) > 0 and float(np.median(np.abs(length - 1.0))) < _CONSTANT

@@ -1,0 +1,107 @@
+"""A way out where the names of columns tell no sensor: what their numbers look like, as the hint ``map``."""
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from levelhead.errors import LevelheadError
+from levelhead.recording import Array, median
+from levelhead.sources.hints import Hints, NeedsHints
+from levelhead.sources.interpret.by_numbers import Guess, gravity_score, guess_columns
+from levelhead.sources.interpret.unit_inference import turn_of_gravity
+from levelhead.sources.names.column_groups import group_axes, order_positions
+from levelhead.sources.names.column_name import Name, understand
+from levelhead.sources.table import Table, stack, words_of
+
+MOST = 64  # columns that are looked at
+ROWS = 20_000
+SURE = 0.75  # correlation of gravity's turn with the rates
+
+
+def suggest(error: LevelheadError, table: Table, hints: Hints) -> LevelheadError:
+    """The error, with a map of columns that look like a gyroscope and an accelerometer, if there are such.
+
+    Gravity's length and its turn against the rates tell them, as in a file without a header. Names need not be known.
+    """
+    known = [understand(name, table.context) for name in table.names]
+    named = {role for role in ("gyr", "acc") if any(name.role == role and name.axis for name in known)}
+    wanted = [i for i in range(len(table.names)) if i not in words_of(table)][:MOST]
+    settled = isinstance(error, NeedsHints) or {"gyr", "acc"} & set(hints.map) or hints.sensor is not None
+    if settled or len(named) == 2 or len(wanted) < 6 or len(set(table.names)) < len(table.names):
+        return error
+    try:
+        columns = table.read(wanted)
+    except LevelheadError:
+        return error
+    values = stack({k: columns[i].astype(np.float64)[:ROWS] for k, i in enumerate(wanted)}, range(len(wanted)))
+    guess = guess_columns(values)
+    roles = {"gyr": guess.gyr, "acc": guess.acc}
+    fits = all(roles.values()) and all(known[wanted[k]].role in ("", r) for r, at in roles.items() for k in at)
+    words = "by their numbers"
+    if not fits or not _turns(values, guess):
+        roles = _by_elimination(values, [table.names[i] for i in wanted], [known[i] for i in wanted], guess.t)
+        words = "nothing turns clearly here, but by size and place, a guess,"
+        if not roles:
+            return error
+    if guess.t is not None and not any(name.role == "t" for name in known):
+        roles["t"] = (guess.t,)
+    found = {role: [table.names[wanted[k]] for k in positions] for role, positions in roles.items()}
+    return NeedsHints(f"{error}; {words} {_name_columns(found)} look like it", map=found)
+
+
+def _by_elimination(
+    values: Array, names: Sequence[str], known: Sequence[Name], t: int | None
+) -> dict[str, tuple[int, ...]]:
+    """Positions of "gyr" and "acc" where nothing turns: three columns as long as gravity, and three others.
+
+    Columns that belong together stand side by side under names that differ in one place. Of several threes that may be
+    the gyroscope, the one beside the accelerometer; {} if there is none.
+    """
+    named = {role: _named_axes(role, known) for role in ("gyr", "acc")}
+    lively = [len(set(column[np.isfinite(column)][:ROWS].tolist())) > 2 for column in values.T]
+    threes: list[tuple[int, ...]] = []
+    i = 0
+    while i < len(names) - 2:
+        free = all(lively[i : i + 3]) and not any(one.role for one in known[i : i + 3])
+        if free and (t is None or not i <= t < i + 3) and _alike(names[i : i + 3]):
+            threes.append((i, i + 1, i + 2))
+            i += 2
+        i += 1
+    scores = {one: score for one in threes if (score := gravity_score(values[:, list(one)])) is not None}
+    acc = named["acc"] or min(scores, key=lambda one: scores[one], default=())
+    rest = [one for one in threes if not set(one) & set(acc)]
+    gyr = named["gyr"] or min(rest, key=lambda one: abs(one[0] - acc[0] - 0.5) if acc else 0, default=())
+    return {"gyr": gyr, "acc": acc} if gyr and acc else {}
+
+
+def _named_axes(role: str, known: Sequence[Name]) -> tuple[int, ...]:
+    complete, _ = group_axes(role, known, None)
+    return order_positions(role, complete[0]) if complete else ()
+
+
+def _alike(names: Sequence[str]) -> bool:
+    """Whether three names differ in one letter or number only: kimozgas_a, kimozgas_b, kimozgas_c."""
+    ends = [re.fullmatch(r"(.*?)([A-Za-z]|\d+)(\W*)", name) for name in names]
+    starts = [re.fullmatch(r"()([A-Za-z])(\W.*)", name) for name in names]
+    for found in (ends, starts):
+        if (
+            all(found)
+            and len({(one[1], one[3]) for one in found if one}) == 1
+            and len({one[2] for one in found if one}) == 3
+        ):
+            return True
+    return False
+
+
+def _turns(values: Array, guess: Guess) -> bool:
+    """Whether gravity turns as the rates say, whatever their unit; counts with an offset do not pass."""
+    t = np.arange(len(values)) / 100.0 if guess.t is None else values[:, guess.t] - values[0, guess.t]
+    turn = turn_of_gravity(
+        t / max(1e-9, median(np.diff(t))) * 0.01, values[:, list(guess.gyr)], values[:, list(guess.acc)]
+    )
+    return turn is not None and turn.correlation > SURE and turn.turned > 0.05
+
+
+def _name_columns(found: dict[str, list[str]]) -> str:
+    return " and ".join(f"{', '.join(found[role])}" for role in ("gyr", "acc"))

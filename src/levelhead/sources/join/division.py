@@ -1,0 +1,111 @@
+"""One table that is several: rows of alternating units, or a clock of its own beside each column."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from levelhead.sources.hints import Hints
+from levelhead.sources.join.turns import parts_of
+from levelhead.sources.names.column_groups import group_axes, order_positions
+from levelhead.sources.names.column_name import split, understand
+from levelhead.sources.table import ArrayTable, Column, Table, labels_of, words_of
+
+_NUMBERS = {"i", "instance", "imuid", "sensorid", "sensor", "imu", "sensorindex", "imuindex", "nodeid", "deviceid"}
+_MOST = 16  # units in one table
+_SHARE = 0.02  # of the rows that each of them must have
+_CHANGES = 0.1  # share of rows in which the unit differs from the row before: less are recordings one after another
+
+
+def divide(table: Table, hints: Hints) -> Sequence[Table]:
+    """The tables in a table; itself if it is one, or if hints say which columns are what."""
+    if {"t", "gyr", "acc"} & set(hints.map):
+        return [table]
+    return _by_unit(table) or _by_word(table) or _by_clock(table) or [table]
+
+
+def _by_word(table: Table) -> list[Table]:
+    """A table for each unit of sensors that a column of words names, whose rows take turns: LEFT, RIGHT, LEFT, …."""
+    labels = labels_of(table)
+    known = [understand(name, table.context) for name in table.names]
+    accs = [order_positions("acc", axes) for axes in group_axes("acc", known, None)[0]] if labels else []
+    if not accs or "gyr" not in {name.role for name in known}:
+        return []
+    wanted = [k for k, title in enumerate(table.names) if title.strip() and k not in words_of(table)]
+    columns = table.read(wanted, frozenset(wanted))
+    acc = np.column_stack([columns[i] for i in accs[0]]).astype(np.float64)
+    for name, words in labels.items():
+        if len(words) == len(acc) and (parts := parts_of(words, acc)):
+            note = f"the rows of {len(parts)} units alternate, column {name} says which: {', '.join(parts)}"
+            first = next(iter(parts))
+            said = f"{note}; {first} is read, --sensor {first} takes it, and another word another"
+            return [_part(table, columns, wanted, kept, word, [*table.notes, said]) for word, kept in parts.items()]
+    return []
+
+
+def instances(numbers: Column) -> Mapping[int, NDArray[np.bool_]]:
+    """The rows of each unit, by its number, where (n,) ``numbers`` say whose each row is; {} if it is but one."""
+    if len(numbers) < 8 or not np.isfinite(numbers).all() or (numbers != np.rint(numbers)).any():
+        return {}
+    found = np.unique(numbers)
+    if not 1 < len(found) <= _MOST or float((numbers[1:] != numbers[:-1]).mean()) < _CHANGES:
+        return {}
+    rows = {int(number): numbers == number for number in found}
+    return rows if min(float(one.mean()) for one in rows.values()) > _SHARE else {}
+
+
+def _by_unit(table: Table) -> list[Table]:
+    """A table for each unit of sensors whose number stands in a column: ArduPilot's "I", "sensor_id"."""
+    known = [understand(name, table.context) for name in table.names]
+    if not {"gyr", "acc"} <= {name.role for name in known}:
+        return []
+    for i, name in enumerate(table.names):
+        if "".join(split(name)) not in _NUMBERS or i in words_of(table) or known[i].role:
+            continue
+        rows = instances(table.read([i])[i])
+        if rows:
+            wanted = [k for k, title in enumerate(table.names) if title.strip() and k not in words_of(table)]
+            columns = table.read(wanted, frozenset(wanted))
+            note = f"the rows of {len(rows)} units alternate, column {name} says which: {', '.join(map(str, rows))}"
+            return [
+                _part(table, columns, wanted, kept, f"{name} {number}", [*table.notes, _chosen(note, name, number)])
+                for number, kept in rows.items()
+            ]
+    return []
+
+
+def _chosen(note: str, name: str, number: int) -> str:
+    return f"{note}; {name} {number} is read, --sensor '{name} N' takes another"
+
+
+def _part(
+    table: Table, columns: Mapping[int, Column], wanted: Sequence[int], kept: NDArray[np.bool_], context: str,
+    notes: Sequence[str],
+) -> ArrayTable:  # fmt: skip
+    arrays: dict[str, Column] = {}
+    for i in wanted:
+        title = table.names[i] if table.names[i] not in arrays else f"{table.names[i]} ({i + 1})"
+        arrays[title] = columns[i][kept]
+    units = {k: table.column_units[i] for k, i in enumerate(wanted) if i in table.column_units}
+    context = f"{table.context} {context}".strip()
+    return ArrayTable(table.source, arrays, dict(table.units), table.rate, notes, context, units, table.origin)
+
+
+def _by_clock(table: Table) -> list[Table]:
+    """A table for each sensor whose every axis has stamps of its own at its left, as Delsys writes them."""
+    known = [understand(name, table.context) for name in table.names]
+    times = {i for i, name in enumerate(known) if name.role == "t"}
+    if len(times) < 2:
+        return []
+    parts: list[Table] = []
+    roles = set()
+    for role in ("gyr", "acc", "mag"):
+        for positions in (order_positions(role, axes) for axes in group_axes(role, known, None)[0]):
+            if not all(i - 1 in times for i in positions):
+                continue
+            clock = positions[0] - 1
+            columns = table.read([clock, *positions], frozenset([clock]))
+            kept = np.isfinite(columns[clock])
+            parts.append(_part(table, columns, [clock, *positions], kept, table.names[positions[0]], table.notes))
+            roles.add(role)
+    return parts if {"gyr", "acc"} <= roles else []

@@ -1,0 +1,348 @@
+"""From tables to one recording: which table holds which sensor, and their clocks side by side."""
+
+import shlex
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from levelhead.errors import LevelheadError
+from levelhead.recording import Array, Recording, median
+from levelhead.sources.hints import MEANING, Hints, NeedsHints
+from levelhead.sources.interpret import assemble
+from levelhead.sources.interpret.clock_choice import Candidate, choose, join_seconds, seconds
+from levelhead.sources.interpret.scales import lacks_gravity
+from levelhead.sources.join.division import divide
+from levelhead.sources.join.windows import unroll
+from levelhead.sources.names.column_groups import (
+    ColumnGroup,
+    best_pair,
+    best_partner,
+    group_axes,
+    made_group,
+    order_positions,
+)
+from levelhead.sources.names.column_name import split, understand, unit_in
+from levelhead.sources.table import ArrayTable, Column, Table, words_of
+
+NANO = 1_000_000_000
+_SLOW = 1.5  # the accelerometer's interval in gyroscope's ones from which the note says that values lie between
+_HOLE = 4.0  # own intervals across which nothing is interpolated
+
+
+class TableSensor(NamedTuple):
+    """One sensor in one table."""
+
+    role: str
+    table: Table
+    group: ColumnGroup
+
+
+def in_memory(table: Table, name: str) -> ArrayTable:
+    """A table with its numbers read, since the file it lies in may go; ``name`` is what its file is called."""
+    wanted = [i for i, title in enumerate(table.names) if title.strip() and i not in words_of(table)]
+    columns = table.read(wanted, frozenset(wanted)) if wanted else {}
+    arrays: dict[str, Column] = {}
+    for i in wanted:
+        title = table.names[i] if table.names[i] not in arrays else f"{table.names[i]} ({i + 1})"
+        arrays[title] = columns[i]
+    units = {k: table.column_units[i] for k, i in enumerate(wanted) if i in table.column_units}
+    context = f"{name} {table.context}".strip()
+    return ArrayTable(table.source, arrays, dict(table.units), table.rate, list(table.notes), context, units)
+
+
+def recording_from_tables(source: str, tables: Sequence[Table], hints: Hints) -> Recording:
+    """One recording from the tables in ``source``.
+
+    Raises:
+        LevelheadError: a sensor is missing, several whole recordings, or what ``assemble`` says.
+    """
+    tables = [part for table in tables for part in divide(table, hints)]
+    if len(tables) == 1:
+        return assemble(tables[0], hints)
+    if hints.sensor is not None:
+        named = [table for table in tables if hints.sensor.lower() in table.context.lower()]
+        tables = named or tables
+    tables = join_tables(source, [unroll(table) for table in tables])
+    whole = [table for table in tables if {"gyr", "acc"} <= sensors_of(table)]
+    if len(whole) == 1 or (whole and {Path(table.source).suffix for table in whole} and _one_file(whole)):
+        return assemble(_with_mag(whole[0], tables, source), _without_sensor(hints, whole[0]))
+    if whole:
+        listed = ", ".join(table.context for table in whole[:4])
+        raise LevelheadError(
+            f"{source} holds {len(whole)} recordings: {listed}{', …' if len(whole) > 4 else ''}; name one of them; "
+            f"try: {_first(source, whole[0])}"
+        )
+    return assemble(_merge_tables(source, tables, hints), _without_names(hints))
+
+
+def _first(source: str, table: Table) -> str:
+    path = table.source if Path(table.source).is_file() else source
+    words = ["levelhead fuse", shlex.quote(path)]
+    if path == source:
+        words += ["--sensor", shlex.quote(table.context)]
+    return " ".join(words)
+
+
+def _one_file(tables: Sequence[Table]) -> bool:
+    """Whether tables come from one file: several units side by side, the first of which is taken."""
+    return len({table.source for table in tables}) == 1
+
+
+def _with_mag(table: Table, tables: Sequence[Table], source: str) -> Table:
+    """A table with the magnetometer of another one of the same file beside it, if it has none."""
+    if "mag" in sensors_of(table) or not any("mag" in sensors_of(other) for other in tables):
+        return table
+    try:
+        return _merge_tables(source, [table, *[other for other in tables if other is not table]], Hints())
+    except LevelheadError:
+        return table
+
+
+def _without_sensor(hints: Hints, table: Table) -> Hints:
+    if hints.sensor is None or hints.sensor.lower() not in table.context.lower():
+        return hints
+    return Hints(hints.map, hints.scale, hints.rate, None, hints.session, hints.words)
+
+
+def _without_names(hints: Hints) -> Hints:
+    """Of a merged table the columns are chosen already."""
+    return Hints(
+        {role: names for role, names in hints.map.items() if not names},
+        hints.scale,
+        hints.rate,
+        None,
+        hints.session,
+        hints.words,
+    )
+
+
+def sensors_of(table: Table) -> set[str]:
+    """Which of "gyr", "acc", "mag" and "t" the names of a table's columns give."""
+    known = [understand(name, table.context) for name in table.names]
+    found = {role for role in ("gyr", "acc", "mag") if group_axes(role, known, None)[0]}
+    return found | ({"t"} if any(name.role == "t" for name in known) else set())
+
+
+def _streams(table: Table) -> list[TableSensor]:
+    """The sensors in a table."""
+    known = [understand(name, table.context) for name in table.names]
+    found = []
+    for role in ("gyr", "acc", "mag"):
+        for axes in group_axes(role, known, None)[0]:
+            positions = order_positions(role, axes)
+            group = made_group(positions, [table.names[i] for i in positions], table.context)
+            found.append(TableSensor(role, table, group))
+    return found
+
+
+def join_tables(source: str, tables: Sequence[Table]) -> list[Table]:
+    """Tables without a clock side by side with one that has a clock only, or with each other, if they are as long.
+
+    One axis in each file, or time in a file of its own.
+    """
+    bare = [table for table in tables if "t" not in sensors_of(table) and table.rate is None]
+    clocks = [
+        table
+        for table in tables
+        if "t" in sensors_of(table) and len(table.names) <= 2 and not sensors_of(table) - {"t"}
+    ]
+    if len(bare) < 2 and not (bare and clocks):
+        return list(tables)
+    parts = [*clocks, *bare]
+    columns: dict[str, Column] = {}
+    length: int | None = None
+    for table in parts:
+        wanted = list(range(len(table.names)))
+        for i, column in table.read(wanted, frozenset(wanted)).items():
+            if length is None:
+                length = len(column)
+            if abs(len(column) - length) > max(1, 0.001 * length):
+                continue
+            name = table.names[i]
+            single = len(table.names) == 1
+            useful = understand(name).role or not table.context
+            title = name if useful and not name.isdigit() else table.context if single else f"{table.context} {name}"
+            columns.setdefault(title, column)
+    shortest = min((len(column) for column in columns.values()), default=0)
+    notes = [note for table in parts for note in table.notes]
+    merged = ArrayTable(
+        source, {name: column[:shortest] for name, column in columns.items()}, notes=list(dict.fromkeys(notes))
+    )
+    return [*(table for table in tables if table not in parts), merged] if sensors_of(merged) - {"t"} else list(tables)
+
+
+def _merge_tables(source: str, tables: Sequence[Table], hints: Hints) -> ArrayTable:
+    """One table on the gyroscope's stamps: the accelerometer interpolated, the magnetometer at the nearest sample.
+
+    Raises:
+        LevelheadError: no gyroscope or no accelerometer, no stamps, clocks that do not overlap.
+    """
+    streams = [stream for table in tables for stream in _streams(table)]
+    groups = {role: [one for one in streams if one.role == role] for role in ("gyr", "acc", "mag")}
+    for role in ("gyr", "acc"):
+        if not groups[role]:
+            names = ", ".join(dict.fromkeys(table.context or Path(table.source).name for table in tables))
+            raise LevelheadError(f"{source}: there is no {MEANING[role]} among {names}; expected one, with three axes")
+    lost: list[str] = []
+    with_gravity = [one for one in groups["acc"] if not _without_gravity(one)]
+    if with_gravity and len(with_gravity) < len(groups["acc"]):
+        less = [one for one in groups["acc"] if all(one is not kept for kept in with_gravity)]
+        groups["acc"] = with_gravity
+        lost.append(f"accelerometer: {', '.join(one.table.context for one in less)} has gravity removed; not taken")
+    gyr_group, acc_group = best_pair([one.group for one in groups["gyr"]], [one.group for one in groups["acc"]])
+    gyr, acc = _of(groups["gyr"], gyr_group), _of(groups["acc"], acc_group)
+    mag_group = best_partner([one.group for one in groups["mag"]], gyr_group)
+    mag = _of(groups["mag"], mag_group) if mag_group is not None else None
+    taken = [gyr, acc, *([mag] if mag is not None else [])]
+    notes = [*lost, *(note for one in taken for note in one.table.notes)]
+    clocks = {one.role: _clock(one, hints, notes, absolute=True) for one in taken}
+    if len({clock[2] for clock in clocks.values()}) > 1:  # some count from a date and others do not
+        clocks = {one.role: _clock(one, hints, notes, absolute=False) for one in taken}
+    if not with_gravity and (gravity := _gravity_beside(tables, acc)) is not None:
+        taken.append(gravity)
+        clocks["gravity"] = _clock(gravity, hints, [], absolute=clocks["gyr"][2])
+    arrays = _align_streams(source, taken, clocks, notes)
+    for role in ("gyr", "acc"):
+        rest = [one for one in groups[role] if one.table is not (gyr if role == "gyr" else acc).table]
+        if rest:
+            shown = ", ".join(dict.fromkeys(one.table.context for one in rest[:3]))
+            notes.append(f"{MEANING[role]}: from {(gyr if role == 'gyr' else acc).table.context}, not from {shown}")
+    if acc.group.gravity_removed or gyr.table is not acc.table:
+        parts = [f"{MEANING.get(one.role, one.role)} from {one.table.context or one.table.source}" for one in taken]
+        notes.append(f"merged: {', '.join(parts)}")
+    units = {k: v for one in taken for k, v in one.table.units.items()}
+    origin = [name for one in taken for name in one.table.names]
+    return ArrayTable(source, arrays, units, notes=list(dict.fromkeys(notes)), origin=origin)
+
+
+def _gravity_beside(tables: Sequence[Table], acc: TableSensor) -> TableSensor | None:
+    """The gravity vector in a file or sheet of its own, where the accelerometer has none of it; None: there is none."""
+    for table in tables:
+        axes = {split(name)[0]: i for i, name in enumerate(table.names) if split(name)[:1] in (["x"], ["y"], ["z"])}
+        if {"gravity", "grav"} & set(split(table.context)) and len(axes) == 3 and table is not acc.table:
+            positions = [axes[axis] for axis in "xyz"]
+            return TableSensor("gravity", table, made_group(positions, [table.names[i] for i in positions]))
+    return None
+
+
+def _without_gravity(one: TableSensor) -> bool:
+    columns = one.table.read(list(one.group.positions))
+    values = np.column_stack([columns[i] for i in one.group.positions]).astype(np.float64)
+    return lacks_gravity(values)
+
+
+def _of(streams: Sequence[TableSensor], group: ColumnGroup | None) -> TableSensor:
+    return next(one for one in streams if one.group is group)
+
+
+def _clock(one: TableSensor, hints: Hints, notes: list[str], absolute: bool) -> tuple[Any, Any, bool]:
+    """(stamps in ns, rows kept or None, whether they count from a date) of a stream.
+
+    Of several clocks in its table, one that counts from a date if ``absolute``: time since a file's own start says
+    nothing beside another file.
+    """
+    table = one.table
+    known = [understand(name) for name in table.names]
+    times = [i for i, name in enumerate(known) if name.role == "t"] or list(table.column_units)
+    if not times:
+        raise NeedsHints(f"{table.source} has no column with time stamps; expected such as 'time'", rate=100.0)
+    columns = table.read([*times, *one.group.positions], frozenset(times))
+    values = np.column_stack([columns[i] for i in one.group.positions]).astype(np.float64)
+    options = []
+    for i in times:
+        try:
+            unit = table.column_units.get(i) or unit_in(table.names[i], "t", table.source)
+        except LevelheadError:
+            continue
+        options.append(Candidate(table.names[i], columns[i], hints.scale.get("t") or unit))
+    options = join_seconds(options) or [Candidate(table.names[times[0]], columns[times[0]], None)]
+    read = []
+    for option in options:
+        try:
+            read.append((option, seconds(option.stamps, option.declared, table, option.name, values, hints.session)))
+        except LevelheadError:
+            if len(options) == 1:
+                raise
+    if not read:
+        raise LevelheadError(f"{table.source} has no column with time stamps that increase")
+    dated = [(option, clock) for option, clock in read if (clock.t0 is not None) == absolute] or read
+    best, _ = choose([option for option, _ in dated])
+    clock = next(clock for option, clock in dated if option is best)
+    notes += [note for note in clock.notes if "starts at 0" not in note]
+    stamps = np.rint(clock.t * NANO).astype(np.int64) + (0 if clock.t0 is None else round(clock.t0 * NANO))
+    return stamps, clock.rows, clock.t0 is not None
+
+
+def _align_streams(
+    source: str, taken: Sequence[TableSensor], clocks: Mapping[str, tuple[Any, Any, bool]], notes: list[str]
+) -> dict[str, Column]:
+    """The streams as columns on the gyroscope's stamps."""
+    values = {}
+    for one in taken:
+        columns = one.table.read(list(one.group.positions))
+        stacked = np.column_stack([columns[i] for i in one.group.positions]).astype(np.float64)
+        rows = clocks[one.role][1]
+        values[one.role] = stacked if rows is None else stacked[rows]
+    t = clocks["gyr"][0]
+    inside = (t >= clocks["acc"][0][0]) & (t <= clocks["acc"][0][-1])
+    if inside.sum() < 2:
+        raise LevelheadError(
+            f"{source}: gyroscope and accelerometer were not recorded at the same time; no stamp of "
+            f"one lies within the other's"
+        )
+    if not inside.all():
+        notes.append(
+            f"merged: {int((~inside).sum())} of {len(t)} gyroscope samples lie outside the "
+            f"accelerometer's time; left out"
+        )
+    kept = t[inside]
+    arrays: dict[str, Column] = {"t [ns]": kept}
+    for one in taken:
+        stamps = clocks[one.role][0]
+        if one.role == "gyr":
+            placed = values["gyr"][inside]
+        elif one.role in ("acc", "gravity"):
+            placed = _interpolate(kept, stamps, values[one.role], notes if one.role == "acc" else [])
+        else:
+            placed = _nearest(kept, stamps, values["mag"])
+        for axis, position, column in zip("xyz", one.group.positions, placed.T, strict=True):
+            unit = _unit(one, position)
+            arrays[f"{one.role}_{axis}{f' [{unit}]' if unit else ''}"] = column
+    return arrays
+
+
+def _unit(one: TableSensor, position: int) -> str | None:
+    role = "acc" if one.role == "gravity" else one.role
+    return one.table.column_units.get(position) or unit_in(one.table.names[position], role, one.table.source)
+
+
+def _interpolate(t: Any, stamps: Any, values: Array, notes: list[str]) -> Array:
+    """(n, 3) ``values`` at other stamps, by straight lines; NaN in holes."""
+    if len(t) == len(stamps) and (t == stamps).all():
+        return values
+    step = median(np.diff(stamps)) if len(stamps) > 1 else NANO
+    right = np.clip(np.searchsorted(stamps, t), 1, len(stamps) - 1)
+    a, b = stamps[right - 1], stamps[right]
+    part = ((t - a) / np.maximum(b - a, 1))[:, None]
+    placed: Array = values[right - 1] + part * (values[right] - values[right - 1])
+    placed[(b - a) > _HOLE * step + 0.1 * NANO] = np.nan
+    placed[t == b] = values[right][t == b]
+    own = median(np.diff(t)) if len(t) > 1 else step
+    word = "slower than the gyroscope" if step > _SLOW * own else "on a clock of its own"
+    notes.append(f"accelerometer: {word} ({NANO / step:.5g} Hz); set to the gyroscope's stamps by straight lines")
+    return placed
+
+
+def _nearest(t: Any, stamps: Any, values: Array) -> Array:
+    """(n, 3) readings at the samples nearest in time, NaN elsewhere."""
+    placed = np.full((len(t), 3), np.nan)
+    right = np.clip(np.searchsorted(t, stamps), 1, max(1, len(t) - 1))
+    nearest = np.where(
+        np.abs(t[right - 1] - stamps) <= np.abs(t[np.minimum(right, len(t) - 1)] - stamps), right - 1, right
+    )
+    nearest = np.minimum(nearest, len(t) - 1)
+    near = np.abs(t[nearest] - stamps) <= (median(np.diff(t)) if len(t) > 1 else NANO)
+    placed[nearest[near]] = values[near]
+    return placed

@@ -1,0 +1,1 @@
+"""Words, units and axes in the names of columns."""

@@ -1,0 +1,74 @@
+"""Who wrote a log, by the names of its columns, and the units that this writer always uses without saying so."""
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from levelhead.sources.formats.text.cells import is_number
+from levelhead.sources.hints import Scale
+from levelhead.units import GRAVITY
+
+
+class Vendor(NamedTuple):
+    """A program or device.
+
+    Attributes:
+        name: what people call it.
+        marks: patterns, each of which some column's name must match.
+        units: role to unit, where its files do not say it.
+    """
+
+    name: str
+    marks: tuple[str, ...]
+    units: Mapping[str, str]
+
+
+_RADIANS = {"gyr": "rad/s"}
+VENDORS = (
+    Vendor("Sensor Logger", (r"^seconds_elapsed$", r"^time$|^t \[ns\]$"), _RADIANS),
+    Vendor("Core Motion", (r"rotationRate[XYZ.]|RotationRate[XYZ.]|rotation_rate_x", r"(?i)accel|gravity"), _RADIANS),
+    Vendor("Movella DOT", (r"^DeviceTag|\bDOT\b", r"^Gyr_X$"), {"gyr": "deg/s", "acc": "m/s²", "t": "us"}),
+    Vendor(
+        "Movella DOT",
+        (r"^SampleTimeFine$", r"^(dq_W|Quat_W|Euler_X|Status)$", r"^Gyr_X$"),
+        {"gyr": "deg/s", "acc": "m/s²", "t": "us"},
+    ),
+    Vendor(
+        "MAVLink", (r"^time_boot_ms$", r"^xgyro$", r"^xacc$"), {"gyr": "mrad/s", "acc": "mg", "mag": "mG", "t": "ms"}
+    ),
+    Vendor("Xsens", (r"^(Packet)?Counter$", r"^Acc_X$", r"^Gyr_X$"), _RADIANS | {"acc": "m/s²"}),
+    Vendor("ROS", (r"angular_velocity[._]x$", r"linear_acceleration[._]x$"), _RADIANS),
+    Vendor("EuRoC", (r"^#?w_RS_S_x", r"^a_RS_S_x"), _RADIANS),
+    Vendor("ArduPilot", (r"^GyrX$", r"^AccX$", r"^TimeUS$"), _RADIANS | {"acc": "m/s²", "mag": "mG", "t": "us"}),
+    Vendor("Betaflight", (r"^loopIteration$", r"^gyroADC\[0\]|^gyroData\[0\]"), {"gyr": "deg/s", "t": "us"}),
+    Vendor("MATLAB Mobile", (r"^AngularVelocity[._]?X$|^AngularVelocity[._]1$", r"^Acceleration"), _RADIANS),
+    Vendor("YEI 3-Space", (r"ChipTimeUS", r"RawGyroX"), _RADIANS),
+    Vendor(
+        "MicroStrain",
+        (r"X Gyro \[x8005\]|scaledGyroX|deltaThetaX", r"X Accel|scaledAccelX"),
+        _RADIANS | {"acc": "g", "mag": "G"},
+    ),
+)
+
+
+_GYROFLOW = {"gyr": ("gscale", 1.0, "rad/s"), "acc": ("ascale", GRAVITY, "g")}  # what a number is, in these units
+
+
+def gyroflow_scale(role: str, preamble: Sequence[str]) -> Scale | None:
+    """The scale that the preamble of Gyroflow's .gcsv gives a sensor; None if it gives none."""
+    if role not in _GYROFLOW or not any(line.startswith("GYROFLOW") for line in preamble):
+        return None
+    word, factor, unit = _GYROFLOW[role]
+    for line in preamble:
+        name, _, text = line.partition(",")
+        if name.strip() == word and is_number(text, False) and float(text) > 0.0:
+            return Scale(float(text) * factor, f"counts, {float(text):g} {unit} each")
+    return None
+
+
+def find_vendor(names: Sequence[str]) -> Vendor | None:
+    """Who wrote columns of these names; None if they tell nobody."""
+    for vendor in VENDORS:
+        if all(any(re.search(mark, name.strip()) for name in names) for mark in vendor.marks):
+            return vendor
+    return None

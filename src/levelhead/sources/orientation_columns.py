@@ -1,0 +1,64 @@
+"""Quaternion columns of a log as a Track, on the clock of its recording."""
+
+import os
+from collections.abc import Sequence
+
+import numpy as np
+
+from levelhead.errors import LevelheadError
+from levelhead.recording import Array
+from levelhead.sources.hints import Hints
+from levelhead.sources.interpret import clock_of
+from levelhead.sources.interpret.roles import assign, quaternion
+from levelhead.sources.pipeline import open_table
+from levelhead.sources.table import Table, stack
+from levelhead.track import Track
+
+_UNEVEN = 0.05  # of their median length, by which quaternions may differ in length
+
+
+def read_orientation(path: str | os.PathLike[str], column: str, hints: Hints) -> Track:
+    """The quaternions of ``column``, see ``levelhead.sources.orientation``.
+
+    Raises:
+        LevelheadError: no such columns, or they hold no quaternions.
+    """
+
+    return _track(open_table(path, hints), column, hints)
+
+
+def _track(table: Table, column: str, hints: Hints) -> Track:
+    positions = quaternion(column, table.names, table.source)
+    roles = assign(table.names, hints.map, table.source, frozenset(hints.scale))
+    times = roles.columns.get("t", ())
+    sensors = {i for role in ("gyr", "acc", "mag") for i in roles.columns.get(role, ())}
+    columns = table.read(sorted({*positions, *times, *sensors}), frozenset(times))
+    clock = clock_of(table, roles, hints, columns, [])
+    quat = stack(columns, positions)
+    if clock.rows is not None:
+        quat = quat[clock.rows]
+    return Track(clock.t, _unit(quat, table, [table.names[i] for i in positions]))
+
+
+def _unit(quat: Array, table: Table, names: Sequence[str]) -> Array:
+    """(n, 4) with length 1: some vendors write integers; NaN where all four are zero.
+
+    Raises:
+        LevelheadError: lengths that differ, as no quaternions' do.
+    """
+    norm = np.sqrt(np.sum(quat * quat, axis=1))
+    known = np.isfinite(norm) & (norm > 0.0)
+    if not known.any():
+        raise LevelheadError(
+            f"{table.source}: {', '.join(names)} are blank or zero on every line; expected quaternions"
+        )
+    usual = float(np.median(norm[known]))
+    bad = known & (np.abs(norm - usual) > _UNEVEN * usual)
+    if bad.any():
+        row = int(bad.argmax())
+        raise LevelheadError(
+            f"{table.source}, {table.where(row)}: {', '.join(names)} have length {norm[row]:.4g}, elsewhere "
+            f"{usual:.4g}; expected quaternions, all of one length"
+        )
+    unit: Array = quat / np.where(known, norm, np.nan)[:, None]
+    return unit
