@@ -62,7 +62,7 @@ def work(log: Path, out: Path, output_rate: float | None) -> None:
 
     chunked.LONG_ROWS = 0
     words = ["fuse", str(log), "-o", str(out), "--format", "parquet", "--no-plot"]
-    words += ["--lsb", f"gyr={GYR_LSB}/deg/s", "--lsb", f"acc={ACC_LSB}/g"]
+    words += ["--counts", f"gyr={GYR_LSB}/deg/s", "--counts", f"acc={ACC_LSB}/g"]
     words += [] if output_rate is None else ["--output-rate", str(output_rate)]
     began = time.process_time()
     with redirect_stdout(io.StringIO()) as said:

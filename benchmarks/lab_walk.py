@@ -34,8 +34,8 @@ COMMANDS = (
     "noise still.csv",
     "calibrate poses.csv",
     f"tune motion.csv -f EKF --noise still-noise.json {KNOWN}",
-    f"stress motion.csv --from tuned.json {KNOWN}",
-    f"export EKF --from tuned.json {KNOWN} --arduino",
+    f"stress motion.csv --params tuned.json {KNOWN}",
+    f"export EKF --params tuned.json {KNOWN} --arduino",
 )
 
 

@@ -24,7 +24,7 @@ import numpy as np
 
 import levelhead as lh
 from levelhead.recording import Recording
-from levelhead.sources import parse_lsb, parse_map, parse_units
+from levelhead.sources import parse_counts, parse_map, parse_units
 from wild_decoders import DECODERS, Expected, Stream
 
 PACE = 0.03  # by which the length of a step may differ: clocks are smoothed
@@ -91,7 +91,7 @@ def run(command: str) -> Recording:
         given.setdefault(words[i].removeprefix("--"), []).append(words[i + 1])
         i += 2
     options: dict = {}
-    for name, parse in (("map", parse_map), ("units", parse_units), ("lsb", parse_lsb)):
+    for name, parse in (("map", parse_map), ("units", parse_units), ("counts", parse_counts)):
         if name in given:
             options[name] = parse(given[name])
     for name in ("sensor", "session"):

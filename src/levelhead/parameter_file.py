@@ -2,8 +2,8 @@
 
 {"format": "levelhead parameters 1", "filter": "Mahony", "params": {"kp": 0.15}, "guard": {"rest_time": 3}}
 
-`levelhead tune` writes it; `fuse`, `run` and `export` take it as ``--from FILE``. What `levelhead sweep --json` prints
-is read too: there the minimum counts. By hand, "filter" and "params" are enough.
+`levelhead tune` writes it; `fuse`, `run` and `export` take it as ``--params FILE``. The output of
+`levelhead sweep --json` is read too: there the minimum counts. By hand, "filter" and "params" are enough.
 """
 
 import os

@@ -112,7 +112,7 @@ def test_bad_logs(refused, tmp_path, case):
         (["--units", "gyr=dgs"], "'dgs' is not a unit"),
         (["--units", "gyro=deg/s"], "did you mean 'gyr'?"),
         (["--units", "deg/s"], "has no '='"),
-        (["--lsb", "gyr=131"], "131/deg/s"),
+        (["--counts", "gyr=131"], "131/deg/s"),
         (["--map", "gyr=a,b"], "expected 3"),
         (["--map", "gyr=a,b,c"], "no column 'a'"),
         (["--rate", "100"], "time stamps"),

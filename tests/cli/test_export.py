@@ -92,12 +92,12 @@ def test_what_a_sweep_found_goes_to_the_board(levelhead, tmp_path):
         "sweep", "--simulate", "hand", "-f", "Madgwick", "-p", "beta", "--values", "0.03", "0.3", "--json"
     )
     (tmp_path / "tuned.json").write_text(swept.out, encoding="utf-8")
-    said = levelhead("export", "Madgwick", "--from", tmp_path / "tuned.json", "-o", tmp_path, "--json")
+    said = levelhead("export", "Madgwick", "--params", tmp_path / "tuned.json", "-o", tmp_path, "--json")
     assert said.json["params"]["beta"] == swept.json["minimum"]["value"]
     given = {"filter": "Madgwick", "params": {"beta": 0.2}, "guard": {"rest_time": 3.0}}
     (tmp_path / "tuned.json").write_text(json.dumps(given), encoding="utf-8")
     said = levelhead(
-        "export", "Madgwick", "--from", tmp_path / "tuned.json", "--set", "zeta=0.01", "-o", tmp_path, "--json"
+        "export", "Madgwick", "--params", tmp_path / "tuned.json", "--set", "zeta=0.01", "-o", tmp_path, "--json"
     )
     assert said.json["params"] == {"beta": 0.2, "zeta": 0.01}
     assert ".rest_time = 3.0, /* set */" in (tmp_path / "lh_madgwick.c").read_text(encoding="utf-8")
@@ -117,7 +117,7 @@ def test_what_a_sweep_found_goes_to_the_board(levelhead, tmp_path):
         (["EKF", "--float", "--double"], "--float and --double contradict each other; give one of them"),
         (["EKF", "--axis"], "EKF needs an IMU; on one level and its rate work Complementary, Kalman, BiasRateKalman"),
         (["EKF", "--guard", "rest_tim=1"], "Guard has no parameter 'rest_tim'; did you mean 'rest_time'?"),
-        (["EKF", "--from", "nowhere.json"], "cannot read the file of parameters nowhere.json"),
+        (["EKF", "--params", "nowhere.json"], "cannot read the file of parameters nowhere.json"),
         (["EKF", "--prior", "nowhere.json"], "--prior needs a filter that learns its sensor, which EKF does not"),
         (["ESKF", "--prior", "nowhere.json"], "cannot read the calibration nowhere.json: No such file"),
         (["EKF", "--calibration", "nowhere.json"], "cannot read the calibration nowhere.json: No such file"),
@@ -166,7 +166,7 @@ def test_what_a_run_learned_goes_to_the_board(levelhead, refused, tmp_path):
 def test_a_wrong_file_of_parameters(refused, tmp_path, text, said):
     path = tmp_path / "tuned.json"
     path.write_text(text, encoding="utf-8")
-    assert said in refused("export", "EKF", "--from", path, "-o", tmp_path / "out")
+    assert said in refused("export", "EKF", "--params", path, "-o", tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
 

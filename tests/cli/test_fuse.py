@@ -169,7 +169,7 @@ def test_hints(levelhead, tmp_path):
     t = np.arange(300) * 0.01
     counts = np.stack([131 * 30 * np.cos(3 * t), 0 * t, 0 * t, 0 * t, 0 * t, 16384 + 0 * t], axis=1).round()
     np.savetxt(tmp_path / "raw.csv", counts, "%d", ",", header="u,v,w,a,b,c", comments="")
-    words = ["--map", "gyr=u,v,w", "--map", "acc=a,b,c", "--lsb", "gyr=131/deg/s", "--lsb", "acc=16384/g"]
+    words = ["--map", "gyr=u,v,w", "--map", "acc=a,b,c", "--counts", "gyr=131/deg/s", "--counts", "acc=16384/g"]
     said = levelhead(
         "fuse", tmp_path / "raw.csv", *words, "--rate", "100", "--filter", "GyroIntegration", "--json", "--no-plot",
         "-o", tmp_path,

@@ -48,7 +48,7 @@ def test_what_tune_has_found_is_what_is_broken(levelhead, log, tmp_path):
     """A filter's file is a method of its own, before those that are named; a guard stands in front of all of ours."""
     tuned = tmp_path / "tuned.json"
     tuned.write_text('{"filter": "Mahony", "params": {"kp": 2.5}}', "utf-8")
-    words = ("stress", log, "--fault", "shock", "--from", tuned, "-f", "default")
+    words = ("stress", log, "--fault", "shock", "--params", tuned, "-f", "default")
     found = levelhead(*words, "--json").json
     assert [one["method"] for one in found["responses"]] == ["Mahony(kp=2.5)", "ESKF"]
     assert found["finding"].startswith("Mahony(kp=2.5) is right again")

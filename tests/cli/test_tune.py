@@ -34,16 +34,16 @@ def test_the_file_is_taken_by_the_others(levelhead, log, tmp_path):
     assert said["worth"] and said["params"]["kp"] == said["found"]["kp"] != 3.0
     assert said["written"] == [str(tuned)]
     assert json.loads(tuned.read_text("utf-8"))["params"] == said["params"]
-    fused = levelhead("fuse", log, "--from", tuned, "-o", tmp_path, "--no-plot", "--json").json
+    fused = levelhead("fuse", log, "--params", tuned, "-o", tmp_path, "--no-plot", "--json").json
     assert fused["params"] == said["params"]
-    changed = levelhead("fuse", log, "--from", tuned, "--set", "ki=0.01", "-o", tmp_path, "--no-plot", "--json").json
+    changed = levelhead("fuse", log, "--params", tuned, "--set", "ki=0.01", "-o", tmp_path, "--no-plot", "--json").json
     assert changed["params"] == said["params"] | {"ki": 0.01}
-    exported = levelhead("export", "Mahony", "--from", tuned, "-o", tmp_path / "c", "--json").json
+    exported = levelhead("export", "Mahony", "--params", tuned, "-o", tmp_path / "c", "--json").json
     assert exported["params"] == said["params"]
     words = ("--calibrate", 0, "--speed", "inf", "--no-realtime", "--json")
     box = tmp_path / "run.mcap"
     pytest.importorskip("mcap")
-    assert levelhead("run", "--source", f"replay:{log}", "--from", tuned, *words, "--box", box).code == 0
+    assert levelhead("run", "--source", f"replay:{log}", "--params", tuned, *words, "--box", box).code == 0
     again = levelhead("fuse", box, "-o", tmp_path, "--no-plot", "--json").json
     assert again["params"]["kp"] == said["params"]["kp"]
 
@@ -61,15 +61,15 @@ def test_the_files_go_from_hand_to_hand(levelhead, tmp_path, monkeypatch):
         ("noise", "still.csv", "--no-plot"),
         ("calibrate", "poses.csv", "--no-plot"),
         ("tune", "motion.csv", "-f", "EKF", "--noise", "still-noise.json", *known, "--runs", 20, "--no-plot"),
-        ("stress", "motion.csv", "--from", "tuned.json", *known, "-f", "default", "--fault", "mag_passing"),
-        ("export", "EKF", "--from", "tuned.json", *known, "--float", "--arduino", "-o", "board"),
+        ("stress", "motion.csv", "--params", "tuned.json", *known, "-f", "default", "--fault", "mag_passing"),
+        ("export", "EKF", "--params", "tuned.json", *known, "--float", "--arduino", "-o", "board"),
     ):
         said = levelhead(*words)
         assert said.code == 0, (words, said.err)
     assert (tmp_path / "board" / "lh_ekf" / "src" / "lh_ekf.c").exists()
     raw, whole = (
         levelhead("compare", "motion.csv", "-f", "EKF", *more, "--json").json["filters"][0]["score"]
-        for more in ((), (*known, "--from", "tuned.json"))
+        for more in ((), (*known, "--params", "tuned.json"))
     )
     assert whole["tilt"] < 0.8 * raw["tilt"]
     assert whole["heading"] < 0.8 * raw["heading"]  # an offset of three fields; raw, its magnetometer is left out
@@ -78,7 +78,7 @@ def test_the_files_go_from_hand_to_hand(levelhead, tmp_path, monkeypatch):
 def test_the_filter_in_the_file_must_be_the_one_named(refused, log, tmp_path):
     (tmp_path / "own.json").write_text('{"filter": "Mahony", "params": {"kp": 0.2}}', "utf-8")
     for verb in ("fuse", "tune"):
-        line = refused(verb, log, "-f", "Kalman", "--from", tmp_path / "own.json", "-o", tmp_path)
+        line = refused(verb, log, "-f", "Kalman", "--params", tmp_path / "own.json", "-o", tmp_path)
         assert "holds parameters of Mahony, not of Kalman" in line
     assert len(list(tmp_path.iterdir())) == 1
 
@@ -92,7 +92,7 @@ def test_the_filter_in_the_file_must_be_the_one_named(refused, log, tmp_path):
         (("-f", "AccelTilt"), "no parameter to tune"),
         (("-f", "Mahony", "-p", "kp=5:1"), "no range to search"),
         (("-f", "Mahony", "--runs", "1"), "no search"),
-        (("-f", "Mahony", "--from", "nowhere.json"), "nowhere.json"),
+        (("-f", "Mahony", "--params", "nowhere.json"), "nowhere.json"),
     ],
 )
 def test_bad_wishes_are_refused(refused, log, tmp_path, words, sentence):

@@ -68,4 +68,4 @@ def test_the_command_writes_a_file_that_fuse_takes(moving, tmp_path, capsys):
     assert "left out: short.csv: 2 s" in said and "left out: broken.csv: " in said
     assert json.loads((tmp_path / "out" / "tuned.json").read_text())["filter"] == "Complementary"
     tuned = str(tmp_path / "out" / "tuned.json")
-    assert main(["fuse", str(moving / "0.csv"), "--from", tuned, "-o", str(tmp_path), "--no-plot"]) == 0
+    assert main(["fuse", str(moving / "0.csv"), "--params", tuned, "-o", str(tmp_path), "--no-plot"]) == 0

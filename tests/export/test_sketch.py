@@ -62,7 +62,7 @@ def test_the_log_reads_back_and_says_what_the_board_said(tmp_path, real, capsys)
     np.testing.assert_allclose(board[:, 7:11], track.quat, atol=2e-5)  # the log has 6 decimals
     np.testing.assert_array_equal(board[:, 11], track.health)
     assert main(["fuse", str(log), "--no-plot", "-o", str(tmp_path)]) == 0
-    assert main(["compare", str(log), "--with", "column:board_q"]) == 0
+    assert main(["compare", str(log), "--track", "board_q"]) == 0
     assert "board_q" in capsys.readouterr().out
 
 

@@ -37,7 +37,7 @@ LOGS = {
         {"t": np.arange(N) * 0.01}
         | {name.partition(" ")[0]: np.round(values * (131 if "gyr" in name else 16384))
            for name, values in columns().items() if name.startswith(("gyr", "acc"))},
-        {"lsb": {"gyr": "131/deg/s", "acc": "16384/g"}},
+        {"counts": {"gyr": "131/deg/s", "acc": "16384/g"}},
     ),
     "missing readings": (columns(**{"gyr_x [deg/s]": np.where(np.arange(N) % 7 == 3, np.nan, 1.5)}), {}),
 }  # fmt: skip

@@ -147,7 +147,7 @@ def test_the_rate_in_the_command_is_that_of_raw_counts_where_they_are_usual(
     with pytest.raises(lh.LevelheadError, match=rf"if these are raw counts, 131 per deg/s; try: .* --rate {rate}\b"):
         lh.read(path)
     with pytest.raises(lh.LevelheadError, match=rf"--rate {rate}\b"):
-        lh.read(path, lsb={"gyr": "131/deg/s", "acc": "16384/g"})
+        lh.read(path, counts={"gyr": "131/deg/s", "acc": "16384/g"})
 
 
 @pytest.mark.parametrize(

@@ -53,7 +53,7 @@ def test_every_unit_is_told(tmp_path: Path, acc_unit: str, gyr_unit: str) -> Non
 def test_the_unit_of_the_gyroscope_may_be_said(tmp_path: Path) -> None:
     t, gyr, acc, _ = run()
     path = write(tmp_path / "run.csv", t, np.rint(gyr / DEGREE * 16.4), acc)
-    assert read(path, lsb={"gyr": "16.4/deg/s"}).meta["units"]["acc"] == "m/s²"
+    assert read(path, counts={"gyr": "16.4/deg/s"}).meta["units"]["acc"] == "m/s²"
 
 
 def test_without_gravity_it_is_refused(tmp_path: Path) -> None:
@@ -71,7 +71,7 @@ def test_numbers_of_another_size_are_not_a_runner(
     path = write(tmp_path / "counts.csv", hand.t, hand.gyr / gyr_unit, hand.acc / GRAVITY * factor)
     with pytest.raises(NeedsHints, match="gravity in neither") as refused:
         read(path)
-    counts = float(refused.value.hints["lsb"]["acc"].removesuffix("/g"))
+    counts = float(refused.value.hints["counts"]["acc"].removesuffix("/g"))
     assert counts == pytest.approx(factor, rel=0.02)  # the hint reads it
 
 

@@ -107,12 +107,12 @@ def test_headless_file_asks_for_hints_and_takes_numbers(tmp_path: Path) -> None:
 
 def test_raw_counts(tmp_path: Path) -> None:
     lines = ["ax,ay,az,gx,gy,gz", *("0,0,16384,131,262,-131" for _ in range(5))]
-    recording = read(log(tmp_path, *lines), lsb={"gyr": "131/deg/s", "acc": "16384/g"}, rate=100.0)
+    recording = read(log(tmp_path, *lines), counts={"gyr": "131/deg/s", "acc": "16384/g"}, rate=100.0)
     np.testing.assert_allclose(recording.gyr[0], np.radians([1.0, 2.0, -1.0]), rtol=1e-15)
     assert recording.acc[0, 2] == 9.80665 and recording.t[1] == 0.01
     said = refused(log(tmp_path, *lines), rate=100.0)
-    assert "lsb gyr=131/deg/s --rate 100" in said  # constant counts: nothing tells the gyroscope's scale
-    confirmed = read(log(tmp_path, *lines), lsb={"gyr": "131/deg/s"}, rate=100.0)
+    assert "counts gyr=131/deg/s --rate 100" in said  # constant counts: nothing tells the gyroscope's scale
+    confirmed = read(log(tmp_path, *lines), counts={"gyr": "131/deg/s"}, rate=100.0)
     assert any("16384 per g, a guess" in note for note in confirmed.meta["notes"])
 
 

@@ -13,8 +13,7 @@ from levelhead.cli.options import (
     GuardWords,
     Reading,
     can_draw,
-    external_columns,
-    external_kinds,
+    column_names,
     filter_option,
     folder,
     parse_filter_spec,
@@ -39,13 +38,12 @@ def compare(
             "All of them if none is named."
         ),
     ] = (),
-    contenders: Annotated[
+    track: Annotated[
         tuple[str, ...],
         Parameter(
-            name="--with",
+            name="--track",
             negative="",
-            metavar="column:NAME",
-            completer=external_kinds,
+            metavar="NAME",
             help="Also the orientation in the log's quaternion columns NAME, such as a vendor's own: ahrs_q for "
             "ahrs_qw … ahrs_qz, q for q0 … q3, an array (n, 4), or four names with commas. Order, inverse and NED are "
             "found and printed. May be given several times.",
@@ -83,7 +81,7 @@ def compare(
     from levelhead.publish.progress import progress
     from levelhead.publish.terminal_table import print_table
 
-    tracks = {name: reading.orientation(log, name) for name in external_columns(contenders)}
+    tracks = {name: reading.orientation(log, name) for name in column_names(track)}
     with progress("comparing") as report:
         comparison = run(recording, chosen, tracks=tracks, guard=before, progress=report)
     picture = None

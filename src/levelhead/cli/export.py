@@ -67,7 +67,7 @@ def export(
     found = read_parameters(tuned, flt.name)
     params, before = parse_filter(flt.name, set, noise=noise, tuned=found), parse_guard(guard, found)
     words = ["levelhead export", flt.name, *(f"--set {word}" for word in set)]
-    words += [f"--from {tuned.name}"] if tuned else []
+    words += [f"--params {tuned.name}"] if tuned else []
     words += [f"--noise {noise.name}"] if noise else []
     words += [f"--guard {word}" for word in guard]
     words += [f"--prior {prior.name}"] if prior else []

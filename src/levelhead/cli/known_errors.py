@@ -65,5 +65,5 @@ def log_or_simulation(
     if calibration is not None:
         raise LevelheadError("--calibration is for a log; --simulate has a sensor of its own")
     if reading != Reading():
-        raise LevelheadError("--map, --units, --lsb and --rate are for a log; --simulate needs none of them")
+        raise LevelheadError("--map, --units, --counts and --rate are for a log; --simulate needs none of them")
     return simulate_recording(str(simulate), seed)

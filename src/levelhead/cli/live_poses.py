@@ -9,7 +9,7 @@ from levelhead.cli.options import Reading, print_line
 from levelhead.live.open import open_source
 from levelhead.publish.guide_display import guide_display
 from levelhead.recording import Recording
-from levelhead.sources import parse_lsb, parse_map, parse_units
+from levelhead.sources import parse_counts, parse_map, parse_units
 
 LIVE_RATE = 200.0  # Hz
 EMULATED = "an emulated sensor puts itself down, in an order of its own"
@@ -41,7 +41,7 @@ def record_live_poses(
         motion="poses",
         map=parse_map(reading.map),
         units=parse_units(reading.units),
-        lsb=parse_lsb(reading.lsb),
+        counts=parse_counts(reading.counts),
     )
     with ExitStack() as held:
         shown = [held.enter_context(guide_display(EMULATED if source.startswith("emulated") else ""))]

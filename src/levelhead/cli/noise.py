@@ -64,7 +64,7 @@ def noise(
     print_line(noise_table(model, page))
     if recording.mag is not None and model.mag is None:
         print_line(
-            "magnetometer: left out, as its readings have no unit; --units mag=uT or --lsb mag=10/uT gives them one"
+            "magnetometer: left out, as its readings have no unit; --units mag=uT or --counts mag=10/uT gives them one"
         )
     print_written(written, plot)
 

@@ -34,7 +34,7 @@ class Reading:
     """Columns of t, gyr, acc, mag and q. May be given several times; `mag=` leaves the magnetometer out."""
     units: Annotated[tuple[str, ...], Parameter(negative="", metavar="gyr=deg/s")] = ()
     """Units that the header does not have."""
-    lsb: Annotated[tuple[str, ...], Parameter(negative="", metavar="gyr=131/deg/s")] = ()
+    counts: Annotated[tuple[str, ...], Parameter(negative="", metavar="gyr=131/deg/s")] = ()
     """Raw counts per unit: 131 counts are 1 deg/s."""
     rate: Annotated[float | None, Parameter(metavar="HZ")] = None
     """Samples a second, for a log without time stamps."""
@@ -51,12 +51,12 @@ class Reading:
 
     def hints(self) -> Fields:
         """The hints as arguments of ``levelhead.read``."""
-        from levelhead.sources import parse_lsb, parse_map, parse_units
+        from levelhead.sources import parse_counts, parse_map, parse_units
 
         return {
             "map": parse_map(self.map),
             "units": parse_units(self.units),
-            "lsb": parse_lsb(self.lsb),
+            "counts": parse_counts(self.counts),
             "rate": self.rate,
             "sensor": self.sensor,
             "session": self.session,
@@ -64,33 +64,27 @@ class Reading:
 
     def orientation(self, log: Path | None, column: str) -> "Track":
         """The orientation in quaternion columns of the log, with these hints."""
-        from levelhead.sources import orientation, parse_lsb, parse_map, parse_units
+        from levelhead.sources import orientation, parse_counts, parse_map, parse_units
 
         if log is None:
-            raise LevelheadError(f"--with column:{column} names a column of a log; a simulation has none")
-        columns, units, lsb = parse_map(self.map), parse_units(self.units), parse_lsb(self.lsb)
-        return orientation(log, column, map=columns, units=units, lsb=lsb, rate=self.rate)
+            raise LevelheadError(f"--track {column} names a column of a log; a simulation has none")
+        columns, units, counts = parse_map(self.map), parse_units(self.units), parse_counts(self.counts)
+        return orientation(log, column, map=columns, units=units, counts=counts, rate=self.rate)
 
 
-def external_kinds(_: object) -> dict[str, str]:
-    """The values of ``--with``, for the shell to complete."""
-    return {"column:": "quaternion columns of the log, by the name that they share"}
-
-
-def external_columns(words: Sequence[str]) -> list[str]:
-    """The names in words such as ``column:ahrs_q``.
+def column_names(words: Sequence[str]) -> list[str]:
+    """The names of ``--track``, each once.
 
     Raises:
-        LevelheadError: another word, or the same one twice.
+        LevelheadError: an empty name, or one that is given twice.
     """
-    names = []
-    for word in words:
-        kind, colon, name = word.partition(":")
-        if kind != "column" or not colon or not name.strip():
-            raise LevelheadError(f"--with {word} is no orientation; write column: and a name, such as column:ahrs_q")
-        if name.strip() in names:
-            raise LevelheadError(f"--with column:{name} is given twice; give it once")
-        names.append(name.strip())
+    names: list[str] = []
+    for name in (word.strip() for word in words):
+        if not name:
+            raise LevelheadError("--track needs the name of quaternion columns, such as --track ahrs_q")
+        if name in names:
+            raise LevelheadError(f"--track {name} is given twice; give it once")
+        names.append(name)
     return names
 
 
@@ -147,7 +141,7 @@ Engine = Annotated[
 FromFile = Annotated[
     Path | None,
     Parameter(
-        name="--from",
+        name="--params",
         metavar="FILE",
         help="The filter with its parameters, as `levelhead tune` or `levelhead sweep … --json` has written them; "
         "what other options set comes on top.",
@@ -182,8 +176,8 @@ def parse_filter(
     noise: Path | None = None,
     tuned: "ParameterFile | None" = None,
 ) -> Params:
-    """The Params object for ``--filter NAME --from FILE --noise FILE --set k=v``; without a name the best filter there
-    is.
+    """The Params object for ``--filter NAME --params FILE --noise FILE --set k=v``; without a name the best
+    filter of the file.
     """
     values = parse_settings(pairs)
     if tuned is not None:
@@ -199,7 +193,7 @@ def parse_filter(
 
 
 def read_parameters(path: Path | None, name: str | None) -> "ParameterFile | None":
-    """What ``--from FILE`` names, for the filter that ``--filter NAME`` names, if it does."""
+    """What ``--params FILE`` names, for the filter that ``--filter NAME`` names, if it does."""
     if path is None:
         return None
     from levelhead.parameter_file import ParameterFile
@@ -217,7 +211,7 @@ def with_noise(params: Params, noise: Path | None) -> Params:
 
 
 def parse_guard(words: Sequence[str], tuned: "ParameterFile | None" = None) -> Guard | None:
-    """The guard for ``--guard k=v``; None for ``--guard off``; without words that of ``--from FILE``."""
+    """The guard for ``--guard k=v``; None for ``--guard off``; without words that of ``--params FILE``."""
     if not words and tuned is not None and tuned.guard is not None:
         return tuned.guard
     if not any(word.lower() == "off" for word in words):

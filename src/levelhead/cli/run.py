@@ -41,7 +41,7 @@ def run(
     acc_range: Annotated[float, Parameter(metavar="G")] = 4.0,
     map: Annotated[tuple[str, ...], Parameter(negative="", metavar="gyr=gx,gy,gz")] = (),
     units: Annotated[tuple[str, ...], Parameter(negative="", metavar="gyr=deg/s")] = (),
-    lsb: Annotated[tuple[str, ...], Parameter(negative="", metavar="gyr=131/deg/s")] = (),
+    counts: Annotated[tuple[str, ...], Parameter(negative="", metavar="gyr=131/deg/s")] = (),
     give_up: Annotated[float, Parameter(metavar="S")] = 10.0,
     realtime: bool = True,
     json: Annotated[bool, Parameter(negative="")] = False,
@@ -66,7 +66,7 @@ def run(
         acc_range: full scale of a chip's accelerometer.
         map: columns of lines or files, as for fuse.
         units: units of lines or files that do not say them, as for fuse.
-        lsb: raw counts per unit, as for fuse.
+        counts: raw counts per unit, as for fuse.
         give_up: seconds without a sample after which the node ends, with exit code 3.
         realtime: ask for real-time priority, where that is allowed.
         json: no line a second, but the figures of the run as JSON at its end.
@@ -77,7 +77,7 @@ def run(
     from levelhead.live.node import Node
     from levelhead.live.open import open_source
     from levelhead.live.static_calibration import SAMPLES
-    from levelhead.sources import parse_lsb, parse_map, parse_units
+    from levelhead.sources import parse_counts, parse_map, parse_units
 
     found = read_parameters(tuned, filter)
     params, before = parse_filter(filter, set, tuned=found), parse_guard(guard, found)
@@ -85,7 +85,7 @@ def run(
         raise LevelheadError(f"the duration is {duration:g}; expected seconds, more than 0")
     if calibrate is not None and calibrate < 0:
         raise LevelheadError(f"--calibrate {calibrate}: expected a number of samples, or 0 for none")
-    hints: Fields = {"map": parse_map(map), "units": parse_units(units), "lsb": parse_lsb(lsb)}
+    hints: Fields = {"map": parse_map(map), "units": parse_units(units), "counts": parse_counts(counts)}
     mounted = AxisMap.parse(axes)
     live = open_source(source, rate=rate, speed=speed, gyr_range=gyr_range, acc_range=acc_range, axes=mounted, **hints)
     still = (0 if source.startswith("replay:") else SAMPLES) if calibrate is None else calibrate

@@ -148,7 +148,7 @@ def _recording(
     if calibration is not None:
         raise LevelheadError("--calibration is for a log; --simulate has a sensor of its own")
     if reading != Reading():
-        raise LevelheadError("--map, --units, --lsb and --rate are for a log; --simulate needs none of them")
+        raise LevelheadError("--map, --units, --counts and --rate are for a log; --simulate needs none of them")
     if motion not in STYLES:
         raise LevelheadError(f"there is no motion '{motion}'; {nearest(str(motion), STYLES)}")
     return simulate.recording(SENSOR, str(motion), DURATION, seed=seed, mag=MAGNETOMETER)

@@ -54,7 +54,7 @@ def tune(
 
     Says whether they are worth taking (each log, or third of a single one, is left out once and scored), how flat the
     minimum is, and which parameter cures which symptom. Writes tuned.json, which `fuse`, `run` and `export` take as
-    --from, and tuned.png.
+    --params, and tuned.png.
 
     Args:
         logs: recordings of the motion that the filter is for, a minute or more each.

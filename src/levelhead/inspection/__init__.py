@@ -30,7 +30,7 @@ def inspect(path: str | os.PathLike[str], **hints: Any) -> Report:
 
     Args:
         path: a file, a folder or a zip.
-        hints: as for ``levelhead.read``: map, units, lsb, rate, sensor, session.
+        hints: as for ``levelhead.read``: map, units, counts, rate, sensor, session.
 
     Returns:
         A report. Where the log cannot be read its ``recording`` is None and the verdict says why; where it lacks only

@@ -28,7 +28,7 @@ _KNOWN = {
         "the header's unit may be wrong",
         "Give the unit: --units gyr=rad/s or --units gyr=deg/s.",
     ),
-    "raw_counts": ("warning", "the numbers are raw counts; their scale is a guess", "Give it: --lsb gyr=131/deg/s."),
+    "raw_counts": ("warning", "the numbers are raw counts; their scale is a guess", "Give it: --counts gyr=131/deg/s."),
     "axes_order": ("warning", "the gyroscope's axes were put in order by the turn of gravity, a guess", "Name them."),
     "clock_restart": ("warning", "the clock begins again; one session was read", "--session N takes another."),
     "stamps_back": ("warning", "stamps step back", "Write a clock that only goes forward."),

@@ -45,7 +45,7 @@ def open_source(
         axes: how a board sits on its body.
         motion: how an emulated board is moved: a style of ``simulate.motion``, or "poses".
         seed: of that motion and of the specimen of the chip.
-        hints: ``map``, ``units``, ``lsb`` for lines and files.
+        hints: ``map``, ``units``, ``counts`` for lines and files.
 
     Raises:
         LevelheadError: no such kind, chip, file, rate or range.
@@ -57,7 +57,7 @@ def open_source(
         return _open_emulated(parse_board(rest), rate, gyr_range, acc_range, axes, motion, seed)
     if kind == "serial":
         port, baud = parse_serial(rest)
-        said = check(hints.get("map"), hints.get("units"), hints.get("lsb"), None)
+        said = check(hints.get("map"), hints.get("units"), hints.get("counts"), None)
         return _rotate(SerialLines(port, baud, Hints(said.map, said.scale, rate)), axes)
     if kind == "replay":
         if not rest:

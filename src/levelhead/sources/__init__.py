@@ -4,10 +4,10 @@ import os
 from collections.abc import Mapping, Sequence
 
 from levelhead.recording import Recording
-from levelhead.sources.hints import parse_lsb, parse_map, parse_units
+from levelhead.sources.hints import parse_counts, parse_map, parse_units
 from levelhead.track import Track
 
-__all__ = ["orientation", "parse_lsb", "parse_map", "parse_units", "read"]
+__all__ = ["orientation", "parse_counts", "parse_map", "parse_units", "read"]
 
 
 def read(
@@ -15,7 +15,7 @@ def read(
     *,
     map: Mapping[str, Sequence[str] | str] | None = None,
     units: Mapping[str, str] | None = None,
-    lsb: Mapping[str, str] | None = None,
+    counts: Mapping[str, str] | None = None,
     rate: float | None = None,
     sensor: str | None = None,
     session: int | None = None,
@@ -33,7 +33,7 @@ def read(
             the reference orientation in the order w, x, y, z. One name stands for all axes if they share it. No names,
             ``{"mag": []}``, leave the quantity out. Columns without a header are called "1", "2", ….
         units: of what the header does not say, or says wrongly: ``{"gyr": "deg/s", "t": "ms"}``.
-        lsb: raw counts per unit: ``{"gyr": "131/deg/s", "acc": "16384/g"}``.
+        counts: raw counts per unit: ``{"gyr": "131/deg/s", "acc": "16384/g"}``.
         rate: samples a second, for a file without time stamps: t = row / rate. With stamps in the file it is an error,
             unless ``map={"t": []}`` leaves them out.
         sensor: of several sensors side by side, the one whose columns, file or topic have this word in their names.
@@ -45,12 +45,12 @@ def read(
     Raises:
         LevelheadError: one sentence with what is wrong, the line or row, the column, and what would be right.
 
-    >>> read("flight.csv", lsb={"gyr": "131/deg/s", "acc": "16384/g"})  # doctest: +SKIP
+    >>> read("flight.csv", counts={"gyr": "131/deg/s", "acc": "16384/g"})  # doctest: +SKIP
     """
     from levelhead.sources.hints import check
     from levelhead.sources.pipeline import read_file
 
-    return read_file(path, check(map, units, lsb, rate, sensor, session))
+    return read_file(path, check(map, units, counts, rate, sensor, session))
 
 
 def orientation(
@@ -59,7 +59,7 @@ def orientation(
     *,
     map: Mapping[str, Sequence[str] | str] | None = None,
     units: Mapping[str, str] | None = None,
-    lsb: Mapping[str, str] | None = None,
+    counts: Mapping[str, str] | None = None,
     rate: float | None = None,
 ) -> Track:
     """An orientation that stands in a log beside the sensors: what a vendor's own filter said, say.
@@ -73,7 +73,7 @@ def orientation(
             name of an (n, 4) array, or four column names with commas.
         map: as for ``read``, so that both are on the same clock.
         units: as for ``read``.
-        lsb: as for ``read``.
+        counts: as for ``read``.
         rate: as for ``read``.
 
     Returns:
@@ -87,4 +87,4 @@ def orientation(
     from levelhead.sources.hints import check
     from levelhead.sources.orientation_columns import read_orientation
 
-    return read_orientation(path, column, check(map, units, lsb, rate))
+    return read_orientation(path, column, check(map, units, counts, rate))

@@ -34,7 +34,7 @@ class Hints:
 
     Attributes:
         map: role ("t", "gyr", "acc", "mag", "q") to the names of its columns; no names: leave the role out.
-        scale: role to the scale that ``units`` or ``lsb`` gave.
+        scale: role to the scale that ``units`` or ``counts`` gave.
         rate: samples a second for files without time stamps; None if not said.
         sensor: a word in the names of the wanted one of several sensors.
         session: the part to take, from 1, of a file whose clock begins again.
@@ -60,7 +60,7 @@ class Hints:
             role, _, text = value.partition("=")
             if option == "map":
                 made.setdefault("map", {})[role] = next(csv.reader([text], skipinitialspace=True), [])
-            elif option in ("units", "lsb"):
+            elif option in ("units", "counts"):
                 made.setdefault(option, {})[role] = text
             else:
                 made[option] = {"rate": float, "session": int, "sensor": str}[option](value)
@@ -81,7 +81,7 @@ class NeedsHints(LevelheadError):
 def check(
     map: Mapping[str, Sequence[str] | str] | None,
     units: Mapping[str, str] | None,
-    lsb: Mapping[str, str] | None,
+    counts: Mapping[str, str] | None,
     rate: float | None,
     sensor: str | None = None,
     session: int | None = None,
@@ -93,9 +93,9 @@ def check(
     """
     columns = {role: _columns(role, names) for role, names in (map or {}).items()}
     scale = {role: _unit(role, text) for role, text in (units or {}).items()}
-    for role, text in (lsb or {}).items():
+    for role, text in (counts or {}).items():
         if role in scale:
-            raise LevelheadError(f"both units and lsb are given for {role}; one of them says it all")
+            raise LevelheadError(f"both units and counts are given for {role}; one of them says it all")
         scale[role] = _counts(role, text)
     if rate is not None and not (isinstance(rate, int | float) and math.isfinite(rate) and rate > 0.0):
         raise LevelheadError(f"rate is {rate!r}; expected samples a second, a number above 0, such as rate=100")
@@ -103,7 +103,7 @@ def check(
         raise LevelheadError(f"session is {session!r}; expected a number from 1")
     words = [("map", f"{role}={','.join(map_word(name) for name in names)}") for role, names in columns.items()]
     words += [("units", f"{role}={text}") for role, text in (units or {}).items()]
-    words += [("lsb", f"{role}={text}") for role, text in (lsb or {}).items()]
+    words += [("counts", f"{role}={text}") for role, text in (counts or {}).items()]
     for option, value in (("rate", None if rate is None else f"{rate:g}"), ("sensor", sensor), ("session", session)):
         if value is not None:
             words.append((option, str(value)))
@@ -118,7 +118,7 @@ def map_word(name: str) -> str:
 def command(path: str, options: ReadOnlyFields) -> str:
     """The command line that reads a file with these hints, ready to paste."""
     hints = check(
-        options.get("map"), options.get("units"), options.get("lsb"), options.get("rate"), options.get("sensor"),
+        options.get("map"), options.get("units"), options.get("counts"), options.get("rate"), options.get("sensor"),
         options.get("session"),
     )  # fmt: skip
     words = [word for option, value in hints.words for word in (f"--{option}", shlex.quote(value))]
@@ -145,14 +145,16 @@ def _unit(role: str, text: str) -> Scale:
 
 def _counts(role: str, text: str) -> Scale:
     """'131/deg/s' → 131 counts are 1 deg/s."""
-    _known(role, "lsb", QUANTITY)
+    _known(role, "counts", QUANTITY)
     number, slash, unit = str(text).partition("/")
     try:
         divisor = float(number)
     except ValueError:
         divisor = math.nan
     if not slash or not math.isfinite(divisor) or divisor <= 0.0:
-        raise LevelheadError(f"lsb {role}={text} is not counts per unit; expected such as gyr=131/deg/s or acc=16384/g")
+        raise LevelheadError(
+            f"counts {role}={text} is not counts per unit; expected such as gyr=131/deg/s or acc=16384/g"
+        )
     return Scale(unit_table.factor(QUANTITY[role], unit), f"counts, {number} per {unit}", divisor)
 
 
@@ -181,13 +183,13 @@ def parse_units(words: Iterable[str]) -> dict[str, str]:
     return _parse(words, "units", "gyr=deg/s", str, QUANTITY)
 
 
-def parse_lsb(words: Iterable[str]) -> dict[str, str]:
-    """Words such as ``gyr=131/deg/s`` (131 counts are 1 deg/s) as the argument ``lsb`` of ``read``.
+def parse_counts(words: Iterable[str]) -> dict[str, str]:
+    """Words such as ``gyr=131/deg/s`` (131 counts are 1 deg/s) as the argument ``counts`` of ``read``.
 
     Raises:
         LevelheadError: a word without ``=``, an unknown role, the same role twice.
     """
-    return _parse(words, "lsb", "gyr=131/deg/s", str, QUANTITY)
+    return _parse(words, "counts", "gyr=131/deg/s", str, QUANTITY)
 
 
 def _parse(

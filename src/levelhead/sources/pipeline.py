@@ -40,13 +40,15 @@ def _way_out(file: Path, hints: Hints, error: NeedsHints) -> tuple[str, dict[str
     for _ in range(_TRIES):
         for option, value in error.hints.items():
             if isinstance(value, dict):
-                other = "lsb" if option == "units" else "units"
+                other = "counts" if option == "units" else "units"
                 options[other] = {k: v for k, v in options.get(other, {}).items() if k not in value}
                 options[option] = {**options.get(option, {}), **value}
             else:
                 options[option] = value
         try:
-            known = check(**{name: options.get(name) for name in ("map", "units", "lsb", "rate", "sensor", "session")})
+            known = check(
+                **{name: options.get(name) for name in ("map", "units", "counts", "rate", "sensor", "session")}
+            )
             _read(file, known)
         except NeedsHints as again:
             if again.hints == error.hints:
@@ -89,7 +91,7 @@ def _read_own_file(file: Path, hints: Hints) -> Recording | None:
         from levelhead.sources.formats.blackbox import box_recording
 
         if hints.given:
-            raise LevelheadError(f"{file} says itself what is in it; map, units, lsb and rate are for other files")
+            raise LevelheadError(f"{file} says itself what is in it; map, units, counts and rate are for other files")
         return box_recording(file)
     return None
 

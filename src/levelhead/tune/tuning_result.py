@@ -161,7 +161,7 @@ class Tuning:
         }
 
     def file(self) -> ParameterFile:
-        """The parameters to take, as a file for ``--from``."""
+        """The parameters to take, as a file for ``--params``."""
         keys = ("metric", "worth", "gain", "held_out_gain", "logs", "held_out", "runs", "verdict")
         facts = self.to_dict()
         found = {"params": facts["found"], "searched": list(self.space.names)} | {key: facts[key] for key in keys}

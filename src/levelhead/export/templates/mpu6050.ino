@@ -5,7 +5,7 @@ $where// Wiring: VCC 3.3 V, GND, SDA, SCL. $start
 $mounted// Each line of the log is one sample in SI units, as the filter was fed, and what the filter made of it:
 //
 //     levelhead fuse log.csv                              the same filter, or another, on the laptop
-//     levelhead compare log.csv --with column:board_q     the board beside all of them
+//     levelhead compare log.csv --track board_q     the board beside all of them
 //
 // Lines that begin with # are remarks. Registers: InvenSense RM-MPU-6000A, rev. 4.2, sections 4.2 to 4.32.
 #include <Wire.h>

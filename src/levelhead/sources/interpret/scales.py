@@ -94,7 +94,7 @@ def acc_scale(
         evidence.thousandths = True
         evidence.notes.append(
             f"accelerometer: taken as thousandths of 1 m/s², a guess: whole numbers of median length {norm:.4g}; "
-            "--lsb acc=1000/m/s² confirms it"
+            "--counts acc=1000/m/s² confirms it"
         )
         return Scale(1.0, "counts, 1000 per m/s²", 1000.0)
     middle = offset_of(values)
@@ -116,7 +116,7 @@ def acc_scale(
         evidence.findings["raw_counts"] = True
         evidence.notes.append(
             f"accelerometer: raw counts, {counts.per_unit:g} per g, a guess: its median length is {norm:.4g}; "
-            f"--lsb acc={counts.per_unit:g}/g confirms it"
+            f"--counts acc={counts.per_unit:g}/g confirms it"
         )
         return Scale(units.factor("acc", "g"), f"counts, {counts.per_unit:g} per g", counts.per_unit)
     if without_gravity(values):
@@ -153,8 +153,8 @@ def _of_no_unit(values: Array, norm: float, table: Table) -> NeedsHints:
         )
     return NeedsHints(
         f"{table.source}: the accelerometer has median length {norm:.4g}, which is gravity in neither m/s², "
-        f"g nor mg; expected the hint units acc=…, or for raw counts lsb acc={norm:.4g}/g",
-        lsb={"acc": f"{norm:.4g}/g"},
+        f"g nor mg; expected the hint units acc=…, or for raw counts --counts acc={norm:.4g}/g",
+        counts={"acc": f"{norm:.4g}/g"},
     )
 
 
@@ -202,7 +202,7 @@ def gyr_scale(
         evidence.findings["raw_counts"] = True
         evidence.notes.append(
             f"gyroscope: raw counts, {PER_DEGREE:g} per deg/s, a guess: the MPU-6050's beside {PER_G:g} per g; "
-            f"--lsb gyr={PER_DEGREE:g}/deg/s confirms it"
+            f"--counts gyr={PER_DEGREE:g}/deg/s confirms it"
         )
         return Scale(DEGREE, f"counts, {PER_DEGREE:g} per deg/s", PER_DEGREE)
     if counted and evidence.thousandths:
@@ -214,8 +214,8 @@ def gyr_scale(
         usual = "14.375" if evidence.acc_per_g == 256.0 else "131"  # an ADXL345's neighbour is an ITG-3200
         raise NeedsHints(
             f"{table.source}: the gyroscope's numbers are whole, as the accelerometer's counts are, and nothing turns "
-            "far enough to tell its full scale; expected the hint lsb gyr=…, such as 131/deg/s for ±250 deg/s",
-            lsb={"gyr": f"{usual}/deg/s"},
+            "far enough to tell its full scale; expected the hint --counts gyr=…, such as 131/deg/s for ±250 deg/s",
+            counts={"gyr": f"{usual}/deg/s"},
         )
     if found.reversed:
         evidence.findings["gyro_inverted"] = True
@@ -224,12 +224,12 @@ def gyr_scale(
         return Scale(units.factor("gyr", found.unit), found.unit)
     if found.counts is not None:
         evidence.findings["raw_counts"] = True
-        evidence.notes.append(f"gyroscope: raw counts, {found.why}; --lsb gyr={found.counts:g}/deg/s confirms it")
+        evidence.notes.append(f"gyroscope: raw counts, {found.why}; --counts gyr={found.counts:g}/deg/s confirms it")
         return Scale(DEGREE, f"counts, {found.counts:g} per deg/s", found.counts)
     raise NeedsHints(
         f"{table.source}: the gyroscope is neither in rad/s nor in deg/s: {found.why}; "
-        "expected the hint units gyr=…, or for raw counts lsb gyr=131/deg/s or what the sensor's full scale says",
-        lsb={"gyr": "131/deg/s"},
+        "expected the hint units gyr=…, or for raw counts --counts gyr=131/deg/s or what the sensor's full scale says",
+        counts={"gyr": "131/deg/s"},
     )
 
 
@@ -277,9 +277,12 @@ def _plausible_acc(values: Array, norm: float, scale: Scale, hinted: bool, table
     if unit is None:
         counts = acc_sensitivity(norm)
         if counts is None:
-            raise LevelheadError(f"{said}{length:.3g} g; expected another unit, units acc=…, or raw counts, lsb acc=…")
+            raise LevelheadError(
+                f"{said}{length:.3g} g; expected another unit, units acc=…, or raw counts, --counts acc=…"
+            )
         raise NeedsHints(
-            f"{said}raw counts; expected the hint lsb acc={counts.per_unit:g}/g", lsb={"acc": f"{counts.per_unit:g}/g"}
+            f"{said}raw counts; expected the hint --counts acc={counts.per_unit:g}/g",
+            counts={"acc": f"{counts.per_unit:g}/g"},
         )
     raise NeedsHints(f"{said}{unit}; expected the hint units acc={unit}", units={"acc": unit})
 

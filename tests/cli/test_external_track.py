@@ -1,4 +1,4 @@
-"""``levelhead compare LOG --with column:NAME``: a vendor's own orientation in the table."""
+"""``levelhead compare LOG --track NAME``: a vendor's own orientation in the table."""
 
 from pathlib import Path
 
@@ -29,7 +29,7 @@ HINTS = ("--units", "gyr=rad/s", "--units", "acc=m/s²", "--units", "mag=µT", "
 
 @pytest.mark.slow
 def test_it_stands_in_the_table_and_in_the_picture(levelhead, log, tmp_path):
-    said = levelhead("compare", log, *HINTS, "-f", "Complementary", "--with", "column:ahrs", "-o", tmp_path)
+    said = levelhead("compare", log, *HINTS, "-f", "Complementary", "--track", "ahrs", "-o", tmp_path)
     assert (said.code, said.err) == (0, "")
     row = next(line for line in said.out.splitlines() if line.startswith("ahrs "))
     assert row.split()[1] == "1.000" and row.split()[-1] == "–"
@@ -39,7 +39,7 @@ def test_it_stands_in_the_table_and_in_the_picture(levelhead, log, tmp_path):
 
 @pytest.mark.slow
 def test_as_json_and_several_times(levelhead, log):
-    words = ("compare", log, *HINTS, "-f", "Complementary", "--with", "column:ahrs", "--with", "column:truth_q")
+    words = ("compare", log, *HINTS, "-f", "Complementary", "--track", "ahrs", "--track", "truth_q")
     filters = levelhead(*words, "--json").json["filters"]
     assert [row["filter"] for row in filters] == ["Complementary", "ahrs", "truth_q"]
     assert filters[1]["score"]["total"] == pytest.approx(1.0, abs=1e-3)
@@ -48,15 +48,15 @@ def test_as_json_and_several_times(levelhead, log):
 
 @pytest.mark.slow
 def test_bad_words_are_refused(refused, log):
-    start = ("compare", log, *HINTS, "-f", "Complementary", "--with")
-    assert "did you mean 'ahrs'?" in refused(*start, "column:ahr")
-    assert "such as column:ahrs_q" in refused(*start, "ahrs")
-    assert "given twice" in refused(*start, "column:ahrs", "--with", "column:ahrs")
-    assert "a simulation has none" in refused("compare", "--simulate", "hand", "--with", "column:q")
+    start = ("compare", log, *HINTS, "-f", "Complementary", "--track")
+    assert "did you mean 'ahrs'?" in refused(*start, "ahr")
+    assert "such as --track ahrs_q" in refused(*start, " ")
+    assert "given twice" in refused(*start, "ahrs", "--track", "ahrs")
+    assert "a simulation has none" in refused("compare", "--simulate", "hand", "--track", "q")
 
 
 def test_help_says_it(levelhead):
-    assert "column:NAME" in levelhead("compare", "--help").out
+    assert "--track" in levelhead("compare", "--help").out
 
 
 def test_a_log_without_truth_gets_its_table_and_a_line_instead_of_the_picture(levelhead, logs, tmp_path):
