@@ -55,10 +55,10 @@ format: $(READY)
 
 bench: $(READY)
 	$(BIN)/levelhead bench speed
-	$(BIN)/python benchmarks/speed.py
-	$(BIN)/python benchmarks/exported.py
-	$(BIN)/python benchmarks/engines.py
-	$(BIN)/python benchmarks/processes.py
+	$(BIN)/python -m benchmarks.speed.one_axis
+	$(BIN)/python -m benchmarks.speed.exported
+	$(BIN)/python -m benchmarks.speed.engines
+	$(BIN)/python -m benchmarks.speed.processes
 
 $(READY): pyproject.toml
 	$(PYTHON) -m venv $(VENV)

@@ -84,7 +84,7 @@ def once(command: Sequence[str], **options: Any) -> tuple[float, subprocess.Comp
 
 def machine() -> dict[str, str]:
     """What the figures were taken on, the C compiler included."""
-    from native import compiler
+    from benchmarks.native import compiler
 
     try:
         gcc = compiler()

@@ -3,6 +3,7 @@
 import ast
 import importlib
 import importlib.util
+import re
 import runpy
 import sys
 from pathlib import Path
@@ -10,7 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-SCRIPTS = {path.stem: path for path in sorted((Path(__file__).resolve().parents[2] / "benchmarks").glob("*.py"))}
+ROOT = Path(__file__).resolve().parents[2]
+SCRIPTS = {
+    ".".join(path.relative_to(ROOT).with_suffix("").parts): path for path in sorted((ROOT / "benchmarks").rglob("*.py"))
+}
 
 
 def defined_names(script):
@@ -38,7 +42,7 @@ def test_what_a_script_imports_exists(script):
         for node in ast.walk(ast.parse(SCRIPTS[script].read_text(encoding="utf-8")))
         if isinstance(node, ast.ImportFrom) and node.module
         for alias in node.names
-        if node.module in SCRIPTS or node.module.partition(".")[0] == "levelhead"
+        if node.module.partition(".")[0] in {"levelhead", "benchmarks"}
     ]
     assert [f"{module}.{name}" for module, name in imports if not exists(module, name)] == []
 
@@ -82,8 +86,16 @@ def test_what_cannot_be_used_is_one_sentence(script, name, unusable, monkeypatch
         runpy.run_path(str(SCRIPTS[script]), run_name="__main__")
     said = capsys.readouterr().err
     assert ended.value.code == 2
-    assert said.startswith(f"{script}.py: ") and said.count("\n") == 1 and name in said
+    assert said.startswith(f"{SCRIPTS[script].name}: ") and said.count("\n") == 1 and name in said
 
 
 def test_scripts_that_take_recordings_are_known():
-    assert {"causes", "changed", "clock", "default", "iron", "single", "wanted"} < set(TAKING)
+    known = {"causes", "changed", "clock", "default", "iron", "single", "wanted"}
+    assert known < {script.rpartition(".")[2] for script in TAKING}
+
+
+def test_every_script_stands_in_the_readme():
+    page = ROOT / "benchmarks" / "README.md"
+    links = re.findall(r"^\| \[\w+\]\(([^)]*)\)", page.read_text(encoding="utf-8"), re.MULTILINE)
+    run = {path for path in SCRIPTS.values() if '__name__ == "__main__"' in path.read_text(encoding="utf-8")}
+    assert sorted(links) == sorted(path.relative_to(page.parent).as_posix() for path in run)

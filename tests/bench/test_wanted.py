@@ -1,14 +1,11 @@
-"""What ``benchmarks/wanted.py`` and ``causes.py`` make of figures and of recordings whose faults are known."""
+"""What ``benchmarks/accuracy/wanted.py`` and ``causes.py`` make of figures and of recordings whose faults are known."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from benchmarks.accuracy import against_reference, causes, leave_one_out, wanted
 
-import against_reference
-import causes
-import leave_one_out
-import wanted
 from levelhead import simulate
 from levelhead.bench.error_figures import ErrorFigures
 from levelhead.bench.ratios import Ratio, Ratios

@@ -1,8 +1,8 @@
 """The exported filters on boards that are not there: built for them, and their self-tests run in QEMU."""
 
 import pytest
+from benchmarks.speed import boards
 
-import boards
 from levelhead import filters
 from levelhead.export import ExportConfig
 

@@ -1,15 +1,15 @@
 """What lasts, and what is over at once: warming, an hour without a magnetometer, blows, a magnet on its way past.
 
-What is asked of ``ESKF`` is what ``EKF`` does with the same simulated readings (``benchmarks/lasting.py`` prints both
-beside VQF), and that σ says how wrong it is.
+What is asked of ``ESKF`` is what ``EKF`` does with the same simulated readings (``lasting.py`` of the benchmarks
+prints both beside VQF), and that σ says how wrong it is.
 """
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from benchmarks.accuracy import lasting
 
-import lasting
 import levelhead as lh
 from levelhead import simulate
 from levelhead.evaluate import evaluate

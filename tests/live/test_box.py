@@ -139,7 +139,7 @@ def test_a_box_cut_anywhere_gives_what_stands_before(rig, tmp_path):
 
 
 def test_killed_in_the_middle_it_opens_and_lacks_less_than_a_second(tmp_path):
-    """kill -9 at 200 Hz; benchmarks/blackbox.py does it twenty times."""
+    """kill -9 at 200 Hz; benchmarks/speed/blackbox.py does it twenty times."""
     path = tmp_path / "box.mcap"
     command = [
         sys.executable,

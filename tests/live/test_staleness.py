@@ -239,7 +239,7 @@ def test_orphans_get_nothing_valid(node, endpoint, how, history):
         while message is not None and message.valid:
             message = subscription.get(timeout=2.0)
         assert message is not None and not message.valid
-        assert time.monotonic() - killed < 5.0  # the machine may be busy; benchmarks/staleness.py measures it
+        assert time.monotonic() - killed < 5.0  # the machine may be busy; benchmarks/speed/staleness.py measures it
         time.sleep(0.3)
         while (message := subscription.get(timeout=0.0)) is not None:
             assert not message.valid

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from benchmarks.reader import wild
 from scipy.spatial.transform import Rotation
 from tests.reference import (  # noqa: F401  (each registers its dialects)
     dialects_of_boards,
@@ -22,7 +23,6 @@ from tests.reference import (  # noqa: F401  (each registers its dialects)
 from tests.reference.dialects import DIALECTS, Motion
 
 import levelhead as lh
-import wild
 
 COMMAND = {  # they have no time, or no known names
     "x_imu_packets", "adafruit_sensor", "sparkfun_icm20948", "mpu6050_words", "vectornav_ascii", "unknown_names",

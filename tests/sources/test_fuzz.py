@@ -1,12 +1,11 @@
-"""A small run of benchmarks/fuzz.py: mutated logs of all formats give a recording or a sentence."""
+"""A small run of benchmarks/reader/fuzz.py: mutated logs of all formats give a recording or a sentence."""
 
 import signal
 import time
 from pathlib import Path
 
 import pytest
-
-import fuzz
+from benchmarks.reader import fuzz
 
 
 @pytest.mark.slow

@@ -1,11 +1,11 @@
-"""Logs as the world has them: what benchmarks/wild.py finds on all, the smaller ones here."""
+"""Logs as the world has them: what benchmarks/reader/wild.py finds on all, the smaller ones here."""
 
 import json
 from pathlib import Path
 
 import pytest
+from benchmarks.reader import wild
 
-import wild
 from levelhead import LevelheadError, read
 
 RIGHT = {

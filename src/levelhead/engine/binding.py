@@ -24,7 +24,7 @@ CUDA, CUDA_SINGLE = GPU_ENGINES = ("cuda", "cuda-single")
 ENGINES = ("auto", "native", "compiled", "python", *GPU_ENGINES)
 
 # Samples from which compiled work is done sooner: Numba's start costs about 0.5 s with a warm cache, a sample of these
-# filters 7 to 55 µs in plain Python; benchmarks/engines.py measures both.
+# filters 7 to 55 µs in plain Python; benchmarks/speed/engines.py measures both.
 SAMPLES_COLD = 12_000
 SAMPLES_WARM = 1_000
 

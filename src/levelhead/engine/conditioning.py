@@ -141,7 +141,7 @@ def lost_variance(last: Vec3, gyr: Vec3, lost: float) -> float:
     after is held for it.
 
     A change that comes at once, at a time that is uniform in them, makes that error uniform. The other part was chosen
-    so that σ is honest on recordings from which samples were taken, ``benchmarks/changed.py``.
+    so that σ is honest on recordings from which samples were taken, ``benchmarks/accuracy/changed.py``.
     """
     change = sub(gyr, last)
     rate2 = max(dot(gyr, gyr), dot(last, last))

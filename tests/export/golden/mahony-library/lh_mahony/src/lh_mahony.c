@@ -1611,7 +1611,7 @@ static float conditioning_usual_interval(float usual, float dt)
  * after is held for it.
  *
  * A change that comes at once, at a time that is uniform in them, makes that error uniform. The other part was chosen
- * so that σ is honest on recordings from which samples were taken, benchmarks/changed.py.
+ * so that σ is honest on recordings from which samples were taken, benchmarks/accuracy/changed.py.
  */
 static float conditioning_lost_variance(Vec3 last, Vec3 gyr, float lost)
 {

@@ -1,0 +1,139 @@
+"""False alarms: what the doctor says of recordings with a reference, each warning judged by that reference.
+
+    python -m benchmarks.reader.clean_logs
+
+BROAD without disturbance, and shared/data/truth. A warning is true where the reference, which the doctor does not see,
+shows the same: see ``JUDGES``. A warning without a judge is a false alarm.
+"""
+
+import json
+import os
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+import levelhead as lh
+from levelhead.inspection import examine
+from levelhead.recording import Recording
+from levelhead.sources.interpret.unit_inference import mag_unit, median_norm
+from levelhead.units import GRAVITY, factor
+
+DATA = Path(os.environ["LEVELHEAD_DATA"])
+
+
+class Known(NamedTuple):
+    """A recording, its reference (n, 4) wxyz where ``ok`` (n,), and whether somebody disturbed the field."""
+
+    recording: Recording
+    quat: np.ndarray
+    ok: np.ndarray
+    disturbed: bool
+
+
+def field_residual(known: Known) -> str:
+    """The field in the reference's world, which would be constant; or somebody wrote that it was disturbed."""
+    mag = known.recording.mag
+    rows = known.ok & np.isfinite(mag).all(axis=1)
+    world = Rotation.from_quat(known.quat[rows], scalar_first=True).apply(mag[rows])
+    mean = np.median(world, axis=0)
+    off = float(np.sqrt(((world - mean) ** 2).sum(axis=1).mean()) / np.linalg.norm(mean))
+    if known.disturbed:
+        return f"the set says that the field was disturbed; in the reference's world it varies by {100 * off:.0f} %"
+    return f"in the reference's world the field varies by {100 * off:.0f} % rms" if off > 0.15 else ""
+
+
+def scale(known: Known) -> str:
+    """The mean specific force in the reference's world, or its length where the reference stands still."""
+    rec, rows = known.recording, np.flatnonzero(known.ok)
+    rotation = Rotation.from_quat(known.quat[rows], scalar_first=True)
+    mean = float(np.linalg.norm(np.nanmean(rotation.apply(rec.acc[rows]), axis=0)))
+    step = max(1, round(0.2 / max(1e-4, float(np.median(np.diff(rec.t[rows]))))))
+    turn = (rotation[:-step].inv() * rotation[step:]).magnitude()
+    still = rec.acc[rows[:-step][turn < np.radians(0.1)]]
+    rest = float(np.median(np.linalg.norm(still, axis=1))) if len(still) > 50 else GRAVITY
+    worst = max((mean, rest), key=lambda one: abs(one - GRAVITY))
+    return f"{worst:.2f} m/s² by the reference" if abs(worst / GRAVITY - 1.0) > 0.025 else ""
+
+
+def gaps(known: Known) -> str:
+    """Intervals of the stamps themselves."""
+    steps = np.diff(known.recording.t)
+    longest = float(steps.max() / np.median(steps))
+    return f"the longest interval is {longest:.0f} usual ones" if longest > 5.0 else ""
+
+
+def clipping(known: Known) -> str:
+    """A full scale that chips have, reached to 1 % and never passed."""
+    top = np.nanmax(np.abs(known.recording.acc)) / GRAVITY
+    near = min((2.0, 4.0, 8.0, 16.0), key=lambda one: abs(one - top))
+    return f"no value beyond {top:.3f} g" if abs(top / near - 1.0) < 0.02 else ""
+
+
+def held(known: Known) -> str:
+    """All six numbers repeat at once, while the reference turns."""
+    rec = known.recording
+    six = np.hstack([rec.gyr, rec.acc])
+    share = float((six[1:] == six[:-1]).all(axis=1)[np.linalg.norm(rec.gyr[1:], axis=1) > 0.2].mean())
+    return f"in motion {100 * share:.0f} % of the rows repeat all six numbers" if share > 0.15 else ""
+
+
+JUDGES: dict[str, Callable[[Known], str]] = {
+    "mag_disturbed": field_residual, "acc_scale": scale, "gaps": gaps, "clipping_acc": clipping, "held_samples": held,
+}  # fmt: skip
+
+
+def recordings() -> list[tuple[str, Known]]:
+    """All of them, by name."""
+    found = []
+    for path in sorted((DATA / "broad").glob("*_undisturbed_*.mat")):
+        rec = lh.read(path)
+        quat = np.nan_to_num(rec.truth.quat)
+        found.append((f"broad/{path.stem}", Known(rec, quat, np.abs(quat).sum(axis=1) > 0.5, False)))
+    index = {(one["dataset"], one["trial"]): one for one in json.loads((DATA / "truth/INDEX.json").read_text())}
+    for path in sorted((DATA / "truth").glob("*/*.npz")):
+        with np.load(path) as data:
+            mag = data.get("mag")
+            if mag is not None and (unit := mag_unit(median_norm(mag))) is not None:
+                mag = mag * factor("mag", unit)
+            quat, ok = np.nan_to_num(data["q_ref_sensor"]), data["ref_ok"].astype(bool)
+            if path.parent.name == "fiumarg":  # its y is up
+                quat = _turned_up(quat)
+            rec = Recording(data["t"], data["gyr"], data["acc"], mag)
+        ok &= np.abs(quat).sum(axis=1) > 0.5
+        said = index[path.parent.name, path.stem]["magnetic_disturbance"]
+        found.append((f"{path.parent.name}/{path.stem}", Known(rec, quat, ok, bool(said))))
+    return found
+
+
+def _turned_up(quat: np.ndarray) -> np.ndarray:
+    """A reference whose y axis is up as one whose z axis is."""
+    there = np.abs(quat).sum(axis=1) > 0.5
+    turned = quat.copy()
+    up = Rotation.from_euler("x", 90, degrees=True)
+    turned[there] = (up * Rotation.from_quat(quat[there], scalar_first=True)).as_quat(scalar_first=True)
+    return turned
+
+
+def main() -> None:
+    """Prints each warning with its judgement, and the sums."""
+    counts: Counter[str] = Counter()
+    every = recordings()
+    for name, known in every:
+        warnings = [one for one in examine(known.recording, name).findings if one.severity != "note"]
+        false = 0
+        for one in warnings:
+            why = JUDGES[one.name](known) if one.name in JUDGES else ""
+            false += not why
+            print(f"{name:44} {one.name:14} {'true: ' + why if why else 'FALSE: ' + str(one)}")
+        counts["silent"] += not warnings
+        counts["only true warnings"] += bool(warnings) and not false
+        counts["a false alarm"] += bool(false)
+    print(f"{len(every)} recordings: {', '.join(f'{name} {count}' for name, count in counts.items())}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,184 @@
+"""What an exported filter takes on a board: code, RAM, stack and instructions of an update, on a Cortex-M4F and an AVR.
+
+Needs gcc-arm-none-eabi with newlib and qemu-system-arm, and avr-gcc with avr-libc and simavr; what is missing is said
+and left out. Instructions and cycles are counted in QEMU and simavr, not timed.
+"""
+
+import json
+import re
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from benchmarks.measure import options, show
+
+from levelhead import filters
+from levelhead.bench.timing import Table
+from levelhead.engine.binding import is_guarded
+from levelhead.export import ExportConfig, write
+
+SOURCES = Path(__file__).parents[1] / "c" / "boards"
+STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Wdouble-promotion", "-pedantic", "-Werror")
+AVR_STRICT = tuple(flag for flag in STRICT if "promotion" not in flag)  # there double is float, and fabsf is fabs
+M4F = ("-mcpu=cortex-m4", "-mthumb", "-mfpu=fpv4-sp-d16", "-mfloat-abi=hard", "-ffp-contract=off")
+M0 = ("-mcpu=cortex-m0plus", "-mthumb", "-ffp-contract=off")  # its code runs on an M4 as well
+QEMU = ("qemu-system-arm", "-machine", "mps2-an386", "-nographic", "-semihosting", "-icount", "shift=0", "-kernel")
+TOOLS = {"Cortex-M4F": ("arm-none-eabi-gcc", "qemu-system-arm"), "AVR": ("avr-gcc", "simavr")}
+UNO = {"flash": 32_256, "ram": 2_048}  # ATmega328P less the boot loader
+CPUS = {"float": (M4F,), "double": (M4F, M0)}
+NOTES = {
+    "float": "The processor computes float.",
+    "double": "Double is done in software. libgcc's sum for ARMv7-M rounds some differences wrongly (docs/export.md).",
+}
+MEGA = {"ram": 8_192}
+LEAST_STACK = 3_072  # that a filter of an IMU takes on an AVR
+COLUMNS = {
+    "case": "filter",
+    "code": "code [bytes]",
+    "ram": "RAM [bytes]",
+    "stack": "stack of an update [bytes]",
+    "instructions": "instructions of an update",
+}
+AVR_COLUMNS = {
+    "case": "filter",
+    "code": "flash [bytes]",
+    "ram": "RAM [bytes]",
+    "stack": "stack of an update [bytes]",
+    "cycles": "cycles of an update",
+    "fits": "fits an Uno",
+}
+
+
+def missing(board: str) -> str:
+    """The tools for a board that are not there, in words; nothing if all are."""
+    return ", ".join(tool for tool in TOOLS[board] if shutil.which(tool) is None)
+
+
+def run(*command: Any, cwd: Path) -> str:
+    """What a command says.
+
+    Raises:
+        SystemExit: it failed; with what it said.
+    """
+    done = subprocess.run([*map(str, command)], cwd=cwd, capture_output=True, text=True, check=False, timeout=120)
+    if done.returncode != 0:
+        raise SystemExit(f"{' '.join(map(str, command))} failed with {done.returncode}:\n{done.stdout}{done.stderr}")
+    return done.stdout
+
+
+def image(folder: Path, config: ExportConfig, main: str, cpu: Sequence[str], *defines: str) -> Path:
+    """The program ``main`` with an exported filter, for a Cortex-M in QEMU."""
+    common = ("arm-none-eabi-gcc", *cpu, "-O2")
+    run(*common, *STRICT, "-c", f"{config.name}.c", "-o", "filter.o", cwd=folder)
+    program = folder / f"{Path(main).stem}.elf"
+    run(*common, "-std=gnu99", "-I.", *defines, main, "filter.o", SOURCES / "cortex-m.c", "-T",
+        SOURCES / "cortex-m.ld", "-nostartfiles", "--specs=rdimon.specs", "-lm", "-o", program, cwd=folder)  # fmt: skip
+    return program
+
+
+def section_sizes(tool: str, path: Path) -> dict[str, int]:
+    """text, data and bss of an object."""
+    names, values = run(tool, path, cwd=path.parent).splitlines()[:2]
+    return dict(zip(names.split()[:3], map(int, values.split()[:3]), strict=True))
+
+
+def self_test(config: ExportConfig, cpu: Sequence[str] = M4F) -> str:
+    """What the generated self-test says on a Cortex-M in QEMU."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        write(config, folder)
+        command = (*QEMU, str(image(folder, config, f"{config.name}_selftest.c", cpu)))
+        return subprocess.run(command, capture_output=True, text=True, check=False, timeout=120).stdout.strip()
+
+
+def on_cortex(config: ExportConfig) -> dict[str, Any]:
+    """Code, RAM, stack and instructions of an update on a Cortex-M4F."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        write(config, folder)
+        defines = [f"-DFILTER={config.name}", f'-DFILTER_H="{config.name}.h"', f"-DREAL={config.real}"]
+        defines += ["-DAXIS"] if config.axis else []
+        said = run(*QEMU, image(folder, config, str(SOURCES / "count.c"), M4F, *defines), cwd=folder)
+        found: dict[str, Any] = json.loads(said)
+        return found | {"code": section_sizes("arm-none-eabi-size", folder / "filter.o")["text"]}
+
+
+def on_avr(config: ExportConfig) -> dict[str, Any]:
+    """Flash, RAM, stack and cycles of a program that does nothing but update, on an ATmega2560 in simavr."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        write(config, folder)
+        defines = [f"-DFILTER={config.name}", f'-DFILTER_H="{config.name}.h"', *(["-DAXIS"] if config.axis else [])]
+        common = ("avr-gcc", "-mmcu=atmega2560", "-Os", "-ffunction-sections")
+        run(*common, *AVR_STRICT, "-c", f"{config.name}.c", cwd=folder)
+        run(*common, "-std=gnu99", "-I.", *defines, SOURCES / "avr.c", f"{config.name}.o", "-Wl,--gc-sections", "-lm",
+            "-Wl,--defsym,__DATA_REGION_LENGTH__=64K",  # so that what has no room is measured too
+            "-o", "main.elf", cwd=folder)  # fmt: skip
+        sizes = section_sizes("avr-size", folder / "main.elf")
+        code, ram = sizes["text"] + sizes["data"], sizes["data"] + sizes["bss"]
+        if ram + LEAST_STACK > MEGA["ram"]:
+            return {"code": code, "ram": ram, "fits": "no, nor a Mega"}
+        command = ("simavr", "-m", "atmega2560", "-f", "16000000", "main.elf")
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=300)
+        said = done.stdout + done.stderr  # what the program says goes to one, what simavr says to the other
+        stack, cycles = map(int, re.findall(r"(\d+) (\d+) ", said)[0])
+        fits = code <= UNO["flash"] and ram + stack <= UNO["ram"]
+        return {"code": code, "ram": ram, "stack": stack, "cycles": cycles, "fits": "yes" if fits else "no"}
+
+
+def choices(real: Any) -> Iterator[ExportConfig]:
+    """Every filter with the guard, and those of one axis."""
+    for flt in filters.ALL:
+        yield ExportConfig(flt.params(), real=real)
+    for flt in filters.ALL:
+        if flt.axis:
+            yield ExportConfig(flt.params(), real=real, axis=True)
+
+
+def shown(config: ExportConfig) -> str:
+    """A filter's name in a table."""
+    alone = config.guard is None and is_guarded(config.flt)
+    return config.flt.name + (", one axis" if config.axis else ", --guard off" if alone else "")
+
+
+def tables() -> Iterator[Table]:
+    """Every filter on every board for which there are tools."""
+    if not missing("Cortex-M4F"):
+        for real in ("float", "double"):
+            rows = [{"case": shown(config)} | on_cortex(config) for config in choices(real)]
+            said = [self_test(config, cpu) for config in choices(real) for cpu in CPUS[real]]
+            right, last = (sum(words in one for one in said) for words in ("samples are right", "last digits"))
+            yield Table(
+                f"Cortex-M4F, {real}, gcc -O2, guard and sigma included",
+                COLUMNS,
+                rows,
+                f"{NOTES[real]} {len(said)} self-tests in QEMU: {right} right, {last} but for the last digits.",
+            )
+    if not missing("AVR"):
+        every = [
+            *choices("float"),
+            *(ExportConfig(flt.params(), None, "float") for flt in filters.ALL if is_guarded(flt)),
+        ]
+        yield Table(
+            "AVR (ATmega2560), float, avr-gcc -Os, a program that does nothing else",
+            AVR_COLUMNS,
+            [{"case": shown(config)} | on_avr(config) for config in every],
+            "Arithmetic in float and constants are counted. An Uno has 32,256 bytes of flash and 2,048 of RAM; 160,000 "
+            "cycles are 10 ms at 16 MHz.",
+        )
+
+
+def main() -> None:
+    """Run all of it."""
+    given = options(__doc__).parse_args()
+    for board in TOOLS:
+        if missing(board):
+            print(f"{board}: left out, because these are not on the PATH: {missing(board)}")
+    show(list(tables()), given.json)
+
+
+if __name__ == "__main__":
+    main()
