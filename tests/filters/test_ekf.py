@@ -65,7 +65,7 @@ def test_it_is_the_textbook_with_full_matrices(seed, wild):
             acc, mag = (None if rng.random() < 0.2 else v for v in (acc, mag))
         gyr = rate + bias + rng.normal(0, 0.02, 3)
         state = mekf.step(params, state, vec(gyr), vec(acc), vec(mag), dt)
-        if mekf.due(params, state):
+        if mekf.due(params, state, dt):
             state = mekf.correct(params, state, dt)
         twin.step(gyr, acc, mag, dt)
         refused += state.health != 0

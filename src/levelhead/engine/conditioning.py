@@ -24,6 +24,7 @@ from levelhead.guard import Guard
 from levelhead.guard.detectors import NO_SAMPLES, DetectorState
 from levelhead.guard.rate_jump import first_rate
 from levelhead.guard.rest import NO_SUMS, SlowMeans
+from levelhead.kernels.elapsed import has_elapsed
 from levelhead.kernels.tilt import GAP_SECONDS, TURN, is_present
 from levelhead.kernels.vec3 import ZERO, Vec3, add, dot, scale, sub
 
@@ -178,7 +179,7 @@ def first_sample(gyr: Vec3, acc: Vec3, mag: Vec3, health: int) -> ConditionedSam
 @kernel
 def sigma_due(sample: ConditionedSample) -> bool:
     """Whether σ is updated after this sample."""
-    return sample.since_sigma >= INTERVAL or sample.unmeasured > 0.0
+    return has_elapsed(sample.since_sigma, sample.dt, INTERVAL) or sample.unmeasured > 0.0
 
 
 @kernel
@@ -195,7 +196,7 @@ def condition(guard: Guard, sample: ConditionedSample, gyr: Vec3, acc: Vec3, mag
         mag = ZERO if health & MAG_MISSING else mag
     if not started:
         return first_sample(gyr, acc, mag, health)
-    rate_lost = health & GYR_MISSING != 0 and rate_age > GAP_SECONDS
+    rate_lost = health & GYR_MISSING != 0 and has_elapsed(rate_age, dt, GAP_SECONDS)
     lost = dt - usual if usual > 0.0 and dt > 2.0 * usual else 0.0
     detected = detectors.detect(guard, detected, gyr, acc, health, rate_lost, lost > 0.0, dt)
     if health & GYR_MISSING == 0:

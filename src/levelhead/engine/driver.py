@@ -22,7 +22,7 @@ from levelhead.filters.observer_covariance import sigma as observer_sigma
 from levelhead.filters.parameters import Params
 from levelhead.guard import NO_SAMPLES, Gated, Guard, GuardState, gate_force, is_accelerating
 from levelhead.guard.field import initial_field
-from levelhead.guard.rest import INTERVAL, is_resting
+from levelhead.guard.rest import is_resting
 from levelhead.guard.rest import update_rest as update_bias_at_rest
 from levelhead.kernels.arrays import Floats
 from levelhead.kernels.quat import Quat, up
@@ -88,8 +88,8 @@ class Hooks(Protocol):
 
     @staticmethod
     @kernel
-    def due(params: Params, state: FilterState) -> bool:
-        """Whether ``correct`` is to be called after this step."""
+    def due(params: Params, state: FilterState, dt: float) -> bool:
+        """Whether ``correct`` is to be called after this step of ``dt`` seconds."""
         return False
 
     @staticmethod
@@ -215,7 +215,7 @@ def step_accelerated(settings: Settings, sample: ConditionedSample, run: FilterR
     estimate: Output = hooks.output(params, state)
     gyr = unbiased_rate(sample, gates, estimate.bias)
     gates = gate_force(guard, gates, estimate.quat, gyr, sample.acc, sample.detected.far_from_g, sample.dt)
-    if is_present(sample.acc) and is_accelerating(guard, gates):
+    if is_present(sample.acc) and is_accelerating(guard, gates, sample.dt):
         return step_gated(settings, sample, FilterRun(state, sample.health | ACC_REJECTED, gates, covariance), ZERO)
     return step_gated(settings, sample, FilterRun(state, sample.health, gates, covariance), sample.acc)
 
@@ -228,9 +228,9 @@ def step_plain(settings: Settings, sample: ConditionedSample, run: FilterRun) ->
 
 
 @kernel
-def correction_due(settings: Settings, run: FilterRun) -> bool:
+def correction_due(settings: Settings, sample: ConditionedSample, run: FilterRun) -> bool:
     """Whether ``apply_correction`` has anything to do."""
-    return run.health & MAG_LEARNED != 0 or hooks.due(settings.filter, run.state)
+    return run.health & MAG_LEARNED != 0 or hooks.due(settings.filter, run.state, sample.dt)
 
 
 @kernel
@@ -240,7 +240,7 @@ def apply_correction(settings: Settings, sample: ConditionedSample, run: FilterR
     state, health, gates, covariance = run
     if health & MAG_LEARNED:
         state = hooks.inflate_heading(params, state, NEW_FIELD if sample.had_field else FIRST_FIELD)
-    if hooks.due(params, state):
+    if hooks.due(params, state, sample.dt):
         state = hooks.correct(params, state, sample.dt)
     return FilterRun(state, health, gates, covariance)
 
@@ -252,7 +252,7 @@ def update_sigma(settings: Settings, sample: ConditionedSample, run: FilterRun) 
     state, health, gates, covariance = run
     seen = sample.corrected_by
     acc = sample.acc
-    if is_accelerating(guard, gates):
+    if is_accelerating(guard, gates, sample.dt):
         seen = seen & 2
         acc = ZERO
     if gates.field.rejected > 0.0:
@@ -279,7 +279,7 @@ def advance(settings: Settings, carry: Carry, gyr: Vec3, acc: Vec3, mag: Vec3, d
     sample: ConditionedSample = condition(settings.guard, before, gyr, acc, mag, dt)
     if not before.started:
         return Carry(sample, start(settings, sample, run))
-    if sample.detected.sums.time >= INTERVAL:
+    if sample.detected.sums.complete:
         run = update_rest(settings, sample, run)
     if sample.unmeasured > 0.0:
         run = inflate(settings, sample, run)
@@ -287,7 +287,7 @@ def advance(settings: Settings, carry: Carry, gyr: Vec3, acc: Vec3, mag: Vec3, d
         run = step_accelerated(settings, sample, run)
     else:
         run = step_plain(settings, sample, run)
-    if correction_due(settings, run):
+    if correction_due(settings, sample, run):
         run = apply_correction(settings, sample, run)
     if not hooks.OWN_SIGMA and sigma_due(sample):
         run = update_sigma(settings, sample, run)

@@ -13,7 +13,6 @@ from levelhead.engine.conditioning import ConditionedSample, condition, sigma_du
 from levelhead.engine.driver import FilterRun, Settings
 from levelhead.filters.contract import Output
 from levelhead.guard import Guard
-from levelhead.guard.rest import INTERVAL
 from levelhead.kernels import quat, vector_error
 from levelhead.kernels.arrays import Floats
 from levelhead.kernels.quat import Quat
@@ -190,7 +189,7 @@ def run_lanes(
         if not running:
             hooks.each(start, at, guard, sample)
         else:
-            if sample.detected.sums.time >= INTERVAL:
+            if sample.detected.sums.complete:
                 hooks.each(update_rest, at, guard, sample)
             if sample.unmeasured > 0.0:
                 hooks.each(inflate, at, guard, sample)
@@ -202,7 +201,7 @@ def run_lanes(
                 due = 0
                 for lane in range(LANES):
                     settings = Settings(hooks.load_params(at, lane), guard)
-                    due += 1 if driver.correction_due(settings, hooks.load(at, lane)) else 0
+                    due += 1 if driver.correction_due(settings, sample, hooks.load(at, lane)) else 0
                 if due > 0:
                     hooks.each(apply_correction, at, guard, sample)
             if not hooks.OWN_SIGMA and sigma_due(sample):

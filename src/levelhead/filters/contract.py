@@ -68,7 +68,7 @@ class Settling(NamedTuple):
 class Schedule(NamedTuple):
     """Of a filter that corrects at the end of blocks of samples, and not at every sample."""
 
-    due: Callable[..., bool]  # (params, state) -> bool: whether ``correct`` is to be called after this step
+    due: Callable[..., bool]  # (params, state, dt) -> bool: whether ``correct`` is to be called after this step
     correct: KernelFunction  # (params, state, dt) -> state
 
 

@@ -15,6 +15,7 @@ from levelhead.guard.field import NO_FIELD, Field, update_field
 from levelhead.guard.params import Guard
 from levelhead.guard.rest import Rest, is_resting
 from levelhead.kernels import quat
+from levelhead.kernels.elapsed import has_elapsed
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.tilt import is_present
 from levelhead.kernels.vec3 import ZERO, Vec3
@@ -43,9 +44,9 @@ NO_SAMPLES = GuardState(Rest(0.0, ZERO, False, False), 0.0, NO_FIELD)
 
 
 @kernel
-def is_accelerating(guard: Guard, state: GuardState) -> bool:
-    """Whether the accelerometer is held back."""
-    return 0.0 < state.acc_rejected < guard.acc_time
+def is_accelerating(guard: Guard, state: GuardState, dt: float) -> bool:
+    """Whether the accelerometer is held back at a sample of ``dt`` seconds."""
+    return state.acc_rejected > 0.0 and not has_elapsed(state.acc_rejected, dt, guard.acc_time)
 
 
 @kernel

@@ -19,7 +19,8 @@ from levelhead.filters.health import (
 from levelhead.guard.params import Guard
 from levelhead.guard.rate_jump import NO_JUMP, Jump, update_jump
 from levelhead.guard.rate_noise import NO_NOISE, RateNoise, is_silent, update_noise
-from levelhead.guard.rest import INTERVAL, NO_SUMS, SlowMeans, Sums, add_sample, update_means
+from levelhead.guard.rest import NO_SUMS, SlowMeans, Sums, add_sample, update_means
+from levelhead.kernels.elapsed import has_elapsed
 from levelhead.kernels.vec3 import ZERO, Vec3, add
 from levelhead.units import DEGREE, GRAVITY
 
@@ -29,7 +30,7 @@ PLATEAU = 0.997  # of the largest reading so far: readings above this may be cli
 APPROACH = 0.7  # of the largest reading so far: a reading that rises from below this in two samples rises steeply
 AT_FULL = 0.99  # of a full scale found: where it ends drifts with temperature
 STEEP = 1.0  # 1/s, of the reading itself
-PLATEAU_SECONDS = 0.0199  # at least, and
+PLATEAU_SECONDS = 0.02  # at least, and
 FLAT = 0.12  # slope (1/s) times seconds: of a smooth peak, which is flat to PLATEAU, it is 0.012
 CREEP = 0.3  # 1/s of the reading itself: where a full scale ends drifts with temperature and with other axes
 NOT_STEEP = -1.0
@@ -125,7 +126,7 @@ def update_extreme(extreme: Extreme, v: Vec3, full: float, dt: float) -> Extreme
         stay = 0.0 if slope > STEEP else NOT_STEEP
     elif stay >= 0.0:
         stay += dt
-        if stay >= PLATEAU_SECONDS and slope * stay >= FLAT:
+        if has_elapsed(stay, dt, PLATEAU_SECONDS) and slope * stay >= FLAT:
             found |= side
         if found & side == 0:  # a plateau is as high as it began
             return Extreme(up, down, largest, last, slope, stay, found, False)
@@ -163,7 +164,7 @@ def update_repeat(repeat: Repeat, v: Vec3, dt: float) -> Repeat:
 @kernel
 def is_stuck(repeat: Repeat, dt: float) -> bool:
     """Whether an axis has repeated one value for 1 s and 20 samples while another one changed."""
-    return repeat.time > max(STUCK_SECONDS, STUCK_SAMPLES * dt)
+    return has_elapsed(repeat.time, dt, max(STUCK_SECONDS, STUCK_SAMPLES * dt))
 
 
 @kernel
@@ -196,7 +197,7 @@ def detect(
         if jump.spikes > 0:
             health = GYR_SPIKE
     sums = add_sample(sums, means.gyr if no_gyr else gyr, means.acc if no_acc else acc, dt)
-    if sums.time >= INTERVAL:
+    if sums.complete:
         means = update_means(guard, means, sums, blind)
     if not no_gyr:
         gyr_extreme = update_extreme(gyr_extreme, gyr, guard.gyr_range * DEGREE, dt)

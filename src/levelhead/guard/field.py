@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 from levelhead.compiler.mark import kernel
 from levelhead.guard.params import Guard
+from levelhead.kernels.elapsed import has_elapsed
 from levelhead.kernels.lowpass import lowpass_weight
 from levelhead.kernels.tilt import is_present
 from levelhead.kernels.vec3 import Vec3, dot, norm
@@ -48,7 +49,7 @@ def update_field(guard: Guard, field: Field, up: Vec3, mag: Vec3, dt: float) -> 
     n = sqrt(x * x + y * y + z * z)
     a, b, c = up
     d = (a * x + b * y + c * z) * (1.0 / n)
-    if age == 0.0 or rejected > min(guard.mag_time, age):
+    if age == 0.0 or (rejected > 0.0 and has_elapsed(rejected, dt, min(guard.mag_time, age))):
         return Field(n, d, dt, 0.0)
     if abs(n - strength) > guard.mag_gate * strength or abs(d - dip) > guard.mag_angle * DEGREE:
         return Field(strength, dip, age, rejected + dt)

@@ -10,6 +10,7 @@ An axis that stays at one digit at rest has a small p, and is given that much mo
 from typing import NamedTuple
 
 from levelhead.compiler.mark import kernel
+from levelhead.kernels.elapsed import has_elapsed
 from levelhead.kernels.lowpass import lowpass_weight
 from levelhead.kernels.vec3 import ZERO, Vec3
 
@@ -57,7 +58,7 @@ def update_noise(noise: RateNoise, rate: Vec3, quiet: bool, dt: float) -> RateNo
         share = Vec3(axis_share(u, x, p, weight), axis_share(v, y, q, weight), axis_share(w, z, r, weight))
         change = Vec3(p + weight * (x - p), q + weight * (y - q), r + weight * (z - r))
         return RateNoise(rate, change, share, min(time + dt, NOISE_TIME), ZERO)
-    if time < LEAST_TIME:
+    if not has_elapsed(time, dt, LEAST_TIME):
         return RateNoise(rate, noise.change, noise.share, time, ZERO)
     evidence = Vec3(
         axis_evidence(e, rate.x, x, p, u), axis_evidence(f, rate.y, y, q, v), axis_evidence(g, rate.z, z, r, w)

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from levelhead.compiler.mark import kernel
 from levelhead.guard.params import Guard
+from levelhead.kernels.elapsed import has_elapsed
 from levelhead.kernels.lowpass import lowpass_weight
 from levelhead.kernels.tilt import GAP_SECONDS
 from levelhead.kernels.vec3 import ZERO, Vec3, add, sub
@@ -24,7 +25,7 @@ BIAS_TIME = 10.0  # s, time constant of the bias at rest
 
 
 class Sums(NamedTuple):
-    """∫ rate dt (rad) and ∫ specific force dt (m/s) over an interval, and its length (s)."""
+    """∫ rate dt (rad) and ∫ specific force dt (m/s) over an interval, its length (s), and whether it ends here."""
 
     x: float
     y: float
@@ -33,6 +34,7 @@ class Sums(NamedTuple):
     b: float
     c: float
     time: float
+    complete: bool
 
 
 class SlowMeans(NamedTuple):
@@ -52,7 +54,7 @@ class Rest(NamedTuple):
     known: bool  # the bias was read off
 
 
-NO_SUMS = Sums(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+NO_SUMS = Sums(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, False)
 
 
 @kernel
@@ -77,10 +79,10 @@ def add_sample(sums: Sums, gyr: Vec3, acc: Vec3, dt: float) -> Sums:
     """Adds a sample (rad/s, m/s², ``dt`` s) to the interval, or begins the next one with it."""
     x, y, z = gyr
     a, b, c = acc
-    if sums.time >= INTERVAL:
-        return Sums(x * dt, y * dt, z * dt, a * dt, b * dt, c * dt, dt)
-    p, q, r, u, v, w, time = sums
-    return Sums(p + x * dt, q + y * dt, r + z * dt, u + a * dt, v + b * dt, w + c * dt, time + dt)
+    p, q, r, u, v, w, time, complete = NO_SUMS if sums.complete else sums
+    time += dt
+    complete = has_elapsed(time, dt, INTERVAL)
+    return Sums(p + x * dt, q + y * dt, r + z * dt, u + a * dt, v + b * dt, w + c * dt, time, complete)
 
 
 @kernel
@@ -101,7 +103,7 @@ def update_means(guard: Guard, means: SlowMeans, sums: Sums, blind: bool) -> Slo
 
     ``blind``: the rate has been missing for long.
     """
-    x, y, z, a, b, c, dt = sums
+    x, y, z, a, b, c, dt, _ = sums
     one = 1.0 / dt
     gyr = Vec3(x * one, y * one, z * one)
     acc = Vec3(a * one, b * one, c * one)
@@ -129,6 +131,12 @@ def is_turn(guard: Guard, mean: Vec3, rest: Rest, own: Vec3) -> bool:
 
 
 @kernel
+def has_rested(guard: Guard, time: float) -> bool:
+    """Whether ``time`` (s), a sum of intervals, has reached ``rest_time``."""
+    return time > 0.0 and has_elapsed(time, INTERVAL, guard.rest_time)
+
+
+@kernel
 def update_rest(guard: Guard, rest: Rest, own: Vec3, means: SlowMeans, dt: float) -> Rest:
     """After an interval of ``dt`` seconds: how long the sensor has been quiet, and the bias (rad/s) as a running mean.
 
@@ -140,12 +148,12 @@ def update_rest(guard: Guard, rest: Rest, own: Vec3, means: SlowMeans, dt: float
         return Rest(0.0, bias, True, known)
     age = max(time - guard.rest_time, 0.0)
     time += dt if moved or age > 0.0 else dt * means.pace
-    if time > guard.rest_time:
+    if has_rested(guard, time):
         bias = blend(bias, sub(mean, own), lowpass_weight(BIAS_TIME, age, dt))
-    return Rest(time, bias, moved, known or time > guard.rest_time)
+    return Rest(time, bias, moved, known or has_rested(guard, time))
 
 
 @kernel
 def is_resting(guard: Guard, rest: Rest) -> bool:
     """Whether the sensor has been quiet for ``rest_time``."""
-    return rest.time > guard.rest_time
+    return has_rested(guard, rest.time)

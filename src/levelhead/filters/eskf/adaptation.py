@@ -69,6 +69,7 @@ from levelhead.filters.eskf import state as at
 from levelhead.filters.eskf.covariance import add_variance, set_independent, state_variance, update_scalar, vector
 from levelhead.filters.eskf.params import ESKF
 from levelhead.kernels.arrays import Floats, add_scaled, copy
+from levelhead.kernels.elapsed import has_elapsed
 from levelhead.kernels.mat3 import Mat3, det
 from levelhead.kernels.vec3 import ZERO, Vec3
 from levelhead.units import DEGREE, GRAVITY
@@ -242,7 +243,7 @@ def narrow_prior(params: ESKF, m: Floats, n: int) -> None:
     raw = params.bias_raw * DEGREE
     raw2 = raw * raw
     if m[at.MAYBE_RAW] > 1.0 or volume2 < INFORMED * INFORMED * raw2 * raw2 * raw2:
-        m[at.MAYBE_RAW] = 2.0 if m[at.RUN_TIME] < NARROW_TIME else 0.0
+        m[at.MAYBE_RAW] = 0.0 if has_elapsed(m[at.RUN_TIME], m[at.BLOCK_TIME], NARROW_TIME) else 2.0
         least = max(params.bias_start * DEGREE, widest_axis(m, at.GYR_BIAS, SURE_FIRST))
         for i in range(at.GYR_BIAS, at.GYR_BIAS + 3):
             width = max(informed_bound(m, i, SURE_FIRST), least)

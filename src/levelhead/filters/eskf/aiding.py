@@ -20,6 +20,7 @@ from levelhead.filters.eskf import state as at
 from levelhead.filters.eskf.covariance import add_variance, set_independent, start_aided, state_variance, update_scalar
 from levelhead.filters.eskf.params import ESKF
 from levelhead.kernels.arrays import Floats
+from levelhead.kernels.elapsed import has_elapsed
 from levelhead.kernels.vec3 import Vec3
 
 NEVER = 1e9  # s
@@ -50,7 +51,7 @@ def is_initialised(m: Floats, row: int) -> bool:
 @kernel
 def is_recent(m: Floats, row: int) -> bool:
     """Whether a reading of a row was accepted within the last 1.5 s."""
-    return m[at.AID_AGE + row] < RECENT
+    return not has_elapsed(m[at.AID_AGE + row], m[at.BLOCK_TIME], RECENT)
 
 
 @kernel
@@ -166,7 +167,7 @@ def add_reading(params: ESKF, m: Floats, row: int, value: float, sigma: float, a
     noise = sigma * sigma
     y = value - predict_reading(m, row)
     if y * y > GATE * (reading_variance(m, row) + noise):
-        if m[at.AID_REJECTED + row] < GATE_TIME:
+        if not has_elapsed(m[at.AID_REJECTED + row], m[at.BLOCK_TIME], GATE_TIME):
             m[at.AID_REJECTED + row] = max(m[at.AID_REJECTED + row], SHORTEST)
             return
         inflate_row(m, row, y * y)

@@ -23,6 +23,7 @@ from levelhead.filters.contract import VELOCITY
 from levelhead.filters.eskf import state as at
 from levelhead.filters.eskf.covariance import set_independent, state_variance
 from levelhead.kernels.arrays import Floats
+from levelhead.kernels.elapsed import has_elapsed
 from levelhead.kernels.trig import atan2
 from levelhead.units import GRAVITY
 
@@ -102,7 +103,8 @@ def add_block(m: Floats) -> bool:
         tilt = state_variance(m, at.ATTITUDE) + state_variance(m, at.ATTITUDE + 1)
         fall = GRAVITY * m[at.PUSH_TIME]
         off = sqrt(x * x + y * y) - push
-        if off * off < FAR * FAR * (2.0 * noise + tilt * fall * fall) and m[at.PUSH_TIME] < MEMORY:
+        long = has_elapsed(m[at.PUSH_TIME], m[at.BLOCK_TIME], MEMORY)
+        if off * off < FAR * FAR * (2.0 * noise + tilt * fall * fall) and not long:
             add_pair(m, m[at.PUSH_TIME], x, y)
     m[at.FIX_BEFORE] = m[at.FIX]
     m[at.FIX_BEFORE + 1] = m[at.FIX + 1]

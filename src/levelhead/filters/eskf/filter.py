@@ -56,6 +56,7 @@ from levelhead.filters.eskf.sigma import attitude_sigma
 from levelhead.filters.health import AID_REJECTED, MAG_LEARNED, MAG_REJECTED, TURN_MISSED
 from levelhead.kernels import quat, tilt, triad
 from levelhead.kernels.arrays import Floats, zeros
+from levelhead.kernels.elapsed import has_elapsed
 from levelhead.kernels.quat import IDENTITY, Quat
 from levelhead.kernels.tilt import GAP_SECONDS, UNIFORM
 from levelhead.kernels.trig import atan2
@@ -154,9 +155,9 @@ def step(params: ESKF, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float)
 
 
 @kernel
-def due(params: ESKF, state: State) -> bool:
-    """Whether a block has ended."""
-    return state.memory[at.BLOCK_TIME] >= params.block
+def due(params: ESKF, state: State, dt: float) -> bool:
+    """Whether a block has ended with a sample of ``dt`` seconds."""
+    return has_elapsed(state.memory[at.BLOCK_TIME], GAP_SAMPLE if dt > GAP_SECONDS else dt, params.block)
 
 
 @kernel
@@ -216,7 +217,7 @@ def update(params: ESKF, state: State) -> State:
     if resting:
         update_zero_rate(m, n)
     if m[at.MAG_COUNT] > 0.0:
-        fit = update_field_undirected(params, m, candidate.time > STEADY_TIME, n)
+        fit = update_field_undirected(params, m, has_elapsed(candidate.time, m[at.BLOCK_TIME], STEADY_TIME), n)
     if n > at.N_MAGNETIC and aiding.update(m, n):
         health |= AID_REJECTED
     adapt_bias_walk(m)
@@ -232,7 +233,9 @@ def update(params: ESKF, state: State) -> State:
     elif m[at.MAG_COUNT] > 0.0:
         m[at.FIELD_AGE] = min(m[at.FIELD_AGE] + m[at.BLOCK_TIME], params.mag_time)
     candidate = track_candidate(m, candidate, fit)
-    if candidate.time > max(m[at.FIELD_AGE], min(YOUNG_FIELD, params.mag_time)):  # the room was changed, not the moment
+    longest = max(m[at.FIELD_AGE], min(YOUNG_FIELD, params.mag_time))
+    # the room was changed, not the moment
+    if candidate.time > 0.0 and has_elapsed(candidate.time, m[at.BLOCK_TIME], longest):
         angle = atan2(candidate.field.x, candidate.field.y)
         set_field(params, m, candidate.field)
         m[at.FIELD_AGE] = min(candidate.time, params.mag_time)

@@ -10,6 +10,7 @@ from levelhead.filters.mekf.covariance import Correction, Cov, across_gap, diago
 from levelhead.filters.mekf.measurements import NO_SAMPLES, Sums, add_sample, lowpass_force, update_heading, update_tilt
 from levelhead.filters.mekf.params import EKF
 from levelhead.kernels import quat, tilt, triad
+from levelhead.kernels.elapsed import has_elapsed
 from levelhead.kernels.lowpass import advance_age
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.tilt import GAP_SECONDS, UNIFORM
@@ -72,9 +73,9 @@ def step(params: EKF, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) 
 
 
 @kernel
-def due(params: EKF, state: State) -> bool:
-    """Whether a block has ended."""
-    return state.sums.time >= params.block
+def due(params: EKF, state: State, dt: float) -> bool:
+    """Whether a block has ended with a sample of ``dt`` seconds."""
+    return has_elapsed(state.sums.time, dt, params.block)
 
 
 @kernel

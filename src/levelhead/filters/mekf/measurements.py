@@ -7,6 +7,7 @@ from levelhead.compiler.mark import kernel
 from levelhead.filters.mekf.covariance import Correction, Cov, inflate_attitude, update
 from levelhead.filters.mekf.params import EKF
 from levelhead.kernels import quat, tilt
+from levelhead.kernels.elapsed import has_elapsed
 from levelhead.kernels.lowpass import lowpass_weight
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.vec3 import ZERO, Vec3
@@ -109,7 +110,7 @@ def update_tilt(params: EKF, correction: Correction, force: Vec3, sums: Sums, re
     square = x * x + y * y
     if square > params.gate * params.gate * (max(p.axx, p.ayy) + r):
         rejected += sums.time
-        if rejected <= params.gate_time:
+        if not has_elapsed(rejected, sums.time, params.gate_time):
             return Gated(correction, rejected)
         p = inflate_attitude(p, square, square)  # an estimate with such a tilt error knows no heading either
     correction = update(Correction(ZERO, correction.bias, p), p.axx, p.axy, p.axz, p.cxx, p.cxy, p.cxz, p.axx + r, x)
@@ -126,7 +127,7 @@ def update_heading(params: EKF, correction: Correction, sums: Sums, rejected: fl
     square = innovation * innovation
     if square > params.gate * params.gate * (p.azz + r):
         rejected += sums.time
-        if rejected <= params.gate_time:
+        if not has_elapsed(rejected, sums.time, params.gate_time):
             return Gated(correction, rejected)
         p = inflate_attitude(p, 0.0, square)
         correction = Correction(correction.turn, correction.bias, p)

@@ -118,6 +118,8 @@ static const int32_t RATE_JUMP_MOST_SPIKES = 3; /* in a row; more are a motion *
 /* times: a held rate lasts at most so much longer than the sample it is returned with */
 static const float RATE_JUMP_MOST_RETURN = 3.0f;
 
+static const float ELAPSED_SLACK = 0.38196602f; /* of an interval: (3 − √5)/2 */
+
 static const float LOWPASS_AGE_LIMIT = 1e6f; /* s: beyond this age the weight no longer depends on it */
 
 /* of the full scale: an axis that reads so much is clipped, if any is */
@@ -158,7 +160,7 @@ static const float REST_FASTEST = 5.0f;
 /* (2.0 * DEGREE) * (2.0 * DEGREE): (rad/s)², by which a bias may differ from what is known of it */
 static const float REST_BIAS_CHANGE = 0.0012184697f;
 static const float REST_BIAS_TIME = 10.0f; /* s, time constant of the bias at rest */
-static const Sums REST_NO_SUMS = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
+static const Sums REST_NO_SUMS = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, false};
 
 static const float UNITS_GRAVITY = 9.80665f; /* m/s², standard gravity (CGPM 1901) */
 static const float UNITS_DEGREE = 0.017453292f; /* math.pi / 180.0: rad */
@@ -189,7 +191,7 @@ static const float DETECTORS_PLATEAU = 0.997f; /* of the largest reading so far:
 static const float DETECTORS_APPROACH = 0.7f;
 static const float DETECTORS_AT_FULL = 0.99f; /* of a full scale found: where it ends drifts with temperature */
 static const float DETECTORS_STEEP = 1.0f; /* 1/s, of the reading itself */
-static const float DETECTORS_PLATEAU_SECONDS = 0.0199f; /* at least, and */
+static const float DETECTORS_PLATEAU_SECONDS = 0.02f; /* at least, and */
 /* slope (1/s) times seconds: of a smooth peak, which is flat to PLATEAU, it is 0.012 */
 static const float DETECTORS_FLAT = 0.12f;
 /* 1/s of the reading itself: where a full scale ends drifts with temperature and with other axes */
@@ -198,7 +200,7 @@ static const float DETECTORS_NOT_STEEP = -1.0f;
 static const float DETECTORS_LEAST = 1e-05f; /* rad/s, m/s²: no sensor has finer steps than this */
 static const float DETECTORS_STUCK_SAMPLES = 20.0f;
 static const float DETECTORS_STUCK_SECONDS = 1.0f; /* of one value while another axis moves */
-static const DetectorState DETECTORS_NO_SAMPLES = {{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f},
+static const DetectorState DETECTORS_NO_SAMPLES = {{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, false},
     {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, 0.0f}, {4.0f, 4.0f, 0.0f, 0.0f, 0.0f, -1.0f, 0, false},
     {19.0f, 19.0f, 0.0f, 0.0f, 0.0f, -1.0f, 0, false}, {{0.0f, 0.0f, 0.0f}, 0, 0.0f},
     {{0.0f, 0.0f, 0.0f}, 0, 0.0f},
@@ -238,7 +240,7 @@ static const float CONDITIONING_CHANGE_VARIANCE = 0.083333336f;
 static const float CONDITIONING_RETURN_VARIANCE = 0.06f; /* of what the rate does besides, as a share of its square */
 static const ConditionedSample CONDITIONING_NO_SAMPLE = {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f},
     {0.0f, 0.0f, 0.0f}, 0.0f, 0.0f, 0, false, false, false, 0.0f, 0.0f, 0.0f, 0,
-    {{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, 0.0f},
+    {{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, false}, {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, 0.0f},
     {4.0f, 4.0f, 0.0f, 0.0f, 0.0f, -1.0f, 0, false}, {19.0f, 19.0f, 0.0f, 0.0f, 0.0f, -1.0f, 0, false},
     {{0.0f, 0.0f, 0.0f}, 0, 0.0f}, {{0.0f, 0.0f, 0.0f}, 0, 0.0f},
     {{0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f}, 0},
@@ -541,6 +543,23 @@ static Jump rate_jump_update_jump(const Jump *jump, Vec3 gyr, bool plausible, fl
     }
     usual2 = usual2 * RATE_JUMP_USUAL_TIME / (RATE_JUMP_USUAL_TIME + 2.0f * dt);
     return (Jump){gyr, lh_max(change2, usual2), VEC3_ZERO, 0.0f, VEC3_ZERO, spikes};
+}
+
+/* ---- elapsed
+ *
+ * Whether a sum of intervals has reached a length, decided so that no rounding of time stamps moves it.
+ *
+ * At a usual rate a usual length is a whole number of intervals: 0.02 s is four of them at 200 Hz. Their sum then equals
+ * the length but for rounding, and time >= length ends at the fourth sample on one clock and at the fifth on another.
+ * Here a sum is complete from SLACK of an interval before the length. A tie needs a rate whose product with the length
+ * is a whole number less SLACK, and no number is farther from fractions with small denominators than the golden
+ * section (A. Hurwitz, Mathematische Annalen 39, 1891).
+ */
+
+/* Whether time (s), a sum of intervals of which the last was dt (s), has reached length (s). */
+static bool elapsed_has_elapsed(float time, float dt, float length)
+{
+    return time + ELAPSED_SLACK * dt >= length;
 }
 
 /* ---- lowpass
@@ -905,11 +924,13 @@ static Sums rest_add_sample(Sums sums, Vec3 gyr, Vec3 acc, float dt)
 {
     const float x = gyr.x, y = gyr.y, z = gyr.z;
     const float a = acc.x, b = acc.y, c = acc.z;
-    if (sums.time >= REST_INTERVAL) {
-        return (Sums){x * dt, y * dt, z * dt, a * dt, b * dt, c * dt, dt};
-    }
-    const float p = sums.x, q = sums.y, r = sums.z, u = sums.a, v = sums.b, w = sums.c, time = sums.time;
-    return (Sums){p + x * dt, q + y * dt, r + z * dt, u + a * dt, v + b * dt, w + c * dt, time + dt};
+    const Sums sums_2 = sums.complete ? REST_NO_SUMS : sums;
+    const float p = sums_2.x, q = sums_2.y, r = sums_2.z, u = sums_2.a, v = sums_2.b, w = sums_2.c;
+    float time = sums_2.time;
+    bool complete = sums_2.complete;
+    time += dt;
+    complete = elapsed_has_elapsed(time, dt, REST_INTERVAL);
+    return (Sums){p + x * dt, q + y * dt, r + z * dt, u + a * dt, v + b * dt, w + c * dt, time, complete};
 }
 
 /* How many times nearer to the slow means the averages of an interval are than they have to be; 0: they are not. */
@@ -960,6 +981,12 @@ static bool rest_is_turn(const Guard *guard, Vec3 mean, Rest rest, Vec3 own)
     return square > before && rest_distance2(known, mean) > REST_BIAS_CHANGE;
 }
 
+/* Whether time (s), a sum of intervals, has reached rest_time. */
+static bool rest_has_rested(const Guard *guard, float time)
+{
+    return time > 0.0f && elapsed_has_elapsed(time, REST_INTERVAL, guard->rest_time);
+}
+
 /* After an interval of dt seconds: how long the sensor has been quiet, and the bias (rad/s) as a running mean.
  *
  * own is the bias that the filter estimates itself; it is subtracted.
@@ -975,16 +1002,16 @@ static Rest rest_update_rest(const Guard *guard, Rest rest, Vec3 own, const Slow
     }
     const float age = lh_max(time - guard->rest_time, 0.0f);
     time += moved || age > 0.0f ? dt : dt * means->pace;
-    if (time > guard->rest_time) {
+    if (rest_has_rested(guard, time)) {
         bias = rest_blend(bias, vec3_sub(mean, own), lowpass_lowpass_weight(REST_BIAS_TIME, age, dt));
     }
-    return (Rest){time, bias, moved, known || time > guard->rest_time};
+    return (Rest){time, bias, moved, known || rest_has_rested(guard, time)};
 }
 
 /* Whether the sensor has been quiet for rest_time. */
 static bool rest_is_resting(const Guard *guard, Rest rest)
 {
-    return rest.time > guard->rest_time;
+    return rest_has_rested(guard, rest.time);
 }
 
 /* ---- rate_noise
@@ -1026,7 +1053,7 @@ static RateNoise rate_noise_update_noise(const RateNoise *noise, Vec3 rate, bool
         const Vec3 change = {p + weight * (x - p), q + weight * (y - q), r + weight * (z - r)};
         return (RateNoise){rate, change, share, lh_min(time + dt, RATE_NOISE_NOISE_TIME), VEC3_ZERO};
     }
-    if (time < RATE_NOISE_LEAST_TIME) {
+    if (!elapsed_has_elapsed(time, dt, RATE_NOISE_LEAST_TIME)) {
         return (RateNoise){rate, noise->change, noise->share, time, VEC3_ZERO};
     }
     const Vec3 evidence = {rate_noise_axis_evidence(e, rate.x, x, p, u),
@@ -1069,7 +1096,7 @@ static Field field_update_field(const Guard *guard, Field field, Vec3 up, Vec3 m
     const float n = sqrtf(x * x + y * y + z * z);
     const float a = up.x, b = up.y, c = up.z;
     const float d = (a * x + b * y + c * z) * (1.0f / n);
-    if (age == 0.0f || rejected > lh_min(guard->mag_time, age)) {
+    if (age == 0.0f || (rejected > 0.0f && elapsed_has_elapsed(rejected, dt, lh_min(guard->mag_time, age)))) {
         return (Field){n, d, dt, 0.0f};
     }
     if (fabsf(n - strength) > guard->mag_gate * strength
@@ -1319,7 +1346,7 @@ static Extreme detectors_update_extreme(Extreme extreme, Vec3 v, float full, flo
         stay = slope > DETECTORS_STEEP ? 0.0f : DETECTORS_NOT_STEEP;
     } else if (stay >= 0.0f) {
         stay += dt;
-        if (stay >= DETECTORS_PLATEAU_SECONDS && slope * stay >= DETECTORS_FLAT) {
+        if (elapsed_has_elapsed(stay, dt, DETECTORS_PLATEAU_SECONDS) && slope * stay >= DETECTORS_FLAT) {
             found |= side;
         }
         if ((found & side) == 0) { /* a plateau is as high as it began */
@@ -1362,7 +1389,8 @@ static Repeat detectors_update_repeat(Repeat repeat, Vec3 v, float dt)
 /* Whether an axis has repeated one value for 1 s and 20 samples while another one changed. */
 static bool detectors_is_stuck(Repeat repeat, float dt)
 {
-    return repeat.time > lh_max(DETECTORS_STUCK_SECONDS, DETECTORS_STUCK_SAMPLES * dt);
+    return elapsed_has_elapsed(repeat.time, dt,
+        lh_max(DETECTORS_STUCK_SECONDS, DETECTORS_STUCK_SAMPLES * dt));
 }
 
 /* Whether the norm of a specific force (m/s²) is more than acc_gate from g. */
@@ -1407,7 +1435,7 @@ static DetectorState detectors_detect(const Guard *guard, const DetectorState *s
         }
     }
     sums = rest_add_sample(sums, no_gyr ? means->gyr : gyr, no_acc ? means->acc : acc, dt);
-    if (sums.time >= REST_INTERVAL) {
+    if (sums.complete) {
         means_2 = rest_update_means(guard, means, sums, blind);
         means = &means_2;
     }
@@ -1457,10 +1485,10 @@ static Vec3 detectors_believed_rate(const DetectorState *state, Vec3 gyr)
  * for a bounded time. Each gate says why by a bit of filters.health.
  */
 
-/* Whether the accelerometer is held back. */
-static bool guard_is_accelerating(const Guard *guard, const GuardState *state)
+/* Whether the accelerometer is held back at a sample of dt seconds. */
+static bool guard_is_accelerating(const Guard *guard, const GuardState *state, float dt)
 {
-    return 0.0f < state->acc_rejected && state->acc_rejected < guard->acc_time;
+    return state->acc_rejected > 0.0f && !elapsed_has_elapsed(state->acc_rejected, dt, guard->acc_time);
 }
 
 /* The vertical in the sensor frame, dt after it had this attitude, to first order. */
@@ -1655,7 +1683,8 @@ static ConditionedSample conditioning_first_sample(Vec3 gyr, Vec3 acc, Vec3 mag,
 /* Whether σ is updated after this sample. */
 static bool conditioning_sigma_due(const ConditionedSample *sample)
 {
-    return sample->since_sigma >= OBSERVER_COVARIANCE_INTERVAL || sample->unmeasured > 0.0f;
+    return elapsed_has_elapsed(sample->since_sigma, sample->dt, OBSERVER_COVARIANCE_INTERVAL)
+        || sample->unmeasured > 0.0f;
 }
 
 /* The next sample, conditioned; sample is the one before. */
@@ -1682,7 +1711,8 @@ static ConditionedSample conditioning_condition(const Guard *guard, const Condit
     if (!started) {
         return conditioning_first_sample(gyr, acc, mag, health);
     }
-    const bool rate_lost = (health & HEALTH_GYR_MISSING) != 0 && rate_age > TILT_GAP_SECONDS;
+    const bool rate_lost = (health & HEALTH_GYR_MISSING) != 0
+        && elapsed_has_elapsed(rate_age, dt, TILT_GAP_SECONDS);
     const float lost = usual > 0.0f && dt > 2.0f * usual ? dt - usual : 0.0f;
     const DetectorState detected_2 = detectors_detect(guard, detected, gyr, acc, health, rate_lost,
         lost > 0.0f, dt);
@@ -1855,10 +1885,10 @@ static State driver_restart(Mahony params, const State *before, Vec3 gyr, Vec3 a
     return direction_filter_init(params, gyr, acc, mag);
 }
 
-/* Whether correct is to be called after this step. */
-static bool driver_due(Mahony params, const State *state)
+/* Whether correct is to be called after this step of dt seconds. */
+static bool driver_due(Mahony params, const State *state, float dt)
 {
-    (void)params; (void)state;
+    (void)params; (void)state; (void)dt;
     return false;
 }
 
@@ -1983,7 +2013,7 @@ static FilterRun driver_step_accelerated(const Settings *settings, const Conditi
     const GuardState gates_2 = guard_gate_force(guard, gates, estimate.quat, gyr, sample->acc,
         sample->detected.far_from_g, sample->dt);
     gates = &gates_2;
-    if (tilt_is_present(sample->acc) && guard_is_accelerating(guard, gates)) {
+    if (tilt_is_present(sample->acc) && guard_is_accelerating(guard, gates, sample->dt)) {
         return driver_step_gated(settings, sample,
             &(FilterRun){*state, sample->health | HEALTH_ACC_REJECTED, *gates, *covariance}, VEC3_ZERO);
     }
@@ -2003,9 +2033,10 @@ static FilterRun driver_step_plain(const Settings *settings, const ConditionedSa
 }
 
 /* Whether apply_correction has anything to do. */
-static bool driver_correction_due(const Settings *settings, const FilterRun *run)
+static bool driver_correction_due(const Settings *settings, const ConditionedSample *sample,
+    const FilterRun *run)
 {
-    return (run->health & HEALTH_MAG_LEARNED) != 0 || driver_due(settings->filter, &run->state);
+    return (run->health & HEALTH_MAG_LEARNED) != 0 || driver_due(settings->filter, &run->state, sample->dt);
 }
 
 /* The part of the filter that does not run at every sample; a field that was learned anew inflates heading. */
@@ -2021,7 +2052,7 @@ static FilterRun driver_apply_correction(const Settings *settings, const Conditi
         state = driver_inflate_heading(params, state,
             sample->had_field ? DRIVER_NEW_FIELD : DRIVER_FIRST_FIELD);
     }
-    if (driver_due(params, state)) {
+    if (driver_due(params, state, sample->dt)) {
         state = driver_correct(params, state, sample->dt);
     }
     return (FilterRun){*state, health, *gates, *covariance};
@@ -2039,7 +2070,7 @@ static FilterRun driver_update_sigma(const Settings *settings, const Conditioned
     const ObserverCovariance *covariance = &run->covariance;
     int32_t seen = sample->corrected_by;
     Vec3 acc = sample->acc;
-    if (guard_is_accelerating(guard, gates)) {
+    if (guard_is_accelerating(guard, gates, sample->dt)) {
         seen = seen & 2;
         acc = VEC3_ZERO;
     }
@@ -2067,7 +2098,7 @@ static void driver_advance(Carry *result, const Settings *settings, const Carry 
         *result = (Carry){sample, driver_start(settings, &sample, run)};
         return;
     }
-    if (sample.detected.sums.time >= REST_INTERVAL) {
+    if (sample.detected.sums.complete) {
         run_2 = driver_update_rest(settings, &sample, run);
         run = &run_2;
     }
@@ -2082,7 +2113,7 @@ static void driver_advance(Carry *result, const Settings *settings, const Carry 
         run_2 = driver_step_plain(settings, &sample, run);
         run = &run_2;
     }
-    if (driver_correction_due(settings, run)) {
+    if (driver_correction_due(settings, &sample, run)) {
         run_2 = driver_apply_correction(settings, &sample, run);
         run = &run_2;
     }

@@ -23,9 +23,9 @@
  *
  * RAM of one filter with its parameters:
  *
- *     64 bit (Cortex-A, x86-64)                                    564 bytes
- *     32 bit (Cortex-M, ESP32, RP2040)                             564 bytes
- *     AVR (Uno, Mega)                                              550 bytes
+ *     64 bit (Cortex-A, x86-64)                                    568 bytes
+ *     32 bit (Cortex-M, ESP32, RP2040)                             568 bytes
+ *     AVR (Uno, Mega)                                              551 bytes
  */
 #ifndef LH_MAHONY_H
 #define LH_MAHONY_H
@@ -104,7 +104,7 @@ typedef struct {
     lh_mahony_guard guard;
 } lh_mahony_settings;
 
-/* ∫ rate dt (rad) and ∫ specific force dt (m/s) over an interval, and its length (s). */
+/* ∫ rate dt (rad) and ∫ specific force dt (m/s) over an interval, its length (s), and whether it ends here. */
 typedef struct {
     float x;
     float y;
@@ -113,6 +113,7 @@ typedef struct {
     float b;
     float c;
     float time;
+    bool complete;
 } lh_mahony_sums;
 
 /* Slow means of rate (rad/s) and specific force (m/s²), and how near the last interval was to them. */
