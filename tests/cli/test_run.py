@@ -73,6 +73,11 @@ def test_bad_input(refused, words, said):
     assert said in refused(*RUN, *words)
 
 
+@pytest.mark.parametrize("port", ["0", "80000", "-1"])
+def test_a_port_that_does_not_exist_is_refused(refused, logs, port):
+    assert f"there is no port {port}; expected 1 to 65535" in refused("view", logs / "nine.npz", "--port", port)
+
+
 @pytest.mark.slow
 def test_a_replay_as_fast_as_it_goes_prints_its_figures(levelhead, logs):
     said = levelhead(*RUN, f"replay:{logs / 'nine.npz'}", "--speed", "inf", "--filter", "Mahony")

@@ -237,7 +237,7 @@ def test_lines_without_a_header_are_told_with_what_is_missing(device):
     assert [name for name, _ in said] == ["unnamed", "unnamed"]
     assert "has sent 6 lines so far; 20 are needed" in said[0][1]
     assert "sends lines such as '1.9,0.001,0.0,0.001,0.0,0.1,9.8', and none that names" in said[1][1]
-    assert "--map t=1 gyr=5,6,7" in said[1][1]
+    assert "--map t=1 --map gyr=5,6,7" in said[1][1]
     device.say(
         "t [s],gx [rad/s],gy [rad/s],gz [rad/s],ax [m/s^2],ay [m/s^2],az [m/s^2]",
         "6,0,0,0,0,0.1,9.8",
@@ -290,8 +290,8 @@ def test_lines_as_lessons_print_them(device, recording, dialect):
     "line, said",
     [
         ("1,2", "sends 2 numbers per line; expected a gyroscope and an accelerometer"),
-        ("1,2,3,4,5,6", "names its 6 columns; name them, such as --map gyr=4,5,6 acc=1,2,3"),
-        ("1,2,3,4,5,6,7", "names its 7 columns; name them, such as --map t=1 gyr=5,6,7 acc=2,3,4"),
+        ("1,2,3,4,5,6", "names its 6 columns; name them, such as --map gyr=4,5,6 --map acc=1,2,3"),
+        ("1,2,3,4,5,6,7", "names its 7 columns; name them, such as --map t=1 --map gyr=5,6,7 --map acc=2,3,4"),
         (
             "roll:1.2,pitch:3.4",
             "no gyroscope among the columns roll, pitch; .* roll and pitch are made of such readings",
@@ -307,7 +307,7 @@ def test_hints_fit_what_was_seen(device, line, said):
 def test_the_hint_names_the_columns_that_look_like_sensors(device, recording):
     """Here the gyroscope comes first; a line of two numbers gets no hint that it cannot follow."""
     rows = [",".join(_numbers((*g, *a))) for g, a in zip(recording.gyr, recording.acc, strict=True)]
-    with pytest.raises(lh.LevelheadError, match="such as --map gyr=1,2,3 acc=4,5,6"):
+    with pytest.raises(lh.LevelheadError, match="such as --map gyr=1,2,3 --map acc=4,5,6"):
         everything(device, opened(device), rows)
     line = opened(device)
     for _ in range(LOOK + 1):

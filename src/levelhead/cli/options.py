@@ -165,8 +165,16 @@ def parse_settings(pairs: Iterable[str], example: str = "r_measure=0.1") -> Fiel
             raise LevelheadError(f"'{pair}' sets nothing; write a parameter and its value, such as {example}")
         if name in values:
             raise LevelheadError(f"'{name}' is set twice; give it once")
-        values[name] = {"true": True, "false": False}.get(text.lower(), text)
+        values[name] = {"true": True, "false": False}.get(text.lower(), _number_or_text(text))
     return values
+
+
+def _number_or_text(text: str) -> float | str:
+    """A value as a number; what is none stays text, which the class of the parameters refuses by name."""
+    try:
+        return float(text)
+    except ValueError:
+        return text
 
 
 def parse_filter(

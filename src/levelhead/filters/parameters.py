@@ -117,8 +117,12 @@ def _number(owner: str, name: str, value: object, param: Param, default: object)
         if isinstance(value, bool) or value in (0, 1):
             return bool(value)
         raise LevelheadError(f"{owner}: {name} is {value!r}, but it must be True or False")
+    if isinstance(value, bool | str):  # float() would take both
+        raise LevelheadError(f"{owner}: {name} is {value!r}, but it must be a number")
     try:
         number = float(value)  # type: ignore[arg-type]
+    except OverflowError:  # an integer of hundreds of digits
+        number = math.inf
     except (TypeError, ValueError):
         raise LevelheadError(f"{owner}: {name} is {value!r}, but it must be a number") from None
     if not math.isfinite(number) or not param.allows(number):

@@ -39,6 +39,7 @@ EVENTS = {
     "subscriber_slow": "a subscriber does not keep up and misses messages",
     "box_failed": "the black box cannot be written any more; the node goes on without it",
     "second_node": "another node publishes on the same topic",
+    "foreign_message": "messages on the node's topics that no node sent",
     "ended": "the recording that was replayed is over",
     "stopped": "the node ends; data: the figures of the run",
 }

@@ -27,6 +27,10 @@ NOTHING = (math.nan, math.nan, math.nan)
 Triple = tuple[float, float, float]
 
 
+class OtherVersion(LevelheadError):
+    """A message of a node with another layout of messages."""
+
+
 class Orientation(NamedTuple):
     """What the node makes of a sample.
 
@@ -124,18 +128,17 @@ def unpack(data: bytes) -> Message:
     """A message from bytes.
 
     Raises:
-        LevelheadError: no such message, or one of another version.
+        OtherVersion: a message of another version.
+        LevelheadError: no such message.
     """
     if len(data) < HEADER.size or data[:2] != b"LH":
         raise LevelheadError("these bytes are no message of a levelhead node")
     _, version, kind, node, seq, t, stamp = HEADER.unpack_from(data)
     if version != VERSION:
-        raise LevelheadError(
-            f"the message has version {version}, this levelhead reads {VERSION}; update the older side"
-        )
+        raise OtherVersion(f"the message has version {version}, this levelhead reads {VERSION}; update the older side")
     try:
         return _body(kind, data[HEADER.size :], node, seq, t, stamp)
-    except (struct.error, ValueError, KeyError, TypeError):
+    except (struct.error, ValueError, KeyError, TypeError, RecursionError):
         raise LevelheadError("the message is cut off or damaged") from None
 
 
@@ -147,5 +150,10 @@ def _body(kind: int, body: bytes, node: int, seq: int, t: float, stamp: int) -> 
         n = BODY_RAW.unpack(body)
         mag = None if n[6] != n[6] else n[6:9]
         return Raw(node, seq, t, stamp, n[0:3], n[3:6], mag, None if n[9] != n[9] else n[9])
+    if kind != 2:
+        raise ValueError(kind)
     words = json.loads(body)
-    return Health(node, seq, t, stamp, words["name"], words["on"], words["text"], words["data"])
+    name, text, data = words["name"], words["text"], words["data"]
+    if not (isinstance(name, str) and isinstance(text, str) and isinstance(data, dict)):
+        raise TypeError(name)
+    return Health(node, seq, t, stamp, name, bool(words["on"]), text, data)

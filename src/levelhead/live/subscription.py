@@ -16,7 +16,7 @@ TIMEOUT = 0.5  # s that ``latest`` waits
 
 
 class Arrival(NamedTuple):
-    """A message that waits: itself or its bytes, monotonic host time of its arrival in s, and its age then in s."""
+    """A message that waits: itself, monotonic host time of its arrival in s, and its age then in s."""
 
     message: Any
     time: float
@@ -35,7 +35,6 @@ class Subscription:
         topic: what is read.
         history: messages that may wait; None: the newest orientation, ``QUEUE`` messages of other topics.
         max_age: s; inf: orientations stay as the node published them, as a log needs it.
-        decode: makes a message of what the bus put; it may raise LevelheadError.
         age_of: s since the node took the sample of a message, where the clocks must be compared first
             (``set_clock``); orientations wait until then.
         on_close: called with the subscription when it is closed.
@@ -51,7 +50,7 @@ class Subscription:
 
     def __init__(
         self, topic: str = "", history: int | None = None, max_age: float = MAX_AGE, *,
-        decode: Callable[[Any], Any] | None = None, age_of: Callable[[Any], float] | None = None,
+        age_of: Callable[[Any], float] | None = None,
         on_close: Callable[["Subscription"], None] | None = None,
     ) -> None:  # fmt: skip
         if history is not None and history < 1:
@@ -59,7 +58,7 @@ class Subscription:
         if not max_age > 0.0:
             raise LevelheadError(f"the largest age is {max_age:g} s; expected more than 0")
         state = topic == ORIENTATION
-        self.topic, self._decode, self._age_of, self._on_close = topic, decode, age_of, on_close
+        self.topic, self._age_of, self._on_close = topic, age_of, on_close
         self._waits_for_clock = state and age_of is not None
         self._newest_only = state and history is None
         self._max_age = max_age if state else math.inf
@@ -120,7 +119,7 @@ class Subscription:
         """The next message; None after ``timeout`` seconds without one, or when the bus is closed.
 
         Raises:
-            LevelheadError: messages of another version, or a node that does not answer this reader.
+            LevelheadError: only messages of another version come, or a node that does not answer this reader.
         """
         until = math.inf if timeout is None else time.monotonic() + timeout
         with self._ready:
@@ -156,7 +155,7 @@ class Subscription:
         return last._replace(valid=False)
 
     def _read(self, arrival: Arrival) -> Any:
-        message = arrival.message if self._decode is None else self._decode(arrival.message)
+        message = arrival.message
         now = time.monotonic()
         if isinstance(message, Raw):
             self._count_gap(message)

@@ -4,11 +4,12 @@ import json
 import struct
 import threading
 import time
-from collections import deque
+from collections import Counter, deque
 from pathlib import Path
 
+from levelhead.errors import LevelheadError
 from levelhead.live.bus import Command, LocalBus, slow_text
-from levelhead.live.messages import ALIVE, CLOCK, ORIENTATION, SET, Message, pack_message
+from levelhead.live.messages import ALIVE, CLOCK, ORIENTATION, SET, TOPICS, Message, pack_message, unpack
 from levelhead.live.subscription import MAX_AGE, Subscription
 from levelhead.live.zenoh_session import ENDPOINT, check_endpoint, configuration, open_session
 from levelhead.open_types import Fields, Handle
@@ -42,6 +43,7 @@ class ZenohBus:
             given |= {"connect/endpoints": [check_endpoint(one, certificates) for one in connect]}
             given |= {"connect/timeout_ms": -1, "connect/exit_on_failure": False}
         self._session = open_session(given)
+        from zenoh import Locality
         from zenoh.handlers import Callback
 
         self.local = LocalBus()
@@ -49,12 +51,15 @@ class ZenohBus:
         self._publishers: Fields = {}
         self._others: set[int] = set()
         self._reported: set[int] = set()
+        self._foreign: Counter[str] = Counter()  # topic: messages that no node sent, since they were reported
         self._counts: dict[str, tuple[int, int]] = {}  # of readers in other processes: missed, expired
         self._slow: deque[str] = deque(maxlen=READERS)
         self._node = 0
         self._token: Handle = None
         self._declared = [
-            self._session.declare_subscriber(ORIENTATION, Callback(self._add_orientation, indirect=False)),
+            self._session.declare_subscriber(
+                "imu/*", Callback(self._add_foreign, indirect=False), allowed_origin=Locality.REMOTE
+            ),
             self._session.declare_queryable(SET, Callback(self._add_command, indirect=False)),
             self._session.declare_queryable(CLOCK, Callback(self._answer_clock, indirect=False)),
         ]
@@ -67,17 +72,24 @@ class ZenohBus:
 
     # Other processes
 
-    def _add_orientation(self, sample: Handle) -> None:
-        data = bytes(sample.payload)
+    def _add_foreign(self, sample: Handle) -> None:
+        """A message on the node's topics that it did not send."""
+        topic, data = str(sample.key_expr), bytes(sample.payload)
         node = int.from_bytes(data[IDENTITY], "little")
-        if node != self._node and data[:2] == b"LH":
+        try:
+            unpack(data)
+        except LevelheadError:
+            node = self._node
+        if node != self._node:
             self._others.add(node)
+        elif topic in TOPICS:
+            self._foreign[topic] += 1
 
     def _add_command(self, query: Handle) -> None:
         """A request for parameters; the node answers when it has tried them."""
         try:
             changes = json.loads(bytes(query.payload))
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, RecursionError):
             changes = None
         if not isinstance(changes, dict):
             query.reply(SET, 'expected parameters such as {"beta": 0.1}')
@@ -92,7 +104,7 @@ class ZenohBus:
             reader, topic, counts = str(report["reader"]), str(report["topic"]), (report["missed"], report["expired"])
             before = self._counts.get(reader, (0, 0))
             missed, expired = counts[0] - before[0], counts[1] - before[1]
-        except (TypeError, ValueError, KeyError):
+        except (TypeError, ValueError, KeyError, RecursionError):
             return
         if missed > 0 or expired > 0:
             self._slow.append(slow_text(topic, missed, expired, " in another process"))
@@ -155,8 +167,13 @@ class ZenohBus:
         """See ``MessageBus``."""
         new = self._others - self._reported
         self._reported |= new
-        text = f"another node publishes on {ORIENTATION}: a subscriber cannot tell whose orientation is right; stop one"
+        text = f"another node publishes on {ORIENTATION}: a subscriber believes the one that it heard first; stop one"
         found = self.local.troubles() + [("second_node", text)] * len(new)
+        for topic, count in list(self._foreign.items()):
+            self._foreign[topic] -= count
+            if count:
+                text = f"{count} messages on {topic} are not of this node, and of no other; no reader believes them"
+                found.append(("foreign_message", text))
         while self._slow:
             found.append(("subscriber_slow", self._slow.popleft()))
         return found

@@ -10,7 +10,8 @@ from pathlib import Path
 
 from levelhead.errors import LevelheadError, nearest
 from levelhead.live.clock_offset import ClockOffset
-from levelhead.live.messages import ALIVE, CLOCK, ORIENTATION, SET, TOPICS, Message, unpack
+from levelhead.live.messages import ALIVE, CLOCK, ORIENTATION, SET, TOPICS, Message
+from levelhead.live.sender_check import SenderCheck
 from levelhead.live.subscription import MAX_AGE, Subscription
 from levelhead.live.zenoh_bus import CACHE, TIME
 from levelhead.live.zenoh_session import ENDPOINT, check_handshake, configuration, is_reached, open_session
@@ -157,9 +158,9 @@ def subscribe(
             if message.valid:
                 print(message.euler)
 
-    The node need not run yet, may be restarted, and need not know; late joiners get the last message at once. A node
-    that is gone makes its last orientation invalid: at once where its process ends, and when ``max_age`` is over where
-    its machine is cut off.
+    The reader believes the node that it heard first (``SenderCheck``). The node need not run yet, may be restarted, and
+    need not know; late joiners get the last message at once. A node that is gone makes its last orientation invalid:
+    at once where its process ends, and when ``max_age`` is over where its machine is cut off.
 
     Args:
         topic: "imu/orientation", "imu/raw", "imu/health" or "imu/config".
@@ -188,14 +189,26 @@ def subscribe(
         watch.stop()
         end_session()
 
-    subscription = Subscription(topic, history, max_age, decode=unpack, age_of=watch.age, on_close=close)
+    subscription = Subscription(topic, history, max_age, age_of=watch.age, on_close=close)
+    check = SenderCheck(topic)
 
     def receive(sample: Handle) -> None:
-        subscription.put(bytes(sample.payload))
+        stamp = sample.timestamp
+        message = check.accept(bytes(sample.payload), "" if stamp is None else str(stamp.get_id()))
+        if message is not None:
+            subscription.put(message)
+        elif check.error is not None:
+            subscription.fail(check.error)
 
     def receive_token(sample: Handle) -> None:
-        node = int(str(sample.key_expr).rpartition("/")[2])
-        (subscription.find if sample.kind == SampleKind.PUT else subscription.lose)(node)
+        node = str(sample.key_expr).rpartition("/")[2]
+        if not node.isdecimal():
+            return  # no node's token
+        if sample.kind == SampleKind.PUT:
+            subscription.find(int(node))
+        else:
+            subscription.lose(int(node))
+            check.lose(int(node))
 
     # Without threads of their own, which would keep the program from ending.
     alive = session.liveliness().declare_subscriber(f"{ALIVE}/*", Callback(receive_token, indirect=False), history=True)

@@ -13,7 +13,7 @@ from levelhead.publish.dashboard.charts import ChartSet
 from levelhead.publish.dashboard.parameter_panel import ParameterPanel
 from levelhead.recording import Array
 
-PORT = 8080
+PORT, LAST_PORT = 8080, 65_535
 BODY = (0.9, 0.6, 0.15)  # m: x forward, y left, z up
 CONE_RADIUS, CONE_PARTS = 1.3, 24  # m, and triangles of the cone
 CONE_CHANGE = 0.1  # by which share its angle changes before it is drawn anew
@@ -56,10 +56,12 @@ class Page:
         parameters: the panel of parameters.
 
     Raises:
-        LevelheadError: viser is not installed, or no port is free.
+        LevelheadError: viser is not installed, no such port, or none is free.
     """
 
     def __init__(self, title: str, port: int = PORT) -> None:
+        if not 1 <= port <= LAST_PORT:
+            raise LevelheadError(f"there is no port {port}; expected 1 to {LAST_PORT}, such as {PORT}")
         try:
             import viser
         except ImportError:
@@ -78,7 +80,7 @@ class Page:
         scene.add_frame("/earth", axes_length=0.4, axes_radius=0.008, position=(1.7, -1.7, -0.6))
         self._name_axes("/earth", 0.45, ("east", "north", "up"))
         self._body: Handle = scene.add_frame("/body", axes_length=0.8, axes_radius=0.012)
-        self._box = scene.add_box("/body/box", color=TRUSTED, dimensions=BODY, opacity=0.8, cast_shadow=False)
+        self._box = scene.add_box("/body/box", color=INVALID, dimensions=BODY, opacity=0.8, cast_shadow=False)
         self._name_axes("/body", 0.85, ("x", "y", "z"))
         fan = np.array([(0, i, i + 1) for i in range(1, CONE_PARTS + 1)])
         self._cone_angle = 0.1

@@ -291,10 +291,16 @@ def map_words(values: Array) -> str:
     """``--map`` for the columns of (n, k) ``values``: as their numbers look, else such as fits how many there are."""
     guess = guess_columns(values)
     if not guess.acc or not guess.gyr or guess.user:
-        return "--map gyr=4,5,6 acc=1,2,3" if values.shape[1] < 7 else "--map t=1 gyr=5,6,7 acc=2,3,4"
+        words = ["gyr=4,5,6", "acc=1,2,3"] if values.shape[1] < 7 else ["t=1", "gyr=5,6,7", "acc=2,3,4"]
+        return _options(words)
     found = {"t": () if guess.t is None else (guess.t,), "gyr": guess.gyr, "acc": guess.acc, "mag": guess.mag}
     words = [f"{role}={','.join(str(i + 1) for i in positions)}" for role, positions in found.items() if positions]
-    return f"--map {' '.join(words)}"
+    return _options(words)
+
+
+def _options(words: Sequence[str]) -> str:
+    """Each word behind an option of its own, because ``--map`` takes one."""
+    return " ".join(f"--map {word}" for word in words)
 
 
 def _example(width: int) -> str:

@@ -17,7 +17,7 @@ THOUSANDTHS = 1000.0 * GRAVITY  # per g: numbers in m/s² sent as whole ones
 _CLOSE = 0.05  # by which their usual length may differ
 NOTE = (
     "numbers without a unit are taken for raw counts of an MPU-6050 at its default full scales, 16384 per g and 131 "
-    "per °/s; say otherwise with --counts gyr=65.5/deg/s acc=8192/g"
+    "per °/s; say otherwise with --counts gyr=65.5/deg/s --counts acc=8192/g"
 )
 
 
