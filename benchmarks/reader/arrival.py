@@ -83,7 +83,7 @@ def row(kind: str, lost: float, seeds: int) -> dict[str, Cell]:
         restored = stamped(sound, read.t)
         found.setdefault("written", []).append(off(late.t, sound.t))
         found.setdefault("read", []).append(off(read.t, sound.t))
-        found.setdefault("restored", []).append(float("arrival" in read.meta["findings"]))
+        found.setdefault("restored", []).append(float(any(one.reason == "arrival" for one in read.meta["conclusions"])))
         for name, one in (("true", sound), ("late", late), ("again", restored)):
             found.setdefault(name, []).append(evaluate(one, lh.fuse(one)).tilt)
     return {"case": kind, "lost": f"{100 * lost:g} %"} | {

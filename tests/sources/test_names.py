@@ -3,6 +3,7 @@ import pytest
 from levelhead.errors import LevelheadError
 from levelhead.sources.interpret.roles import assign
 from levelhead.sources.names.column_name import understand, unit_in
+from levelhead.sources.sentences import notes
 
 SENSORS = [
     ("gx", "gyr", "x", None),
@@ -90,7 +91,7 @@ def test_of_two_sensors_the_first_is_taken_and_both_are_named() -> None:
     names = [*IMU, "gyr2_x", "gyr2_y", "gyr2_z"]
     roles = assign(names, {}, "log.csv")
     assert roles.columns["gyr"] == (1, 2, 3)
-    assert any("gx, gy, gz taken, not gyr2_x" in note for note in roles.notes)
+    assert any("gx, gy, gz taken, not gyr2_x" in note for note in notes(roles.conclusions))
     assert assign(names, {"gyr": ["gyr2_x", "gyr2_y", "gyr2_z"]}, "log.csv").columns["gyr"] == (7, 8, 9)
     assert assign(names, {"gyr": ["gyr2"]}, "log.csv").columns["gyr"] == (7, 8, 9)
     assert assign(names, {"gyr": ["gyr2"]}, "log.csv").ignored == ("gx", "gy", "gz")
@@ -148,7 +149,7 @@ def test_of_several_units_the_gyroscope_and_the_accelerometer_are_of_one() -> No
     first, second = assign(names, {}, "log.csv"), assign(names, {}, "log.csv", sensor="right")
     assert (first.columns["acc"][0], first.columns["gyr"][0]) == (0, 3)
     assert (second.columns["acc"][0], second.columns["gyr"][0]) == (6, 9)
-    assert any("--sensor" in note for note in first.notes)
+    assert any(one.facts["other_sensor"] == "right" for one in first.conclusions)
     with pytest.raises(LevelheadError, match="no sensor 'middle'"):
         assign(names, {}, "log.csv", sensor="middle")
 

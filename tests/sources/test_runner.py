@@ -71,7 +71,7 @@ def test_numbers_of_another_size_are_not_a_runner(
     path = write(tmp_path / "counts.csv", hand.t, hand.gyr / gyr_unit, hand.acc / GRAVITY * factor)
     with pytest.raises(NeedsHints, match="gravity in neither") as refused:
         read(path)
-    counts = float(refused.value.hints["counts"]["acc"].removesuffix("/g"))
+    counts = float(refused.value.suggested["counts"]["acc"].removesuffix("/g"))
     assert counts == pytest.approx(factor, rel=0.02)  # the hint reads it
 
 
@@ -81,7 +81,7 @@ def test_a_short_run_is_refused_with_the_hint_that_reads_it(tmp_path: Path, acc_
     path = write(tmp_path / "short.csv", t, gyr, acc / ACC[acc_unit])
     with pytest.raises(NeedsHints, match=f"expected the hint units acc={acc_unit}, or") as refused:
         read(path)
-    np.testing.assert_allclose(read(path, **refused.value.hints).acc, acc, atol=2e-4)
+    np.testing.assert_allclose(read(path, **refused.value.suggested).acc, acc, atol=2e-4)
 
 
 @pytest.mark.parametrize("place", ["RunningHand", "RunningPocket"])

@@ -87,7 +87,7 @@ def main(arguments: Sequence[str] | None = None) -> int:  # noqa: PLR0911
     except UnknownOptionError as error:
         return _report_error(_unknown_option(error, tokens))
     except (LevelheadError, CycloptsError) as error:
-        return _report_error(_own_command(str(error), tokens), getattr(error, "exit_code", 2))
+        return _report_error(_text(error, tokens), getattr(error, "exit_code", 2))
     except MemoryError:
         return _report_error("that needs more memory than there is")
     except KeyboardInterrupt:
@@ -111,10 +111,14 @@ def _start(tokens: Sequence[str]) -> None:
         app.register_install_completion_command(help="Complete commands, options and filter names in your shell.")
 
 
-def _own_command(words: str, tokens: Sequence[str]) -> str:
-    """The command that a reader proposes, with the verb that was typed where that takes the same hints."""
+def _text(error: Exception, tokens: Sequence[str]) -> str:
+    """The sentence of an error; the command in it has the verb that was typed, if that verb takes the same hints."""
+    from levelhead.sources.hints import SuggestsCommand
+
+    if not isinstance(error, SuggestsCommand):
+        return str(error)
     verb = tokens[0] if tokens and "--live" not in tokens else ""
-    return words.replace("try: levelhead fuse ", f"try: levelhead {verb} ") if verb in SAME_HINTS else words
+    return error.text(verb if verb in SAME_HINTS else "fuse")
 
 
 def _unknown_option(error: UnknownOptionError, tokens: Sequence[str]) -> str:

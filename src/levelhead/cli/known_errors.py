@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from levelhead.recording import Recording
 
 OFFSET_ALONE = 0.95  # correlation of the field's turns with the gyroscope's once offset and axes are allowed for
+DOES_NOT_TURN = ("mag.used", "does_not_turn")
 
 CalibrationFile = Annotated[
     Path | None,
@@ -31,8 +32,8 @@ def read_uncalibrated(reading: Reading, log: Path) -> "Recording":
     from levelhead.sources import read
 
     recording = reading.read(log)
-    lost = recording.meta.get("findings", {}).get("mag_unusable")
-    if lost is None or lost["free"] < OFFSET_ALONE:
+    lost = [one for one in recording.meta.get("conclusions", ()) if (one.about, one.reason) == DOES_NOT_TURN]
+    if not lost or lost[0].facts["free"] < OFFSET_ALONE:
         return recording
     hints = reading.hints()
     return read(log, **hints | {"map": (hints["map"] or {}) | {"mag": recording.meta["columns"]["mag"]}})

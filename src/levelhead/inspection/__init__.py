@@ -18,6 +18,7 @@ from levelhead.inspection.verdict import expectation, verdict
 from levelhead.recording import Recording
 from levelhead.sources import read
 from levelhead.sources.hints import NeedsHints
+from levelhead.sources.interpret.scales import GravityRemoved
 
 Check = Callable[[Recording], Iterator[Finding]]
 FAULTS: tuple[Check, ...] = (examine_axes, examine_field, examine_rest, examine_clock, examine_values, examine_spikes)
@@ -41,23 +42,17 @@ def inspect(path: str | os.PathLike[str], **hints: Any) -> Report:
     try:
         recording = read(path, **hints)
     except NeedsHints as error:
-        name = "no_time" if "rate" in error.hints else "hint_needed"
-        missing.append(
-            Finding(name, "broken", str(error).partition("; try:")[0], "the log does not tell it", _cure(error))
-        )
+        name = "no_time" if "rate" in error.suggested else "hint_needed"
+        cure = f"Try: {error.command()}" if error.path else ""
+        missing.append(Finding(name, "broken", error.sentence, "the log does not tell it", cure))
         try:
-            recording = read(path, **{**hints, **error.hints})
+            recording = read(path, **{**hints, **error.suggested})
         except LevelheadError:
             return Report(source, None, missing, str(error))
     except LevelheadError as error:
-        name = "gravity_removed" if "gravity removed" in str(error) else "unreadable"
+        name = "gravity_removed" if isinstance(error, GravityRemoved) else "unreadable"
         return Report(source, None, [Finding(name, "broken", str(error), "reading it")], str(error))
     return examine(recording, source, missing)
-
-
-def _cure(error: NeedsHints) -> str:
-    command = str(error).partition("; try: ")[2]
-    return f"Try: {command}" if command else ""
 
 
 def examine(recording: Recording, source: str = "", before: list[Finding] | None = None) -> Report:

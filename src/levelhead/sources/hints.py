@@ -67,15 +67,33 @@ class Hints:
         return made
 
 
-class NeedsHints(LevelheadError):
-    """A sentence about what a file does not tell, with hints that would settle it.
+class SuggestsCommand(LevelheadError):
+    """An error that a command line settles.
 
-    The arguments of ``check``, such as ``map`` and ``rate``, are kept in ``hints``.
+    Attributes:
+        sentence: the error without the command.
+        suggested: hints, the arguments of ``check``.
+        path: the log; "" while no command with these hints was tried.
     """
 
-    def __init__(self, sentence: str, **hints: Any) -> None:
+    def __init__(self, sentence: str, path: str = "", /, **suggested: Any) -> None:
         super().__init__(sentence)
-        self.hints = hints
+        self.sentence, self.path, self.suggested = sentence, path, suggested
+
+    def command(self, verb: str = "fuse") -> str:
+        """The command line; "" where none was tried."""
+        return command(self.path, self.suggested, verb) if self.path else ""
+
+    def text(self, verb: str = "fuse") -> str:
+        """The sentence, with the command line of a verb behind it."""
+        return f"{self.sentence}; try: {self.command(verb)}" if self.path else self.sentence
+
+    def __str__(self) -> str:
+        return self.text()
+
+
+class NeedsHints(SuggestsCommand):
+    """A file lacks a fact, and hints supply it."""
 
 
 def check(
@@ -115,14 +133,14 @@ def map_word(name: str) -> str:
     return '"' + name.replace('"', '""') + '"' if "," in name or '"' in name or name != name.strip() else name
 
 
-def command(path: str, options: ReadOnlyFields) -> str:
+def command(path: str, options: ReadOnlyFields, verb: str = "fuse") -> str:
     """The command line that reads a file with these hints, ready to paste."""
     hints = check(
         options.get("map"), options.get("units"), options.get("counts"), options.get("rate"), options.get("sensor"),
         options.get("session"),
     )  # fmt: skip
     words = [word for option, value in hints.words for word in (f"--{option}", shlex.quote(value))]
-    return " ".join(["levelhead fuse", shlex.quote(path), *words])
+    return " ".join([f"levelhead {verb}", shlex.quote(path), *words])
 
 
 def _columns(role: str, names: Sequence[str] | str) -> list[str]:

@@ -2,17 +2,18 @@
 
 import os
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from levelhead.errors import LevelheadError, nearest
+from levelhead.open_types import Fields
 from levelhead.recording import Recording
+from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.formats import BY_SUFFIX, CONTAINERS, FORMATS, TEXT, Format
 from levelhead.sources.formats.container import Member, members
 from levelhead.sources.formats.kitti import is_oxts, oxts_table
-from levelhead.sources.hints import Hints, NeedsHints, check, command
-from levelhead.sources.table import Table
+from levelhead.sources.hints import Hints, NeedsHints, check
+from levelhead.sources.table import Table, add_conclusion, in_memory
 
 _TRIES = 4  # hints that may be missing at once
 _BAG = BY_SUFFIX[".bag"]
@@ -30,15 +31,17 @@ def read_file(path: str | os.PathLike[str], hints: Hints) -> Recording:
     try:
         return _read(file, hints)
     except NeedsHints as error:
-        words, options = _way_out(file, hints, error)
-        raise NeedsHints(f"{error}{words}", **options) if words else LevelheadError(str(error)) from None
+        suggested = try_hints(file, hints, error)
+        if suggested is None:
+            raise LevelheadError(error.sentence) from None
+        raise NeedsHints(error.sentence, str(file), **suggested) from None
 
 
-def _way_out(file: Path, hints: Hints, error: NeedsHints) -> tuple[str, dict[str, Any]]:
-    """The command line that reads the file, tried, and its hints; "" if none was found."""
+def try_hints(file: Path, hints: Hints, error: NeedsHints) -> Fields | None:
+    """Hints with which the file was read, those of the error and what it lacked beside them; None without success."""
     options = hints.options()
     for _ in range(_TRIES):
-        for option, value in error.hints.items():
+        for option, value in error.suggested.items():
             if isinstance(value, dict):
                 other = "counts" if option == "units" else "units"
                 options[other] = {k: v for k, v in options.get(other, {}).items() if k not in value}
@@ -51,14 +54,14 @@ def _way_out(file: Path, hints: Hints, error: NeedsHints) -> tuple[str, dict[str
             )
             _read(file, known)
         except NeedsHints as again:
-            if again.hints == error.hints:
-                return "", {}
+            if again.suggested == error.suggested:
+                return None
             error = again
             continue
         except LevelheadError:
-            return "", {}
-        return f"; try: {command(str(file), options)}", options
-    return "", {}
+            return None
+        return options
+    return None
 
 
 def _read(file: Path, hints: Hints) -> Recording:
@@ -112,10 +115,10 @@ def _open_tables(file: Path, hints: Hints) -> tuple[list[Table], Hints]:
         wanted = [part for part in parts if hints.sensor is None or _names(hints.sensor, part)] or parts
         for part in wanted:
             found += _member(part, hints, alone=len(wanted) == 1)
-    if found and empty and isinstance(found[0].notes, list):
-        found[0].notes.append(f"{', '.join(empty)}: nothing in them; passed over")
     if not found:
         raise LevelheadError(f"{file} holds no file with columns of numbers")
+    if empty:
+        found[0] = add_conclusion(found[0], Conclusion("file.parts", "empty", ", ".join(empty), Basis.NUMBERS))
     return found, hints
 
 
@@ -146,8 +149,6 @@ def _names(sensor: str, part: Member) -> bool:
 
 def _member(part: Member, hints: Hints, alone: bool) -> list[Table]:
     """The tables of one file; beside others, a file that is no table is left out."""
-    from levelhead.sources.join.merge import in_memory
-
     try:
         found = list(_format(part).tables(part.path, part.shown, hints))
         if not alone:

@@ -1,7 +1,7 @@
 """What every format gives: named columns that can be read, and words for where a row stands."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array
+from levelhead.sources.conclusion import Conclusion
 
 Column = NDArray[np.float64] | NDArray[np.int64]
 
@@ -22,7 +23,7 @@ class Table(Protocol):
         units: role ("gyr", …) to a unit that the file gives elsewhere than in the names.
         rate: samples a second, if the file says so.
         north: whether a reference quaternion is known to point its y axis to magnetic north.
-        notes: sentences about choices that were made while reading.
+        conclusions: decisions that were made while reading.
         context: what the file, sheet or row type is called, if that names a sensor, else "".
         origin: what tells who wrote the file beside its names: lines above the header, names before a merger.
         column_units: position to the unit of a column that the reader knows better than its name does.
@@ -43,7 +44,7 @@ class Table(Protocol):
     @property
     def rate(self) -> float | None: ...  # noqa: D102
     @property
-    def notes(self) -> Sequence[str]: ...  # noqa: D102
+    def conclusions(self) -> Sequence[Conclusion]: ...  # noqa: D102
 
     def read(self, wanted: Sequence[int], exact: frozenset[int] = frozenset()) -> dict[int, Column]:
         """The columns at the positions ``wanted``, each (n,) float64 with NaN where a value is missing.
@@ -73,7 +74,7 @@ class ArrayTable:
     arrays: Mapping[str, NDArray[Any]]
     units: Mapping[str, str] = field(default_factory=dict)
     rate: float | None = None
-    notes: Sequence[str] = ()
+    conclusions: Sequence[Conclusion] = ()
     context: str = ""
     column_units: Mapping[int, str] = field(default_factory=dict)
     origin: Sequence[str] = ()
@@ -112,6 +113,25 @@ class ArrayTable:
     def where(self, row: int) -> str:
         """See ``Table``."""
         return f"row {row}"
+
+
+def in_memory(table: Table, name: str) -> ArrayTable:
+    """A table with its numbers read, since the file it lies in may go; ``name`` is what its file is called."""
+    wanted = [i for i, title in enumerate(table.names) if title.strip() and i not in words_of(table)]
+    columns = table.read(wanted, frozenset(wanted)) if wanted else {}
+    arrays: dict[str, Column] = {}
+    for i in wanted:
+        title = table.names[i] if table.names[i] not in arrays else f"{table.names[i]} ({i + 1})"
+        arrays[title] = columns[i]
+    units = {k: table.column_units[i] for k, i in enumerate(wanted) if i in table.column_units}
+    context = f"{name} {table.context}".strip()
+    return ArrayTable(table.source, arrays, dict(table.units), table.rate, list(table.conclusions), context, units)
+
+
+def add_conclusion(table: Table, conclusion: Conclusion) -> Table:
+    """The table with one more conclusion."""
+    array = table if isinstance(table, ArrayTable) else in_memory(table, "")
+    return replace(array, conclusions=[*array.conclusions, conclusion])
 
 
 def words_of(table: Table) -> frozenset[int]:

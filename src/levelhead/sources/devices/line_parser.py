@@ -15,13 +15,14 @@ from levelhead import units
 from levelhead.errors import LevelheadError
 from levelhead.open_types import Fields, ReadOnlyFields
 from levelhead.sample import Sample, Triple
+from levelhead.sources.conclusion import Conclusion
 from levelhead.sources.formats.text import labelled
 from levelhead.sources.formats.text.cells import MISSING, cells, is_comment
 from levelhead.sources.formats.text.dialect import Layout, layout_of
 from levelhead.sources.hints import QUANTITY, Hints, Scale
 from levelhead.sources.interpret import assemble
 from levelhead.sources.interpret.by_numbers import map_words
-from levelhead.sources.interpret.raw_counts import NOTE, mpu6050_scales
+from levelhead.sources.interpret.raw_counts import DEFAULT_SCALES, mpu6050_scales
 from levelhead.sources.interpret.roles import assign
 from levelhead.sources.names.column_name import RELATIVE
 from levelhead.sources.table import ArrayTable
@@ -62,13 +63,13 @@ class Lines:
 
     Attributes:
         garbage: lines so far that were no line of numbers.
-        notes: sentences on what was assumed.
+        conclusions: what was assumed.
     """
 
     def __init__(self, source: str, hints: Hints) -> None:
         self.source, self.hints = source, hints
         self.garbage = 0
-        self.notes: list[str] = []
+        self.conclusions: list[Conclusion] = []
         self._seen: list[tuple[str, float]] = []
         self._waits = ""  # for what, as far as it was said
         self._names: tuple[str, ...] = ()
@@ -286,7 +287,7 @@ class Lines:
             gyr, acc = (values[:, list(roles.columns[role])] for role in ("gyr", "acc"))
             if (counts := mpu6050_scales(gyr, acc)) is not None:
                 hints = Hints(hints.map, counts)
-                self.notes.append(NOTE)
+                self.conclusions.append(DEFAULT_SCALES)
         scale = hints.scale
         if "t" not in roles.columns:  # the host's clock stands in
             arrays, hints = self._stamp_rows(arrays, rows, hints)

@@ -10,6 +10,7 @@ from levelhead.sources.devices.line_parser import LONGEST, Lines
 from levelhead.sources.hints import Hints
 from levelhead.sources.sensors.bus import SensorError
 from levelhead.sources.sensors.sample_clock import SampleClock
+from levelhead.sources.sentences import sentence
 
 BAUD = 115_200
 CHUNK = 65_536
@@ -158,8 +159,8 @@ class SerialLines:
     def troubles(self) -> list[tuple[str, str]]:
         """See ``Source``."""
         found, self._troubles = self._troubles, []
-        while self._lines.notes:
-            found.append(("assumed", self._lines.notes.pop(0)))
+        while self._lines.conclusions:
+            found.append(("assumed", sentence(self._lines.conclusions.pop(0))))
         return found
 
     def close(self) -> None:

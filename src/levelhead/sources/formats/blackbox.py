@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 from levelhead.errors import LevelheadError
 from levelhead.open_types import Fields, ReadOnlyFields
 from levelhead.recording import Recording
+from levelhead.sources.conclusion import Basis, Conclusion
+from levelhead.sources.sentences import notes
 
 SAMPLES, EVENTS = "imu/samples", "imu/health"
 SCHEMA, ENCODING, CONFIG = "levelhead/rows1", "numpy", "levelhead"
@@ -110,22 +112,19 @@ def box_recording(path: str | os.PathLike[str]) -> Recording:
     if len(rows) == 0:
         raise LevelheadError(f"{path}: the node took {len(box.rows)} samples and fused none; there is nothing to fuse")
     mag = np.where(((rows["flags"] & MAG_NEW) > 0)[:, None], rows["mag"], np.nan)
-    notes = [] if box.whole else ["the black box was cut off; everything up to there was read"]
+    found = [] if box.whole else [Conclusion("box.end", "cut_off", "cut off", Basis.HEADER)]
     if any(box.bias):
-        notes.append("gyroscope: without the bias that was measured at the start")
+        found.append(Conclusion("box.bias", "start", list(box.bias), Basis.HEADER))
     first = int(rows["seq"][0])
     before = [params for since, params in box.changes if since <= first]
     if len(before) < len(box.changes):
-        notes.append("parameters were changed while the node ran; here those of its first orientation are taken")
+        found.append(Conclusion("box.params", "changed", len(box.changes), Basis.HEADER))
     live = {
         "filter": box.config["filter"],
         "params": (before or [box.config["params"]])[-1],
         "guard": box.config["guard"],
     }
-    notes.append(
-        f"the node ran {live['filter']} with parameters of its own: meta['live'] holds them, `levelhead fuse` takes "
-        "them, lh.fuse takes those that it is given"
-    )
-    meta = {"source": os.fspath(path), "notes": notes, "live": live}
+    found.append(Conclusion("box.params", "node", live["filter"], Basis.HEADER))
+    meta = {"source": os.fspath(path), "notes": notes(found), "conclusions": found, "live": live}
     some = np.isfinite(mag).any()
     return Recording(rows["t"], rows["gyr"] - np.array(box.bias), rows["acc"], mag if some else None, meta=meta)

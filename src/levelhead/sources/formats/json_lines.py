@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from levelhead.errors import LevelheadError
+from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.devices.line_parser import LONGEST, Garbage, flatten_json
 from levelhead.sources.formats.text.cells import is_comment, lines_of
 from levelhead.sources.table import ArrayTable
@@ -46,7 +47,7 @@ def json_lines(path: Path) -> JsonTable:
         )
         if line.strip() and not is_comment(line)
     ]
-    rows, lines, notes = [], [], []
+    rows, lines, conclusions = [], [], []
     for i, (number, line) in enumerate(given):
         try:
             rows.append(flatten_json(line))
@@ -58,9 +59,9 @@ def json_lines(path: Path) -> JsonTable:
                     f"{source}, line {number}: '{shown}' is no JSON object of numbers; expected such as "
                     '{"t": 0.01, "gyr": [0, 0, 0], "acc": [0, 0, 9.81]}'
                 ) from None
-            notes.append(f"line {number} is cut off and was left out")
+            conclusions.append(Conclusion("file.lines", "cut_off", number, Basis.NUMBERS))
     if not rows:
         raise LevelheadError(f"{source} holds no JSON objects; expected one line per sample")
     names = list(dict.fromkeys(name for row in rows for name in row))
     arrays = {name: np.array([row.get(name, np.nan) for row in rows]) for name in names}
-    return JsonTable(source, arrays, notes=notes, lines=lines)
+    return JsonTable(source, arrays, conclusions=conclusions, lines=lines)

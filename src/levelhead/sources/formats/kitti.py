@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from levelhead.errors import LevelheadError
+from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.formats.text.dates import nanoseconds
 from levelhead.sources.table import ArrayTable
 
@@ -44,7 +45,12 @@ def oxts_table(folder: Path) -> ArrayTable:
     arrays = {"time": np.array([_stamp(folder, line) for line in stamps], dtype=np.int64)}
     arrays |= {f"gyr_{axis} [rad/s]": column for axis, column in zip("xyz", values[:, _RATE].T, strict=True)}
     arrays |= {f"acc_{axis} [m/s^2]": column for axis, column in zip("xyz", values[:, _FORCE].T, strict=True)}
-    return ArrayTable(str(folder), arrays, notes=[f"KITTI's oxts, {len(files)} files"], column_units={0: "ns"})
+    return ArrayTable(
+        str(folder),
+        arrays,
+        conclusions=[Conclusion("file.kind", "kitti", "oxts", Basis.HEADER, {"files": len(files)})],
+        column_units={0: "ns"},
+    )
 
 
 def _stamp(folder: Path, line: str) -> int:

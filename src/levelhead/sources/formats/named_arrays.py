@@ -54,7 +54,7 @@ def by_length(table: ArrayTable) -> list[ArrayTable]:
         arrays = {name: array for name, array in table.arrays.items() if len(array) == length}
         roles = {name.role for name in map(understand, arrays) if name.axis}
         if roles & {"gyr", "acc", "mag"}:
-            found.append(ArrayTable(table.source, arrays, table.units, table.rate, table.notes, ""))
+            found.append(ArrayTable(table.source, arrays, table.units, table.rate, table.conclusions, ""))
             if {"gyr", "acc"} <= roles:
                 return found[-1:]
     return found or [table]

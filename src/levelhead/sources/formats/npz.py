@@ -17,6 +17,7 @@ from levelhead.atomic import atomic_path
 from levelhead.errors import LevelheadError
 from levelhead.open_types import Fields
 from levelhead.recording import Gnss, Pressure, Recording, Truth
+from levelhead.sources.conclusion import Conclusion
 from levelhead.sources.formats.named_arrays import tabulate
 from levelhead.sources.hints import Hints
 from levelhead.sources.table import ArrayTable
@@ -50,7 +51,10 @@ def write_npz(recording: Recording, path: str | os.PathLike[str]) -> None:
     for name in _BESIDE:
         if (sensor := getattr(recording, name)) is not None:
             arrays |= {f"{name}_{key}": values for key, values in vars(sensor).items() if values is not None}
-    meta = json.dumps(dict(recording.meta), default=str, ensure_ascii=False)
+    stored = {**recording.meta}
+    if "conclusions" in stored:
+        stored["conclusions"] = [one.to_dict() for one in stored["conclusions"]]
+    meta = json.dumps(stored, default=str, ensure_ascii=False)
     arrays |= {"meta": np.array(meta), _MARK: np.array(_VERSION)}
     with atomic_path(path) as temporary, open(temporary, "wb") as file:
         np.savez_compressed(file, allow_pickle=False, **arrays)
@@ -138,7 +142,8 @@ def _own(path: Path, arrays: Mapping[str, NDArray[Any]]) -> Recording:
         meta = json.loads(str(arrays["meta"]))
         if not isinstance(meta, dict):
             raise ValueError
-    except ValueError:
+        meta["conclusions"] = [Conclusion.from_dict(one) for one in meta.get("conclusions", ())]
+    except (ValueError, TypeError, KeyError):
         raise LevelheadError(f"{path}: meta is not what levelhead wrote; expected JSON") from None
     truth = None
     if "truth_quat" in arrays:

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from levelhead.errors import LevelheadError
+from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.hints import Hints
 from levelhead.sources.table import ArrayTable
 
@@ -59,5 +60,8 @@ def _table(topic: object, shown: str) -> ArrayTable | None:
     if len(columns) == 1:
         return None
     return ArrayTable(
-        shown, columns, context=f"{name} {number}" if number else name, notes=[f"{name}: body frame x forward, z down"]
+        shown,
+        columns,
+        context=f"{name} {number}" if number else name,
+        conclusions=[Conclusion("frame", "ulog", "x forward, z down", Basis.HEADER, {"topic": name})],
     )

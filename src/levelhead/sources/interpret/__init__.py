@@ -8,9 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from levelhead.errors import LevelheadError
+from levelhead.open_types import ReadOnlyFields
 from levelhead.recording import Array, Recording, median
 from levelhead.signals.field_turn import field_turn, is_normalised
 from levelhead.signals.gravity_direction import is_gravity
+from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.hints import MEANING, Hints, NeedsHints, Scale
 from levelhead.sources.interpret import unit_inference
 from levelhead.sources.interpret.clock_choice import (
@@ -41,19 +43,21 @@ from levelhead.sources.interpret.suggestion import suggest
 from levelhead.sources.interpret.temperature import celsius, find_temperature
 from levelhead.sources.join.turns import count_turns
 from levelhead.sources.names.column_name import RELATIVE, unit_in
+from levelhead.sources.sentences import notes
 from levelhead.sources.table import Column, Table, stack, words_of
 
 SLOWEST = 0.75  # s between complete samples; at half a turn a second, 135 degrees lie between them
 RARE = 0.05  # share of complete rows below which a log is refused
+MERGED = {("clock", "merged"), ("rows", "outside_overlap")}
 _NEARLY_MS = 700.0  # Hz from which a stamp that counts 1 a row may well be milliseconds
 
 
 def assemble(table: Table, hints: Hints) -> Recording:
     """The Recording in ``table``, in SI units; what was concluded stands in its ``meta``.
 
-    ``meta`` has "source", "notes" (sentences), "ignored" (columns that nothing uses), "units" (what the file is in),
-    "columns" (which were taken), "findings" (what is wrong with the log) and where they apply "t0" (s, subtracted from
-    the stamps) and "mag_unit" ("relative").
+    ``meta`` has "source", "conclusions" (of ``Conclusion``), "notes" (their sentences), "ignored" (columns that nothing
+    uses), "units" (what the file is in), "columns" (which were taken) and where they apply "t0" (s, subtracted from the
+    stamps) and "mag_unit" ("relative").
 
     Raises:
         LevelheadError: one sentence with file, line and column.
@@ -65,14 +69,13 @@ def assemble(table: Table, hints: Hints) -> Recording:
 def _assemble(table: Table, hints: Hints) -> Recording:
     roles, columns = _read(table, hints)
     _refuse_gravity(table, roles, columns)
-    notes = [*table.notes, *roles.notes]
-    columns = _one_unit(roles, columns, notes)
-    clock = clock_of(table, roles, hints, columns, notes)
+    found = [*table.conclusions, *roles.conclusions]
+    columns = _one_unit(roles, columns, found)
+    clock = clock_of(table, roles, hints, columns, found)
     if clock.rows is not None:
         columns = {i: column[clock.rows] for i, column in columns.items()}
-    evidence = Evidence({"t": clock.unit}, notes, dict(clock.findings))
-    clock, columns = _dense(table, roles, clock, columns, notes)
-    _note_findings(table, roles, clock, evidence)
+    evidence = Evidence({"t": clock.unit}, found)
+    clock, columns = _dense(table, roles, clock, columns, found)
     acc = _acc(table, roles, hints, columns, clock.t, evidence)
     if not {"acc"} & {*hints.map, *hints.scale}:
         note_sign(clock.t, acc, table, evidence)
@@ -80,16 +83,16 @@ def _assemble(table: Table, hints: Hints) -> Recording:
     mag = _mag(table, roles, hints, columns, evidence)
     if mag is not None and "mag" not in hints.map:
         mag = _check_field(clock.t, gyr, mag, evidence)
-    truth = find_truth(table, roles, columns, acc, notes)
+    truth = find_truth(table, roles, columns, acc, found)
     place = find_temperature(table.names, _used(roles))
     warmth = None if place is None or place not in columns else celsius(table.names[place], columns[place])
     meta: dict[str, Any] = {
         "source": table.source,
-        "notes": notes,
+        "notes": notes(found),
+        "conclusions": tuple(found),
         "ignored": [name for name in roles.ignored if warmth is None or place is None or name != table.names[place]],
         "units": list_units(evidence.found),
         "columns": {role: [table.names[i] for i in positions] for role, positions in roles.columns.items()},
-        "findings": evidence.findings,
     }
     if clock.t0 is not None:
         meta["t0"] = clock.t0
@@ -107,15 +110,12 @@ def _refuse_gravity(table: Table, roles: Roles, columns: dict[int, Column]) -> N
         )
 
 
-def _one_unit(roles: Roles, columns: dict[int, Column], notes: list[str]) -> dict[int, Column]:
+def _one_unit(roles: Roles, columns: dict[int, Column], found: list[Conclusion]) -> dict[int, Column]:
     """The columns, of rows in which several units of sensors take turns those of the first."""
     turns = count_turns(stack(columns, roles.columns["acc"]))
     if turns == 1:
         return columns
-    notes.append(
-        f"every {turns}th row goes on from the one {turns} before, and not from its neighbours: a guess that {turns} "
-        "units take turns; the first one's rows were read"
-    )
+    found.append(Conclusion("sensor", "rows_in_turn", 1, Basis.GUESS, {"count": turns}))
     return {i: column[::turns] for i, column in columns.items()}
 
 
@@ -124,34 +124,9 @@ def _used(roles: Roles) -> set[int]:
     return {i for positions in roles.columns.values() for i in positions}
 
 
-def _is_merged(notes: Sequence[str]) -> bool:
+def _is_merged(conclusions: Sequence[Conclusion]) -> bool:
     """Whether readings of one sensor were set to another's stamps."""
-    return any(note.startswith("merged:") for note in notes)
-
-
-def _note_findings(table: Table, roles: Roles, clock: Clock, evidence: Evidence) -> None:
-    """What tables and columns themselves tell the doctor."""
-    words = " | ".join(evidence.notes)
-    if "t" not in roles.columns:
-        evidence.findings["no_time"] = True
-    if (
-        any("taken, not" in note for note in roles.notes)
-        or "has gravity removed; not taken" in words
-        or ", not from" in words
-    ):
-        evidence.findings["decoy_columns"] = True
-    if "has gravity removed; not taken" in words:
-        evidence.findings["gravity_removed"] = True
-    if _is_merged(evidence.notes) or "columns with time in their name" in words:
-        evidence.findings["several_clocks"] = True
-    if "each row is a window" in words:
-        evidence.findings["glued_recordings"] = True
-    if "counts per g around" in words:
-        evidence.findings["raw_counts"] = True
-    if "gyroscope −" in words or "accelerometer −" in words:
-        evidence.findings["axes_order"] = True
-    if "nothing in them" in words:
-        evidence.findings["empty_columns"] = True
+    return any((one.about, one.reason) in MERGED for one in conclusions)
 
 
 def _read(table: Table, hints: Hints) -> tuple[Roles, dict[int, Column]]:
@@ -197,7 +172,7 @@ def _read(table: Table, hints: Hints) -> tuple[Roles, dict[int, Column]]:
     raise first or LevelheadError(f"{table.source} has too many empty columns")
 
 
-def clock_of(table: Table, roles: Roles, hints: Hints, columns: dict[int, Column], notes: list[str]) -> Clock:
+def clock_of(table: Table, roles: Roles, hints: Hints, columns: dict[int, Column], found: list[Conclusion]) -> Clock:
     """The time stamps of the columns that were read: those of the file, or rows over the rate.
 
     Raises:
@@ -215,17 +190,17 @@ def clock_of(table: Table, roles: Roles, hints: Hints, columns: dict[int, Column
         joined = join_seconds(given)
         if len(joined) == len(given):
             joined = [_candidate(table, i, hints, columns[i]) for i in positions]
-        chosen, words = choose(joined)
-        notes += words
+        chosen, choice = choose(joined)
+        found += choice
         sensors = [i for role in ("gyr", "acc", "mag") for i in roles.columns.get(role, ())]
         values = stack(columns, sensors) if sensors else None
         try:
             clock = seconds(chosen.stamps, chosen.declared, table, chosen.name, values, hints.session)
         except CounterError as error:
             raise _without_counter(error, roles, columns) from None
-        if not _is_merged(table.notes):
+        if not _is_merged(table.conclusions):
             clock = restore(clock, chosen.name, values)
-        notes += clock.notes
+        found += clock.conclusions
         return clock
     if hints.rate is not None and table.rate is not None and "t" not in hints.map:
         raise LevelheadError(
@@ -241,8 +216,8 @@ def clock_of(table: Table, roles: Roles, hints: Hints, columns: dict[int, Column
             f"or the hint rate=… in Hz{said}",
             rate=guess,
         )
-    if hints.rate is None:
-        notes.append(f"time: no stamps; rows at the {rate:g} Hz that the file gives")
+    reason, basis = ("file", Basis.HEADER) if hints.rate is None else ("hint", Basis.HINT)
+    found.append(Conclusion("t.rate", reason, rate, basis))
     return Clock(np.arange(n) / rate, "s", None, [])
 
 
@@ -255,7 +230,7 @@ def _without_counter(error: CounterError, roles: Roles, columns: dict[int, Colum
 
 
 def _dense(
-    table: Table, roles: Roles, clock: Clock, columns: dict[int, Column], notes: list[str]
+    table: Table, roles: Roles, clock: Clock, columns: dict[int, Column], found: list[Conclusion]
 ) -> tuple[Clock, dict[int, Column]]:
     """The rows with a gyroscope, the accelerometer interpolated, where the two stand on different rows.
 
@@ -269,10 +244,7 @@ def _dense(
         placed = {i: column[kept] for i, column in columns.items()}
         for i in roles.columns["acc"]:
             placed[i] = np.interp(clock.t[kept], clock.t[acc], columns[i][acc].astype(np.float64))
-        notes.append(
-            "gyroscope and accelerometer stand on different rows; the accelerometer was set to the "
-            "gyroscope's by straight lines"
-        )
+        found.append(Conclusion("acc.stamps", "other_rows", "interpolated", Basis.NUMBERS))
         return clock._replace(t=clock.t[kept]), placed
     t = clock.t[both]
     if len(clock.t) > 10 and (t.size < 3 or both.mean() < RARE or median(np.diff(t)) > SLOWEST):
@@ -296,7 +268,7 @@ def _acc(table: Table, roles: Roles, hints: Hints, columns: dict[int, Column], t
     """The (n, 3) specific force in m/s²; the gyroscope helps to judge its unit."""
     positions = roles.columns["acc"]
     values = _values("acc", table, positions, columns)
-    scale = find_scale("acc", table, roles, hints, evidence.notes)
+    scale = find_scale("acc", table, roles, hints, evidence.conclusions)
     gravity = stack(columns, roles.columns["gravity"]) if "gravity" in roles.columns else None
     values, scale = whole_acceleration(values, scale, gravity, [table.names[i] for i in positions], evidence)
     rows = unit_inference.excerpt(len(t))
@@ -316,7 +288,7 @@ def _gyr(
     """The (n, 3) rates in rad/s; ``acc`` (n, 3) m/s² helps to judge their unit."""
     positions = roles.columns["gyr"]
     values = _values("gyr", table, positions, columns)
-    scale = find_scale("gyr", table, roles, hints, evidence.notes)
+    scale = find_scale("gyr", table, roles, hints, evidence.conclusions)
     mag = stack(columns, roles.columns["mag"]) if "mag" in roles.columns else None
     scale = gyr_scale(values, scale, "gyr" in hints.scale, t, acc, mag, table, evidence)
     evidence.found["gyr"] = scale.name
@@ -331,19 +303,15 @@ def _mag(table: Table, roles: Roles, hints: Hints, columns: dict[int, Column], e
     values = _values("mag", table, positions, columns)
     known = values[~np.isnan(values).any(axis=1)]
     if len(known) == 0:
-        evidence.notes.append("magnetometer: left out, because no row is complete")
+        evidence.conclusions.append(Conclusion("mag.used", "incomplete", False, Basis.NUMBERS))
         return None
     if not known.any():
-        evidence.notes.append("magnetometer: left out, because it is 0 on every row")
-        evidence.findings["mag_zero"] = True
+        evidence.conclusions.append(Conclusion("mag.used", "zero", False, Basis.NUMBERS))
         return None
-    said = find_scale("mag", table, roles, hints, evidence.notes)
+    said = find_scale("mag", table, roles, hints, evidence.conclusions)
     relative = roles.units.get("mag") == RELATIVE
     if "mag" not in hints.scale and is_normalised(values):
-        evidence.findings["mag_normalised"] = True
-        evidence.notes.append(
-            "magnetometer: its length never changes, so it was normalised: a direction without strength"
-        )
+        evidence.conclusions.append(Conclusion("mag.unit", "normalised", None, Basis.NUMBERS))
         said, relative = None, True
     scale = mag_scale(values, said, relative, evidence)
     evidence.found["mag"] = RELATIVE if scale is None else scale.name
@@ -356,16 +324,9 @@ def _check_field(t: Array, gyr: Array, mag: Array, evidence: Evidence) -> Array 
     if turn is None or not turn.unusable:
         return mag
     length = unit_inference.median_norm(mag)
-    evidence.findings["mag_unusable"] = {
-        "correlation": turn.correlation,
-        "scale": turn.scale,
-        "free": turn.free,
-        "length": length,
-    }
-    evidence.notes.append(
-        f"magnetometer: left out, because it does not turn with the body (correlation {turn.correlation:.2f} with the "
-        f"gyroscope, length {length:.3g}); --map mag=… keeps it"
-    )
+    facts = {"correlation": turn.correlation, "scale": turn.scale, "free": turn.free, "length": length}
+    confirm: ReadOnlyFields = {"map": {"mag": []}}
+    evidence.conclusions.append(Conclusion("mag.used", "does_not_turn", False, Basis.NUMBERS, facts, confirm))
     evidence.found.pop("mag", None)
     return None
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array, median
+from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.formats.text.delimited import TextTable
 from levelhead.sources.hints import Hints
 from levelhead.sources.interpret import unit_inference
@@ -95,9 +96,9 @@ def with_names(table: TextTable, hints: Hints) -> ArrayTable:
     given = dict(zip((str(i + 1) for i in everything), everything, strict=True))
     titles = {position: name for name, position in named.items() if position in given.values()}
     renamed = {titles.get(i, str(i + 1)): arrays[str(i + 1)] for i in everything}
-    gained = f"; increments over {step:.4g} s" if step > 0.0 else ""
-    notes = [*table.notes, f"no header: columns found by their numbers, a guess: {listed}{gained}"]
-    return ArrayTable(table.source, renamed, rate=table.rate, notes=notes, column_units=units)
+    facts = {"listed": listed, "step": step}
+    found = [*table.conclusions, Conclusion("columns", "by_numbers", named, Basis.GUESS, facts)]
+    return ArrayTable(table.source, renamed, rate=table.rate, conclusions=found, column_units=units)
 
 
 def _one_sensor(table: TextTable, positions: Sequence[int]) -> ArrayTable:
@@ -108,7 +109,7 @@ def _one_sensor(table: TextTable, positions: Sequence[int]) -> ArrayTable:
         titles = ["x", "y", "z", "time"]
     arrays = {title: columns[i] for i, title in zip(positions, titles, strict=True)}
     units = {k: "ns" for k, i in enumerate(positions) if i in table.layout.stamps}
-    return ArrayTable(table.source, arrays, rate=table.rate, notes=list(table.notes), column_units=units)
+    return ArrayTable(table.source, arrays, rate=table.rate, conclusions=list(table.conclusions), column_units=units)
 
 
 def _goes_on(column: Column) -> bool:

@@ -1,8 +1,7 @@
 """Time stamps: which column is the clock, its unit, its start; stamps that repeat, step back or begin again."""
 
 import re
-from collections.abc import Mapping, Sequence
-from types import MappingProxyType
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 from levelhead import units
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array, median
+from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.hints import NeedsHints, Scale
 from levelhead.sources.interpret.arrival import restore_clock
 from levelhead.sources.interpret.clock_repair import Repair, first_of_bursts, repair_stamps
@@ -35,17 +35,15 @@ class Clock(NamedTuple):
         t: (n,) seconds of the rows that are kept.
         unit: what the stamps are in.
         t0: what was subtracted, in seconds; None if nothing was.
-        notes: sentences about what was concluded.
+        conclusions: what was concluded about them.
         rows: which rows of the table are kept; None: all.
-        findings: what is wrong with the stamps, for the doctor: name to numbers.
     """
 
     t: Array
     unit: str
     t0: float | None
-    notes: list[str]
+    conclusions: Sequence[Conclusion]
     rows: NDArray[np.intp] | None = None
-    findings: Mapping[str, object] = MappingProxyType({})
 
 
 class Candidate(NamedTuple):
@@ -97,8 +95,8 @@ def _whole(stamps: Column) -> bool:
     return bool(np.isfinite(stamps).all()) and bool((stamps == np.rint(stamps)).all())
 
 
-def choose(candidates: Sequence[Candidate]) -> tuple[Candidate, list[str]]:
-    """The clock among several columns with time in their names, and sentences about the choice.
+def choose(candidates: Sequence[Candidate]) -> tuple[Candidate, list[Conclusion]]:
+    """The clock among several columns with time in their names, and conclusions about the choice.
 
     The most even one is taken; of equals, the one with a plain name that comes first.
     """
@@ -107,9 +105,8 @@ def choose(candidates: Sequence[Candidate]) -> tuple[Candidate, list[str]]:
     ranked = sorted(enumerate(candidates), key=lambda item: _rank(item[1], item[0]))
     best = ranked[0][1]
     rest = ", ".join(f"'{one.name}'" for _, one in ranked[1:4])
-    return best, [
-        f"time: '{best.name}' is the most even of {len(candidates)} columns with time in their name, not {rest}"
-    ]
+    facts = {"count": len(candidates), "rest": rest}
+    return best, [Conclusion("t.column", "most_even", best.name, Basis.NUMBERS, facts)]
 
 
 def _rank(one: Candidate, order: int) -> tuple[float, int, int, int]:
@@ -144,21 +141,19 @@ def seconds(
     Raises:
         LevelheadError: a stamp is missing or infinite, too few stamps increase; the line is named.
     """
-    notes: list[str] = []
-    present = _rows_with_stamp(stamps, table, name, notes)
+    found: list[Conclusion] = []
+    present = _rows_with_stamp(stamps, table, name, found)
     if present is not None:
         stamps = stamps[present]
     if declared is None:
-        declared, said = _infer_unit(stamps, table, name)
-        notes.append(said)
+        declared, inferred = _infer_unit(stamps, table, name)
+        found.append(inferred)
     stale = _stale_rows(stamps)
     if stale:
         stamps, present = stamps[stale:], np.arange(len(stamps))[stale:] if present is None else present[stale:]
-        count = "the first row" if stale == 1 else f"the first {stale} rows"
-        notes.append(f"time: {count} were left out: '{name}' says that they are from long before the others")
-    findings: dict[str, object] = {}
+        found.append(Conclusion("t.rows", "stale", stale, Basis.NUMBERS, {"column": name}))
     if isinstance(declared, str):
-        declared = _plausible(stamps, declared, name, notes, findings)
+        declared = _plausible(stamps, declared, name, found)
     scale = declared if isinstance(declared, Scale) else Scale(units.factor("time", declared), declared)
     repaired = Repair(stamps)
     increasing = len(stamps) < 2 or bool((stamps[1:] > stamps[:-1]).all())
@@ -168,7 +163,7 @@ def seconds(
         repaired = repair_stamps(
             stamps, None if values is None else values if present is None else values[present], session
         )
-        notes += [f"time: '{name}' {sentence}" for sentence in repaired.notes]
+        found += [one._replace(facts={"column": name, **one.facts}) for one in repaired.conclusions]
         if len(repaired.stamps) > 1 and not (repaired.stamps[1:] > repaired.stamps[:-1]).all():
             _refuse(stamps, table, name)
     elif session not in (None, 1):
@@ -181,13 +176,11 @@ def seconds(
     if abs(float(first)) * scale.factor / scale.divisor > _LONGEST_UPTIME:
         t0 = float(_scale_stamps(kept[:1].astype(np.float64), scale)[0])
         kept = kept - first
-        notes.append(f"time: starts at 0; the first stamp is {t0:.6f} s (meta['t0'])")
+        found.append(Conclusion("t.start", "date", t0, Basis.NUMBERS))
     rows = repaired.rows
     if present is not None:
         rows = present if rows is None else present[rows]
-    return Clock(
-        _scale_stamps(kept.astype(np.float64), scale), scale.name, t0, notes, rows, {**repaired.findings, **findings}
-    )
+    return Clock(_scale_stamps(kept.astype(np.float64), scale), scale.name, t0, found, rows)
 
 
 def restore(clock: Clock, name: str, values: Array | None) -> Clock:
@@ -198,13 +191,11 @@ def restore(clock: Clock, name: str, values: Array | None) -> Clock:
     restored = restore_clock(clock.t, values if values is None or clock.rows is None else values[clock.rows])
     if restored is None:
         return clock
-    late = 1e3 * restored.jitter
-    words = (
-        f"time: '{name}' holds times of arrival, {late:.3g} ms rms about the clock of a sensor that samples regularly, "
-        f"as its readings show; that clock was put back ({restored.lost} samples are missing)"
-    )
-    numbers = {"jitter_ms": late, "rows": restored.rows, "missing": restored.lost}
-    return clock._replace(t=restored.t, notes=[*clock.notes, words], findings={**clock.findings, "arrival": numbers})
+    facts = {
+        "column": name, "jitter_ms": 1e3 * restored.jitter, "rows": restored.rows, "missing": restored.lost,
+    }  # fmt: skip
+    arrival = Conclusion("t.stamps", "arrival", "sensor clock", Basis.NUMBERS, facts)
+    return clock._replace(t=restored.t, conclusions=[*clock.conclusions, arrival])
 
 
 def _stale_rows(stamps: Column) -> int:
@@ -216,23 +207,20 @@ def _stale_rows(stamps: Column) -> int:
     return int(jumps[-1]) + 1 if usual > 0.0 and len(jumps) else 0
 
 
-def _plausible(stamps: Column, declared: str, name: str, notes: list[str], findings: dict[str, object]) -> str:
+def _plausible(stamps: Column, declared: str, name: str, found: list[Conclusion]) -> str:
     """The declared unit, or another where no sensor is read at the rate that it gives."""
     step = _interval(stamps)
     factor = units.factor("time", declared)
     other = guess_unit(stamps)
     if step == 0.0 or _SHORTEST < step * factor < _LONGEST or units.factor("time", other) == factor:
         return declared
-    findings["unit_header_wrong"] = {"declared": declared, "taken": other}
-    notes.append(
-        f"time: '{name}' taken as {other}, a guess against the header, which says {declared}: an interval of "
-        f"{step:.4g} would be {1.0 / (step * factor):.3g} Hz"
-    )
+    facts = {"declared": declared, "taken": other, "column": name, "step": step, "rate": 1.0 / (step * factor)}
+    found.append(Conclusion("t.unit", "against_header", other, Basis.GUESS, facts, {"units": {"t": other}}))
     return other
 
 
-def _infer_unit(stamps: Column, table: Table, name: str) -> tuple[Scale | str, str]:
-    """(unit, sentence) of stamps whose unit nobody gives.
+def _infer_unit(stamps: Column, table: Table, name: str) -> tuple[Scale | str, Conclusion]:
+    """(unit, conclusion) of stamps whose unit nobody gives.
 
     Raises:
         NeedsHints: a counter.
@@ -243,20 +231,20 @@ def _infer_unit(stamps: Column, table: Table, name: str) -> tuple[Scale | str, s
         guessed = 1.0 / (step * units.factor("time", unit))
         if abs(guessed / table.rate - 1.0) > _NEAR:
             ticks = step * table.rate
-            return (
-                Scale(1.0, f"ticks of 1/{ticks:.6g} s", ticks),
-                f"time: '{name}' has no unit; it counts {step:g} a sample, which at the "
-                f"{table.rate:g} Hz that the file "
-                f"gives are {ticks:.6g} ticks a second",
-            )
+            scale = Scale(1.0, f"ticks of 1/{ticks:.6g} s", ticks)
+            facts = {"column": name, "step": step, "rate": table.rate, "ticks": ticks}
+            return scale, Conclusion("t.unit", "file_rate", scale.name, Basis.NUMBERS, facts)
     elif step == 1.0 and unit != "s" and float((np.diff(stamps) == 1).mean()) > 0.9:
         raise CounterError(
             f"{table.source}, column '{name}': it counts 1 a row, which is a counter or whole milliseconds; expected "
             "its unit, or the rate and no stamps",
             units={"t": "ms"},
         )
-    guess = ", a guess" if step * units.factor("time", unit) < _FAST else ""
-    return unit, f"time: '{name}' has no unit; its median interval of {step:.6g} says {unit}{guess}"
+    is_short = step * units.factor("time", unit) < _FAST
+    return unit, Conclusion(
+        "t.unit", "short_interval" if is_short else "interval", unit, Basis.GUESS if is_short else Basis.NUMBERS,
+        {"column": name, "step": step}, {"units": {"t": unit}},
+    )  # fmt: skip
 
 
 _DAYS, _DAYS_STEP = ((36_500.0, 55_000.0), (730_000.0, 750_000.0)), 2e-5  # of this century; 1.7 s
@@ -293,7 +281,7 @@ def _scale_stamps(values: Array, scale: Scale) -> Array:
     return values * (scale.factor / scale.divisor)
 
 
-def _rows_with_stamp(stamps: Column, table: Table, name: str, notes: list[str]) -> NDArray[np.intp] | None:
+def _rows_with_stamp(stamps: Column, table: Table, name: str, found: list[Conclusion]) -> NDArray[np.intp] | None:
     """The rows that have a stamp; None: all.
 
     Raises:
@@ -309,7 +297,7 @@ def _rows_with_stamp(stamps: Column, table: Table, name: str, notes: list[str]) 
         raise LevelheadError(
             f"{table.source}, {table.where(row)}, column '{name}': the time is {what}; expected a stamp on every line"
         )
-    notes.append(f"time: {missing} rows without a stamp were left out, the first at {table.where(row)}")
+    found.append(Conclusion("t.rows", "no_stamp", missing, Basis.NUMBERS, {"first": table.where(row)}))
     return np.flatnonzero(finite)
 
 

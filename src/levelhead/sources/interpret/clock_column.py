@@ -9,6 +9,7 @@ import numpy as np
 from levelhead import units
 from levelhead.errors import LevelheadError
 from levelhead.recording import median
+from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.interpret.clock_choice import guess_unit
 from levelhead.sources.interpret.rate import rate_of_turn
 from levelhead.sources.interpret.roles import Roles
@@ -63,10 +64,13 @@ def with_clock(table: Table, roles: Roles, columns: Mapping[int, Column]) -> tup
         elif not RATES[0] <= 1.0 / (step * units.factor("time", said)) <= RATES[1]:
             continue
         found[i] = stamps
-        words = "" if said else ", and gravity turns as the gyroscope says at its rate: a guess"
-        note = f"time: '{table.names[i]}' goes on evenly, as a clock does{words}"
+        reason, basis = ("even", Basis.NUMBERS) if said else ("even_at_rate", Basis.GUESS)
+        name = table.names[i]
+        clock = Conclusion("t.column", reason, name, basis, confirm={"map": {"t": [name]}})
         ignored = tuple(name for name in roles.ignored if name != table.names[i])
-        made = replace(roles, columns={**roles.columns, "t": (i,)}, ignored=ignored, notes=(*roles.notes, note))
+        made = replace(
+            roles, columns={**roles.columns, "t": (i,)}, ignored=ignored, conclusions=(*roles.conclusions, clock)
+        )
         return made, found
     return roles, found
 

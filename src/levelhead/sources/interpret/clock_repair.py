@@ -1,15 +1,15 @@
 """Stamps that do not increase: repeated rows, bursts with one stamp, wrong single stamps, clocks that began again."""
 
 from bisect import bisect_left
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
-from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from levelhead.recording import Array
+from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.table import Column
 
 _REPEATS = 0.9  # share of equal stamps whose rows repeat the row before, from which they are duplicates
@@ -28,26 +28,23 @@ class Repair(NamedTuple):
     Attributes:
         stamps: (m,) in the unit that they had.
         rows: which rows are kept; None: all.
-        notes: sentences without their subject, "'t' …".
-        findings: name of the problem to numbers.
+        conclusions: what was repaired; their facts lack the name of the column.
     """
 
     stamps: Column
     rows: NDArray[np.intp] | None = None
-    notes: Sequence[str] = ()
-    findings: Mapping[str, object] = MappingProxyType({})
+    conclusions: Sequence[Conclusion] = ()
 
 
 def repair_stamps(stamps: Column, values: Array | None, session: int | None = None) -> Repair:
     """(n,) ``stamps`` as increasing ones; ``values`` (n, k) are the numbers beside them."""
-    notes: list[str] = []
-    findings: dict[str, object] = {}
+    found: list[Conclusion] = []
     rows = np.arange(len(stamps))
     stamps, overflow = _count_on(stamps)
     if overflow:
-        notes.append(f"begins again at {overflow:g}, as a counter of fixed size does; counted on")
+        found.append(Conclusion("t.stamps", "overflow", "counted on", Basis.NUMBERS, {"size": overflow}))
         if (stamps[1:] > stamps[:-1]).all():
-            return Repair(stamps, None, notes, findings)
+            return Repair(stamps, None, found)
     steps = np.diff(stamps)
     if (steps < 0).any():
         wrong = _outside(stamps)
@@ -56,44 +53,34 @@ def repair_stamps(stamps: Column, values: Array | None, session: int | None = No
             first = stamps[0]
             filled = np.interp(rows, right, (stamps[right] - first).astype(np.float64))
             stamps = filled + float(first) if abs(float(first)) < 1e9 else _sum(first, filled)
-            notes.append(
-                f"has {len(wrong)} stamps out of order, the first in row {wrong[0]}; set between their neighbours"
-            )
-            findings["stamps_back"] = len(wrong)
+            facts = {"first": int(wrong[0])}
+            found.append(Conclusion("t.stamps", "out_of_order", len(wrong), Basis.NUMBERS, facts))
         elif (line := _fit_wandering_clock(stamps)) is not None:
             back = int((steps < 0).sum())
             away = float(np.abs(line - (stamps - stamps[0])).max())
             stamps = line + float(stamps[0])
-            notes.append(
-                f"goes back {back} times and catches up; a straight line was laid through it ({away:.3g} off at most)"
-            )
-            findings["stamps_back"] = back
-            return Repair(stamps, None, notes, findings)
+            found.append(Conclusion("t.stamps", "wandering", back, Basis.NUMBERS, {"away": away}))
+            return Repair(stamps, None, found)
         else:
-            rows, words, parts = _session(stamps, session)
+            rows, chosen = _session(stamps, session)
             stamps, values = stamps[rows], None if values is None else values[rows]
-            notes.append(words)
-            findings["clock_restart"] = parts
+            found.append(chosen)
     equal = np.flatnonzero(np.diff(stamps) == 0) + 1
     bursts = first_of_bursts(stamps)
     if bursts is not None:
-        findings["bursts"] = len(np.unique(bursts))
+        count = len(np.unique(bursts))
         stamps = _spread_groups(bursts)
-        notes.append(
-            f"was written as samples arrived, in {findings['bursts']} bursts of about "
-            f"{len(stamps) / len(np.unique(bursts)):.0f}; they were spread evenly"
-        )
+        found.append(Conclusion("t.stamps", "bursts", count, Basis.NUMBERS, {"size": len(stamps) / count}))
     elif len(equal):
-        findings["equal_stamps"] = len(equal)
         same = values is not None and float((values[equal] == values[equal - 1]).all(axis=1).mean()) > _REPEATS
         if same:
             keep = np.setdiff1d(np.arange(len(stamps)), equal)
             rows, stamps = rows[keep], stamps[keep]
-            notes.append(f"repeats {len(equal)} stamps with the row before; these rows were left out")
+            found.append(Conclusion("t.rows", "repeated", len(equal), Basis.NUMBERS))
         else:
             stamps = _spread_groups(stamps)
-            notes.append(f"repeats {len(equal)} stamps with new numbers: samples came in bursts and were spread evenly")
-    return Repair(stamps, None if len(rows) == len(steps) + 1 else rows, notes, findings)
+            found.append(Conclusion("t.stamps", "equal", len(equal), Basis.NUMBERS))
+    return Repair(stamps, None if len(rows) == len(steps) + 1 else rows, found)
 
 
 def _count_on(stamps: Column) -> tuple[Column, float]:
@@ -170,8 +157,8 @@ def _fit_wandering_clock(stamps: Column) -> Array | None:
     return line
 
 
-def _session(stamps: Column, wanted: int | None) -> tuple[NDArray[np.intp], str, list[int]]:
-    """(rows of one part, sentence, row at which each part begins) of a clock that began again."""
+def _session(stamps: Column, wanted: int | None) -> tuple[NDArray[np.intp], Conclusion]:
+    """(rows of one part, conclusion) of a clock that began again."""
     from levelhead.errors import LevelheadError
 
     starts = np.concatenate([[0], np.flatnonzero(np.diff(stamps) < 0) + 1, [len(stamps)]])
@@ -179,12 +166,10 @@ def _session(stamps: Column, wanted: int | None) -> tuple[NDArray[np.intp], str,
     if wanted is not None and not 1 <= wanted <= len(sizes):
         raise LevelheadError(f"there are {len(sizes)} sessions; there is no session {wanted}")
     k = int(np.argmax(sizes)) if wanted is None else wanted - 1
-    listed = ", ".join(f"{n} rows" for n in sizes[:6]) + (", …" if len(sizes) > 6 else "")
-    words = (
-        f"begins again {len(sizes) - 1} times (in row {starts[1]} first): {len(sizes)} sessions of {listed}; "
-        f"session {k + 1} is read{', the longest' if wanted is None else ''}; --session N takes another"
-    )
-    return np.arange(starts[k], starts[k + 1]), words, starts[:-1].tolist()
+    reason, basis = ("longest", Basis.NUMBERS) if wanted is None else ("hint", Basis.HINT)
+    facts = {"sizes": sizes.tolist(), "rows": starts[:-1].tolist()}
+    chosen = Conclusion("t.session", reason, k + 1, basis, facts, {"session": k + 1})
+    return np.arange(starts[k], starts[k + 1]), chosen
 
 
 def first_of_bursts(stamps: Column) -> Column | None:

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from levelhead.recording import Array, median
+from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.interpret.unit_inference import turn_of_gravity
 from levelhead.sources.table import ArrayTable, stack
 from levelhead.units import GRAVITY
@@ -58,21 +59,20 @@ def with_sensors(table: ArrayTable, positions: Sequence[int], time: int) -> Arra
     correlation, order, signs, scale = best
     if not order:
         return None
-    listed = ", ".join(
-        ("−" if s < 0 else "") + table.names[positions[3 * (1 - which) + i]] for i, s in zip(order, signs, strict=True)
-    )
-    note = (
-        f"no names: a guess by physics: accelerometer {table.names[positions[3 * which]]} … with "
-        f"{sphere.radius:.4g} counts "
-        f"per g around {', '.join(f'{one:.0f}' for one in sphere.middle)}; gyroscope {listed} with "
-        f"{scale:.4g} rad/s a count "
-        f"(gravity turns so, correlation {correlation:.2f})"
-    )
+    gyr_names = [table.names[positions[3 * (1 - which) + i]] for i in order]
+    facts = {
+        "accelerometer": table.names[positions[3 * which]],
+        "per_g": sphere.radius,
+        "middle": ", ".join(f"{one:.0f}" for one in sphere.middle),
+        "gyroscope": ", ".join(("−" if s < 0 else "") + name for s, name in zip(signs, gyr_names, strict=True)),
+        "order": list(order), "signs": list(signs), "scale": scale, "correlation": correlation,
+    }  # fmt: skip
+    conclusion = Conclusion("columns", "by_physics", gyr_names, Basis.GUESS, facts)
     rates = gyr[:, order] * np.array(signs) * scale
     arrays = {table.names[time]: columns[time]}
     arrays |= {f"gyr_{axis} [rad/s]": rates[:, i] for i, axis in enumerate("xyz")}
     arrays |= {f"acc_{axis} [g]": acc[:, i] for i, axis in enumerate("xyz")}
-    return ArrayTable(table.source, arrays, rate=table.rate, notes=[*table.notes, note])
+    return ArrayTable(table.source, arrays, rate=table.rate, conclusions=[*table.conclusions, conclusion])
 
 
 def offset_of(values: Array) -> Array | None:

@@ -7,6 +7,7 @@ number of that size. Other full scales are not guessed: 8192 counts of the accel
 import numpy as np
 
 from levelhead.recording import Array
+from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.hints import Scale
 from levelhead.units import GRAVITY, factor
 
@@ -15,10 +16,10 @@ TOLERANCE = 0.15  # of g: zero-g offset (80 mg), scale (3 %), and motion
 LARGEST = 32768.0
 THOUSANDTHS = 1000.0 * GRAVITY  # per g: numbers in m/s² sent as whole ones
 _CLOSE = 0.05  # by which their usual length may differ
-NOTE = (
-    "numbers without a unit are taken for raw counts of an MPU-6050 at its default full scales, 16384 per g and 131 "
-    "per °/s; say otherwise with --counts gyr=65.5/deg/s --counts acc=8192/g"
-)
+DEFAULT_SCALES = Conclusion(
+    "sensors.unit", "mpu6050", "raw counts", Basis.GUESS,
+    confirm={"counts": {"gyr": f"{PER_DEGREE:g}/deg/s", "acc": f"{PER_G:g}/g"}},
+)  # fmt: skip
 
 
 def mpu6050_scales(gyr: Array, acc: Array) -> dict[str, Scale] | None:

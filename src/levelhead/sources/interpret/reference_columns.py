@@ -8,6 +8,7 @@ from levelhead import units
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array, Truth
 from levelhead.rotations import rotate
+from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.interpret.roles import Roles
 from levelhead.sources.names.column_name import unit_in
 from levelhead.sources.table import Column, Table, stack
@@ -18,8 +19,10 @@ _ENOUGH = 100  # rows that tell a mean force
 _NORTH = ("opt_quat", "truth_q")  # BROAD's, and levelhead's own; their earth frame has y to magnetic north
 
 
-def find_truth(table: Table, roles: Roles, columns: dict[int, Column], acc: Array, notes: list[str]) -> Truth | None:
-    """The reference that the columns of ``roles`` give, checked; appends to ``notes`` what was concluded.
+def find_truth(
+    table: Table, roles: Roles, columns: dict[int, Column], acc: Array, found: list[Conclusion]
+) -> Truth | None:
+    """The reference that the columns of ``roles`` give, checked; appends to ``found`` what was concluded.
 
     ``acc`` (n, 3) m/s² is the specific force, whose mean must point up in the reference's world.
 
@@ -30,30 +33,25 @@ def find_truth(table: Table, roles: Roles, columns: dict[int, Column], acc: Arra
         return None
     positions = roles.columns["q"]
     names = [table.names[i] for i in positions]
-    quat = stack(columns, positions)
+    quat, listed = stack(columns, positions), ", ".join(names)
     if "seen" in roles.columns:
         quat[columns[roles.columns["seen"][0]] == 0] = np.nan
     zero = (quat == 0.0).all(axis=1)
     if zero.any():
         quat[zero] = np.nan
-        notes.append(f"truth: {', '.join(names)} are all zero in {int(zero.sum())} rows; taken as missing there")
+        found.append(Conclusion("truth.rows", "zero", int(zero.sum()), Basis.NUMBERS, {"columns": listed}))
     if np.isnan(quat).any(axis=1).all():
-        notes.append("truth: left out, because no row has one")
+        found.append(Conclusion("truth.used", "empty", False, Basis.NUMBERS))
         return None
     _check_norm(quat, table, names)
     force = _mean_force(quat, acc)
     if "q" not in roles.mapped and force is not None and force[2] < _UP:
-        listed = ", ".join(f"{value:.2f}" for value in force)
-        notes.append(
-            f"truth: {', '.join(names)} left out: in its world the mean specific force points to ({listed}), not to "
-            "(0, 0, 1); its third axis is not up, or it turns the world into the sensor; --map q=… takes it as it is"
-        )
+        facts = {"columns": listed, "force": ", ".join(f"{value:.2f}" for value in force)}
+        found.append(Conclusion("truth.used", "not_up", False, Basis.NUMBERS, facts, {"map": {"q": names}}))
         return None
     north = names[0].startswith(_NORTH)
     if not north:
-        notes.append(
-            f"truth: {', '.join(names)}; its frame is not known to point north, so only relative heading counts"
-        )
+        found.append(Conclusion("truth.north", "unknown", False, Basis.HEADER, {"columns": listed}))
     bias = _bias(table, roles, columns)
     moving = None
     if "moving" in roles.columns:

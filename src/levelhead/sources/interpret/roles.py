@@ -1,13 +1,13 @@
 """Which columns are which sensor: from their names, and from what a human said about them."""
 
 import re
-import shlex
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 
 from levelhead.errors import LevelheadError, nearest
+from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.hints import MEANING, QUANTITY, WIDTH, NeedsHints
 from levelhead.sources.names.column_groups import (
     ColumnGroup,
@@ -33,14 +33,14 @@ class Roles:
         columns: role ("t", "gyr", "acc", "mag", "q", "bias", "moving", "seen") to the positions of its columns.
         units: role to the unit that the names give; roles without one are not in it.
         ignored: names of the columns that nothing uses, in the order of the file.
-        notes: sentences about choices that were made.
+        conclusions: choices that were made.
         mapped: roles that a hint decided.
     """
 
     columns: Mapping[str, tuple[int, ...]]
     units: Mapping[str, str]
     ignored: tuple[str, ...] = ()
-    notes: tuple[str, ...] = ()
+    conclusions: tuple[Conclusion, ...] = ()
     mapped: frozenset[str] = field(default_factory=frozenset)
 
 
@@ -70,7 +70,7 @@ def assign(
     """
     known = [understand(name, context) for name in names]
     columns: dict[str, tuple[int, ...]] = {}
-    notes: list[str] = []
+    chosen: list[Conclusion] = []
     _refuse_repeated(names, hints, known, source)
     found: dict[str, list[ColumnGroup]] = {}
     for role in ("t", "gyr", "acc", "mag", "q", "bias"):
@@ -88,7 +88,7 @@ def assign(
     gravity = _gravity(names)
     if gravity and not found.get("acc", True):
         found["acc"] = _user_acceleration(names, context, filled)
-    _choose(found, columns, sensor, known, source, notes)
+    _choose(found, columns, sensor, known, source, chosen)
     columns |= {"gravity": gravity} if gravity and "acc" not in hints else {}
     flags = {role: tuple(i for i, name in enumerate(known) if name.role == role) for role in ("moving", "seen")}
     columns |= {role: positions for role, positions in flags.items() if len(positions) == 1}
@@ -103,7 +103,7 @@ def assign(
         units["t"] = unit
     used = {i for role, positions in columns.items() for i in (positions[:1] if role == "t" else positions)}
     ignored = tuple(name or f"(column {i + 1})" for i, name in enumerate(names) if i not in used)
-    return Roles(columns, units, ignored, tuple(notes), frozenset(hints))
+    return Roles(columns, units, ignored, tuple(chosen), frozenset(hints))
 
 
 def _times(known: Sequence[Name], filled: frozenset[int] | None) -> tuple[int, ...]:
@@ -157,7 +157,7 @@ def _choose(
     sensor: str | None,
     known: Sequence[Name],
     source: str,
-    notes: list[str],
+    chosen: list[Conclusion],
 ) -> None:
     """Puts the chosen groups into ``columns``."""
     named = {role: _of_sensor(groups, sensor) for role, groups in found.items()}
@@ -177,11 +177,13 @@ def _choose(
         if len(found[role]) > 1:
             rest = [one for one in found[role] if one.positions != group.positions]
             several = others(found[role], group) if sensor is None else []
-            words = f"; --sensor {shlex.quote(_distinct(several[0], group))} takes that one" if several else ""
-            notes.append(
-                f"{MEANING[role]}: {', '.join(group.names)} taken, not "
-                f"{'; not '.join(', '.join(one.names) for one in rest[:3])}{words}"
-            )
+            facts = {
+                "columns": ", ".join(group.names),
+                "rest": "; not ".join(", ".join(one.names) for one in rest[:3]),
+                "other_sensor": _distinct(several[0], group) if several else "",
+            }
+            confirm = {"map": {role: list(group.names)}}
+            chosen.append(Conclusion(f"{role}.columns", "plainest", group.names, Basis.HEADER, facts, confirm))
 
 
 def _of_sensor(groups: Sequence[ColumnGroup], sensor: str | None) -> list[ColumnGroup]:

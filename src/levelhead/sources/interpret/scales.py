@@ -1,7 +1,7 @@
 """The unit of each sensor: from a hint, the header, or the evidence in the numbers, and whether they agree."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 
 from levelhead import units
 from levelhead.errors import LevelheadError
-from levelhead.open_types import Fields
+from levelhead.open_types import ReadOnlyFields
 from levelhead.recording import Array
-from levelhead.signals.field_turn import field_turn
-from levelhead.sources.hints import MEANING, QUANTITY, Hints, NeedsHints, Scale
+from levelhead.signals.field_turn import FieldTurn, field_turn
+from levelhead.sources.conclusion import Basis, Conclusion
+from levelhead.sources.hints import QUANTITY, Hints, NeedsHints, Scale
 from levelhead.sources.interpret import unit_inference
 from levelhead.sources.interpret.converter_counts import offset_of, rates_about
 from levelhead.sources.interpret.counts import acc_sensitivity
@@ -20,6 +21,7 @@ from levelhead.sources.interpret.raw_counts import PER_DEGREE, PER_G, THOUSANDTH
 from levelhead.sources.interpret.roles import Roles
 from levelhead.sources.names.column_name import RELATIVE
 from levelhead.sources.names.vendors import find_vendor, gyroflow_scale
+from levelhead.sources.sentences import gyroscope_reason
 from levelhead.sources.table import Table
 from levelhead.units import DEGREE
 
@@ -35,33 +37,43 @@ class Evidence:
 
     Attributes:
         found: role to the unit that the file is in.
-        notes: sentences.
-        findings: what is wrong with the log, for the doctor: name to numbers.
+        conclusions: in the order in which they were made.
         acc_per_g: counts per g, if the accelerometer gives counts.
         thousandths: whether it gives whole mg, or m/s² times 1000: no chip's counts stand beside those.
     """
 
     found: dict[str, str]
-    notes: list[str]
-    findings: Fields = field(default_factory=dict)
+    conclusions: list[Conclusion]
     acc_per_g: float | None = None
     thousandths: bool = False
 
+    def conclude(
+        self, about: str, reason: str, scale: Scale, basis: Basis, facts: ReadOnlyFields, confirm: ReadOnlyFields
+    ) -> None:
+        """Adds a conclusion about a unit."""
+        self.conclusions.append(Conclusion(about, reason, scale.name, basis, facts, confirm))
 
-def find_scale(role: str, table: Table, roles: Roles, hints: Hints, notes: list[str]) -> Scale | None:
+
+class GravityRemoved(LevelheadError):
+    """The accelerometer's numbers hold no gravity."""
+
+
+def find_scale(role: str, table: Table, roles: Roles, hints: Hints, found: list[Conclusion]) -> Scale | None:
     """The scale that a hint gives, the file, or the custom of the program that wrote it; a hint wins."""
     said = roles.units.get(role) or table.units.get(role)
     if said is None and role not in hints.scale and (scale := gyroflow_scale(role, table.origin)) is not None:
-        notes.append(f"{MEANING[role]}: {scale.name}, as the preamble says")
+        found.append(Conclusion(f"{role}.unit", "preamble", scale.name, Basis.HEADER))
         return scale
     if said is None and role not in hints.scale and role not in hints.map:
         vendor = find_vendor([*table.names, *table.origin])
         if vendor is not None and role in vendor.units:
             said = vendor.units[role]
-            notes.append(f"{MEANING[role]}: taken as {said}, as {vendor.name} writes it")
+            facts, confirm = {"vendor": vendor.name}, {"units": {role: said}}
+            found.append(Conclusion(f"{role}.unit", "vendor", said, Basis.VENDOR, facts, confirm))
     if role in hints.scale:
         if said is not None and units.find_factor(QUANTITY[role], said) != hints.scale[role].factor:
-            notes.append(f"{MEANING[role]}: the hint says {hints.scale[role].name} where the file says {said}")
+            facts = {"file": said}
+            found.append(Conclusion(f"{role}.unit", "hint_against_file", hints.scale[role].name, Basis.HINT, facts))
         return hints.scale[role]
     if said is None or said == RELATIVE:
         return None
@@ -92,11 +104,10 @@ def acc_scale(
     unit = unit_inference.acc_unit(norm)
     if unit is None and are_thousandths(values):
         evidence.thousandths = True
-        evidence.notes.append(
-            f"accelerometer: taken as thousandths of 1 m/s², a guess: whole numbers of median length {norm:.4g}; "
-            "--counts acc=1000/m/s² confirms it"
-        )
-        return Scale(1.0, "counts, 1000 per m/s²", 1000.0)
+        scale = Scale(1.0, "counts, 1000 per m/s²", 1000.0)
+        confirm = {"counts": {"acc": "1000/m/s²"}}
+        evidence.conclude("acc.unit", "thousandths", scale, Basis.GUESS, {"norm": norm}, confirm)
+        return scale
     middle = offset_of(values)
     if middle is not None:
         listed = ", ".join(f"{one:.0f}" for one in middle)
@@ -105,24 +116,23 @@ def acc_scale(
             "not about 0; expected those taken off, from all columns of counts"
         )
     if unit is not None:
-        evidence.notes.append(f"accelerometer: taken as {unit}; its median length is {norm:.4g}")
+        scale = Scale(units.factor("acc", unit), unit)
+        evidence.conclude("acc.unit", "length", scale, Basis.NUMBERS, {"norm": norm}, {"units": {"acc": unit}})
         evidence.thousandths = unit == "mg" and _whole(values)
-        return Scale(units.factor("acc", unit), unit)
+        return scale
     if (running := _runner(values, norm, turning, evidence)) is not None:
         return running
     counts = acc_sensitivity(norm)
     if counts is not None and norm > 50.0:
         evidence.acc_per_g = counts.per_unit
-        evidence.findings["raw_counts"] = True
-        evidence.notes.append(
-            f"accelerometer: raw counts, {counts.per_unit:g} per g, a guess: its median length is {norm:.4g}; "
-            f"--counts acc={counts.per_unit:g}/g confirms it"
-        )
-        return Scale(units.factor("acc", "g"), f"counts, {counts.per_unit:g} per g", counts.per_unit)
+        scale = Scale(units.factor("acc", "g"), f"counts, {counts.per_unit:g} per g", counts.per_unit)
+        facts, confirm = {"per_g": counts.per_unit, "norm": norm}, {"counts": {"acc": f"{counts.per_unit:g}/g"}}
+        evidence.conclude("acc.unit", "counts", scale, Basis.GUESS, facts, confirm)
+        return scale
     if without_gravity(values):
-        raise LevelheadError(_no_gravity(table, values, norm))
+        raise _no_gravity(table, values, norm)
     if norm < SHORTEST and min(abs(norm / share - 1.0) for share in _FULL_SCALES) > _NEAR:
-        raise LevelheadError(_no_gravity(table, values, norm))
+        raise _no_gravity(table, values, norm)
     raise _of_no_unit(values, norm, table)
 
 
@@ -136,11 +146,10 @@ def _runner(values: Array, norm: float, turning: Turning, evidence: Evidence) ->
     force = None if unit is None else _mean_force(values, units.factor("acc", unit), turning)
     if unit is None or force is None or not unit_inference.is_gravity_left(force):
         return None
-    evidence.notes.append(
-        f"accelerometer: taken as {unit}, a guess: its median length is {norm:.4g}, as on a runner, and its mean over "
-        f"some seconds, turned back by the gyroscope, {force:.2f} g; --units acc={unit} confirms it"
-    )
-    return Scale(units.factor("acc", unit), unit)
+    scale = Scale(units.factor("acc", unit), unit)
+    facts, confirm = {"norm": norm, "force": force}, {"units": {"acc": unit}}
+    evidence.conclude("acc.unit", "mean_force", scale, Basis.GUESS, facts, confirm)
+    return scale
 
 
 def _of_no_unit(values: Array, norm: float, table: Table) -> NeedsHints:
@@ -194,22 +203,24 @@ def gyr_scale(
         return _checked_gyr(values[rows], scale, hinted, t[rows], acc[rows], table, evidence)
     per_g = THOUSANDTHS if evidence.thousandths else evidence.acc_per_g
     found = unit_inference.gyr_unit(t[rows], values[rows], acc[rows], per_g)
-    if "a guess" in found.why and (proved := _by_field(t, values, mag)) is not None:
-        evidence.notes.append(f"gyroscope: taken as {proved[0]}; {proved[1]}")
-        return Scale(units.factor("gyr", proved[0]), proved[0])
-    counted = found.unit is not None and "a guess" in found.why and _whole(values)  # beside counts stand counts
+    if found.basis is Basis.GUESS and (proved := _by_field(t, values, mag)) is not None:
+        unit, turn = proved
+        scale = Scale(units.factor("gyr", unit), unit)
+        facts = {"scale": turn.scale, "correlation": turn.correlation}
+        evidence.conclude("gyr.unit", "field", scale, Basis.NUMBERS, facts, {"units": {"gyr": unit}})
+        return scale
+    counted = found.unit is not None and found.basis is Basis.GUESS and _whole(values)  # beside counts stand counts
     if counted and evidence.acc_per_g == PER_G:
-        evidence.findings["raw_counts"] = True
-        evidence.notes.append(
-            f"gyroscope: raw counts, {PER_DEGREE:g} per deg/s, a guess: the MPU-6050's beside {PER_G:g} per g; "
-            f"--counts gyr={PER_DEGREE:g}/deg/s confirms it"
+        scale = _counts_scale(PER_DEGREE)
+        facts = {"counts": PER_DEGREE, "per_g": PER_G}
+        evidence.conclude(
+            "gyr.unit", "mpu6050", scale, Basis.GUESS, facts, {"counts": {"gyr": f"{PER_DEGREE:g}/deg/s"}}
         )
-        return Scale(DEGREE, f"counts, {PER_DEGREE:g} per deg/s", PER_DEGREE)
+        return scale
     if counted and evidence.thousandths:
-        evidence.notes.append(
-            "gyroscope: taken as thousandths of 1 rad/s, a guess: whole numbers beside an accelerometer in thousandths"
-        )
-        return Scale(1.0, "counts, 1000 per rad/s", 1000.0)
+        scale = Scale(1.0, "counts, 1000 per rad/s", 1000.0)
+        evidence.conclude("gyr.unit", "thousandths", scale, Basis.GUESS, {}, {"counts": {"gyr": "1000/rad/s"}})
+        return scale
     if counted and evidence.acc_per_g is not None:
         usual = "14.375" if evidence.acc_per_g == 256.0 else "131"  # an ADXL345's neighbour is an ITG-3200
         raise NeedsHints(
@@ -217,20 +228,27 @@ def gyr_scale(
             "far enough to tell its full scale; expected the hint --counts gyr=…, such as 131/deg/s for ±250 deg/s",
             counts={"gyr": f"{usual}/deg/s"},
         )
-    if found.reversed:
-        evidence.findings["gyro_inverted"] = True
     if found.unit is not None:
-        evidence.notes.append(f"gyroscope: taken as {found.unit}; {found.why}")
-        return Scale(units.factor("gyr", found.unit), found.unit)
+        scale = Scale(units.factor("gyr", found.unit), found.unit)
+        facts = {**found.facts, "reversed": found.reversed}
+        evidence.conclude("gyr.unit", found.reason, scale, found.basis, facts, {"units": {"gyr": found.unit}})
+        return scale
     if found.counts is not None:
-        evidence.findings["raw_counts"] = True
-        evidence.notes.append(f"gyroscope: raw counts, {found.why}; --counts gyr={found.counts:g}/deg/s confirms it")
-        return Scale(DEGREE, f"counts, {found.counts:g} per deg/s", found.counts)
+        scale = _counts_scale(found.counts)
+        facts = {**found.facts, "reversed": found.reversed}
+        confirm = {"counts": {"gyr": f"{found.counts:g}/deg/s"}}
+        evidence.conclude("gyr.unit", found.reason, scale, found.basis, facts, confirm)
+        return scale
+    why = gyroscope_reason(found.reason, found.facts)
     raise NeedsHints(
-        f"{table.source}: the gyroscope is neither in rad/s nor in deg/s: {found.why}; "
+        f"{table.source}: the gyroscope is neither in rad/s nor in deg/s: {why}; "
         "expected the hint units gyr=…, or for raw counts --counts gyr=131/deg/s or what the sensor's full scale says",
         counts={"gyr": "131/deg/s"},
     )
+
+
+def _counts_scale(per_unit: float) -> Scale:
+    return Scale(DEGREE, f"counts, {per_unit:g} per deg/s", per_unit)
 
 
 def _whole(values: Array) -> bool:
@@ -239,15 +257,12 @@ def _whole(values: Array) -> bool:
     return len(finite) > 0 and bool(np.array_equal(finite, np.rint(finite))) and float(np.abs(finite).max()) > 3.0
 
 
-def _by_field(t: Array, values: Array, mag: Array | None) -> tuple[str, str] | None:
-    """(unit, why) of a gyroscope against which a magnetometer turns; None if it does not, or there is none."""
+def _by_field(t: Array, values: Array, mag: Array | None) -> tuple[str, FieldTurn] | None:
+    """(unit, turn) of a gyroscope against which a magnetometer turns; None if it does not, or there is none."""
     for unit, factor in (("rad/s", 1.0), ("deg/s", DEGREE)):
         turn = None if mag is None else field_turn(t, values * factor, mag)
         if turn is not None and turn.correlation > 0.8 and 0.6 < turn.scale < 1.6 and turn.turned > 0.05:
-            return (
-                unit,
-                f"the magnetometer turns as it should (scale {turn.scale:.3f}, correlation {turn.correlation:.2f})",
-            )
+            return unit, turn
     return None
 
 
@@ -258,10 +273,11 @@ def mag_scale(values: Array, scale: Scale | None, relative: bool, evidence: Evid
     norm = unit_inference.median_norm(values)
     unit = None if relative else unit_inference.mag_unit(norm)
     if unit is None:
-        evidence.notes.append(f"magnetometer: kept as it is, without unit; its median length is {norm:.4g}")
+        evidence.conclusions.append(Conclusion("mag.unit", "unknown", None, Basis.NUMBERS, {"norm": norm}))
         return None
-    evidence.notes.append(f"magnetometer: taken as {unit}; its median length is {norm:.4g}")
-    return Scale(units.factor("mag", unit), unit)
+    scale = Scale(units.factor("mag", unit), unit)
+    evidence.conclude("mag.unit", "length", scale, Basis.NUMBERS, {"norm": norm}, {"units": {"mag": unit}})
+    return scale
 
 
 def _plausible_acc(values: Array, norm: float, scale: Scale, hinted: bool, table: Table) -> None:
@@ -269,7 +285,7 @@ def _plausible_acc(values: Array, norm: float, scale: Scale, hinted: bool, table
     if 0.3 < length < 3.0 and not (length < 0.6 and without_gravity(values)):
         return
     if length < 1.0 and without_gravity(values):
-        raise LevelheadError(_no_gravity(table, values, norm))
+        raise _no_gravity(table, values, norm)
     unit = unit_inference.acc_unit(norm / scale.divisor)
     if unit is None and (0.1 < length < 10.0 or not np.isfinite(length)):
         return
@@ -303,9 +319,9 @@ def lacks_gravity(values: Array) -> bool:
     return without_gravity(values) or unit_inference.median_norm(values) < SHORTEST
 
 
-def _no_gravity(table: Table, values: Array, norm: float) -> str:
+def _no_gravity(table: Table, values: Array, norm: float) -> GravityRemoved:
     mean = np.linalg.norm(np.nanmean(values, axis=0))
-    return (
+    return GravityRemoved(
         f"{table.source}: the accelerometer has gravity removed: its median length is {norm:.3g} and that of its mean "
         f"{mean:.2g}; expected the specific force, which at rest is as long as gravity (not linear or "
         f"user acceleration)"
@@ -328,11 +344,9 @@ def _checked_gyr(
             )
             if question is not None:
                 other = "rad/s" if scale.factor == DEGREE else "deg/s"
-                evidence.findings["unit_doubtful"] = {"declared": scale.name, "other": other}
-                evidence.notes.append(
-                    f"gyroscope: taken as {scale.name}, as the header says, but that is a guess: {question}; "
-                    f"--units gyr={other} takes the other"
-                )
+                facts = {"declared": scale.name, "other": other, "why": question}
+                confirm = {"units": {"gyr": scale.name}}
+                evidence.conclude("gyr.unit", "doubtful", scale, Basis.GUESS, facts, confirm)
         return scale
     if hinted or scale.divisor != 1.0:
         raise NeedsHints(
@@ -340,9 +354,10 @@ def _checked_gyr(
             f"expected the hint units gyr={unit}",
             units={"gyr": unit},
         )
-    evidence.findings["unit_header_wrong"] = {"declared": scale.name, "taken": unit}
-    evidence.notes.append(f"gyroscope: taken as {unit}, a guess against the header, which says {scale.name}: {why}")
-    return Scale(units.factor("gyr", unit), unit)
+    facts = {"declared": scale.name, "taken": unit, "why": why}
+    taken = Scale(units.factor("gyr", unit), unit)
+    evidence.conclude("gyr.unit", "against_header", taken, Basis.GUESS, facts, {"units": {"gyr": unit}})
+    return taken
 
 
 def list_units(found: Mapping[str, str]) -> Mapping[str, str]:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from levelhead.recording import Array
+from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.hints import Scale
 from levelhead.sources.interpret.scales import Evidence
 from levelhead.sources.names.vendors import find_vendor
@@ -44,11 +45,8 @@ def whole_acceleration(
     part = float((acc[known] * gravity[known]).sum() / (gravity[known] ** 2).sum())
     if abs(part) > 0.5:
         return acc, scale
-    evidence.findings["gravity_removed"] = {"part": part}
-    evidence.notes.append(
-        f"accelerometer: {', '.join(names[:1])} … hold {100 * part:.0f} % of the gravity that stands "
-        f"beside them; the two were added"
-    )
+    facts = {"column": names[0], "percent": 100.0 * part, "part": part}
+    evidence.conclusions.append(Conclusion("acc.gravity", "added", True, Basis.NUMBERS, facts))
     unit = "g" if abs(typical - 1.0) < 0.05 else "m/s²" if abs(typical / GRAVITY - 1.0) < 0.05 else None
     if unit is None:
         return acc + gravity, scale
@@ -62,17 +60,16 @@ def points_down(names: Sequence[str], scale: Scale, gravity: Array | None, evide
     are in m/s² and point up.
     """
     in_g = abs(scale.factor / scale.divisor / GRAVITY - 1.0) < 1e-9
-    why = ""
     if in_g and gravity is not None and _of_length_one(gravity):
-        why = "a gravity vector of length 1 is Core Motion's"
+        reason, basis = "gravity_vector", Basis.NUMBERS
     elif in_g and any(_APPLE.search(name) for name in names):
-        why = "these names are Core Motion's"
+        reason, basis = "names", Basis.VENDOR
     elif in_g and _SENSOR_LOGGER in names:
-        why = "Sensor Logger writes g on Apple's devices only, a guess"
-    if not why:
+        reason, basis = "sensor_logger", Basis.GUESS
+    else:
         return False
-    evidence.findings["acc_inverted"] = {"why": why}
-    evidence.notes.append(f"accelerometer: turned round, since Core Motion's points down at rest ({why})")
+    confirm = {"units": {"acc": f"-{scale.name}"}}
+    evidence.conclusions.append(Conclusion("acc.sign", reason, -1, basis, confirm=confirm))
     return True
 
 
@@ -86,15 +83,13 @@ def note_sign(t: Array, acc: Array, table: Table, evidence: Evidence) -> None:
     start = acc[t < t[0] + _START]
     start = start[np.isfinite(start).all(axis=1)]
     likely = unit in _CORE_MOTION or (unit in _METRES and any(_SWIFT.search(name) for name in table.names))
-    told = "acc_inverted" in evidence.findings or not likely
-    if told or len(start) < _FEW or find_vendor([*table.names, *table.origin]) is not None:
+    turned = any(one.about == "acc.sign" for one in evidence.conclusions)
+    if turned or not likely or len(start) < _FEW or find_vendor([*table.names, *table.origin]) is not None:
         return
     x, y, z = (float(one) for one in np.median(start, axis=0) / GRAVITY)
     if z < -_ALONG and abs(z + 1.0) < _NEAR and np.hypot(x, y) < _ACROSS:
-        evidence.notes.append(
-            f"accelerometer: its sign is a guess: it begins with {z:.2f} g along z, as a sensor does that lies upside "
-            f"down, or face up where −1 g is written at rest (Core Motion, Unity); for the latter --units acc=-{unit}"
-        )
+        facts = {"z": z, "unit": unit}
+        evidence.conclusions.append(Conclusion("acc.sign", "assumed", 1, Basis.GUESS, facts, {"units": {"acc": unit}}))
 
 
 def _of_length_one(gravity: Array) -> bool:

@@ -10,9 +10,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from levelhead.open_types import ReadOnlyFields
 from levelhead.recording import Array, median
 from levelhead.signals.mean_force import mean_forces, steadiness_of_gravity
 from levelhead.signals.rest import find_still_gyroscope
+from levelhead.sources.conclusion import Basis
 from levelhead.sources.interpret.counts import gyr_sensitivity
 from levelhead.units import DEGREE, GRAVITY
 
@@ -211,13 +213,17 @@ class GyroscopeUnit(NamedTuple):
     Attributes:
         unit: "rad/s", "deg/s", or None where counts are more likely or nothing is.
         counts: counts per deg/s, if it is a chip's.
-        why: a sentence; it says "a guess" unless gravity's turn proves it.
+        reason: the evidence; ``sources.sentences`` puts it into words.
+        facts: its numbers.
+        basis: a guess unless gravity's turn proves it.
         reversed: whether gravity turns against the gyroscope, while nothing else than gravity is felt.
     """
 
     unit: str | None
     counts: float | None
-    why: str
+    reason: str
+    facts: ReadOnlyFields
+    basis: Basis = Basis.GUESS
     reversed: bool = False
 
 
@@ -233,26 +239,24 @@ def gyr_unit(t: Array, gyr: Array, acc: Array, acc_per_g: float | None = None) -
     if against and quiet is not None:
         for unit, factor in (("rad/s", 1.0), ("deg/s", math.pi / 180.0)):
             if 0.5 < -quiet.scale / factor < 2.0:
-                why = (
-                    f"a guess: gravity turns against the gyroscope (scale {quiet.scale / factor:.2f}); one is inverted"
-                )
-                return GyroscopeUnit(unit, None, why, True)
+                facts: ReadOnlyFields = {"scale": quiet.scale / factor}
+                return GyroscopeUnit(unit, None, "gravity_against", facts, reversed=True)
     for one in (quiet, turn):
         if one is not None and abs(one.correlation) > _FAINT and one.turned > 0.5 * _ENOUGH:
             counts = gyr_sensitivity(one.scale, acc_per_g)
             far = min(abs(math.log(abs(one.scale) / factor)) for factor in (1.0, math.pi / 180.0)) > math.log(3.0)
             if counts is not None and far:
-                why = (
-                    f"a guess: {counts.per_unit:g} counts per deg/s, {counts.whose}, since gravity turns "
-                    f"{1 / counts.off:.2f} times as far (correlation {one.correlation:.2f})"
-                )
-                return GyroscopeUnit(None, counts.per_unit, why, one.correlation < -_CLEAR)
-    guessed, why = _guess_unit(t, gyr, acc)
-    return GyroscopeUnit(guessed, None, why)
+                facts = {
+                    "counts": counts.per_unit, "chip": counts.whose, "far": 1 / counts.off,
+                    "correlation": one.correlation,
+                }  # fmt: skip
+                turned = one.correlation < -_CLEAR
+                return GyroscopeUnit(None, counts.per_unit, "gravity_turn_nearest_counts", facts, reversed=turned)
+    return _guess_unit(t, gyr, acc)
 
 
-def _guess_unit(t: Array, gyr: Array, acc: Array) -> tuple[str | None, str]:
-    """(unit, why) where gravity's turn tells nothing: from how still it holds, from the size of the numbers."""
+def _guess_unit(t: Array, gyr: Array, acc: Array) -> GyroscopeUnit:
+    """The unit where gravity's turn tells nothing: from how still it holds, from the size of the numbers."""
     if (moved := _unit_of_moved(t, gyr, acc)) is not None:
         return moved
     held = steadiness_of_gravity(t, gyr, acc)
@@ -260,14 +264,14 @@ def _guess_unit(t: Array, gyr: Array, acc: Array) -> tuple[str | None, str]:
         held = steadiness_of_gravity(t, gyr, acc, away=1.0)
     if held.windows >= _TELLING and held.best > 0.6:
         if held.gain < _DEGREES:
-            return "deg/s", "a guess: gravity would not hold still if it were rad/s"
+            return GyroscopeUnit("deg/s", None, "gravity_unsteady", {})
         if held.gain > _RADIANS or held.best < _SHAKEN:
-            return "rad/s", "a guess: gravity would not hold as still if it were deg/s"
+            return GyroscopeUnit("rad/s", None, "gravity_steady", {})
     return gyr_unit_at_rest(t, gyr)
 
 
-def _unit_of_moved(t: Array, gyr: Array, acc: Array) -> tuple[str, str] | None:
-    """(unit, why) from what is left of the force over seconds in which the sensor is moved; None: nothing tells it.
+def _unit_of_moved(t: Array, gyr: Array, acc: Array) -> GyroscopeUnit | None:
+    """The unit from what is left of the force over seconds in which the sensor is moved; None: nothing tells it.
 
     Turned back by rates that are 57 times too large the force cancels, or scatters. If it keeps its mean instead,
     although they say that the sensor tilted, they are right; unless the force shows no tilt, as on a calm vehicle in
@@ -280,28 +284,26 @@ def _unit_of_moved(t: Array, gyr: Array, acc: Array) -> tuple[str, str] | None:
     length, apart, shaking, _, turned, seen = (median(one[telling]) for one in radians)
     held = median(mean_forces(t, gyr * DEGREE, acc, _STRIDES).length[telling])
     if length < _CANCELLED * held and is_gravity_left(held / GRAVITY):
-        return "deg/s", "a guess: turned back as rad/s, the force would cancel"
+        return GyroscopeUnit("deg/s", None, "force_cancels", {})
     if is_gravity_left(length / GRAVITY) and apart < _DRIFTED * shaking and seen > _SEEN * turned:
-        return "rad/s", "a guess: turned back as rad/s, the force of a moving sensor keeps its mean"
+        return GyroscopeUnit("rad/s", None, "force_keeps_mean", {})
     return None
 
 
 def _infer_from_turn(turn: GravityTurn, acc_per_g: float | None) -> GyroscopeUnit | None:
     """What a clear turn of gravity says."""
     if 0.5 < turn.scale < 2.0:
-        return GyroscopeUnit("rad/s", None, f"gravity turns as it should (scale {turn.scale:.3f})")
+        return GyroscopeUnit("rad/s", None, "gravity_turn", {"scale": turn.scale}, Basis.NUMBERS)
     if 0.5 < turn.scale * 180.0 / math.pi < 2.0:
-        why = f"gravity turns as it should (scale {turn.scale:.4f} rad/s, 1/{1 / turn.scale:.1f})"
-        return GyroscopeUnit("deg/s", None, why)
+        facts = {"scale": turn.scale, "inverse": 1 / turn.scale}
+        return GyroscopeUnit("deg/s", None, "gravity_turn_degrees", facts, Basis.NUMBERS)
     if turn.scale < 0.2 * math.pi / 180.0:
         measured = DEGREE / turn.scale
-        said = f"gravity turns by 1 deg/s for about {measured:.4g} of its numbers"
         counts = gyr_sensitivity(turn.scale, acc_per_g)
         if counts is None:
-            return GyroscopeUnit(None, None, said)
-        return GyroscopeUnit(
-            None, counts.per_unit, f"a guess: {counts.per_unit:g} counts per deg/s, {counts.whose}; {said}"
-        )
+            return GyroscopeUnit(None, None, "gravity_turn_no_unit", {"measured": measured}, Basis.NUMBERS)
+        numbers = {"counts": counts.per_unit, "chip": counts.whose, "measured": measured}
+        return GyroscopeUnit(None, counts.per_unit, "gravity_turn_counts", numbers)
     return None
 
 
@@ -353,21 +355,18 @@ def question_unit(t: Array, rate: Array, acc: Array, factor: float) -> str | Non
     return None
 
 
-def gyr_unit_at_rest(t: Array, gyr: Array) -> tuple[str | None, str]:
-    """(unit, why) from size and noise alone, for (n, 3) ``gyr`` that gravity says nothing about: a guess."""
+def gyr_unit_at_rest(t: Array, gyr: Array) -> GyroscopeUnit:
+    """The unit from size and noise alone, for (n, 3) ``gyr`` that gravity says nothing about: a guess."""
     large = large_rate(gyr)
     if large > 100.0:
         finite = gyr[np.isfinite(gyr).all(axis=1)]
         if large > 5000.0 or (finite == np.rint(finite)).all():
-            return None, f"its numbers reach {large:.0f} and look like raw counts"
-        return "deg/s", f"a guess: {large:.0f} would be {large / (2 * math.pi):.0f} turns a second in rad/s"
+            return GyroscopeUnit(None, None, "look_like_counts", {"large": large}, Basis.NUMBERS)
+        return GyroscopeUnit("deg/s", None, "too_large", {"large": large, "turns": large / (2 * math.pi)})
     noise = rest_noise(t, gyr)
     if noise < _NOISE:
-        return (
-            "rad/s",
-            f"a guess, because gravity tells little here: noise of {noise:.2g} at rest is too small for deg/s",
-        )
-    return "deg/s", f"a guess, because gravity tells little here: noise of {noise:.2g} at rest is too large for rad/s"
+        return GyroscopeUnit("rad/s", None, "quiet", {"noise": noise})
+    return GyroscopeUnit("deg/s", None, "loud", {"noise": noise})
 
 
 def large_rate(gyr: Array) -> float:

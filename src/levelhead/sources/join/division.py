@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.hints import Hints
 from levelhead.sources.join.turns import parts_of
 from levelhead.sources.names.column_groups import group_axes, order_positions
@@ -36,10 +37,10 @@ def _by_word(table: Table) -> list[Table]:
     acc = np.column_stack([columns[i] for i in accs[0]]).astype(np.float64)
     for name, words in labels.items():
         if len(words) == len(acc) and (parts := parts_of(words, acc)):
-            note = f"the rows of {len(parts)} units alternate, column {name} says which: {', '.join(parts)}"
-            first = next(iter(parts))
-            said = f"{note}; {first} is read, --sensor {first} takes it, and another word another"
-            return [_part(table, columns, wanted, kept, word, [*table.notes, said]) for word, kept in parts.items()]
+            facts = {"count": len(parts), "column": name, "listed": ", ".join(parts)}
+            chosen = Conclusion("sensor", "word_column", next(iter(parts)), Basis.NUMBERS, facts)
+            found = [*table.conclusions, chosen]
+            return [_part(table, columns, wanted, kept, word, found) for word, kept in parts.items()]
     return []
 
 
@@ -66,21 +67,20 @@ def _by_unit(table: Table) -> list[Table]:
         if rows:
             wanted = [k for k, title in enumerate(table.names) if title.strip() and k not in words_of(table)]
             columns = table.read(wanted, frozenset(wanted))
-            note = f"the rows of {len(rows)} units alternate, column {name} says which: {', '.join(map(str, rows))}"
+            facts = {"count": len(rows), "column": name, "listed": ", ".join(map(str, rows))}
             return [
-                _part(table, columns, wanted, kept, f"{name} {number}", [*table.notes, _chosen(note, name, number)])
+                _part(
+                    table, columns, wanted, kept, f"{name} {number}",
+                    [*table.conclusions, Conclusion("sensor", "number_column", number, Basis.NUMBERS, facts)],
+                )
                 for number, kept in rows.items()
-            ]
+            ]  # fmt: skip
     return []
-
-
-def _chosen(note: str, name: str, number: int) -> str:
-    return f"{note}; {name} {number} is read, --sensor '{name} N' takes another"
 
 
 def _part(
     table: Table, columns: Mapping[int, Column], wanted: Sequence[int], kept: NDArray[np.bool_], context: str,
-    notes: Sequence[str],
+    conclusions: Sequence[Conclusion],
 ) -> ArrayTable:  # fmt: skip
     arrays: dict[str, Column] = {}
     for i in wanted:
@@ -88,7 +88,7 @@ def _part(
         arrays[title] = columns[i][kept]
     units = {k: table.column_units[i] for k, i in enumerate(wanted) if i in table.column_units}
     context = f"{table.context} {context}".strip()
-    return ArrayTable(table.source, arrays, dict(table.units), table.rate, notes, context, units, table.origin)
+    return ArrayTable(table.source, arrays, dict(table.units), table.rate, conclusions, context, units, table.origin)
 
 
 def _by_clock(table: Table) -> list[Table]:
@@ -106,6 +106,6 @@ def _by_clock(table: Table) -> list[Table]:
             clock = positions[0] - 1
             columns = table.read([clock, *positions], frozenset([clock]))
             kept = np.isfinite(columns[clock])
-            parts.append(_part(table, columns, [clock, *positions], kept, table.names[positions[0]], table.notes))
+            parts.append(_part(table, columns, [clock, *positions], kept, table.names[positions[0]], table.conclusions))
             roles.add(role)
     return parts if {"gyr", "acc"} <= roles else []

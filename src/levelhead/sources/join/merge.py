@@ -1,6 +1,5 @@
 """From tables to one recording: which table holds which sensor, and their clocks side by side."""
 
-import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -9,7 +8,8 @@ import numpy as np
 
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array, Recording, median
-from levelhead.sources.hints import MEANING, Hints, NeedsHints
+from levelhead.sources.conclusion import Basis, Conclusion
+from levelhead.sources.hints import MEANING, Hints, NeedsHints, SuggestsCommand
 from levelhead.sources.interpret import assemble
 from levelhead.sources.interpret.clock_choice import Candidate, choose, join_seconds, seconds
 from levelhead.sources.interpret.scales import lacks_gravity
@@ -24,7 +24,7 @@ from levelhead.sources.names.column_groups import (
     order_positions,
 )
 from levelhead.sources.names.column_name import split, understand, unit_in
-from levelhead.sources.table import ArrayTable, Column, Table, words_of
+from levelhead.sources.table import ArrayTable, Column, Table
 
 NANO = 1_000_000_000
 _SLOW = 1.5  # the accelerometer's interval in gyroscope's ones from which the note says that values lie between
@@ -37,19 +37,6 @@ class TableSensor(NamedTuple):
     role: str
     table: Table
     group: ColumnGroup
-
-
-def in_memory(table: Table, name: str) -> ArrayTable:
-    """A table with its numbers read, since the file it lies in may go; ``name`` is what its file is called."""
-    wanted = [i for i, title in enumerate(table.names) if title.strip() and i not in words_of(table)]
-    columns = table.read(wanted, frozenset(wanted)) if wanted else {}
-    arrays: dict[str, Column] = {}
-    for i in wanted:
-        title = table.names[i] if table.names[i] not in arrays else f"{table.names[i]} ({i + 1})"
-        arrays[title] = columns[i]
-    units = {k: table.column_units[i] for k, i in enumerate(wanted) if i in table.column_units}
-    context = f"{name} {table.context}".strip()
-    return ArrayTable(table.source, arrays, dict(table.units), table.rate, list(table.notes), context, units)
 
 
 def recording_from_tables(source: str, tables: Sequence[Table], hints: Hints) -> Recording:
@@ -70,19 +57,13 @@ def recording_from_tables(source: str, tables: Sequence[Table], hints: Hints) ->
         return assemble(_with_mag(whole[0], tables, source), _without_sensor(hints, whole[0]))
     if whole:
         listed = ", ".join(table.context for table in whole[:4])
-        raise LevelheadError(
-            f"{source} holds {len(whole)} recordings: {listed}{', …' if len(whole) > 4 else ''}; name one of them; "
-            f"try: {_first(source, whole[0])}"
+        inside = Path(whole[0].source).is_file()
+        raise SuggestsCommand(
+            f"{source} holds {len(whole)} recordings: {listed}{', …' if len(whole) > 4 else ''}; name one of them",
+            whole[0].source if inside else source,
+            **({} if inside and whole[0].source != source else {"sensor": whole[0].context}),
         )
     return assemble(_merge_tables(source, tables, hints), _without_names(hints))
-
-
-def _first(source: str, table: Table) -> str:
-    path = table.source if Path(table.source).is_file() else source
-    words = ["levelhead fuse", shlex.quote(path)]
-    if path == source:
-        words += ["--sensor", shlex.quote(table.context)]
-    return " ".join(words)
 
 
 def _one_file(tables: Sequence[Table]) -> bool:
@@ -166,10 +147,8 @@ def join_tables(source: str, tables: Sequence[Table]) -> list[Table]:
             title = name if useful and not name.isdigit() else table.context if single else f"{table.context} {name}"
             columns.setdefault(title, column)
     shortest = min((len(column) for column in columns.values()), default=0)
-    notes = [note for table in parts for note in table.notes]
-    merged = ArrayTable(
-        source, {name: column[:shortest] for name, column in columns.items()}, notes=list(dict.fromkeys(notes))
-    )
+    found = [conclusion for table in parts for conclusion in table.conclusions]
+    merged = ArrayTable(source, {name: column[:shortest] for name, column in columns.items()}, conclusions=_once(found))
     return [*(table for table in tables if table not in parts), merged] if sensors_of(merged) - {"t"} else list(tables)
 
 
@@ -185,36 +164,43 @@ def _merge_tables(source: str, tables: Sequence[Table], hints: Hints) -> ArrayTa
         if not groups[role]:
             names = ", ".join(dict.fromkeys(table.context or Path(table.source).name for table in tables))
             raise LevelheadError(f"{source}: there is no {MEANING[role]} among {names}; expected one, with three axes")
-    lost: list[str] = []
+    lost: list[Conclusion] = []
     with_gravity = [one for one in groups["acc"] if not _without_gravity(one)]
     if with_gravity and len(with_gravity) < len(groups["acc"]):
         less = [one for one in groups["acc"] if all(one is not kept for kept in with_gravity)]
         groups["acc"] = with_gravity
-        lost.append(f"accelerometer: {', '.join(one.table.context for one in less)} has gravity removed; not taken")
+        rest = ", ".join(one.table.context for one in less)
+        lost.append(Conclusion("acc.columns", "gravity_removed", None, Basis.NUMBERS, {"rest": rest}))
     gyr_group, acc_group = best_pair([one.group for one in groups["gyr"]], [one.group for one in groups["acc"]])
     gyr, acc = _of(groups["gyr"], gyr_group), _of(groups["acc"], acc_group)
     mag_group = best_partner([one.group for one in groups["mag"]], gyr_group)
     mag = _of(groups["mag"], mag_group) if mag_group is not None else None
     taken = [gyr, acc, *([mag] if mag is not None else [])]
-    notes = [*lost, *(note for one in taken for note in one.table.notes)]
-    clocks = {one.role: _clock(one, hints, notes, absolute=True) for one in taken}
+    found = [*lost, *(conclusion for one in taken for conclusion in one.table.conclusions)]
+    clocks = {one.role: _clock(one, hints, found, absolute=True) for one in taken}
     if len({clock[2] for clock in clocks.values()}) > 1:  # some count from a date and others do not
-        clocks = {one.role: _clock(one, hints, notes, absolute=False) for one in taken}
+        clocks = {one.role: _clock(one, hints, found, absolute=False) for one in taken}
     if not with_gravity and (gravity := _gravity_beside(tables, acc)) is not None:
         taken.append(gravity)
         clocks["gravity"] = _clock(gravity, hints, [], absolute=clocks["gyr"][2])
-    arrays = _align_streams(source, taken, clocks, notes)
-    for role in ("gyr", "acc"):
-        rest = [one for one in groups[role] if one.table is not (gyr if role == "gyr" else acc).table]
-        if rest:
-            shown = ", ".join(dict.fromkeys(one.table.context for one in rest[:3]))
-            notes.append(f"{MEANING[role]}: from {(gyr if role == 'gyr' else acc).table.context}, not from {shown}")
+    arrays = _align_streams(source, taken, clocks, found)
+    for role, sensor in (("gyr", gyr), ("acc", acc)):
+        others = [one for one in groups[role] if one.table is not sensor.table]
+        if others:
+            shown = ", ".join(dict.fromkeys(one.table.context for one in others[:3]))
+            facts = {"rest": shown}
+            found.append(Conclusion(f"{role}.columns", "other_table", sensor.table.context, Basis.NUMBERS, facts))
     if acc.group.gravity_removed or gyr.table is not acc.table:
         parts = [f"{MEANING.get(one.role, one.role)} from {one.table.context or one.table.source}" for one in taken]
-        notes.append(f"merged: {', '.join(parts)}")
+        found.append(Conclusion("clock", "merged", None, Basis.NUMBERS, {"parts": ", ".join(parts)}))
     units = {k: v for one in taken for k, v in one.table.units.items()}
     origin = [name for one in taken for name in one.table.names]
-    return ArrayTable(source, arrays, units, notes=list(dict.fromkeys(notes)), origin=origin)
+    return ArrayTable(source, arrays, units, conclusions=_once(found), origin=origin)
+
+
+def _once(conclusions: Sequence[Conclusion]) -> list[Conclusion]:
+    """The conclusions without repeats."""
+    return [one for i, one in enumerate(conclusions) if one not in conclusions[:i]]
 
 
 def _gravity_beside(tables: Sequence[Table], acc: TableSensor) -> TableSensor | None:
@@ -237,7 +223,7 @@ def _of(streams: Sequence[TableSensor], group: ColumnGroup | None) -> TableSenso
     return next(one for one in streams if one.group is group)
 
 
-def _clock(one: TableSensor, hints: Hints, notes: list[str], absolute: bool) -> tuple[Any, Any, bool]:
+def _clock(one: TableSensor, hints: Hints, found: list[Conclusion], absolute: bool) -> tuple[Any, Any, bool]:
     """(stamps in ns, rows kept or None, whether they count from a date) of a stream.
 
     Of several clocks in its table, one that counts from a date if ``absolute``: time since a file's own start says
@@ -270,13 +256,13 @@ def _clock(one: TableSensor, hints: Hints, notes: list[str], absolute: bool) -> 
     dated = [(option, clock) for option, clock in read if (clock.t0 is not None) == absolute] or read
     best, _ = choose([option for option, _ in dated])
     clock = next(clock for option, clock in dated if option is best)
-    notes += [note for note in clock.notes if "starts at 0" not in note]
+    found += [conclusion for conclusion in clock.conclusions if conclusion.about != "t.start"]
     stamps = np.rint(clock.t * NANO).astype(np.int64) + (0 if clock.t0 is None else round(clock.t0 * NANO))
     return stamps, clock.rows, clock.t0 is not None
 
 
 def _align_streams(
-    source: str, taken: Sequence[TableSensor], clocks: Mapping[str, tuple[Any, Any, bool]], notes: list[str]
+    source: str, taken: Sequence[TableSensor], clocks: Mapping[str, tuple[Any, Any, bool]], found: list[Conclusion]
 ) -> dict[str, Column]:
     """The streams as columns on the gyroscope's stamps."""
     values = {}
@@ -293,10 +279,8 @@ def _align_streams(
             f"one lies within the other's"
         )
     if not inside.all():
-        notes.append(
-            f"merged: {int((~inside).sum())} of {len(t)} gyroscope samples lie outside the "
-            f"accelerometer's time; left out"
-        )
+        outside = int((~inside).sum())
+        found.append(Conclusion("rows", "outside_overlap", outside, Basis.NUMBERS, {"count": len(t)}))
     kept = t[inside]
     arrays: dict[str, Column] = {"t [ns]": kept}
     for one in taken:
@@ -304,7 +288,7 @@ def _align_streams(
         if one.role == "gyr":
             placed = values["gyr"][inside]
         elif one.role in ("acc", "gravity"):
-            placed = _interpolate(kept, stamps, values[one.role], notes if one.role == "acc" else [])
+            placed = _interpolate(kept, stamps, values[one.role], found if one.role == "acc" else [])
         else:
             placed = _nearest(kept, stamps, values["mag"])
         for axis, position, column in zip("xyz", one.group.positions, placed.T, strict=True):
@@ -318,7 +302,7 @@ def _unit(one: TableSensor, position: int) -> str | None:
     return one.table.column_units.get(position) or unit_in(one.table.names[position], role, one.table.source)
 
 
-def _interpolate(t: Any, stamps: Any, values: Array, notes: list[str]) -> Array:
+def _interpolate(t: Any, stamps: Any, values: Array, found: list[Conclusion]) -> Array:
     """(n, 3) ``values`` at other stamps, by straight lines; NaN in holes."""
     if len(t) == len(stamps) and (t == stamps).all():
         return values
@@ -330,8 +314,8 @@ def _interpolate(t: Any, stamps: Any, values: Array, notes: list[str]) -> Array:
     placed[(b - a) > _HOLE * step + 0.1 * NANO] = np.nan
     placed[t == b] = values[right][t == b]
     own = median(np.diff(t)) if len(t) > 1 else step
-    word = "slower than the gyroscope" if step > _SLOW * own else "on a clock of its own"
-    notes.append(f"accelerometer: {word} ({NANO / step:.5g} Hz); set to the gyroscope's stamps by straight lines")
+    reason = "slower" if step > _SLOW * own else "own_clock"
+    found.append(Conclusion("acc.stamps", reason, "interpolated", Basis.NUMBERS, {"rate": NANO / step}))
     return placed
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 
 from levelhead.recording import Array
+from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.names.column_name import understand
 from levelhead.sources.table import ArrayTable, Table
 
@@ -20,12 +21,9 @@ def unroll(table: Table) -> Table:
     rows = np.column_stack([columns[i] for i in range(len(names))]).astype(np.float64)
     overlap = _overlap(rows)
     kept = rows[:, : rows.shape[1] - overlap] if overlap else rows
-    note = (
-        f"each row is a window of {rows.shape[1]} samples"
-        + (f", {overlap} of which are those of the next row; used once" if overlap else "")
-        + "; rows are joined, a guess that they follow one another"
-    )
-    return ArrayTable(table.source, {table.context or "x": kept.reshape(-1)}, notes=[note], context=table.context)
+    joined = Conclusion("rows", "windows", "joined", Basis.GUESS, {"width": rows.shape[1], "overlap": overlap})
+    arrays = {table.context or "x": kept.reshape(-1)}
+    return ArrayTable(table.source, arrays, conclusions=[joined], context=table.context)
 
 
 def _overlap(rows: Array) -> int:

@@ -66,7 +66,7 @@ def _tables_undressed(path: Path, shown: str, hints: Hints, encoding: Encoding) 
     """The tables of a text once its lines are plain, read before the plain copy goes."""
     import tempfile
 
-    from levelhead.sources.join.merge import in_memory
+    from levelhead.sources.table import in_memory
 
     text = undress_text(path.read_bytes()[encoding.skip :].decode(encoding.name, "replace"))
     if text is None:

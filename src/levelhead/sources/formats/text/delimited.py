@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array
+from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.formats.text.cells import MISSING, cells, is_comment, lines_of, trim
 from levelhead.sources.formats.text.dates import NS, nanoseconds, over_midnight
 from levelhead.sources.formats.text.dialect import Layout, find_layout
@@ -38,14 +39,12 @@ class TextTable:
         self.rate = self.layout.rate
         self.context = ""
         self.origin: tuple[str, ...] = self.layout.preamble[:20]
-        self.notes: list[str] = ["numbers are written with a decimal comma"] if self.layout.decimal_comma else []
+        self.conclusions: list[Conclusion] = []
+        if self.layout.decimal_comma:
+            self.conclusions.append(Conclusion("file.decimal", "comma", ",", Basis.NUMBERS))
         if self.layout.torn:
-            count = "stands 1 line" if self.layout.torn == 1 else f"stand {self.layout.torn} lines"
-            self.notes.append(f"before the header {count} of numbers; left out")
-        if self.layout.remark:
-            self.notes.append(self.layout.remark)
-        if self.layout.encoding.note:
-            self.notes.append(self.layout.encoding.note)
+            self.conclusions.append(Conclusion("file.lines", "before_header", self.layout.torn, Basis.NUMBERS))
+        self.conclusions += [one for one in (self.layout.remark, self.layout.encoding.conclusion) if one is not None]
         self._left_out: dict[int, str] = {}  # number of a line, and why
 
     def read(self, wanted: Sequence[int], exact: frozenset[int] = frozenset()) -> dict[int, Column]:
@@ -110,8 +109,7 @@ class TextTable:
                 raise LevelheadError(torn[min(torn)])
             if not self._left_out:
                 first = torn[min(torn)].removeprefix(f"{self.source}, ").partition(";")[0]
-                count = "1 line was" if len(torn) == 1 else f"{len(torn)} lines were"
-                self.notes.append(f"{count} torn or no numbers and left out ({first})")
+                self.conclusions.append(Conclusion("file.lines", "torn", len(torn), Basis.NUMBERS, {"first": first}))
         self._left_out = torn
 
     @cached_property

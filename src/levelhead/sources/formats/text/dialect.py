@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 from levelhead.errors import LevelheadError
+from levelhead.sources.conclusion import Conclusion
 from levelhead.sources.formats.text.cells import (
     DELIMITERS,
     MISSING,
@@ -59,7 +60,7 @@ class Layout:
         encoding: how the bytes are text.
         preamble: the lines above the header.
         alternating: positions of the columns of words that change from line to line.
-        remark: a sentence, where the header has one name more or less than the lines below it have cells.
+        remark: set where the header has one name more or less than the lines below it have cells.
     """
 
     delimiter: str
@@ -75,7 +76,7 @@ class Layout:
     tail: str = ""
     encoding: Encoding = field(default_factory=lambda: Encoding("utf-8"))
     preamble: tuple[str, ...] = ()
-    remark: str = ""
+    remark: Conclusion | None = None
     alternating: frozenset[int] = frozenset()
 
 
@@ -150,7 +151,7 @@ def layout_of(lines: Sequence[str], source: str, encoding: Encoding | None = Non
     names = join_names(header, width) if header else [str(i + 1) for i in range(len(trim(row)))]
     while names and not names[-1].strip() and len(trim(row)) < len(names):
         names.pop()
-    remark = ""
+    remark = None
     if header and all(len(row) == width for row in below):
         names, remark = fit_names(names, max(map(len, header)), below)
     names = number_twins(names) if header else names

@@ -5,6 +5,7 @@ from importlib.util import find_spec
 from typing import NamedTuple
 
 from levelhead.errors import LevelheadError
+from levelhead.sources.conclusion import Basis, Conclusion
 
 MARKS = ((codecs.BOM_UTF8, "utf-8"), (codecs.BOM_UTF16_LE, "utf-16-le"), (codecs.BOM_UTF16_BE, "utf-16-be"))
 _DEGREES = (("gb18030", b"\xa1\xe3"), ("cp949", b"\xa1\xc6/"), ("cp932", b"\x81\x8b/"))  # "°", "°/" of the east
@@ -18,12 +19,12 @@ class Encoding(NamedTuple):
     Attributes:
         name: Python's name of the codec.
         skip: bytes of the mark at the start of the file.
-        note: a sentence if it was guessed, else "".
+        conclusion: set if it was inferred.
     """
 
     name: str
     skip: int = 0
-    note: str = ""
+    conclusion: Conclusion | None = None
 
 
 def find_encoding(head: bytes, source: str) -> Encoding:
@@ -38,7 +39,7 @@ def find_encoding(head: bytes, source: str) -> Encoding:
     if b"\0" in head:
         for name, zeros in (("utf-16-le", head[1::2]), ("utf-16-be", head[0::2])):
             if len(zeros) > 8 and zeros.count(0) > 0.9 * len(zeros):
-                return Encoding(name, 0, "read as UTF-16, which its zero bytes show")
+                return Encoding(name, 0, Conclusion("file.encoding", "zero_bytes", name, Basis.NUMBERS))
         raise LevelheadError(f"{source} is not a text file with columns; expected lines of numbers")
     try:
         codecs.getincrementaldecoder("utf-8")().decode(head)
@@ -55,6 +56,4 @@ def _code_page(head: bytes) -> Encoding:
 
         best = from_bytes(head[:GUESS_BYTES]).best()
         name = name if best is None else best.encoding
-    return Encoding(
-        name, 0, f"the file is not UTF-8; its letters were read as {name}, a guess; numbers are the same in any"
-    )
+    return Encoding(name, 0, Conclusion("file.encoding", "code_page", name, Basis.GUESS))

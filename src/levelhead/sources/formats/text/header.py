@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 from levelhead import units
+from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.formats.text.cells import cells, is_number, trim
 from levelhead.sources.names.column_name import understand
 
@@ -127,27 +128,26 @@ def _sensors_apart(rows: Sequence[Sequence[str]]) -> bool:
     return len(sensors) > 5 and len(set(sensors)) == len(sensors)
 
 
-def fit_names(names: Sequence[str], given: int, rows: Sequence[Sequence[str]]) -> tuple[list[str], str]:
-    """(names, sentence) for ``rows`` of which each has one cell more, or one less, than the ``given`` names; else "".
+def fit_names(names: Sequence[str], given: int, rows: Sequence[Sequence[str]]) -> tuple[list[str], Conclusion | None]:
+    """(names, conclusion) for ``rows`` of which each has one cell more, or one less, than the ``given`` names.
 
     One name less: the first column holds the number or the name of a row, as R writes it, or the last one has no name.
     One name more: the first is a time that is not there, or the last column is missing.
     """
     width, first = len(rows[0]) if rows else 0, [row[0].strip() for row in rows if row]
     if len(rows) < _FEW_ROWS or abs(given - width) != 1 or not any(row[-1].strip() for row in rows):
-        return list(names), ""
+        return list(names), None
     column = [float(cell) if is_number(cell, False) else math.nan for cell in first]
     forward = all(after > before for before, after in pairwise(column))
+    facts = {"names": given, "cells": width}
     if given < width:
         counts = len({after - before for before, after in pairwise(column)} | {1.0}) == 1 or len(set(first)) == 1
         if not (counts or all(map(math.isnan, column))):
-            return [*names[:given], ""], ""
-        return ["", *names[:given]], f"the header has {given} names and the lines {width} cells: the first has no name"
+            return [*names[:given], ""], None
+        return ["", *names[:given]], Conclusion("file.header", "first_unnamed", 1, Basis.NUMBERS, facts)
     if understand(names[0]).role == "t" and not forward:
-        return list(names[1:]), (
-            f"a guess: the header has {given} names and the lines {width} cells: no line has '{names[0]}'"
-        )
-    return list(names[:width]), f"the header has {given} names and the lines {width} cells: no line has '{names[-1]}'"
+        return list(names[1:]), Conclusion("file.header", "time_absent", names[0], Basis.GUESS, facts)
+    return list(names[:width]), Conclusion("file.header", "last_absent", names[-1], Basis.NUMBERS, facts)
 
 
 def number_twins(names: Sequence[str]) -> list[str]:

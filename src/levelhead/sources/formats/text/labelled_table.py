@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from levelhead.errors import LevelheadError
+from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.formats.text.cells import lines_of
 from levelhead.sources.formats.text.encoding import Encoding
 from levelhead.sources.formats.text.header import rate_in
@@ -31,5 +32,5 @@ def labelled_table(path: Path, shown: str, encoding: Encoding) -> ArrayTable:
             counts[name] = counts.get(name, 0) + 1
     names = [name for name, count in counts.items() if count > _RARE * len(found)]
     arrays = {name: np.array([record.get(name, np.nan) for record in found]) for name in names}
-    notes = [f"text with a word before each number: {', '.join(names[:12])}"]
-    return ArrayTable(shown, arrays, rate=rate_in(lines[:30]), notes=notes)
+    kind = Conclusion("file.kind", "labelled", "labelled text", Basis.HEADER, {"names": ", ".join(names[:12])})
+    return ArrayTable(shown, arrays, rate=rate_in(lines[:30]), conclusions=[kind])

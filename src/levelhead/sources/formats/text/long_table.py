@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.formats.text.cells import cells, is_comment, is_number, lines_of
 from levelhead.sources.formats.text.dates import is_stamp, nanoseconds
 from levelhead.sources.formats.text.encoding import Encoding
@@ -57,5 +58,5 @@ def _pivot(shown: str, rows: Sequence[Sequence[str]], time: int, name: int, valu
     arrays = {"time": np.array(stamps)}
     for word in dict.fromkeys(row[name] for row in rows):
         arrays[word] = np.array([samples[stamp].get(word, np.nan) for stamp in stamps])
-    notes = ["a long table: a row for each number; the numbers of one stamp were put side by side"]
-    return ArrayTable(shown, arrays, notes=notes, column_units={0: "ns"} if dated else {})
+    kind = Conclusion("file.kind", "long_table", "long table", Basis.HEADER)
+    return ArrayTable(shown, arrays, conclusions=[kind], column_units={0: "ns"} if dated else {})

@@ -9,6 +9,7 @@ import numpy as np
 
 from levelhead.errors import LevelheadError
 from levelhead.open_types import Fields
+from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.formats.text.cells import is_number, lines_of
 from levelhead.sources.formats.text.encoding import Encoding
 from levelhead.sources.table import ArrayTable
@@ -60,7 +61,11 @@ def echoed_table(path: Path, shown: str, encoding: Encoding) -> ArrayTable:
     if not names:
         raise LevelheadError(f"{shown} holds no messages with numbers; expected such as rostopic echo prints")
     arrays: Fields = {name: _column([row.get(name, "") for row in rows]) for name in names}
-    return ArrayTable(shown, arrays, notes=[f"messages as ROS prints them: {', '.join(names[:12])}"])
+    return ArrayTable(
+        shown,
+        arrays,
+        conclusions=[Conclusion("file.kind", "ros_echo", "ROS echo", Basis.HEADER, {"names": ", ".join(names[:12])})],
+    )
 
 
 def _column(cells: Sequence[str]) -> Any:
