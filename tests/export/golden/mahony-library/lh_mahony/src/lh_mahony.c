@@ -94,7 +94,8 @@ static const float VEC3_SHORTEST = 1e-18f; /* below, squares underflow and a nor
 
 /* pi / sqrt(3.0): rad, standard deviation of an angle that is uniform on the circle */
 static const float TILT_UNIFORM = 1.8137994f;
-static const float TILT_GAP_SECONDS = 0.5f; /* s: across a longer interval the attitude is held and its variance grows */
+/* 0.5 + 0.5e-6: s: across a longer interval the attitude is held; no stamps in µs are so far apart */
+static const float TILT_GAP_SECONDS = 0.5000005f;
 static const float TILT_TURN = 1.0f; /* rad/s, 1σ of how fast a body may turn in a gap */
 /* squared, in any unit: below it squares lose their digits, and then nothing is unit any more */
 static const float TILT_NO_LENGTH = 1e-30f;
@@ -232,8 +233,8 @@ static const float CONDITIONING_READING_LIMIT = 1e9f;
 static const float CONDITIONING_SQUARE_LIMIT = 1e18f;
 /* GYR_MISSING | GYR_SATURATED | GYR_STUCK: the rate is not the body's */
 static const int32_t CONDITIONING_RATE_UNUSABLE = 161;
-/* rad, 1σ of an unmeasured rotation from which the filter's covariance is inflated */
-static const float CONDITIONING_LEAST_ROTATION = 0.1f;
+/* 5.5 * DEGREE: rad, 1σ of an unmeasured rotation from which the filter's covariance is inflated */
+static const float CONDITIONING_LEAST_ROTATION = 0.09599311f;
 static const float CONDITIONING_INTERVALS = 16.0f; /* over which the usual interval is averaged */
 /* 1.0 / 12.0: of a number that is uniform between 0 and 1: when in a lost interval the rate changed */
 static const float CONDITIONING_CHANGE_VARIANCE = 0.083333336f;
@@ -1635,6 +1636,12 @@ static float conditioning_usual_interval(float usual, float dt)
     return usual + (lh_min(dt, 2.0f * usual) - usual) / CONDITIONING_INTERVALS;
 }
 
+/* s of an interval for which samples were lost: all beyond the usual one, where that is at least another. */
+static float conditioning_lost_time(float usual, float dt)
+{
+    return usual > 0.0f && elapsed_has_elapsed(dt, usual, 2.0f * usual) ? dt - usual : 0.0f;
+}
+
 /* rad², about each axis, of the rotation in lost seconds without samples, if the mean of the rates before and
  * after is held for it.
  *
@@ -1713,7 +1720,7 @@ static ConditionedSample conditioning_condition(const Guard *guard, const Condit
     }
     const bool rate_lost = (health & HEALTH_GYR_MISSING) != 0
         && elapsed_has_elapsed(rate_age, dt, TILT_GAP_SECONDS);
-    const float lost = usual > 0.0f && dt > 2.0f * usual ? dt - usual : 0.0f;
+    const float lost = conditioning_lost_time(usual, dt);
     const DetectorState detected_2 = detectors_detect(guard, detected, gyr, acc, health, rate_lost,
         lost > 0.0f, dt);
     detected = &detected_2;
@@ -1789,9 +1796,9 @@ static ConditionedSample conditioning_condition(const Guard *guard, const Condit
  *
  * While the filter is younger than those time constants K and K₂ are those of a running mean, and the bias waits: what
  * pulls then is the start's error, not the gyroscope's. Against wind-up every axis of the bias stays within
- * ±bias_limit, and from a pull that such a bias could not cause nothing is learned:
+ * ±max_bias, and from a pull that such a bias could not cause nothing is learned:
  *
- *     k_P k_i |v_i × v̂_i| < bias_limit                                                                            (6)
+ *     k_P k_i |v_i × v̂_i| < max_bias                                                                            (6)
  */
 
 /* Eq. 3, bounded by (6); each vector waits until its K is steady. */
@@ -1799,11 +1806,11 @@ static Vec3 mahony_update_bias(Mahony params, Vec3 bias, Vec3 tilt_error, Vec3 y
 {
     const float kp = params.kp;
     const float k_mag = params.k_mag;
-    const float limit = params.bias_limit;
+    const float limit = params.max_bias * UNITS_DEGREE;
     float step = params.ki * dt;
     float x = bias.x, y = bias.y, z = bias.z;
     float px = tilt_error.x, py = tilt_error.y, pz = tilt_error.z;
-    if (kp * age > 1.0f && kp * kp * (px * px + py * py + pz * pz) < limit * limit) {
+    if (elapsed_has_elapsed(age, dt, 1.0f / kp) && kp * kp * (px * px + py * py + pz * pz) < limit * limit) {
         x -= step * px;
         y -= step * py;
         z -= step * pz;
@@ -1811,7 +1818,8 @@ static Vec3 mahony_update_bias(Mahony params, Vec3 bias, Vec3 tilt_error, Vec3 y
     px = yaw_error.x;
     py = yaw_error.y;
     pz = yaw_error.z;
-    if (kp * k_mag * age > 1.0f && kp * kp * k_mag * k_mag * (px * px + py * py + pz * pz) < limit * limit) {
+    if (elapsed_has_elapsed(age, dt, 1.0f / (kp * k_mag))
+        && kp * kp * k_mag * k_mag * (px * px + py * py + pz * pz) < limit * limit) {
         step *= k_mag;
         x -= step * px;
         y -= step * py;
@@ -1854,8 +1862,9 @@ static Gains mahony_gains(Mahony params, const State *state, float dt)
 {
     float kt = lowpass_lowpass_weight(1.0f / params.kp, state->age, dt);
     const float kh = lowpass_lowpass_weight(1.0f / (params.kp * params.k_mag), state->age, dt);
-    const float bt = params.kp * state->age > 1.0f ? params.ki * dt : 0.0f;
-    const float bh = params.kp * params.k_mag * state->age > 1.0f ? params.ki * params.k_mag * dt : 0.0f;
+    const float bt = elapsed_has_elapsed(state->age, dt, 1.0f / params.kp) ? params.ki * dt : 0.0f;
+    const float bh = elapsed_has_elapsed(state->age, dt, 1.0f / (params.kp * params.k_mag))
+        ? params.ki * params.k_mag * dt : 0.0f;
     if (params.whole_field) {
         kt = lh_min(kt, 1.0f / (1.0f + params.k_mag));
         return (Gains){kt, bt, DIRECTION_FILTER_DIP_SHARE * kt * params.k_mag,
@@ -2150,7 +2159,7 @@ void lh_mahony_init(lh_mahony *filter)
             .kp = 0.4f,
             .ki = 0.003f,
             .k_mag = 0.5f,
-            .bias_limit = 0.1f,
+            .max_bias = 5.7f,
             .whole_field = false,
         },
         .guard = {
