@@ -316,8 +316,8 @@ def _text_from(
 def _text(path: Path, names: Sequence[str], exact: frozenset[str]) -> Iterator[tuple[dict[str, Column], float]]:
     import pyarrow as pa
 
-    from levelhead.sources.formats.text.arrow import open_text
-    from levelhead.sources.formats.text.dialect import find_layout
+    from levelhead.sources.formats.text.delimited import open_by_arrow
+    from levelhead.sources.formats.text.layout import find_layout
 
     layout = find_layout(path)
     plain = not (layout.tail or layout.stamps or layout.torn) and layout.encoding.name == "utf-8"
@@ -328,11 +328,11 @@ def _text(path: Path, names: Sequence[str], exact: frozenset[str]) -> Iterator[t
     size = path.stat().st_size
     try:
         with pa.OSFile(str(path)) as file:
-            reader: Handle = open_text(file, layout, sorted(positions.values()), whole)
+            reader: Handle = open_by_arrow(file, layout, sorted(positions.values()), whole)
             for batch in reader:
-                from levelhead.sources.formats.text.arrow import numbers
+                from levelhead.sources.formats.text.delimited import arrow_numbers
 
                 table = pa.Table.from_batches([batch])
-                yield {name: numbers(table.column(str(i))) for name, i in positions.items()}, file.tell() / size
+                yield {name: arrow_numbers(table.column(str(i))) for name, i in positions.items()}, file.tell() / size
     except (pa.ArrowException, OSError) as error:
         raise LevelheadError(f"{path} cannot be read in chunks: {error}; {WHOLE}") from None

@@ -149,8 +149,11 @@ def _names(sensor: str, part: Member) -> bool:
 
 def _member(part: Member, hints: Hints, alone: bool) -> list[Table]:
     """The tables of one file; beside others, a file that is no table is left out."""
+    from levelhead.sources.interpret.by_numbers import name_columns
+
     try:
-        found = list(_format(part).tables(part.path, part.shown, hints))
+        given = _format(part).tables(part.path, part.display_path, hints)
+        found = [name_columns(table, hints) for table in given]
         if not alone:
             return [in_memory(table, part.name) for table in found]
     except NeedsHints:
@@ -159,7 +162,11 @@ def _member(part: Member, hints: Hints, alone: bool) -> list[Table]:
         if alone:
             raise
         return []
-    return found if part.path.exists() and part.shown == str(part.path) else [in_memory(table, "") for table in found]
+    return (
+        found
+        if part.path.exists() and part.display_path == str(part.path)
+        else [in_memory(table, "") for table in found]
+    )
 
 
 def _format(part: Member) -> Format:
@@ -171,7 +178,7 @@ def _format(part: Member) -> Format:
     if head and b"\0" not in head and sum(sign > 126 for sign in head) < 0.1 * len(head):
         return TEXT
     raise LevelheadError(
-        f"{part.shown} is not a recording that levelhead reads: it ends in '{part.path.suffix}'; "
+        f"{part.display_path} is not a recording that levelhead reads: it ends in '{part.path.suffix}'; "
         f"expected one of {' '.join(suffix for one in FORMATS for suffix in one.suffixes)} {' '.join(CONTAINERS)}, "
         "or a folder"
     )

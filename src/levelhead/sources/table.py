@@ -25,12 +25,15 @@ class Table(Protocol):
         north: whether a reference quaternion is known to point its y axis to magnetic north.
         conclusions: decisions that were made while reading.
         context: what the file, sheet or row type is called, if that names a sensor, else "".
+        unnamed: whether the file names no column; ``names`` are their numbers then, from 1.
         origin: what tells who wrote the file beside its names: lines above the header, names before a merger.
         column_units: position to the unit of a column that the reader knows better than its name does.
     """
 
     @property
     def context(self) -> str: ...  # noqa: D102
+    @property
+    def unnamed(self) -> bool: ...  # noqa: D102
     @property
     def origin(self) -> Sequence[str]: ...  # noqa: D102
     @property
@@ -79,6 +82,11 @@ class ArrayTable:
     column_units: Mapping[int, str] = field(default_factory=dict)
     origin: Sequence[str] = ()
     labels: Mapping[str, NDArray[np.str_]] = field(default_factory=dict)
+
+    @property
+    def unnamed(self) -> bool:
+        """False: arrays have names."""
+        return False
 
     @property
     def names(self) -> list[str]:

@@ -3,10 +3,9 @@
 The first lines are looked at like a file; what was concluded (columns, units) then holds for all that follow.
 """
 
-import json
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -16,9 +15,10 @@ from levelhead.errors import LevelheadError
 from levelhead.open_types import Fields, ReadOnlyFields
 from levelhead.sample import Sample, Triple
 from levelhead.sources.conclusion import Conclusion
+from levelhead.sources.formats.json_log import Garbage, flatten_line
 from levelhead.sources.formats.text import labelled
 from levelhead.sources.formats.text.cells import MISSING, cells, is_comment
-from levelhead.sources.formats.text.dialect import Layout, layout_of
+from levelhead.sources.formats.text.layout import Layout, layout_of
 from levelhead.sources.hints import QUANTITY, Hints, Scale
 from levelhead.sources.interpret import assemble
 from levelhead.sources.interpret.by_numbers import map_words
@@ -34,10 +34,6 @@ SHORTEST = 1e-3  # s between two samples, at least
 UNDERSTOOD = 0.5  # s from the first line, after which it is said what is still missing
 FEWEST = 6  # numbers of a gyroscope and an accelerometer
 PATIENCE = 200  # lines that make no sense, before it is said that none does
-
-
-class Garbage(ValueError):
-    """A line that is none: for counting, not for people."""
 
 
 class StampedLine(NamedTuple):
@@ -75,7 +71,7 @@ class Lines:
         self._names: tuple[str, ...] = ()
         self._layout: Layout | None = None  # of CSV
         # Of JSON and labelled text: a line as numbers by name.
-        self._named: Callable[[str], Mapping[str, float]] = flatten_json
+        self._named: Callable[[str], Mapping[str, float]] = flatten_line
         self._part: dict[str, float] = {}  # of a sample that stands on several lines: what came so far
         self._columns: dict[str, QuantityColumns] = {}
 
@@ -122,7 +118,7 @@ class Lines:
             return ""
         waits = "lines" if len(self._seen) < LOOK else "names"
         last = self._seen[-1][0]
-        named = self._named is not flatten_json or last.startswith("{")
+        named = self._named is not flatten_line or last.startswith("{")
         if waits == self._waits or (waits == "names" and named):
             return ""
         self._waits = waits
@@ -177,7 +173,7 @@ class Lines:
             given = self._named(text)
             if not set(self._names) & set(given):
                 raise Garbage
-            if self._named is flatten_json:
+            if self._named is flatten_line:
                 return [given.get(name, math.nan) for name in self._names]
             return self._complete(given)
         found = cells(text, self._layout.delimiter)
@@ -204,7 +200,7 @@ class Lines:
         lines = [text for text, _ in self._seen]
         self._layout, self._part = None, {}
         if lines[-1].startswith("{"):
-            self._named = flatten_json
+            self._named = flatten_line
             self._names = tuple(dict.fromkeys(name for text in lines for name in _or_nothing(text)))
         elif labelled.looks_labelled(lines):
             self._named = labelled.parse
@@ -354,47 +350,8 @@ def _or_nan(cell: str, comma: bool) -> float:
         return math.nan
 
 
-def flatten_json(text: str) -> dict[str, float]:
-    """A JSON object as names and numbers: {"gyr": [1, 2, 3]} is gyr_x, gyr_y, gyr_z; {"acc": {"x": 1}} is acc_x.
-
-    Raises:
-        Garbage: no object, or no JSON.
-    """
-    try:
-        given = json.loads(text, parse_constant=lambda name: math.nan if name == "NaN" else math.inf)
-    except (ValueError, RecursionError):
-        raise Garbage from None
-    if not isinstance(given, dict):
-        raise Garbage
-    found: dict[str, float] = {}
-    for name, value in given.items():
-        parts: Fields = {name: value}
-        if isinstance(value, list):
-            axes = "wxyz" if len(value) == 4 else "xyz"
-            parts = {f"{name}_{axis}": part for axis, part in zip(axes, value, strict=False)}
-        elif isinstance(value, dict):
-            parts = dict(_leaves(value, f"{name}_"))
-        for key, part in parts.items():
-            if part is None:
-                found[key] = math.nan
-            elif isinstance(part, int | float) and not isinstance(part, bool):
-                if math.isinf(part):
-                    raise Garbage
-                found[key] = float(part)
-    return found
-
-
-def _leaves(node: Mapping[str, object], prefix: str) -> Iterator[tuple[str, object]]:
-    """Names and values in objects within objects: {"gyro": {"x": 1}} in "imu" is imu_gyro_x."""
-    for key, value in node.items():
-        if isinstance(value, dict):
-            yield from _leaves(value, f"{prefix}{key}_")
-        else:
-            yield f"{prefix}{key}", value
-
-
 def _or_nothing(text: str) -> Mapping[str, float]:
     try:
-        return flatten_json(text)
+        return flatten_line(text)
     except Garbage:
         return {}
