@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from levelhead import filters
 from levelhead.cli.fuse_options import FuseArguments, FuseOptions, require_north
-from levelhead.cli.options import can_draw, folder, print_json, print_line, print_written
+from levelhead.cli.options import Reading, can_draw, folder, print_json, print_line, print_written
 from levelhead.errors import LevelheadError
 from levelhead.filters.parameters import Params
 from levelhead.guard import Guard
@@ -95,6 +95,9 @@ def fuse_logs(given: Sequence[Path], arguments: FuseArguments, smooth: bool) -> 
         LevelheadError: there is no log, an option is wrong, or a log failed.
     """
     logs = find_logs(given)
+    if arguments.dry_run:
+        print_interpretations(logs, arguments.reading, "smooth" if smooth else "fuse", arguments.json)
+        return
     options = arguments.check(smooth, len(logs))
     if len(logs) > 1:
         fuse_several(logs, options)
@@ -112,6 +115,18 @@ def fuse_logs(given: Sequence[Path], arguments: FuseArguments, smooth: bool) -> 
         print_json(_facts(done))
     else:
         _print_summary(done, options)
+
+
+def print_interpretations(logs: Sequence[Path], reading: Reading, verb: str, as_json: bool) -> None:
+    """Prints the reader's conclusions about logs, and the command line of a verb that leaves nothing to guess."""
+    from levelhead.sources.pipeline import interpret
+
+    found = [interpret(log, **reading.hints()) for log in logs]
+    if as_json:
+        print_json({"logs": [one.to_dict() | {"command": one.command(verb)} for one in found]})
+        return
+    for one in found:
+        print_line("\n".join([one.source, *one.lines(), f"command  {one.command(verb)}"]))
 
 
 def _print_summary(done: FusionResult, options: FuseOptions) -> None:

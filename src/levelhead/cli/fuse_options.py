@@ -87,6 +87,9 @@ class FuseArguments:
     output_rate: Annotated[float | None, Parameter(metavar="HZ")] = None
     """Maximum rows per second of the written track: the first sample of each period of 1/HZ s. The filter, the summary
     and the picture use every sample."""
+    dry_run: Annotated[bool, Parameter(negative="")] = False
+    """Print the reader's conclusions about each log, their basis, and the command line that leaves nothing to guess.
+    Nothing is fused or written."""
     plot: bool = True
     """Draw the picture (needs the extra levelhead[plot]). A filter that calibrates its sensor gets a second one,
     LOG-calibration.png."""

@@ -123,6 +123,81 @@ class ArrayTable:
         return f"row {row}"
 
 
+class CachedTable:
+    """A table of which each column is read once. ``table`` is the table itself; see ``Table``."""
+
+    def __init__(self, table: Table) -> None:
+        self.table = table
+        self._columns: dict[tuple[int, bool], Column] = {}
+
+    @property
+    def source(self) -> str:
+        """See ``Table``."""
+        return self.table.source
+
+    @property
+    def names(self) -> Sequence[str]:
+        """See ``Table``."""
+        return self.table.names
+
+    @property
+    def units(self) -> Mapping[str, str]:
+        """See ``Table``."""
+        return self.table.units
+
+    @property
+    def rate(self) -> float | None:
+        """See ``Table``."""
+        return self.table.rate
+
+    @property
+    def conclusions(self) -> Sequence[Conclusion]:
+        """See ``Table``."""
+        return self.table.conclusions
+
+    @property
+    def context(self) -> str:
+        """See ``Table``."""
+        return self.table.context
+
+    @property
+    def origin(self) -> Sequence[str]:
+        """See ``Table``."""
+        return self.table.origin
+
+    @property
+    def column_units(self) -> Mapping[int, str]:
+        """See ``Table``."""
+        return self.table.column_units
+
+    @property
+    def unnamed(self) -> bool:
+        """See ``Table``."""
+        return self.table.unnamed
+
+    @property
+    def words(self) -> frozenset[int]:
+        """Positions of the columns that hold words."""
+        return words_of(self.table)
+
+    @property
+    def labels(self) -> Mapping[str, NDArray[np.str_]]:
+        """The columns of words, name to (n,) words."""
+        return labels_of(self.table)
+
+    def read(self, wanted: Sequence[int], exact: frozenset[int] = frozenset()) -> dict[int, Column]:
+        """See ``Table``."""
+        missing = [i for i in wanted if (i, i in exact) not in self._columns]
+        if missing:
+            columns = self.table.read(missing, exact & frozenset(missing))
+            self._columns |= {(i, i in exact): column for i, column in columns.items()}
+        return {i: self._columns[i, i in exact] for i in wanted}
+
+    def where(self, row: int) -> str:
+        """See ``Table``."""
+        return self.table.where(row)
+
+
 def in_memory(table: Table, name: str) -> ArrayTable:
     """A table with its numbers read, since the file it lies in may go; ``name`` is what its file is called."""
     wanted = [i for i, title in enumerate(table.names) if title.strip() and i not in words_of(table)]

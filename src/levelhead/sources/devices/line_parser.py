@@ -10,7 +10,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from levelhead import units
 from levelhead.errors import LevelheadError
 from levelhead.open_types import Fields, ReadOnlyFields
 from levelhead.sample import Sample, Triple
@@ -19,12 +18,11 @@ from levelhead.sources.formats.json_log import Garbage, flatten_line
 from levelhead.sources.formats.text import labelled
 from levelhead.sources.formats.text.cells import MISSING, cells, is_comment
 from levelhead.sources.formats.text.layout import Layout, layout_of
-from levelhead.sources.hints import QUANTITY, Hints, Scale
-from levelhead.sources.interpret import assemble
+from levelhead.sources.hints import Hints
+from levelhead.sources.interpret import interpret
 from levelhead.sources.interpret.by_numbers import map_words
 from levelhead.sources.interpret.raw_counts import DEFAULT_SCALES, mpu6050_scales
 from levelhead.sources.interpret.roles import assign
-from levelhead.sources.names.column_name import RELATIVE
 from levelhead.sources.table import ArrayTable
 
 LOOK = 20  # lines of numbers by which units are judged
@@ -74,6 +72,7 @@ class Lines:
         self._named: Callable[[str], Mapping[str, float]] = flatten_line
         self._part: dict[str, float] = {}  # of a sample that stands on several lines: what came so far
         self._columns: dict[str, QuantityColumns] = {}
+        self._fraction = 0.0  # s of a second column of stamps
 
     @property
     def known(self) -> bool:
@@ -147,14 +146,21 @@ class Lines:
     def _sample(self, row: StampedLine) -> Sample:
         gyr, acc = self._triple("gyr", row), self._triple("acc", row)
         assert gyr is not None and acc is not None  # `assign` has seen to it
+        if (gravity := self._triple("gravity", row)) is not None:
+            acc = acc[0] + gravity[0], acc[1] + gravity[1], acc[2] + gravity[2]
         mag = self._triple("mag", row)
         if mag is not None and not all(map(math.isfinite, mag)):
             mag = None
         time = self._columns.get("t")
-        t = row.at if time is None else row.values[time.positions[0]] * time.scale
+        t = row.at if time is None else self._seconds(row.values, time)
         if not math.isfinite(t):
             raise Garbage
         return Sample(t, gyr, acc, mag)
+
+    def _seconds(self, values: Sequence[float], time: QuantityColumns) -> float:
+        if len(time.positions) == 1:
+            return values[time.positions[0]] * time.scale
+        return values[time.positions[0]] + values[time.positions[1]] * self._fraction
 
     def _triple(self, role: str, row: StampedLine) -> Triple | None:
         column = self._columns.get(role)
@@ -284,17 +290,21 @@ class Lines:
             if (counts := mpu6050_scales(gyr, acc)) is not None:
                 hints = Hints(hints.map, counts)
                 self.conclusions.append(DEFAULT_SCALES)
-        scale = hints.scale
         if "t" not in roles.columns:  # the host's clock stands in
             arrays, hints = self._stamp_rows(arrays, rows, hints)
         else:
             arrays = _forward(arrays, names[roles.columns["t"][0]])
-        said: Mapping[str, str] = assemble(ArrayTable(self.source, arrays), hints).meta["units"]
-        found = {}
-        for role, positions in roles.columns.items():
-            if role in QUANTITY:
-                found[role] = QuantityColumns(positions, _factor(role, scale.get(role), said))
-        return found
+        found = interpret(ArrayTable(self.source, arrays), hints)
+        before = len(arrays) - len(names)  # the host's clock stands in front
+        made = {
+            role: QuantityColumns(tuple(i - before for i in found.positions[role]), scale.factor / scale.divisor)
+            for role, scale in ({"t": found.clock.scale} | dict(found.scales)).items()
+            if role in ("gyr", "acc", "mag") or (role == "t" and not before)
+        }
+        self._fraction = found.clock.fraction
+        if "gravity" in found.positions:
+            made["gravity"] = QuantityColumns(tuple(i - before for i in found.positions["gravity"]), made["acc"].scale)
+        return made
 
     def _stamp_rows(self, arrays: ReadOnlyFields, rows: Sequence[StampedLine], hints: Hints) -> tuple[Fields, Hints]:
         # Lines come in bursts; samples are taken evenly.
@@ -308,13 +318,6 @@ def _forward(arrays: ReadOnlyFields, time: str) -> Fields:
     best = np.maximum.accumulate(np.where(np.isfinite(stamps), stamps, -np.inf))
     keep = np.isfinite(stamps) & (stamps > np.concatenate([[-np.inf], best[:-1]]))
     return {name: column[keep] for name, column in arrays.items()}
-
-
-def _factor(role: str, hint: Scale | None, said: Mapping[str, str]) -> float:
-    if hint is not None:
-        return hint.factor / hint.divisor
-    unit = said.get(role, RELATIVE)
-    return 1.0 if unit == RELATIVE else units.factor(QUANTITY[role], unit)
 
 
 def _is_word(cell: str) -> bool:

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from levelhead.errors import LevelheadError
+from levelhead.open_types import ReadOnlyFields
 from levelhead.recording import Array, median
 from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.hints import Hints
@@ -98,8 +99,15 @@ def _by_numbers(table: Table, hints: Hints) -> ArrayTable:
     arrays = {titles.get(i, str(i + 1)): columns[i] for i in positions}
     units = {k: "ns" for k, i in enumerate(positions) if i in stamps}
     facts = {"listed": _listed(guess), "step": step}
-    found = [*table.conclusions, Conclusion("columns", "by_numbers", named, Basis.GUESS, facts)]
+    as_hints = _as_hints(guess) if step == 0.0 and whole_seconds is None and not guess.user else {}
+    found = [*table.conclusions, Conclusion("columns", "by_numbers", named, Basis.GUESS, facts, as_hints)]
     return ArrayTable(table.source, arrays, rate=table.rate, conclusions=found, column_units=units)
+
+
+def _as_hints(guess: Guess) -> ReadOnlyFields:
+    """The hint ``map`` that names the same columns."""
+    places = {"t": () if guess.t is None else (guess.t,), "gyr": guess.gyr, "acc": guess.acc, "mag": guess.mag}
+    return {"map": {role: [str(i + 1) for i in positions] for role, positions in places.items() if positions}}
 
 
 def _guess_levels_or_increments(values: Array, stamps: Sequence[int]) -> tuple[Guess, float]:
