@@ -55,9 +55,9 @@ def test_it_fails_where_a_number_of_the_source_is_another(real, wrong, expected,
     write(config, tmp_path)
     source = tmp_path / "lh_kalman.c"
     text = source.read_text(encoding="utf-8")
-    right = ".r_measure = 0.03f," if real == "float" else ".r_measure = 0.03,"
+    right = ".r_measure = 0.03f;" if real == "float" else ".r_measure = 0.03;"
     assert text.count(right) == 1
-    source.write_text(text.replace(right, f".r_measure = {wrong},"), encoding="utf-8")
+    source.write_text(text.replace(right, f".r_measure = {wrong};"), encoding="utf-8")
     code, said = run_selftest(tmp_path, "lh_kalman", "-O1")
     assert code == expected and words in said
 

@@ -33,6 +33,8 @@ def export(
     calibration: Annotated[Path | None, Parameter(metavar="FILE")] = None,
     axes: Axes = "x,y,z",
     axis: Annotated[bool, Parameter(negative="")] = False,
+    without: Annotated[tuple[str, ...], Parameter(negative="", metavar="PART")] = (),
+    lean: Annotated[bool, Parameter(negative="")] = False,
     single: Annotated[bool, Parameter(name="--float", negative="")] = False,
     double: Annotated[bool, Parameter(negative="")] = False,
     arduino: Annotated[bool, Parameter(negative="")] = False,
@@ -51,6 +53,9 @@ def export(
         axes: the sensor's axes that are the body's x (forward), y (left) and z (up), such as -y,x,z;
             `levelhead axes` finds them.
         axis: the filter of one angle and its rate instead of that of an IMU.
+        without: a part that is not asked for, and then not computed: sigma, health, bias, guard; mag
+            where there is no magnetometer; parameters, which are then constants. May be given several times.
+        lean: attitude and bias only: without sigma, health, guard and parameters.
         single: all numbers as float, for boards without a fast double.
         double: all numbers as double, with the bits of Python: the default.
         arduino: as a library folder for the Arduino IDE, with the sketch as its example.
@@ -60,6 +65,7 @@ def export(
     from levelhead.axis_map import IDENTITY, AxisMap
     from levelhead.calibration import Calibration
     from levelhead.export import ExportConfig, write
+    from levelhead.export.config import LEAN
 
     if single and double:
         raise LevelheadError("--float and --double contradict each other; give one of them")
@@ -74,17 +80,21 @@ def export(
     words += [f"--calibration {calibration.name}"] if calibration else []
     words += [f"--axes {mounted}"] if mounted != IDENTITY else []
     words += ["--axis"] if axis else []
+    words += ["--lean"] if lean else []
+    words += [f"--without {word}" for word in without]
     words.append("--float" if single else "--double")
     words += ["--arduino"] if arduino else []
     known = read_prior(prior, params)
+    parts = frozenset(without) | (LEAN | {"guard"} if lean else frozenset())
     config = ExportConfig(
         params,
-        before,
+        None if "guard" in parts else before,
         "float" if single else "double",
         axis,
         prior=known,
         axes=mounted,
         calibration=Calibration.read(calibration) if calibration else None,
+        without=parts - {"guard"},
         command=" ".join(words),
     )
     written = write(config, out, arduino)

@@ -1,17 +1,7 @@
-"""``levelhead smooth LOG``: ``fuse`` with the whole recording used at every instant."""
+"""``levelhead smooth LOG``: ``fuse --offline`` by the name that people look for."""
 
-from pathlib import Path
+import functools
 
-from levelhead.cli.fuse import fuse_logs
-from levelhead.cli.fuse_options import FuseArguments
+from levelhead.cli.fuse import fuse
 
-
-def smooth(*logs: Path, arguments: FuseArguments = FuseArguments()) -> None:  # noqa: B008
-    """Estimate orientation with the whole recording used at every instant: the best there is after the fact.
-
-    Args:
-        logs: .csv, .tsv, .jsonl, .mat, .h5, .npz or .parquet with gyroscope and accelerometer, or a folder of such
-            files. Units and columns are detected. If one of several logs fails, the others are smoothed all the same
-            and the exit code is 2.
-    """
-    fuse_logs(logs, arguments, smooth=True)
+smooth = functools.partial(fuse, offline=True)

@@ -101,14 +101,15 @@ def _imu(config: ExportConfig) -> dict[str, str]:
     parts = [f"  const {name}_output out = {name}_read(&filter);"]
     for axis in "wxyz":
         parts.append(f"  print_value({_narrow(f'out.quat.{axis}', real)}, 6);")
-    parts += ["  Serial.print(',');", "  Serial.print((long)out.health);"]
+    healthy = "health" in config.answers
+    parts += ["  Serial.print(',');", "  Serial.print((long)out.health);"] if healthy else []
     return {
         "now": "",
         "mounted": _axes_remark(config),
         "fed": _log_inputs(config, ", ".join(given)),
         "init": f"  {name}_init(&filter);",
         "update": "\n".join(update),
-        "head": f"{READINGS},board_qw,board_qx,board_qy,board_qz,board_health",
+        "head": f"{READINGS},board_qw,board_qx,board_qy,board_qz{',board_health' if healthy else ''}",
         "print": "\n".join(parts),
     }
 

@@ -9,8 +9,19 @@ from levelhead.errors import LevelheadError
 from levelhead.export.config import ExportConfig, remarks
 from levelhead.export.helpers import helper_functions
 from levelhead.export.kinds import FLOAT, Array, Kind, Machine, Struct, variable
-from levelhead.export.layout import comment, docstring, escape, join_lines, module_words, template, wrap_text
+from levelhead.export.layout import (
+    STEP,
+    add_comment,
+    comment,
+    docstring,
+    escape,
+    join_lines,
+    module_words,
+    template,
+    wrap_text,
+)
 from levelhead.export.program import Program
+from levelhead.filters import health
 from levelhead.filters.parameters import Params, description
 from levelhead.guard import Guard
 from levelhead.version import VERSION
@@ -49,7 +60,7 @@ class CApi:
     def size(self, machine: Machine) -> int:
         """Bytes of a filter with its parameters, once it is written: that finds the arrays."""
         parts: dict[str, Kind | None] = dict(self.whole.fields)
-        for name, array in self.program.arrays.items():
+        for name, array in getattr(self.program, "arrays", {}).items():
             for i in range(_count(array)):
                 parts[f"{name}_{i}"] = FLOAT
         return machine.size(Struct(self.name, parts))[0]
@@ -91,6 +102,31 @@ class CApi:
             lines.append(f"{indent}.{variable(name)} = {text},{'' if value == default else ' /* set */'}")
         return lines
 
+    def assignments(self, params: Params, struct: Kind | None, path: str) -> list[str]:
+        """Statements that set the numbers of a parameter object, each with its name."""
+        assert isinstance(struct, Struct)
+        lines: list[str] = []
+        for name, kind in struct.fields.items():
+            value = getattr(params, name)
+            found = self.assigned(value, kind or FLOAT, f"{path}.{variable(name)}", name)
+            lines += found if value == params._field_defaults[name] else [f"{line} /* set */" for line in found]
+        return lines
+
+    def assigned(self, value: object, kind: Kind, path: str, what: str) -> list[str]:
+        """Statements that set a value, number by number, as both C and C++ take it."""
+        if isinstance(kind, Struct):
+            assert isinstance(value, tuple)
+            parts = [(name, inner, getattr(value, name)) for name, inner in kind.fields.items()]
+            return [
+                line
+                for name, inner, part in parts
+                for line in self.assigned(part, inner or FLOAT, f"{path}.{variable(name)}", what)
+            ]
+        try:
+            return [f"{STEP}{path} = {self.program.types.literal(value, kind)};"]
+        except OverflowError as error:
+            raise LevelheadError(f"{what}: {error}; export --double") from None
+
     def types(self, aliases: bool = False) -> list[str]:
         """The types that other files see; or their names in this one."""
         lines: list[str] = []
@@ -120,6 +156,10 @@ class CApi:
             lines += [*section(module), "", *kernels]
         return lines, self.program.constants.lines()
 
+    def arrays_definition(self) -> list[str]:
+        """The storage of arrays, where there are any."""
+        return []
+
     def source(self, functions: str, **gaps: object) -> str:
         """The C file."""
         kernels, constants = self.body()
@@ -140,7 +180,7 @@ class CApi:
     def header(self, functions: str, whole: Iterable[str], **gaps: object) -> str:
         """The header."""
         flt = self.config.flt
-        lines = [*self.types(), *self.program.arrays_definition(), *whole]
+        lines = [*self.types(), *self.arrays_definition(), *whole]
         written = wrap_text(template(functions).substitute(self.common_gaps() | gaps))
         values = self.common_gaps() | {
             "about": "\n".join(f" * {line}".rstrip() for line in docstring(description(flt.params)).split("\n")),
@@ -172,6 +212,15 @@ def section(module: str) -> list[str]:
     """A module's docstring above its kernels: this is where the equations stand that comments refer to."""
     words = module_words(module)
     return comment(f"---- {module.rpartition('.')[2]}\n\n{words}")
+
+
+def health_bits() -> str:
+    """The bits of ``health``, the same in all filters; no enumerators, which on an AVR have 16 bits with a sign."""
+    named = {value: name for name, value in vars(health).items() if isinstance(value, int) and name.isupper()}
+    lines = ["#ifndef LH_HEALTH_BITS", "#define LH_HEALTH_BITS", "/* Bits of health. */"]
+    for bit, words in sorted(health.NAMES.items()):
+        lines += add_comment([f"#define LH_{named[bit]} INT32_C({bit})"], words)
+    return join_lines([*lines, "#endif", ""])
 
 
 def _count(array: Array) -> int:

@@ -11,15 +11,18 @@ from levelhead.calibration import Calibration
 from levelhead.engine.binding import bind, is_guarded
 from levelhead.engine.driver import Carry, Settings
 from levelhead.engine.prior import apply_prior
-from levelhead.errors import LevelheadError
+from levelhead.errors import LevelheadError, nearest
 from levelhead.export.layout import snake
 from levelhead.filters.contract import Filter
 from levelhead.filters.parameters import Params, param_table
 from levelhead.guard import Guard
 from levelhead.kernels.correction import Readings, correct_readings
-from levelhead.kernels.vec3 import Vec3
+from levelhead.kernels.vec3 import ZERO, Vec3
 
 DEFAULT_GUARD = Guard()
+DISPENSABLE = ("sigma", "health", "bias", "mag", "parameters")
+ANSWERS = {"quaternion": "quat", "bias": "bias", "sigma": "sigma", "health": "health"}  # and the field of ``Output``
+LEAN = frozenset({"sigma", "health", "parameters"})  # and the guard
 
 
 @dataclass(frozen=True)
@@ -34,6 +37,8 @@ class ExportConfig:
         prior: what an earlier run has learned of the same sensor: the filter starts with it.
         axes: how the sensor sits on its body; all else, calibration and prior included, is in the body's axes.
         calibration: its errors are taken off the readings before anything else sees them.
+        without: what no call of the program asks for ("sigma", "health", "bias"), what no
+            sensor gives ("mag"), and "parameters": they are constants of the program.
         command: the words that do it again.
     """
 
@@ -44,9 +49,15 @@ class ExportConfig:
     prior: Calibration | None = None
     axes: AxisMap = IDENTITY
     calibration: Calibration | None = None
+    without: frozenset[str] = frozenset()
     command: str = "levelhead export"
 
     def __post_init__(self) -> None:
+        for word in sorted(self.without):
+            if word not in DISPENSABLE:
+                raise LevelheadError(f"there is no '{word}' to leave out; {nearest(word, DISPENSABLE)}")
+        if self.without and self.axis:
+            raise LevelheadError("one level and its rate have none of these parts: leave --without and --lean out")
         if self.axis and self.flt.axis is None:
             having = ", ".join(flt.name for flt in filters.ALL if flt.axis)
             raise LevelheadError(f"{self.flt.name} needs an IMU; on one level and its rate work {having}")
@@ -58,6 +69,11 @@ class ExportConfig:
                 "a prior, any other a calibration"
             )
         self.begin()
+
+    @property
+    def answers(self) -> dict[str, str]:
+        """What a program can ask the filter for, and the field of ``contract.Output`` that it is."""
+        return {name: field for name, field in ANSWERS.items() if name not in self.without}
 
     @property
     def flt(self) -> Filter:
@@ -92,6 +108,8 @@ class ExportConfig:
     def readings(self, gyr: Vec3, acc: Vec3, mag: Vec3) -> Readings:
         """What the filter is fed with for these readings."""
         turned = [Vec3(*self.axes.turn(v)) for v in (gyr, acc, mag)]
+        if "mag" in self.without:
+            turned[2] = ZERO
         return Readings(*turned) if self.corrections is None else correct_readings(self.corrections.errors, *turned)
 
     @property

@@ -55,6 +55,11 @@ class Constants:
             self.values[module, name] = value
         return self._name(module, name)
 
+    def place(self, module: str, name: str, value: object) -> str:
+        """The name in C of a constant that is defined in a module."""
+        self.values.setdefault((module, name), value)
+        return self._name(module, name)
+
     def lines(self) -> list[str]:
         """Their definitions, in the order of their modules."""
         lines: list[str] = []

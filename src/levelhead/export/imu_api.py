@@ -1,156 +1,221 @@
-"""Header and source of a filter on an IMU, with the driver around it."""
+"""Header and source of a filter on an IMU, with the driver around it: no more of both than a program asks for."""
 
-from collections.abc import Iterable
+from collections.abc import Iterator
 
-from levelhead.engine import driver
 from levelhead.engine.binding import bind, estimates_bias
 from levelhead.export import sensor
-from levelhead.export.c_api import CApi
+from levelhead.export.c_api import CApi, health_bits
 from levelhead.export.config import ExportConfig
-from levelhead.export.kinds import FLOAT, Array, Struct, is_empty, keep_what_is_read, variable
-from levelhead.export.layout import STEP, add_comment, join_lines, template, wrap_line
-from levelhead.filters import health
+from levelhead.export.flat_program import FlatProgram, Root
+from levelhead.export.graph import Node, Record, Value
+from levelhead.export.kinds import FLOAT, Struct, is_empty
+from levelhead.export.layout import STEP, join_lines, template
+from levelhead.export.procedures import Procedure, like
 from levelhead.guard import Guard
-from levelhead.kernels import quat
-from levelhead.kernels.vec3 import Vec3
+from levelhead.kernels import correction, quat
+from levelhead.kernels.vec3 import ZERO
 from levelhead.units import DEGREE, GRAVITY
 
 CONSTANTS = {"one": 1.0, "two": 2.0, "quarter": 90.0, "turn": 360.0, "degrees": 1.0 / DEGREE, "gravity": GRAVITY}
+TYPES = {"quaternion": "quat", "bias": "vec3", "sigma": "vec3"}
 
 
 class ImuApi(CApi):
     """A filter on an IMU, with the driver around it: NaN, gaps, the guard, sigma and health are those of Python."""
 
+    program: FlatProgram  # type: ignore[assignment]
+
     def __init__(self, config: ExportConfig) -> None:
-        super().__init__(config)
-        bound, program = bind(config.flt, config.guard is not None), self.program
-        settings = program.types.struct(driver.Settings)
-        settings.fields["filter"] = program.types.struct(config.flt.params)
-        vector = program.types.struct(Vec3)
-        self.correction = sensor.ReadingCorrection(config, program)
-        self.begin = program.kernel(bound.begin, [settings])
-        carry = self.begin.returns
-        program.in_place.add(bound.advance)
-        self.advance = program.kernel(bound.advance, [settings, carry, vector, vector, vector, FLOAT])
-        assert isinstance(carry, Struct) and carry.fields["run"] is not None
-        self.result = program.kernel(bound.result, [settings, carry.fields["run"]])
-        self.euler = program.kernel(quat.to_euler, [program.types.struct(quat.Quat)])
-        for part in (settings.fields["filter"], settings.fields["guard"]):
-            assert isinstance(part, Struct)
-            keep_what_is_read(part)
-        program.types.public_names[program.types.struct(config.flt.params)] = "params"
-        for kind in (settings, carry, self.result.returns, self.euler.returns):
-            program.types.publish(kind)
-        self.settings = settings
-        self.whole.fields.update(settings=settings, carry=carry)
-        if self.correction.errors is not None:
-            self.whole.fields["errors"] = self.correction.errors
+        self.config = config
+        self.whole = Struct(config.name, {})
+        frozen = (type(config.settings), type(config.params), Guard) if "parameters" in config.without else ()
+        self.program = FlatProgram(config.name, config.real, list(self._roots()), config.begin(), self._kept(), frozen)
+        types = self.program.types
+        settings, carry = types.struct(type(config.settings)), types.struct(type(config.begin()))
+        types.public_names[types.struct(config.flt.params)] = "params"
+        self.whole.fields.update({"carry": carry} if frozen else {"settings": settings, "carry": carry})
+        for kind in (*self.whole.fields.values(), types.struct(quat.Quat), types.struct(quat.Euler)):
+            types.publish(kind or FLOAT)
+        if config.corrects:
+            types.publish(types.struct(correction.Readings))
+        if config.corrections is not None:
+            errors = types.struct(correction.SensorErrors)
+            types.publish(errors)
+            self.whole.fields["errors"] = errors
+
+    def _kept(self) -> list[type]:
+        kept: list[type] = [type(self.config.settings), type(self.config.begin())]
+        if self.config.corrections is not None:
+            kept.append(correction.SensorErrors)
+        return [*kept, correction.Readings] if self.config.corrects else kept
+
+    def _roots(self) -> Iterator[Root]:
+        config, bound = self.config, bind(self.config.flt, self.config.guard is not None)
+        settings, carry, vector = like(config.settings), like(config.begin()), like(ZERO)
+        assert isinstance(carry, Record)
+        number = Node("const", (), "float", 0.0)
+        yield Root("begin", bound.begin, [settings], alone=True, fixed=self._fixed())
+        yield Root("advance", bound.advance, [settings, carry, vector, vector, vector, number], fixed=self._fixed())
+        for name, field in config.answers.items():
+            yield Root(name, bound.result, [settings, carry.get("run")], _Pick(field), fixed=self._fixed())
+        yield Root("euler", quat.to_euler, [like(quat.IDENTITY)])
+        if config.corrections is not None:
+            yield Root("corrected", correction.correct_readings, [like(config.corrections.errors), *[vector] * 3])
+
+    def _fixed(self) -> dict[str, object]:
+        """Arguments that are known when the program is made."""
+        settings = {"settings": self.config.settings} if "parameters" in self.config.without else {}
+        return settings | ({"mag": ZERO} if "mag" in self.config.without else {})
+
+    # Calls
+
+    def _call(self, name: str, places: dict[str, str], arguments: str = "") -> str:
+        """A call of a root from outside of the program."""
+        procedure = self.program.procedures[name]
+        given = [f"&{places[one]}" for one in procedure.by_place if self.program.writer.reads(procedure, one)]
+        return f"{procedure.name}({', '.join([*given, *([arguments] if arguments else [])])})"
+
+    def _arguments(self, procedure: Procedure, values: dict[str, str]) -> str:
+        live = self.program.live.nodes
+        return ", ".join(values[str(node.content)] for node in procedure.arguments if node in live)
+
+    # Files
 
     def write(self) -> dict[str, str]:
         """File name -> text."""
-        source = self.source(
-            "imu.functions.c",
-            values=self._values(),
-            components=sensor.components(self.config),
-            mounted=sensor.axes_comment(self.config),
-            table=sensor.prior_table(self.config, self.program),
-            told=sensor.prior_start(self.config),
-            begin=self.program.call(self.begin, ["filter->settings"]),
-            advance=self.program.call(
-                self.advance, ["filter->settings", "filter->carry", *self.correction.arguments, "dt"], "&filter->carry"
-            ),
-            result=self.program.call(self.result, ["filter->settings", "filter->carry.run"]),
-            **{name: self.number(value) for name, value in CONSTANTS.items()},
-            **self._correction_function(),
-        )
-        return {f"{self.name}.h": self._header(), f"{self.name}.c": source + self._copy()}
+        self.kernels = self.body()  # first: it finds the constants
+        source = self.source("imu.functions.c", **self._gaps())
+        return {f"{self.name}.h": self._header(), f"{self.name}.c": source}
 
-    def _values(self) -> str:
-        return (join_lines(self._settings()) + self.correction.start()).rstrip()
-
-    def _correction_function(self) -> dict[str, str]:
-        """The function that corrects readings, and its use in an update; empty where nothing is corrected."""
-        if not self.config.corrects:
-            return {"corrected": "", "now": ""}
-        kernel = self.correction.kernel
-        value = "(Readings){three(gyr), three(acc), three(mag)}"
-        body = [f"return {self.program.call(kernel, ['filter->errors', *sensor.GIVEN])};"] if kernel else []
-        body = body or ["(void)filter;", f"return {value};"]
+    def _gaps(self) -> dict[str, object]:
+        readings = {f"{name}_{axis}": f"{name}[{i}]" for name in sensor.READINGS for i, axis in enumerate("xyz")}
+        places = {"settings": "filter->settings", "carry": "filter->carry", "run": "filter->carry.run"}
+        advance = self.program.procedures["advance"]
+        arguments = self._arguments(advance, readings | {"dt": "dt"})
+        answers = {name: self._call(name, places) for name in self.config.answers}
+        parts = [
+            template(f"imu.{name}.c").substitute(self.common_gaps(), answer=answers[name])
+            for name in self.config.answers
+        ]
         return {
-            "corrected": template("corrected.c").substitute(self.common_gaps(), body=f"\n{STEP}".join(body)),
-            "now": f"{STEP}const Readings now = {self.name}_corrected(filter, gyr, acc, mag);\n",
+            "values": self._values(),
+            "mounted": sensor.axes_comment(self.config),
+            "components": self._components(),
+            "begin": self._call("begin", places),
+            "advance": self._call("advance", places, arguments),
+            "take": self._take(advance),
+            "corrected": self._corrected(readings),
+            "euler": self._call("euler", {}, "q.w, q.x, q.y, q.z"),
+            "answers": "\n".join(parts),
+            "read": "\n".join(
+                f"{STEP}found.{name} = {self.name}_{full}(filter);" for full, name in self.config.answers.items()
+            ),
+            **{name: self.number(value) for name, value in CONSTANTS.items()},
         }
 
-    def _settings(self) -> list[str]:
-        if is_empty(self.settings):
-            return []
-        lines = [f"{STEP}filter->settings = (Settings){{"]
+    def _components(self) -> str:
+        """The lines that turn a reading into the body's axes."""
+        rows = self.config.axes.rows
+        return join_lines(
+            f"{STEP}to[{i}] = v ? {'-' if sign < 0.0 else ''}v[{axis}] : {self.number(0.0)};"
+            for i, (axis, sign) in enumerate(rows)
+        ).rstrip()
+
+    def _take(self, advance: Procedure) -> str:
+        """The lines that make of an update's readings what the filter is fed with."""
+        names = [name for name in sensor.READINGS if f"{name}_x" in {str(n.content) for n in self._live(advance)}]
+        lines = [f"{STEP}{self.config.real} {', '.join(f'{name}[3]' for name in names)};"]
+        if self.config.corrections is None:
+            lines += [f"{STEP}three({name}_read, {name});" for name in names]
+        else:
+            lines.append(
+                f"{STEP}const {self.name}_readings now = {self.name}_corrected(filter, gyr_read, acc_read, mag_read);"
+            )
+            for name in names:
+                lines += [f"{STEP}{name}[{i}] = now.{name}.{axis};" for i, axis in enumerate("xyz")]
+        lines += [f"{STEP}(void){name}_read;" for name in sensor.READINGS if name not in names and len(lines) < 5]
+        return join_lines(lines).rstrip()
+
+    def _live(self, procedure: Procedure) -> list[Node]:
+        return [node for node in procedure.arguments if node in self.program.live.nodes]
+
+    def _corrected(self, readings: dict[str, str]) -> str:
+        """The function that corrects readings; empty where nothing is corrected."""
+        if not self.config.corrects:
+            return ""
+        lines = [f"{STEP}{self.config.real} gyr[3], acc[3], mag[3];", f"{STEP}{self.name}_readings now;"]
+        lines += [f"{STEP}three({name}_read, {name});" for name in sensor.READINGS]
+        if self.config.corrections is None:
+            lines.append(f"{STEP}(void)filter;")
+            for name in sensor.READINGS:
+                lines += [f"{STEP}now.{name}.{axis} = {name}[{i}];" for i, axis in enumerate("xyz")]
+        else:
+            places = {"errors": "filter->errors", "readings": "now"}
+            arguments = self._arguments(self.program.procedures["corrected"], readings)
+            lines.append(f"{STEP}{self._call('corrected', places, arguments)};")
+        return template("corrected.c").substitute(self.common_gaps(), body=join_lines(lines).rstrip()) + "\n"
+
+    def _values(self) -> str:
+        """The lines that set parameters and what is known of the sensor."""
         given = {"filter": self.config.params, "guard": self.config.guard or Guard()}
-        for name, kind in self.settings.fields.items():
+        lines = []
+        for name, kind in self._struct("settings").fields.items() if "settings" in self.whole.fields else ():
             if not is_empty(kind):
-                lines += [f"{STEP * 2}.{name} = {{", *self.values(given[name], kind, STEP * 3), f"{STEP * 2}}},"]
-        return [*lines, f"{STEP}}};"]
+                lines += self.assignments(given[name], kind, f"filter->settings.{name}")
+        if self.config.corrections is not None:
+            for name, kind in self._struct("errors").fields.items():
+                value = getattr(self.config.corrections.errors, name)
+                lines += self.assigned(value, kind or FLOAT, f"filter->errors.{name}", f"calibration, {name}")
+        return join_lines(lines).rstrip()
+
+    def _struct(self, name: str) -> Struct:
+        kind = self.whole.fields[name]
+        assert isinstance(kind, Struct)
+        return kind
 
     def _header(self) -> str:
         whole = ["/* A filter: what a human sets, and what goes from one sample to the next. */", "typedef struct {"]
         for name, kind in self.whole.fields.items():
             assert kind is not None
             whole += [] if is_empty(kind) else [f"{STEP}{self.program.types.name(kind, public=True)} {name};"]
-        whole += [f"{STEP}{self.program.arrays_type} arrays;"] if self.program.arrays else []
-        whole += [f"}} {self.name};", ""]
-        flt = self.config.flt
-        bias = estimates_bias(flt, self.config.guarded)
+        whole += [f"}} {self.name};", "", "/* All that the filter says after a sample. */", "typedef struct {"]
+        for full, name in self.config.answers.items():
+            kind_name = f"{self.name}_{TYPES[full]}" if full in TYPES else "int32_t"
+            whole.append(f"{STEP}{kind_name} {name};")
+        whole += [f"}} {self.name}_output;", ""]
+        bias = estimates_bias(self.config.flt, self.config.guarded)
         field, frame = sensor.field_unit(self.config), sensor.frame(self.config)
+        gaps = {"field": field, "frame": frame, "no_bias": "" if bias else "; zero, as this filter estimates none"}
+        parts = [template(f"imu.{name}.h").substitute(self.common_gaps(), **gaps) for name in self.config.answers]
+        corrected = template("corrected.h").substitute(name=self.name, real=self.config.real)
         return self.header(
             "imu.functions.h",
             whole,
-            copy=template("copy.h").substitute(name=self.name) if self.program.arrays else "",
-            no_bias="" if bias else "; zero, as this filter estimates none",
-            health=health_bits() + "\n",
+            answers="\n".join(parts),
+            health=health_bits() + "\n" if "health" in self.config.answers else "",
             init_call=f"{self.name}_init(&filter)",
             loop=f" *     for each sample: {self.name}_update(&filter, gyr, acc, mag, dt);\n"
             f" *     {self.name}_quat q = {self.name}_quaternion(&filter);",
             sensor=sensor.about(self.config),
-            field=field,
-            frame=frame,
-            corrected=template("corrected.h").substitute(name=self.name, real=self.config.real)
-            if self.config.corrects
+            corrected=corrected if self.config.corrects else "",
+            reset="Forgets everything but the parameters, which may be changed at any time: filter.settings.…"
+            if "settings" in self.whole.fields
+            else "Forgets everything.",
+            without_mag="\n * Exported without the magnetometer: mag is not read."
+            if "mag" in self.config.without
             else "",
             units=f"gyr rad/s, acc m/s² (a level sensor at rest reads 0, 0, +9.81), mag {field}, dt s;\n"
             f" * q turns {frame} into earth (x east, y magnetic north, z up). A sensor that is not there is NULL.",
+            **gaps,
         )
 
-    def _copy(self) -> str:
-        """Nothing, unless arrays lie inside the struct and are pointed to."""
-        paths = list(_pointers(self.whole))
-        if not paths:
-            return ""
-        lines = [
-            "",
-            "/* The addresses of the arrays inside a filter are its own; a copy needs those of the copy. */",
-            f"void {self.name}_copy({self.name} *to, const {self.name} *from)",
-            "{",
-            f"{STEP}*to = *from;",
-        ]
-        for path in paths:
-            shift = f"(const char *)from->{path} - (const char *)from"
-            lines += wrap_line(f"to->{path} = (void *)((char *)to + ({shift}));", STEP)
-        return join_lines([*lines, "}"])
 
+class _Pick:
+    """The part of a result that has a name."""
 
-def _pointers(struct: Struct) -> Iterable[str]:
-    """The members of a struct, and of structs inside, that are addresses of arrays."""
-    for name, kind in struct.fields.items():
-        if isinstance(kind, Array):
-            yield variable(name)
-        elif isinstance(kind, Struct):
-            yield from (f"{variable(name)}.{inner}" for inner in _pointers(kind))
+    def __init__(self, name: str) -> None:
+        self._name = name
 
-
-def health_bits() -> str:
-    """The bits of ``health``, the same in all filters; no enumerators, which on an AVR have 16 bits with a sign."""
-    named = {value: name for name, value in vars(health).items() if isinstance(value, int) and name.isupper()}
-    lines = ["#ifndef LH_HEALTH_BITS", "#define LH_HEALTH_BITS", "/* Bits of health. */"]
-    for bit, words in sorted(health.NAMES.items()):
-        lines += add_comment([f"#define LH_{named[bit]} INT32_C({bit})"], words)
-    return join_lines([*lines, "#endif", ""])
+    def __call__(self, value: Value) -> Value:
+        assert isinstance(value, Record)
+        return value.get(self._name)

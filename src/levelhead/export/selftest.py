@@ -5,7 +5,7 @@ from collections.abc import Iterable
 
 from levelhead.export.c_api import CApi
 from levelhead.export.config import ExportConfig
-from levelhead.export.layout import join_lines, template
+from levelhead.export.layout import join_lines, template, wrap_line
 from levelhead.export.test_vectors import axis_rows, vector_rows
 from levelhead.export.type_table import decimal
 from levelhead.kernels.single import shortest, single
@@ -49,12 +49,23 @@ def _group(values: Iterable[float], real: str) -> str:
 def _imu(config: ExportConfig) -> dict[str, object]:
     real, lines = config.real, []
     found = vector_rows(config)
+    numbers = [field for field in config.answers.values() if field != "health"]
+    healthy = "health" in config.answers
     for sample, taken, output in found:
         inputs = ", ".join(_group(values, real) for values in (sample.gyr, sample.acc, sample.mag))
-        answers = ", ".join(_group(values, real) for values in (output.quat, output.bias, output.sigma))
-        lines += [f"    {{{literal(sample.dt, real)}, {inputs}, {str(taken).lower()},",
-                  f"     {answers}, {output.health}}},"]  # fmt: skip
-    return {"rows": join_lines(lines).rstrip(), "count": len(found)}
+        answers = _group((x for field in numbers for x in getattr(output, field)), real)
+        health = f", {output.health}" if healthy else ""
+        lines += [f"    {{{literal(sample.dt, real)}, {inputs}, {str(taken).lower()},", f"     {answers}{health}}},"]
+    got = [f"out->{field}.{axis}" for field in numbers for axis in ("wxyz" if field == "quat" else "xyz")]
+    return {
+        "rows": join_lines(lines).rstrip(),
+        "count": len(found),
+        "numbers": len(got),
+        "got": join_lines(wrap_line(f"const {real} got[{len(got)}] = {{{', '.join(got)}}};", "    ")).strip(),
+        "health": "\n    int32_t health;" if healthy else "",
+        "healthy": "out->health == row->health" if healthy else "true",
+        "equal": " Health must be equal." if healthy else "",
+    }
 
 
 def _axis(config: ExportConfig) -> dict[str, object]:

@@ -39,6 +39,10 @@ class TypeTable:
                 struct.fields[name] = self.annotated_kind(hints.get(name))
         return self._structs[cls]
 
+    def structs(self) -> Sequence[Struct]:
+        """All of them."""
+        return list(self._structs.values())
+
     def annotated_kind(self, hint: object) -> Kind | None:
         """The kind that an annotation means; None for one that leaves it open."""
         if get_origin(hint) is not None and hasattr(hint, "__metadata__"):

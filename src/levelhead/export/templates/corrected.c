@@ -1,5 +1,5 @@
-${name}_readings ${name}_corrected(const $name *filter, const $real gyr[3], const $real acc[3], const $real mag[3])
+${name}_readings ${name}_corrected(const $name *filter, const $real gyr_read[3], const $real acc_read[3], const $real mag_read[3])
 {
-    $body
+$body
+    return now;
 }
-

@@ -1,6 +1,6 @@
 /* ---- What $name.h offers */
 
-${table}void ${name}_init($name *filter)
+void ${name}_init($name *filter)
 {
 $values
     ${name}_reset(filter);
@@ -8,42 +8,45 @@ $values
 
 void ${name}_reset($name *filter)
 {
-    filter->carry = $begin;
-$told}
-
-${mounted}static Vec3 three(const $real *v)
-{
-    return v ? (Vec3){$components} : (Vec3){$zero, $zero, $zero};
+    $begin;
 }
 
-${corrected}bool ${name}_update($name *filter, const $real gyr[3], const $real acc[3], const $real mag[3], $real dt)
+${mounted}static void three(const $real *v, $real *to)
+{
+$components
+}
+
+${corrected}bool ${name}_update($name *filter, const $real gyr_read[3], const $real acc_read[3], const $real mag_read[3], $real dt)
 {
     if (!($zero < dt && dt < $longest)) {
         return false;
     }
-$now    $advance;
+$take
+    $advance;
     return true;
 }
 
+$answers
 ${name}_output ${name}_read(const $name *filter)
 {
-    return $result;
-}
-
-${name}_quat ${name}_quaternion(const $name *filter)
-{
-    return ${name}_read(filter).quat;
+    ${name}_output found;
+$read
+    return found;
 }
 
 ${name}_euler ${name}_roll_pitch_yaw(const $name *filter)
 {
-    return quat_to_euler(${name}_read(filter).quat);
+    const ${name}_quat q = ${name}_quaternion(filter);
+    return $euler;
 }
 
 ${name}_euler ${name}_degrees(const $name *filter)
 {
-    const ${name}_euler angles = ${name}_roll_pitch_yaw(filter);
-    return (${name}_euler){$degrees * angles.roll, $degrees * angles.pitch, $degrees * angles.yaw};
+    ${name}_euler angles = ${name}_roll_pitch_yaw(filter);
+    angles.roll *= $degrees;
+    angles.pitch *= $degrees;
+    angles.yaw *= $degrees;
+    return angles;
 }
 
 $real ${name}_bearing(const $name *filter)
@@ -54,29 +57,19 @@ $real ${name}_bearing(const $name *filter)
 
 ${name}_vec3 ${name}_up(const $name *filter)
 {
-    const ${name}_quat q = ${name}_read(filter).quat;
-    return (${name}_vec3){
-        $two * (q.x * q.z - q.w * q.y), $two * (q.y * q.z + q.w * q.x), $one - $two * (q.x * q.x + q.y * q.y)
-    };
+    const ${name}_quat q = ${name}_quaternion(filter);
+    ${name}_vec3 up;
+    up.x = $two * (q.x * q.z - q.w * q.y);
+    up.y = $two * (q.y * q.z + q.w * q.x);
+    up.z = $one - $two * (q.x * q.x + q.y * q.y);
+    return up;
 }
 
 ${name}_vec3 ${name}_linear_acceleration(const $name *filter, const $real acc[3])
 {
-    const ${name}_vec3 up = ${name}_up(filter);
-    return (${name}_vec3){acc[0] - $gravity * up.x, acc[1] - $gravity * up.y, acc[2] - $gravity * up.z};
-}
-
-${name}_vec3 ${name}_bias(const $name *filter)
-{
-    return ${name}_read(filter).bias;
-}
-
-${name}_vec3 ${name}_sigma(const $name *filter)
-{
-    return ${name}_read(filter).sigma;
-}
-
-int32_t ${name}_health(const $name *filter)
-{
-    return ${name}_read(filter).health;
+    ${name}_vec3 free = ${name}_up(filter);
+    free.x = acc[0] - $gravity * free.x;
+    free.y = acc[1] - $gravity * free.y;
+    free.z = acc[2] - $gravity * free.z;
+    return free;
 }

@@ -1,23 +1,21 @@
 /* The numbers with which it was exported, and a filter that has seen nothing yet. */
 void ${name}_init($name *filter);
 
-/* Forgets everything but the parameters, which may be changed at any time: filter.settings.… */
+/* $reset */
 void ${name}_reset($name *filter);
 
 /* One sample. gyr in rad/s, acc in m/s², mag in $field, dt in seconds since the last sample.
  *
- * acc and mag may be NULL: no new reading. NaN marks a reading that ought to be there and is not; it is bridged, and
- * health says so. The first sample with an accelerometer reading sets the attitude to start from; its dt does not
- * matter. False, and the sample is not taken, if dt is not greater than 0 and below $longest.
+ * acc and mag may be NULL: no new reading. NaN marks a reading that ought to be there and is not; it is bridged. The
+ * first sample with an accelerometer reading sets the attitude to start from; its dt does not matter. False, and the
+ * sample is not taken, if dt is not greater than 0 and below $longest.$without_mag
  */
 bool ${name}_update($name *filter, const $real gyr[3], const $real acc[3], const $real mag[3], $real dt);
 
 ${corrected}/* All that the filter says after the last sample. */
 ${name}_output ${name}_read(const $name *filter);
 
-/* Orientation, $frame to earth (x east, y north, z up), unit quaternion, scalar first. */
-${name}_quat ${name}_quaternion(const $name *filter);
-
+$answers
 /* Roll, pitch and yaw in rad: intrinsic z-y-x angles; yaw is anticlockwise from east. */
 ${name}_euler ${name}_roll_pitch_yaw(const $name *filter);
 
@@ -33,13 +31,3 @@ ${name}_vec3 ${name}_up(const $name *filter);
 
 /* A specific force less gravity: the acceleration of the $frame in its own frame, m/s². */
 ${name}_vec3 ${name}_linear_acceleration(const $name *filter, const $real acc[3]);
-
-/* Bias of the gyroscope, rad/s$no_bias. */
-${name}_vec3 ${name}_bias(const $name *filter);
-
-/* 1 sigma of the attitude error about east, north and up, rad. */
-${name}_vec3 ${name}_sigma(const $name *filter);
-
-/* What was wrong with the last sample and what was done about it: bits LH_… from above; 0 is well. */
-int32_t ${name}_health(const $name *filter);
-$copy

@@ -18,7 +18,7 @@ class Member(NamedTuple):
 
     path: Path
     name: str
-    display_path: str
+    shown: str
 
 
 @contextmanager

@@ -9,6 +9,15 @@
 
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF
+#elif defined(__GNUC__)
+/* Each operation rounds once, whatever the command line says; nobody asks for errno. */
+#pragma GCC optimize("fp-contract=off", "no-tree-slp-vectorize", "no-math-errno", "no-trapping-math")
+#endif
+
+#if defined(__GNUC__)
+#define LH_CALLED __attribute__((noinline)) /* rare, or in many places: it is to stay small */
+#else
+#define LH_CALLED
 #endif
 
 typedef lh_kalman_axis_params Kalman;

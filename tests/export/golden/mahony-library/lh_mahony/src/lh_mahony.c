@@ -9,13 +9,21 @@
 
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF
+#elif defined(__GNUC__)
+/* Each operation rounds once, whatever the command line says; nobody asks for errno. */
+#pragma GCC optimize("fp-contract=off", "no-tree-slp-vectorize", "no-math-errno", "no-trapping-math")
 #endif
 
-typedef lh_mahony_vec3 Vec3;
-typedef lh_mahony_readings Readings;
+#if defined(__GNUC__)
+#define LH_CALLED __attribute__((noinline)) /* rare, or in many places: it is to stay small */
+#else
+#define LH_CALLED
+#endif
+
 typedef lh_mahony_params Mahony;
 typedef lh_mahony_guard Guard;
 typedef lh_mahony_settings Settings;
+typedef lh_mahony_vec3 Vec3;
 typedef lh_mahony_sums Sums;
 typedef lh_mahony_slow_means SlowMeans;
 typedef lh_mahony_extreme Extreme;
@@ -34,8 +42,8 @@ typedef lh_mahony_covariance Covariance;
 typedef lh_mahony_observer_covariance ObserverCovariance;
 typedef lh_mahony_filter_run FilterRun;
 typedef lh_mahony_carry Carry;
-typedef lh_mahony_output Output;
 typedef lh_mahony_euler Euler;
+typedef lh_mahony_readings Readings;
 
 /* Sine and cosine of one angle. */
 typedef struct {
@@ -43,94 +51,15 @@ typedef struct {
     float cos;
 } SinCos;
 
-/* K of level and bias. */
-typedef struct {
-    float level;
-    float bias;
-} Gain;
-
-/* Element xy stands in row x, column y. */
-typedef struct {
-    float xx;
-    float xy;
-    float xz;
-    float yx;
-    float yy;
-    float yz;
-    float zx;
-    float zy;
-    float zz;
-} Mat3;
-
-/* How much of an innovation a filter with set gains takes at a sample, linearised around the right attitude.
- *
- * With these the driver computes the filter's σ: the covariance of an observer whose gain is given, optimal or not.
- */
-typedef struct {
-    float tilt; /* share of a tilt innovation that turns the attitude, 0 to 1 */
-    float tilt_bias; /* what it takes off the bias, (rad/s)/rad, not negative; 0 without a bias state */
-    float heading;
-    float heading_bias;
-} Gains;
-
-/* A magnetometer reading (µT; the zero vector where it is held back), health bits, and the guard after it. */
-typedef struct {
-    Vec3 mag;
-    int32_t health;
-    GuardState state;
-} Gated;
-
-/* How much of a rotation was not measured. */
-typedef struct {
-    float rate_age; /* s since the last usable rate */
-    float variance; /* rad², of this sample's part */
-} UnmeasuredRotation;
-
 
 /* Constants, each in the unit that stands behind it */
 
-static const Vec3 VEC3_ZERO = {0.0f, 0.0f, 0.0f};
-static const float VEC3_SHORTEST = 1e-18f; /* below, squares underflow and a norm means nothing */
-
 /* pi / sqrt(3.0): rad, standard deviation of an angle that is uniform on the circle */
 static const float TILT_UNIFORM = 1.8137994f;
-/* 0.5 + 0.5e-6: s: across a longer interval the attitude is held; no stamps in µs are so far apart */
-static const float TILT_GAP_SECONDS = 0.5000005f;
+static const float TILT_GAP_SECONDS = 0.5f; /* s: across a longer interval the attitude is held and its variance grows */
 static const float TILT_TURN = 1.0f; /* rad/s, 1σ of how fast a body may turn in a gap */
 /* squared, in any unit: below it squares lose their digits, and then nothing is unit any more */
 static const float TILT_NO_LENGTH = 1e-30f;
-
-static const float TRIG_TAN_22 = 0.41421357f; /* tan π/8 */
-static const float TRIG_TAN_67 = 2.4142137f; /* tan 3π/8 */
-/* π/4; its multiples up to 4 are exact, and above π by 2.8e-8 of themselves: */
-static const float TRIG_QUARTER = 0.7853982f;
-static const float TRIG_PI_SHORT = -2.7827534e-08f;
-static const float TRIG_TURNS = 0.63661975f; /* 2/π */
-static const float TRIG_ROUND = 12582912.0f; /* 1.5·2²³: added and taken off again it rounds to a whole number */
-/* π/2 in three parts, the first two so short (8 and 11 bits) that k times them is exact */
-static const float TRIG_HALF_PI_1 = 1.5703125f;
-static const float TRIG_HALF_PI_2 = 0.0004837513f;
-static const float TRIG_HALF_PI_3 = 7.54979e-08f;
-
-static const float RATE_JUMP_JUMP = 3.0f; /* times the largest change of late, from one sample to the next, is a jump, */
-static const float RATE_JUMP_JUMP_ANGLE = 0.02f; /* rad, if it also turns the body by so much */
-static const float RATE_JUMP_USUAL_TIME = 1.0f; /* s in which the largest change of late fades */
-static const int32_t RATE_JUMP_MOST_SPIKES = 3; /* in a row; more are a motion */
-/* times: a held rate lasts at most so much longer than the sample it is returned with */
-static const float RATE_JUMP_MOST_RETURN = 3.0f;
-
-static const float ELAPSED_SLACK = 0.38196602f; /* of an interval: (3 − √5)/2 */
-
-static const float LOWPASS_AGE_LIMIT = 1e6f; /* s: beyond this age the weight no longer depends on it */
-
-/* of the full scale: an axis that reads so much is clipped, if any is */
-static const float FULL_SCALE_AT_FULL_SCALE = 0.97f;
-static const float FULL_SCALE_CLIPPED_SHARE = 0.4f; /* 1σ of what is beyond full scale, as a share of it */
-/* of a slope is that of the next sample: the one that reaches full scale is cut off */
-static const float FULL_SCALE_LEAST_SLOPE = 0.8f;
-static const float FULL_SCALE_STEEPER = 2.0f; /* at most */
-
-static const float QUAT_SMALL = 0.01f; /* (angle/2)² below which series take over */
 
 static const float OBSERVER_COVARIANCE_INTERVAL = 0.05f; /* s between two updates of σ */
 /* (1.0 * DEGREE) * (1.0 * DEGREE): (rad/s)², bias of a gyroscope just turned on */
@@ -154,38 +83,13 @@ static const float OBSERVER_COVARIANCE_SMOOTH = 1.0f; /* s, time constant of the
 static const float OBSERVER_COVARIANCE_IRON = 0.0076154354f;
 static const float OBSERVER_COVARIANCE_IRON_SECONDS = 2.0f; /* s for which a body on the move is near the same iron */
 
-static const float REST_INTERVAL = 0.02f; /* s over which readings are averaged */
-static const float REST_MEAN_TIME = 0.5f; /* s, time constant of the slow means */
-/* the pace of rest of a sensor that does not move at all: noise may be a fifth of the bounds */
-static const float REST_FASTEST = 5.0f;
-/* (2.0 * DEGREE) * (2.0 * DEGREE): (rad/s)², by which a bias may differ from what is known of it */
-static const float REST_BIAS_CHANGE = 0.0012184697f;
-static const float REST_BIAS_TIME = 10.0f; /* s, time constant of the bias at rest */
-static const Sums REST_NO_SUMS = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, false};
-
-static const float UNITS_GRAVITY = 9.80665f; /* m/s², standard gravity (CGPM 1901) */
-static const float UNITS_DEGREE = 0.017453292f; /* math.pi / 180.0: rad */
-
-/* of the mean change at rest: a change that noise hardly ever makes so small */
-static const float RATE_NOISE_SMALL = 0.03f;
-static const float RATE_NOISE_SURE = 20.0f; /* p n: once in 5 · 10⁸ runs of samples */
-static const float RATE_NOISE_NOISE_TIME = 10.0f; /* s of rest over which the noise is averaged, */
-static const float RATE_NOISE_LEAST_TIME = 1.0f; /* and at least */
-/* rad/s: a rate beyond may be at full scale (the smallest is 125 °/s), where noise is cut off */
-static const float RATE_NOISE_LEAST_SCALE = 1.7f;
-
-static const float FIELD_FIRST_AGE = 0.001f; /* s for which the first reading counts */
-static const float FIELD_FIELD_TIME = 20.0f; /* s, time constant of norm and dip */
-static const Field FIELD_NO_FIELD = {0.0f, 0.0f, 0.0f, 0.0f};
+static const float VEC3_SHORTEST = 1e-18f; /* below, squares underflow and a norm means nothing */
 
 /* rad: two directions nearer than this leave the angle around them undetermined */
 static const float TRIAD_PARALLEL = 1e-06f;
 
-/* sine below which opposite directions leave the axis of rotation undetermined */
-static const float VECTOR_ERROR_NO_AXIS = 1e-09f;
-/* (angle/2)⁴ up to which a short series is exact to the last bit or two */
-static const float VECTOR_ERROR_SHORT = 1e-06f;
-static const float VECTOR_ERROR_NEAR_UNIT = 1e-05f; /* |q|² − 1 up to which a series is exact to 1e-15 */
+static const float FIELD_FIRST_AGE = 0.001f; /* s for which the first reading counts */
+static const float FIELD_FIELD_TIME = 20.0f; /* s, time constant of norm and dip */
 
 static const float DETECTORS_PLATEAU = 0.997f; /* of the largest reading so far: readings above this may be clipped */
 /* of the largest reading so far: a reading that rises from below this in two samples rises steeply */
@@ -201,60 +105,76 @@ static const float DETECTORS_NOT_STEEP = -1.0f;
 static const float DETECTORS_LEAST = 1e-05f; /* rad/s, m/s²: no sensor has finer steps than this */
 static const float DETECTORS_STUCK_SAMPLES = 20.0f;
 static const float DETECTORS_STUCK_SECONDS = 1.0f; /* of one value while another axis moves */
-static const DetectorState DETECTORS_NO_SAMPLES = {{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, false},
-    {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, 0.0f}, {4.0f, 4.0f, 0.0f, 0.0f, 0.0f, -1.0f, 0, false},
-    {19.0f, 19.0f, 0.0f, 0.0f, 0.0f, -1.0f, 0, false}, {{0.0f, 0.0f, 0.0f}, 0, 0.0f},
-    {{0.0f, 0.0f, 0.0f}, 0, 0.0f},
-    {{0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f}, 0},
-    {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f}}, false, false, 0};
 
-static const int32_t HEALTH_GYR_MISSING = 1; /* the last rate was held */
-static const int32_t HEALTH_ACC_MISSING = 2; /* nothing corrected tilt */
-static const int32_t HEALTH_MAG_MISSING = 4; /* a magnetometer exists, but gave nothing now */
-static const int32_t HEALTH_GAP = 8; /* too long since the last sample: the rate was not integrated across */
-static const int32_t HEALTH_GYR_SATURATED = 32; /* at full scale: it turned at least so fast */
-static const int32_t HEALTH_ACC_SATURATED = 64; /* at full scale: the rest is extrapolated */
-static const int32_t HEALTH_GYR_STUCK = 128; /* an axis repeats one value */
-static const int32_t HEALTH_ACC_STUCK = 256; /* an axis repeats one value: not used */
-static const int32_t HEALTH_ACC_REJECTED = 512; /* too far from g and from the prediction: not used */
-static const int32_t HEALTH_MAG_REJECTED = 1024; /* norm or dip are not those of the field learned: not used */
-/* a new field was taken for the earth's: from here on heading follows it */
-static const int32_t HEALTH_MAG_LEARNED = 4096;
-static const int32_t HEALTH_GYR_SPIKE = 32768; /* the rate before was far from those around it: not used */
-static const int32_t HEALTH_AT_REST = 2048; /* nothing wrong: the sensor is still, and its bias is being learned */
+static const float ELAPSED_SLACK = 0.38196602f; /* of an interval: (3 − √5)/2 */
 
-static const bool GUARD_GATES_FIELD = true; /* False for a filter that gates the field itself */
-static const GuardState GUARD_NO_SAMPLES = {{0.0f, {0.0f, 0.0f, 0.0f}, false, false}, 0.0f,
-    {0.0f, 0.0f, 0.0f, 0.0f}};
+/* of the full scale: an axis that reads so much is clipped, if any is */
+static const float FULL_SCALE_AT_FULL_SCALE = 0.97f;
+static const float FULL_SCALE_CLIPPED_SHARE = 0.4f; /* 1σ of what is beyond full scale, as a share of it */
+/* of a slope is that of the next sample: the one that reaches full scale is cut off */
+static const float FULL_SCALE_LEAST_SLOPE = 0.8f;
+static const float FULL_SCALE_STEEPER = 2.0f; /* at most */
+
+static const float TRIG_TAN_22 = 0.41421357f; /* tan π/8 */
+static const float TRIG_TAN_67 = 2.4142137f; /* tan 3π/8 */
+/* π/4; its multiples up to 4 are exact, and above π by 2.8e-8 of themselves: */
+static const float TRIG_QUARTER = 0.7853982f;
+static const float TRIG_PI_SHORT = -2.7827534e-08f;
+static const float TRIG_TURNS = 0.63661975f; /* 2/π */
+static const float TRIG_ROUND = 12582912.0f; /* 1.5·2²³: added and taken off again it rounds to a whole number */
+/* π/2 in three parts, the first two so short (8 and 11 bits) that k times them is exact */
+static const float TRIG_HALF_PI_1 = 1.5703125f;
+static const float TRIG_HALF_PI_2 = 0.0004837513f;
+static const float TRIG_HALF_PI_3 = 7.54979e-08f;
+
+static const float REST_INTERVAL = 0.02f; /* s over which readings are averaged */
+static const float REST_MEAN_TIME = 0.5f; /* s, time constant of the slow means */
+/* the pace of rest of a sensor that does not move at all: noise may be a fifth of the bounds */
+static const float REST_FASTEST = 5.0f;
+/* (2.0 * DEGREE) * (2.0 * DEGREE): (rad/s)², by which a bias may differ from what is known of it */
+static const float REST_BIAS_CHANGE = 0.0012184697f;
+static const float REST_BIAS_TIME = 10.0f; /* s, time constant of the bias at rest */
+
+static const float UNITS_GRAVITY = 9.80665f; /* m/s², standard gravity (CGPM 1901) */
+static const float UNITS_DEGREE = 0.017453292f; /* math.pi / 180.0: rad */
+
+/* sine below which opposite directions leave the axis of rotation undetermined */
+static const float VECTOR_ERROR_NO_AXIS = 1e-09f;
+/* (angle/2)⁴ up to which a short series is exact to the last bit or two */
+static const float VECTOR_ERROR_SHORT = 1e-06f;
+static const float VECTOR_ERROR_NEAR_UNIT = 1e-05f; /* |q|² − 1 up to which a series is exact to 1e-15 */
+
+static const float QUAT_SMALL = 0.01f; /* (angle/2)² below which series take over */
+
+static const float LOWPASS_AGE_LIMIT = 1e6f; /* s: beyond this age the weight no longer depends on it */
 
 /* rad/s, m/s², µT: beyond it a reading is missing; NaN and infinity fail the comparison too */
 static const float CONDITIONING_READING_LIMIT = 1e9f;
 /* READING_LIMIT * READING_LIMIT: a sum of squares below it contains no missing reading */
 static const float CONDITIONING_SQUARE_LIMIT = 1e18f;
-/* GYR_MISSING | GYR_SATURATED | GYR_STUCK: the rate is not the body's */
-static const int32_t CONDITIONING_RATE_UNUSABLE = 161;
-/* 5.5 * DEGREE: rad, 1σ of an unmeasured rotation from which the filter's covariance is inflated */
-static const float CONDITIONING_LEAST_ROTATION = 0.09599311f;
+/* rad, 1σ of an unmeasured rotation from which the filter's covariance is inflated */
+static const float CONDITIONING_LEAST_ROTATION = 0.1f;
 static const float CONDITIONING_INTERVALS = 16.0f; /* over which the usual interval is averaged */
 /* 1.0 / 12.0: of a number that is uniform between 0 and 1: when in a lost interval the rate changed */
 static const float CONDITIONING_CHANGE_VARIANCE = 0.083333336f;
 static const float CONDITIONING_RETURN_VARIANCE = 0.06f; /* of what the rate does besides, as a share of its square */
-static const ConditionedSample CONDITIONING_NO_SAMPLE = {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f},
-    {0.0f, 0.0f, 0.0f}, 0.0f, 0.0f, 0, false, false, false, 0.0f, 0.0f, 0.0f, 0,
-    {{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, false}, {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, 0.0f},
-    {4.0f, 4.0f, 0.0f, 0.0f, 0.0f, -1.0f, 0, false}, {19.0f, 19.0f, 0.0f, 0.0f, 0.0f, -1.0f, 0, false},
-    {{0.0f, 0.0f, 0.0f}, 0, 0.0f}, {{0.0f, 0.0f, 0.0f}, 0, 0.0f},
-    {{0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f}, 0},
-    {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f}}, false, false, 0},
-    {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, 0.0f}, {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, 0.0f}};
-static const UnmeasuredRotation CONDITIONING_ALL_MEASURED = {0.0f, 0.0f};
+
+static const float RATE_JUMP_JUMP = 3.0f; /* times the largest change of late, from one sample to the next, is a jump, */
+static const float RATE_JUMP_JUMP_ANGLE = 0.02f; /* rad, if it also turns the body by so much */
+static const float RATE_JUMP_USUAL_TIME = 1.0f; /* s in which the largest change of late fades */
+/* times: a held rate lasts at most so much longer than the sample it is returned with */
+static const float RATE_JUMP_MOST_RETURN = 3.0f;
+
+/* of the mean change at rest: a change that noise hardly ever makes so small */
+static const float RATE_NOISE_SMALL = 0.03f;
+static const float RATE_NOISE_SURE = 20.0f; /* p n: once in 5 · 10⁸ runs of samples */
+static const float RATE_NOISE_NOISE_TIME = 10.0f; /* s of rest over which the noise is averaged, */
+static const float RATE_NOISE_LEAST_TIME = 1.0f; /* and at least */
+/* rad/s: a rate beyond may be at full scale (the smallest is 125 °/s), where noise is cut off */
+static const float RATE_NOISE_LEAST_SCALE = 1.7f;
 
 /* cos² of the field's dip in middle Europe: the share of a heading error that the whole field shows */
 static const float DIRECTION_FILTER_DIP_SHARE = 0.2f;
-
-static const bool DRIVER_OWN_SIGMA = false;
-static const float DRIVER_FIRST_FIELD = 0.6f; /* rad², of a heading that was relative until now: 45° */
-static const float DRIVER_NEW_FIELD = 0.002f; /* rad², of a heading when another field is taken for the earth's: 2.6° */
 
 static float lh_min(float a, float b)
 {
@@ -266,100 +186,2434 @@ static float lh_max(float a, float b)
     return b > a ? b : a;
 }
 
-/* ---- vec3
+/* ---- driver
  *
- * Vectors of three numbers.
+ * The one driver: what happens to a sample before and after a filter's step, for every filter and every engine.
+ *
+ * These are kernels: plain Python runs them as they stand, Numba and the export to C translate the same source. A filter's
+ * own functions and the guard's are called through hooks and aiding; Hooks and AidingHooks declare them,
+ * and binding.bind makes a copy of the driver in which they are one filter's. Arrays are flat (row after row), so that
+ * Python lists and NumPy arrays are indexed by the same line.
+ *
+ * A sample goes through in phases. conditioning.condition comes first and needs the readings only; all others take
+ * the conditioned sample and what one run carries. advance calls them in turn; engine.lanes calls each for all of
+ * its runs at once, and skips it for all where the sample does not need it. That is why rare work is a phase of its own.
  */
 
-/* a + b */
-static Vec3 vec3_add(Vec3 a, Vec3 b)
+/* Before the first sample: level, not started. */
+static void driver_begin(Carry *carry)
 {
-    return (Vec3){a.x + b.x, a.y + b.y, a.z + b.z};
+    /* quat.normalize: q/|q|; a zero quaternion becomes the identity. */
+    const bool number = sqrtf(16.0f) > 0.0f;
+    const float number_2 = number ? 0.0f / sqrtf(16.0f) : 0.0f;
+    carry->sample.dt = 0.0f;
+    carry->sample.interval = 0.0f;
+    carry->sample.started = false;
+    carry->sample.rate_age = 0.0f;
+    carry->sample.unmeasured = 0.0f;
+    carry->sample.since_sigma = 0.0f;
+    carry->sample.corrected_by = 0;
+    carry->sample.detected.sums.x = 0.0f;
+    carry->sample.detected.sums.y = 0.0f;
+    carry->sample.detected.sums.z = 0.0f;
+    carry->sample.detected.sums.a = 0.0f;
+    carry->sample.detected.sums.b = 0.0f;
+    carry->sample.detected.sums.c = 0.0f;
+    carry->sample.detected.sums.time = 0.0f;
+    carry->sample.detected.sums.complete = false;
+    carry->sample.detected.means.gyr.x = 0.0f;
+    carry->sample.detected.means.gyr.y = 0.0f;
+    carry->sample.detected.means.gyr.z = 0.0f;
+    carry->sample.detected.means.acc.x = 0.0f;
+    carry->sample.detected.means.acc.y = 0.0f;
+    carry->sample.detected.means.acc.z = 0.0f;
+    carry->sample.detected.means.pace = 0.0f;
+    carry->sample.detected.gyr_extreme.up = 4.0f;
+    carry->sample.detected.gyr_extreme.down = 4.0f;
+    carry->sample.detected.gyr_extreme.last = 0.0f;
+    carry->sample.detected.gyr_extreme.before = 0.0f;
+    carry->sample.detected.gyr_extreme.slope = 0.0f;
+    carry->sample.detected.gyr_extreme.stay = -1.0f;
+    carry->sample.detected.gyr_extreme.found = 0;
+    carry->sample.detected.gyr_extreme.clipped = false;
+    carry->sample.detected.acc_extreme.up = 19.0f;
+    carry->sample.detected.acc_extreme.down = 19.0f;
+    carry->sample.detected.acc_extreme.last = 0.0f;
+    carry->sample.detected.acc_extreme.before = 0.0f;
+    carry->sample.detected.acc_extreme.slope = 0.0f;
+    carry->sample.detected.acc_extreme.stay = -1.0f;
+    carry->sample.detected.acc_extreme.found = 0;
+    carry->sample.detected.acc_extreme.clipped = false;
+    carry->sample.detected.gyr_repeat.last.x = 0.0f;
+    carry->sample.detected.gyr_repeat.last.y = 0.0f;
+    carry->sample.detected.gyr_repeat.last.z = 0.0f;
+    carry->sample.detected.gyr_repeat.axes = 0;
+    carry->sample.detected.gyr_repeat.time = 0.0f;
+    carry->sample.detected.acc_repeat.last.x = 0.0f;
+    carry->sample.detected.acc_repeat.last.y = 0.0f;
+    carry->sample.detected.acc_repeat.last.z = 0.0f;
+    carry->sample.detected.acc_repeat.axes = 0;
+    carry->sample.detected.acc_repeat.time = 0.0f;
+    carry->sample.detected.jump.rate.x = 0.0f;
+    carry->sample.detected.jump.rate.y = 0.0f;
+    carry->sample.detected.jump.rate.z = 0.0f;
+    carry->sample.detected.jump.usual2 = 0.0f;
+    carry->sample.detected.jump.held.x = 0.0f;
+    carry->sample.detected.jump.held.y = 0.0f;
+    carry->sample.detected.jump.held.z = 0.0f;
+    carry->sample.detected.jump.held_time = 0.0f;
+    carry->sample.detected.jump.returned.x = 0.0f;
+    carry->sample.detected.jump.returned.y = 0.0f;
+    carry->sample.detected.jump.returned.z = 0.0f;
+    carry->sample.detected.jump.spikes = 0;
+    carry->sample.detected.noise.last.x = 0.0f;
+    carry->sample.detected.noise.last.y = 0.0f;
+    carry->sample.detected.noise.last.z = 0.0f;
+    carry->sample.detected.noise.change.x = 0.0f;
+    carry->sample.detected.noise.change.y = 0.0f;
+    carry->sample.detected.noise.change.z = 0.0f;
+    carry->sample.detected.noise.share.x = 0.0f;
+    carry->sample.detected.noise.share.y = 0.0f;
+    carry->sample.detected.noise.share.z = 0.0f;
+    carry->sample.detected.noise.time = 0.0f;
+    carry->sample.detected.noise.evidence.x = 0.0f;
+    carry->sample.detected.noise.evidence.y = 0.0f;
+    carry->sample.detected.noise.evidence.z = 0.0f;
+    carry->sample.detected.far_from_g = false;
+    carry->sample.rate.last.x = 0.0f;
+    carry->sample.rate.last.y = 0.0f;
+    carry->sample.rate.last.z = 0.0f;
+    carry->sample.rate.slope.x = 0.0f;
+    carry->sample.rate.slope.y = 0.0f;
+    carry->sample.rate.slope.z = 0.0f;
+    carry->sample.rate.time = 0.0f;
+    carry->sample.force.last.x = 0.0f;
+    carry->sample.force.last.y = 0.0f;
+    carry->sample.force.last.z = 0.0f;
+    carry->sample.force.slope.x = 0.0f;
+    carry->sample.force.slope.y = 0.0f;
+    carry->sample.force.slope.z = 0.0f;
+    carry->sample.force.time = 0.0f;
+    carry->run.state.quat.w = number ? 4.0f / sqrtf(16.0f) : 1.0f;
+    carry->run.state.quat.x = number_2;
+    carry->run.state.quat.y = number_2;
+    carry->run.state.quat.z = number_2;
+    carry->run.state.bias.x = 0.0f;
+    carry->run.state.bias.y = 0.0f;
+    carry->run.state.bias.z = 0.0f;
+    carry->run.state.age = 0.0f;
+    carry->run.health = 0;
+    carry->run.guard.rest.time = 0.0f;
+    carry->run.guard.rest.bias.x = 0.0f;
+    carry->run.guard.rest.bias.y = 0.0f;
+    carry->run.guard.rest.bias.z = 0.0f;
+    carry->run.guard.rest.moved = false;
+    carry->run.guard.rest.known = false;
+    carry->run.guard.acc_rejected = 0.0f;
+    carry->run.guard.field.norm = 0.0f;
+    carry->run.guard.field.dip = 0.0f;
+    carry->run.guard.field.age = 0.0f;
+    carry->run.guard.field.rejected = 0.0f;
+    carry->run.covariance.tilt.level = TILT_UNIFORM * TILT_UNIFORM;
+    carry->run.covariance.tilt.cross = 0.0f;
+    carry->run.covariance.tilt.bias = OBSERVER_COVARIANCE_TURN_ON;
+    carry->run.covariance.heading.level = 0.0f;
+    carry->run.covariance.heading.cross = 0.0f;
+    carry->run.covariance.heading.bias = OBSERVER_COVARIANCE_TURN_ON;
+    carry->run.covariance.motion = 0.0f;
 }
 
-/* a − b */
-static Vec3 vec3_sub(Vec3 a, Vec3 b)
+/* At the first sample, and at every sample until the first accelerometer reading. */
+static LH_CALLED void driver_start(const ConditionedSample *sample, FilterRun *run)
 {
-    return (Vec3){a.x - b.x, a.y - b.y, a.z - b.z};
-}
-
-/* s·a */
-static Vec3 vec3_scale(Vec3 a, float s)
-{
-    return (Vec3){a.x * s, a.y * s, a.z * s};
-}
-
-/* a·b */
-static float vec3_dot(Vec3 a, Vec3 b)
-{
-    return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-
-/* a × b */
-static Vec3 vec3_cross(Vec3 a, Vec3 b)
-{
-    const float ax = a.x, ay = a.y, az = a.z;
-    const float bx = b.x, by = b.y, bz = b.z;
-    return (Vec3){ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx};
-}
-
-/* |a| */
-static float vec3_norm(Vec3 a)
-{
-    const float x = a.x, y = a.y, z = a.z;
-    return sqrtf(x * x + y * y + z * z);
-}
-
-/* a/|a|; the zero vector (an absent sensor), and what is too short to have a direction, gives the zero vector. */
-static Vec3 vec3_normalize(Vec3 a)
-{
-    const float x = a.x, y = a.y, z = a.z;
-    const float n = sqrtf(x * x + y * y + z * z);
+    /* vec3.normalize: a/|a|; the zero vector (an absent sensor), and what is too short to have a direction,
+     * gives the zero vector.
+     */
+    const float number = sample->acc.x * sample->acc.x + sample->acc.y * sample->acc.y
+        + sample->acc.z * sample->acc.z;
+    const float n = sqrtf(number);
+    float number_2;
+    float number_3;
+    float number_4;
     if (n > VEC3_SHORTEST) {
-        const float one = 1.0f / n; /* a division takes as long as four products */
-        return (Vec3){x * one, y * one, z * one};
+        const float one = 1.0f / n;
+        number_2 = sample->acc.x * one;
+        number_3 = sample->acc.y * one;
+        number_4 = sample->acc.z * one;
+    } else {
+        number_2 = 0.0f;
+        number_3 = 0.0f;
+        number_4 = 0.0f;
     }
-    return (Vec3){0.0f, 0.0f, 0.0f};
+    float bx;
+    float by;
+    float bz;
+    if (number_2 == 0.0f && number_3 == 0.0f && number_4 == 0.0f) {
+        bx = 0.0f;
+        by = 0.0f;
+        bz = 1.0f;
+    } else {
+        bx = number_2;
+        by = number_3;
+        bz = number_4;
+    }
+    const float number_5 = sample->mag.x * sample->mag.x + sample->mag.y * sample->mag.y
+        + sample->mag.z * sample->mag.z;
+    const float n_2 = sqrtf(number_5);
+    float ax;
+    float ay;
+    float az;
+    if (n_2 > VEC3_SHORTEST) {
+        const float one_2 = 1.0f / n_2;
+        ax = sample->mag.x * one_2;
+        ay = sample->mag.y * one_2;
+        az = sample->mag.z * one_2;
+    } else {
+        ax = 0.0f;
+        ay = 0.0f;
+        az = 0.0f;
+    }
+    /* vec3.cross: a × b */
+    const float x = ay * bz - az * by;
+    const float y = az * bx - ax * bz;
+    const float z = ax * by - ay * bx;
+    /* vec3.norm: |a| */
+    const float length = sqrtf(x * x + y * y + z * z);
+    float bx_2;
+    float by_2;
+    float bz_2;
+    float yx;
+    float ay_2;
+    float az_2;
+    if (length > TRIAD_PARALLEL) {
+        /* triad.initial_attitude: The attitude that every filter starts with: TRIAD of gravity and field, as
+         * far as they are measured.
+         */
+        const float number_6 = 1.0f / length;
+        /* vec3.scale: s·a */
+        const float bx_3 = x * number_6;
+        const float by_3 = y * number_6;
+        const float bz_3 = z * number_6;
+        bx_2 = bx_3;
+        by_2 = by_3;
+        bz_2 = bz_3;
+        yx = by * bz_3 - bz * by_3;
+        ay_2 = bz * bx_3 - bx * bz_3;
+        az_2 = bx * by_3 - by * bx_3;
+    } else {
+        /* tilt.pitch_axis: The axis about which pitch turns, in the sensor frame: (0, cos φ, −sin φ); up is
+         * the vertical there.
+         */
+        const float across = sqrtf(by * by + bz * bz);
+        float ay_3;
+        float az_3;
+        if (across > 0.0f) {
+            const float one_3 = 1.0f / across;
+            ay_3 = bz * one_3;
+            az_3 = -by * one_3;
+        } else {
+            ay_3 = 1.0f;
+            az_3 = 0.0f;
+        }
+        bx_2 = ay_3 * bz - az_3 * by;
+        by_2 = az_3 * bx - 0.0f * bz;
+        bz_2 = 0.0f * by - ay_3 * bx;
+        yx = 0.0f;
+        ay_2 = ay_3;
+        az_2 = az_3;
+    }
+    /* quat.from_matrix: The quaternion of a rotation matrix, by its largest component, which is positive. */
+    const float trace = bx_2 + ay_2 + bz;
+    float w;
+    float x_2;
+    float y_2;
+    float z_2;
+    if (trace >= bx_2 && trace >= ay_2 && trace >= bz) {
+        const float w_2 = 1.0f + trace;
+        const float x_3 = by - az_2;
+        const float y_3 = bz_2 - bx;
+        const float z_3 = yx - by_2;
+        /* quat.normalize: q/|q|; a zero quaternion becomes the identity. */
+        const float n_3 = sqrtf(w_2 * w_2 + x_3 * x_3 + y_3 * y_3 + z_3 * z_3);
+        float number_7;
+        float number_8;
+        float number_9;
+        float number_10;
+        if (n_3 > 0.0f) {
+            number_7 = w_2 / n_3;
+            number_8 = x_3 / n_3;
+            number_9 = y_3 / n_3;
+            number_10 = z_3 / n_3;
+        } else {
+            number_7 = 1.0f;
+            number_8 = 0.0f;
+            number_9 = 0.0f;
+            number_10 = 0.0f;
+        }
+        w = number_7;
+        x_2 = number_8;
+        y_2 = number_9;
+        z_2 = number_10;
+    } else {
+        float number_11;
+        float number_12;
+        float number_13;
+        float number_14;
+        if (bx_2 >= ay_2 && bx_2 >= bz) {
+            const float w_3 = by - az_2;
+            const float x_4 = 1.0f + 2.0f * bx_2 - trace;
+            const float y_4 = by_2 + yx;
+            const float z_4 = bz_2 + bx;
+            /* quat.normalize: q/|q|; a zero quaternion becomes the identity. */
+            const float n_4 = sqrtf(w_3 * w_3 + x_4 * x_4 + y_4 * y_4 + z_4 * z_4);
+            float number_15;
+            float number_16;
+            float number_17;
+            float number_18;
+            if (n_4 > 0.0f) {
+                number_15 = w_3 / n_4;
+                number_16 = x_4 / n_4;
+                number_17 = y_4 / n_4;
+                number_18 = z_4 / n_4;
+            } else {
+                number_15 = 1.0f;
+                number_16 = 0.0f;
+                number_17 = 0.0f;
+                number_18 = 0.0f;
+            }
+            number_11 = number_15;
+            number_12 = number_16;
+            number_13 = number_17;
+            number_14 = number_18;
+        } else {
+            float number_19;
+            float number_20;
+            float number_21;
+            float number_22;
+            if (ay_2 >= bz) {
+                const float w_4 = bz_2 - bx;
+                const float x_5 = by_2 + yx;
+                const float y_5 = 1.0f + 2.0f * ay_2 - trace;
+                const float z_5 = az_2 + by;
+                /* quat.normalize: q/|q|; a zero quaternion becomes the identity. */
+                const float n_5 = sqrtf(w_4 * w_4 + x_5 * x_5 + y_5 * y_5 + z_5 * z_5);
+                float number_23;
+                float number_24;
+                float number_25;
+                float number_26;
+                if (n_5 > 0.0f) {
+                    number_23 = w_4 / n_5;
+                    number_24 = x_5 / n_5;
+                    number_25 = y_5 / n_5;
+                    number_26 = z_5 / n_5;
+                } else {
+                    number_23 = 1.0f;
+                    number_24 = 0.0f;
+                    number_25 = 0.0f;
+                    number_26 = 0.0f;
+                }
+                number_19 = number_23;
+                number_20 = number_24;
+                number_21 = number_25;
+                number_22 = number_26;
+            } else {
+                const float w_5 = yx - by_2;
+                const float x_6 = bz_2 + bx;
+                const float y_6 = az_2 + by;
+                const float z_6 = 1.0f + 2.0f * bz - trace;
+                /* quat.normalize: q/|q|; a zero quaternion becomes the identity. */
+                const float n_6 = sqrtf(w_5 * w_5 + x_6 * x_6 + y_6 * y_6 + z_6 * z_6);
+                float number_27;
+                float number_28;
+                float number_29;
+                float number_30;
+                if (n_6 > 0.0f) {
+                    number_27 = w_5 / n_6;
+                    number_28 = x_6 / n_6;
+                    number_29 = y_6 / n_6;
+                    number_30 = z_6 / n_6;
+                } else {
+                    number_27 = 1.0f;
+                    number_28 = 0.0f;
+                    number_29 = 0.0f;
+                    number_30 = 0.0f;
+                }
+                number_19 = number_27;
+                number_20 = number_28;
+                number_21 = number_29;
+                number_22 = number_30;
+            }
+            number_11 = number_19;
+            number_12 = number_20;
+            number_13 = number_21;
+            number_14 = number_22;
+        }
+        w = number_11;
+        x_2 = number_12;
+        y_2 = number_13;
+        z_2 = number_14;
+    }
+    /* tilt.is_present: Whether a sensor is there: an absent one is the zero vector, and so is what is too
+     * short to have a direction.
+     */
+    const bool number_31 = number_5 > TILT_NO_LENGTH;
+    float n_7;
+    float number_32;
+    float number_33;
+    if (!number_31) {
+        n_7 = 0.0f;
+        number_32 = 0.0f;
+        number_33 = 0.0f;
+    } else {
+        /* vec3.dot: a·b */
+        const float number_34 = 2.0f * (x_2 * z_2 - w * y_2) * sample->mag.x
+            + 2.0f * (w * x_2 + y_2 * z_2) * sample->mag.y
+            + (1.0f - 2.0f * (x_2 * x_2 + y_2 * y_2)) * sample->mag.z;
+        n_7 = n_2;
+        number_32 = number_34 / n_2;
+        number_33 = FIELD_FIRST_AGE;
+    }
+    run->state.quat.w = w;
+    run->state.quat.x = x_2;
+    run->state.quat.y = y_2;
+    run->state.quat.z = z_2;
+    run->state.bias.x = 0.0f;
+    run->state.bias.y = 0.0f;
+    run->state.bias.z = 0.0f;
+    run->state.age = 0.0f;
+    run->health = sample->health;
+    run->guard.rest.time = 0.0f;
+    run->guard.rest.bias.x = 0.0f;
+    run->guard.rest.bias.y = 0.0f;
+    run->guard.rest.bias.z = 0.0f;
+    run->guard.rest.moved = false;
+    run->guard.rest.known = false;
+    run->guard.acc_rejected = 0.0f;
+    run->guard.field.norm = n_7;
+    run->guard.field.dip = number_32;
+    run->guard.field.age = number_33;
+    run->guard.field.rejected = 0.0f;
+    run->covariance.tilt.level = number > TILT_NO_LENGTH ? OBSERVER_COVARIANCE_IRON
+        : TILT_UNIFORM * TILT_UNIFORM;
+    run->covariance.tilt.cross = 0.0f;
+    run->covariance.tilt.bias = OBSERVER_COVARIANCE_TURN_ON;
+    run->covariance.heading.level = number_31 ? OBSERVER_COVARIANCE_IRON : 0.0f;
+    run->covariance.heading.cross = 0.0f;
+    run->covariance.heading.bias = OBSERVER_COVARIANCE_TURN_ON;
+    run->covariance.motion = 0.0f;
 }
 
-/* ---- tilt
+/* ---- detectors
  *
- * Roll, pitch and heading as an accelerometer and a magnetometer see them.
+ * Detectors that need the readings alone: full scale, axes that hang, spikes, and specific force that is not gravity.
  *
- * Specific force of a body that does not accelerate is R^T (0, 0, g) = g (−sin θ, sin φ cos θ, cos φ cos θ) with roll φ
- * and pitch θ (Titterton & Weston, Strapdown Inertial Navigation Technology, 2nd ed., section 10.4), from which the
- * equations below follow.
+ * Their results are the same for every run over a recording, so lanes compute them once for all. A reading that is missing
+ * is left out: the slow mean stands for it in the sums for rest, and no other detector uses it.
  */
 
-/* Whether a sensor is there: an absent one is the zero vector, and so is what is too short to have a direction. */
-static bool tilt_is_present(Vec3 v)
+/* Whether a reading is at full scale: full if known (not 0), else the largest one so far if it is a plateau.
+ *
+ * A body slows down before it turns round; a clipped reading goes up steeply and then stays.
+ */
+static LH_CALLED void detectors_update_extreme(Extreme *extreme, float v_x, float v_y, float v_z, float full,
+    float dt)
 {
-    const float x = v.x, y = v.y, z = v.z;
-    return x * x + y * y + z * z > TILT_NO_LENGTH;
-}
-
-/* The axis about which pitch turns, in the sensor frame: (0, cos φ, −sin φ); up is the vertical there. */
-static Vec3 tilt_pitch_axis(Vec3 up)
-{
-    const float y = up.y, z = up.z;
-    const float across = sqrtf(y * y + z * z);
-    if (across > 0.0f) {
-        const float one = 1.0f / across;
-        return (Vec3){0.0f, z * one, -y * one};
+    const float far = DETECTORS_APPROACH * lh_min(extreme->up, extreme->down);
+    const float number = -far;
+    if (full == 0.0f && (number < v_x && v_x < far) && (number < v_y && v_y < far)
+        && (number < v_z && v_z < far)) {
+        if (!(extreme->last == 0.0f && !extreme->clipped)) {
+            extreme->last = 0.0f;
+            extreme->before = 0.0f;
+            extreme->slope = 0.0f;
+            extreme->stay = DETECTORS_NOT_STEEP;
+            extreme->clipped = false;
+        }
+    } else {
+        float high;
+        float last;
+        bool number_2;
+        if (full > 0.0f) {
+            extreme->up = full;
+            extreme->down = full;
+            extreme->slope = 0.0f;
+            extreme->stay = DETECTORS_NOT_STEEP;
+            extreme->found = 3;
+            high = 0.0f;
+            last = 0.0f;
+            number_2 = lh_max(lh_max(fabsf(v_x), fabsf(v_y)), fabsf(v_z)) >= DETECTORS_PLATEAU * full;
+        } else {
+            const float high_2 = lh_max(lh_max(v_x, v_y), v_z);
+            const float low = -lh_min(lh_min(v_x, v_y), v_z);
+            float high_3;
+            float up;
+            int32_t side;
+            if (high_2 > low) {
+                high_3 = high_2;
+                up = extreme->up;
+                side = 1;
+            } else {
+                high_3 = low;
+                up = extreme->down;
+                side = 2;
+            }
+            const float number_3 = DETECTORS_PLATEAU * up;
+            bool number_4;
+            if (high_3 < number_3) {
+                extreme->slope = 0.0f;
+                extreme->stay = DETECTORS_NOT_STEEP;
+                number_4 = (extreme->found & side) != 0 && high_3 > DETECTORS_AT_FULL * up;
+            } else {
+                const bool beyond = DETECTORS_PLATEAU * high_3 > up;
+                const int32_t found = beyond && (extreme->found & side) != 0 ? extreme->found - side
+                    : extreme->found;
+                const bool number_5 = extreme->stay >= 0.0f;
+                const float number_6 = high_3 - extreme->last;
+                int32_t found_2;
+                bool number_7;
+                if (!(number_5 && number_6 < DETECTORS_CREEP * dt * high_3)
+                    && (beyond || extreme->last < number_3)) {
+                    const float slope = lh_max(number_6, extreme->last - extreme->before) / (dt * high_3);
+                    extreme->up = lh_max(extreme->up, high_2);
+                    extreme->down = lh_max(extreme->down, low);
+                    extreme->slope = slope;
+                    extreme->stay = slope > DETECTORS_STEEP ? 0.0f : DETECTORS_NOT_STEEP;
+                    found_2 = found;
+                    number_7 = (found & side) != 0;
+                } else {
+                    int32_t found_3;
+                    bool number_8;
+                    if (number_5) {
+                        const float stay = extreme->stay + dt;
+                        const int32_t found_4 = stay + ELAPSED_SLACK * dt >= DETECTORS_PLATEAU_SECONDS
+                            && extreme->slope * stay >= DETECTORS_FLAT ? found | side : found;
+                        bool number_9;
+                        if ((found_4 & side) == 0) {
+                            number_9 = false;
+                        } else {
+                            extreme->up = lh_max(extreme->up, high_2);
+                            extreme->down = lh_max(extreme->down, low);
+                            number_9 = true;
+                        }
+                        extreme->stay = stay;
+                        found_3 = found_4;
+                        number_8 = number_9;
+                    } else {
+                        extreme->up = lh_max(extreme->up, high_2);
+                        extreme->down = lh_max(extreme->down, low);
+                        found_3 = found;
+                        number_8 = (found & side) != 0;
+                    }
+                    found_2 = found_3;
+                    number_7 = number_8;
+                }
+                extreme->found = found_2;
+                number_4 = number_7;
+            }
+            high = high_3;
+            last = extreme->last;
+            number_2 = number_4;
+        }
+        extreme->last = high;
+        extreme->before = last;
+        extreme->clipped = number_2;
     }
-    return (Vec3){0.0f, 1.0f, 0.0f};
 }
 
-/* The variance of an angle (rad²) after dt seconds in which nobody knows how the body turned. */
-static float tilt_after_gap(float variance, float dt)
+/* ---- full_scale
+ *
+ * A sensor beyond its full scale: what it would have read, from the slope with which it came there.
+ *
+ * A reading that leaves the range with the slope a and comes back after T as a parabola was a T/4 beyond at most, and
+ * a T²/6 in the integral of all that is beyond; growing with time t, that is a t/3. A rate that is clipped is of a body
+ * that turns on, and a specific force that is clipped of one that is pushed: left out, a runner would weigh too little at
+ * every step.
+ */
+
+/* After a reading that lasts dt seconds; a plateau is known for full scale only when it has lasted. */
+static LH_CALLED void full_scale_update_approach(Approach *approach, const Extreme *extreme, float reading_x,
+    float reading_y, float reading_z, float dt)
 {
-    return lh_min(variance + TILT_TURN * TILT_TURN * dt * dt, TILT_UNIFORM * TILT_UNIFORM);
+    const float full = FULL_SCALE_AT_FULL_SCALE * lh_min(extreme->up, extreme->down);
+    float number;
+    if (extreme->clipped) {
+        const bool number_2 = approach->time == 0.0f;
+        /* full_scale.axis_slope: Slope of one axis as it reached full scale, u/s; 0 where it is below. */
+        const float number_3 = -full;
+        if (number_3 < reading_x && reading_x < full) {
+            approach->slope.x = 0.0f;
+        } else {
+            if (!!number_2) {
+                const float sign = reading_x > 0.0f ? 1.0f : -1.0f;
+                const float before = lh_max(sign * approach->slope.x, 0.0f);
+                approach->slope.x = sign * lh_max(before,
+                    lh_min(sign * (reading_x - approach->last.x) / dt, FULL_SCALE_STEEPER * before));
+            }
+        }
+        if (number_3 < reading_y && reading_y < full) {
+            approach->slope.y = 0.0f;
+        } else {
+            if (!!number_2) {
+                const float sign_2 = reading_y > 0.0f ? 1.0f : -1.0f;
+                const float before_2 = lh_max(sign_2 * approach->slope.y, 0.0f);
+                approach->slope.y = sign_2
+                    * lh_max(before_2, lh_min(sign_2 * (reading_y - approach->last.y) / dt,
+                    FULL_SCALE_STEEPER * before_2));
+            }
+        }
+        if (number_3 < reading_z && reading_z < full) {
+            approach->slope.z = 0.0f;
+        } else {
+            if (!!number_2) {
+                const float sign_3 = reading_z > 0.0f ? 1.0f : -1.0f;
+                const float before_3 = lh_max(sign_3 * approach->slope.z, 0.0f);
+                approach->slope.z = sign_3
+                    * lh_max(before_3, lh_min(sign_3 * (reading_z - approach->last.z) / dt,
+                    FULL_SCALE_STEEPER * before_3));
+            }
+        }
+        number = lh_max(approach->time, extreme->stay) + dt;
+    } else {
+        float number_4;
+        float number_5;
+        float number_6;
+        if (extreme->stay < 0.0f) {
+            const float number_7 = 1.0f / dt;
+            number_4 = (reading_x - approach->last.x) * number_7;
+            number_5 = (reading_y - approach->last.y) * number_7;
+            number_6 = (reading_z - approach->last.z) * number_7;
+        } else {
+            const float share = extreme->stay == 0.0f ? FULL_SCALE_LEAST_SLOPE : 1.0f;
+            /* full_scale.axis_slope: Slope of one axis as it reached full scale, u/s; 0 where it is below. */
+            const float number_8 = -full;
+            float number_9;
+            if (number_8 < reading_x && reading_x < full) {
+                number_9 = 0.0f;
+            } else {
+                const float sign_4 = reading_x > 0.0f ? 1.0f : -1.0f;
+                const float before_4 = lh_max(sign_4 * (share * approach->slope.x), 0.0f);
+                number_9 = sign_4 * lh_max(before_4,
+                    lh_min(sign_4 * (reading_x - approach->last.x) / dt, FULL_SCALE_STEEPER * before_4));
+            }
+            float number_10;
+            if (number_8 < reading_y && reading_y < full) {
+                number_10 = 0.0f;
+            } else {
+                const float sign_5 = reading_y > 0.0f ? 1.0f : -1.0f;
+                const float before_5 = lh_max(sign_5 * (share * approach->slope.y), 0.0f);
+                number_10 = sign_5 * lh_max(before_5,
+                    lh_min(sign_5 * (reading_y - approach->last.y) / dt, FULL_SCALE_STEEPER * before_5));
+            }
+            float number_11;
+            if (number_8 < reading_z && reading_z < full) {
+                number_11 = 0.0f;
+            } else {
+                const float sign_6 = reading_z > 0.0f ? 1.0f : -1.0f;
+                const float before_6 = lh_max(sign_6 * (share * approach->slope.z), 0.0f);
+                number_11 = sign_6 * lh_max(before_6,
+                    lh_min(sign_6 * (reading_z - approach->last.z) / dt, FULL_SCALE_STEEPER * before_6));
+            }
+            number_4 = number_9;
+            number_5 = number_10;
+            number_6 = number_11;
+        }
+        approach->slope.x = number_4;
+        approach->slope.y = number_5;
+        approach->slope.z = number_6;
+        number = 0.0f;
+    }
+    approach->last.x = reading_x;
+    approach->last.y = reading_y;
+    approach->last.z = reading_z;
+    approach->time = number;
 }
 
-/* The variance of a bias after a gap: larger by walk_variance, but at most that of a sensor just turned on. */
-static float tilt_bias_after_gap(float variance, float walk_variance, float at_start)
+/* ---- trig
+ *
+ * sin, cos and atan2 of nothing but + − × ÷ and comparisons: the same bits on every machine, whatever its libm.
+ *
+ * IEEE 754 says how sums, products, quotients and roots are rounded, and says nothing about sines: their last bit differs
+ * between C libraries. Besides, a compiler cannot turn a call of a library into one for several lanes.
+ *
+ * Polynomials are economized Taylor series (Lanczos, Applied Analysis, 1956, chapter 7); tests/reference/economized.py
+ * derives their coefficients in exact fractions. Errors are measured in tests/kernels/test_trig.py.
+ */
+
+/* sin x and cos x. Error below 3e-16 up to 10⁶ rad, below 2e-16·|x| up to 10⁹; never outside of ±1 there.
+ *
+ * With the whole number k nearest to x/(π/2), r = x − k π/2 lies within ±π/4 (Cody & Waite, Software Manual for the
+ * Elementary Functions, 1980: π/2 in parts whose products with k are exact, up to k = 2²⁰), and
+ *
+ *     sin r = r (1 + u S(u)),   cos r = 1 − u/2 + u² C(u),   u = r²                                             (3)
+ */
+static LH_CALLED SinCos trig_sincos(float x)
 {
-    return lh_max(variance, lh_min(variance + walk_variance, at_start));
+    const float k = x * TRIG_TURNS + TRIG_ROUND - TRIG_ROUND;
+    const float r = x - k * TRIG_HALF_PI_1 - k * TRIG_HALF_PI_2 - k * TRIG_HALF_PI_3;
+    const float u = r * r;
+    const float s = r - r * (u
+        * (0.16666667f - u * (0.008333334f
+        - u * (0.0001984127f - u * (2.7557317e-06f - u * (2.5051133e-08f - u * 1.5918136e-10f))))));
+    const float c = 1.0f - u * (0.5f
+        - u * (0.041666668f - u * (0.0013888889f
+        - u * (2.4801588e-05f - u * (2.7557317e-07f - u * (2.0876145e-09f - u * 1.1382636e-11f))))));
+    const float quadrant = k - 4.0f * (0.25f * k + TRIG_ROUND - TRIG_ROUND);
+    float s_2;
+    float c_2;
+    if (quadrant == 0.0f) {
+        s_2 = s;
+        c_2 = c;
+    } else {
+        float c_3;
+        float s_3;
+        if (quadrant == 1.0f) {
+            c_3 = c;
+            s_3 = -s;
+        } else {
+            const bool number = quadrant == -1.0f;
+            c_3 = number ? -c : -s;
+            s_3 = number ? s : -c;
+        }
+        s_2 = c_3;
+        c_2 = s_3;
+    }
+    const SinCos found = {s_2, c_2};
+    return found;
+}
+
+/* ---- driver
+ *
+ * The one driver: what happens to a sample before and after a filter's step, for every filter and every engine.
+ *
+ * These are kernels: plain Python runs them as they stand, Numba and the export to C translate the same source. A filter's
+ * own functions and the guard's are called through hooks and aiding; Hooks and AidingHooks declare them,
+ * and binding.bind makes a copy of the driver in which they are one filter's. Arrays are flat (row after row), so that
+ * Python lists and NumPy arrays are indexed by the same line.
+ *
+ * A sample goes through in phases. conditioning.condition comes first and needs the readings only; all others take
+ * the conditioned sample and what one run carries. advance calls them in turn; engine.lanes calls each for all of
+ * its runs at once, and skips it for all where the sample does not need it. That is why rare work is a phase of its own.
+ */
+
+/* One sample: the gate, then the filter's step. */
+static LH_CALLED void driver_step_gated(const Settings *settings, ConditionedSample *sample, FilterRun *run,
+    float acc_x, float acc_y, float acc_z)
+{
+    const float bias_x = run->state.bias.x;
+    const float bias_y = run->state.bias.y;
+    const float bias_z = run->state.bias.z;
+    if (!sample->rate_unknown) {
+        run->state.bias.x = sample->gyr.x - run->guard.rest.bias.x;
+        run->state.bias.y = sample->gyr.y - run->guard.rest.bias.y;
+        run->state.bias.z = sample->gyr.z - run->guard.rest.bias.z;
+    }
+    const int32_t number = run->guard.rest.time > 0.0f
+        && run->guard.rest.time + ELAPSED_SLACK * REST_INTERVAL >= settings->guard.rest_time ? 2048 : 0;
+    /* tilt.is_present: Whether a sensor is there: an absent one is the zero vector, and so is what is too
+     * short to have a direction.
+     */
+    const float number_2 = sample->mag.x * sample->mag.x + sample->mag.y * sample->mag.y
+        + sample->mag.z * sample->mag.z;
+    int32_t health;
+    if (number_2 > TILT_NO_LENGTH) {
+        /* quat.up: The earth's vertical in the sensor frame: (−sin θ, sin φ cos θ, cos φ cos θ) with roll φ and pitch θ.
+         */
+        const float x = 2.0f * (run->state.quat.x * run->state.quat.z
+            - run->state.quat.w * run->state.quat.y);
+        const float y = 2.0f * (run->state.quat.w * run->state.quat.x
+            + run->state.quat.y * run->state.quat.z);
+        const float z = 1.0f - 2.0f
+            * (run->state.quat.x * run->state.quat.x + run->state.quat.y * run->state.quat.y);
+        /* field.update_field: The reference after a reading (µT); rejected > 0: the reading is not of the earth's field.
+         */
+        const float n = sqrtf(number_2);
+        const float number_3 = (x + sample->dt * (y * run->state.bias.z - z * run->state.bias.y))
+            * sample->mag.x + (y + sample->dt * (z * run->state.bias.x - x * run->state.bias.z))
+            * sample->mag.y + (z + sample->dt * (x * run->state.bias.y - y * run->state.bias.x))
+            * sample->mag.z;
+        const float d = number_3 * (1.0f / n);
+        float number_4;
+        if (run->guard.field.age == 0.0f
+            || (run->guard.field.rejected > 0.0f
+            && run->guard.field.rejected
+            + ELAPSED_SLACK * sample->dt >= lh_min(settings->guard.mag_time, run->guard.field.age))) {
+            run->guard.field.norm = n;
+            run->guard.field.dip = d;
+            run->guard.field.age = sample->dt;
+            number_4 = 0.0f;
+        } else {
+            const float number_5 = n - run->guard.field.norm;
+            const float number_6 = d - run->guard.field.dip;
+            float number_7;
+            if (fabsf(number_5) > settings->guard.mag_gate * run->guard.field.norm
+                || fabsf(number_6) > settings->guard.mag_angle * UNITS_DEGREE) {
+                number_7 = run->guard.field.rejected + sample->dt;
+            } else {
+                /* lowpass.lowpass_weight: The weight of a new sample in a first-order low-pass of time
+                 * constant tau: dt/(min(τ, age) + dt).
+                 */
+                const float weight = sample->dt
+                    / (lh_min(FIELD_FIELD_TIME, run->guard.field.age) + sample->dt);
+                run->guard.field.norm = run->guard.field.norm + weight * number_5;
+                run->guard.field.dip = run->guard.field.dip + weight * number_6;
+                run->guard.field.age = lh_min(run->guard.field.age + sample->dt, FIELD_FIELD_TIME);
+                number_7 = 0.0f;
+            }
+            number_4 = number_7;
+        }
+        int32_t health_2;
+        if (number_4 > 0.0f) {
+            sample->mag.x = 0.0f;
+            sample->mag.y = 0.0f;
+            sample->mag.z = 0.0f;
+            health_2 = number | 1024;
+        } else {
+            health_2 = run->guard.field.age <= sample->dt ? number | 4096 : number;
+        }
+        run->guard.field.rejected = number_4;
+        health = health_2;
+    } else {
+        health = number;
+    }
+    /* direction_filter.integrate: The attitude after dt seconds at the rate gyr (rad/s) without the bias. */
+    const float x_2 = (run->state.bias.x - bias_x) * sample->dt;
+    const float y_2 = (run->state.bias.y - bias_y) * sample->dt;
+    const float z_2 = (run->state.bias.z - bias_z) * sample->dt;
+    /* vector_error.rotate: q ⊗ exp(v) with v = (x, y, z) rad, of unit length to rounding; correct keeps the
+     * rounding from piling up.
+     */
+    const float square = 0.25f * (x_2 * x_2 + y_2 * y_2 + z_2 * z_2);
+    const float fourth = square * square;
+    float w;
+    float x_3;
+    float y_3;
+    float z_3;
+    if (fourth > VECTOR_ERROR_SHORT) {
+        float s;
+        float c;
+        if (square < QUAT_SMALL) {
+            s = 0.5f - square * (1.0f / 12.0f)
+                + fourth * (1.0f / 240.0f - square * (1.0f / 10080.0f) + fourth * (1.0f / 725760.0f));
+            c = 1.0f - 0.5f * square + fourth
+                * (1.0f / 24.0f - square * (1.0f / 720.0f) + fourth * (1.0f / 40320.0f));
+        } else {
+            /* quat.sinc_half: sin(angle/2)/angle of square = (angle/2)². */
+            const float half = sqrtf(square);
+            const SinCos sincos = trig_sincos(half);
+            const SinCos sincos_2 = trig_sincos(sqrtf(square));
+            s = 0.5f * sincos.sin / half;
+            c = sincos_2.cos;
+        }
+        /* quat.exp: The quaternion of a rotation vector (axis times angle, rad): (cos |v|/2, sin(|v|/2)/|v| · v). */
+        const float number_8 = x_2 * s;
+        const float number_9 = y_2 * s;
+        const float number_10 = z_2 * s;
+        w = run->state.quat.w * c - run->state.quat.x * number_8 - run->state.quat.y * number_9
+            - run->state.quat.z * number_10;
+        x_3 = run->state.quat.w * number_8 + run->state.quat.x * c + run->state.quat.y * number_10
+            - run->state.quat.z * number_9;
+        y_3 = run->state.quat.w * number_9 - run->state.quat.x * number_10 + run->state.quat.y * c
+            + run->state.quat.z * number_8;
+        z_3 = run->state.quat.w * number_10 + run->state.quat.x * number_9 - run->state.quat.y * number_8
+            + run->state.quat.z * c;
+    } else {
+        const float s_2 = 0.5f - square * (1.0f / 12.0f)
+            + fourth * (1.0f / 240.0f - square * (1.0f / 10080.0f));
+        const float c_2 = 1.0f - square * 0.5f + fourth * (1.0f / 24.0f - square * (1.0f / 720.0f));
+        const float x_4 = x_2 * s_2;
+        const float y_4 = y_2 * s_2;
+        const float z_4 = z_2 * s_2;
+        w = run->state.quat.w * c_2 - run->state.quat.x * x_4
+            - (run->state.quat.y * y_4 + run->state.quat.z * z_4);
+        x_3 = run->state.quat.w * x_4 + run->state.quat.x * c_2
+            + (run->state.quat.y * z_4 - run->state.quat.z * y_4);
+        y_3 = run->state.quat.w * y_4 + run->state.quat.y * c_2
+            + (run->state.quat.z * x_4 - run->state.quat.x * z_4);
+        z_3 = run->state.quat.w * z_4 + run->state.quat.z * c_2
+            + (run->state.quat.x * y_4 - run->state.quat.y * x_4);
+    }
+    const float age = sample->dt > TILT_GAP_SECONDS ? 0.0f
+        : lh_min(run->state.age + sample->dt, LOWPASS_AGE_LIMIT);
+    /* quat.up: The earth's vertical in the sensor frame: (−sin θ, sin φ cos θ, cos φ cos θ) with roll φ and pitch θ. */
+    const float ex = 2.0f * (x_3 * z_3 - w * y_3);
+    const float ey = 2.0f * (w * x_3 + y_3 * z_3);
+    const float ez = 1.0f - 2.0f * (x_3 * x_3 + y_3 * y_3);
+    /* vec3.normalize: a/|a|; the zero vector (an absent sensor), and what is too short to have a direction,
+     * gives the zero vector.
+     */
+    const float n_2 = sqrtf(acc_x * acc_x + acc_y * acc_y + acc_z * acc_z);
+    float sx;
+    float sy;
+    float sz;
+    if (n_2 > VEC3_SHORTEST) {
+        const float one = 1.0f / n_2;
+        sx = acc_x * one;
+        sy = acc_y * one;
+        sz = acc_z * one;
+    } else {
+        sx = 0.0f;
+        sy = 0.0f;
+        sz = 0.0f;
+    }
+    /* vector_error.direction_error: s × ŝ of unit vectors; beyond a right angle of length one. */
+    const float x_5 = sy * ez - sz * ey;
+    const float y_5 = sz * ex - sx * ez;
+    const float z_5 = sx * ey - sy * ex;
+    float x_6;
+    float y_6;
+    float z_6;
+    if (sx * ex + sy * ey + sz * ez < 0.0f) {
+        /* vector_error.obtuse_error: direction_error beyond a right angle: the cross product (x, y, z) at length one.
+         */
+        const float n_3 = sqrtf(x_5 * x_5 + y_5 * y_5 + z_5 * z_5);
+        float number_11;
+        float number_12;
+        float number_13;
+        if (n_3 < VECTOR_ERROR_NO_AXIS) {
+            float number_14;
+            float number_15;
+            float number_16;
+            if (fabsf(ex) < 0.8f) {
+                /* vector_error.perpendicular: A unit vector perpendicular to the unit vector v. */
+                const float n_4 = sqrtf(ey * ey + ez * ez);
+                number_14 = 0.0f;
+                number_15 = ez / n_4;
+                number_16 = -ey / n_4;
+            } else {
+                /* vector_error.perpendicular: A unit vector perpendicular to the unit vector v. */
+                const float n_5 = sqrtf(ex * ex + ey * ey);
+                number_14 = ey / n_5;
+                number_15 = -ex / n_5;
+                number_16 = 0.0f;
+            }
+            number_11 = number_14;
+            number_12 = number_15;
+            number_13 = number_16;
+        } else {
+            number_11 = x_5 / n_3;
+            number_12 = y_5 / n_3;
+            number_13 = z_5 / n_3;
+        }
+        x_6 = number_11;
+        y_6 = number_12;
+        z_6 = number_13;
+    } else {
+        x_6 = x_5;
+        y_6 = y_5;
+        z_6 = z_5;
+    }
+    /* lowpass.lowpass_weight: The weight of a new sample in a first-order low-pass of time constant tau:
+     * dt/(min(τ, age) + dt).
+     */
+    const float kt = sample->dt / (lh_min(1.0f / settings->filter.kp, age) + sample->dt);
+    /* tilt.is_present: Whether a sensor is there: an absent one is the zero vector, and so is what is too
+     * short to have a direction.
+     */
+    const float number_17 = sample->mag.x * sample->mag.x + sample->mag.y * sample->mag.y
+        + sample->mag.z * sample->mag.z;
+    float x_7;
+    float y_7;
+    float z_7;
+    float x_8;
+    float y_8;
+    float z_8;
+    if (number_17 > TILT_NO_LENGTH) {
+        float kt_2;
+        float x_9;
+        float y_9;
+        float z_9;
+        float kh;
+        if (settings->filter.whole_field) {
+            /* vec3.normalize: a/|a|; the zero vector (an absent sensor), and what is too short to have a
+             * direction, gives the zero vector.
+             */
+            const float n_6 = sqrtf(number_17);
+            float vx;
+            float vy;
+            float vz;
+            if (n_6 > VEC3_SHORTEST) {
+                const float one_2 = 1.0f / n_6;
+                vx = sample->mag.x * one_2;
+                vy = sample->mag.y * one_2;
+                vz = sample->mag.z * one_2;
+            } else {
+                vx = 0.0f;
+                vy = 0.0f;
+                vz = 0.0f;
+            }
+            /* quat.conjugate: q*, for a unit quaternion the inverse rotation. */
+            const float x_10 = -x_3;
+            const float y_10 = -y_3;
+            const float z_10 = -z_3;
+            /* quat.rotate: q v q*: a sensor-frame vector seen in the earth frame. */
+            const float tx = 2.0f * (y_3 * vz - z_3 * vy);
+            const float ty = 2.0f * (z_3 * vx - x_3 * vz);
+            const float tz = 2.0f * (x_3 * vy - y_3 * vx);
+            const float number_18 = vx + w * tx + y_3 * tz - z_3 * ty;
+            const float number_19 = vy + w * ty + z_3 * tx - x_3 * tz;
+            const float vz_2 = vz + w * tz + x_3 * ty - y_3 * tx;
+            /* vector_error.reference: The unit field in the earth frame if the attitude is right: its own dip, and north.
+             */
+            const float vy_2 = sqrtf(number_18 * number_18 + number_19 * number_19);
+            /* quat.rotate: q v q*: a sensor-frame vector seen in the earth frame. */
+            const float tx_2 = 2.0f * (y_10 * vz_2 - z_10 * vy_2);
+            const float ty_2 = 2.0f * (z_10 * 0.0f - x_10 * vz_2);
+            const float tz_2 = 2.0f * (x_10 * vy_2 - y_10 * 0.0f);
+            const float ex_2 = 0.0f + w * tx_2 + y_10 * tz_2 - z_10 * ty_2;
+            const float ey_2 = vy_2 + w * ty_2 + z_10 * tx_2 - x_10 * tz_2;
+            const float ez_2 = vz_2 + w * tz_2 + x_10 * ty_2 - y_10 * tx_2;
+            /* vector_error.direction_error: s × ŝ of unit vectors; beyond a right angle of length one. */
+            const float x_11 = vy * ez_2 - vz * ey_2;
+            const float y_11 = vz * ex_2 - vx * ez_2;
+            const float z_11 = vx * ey_2 - vy * ex_2;
+            float x_12;
+            float y_12;
+            float z_12;
+            if (vx * ex_2 + vy * ey_2 + vz * ez_2 < 0.0f) {
+                /* vector_error.obtuse_error: direction_error beyond a right angle: the cross product (x, y, z) at length one.
+                 */
+                const float n_7 = sqrtf(x_11 * x_11 + y_11 * y_11 + z_11 * z_11);
+                float number_20;
+                float number_21;
+                float number_22;
+                if (n_7 < VECTOR_ERROR_NO_AXIS) {
+                    float number_23;
+                    float number_24;
+                    float number_25;
+                    if (fabsf(ex_2) < 0.8f) {
+                        /* vector_error.perpendicular: A unit vector perpendicular to the unit vector v. */
+                        const float n_8 = sqrtf(ey_2 * ey_2 + ez_2 * ez_2);
+                        number_23 = 0.0f;
+                        number_24 = ez_2 / n_8;
+                        number_25 = -ey_2 / n_8;
+                    } else {
+                        /* vector_error.perpendicular: A unit vector perpendicular to the unit vector v. */
+                        const float n_9 = sqrtf(ex_2 * ex_2 + ey_2 * ey_2);
+                        number_23 = ey_2 / n_9;
+                        number_24 = -ex_2 / n_9;
+                        number_25 = 0.0f;
+                    }
+                    number_20 = number_23;
+                    number_21 = number_24;
+                    number_22 = number_25;
+                } else {
+                    number_20 = x_11 / n_7;
+                    number_21 = y_11 / n_7;
+                    number_22 = z_11 / n_7;
+                }
+                x_12 = number_20;
+                y_12 = number_21;
+                z_12 = number_22;
+            } else {
+                x_12 = x_11;
+                y_12 = y_11;
+                z_12 = z_11;
+            }
+            /* mahony.step: Eqs. 1 to 5. */
+            const float kt_3 = lh_min(kt, 1.0f / (1.0f + settings->filter.k_mag));
+            kt_2 = kt_3;
+            x_9 = x_12;
+            y_9 = y_12;
+            z_9 = z_12;
+            kh = kt_3 * settings->filter.k_mag;
+        } else {
+            /* vector_error.heading_error: The error of heading: up times the sine of the angle between the
+             * field's horizontal part and north.
+             */
+            const float tx_3 = 2.0f * (y_3 * sample->mag.z - z_3 * sample->mag.y);
+            const float ty_3 = 2.0f * (z_3 * sample->mag.x - x_3 * sample->mag.z);
+            const float tz_3 = 2.0f * (x_3 * sample->mag.y - y_3 * sample->mag.x);
+            const float east = sample->mag.x + w * tx_3 + (y_3 * tz_3 - z_3 * ty_3);
+            const float north = sample->mag.y + w * ty_3 + (z_3 * tx_3 - x_3 * tz_3);
+            const float square_2 = east * east + north * north;
+            float number_26;
+            float number_27;
+            float number_28;
+            if (square_2 < VEC3_SHORTEST) {
+                number_26 = 0.0f;
+                number_27 = 0.0f;
+                number_28 = 0.0f;
+            } else {
+                float sine;
+                if (north < 0.0f) {
+                    sine = east >= 0.0f ? 1.0f : -1.0f;
+                } else {
+                    sine = east / sqrtf(square_2);
+                }
+                number_26 = sine * ex;
+                number_27 = sine * ey;
+                number_28 = sine * ez;
+            }
+            kt_2 = kt;
+            x_9 = number_26;
+            y_9 = number_27;
+            z_9 = number_28;
+            kh = sample->dt / (lh_min(1.0f / (settings->filter.kp * settings->filter.k_mag), age)
+                + sample->dt);
+        }
+        x_7 = x_9;
+        y_7 = y_9;
+        z_7 = z_9;
+        x_8 = kt_2 * x_6 + kh * x_9;
+        y_8 = kt_2 * y_6 + kh * y_9;
+        z_8 = kt_2 * z_6 + kh * z_9;
+    } else {
+        x_7 = 0.0f;
+        y_7 = 0.0f;
+        z_7 = 0.0f;
+        x_8 = kt * x_6;
+        y_8 = kt * y_6;
+        z_8 = kt * z_6;
+    }
+    /* vector_error.correct: q ⊗ (1, ½ρ), made unit again, with ρ the rotation vector (rad, sensor frame). */
+    const float x_13 = x_8 * 0.5f;
+    const float y_13 = y_8 * 0.5f;
+    const float z_13 = z_8 * 0.5f;
+    const float nw = w - (x_3 * x_13 + y_3 * y_13 + z_3 * z_13);
+    const float nx = x_3 + (w * x_13 + (y_3 * z_13 - z_3 * y_13));
+    const float ny = y_3 + (w * y_13 + (z_3 * x_13 - x_3 * z_13));
+    const float nz = z_3 + (w * z_13 + (x_3 * y_13 - y_3 * x_13));
+    const float excess = nw * nw + nx * nx + (ny * ny + nz * nz) - 1.0f;
+    const float s_3 = excess > VECTOR_ERROR_NEAR_UNIT ? 1.0f / sqrtf(1.0f + excess)
+        : 1.0f - excess * (0.5f - 0.375f * excess);
+    /* mahony.update_bias: Eq. 3, bounded by (6); each vector waits until its K is steady. */
+    const float step = settings->filter.ki * sample->dt;
+    const float number_29 = settings->filter.kp * settings->filter.kp;
+    const float number_30 = settings->filter.bias_limit * settings->filter.bias_limit;
+    float x_14;
+    float y_14;
+    float z_14;
+    if (settings->filter.kp * age > 1.0f && number_29 * (x_6 * x_6 + y_6 * y_6 + z_6 * z_6) < number_30) {
+        x_14 = bias_x - step * x_6;
+        y_14 = bias_y - step * y_6;
+        z_14 = bias_z - step * z_6;
+    } else {
+        x_14 = bias_x;
+        y_14 = bias_y;
+        z_14 = bias_z;
+    }
+    float x_15;
+    float y_15;
+    float z_15;
+    if (settings->filter.kp * settings->filter.k_mag * age > 1.0f
+        && number_29 * settings->filter.k_mag * settings->filter.k_mag
+        * (x_7 * x_7 + y_7 * y_7 + z_7 * z_7) < number_30) {
+        const float step_2 = step * settings->filter.k_mag;
+        x_15 = x_14 - step_2 * x_7;
+        y_15 = y_14 - step_2 * y_7;
+        z_15 = z_14 - step_2 * z_7;
+    } else {
+        x_15 = x_14;
+        y_15 = y_14;
+        z_15 = z_14;
+    }
+    const float number_31 = -settings->filter.bias_limit;
+    run->state.quat.w = nw * s_3;
+    run->state.quat.x = nx * s_3;
+    run->state.quat.y = ny * s_3;
+    run->state.quat.z = nz * s_3;
+    run->state.bias.x = lh_max(number_31, lh_min(x_15, settings->filter.bias_limit));
+    run->state.bias.y = lh_max(number_31, lh_min(y_15, settings->filter.bias_limit));
+    run->state.bias.z = lh_max(number_31, lh_min(z_15, settings->filter.bias_limit));
+    run->state.age = age;
+    run->health = run->health | health;
+}
+
+/* A sample whose specific force has another norm than g, or follows such a sample. */
+static LH_CALLED void driver_step_accelerated(const Settings *settings, ConditionedSample *sample,
+    FilterRun *run)
+{
+    const float bias_x = run->state.bias.x;
+    const float bias_y = run->state.bias.y;
+    const float bias_z = run->state.bias.z;
+    if (!sample->rate_unknown) {
+        run->state.bias.x = sample->gyr.x - run->guard.rest.bias.x;
+        run->state.bias.y = sample->gyr.y - run->guard.rest.bias.y;
+        run->state.bias.z = sample->gyr.z - run->guard.rest.bias.z;
+    }
+    /* tilt.is_present: Whether a sensor is there: an absent one is the zero vector, and so is what is too
+     * short to have a direction.
+     */
+    const float number = sample->acc.x * sample->acc.x + sample->acc.y * sample->acc.y
+        + sample->acc.z * sample->acc.z;
+    const bool number_2 = number > TILT_NO_LENGTH;
+    if (!!number_2) {
+        float number_3;
+        if (!sample->detected.far_from_g) {
+            number_3 = 0.0f;
+        } else {
+            /* quat.up: The earth's vertical in the sensor frame: (−sin θ, sin φ cos θ, cos φ cos θ) with roll φ and pitch θ.
+             */
+            const float x = 2.0f * (run->state.quat.x * run->state.quat.z
+                - run->state.quat.w * run->state.quat.y);
+            const float y = 2.0f * (run->state.quat.w * run->state.quat.x
+                + run->state.quat.y * run->state.quat.z);
+            const float z = 1.0f - 2.0f
+                * (run->state.quat.x * run->state.quat.x + run->state.quat.y * run->state.quat.y);
+            /* guard.gate_force: For how long the specific force has not been gravity: its norm is far_from_g,
+             * and its direction is more than acc_angle from the vertical that the filter predicts.
+             */
+            const float number_4 = (x + sample->dt * (y * run->state.bias.z - z * run->state.bias.y))
+                * sample->acc.x + (y + sample->dt * (z * run->state.bias.x - x * run->state.bias.z))
+                * sample->acc.y + (z + sample->dt * (x * run->state.bias.y - y * run->state.bias.x))
+                * sample->acc.z;
+            number_3 = number_4 < sqrtf(number)
+                * (1.0f - 0.5f * settings->guard.acc_angle * settings->guard.acc_angle
+                * (UNITS_DEGREE * UNITS_DEGREE)) ? run->guard.acc_rejected + sample->dt : 0.0f;
+        }
+        run->guard.acc_rejected = number_3;
+    }
+    if (number_2 && (run->guard.acc_rejected > 0.0f
+        && !(run->guard.acc_rejected + ELAPSED_SLACK * sample->dt >= settings->guard.acc_time))) {
+        run->state.bias.x = bias_x;
+        run->state.bias.y = bias_y;
+        run->state.bias.z = bias_z;
+        run->health = sample->health | 512;
+        driver_step_gated(settings, sample, run, 0.0f, 0.0f, 0.0f);
+    } else {
+        run->state.bias.x = bias_x;
+        run->state.bias.y = bias_y;
+        run->state.bias.z = bias_z;
+        run->health = sample->health;
+        driver_step_gated(settings, sample, run, sample->acc.x, sample->acc.y, sample->acc.z);
+    }
+}
+
+/* One sample through the filter; NaN marks a missing reading, the zero vector a sensor that does not exist. */
+static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, float gyr_y, float gyr_z,
+    float acc_x, float acc_y, float acc_z, float mag_x, float mag_y, float mag_z, float dt)
+{
+    /* conditioning.missing_bits: Health bits of the readings that are missing. */
+    const float number = gyr_x * gyr_x + gyr_y * gyr_y + gyr_z * gyr_z
+        + (acc_x * acc_x + acc_y * acc_y + acc_z * acc_z) + (mag_x * mag_x + mag_y * mag_y + mag_z * mag_z);
+    int32_t health;
+    if (number < CONDITIONING_SQUARE_LIMIT) {
+        health = 0;
+    } else {
+        /* conditioning.missing: Whether a component of a reading is NaN, infinite or beyond READING_LIMIT. */
+        const float number_2 = -CONDITIONING_READING_LIMIT;
+        const int32_t health_2 = !((number_2 < acc_x && acc_x < CONDITIONING_READING_LIMIT)
+            && (number_2 < acc_y && acc_y < CONDITIONING_READING_LIMIT)
+            && (number_2 < acc_z && acc_z < CONDITIONING_READING_LIMIT))
+            ? (!((number_2 < gyr_x && gyr_x < CONDITIONING_READING_LIMIT)
+            && (number_2 < gyr_y && gyr_y < CONDITIONING_READING_LIMIT)
+            && (number_2 < gyr_z && gyr_z < CONDITIONING_READING_LIMIT)) ? 1 : 0) | 2
+            : (!((number_2 < gyr_x && gyr_x < CONDITIONING_READING_LIMIT)
+            && (number_2 < gyr_y && gyr_y < CONDITIONING_READING_LIMIT)
+            && (number_2 < gyr_z && gyr_z < CONDITIONING_READING_LIMIT)) ? 1 : 0);
+        health = !((number_2 < mag_x && mag_x < CONDITIONING_READING_LIMIT)
+            && (number_2 < mag_y && mag_y < CONDITIONING_READING_LIMIT)
+            && (number_2 < mag_z && mag_z < CONDITIONING_READING_LIMIT)) ? health_2 | 4 : health_2;
+    }
+    const float last_x = carry->sample.rate.last.x;
+    const float last_y = carry->sample.rate.last.y;
+    const float last_z = carry->sample.rate.last.z;
+    float acc_x_2;
+    float acc_y_2;
+    float acc_z_2;
+    float mag_x_2;
+    float mag_y_2;
+    float mag_z_2;
+    if (health != 0) {
+        if (!((health & 1) != 0)) {
+            carry->sample.rate.last.x = gyr_x;
+            carry->sample.rate.last.y = gyr_y;
+            carry->sample.rate.last.z = gyr_z;
+        }
+        float acc_x_3;
+        float acc_y_3;
+        float acc_z_3;
+        if ((health & 2) != 0) {
+            acc_x_3 = 0.0f;
+            acc_y_3 = 0.0f;
+            acc_z_3 = 0.0f;
+        } else {
+            acc_x_3 = acc_x;
+            acc_y_3 = acc_y;
+            acc_z_3 = acc_z;
+        }
+        float mag_x_3;
+        float mag_y_3;
+        float mag_z_3;
+        if ((health & 4) != 0) {
+            mag_x_3 = 0.0f;
+            mag_y_3 = 0.0f;
+            mag_z_3 = 0.0f;
+        } else {
+            mag_x_3 = mag_x;
+            mag_y_3 = mag_y;
+            mag_z_3 = mag_z;
+        }
+        acc_x_2 = acc_x_3;
+        acc_y_2 = acc_y_3;
+        acc_z_2 = acc_z_3;
+        mag_x_2 = mag_x_3;
+        mag_y_2 = mag_y_3;
+        mag_z_2 = mag_z_3;
+    } else {
+        carry->sample.rate.last.x = gyr_x;
+        carry->sample.rate.last.y = gyr_y;
+        carry->sample.rate.last.z = gyr_z;
+        acc_x_2 = acc_x;
+        acc_y_2 = acc_y;
+        acc_z_2 = acc_z;
+        mag_x_2 = mag_x;
+        mag_y_2 = mag_y;
+        mag_z_2 = mag_z;
+    }
+    const float last_x_2 = carry->sample.rate.last.x;
+    const float last_y_2 = carry->sample.rate.last.y;
+    const float last_z_2 = carry->sample.rate.last.z;
+    float dt_2;
+    bool number_3;
+    float time;
+    float unmeasured;
+    float number_4;
+    int32_t corrected_by;
+    float x;
+    float y;
+    float z;
+    float a;
+    float b;
+    float c;
+    float time_2;
+    bool complete;
+    float last_x_3;
+    float last_y_3;
+    float last_z_3;
+    float acc_x_4;
+    float acc_y_4;
+    float acc_z_4;
+    float last_x_4;
+    float last_y_4;
+    float last_z_4;
+    if (!carry->sample.started) {
+        carry->sample.detected.means.pace = 0.0f;
+        carry->sample.detected.gyr_extreme.up = 4.0f;
+        carry->sample.detected.gyr_extreme.down = 4.0f;
+        carry->sample.detected.gyr_extreme.last = 0.0f;
+        carry->sample.detected.gyr_extreme.before = 0.0f;
+        carry->sample.detected.gyr_extreme.slope = 0.0f;
+        carry->sample.detected.gyr_extreme.stay = -1.0f;
+        carry->sample.detected.gyr_extreme.found = 0;
+        carry->sample.detected.gyr_extreme.clipped = false;
+        carry->sample.detected.acc_extreme.up = 19.0f;
+        carry->sample.detected.acc_extreme.down = 19.0f;
+        carry->sample.detected.acc_extreme.last = 0.0f;
+        carry->sample.detected.acc_extreme.before = 0.0f;
+        carry->sample.detected.acc_extreme.slope = 0.0f;
+        carry->sample.detected.acc_extreme.stay = -1.0f;
+        carry->sample.detected.acc_extreme.found = 0;
+        carry->sample.detected.acc_extreme.clipped = false;
+        carry->sample.detected.gyr_repeat.axes = 0;
+        carry->sample.detected.gyr_repeat.time = 0.0f;
+        carry->sample.detected.acc_repeat.last.x = 0.0f;
+        carry->sample.detected.acc_repeat.last.y = 0.0f;
+        carry->sample.detected.acc_repeat.last.z = 0.0f;
+        carry->sample.detected.acc_repeat.axes = 0;
+        carry->sample.detected.acc_repeat.time = 0.0f;
+        carry->sample.detected.jump.usual2 = 0.0f;
+        carry->sample.detected.jump.held.x = 0.0f;
+        carry->sample.detected.jump.held.y = 0.0f;
+        carry->sample.detected.jump.held.z = 0.0f;
+        carry->sample.detected.jump.held_time = 0.0f;
+        carry->sample.detected.jump.returned.x = 0.0f;
+        carry->sample.detected.jump.returned.y = 0.0f;
+        carry->sample.detected.jump.returned.z = 0.0f;
+        carry->sample.detected.jump.spikes = 0;
+        carry->sample.detected.noise.change.x = 0.0f;
+        carry->sample.detected.noise.change.y = 0.0f;
+        carry->sample.detected.noise.change.z = 0.0f;
+        carry->sample.detected.noise.share.x = 0.0f;
+        carry->sample.detected.noise.share.y = 0.0f;
+        carry->sample.detected.noise.share.z = 0.0f;
+        carry->sample.detected.noise.time = 0.0f;
+        carry->sample.detected.noise.evidence.x = 0.0f;
+        carry->sample.detected.noise.evidence.y = 0.0f;
+        carry->sample.detected.noise.evidence.z = 0.0f;
+        carry->sample.rate.slope.x = 0.0f;
+        carry->sample.rate.slope.y = 0.0f;
+        carry->sample.rate.slope.z = 0.0f;
+        carry->sample.rate.time = 0.0f;
+        carry->sample.force.last.x = acc_x_2;
+        carry->sample.force.last.y = acc_y_2;
+        carry->sample.force.last.z = acc_z_2;
+        carry->sample.force.slope.x = 0.0f;
+        carry->sample.force.slope.y = 0.0f;
+        carry->sample.force.slope.z = 0.0f;
+        carry->sample.force.time = 0.0f;
+        carry->sample.acc.x = acc_x_2;
+        carry->sample.acc.y = acc_y_2;
+        carry->sample.acc.z = acc_z_2;
+        carry->sample.mag.x = mag_x_2;
+        carry->sample.mag.y = mag_y_2;
+        carry->sample.mag.z = mag_z_2;
+        carry->sample.health = health;
+        driver_start(&carry->sample, &carry->run);
+        carry->sample.dt = 0.0f;
+        carry->sample.detected.jump.rate.x = last_x_2;
+        carry->sample.detected.jump.rate.y = last_y_2;
+        carry->sample.detected.jump.rate.z = last_z_2;
+        carry->sample.detected.noise.last.x = 0.0f;
+        carry->sample.detected.noise.last.y = 0.0f;
+        carry->sample.detected.noise.last.z = 0.0f;
+        carry->sample.detected.far_from_g = false;
+        dt_2 = 0.0f;
+        number_3 = acc_x_2 * acc_x_2 + acc_y_2 * acc_y_2 + acc_z_2 * acc_z_2 > TILT_NO_LENGTH;
+        time = 0.0f;
+        unmeasured = 0.0f;
+        number_4 = 0.0f;
+        corrected_by = 0;
+        x = 0.0f;
+        y = 0.0f;
+        z = 0.0f;
+        a = 0.0f;
+        b = 0.0f;
+        c = 0.0f;
+        time_2 = 0.0f;
+        complete = false;
+        last_x_3 = last_x_2;
+        last_y_3 = last_y_2;
+        last_z_3 = last_z_2;
+        acc_x_4 = acc_x_2;
+        acc_y_4 = acc_y_2;
+        acc_z_4 = acc_z_2;
+        last_x_4 = 0.0f;
+        last_y_4 = 0.0f;
+        last_z_4 = 0.0f;
+    } else {
+        /* conditioning.condition: The next sample, conditioned; sample is the one before. */
+        const int32_t number_5 = health & 1;
+        const bool no_gyr = number_5 != 0;
+        /* elapsed.has_elapsed: Whether time (s), a sum of intervals of which the last was dt (s), has reached length (s).
+         */
+        const float number_6 = ELAPSED_SLACK * dt;
+        const bool rate_lost = no_gyr && carry->sample.rate_age + number_6 >= TILT_GAP_SECONDS;
+        const float lost = carry->sample.interval > 0.0f && dt > 2.0f * carry->sample.interval
+            ? dt - carry->sample.interval : 0.0f;
+        /* conditioning.condition: The next sample, conditioned; sample is the one before. */
+        const bool number_7 = lost > 0.0f;
+        /* detectors.detect: The detectors after one sample (rad/s, m/s², dt s). */
+        const bool no_acc = (health & 2) != 0;
+        const bool number_8 = !no_gyr;
+        int32_t number_9;
+        if (number_8) {
+            const float number_10 = settings->guard.gyr_range * UNITS_DEGREE;
+            const bool number_11 = number_7
+                || (number_10 > 0.0f && lh_max(lh_max(fabsf(last_x_2), fabsf(last_y_2)),
+                fabsf(last_z_2)) >= DETECTORS_PLATEAU * number_10);
+            /* rate_jump.update_jump: After a rate (rad/s) that stands for dt seconds. */
+            const float u = last_x_2 - carry->sample.detected.jump.rate.x;
+            const float v = last_y_2 - carry->sample.detected.jump.rate.y;
+            const float w = last_z_2 - carry->sample.detected.jump.rate.z;
+            const float change2 = u * u + v * v + w * w;
+            float u_2;
+            float v_2;
+            float w_2;
+            float dt_3;
+            float number_12;
+            float number_13;
+            float number_14;
+            int32_t spikes;
+            if (carry->sample.detected.jump.held_time > 0.0f) {
+                const float number_15 = u - carry->sample.detected.jump.held.x;
+                const float number_16 = v - carry->sample.detected.jump.held.y;
+                const float number_17 = w - carry->sample.detected.jump.held.z;
+                float u_3;
+                float v_3;
+                float w_3;
+                float dt_4;
+                float number_18;
+                float number_19;
+                float number_20;
+                int32_t spikes_2;
+                if (number_15 * number_15 + number_16 * number_16 + number_17 * number_17 < change2) {
+                    const float share = lh_min(carry->sample.detected.jump.held_time,
+                        RATE_JUMP_MOST_RETURN * dt) / dt;
+                    carry->sample.detected.jump.usual2 = lh_max(carry->sample.detected.jump.held.x
+                        * carry->sample.detected.jump.held.x
+                        + carry->sample.detected.jump.held.y * carry->sample.detected.jump.held.y
+                        + carry->sample.detected.jump.held.z * carry->sample.detected.jump.held.z,
+                        carry->sample.detected.jump.usual2);
+                    u_3 = 0.0f;
+                    v_3 = 0.0f;
+                    w_3 = 0.0f;
+                    dt_4 = 0.0f;
+                    number_18 = share * carry->sample.detected.jump.held.x;
+                    number_19 = share * carry->sample.detected.jump.held.y;
+                    number_20 = share * carry->sample.detected.jump.held.z;
+                    spikes_2 = 0;
+                } else {
+                    const int32_t spikes_3 = carry->sample.detected.jump.spikes + 1;
+                    float u_4;
+                    float v_4;
+                    float w_4;
+                    float dt_5;
+                    if (!number_11 && spikes_3 < 3
+                        && (change2 > RATE_JUMP_JUMP * RATE_JUMP_JUMP * carry->sample.detected.jump.usual2
+                        && change2 * dt * dt > RATE_JUMP_JUMP_ANGLE * RATE_JUMP_JUMP_ANGLE)) {
+                        u_4 = u;
+                        v_4 = v;
+                        w_4 = w;
+                        dt_5 = dt;
+                    } else {
+                        carry->sample.detected.jump.rate.x = last_x_2;
+                        carry->sample.detected.jump.rate.y = last_y_2;
+                        carry->sample.detected.jump.rate.z = last_z_2;
+                        carry->sample.detected.jump.usual2 = lh_max(change2,
+                            carry->sample.detected.jump.usual2 * RATE_JUMP_USUAL_TIME
+                            / (RATE_JUMP_USUAL_TIME + 2.0f * dt));
+                        u_4 = 0.0f;
+                        v_4 = 0.0f;
+                        w_4 = 0.0f;
+                        dt_5 = 0.0f;
+                    }
+                    carry->sample.rate.last.x = carry->sample.detected.jump.rate.x;
+                    carry->sample.rate.last.y = carry->sample.detected.jump.rate.y;
+                    carry->sample.rate.last.z = carry->sample.detected.jump.rate.z;
+                    u_3 = u_4;
+                    v_3 = v_4;
+                    w_3 = w_4;
+                    dt_4 = dt_5;
+                    number_18 = 0.0f;
+                    number_19 = 0.0f;
+                    number_20 = 0.0f;
+                    spikes_2 = spikes_3;
+                }
+                u_2 = u_3;
+                v_2 = v_3;
+                w_2 = w_3;
+                dt_3 = dt_4;
+                number_12 = number_18;
+                number_13 = number_19;
+                number_14 = number_20;
+                spikes = spikes_2;
+            } else {
+                float u_5;
+                float v_5;
+                float w_5;
+                float dt_6;
+                if (!number_11 && (change2 > RATE_JUMP_JUMP * RATE_JUMP_JUMP
+                    * carry->sample.detected.jump.usual2
+                    && change2 * dt * dt > RATE_JUMP_JUMP_ANGLE * RATE_JUMP_JUMP_ANGLE)) {
+                    u_5 = u;
+                    v_5 = v;
+                    w_5 = w;
+                    dt_6 = dt;
+                } else {
+                    carry->sample.detected.jump.rate.x = last_x_2;
+                    carry->sample.detected.jump.rate.y = last_y_2;
+                    carry->sample.detected.jump.rate.z = last_z_2;
+                    carry->sample.detected.jump.usual2 = lh_max(change2,
+                        carry->sample.detected.jump.usual2 * RATE_JUMP_USUAL_TIME
+                        / (RATE_JUMP_USUAL_TIME + 2.0f * dt));
+                    u_5 = 0.0f;
+                    v_5 = 0.0f;
+                    w_5 = 0.0f;
+                    dt_6 = 0.0f;
+                }
+                carry->sample.rate.last.x = carry->sample.detected.jump.rate.x;
+                carry->sample.rate.last.y = carry->sample.detected.jump.rate.y;
+                carry->sample.rate.last.z = carry->sample.detected.jump.rate.z;
+                u_2 = u_5;
+                v_2 = v_5;
+                w_2 = w_5;
+                dt_3 = dt_6;
+                number_12 = 0.0f;
+                number_13 = 0.0f;
+                number_14 = 0.0f;
+                spikes = 0;
+            }
+            carry->sample.detected.jump.held.x = u_2;
+            carry->sample.detected.jump.held.y = v_2;
+            carry->sample.detected.jump.held.z = w_2;
+            carry->sample.detected.jump.held_time = dt_3;
+            carry->sample.detected.jump.returned.x = number_12;
+            carry->sample.detected.jump.returned.y = number_13;
+            carry->sample.detected.jump.returned.z = number_14;
+            carry->sample.detected.jump.spikes = spikes;
+            carry->sample.detected.jump.rate.x = carry->sample.rate.last.x;
+            carry->sample.detected.jump.rate.y = carry->sample.rate.last.y;
+            carry->sample.detected.jump.rate.z = carry->sample.rate.last.z;
+            number_9 = spikes > 0 ? 32768 : 0;
+        } else {
+            number_9 = 0;
+        }
+        const float gyr_x_2 = carry->sample.detected.means.gyr.x;
+        const float gyr_y_2 = carry->sample.detected.means.gyr.y;
+        const float gyr_z_2 = carry->sample.detected.means.gyr.z;
+        const float last_x_5 = carry->sample.rate.last.x;
+        const float last_y_5 = carry->sample.rate.last.y;
+        const float last_z_5 = carry->sample.rate.last.z;
+        if (!no_gyr) {
+            carry->sample.detected.means.gyr.x = last_x_5;
+            carry->sample.detected.means.gyr.y = last_y_5;
+            carry->sample.detected.means.gyr.z = last_z_5;
+        }
+        const float acc_x_5 = carry->sample.detected.means.acc.x;
+        const float acc_y_5 = carry->sample.detected.means.acc.y;
+        const float acc_z_5 = carry->sample.detected.means.acc.z;
+        if (!no_acc) {
+            carry->sample.detected.means.acc.x = acc_x_2;
+            carry->sample.detected.means.acc.y = acc_y_2;
+            carry->sample.detected.means.acc.z = acc_z_2;
+        }
+        if (carry->sample.detected.sums.complete) {
+            carry->sample.detected.sums.x = 0.0f;
+            carry->sample.detected.sums.y = 0.0f;
+            carry->sample.detected.sums.z = 0.0f;
+            carry->sample.detected.sums.a = 0.0f;
+            carry->sample.detected.sums.b = 0.0f;
+            carry->sample.detected.sums.c = 0.0f;
+            carry->sample.detected.sums.time = 0.0f;
+            carry->sample.detected.sums.complete = false;
+        }
+        /* rest.add_sample: Adds a sample (rad/s, m/s², dt s) to the interval, or begins the next one with it. */
+        const float time_3 = carry->sample.detected.sums.time + dt;
+        /* elapsed.has_elapsed: Whether time (s), a sum of intervals of which the last was dt (s), has reached length (s).
+         */
+        const bool complete_2 = time_3 + number_6 >= REST_INTERVAL;
+        /* rest.add_sample: Adds a sample (rad/s, m/s², dt s) to the interval, or begins the next one with it. */
+        const float x_2 = carry->sample.detected.sums.x + carry->sample.detected.means.gyr.x * dt;
+        const float y_2 = carry->sample.detected.sums.y + carry->sample.detected.means.gyr.y * dt;
+        const float z_2 = carry->sample.detected.sums.z + carry->sample.detected.means.gyr.z * dt;
+        const float a_2 = carry->sample.detected.sums.a + carry->sample.detected.means.acc.x * dt;
+        const float b_2 = carry->sample.detected.sums.b + carry->sample.detected.means.acc.y * dt;
+        const float c_2 = carry->sample.detected.sums.c + carry->sample.detected.means.acc.z * dt;
+        float gyr_x_3;
+        float gyr_y_3;
+        float gyr_z_3;
+        float acc_x_6;
+        float acc_y_6;
+        float acc_z_6;
+        if (complete_2) {
+            /* rest.update_means: The slow means after an interval; quiet if its averages are within rest_gyr
+             * and rest_acc of them.
+             */
+            const float one = 1.0f / time_3;
+            const float x_3 = x_2 * one;
+            const float y_3 = y_2 * one;
+            const float z_3 = z_2 * one;
+            const float x_4 = a_2 * one;
+            const float y_4 = b_2 * one;
+            const float z_4 = c_2 * one;
+            float pace;
+            if (time_3 > TILT_GAP_SECONDS || rate_lost) {
+                pace = 0.0f;
+            } else {
+                /* rest.pace_of_rest: How many times nearer to the slow means the averages of an interval are
+                 * than they have to be; 0: they are not.
+                 */
+                const float rate2 = settings->guard.rest_gyr * settings->guard.rest_gyr
+                    * (UNITS_DEGREE * UNITS_DEGREE);
+                const float force2 = settings->guard.rest_acc * settings->guard.rest_acc;
+                /* rest.distance2: |v − mean|² */
+                const float x_5 = x_3 - gyr_x_2;
+                const float y_5 = y_3 - gyr_y_2;
+                const float z_5 = z_3 - gyr_z_2;
+                const float turn2 = x_5 * x_5 + y_5 * y_5 + z_5 * z_5;
+                const float x_6 = x_4 - acc_x_5;
+                const float y_6 = y_4 - acc_y_5;
+                const float z_6 = z_4 - acc_z_5;
+                const float push2 = x_6 * x_6 + y_6 * y_6 + z_6 * z_6;
+                float number_21;
+                if (turn2 >= rate2 || push2 >= force2) {
+                    number_21 = 0.0f;
+                } else {
+                    number_21 = 1.0f / sqrtf(lh_max(lh_max(turn2 / rate2, push2 / force2),
+                        1.0f / (REST_FASTEST * REST_FASTEST)));
+                }
+                pace = number_21;
+            }
+            const float weight = time_3 / (REST_MEAN_TIME + time_3);
+            carry->sample.detected.means.pace = pace;
+            gyr_x_3 = gyr_x_2 + weight * (x_3 - gyr_x_2);
+            gyr_y_3 = gyr_y_2 + weight * (y_3 - gyr_y_2);
+            gyr_z_3 = gyr_z_2 + weight * (z_3 - gyr_z_2);
+            acc_x_6 = acc_x_5 + weight * (x_4 - acc_x_5);
+            acc_y_6 = acc_y_5 + weight * (y_4 - acc_y_5);
+            acc_z_6 = acc_z_5 + weight * (z_4 - acc_z_5);
+        } else {
+            gyr_x_3 = gyr_x_2;
+            gyr_y_3 = gyr_y_2;
+            gyr_z_3 = gyr_z_2;
+            acc_x_6 = acc_x_5;
+            acc_y_6 = acc_y_5;
+            acc_z_6 = acc_z_5;
+        }
+        int32_t health_3;
+        if (number_8) {
+            detectors_update_extreme(&carry->sample.detected.gyr_extreme, last_x_5, last_y_5, last_z_5,
+                settings->guard.gyr_range * UNITS_DEGREE, dt);
+            if (last_x_5 != carry->sample.detected.gyr_repeat.last.x
+                && last_y_5 != carry->sample.detected.gyr_repeat.last.y
+                && last_z_5 != carry->sample.detected.gyr_repeat.last.z) {
+                carry->sample.detected.gyr_repeat.axes = 0;
+                carry->sample.detected.gyr_repeat.time = 0.0f;
+            } else {
+                if (!(fabsf(last_x_5 - carry->sample.detected.gyr_repeat.last.x) < DETECTORS_LEAST
+                    && fabsf(last_y_5 - carry->sample.detected.gyr_repeat.last.y) < DETECTORS_LEAST
+                    && fabsf(last_z_5 - carry->sample.detected.gyr_repeat.last.z) < DETECTORS_LEAST)) {
+                    const int32_t same = last_z_5 == carry->sample.detected.gyr_repeat.last.z
+                        && last_z_5 != 0.0f ? (last_y_5 == carry->sample.detected.gyr_repeat.last.y
+                        && last_y_5 != 0.0f ? (last_x_5 == carry->sample.detected.gyr_repeat.last.x
+                        && last_x_5 != 0.0f ? 1 : 0) | 2
+                        : (last_x_5 == carry->sample.detected.gyr_repeat.last.x && last_x_5 != 0.0f ? 1
+                        : 0)) | 4 : (last_y_5 == carry->sample.detected.gyr_repeat.last.y && last_y_5 != 0.0f
+                        ? (last_x_5 == carry->sample.detected.gyr_repeat.last.x && last_x_5 != 0.0f ? 1
+                        : 0) | 2 : (last_x_5 == carry->sample.detected.gyr_repeat.last.x && last_x_5 != 0.0f
+                        ? 1 : 0));
+                    /* detectors.update_repeat: Which axes repeat their last value while another one changes;
+                     * zero does not count (simulations without noise).
+                     */
+                    const int32_t number_22 = carry->sample.detected.gyr_repeat.axes & same;
+                    const bool number_23 = number_22 == 0;
+                    carry->sample.detected.gyr_repeat.last.x = last_x_5;
+                    carry->sample.detected.gyr_repeat.last.y = last_y_5;
+                    carry->sample.detected.gyr_repeat.last.z = last_z_5;
+                    carry->sample.detected.gyr_repeat.axes = number_23 ? same : number_22;
+                    carry->sample.detected.gyr_repeat.time = number_23 ? 0.0f
+                        : carry->sample.detected.gyr_repeat.time + dt;
+                }
+                carry->sample.rate.last.x = carry->sample.detected.gyr_repeat.last.x;
+                carry->sample.rate.last.y = carry->sample.detected.gyr_repeat.last.y;
+                carry->sample.rate.last.z = carry->sample.detected.gyr_repeat.last.z;
+            }
+            /* rate_noise.update_noise: After a rate (rad/s) that stands for dt seconds, which is of the noise
+             * alone where it is quiet.
+             */
+            const float x_7 = fabsf(last_x_5 - carry->sample.detected.noise.last.x);
+            const float y_7 = fabsf(last_y_5 - carry->sample.detected.noise.last.y);
+            const float z_7 = fabsf(last_z_5 - carry->sample.detected.noise.last.z);
+            const float change_x = carry->sample.detected.noise.change.x;
+            const float change_y = carry->sample.detected.noise.change.y;
+            const float change_z = carry->sample.detected.noise.change.z;
+            float x_8;
+            float y_8;
+            float z_8;
+            if (carry->sample.detected.means.pace > 0.0f) {
+                /* lowpass.lowpass_weight: The weight of a new sample in a first-order low-pass of time
+                 * constant tau: dt/(min(τ, age) + dt).
+                 */
+                const float weight_2 = dt
+                    / (lh_min(RATE_NOISE_NOISE_TIME, carry->sample.detected.noise.time) + dt);
+                carry->sample.detected.noise.change.x = change_x + weight_2 * (x_7 - change_x);
+                carry->sample.detected.noise.change.y = change_y + weight_2 * (y_7 - change_y);
+                carry->sample.detected.noise.change.z = change_z + weight_2 * (z_7 - change_z);
+                carry->sample.detected.noise.share.x = carry->sample.detected.noise.share.x
+                    + weight_2 * ((x_7 > RATE_NOISE_SMALL * change_x ? 1.0f : 0.0f)
+                    - carry->sample.detected.noise.share.x);
+                carry->sample.detected.noise.share.y = carry->sample.detected.noise.share.y
+                    + weight_2 * ((y_7 > RATE_NOISE_SMALL * change_y ? 1.0f : 0.0f)
+                    - carry->sample.detected.noise.share.y);
+                carry->sample.detected.noise.share.z = carry->sample.detected.noise.share.z
+                    + weight_2 * ((z_7 > RATE_NOISE_SMALL * change_z ? 1.0f : 0.0f)
+                    - carry->sample.detected.noise.share.z);
+                carry->sample.detected.noise.time = lh_min(carry->sample.detected.noise.time + dt,
+                    RATE_NOISE_NOISE_TIME);
+                x_8 = 0.0f;
+                y_8 = 0.0f;
+                z_8 = 0.0f;
+            } else {
+                float number_24;
+                float number_25;
+                float number_26;
+                if (!(carry->sample.detected.noise.time + number_6 >= RATE_NOISE_LEAST_TIME)) {
+                    number_24 = 0.0f;
+                    number_25 = 0.0f;
+                    number_26 = 0.0f;
+                } else {
+                    number_24 = x_7 > RATE_NOISE_SMALL * change_x || fabsf(last_x_5) > RATE_NOISE_LEAST_SCALE
+                        ? 0.0f : carry->sample.detected.noise.evidence.x
+                        + carry->sample.detected.noise.share.x;
+                    number_25 = y_7 > RATE_NOISE_SMALL * change_y || fabsf(last_y_5) > RATE_NOISE_LEAST_SCALE
+                        ? 0.0f : carry->sample.detected.noise.evidence.y
+                        + carry->sample.detected.noise.share.y;
+                    number_26 = z_7 > RATE_NOISE_SMALL * change_z || fabsf(last_z_5) > RATE_NOISE_LEAST_SCALE
+                        ? 0.0f : carry->sample.detected.noise.evidence.z
+                        + carry->sample.detected.noise.share.z;
+                }
+                x_8 = number_24;
+                y_8 = number_25;
+                z_8 = number_26;
+            }
+            carry->sample.detected.noise.evidence.x = x_8;
+            carry->sample.detected.noise.evidence.y = y_8;
+            carry->sample.detected.noise.evidence.z = z_8;
+            carry->sample.detected.noise.last.x = last_x_5;
+            carry->sample.detected.noise.last.y = last_y_5;
+            carry->sample.detected.noise.last.z = last_z_5;
+            health_3 = carry->sample.detected.gyr_repeat.time
+                + number_6 >= lh_max(DETECTORS_STUCK_SECONDS, DETECTORS_STUCK_SAMPLES * dt)
+                || lh_max(lh_max(x_8, y_8), z_8) > RATE_NOISE_SURE
+                ? (carry->sample.detected.gyr_extreme.clipped ? number_9 | 32 : number_9) | 128
+                : (carry->sample.detected.gyr_extreme.clipped ? number_9 | 32 : number_9);
+        } else {
+            carry->sample.rate.last.x = carry->sample.detected.gyr_repeat.last.x;
+            carry->sample.rate.last.y = carry->sample.detected.gyr_repeat.last.y;
+            carry->sample.rate.last.z = carry->sample.detected.gyr_repeat.last.z;
+            health_3 = number_9;
+        }
+        bool far;
+        int32_t health_4;
+        if (!no_acc) {
+            detectors_update_extreme(&carry->sample.detected.acc_extreme, acc_x_2, acc_y_2, acc_z_2,
+                settings->guard.acc_range, dt);
+            if (acc_x_2 != carry->sample.detected.acc_repeat.last.x
+                && acc_y_2 != carry->sample.detected.acc_repeat.last.y
+                && acc_z_2 != carry->sample.detected.acc_repeat.last.z) {
+                carry->sample.detected.acc_repeat.last.x = acc_x_2;
+                carry->sample.detected.acc_repeat.last.y = acc_y_2;
+                carry->sample.detected.acc_repeat.last.z = acc_z_2;
+                carry->sample.detected.acc_repeat.axes = 0;
+                carry->sample.detected.acc_repeat.time = 0.0f;
+            } else {
+                if (!(fabsf(acc_x_2 - carry->sample.detected.acc_repeat.last.x) < DETECTORS_LEAST
+                    && fabsf(acc_y_2 - carry->sample.detected.acc_repeat.last.y) < DETECTORS_LEAST
+                    && fabsf(acc_z_2 - carry->sample.detected.acc_repeat.last.z) < DETECTORS_LEAST)) {
+                    const int32_t same_2 = acc_z_2 == carry->sample.detected.acc_repeat.last.z
+                        && acc_z_2 != 0.0f ? (acc_y_2 == carry->sample.detected.acc_repeat.last.y
+                        && acc_y_2 != 0.0f ? (acc_x_2 == carry->sample.detected.acc_repeat.last.x
+                        && acc_x_2 != 0.0f ? 1 : 0) | 2
+                        : (acc_x_2 == carry->sample.detected.acc_repeat.last.x && acc_x_2 != 0.0f ? 1
+                        : 0)) | 4 : (acc_y_2 == carry->sample.detected.acc_repeat.last.y && acc_y_2 != 0.0f
+                        ? (acc_x_2 == carry->sample.detected.acc_repeat.last.x && acc_x_2 != 0.0f ? 1 : 0) | 2
+                        : (acc_x_2 == carry->sample.detected.acc_repeat.last.x && acc_x_2 != 0.0f ? 1 : 0));
+                    /* detectors.update_repeat: Which axes repeat their last value while another one changes;
+                     * zero does not count (simulations without noise).
+                     */
+                    const int32_t number_27 = carry->sample.detected.acc_repeat.axes & same_2;
+                    const bool number_28 = number_27 == 0;
+                    carry->sample.detected.acc_repeat.last.x = acc_x_2;
+                    carry->sample.detected.acc_repeat.last.y = acc_y_2;
+                    carry->sample.detected.acc_repeat.last.z = acc_z_2;
+                    carry->sample.detected.acc_repeat.axes = number_28 ? same_2 : number_27;
+                    carry->sample.detected.acc_repeat.time = number_28 ? 0.0f
+                        : carry->sample.detected.acc_repeat.time + dt;
+                }
+            }
+            int32_t health_5;
+            if (carry->sample.detected.acc_extreme.clipped) {
+                health_5 = health_3 | 64;
+            } else {
+                health_5 = carry->sample.detected.acc_repeat.time
+                    + number_6 >= lh_max(DETECTORS_STUCK_SECONDS, DETECTORS_STUCK_SAMPLES * dt)
+                    ? health_3 | 256 : health_3;
+            }
+            /* detectors.is_far_from_g: Whether the norm of a specific force (m/s²) is more than acc_gate from g. */
+            const float square = acc_x_2 * acc_x_2 + acc_y_2 * acc_y_2 + acc_z_2 * acc_z_2;
+            const float low = lh_max(UNITS_GRAVITY - settings->guard.acc_gate, 0.0f);
+            const float high = UNITS_GRAVITY + settings->guard.acc_gate;
+            far = !(low * low <= square && square <= high * high);
+            health_4 = health_5;
+        } else {
+            far = carry->sample.detected.far_from_g;
+            health_4 = health_3;
+        }
+        float last_x_6;
+        float last_y_6;
+        float last_z_6;
+        if (number_5 == 0) {
+            float number_29;
+            float number_30;
+            float number_31;
+            if (lh_max(lh_max(carry->sample.detected.noise.evidence.x,
+                carry->sample.detected.noise.evidence.y),
+                carry->sample.detected.noise.evidence.z) > RATE_NOISE_SURE) {
+                number_29 = 0.0f;
+                number_30 = 0.0f;
+                number_31 = 0.0f;
+            } else {
+                number_29 = carry->sample.detected.jump.rate.x + carry->sample.detected.jump.returned.x;
+                number_30 = carry->sample.detected.jump.rate.y + carry->sample.detected.jump.returned.y;
+                number_31 = carry->sample.detected.jump.rate.z + carry->sample.detected.jump.returned.z;
+            }
+            last_x_6 = number_29;
+            last_y_6 = number_30;
+            last_z_6 = number_31;
+        } else {
+            last_x_6 = last_x_2;
+            last_y_6 = last_y_2;
+            last_z_6 = last_z_2;
+        }
+        /* conditioning.condition: The next sample, conditioned; sample is the one before. */
+        const int32_t health_6 = health | health_4;
+        float acc_x_7;
+        float acc_y_7;
+        float acc_z_7;
+        if (acc_x_2 * acc_x_2 + acc_y_2 * acc_y_2 + acc_z_2 * acc_z_2 > TILT_NO_LENGTH) {
+            full_scale_update_approach(&carry->sample.force, &carry->sample.detected.acc_extreme, acc_x_2,
+                acc_y_2, acc_z_2, dt);
+            float number_32;
+            float number_33;
+            float number_34;
+            if ((health_6 & 256) != 0) {
+                number_32 = 0.0f;
+                number_33 = 0.0f;
+                number_34 = 0.0f;
+            } else {
+                float x_9;
+                float y_9;
+                float z_9;
+                if (carry->sample.force.time == 0.0f) {
+                    x_9 = 0.0f;
+                    y_9 = 0.0f;
+                    z_9 = 0.0f;
+                } else {
+                    /* full_scale.mean_beyond: What the last reading, of dt seconds, leaves out in the mean;
+                     * at most as much as it reads.
+                     */
+                    const float number_35 = (carry->sample.force.time - 0.5f * dt) / 3.0f;
+                    /* vec3.scale: s·a */
+                    const float x_10 = carry->sample.force.slope.x * number_35;
+                    const float y_10 = carry->sample.force.slope.y * number_35;
+                    const float z_10 = carry->sample.force.slope.z * number_35;
+                    /* vec3.norm: |a| */
+                    const float size = sqrtf(x_10 * x_10 + y_10 * y_10 + z_10 * z_10);
+                    const float most = sqrtf(carry->sample.force.last.x * carry->sample.force.last.x
+                        + carry->sample.force.last.y * carry->sample.force.last.y
+                        + carry->sample.force.last.z * carry->sample.force.last.z);
+                    float x_11;
+                    float y_11;
+                    float z_11;
+                    if (size > most) {
+                        /* full_scale.mean_beyond: What the last reading, of dt seconds, leaves out in the
+                         * mean; at most as much as it reads.
+                         */
+                        const float number_36 = most / size;
+                        x_11 = x_10 * number_36;
+                        y_11 = y_10 * number_36;
+                        z_11 = z_10 * number_36;
+                    } else {
+                        x_11 = x_10;
+                        y_11 = y_10;
+                        z_11 = z_10;
+                    }
+                    x_9 = x_11;
+                    y_9 = y_11;
+                    z_9 = z_11;
+                }
+                number_32 = acc_x_2 + x_9;
+                number_33 = acc_y_2 + y_9;
+                number_34 = acc_z_2 + z_9;
+            }
+            acc_x_7 = number_32;
+            acc_y_7 = number_33;
+            acc_z_7 = number_34;
+        } else {
+            acc_x_7 = acc_x_2;
+            acc_y_7 = acc_y_2;
+            acc_z_7 = acc_z_2;
+        }
+        const bool number_37 = carry->sample.since_sigma
+            + ELAPSED_SLACK * carry->sample.dt >= OBSERVER_COVARIANCE_INTERVAL
+            || carry->sample.unmeasured > 0.0f;
+        const int32_t corrected_by_2 = mag_x_2 * mag_x_2 + mag_y_2 * mag_y_2
+            + mag_z_2 * mag_z_2 > TILT_NO_LENGTH
+            ? (acc_x_7 * acc_x_7 + acc_y_7 * acc_y_7 + acc_z_7 * acc_z_7 > TILT_NO_LENGTH
+            ? (number_37 ? 0 : carry->sample.corrected_by) | 1
+            : (number_37 ? 0 : carry->sample.corrected_by)) | 2
+            : (acc_x_7 * acc_x_7 + acc_y_7 * acc_y_7 + acc_z_7 * acc_z_7 > TILT_NO_LENGTH
+            ? (number_37 ? 0 : carry->sample.corrected_by) | 1
+            : (number_37 ? 0 : carry->sample.corrected_by));
+        const bool number_38 = dt > TILT_GAP_SECONDS;
+        const int32_t health_7 = number_38 ? health_6 | 8 : health_6;
+        /* conditioning.unmeasured_rotation: The rotation while the rate was unusable; its variance is 0 up to LEAST_ROTATION.
+         */
+        const bool number_39 = (health_7 & 161) == 0;
+        float rate_age;
+        float unmeasured_2;
+        if (number_39) {
+            rate_age = 0.0f;
+            unmeasured_2 = 0.0f;
+        } else {
+            const float number_40 = carry->sample.rate_age + dt;
+            const float after = TILT_TURN * number_40;
+            float number_41;
+            if (after <= CONDITIONING_LEAST_ROTATION) {
+                number_41 = 0.0f;
+            } else {
+                number_41 = after * after
+                    - (TILT_TURN * carry->sample.rate_age > CONDITIONING_LEAST_ROTATION
+                    ? TILT_TURN * carry->sample.rate_age * (TILT_TURN * carry->sample.rate_age) : 0.0f);
+            }
+            rate_age = number_40;
+            unmeasured_2 = number_41;
+        }
+        const float time_4 = carry->sample.rate.time;
+        const float last_x_7 = carry->sample.rate.last.x;
+        const float last_y_7 = carry->sample.rate.last.y;
+        const float last_z_7 = carry->sample.rate.last.z;
+        if ((health_7 & 32) != 0 || number_39) {
+            carry->sample.rate.last.x = last_x;
+            carry->sample.rate.last.y = last_y;
+            carry->sample.rate.last.z = last_z;
+            full_scale_update_approach(&carry->sample.rate, &carry->sample.detected.gyr_extreme, last_x_6,
+                last_y_6, last_z_6, dt);
+        } else {
+            carry->sample.rate.last.x = last_x_6;
+            carry->sample.rate.last.y = last_y_6;
+            carry->sample.rate.last.z = last_z_6;
+            carry->sample.rate.time = 0.0f;
+        }
+        const float last_x_8 = carry->sample.rate.last.x;
+        const float last_y_8 = carry->sample.rate.last.y;
+        const float last_z_8 = carry->sample.rate.last.z;
+        float last_x_9;
+        float last_y_9;
+        float last_z_9;
+        float time_5;
+        float unmeasured_3;
+        if (carry->sample.rate.time > 0.0f) {
+            /* full_scale.variance_beyond: u² s², variance of the integral of what is beyond, time seconds
+             * after full scale was reached.
+             */
+            const float missed = FULL_SCALE_CLIPPED_SHARE * carry->sample.rate.time * carry->sample.rate.time
+                / 6.0f;
+            const float number_42 = carry->sample.rate.slope.x * carry->sample.rate.slope.x
+                + carry->sample.rate.slope.y * carry->sample.rate.slope.y
+                + carry->sample.rate.slope.z * carry->sample.rate.slope.z;
+            const float missed_2 = FULL_SCALE_CLIPPED_SHARE * time_4 * time_4 / 6.0f;
+            float x_12;
+            float y_12;
+            float z_12;
+            if (carry->sample.rate.time == 0.0f) {
+                x_12 = 0.0f;
+                y_12 = 0.0f;
+                z_12 = 0.0f;
+            } else {
+                /* full_scale.mean_beyond: What the last reading, of dt seconds, leaves out in the mean; at
+                 * most as much as it reads.
+                 */
+                const float number_43 = (carry->sample.rate.time - 0.5f * dt) / 3.0f;
+                /* vec3.scale: s·a */
+                const float x_13 = carry->sample.rate.slope.x * number_43;
+                const float y_13 = carry->sample.rate.slope.y * number_43;
+                const float z_13 = carry->sample.rate.slope.z * number_43;
+                /* vec3.norm: |a| */
+                const float size_2 = sqrtf(x_13 * x_13 + y_13 * y_13 + z_13 * z_13);
+                const float most_2 = sqrtf(last_x_8 * last_x_8 + last_y_8 * last_y_8 + last_z_8 * last_z_8);
+                float x_14;
+                float y_14;
+                float z_14;
+                if (size_2 > most_2) {
+                    /* full_scale.mean_beyond: What the last reading, of dt seconds, leaves out in the mean;
+                     * at most as much as it reads.
+                     */
+                    const float number_44 = most_2 / size_2;
+                    x_14 = x_13 * number_44;
+                    y_14 = y_13 * number_44;
+                    z_14 = z_13 * number_44;
+                } else {
+                    x_14 = x_13;
+                    y_14 = y_13;
+                    z_14 = z_13;
+                }
+                x_12 = x_14;
+                y_12 = y_14;
+                z_12 = z_14;
+            }
+            last_x_9 = last_x_6 + x_12;
+            last_y_9 = last_y_6 + y_12;
+            last_z_9 = last_z_6 + z_12;
+            time_5 = carry->sample.rate.time;
+            unmeasured_3 = missed * missed * number_42 - missed_2 * missed_2 * number_42;
+        } else {
+            float last_x_10;
+            float last_y_10;
+            float last_z_10;
+            float unmeasured_4;
+            if (number_7 && dt <= TILT_GAP_SECONDS && number_39) {
+                /* vec3.sub: a − b */
+                const float number_45 = last_x_6 - last_x;
+                const float number_46 = last_y_6 - last_y;
+                const float number_47 = last_z_6 - last_z;
+                /* conditioning.lost_variance: rad², about each axis, of the rotation in lost seconds without
+                 * samples, if the mean of the rates before and after is held for it.
+                 */
+                const float number_48 = CONDITIONING_CHANGE_VARIANCE
+                    * (number_45 * number_45 + number_46 * number_46 + number_47 * number_47)
+                    + CONDITIONING_RETURN_VARIANCE
+                    * lh_max(last_x_6 * last_x_6 + last_y_6 * last_y_6 + last_z_6 * last_z_6,
+                    last_x * last_x + last_y * last_y + last_z * last_z);
+                /* conditioning.condition: The next sample, conditioned; sample is the one before. */
+                const float number_49 = 0.5f * lost / dt;
+                last_x_10 = last_x_6 - number_45 * number_49;
+                last_y_10 = last_y_6 - number_46 * number_49;
+                last_z_10 = last_z_6 - number_47 * number_49;
+                unmeasured_4 = lost * lost * number_48;
+            } else {
+                last_x_10 = last_x_6;
+                last_y_10 = last_y_6;
+                last_z_10 = last_z_6;
+                unmeasured_4 = unmeasured_2;
+            }
+            last_x_9 = last_x_10;
+            last_y_9 = last_y_10;
+            last_z_9 = last_z_10;
+            time_5 = rate_age;
+            unmeasured_3 = unmeasured_4;
+        }
+        const bool rate_unknown = rate_lost || number_38;
+        /* conditioning.condition: The next sample, conditioned; sample is the one before. */
+        const float number_50 = (number_37 ? 0.0f : carry->sample.since_sigma) + dt;
+        carry->sample.rate.last.x = last_x_9;
+        carry->sample.rate.last.y = last_y_9;
+        carry->sample.rate.last.z = last_z_9;
+        if (complete_2) {
+            /* rest.is_turn: Whether a steady mean rate (rad/s) is a turn and no bias: too large for any, or
+             * far from what is known of it.
+             */
+            const float limit = settings->guard.bias_limit * UNITS_DEGREE;
+            /* rest.distance2: |v − mean|² */
+            const float square_2 = gyr_x_3 * gyr_x_3 + gyr_y_3 * gyr_y_3 + gyr_z_3 * gyr_z_3;
+            bool number_51;
+            if (square_2 > limit * limit) {
+                number_51 = true;
+            } else {
+                bool number_52;
+                if (!carry->run.guard.rest.known) {
+                    number_52 = false;
+                } else {
+                    /* vec3.add: a + b */
+                    const float x_15 = carry->run.guard.rest.bias.x + carry->run.state.bias.x;
+                    const float y_15 = carry->run.guard.rest.bias.y + carry->run.state.bias.y;
+                    const float z_15 = carry->run.guard.rest.bias.z + carry->run.state.bias.z;
+                    /* rest.distance2: |v − mean|² */
+                    const float x_16 = gyr_x_3 - x_15;
+                    const float y_16 = gyr_y_3 - y_15;
+                    const float z_16 = gyr_z_3 - z_15;
+                    number_52 = square_2 > x_15 * x_15 + y_15 * y_15 + z_15 * z_15
+                        && x_16 * x_16 + y_16 * y_16 + z_16 * z_16 > REST_BIAS_CHANGE;
+                }
+                number_51 = number_52;
+            }
+            float time_6;
+            if (carry->sample.detected.means.pace == 0.0f || number_51) {
+                carry->run.guard.rest.moved = true;
+                time_6 = 0.0f;
+            } else {
+                /* rest.update_rest: After an interval of dt seconds: how long the sensor has been quiet, and
+                 * the bias (rad/s) as a running mean.
+                 */
+                const float age = lh_max(carry->run.guard.rest.time - settings->guard.rest_time, 0.0f);
+                const float time_7 = carry->run.guard.rest.time
+                    + (carry->run.guard.rest.moved || age > 0.0f ? time_3
+                    : time_3 * carry->sample.detected.means.pace);
+                const bool number_53 = time_7 > 0.0f
+                    && time_7 + ELAPSED_SLACK * REST_INTERVAL >= settings->guard.rest_time;
+                if (number_53) {
+                    /* lowpass.lowpass_weight: The weight of a new sample in a first-order low-pass of time
+                     * constant tau: dt/(min(τ, age) + dt).
+                     */
+                    const float number_54 = time_3 / (lh_min(REST_BIAS_TIME, age) + time_3);
+                    carry->run.guard.rest.bias.x = carry->run.guard.rest.bias.x
+                        + number_54 * (gyr_x_3 - carry->run.state.bias.x - carry->run.guard.rest.bias.x);
+                    carry->run.guard.rest.bias.y = carry->run.guard.rest.bias.y
+                        + number_54 * (gyr_y_3 - carry->run.state.bias.y - carry->run.guard.rest.bias.y);
+                    carry->run.guard.rest.bias.z = carry->run.guard.rest.bias.z
+                        + number_54 * (gyr_z_3 - carry->run.state.bias.z - carry->run.guard.rest.bias.z);
+                }
+                carry->run.guard.rest.known = carry->run.guard.rest.known || number_53;
+                time_6 = time_7;
+            }
+            carry->run.guard.rest.time = time_6;
+        }
+        const bool number_55 = unmeasured_3 > 0.0f;
+        if (number_55) {
+            carry->run.state.age = 0.0f;
+        }
+        if (far || carry->sample.detected.far_from_g) {
+            carry->sample.gyr.x = last_x_9;
+            carry->sample.gyr.y = last_y_9;
+            carry->sample.gyr.z = last_z_9;
+            carry->sample.acc.x = acc_x_7;
+            carry->sample.acc.y = acc_y_7;
+            carry->sample.acc.z = acc_z_7;
+            carry->sample.mag.x = mag_x_2;
+            carry->sample.mag.y = mag_y_2;
+            carry->sample.mag.z = mag_z_2;
+            carry->sample.dt = dt;
+            carry->sample.health = health_7;
+            carry->sample.rate_unknown = rate_unknown;
+            carry->sample.detected.far_from_g = far;
+            driver_step_accelerated(settings, &carry->sample, &carry->run);
+        } else {
+            carry->sample.gyr.x = last_x_9;
+            carry->sample.gyr.y = last_y_9;
+            carry->sample.gyr.z = last_z_9;
+            carry->sample.mag.x = mag_x_2;
+            carry->sample.mag.y = mag_y_2;
+            carry->sample.mag.z = mag_z_2;
+            carry->sample.dt = dt;
+            carry->sample.rate_unknown = rate_unknown;
+            carry->run.health = health_7;
+            driver_step_gated(settings, &carry->sample, &carry->run, acc_x_7, acc_y_7, acc_z_7);
+        }
+        /* elapsed.has_elapsed: Whether time (s), a sum of intervals of which the last was dt (s), has reached length (s).
+         */
+        const float number_56 = ELAPSED_SLACK * dt;
+        if (number_50 + number_56 >= OBSERVER_COVARIANCE_INTERVAL || number_55) {
+            int32_t seen;
+            float acc_x_8;
+            float acc_y_8;
+            float acc_z_8;
+            if (carry->run.guard.acc_rejected > 0.0f
+                && !(carry->run.guard.acc_rejected + number_56 >= settings->guard.acc_time)) {
+                seen = corrected_by_2 & 2;
+                acc_x_8 = 0.0f;
+                acc_y_8 = 0.0f;
+                acc_z_8 = 0.0f;
+            } else {
+                seen = corrected_by_2;
+                acc_x_8 = acc_x_7;
+                acc_y_8 = acc_y_7;
+                acc_z_8 = acc_z_7;
+            }
+            const int32_t seen_2 = carry->run.guard.field.rejected > 0.0f ? seen & 1 : seen;
+            float x_17;
+            float y_17;
+            float z_17;
+            if (rate_unknown) {
+                x_17 = 0.0f;
+                y_17 = 0.0f;
+                z_17 = 0.0f;
+            } else {
+                x_17 = last_x_9 - carry->run.guard.rest.bias.x;
+                y_17 = last_y_9 - carry->run.guard.rest.bias.y;
+                z_17 = last_z_9 - carry->run.guard.rest.bias.z;
+            }
+            /* lowpass.lowpass_weight: The weight of a new sample in a first-order low-pass of time constant
+             * tau: dt/(min(τ, age) + dt).
+             */
+            const float kt = number_50
+                / (lh_min(1.0f / settings->filter.kp, carry->run.state.age) + number_50);
+            /* mahony.gains: K, K₂ of eq. 5 and k_I dt of eq. 3, for a state after its sample. */
+            const float number_57 = settings->filter.kp * settings->filter.k_mag;
+            const float bh = number_57 * carry->run.state.age > 1.0f
+                ? settings->filter.ki * settings->filter.k_mag * number_50 : 0.0f;
+            float kt_2;
+            float kh;
+            float bh_2;
+            if (settings->filter.whole_field) {
+                const float kt_3 = lh_min(kt, 1.0f / (1.0f + settings->filter.k_mag));
+                kt_2 = kt_3;
+                kh = DIRECTION_FILTER_DIP_SHARE * kt_3 * settings->filter.k_mag;
+                bh_2 = DIRECTION_FILTER_DIP_SHARE * bh;
+            } else {
+                kt_2 = kt;
+                kh = number_50 / (lh_min(1.0f / number_57, carry->run.state.age) + number_50);
+                bh_2 = bh;
+            }
+            /* observer_covariance.update_covariance: After an interval of dt s, with the filter's gains for
+             * an interval of that length.
+             */
+            const float rate2_2 = x_17 * x_17 + y_17 * y_17 + z_17 * z_17;
+            float level;
+            float number_58;
+            float number_59;
+            float level_2;
+            float number_60;
+            float number_61;
+            if (number_50 > TILT_GAP_SECONDS) {
+                level = lh_min(carry->run.covariance.tilt.level
+                    + TILT_TURN * TILT_TURN * number_50 * number_50, TILT_UNIFORM * TILT_UNIFORM);
+                number_58 = 0.0f;
+                number_59 = lh_max(carry->run.covariance.tilt.bias,
+                    lh_min(carry->run.covariance.tilt.bias + OBSERVER_COVARIANCE_WALK * number_50,
+                    OBSERVER_COVARIANCE_TURN_ON));
+                level_2 = lh_min(carry->run.covariance.heading.level
+                    + TILT_TURN * TILT_TURN * number_50 * number_50, TILT_UNIFORM * TILT_UNIFORM);
+                number_60 = 0.0f;
+                number_61 = lh_max(carry->run.covariance.heading.bias,
+                    lh_min(carry->run.covariance.heading.bias + OBSERVER_COVARIANCE_WALK * number_50,
+                    OBSERVER_COVARIANCE_TURN_ON));
+            } else {
+                /* two_state.predict: Eq. 1 with Q = diag(q_level, q_bias). */
+                const float number_62 = number_50 * carry->run.covariance.tilt.bias;
+                const float number_63 = number_50 * carry->run.covariance.heading.bias;
+                level = carry->run.covariance.tilt.level
+                    + number_50 * (number_62 - 2.0f * carry->run.covariance.tilt.cross)
+                    + ((OBSERVER_COVARIANCE_NOISE + OBSERVER_COVARIANCE_SCALE * rate2_2) * number_50
+                    + unmeasured_3);
+                number_58 = carry->run.covariance.tilt.cross - number_62;
+                number_59 = carry->run.covariance.tilt.bias + OBSERVER_COVARIANCE_WALK * number_50;
+                level_2 = carry->run.covariance.heading.level
+                    + number_50 * (number_63 - 2.0f * carry->run.covariance.heading.cross)
+                    + ((OBSERVER_COVARIANCE_NOISE + OBSERVER_COVARIANCE_SCALE * rate2_2) * number_50
+                    + unmeasured_3);
+                number_60 = carry->run.covariance.heading.cross - number_63;
+                number_61 = carry->run.covariance.heading.bias + OBSERVER_COVARIANCE_WALK * number_50;
+            }
+            float cross;
+            float bias;
+            float cross_2;
+            float bias_2;
+            if (carry->run.guard.rest.time > 0.0f
+                && carry->run.guard.rest.time + ELAPSED_SLACK * REST_INTERVAL >= settings->guard.rest_time) {
+                /* observer_covariance.limit_bias: At rest the bias is known to 0.05 °/s (1σ), at least. */
+                const bool number_64 = number_59 > OBSERVER_COVARIANCE_REST_BIAS;
+                const bool number_65 = number_61 > OBSERVER_COVARIANCE_REST_BIAS;
+                cross = number_64 ? 0.0f : number_58;
+                bias = number_64 ? OBSERVER_COVARIANCE_REST_BIAS : number_59;
+                cross_2 = number_65 ? 0.0f : number_60;
+                bias_2 = number_65 ? OBSERVER_COVARIANCE_REST_BIAS : number_61;
+            } else {
+                cross = number_58;
+                bias = number_59;
+                cross_2 = number_60;
+                bias_2 = number_61;
+            }
+            const float often = 2.0f / number_50;
+            float level_3;
+            float cross_3;
+            float bias_3;
+            if ((seen_2 & 1) != 0) {
+                /* tilt.is_present: Whether a sensor is there: an absent one is the zero vector, and so is
+                 * what is too short to have a direction.
+                 */
+                const float number_66 = acc_x_8 * acc_x_8 + acc_y_8 * acc_y_8 + acc_z_8 * acc_z_8;
+                if (number_66 > TILT_NO_LENGTH) {
+                    /* observer_covariance.update_covariance: After an interval of dt s, with the filter's
+                     * gains for an interval of that length.
+                     */
+                    const float off = OBSERVER_COVARIANCE_HALF_PER_G2 * number_66 - 0.5f;
+                    carry->run.covariance.motion = carry->run.covariance.motion
+                        + number_50 / (OBSERVER_COVARIANCE_SMOOTH + number_50)
+                        * (off * off - carry->run.covariance.motion);
+                }
+                /* observer_covariance.white_variance: Eq. 1: the white equivalent of a variance; twice is 2 τ/Δt, share is K.
+                 */
+                const float rest = 1.0f - kt_2;
+                /* observer_covariance.update_covariance: After an interval of dt s, with the filter's gains
+                 * for an interval of that length.
+                 */
+                const float r = OBSERVER_COVARIANCE_SHAKE
+                    + carry->run.covariance.motion
+                    * (1.0f + rest * (OBSERVER_COVARIANCE_JERK_SECONDS * often));
+                const float b_3 = -(settings->filter.kp * carry->run.state.age > 1.0f
+                    ? settings->filter.ki * number_50 : 0.0f);
+                level_3 = rest * rest * level + kt_2 * kt_2 * r;
+                cross_3 = rest * (cross - b_3 * level) + kt_2 * b_3 * r;
+                bias_3 = bias - 2.0f * b_3 * cross + b_3 * b_3 * (level + r);
+            } else {
+                level_3 = level;
+                cross_3 = cross;
+                bias_3 = bias;
+            }
+            float level_4;
+            float cross_4;
+            float bias_4;
+            if ((seen_2 & 2) != 0) {
+                /* observer_covariance.white_variance: Eq. 1: the white equivalent of a variance; twice is 2 τ/Δt, share is K.
+                 */
+                const float rest_2 = 1.0f - kh;
+                const float r_2 = OBSERVER_COVARIANCE_IRON
+                    * (1.0f + rest_2 * (OBSERVER_COVARIANCE_IRON_SECONDS * often));
+                /* observer_covariance.update_covariance: After an interval of dt s, with the filter's gains
+                 * for an interval of that length.
+                 */
+                const float b_4 = -bh_2;
+                level_4 = rest_2 * rest_2 * level_2 + kh * kh * r_2;
+                cross_4 = rest_2 * (cross_2 - b_4 * level_2) + kh * b_4 * r_2;
+                bias_4 = bias_2 - 2.0f * b_4 * cross_2 + b_4 * b_4 * (level_2 + r_2);
+            } else {
+                level_4 = level_2;
+                cross_4 = cross_2;
+                bias_4 = bias_2;
+            }
+            carry->run.covariance.tilt.level = level_3;
+            carry->run.covariance.tilt.cross = cross_3;
+            carry->run.covariance.tilt.bias = bias_3;
+            carry->run.covariance.heading.level = level_4;
+            carry->run.covariance.heading.cross = cross_4;
+            carry->run.covariance.heading.bias = bias_4;
+        }
+        carry->sample.detected.far_from_g = far;
+        carry->sample.rate.last.x = last_x_8;
+        carry->sample.rate.last.y = last_y_8;
+        carry->sample.rate.last.z = last_z_8;
+        dt_2 = carry->sample.interval == 0.0f ? dt
+            : carry->sample.interval + (lh_min(dt, 2.0f * carry->sample.interval) - carry->sample.interval)
+            / CONDITIONING_INTERVALS;
+        number_3 = true;
+        time = time_5;
+        unmeasured = unmeasured_3;
+        number_4 = number_50;
+        corrected_by = corrected_by_2;
+        x = x_2;
+        y = y_2;
+        z = z_2;
+        a = a_2;
+        b = b_2;
+        c = c_2;
+        time_2 = time_3;
+        complete = complete_2;
+        last_x_3 = gyr_x_3;
+        last_y_3 = gyr_y_3;
+        last_z_3 = gyr_z_3;
+        acc_x_4 = acc_x_6;
+        acc_y_4 = acc_y_6;
+        acc_z_4 = acc_z_6;
+        last_x_4 = last_x_7;
+        last_y_4 = last_y_7;
+        last_z_4 = last_z_7;
+    }
+    carry->sample.interval = dt_2;
+    carry->sample.started = number_3;
+    carry->sample.rate_age = time;
+    carry->sample.unmeasured = unmeasured;
+    carry->sample.since_sigma = number_4;
+    carry->sample.corrected_by = corrected_by;
+    carry->sample.detected.sums.x = x;
+    carry->sample.detected.sums.y = y;
+    carry->sample.detected.sums.z = z;
+    carry->sample.detected.sums.a = a;
+    carry->sample.detected.sums.b = b;
+    carry->sample.detected.sums.c = c;
+    carry->sample.detected.sums.time = time_2;
+    carry->sample.detected.sums.complete = complete;
+    carry->sample.detected.means.gyr.x = last_x_3;
+    carry->sample.detected.means.gyr.y = last_y_3;
+    carry->sample.detected.means.gyr.z = last_z_3;
+    carry->sample.detected.means.acc.x = acc_x_4;
+    carry->sample.detected.means.acc.y = acc_y_4;
+    carry->sample.detected.means.acc.z = acc_z_4;
+    carry->sample.detected.gyr_repeat.last.x = last_x_4;
+    carry->sample.detected.gyr_repeat.last.y = last_y_4;
+    carry->sample.detected.gyr_repeat.last.z = last_z_4;
+}
+
+/* The filter's output with the bias read off at rest added, σ where the filter has none, and health. */
+static Quat driver_quaternion(const FilterRun *run)
+{
+    const Quat found = {run->state.quat.w, run->state.quat.x, run->state.quat.y, run->state.quat.z};
+    return found;
+}
+
+/* The filter's output with the bias read off at rest added, σ where the filter has none, and health. */
+static Vec3 driver_bias(const FilterRun *run)
+{
+    const Vec3 found = {run->state.bias.x + run->guard.rest.bias.x,
+        run->state.bias.y + run->guard.rest.bias.y, run->state.bias.z + run->guard.rest.bias.z};
+    return found;
+}
+
+/* The filter's output with the bias read off at rest added, σ where the filter has none, and health. */
+static Vec3 driver_sigma(const FilterRun *run)
+{
+    /* observer_covariance.sigma: 1σ about east, north and up, rad; at most that of an angle about which nothing is known.
+     */
+    const float tilt = lh_min(sqrtf(lh_max(run->covariance.tilt.level, 0.0f) + OBSERVER_COVARIANCE_OFFSET),
+        TILT_UNIFORM);
+    const Vec3 found = {tilt, tilt, lh_min(sqrtf(lh_max(run->covariance.heading.level, 0.0f)), TILT_UNIFORM)};
+    return found;
+}
+
+/* The filter's output with the bias read off at rest added, σ where the filter has none, and health. */
+static int32_t driver_health(const FilterRun *run)
+{
+    return run->health;
 }
 
 /* ---- trig
@@ -384,282 +2638,46 @@ static float tilt_bias_after_gap(float variance, float walk_variance, float at_s
  *
  * Good for all numbers below 8e307.
  */
-static float trig_atan2(float y, float x)
+static LH_CALLED float trig_atan2(float y, float x)
 {
-    const float across = x < 0.0f ? -x : x;
-    float num = y < 0.0f ? -y : y;
-    float den = across;
-    float c = 0.0f;
-    if (num > TRIG_TAN_67 * across) {
-        den = num;
-        num = -across;
+    const bool number = x < 0.0f;
+    const float x_2 = number ? -x : x;
+    const bool number_2 = y < 0.0f;
+    const float y_2 = number_2 ? -y : y;
+    float num;
+    float y_3;
+    float c;
+    if (y_2 > TRIG_TAN_67 * x_2) {
+        num = -x_2;
+        y_3 = y_2;
         c = 2.0f * TRIG_QUARTER;
     } else {
-        if (num > TRIG_TAN_22 * across) {
-            den = num + across;
-            num = num - across;
-            c = TRIG_QUARTER;
+        float num_2;
+        float den;
+        float number_3;
+        if (y_2 > TRIG_TAN_22 * x_2) {
+            num_2 = y_2 - x_2;
+            den = y_2 + x_2;
+            number_3 = TRIG_QUARTER;
+        } else {
+            num_2 = y_2;
+            den = x_2;
+            number_3 = 0.0f;
         }
+        num = num_2;
+        y_3 = den;
+        c = number_3;
     }
-    float t = den > 0.0f ? num / den : 0.0f;
-    if (x < 0.0f) { /* mirrored at the y axis */
-        t = -t;
-        c = 4.0f * TRIG_QUARTER - c;
-    }
+    const float c_2 = number ? 4.0f * TRIG_QUARTER - c : c;
+    const float t = number ? -(y_3 > 0.0f ? num / y_3 : 0.0f) : (y_3 > 0.0f ? num / y_3 : 0.0f);
     const float u = t * t;
     const float u2 = u * u;
     const float u4 = u2 * u2;
-    const float low = (0.33333334f - u * 0.2f) + u2 * (0.14285715f - u * 0.11111111f);
-    const float mid = (0.09090905f - u * 0.07692185f) + u2 * (0.06664532f - u * 0.058583118f);
-    const float high = (0.050862547f - u * 0.039253697f) + u2 * 0.019202529f;
-    const float angle = c + (t + (c * TRIG_PI_SHORT - t * u * (low + u4 * (mid + u4 * high))));
-    return y < 0.0f ? -angle : angle;
-}
-
-/* sin x and cos x. Error below 3e-16 up to 10⁶ rad, below 2e-16·|x| up to 10⁹; never outside of ±1 there.
- *
- * With the whole number k nearest to x/(π/2), r = x − k π/2 lies within ±π/4 (Cody & Waite, Software Manual for the
- * Elementary Functions, 1980: π/2 in parts whose products with k are exact, up to k = 2²⁰), and
- *
- *     sin r = r (1 + u S(u)),   cos r = 1 − u/2 + u² C(u),   u = r²                                             (3)
- */
-static SinCos trig_sincos(float x)
-{
-    const float k = (x * TRIG_TURNS + TRIG_ROUND) - TRIG_ROUND;
-    const float r = ((x - k * TRIG_HALF_PI_1) - k * TRIG_HALF_PI_2) - k * TRIG_HALF_PI_3;
-    const float u = r * r;
-    const float s = r - r * (u
-        * (0.16666667f - u * (0.008333334f
-        - u * (0.0001984127f - u * (2.7557317e-06f - u * (2.5051133e-08f - u * 1.5918136e-10f))))));
-    const float c = 1.0f - u * (0.5f
-        - u * (0.041666668f - u * (0.0013888889f
-        - u * (2.4801588e-05f - u * (2.7557317e-07f - u * (2.0876145e-09f - u * 1.1382636e-11f))))));
-    const float quadrant = k - 4.0f * ((0.25f * k + TRIG_ROUND) - TRIG_ROUND); /* −2, −1, 0, 1 or 2 */
-    if (quadrant == 0.0f) {
-        return (SinCos){s, c};
-    }
-    if (quadrant == 1.0f) {
-        return (SinCos){c, -s};
-    }
-    if (quadrant == -1.0f) {
-        return (SinCos){-c, s};
-    }
-    return (SinCos){-s, -c};
-}
-
-/* sin x, as sincos. */
-static float trig_sin(float x)
-{
-    const SinCos sincos = trig_sincos(x);
-    const float s = sincos.sin;
-    return s;
-}
-
-/* cos x, as sincos. */
-static float trig_cos(float x)
-{
-    const SinCos sincos = trig_sincos(x);
-    const float c = sincos.cos;
-    return c;
-}
-
-/* ---- two_state
- *
- * An angle and the bias of its rate: the covariance that several filters share.
- *
- *     P ← F P Fᵀ + Q,   F = [[1, −Δt], [0, 1]]                                                                    (1)
- *     P ← (I − K H) P,   or Joseph's form   P ← (I − K H) P (I − K H)ᵀ + K r Kᵀ,   H = (1, 0)                     (2)
- *
- * The left form of (2) holds for the optimal gain only, Joseph's for any.
- */
-
-/* Eq. 1 with Q = diag(q_level, q_bias). */
-static Covariance two_state_predict(Covariance p, float dt, float q_level, float q_bias)
-{
-    const float level = p.level, cross = p.cross, bias = p.bias;
-    return (Covariance){level + dt * (dt * bias - 2.0f * cross) + q_level, cross - dt * bias, bias + q_bias};
-}
-
-/* Eq. 2, right. */
-static Covariance two_state_joseph(Covariance p, Gain k, float r)
-{
-    const float level = p.level, cross = p.cross, bias = p.bias;
-    const float a = k.level, b = k.bias;
-    const float rest = 1.0f - a;
-    return (Covariance){rest * rest * level + a * a * r, rest * (cross - b * level) + a * b * r,
-        bias - 2.0f * b * cross + b * b * (level + r)};
-}
-
-/* ---- rate_jump
- *
- * Spikes of a gyroscope: single rates that the samples before and after them do not know.
- *
- * A bus that loses a bit gives one rate that is far off, and a filter integrates it. Which rate is a spike only the next
- * sample tells: a rate that jumps is held back, and the last one stands for it. If the next rate is nearer to the one that
- * was held back, the body did jump, and what was held back is returned with that rate, so that no rotation is lost.
- */
-
-/* After the first rate. */
-static Jump rate_jump_first_rate(Vec3 gyr)
-{
-    return (Jump){gyr, 0.0f, VEC3_ZERO, 0.0f, VEC3_ZERO, 0};
-}
-
-/* Whether a rate has changed by so much (square, (rad/s)²) that it may be a spike. */
-static bool rate_jump_is_jump(float change2, float usual2, float dt)
-{
-    return change2 > RATE_JUMP_JUMP * RATE_JUMP_JUMP * usual2
-        && change2 * dt * dt > RATE_JUMP_JUMP_ANGLE * RATE_JUMP_JUMP_ANGLE;
-}
-
-/* After a rate (rad/s) that stands for dt seconds.
- *
- * plausible: it is no spike, however large: at a known full scale, or after samples that were lost.
- */
-static Jump rate_jump_update_jump(const Jump *jump, Vec3 gyr, bool plausible, float dt)
-{
-    const float a = jump->rate.x, b = jump->rate.y, c = jump->rate.z;
-    float usual2 = jump->usual2;
-    const Vec3 held = jump->held;
-    const float held_time = jump->held_time;
-    int32_t spikes = jump->spikes;
-    const float x = gyr.x, y = gyr.y, z = gyr.z;
-    const float u = x - a;
-    const float v = y - b;
-    const float w = z - c;
-    const float change2 = u * u + v * v + w * w;
-    if (held_time > 0.0f) {
-        const float p = held.x, q = held.y, r = held.z;
-        if ((u - p) * (u - p) + (v - q) * (v - q) + (w - r) * (w - r) < change2) {
-            const float share = lh_min(held_time, RATE_JUMP_MOST_RETURN * dt) / dt;
-            const Vec3 returned = {share * p, share * q, share * r};
-            return (Jump){gyr, lh_max(p * p + q * q + r * r, usual2), VEC3_ZERO, 0.0f, returned, 0};
-        }
-        spikes += 1;
-    } else {
-        spikes = 0;
-    }
-    if (!plausible && spikes < RATE_JUMP_MOST_SPIKES && rate_jump_is_jump(change2, usual2, dt)) {
-        return (Jump){jump->rate, usual2, {u, v, w}, dt, VEC3_ZERO, spikes};
-    }
-    usual2 = usual2 * RATE_JUMP_USUAL_TIME / (RATE_JUMP_USUAL_TIME + 2.0f * dt);
-    return (Jump){gyr, lh_max(change2, usual2), VEC3_ZERO, 0.0f, VEC3_ZERO, spikes};
-}
-
-/* ---- elapsed
- *
- * Whether a sum of intervals has reached a length, decided so that no rounding of time stamps moves it.
- *
- * At a usual rate a usual length is a whole number of intervals: 0.02 s is four of them at 200 Hz. Their sum then equals
- * the length but for rounding, and time >= length ends at the fourth sample on one clock and at the fifth on another.
- * Here a sum is complete from SLACK of an interval before the length. A tie needs a rate whose product with the length
- * is a whole number less SLACK, and no number is farther from fractions with small denominators than the golden
- * section (A. Hurwitz, Mathematische Annalen 39, 1891).
- */
-
-/* Whether time (s), a sum of intervals of which the last was dt (s), has reached length (s). */
-static bool elapsed_has_elapsed(float time, float dt, float length)
-{
-    return time + ELAPSED_SLACK * dt >= length;
-}
-
-/* ---- lowpass
- *
- * Weights of first-order low-pass filters, which average all samples until they are as old as their time constant.
- */
-
-/* Seconds for which the attitude has been tracked without a gap; 0 after a gap. */
-static float lowpass_advance_age(float age, float dt)
-{
-    if (dt > TILT_GAP_SECONDS) {
-        return 0.0f;
-    }
-    return lh_min(age + dt, LOWPASS_AGE_LIMIT);
-}
-
-/* The weight of a new sample in a first-order low-pass of time constant tau: dt/(min(τ, age) + dt).
- *
- * While the filter is younger than τ this is the running mean of all samples since its start: the first one counts
- * fully, the second half, so that a wrong first sample is averaged away instead of being forgotten over several τ.
- */
-static float lowpass_lowpass_weight(float tau, float age, float dt)
-{
-    return dt / (lh_min(tau, age) + dt);
-}
-
-/* ---- full_scale
- *
- * A sensor beyond its full scale: what it would have read, from the slope with which it came there.
- *
- * A reading that leaves the range with the slope a and comes back after T as a parabola was a T/4 beyond at most, and
- * a T²/6 in the integral of all that is beyond; growing with time t, that is a t/3. A rate that is clipped is of a body
- * that turns on, and a specific force that is clipped of one that is pushed: left out, a runner would weigh too little at
- * every step.
- */
-
-/* Slope of one axis as it reached full scale, u/s; 0 where it is below.
- *
- * slope is that of the sample before, and of a body that was hit it says nothing.
- */
-static float full_scale_axis_slope(float slope, float last, float reading, float full, bool first, float dt)
-{
-    if (-full < reading && reading < full) {
-        return 0.0f;
-    }
-    if (!first) {
-        return slope;
-    }
-    const float sign = reading > 0.0f ? 1.0f : -1.0f;
-    const float before = lh_max(sign * slope, 0.0f);
-    return sign * lh_max(before, lh_min(sign * (reading - last) / dt, FULL_SCALE_STEEPER * before));
-}
-
-/* The same of all axes; the slopes of the sample before count as this share of them. */
-static Vec3 full_scale_clipped_slope(const Approach *approach, float share, Vec3 reading, float full,
-    bool first, float dt)
-{
-    const Vec3 slope = approach->slope, last = approach->last;
-    return (Vec3){full_scale_axis_slope(share * slope.x, last.x, reading.x, full, first, dt),
-        full_scale_axis_slope(share * slope.y, last.y, reading.y, full, first, dt),
-        full_scale_axis_slope(share * slope.z, last.z, reading.z, full, first, dt)};
-}
-
-/* After a reading that lasts dt seconds; a plateau is known for full scale only when it has lasted. */
-static Approach full_scale_update_approach(const Approach *approach, Vec3 reading, Extreme extreme, float dt)
-{
-    const float full = FULL_SCALE_AT_FULL_SCALE * lh_min(extreme.up, extreme.down);
-    if (extreme.clipped) {
-        const Vec3 slope = full_scale_clipped_slope(approach, 1.0f, reading, full, approach->time == 0.0f,
-            dt);
-        return (Approach){reading, slope, lh_max(approach->time, extreme.stay) + dt};
-    }
-    if (extreme.stay < 0.0f) {
-        return (Approach){reading, vec3_scale(vec3_sub(reading, approach->last), 1.0f / dt), 0.0f};
-    }
-    const float share = extreme.stay == 0.0f ? FULL_SCALE_LEAST_SLOPE : 1.0f;
-    return (Approach){reading, full_scale_clipped_slope(approach, share, reading, full, true, dt), 0.0f};
-}
-
-/* What the last reading, of dt seconds, leaves out in the mean; at most as much as it reads. */
-static Vec3 full_scale_mean_beyond(const Approach *approach, float dt)
-{
-    if (approach->time == 0.0f) {
-        return VEC3_ZERO;
-    }
-    const Vec3 beyond = vec3_scale(approach->slope, (approach->time - 0.5f * dt) / 3.0f);
-    const float size = vec3_norm(beyond), most = vec3_norm(approach->last);
-    return size > most ? vec3_scale(beyond, most / size) : beyond;
-}
-
-/* u² s², variance of the integral of what is beyond, time seconds after full scale was reached.
- *
- * On RepoIMU's clipped recordings (T from 0.05 to 0.5 s) the angle a T²/6 is right to CLIPPED_SHARE.
- */
-static float full_scale_variance_beyond(Vec3 slope, float time)
-{
-    const float x = slope.x, y = slope.y, z = slope.z;
-    const float missed = FULL_SCALE_CLIPPED_SHARE * time * time / 6.0f;
-    return missed * missed * (x * x + y * y + z * z);
+    const float number_4 = 0.33333334f - u * 0.2f + u2 * (0.14285715f - u * 0.11111111f)
+        + u4 * (0.09090905f - u * 0.07692185f + u2 * (0.06664532f - u * 0.058583118f)
+        + u4 * (0.050862547f - u * 0.039253697f + u2 * 0.019202529f));
+    return number_2 ? -(c_2 + (t + (c_2 * TRIG_PI_SHORT - t * u * number_4)))
+        : c_2 + (t + (c_2 * TRIG_PI_SHORT - t * u * number_4));
 }
 
 /* ---- quat
@@ -667,1566 +2685,142 @@ static float full_scale_variance_beyond(Vec3 slope, float time)
  * Unit quaternions wxyz that rotate sensor-frame vectors into the earth frame: v_earth = q v q*.
  */
 
-/* Hamilton's product p q: first q, then p. */
-static Quat quat_multiply(Quat p, Quat q)
-{
-    return (Quat){p.w * q.w - p.x * q.x - p.y * q.y - p.z * q.z,
-        p.w * q.x + p.x * q.w + p.y * q.z - p.z * q.y, p.w * q.y - p.x * q.z + p.y * q.w + p.z * q.x,
-        p.w * q.z + p.x * q.y - p.y * q.x + p.z * q.w};
-}
-
-/* q*, for a unit quaternion the inverse rotation. */
-static Quat quat_conjugate(Quat q)
-{
-    return (Quat){q.w, -q.x, -q.y, -q.z};
-}
-
-/* q/|q|; a zero quaternion becomes the identity. */
-static Quat quat_normalize(Quat q)
-{
-    const float w = q.w, x = q.x, y = q.y, z = q.z;
-    const float n = sqrtf(w * w + x * x + y * y + z * z);
-    if (n > 0.0f) {
-        return (Quat){w / n, x / n, y / n, z / n};
-    }
-    return (Quat){1.0f, 0.0f, 0.0f, 0.0f};
-}
-
-/* q v q*: a sensor-frame vector seen in the earth frame. */
-static Vec3 quat_rotate(Quat q, Vec3 v)
-{
-    const float w = q.w, x = q.x, y = q.y, z = q.z;
-    const float vx = v.x, vy = v.y, vz = v.z;
-    const float tx = 2.0f * (y * vz - z * vy);
-    const float ty = 2.0f * (z * vx - x * vz);
-    const float tz = 2.0f * (x * vy - y * vx);
-    return (Vec3){vx + w * tx + y * tz - z * ty, vy + w * ty + z * tx - x * tz,
-        vz + w * tz + x * ty - y * tx};
-}
-
-/* cos(angle/2) of square = (angle/2)².
- *
- * Below 0.2 rad, where nearly every sample lies, this and sinc_half are Taylor series, exact to the last bit or
- * two: faster, and free of 0/0.
- */
-static float quat_cos_half(float square)
-{
-    if (square < QUAT_SMALL) {
-        const float fourth = square * square;
-        return 1.0f - 0.5f * square
-            + fourth * (1.0f / 24.0f - square * (1.0f / 720.0f) + fourth * (1.0f / 40320.0f));
-    }
-    return trig_cos(sqrtf(square));
-}
-
-/* sin(angle/2)/angle of square = (angle/2)². */
-static float quat_sinc_half(float square)
-{
-    if (square < QUAT_SMALL) {
-        const float fourth = square * square;
-        const float third = 1.0f / 240.0f - square * (1.0f / 10080.0f) + fourth * (1.0f / 725760.0f);
-        return 0.5f - square * (1.0f / 12.0f) + fourth * third;
-    }
-    const float half = sqrtf(square);
-    return 0.5f * trig_sin(half) / half;
-}
-
-/* The quaternion of a rotation vector (axis times angle, rad): (cos |v|/2, sin(|v|/2)/|v| · v). */
-static Quat quat_exp(Vec3 rotation)
-{
-    const float x = rotation.x, y = rotation.y, z = rotation.z;
-    const float square = 0.25f * (x * x + y * y + z * z);
-    const float s = quat_sinc_half(square);
-    return (Quat){quat_cos_half(square), x * s, y * s, z * s};
-}
-
-/* The earth's vertical in the sensor frame: (−sin θ, sin φ cos θ, cos φ cos θ) with roll φ and pitch θ. */
-static Vec3 quat_up(Quat q)
-{
-    const float w = q.w, x = q.x, y = q.y, z = q.z;
-    return (Vec3){2.0f * (x * z - w * y), 2.0f * (w * x + y * z), 1.0f - 2.0f * (x * x + y * y)};
-}
-
-/* The sensor's x axis in the earth frame: (cos ψ cos θ, sin ψ cos θ, −sin θ) with yaw ψ and pitch θ. */
-static Vec3 quat_forward(Quat q)
-{
-    const float w = q.w, x = q.x, y = q.y, z = q.z;
-    return (Vec3){1.0f - 2.0f * (y * y + z * z), 2.0f * (w * z + x * y), 2.0f * (x * z - w * y)};
-}
-
 /* Roll, pitch and yaw in radians, pitch within ±π/2.
  *
  * At pitch ±π/2 only yaw ∓ roll is defined; roll and yaw are finite there but each for itself means nothing.
  */
-static Euler quat_to_euler(Quat q)
-{
-    const Vec3 vertical = quat_up(q);
-    const Vec3 ahead = quat_forward(q);
-    return (Euler){trig_atan2(vertical.y, vertical.z),
-        trig_atan2(-vertical.x, sqrtf(ahead.x * ahead.x + ahead.y * ahead.y)), trig_atan2(ahead.y, ahead.x)};
-}
-
-/* The quaternion of a rotation matrix, by its largest component, which is positive.
- *
- * S. W. Shepperd, Quaternion from Rotation Matrix, J. Guidance and Control 1(3), 1978: 4w² = 1 + trace, 4x² = 1 + 2 xx
- * − trace and so on; the largest of these is at least 1, so that dividing by its root loses nothing.
- */
-static Quat quat_from_matrix(Mat3 m)
-{
-    const float xx = m.xx, xy = m.xy, xz = m.xz, yx = m.yx, yy = m.yy, yz = m.yz, zx = m.zx, zy = m.zy,
-        zz = m.zz;
-    const float trace = xx + yy + zz;
-    if (trace >= xx && trace >= yy && trace >= zz) {
-        return quat_normalize((Quat){1.0f + trace, zy - yz, xz - zx, yx - xy});
-    }
-    if (xx >= yy && xx >= zz) {
-        return quat_normalize((Quat){zy - yz, 1.0f + 2.0f * xx - trace, xy + yx, xz + zx});
-    }
-    if (yy >= zz) {
-        return quat_normalize((Quat){xz - zx, xy + yx, 1.0f + 2.0f * yy - trace, yz + zy});
-    }
-    return quat_normalize((Quat){yx - xy, xz + zx, yz + zy, 1.0f + 2.0f * zz - trace});
-}
-
-/* ---- observer_covariance
- *
- * σ for filters with set gains: the covariance of an observer whose gain is given, optimal or not.
- *
- * A. Gelb (ed.), Applied Optimal Estimation, 1974, section 7.2. The error of an angle and the bias of its gyroscope go as
- * in kernels.two_state; the filter takes the share K of an innovation of variance r into the angle, and k of it off
- * the bias, which is Joseph's form with the gain (K, −k). So σ grows where nothing corrects, and shrinks only as fast as
- * the filter really averages.
- *
- * What disturbs an innovation is no white noise: an acceleration lasts for a while, and so does an iron beam. With
- * variance s and duration τ its white equivalent at one sample is
- *
- *     r = s (1 + (1 − K) 2 τ/Δt)                                                                                  (1)
- *
- * whose limits are right: all of s when the filter jumps onto the sample (K = 1), the density 2 τ s when it averages.
- */
-
-/* After the first sample: the variance of one reading; a relative heading is right by definition. */
-static ObserverCovariance observer_covariance_initial_covariance(Vec3 acc, Vec3 mag)
-{
-    const float tilt = tilt_is_present(acc) ? OBSERVER_COVARIANCE_IRON : TILT_UNIFORM * TILT_UNIFORM;
-    const float heading = tilt_is_present(mag) ? OBSERVER_COVARIANCE_IRON : 0.0f;
-    return (ObserverCovariance){{tilt, 0.0f, OBSERVER_COVARIANCE_TURN_ON},
-        {heading, 0.0f, OBSERVER_COVARIANCE_TURN_ON}, 0.0f};
-}
-
-/* After dt s without a correction; rate2 is the squared rate, (rad/s)²; unmeasured (rad²) is added. */
-static Covariance observer_covariance_predict_covariance(Covariance p, float rate2, float unmeasured,
-    float dt)
-{
-    if (dt > TILT_GAP_SECONDS) {
-        return (Covariance){tilt_after_gap(p.level, dt), 0.0f,
-            tilt_bias_after_gap(p.bias, OBSERVER_COVARIANCE_WALK * dt, OBSERVER_COVARIANCE_TURN_ON)};
-    }
-    return two_state_predict(p, dt,
-        (OBSERVER_COVARIANCE_NOISE + OBSERVER_COVARIANCE_SCALE * rate2) * dt + unmeasured,
-        OBSERVER_COVARIANCE_WALK * dt);
-}
-
-/* Eq. 1: the white equivalent of a variance; twice is 2 τ/Δt, share is K. */
-static float observer_covariance_white_variance(float variance, float twice, float share)
-{
-    return variance * (1.0f + (1.0f - share) * twice);
-}
-
-/* At rest the bias is known to 0.05 °/s (1σ), at least. */
-static Covariance observer_covariance_limit_bias(Covariance p)
-{
-    if (p.bias > OBSERVER_COVARIANCE_REST_BIAS) {
-        return (Covariance){p.level, 0.0f, OBSERVER_COVARIANCE_REST_BIAS};
-    }
-    return p;
-}
-
-/* After an interval of dt s, with the filter's gains for an interval of that length.
- *
- * unmeasured (rad²) is added; corrected_by are the sensors that corrected: 1 accelerometer, 2 magnetometer.
- */
-static ObserverCovariance observer_covariance_update_covariance(const ObserverCovariance *covariance,
-    Gains gains, Vec3 gyr, Vec3 acc, bool rest, float unmeasured, int32_t corrected_by, float dt)
-{
-    Covariance tilt = covariance->tilt, heading = covariance->heading;
-    float motion = covariance->motion;
-    float x = gyr.x, y = gyr.y, z = gyr.z;
-    const float rate2 = x * x + y * y + z * z;
-    tilt = observer_covariance_predict_covariance(tilt, rate2, unmeasured, dt);
-    heading = observer_covariance_predict_covariance(heading, rate2, unmeasured, dt);
-    if (rest) {
-        tilt = observer_covariance_limit_bias(tilt);
-        heading = observer_covariance_limit_bias(heading);
-    }
-    const float share_tilt = gains.tilt, bias_tilt = gains.tilt_bias, share_heading = gains.heading,
-        bias_heading = gains.heading_bias;
-    const float often = 2.0f / dt;
-    float r;
-    if ((corrected_by & 1) != 0) {
-        if (tilt_is_present(acc)) {
-            x = acc.x;
-            y = acc.y;
-            z = acc.z;
-            /* |a|/g − 1 to first order */
-            const float off = OBSERVER_COVARIANCE_HALF_PER_G2 * (x * x + y * y + z * z) - 0.5f;
-            motion += dt / (OBSERVER_COVARIANCE_SMOOTH + dt) * (off * off - motion);
-        }
-        r = OBSERVER_COVARIANCE_SHAKE
-            + observer_covariance_white_variance(motion, OBSERVER_COVARIANCE_JERK_SECONDS * often,
-            share_tilt);
-        tilt = two_state_joseph(tilt, (Gain){share_tilt, -bias_tilt}, r);
-    }
-    if ((corrected_by & 2) != 0) {
-        r = observer_covariance_white_variance(OBSERVER_COVARIANCE_IRON,
-            OBSERVER_COVARIANCE_IRON_SECONDS * often, share_heading);
-        heading = two_state_joseph(heading, (Gain){share_heading, -bias_heading}, r);
-    }
-    return (ObserverCovariance){tilt, heading, motion};
-}
-
-/* 1σ about east, north and up, rad; at most that of an angle about which nothing is known. */
-static Vec3 observer_covariance_sigma(const ObserverCovariance *covariance)
-{
-    const float tilt = lh_min(sqrtf(lh_max(covariance->tilt.level, 0.0f) + OBSERVER_COVARIANCE_OFFSET),
-        TILT_UNIFORM);
-    return (Vec3){tilt, tilt, lh_min(sqrtf(lh_max(covariance->heading.level, 0.0f)), TILT_UNIFORM)};
-}
-
-/* ---- rest
- *
- * Is the sensor at rest, and what is its gyroscope bias then: the only place where that is decided.
- *
- * Rate and specific force are averaged over short intervals. The sensor is quiet while these averages stay near their own
- * slow means, and at rest once it has been quiet for rest_time with a mean rate that is no steady turn. At rest the
- * mean rate is the bias. Before it has moved for the first time, a sensor that is n times as quiet as it has to be needs a
- * n-th of that time: most lie still when they are switched on, and many not for long.
- */
-
-/* |v − mean|² */
-static float rest_distance2(Vec3 mean, Vec3 v)
-{
-    const float x = v.x - mean.x;
-    const float y = v.y - mean.y;
-    const float z = v.z - mean.z;
-    return x * x + y * y + z * z;
-}
-
-/* mean + weight (v − mean) */
-static Vec3 rest_blend(Vec3 mean, Vec3 v, float weight)
-{
-    const float a = mean.x, b = mean.y, c = mean.z;
-    const float x = v.x, y = v.y, z = v.z;
-    return (Vec3){a + weight * (x - a), b + weight * (y - b), c + weight * (z - c)};
-}
-
-/* Adds a sample (rad/s, m/s², dt s) to the interval, or begins the next one with it. */
-static Sums rest_add_sample(Sums sums, Vec3 gyr, Vec3 acc, float dt)
-{
-    const float x = gyr.x, y = gyr.y, z = gyr.z;
-    const float a = acc.x, b = acc.y, c = acc.z;
-    const Sums sums_2 = sums.complete ? REST_NO_SUMS : sums;
-    const float p = sums_2.x, q = sums_2.y, r = sums_2.z, u = sums_2.a, v = sums_2.b, w = sums_2.c;
-    float time = sums_2.time;
-    bool complete = sums_2.complete;
-    time += dt;
-    complete = elapsed_has_elapsed(time, dt, REST_INTERVAL);
-    return (Sums){p + x * dt, q + y * dt, r + z * dt, u + a * dt, v + b * dt, w + c * dt, time, complete};
-}
-
-/* How many times nearer to the slow means the averages of an interval are than they have to be; 0: they are not. */
-static float rest_pace_of_rest(const Guard *guard, const SlowMeans *means, Vec3 gyr, Vec3 acc)
-{
-    const float rate2 = guard->rest_gyr * guard->rest_gyr * (UNITS_DEGREE * UNITS_DEGREE);
-    const float force2 = guard->rest_acc * guard->rest_acc;
-    const float turn2 = rest_distance2(means->gyr, gyr);
-    const float push2 = rest_distance2(means->acc, acc);
-    if (turn2 >= rate2 || push2 >= force2) {
-        return 0.0f;
-    }
-    return 1.0f / sqrtf(lh_max(lh_max(turn2 / rate2, push2 / force2), 1.0f / (REST_FASTEST * REST_FASTEST)));
-}
-
-/* The slow means after an interval; quiet if its averages are within rest_gyr and rest_acc of them.
- *
- * blind: the rate has been missing for long.
- */
-static SlowMeans rest_update_means(const Guard *guard, const SlowMeans *means, Sums sums, bool blind)
-{
-    const float x = sums.x, y = sums.y, z = sums.z, a = sums.a, b = sums.b, c = sums.c, dt = sums.time;
-    const float one = 1.0f / dt;
-    const Vec3 gyr = {x * one, y * one, z * one};
-    const Vec3 acc = {a * one, b * one, c * one};
-    const float pace = dt > TILT_GAP_SECONDS || blind ? 0.0f : rest_pace_of_rest(guard, means, gyr, acc);
-    const float weight = dt / (REST_MEAN_TIME + dt);
-    return (SlowMeans){rest_blend(means->gyr, gyr, weight), rest_blend(means->acc, acc, weight), pace};
-}
-
-/* Whether a steady mean rate (rad/s) is a turn and no bias: too large for any, or far from what is known of it.
- *
- * own is the filter's own estimate beside that of rest. A bias may be large when the gyroscope is switched on,
- * but then hardly changes. A smaller rate than the known bias is accepted, as that may come from a steady turn.
- */
-static bool rest_is_turn(const Guard *guard, Vec3 mean, Rest rest, Vec3 own)
-{
-    const float limit = guard->bias_limit * UNITS_DEGREE;
-    const float square = rest_distance2(VEC3_ZERO, mean);
-    if (square > limit * limit) {
-        return true;
-    }
-    if (!rest.known) {
-        return false;
-    }
-    const Vec3 known = vec3_add(rest.bias, own);
-    const float before = rest_distance2(VEC3_ZERO, known);
-    return square > before && rest_distance2(known, mean) > REST_BIAS_CHANGE;
-}
-
-/* Whether time (s), a sum of intervals, has reached rest_time. */
-static bool rest_has_rested(const Guard *guard, float time)
-{
-    return time > 0.0f && elapsed_has_elapsed(time, REST_INTERVAL, guard->rest_time);
-}
-
-/* After an interval of dt seconds: how long the sensor has been quiet, and the bias (rad/s) as a running mean.
- *
- * own is the bias that the filter estimates itself; it is subtracted.
- */
-static Rest rest_update_rest(const Guard *guard, Rest rest, Vec3 own, const SlowMeans *means, float dt)
-{
-    float time = rest.time;
-    Vec3 bias = rest.bias;
-    const bool moved = rest.moved, known = rest.known;
-    const Vec3 mean = means->gyr;
-    if (means->pace == 0.0f || rest_is_turn(guard, mean, rest, own)) {
-        return (Rest){0.0f, bias, true, known};
-    }
-    const float age = lh_max(time - guard->rest_time, 0.0f);
-    time += moved || age > 0.0f ? dt : dt * means->pace;
-    if (rest_has_rested(guard, time)) {
-        bias = rest_blend(bias, vec3_sub(mean, own), lowpass_lowpass_weight(REST_BIAS_TIME, age, dt));
-    }
-    return (Rest){time, bias, moved, known || rest_has_rested(guard, time)};
-}
-
-/* Whether the sensor has been quiet for rest_time. */
-static bool rest_is_resting(const Guard *guard, Rest rest)
-{
-    return rest_has_rested(guard, rest.time);
-}
-
-/* ---- rate_noise
- *
- * A gyroscope that no longer measures, known by the noise that it has no more.
- *
- * A chip or its firmware that hangs may repeat a rate to a digit instead of exactly, so that no axis is stuck to the last
- * bit. But the noise of a sensor does not vanish. At rest an axis changes from one sample to the next by c in the mean,
- * and by more than SMALL c with the probability p. If it then changes by less n times in a row while the accelerometer
- * says that the body moves, that has the probability (1 − p)ⁿ < exp(−p n): beyond p n = SURE it does not measure.
- * An axis that stays at one digit at rest has a small p, and is given that much more time.
- */
-
-/* p after another change (rad/s) at rest. */
-static float rate_noise_axis_share(float share, float change, float mean, float weight)
-{
-    return share + weight * ((change > RATE_NOISE_SMALL * mean ? 1.0f : 0.0f) - share);
-}
-
-/* p n after another change, in motion; rates in rad/s. */
-static float rate_noise_axis_evidence(float evidence, float rate, float change, float mean, float share)
-{
-    return change > RATE_NOISE_SMALL * mean || fabsf(rate) > RATE_NOISE_LEAST_SCALE ? 0.0f : evidence + share;
-}
-
-/* After a rate (rad/s) that stands for dt seconds, which is of the noise alone where it is quiet. */
-static RateNoise rate_noise_update_noise(const RateNoise *noise, Vec3 rate, bool quiet, float dt)
-{
-    const float a = noise->last.x, b = noise->last.y, c = noise->last.z, p = noise->change.x,
-        q = noise->change.y, r = noise->change.z, u = noise->share.x, v = noise->share.y, w = noise->share.z,
-        time = noise->time, e = noise->evidence.x, f = noise->evidence.y, g = noise->evidence.z;
-    const float x = fabsf(rate.x - a);
-    const float y = fabsf(rate.y - b);
-    const float z = fabsf(rate.z - c);
-    if (quiet) {
-        const float weight = lowpass_lowpass_weight(RATE_NOISE_NOISE_TIME, time, dt);
-        const Vec3 share = {rate_noise_axis_share(u, x, p, weight), rate_noise_axis_share(v, y, q, weight),
-            rate_noise_axis_share(w, z, r, weight)};
-        const Vec3 change = {p + weight * (x - p), q + weight * (y - q), r + weight * (z - r)};
-        return (RateNoise){rate, change, share, lh_min(time + dt, RATE_NOISE_NOISE_TIME), VEC3_ZERO};
-    }
-    if (!elapsed_has_elapsed(time, dt, RATE_NOISE_LEAST_TIME)) {
-        return (RateNoise){rate, noise->change, noise->share, time, VEC3_ZERO};
-    }
-    const Vec3 evidence = {rate_noise_axis_evidence(e, rate.x, x, p, u),
-        rate_noise_axis_evidence(f, rate.y, y, q, v), rate_noise_axis_evidence(g, rate.z, z, r, w)};
-    return (RateNoise){rate, noise->change, noise->share, time, evidence};
-}
-
-/* Whether an axis has been without its noise for longer than chance allows. */
-static bool rate_noise_is_silent(const RateNoise *noise)
-{
-    const float x = noise->evidence.x, y = noise->evidence.y, z = noise->evidence.z;
-    return lh_max(lh_max(x, y), z) > RATE_NOISE_SURE;
-}
-
-/* ---- field
- *
- * The earth's magnetic field as the guard knows it: norm and dip, and whether a reading is of it.
- */
-
-/* The reference at the start, from which the heading was taken; up is the vertical in the sensor frame. */
-static Field field_initial_field(Vec3 up, Vec3 mag)
-{
-    if (!tilt_is_present(mag)) {
-        return FIELD_NO_FIELD;
-    }
-    const float n = vec3_norm(mag);
-    return (Field){n, vec3_dot(up, mag) / n, FIELD_FIRST_AGE, 0.0f};
-}
-
-/* The reference after a reading (µT); rejected > 0: the reading is not of the earth's field.
- *
- * A reading whose norm and dip are within the bounds is averaged into the reference. Readings that stay outside for
- * mag_time become the new reference: the room was changed, not the moment. A younger reference, which may come
- * from a wrong attitude, is replaced after as many seconds as it is old.
- */
-static Field field_update_field(const Guard *guard, Field field, Vec3 up, Vec3 mag, float dt)
-{
-    const float strength = field.norm, dip = field.dip, age = field.age, rejected = field.rejected;
-    const float x = mag.x, y = mag.y, z = mag.z;
-    const float n = sqrtf(x * x + y * y + z * z);
-    const float a = up.x, b = up.y, c = up.z;
-    const float d = (a * x + b * y + c * z) * (1.0f / n);
-    if (age == 0.0f || (rejected > 0.0f && elapsed_has_elapsed(rejected, dt, lh_min(guard->mag_time, age)))) {
-        return (Field){n, d, dt, 0.0f};
-    }
-    if (fabsf(n - strength) > guard->mag_gate * strength
-        || fabsf(d - dip) > guard->mag_angle * UNITS_DEGREE) {
-        return (Field){strength, dip, age, rejected + dt};
-    }
-    const float weight = lowpass_lowpass_weight(FIELD_FIELD_TIME, age, dt);
-    return (Field){strength + weight * (n - strength), dip + weight * (d - dip),
-        lh_min(age + dt, FIELD_FIELD_TIME), 0.0f};
-}
-
-/* ---- triad
- *
- * Attitude from two directions: TRIAD, and the start of every filter, without any angle.
- *
- * Two vectors a, b that are seen in the sensor frame and known in the earth frame (H. D. Black, A Passive System for
- * Determining the Attitude of a Satellite, AIAA Journal 2(7), 1964; M. D. Shuster and S. D. Oh, Three-Axis Attitude
- * Determination from Vector Observations, J. Guidance and Control 4(1), 1981) give a triad of axes in each frame:
- *
- *     t₁ = a/|a|,   t₂ = a × b/|a × b|,   t₃ = t₁ × t₂                                                            (1)
- *     R = t₁ᵉ t₁ᵀ + t₂ᵉ t₂ᵀ + t₃ᵉ t₃ᵀ                                                                             (2)
- *
- * with ᵉ in the earth frame; R turns sensor-frame vectors into the earth frame. The first vector is believed fully; of the
- * second only the direction around the first counts.
- */
-
-/* The attitude that every filter starts with: TRIAD of gravity and field, as far as they are measured.
- *
- * The earth's up, in the sensor frame, is t₁ = a/|a|; magnetic north lies in the plane of gravity and field, so that
- * east = −t₂ and north = −t₃. They are the rows of R. Level without accelerometer; yaw 0 without a magnetometer or
- * where the field is vertical: the sensor's x axis then points east as far as it can.
- */
-static Quat triad_initial_attitude(Vec3 acc, Vec3 mag)
-{
-    Vec3 up = vec3_normalize(acc);
-    if (up.x == 0.0f && up.y == 0.0f && up.z == 0.0f) {
-        up = (Vec3){0.0f, 0.0f, 1.0f};
-    }
-    Vec3 east = vec3_cross(vec3_normalize(mag), up);
-    const float length = vec3_norm(east);
-    Vec3 north;
-    if (length > TRIAD_PARALLEL) {
-        east = vec3_scale(east, 1.0f / length);
-        north = vec3_cross(up, east);
-    } else {
-        north = tilt_pitch_axis(up); /* horizontal, and at right angles to the sensor's x axis */
-        east = vec3_cross(north, up);
-    }
-    return quat_from_matrix((Mat3){east.x, east.y, east.z, north.x, north.y, north.z, up.x, up.y, up.z});
-}
-
-/* ---- vector_error
- *
- * The error between measured and expected directions as a rotation vector, and small corrections of an attitude.
- *
- * Turning an attitude q by a small rotation vector ρ (rad, sensor frame: q ⊗ exp(ρ)) turns the direction ŝ, in which the
- * sensor should see a vector of the earth, by −ρ × ŝ. So ½|ŝ − s|² falls fastest along ρ = s × ŝ, whose length is the
- * sine of the angle between both.
- */
-
-/* A unit vector perpendicular to the unit vector v. */
-static Vec3 vector_error_perpendicular(Vec3 v)
-{
-    float n;
-    if (fabsf(v.x) < 0.8f) {
-        n = sqrtf(v.y * v.y + v.z * v.z);
-        return (Vec3){0.0f, v.z / n, -v.y / n};
-    }
-    n = sqrtf(v.x * v.x + v.y * v.y);
-    return (Vec3){v.y / n, -v.x / n, 0.0f};
-}
-
-/* direction_error beyond a right angle: the cross product (x, y, z) at length one. */
-static Vec3 vector_error_obtuse_error(Vec3 expected, float x, float y, float z)
-{
-    const float n = sqrtf(x * x + y * y + z * z);
-    if (n < VECTOR_ERROR_NO_AXIS) {
-        return vector_error_perpendicular(expected);
-    }
-    return (Vec3){x / n, y / n, z / n};
-}
-
-/* s × ŝ of unit vectors; beyond a right angle of length one.
- *
- * There the sine would fall again although the error grows, and vanish at 180°, an unstable equilibrium in which
- * every filter with this correction would stay. Opposite directions turn about any axis.
- */
-static Vec3 vector_error_direction_error(Vec3 measured, Vec3 expected)
-{
-    const float sx = measured.x, sy = measured.y, sz = measured.z;
-    const float ex = expected.x, ey = expected.y, ez = expected.z;
-    const float x = sy * ez - sz * ey;
-    const float y = sz * ex - sx * ez;
-    const float z = sx * ey - sy * ex;
-    if (sx * ex + sy * ey + sz * ez < 0.0f) {
-        return vector_error_obtuse_error(expected, x, y, z);
-    }
-    return (Vec3){x, y, z};
-}
-
-/* q ⊗ exp(v) with v = (x, y, z) rad, of unit length to rounding; correct keeps the rounding from piling up.
- *
- * From one sample to the next a body seldom turns by more than 0.06 rad; up to there series half as long as those of
- * quat.exp are exact to the last bit or two. Every filter waits for this before it can correct.
- */
-static Quat vector_error_rotate(Quat q, float x, float y, float z)
-{
-    const float square = 0.25f * (x * x + y * y + z * z);
-    const float fourth = square * square;
-    if (fourth > VECTOR_ERROR_SHORT) {
-        return quat_multiply(q, quat_exp((Vec3){x, y, z}));
-    }
-    const float s = (0.5f - square * (1.0f / 12.0f)) + fourth * (1.0f / 240.0f - square * (1.0f / 10080.0f));
-    const float c = (1.0f - square * 0.5f) + fourth * (1.0f / 24.0f - square * (1.0f / 720.0f));
-    x *= s;
-    y *= s;
-    z *= s;
-    const float qw = q.w, qx = q.x, qy = q.y, qz = q.z;
-    return (Quat){(qw * c - qx * x) - (qy * y + qz * z), (qw * x + qx * c) + (qy * z - qz * y),
-        (qw * y + qy * c) + (qz * x - qx * z), (qw * z + qz * c) + (qx * y - qy * x)};
-}
-
-/* 1/|q| of a quaternion with |q|² = 1 + excess. */
-static float vector_error_unit_scale(float excess)
-{
-    return 1.0f / sqrtf(1.0f + excess);
-}
-
-/* q ⊗ (1, ½ρ), made unit again, with ρ the rotation vector (rad, sensor frame).
- *
- * The step q + ½ q ⊗ ρ of the papers; it turns by 2 atan ½|ρ|. Nearly every ρ is so small that a series gives
- * 1/|q|: 1/√(1 + ε) = 1 − ε/2 + 3ε²/8.
- */
-static Quat vector_error_correct(Quat q, Vec3 rotation)
-{
-    const float qw = q.w, qx = q.x, qy = q.y, qz = q.z;
-    float x = rotation.x, y = rotation.y, z = rotation.z;
-    x *= 0.5f;
-    y *= 0.5f;
-    z *= 0.5f;
-    const float nw = qw - (qx * x + qy * y + qz * z);
-    const float nx = qx + (qw * x + (qy * z - qz * y));
-    const float ny = qy + (qw * y + (qz * x - qx * z));
-    const float nz = qz + (qw * z + (qx * y - qy * x));
-    const float excess = (nw * nw + nx * nx) + (ny * ny + nz * nz) - 1.0f;
-    float s = 1.0f - excess * (0.5f - 0.375f * excess);
-    if (excess > VECTOR_ERROR_NEAR_UNIT) {
-        s = vector_error_unit_scale(excess);
-    }
-    return (Quat){nw * s, nx * s, ny * s, nz * s};
-}
-
-/* The error of heading: up times the sine of the angle between the field's horizontal part and north.
- *
- * With h = R m, (h_x, h_y, 0)/√(h_x² + h_y²) × (0, 1, 0) = (0, 0, h_x/√(h_x² + h_y²)); beyond a right angle ±1. A
- * field without a horizontal part gives zero.
- */
-static Vec3 vector_error_heading_error(Quat attitude, Vec3 up, Vec3 mag)
-{
-    const float w = attitude.w, x = attitude.x, y = attitude.y, z = attitude.z;
-    const float mx = mag.x, my = mag.y, mz = mag.z;
-    const float tx = 2.0f * (y * mz - z * my);
-    const float ty = 2.0f * (z * mx - x * mz);
-    const float tz = 2.0f * (x * my - y * mx);
-    const float east = (mx + w * tx) + (y * tz - z * ty);
-    const float north = (my + w * ty) + (z * tx - x * tz);
-    const float square = east * east + north * north;
-    if (square < VEC3_SHORTEST) {
-        return VEC3_ZERO;
-    }
-    float sine = east / sqrtf(square);
-    if (north < 0.0f) {
-        sine = east >= 0.0f ? 1.0f : -1.0f;
-    }
-    return (Vec3){sine * up.x, sine * up.y, sine * up.z};
-}
-
-/* The unit field in the earth frame if the attitude is right: its own dip, and north. */
-static Vec3 vector_error_reference(Quat attitude, Vec3 mag)
-{
-    const Vec3 h = quat_rotate(attitude, mag);
-    return (Vec3){0.0f, sqrtf(h.x * h.x + h.y * h.y), h.z};
-}
-
-/* The error of the whole field, dip included, against its reference. */
-static Vec3 vector_error_field_error(Quat attitude, Vec3 mag)
-{
-    const Vec3 measured = vec3_normalize(mag);
-    return vector_error_direction_error(measured,
-        quat_rotate(quat_conjugate(attitude), vector_error_reference(attitude, measured)));
-}
-
-/* ---- detectors
- *
- * Detectors that need the readings alone: full scale, axes that hang, spikes, and specific force that is not gravity.
- *
- * Their results are the same for every run over a recording, so lanes compute them once for all. A reading that is missing
- * is left out: the slow mean stands for it in the sums for rest, and no other detector uses it.
- */
-
-/* Whether a reading is at a full scale that is known (not 0). */
-static bool detectors_is_at_range(Vec3 v, float full)
-{
-    const float x = v.x, y = v.y, z = v.z;
-    return full > 0.0f && lh_max(lh_max(fabsf(x), fabsf(y)), fabsf(z)) >= DETECTORS_PLATEAU * full;
-}
-
-/* Whether a reading is at full scale: full if known (not 0), else the largest one so far if it is a plateau.
- *
- * A body slows down before it turns round; a clipped reading goes up steeply and then stays.
- */
-static Extreme detectors_update_extreme(Extreme extreme, Vec3 v, float full, float dt)
-{
-    const float x = v.x, y = v.y, z = v.z;
-    const float up = extreme.up, down = extreme.down, last = extreme.last, before = extreme.before;
-    float slope = extreme.slope, stay = extreme.stay;
-    int32_t found = extreme.found;
-    const bool was = extreme.clipped;
-    const float far = DETECTORS_APPROACH * lh_min(up, down);
-    if (full == 0.0f && (-far < x && x < far) && (-far < y && y < far) && (-far < z && z < far)) { /* nearly always */
-        if (last == 0.0f && !was) {
-            return extreme;
-        }
-        return (Extreme){up, down, 0.0f, 0.0f, 0.0f, DETECTORS_NOT_STEEP, found, false};
-    }
-    if (full > 0.0f) {
-        return (Extreme){full, full, 0.0f, 0.0f, 0.0f, DETECTORS_NOT_STEEP, 3,
-            detectors_is_at_range(v, full)};
-    }
-    const float high = lh_max(lh_max(x, y), z);
-    const float low = -lh_min(lh_min(x, y), z);
-    const bool upwards = high > low;
-    const float largest = upwards ? high : low;
-    const float top = upwards ? up : down;
-    const int32_t side = upwards ? 1 : 2;
-    if (largest < DETECTORS_PLATEAU * top) {
-        return (Extreme){up, down, largest, last, 0.0f, DETECTORS_NOT_STEEP, found,
-            (found & side) != 0 && largest > DETECTORS_AT_FULL * top};
-    }
-    const bool beyond = DETECTORS_PLATEAU * largest > top;
-    if (beyond && (found & side) != 0) {
-        found -= side; /* its range is larger than that */
-    }
-    const bool steady = stay >= 0.0f && largest - last < DETECTORS_CREEP * dt * largest;
-    if (!steady && (beyond || last < DETECTORS_PLATEAU * top)) {
-        slope = lh_max(largest - last, last - before) / (dt * largest);
-        stay = slope > DETECTORS_STEEP ? 0.0f : DETECTORS_NOT_STEEP;
-    } else if (stay >= 0.0f) {
-        stay += dt;
-        if (elapsed_has_elapsed(stay, dt, DETECTORS_PLATEAU_SECONDS) && slope * stay >= DETECTORS_FLAT) {
-            found |= side;
-        }
-        if ((found & side) == 0) { /* a plateau is as high as it began */
-            return (Extreme){up, down, largest, last, slope, stay, found, false};
-        }
-    }
-    return (Extreme){lh_max(up, high), lh_max(down, low), largest, last, slope, stay, found,
-        (found & side) != 0};
-}
-
-/* Which axes repeat their last value while another one changes; zero does not count (simulations without noise). */
-static Repeat detectors_update_repeat(Repeat repeat, Vec3 v, float dt)
-{
-    const float a = repeat.last.x, b = repeat.last.y, c = repeat.last.z;
-    const int32_t axes = repeat.axes;
-    const float time = repeat.time;
-    const float x = v.x, y = v.y, z = v.z;
-    if (x != a && y != b && z != c) {
-        return (Repeat){v, 0, 0.0f};
-    }
-    if (fabsf(x - a) < DETECTORS_LEAST && fabsf(y - b) < DETECTORS_LEAST && fabsf(z - c) < DETECTORS_LEAST) {
-        return repeat; /* nothing moved: it may be a sensor without noise */
-    }
-    int32_t same = 0;
-    if (x == a && x != 0.0f) {
-        same |= 1;
-    }
-    if (y == b && y != 0.0f) {
-        same |= 2;
-    }
-    if (z == c && z != 0.0f) {
-        same |= 4;
-    }
-    if ((axes & same) == 0) {
-        return (Repeat){v, same, 0.0f};
-    }
-    return (Repeat){v, axes & same, time + dt};
-}
-
-/* Whether an axis has repeated one value for 1 s and 20 samples while another one changed. */
-static bool detectors_is_stuck(Repeat repeat, float dt)
-{
-    return elapsed_has_elapsed(repeat.time, dt,
-        lh_max(DETECTORS_STUCK_SECONDS, DETECTORS_STUCK_SAMPLES * dt));
-}
-
-/* Whether the norm of a specific force (m/s²) is more than acc_gate from g. */
-static bool detectors_is_far_from_g(const Guard *guard, Vec3 acc)
-{
-    const float x = acc.x, y = acc.y, z = acc.z;
-    const float square = x * x + y * y + z * z;
-    const float low = lh_max(UNITS_GRAVITY - guard->acc_gate, 0.0f);
-    const float high = UNITS_GRAVITY + guard->acc_gate;
-    return !(low * low <= square && square <= high * high);
-}
-
-/* The detectors after one sample (rad/s, m/s², dt s).
- *
- * missing: health bits of the missing readings; blind: the rate has been missing for long; lost: samples
- * were lost before this one.
- */
-static DetectorState detectors_detect(const Guard *guard, const DetectorState *state, Vec3 gyr, Vec3 acc,
-    int32_t missing, bool blind, bool lost, float dt)
-{
-    SlowMeans means_2;
-    Jump jump_2;
-    RateNoise noise_2;
-    Sums sums = state->sums;
-    const SlowMeans *means = &state->means;
-    Extreme gyr_extreme = state->gyr_extreme, acc_extreme = state->acc_extreme;
-    Repeat gyr_repeat = state->gyr_repeat, acc_repeat = state->acc_repeat;
-    const Jump *jump = &state->jump;
-    const RateNoise *noise = &state->noise;
-    const bool was_far = state->far_from_g;
-    bool far = was_far;
-    int32_t health = 0;
-    const bool no_gyr = (missing & HEALTH_GYR_MISSING) != 0;
-    const bool no_acc = (missing & HEALTH_ACC_MISSING) != 0;
-    if (!no_gyr) {
-        jump_2 = rate_jump_update_jump(jump, gyr,
-            lost || detectors_is_at_range(gyr, guard->gyr_range * UNITS_DEGREE), dt);
-        jump = &jump_2;
-        gyr = jump->rate;
-        if (jump->spikes > 0) {
-            health = HEALTH_GYR_SPIKE;
-        }
-    }
-    sums = rest_add_sample(sums, no_gyr ? means->gyr : gyr, no_acc ? means->acc : acc, dt);
-    if (sums.complete) {
-        means_2 = rest_update_means(guard, means, sums, blind);
-        means = &means_2;
-    }
-    if (!no_gyr) {
-        gyr_extreme = detectors_update_extreme(gyr_extreme, gyr, guard->gyr_range * UNITS_DEGREE, dt);
-        gyr_repeat = detectors_update_repeat(gyr_repeat, gyr, dt);
-        if (gyr_extreme.clipped) {
-            health |= HEALTH_GYR_SATURATED;
-        }
-        noise_2 = rate_noise_update_noise(noise, gyr, means->pace > 0.0f, dt);
-        noise = &noise_2;
-        if (detectors_is_stuck(gyr_repeat, dt) || rate_noise_is_silent(noise)) {
-            health |= HEALTH_GYR_STUCK;
-        }
-    }
-    if (!no_acc) {
-        acc_extreme = detectors_update_extreme(acc_extreme, acc, guard->acc_range, dt);
-        acc_repeat = detectors_update_repeat(acc_repeat, acc, dt);
-        if (acc_extreme.clipped) {
-            health |= HEALTH_ACC_SATURATED;
-        } else if (detectors_is_stuck(acc_repeat, dt)) {
-            health |= HEALTH_ACC_STUCK;
-        }
-        far = detectors_is_far_from_g(guard, acc);
-    }
-    return (DetectorState){sums, *means, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat, *jump, *noise, far,
-        was_far, health};
-}
-
-/* The rate (rad/s) that stands for the last sample, see rate_jump; zero from a gyroscope that hangs. */
-static Vec3 detectors_believed_rate(const DetectorState *state, Vec3 gyr)
-{
-    (void)gyr;
-    if (rate_noise_is_silent(&state->noise)) {
-        return VEC3_ZERO;
-    }
-    return vec3_add(state->jump.rate, state->jump.returned);
-}
-
-/* ---- guard
- *
- * The guard: bad readings are held back before a filter sees them, once, and the same for all filters.
- *
- * detectors needs the readings alone: full scale, axes that hang, force that is not gravity. rest decides whether
- * the sensor is at rest and reads the gyroscope's bias off; field knows the earth's field. Here are the gates, which
- * also need the filter's attitude: accelerations that are not gravity and fields that are not the earth's are held back,
- * for a bounded time. Each gate says why by a bit of filters.health.
- */
-
-/* Whether the accelerometer is held back at a sample of dt seconds. */
-static bool guard_is_accelerating(const Guard *guard, const GuardState *state, float dt)
-{
-    return state->acc_rejected > 0.0f && !elapsed_has_elapsed(state->acc_rejected, dt, guard->acc_time);
-}
-
-/* The vertical in the sensor frame, dt after it had this attitude, to first order. */
-static Vec3 guard_predict_up(Quat attitude, Vec3 gyr, float dt)
-{
-    const Vec3 vec3 = quat_up(attitude);
-    const float x = vec3.x, y = vec3.y, z = vec3.z;
-    const float a = gyr.x, b = gyr.y, c = gyr.z;
-    return (Vec3){x + dt * (y * c - z * b), y + dt * (z * a - x * c), z + dt * (x * b - y * a)};
-}
-
-/* For how long the specific force has not been gravity: its norm is far_from_g, and its direction is more than
- * acc_angle from the vertical that the filter predicts.
- */
-static GuardState guard_gate_force(const Guard *guard, const GuardState *state, Quat attitude, Vec3 gyr,
-    Vec3 acc, bool far_from_g, float dt)
-{
-    if (!tilt_is_present(acc)) {
-        return *state;
-    }
-    const Rest rest = state->rest;
-    const float rejected = state->acc_rejected;
-    const Field field = state->field;
-    if (!far_from_g) {
-        return (GuardState){rest, 0.0f, field};
-    }
-    const float x = acc.x, y = acc.y, z = acc.z;
-    const Vec3 vec3 = guard_predict_up(attitude, gyr, dt);
-    const float a = vec3.x, b = vec3.y, c = vec3.z;
-    const float cosine = 1.0f - 0.5f * guard->acc_angle * guard->acc_angle * (UNITS_DEGREE * UNITS_DEGREE);
-    const bool off = a * x + b * y + c * z < sqrtf(x * x + y * y + z * z) * cosine;
-    return (GuardState){rest, off ? rejected + dt : 0.0f, field};
-}
-
-/* The magnetometer reading that the filter gets.
- *
- * attitude is the filter's, one sample old; gyr (rad/s) is without the bias that was read off at rest.
- */
-static Gated guard_gate(const Guard *guard, GuardState state, Quat attitude, Vec3 gyr, Vec3 mag, float dt)
-{
-    int32_t health = 0;
-    if (rest_is_resting(guard, state.rest)) {
-        health = HEALTH_AT_REST;
-    }
-    if (GUARD_GATES_FIELD && tilt_is_present(mag)) {
-        const Rest rest = state.rest;
-        const float rejected = state.acc_rejected;
-        Field field = state.field;
-        field = field_update_field(guard, field, guard_predict_up(attitude, gyr, dt), mag, dt);
-        state = (GuardState){rest, rejected, field};
-        if (field.rejected > 0.0f) {
-            health |= HEALTH_MAG_REJECTED;
-            mag = VEC3_ZERO;
-        } else if (field.age <= dt) {
-            health |= HEALTH_MAG_LEARNED;
-        }
-    }
-    return (Gated){mag, health, state};
-}
-
-/* ---- direction_filter
- *
- * What Mahony and Madgwick have in common: filters that rotate the attitude towards measured directions.
- *
- * Their state is the attitude, a bias and an age: until it reaches a time constant, gains are those of a running mean.
- */
-
-/* Tilt and heading of the first sample. */
-static State direction_filter_init(Mahony params, Vec3 gyr, Vec3 acc, Vec3 mag)
-{
-    (void)params; (void)gyr;
-    return (State){triad_initial_attitude(acc, mag), VEC3_ZERO, 0.0f};
-}
-
-/* The attitude after dt seconds at the rate gyr (rad/s) without the bias. */
-static Quat direction_filter_integrate(const State *state, Vec3 gyr, float dt)
-{
-    const float bx = state->bias.x, by = state->bias.y, bz = state->bias.z;
-    const float gx = gyr.x, gy = gyr.y, gz = gyr.z;
-    return vector_error_rotate(state->quat, (gx - bx) * dt, (gy - by) * dt, (gz - bz) * dt);
-}
-
-/* Gains are those of a start again, as after a gap. */
-static State direction_filter_inflate(Mahony params, const State *state, float variance)
-{
-    (void)params; (void)variance;
-    return (State){state->quat, state->bias, 0.0f};
-}
-
-/* Attitude and bias. */
-static Output direction_filter_output(Mahony params, const State *state)
-{
-    (void)params;
-    return (Output){state->quat, state->bias, VEC3_ZERO, 0};
-}
-
-/* ---- conditioning
- *
- * The conditioning of a sample, before any filter sees it: it depends on the readings only.
- *
- * NaN marks a missing reading; the zero vector marks a sensor that does not exist. A missing rate is replaced by the last
- * one, for at most GAP_SECONDS; any other missing reading becomes the zero vector, which corrects nothing. The result
- * is the same for every filter and every parameter set, so lanes compute it once for all of their runs.
- */
-
-/* Whether a component of a reading is NaN, infinite or beyond READING_LIMIT. */
-static bool conditioning_missing(Vec3 v)
-{
-    const float x = v.x, y = v.y, z = v.z;
-    return !((-CONDITIONING_READING_LIMIT < x && x < CONDITIONING_READING_LIMIT)
-        && (-CONDITIONING_READING_LIMIT < y && y < CONDITIONING_READING_LIMIT)
-        && (-CONDITIONING_READING_LIMIT < z && z < CONDITIONING_READING_LIMIT));
-}
-
-/* Health bits of the readings that are missing. */
-static int32_t conditioning_missing_bits(Vec3 gyr, Vec3 acc, Vec3 mag)
-{
-    const float x = gyr.x, y = gyr.y, z = gyr.z;
-    const float a = acc.x, b = acc.y, c = acc.z;
-    const float u = mag.x, v = mag.y, w = mag.z;
-    if ((x * x + y * y + z * z) + (a * a + b * b + c * c)
-        + (u * u + v * v + w * w) < CONDITIONING_SQUARE_LIMIT) {
-        return 0;
-    }
-    int32_t health = 0;
-    if (conditioning_missing(gyr)) {
-        health = HEALTH_GYR_MISSING;
-    }
-    if (conditioning_missing(acc)) {
-        health |= HEALTH_ACC_MISSING;
-    }
-    if (conditioning_missing(mag)) {
-        health |= HEALTH_MAG_MISSING;
-    }
-    return health;
-}
-
-/* s, the mean interval; one that is longer than twice as long counts as twice as long. */
-static float conditioning_usual_interval(float usual, float dt)
-{
-    if (usual == 0.0f) {
-        return dt;
-    }
-    return usual + (lh_min(dt, 2.0f * usual) - usual) / CONDITIONING_INTERVALS;
-}
-
-/* s of an interval for which samples were lost: all beyond the usual one, where that is at least another. */
-static float conditioning_lost_time(float usual, float dt)
-{
-    return usual > 0.0f && elapsed_has_elapsed(dt, usual, 2.0f * usual) ? dt - usual : 0.0f;
-}
-
-/* rad², about each axis, of the rotation in lost seconds without samples, if the mean of the rates before and
- * after is held for it.
- *
- * A change that comes at once, at a time that is uniform in them, makes that error uniform. The other part was chosen
- * so that σ is honest on recordings from which samples were taken, benchmarks/accuracy/changed.py.
- */
-static float conditioning_lost_variance(Vec3 last, Vec3 gyr, float lost)
-{
-    const Vec3 change = vec3_sub(gyr, last);
-    const float rate2 = lh_max(vec3_dot(gyr, gyr), vec3_dot(last, last));
-    return lost * lost * (CONDITIONING_CHANGE_VARIANCE * vec3_dot(change, change)
-        + CONDITIONING_RETURN_VARIANCE * rate2);
-}
-
-/* The rotation while the rate was unusable; its variance is 0 up to LEAST_ROTATION. */
-static UnmeasuredRotation conditioning_unmeasured_rotation(int32_t health, float rate_age, float dt)
-{
-    if ((health & CONDITIONING_RATE_UNUSABLE) == 0) {
-        return CONDITIONING_ALL_MEASURED;
-    }
-    const float before = TILT_TURN * rate_age;
-    const float after = TILT_TURN * (rate_age + dt);
-    if (after <= CONDITIONING_LEAST_ROTATION) {
-        return (UnmeasuredRotation){rate_age + dt, 0.0f};
-    }
-    return (UnmeasuredRotation){rate_age + dt,
-        after * after - (before > CONDITIONING_LEAST_ROTATION ? before * before : 0.0f)};
-}
-
-/* The first sample; a filter starts with it if it has a specific force. */
-static ConditionedSample conditioning_first_sample(Vec3 gyr, Vec3 acc, Vec3 mag, int32_t health)
-{
-    const SlowMeans means = {gyr, acc, 0.0f};
-    const Extreme gyr_extreme = DETECTORS_NO_SAMPLES.gyr_extreme,
-        acc_extreme = DETECTORS_NO_SAMPLES.acc_extreme;
-    const Repeat gyr_repeat = DETECTORS_NO_SAMPLES.gyr_repeat, acc_repeat = DETECTORS_NO_SAMPLES.acc_repeat;
-    const RateNoise noise = DETECTORS_NO_SAMPLES.noise;
-    const Jump jump = rate_jump_first_rate(gyr);
-    const DetectorState detected = {REST_NO_SUMS, means, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat,
-        jump, noise, false, false, 0};
-    const Approach rate = (Approach){gyr, VEC3_ZERO, 0.0f}, force = (Approach){acc, VEC3_ZERO, 0.0f};
-    return (ConditionedSample){gyr, acc, mag, 0.0f, 0.0f, health, false, tilt_is_present(acc), false, 0.0f,
-        0.0f, 0.0f, 0, detected, rate, force};
-}
-
-/* Whether σ is updated after this sample. */
-static bool conditioning_sigma_due(const ConditionedSample *sample)
-{
-    return elapsed_has_elapsed(sample->since_sigma, sample->dt, OBSERVER_COVARIANCE_INTERVAL)
-        || sample->unmeasured > 0.0f;
-}
-
-/* The next sample, conditioned; sample is the one before. */
-static ConditionedSample conditioning_condition(const Guard *guard, const ConditionedSample *sample, Vec3 gyr,
-    Vec3 acc, Vec3 mag, float dt)
-{
-    Approach rate_3;
-    Approach force_2;
-    const Vec3 field = sample->mag;
-    const float usual = sample->interval;
-    const bool had_field = sample->had_field, started = sample->started;
-    float rate_age = sample->rate_age, since_sigma = sample->since_sigma;
-    int32_t corrected_by = sample->corrected_by;
-    const DetectorState *detected = &sample->detected;
-    const Approach *rate = &sample->rate;
-    const Approach *force = &sample->force;
-    const Vec3 last = rate->last;
-    int32_t health = conditioning_missing_bits(gyr, acc, mag);
-    if (health != 0) {
-        gyr = (health & HEALTH_GYR_MISSING) ? last : gyr;
-        acc = (health & HEALTH_ACC_MISSING) ? VEC3_ZERO : acc;
-        mag = (health & HEALTH_MAG_MISSING) ? VEC3_ZERO : mag;
-    }
-    if (!started) {
-        return conditioning_first_sample(gyr, acc, mag, health);
-    }
-    const bool rate_lost = (health & HEALTH_GYR_MISSING) != 0
-        && elapsed_has_elapsed(rate_age, dt, TILT_GAP_SECONDS);
-    const float lost = conditioning_lost_time(usual, dt);
-    const DetectorState detected_2 = detectors_detect(guard, detected, gyr, acc, health, rate_lost,
-        lost > 0.0f, dt);
-    detected = &detected_2;
-    if ((health & HEALTH_GYR_MISSING) == 0) {
-        gyr = detectors_believed_rate(detected, gyr);
-    }
-    health |= detected->health;
-    if (tilt_is_present(acc)) {
-        force_2 = full_scale_update_approach(force, acc, detected->acc_extreme, dt);
-        force = &force_2;
-        acc = (health & HEALTH_ACC_STUCK) ? VEC3_ZERO : vec3_add(acc, full_scale_mean_beyond(force, dt));
-    }
-    if (conditioning_sigma_due(sample)) {
-        since_sigma = 0.0f;
-        corrected_by = 0;
-    }
-    if (tilt_is_present(acc)) {
-        corrected_by |= 1;
-    }
-    if (tilt_is_present(mag)) {
-        corrected_by |= 2;
-    }
-    if (dt > TILT_GAP_SECONDS) {
-        health |= HEALTH_GAP;
-    }
-    const UnmeasuredRotation unmeasuredrotation = conditioning_unmeasured_rotation(health, rate_age, dt);
-    rate_age = unmeasuredrotation.rate_age;
-    float unmeasured = unmeasuredrotation.variance;
-    const Approach before = *rate;
-    const Approach rate_2 = (Approach){gyr, before.slope, 0.0f};
-    rate = &rate_2;
-    if (health & HEALTH_GYR_SATURATED || (health & CONDITIONING_RATE_UNUSABLE) == 0) {
-        rate_3 = full_scale_update_approach(&before, gyr, detected->gyr_extreme, dt);
-        rate = &rate_3;
-    }
-    if (rate->time > 0.0f) {
-        unmeasured = full_scale_variance_beyond(rate->slope, rate->time)
-            - full_scale_variance_beyond(rate->slope, before.time);
-        rate_age = rate->time;
-        gyr = vec3_add(gyr, full_scale_mean_beyond(rate, dt));
-    } else if (lost > 0.0f && dt <= TILT_GAP_SECONDS && (health & CONDITIONING_RATE_UNUSABLE) == 0) {
-        unmeasured = conditioning_lost_variance(last, gyr, lost);
-        gyr = vec3_sub(gyr, vec3_scale(vec3_sub(gyr, last), 0.5f * lost / dt));
-    }
-    const bool rate_unknown = rate_lost || dt > TILT_GAP_SECONDS;
-    return (ConditionedSample){gyr, acc, mag, dt, conditioning_usual_interval(usual, dt), health,
-        had_field || tilt_is_present(field), true, rate_unknown, rate_age, unmeasured, since_sigma + dt,
-        corrected_by, *detected, *rate, *force};
-}
-
-/* ---- mahony
- *
- * Mahony: the explicit complementary filter, a PI controller that pulls the attitude towards what the sensors see.
- *
- * Unit vectors v_i as measured and v̂_i = R̂ᵀ v₀ᵢ as the attitude expects them, all in the sensor frame:
- *
- *     ω_mes = Σ k_i v_i × v̂_i                                                                                     (1)
- *     q̂' = ½ q̂ ⊗ (Ω − b̂ + k_P ω_mes)                                                                            (2)
- *     b̂' = −k_I ω_mes                                                                                             (3)
- *
- * (R. Mahony, T. Hamel, J.-M. Pflimlin, 2008, eqs. 32a to 32c as quaternions.) Here v₁ is the specific force with k₁ = 1
- * and v₀₁ = up; v₂ is the horizontal part of the magnetic field with k₂ = k_mag and v₀₂ = north, so that
- *
- *     v₂ × v̂₂ = sin δ · up,   sin δ = h_x/√(h_x² + h_y²),   h = R̂ m                                              (4)
- *
- * where δ is how far the field misses north: a magnet turns heading, never the horizon. With whole_field v₂ is the
- * whole field and v₀₂ = (0, √(h_x² + h_y²), h_z), which is what most programs do.
- *
- * In discrete time the attitude first turns with the gyroscope, exactly, and then by the share of ω_mes that a first-order
- * low-pass of the same corner takes, so that no interval is too long:
- *
- *     ρ = K v₁ × v̂₁ + K₂ v₂ × v̂₂,   K = dt/(1/k_P + dt),   K₂ = dt/(1/(k_P k_mag) + dt)                           (5)
- *
- * While the filter is younger than those time constants K and K₂ are those of a running mean, and the bias waits: what
- * pulls then is the start's error, not the gyroscope's. Against wind-up every axis of the bias stays within
- * ±max_bias, and from a pull that such a bias could not cause nothing is learned:
- *
- *     k_P k_i |v_i × v̂_i| < max_bias                                                                            (6)
- */
-
-/* Eq. 3, bounded by (6); each vector waits until its K is steady. */
-static Vec3 mahony_update_bias(Mahony params, Vec3 bias, Vec3 tilt_error, Vec3 yaw_error, float age, float dt)
-{
-    const float kp = params.kp;
-    const float k_mag = params.k_mag;
-    const float limit = params.max_bias * UNITS_DEGREE;
-    float step = params.ki * dt;
-    float x = bias.x, y = bias.y, z = bias.z;
-    float px = tilt_error.x, py = tilt_error.y, pz = tilt_error.z;
-    if (elapsed_has_elapsed(age, dt, 1.0f / kp) && kp * kp * (px * px + py * py + pz * pz) < limit * limit) {
-        x -= step * px;
-        y -= step * py;
-        z -= step * pz;
-    }
-    px = yaw_error.x;
-    py = yaw_error.y;
-    pz = yaw_error.z;
-    if (elapsed_has_elapsed(age, dt, 1.0f / (kp * k_mag))
-        && kp * kp * k_mag * k_mag * (px * px + py * py + pz * pz) < limit * limit) {
-        step *= k_mag;
-        x -= step * px;
-        y -= step * py;
-        z -= step * pz;
-    }
-    return (Vec3){lh_max(-limit, lh_min(x, limit)), lh_max(-limit, lh_min(y, limit)),
-        lh_max(-limit, lh_min(z, limit))};
-}
-
-/* Eqs. 1 to 5. */
-static State mahony_step(Mahony params, const State *state, Vec3 gyr, Vec3 acc, Vec3 mag, float dt)
-{
-    const Quat attitude = direction_filter_integrate(state, gyr, dt);
-    const float age = lowpass_advance_age(state->age, dt);
-    const Vec3 up = quat_up(attitude);
-    const Vec3 tilt_error = vector_error_direction_error(vec3_normalize(acc), up);
-    float kt = lowpass_lowpass_weight(1.0f / params.kp, age, dt);
-    Vec3 yaw_error = VEC3_ZERO;
-    Vec3 rotation;
-    if (tilt_is_present(mag)) {
-        float kh = lowpass_lowpass_weight(1.0f / (params.kp * params.k_mag), age, dt);
-        if (params.whole_field) {
-            yaw_error = vector_error_field_error(attitude, mag);
-            kt = lh_min(kt, 1.0f / (1.0f + params.k_mag)); /* two vectors may pull the same way: K Σ k_i ≤ 1 */
-            kh = kt * params.k_mag;
-        } else {
-            yaw_error = vector_error_heading_error(attitude, up, mag);
-        }
-        rotation = (Vec3){kt * tilt_error.x + kh * yaw_error.x, kt * tilt_error.y + kh * yaw_error.y,
-            kt * tilt_error.z + kh * yaw_error.z};
-    } else {
-        rotation = (Vec3){kt * tilt_error.x, kt * tilt_error.y, kt * tilt_error.z};
-    }
-    return (State){vector_error_correct(attitude, rotation),
-        mahony_update_bias(params, state->bias, tilt_error, yaw_error, age, dt), age};
-}
-
-/* K, K₂ of eq. 5 and k_I dt of eq. 3, for a state after its sample. */
-static Gains mahony_gains(Mahony params, const State *state, float dt)
-{
-    float kt = lowpass_lowpass_weight(1.0f / params.kp, state->age, dt);
-    const float kh = lowpass_lowpass_weight(1.0f / (params.kp * params.k_mag), state->age, dt);
-    const float bt = elapsed_has_elapsed(state->age, dt, 1.0f / params.kp) ? params.ki * dt : 0.0f;
-    const float bh = elapsed_has_elapsed(state->age, dt, 1.0f / (params.kp * params.k_mag))
-        ? params.ki * params.k_mag * dt : 0.0f;
-    if (params.whole_field) {
-        kt = lh_min(kt, 1.0f / (1.0f + params.k_mag));
-        return (Gains){kt, bt, DIRECTION_FILTER_DIP_SHARE * kt * params.k_mag,
-            DIRECTION_FILTER_DIP_SHARE * bh};
-    }
-    return (Gains){kt, bt, kh, bh};
-}
-
-/* ---- driver
- *
- * The one driver: what happens to a sample before and after a filter's step, for every filter and every engine.
- *
- * These are kernels: plain Python runs them as they stand, Numba and the export to C translate the same source. A filter's
- * own functions and the guard's are called through hooks and aiding; Hooks and AidingHooks declare them,
- * and binding.bind makes a copy of the driver in which they are one filter's. Arrays are flat (row after row), so that
- * Python lists and NumPy arrays are indexed by the same line.
- *
- * A sample goes through in phases. conditioning.condition comes first and needs the readings only; all others take
- * the conditioned sample and what one run carries. advance calls them in turn; engine.lanes calls each for all of
- * its runs at once, and skips it for all where the sample does not need it. That is why rare work is a phase of its own.
- */
-
-/* init with the prior that the state before has. */
-static State driver_restart(Mahony params, const State *before, Vec3 gyr, Vec3 acc, Vec3 mag)
-{
-    (void)before;
-    return direction_filter_init(params, gyr, acc, mag);
-}
-
-/* Whether correct is to be called after this step of dt seconds. */
-static bool driver_due(Mahony params, const State *state, float dt)
-{
-    (void)params; (void)state; (void)dt;
-    return false;
-}
-
-/* The state after the part of the filter that does not run at every sample. */
-static const State *driver_correct(Mahony params, const State *state, float dt)
-{
-    (void)params; (void)dt;
-    return state;
-}
-
-/* The state with variance (rad²) added to that of its heading only. */
-static const State *driver_inflate_heading(Mahony params, const State *state, float variance)
-{
-    (void)params; (void)variance;
-    return state;
-}
-
-/* The state when the guard has found the sensor at rest. */
-static const State *driver_at_rest(Mahony params, const State *state)
-{
-    (void)params;
-    return state;
-}
-
-/* Before the first sample: level, not started. */
-static Carry driver_begin(const Settings *settings)
-{
-    const State state = direction_filter_init(settings->filter, VEC3_ZERO, VEC3_ZERO, VEC3_ZERO);
-    return (Carry){CONDITIONING_NO_SAMPLE,
-        {state, 0, GUARD_NO_SAMPLES, observer_covariance_initial_covariance(VEC3_ZERO, VEC3_ZERO)}};
-}
-
-/* At the first sample, and at every sample until the first accelerometer reading. */
-static FilterRun driver_start(const Settings *settings, const ConditionedSample *sample, const FilterRun *run)
-{
-    const Mahony params = settings->filter;
-    const State state = driver_restart(params, &run->state, sample->gyr, sample->acc, sample->mag);
-    const Rest rest = GUARD_NO_SAMPLES.rest;
-    const float rejected = GUARD_NO_SAMPLES.acc_rejected;
-    const Output estimate = direction_filter_output(params, &state);
-    const GuardState gates = {rest, rejected, field_initial_field(quat_up(estimate.quat), sample->mag)};
-    return (FilterRun){state, sample->health, gates,
-        observer_covariance_initial_covariance(sample->acc, sample->mag)};
-}
-
-/* At the end of each interval over which the detectors average: whether the sensor is at rest, and its bias. */
-static FilterRun driver_update_rest(const Settings *settings, const ConditionedSample *sample,
-    const FilterRun *run)
-{
-    const Mahony params = settings->filter;
-    const Guard *guard = &settings->guard;
-    const State *state = &run->state;
-    const int32_t health = run->health;
-    const GuardState *gates = &run->guard;
-    const ObserverCovariance *covariance = &run->covariance;
-    const Output estimate = direction_filter_output(params, state);
-    Rest rest = gates->rest;
-    const float rejected = gates->acc_rejected;
-    const Field field = gates->field;
-    const Vec3 own = estimate.bias;
-    rest = rest_update_rest(guard, rest, own, &sample->detected.means, sample->detected.sums.time);
-    if (rest_is_resting(guard, rest)) {
-        state = driver_at_rest(params, state);
-    }
-    return (FilterRun){*state, health, {rest, rejected, field}, *covariance};
-}
-
-/* At a sample part of whose rotation was not measured. */
-static FilterRun driver_inflate(const Settings *settings, const ConditionedSample *sample,
-    const FilterRun *run)
-{
-    const State *state = &run->state;
-    const int32_t health = run->health;
-    const GuardState *gates = &run->guard;
-    const ObserverCovariance *covariance = &run->covariance;
-    return (FilterRun){direction_filter_inflate(settings->filter, state, sample->unmeasured), health, *gates,
-        *covariance};
-}
-
-/* The rate without the bias read off at rest; where the rotation is unknown, the rate that the filter takes for
- * 0.
- */
-static Vec3 driver_unbiased_rate(const ConditionedSample *sample, const GuardState *gates, Vec3 own)
-{
-    if (sample->rate_unknown) {
-        return own;
-    }
-    return vec3_sub(sample->gyr, gates->rest.bias);
-}
-
-/* One sample: the gate, then the filter's step. */
-static FilterRun driver_step_gated(const Settings *settings, const ConditionedSample *sample,
-    const FilterRun *run, Vec3 acc)
-{
-    const Mahony params = settings->filter;
-    const Guard *guard = &settings->guard;
-    const State *state = &run->state;
-    const int32_t found = run->health;
-    const GuardState *gates = &run->guard;
-    const ObserverCovariance *covariance = &run->covariance;
-    const Output estimate = direction_filter_output(params, state);
-    const Vec3 gyr = driver_unbiased_rate(sample, gates, estimate.bias);
-    const Gated gated = guard_gate(guard, *gates, estimate.quat, gyr, sample->mag, sample->dt);
-    const Vec3 mag = gated.mag;
-    const int32_t health = gated.health;
-    gates = &gated.state;
-    return (FilterRun){mahony_step(params, state, gyr, acc, mag, sample->dt), found | health, *gates,
-        *covariance};
-}
-
-/* A sample whose specific force has another norm than g, or follows such a sample. */
-static FilterRun driver_step_accelerated(const Settings *settings, const ConditionedSample *sample,
-    const FilterRun *run)
-{
-    const Mahony params = settings->filter;
-    const Guard *guard = &settings->guard;
-    const State *state = &run->state;
-    const GuardState *gates = &run->guard;
-    const ObserverCovariance *covariance = &run->covariance;
-    const Output estimate = direction_filter_output(params, state);
-    const Vec3 gyr = driver_unbiased_rate(sample, gates, estimate.bias);
-    const GuardState gates_2 = guard_gate_force(guard, gates, estimate.quat, gyr, sample->acc,
-        sample->detected.far_from_g, sample->dt);
-    gates = &gates_2;
-    if (tilt_is_present(sample->acc) && guard_is_accelerating(guard, gates, sample->dt)) {
-        return driver_step_gated(settings, sample,
-            &(FilterRun){*state, sample->health | HEALTH_ACC_REJECTED, *gates, *covariance}, VEC3_ZERO);
-    }
-    return driver_step_gated(settings, sample, &(FilterRun){*state, sample->health, *gates, *covariance},
-        sample->acc);
-}
-
-/* Every other sample. */
-static FilterRun driver_step_plain(const Settings *settings, const ConditionedSample *sample,
-    const FilterRun *run)
-{
-    const State *state = &run->state;
-    const GuardState *gates = &run->guard;
-    const ObserverCovariance *covariance = &run->covariance;
-    return driver_step_gated(settings, sample, &(FilterRun){*state, sample->health, *gates, *covariance},
-        sample->acc);
-}
-
-/* Whether apply_correction has anything to do. */
-static bool driver_correction_due(const Settings *settings, const ConditionedSample *sample,
-    const FilterRun *run)
-{
-    return (run->health & HEALTH_MAG_LEARNED) != 0 || driver_due(settings->filter, &run->state, sample->dt);
-}
-
-/* The part of the filter that does not run at every sample; a field that was learned anew inflates heading. */
-static FilterRun driver_apply_correction(const Settings *settings, const ConditionedSample *sample,
-    const FilterRun *run)
-{
-    const Mahony params = settings->filter;
-    const State *state = &run->state;
-    const int32_t health = run->health;
-    const GuardState *gates = &run->guard;
-    const ObserverCovariance *covariance = &run->covariance;
-    if (health & HEALTH_MAG_LEARNED) {
-        state = driver_inflate_heading(params, state,
-            sample->had_field ? DRIVER_NEW_FIELD : DRIVER_FIRST_FIELD);
-    }
-    if (driver_due(params, state, sample->dt)) {
-        state = driver_correct(params, state, sample->dt);
-    }
-    return (FilterRun){*state, health, *gates, *covariance};
-}
-
-/* At the end of each interval of σ: the observer's covariance, for a filter without its own. */
-static FilterRun driver_update_sigma(const Settings *settings, const ConditionedSample *sample,
-    const FilterRun *run)
-{
-    const Mahony params = settings->filter;
-    const Guard *guard = &settings->guard;
-    const State *state = &run->state;
-    const int32_t health = run->health;
-    const GuardState *gates = &run->guard;
-    const ObserverCovariance *covariance = &run->covariance;
-    int32_t seen = sample->corrected_by;
-    Vec3 acc = sample->acc;
-    if (guard_is_accelerating(guard, gates, sample->dt)) {
-        seen = seen & 2;
-        acc = VEC3_ZERO;
-    }
-    if (gates->field.rejected > 0.0f) {
-        seen = seen & 1;
-    }
-    const Vec3 gyr = driver_unbiased_rate(sample, gates, VEC3_ZERO);
-    const bool rest = rest_is_resting(guard, gates->rest);
-    const ObserverCovariance covariance_2 = observer_covariance_update_covariance(covariance,
-        mahony_gains(params, state, sample->since_sigma), gyr, acc, rest, sample->unmeasured, seen,
-        sample->since_sigma);
-    covariance = &covariance_2;
-    return (FilterRun){*state, health, *gates, *covariance};
-}
-
-/* One sample through the filter; NaN marks a missing reading, the zero vector a sensor that does not exist. */
-static void driver_advance(Carry *result, const Settings *settings, const Carry *carry, Vec3 gyr, Vec3 acc,
-    Vec3 mag, float dt)
-{
-    FilterRun run_2;
-    const ConditionedSample *before = &carry->sample;
-    const FilterRun *run = &carry->run;
-    const ConditionedSample sample = conditioning_condition(&settings->guard, before, gyr, acc, mag, dt);
-    if (!before->started) {
-        *result = (Carry){sample, driver_start(settings, &sample, run)};
-        return;
-    }
-    if (sample.detected.sums.complete) {
-        run_2 = driver_update_rest(settings, &sample, run);
-        run = &run_2;
-    }
-    if (sample.unmeasured > 0.0f) {
-        run_2 = driver_inflate(settings, &sample, run);
-        run = &run_2;
-    }
-    if (sample.detected.far_from_g || sample.detected.was_far) {
-        run_2 = driver_step_accelerated(settings, &sample, run);
-        run = &run_2;
-    } else {
-        run_2 = driver_step_plain(settings, &sample, run);
-        run = &run_2;
-    }
-    if (driver_correction_due(settings, &sample, run)) {
-        run_2 = driver_apply_correction(settings, &sample, run);
-        run = &run_2;
-    }
-    if (!DRIVER_OWN_SIGMA && conditioning_sigma_due(&sample)) {
-        run_2 = driver_update_sigma(settings, &sample, run);
-        run = &run_2;
-    }
-    *result = (Carry){sample, *run};
-}
-
-/* The filter's output with the bias read off at rest added, σ where the filter has none, and health. */
-static Output driver_result(const Settings *settings, const FilterRun *run)
-{
-    const State *state = &run->state;
-    const int32_t found = run->health;
-    const GuardState *gates = &run->guard;
-    const ObserverCovariance *covariance = &run->covariance;
-    const Output estimate = direction_filter_output(settings->filter, state);
-    const Quat quat = estimate.quat;
-    const float x = estimate.bias.x, y = estimate.bias.y, z = estimate.bias.z;
-    Vec3 sigma = estimate.sigma;
-    const int32_t health = estimate.health;
-    const float a = gates->rest.bias.x, b = gates->rest.bias.y, c = gates->rest.bias.z;
-    sigma = observer_covariance_sigma(covariance);
-    return (Output){quat, {x + a, y + b, z + c}, sigma, health | found};
+static Euler quat_to_euler(float q_w, float q_x, float q_y, float q_z)
+{
+    /* quat.up: The earth's vertical in the sensor frame: (−sin θ, sin φ cos θ, cos φ cos θ) with roll φ and pitch θ. */
+    const float number = q_y * q_y;
+    /* quat.forward: The sensor's x axis in the earth frame: (cos ψ cos θ, sin ψ cos θ, −sin θ) with yaw ψ and pitch θ.
+     */
+    const float number_2 = 1.0f - 2.0f * (number + q_z * q_z);
+    const float number_3 = 2.0f * (q_w * q_z + q_x * q_y);
+    const float angle = trig_atan2(2.0f * (q_w * q_x + q_y * q_z), 1.0f - 2.0f * (q_x * q_x + number));
+    const float angle_2 = trig_atan2(-(2.0f * (q_x * q_z - q_w * q_y)),
+        sqrtf(number_2 * number_2 + number_3 * number_3));
+    const float angle_3 = trig_atan2(number_3, number_2);
+    const Euler found = {angle, angle_2, angle_3};
+    return found;
 }
 
 /* ---- What lh_mahony.h offers */
 
 void lh_mahony_init(lh_mahony *filter)
 {
-    filter->settings = (Settings){
-        .filter = {
-            .kp = 0.4f,
-            .ki = 0.003f,
-            .k_mag = 0.5f,
-            .max_bias = 5.7f,
-            .whole_field = false,
-        },
-        .guard = {
-            .gyr_range = 0.0f,
-            .acc_range = 0.0f,
-            .rest_gyr = 2.0f,
-            .rest_acc = 0.5f,
-            .rest_time = 1.5f,
-            .bias_limit = 15.0f,
-            .acc_gate = 100.0f,
-            .acc_angle = 20.0f,
-            .acc_time = 2.0f,
-            .mag_gate = 0.1f,
-            .mag_angle = 10.0f,
-            .mag_time = 20.0f,
-        },
-    };
+    filter->settings.filter.kp = 0.4f;
+    filter->settings.filter.ki = 0.003f;
+    filter->settings.filter.k_mag = 0.5f;
+    filter->settings.filter.bias_limit = 0.1f;
+    filter->settings.filter.whole_field = false;
+    filter->settings.guard.gyr_range = 0.0f;
+    filter->settings.guard.acc_range = 0.0f;
+    filter->settings.guard.rest_gyr = 2.0f;
+    filter->settings.guard.rest_acc = 0.5f;
+    filter->settings.guard.rest_time = 1.5f;
+    filter->settings.guard.bias_limit = 15.0f;
+    filter->settings.guard.acc_gate = 100.0f;
+    filter->settings.guard.acc_angle = 20.0f;
+    filter->settings.guard.acc_time = 2.0f;
+    filter->settings.guard.mag_gate = 0.1f;
+    filter->settings.guard.mag_angle = 10.0f;
+    filter->settings.guard.mag_time = 20.0f;
     lh_mahony_reset(filter);
 }
 
 void lh_mahony_reset(lh_mahony *filter)
 {
-    filter->carry = driver_begin(&filter->settings);
+    driver_begin(&filter->carry);
 }
 
 /* Readings in the axes of the body: its x (forward), y (left), z (up) are the sensor's -y,x,z. */
-static Vec3 three(const float *v)
+static void three(const float *v, float *to)
 {
-    return v ? (Vec3){-v[1], v[0], v[2]} : (Vec3){0.0f, 0.0f, 0.0f};
+    to[0] = v ? -v[1] : 0.0f;
+    to[1] = v ? v[0] : 0.0f;
+    to[2] = v ? v[2] : 0.0f;
 }
 
-lh_mahony_readings lh_mahony_corrected(const lh_mahony *filter, const float gyr[3], const float acc[3],
-    const float mag[3])
+lh_mahony_readings lh_mahony_corrected(const lh_mahony *filter, const float gyr_read[3],
+    const float acc_read[3], const float mag_read[3])
 {
+    float gyr[3], acc[3], mag[3];
+    lh_mahony_readings now;
+    three(gyr_read, gyr);
+    three(acc_read, acc);
+    three(mag_read, mag);
     (void)filter;
-    return (Readings){three(gyr), three(acc), three(mag)};
+    now.gyr.x = gyr[0];
+    now.gyr.y = gyr[1];
+    now.gyr.z = gyr[2];
+    now.acc.x = acc[0];
+    now.acc.y = acc[1];
+    now.acc.z = acc[2];
+    now.mag.x = mag[0];
+    now.mag.y = mag[1];
+    now.mag.z = mag[2];
+    return now;
 }
 
-bool lh_mahony_update(lh_mahony *filter, const float gyr[3], const float acc[3], const float mag[3], float dt)
+bool lh_mahony_update(lh_mahony *filter, const float gyr_read[3], const float acc_read[3],
+    const float mag_read[3], float dt)
 {
     if (!(0.0f < dt && dt < 1e9f)) {
         return false;
     }
-    const Readings now = lh_mahony_corrected(filter, gyr, acc, mag);
-    driver_advance(&filter->carry, &filter->settings, &filter->carry, now.gyr, now.acc, now.mag, dt);
+    float gyr[3], acc[3], mag[3];
+    three(gyr_read, gyr);
+    three(acc_read, acc);
+    three(mag_read, mag);
+    driver_advance(&filter->settings, &filter->carry, gyr[0], gyr[1], gyr[2], acc[0], acc[1], acc[2], mag[0],
+        mag[1], mag[2], dt);
     return true;
-}
-
-lh_mahony_output lh_mahony_read(const lh_mahony *filter)
-{
-    return driver_result(&filter->settings, &filter->carry.run);
 }
 
 lh_mahony_quat lh_mahony_quaternion(const lh_mahony *filter)
 {
-    return lh_mahony_read(filter).quat;
+    return driver_quaternion(&filter->carry.run);
+}
+
+lh_mahony_vec3 lh_mahony_bias(const lh_mahony *filter)
+{
+    return driver_bias(&filter->carry.run);
+}
+
+lh_mahony_vec3 lh_mahony_sigma(const lh_mahony *filter)
+{
+    return driver_sigma(&filter->carry.run);
+}
+
+int32_t lh_mahony_health(const lh_mahony *filter)
+{
+    return driver_health(&filter->carry.run);
+}
+
+lh_mahony_output lh_mahony_read(const lh_mahony *filter)
+{
+    lh_mahony_output found;
+    found.quat = lh_mahony_quaternion(filter);
+    found.bias = lh_mahony_bias(filter);
+    found.sigma = lh_mahony_sigma(filter);
+    found.health = lh_mahony_health(filter);
+    return found;
 }
 
 lh_mahony_euler lh_mahony_roll_pitch_yaw(const lh_mahony *filter)
 {
-    return quat_to_euler(lh_mahony_read(filter).quat);
+    const lh_mahony_quat q = lh_mahony_quaternion(filter);
+    return quat_to_euler(q.w, q.x, q.y, q.z);
 }
 
 lh_mahony_euler lh_mahony_degrees(const lh_mahony *filter)
 {
-    const lh_mahony_euler angles = lh_mahony_roll_pitch_yaw(filter);
-    return (lh_mahony_euler){57.29578f * angles.roll, 57.29578f * angles.pitch, 57.29578f * angles.yaw};
+    lh_mahony_euler angles = lh_mahony_roll_pitch_yaw(filter);
+    angles.roll *= 57.29578f;
+    angles.pitch *= 57.29578f;
+    angles.yaw *= 57.29578f;
+    return angles;
 }
 
 float lh_mahony_bearing(const lh_mahony *filter)
@@ -2237,29 +2831,19 @@ float lh_mahony_bearing(const lh_mahony *filter)
 
 lh_mahony_vec3 lh_mahony_up(const lh_mahony *filter)
 {
-    const lh_mahony_quat q = lh_mahony_read(filter).quat;
-    return (lh_mahony_vec3){
-        2.0f * (q.x * q.z - q.w * q.y), 2.0f * (q.y * q.z + q.w * q.x), 1.0f - 2.0f * (q.x * q.x + q.y * q.y)
-    };
+    const lh_mahony_quat q = lh_mahony_quaternion(filter);
+    lh_mahony_vec3 up;
+    up.x = 2.0f * (q.x * q.z - q.w * q.y);
+    up.y = 2.0f * (q.y * q.z + q.w * q.x);
+    up.z = 1.0f - 2.0f * (q.x * q.x + q.y * q.y);
+    return up;
 }
 
 lh_mahony_vec3 lh_mahony_linear_acceleration(const lh_mahony *filter, const float acc[3])
 {
-    const lh_mahony_vec3 up = lh_mahony_up(filter);
-    return (lh_mahony_vec3){acc[0] - 9.80665f * up.x, acc[1] - 9.80665f * up.y, acc[2] - 9.80665f * up.z};
-}
-
-lh_mahony_vec3 lh_mahony_bias(const lh_mahony *filter)
-{
-    return lh_mahony_read(filter).bias;
-}
-
-lh_mahony_vec3 lh_mahony_sigma(const lh_mahony *filter)
-{
-    return lh_mahony_read(filter).sigma;
-}
-
-int32_t lh_mahony_health(const lh_mahony *filter)
-{
-    return lh_mahony_read(filter).health;
+    lh_mahony_vec3 free = lh_mahony_up(filter);
+    free.x = acc[0] - 9.80665f * free.x;
+    free.y = acc[1] - 9.80665f * free.y;
+    free.z = acc[2] - 9.80665f * free.z;
+    return free;
 }

@@ -23,9 +23,9 @@
  *
  * RAM of one filter with its parameters:
  *
- *     64 bit (Cortex-A, x86-64)                                    568 bytes
- *     32 bit (Cortex-M, ESP32, RP2040)                             568 bytes
- *     AVR (Uno, Mega)                                              551 bytes
+ *     64 bit (Cortex-A, x86-64)                                    564 bytes
+ *     32 bit (Cortex-M, ESP32, RP2040)                             564 bytes
+ *     AVR (Uno, Mega)                                              545 bytes
  */
 #ifndef LH_MAHONY_H
 #define LH_MAHONY_H
@@ -59,27 +59,13 @@ extern "C" {
 #endif
 
 
-/* Three components along x, y and z. */
-typedef struct {
-    float x;
-    float y;
-    float z;
-} lh_mahony_vec3;
-
-/* One sample: rate in rad/s, specific force in m/s², field in the unit of the magnetometer. */
-typedef struct {
-    lh_mahony_vec3 gyr;
-    lh_mahony_vec3 acc;
-    lh_mahony_vec3 mag;
-} lh_mahony_readings;
-
 /* Explicit complementary filter: proportional and integral feedback of cross products. */
 typedef struct {
     float kp; /* 1/s: proportional gain towards gravity (greater than 0) */
-    float ki; /* 1/s²: integral gain, of the bias (at least 0 and at most 1) */
+    float ki; /* 1/s²: integral gain, which learns the bias (at least 0 and at most 1) */
     float k_mag; /* weight of the magnetometer, 1 for the accelerometer (greater than 0) */
-    float max_bias; /* deg/s: largest bias that is learned, per axis (at least 0) */
-    bool whole_field; /* compare the whole field; tilt follows it too */
+    float bias_limit; /* rad/s: largest bias that is learned, per axis (at least 0) */
+    bool whole_field; /* compare the whole field, not its horizontal part: tilt follows it too */
 } lh_mahony_params;
 
 /* What counts as rest, as saturation and as disturbance; the defaults need no thought. */
@@ -89,13 +75,13 @@ typedef struct {
     float rest_gyr; /* deg/s: rest: rate off its mean, at most (at least 0) */
     float rest_acc; /* m/s²: rest: specific force off its mean, at most (at least 0) */
     float rest_time; /* s: rest: for so long (at least 0) */
-    float bias_limit; /* deg/s: rest: a mean rate beyond is a turn (at least 0) */
+    float bias_limit; /* deg/s: rest: a mean rate beyond this is a turn and no bias (at least 0) */
     float acc_gate; /* m/s²: accelerating: | |a| − g |, more than (at least 0) */
-    float acc_angle; /* deg: accelerating: and so far from the vertical (at least 0) */
+    float acc_angle; /* deg: accelerating: and so far from the predicted vertical (at least 0) */
     float acc_time; /* s: accelerating: believed again after (at least 0) */
     float mag_gate; /* disturbed: norm off the learned one by this share (at least 0) */
     float mag_angle; /* deg: disturbed: or dip off the learned one (at least 0) */
-    float mag_time; /* s: disturbed: after so long it counts (at least 0) */
+    float mag_time; /* s: disturbed: the new field is taken for the earth's after (at least 0) */
 } lh_mahony_guard;
 
 /* What a user chooses: the filter's parameters, and the guard's. */
@@ -103,6 +89,13 @@ typedef struct {
     lh_mahony_params filter;
     lh_mahony_guard guard;
 } lh_mahony_settings;
+
+/* Three components along x, y and z. */
+typedef struct {
+    float x;
+    float y;
+    float z;
+} lh_mahony_vec3;
 
 /* ∫ rate dt (rad) and ∫ specific force dt (m/s) over an interval, its length (s), and whether it ends here. */
 typedef struct {
@@ -175,8 +168,6 @@ typedef struct {
     lh_mahony_jump jump; /* of the gyroscope */
     lh_mahony_rate_noise noise;
     bool far_from_g; /* the norm of the last specific force is */
-    bool was_far; /* and so it was at the sample before */
-    int32_t health;
 } lh_mahony_detector_state;
 
 /* How a sensor has come near its full scale, in its unit (u). */
@@ -194,7 +185,6 @@ typedef struct {
     float dt; /* s */
     float interval; /* s, usual one */
     int32_t health; /* Health bits of its readings */
-    bool had_field; /* an earlier sample had a magnetometer reading */
     bool started; /* this or an earlier sample had a specific force, which a filter needs to start */
     bool rate_unknown; /* the rotation in dt is unknown */
     float rate_age; /* s since the last usable rate; of a clipped one since it reached full scale */
@@ -272,15 +262,6 @@ typedef struct {
     lh_mahony_filter_run run;
 } lh_mahony_carry;
 
-/* The filter's estimates at one instant. */
-typedef struct {
-    lh_mahony_quat quat; /* sensor -> earth */
-    lh_mahony_vec3 bias; /* gyroscope bias, rad/s, sensor frame */
-    /* 1σ of the attitude error about east, north and up, rad; zero when the filter does not estimate it */
-    lh_mahony_vec3 sigma;
-    int32_t health; /* Health bits */
-} lh_mahony_output;
-
 /* Intrinsic z-y-x angles in radians: turn by yaw about z, then pitch about the new y, then roll about the new x. */
 typedef struct {
     float roll;
@@ -288,11 +269,26 @@ typedef struct {
     float yaw;
 } lh_mahony_euler;
 
+/* One sample: rate in rad/s, specific force in m/s², field in the unit of the magnetometer. */
+typedef struct {
+    lh_mahony_vec3 gyr;
+    lh_mahony_vec3 acc;
+    lh_mahony_vec3 mag;
+} lh_mahony_readings;
+
 /* A filter: what a human sets, and what goes from one sample to the next. */
 typedef struct {
     lh_mahony_settings settings;
     lh_mahony_carry carry;
 } lh_mahony;
+
+/* All that the filter says after a sample. */
+typedef struct {
+    lh_mahony_quat quat;
+    lh_mahony_vec3 bias;
+    lh_mahony_vec3 sigma;
+    int32_t health;
+} lh_mahony_output;
 
 
 /* The numbers with which it was exported, and a filter that has seen nothing yet. */
@@ -303,9 +299,9 @@ void lh_mahony_reset(lh_mahony *filter);
 
 /* One sample. gyr in rad/s, acc in m/s², mag in any one unit, dt in seconds since the last sample.
  *
- * acc and mag may be NULL: no new reading. NaN marks a reading that ought to be there and is not; it is bridged, and
- * health says so. The first sample with an accelerometer reading sets the attitude to start from; its dt does not
- * matter. False, and the sample is not taken, if dt is not greater than 0 and below 1e9f.
+ * acc and mag may be NULL: no new reading. NaN marks a reading that ought to be there and is not; it is bridged. The
+ * first sample with an accelerometer reading sets the attitude to start from; its dt does not matter. False, and the
+ * sample is not taken, if dt is not greater than 0 and below 1e9f.
  */
 bool lh_mahony_update(lh_mahony *filter, const float gyr[3], const float acc[3], const float mag[3], float dt);
 
@@ -318,6 +314,15 @@ lh_mahony_output lh_mahony_read(const lh_mahony *filter);
 
 /* Orientation, body to earth (x east, y north, z up), unit quaternion, scalar first. */
 lh_mahony_quat lh_mahony_quaternion(const lh_mahony *filter);
+
+/* Bias of the gyroscope, rad/s. */
+lh_mahony_vec3 lh_mahony_bias(const lh_mahony *filter);
+
+/* 1 sigma of the attitude error about east, north and up, rad. */
+lh_mahony_vec3 lh_mahony_sigma(const lh_mahony *filter);
+
+/* What was wrong with the last sample and what was done about it: bits LH_… from above; 0 is well. */
+int32_t lh_mahony_health(const lh_mahony *filter);
 
 /* Roll, pitch and yaw in rad: intrinsic z-y-x angles; yaw is anticlockwise from east. */
 lh_mahony_euler lh_mahony_roll_pitch_yaw(const lh_mahony *filter);
@@ -334,15 +339,6 @@ lh_mahony_vec3 lh_mahony_up(const lh_mahony *filter);
 
 /* A specific force less gravity: the acceleration of the body in its own frame, m/s². */
 lh_mahony_vec3 lh_mahony_linear_acceleration(const lh_mahony *filter, const float acc[3]);
-
-/* Bias of the gyroscope, rad/s. */
-lh_mahony_vec3 lh_mahony_bias(const lh_mahony *filter);
-
-/* 1 sigma of the attitude error about east, north and up, rad. */
-lh_mahony_vec3 lh_mahony_sigma(const lh_mahony *filter);
-
-/* What was wrong with the last sample and what was done about it: bits LH_… from above; 0 is well. */
-int32_t lh_mahony_health(const lh_mahony *filter);
 
 #ifdef __cplusplus
 }

@@ -1,0 +1,336 @@
+"""Procedures as C: numbers in variables, records at their places, the kernels' words above what was made of them."""
+
+import ast
+from collections.abc import Sequence
+
+from levelhead.compiler.mark import KernelFunction
+from levelhead.export.constants import Constants
+from levelhead.export.graph import BOOL, FLOAT, INT, Block, Branch, Call, Item, Node, Place, Store
+from levelhead.export.kinds import RESERVED, variable
+from levelhead.export.layout import STEP, comment, docstring, wrap_line
+from levelhead.export.liveness import Liveness
+from levelhead.export.plan import Plan
+from levelhead.export.procedures import Procedure
+from levelhead.export.source import read_source
+from levelhead.export.type_table import TypeTable
+
+TERNARY, OR, AND, BIT_OR, BIT_XOR, BIT_AND, EQUAL, LESS, SUM, PRODUCT, UNARY, PRIMARY = range(12)
+LEVELS = {
+    "+": SUM, "-": SUM, "*": PRODUCT, "/": PRODUCT, "|": BIT_OR, "^": BIT_XOR, "&": BIT_AND,
+    "<": LESS, "<=": LESS, ">": LESS, ">=": LESS, "==": EQUAL, "!=": EQUAL,
+}  # fmt: skip
+OF_LIBRARY = {"sqrt": "sqrt", "floor": "floor", "abs": "fabs"}
+
+
+class Writer:
+    """Writes the procedures of one program.
+
+    Args:
+        types: the types; their structs hold what is needed.
+        constants: the constants, which fill up.
+        live: what is needed.
+        taken: names that no variable may have.
+        outer: procedures that the program calls; all others are to stay calls.
+    """
+
+    def __init__(
+        self, types: TypeTable, constants: Constants, live: Liveness, taken: set[str], outer: set[Procedure]
+    ) -> None:
+        self.types, self.constants, self.live, self.taken, self.outer = types, constants, live, taken, outer
+
+    def reads(self, procedure: Procedure, name: str) -> bool:
+        """Whether a procedure needs the record at a place."""
+        if any(node.op == "load" and node.content[0].root == name for node in self._loads(procedure)):
+            return True
+        return self.writes(procedure, name) or any(
+            place.root == name and self.reads(call.procedure, inner)
+            for call in procedure.calls()
+            if call in self.live.calls
+            for inner, place in call.places.items()
+        )
+
+    def _loads(self, procedure: Procedure) -> list[Node]:
+        return [load for load in procedure.tracer.loads if load in self.live.nodes]
+
+    def writes(self, procedure: Procedure, name: str) -> bool:
+        """Whether it writes to a record."""
+        if any(store.place.root == name and self.live.stores(store, procedure) for store in procedure.stores()):
+            return True
+        return any(
+            place.root == name and self.writes(call.procedure, inner)
+            for call in procedure.calls()
+            if call in self.live.calls
+            for inner, place in call.places.items()
+        )
+
+    def kind(self, kind: str) -> str:
+        """A number's type."""
+        return {FLOAT: self.types.real, INT: "int32_t", BOOL: "bool"}[kind]
+
+    def results(self, procedure: Procedure) -> list[Node]:
+        """The numbers that a procedure returns and somebody takes."""
+        return [procedure.returned[i] for i in sorted(self.live.results[procedure])]
+
+    def record_type(self, procedure: Procedure) -> type | None:
+        """The class of a whole record that is returned as it is; None: a number, nothing, or some numbers of it."""
+        answer = procedure.answer
+        whole = len(self.results(procedure)) == len(procedure.returned)
+        if (
+            isinstance(answer, tuple)
+            and answer[0] is not tuple
+            and whole
+            and all(isinstance(p, int) for p in answer[1])
+        ):
+            return answer[0]  # type: ignore[no-any-return]
+        return None
+
+    def result_type(self, procedure: Procedure) -> str:
+        """The type of what a procedure returns."""
+        found = self.results(procedure)
+        if len(found) < 2:
+            return self.kind(found[0].kind) if found else "void"
+        cls = self.record_type(procedure)
+        return self.types.struct_name(self.types.struct(cls)) if cls else f"{procedure.name}_result"
+
+    def result_members(self, procedure: Procedure) -> dict[int, str]:
+        """Number of a result -> its member in the type of the result."""
+        cls = self.record_type(procedure)
+        if cls is not None:
+            return dict(enumerate(variable(name) for name in cls._fields))  # type: ignore[attr-defined]
+        found: dict[int, str] = {}
+        for i in sorted(self.live.results[procedure]):
+            stem = variable(procedure.returned[i].hint or "part")
+            name, count = stem, 2
+            while name in found.values():
+                name, count = f"{stem}_{count}", count + 1
+            found[i] = name
+        return found
+
+    def result_definition(self, procedure: Procedure) -> list[str]:
+        """The type of the result, where it is this procedure's own."""
+        if len(self.results(procedure)) < 2 or self.record_type(procedure):
+            return []
+        members = self.result_members(procedure)
+        lines = [f"{STEP}{self.kind(procedure.returned[i].kind)} {name};" for i, name in members.items()]
+        return ["typedef struct {", *lines, f"}} {procedure.name}_result;", ""]
+
+    def head(self, procedure: Procedure) -> str:
+        """A procedure's declaration."""
+        given = []
+        for name, cls in procedure.by_place.items():
+            if self.reads(procedure, name):
+                constant = "" if self.writes(procedure, name) else "const "
+                given.append(f"{constant}{self.types.struct_name(self.types.struct(cls))} *{variable(name)}")
+        for node in procedure.arguments:
+            if node in self.live.nodes:
+                given.append(f"{self.kind(node.kind)} {variable(node.content)}")
+        static = "static" if procedure in self.outer else "static LH_CALLED"
+        return f"{static} {self.result_type(procedure)} {procedure.name}({', '.join(given) or 'void'})"
+
+    def text(self, procedure: Procedure) -> list[str]:
+        """A procedure as lines of C."""
+        words = docstring(ast.get_docstring(read_source(procedure.function).tree))
+        body = Body(self, procedure).lines
+        head = wrap_line(self.head(procedure), "")
+        return [*self.result_definition(procedure), *(comment(words) if words else []), *head, "{", *body, "}", ""]
+
+
+class Body:
+    """The body of one procedure."""
+
+    def __init__(self, writer: Writer, procedure: Procedure) -> None:
+        self._writer, self._procedure = writer, procedure
+        self._plan = Plan(procedure, writer.live)
+        self._names: dict[Node, str] = {}
+        self._taken = set(writer.taken) | set(RESERVED) | {variable(name) for name in procedure.by_place}
+        for node in procedure.arguments:
+            self._names[node] = variable(node.content)
+            self._taken.add(variable(node.content))
+        self._origin: KernelFunction | None = procedure.function
+        self.lines: list[str] = []
+        self._roots = {place.root for call in procedure.calls() for place in call.places.values()}
+        for call in procedure.calls():
+            if call in writer.live.calls:
+                for root, cls in call.temporaries.items():
+                    kind = writer.types.struct_name(writer.types.struct(cls))
+                    self.lines.append(f"{STEP}{kind} {root};")
+                    self._taken.add(root)
+        self._block(procedure.tracer.body, STEP)
+        self._save(None, STEP)
+        self._return(STEP)
+
+    # Names
+
+    def _name(self, node: Node) -> str:
+        if node not in self._names:
+            stem = variable(node.hint) if node.hint else "number"
+            name, count = stem, 2
+            while name in self._taken:
+                name, count = f"{stem}_{count}", count + 1
+            self._taken.add(name)
+            self._names[node] = name
+        return self._names[node]
+
+    def place(self, place: Place) -> str:
+        """A place as C."""
+        arrow = "->" if place.root in self._procedure.by_place else "."
+        path = ".".join(variable(member.name) for member in place.members)
+        return f"{variable(place.root)}{arrow}{path}" if path else variable(place.root)
+
+    def _address(self, place: Place) -> str:
+        if not place.members and place.root in self._procedure.by_place:
+            return variable(place.root)
+        return f"&{self.place(place)}"
+
+    # Statements
+
+    def _emit(self, code: str, indent: str) -> None:
+        self.lines += wrap_line(code, indent)
+
+    def _block(self, block: Block, indent: str) -> None:
+        for item in self._plan.items[block]:
+            if isinstance(item, Node) and item not in self._plan.held:
+                self._save(item, indent)
+                continue
+            self._save(item, indent)
+            if isinstance(item, Node):
+                self._remark(item, indent)
+                self._emit(f"const {self._kind(item)} {self._name(item)} = {self._operation(item)[0]};", indent)
+            elif isinstance(item, Store):
+                self._emit(f"{self.place(item.place)} = {self._text(item.value)};", indent)
+            elif isinstance(item, Call):
+                self._call(item, indent)
+            else:
+                self._branch(item, indent)
+
+    def _kind(self, node: Node) -> str:
+        return self._writer.kind(node.kind)
+
+    def _remark(self, node: Node, indent: str) -> None:
+        """Says of which kernel the following is."""
+        if node.origin is None or node.origin is self._origin:
+            return
+        self._origin = node.origin
+        if node.origin is self._procedure.function:
+            return
+        words = docstring(ast.get_docstring(read_source(node.origin).tree)).split("\n\n")[0].replace("\n", " ")
+        module = node.origin.__module__.rpartition(".")[2]
+        self.lines += comment(f"{module}.{node.origin.__name__}: {words}" if words else node.origin.__name__, indent)
+
+    def _save(self, before: Item | None, indent: str) -> None:
+        for load in self._plan.saved.get(before, []):
+            self._emit(f"const {self._kind(load)} {self._name(load)} = {self.place(load.content[0])};", indent)
+
+    def _branch(self, branch: Branch, indent: str) -> None:
+        phis = self._plan.phis(branch)
+        for phi in phis:
+            self.lines.append(f"{indent}{self._kind(phi)} {self._name(phi)};")
+        first, second = branch.arms
+        test = self._text(branch.condition)
+        if self._is_idle(first, phis, branch):
+            test, first, second = self._negated(branch.condition), second, first
+        self._emit(f"if ({test}) {{", indent)
+        self._arm(branch, first, phis, indent + STEP)
+        if not self._is_idle(second, phis, branch):
+            self.lines.append(f"{indent}}} else {{")
+            self._arm(branch, second, phis, indent + STEP)
+        self.lines.append(f"{indent}}}")
+
+    def _is_idle(self, arm: Block, phis: Sequence[Node], branch: Branch) -> bool:
+        held = [item for item in self._plan.items[arm] if not isinstance(item, Node) or item in self._plan.held]
+        return not held and not phis and (branch, arm) not in self._plan.saved
+
+    def _arm(self, branch: Branch, arm: Block, phis: Sequence[Node], indent: str) -> None:
+        origin = self._origin
+        self._block(arm, indent)
+        for load in self._plan.saved.get((branch, arm), []):
+            self._emit(f"const {self._kind(load)} {self._name(load)} = {self.place(load.content[0])};", indent)
+        for phi in phis:
+            self._emit(f"{self._name(phi)} = {self._text(phi.arguments[branch.arms.index(arm)])};", indent)
+        self._origin = origin
+
+    def _call(self, call: Call, indent: str) -> None:
+        procedure, writer = call.procedure, self._writer
+        given = [self._address(call.places[name]) for name in procedure.by_place if writer.reads(procedure, name)]
+        given += [self._text(node) for node in self._plan.arguments(call)]
+        code = f"{procedure.name}({', '.join(given)})"
+        wanted = {i: call.results[i] for i in sorted(writer.live.results[procedure])}
+        if not any(node in writer.live.nodes for node in wanted.values()):
+            self._emit(f"{code};" if not wanted else f"(void){code};", indent)
+        elif len(wanted) == 1:
+            ((_, node),) = wanted.items()
+            self._emit(f"const {self._kind(node)} {self._name(node)} = {code};", indent)
+        else:
+            held = Node("held", (), FLOAT, hint=procedure.function.__name__)
+            self._emit(f"const {writer.result_type(procedure)} {self._name(held)} = {code};", indent)
+            for i, member in writer.result_members(procedure).items():
+                self._names[call.results[i]] = f"{self._name(held)}.{member}"
+
+    def _return(self, indent: str) -> None:
+        found = self._plan.returned
+        if len(found) == 1:
+            self._emit(f"return {self._text(found[0])};", indent)
+        elif found:
+            values = ", ".join(self._text(node) for node in found)
+            held = self._name(Node("held", (), FLOAT, hint="found"))
+            self._emit(f"const {self._writer.result_type(self._procedure)} {held} = {{{values}}};", indent)
+            self._emit(f"return {held};", indent)
+
+    # Expressions
+
+    def _text(self, node: Node, least: int = TERNARY) -> str:
+        text, level = self._atom(node)
+        return f"({text})" if level < least else text
+
+    def _atom(self, node: Node) -> tuple[str, int]:
+        if node.op == "const":
+            return self._constant(node)
+        if node.op == "named":
+            return self._writer.constants.place(*node.content), PRIMARY
+        if node in self._names or node.op in ("phi", "result") or node in self._plan.held:
+            return self._name(node), PRIMARY
+        return (self.place(node.content[0]), PRIMARY) if node.op == "load" else self._operation(node)
+
+    def _constant(self, node: Node) -> tuple[str, int]:
+        if node.kind == BOOL:
+            return str(bool(node.content)).lower(), PRIMARY
+        text = self._writer.types.number(node.content) if node.kind == FLOAT else str(node.content)
+        return text, UNARY if text.startswith("-") else PRIMARY
+
+    def _operation(self, node: Node) -> tuple[str, int]:
+        op, given = node.op, node.arguments
+        if op in LEVELS:
+            return self._binary(op, given)
+        if op in ("and", "or"):
+            least = {"and": EQUAL, "or": BIT_OR}[op]
+            parts = [self._text(part, least if part.op not in ("and", "or") else PRIMARY) for part in given]
+            return (" && " if op == "and" else " || ").join(parts), AND if op == "and" else OR
+        if op in ("not", "neg", "float"):
+            sign = {"not": "!", "neg": "-", "float": f"({self._writer.types.real})"}[op]
+            inner = self._text(given[0], UNARY)
+            return (f"-({inner})" if op == "neg" and inner.startswith("-") else f"{sign}{inner}"), UNARY
+        if op == "select":
+            test, one, other = given
+            return f"{self._text(test, OR)} ? {self._text(one, OR)} : {self._text(other, OR)}", TERNARY
+        return self._function(node), PRIMARY
+
+    def _function(self, node: Node) -> str:
+        """A call of the C library, or of what stands for a word of Python."""
+        op, texts = node.op, [self._text(part) for part in node.arguments]
+        if op == "abs" and node.kind == INT:
+            return f"lh_max_int({texts[0]}, -({texts[0]}))"
+        single = "f" if self._writer.types.real == "float" else ""
+        name = f"{OF_LIBRARY[op]}{single}" if op in OF_LIBRARY else f"lh_{op}{'' if node.kind == FLOAT else '_int'}"
+        return f"{name}({', '.join(texts)})"
+
+    def _binary(self, op: str, given: Sequence[Node]) -> tuple[str, int]:
+        level = LEVELS[op]
+        if level < EQUAL:
+            same = given[0].op == op
+            return f"{self._text(given[0], level if same else UNARY)} {op} {self._text(given[1], UNARY)}", level
+        if level in (EQUAL, LESS):
+            return f"{self._text(given[0], LESS + 1)} {op} {self._text(given[1], LESS + 1)}", level
+        return f"{self._text(given[0], level)} {op} {self._text(given[1], level + 1)}", level
+
+    def _negated(self, condition: Node) -> str:
+        return f"!{self._text(condition, UNARY)}"

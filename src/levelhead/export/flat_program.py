@@ -1,0 +1,181 @@
+"""The procedures of a filter on an IMU: update, start, and what a program asks; what none of them needs is left out."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
+
+from levelhead.compiler.mark import KernelFunction
+from levelhead.export.constants import Constants, UniqueNames
+from levelhead.export.flat_c import Writer
+from levelhead.export.graph import Member, Record, Value
+from levelhead.export.homing import home_phis
+from levelhead.export.kinds import BOOL, FLOAT, INT, Kind, Struct, is_empty, within
+from levelhead.export.liveness import Liveness
+from levelhead.export.procedures import Procedure, Procedures, like, make_procedure, steady_members
+from levelhead.export.type_table import TypeTable
+from levelhead.kernels.quat import Euler, Quat
+from levelhead.kernels.vec3 import Vec3
+
+NUMBERS = {"float": FLOAT, "int": INT, "bool": BOOL}
+WHOLE = (Vec3, Quat, Euler)  # records that are never cut
+
+
+class Root:
+    """A kernel that the program calls.
+
+    Attributes:
+        name: by which it is asked for.
+        kernel: the kernel.
+        given: values like its arguments.
+        pick: the part of its result that is wanted.
+        alone: whether it calls nothing: all is inlined.
+        fixed: arguments that are known.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        kernel: KernelFunction,
+        given: Sequence[Value],
+        pick: Callable[[Value], Value] | None = None,
+        alone: bool = False,
+        fixed: Mapping[str, object] | None = None,
+    ) -> None:
+        self.name, self.kernel, self.given, self.pick, self.alone = name, kernel, given, pick, alone
+        self.fixed = fixed or {}
+
+
+class FlatProgram:
+    """Everything that some kernels need, as procedures.
+
+    Args:
+        prefix: of the types that other files see.
+        real: "double" or "float".
+        roots: the kernels that the program calls.
+        kept: classes of which all fields are kept.
+        frozen: classes of parameters that are constants of the program.
+        state: what is carried from sample to sample, before the first, as Python has it.
+
+    Attributes:
+        procedures: name of a root -> its procedure.
+    """
+
+    def __init__(
+        self,
+        prefix: str,
+        real: str,
+        roots: Sequence[Root],
+        state: Any,
+        kept: Sequence[type] = (),
+        frozen: tuple[type, ...] = (),
+    ) -> None:
+        self.types = TypeTable(prefix, real)
+        self.constants = Constants(self.types)
+        self._shape = like(state)
+        self._sections: list[tuple[str, list[str]]] = []
+        self._alone: set[KernelFunction] = set()
+        self._frozen = frozen
+        steady, again = steady_members(state), True
+        while again:
+            self._trace(roots, steady)
+            wrong = self._all.contradicted(self._every())
+            alone = set() if wrong else self._called_once(kept)
+            steady = {member: value for member, value in steady.items() if member not in wrong}
+            self._alone |= alone
+            again = bool(wrong or alone)
+        self._cut_types()
+
+    def _trace(self, roots: Sequence[Root], steady: dict[Member, Any]) -> None:
+        self._all = Procedures([root.kernel for root in roots if not root.alone], steady, self._alone, self._frozen)
+        names = UniqueNames()
+        self.procedures: dict[str, Procedure] = {}
+        for root in roots:
+            stem = root.kernel.__name__ if root.pick is None else root.name
+            name = names.choose(root.name, root.kernel.__module__, f"_{stem}")
+            self._all.inlines = root.alone
+            self.procedures[root.name] = make_procedure(self._all, root.kernel, name, root.given, root.pick, root.fixed)
+
+    def _called_once(self, kept: Sequence[type]) -> set[KernelFunction]:
+        """Kernels that are called in one place only, and by no means rarely: they had better be inlined."""
+        for procedure in self._every():
+            home_phis(procedure)
+        members = {Member(cls, name) for cls in (*WHOLE, *kept) for name in cls._fields}  # type: ignore[attr-defined]
+        prefixes = {"carry": (), "run": (Member(self._shape.cls, "run"),)}  # type: ignore[union-attr]
+        self.live = Liveness(self._every(), self.procedures.values(), members, prefixes)
+        calls = [call.procedure.function for one in self._every() for call in one.calls() if call in self.live.calls]
+        return {one for one in calls if calls.count(one) == 1 and not hasattr(one, "__noinline__")}
+
+    def _every(self) -> list[Procedure]:
+        return [*self._all.all.values(), *self.procedures.values()]
+
+    def _cut_types(self) -> None:
+        """Leaves out of the types the fields that nobody reads."""
+        for value in [self._shape, *(value for one in self._every() for _, value in one.parts)]:
+            self._complete(value)
+        for struct in list(self.types.structs()):
+            if struct.origin is not None and struct.origin not in WHOLE:
+                kept = {n: k for n, k in struct.fields.items() if Member(struct.origin, n) in self.live.members}
+                struct.fields = kept
+
+    def _complete(self, value: Value) -> Kind:
+        """The kind of a value; fields whose annotation leaves it open get theirs."""
+        if not isinstance(value, Record):
+            return NUMBERS[value.kind]
+        struct = self.types.struct(value.cls)
+        for name, part in zip(value.cls._fields, value.values, strict=True):  # type: ignore[attr-defined]
+            kind = self._complete(part)
+            if isinstance(kind, Struct) or struct.fields[name] is None:
+                struct.fields[name] = kind
+        return struct
+
+    # Text
+
+    def order(self) -> list[Procedure]:
+        """The procedures that are needed, callees first."""
+        found: list[Procedure] = []
+
+        def visit(procedure: Procedure) -> None:
+            if procedure in found:
+                return
+            for call in procedure.calls():
+                if call in self.live.calls:
+                    visit(call.procedure)
+            found.append(procedure)
+
+        for procedure in self.procedures.values():
+            visit(procedure)
+        return found
+
+    def sections(self) -> list[tuple[str, list[str]]]:
+        """Runs of procedures of one module: its name, and C."""
+        if not self._sections:  # planning changes the graph
+            self._sections = list(self._written())
+        return self._sections
+
+    def _written(self) -> Iterator[tuple[str, list[str]]]:
+        taken = {procedure.name for procedure in self.order()}
+        self.writer = Writer(self.types, self.constants, self.live, taken, set(self.procedures.values()))
+        module = ""
+        lines: list[str] = []
+        for procedure in self.order():
+            if procedure.function.__module__ != module:
+                if lines:
+                    yield module, lines
+                module, lines = procedure.function.__module__, []
+            lines += self.writer.text(procedure)
+        yield module, lines
+
+    def private_types(self) -> list[Struct]:
+        """Types that only this file knows, inner ones first."""
+        found: list[Struct] = []
+        for procedure in self.order():
+            classes = [*procedure.by_place.values(), self.writer.record_type(procedure)]
+            classes += [cls for call in procedure.calls() for cls in call.temporaries.values()]
+            for cls in classes:
+                for struct in within(self.types.struct(cls)) if cls else ():
+                    if struct not in found and struct not in self.types.public and not is_empty(struct):
+                        found.append(struct)
+        return found
+
+    def modules(self) -> set[str]:
+        """Where all of this is written down."""
+        return {procedure.function.__module__ for procedure in self._every()} | self.types.modules()

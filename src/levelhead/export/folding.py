@@ -1,0 +1,82 @@
+"""Operations that are done before the program runs, where the result is the same in every precision."""
+
+from collections.abc import Callable, Sequence
+
+from levelhead.export.graph import BOOL, FLOAT, Block, Node
+from levelhead.kernels.single import single
+
+COMPARE: dict[str, Callable[[float, float], bool]] = {
+    "<": lambda a, b: a < b,
+    "<=": lambda a, b: a <= b,
+    ">": lambda a, b: a > b,
+    ">=": lambda a, b: a >= b,
+    "==": lambda a, b: a == b,
+    "!=": lambda a, b: a != b,
+}
+COMPUTE: dict[str, Callable[..., float]] = {
+    "+": lambda a, b: a + b,
+    "-": lambda a, b: a - b,
+    "*": lambda a, b: a * b,
+    "|": lambda a, b: a | b,
+    "&": lambda a, b: a & b,
+    "^": lambda a, b: a ^ b,
+    "neg": lambda a: -a,
+    "abs": abs,
+    "min": lambda a, b: b if b < a else a,
+    "max": lambda a, b: b if b > a else a,
+}
+OPPOSITE = {"==": "!=", "!=": "=="}  # the others are not: both a < b and a >= b are false of NaN
+Constant = Callable[[float], Node]
+
+
+def _number(node: Node) -> float | None:
+    if node.op == "const":
+        return node.content  # type: ignore[no-any-return]
+    return node.content[2] if node.op == "named" else None
+
+
+def _is(node: Node, value: float) -> bool:
+    return node.op == "const" and type(node.content) is type(value) and repr(node.content) == repr(value)
+
+
+def fold(op: str, given: Sequence[Node], constant: Constant) -> Node | None:
+    """The result of an operation that needs none at run time; None for any other."""
+    values = [_number(node) for node in given]
+    numbers = [value for value in values if value is not None]
+    if op in COMPARE and len(numbers) == len(values):
+        return constant(COMPARE[op](*numbers))
+    if op in COMPUTE and all(node.op == "const" for node in given):
+        result = COMPUTE[op](*numbers)
+        if all(isinstance(value, int) or single(value) == value for value in (*numbers, result)):
+            return constant(result)
+    if op == "sqrt" and given[0].op == "const" and given[0].content in (0.0, 1.0):
+        return given[0]
+    return _neutral(op, given)
+
+
+def _neutral(op: str, given: Sequence[Node]) -> Node | None:
+    """An operation with a neutral element."""
+    if len(given) != 2:
+        return None
+    a, b = given
+    if op == "*" and (_is(a, 1.0) or _is(b, 1.0)):
+        return b if _is(a, 1.0) else a
+    if (op == "/" and _is(b, 1.0)) or (op == "-" and a.kind == FLOAT and _is(b, 0.0)):
+        return a
+    if op == "|" and (_is(a, 0) or _is(b, 0)):
+        return b if _is(a, 0) else a
+    if op == "&" and (_is(a, 0) or _is(b, 0)):
+        return a if _is(a, 0) else b
+    return a if op == "|" and a is b else None
+
+
+def negated(condition: Node, block: Block) -> Node | None:
+    """The condition that is false where this one is true, if it was computed."""
+    opposite = OPPOSITE.get(condition.op)
+    if condition.kind != BOOL or opposite is None:
+        return None
+    for one in block.ancestors():
+        found = one.nodes.get((opposite, *map(id, condition.arguments)))
+        if found is not None:
+            return found
+    return None

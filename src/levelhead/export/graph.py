@@ -1,0 +1,161 @@
+"""Kernels as a graph of single operations: what ``tracing`` makes of them, ``liveness`` prunes and ``flat_c`` writes.
+
+A value is a ``Node`` (one number) or a ``Record`` (a NamedTuple of values). Nodes are computed in ``Block``s: the body
+of a procedure, or one arm of a ``Branch``. Numbers that last from sample to sample lie at a ``Place``, a member of a
+struct in C; between two changes of it, a place has one ``load`` node.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+FLOAT, INT, BOOL = "float", "int", "bool"
+
+
+class Member(NamedTuple):
+    """A field of a NamedTuple class."""
+
+    owner: type
+    name: str
+
+
+class Place(NamedTuple):
+    """Where a number lies: the pointer or local struct that is its root, and the way down from there."""
+
+    root: str
+    members: tuple[Member, ...]
+
+    def member(self, owner: type, name: str) -> "Place":
+        """A member of what lies here."""
+        return Place(self.root, (*self.members, Member(owner, name)))
+
+
+@dataclass(eq=False)
+class Node:
+    """One number.
+
+    Attributes:
+        op: "const", "named" (a constant of a module), "argument", "load", "phi" (of a branch), "result" (of a call), or
+            an operation.
+        arguments: of an operation.
+        kind: "float", "int" or "bool".
+        content: value of a constant; name of an argument; place and version of a load; branch of a phi; call and number
+            of a result.
+        block: where it is computed; None for what is not computed.
+        hint: the variable of the kernel that holds it.
+        origin: the kernel that computes it.
+        after: the item of the block behind which a load is what lies at its place; None: its beginning.
+    """
+
+    op: str
+    arguments: tuple["Node", ...]
+    kind: str
+    content: Any = None
+    block: "Block | None" = None
+    hint: str = ""
+    origin: Any = None
+    after: Any = None
+
+
+@dataclass(eq=False)
+class Record:
+    """A NamedTuple of values; ``place``: where all of it was loaded from."""
+
+    cls: type
+    values: tuple["Value", ...]
+    place: Place | None = None
+
+    def get(self, name: str) -> "Value":
+        """A field's value."""
+        return self.values[self.cls._fields.index(name)]  # type: ignore[attr-defined]
+
+
+Value = Node | Record
+
+
+@dataclass(eq=False)
+class Block:
+    """Items in order, and the branch of which it is an arm."""
+
+    branch: "Branch | None" = None
+    items: list["Item"] = field(default_factory=list)
+    known: dict[Node, bool] = field(default_factory=dict)  # conditions that are decided here
+    nodes: dict[Any, Node] = field(default_factory=dict)  # key -> the node that was computed here
+
+    @property
+    def parent(self) -> "Block | None":
+        """The block in which the branch stands."""
+        return self.branch.block if self.branch else None
+
+    def ancestors(self) -> Iterator["Block"]:
+        """This block and those around it, inner ones first."""
+        block: Block | None = self
+        while block is not None:
+            yield block
+            block = block.parent
+
+
+@dataclass(eq=False)
+class Branch:
+    """An ``if``: its arms, what holds a value of either, and what lay at places at the end of each arm."""
+
+    condition: Node
+    block: Block
+    arms: tuple[Block, Block] = ()  # type: ignore[assignment]
+    phis: dict[tuple[Node, Node], Node] = field(default_factory=dict)
+    contents: tuple[dict[Place, Node], dict[Place, Node]] = ()  # type: ignore[assignment]
+    homed: set[Place] = field(default_factory=set)
+
+
+@dataclass(eq=False)
+class Store:
+    """A number put at a place; ``final``: for the next sample, not for a call that follows."""
+
+    place: Place
+    value: Node
+    final: bool = False
+
+
+@dataclass(eq=False)
+class Call:
+    """A call of a procedure: the places of its records, its other arguments, and the nodes that are its results.
+
+    ``reads``: place inside of the procedure -> what lies there, where nothing was stored for the call.
+    """
+
+    procedure: Any
+    places: dict[str, Place]
+    arguments: list[Node]
+    results: list[Node] = field(default_factory=list)
+    temporaries: dict[str, type] = field(default_factory=dict)
+    reads: dict[Place, Node] = field(default_factory=dict)
+
+
+Item = Node | Branch | Store | Call
+
+
+def leaves(value: Value) -> Iterator[Node]:
+    """The numbers of a value, in order."""
+    if isinstance(value, Node):
+        yield value
+    else:
+        for part in value.values:
+            yield from leaves(part)
+
+
+def placed_leaves(value: Value, place: Place) -> Iterator[tuple[Place, Node]]:
+    """The numbers of a value, each with its place if the value lies at ``place``."""
+    if isinstance(value, Node):
+        yield place, value
+    else:
+        for name, part in zip(value.cls._fields, value.values, strict=True):  # type: ignore[attr-defined]
+            yield from placed_leaves(part, place.member(value.cls, name))
+
+
+def items_within(block: Block) -> Iterator[tuple[Block, Item]]:
+    """All items, those of arms behind their branch, each with its block."""
+    for item in block.items:
+        yield block, item
+        if isinstance(item, Branch):
+            for arm in item.arms:
+                yield from items_within(arm)

@@ -1,0 +1,65 @@
+"""Numbers of a state that one arm of a branch changes are stored in that arm, and stay where they are in the other.
+
+Without that, a covariance that changes at every second sample would be read and written at each.
+"""
+
+from levelhead.export.graph import Block, Branch, Call, Item, Node, Place, Store, items_within
+from levelhead.export.procedures import Procedure, outer_place
+
+
+def home_phis(procedure: Procedure) -> None:
+    """Moves stores into arms, wherever the place is left alone from the branch to the store."""
+    stores = [(block, item) for block, item in items_within(procedure.tracer.body) if isinstance(item, Store)]
+    for block, store in stores:
+        _home(procedure, block, store)
+
+
+def _home(procedure: Procedure, block: Block, store: Store) -> None:
+    phi = store.value
+    if phi.op != "phi" or phi.content.block is not block:
+        return
+    branch: Branch = phi.content
+    first, last = block.items.index(branch), block.items.index(store)
+    if any(touches(item, store.place) for item in block.items[first + 1 : last]) or not _gains(phi, store.place):
+        return
+    block.items.remove(store)
+    inner = []
+    for arm, value, contents in zip(branch.arms, phi.arguments, branch.contents, strict=True):
+        if contents.get(store.place) is not value:
+            inner.append((arm, Store(store.place, value, store.final)))
+            arm.items.append(inner[-1][1])
+            contents[store.place] = value
+    branch.phis = {key: one for key, one in branch.phis.items() if one is not phi}
+    phi.op, phi.arguments, phi.content, phi.after = "load", (), (store.place, -1), branch
+    procedure.tracer.loads.append(phi)
+    for arm, one in inner:
+        _home(procedure, arm, one)
+
+
+def _gains(phi: Node, place: Place) -> bool:
+    branch: Branch = phi.content
+    for arm, value, contents in zip(branch.arms, phi.arguments, branch.contents, strict=True):
+        if contents.get(place) is value:
+            return True
+        if value.op == "phi" and value.content.block is arm and _gains(value, place):
+            return True
+    return False
+
+
+def touches(item: Item, place: Place) -> bool:
+    """Whether an item reads or writes what lies at a place, other than by a load."""
+    if isinstance(item, Store):
+        return item.place == place
+    if isinstance(item, Call):
+        known = item.procedure.reads | item.procedure.writes.keys()
+        return any(outer_place(item, inner) == place for inner in known)
+    if isinstance(item, Branch):
+        return any(touches(inner, place) for arm in item.arms for _, inner in items_within(arm))
+    return False
+
+
+def writes(item: Item, place: Place) -> bool:
+    """Whether an item by itself changes what lies at a place."""
+    if isinstance(item, Store):
+        return item.place == place
+    return isinstance(item, Call) and any(outer_place(item, inner) == place for inner in item.procedure.writes)

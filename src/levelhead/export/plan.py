@@ -1,0 +1,218 @@
+"""Where in C each number is computed: in its own statement, inside of an expression, or by a load in time."""
+
+from collections.abc import Iterator
+from typing import Any
+
+from levelhead.export.graph import Block, Branch, Call, Item, Node, Place, Store
+from levelhead.export.homing import writes
+from levelhead.export.liveness import Liveness
+from levelhead.export.procedures import Procedure
+
+LARGEST = 16  # operations in one expression
+ATOMS = ("const", "named", "argument", "load", "result", "phi")
+
+
+class Plan:
+    """The statements of one procedure.
+
+    Attributes:
+        items: block -> its items that are needed, in order.
+        held: nodes that have a variable.
+        saved: item -> loads that must be held before it, because what they load is overwritten before it is used.
+    """
+
+    def __init__(self, procedure: Procedure, live: Liveness) -> None:
+        self._procedure, self._live = procedure, live
+        self.items: dict[Block, list[Item]] = {}
+        self._needed(procedure.tracer.body)
+        self.returned = [procedure.returned[i] for i in sorted(live.results[procedure])]
+        self._count_uses()
+        self._select(procedure.tracer.body)
+        self._count_uses()
+        self.held = {node for node in self._computed() if not self._is_inner(node)}
+        self.saved: dict[Any, list[Node]] = {}
+        self._save_loads()
+
+    def _needed(self, block: Block) -> None:
+        found = self.items[block] = [item for item in block.items if self._is_needed(item)]
+        for item in found:
+            if isinstance(item, Branch):
+                for arm in item.arms:
+                    self._needed(arm)
+
+    def _is_needed(self, item: Item) -> bool:
+        live = self._live
+        if isinstance(item, Store):
+            return live.stores(item, self._procedure) and item.place.members[-1] not in self._procedure.tracer.steady
+        if isinstance(item, Call):
+            return item in live.calls
+        return item in live.branches if isinstance(item, Branch) else item in live.nodes
+
+    def phis(self, branch: Branch) -> list[Node]:
+        """The numbers that hold a value of either arm."""
+        return [phi for phi in branch.phis.values() if phi in self._live.nodes and phi.op == "phi"]
+
+    def arguments(self, call: Call) -> list[Node]:
+        """The numbers that a call passes."""
+        pairs = zip(call.arguments, call.procedure.arguments, strict=True)
+        return [given for given, argument in pairs if argument in self._live.nodes]
+
+    def _computed(self) -> Iterator[Node]:
+        for items in self.items.values():
+            yield from (item for item in items if isinstance(item, Node))
+
+    def walk(self, block: Block) -> Iterator[tuple[Block, Item]]:
+        """All needed items in order."""
+        for item in self.items[block]:
+            yield block, item
+            if isinstance(item, Branch):
+                for arm in item.arms:
+                    yield from self.walk(arm)
+
+    # Uses
+
+    def _count_uses(self) -> None:
+        """Node -> (block, item or returned) of each use."""
+        self._uses: dict[Node, list[tuple[Block, Any]]] = {}
+        self._sizes: dict[Node, int] = {}
+        body = self._procedure.tracer.body
+        for block, item in self.walk(body):
+            if isinstance(item, Node):
+                self._use(item.arguments, block, item)
+            elif isinstance(item, Store):
+                self._use((item.value,), block, item)
+            elif isinstance(item, Call):
+                self._use(self.arguments(item), block, item)
+            else:
+                self._use((item.condition,), block, item)
+                for phi in self.phis(item):
+                    for arm, value in zip(item.arms, phi.arguments, strict=True):
+                        self._use((value,), arm, phi)
+        self._use(self.returned, body, None)
+
+    def _use(self, nodes: Any, block: Block, user: Any) -> None:
+        for node in nodes:
+            self._uses.setdefault(node, []).append((block, user))
+
+    def _is_inner(self, node: Node) -> bool:
+        """Whether a number stands inside of the expression that uses it."""
+        return len(self._uses.get(node, ())) == 1 and self._size(node) <= LARGEST
+
+    def _size(self, node: Node) -> int:
+        if node.op in ATOMS:
+            return 0
+        if node not in self._sizes:
+            inner = [part for part in node.arguments if part.op not in ATOMS and self._is_inner(part)]
+            self._sizes[node] = 1 + sum(self._size(part) for part in inner)
+        return self._sizes[node]
+
+    # Conditional expressions
+
+    def _select(self, block: Block) -> None:
+        """Branches that only choose a number become conditional expressions."""
+        found: list[Item] = []
+        for item in self.items[block]:
+            if isinstance(item, Branch):
+                for arm in item.arms:
+                    self._select(arm)
+                phis = self.phis(item)
+                inside = [one for arm in item.arms for one in self.items[arm]]
+                if 0 < len(phis) <= 2 and len(inside) <= 4 and all(self._is_simple(one, phis) for one in inside):
+                    for phi in phis:
+                        phi.op, phi.arguments, phi.block = "select", (item.condition, *phi.arguments), block
+                        found.append(phi)
+                    for arm in item.arms:
+                        del self.items[arm]
+                    continue
+            found.append(item)
+        self.items[block] = found
+
+    def _is_simple(self, item: Item, phis: list[Node]) -> bool:
+        return isinstance(item, Node) and self._is_inner(item) and item.op != "select"
+
+    # Loads
+
+    def _save_loads(self) -> None:
+        body = self._procedure.tracer.body
+        order: dict[Any, int] = {}
+        steps: list[tuple[Block, Any]] = []
+        self._number(body, order, steps)
+        order[None] = len(steps)
+        kills = [(block, item) for block, item in steps if isinstance(item, Store | Call)]
+        uses: dict[Node, list[tuple[Block, Any, int]]] = {}
+        for node, found in self._uses.items():
+            if node.op != "load":
+                continue
+            for block, user in found:
+                root, where = self._root(user, block)
+                uses.setdefault(node, []).append((where, root, order[root]))
+        for load in sorted(uses, key=lambda one: one.content[1]):
+            self._save(load, uses[load], kills, order)
+
+    def _number(self, block: Block, order: dict[Any, int], steps: list[tuple[Block, Any]]) -> None:
+        for item in self.items[block]:
+            order[item] = len(steps)
+            steps.append((block, item))
+            if isinstance(item, Branch):
+                for arm in item.arms:
+                    self._number(arm, order, steps)
+                    order[item, arm] = len(steps)  # where its arm gives its numbers
+                    steps.append((arm, (item, arm)))
+
+    def _root(self, user: Any, block: Block) -> tuple[Any, Block]:
+        """The statement in which a use stands, and its block."""
+        while isinstance(user, Node) and user.op != "phi" and user not in self.held:
+            (block, user) = self._uses[user][0]
+        if isinstance(user, Node) and user.op == "phi":
+            return (user.content, block), block
+        return user, block
+
+    def _save(
+        self, load: Node, uses: list[tuple[Block, Any, int]], kills: list[tuple[Block, Any]], order: dict[Any, int]
+    ) -> None:
+        place: Place = load.content[0]
+        begin = self._begin(load, order)
+        in_way = []
+        for block, item in kills:
+            if writes(item, place) and order[item] >= begin and load.after is not item:
+                clash = [at for where, _, at in uses if order[item] < at and not _exclusive(block, where)]
+                if clash:
+                    in_way.append((block, item, order[item]))
+        if not in_way:
+            return
+        points = [*uses, *in_way]
+        common = next(
+            block for block in points[0][0].ancestors() if all(block in set(p[0].ancestors()) for p in points)
+        )
+        first = min(points, key=lambda point: point[2])
+        item, block = first[1], first[0]
+        while block is not common:
+            assert block.branch is not None
+            item, block = block.branch, block.branch.block
+        self.held.add(load)
+        self.saved.setdefault(item if item is not None else None, []).append(load)
+
+    def _begin(self, load: Node, order: dict[Any, int]) -> int:
+        """The step from which a load is what lies at its place."""
+        after = load.after
+        if after is None:
+            return -1
+        if after in order:
+            last = order[after]
+            if isinstance(after, Branch):
+                last = max([last, *(order[after, arm] for arm in after.arms if (after, arm) in order)])
+            return last
+        assert load.block is not None  # what stood there is not needed: the item before it
+        before = load.block.items[: load.block.items.index(after)] if after in load.block.items else []
+        found = [order[item] for item in before if item in order]
+        return max(found, default=-1)
+
+
+def _exclusive(one: Block, other: Block) -> bool:
+    """Whether two blocks are, or are in, different arms of one branch."""
+    arms = {block.branch: block for block in one.ancestors() if block.branch is not None}
+    return any(
+        block.branch in arms and arms[block.branch] is not block
+        for block in other.ancestors()
+        if block.branch is not None
+    )

@@ -1,0 +1,369 @@
+"""Kernels as procedures over places: which stay calls, what each reads and writes, and which fields never change.
+
+A field that has one value at the start, and to which nothing else is ever given, is that constant (``steady``): without
+the guard, no reading is ever clipped. That is assumed of every field first, and dropped where a store contradicts it.
+"""
+
+import ast
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+from levelhead.compiler.mark import KernelFunction, is_kernel
+from levelhead.export.constants import UniqueNames
+from levelhead.export.fusing import fuse
+from levelhead.export.graph import (
+    FLOAT,
+    Call,
+    Member,
+    Node,
+    Place,
+    Record,
+    Store,
+    Value,
+    items_within,
+    leaves,
+    placed_leaves,
+)
+from levelhead.export.inference import resolve_name
+from levelhead.export.layout import snake
+from levelhead.export.source import read_source
+from levelhead.export.tracing import BY_PLACE, KINDS, Tracer
+from levelhead.export.type_table import annotations
+from levelhead.kernels.quat import Quat
+from levelhead.kernels.vec3 import Vec3
+
+Homes = Mapping[type, Place | None]
+WORTH = 40  # operations from which a kernel that stands in several places is called
+RARE = 8  # and one that is marked as rare
+
+
+class Part(NamedTuple):
+    """An argument or a part of it: its number, the way down, and its name."""
+
+    at: int
+    path: tuple[int, ...]
+    name: str
+
+    def of(self, given: Sequence[Value]) -> Value:
+        """This part of arguments."""
+        value = given[self.at]
+        for i in self.path:
+            assert isinstance(value, Record)
+            value = value.values[i]
+        return value
+
+
+@dataclass(eq=False)
+class Procedure:
+    """One kernel with what it calls.
+
+    Attributes:
+        parts: of its arguments, each with a value like those that it takes.
+        by_place: the parameters that are records at a place.
+        tracer: with its items.
+        answer: its result: a number of ``returned``, the parameter at whose place it lies, or (class, answers).
+        returned: the numbers that it returns.
+        outputs: the records at a place that it makes, among ``by_place``.
+        reads, writes: the places of its parameters whose number before it may matter; that it writes, with the kind of
+            number.
+        used: numbers that something takes.
+    """
+
+    function: KernelFunction
+    name: str
+    tracer: Tracer
+    parts: list[tuple[Part, Value]] = field(default_factory=list)
+    by_place: dict[str, type] = field(default_factory=dict)
+    arguments: list[Node] = field(default_factory=list)
+    answer: Any = None
+    returned: list[Node] = field(default_factory=list)
+    used: set[Node] = field(default_factory=set)
+    outputs: dict[str, Record] = field(default_factory=dict)
+    reads: set[Place] = field(default_factory=set)
+    writes: dict[Place, str] = field(default_factory=dict)
+
+    def stores(self) -> Iterator[Store]:
+        """All stores."""
+        return (item for _, item in items_within(self.tracer.body) if isinstance(item, Store))
+
+    def calls(self) -> Iterator[Call]:
+        """All calls."""
+        return (item for _, item in items_within(self.tracer.body) if isinstance(item, Call))
+
+
+class Procedures:
+    """All procedures of a program.
+
+    Args:
+        roots: the kernels that the program calls.
+        steady: member -> its value, for fields that are assumed never to change.
+        inlined: kernels that are no calls, whatever their size.
+        frozen: classes of parameters that are constants of the program.
+    """
+
+    def __init__(
+        self,
+        roots: Sequence[KernelFunction],
+        steady: dict[Member, Any],
+        inlined: set[KernelFunction],
+        frozen: tuple[type, ...] = (),
+    ) -> None:
+        self.steady, self.frozen = steady, frozen
+        self.all: dict[KernelFunction, Procedure] = {}
+        self.inlines = False
+        self._names = UniqueNames()
+        self._called = called_kernels(roots) - inlined
+
+    def is_called(self, function: KernelFunction) -> bool:
+        """Whether a kernel stays a call."""
+        return function in self._called and not self.inlines
+
+    def procedure(self, function: KernelFunction, given: Sequence[Value], homes: Homes) -> Procedure:
+        """The procedure of a kernel for arguments like these; ``homes``: where records lie for the first caller."""
+        if function not in self.all:
+            name = self._names.choose(function, function.__module__, f"_{function.__name__}")
+            made = make_procedure(self, function, name, given, homes=homes)
+            self.all[function] = made
+        return self.all[function]
+
+    def contradicted(self, procedures: Iterable[Procedure]) -> set[Member]:
+        """Fields that do change."""
+        found = set()
+        for procedure in procedures:
+            for store in procedure.stores():
+                member = store.place.members[-1] if store.place.members else None
+                if member in self.steady:
+                    same = store.value.op == "const" and repr(store.value.content) == repr(self.steady[member])
+                    found |= set() if same else {member}
+        return found
+
+
+def make_procedure(
+    callees: Procedures,
+    function: KernelFunction,
+    name: str,
+    given: Sequence[Value],
+    pick: Callable[[Value], Value] | None = None,
+    fixed: Mapping[str, object] | None = None,
+    homes: Homes | None = None,
+) -> Procedure:
+    """Runs a kernel for arguments like these.
+
+    ``pick``: the part of its result that is wanted; ``fixed``: arguments that are known; ``homes``: as ``Procedures``.
+    """
+    tracer = Tracer(callees)
+    hints = annotations(function)
+    made = Procedure(function, name, tracer)
+    values = []
+    for i, (argument, value) in enumerate(zip(read_source(function).tree.args.args, given, strict=True)):
+        named = argument.arg
+        if fixed and named in fixed:
+            values.append(tracer.literal(fixed[named]))
+            made.arguments += leaves(_as_arguments(value, named, None))
+            continue
+        hint = hints.get(named)
+        wanted = KINDS.get(hint) if isinstance(hint, type) else None
+        values.append(_take(made, value, Part(i, (), named), homes or {}, wanted))
+    result = tracer.inline(function, values)
+    if result is not None:
+        made.answer = _answer(made, pick(result) if pick else result, set())
+    fuse(tracer.body, tracer.loads)
+    _note_effects(made)
+    return made
+
+
+def _take(made: Procedure, value: Value, part: Part, homes: Homes, wanted: str | None) -> Value:
+    """What a kernel is given for an argument or a part of it: a record at a place, or numbers."""
+    large = isinstance(value, Record) and len(list(leaves(value))) >= BY_PLACE
+    if isinstance(value, Record) and made.tracer.is_frozen(value):
+        return made.tracer.copy(value)
+    if isinstance(value, Record) and large and (value.place or homes.get(value.cls) or not _has_home(value, homes)):
+        made.parts.append((part, value))
+        made.by_place[part.name] = value.cls
+        return made.tracer.record_at(value, Place(part.name, ()))
+    if isinstance(value, Record) and large:
+        names: Sequence[str] = value.cls._fields  # type: ignore[attr-defined]
+        inner = (Part(part.at, (*part.path, i), f"{part.name}_{name}") for i, name in enumerate(names))
+        return Record(
+            value.cls, tuple(_take(made, v, p, homes, None) for v, p in zip(value.values, inner, strict=True))
+        )
+    taken = _as_arguments(value, part.name, wanted)
+    made.parts.append((part, taken))
+    made.arguments += leaves(taken)
+    return taken
+
+
+def _has_home(value: Value, homes: Homes) -> bool:
+    """Whether a part of a record lies somewhere."""
+    return isinstance(value, Record) and any(
+        isinstance(part, Record)
+        and ((len(list(leaves(part))) >= BY_PLACE and (part.place or homes.get(part.cls))) or _has_home(part, homes))
+        for part in value.values
+    )
+
+
+def _as_arguments(value: Value, name: str, wanted: str | None) -> Value:
+    if isinstance(value, Node):
+        return Node("argument", (), wanted or value.kind, name, hint=name)
+    fields: Sequence[str] = getattr(value.cls, "_fields", ()) or [f"part_{i}" for i in range(len(value.values))]
+    parts = zip(fields, value.values, strict=True)
+    return Record(value.cls, tuple(_as_arguments(part, f"{name}_{inner}", None) for inner, part in parts))
+
+
+def _answer(made: Procedure, value: Value, taken: set[str]) -> Any:
+    if isinstance(value, Node):
+        made.returned.append(value)
+        return len(made.returned) - 1
+    for name, cls in made.by_place.items():
+        if cls is value.cls and name not in taken:
+            taken.add(name)
+            _put(made, value, name)
+            return name
+    inside = any(isinstance(part, Record) and _is_placed(made, part, taken) for part in value.values)
+    if len(list(leaves(value))) >= BY_PLACE and value.cls is not tuple and not inside:
+        name = snake(value.cls.__name__)
+        while name in read_source(made.function).function.__code__.co_varnames or name in made.by_place:
+            name = f"{name}_new"
+        made.by_place[name], made.outputs[name] = value.cls, value
+        _put(made, value, name)
+        return name
+    return value.cls, [_answer(made, part, taken) for part in value.values]
+
+
+def _is_placed(made: Procedure, value: Record, taken: set[str]) -> bool:
+    """Whether a record, or a part of it, is returned at the place of a parameter."""
+    if any(cls is value.cls and name not in taken for name, cls in made.by_place.items()):
+        return True
+    return any(isinstance(part, Record) and _is_placed(made, part, taken) for part in value.values)
+
+
+def _put(made: Procedure, value: Value, name: str) -> None:
+    for place, node in placed_leaves(value, Place(name, ())):
+        if made.tracer.contents.get(place) is not node:
+            made.tracer.body.items.append(Store(place, node, True))
+
+
+def _note_effects(made: Procedure) -> None:
+    partly: set[Place] = set()
+    for block, item in items_within(made.tracer.body):
+        written: dict[Place, str] = {}
+        if isinstance(item, Store):
+            written = {item.place: item.value.kind}
+        elif isinstance(item, Call):
+            for inner, kind in item.procedure.writes.items():
+                written[outer_place(item, inner)] = kind
+            made.reads |= {node.content[0] for node in item.reads.values() if not isinstance(node.after, Call)}
+        made.writes |= {place: kind for place, kind in written.items() if place.root in made.by_place}
+        partly |= written.keys() if block is not made.tracer.body else set()
+    used = _used(made)
+    made.reads |= {load.content[0] for load in made.tracer.loads if load.op == "load" and load in used}
+    made.reads = {
+        place for place in (made.reads | partly) if place.root in made.by_place and place.root not in made.outputs
+    }
+    made.writes = {place: kind for place, kind in made.writes.items() if place.members[-1] not in made.tracer.steady}
+
+
+def _used(made: Procedure) -> set[Node]:
+    """Nodes that an item or the caller takes."""
+    if not made.used:
+        made.used = {node for _, item in items_within(made.tracer.body) for node in _mentioned(item)} | set(
+            made.returned
+        )
+    return {node for node in made.used if not isinstance(node.after, Call)}
+
+
+def outer_place(call: Call, inner: Place) -> Place:
+    """Where a place inside a procedure lies for its caller."""
+    place = call.places[inner.root]
+    return Place(place.root, place.members + inner.members)
+
+
+def _mentioned(item: Any) -> Iterator[Node]:
+    if isinstance(item, Node):
+        yield from item.arguments
+    elif isinstance(item, Store):
+        yield item.value
+    elif isinstance(item, Call):
+        yield from item.arguments
+    else:
+        yield item.condition
+        for phi in item.phis.values():
+            yield from phi.arguments
+
+
+def called_kernels(roots: Sequence[KernelFunction]) -> set[KernelFunction]:
+    """The kernels that stay calls: rare ones, and large ones that stand in several places."""
+    order: list[KernelFunction] = []
+    callees: dict[KernelFunction, list[KernelFunction]] = {}
+    weights: dict[KernelFunction, int] = {}
+
+    def visit(function: KernelFunction) -> None:
+        if function in callees:
+            return
+        own, callees[function] = _operations(function)
+        for callee in dict.fromkeys(callees[function]):
+            visit(callee)
+        weights[function] = own + sum(weights[callee] for callee in callees[function])
+        order.append(function)
+
+    for root in roots:
+        visit(root)
+    places = dict.fromkeys(order, 0) | dict.fromkeys(roots, 1)
+    often = {root for root in roots if not hasattr(root, "__noinline__")}
+    called = set()
+    for function in reversed(order):
+        rare = hasattr(function, "__noinline__") and weights[function] >= RARE
+        again = (places[function] - 1) * weights[function]
+        if rare or (weights[function] >= WORTH if function in often else weights[function] >= RARE) * again >= WORTH:
+            called.add(function)
+        for callee in callees[function]:
+            places[callee] += 1 if function in called else places[function]
+            if function in often and not hasattr(function, "__noinline__"):
+                often.add(callee)
+    return called - set(roots)
+
+
+def _operations(function: KernelFunction) -> tuple[int, list[KernelFunction]]:
+    """How many operations a kernel does itself, and what it calls, once for each place."""
+    own, called = 0, []
+    for node in ast.walk(read_source(function).tree):
+        own += isinstance(node, ast.BinOp | ast.Compare | ast.IfExp)
+        if isinstance(node, ast.Call):
+            callee = resolve_name(function, node.func, function.__code__.co_varnames)
+            if is_kernel(callee):
+                called.append(callee)
+    return own, called
+
+
+def steady_members(value: Any) -> dict[Member, Any]:
+    """The fields that have one value wherever they occur in a state before its first sample."""
+    found: dict[Member, Any] = {}
+    different: set[Member] = set()
+
+    def visit(record: Any) -> None:
+        for name, part in zip(record._fields, record, strict=True):
+            member = Member(type(record), name)
+            if isinstance(part, tuple):
+                visit(part)
+            elif type(record) not in (Vec3, Quat):
+                hint = annotations(type(record)).get(name)
+                number = float(part) if hint is float else part
+                if member in found and repr(found[member]) != repr(number):
+                    different.add(member)
+                found[member] = number
+
+    visit(value)
+    return {member: number for member, number in found.items() if member not in different}
+
+
+def like(value: Any) -> Value:
+    """A value of the kinds of a Python value."""
+    if isinstance(value, tuple):
+        hints = annotations(type(value))
+        parts = []
+        for name, part in zip(value._fields, value, strict=True):  # type: ignore[attr-defined]
+            hint = hints.get(name)
+            parts.append(Node("const", (), FLOAT, 0.0) if hint is float else like(part))
+        return Record(type(value), tuple(parts))
+    return Node("const", (), KINDS[type(value)], value)

@@ -1,0 +1,45 @@
+/* The numbers with which it was exported, and a filter that has seen nothing yet. */
+void ${name}_init($name *filter);
+
+/* Forgets everything but the parameters, which may be changed at any time: filter.settings.… */
+void ${name}_reset($name *filter);
+
+/* One sample. gyr in rad/s, acc in m/s², mag in $field, dt in seconds since the last sample.
+ *
+ * acc and mag may be NULL: no new reading. NaN marks a reading that ought to be there and is not; it is bridged, and
+ * health says so. The first sample with an accelerometer reading sets the attitude to start from; its dt does not
+ * matter. False, and the sample is not taken, if dt is not greater than 0 and below $longest.
+ */
+bool ${name}_update($name *filter, const $real gyr[3], const $real acc[3], const $real mag[3], $real dt);
+
+${corrected}/* All that the filter says after the last sample. */
+${name}_output ${name}_read(const $name *filter);
+
+/* Orientation, $frame to earth (x east, y north, z up), unit quaternion, scalar first. */
+${name}_quat ${name}_quaternion(const $name *filter);
+
+/* Roll, pitch and yaw in rad: intrinsic z-y-x angles; yaw is anticlockwise from east. */
+${name}_euler ${name}_roll_pitch_yaw(const $name *filter);
+
+/* The same in degrees. */
+${name}_euler ${name}_degrees(const $name *filter);
+
+/* Compass bearing of the x axis, degrees clockwise from north, 0 to 360: magnetic north with a magnetometer, where the
+ * start pointed without one. Undefined where x is vertical. */
+$real ${name}_bearing(const $name *filter);
+
+/* Up, as a unit vector in the frame of the $frame; gravity points the other way. */
+${name}_vec3 ${name}_up(const $name *filter);
+
+/* A specific force less gravity: the acceleration of the $frame in its own frame, m/s². */
+${name}_vec3 ${name}_linear_acceleration(const $name *filter, const $real acc[3]);
+
+/* Bias of the gyroscope, rad/s$no_bias. */
+${name}_vec3 ${name}_bias(const $name *filter);
+
+/* 1 sigma of the attitude error about east, north and up, rad. */
+${name}_vec3 ${name}_sigma(const $name *filter);
+
+/* What was wrong with the last sample and what was done about it: bits LH_… from above; 0 is well. */
+int32_t ${name}_health(const $name *filter);
+$copy

@@ -1,0 +1,2 @@
+/* Bias of the gyroscope, rad/s$no_bias. */
+${name}_vec3 ${name}_bias(const $name *filter);
