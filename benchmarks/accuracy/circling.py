@@ -14,7 +14,9 @@ from levelhead.evaluate.attitude_error import error_quaternion, split_error
 from levelhead.publish.plots import style
 
 # One density of velocity and one wide prior, as for a laboratory
-LABORATORY = lh.ESKF(travel=0.0, speed_max=0.4, bias_start=10.0, gyr_noise=0.04, gyr_share=0.0005, acc_noise=0.01)
+LABORATORY = lh.ESKF(
+    travel=0.0, speed_max=0.4, bias_start=10.0, gyr_noise=0.04, gyr_noise_per_rate=0.0005, acc_noise=0.01
+)
 
 
 def heading(track: lh.Track, recording: lh.Recording) -> np.ndarray:

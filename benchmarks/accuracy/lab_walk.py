@@ -18,7 +18,7 @@ from benchmarks.measure import once, options, show
 import levelhead as lh
 from levelhead.bench.timing import Table
 from levelhead.calibration import Calibration
-from levelhead.cli.known_errors import read_calibrated, read_uncalibrated
+from levelhead.cli.calibrated_log import read_calibrated, read_uncalibrated
 from levelhead.cli.options import Reading
 from levelhead.evaluate import evaluate
 from levelhead.export import ExportConfig

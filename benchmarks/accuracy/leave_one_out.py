@@ -31,8 +31,8 @@ from levelhead.bench.timing import Progress
 from levelhead.publish.progress import progress
 
 SEARCHED = (
-    "gyr_noise", "gyr_share", "bias_walk", "bias_start", "bias_raw", "scale_start", "acc_noise", "acc_bias", "speed",
-    "speed_max", "travel", "travel_time", "mag_noise", "mag_place", "place_time", "mag_gate", "field_gate",
+    "gyr_noise", "gyr_noise_per_rate", "bias_walk", "bias_start", "bias_raw", "scale_start", "acc_noise", "acc_bias",
+    "speed", "speed_max", "travel", "travel_time", "mag_noise", "mag_place", "place_time", "mag_gate", "field_gate",
     "field_walk", "mag_offset", "offset_walk",
 )  # fmt: skip
 STEP = 0.6  # 1σ of the logarithm of a step

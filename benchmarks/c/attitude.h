@@ -5,6 +5,9 @@
 #include <math.h>
 #include <stddef.h>
 
+#define DEGREE (3.14159265358979323846 / 180.0)
+#define SLACK 0.3819660112501051 /* of an interval, kernels/elapsed.py */
+
 typedef struct {
     double x, y, z;
 } Vec3;

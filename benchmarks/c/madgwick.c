@@ -61,7 +61,7 @@ void run(const Params *params, ptrdiff_t n, const double *t, const double *gyr, 
         const double most = 1.0 / (has_mag ? 2.0 : 1.0);
         const double square = 4.0 * (f.x * f.x + f.y * f.y + f.z * f.z + f.scalar * f.scalar);
         double k = square < 1e-30 ? 0.0 : least(4.0 * params->beta * dt / sqrt(square), most);
-        if (age < 3.0) {
+        if (age + SLACK * dt < 3.0) {
             const double young = least(share(3.0, age, dt), most);
             k = young > k ? young : k;
         } else if (params->zeta > 0.0) {

@@ -7,13 +7,13 @@
 #include "attitude.h"
 
 typedef struct {
-    double kp, ki, k_mag, bias_limit;
+    double kp, ki, k_mag, max_bias;
 } Params;
 
 void run(const Params *params, ptrdiff_t n, const double *t, const double *gyr, const double *acc, const double *mag,
          Quat *quat, Vec3 *bias)
 {
-    const double kp = params->kp, k_mag = params->k_mag, limit = params->bias_limit;
+    const double kp = params->kp, k_mag = params->k_mag, limit = params->max_bias * DEGREE;
     Quat q = quat[0];
     Vec3 b = {0.0, 0.0, 0.0};
     double age = 0.0;
@@ -33,10 +33,10 @@ void run(const Params *params, ptrdiff_t n, const double *t, const double *gyr, 
         }
         double step = params->ki * dt;
         double square = tilted.x * tilted.x + tilted.y * tilted.y + tilted.z * tilted.z;
-        if (kp * age > 1.0 && kp * kp * square < limit * limit)
+        if (age + SLACK * dt >= 1.0 / kp && kp * kp * square < limit * limit)
             b = (Vec3){b.x - step * tilted.x, b.y - step * tilted.y, b.z - step * tilted.z};
         square = headed.x * headed.x + headed.y * headed.y + headed.z * headed.z;
-        if (kp * k_mag * age > 1.0 && kp * kp * k_mag * k_mag * square < limit * limit) {
+        if (age + SLACK * dt >= 1.0 / (kp * k_mag) && kp * kp * k_mag * k_mag * square < limit * limit) {
             step *= k_mag;
             b = (Vec3){b.x - step * headed.x, b.y - step * headed.y, b.z - step * headed.z};
         }

@@ -18,7 +18,7 @@ from levelhead.engine.binding import bind
 from levelhead.engine.driver import Settings
 from levelhead.guard import Guard
 
-SOURCES = {"Mahony": ("mahony.c", ("kp", "ki", "k_mag", "bias_limit")), "Madgwick": ("madgwick.c", ("beta", "zeta"))}
+SOURCES = {"Mahony": ("mahony.c", ("kp", "ki", "k_mag", "max_bias")), "Madgwick": ("madgwick.c", ("beta", "zeta"))}
 LIMIT = "ratio ≤ 1.2"
 
 

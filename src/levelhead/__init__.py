@@ -69,6 +69,7 @@ if TYPE_CHECKING:
     from levelhead.recording import Truth as Truth
     from levelhead.sources import read as read
     from levelhead.sources.chunked import read_chunks as read_chunks
+    from levelhead.sources.pipeline import interpret as interpret
     from levelhead.track import Track as Track
     from levelhead.tune.sweep import sweep as sweep
     from levelhead.tune.tune_filter import tune_filter as tune_filter
@@ -105,6 +106,7 @@ _HOMES = {
     "levelhead.recording": ("Gnss", "Pressure", "Recording", "Truth"),
     "levelhead.sources": ("read",),
     "levelhead.sources.chunked": ("read_chunks",),
+    "levelhead.sources.pipeline": ("interpret",),
     "levelhead.track": ("Track",),
     "levelhead.tune": ("sweep", "tune_filter"),
 }  # fmt: skip

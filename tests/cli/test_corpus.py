@@ -1,7 +1,7 @@
 """``levelhead corpus``: tables, the page, JSON, and one sentence for what cannot go on."""
 
 import pytest
-from tests.corpora.conftest import GOOD, write_corpus
+from tests.reference.corpus import GOOD, write_corpus
 
 pytestmark = pytest.mark.slow
 pytest.importorskip("fsspec")

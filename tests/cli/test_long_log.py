@@ -4,26 +4,18 @@ import numpy as np
 import pyarrow.csv as pa_csv
 import pyarrow.parquet as pq
 import pytest
+from tests.reference.long_log import N, write_long_log
 
 import levelhead as lh
 from levelhead.sources import chunked
 from levelhead.sources.formats.csv_writer import write_csv
 
 pytest.importorskip("pyarrow")
-N = 1500
 
 
 @pytest.fixture
 def log(tmp_path, monkeypatch):
-    """A Parquet file, and what makes it a long one."""
-    write_csv(lh.simulate.recording("ICM-20948", "hand", duration=N / 100, rate=100.0), tmp_path / "log.csv")
-    table = pa_csv.read_csv(tmp_path / "log.csv")
-    kept = [name for name in table.column_names if not name.startswith("q")]
-    pq.write_table(table.select(kept), tmp_path / "log.parquet")
-    monkeypatch.setattr(chunked, "LONG_ROWS", 1000)
-    monkeypatch.setattr(chunked, "LONG_BYTES", 10_000)
-    monkeypatch.setattr(chunked, "ROWS", 400)
-    return tmp_path / "log.parquet"
+    return write_long_log(tmp_path, monkeypatch)
 
 
 def columns(path):

@@ -11,7 +11,7 @@ from contextlib import contextmanager, suppress
 from types import SimpleNamespace
 
 import pytest
-from tests.corpora.conftest import GOOD, write_corpus
+from tests.reference.corpus import GOOD, write_corpus
 
 import levelhead as lh
 from levelhead.corpora import cluster

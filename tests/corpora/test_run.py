@@ -6,7 +6,7 @@ import shutil
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
-from tests.corpora.conftest import GOOD
+from tests.reference.corpus import GOOD
 
 import levelhead as lh
 from levelhead.corpora import runner, work

@@ -1,7 +1,7 @@
 """A corpus in an object store: moto's server speaks S3 over HTTP, so that s3fs and botocore run as they do outside."""
 
 import pytest
-from tests.corpora.conftest import GOOD
+from tests.reference.corpus import GOOD
 
 import levelhead as lh
 

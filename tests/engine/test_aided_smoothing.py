@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from tests.filters.test_aiding import accelerated, flown, rms, tilt, turned
+from tests.reference.aided import accelerated, flown, rms, tilt, turned
 from tests.reference.engines import NATIVE
 from tests.reference.hard import assert_same
 

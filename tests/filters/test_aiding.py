@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from tests.reference.aided import accelerated, flown, rms, tilt, turned
 
 import levelhead as lh
 from levelhead import simulate
@@ -17,33 +18,6 @@ pytestmark = pytest.mark.slow
 
 SEEDS = range(4)
 START = 1000  # samples until the filter has settled
-
-
-def flown(seed, style="drone", duration=60.0, chip="LSM6DSO32"):
-    motion = simulate.motion(seed, duration, 100.0, style=style)
-    return motion, simulate.observe(motion, simulate.imu(chip, mag="HMC5883L"), seed)
-
-
-def accelerated(seed=0, gnss=True):
-    """A car: 4 s at 3 m/s² to the east, later as much braking, again and again."""
-    t = np.arange(6000) / 100
-    push = np.where(t < 5, 0.0, 3.0 * np.sign(np.sin(2 * np.pi * (t - 5) / 16)) * (np.abs((t - 5) % 8 - 4) < 2))
-    a = np.stack([push, np.zeros(6000), np.zeros(6000)], 1)
-    v = np.cumsum(a, axis=0) / 100
-    p = np.cumsum(v, axis=0) / 100
-    still = np.tile([1.0, 0, 0, 0], (6000, 1))
-    motion = simulate.Motion(t, still, np.zeros((6000, 3)), p, v, a)
-    recording = simulate.observe(motion, simulate.imu("LSM6DSO32", mag="HMC5883L"), seed)
-    return motion, replace(recording, gnss=simulate.gnss(motion, seed=seed)) if gnss else recording
-
-
-def tilt(track, truth):
-    error = track.as_rotation() * Rotation.from_quat(truth.quat, scalar_first=True).inv()
-    return np.degrees(np.arccos(np.clip(error.apply([0.0, 0.0, 1.0])[:, 2], -1, 1)))
-
-
-def rms(x):
-    return np.sqrt(np.mean(np.square(x), axis=0))
 
 
 def until(recording, end):
@@ -260,20 +234,6 @@ def test_a_recording_with_all_of_it_survives_its_file(tmp_path):
     part = back[100:200]
     assert part.pressure.t[0] >= part.t[0] and part.pressure.t[-1] <= part.t[-1]
     assert back[:10].gnss is None
-
-
-def turned(motion, seed, off, change=lambda fixes: fixes):
-    """The motion's frame turned by ``off`` degrees about the vertical: a relative heading starts so far off.
-
-    Returns the run without a magnetometer, and its heading error in degrees.
-    """
-    turn = Rotation.from_euler("z", off, degrees=True)
-    rec = simulate.observe(motion, simulate.imu("LSM6DSO32"), seed)
-    fixes = simulate.gnss(motion, seed=seed)
-    fixes = replace(fixes, position=turn.apply(fixes.position.copy()), velocity=turn.apply(fixes.velocity.copy()))
-    track = lh.fuse(replace(rec, gnss=change(fixes)), "ESKF")
-    true = turn * Rotation.from_quat(motion.quat.copy(), scalar_first=True)
-    return track, np.degrees((track.as_rotation() * true.inv()).as_rotvec()[:, 2])
 
 
 @pytest.mark.parametrize("seed", SEEDS)

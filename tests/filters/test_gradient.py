@@ -124,7 +124,7 @@ def test_madgwick_learns_the_bias_of_the_paper():
 @pytest.mark.parametrize("with_mag", [False, True], ids=["6-D", "9-D"])
 def test_a_mahony_step_is_the_papers(with_mag, whole):
     kp, ki, k_mag, dt = 0.7, 0.02, 0.4, 0.01
-    params = mahony.Mahony(kp=kp, ki=ki, k_mag=k_mag, whole_field=whole, bias_limit=10.0)
+    params = mahony.Mahony(kp=kp, ki=ki, k_mag=k_mag, whole_field=whole, max_bias=600.0)
     for q, a, m, rng in draws(7, largest=30.0):
         bias, gyr = rng.normal(0, 0.01, 3), rng.normal(0, 2.0, 3)
         field = vec(48.0 * m) if with_mag else ZERO

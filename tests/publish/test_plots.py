@@ -247,7 +247,8 @@ def test_the_learned_picture(tmp_path, mag):
 
 def test_a_filter_with_many_parameters_leaves_room_for_its_panel(tmp_path):
     """Three columns of 12.5 inches, as `levelhead stress` draws: the label beside a panel takes less than the panel."""
-    from levelhead.publish.plots.chart import Line, Panel, Picture, draw
+    from levelhead.publish.plots.chart import draw
+    from levelhead.publish.plots.picture import Line, Panel, Picture
     from levelhead.publish.plots.stress import LONGEST, short
 
     label = short("EKF(gyr_noise=0.0338138, bias_walk=0.00168052)")

@@ -8,7 +8,8 @@ import pytest
 
 from levelhead.errors import LevelheadError
 from levelhead.publish.plots import style
-from levelhead.publish.plots.chart import Band, Bars, Line, Panel, Picture, draw, ticks, y_limits
+from levelhead.publish.plots.chart import draw
+from levelhead.publish.plots.picture import Band, Bars, Line, Panel, Picture, ticks, y_limits
 
 pytest.importorskip("matplotlib")  # whose letters are used
 X = np.array([0.0, 10.0])

@@ -74,7 +74,7 @@ class Textbook:
         if dt > 0.5:
             self.cross_gap(dt)
         else:
-            rate = np.radians(params.gyr_noise) ** 2 + params.gyr_scale**2 * gyr @ gyr
+            rate = np.radians(params.gyr_noise) ** 2 + params.gyr_noise_per_rate**2 * gyr @ gyr
             q = np.diag([rate * dt] * 3 + [np.radians(params.bias_walk) ** 2 * dt] * 3)
             f = transition(self.attitude, dt)
             self.p = f @ self.p @ f.T + q

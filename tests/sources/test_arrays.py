@@ -11,7 +11,7 @@ from levelhead.errors import LevelheadError
 from levelhead.recording import Recording, Truth
 from levelhead.sources import read
 from levelhead.sources.formats import npz
-from levelhead.sources.formats.matlab_tags import check_tags
+from levelhead.sources.formats.matlab import check_tags
 
 h5py = pytest.importorskip("h5py")
 scipy_io = pytest.importorskip("scipy.io")

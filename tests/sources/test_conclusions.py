@@ -16,7 +16,7 @@ from levelhead.recording import Recording
 from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.formats.npz import read_own, write_npz
 from levelhead.sources.hints import Hints
-from levelhead.sources.sentences import SENTENCES, sentence
+from levelhead.sources.sentences import SENTENCES, notes
 
 ROOT = Path(levelhead.__file__).parent
 SEARCHES = {
@@ -138,7 +138,7 @@ def test_conclusions_survive_a_file(tmp_path: Path, hand: Recording) -> None:
     after = read_own(tmp_path / "log.npz", Hints())
     assert after is not None and before.meta["conclusions"]
     assert list(after.meta["conclusions"]) == list(before.meta["conclusions"])
-    assert [sentence(one) for one in after.meta["conclusions"]] == before.meta["notes"]
+    assert notes(after.meta["conclusions"]) == before.meta["notes"]
     names = [one.name for one in examine(before).findings]
     assert "raw_counts" in names and [one.name for one in examine(after).findings] == names
     json.dumps([one.to_dict() for one in before.meta["conclusions"]])

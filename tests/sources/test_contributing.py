@@ -26,7 +26,7 @@ def my_format(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     module = importlib.util.module_from_spec(spec)
     monkeypatch.setitem(sys.modules, "levelhead.sources.formats.my_format", module)
     spec.loader.exec_module(module)
-    entry = Format("my format", (".mine",), "my_format")
+    entry = Format("my format", (".mine",), module.tables)
     monkeypatch.setitem(pipeline.BY_SUFFIX, ".mine", entry)
     monkeypatch.setattr(pipeline, "_READ", frozenset(pipeline.BY_SUFFIX))
     return source

@@ -197,5 +197,5 @@ def test_what_is_weak_is_said(logs):
 
 
 def test_unasked_a_large_filter_is_searched_where_motion_and_room_decide():
-    assert space_of(lh.EKF()).names == ("gyr_scale", "acc_motion", "acc_tau", "mag_noise")
+    assert space_of(lh.EKF()).names == ("gyr_noise_per_rate", "acc_motion", "acc_tau", "mag_noise")
     assert space_of(lh.EKF(), ["gate"]).names == ("gate",)

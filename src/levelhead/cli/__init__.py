@@ -47,7 +47,7 @@ VERBS = {
     "explain": "Why a track drifts, jitters, lags, jumps or misses readings: the cause, and what to do.",
     "noise": "How noisy a sensor is, from a log at rest: Allan deviation, and a file for filters and simulations.",
     "calibrate": "The errors of a sensor from poses by hand, each number with σ, and what is missing.",
-    "smooth": "The same with the whole recording known at every instant: fuse --offline.",
+    "smooth": "The same with the whole recording used at every instant.",
     "compare": "Filters side by side on a recording: a table and the four-panel picture.",
     "sweep": "One parameter over its range: where is the best value, and how flat is it there?",
     "tune": "A filter's parameters for your logs, with truth or without: worth taking or not, and how sure that is.",

@@ -5,7 +5,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from levelhead.cli.known_errors import read_uncalibrated
+from levelhead.cli.calibrated_log import read_uncalibrated
 from levelhead.cli.options import (
     Axes,
     Reading,

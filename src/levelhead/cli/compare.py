@@ -5,7 +5,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from levelhead.cli.known_errors import CalibrationFile, log_or_simulation
+from levelhead.cli.calibrated_log import CalibrationFile, log_or_simulation
 from levelhead.cli.options import (
     FILTERS,
     NO_PICTURE,

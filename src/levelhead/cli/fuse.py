@@ -2,31 +2,13 @@
 
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
-
-from cyclopts import Parameter
+from typing import TYPE_CHECKING, NamedTuple
 
 from levelhead import filters
-from levelhead.cli.options import (
-    FilterName,
-    FromFile,
-    GuardWords,
-    Reading,
-    can_draw,
-    folder,
-    parse_filter,
-    parse_guard,
-    print_json,
-    print_line,
-    print_written,
-    read_parameters,
-    read_prior,
-    require_self_calibration,
-    require_writable,
-)
-from levelhead.errors import LevelheadError, require
+from levelhead.cli.fuse_options import FuseArguments, FuseOptions, require_north
+from levelhead.cli.options import Reading, can_draw, folder, print_json, print_line, print_written
+from levelhead.errors import LevelheadError
 from levelhead.filters.parameters import Params
 from levelhead.guard import Guard
 from levelhead.open_types import Fields, ReadOnlyFields
@@ -84,25 +66,6 @@ def result_names(logs: Sequence[Path]) -> list[str]:
     return names
 
 
-@dataclass(frozen=True)
-class Wish:
-    """All that was asked for, checked before the first log is read."""
-
-    params: Params
-    named: bool  # the filter, or a parameter of it
-    guard: Guard | None
-    guard_words: Sequence[str]
-    declination: float | None
-    format: str
-    plot: bool
-    offline: bool
-    known: "Calibration | None"
-    save_calibration: Path | None
-    reading: Reading
-    quiet: bool
-    output_rate: float | None  # Hz
-
-
 class FusionResult(NamedTuple):
     """One log, fused and written."""
 
@@ -114,96 +77,70 @@ class FusionResult(NamedTuple):
     rows: int  # of the track in its file
 
 
-def fuse(
-    *logs: Path,
-    filter: FilterName = None,
-    set: Annotated[tuple[str, ...], Parameter(name="--set", negative="", metavar="K=V")] = (),
-    guard: GuardWords = (),
-    declination: Annotated[float | None, Parameter(metavar="DEG")] = None,
-    out: Annotated[Path, Parameter(name=["--out", "-o"], metavar="DIR")] = Path(),
-    format: Literal["csv", "parquet"] = "csv",
-    output_rate: Annotated[float | None, Parameter(metavar="HZ")] = None,
-    plot: bool = True,
-    offline: Annotated[bool, Parameter(negative="")] = False,
-    prior: Annotated[Path | None, Parameter(metavar="FILE")] = None,
-    save_calibration: Annotated[Path | None, Parameter(metavar="FILE")] = None,
-    tuned: FromFile = None,
-    noise: Annotated[Path | None, Parameter(metavar="FILE")] = None,
-    verbose: Annotated[bool, Parameter(name=["--verbose", "-v"], negative="")] = False,
-    json: Annotated[bool, Parameter(negative="")] = False,
-    reading: Reading = Reading(),  # noqa: B008
-) -> None:
-    """Fuse logs into orientation: writes each track and a picture, prints a summary; of several logs, one table.
+def fuse(*logs: Path, arguments: FuseArguments = FuseArguments()) -> None:  # noqa: B008
+    """Fuse logs into orientation: writes each track and a picture and prints a summary, of several logs a table.
 
     Args:
         logs: .csv, .tsv, .jsonl, .mat, .h5, .npz or .parquet with gyroscope and accelerometer, or a folder of such
-            files; units and columns are found. The black box of a node, .mcap, is fused as the node did it, unless a
-            filter is named. Of several logs, one that fails is named and the others go on; the exit code is then 2.
-        set: a parameter of the filter, such as acc_tau=3; may be given several times.
-        declination: degrees from true to magnetic north at the place and time of the log, positive east: the track is
-            then relative to true north.
-        out: folder for the results LOG-track.csv and LOG-track.png.
-        format: of the track; above a million rows parquet is written and read in a tenth of the time.
-        output_rate: rows a second that are written, at most: of each period of 1/HZ s the first sample, as it is in the
-            whole track. The filter takes every sample all the same; summary and picture show all.
-        plot: draw the picture (needs the extra levelhead[plot]), and for a filter that learns its sensor how it did,
-            LOG-calibration.png.
-        offline: smooth: every instant uses the whole recording (filter ESKF).
-        prior: the calibration of the same sensor from an earlier --save-calibration: the run starts with it.
-        save_calibration: file for the calibration of the sensor from this run, with its 1σ, as JSON.
-        noise: the sensor's noise as `levelhead noise` has written it: Q and R of an ESKF, EKF or Kalman; --set comes
-            on top.
-        verbose: print every parameter, every learned number, every kind of fault and every note.
-        json: print the summary as JSON, with all parameters and all learned numbers.
+            files. Units and columns are detected. The black box of a node, .mcap, is fused as the node did it unless a
+            filter is named. If one of several logs fails, the others are fused all the same and the exit code is 2.
     """
-    chosen = find_logs(logs)
-    found = read_parameters(tuned, filter)
-    params, before = parse_filter(filter, set, offline, noise, found), parse_guard(guard, found)
-    if declination is not None:
-        from levelhead.track import declination_angle
+    fuse_logs(logs, arguments, smooth=False)
 
-        declination_angle(declination)
-    if output_rate is not None:
-        from levelhead.publish.output_rate import OutputRate
 
-        OutputRate(output_rate)
-    if save_calibration is not None:
-        require_self_calibration(params, "--save-calibration")
-        if len(chosen) > 1:
-            raise LevelheadError("--save-calibration names one file for one sensor; give one log with it")
-    require_writable(out)
-    if format == "parquet":
-        require("pyarrow", "writing Parquet", "formats")
-    wish = Wish(
-        params, filter is not None or bool(set) or not (noise is None and tuned is None), before, guard, declination,
-        format, plot, offline, read_prior(prior, params), save_calibration, reading, json, output_rate,
-    )  # fmt: skip
-    if len(chosen) > 1:
-        fuse_several(chosen, out, wish, verbose)
+def fuse_logs(given: Sequence[Path], arguments: FuseArguments, smooth: bool) -> None:
+    """Fuse or smooth the logs that were named, and print a summary or a table.
+
+    Raises:
+        LevelheadError: there is no log, an option is wrong, or a log failed.
+    """
+    logs = find_logs(given)
+    if arguments.dry_run:
+        print_interpretations(logs, arguments.reading, "smooth" if smooth else "fuse", arguments.json)
+        return
+    options = arguments.check(smooth, len(logs))
+    if len(logs) > 1:
+        fuse_several(logs, options)
         return
     from levelhead.sources.chunked import NeedsWholeLog, is_long
 
-    if is_long(chosen[0]):
+    if is_long(logs[0]):
         from levelhead.cli.long_log import fuse_long_log
 
         with suppress(NeedsWholeLog):
-            fuse_long_log(chosen[0], out, wish)
+            fuse_long_log(logs[0], options)
             return
-    done = _fuse_one(chosen[0], out, chosen[0].stem, wish)
-    if json:
+    done = _fuse_one(logs[0], logs[0].stem, options)
+    if options.as_json:
         print_json(_facts(done))
+    else:
+        _print_summary(done, options)
+
+
+def print_interpretations(logs: Sequence[Path], reading: Reading, verb: str, as_json: bool) -> None:
+    """Prints the reader's conclusions about logs, and the command line of a verb that leaves nothing to guess."""
+    from levelhead.sources.pipeline import interpret
+
+    found = [interpret(log, **reading.hints()) for log in logs]
+    if as_json:
+        print_json({"logs": [one.to_dict() | {"command": one.command(verb)} for one in found]})
         return
+    for one in found:
+        print_line("\n".join([one.source, *one.lines(), f"command  {one.command(verb)}"]))
+
+
+def _print_summary(done: FusionResult, options: FuseOptions) -> None:
     from levelhead.inspection import short_form
     from levelhead.publish.summary import summary
 
     notes = tuple(done.recording.meta.get("notes", ()))
-    print_line(summary(done.recording, done.track, done.score, done.guard, verbose=verbose, notes=notes))
+    print_line(summary(done.recording, done.track, done.score, done.guard, verbose=options.verbose, notes=notes))
     for line in short_form(done.recording):
         print_line(f"doctor: {line}")
-    if output_rate is not None:
-        print_line(f"rows          {done.rows:,} written, at {output_rate:g} Hz")
-    print_written(done.written, plot)
-    if format == "csv" and done.rows > MANY:
+    if options.output_rate is not None:
+        print_line(f"rows          {done.rows:,} written, at {options.output_rate:g} Hz")
+    print_written(done.written, options.plot)
+    if options.format == "csv" and done.rows > MANY:
         print_line(f"{done.rows:,} rows are large for CSV: --format parquet writes and reads them much faster")
 
 
@@ -214,7 +151,7 @@ def _facts(done: FusionResult) -> Fields:
     return said | {"rows": done.rows, "written": [str(path) for path in done.written]}
 
 
-def fuse_several(logs: Sequence[Path], out: Path, wish: Wish, verbose: bool) -> None:
+def fuse_several(logs: Sequence[Path], options: FuseOptions) -> None:
     """Each log for itself; then a table of all.
 
     Raises:
@@ -226,7 +163,7 @@ def fuse_several(logs: Sequence[Path], out: Path, wish: Wish, verbose: bool) -> 
     rows: list[Row] = []
     for log, name in zip(logs, names, strict=True):
         try:
-            done = _fuse_one(log, out, name, wish)
+            done = _fuse_one(log, name, options)
         except (LevelheadError, OSError) as error:
             failed.append(f"{log}: {' '.join(str(error).split())}")
             rows.append({"log": str(log), "filter": "failed", "samples": None, "seconds": None, "error": None})
@@ -241,7 +178,7 @@ def fuse_several(logs: Sequence[Path], out: Path, wish: Wish, verbose: bool) -> 
         }
         rows.append(row)
         said.append({"log": str(log)} | _facts(done))
-    if wish.quiet:
+    if options.as_json:
         print_json({"logs": said})
     else:
         columns = [
@@ -253,56 +190,56 @@ def fuse_several(logs: Sequence[Path], out: Path, wish: Wish, verbose: bool) -> 
         ]
         print_line(plain_table(columns, rows))
         if len(failed) < len(logs):
-            print_line(f"written to {out}: LOG-track.{wish.format}{' and pictures' if wish.plot else ''}")
+            print_line(f"written to {options.out}: LOG-track.{options.format}{' and pictures' if options.plot else ''}")
     if failed:
         raise LevelheadError(f"{len(failed)} of {len(logs)} logs failed: {'; '.join(failed)}")
 
 
-def _fuse_one(log: Path, out: Path, name: str, wish: Wish) -> FusionResult:
+def _fuse_one(log: Path, name: str, options: FuseOptions) -> FusionResult:
     """Reads, fuses and writes one log."""
     from levelhead.publish.progress import progress
 
     with progress(f"reading {log.name}"):
-        recording = wish.reading.read(log)
-    params, guard = wish.params, wish.guard
-    if "live" in recording.meta and not wish.named:
-        params, guard = node_filter(recording.meta["live"], guard, wish.guard_words)
-    if wish.declination is not None:
+        recording = options.reading.read(log)
+    params, guard = options.params, options.guard
+    if "live" in recording.meta and not options.named:
+        params, guard = node_filter(recording.meta["live"], guard, options.guard_words)
+    if options.declination is not None:
         require_north(recording, params)
     from levelhead.engine import fuse as forward
     from levelhead.engine import smooth
     from levelhead.publish.writers import write_track
 
-    with progress("smoothing" if wish.offline else "fusing") as report:
-        run = smooth if wish.offline else forward
-        track = run(recording, params, guard=guard, prior=wish.known, progress=report)
+    with progress("smoothing" if options.smooth else "fusing") as report:
+        run = smooth if options.smooth else forward
+        track = run(recording, params, guard=guard, prior=options.prior, progress=report)
     score = None
     if recording.truth is not None:
         from levelhead.evaluate import evaluate
 
         score = evaluate(recording, track)  # a reference counts as relative to magnetic north, like the filter
-    if wish.declination is not None:
-        track = track.to_true_north(wish.declination)
-    target = folder(out) / f"{name}-track.{wish.format}"
+    if options.declination is not None:
+        track = track.to_true_north(options.declination)
+    target = folder(options.out) / f"{name}-track.{options.format}"
     with progress(f"writing {target.name}") as report:
-        shown = _at_output_rate(track, wish)
+        shown = _at_output_rate(track, options)
         write_track(shown, target, report)
     written = [target]
-    if wish.plot and can_draw():
-        written += _pictures(recording, track, params, guard, wish.known, out / name)
-    if wish.save_calibration is not None and track.calibration is not None:
-        track.calibration.save(wish.save_calibration)
-        written.append(wish.save_calibration)
+    if options.plot and can_draw():
+        written += _pictures(recording, track, params, guard, options.prior, options.out / name)
+    if options.save_calibration is not None and track.calibration is not None:
+        track.calibration.save(options.save_calibration)
+        written.append(options.save_calibration)
     return FusionResult(recording, track, score, guard, written, len(shown))
 
 
-def _at_output_rate(track: "Track", wish: Wish) -> "Track":
+def _at_output_rate(track: "Track", options: FuseOptions) -> "Track":
     """The rows of a track that are written."""
-    if wish.output_rate is None:
+    if options.output_rate is None:
         return track
     from levelhead.publish.output_rate import OutputRate
 
-    reduced = OutputRate(wish.output_rate).reduce(track)
+    reduced = OutputRate(options.output_rate).reduce(track)
     assert reduced is not None  # it has its first row
     return reduced
 
@@ -313,15 +250,6 @@ def node_filter(live: ReadOnlyFields, guard: Guard | None, words: Sequence[str])
     if words:
         return params, guard
     return params, None if live["guard"] is None else Guard(**live["guard"])
-
-
-def require_north(recording: "Recording", params: Params) -> None:
-    """Makes sure that heading is relative to a north that can be corrected."""
-    flt = filters.of(params)
-    why = f"{flt.name} does not follow the magnetometer" if "heading" not in flt.estimates else ""
-    why = "there is no magnetometer" if recording.mag is None else why
-    if why:
-        raise LevelheadError(f"--declination turns magnetic north, but {why}: heading is relative; leave it out")
 
 
 def _pictures(

@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from levelhead import filters
+from levelhead.cli.fuse_options import FuseOptions, require_north
 from levelhead.cli.options import folder, print_json, print_line
 from levelhead.filters import health
 from levelhead.open_types import Fields
 
 if TYPE_CHECKING:
     from levelhead.calibration import Calibration
-    from levelhead.cli.fuse import Wish
-    from levelhead.cli.unfinished import Unfinished
+    from levelhead.cli.resume import UnfinishedRun
     from levelhead.publish.progress import ProgressReport
     from levelhead.recording import Recording
     from levelhead.sources.chunked import Chunks
@@ -69,79 +69,78 @@ class Sums:
         self.samples, self.start, self.end = saved["samples"], saved["start"], saved["end"]
         self.counts = {int(bit): count for bit, count in saved["counts"].items()}
 
-    def last(self, wish: "Wish") -> "Track":
+    def last(self, options: FuseOptions) -> "Track":
         """The last sample alone, relative to the north that was asked for."""
         from levelhead.track import Track
 
         columns: Fields = {name: np.array([values]) for name, values in self.end.items() if name != "health"}
-        track = Track(**columns, params=wish.params)
-        return track if wish.declination is None else track.to_true_north(wish.declination)
+        track = Track(**columns, params=options.params)
+        return track if options.declination is None else track.to_true_north(options.declination)
 
 
-def fuse_long_log(log: Path, out: Path, wish: "Wish") -> None:
+def fuse_long_log(log: Path, options: FuseOptions) -> None:
     """Reads, fuses and writes in chunks, and prints a summary; what a run that was ended has done is not done again.
 
     Raises:
         NeedsWholeLog: the log must be seen whole; nothing was written.
         LevelheadError: as ``fuse``.
     """
-    from levelhead.cli.fuse import require_north
-    from levelhead.cli.unfinished import open_unfinished
+    from levelhead.cli.resume import open_unfinished
     from levelhead.publish.progress import progress
     from levelhead.publish.writers import write_tracks
     from levelhead.sources.chunked import read_chunks
 
-    chunks = read_chunks(log, **wish.reading.hints())
-    if wish.declination is not None:
-        require_north(chunks.head, wish.params)
+    chunks = read_chunks(log, **options.reading.hints())
+    if options.declination is not None:
+        require_north(chunks.head, options.params)
     sums = Sums()
-    target = folder(out) / f"{log.stem}-track.{wish.format}"
-    make = smooth_tracks if wish.offline else fuse_tracks
+    target = folder(options.out) / f"{log.stem}-track.{options.format}"
+    make = smooth_tracks if options.smooth else fuse_tracks
     with (
-        open_unfinished(target, log, _wish_fields(wish)) as unfinished,
-        progress(f"{'smoothing' if wish.offline else 'fusing'} {log.name}") as report,
+        open_unfinished(target, log, _options_of_result(options)) as unfinished,
+        progress(f"{'smoothing' if options.smooth else 'fusing'} {log.name}") as report,
     ):
 
         def tracks() -> Iterator["Track"]:
-            for track in make(chunks, wish, unfinished, report, sums):
+            for track in make(chunks, options, unfinished, report, sums):
                 sums.calibration, sums.rows = track.calibration, sums.rows + len(track)
                 report(1.0, f"{sums.rows:,} rows written")
-                yield track if wish.declination is None else track.to_true_north(wish.declination)
+                yield track if options.declination is None else track.to_true_north(options.declination)
 
         write_tracks(tracks(), target)
     written = [target]
-    if wish.save_calibration is not None and sums.calibration is not None:
-        sums.calibration.save(wish.save_calibration)
-        written.append(wish.save_calibration)
-    if wish.quiet:
-        print_json(_facts(chunks.head, sums, wish) | {"written": [str(path) for path in written]})
+    if options.save_calibration is not None and sums.calibration is not None:
+        sums.calibration.save(options.save_calibration)
+        written.append(options.save_calibration)
+    if options.as_json:
+        print_json(_facts(chunks.head, sums, options) | {"written": [str(path) for path in written]})
         return
-    for line in _lines(chunks.head, sums, wish):
+    for line in _lines(chunks.head, sums, options):
         print_line(line)
     print_line("written: " + ", ".join(str(path) for path in written))
 
 
-def _wish_fields(wish: "Wish") -> Fields:
+def _options_of_result(options: FuseOptions) -> Fields:
     """All that the track depends on."""
     from levelhead.sources.chunked import ROWS
 
-    hints = {key: str(value) for key, value in wish.reading.hints().items() if value}
-    guard = {} if wish.guard is None else {f"guard {key}": value for key, value in wish.guard._asdict().items()}
-    prior = "" if wish.known is None else json.dumps(wish.known.to_dict(), sort_keys=True)
+    hints = {key: str(value) for key, value in options.reading.hints().items() if value}
+    guard = {} if options.guard is None else {f"guard {key}": value for key, value in options.guard._asdict().items()}
+    prior = "" if options.prior is None else json.dumps(options.prior.to_dict(), sort_keys=True)
     asked = {
-        "verb": "smooth" if wish.offline else "fuse",
-        "filter": filters.of(wish.params).name,
-        "guard": "off" if wish.guard is None else "on",
-        "declination": wish.declination,
+        "verb": "smooth" if options.smooth else "fuse",
+        "filter": filters.of(options.params).name,
+        "guard": "off" if options.guard is None else "on",
+        "declination": options.declination,
         "prior": hashlib.sha256(prior.encode()).hexdigest()[:16] if prior else None,
         "rows of a chunk": ROWS,
     }
-    if wish.output_rate is not None:
-        asked["output rate"] = wish.output_rate
-    return asked | wish.params._asdict() | guard | hints
+    if options.output_rate is not None:
+        asked["output rate"] = options.output_rate
+    return asked | options.params._asdict() | guard | hints
 
 
-def _go_on(chunks: "Chunks", unfinished: "Unfinished", rows: int) -> None:
+def _go_on(chunks: "Chunks", unfinished: "UnfinishedRun", rows: int) -> None:
     """Leaves the rows out that an earlier run has done, and says so."""
     if unfinished.state is not None:
         chunks.begin_at(rows)
@@ -149,7 +148,7 @@ def _go_on(chunks: "Chunks", unfinished: "Unfinished", rows: int) -> None:
 
 
 def fuse_tracks(
-    chunks: "Chunks", wish: "Wish", unfinished: "Unfinished", report: "ProgressReport", sums: Sums
+    chunks: "Chunks", options: FuseOptions, unfinished: "UnfinishedRun", report: "ProgressReport", sums: Sums
 ) -> Iterator["Track"]:
     """The filter's track of each chunk, when all are in files."""
     from levelhead.engine.chunks import ChunkRun
@@ -160,11 +159,11 @@ def fuse_tracks(
 
     before = unfinished.state or {}
     saved = base64.b64decode(before["filter"]) if before else None
-    run = ChunkRun(wish.params, wish.guard, "auto", wish.known, saved)
+    run = ChunkRun(options.params, options.guard, "auto", options.prior, saved)
     files = ColumnFiles(unfinished.folder, before["columns"], before["rows"]) if before else None
     if before:
         sums.restore(before["sums"])
-    output = None if wish.output_rate is None else OutputRate(wish.output_rate, before.get("output"))
+    output = None if options.output_rate is None else OutputRate(options.output_rate, before.get("output"))
     _go_on(chunks, unfinished, sums.samples)
 
     def state() -> Fields:
@@ -194,18 +193,18 @@ def fuse_tracks(
         stop = min(start + ROWS, files.rows)
         parts: Fields = {name: files.read(name, start, stop) for name in files.names}
         parts["health"] = parts["health"].view(np.uint64).astype(np.uint32)
-        yield Track(**parts, params=wish.params, calibration=calibration)
+        yield Track(**parts, params=options.params, calibration=calibration)
 
 
 def smooth_tracks(
-    chunks: "Chunks", wish: "Wish", unfinished: "Unfinished", report: "ProgressReport", sums: Sums
+    chunks: "Chunks", options: FuseOptions, unfinished: "UnfinishedRun", report: "ProgressReport", sums: Sums
 ) -> Iterator["Track"]:
     """The smoother's track of each chunk."""
     from levelhead.engine.smooth_chunks import ChunkSmoother
     from levelhead.publish.output_rate import OutputRate
 
     run = ChunkSmoother(
-        unfinished.folder, wish.params, wish.guard, "auto", wish.known, unfinished.save, unfinished.state
+        unfinished.folder, options.params, options.guard, "auto", options.prior, unfinished.save, unfinished.state
     )
     if not run.has_read_all:
         _go_on(chunks, unfinished, run.rows)
@@ -216,7 +215,7 @@ def smooth_tracks(
         _go_on(chunks, unfinished, run.rows)
     run.smooth(lambda share: report(READING + (1.0 - READING) * share, f"{run.rows:,} samples"))
     unfinished.complete = True
-    output = None if wish.output_rate is None else OutputRate(wish.output_rate)
+    output = None if options.output_rate is None else OutputRate(options.output_rate)
     for whole in run.tracks():
         sums.add(whole)
         track = whole if output is None else output.reduce(whole)
@@ -224,9 +223,9 @@ def smooth_tracks(
             yield track
 
 
-def _facts(head: "Recording", sums: Sums, wish: "Wish") -> Fields:
+def _facts(head: "Recording", sums: Sums, options: FuseOptions) -> Fields:
     """For programs: the names are those of the summary of a shorter log."""
-    track = sums.last(wish)
+    track = sums.last(options)
     counts = {health.NAMES[bit]: count for bit, count in sums.counts.items() if count and bit & health.FAULTS}
     return {
         "samples": sums.samples,
@@ -245,8 +244,8 @@ def _facts(head: "Recording", sums: Sums, wish: "Wish") -> Fields:
     }
 
 
-def _lines(head: "Recording", sums: Sums, wish: "Wish") -> Iterator[str]:
-    facts, track = _facts(head, sums, wish), sums.last(wish)
+def _lines(head: "Recording", sums: Sums, options: FuseOptions) -> Iterator[str]:
+    facts, track = _facts(head, sums, options), sums.last(options)
     sensors = "gyroscope + accelerometer" + (" + magnetometer" if head.mag is not None else "")
     yield f"recording  {sums.samples:,} samples, {facts['duration_s']:.6g} s, {head.rate:.5g} Hz, {sensors}, in chunks"
     yield f"filter     {track.name}"
@@ -259,7 +258,7 @@ def _lines(head: "Recording", sums: Sums, wish: "Wish") -> Iterator[str]:
         yield f"at rest    {100 * facts['at_rest']:.2g} % of the time, where the bias was measured"
     for name, count in sorted(facts["health"].items(), key=lambda item: -item[1]):
         yield f"health     {count:,} samples ({100 * count / sums.samples:.2g} %): {name}"
-    if wish.output_rate is not None:
-        yield f"rows       {sums.rows:,} written, at {wish.output_rate:g} Hz"
+    if options.output_rate is not None:
+        yield f"rows       {sums.rows:,} written, at {options.output_rate:g} Hz"
     for note in facts["notes"]:
         yield f"note       {note}"

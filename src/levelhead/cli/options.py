@@ -135,8 +135,8 @@ GuardWords = Annotated[
 
 
 Engine = Annotated[
-    Literal["auto", "native", "compiled", "python", "cuda", "cuda-single"],
-    Parameter(help="What runs the filter: `cuda` is an NVIDIA GPU (needs levelhead[cuda]), a thread for each run."),
+    Literal["auto", "native", "compiled", "python"],
+    Parameter(help="Code that runs the filter, all with the same bits."),
 ]
 FromFile = Annotated[
     Path | None,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from levelhead.cli.known_errors import log_or_simulation
+from levelhead.cli.calibrated_log import log_or_simulation
 from levelhead.cli.options import (
     NO_PICTURE,
     Engine,

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from levelhead.cli.known_errors import CalibrationFile, read_calibrated
+from levelhead.cli.calibrated_log import CalibrationFile, read_calibrated
 from levelhead.cli.options import (
     Engine,
     FilterName,

@@ -2,8 +2,6 @@
 
 from typing import Any
 
-from numpy.typing import NDArray
-
 NumbaOptions = dict[str, Any]  # keywords of numba.njit, each of a type of its own
 CompiledFunction = Any  # numba's Dispatcher, or the entry point that it made: called with what its kernel takes
 NumbaType = Any  # numba.core.types.Type: what kind of value compiled code has
@@ -13,5 +11,3 @@ Builder = Any  # llvmlite.ir.IRBuilder: adds one instruction after the other
 LlvmValue = Any  # llvmlite.ir.Value: an instruction's result, an address, a type's constant
 LlvmModule = Any  # llvmlite.ir.Module
 Intrinsic = Any  # what ``numba.extending.intrinsic`` makes of a function, and the pair that such a function returns
-Cuda = Any  # numba.cuda, or its simulator, and the arrays that they keep on a GPU
-Table = NDArray[Any]  # of float64 or float32, or of whole numbers

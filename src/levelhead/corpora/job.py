@@ -9,7 +9,6 @@ from levelhead import filters
 from levelhead.bench.methods import OURS, Method, distinct_methods, find_method, from_params
 from levelhead.corpora.places import Source
 from levelhead.engine.batch import DEFAULT_GUARD
-from levelhead.engine.binding import GPU_ENGINES, check_engine
 from levelhead.errors import LevelheadError, nearest
 from levelhead.filters.parameters import FilterChoice
 from levelhead.guard import Guard
@@ -34,7 +33,7 @@ class Job:
         sensor: which recordings are of the same sensor, a pattern of names or ``column:NAME``; "": each for itself.
         order: what puts them in order of time, likewise; "": their names.
         version: of levelhead.
-        engine: as for ``fuse_recordings``; on a GPU the recordings of a task run side by side.
+        engine: as for ``fuse_recordings``.
     """
 
     verb: str
@@ -131,23 +130,6 @@ def choose_methods(verb: str, chosen: tuple[FilterChoice, ...]) -> tuple[Method,
 
 def _own(choice: FilterChoice) -> Method:
     return from_params(filters.resolve(choice))
-
-
-def check_gpu(job: Job, here: bool) -> None:
-    """Makes sure that a GPU can do the job, if it is to.
-
-    Args:
-        job: the job.
-        here: whether it is done on this machine; a worker on another one looks for itself.
-
-    Raises:
-        LevelheadError: there is no such engine, no GPU, or the job is none for it.
-    """
-    if job.engine not in GPU_ENGINES or here:
-        check_engine(job.engine)
-    if job.engine in GPU_ENGINES and (job.verb != FUSE or job.sensor):
-        what = "recordings that start with another's calibration" if job.sensor else f"'{job.verb}'"
-        raise LevelheadError(f"the engine '{job.engine}' is for 'fuse', a thread for each recording, not for {what}")
 
 
 def check_same_sensor(job: Job) -> None:

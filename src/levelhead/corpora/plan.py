@@ -12,7 +12,6 @@ from levelhead.open_types import Fields
 
 MOST_RECORDINGS = 16  # of a batch: what a killed worker loses, and enough that Dask's time for a task does not matter
 MOST_BYTES = 32_000_000  # of a batch: long recordings go one by one
-GPU_RECORDINGS, GPU_BYTES = 1024, 1_000_000_000  # of a batch for a GPU, where each recording is a thread
 
 
 @dataclass
@@ -83,14 +82,13 @@ class Plan:
             (self.suspects if chain.alone else self.ready).append(batch)
 
 
-def pack(sources: Sequence[Source], least: int = 1, on_gpu: bool = False) -> list[tuple[Source, ...]]:
+def pack(sources: Sequence[Source], least: int = 1) -> list[tuple[Source, ...]]:
     """The recordings in their order, in batches; ``least``: how many batches there should be at least."""
-    recordings, bytes_ = (GPU_RECORDINGS, GPU_BYTES) if on_gpu else (MOST_RECORDINGS, MOST_BYTES)
-    most = max(1, min(recordings, len(sources) // max(least, 1)))
+    most = max(1, min(MOST_RECORDINGS, len(sources) // max(least, 1)))
     batches: list[list[Source]] = []
     size = 0
     for source in sources:
-        if not batches or len(batches[-1]) >= most or size + source.size > bytes_:
+        if not batches or len(batches[-1]) >= most or size + source.size > MOST_BYTES:
             batches.append([])
             size = 0
         batches[-1].append(source)
@@ -98,9 +96,7 @@ def pack(sources: Sequence[Source], least: int = 1, on_gpu: bool = False) -> lis
     return [tuple(batch) for batch in batches]
 
 
-def make_plan(
-    sources: Sequence[Source], done: Mapping[str, Done], sensors: Mapping[str, str], workers: int, on_gpu: bool = False
-) -> Plan:
+def make_plan(sources: Sequence[Source], done: Mapping[str, Done], sensors: Mapping[str, str], workers: int) -> Plan:
     """What is left to do.
 
     Args:
@@ -108,7 +104,6 @@ def make_plan(
         done: what is known of earlier runs, by name.
         sensors: name of a recording -> its sensor; "" or not there: it stands for itself.
         workers: how many will work.
-        on_gpu: whether the recordings of a batch are threads of a GPU.
     """
     plan = Plan(recordings=len(sources), bytes=sum(source.size for source in sources))
     single: list[Source] = []
@@ -119,7 +114,7 @@ def make_plan(
         elif not _same(done.get(source.name), source, ""):
             single.append(source)
     single.sort(key=lambda source: (-source.size, source.name))
-    plan.ready += [Batch(batch) for batch in pack(single, workers if on_gpu else 4 * workers, on_gpu)]
+    plan.ready += [Batch(batch) for batch in pack(single, 4 * workers)]
     plan.todo, plan.todo_bytes = len(single), sum(source.size for source in single)
     for chain in plan.chains.values():
         _skip_done(chain, done)

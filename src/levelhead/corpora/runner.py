@@ -9,14 +9,14 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from levelhead.corpora.cluster import Pool, WorkerDied, open_pool
-from levelhead.corpora.job import FUSE, Batch, Job, check_gpu, check_same_sensor, choose_methods
+from levelhead.corpora.job import FUSE, Batch, Job, check_same_sensor, choose_methods
 from levelhead.corpora.places import Source, list_sources
 from levelhead.corpora.plan import Plan, make_plan
 from levelhead.corpora.results import Results
 from levelhead.corpora.sensors import assign_sensors
 from levelhead.corpora.work import failed_row, run_batch
 from levelhead.engine.batch import DEFAULT_GUARD
-from levelhead.engine.binding import GPU_ENGINES
+from levelhead.engine.binding import check_engine
 from levelhead.engine.threads import cores
 from levelhead.errors import LevelheadError
 from levelhead.filters.parameters import FilterChoice
@@ -91,8 +91,7 @@ def corpus(
         sensor: recordings of the same sensor start with the calibration of the one before: a regular expression whose
             group, in the name of a recording, is the sensor; or ``column:NAME`` of its file.
         order: what puts recordings of a sensor in order of time, likewise; by default their names.
-        engine: as for ``fuse_recordings``; "cuda" and "cuda-single", for "fuse" only: the recordings of a task side by
-            side on the GPU of each worker, so that a task is up to a thousand of them.
+        engine: as for ``fuse_recordings``.
         workers: processes on this machine; None: one for each core; 0: this process, without Dask.
         scheduler: address of a Dask scheduler, such as tcp://10.0.0.1:8786, to work there instead.
         memory: of each process on this machine, such as "2GiB"; beyond it the process is started anew.
@@ -113,7 +112,7 @@ def corpus(
     job = Job(
         do, choose_methods(do, methods), guard, dict(hints or {}), magnetometer, tracks, sensor, order, engine=engine
     )  # fmt: skip
-    check_gpu(job, here=scheduler is None)
+    check_engine(engine)
     check_same_sensor(job)
     if tracks and out is None:
         raise LevelheadError("tracks need a folder; name one with out=")
@@ -139,7 +138,7 @@ def run_job(
     """What of the sources is not done yet, and the table of all of them."""
     ordered, sensors = assign_sensors(job, sources, storage)
     at_work = cores() if workers is None else workers
-    plan = make_plan(ordered, results.done(), sensors, at_work, job.engine in GPU_ENGINES)
+    plan = make_plan(ordered, results.done(), sensors, at_work)
     state = Progress(plan.todo, skipped=plan.recordings - plan.todo)
     if plan.todo:
         with open_pool(workers, scheduler, memory) as pool:

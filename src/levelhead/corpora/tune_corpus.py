@@ -20,7 +20,7 @@ from levelhead.corpora.places import Source, list_sources, local_copy
 from levelhead.corpora.plan import pack
 from levelhead.corpora.work import read_recording
 from levelhead.engine.batch import DEFAULT_GUARD
-from levelhead.engine.binding import GPU_ENGINES, check_engine
+from levelhead.engine.binding import check_engine
 from levelhead.engine.threads import cores
 from levelhead.errors import LevelheadError
 from levelhead.filters.parameters import FilterChoice, Params
@@ -99,8 +99,7 @@ def tune_corpus(
     Raises:
         LevelheadError: as ``corpus`` and ``tune_filter``; fewer than two recordings that can serve.
     """
-    if engine not in GPU_ENGINES or scheduler is None:
-        check_engine(engine)
+    check_engine(engine)
     space = check_wishes(params, names, metric, goal, runs)
     job = Job("tune", guard=guard, hints=dict(hints or {}), magnetometer=magnetometer)
     sources = list_sources([places] if isinstance(places, str | os.PathLike) else list(places), storage)

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 
-from levelhead import filters
 from levelhead.bench.accuracy import outcome_of
 from levelhead.bench.datasets import load_recording
 from levelhead.bench.groups import group_of
@@ -19,17 +18,13 @@ from levelhead.calibration import Calibration
 from levelhead.corpora.job import DOCTOR, NOISE, SMOOTH, Batch, Job
 from levelhead.corpora.places import Source, file_digest, local_copy
 from levelhead.corpora.row_layout import COEFFICIENTS, HEALTH, UNITLESS, coefficient, element
-from levelhead.engine import fuse, fuse_recordings, smooth
-from levelhead.engine.binding import GPU_ENGINES
-from levelhead.engine.cuda import check_aiding
+from levelhead.engine import fuse, smooth
 from levelhead.errors import LevelheadError
 from levelhead.filters import health
 from levelhead.open_types import Fields, ReadOnlyFields
 from levelhead.recording import Recording
 from levelhead.track import Track
 from levelhead.version import VERSION
-
-Made = dict[str, tuple[Track, float]]  # method -> its track, and the seconds that it took
 
 
 class ResultsError(LevelheadError):
@@ -50,8 +45,6 @@ def run_batch(job: Job, batch: Batch, storage: ReadOnlyFields, tracks: str) -> l
     """
     if job.version != VERSION:
         raise ResultsError(f"a worker has levelhead {VERSION}, and the run is one of {job.version}; install the same")
-    if job.engine in GPU_ENGINES:
-        return run_side_by_side(job, batch, storage, tracks)
     rows: list[Fields] = []
     prior = batch.prior
     for position, source in enumerate(batch.sources, batch.first):
@@ -163,36 +156,10 @@ class Attempt:
         self.base |= {"read_s": time.perf_counter() - began} | _facts(recording)
         return recording
 
-    def rows_of_tracks(self, recording: Recording, tracks: str, made: "Made | None" = None) -> list[Fields]:
-        """A row for each method, whose track may be made already."""
+    def rows_of_tracks(self, recording: Recording, tracks: str) -> list[Fields]:
+        """A row for each method."""
         target = f"{tracks}/{self._source.name}" if tracks else ""
-        return [self.base | row for row in _tracks(self._job, recording, self._prior, target, made)]
-
-
-def run_side_by_side(job: Job, batch: Batch, storage: ReadOnlyFields, tracks: str) -> list[Fields]:
-    """The rows of recordings that are threads of a GPU."""
-    attempts = [Attempt(job, source, "", "", storage) for source in batch.sources]
-    read: dict[int, Recording] = {}
-    for i, attempt in enumerate(attempts):
-        with attempt, attempt.open() as path:
-            recording = attempt.read(path)
-            for method in job.methods:
-                check_aiding(filters.of(method.params), recording)
-            read[i] = recording
-    made: dict[int, Made] = {i: {} for i in read}
-    for method in job.methods:
-        began = time.perf_counter()
-        try:
-            found = list(fuse_recordings(read.values(), method.params, guard=job.guard, engine=job.engine))
-        except LevelheadError as error:  # there is no GPU, which the recordings cannot help
-            raise ResultsError(str(error)) from None
-        seconds = (time.perf_counter() - began) / max(len(read), 1)
-        for i, track in zip(read, found, strict=True):
-            made[i][method.name] = track, seconds
-    for i, recording in read.items():
-        with attempts[i]:
-            attempts[i].rows = attempts[i].rows_of_tracks(recording, tracks, made.pop(i))
-    return [row for attempt in attempts for row in attempt.rows]
+        return [self.base | row for row in _tracks(self._job, recording, self._prior, target)]
 
 
 def read_recording(path: Path, job: Job) -> Recording:
@@ -217,7 +184,7 @@ def _facts(recording: Recording) -> Fields:
     }
 
 
-def _tracks(job: Job, recording: Recording, prior: str, target: str, made: Made | None) -> Iterator[Fields]:
+def _tracks(job: Job, recording: Recording, prior: str, target: str) -> Iterator[Fields]:
     """A row for each method."""
     known = Calibration.from_dict(json.loads(prior), "the prior") if prior else None
     truth = recording.truth
@@ -227,14 +194,13 @@ def _tracks(job: Job, recording: Recording, prior: str, target: str, made: Made 
         began = time.perf_counter()
         try:
             with np.errstate(all="ignore"):
-                track = find_orientation(job, method, recording, known) if made is None else made[method.name][0]
+                track = find_orientation(job, method, recording, known)
         except Exception as error:
             if isinstance(error, LevelheadError) and len(job.methods) == 1:
                 raise
             yield row | {"error": f"failed: {type(error).__name__}: {' '.join(str(error).split())}"}
             continue
-        seconds = time.perf_counter() - began if made is None else made[method.name][1]
-        row |= {"run_s": seconds} | _doubt(track) | _calibration_fields(track)
+        row |= {"run_s": time.perf_counter() - began} | _doubt(track) | _calibration_fields(track)
         if truth is not None:
             absolute = truth.north and recording.mag is not None
             outcome = outcome_of(recording, track.quat, track.sigma, absolute, frame)
@@ -253,8 +219,7 @@ def find_orientation(job: Job, method: Method, recording: Recording, prior: Cali
         quat, sigma = method.run(recording)
         return Track(recording.t, quat, sigma=sigma)
     run = smooth if job.verb == SMOOTH or method.name == SMOOTHER else fuse
-    engine = "auto" if job.engine in GPU_ENGINES else job.engine
-    return run(recording, method.params, guard=job.guard, engine=engine, prior=prior)
+    return run(recording, method.params, guard=job.guard, engine=job.engine, prior=prior)
 
 
 def _doubt(track: Track) -> Fields:

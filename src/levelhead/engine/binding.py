@@ -1,8 +1,7 @@
 """Drivers bound to a filter, and which engine does the work, with the same bits.
 
 "native" is the C that was compiled with the package, for the filters of the house; "compiled" what Numba compiles on
-this machine; "python" the kernels as they stand. "cuda" (and "cuda-single", in single precision) is for many runs on a
-GPU.
+this machine; "python" the kernels as they stand.
 """
 
 import functools
@@ -20,8 +19,7 @@ from levelhead.errors import LevelheadError, nearest
 from levelhead.filters.contract import AxisFilter, Filter
 from levelhead.guard import detectors
 
-CUDA, CUDA_SINGLE = GPU_ENGINES = ("cuda", "cuda-single")
-ENGINES = ("auto", "native", "compiled", "python", *GPU_ENGINES)
+ENGINES = ("auto", "native", "compiled", "python")
 
 # Samples from which compiled work is done sooner: Numba's start costs about 0.5 s with a warm cache, a sample of these
 # filters 7 to 55 µs in plain Python; benchmarks/speed/engines.py measures both.
@@ -152,16 +150,12 @@ def check_engine(engine: str) -> None:
     """Refuses what is no engine.
 
     Raises:
-        LevelheadError: no engine of that name, or Numba or a GPU is missing.
+        LevelheadError: no engine of that name, or Numba is missing.
     """
     if engine not in ENGINES:
         raise LevelheadError(f"there is no engine '{engine}'; {nearest(engine, ENGINES)}")
     if engine == "compiled" and not numba_installed():
         raise LevelheadError("the engine 'compiled' needs Numba: pip install 'levelhead[numba]'")
-    if engine in GPU_ENGINES:
-        from levelhead.compiler.gpu import require_gpu
-
-        require_gpu()
 
 
 @functools.cache
@@ -178,10 +172,6 @@ def choose_engine(engine: str, samples: int, native: bool = False) -> str:
     Raises:
         LevelheadError: no engine of that name, or not for this filter or on this machine.
     """
-    if engine in GPU_ENGINES:
-        raise LevelheadError(
-            f"the engine '{engine}' runs many recordings or parameter sets, one thread each; for one run take 'auto'"
-        )
     check_engine(engine)
     if engine == "native" and not native:
         raise LevelheadError(

@@ -27,11 +27,12 @@ from levelhead.guard.rest import NO_SUMS, SlowMeans
 from levelhead.kernels.elapsed import has_elapsed
 from levelhead.kernels.tilt import GAP_SECONDS, TURN, is_present
 from levelhead.kernels.vec3 import ZERO, Vec3, add, dot, scale, sub
+from levelhead.units import DEGREE
 
 READING_LIMIT = 1e9  # rad/s, m/s², µT: beyond it a reading is missing; NaN and infinity fail the comparison too
 SQUARE_LIMIT = READING_LIMIT * READING_LIMIT  # a sum of squares below it contains no missing reading
 RATE_UNUSABLE = GYR_MISSING | GYR_SATURATED | GYR_STUCK  # the rate is not the body's
-LEAST_ROTATION = 0.1  # rad, 1σ of an unmeasured rotation from which the filter's covariance is inflated
+LEAST_ROTATION = 5.5 * DEGREE  # rad, 1σ of an unmeasured rotation from which the filter's covariance is inflated
 INTERVALS = 16.0  # over which the usual interval is averaged
 CHANGE_VARIANCE = 1.0 / 12.0  # of a number that is uniform between 0 and 1: when in a lost interval the rate changed
 RETURN_VARIANCE = 0.06  # of what the rate does besides, as a share of its square
@@ -137,6 +138,12 @@ def usual_interval(usual: float, dt: float) -> float:
 
 
 @kernel
+def lost_time(usual: float, dt: float) -> float:
+    """s of an interval for which samples were lost: all beyond the usual one, where that is at least another."""
+    return dt - usual if usual > 0.0 and has_elapsed(dt, usual, 2.0 * usual) else 0.0
+
+
+@kernel
 def lost_variance(last: Vec3, gyr: Vec3, lost: float) -> float:
     """rad², about each axis, of the rotation in ``lost`` seconds without samples, if the mean of the rates before and
     after is held for it.
@@ -197,7 +204,7 @@ def condition(guard: Guard, sample: ConditionedSample, gyr: Vec3, acc: Vec3, mag
     if not started:
         return first_sample(gyr, acc, mag, health)
     rate_lost = health & GYR_MISSING != 0 and has_elapsed(rate_age, dt, GAP_SECONDS)
-    lost = dt - usual if usual > 0.0 and dt > 2.0 * usual else 0.0
+    lost = lost_time(usual, dt)
     detected = detectors.detect(guard, detected, gyr, acc, health, rate_lost, lost > 0.0, dt)
     if health & GYR_MISSING == 0:
         gyr = detectors.believed_rate(detected, gyr)

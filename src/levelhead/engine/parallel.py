@@ -7,7 +7,7 @@ from levelhead import filters
 from levelhead.compiler.tree import has_memory
 from levelhead.engine import lanes
 from levelhead.engine.batch import DEFAULT_GUARD, fuse
-from levelhead.engine.binding import GPU_ENGINES, check_engine, choose_engine, numba_installed
+from levelhead.engine.binding import check_engine, choose_engine, numba_installed
 from levelhead.engine.native import has_imu
 from levelhead.engine.threads import map_in_order
 from levelhead.errors import LevelheadError
@@ -40,8 +40,7 @@ def fuse_recordings(
         recordings: what the sensors said, any number of times.
         params: the filter, as for ``fuse``.
         guard: what stands in front of it, as for ``fuse``.
-        engine: as for ``fuse``; "auto" decides for each recording. Plain Python runs one recording at a time. "cuda":
-            a GPU, a thread for each recording, 16 million samples at a time; "cuda-single" in single precision.
+        engine: as for ``fuse``; "auto" decides for each recording. Plain Python runs one recording at a time.
         workers: threads; None: one for each core.
         progress: called with the number of recordings done.
 
@@ -50,19 +49,7 @@ def fuse_recordings(
     """
     params = filters.default() if params is None else filters.resolve(params)
     check_engine(engine)  # a wrong name is said before the first recording is read
-    if engine in GPU_ENGINES:
-        from levelhead.engine import cuda
-
-        made = cuda.tracks_of_recordings(recordings, params, filters.of(params), guard, engine)
-        return _count(made, progress)
     return _fuse_recordings(recordings, params, guard, engine, workers, progress)
-
-
-def _count(tracks: Iterator[Track], progress: Callable[[int], None] | None) -> Iterator[Track]:
-    for done, track in enumerate(tracks, 1):
-        if progress is not None:
-            progress(done)
-        yield track
 
 
 def _fuse_recordings(
@@ -102,8 +89,6 @@ def lanes_are_faster(flt: Filter, sets: int) -> bool:
 def engine_for_sets(engine: str, samples: int, flt: Filter, guarded: bool) -> str:
     """The engine for many sets of one filter: "compiled" also where there is a native one, if lanes are worth it."""
     native = has_imu(flt, guarded)
-    if engine in GPU_ENGINES:
-        return engine
     lanes_worth = native and engine == "auto" and numba_installed() and samples >= SAMPLES_FOR_LANES
     return "compiled" if lanes_worth else choose_engine(engine, samples, native)
 
@@ -124,7 +109,7 @@ def fuse_parameter_sets(
         recording: what the sensors said.
         parameter_sets: parameter sets, each as for ``fuse``; filters may be mixed.
         guard: what stands in front of all of them, as for ``fuse``.
-        engine: as for ``fuse``; "cuda": a GPU, a thread for each set; "cuda-single" in single precision.
+        engine: as for ``fuse``.
         workers: threads; None: one for each core.
 
     Raises:
@@ -138,11 +123,8 @@ def fuse_parameter_sets(
         mine = [i for i, params in enumerate(resolved) if filters.of(params) is flt]
         sets = [resolved[i] for i in mine]
         chosen = engine_for_sets(engine, samples, flt, guard is not None)
-        if chosen in GPU_ENGINES:
-            from levelhead.engine import cuda
-
-            made: Iterable[Track] = cuda.tracks_of_sets(recording, flt, sets, guard, chosen)
-        elif chosen == "compiled" and lanes_are_faster(flt, len(sets)):
+        made: Iterable[Track]
+        if chosen == "compiled" and lanes_are_faster(flt, len(sets)):
             made = lanes.tracks(recording, flt, sets, guard, workers)
         else:
             one = functools.partial(fuse, recording, guard=guard, engine=chosen)

@@ -15,7 +15,7 @@ from levelhead.compiler.mark import kernel
 from levelhead.filters.contract import AxisFilter, Filter, Inflation, Output, Settling
 from levelhead.filters.health import NEAR_VERTICAL
 from levelhead.filters.kalman import DEG2, earth_sigma
-from levelhead.filters.parameters import Param, parameters
+from levelhead.filters.parameters import nonnegative, parameters, positive
 from levelhead.kernels import mat3, quat, tilt, triad
 from levelhead.kernels.angle import wrap
 from levelhead.kernels.mat3 import Mat3
@@ -28,31 +28,14 @@ from levelhead.kernels.vec3 import ZERO, Vec3, add, scale, sub
 class BiasRateKalman(NamedTuple):
     """Three-state Kalman filter (angle, bias, bias rate), per axis; variances in degrees when it runs on an IMU."""
 
-    q_angle: Annotated[
-        float, Param("deg²/s", "process noise density of the angle", low=0.0, sweep=(1e-5, 1.0), log=True)
-    ] = 0.001
-    q_bias: Annotated[
-        float, Param("(deg/s)²/s", "process noise density of the bias", low=0.0, sweep=(1e-6, 1.0), log=True)
-    ] = 0.003
-    q_bias_rate: Annotated[
-        float, Param("(deg/s²)²/s", "process noise density of the bias rate", low=0.0, sweep=(1e-10, 1e-2), log=True)
-    ] = 1e-7
-    r_measure: Annotated[
-        float, Param("deg²", "variance of the measured angle", low=0.0, low_open=True, sweep=(0.1, 100.0), log=True)
-    ] = 1.0
-    r_heading: Annotated[
-        float,
-        Param("deg²", "variance of the magnetometer's heading", low=0.0, low_open=True, sweep=(0.1, 1e4), log=True),
-    ] = 9.0
-    p_angle: Annotated[float, Param("deg²", "variance of the first angle", low=0.0, sweep=(0.01, 100.0), log=True)] = (
-        1.0
-    )
-    p_bias: Annotated[
-        float, Param("(deg/s)²", "variance of the bias at the start", low=0.0, sweep=(0.01, 100.0), log=True)
-    ] = 1.0
-    p_bias_rate: Annotated[
-        float, Param("(deg/s²)²", "variance of the bias rate at the start", low=0.0, sweep=(1e-6, 1.0), log=True)
-    ] = 1e-4
+    q_angle: Annotated[float, nonnegative("deg²/s", "process noise density of the angle", 1e-05, 1.0)] = 0.001
+    q_bias: Annotated[float, nonnegative("(deg/s)²/s", "process noise density of the bias", 1e-06, 1.0)] = 0.003
+    q_bias_rate: Annotated[float, nonnegative("(deg/s²)²/s", "process noise density of its rate", 1e-10, 0.01)] = 1e-7
+    r_measure: Annotated[float, positive("deg²", "variance of the measured angle", 0.1, 100.0)] = 1.0
+    r_heading: Annotated[float, positive("deg²", "variance of the magnetometer's heading", 0.1, 10000.0)] = 9.0
+    p_angle: Annotated[float, nonnegative("deg²", "variance of the first angle", 0.01, 100.0)] = 1.0
+    p_bias: Annotated[float, nonnegative("(deg/s)²", "variance of the bias at the start", 0.01, 100.0)] = 1.0
+    p_bias_rate: Annotated[float, nonnegative("(deg/s²)²", "variance of the bias rate at the start", 1e-06, 1.0)] = 1e-4
 
 
 class Axis(NamedTuple):

@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple, Self
 
 from levelhead.compiler.mark import kernel
 from levelhead.filters.contract import AxisFilter, Filter, Gains, Inflation, Output, Settling
-from levelhead.filters.parameters import Derived, Param, parameters
+from levelhead.filters.parameters import Derived, Param, nonnegative, parameters
 from levelhead.kernels import quat, slerp, triad
 from levelhead.kernels.angle import blend, wrap
 from levelhead.kernels.lowpass import AGE_LIMIT, advance_age, lowpass_weight
@@ -60,12 +60,8 @@ ALPHA = Param(
 class Values(NamedTuple):
     """The fields of ``Complementary``."""
 
-    tau: Annotated[
-        float, Param("s", "time constant: below it the gyroscope is trusted", low=0.0, sweep=(0.04, 10.0), log=True)
-    ] = 0.49
-    tau_heading: Annotated[
-        float, Param("s", "time constant towards the magnetometer's heading", low=0.0, sweep=(0.1, 30.0), log=True)
-    ] = 5.0
+    tau: Annotated[float, nonnegative("s", "time constant: below it the gyroscope is trusted", 0.04, 10.0)] = 0.49
+    tau_heading: Annotated[float, nonnegative("s", "time constant towards the magnetometer's heading", 0.1, 30.0)] = 5.0
     adaptive: Annotated[bool, Param("", "raise alpha while | |a| − g | says that the body accelerates")] = False
     alpha_max: Annotated[
         float, Param("", "adaptive: highest alpha at 100 Hz", low=0.0, high=1.0, high_open=True, sweep=(0.99, 0.9999))

@@ -20,7 +20,7 @@ from typing import Annotated, NamedTuple
 from levelhead.compiler.mark import kernel
 from levelhead.filters.contract import AxisFilter, Filter, Inflation, Output, Settling
 from levelhead.filters.health import NEAR_VERTICAL
-from levelhead.filters.parameters import Param, parameters
+from levelhead.filters.parameters import Param, nonnegative, parameters, positive
 from levelhead.kernels import quat, tilt, triad
 from levelhead.kernels.angle import wrap
 from levelhead.kernels.quat import Quat
@@ -36,26 +36,12 @@ DEG2 = DEGREE * DEGREE  # (°)² in rad²
 class Kalman(NamedTuple):
     """Two-state Kalman filter (angle, gyroscope bias), per axis; variances in degrees when it runs on an IMU."""
 
-    q_angle: Annotated[
-        float, Param("deg²/s", "process noise density of the angle", low=0.0, sweep=(1e-5, 1.0), log=True)
-    ] = 0.001
-    q_bias: Annotated[
-        float, Param("(deg/s)²/s", "process noise density of the bias", low=0.0, sweep=(1e-6, 1.0), log=True)
-    ] = 0.003
-    r_measure: Annotated[
-        float,
-        Param("deg²", "variance of the measured angle", low=0.0, low_open=True, sweep=(0.1, 100.0), log=True),
-    ] = 0.03
-    r_heading: Annotated[
-        float,
-        Param("deg²", "variance of the magnetometer's heading", low=0.0, low_open=True, sweep=(0.1, 1e4), log=True),
-    ] = 9.0
-    p_angle: Annotated[float, Param("deg²", "variance of the first angle", low=0.0, sweep=(0.01, 100.0), log=True)] = (
-        1.0
-    )
-    p_bias: Annotated[
-        float, Param("(deg/s)²", "variance of the bias at the start", low=0.0, sweep=(0.01, 100.0), log=True)
-    ] = 1.0
+    q_angle: Annotated[float, nonnegative("deg²/s", "process noise density of the angle", 1e-05, 1.0)] = 0.001
+    q_bias: Annotated[float, nonnegative("(deg/s)²/s", "process noise density of the bias", 1e-06, 1.0)] = 0.003
+    r_measure: Annotated[float, positive("deg²", "variance of the measured angle", 0.1, 100.0)] = 0.03
+    r_heading: Annotated[float, positive("deg²", "variance of the magnetometer's heading", 0.1, 10000.0)] = 9.0
+    p_angle: Annotated[float, nonnegative("deg²", "variance of the first angle", 0.01, 100.0)] = 1.0
+    p_bias: Annotated[float, nonnegative("(deg/s)²", "variance of the bias at the start", 0.01, 100.0)] = 1.0
     q_per_sample: Annotated[bool, Param("", "add q_angle and q_bias at every sample instead of times dt")] = False
     joseph: Annotated[bool, Param("", "Joseph's form of the covariance update (eq. 4, right)")] = False
 

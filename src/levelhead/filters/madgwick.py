@@ -35,8 +35,9 @@ from typing import Annotated, NamedTuple
 from levelhead.compiler.mark import kernel
 from levelhead.filters.contract import Filter, Gains, Inflation, Settling
 from levelhead.filters.direction_filter import DIP_SHARE, State, inflate, init, integrate, output
-from levelhead.filters.parameters import Param, parameters
+from levelhead.filters.parameters import nonnegative, parameters, positive
 from levelhead.kernels import quat, tilt
+from levelhead.kernels.elapsed import has_elapsed
 from levelhead.kernels.lowpass import advance_age, lowpass_weight
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.vec3 import Vec3, dot, normalize
@@ -53,13 +54,8 @@ FLAT = 1e-30  # |∇f|² below which there is no direction to go
 class Madgwick(NamedTuple):
     """Gradient descent orientation filter: one gain, by how much the gyroscope may be contradicted (eqs. 50, 51)."""
 
-    beta: Annotated[
-        float,
-        Param("rad/s", "gain: √¾ × the gyroscope's error", low=0.0, low_open=True, sweep=(0.01, 1.0), log=True),
-    ] = 0.075
-    zeta: Annotated[
-        float, Param("rad/s²", "bias gain: √¾ × how fast the bias drifts", low=0.0, sweep=(1e-4, 0.1), log=True)
-    ] = 0.0
+    beta: Annotated[float, positive("rad/s", "gain: √¾ × the gyroscope's error", 0.01, 1.0)] = 0.075
+    zeta: Annotated[float, nonnegative("rad/s²", "bias gain: √¾ × how fast the bias drifts", 0.0001, 0.1)] = 0.0
 
 
 class Slope(NamedTuple):
@@ -138,7 +134,7 @@ def step(params: Madgwick, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: fl
     down = descent_direction(attitude, acc, mag)
     sensors = 2.0 if tilt.is_present(mag) else 1.0
     k = descent(params, down, sensors, dt)
-    if age < START:
+    if not has_elapsed(age, dt, START):
         k = max(k, min(lowpass_weight(START, age, dt), 1.0 / sensors))
     elif params.zeta > 0.0:
         bias = update_bias(params, bias, down, k)
@@ -156,7 +152,7 @@ def gains(params: Madgwick, state: State, dt: float) -> Gains:
     share_of_noise = 2.0 * params.beta * dt * SLOPE / NOISE
     k = min(share_of_noise, 1.0)
     bias = 0.0
-    if state.age < START:
+    if not has_elapsed(state.age, dt, START):
         k = max(k, lowpass_weight(START, state.age, dt))
     else:
         bias = params.zeta / params.beta * k

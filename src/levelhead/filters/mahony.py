@@ -21,9 +21,9 @@ low-pass of the same corner takes, so that no interval is too long:
 
 While the filter is younger than those time constants K and K₂ are those of a running mean, and the bias waits: what
 pulls then is the start's error, not the gyroscope's. Against wind-up every axis of the bias stays within
-±bias_limit, and from a pull that such a bias could not cause nothing is learned:
+±max_bias, and from a pull that such a bias could not cause nothing is learned:
 
-    k_P k_i |v_i × v̂_i| < bias_limit                                                                            (6)
+    k_P k_i |v_i × v̂_i| < max_bias                                                                            (6)
 """
 
 from typing import Annotated, NamedTuple
@@ -31,34 +31,24 @@ from typing import Annotated, NamedTuple
 from levelhead.compiler.mark import kernel
 from levelhead.filters.contract import Filter, Gains, Inflation, Settling
 from levelhead.filters.direction_filter import DIP_SHARE, State, inflate, init, integrate, output
-from levelhead.filters.parameters import Param, parameters
+from levelhead.filters.parameters import Param, nonnegative, parameters, positive
 from levelhead.kernels import quat, tilt
+from levelhead.kernels.elapsed import has_elapsed
 from levelhead.kernels.lowpass import advance_age, lowpass_weight
 from levelhead.kernels.vec3 import ZERO, Vec3, normalize
 from levelhead.kernels.vector_error import correct, direction_error, field_error, heading_error
+from levelhead.units import DEGREE
 
 
 @parameters()
 class Mahony(NamedTuple):
     """Explicit complementary filter: proportional and integral feedback of cross products."""
 
-    kp: Annotated[
-        float, Param("1/s", "proportional gain towards gravity", low=0.0, low_open=True, sweep=(0.03, 3.0), log=True)
-    ] = 0.4
-    ki: Annotated[
-        float, Param("1/s²", "integral gain, which learns the bias", low=0.0, high=1.0, sweep=(1e-4, 0.1), log=True)
-    ] = 0.003
-    k_mag: Annotated[
-        float,
-        Param("", "weight of the magnetometer, 1 for the accelerometer", low=0.0, low_open=True, sweep=(0.03, 3.0),
-              log=True),
-    ] = 0.5  # fmt: skip
-    bias_limit: Annotated[
-        float, Param("rad/s", "largest bias that is learned, per axis", low=0.0, sweep=(0.01, 0.5), log=True)
-    ] = 0.1
-    whole_field: Annotated[bool, Param("", "compare the whole field, not its horizontal part: tilt follows it too")] = (
-        False
-    )
+    kp: Annotated[float, positive("1/s", "proportional gain towards gravity", 0.03, 3.0)] = 0.4
+    ki: Annotated[float, Param("1/s²", "integral gain, of the bias", 0.0, 1.0, sweep=(1e-4, 0.1), log=True)] = 0.003
+    k_mag: Annotated[float, positive("", "weight of the magnetometer, 1 for the accelerometer", 0.03, 3.0)] = 0.5
+    max_bias: Annotated[float, nonnegative("deg/s", "largest bias that is learned, per axis", 0.5, 30.0)] = 5.7
+    whole_field: Annotated[bool, Param("", "compare the whole field; tilt follows it too")] = False
 
 
 @kernel
@@ -66,16 +56,19 @@ def update_bias(params: Mahony, bias: Vec3, tilt_error: Vec3, yaw_error: Vec3, a
     """Eq. 3, bounded by (6); each vector waits until its K is steady."""
     kp = params.kp
     k_mag = params.k_mag
-    limit = params.bias_limit
+    limit = params.max_bias * DEGREE
     step = params.ki * dt
     x, y, z = bias
     px, py, pz = tilt_error
-    if kp * age > 1.0 and kp * kp * (px * px + py * py + pz * pz) < limit * limit:
+    if has_elapsed(age, dt, 1.0 / kp) and kp * kp * (px * px + py * py + pz * pz) < limit * limit:
         x -= step * px
         y -= step * py
         z -= step * pz
     px, py, pz = yaw_error
-    if kp * k_mag * age > 1.0 and kp * kp * k_mag * k_mag * (px * px + py * py + pz * pz) < limit * limit:
+    if (
+        has_elapsed(age, dt, 1.0 / (kp * k_mag))
+        and kp * kp * k_mag * k_mag * (px * px + py * py + pz * pz) < limit * limit
+    ):
         step *= k_mag
         x -= step * px
         y -= step * py
@@ -115,8 +108,8 @@ def gains(params: Mahony, state: State, dt: float) -> Gains:
     """K, K₂ of eq. 5 and k_I dt of eq. 3, for a state after its sample."""
     kt = lowpass_weight(1.0 / params.kp, state.age, dt)
     kh = lowpass_weight(1.0 / (params.kp * params.k_mag), state.age, dt)
-    bt = params.ki * dt if params.kp * state.age > 1.0 else 0.0
-    bh = params.ki * params.k_mag * dt if params.kp * params.k_mag * state.age > 1.0 else 0.0
+    bt = params.ki * dt if has_elapsed(state.age, dt, 1.0 / params.kp) else 0.0
+    bh = params.ki * params.k_mag * dt if has_elapsed(state.age, dt, 1.0 / (params.kp * params.k_mag)) else 0.0
     if params.whole_field:
         kt = min(kt, 1.0 / (1.0 + params.k_mag))
         return Gains(kt, bt, DIP_SHARE * kt * params.k_mag, DIP_SHARE * bh)

@@ -4,7 +4,7 @@
     class Kalman(NamedTuple):
         ...
 
-        r_measure: Annotated[float, Param("deg²", "variance of the measured angle", low=0.0, low_open=True)] = 0.03
+        r_measure: Annotated[float, positive("deg²", "variance of the measured angle", 0.1, 100.0)] = 0.03
 
 Every object of such a class is checked when it is made.
 """
@@ -54,6 +54,16 @@ class Param(NamedTuple):
         return " and ".join(words) or "any number"
 
 
+def positive(unit: str, doc: str, low: float, high: float) -> Param:
+    """A parameter greater than 0, worth searching by factors from ``low`` to ``high``."""
+    return Param(unit, doc, low=0.0, low_open=True, sweep=(low, high), log=True)
+
+
+def nonnegative(unit: str, doc: str, low: float = 0.0, high: float = 0.0) -> Param:
+    """A parameter of at least 0, worth searching by factors from ``low`` to ``high``; not at all without these."""
+    return Param(unit, doc, low=0.0, sweep=(low, high) if high > low else None, log=high > low)
+
+
 POSITIVE = Param("", "an interval in seconds", low=0.0, low_open=True)
 
 
@@ -90,10 +100,11 @@ def short_name(params: Params) -> str:
 
 def param_table(params: type) -> dict[str, Param]:
     """Field name -> Param of a Params class, in order of definition."""
-    table = {}
+    table, tuned = {}, getattr(params, "_tuned", None)
     for name, hint in get_type_hints(params, include_extras=True).items():
         if get_origin(hint) is Annotated:
-            table[name] = next(item for item in get_args(hint) if isinstance(item, Param))
+            param = next(item for item in get_args(hint) if isinstance(item, Param))
+            table[name] = param._replace(tune=tuned is None or name in tuned)
     return table
 
 
@@ -165,11 +176,12 @@ def _replace_values(params: Params, changes: dict[str, object]) -> Params:
     return type(params)(**kept, **changes)
 
 
-def parameters(**derived: Derived) -> Callable[[type[P]], type[P]]:
+def parameters(*, tuned: tuple[str, ...] | None = None, **derived: Derived) -> Callable[[type[P]], type[P]]:
     """Class decorator for a NamedTuple of parameters: checks every value when an object is made.
 
     A value outside its range and a name that does not exist raise ``LevelheadError`` (the latter names the nearest
-    parameter). ``derived`` are further names by which a field can be set and read.
+    parameter). ``tuned``: the fields that ``levelhead tune`` searches unasked, all by default. ``derived`` are further
+    names by which a field can be set and read.
     """
 
     def decorate(cls: type[P]) -> type[P]:
@@ -202,6 +214,7 @@ def parameters(**derived: Derived) -> Callable[[type[P]], type[P]]:
             "__qualname__": cls.__qualname__,
             "__repr__": _repr,
             "_derived": derived,
+            "_tuned": tuned,
             "_replace": lambda self, **changes: _replace_values(self, changes),
         }
         for name, d in derived.items():

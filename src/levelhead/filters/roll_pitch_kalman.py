@@ -30,7 +30,7 @@ from levelhead.compiler.mark import kernel
 from levelhead.filters.contract import Filter, Inflation, Output, Settling
 from levelhead.filters.health import NEAR_VERTICAL
 from levelhead.filters.kalman import DEG2, earth_sigma
-from levelhead.filters.parameters import Param, parameters
+from levelhead.filters.parameters import nonnegative, parameters, positive
 from levelhead.kernels import mat2, quat, tilt, triad
 from levelhead.kernels.mat2 import Mat2, Vec2
 from levelhead.kernels.quat import Quat
@@ -42,21 +42,11 @@ from levelhead.kernels.vec3 import Vec3
 class RollPitchKalman(NamedTuple):
     """Four-state extended Kalman filter (roll, pitch, two biases) for pitch well inside ±90°."""
 
-    q_angle: Annotated[
-        float, Param("deg²/s", "process noise density of the angles", low=0.0, sweep=(1e-5, 1.0), log=True)
-    ] = 0.001
-    q_bias: Annotated[
-        float, Param("(deg/s)²/s", "process noise density of the biases", low=0.0, sweep=(1e-6, 1.0), log=True)
-    ] = 1e-4
-    r_measure: Annotated[
-        float, Param("deg²", "variance of the measured angles", low=0.0, low_open=True, sweep=(0.1, 1000.0), log=True)
-    ] = 4.0
-    p_angle: Annotated[float, Param("deg²", "variance of the first angles", low=0.0, sweep=(0.01, 100.0), log=True)] = (
-        1.0
-    )
-    p_bias: Annotated[
-        float, Param("(deg/s)²", "variance of the biases at the start", low=0.0, sweep=(0.01, 100.0), log=True)
-    ] = 1.0
+    q_angle: Annotated[float, nonnegative("deg²/s", "process noise density of the angles", 1e-05, 1.0)] = 0.001
+    q_bias: Annotated[float, nonnegative("(deg/s)²/s", "process noise density of the biases", 1e-06, 1.0)] = 1e-4
+    r_measure: Annotated[float, positive("deg²", "variance of the measured angles", 0.1, 1000.0)] = 4.0
+    p_angle: Annotated[float, nonnegative("deg²", "variance of the first angles", 0.01, 100.0)] = 1.0
+    p_bias: Annotated[float, nonnegative("(deg/s)²", "variance of the biases at the start", 0.01, 100.0)] = 1.0
 
 
 class State(NamedTuple):

@@ -51,11 +51,11 @@ CURES = {
     "mag_learned": "Keep away from iron and magnets that stay, or leave the magnetometer out: --map mag=.",
     "bias_late": "Put the sensor down for 5 s at the start, or hand on what was learned: --save-calibration, --prior.",
     "mag_refused": "Keep away from iron and magnets, or calibrate the magnetometer: levelhead calibrate.",
-    "mag_back": "Find what silenced it; levelhead fuse --offline uses both sides of the time without it.",
+    "mag_back": "Find what silenced it; levelhead smooth uses both sides of the time without it.",
     "no_rest": "Put the sensor down for 5 s at the start.",
     "near_vertical": "Take a filter of quaternions: ESKF, EKF, Mahony.",
     "acceleration": "Let it trust the gyroscope more, or take ESKF, which tells acceleration from gravity.",
-    "unknown": "Compare with levelhead fuse --offline, and look at this time in its picture.",
+    "unknown": "Compare with levelhead smooth, and look at this time in its picture.",
 }
 FINDINGS = {
     "gyr_clipping": "clipping_gyr",

@@ -14,7 +14,7 @@ from levelhead.kernels.trig import atan2
 from levelhead.kernels.vec3 import Vec3
 
 UNIFORM = pi / sqrt(3.0)  # rad, standard deviation of an angle that is uniform on the circle
-GAP_SECONDS = 0.5  # s: across a longer interval the attitude is held and its variance grows
+GAP_SECONDS = 0.5 + 0.5e-6  # s: across a longer interval the attitude is held; no stamps in µs are so far apart
 TURN = 1.0  # rad/s, 1σ of how fast a body may turn in a gap
 NO_LENGTH = 1e-200  # squared, in any unit: below it squares lose their digits, and then nothing is unit any more
 COS2_LIMIT = 0.0076  # cos² 85°

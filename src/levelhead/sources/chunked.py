@@ -1,25 +1,28 @@
 """Logs larger than memory: Parquet and CSV of any length as recordings of some rows each.
 
 ``read`` finds columns, units and signs by looking at the whole log. Here they are found in its beginning, by the same
-reader, and the rule that it followed (one factor for each sensor, one for the stamps) is derived from what it gave and
-checked on each of these rows, to the bit. A log that no such rule describes is refused: one whose clock is repaired,
-whose sensors stand on different rows, or whose accelerometer is put together from parts.
+reader, and its ``Interpretation`` is applied to chunk after chunk. A log whose rows do not become samples one by one is
+refused: one whose clock is repaired, or whose sensors stand on different rows.
 """
 
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 
 import numpy as np
 
-from levelhead import units
 from levelhead.errors import LevelheadError, require
 from levelhead.open_types import Fields, Handle
-from levelhead.recording import Array, Recording
-from levelhead.sources.table import Column
+from levelhead.recording import Recording
+from levelhead.sources.formats.text.delimited import TextTable
+from levelhead.sources.hints import Hints, SuggestsCommand, check_options
+from levelhead.sources.interpret import apply
+from levelhead.sources.interpretation import Interpretation
+from levelhead.sources.pipeline import Log, open_log
+from levelhead.sources.table import ArrayTable, Column
 
 HEAD = 200_000  # rows in which columns, units and signs are found
 HEAD_BYTES = 32_000_000  # of text, in which they are found
@@ -36,43 +39,6 @@ class NeedsWholeLog(LevelheadError):
     """A log that cannot be read in chunks; ``read`` may take it."""
 
 
-@dataclass(frozen=True)
-class Rule:
-    """How the numbers of a log become a recording.
-
-    Attributes:
-        columns: role to the names of its columns.
-        factors: role ("gyr", "acc", "mag") to what its numbers are multiplied by.
-        first: what is subtracted from stamps.
-        divisor: what stamps are divided by; 0: they are multiplied by ``factor``.
-        factor: of stamps.
-        rate: samples a second of a log without stamps; 0: it has some.
-    """
-
-    columns: dict[str, list[str]]
-    factors: dict[str, float]
-    first: float | int = 0
-    divisor: float = 0.0
-    factor: float = 1.0
-    rate: float = 0.0
-
-    def times(self, stamps: Column | None, start: int, count: int) -> Array:
-        """Seconds of ``count`` rows from row ``start`` on."""
-        if stamps is None:
-            return np.arange(start, start + count) / self.rate
-        values = (stamps - self.first).astype(np.float64)
-        return values / self.divisor if self.divisor else values * self.factor
-
-    def recording(self, columns: Fields, start: int, meta: Fields) -> Recording:
-        """The rows from ``start`` on."""
-        count = len(next(iter(columns.values())))
-        stamps = columns[self.columns["t"][0]] if "t" in self.columns else None
-        parts: dict[str, Array | None] = {"mag": None}
-        for role, factor in self.factors.items():
-            parts[role] = np.stack([columns[name].astype(np.float64) for name in self.columns[role]], axis=1) * factor
-        return Recording(self.times(stamps, start, count), meta=meta, **parts)  # type: ignore[arg-type]
-
-
 class Chunks:
     """The recordings of one log, to be gone through once.
 
@@ -81,30 +47,56 @@ class Chunks:
         fraction: share of the file that has been given.
     """
 
-    def __init__(self, path: Path, rows: int, hints: Fields) -> None:
+    def __init__(self, path: Path, rows: int, hints: Hints) -> None:
         self._path, self._rows, self._start = path, rows, 0
         self.fraction = 0.0
         with _head(path) as part:
-            from levelhead.sources import read
-
             try:
-                self.head = read(part, **hints)
-                self._rule = _find_rule(part, self.head, hints.get("rate"))
+                log = open_log(part, hints)
+                self._found = _streamed(log, path)
+                self.head = replace(apply(log.found, log.table), meta=log.found.meta() | {"source": str(path)})
+                self._check(part)
+            except SuggestsCommand as error:
+                raise error.about(str(part), str(path)) from None
             except LevelheadError as error:
                 raise type(error)(str(error).replace(str(part), str(path))) from None
-        self._meta: Fields = {**self.head.meta, "source": str(path)}
+
+    def _check(self, part: Path) -> None:
+        """Makes sure that the rows of the beginning, read as those of a chunk, are the same samples."""
+        for columns, _ in _blocks(part, self._names, len(self.head), self._exact):
+            made = self._recording(columns, 0)
+            pairs = [(getattr(made, name), getattr(self.head, name)) for name in ("t", "gyr", "acc", "mag")]
+            if all(one is other or np.array_equal(one, other, equal_nan=True) for one, other in pairs):
+                return
+            break
+        raise NeedsWholeLog(f"{part} cannot be read in chunks: its rows do not become samples one by one; {WHOLE}")
+
+    def _recording(self, columns: Fields, start: int) -> Recording:
+        """The rows from ``start`` on."""
+        found = replace(self._found, clock=replace(self._found.clock, first_row=start))
+        return apply(found, ArrayTable(str(self._path), columns))
+
+    @property
+    def _names(self) -> list[str]:
+        """Of the columns that are read."""
+        return list(dict.fromkeys(name for names in self._found.columns.values() for name in names))
+
+    @property
+    def _exact(self) -> frozenset[str]:
+        """The columns that are whole numbers too large for floats."""
+        clock = self._found.clock
+        return frozenset(clock.columns if abs(clock.start) >= EXACT or clock.fraction else ())
 
     def begin_at(self, row: int) -> None:
         """Leaves the rows before that one out; in a Parquet file they are not read, in text they are."""
         self._start = row
 
     def __iter__(self) -> Iterator[Recording]:
-        names = [name for role in ("t", *self._rule.factors) for name in self._rule.columns.get(role, ())]
         start = self._start
         last = -np.inf
-        for columns, fraction in _blocks(self._path, names, self._rows, self._exact(), start):
+        for columns, fraction in _blocks(self._path, self._names, self._rows, self._exact, start):
             try:
-                chunk = self._rule.recording(columns, start, self._meta)
+                chunk = self._recording(columns, start)
             except LevelheadError as error:
                 raise LevelheadError(f"{self._path}, rows from {start}: {error}; {WHOLE}") from None
             if not chunk.t[0] > last:
@@ -113,9 +105,18 @@ class Chunks:
             yield chunk
             self.fraction = fraction
 
-    def _exact(self) -> frozenset[str]:
-        """The columns that are whole numbers too large for floats."""
-        return frozenset(self._rule.columns["t"] if abs(self._rule.first) >= EXACT else ())
+
+def _streamed(log: Log, path: Path) -> Interpretation:
+    """The interpretation that holds for each row of a log by itself.
+
+    Raises:
+        NeedsWholeLog: it does not.
+    """
+    is_text = path.suffix.lower() in TEXT
+    if not (log.is_plain and log.found.streamable and (not is_text or isinstance(log.table.table, TextTable))):
+        raise NeedsWholeLog(f"{path} cannot be read in chunks: its rows do not become samples one by one; {WHOLE}")
+    found = log.found.only({"t", "acc", "gravity", "gyr", "mag"} - log.found.unused)
+    return replace(found, source=str(path))
 
 
 def read_chunks(path: str | os.PathLike[str], rows: int | None = None, **hints: object) -> Chunks:
@@ -143,7 +144,7 @@ def read_chunks(path: str | os.PathLike[str], rows: int | None = None, **hints: 
         raise LevelheadError(f"chunks of {rows} rows hold nothing; expected at least 1")
     if file.suffix.lower() not in (*PARQUET, *TEXT):
         raise LevelheadError(f"{file} cannot be read in chunks; expected one of {' '.join((*PARQUET, *TEXT))}")
-    return Chunks(file, rows, dict(hints))
+    return Chunks(file, rows, check_options(hints))
 
 
 def is_long(path: Path) -> bool:
@@ -184,75 +185,6 @@ def _head(path: Path) -> Iterator[Path]:
                     text = text[: text.rfind(b"\n") + 1]
             part.write_bytes(text)
         yield part
-
-
-def _find_rule(path: Path, head: Recording, rate: float | None) -> Rule:
-    """The rule by which the beginning of a log became a recording, checked on all of its rows.
-
-    Raises:
-        LevelheadError: there is none.
-    """
-    names: dict[str, list[str]] = {role: list(found) for role, found in head.meta["columns"].items()}
-    roles = [role for role in ("gyr", "acc", "mag") if getattr(head, role) is not None]
-    wanted = [name for role in ("t", *roles) for name in names.get(role, ())]
-    joined = _whole(path, wanted, frozenset())
-    if "t" in names and abs(joined[names["t"][0]][0]) >= EXACT:
-        joined = _whole(path, wanted, frozenset(names["t"]))
-    factors = {}
-    for role in roles:
-        values = np.stack([joined[name].astype(np.float64) for name in names[role]], axis=1)
-        factors[role] = _factor(values, getattr(head, role))
-    candidates = _clocks(names, factors, head, joined, rate)
-    for rule in candidates:
-        if None in factors.values() or len(joined[wanted[0]]) != len(head):
-            break
-        try:
-            made = rule.recording(joined, 0, {})
-        except LevelheadError:  # its clock was repaired
-            break
-        pairs = [(made.t, head.t), *((getattr(made, role), getattr(head, role)) for role in roles)]
-        if all(np.array_equal(one, other, equal_nan=True) for one, other in pairs):
-            return rule
-    raise NeedsWholeLog(
-        f"{path} cannot be read in chunks: its rows do not become samples by one factor for each sensor; {WHOLE}"
-    )
-
-
-def _whole(path: Path, names: Sequence[str], exact: frozenset[str]) -> Fields:
-    taken = [columns for columns, _ in _blocks(path, names, ROWS, exact)]
-    return {name: np.concatenate([columns[name] for columns in taken]) for name in names}
-
-
-def _clocks(
-    names: dict[str, list[str]], factors: Fields, head: Recording, raw: Fields, rate: float | None
-) -> list[Rule]:
-    """The rules that differ in their clock only."""
-    if "t" not in names:
-        guess = 1.0 / float(head.t[1]) if len(head) > 1 else 1.0
-        return [Rule(names, factors, rate=one) for one in (rate, guess, round(guess, 9)) if one]
-    stamps = raw[names["t"][0]]
-    first = stamps[0].item() if "t0" in head.meta else 0
-    factor = units.find_factor("time", str(head.meta["units"]["t"])) or _factor(
-        (stamps - first).astype(np.float64)[:, None], head.t[:, None]
-    )
-    if not factor:
-        return []
-    inverse = Rule(names, factors, first, divisor=float(round(1.0 / factor))) if factor < 1.0 else None
-    return [*([inverse] if inverse else []), Rule(names, factors, first, factor=factor)]
-
-
-def _factor(raw: Array, made: Array) -> float | None:
-    """f with raw · f = made, to the bit; None: there is none."""
-    if raw.shape != made.shape:
-        return None
-    known = np.flatnonzero(np.isfinite(raw.ravel()) & (raw.ravel() != 0.0))
-    if len(known) == 0:
-        return 1.0
-    near = [float(made.ravel()[known[0]] / raw.ravel()[known[0]])]
-    for _ in range(2):
-        near = [near[0], *near, near[-1]]
-        near[0], near[-1] = np.nextafter(near[0], -np.inf), np.nextafter(near[-1], np.inf)
-    return next((float(f) for f in near if np.array_equal(raw * f, made, equal_nan=True)), None)
 
 
 def _blocks(
@@ -316,8 +248,8 @@ def _text_from(
 def _text(path: Path, names: Sequence[str], exact: frozenset[str]) -> Iterator[tuple[dict[str, Column], float]]:
     import pyarrow as pa
 
-    from levelhead.sources.formats.text.arrow import open_text
-    from levelhead.sources.formats.text.dialect import find_layout
+    from levelhead.sources.formats.text.delimited import open_by_arrow
+    from levelhead.sources.formats.text.layout import find_layout
 
     layout = find_layout(path)
     plain = not (layout.tail or layout.stamps or layout.torn) and layout.encoding.name == "utf-8"
@@ -328,11 +260,11 @@ def _text(path: Path, names: Sequence[str], exact: frozenset[str]) -> Iterator[t
     size = path.stat().st_size
     try:
         with pa.OSFile(str(path)) as file:
-            reader: Handle = open_text(file, layout, sorted(positions.values()), whole)
+            reader: Handle = open_by_arrow(file, layout, sorted(positions.values()), whole)
             for batch in reader:
-                from levelhead.sources.formats.text.arrow import numbers
+                from levelhead.sources.formats.text.delimited import arrow_numbers
 
                 table = pa.Table.from_batches([batch])
-                yield {name: numbers(table.column(str(i))) for name, i in positions.items()}, file.tell() / size
+                yield {name: arrow_numbers(table.column(str(i))) for name, i in positions.items()}, file.tell() / size
     except (pa.ArrowException, OSError) as error:
         raise LevelheadError(f"{path} cannot be read in chunks: {error}; {WHOLE}") from None

@@ -88,6 +88,11 @@ class SuggestsCommand(LevelheadError):
         """The sentence, with the command line of a verb behind it."""
         return f"{self.sentence}; try: {self.command(verb)}" if self.path else self.sentence
 
+    def about(self, part: str, path: str) -> "SuggestsCommand":
+        """The same error of a log of which ``part`` is a copy."""
+        renamed = path if self.path == part else self.path
+        return type(self)(self.sentence.replace(part, path), renamed, **self.suggested)
+
     def __str__(self) -> str:
         return self.text()
 
@@ -122,7 +127,7 @@ def check(
     words = [("map", f"{role}={','.join(map_word(name) for name in names)}") for role, names in columns.items()]
     words += [("units", f"{role}={text}") for role, text in (units or {}).items()]
     words += [("counts", f"{role}={text}") for role, text in (counts or {}).items()]
-    for option, value in (("rate", None if rate is None else f"{rate:g}"), ("sensor", sensor), ("session", session)):
+    for option, value in (("rate", None if rate is None else f"{rate:.12g}"), ("sensor", sensor), ("session", session)):
         if value is not None:
             words.append((option, str(value)))
     return Hints(columns, scale, None if rate is None else float(rate), sensor, session, tuple(words))
@@ -135,12 +140,27 @@ def map_word(name: str) -> str:
 
 def command(path: str, options: ReadOnlyFields, verb: str = "fuse") -> str:
     """The command line that reads a file with these hints, ready to paste."""
-    hints = check(
-        options.get("map"), options.get("units"), options.get("counts"), options.get("rate"), options.get("sensor"),
-        options.get("session"),
-    )  # fmt: skip
-    words = [word for option, value in hints.words for word in (f"--{option}", shlex.quote(value))]
+    words = [word for option, value in check_options(options).words for word in (f"--{option}", shlex.quote(value))]
     return " ".join([f"levelhead {verb}", shlex.quote(path), *words])
+
+
+def merge_hints(options: ReadOnlyFields, suggested: ReadOnlyFields) -> Fields:
+    """Hints with others on top; of a role either its unit or its counts stay."""
+    made = dict(options)
+    for option, value in suggested.items():
+        if not isinstance(value, Mapping):
+            made[option] = value
+            continue
+        if option in ("units", "counts"):
+            other = "counts" if option == "units" else "units"
+            made[other] = {role: text for role, text in made.get(other, {}).items() if role not in value}
+        made[option] = {**made.get(option, {}), **value}
+    return made
+
+
+def check_options(options: ReadOnlyFields) -> Hints:
+    """``check`` of hints in a dictionary; what is absent is not given."""
+    return check(**{name: options.get(name) for name in ("map", "units", "counts", "rate", "sensor", "session")})
 
 
 def _columns(role: str, names: Sequence[str] | str) -> list[str]:

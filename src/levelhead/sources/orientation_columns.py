@@ -8,7 +8,7 @@ import numpy as np
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array
 from levelhead.sources.hints import Hints
-from levelhead.sources.interpret import clock_of
+from levelhead.sources.interpret.clock import find_clock
 from levelhead.sources.interpret.roles import assign, quaternion
 from levelhead.sources.pipeline import open_table
 from levelhead.sources.table import Table, stack
@@ -33,7 +33,7 @@ def _track(table: Table, column: str, hints: Hints) -> Track:
     times = roles.columns.get("t", ())
     sensors = {i for role in ("gyr", "acc", "mag") for i in roles.columns.get(role, ())}
     columns = table.read(sorted({*positions, *times, *sensors}), frozenset(times))
-    clock = clock_of(table, roles, hints, columns, [])
+    clock = find_clock(table, roles, hints, columns)
     quat = stack(columns, positions)
     if clock.rows is not None:
         quat = quat[clock.rows]

@@ -1,7 +1,11 @@
 """From a path to a recording: container, tables, streams, one recording."""
 
 import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,24 +16,113 @@ from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.formats import BY_SUFFIX, CONTAINERS, FORMATS, TEXT, Format
 from levelhead.sources.formats.container import Member, members
 from levelhead.sources.formats.kitti import is_oxts, oxts_table
-from levelhead.sources.hints import Hints, NeedsHints, check
-from levelhead.sources.table import Table, add_conclusion, in_memory
+from levelhead.sources.hints import Hints, NeedsHints, check, check_options, merge_hints
+from levelhead.sources.interpret import apply
+from levelhead.sources.interpret import interpret as interpret_table
+from levelhead.sources.interpretation import Interpretation
+from levelhead.sources.table import CachedTable, Table, add_conclusion, in_memory
 
 _TRIES = 4  # hints that may be missing at once
 _BAG = BY_SUFFIX[".bag"]
 _READ = frozenset(BY_SUFFIX)
 
 
-def read_file(path: str | os.PathLike[str], hints: Hints) -> Recording:
-    """The recording in ``path``: a file, a folder or an archive.
+class Log(NamedTuple):
+    """A log that is open.
+
+    Attributes:
+        table: its columns.
+        found: what they mean.
+        is_plain: whether the table is that of the file: nothing was divided, joined or merged.
+    """
+
+    table: CachedTable
+    found: Interpretation
+    is_plain: bool
+
+
+def read_file(
+    path: str | os.PathLike[str], hints: Hints, adjust: Callable[[Interpretation], Interpretation] | None = None
+) -> Recording:
+    """The recording in ``path``: a file, a folder or an archive. ``adjust`` may change what was concluded.
 
     Raises:
         LevelheadError: missing, empty, unreadable, or what its reader says; where hints would settle it, the sentence
             ends with the command line that has been tried and works.
     """
     file = Path(path)
+    with _trying_hints(file, hints), _reading(file):
+        own = _read_own_file(file, hints)
+        if own is not None:
+            return own
+        log = _open(file, hints)
+        return apply(log.found if adjust is None else adjust(log.found), log.table)
+
+
+def interpret(
+    path: str | os.PathLike[str],
+    *,
+    map: Mapping[str, Sequence[str] | str] | None = None,
+    units: Mapping[str, str] | None = None,
+    counts: Mapping[str, str] | None = None,
+    rate: float | None = None,
+    sensor: str | None = None,
+    session: int | None = None,
+) -> Interpretation:
+    """What ``read`` makes of a file, as a value: columns, units, clock, signs, and the basis of each decision.
+
+    Printed, it is a line for each conclusion and the command line that leaves nothing to guess. ``settled()`` gives the
+    same hints as arguments of ``read``, which then gives the same recording.
+
+    Args:
+        path: the file, as for ``read``.
+        map: as for ``read``, as are the others.
+        units: as for ``read``.
+        counts: as for ``read``.
+        rate: as for ``read``.
+        sensor: as for ``read``.
+        session: as for ``read``.
+
+    Raises:
+        LevelheadError: as ``read``, and for a file that levelhead wrote, which needs no interpretation.
+
+    >>> interpret("flight.csv").units  # doctest: +SKIP
+    {'t': 'ms', 'acc': 'g', 'gyr': 'deg/s'}
+    """
+    file, hints = Path(path), check(map, units, counts, rate, sensor, session)
+    with _trying_hints(file, hints), _reading(file):
+        if _read_own_file(file, hints) is not None:
+            raise LevelheadError(f"{file} was written by levelhead, in SI units; there is nothing to interpret")
+        return replace(_open(file, hints).found, source=str(file))
+
+
+def open_log(path: str | os.PathLike[str], hints: Hints) -> Log:
+    """The columns of a log, and what they mean.
+
+    Raises:
+        LevelheadError: as ``read_file``.
+    """
+    file = Path(path)
+    with _trying_hints(file, hints), _reading(file):
+        _check_there(file)
+        return _open(file, hints)
+
+
+def _open(file: Path, hints: Hints) -> Log:
+    from levelhead.sources.join.merge import single_table
+
+    tables, left = _open_tables(file, hints)
+    table, left = single_table(str(file), tables, left)
+    cached = CachedTable(table)
+    found = replace(interpret_table(cached, left), hints=hints)
+    return Log(cached, found, len(tables) == 1 and table is tables[0])
+
+
+@contextmanager
+def _trying_hints(file: Path, hints: Hints) -> Iterator[None]:
+    """Puts the command line behind an error that hints settle."""
     try:
-        return _read(file, hints)
+        yield
     except NeedsHints as error:
         suggested = try_hints(file, hints, error)
         if suggested is None:
@@ -41,18 +134,11 @@ def try_hints(file: Path, hints: Hints, error: NeedsHints) -> Fields | None:
     """Hints with which the file was read, those of the error and what it lacked beside them; None without success."""
     options = hints.options()
     for _ in range(_TRIES):
-        for option, value in error.suggested.items():
-            if isinstance(value, dict):
-                other = "counts" if option == "units" else "units"
-                options[other] = {k: v for k, v in options.get(other, {}).items() if k not in value}
-                options[option] = {**options.get(option, {}), **value}
-            else:
-                options[option] = value
+        options = merge_hints(options, error.suggested)
         try:
-            known = check(
-                **{name: options.get(name) for name in ("map", "units", "counts", "rate", "sensor", "session")}
-            )
-            _read(file, known)
+            with _reading(file):
+                log = _open(file, check_options(options))
+                apply(log.found, log.table)
         except NeedsHints as again:
             if again.suggested == error.suggested:
                 return None
@@ -64,12 +150,12 @@ def try_hints(file: Path, hints: Hints, error: NeedsHints) -> Fields | None:
     return None
 
 
-def _read(file: Path, hints: Hints) -> Recording:
-    from levelhead.sources.join.merge import recording_from_tables
-
+@contextmanager
+def _reading(file: Path) -> Iterator[None]:
+    """One sentence for whatever a damaged file may raise."""
     try:
         with np.errstate(all="ignore"):  # numbers such as 1e308 may stand in any file
-            return _read_own_file(file, hints) or recording_from_tables(str(file), *_open_tables(file, hints))
+            yield
     except (OSError, ValueError) as error:
         if isinstance(error, LevelheadError):
             raise
@@ -149,8 +235,11 @@ def _names(sensor: str, part: Member) -> bool:
 
 def _member(part: Member, hints: Hints, alone: bool) -> list[Table]:
     """The tables of one file; beside others, a file that is no table is left out."""
+    from levelhead.sources.interpret.by_numbers import name_columns
+
     try:
-        found = list(_format(part).tables(part.path, part.shown, hints))
+        given = _format(part).tables(part.path, part.display_path, hints)
+        found = [name_columns(table, hints) for table in given]
         if not alone:
             return [in_memory(table, part.name) for table in found]
     except NeedsHints:
@@ -159,7 +248,11 @@ def _member(part: Member, hints: Hints, alone: bool) -> list[Table]:
         if alone:
             raise
         return []
-    return found if part.path.exists() and part.shown == str(part.path) else [in_memory(table, "") for table in found]
+    return (
+        found
+        if part.path.exists() and part.display_path == str(part.path)
+        else [in_memory(table, "") for table in found]
+    )
 
 
 def _format(part: Member) -> Format:
@@ -171,7 +264,7 @@ def _format(part: Member) -> Format:
     if head and b"\0" not in head and sum(sign > 126 for sign in head) < 0.1 * len(head):
         return TEXT
     raise LevelheadError(
-        f"{part.shown} is not a recording that levelhead reads: it ends in '{part.path.suffix}'; "
+        f"{part.display_path} is not a recording that levelhead reads: it ends in '{part.path.suffix}'; "
         f"expected one of {' '.join(suffix for one in FORMATS for suffix in one.suffixes)} {' '.join(CONTAINERS)}, "
         "or a folder"
     )
@@ -186,12 +279,8 @@ def open_table(path: str | os.PathLike[str], hints: Hints) -> Table:
     file = Path(path)
     if file.suffix.lower() == ".mcap" and file.is_file() and _is_box(file):
         raise LevelheadError(f"{file} has no columns; levelhead.read and levelhead fuse take it whole")
-    try:
+    with _reading(file):
         found, _ = _open_tables(file, hints)
-    except (OSError, ValueError) as error:
-        if isinstance(error, LevelheadError):
-            raise
-        raise LevelheadError(f"cannot read {file}: {_reason(error)}") from error
     if len(found) > 1:
         raise LevelheadError(f"{file} holds {len(found)} tables; name the file with the columns")
     return found[0]

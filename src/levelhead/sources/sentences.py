@@ -27,7 +27,11 @@ def notes(conclusions: Iterable[Conclusion]) -> list[str]:
     return list(dict.fromkeys(sentence(one) for one in conclusions if (one.about, one.reason) not in EXPECTED))
 
 
-EXPECTED = {("t.rate", "hint")}  # conclusions that are no news
+EXPECTED = {  # conclusions that are no news
+    ("t.rate", "hint"), ("t.column", "named"), ("t.column", "hint"), ("t.unit", "declared"), ("t.unit", "hint"),
+    *((f"{role}.{what}", reason) for role in ("gyr", "acc", "mag", "q") for what, reason in (
+        ("columns", "named"), ("columns", "hint"), ("unit", "declared"), ("unit", "hint"))),
+}  # fmt: skip
 
 
 def gyroscope_reason(reason: str, facts: ReadOnlyFields) -> str:
@@ -157,6 +161,8 @@ SENTENCES: Mapping[tuple[str, str], Template] = {
     ("rows", "outside_overlap"): (
         "merged: {value} of {count} gyroscope samples lie outside the accelerometer's time; left out"
     ),
+    ("*.columns", "named"): "{sensor}: {value}, by name",
+    ("*.columns", "hint"): "{sensor}: {value}, as the hint says",
     ("*.columns", "plainest"): _plainest,
     ("*.columns", "gravity_removed"): "{sensor}: {rest} has gravity removed; not taken",
     ("*.columns", "other_table"): "{sensor}: from {value}, not from {rest}",
@@ -220,6 +226,12 @@ SENTENCES: Mapping[tuple[str, str], Template] = {
         "time: '{column}' holds times of arrival, {jitter_ms:.3g} ms rms about the clock of a sensor that samples "
         "regularly, as its readings show; that clock was put back ({missing} samples are missing)"
     ),
+    ("t.column", "named"): "time: '{value}', by name",
+    ("t.column", "hint"): "time: '{value}', as the hint says",
+    ("t.unit", "declared"): "time: in {value}, as the file says",
+    ("t.unit", "hint"): "time: in {value}, as the hint says",
+    ("*.unit", "declared"): "{sensor}: in {value}, as the file says",
+    ("*.unit", "hint"): "{sensor}: in {value}, as the hint says",
     ("*.unit", "preamble"): "{sensor}: {value}, as the preamble says",
     ("*.unit", "vendor"): "{sensor}: taken as {value}, as {vendor} writes it",
     ("*.unit", "hint_against_file"): "{sensor}: the hint says {value} where the file says {file}",

@@ -25,12 +25,15 @@ class Table(Protocol):
         north: whether a reference quaternion is known to point its y axis to magnetic north.
         conclusions: decisions that were made while reading.
         context: what the file, sheet or row type is called, if that names a sensor, else "".
+        unnamed: whether the file names no column; ``names`` are their numbers then, from 1.
         origin: what tells who wrote the file beside its names: lines above the header, names before a merger.
         column_units: position to the unit of a column that the reader knows better than its name does.
     """
 
     @property
     def context(self) -> str: ...  # noqa: D102
+    @property
+    def unnamed(self) -> bool: ...  # noqa: D102
     @property
     def origin(self) -> Sequence[str]: ...  # noqa: D102
     @property
@@ -81,6 +84,11 @@ class ArrayTable:
     labels: Mapping[str, NDArray[np.str_]] = field(default_factory=dict)
 
     @property
+    def unnamed(self) -> bool:
+        """False: arrays have names."""
+        return False
+
+    @property
     def names(self) -> list[str]:
         """The names, in the order of the file."""
         return list(self.arrays)
@@ -113,6 +121,81 @@ class ArrayTable:
     def where(self, row: int) -> str:
         """See ``Table``."""
         return f"row {row}"
+
+
+class CachedTable:
+    """A table of which each column is read once. ``table`` is the table itself; see ``Table``."""
+
+    def __init__(self, table: Table) -> None:
+        self.table = table
+        self._columns: dict[tuple[int, bool], Column] = {}
+
+    @property
+    def source(self) -> str:
+        """See ``Table``."""
+        return self.table.source
+
+    @property
+    def names(self) -> Sequence[str]:
+        """See ``Table``."""
+        return self.table.names
+
+    @property
+    def units(self) -> Mapping[str, str]:
+        """See ``Table``."""
+        return self.table.units
+
+    @property
+    def rate(self) -> float | None:
+        """See ``Table``."""
+        return self.table.rate
+
+    @property
+    def conclusions(self) -> Sequence[Conclusion]:
+        """See ``Table``."""
+        return self.table.conclusions
+
+    @property
+    def context(self) -> str:
+        """See ``Table``."""
+        return self.table.context
+
+    @property
+    def origin(self) -> Sequence[str]:
+        """See ``Table``."""
+        return self.table.origin
+
+    @property
+    def column_units(self) -> Mapping[int, str]:
+        """See ``Table``."""
+        return self.table.column_units
+
+    @property
+    def unnamed(self) -> bool:
+        """See ``Table``."""
+        return self.table.unnamed
+
+    @property
+    def words(self) -> frozenset[int]:
+        """Positions of the columns that hold words."""
+        return words_of(self.table)
+
+    @property
+    def labels(self) -> Mapping[str, NDArray[np.str_]]:
+        """The columns of words, name to (n,) words."""
+        return labels_of(self.table)
+
+    def read(self, wanted: Sequence[int], exact: frozenset[int] = frozenset()) -> dict[int, Column]:
+        """See ``Table``."""
+        missing = [i for i in wanted if (i, i in exact) not in self._columns]
+        if missing:
+            columns = self.table.read(missing, exact & frozenset(missing))
+            self._columns |= {(i, i in exact): column for i, column in columns.items()}
+        return {i: self._columns[i, i in exact] for i in wanted}
+
+    def where(self, row: int) -> str:
+        """See ``Table``."""
+        return self.table.where(row)
 
 
 def in_memory(table: Table, name: str) -> ArrayTable:

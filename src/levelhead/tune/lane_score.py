@@ -81,12 +81,8 @@ def lane_root_mean_squares(
     flt: Filter,
     parameter_sets: Sequence[Params],
     progress: Callable[[float], None] | None = None,
-    observe: Callable[..., Array] = lanes.observe_lanes,
 ) -> Array:
-    """(k, 3) RMS of total, tilt and heading error in degrees, for each of k parameter sets of one filter.
-
-    ``observe`` runs them: ``lanes.observe``, or that of another engine.
-    """
+    """(k, 3) RMS of total, tilt and heading error in degrees, for each of k parameter sets of one filter."""
     truth = recording.truth
     if truth is None:
         raise ValueError("needs a recording with truth")
@@ -101,12 +97,12 @@ def lane_root_mean_squares(
 
     if not (truth.north and recording.mag is not None and "heading" in flt.estimates):  # as score.absolute_heading
         share = 0.5
-        sums = observe(
+        sums = lanes.observe_lanes(
             recording, flt, parameter_sets, OFFSET, real, np.zeros((len(parameter_sets), 2)), progress=report
         )
         half = 0.5 * np.arctan2(sums[:, 0], sums[:, 1])
         start[:, 0], start[:, 1] = np.cos(half), np.sin(half)
         done = 0.5
-    sums = observe(recording, flt, parameter_sets, SQUARES, real, start, progress=report)
+    sums = lanes.observe_lanes(recording, flt, parameter_sets, SQUARES, real, start, progress=report)
     found: Array = np.degrees(2.0 * np.sqrt(sums[:, 2:] / np.count_nonzero(rows)))
     return found

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from levelhead.engine import fuse
-from levelhead.engine.binding import GPU_ENGINES
 from levelhead.engine.threads import map_in_order
 from levelhead.filters.parameters import Params
 from levelhead.guard import Guard
@@ -22,12 +21,11 @@ def score_references(
     errors = [i for i, one in enumerate(held) if one.innovations is None]
     if errors:
         scores[errors] = score_sets([held[i].recording for i in errors], sets, guard, engine)
-    single = "auto" if engine in GPU_ENGINES else engine
 
     def work(pair: tuple[Reference, Params]) -> tuple[float, float, float]:
         one, params = pair
         assert one.innovations is not None
-        return one.innovations.scales(fuse(one.recording, params, guard=guard, engine=single))
+        return one.innovations.scales(fuse(one.recording, params, guard=guard, engine=engine))
 
     predicted = [i for i in range(len(held)) if i not in errors]
     pairs = [(held[i], params) for i in predicted for params in sets]

@@ -1,14 +1,12 @@
-"""The errors of many parameter sets of one filter: side by side in lanes or on a GPU, or run by run on all cores."""
+"""The errors of many parameter sets of one filter: side by side in lanes, or run by run on all cores."""
 
-import functools
 from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from levelhead import filters
-from levelhead.engine import fuse, lanes
+from levelhead.engine import fuse
 from levelhead.engine.batch import DEFAULT_GUARD
-from levelhead.engine.binding import GPU_ENGINES, check_engine
 from levelhead.engine.parallel import engine_for_sets, lanes_are_faster
 from levelhead.engine.threads import map_in_order
 from levelhead.evaluate.score import root_mean_squares
@@ -32,22 +30,16 @@ def score_sets(
     Args:
         recordings: with truth.
         parameter_sets: of one filter.
-        guard: as for ``fuse``; with another one than the default the sets are tried one by one, but for a GPU.
+        guard: as for ``fuse``; with another one than the default the sets are tried one by one.
         engine: as for ``fuse_parameter_sets``.
         progress: called with the fraction done, 0 to 1.
     """
     flt = filters.of(parameter_sets[0])
     samples = sum(map(len, recordings)) * len(parameter_sets)
     chosen = engine_for_sets(engine, samples, flt, guard is not None)
-    if chosen in GPU_ENGINES:
-        from levelhead.engine import cuda
-
-        check_engine(chosen)
-        observe = functools.partial(cuda.observe_on_gpu, guard=guard, engine=chosen)
-        return _score_side_by_side(recordings, parameter_sets, progress, observe)
     worth = engine == "compiled" or samples >= WORTH_COMPILING
     if guard == DEFAULT_GUARD and chosen == "compiled" and worth and lanes_are_faster(flt, len(parameter_sets)):
-        return _score_side_by_side(recordings, parameter_sets, progress, lanes.observe_lanes)
+        return _score_side_by_side(recordings, parameter_sets, progress)
     pairs = [(recording, params) for recording in recordings for params in parameter_sets]
 
     def work(pair: tuple[Recording, Params]) -> tuple[float, float, float]:
@@ -66,7 +58,6 @@ def _score_side_by_side(
     recordings: Sequence[Recording],
     parameter_sets: Sequence[Params],
     progress: Callable[[float], None] | None,
-    observe: Callable[..., Array],
 ) -> Array:
     flt, scores = filters.of(parameter_sets[0]), []
     for done, recording in enumerate(recordings):
@@ -75,5 +66,5 @@ def _score_side_by_side(
             if progress is not None:
                 progress((done + part) / len(recordings))
 
-        scores.append(lane_score.lane_root_mean_squares(recording, flt, parameter_sets, report, observe))
+        scores.append(lane_score.lane_root_mean_squares(recording, flt, parameter_sets, report))
     return np.array(scores)

@@ -9,7 +9,7 @@ import numpy as np
 from levelhead import filters
 from levelhead.engine import fuse
 from levelhead.engine.batch import DEFAULT_GUARD
-from levelhead.engine.binding import GPU_ENGINES, check_engine
+from levelhead.engine.binding import check_engine
 from levelhead.engine.threads import map_in_order
 from levelhead.errors import LevelheadError, nearest
 from levelhead.evaluate.score import root_mean_squares
@@ -60,7 +60,7 @@ def tune_filter(
         goal: "truth": the least error; "smoother": the least distance from the smoother's orientation; "likelihood": of
             the innovations (``innovations``); None: the truth where a recording has one, else the smoother.
         guard: as for ``fuse``.
-        engine: as for ``fuse_parameter_sets``; on a GPU go the many runs of the search, not the single ones beside it.
+        engine: as for ``fuse_parameter_sets``.
         runs: of the filter, for one search; None: 80 for each parameter.
         seed: of the search.
         cross_validate: search again without each log (of more than five: each fifth of them; of one: each third of it)
@@ -77,7 +77,7 @@ def tune_filter(
     follows = "heading" in filters.of(space.params).estimates and all(one.mag is not None for one in given)
     chosen: Metric = metric or ("total" if follows else "tilt")
     check_engine(engine)
-    held = references(given, goal, chosen != "tilt", guard, _for_one_run(engine))
+    held = references(given, goal, chosen != "tilt", guard, engine)
     return search_references(
         space, chosen, held, given, guard=guard, engine=engine, runs=runs, seed=seed, cross_validate=cross_validate,
         progress=progress,
@@ -217,7 +217,7 @@ class _Search:
         return error_bands(recording, track, self.metric == "tilt")
 
     def _track(self, recording: Recording, params: Params) -> Track:
-        return fuse(recording, params, guard=self.guard, engine=_for_one_run(self.engine))
+        return fuse(recording, params, guard=self.guard, engine=self.engine)
 
     def _check(self, given: Sequence[Recording], held: Sequence[Reference], best: Params) -> TruthCheck | None:
         """Errors against the truth of what was found without it."""
@@ -230,11 +230,6 @@ class _Search:
             tracks = [smoothed, *(self._track(recording, params) for params in (self.space.params, best))]
             rows.append([root_mean_squares(apart, track)[self._column] for track in tracks])
         return TruthCheck(*np.array(rows).T) if rows else None
-
-
-def _for_one_run(engine: str) -> str:
-    """The engine of a single run where the many runs of a search go to ``engine``."""
-    return "auto" if engine in GPU_ENGINES else engine
 
 
 def _folds(held: Sequence[Reference]) -> list[Split]:

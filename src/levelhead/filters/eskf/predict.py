@@ -108,7 +108,7 @@ def add_process_noise(params: ESKF, m: Floats, n: int) -> None:
     """Q of a block: noise of the readings on attitude and velocity, and the random walks of all other states."""
     time = m[at.BLOCK_TIME]
     noise = params.gyr_noise * DEGREE
-    share = params.gyr_share
+    share = params.gyr_noise_per_rate
     add_variance(m, at.ATTITUDE, 3, noise * noise * time + share * share * m[at.INT_RATE2] + m[at.ADDED_VARIANCE])
     add_variance(m, at.HEADING, 1, m[at.ADDED_HEADING_VARIANCE])
     without = time - m[at.ACC_TIME]

@@ -54,7 +54,7 @@ def predict_block(params: EKF, p: Cov, attitude: Quat, sums: Sums, dt: float) ->
     noise = params.gyr_noise * DEGREE
     walk = params.bias_walk * DEGREE
     time = sums.time
-    turn = noise * noise * time + params.gyr_scale * params.gyr_scale * sums.int_rate2
+    turn = noise * noise * time + params.gyr_noise_per_rate * params.gyr_noise_per_rate * sums.int_rate2
     return predict(p, quat.matrix(attitude), turn, walk * walk * time, time)
 
 

@@ -7,7 +7,8 @@ import numpy as np
 
 from levelhead.engine.calibration_history import CalibrationHistory
 from levelhead.publish.plots import style
-from levelhead.publish.plots.chart import Band, Line, Panel, Picture, draw
+from levelhead.publish.plots.chart import draw
+from levelhead.publish.plots.picture import Band, Line, Panel, Picture
 from levelhead.recording import Array
 
 ROOM = 3.0  # of the σ that a number has in the middle of the recording: how far the axis reaches beyond the curves

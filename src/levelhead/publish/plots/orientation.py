@@ -8,8 +8,9 @@ import numpy as np
 from levelhead import filters
 from levelhead.filters import health
 from levelhead.publish.plots import angles, style
-from levelhead.publish.plots.chart import Band, Bars, Line, Panel, Picture, draw
+from levelhead.publish.plots.chart import draw
 from levelhead.publish.plots.curves import area, envelope, envelope_of, flagged_ranges, join, stretches
+from levelhead.publish.plots.picture import Band, Bars, Line, Panel, Picture
 from levelhead.recording import Array, Recording
 from levelhead.track import Track
 from levelhead.units import GRAVITY

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from levelhead.atomic import atomic_path
 from levelhead.errors import LevelheadError
-from levelhead.publish.plots.chart import Band, Line, Panel, Picture, ticks, y_limits
+from levelhead.publish.plots.picture import Band, Line, Panel, Picture, ticks, y_limits
 from levelhead.recording import Array
 
 if TYPE_CHECKING:

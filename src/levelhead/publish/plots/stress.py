@@ -7,7 +7,8 @@ import numpy as np
 from levelhead.bench.stress import Stress
 from levelhead.evaluate.fault_response import FaultResponse
 from levelhead.publish.plots import style
-from levelhead.publish.plots.chart import Band, Line, Panel, Picture, draw
+from levelhead.publish.plots.chart import draw
+from levelhead.publish.plots.picture import Band, Line, Panel, Picture
 
 COLUMNS = 3
 LEAST, ROOM = 5.0, 1.15  # deg that an axis shows at least; times the first filter's largest error, at most

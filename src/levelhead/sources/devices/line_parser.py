@@ -3,28 +3,26 @@
 The first lines are looked at like a file; what was concluded (columns, units) then holds for all that follow.
 """
 
-import json
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from levelhead import units
 from levelhead.errors import LevelheadError
 from levelhead.open_types import Fields, ReadOnlyFields
 from levelhead.sample import Sample, Triple
 from levelhead.sources.conclusion import Conclusion
+from levelhead.sources.formats.json_log import Garbage, flatten_line
 from levelhead.sources.formats.text import labelled
 from levelhead.sources.formats.text.cells import MISSING, cells, is_comment
-from levelhead.sources.formats.text.dialect import Layout, layout_of
-from levelhead.sources.hints import QUANTITY, Hints, Scale
-from levelhead.sources.interpret import assemble
+from levelhead.sources.formats.text.layout import Layout, layout_of
+from levelhead.sources.hints import Hints
+from levelhead.sources.interpret import interpret
 from levelhead.sources.interpret.by_numbers import map_words
 from levelhead.sources.interpret.raw_counts import DEFAULT_SCALES, mpu6050_scales
 from levelhead.sources.interpret.roles import assign
-from levelhead.sources.names.column_name import RELATIVE
 from levelhead.sources.table import ArrayTable
 
 LOOK = 20  # lines of numbers by which units are judged
@@ -34,10 +32,6 @@ SHORTEST = 1e-3  # s between two samples, at least
 UNDERSTOOD = 0.5  # s from the first line, after which it is said what is still missing
 FEWEST = 6  # numbers of a gyroscope and an accelerometer
 PATIENCE = 200  # lines that make no sense, before it is said that none does
-
-
-class Garbage(ValueError):
-    """A line that is none: for counting, not for people."""
 
 
 class StampedLine(NamedTuple):
@@ -75,9 +69,10 @@ class Lines:
         self._names: tuple[str, ...] = ()
         self._layout: Layout | None = None  # of CSV
         # Of JSON and labelled text: a line as numbers by name.
-        self._named: Callable[[str], Mapping[str, float]] = flatten_json
+        self._named: Callable[[str], Mapping[str, float]] = flatten_line
         self._part: dict[str, float] = {}  # of a sample that stands on several lines: what came so far
         self._columns: dict[str, QuantityColumns] = {}
+        self._fraction = 0.0  # s of a second column of stamps
 
     @property
     def known(self) -> bool:
@@ -122,7 +117,7 @@ class Lines:
             return ""
         waits = "lines" if len(self._seen) < LOOK else "names"
         last = self._seen[-1][0]
-        named = self._named is not flatten_json or last.startswith("{")
+        named = self._named is not flatten_line or last.startswith("{")
         if waits == self._waits or (waits == "names" and named):
             return ""
         self._waits = waits
@@ -151,14 +146,21 @@ class Lines:
     def _sample(self, row: StampedLine) -> Sample:
         gyr, acc = self._triple("gyr", row), self._triple("acc", row)
         assert gyr is not None and acc is not None  # `assign` has seen to it
+        if (gravity := self._triple("gravity", row)) is not None:
+            acc = acc[0] + gravity[0], acc[1] + gravity[1], acc[2] + gravity[2]
         mag = self._triple("mag", row)
         if mag is not None and not all(map(math.isfinite, mag)):
             mag = None
         time = self._columns.get("t")
-        t = row.at if time is None else row.values[time.positions[0]] * time.scale
+        t = row.at if time is None else self._seconds(row.values, time)
         if not math.isfinite(t):
             raise Garbage
         return Sample(t, gyr, acc, mag)
+
+    def _seconds(self, values: Sequence[float], time: QuantityColumns) -> float:
+        if len(time.positions) == 1:
+            return values[time.positions[0]] * time.scale
+        return values[time.positions[0]] + values[time.positions[1]] * self._fraction
 
     def _triple(self, role: str, row: StampedLine) -> Triple | None:
         column = self._columns.get(role)
@@ -177,7 +179,7 @@ class Lines:
             given = self._named(text)
             if not set(self._names) & set(given):
                 raise Garbage
-            if self._named is flatten_json:
+            if self._named is flatten_line:
                 return [given.get(name, math.nan) for name in self._names]
             return self._complete(given)
         found = cells(text, self._layout.delimiter)
@@ -204,7 +206,7 @@ class Lines:
         lines = [text for text, _ in self._seen]
         self._layout, self._part = None, {}
         if lines[-1].startswith("{"):
-            self._named = flatten_json
+            self._named = flatten_line
             self._names = tuple(dict.fromkeys(name for text in lines for name in _or_nothing(text)))
         elif labelled.looks_labelled(lines):
             self._named = labelled.parse
@@ -288,17 +290,21 @@ class Lines:
             if (counts := mpu6050_scales(gyr, acc)) is not None:
                 hints = Hints(hints.map, counts)
                 self.conclusions.append(DEFAULT_SCALES)
-        scale = hints.scale
         if "t" not in roles.columns:  # the host's clock stands in
             arrays, hints = self._stamp_rows(arrays, rows, hints)
         else:
             arrays = _forward(arrays, names[roles.columns["t"][0]])
-        said: Mapping[str, str] = assemble(ArrayTable(self.source, arrays), hints).meta["units"]
-        found = {}
-        for role, positions in roles.columns.items():
-            if role in QUANTITY:
-                found[role] = QuantityColumns(positions, _factor(role, scale.get(role), said))
-        return found
+        found = interpret(ArrayTable(self.source, arrays), hints)
+        before = len(arrays) - len(names)  # the host's clock stands in front
+        made = {
+            role: QuantityColumns(tuple(i - before for i in found.positions[role]), scale.factor / scale.divisor)
+            for role, scale in ({"t": found.clock.scale} | dict(found.scales)).items()
+            if role in ("gyr", "acc", "mag") or (role == "t" and not before)
+        }
+        self._fraction = found.clock.fraction
+        if "gravity" in found.positions:
+            made["gravity"] = QuantityColumns(tuple(i - before for i in found.positions["gravity"]), made["acc"].scale)
+        return made
 
     def _stamp_rows(self, arrays: ReadOnlyFields, rows: Sequence[StampedLine], hints: Hints) -> tuple[Fields, Hints]:
         # Lines come in bursts; samples are taken evenly.
@@ -312,13 +318,6 @@ def _forward(arrays: ReadOnlyFields, time: str) -> Fields:
     best = np.maximum.accumulate(np.where(np.isfinite(stamps), stamps, -np.inf))
     keep = np.isfinite(stamps) & (stamps > np.concatenate([[-np.inf], best[:-1]]))
     return {name: column[keep] for name, column in arrays.items()}
-
-
-def _factor(role: str, hint: Scale | None, said: Mapping[str, str]) -> float:
-    if hint is not None:
-        return hint.factor / hint.divisor
-    unit = said.get(role, RELATIVE)
-    return 1.0 if unit == RELATIVE else units.factor(QUANTITY[role], unit)
 
 
 def _is_word(cell: str) -> bool:
@@ -354,47 +353,8 @@ def _or_nan(cell: str, comma: bool) -> float:
         return math.nan
 
 
-def flatten_json(text: str) -> dict[str, float]:
-    """A JSON object as names and numbers: {"gyr": [1, 2, 3]} is gyr_x, gyr_y, gyr_z; {"acc": {"x": 1}} is acc_x.
-
-    Raises:
-        Garbage: no object, or no JSON.
-    """
-    try:
-        given = json.loads(text, parse_constant=lambda name: math.nan if name == "NaN" else math.inf)
-    except (ValueError, RecursionError):
-        raise Garbage from None
-    if not isinstance(given, dict):
-        raise Garbage
-    found: dict[str, float] = {}
-    for name, value in given.items():
-        parts: Fields = {name: value}
-        if isinstance(value, list):
-            axes = "wxyz" if len(value) == 4 else "xyz"
-            parts = {f"{name}_{axis}": part for axis, part in zip(axes, value, strict=False)}
-        elif isinstance(value, dict):
-            parts = dict(_leaves(value, f"{name}_"))
-        for key, part in parts.items():
-            if part is None:
-                found[key] = math.nan
-            elif isinstance(part, int | float) and not isinstance(part, bool):
-                if math.isinf(part):
-                    raise Garbage
-                found[key] = float(part)
-    return found
-
-
-def _leaves(node: Mapping[str, object], prefix: str) -> Iterator[tuple[str, object]]:
-    """Names and values in objects within objects: {"gyro": {"x": 1}} in "imu" is imu_gyro_x."""
-    for key, value in node.items():
-        if isinstance(value, dict):
-            yield from _leaves(value, f"{prefix}{key}_")
-        else:
-            yield f"{prefix}{key}", value
-
-
 def _or_nothing(text: str) -> Mapping[str, float]:
     try:
-        return flatten_json(text)
+        return flatten_line(text)
     except Garbage:
         return {}

@@ -18,7 +18,7 @@ class Member(NamedTuple):
 
     path: Path
     name: str
-    shown: str
+    display_path: str
 
 
 @contextmanager

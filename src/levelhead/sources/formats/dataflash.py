@@ -24,7 +24,7 @@ _UNITS = {"Gyr": "rad/s", "Acc": "m/s²", "Mag": "mG"}
 _SENSORS = ("IMU", "MAG", "GYR", "ACC")
 
 
-def tables(path: Path, shown: str, hints: Hints) -> Sequence[ArrayTable]:
+def tables(path: Path, display_path: str, hints: Hints) -> Sequence[ArrayTable]:
     """One table for each inertial unit and each compass.
 
     Raises:
@@ -32,16 +32,16 @@ def tables(path: Path, shown: str, hints: Hints) -> Sequence[ArrayTable]:
     """
     raw = path.read_bytes()
     if _MARK + bytes([_FMT]) not in raw[:4096]:
-        raise LevelheadError(f"{shown} is no DataFlash log of ArduPilot: no FMT message stands at its start")
+        raise LevelheadError(f"{display_path} is no DataFlash log of ArduPilot: no FMT message stands at its start")
     kinds, starts = _scan(raw)
     found = []
     for number, (name, dtype, letters) in kinds.items():
         if name.startswith(_SENSORS) and (places := starts.get(number)):
             size = dtype.itemsize
             rows = np.frombuffer(b"".join(raw[place + 3 : place + 3 + size] for place in places), dtype)
-            found += _tables(shown, name, rows, letters)
+            found += _tables(display_path, name, rows, letters)
     if not found:
-        raise LevelheadError(f"{shown} has no IMU messages; expected a log with LOG_BITMASK's IMU bit set")
+        raise LevelheadError(f"{display_path} has no IMU messages; expected a log with LOG_BITMASK's IMU bit set")
     return found
 
 
@@ -74,7 +74,9 @@ def _scan(raw: bytes) -> tuple[dict[int, tuple[str, np.dtype[np.void], str]], di
     return kinds, starts
 
 
-def _tables(shown: str, name: str, rows: "np.ndarray[tuple[int], np.dtype[np.void]]", letters: str) -> list[ArrayTable]:
+def _tables(
+    display_path: str, name: str, rows: "np.ndarray[tuple[int], np.dtype[np.void]]", letters: str
+) -> list[ArrayTable]:
     titles = list(rows.dtype.names or ())
     columns = {}
     for title, letter in zip(titles, letters, strict=True):
@@ -85,8 +87,10 @@ def _tables(shown: str, name: str, rows: "np.ndarray[tuple[int], np.dtype[np.voi
     if "I" in columns and len(np.unique(columns["I"])) > 1:
         return [
             ArrayTable(
-                shown, {title: column[columns["I"] == i] for title, column in columns.items()}, context=f"{name} {i}"
+                display_path,
+                {title: column[columns["I"] == i] for title, column in columns.items()},
+                context=f"{name} {i}",
             )
             for i in np.unique(columns["I"])
         ]
-    return [ArrayTable(shown, columns, context=name)]
+    return [ArrayTable(display_path, columns, context=name)]

@@ -12,13 +12,13 @@ from levelhead.sources.hints import Hints
 from levelhead.sources.table import ArrayTable
 
 
-def hdf5(path: str | os.PathLike[str], shown: str | None = None) -> ArrayTable:
+def hdf5(path: str | os.PathLike[str], display_path: str | None = None) -> ArrayTable:
     """The datasets of an HDF5 file as columns; an attribute "unit" or "units" counts.
 
     Raises:
         LevelheadError: h5py is not installed; truncated, damaged, or no HDF5 at all.
     """
-    source = shown or os.fspath(path)
+    source = display_path or os.fspath(path)
     try:
         import h5py
     except ImportError:
@@ -57,6 +57,6 @@ def _text(value: Handle) -> str:
     return str(value) if isinstance(value, str) else ""
 
 
-def tables(path: Path, shown: str, hints: Hints) -> list[ArrayTable]:
+def tables(path: Path, display_path: str, hints: Hints) -> list[ArrayTable]:
     """The one table of an HDF5 file."""
-    return [hdf5(path, shown)]
+    return [hdf5(path, display_path)]

@@ -1,6 +1,8 @@
 """MATLAB files up to version 7; version 7.3 is HDF5."""
 
 import os
+import struct
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -9,16 +11,18 @@ import numpy as np
 from levelhead.errors import LevelheadError, require
 from levelhead.open_types import Fields
 from levelhead.sources.formats.hdf5 import hdf5
-from levelhead.sources.formats.matlab_tags import check_tags
 from levelhead.sources.formats.named_arrays import by_length, tabulate
 from levelhead.sources.hints import Hints
-from levelhead.sources.names.column_name import understand
 from levelhead.sources.table import ArrayTable
 
 HDF5 = b"\x89HDF\r\n\x1a\n"
+_HEADER = 128  # bytes
+_PLAIN = frozenset((1, 2, 3, 4, 5, 6, 7, 9, 12, 13, 16, 17, 18))  # numbers and letters
+_FLAGS, _MATRIX, _COMPRESSED = 6, 14, 15
+_NESTING = frozenset((1, 2, 3, 16, 17))  # classes that hold matrices: cell, structure, object, function, opaque
 
 
-def matlab(path: str | os.PathLike[str], shown: str | None = None) -> ArrayTable:
+def matlab(path: str | os.PathLike[str], display_path: str | None = None) -> ArrayTable:
     """The variables of a .mat file (v4 to v7) as columns; the fields of structures get a dot in their name.
 
     Raises:
@@ -27,7 +31,7 @@ def matlab(path: str | os.PathLike[str], shown: str | None = None) -> ArrayTable
     require("scipy", "reading MATLAB files", "formats")
     import scipy.io
 
-    source = shown or os.fspath(path)
+    source = display_path or os.fspath(path)
     try:
         check_tags(Path(path).read_bytes())
         variables = scipy.io.loadmat(path)
@@ -57,16 +61,50 @@ def _flatten(name: str, value: Any, arrays: Fields, texts: list[str]) -> None:
         arrays[name] = value
 
 
-def tables(path: Path, shown: str, hints: Hints) -> list[ArrayTable]:
-    """The one table of a .mat file; version 7.3 is HDF5."""
+def check_tags(raw: bytes) -> None:
+    """Walks through all elements of a file of version 5 to 7 that are whole; what is cut off is left to SciPy.
+
+    SciPy takes the type from the file for an index, and a damaged one ends the process (SciPy pull request 25829). The
+    format: MAT-File Format, MathWorks, 2024, chapter 1. Each element is a tag of 8 bytes, type and size, and the data;
+    up to four bytes of data stand in the tag itself. A matrix is a sequence of elements: flags, dimensions, name,
+    contents.
+
+    Raises:
+        LevelheadError: an element has a type that does not exist, or not there.
+    """
+    order = {b"\0\1IM": "<", b"\1\0MI": ">"}.get(raw[124:_HEADER])  # version 1, and the order of bytes
+    if order is not None:
+        _walk(memoryview(raw)[_HEADER:], order, True)
+
+
+def _walk(data: memoryview, order: str, nesting: bool) -> None:
+    at = 0
+    while at + 8 <= len(data):
+        kind, size = struct.unpack_from(order + "II", data, at)
+        small = kind >> 16 != 0
+        if small:
+            kind, size = kind & 0xFFFF, kind >> 16
+        begin = at + (4 if small else 8)
+        if size > len(data) - begin:
+            return
+        _check(data[begin : begin + size], kind, order, nesting)
+        at = at + 8 if small else begin + (size if kind == _COMPRESSED else (size + 7) // 8 * 8)
+
+
+def _check(data: memoryview, kind: int, order: str, nesting: bool) -> None:
+    if kind in _PLAIN:
+        return
+    if not nesting or kind not in (_MATRIX, _COMPRESSED):
+        raise LevelheadError(f"data of type {kind}")
+    if kind == _COMPRESSED:
+        _walk(memoryview(zlib.decompress(data)), order, True)
+    elif len(data) >= 12:
+        first, _, flags = struct.unpack_from(order + "III", data)
+        _walk(data, order, first == _FLAGS and flags & 0xFF in _NESTING)
+
+
+def tables(path: Path, display_path: str, hints: Hints) -> list[ArrayTable]:
+    """The tables of a .mat file, one for arrays of each length; version 7.3 is HDF5."""
     with open(path, "rb") as file:
         is_hdf5 = HDF5 in (file.read(8), file.seek(512) and file.read(8))
-    table = hdf5(path, shown) if is_hdf5 else matlab(path, shown)
-    known = [understand(name) for name in table.names]
-    unnamed = [i for i, name in enumerate(table.names) if name.endswith("]") and "[" in name and not known[i].role]
-    times = [i for i, name in enumerate(known) if name.role == "t"]
-    if len(unnamed) == 6 and len(times) == 1 and not {"gyr", "acc"} & {name.role for name in known} and not hints.map:
-        from levelhead.sources.interpret.converter_counts import with_sensors
-
-        return [with_sensors(table, unnamed, times[0]) or table]
-    return list(by_length(table))
+    return by_length(hdf5(path, display_path) if is_hdf5 else matlab(path, display_path))

@@ -74,17 +74,13 @@ def read_own(path: Path, hints: Hints) -> Recording | None:
     return _own(path, arrays)
 
 
-def table(path: Path) -> ArrayTable:
+def _archive(path: Path, display_path: str) -> ArrayTable:
     """The arrays of any .npz as columns; in levelhead's own, time is in seconds."""
     arrays = load_arrays(path)
     if _MARK in arrays and "t" in arrays:
         arrays["t [s]"] = arrays.pop("t")
-    return _tabulate(path, arrays)
-
-
-def _tabulate(path: Path, arrays: Mapping[str, NDArray[Any]]) -> ArrayTable:
     info = "\n".join(str(value) for value in arrays.values() if value.dtype.kind == "U" and value.size == 1)
-    return tabulate(str(path), arrays, info)
+    return tabulate(display_path, arrays, info)
 
 
 def load_arrays(path: Path) -> dict[str, NDArray[Any]]:
@@ -160,19 +156,19 @@ def _own(path: Path, arrays: Mapping[str, NDArray[Any]]) -> Recording:
         raise LevelheadError(f"{path}: {error}") from None
 
 
-def tables(path: Path, shown: str, hints: Hints) -> list[ArrayTable]:
+def tables(path: Path, display_path: str, hints: Hints) -> list[ArrayTable]:
     """The one table of an .npz, or of a single array (.npy)."""
-    return [_single(path, shown) if path.suffix.lower() == ".npy" else table(path)]
+    return [_single(path, display_path) if path.suffix.lower() == ".npy" else _archive(path, display_path)]
 
 
-def _single(path: Path, shown: str) -> ArrayTable:
+def _single(path: Path, display_path: str) -> ArrayTable:
     """The columns of numpy.save's array: those of its fields, or by number."""
     try:
         array = np.load(path, allow_pickle=False)
     except (ValueError, OSError, EOFError, tokenize.TokenError, SyntaxError) as error:
-        raise LevelheadError(f"{shown} is no array of numbers, or it is damaged") from error
+        raise LevelheadError(f"{display_path} is no array of numbers, or it is damaged") from error
     if not isinstance(array, np.ndarray):
-        raise LevelheadError(f"{shown} is named .npy but is an archive; expected the suffix .npz")
+        raise LevelheadError(f"{display_path} is named .npy but is an archive; expected the suffix .npz")
     if array.dtype.names:
-        return tabulate(shown, {name: array[name] for name in array.dtype.names})
-    return tabulate(shown, {"column": array})
+        return tabulate(display_path, {name: array[name] for name in array.dtype.names})
+    return tabulate(display_path, {"column": array})

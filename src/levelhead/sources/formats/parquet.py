@@ -11,13 +11,13 @@ from levelhead.sources.hints import Hints
 from levelhead.sources.table import ArrayTable
 
 
-def parquet(path: str | os.PathLike[str]) -> ArrayTable:
+def parquet(path: str | os.PathLike[str], display_path: str | None = None) -> ArrayTable:
     """The columns of a Parquet file; structures become columns with a dot in their name.
 
     Raises:
         LevelheadError: pyarrow is not installed; damaged file; no numbers in it.
     """
-    source = os.fspath(path)
+    source = display_path or os.fspath(path)
     try:
         import pyarrow as pa
         import pyarrow.parquet as pq
@@ -61,6 +61,6 @@ def columns_of(table: Handle, source: str) -> Fields:
     return arrays
 
 
-def tables(path: Path, shown: str, hints: Hints) -> list[ArrayTable]:
+def tables(path: Path, display_path: str, hints: Hints) -> list[ArrayTable]:
     """The one table of a Parquet file."""
-    return [parquet(path)]
+    return [parquet(path, display_path)]

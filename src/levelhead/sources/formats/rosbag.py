@@ -226,6 +226,6 @@ def _made(recording: Recording, track: Track | None, types: Handle, first: bool)
             yield MAG, at, types[MAG](head, field, unknown)
 
 
-def tables(path: Path, shown: str, hints: Hints) -> list[ArrayTable]:
+def tables(path: Path, display_path: str, hints: Hints) -> list[ArrayTable]:
     """The one table of a bag."""
     return [bag(path, hints)]

@@ -22,7 +22,7 @@ _VECTORS = {  # topic to (name of its vector's fields, sensor, unit)
 }  # fmt: skip
 
 
-def tables(path: Path, shown: str, hints: Hints) -> Sequence[ArrayTable]:
+def tables(path: Path, display_path: str, hints: Hints) -> Sequence[ArrayTable]:
     """One table for each topic with a sensor in it; sensor_combined, which PX4's own filter uses, before raw ones.
 
     Raises:
@@ -32,24 +32,24 @@ def tables(path: Path, shown: str, hints: Hints) -> Sequence[ArrayTable]:
         from pyulog import ULog
     except ImportError:
         raise LevelheadError(
-            f"{shown} is PX4's ULog; reading it needs pyulog: pip install 'levelhead[formats]'"
+            f"{display_path} is PX4's ULog; reading it needs pyulog: pip install 'levelhead[formats]'"
         ) from None
     try:
         topics = ULog(str(path), WANTED).data_list
     except Exception as error:  # pyulog raises many kinds for a damaged file
-        raise LevelheadError(f"{shown} is no ULog, or it is damaged") from error
-    found = [table for topic in topics if (table := _table(topic, shown)) is not None]
+        raise LevelheadError(f"{display_path} is no ULog, or it is damaged") from error
+    found = [table for topic in topics if (table := _table(topic, display_path)) is not None]
     combined = [table for table in found if table.context.startswith("sensor_combined")]
     if combined:
         found = combined + [table for table in found if table.context.startswith("vehicle_magnetometer")]
     if not found:
         raise LevelheadError(
-            f"{shown} has no topic sensor_combined, sensor_gyro and sensor_accel; switch their logging on"
+            f"{display_path} has no topic sensor_combined, sensor_gyro and sensor_accel; switch their logging on"
         )
     return found
 
 
-def _table(topic: object, shown: str) -> ArrayTable | None:
+def _table(topic: object, display_path: str) -> ArrayTable | None:
     name, number, data = topic.name, topic.multi_id, topic.data  # type: ignore[attr-defined]
     columns = {"timestamp [us]": np.asarray(data["timestamp"]).astype(np.int64)}
     for field, sensor, unit in _VECTORS.get(name, ()):
@@ -60,7 +60,7 @@ def _table(topic: object, shown: str) -> ArrayTable | None:
     if len(columns) == 1:
         return None
     return ArrayTable(
-        shown,
+        display_path,
         columns,
         context=f"{name} {number}" if number else name,
         conclusions=[Conclusion("frame", "ulog", "x forward, z down", Basis.HEADER, {"topic": name})],

@@ -15,7 +15,7 @@ from levelhead.sources.table import ArrayTable
 _LOOK = 60  # rows that may stand above the numbers
 
 
-def tables(path: Path, shown: str, hints: Hints) -> Sequence[ArrayTable]:
+def tables(path: Path, display_path: str, hints: Hints) -> Sequence[ArrayTable]:
     """One table for each sheet that holds columns of numbers.
 
     Raises:
@@ -25,22 +25,24 @@ def tables(path: Path, shown: str, hints: Hints) -> Sequence[ArrayTable]:
         from python_calamine import CalamineWorkbook
     except ImportError:
         raise LevelheadError(
-            f"{shown} is a workbook; reading it needs python-calamine: pip install 'levelhead[formats]'"
+            f"{display_path} is a workbook; reading it needs python-calamine: pip install 'levelhead[formats]'"
         ) from None
     found = []
     try:
         with CalamineWorkbook.from_path(str(path)) as book:
             for name in book.sheet_names:
-                if (table := _table(book.get_sheet_by_name(name).to_python(), name, shown)) is not None:
+                if (table := _table(book.get_sheet_by_name(name).to_python(), name, display_path)) is not None:
                     found.append(table)
     except Exception as error:  # calamine raises many kinds for a damaged file
-        raise LevelheadError(f"{shown} is no workbook, or it is damaged") from error
+        raise LevelheadError(f"{display_path} is no workbook, or it is damaged") from error
     if not found:
-        raise LevelheadError(f"{shown} has no sheet with columns of numbers; expected a header and one row per sample")
+        raise LevelheadError(
+            f"{display_path} has no sheet with columns of numbers; expected a header and one row per sample"
+        )
     return found
 
 
-def _table(rows: list[list[Handle]], sheet: str, shown: str) -> ArrayTable | None:
+def _table(rows: list[list[Handle]], sheet: str, display_path: str) -> ArrayTable | None:
     start = next(
         (i for i, row in enumerate(rows[:_LOOK]) if _numbers(row) > 0.5 * len(row) and _numbers(row) > 0), None
     )
@@ -63,7 +65,7 @@ def _table(rows: list[list[Handle]], sheet: str, shown: str) -> ArrayTable | Non
         else:
             arrays[title] = np.array([_number(cell) for cell in column])
     rate = rate_in([" ".join(row) for row in above])
-    return ArrayTable(f"{shown}, sheet '{sheet}'", arrays, rate=rate, context=sheet, column_units=units)
+    return ArrayTable(f"{display_path}, sheet '{sheet}'", arrays, rate=rate, context=sheet, column_units=units)
 
 
 def _numbers(row: Sequence[Handle]) -> int:

@@ -1,8 +1,8 @@
-"""From a table to a Recording: roles, time, units from hint, header or evidence, signs, reference."""
+"""From a table to a Recording: ``interpret`` finds out what its columns mean, ``apply`` makes the recording of that."""
 
-from collections.abc import Sequence
-from contextlib import suppress
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,331 +11,328 @@ from levelhead.errors import LevelheadError
 from levelhead.open_types import ReadOnlyFields
 from levelhead.recording import Array, Recording, median
 from levelhead.signals.field_turn import field_turn, is_normalised
-from levelhead.signals.gravity_direction import is_gravity
 from levelhead.sources.conclusion import Basis, Conclusion
-from levelhead.sources.hints import MEANING, Hints, NeedsHints, Scale
+from levelhead.sources.hints import MEANING, Hints, Scale
 from levelhead.sources.interpret import unit_inference
-from levelhead.sources.interpret.clock_choice import (
-    Candidate,
-    Clock,
-    CounterError,
-    choose,
-    join_seconds,
-    restore,
-    seconds,
-)
-from levelhead.sources.interpret.clock_column import with_clock
-from levelhead.sources.interpret.rate import guess_rate
-from levelhead.sources.interpret.reference_columns import find_truth
-from levelhead.sources.interpret.roles import Roles, assign
-from levelhead.sources.interpret.scales import (
-    Evidence,
-    Turning,
-    acc_scale,
-    find_scale,
-    gyr_scale,
-    lacks_gravity,
-    list_units,
-    mag_scale,
-)
-from levelhead.sources.interpret.sign import note_sign, points_down, whole_acceleration
-from levelhead.sources.interpret.suggestion import suggest
-from levelhead.sources.interpret.temperature import celsius, find_temperature
+from levelhead.sources.interpret.choice import choose_columns
+from levelhead.sources.interpret.clock import FoundClock, apply_clock, find_clock
+from levelhead.sources.interpret.reference_columns import judge_reference, make_reference
+from levelhead.sources.interpret.roles import Roles
+from levelhead.sources.interpret.scales import Evidence, Turning, acc_scale, find_scale, gyr_scale, mag_scale
+from levelhead.sources.interpret.sign import add_gravity, judge_start, sign_of_acceleration
+from levelhead.sources.interpret.temperature import celsius, find_temperature, temperature_scale
+from levelhead.sources.interpretation import RELATIVE_SCALE, SENSORS, Interpretation
 from levelhead.sources.join.turns import count_turns
-from levelhead.sources.names.column_name import RELATIVE, unit_in
-from levelhead.sources.sentences import notes
-from levelhead.sources.table import Column, Table, stack, words_of
+from levelhead.sources.names.column_name import RELATIVE
+from levelhead.sources.table import CachedTable, Column, Table, stack
 
 SLOWEST = 0.75  # s between complete samples; at half a turn a second, 135 degrees lie between them
 RARE = 0.05  # share of complete rows below which a log is refused
-MERGED = {("clock", "merged"), ("rows", "outside_overlap")}
-_NEARLY_MS = 700.0  # Hz from which a stamp that counts 1 a row may well be milliseconds
 
 
-def assemble(table: Table, hints: Hints) -> Recording:
-    """The Recording in ``table``, in SI units; what was concluded stands in its ``meta``.
+class Readings(NamedTuple):
+    """Columns of a table on the rows that are kept, and their time.
 
-    ``meta`` has "source", "conclusions" (of ``Conclusion``), "notes" (their sentences), "ignored" (columns that nothing
-    uses), "units" (what the file is in), "columns" (which were taken) and where they apply "t0" (s, subtracted from the
-    stamps) and "mag_unit" ("relative").
+    Attributes:
+        t: (n,) s.
+        columns: position to (n,) numbers as they stand in the table.
+        interpolates_acc: whether the accelerometer was set to the gyroscope's rows.
+    """
+
+    t: Array
+    columns: Mapping[int, Column]
+    interpolates_acc: bool = False
+
+
+def recording_of(table: Table, hints: Hints) -> Recording:
+    """The Recording in ``table``, in SI units; its ``meta`` is that of the ``Interpretation``.
 
     Raises:
         LevelheadError: one sentence with file, line and column.
     """
-    with np.errstate(over="ignore", invalid="ignore"):
-        return _assemble(table, hints)
+    cached = CachedTable(table)
+    return apply(interpret(cached, hints), cached)
 
 
-def _assemble(table: Table, hints: Hints) -> Recording:
-    roles, columns = _read(table, hints)
-    _refuse_gravity(table, roles, columns)
-    found = [*table.conclusions, *roles.conclusions]
-    columns = _one_unit(roles, columns, found)
-    clock = clock_of(table, roles, hints, columns, found)
-    if clock.rows is not None:
-        columns = {i: column[clock.rows] for i, column in columns.items()}
-    evidence = Evidence({"t": clock.unit}, found)
-    clock, columns = _dense(table, roles, clock, columns, found)
-    acc = _acc(table, roles, hints, columns, clock.t, evidence)
-    if not {"acc"} & {*hints.map, *hints.scale}:
-        note_sign(clock.t, acc, table, evidence)
-    gyr = _gyr(table, roles, hints, columns, clock.t, acc, evidence)
-    mag = _mag(table, roles, hints, columns, evidence)
-    if mag is not None and "mag" not in hints.map:
-        mag = _check_field(clock.t, gyr, mag, evidence)
-    truth = find_truth(table, roles, columns, acc, found)
-    place = find_temperature(table.names, _used(roles))
-    warmth = None if place is None or place not in columns else celsius(table.names[place], columns[place])
-    meta: dict[str, Any] = {
-        "source": table.source,
-        "notes": notes(found),
-        "conclusions": tuple(found),
-        "ignored": [name for name in roles.ignored if warmth is None or place is None or name != table.names[place]],
-        "units": list_units(evidence.found),
-        "columns": {role: [table.names[i] for i in positions] for role, positions in roles.columns.items()},
-    }
-    if clock.t0 is not None:
-        meta["t0"] = clock.t0
-    if mag is not None and evidence.found.get("mag") == RELATIVE:
-        meta["mag_unit"] = RELATIVE
-    return Recording(clock.t, gyr, acc, mag, truth, meta, temperature=warmth)
-
-
-def _refuse_gravity(table: Table, roles: Roles, columns: dict[int, Column]) -> None:
-    if is_gravity(stack(columns, roles.columns["gyr"]), stack(columns, roles.columns["acc"])):
-        names = ", ".join(table.names[i] for i in roles.columns["gyr"])
-        raise LevelheadError(
-            f"{table.source}: {names} keep one length while they turn and stay along the accelerometer: they are the "
-            "direction of gravity, not rates; expected a gyroscope, such as gyr_x, gyr_y, gyr_z, or the hint map gyr=…"
-        )
-
-
-def _one_unit(roles: Roles, columns: dict[int, Column], found: list[Conclusion]) -> dict[int, Column]:
-    """The columns, of rows in which several units of sensors take turns those of the first."""
-    turns = count_turns(stack(columns, roles.columns["acc"]))
-    if turns == 1:
-        return columns
-    found.append(Conclusion("sensor", "rows_in_turn", 1, Basis.GUESS, {"count": turns}))
-    return {i: column[::turns] for i, column in columns.items()}
-
-
-def _used(roles: Roles) -> set[int]:
-    """Positions of the columns that have a role."""
-    return {i for positions in roles.columns.values() for i in positions}
-
-
-def _is_merged(conclusions: Sequence[Conclusion]) -> bool:
-    """Whether readings of one sensor were set to another's stamps."""
-    return any((one.about, one.reason) in MERGED for one in conclusions)
-
-
-def _read(table: Table, hints: Hints) -> tuple[Roles, dict[int, Column]]:
-    """The roles and their columns; columns in which nothing stands are no candidates, where there are others."""
-    words = words_of(table)
-    filled = frozenset(range(len(table.names))) - words if words else None
-    first: LevelheadError | None = None
-    for _ in range(4):
-        try:
-            roles = assign(
-                table.names, hints.map, table.source, frozenset(hints.scale), sensor=hints.sensor,
-                context=table.context, filled=filled,
-            )  # fmt: skip
-        except LevelheadError as error:
-            raise first or suggest(error, table, hints) from None
-        times = roles.columns.get("t", ())
-        used = _used(roles)
-        place = find_temperature(table.names, used | words)
-        wanted = sorted(used if place is None else used | {place})
-        columns = table.read(wanted, frozenset(times))
-        if len(columns[wanted[0]]) == 0:
-            raise LevelheadError(f"{table.source} has no line of numbers; expected one line per sample")
-        if (
-            "acc" not in hints.map
-            and lacks_gravity(stack(columns, roles.columns["acc"]))
-            and "gravity" not in roles.columns
-        ):
-            rest = (frozenset(range(len(table.names))) if filled is None else filled) - set(roles.columns["acc"])
-            with suppress(LevelheadError):
-                other = assign(table.names, hints.map, table.source, frozenset(hints.scale), sensor=hints.sensor,
-                               context=table.context, filled=rest)  # fmt: skip
-                del other
-                filled = rest
-                continue
-        empty = {i for role, positions in roles.columns.items() if role in {"t", "gyr", "acc"} and role not in hints.map
-                 for i in positions if np.isnan(columns[i]).all()}  # fmt: skip
-        if not empty:
-            untimed = not {"t"} & {*roles.columns, *hints.map} and hints.rate is None and table.rate is None
-            return with_clock(table, roles, columns) if untimed else (roles, columns)
-        name = next(table.names[i] for i in sorted(empty))
-        first = first or LevelheadError(f"{table.source}, column '{name}': every value is missing; expected numbers")
-        filled = (frozenset(range(len(table.names))) if filled is None else filled) - empty
-    raise first or LevelheadError(f"{table.source} has too many empty columns")
-
-
-def clock_of(table: Table, roles: Roles, hints: Hints, columns: dict[int, Column], found: list[Conclusion]) -> Clock:
-    """The time stamps of the columns that were read: those of the file, or rows over the rate.
+def interpret(table: Table, hints: Hints) -> Interpretation:
+    """What the columns of ``table`` mean: by hints, header, vendor, or their numbers.
 
     Raises:
-        LevelheadError: no stamps and no rate, both of them, or stamps that are none.
+        LevelheadError: one sentence with file, line and column; ``NeedsHints`` where a hint would settle it.
     """
+    with np.errstate(over="ignore", invalid="ignore"):
+        return _interpret(table, hints)
+
+
+def apply(found: Interpretation, table: Table) -> Recording:
+    """The Recording of a table by an interpretation of it, or of another part of the same log.
+
+    Raises:
+        LevelheadError: a value is infinite, or stamps do not increase.
+    """
+    with np.errstate(over="ignore", invalid="ignore"):
+        return _apply(found, table)
+
+
+def _interpret(table: Table, hints: Hints) -> Interpretation:
+    roles, columns = choose_columns(table, hints)
+    made: list[Conclusion] = [*table.conclusions, *roles.conclusions]
+    stride = count_turns(stack(columns, roles.columns["acc"]))
+    if stride > 1:
+        columns = {i: column[::stride] for i, column in columns.items()}
+        made.append(Conclusion("sensor", "rows_in_turn", 1, Basis.GUESS, {"count": stride}))
+    clock = find_clock(table, roles, hints, columns)
+    made += clock.conclusions
+    readings = _complete_rows(table, roles, clock, columns)
+    if readings.interpolates_acc:
+        made.append(Conclusion("acc.stamps", "other_rows", "interpolated", Basis.NUMBERS))
+    evidence = Evidence(made)
+    scales: dict[str, Scale] = {}
+    unused: set[str] = set()
+    acc = _interpret_acc(table, roles, hints, readings, evidence, scales)
+    gyr = _interpret_gyr(table, roles, hints, readings, acc, evidence, scales)
+    if not _interpret_mag(table, roles, hints, readings, gyr, evidence, scales):
+        unused.add("mag")
+    if "q" in roles.columns and not judge_reference(table, roles, readings.columns, acc, made):
+        unused.add("q")
+    positions = _positions(table, roles, clock, readings, evidence, scales)
+    used = {i for role in positions for i in positions[role]}
+    return Interpretation(
+        source=table.source,
+        columns={role: tuple(table.names[i] for i in places) for role, places in positions.items()},
+        scales=scales,
+        clock=clock.rule,
+        conclusions=tuple([*made, *_undisputed(table, roles, hints, scales, made)]),
+        streamable=not (clock.rule.repairs or stride > 1 or readings.interpolates_acc or _needs_all(table)),
+        ignored=tuple(name or f"(column {i + 1})" for i, name in enumerate(table.names) if i not in used),
+        unused=frozenset(unused & positions.keys()),
+        stride=stride,
+        interpolates_acc=readings.interpolates_acc,
+        positions=positions,
+        hints=hints,
+    )
+
+
+def _apply(found: Interpretation, table: Table) -> Recording:
+    positions = _find_positions(found, table)
+    times = positions.get("t", ())
+    columns = table.read(sorted({i for places in positions.values() for i in places}), frozenset(times))
+    if found.stride > 1:
+        columns = {i: column[:: found.stride] for i, column in columns.items()}
     n = len(next(iter(columns.values())))
-    if "t" in roles.columns:
-        positions = roles.columns["t"]
-        if hints.rate is not None:
-            raise LevelheadError(
-                f"{table.source} has time stamps in column '{table.names[positions[0]]}', and rate={hints.rate:g} is "
-                "given too; leave out the rate, or leave out the stamps with the hint map t="
-            )
-        given = [_candidate(table, i, hints, columns[i]) for i in sorted(positions)]
-        joined = join_seconds(given)
-        if len(joined) == len(given):
-            joined = [_candidate(table, i, hints, columns[i]) for i in positions]
-        chosen, choice = choose(joined)
-        found += choice
-        sensors = [i for role in ("gyr", "acc", "mag") for i in roles.columns.get(role, ())]
-        values = stack(columns, sensors) if sensors else None
-        try:
-            clock = seconds(chosen.stamps, chosen.declared, table, chosen.name, values, hints.session)
-        except CounterError as error:
-            raise _without_counter(error, roles, columns) from None
-        if not _is_merged(table.conclusions):
-            clock = restore(clock, chosen.name, values)
-        found += clock.conclusions
-        return clock
-    if hints.rate is not None and table.rate is not None and "t" not in hints.map:
-        raise LevelheadError(
-            f"{table.source} says itself that its rate is {table.rate:g} Hz; leave out rate={hints.rate:g}, "
-            "or insist on it with the hint map t="
-        )
-    rate = hints.rate or table.rate
-    if rate is None:
-        scale = find_scale("gyr", table, roles, hints, [])
-        guess, said = guess_rate(roles, columns, None if scale is None else scale.factor / scale.divisor)
-        raise NeedsHints(
-            f"{table.source} has no column with time stamps; expected such as 't' or 'time_ms', or the hint map t=…, "
-            f"or the hint rate=… in Hz{said}",
-            rate=guess,
-        )
-    reason, basis = ("file", Basis.HEADER) if hints.rate is None else ("hint", Basis.HINT)
-    found.append(Conclusion("t.rate", reason, rate, basis))
-    return Clock(np.arange(n) / rate, "s", None, [])
+    rows: NDArray[np.intp] | None = None
+    if times:
+        sensors = stack(columns, [i for role in SENSORS for i in positions.get(role, ())])
+        t, rows = apply_clock(found.clock, table, found.clock.stamps([columns[i] for i in times]), sensors)
+    else:
+        t = found.clock.rows(n)
+    if rows is not None:
+        columns = {i: column[rows] for i, column in columns.items()}
+    if found.interpolates_acc:
+        t, columns = _set_to_gyroscope(t, columns, positions["gyr"], positions["acc"])
+    values: dict[str, Array | None] = {"mag": None}
+    for role in SENSORS:
+        if role in positions and role not in found.unused:
+            values[role] = _scaled(found, role, table, positions, columns)
+    truth = make_reference(found, table, positions, columns)
+    warmth = None
+    if "temperature" in positions:
+        warmth = celsius(found.scales["temperature"], columns[positions["temperature"][0]])
+    gyr, acc = values["gyr"], values["acc"]
+    assert gyr is not None and acc is not None
+    return Recording(t, gyr, acc, values["mag"], truth, found.meta() | {"source": table.source}, temperature=warmth)
 
 
-def _without_counter(error: CounterError, roles: Roles, columns: dict[int, Column]) -> NeedsHints:
-    """The error of stamps that count the rows, with the hint that gravity's turn suggests: ms, or a rate."""
-    rate, said = guess_rate(roles, columns)
-    if rate > _NEARLY_MS:
-        return error
-    return NeedsHints(f"{error}{said}", map={"t": []}, rate=rate)
+def _find_positions(found: Interpretation, table: Table) -> Mapping[str, tuple[int, ...]]:
+    """Role to the positions of its columns in a table, which may have others beside them."""
+    names = list(table.names)
+    same = all(
+        names[i : i + 1] == [name]
+        for role, places in found.positions.items()
+        for i, name in zip(places, found.columns[role], strict=True)
+    )
+    if same:
+        return found.positions
+    missing = [name for wanted in found.columns.values() for name in wanted if name not in names]
+    if missing:
+        raise LevelheadError(f"{table.source} has no column '{missing[0]}', which its beginning has")
+    return {role: tuple(names.index(name) for name in wanted) for role, wanted in found.columns.items()}
 
 
-def _dense(
-    table: Table, roles: Roles, clock: Clock, columns: dict[int, Column], found: list[Conclusion]
-) -> tuple[Clock, dict[int, Column]]:
-    """The rows with a gyroscope, the accelerometer interpolated, where the two stand on different rows.
+def _scaled(
+    found: Interpretation, role: str, table: Table, positions: Mapping[str, tuple[int, ...]],
+    columns: Mapping[int, Column],
+) -> Array:  # fmt: skip
+    """The (n, 3) readings of a sensor in SI units, or without unit."""
+    values = _values(table, positions[role], columns)
+    if role == "acc" and "gravity" in positions:
+        values = values + stack(columns, positions["gravity"])
+    return _scale_columns(role, values, found.scales[role], table, positions[role])
+
+
+def _positions(
+    table: Table, roles: Roles, clock: FoundClock, readings: Readings, evidence: Evidence, scales: dict[str, Scale]
+) -> dict[str, tuple[int, ...]]:
+    """Role to the positions of the columns that are used; adds the scale of a temperature."""
+    made = dict(roles.columns)
+    if "t" in made:
+        made["t"] = clock.positions
+    if not evidence.adds_gravity:
+        made.pop("gravity", None)
+    place = find_temperature(table.names, roles.used)
+    if place is not None and place in readings.columns:
+        scale = temperature_scale(table.names[place], readings.columns[place])
+        if scale is not None:
+            made["temperature"], scales["temperature"] = (place,), scale
+    return made
+
+
+def _undisputed(
+    table: Table, roles: Roles, hints: Hints, scales: Mapping[str, Scale], made: Sequence[Conclusion]
+) -> list[Conclusion]:
+    """Conclusions about columns and units of which header or hints left no choice."""
+    known = {one.about for one in made}
+    own_names = {"columns", "clock"} & known  # of this program, not of the file
+    found = []
+    for role in ("gyr", "acc", "mag", "q"):
+        if role in roles.columns and f"{role}.columns" not in known and not own_names:
+            names = ", ".join(table.names[i] for i in roles.columns[role])
+            reason, basis = ("hint", Basis.HINT) if role in roles.mapped else ("named", Basis.HEADER)
+            found.append(Conclusion(f"{role}.columns", reason, names, basis))
+        if role in scales and not {f"{role}.unit", f"{role}.used"} & known:
+            reason, basis = ("hint", Basis.HINT) if role in hints.scale else ("declared", Basis.HEADER)
+            found.append(Conclusion(f"{role}.unit", reason, scales[role].name, basis))
+    return found
+
+
+def _needs_all(table: Table) -> bool:
+    """Whether the rows of a table are not those of its file."""
+    return any(one.about in _REARRANGED or one.reason == "torn" for one in table.conclusions)
+
+
+_REARRANGED = {"rows", "clock", "sensor", "columns"}
+
+
+def _complete_rows(table: Table, roles: Roles, clock: FoundClock, columns: Mapping[int, Column]) -> Readings:
+    """The rows that the clock keeps; those with a gyroscope, where gyroscope and accelerometer stand on other rows.
 
     Raises:
         LevelheadError: complete samples are rarer than ``SLOWEST``.
     """
+    if clock.rows is not None:
+        columns = {i: column[clock.rows] for i, column in columns.items()}
+    t = clock.t
     gyr, acc = (np.isfinite(stack(columns, roles.columns[role])).all(axis=1) for role in ("gyr", "acc"))
     both: NDArray[np.bool_] = np.logical_and(gyr, acc)
-    if len(clock.t) > 20 and both.mean() < 0.2 and min(float(gyr.mean()), float(acc.mean())) > 0.15:
-        kept = np.flatnonzero(gyr)
-        placed = {i: column[kept] for i, column in columns.items()}
-        for i in roles.columns["acc"]:
-            placed[i] = np.interp(clock.t[kept], clock.t[acc], columns[i][acc].astype(np.float64))
-        found.append(Conclusion("acc.stamps", "other_rows", "interpolated", Basis.NUMBERS))
-        return clock._replace(t=clock.t[kept]), placed
-    t = clock.t[both]
-    if len(clock.t) > 10 and (t.size < 3 or both.mean() < RARE or median(np.diff(t)) > SLOWEST):
-        every = f"one every {median(np.diff(t)):.2g} s" if len(t) > 2 else f"{len(t)} in all"
+    if len(t) > 20 and both.mean() < 0.2 and min(float(gyr.mean()), float(acc.mean())) > 0.15:
+        return Readings(*_set_to_gyroscope(t, columns, roles.columns["gyr"], roles.columns["acc"]), True)
+    complete = t[both]
+    if len(t) > 10 and (complete.size < 3 or both.mean() < RARE or median(np.diff(complete)) > SLOWEST):
+        every = f"one every {median(np.diff(complete)):.2g} s" if len(complete) > 2 else f"{len(complete)} in all"
         raise LevelheadError(
             f"{table.source} has too few samples in which gyroscope and accelerometer are both there: {every} "
             f"({int(both.sum())} of {len(both)} rows); expected one every {SLOWEST:g} s or more often"
         )
-    return clock, columns
+    return Readings(t, columns)
 
 
-def _candidate(table: Table, position: int, hints: Hints, stamps: Column) -> Candidate:
-    name = table.names[position]
-    unit = table.column_units.get(position) or table.units.get("t")
-    if unit is None and "t" not in hints.scale:
-        unit = unit_in(name, "t", table.source)
-    return Candidate(name, stamps, hints.scale.get("t") or unit)
+def _set_to_gyroscope(
+    t: Array, columns: Mapping[int, Column], gyr: Sequence[int], acc: Sequence[int]
+) -> tuple[Array, dict[int, Column]]:
+    """Time and columns on the rows with a gyroscope, the accelerometer interpolated."""
+    kept, there = (np.isfinite(stack(columns, positions)).all(axis=1) for positions in (gyr, acc))
+    placed = {i: column[kept] for i, column in columns.items()}
+    for i in acc:
+        placed[i] = np.interp(t[kept], t[there], columns[i][there].astype(np.float64))
+    return t[kept], placed
 
 
-def _acc(table: Table, roles: Roles, hints: Hints, columns: dict[int, Column], t: Array, evidence: Evidence) -> Array:
+def _interpret_acc(
+    table: Table, roles: Roles, hints: Hints, readings: Readings, evidence: Evidence, scales: dict[str, Scale]
+) -> Array:
     """The (n, 3) specific force in m/s²; the gyroscope helps to judge its unit."""
-    positions = roles.columns["acc"]
-    values = _values("acc", table, positions, columns)
+    positions, columns, t = roles.columns["acc"], readings.columns, readings.t
+    _refuse_empty(table, positions, columns)
+    values = _values(table, positions, columns)
     scale = find_scale("acc", table, roles, hints, evidence.conclusions)
     gravity = stack(columns, roles.columns["gravity"]) if "gravity" in roles.columns else None
-    values, scale = whole_acceleration(values, scale, gravity, [table.names[i] for i in positions], evidence)
+    values, scale = add_gravity(values, scale, gravity, [table.names[i] for i in positions], evidence)
     rows = unit_inference.excerpt(len(t))
     rates = stack({i: columns[i][rows] for i in roles.columns["gyr"]}, roles.columns["gyr"])
     turning = Turning(rows, t[rows], rates, find_scale("gyr", table, roles, hints, []))
     scale = acc_scale(values, scale, "acc" in hints.scale, turning, table, evidence)
-    evidence.found["acc"] = scale.name
-    scaled = _scale_columns("acc", values, scale, table, positions)
-    if "acc" not in hints.map and points_down([*table.names, *table.origin], scale, gravity, evidence):
-        return -scaled
-    return scaled
+    sign = 1.0 if "acc" in hints.map else sign_of_acceleration([*table.names, *table.origin], scale, gravity, evidence)
+    scales["acc"] = replace(scale, factor=sign * scale.factor)
+    acc = _scale_columns("acc", values, scales["acc"], table, positions)
+    if not {"acc"} & {*hints.map, *hints.scale}:
+        judge_start(t, acc, scale.name, table, evidence)
+    return acc
 
 
-def _gyr(
-    table: Table, roles: Roles, hints: Hints, columns: dict[int, Column], t: Array, acc: Array, evidence: Evidence
-) -> Array:
+def _interpret_gyr(
+    table: Table, roles: Roles, hints: Hints, readings: Readings, acc: Array, evidence: Evidence,
+    scales: dict[str, Scale],
+) -> Array:  # fmt: skip
     """The (n, 3) rates in rad/s; ``acc`` (n, 3) m/s² helps to judge their unit."""
     positions = roles.columns["gyr"]
-    values = _values("gyr", table, positions, columns)
+    _refuse_empty(table, positions, readings.columns)
+    values = _values(table, positions, readings.columns)
     scale = find_scale("gyr", table, roles, hints, evidence.conclusions)
-    mag = stack(columns, roles.columns["mag"]) if "mag" in roles.columns else None
-    scale = gyr_scale(values, scale, "gyr" in hints.scale, t, acc, mag, table, evidence)
-    evidence.found["gyr"] = scale.name
-    return _scale_columns("gyr", values, scale, table, positions)
+    mag = stack(readings.columns, roles.columns["mag"]) if "mag" in roles.columns else None
+    scales["gyr"] = gyr_scale(values, scale, "gyr" in hints.scale, readings.t, acc, mag, table, evidence)
+    return _scale_columns("gyr", values, scales["gyr"], table, positions)
 
 
-def _mag(table: Table, roles: Roles, hints: Hints, columns: dict[int, Column], evidence: Evidence) -> Array | None:
-    """The (n, 3) field in µT, or without unit; None if there is none."""
+def _interpret_mag(
+    table: Table, roles: Roles, hints: Hints, readings: Readings, gyr: Array, evidence: Evidence,
+    scales: dict[str, Scale],
+) -> bool:  # fmt: skip
+    """Whether there is a field that is of use; its scale is found."""
     if "mag" not in roles.columns:
-        return None
+        return False
+    scales["mag"] = RELATIVE_SCALE
     positions = roles.columns["mag"]
-    values = _values("mag", table, positions, columns)
+    values = _values(table, positions, readings.columns)
     known = values[~np.isnan(values).any(axis=1)]
-    if len(known) == 0:
-        evidence.conclusions.append(Conclusion("mag.used", "incomplete", False, Basis.NUMBERS))
-        return None
-    if not known.any():
-        evidence.conclusions.append(Conclusion("mag.used", "zero", False, Basis.NUMBERS))
-        return None
-    said = find_scale("mag", table, roles, hints, evidence.conclusions)
+    if len(known) == 0 or not known.any():
+        evidence.conclusions.append(
+            Conclusion("mag.used", "zero" if len(known) else "incomplete", False, Basis.NUMBERS, {}, _LEAVE_OUT)
+        )
+        return False
+    declared = find_scale("mag", table, roles, hints, evidence.conclusions)
     relative = roles.units.get("mag") == RELATIVE
     if "mag" not in hints.scale and is_normalised(values):
         evidence.conclusions.append(Conclusion("mag.unit", "normalised", None, Basis.NUMBERS))
-        said, relative = None, True
-    scale = mag_scale(values, said, relative, evidence)
-    evidence.found["mag"] = RELATIVE if scale is None else scale.name
-    return values if scale is None else _scale_columns("mag", values, scale, table, positions)
+        declared, relative = None, True
+    scales["mag"] = mag_scale(values, declared, relative, evidence) or RELATIVE_SCALE
+    mag = _scale_columns("mag", values, scales["mag"], table, positions)
+    return "mag" in hints.map or _turns_with_body(readings.t, gyr, mag, evidence)
 
 
-def _check_field(t: Array, gyr: Array, mag: Array, evidence: Evidence) -> Array | None:
-    """The field, or None if it does not turn with the body: then it would teach a wrong heading."""
+_LEAVE_OUT: ReadOnlyFields = {"map": {"mag": []}}
+
+
+def _turns_with_body(t: Array, gyr: Array, mag: Array, evidence: Evidence) -> bool:
+    """Whether the field may turn with the body: one that does not would teach a wrong heading."""
     turn = field_turn(t, gyr, mag)
     if turn is None or not turn.unusable:
-        return mag
-    length = unit_inference.median_norm(mag)
-    facts = {"correlation": turn.correlation, "scale": turn.scale, "free": turn.free, "length": length}
-    confirm: ReadOnlyFields = {"map": {"mag": []}}
-    evidence.conclusions.append(Conclusion("mag.used", "does_not_turn", False, Basis.NUMBERS, facts, confirm))
-    evidence.found.pop("mag", None)
-    return None
+        return True
+    facts = {
+        "correlation": turn.correlation, "scale": turn.scale, "free": turn.free,
+        "length": unit_inference.median_norm(mag),
+    }  # fmt: skip
+    evidence.conclusions.append(Conclusion("mag.used", "does_not_turn", False, Basis.NUMBERS, facts, _LEAVE_OUT))
+    return False
 
 
-def _values(role: str, table: Table, positions: Sequence[int], columns: dict[int, Column]) -> Array:
-    values = stack(columns, positions)
-    for i, column in zip(positions, values.T, strict=True):
-        if np.isnan(column).all() and role != "mag":
+def _refuse_empty(table: Table, positions: Sequence[int], columns: Mapping[int, Column]) -> None:
+    for i in positions:
+        if np.isnan(columns[i]).all():
             raise LevelheadError(f"{table.source}, column '{table.names[i]}': every value is missing; expected numbers")
+
+
+def _values(table: Table, positions: Sequence[int], columns: Mapping[int, Column]) -> Array:
+    values = stack(columns, positions)
     infinite = np.isinf(values)
     if infinite.any():
         row, axis = (int(k) for k in np.argwhere(infinite)[0])

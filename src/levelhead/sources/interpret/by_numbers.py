@@ -1,30 +1,39 @@
 """Columns without names: which is the clock, the accelerometer, the gyroscope, by their numbers."""
 
 import math
-from collections.abc import Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from levelhead.errors import LevelheadError
+from levelhead.open_types import ReadOnlyFields
 from levelhead.recording import Array, median
 from levelhead.sources.conclusion import Basis, Conclusion
-from levelhead.sources.formats.text.delimited import TextTable
 from levelhead.sources.hints import Hints
 from levelhead.sources.interpret import unit_inference
+from levelhead.sources.interpret.converter_counts import with_sensors
 from levelhead.sources.interpret.counts import ACC
-from levelhead.sources.table import ArrayTable, Column
+from levelhead.sources.names.column_name import understand
+from levelhead.sources.table import ArrayTable, Column, Table, words_of
 from levelhead.units import GRAVITY
 
-_ROWS = 20_000
-_MOST = 64  # columns that are looked at
-_MOVED, _STEADY = 0.04, 0.25  # spread of a length from which it was motion; share of it that is far steadier
-_TWIN = 0.1  # by which the length of a second accelerometer differs, at most
-_TRIED = 8  # sets of three columns that may be the accelerometer
-_SPREAD = 0.25  # median deviation of the length of gravity from its median, as a share, at most
-_EXACT = 2e-4  # a length that constant is a unit vector's: a row of a rotation matrix, a quaternion's part
+_MAX_ROWS = 20_000  # that are looked at
+_MAX_COLUMNS = 64  # that are looked at
+_MIN_MOTION = 0.04  # spread of a length from which it was motion
+_MAX_STEADY_SHARE = 0.25  # of that spread, below which a length is far steadier
+_MAX_TWIN_SHARE = 0.1  # by which the length of a second accelerometer differs
+_MAX_CANDIDATES = 8  # sets of three columns that may be the accelerometer
+_MAX_SPREAD = 0.25  # median deviation of the length of gravity from its median, as a share
+_MAX_UNIT_SPREAD = 2e-4  # a length that constant is a unit vector's: a row of a rotation matrix, a quaternion's part
+_MIN_CORRELATION = 0.5  # of gravity's turn with the gyroscope's
+_MIN_TURN = 0.03  # of gravity, rad
 _AXES = "xyz"
 _ONE_SENSOR = {1: ["1"], 3: ["x", "y", "z"], 4: ["time", "x", "y", "z"]}
+_OF_MATRIX = re.compile(r".*\[\d+\]")  # data[0]: a column of a matrix
+_MATRIX_WIDTH = 6  # columns of two sensors
+Triple = tuple[int, ...]
 
 
 class Guess(NamedTuple):
@@ -37,123 +46,185 @@ class Guess(NamedTuple):
     user: tuple[int, ...] = ()  # acceleration without the gravity that ``acc`` holds alone
 
 
-def with_names(table: TextTable, hints: Hints) -> ArrayTable:
-    """A text table without a header, its columns named by what their numbers say, which is a guess and noted.
+def name_columns(table: Table, hints: Hints) -> Table:
+    """A table whose file names no column, or no column of a matrix, named by its numbers; any other as it is.
+
+    The names are a guess, which is concluded.
 
     Raises:
         LevelheadError: no three columns that look like an accelerometer with a gyroscope beside it.
     """
+    if table.unnamed:
+        return table if {"gyr", "acc"} <= set(hints.map) else _by_numbers(table, hints)
+    return table if hints.map else _matrix(table) or table
+
+
+def _matrix(table: Table) -> ArrayTable | None:
+    """A table that holds nothing but a clock and a matrix of two sensors; None if it holds something else."""
+    if not isinstance(table, ArrayTable):
+        return None
+    known = [understand(name) for name in table.names]
+    columns = [i for i, name in enumerate(known) if not name.role and _OF_MATRIX.fullmatch(name.raw)]
+    times = [i for i, name in enumerate(known) if name.role == "t"]
+    if len(columns) != _MATRIX_WIDTH or len(times) != 1 or {"gyr", "acc"} & {name.role for name in known}:
+        return None
+    return with_sensors(table, columns, times[0])
+
+
+def _by_numbers(table: Table, hints: Hints) -> ArrayTable:
     width = len(table.names)
-    everything = [i for i in range(width) if i not in table.layout.words][:_MOST]
-    if width in _ONE_SENSOR or width > _MOST:
+    positions = [i for i in range(width) if i not in words_of(table)][:_MAX_COLUMNS]
+    if width in _ONE_SENSOR or width > _MAX_COLUMNS:
         return _one_sensor(table, list(range(width)))
-    columns = table.read(everything, frozenset(everything))
-    values = np.zeros((len(columns[everything[0]]), width))
+    columns = table.read(positions, frozenset(positions))
+    values = np.zeros((len(columns[positions[0]]), width))
     for i, column in columns.items():
         values[:, i] = column
-    stamps = table.layout.stamps
-    second = _split_clock(values)
-    if second is not None:
-        values[:, second] += 1e-9 * values[:, second + 1]
-        values[:, second + 1] = 0.0
-    guess = guess_columns(values[:_ROWS], sorted(stamps) if second is None else [second])
-    step = 0.0
-    if not guess.acc and guess.t is not None:
-        step = median(np.diff(_seconds(values[:, guess.t])))
-        increments = guess_columns(values[:_ROWS] / np.where(np.arange(width) == guess.t, 1.0, step), [guess.t])
-        guess = increments if increments.acc and increments.gyr else guess
+    stamps = table.column_units
+    whole_seconds = _join_split_clock(values)
+    guess, step = _guess_levels_or_increments(values, sorted(stamps) if whole_seconds is None else [whole_seconds])
     if not guess.acc or not guess.gyr:
-        lively = [i for i in everything if i in stamps or _varies(values[:, i])]
-        if len(lively) in _ONE_SENSOR and len(lively) > 1:
-            return _one_sensor(table, lively)
+        varying = [i for i in positions if i in stamps or _varies(values[:, i])]
+        if len(varying) in _ONE_SENSOR and len(varying) > 1:
+            return _one_sensor(table, varying)
         raise LevelheadError(
             f"{table.source} has no header that names its {width} columns, and its numbers show no "
             f"{'gyroscope' if guess.acc else 'accelerometer'}; expected hints such as "
             f"{_example(width)} (columns by number)"
         )
-    arrays = {str(i + 1): columns[i] for i in everything}
     if step > 0.0:  # angles and velocities gained since the row before
-        arrays |= {str(i + 1): columns[i] / step for i in (*guess.acc, *guess.gyr)}
-    named: dict[str, int] = {"t": guess.t} if guess.t is not None else {}
-    if second is not None:
-        named = {"stamp.sec": second, "stamp.nanosec": second + 1}
+        columns |= {i: columns[i] / step for i in (*guess.acc, *guess.gyr)}
+    named = _names(guess, whole_seconds, hints)
+    titles = {position: name for name, position in named.items()}
+    arrays = {titles.get(i, str(i + 1)): columns[i] for i in positions}
+    units = {k: "ns" for k, i in enumerate(positions) if i in stamps}
+    facts = {"listed": _listed(guess), "step": step}
+    as_hints = _as_hints(guess) if step == 0.0 and whole_seconds is None and not guess.user else {}
+    found = [*table.conclusions, Conclusion("columns", "by_numbers", named, Basis.GUESS, facts, as_hints)]
+    return ArrayTable(table.source, arrays, rate=table.rate, conclusions=found, column_units=units)
+
+
+def _as_hints(guess: Guess) -> ReadOnlyFields:
+    """The hint ``map`` that names the same columns."""
+    places = {"t": () if guess.t is None else (guess.t,), "gyr": guess.gyr, "acc": guess.acc, "mag": guess.mag}
+    return {"map": {role: [str(i + 1) for i in positions] for role, positions in places.items() if positions}}
+
+
+def _guess_levels_or_increments(values: Array, stamps: Sequence[int]) -> tuple[Guess, float]:
+    """(what the columns are, 0), or, where they are increments since the row before, (the same, s from row to row)."""
+    guess = guess_columns(values[:_MAX_ROWS], stamps)
+    if guess.acc or guess.t is None:
+        return guess, 0.0
+    step = median(np.diff(_seconds(values[:, guess.t])))
+    rates = values[:_MAX_ROWS] / np.where(np.arange(values.shape[1]) == guess.t, 1.0, step)
+    increments = guess_columns(rates, [guess.t])
+    return (increments, step) if increments.acc and increments.gyr else (guess, step)
+
+
+def _names(guess: Guess, whole_seconds: int | None, hints: Hints) -> dict[str, int]:
+    """Names that say what was guessed, to their positions; a role that a hint maps keeps its columns' numbers."""
+    named: dict[str, int] = {} if guess.t is None else {"t": guess.t}
+    if whole_seconds is not None:
+        named = {"stamp.sec": whole_seconds, "stamp.nanosec": whole_seconds + 1}
+    words = {"gyr": guess.gyr, "acc": guess.user or guess.acc, "mag": guess.mag}
     if guess.user and not hints.map:
-        named |= {f"gravity_{axis}": i for axis, i in zip(_AXES, guess.acc, strict=True)}
-    for role, positions in (("gyr", guess.gyr), ("acc", guess.user or guess.acc), ("mag", guess.mag)):
-        if role not in hints.map:
-            word = "userAcceleration" if role == "acc" and guess.user and not hints.map else role
+        words = {"gravity": guess.acc, "gyr": guess.gyr, "userAcceleration": guess.user, "mag": guess.mag}
+    for word, positions in words.items():
+        if word not in hints.map:
             named |= {f"{word}_{axis}": i for axis, i in zip(_AXES, positions, strict=False)}
-    listed = " ".join(
-        f"{role}={','.join(str(i + 1) for i in positions)}"
-        for role, positions in (
-            ("t", () if guess.t is None else (guess.t,)), ("gyr", guess.gyr),
-            *((("gravity", guess.acc), ("user acceleration", guess.user)) if guess.user else (("acc", guess.acc),)),
-            ("mag", guess.mag),
-        )
-        if positions
-    )  # fmt: skip
-    units = {k: "ns" for k, i in enumerate(everything) if i in stamps}
-    given = dict(zip((str(i + 1) for i in everything), everything, strict=True))
-    titles = {position: name for name, position in named.items() if position in given.values()}
-    renamed = {titles.get(i, str(i + 1)): arrays[str(i + 1)] for i in everything}
-    facts = {"listed": listed, "step": step}
-    found = [*table.conclusions, Conclusion("columns", "by_numbers", named, Basis.GUESS, facts)]
-    return ArrayTable(table.source, renamed, rate=table.rate, conclusions=found, column_units=units)
+    return named
 
 
-def _one_sensor(table: TextTable, positions: Sequence[int]) -> ArrayTable:
+def _listed(guess: Guess) -> str:
+    """What was guessed, for a sentence: "t=1 gyr=2,3,4 acc=5,6,7"."""
+    found: dict[str, Triple] = {"t": () if guess.t is None else (guess.t,), "gyr": guess.gyr}
+    found |= {"gravity": guess.acc, "user acceleration": guess.user} if guess.user else {"acc": guess.acc}
+    return _words(found | {"mag": guess.mag})
+
+
+def _words(found: Mapping[str, Sequence[int]]) -> str:
+    return " ".join(
+        f"{role}={','.join(str(i + 1) for i in positions)}" for role, positions in found.items() if positions
+    )
+
+
+def _one_sensor(table: Table, positions: Sequence[int]) -> ArrayTable:
     """The columns of a file that holds one sensor, which its name tells: x, y, z, perhaps after a stamp."""
     titles = _ONE_SENSOR.get(len(positions), list(table.names))
     columns = table.read(positions, frozenset([positions[0], positions[-1]]))
-    if len(titles) == 4 and not _goes_on(columns[positions[0]]) and _goes_on(columns[positions[3]]):
+    if len(titles) == 4 and not _is_increasing(columns[positions[0]]) and _is_increasing(columns[positions[3]]):
         titles = ["x", "y", "z", "time"]
     arrays = {title: columns[i] for i, title in zip(positions, titles, strict=True)}
-    units = {k: "ns" for k, i in enumerate(positions) if i in table.layout.stamps}
+    units = {k: "ns" for k, i in enumerate(positions) if i in table.column_units}
     return ArrayTable(table.source, arrays, rate=table.rate, conclusions=list(table.conclusions), column_units=units)
 
 
-def _goes_on(column: Column) -> bool:
+def _is_increasing(column: Column) -> bool:
     return len(column) > 2 and bool((column[1:] >= column[:-1]).all()) and bool(column[-1] > column[0])
 
 
 def guess_columns(values: Array, stamps: Sequence[int] = ()) -> Guess:
     """What the columns of (n, k) ``values`` are; ``stamps`` are columns with dates."""
-    n, width = values.shape
     t = stamps[0] if stamps else _clock(values)
-    usable = [
+    triples = _triples(values, _sensor_columns(values, t, stamps))
+    directions = {triple for triple in triples if _is_constant(values[:, list(triple)], 1.0)}
+    triples = [
+        triple for triple in triples
+        if triple in directions or not any(set(triple) & set(direction) for direction in directions)
+    ]  # fmt: skip
+    candidates = _by_gravity(values, triples, 0 if t is None else t + 1)
+    seconds = np.arange(len(values)) / 100.0 if t is None else _seconds(values[:, t])
+    for acc in _less_steady_first(values, candidates[:_MAX_CANDIDATES]):
+        gyr = _gyroscope(values, seconds, acc, list(_apart(triples, acc)))
+        if gyr:
+            user = _user_acceleration(values, acc, list(_apart(triples, (*acc, *gyr))))
+            mag = _magnetometer(values, user or acc, gyr, triples)
+            return Guess(t, acc, gyr, mag, user if acc in directions else ())
+    return Guess(t, candidates[0] if candidates else (), (), ())
+
+
+def _sensor_columns(values: Array, t: int | None, stamps: Sequence[int]) -> set[int]:
+    """Columns that may be a sensor's axis: not a clock, not constant, not a counter, not part of a quaternion."""
+    width = values.shape[1]
+    usable = {
         i for i in range(width)
         if i != t and i not in stamps and _varies(values[:, i]) and not (np.diff(values[:, i]) == 1.0).all()
-    ]  # fmt: skip
-    quats = [range(i, i + 4) for i in range(width - 3) if _is_constant(values[:, i : i + 4], 1.0)]
-    usable = [i for i in usable if not any(i in four for four in quats)]
-    triples = [(i, i + 1, i + 2) for i in range(width - 2) if {i, i + 1, i + 2} <= set(usable)]
-    first = 0 if t is None else t + 1  # sensors mostly stand in threes from here on
-    units = {one for one in triples if _is_constant(values[:, list(one)], 1.0)}
-    triples = [one for one in triples if one in units or not any(set(one) & set(unit) for unit in units)]
+    }  # fmt: skip
+    for i in range(width - 3):
+        if _is_constant(values[:, i : i + 4], 1.0):
+            usable -= set(range(i, i + 4))
+    return usable
+
+
+def _triples(values: Array, usable: set[int]) -> list[Triple]:
+    """Three columns side by side."""
+    return [(i, i + 1, i + 2) for i in range(values.shape[1] - 2) if {i, i + 1, i + 2} <= usable]
+
+
+def _by_gravity(values: Array, triples: Sequence[Triple], first: int) -> list[Triple]:
+    """The triples whose length may be gravity, the best first; sensors mostly stand in threes from ``first`` on."""
     scored = sorted(
         (score + 0.01 * triple[0] + (0.02 if (triple[0] - first) % 3 else 0.0), triple)
         for triple in triples
         if (score := gravity_score(values[:, list(triple)])) is not None
     )
-    seconds = np.arange(n) / 100.0 if t is None else _seconds(values[:, t])
-    for acc in _less_steady_first(values, [triple for _, triple in scored[:_TRIED]]):
-        gyr = _gyroscope(values, seconds, acc, [one for one in triples if not set(one) & set(acc)])
-        if gyr:
-            user = _user_acceleration(values, acc, [one for one in triples if not set(one) & {*acc, *gyr}])
-            mag = _magnetometer(values, user or acc, gyr, triples)
-            return Guess(t, acc, gyr, mag, user if acc in units else ())
-    return Guess(t, scored[0][1] if scored else (), (), ())
+    return [triple for _, triple in scored]
 
 
-def _less_steady_first(values: Array, triples: Sequence[tuple[int, ...]]) -> Sequence[tuple[int, ...]]:
+def _apart(triples: Sequence[Triple], taken: Sequence[int]) -> Iterator[Triple]:
+    """The triples without a column of ``taken``."""
+    return (triple for triple in triples if not set(triple) & set(taken))
+
+
+def _less_steady_first(values: Array, triples: Sequence[Triple]) -> Sequence[Triple]:
     """The candidates for the accelerometer, behind the others those whose length is far steadier in motion.
 
     A magnetometer turns as gravity does, and in some units it is as long; but motion disturbs gravity's length only.
     """
-    spread = {one: _length_spread(values[:, list(one)]) for one in triples}
+    spread = {triple: _length_spread(values[:, list(triple)]) for triple in triples}
     most = max(spread.values(), default=0.0)
-    steady = [one for one in triples if most > _MOVED and spread[one] < _STEADY * most]
-    return [*(one for one in triples if one not in steady), *steady]
+    steady = [triple for triple in triples if most > _MIN_MOTION and spread[triple] < _MAX_STEADY_SHARE * most]
+    return [*(triple for triple in triples if triple not in steady), *steady]
 
 
 def _length_spread(triple: Array) -> float:
@@ -196,10 +267,10 @@ def gravity_score(triple: Array) -> float | None:
     if len(length) < 5:
         return None
     typical = median(length)
-    known = [GRAVITY, 1.0, 1000.0, *(one for one in ACC if one >= 256.0)]
-    near = min(abs(math.log(typical / one)) for one in known) if typical > 0 else 9.0
+    known = [GRAVITY, 1.0, 1000.0, *(counts for counts in ACC if counts >= 256.0)]
+    near = min(abs(math.log(typical / length)) for length in known) if typical > 0 else 9.0
     spread = float(np.median(np.abs(length / typical - 1.0))) if typical > 0 else 9.0
-    if near > 0.2 or spread > _SPREAD:
+    if near > 0.2 or spread > _MAX_SPREAD:
         return None
     return spread + 0.3 * near + (1.0 if _is_constant(triple) else 0.0)
 
@@ -209,99 +280,111 @@ def _is_constant(triple: Array, usual: float | None = None) -> bool:
     length = np.sqrt((triple * triple).sum(axis=1))
     length = length[np.isfinite(length)]
     typical = median(length) if len(length) else 0.0
-    if len(length) < 5 or not typical > 0.0 or (usual is not None and abs(typical / usual - 1.0) > _EXACT):
+    if len(length) < 5 or not typical > 0.0 or (usual is not None and abs(typical / usual - 1.0) > _MAX_UNIT_SPREAD):
         return False
     whole = bool((triple[:100] == np.rint(triple[:100])).all())
-    return float(np.quantile(np.abs(length / typical - 1.0), 0.9)) < (max(_EXACT, 1.0 / typical) if whole else _EXACT)
+    return float(np.quantile(np.abs(length / typical - 1.0), 0.9)) < (
+        max(_MAX_UNIT_SPREAD, 1.0 / typical) if whole else _MAX_UNIT_SPREAD
+    )
 
 
-def _user_acceleration(
-    values: Array, gravity: tuple[int, ...], triples: Sequence[tuple[int, int, int]]
-) -> tuple[int, ...]:
+def _user_acceleration(values: Array, gravity: Triple, triples: Sequence[Triple]) -> Triple:
     """The three columns beside a direction of gravity that hold little of it: Core Motion's user acceleration."""
     down = values[:, list(gravity)]
-    for one in triples:
-        moved = values[:, list(one)]
+    for triple in triples:
+        moved = values[:, list(triple)]
         rows = np.isfinite(down).all(axis=1) & np.isfinite(moved).all(axis=1)
-        beside = one[0] == gravity[2] + 1 or one[2] == gravity[0] - 1
+        beside = triple[0] == gravity[2] + 1 or triple[2] == gravity[0] - 1
         if beside and rows.any() and 0.0 < float(np.abs(moved[rows]).mean()) < 1.0:
             part = float((moved[rows] * down[rows]).sum() / (down[rows] ** 2).sum())
             if abs(part) < 0.5:
-                return one
+                return triple
     return ()
 
 
-def _split_clock(values: Array) -> int | None:
-    """The column of whole seconds right before one of nanoseconds, as ROS writes stamps; None: there is none."""
+def _join_split_clock(values: Array) -> int | None:
+    """Adds nanoseconds to the whole seconds in the column before them, as ROS writes stamps.
+
+    The position of the seconds; None: there is no such clock.
+    """
     for i in range(min(3, values.shape[1] - 1)):
-        whole, rest = values[:, i], values[:, i + 1]
-        steps = np.diff(whole)
-        if len(whole) < 20 or not np.isfinite(values[:, i : i + 2]).all() or (steps < 0).any() or not steps.any():
-            continue
-        nano = rest.min() >= 0 and 1e6 < rest.max() < 1e9 and bool((rest == np.rint(rest)).all())
-        if nano and bool((whole == np.rint(whole)).all()) and bool((np.diff(whole + 1e-9 * rest) >= 0).all()):
+        if _is_split_clock(values[:, i], values[:, i + 1]):
+            values[:, i] += 1e-9 * values[:, i + 1]
+            values[:, i + 1] = 0.0
             return i
     return None
 
 
-def _gyroscope(
-    values: Array, t: Array, acc: tuple[int, ...], triples: Sequence[tuple[int, int, int]]
-) -> tuple[int, ...]:
-    """The three columns against which gravity turns; without motion, those beside the accelerometer.
+def _is_split_clock(whole: Array, rest: Array) -> bool:
+    """Whether one column holds whole seconds and the other nanoseconds."""
+    steps = np.diff(whole)
+    if len(whole) < 20 or not (np.isfinite(whole) & np.isfinite(rest)).all() or (steps < 0).any() or not steps.any():
+        return False
+    if not (rest.min() >= 0 and 1e6 < rest.max() < 1e9 and (rest == np.rint(rest)).all()):
+        return False
+    return bool((whole == np.rint(whole)).all()) and bool((np.diff(whole + 1e-9 * rest) >= 0).all())
 
-    Of those beside it, not a second accelerometer, whose numbers are as long as the first one's.
-    """
+
+def _gyroscope(values: Array, t: Array, acc: Triple, triples: Sequence[Triple]) -> Triple:
+    """The three columns against which gravity turns; without motion, those beside the accelerometer."""
     force = values[:, list(acc)]
     force = force / unit_inference.median_norm(force) * GRAVITY
-    best: tuple[float, tuple[int, ...]] = (0.5, ())
+    correlation = _MIN_CORRELATION
+    best: Triple = ()
     for triple in triples:
         turn = unit_inference.turn_of_gravity(t, values[:, list(triple)], force)
-        if turn is not None and turn.turned > 0.03 and abs(turn.correlation) > best[0]:
-            best = abs(turn.correlation), triple
-    if best[1]:
-        return best[1]
+        if turn is not None and turn.turned > _MIN_TURN and abs(turn.correlation) > correlation:
+            correlation, best = abs(turn.correlation), triple
+    return best or _beside(values, acc, triples)
+
+
+def _beside(values: Array, acc: Triple, triples: Sequence[Triple]) -> Triple:
+    """The three columns right behind the accelerometer, or right before it.
+
+    Not a second accelerometer, whose numbers are as long as the first one's.
+    """
     length = unit_inference.median_norm(values[:, list(acc)])
-    others = [one for one in triples if abs(unit_inference.median_norm(values[:, list(one)]) / length - 1.0) < _TWIN]
+    twins = {
+        triple[0]
+        for triple in triples
+        if abs(unit_inference.median_norm(values[:, list(triple)]) / length - 1.0) < _MAX_TWIN_SHARE
+    }
     first = acc[2] + 1
-    while any(one[0] == first for one in others):
+    while first in twins:
         first += 3
-    beside = [one for one in triples if one[0] == first] or [one for one in triples if one[2] == acc[0] - 1]
-    return beside[0] if beside else ()
+    behind = [triple for triple in triples if triple[0] == first]
+    return next(iter([*behind, *(triple for triple in triples if triple[2] == acc[0] - 1)]), ())
 
 
-def _magnetometer(
-    values: Array, acc: tuple[int, ...], gyr: tuple[int, ...], triples: Sequence[tuple[int, int, int]]
-) -> tuple[int, ...]:
+def _magnetometer(values: Array, acc: Triple, gyr: Triple, triples: Sequence[Triple]) -> Triple:
     """Three more columns right behind, if their length is steady and no unit vector's."""
-    last = max(acc[2], gyr[2])
-    for triple in triples:
-        if triple[0] == last + 1:
-            length = np.sqrt((values[:, list(triple)] ** 2).sum(axis=1))
-            length = length[np.isfinite(length)]
-            if (
-                len(length)
-                and float(length.std()) < 0.3 * float(length.mean())
-                and abs(float(length.mean()) - 1.0) > 1e-3
-                and float(length.mean()) > 0.1
-            ):
-                return triple
-    return ()
+    first = max(acc[2], gyr[2]) + 1
+    return next((triple for triple in triples if triple[0] == first and _is_field(values[:, list(triple)])), ())
+
+
+def _is_field(triple: Array) -> bool:
+    length = np.sqrt((triple**2).sum(axis=1))
+    length = length[np.isfinite(length)]
+    if not len(length):
+        return False
+    mean = float(length.mean())
+    return float(length.std()) < 0.3 * mean and abs(mean - 1.0) > 1e-3 and mean > 0.1
 
 
 def map_words(values: Array) -> str:
     """``--map`` for the columns of (n, k) ``values``: as their numbers look, else such as fits how many there are."""
     guess = guess_columns(values)
+    found: dict[str, Sequence[int]] = {"t": () if guess.t is None else (guess.t,), "gyr": guess.gyr, "acc": guess.acc}
     if not guess.acc or not guess.gyr or guess.user:
-        words = ["gyr=4,5,6", "acc=1,2,3"] if values.shape[1] < 7 else ["t=1", "gyr=5,6,7", "acc=2,3,4"]
-        return _options(words)
-    found = {"t": () if guess.t is None else (guess.t,), "gyr": guess.gyr, "acc": guess.acc, "mag": guess.mag}
-    words = [f"{role}={','.join(str(i + 1) for i in positions)}" for role, positions in found.items() if positions]
-    return _options(words)
+        first = 0 if values.shape[1] < 7 else 1
+        found = {"t": range(first), "gyr": range(first + 3, first + 6), "acc": range(first, first + 3)}
+        return _options(found)
+    return _options(found | {"mag": guess.mag})
 
 
-def _options(words: Sequence[str]) -> str:
-    """Each word behind an option of its own, because ``--map`` takes one."""
-    return " ".join(f"--map {word}" for word in words)
+def _options(found: Mapping[str, Sequence[int]]) -> str:
+    """Each role behind an option of its own, because ``--map`` takes one."""
+    return " ".join(f"--map {word}" for word in _words(found).split())
 
 
 def _example(width: int) -> str:

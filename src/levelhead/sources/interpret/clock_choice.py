@@ -14,6 +14,7 @@ from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.hints import NeedsHints, Scale
 from levelhead.sources.interpret.arrival import restore_clock
 from levelhead.sources.interpret.clock_repair import Repair, first_of_bursts, repair_stamps
+from levelhead.sources.interpretation import ClockRule, scale_stamps
 from levelhead.sources.table import Column, Table
 
 _EPOCH = (0.9e9, 4.2e9)  # seconds since 1970 that lie between 1998 and 2103
@@ -33,25 +34,37 @@ class Clock(NamedTuple):
 
     Attributes:
         t: (n,) seconds of the rows that are kept.
-        unit: what the stamps are in.
-        t0: what was subtracted, in seconds; None if nothing was.
+        scale: of one stamp.
+        start: what was subtracted, in stamps; 0 if nothing was.
+        t0: the same in seconds; None if nothing was.
         conclusions: what was concluded about them.
         rows: which rows of the table are kept; None: all.
     """
 
     t: Array
-    unit: str
+    scale: Scale
+    start: float | int
     t0: float | None
     conclusions: Sequence[Conclusion]
     rows: NDArray[np.intp] | None = None
 
 
 class Candidate(NamedTuple):
-    """A column that may be the clock: its name, its stamps, and the unit that is declared for it."""
+    """A column that may be the clock.
+
+    Attributes:
+        name: of the column, or of both.
+        stamps: (n,).
+        declared: the unit that its name or a hint gives; None without one.
+        positions: of the column in its table, and of the one with the rest of a second.
+        fraction: s that one number of that second column is; 0 without one.
+    """
 
     name: str
     stamps: Column
     declared: Scale | str | None
+    positions: tuple[int, ...] = ()
+    fraction: float = 0.0
 
 
 class CounterError(NeedsHints):
@@ -68,9 +81,9 @@ def join_seconds(candidates: Sequence[Candidate]) -> list[Candidate]:
         before = found[-1] if found else None
         fraction = _fraction(one)
         if before is not None and fraction and _factor(before) == 1.0 and _whole(before.stamps):
-            seconds_part = np.rint(before.stamps).astype(np.int64)
-            joined = seconds_part * 1_000_000_000 + np.rint(one.stamps * (1e9 * fraction)).astype(np.int64)
-            found[-1] = Candidate(f"{before.name} + {one.name}", joined, "ns")
+            rule = ClockRule((before.name, one.name), fraction=fraction)
+            joined = rule.stamps([before.stamps, one.stamps])
+            found[-1] = Candidate(rule.name, joined, "ns", before.positions + one.positions, fraction)
         else:
             found.append(one)
     return found
@@ -170,17 +183,17 @@ def seconds(
         raise LevelheadError(f"{table.source} has one session; there is no session {session}")
     kept = repaired.stamps
     first = kept[0]
-    t0 = None
+    t0, start = None, 0
     if float(kept[-1]) - float(first) > 1e20 or abs(float(first)) > 1e20:
         raise LevelheadError(f"{table.source}, column '{name}': {kept[-1]:.6g} is no time; expected s, ms, us or ns")
     if abs(float(first)) * scale.factor / scale.divisor > _LONGEST_UPTIME:
-        t0 = float(_scale_stamps(kept[:1].astype(np.float64), scale)[0])
+        t0, start = float(scale_stamps(kept[:1].astype(np.float64), scale)[0]), first.item()
         kept = kept - first
         found.append(Conclusion("t.start", "date", t0, Basis.NUMBERS))
     rows = repaired.rows
     if present is not None:
         rows = present if rows is None else present[rows]
-    return Clock(_scale_stamps(kept.astype(np.float64), scale), scale.name, t0, found, rows)
+    return Clock(scale_stamps(kept.astype(np.float64), scale), scale, start, t0, found, rows)
 
 
 def restore(clock: Clock, name: str, values: Array | None) -> Clock:
@@ -272,13 +285,6 @@ def _interval(stamps: Column) -> float:
     steps = np.diff(stamps[:100_000])
     step = median(steps)
     return step if step > 0.0 else float(steps[steps > 0].sum() / len(steps)) if (steps > 0).any() else 0.0
-
-
-def _scale_stamps(values: Array, scale: Scale) -> Array:
-    """Divides where it can: 12 ms / 1000 is the nearest number to 0.012, 12 × 0.001 is not always."""
-    if scale.divisor == 1.0 and scale.factor < 1.0:
-        return values / round(1.0 / scale.factor)
-    return values * (scale.factor / scale.divisor)
 
 
 def _rows_with_stamp(stamps: Column, table: Table, name: str, found: list[Conclusion]) -> NDArray[np.intp] | None:

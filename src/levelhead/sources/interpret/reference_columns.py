@@ -1,6 +1,6 @@
 """The reference orientation that stands in the same file."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -10,53 +10,74 @@ from levelhead.recording import Array, Truth
 from levelhead.rotations import rotate
 from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.interpret.roles import Roles
+from levelhead.sources.interpretation import Interpretation
 from levelhead.sources.names.column_name import unit_in
 from levelhead.sources.table import Column, Table, stack
 from levelhead.units import GRAVITY
 
 _UP = 0.9  # cosine, 26°: a reference that is tilted further has another axis up
 _ENOUGH = 100  # rows that tell a mean force
+_LEAVE_OUT = {"map": {"q": list[str]()}}
 _NORTH = ("opt_quat", "truth_q")  # BROAD's, and levelhead's own; their earth frame has y to magnetic north
 
 
-def find_truth(
-    table: Table, roles: Roles, columns: dict[int, Column], acc: Array, found: list[Conclusion]
-) -> Truth | None:
-    """The reference that the columns of ``roles`` give, checked; appends to ``found`` what was concluded.
+def judge_reference(
+    table: Table, roles: Roles, columns: Mapping[int, Column], acc: Array, found: list[Conclusion]
+) -> bool:
+    """Whether the reference in the columns of ``roles`` is of use; appends to ``found`` what was concluded.
 
     ``acc`` (n, 3) m/s² is the specific force, whose mean must point up in the reference's world.
 
     Raises:
         LevelheadError: a row that is no unit quaternion; the line is named.
     """
-    if "q" not in roles.columns:
-        return None
-    positions = roles.columns["q"]
-    names = [table.names[i] for i in positions]
-    quat, listed = stack(columns, positions), ", ".join(names)
-    if "seen" in roles.columns:
-        quat[columns[roles.columns["seen"][0]] == 0] = np.nan
-    zero = (quat == 0.0).all(axis=1)
-    if zero.any():
-        quat[zero] = np.nan
-        found.append(Conclusion("truth.rows", "zero", int(zero.sum()), Basis.NUMBERS, {"columns": listed}))
+    names = [table.names[i] for i in roles.columns["q"]]
+    listed = ", ".join(names)
+    quat, zeros = _quaternions(roles.columns, columns)
+    if zeros:
+        found.append(Conclusion("truth.rows", "zero", zeros, Basis.NUMBERS, {"columns": listed}))
     if np.isnan(quat).any(axis=1).all():
-        found.append(Conclusion("truth.used", "empty", False, Basis.NUMBERS))
-        return None
+        found.append(Conclusion("truth.used", "empty", False, Basis.NUMBERS, {}, _LEAVE_OUT))
+        return False
     _check_norm(quat, table, names)
     force = _mean_force(quat, acc)
     if "q" not in roles.mapped and force is not None and force[2] < _UP:
         facts = {"columns": listed, "force": ", ".join(f"{value:.2f}" for value in force)}
-        found.append(Conclusion("truth.used", "not_up", False, Basis.NUMBERS, facts, {"map": {"q": names}}))
-        return None
-    north = names[0].startswith(_NORTH)
-    if not north:
+        found.append(Conclusion("truth.used", "not_up", False, Basis.NUMBERS, facts, _LEAVE_OUT))
+        return False
+    if not _points_north(names[0]):
         found.append(Conclusion("truth.north", "unknown", False, Basis.HEADER, {"columns": listed}))
-    bias = _bias(table, roles, columns)
-    moving = None
-    if "moving" in roles.columns:
-        moving = columns[roles.columns["moving"][0]] != 0
-    return Truth(quat, bias, moving, north)
+    return True
+
+
+def make_reference(
+    found: Interpretation, table: Table, positions: Mapping[str, tuple[int, ...]], columns: Mapping[int, Column]
+) -> Truth | None:
+    """The reference of an interpretation; None without one.
+
+    Raises:
+        LevelheadError: a row that is no unit quaternion; the line is named.
+    """
+    if "q" not in positions or "q" in found.unused:
+        return None
+    quat, _ = _quaternions(positions, columns)
+    _check_norm(quat, table, found.columns["q"])
+    moving = columns[positions["moving"][0]] != 0 if "moving" in positions else None
+    return Truth(quat, _bias(table, positions, columns), moving, _points_north(found.columns["q"][0]))
+
+
+def _points_north(name: str) -> bool:
+    return name.startswith(_NORTH)
+
+
+def _quaternions(positions: Mapping[str, tuple[int, ...]], columns: Mapping[int, Column]) -> tuple[Array, int]:
+    """((n, 4) with NaN where the reference is blind, rows that are all zero)."""
+    quat = stack(columns, positions["q"])
+    if "seen" in positions:
+        quat[columns[positions["seen"][0]] == 0] = np.nan
+    zero = (quat == 0.0).all(axis=1)
+    quat[zero] = np.nan
+    return quat, int(zero.sum())
 
 
 def _mean_force(quat: Array, acc: Array) -> Array | None:
@@ -80,9 +101,8 @@ def _check_norm(quat: Array, table: Table, names: Sequence[str]) -> None:
         )
 
 
-def _bias(table: Table, roles: Roles, columns: dict[int, Column]) -> Array | None:
-    if "bias" not in roles.columns:
+def _bias(table: Table, positions: Mapping[str, tuple[int, ...]], columns: Mapping[int, Column]) -> Array | None:
+    if "bias" not in positions:
         return None
-    positions = roles.columns["bias"]
-    unit = unit_in(table.names[positions[0]], "gyr", table.source)
-    return stack(columns, positions) * units.factor("gyr", unit or "rad/s")
+    unit = unit_in(table.names[positions["bias"][0]], "gyr", table.source)
+    return stack(columns, positions["bias"]) * units.factor("gyr", unit or "rad/s")

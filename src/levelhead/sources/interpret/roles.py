@@ -43,6 +43,11 @@ class Roles:
     conclusions: tuple[Conclusion, ...] = ()
     mapped: frozenset[str] = field(default_factory=frozenset)
 
+    @property
+    def used(self) -> set[int]:
+        """Positions of the columns that have a role."""
+        return {i for positions in self.columns.values() for i in positions}
+
 
 def assign(
     names: Sequence[str],

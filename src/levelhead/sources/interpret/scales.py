@@ -1,6 +1,5 @@
 """The unit of each sensor: from a hint, the header, or the evidence in the numbers, and whether they agree."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -36,16 +35,16 @@ class Evidence:
     """What was concluded while a table became a recording.
 
     Attributes:
-        found: role to the unit that the file is in.
         conclusions: in the order in which they were made.
         acc_per_g: counts per g, if the accelerometer gives counts.
         thousandths: whether it gives whole mg, or m/s² times 1000: no chip's counts stand beside those.
+        adds_gravity: whether gravity, which stands in columns of its own, is added to the acceleration.
     """
 
-    found: dict[str, str]
     conclusions: list[Conclusion]
     acc_per_g: float | None = None
     thousandths: bool = False
+    adds_gravity: bool = False
 
     def conclude(
         self, about: str, reason: str, scale: Scale, basis: Basis, facts: ReadOnlyFields, confirm: ReadOnlyFields
@@ -358,8 +357,3 @@ def _checked_gyr(
     taken = Scale(units.factor("gyr", unit), unit)
     evidence.conclude("gyr.unit", "against_header", taken, Basis.GUESS, facts, {"units": {"gyr": unit}})
     return taken
-
-
-def list_units(found: Mapping[str, str]) -> Mapping[str, str]:
-    """The units found, in the order time, accelerometer, gyroscope, magnetometer."""
-    return {role: found[role] for role in ("t", "acc", "gyr", "mag") if role in found}

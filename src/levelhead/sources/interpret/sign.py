@@ -25,7 +25,7 @@ _APPLE = re.compile(
 _SENSOR_LOGGER = "seconds_elapsed"  # a column of its exports; on Android its accelerometer is in m/s²
 
 
-def whole_acceleration(
+def add_gravity(
     acc: Array, scale: Scale | None, gravity: Array | None, names: Sequence[str], evidence: Evidence
 ) -> tuple[Array, Scale | None]:
     """(n, 3) acceleration with gravity in it, and its scale.
@@ -45,6 +45,7 @@ def whole_acceleration(
     part = float((acc[known] * gravity[known]).sum() / (gravity[known] ** 2).sum())
     if abs(part) > 0.5:
         return acc, scale
+    evidence.adds_gravity = True
     facts = {"column": names[0], "percent": 100.0 * part, "part": part}
     evidence.conclusions.append(Conclusion("acc.gravity", "added", True, Basis.NUMBERS, facts))
     unit = "g" if abs(typical - 1.0) < 0.05 else "m/s²" if abs(typical / GRAVITY - 1.0) < 0.05 else None
@@ -53,8 +54,8 @@ def whole_acceleration(
     return acc + gravity, Scale(GRAVITY if unit == "g" else 1.0, unit)
 
 
-def points_down(names: Sequence[str], scale: Scale, gravity: Array | None, evidence: Evidence) -> bool:
-    """Whether the acceleration has Core Motion's sign: a phone on its back reads z = −1 g.
+def sign_of_acceleration(names: Sequence[str], scale: Scale, gravity: Array | None, evidence: Evidence) -> float:
+    """−1 where the acceleration has Core Motion's sign, a phone on its back reads z = −1 g; else 1.
 
     ``names`` are those of all columns. Only Apple's systems give acceleration in g together with these names; Android's
     are in m/s² and point up.
@@ -67,19 +68,18 @@ def points_down(names: Sequence[str], scale: Scale, gravity: Array | None, evide
     elif in_g and _SENSOR_LOGGER in names:
         reason, basis = "sensor_logger", Basis.GUESS
     else:
-        return False
+        return 1.0
     confirm = {"units": {"acc": f"-{scale.name}"}}
     evidence.conclusions.append(Conclusion("acc.sign", reason, -1, basis, confirm=confirm))
-    return True
+    return -1.0
 
 
-def note_sign(t: Array, acc: Array, table: Table, evidence: Evidence) -> None:
+def judge_start(t: Array, acc: Array, unit: str, table: Table, evidence: Evidence) -> None:
     """Notes that the sign of the accelerometer is assumed, where a log begins with −1 g along z and nobody says why.
 
-    ``acc`` (n, 3) m/s² at ``t`` (n,) s. A sensor upside down and Core Motion's sign (−1 g, face up) look the same, and
-    both turn as the gyroscope says.
+    ``acc`` (n, 3) m/s², in the log in ``unit``, at ``t`` (n,) s. A sensor upside down and Core Motion's sign (−1 g,
+    face up) look the same, and both turn as the gyroscope says.
     """
-    unit = evidence.found["acc"]
     start = acc[t < t[0] + _START]
     start = start[np.isfinite(start).all(axis=1)]
     likely = unit in _CORE_MOTION or (unit in _METRES and any(_SWIFT.search(name) for name in table.names))

@@ -6,6 +6,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from levelhead.recording import Array
+from levelhead.sources.hints import Scale
 from levelhead.sources.table import Column
 
 NAMED = frozenset({"temp", "temperature", "temperatur", "temperatura", "température"})
@@ -15,6 +16,7 @@ OTHERS = frozenset(
 OF_THE_SENSOR = frozenset({"imu", "gyr", "gyro", "gyroscope", "sensor", "chip", "die", "mpu", "icm", "lsm", "bmi"})
 COLDEST, WARMEST = -60.0, 150.0  # °C that a chip is
 KELVIN = 273.15
+CELSIUS, KELVINS, FAHRENHEIT = Scale(1.0, "°C"), Scale(1.0, "K"), Scale(1.0, "°F", 1.8)
 
 
 def find_temperature(names: Sequence[str], used: Collection[int]) -> int | None:
@@ -27,18 +29,32 @@ def find_temperature(names: Sequence[str], used: Collection[int]) -> int | None:
     return min(found)[1] if found else None
 
 
-def celsius(name: str, column: Column) -> Array | None:
-    """(n,) °C; None where the values are no temperature: counts of a register, say."""
-    values = np.array(column, dtype=np.float64)
-    values[np.isinf(values)] = np.nan
-    seen = values[np.isfinite(values)]
+def temperature_scale(name: str, column: Column) -> Scale | None:
+    """The unit of (n,) numbers; None where they are no temperature: counts of a register, say."""
+    values = _finite(column)
+    seen = values[~np.isnan(values)]
     if not len(seen):
         return None
     unit = re.search(r"[(\[{]\s*°?\s*(K|F)", name)
     if unit is not None and unit[1] == "F":
-        values = (values - 32.0) / 1.8
+        scale = FAHRENHEIT
     elif unit is not None or (seen.min() > WARMEST and seen.max() < WARMEST + KELVIN):
-        values = values - KELVIN
-    if np.nanmin(values) < COLDEST or np.nanmax(values) > WARMEST:
-        return None
+        scale = KELVINS
+    else:
+        scale = CELSIUS
+    made = celsius(scale, column)
+    return None if np.nanmin(made) < COLDEST or np.nanmax(made) > WARMEST else scale
+
+
+def celsius(scale: Scale, column: Column) -> Array:
+    """(n,) °C of numbers in a unit of ``temperature_scale``."""
+    values = _finite(column)
+    if scale == FAHRENHEIT:
+        return (values - 32.0) / 1.8
+    return values - KELVIN if scale == KELVINS else values
+
+
+def _finite(column: Column) -> Array:
+    values = np.array(column, dtype=np.float64)
+    values[np.isinf(values)] = np.nan
     return values

@@ -1,16 +1,16 @@
 """From tables to one recording: which table holds which sensor, and their clocks side by side."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from levelhead.errors import LevelheadError
-from levelhead.recording import Array, Recording, median
+from levelhead.recording import Array, median
 from levelhead.sources.conclusion import Basis, Conclusion
-from levelhead.sources.hints import MEANING, Hints, NeedsHints, SuggestsCommand
-from levelhead.sources.interpret import assemble
+from levelhead.sources.hints import MEANING, Hints, NeedsHints, Scale, SuggestsCommand
 from levelhead.sources.interpret.clock_choice import Candidate, choose, join_seconds, seconds
 from levelhead.sources.interpret.scales import lacks_gravity
 from levelhead.sources.join.division import divide
@@ -39,22 +39,24 @@ class TableSensor(NamedTuple):
     group: ColumnGroup
 
 
-def recording_from_tables(source: str, tables: Sequence[Table], hints: Hints) -> Recording:
-    """One recording from the tables in ``source``.
+def single_table(source: str, tables: Sequence[Table], hints: Hints) -> tuple[Table, Hints]:
+    """One table of those in ``source``, and the hints that are left for it.
 
     Raises:
-        LevelheadError: a sensor is missing, several whole recordings, or what ``assemble`` says.
+        LevelheadError: a sensor is missing, or there are several whole recordings.
     """
     tables = [part for table in tables for part in divide(table, hints)]
     if len(tables) == 1:
-        return assemble(tables[0], hints)
+        return tables[0], hints
     if hints.sensor is not None:
         named = [table for table in tables if hints.sensor.lower() in table.context.lower()]
         tables = named or tables
     tables = join_tables(source, [unroll(table) for table in tables])
     whole = [table for table in tables if {"gyr", "acc"} <= sensors_of(table)]
     if len(whole) == 1 or (whole and {Path(table.source).suffix for table in whole} and _one_file(whole)):
-        return assemble(_with_mag(whole[0], tables, source), _without_sensor(hints, whole[0]))
+        table = _with_mag(whole[0], tables, source)
+        left = _without_sensor(hints, whole[0])
+        return table, left if table is whole[0] else replace(left, scale=_without_time(left))
     if whole:
         listed = ", ".join(table.context for table in whole[:4])
         inside = Path(whole[0].source).is_file()
@@ -63,7 +65,7 @@ def recording_from_tables(source: str, tables: Sequence[Table], hints: Hints) ->
             whole[0].source if inside else source,
             **({} if inside and whole[0].source != source else {"sensor": whole[0].context}),
         )
-    return assemble(_merge_tables(source, tables, hints), _without_names(hints))
+    return _merge_tables(source, tables, hints), _for_merged(hints)
 
 
 def _one_file(tables: Sequence[Table]) -> bool:
@@ -84,19 +86,18 @@ def _with_mag(table: Table, tables: Sequence[Table], source: str) -> Table:
 def _without_sensor(hints: Hints, table: Table) -> Hints:
     if hints.sensor is None or hints.sensor.lower() not in table.context.lower():
         return hints
-    return Hints(hints.map, hints.scale, hints.rate, None, hints.session, hints.words)
+    return replace(hints, sensor=None)
 
 
-def _without_names(hints: Hints) -> Hints:
-    """Of a merged table the columns are chosen already."""
-    return Hints(
-        {role: names for role, names in hints.map.items() if not names},
-        hints.scale,
-        hints.rate,
-        None,
-        hints.session,
-        hints.words,
-    )
+def _for_merged(hints: Hints) -> Hints:
+    """Of a merged table the columns are chosen already, and stamps are in ns."""
+    names = {role: names for role, names in hints.map.items() if not names}
+    return replace(hints, map=names, scale=_without_time(hints), sensor=None)
+
+
+def _without_time(hints: Hints) -> Mapping[str, Scale]:
+    """The scales of the sensors."""
+    return {role: scale for role, scale in hints.scale.items() if role != "t"}
 
 
 def sensors_of(table: Table) -> set[str]:

@@ -1,7 +1,6 @@
 """Text files of numbers: CSV, TSV, semicolons with decimal commas, columns by white space."""
 
 import math
-import os
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 
@@ -9,30 +8,47 @@ import numpy as np
 from numpy.typing import NDArray
 
 from levelhead.errors import LevelheadError
+from levelhead.open_types import Handle
 from levelhead.recording import Array
 from levelhead.sources.conclusion import Basis, Conclusion
-from levelhead.sources.formats.text.cells import MISSING, cells, is_comment, lines_of, trim
+from levelhead.sources.formats.text.cells import MISSING, cells, is_comment, lines_of
 from levelhead.sources.formats.text.dates import NS, nanoseconds, over_midnight
-from levelhead.sources.formats.text.dialect import Layout, find_layout
+from levelhead.sources.formats.text.file import TextFile
+from levelhead.sources.formats.text.layout import Layout, layout_of
 from levelhead.sources.table import Column
 
 _BLOCK = 1 << 22  # bytes read at a time
 BIG = 8 << 20  # bytes from which pyarrow is worth its import
 TORN_SHARE = 0.01  # of the lines, at most, that may be torn and are left out
 TORN_LAST = 20  # lines from which on a torn last one is no wonder: the power was cut
+_NULLS = sorted(
+    {form for word in MISSING for form in (word, word.upper(), word.capitalize())} | {"NaN"}
+)  # as pyarrow wants them
+
+
+def matches(file: TextFile) -> bool:
+    """True: what is written in no other dialect is a table, or an error says what is missing."""
+    return True
+
+
+def tables(file: TextFile) -> Sequence["TextTable"]:
+    """The table of a text with delimiters.
+
+    Raises:
+        LevelheadError: no line of numbers, or a header without numbers below it.
+    """
+    return [TextTable(file)]
 
 
 class TextTable:
-    """A text file with columns; its numbers are read when asked for. See ``Table``.
+    """A text file with columns; its numbers are read when asked for. See ``Table``."""
 
-    ``shown`` is what errors call the file, if it was unpacked from another.
-    """
-
-    def __init__(self, path: str | os.PathLike[str], layout: Layout | None = None, shown: str | None = None) -> None:
-        self.path = os.fspath(path)
-        self.source = shown or self.path
-        self.layout = layout or find_layout(path)
+    def __init__(self, file: TextFile) -> None:
+        self.file = file
+        self.source = file.display_path
+        self.layout = layout_of(file.head, file.display_path, file.encoding)
         self.names = self.layout.names
+        self.unnamed = self.layout.headless
         self.units: dict[str, str] = {}
         self.column_units = dict.fromkeys(self.layout.stamps, "ns")
         self.words = self.layout.words
@@ -51,13 +67,10 @@ class TextTable:
         """See ``Table``."""
         exact &= self.layout.whole
         plain = not (self.layout.tail or self.layout.stamps & set(wanted)) and self.layout.encoding.name == "utf-8"
-        if plain and os.path.getsize(self.path) > BIG:
-            from levelhead.sources.formats.text.arrow import read_text
-
-            for whole in dict.fromkeys(
-                (exact, frozenset[int]())
-            ):  # stamps that begin with "0" may have fractions later
-                if (columns := read_text(self.path, self.layout, wanted, whole)) is not None:
+        if plain and self.file.unwrapped is None and self.file.size > BIG:
+            # Stamps that begin with "0" may have fractions later.
+            for whole in dict.fromkeys((exact, frozenset[int]())):
+                if (columns := read_by_arrow(str(self.file.path), self.layout, wanted, whole)) is not None:
                     return columns
         return self._read(wanted, exact)
 
@@ -65,10 +78,10 @@ class TextTable:
     def labels(self) -> Mapping[str, NDArray[np.str_]]:
         """The columns of a few words that alternate, name to (n,) words; {} for a large file, and for torn lines."""
         words = sorted(self.layout.alternating)
-        if not words or os.path.getsize(self.path) > BIG:
+        if not words or self.file.size > BIG:
             return {}
         found: dict[int, list[str]] = {i: [] for i in words}
-        for line, text in blocks(self.path, self.layout):
+        for line, text in blocks(self.file, self.layout.first):
             rows = _Rows(self.source, self.layout, line, text)
             for i in words:
                 found[i] += [cell.strip() for cell in rows.cells[i :: rows.width]]
@@ -78,7 +91,7 @@ class TextTable:
         parts: dict[int, list[Column]] = {i: [] for i in wanted}
         torn: dict[int, str] = {}
         total = 0
-        for line, text in blocks(self.path, self.layout):
+        for line, text in blocks(self.file, self.layout.first):
             rows = _Rows(self.source, self.layout, line, text)
             columns = {i: rows.column(i, i in exact) for i in wanted}
             keep = rows.keep()
@@ -115,7 +128,7 @@ class TextTable:
     @cached_property
     def _last_line(self) -> int:
         last = 0
-        for line, text in blocks(self.path, self.layout):
+        for line, text in blocks(self.file, self.layout.first):
             for offset, row in enumerate(text.split("\n")):
                 if row.strip():
                     last = line + offset
@@ -123,7 +136,9 @@ class TextTable:
 
     def where(self, row: int) -> str:
         """The line number of a row: reads the file once more, because only errors ask."""
-        for line, text in blocks(self.path, self.layout):
+        if self.file.unwrapped is not None:  # its lines are not those of the file
+            return f"row {row}"
+        for line, text in blocks(self.file, self.layout.first):
             for offset, content in enumerate(lines_of(text)):
                 if content.strip() and not is_comment(content) and line + offset not in self._left_out:
                     if row == 0:
@@ -132,32 +147,33 @@ class TextTable:
         return "the last line"
 
 
-def blocks(source: str, layout: Layout) -> Iterator[tuple[int, str]]:
-    """(number of its first line, text) for pieces of whole lines, from the first line of numbers on."""
-    codec, line, rest = layout.encoding, 1, b""
-    wide = codec.name.startswith("utf-16")
-    with open(source, "rb") as file:
-        file.seek(codec.skip)
-        while True:
-            raw = file.read(-1 if wide else _BLOCK)
-            end = raw.rfind(b"\n") + 1 if raw else 0
-            if wide:
-                end, more = len(raw), b""
-            elif raw and not end:
+def blocks(file: TextFile, first: int) -> Iterator[tuple[int, str]]:
+    """(number of its first line, text) for pieces of whole lines; the ``first`` lines of the file are left out."""
+    line = 1
+    for text in _pieces(file):
+        lines = lines_of(text)
+        drop = max(0, first + 1 - line)
+        if drop < len(lines):
+            yield line + drop, "\n".join(lines[drop:])
+        line += len(lines)
+
+
+def _pieces(file: TextFile) -> Iterator[str]:
+    """The text of a file in pieces of whole lines, each without its last line break."""
+    if file.unwrapped is not None or file.encoding.name.startswith("utf-16"):
+        yield file.text()
+        return
+    rest = b""
+    with open(file.path, "rb") as stream:
+        stream.seek(file.encoding.skip)
+        while raw := stream.read(_BLOCK):
+            end = raw.rfind(b"\n")
+            if end < 0:
                 rest += raw
                 continue
-            else:
-                more = raw[end:]
-            lines = lines_of((rest + raw[:end]).decode(codec.name, "replace"))
-            rest = more
-            done = not raw or wide
-            count = len(lines) if done else len(lines) - 1
-            drop = max(0, layout.first + 1 - line)
-            if drop < count:
-                yield line + drop, "\n".join(lines[drop:count])
-            line += count
-            if done:
-                return
+            yield (rest + raw[:end]).removesuffix(b"\r").decode(file.encoding.name, "replace")
+            rest = raw[end + 1 :]
+    yield rest.decode(file.encoding.name, "replace")
 
 
 class _Rows:
@@ -282,6 +298,63 @@ class _Rows:
         return found
 
 
-def is_headed(line: str, layout: Layout) -> bool:
-    """Whether a line says the header again, as a device does that was reset."""
-    return tuple(cell.strip() for cell in trim(cells(line, layout.delimiter))) == layout.names
+def read_by_arrow(
+    source: str, layout: Layout, wanted: Sequence[int], exact: frozenset[int]
+) -> dict[int, Column] | None:
+    """Columns of a big text file; None when pyarrow is not there or does not like the file.
+
+    Then ``TextTable`` reads it by itself: it reads what is unusual, and its errors name the cell.
+    """
+    try:
+        import pyarrow as pa
+    except ImportError:
+        return None
+    if layout.delimiter == " ":
+        return None
+    with open(source, "rb") as file:  # no more rows than that; what is not written takes no memory
+        room = 1 + sum(block.count(b"\n") + block.count(b"\r") for block in iter(lambda: file.read(_BLOCK), b""))
+    found: dict[int, Column] = {}
+    for i in wanted:
+        found[i] = np.empty(room, np.int64) if i in exact else np.empty(room)
+    rows = 0
+    try:
+        for batch in open_by_arrow(source, layout, wanted, exact):  # a whole table would be a second copy of everything
+            for i in wanted:
+                part = batch.column(str(i)).to_numpy(zero_copy_only=False)
+                if part.dtype != found[i].dtype:  # a whole number is missing
+                    found[i] = found[i].astype(np.float64)
+                found[i][rows : rows + len(part)] = part
+            rows += batch.num_rows
+    except (pa.ArrowException, OSError):
+        return None
+    return {i: column[:rows] for i, column in found.items()}
+
+
+def open_by_arrow(source: Handle, layout: Layout, wanted: Sequence[int], exact: frozenset[int]) -> Handle:
+    """The columns at some positions of a text file as Arrow reads them, batch by batch, by position.
+
+    Raises:
+        pyarrow.ArrowException: something in it is no number.
+    """
+    import pyarrow as pa
+    import pyarrow.csv as pa_csv
+
+    types = {str(i): pa.int64() if i in exact else pa.float64() for i in wanted}
+    return pa_csv.open_csv(
+        source,
+        pa_csv.ReadOptions(skip_rows=layout.first, column_names=[str(i) for i in range(len(layout.names))]),
+        pa_csv.ParseOptions(delimiter=layout.delimiter),
+        pa_csv.ConvertOptions(
+            include_columns=list(types),
+            column_types=types,
+            null_values=_NULLS,
+            decimal_point="," if layout.decimal_comma else ".",
+        ),
+    )
+
+
+def arrow_numbers(column: Handle) -> Column:
+    """An Arrow column as (n,) float64 with NaN for null, or int64 if it is whole and complete."""
+    values: Handle = column.to_numpy()
+    numbers: Column = values if values.dtype in (np.int64, np.float64) else values.astype(np.float64)
+    return numbers

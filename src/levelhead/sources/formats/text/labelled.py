@@ -5,17 +5,29 @@ begin with what they hold, ``a/g:\t1\t2\t3\t4\t5\t6``. Files and serial lines ar
 """
 
 import re
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
+import numpy as np
+
 from levelhead import units
+from levelhead.errors import LevelheadError
+from levelhead.sources.conclusion import Basis, Conclusion
+from levelhead.sources.formats.text.file import TextFile
+from levelhead.sources.formats.text.header import rate_in
+from levelhead.sources.table import ArrayTable
 
 # A number stands alone: "acc1", "m/s^2", "a/g" and "0x50" hold none.
 _NUMBER = re.compile(
     r"(?<![\w.^/])(?<!\d[-:])[-+]?(?:\d+\.?\d*(?:[eE][-+]?\d+)?|\.\d+(?:[eE][-+]?\d+)?|nan|NaN|NAN)(?![\w.]*[\w])"
     r"|(?<![\w.^/])(?<!\d[-:])[-+]?(?:\d+\.?\d*|\.\d+)(?=(?:deg|rad|dps|mg|g|uT|µT|m/s|°|ms|us|C)\b)"
 )
-MOST = 0.6  # share of the lines with numbers that must be labelled; beside them stand temperatures and greetings
-_FEW = 5  # names behind a first number without one
+_MIN_LABELLED = (
+    0.6  # share of the lines with numbers that must be labelled; beside them stand temperatures and greetings
+)
+_MIN_SHARE = 0.05  # of the samples that hold a name, below which it is not a column
+_MIN_NAMES = 6  # behind a first number that has no name
+_SAMPLE_LINES = 40
 _UNIT_BEFORE_AXIS = re.compile(r"\s*[(\[]([^()\[\]]*)[)\]]\s*:\s*(?=[xyzXYZ]$)")  # "Gyroscope (rad/s): X"
 _UNIT_OF_NAME = re.compile(r"(?<=\w)\s*[(\[]([^()\[\]]+)[)\]]\s*[:=]$")  # "Ax(g):"
 _UNIT_BEHIND_NAME = re.compile(r"([A-Za-z]\w*)\s*[(\[]([^()\[\]\s]+)[)\]]\s*$")  # "acc[g] 0.1 0.2 0.3"
@@ -23,6 +35,30 @@ _SEPARATORS = ",;|\t[](){}"
 _AXES = frozenset("xyzw")
 _COLUMNS = {1: ("",), 3: ("x", "y", "z"), 4: ("w", "x", "y", "z")}
 _SENSORS = {"a": "acc", "g": "gyr", "m": "mag"}  # of the lines "a/g:" and "a/g/m:" that Arduino libraries print
+
+
+def matches(file: TextFile) -> bool:
+    """Whether most of the lines have a word before each number."""
+    return looks_labelled(file.content[:_SAMPLE_LINES])
+
+
+def tables(file: TextFile) -> Sequence[ArrayTable]:
+    """The numbers of a text by their names, NaN where a sample lacks one.
+
+    Raises:
+        LevelheadError: no sample at all.
+    """
+    lines = file.lines()
+    samples = [record for _, record in records(lines)]
+    if not samples:
+        raise LevelheadError(
+            f"{file.display_path} has no line with a word before each number; expected such as ax=0.01 ay=…"
+        )
+    counts = Counter(name for record in samples for name in record)
+    names = [name for name, count in counts.items() if count > _MIN_SHARE * len(samples)]
+    arrays = {name: np.array([record.get(name, np.nan) for record in samples]) for name in names}
+    kind = Conclusion("file.kind", "labelled", "labelled text", Basis.HEADER, {"names": ", ".join(names[:12])})
+    return [ArrayTable(file.display_path, arrays, rate=rate_in(lines[:30]), conclusions=[kind])]
 
 
 def parse(line: str) -> dict[str, float]:
@@ -51,7 +87,7 @@ def parse(line: str) -> dict[str, float]:
     unit, _ = _split(line[end:])
     if unit:
         labels[-1] = (*labels[-1][:2], unit)
-    if labels[0][0] == "" and len(labels[0][1]) == 1 and named > _FEW and named == len(labels) - 1:
+    if labels[0][0] == "" and len(labels[0][1]) == 1 and named >= _MIN_NAMES and named == len(labels) - 1:
         labels[0] = ("time", *labels[0][1:])  # the number of a row or its stamp stands first, without a name
         named += 1
     if named == 0 or named < len(labels):
@@ -82,7 +118,7 @@ def records(lines: Iterable[str]) -> Iterator[tuple[int, dict[str, float]]]:
 def looks_labelled(lines: Sequence[str]) -> bool:
     """Whether most of the lines with numbers have a word before each of them."""
     with_numbers = [line for line in lines if any(sign.isdigit() for sign in line)]
-    return bool(with_numbers) and sum(bool(parse(line)) for line in with_numbers) > MOST * len(with_numbers)
+    return bool(with_numbers) and sum(bool(parse(line)) for line in with_numbers) > _MIN_LABELLED * len(with_numbers)
 
 
 def _split(gap: str) -> tuple[str, str]:

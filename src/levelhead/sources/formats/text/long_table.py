@@ -2,61 +2,92 @@
 
 from collections import Counter
 from collections.abc import Sequence
-from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from levelhead.sources.conclusion import Basis, Conclusion
-from levelhead.sources.formats.text.cells import cells, is_comment, is_number, lines_of
+from levelhead.sources.formats.text.cells import cells, is_comment, is_number
 from levelhead.sources.formats.text.dates import is_stamp, nanoseconds
-from levelhead.sources.formats.text.encoding import Encoding
+from levelhead.sources.formats.text.file import TextFile
 from levelhead.sources.names.column_name import understand
 from levelhead.sources.table import ArrayTable
 
-_LOOK = 400
-_FEWEST = 6  # names: three axes of two sensors
+_MAX_NAMES = 400  # that are looked at
+_MIN_AXES = 6  # three axes of two sensors
 _VALUES = ("value", "_value", "val", "reading", "data")
+Rows = list[list[str]]
 
 
-def melted_tables(path: Path, shown: str, content: Sequence[str], encoding: Encoding) -> list[ArrayTable]:
-    """A column for each name, a row for each stamp; [] if the table is no long one. ``content``: the first lines."""
+class LongHeader(NamedTuple):
+    """How the header of a long table is laid out: delimiter, cells, and the positions of two of them."""
+
+    delimiter: str
+    width: int
+    time: int
+    value: int
+
+
+def matches(file: TextFile) -> bool:
+    """Whether the header has a stamp and a value."""
+    return _header(file) is not None
+
+
+def tables(file: TextFile) -> Sequence[ArrayTable]:
+    """A column for each name, a row for each stamp; [] if no column names the axes of two sensors."""
+    header = _header(file)
+    assert header is not None  # the file matches
+    rows = _rows(file.lines(), header)
+    name = _name_column(rows)
+    return [] if name is None else [_pivot(file.display_path, rows, header, name)]
+
+
+def _header(file: TextFile) -> LongHeader | None:
+    """The header by the first line; None if it has no stamp or no value."""
     for delimiter in ",;\t":
-        head = [cell.strip().lower() for cell in cells(content[0], delimiter)] if content else []
+        head = [cell.strip().lower() for cell in cells(file.content[0], delimiter)] if file.content else []
         value = next((head.index(word) for word in _VALUES if word in head), None)
-        if value is None:
-            continue
-        lines = lines_of(path.read_bytes()[encoding.skip :].decode(encoding.name, "replace"))
-        rows = [[cell.strip() for cell in cells(line, delimiter)] for line in lines if line and not is_comment(line)]
-        rows = [row for row in rows if len(row) == len(head) and is_number(row[value], False)]
         time = next((i for i, name in enumerate(head) if understand(name).role == "t"), None)
-        name = _name_column(rows)
-        if time is not None and name is not None:
-            return [_pivot(shown, rows, time, name, value)]
-    return []
+        if value is not None and time is not None:
+            return LongHeader(delimiter, len(head), time, value)
+    return None
 
 
-def _name_column(rows: Sequence[Sequence[str]]) -> int | None:
+def _rows(lines: Sequence[str], header: LongHeader) -> Rows:
+    """The rows of all cells whose value is a number."""
+    rows = [[cell.strip() for cell in cells(line, header.delimiter)] for line in lines if line and not is_comment(line)]
+    return [row for row in rows if len(row) == header.width and is_number(row[header.value], False)]
+
+
+def _name_column(rows: Rows) -> int | None:
     """The column whose words are the axes of a gyroscope and an accelerometer."""
     for k, column in enumerate(zip(*rows, strict=True)):
         words = Counter(column)
-        known = [one for one in (understand(word) for word in list(words)[:_LOOK]) if one.axis]
-        if len(words) < 0.5 * len(column) and {"gyr", "acc"} <= {one.role for one in known} and len(known) >= _FEWEST:
+        axes = [name for name in map(understand, list(words)[:_MAX_NAMES]) if name.axis]
+        if len(words) < 0.5 * len(column) and {"gyr", "acc"} <= {name.role for name in axes} and len(axes) >= _MIN_AXES:
             return k
     return None
 
 
-def _pivot(shown: str, rows: Sequence[Sequence[str]], time: int, name: int, value: int) -> ArrayTable:
-    dated = is_stamp(rows[0][time])
+def _pivot(source: str, rows: Rows, header: LongHeader, name: int) -> ArrayTable:
+    """The numbers of one stamp side by side."""
+    dated = is_stamp(rows[0][header.time])
     samples: dict[float, dict[str, float]] = {}
     for row in rows:
         try:
-            stamp = nanoseconds(row[time]) if dated else int(row[time]) if row[time].isdigit() else float(row[time])
+            stamp = _stamp(row[header.time], dated)
         except ValueError:
             continue
-        samples.setdefault(stamp, {})[row[name]] = float(row[value])
+        samples.setdefault(stamp, {})[row[name]] = float(row[header.value])
     stamps = sorted(samples)
     arrays = {"time": np.array(stamps)}
     for word in dict.fromkeys(row[name] for row in rows):
         arrays[word] = np.array([samples[stamp].get(word, np.nan) for stamp in stamps])
     kind = Conclusion("file.kind", "long_table", "long table", Basis.HEADER)
-    return ArrayTable(shown, arrays, conclusions=[kind], column_units={0: "ns"} if dated else {})
+    return ArrayTable(source, arrays, conclusions=[kind], column_units={0: "ns"} if dated else {})
+
+
+def _stamp(cell: str, dated: bool) -> float:
+    if dated:
+        return nanoseconds(cell)
+    return int(cell) if cell.isdigit() else float(cell)

@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Iterator, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,18 +9,20 @@ import numpy as np
 from levelhead.errors import LevelheadError
 from levelhead.open_types import Fields
 from levelhead.sources.conclusion import Basis, Conclusion
-from levelhead.sources.formats.text.cells import is_number, lines_of
-from levelhead.sources.formats.text.encoding import Encoding
+from levelhead.sources.formats.text.cells import is_number
+from levelhead.sources.formats.text.file import TextFile
 from levelhead.sources.table import ArrayTable
 
 _LINE = re.compile(r"(\s*)([A-Za-z_]\w*):\s*(.*?)\s*$")
-_RARE = 0.5  # share of the messages below which a name is not a column
+_SAMPLE_LINES = 200
+_MIN_SHARE = 0.5  # of the messages that hold a name, below which it is not a column
 
 
-def looks_echoed(content: Sequence[str]) -> bool:
+def matches(file: TextFile) -> bool:
     """Whether lines are indented names with numbers, and dashes stand between messages."""
-    named = sum(_LINE.match(line) is not None or line.lstrip().startswith(("-", "[")) for line in content[:200])
-    return any(line.strip() == "---" for line in content[:200]) and named > 0.9 * len(content[:200])
+    lines = file.content[:_SAMPLE_LINES]
+    named = sum(_LINE.match(line) is not None or line.lstrip().startswith(("-", "[")) for line in lines)
+    return any(line.strip() == "---" for line in lines) and named > 0.9 * len(lines)
 
 
 def messages(lines: Sequence[str]) -> Iterator[dict[str, str]]:
@@ -38,34 +39,32 @@ def messages(lines: Sequence[str]) -> Iterator[dict[str, str]]:
         if parts is None:
             continue
         depth = len(parts[1])
-        path = [*[one for one in path if one[0] < depth], (depth, parts[2])]
+        path = [*[parent for parent in path if parent[0] < depth], (depth, parts[2])]
         if is_number(parts[3], False):
             found[".".join(name for _, name in path)] = parts[3]
 
 
-def echoed_table(path: Path, shown: str, encoding: Encoding) -> ArrayTable:
+def tables(file: TextFile) -> Sequence[ArrayTable]:
     """The messages of a text as rows, NaN where one lacks a number; the last one may be torn.
 
     Raises:
         LevelheadError: no message with numbers.
     """
-    lines = lines_of(path.read_bytes()[encoding.skip :].decode(encoding.name, "replace"))
-    rows = list(messages(lines))
+    rows = list(messages(file.lines()))
     if len(rows) > 1 and len(rows[-1]) < len(rows[0]):
         rows.pop()
     counts: dict[str, int] = {}
     for row in rows:
         for name in row:
             counts[name] = counts.get(name, 0) + 1
-    names = [name for name, count in counts.items() if count > _RARE * len(rows)]
+    names = [name for name, count in counts.items() if count > _MIN_SHARE * len(rows)]
     if not names:
-        raise LevelheadError(f"{shown} holds no messages with numbers; expected such as rostopic echo prints")
+        raise LevelheadError(
+            f"{file.display_path} holds no messages with numbers; expected such as rostopic echo prints"
+        )
     arrays: Fields = {name: _column([row.get(name, "") for row in rows]) for name in names}
-    return ArrayTable(
-        shown,
-        arrays,
-        conclusions=[Conclusion("file.kind", "ros_echo", "ROS echo", Basis.HEADER, {"names": ", ".join(names[:12])})],
-    )
+    kind = Conclusion("file.kind", "ros_echo", "ROS echo", Basis.HEADER, {"names": ", ".join(names[:12])})
+    return [ArrayTable(file.display_path, arrays, conclusions=[kind])]
 
 
 def _column(cells: Sequence[str]) -> Any:

@@ -1,17 +1,23 @@
-"""Lines that a terminal, a logger or a protocol has dressed up: a clock, $SENTENCES, letters, brackets."""
+"""Lines wrapped by a terminal, a logger or a protocol: a clock, $SENTENCES, letters, brackets, units in each cell."""
 
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import NamedTuple
 
+from levelhead import units
+from levelhead.errors import LevelheadError
 from levelhead.sources.formats.text.cells import is_number, lines_of
+from levelhead.sources.formats.text.file import TextFile
 from levelhead.sources.formats.text.labelled import looks_labelled
-from levelhead.sources.formats.text.unit_cells import MEASURED, without_units
-from levelhead.sources.formats.text.vector_cells import OBJECT, VECTOR, without_objects, without_vectors
 from levelhead.sources.names.column_name import understand
 
-_SIX = 6  # numbers of a gyroscope and an accelerometer
-MOST = 0.6  # share of the lines that must be dressed alike
+_SAMPLE_LINES = 200
+_MIN_CONTENT = 6  # lines that are no comments; a protocol whose lines begin as comments may send some greetings too
+_MIN_SHARE = 0.6  # of the lines, wrapped in the same way
+_MIN_NUMBERS = 6  # of a gyroscope and an accelerometer
+_MIN_UNITS = 6  # cells of a line that hold a unit
 _ARROW = re.compile(r"^\s*\[?(?:\d{4}-\d\d-\d\d[ T])?(\d\d?:\d\d:\d\d[.,]\d+)\]?\s*(?:->|>)\s?(.*)$")
 _CLOCK = r"(?:\d{4}-\d\d-\d\d[ T])?(\d\d?:\d\d:\d\d[.,]\d+)"
 _LOGGER = re.compile(rf"^\s*{_CLOCK}(?:\s*[-|]\s*[A-Za-z_][\w.: ]*?)+\s*[-|:]\s*(.*)$")  # Python's logging, loguru
@@ -45,21 +51,49 @@ _VECTORNAV = {  # VN-100 user manual, asynchronous ASCII messages
     "VNYMR": ["yaw", "pitch", "roll", *_FIELD, *_ACC, *_GYR],
     "VNQMR": ["quat_x", "quat_y", "quat_z", "quat_w", *_FIELD, *_ACC, *_GYR],
 }
+_VECTOR_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+_BETWEEN = r"(?:\s*[,;]\s*|\s+)"
+_VECTOR = re.compile(rf"\"?[\[(]\s*({_VECTOR_NUMBER}(?:{_BETWEEN}{_VECTOR_NUMBER}){{2,3}})\s*[\])]\"?")
+_QUOTE = r"[\"']{0,2}"
+_OBJECT = re.compile(
+    rf"\"?\{{\s*{_QUOTE}x{_QUOTE}\s*:\s*({_VECTOR_NUMBER})\s*,\s*{_QUOTE}y{_QUOTE}\s*:\s*({_VECTOR_NUMBER})\s*,"
+    rf"\s*{_QUOTE}z{_QUOTE}\s*:\s*({_VECTOR_NUMBER})\s*\}}\"?"
+)
+_MARK = "\1"
+_KEY = re.compile(r"[\"']\w+[\"']\s*:")
+_AXES = {1: ("",), 3: ("_x", "_y", "_z")}
+_CELL = r"\s*\"?[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?\s*[a-zA-Zµ°][\w/^²°.]*\"?\s*"
+_MEASURED = re.compile(rf"(?:[,;\t]|^){_CELL}[,;\t]{_CELL}[,;\t]{_CELL}(?:[,;\t]|$)")
+_PARTS = re.compile(r"\s*\"?([-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?)\s*([a-zA-Zµ°][\w/^²°.]*)\"?\s*$")
 
 
-def undress_text(text: str) -> str | None:
-    """The text as a table, or None if its lines are dressed in no way that is known here."""
+def matches(file: TextFile) -> bool:
+    """Whether the first lines are wrapped in one way."""
+    lines = file.content if len(file.content) >= _MIN_CONTENT else file.head
+    return unwrap("\n".join(lines[:_SAMPLE_LINES])) is not None
+
+
+def unwrap_file(file: TextFile) -> TextFile:
+    """The file with the text that its lines wrap.
+
+    Raises:
+        LevelheadError: the lines below are not wrapped as the first ones are.
+    """
+    text = unwrap(file.text())
+    if text is None:
+        raise LevelheadError(
+            f"{file.display_path} begins with sentences or stamps of a terminal, but does not go on with them"
+        )
+    return file.with_text(text)
+
+
+def unwrap(text: str) -> str | None:
+    """The text as lines of another dialect; None if its lines are not wrapped in the same way, by any pattern here."""
     lines = [line for line in lines_of(text) if line.strip()]
-    sample = lines[:200]
-    for pattern, plain in (
-        (_ARROW, _without_arrows), (_BRACKETED, _without_arrows), (_LOGGER, _without_arrows), (_ESP, _without_arrows),
-        (_COUNTED, _without_arrows), (_TAGGED, _without_tags), (_MESSAGE, _without_braces), (_POINT, _without_points),
-        (_UM7, _with_words), (_SENTENCE, _without_sentences), (_CHECKED, _without_checksums),
-        (_LETTER, _without_letters), (_BRACKETS, _without_brackets), (_TWO_SIGNS, _with_commas),
-        (OBJECT, without_objects), (_NESTED, _without_nesting), (VECTOR, without_vectors), (MEASURED, without_units),
-    ):  # fmt: skip
-        if sum(pattern.search(line) is not None for line in sample) > MOST * len(sample):
-            return plain(lines)
+    sample = lines[:_SAMPLE_LINES]
+    for wrapping in _WRAPPINGS:
+        if sum(wrapping.pattern.search(line) is not None for line in sample) > _MIN_SHARE * len(sample):
+            return wrapping.unwrap(lines)
     return None
 
 
@@ -68,23 +102,19 @@ def _with_commas(lines: Sequence[str]) -> str | None:
     return "\n".join(re.sub(r"\s*[;|]\s*", ",", line.strip().rstrip(";|,")) for line in lines)
 
 
-def _without_arrows(lines: Sequence[str]) -> str | None:
+def _without_clock(lines: Sequence[str], pattern: re.Pattern[str]) -> str | None:
     """The serial monitor of the Arduino IDE with time stamps, "12:30:15.250 -> 0.1,0.2", and what loggers write."""
-    pattern = next(
-        one for one in (_ARROW, _BRACKETED, _LOGGER, _ESP, _COUNTED) if sum(map(bool, map(one.match, lines[:200]))) > 9
-    )
     found = [match.groups() for line in lines if (match := pattern.match(line))]
-    labelled = looks_labelled([rest for _, rest in found[1:40]])
-    made = []
+    name = "time_ms" if pattern is _ESP else "time"
+    if looks_labelled([rest for _, rest in found[1:40]]):
+        name = "time_ms" if pattern is _ESP else "time_s"
+        return "\n".join(f"{name}: {_count(clock)} {_AROUND.sub(' ', rest)}" for clock, rest in found)
+    plain = []
     for clock, rest in found:
-        if labelled:
-            made.append(f"time_{'ms' if pattern is _ESP else 's'}: {_count(clock)} {_AROUND.sub(' ', rest)}")
-        else:
-            delimiter = next((sign for sign in "\t;," if sign in rest), " ")
-            numbers = sum(sign.isdigit() for sign in rest) > 0.3 * len(rest)
-            name = "time_ms" if pattern is _ESP else "time"
-            made.append(f"{clock if numbers else name}{delimiter}{rest}")
-    return "\n".join(made)
+        delimiter = next((sign for sign in "\t;," if sign in rest), " ")
+        numbers = sum(sign.isdigit() for sign in rest) > 0.3 * len(rest)
+        plain.append(f"{clock if numbers else name}{delimiter}{rest}")
+    return "\n".join(plain)
 
 
 def _count(clock: str) -> str:
@@ -126,8 +156,9 @@ def _without_checksums(lines: Sequence[str]) -> str | None:
     """Sentences: rows typed by their names; where no name is a sensor's, those of the commonest with six numbers."""
     found = [line.strip().lstrip("$!").partition("*")[0].split(",") for line in lines]
     if not {"gyr", "acc"} & {understand(f"{row[0]} x").role for row in found[:200]}:
-        counts = Counter(row[0] for row in found if sum(is_number(cell, False) for cell in row) >= _SIX)
-        found = [row for row in found if row[0] == max(counts, key=lambda tag: counts[tag], default=row[0])]
+        counts = Counter(row[0] for row in found if sum(is_number(cell, False) for cell in row) >= _MIN_NUMBERS)
+        usual = max(counts, key=lambda tag: counts[tag], default=None)
+        found = [row for row in found if usual in (None, row[0])]
     return "\n".join(map(",".join, found))
 
 
@@ -145,21 +176,26 @@ def _without_nesting(lines: Sequence[str]) -> str | None:
 def _without_letters(lines: Sequence[str]) -> str | None:
     """Razor AHRS: a line for each sensor, which a letter names; a sample ends where a letter comes again."""
     names = {"A": "acc", "G": "gyr", "M": "mag"}
-    samples: list[dict[str, str]] = []
-    for line in lines:
-        found = _LETTER.match(line)
-        if found is None or found[2].count(",") != 2:
-            continue
-        if not samples or found[1] in samples[-1]:
-            samples.append({})
-        samples[-1][found[1]] = found[2].strip()
-    kinds = [kind for kind in names if sum(kind in sample for sample in samples) > MOST * len(samples)]
+    samples = _letter_samples(lines)
+    kinds = [kind for kind in names if sum(kind in sample for sample in samples) > _MIN_SHARE * len(samples)]
     if not {"A", "G"} <= set(kinds):
         return None
     head = ",".join(f"{names[kind]}_{axis}" for kind in kinds for axis in "xyz")
-    return "\n".join(
-        [head, *(",".join(sample[kind] for kind in kinds) for sample in samples if set(kinds) <= set(sample))]
-    )
+    whole = [sample for sample in samples if set(kinds) <= set(sample)]
+    return "\n".join([head, *(",".join(sample[kind] for kind in kinds) for sample in whole)])
+
+
+def _letter_samples(lines: Sequence[str]) -> list[dict[str, str]]:
+    """The axes of each sensor by its letter, for each sample."""
+    samples: list[dict[str, str]] = []
+    for line in lines:
+        match = _LETTER.match(line)
+        if match is None or match[2].count(",") != 2:
+            continue
+        if not samples or match[1] in samples[-1]:
+            samples.append({})
+        samples[-1][match[1]] = match[2].strip()
+    return samples
 
 
 def _without_sentences(lines: Sequence[str]) -> str | None:
@@ -191,3 +227,96 @@ def _without_brackets(lines: Sequence[str]) -> str | None:
     ]
     body = [", ".join(numbers.strip() for _, _, numbers in parts) for parts in rows if len(parts) == len(names)]
     return "\n".join([",".join(titles), *body])
+
+
+def _without_objects(lines: Sequence[str]) -> str | None:
+    """Cells such as "{'x': 0.1, 'y': 0.2, 'z': 9.8}" as columns; None: each line is one object."""
+    return _without_vectors([_OBJECT.sub(r"(\1, \2, \3)", line) for line in lines])
+
+
+def _without_vectors(lines: Sequence[str]) -> str | None:
+    """The lines as a table with commas, three columns for a vector of three; None: they are words with vectors."""
+    first = next(i for i, line in enumerate(lines) if _VECTOR.search(line))
+    if _KEY.search(lines[first]) or any(_MARK in cell != _MARK for cell in _plain_cells(lines[first])):
+        return None
+    sizes = [len(cell) for cell in _cells(lines[first])]
+    rows = [_cells(line) for line in lines[first:] if _VECTOR.search(line)]
+    body = [",".join(part for cell in row for part in cell) for row in rows if [len(cell) for cell in row] == sizes]
+    return "\n".join([*_header(lines[first - 1], sizes), *body] if first > 0 else body)
+
+
+def _cells(line: str) -> list[list[str]]:
+    """The cells of a line, each as its numbers: one, or those of a vector."""
+    following = iter([re.split(r"[\s,;]+", found.strip()) for found in _VECTOR.findall(line)])
+    return [next(following) if cell == _MARK else [cell.replace(",", ".")] for cell in _plain_cells(line)]
+
+
+def _plain_cells(line: str) -> list[str]:
+    """The cells of a line, a mark in place of each vector."""
+    plain = _VECTOR.sub(_MARK, line).strip()
+    delimiter = next((sign for sign in "\t;,|" if sign in plain), None)
+    return [cell.strip() for cell in plain.split(delimiter)]
+
+
+def _header(line: str, sizes: Sequence[int]) -> list[str]:
+    """The header line with a name for each number; [] if it has not one name for each cell."""
+    sign = max("\t;,|", key=line.count)
+    titles = [title.strip().strip("\"'") for title in line.split(sign)]
+    if len(titles) != len(sizes):
+        return []
+    every = [_AXES.get(size, tuple(f"_{i + 1}" for i in range(size))) for size in sizes]
+    return [",".join(f"{title}{axis}" for title, axes in zip(titles, every, strict=True) for axis in axes)]
+
+
+def _without_units(lines: Sequence[str]) -> str | None:
+    """Cells that hold a number and its unit, "0.02 g", as numbers and a unit in the name of each column.
+
+    None: the words behind the numbers are not units.
+    """
+    first = next(i for i, line in enumerate(lines) if _MEASURED.search(line))
+    delimiter = max("\t;,", key=lines[first].count)
+    cell_units = [parts[2] if (parts := _PARTS.match(cell)) else "" for cell in lines[first].split(delimiter)]
+    if first == 0 or sum(map(_is_unit, cell_units)) < _MIN_UNITS or looks_labelled(lines[:40]):
+        return None
+    titles = [title.strip() for title in lines[first - 1].split(delimiter)]
+    if len(titles) != len(cell_units):
+        return None
+    head = delimiter.join(
+        f"{title} [{unit}]" if unit else title for title, unit in zip(titles, cell_units, strict=True)
+    )
+    body = [delimiter.join(_PARTS.sub(r"\1", cell) for cell in line.split(delimiter)) for line in lines[first:]]
+    return "\n".join([head, *body])
+
+
+def _is_unit(text: str) -> bool:
+    return any(units.find_factor(quantity, text) is not None for quantity in units.FACTORS)
+
+
+class Wrapping(NamedTuple):
+    """A pattern of lines, and the function that gives the lines without it; None if they are something else."""
+
+    pattern: re.Pattern[str]
+    unwrap: Callable[[Sequence[str]], str | None]
+
+
+# In this order because later patterns match lines of earlier ones too: a logger's clock stands before any sentence, and
+# a sentence of a known maker is a sentence with a checksum.
+_WRAPPINGS = (
+    *(
+        Wrapping(pattern, partial(_without_clock, pattern=pattern))
+        for pattern in (_ARROW, _BRACKETED, _LOGGER, _ESP, _COUNTED)
+    ),
+    Wrapping(_TAGGED, _without_tags),
+    Wrapping(_MESSAGE, _without_braces),
+    Wrapping(_POINT, _without_points),
+    Wrapping(_UM7, _with_words),
+    Wrapping(_SENTENCE, _without_sentences),
+    Wrapping(_CHECKED, _without_checksums),
+    Wrapping(_LETTER, _without_letters),
+    Wrapping(_BRACKETS, _without_brackets),
+    Wrapping(_TWO_SIGNS, _with_commas),
+    Wrapping(_OBJECT, _without_objects),
+    Wrapping(_NESTED, _without_nesting),
+    Wrapping(_VECTOR, _without_vectors),
+    Wrapping(_MEASURED, _without_units),
+)

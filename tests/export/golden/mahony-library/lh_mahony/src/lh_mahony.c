@@ -56,7 +56,8 @@ typedef struct {
 
 /* pi / sqrt(3.0): rad, standard deviation of an angle that is uniform on the circle */
 static const float TILT_UNIFORM = 1.8137994f;
-static const float TILT_GAP_SECONDS = 0.5f; /* s: across a longer interval the attitude is held and its variance grows */
+/* 0.5 + 0.5e-6: s: across a longer interval the attitude is held; no stamps in µs are so far apart */
+static const float TILT_GAP_SECONDS = 0.5000005f;
 static const float TILT_TURN = 1.0f; /* rad/s, 1σ of how fast a body may turn in a gap */
 /* squared, in any unit: below it squares lose their digits, and then nothing is unit any more */
 static const float TILT_NO_LENGTH = 1e-30f;
@@ -152,8 +153,8 @@ static const float LOWPASS_AGE_LIMIT = 1e6f; /* s: beyond this age the weight no
 static const float CONDITIONING_READING_LIMIT = 1e9f;
 /* READING_LIMIT * READING_LIMIT: a sum of squares below it contains no missing reading */
 static const float CONDITIONING_SQUARE_LIMIT = 1e18f;
-/* rad, 1σ of an unmeasured rotation from which the filter's covariance is inflated */
-static const float CONDITIONING_LEAST_ROTATION = 0.1f;
+/* 5.5 * DEGREE: rad, 1σ of an unmeasured rotation from which the filter's covariance is inflated */
+static const float CONDITIONING_LEAST_ROTATION = 0.09599311f;
 static const float CONDITIONING_INTERVALS = 16.0f; /* over which the usual interval is averaged */
 /* 1.0 / 12.0: of a number that is uniform between 0 and 1: when in a lost interval the rate changed */
 static const float CONDITIONING_CHANGE_VARIANCE = 0.083333336f;
@@ -1102,14 +1103,16 @@ static LH_CALLED void driver_step_gated(const Settings *settings, ConditionedSam
         y_6 = y_5;
         z_6 = z_5;
     }
+    /* mahony.step: Eqs. 1 to 5. */
+    const float number_17 = 1.0f / settings->filter.kp;
     /* lowpass.lowpass_weight: The weight of a new sample in a first-order low-pass of time constant tau:
      * dt/(min(τ, age) + dt).
      */
-    const float kt = sample->dt / (lh_min(1.0f / settings->filter.kp, age) + sample->dt);
+    const float kt = sample->dt / (lh_min(number_17, age) + sample->dt);
     /* tilt.is_present: Whether a sensor is there: an absent one is the zero vector, and so is what is too
      * short to have a direction.
      */
-    const float number_17 = sample->mag.x * sample->mag.x + sample->mag.y * sample->mag.y
+    const float number_18 = sample->mag.x * sample->mag.x + sample->mag.y * sample->mag.y
         + sample->mag.z * sample->mag.z;
     float x_7;
     float y_7;
@@ -1117,7 +1120,7 @@ static LH_CALLED void driver_step_gated(const Settings *settings, ConditionedSam
     float x_8;
     float y_8;
     float z_8;
-    if (number_17 > TILT_NO_LENGTH) {
+    if (number_18 > TILT_NO_LENGTH) {
         float kt_2;
         float x_9;
         float y_9;
@@ -1127,7 +1130,7 @@ static LH_CALLED void driver_step_gated(const Settings *settings, ConditionedSam
             /* vec3.normalize: a/|a|; the zero vector (an absent sensor), and what is too short to have a
              * direction, gives the zero vector.
              */
-            const float n_6 = sqrtf(number_17);
+            const float n_6 = sqrtf(number_18);
             float vx;
             float vy;
             float vz;
@@ -1149,12 +1152,12 @@ static LH_CALLED void driver_step_gated(const Settings *settings, ConditionedSam
             const float tx = 2.0f * (y_3 * vz - z_3 * vy);
             const float ty = 2.0f * (z_3 * vx - x_3 * vz);
             const float tz = 2.0f * (x_3 * vy - y_3 * vx);
-            const float number_18 = vx + w * tx + y_3 * tz - z_3 * ty;
-            const float number_19 = vy + w * ty + z_3 * tx - x_3 * tz;
+            const float number_19 = vx + w * tx + y_3 * tz - z_3 * ty;
+            const float number_20 = vy + w * ty + z_3 * tx - x_3 * tz;
             const float vz_2 = vz + w * tz + x_3 * ty - y_3 * tx;
             /* vector_error.reference: The unit field in the earth frame if the attitude is right: its own dip, and north.
              */
-            const float vy_2 = sqrtf(number_18 * number_18 + number_19 * number_19);
+            const float vy_2 = sqrtf(number_19 * number_19 + number_20 * number_20);
             /* quat.rotate: q v q*: a sensor-frame vector seen in the earth frame. */
             const float tx_2 = 2.0f * (y_10 * vz_2 - z_10 * vy_2);
             const float ty_2 = 2.0f * (z_10 * 0.0f - x_10 * vz_2);
@@ -1173,37 +1176,37 @@ static LH_CALLED void driver_step_gated(const Settings *settings, ConditionedSam
                 /* vector_error.obtuse_error: direction_error beyond a right angle: the cross product (x, y, z) at length one.
                  */
                 const float n_7 = sqrtf(x_11 * x_11 + y_11 * y_11 + z_11 * z_11);
-                float number_20;
                 float number_21;
                 float number_22;
+                float number_23;
                 if (n_7 < VECTOR_ERROR_NO_AXIS) {
-                    float number_23;
                     float number_24;
                     float number_25;
+                    float number_26;
                     if (fabsf(ex_2) < 0.8f) {
                         /* vector_error.perpendicular: A unit vector perpendicular to the unit vector v. */
                         const float n_8 = sqrtf(ey_2 * ey_2 + ez_2 * ez_2);
-                        number_23 = 0.0f;
-                        number_24 = ez_2 / n_8;
-                        number_25 = -ey_2 / n_8;
+                        number_24 = 0.0f;
+                        number_25 = ez_2 / n_8;
+                        number_26 = -ey_2 / n_8;
                     } else {
                         /* vector_error.perpendicular: A unit vector perpendicular to the unit vector v. */
                         const float n_9 = sqrtf(ex_2 * ex_2 + ey_2 * ey_2);
-                        number_23 = ey_2 / n_9;
-                        number_24 = -ex_2 / n_9;
-                        number_25 = 0.0f;
+                        number_24 = ey_2 / n_9;
+                        number_25 = -ex_2 / n_9;
+                        number_26 = 0.0f;
                     }
-                    number_20 = number_23;
                     number_21 = number_24;
                     number_22 = number_25;
+                    number_23 = number_26;
                 } else {
-                    number_20 = x_11 / n_7;
-                    number_21 = y_11 / n_7;
-                    number_22 = z_11 / n_7;
+                    number_21 = x_11 / n_7;
+                    number_22 = y_11 / n_7;
+                    number_23 = z_11 / n_7;
                 }
-                x_12 = number_20;
-                y_12 = number_21;
-                z_12 = number_22;
+                x_12 = number_21;
+                y_12 = number_22;
+                z_12 = number_23;
             } else {
                 x_12 = x_11;
                 y_12 = y_11;
@@ -1226,13 +1229,13 @@ static LH_CALLED void driver_step_gated(const Settings *settings, ConditionedSam
             const float east = sample->mag.x + w * tx_3 + (y_3 * tz_3 - z_3 * ty_3);
             const float north = sample->mag.y + w * ty_3 + (z_3 * tx_3 - x_3 * tz_3);
             const float square_2 = east * east + north * north;
-            float number_26;
             float number_27;
             float number_28;
+            float number_29;
             if (square_2 < VEC3_SHORTEST) {
-                number_26 = 0.0f;
                 number_27 = 0.0f;
                 number_28 = 0.0f;
+                number_29 = 0.0f;
             } else {
                 float sine;
                 if (north < 0.0f) {
@@ -1240,14 +1243,14 @@ static LH_CALLED void driver_step_gated(const Settings *settings, ConditionedSam
                 } else {
                     sine = east / sqrtf(square_2);
                 }
-                number_26 = sine * ex;
-                number_27 = sine * ey;
-                number_28 = sine * ez;
+                number_27 = sine * ex;
+                number_28 = sine * ey;
+                number_29 = sine * ez;
             }
             kt_2 = kt;
-            x_9 = number_26;
-            y_9 = number_27;
-            z_9 = number_28;
+            x_9 = number_27;
+            y_9 = number_28;
+            z_9 = number_29;
             kh = sample->dt / (lh_min(1.0f / (settings->filter.kp * settings->filter.k_mag), age)
                 + sample->dt);
         }
@@ -1277,13 +1280,18 @@ static LH_CALLED void driver_step_gated(const Settings *settings, ConditionedSam
     const float s_3 = excess > VECTOR_ERROR_NEAR_UNIT ? 1.0f / sqrtf(1.0f + excess)
         : 1.0f - excess * (0.5f - 0.375f * excess);
     /* mahony.update_bias: Eq. 3, bounded by (6); each vector waits until its K is steady. */
+    const float limit = settings->filter.max_bias * UNITS_DEGREE;
     const float step = settings->filter.ki * sample->dt;
-    const float number_29 = settings->filter.kp * settings->filter.kp;
-    const float number_30 = settings->filter.bias_limit * settings->filter.bias_limit;
+    /* elapsed.has_elapsed: Whether time (s), a sum of intervals of which the last was dt (s), has reached length (s).
+     */
+    const float number_30 = age + ELAPSED_SLACK * sample->dt;
+    /* mahony.update_bias: Eq. 3, bounded by (6); each vector waits until its K is steady. */
+    const float number_31 = settings->filter.kp * settings->filter.kp;
+    const float number_32 = limit * limit;
     float x_14;
     float y_14;
     float z_14;
-    if (settings->filter.kp * age > 1.0f && number_29 * (x_6 * x_6 + y_6 * y_6 + z_6 * z_6) < number_30) {
+    if (number_30 >= number_17 && number_31 * (x_6 * x_6 + y_6 * y_6 + z_6 * z_6) < number_32) {
         x_14 = bias_x - step * x_6;
         y_14 = bias_y - step * y_6;
         z_14 = bias_z - step * z_6;
@@ -1295,9 +1303,9 @@ static LH_CALLED void driver_step_gated(const Settings *settings, ConditionedSam
     float x_15;
     float y_15;
     float z_15;
-    if (settings->filter.kp * settings->filter.k_mag * age > 1.0f
-        && number_29 * settings->filter.k_mag * settings->filter.k_mag
-        * (x_7 * x_7 + y_7 * y_7 + z_7 * z_7) < number_30) {
+    if (number_30 >= 1.0f / (settings->filter.kp * settings->filter.k_mag)
+        && number_31 * settings->filter.k_mag * settings->filter.k_mag
+        * (x_7 * x_7 + y_7 * y_7 + z_7 * z_7) < number_32) {
         const float step_2 = step * settings->filter.k_mag;
         x_15 = x_14 - step_2 * x_7;
         y_15 = y_14 - step_2 * y_7;
@@ -1307,14 +1315,14 @@ static LH_CALLED void driver_step_gated(const Settings *settings, ConditionedSam
         y_15 = y_14;
         z_15 = z_14;
     }
-    const float number_31 = -settings->filter.bias_limit;
+    const float number_33 = -limit;
     run->state.quat.w = nw * s_3;
     run->state.quat.x = nx * s_3;
     run->state.quat.y = ny * s_3;
     run->state.quat.z = nz * s_3;
-    run->state.bias.x = lh_max(number_31, lh_min(x_15, settings->filter.bias_limit));
-    run->state.bias.y = lh_max(number_31, lh_min(y_15, settings->filter.bias_limit));
-    run->state.bias.z = lh_max(number_31, lh_min(z_15, settings->filter.bias_limit));
+    run->state.bias.x = lh_max(number_33, lh_min(x_15, limit));
+    run->state.bias.y = lh_max(number_33, lh_min(y_15, limit));
+    run->state.bias.z = lh_max(number_33, lh_min(z_15, limit));
     run->state.age = age;
     run->health = run->health | health;
 }
@@ -1589,7 +1597,8 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
          */
         const float number_6 = ELAPSED_SLACK * dt;
         const bool rate_lost = no_gyr && carry->sample.rate_age + number_6 >= TILT_GAP_SECONDS;
-        const float lost = carry->sample.interval > 0.0f && dt > 2.0f * carry->sample.interval
+        const float lost = carry->sample.interval > 0.0f
+            && dt + ELAPSED_SLACK * carry->sample.interval >= 2.0f * carry->sample.interval
             ? dt - carry->sample.interval : 0.0f;
         /* conditioning.condition: The next sample, conditioned; sample is the one before. */
         const bool number_7 = lost > 0.0f;
@@ -2383,26 +2392,31 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 y_17 = last_y_9 - carry->run.guard.rest.bias.y;
                 z_17 = last_z_9 - carry->run.guard.rest.bias.z;
             }
+            /* mahony.gains: K, K₂ of eq. 5 and k_I dt of eq. 3, for a state after its sample. */
+            const float number_57 = 1.0f / settings->filter.kp;
             /* lowpass.lowpass_weight: The weight of a new sample in a first-order low-pass of time constant
              * tau: dt/(min(τ, age) + dt).
              */
-            const float kt = number_50
-                / (lh_min(1.0f / settings->filter.kp, carry->run.state.age) + number_50);
+            const float kt = number_50 / (lh_min(number_57, carry->run.state.age) + number_50);
             /* mahony.gains: K, K₂ of eq. 5 and k_I dt of eq. 3, for a state after its sample. */
-            const float number_57 = settings->filter.kp * settings->filter.k_mag;
-            const float bh = number_57 * carry->run.state.age > 1.0f
-                ? settings->filter.ki * settings->filter.k_mag * number_50 : 0.0f;
+            const float number_58 = 1.0f / (settings->filter.kp * settings->filter.k_mag);
+            /* elapsed.has_elapsed: Whether time (s), a sum of intervals of which the last was dt (s), has reached length (s).
+             */
+            const float number_59 = carry->run.state.age + ELAPSED_SLACK * number_50;
+            const float bh = number_59 >= number_58 ? settings->filter.ki * settings->filter.k_mag * number_50
+                : 0.0f;
             float kt_2;
             float kh;
             float bh_2;
             if (settings->filter.whole_field) {
+                /* mahony.gains: K, K₂ of eq. 5 and k_I dt of eq. 3, for a state after its sample. */
                 const float kt_3 = lh_min(kt, 1.0f / (1.0f + settings->filter.k_mag));
                 kt_2 = kt_3;
                 kh = DIRECTION_FILTER_DIP_SHARE * kt_3 * settings->filter.k_mag;
                 bh_2 = DIRECTION_FILTER_DIP_SHARE * bh;
             } else {
                 kt_2 = kt;
-                kh = number_50 / (lh_min(1.0f / number_57, carry->run.state.age) + number_50);
+                kh = number_50 / (lh_min(number_58, carry->run.state.age) + number_50);
                 bh_2 = bh;
             }
             /* observer_covariance.update_covariance: After an interval of dt s, with the filter's gains for
@@ -2410,40 +2424,40 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
              */
             const float rate2_2 = x_17 * x_17 + y_17 * y_17 + z_17 * z_17;
             float level;
-            float number_58;
-            float number_59;
-            float level_2;
             float number_60;
             float number_61;
+            float level_2;
+            float number_62;
+            float number_63;
             if (number_50 > TILT_GAP_SECONDS) {
                 level = lh_min(carry->run.covariance.tilt.level
                     + TILT_TURN * TILT_TURN * number_50 * number_50, TILT_UNIFORM * TILT_UNIFORM);
-                number_58 = 0.0f;
-                number_59 = lh_max(carry->run.covariance.tilt.bias,
+                number_60 = 0.0f;
+                number_61 = lh_max(carry->run.covariance.tilt.bias,
                     lh_min(carry->run.covariance.tilt.bias + OBSERVER_COVARIANCE_WALK * number_50,
                     OBSERVER_COVARIANCE_TURN_ON));
                 level_2 = lh_min(carry->run.covariance.heading.level
                     + TILT_TURN * TILT_TURN * number_50 * number_50, TILT_UNIFORM * TILT_UNIFORM);
-                number_60 = 0.0f;
-                number_61 = lh_max(carry->run.covariance.heading.bias,
+                number_62 = 0.0f;
+                number_63 = lh_max(carry->run.covariance.heading.bias,
                     lh_min(carry->run.covariance.heading.bias + OBSERVER_COVARIANCE_WALK * number_50,
                     OBSERVER_COVARIANCE_TURN_ON));
             } else {
                 /* two_state.predict: Eq. 1 with Q = diag(q_level, q_bias). */
-                const float number_62 = number_50 * carry->run.covariance.tilt.bias;
-                const float number_63 = number_50 * carry->run.covariance.heading.bias;
+                const float number_64 = number_50 * carry->run.covariance.tilt.bias;
+                const float number_65 = number_50 * carry->run.covariance.heading.bias;
                 level = carry->run.covariance.tilt.level
-                    + number_50 * (number_62 - 2.0f * carry->run.covariance.tilt.cross)
+                    + number_50 * (number_64 - 2.0f * carry->run.covariance.tilt.cross)
                     + ((OBSERVER_COVARIANCE_NOISE + OBSERVER_COVARIANCE_SCALE * rate2_2) * number_50
                     + unmeasured_3);
-                number_58 = carry->run.covariance.tilt.cross - number_62;
-                number_59 = carry->run.covariance.tilt.bias + OBSERVER_COVARIANCE_WALK * number_50;
+                number_60 = carry->run.covariance.tilt.cross - number_64;
+                number_61 = carry->run.covariance.tilt.bias + OBSERVER_COVARIANCE_WALK * number_50;
                 level_2 = carry->run.covariance.heading.level
-                    + number_50 * (number_63 - 2.0f * carry->run.covariance.heading.cross)
+                    + number_50 * (number_65 - 2.0f * carry->run.covariance.heading.cross)
                     + ((OBSERVER_COVARIANCE_NOISE + OBSERVER_COVARIANCE_SCALE * rate2_2) * number_50
                     + unmeasured_3);
-                number_60 = carry->run.covariance.heading.cross - number_63;
-                number_61 = carry->run.covariance.heading.bias + OBSERVER_COVARIANCE_WALK * number_50;
+                number_62 = carry->run.covariance.heading.cross - number_65;
+                number_63 = carry->run.covariance.heading.bias + OBSERVER_COVARIANCE_WALK * number_50;
             }
             float cross;
             float bias;
@@ -2452,17 +2466,17 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             if (carry->run.guard.rest.time > 0.0f
                 && carry->run.guard.rest.time + ELAPSED_SLACK * REST_INTERVAL >= settings->guard.rest_time) {
                 /* observer_covariance.limit_bias: At rest the bias is known to 0.05 °/s (1σ), at least. */
-                const bool number_64 = number_59 > OBSERVER_COVARIANCE_REST_BIAS;
-                const bool number_65 = number_61 > OBSERVER_COVARIANCE_REST_BIAS;
-                cross = number_64 ? 0.0f : number_58;
-                bias = number_64 ? OBSERVER_COVARIANCE_REST_BIAS : number_59;
-                cross_2 = number_65 ? 0.0f : number_60;
-                bias_2 = number_65 ? OBSERVER_COVARIANCE_REST_BIAS : number_61;
+                const bool number_66 = number_61 > OBSERVER_COVARIANCE_REST_BIAS;
+                const bool number_67 = number_63 > OBSERVER_COVARIANCE_REST_BIAS;
+                cross = number_66 ? 0.0f : number_60;
+                bias = number_66 ? OBSERVER_COVARIANCE_REST_BIAS : number_61;
+                cross_2 = number_67 ? 0.0f : number_62;
+                bias_2 = number_67 ? OBSERVER_COVARIANCE_REST_BIAS : number_63;
             } else {
-                cross = number_58;
-                bias = number_59;
-                cross_2 = number_60;
-                bias_2 = number_61;
+                cross = number_60;
+                bias = number_61;
+                cross_2 = number_62;
+                bias_2 = number_63;
             }
             const float often = 2.0f / number_50;
             float level_3;
@@ -2472,12 +2486,12 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 /* tilt.is_present: Whether a sensor is there: an absent one is the zero vector, and so is
                  * what is too short to have a direction.
                  */
-                const float number_66 = acc_x_8 * acc_x_8 + acc_y_8 * acc_y_8 + acc_z_8 * acc_z_8;
-                if (number_66 > TILT_NO_LENGTH) {
+                const float number_68 = acc_x_8 * acc_x_8 + acc_y_8 * acc_y_8 + acc_z_8 * acc_z_8;
+                if (number_68 > TILT_NO_LENGTH) {
                     /* observer_covariance.update_covariance: After an interval of dt s, with the filter's
                      * gains for an interval of that length.
                      */
-                    const float off = OBSERVER_COVARIANCE_HALF_PER_G2 * number_66 - 0.5f;
+                    const float off = OBSERVER_COVARIANCE_HALF_PER_G2 * number_68 - 0.5f;
                     carry->run.covariance.motion = carry->run.covariance.motion
                         + number_50 / (OBSERVER_COVARIANCE_SMOOTH + number_50)
                         * (off * off - carry->run.covariance.motion);
@@ -2491,8 +2505,7 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 const float r = OBSERVER_COVARIANCE_SHAKE
                     + carry->run.covariance.motion
                     * (1.0f + rest * (OBSERVER_COVARIANCE_JERK_SECONDS * often));
-                const float b_3 = -(settings->filter.kp * carry->run.state.age > 1.0f
-                    ? settings->filter.ki * number_50 : 0.0f);
+                const float b_3 = -(number_59 >= number_57 ? settings->filter.ki * number_50 : 0.0f);
                 level_3 = rest * rest * level + kt_2 * kt_2 * r;
                 cross_3 = rest * (cross - b_3 * level) + kt_2 * b_3 * r;
                 bias_3 = bias - 2.0f * b_3 * cross + b_3 * b_3 * (level + r);
@@ -2712,7 +2725,7 @@ void lh_mahony_init(lh_mahony *filter)
     filter->settings.filter.kp = 0.4f;
     filter->settings.filter.ki = 0.003f;
     filter->settings.filter.k_mag = 0.5f;
-    filter->settings.filter.bias_limit = 0.1f;
+    filter->settings.filter.max_bias = 5.7f;
     filter->settings.filter.whole_field = false;
     filter->settings.guard.gyr_range = 0.0f;
     filter->settings.guard.acc_range = 0.0f;

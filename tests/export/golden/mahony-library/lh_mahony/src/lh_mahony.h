@@ -62,10 +62,10 @@ extern "C" {
 /* Explicit complementary filter: proportional and integral feedback of cross products. */
 typedef struct {
     float kp; /* 1/s: proportional gain towards gravity (greater than 0) */
-    float ki; /* 1/s²: integral gain, which learns the bias (at least 0 and at most 1) */
+    float ki; /* 1/s²: integral gain, of the bias (at least 0 and at most 1) */
     float k_mag; /* weight of the magnetometer, 1 for the accelerometer (greater than 0) */
-    float bias_limit; /* rad/s: largest bias that is learned, per axis (at least 0) */
-    bool whole_field; /* compare the whole field, not its horizontal part: tilt follows it too */
+    float max_bias; /* deg/s: largest bias that is learned, per axis (at least 0) */
+    bool whole_field; /* compare the whole field; tilt follows it too */
 } lh_mahony_params;
 
 /* What counts as rest, as saturation and as disturbance; the defaults need no thought. */
@@ -75,13 +75,13 @@ typedef struct {
     float rest_gyr; /* deg/s: rest: rate off its mean, at most (at least 0) */
     float rest_acc; /* m/s²: rest: specific force off its mean, at most (at least 0) */
     float rest_time; /* s: rest: for so long (at least 0) */
-    float bias_limit; /* deg/s: rest: a mean rate beyond this is a turn and no bias (at least 0) */
+    float bias_limit; /* deg/s: rest: a mean rate beyond is a turn (at least 0) */
     float acc_gate; /* m/s²: accelerating: | |a| − g |, more than (at least 0) */
-    float acc_angle; /* deg: accelerating: and so far from the predicted vertical (at least 0) */
+    float acc_angle; /* deg: accelerating: and so far from the vertical (at least 0) */
     float acc_time; /* s: accelerating: believed again after (at least 0) */
     float mag_gate; /* disturbed: norm off the learned one by this share (at least 0) */
     float mag_angle; /* deg: disturbed: or dip off the learned one (at least 0) */
-    float mag_time; /* s: disturbed: the new field is taken for the earth's after (at least 0) */
+    float mag_time; /* s: disturbed: after so long it counts (at least 0) */
 } lh_mahony_guard;
 
 /* What a user chooses: the filter's parameters, and the guard's. */

@@ -24,7 +24,7 @@ STATE = "state.json"
 EVERY = 10.0  # s between two states
 
 
-class Unfinished:
+class UnfinishedRun:
     """The folder of a run.
 
     Attributes:
@@ -76,7 +76,7 @@ class Unfinished:
 
 
 @contextmanager
-def open_unfinished(target: Path, log: Path, asked: Fields) -> Iterator[Unfinished]:
+def open_unfinished(target: Path, log: Path, asked: Fields) -> Iterator[UnfinishedRun]:
     """The folder for the run that makes ``target``: gone when that succeeds, or fails for what is in the log.
 
     Args:
@@ -93,7 +93,7 @@ def open_unfinished(target: Path, log: Path, asked: Fields) -> Iterator[Unfinish
     try:
         folder.mkdir(exist_ok=True)
         with lock_folder(folder):
-            run = Unfinished(folder, facts, asked)
+            run = UnfinishedRun(folder, facts, asked)
             try:
                 yield run
             except BaseException as error:

@@ -10,6 +10,7 @@ from levelhead.errors import LevelheadError
 
 if TYPE_CHECKING:
     from levelhead.recording import Recording
+    from levelhead.sources.interpretation import Interpretation
 
 OFFSET_ALONE = 0.95  # correlation of the field's turns with the gyroscope's once offset and axes are allowed for
 DOES_NOT_TURN = ("mag.used", "does_not_turn")
@@ -29,14 +30,18 @@ def read_uncalibrated(reading: Reading, log: Path) -> "Recording":
 
     Elsewhere such a field is left out: it would teach a wrong heading.
     """
-    from levelhead.sources import read
+    from levelhead.sources.hints import check_options
+    from levelhead.sources.pipeline import read_file
 
-    recording = reading.read(log)
-    lost = [one for one in recording.meta.get("conclusions", ()) if (one.about, one.reason) == DOES_NOT_TURN]
-    if not lost or lost[0].facts["free"] < OFFSET_ALONE:
-        return recording
-    hints = reading.hints()
-    return read(log, **hints | {"map": (hints["map"] or {}) | {"mag": recording.meta["columns"]["mag"]}})
+    return read_file(log, check_options(reading.hints()), _with_field)
+
+
+def _with_field(found: "Interpretation") -> "Interpretation":
+    """The interpretation with the magnetometer that only its offset keeps from turning with the body."""
+    offset = any(
+        (one.about, one.reason) == DOES_NOT_TURN and one.facts["free"] >= OFFSET_ALONE for one in found.conclusions
+    )
+    return found.without(*DOES_NOT_TURN) if offset else found
 
 
 def read_calibrated(reading: Reading, log: Path, calibration: Path | None) -> "Recording":

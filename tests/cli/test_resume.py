@@ -8,9 +8,9 @@ import sys
 import time
 
 import pytest
-from tests.cli.test_long_log import N, log  # noqa: F401
+from tests.reference.long_log import N, write_long_log
 
-from levelhead.cli import unfinished
+from levelhead.cli import resume
 from levelhead.engine import column_files, smoothing
 from levelhead.engine.chunks import ChunkRun
 from levelhead.engine.column_files import ColumnFiles
@@ -25,9 +25,14 @@ class Ended(BaseException):
 
 
 @pytest.fixture
+def log(tmp_path, monkeypatch):
+    return write_long_log(tmp_path, monkeypatch)
+
+
+@pytest.fixture
 def often(monkeypatch):
     """A state is kept after every chunk."""
-    monkeypatch.setattr(unfinished, "EVERY", 0.0)
+    monkeypatch.setattr(resume, "EVERY", 0.0)
     monkeypatch.setattr(smoothing, "MOST_BLOCKS", 4)
 
 
@@ -69,7 +74,7 @@ PLACES = {
 @pytest.mark.slow
 @pytest.mark.parametrize("suffix", ["parquet", pytest.param("csv", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("verb", VERBS)
-def test_ended_anywhere_it_gives_the_same_bytes(levelhead, log, tmp_path, ended, often, verb, suffix):  # noqa: F811
+def test_ended_anywhere_it_gives_the_same_bytes(levelhead, log, tmp_path, ended, often, verb, suffix):
     words = (verb, log, "--format", suffix, "--no-plot", "--save-calibration")
     assert levelhead(*words, tmp_path / "one.json", "-o", tmp_path / "one").code == 0
     again = (*words, tmp_path / "two.json", "-o", tmp_path / "two")
@@ -84,7 +89,7 @@ def test_ended_anywhere_it_gives_the_same_bytes(levelhead, log, tmp_path, ended,
     assert (tmp_path / "one.json").read_bytes() == (tmp_path / "two.json").read_bytes()
 
 
-def test_what_is_done_is_not_done_again(levelhead, log, tmp_path, monkeypatch, ended, often):  # noqa: F811
+def test_what_is_done_is_not_done_again(levelhead, log, tmp_path, monkeypatch, ended, often):
     words = ("fuse", log, "--format", "parquet", "-o", tmp_path / "out")
     ended((ChunkRun, "track", 2), *words)
     seen = []
@@ -96,7 +101,7 @@ def test_what_is_done_is_not_done_again(levelhead, log, tmp_path, monkeypatch, e
 
 @pytest.mark.slow
 @pytest.mark.parametrize("place", [(ChunkRun, "track", 2), (writers, "_arrow", 0)])
-def test_at_a_lower_output_rate_too(levelhead, log, tmp_path, ended, often, place):  # noqa: F811
+def test_at_a_lower_output_rate_too(levelhead, log, tmp_path, ended, often, place):
     words = ("fuse", log, "--format", "parquet", "--json", "--output-rate", "12", "-o")
     one = levelhead(*words, tmp_path / "one").json
     ended(place, *words, tmp_path / "two")
@@ -106,7 +111,7 @@ def test_at_a_lower_output_rate_too(levelhead, log, tmp_path, ended, often, plac
 
 
 @pytest.mark.slow
-def test_other_options_are_refused_and_the_work_stays(levelhead, refused, log, tmp_path, ended, often):  # noqa: F811
+def test_other_options_are_refused_and_the_work_stays(levelhead, refused, log, tmp_path, ended, often):
     words = ("fuse", log, "--format", "parquet", "-o", tmp_path / "out")
     ended((ChunkRun, "track", 2), *words)
     for more, sentence in (
@@ -122,7 +127,7 @@ def test_other_options_are_refused_and_the_work_stays(levelhead, refused, log, t
 
 
 @pytest.mark.parametrize("change", ["log", "version"])
-def test_another_log_or_version_begins_anew(levelhead, log, tmp_path, ended, often, change):  # noqa: F811
+def test_another_log_or_version_begins_anew(levelhead, log, tmp_path, ended, often, change):
     words = ("fuse", log, "--format", "parquet", "-o", tmp_path / "out")
     ended((ChunkRun, "track", 2), *words)
     if change == "log":
@@ -135,7 +140,7 @@ def test_another_log_or_version_begins_anew(levelhead, log, tmp_path, ended, oft
     assert said.code == 0 and sentence in said.err and "it begins anew" in said.err and "goes on after" not in said.err
 
 
-def test_a_full_disk_loses_nothing(levelhead, log, tmp_path, monkeypatch, often):  # noqa: F811
+def test_a_full_disk_loses_nothing(levelhead, log, tmp_path, monkeypatch, often):
     words = ("fuse", log, "--format", "parquet", "-o", tmp_path / "out")
     whole, count = column_files.ColumnFiles.append, 0
 
@@ -153,7 +158,7 @@ def test_a_full_disk_loses_nothing(levelhead, log, tmp_path, monkeypatch, often)
     assert "goes on after 800 samples" in levelhead(*words).err
 
 
-def test_two_runs_at_once(refused, log, tmp_path):  # noqa: F811
+def test_two_runs_at_once(refused, log, tmp_path):
     fcntl = pytest.importorskip("fcntl")
     folder = tmp_path / "out" / ".log-track.parquet.unfinished"
     folder.mkdir(parents=True)
@@ -164,11 +169,11 @@ def test_two_runs_at_once(refused, log, tmp_path):  # noqa: F811
 
 SLOW = """
 import sys, time
-from levelhead.cli import main, unfinished
+from levelhead.cli import main, resume
 from levelhead.engine import smoothing
 from levelhead.engine.chunks import ChunkRun
 from levelhead.sources import chunked
-chunked.LONG_ROWS, chunked.ROWS, unfinished.EVERY, smoothing.MOST_BLOCKS = 1000, 100, 0.0, 4
+chunked.LONG_ROWS, chunked.ROWS, resume.EVERY, smoothing.MOST_BLOCKS = 1000, 100, 0.0, 4
 for owner, name in ((ChunkRun, "track"), (smoothing.Smoother, "run_forward")):
     def slow(*words, whole=getattr(owner, name)):
         time.sleep(float(sys.argv[1]))
@@ -181,7 +186,7 @@ sys.exit(main(sys.argv[2:]))
 @pytest.mark.full
 @pytest.mark.slow
 @pytest.mark.parametrize("verb", VERBS)
-def test_kill_9(log, tmp_path, verb):  # noqa: F811
+def test_kill_9(log, tmp_path, verb):
     """The process itself, killed three times."""
 
     def command(wait, out):

@@ -1,0 +1,162 @@
+"""Options of ``levelhead fuse`` and ``levelhead smooth``: as they are typed, and as they are checked."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from cyclopts import Parameter
+
+from levelhead import filters
+from levelhead.cli.options import (
+    FilterName,
+    FromFile,
+    GuardWords,
+    Reading,
+    parse_filter,
+    parse_guard,
+    read_parameters,
+    read_prior,
+    require_self_calibration,
+    require_writable,
+)
+from levelhead.errors import LevelheadError, require
+from levelhead.filters.parameters import Params
+from levelhead.guard import Guard
+
+if TYPE_CHECKING:
+    from levelhead.calibration import Calibration
+    from levelhead.recording import Recording
+
+
+@dataclass(frozen=True, kw_only=True)
+class FuseOptions:
+    """All options, checked before the first log is read.
+
+    Attributes:
+        params: the filter.
+        named: whether the user chose the filter, or one of its parameters.
+        guard: None: the filter alone.
+        guard_words: as typed.
+        declination: degrees.
+        out: folder for the results.
+        format: "csv" or "parquet".
+        plot: draw pictures.
+        smooth: use the whole recording at every instant.
+        prior: of the sensor.
+        save_calibration: the file for the calibration.
+        reading: hints for the reader.
+        as_json: print JSON in place of a summary.
+        verbose: print every note and number.
+        output_rate: Hz; None: every sample is written.
+    """
+
+    params: Params
+    named: bool
+    guard: Guard | None
+    guard_words: Sequence[str]
+    declination: float | None
+    out: Path
+    format: str
+    plot: bool
+    smooth: bool
+    prior: "Calibration | None"
+    save_calibration: Path | None
+    reading: Reading
+    as_json: bool
+    verbose: bool
+    output_rate: float | None
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class FuseArguments:
+    """Options as they are typed; ``check`` makes ``FuseOptions`` of them."""
+
+    filter: FilterName = None
+    set: Annotated[tuple[str, ...], Parameter(name="--set", negative="", metavar="K=V")] = ()
+    """A parameter of the filter, such as acc_tau=3; may be given several times."""
+    guard: GuardWords = ()
+    declination: Annotated[float | None, Parameter(metavar="DEG")] = None
+    """Degrees from true to magnetic north at the place and time of the log, positive east. The track is then relative
+    to true north."""
+    out: Annotated[Path, Parameter(name=["--out", "-o"], metavar="DIR")] = Path()
+    """Folder for the results LOG-track.csv and LOG-track.png."""
+    format: Literal["csv", "parquet"] = "csv"
+    """Format of the track. Above a million rows, Parquet takes a tenth of the time of CSV."""
+    output_rate: Annotated[float | None, Parameter(metavar="HZ")] = None
+    """Maximum rows per second of the written track: the first sample of each period of 1/HZ s. The filter, the summary
+    and the picture use every sample."""
+    dry_run: Annotated[bool, Parameter(negative="")] = False
+    """Print the reader's conclusions about each log, their basis, and the command line that leaves nothing to guess.
+    Nothing is fused or written."""
+    plot: bool = True
+    """Draw the picture (needs the extra levelhead[plot]). A filter that calibrates its sensor gets a second one,
+    LOG-calibration.png."""
+    prior: Annotated[Path | None, Parameter(metavar="FILE")] = None
+    """Start with the calibration of the same sensor from an earlier --save-calibration."""
+    save_calibration: Annotated[Path | None, Parameter(metavar="FILE")] = None
+    """File for the calibration of the sensor from this run, with its 1σ, as JSON."""
+    tuned: FromFile = None
+    noise: Annotated[Path | None, Parameter(metavar="FILE")] = None
+    """The sensor's noise, as written by `levelhead noise`: Q and R of an ESKF, EKF or Kalman. --set overrides it."""
+    verbose: Annotated[bool, Parameter(name=["--verbose", "-v"], negative="")] = False
+    """Print every parameter, every learned number, every kind of fault and every note."""
+    json: Annotated[bool, Parameter(negative="")] = False
+    """Print the summary as JSON, with all parameters and all learned numbers."""
+    reading: Reading = Reading()  # noqa: RUF009
+
+    def check(self, smooth: bool, logs: int) -> FuseOptions:
+        """The options of ``fuse``, or of ``smooth``, for so many logs.
+
+        Raises:
+            LevelheadError: an option is wrong, does not fit the filter, or names a folder that cannot be written.
+        """
+        found = read_parameters(self.tuned, self.filter)
+        params = parse_filter(self.filter, self.set, smooth, self.noise, found)
+        guard = parse_guard(self.guard, found)
+        if self.declination is not None:
+            from levelhead.track import declination_angle
+
+            declination_angle(self.declination)
+        if self.output_rate is not None:
+            from levelhead.publish.output_rate import OutputRate
+
+            OutputRate(self.output_rate)
+        if self.save_calibration is not None:
+            require_self_calibration(params, "--save-calibration")
+            if logs > 1:
+                raise LevelheadError("--save-calibration names one file for one sensor; give one log with it")
+        require_writable(self.out)
+        if self.format == "parquet":
+            require("pyarrow", "writing Parquet", "formats")
+        return FuseOptions(
+            params=params,
+            named=self.filter is not None or bool(self.set) or self.noise is not None or self.tuned is not None,
+            guard=guard,
+            guard_words=self.guard,
+            declination=self.declination,
+            out=self.out,
+            format=self.format,
+            plot=self.plot,
+            smooth=smooth,
+            prior=read_prior(self.prior, params),
+            save_calibration=self.save_calibration,
+            reading=self.reading,
+            as_json=self.json,
+            verbose=self.verbose,
+            output_rate=self.output_rate,
+        )
+
+
+def require_north(recording: "Recording", params: Params) -> None:
+    """Makes sure that heading is relative to magnetic north.
+
+    Raises:
+        LevelheadError: there is no magnetometer, or the filter does not use it.
+    """
+    flt = filters.of(params)
+    why = f"{flt.name} does not follow the magnetometer" if "heading" not in flt.estimates else ""
+    why = "there is no magnetometer" if recording.mag is None else why
+    if why:
+        raise LevelheadError(f"--declination turns magnetic north, but {why}: heading is relative; leave it out")

@@ -1,0 +1,96 @@
+"""The columns of a table that are read: by name, and by the numbers in them where names leave a choice."""
+
+from contextlib import suppress
+
+import numpy as np
+
+from levelhead.errors import LevelheadError
+from levelhead.signals.gravity_direction import is_gravity
+from levelhead.sources.hints import Hints
+from levelhead.sources.interpret.clock_column import with_clock
+from levelhead.sources.interpret.roles import Roles, assign
+from levelhead.sources.interpret.scales import lacks_gravity
+from levelhead.sources.interpret.suggestion import suggest
+from levelhead.sources.interpret.temperature import find_temperature
+from levelhead.sources.table import Column, Table, stack, words_of
+
+_TRIES = 4  # sets of columns, each without the useless ones of the set before
+
+
+def choose_columns(table: Table, hints: Hints) -> tuple[Roles, dict[int, Column]]:
+    """The roles and their columns; empty columns are ignored, where there are others.
+
+    Raises:
+        LevelheadError: no such columns, or no numbers in them.
+    """
+    words = words_of(table)
+    filled = frozenset(range(len(table.names))) - words
+    error: LevelheadError | None = None
+    for _ in range(_TRIES):
+        try:
+            roles = _assign(table, hints, filled)
+        except LevelheadError as refused:
+            raise error or suggest(refused, table, hints) from None
+        columns = _read(table, roles)
+        useless = _without_gravity(table, roles, columns, hints, filled)
+        if not useless:
+            useless = _empty(roles, columns)
+            if not useless:
+                break
+            name = next(table.names[i] for i in sorted(useless))
+            missing = f"{table.source}, column '{name}': every value is missing; expected numbers"
+            error = error or LevelheadError(missing)
+        filled -= useless
+    else:
+        raise error or LevelheadError(f"{table.source} has too many empty columns")
+    _refuse_gravity(table, roles, columns)
+    is_timed = "t" in {*roles.columns, *hints.map} or hints.rate is not None or table.rate is not None
+    return (roles, columns) if is_timed else with_clock(table, roles, columns)
+
+
+def _assign(table: Table, hints: Hints, filled: frozenset[int]) -> Roles:
+    everything = len(filled) == len(table.names)
+    return assign(
+        table.names, hints.map, table.source, frozenset(hints.scale), sensor=hints.sensor, context=table.context,
+        filled=None if everything else filled,
+    )  # fmt: skip
+
+
+def _read(table: Table, roles: Roles) -> dict[int, Column]:
+    used = roles.used
+    place = find_temperature(table.names, used | words_of(table))
+    wanted = sorted(used if place is None else used | {place})
+    columns = table.read(wanted, frozenset(roles.columns.get("t", ())))
+    if len(columns[wanted[0]]) == 0:
+        raise LevelheadError(f"{table.source} has no line of numbers; expected one line per sample")
+    return columns
+
+
+def _without_gravity(
+    table: Table, roles: Roles, columns: dict[int, Column], hints: Hints, filled: frozenset[int]
+) -> frozenset[int]:
+    """The columns of an accelerometer without gravity, where another one can be taken in its place."""
+    positions = frozenset(roles.columns["acc"])
+    if "acc" in hints.map or "gravity" in roles.columns or not lacks_gravity(stack(columns, roles.columns["acc"])):
+        return frozenset()
+    with suppress(LevelheadError):
+        _assign(table, hints, filled - positions)
+        return positions
+    return frozenset()
+
+
+def _empty(roles: Roles, columns: dict[int, Column]) -> frozenset[int]:
+    """The columns of time, gyroscope and accelerometer in which every value is missing, but those that a hint names."""
+    return frozenset(
+        i for role in ("t", "gyr", "acc") if role not in roles.mapped
+        for i in roles.columns.get(role, ()) if np.isnan(columns[i]).all()
+    )  # fmt: skip
+
+
+def _refuse_gravity(table: Table, roles: Roles, columns: dict[int, Column]) -> None:
+    if is_gravity(stack(columns, roles.columns["gyr"]), stack(columns, roles.columns["acc"])):
+        names = ", ".join(table.names[i] for i in roles.columns["gyr"])
+        raise LevelheadError(
+            f"{table.source}: {names} keep one length while they turn and stay along the accelerometer: they are the "
+            "direction of gravity, not rates; expected a gyroscope, such as gyr_x, gyr_y, gyr_z, or the hint map gyr=…"
+        )
