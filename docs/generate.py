@@ -22,6 +22,7 @@ from levelhead.filters import health
 from levelhead.filters.contract import Filter
 from levelhead.filters.eskf import state as eskf_state
 from levelhead.filters.parameters import Param, derived_table, param_table
+from levelhead.inspection import symptoms
 from levelhead.live.events import EVENTS
 from levelhead.publish.plots import calibration_picture
 from levelhead.simulate import recording
@@ -152,6 +153,14 @@ def formats() -> str:
     return table(["format", "suffixes", "written by", "read", "not read", "needs"], rows)
 
 
+def symptom_table() -> str:
+    """The symptoms of `levelhead explain`."""
+    return table(
+        ["symptom", "unit", "measured as", "reported above"],
+        ([kind.name, kind.unit, kind.measure, kind.bound] for kind in symptoms.ALL),
+    )
+
+
 def spellings() -> str:
     """Every unit that the reader knows."""
     return table(
@@ -261,6 +270,7 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "motions": motions,
     "chips": chips,
     "faults": faults,
+    "symptoms": symptom_table,
     "eskf states": eskf_states,
     "guard": lambda: parameters(guard.Guard),
     **{f"filter {flt.name}": lambda flt=flt: filter_page(flt) for flt in filters.ALL},

@@ -184,15 +184,41 @@ def test_turns_that_the_filter_says_it_missed_are_told():
     from types import SimpleNamespace
 
     from levelhead.filters import health
-    from levelhead.inspection.explain import _turns_missed
+    from levelhead.inspection.symptoms.missing import find_turns_missed
 
     def evidence(stretches):
         runs = {health.TURN_MISSED: stretches}
         return SimpleNamespace(runs=runs.__getitem__, t=0.01 * np.arange(1000), track=SimpleNamespace(name="ESKF"))
 
-    assert not list(_turns_missed(evidence([])))
-    assert not list(_turns_missed(evidence([(100, 120)])))
-    (one,) = _turns_missed(evidence([(100, 120), (300, 501)]))
+    assert not list(find_turns_missed(evidence([])))
+    assert not list(find_turns_missed(evidence([(100, 120)])))
+    (one,) = find_turns_missed(evidence([(100, 120), (300, 501)]))
     assert one.cause == "turn_missed"
     assert one.size == pytest.approx(2.19)
     assert one.at == pytest.approx(3.0)
+
+
+def test_one_more_symptom_is_one_entry(hand, monkeypatch, tmp_path):
+    """The report, the picture and the docs' table follow."""
+    import runpy
+    from pathlib import Path
+
+    from levelhead.inspection import symptoms
+    from levelhead.inspection.symptom import Symptom, SymptomKind
+
+    def find(evidence):
+        yield Symptom("wobble", 2.0, "deg", "it wobbles by 2°", "loose", "a screw is loose", "Tighten it.", at=5.0)
+
+    wobble = SymptomKind("wobble", "deg", "the wobble", "1°", "does not wobble", "#123456", find, spectrum="acc")
+    monkeypatch.setattr(symptoms, "ALL", (*symptoms.ALL, wobble))
+    found = explain(hand)
+    assert only(found, "wobble", "loose").size == 2.0
+    assert "it wobbles by 2°: a screw is loose. Tighten it." in str(found)
+    assert "does not lag, does not wobble" in str(replace(found, symptoms=()))
+    pytest.importorskip("matplotlib", reason="matplotlib is not installed (extra levelhead[plot])")
+    from levelhead.publish.plots.explanation_panels import explanation_picture
+
+    explanation_picture(found, tmp_path / "wobble.svg")
+    assert "#123456" in (tmp_path / "wobble.svg").read_text(encoding="utf-8")
+    made = runpy.run_path(str(Path(__file__).parents[2] / "docs" / "generate.py"))
+    assert "| wobble | deg | the wobble | 1° |" in made["BLOCKS"]["symptoms"]()

@@ -44,7 +44,7 @@ VERBS = {
     "demo": "The classic lesson: two sensors with errors, and the result of the filters.",
     "fuse": "Fuse a log into orientation: the main job.",
     "doctor": "What is wrong with a log, how sure that is, and what to do.",
-    "explain": "Why a track drifts, jitters, lags, jumps or misses readings: the cause, and what to do.",
+    "explain": "The symptoms of a track, such as drift or jitter, each with its cause and what to do.",
     "noise": "How noisy a sensor is, from a log at rest: Allan deviation, and a file for filters and simulations.",
     "calibrate": "The errors of a sensor from poses by hand, each number with σ, and what is missing.",
     "smooth": "The same with the whole recording used at every instant.",

@@ -1,4 +1,4 @@
-"""``levelhead explain LOG``: why a track drifts, jitters, lags, jumps or misses readings."""
+"""``levelhead explain LOG``: the symptoms of a track and their causes."""
 
 from pathlib import Path
 from typing import Annotated
@@ -31,7 +31,7 @@ def explain(
     json: Annotated[bool, Parameter(negative="")] = False,
     reading: Reading = Reading(),  # noqa: B008
 ) -> int:
-    """Explain what a fused track shows: drift, jitter, lag, jumps and missing readings, each with cause and cure.
+    """Explain the symptoms of a fused track, such as drift or jitter, each with its cause and what to do.
 
     The exit code is 0 where there is no symptom, 1 where there are some, 2 for a log that cannot be read.
 

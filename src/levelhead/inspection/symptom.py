@@ -1,12 +1,11 @@
-"""A symptom of a fused track with its cause, and the explanation of a whole log."""
+"""A symptom of a fused track with its cause, and the kinds of symptoms."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from levelhead.inspection.evidence import RunEvidence
-from levelhead.inspection.findings import Finding
 from levelhead.open_types import Fields
-from levelhead.track import Track
 
 
 @dataclass(frozen=True)
@@ -14,9 +13,9 @@ class Symptom:
     """Something that a user sees in a track, where it comes from, and what to do.
 
     Attributes:
-        name: "missing", "jump", "drift", "jitter" or "lag".
+        name: of its ``SymptomKind``.
         size: how large it is, in ``unit``.
-        unit: "s", "deg", "deg/min", or "ms".
+        unit: of ``size``.
         what: a clause with the size, such as "heading drifts 12° a minute".
         cause: a word for programs, such as "no_rest".
         why: a clause with the numbers that show the cause.
@@ -53,49 +52,27 @@ class Symptom:
         }
 
 
-@dataclass(frozen=True, eq=False)
-class Explanation:
-    """What a track shows, and the doctor's findings that explain none of it.
+class SymptomKind(NamedTuple):
+    """A symptom that ``explain`` looks for.
 
     Attributes:
-        source: the log.
-        evidence: recording, the filter's track, the smoother's, and what was computed from them.
-        symptoms: those found, in the order missing, jump, drift, jitter, lag.
-        others: findings of the doctor, notes left out, to which no symptom belongs.
+        name: a word for programs.
+        unit: of its size.
+        measure: how its size is measured, for the docs.
+        bound: the size from which it is reported, with its unit, for the docs.
+        absent: a clause about a track without it.
+        colour: of its mark in the picture, #RRGGBB.
+        find: yields the symptoms in a run.
+        find_if_alone: likewise; asked only if no symptom was found.
+        spectrum: "gyr" or "acc": the sensor whose spectrum is part of the picture.
     """
 
-    source: str
-    evidence: RunEvidence
-    symptoms: Sequence[Symptom]
-    others: Sequence[Finding]
-
-    @property
-    def track(self) -> Track:
-        """The filter's result."""
-        return self.evidence.track
-
-    @property
-    def exit_code(self) -> int:
-        """0: no symptom; 1: there are some."""
-        return int(bool(self.symptoms))
-
-    def to_dict(self) -> Fields:
-        """Ready for JSON."""
-        return {
-            "source": self.source,
-            "filter": self.track.name,
-            "exit_code": self.exit_code,
-            "symptoms": [one.to_dict() for one in self.symptoms],
-            "other_findings": [one.name for one in self.others],
-        }
-
-    def __str__(self) -> str:
-        lines = [str(one) for one in self.symptoms] or [
-            "no symptom: nothing is missing, jumps, drifts, jitters or lags by more than levelhead looks for"
-        ]
-        broken = [one for one in self.others if one.severity == "broken"]
-        lines = [f"first of all, {one.what}. {one.cure}".strip() for one in broken] + lines
-        if self.others:
-            names = ", ".join(one.name for one in self.others)
-            lines.append(f"the doctor also finds {names}; levelhead doctor LOG shows them")
-        return "\n".join([f"{self.source}: {self.track.name}", *lines])
+    name: str
+    unit: str
+    measure: str
+    bound: str
+    absent: str
+    colour: str
+    find: Callable[[RunEvidence], Iterable[Symptom]]
+    find_if_alone: Callable[[RunEvidence], Iterable[Symptom]] | None = None
+    spectrum: str = ""

@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from levelhead.filters import health
+from levelhead.inspection import symptoms
 from levelhead.inspection.evidence import RunEvidence
-from levelhead.inspection.symptom import Explanation, Symptom
+from levelhead.inspection.explain import Explanation
+from levelhead.inspection.symptom import Symptom
 from levelhead.publish.plots import style
 from levelhead.publish.plots.doctor import draw_spectrum
 from levelhead.recording import Array
@@ -33,9 +35,6 @@ BITS = (
     ("near vertical", health.NEAR_VERTICAL),
     ("at rest", health.AT_REST),
 )
-COLOURS = {
-    "missing": style.GREY, "jump": style.VERMILION, "drift": style.BLUE, "jitter": style.PURPLE, "lag": style.ORANGE,
-}  # fmt: skip
 
 
 def explanation_picture(found: Explanation, path: str | Path) -> None:
@@ -44,21 +43,22 @@ def explanation_picture(found: Explanation, path: str | Path) -> None:
     Raises:
         LevelheadError: matplotlib is not installed, or the path cannot be written.
     """
-    evidence, symptoms = found.evidence, found.symptoms
-    names = ", ".join(dict.fromkeys(one.name for one in symptoms)) or "no symptom"
-    lines = [fill(f"{number}: {one}", WRAP) for number, one in enumerate(symptoms, 1)]
-    trembles = any(one.name == "jitter" for one in symptoms)
+    evidence, shown = found.evidence, found.symptoms
+    kinds = {kind.name: kind for kind in symptoms.ALL}
+    names = ", ".join(dict.fromkeys(one.name for one in shown)) or "no symptom"
+    lines = [fill(f"{number}: {one}", WRAP) for number, one in enumerate(shown, 1)]
+    spectra = list(dict.fromkeys(kinds[one.name].spectrum for one in shown if kinds[one.name].spectrum))
     text = 0.2 * sum(one.count("\n") + 1.4 for one in lines)
-    heights = [1.8, 1.6, 1.6, 1.6, *([1.8] if trembles else []), *([text] if lines else [])]
+    heights = [1.8, 1.6, 1.6, 1.6, *(1.8 for _ in spectra), *([text] if lines else [])]
     made = style.figure(12.0, sum(heights) + 2.2, f"{Path(found.source).name}, {found.track.name}: {names}")
     grid = made.subplots(len(heights), 1, height_ratios=heights)
     for axes, draw in zip(grid[:4], (_distance, _corrections, _gyroscope, _health), strict=True):
         draw(axes, evidence)
         axes.set_xlim(0.0, float(evidence.t[-1]))
-        _marks(axes, symptoms, labels=axes is grid[0])
+        _marks(axes, shown, labels=axes is grid[0])
     grid[3].set_xlabel("s", fontsize=9.5)
-    if trembles:
-        draw_spectrum(grid[4], evidence.recording, "gyr")
+    for axes, sensor in zip(grid[4:], spectra, strict=False):
+        draw_spectrum(axes, evidence.recording, sensor)
     if lines:
         grid[-1].axis("off")
         grid[-1].text(0.0, 1.0, "\n".join(lines), va="top", fontsize=9, transform=grid[-1].transAxes)
@@ -107,12 +107,13 @@ def _health(axes: "Axes", evidence: RunEvidence) -> None:
     axes.set_ylim(max(len(rows), 1) - 0.4, -0.6)
 
 
-def _marks(axes: "Axes", symptoms: Sequence[Symptom], labels: bool) -> None:
+def _marks(axes: "Axes", shown: Sequence[Symptom], labels: bool) -> None:
     """A dashed line where a symptom is largest."""
-    for number, one in enumerate(symptoms, 1):
+    colours = {kind.name: kind.colour for kind in symptoms.ALL}
+    for number, one in enumerate(shown, 1):
         if one.at is None:
             continue
-        axes.axvline(one.at, color=COLOURS[one.name], linewidth=1.3, dashes=(4, 3))
+        axes.axvline(one.at, color=colours[one.name], linewidth=1.3, dashes=(4, 3))
         if labels:
             left = one.at > SIDE * axes.get_xlim()[1]
             axes.annotate(

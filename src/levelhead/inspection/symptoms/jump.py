@@ -8,12 +8,12 @@ import numpy as np
 from levelhead.filters import health
 from levelhead.guard import Guard
 from levelhead.inspection.evidence import RunEvidence, runs
-from levelhead.inspection.symptom import Symptom
+from levelhead.inspection.symptom import Symptom, SymptomKind
 from levelhead.inspection.values import find_clipping
 from levelhead.recording import Array
 from levelhead.units import GRAVITY
 
-JUMP = 3.0  # deg; clean recordings step by 1.3 at most (docs/explain.md)
+MAX_JUMP = 3.0  # deg; clean recordings step by 1.3 at most (docs/explain.md)
 WITHIN = 1.0  # s, in which an attitude steps away from the smoother's
 AFTER = 10.0  # s after a fault in which the filter corrects what it did
 START = 5.0  # s of a run that do not count: a filter finds its attitude
@@ -72,7 +72,7 @@ def find_jumps(evidence: RunEvidence) -> Iterator[Symptom]:
     found: dict[str, list[tuple[float, Disturbance]]] = {}
     for event in find_disturbances(evidence):
         size = _size(evidence, event)
-        if size > JUMP:
+        if size > MAX_JUMP:
             found.setdefault(event.cause, []).append((size, event))
     for size, event in _steps(evidence, [event for events in found.values() for _, event in events]):
         found.setdefault(event.cause, []).append((size, event))
@@ -162,7 +162,7 @@ def _steps(evidence: RunEvidence, known: list[Disturbance]) -> Iterator[tuple[fl
     if len(t) <= reach:
         return
     step = np.concatenate([np.abs(total[reach:] - total[:-reach]), np.zeros(reach)])
-    large = (step > JUMP) & (t > START)
+    large = (step > MAX_JUMP) & (t > START)
     for event in known:
         large[max(0, event.first - reach) : int(np.searchsorted(t, t[event.last - 1] + AFTER))] = False
     for first, last in _join(runs(large), t):
@@ -194,3 +194,15 @@ def _causes_of_step(evidence: RunEvidence, row: int) -> Iterator[tuple[str, str]
     if "gyr" in evidence.uses and evidence.recording.mag is None and evidence.longest_rest < Guard().rest_time:
         yield "no_rest", "neither a magnetometer nor a rest told the gyroscope's bias, which is still being learned"
     yield "unknown", "no reading in the log explains it"
+
+
+JUMP = SymptomKind(
+    name="jump",
+    unit="deg",
+    measure="the turn of a single wrong reading, or the angle that the filter takes back within 10 s after a fault, or "
+    "a step of 1 s away from the smoother; the first 5 s do not count",
+    bound=f"{MAX_JUMP:g}°",
+    absent="does not jump",
+    colour="#D55E00",
+    find=find_jumps,
+)
