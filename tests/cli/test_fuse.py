@@ -2,6 +2,7 @@
 
 import importlib
 import re
+import shlex
 from pathlib import Path
 
 import numpy as np
@@ -260,3 +261,19 @@ def test_parquet_is_proposed_where_csv_is_slow(levelhead, logs, tmp_path, monkey
     assert "800 rows are large for CSV: --format parquet" in said.out
     said = levelhead("fuse", logs / "hand.csv", "--no-plot", "--format", "parquet", "-o", tmp_path)
     assert "large for CSV" not in said.out
+
+
+def test_a_dry_run_prints_the_conclusions_and_a_command_that_guesses_nothing(levelhead, logs, tmp_path):
+    rows = np.genfromtxt(logs / "plain.csv", delimiter=",", skip_header=1)[:, :7]
+    rows[:, 1:4] *= 180 / np.pi * 131
+    rows[:, 4:7] *= 16384 / 9.80665
+    bare = tmp_path / "bare.csv"
+    np.savetxt(bare, rows, ["%.4f", *["%.0f"] * 6], ",", header="t,gx,gy,gz,ax,ay,az", comments="")
+    said = levelhead("fuse", bare, "--dry-run", "-o", tmp_path / "out")
+    assert said.code == 0 and re.search(r"^acc\.unit +guess +accelerometer: raw counts, 16384 per g", said.out, re.M)
+    assert re.search(r"^gyr\.columns +header +gyroscope: gx, gy, gz, by name$", said.out, re.M)
+    command = said.out.splitlines()[-1].removeprefix("command  levelhead ")
+    again = levelhead(*shlex.split(command), "--dry-run", "--json")
+    assert not [one for one in again.json["logs"][0]["conclusions"] if one["basis"] == "guess"]
+    assert not (tmp_path / "out").exists()
+    assert "command  levelhead smooth" in levelhead("smooth", bare, "--dry-run").out

@@ -11,6 +11,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial.transform import Rotation
+
+import levelhead as lh
 
 Array = np.ndarray
 Dialect = Callable[[Path, "Motion"], Path]
@@ -291,3 +294,17 @@ def phyphox_german(folder: Path, m: Motion) -> Path:
         head = ",".join(f'"{word}"' for word in ("Zeit (s)", *(f"{axis} ({unit})" for axis in "XYZ")))
         write(folder / f"{name}.csv", head, "\n", rows(m.t, values, form="%.9E"))
     return folder
+
+
+REFUSED = {
+    "letters_around_counts",  # counts about 512: no hint can take an offset off
+    "gravity_called_g",  # no gyroscope in it
+}
+
+
+def simulate(style: str) -> Motion:
+    """20 s of a style of motion, with the numbers that dialects write."""
+    made = lh.simulate.recording("MPU-6050", style, duration=20.0, seed=1)
+    assert made.truth is not None
+    body = Rotation.from_quat(made.truth.quat, scalar_first=True).inv()
+    return Motion(made.t, made.gyr, made.acc, body.apply([0.0, 18.0, -45.0]), made.acc - body.apply([0, 0, 9.80665]))

@@ -5,7 +5,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from benchmarks.reader import wild
-from scipy.spatial.transform import Rotation
 from tests.reference import (  # noqa: F401  (each registers its dialects)
     dialects_of_boards,
     dialects_of_consoles,
@@ -20,7 +19,7 @@ from tests.reference import (  # noqa: F401  (each registers its dialects)
     dialects_of_tables,
     dialects_of_vehicles,
 )
-from tests.reference.dialects import DIALECTS, Motion
+from tests.reference.dialects import DIALECTS, REFUSED, Motion, simulate
 
 import levelhead as lh
 
@@ -52,18 +51,7 @@ GUESS = {
     *("clock_for_a_name", "strings_in_json", "whole_mg_and_mrad"),
     *("sentences_with_checksums", "tuples_in_tuples", "labview_measurement"),
 }  # physics; code page
-REFUSED = {
-    "letters_around_counts",  # counts about 512: no hint can take an offset off
-    "gravity_called_g",  # no gyroscope in it
-}
 STEP = 0.01  # s
-
-
-def simulate(style: str) -> Motion:
-    made = lh.simulate.recording("MPU-6050", style, duration=20.0, seed=1)
-    assert made.truth is not None
-    body = Rotation.from_quat(made.truth.quat, scalar_first=True).inv()
-    return Motion(made.t, made.gyr, made.acc, body.apply([0.0, 18.0, -45.0]), made.acc - body.apply([0, 0, 9.80665]))
 
 
 @pytest.fixture(scope="module")

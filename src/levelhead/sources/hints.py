@@ -133,6 +133,12 @@ def check(
     return Hints(columns, scale, None if rate is None else float(rate), sensor, session, tuple(words))
 
 
+def count_word(value: float) -> str:
+    """Counts per unit as they stand in ``--counts``, exact."""
+    short = f"{value:g}"
+    return short if float(short) == value else repr(value)
+
+
 def map_word(name: str) -> str:
     """A column's name as it stands in ``--map``: in double quotes if it holds a comma or a quote."""
     return '"' + name.replace('"', '""') + '"' if "," in name or '"' in name or name != name.strip() else name

@@ -241,7 +241,7 @@ def _member(part: Member, hints: Hints, alone: bool) -> list[Table]:
         given = _format(part).tables(part.path, part.display_path, hints)
         found = [name_columns(table, hints) for table in given]
         if not alone:
-            return [in_memory(table, part.name) for table in found]
+            return [_beside_others(table, part.name) for table in found]
     except NeedsHints:
         raise
     except LevelheadError:
@@ -253,6 +253,13 @@ def _member(part: Member, hints: Hints, alone: bool) -> list[Table]:
         if part.path.exists() and part.display_path == str(part.path)
         else [in_memory(table, "") for table in found]
     )
+
+
+def _beside_others(table: Table, name: str) -> Table:
+    """A table with the name of its file, whose columns no hint can name by number: others are beside it."""
+    own = in_memory(table, name)
+    conclusions = [one._replace(confirm={}) if one.about == "columns" else one for one in own.conclusions]
+    return replace(own, conclusions=conclusions)
 
 
 def _format(part: Member) -> Format:

@@ -16,13 +16,13 @@ from levelhead.sources.hints import MEANING, Hints, Scale
 from levelhead.sources.interpret import unit_inference
 from levelhead.sources.interpret.choice import choose_columns
 from levelhead.sources.interpret.clock import FoundClock, apply_clock, find_clock
+from levelhead.sources.interpret.interleaved_rows import count_interleaved
 from levelhead.sources.interpret.reference_columns import judge_reference, make_reference
 from levelhead.sources.interpret.roles import Roles
 from levelhead.sources.interpret.scales import Evidence, Turning, acc_scale, find_scale, gyr_scale, mag_scale
 from levelhead.sources.interpret.sign import add_gravity, judge_start, sign_of_acceleration
 from levelhead.sources.interpret.temperature import celsius, find_temperature, temperature_scale
 from levelhead.sources.interpretation import RELATIVE_SCALE, SENSORS, Interpretation
-from levelhead.sources.join.turns import count_turns
 from levelhead.sources.names.column_name import RELATIVE
 from levelhead.sources.table import CachedTable, Column, Table, stack
 
@@ -77,7 +77,7 @@ def apply(found: Interpretation, table: Table) -> Recording:
 def _interpret(table: Table, hints: Hints) -> Interpretation:
     roles, columns = choose_columns(table, hints)
     made: list[Conclusion] = [*table.conclusions, *roles.conclusions]
-    stride = count_turns(stack(columns, roles.columns["acc"]))
+    stride = count_interleaved(stack(columns, roles.columns["acc"]))
     if stride > 1:
         columns = {i: column[::stride] for i, column in columns.items()}
         made.append(Conclusion("sensor", "rows_in_turn", 1, Basis.GUESS, {"count": stride}))

@@ -12,7 +12,7 @@ from levelhead.open_types import ReadOnlyFields
 from levelhead.recording import Array
 from levelhead.signals.field_turn import FieldTurn, field_turn
 from levelhead.sources.conclusion import Basis, Conclusion
-from levelhead.sources.hints import QUANTITY, Hints, NeedsHints, Scale
+from levelhead.sources.hints import QUANTITY, Hints, NeedsHints, Scale, count_word
 from levelhead.sources.interpret import unit_inference
 from levelhead.sources.interpret.converter_counts import offset_of, rates_about
 from levelhead.sources.interpret.counts import acc_sensitivity
@@ -235,7 +235,7 @@ def gyr_scale(
     if found.counts is not None:
         scale = _counts_scale(found.counts)
         facts = {**found.facts, "reversed": found.reversed}
-        confirm = {"counts": {"gyr": f"{found.counts:g}/deg/s"}}
+        confirm = {"counts": {"gyr": f"{count_word(found.counts)}/deg/s"}}
         evidence.conclude("gyr.unit", found.reason, scale, found.basis, facts, confirm)
         return scale
     why = gyroscope_reason(found.reason, found.facts)

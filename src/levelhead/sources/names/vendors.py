@@ -1,10 +1,10 @@
 """Who wrote a log, by the names of its columns, and the units that this writer always uses without saying so."""
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from levelhead.sources.formats.text.cells import is_number
 from levelhead.sources.hints import Scale
 from levelhead.units import GRAVITY
 
@@ -61,9 +61,18 @@ def gyroflow_scale(role: str, preamble: Sequence[str]) -> Scale | None:
     word, factor, unit = _GYROFLOW[role]
     for line in preamble:
         name, _, text = line.partition(",")
-        if name.strip() == word and is_number(text, False) and float(text) > 0.0:
-            return Scale(float(text) * factor, f"counts, {float(text):g} {unit} each")
+        if name.strip() == word and (count := _positive(text)) is not None:
+            return Scale(count * factor, f"counts, {count:g} {unit} each")
     return None
+
+
+def _positive(text: str) -> float | None:
+    """A number above 0; None for anything else."""
+    try:
+        value = float(text)
+    except ValueError:
+        return None
+    return value if 0.0 < value < math.inf and "_" not in text else None
 
 
 def find_vendor(names: Sequence[str]) -> Vendor | None:
