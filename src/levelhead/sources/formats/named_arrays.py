@@ -15,6 +15,7 @@ _RATES = {"samplingrate", "samplerate", "samplingfrequency", "samplefrequency", 
 _STEPS = {"dt", "sampleperiod", "samplingperiod", "ts", "sampletime", "deltat"}
 _SAYS_UNIT = re.compile(r"`(?:imu_)?(gyr|acc|mag)` in (\S+?)[,;.)]?(?=\s|$)")
 _LETTERS = {3: "xyz", 4: "wxyz"}
+_MAX_COLUMNS = 64  # of a matrix
 
 
 def tabulate(
@@ -70,20 +71,25 @@ def _rate(source: str, name: str, value: float) -> float | None:
 
 
 def _columns(name: str, array: NDArray[Any], unit: str | None, transposed: bool) -> dict[str, NDArray[Any]]:
+    """The columns of one array, by their names."""
     suffix = f" [{unit}]" if unit else ""
     if array.ndim == 1 or 1 in array.shape:
         return {name + suffix: array.reshape(-1)}
     width = 4 if understand(f"{name}.w").role == "q" else 3
-    if (
-        (array.shape[0] == width and (transposed or array.shape[1] != width))
-        or (array.shape[1] not in _LETTERS and array.shape[0] in _LETTERS)
-        or (array.shape[0] <= 12 and array.shape[1] > 10 * array.shape[0])
-    ):
+    if _has_samples_in_columns(array, width, transposed):
         array = array.T
     if array.shape[1] == 4 and width != 4 and len(array) > 4 and (np.diff(array[:, 0]) > 0).all():  # time, x, y, z
         axes = {f"{name}.{letter}{suffix}": array[:, i + 1] for i, letter in enumerate("xyz")}
         return {"time": array[:, 0], **axes}
     letters = _LETTERS.get(array.shape[1])
     if letters is None:
-        return {f"{name}[{i}]{suffix}": array[:, i] for i in range(min(array.shape[1], 64))}
+        return {f"{name}[{i}]{suffix}": array[:, i] for i in range(min(array.shape[1], _MAX_COLUMNS))}
     return {f"{name}.{letter}{suffix}": array[:, i] for i, letter in enumerate(letters)}
+
+
+def _has_samples_in_columns(array: NDArray[Any], width: int, transposed: bool) -> bool:
+    """Whether each column of a matrix is a sample, of ``width`` numbers as far as its name tells."""
+    rows, columns = array.shape
+    if rows == width and (transposed or columns != width):
+        return True
+    return (columns not in _LETTERS and rows in _LETTERS) or (rows <= 12 and columns > 10 * rows)

@@ -12,7 +12,7 @@ from levelhead.sources.formats.text.header import join_names, looks_like_header,
 from levelhead.sources.hints import Hints
 from levelhead.sources.table import ArrayTable
 
-_LOOK = 60  # rows that may stand above the numbers
+_MAX_HEAD = 60  # rows that may stand above the numbers
 
 
 def tables(path: Path, display_path: str, hints: Hints) -> Sequence[ArrayTable]:
@@ -43,17 +43,12 @@ def tables(path: Path, display_path: str, hints: Hints) -> Sequence[ArrayTable]:
 
 
 def _table(rows: list[list[Handle]], sheet: str, display_path: str) -> ArrayTable | None:
-    start = next(
-        (i for i, row in enumerate(rows[:_LOOK]) if _numbers(row) > 0.5 * len(row) and _numbers(row) > 0), None
-    )
+    """The columns of numbers in a sheet; None if there are none."""
+    start = next((i for i, row in enumerate(rows[:_MAX_HEAD]) if _numbers(row) > 0.5 * len(row)), None)
     if start is None or len(rows) - start < 2:
         return None
-    width = len(rows[start])
     above = [[str(cell) for cell in row] for row in rows[:start]]
-    header: list[list[str]] = []
-    while above and looks_like_header(above[-1], width, False):
-        header.insert(0, above.pop())
-    names = join_names(header, width) if header else [str(i + 1) for i in range(width)]
+    names = _take_names(above, len(rows[start]))
     arrays: Fields = {}
     units: dict[int, str] = {}
     for i, name in enumerate(names):
@@ -66,6 +61,14 @@ def _table(rows: list[list[Handle]], sheet: str, display_path: str) -> ArrayTabl
             arrays[title] = np.array([_number(cell) for cell in column])
     rate = rate_in([" ".join(row) for row in above])
     return ArrayTable(f"{display_path}, sheet '{sheet}'", arrays, rate=rate, context=sheet, column_units=units)
+
+
+def _take_names(above: list[list[str]], width: int) -> list[str]:
+    """The names of the columns; the rows of the header are taken off the end of the rows above the numbers."""
+    header: list[list[str]] = []
+    while above and looks_like_header(above[-1], width, False):
+        header.insert(0, above.pop())
+    return join_names(header, width) if header else [str(i + 1) for i in range(width)]
 
 
 def _numbers(row: Sequence[Handle]) -> int:

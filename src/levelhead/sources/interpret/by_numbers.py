@@ -77,21 +77,12 @@ def _by_numbers(table: Table, hints: Hints) -> ArrayTable:
     if width in _ONE_SENSOR or width > _MAX_COLUMNS:
         return _one_sensor(table, list(range(width)))
     columns = table.read(positions, frozenset(positions))
-    values = np.zeros((len(columns[positions[0]]), width))
-    for i, column in columns.items():
-        values[:, i] = column
+    values = _side_by_side(columns, width)
     stamps = table.column_units
     whole_seconds = _join_split_clock(values)
     guess, step = _guess_levels_or_increments(values, sorted(stamps) if whole_seconds is None else [whole_seconds])
     if not guess.acc or not guess.gyr:
-        varying = [i for i in positions if i in stamps or _varies(values[:, i])]
-        if len(varying) in _ONE_SENSOR and len(varying) > 1:
-            return _one_sensor(table, varying)
-        raise LevelheadError(
-            f"{table.source} has no header that names its {width} columns, and its numbers show no "
-            f"{'gyroscope' if guess.acc else 'accelerometer'}; expected hints such as "
-            f"{_example(width)} (columns by number)"
-        )
+        return _single_varying_sensor(table, [i for i in positions if i in stamps or _varies(values[:, i])], guess)
     if step > 0.0:  # angles and velocities gained since the row before
         columns |= {i: columns[i] / step for i in (*guess.acc, *guess.gyr)}
     named = _names(guess, whole_seconds, hints)
@@ -108,6 +99,29 @@ def _as_hints(guess: Guess) -> ReadOnlyFields:
     """The hint ``map`` that names the same columns."""
     places = {"t": () if guess.t is None else (guess.t,), "gyr": guess.gyr, "acc": guess.acc, "mag": guess.mag}
     return {"map": {role: [str(i + 1) for i in positions] for role, positions in places.items() if positions}}
+
+
+def _side_by_side(columns: Mapping[int, Column], width: int) -> Array:
+    """(n, width) the columns at their positions, 0 elsewhere."""
+    values = np.zeros((len(next(iter(columns.values()))), width))
+    for i, column in columns.items():
+        values[:, i] = column
+    return values
+
+
+def _single_varying_sensor(table: Table, varying: Sequence[int], guess: Guess) -> ArrayTable:
+    """The columns that vary as one sensor.
+
+    Raises:
+        LevelheadError: there are too many or too few of them, and what the others may be was not found either.
+    """
+    if len(varying) in _ONE_SENSOR and len(varying) > 1:
+        return _one_sensor(table, varying)
+    width = len(table.names)
+    raise LevelheadError(
+        f"{table.source} has no header that names its {width} columns, and its numbers show no "
+        f"{'gyroscope' if guess.acc else 'accelerometer'}; expected hints such as {_example(width)} (columns by number)"
+    )
 
 
 def _guess_levels_or_increments(values: Array, stamps: Sequence[int]) -> tuple[Guess, float]:

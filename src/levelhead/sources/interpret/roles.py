@@ -12,9 +12,9 @@ from levelhead.sources.hints import MEANING, QUANTITY, WIDTH, NeedsHints
 from levelhead.sources.names.column_groups import (
     ColumnGroup,
     best_pair,
-    best_partner,
+    column_group,
     group_axes,
-    made_group,
+    nearest_group,
     order_positions,
     others,
     shared_name,
@@ -22,6 +22,7 @@ from levelhead.sources.names.column_groups import (
 from levelhead.sources.names.column_name import Name, split, understand, unit_in
 
 _USER = re.compile("user|linear", re.IGNORECASE)  # acceleration without the gravity that stands beside it
+_SENSORS = ("gyr", "acc", "mag")
 _EXAMPLE = {"gyr": "gyr_x, gyr_y, gyr_z", "acc": "acc_x, acc_y, acc_z"}
 
 
@@ -74,31 +75,63 @@ def assign(
             between axes.
     """
     known = [understand(name, context) for name in names]
-    columns: dict[str, tuple[int, ...]] = {}
-    chosen: list[Conclusion] = []
     _refuse_repeated(names, hints, known, source)
-    found: dict[str, list[ColumnGroup]] = {}
-    for role in ("t", "gyr", "acc", "mag", "q", "bias"):
-        if role in hints:
-            if positions := _hinted_columns(role, hints[role], known, source):
-                columns[role] = positions
-        elif role == "t":
-            if positions := _times(known, filled):
-                columns["t"] = positions
-        elif role in {"gyr", "acc", "mag"}:
-            found[role] = _groups(role, known, names, context, filled)
-        elif positions := _group(role, known, source):
-            columns[role] = positions
-    _read_letters(found, known, names)
+    columns = _single_columns(known, hints, source, filled)
+    groups = {role: _groups(role, known, names, context, filled) for role in _SENSORS if role not in hints}
+    groups = _read_p_q_r(_read_g(groups, known), names)
     gravity = _gravity(names)
-    if gravity and not found.get("acc", True):
-        found["acc"] = _user_acceleration(names, context, filled)
-    _choose(found, columns, sensor, known, source, chosen)
+    if gravity and not groups.get("acc", True):
+        groups["acc"] = _user_acceleration(names, context, filled)
+    chosen = _choose(groups, columns, sensor, known, source)
+    columns |= {role: group.positions for role, group in chosen.items()}
     columns |= {"gravity": gravity} if gravity and "acc" not in hints else {}
-    flags = {role: tuple(i for i, name in enumerate(known) if name.role == role) for role in ("moving", "seen")}
-    columns |= {role: positions for role, positions in flags.items() if len(positions) == 1}
+    columns |= _flags(known)
     _disjoint(columns, names, source)
     _complete(columns, names, source)
+    units = _units(columns, unit_known, names, source)
+    conclusions = tuple(
+        _plainest(role, group, groups[role], sensor) for role, group in chosen.items() if len(groups[role]) > 1
+    )
+    return Roles(columns, units, _unused(columns, names), conclusions, frozenset(hints))
+
+
+def _single_columns(
+    known: Sequence[Name], hints: Mapping[str, Sequence[str]], source: str, filled: frozenset[int] | None
+) -> dict[str, tuple[int, ...]]:
+    """The columns that hints give, and of the roles that one set of columns can have."""
+    columns: dict[str, tuple[int, ...]] = {}
+    for role in ("t", *_SENSORS, "q", "bias"):
+        if role in hints:
+            positions = _hinted_columns(role, hints[role], known, source)
+        elif role == "t":
+            positions = _times(known, filled)
+        else:
+            positions = () if role in _SENSORS else _group(role, known, source)
+        if positions:
+            columns[role] = positions
+    return columns
+
+
+def _flags(known: Sequence[Name]) -> dict[str, tuple[int, ...]]:
+    """The columns that say whether the reference moved or was seen, where there is but one of a kind."""
+    flags = {role: tuple(i for i, name in enumerate(known) if name.role == role) for role in ("moving", "seen")}
+    return {role: positions for role, positions in flags.items() if len(positions) == 1}
+
+
+def _unused(columns: Mapping[str, tuple[int, ...]], names: Sequence[str]) -> tuple[str, ...]:
+    """The names of the columns that nothing uses; of several times one is used."""
+    used = {i for role, positions in columns.items() for i in (positions[:1] if role == "t" else positions)}
+    return tuple(name or f"(column {i + 1})" for i, name in enumerate(names) if i not in used)
+
+
+def _units(
+    columns: Mapping[str, tuple[int, ...]], unit_known: frozenset[str], names: Sequence[str], source: str
+) -> dict[str, str]:
+    """The units that the names give; those in ``unit_known`` may contradict each other.
+
+    Raises:
+        LevelheadError: the axes of a sensor differ in unit.
+    """
     units: dict[str, str] = {}
     for role in [role for role in columns if role in QUANTITY and role != "t"]:
         with suppress(*((LevelheadError,) if role in unit_known else ())):
@@ -106,9 +139,7 @@ def assign(
                 units[role] = unit
     if "t" in columns and "t" not in unit_known and (unit := unit_in(names[columns["t"][0]], "t", source)):
         units["t"] = unit
-    used = {i for role, positions in columns.items() for i in (positions[:1] if role == "t" else positions)}
-    ignored = tuple(name or f"(column {i + 1})" for i, name in enumerate(names) if i not in used)
-    return Roles(columns, units, ignored, tuple(chosen), frozenset(hints))
+    return units
 
 
 def _times(known: Sequence[Name], filled: frozenset[int] | None) -> tuple[int, ...]:
@@ -134,21 +165,27 @@ def _groups(
 ) -> list[ColumnGroup]:
     complete, _ = group_axes(role, known, filled)
     return [
-        made_group(positions, [names[i] for i in positions], context)
+        column_group(positions, [names[i] for i in positions], context)
         for positions in (order_positions(role, axes) for axes in complete)
     ]
 
 
-def _read_letters(found: dict[str, list[ColumnGroup]], known: Sequence[Name], names: Sequence[str]) -> None:
-    """Letters that mean something beside other columns only: G beside a gyroscope is acceleration; p, q, r."""
-    by_letter = [group for group in found.get("gyr", ()) if known[group.positions[0]].stem == "g"]
-    if "acc" in found and not found["acc"] and by_letter and len(found["gyr"]) > len(by_letter):
-        found["acc"] = by_letter
-        found["gyr"] = [group for group in found["gyr"] if group not in by_letter]
+def _read_g(groups: dict[str, list[ColumnGroup]], known: Sequence[Name]) -> dict[str, list[ColumnGroup]]:
+    """The groups, where a G beside a gyroscope is the acceleration that is not there otherwise."""
+    gyrs = groups.get("gyr", [])
+    by_letter = [group for group in gyrs if known[group.positions[0]].stem == "g"]
+    if groups.get("acc", True) or not by_letter or len(gyrs) == len(by_letter):
+        return groups
+    return groups | {"acc": by_letter, "gyr": [group for group in gyrs if group not in by_letter]}
+
+
+def _read_p_q_r(groups: dict[str, list[ColumnGroup]], names: Sequence[str]) -> dict[str, list[ColumnGroup]]:
+    """The groups, where p, q, r beside an accelerometer are the rates that are not there otherwise."""
     letters = {name.strip().lower(): i for i, name in reversed(list(enumerate(names)))}
-    if found.get("acc") and "gyr" in found and not found["gyr"] and {"p", "q", "r"} <= set(letters):
-        positions = tuple(letters[letter] for letter in "pqr")
-        found["gyr"] = [made_group(positions, [names[i] for i in positions])]
+    if not groups.get("acc") or groups.get("gyr", True) or not {"p", "q", "r"} <= set(letters):
+        return groups
+    positions = tuple(letters[letter] for letter in "pqr")
+    return groups | {"gyr": [column_group(positions, [names[i] for i in positions])]}
 
 
 def _user_acceleration(names: Sequence[str], context: str, filled: frozenset[int] | None) -> list[ColumnGroup]:
@@ -157,38 +194,47 @@ def _user_acceleration(names: Sequence[str], context: str, filled: frozenset[int
 
 
 def _choose(
-    found: Mapping[str, Sequence[ColumnGroup]],
-    columns: dict[str, tuple[int, ...]],
+    groups: Mapping[str, Sequence[ColumnGroup]],
+    columns: Mapping[str, tuple[int, ...]],
     sensor: str | None,
     known: Sequence[Name],
     source: str,
-    chosen: list[Conclusion],
-) -> None:
-    """Puts the chosen groups into ``columns``."""
-    named = {role: _of_sensor(groups, sensor) for role, groups in found.items()}
+) -> dict[str, ColumnGroup]:
+    """The groups to take, of roles that have no ``columns`` yet.
+
+    Raises:
+        LevelheadError: no group is of the ``sensor``; a gyroscope or accelerometer has no complete set of axes.
+    """
+    named = {role: _of_sensor(several, sensor) for role, several in groups.items()}
     if sensor is not None and not any(named.get(role) for role in ("gyr", "acc")):
-        labels = dict.fromkeys(group.label for groups in found.values() for group in groups)
+        labels = dict.fromkeys(group.label for several in groups.values() for group in several)
         raise LevelheadError(f"{source} has no sensor '{sensor}'; {nearest(sensor, labels)}")
     gyr, acc = best_pair(named.get("gyr", []), named.get("acc", []))
     if gyr is None and "gyr" in columns:
-        gyr = made_group(columns["gyr"], [known[i].raw for i in columns["gyr"]])
-    mag = best_partner(named.get("mag", []), gyr)
+        gyr = column_group(columns["gyr"], [known[i].raw for i in columns["gyr"]])
+    mag = nearest_group(named.get("mag", []), gyr)
+    chosen = {}
     for role, group in (("gyr", gyr), ("acc", acc), ("mag", mag)):
-        if group is None or role in columns:
-            if role not in columns and role in found:
-                _incomplete(role, known, source)
+        if role in columns:
             continue
-        columns[role] = group.positions
-        if len(found[role]) > 1:
-            rest = [one for one in found[role] if one.positions != group.positions]
-            several = others(found[role], group) if sensor is None else []
-            facts = {
-                "columns": ", ".join(group.names),
-                "rest": "; not ".join(", ".join(one.names) for one in rest[:3]),
-                "other_sensor": _distinct(several[0], group) if several else "",
-            }
-            confirm = {"map": {role: list(group.names)}}
-            chosen.append(Conclusion(f"{role}.columns", "plainest", group.names, Basis.HEADER, facts, confirm))
+        if group is not None:
+            chosen[role] = group
+        elif role in groups:
+            _incomplete(role, known, source)
+    return chosen
+
+
+def _plainest(role: str, group: ColumnGroup, several: Sequence[ColumnGroup], sensor: str | None) -> Conclusion:
+    """That ``group`` was taken, and not the others of the same role."""
+    rest = [other for other in several if other.positions != group.positions]
+    equals = others(several, group) if sensor is None else []
+    facts = {
+        "columns": ", ".join(group.names),
+        "rest": "; not ".join(", ".join(other.names) for other in rest[:3]),
+        "other_sensor": _distinct(equals[0], group) if equals else "",
+    }
+    confirm = {"map": {role: list(group.names)}}
+    return Conclusion(f"{role}.columns", "plainest", group.names, Basis.HEADER, facts, confirm)
 
 
 def _of_sensor(groups: Sequence[ColumnGroup], sensor: str | None) -> list[ColumnGroup]:

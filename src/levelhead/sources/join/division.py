@@ -13,9 +13,9 @@ from levelhead.sources.names.column_name import split, understand
 from levelhead.sources.table import ArrayTable, Column, Table, labels_of, words_of
 
 _NUMBERS = {"i", "instance", "imuid", "sensorid", "sensor", "imu", "sensorindex", "imuindex", "nodeid", "deviceid"}
-_MOST = 16  # units in one table
-_SHARE = 0.02  # of the rows that each of them must have
-_CHANGES = 0.1  # share of rows in which the unit differs from the row before: less are recordings one after another
+_MAX_UNITS = 16  # units in one table
+_MIN_SHARE = 0.02  # of the rows that each of them must have
+_MIN_CHANGES = 0.1  # share of rows in which the unit differs from the row before: less are recordings one after another
 
 
 def divide(table: Table, hints: Hints) -> Sequence[Table]:
@@ -32,16 +32,21 @@ def _by_word(table: Table) -> list[Table]:
     accs = [order_positions("acc", axes) for axes in group_axes("acc", known, None)[0]] if labels else []
     if not accs or "gyr" not in {name.role for name in known}:
         return []
-    wanted = [k for k, title in enumerate(table.names) if title.strip() and k not in words_of(table)]
-    columns = table.read(wanted, frozenset(wanted))
+    columns = _read_numbers(table)
     acc = np.column_stack([columns[i] for i in accs[0]]).astype(np.float64)
     for name, words in labels.items():
         if len(words) == len(acc) and (parts := parts_of(words, acc)):
             facts = {"count": len(parts), "column": name, "listed": ", ".join(parts)}
             chosen = Conclusion("sensor", "word_column", next(iter(parts)), Basis.NUMBERS, facts)
             found = [*table.conclusions, chosen]
-            return [_part(table, columns, wanted, kept, word, found) for word, kept in parts.items()]
+            return [_part(table, columns, kept, word, found) for word, kept in parts.items()]
     return []
+
+
+def _read_numbers(table: Table) -> dict[int, Column]:
+    """All columns of numbers that have a name, in one reading: which rows are left out depends on the columns."""
+    wanted = [k for k, title in enumerate(table.names) if title.strip() and k not in words_of(table)]
+    return table.read(wanted, frozenset(wanted))
 
 
 def instances(numbers: Column) -> Mapping[int, NDArray[np.bool_]]:
@@ -49,10 +54,10 @@ def instances(numbers: Column) -> Mapping[int, NDArray[np.bool_]]:
     if len(numbers) < 8 or not np.isfinite(numbers).all() or (numbers != np.rint(numbers)).any():
         return {}
     found = np.unique(numbers)
-    if not 1 < len(found) <= _MOST or float((numbers[1:] != numbers[:-1]).mean()) < _CHANGES:
+    if not 1 < len(found) <= _MAX_UNITS or float((numbers[1:] != numbers[:-1]).mean()) < _MIN_CHANGES:
         return {}
     rows = {int(number): numbers == number for number in found}
-    return rows if min(float(one.mean()) for one in rows.values()) > _SHARE else {}
+    return rows if min(float(kept.mean()) for kept in rows.values()) > _MIN_SHARE else {}
 
 
 def _by_unit(table: Table) -> list[Table]:
@@ -63,14 +68,12 @@ def _by_unit(table: Table) -> list[Table]:
     for i, name in enumerate(table.names):
         if "".join(split(name)) not in _NUMBERS or i in words_of(table) or known[i].role:
             continue
-        rows = instances(table.read([i])[i])
-        if rows:
-            wanted = [k for k, title in enumerate(table.names) if title.strip() and k not in words_of(table)]
-            columns = table.read(wanted, frozenset(wanted))
+        columns = _read_numbers(table)
+        if rows := instances(columns[i]):
             facts = {"count": len(rows), "column": name, "listed": ", ".join(map(str, rows))}
             return [
                 _part(
-                    table, columns, wanted, kept, f"{name} {number}",
+                    table, columns, kept, f"{name} {number}",
                     [*table.conclusions, Conclusion("sensor", "number_column", number, Basis.NUMBERS, facts)],
                 )
                 for number, kept in rows.items()
@@ -79,14 +82,15 @@ def _by_unit(table: Table) -> list[Table]:
 
 
 def _part(
-    table: Table, columns: Mapping[int, Column], wanted: Sequence[int], kept: NDArray[np.bool_], context: str,
+    table: Table, columns: Mapping[int, Column], kept: NDArray[np.bool_], context: str,
     conclusions: Sequence[Conclusion],
 ) -> ArrayTable:  # fmt: skip
+    """The kept rows of some columns as a table."""
     arrays: dict[str, Column] = {}
-    for i in wanted:
+    for i, column in columns.items():
         title = table.names[i] if table.names[i] not in arrays else f"{table.names[i]} ({i + 1})"
-        arrays[title] = columns[i][kept]
-    units = {k: table.column_units[i] for k, i in enumerate(wanted) if i in table.column_units}
+        arrays[title] = column[kept]
+    units = {k: table.column_units[i] for k, i in enumerate(columns) if i in table.column_units}
     context = f"{table.context} {context}".strip()
     return ArrayTable(table.source, arrays, dict(table.units), table.rate, conclusions, context, units, table.origin)
 
@@ -106,6 +110,6 @@ def _by_clock(table: Table) -> list[Table]:
             clock = positions[0] - 1
             columns = table.read([clock, *positions], frozenset([clock]))
             kept = np.isfinite(columns[clock])
-            parts.append(_part(table, columns, [clock, *positions], kept, table.names[positions[0]], table.conclusions))
+            parts.append(_part(table, columns, kept, table.names[positions[0]], table.conclusions))
             roles.add(role)
     return parts if {"gyr", "acc"} <= roles else []

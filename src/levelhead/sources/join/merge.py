@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array, median
@@ -18,25 +19,39 @@ from levelhead.sources.join.windows import unroll
 from levelhead.sources.names.column_groups import (
     ColumnGroup,
     best_pair,
-    best_partner,
+    column_group,
     group_axes,
-    made_group,
+    nearest_group,
     order_positions,
 )
 from levelhead.sources.names.column_name import split, understand, unit_in
 from levelhead.sources.table import ArrayTable, Column, Table
 
 NANO = 1_000_000_000
-_SLOW = 1.5  # the accelerometer's interval in gyroscope's ones from which the note says that values lie between
-_HOLE = 4.0  # own intervals across which nothing is interpolated
+_MIN_SLOW = 1.5  # the accelerometer's interval in gyroscope's ones from which it is called slower
+_MAX_HOLE = 4.0  # own intervals across which values are interpolated
+_MAX_LENGTH_SHARE = 0.001  # by which columns of other tables may be longer or shorter than the first one
 
 
-class TableSensor(NamedTuple):
-    """One sensor in one table."""
+class SensorColumns(NamedTuple):
+    """The columns of one sensor in one table."""
 
     role: str
     table: Table
     group: ColumnGroup
+
+    def read(self) -> Array:
+        """(n, 3) numbers, as the table has them."""
+        columns = self.table.read(list(self.group.positions))
+        return np.column_stack([columns[i] for i in self.group.positions]).astype(np.float64)
+
+
+class SensorClock(NamedTuple):
+    """The clock of one sensor: stamps in ns, their rows (None: all), whether they count from a date."""
+
+    stamps: NDArray[np.int64]
+    rows: NDArray[np.intp] | slice | None
+    dated: bool
 
 
 def single_table(source: str, tables: Sequence[Table], hints: Hints) -> tuple[Table, Hints]:
@@ -53,19 +68,24 @@ def single_table(source: str, tables: Sequence[Table], hints: Hints) -> tuple[Ta
         tables = named or tables
     tables = join_tables(source, [unroll(table) for table in tables])
     whole = [table for table in tables if {"gyr", "acc"} <= sensors_of(table)]
-    if len(whole) == 1 or (whole and {Path(table.source).suffix for table in whole} and _one_file(whole)):
+    if whole and _one_file(whole):
         table = _with_mag(whole[0], tables, source)
         left = _without_sensor(hints, whole[0])
         return table, left if table is whole[0] else replace(left, scale=_without_time(left))
     if whole:
-        listed = ", ".join(table.context for table in whole[:4])
-        inside = Path(whole[0].source).is_file()
-        raise SuggestsCommand(
-            f"{source} holds {len(whole)} recordings: {listed}{', …' if len(whole) > 4 else ''}; name one of them",
-            whole[0].source if inside else source,
-            **({} if inside and whole[0].source != source else {"sensor": whole[0].context}),
-        )
+        raise _several(source, whole)
     return _merge_tables(source, tables, hints), _for_merged(hints)
+
+
+def _several(source: str, whole: Sequence[Table]) -> SuggestsCommand:
+    """The error of several recordings in one place, with the command that reads the first."""
+    listed = ", ".join(table.context for table in whole[:4])
+    inside = Path(whole[0].source).is_file()
+    return SuggestsCommand(
+        f"{source} holds {len(whole)} recordings: {listed}{', …' if len(whole) > 4 else ''}; name one of them",
+        whole[0].source if inside else source,
+        **({} if inside and whole[0].source != source else {"sensor": whole[0].context}),
+    )
 
 
 def _one_file(tables: Sequence[Table]) -> bool:
@@ -107,15 +127,15 @@ def sensors_of(table: Table) -> set[str]:
     return found | ({"t"} if any(name.role == "t" for name in known) else set())
 
 
-def _streams(table: Table) -> list[TableSensor]:
+def _sensors(table: Table) -> list[SensorColumns]:
     """The sensors in a table."""
     known = [understand(name, table.context) for name in table.names]
     found = []
     for role in ("gyr", "acc", "mag"):
         for axes in group_axes(role, known, None)[0]:
             positions = order_positions(role, axes)
-            group = made_group(positions, [table.names[i] for i in positions], table.context)
-            found.append(TableSensor(role, table, group))
+            group = column_group(positions, [table.names[i] for i in positions], table.context)
+            found.append(SensorColumns(role, table, group))
     return found
 
 
@@ -125,32 +145,35 @@ def join_tables(source: str, tables: Sequence[Table]) -> list[Table]:
     One axis in each file, or time in a file of its own.
     """
     bare = [table for table in tables if "t" not in sensors_of(table) and table.rate is None]
-    clocks = [
-        table
-        for table in tables
-        if "t" in sensors_of(table) and len(table.names) <= 2 and not sensors_of(table) - {"t"}
-    ]
+    clocks = [table for table in tables if len(table.names) <= 2 and sensors_of(table) == {"t"}]
     if len(bare) < 2 and not (bare and clocks):
         return list(tables)
     parts = [*clocks, *bare]
+    found = [conclusion for table in parts for conclusion in table.conclusions]
+    merged = ArrayTable(source, _columns_as_long_as_the_first(parts), conclusions=_once(found))
+    return [*(table for table in tables if table not in parts), merged] if sensors_of(merged) - {"t"} else list(tables)
+
+
+def _columns_as_long_as_the_first(tables: Sequence[Table]) -> dict[str, Column]:
+    """The columns of all tables by name, but for those of another length than the first one's; cut to the shortest."""
     columns: dict[str, Column] = {}
     length: int | None = None
-    for table in parts:
+    for table in tables:
         wanted = list(range(len(table.names)))
         for i, column in table.read(wanted, frozenset(wanted)).items():
-            if length is None:
-                length = len(column)
-            if abs(len(column) - length) > max(1, 0.001 * length):
-                continue
-            name = table.names[i]
-            single = len(table.names) == 1
-            useful = understand(name).role or not table.context
-            title = name if useful and not name.isdigit() else table.context if single else f"{table.context} {name}"
-            columns.setdefault(title, column)
-    shortest = min((len(column) for column in columns.values()), default=0)
-    found = [conclusion for table in parts for conclusion in table.conclusions]
-    merged = ArrayTable(source, {name: column[:shortest] for name, column in columns.items()}, conclusions=_once(found))
-    return [*(table for table in tables if table not in parts), merged] if sensors_of(merged) - {"t"} else list(tables)
+            length = len(column) if length is None else length
+            if abs(len(column) - length) <= max(1, _MAX_LENGTH_SHARE * length):
+                columns.setdefault(_title(table, i), column)
+    shortest = min(map(len, columns.values()), default=0)
+    return {name: column[:shortest] for name, column in columns.items()}
+
+
+def _title(table: Table, position: int) -> str:
+    """The name of a column beside those of other tables: its own, if that says what it is, or its table's."""
+    name = table.names[position]
+    if (understand(name).role or not table.context) and not name.isdigit():
+        return name
+    return table.context if len(table.names) == 1 else f"{table.context} {name}"
 
 
 def _merge_tables(source: str, tables: Sequence[Table], hints: Hints) -> ArrayTable:
@@ -159,92 +182,116 @@ def _merge_tables(source: str, tables: Sequence[Table], hints: Hints) -> ArrayTa
     Raises:
         LevelheadError: no gyroscope or no accelerometer, no stamps, clocks that do not overlap.
     """
-    streams = [stream for table in tables for stream in _streams(table)]
-    groups = {role: [one for one in streams if one.role == role] for role in ("gyr", "acc", "mag")}
-    for role in ("gyr", "acc"):
-        if not groups[role]:
-            names = ", ".join(dict.fromkeys(table.context or Path(table.source).name for table in tables))
-            raise LevelheadError(f"{source}: there is no {MEANING[role]} among {names}; expected one, with three axes")
-    lost: list[Conclusion] = []
-    with_gravity = [one for one in groups["acc"] if not _without_gravity(one)]
-    if with_gravity and len(with_gravity) < len(groups["acc"]):
-        less = [one for one in groups["acc"] if all(one is not kept for kept in with_gravity)]
+    groups = _sensors_by_role(source, tables)
+    with_gravity = [sensor for sensor in groups["acc"] if not lacks_gravity(sensor.read())]
+    less = [sensor for sensor in groups["acc"] if all(sensor is not kept for kept in with_gravity)]
+    found: list[Conclusion] = []
+    if with_gravity and less:
         groups["acc"] = with_gravity
-        rest = ", ".join(one.table.context for one in less)
-        lost.append(Conclusion("acc.columns", "gravity_removed", None, Basis.NUMBERS, {"rest": rest}))
-    gyr_group, acc_group = best_pair([one.group for one in groups["gyr"]], [one.group for one in groups["acc"]])
-    gyr, acc = _of(groups["gyr"], gyr_group), _of(groups["acc"], acc_group)
-    mag_group = best_partner([one.group for one in groups["mag"]], gyr_group)
-    mag = _of(groups["mag"], mag_group) if mag_group is not None else None
-    taken = [gyr, acc, *([mag] if mag is not None else [])]
-    found = [*lost, *(conclusion for one in taken for conclusion in one.table.conclusions)]
-    clocks = {one.role: _clock(one, hints, found, absolute=True) for one in taken}
-    if len({clock[2] for clock in clocks.values()}) > 1:  # some count from a date and others do not
-        clocks = {one.role: _clock(one, hints, found, absolute=False) for one in taken}
-    if not with_gravity and (gravity := _gravity_beside(tables, acc)) is not None:
-        taken.append(gravity)
-        clocks["gravity"] = _clock(gravity, hints, [], absolute=clocks["gyr"][2])
-    arrays = _align_streams(source, taken, clocks, found)
-    for role, sensor in (("gyr", gyr), ("acc", acc)):
-        others = [one for one in groups[role] if one.table is not sensor.table]
-        if others:
-            shown = ", ".join(dict.fromkeys(one.table.context for one in others[:3]))
-            facts = {"rest": shown}
-            found.append(Conclusion(f"{role}.columns", "other_table", sensor.table.context, Basis.NUMBERS, facts))
-    if acc.group.gravity_removed or gyr.table is not acc.table:
-        parts = [f"{MEANING.get(one.role, one.role)} from {one.table.context or one.table.source}" for one in taken]
+        facts = {"rest": ", ".join(sensor.table.context for sensor in less)}
+        found.append(Conclusion("acc.columns", "gravity_removed", None, Basis.NUMBERS, facts))
+    chosen = _choose(groups)
+    found += [conclusion for sensor in chosen.values() for conclusion in sensor.table.conclusions]
+    clocks, said = _clocks(chosen, hints)
+    found += said
+    if not with_gravity and (gravity := _gravity_beside(tables, chosen["acc"])) is not None:
+        chosen["gravity"] = gravity
+        clocks["gravity"], _ = _clock(gravity, hints, clocks["gyr"].dated)
+    arrays, said = _align(source, chosen, clocks)
+    found += [*said, *_other_tables(groups, chosen)]
+    if chosen["acc"].group.gravity_removed or chosen["gyr"].table is not chosen["acc"].table:
+        parts = [f"{MEANING.get(role, role)} from {_place(sensor.table)}" for role, sensor in chosen.items()]
         found.append(Conclusion("clock", "merged", None, Basis.NUMBERS, {"parts": ", ".join(parts)}))
-    units = {k: v for one in taken for k, v in one.table.units.items()}
-    origin = [name for one in taken for name in one.table.names]
+    units = {role: unit for sensor in chosen.values() for role, unit in sensor.table.units.items()}
+    origin = [name for sensor in chosen.values() for name in sensor.table.names]
     return ArrayTable(source, arrays, units, conclusions=_once(found), origin=origin)
 
 
 def _once(conclusions: Sequence[Conclusion]) -> list[Conclusion]:
     """The conclusions without repeats."""
-    return [one for i, one in enumerate(conclusions) if one not in conclusions[:i]]
+    return [conclusion for i, conclusion in enumerate(conclusions) if conclusion not in conclusions[:i]]
 
 
-def _gravity_beside(tables: Sequence[Table], acc: TableSensor) -> TableSensor | None:
+def _place(table: Table) -> str:
+    return table.context or table.source
+
+
+def _sensors_by_role(source: str, tables: Sequence[Table]) -> dict[str, list[SensorColumns]]:
+    """The sensors in all tables.
+
+    Raises:
+        LevelheadError: no gyroscope or no accelerometer.
+    """
+    sensors = [sensor for table in tables for sensor in _sensors(table)]
+    groups = {role: [sensor for sensor in sensors if sensor.role == role] for role in ("gyr", "acc", "mag")}
+    for role in ("gyr", "acc"):
+        if not groups[role]:
+            names = ", ".join(dict.fromkeys(table.context or Path(table.source).name for table in tables))
+            raise LevelheadError(f"{source}: there is no {MEANING[role]} among {names}; expected one, with three axes")
+    return groups
+
+
+def _choose(groups: Mapping[str, Sequence[SensorColumns]]) -> dict[str, SensorColumns]:
+    """The gyroscope, the accelerometer and the magnetometer to merge."""
+    columns = {role: [sensor.group for sensor in sensors] for role, sensors in groups.items()}
+    gyr, acc = best_pair(columns["gyr"], columns["acc"])
+    chosen = {"gyr": gyr, "acc": acc, "mag": nearest_group(columns["mag"], gyr)}
+    return {
+        role: next(sensor for sensor in groups[role] if sensor.group is group)
+        for role, group in chosen.items()
+        if group is not None
+    }
+
+
+def _other_tables(
+    groups: Mapping[str, Sequence[SensorColumns]], chosen: Mapping[str, SensorColumns]
+) -> list[Conclusion]:
+    """That gyroscopes and accelerometers of other tables were not taken."""
+    found = []
+    for role in ("gyr", "acc"):
+        table = chosen[role].table
+        others = [sensor.table.context for sensor in groups[role] if sensor.table is not table]
+        if others:
+            facts = {"rest": ", ".join(dict.fromkeys(others[:3]))}
+            found.append(Conclusion(f"{role}.columns", "other_table", table.context, Basis.NUMBERS, facts))
+    return found
+
+
+def _gravity_beside(tables: Sequence[Table], acc: SensorColumns) -> SensorColumns | None:
     """The gravity vector in a file or sheet of its own, where the accelerometer has none of it; None: there is none."""
     for table in tables:
         axes = {split(name)[0]: i for i, name in enumerate(table.names) if split(name)[:1] in (["x"], ["y"], ["z"])}
         if {"gravity", "grav"} & set(split(table.context)) and len(axes) == 3 and table is not acc.table:
             positions = [axes[axis] for axis in "xyz"]
-            return TableSensor("gravity", table, made_group(positions, [table.names[i] for i in positions]))
+            return SensorColumns("gravity", table, column_group(positions, [table.names[i] for i in positions]))
     return None
 
 
-def _without_gravity(one: TableSensor) -> bool:
-    columns = one.table.read(list(one.group.positions))
-    values = np.column_stack([columns[i] for i in one.group.positions]).astype(np.float64)
-    return lacks_gravity(values)
+def _clocks(chosen: Mapping[str, SensorColumns], hints: Hints) -> tuple[dict[str, SensorClock], list[Conclusion]]:
+    """The clocks of the sensors: all from a date, or all from the start of their files."""
+    said: list[Conclusion] = []
+    clocks: dict[str, SensorClock] = {}
+    for absolute in (True, False):
+        for role, sensor in chosen.items():
+            clocks[role], conclusions = _clock(sensor, hints, absolute)
+            said += conclusions
+        if len({clock.dated for clock in clocks.values()}) == 1:
+            break
+    return clocks, said
 
 
-def _of(streams: Sequence[TableSensor], group: ColumnGroup | None) -> TableSensor:
-    return next(one for one in streams if one.group is group)
-
-
-def _clock(one: TableSensor, hints: Hints, found: list[Conclusion], absolute: bool) -> tuple[Any, Any, bool]:
-    """(stamps in ns, rows kept or None, whether they count from a date) of a stream.
+def _clock(sensor: SensorColumns, hints: Hints, absolute: bool) -> tuple[SensorClock, list[Conclusion]]:
+    """The clock of a sensor.
 
     Of several clocks in its table, one that counts from a date if ``absolute``: time since a file's own start says
     nothing beside another file.
+
+    Raises:
+        LevelheadError: no stamps, or none that increase.
     """
-    table = one.table
-    known = [understand(name) for name in table.names]
-    times = [i for i, name in enumerate(known) if name.role == "t"] or list(table.column_units)
-    if not times:
-        raise NeedsHints(f"{table.source} has no column with time stamps; expected such as 'time'", rate=100.0)
-    columns = table.read([*times, *one.group.positions], frozenset(times))
-    values = np.column_stack([columns[i] for i in one.group.positions]).astype(np.float64)
-    options = []
-    for i in times:
-        try:
-            unit = table.column_units.get(i) or unit_in(table.names[i], "t", table.source)
-        except LevelheadError:
-            continue
-        options.append(Candidate(table.names[i], columns[i], hints.scale.get("t") or unit))
-    options = join_seconds(options) or [Candidate(table.names[times[0]], columns[times[0]], None)]
+    table = sensor.table
+    options = _clock_candidates(sensor, hints)
+    values = sensor.read()
     read = []
     for option in options:
         try:
@@ -257,67 +304,88 @@ def _clock(one: TableSensor, hints: Hints, found: list[Conclusion], absolute: bo
     dated = [(option, clock) for option, clock in read if (clock.t0 is not None) == absolute] or read
     best, _ = choose([option for option, _ in dated])
     clock = next(clock for option, clock in dated if option is best)
-    found += [conclusion for conclusion in clock.conclusions if conclusion.about != "t.start"]
     stamps = np.rint(clock.t * NANO).astype(np.int64) + (0 if clock.t0 is None else round(clock.t0 * NANO))
-    return stamps, clock.rows, clock.t0 is not None
+    said = [conclusion for conclusion in clock.conclusions if conclusion.about != "t.start"]
+    return SensorClock(stamps, clock.rows, clock.t0 is not None), said
 
 
-def _align_streams(
-    source: str, taken: Sequence[TableSensor], clocks: Mapping[str, tuple[Any, Any, bool]], found: list[Conclusion]
-) -> dict[str, Column]:
-    """The streams as columns on the gyroscope's stamps."""
-    values = {}
-    for one in taken:
-        columns = one.table.read(list(one.group.positions))
-        stacked = np.column_stack([columns[i] for i in one.group.positions]).astype(np.float64)
-        rows = clocks[one.role][1]
-        values[one.role] = stacked if rows is None else stacked[rows]
-    t = clocks["gyr"][0]
-    inside = (t >= clocks["acc"][0][0]) & (t <= clocks["acc"][0][-1])
+def _clock_candidates(sensor: SensorColumns, hints: Hints) -> list[Candidate]:
+    """The columns of a sensor's table that may be its stamps.
+
+    Raises:
+        NeedsHints: there are none.
+    """
+    table = sensor.table
+    times = [i for i, name in enumerate(map(understand, table.names)) if name.role == "t"] or list(table.column_units)
+    if not times:
+        raise NeedsHints(f"{table.source} has no column with time stamps; expected such as 'time'", rate=100.0)
+    columns = table.read([*times, *sensor.group.positions], frozenset(times))
+    candidates = []
+    for i in times:
+        try:
+            unit = table.column_units.get(i) or unit_in(table.names[i], "t", table.source)
+        except LevelheadError:
+            continue
+        candidates.append(Candidate(table.names[i], columns[i], hints.scale.get("t") or unit))
+    return join_seconds(candidates) or [Candidate(table.names[times[0]], columns[times[0]], None)]
+
+
+def _align(
+    source: str, chosen: Mapping[str, SensorColumns], clocks: Mapping[str, SensorClock]
+) -> tuple[dict[str, Column], list[Conclusion]]:
+    """(the sensors as columns on the gyroscope's stamps, what was done to them).
+
+    Raises:
+        LevelheadError: gyroscope and accelerometer do not overlap in time.
+    """
+    t, limits = clocks["gyr"].stamps, clocks["acc"].stamps[[0, -1]]
+    inside = (t >= limits[0]) & (t <= limits[1])
     if inside.sum() < 2:
         raise LevelheadError(
             f"{source}: gyroscope and accelerometer were not recorded at the same time; no stamp of "
             f"one lies within the other's"
         )
+    said: list[Conclusion] = []
     if not inside.all():
         outside = int((~inside).sum())
-        found.append(Conclusion("rows", "outside_overlap", outside, Basis.NUMBERS, {"count": len(t)}))
+        said.append(Conclusion("rows", "outside_overlap", outside, Basis.NUMBERS, {"count": len(t)}))
     kept = t[inside]
     arrays: dict[str, Column] = {"t [ns]": kept}
-    for one in taken:
-        stamps = clocks[one.role][0]
-        if one.role == "gyr":
-            placed = values["gyr"][inside]
-        elif one.role in ("acc", "gravity"):
-            placed = _interpolate(kept, stamps, values[one.role], found if one.role == "acc" else [])
+    for role, sensor in chosen.items():
+        stamps, rows, _ = clocks[role]
+        values = sensor.read() if rows is None else sensor.read()[rows]
+        if role == "gyr":
+            placed = values[inside]
+        elif role == "mag":
+            placed = _nearest(kept, stamps, values)
         else:
-            placed = _nearest(kept, stamps, values["mag"])
-        for axis, position, column in zip("xyz", one.group.positions, placed.T, strict=True):
-            unit = _unit(one, position)
-            arrays[f"{one.role}_{axis}{f' [{unit}]' if unit else ''}"] = column
-    return arrays
+            placed, changed = _interpolate(kept, stamps, values)
+            said += changed if role == "acc" else []
+        for axis, position, column in zip("xyz", sensor.group.positions, placed.T, strict=True):
+            unit = _unit(sensor, position)
+            arrays[f"{role}_{axis}{f' [{unit}]' if unit else ''}"] = column
+    return arrays, said
 
 
-def _unit(one: TableSensor, position: int) -> str | None:
-    role = "acc" if one.role == "gravity" else one.role
-    return one.table.column_units.get(position) or unit_in(one.table.names[position], role, one.table.source)
+def _unit(sensor: SensorColumns, position: int) -> str | None:
+    role, table = "acc" if sensor.role == "gravity" else sensor.role, sensor.table
+    return table.column_units.get(position) or unit_in(table.names[position], role, table.source)
 
 
-def _interpolate(t: Any, stamps: Any, values: Array, found: list[Conclusion]) -> Array:
-    """(n, 3) ``values`` at other stamps, by straight lines; NaN in holes."""
+def _interpolate(t: Any, stamps: Any, values: Array) -> tuple[Array, list[Conclusion]]:
+    """((n, 3) ``values`` at other stamps, by straight lines, NaN in holes; that they are, if the stamps differ)."""
     if len(t) == len(stamps) and (t == stamps).all():
-        return values
+        return values, []
     step = median(np.diff(stamps)) if len(stamps) > 1 else NANO
     right = np.clip(np.searchsorted(stamps, t), 1, len(stamps) - 1)
     a, b = stamps[right - 1], stamps[right]
     part = ((t - a) / np.maximum(b - a, 1))[:, None]
     placed: Array = values[right - 1] + part * (values[right] - values[right - 1])
-    placed[(b - a) > _HOLE * step + 0.1 * NANO] = np.nan
+    placed[(b - a) > _MAX_HOLE * step + 0.1 * NANO] = np.nan
     placed[t == b] = values[right][t == b]
     own = median(np.diff(t)) if len(t) > 1 else step
-    reason = "slower" if step > _SLOW * own else "own_clock"
-    found.append(Conclusion("acc.stamps", reason, "interpolated", Basis.NUMBERS, {"rate": NANO / step}))
-    return placed
+    reason = "slower" if step > _MIN_SLOW * own else "own_clock"
+    return placed, [Conclusion("acc.stamps", reason, "interpolated", Basis.NUMBERS, {"rate": NANO / step})]
 
 
 def _nearest(t: Any, stamps: Any, values: Array) -> Array:

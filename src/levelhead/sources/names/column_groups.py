@@ -43,7 +43,7 @@ class ColumnGroup(NamedTuple):
         return shared_name(self.names)
 
 
-def made_group(positions: Sequence[int], names: Sequence[str], context: str = "") -> ColumnGroup:
+def column_group(positions: Sequence[int], names: Sequence[str], context: str = "") -> ColumnGroup:
     """The group of columns with these names; ``context`` is what their file or sheet is called."""
     words: set[str] = set()
     for name in (names[0], context):
@@ -73,7 +73,7 @@ def best_pair(
     )
 
 
-def best_partner(groups: Sequence[ColumnGroup], gyr: ColumnGroup | None) -> ColumnGroup | None:
+def nearest_group(groups: Sequence[ColumnGroup], gyr: ColumnGroup | None) -> ColumnGroup | None:
     """The magnetometer that belongs to a gyroscope."""
     if gyr is None:
         return _best(groups)

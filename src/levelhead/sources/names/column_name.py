@@ -30,6 +30,7 @@ _REMARKS |= {"x", "y", "z", "imu", "avg", "mean", "int", "float", "double", "hex
 _REMARKS |= {"relative", "normalized", "normalised", "a.u.", "au", "head", "chest", "thigh", "shank", "arm"}
 _NUMBERED = re.compile(r"([a-z]*?)([xyz])(\d+)")  # ax1, and the x1 of accX1
 _AXES = "xyzw"
+_XYZ = frozenset("xyz")
 _GREEK = {"alpha": "x", "beta": "y", "gamma": "z"}  # of DeviceMotion's rotationRate: browsers give x, y, z
 _VEHICLE = re.compile(
     r"(roll|pitch|yaw)(?:rate|speed|vel|velocity|angularvelocity)|(?:bodyrate|rate|[a-z]*angularvelocity)(roll|pitch|yaw)"
@@ -75,12 +76,8 @@ def understand(raw: str, context: str = "") -> Name:
 def _understand(raw: str) -> Name:
     tokens = split(raw)
     stem, axis = _axis(tokens)
-    label = "".join(stem)
-    if {"truth", "bias"} <= set(stem) and axis:
-        return Name(raw, "bias", axis, label)
-    seen = REFERENCES & set(stem) and {"ok", "valid"} & set(stem)
-    if not axis and (seen or label in {"moving", "movement", "truthmoving"}):
-        return Name(raw, "seen" if seen else "moving", "", label)
+    if (name := _reference_flag(raw, stem, axis)) is not None:
+        return name
     if turned := _turn_rate(raw, tokens):
         return Name(raw, "gyr", turned, "rollpitchyawrate")
     bare = _without_unit(stem)
@@ -90,7 +87,18 @@ def _understand(raw: str) -> Name:
     if not role and (_is_time(tokens) or _is_abscissa(raw)):
         left = "".join(token for token in _without_time_unit(tokens))
         return Name(raw, "t", "", "".join(tokens), exact=left in TIMES or left == "")
-    return Name(raw, "", axis, label)
+    return Name(raw, "", axis, "".join(stem))
+
+
+def _reference_flag(raw: str, stem: Sequence[str], axis: str) -> Name | None:
+    """What a reference system says beside the orientation: a bias, whether it moved, whether it was seen; else None."""
+    label = "".join(stem)
+    if {"truth", "bias"} <= set(stem) and axis:
+        return Name(raw, "bias", axis, label)
+    seen = REFERENCES & set(stem) and {"ok", "valid"} & set(stem)
+    if not axis and (seen or label in {"moving", "movement", "truthmoving"}):
+        return Name(raw, "seen" if seen else "moving", "", label)
+    return None
 
 
 def split(raw: str) -> list[str]:
@@ -114,30 +122,65 @@ def _turn_rate(raw: str, tokens: Sequence[str]) -> str:
     return _RATES[found[1] or found[2]] if found else ""
 
 
-def _axis(tokens: Sequence[str]) -> tuple[list[str], str]:  # noqa: PLR0911
-    """(words without the axis, axis): an own word (acc x), the end of a short one (gx, accx, xacc) or an index."""
+_KNOWN = frozenset().union(*WORDS.values(), *LETTERS.values())
+_INDICES = frozenset("01234")
+
+
+def _axis(tokens: Sequence[str]) -> tuple[list[str], str]:
+    """(words without the axis, axis): the first of these ways in which the name has one; (words, "") if in none."""
+    for find in (_own_word, _greek, _numbered_letter, _letter_at_end, _letter_of_all, _index):
+        if (found := find(tokens)) is not None:
+            return found
+    return list(tokens), ""
+
+
+def _own_word(tokens: Sequence[str]) -> tuple[list[str], str] | None:
+    """A word of its own: acc x."""
     for i in reversed(range(len(tokens))):
         if tokens[i] in _AXES and len(tokens) > 1 and not (tokens[i] == "w" and tokens[-1] in "xyz"):
             return [*tokens[:i], *tokens[i + 1 :]], tokens[i]
-    known = set().union(*WORDS.values(), *LETTERS.values())
+    return None
+
+
+def _greek(tokens: Sequence[str]) -> tuple[list[str], str] | None:
+    """The name of an angle of a gyroscope: rotationRate alpha."""
     if tokens and tokens[-1] in _GREEK and set(tokens[:-1]) & (WORDS["gyr"] | {"rotation"}):
         return list(tokens[:-1]), _GREEK[tokens[-1]]
+    return None
+
+
+def _numbered_letter(tokens: Sequence[str]) -> tuple[list[str], str] | None:
+    """A letter before a number: ax1, acc x1."""
     for i in reversed(range(len(tokens))):
-        if (found := _NUMBERED.fullmatch(tokens[i])) and (found[1] in known or (not found[1] and len(tokens) > 1)):
-            return [*tokens[:i], *([found[1] + found[3]] if found[1] else [found[3]]), *tokens[i + 1 :]], found[2]
+        match = _NUMBERED.fullmatch(tokens[i])
+        if match and (match[1] in _KNOWN or (not match[1] and len(tokens) > 1)):
+            return [*tokens[:i], match[1] + match[3], *tokens[i + 1 :]], match[2]
+    return None
+
+
+def _letter_at_end(tokens: Sequence[str]) -> tuple[list[str], str] | None:
+    """A letter at the end or the start of a known word: gx, accx, xacc."""
     for i in reversed(range(len(tokens))):
         token = tokens[i]
         for axis, rest in ((token[-1:], token[:-1]), (token[:1], token[1:])):
-            if axis in _AXES and rest in known and (len(rest) > 2 or axis == token[-1]):
+            if axis in _AXES and rest in _KNOWN and (len(rest) > 2 or axis == token[-1]):
                 return [*tokens[:i], rest, *tokens[i + 1 :]], axis
+    return None
+
+
+def _letter_of_all(tokens: Sequence[str]) -> tuple[list[str], str] | None:
+    """A letter at the end of all words together, which are a known one: Gy ro X is read as gyrox."""
     merged = "".join(tokens)
-    if merged[-1:] and merged[-1] in "xyz" and merged[:-1] in known:
-        return [merged[:-1]], merged[-1]
-    if len(tokens) > 1 and tokens[-1] in {"0", "1", "2", "3", "4"}:
+    return ([merged[:-1]], merged[-1]) if merged[-1:] in _XYZ and merged[:-1] in _KNOWN else None
+
+
+def _index(tokens: Sequence[str]) -> tuple[list[str], str] | None:
+    """A digit: acc 0, or acc0."""
+    if len(tokens) > 1 and tokens[-1] in _INDICES:
         return list(tokens[:-1]), tokens[-1]
-    if tokens and tokens[-1][-1:] in {"0", "1", "2", "3", "4"} and tokens[-1][:-1] in known:
+    if tokens and tokens[-1][-1:] in _INDICES and tokens[-1][:-1] in _KNOWN:
         return [*tokens[:-1], tokens[-1][:-1]], tokens[-1][-1]
-    return list(tokens), ""
+    return None
 
 
 def _role(stem: Sequence[str]) -> str:
@@ -145,20 +188,28 @@ def _role(stem: Sequence[str]) -> str:
     words = [token.rstrip("0123456789") for token in stem if not _PERSON.fullmatch(token)]
     if not words or DERIVED & set(words):
         return ""
-    found = {role for role, known in WORDS.items() if known & {*words, "".join(words)}}
-    if PAIRS & set(pairwise(words)):
-        found.add("gyr")
-    if "angular" in words:
-        found.discard("acc")
-    if not found:
-        rest = "".join(word for word in words if word not in FILLERS)
-        found = {role for role, letters in LETTERS.items() if rest in letters}
-    if not found and "".join(word for word in words if word not in FILLERS | REFERENCES) == "q":
-        found = {"q"}
-    if len(found) != 1:
+    roles = _roles_of_words(words) or _roles_of_letters(words)
+    if len(roles) != 1:
         return ""
-    role = found.pop()
+    role = roles.pop()
     return "" if role != "q" and REFERENCES & set(words) else role
+
+
+def _roles_of_words(words: Sequence[str]) -> set[str]:
+    """The sensors that words, all of them together, or two neighbours name."""
+    roles = {role for role, known in WORDS.items() if known & {*words, "".join(words)}}
+    if PAIRS & set(pairwise(words)):
+        roles.add("gyr")
+    return roles - {"acc"} if "angular" in words else roles
+
+
+def _roles_of_letters(words: Sequence[str]) -> set[str]:
+    """The sensors that a letter names where nothing else stands in the name."""
+    rest = "".join(word for word in words if word not in FILLERS)
+    roles = {role for role, letters in LETTERS.items() if rest in letters}
+    if not roles and "".join(word for word in words if word not in FILLERS | REFERENCES) == "q":
+        return {"q"}
+    return roles
 
 
 def _role_of_unit(raw: str, stem: Sequence[str]) -> str:

@@ -85,34 +85,40 @@ def join_names(header: Sequence[Sequence[str]], width: int) -> list[str]:
     columns is left out, and a line of units becomes the bracket at the end of the name.
     """
     rows = [[row[i].strip() if i < len(row) else "" for i in range(max(width, len(row)))] for row in header]
-    unit_row: list[str] | None = None
-    if len(rows) > 1 and _is_unit_row(rows[-1]):
-        unit_row = rows.pop()
+    unit_row = rows.pop() if len(rows) > 1 and _is_unit_row(rows[-1]) else []
     if len(rows) > 1:
         rows = [row for row in rows if len(set(row)) > 1] or rows[-1:]
     for row in [row for row in rows if _says_little(row)]:
-        rest = [one for one in rows if one is not row]
+        rest = [other for other in rows if other is not row]
         if rest and _sensors_apart(rest):
             rows = rest
     width = max(map(len, rows))
+    names = _add_groups(rows, width)
+    return [name + _unit_bracket(unit_row[i]) if i < len(unit_row) else name for i, name in enumerate(names)]
+
+
+def _add_groups(rows: Sequence[Sequence[str]], width: int) -> list[str]:
+    """The cells above each column together; those of all lines but the last spread to the right over blank cells.
+
+    A group does not spread over columns in which every cell is blank.
+    """
     parts: list[list[str]] = [[] for _ in range(width)]
     for depth, row in enumerate(rows):
         group = ""
-        for i in range(width):
-            cell = row[i] if i < len(row) else ""
-            group = cell or (group if depth < len(rows) - 1 and i < len(row) else "")
+        for i, cell in enumerate(row):
+            group = cell or (group if depth < len(rows) - 1 else "")
             if group:
                 parts[i].append(group)
-    if len(rows) > 1:  # a group does not spread over columns that nothing stands under
-        for i in range(width):
-            if not any(i < len(row) and row[i] for row in rows):
-                parts[i] = []
-    names = [" ".join(part) for part in parts]
-    for i, unit in enumerate(unit_row or ()):
-        text = unit.strip("[] ").replace("(", "").replace(")", "")
-        if i < len(names) and text.lower() not in _NO_UNIT:
-            names[i] += f" [{'relative' if text.lower() in _RELATIVE else text}]"
-    return names
+    blank = [len(rows) > 1 and not any(i < len(row) and row[i] for row in rows) for i in range(width)]
+    return ["" if blank[i] else " ".join(part) for i, part in enumerate(parts)]
+
+
+def _unit_bracket(cell: str) -> str:
+    """A cell in a line of units as the end of a name; "" if it says that there is none."""
+    unit = cell.strip("[] ").replace("(", "").replace(")", "")
+    if unit.lower() in _NO_UNIT:
+        return ""
+    return f" [{'relative' if unit.lower() in _RELATIVE else unit}]"
 
 
 def _says_little(row: Sequence[str]) -> bool:

@@ -124,29 +124,40 @@ def looks_labelled(lines: Sequence[str]) -> bool:
 def _split(gap: str) -> tuple[str, str]:
     """(unit of the number before, name of the number behind) in what stands between two numbers."""
     text = gap.rstrip(" \t([{\"'")
-    marked = text[-1:] in "=:" and bool(text)
-    if (
-        not marked
-        and (unmarked := _UNIT_BEHIND_NAME.search(gap)) is not None
-        and _leading_unit(unmarked[2]) is not None
-    ):
-        unit, _ = _split(f"{gap[: unmarked.start()]} x:")
-        return unit, f"{unmarked[1]} [{unmarked[2]}]"
-    if (inside := _UNIT_OF_NAME.search(text)) is not None and _leading_unit(inside[1]) is not None:
-        unit, name = _split(f"{text[: inside.start()]}:")
-        return unit, f"{name} [{inside[1]}]" if name else ""
+    marked = text[-1:] in ("=", ":")
+    bracket = _UNIT_OF_NAME.search(text) if marked else _UNIT_BEHIND_NAME.search(gap)
+    if bracket is not None and _leading_unit(bracket[bracket.lastindex or 1]) is not None:
+        return _split_with_bracket(text if marked else gap, bracket, marked)
     body = _UNIT_BEFORE_AXIS.sub(" ", text.rstrip("=: ")) if marked else gap
     words = [word for part in re.split(f"[{re.escape(_SEPARATORS)}]|\\s{{2,}}", body) if (word := part.strip(" \"'"))]
-    unit = ""
-    if words and (first := _leading_unit(words[0])) is not None:
-        if rest := first[1]:
-            unit, words = first[0], [rest, *words[1:]]
-        elif len(words) > 1 or not marked or '"' in gap:  # "t = 0 ms, …": a unit alone before its mark is a name
-            unit, words = first[0], words[1:]
+    unit, words = _take_unit(words, not marked or '"' in gap)
     if not words or (not marked and not _is_prefix(gap)):
         return unit, ""
     name = words[-1]
     return unit, name if any(sign.isalpha() for sign in name) else ""
+
+
+def _split_with_bracket(text: str, bracket: re.Match[str], marked: bool) -> tuple[str, str]:
+    """The same, where the name behind has its own unit in brackets: "Ax(g):" and, without a mark, "acc[g]"."""
+    if marked:
+        unit, name = _split(f"{text[: bracket.start()]}:")
+        return unit, f"{name} [{bracket[1]}]" if name else ""
+    unit, _ = _split(f"{text[: bracket.start()]} x:")
+    return unit, f"{bracket[1]} [{bracket[2]}]"
+
+
+def _take_unit(words: list[str], alone: bool) -> tuple[str, list[str]]:
+    """(unit, other words) of words that may begin with the unit of the number before; ``alone``: it may be all of them.
+
+    In "t = 0 ms, …" a unit alone before its mark is a name.
+    """
+    leading = _leading_unit(words[0]) if words else None
+    if leading is None:
+        return "", words
+    unit, rest = leading
+    if rest:
+        return unit, [rest, *words[1:]]
+    return (unit, words[1:]) if len(words) > 1 or alone else ("", words)
 
 
 def _is_prefix(gap: str) -> bool:
