@@ -42,7 +42,7 @@ def body(n=18_000, fastest=3.0, hertz=0.3, seed=0):
     start = Rotation.from_euler("ZYX", [40, 10, -20], degrees=True)
     true = start * Rotation.from_rotvec(np.outer(angle, axis))
     rng = np.random.default_rng(seed)
-    gyr = np.outer(np.diff(angle, prepend=0.0) * RATE, axis) + rng.normal(0, 0.002, (n, 3))
+    gyr = np.outer(np.gradient(angle, t), axis) + rng.normal(0, 0.002, (n, 3))
     acc = true.inv().apply([0, 0, G]) + rng.normal(0, 0.05, (n, 3))
     mag = true.inv().apply(FIELD) + rng.normal(0, 0.3, (n, 3))
     return true, t, gyr, acc, mag

@@ -115,6 +115,13 @@ class DetectorHooks(Protocol):
         """The rate (rad/s) that stands for the sample that was just detected."""
         return gyr
 
+    @staticmethod
+    @kernel
+    def interval_rate(before: Vec3, now: Vec3, lost: float) -> Vec3:
+        """The mean rate (rad/s) between the stamps of two readings; without a guard the later reading, as published
+        filters have it, but for the share ``lost`` of the time, in which samples were lost."""
+        return sub(now, scale(sub(now, before), 0.5 * lost))
+
 
 detectors: DetectorHooks = declare(DetectorHooks)
 
@@ -230,9 +237,10 @@ def condition(guard: Guard, sample: ConditionedSample, gyr: Vec3, acc: Vec3, mag
         unmeasured = variance_beyond(rate.slope, rate.time) - variance_beyond(rate.slope, before.time)
         rate_age = rate.time
         gyr = add(gyr, mean_beyond(rate, dt))
-    elif lost > 0.0 and dt <= GAP_SECONDS and health & RATE_UNUSABLE == 0:
-        unmeasured = lost_variance(last, gyr, lost)
-        gyr = sub(gyr, scale(sub(gyr, last), 0.5 * lost / dt))
+    elif dt <= GAP_SECONDS and health & RATE_UNUSABLE == 0:
+        if lost > 0.0:
+            unmeasured = lost_variance(last, gyr, lost)
+        gyr = detectors.interval_rate(last, gyr, lost / dt)
     rate_unknown = rate_lost or dt > GAP_SECONDS
     return ConditionedSample(
         gyr,

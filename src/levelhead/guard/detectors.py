@@ -21,7 +21,7 @@ from levelhead.guard.rate_jump import NO_JUMP, Jump, update_jump
 from levelhead.guard.rate_noise import NO_NOISE, RateNoise, is_silent, update_noise
 from levelhead.guard.rest import NO_SUMS, SlowMeans, Sums, add_sample, update_means
 from levelhead.kernels.elapsed import has_elapsed
-from levelhead.kernels.vec3 import ZERO, Vec3, add
+from levelhead.kernels.vec3 import ZERO, Vec3, add, scale
 from levelhead.units import DEGREE, GRAVITY
 
 LEAST_GYR_SCALE = 4.0  # rad/s: no gyroscope has a smaller full scale (250 °/s) than this
@@ -226,3 +226,13 @@ def believed_rate(state: DetectorState, gyr: Vec3) -> Vec3:
     if is_silent(state.noise):
         return ZERO
     return add(state.jump.rate, state.jump.returned)
+
+
+@kernel
+def mean_rate(before: Vec3, now: Vec3, lost: float) -> Vec3:
+    """The mean rate (rad/s) between the stamps of two readings: each is the rate at its stamp, a straight line between.
+
+    The trapezoidal rule: its angle is right to the third order of the interval, that of the later reading alone to the
+    second, ahead by half an interval's rotation.
+    """
+    return scale(add(before, now), 0.5)

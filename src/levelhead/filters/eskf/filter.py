@@ -66,6 +66,7 @@ from levelhead.units import GRAVITY
 LARGE_TILT = 0.25  # rad²: a larger variance of tilt cannot be corrected to first order
 # rad²: with a larger variance a heading would be taken from the field, and the smoother not correct what was before
 CORRECTABLE_HEADING = 0.7
+READING_TIME = 1.0 / sqrt(12.0)  # of an interval, 1σ of the time that a reading is of: uniform in ± half of it, eq. 36
 GAP_SAMPLE = 1e-3  # s that the sample after a gap lasts
 STEADY_TIME = 1.0  # s for which a candidate field has to be steady
 YOUNG_FIELD = 3.0  # s for which it has to be so beside a field that has hardly fitted
@@ -140,7 +141,7 @@ def step(params: ESKF, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float)
         if field_norm > 0.0:
             decay_field_east(params, m, dt)
         dt = GAP_SAMPLE
-    m[at.HALF_TURN], m[at.HALF_TURN + 1], m[at.HALF_TURN + 2] = scale(rate, 0.5 * dt)
+    m[at.HALF_TURN], m[at.HALF_TURN + 1], m[at.HALF_TURN + 2] = scale(rate, READING_TIME * dt)
     r = quat.matrix(attitude)
     if m[at.AIDED] != 0.0:
         aiding.propagate_mean(m, 0.5 * dt)

@@ -6,10 +6,10 @@ linear regression of heading on n:
 
     σ² = P_zz + (s²/``mag_place``² − 1) P_zn²/P_nn                                                                (34)
 
-**Time of a reading.** A reading may be that of an instant or the mean of the interval T before it: time is known to
-half an interval, and what turns in it is part of σ of each axis i:
+**Time of a reading.** The driver integrates readings of an instant. A reading may also be a mean of the interval T
+before it, or pass a filter: its time is uniform in ± T/2, and that rotation is part of σ of each axis i:
 
-    σ_i² = P_ii + (R w T/2)_i²                                                                                  (36)
+    σ_i² = P_ii + (R w T)_i²/12                                                                                 (36)
 
 **A bias that nothing measures.** 0.13 of the widest axis in (22) makes the error of heading least where nothing
 measures the bias about the vertical. But that bias may be as large as that of the widest axis, a. With the variance of

@@ -2232,25 +2232,29 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             float last_y_10;
             float last_z_10;
             float unmeasured_4;
-            if (number_7 && dt <= TILT_GAP_SECONDS && number_39) {
-                /* vec3.sub: a − b */
-                const float number_45 = last_x_6 - last_x;
-                const float number_46 = last_y_6 - last_y;
-                const float number_47 = last_z_6 - last_z;
-                /* conditioning.lost_variance: rad², about each axis, of the rotation in lost seconds without
-                 * samples, if the mean of the rates before and after is held for it.
-                 */
-                const float number_48 = CONDITIONING_CHANGE_VARIANCE
-                    * (number_45 * number_45 + number_46 * number_46 + number_47 * number_47)
-                    + CONDITIONING_RETURN_VARIANCE
-                    * lh_max(last_x_6 * last_x_6 + last_y_6 * last_y_6 + last_z_6 * last_z_6,
-                    last_x * last_x + last_y * last_y + last_z * last_z);
-                /* conditioning.condition: The next sample, conditioned; sample is the one before. */
-                const float number_49 = 0.5f * lost / dt;
-                last_x_10 = last_x_6 - number_45 * number_49;
-                last_y_10 = last_y_6 - number_46 * number_49;
-                last_z_10 = last_z_6 - number_47 * number_49;
-                unmeasured_4 = lost * lost * number_48;
+            if (dt <= TILT_GAP_SECONDS && number_39) {
+                float unmeasured_5;
+                if (number_7) {
+                    /* vec3.sub: a − b */
+                    const float number_45 = last_x_6 - last_x;
+                    const float number_46 = last_y_6 - last_y;
+                    const float number_47 = last_z_6 - last_z;
+                    /* conditioning.lost_variance: rad², about each axis, of the rotation in lost seconds
+                     * without samples, if the mean of the rates before and after is held for it.
+                     */
+                    const float number_48 = CONDITIONING_CHANGE_VARIANCE
+                        * (number_45 * number_45 + number_46 * number_46 + number_47 * number_47)
+                        + CONDITIONING_RETURN_VARIANCE
+                        * lh_max(last_x_6 * last_x_6 + last_y_6 * last_y_6 + last_z_6 * last_z_6,
+                        last_x * last_x + last_y * last_y + last_z * last_z);
+                    unmeasured_5 = lost * lost * number_48;
+                } else {
+                    unmeasured_5 = unmeasured_2;
+                }
+                last_x_10 = (last_x + last_x_6) * 0.5f;
+                last_y_10 = (last_y + last_y_6) * 0.5f;
+                last_z_10 = (last_z + last_z_6) * 0.5f;
+                unmeasured_4 = unmeasured_5;
             } else {
                 last_x_10 = last_x_6;
                 last_y_10 = last_y_6;
@@ -2265,7 +2269,7 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         }
         const bool rate_unknown = rate_lost || number_38;
         /* conditioning.condition: The next sample, conditioned; sample is the one before. */
-        const float number_50 = (number_37 ? 0.0f : carry->sample.since_sigma) + dt;
+        const float number_49 = (number_37 ? 0.0f : carry->sample.since_sigma) + dt;
         carry->sample.rate.last.x = last_x_9;
         carry->sample.rate.last.y = last_y_9;
         carry->sample.rate.last.z = last_z_9;
@@ -2276,13 +2280,13 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             const float limit = settings->guard.bias_limit * UNITS_DEGREE;
             /* rest.distance2: |v − mean|² */
             const float square_2 = gyr_x_3 * gyr_x_3 + gyr_y_3 * gyr_y_3 + gyr_z_3 * gyr_z_3;
-            bool number_51;
+            bool number_50;
             if (square_2 > limit * limit) {
-                number_51 = true;
+                number_50 = true;
             } else {
-                bool number_52;
+                bool number_51;
                 if (!carry->run.guard.rest.known) {
-                    number_52 = false;
+                    number_51 = false;
                 } else {
                     /* vec3.add: a + b */
                     const float x_15 = carry->run.guard.rest.bias.x + carry->run.state.bias.x;
@@ -2292,13 +2296,13 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                     const float x_16 = gyr_x_3 - x_15;
                     const float y_16 = gyr_y_3 - y_15;
                     const float z_16 = gyr_z_3 - z_15;
-                    number_52 = square_2 > x_15 * x_15 + y_15 * y_15 + z_15 * z_15
+                    number_51 = square_2 > x_15 * x_15 + y_15 * y_15 + z_15 * z_15
                         && x_16 * x_16 + y_16 * y_16 + z_16 * z_16 > REST_BIAS_CHANGE;
                 }
-                number_51 = number_52;
+                number_50 = number_51;
             }
             float time_6;
-            if (carry->sample.detected.means.pace == 0.0f || number_51) {
+            if (carry->sample.detected.means.pace == 0.0f || number_50) {
                 carry->run.guard.rest.moved = true;
                 time_6 = 0.0f;
             } else {
@@ -2309,27 +2313,27 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 const float time_7 = carry->run.guard.rest.time
                     + (carry->run.guard.rest.moved || age > 0.0f ? time_3
                     : time_3 * carry->sample.detected.means.pace);
-                const bool number_53 = time_7 > 0.0f
+                const bool number_52 = time_7 > 0.0f
                     && time_7 + ELAPSED_SLACK * REST_INTERVAL >= settings->guard.rest_time;
-                if (number_53) {
+                if (number_52) {
                     /* lowpass.lowpass_weight: The weight of a new sample in a first-order low-pass of time
                      * constant tau: dt/(min(τ, age) + dt).
                      */
-                    const float number_54 = time_3 / (lh_min(REST_BIAS_TIME, age) + time_3);
+                    const float number_53 = time_3 / (lh_min(REST_BIAS_TIME, age) + time_3);
                     carry->run.guard.rest.bias.x = carry->run.guard.rest.bias.x
-                        + number_54 * (gyr_x_3 - carry->run.state.bias.x - carry->run.guard.rest.bias.x);
+                        + number_53 * (gyr_x_3 - carry->run.state.bias.x - carry->run.guard.rest.bias.x);
                     carry->run.guard.rest.bias.y = carry->run.guard.rest.bias.y
-                        + number_54 * (gyr_y_3 - carry->run.state.bias.y - carry->run.guard.rest.bias.y);
+                        + number_53 * (gyr_y_3 - carry->run.state.bias.y - carry->run.guard.rest.bias.y);
                     carry->run.guard.rest.bias.z = carry->run.guard.rest.bias.z
-                        + number_54 * (gyr_z_3 - carry->run.state.bias.z - carry->run.guard.rest.bias.z);
+                        + number_53 * (gyr_z_3 - carry->run.state.bias.z - carry->run.guard.rest.bias.z);
                 }
-                carry->run.guard.rest.known = carry->run.guard.rest.known || number_53;
+                carry->run.guard.rest.known = carry->run.guard.rest.known || number_52;
                 time_6 = time_7;
             }
             carry->run.guard.rest.time = time_6;
         }
-        const bool number_55 = unmeasured_3 > 0.0f;
-        if (number_55) {
+        const bool number_54 = unmeasured_3 > 0.0f;
+        if (number_54) {
             carry->run.state.age = 0.0f;
         }
         if (far || carry->sample.detected.far_from_g) {
@@ -2361,14 +2365,14 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         }
         /* elapsed.has_elapsed: Whether time (s), a sum of intervals of which the last was dt (s), has reached length (s).
          */
-        const float number_56 = ELAPSED_SLACK * dt;
-        if (number_50 + number_56 >= OBSERVER_COVARIANCE_INTERVAL || number_55) {
+        const float number_55 = ELAPSED_SLACK * dt;
+        if (number_49 + number_55 >= OBSERVER_COVARIANCE_INTERVAL || number_54) {
             int32_t seen;
             float acc_x_8;
             float acc_y_8;
             float acc_z_8;
             if (carry->run.guard.acc_rejected > 0.0f
-                && !(carry->run.guard.acc_rejected + number_56 >= settings->guard.acc_time)) {
+                && !(carry->run.guard.acc_rejected + number_55 >= settings->guard.acc_time)) {
                 seen = corrected_by_2 & 2;
                 acc_x_8 = 0.0f;
                 acc_y_8 = 0.0f;
@@ -2393,17 +2397,17 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 z_17 = last_z_9 - carry->run.guard.rest.bias.z;
             }
             /* mahony.gains: K, K₂ of eq. 5 and k_I dt of eq. 3, for a state after its sample. */
-            const float number_57 = 1.0f / settings->filter.kp;
+            const float number_56 = 1.0f / settings->filter.kp;
             /* lowpass.lowpass_weight: The weight of a new sample in a first-order low-pass of time constant
              * tau: dt/(min(τ, age) + dt).
              */
-            const float kt = number_50 / (lh_min(number_57, carry->run.state.age) + number_50);
+            const float kt = number_49 / (lh_min(number_56, carry->run.state.age) + number_49);
             /* mahony.gains: K, K₂ of eq. 5 and k_I dt of eq. 3, for a state after its sample. */
-            const float number_58 = 1.0f / (settings->filter.kp * settings->filter.k_mag);
+            const float number_57 = 1.0f / (settings->filter.kp * settings->filter.k_mag);
             /* elapsed.has_elapsed: Whether time (s), a sum of intervals of which the last was dt (s), has reached length (s).
              */
-            const float number_59 = carry->run.state.age + ELAPSED_SLACK * number_50;
-            const float bh = number_59 >= number_58 ? settings->filter.ki * settings->filter.k_mag * number_50
+            const float number_58 = carry->run.state.age + ELAPSED_SLACK * number_49;
+            const float bh = number_58 >= number_57 ? settings->filter.ki * settings->filter.k_mag * number_49
                 : 0.0f;
             float kt_2;
             float kh;
@@ -2416,7 +2420,7 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 bh_2 = DIRECTION_FILTER_DIP_SHARE * bh;
             } else {
                 kt_2 = kt;
-                kh = number_50 / (lh_min(number_58, carry->run.state.age) + number_50);
+                kh = number_49 / (lh_min(number_57, carry->run.state.age) + number_49);
                 bh_2 = bh;
             }
             /* observer_covariance.update_covariance: After an interval of dt s, with the filter's gains for
@@ -2424,40 +2428,40 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
              */
             const float rate2_2 = x_17 * x_17 + y_17 * y_17 + z_17 * z_17;
             float level;
+            float number_59;
             float number_60;
-            float number_61;
             float level_2;
+            float number_61;
             float number_62;
-            float number_63;
-            if (number_50 > TILT_GAP_SECONDS) {
+            if (number_49 > TILT_GAP_SECONDS) {
                 level = lh_min(carry->run.covariance.tilt.level
-                    + TILT_TURN * TILT_TURN * number_50 * number_50, TILT_UNIFORM * TILT_UNIFORM);
-                number_60 = 0.0f;
-                number_61 = lh_max(carry->run.covariance.tilt.bias,
-                    lh_min(carry->run.covariance.tilt.bias + OBSERVER_COVARIANCE_WALK * number_50,
+                    + TILT_TURN * TILT_TURN * number_49 * number_49, TILT_UNIFORM * TILT_UNIFORM);
+                number_59 = 0.0f;
+                number_60 = lh_max(carry->run.covariance.tilt.bias,
+                    lh_min(carry->run.covariance.tilt.bias + OBSERVER_COVARIANCE_WALK * number_49,
                     OBSERVER_COVARIANCE_TURN_ON));
                 level_2 = lh_min(carry->run.covariance.heading.level
-                    + TILT_TURN * TILT_TURN * number_50 * number_50, TILT_UNIFORM * TILT_UNIFORM);
-                number_62 = 0.0f;
-                number_63 = lh_max(carry->run.covariance.heading.bias,
-                    lh_min(carry->run.covariance.heading.bias + OBSERVER_COVARIANCE_WALK * number_50,
+                    + TILT_TURN * TILT_TURN * number_49 * number_49, TILT_UNIFORM * TILT_UNIFORM);
+                number_61 = 0.0f;
+                number_62 = lh_max(carry->run.covariance.heading.bias,
+                    lh_min(carry->run.covariance.heading.bias + OBSERVER_COVARIANCE_WALK * number_49,
                     OBSERVER_COVARIANCE_TURN_ON));
             } else {
                 /* two_state.predict: Eq. 1 with Q = diag(q_level, q_bias). */
-                const float number_64 = number_50 * carry->run.covariance.tilt.bias;
-                const float number_65 = number_50 * carry->run.covariance.heading.bias;
+                const float number_63 = number_49 * carry->run.covariance.tilt.bias;
+                const float number_64 = number_49 * carry->run.covariance.heading.bias;
                 level = carry->run.covariance.tilt.level
-                    + number_50 * (number_64 - 2.0f * carry->run.covariance.tilt.cross)
-                    + ((OBSERVER_COVARIANCE_NOISE + OBSERVER_COVARIANCE_SCALE * rate2_2) * number_50
+                    + number_49 * (number_63 - 2.0f * carry->run.covariance.tilt.cross)
+                    + ((OBSERVER_COVARIANCE_NOISE + OBSERVER_COVARIANCE_SCALE * rate2_2) * number_49
                     + unmeasured_3);
-                number_60 = carry->run.covariance.tilt.cross - number_64;
-                number_61 = carry->run.covariance.tilt.bias + OBSERVER_COVARIANCE_WALK * number_50;
+                number_59 = carry->run.covariance.tilt.cross - number_63;
+                number_60 = carry->run.covariance.tilt.bias + OBSERVER_COVARIANCE_WALK * number_49;
                 level_2 = carry->run.covariance.heading.level
-                    + number_50 * (number_65 - 2.0f * carry->run.covariance.heading.cross)
-                    + ((OBSERVER_COVARIANCE_NOISE + OBSERVER_COVARIANCE_SCALE * rate2_2) * number_50
+                    + number_49 * (number_64 - 2.0f * carry->run.covariance.heading.cross)
+                    + ((OBSERVER_COVARIANCE_NOISE + OBSERVER_COVARIANCE_SCALE * rate2_2) * number_49
                     + unmeasured_3);
-                number_62 = carry->run.covariance.heading.cross - number_65;
-                number_63 = carry->run.covariance.heading.bias + OBSERVER_COVARIANCE_WALK * number_50;
+                number_61 = carry->run.covariance.heading.cross - number_64;
+                number_62 = carry->run.covariance.heading.bias + OBSERVER_COVARIANCE_WALK * number_49;
             }
             float cross;
             float bias;
@@ -2466,19 +2470,19 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             if (carry->run.guard.rest.time > 0.0f
                 && carry->run.guard.rest.time + ELAPSED_SLACK * REST_INTERVAL >= settings->guard.rest_time) {
                 /* observer_covariance.limit_bias: At rest the bias is known to 0.05 °/s (1σ), at least. */
-                const bool number_66 = number_61 > OBSERVER_COVARIANCE_REST_BIAS;
-                const bool number_67 = number_63 > OBSERVER_COVARIANCE_REST_BIAS;
-                cross = number_66 ? 0.0f : number_60;
-                bias = number_66 ? OBSERVER_COVARIANCE_REST_BIAS : number_61;
-                cross_2 = number_67 ? 0.0f : number_62;
-                bias_2 = number_67 ? OBSERVER_COVARIANCE_REST_BIAS : number_63;
+                const bool number_65 = number_60 > OBSERVER_COVARIANCE_REST_BIAS;
+                const bool number_66 = number_62 > OBSERVER_COVARIANCE_REST_BIAS;
+                cross = number_65 ? 0.0f : number_59;
+                bias = number_65 ? OBSERVER_COVARIANCE_REST_BIAS : number_60;
+                cross_2 = number_66 ? 0.0f : number_61;
+                bias_2 = number_66 ? OBSERVER_COVARIANCE_REST_BIAS : number_62;
             } else {
-                cross = number_60;
-                bias = number_61;
-                cross_2 = number_62;
-                bias_2 = number_63;
+                cross = number_59;
+                bias = number_60;
+                cross_2 = number_61;
+                bias_2 = number_62;
             }
-            const float often = 2.0f / number_50;
+            const float often = 2.0f / number_49;
             float level_3;
             float cross_3;
             float bias_3;
@@ -2486,14 +2490,14 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 /* tilt.is_present: Whether a sensor is there: an absent one is the zero vector, and so is
                  * what is too short to have a direction.
                  */
-                const float number_68 = acc_x_8 * acc_x_8 + acc_y_8 * acc_y_8 + acc_z_8 * acc_z_8;
-                if (number_68 > TILT_NO_LENGTH) {
+                const float number_67 = acc_x_8 * acc_x_8 + acc_y_8 * acc_y_8 + acc_z_8 * acc_z_8;
+                if (number_67 > TILT_NO_LENGTH) {
                     /* observer_covariance.update_covariance: After an interval of dt s, with the filter's
                      * gains for an interval of that length.
                      */
-                    const float off = OBSERVER_COVARIANCE_HALF_PER_G2 * number_68 - 0.5f;
+                    const float off = OBSERVER_COVARIANCE_HALF_PER_G2 * number_67 - 0.5f;
                     carry->run.covariance.motion = carry->run.covariance.motion
-                        + number_50 / (OBSERVER_COVARIANCE_SMOOTH + number_50)
+                        + number_49 / (OBSERVER_COVARIANCE_SMOOTH + number_49)
                         * (off * off - carry->run.covariance.motion);
                 }
                 /* observer_covariance.white_variance: Eq. 1: the white equivalent of a variance; twice is 2 τ/Δt, share is K.
@@ -2505,7 +2509,7 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 const float r = OBSERVER_COVARIANCE_SHAKE
                     + carry->run.covariance.motion
                     * (1.0f + rest * (OBSERVER_COVARIANCE_JERK_SECONDS * often));
-                const float b_3 = -(number_59 >= number_57 ? settings->filter.ki * number_50 : 0.0f);
+                const float b_3 = -(number_58 >= number_56 ? settings->filter.ki * number_49 : 0.0f);
                 level_3 = rest * rest * level + kt_2 * kt_2 * r;
                 cross_3 = rest * (cross - b_3 * level) + kt_2 * b_3 * r;
                 bias_3 = bias - 2.0f * b_3 * cross + b_3 * b_3 * (level + r);
@@ -2552,7 +2556,7 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         number_3 = true;
         time = time_5;
         unmeasured = unmeasured_3;
-        number_4 = number_50;
+        number_4 = number_49;
         corrected_by = corrected_by_2;
         x = x_2;
         y = y_2;
