@@ -222,6 +222,17 @@ def test_a_stuck_axis_is_said_after_a_second(axis):
     assert not said(looks, health.ACC_STUCK).any(), "all axes at once: a sensor without noise"
 
 
+def test_rates_of_two_decimals_repeat_at_rest_and_no_axis_is_stuck():
+    """rad/s as examples for microcontrollers print it, less a bias: one axis stays on its digit while others change."""
+    rng, digits = np.random.default_rng(3), 0.01
+    gyr = digits * np.round(rng.normal(0.0, [0.006, 0.006, 0.0008], (1000, 3)) / digits) - [0.0131, -0.0323, 0.0277]
+    _, acc = at_rest(1000)
+    assert len(np.unique(gyr[:, 2])) == 1 and not said(watched(gyr, acc), health.GYR_STUCK).any()
+    t = 0.01 * np.arange(1000)
+    gyr[500:, :2] += digits * np.round(np.stack([np.sin(4.0 * t), np.cos(5.0 * t)], axis=1)[500:] / digits)
+    assert said(watched(gyr, acc), health.GYR_STUCK)[800:].all(), "the others turn, and it does not"
+
+
 def test_acceleration_is_refused_and_believed_again_after_its_time():
     gyr, acc = at_rest(800)
     acc[100:] += [30.0, 0.0, 0.0]

@@ -10,6 +10,7 @@ import pytest
 
 import levelhead as lh
 from levelhead import simulate
+from levelhead.filters.health import GAP
 from levelhead.sources.devices.line_parser import LOOK
 from levelhead.sources.devices.replay import Replay
 from levelhead.sources.devices.serial_lines import SerialLines, parse_serial
@@ -379,3 +380,81 @@ def test_a_slow_magnetometer_is_nothing_new_in_between(recording):
     replay = Replay(lh.Recording(recording.t, recording.gyr, recording.acc, mag), math.inf)
     samples = replay.poll()
     assert samples[0].mag == tuple(recording.mag[0].tolist()) and samples[1].mag is None
+
+
+NAMES_SI = "gx [rad/s],gy [rad/s],gz [rad/s],ax [m/s²],ay [m/s²],az [m/s²]"
+
+
+@pytest.mark.parametrize("rate", [100.0, 200.0, 400.0])
+def test_a_pause_of_lines_without_stamps_is_a_gap_and_not_spread(device, rate):
+    """4 s without a line while the body turns on: one dt of 4 s, the others as ever; σ of tilt grows and is honest."""
+    turning = simulate.recording("ICM-20948", "hand", duration=20.0)
+    kept = np.r_[0:1000, 1400:2000]
+    line, samples = opened(device, Hints(rate=rate)), []
+    device.say(NAMES_SI)
+    for before, i in zip(np.r_[-1, kept[:-1]], kept, strict=True):
+        device.now += 0.01 * (i - before)
+        device.say(",".join(map(str, [*turning.gyr[i], *turning.acc[i]])))
+        samples += line.poll()
+    stamps = np.array([sample.t for sample in samples])
+    gaps = np.diff(stamps)
+    at = int(gaps.argmax())
+    assert gaps[at] == pytest.approx(4.01, abs=0.02) and len(samples) == len(kept) and at == 999
+    assert gaps[at + 1 :].max() < 0.03 and abs(gaps[at + 20 :].mean() - 0.01) < 2e-4
+    track = lh.fuse(lh.Recording(stamps, turning.gyr[kept], turning.acc[kept]))
+    assert np.flatnonzero(track.health & GAP).tolist() == [1000]
+    assert track.sigma[1000, 0] > 3.0 * track.sigma[999, 0]
+    up, true = (2.0 * np.stack([q[:, 1] * q[:, 3] - q[:, 0] * q[:, 2], q[:, 2] * q[:, 3] + q[:, 0] * q[:, 1]], 1)
+                for q in (track.quat, turning.truth.quat[kept]))  # fmt: skip
+    off = np.linalg.norm(up - true, axis=1)  # rad, of tilt
+    assert (off[1000:] < 3.5 * np.hypot(track.sigma[1000:, 0], track.sigma[1000:, 1])).all()
+    assert off[-1] < math.radians(3.0)
+
+
+def test_a_host_that_pauses_is_no_gap(device, recording):
+    """The device goes on, and its lines wait in the terminal: they are stamped evenly up to now."""
+    line, samples = opened(device, Hints(rate=100.0)), []
+    device.say(NAMES_SI)
+    rows = [",".join(map(str, [*g, *a])) for g, a in zip(recording.gyr.round(4), recording.acc.round(3), strict=True)]
+    samples = everything(device, line, rows[:200], at_a_time=1)
+    samples += everything(device, line, rows[200:240], at_a_time=40)
+    samples += everything(device, line, rows[240:], at_a_time=1)
+    gaps = np.diff([sample.t for sample in samples])
+    assert len(samples) == len(recording) and gaps.max() < 0.05 and (gaps > 0.0).all()
+
+
+@pytest.mark.parametrize("rate", [900.0, 1500.0])
+def test_a_clock_of_milliseconds_drops_nothing(device, rate):
+    count = 4000
+    true = np.arange(count) / rate + np.random.default_rng(1).uniform(0.0, 0.4e-3, count)  # a loop is never even
+    gyr = 0.1 * np.sin(0.01 * np.arange(count))
+    rows = [
+        f"{stamp},{x:.6f},{0.1 + 1e-6 * i:.6f},0.001,0.0,0.1,9.8"
+        for i, (stamp, x) in enumerate(zip((1e3 * true).astype(int), gyr, strict=True))
+    ]
+    line = opened(device)
+    samples = everything(device, line, [f"time [ms],{NAMES_SI}", *rows])
+    stamps = np.array([sample.t for sample in samples])
+    assert len(samples) >= count - 5 and (np.diff(stamps) > 0.0).all() and line.troubles() == []
+    assert np.abs(stamps[500:] - true[-len(stamps) + 500 :] - 0.0005).max() < 0.0016
+    assert np.diff(stamps[500:]).mean() == pytest.approx(1.0 / rate, rel=1e-3)
+
+
+def test_the_wrong_speed_of_the_line_is_an_event(device):
+    """At another speed bytes come, mostly no text, with hardly a line end; the sentence comes once."""
+    line, rng = opened(device), np.random.default_rng(0)
+    said = []
+    for _ in range(30):
+        os.write(device.end, rng.choice([0x00, 0x80, 0xE0, 0xF8, 0x78, 0x1C], 20).astype(np.uint8).tobytes())
+        device.now += 0.1
+        assert line.poll() == []
+        said += line.troubles()
+    (told,) = [words for name, words in said if name == "garbage" and "bits a second" in words]
+    assert "115200 bits a second are not the device's speed" in told and "@9600" in told
+
+
+def test_deep_json_is_garbage_and_never_an_error(device, recording):
+    line = opened(device, check(None, {"gyr": "deg/s"}, None, None))
+    lines = json_lines(recording)
+    deep = '{"a":' * 700 + "1" + "}" * 700
+    assert len(everything(device, line, [*lines[:30], deep, *lines[30:60]])) == 60 and line.garbage == 1

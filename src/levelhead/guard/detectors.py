@@ -35,6 +35,9 @@ FLAT = 0.12  # slope (1/s) times seconds: of a smooth peak, which is flat to PLA
 CREEP = 0.3  # 1/s of the reading itself: where a full scale ends drifts with temperature and with other axes
 NOT_STEEP = -1.0
 LEAST = 1e-5  # rad/s, m/s²: no sensor has finer steps than this
+STEPS = 2.5  # a change of two steps of the sensor's numbers is rounding, of three it is motion
+NO_STEP = 1e9  # rad/s, m/s²: no change was seen yet
+NO_READING = 2e9  # in its place: no reading was seen yet
 STUCK_SAMPLES = 20.0
 STUCK_SECONDS = 1.0  # of one value while another axis moves
 
@@ -61,6 +64,7 @@ class Repeat(NamedTuple):
     last: Vec3
     axes: int
     time: float
+    step: float  # rad/s, m/s²: the smallest change of an axis so far, which is the step of the sensor's numbers
 
 
 class DetectorState(NamedTuple):
@@ -84,8 +88,8 @@ NO_SAMPLES = DetectorState(
     SlowMeans(ZERO, ZERO, 0.0),
     Extreme(LEAST_GYR_SCALE, LEAST_GYR_SCALE, 0.0, 0.0, 0.0, NOT_STEEP, 0, False),
     Extreme(LEAST_ACC_SCALE, LEAST_ACC_SCALE, 0.0, 0.0, 0.0, NOT_STEEP, 0, False),
-    Repeat(ZERO, 0, 0.0),
-    Repeat(ZERO, 0, 0.0),
+    Repeat(ZERO, 0, 0.0, NO_READING),
+    Repeat(ZERO, 0, 0.0, NO_READING),
     NO_JUMP,
     NO_NOISE,
     False,
@@ -141,24 +145,40 @@ def is_at_range(v: Vec3, full: float) -> bool:
 
 
 @kernel
+def smaller_step(step: float, change: float) -> float:
+    """The step of a sensor's numbers after an axis changed by ``change``."""
+    return change if 0.0 < change < step else step
+
+
+@kernel
 def update_repeat(repeat: Repeat, v: Vec3, dt: float) -> Repeat:
-    """Which axes repeat their last value while another one changes; zero does not count (simulations without noise)."""
-    (a, b, c), axes, time = repeat
+    """Which axes repeat their last value while another one moves.
+
+    Zero does not count (simulations without noise), nor changes of a step or two: numbers of few digits
+    repeat at rest.
+    """
+    (a, b, c), axes, time, step = repeat
+    if step > NO_STEP:
+        return Repeat(v, 0, 0.0, NO_STEP)
     x, y, z = v
-    if x != a and y != b and z != c:
-        return Repeat(v, 0, 0.0)
-    if abs(x - a) < LEAST and abs(y - b) < LEAST and abs(z - c) < LEAST:
-        return repeat  # nothing moved: it may be a sensor without noise
+    p = abs(x - a)
+    q = abs(y - b)
+    r = abs(z - c)
+    step = smaller_step(smaller_step(smaller_step(step, p), q), r)
+    if p > 0.0 and q > 0.0 and r > 0.0:
+        return Repeat(v, 0, 0.0, step)
+    if max(p, q, r) < max(LEAST, STEPS * step):
+        return Repeat(repeat.last, axes, time, step)
     same = 0
-    if x == a and x != 0.0:
+    if p == 0.0 and x != 0.0:
         same |= 1
-    if y == b and y != 0.0:
+    if q == 0.0 and y != 0.0:
         same |= 2
-    if z == c and z != 0.0:
+    if r == 0.0 and z != 0.0:
         same |= 4
     if axes & same == 0:
-        return Repeat(v, same, 0.0)
-    return Repeat(v, axes & same, time + dt)
+        return Repeat(v, same, 0.0, step)
+    return Repeat(v, axes & same, time + dt, step)
 
 
 @kernel

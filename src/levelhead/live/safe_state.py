@@ -8,6 +8,7 @@ from levelhead.sources.devices.source import Source
 
 SILENCE = 0.1  # s without a sample, at least, before the source counts as silent
 SILENT_INTERVALS = 5.0  # mean intervals between samples, at least, before it does
+START_LIMIT = 5.0  # s before the first sample: a microcontroller that is opened begins anew, and names come first
 FIRST_LIMIT, FIRST_GAPS = 1.0, 5  # s, and gaps, before the mean interval is known
 LONGEST_GAP, WEIGHT = 2.0, 0.05  # s, and weight of a gap in the running mean of the interval
 RETRY = 1.0  # s between two attempts to restart a silent source
@@ -32,7 +33,7 @@ class SafeState:
     def __init__(self, source: Source, journal: Journal, publish_invalid: Callable[[], bool], give_up: float) -> None:
         self._source, self._journal, self._publish_invalid, self._give_up = source, journal, publish_invalid, give_up
         self._last = self._tried = 0.0  # host time of the last sample, and of the last restart
-        self._interval, self._gaps, self._limit = 0.0, 0, FIRST_LIMIT
+        self._interval, self._gaps, self._limit = 0.0, 0, START_LIMIT
 
     def begin(self, now: float) -> None:
         """The source was started at host time ``now``."""
@@ -43,6 +44,7 @@ class SafeState:
         gap = min(now - self._last, LONGEST_GAP) / count
         self._gaps += 1
         self._interval += max(WEIGHT, 1.0 / self._gaps) * (gap - self._interval)
+        self._limit = FIRST_LIMIT
         if self._gaps >= FIRST_GAPS:
             self._limit = max(SILENCE, SILENT_INTERVALS * self._interval)
         self._last = now

@@ -143,15 +143,22 @@ def flatten_line(text: str) -> dict[str, float]:
         raise Garbage from None
     if not isinstance(given, dict):
         raise Garbage
-    found: dict[str, float] = {}
-    for name, part in _parts(given):
-        if part is None:
-            found[name] = math.nan
-        elif isinstance(part, int | float) and not isinstance(part, bool):
-            if math.isinf(part):
-                raise Garbage
-            found[name] = float(part)
-    return found
+    try:
+        return {name: _finite_or_nan(part) for name, part in _parts(given) if _is_number(part)}
+    except (RecursionError, OverflowError):  # nested for hundreds of levels, or an integer of hundreds of digits
+        raise Garbage from None
+
+
+def _is_number(part: object) -> bool:
+    return part is None or (isinstance(part, int | float) and not isinstance(part, bool))
+
+
+def _finite_or_nan(part: Any) -> float:
+    """A value of JSON; null is NaN."""
+    number = math.nan if part is None else float(part)
+    if math.isinf(number):
+        raise Garbage
+    return number
 
 
 def _parts(given: Fields) -> Iterator[tuple[str, object]]:
