@@ -35,7 +35,7 @@ app = App(
     help_format="markdown",
     default_parameter=Parameter(show_default=_default),
 )
-SAME_HINTS = frozenset({"explain", "stress", "noise", "calibrate", "view"})
+SAME_HINTS = frozenset({"explain", "stress", "noise", "calibrate", "view", "convert"})
 WITHOUT_OUT = {  # verbs that write no folder of results, and what is meant by --out all the same
     "run": "--box FILE.mcap for a record of the run",
     "explain": "--plot FILE for the picture of the evidence, or --json > FILE for the symptoms as JSON",
@@ -57,6 +57,7 @@ VERBS = {
     "ports": "Serial ports, and I²C buses with the chips on them.",
     "axes": "How the sensor sits on its body, from a still pose and one turn.",
     "export": "A filter with its numbers as C99 for a microcontroller, with self-test and Arduino sketch.",
+    "convert": "A log, track or black box as mcap, bag, db3, parquet, csv, npz, rrd or sto.",
     "simulate": "Write a simulated recording with known truth.",
     "corpus": "One verb over many recordings: folders, patterns and URLs, on all cores or on a cluster.",
     "bench": "Levelhead beside its peers: errors on real recordings, and time.",

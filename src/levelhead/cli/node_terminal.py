@@ -8,12 +8,12 @@ import time
 from typing import TYPE_CHECKING
 
 from levelhead.cli.options import print_line
+from levelhead.live.events import EXPECTED
 from levelhead.open_types import Handle
 
 if TYPE_CHECKING:
     from levelhead.live.node import Node
 
-EXPECTED = frozenset({"started", "calibrating", "calibrated", "parameters", "ended", "stopped"})  # no warnings
 COUNTED = frozenset({"late", "over_budget"})  # printed once; the status line counts them
 NAMED = frozenset({"acceleration"})  # printed once; the status line names it while it holds: any motion brings it
 

@@ -1,7 +1,9 @@
 """The black box: everything that was read and decided, in an MCAP file that survives a kill.
 
-The node hands rows over and never waits; a thread writes them every quarter of a second, without chunks, so that what
-is written can be read whatever happens next, and asks the disk once a second to keep it.
+Replay needs the rows of topic imu/samples; beside them stand the same readings as ROS 2 messages (``ros_messages``),
+which Foxglove, PlotJuggler and rerun decode. The node hands rows over and never waits; a thread writes them every
+quarter of a second, without chunks, so that what is written can be read whatever happens next, and asks the disk once a
+second to keep it.
 """
 
 import json
@@ -14,14 +16,17 @@ from pathlib import Path
 from typing import IO, cast
 
 from levelhead.errors import LevelheadError
+from levelhead.live.events import EXPECTED
 from levelhead.live.messages import NOTHING, Health, Orientation
 from levelhead.open_types import Handle, ReadOnlyFields
 from levelhead.sample import Sample
+from levelhead.sources.formats import ros_messages as ros
 from levelhead.sources.formats.blackbox import CONFIG, ENCODING, EVENTS, FUSED, MAG_NEW, PACKED, ROW, SAMPLES, SCHEMA
 
 EVERY = 0.25  # s between two writes: what a kill may lose; each one leaves the node's next tick a cold cache
 SYNC = 1.0  # s between two requests to the disk, for when the power goes
 WAITING = 500_000  # rows that may wait for the disk
+VIEWED = {"/imu/data": ros.IMU, "/imu/mag": ros.FIELD, "/tf": ros.TRANSFORMS, "/diagnostics": ros.DIAGNOSTICS}
 EVENT_SCHEMA = {"type": "object", "properties": {"name": {"type": "string"}, "text": {"type": "string"}}}
 LEVEL_UNKNOWN = (math.nan,) * 10
 
@@ -57,7 +62,8 @@ class BlackBox:
         self.failure, self.written = "", 0
         self._rows: deque[tuple[int, int, Sample, Orientation | None]] = deque(maxlen=WAITING)
         self._events: deque[Health] = deque(maxlen=WAITING)
-        self._writer = Writer(cast(IO[bytes], _Raw(self._file)), compression=CompressionType.NONE, use_chunking=False)
+        self._raw = _Raw(self._file)
+        self._writer = Writer(cast(IO[bytes], self._raw), compression=CompressionType.NONE, use_chunking=False)
         self._over = threading.Event()
         self._thread: threading.Thread | None = None
         self._channels: dict[str, int] = {}
@@ -78,6 +84,10 @@ class BlackBox:
             SAMPLES: writer.register_channel(SAMPLES, ENCODING, rows),
             EVENTS: writer.register_channel(EVENTS, "json", events),
         }
+        for topic, kind in VIEWED.items():
+            schema = writer.register_schema(kind, "ros2msg", ros.DEFINITIONS[kind].encode())
+            self._channels[topic] = writer.register_channel(topic, "cdr", schema)
+        self._raw.flush()
 
     def sample(self, seq: int, stamp: int, sample: Sample, said: Orientation | None) -> None:
         """A sample, and what was made of it; None: it was not fused."""
@@ -113,13 +123,33 @@ class BlackBox:
         count = len(self._rows)
         now = time.time_ns()
         if count:
-            block = b"".join(_pack_row(*self._rows.popleft()) for _ in range(count))
-            self._writer.add_message(self._channels[SAMPLES], now, block, now)
-            self.written += count
+            rows = [self._rows.popleft() for _ in range(count)]
+            self._writer.add_message(self._channels[SAMPLES], now, b"".join(_pack_row(*row) for row in rows), now)
+            for row in rows:
+                self._add_viewed(*row)
         while self._events:
             event = self._events.popleft()
             data = json.dumps(event._asdict()).encode()
             self._writer.add_message(self._channels[EVENTS], event.stamp, data, event.stamp)
+            level = ros.WARN if event.on and event.name not in EXPECTED else ros.OK
+            words = ros.pack_diagnostics(event.stamp, level, f"levelhead: {event.name}", event.text, "", {})
+            self._writer.add_message(self._channels["/diagnostics"], event.stamp, words, event.stamp)
+        self._raw.flush()
+        self.written += count
+
+    def _add_viewed(self, seq: int, stamp: int, sample: Sample, said: Orientation | None) -> None:
+        """A row as messages that other viewers decode; readings that are missing are in none."""
+        if math.isfinite(sum(sample.gyr) + sum(sample.acc)):
+            quat, sigma = (None, None) if said is None else (said.quat, said.sigma)
+            known = None if sigma is None or not math.isfinite(sum(sigma)) else sigma
+            self._add(stamp, "/imu/data", ros.pack_imu(stamp, sample.gyr, sample.acc, quat, known))
+        if sample.mag is not None:
+            self._add(stamp, "/imu/mag", ros.pack_field(stamp, sample.mag))
+        if said is not None:
+            self._add(stamp, "/tf", ros.pack_transform(stamp, said.quat))
+
+    def _add(self, stamp: int, topic: str, data: bytes) -> None:
+        self._writer.add_message(self._channels[topic], stamp, data, stamp)
 
     def close(self) -> None:
         """Writes what waits, and the end of the file; one that was never begun goes away."""
@@ -130,6 +160,7 @@ class BlackBox:
             self._thread.join()
             self._run_safely(self._flush)
             self._run_safely(self._writer.finish)
+            self._run_safely(self._raw.flush)
         self._file.close()
         if self._thread is None:
             self.path.unlink(missing_ok=True)
@@ -154,22 +185,26 @@ def _pack_row(seq: int, stamp: int, sample: Sample, said: Orientation | None) ->
 
 
 class _Raw:
-    """An unbuffered file that writes all of what it is given, or fails: mcap takes a short write for a whole one."""
+    """A file that keeps what it is given until ``flush``, and then writes all of it, or fails: mcap takes a short write
+    for a whole one, and a system call for each part of a record would take most of the time."""
 
     def __init__(self, file: Handle) -> None:
         self._file = file
+        self._waiting = bytearray()
 
     def write(self, data: bytes) -> int:
-        """All of it."""
-        left = memoryview(data)
-        while left:
-            left = left[self._file.write(left) :]
+        """Keeps it."""
+        self._waiting += data
         return len(data)
 
     def flush(self) -> None:
-        """Nothing waits."""
+        """Writes all that waits."""
+        left = memoryview(bytes(self._waiting))
+        self._waiting.clear()
+        while left:
+            left = left[self._file.write(left) :]
 
     def tell(self) -> int:
         """Where the next byte goes."""
         where: int = self._file.tell()
-        return where
+        return where + len(self._waiting)

@@ -43,6 +43,9 @@ EVENTS = {
     "ended": "the recording that was replayed is over",
     "stopped": "the node ends; data: the figures of the run",
 }
+EXPECTED = frozenset(  # no warnings
+    {"started", "config", "calibrating", "calibrated", "parameters", "ended", "stopped"}
+)
 REPEAT = 1.0  # s between two notes of the same name
 
 

@@ -38,6 +38,8 @@ ADVICE = {  # health bit -> what the user can do about it
     health.TURN_MISSED: "check wiring, rate and full scale of the gyroscope",
 }
 WIDE = 0.3  # mag_offset of a magnetometer that was never calibrated
+FEW_READINGS = 10  # of a magnetometer, for its usual interval
+SLOW = 3.0  # usual intervals after which readings of a magnetometer are missing
 LONG_GAP = 3.0  # sample intervals: a longer step in time is called a gap
 
 
@@ -130,7 +132,21 @@ def health_counts(track: Track) -> dict[int, int]:
     """
     faults = [bit for bit in health.NAMES if bit & health.FAULTS]
     counts = {bit: int(np.count_nonzero(track.health & np.uint32(bit))) for bit in faults}
+    counts[health.MAG_MISSING] = _missing_mag(track)
     return dict(sorted(((bit, n) for bit, n in counts.items() if n), key=lambda item: -item[1]))
+
+
+def _missing_mag(track: Track) -> int:
+    """Samples without a magnetometer reading, beyond those of a magnetometer that is slower than the other sensors."""
+    present = np.flatnonzero((track.health & np.uint32(health.MAG_MISSING)) == 0)
+    missing = len(track) - len(present)
+    if len(present) < FEW_READINGS:
+        return missing
+    steps = np.diff(present)
+    usual = float(np.percentile(steps, 75.0))  # samples per reading
+    if usual <= 1.0:
+        return missing
+    return int((steps[steps > SLOW * usual] - 1).sum())
 
 
 def rest_share(track: Track) -> float:

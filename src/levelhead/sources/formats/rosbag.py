@@ -146,7 +146,7 @@ def without_topics(hints: Hints) -> Hints:
 
 
 def write_bag(recording: Recording, path: str | os.PathLike[str], track: Track | None = None) -> None:
-    """A recording as a ROS bag: 1 where ``path`` ends in .bag, else 2, a folder (SQLite).
+    """A recording as a ROS bag: 1 where ``path`` ends in .bag, else 2: one file (.mcap, .db3) or a folder (SQLite).
 
     Topics are /imu/data_raw (/imu/data with a track) and /imu/mag; the stamps are those of the recording, on the date
     that it has (``meta["t0"]``). Samples with missing readings are left out: a message cannot say that.
@@ -172,6 +172,10 @@ def write_bag(recording: Recording, path: str | os.PathLike[str], track: Track |
             temporary.unlink()  # the writer wants to make it
             _write(recording, temporary, track)
         return
+    if target.suffix in (".mcap", ".db3"):
+        with atomic_path(target) as temporary:
+            _write_one_file(recording, temporary, target.suffix, track)
+        return
     if target.exists():
         raise LevelheadError(f"{target} exists already; a ROS 2 bag is a folder of its own")
     if not target.parent.is_dir():
@@ -186,8 +190,20 @@ def write_bag(recording: Recording, path: str | os.PathLike[str], track: Track |
         shutil.rmtree(unfinished, ignore_errors=True)
 
 
-def _write(recording: Recording, path: Path, track: Track | None) -> None:
+def _write_one_file(recording: Recording, path: Path, suffix: str, track: Track | None) -> None:
+    """The one file of messages in a bag of ROS 2, without the folder around it."""
+    folder = path.with_name(f"{path.name}-{os.urandom(8).hex()}")
+    try:
+        _write(recording, folder, track, mcap=suffix == ".mcap")
+        (messages,) = folder.glob(f"*{suffix}")
+        messages.replace(path)
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def _write(recording: Recording, path: Path, track: Track | None, mcap: bool = False) -> None:
     from rosbags.rosbag1 import Writer as Writer1
+    from rosbags.rosbag2 import StoragePlugin
     from rosbags.rosbag2 import Writer as Writer2
     from rosbags.typesys import Stores, get_typestore
 
@@ -195,7 +211,8 @@ def _write(recording: Recording, path: Path, track: Track | None) -> None:
     store = get_typestore(Stores.ROS1_NOETIC if first else Stores.ROS2_HUMBLE)
     serialize = store.serialize_ros1 if first else store.serialize_cdr
     topics = TOPICS if track is None else TOPICS | {IMU: "/imu/data"}
-    with Writer1(path) if first else Writer2(path, version=9) as writer:
+    plugin = StoragePlugin.MCAP if mcap else StoragePlugin.SQLITE3
+    with Writer1(path) if first else Writer2(path, version=9, storage_plugin=plugin) as writer:
         kinds = [IMU] if recording.mag is None else [IMU, MAG]
         connections = {kind: writer.add_connection(topics[kind], kind, typestore=store) for kind in kinds}
         for kind, at, message in _made(recording, track, store.types, first):

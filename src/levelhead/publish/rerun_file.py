@@ -1,0 +1,46 @@
+"""A recording and its orientation as a file of the viewer rerun (.rrd)."""
+
+from pathlib import Path
+
+import numpy as np
+
+from levelhead.atomic import atomic_path
+from levelhead.errors import LevelheadError
+from levelhead.open_types import Handle
+from levelhead.recording import Array, Recording
+from levelhead.track import Track
+
+
+def write_rerun(recording: Recording, track: Track | None, path: Path) -> None:
+    """Curves of the readings in rad/s, m/s² and µT, and of the orientation in ° with the body that it turns.
+
+    Raises:
+        LevelheadError: rerun is not installed, or the file cannot be written.
+    """
+    try:
+        import rerun
+    except ImportError:
+        raise LevelheadError("a file for rerun needs its library: pip install 'levelhead[rerun]'") from None
+    with atomic_path(path) as temporary:
+        stream = rerun.RecordingStream("levelhead")
+        stream.save(temporary)
+        _add(rerun, stream, "gyr", recording.t, recording.gyr, "xyz")
+        _add(rerun, stream, "acc", recording.t, recording.acc, "xyz")
+        if recording.mag is not None:
+            _add(rerun, stream, "mag", recording.t, recording.mag, "xyz")
+        if track is not None:
+            _add(rerun, stream, "angles", track.t, track.euler(), ("roll", "pitch", "yaw"))
+            time = rerun.TimeColumn("time", duration=track.t)
+            turns = rerun.Transform3D.columns(quaternion=track.quat[:, [1, 2, 3, 0]])
+            stream.log("body", rerun.Boxes3D(half_sizes=[0.45, 0.3, 0.075]), static=True)
+            stream.send_columns("body", indexes=[time], columns=turns)
+        stream.flush()
+        stream.disconnect()
+
+
+def _add(rerun: Handle, stream: Handle, name: str, t: Array, values: Array, axes: str | tuple[str, ...]) -> None:
+    """A curve per axis; missing values are left out."""
+    for i, axis in enumerate(axes):
+        known = np.isfinite(values[:, i])
+        time = rerun.TimeColumn("time", duration=t[known])
+        stream.send_columns(f"{name}/{axis}", indexes=[time], columns=rerun.Scalars.columns(scalars=values[known, i]))
