@@ -19,7 +19,8 @@ from scipy.spatial.transform import Rotation
 import levelhead as lh
 from levelhead.inspection import examine
 from levelhead.recording import Recording
-from levelhead.sources.interpret.unit_inference import mag_unit, median_norm
+from levelhead.signals.gravity_turn import median_norm
+from levelhead.sources.interpret.magnetometer import mag_unit
 from levelhead.units import GRAVITY, factor
 
 DATA = Path(os.environ["LEVELHEAD_DATA"])

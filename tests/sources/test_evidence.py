@@ -2,32 +2,35 @@ import numpy as np
 import pytest
 
 from levelhead.recording import Recording
+from levelhead.signals.gravity_turn import turn_of_gravity
 from levelhead.sources.conclusion import Basis
-from levelhead.sources.interpret import unit_inference
+from levelhead.sources.interpret.accelerometer import acc_unit
 from levelhead.sources.interpret.clock_choice import guess_unit
+from levelhead.sources.interpret.gyroscope import contradicts_rad_s, gyr_unit
+from levelhead.sources.interpret.magnetometer import mag_unit
 
 
 @pytest.mark.parametrize(("norm", "unit"), [(9.81, "m/s²"), (1.02, "g"), (995.0, "mg"), (16384.0, None), (0.2, None)])
 def test_unit_of_the_accelerometer(norm: float, unit: str | None) -> None:
-    assert unit_inference.acc_unit(norm) == unit
+    assert acc_unit(norm) == unit
 
 
 @pytest.mark.parametrize(("norm", "unit"), [(48.0, "µT"), (0.48, "G"), (480.0, "mG"), (48e3, "nT"), (1.0, None)])
 def test_unit_of_the_magnetometer(norm: float, unit: str | None) -> None:
-    assert unit_inference.mag_unit(norm) == unit
+    assert mag_unit(norm) == unit
 
 
 def test_turn_of_gravity_measures_the_scale(hand: Recording) -> None:
     for factor in (1.0, 180.0 / np.pi, 131.0 * 180.0 / np.pi):
-        turn = unit_inference.turn_of_gravity(hand.t, hand.gyr * factor, hand.acc)
+        turn = turn_of_gravity(hand.t, hand.gyr * factor, hand.acc)
         assert turn is not None and turn.clear
         assert turn.scale * factor == pytest.approx(1.0, abs=0.02)
 
 
 def test_raw_counts_are_recognised(hand: Recording) -> None:
-    found = unit_inference.gyr_unit(hand.t, np.rint(np.degrees(hand.gyr) * 131.0), hand.acc)
+    found = gyr_unit(hand.t, np.rint(np.degrees(hand.gyr) * 131.0), hand.acc)
     assert found.unit is None and found.counts == 131.0 and found.basis is Basis.GUESS
-    odd = unit_inference.gyr_unit(hand.t, np.rint(np.degrees(hand.gyr) * 5000.0), hand.acc)
+    odd = gyr_unit(hand.t, np.rint(np.degrees(hand.gyr) * 5000.0), hand.acc)
     assert odd.unit is None and odd.counts is None and odd.facts["measured"] == pytest.approx(4900, rel=0.05)
 
 
@@ -36,14 +39,14 @@ def test_a_sensor_at_rest_is_guessed_from_its_noise(noise: float, unit: str) -> 
     rng = np.random.default_rng(0)
     t = np.arange(1000) * 0.01
     gyr, acc = rng.normal(0.0, noise, (1000, 3)), rng.normal([0.0, 0.0, 9.81], 0.05, (1000, 3))
-    found = unit_inference.gyr_unit(t, gyr, acc)
+    found = gyr_unit(t, gyr, acc)
     assert found.unit == unit and found.basis is Basis.GUESS
 
 
 def test_gravity_that_turns_against_the_gyroscope_is_said_to_do_so(hand: Recording) -> None:
-    found = unit_inference.gyr_unit(hand.t, -hand.gyr, hand.acc)
+    found = gyr_unit(hand.t, -hand.gyr, hand.acc)
     assert found.unit == "rad/s" and found.reversed and found.basis is Basis.GUESS
-    assert not unit_inference.gyr_unit(hand.t, hand.gyr, hand.acc).reversed
+    assert not gyr_unit(hand.t, hand.gyr, hand.acc).reversed
 
 
 def test_fast_motion_and_wheels_are_legitimate() -> None:
@@ -51,19 +54,19 @@ def test_fast_motion_and_wheels_are_legitimate() -> None:
     spin = np.zeros((6000, 3))
     spin[:, 2] = 20.0
     acc = np.stack([np.full(6000, 30.0) + 9.8 * np.cos(20 * t), 9.8 * np.sin(20 * t), np.zeros(6000)], axis=1)
-    assert unit_inference.says_degrees(t, spin, acc) is None  # a sensor on the rim of a wheel
+    assert contradicts_rad_s(t, spin, acc) is None  # a sensor on the rim of a wheel
     flat = np.tile([0.0, 0.0, 9.81], (6000, 1))
-    assert unit_inference.says_degrees(t, spin, flat) is None  # a turntable: gravity cannot tell
+    assert contradicts_rad_s(t, spin, flat) is None  # a turntable: gravity cannot tell
     spike = np.zeros((6000, 3))
     spike[100] = 4000.0
-    assert unit_inference.says_degrees(t, spike, flat) is None
+    assert contradicts_rad_s(t, spike, flat) is None
 
 
 def test_gaps_and_missing_values(hand: Recording) -> None:
     t, gyr = hand.t.copy(), hand.gyr.copy()
     t[800:] += 30.0
     gyr[100:140] = np.nan
-    turn = unit_inference.turn_of_gravity(t, gyr, hand.acc)
+    turn = turn_of_gravity(t, gyr, hand.acc)
     assert turn is not None and turn.scale == pytest.approx(1.0, abs=0.03)
 
 

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from levelhead.recording import Array
 from levelhead.sources import read
-from levelhead.sources.interpret.unit_inference import gyr_unit
+from levelhead.sources.interpret.gyroscope import gyr_unit
 from levelhead.units import DEGREE, GRAVITY
 
 RATE = 100.0

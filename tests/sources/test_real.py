@@ -7,8 +7,9 @@ import pytest
 
 from levelhead.errors import LevelheadError
 from levelhead.recording import Recording
+from levelhead.signals.gravity_turn import turn_of_gravity
 from levelhead.sources import read
-from levelhead.sources.interpret import unit_inference
+from levelhead.sources.interpret.gyroscope import contradicts_deg_s, contradicts_rad_s, gyr_unit
 
 BROAD = ["01", "03", "05", "07", "09", "11", "14", "16", "21", "24", "26", "28", "30", "32", "34", "36"]
 GRAVITY_TELLS = {"01", "03", "05", "24", "26", "32", "34", "36"}  # the others are shaken too hard for the scale
@@ -36,15 +37,15 @@ def test_broad(data_dir: Path, number: str) -> None:
     truth = recording.truth
     assert truth is not None and truth.north and truth.moving is not None and 0.3 < truth.moving.mean() < 1.0
     np.testing.assert_allclose(level(recording), [0.0, 0.0, 9.83], atol=0.1)
-    turn = unit_inference.turn_of_gravity(recording.t, recording.gyr, recording.acc)
+    turn = turn_of_gravity(recording.t, recording.gyr, recording.acc)
     assert turn is not None
     if number in GRAVITY_TELLS:
         assert turn.clear and 0.7 < turn.scale < 1.1
     degrees = np.degrees(recording.gyr)
-    assert unit_inference.gyr_unit(recording.t, recording.gyr, recording.acc).unit == "rad/s"
-    assert unit_inference.gyr_unit(recording.t, degrees, recording.acc).unit == "deg/s"
-    assert unit_inference.says_degrees(recording.t, degrees, recording.acc) is not None
-    assert unit_inference.says_radians(recording.t, degrees, recording.acc) is None
+    assert gyr_unit(recording.t, recording.gyr, recording.acc).unit == "rad/s"
+    assert gyr_unit(recording.t, degrees, recording.acc).unit == "deg/s"
+    assert contradicts_rad_s(recording.t, degrees, recording.acc) is not None
+    assert contradicts_deg_s(recording.t, degrees, recording.acc) is None
 
 
 @pytest.mark.parametrize("name", ["Test02_Trial1", "Test05_Trial1", "Test07_Trial1"])
@@ -74,7 +75,7 @@ def test_xio_sample(data_dir: Path) -> None:
     recording = read(data_dir / "samples" / "xio_sensor_data.csv")
     assert recording.meta["units"] == {"t": "s", "acc": "g", "gyr": "deg/s", "mag": "uT"}
     assert 9.5 < norm(recording.acc) < 10.2
-    turn = unit_inference.turn_of_gravity(recording.t, recording.gyr, recording.acc)
+    turn = turn_of_gravity(recording.t, recording.gyr, recording.acc)
     assert turn is not None and turn.scale == pytest.approx(1.0, abs=0.05)
 
 

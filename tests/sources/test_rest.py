@@ -8,7 +8,7 @@ import pytest
 
 from levelhead import simulate
 from levelhead.signals.rest import find_still_gyroscope
-from levelhead.sources.interpret import unit_inference
+from levelhead.sources.interpret.gyroscope import contradicts_rad_s
 
 CASES = [*itertools.product(("MPU-6050", "BMI160", "LSM6DSO32"), ("hand", "walking", "robot", "still"), (1, 2))]
 
@@ -16,13 +16,13 @@ CASES = [*itertools.product(("MPU-6050", "BMI160", "LSM6DSO32"), ("hand", "walki
 @pytest.mark.parametrize(("chip", "motion", "seed"), CASES)
 def test_radians_are_never_taken_for_degrees(chip, motion, seed):
     rec = simulate.recording(chip, motion, 12, 100, seed)
-    assert unit_inference.says_degrees(rec.t, rec.gyr, rec.acc) is None
+    assert contradicts_rad_s(rec.t, rec.gyr, rec.acc) is None
 
 
 @pytest.mark.parametrize(("motion", "seed"), [*itertools.product(("hand", "walking", "robot", "still"), (1, 2))])
 def test_degrees_of_a_sensor_with_a_bias_are_found_in_seconds(motion, seed):
     rec = simulate.recording("MPU-6050", motion, 12, 100, seed)
-    why = unit_inference.says_degrees(rec.t, np.degrees(rec.gyr), rec.acc)
+    why = contradicts_rad_s(rec.t, np.degrees(rec.gyr), rec.acc)
     assert why is not None
 
 

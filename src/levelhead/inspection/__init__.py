@@ -18,7 +18,7 @@ from levelhead.inspection.verdict import expectation, verdict
 from levelhead.recording import Recording
 from levelhead.sources import read
 from levelhead.sources.hints import NeedsHints
-from levelhead.sources.interpret.scales import GravityRemoved
+from levelhead.sources.interpret.accelerometer import GravityRemoved
 
 Check = Callable[[Recording], Iterator[Finding]]
 FAULTS: tuple[Check, ...] = (examine_axes, examine_field, examine_rest, examine_clock, examine_values, examine_spikes)

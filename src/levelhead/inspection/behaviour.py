@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from levelhead.inspection.findings import Finding
 from levelhead.inspection.physics import rest_rows
 from levelhead.recording import Array, Recording
+from levelhead.signals.gravity_turn import turn_of_gravity
 from levelhead.simulate.presets import CHIPS, DataSheet
-from levelhead.sources.interpret.unit_inference import turn_of_gravity
 from levelhead.units import factor
 
 ROWS = 20_000  # that are compared at other delays

@@ -8,9 +8,9 @@ import numpy as np
 from levelhead.inspection.findings import Finding
 from levelhead.recording import Array, Recording, median
 from levelhead.signals.field_turn import field_turn
+from levelhead.signals.gravity_turn import excerpt, quiet_turn, turn_of_gravity
 from levelhead.signals.hard_iron import hard_iron
 from levelhead.signals.mean_force import mean_forces
-from levelhead.sources.interpret.unit_inference import excerpt, quiet_turn, turn_of_gravity
 from levelhead.units import GRAVITY
 
 REST_WINDOW = 0.5  # s

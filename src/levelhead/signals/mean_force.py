@@ -12,6 +12,9 @@ from levelhead.units import GRAVITY
 WINDOW = 1.0  # s; in which gravity must hold still
 _WINDOWS = 200  # that are looked at, at most
 _SMOOTH = 0.25  # s; over which noise of the rates cancels and motion does not
+STRIDES = 4.0  # s; over which the accelerations of a runner cancel
+_LEFT = (0.55, 1.2)  # what then is left, in g: 0.6 to 1.0 on runners, the least where full scale cuts steps off
+MIN_WINDOWS = 3  # windows of STRIDES
 
 
 class Steadiness(NamedTuple):
@@ -150,3 +153,17 @@ def _ways(turn: Array, force: Array, box: int) -> tuple[Array, Array]:
     turned: Array = np.sqrt((np.cross(turns, up) ** 2).sum(axis=-1)).sum(axis=0)
     seen: Array = np.sqrt((np.diff(up, axis=0) ** 2).sum(axis=-1)).sum(axis=0)
     return turned, seen
+
+
+def usual_force(t: Array, rate: Array, acc: Array) -> float | None:
+    """The usual length in g of the mean of (n, 3) ``acc`` in m/s² over strides, turned back by ``rate`` in rad/s.
+
+    However a body runs, what it accelerates to and fro cancels and gravity is left. None: too little tells it.
+    """
+    lengths = mean_forces(t, rate, acc, STRIDES).length
+    return None if len(lengths) < MIN_WINDOWS else median(lengths) / GRAVITY
+
+
+def is_gravity_left(force: float) -> bool:
+    """Whether ``usual_force`` is gravity: neither linear acceleration nor counts of another size."""
+    return _LEFT[0] < force < _LEFT[1]

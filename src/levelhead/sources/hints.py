@@ -120,17 +120,31 @@ def check(
         if role in scale:
             raise LevelheadError(f"both units and counts are given for {role}; one of them says it all")
         scale[role] = _counts(role, text)
-    if rate is not None and not (isinstance(rate, int | float) and math.isfinite(rate) and rate > 0.0):
-        raise LevelheadError(f"rate is {rate!r}; expected samples a second, a number above 0, such as rate=100")
-    if session is not None and (not isinstance(session, int) or session < 1):
-        raise LevelheadError(f"session is {session!r}; expected a number from 1")
-    words = [("map", f"{role}={','.join(map_word(name) for name in names)}") for role, names in columns.items()]
-    words += [("units", f"{role}={text}") for role, text in (units or {}).items()]
-    words += [("counts", f"{role}={text}") for role, text in (counts or {}).items()]
-    for option, value in (("rate", None if rate is None else f"{rate:.12g}"), ("sensor", sensor), ("session", session)):
-        if value is not None:
-            words.append((option, str(value)))
+    words = [
+        *(("map", f"{role}={','.join(map_word(name) for name in names)}") for role, names in columns.items()),
+        *(("units", f"{role}={text}") for role, text in (units or {}).items()),
+        *(("counts", f"{role}={text}") for role, text in (counts or {}).items()),
+        *_single_words(rate, sensor, session),
+    ]
     return Hints(columns, scale, None if rate is None else float(rate), sensor, session, tuple(words))
+
+
+def _single_words(rate: float | None, sensor: str | None, session: int | None) -> list[tuple[str, str]]:
+    """Hints that come once, as words of the command line.
+
+    Raises:
+        LevelheadError: a rate or a session that is none.
+    """
+    words = [] if sensor is None else [("sensor", sensor)]
+    if rate is not None:
+        if not (isinstance(rate, int | float) and math.isfinite(rate) and rate > 0.0):
+            raise LevelheadError(f"rate is {rate!r}; expected samples a second, a number above 0, such as rate=100")
+        words.insert(0, ("rate", f"{rate:.12g}"))
+    if session is not None:
+        if not isinstance(session, int) or session < 1:
+            raise LevelheadError(f"session is {session!r}; expected a number from 1")
+        words.append(("session", str(session)))
+    return words
 
 
 def count_word(value: float) -> str:

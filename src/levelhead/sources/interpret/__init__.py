@@ -11,15 +11,18 @@ from levelhead.errors import LevelheadError
 from levelhead.open_types import ReadOnlyFields
 from levelhead.recording import Array, Recording, median
 from levelhead.signals.field_turn import field_turn, is_normalised
+from levelhead.signals.gravity_turn import excerpt, median_norm
 from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.hints import MEANING, Hints, Scale
-from levelhead.sources.interpret import unit_inference
+from levelhead.sources.interpret.accelerometer import GyroscopeRows, acc_scale
 from levelhead.sources.interpret.choice import choose_columns
 from levelhead.sources.interpret.clock import FoundClock, apply_clock, find_clock
+from levelhead.sources.interpret.declared import Evidence, declared_scale
+from levelhead.sources.interpret.gyroscope import gyr_scale
 from levelhead.sources.interpret.interleaved_rows import count_interleaved
+from levelhead.sources.interpret.magnetometer import mag_scale
 from levelhead.sources.interpret.reference_columns import judge_reference, make_reference
 from levelhead.sources.interpret.roles import Roles
-from levelhead.sources.interpret.scales import Evidence, Turning, acc_scale, find_scale, gyr_scale, mag_scale
 from levelhead.sources.interpret.sign import add_gravity, judge_start, sign_of_acceleration
 from levelhead.sources.interpret.temperature import celsius, find_temperature, temperature_scale
 from levelhead.sources.interpretation import RELATIVE_SCALE, SENSORS, Interpretation
@@ -254,12 +257,12 @@ def _interpret_acc(
     positions, columns, t = roles.columns["acc"], readings.columns, readings.t
     _refuse_empty(table, positions, columns)
     values = _values(table, positions, columns)
-    scale = find_scale("acc", table, roles, hints, evidence.conclusions)
+    scale = declared_scale("acc", table, roles, hints, evidence.conclusions)
     gravity = stack(columns, roles.columns["gravity"]) if "gravity" in roles.columns else None
     values, scale = add_gravity(values, scale, gravity, [table.names[i] for i in positions], evidence)
-    rows = unit_inference.excerpt(len(t))
+    rows = excerpt(len(t))
     rates = stack({i: columns[i][rows] for i in roles.columns["gyr"]}, roles.columns["gyr"])
-    turning = Turning(rows, t[rows], rates, find_scale("gyr", table, roles, hints, []))
+    turning = GyroscopeRows(rows, t[rows], rates, declared_scale("gyr", table, roles, hints, []))
     scale = acc_scale(values, scale, "acc" in hints.scale, turning, table, evidence)
     sign = 1.0 if "acc" in hints.map else sign_of_acceleration([*table.names, *table.origin], scale, gravity, evidence)
     scales["acc"] = replace(scale, factor=sign * scale.factor)
@@ -277,7 +280,7 @@ def _interpret_gyr(
     positions = roles.columns["gyr"]
     _refuse_empty(table, positions, readings.columns)
     values = _values(table, positions, readings.columns)
-    scale = find_scale("gyr", table, roles, hints, evidence.conclusions)
+    scale = declared_scale("gyr", table, roles, hints, evidence.conclusions)
     mag = stack(readings.columns, roles.columns["mag"]) if "mag" in roles.columns else None
     scales["gyr"] = gyr_scale(values, scale, "gyr" in hints.scale, readings.t, acc, mag, table, evidence)
     return _scale_columns("gyr", values, scales["gyr"], table, positions)
@@ -299,7 +302,7 @@ def _interpret_mag(
             Conclusion("mag.used", "zero" if len(known) else "incomplete", False, Basis.NUMBERS, {}, _LEAVE_OUT)
         )
         return False
-    declared = find_scale("mag", table, roles, hints, evidence.conclusions)
+    declared = declared_scale("mag", table, roles, hints, evidence.conclusions)
     relative = roles.units.get("mag") == RELATIVE
     if "mag" not in hints.scale and is_normalised(values):
         evidence.conclusions.append(Conclusion("mag.unit", "normalised", None, Basis.NUMBERS))
@@ -319,7 +322,7 @@ def _turns_with_body(t: Array, gyr: Array, mag: Array, evidence: Evidence) -> bo
         return True
     facts = {
         "correlation": turn.correlation, "scale": turn.scale, "free": turn.free,
-        "length": unit_inference.median_norm(mag),
+        "length": median_norm(mag),
     }  # fmt: skip
     evidence.conclusions.append(Conclusion("mag.used", "does_not_turn", False, Basis.NUMBERS, facts, _LEAVE_OUT))
     return False

@@ -10,9 +10,9 @@ import numpy as np
 from levelhead.errors import LevelheadError
 from levelhead.open_types import ReadOnlyFields
 from levelhead.recording import Array, median
+from levelhead.signals.gravity_turn import median_norm, turn_of_gravity
 from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.hints import Hints
-from levelhead.sources.interpret import unit_inference
 from levelhead.sources.interpret.converter_counts import with_sensors
 from levelhead.sources.interpret.counts import ACC
 from levelhead.sources.names.column_name import understand
@@ -93,6 +93,21 @@ def _by_numbers(table: Table, hints: Hints) -> ArrayTable:
     as_hints = _as_hints(guess) if step == 0.0 and whole_seconds is None and not guess.user else {}
     found = [*table.conclusions, Conclusion("columns", "by_numbers", named, Basis.GUESS, facts, as_hints)]
     return ArrayTable(table.source, arrays, rate=table.rate, conclusions=found, column_units=units)
+
+
+def _few_columns(table: Table, varying: Sequence[int], has_acc: bool) -> ArrayTable:
+    """The table of one sensor, if so few columns vary.
+
+    Raises:
+        LevelheadError: more columns vary, and they are no gyroscope and accelerometer.
+    """
+    if len(varying) in _ONE_SENSOR and len(varying) > 1:
+        return _one_sensor(table, varying)
+    width = len(table.names)
+    raise LevelheadError(
+        f"{table.source} has no header that names its {width} columns, and its numbers show no "
+        f"{'gyroscope' if has_acc else 'accelerometer'}; expected hints such as {_example(width)} (columns by number)"
+    )
 
 
 def _as_hints(guess: Guess) -> ReadOnlyFields:
@@ -342,11 +357,11 @@ def _is_split_clock(whole: Array, rest: Array) -> bool:
 def _gyroscope(values: Array, t: Array, acc: Triple, triples: Sequence[Triple]) -> Triple:
     """The three columns against which gravity turns; without motion, those beside the accelerometer."""
     force = values[:, list(acc)]
-    force = force / unit_inference.median_norm(force) * GRAVITY
+    force = force / median_norm(force) * GRAVITY
     correlation = _MIN_CORRELATION
     best: Triple = ()
     for triple in triples:
-        turn = unit_inference.turn_of_gravity(t, values[:, list(triple)], force)
+        turn = turn_of_gravity(t, values[:, list(triple)], force)
         if turn is not None and turn.turned > _MIN_TURN and abs(turn.correlation) > correlation:
             correlation, best = abs(turn.correlation), triple
     return best or _beside(values, acc, triples)
@@ -357,11 +372,9 @@ def _beside(values: Array, acc: Triple, triples: Sequence[Triple]) -> Triple:
 
     Not a second accelerometer, whose numbers are as long as the first one's.
     """
-    length = unit_inference.median_norm(values[:, list(acc)])
+    length = median_norm(values[:, list(acc)])
     twins = {
-        triple[0]
-        for triple in triples
-        if abs(unit_inference.median_norm(values[:, list(triple)]) / length - 1.0) < _MAX_TWIN_SHARE
+        triple[0] for triple in triples if abs(median_norm(values[:, list(triple)]) / length - 1.0) < _MAX_TWIN_SHARE
     }
     first = acc[2] + 1
     while first in twins:

@@ -7,9 +7,9 @@ import numpy as np
 from levelhead.errors import LevelheadError
 from levelhead.signals.gravity_direction import is_gravity
 from levelhead.sources.hints import Hints
+from levelhead.sources.interpret.accelerometer import lacks_gravity
 from levelhead.sources.interpret.clock_column import with_clock
 from levelhead.sources.interpret.roles import Roles, assign
-from levelhead.sources.interpret.scales import lacks_gravity
 from levelhead.sources.interpret.suggestion import suggest
 from levelhead.sources.interpret.temperature import find_temperature
 from levelhead.sources.table import Column, Table, stack, words_of

@@ -19,9 +19,9 @@ from levelhead.sources.interpret.clock_choice import (
     restore,
     seconds,
 )
+from levelhead.sources.interpret.declared import declared_scale
 from levelhead.sources.interpret.rate import guess_rate
 from levelhead.sources.interpret.roles import Roles
-from levelhead.sources.interpret.scales import find_scale
 from levelhead.sources.interpretation import ClockRule
 from levelhead.sources.names.column_name import unit_in
 from levelhead.sources.table import Column, Table, stack
@@ -138,7 +138,7 @@ def _rows_at_rate(table: Table, roles: Roles, hints: Hints, columns: Mapping[int
         )
     rate = hints.rate or table.rate
     if rate is None:
-        scale = find_scale("gyr", table, roles, hints, [])
+        scale = declared_scale("gyr", table, roles, hints, [])
         guess, words = guess_rate(roles, columns, None if scale is None else scale.factor / scale.divisor)
         raise NeedsHints(
             f"{table.source} has no column with time stamps; expected such as 't' or 'time_ms', or the hint map t=…, "

@@ -168,19 +168,9 @@ def seconds(
     if isinstance(declared, str):
         declared = _plausible(stamps, declared, name, found)
     scale = declared if isinstance(declared, Scale) else Scale(units.factor("time", declared), declared)
-    repaired = Repair(stamps)
-    increasing = len(stamps) < 2 or bool((stamps[1:] > stamps[:-1]).all())
-    if not increasing or first_of_bursts(stamps) is not None:
-        if len(stamps) < _FEW:
-            _refuse(stamps, table, name)
-        repaired = repair_stamps(
-            stamps, None if values is None else values if present is None else values[present], session
-        )
-        found += [one._replace(facts={"column": name, **one.facts}) for one in repaired.conclusions]
-        if len(repaired.stamps) > 1 and not (repaired.stamps[1:] > repaired.stamps[:-1]).all():
-            _refuse(stamps, table, name)
-    elif session not in (None, 1):
-        raise LevelheadError(f"{table.source} has one session; there is no session {session}")
+    beside = values if values is None or present is None else values[present]
+    repaired = _repaired(stamps, table, name, beside, session)
+    found += [one._replace(facts={"column": name, **one.facts}) for one in repaired.conclusions]
     kept = repaired.stamps
     first = kept[0]
     t0, start = None, 0
@@ -194,6 +184,25 @@ def seconds(
     if present is not None:
         rows = present if rows is None else present[rows]
     return Clock(scale_stamps(kept.astype(np.float64), scale), scale, start, t0, found, rows)
+
+
+def _repaired(stamps: Column, table: Table, name: str, values: Array | None, session: int | None) -> Repair:
+    """(n,) stamps that increase.
+
+    Raises:
+        LevelheadError: they cannot be made to, or there is no such session.
+    """
+    increasing = len(stamps) < 2 or bool((stamps[1:] > stamps[:-1]).all())
+    if increasing and first_of_bursts(stamps) is None:
+        if session not in (None, 1):
+            raise LevelheadError(f"{table.source} has one session; there is no session {session}")
+        return Repair(stamps)
+    if len(stamps) < _FEW:
+        _refuse(stamps, table, name)
+    repaired = repair_stamps(stamps, values, session)
+    if len(repaired.stamps) > 1 and not (repaired.stamps[1:] > repaired.stamps[:-1]).all():
+        _refuse(stamps, table, name)
+    return repaired
 
 
 def restore(clock: Clock, name: str, values: Array | None) -> Clock:

@@ -4,9 +4,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from levelhead.signals.gravity_turn import turn_of_gravity
 from levelhead.sources.interpret.raw_counts import PER_DEGREE, are_thousandths, mpu6050_scales
 from levelhead.sources.interpret.roles import Roles
-from levelhead.sources.interpret.unit_inference import turn_of_gravity
 from levelhead.sources.table import Column, stack
 
 ROUND_RATES = (10, 20, 25, 50, 100, 125, 200, 250, 400, 500, 1000)  # Hz

@@ -8,7 +8,7 @@ import numpy as np
 from levelhead.recording import Array
 from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.hints import Scale
-from levelhead.sources.interpret.scales import Evidence
+from levelhead.sources.interpret.declared import Evidence
 from levelhead.sources.names.vendors import find_vendor
 from levelhead.sources.table import Table
 from levelhead.units import GRAVITY

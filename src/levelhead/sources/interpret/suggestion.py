@@ -1,15 +1,15 @@
 """A way out where the names of columns tell no sensor: what their numbers look like, as the hint ``map``."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array, median
+from levelhead.signals.gravity_turn import turn_of_gravity
 from levelhead.sources.hints import Hints, NeedsHints
 from levelhead.sources.interpret.by_numbers import Guess, gravity_score, guess_columns
-from levelhead.sources.interpret.unit_inference import turn_of_gravity
 from levelhead.sources.names.column_groups import group_axes, order_positions
 from levelhead.sources.names.column_name import Name, understand
 from levelhead.sources.table import Table, stack, words_of
@@ -25,10 +25,8 @@ def suggest(error: LevelheadError, table: Table, hints: Hints) -> LevelheadError
     Gravity's length and its turn against the rates tell them, as in a file without a header. Names need not be known.
     """
     known = [understand(name, table.context) for name in table.names]
-    named = {role for role in ("gyr", "acc") if any(name.role == role and name.axis for name in known)}
     wanted = [i for i in range(len(table.names)) if i not in words_of(table)][:MOST]
-    settled = isinstance(error, NeedsHints) or {"gyr", "acc"} & set(hints.map) or hints.sensor is not None
-    if settled or len(named) == 2 or len(wanted) < 6 or len(set(table.names)) < len(table.names):
+    if isinstance(error, NeedsHints) or not _is_open(table, hints, known, wanted):
         return error
     try:
         columns = table.read(wanted)
@@ -36,18 +34,28 @@ def suggest(error: LevelheadError, table: Table, hints: Hints) -> LevelheadError
         return error
     values = stack({k: columns[i].astype(np.float64)[:ROWS] for k, i in enumerate(wanted)}, range(len(wanted)))
     guess = guess_columns(values)
-    roles = {"gyr": guess.gyr, "acc": guess.acc}
-    fits = all(roles.values()) and all(known[wanted[k]].role in ("", r) for r, at in roles.items() for k in at)
-    words = "by their numbers"
-    if not fits or not _turns(values, guess):
+    roles, words = {"gyr": guess.gyr, "acc": guess.acc}, "by their numbers"
+    if not _fits(roles, [known[i] for i in wanted]) or not _turns(values, guess):
         roles = _by_elimination(values, [table.names[i] for i in wanted], [known[i] for i in wanted], guess.t)
         words = "nothing turns clearly here, but by size and place, a guess,"
-        if not roles:
-            return error
+    if not roles:
+        return error
     if guess.t is not None and not any(name.role == "t" for name in known):
         roles["t"] = (guess.t,)
     found = {role: [table.names[wanted[k]] for k in positions] for role, positions in roles.items()}
     return NeedsHints(f"{error}; {words} {_name_columns(found)} look like it", map=found)
+
+
+def _fits(roles: Mapping[str, Sequence[int]], known: Sequence[Name]) -> bool:
+    """Whether both sensors were found, and no name says otherwise."""
+    return all(roles.values()) and all(known[k].role in ("", role) for role, at in roles.items() for k in at)
+
+
+def _is_open(table: Table, hints: Hints, known: Sequence[Name], wanted: Sequence[int]) -> bool:
+    """Whether neither hints nor names settle which columns are the sensors, and there are enough to choose from."""
+    named = {role for role in ("gyr", "acc") if any(name.role == role and name.axis for name in known)}
+    hinted = {"gyr", "acc"} & set(hints.map) or hints.sensor is not None
+    return not hinted and len(named) < 2 and len(wanted) >= 6 and len(set(table.names)) == len(table.names)
 
 
 def _by_elimination(

@@ -12,8 +12,8 @@ from levelhead.errors import LevelheadError
 from levelhead.recording import Array, median
 from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.hints import MEANING, Hints, NeedsHints, Scale, SuggestsCommand
+from levelhead.sources.interpret.accelerometer import lacks_gravity
 from levelhead.sources.interpret.clock_choice import Candidate, choose, join_seconds, seconds
-from levelhead.sources.interpret.scales import lacks_gravity
 from levelhead.sources.join.division import divide
 from levelhead.sources.join.windows import unroll
 from levelhead.sources.names.column_groups import (

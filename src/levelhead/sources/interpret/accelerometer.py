@@ -1,0 +1,207 @@
+"""The unit of the accelerometer: it mostly measures gravity, so its median length tells g from m/s²."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from levelhead import units
+from levelhead.errors import LevelheadError
+from levelhead.recording import Array
+from levelhead.signals.gravity_turn import (
+    median_norm,
+)
+from levelhead.signals.mean_force import (
+    is_gravity_left,
+    usual_force,
+)
+from levelhead.sources.conclusion import Basis
+from levelhead.sources.hints import NeedsHints, Scale
+from levelhead.sources.interpret.converter_counts import offset_of
+from levelhead.sources.interpret.counts import acc_sensitivity
+from levelhead.sources.interpret.declared import Evidence, are_whole
+from levelhead.sources.interpret.gyroscope import gyr_unit
+from levelhead.sources.interpret.raw_counts import are_thousandths
+from levelhead.sources.table import Table
+from levelhead.units import GRAVITY
+
+SHORTEST = 0.6  # of the units in use g is the largest, and gravity is 1 of it
+_FULL_SCALES = (1 / 2, 1 / 4, 1 / 8, 1 / 16)  # what gravity is in shares of ±2, 4, 8, 16 g
+_NEAR = 0.05  # by which a length may differ from one of them
+LEAST_GRAVITY = 0.35  # of the median length: a shorter mean, and no usual length, is an accelerometer without gravity
+_HURRIED = (1.4, 3.0)  # usual lengths, in g, of the specific force on a runner
+_UNEVEN = 0.7  # shares of the usual length between its deciles: 0.9 and more on runners, 0.5 on drones and swung arms
+
+
+class GravityRemoved(LevelheadError):
+    """The accelerometer's numbers hold no gravity."""
+
+
+class GyroscopeRows(NamedTuple):
+    """Rows of a gyroscope beside an accelerometer's: ``rows`` of all, (m,) ``t`` s, (m, 3) ``gyr``, and its scale."""
+
+    rows: slice | NDArray[np.intp]
+    t: Array
+    gyr: Array
+    scale: Scale | None
+
+
+def acc_scale(
+    values: Array, scale: Scale | None, hinted: bool, turning: GyroscopeRows, table: Table, evidence: Evidence
+) -> Scale:
+    """The scale of (n, 3) ``values`` of an accelerometer; ``scale`` is the declared one.
+
+    Raises:
+        LevelheadError: gravity is not in the numbers, or the declared unit contradicts them.
+    """
+    norm = median_norm(values)
+    if scale is not None:
+        _plausible_acc(values, norm, scale, hinted, table)
+        return scale
+    unit = acc_unit(norm)
+    if unit is None and are_thousandths(values):
+        evidence.thousandths = True
+        scale = Scale(1.0, "counts, 1000 per m/s²", 1000.0)
+        confirm = {"counts": {"acc": "1000/m/s²"}}
+        evidence.conclude("acc.unit", "thousandths", scale, Basis.GUESS, {"norm": norm}, confirm)
+        return scale
+    middle = offset_of(values)
+    if middle is not None:
+        listed = ", ".join(f"{one:.0f}" for one in middle)
+        raise LevelheadError(
+            f"{table.source}: the accelerometer's numbers are counts about {listed}, as an analogue sensor's are, and "
+            "not about 0; expected those taken off, from all columns of counts"
+        )
+    if unit is not None:
+        scale = Scale(units.factor("acc", unit), unit)
+        evidence.conclude("acc.unit", "length", scale, Basis.NUMBERS, {"norm": norm}, {"units": {"acc": unit}})
+        evidence.thousandths = unit == "mg" and are_whole(values)
+        return scale
+    if (running := _while_running(values, norm, turning, evidence)) is not None:
+        return running
+    counts = acc_sensitivity(norm)
+    if counts is not None and norm > 50.0:
+        evidence.acc_per_g = counts.per_unit
+        scale = Scale(units.factor("acc", "g"), f"counts, {counts.per_unit:g} per g", counts.per_unit)
+        facts, confirm = {"per_g": counts.per_unit, "norm": norm}, {"counts": {"acc": f"{counts.per_unit:g}/g"}}
+        evidence.conclude("acc.unit", "counts", scale, Basis.GUESS, facts, confirm)
+        return scale
+    if without_gravity(values):
+        raise _no_gravity(table, values, norm)
+    if norm < SHORTEST and min(abs(norm / share - 1.0) for share in _FULL_SCALES) > _NEAR:
+        raise _no_gravity(table, values, norm)
+    raise _of_no_unit(values, norm, table)
+
+
+def _while_running(values: Array, norm: float, turning: GyroscopeRows, evidence: Evidence) -> Scale | None:
+    """The scale of (n, 3) ``values`` that are longer than gravity because the body runs; None if gravity is not left.
+
+    However it runs, the mean force over some seconds, turned back by the gyroscope, is gravity. Whole numbers are left
+    to the sensitivities of chips: beside counts of the gyroscope its turn is less certain.
+    """
+    unit = None if are_whole(values) else unit_while_running(values)
+    force = None if unit is None else _force_left(values, units.factor("acc", unit), turning)
+    if unit is None or force is None or not is_gravity_left(force):
+        return None
+    scale = Scale(units.factor("acc", unit), unit)
+    facts, confirm = {"norm": norm, "force": force}, {"units": {"acc": unit}}
+    evidence.conclude("acc.unit", "mean_force", scale, Basis.GUESS, facts, confirm)
+    return scale
+
+
+def _of_no_unit(values: Array, norm: float, table: Table) -> NeedsHints:
+    unit = None if are_whole(values) else unit_while_running(values)
+    if unit is not None:
+        return NeedsHints(
+            f"{table.source}: the accelerometer has median length {norm:.4g}, which is {unit} only on a body that runs "
+            f"or is shaken, and the gyroscope does not confirm it; expected the hint units acc={unit}, or what it is",
+            units={"acc": unit},
+        )
+    return NeedsHints(
+        f"{table.source}: the accelerometer has median length {norm:.4g}, which is gravity in neither m/s², "
+        f"g nor mg; expected the hint units acc=…, or for raw counts --counts acc={norm:.4g}/g",
+        counts={"acc": f"{norm:.4g}/g"},
+    )
+
+
+def _force_left(values: Array, factor: float, turning: GyroscopeRows) -> float | None:
+    """``usual_force`` of (n, 3) ``values`` that are m/s² times ``factor``, beside a gyroscope; None: nothing tells."""
+    t, gyr, acc = turning.t, turning.gyr, values[turning.rows] * factor
+    if turning.scale is not None:
+        return usual_force(t, gyr * (turning.scale.factor / turning.scale.divisor), acc)
+    found = gyr_unit(t, gyr, acc)
+    return None if found.unit is None else usual_force(t, gyr * units.factor("gyr", found.unit), acc)
+
+
+def _plausible_acc(values: Array, norm: float, scale: Scale, hinted: bool, table: Table) -> None:
+    length = norm / scale.divisor * abs(scale.factor) / units.GRAVITY
+    if 0.3 < length < 3.0 and not (length < 0.6 and without_gravity(values)):
+        return
+    if length < 1.0 and without_gravity(values):
+        raise _no_gravity(table, values, norm)
+    unit = acc_unit(norm / scale.divisor)
+    if unit is None and (0.1 < length < 10.0 or not np.isfinite(length)):
+        return
+    said = f"{table.source}: the accelerometer is declared in {scale.name}, but its median length of {norm:.4g} says "
+    if unit is None:
+        counts = acc_sensitivity(norm)
+        if counts is None:
+            raise LevelheadError(
+                f"{said}{length:.3g} g; expected another unit, units acc=…, or raw counts, --counts acc=…"
+            )
+        raise NeedsHints(
+            f"{said}raw counts; expected the hint --counts acc={counts.per_unit:g}/g",
+            counts={"acc": f"{counts.per_unit:g}/g"},
+        )
+    raise NeedsHints(f"{said}{unit}; expected the hint units acc={unit}", units={"acc": unit})
+
+
+def without_gravity(values: Array) -> bool:
+    """Whether the mean of (n, 3) ``values`` is much shorter than their usual length: of all, and of most tenths."""
+    finite = values[np.isfinite(values).all(axis=1)]
+    norm = median_norm(finite)
+    if len(finite) < 10 or not norm > 0.0:
+        return False
+    parts = np.array_split(finite, 10)
+    short = sum(float(np.linalg.norm(part.mean(axis=0))) < LEAST_GRAVITY * norm for part in parts)
+    return short > 5 and float(np.linalg.norm(finite.mean(axis=0))) < LEAST_GRAVITY * norm
+
+
+def lacks_gravity(values: Array) -> bool:
+    """Whether (n, 3) ``values`` are without gravity, or shorter than it in any unit: linear acceleration at rest."""
+    return without_gravity(values) or median_norm(values) < SHORTEST
+
+
+def _no_gravity(table: Table, values: Array, norm: float) -> GravityRemoved:
+    mean = np.linalg.norm(np.nanmean(values, axis=0))
+    return GravityRemoved(
+        f"{table.source}: the accelerometer has gravity removed: its median length is {norm:.3g} and that of its mean "
+        f"{mean:.2g}; expected the specific force, which at rest is as long as gravity (not linear or "
+        f"user acceleration)"
+    )
+
+
+def acc_unit(norm: float, low: float = 0.7, high: float = 1.4) -> str | None:
+    """The unit in which a median norm is gravity, or ``low`` to ``high`` times gravity; None if there is none."""
+    for unit, one_g in (("m/s²", GRAVITY), ("g", 1.0), ("mg", 1000.0)):
+        if low < norm / one_g < high:
+            return unit
+    return None
+
+
+def unit_while_running(values: Array) -> str | None:
+    """The unit in which (n, 3) ``values`` may be what a body that runs feels: more than gravity, and in flight less.
+
+    None if their lengths are not those of a runner in any unit: numbers of another size keep their usual length.
+    """
+    low, usual, high = _deciles(values)
+    return acc_unit(usual, *_HURRIED) if high - low > _UNEVEN * usual else None
+
+
+def _deciles(values: Array) -> tuple[float, float, float]:
+    """The first, fifth and ninth decile of the lengths of (n, 3) ``values``; NaN without any."""
+    length = np.sqrt(np.einsum("ij,ij->i", values, values))
+    length = length[np.isfinite(length)]
+    low, usual, high = np.quantile(length, (0.1, 0.5, 0.9)) if len(length) else (math.nan,) * 3
+    return float(low), float(usual), float(high)
