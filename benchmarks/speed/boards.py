@@ -19,6 +19,8 @@ from levelhead import filters
 from levelhead.bench.timing import Table
 from levelhead.engine.binding import is_guarded
 from levelhead.export import ExportConfig, write
+from levelhead.export.config import LEAN
+from levelhead.export.project import has_arrays
 
 SOURCES = Path(__file__).parents[1] / "c" / "boards"
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Wdouble-promotion", "-pedantic", "-Werror")
@@ -27,6 +29,7 @@ M4F = ("-mcpu=cortex-m4", "-mthumb", "-mfpu=fpv4-sp-d16", "-mfloat-abi=hard", "-
 M0 = ("-mcpu=cortex-m0plus", "-mthumb", "-ffp-contract=off")  # its code runs on an M4 as well
 QEMU = ("qemu-system-arm", "-machine", "mps2-an386", "-nographic", "-semihosting", "-icount", "shift=0", "-kernel")
 TOOLS = {"Cortex-M4F": ("arm-none-eabi-gcc", "qemu-system-arm"), "AVR": ("avr-gcc", "simavr")}
+CORE = Path("/usr/share/arduino/hardware/arduino/avr")  # of Debian's arduino-core-avr
 UNO = {"flash": 32_256, "ram": 2_048}  # ATmega328P less the boot loader
 CPUS = {"float": (M4F,), "double": (M4F, M0)}
 NOTES = {
@@ -129,10 +132,63 @@ def on_avr(config: ExportConfig) -> dict[str, Any]:
         return {"code": code, "ram": ram, "stack": stack, "cycles": cycles, "fits": "yes" if fits else "no"}
 
 
+def core_objects(folder: Path, mcu: str, variant: str) -> list[Path]:
+    """The Arduino core and Wire, compiled for a processor."""
+    parts = ("cores/arduino", "libraries/Wire/src", "libraries/Wire/src/utility")
+    sources = [source for part in parts for source in (CORE / part).glob("*")]
+    made = []
+    for source in sources:
+        compiler = {".c": ("avr-gcc", "-std=gnu11"), ".cpp": ("avr-g++", "-std=gnu++11"), ".S": ("avr-gcc",)}
+        if source.suffix in compiler:
+            made.append(folder / f"{source.name}.o")
+            flags = [*core_flags(mcu, variant), "-w", *(["-fpermissive"] if source.suffix == ".cpp" else [])]
+            run(*compiler[source.suffix], *flags, "-c", source, "-o", made[-1], cwd=folder)
+    return made
+
+
+def core_flags(mcu: str, variant: str) -> list[str]:
+    """As the IDE compiles; DECIMAL_DIG is missing in this core's libc for C++."""
+    includes = [f"-I{CORE / part}" for part in ("cores/arduino", f"variants/{variant}", "libraries/Wire/src")]
+    return [f"-mmcu={mcu}", "-DF_CPU=16000000L", "-DARDUINO=10819", "-DARDUINO_ARCH_AVR", "-DDECIMAL_DIG=9", "-Os",
+            "-ffunction-sections", "-fdata-sections", *includes]  # fmt: skip
+
+
+def run_sketch(config: ExportConfig, name: str, seconds: float = 5.0) -> dict[str, Any]:
+    """The sketch of an export on an AVR in simavr, with the real core: flash, static memory, stack, samples a second.
+
+    The MPU-6050 on its bus lies still. ``name``: "uno" or "mega".
+    """
+    mcu, variant = {"uno": ("atmega328p", "standard"), "mega": ("atmega2560", "mega")}[name]
+    with tempfile.TemporaryDirectory() as made:
+        folder = Path(made)
+        write(config, folder)
+        flags, sketch = core_flags(mcu, variant), f"{config.name}_mpu6050"
+        run("avr-gcc", *flags, "-std=gnu99", "-c", f"{config.name}.c", "-o", "filter.o", cwd=folder)
+        run("avr-g++", *flags, "-std=gnu++11", "-I.", "-include", "Arduino.h", "-x", "c++", "-c",
+            f"{sketch}/{sketch}.ino", "-o", "sketch.o", cwd=folder)  # fmt: skip
+        objects = core_objects(folder, mcu, variant)
+        run("avr-gcc", f"-mmcu={mcu}", "-Os", "-Wl,--gc-sections", *objects, "filter.o", "sketch.o", "-lm", "-o",
+            "sketch.elf", cwd=folder)  # fmt: skip
+        run("gcc", "-O2", SOURCES / "uno.c", "-I/usr/include/simavr", "-lsimavr", "-lelf", "-o", "board", cwd=folder)
+        said = run("./board", "sketch.elf", mcu, seconds, cwd=folder)
+        sizes = section_sizes("avr-size", folder / "sketch.elf")
+        rows = [line for line in said.splitlines() if re.match(r"[0-9.]+,", line)]
+        times = [float(row.partition(",")[0]) for row in rows[:-1]]
+        return {
+            "flash": sizes["text"] + sizes["data"],
+            "static": sizes["data"] + sizes["bss"],
+            "stack": int(re.findall(r"# stack (\d+)", said)[0]),
+            "rate": (len(times) - 1) / (times[-1] - times[0]) if len(times) > 1 else 0.0,
+        }
+
+
 def choices(real: Any) -> Iterator[ExportConfig]:
-    """Every filter with the guard, and those of one axis."""
+    """Every filter with the guard; lean, where that leaves something out; those of one axis."""
     for flt in filters.ALL:
         yield ExportConfig(flt.params(), real=real)
+    for flt in filters.ALL:
+        if is_guarded(flt) and not has_arrays(ExportConfig(flt.params()).begin()):
+            yield ExportConfig(flt.params(), None, real, without=LEAN)
     for flt in filters.ALL:
         if flt.axis:
             yield ExportConfig(flt.params(), real=real, axis=True)
@@ -141,7 +197,9 @@ def choices(real: Any) -> Iterator[ExportConfig]:
 def shown(config: ExportConfig) -> str:
     """A filter's name in a table."""
     alone = config.guard is None and is_guarded(config.flt)
-    return config.flt.name + (", one axis" if config.axis else ", --guard off" if alone else "")
+    words = " --lean" if config.without >= LEAN else " --guard off" if alone else ""
+    mag = " --without mag" if "mag" in config.without else ""
+    return config.flt.name + (" --axis" if config.axis else words + mag)
 
 
 def tables() -> Iterator[Table]:
@@ -160,7 +218,11 @@ def tables() -> Iterator[Table]:
     if not missing("AVR"):
         every = [
             *choices("float"),
-            *(ExportConfig(flt.params(), None, "float") for flt in filters.ALL if is_guarded(flt)),
+            *(
+                ExportConfig(flt.params(), None, "float", without=LEAN | {"mag"})
+                for flt in filters.ALL
+                if is_guarded(flt) and not has_arrays(ExportConfig(flt.params()).begin())
+            ),
         ]
         yield Table(
             "AVR (ATmega2560), float, avr-gcc -Os, a program that does nothing else",

@@ -1,10 +1,15 @@
 """The exported filters on boards that are not there: built for them, and their self-tests run in QEMU."""
 
+from pathlib import Path
+
 import pytest
 from benchmarks.speed import boards
 
 from levelhead import filters
 from levelhead.export import ExportConfig
+from levelhead.export.board import BOARDS, memory
+from levelhead.export.config import LEAN
+from levelhead.export.project import build_c_api
 
 pytestmark = pytest.mark.full
 
@@ -58,3 +63,28 @@ def test_an_uno_holds_the_lesson():
     assert found["fits"] == "yes" and found["ram"] < 256 and found["code"] < 8_192
     assert 20 < found["stack"] < 512 and 1_000 < found["cycles"] < 40_000
     assert boards.on_avr(ExportConfig(filters.EKF(), real="float"))["fits"] == "no"
+
+
+SKETCHES = {
+    "uno": ExportConfig(filters.Mahony(), None, "float", without=LEAN | {"mag"}, board="uno"),
+    "mega": ExportConfig(filters.EKF(), real="float", board="mega"),
+}
+
+
+@pytest.mark.parametrize("name", SKETCHES)
+def test_the_sketch_runs_with_the_real_core(name):
+    """Beside Wire and Serial, in no more memory than the export has reckoned with.
+
+    Mahony on an Uno at 100 Hz; the whole EKF on a Mega, which cannot keep that up in software.
+    """
+    if boards.missing("AVR") or not boards.CORE.exists() or not Path("/usr/include/simavr").exists():
+        pytest.skip("needs gcc-avr, arduino-core-avr, simavr and libsimavr-dev")
+    config, board = SKETCHES[name], BOARDS[name]
+    found = boards.run_sketch(config, name)
+    api = build_c_api(config)
+    api.write()
+    reckoned = memory(api, board)
+    assert {"uno": 99.0, "mega": 60.0}[name] < found["rate"] < 101.0
+    assert found["flash"] <= reckoned.flash <= board.flash and found["flash"] > 0.6 * reckoned.flash
+    assert found["static"] <= reckoned.static and found["stack"] <= reckoned.stack
+    assert found["static"] + found["stack"] < board.ram

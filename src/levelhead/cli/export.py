@@ -38,6 +38,7 @@ def export(
     single: Annotated[bool, Parameter(name="--float", negative="")] = False,
     double: Annotated[bool, Parameter(negative="")] = False,
     arduino: Annotated[bool, Parameter(negative="")] = False,
+    board: Annotated[str, Parameter(metavar="NAME")] = "",
     out: Annotated[Path, Parameter(name=["--out", "-o"], metavar="DIR")] = Path(),
     json: Annotated[bool, Parameter(negative="")] = False,
 ) -> None:
@@ -59,6 +60,7 @@ def export(
         single: all numbers as float, for boards without a fast double.
         double: all numbers as double, with the bits of Python: the default.
         arduino: as a library folder for the Arduino IDE, with the sketch as its example.
+        board: uno, nano, nano-every, mega, m0, m4, rp2040 or esp32: refuse what it cannot hold.
         out: folder for the files.
         json: print the result as JSON.
     """
@@ -82,6 +84,7 @@ def export(
     words += ["--axis"] if axis else []
     words += ["--lean"] if lean else []
     words += [f"--without {word}" for word in without]
+    words += [f"--board {board}"] if board else []
     words.append("--float" if single else "--double")
     words += ["--arduino"] if arduino else []
     known = read_prior(prior, params)
@@ -95,6 +98,7 @@ def export(
         axes=mounted,
         calibration=Calibration.read(calibration) if calibration else None,
         without=parts - {"guard"},
+        board=board,
         command=" ".join(words),
     )
     written = write(config, out, arduino)

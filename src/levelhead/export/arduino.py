@@ -35,8 +35,11 @@ def _scale(table: Mapping[float, tuple[int, float]], wanted: float, usual: float
     return full, bits << 3, counts
 
 
-def sketch(api: CApi, beside: bool) -> str:
-    """The sketch; ``beside``: it needs the filter's two files in its own folder, as no library brings them."""
+def sketch(api: CApi, boards: str, beside: bool) -> str:
+    """The sketch; ``boards``: those that hold it.
+
+    ``beside``: it needs the filter's two files in its own folder, as no library brings them.
+    """
     config = api.config
     guard = config.guard
     gyr_range, gyr_bits, gyr_lsb = _scale(GYR, guard.gyr_range if guard else 0.0, 500.0)
@@ -54,6 +57,7 @@ def sketch(api: CApi, beside: bool) -> str:
             "acc_bits": f"0x{acc_bits:02X}",
             "acc_lsb": acc_lsb,
             "include": f'"{name}.h"' if beside else f"<{name}.h>",
+            "boards": boards,
             "where": NEEDS.format(name) if beside else "",
         }
     )

@@ -2,7 +2,7 @@
 
 from levelhead.export.c_api import CApi
 from levelhead.export.config import ExportConfig
-from levelhead.export.kinds import FLOAT, Struct, keep_what_is_read, variable
+from levelhead.export.kinds import FLOAT, Kind, Struct, is_empty, keep_what_is_read, variable
 from levelhead.export.layout import STEP, join_lines
 
 
@@ -39,16 +39,26 @@ class AxisApi(CApi):
         names = [variable(name) for name in self.kept]
         source = self.source(
             "axis.functions.c",
-            values=join_lines(self.values(self.config.params, self.params, STEP * 2)).rstrip(),
+            values=join_lines(self.assignments(self.config.params, self.params, "filter->params")).rstrip(),
             params=program.types.struct_name(self.params),
             state=program.types.struct_name(self.state),
             kept=join_lines(f"{STEP}filter->{name} = state->{name};" for name in names).rstrip(),
-            restored=", ".join(f".{name} = filter->{name}" for name in names),
+            restored=", ".join(
+                f"filter->{variable(name)}" if name in self.kept else self._zero(kind)
+                for name, kind in self.state.fields.items()
+                if not is_empty(kind)
+            ),
             begin=self.program.call(self.begin, ["filter->params", "level"]),
             step=self.program.call(self.step, ["filter->params", "before", "level", "rate", "dt", "period"]),
             read=self.program.call(self.read, ["state"]),
         )
         return {f"{self.name}.h": self._header(), f"{self.name}.c": source}
+
+    def _zero(self, kind: Kind | None) -> str:
+        """A number that no step reads, or a record of them."""
+        if isinstance(kind, Struct):
+            return "{" + ", ".join(self._zero(part) for part in kind.fields.values()) + "}"
+        return self.number(0.0) if kind is FLOAT else "0"
 
     def _header(self) -> str:
         assert isinstance(self.report, Struct)

@@ -39,6 +39,7 @@ class ExportConfig:
         calibration: its errors are taken off the readings before anything else sees them.
         without: what no call of the program asks for ("sigma", "health", "bias"), what no
             sensor gives ("mag"), and "parameters": they are constants of the program.
+        board: the board that is to hold the sketch, as ``board.BOARDS`` names it; "": whichever.
         command: the words that do it again.
     """
 
@@ -50,6 +51,7 @@ class ExportConfig:
     axes: AxisMap = IDENTITY
     calibration: Calibration | None = None
     without: frozenset[str] = frozenset()
+    board: str = ""
     command: str = "levelhead export"
 
     def __post_init__(self) -> None:

@@ -10,6 +10,7 @@ from levelhead.export.graph import Member, Record, Value
 from levelhead.export.homing import home_phis
 from levelhead.export.kinds import BOOL, FLOAT, INT, Kind, Struct, is_empty, within
 from levelhead.export.liveness import Liveness
+from levelhead.export.plan import ATOMS
 from levelhead.export.procedures import Procedure, Procedures, like, make_procedure, steady_members
 from levelhead.export.type_table import TypeTable
 from levelhead.kernels.quat import Euler, Quat
@@ -126,6 +127,12 @@ class FlatProgram:
             if isinstance(kind, Struct) or struct.fields[name] is None:
                 struct.fields[name] = kind
         return struct
+
+    def counts(self) -> tuple[int, int]:
+        """How many operations are needed, and how many numbers are moved: stored, or taken from either arm."""
+        operations = sum(node.op not in ATOMS for node in self.live.nodes)
+        stores = sum(self.live.stores(store, one) for one in self.order() for store in one.stores())
+        return operations, stores + sum(node.op == "phi" for node in self.live.nodes)
 
     # Text
 

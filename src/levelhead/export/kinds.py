@@ -46,6 +46,8 @@ HANDED_ON = 6  # and one with more than so many if there are structs in it: it i
 C_WORDS = """
     auto break case char const continue default do double else enum extern float for goto if inline int long register
     restrict return short signed sizeof static struct switch typedef union unsigned void volatile while bool
+    class delete explicit export friend mutable namespace new operator private protected public template this throw try
+    typename using virtual catch and or not xor
     arrays fabs fabsf floorf memset result sqrtf
 """
 RESERVED = frozenset(C_WORDS.split())

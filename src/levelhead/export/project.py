@@ -7,16 +7,13 @@ from levelhead.errors import LevelheadError
 from levelhead.export.arduino import sketch
 from levelhead.export.array_api import ArrayApi
 from levelhead.export.axis_api import AxisApi
+from levelhead.export.board import find_board, fitting, require_fit
 from levelhead.export.c_api import CApi
 from levelhead.export.config import ExportConfig
 from levelhead.export.imu_api import ImuApi
 from levelhead.export.layout import template
+from levelhead.export.library import library_files
 from levelhead.export.selftest import selftest
-
-BITS = {
-    "double": "gives the same bits as the filter in Python",
-    "float": "the same filter as in Python but for the rounding of float",
-}
 
 
 def build_c_api(config: ExportConfig) -> ImuApi | ArrayApi | AxisApi:
@@ -48,26 +45,27 @@ def files(config: ExportConfig, arduino: bool = False) -> dict[str, str]:
     ``arduino``: as a library for the Arduino IDE, with the sketch as its example.
 
     Raises:
-        LevelheadError: a kernel is outside of the language that can be translated; file and line come first.
+        LevelheadError: a kernel is outside of the language that can be translated; file and line come first. Or the
+            sketch does not fit the board.
     """
+    board = find_board(config.board) if config.board else None
     api = build_c_api(config)
-    name = config.name
+    name, written = config.name, api.write()
+    if board is not None:
+        require_fit(api, board)
     if not arduino:
         return {
-            **api.write(),
+            **written,
             **selftest(api),
             "CMakeLists.txt": _cmake(api, "", ""),
-            f"{name}_mpu6050/{name}_mpu6050.ino": sketch(api, beside=True),
+            f"{name}_mpu6050/{name}_mpu6050.ino": sketch(api, fitting(api), beside=True),
         }
-    sentence = str(config.flt.params.__doc__).split("\n")[0]
     return {
-        **{f"{name}/src/{file}": text for file, text in api.write().items()},
+        **{f"{name}/src/{file}": text for file, text in written.items()},
+        **{f"{name}/{file}": text for file, text in library_files(api, written[f"{name}.h"]).items()},
         **{f"{name}/extras/{file}": text for file, text in selftest(api).items()},
         f"{name}/CMakeLists.txt": _cmake(api, "src/", "extras/"),
-        f"{name}/library.properties": template("library.properties").substitute(
-            api.common_gaps() | {"sentence": sentence, "bits": BITS[config.real]}
-        ),
-        f"{name}/examples/mpu6050/mpu6050.ino": sketch(api, beside=False),
+        f"{name}/examples/mpu6050/mpu6050.ino": sketch(api, fitting(api), beside=False),
     }
 
 

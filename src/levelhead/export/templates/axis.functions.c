@@ -8,9 +8,7 @@ $kept
 
 void ${name}_init($name *filter, $real level)
 {
-    filter->params = ($params){
 $values
-    };
     ${name}_reset(filter, level);
 }
 
