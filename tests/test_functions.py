@@ -22,9 +22,6 @@ COMPLEX = {  # path and function: the reason
     "engine/conditioning.py:condition": "mended with the kernels: one step of the driver for all engines",
     "filters/eskf/filter.py:update": "mended with the kernels: five steps",
     "guard/detectors.py:update_extreme": "mended with the kernels: a table of cases per axis",
-    "sources/hints.py:check": "mended with the hints",
-    "sources/interpret/clock_choice.py:seconds": "mended with the reader's clock",
-    "sources/interpret/suggestion.py:suggest": "mended with the reader's hints",
 }
 LONG = {
     "calibrate/solve.py:calibrate_sensor": "mended with the calibration",
@@ -39,7 +36,6 @@ LONG = {
     "engine/conditioning.py:condition": "mended with the kernels",
     "inspection/physics.py:examine_field": "mended with the doctor",
     "live/zenoh_reader.py:subscribe": "mended with the readers of a bus",
-    "sources/interpret/scales.py:gyr_scale": "mended with the reader's units",
 }
 
 

@@ -255,7 +255,10 @@ def _text(path: Path, names: Sequence[str], exact: frozenset[str]) -> Iterator[t
     plain = not (layout.tail or layout.stamps or layout.torn) and layout.encoding.name == "utf-8"
     if not plain or layout.delimiter == " ":
         raise NeedsWholeLog(f"{path} cannot be read in chunks: it is no plain text of numbers; {WHOLE}")
-    positions = {name: list(layout.names).index(name) for name in names if name in layout.names}
+    missing = [name for name in names if name not in layout.names]
+    if missing:
+        raise NeedsWholeLog(f"{path}: column '{missing[0]}' cannot be read in chunks; {WHOLE}")
+    positions = {name: list(layout.names).index(name) for name in names}
     whole = frozenset(positions[name] for name in exact if name in positions) & layout.whole
     size = path.stat().st_size
     try:
