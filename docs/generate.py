@@ -103,7 +103,8 @@ def gives(flt: Filter) -> str:
 def filter_page(flt: Filter) -> str:
     """All that the source says about a filter."""
     module = sys.modules[filters.module_of(flt)]
-    title, _, words = str(module.__doc__).partition(": ")
+    title, colon, words = inspect.cleandoc(str(module.__doc__)).partition(": ")
+    title, words = (title, words) if colon and "\n" not in title else (flt.name, f"{title}{colon}{words}")
     facts = [
         ("uses", sensors(flt)),
         ("estimates", gives(flt)),
@@ -114,7 +115,7 @@ def filter_page(flt: Filter) -> str:
         ("a wrong heading is corrected", seconds(flt.settles.heading)),
         ("source", flt.citation),
     ]
-    head = markdown(words[0].upper() + words[1:])
+    head = markdown(words[:1].upper() + words[1:])
     return f"# {title}\n\n{head}\n{table(['', ''], facts)}\n## Parameters\n\n{parameters(flt.params)}"
 
 
