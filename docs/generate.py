@@ -131,6 +131,11 @@ def overview() -> str:
     return table(header, rows)
 
 
+def verbs() -> str:
+    """The verbs of the command line."""
+    return table(["command", "result"], ([code(f"levelhead {name}"), words] for name, words in cli.VERBS.items()))
+
+
 def bits() -> str:
     """The health bits."""
     names = {value: name for name, value in vars(health).items() if isinstance(value, int)}
@@ -263,6 +268,7 @@ def faults() -> str:
 
 
 BLOCKS: dict[str, Callable[[], str]] = {
+    "verbs": verbs,
     "filters": overview,
     "health": bits,
     "units": spellings,
@@ -315,7 +321,7 @@ def main() -> int:
         page = DOCS / "filters" / f"{flt.name}.md"
         if not page.exists() and not given.check:
             page.write_text(f"<!-- generated: filter {flt.name} -->\n<!-- end -->\n", encoding="utf-8")
-    for path in sorted(DOCS.rglob("*.md")):
+    for path in [DOCS.parent / "README.md", *sorted(DOCS.rglob("*.md"))]:
         text = path.read_text(encoding="utf-8")
         wanted = renewed(text)
         shown |= {match[2] for match in BLOCK.finditer(text)}
@@ -327,7 +333,7 @@ def main() -> int:
         pictures()
     for path in stale:
         what = "is out of date; run python docs/generate.py" if given.check else "rewritten"
-        sys.stdout.write(f"docs/{path.relative_to(DOCS).as_posix()} {what}\n")
+        sys.stdout.write(f"{path.relative_to(DOCS.parent).as_posix()} {what}\n")
     absent = [name for name in BLOCKS if name not in shown]
     for name in absent:
         sys.stdout.write(f"no page has the block <!-- generated: {name} --> … <!-- end -->\n")

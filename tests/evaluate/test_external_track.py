@@ -10,8 +10,8 @@ from scipy.spatial.transform import Rotation
 from levelhead.engine import fuse
 from levelhead.errors import LevelheadError
 from levelhead.evaluate import compare
-from levelhead.publish.plots import four_panels
-from levelhead.publish.plots.panels import short_names
+from levelhead.publish.plots import lesson_picture
+from levelhead.publish.plots.lesson import short_names
 from levelhead.recording import Recording, Truth
 from levelhead.simulate import recording
 from levelhead.track import Track
@@ -90,7 +90,7 @@ def test_another_rate_and_gaps_count_where_known(nine, truth, tmp_path):
         note.startswith("half is known at 1,7") or note.startswith("half is known at 1,8") for note in found.notes
     )
     assert np.isnan(row.track.quat).any() and np.isfinite(row.difference)
-    four_panels(found, tmp_path / "compare.png")
+    lesson_picture(found, tmp_path / "compare.png")
     assert (tmp_path / "compare.png").stat().st_size > 10_000
 
 

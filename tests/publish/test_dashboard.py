@@ -312,7 +312,7 @@ def test_bad_words(capsys):
 
 
 def test_a_guided_calibration_shows_how_the_sensor_should_lie():
-    from levelhead.calibrate.guide import Instruction
+    from levelhead.calibrate.next_pose import Instruction
     from levelhead.publish.dashboard.guide_view import GuideView
 
     view = GuideView("calibration of {a} sensor", FREE + 40)

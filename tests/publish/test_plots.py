@@ -16,8 +16,8 @@ from levelhead.publish.plots import (
     calibration_picture,
     case_picture,
     curves,
-    four_panels,
     gain_picture,
+    lesson_picture,
     sweep_picture,
     track_picture,
 )
@@ -165,7 +165,7 @@ def is_png(path) -> bool:
 
 @pytest.mark.slow
 def test_the_lessons_pictures(cases, tmp_path):
-    four_panels(cases["lesson"], tmp_path / "four.png")
+    lesson_picture(cases["lesson"], tmp_path / "four.png")
     case_picture(cases, tmp_path / "cases.png")
     assert is_png(tmp_path / "four.png")
     assert is_png(tmp_path / "cases.png")
@@ -201,7 +201,7 @@ def torn():
 
 @pytest.mark.slow
 def test_hard_data_draws_too(torn, tmp_path):
-    four_panels(compare(torn, [Complementary, Kalman, Kalman(r_measure=9)]), tmp_path / "four.png")
+    lesson_picture(compare(torn, [Complementary, Kalman, Kalman(r_measure=9)]), tmp_path / "four.png")
     track_picture(torn, fuse(torn, Kalman), tmp_path / "kalman.png")
     track_picture(torn, fuse(torn, Complementary), tmp_path / "complementary.png")
     assert all(is_png(path) for path in tmp_path.iterdir())
@@ -218,7 +218,7 @@ def test_the_smallest_track_draws(tmp_path):
 def test_what_cannot_be_drawn_is_said(cases, tmp_path, monkeypatch):
     blind = compare(Recording(np.arange(9) * 0.01, np.zeros((9, 3)), np.tile([0.0, 0, 9.8], (9, 1))), [Kalman])
     with pytest.raises(LevelheadError, match="track_picture"):
-        four_panels(blind, tmp_path / "four.png")
+        lesson_picture(blind, tmp_path / "four.png")
     with pytest.raises(LevelheadError, match="no true orientation"):
         case_picture({"blind": blind}, tmp_path / "cases.png")
     with pytest.raises(LevelheadError, match="did you mean 'png'"):

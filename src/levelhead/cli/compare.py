@@ -86,10 +86,10 @@ def compare(
         comparison = run(recording, chosen, tracks=tracks, guard=before, progress=report)
     picture = None
     if out is not None and recording.truth is not None and can_draw():
-        from levelhead.publish.plots import four_panels
+        from levelhead.publish.plots import lesson_picture
 
         picture = folder(out) / "compare.png"
-        four_panels(comparison, picture)
+        lesson_picture(comparison, picture)
     if json:
         print_json(comparison.to_dict() | {"written": [str(picture)] if picture else []})
         return

@@ -43,10 +43,10 @@ def demo(
         comparison = compare(lesson(seed), LESSON, guard=None, progress=report)  # each filter as published
     written, findings = list[Path](), list[str]()
     if can_draw():
-        from levelhead.publish.plots import four_panels
+        from levelhead.publish.plots import lesson_picture
 
         written.append(target / "lesson.png")
-        four_panels(comparison, written[0])
+        lesson_picture(comparison, written[0])
     if full:
         more, findings = _more(comparison, seed, target)
         written += more

@@ -3,8 +3,8 @@
 from contextlib import ExitStack
 
 from levelhead.axis_map import AxisMap
-from levelhead.calibrate.guide import POSES, Instruction
-from levelhead.calibrate.guided import record_poses
+from levelhead.calibrate.live_session import record_poses
+from levelhead.calibrate.next_pose import POSES, Instruction
 from levelhead.cli.options import Reading, print_line
 from levelhead.live.open import open_source
 from levelhead.publish.guide_display import guide_display

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from levelhead.calibrate.guide import HOLD, Instruction
+from levelhead.calibrate.next_pose import HOLD, Instruction
 
 if TYPE_CHECKING:
     from rich.console import Group

@@ -5,7 +5,7 @@ import time
 
 import numpy as np
 
-from levelhead.calibrate.guide import Instruction
+from levelhead.calibrate.next_pose import Instruction
 from levelhead.publish.dashboard.page import PORT, Page, plain_text
 from levelhead.recording import Array
 from levelhead.rotations import from_rotvec

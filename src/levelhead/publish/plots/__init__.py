@@ -9,18 +9,18 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from levelhead.publish.plots.calibration_panels import calibration_picture
-    from levelhead.publish.plots.cases import case_picture
+    from levelhead.publish.plots.lesson import lesson_picture
     from levelhead.publish.plots.orientation import track_picture
-    from levelhead.publish.plots.panels import four_panels
+    from levelhead.publish.plots.recording_comparison import case_picture
     from levelhead.publish.plots.tuning import gain_picture, sweep_picture
 
-__all__ = ["calibration_picture", "case_picture", "four_panels", "gain_picture", "sweep_picture", "track_picture"]
+__all__ = ["calibration_picture", "case_picture", "gain_picture", "lesson_picture", "sweep_picture", "track_picture"]
 
 # Imported at first use: the picture of a track waits for neither comparisons nor sweeps.
 _HOMES = {
     "calibration_picture": "calibration_panels",
-    "case_picture": "cases",
-    "four_panels": "panels",
+    "case_picture": "recording_comparison",
+    "lesson_picture": "lesson",
     "gain_picture": "tuning",
     "sweep_picture": "tuning",
     "track_picture": "orientation",

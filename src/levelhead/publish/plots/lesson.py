@@ -57,7 +57,7 @@ class PanelData(NamedTuple):
         return rms(errors) if len(errors) else float("nan")
 
 
-def four_panels(comparison: Comparison, path: str | Path) -> None:
+def lesson_picture(comparison: Comparison, path: str | Path) -> None:
     """Draw the comparison in four panels, for the Euler angle that moves most (the picture says which).
 
     1. accelerometer angle and integrated gyroscope against the truth

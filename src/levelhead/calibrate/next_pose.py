@@ -16,7 +16,7 @@ from levelhead.calibrate.coverage import (
     unobservable_numbers,
     unobservable_rates,
 )
-from levelhead.calibrate.growing import GrowingRecording
+from levelhead.calibrate.growing_recording import GrowingRecording
 from levelhead.calibrate.poses import ALIKE, LEAST, find_poses
 from levelhead.calibrate.solve import field_solution, rate_solution
 from levelhead.errors import LevelheadError

@@ -10,8 +10,8 @@ import pytest
 import levelhead as lh
 from levelhead import LevelheadError, simulate
 from levelhead.calibrate.coverage import lay_down, side_up
-from levelhead.calibrate.guide import Guide
-from levelhead.calibrate.guided import record_poses
+from levelhead.calibrate.live_session import record_poses
+from levelhead.calibrate.next_pose import Guide
 from levelhead.calibrate.poses import find_poses
 from levelhead.publish.dashboard.guide_view import side_attitude
 from levelhead.sample import Sample

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Literal
 from levelhead.errors import LevelheadError
 from levelhead.evaluate import Comparison
 from levelhead.publish.plots import style
-from levelhead.publish.plots.panels import short_names
+from levelhead.publish.plots.lesson import short_names
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
-from levelhead.calibrate.guide import POSES, Guide, Instruction
+from levelhead.calibrate.next_pose import POSES, Guide, Instruction
 from levelhead.errors import LevelheadError
 from levelhead.recording import Recording
 from levelhead.sample import Sample
