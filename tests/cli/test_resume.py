@@ -79,10 +79,10 @@ def test_ended_anywhere_it_gives_the_same_bytes(levelhead, log, tmp_path, ended,
     assert levelhead(*words, tmp_path / "one.json", "-o", tmp_path / "one").code == 0
     again = (*words, tmp_path / "two.json", "-o", tmp_path / "two")
     for place in PLACES[verb]:
-        assert "what is done is kept" in ended(place, *again)
+        assert "results so far are in" in ended(place, *again)
         assert [path.name for path in (tmp_path / "two").iterdir()] == [f".log-track.{suffix}.unfinished"]
     said = levelhead(*again)
-    assert said.code == 0 and "goes on after" in said.err and f"{N:,} samples" in said.out
+    assert said.code == 0 and "continues after" in said.err and f"{N:,} samples" in said.out
     name = f"log-track.{suffix}"
     assert [path.name for path in (tmp_path / "two").iterdir()] == [name]
     assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()
@@ -96,7 +96,7 @@ def test_what_is_done_is_not_done_again(levelhead, log, tmp_path, monkeypatch, e
     whole = ChunkRun.track
     monkeypatch.setattr(ChunkRun, "track", lambda run, chunk: seen.append(len(chunk)) or whole(run, chunk))
     said = levelhead(*words)
-    assert said.code == 0 and "goes on after 800 samples" in said.err and seen == [400, N - 1200]
+    assert said.code == 0 and "continues after 800 samples" in said.err and seen == [400, N - 1200]
 
 
 @pytest.mark.slow
@@ -123,7 +123,7 @@ def test_other_options_are_refused_and_the_work_stays(levelhead, refused, log, t
     ):
         said = refused(*words, *more)
         assert sentence in said and "finish it with the same options, or remove that folder" in said
-    assert "goes on after 800" in levelhead(*words).err
+    assert "continues after 800" in levelhead(*words).err
 
 
 @pytest.mark.parametrize("change", ["log", "version"])
@@ -137,7 +137,7 @@ def test_another_log_or_version_begins_anew(levelhead, log, tmp_path, ended, oft
         path.write_text(json.dumps(json.loads(path.read_text()) | {"levelhead": "0.0.1"}))
     said = levelhead(*words)
     sentence = "is of another state of" if change == "log" else "is of levelhead 0.0.1, and this is"
-    assert said.code == 0 and sentence in said.err and "it begins anew" in said.err and "goes on after" not in said.err
+    assert said.code == 0 and sentence in said.err and "the run starts again" in said.err and "continues after" not in said.err
 
 
 def test_a_full_disk_loses_nothing(levelhead, log, tmp_path, monkeypatch, often):
@@ -154,8 +154,8 @@ def test_a_full_disk_loses_nothing(levelhead, log, tmp_path, monkeypatch, often)
     with monkeypatch.context() as patch:
         patch.setattr(column_files.ColumnFiles, "append", append)
         said = levelhead(*words)
-    assert said.code == 2 and "what is done is kept" in said.err and said.err.endswith("No space left on device\n")
-    assert "goes on after 800 samples" in levelhead(*words).err
+    assert said.code == 2 and "results so far are in" in said.err and said.err.endswith("No space left on device\n")
+    assert "continues after 800 samples" in levelhead(*words).err
 
 
 def test_two_runs_at_once(refused, log, tmp_path):
@@ -215,6 +215,6 @@ def test_kill_9(log, tmp_path, verb):
         process.send_signal(signal.SIGKILL)
         assert process.wait() == -signal.SIGKILL  # and not done before
     said = subprocess.run(command(0, out), check=True, capture_output=True, text=True)
-    assert "goes on after" in said.stderr
+    assert "continues after" in said.stderr
     assert [path.name for path in out.iterdir()] == ["log-track.parquet"]
     assert (out / "log-track.parquet").read_bytes() == (tmp_path / "one" / "log-track.parquet").read_bytes()

@@ -42,23 +42,23 @@ def calibrate(
 ) -> None:
     """Calibrate a sensor: put it down in a dozen poses, still for 2 s each, and turn it by hand from one to the next.
 
-    Finds the poses, solves for accelerometer, gyroscope and magnetometer, and says how sure each number is, which the
-    poses could not tell and which pose would, and how much better it is on poses that were held out. Writes
-    LOG-calibration.json, which `fuse --prior` and `export --prior` or `--calibration` take, and LOG-poses.png. With
-    --live it says pose by pose what to do next, until every number is known; Ctrl-C leaves without a file.
+    Finds the poses and solves for the errors of accelerometer, gyroscope and magnetometer. Prints each number with its
+    σ, the poses that are missing, and the gain on poses that were left out. Writes LOG-calibration.json for `fuse --prior`
+    and `export --prior` or `--calibration`, and LOG-poses.png. With --live it guides you from pose to pose until every
+    number is determined. Ctrl-C ends without a file.
 
     Args:
-        logs: recordings of one sensor, without switching it off between them.
-        live: with the sensor there instead of a log; the files are sensor-calibration.json and sensor-poses.png.
+        logs: recordings of one sensor that stayed on between them.
+        live: use a connected sensor instead of a log; the files are sensor-calibration.json and sensor-poses.png.
         source: for --live, as for run: emulated:mpu6050 (no hardware, put down by itself), mpu6050 or another chip on
             I²C, serial:/dev/ttyUSB0@115200, or replay:FILE.
-        poses: for --live, how many at least; 12 unless told otherwise, 6 or more.
-        view: for --live, also show in the browser how the sensor should lie.
-        speed: of a replay; inf is as fast as it goes.
+        poses: for --live, the minimum number; 12 by default, at least 6.
+        view: for --live, also show the wanted pose in the browser.
+        speed: of a replay; inf is as fast as possible.
         axes: the sensor's axes that are the body's x (forward), y (left) and z (up), such as -y,x,z.
         gyr_range: full scale of a chip's gyroscope.
         acc_range: full scale of a chip's accelerometer.
-        gravity: at the place; 9.780 at the equator, 9.832 at a pole.
+        gravity: at your place, m/s²; 9.780 at the equator, 9.832 at a pole.
         out: folder for the results.
         plot: draw the picture (needs the extra levelhead[plot]).
         json: print numbers, residuals and verdict as JSON.

@@ -20,7 +20,7 @@ CalibrationFile = Annotated[
     Parameter(
         name="--calibration",
         metavar="FILE",
-        help="The sensor's errors as `levelhead calibrate` has written them, taken off the readings first.",
+        help="The sensor's errors, as written by `levelhead calibrate`; readings are corrected first.",
     ),
 ]
 

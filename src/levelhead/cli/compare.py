@@ -59,7 +59,7 @@ def compare(
     """Compare filters on one recording: errors, bias, lag and cost in a table, and the four-panel picture.
 
     Args:
-        log: a recording; errors need one with truth.
+        log: a recording; errors need a recording with truth.
         simulate: instead of a log: lesson, hard (the lesson with 10° noise and a bias that walks 0.1 °/s), or a motion
             (hand, walking, drone, robot, still) seen by an MPU-6050.
         seed: of the simulation; 42 for the lessons, 0 otherwise.

@@ -47,11 +47,11 @@ NoMag = Annotated[bool, Parameter(name="--mag", negative="--no-mag", show_defaul
 @Parameter(name="*")
 @dataclass(frozen=True)
 class Running:
-    """Where the work is done, and where its results go."""
+    """Place of the work and of its results."""
 
     out: Annotated[Path, Parameter(name=["--out", "-o"], metavar="DIR")] = Path("corpus-results")
-    """Folder of the results: rows/ is a Parquet dataset, report.html the report. The same command goes on where a run
-    was ended."""
+    """Folder of the results: rows/ is a Parquet dataset, report.html the report. The same command continues an
+    interrupted run."""
     workers: Annotated[int | None, Parameter(metavar="N")] = None
     """Processes on this machine; by default one for each core. 0: this process alone, without Dask."""
     scheduler: Annotated[str | None, Parameter(metavar="ADDRESS")] = None
@@ -80,7 +80,7 @@ class Fusing:
     of a recording, such as '(unit[0-9]+)/', or column:NAME of its file."""
     engine: Engine = "auto"
     order: Annotated[str, Parameter(metavar="PATTERN")] = ""
-    """What puts them in order of time, likewise; by default their names."""
+    """Pattern or column for their order in time; by default their names."""
 
 
 @corpus.command
@@ -90,12 +90,12 @@ def fuse(
     running: Running = Running(),
     reading: Reading = Reading(),  # noqa: B008
 ) -> int:
-    """Fuse all recordings: a row each with errors where truth is known, σ, health and what was learned.
+    """Fuse all recordings: a row each with errors (if truth is known), σ, health and calibration.
 
-    The exit code is 1 where recordings gave no result; their rows say why.
+    The exit code is 1 if recordings gave no result; their rows have the reason.
 
     Args:
-        places: folders with all that is below them, files, patterns, or URLs such as s3://bucket/prefix.
+        places: folders with all their subfolders, files, patterns, or URLs such as s3://bucket/prefix.
     """
     return _fuse("fuse", places, fusing, running, reading)
 
@@ -123,7 +123,7 @@ def bench(
     running: Running = Running(),
     reading: Reading = Reading(),  # noqa: B008
 ) -> int:
-    """Errors of several methods beside each other, other people's too, such as -f vqf.VQF.
+    """Compare the errors of several methods, also of other packages, such as -f vqf.VQF.
 
     Args:
         places: as for `corpus fuse`.
@@ -135,7 +135,7 @@ def bench(
 
 @corpus.command
 def doctor(*places: Places, running: Running = Running(), reading: Reading = Reading()) -> int:  # noqa: B008
-    """Examine all recordings: verdict, findings, what to do.
+    """Examine all recordings: verdict, findings, cures.
 
     Args:
         places: as for `corpus fuse`.
@@ -171,14 +171,14 @@ def tune(
     running: Running = Running(),
     reading: Reading = Reading(),  # noqa: B008
 ) -> int:
-    """Find a filter's parameters for all recordings, as `levelhead tune` does for some, and write DIR/tuned.json.
+    """Search a filter's parameters for all recordings, as `levelhead tune` does for some, and write DIR/tuned.json.
 
-    The runs of the filter are the workers'. A fifth of the recordings is left out each time and scored. The exit code
-    is 1 where recordings could not be tuned on; they are listed.
+    The workers run the filter. A fifth of the recordings is left out each time and scored. The exit code is 1 if
+    recordings could not be used; they are listed.
 
     Args:
         places: as for `corpus fuse`.
-        filter: the filter, with parameters that it starts from.
+        filter: the filter, with its start parameters.
         parameter: one to search, as for `levelhead tune`.
         mag: leave the magnetometers out.
         goal: as for `levelhead tune`.
@@ -223,7 +223,7 @@ def report(
     plot: bool = True,
     json: Annotated[bool, Parameter(negative="")] = False,
 ) -> None:
-    """The report of a folder of results, also of a run that was ended.
+    """Print the report of a folder of results, also of an interrupted run.
 
     Args:
         results: the -o of an earlier run.

@@ -1,4 +1,4 @@
-"""``levelhead doctor LOG…``: what is wrong with a log."""
+"""``levelhead doctor LOG…``: the problems of a log."""
 
 from pathlib import Path
 from typing import Annotated
@@ -20,14 +20,14 @@ def doctor(
     json: Annotated[bool, Parameter(negative="")] = False,
     reading: Reading = Reading(),  # noqa: B008
 ) -> int:
-    """Examine logs: what was read, what is wrong with it, how sure that is, what to do, and what to expect.
+    """Examine logs: their content, their problems with evidence and cure, and the expected accuracy.
 
-    The exit code is 0 for logs that are fine, 1 where there are findings, 2 for a log that cannot be read.
+    The exit code is 0 for logs without findings, 1 with findings, 2 if a log cannot be read.
 
     Args:
         logs: files, folders or zips.
-        picture: where to draw the log with its findings (needs the extra levelhead[plot]); for one log.
-        fix: write the repaired recording to the file of -o, as Parquet, with what was changed in its metadata.
+        picture: file for a picture of the log with its findings (needs the extra levelhead[plot]); for one log.
+        fix: write the repaired recording to the file of -o, as Parquet, with the changes in its metadata.
         out: the file for --fix.
         json: print the reports as JSON.
     """

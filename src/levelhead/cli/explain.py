@@ -31,14 +31,14 @@ def explain(
     json: Annotated[bool, Parameter(negative="")] = False,
     reading: Reading = Reading(),  # noqa: B008
 ) -> int:
-    """Explain the symptoms of a fused track, such as drift or jitter, each with its cause and what to do.
+    """Explain the symptoms of a fused track, such as drift or jitter, each with its cause and cure.
 
-    The exit code is 0 where there is no symptom, 1 where there are some, 2 for a log that cannot be read.
+    The exit code is 0 without symptoms, 1 with symptoms, 2 if the log cannot be read.
 
     Args:
         log: a recording of 10 s or more.
         set: a parameter of the filter, such as r_measure=0.1; may be given several times.
-        plot: where to draw the evidence of each symptom, PNG, SVG or PDF (needs the extra levelhead[plot]).
+        plot: file for a picture of the evidence of each symptom, PNG, SVG or PDF (needs the extra levelhead[plot]).
         json: print symptoms and causes as JSON.
     """
     from levelhead.inspection.explain import explain as run

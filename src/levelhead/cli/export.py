@@ -45,12 +45,12 @@ def export(
     """A filter with its numbers as C99: header, source, self-test, CMake file and a sketch for the MPU-6050.
 
     Args:
-        filter: which one, such as EKF.
+        filter: its name, such as EKF.
         set: a parameter of the filter, such as acc_tau=3; may be given several times.
-        noise: the sensor's noise as `levelhead noise` has written it: Q and R of an ESKF, EKF or Kalman; --set comes
-            on top.
+        noise: the sensor's noise as written by `levelhead noise`: Q and R of an ESKF, EKF or Kalman; --set overrides
+            it.
         prior: the calibration of the same sensor from `levelhead fuse --save-calibration`: the filter starts with it.
-        calibration: the same file for any other filter: the errors of the sensor are taken off its readings.
+        calibration: the same file for any other filter: the errors of the sensor are corrected in its readings.
         axes: the sensor's axes that are the body's x (forward), y (left) and z (up), such as -y,x,z;
             `levelhead axes` finds them.
         axis: the filter of one angle and its rate instead of that of an IMU.

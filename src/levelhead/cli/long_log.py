@@ -144,7 +144,7 @@ def _go_on(chunks: "Chunks", unfinished: "UnfinishedRun", rows: int) -> None:
     """Leaves the rows out that an earlier run has done, and says so."""
     if unfinished.state is not None:
         chunks.begin_at(rows)
-        sys.stderr.write(f"levelhead: goes on after {rows:,} samples that an earlier run has read\n")
+        sys.stderr.write(f"levelhead: continues after {rows:,} samples of an interrupted run\n")
 
 
 def fuse_tracks(

@@ -32,11 +32,11 @@ def noise(
 ) -> None:
     """Measure a sensor's noise from a log at rest: Allan deviation, coefficients with σ, and a file for filters.
 
-    Writes LOG-noise.json, which `fuse`, `export` and `simulate` take as --noise, and the picture LOG-noise.png. Where
-    the log has a temperature, it also finds the bias against it and writes LOG-temperature.png.
+    Writes LOG-noise.json, for the --noise of `fuse`, `export` and `simulate`, and the picture LOG-noise.png. If the log
+    has a temperature, it also finds the bias against it and writes LOG-temperature.png.
 
     Args:
-        log: a recording; its longest still stretch is used, 20 s at least, better an hour.
+        log: a recording; its longest stretch at rest is used, at least 20 s, better an hour.
         tau: longest averaging time in seconds; a third of the stretch by default.
         chip: compare with the data sheet of MPU-6050, BMI160, LSM6DS3, LSM6DSO32 or ICM-20948; by default with all.
         out: folder for the results.

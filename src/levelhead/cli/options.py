@@ -31,17 +31,17 @@ class Reading:
     """Hints for reading a log that does not name its columns or units."""
 
     map: Annotated[tuple[str, ...], Parameter(negative="", metavar="gyr=gx,gy,gz")] = ()
-    """Columns of t, gyr, acc, mag and q. May be given several times; `mag=` leaves the magnetometer out."""
+    """Columns of t, gyr, acc, mag and q. May be given several times; `mag=` ignores the magnetometer."""
     units: Annotated[tuple[str, ...], Parameter(negative="", metavar="gyr=deg/s")] = ()
-    """Units that the header does not have."""
+    """Units that the header does not give."""
     counts: Annotated[tuple[str, ...], Parameter(negative="", metavar="gyr=131/deg/s")] = ()
     """Raw counts per unit: 131 counts are 1 deg/s."""
     rate: Annotated[float | None, Parameter(metavar="HZ")] = None
-    """Samples a second, for a log without time stamps."""
+    """Sample rate of a log without time stamps."""
     sensor: Annotated[str | None, Parameter(metavar="NAME")] = None
-    """Of several sensors side by side, the one with this word in its names."""
+    """Select one of several sensors by a word in its column names."""
     session: Annotated[int | None, Parameter(metavar="N")] = None
-    """Of a log whose clock begins again, the part to take, from 1; the longest otherwise."""
+    """Part of a log whose clock restarts, counted from 1; by default the longest."""
 
     def read(self, log: Path) -> "Recording":
         """The recording in a log, with these hints."""
@@ -129,7 +129,7 @@ GuardWords = Annotated[
         metavar="K=V",
         completer=guard_names,
         help="A threshold of the guard in front of the filter, such as rest_time=3; may be given several times: "
-        f"{', '.join(settable(Guard))}. `--guard off`: the filter alone, which gets every reading.",
+        f"{', '.join(settable(Guard))}. `--guard off`: the filter without the guard.",
     ),
 ]
 
@@ -143,8 +143,8 @@ FromFile = Annotated[
     Parameter(
         name="--params",
         metavar="FILE",
-        help="The filter with its parameters, as `levelhead tune` or `levelhead sweep … --json` has written them; "
-        "what other options set comes on top.",
+        help="The filter with its parameters, as written by `levelhead tune` or `levelhead sweep … --json`; "
+        "other options override them.",
     ),
 ]
 

@@ -64,7 +64,7 @@ class UnfinishedRun:
             self.state = found["state"]
 
     def _begin_anew(self, why: str) -> None:
-        sys.stderr.write(f"levelhead: the unfinished run in {self.folder} {why}; it begins anew\n")
+        sys.stderr.write(f"levelhead: the unfinished run in {self.folder} {why}; the run starts again\n")
         (self.folder / STATE).unlink()
 
     def save(self, state: Callable[[], Fields], now: bool = False) -> None:
@@ -101,7 +101,7 @@ def open_unfinished(target: Path, log: Path, asked: Fields) -> Iterator[Unfinish
                     shutil.rmtree(folder)
                 else:
                     sys.stderr.write(
-                        f"levelhead: what is done is kept in {folder}; the same command goes on from there\n"
+                        f"levelhead: results so far are in {folder}; the same command continues from there\n"
                     )
                 raise
             shutil.rmtree(folder)

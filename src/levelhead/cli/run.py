@@ -51,25 +51,25 @@ def run(
     Args:
         source: emulated:mpu6050 (no hardware), mpu6050 or another chip on I²C (mpu6050+hmc5883l@1:0x69),
             serial:/dev/ttyUSB0@115200, or replay:FILE.
-        rate: ticks a second, and what a chip is asked for.
+        rate: ticks a second, also the sample rate of a chip.
         set: a parameter of the filter; may be given several times.
-        calibrate: still samples from which the gyroscope's bias is read off first; 500, or 0 for a replay.
+        calibrate: samples at rest for the initial gyroscope bias; 500, or 0 for a replay.
         duration: seconds; without it, until Ctrl-C or the end of a replay.
-        box: a black box that takes everything (needs the extra levelhead[box]); `levelhead fuse` reads it.
+        box: a black box that records everything (needs the extra levelhead[box]); `levelhead fuse` reads it.
         publish: to other processes as well (needs the extra levelhead[bus]): tcp/127.0.0.1:7447 for this machine, or
             tls/ADDRESS:PORT with certificates.
         certificates: folder with ca.pem, own.pem and own.key.
-        readers: names in the certificates of those who may subscribe; without, all that the authority vouches for.
-        speed: of a replay: 2 is twice as fast, inf as fast as it goes.
+        readers: names in the certificates of permitted subscribers; by default all with a certificate of the authority.
+        speed: of a replay: 2 is twice as fast, inf as fast as possible.
         axes: the sensor's axes that are the body's x (forward), y (left) and z (up), such as -y,x,z.
         gyr_range: full scale of a chip's gyroscope.
         acc_range: full scale of a chip's accelerometer.
         map: columns of lines or files, as for fuse.
-        units: units of lines or files that do not say them, as for fuse.
+        units: units of lines or files without them, as for fuse.
         counts: raw counts per unit, as for fuse.
         give_up: seconds without a sample after which the node ends, with exit code 3.
-        realtime: ask for real-time priority, where that is allowed.
-        json: no line a second, but the figures of the run as JSON at its end.
+        realtime: request real-time priority, if permitted.
+        json: print the figures of the run as JSON at its end instead of a line a second.
     """
     from levelhead.axis_map import AxisMap
     from levelhead.cli.node_terminal import SignalHandlers, StatusLines

@@ -31,9 +31,9 @@ def simulate(
         rate: samples a second; 100 by default.
         seed: the same seed gives the same bits; it picks motion, noise and the specimen of the sensor, which is the
             same for all motions. 42 for the lessons, 0 otherwise.
-        noise: a sensor's noise as `levelhead noise` has written it; with --sensor in place of that sensor's, without
-            it the only error.
-        json: print what was written as JSON.
+        noise: a sensor's noise as written by `levelhead noise`; it replaces the noise of --sensor; without
+            --sensor it is the only error.
+        json: print the path and facts as JSON.
     """
     from levelhead.sources.formats.csv_writer import write_csv
     from levelhead.sources.formats.npz import write_npz

@@ -1,4 +1,4 @@
-"""``levelhead stress LOG|--simulate``: what filters do when a sensor fails."""
+"""``levelhead stress LOG|--simulate``: the response of filters to sensor failures."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -62,7 +62,7 @@ def stress(
     json: Annotated[bool, Parameter(negative="")] = False,
     reading: Reading = Reading(),  # noqa: B008
 ) -> None:
-    """Put faults on a recording, one at a time, and see what filters make of it: error, recovery, health, honesty of σ.
+    """Put faults on a recording, one at a time: error, recovery, health and honesty of σ of each filter.
 
     Errors are against the truth; without it, differences from the same filter's run without the fault.
 
@@ -71,8 +71,8 @@ def stress(
         simulate: instead of a log: a motion (hand, walking, drone, robot, still) seen for 180 s by a BMI160 and an
             HMC5883L.
         seed: of the simulation and of the faults' random numbers.
-        fault: a fault with size, start and length in s, such as gyr_spikes=500@20+5; may be given several times. All
-            that the sensors can have if none is named, each at 40 % of the recording.
+        fault: a fault with size, start and length in s, such as gyr_spikes=500@20+5; may be given several times. By
+            default, every fault that fits the sensors, each at 40 % of the recording.
         list: print the faults with unit and usual size, and do nothing else.
         out: folder for the picture stress.png; without it none is drawn.
         json: print all figures as JSON.

@@ -48,13 +48,13 @@ def sweep(
     json: Annotated[bool, Parameter(negative="")] = False,
     reading: Reading = Reading(),  # noqa: B008
 ) -> None:
-    """Sweep one parameter of a filter over a recording with truth: where is the best value, and how flat is it there?
+    """Vary one parameter of a filter over a recording with truth: the best value, and the flatness of the minimum.
 
     Args:
         log: a recording with truth.
-        parameter: which one, such as alpha or r_measure.
+        parameter: its name, such as alpha or r_measure.
         set: another parameter of the filter, held fixed, such as q_bias=0.001; may be given several times.
-        values: to try; without them, the parameter's usual range.
+        values: by default, the usual range of the parameter.
         simulate: instead of a log: lesson, hard, hand, walking, drone, robot, still.
         seed: of the simulation; 42 for the lessons, 0 otherwise.
         out: folder for the picture sweep-PARAMETER.png; without it none is drawn.

@@ -50,22 +50,22 @@ def tune(
     json: Annotated[bool, Parameter(negative="")] = False,
     reading: Reading = Reading(),  # noqa: B008
 ) -> None:
-    """Find a filter's parameters for logs: by their true orientation, or without it by the smoother's.
+    """Search a filter's parameters for logs, against their true orientation or else the smoother's.
 
-    Says whether they are worth taking (each log, or third of a single one, is left out once and scored), how flat the
-    minimum is, and which parameter cures which symptom. Writes tuned.json, which `fuse`, `run` and `export` take as
-    --params, and tuned.png.
+    Prints the gain on logs that were left out (each log, or third of a single one), the flatness of the minimum, and
+    the parameters that reduce each symptom. Writes tuned.json for the --params of `fuse`, `run` and `export`, and
+    tuned.png.
 
     Args:
         logs: recordings of the motion that the filter is for, a minute or more each.
-        parameter: one to search, perhaps with its range, such as kp or kp=0.01:10; may be given several times; without,
-            all that are usually tuned.
+        parameter: one to search, perhaps with its range, such as kp or kp=0.01:10; may be given several times; by
+            default, all that are usually tuned.
         set: a parameter held fixed, or where the search starts, such as kp=1; may be given several times.
-        noise: the sensor's noise as `levelhead noise` has written it: where the search of Q and R starts.
-        goal: truth where a log has one, else smoother; likelihood is that of the innovations over 5 s. With the last
+        noise: the sensor's noise as written by `levelhead noise`: the start of the search of Q and R.
+        goal: truth if a log has one, else smoother; likelihood is that of the innovations over 5 s. With the last
             two a truth only checks the result.
-        metric: error to minimise, but for a constant heading; total where all logs have a magnetometer that the filter
-            follows, else tilt.
+        metric: error to minimise, without a constant heading offset; total if all logs have a magnetometer that the
+            filter uses, else tilt.
         runs: of the filter for one search; 80 for each parameter by default.
         seed: of the search.
         out: folder for the results.

@@ -41,7 +41,7 @@ def view(
     Args:
         log: a recording, as for fuse.
         live: follow a node that runs with --publish.
-        endpoint: where it listens; tcp/127.0.0.1:7447 unless told otherwise.
+        endpoint: its address; tcp/127.0.0.1:7447 by default.
         certificates: folder with ca.pem, own.pem and own.key, for a node on another machine.
         set: a parameter of the filter; may be given several times.
         second: another filter whose angles are drawn as well, such as EKF or Kalman:r_measure=4.
