@@ -43,9 +43,9 @@ def calibrate(
     """Calibrate a sensor: put it down in a dozen poses, still for 2 s each, and turn it by hand from one to the next.
 
     Finds the poses and solves for the errors of accelerometer, gyroscope and magnetometer. Prints each number with its
-    σ, the poses that are missing, and the gain on poses that were left out. Writes LOG-calibration.json for `fuse --prior`
-    and `export --prior` or `--calibration`, and LOG-poses.png. With --live it guides you from pose to pose until every
-    number is determined. Ctrl-C ends without a file.
+    σ, the poses that are missing, and the gain on poses that were left out. Writes LOG-calibration.json for the
+    --prior of `fuse` and `export` and for --calibration, and LOG-poses.png. With --live it guides you from pose to pose
+    until every number is determined. Ctrl-C ends without a file.
 
     Args:
         logs: recordings of one sensor that stayed on between them.
