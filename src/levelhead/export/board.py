@@ -1,8 +1,8 @@
 """Boards of makers: whether the sketch fits, by its memory on an AVR, before anybody compiles it.
 
 Static memory is known to the byte: it is the filter's struct beside Wire and Serial. Flash and stack are estimated from
-the operations of the kernels that are exported; `benchmarks/speed/boards.py` measures both, and a test holds that they
-are never more than the estimate. Processors of 32 bits hold every filter.
+the operations of the kernels that are exported; `benchmarks/speed/boards.py` measures both, and a test runs
+sketches against the estimate. Processors of 32 bits hold every filter.
 """
 
 from collections.abc import Iterator
@@ -40,8 +40,8 @@ BOARDS = {  # flash less the boot loader; data sheets of the chips and boards.tx
 }
 SKETCH_FLASH, SKETCH_RAM, SKETCH_STACK = 9_500, 490, 260  # of Wire, Serial and the sketch itself, on an AVR
 OPERATION, MOVE = 20, 25  # bytes of flash, of an operation in software with its operands, and of a number moved
-AXIS_FLASH, AXIS_STACK = 6_200, 280  # of the largest filter of one axis
-ARRAY_FLASH, ARRAY_STACK = 96_000, 4_300  # of ESKF
+AXIS_FLASH, AXIS_STACK = 6_300, 280  # of the largest filter of one axis
+ARRAY_FLASH, ARRAY_STACK = 118_000, 4_300  # of ESKF
 SYSTEM32 = 8_192  # bytes of RAM that a core of 32 bits keeps for itself, at least
 
 Api = ImuApi | ArrayApi | AxisApi
