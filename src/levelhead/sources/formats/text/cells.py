@@ -40,7 +40,12 @@ def is_comment(line: str) -> bool:
 
 def lines_of(text: str) -> list[str]:
     """Lines as a text editor counts them."""
-    return text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    return unify_breaks(text).split("\n")
+
+
+def unify_breaks(text: str) -> str:
+    """The text with one kind of line break."""
+    return text.replace("\r\n", "\n").replace("\r", "\n") if "\r" in text else text
 
 
 def is_number(cell: str, comma: bool) -> bool:

@@ -11,13 +11,15 @@ from levelhead.errors import LevelheadError
 from levelhead.open_types import Handle
 from levelhead.recording import Array
 from levelhead.sources.conclusion import Basis, Conclusion
-from levelhead.sources.formats.text.cells import MISSING, cells, is_comment, lines_of
+from levelhead.sources.formats.text.cells import MISSING, cells, is_comment, lines_of, unify_breaks
 from levelhead.sources.formats.text.dates import NS, nanoseconds, over_midnight
+from levelhead.sources.formats.text.decimal_cells import DecimalCells, find_decimal_cells
 from levelhead.sources.formats.text.file import TextFile
 from levelhead.sources.formats.text.layout import Layout, layout_of
 from levelhead.sources.table import Column
 
-_BLOCK = 1 << 22  # bytes read at a time
+_BLOCK = 1 << 19  # bytes read at a time: arrays of their cells stay in the processor's cache
+_MAX_UNKNOWN_SHARE = 0.2  # of a column that array operations leave to Python
 BIG = 8 << 20  # bytes from which pyarrow is worth its import
 TORN_SHARE = 0.01  # of the lines, at most, that may be torn and are left out
 TORN_LAST = 20  # lines from which on a torn last one is no wonder: the power was cut
@@ -150,12 +152,13 @@ class TextTable:
 def blocks(file: TextFile, first: int) -> Iterator[tuple[int, str]]:
     """(number of its first line, text) for pieces of whole lines; the ``first`` lines of the file are left out."""
     line = 1
-    for text in _pieces(file):
-        lines = lines_of(text)
+    for piece in _pieces(file):
+        text = unify_breaks(piece)
+        count = text.count("\n") + 1
         drop = max(0, first + 1 - line)
-        if drop < len(lines):
-            yield line + drop, "\n".join(lines[drop:])
-        line += len(lines)
+        if drop < count:
+            yield line + drop, text.split("\n", drop)[-1]
+        line += count
 
 
 def _pieces(file: TextFile) -> Iterator[str]:
@@ -188,21 +191,29 @@ class _Rows:
         if "\0" in text:
             at = line + text[: text.index("\0")].count("\n")
             raise LevelheadError(f"{source}, line {at}: a zero byte stands there; expected text")
-        if layout.decimal_comma:
-            text = text.replace(",", ".")
-        rows = text.split("\n")
-        if layout.tail:
-            rows = [row.rstrip(" " + layout.tail) for row in rows]
-        delimiter = layout.delimiter
-        plain = delimiter != " " and not any(sign in text for sign in '#%/"') and "sep=" not in text
-        if plain and all(row.count(delimiter) == self.width - 1 for row in rows) and (self.width > 1 or all(rows)):
-            self.cells = delimiter.join(rows).split(delimiter)
-        else:
-            self.cells = self._tidy(rows)
-        self.odd = "_" in text
+        self._text = text.replace(",", ".") if layout.decimal_comma else text
+        self._plain = layout.delimiter != " " and not any(sign in text for sign in '#%/"') and "sep=" not in text
+        self._decimal = None  # the cells by their places, where all lines are plain and have the same number of them
+        if self._plain and not layout.tail and self.width > 1:
+            self._decimal = find_decimal_cells(self._text, layout.delimiter, self.width)
+        self._has_underscore = "_" in text
 
     def __len__(self) -> int:
-        return len(self.cells) // max(1, self.width)
+        return len(self.cells) // max(1, self.width) if self._decimal is None else len(self._decimal)
+
+    @cached_property
+    def cells(self) -> list[str]:
+        """The text of all cells, line by line."""
+        delimiter, tail = self.layout.delimiter, self.layout.tail
+        rows = self._text.split("\n")
+        if tail:
+            rows = [row.rstrip(" " + tail) for row in rows]
+        even = self._decimal is not None or (
+            self._plain
+            and all(row.count(delimiter) == self.width - 1 for row in rows)
+            and (self.width > 1 or all(rows))
+        )
+        return delimiter.join(rows).split(delimiter) if even else self._tidy(rows)
 
     def _tidy(self, rows: Sequence[str]) -> list[str]:
         """The cells of lines that need care: blank ones, comments, quotes, delimiters at the end."""
@@ -238,10 +249,12 @@ class _Rows:
 
     def column(self, i: int, whole: bool) -> Column:
         """Column ``i`` as (n,) float64, or int64 if it holds stamps, or whole numbers only and ``whole`` is asked."""
-        column = self.cells[i :: self.width]
         if i in self.layout.stamps:
-            return self._stamps(i, column)
-        if not self.odd:
+            return self._stamps(i, self.cells[i :: self.width])
+        if self._decimal is not None and (values := self._decimal_column(self._decimal, i, whole)) is not None:
+            return values
+        column = self.cells[i :: self.width]
+        if not self._has_underscore:
             try:
                 if whole:
                     return np.fromiter(map(int, column), np.int64, len(column))
@@ -252,6 +265,20 @@ class _Rows:
             except ValueError:
                 pass
         return np.array([self._number(i, row, cell) for row, cell in enumerate(column)], np.float64)
+
+    def _decimal_column(self, cells: DecimalCells, i: int, whole: bool) -> Column | None:
+        """Column ``i`` by array operations; None if many of its cells need Python's own reading."""
+        if whole:
+            values, known = cells.integers(i)
+            if known.all():
+                return values
+        values, known = cells.floats(i)
+        unknown = np.flatnonzero(~known)
+        if len(unknown) > _MAX_UNKNOWN_SHARE * len(known) or (whole and len(unknown)):
+            return None
+        for row in unknown.tolist():
+            values[row] = self._number(i, row, cells.cell(row, i))
+        return values
 
     def _stamps(self, i: int, column: Sequence[str]) -> Column:
         found: Array = np.zeros(len(column))

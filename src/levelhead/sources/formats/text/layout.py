@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import pairwise
+from itertools import islice, pairwise
 from typing import NamedTuple
 
 from levelhead.errors import LevelheadError
@@ -191,11 +191,12 @@ def _content(lines: Sequence[str], source: str) -> list[tuple[int, str]]:
     """
     ends = [i for i, line in enumerate(lines[:_MAX_LINES]) if _END.fullmatch(line.strip())]
     begin = ends[-1] + 1 if ends else 0
-    content = [
+    filled = (
         (i, line)
         for i, line in enumerate(lines[: 10 * _MAX_LINES])
         if i >= begin and line.strip() and not is_comment(line)
-    ][:_MAX_LINES]
+    )
+    content = list(islice(filled, _MAX_LINES))
     if not content:
         raise LevelheadError(
             f"{source} holds no lines but {'comments' if any(lines) else 'blank ones'}; expected numbers"
