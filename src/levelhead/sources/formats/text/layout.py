@@ -124,24 +124,41 @@ class Header(NamedTuple):
 
 
 class _Sample:
-    """The lines of a file that tell its layout, as cells of its shape."""
+    """The lines of a file that tell its layout; each is looked at when it is asked for, which few are."""
 
     def __init__(self, content: Sequence[tuple[int, str]], shape: Shape) -> None:
         self.shape = shape
         self.numbers = [number for number, _ in content]  # of the lines in the file, from 0
         self.lines = [line for _, line in content]
-        self.rows = [shape.cells(line) for line in self.lines]
-        self.numeric = [is_data(row, shape.comma) for row in self.rows]
-        self.fits = [_near(row, shape.width) for row in self.rows]
+        self._rows: dict[int, list[str]] = {}
+        self._numeric: dict[int, bool] = {}
+
+    def row(self, k: int) -> list[str]:
+        """The cells of line ``k``."""
+        if k not in self._rows:
+            self._rows[k] = self.shape.cells(self.lines[k])
+        return self._rows[k]
+
+    def is_numeric(self, k: int) -> bool:
+        """Whether line ``k`` holds numbers."""
+        if k not in self._numeric:
+            self._numeric[k] = is_data(self.row(k), self.shape.comma)
+        return self._numeric[k]
 
     def is_data(self, k: int) -> bool:
         """Whether line ``k`` holds numbers, and as many as most lines do."""
-        return self.numeric[k] and self.fits[k]
+        return self.is_numeric(k) and _near(self.row(k), self.shape.width)
 
     @cached_property
     def start(self) -> int:
         """The first line of data."""
-        return next((k for k in range(len(self.rows)) if self.is_data(k)), self.numeric.index(True))
+        lines = range(len(self.lines))
+        data = [*islice(filter(self.is_data, lines), 1), *islice(filter(self.is_numeric, lines), 1)]
+        return next(iter(data), 0)
+
+    def count_numeric(self, begin: int, end: int) -> int:
+        """How many of some lines hold numbers."""
+        return sum(map(self.is_numeric, range(begin, end)))
 
 
 def layout_of(lines: Sequence[str], source: str, encoding: Encoding | None = None) -> Layout:
@@ -156,12 +173,12 @@ def layout_of(lines: Sequence[str], source: str, encoding: Encoding | None = Non
         )
     sample = _Sample(content, shape)
     header = _find_header(sample)
-    first, row = sample.numbers[header.start], sample.rows[header.start]
+    first, row = sample.numbers[header.start], sample.row(header.start)
     preamble = tuple(lines[: sample.numbers[header.at]])
     if not header.rows:
         header = header._replace(rows=_comment_names(lines[:first], shape))
-    following = zip(sample.rows[header.start :], sample.numeric[header.start :], strict=True)
-    below = [row for row, numeric in following if numeric][:_MAX_DATA]
+    data = filter(sample.is_numeric, range(header.start, len(sample.lines)))
+    below = [sample.row(k) for k in islice(data, _MAX_DATA)]
     names, remark = _names(header.rows, row, below, shape.width)
     words = _word_columns(below, len(names), shape.comma)
     return Layout(
@@ -209,8 +226,9 @@ def _find_header(sample: _Sample) -> Header:
     at, rows = _header_above(sample)
     if not rows:
         return _late_header(sample) or Header(at, sample.start, rows)
-    if any(sample.numeric[:at]) and not any(sample.is_data(k) for k in range(at)):
-        return Header(at, sample.start, rows, sum(sample.numeric[:at]))
+    torn = sample.count_numeric(0, at)
+    if torn and not any(map(sample.is_data, range(at))):
+        return Header(at, sample.start, rows, torn)
     return Header(at, sample.start, rows)
 
 
@@ -330,14 +348,14 @@ def _late_header(sample: _Sample) -> Header | None:
     """The header below the first lines of numbers: somebody began to listen before it came; None: there is none."""
     width, count = sample.shape.width, len(sample.lines)
     for k in range(sample.start + 1, min(count - 1, sample.start + _MAX_LATE)):
-        if sample.numeric[k] or not any(map(sample.is_data, range(k + 1, min(k + 3, count)))):
+        if sample.is_numeric(k) or not any(map(sample.is_data, range(k + 1, min(k + 3, count)))):
             continue
         row = cells(sample.lines[k], sample.shape.delimiter)
         words = looks_like_header(row, width, sample.shape.comma)
         if len(row) == width > 3 and words and not any(cell.strip().lower() in MISSING for cell in row):
             start = next(j for j in range(k, count) if sample.is_data(j))
             rows = [header_cells(sample.lines[k], sample.shape.delimiter, width) or []]
-            return Header(k, start, rows, sum(sample.numeric[sample.start : k]))
+            return Header(k, start, rows, sample.count_numeric(sample.start, k))
     return None
 
 
