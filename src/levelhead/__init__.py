@@ -60,6 +60,8 @@ if TYPE_CHECKING:
     from levelhead.filters import Triad as Triad
     from levelhead.guard import Guard as Guard
     from levelhead.inspection import inspect as inspect
+    from levelhead.joints import Joint as Joint
+    from levelhead.joints import joint as joint
     from levelhead.noise import NoiseModel as NoiseModel
     from levelhead.noise import measure_noise as measure_noise
     from levelhead.parameter_file import ParameterFile as ParameterFile
@@ -101,6 +103,7 @@ _HOMES = {
     ),
     "levelhead.guard": ("Guard",),
     "levelhead.inspection": ("inspect",),
+    "levelhead.joints": ("Joint", "joint"),
     "levelhead.noise": ("NoiseModel", "measure_noise"),
     "levelhead.parameter_file": ("ParameterFile",),
     "levelhead.recording": ("Gnss", "Pressure", "Recording", "Truth"),

@@ -143,3 +143,17 @@ def from_matrix(rotation: Array) -> Array:
 
     quat: Array = Rotation.from_matrix(rotation).as_quat(scalar_first=True)
     return quat
+
+
+def interpolate(when: Array, t: Array, quat: Array) -> Array:
+    """(m, 4) unit quaternions at the stamps ``when`` between those of (n, 4) ``quat`` at increasing stamps ``t``.
+
+    On the chord between two neighbours: for a turn of θ between them the angle is wrong by 0.004 θ³ at most.
+    """
+    after = np.clip(np.searchsorted(t, when, "right"), 1, len(t) - 1)
+    first, last = quat[after - 1], quat[after]
+    share = np.clip((when - t[after - 1]) / (t[after] - t[after - 1]), 0.0, 1.0)[:, None]
+    last = np.where(np.sum(first * last, axis=1, keepdims=True) < 0.0, -last, last)
+    chord = first + share * (last - first)
+    found: Array = chord / np.linalg.norm(chord, axis=1, keepdims=True)
+    return found
