@@ -100,7 +100,7 @@ def test_objects_of_the_extension_refuse_what_does_not_fit():
     with pytest.raises(ValueError, match="bytes instead of"):
         module.Imu("EKF", b"", b"")
     loop = lh.Stream(lh.EKF(), engine="native")._stepper
-    for wrong in ((0.0, 0.0), [0.0, 0.0, 9.8], ("a", 0.0, 0.0)):
+    for wrong in ((0.0, 0.0), 9.8, ("a", 0.0, 0.0)):
         with pytest.raises(TypeError):
             loop.tick(loop.place, wrong, (0.0, 0.0, 9.8), 0.01)
     for dt in (0.0, -1.0, float("nan"), float("inf")):

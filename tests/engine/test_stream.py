@@ -25,6 +25,86 @@ def test_any_triple_is_taken(engine, kind):
 
 
 @EVERY_ENGINE
+@pytest.mark.parametrize("bad", [(1.0, 2.0), np.zeros(2), np.zeros((3, 1)), "abc", 3.0, (1.0, None, 2.0), np.zeros(4)])
+def test_what_is_no_row_is_refused_and_not_taken(engine, bad):
+    live = lh.Stream(lh.Mahony(), engine=engine)
+    live.update(*LEVEL, dt=0.01)
+    before = live.numbers
+    with pytest.raises(lh.LevelheadError, match="(?s)gyr is .*; it must be three numbers in rad/s"):
+        live.update(bad, LEVEL[1], dt=0.01)
+    with pytest.raises(lh.LevelheadError, match="mag is"):
+        live.update(*LEVEL, bad, dt=0.01)
+    assert live.numbers == before
+
+
+ROWS = {
+    "columns of a wider array": lambda values: np.ascontiguousarray(np.hstack([values, values]))[:, 3:],
+    "every other row backwards": lambda values: np.repeat(values, 2, axis=0)[::-2][::-1],
+    "Fortran order": np.asfortranarray,
+    "big endian": lambda values: values.astype(">f8"),
+}
+
+
+@EVERY_ENGINE
+@pytest.mark.parametrize("layout", ROWS.values(), ids=ROWS)
+def test_rows_of_any_array_are_taken(engine, layout):
+    recording = lh.simulate.recording("ICM-20948", "walking", 1.0, seed=3)
+    live, expected = lh.Stream(lh.Mahony(), engine=engine), lh.Stream(lh.Mahony(), engine=engine)
+    for gyr, acc in zip(layout(recording.gyr), layout(recording.acc), strict=True):
+        quat = live.update(gyr, acc, dt=0.01)
+    for gyr, acc in zip(recording.gyr.tolist(), recording.acc.tolist(), strict=True):
+        wanted = expected.update(tuple(gyr), tuple(acc), dt=0.01)
+    assert quat == wanted
+
+
+@EVERY_ENGINE
+@pytest.mark.parametrize("stamped", [False, True])
+@pytest.mark.parametrize("with_mag", [False, True])
+def test_rows_at_once_are_updates_one_by_one(engine, stamped, with_mag):
+    """In parts of 1, 7 and 92 samples, among them missing readings and a gap; then one by one again."""
+    recording = lh.simulate.recording("ICM-20948", "walking", 1.0, seed=5, mag="AK09916")
+    gyr, acc, t = np.array(recording.gyr), np.array(recording.acc), np.array(recording.t)
+    mag = np.array(recording.mag) if with_mag else None
+    gyr[50], acc[60:62], t[70:] = math.nan, math.nan, t[70:] + 1.0
+    dt = np.diff(t, prepend=t[0] - 1.0)
+    rows, single = lh.Stream(lh.EKF(), engine=engine), lh.Stream(lh.EKF(), engine=engine)
+    quats = []
+    for part in (slice(0, 1), slice(1, 8), slice(8, 100)):
+        field = None if mag is None else mag[part]
+        given = {"t": t[part]} if stamped else {"dt": dt[part]}
+        quats.append(rows.update_rows(gyr[part], acc[part], field, **given))
+    for i in range(100):
+        given = {"t": t[i]} if stamped else {"dt": float(dt[i])}
+        quat = single.update(gyr[i], acc[i], None if mag is None else mag[i], **given)
+        assert tuple(np.concatenate(quats)[i]) == quat
+    assert rows.save() == single.save()
+
+
+@EVERY_ENGINE
+def test_rows_that_are_refused_leave_the_stream_as_it_was(engine):
+    live = lh.Stream(lh.Mahony(), engine=engine)
+    live.update(*LEVEL, t=1.0)
+    before, gyr, acc = live.save(), np.zeros((3, 3)), np.full((3, 3), 5.0)
+    refused = [
+        ({"gyr": gyr[0], "acc": acc, "dt": 0.01}, r"gyr has the shape \(3,\); it must be \(n, 3\) numbers in rad/s"),
+        ({"gyr": gyr, "acc": acc[:2], "dt": 0.01}, r"acc has the shape \(2, 3\); it must be \(3, 3\)"),
+        ({"gyr": gyr, "acc": acc}, "update_rows needs dt .* or t"),
+        ({"gyr": gyr, "acc": acc, "dt": 0.01, "t": [1.0, 2.0, 3.0]}, "update_rows needs dt .* or t"),
+        ({"gyr": gyr, "acc": acc, "dt": [0.01, 0.01]}, "dt has another length than gyr: expected 3 numbers"),
+        ({"gyr": gyr, "acc": acc, "dt": [0.01, math.nan, 0.01]}, "row 1 comes nan s after the one before"),
+        ({"gyr": gyr, "acc": acc, "t": [2.0, 3.0, 3.0]}, "row 2 comes 0.0 s after the one before"),
+        ({"gyr": gyr, "acc": acc, "t": [1.0, 3.0, 4.0]}, "row 0 comes 0.0 s after the one before"),
+        ({"gyr": [["a", "b", "c"]], "acc": acc, "dt": 0.01}, "gyr has the shape"),
+    ]
+    for given, sentence in refused:
+        with pytest.raises(lh.LevelheadError, match=sentence):
+            live.update_rows(**given)
+        assert live.save() == before
+    assert live.update_rows(gyr[:0], acc[:0], dt=0.01).shape == (0, 4)
+    assert live.save() == before
+
+
+@EVERY_ENGINE
 @pytest.mark.parametrize("dt", [0.0, -0.01, math.nan, math.inf])
 def test_a_bad_dt_is_refused_and_the_sample_not_taken(engine, dt):
     live = lh.Stream(lh.Kalman(), engine=engine)

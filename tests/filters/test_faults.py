@@ -288,7 +288,7 @@ def test_a_push_beyond_full_scale_disturbs_no_more_than_one_within(flt):
 def test_an_axis_that_is_stuck(flt, sensor, clean):
     """It is said when it can no longer be chance: after a second, or so much of a gyroscope's noise that is known."""
     true, *readings = body()
-    column, bit, after = (1, health.GYR_STUCK, 21) if sensor == "gyr" else (2, health.ACC_STUCK, 102)
+    column, bit, after = (1, health.GYR_STUCK, 21) if sensor == "gyr" else (2, health.ACC_STUCK, 101)
     readings[column][1150:1700, 1] = readings[column][1150, 1]
     track = lh.fuse(lh.Recording(*readings), flt.params())
     sound(track)

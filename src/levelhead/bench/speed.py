@@ -20,6 +20,7 @@ from levelhead.units import GRAVITY
 DIVISOR = {"vqf": 1, "imufusion": 10, "ahrs": 1000}  # samples of a batch are divided by this: loops in Python take long
 LEAST = 200  # samples
 LIVE = 20_000  # updates in one repeat
+FIFO = 32  # rows of one update_rows, as a chip's FIFO holds them
 REFERENCE = "vqf.VQF"
 LIVE_PEERS = ("imufusion.Ahrs", REFERENCE)
 
@@ -137,6 +138,12 @@ def _live_cases(mag: bool, count: int) -> list[Case]:
     for name, params in choices.items():
         cases.append(Case(f"Stream({name}), tuples", _stream(params, tuples), count))
         cases.append(Case(f"Stream({name}), NumPy rows", _stream(params, rows), count))
+    default = filters.default()
+    single = list(zip(*(list(values.astype(np.float32)) for values in sensors), strict=True))
+    cases.append(Case(f"Stream({DEFAULT}), float32 rows", _stream(default, single), count))
+    lists = list(zip(*(values.tolist() for values in sensors), strict=True))
+    cases.append(Case(f"Stream({DEFAULT}), lists", _stream(default, lists), count))
+    cases.append(Case(f"Stream({DEFAULT}), update_rows by {FIFO}", _stream_rows(default, sensors), count))
     return cases
 
 
@@ -190,6 +197,18 @@ def _stream(params: Params, rows: Sequence[Sequence[Triple]]) -> Callable[[], No
             stream.update(gyr, acc, mag, dt=inputs.DT)
 
     return without if len(rows[0]) == 2 else with_mag
+
+
+def _stream_rows(params: Params, sensors: Sequence[Array]) -> Callable[[], None]:
+    stream = Stream(params)
+    gyr, acc, *mag = [[values[i : i + FIFO] for i in range(0, len(values), FIFO)] for values in sensors]
+    parts = list(zip(gyr, acc, mag[0] if mag else [None] * len(gyr), strict=True))
+
+    def work() -> None:
+        for part in parts:
+            stream.update_rows(*part, inputs.DT)
+
+    return work
 
 
 def _axis(params: Params, count: int) -> Callable[[], None]:

@@ -86,13 +86,13 @@ def bind(flt: Filter, guarded: bool = True) -> Driver:
 def _bind(flt: Filter, guarded: bool) -> Driver:
     name = flt.name if guarded else f"{flt.name}_unguarded"
     detect = detectors.detect if guarded else None
-    accepted = detectors.believed_rate if guarded else None
+    accepted = detectors.accepted_rate if guarded else None
     mean = detectors.mean_rate if guarded else None
     pairs: Bindings = (
         (driver.hooks, _hooks(flt, guarded, name)),
         (
             conditioning.detectors,
-            fill(conditioning.detectors, name, detect=detect, believed_rate=accepted, interval_rate=mean),
+            fill(conditioning.detectors, name, detect=detect, accepted_rate=accepted, interval_rate=mean),
         ),
     )
     if flt.aiding is not None:

@@ -60,7 +60,22 @@ class ConditionedSample(NamedTuple):
 
 
 NO_SAMPLE = ConditionedSample(
-    ZERO, ZERO, ZERO, 0.0, 0.0, 0, False, False, False, 0.0, 0.0, 0.0, 0, NO_SAMPLES, NO_APPROACH, NO_APPROACH
+    gyr=ZERO,
+    acc=ZERO,
+    mag=ZERO,
+    dt=0.0,
+    interval=0.0,
+    health=0,
+    had_field=False,
+    started=False,
+    rate_unknown=False,
+    rate_age=0.0,
+    unmeasured=0.0,
+    since_sigma=0.0,
+    corrected_by=0,
+    detected=NO_SAMPLES,
+    rate=NO_APPROACH,
+    force=NO_APPROACH,
 )
 
 
@@ -111,7 +126,7 @@ class DetectorHooks(Protocol):
 
     @staticmethod
     @kernel
-    def believed_rate(detected: DetectorState, gyr: Vec3) -> Vec3:
+    def accepted_rate(detected: DetectorState, gyr: Vec3) -> Vec3:
         """The rate (rad/s) that stands for the sample that was just detected."""
         return gyr
 
@@ -179,14 +194,36 @@ def unmeasured_rotation(health: int, rate_age: float, dt: float) -> UnmeasuredRo
 def first_sample(gyr: Vec3, acc: Vec3, mag: Vec3, health: int) -> ConditionedSample:
     """The first sample; a filter starts with it if it has a specific force."""
     means = SlowMeans(gyr, acc, 0.0)
-    _, _, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat, _, noise, _, _, _ = NO_SAMPLES
-    jump = first_rate(gyr)
     detected = DetectorState(
-        NO_SUMS, means, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat, jump, noise, False, False, 0
+        sums=NO_SUMS,
+        means=means,
+        gyr_extreme=NO_SAMPLES.gyr_extreme,
+        acc_extreme=NO_SAMPLES.acc_extreme,
+        gyr_repeat=NO_SAMPLES.gyr_repeat,
+        acc_repeat=NO_SAMPLES.acc_repeat,
+        jump=first_rate(gyr, acc),
+        noise=NO_SAMPLES.noise,
+        far_from_g=False,
+        was_far=False,
+        health=0,
     )
-    rate, force = Approach(gyr, ZERO, 0.0), Approach(acc, ZERO, 0.0)
     return ConditionedSample(
-        gyr, acc, mag, 0.0, 0.0, health, False, is_present(acc), False, 0.0, 0.0, 0.0, 0, detected, rate, force
+        gyr=gyr,
+        acc=acc,
+        mag=mag,
+        dt=0.0,
+        interval=0.0,
+        health=health,
+        had_field=False,
+        started=is_present(acc),
+        rate_unknown=False,
+        rate_age=0.0,
+        unmeasured=0.0,
+        since_sigma=0.0,
+        corrected_by=0,
+        detected=detected,
+        rate=Approach(gyr, ZERO, 0.0),
+        force=Approach(acc, ZERO, 0.0),
     )
 
 
@@ -199,26 +236,25 @@ def sigma_due(sample: ConditionedSample) -> bool:
 @kernel
 def condition(guard: Guard, sample: ConditionedSample, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> ConditionedSample:
     """The next sample, conditioned; ``sample`` is the one before."""
-    _, _, field, _, usual, _, had_field, started, _, rate_age, _, since_sigma, corrected_by, detected, rate, force = (
-        sample
-    )
-    last = rate.last
+    last, usual, rate_age = sample.rate.last, sample.interval, sample.rate_age
     health = missing_bits(gyr, acc, mag)
     if health != 0:
         gyr = last if health & GYR_MISSING else gyr
         acc = ZERO if health & ACC_MISSING else acc
         mag = ZERO if health & MAG_MISSING else mag
-    if not started:
+    if not sample.started:
         return first_sample(gyr, acc, mag, health)
     rate_lost = health & GYR_MISSING != 0 and has_elapsed(rate_age, dt, GAP_SECONDS)
     lost = lost_time(usual, dt)
-    detected = detectors.detect(guard, detected, gyr, acc, health, rate_lost, lost > 0.0, dt)
+    detected = detectors.detect(guard, sample.detected, gyr, acc, health, rate_lost, lost > 0.0, dt)
     if health & GYR_MISSING == 0:
-        gyr = detectors.believed_rate(detected, gyr)
+        gyr = detectors.accepted_rate(detected, gyr)
     health |= detected.health
+    force = sample.force
     if is_present(acc):
         force = update_approach(force, acc, detected.acc_extreme, dt)
         acc = ZERO if health & ACC_STUCK else add(acc, mean_beyond(force, dt))
+    since_sigma, corrected_by = sample.since_sigma, sample.corrected_by
     if sigma_due(sample):
         since_sigma = 0.0
         corrected_by = 0
@@ -229,7 +265,7 @@ def condition(guard: Guard, sample: ConditionedSample, gyr: Vec3, acc: Vec3, mag
     if dt > GAP_SECONDS:
         health |= GAP
     rate_age, unmeasured = unmeasured_rotation(health, rate_age, dt)
-    before = rate
+    before = sample.rate
     rate = Approach(gyr, before.slope, 0.0)
     if health & GYR_SATURATED or health & RATE_UNUSABLE == 0:
         rate = update_approach(before, gyr, detected.gyr_extreme, dt)
@@ -241,22 +277,23 @@ def condition(guard: Guard, sample: ConditionedSample, gyr: Vec3, acc: Vec3, mag
         if lost > 0.0:
             unmeasured = lost_variance(last, gyr, lost)
         gyr = detectors.interval_rate(last, gyr, lost / dt)
+    had_field = sample.had_field or is_present(sample.mag)
     rate_unknown = rate_lost or dt > GAP_SECONDS
-    return ConditionedSample(
-        gyr,
-        acc,
-        mag,
-        dt,
-        usual_interval(usual, dt),
-        health,
-        had_field or is_present(field),
-        True,
-        rate_unknown,
-        rate_age,
-        unmeasured,
-        since_sigma + dt,
-        corrected_by,
-        detected,
-        rate,
-        force,
+    return ConditionedSample(  # without control flow between so many keywords, which Numba cannot take apart
+        gyr=gyr,
+        acc=acc,
+        mag=mag,
+        dt=dt,
+        interval=usual_interval(usual, dt),
+        health=health,
+        had_field=had_field,
+        started=True,
+        rate_unknown=rate_unknown,
+        rate_age=rate_age,
+        unmeasured=unmeasured,
+        since_sigma=since_sigma + dt,
+        corrected_by=corrected_by,
+        detected=detected,
+        rate=rate,
+        force=force,
     )

@@ -102,7 +102,7 @@ class Hooks(Protocol):
     @kernel
     def gains(params: Params, state: FilterState, dt: float) -> Gains:
         """The share of an innovation that the filter takes; unused where ``OWN_SIGMA``."""
-        return Gains(0.0, 0.0, 0.0, 0.0)
+        return Gains(tilt=0.0, tilt_bias=0.0, heading=0.0, heading_bias=0.0)
 
     @staticmethod
     @kernel
@@ -151,7 +151,9 @@ aiding: AidingHooks = declare(AidingHooks)
 def begin(settings: Settings) -> Carry:
     """Before the first sample: level, not started."""
     state = hooks.init(settings.filter, ZERO, ZERO, ZERO)
-    return Carry(NO_SAMPLE, FilterRun(state, 0, NO_SAMPLES, initial_covariance(ZERO, ZERO)))
+    return Carry(
+        NO_SAMPLE, FilterRun(state=state, health=0, guard=NO_SAMPLES, covariance=initial_covariance(ZERO, ZERO))
+    )
 
 
 @noinline
@@ -162,28 +164,37 @@ def start(settings: Settings, sample: ConditionedSample, run: FilterRun) -> Filt
     rest, rejected, _ = NO_SAMPLES
     estimate: Output = hooks.output(params, state)
     gates = GuardState(rest, rejected, initial_field(up(estimate.quat), sample.mag))
-    return FilterRun(state, sample.health, gates, initial_covariance(sample.acc, sample.mag))
+    return FilterRun(
+        state=state, health=sample.health, guard=gates, covariance=initial_covariance(sample.acc, sample.mag)
+    )
 
 
 @kernel
 def update_rest(settings: Settings, sample: ConditionedSample, run: FilterRun) -> FilterRun:
     """At the end of each interval over which the detectors average: whether the sensor is at rest, and its bias."""
     params, guard = settings
-    state, health, gates, covariance = run
+    state, health, gates = run.state, run.health, run.guard
+    covariance = run.covariance
     estimate: Output = hooks.output(params, state)
     rest, rejected, field = gates
     own = estimate.bias if hooks.TAKES_BIAS else ZERO
     rest = update_bias_at_rest(guard, rest, own, sample.detected.means, sample.detected.sums.time)
     if is_resting(guard, rest):
         state = hooks.at_rest(params, state)
-    return FilterRun(state, health, GuardState(rest, rejected, field), covariance)
+    return FilterRun(state=state, health=health, guard=GuardState(rest, rejected, field), covariance=covariance)
 
 
 @noinline
 def inflate(settings: Settings, sample: ConditionedSample, run: FilterRun) -> FilterRun:
     """At a sample part of whose rotation was not measured."""
-    state, health, gates, covariance = run
-    return FilterRun(hooks.inflate(settings.filter, state, sample.unmeasured), health, gates, covariance)
+    state, health, gates = run.state, run.health, run.guard
+    covariance = run.covariance
+    return FilterRun(
+        state=hooks.inflate(settings.filter, state, sample.unmeasured),
+        health=health,
+        guard=gates,
+        covariance=covariance,
+    )
 
 
 @kernel
@@ -199,32 +210,47 @@ def unbiased_rate(sample: ConditionedSample, gates: GuardState, own: Vec3) -> Ve
 def step_gated(settings: Settings, sample: ConditionedSample, run: FilterRun, acc: Vec3) -> FilterRun:
     """One sample: the gate, then the filter's step."""
     params, guard = settings
-    state, found, gates, covariance = run
+    state, found, gates = run.state, run.health, run.guard
+    covariance = run.covariance
     estimate: Output = hooks.output(params, state)
     gyr = unbiased_rate(sample, gates, estimate.bias)
     gated: Gated = hooks.gate(guard, gates, estimate.quat, gyr, sample.mag, sample.dt)
     mag, health, gates = gated
-    return FilterRun(hooks.step(params, state, gyr, acc, mag, sample.dt), found | health, gates, covariance)
+    return FilterRun(
+        state=hooks.step(params, state, gyr, acc, mag, sample.dt),
+        health=found | health,
+        guard=gates,
+        covariance=covariance,
+    )
 
 
 @noinline
 def step_accelerated(settings: Settings, sample: ConditionedSample, run: FilterRun) -> FilterRun:
     """A sample whose specific force has another norm than g, or follows such a sample."""
     params, guard = settings
-    state, _, gates, covariance = run
+    state, gates, covariance = run.state, run.guard, run.covariance
     estimate: Output = hooks.output(params, state)
     gyr = unbiased_rate(sample, gates, estimate.bias)
     gates = gate_force(guard, gates, estimate.quat, gyr, sample.acc, sample.detected.far_from_g, sample.dt)
     if is_present(sample.acc) and is_accelerating(guard, gates, sample.dt):
-        return step_gated(settings, sample, FilterRun(state, sample.health | ACC_REJECTED, gates, covariance), ZERO)
-    return step_gated(settings, sample, FilterRun(state, sample.health, gates, covariance), sample.acc)
+        return step_gated(
+            settings,
+            sample,
+            FilterRun(state=state, health=sample.health | ACC_REJECTED, guard=gates, covariance=covariance),
+            ZERO,
+        )
+    return step_gated(
+        settings, sample, FilterRun(state=state, health=sample.health, guard=gates, covariance=covariance), sample.acc
+    )
 
 
 @kernel
 def step_plain(settings: Settings, sample: ConditionedSample, run: FilterRun) -> FilterRun:
     """Every other sample."""
-    state, _, gates, covariance = run
-    return step_gated(settings, sample, FilterRun(state, sample.health, gates, covariance), sample.acc)
+    state, gates, covariance = run.state, run.guard, run.covariance
+    return step_gated(
+        settings, sample, FilterRun(state=state, health=sample.health, guard=gates, covariance=covariance), sample.acc
+    )
 
 
 @kernel
@@ -237,26 +263,28 @@ def correction_due(settings: Settings, sample: ConditionedSample, run: FilterRun
 def apply_correction(settings: Settings, sample: ConditionedSample, run: FilterRun) -> FilterRun:
     """The part of the filter that does not run at every sample; a field that was learned anew inflates heading."""
     params, _ = settings
-    state, health, gates, covariance = run
+    state, health, gates = run.state, run.health, run.guard
+    covariance = run.covariance
     if health & MAG_LEARNED:
         state = hooks.inflate_heading(params, state, NEW_FIELD if sample.had_field else FIRST_FIELD)
     if hooks.due(params, state, sample.dt):
         state = hooks.correct(params, state, sample.dt)
-    return FilterRun(state, health, gates, covariance)
+    return FilterRun(state=state, health=health, guard=gates, covariance=covariance)
 
 
 @kernel
 def update_sigma(settings: Settings, sample: ConditionedSample, run: FilterRun) -> FilterRun:
     """At the end of each interval of σ: the observer's covariance, for a filter without its own."""
     params, guard = settings
-    state, health, gates, covariance = run
-    seen = sample.corrected_by
+    state, health, gates = run.state, run.health, run.guard
+    covariance = run.covariance
+    corrected_by = sample.corrected_by
     acc = sample.acc
     if is_accelerating(guard, gates, sample.dt):
-        seen = seen & 2
+        corrected_by = corrected_by & 2
         acc = ZERO
     if gates.field.rejected > 0.0:
-        seen = seen & 1
+        corrected_by = corrected_by & 1
     gyr = unbiased_rate(sample, gates, ZERO)
     rest = is_resting(guard, gates.rest)
     covariance = update_covariance(
@@ -266,10 +294,10 @@ def update_sigma(settings: Settings, sample: ConditionedSample, run: FilterRun) 
         acc,
         rest,
         sample.unmeasured,
-        seen,
+        corrected_by,
         sample.since_sigma,
     )
-    return FilterRun(state, health, gates, covariance)
+    return FilterRun(state=state, health=health, guard=gates, covariance=covariance)
 
 
 @kernel
@@ -297,13 +325,14 @@ def advance(settings: Settings, carry: Carry, gyr: Vec3, acc: Vec3, mag: Vec3, d
 @kernel
 def result(settings: Settings, run: FilterRun) -> Output:
     """The filter's output with the bias read off at rest added, σ where the filter has none, and health."""
-    state, found, gates, covariance = run
+    state, found, gates = run.state, run.health, run.guard
+    covariance = run.covariance
     estimate: Output = hooks.output(settings.filter, state)
     quat, (x, y, z), sigma, health = estimate
     a, b, c = gates.rest.bias if hooks.TAKES_BIAS else ZERO
     if not hooks.OWN_SIGMA:
         sigma = observer_sigma(covariance)
-    return Output(quat, Vec3(x + a, y + b, z + c), sigma, health | found)
+    return Output(quat=quat, bias=Vec3(x + a, y + b, z + c), sigma=sigma, health=health | found)
 
 
 @kernel
@@ -354,7 +383,13 @@ def update_aiding(settings: Settings, carry: Carry, row: int, value: float, devi
         return carry
     state, health, gates, covariance = run
     return Carry(
-        sample, FilterRun(aiding.update(settings.filter, state, row, value, deviation, age), health, gates, covariance)
+        sample,
+        FilterRun(
+            state=aiding.update(settings.filter, state, row, value, deviation, age),
+            health=health,
+            guard=gates,
+            covariance=covariance,
+        ),
     )
 
 

@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from math import inf, isfinite, isnan
 from typing import Any, SupportsFloat
 
+import numpy as np
 from numpy import ndarray
 
 from levelhead import atmosphere, filters
@@ -14,16 +15,17 @@ from levelhead.engine.driver import Settings
 from levelhead.engine.native import has_axis, has_imu
 from levelhead.engine.prior import apply_prior, correct_ticks, keep_prior, read_calibration
 from levelhead.engine.serialization import StreamState, from_bytes, to_bytes
-from levelhead.engine.stepper import Four, axis_stepper, imu_stepper
+from levelhead.engine.stepper import MOST_DT, Four, axis_stepper, imu_stepper
 from levelhead.errors import LevelheadError
 from levelhead.filters.contract import HEIGHT, POSITION, VELOCITY, AxisReport, NavState, Output
 from levelhead.filters.parameters import FilterChoice, Params
 from levelhead.guard import Guard
 from levelhead.kernels.quat import Euler, Quat, to_euler
 from levelhead.kernels.vec3 import ZERO, Vec3
-from levelhead.recording import LEAST_PRESSURE, MOST_PRESSURE
+from levelhead.recording import LEAST_PRESSURE, MOST_PRESSURE, Array
 
-Triple = Sequence[float]
+Triple = Sequence[float] | Array  # three numbers: a tuple, a list, a row of an array
+Rows = Sequence[Triple] | Array
 
 
 def _live_engine(engine: str, native: bool) -> str:
@@ -36,6 +38,16 @@ def _live_engine(engine: str, native: bool) -> str:
 def _triple(values: Any) -> Triple:  # Any: whatever a user gives; what is no row of numbers raises TypeError
     """A tuple of Python floats: NumPy's own scalars make everything after them several times slower."""
     return tuple(values.tolist() if type(values) is ndarray else values)
+
+
+def _with_tuples(tick: Callable[..., Four]) -> Callable[..., Four]:
+    """A tick that takes any rows of numbers, for an engine that takes tuples only."""
+
+    def call(place: object, *given: object) -> Four:
+        *rows, dt = given
+        return tick(place, *map(_triple, rows), dt)
+
+    return call
 
 
 def _interval_error(dt: object) -> LevelheadError:
@@ -54,6 +66,22 @@ def _sample_error(gyr: Triple, acc: Triple | None, mag: Triple | None, dt: objec
                 f"{name} is {values!r}; it must be three numbers in {unit} (NaN where one is missing)"
             )
     return _interval_error(dt)
+
+
+def _rows(name: str, values: object, n: int | None, unit: str) -> Array:
+    """(n, 3) float64 of what was given; ``n`` None: any number of rows.
+
+    Raises:
+        LevelheadError: it is of another shape, or holds other things than numbers.
+    """
+    try:
+        rows = np.ascontiguousarray(values, np.float64)
+    except (TypeError, ValueError):
+        rows = np.empty(0)
+    if rows.shape != (len(rows) if n is None else n, 3):
+        wanted = "(n, 3)" if n is None else f"({n}, 3)"
+        raise LevelheadError(f"{name} has the shape {np.shape(rows)}; it must be {wanted} numbers in {unit}")
+    return rows
 
 
 def _number(name: str, value: object, unit: str, *, positive: bool = False) -> float:
@@ -117,6 +145,11 @@ class Stream:
         self._prior, fixed = prior, None if prior is None else prior.matrices()
         if fixed is not None:
             self._tick, self._tick_mag = correct_ticks(self._tick, self._tick_mag, fixed.errors)
+        self._run_rows: Callable[..., None] | None = None
+        if chosen == "native" and fixed is None:
+            self._run_rows = getattr(self._place, "run_rows", None)
+        if self._run_rows is None:
+            self._tick, self._tick_mag = _with_tuples(self._tick), _with_tuples(self._tick_mag)
         self._time: float | None = None
 
     def update(
@@ -145,11 +178,9 @@ class Stream:
         if dt is None:
             return self._update_at(t, gyr, acc, mag)
         try:
-            if type(gyr) is not tuple or type(acc) is not tuple:
-                gyr, acc = _triple(gyr), ZERO if acc is None else _triple(acc)
             if mag is None:
-                return self._tick(self._place, gyr, acc, dt)
-            return self._tick_mag(self._place, gyr, acc, _triple(mag), dt)
+                return self._tick(self._place, gyr, ZERO if acc is None else acc, dt)
+            return self._tick_mag(self._place, gyr, ZERO if acc is None else acc, mag, dt)
         except (TypeError, ValueError):
             raise _sample_error(gyr, acc, mag, dt) from None
 
@@ -163,9 +194,71 @@ class Stream:
             raise LevelheadError(f"t is {t!r}; it must be the sample's stamp in seconds")
         if self._time is not None and t <= self._time:
             raise LevelheadError(f"t is {t!r} after {self._time!r}; stamps must increase")
-        quat = self.update(gyr, acc, mag, 1.0 if self._time is None else t - self._time)
+        quat = self.update(gyr, acc, mag, 1.0 if self._time is None else float(t) - self._time)
         self._time = float(t)
         return quat
+
+    def update_rows(
+        self,
+        gyr: Rows,
+        acc: Rows | None = None,
+        mag: Rows | None = None,
+        dt: float | Sequence[float] | Array | None = None,
+        t: Sequence[float] | Array | None = None,
+    ) -> Array:
+        """Takes n samples at once, as a sensor's FIFO gives them; the same bits as n calls of ``update``.
+
+        Args:
+            gyr: (n, 3) angular rates, rad/s.
+            acc: (n, 3) specific forces, m/s²; None: no new readings.
+            mag: (n, 3) magnetic fields, any unit; None: no new readings.
+            dt: seconds before each sample since the last: one number, or n.
+            t: instead of dt, the n stamps of the samples in seconds.
+
+        Returns:
+            (n, 4) unit quaternions (w, x, y, z), one after each sample.
+
+        Raises:
+            LevelheadError: arrays of other shapes, an interval that is not greater than 0, or neither dt nor t is
+                given; none of the samples is taken.
+        """
+        gyr = _rows("gyr", gyr, None, "rad/s")
+        n = len(gyr)
+        acc = np.zeros((n, 3)) if acc is None else _rows("acc", acc, n, "m/s²")
+        mag = np.empty(0) if mag is None else _rows("mag", mag, n, "µT")
+        intervals = self._intervals(n, dt, t)
+        quat = np.empty((n, 4))
+        if self._run_rows is not None:
+            outputs = np.empty(3 * n), np.empty(3 * n), np.empty(n, np.uint32)
+            self._run_rows(intervals, gyr, acc, mag, quat, *outputs)
+        else:
+            fields = mag if len(mag) else [None] * n
+            for i, (rate, force, field) in enumerate(zip(gyr, acc, fields, strict=True)):
+                quat[i] = self.update(rate, force, field, float(intervals[i]))
+        if t is not None and n:
+            self._time = float(np.asarray(t, np.float64)[-1])
+        return quat
+
+    def _intervals(self, n: int, dt: object, t: object) -> Array:
+        """(n,) seconds before each sample since the last, from what was given; those of ``update``, to the bit."""
+        if (dt is None) == (t is None):
+            raise LevelheadError("update_rows needs dt (seconds since the last sample) or t (the samples' stamps)")
+        try:
+            given = np.asarray(dt if t is None else t, np.float64)
+        except (TypeError, ValueError):
+            given = np.empty(0)
+        if t is None and given.ndim == 0:
+            given = np.full(n, given)
+        if given.shape != (n,):
+            raise LevelheadError(f"{'dt' if t is None else 't'} has another length than gyr: expected {n} numbers")
+        if t is not None and n:
+            first = 1.0 if self._time is None else given[0] - self._time
+            given = np.concatenate([[first], np.diff(given)])
+        wrong = np.flatnonzero(~((given > 0.0) & (given < MOST_DT)))
+        if len(wrong):
+            row, value = int(wrong[0]), float(given[wrong[0]])
+            raise LevelheadError(f"row {row} comes {value!r} s after the one before; intervals must be greater than 0")
+        return np.ascontiguousarray(given)
 
     def update_pressure(self, pressure: float, sigma: float = 2.6, age: float = 0.0) -> None:
         """Takes air pressure: the height of the standard atmosphere, whose offset and drift the filter learns.

@@ -39,13 +39,13 @@ def step(params: AccelTilt, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: f
 @kernel
 def output(params: AccelTilt, state: State) -> Output:
     """Attitude only."""
-    return Output(state.quat, ZERO, ZERO, 0)
+    return Output(quat=state.quat, bias=ZERO, sigma=ZERO, health=0)
 
 
 @kernel
 def gains(params: AccelTilt, state: State, dt: float) -> Gains:
     """Believes every sample."""
-    return Gains(1.0, 0.0, 0.0, 0.0)
+    return Gains(tilt=1.0, tilt_bias=0.0, heading=0.0, heading_bias=0.0)
 
 
 FILTER = Filter(

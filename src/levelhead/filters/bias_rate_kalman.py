@@ -118,7 +118,14 @@ def correct(p: Mat3, k: Vec3) -> Mat3:
 @kernel
 def axis_init(params: BiasRateKalman, level: float) -> Axis:
     """Starts at the first measured level, without bias."""
-    return Axis(level, 0.0, 0.0, 0.0, 0.0, diagonal(params.p_angle, params.p_bias, params.p_bias_rate))
+    return Axis(
+        level=level,
+        rate=0.0,
+        bias=0.0,
+        bias_rate=0.0,
+        innovation=0.0,
+        p=diagonal(params.p_angle, params.p_bias, params.p_bias_rate),
+    )
 
 
 @kernel
@@ -130,19 +137,28 @@ def axis_step(params: BiasRateKalman, axis: Axis, level: float, rate: float, dt:
     k = gain(p, params.r_measure)
     innovation = wrap(level - ahead, period)
     return Axis(
-        wrap(ahead + k.x * innovation, period),
-        free,
-        axis.bias + dt * axis.bias_rate + k.y * innovation,
-        axis.bias_rate + k.z * innovation,
-        innovation,
-        correct(p, k),
+        level=wrap(ahead + k.x * innovation, period),
+        rate=free,
+        bias=axis.bias + dt * axis.bias_rate + k.y * innovation,
+        bias_rate=axis.bias_rate + k.z * innovation,
+        innovation=innovation,
+        p=correct(p, k),
     )
 
 
 @kernel
 def axis_read(axis: Axis) -> Report:
     """The estimates without the covariances between them."""
-    return Report(axis.level, axis.rate, axis.bias, axis.bias_rate, axis.p.xx, axis.p.yy, axis.p.zz, axis.innovation)
+    return Report(
+        level=axis.level,
+        rate=axis.rate,
+        bias=axis.bias,
+        bias_rate=axis.bias_rate,
+        p_level=axis.p.xx,
+        p_bias=axis.p.yy,
+        p_bias_rate=axis.p.zz,
+        innovation=axis.innovation,
+    )
 
 
 @kernel
@@ -152,7 +168,15 @@ def init(params: BiasRateKalman, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
     p_bias_rate = params.p_bias_rate * DEG2
     tilted = diagonal(params.p_angle * DEG2, p_bias, p_bias_rate)
     headed = diagonal(params.r_heading * DEG2 if tilt.is_present(mag) else 0.0, p_bias, p_bias_rate)
-    return State(triad.initial_attitude(acc, mag), ZERO, ZERO, tilted, tilted, headed, 0)
+    return State(
+        quat=triad.initial_attitude(acc, mag),
+        bias=ZERO,
+        bias_rate=ZERO,
+        roll=tilted,
+        pitch=tilted,
+        heading=headed,
+        health=0,
+    )
 
 
 @kernel
@@ -191,11 +215,11 @@ def step(params: BiasRateKalman, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, 
         attitude = tilt.add_yaw(attitude, k_heading.x * y_heading)
         bias = add(bias, scale(up, k_heading.y * y_heading))
         bias_rate = add(bias_rate, scale(up, k_heading.z * y_heading))
-    return State(attitude, bias, bias_rate, roll, pitch, heading, health)
+    return State(quat=attitude, bias=bias, bias_rate=bias_rate, roll=roll, pitch=pitch, heading=heading, health=health)
 
 
 @kernel
-def looser(p: Mat3, variance: float) -> Mat3:
+def inflate_angle(p: Mat3, variance: float) -> Mat3:
     """An angle less sure, and what it told about the bias and its rate forgotten."""
     return Mat3(p.xx + variance, 0.0, 0.0, 0.0, p.yy, p.yz, 0.0, p.zy, p.zz)
 
@@ -203,21 +227,23 @@ def looser(p: Mat3, variance: float) -> Mat3:
 @kernel
 def inflate(params: BiasRateKalman, state: State, variance: float) -> State:
     """Every axis less sure."""
-    attitude, bias, rate, roll, pitch, heading, health = state
-    roll = looser(roll, variance)
-    pitch = looser(pitch, variance)
-    heading = looser(heading, variance)
-    return State(attitude, bias, rate, roll, pitch, heading, health)
+    attitude, bias, rate = state.quat, state.bias, state.bias_rate
+    roll, pitch, heading = state.roll, state.pitch, state.heading
+    health = state.health
+    roll = inflate_angle(roll, variance)
+    pitch = inflate_angle(pitch, variance)
+    heading = inflate_angle(heading, variance)
+    return State(quat=attitude, bias=bias, bias_rate=rate, roll=roll, pitch=pitch, heading=heading, health=health)
 
 
 @kernel
 def output(params: BiasRateKalman, state: State) -> Output:
     """Attitude, bias, σ and health."""
     return Output(
-        state.quat,
-        state.bias,
-        earth_sigma(state.roll.xx, state.pitch.xx, state.heading.xx, state.quat),
-        state.health,
+        quat=state.quat,
+        bias=state.bias,
+        sigma=earth_sigma(state.roll.xx, state.pitch.xx, state.heading.xx, state.quat),
+        health=state.health,
     )
 
 
@@ -233,5 +259,5 @@ FILTER = Filter(
     "section 6.3 (the same model for a range, its rate and acceleration)",
     inflation=Inflation(inflate),
     settles=Settling(10.0, 60.0),
-    axis=AxisFilter(axis_init, axis_step, axis_read, Report),
+    axis=AxisFilter(init=axis_init, step=axis_step, read=axis_read, report=Report),
 )

@@ -27,7 +27,7 @@ from levelhead.filters.contract import AxisFilter, Filter, Gains, Inflation, Out
 from levelhead.filters.parameters import Derived, Param, nonnegative, parameters
 from levelhead.kernels import quat, slerp, triad
 from levelhead.kernels.angle import blend, wrap
-from levelhead.kernels.lowpass import AGE_LIMIT, advance_age, lowpass_weight
+from levelhead.kernels.lowpass import AGE_LIMIT, advance_age, inflate_age, lowpass_weight
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.tilt import is_present
 from levelhead.kernels.vec3 import ZERO, Vec3, norm
@@ -179,20 +179,21 @@ def step(params: Complementary, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, d
 @kernel
 def inflate(params: Complementary, state: State, variance: float) -> State:
     """Follows from the start again, as after a gap."""
-    return State(state.quat, 0.0, min(state.heading_age, 0.0))
+    heading_age = state.heading_age if state.heading_age < 0.0 else inflate_age(state.heading_age, variance)
+    return State(state.quat, inflate_age(state.age, variance), heading_age)
 
 
 @kernel
 def output(params: Complementary, state: State) -> Output:
     """Attitude; this filter estimates neither bias nor σ."""
-    return Output(state.quat, ZERO, ZERO, 0)
+    return Output(quat=state.quat, bias=ZERO, sigma=ZERO, health=0)
 
 
 @kernel
 def gains(params: Complementary, state: State, dt: float) -> Gains:
     """The weights of eqs. 3 and 4 at the sample that led to this state; ``adaptive`` lowers the first below this."""
     heading = lowpass_weight(params.tau_heading, max(state.heading_age, 0.0), dt)
-    return Gains(lowpass_weight(params.tau, state.age, dt), 0.0, heading, 0.0)
+    return Gains(tilt=lowpass_weight(params.tau, state.age, dt), tilt_bias=0.0, heading=heading, heading_bias=0.0)
 
 
 FILTER = Filter(
@@ -210,5 +211,5 @@ FILTER = Filter(
     settles=Settling(3.0, 25.0),
     gains=gains,
     inflation=Inflation(inflate),
-    axis=AxisFilter(level_init, level_step, level_read, Level),
+    axis=AxisFilter(init=level_init, step=level_step, read=level_read, report=Level),
 )

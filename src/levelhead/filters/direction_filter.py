@@ -9,6 +9,7 @@ from levelhead.compiler.mark import kernel
 from levelhead.filters.contract import Output
 from levelhead.filters.parameters import Params
 from levelhead.kernels import triad
+from levelhead.kernels.lowpass import inflate_age
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.vec3 import ZERO, Vec3
 from levelhead.kernels.vector_error import rotate
@@ -40,11 +41,11 @@ def integrate(state: State, gyr: Vec3, dt: float) -> Quat:
 
 @kernel
 def inflate(params: Params, state: State, variance: float) -> State:
-    """Gains are those of a start again, as after a gap."""
-    return State(state.quat, state.bias, 0.0)
+    """Gains grow as much as the variance (rad²) of the attitude does; after a large one they are those of a start."""
+    return State(state.quat, state.bias, inflate_age(state.age, variance))
 
 
 @kernel
 def output(params: Params, state: State) -> Output:
     """Attitude and bias."""
-    return Output(state.quat, state.bias, ZERO, 0)
+    return Output(quat=state.quat, bias=state.bias, sigma=ZERO, health=0)

@@ -37,13 +37,13 @@ def step(params: GyroIntegration, state: State, gyr: Vec3, acc: Vec3, mag: Vec3,
 @kernel
 def output(params: GyroIntegration, state: State) -> Output:
     """Attitude only."""
-    return Output(state.quat, ZERO, ZERO, 0)
+    return Output(quat=state.quat, bias=ZERO, sigma=ZERO, health=0)
 
 
 @kernel
 def gains(params: GyroIntegration, state: State, dt: float) -> Gains:
     """Corrects nothing."""
-    return Gains(0.0, 0.0, 0.0, 0.0)
+    return Gains(tilt=0.0, tilt_bias=0.0, heading=0.0, heading_bias=0.0)
 
 
 FILTER = Filter(

@@ -110,7 +110,17 @@ def correct_covariance(p: Covariance, k: Gain, r: float, with_joseph: bool) -> C
 @kernel
 def axis_init(params: Kalman, level: float) -> Axis:
     """Starts at the first measured level, without bias."""
-    return Axis(level, 0.0, 0.0, params.p_angle, 0.0, params.p_bias, 0.0, 0.0, 0.0)
+    return Axis(
+        level=level,
+        rate=0.0,
+        bias=0.0,
+        p_level=params.p_angle,
+        p_cross=0.0,
+        p_bias=params.p_bias,
+        gain_level=0.0,
+        gain_bias=0.0,
+        innovation=0.0,
+    )
 
 
 @kernel
@@ -124,15 +134,15 @@ def axis_step(params: Kalman, axis: Axis, level: float, rate: float, dt: float, 
     innovation = wrap(level - ahead, period)
     p = correct_covariance(p, k, w.measurement, params.joseph)
     return Axis(
-        wrap(ahead + k.level * innovation, period),
-        free,
-        axis.bias + k.bias * innovation,
-        p.level,
-        p.cross,
-        p.bias,
-        k.level,
-        k.bias,
-        innovation,
+        level=wrap(ahead + k.level * innovation, period),
+        rate=free,
+        bias=axis.bias + k.bias * innovation,
+        p_level=p.level,
+        p_cross=p.cross,
+        p_bias=p.bias,
+        gain_level=k.level,
+        gain_bias=k.bias,
+        innovation=innovation,
     )
 
 
@@ -148,7 +158,7 @@ def init(params: Kalman, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
     tilted = Covariance(params.p_angle * DEG2, 0.0, params.p_bias * DEG2)
     p_heading = params.r_heading * DEG2 if tilt.is_present(mag) else 0.0
     headed = Covariance(p_heading, 0.0, params.p_bias * DEG2)
-    return State(triad.initial_attitude(acc, mag), ZERO, tilted, tilted, headed, 0)
+    return State(quat=triad.initial_attitude(acc, mag), bias=ZERO, roll=tilted, pitch=tilted, heading=headed, health=0)
 
 
 @kernel
@@ -188,11 +198,11 @@ def step(params: Kalman, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: floa
         heading = correct_covariance(heading, k_heading, r_heading, params.joseph)
         attitude = tilt.add_yaw(attitude, k_heading.level * y_heading)
         bias = add(bias, scale(up, k_heading.bias * y_heading))
-    return State(attitude, bias, roll, pitch, heading, health)
+    return State(quat=attitude, bias=bias, roll=roll, pitch=pitch, heading=heading, health=health)
 
 
 @kernel
-def looser(p: Covariance, variance: float) -> Covariance:
+def inflate_angle(p: Covariance, variance: float) -> Covariance:
     """An angle less sure, and what it told about the bias forgotten."""
     return Covariance(p.level + variance, 0.0, p.bias)
 
@@ -200,8 +210,16 @@ def looser(p: Covariance, variance: float) -> Covariance:
 @kernel
 def inflate(params: Kalman, state: State, variance: float) -> State:
     """Every axis less sure."""
-    attitude, bias, roll, pitch, heading, health = state
-    return State(attitude, bias, looser(roll, variance), looser(pitch, variance), looser(heading, variance), health)
+    attitude, bias, roll = state.quat, state.bias, state.roll
+    pitch, heading, health = state.pitch, state.heading, state.health
+    return State(
+        quat=attitude,
+        bias=bias,
+        roll=inflate_angle(roll, variance),
+        pitch=inflate_angle(pitch, variance),
+        heading=inflate_angle(heading, variance),
+        health=health,
+    )
 
 
 @kernel
@@ -225,10 +243,10 @@ def earth_sigma(p_roll: float, p_pitch: float, p_heading: float, attitude: Quat)
 def output(params: Kalman, state: State) -> Output:
     """Attitude, bias, σ and health."""
     return Output(
-        state.quat,
-        state.bias,
-        earth_sigma(state.roll.level, state.pitch.level, state.heading.level, state.quat),
-        state.health,
+        quat=state.quat,
+        bias=state.bias,
+        sigma=earth_sigma(state.roll.level, state.pitch.level, state.heading.level, state.quat),
+        health=state.health,
     )
 
 
@@ -244,5 +262,5 @@ FILTER = Filter(
     "R. E. Kalman, A New Approach to Linear Filtering and Prediction Problems, J. Basic Engineering 82(1), 1960",
     inflation=Inflation(inflate),
     settles=Settling(10.0, 60.0),
-    axis=AxisFilter(axis_init, axis_step, axis_read, Axis),
+    axis=AxisFilter(init=axis_init, step=axis_step, read=axis_read, report=Axis),
 )

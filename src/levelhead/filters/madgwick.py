@@ -107,7 +107,8 @@ def descent_direction(attitude: Quat, acc: Vec3, mag: Vec3) -> Slope:
 @kernel
 def descent(params: Madgwick, slope: Slope, sensors: float, dt: float) -> float:
     """k of (B), bounded."""
-    x, y, z, scalar = slope
+    x, y, z = slope.x, slope.y, slope.z
+    scalar = slope.scalar
     square = 4.0 * (x * x + y * y + z * z + scalar * scalar)
     if square < FLAT:
         return 0.0
@@ -156,7 +157,7 @@ def gains(params: Madgwick, state: State, dt: float) -> Gains:
         k = max(k, lowpass_weight(START, state.age, dt))
     else:
         bias = params.zeta / params.beta * k
-    return Gains(k, bias, DIP_SHARE * k, DIP_SHARE * bias)
+    return Gains(tilt=k, tilt_bias=bias, heading=DIP_SHARE * k, heading_bias=DIP_SHARE * bias)
 
 
 FILTER = Filter(

@@ -112,8 +112,8 @@ def gains(params: Mahony, state: State, dt: float) -> Gains:
     bh = params.ki * params.k_mag * dt if has_elapsed(state.age, dt, 1.0 / (params.kp * params.k_mag)) else 0.0
     if params.whole_field:
         kt = min(kt, 1.0 / (1.0 + params.k_mag))
-        return Gains(kt, bt, DIP_SHARE * kt * params.k_mag, DIP_SHARE * bh)
-    return Gains(kt, bt, kh, bh)
+        return Gains(tilt=kt, tilt_bias=bt, heading=DIP_SHARE * kt * params.k_mag, heading_bias=DIP_SHARE * bh)
+    return Gains(tilt=kt, tilt_bias=bt, heading=kh, heading_bias=bh)
 
 
 FILTER = Filter(

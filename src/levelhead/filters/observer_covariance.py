@@ -99,7 +99,8 @@ def update_covariance(
     if rest:
         tilt = limit_bias(tilt)
         heading = limit_bias(heading)
-    share_tilt, bias_tilt, share_heading, bias_heading = gains
+    share_tilt, bias_tilt, share_heading = gains.tilt, gains.tilt_bias, gains.heading
+    bias_heading = gains.heading_bias
     often = 2.0 / dt
     if corrected_by & 1 != 0:
         if is_present(acc):

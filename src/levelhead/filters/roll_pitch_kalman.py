@@ -80,13 +80,13 @@ def init(params: RollPitchKalman, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
     p_angle = params.p_angle * DEG2
     p_bias = params.p_bias * DEG2
     return State(
-        triad.initial_attitude(acc, mag),
-        Vec2(0.0, 0.0),
-        diagonal(p_angle, p_angle),
-        diagonal(0.0, 0.0),
-        diagonal(p_bias, p_bias),
-        0.0,
-        0,
+        quat=triad.initial_attitude(acc, mag),
+        bias=Vec2(0.0, 0.0),
+        angles=diagonal(p_angle, p_angle),
+        cross=diagonal(0.0, 0.0),
+        biases=diagonal(p_bias, p_bias),
+        coasted=0.0,
+        health=0,
     )
 
 
@@ -114,19 +114,27 @@ def predict(params: RollPitchKalman, state: State, gyr: Vec3, dt: float) -> Stat
             bias_after_gap(state.biases.xx, q_bias, params.p_bias * DEG2),
             bias_after_gap(state.biases.yy, q_bias, params.p_bias * DEG2),
         )
-        return State(attitude, state.bias, lost, diagonal(0.0, 0.0), known, state.coasted + dt, 0)
+        return State(
+            quat=attitude,
+            bias=state.bias,
+            angles=lost,
+            cross=diagonal(0.0, 0.0),
+            biases=known,
+            coasted=state.coasted + dt,
+            health=0,
+        )
     angles = mat2.add(
         mat2.add(mat2.mul(mat2.mul(a, state.angles), mat2.transpose(a)), mat2.add(acb, mat2.transpose(acb))),
         mat2.add(mat2.mul(mat2.mul(b, state.biases), mat2.transpose(b)), diagonal(q_angle, q_angle)),
     )
     return State(
-        attitude,
-        state.bias,
-        symmetric(angles),
-        mat2.add(mat2.mul(a, state.cross), mat2.mul(b, state.biases)),
-        biases,
-        state.coasted + dt,
-        0,
+        quat=attitude,
+        bias=state.bias,
+        angles=symmetric(angles),
+        cross=mat2.add(mat2.mul(a, state.cross), mat2.mul(b, state.biases)),
+        biases=biases,
+        coasted=state.coasted + dt,
+        health=0,
     )
 
 
@@ -136,20 +144,28 @@ def correct(state: State, acc: Vec3, r: float) -> State:
     up = quat.up(state.quat)
     s = mat2.inverse(mat2.add(state.angles, diagonal(r / tilt.roll_weight(up), r)))
     if tilt.steep(acc) or not s.ok:
-        return State(state.quat, state.bias, state.angles, state.cross, state.biases, state.coasted, NEAR_VERTICAL)
+        return State(
+            quat=state.quat,
+            bias=state.bias,
+            angles=state.angles,
+            cross=state.cross,
+            biases=state.biases,
+            coasted=state.coasted,
+            health=NEAR_VERTICAL,
+        )
     gain_a = mat2.mul(state.angles, s.matrix)
     gain_b = mat2.mul(mat2.transpose(state.cross), s.matrix)
     innovation = Vec2(tilt.roll_innovation(up, acc), tilt.pitch_innovation(up, acc))
     turn = mat2.apply(gain_a, innovation)
     bias = mat2.apply(gain_b, innovation)
     return State(
-        tilt.add_roll_pitch(state.quat, tilt.pitch_axis(up), turn.x, turn.y),
-        Vec2(state.bias.x + bias.x, state.bias.y + bias.y),
-        symmetric(mat2.sub(state.angles, mat2.mul(gain_a, state.angles))),
-        mat2.sub(state.cross, mat2.mul(gain_a, state.cross)),
-        symmetric(mat2.sub(state.biases, mat2.mul(gain_b, state.cross))),
-        state.coasted,
-        state.health,
+        quat=tilt.add_roll_pitch(state.quat, tilt.pitch_axis(up), turn.x, turn.y),
+        bias=Vec2(state.bias.x + bias.x, state.bias.y + bias.y),
+        angles=symmetric(mat2.sub(state.angles, mat2.mul(gain_a, state.angles))),
+        cross=mat2.sub(state.cross, mat2.mul(gain_a, state.cross)),
+        biases=symmetric(mat2.sub(state.biases, mat2.mul(gain_b, state.cross))),
+        coasted=state.coasted,
+        health=state.health,
     )
 
 
@@ -165,9 +181,19 @@ def step(params: RollPitchKalman, state: State, gyr: Vec3, acc: Vec3, mag: Vec3,
 @kernel
 def inflate(params: RollPitchKalman, state: State, variance: float) -> State:
     """Both angles less sure, and what they told about the biases forgotten."""
-    attitude, bias, (xx, xy, yx, yy), _, biases, coasted, health = state
+    attitude, bias, biases = state.quat, state.bias, state.biases
+    coasted, health = state.coasted, state.health
+    xx, xy, yx, yy = state.angles
     angles = Mat2(xx + variance, xy, yx, yy + variance)
-    return State(attitude, bias, angles, Mat2(0.0, 0.0, 0.0, 0.0), biases, coasted, health)
+    return State(
+        quat=attitude,
+        bias=bias,
+        angles=angles,
+        cross=Mat2(0.0, 0.0, 0.0, 0.0),
+        biases=biases,
+        coasted=coasted,
+        health=health,
+    )
 
 
 @kernel
@@ -175,10 +201,10 @@ def output(params: RollPitchKalman, state: State) -> Output:
     """Attitude, the two biases, σ and health; nothing tells yaw's bias, so its variance is p_bias t² + q_angle t."""
     p_yaw = (params.p_bias * state.coasted + params.q_angle) * state.coasted * DEG2
     return Output(
-        state.quat,
-        Vec3(state.bias.x, state.bias.y, 0.0),
-        earth_sigma(state.angles.xx, state.angles.yy, p_yaw, state.quat),
-        state.health,
+        quat=state.quat,
+        bias=Vec3(state.bias.x, state.bias.y, 0.0),
+        sigma=earth_sigma(state.angles.xx, state.angles.yy, p_yaw, state.quat),
+        health=state.health,
     )
 
 

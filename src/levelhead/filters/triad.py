@@ -57,13 +57,13 @@ def step(params: Triad, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float
 @kernel
 def output(params: Triad, state: State) -> Output:
     """Attitude only."""
-    return Output(state.quat, ZERO, ZERO, 0)
+    return Output(quat=state.quat, bias=ZERO, sigma=ZERO, health=0)
 
 
 @kernel
 def gains(params: Triad, state: State, dt: float) -> Gains:
     """All of every innovation."""
-    return Gains(1.0, 0.0, 1.0, 0.0)
+    return Gains(tilt=1.0, tilt_bias=0.0, heading=1.0, heading_bias=0.0)
 
 
 FILTER = Filter(

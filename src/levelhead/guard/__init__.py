@@ -40,7 +40,7 @@ class Gated(NamedTuple):
     state: GuardState
 
 
-NO_SAMPLES = GuardState(Rest(0.0, ZERO, False, False), 0.0, NO_FIELD)
+NO_SAMPLES = GuardState(Rest(time=0.0, bias=ZERO, moved=False, known=False), 0.0, NO_FIELD)
 
 
 @kernel

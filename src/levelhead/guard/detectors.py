@@ -84,17 +84,35 @@ class DetectorState(NamedTuple):
 
 
 NO_SAMPLES = DetectorState(
-    NO_SUMS,
-    SlowMeans(ZERO, ZERO, 0.0),
-    Extreme(LEAST_GYR_SCALE, LEAST_GYR_SCALE, 0.0, 0.0, 0.0, NOT_STEEP, 0, False),
-    Extreme(LEAST_ACC_SCALE, LEAST_ACC_SCALE, 0.0, 0.0, 0.0, NOT_STEEP, 0, False),
-    Repeat(ZERO, 0, 0.0, NO_READING),
-    Repeat(ZERO, 0, 0.0, NO_READING),
-    NO_JUMP,
-    NO_NOISE,
-    False,
-    False,
-    0,
+    sums=NO_SUMS,
+    means=SlowMeans(ZERO, ZERO, 0.0),
+    gyr_extreme=Extreme(
+        up=LEAST_GYR_SCALE,
+        down=LEAST_GYR_SCALE,
+        last=0.0,
+        before=0.0,
+        slope=0.0,
+        stay=NOT_STEEP,
+        found=0,
+        clipped=False,
+    ),
+    acc_extreme=Extreme(
+        up=LEAST_ACC_SCALE,
+        down=LEAST_ACC_SCALE,
+        last=0.0,
+        before=0.0,
+        slope=0.0,
+        stay=NOT_STEEP,
+        found=0,
+        clipped=False,
+    ),
+    gyr_repeat=Repeat(last=ZERO, axes=0, time=0.0, step=NO_READING),
+    acc_repeat=Repeat(last=ZERO, axes=0, time=0.0, step=NO_READING),
+    jump=NO_JUMP,
+    noise=NO_NOISE,
+    far_from_g=False,
+    was_far=False,
+    health=0,
 )
 
 
@@ -105,14 +123,18 @@ def update_extreme(extreme: Extreme, v: Vec3, full: float, dt: float) -> Extreme
     A body slows down before it turns round; a clipped reading goes up steeply and then stays.
     """
     x, y, z = v
-    up, down, last, before, slope, stay, found, was = extreme
+    up, down, last = extreme.up, extreme.down, extreme.last
+    before, slope, stay = extreme.before, extreme.slope, extreme.stay
+    found, was = extreme.found, extreme.clipped
     far = APPROACH * min(up, down)
     if full == 0.0 and -far < x < far and -far < y < far and -far < z < far:  # nearly always
         if last == 0.0 and not was:
             return extreme
-        return Extreme(up, down, 0.0, 0.0, 0.0, NOT_STEEP, found, False)
+        return Extreme(up=up, down=down, last=0.0, before=0.0, slope=0.0, stay=NOT_STEEP, found=found, clipped=False)
     if full > 0.0:
-        return Extreme(full, full, 0.0, 0.0, 0.0, NOT_STEEP, 3, is_at_range(v, full))
+        return Extreme(
+            up=full, down=full, last=0.0, before=0.0, slope=0.0, stay=NOT_STEEP, found=3, clipped=is_at_range(v, full)
+        )
     high = max(x, y, z)
     low = -min(x, y, z)
     upwards = high > low
@@ -120,7 +142,16 @@ def update_extreme(extreme: Extreme, v: Vec3, full: float, dt: float) -> Extreme
     top = up if upwards else down
     side = 1 if upwards else 2
     if largest < PLATEAU * top:
-        return Extreme(up, down, largest, last, 0.0, NOT_STEEP, found, found & side != 0 and largest > AT_FULL * top)
+        return Extreme(
+            up=up,
+            down=down,
+            last=largest,
+            before=last,
+            slope=0.0,
+            stay=NOT_STEEP,
+            found=found,
+            clipped=found & side != 0 and largest > AT_FULL * top,
+        )
     beyond = PLATEAU * largest > top
     if beyond and found & side != 0:
         found -= side  # its range is larger than that
@@ -133,8 +164,19 @@ def update_extreme(extreme: Extreme, v: Vec3, full: float, dt: float) -> Extreme
         if has_elapsed(stay, dt, PLATEAU_SECONDS) and slope * stay >= FLAT:
             found |= side
         if found & side == 0:  # a plateau is as high as it began
-            return Extreme(up, down, largest, last, slope, stay, found, False)
-    return Extreme(max(up, high), max(down, low), largest, last, slope, stay, found, found & side != 0)
+            return Extreme(
+                up=up, down=down, last=largest, before=last, slope=slope, stay=stay, found=found, clipped=False
+            )
+    return Extreme(
+        up=max(up, high),
+        down=max(down, low),
+        last=largest,
+        before=last,
+        slope=slope,
+        stay=stay,
+        found=found,
+        clipped=found & side != 0,
+    )
 
 
 @kernel
@@ -159,16 +201,16 @@ def update_repeat(repeat: Repeat, v: Vec3, dt: float) -> Repeat:
     """
     (a, b, c), axes, time, step = repeat
     if step > NO_STEP:
-        return Repeat(v, 0, 0.0, NO_STEP)
+        return Repeat(last=v, axes=0, time=0.0, step=NO_STEP)
     x, y, z = v
     p = abs(x - a)
     q = abs(y - b)
     r = abs(z - c)
     step = smaller_step(smaller_step(smaller_step(step, p), q), r)
     if p > 0.0 and q > 0.0 and r > 0.0:
-        return Repeat(v, 0, 0.0, step)
+        return Repeat(last=v, axes=0, time=0.0, step=step)
     if max(p, q, r) < max(LEAST, STEPS * step):
-        return Repeat(repeat.last, axes, time, step)
+        return Repeat(last=repeat.last, axes=axes, time=time, step=step)
     same = 0
     if p == 0.0 and x != 0.0:
         same |= 1
@@ -177,8 +219,8 @@ def update_repeat(repeat: Repeat, v: Vec3, dt: float) -> Repeat:
     if r == 0.0 and z != 0.0:
         same |= 4
     if axes & same == 0:
-        return Repeat(v, same, 0.0, step)
-    return Repeat(v, axes & same, time + dt, step)
+        return Repeat(last=v, axes=same, time=0.0, step=step)
+    return Repeat(last=v, axes=axes & same, time=time + dt, step=step)
 
 
 @kernel
@@ -206,17 +248,19 @@ def detect(
     ``missing``: health bits of the missing readings; ``blind``: the rate has been missing for long; ``lost``: samples
     were lost before this one.
     """
-    sums, means, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat, jump, noise, was_far, _, _ = state
-    far = was_far
+    means, jump, noise, far = state.means, state.jump, state.noise, state.far_from_g
+    gyr_extreme, acc_extreme = state.gyr_extreme, state.acc_extreme
+    gyr_repeat, acc_repeat = state.gyr_repeat, state.acc_repeat
     health = 0
     no_gyr = missing & GYR_MISSING != 0
     no_acc = missing & ACC_MISSING != 0
     if not no_gyr:
-        jump = update_jump(jump, gyr, lost or is_at_range(gyr, guard.gyr_range * DEGREE), dt)
+        plausible = lost or is_at_range(gyr, guard.gyr_range * DEGREE)
+        jump = update_jump(jump, gyr, jump.force if no_acc else acc, plausible, dt)
         gyr = jump.rate
         if jump.spikes > 0:
             health = GYR_SPIKE
-    sums = add_sample(sums, means.gyr if no_gyr else gyr, means.acc if no_acc else acc, dt)
+    sums = add_sample(state.sums, means.gyr if no_gyr else gyr, means.acc if no_acc else acc, dt)
     if sums.complete:
         means = update_means(guard, means, sums, blind)
     if not no_gyr:
@@ -236,12 +280,22 @@ def detect(
             health |= ACC_STUCK
         far = is_far_from_g(guard, acc)
     return DetectorState(
-        sums, means, gyr_extreme, acc_extreme, gyr_repeat, acc_repeat, jump, noise, far, was_far, health
+        sums=sums,
+        means=means,
+        gyr_extreme=gyr_extreme,
+        acc_extreme=acc_extreme,
+        gyr_repeat=gyr_repeat,
+        acc_repeat=acc_repeat,
+        jump=jump,
+        noise=noise,
+        far_from_g=far,
+        was_far=state.far_from_g,
+        health=health,
     )
 
 
 @kernel
-def believed_rate(state: DetectorState, gyr: Vec3) -> Vec3:
+def accepted_rate(state: DetectorState, gyr: Vec3) -> Vec3:
     """The rate (rad/s) that stands for the last sample, see ``rate_jump``; zero from a gyroscope that hangs."""
     if is_silent(state.noise):
         return ZERO

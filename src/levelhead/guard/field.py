@@ -24,7 +24,7 @@ class Field(NamedTuple):
     rejected: float  # s for which readings have not fitted
 
 
-NO_FIELD = Field(0.0, 0.0, 0.0, 0.0)
+NO_FIELD = Field(norm=0.0, dip=0.0, age=0.0, rejected=0.0)
 
 
 @kernel
@@ -33,7 +33,7 @@ def initial_field(up: Vec3, mag: Vec3) -> Field:
     if not is_present(mag):
         return NO_FIELD
     n = norm(mag)
-    return Field(n, dot(up, mag) / n, FIRST_AGE, 0.0)
+    return Field(norm=n, dip=dot(up, mag) / n, age=FIRST_AGE, rejected=0.0)
 
 
 @kernel
@@ -44,14 +44,20 @@ def update_field(guard: Guard, field: Field, up: Vec3, mag: Vec3, dt: float) -> 
     ``mag_time`` become the new reference: the room was changed, not the moment. A younger reference, which may come
     from a wrong attitude, is replaced after as many seconds as it is old.
     """
-    strength, dip, age, rejected = field
+    strength, dip, age = field.norm, field.dip, field.age
+    rejected = field.rejected
     x, y, z = mag
     n = sqrt(x * x + y * y + z * z)
     a, b, c = up
     d = (a * x + b * y + c * z) * (1.0 / n)
     if age == 0.0 or (rejected > 0.0 and has_elapsed(rejected, dt, min(guard.mag_time, age))):
-        return Field(n, d, dt, 0.0)
+        return Field(norm=n, dip=d, age=dt, rejected=0.0)
     if abs(n - strength) > guard.mag_gate * strength or abs(d - dip) > guard.mag_angle * DEGREE:
-        return Field(strength, dip, age, rejected + dt)
+        return Field(norm=strength, dip=dip, age=age, rejected=rejected + dt)
     weight = lowpass_weight(FIELD_TIME, age, dt)
-    return Field(strength + weight * (n - strength), dip + weight * (d - dip), min(age + dt, FIELD_TIME), 0.0)
+    return Field(
+        norm=strength + weight * (n - strength),
+        dip=dip + weight * (d - dip),
+        age=min(age + dt, FIELD_TIME),
+        rejected=0.0,
+    )

@@ -31,7 +31,7 @@ class RateNoise(NamedTuple):
     evidence: Vec3  # p n of the run of small changes
 
 
-NO_NOISE = RateNoise(ZERO, ZERO, ZERO, 0.0, ZERO)
+NO_NOISE = RateNoise(last=ZERO, change=ZERO, share=ZERO, time=0.0, evidence=ZERO)
 
 
 @kernel
@@ -57,13 +57,13 @@ def update_noise(noise: RateNoise, rate: Vec3, quiet: bool, dt: float) -> RateNo
         weight = lowpass_weight(NOISE_TIME, time, dt)
         share = Vec3(axis_share(u, x, p, weight), axis_share(v, y, q, weight), axis_share(w, z, r, weight))
         change = Vec3(p + weight * (x - p), q + weight * (y - q), r + weight * (z - r))
-        return RateNoise(rate, change, share, min(time + dt, NOISE_TIME), ZERO)
+        return RateNoise(last=rate, change=change, share=share, time=min(time + dt, NOISE_TIME), evidence=ZERO)
     if not has_elapsed(time, dt, LEAST_TIME):
-        return RateNoise(rate, noise.change, noise.share, time, ZERO)
+        return RateNoise(last=rate, change=noise.change, share=noise.share, time=time, evidence=ZERO)
     evidence = Vec3(
         axis_evidence(e, rate.x, x, p, u), axis_evidence(f, rate.y, y, q, v), axis_evidence(g, rate.z, z, r, w)
     )
-    return RateNoise(rate, noise.change, noise.share, time, evidence)
+    return RateNoise(last=rate, change=noise.change, share=noise.share, time=time, evidence=evidence)
 
 
 @kernel

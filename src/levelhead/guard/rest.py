@@ -142,15 +142,16 @@ def update_rest(guard: Guard, rest: Rest, own: Vec3, means: SlowMeans, dt: float
 
     ``own`` is the bias that the filter estimates itself; it is subtracted.
     """
-    time, bias, moved, known = rest
+    time, bias, moved = rest.time, rest.bias, rest.moved
+    known = rest.known
     mean = means.gyr
     if means.pace == 0.0 or is_turn(guard, mean, rest, own):
-        return Rest(0.0, bias, True, known)
+        return Rest(time=0.0, bias=bias, moved=True, known=known)
     age = max(time - guard.rest_time, 0.0)
-    time += dt if moved or age > 0.0 else dt * means.pace
+    time += dt if moved or has_rested(guard, time) else dt * means.pace
     if has_rested(guard, time):
         bias = blend(bias, sub(mean, own), lowpass_weight(BIAS_TIME, age, dt))
-    return Rest(time, bias, moved, known or has_rested(guard, time))
+    return Rest(time=time, bias=bias, moved=moved, known=known or has_rested(guard, time))
 
 
 @kernel

@@ -3,6 +3,7 @@
 from levelhead.compiler.mark import kernel
 from levelhead.kernels.tilt import GAP_SECONDS
 
+DIRECTION_DENSITY = 0.03  # rad²·s, of a direction: 2 τ s of a field that iron turns by 5° (1σ) for 2 s
 AGE_LIMIT = 1e6  # s: beyond this age the weight no longer depends on it
 
 
@@ -12,6 +13,16 @@ def advance_age(age: float, dt: float) -> float:
     if dt > GAP_SECONDS:
         return 0.0
     return min(age + dt, AGE_LIMIT)
+
+
+@kernel
+def inflate_age(age: float, variance: float) -> float:
+    """The age (s) of a mean of directions whose error has grown by a turn of ``variance`` (rad²).
+
+    The mean over an age a of a direction of density ρ has the variance ρ/a. So the age becomes a/(1 + a v/ρ): after a
+    small turn it hardly changes, after a large one the mean starts again.
+    """
+    return age / (1.0 + age * variance / DIRECTION_DENSITY)
 
 
 @kernel

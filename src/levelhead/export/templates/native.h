@@ -32,9 +32,10 @@ typedef union {
     int64_t whole;
 } lh_word;
 
-/* Rows of a recording and of its track, flat; mag is NULL where there is none, first where nothing aids. */
+/* Rows of a recording and of its track, flat; mag is NULL where there is none, first where nothing aids. dt is NULL where
+ * the stamps t give the intervals. */
 typedef struct {
-    const double *t, *gyr, *acc, *mag;
+    const double *t, *dt, *gyr, *acc, *mag;
     const int64_t *first, *row;
     const double *value, *deviation, *age;
     double *quat, *bias, *sigma;

@@ -114,14 +114,53 @@ static int number(PyObject *object, double *to)
     return *to == -1.0 && PyErr_Occurred() ? -1 : 0;
 }
 
+/* Three floats or doubles of an array; 0: it holds other numbers. */
+static int three_of_buffer(PyObject *object, double to[3])
+{
+    Py_buffer view;
+    if (PyObject_GetBuffer(object, &view, PyBUF_STRIDED_RO | PyBUF_FORMAT) < 0) {
+        return -1;
+    }
+    const char type = view.format && view.format[1] == '\0' ? view.format[0] : '?';
+    int found = type == 'd' || type == 'f';
+    if (view.ndim != 1 || view.shape[0] != 3) {
+        PyErr_SetString(PyExc_TypeError, "a row of three numbers is needed");
+        found = -1;
+    }
+    for (Py_ssize_t k = 0; found == 1 && k < 3; k++) {
+        const char *from = (const char *)view.buf + k * view.strides[0];
+        float single;
+        if (type == 'd') {
+            memcpy(to + k, from, sizeof *to);
+        } else {
+            memcpy(&single, from, sizeof single);
+            to[k] = single;
+        }
+    }
+    PyBuffer_Release(&view);
+    return found;
+}
+
+/* Three numbers: of a tuple, a list, an array, or any other sequence. */
 static int three(PyObject *object, double to[3])
 {
-    if (!PyTuple_Check(object) || PyTuple_Size(object) != 3) {
-        PyErr_SetString(PyExc_TypeError, "a tuple of three numbers is needed");
+    const int list = PyList_Check(object);
+    if (!list && !PyTuple_Check(object)) {
+        const int found = PyObject_CheckBuffer(object) ? three_of_buffer(object, to) : 0;
+        if (found != 0) {
+            return found < 0 ? -1 : 0;
+        }
+        PyObject *tuple = PySequence_Tuple(object);
+        const int failed = tuple ? three(tuple, to) : -1;
+        Py_XDECREF(tuple);
+        return failed;
+    }
+    if ((list ? PyList_Size(object) : PyTuple_Size(object)) != 3) {
+        PyErr_SetString(PyExc_TypeError, "three numbers are needed");
         return -1;
     }
     for (Py_ssize_t k = 0; k < 3; k++) {
-        if (number(PyTuple_GetItem(object, k), to + k) < 0) {
+        if (number(list ? PyList_GetItem(object, k) : PyTuple_GetItem(object, k), to + k) < 0) {
             return -1;
         }
     }
@@ -418,6 +457,36 @@ static PyObject *imu_run(PyObject *object, PyObject *const *args, Py_ssize_t giv
     return release(&arguments);
 }
 
+/* run_rows(dt, gyr, acc, mag, quat, bias, sigma, health): samples with their intervals. */
+static PyObject *imu_run_rows(PyObject *object, PyObject *const *args, Py_ssize_t given)
+{
+    const Object *self = (Object *)object;
+    const lh_imu_filter *filter = self->filter;
+    Arguments arguments = {.next = args};
+    lh_rows rows = {0};
+    if (!filter->run) {
+        return PyErr_Format(PyExc_ValueError, "%s only runs forward for its smoother", filter->name);
+    }
+    if (counted(given, 8) < 0) {
+        return NULL;
+    }
+    rows.dt = INPUT(-1);
+    const Py_ssize_t count = length(&arguments);
+    rows.gyr = INPUT(3 * count);
+    rows.acc = INPUT(3 * count);
+    rows.mag = field(&arguments, count);
+    rows.quat = OUTPUT(4 * count);
+    rows.bias = OUTPUT(3 * count);
+    rows.sigma = OUTPUT(3 * count);
+    rows.health = array(&arguments, count, sizeof *rows.health, 1);
+    if (!arguments.failed) {
+        Py_BEGIN_ALLOW_THREADS
+        filter->run(self->memory, count, 0.0, &rows);
+        Py_END_ALLOW_THREADS
+    }
+    return release(&arguments);
+}
+
 /* forward(last, start, t, gyr, acc, mag, quat, health, numbers, end), or with first, row, value, deviation, age and
  * places at the end: how many blocks were kept, and the sample after the last one. */
 static PyObject *imu_forward(PyObject *object, PyObject *const *args, Py_ssize_t given)
@@ -473,6 +542,7 @@ static PyMethodDef imu_methods[] = {
     {"tick_aiding", (PyCFunction)(void (*)(void))imu_tick_aiding, METH_FASTCALL, NULL},
     {"report", imu_report, METH_NOARGS, NULL},
     {"run", (PyCFunction)(void (*)(void))imu_run, METH_FASTCALL, NULL},
+    {"run_rows", (PyCFunction)(void (*)(void))imu_run_rows, METH_FASTCALL, NULL},
     {"forward", (PyCFunction)(void (*)(void))imu_forward, METH_FASTCALL, NULL},
     {NULL, NULL, 0, NULL},
 };

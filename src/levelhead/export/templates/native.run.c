@@ -6,8 +6,8 @@ static void run(void *memory, ptrdiff_t count, double last, const lh_rows *rows)
     $Carry carry = filter->carry; /* here, so that compilers keep its numbers in registers */
     for (ptrdiff_t i = 0; i < count; i++) {
         const double *gyr = rows->gyr + 3 * i, *acc = rows->acc + 3 * i, *mag = rows->mag ? rows->mag + 3 * i : none;
-        const double dt = rows->t[i] - last;
-        last = rows->t[i];
+        const double dt = rows->dt ? rows->dt[i] : rows->t[i] - last;
+        last = rows->t ? rows->t[i] : last;
         carry = $advance;
 $aided
         const $Output out = $result;

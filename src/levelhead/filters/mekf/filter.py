@@ -43,7 +43,17 @@ def init(params: EKF, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
     bias = params.bias_start * DEGREE
     heading = FIRST_HEADING if tilt.is_present(mag) else 0.0
     p = diagonal(attitude * attitude, heading, bias * bias)
-    return State(triad.initial_attitude(acc, mag), ZERO, p, Vec3(0.0, 0.0, 1.0), 0.0, NO_SAMPLES, 0.0, 0.0, 0)
+    return State(
+        quat=triad.initial_attitude(acc, mag),
+        bias=ZERO,
+        p=p,
+        force=Vec3(0.0, 0.0, 1.0),
+        age=0.0,
+        sums=NO_SAMPLES,
+        acc_rejected=0.0,
+        mag_rejected=0.0,
+        health=0,
+    )
 
 
 @kernel
@@ -61,7 +71,9 @@ def predict_block(params: EKF, p: Cov, attitude: Quat, sums: Sums, dt: float) ->
 @kernel
 def step(params: EKF, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> State:
     """Integrates the attitude over one sample, and adds the sample to the sums for the next correction."""
-    attitude, bias, p, force, age, sums, acc_rejected, mag_rejected, health = state
+    attitude, bias, p = state.quat, state.bias, state.p
+    force, age, sums = state.force, state.age, state.sums
+    acc_rejected, mag_rejected, health = state.acc_rejected, state.mag_rejected, state.health
     x, y, z = gyr
     a, b, c = bias
     attitude = quat.integrate(attitude, Vec3(x - a, y - b, z - c), dt)
@@ -69,7 +81,17 @@ def step(params: EKF, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) 
     sums = add_sample(sums, attitude, gyr, acc, mag, dt)
     if tilt.is_present(acc):
         force = lowpass_force(params, force, attitude, acc, age, dt)
-    return State(attitude, bias, p, force, age, sums, acc_rejected, mag_rejected, health)
+    return State(
+        quat=attitude,
+        bias=bias,
+        p=p,
+        force=force,
+        age=age,
+        sums=sums,
+        acc_rejected=acc_rejected,
+        mag_rejected=mag_rejected,
+        health=health,
+    )
 
 
 @kernel
@@ -81,7 +103,9 @@ def due(params: EKF, state: State, dt: float) -> bool:
 @kernel
 def correct(params: EKF, state: State, dt: float) -> State:
     """Eqs. 3 to 8 at the end of every block, whose last sample came after ``dt`` seconds."""
-    attitude, bias, p, force, age, sums, acc_rejected, mag_rejected, health = state
+    attitude, bias, p = state.quat, state.bias, state.p
+    force, age, sums = state.force, state.age, state.sums
+    acc_rejected, mag_rejected, health = state.acc_rejected, state.mag_rejected, state.health
     health = 0
     correction = Correction(ZERO, bias, predict_block(params, p, attitude, sums, dt))
     if sums.acc_time > 0.0:
@@ -95,15 +119,15 @@ def correct(params: EKF, state: State, dt: float) -> State:
     swing = quat.exp(correction.turn)
     force = rotate_force(force, correction.turn, swing)
     return State(
-        quat.compose(swing, attitude),
-        correction.bias,
-        correction.p,
-        force,
-        age,
-        NO_SAMPLES,
-        acc_rejected,
-        mag_rejected,
-        health,
+        quat=quat.compose(swing, attitude),
+        bias=correction.bias,
+        p=correction.p,
+        force=force,
+        age=age,
+        sums=NO_SAMPLES,
+        acc_rejected=acc_rejected,
+        mag_rejected=mag_rejected,
+        health=health,
     )
 
 
@@ -120,25 +144,47 @@ def rotate_force(force: Vec3, turn: Vec3, swing: Quat) -> Vec3:
 @kernel
 def inflate(params: EKF, state: State, variance: float) -> State:
     """Adds a variance (rad²) about each axis; the low-pass starts again, as the force was turned with the error."""
-    attitude, bias, p, force, _, sums, acc_rejected, mag_rejected, health = state
+    attitude, bias, p = state.quat, state.bias, state.p
+    force, sums, acc_rejected = state.force, state.sums, state.acc_rejected
+    mag_rejected, health = state.mag_rejected, state.health
     return State(
-        attitude, bias, inflate_attitude(p, variance, variance), force, 0.0, sums, acc_rejected, mag_rejected, health
+        quat=attitude,
+        bias=bias,
+        p=inflate_attitude(p, variance, variance),
+        force=force,
+        age=0.0,
+        sums=sums,
+        acc_rejected=acc_rejected,
+        mag_rejected=mag_rejected,
+        health=health,
     )
 
 
 @kernel
 def inflate_heading(params: EKF, state: State, variance: float) -> State:
     """Adds a variance (rad²) about the vertical."""
-    attitude, bias, p, force, age, sums, acc_rejected, mag_rejected, health = state
+    attitude, bias, p = state.quat, state.bias, state.p
+    force, age, sums = state.force, state.age, state.sums
+    acc_rejected, mag_rejected, health = state.acc_rejected, state.mag_rejected, state.health
     return State(
-        attitude, bias, inflate_attitude(p, 0.0, variance), force, age, sums, acc_rejected, mag_rejected, health
+        quat=attitude,
+        bias=bias,
+        p=inflate_attitude(p, 0.0, variance),
+        force=force,
+        age=age,
+        sums=sums,
+        acc_rejected=acc_rejected,
+        mag_rejected=mag_rejected,
+        health=health,
     )
 
 
 @kernel
 def at_rest(params: EKF, state: State) -> State:
     """Bounds the variance of the bias: the guard has read it off at rest, so that 0.05 °/s (1σ) are left, at most."""
-    attitude, bias, p, force, age, sums, acc_rejected, mag_rejected, health = state
+    attitude, bias, p = state.quat, state.bias, state.p
+    force, age, sums = state.force, state.age, state.sums
+    acc_rejected, mag_rejected, health = state.acc_rejected, state.mag_rejected, state.health
     if p.bxx + p.byy + p.bzz <= 6.0 * REST_VARIANCE:
         return state
     known = Cov(
@@ -146,7 +192,17 @@ def at_rest(params: EKF, state: State) -> State:
         0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
         REST_VARIANCE, 0.0, 0.0, REST_VARIANCE, 0.0, REST_VARIANCE,
     )  # fmt: skip
-    return State(attitude, bias, known, force, age, sums, acc_rejected, mag_rejected, health)
+    return State(
+        quat=attitude,
+        bias=bias,
+        p=known,
+        force=force,
+        age=age,
+        sums=sums,
+        acc_rejected=acc_rejected,
+        mag_rejected=mag_rejected,
+        health=health,
+    )
 
 
 @kernel
@@ -154,12 +210,12 @@ def output(params: EKF, state: State) -> Output:
     """Attitude, bias, σ and health."""
     p = state.p
     return Output(
-        state.quat,
-        state.bias,
-        Vec3(
+        quat=state.quat,
+        bias=state.bias,
+        sigma=Vec3(
             min(sqrt(max(p.axx, 0.0)), UNIFORM),
             min(sqrt(max(p.ayy, 0.0)), UNIFORM),
             min(sqrt(max(p.azz, 0.0)), UNIFORM),
         ),
-        state.health,
+        health=state.health,
     )

@@ -43,7 +43,8 @@ NO_SAMPLES = Sums(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 @kernel
 def add_sample(sums: Sums, attitude: Quat, rate: Vec3, acc: Vec3, mag: Vec3, dt: float) -> Sums:
     """Adds one sample of ``dt`` seconds."""
-    time, int_rate2, acc_time, int_deviation2, east, north = sums
+    time, int_rate2, acc_time = sums.time, sums.int_rate2, sums.acc_time
+    int_deviation2, east, north = sums.int_deviation2, sums.east, sums.north
     x, y, z = rate
     int_rate2 += (x * x + y * y + z * z) * dt
     if tilt.is_present(acc):

@@ -151,6 +151,8 @@ static const float VECTOR_ERROR_NEAR_UNIT = 1e-05f; /* |q|² − 1 up to which a
 
 static const float QUAT_SMALL = 0.01f; /* (angle/2)² below which series take over */
 
+/* rad²·s, of a direction: 2 τ s of a field that iron turns by 5° (1σ) for 2 s */
+static const float LOWPASS_DIRECTION_DENSITY = 0.03f;
 static const float LOWPASS_AGE_LIMIT = 1e6f; /* s: beyond this age the weight no longer depends on it */
 
 /* rad/s, m/s², µT: beyond it a reading is missing; NaN and infinity fail the comparison too */
@@ -167,6 +169,7 @@ static const float CONDITIONING_RETURN_VARIANCE = 0.06f; /* of what the rate doe
 static const float RATE_JUMP_JUMP = 3.0f; /* times the largest change of late, from one sample to the next, is a jump, */
 static const float RATE_JUMP_JUMP_ANGLE = 0.02f; /* rad, if it also turns the body by so much */
 static const float RATE_JUMP_USUAL_TIME = 1.0f; /* s in which the largest change of late fades */
+static const float RATE_JUMP_LEVER = 0.01f; /* m, from the sensor to the axis about which a blow turns it, at least */
 /* times: a held rate lasts at most so much longer than the sample it is returned with */
 static const float RATE_JUMP_MOST_RETURN = 3.0f;
 
@@ -273,6 +276,9 @@ static void driver_begin(Carry *carry)
     carry->sample.detected.jump.returned.y = 0.0f;
     carry->sample.detected.jump.returned.z = 0.0f;
     carry->sample.detected.jump.spikes = 0;
+    carry->sample.detected.jump.force.x = 0.0f;
+    carry->sample.detected.jump.force.y = 0.0f;
+    carry->sample.detected.jump.force.z = 0.0f;
     carry->sample.detected.noise.last.x = 0.0f;
     carry->sample.detected.noise.last.y = 0.0f;
     carry->sample.detected.noise.last.z = 0.0f;
@@ -1537,6 +1543,9 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         carry->sample.detected.jump.returned.y = 0.0f;
         carry->sample.detected.jump.returned.z = 0.0f;
         carry->sample.detected.jump.spikes = 0;
+        carry->sample.detected.jump.force.x = acc_x_2;
+        carry->sample.detected.jump.force.y = acc_y_2;
+        carry->sample.detected.jump.force.z = acc_z_2;
         carry->sample.detected.noise.change.x = 0.0f;
         carry->sample.detected.noise.change.y = 0.0f;
         carry->sample.detected.noise.change.z = 0.0f;
@@ -1616,62 +1625,88 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         int32_t number_9;
         if (number_8) {
             const float number_10 = settings->guard.gyr_range * UNITS_DEGREE;
-            const bool number_11 = number_7
+            const bool plausible = number_7
                 || (number_10 > 0.0f && lh_max(lh_max(fabsf(last_x_2), fabsf(last_y_2)),
                 fabsf(last_z_2)) >= DETECTORS_PLATEAU * number_10);
-            /* rate_jump.update_jump: After a rate (rad/s) that stands for dt seconds. */
-            const float u = last_x_2 - carry->sample.detected.jump.rate.x;
-            const float v = last_y_2 - carry->sample.detected.jump.rate.y;
-            const float w = last_z_2 - carry->sample.detected.jump.rate.z;
-            const float change2 = u * u + v * v + w * w;
-            float u_2;
-            float v_2;
-            float w_2;
+            const float force_x = carry->sample.detected.jump.force.x;
+            const float force_y = carry->sample.detected.jump.force.y;
+            const float force_z = carry->sample.detected.jump.force.z;
+            if (!no_acc) {
+                carry->sample.detected.jump.force.x = acc_x_2;
+                carry->sample.detected.jump.force.y = acc_y_2;
+                carry->sample.detected.jump.force.z = acc_z_2;
+            }
+            /* vec3.sub: a − b */
+            const float number_11 = last_x_2 - carry->sample.detected.jump.rate.x;
+            const float number_12 = last_y_2 - carry->sample.detected.jump.rate.y;
+            const float number_13 = last_z_2 - carry->sample.detected.jump.rate.z;
+            /* vec3.dot: a·b */
+            const float change2 = number_11 * number_11 + number_12 * number_12 + number_13 * number_13;
+            /* vec3.sub: a − b */
+            const float number_14 = carry->sample.detected.jump.force.x - force_x;
+            const float number_15 = carry->sample.detected.jump.force.y - force_y;
+            const float number_16 = carry->sample.detected.jump.force.z - force_z;
+            /* vec3.dot: a·b */
+            const float force2 = number_14 * number_14 + number_15 * number_15 + number_16 * number_16;
+            float number_17;
+            float number_18;
+            float number_19;
             float dt_3;
-            float number_12;
-            float number_13;
-            float number_14;
+            float number_20;
+            float number_21;
+            float number_22;
             int32_t spikes;
             if (carry->sample.detected.jump.held_time > 0.0f) {
-                const float number_15 = u - carry->sample.detected.jump.held.x;
-                const float number_16 = v - carry->sample.detected.jump.held.y;
-                const float number_17 = w - carry->sample.detected.jump.held.z;
-                float u_3;
-                float v_3;
-                float w_3;
+                const float held2 = carry->sample.detected.jump.held.x * carry->sample.detected.jump.held.x
+                    + carry->sample.detected.jump.held.y * carry->sample.detected.jump.held.y
+                    + carry->sample.detected.jump.held.z * carry->sample.detected.jump.held.z;
+                /* vec3.sub: a − b */
+                const float number_23 = number_11 - carry->sample.detected.jump.held.x;
+                const float number_24 = number_12 - carry->sample.detected.jump.held.y;
+                const float number_25 = number_13 - carry->sample.detected.jump.held.z;
+                /* rate_jump.is_felt: Eq. 1: whether the accelerometer feels a change of the rate, from both
+                 * changes squared ((rad/s)², (m/s²)²).
+                 */
+                const float number_26 = force2 * dt * dt;
+                const float number_27 = RATE_JUMP_LEVER * RATE_JUMP_LEVER;
+                float number_28;
+                float number_29;
+                float number_30;
                 float dt_4;
-                float number_18;
-                float number_19;
-                float number_20;
+                float number_31;
+                float number_32;
+                float number_33;
                 int32_t spikes_2;
-                if (number_15 * number_15 + number_16 * number_16 + number_17 * number_17 < change2) {
-                    const float share = lh_min(carry->sample.detected.jump.held_time,
+                if (number_23 * number_23 + number_24 * number_24 + number_25 * number_25 < change2
+                    || number_26 > number_27 * held2) {
+                    /* rate_jump.update_jump: After a rate (rad/s) and a specific force (m/s²) that stand for dt seconds.
+                     */
+                    const float number_34 = lh_min(carry->sample.detected.jump.held_time,
                         RATE_JUMP_MOST_RETURN * dt) / dt;
-                    carry->sample.detected.jump.usual2 = lh_max(carry->sample.detected.jump.held.x
-                        * carry->sample.detected.jump.held.x
-                        + carry->sample.detected.jump.held.y * carry->sample.detected.jump.held.y
-                        + carry->sample.detected.jump.held.z * carry->sample.detected.jump.held.z,
-                        carry->sample.detected.jump.usual2);
-                    u_3 = 0.0f;
-                    v_3 = 0.0f;
-                    w_3 = 0.0f;
+                    carry->sample.detected.jump.usual2 = lh_max(held2, carry->sample.detected.jump.usual2);
+                    number_28 = 0.0f;
+                    number_29 = 0.0f;
+                    number_30 = 0.0f;
                     dt_4 = 0.0f;
-                    number_18 = share * carry->sample.detected.jump.held.x;
-                    number_19 = share * carry->sample.detected.jump.held.y;
-                    number_20 = share * carry->sample.detected.jump.held.z;
+                    number_31 = carry->sample.detected.jump.held.x * number_34;
+                    number_32 = carry->sample.detected.jump.held.y * number_34;
+                    number_33 = carry->sample.detected.jump.held.z * number_34;
                     spikes_2 = 0;
                 } else {
+                    /* rate_jump.update_jump: After a rate (rad/s) and a specific force (m/s²) that stand for dt seconds.
+                     */
                     const int32_t spikes_3 = carry->sample.detected.jump.spikes + 1;
-                    float u_4;
-                    float v_4;
-                    float w_4;
+                    float number_35;
+                    float number_36;
+                    float number_37;
                     float dt_5;
-                    if (!number_11 && spikes_3 < 3
+                    if (!plausible && spikes_3 < 3
                         && (change2 > RATE_JUMP_JUMP * RATE_JUMP_JUMP * carry->sample.detected.jump.usual2
-                        && change2 * dt * dt > RATE_JUMP_JUMP_ANGLE * RATE_JUMP_JUMP_ANGLE)) {
-                        u_4 = u;
-                        v_4 = v;
-                        w_4 = w;
+                        && change2 * dt * dt > RATE_JUMP_JUMP_ANGLE * RATE_JUMP_JUMP_ANGLE)
+                        && !(number_26 > number_27 * change2)) {
+                        number_35 = number_11;
+                        number_36 = number_12;
+                        number_37 = number_13;
                         dt_5 = dt;
                     } else {
                         carry->sample.detected.jump.rate.x = last_x_2;
@@ -1680,42 +1715,43 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                         carry->sample.detected.jump.usual2 = lh_max(change2,
                             carry->sample.detected.jump.usual2 * RATE_JUMP_USUAL_TIME
                             / (RATE_JUMP_USUAL_TIME + 2.0f * dt));
-                        u_4 = 0.0f;
-                        v_4 = 0.0f;
-                        w_4 = 0.0f;
+                        number_35 = 0.0f;
+                        number_36 = 0.0f;
+                        number_37 = 0.0f;
                         dt_5 = 0.0f;
                     }
                     carry->sample.rate.last.x = carry->sample.detected.jump.rate.x;
                     carry->sample.rate.last.y = carry->sample.detected.jump.rate.y;
                     carry->sample.rate.last.z = carry->sample.detected.jump.rate.z;
-                    u_3 = u_4;
-                    v_3 = v_4;
-                    w_3 = w_4;
+                    number_28 = number_35;
+                    number_29 = number_36;
+                    number_30 = number_37;
                     dt_4 = dt_5;
-                    number_18 = 0.0f;
-                    number_19 = 0.0f;
-                    number_20 = 0.0f;
+                    number_31 = 0.0f;
+                    number_32 = 0.0f;
+                    number_33 = 0.0f;
                     spikes_2 = spikes_3;
                 }
-                u_2 = u_3;
-                v_2 = v_3;
-                w_2 = w_3;
+                number_17 = number_28;
+                number_18 = number_29;
+                number_19 = number_30;
                 dt_3 = dt_4;
-                number_12 = number_18;
-                number_13 = number_19;
-                number_14 = number_20;
+                number_20 = number_31;
+                number_21 = number_32;
+                number_22 = number_33;
                 spikes = spikes_2;
             } else {
-                float u_5;
-                float v_5;
-                float w_5;
+                float number_38;
+                float number_39;
+                float number_40;
                 float dt_6;
-                if (!number_11 && (change2 > RATE_JUMP_JUMP * RATE_JUMP_JUMP
+                if (!plausible && (change2 > RATE_JUMP_JUMP * RATE_JUMP_JUMP
                     * carry->sample.detected.jump.usual2
-                    && change2 * dt * dt > RATE_JUMP_JUMP_ANGLE * RATE_JUMP_JUMP_ANGLE)) {
-                    u_5 = u;
-                    v_5 = v;
-                    w_5 = w;
+                    && change2 * dt * dt > RATE_JUMP_JUMP_ANGLE * RATE_JUMP_JUMP_ANGLE)
+                    && !(force2 * dt * dt > RATE_JUMP_LEVER * RATE_JUMP_LEVER * change2)) {
+                    number_38 = number_11;
+                    number_39 = number_12;
+                    number_40 = number_13;
                     dt_6 = dt;
                 } else {
                     carry->sample.detected.jump.rate.x = last_x_2;
@@ -1724,30 +1760,30 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                     carry->sample.detected.jump.usual2 = lh_max(change2,
                         carry->sample.detected.jump.usual2 * RATE_JUMP_USUAL_TIME
                         / (RATE_JUMP_USUAL_TIME + 2.0f * dt));
-                    u_5 = 0.0f;
-                    v_5 = 0.0f;
-                    w_5 = 0.0f;
+                    number_38 = 0.0f;
+                    number_39 = 0.0f;
+                    number_40 = 0.0f;
                     dt_6 = 0.0f;
                 }
                 carry->sample.rate.last.x = carry->sample.detected.jump.rate.x;
                 carry->sample.rate.last.y = carry->sample.detected.jump.rate.y;
                 carry->sample.rate.last.z = carry->sample.detected.jump.rate.z;
-                u_2 = u_5;
-                v_2 = v_5;
-                w_2 = w_5;
+                number_17 = number_38;
+                number_18 = number_39;
+                number_19 = number_40;
                 dt_3 = dt_6;
-                number_12 = 0.0f;
-                number_13 = 0.0f;
-                number_14 = 0.0f;
+                number_20 = 0.0f;
+                number_21 = 0.0f;
+                number_22 = 0.0f;
                 spikes = 0;
             }
-            carry->sample.detected.jump.held.x = u_2;
-            carry->sample.detected.jump.held.y = v_2;
-            carry->sample.detected.jump.held.z = w_2;
+            carry->sample.detected.jump.held.x = number_17;
+            carry->sample.detected.jump.held.y = number_18;
+            carry->sample.detected.jump.held.z = number_19;
             carry->sample.detected.jump.held_time = dt_3;
-            carry->sample.detected.jump.returned.x = number_12;
-            carry->sample.detected.jump.returned.y = number_13;
-            carry->sample.detected.jump.returned.z = number_14;
+            carry->sample.detected.jump.returned.x = number_20;
+            carry->sample.detected.jump.returned.y = number_21;
+            carry->sample.detected.jump.returned.z = number_22;
             carry->sample.detected.jump.spikes = spikes;
             carry->sample.detected.jump.rate.x = carry->sample.rate.last.x;
             carry->sample.detected.jump.rate.y = carry->sample.rate.last.y;
@@ -1823,7 +1859,7 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                  */
                 const float rate2 = settings->guard.rest_gyr * settings->guard.rest_gyr
                     * (UNITS_DEGREE * UNITS_DEGREE);
-                const float force2 = settings->guard.rest_acc * settings->guard.rest_acc;
+                const float force2_2 = settings->guard.rest_acc * settings->guard.rest_acc;
                 /* rest.distance2: |v − mean|² */
                 const float x_5 = x_3 - gyr_x_2;
                 const float y_5 = y_3 - gyr_y_2;
@@ -1833,14 +1869,14 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 const float y_6 = y_4 - acc_y_5;
                 const float z_6 = z_4 - acc_z_5;
                 const float push2 = x_6 * x_6 + y_6 * y_6 + z_6 * z_6;
-                float number_21;
-                if (turn2 >= rate2 || push2 >= force2) {
-                    number_21 = 0.0f;
+                float number_41;
+                if (turn2 >= rate2 || push2 >= force2_2) {
+                    number_41 = 0.0f;
                 } else {
-                    number_21 = 1.0f / sqrtf(lh_max(lh_max(turn2 / rate2, push2 / force2),
+                    number_41 = 1.0f / sqrtf(lh_max(lh_max(turn2 / rate2, push2 / force2_2),
                         1.0f / (REST_FASTEST * REST_FASTEST)));
                 }
-                pace = number_21;
+                pace = number_41;
             }
             const float weight = time_3 / (REST_MEAN_TIME + time_3);
             carry->sample.detected.means.pace = pace;
@@ -1886,13 +1922,13 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                             : (p == 0.0f && last_x_5 != 0.0f ? 1 : 0)) | 4
                             : (q == 0.0f && last_y_5 != 0.0f ? (p == 0.0f && last_x_5 != 0.0f ? 1 : 0) | 2
                             : (p == 0.0f && last_x_5 != 0.0f ? 1 : 0));
-                        const int32_t number_22 = carry->sample.detected.gyr_repeat.axes & same;
-                        const bool number_23 = number_22 == 0;
+                        const int32_t number_42 = carry->sample.detected.gyr_repeat.axes & same;
+                        const bool number_43 = number_42 == 0;
                         carry->sample.detected.gyr_repeat.last.x = last_x_5;
                         carry->sample.detected.gyr_repeat.last.y = last_y_5;
                         carry->sample.detected.gyr_repeat.last.z = last_z_5;
-                        carry->sample.detected.gyr_repeat.axes = number_23 ? same : number_22;
-                        carry->sample.detected.gyr_repeat.time = number_23 ? 0.0f
+                        carry->sample.detected.gyr_repeat.axes = number_43 ? same : number_42;
+                        carry->sample.detected.gyr_repeat.time = number_43 ? 0.0f
                             : carry->sample.detected.gyr_repeat.time + dt;
                     }
                     carry->sample.rate.last.x = carry->sample.detected.gyr_repeat.last.x;
@@ -1937,32 +1973,32 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 y_8 = 0.0f;
                 z_8 = 0.0f;
             } else {
-                float number_24;
-                float number_25;
-                float number_26;
+                float number_44;
+                float number_45;
+                float number_46;
                 if (!(carry->sample.detected.noise.time + number_6 >= RATE_NOISE_LEAST_TIME)) {
-                    number_24 = 0.0f;
-                    number_25 = 0.0f;
-                    number_26 = 0.0f;
+                    number_44 = 0.0f;
+                    number_45 = 0.0f;
+                    number_46 = 0.0f;
                 } else {
-                    number_24 = x_7 > RATE_NOISE_SMALL * change_x || fabsf(last_x_5) > RATE_NOISE_LEAST_SCALE
+                    number_44 = x_7 > RATE_NOISE_SMALL * change_x || fabsf(last_x_5) > RATE_NOISE_LEAST_SCALE
                         ? 0.0f : carry->sample.detected.noise.evidence.x
                         + carry->sample.detected.noise.share.x;
-                    number_25 = y_7 > RATE_NOISE_SMALL * change_y || fabsf(last_y_5) > RATE_NOISE_LEAST_SCALE
+                    number_45 = y_7 > RATE_NOISE_SMALL * change_y || fabsf(last_y_5) > RATE_NOISE_LEAST_SCALE
                         ? 0.0f : carry->sample.detected.noise.evidence.y
                         + carry->sample.detected.noise.share.y;
-                    number_26 = z_7 > RATE_NOISE_SMALL * change_z || fabsf(last_z_5) > RATE_NOISE_LEAST_SCALE
+                    number_46 = z_7 > RATE_NOISE_SMALL * change_z || fabsf(last_z_5) > RATE_NOISE_LEAST_SCALE
                         ? 0.0f : carry->sample.detected.noise.evidence.z
                         + carry->sample.detected.noise.share.z;
                 }
-                x_8 = number_24;
-                y_8 = number_25;
-                z_8 = number_26;
+                x_8 = number_44;
+                y_8 = number_45;
+                z_8 = number_46;
             }
-            carry->sample.detected.gyr_repeat.step = r;
             carry->sample.detected.noise.evidence.x = x_8;
             carry->sample.detected.noise.evidence.y = y_8;
             carry->sample.detected.noise.evidence.z = z_8;
+            carry->sample.detected.gyr_repeat.step = r;
             carry->sample.detected.noise.last.x = last_x_5;
             carry->sample.detected.noise.last.y = last_y_5;
             carry->sample.detected.noise.last.z = last_z_5;
@@ -2012,13 +2048,13 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                             : (p_3 == 0.0f && acc_x_2 != 0.0f ? 1 : 0)) | 4
                             : (q_3 == 0.0f && acc_y_2 != 0.0f ? (p_3 == 0.0f && acc_x_2 != 0.0f ? 1 : 0) | 2
                             : (p_3 == 0.0f && acc_x_2 != 0.0f ? 1 : 0));
-                        const int32_t number_27 = carry->sample.detected.acc_repeat.axes & same_2;
-                        const bool number_28 = number_27 == 0;
+                        const int32_t number_47 = carry->sample.detected.acc_repeat.axes & same_2;
+                        const bool number_48 = number_47 == 0;
                         carry->sample.detected.acc_repeat.last.x = acc_x_2;
                         carry->sample.detected.acc_repeat.last.y = acc_y_2;
                         carry->sample.detected.acc_repeat.last.z = acc_z_2;
-                        carry->sample.detected.acc_repeat.axes = number_28 ? same_2 : number_27;
-                        carry->sample.detected.acc_repeat.time = number_28 ? 0.0f
+                        carry->sample.detected.acc_repeat.axes = number_48 ? same_2 : number_47;
+                        carry->sample.detected.acc_repeat.time = number_48 ? 0.0f
                             : carry->sample.detected.acc_repeat.time + dt;
                     }
                 }
@@ -2047,23 +2083,23 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         float last_y_6;
         float last_z_6;
         if (number_5 == 0) {
-            float number_29;
-            float number_30;
-            float number_31;
+            float number_49;
+            float number_50;
+            float number_51;
             if (lh_max(lh_max(carry->sample.detected.noise.evidence.x,
                 carry->sample.detected.noise.evidence.y),
                 carry->sample.detected.noise.evidence.z) > RATE_NOISE_SURE) {
-                number_29 = 0.0f;
-                number_30 = 0.0f;
-                number_31 = 0.0f;
+                number_49 = 0.0f;
+                number_50 = 0.0f;
+                number_51 = 0.0f;
             } else {
-                number_29 = carry->sample.detected.jump.rate.x + carry->sample.detected.jump.returned.x;
-                number_30 = carry->sample.detected.jump.rate.y + carry->sample.detected.jump.returned.y;
-                number_31 = carry->sample.detected.jump.rate.z + carry->sample.detected.jump.returned.z;
+                number_49 = carry->sample.detected.jump.rate.x + carry->sample.detected.jump.returned.x;
+                number_50 = carry->sample.detected.jump.rate.y + carry->sample.detected.jump.returned.y;
+                number_51 = carry->sample.detected.jump.rate.z + carry->sample.detected.jump.returned.z;
             }
-            last_x_6 = number_29;
-            last_y_6 = number_30;
-            last_z_6 = number_31;
+            last_x_6 = number_49;
+            last_y_6 = number_50;
+            last_z_6 = number_51;
         } else {
             last_x_6 = last_x_2;
             last_y_6 = last_y_2;
@@ -2077,13 +2113,13 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         if (acc_x_2 * acc_x_2 + acc_y_2 * acc_y_2 + acc_z_2 * acc_z_2 > TILT_NO_LENGTH) {
             full_scale_update_approach(&carry->sample.force, &carry->sample.detected.acc_extreme, acc_x_2,
                 acc_y_2, acc_z_2, dt);
-            float number_32;
-            float number_33;
-            float number_34;
+            float number_52;
+            float number_53;
+            float number_54;
             if ((health_6 & 256) != 0) {
-                number_32 = 0.0f;
-                number_33 = 0.0f;
-                number_34 = 0.0f;
+                number_52 = 0.0f;
+                number_53 = 0.0f;
+                number_54 = 0.0f;
             } else {
                 float x_9;
                 float y_9;
@@ -2096,11 +2132,11 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                     /* full_scale.mean_beyond: What the last reading, of dt seconds, leaves out in the mean;
                      * at most as much as it reads.
                      */
-                    const float number_35 = (carry->sample.force.time - 0.5f * dt) / 3.0f;
+                    const float number_55 = (carry->sample.force.time - 0.5f * dt) / 3.0f;
                     /* vec3.scale: s·a */
-                    const float x_10 = carry->sample.force.slope.x * number_35;
-                    const float y_10 = carry->sample.force.slope.y * number_35;
-                    const float z_10 = carry->sample.force.slope.z * number_35;
+                    const float x_10 = carry->sample.force.slope.x * number_55;
+                    const float y_10 = carry->sample.force.slope.y * number_55;
+                    const float z_10 = carry->sample.force.slope.z * number_55;
                     /* vec3.norm: |a| */
                     const float size = sqrtf(x_10 * x_10 + y_10 * y_10 + z_10 * z_10);
                     const float most = sqrtf(carry->sample.force.last.x * carry->sample.force.last.x
@@ -2113,10 +2149,10 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                         /* full_scale.mean_beyond: What the last reading, of dt seconds, leaves out in the
                          * mean; at most as much as it reads.
                          */
-                        const float number_36 = most / size;
-                        x_11 = x_10 * number_36;
-                        y_11 = y_10 * number_36;
-                        z_11 = z_10 * number_36;
+                        const float number_56 = most / size;
+                        x_11 = x_10 * number_56;
+                        y_11 = y_10 * number_56;
+                        z_11 = z_10 * number_56;
                     } else {
                         x_11 = x_10;
                         y_11 = y_10;
@@ -2126,58 +2162,58 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                     y_9 = y_11;
                     z_9 = z_11;
                 }
-                number_32 = acc_x_2 + x_9;
-                number_33 = acc_y_2 + y_9;
-                number_34 = acc_z_2 + z_9;
+                number_52 = acc_x_2 + x_9;
+                number_53 = acc_y_2 + y_9;
+                number_54 = acc_z_2 + z_9;
             }
-            acc_x_7 = number_32;
-            acc_y_7 = number_33;
-            acc_z_7 = number_34;
+            acc_x_7 = number_52;
+            acc_y_7 = number_53;
+            acc_z_7 = number_54;
         } else {
             acc_x_7 = acc_x_2;
             acc_y_7 = acc_y_2;
             acc_z_7 = acc_z_2;
         }
-        const bool number_37 = carry->sample.since_sigma
+        const bool number_57 = carry->sample.since_sigma
             + ELAPSED_SLACK * carry->sample.dt >= OBSERVER_COVARIANCE_INTERVAL
             || carry->sample.unmeasured > 0.0f;
         const int32_t corrected_by_2 = mag_x_2 * mag_x_2 + mag_y_2 * mag_y_2
             + mag_z_2 * mag_z_2 > TILT_NO_LENGTH
             ? (acc_x_7 * acc_x_7 + acc_y_7 * acc_y_7 + acc_z_7 * acc_z_7 > TILT_NO_LENGTH
-            ? (number_37 ? 0 : carry->sample.corrected_by) | 1
-            : (number_37 ? 0 : carry->sample.corrected_by)) | 2
+            ? (number_57 ? 0 : carry->sample.corrected_by) | 1
+            : (number_57 ? 0 : carry->sample.corrected_by)) | 2
             : (acc_x_7 * acc_x_7 + acc_y_7 * acc_y_7 + acc_z_7 * acc_z_7 > TILT_NO_LENGTH
-            ? (number_37 ? 0 : carry->sample.corrected_by) | 1
-            : (number_37 ? 0 : carry->sample.corrected_by));
-        const bool number_38 = dt > TILT_GAP_SECONDS;
-        const int32_t health_7 = number_38 ? health_6 | 8 : health_6;
+            ? (number_57 ? 0 : carry->sample.corrected_by) | 1
+            : (number_57 ? 0 : carry->sample.corrected_by));
+        const bool number_58 = dt > TILT_GAP_SECONDS;
+        const int32_t health_7 = number_58 ? health_6 | 8 : health_6;
         /* conditioning.unmeasured_rotation: The rotation while the rate was unusable; its variance is 0 up to LEAST_ROTATION.
          */
-        const bool number_39 = (health_7 & 161) == 0;
+        const bool number_59 = (health_7 & 161) == 0;
         float rate_age;
         float unmeasured_2;
-        if (number_39) {
+        if (number_59) {
             rate_age = 0.0f;
             unmeasured_2 = 0.0f;
         } else {
-            const float number_40 = carry->sample.rate_age + dt;
-            const float after = TILT_TURN * number_40;
-            float number_41;
+            const float number_60 = carry->sample.rate_age + dt;
+            const float after = TILT_TURN * number_60;
+            float number_61;
             if (after <= CONDITIONING_LEAST_ROTATION) {
-                number_41 = 0.0f;
+                number_61 = 0.0f;
             } else {
-                number_41 = after * after
+                number_61 = after * after
                     - (TILT_TURN * carry->sample.rate_age > CONDITIONING_LEAST_ROTATION
                     ? TILT_TURN * carry->sample.rate_age * (TILT_TURN * carry->sample.rate_age) : 0.0f);
             }
-            rate_age = number_40;
-            unmeasured_2 = number_41;
+            rate_age = number_60;
+            unmeasured_2 = number_61;
         }
         const float time_4 = carry->sample.rate.time;
         const float last_x_7 = carry->sample.rate.last.x;
         const float last_y_7 = carry->sample.rate.last.y;
         const float last_z_7 = carry->sample.rate.last.z;
-        if ((health_7 & 32) != 0 || number_39) {
+        if ((health_7 & 32) != 0 || number_59) {
             carry->sample.rate.last.x = last_x;
             carry->sample.rate.last.y = last_y;
             carry->sample.rate.last.z = last_z;
@@ -2203,7 +2239,7 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
              */
             const float missed = FULL_SCALE_CLIPPED_SHARE * carry->sample.rate.time * carry->sample.rate.time
                 / 6.0f;
-            const float number_42 = carry->sample.rate.slope.x * carry->sample.rate.slope.x
+            const float number_62 = carry->sample.rate.slope.x * carry->sample.rate.slope.x
                 + carry->sample.rate.slope.y * carry->sample.rate.slope.y
                 + carry->sample.rate.slope.z * carry->sample.rate.slope.z;
             const float missed_2 = FULL_SCALE_CLIPPED_SHARE * time_4 * time_4 / 6.0f;
@@ -2218,11 +2254,11 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 /* full_scale.mean_beyond: What the last reading, of dt seconds, leaves out in the mean; at
                  * most as much as it reads.
                  */
-                const float number_43 = (carry->sample.rate.time - 0.5f * dt) / 3.0f;
+                const float number_63 = (carry->sample.rate.time - 0.5f * dt) / 3.0f;
                 /* vec3.scale: s·a */
-                const float x_13 = carry->sample.rate.slope.x * number_43;
-                const float y_13 = carry->sample.rate.slope.y * number_43;
-                const float z_13 = carry->sample.rate.slope.z * number_43;
+                const float x_13 = carry->sample.rate.slope.x * number_63;
+                const float y_13 = carry->sample.rate.slope.y * number_63;
+                const float z_13 = carry->sample.rate.slope.z * number_63;
                 /* vec3.norm: |a| */
                 const float size_2 = sqrtf(x_13 * x_13 + y_13 * y_13 + z_13 * z_13);
                 const float most_2 = sqrtf(last_x_8 * last_x_8 + last_y_8 * last_y_8 + last_z_8 * last_z_8);
@@ -2233,10 +2269,10 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                     /* full_scale.mean_beyond: What the last reading, of dt seconds, leaves out in the mean;
                      * at most as much as it reads.
                      */
-                    const float number_44 = most_2 / size_2;
-                    x_14 = x_13 * number_44;
-                    y_14 = y_13 * number_44;
-                    z_14 = z_13 * number_44;
+                    const float number_64 = most_2 / size_2;
+                    x_14 = x_13 * number_64;
+                    y_14 = y_13 * number_64;
+                    z_14 = z_13 * number_64;
                 } else {
                     x_14 = x_13;
                     y_14 = y_13;
@@ -2250,28 +2286,28 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             last_y_9 = last_y_6 + y_12;
             last_z_9 = last_z_6 + z_12;
             time_5 = carry->sample.rate.time;
-            unmeasured_3 = missed * missed * number_42 - missed_2 * missed_2 * number_42;
+            unmeasured_3 = missed * missed * number_62 - missed_2 * missed_2 * number_62;
         } else {
             float last_x_10;
             float last_y_10;
             float last_z_10;
             float unmeasured_4;
-            if (dt <= TILT_GAP_SECONDS && number_39) {
+            if (dt <= TILT_GAP_SECONDS && number_59) {
                 float unmeasured_5;
                 if (number_7) {
                     /* vec3.sub: a − b */
-                    const float number_45 = last_x_6 - last_x;
-                    const float number_46 = last_y_6 - last_y;
-                    const float number_47 = last_z_6 - last_z;
+                    const float number_65 = last_x_6 - last_x;
+                    const float number_66 = last_y_6 - last_y;
+                    const float number_67 = last_z_6 - last_z;
                     /* conditioning.lost_variance: rad², about each axis, of the rotation in lost seconds
                      * without samples, if the mean of the rates before and after is held for it.
                      */
-                    const float number_48 = CONDITIONING_CHANGE_VARIANCE
-                        * (number_45 * number_45 + number_46 * number_46 + number_47 * number_47)
+                    const float number_68 = CONDITIONING_CHANGE_VARIANCE
+                        * (number_65 * number_65 + number_66 * number_66 + number_67 * number_67)
                         + CONDITIONING_RETURN_VARIANCE
                         * lh_max(last_x_6 * last_x_6 + last_y_6 * last_y_6 + last_z_6 * last_z_6,
                         last_x * last_x + last_y * last_y + last_z * last_z);
-                    unmeasured_5 = lost * lost * number_48;
+                    unmeasured_5 = lost * lost * number_68;
                 } else {
                     unmeasured_5 = unmeasured_2;
                 }
@@ -2291,9 +2327,9 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             time_5 = rate_age;
             unmeasured_3 = unmeasured_4;
         }
-        const bool rate_unknown = rate_lost || number_38;
+        const bool rate_unknown = rate_lost || number_58;
         /* conditioning.condition: The next sample, conditioned; sample is the one before. */
-        const float number_49 = (number_37 ? 0.0f : carry->sample.since_sigma) + dt;
+        const float number_69 = (number_57 ? 0.0f : carry->sample.since_sigma) + dt;
         carry->sample.rate.last.x = last_x_9;
         carry->sample.rate.last.y = last_y_9;
         carry->sample.rate.last.z = last_z_9;
@@ -2304,13 +2340,13 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             const float limit = settings->guard.bias_limit * UNITS_DEGREE;
             /* rest.distance2: |v − mean|² */
             const float square_2 = gyr_x_3 * gyr_x_3 + gyr_y_3 * gyr_y_3 + gyr_z_3 * gyr_z_3;
-            bool number_50;
+            bool number_70;
             if (square_2 > limit * limit) {
-                number_50 = true;
+                number_70 = true;
             } else {
-                bool number_51;
+                bool number_71;
                 if (!carry->run.guard.rest.known) {
-                    number_51 = false;
+                    number_71 = false;
                 } else {
                     /* vec3.add: a + b */
                     const float x_15 = carry->run.guard.rest.bias.x + carry->run.state.bias.x;
@@ -2320,45 +2356,52 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                     const float x_16 = gyr_x_3 - x_15;
                     const float y_16 = gyr_y_3 - y_15;
                     const float z_16 = gyr_z_3 - z_15;
-                    number_51 = square_2 > x_15 * x_15 + y_15 * y_15 + z_15 * z_15
+                    number_71 = square_2 > x_15 * x_15 + y_15 * y_15 + z_15 * z_15
                         && x_16 * x_16 + y_16 * y_16 + z_16 * z_16 > REST_BIAS_CHANGE;
                 }
-                number_50 = number_51;
+                number_70 = number_71;
             }
             float time_6;
-            if (carry->sample.detected.means.pace == 0.0f || number_50) {
+            if (carry->sample.detected.means.pace == 0.0f || number_70) {
                 carry->run.guard.rest.moved = true;
                 time_6 = 0.0f;
             } else {
+                /* elapsed.has_elapsed: Whether time (s), a sum of intervals of which the last was dt (s), has
+                 * reached length (s).
+                 */
+                const float number_72 = ELAPSED_SLACK * REST_INTERVAL;
                 /* rest.update_rest: After an interval of dt seconds: how long the sensor has been quiet, and
                  * the bias (rad/s) as a running mean.
                  */
-                const float age = lh_max(carry->run.guard.rest.time - settings->guard.rest_time, 0.0f);
                 const float time_7 = carry->run.guard.rest.time
-                    + (carry->run.guard.rest.moved || age > 0.0f ? time_3
+                    + (carry->run.guard.rest.moved
+                    || (carry->run.guard.rest.time > 0.0f
+                    && carry->run.guard.rest.time + number_72 >= settings->guard.rest_time) ? time_3
                     : time_3 * carry->sample.detected.means.pace);
-                const bool number_52 = time_7 > 0.0f
-                    && time_7 + ELAPSED_SLACK * REST_INTERVAL >= settings->guard.rest_time;
-                if (number_52) {
+                const bool number_73 = time_7 > 0.0f && time_7 + number_72 >= settings->guard.rest_time;
+                if (number_73) {
                     /* lowpass.lowpass_weight: The weight of a new sample in a first-order low-pass of time
                      * constant tau: dt/(min(τ, age) + dt).
                      */
-                    const float number_53 = time_3 / (lh_min(REST_BIAS_TIME, age) + time_3);
+                    const float number_74 = time_3
+                        / (lh_min(REST_BIAS_TIME,
+                        lh_max(carry->run.guard.rest.time - settings->guard.rest_time, 0.0f)) + time_3);
                     carry->run.guard.rest.bias.x = carry->run.guard.rest.bias.x
-                        + number_53 * (gyr_x_3 - carry->run.state.bias.x - carry->run.guard.rest.bias.x);
+                        + number_74 * (gyr_x_3 - carry->run.state.bias.x - carry->run.guard.rest.bias.x);
                     carry->run.guard.rest.bias.y = carry->run.guard.rest.bias.y
-                        + number_53 * (gyr_y_3 - carry->run.state.bias.y - carry->run.guard.rest.bias.y);
+                        + number_74 * (gyr_y_3 - carry->run.state.bias.y - carry->run.guard.rest.bias.y);
                     carry->run.guard.rest.bias.z = carry->run.guard.rest.bias.z
-                        + number_53 * (gyr_z_3 - carry->run.state.bias.z - carry->run.guard.rest.bias.z);
+                        + number_74 * (gyr_z_3 - carry->run.state.bias.z - carry->run.guard.rest.bias.z);
                 }
-                carry->run.guard.rest.known = carry->run.guard.rest.known || number_52;
+                carry->run.guard.rest.known = carry->run.guard.rest.known || number_73;
                 time_6 = time_7;
             }
             carry->run.guard.rest.time = time_6;
         }
-        const bool number_54 = unmeasured_3 > 0.0f;
-        if (number_54) {
-            carry->run.state.age = 0.0f;
+        const bool number_75 = unmeasured_3 > 0.0f;
+        if (number_75) {
+            carry->run.state.age = carry->run.state.age
+                / (1.0f + carry->run.state.age * unmeasured_3 / LOWPASS_DIRECTION_DENSITY);
         }
         if (far || carry->sample.detected.far_from_g) {
             carry->sample.gyr.x = last_x_9;
@@ -2389,25 +2432,26 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         }
         /* elapsed.has_elapsed: Whether time (s), a sum of intervals of which the last was dt (s), has reached length (s).
          */
-        const float number_55 = ELAPSED_SLACK * dt;
-        if (number_49 + number_55 >= OBSERVER_COVARIANCE_INTERVAL || number_54) {
-            int32_t seen;
+        const float number_76 = ELAPSED_SLACK * dt;
+        if (number_69 + number_76 >= OBSERVER_COVARIANCE_INTERVAL || number_75) {
+            int32_t corrected_by_3;
             float acc_x_8;
             float acc_y_8;
             float acc_z_8;
             if (carry->run.guard.acc_rejected > 0.0f
-                && !(carry->run.guard.acc_rejected + number_55 >= settings->guard.acc_time)) {
-                seen = corrected_by_2 & 2;
+                && !(carry->run.guard.acc_rejected + number_76 >= settings->guard.acc_time)) {
+                corrected_by_3 = corrected_by_2 & 2;
                 acc_x_8 = 0.0f;
                 acc_y_8 = 0.0f;
                 acc_z_8 = 0.0f;
             } else {
-                seen = corrected_by_2;
+                corrected_by_3 = corrected_by_2;
                 acc_x_8 = acc_x_7;
                 acc_y_8 = acc_y_7;
                 acc_z_8 = acc_z_7;
             }
-            const int32_t seen_2 = carry->run.guard.field.rejected > 0.0f ? seen & 1 : seen;
+            const int32_t corrected_by_4 = carry->run.guard.field.rejected > 0.0f ? corrected_by_3 & 1
+                : corrected_by_3;
             float x_17;
             float y_17;
             float z_17;
@@ -2421,17 +2465,17 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 z_17 = last_z_9 - carry->run.guard.rest.bias.z;
             }
             /* mahony.gains: K, K₂ of eq. 5 and k_I dt of eq. 3, for a state after its sample. */
-            const float number_56 = 1.0f / settings->filter.kp;
+            const float number_77 = 1.0f / settings->filter.kp;
             /* lowpass.lowpass_weight: The weight of a new sample in a first-order low-pass of time constant
              * tau: dt/(min(τ, age) + dt).
              */
-            const float kt = number_49 / (lh_min(number_56, carry->run.state.age) + number_49);
+            const float kt = number_69 / (lh_min(number_77, carry->run.state.age) + number_69);
             /* mahony.gains: K, K₂ of eq. 5 and k_I dt of eq. 3, for a state after its sample. */
-            const float number_57 = 1.0f / (settings->filter.kp * settings->filter.k_mag);
+            const float number_78 = 1.0f / (settings->filter.kp * settings->filter.k_mag);
             /* elapsed.has_elapsed: Whether time (s), a sum of intervals of which the last was dt (s), has reached length (s).
              */
-            const float number_58 = carry->run.state.age + ELAPSED_SLACK * number_49;
-            const float bh = number_58 >= number_57 ? settings->filter.ki * settings->filter.k_mag * number_49
+            const float number_79 = carry->run.state.age + ELAPSED_SLACK * number_69;
+            const float bh = number_79 >= number_78 ? settings->filter.ki * settings->filter.k_mag * number_69
                 : 0.0f;
             float kt_2;
             float kh;
@@ -2444,7 +2488,7 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 bh_2 = DIRECTION_FILTER_DIP_SHARE * bh;
             } else {
                 kt_2 = kt;
-                kh = number_49 / (lh_min(number_57, carry->run.state.age) + number_49);
+                kh = number_69 / (lh_min(number_78, carry->run.state.age) + number_69);
                 bh_2 = bh;
             }
             /* observer_covariance.update_covariance: After an interval of dt s, with the filter's gains for
@@ -2452,40 +2496,40 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
              */
             const float rate2_2 = x_17 * x_17 + y_17 * y_17 + z_17 * z_17;
             float level;
-            float number_59;
-            float number_60;
+            float number_80;
+            float number_81;
             float level_2;
-            float number_61;
-            float number_62;
-            if (number_49 > TILT_GAP_SECONDS) {
+            float number_82;
+            float number_83;
+            if (number_69 > TILT_GAP_SECONDS) {
                 level = lh_min(carry->run.covariance.tilt.level
-                    + TILT_TURN * TILT_TURN * number_49 * number_49, TILT_UNIFORM * TILT_UNIFORM);
-                number_59 = 0.0f;
-                number_60 = lh_max(carry->run.covariance.tilt.bias,
-                    lh_min(carry->run.covariance.tilt.bias + OBSERVER_COVARIANCE_WALK * number_49,
+                    + TILT_TURN * TILT_TURN * number_69 * number_69, TILT_UNIFORM * TILT_UNIFORM);
+                number_80 = 0.0f;
+                number_81 = lh_max(carry->run.covariance.tilt.bias,
+                    lh_min(carry->run.covariance.tilt.bias + OBSERVER_COVARIANCE_WALK * number_69,
                     OBSERVER_COVARIANCE_TURN_ON));
                 level_2 = lh_min(carry->run.covariance.heading.level
-                    + TILT_TURN * TILT_TURN * number_49 * number_49, TILT_UNIFORM * TILT_UNIFORM);
-                number_61 = 0.0f;
-                number_62 = lh_max(carry->run.covariance.heading.bias,
-                    lh_min(carry->run.covariance.heading.bias + OBSERVER_COVARIANCE_WALK * number_49,
+                    + TILT_TURN * TILT_TURN * number_69 * number_69, TILT_UNIFORM * TILT_UNIFORM);
+                number_82 = 0.0f;
+                number_83 = lh_max(carry->run.covariance.heading.bias,
+                    lh_min(carry->run.covariance.heading.bias + OBSERVER_COVARIANCE_WALK * number_69,
                     OBSERVER_COVARIANCE_TURN_ON));
             } else {
                 /* two_state.predict: Eq. 1 with Q = diag(q_level, q_bias). */
-                const float number_63 = number_49 * carry->run.covariance.tilt.bias;
-                const float number_64 = number_49 * carry->run.covariance.heading.bias;
+                const float number_84 = number_69 * carry->run.covariance.tilt.bias;
+                const float number_85 = number_69 * carry->run.covariance.heading.bias;
                 level = carry->run.covariance.tilt.level
-                    + number_49 * (number_63 - 2.0f * carry->run.covariance.tilt.cross)
-                    + ((OBSERVER_COVARIANCE_NOISE + OBSERVER_COVARIANCE_SCALE * rate2_2) * number_49
+                    + number_69 * (number_84 - 2.0f * carry->run.covariance.tilt.cross)
+                    + ((OBSERVER_COVARIANCE_NOISE + OBSERVER_COVARIANCE_SCALE * rate2_2) * number_69
                     + unmeasured_3);
-                number_59 = carry->run.covariance.tilt.cross - number_63;
-                number_60 = carry->run.covariance.tilt.bias + OBSERVER_COVARIANCE_WALK * number_49;
+                number_80 = carry->run.covariance.tilt.cross - number_84;
+                number_81 = carry->run.covariance.tilt.bias + OBSERVER_COVARIANCE_WALK * number_69;
                 level_2 = carry->run.covariance.heading.level
-                    + number_49 * (number_64 - 2.0f * carry->run.covariance.heading.cross)
-                    + ((OBSERVER_COVARIANCE_NOISE + OBSERVER_COVARIANCE_SCALE * rate2_2) * number_49
+                    + number_69 * (number_85 - 2.0f * carry->run.covariance.heading.cross)
+                    + ((OBSERVER_COVARIANCE_NOISE + OBSERVER_COVARIANCE_SCALE * rate2_2) * number_69
                     + unmeasured_3);
-                number_61 = carry->run.covariance.heading.cross - number_64;
-                number_62 = carry->run.covariance.heading.bias + OBSERVER_COVARIANCE_WALK * number_49;
+                number_82 = carry->run.covariance.heading.cross - number_85;
+                number_83 = carry->run.covariance.heading.bias + OBSERVER_COVARIANCE_WALK * number_69;
             }
             float cross;
             float bias;
@@ -2494,34 +2538,34 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             if (carry->run.guard.rest.time > 0.0f
                 && carry->run.guard.rest.time + ELAPSED_SLACK * REST_INTERVAL >= settings->guard.rest_time) {
                 /* observer_covariance.limit_bias: At rest the bias is known to 0.05 °/s (1σ), at least. */
-                const bool number_65 = number_60 > OBSERVER_COVARIANCE_REST_BIAS;
-                const bool number_66 = number_62 > OBSERVER_COVARIANCE_REST_BIAS;
-                cross = number_65 ? 0.0f : number_59;
-                bias = number_65 ? OBSERVER_COVARIANCE_REST_BIAS : number_60;
-                cross_2 = number_66 ? 0.0f : number_61;
-                bias_2 = number_66 ? OBSERVER_COVARIANCE_REST_BIAS : number_62;
+                const bool number_86 = number_81 > OBSERVER_COVARIANCE_REST_BIAS;
+                const bool number_87 = number_83 > OBSERVER_COVARIANCE_REST_BIAS;
+                cross = number_86 ? 0.0f : number_80;
+                bias = number_86 ? OBSERVER_COVARIANCE_REST_BIAS : number_81;
+                cross_2 = number_87 ? 0.0f : number_82;
+                bias_2 = number_87 ? OBSERVER_COVARIANCE_REST_BIAS : number_83;
             } else {
-                cross = number_59;
-                bias = number_60;
-                cross_2 = number_61;
-                bias_2 = number_62;
+                cross = number_80;
+                bias = number_81;
+                cross_2 = number_82;
+                bias_2 = number_83;
             }
-            const float often = 2.0f / number_49;
+            const float often = 2.0f / number_69;
             float level_3;
             float cross_3;
             float bias_3;
-            if ((seen_2 & 1) != 0) {
+            if ((corrected_by_4 & 1) != 0) {
                 /* tilt.is_present: Whether a sensor is there: an absent one is the zero vector, and so is
                  * what is too short to have a direction.
                  */
-                const float number_67 = acc_x_8 * acc_x_8 + acc_y_8 * acc_y_8 + acc_z_8 * acc_z_8;
-                if (number_67 > TILT_NO_LENGTH) {
+                const float number_88 = acc_x_8 * acc_x_8 + acc_y_8 * acc_y_8 + acc_z_8 * acc_z_8;
+                if (number_88 > TILT_NO_LENGTH) {
                     /* observer_covariance.update_covariance: After an interval of dt s, with the filter's
                      * gains for an interval of that length.
                      */
-                    const float off = OBSERVER_COVARIANCE_HALF_PER_G2 * number_67 - 0.5f;
+                    const float off = OBSERVER_COVARIANCE_HALF_PER_G2 * number_88 - 0.5f;
                     carry->run.covariance.motion = carry->run.covariance.motion
-                        + number_49 / (OBSERVER_COVARIANCE_SMOOTH + number_49)
+                        + number_69 / (OBSERVER_COVARIANCE_SMOOTH + number_69)
                         * (off * off - carry->run.covariance.motion);
                 }
                 /* observer_covariance.white_variance: Eq. 1: the white equivalent of a variance; twice is 2 τ/Δt, share is K.
@@ -2533,7 +2577,7 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 const float r_7 = OBSERVER_COVARIANCE_SHAKE
                     + carry->run.covariance.motion
                     * (1.0f + rest * (OBSERVER_COVARIANCE_JERK_SECONDS * often));
-                const float b_3 = -(number_58 >= number_56 ? settings->filter.ki * number_49 : 0.0f);
+                const float b_3 = -(number_79 >= number_77 ? settings->filter.ki * number_69 : 0.0f);
                 level_3 = rest * rest * level + kt_2 * kt_2 * r_7;
                 cross_3 = rest * (cross - b_3 * level) + kt_2 * b_3 * r_7;
                 bias_3 = bias - 2.0f * b_3 * cross + b_3 * b_3 * (level + r_7);
@@ -2545,7 +2589,7 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             float level_4;
             float cross_4;
             float bias_4;
-            if ((seen_2 & 2) != 0) {
+            if ((corrected_by_4 & 2) != 0) {
                 /* observer_covariance.white_variance: Eq. 1: the white equivalent of a variance; twice is 2 τ/Δt, share is K.
                  */
                 const float rest_2 = 1.0f - kh;
@@ -2580,7 +2624,7 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         number_3 = true;
         time = time_5;
         unmeasured = unmeasured_3;
-        number_4 = number_49;
+        number_4 = number_69;
         corrected_by = corrected_by_2;
         x = x_2;
         y = y_2;

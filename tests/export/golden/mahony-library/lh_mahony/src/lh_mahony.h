@@ -24,9 +24,9 @@
  *
  * RAM of one filter with its parameters:
  *
- *     64 bit (Cortex-A, x86-64)                                    572 bytes
- *     32 bit (Cortex-M, ESP32, RP2040)                             572 bytes
- *     AVR (Uno, Mega)                                              553 bytes
+ *     64 bit (Cortex-A, x86-64)                                    584 bytes
+ *     32 bit (Cortex-M, ESP32, RP2040)                             584 bytes
+ *     AVR (Uno, Mega)                                              565 bytes
  */
 #ifndef LH_MAHONY_H
 #define LH_MAHONY_H
@@ -140,7 +140,7 @@ typedef struct {
     float step; /* rad/s, m/s²: the smallest change of an axis so far, which is the step of the sensor's numbers */
 } lh_mahony_repeat;
 
-/* The last rate that was believed (rad/s), and what was held back. */
+/* The last rate that was accepted (rad/s), and what was held back. */
 typedef struct {
     lh_mahony_vec3 rate;
     float usual2; /* (rad/s)², square of the largest change of late */
@@ -148,6 +148,7 @@ typedef struct {
     float held_time; /* s that the held rate lasted; 0: none is held back */
     lh_mahony_vec3 returned; /* rad/s, that was held back of the sample before, as a rate of this one */
     int32_t spikes; /* in a row until now: what was held back of the sample before was one */
+    lh_mahony_vec3 force; /* m/s², the last specific force */
 } lh_mahony_jump;
 
 /* The noise of a gyroscope at rest, and for how long each axis has been without it. */

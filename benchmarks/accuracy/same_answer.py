@@ -1,0 +1,177 @@
+"""How far one recording's answers lie apart where nothing but rounding differs: a decision on a tie shows here.
+
+Every filter runs over every recording in the folders, and again with stamps × (1 ± 1e-9), with stamps + 10⁶ s, with
+rates × (1 + 1e-15), and as exported C in single precision. The table gives, for each set and filter, the largest angle
+between the answers and the recordings beyond ``ALIKE``. Each of those is listed with the second at which the answers
+part, and with their largest angle in units of the filter's own σ.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache, lru_cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from benchmarks.measure import options, run_script, run_tasks, show
+from benchmarks.native import doubles
+from benchmarks.speed.exported import attitude_run
+
+import levelhead as lh
+from levelhead import filters, rotations
+from levelhead.bench.datasets import list_logs, load_recording
+from levelhead.bench.groups import group_of
+from levelhead.bench.timing import Table
+from levelhead.errors import LevelheadError
+from levelhead.export import ExportConfig
+
+ALIKE = 0.1  # deg, largest angle between two answers that are the same
+CLOCK = 1e-9  # a quartz is wrong by 1e-5
+LATE = 1e6  # s
+RATE = 1e-15  # a few units in the last place
+
+
+def _scaled(factor: float) -> Callable[[lh.Recording], lh.Recording]:
+    return lambda recording: replace(recording, t=recording.t * factor)
+
+
+CHANGES: dict[str, Callable[[lh.Recording], lh.Recording]] = {
+    "slower": _scaled(1.0 + CLOCK),
+    "faster": _scaled(1.0 - CLOCK),
+    "later": lambda recording: replace(recording, t=recording.t + LATE),
+    "rates": lambda recording: replace(recording, gyr=recording.gyr * (1.0 + RATE)),
+}
+FLOAT = "float"
+COLUMNS = {
+    "set": "set",
+    "filter": "filter",
+    "recordings": "recordings",
+    "slower": "t × (1 + 1e-9) [°]",
+    "faster": "t × (1 − 1e-9) [°]",
+    "later": "t + 10⁶ s [°]",
+    "rates": "rates × (1 + 1e-15) [°]",
+    "float": "float [°]",
+    "beyond": "recordings beyond 0.1°",
+}
+PARTED = {
+    "recording": "recording",
+    "filter": "filter",
+    "change": "change",
+    "angle": "largest angle [°]",
+    "second": "beyond 0.1° from [s]",
+    "sigmas": "largest angle / σ",
+}
+
+
+class Apart(NamedTuple):
+    """Two answers about one recording."""
+
+    angle: float  # deg, the largest between them
+    second: float  # s after the first sample, when it first exceeds ``ALIKE``; NaN: it never does
+    sigmas: float  # the largest angle over the root sum of squares of both σ
+
+
+def compare_answers(one: lh.Track, other: lh.Track) -> Apart:
+    """How far two tracks over the same samples lie apart."""
+    angle = rotations.angle(rotations.relative_rotation(one.quat, other.quat))
+    variance = sum(np.square(track.sigma).sum(axis=1) for track in (one, other) if track.sigma is not None)
+    beyond = np.flatnonzero(angle > np.radians(ALIKE))
+    second = float(one.t[beyond[0]] - one.t[0]) if len(beyond) else float("nan")
+    with np.errstate(divide="ignore", invalid="ignore"):
+        sigmas = float(np.nanmax(angle / np.sqrt(variance)))
+    return Apart(float(np.degrees(angle.max())), second, sigmas)
+
+
+@lru_cache(maxsize=1)
+def _load(path: Path) -> lh.Recording:
+    recording = load_recording(path, with_mag=True)
+    if recording.truth is None:
+        raise LevelheadError(f"{path} holds no true orientation; expected a recording with a reference")
+    return recording
+
+
+@cache
+def _build_single(name: str) -> Any:
+    """The exported C of a filter in single precision, built once in a process."""
+    return attitude_run(ExportConfig(filters.find(name).params(), real=FLOAT))
+
+
+def fuse_single(recording: lh.Recording, name: str) -> lh.Track:
+    """A recording through that filter's C, which takes and gives doubles here and computes in floats."""
+    inputs = [np.ascontiguousarray(array) for array in (recording.t, recording.gyr, recording.acc)]
+    field = None if recording.mag is None else np.ascontiguousarray(recording.mag)
+    quat, bias = np.empty((len(recording), 4)), np.empty((len(recording), 3))
+    run = _build_single(name)
+    run(None, len(quat), *map(doubles, inputs), None if field is None else doubles(field), doubles(quat), doubles(bias))
+    return lh.Track(recording.t, quat)
+
+
+def change_answers(recording: lh.Recording, params: Any, with_float: bool = True) -> dict[str, Apart]:
+    """How far each change moves the answer of a filter."""
+    track = lh.fuse(recording, params)
+    apart = {name: compare_answers(track, lh.fuse(change(recording), params)) for name, change in CHANGES.items()}
+    if with_float:
+        apart[FLOAT] = compare_answers(track, fuse_single(recording, filters.of(params).name))
+    return apart
+
+
+class Task(NamedTuple):
+    """One filter on one recording."""
+
+    path: Path
+    filter: str
+    with_float: bool
+
+
+def run(task: Task) -> dict[str, Apart]:
+    """The task's answers."""
+    return change_answers(_load(task.path), filters.find(task.filter).params(), task.with_float)
+
+
+def summarize(found: dict[Task, dict[str, Apart]]) -> Table:
+    """The largest angles by set and filter."""
+    rows: dict[tuple[str, str], dict[str, Any]] = {}
+    for task, apart in sorted(found.items()):
+        place = group_of(task.path).dataset
+        row = rows.setdefault((place, task.filter), {"set": place, "filter": task.filter, "recordings": 0, "beyond": 0})
+        row["recordings"] += 1
+        row["beyond"] += any(one.angle > ALIKE for one in apart.values())
+        for name, one in apart.items():
+            row[name] = max(row.get(name, 0.0), round(one.angle, 4))
+    return Table("Largest angle between two answers", COLUMNS, [rows[key] for key in sorted(rows)])
+
+
+def list_parted(found: dict[Task, dict[str, Apart]]) -> Table:
+    """Every pair of answers beyond ``ALIKE``."""
+    rows = [
+        {
+            "recording": f"{group_of(task.path).dataset}/{task.path.stem}",
+            "filter": task.filter,
+            "change": name,
+            "angle": round(one.angle, 3),
+            "second": round(one.second, 2),
+            "sigmas": round(one.sigmas, 3),
+        }
+        for task, apart in sorted(found.items())
+        for name, one in apart.items()
+        if one.angle > ALIKE
+    ]
+    return Table("Answers that part", PARTED, rows)
+
+
+def main() -> None:
+    """All filters over the recordings in the folders given."""
+    parser = options(__doc__)
+    parser.add_argument("places", nargs="+", type=Path, metavar="DIR", help="folders with recordings")
+    parser.add_argument("--filter", action="append", dest="names", help="this filter only (may be repeated)")
+    parser.add_argument("--without-float", action="store_true", help="leave exported C in single precision out")
+    parser.add_argument("--jobs", type=int, default=2, help="processes (default 2)")
+    given = parser.parse_args()
+    names = given.names or [flt.name for flt in filters.ALL]
+    tasks = [Task(path, name, not given.without_float) for path in list_logs(given.places) for name in names]
+    found = run_tasks(run, tasks, given.jobs, lambda share: None)
+    show([summarize(found), list_parted(found)], given.json)
+
+
+if __name__ == "__main__":
+    run_script(main)
