@@ -12,7 +12,7 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no
 # time on two cores).
 TESTS := OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
 
-.PHONY: demo native wheels quick plain test test-full lint format bench clean
+.PHONY: demo native wheels quick plain test test-full lint format bench mutants clean
 
 demo: $(LESSON)
 	$(BIN)/levelhead demo --out demo-output
@@ -42,6 +42,10 @@ test: quick
 
 test-full: $(READY)
 	$(TESTS) -m full
+
+# Ten operators of the source, each changed in a copy; ROOM=sources/join SEED=1 COUNT=40 choose which.
+mutants: $(READY)
+	$(BIN)/python tests/mutants.py --room "$(ROOM)" --seed $(or $(SEED),0) --count $(or $(COUNT),10)
 
 lint: $(READY)
 	$(BIN)/ruff check .
