@@ -32,6 +32,12 @@ MACHINES = (
     Machine("AVR (Uno, Mega)", 4, 2, 1),
 )
 
+ROOTS: dict[str, dict[str, object]] = {  # of a number: its layout, and what a root in whole numbers is made with
+    "double": {"f": "", "has_root": 8, "bits": "uint64_t", "whole": "int64_t", "width": 64, "fraction": 52,
+               "infinite": 2047, "middle": 1023, "lift": 10},
+    "float": {"f": "f", "has_root": 4, "bits": "uint32_t", "whole": "int32_t", "width": 32, "fraction": 23,
+              "infinite": 255, "middle": 127, "lift": 7},
+}  # fmt: skip
 ANY_FILTER = "lh_filter"  # the name of every filter, where a program asks for it
 
 
@@ -168,6 +174,7 @@ class CApi:
         return template("filter.c").substitute(
             self.common_gaps()
             | {
+                "library": template("freestanding.c").substitute(self.common_gaps() | ROOTS[self.config.real]).rstrip(),
                 "types": join_lines(self.types(aliases=True)),
                 "constants": join_lines(constants).rstrip() + "\n",
                 "helpers": "\n".join(helper_functions(text, self.config.real)),

@@ -6,7 +6,7 @@
  */
 #include "$name.h"
 
-#include <math.h>
+$library
 $includes
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF

@@ -26,6 +26,20 @@ $take
     return true;
 }
 
+int32_t ${name}_update_rows($name *filter, int32_t count, const $real *gyr, const $real *acc, const $real *mag, const $real *dt, $real *quat)
+{
+    int32_t taken = 0;
+    for (int32_t i = 0; i < count; i++) {
+        taken += ${name}_update(filter, gyr + 3 * i, acc + 3 * i, mag ? mag + 3 * i : mag, dt[i]);
+        const ${name}_quat q = ${name}_quaternion(filter);
+        quat[4 * i] = q.w;
+        quat[4 * i + 1] = q.x;
+        quat[4 * i + 2] = q.y;
+        quat[4 * i + 3] = q.z;
+    }
+    return taken;
+}
+
 $answers
 ${name}_output ${name}_read(const $name *filter)
 {

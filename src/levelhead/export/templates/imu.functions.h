@@ -12,6 +12,9 @@ void ${name}_reset($name *filter);
  */
 bool ${name}_update($name *filter, const $real gyr[3], const $real acc[3], const $real mag[3], $real dt);
 
+/* Many samples, row after row: gyr, acc, mag (or NULL) 3 numbers each, dt 1, and quat takes 4. How many were taken. */
+int32_t ${name}_update_rows($name *filter, int32_t count, const $real *gyr, const $real *acc, const $real *mag, const $real *dt, $real *quat);
+
 ${corrected}/* All that the filter says after the last sample. */
 ${name}_output ${name}_read(const $name *filter);
 

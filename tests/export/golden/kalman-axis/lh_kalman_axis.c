@@ -6,7 +6,52 @@
  */
 #include "lh_kalman_axis.h"
 
+#if defined(LH_FREESTANDING)
+/* No C library: what it would give, rounded as IEEE 754 asks. */
+#if defined(__wasm__) || defined(__SSE2__) || (defined(__ARM_FP) && (__ARM_FP & 8))
+#define LH_ROOT(x) __builtin_sqrt(x)
+#else
+static double lh_root(double x)
+{
+    union {
+        double number;
+        uint64_t bits;
+    } v;
+    v.number = x;
+    if (!(x > 0.0) || v.bits >= (uint64_t)2047 << 52) {
+        return x < 0.0 ? (x - x) / (x - x) : x; /* of what is negative there is none; 0, infinity and NaN are their own */
+    }
+    int exponent = 0;
+    if (!(v.bits >> 52)) {
+        v.number *= (double)((uint64_t)1 << 52);
+        exponent = -52;
+    }
+    exponent += (int)(v.bits >> 52) - 1023;
+    uint64_t rest = (v.bits & (((uint64_t)1 << 52) - 1)) | (uint64_t)1 << 52;
+    rest <<= 10 + (exponent & 1);
+    uint64_t root = 0, remainder = 0;
+    for (int i = 0; i < 52 + 2; i++) { /* two digits of the number, one of its root */
+        remainder = remainder << 2 | rest >> (64 - 2);
+        rest <<= 2;
+        const uint64_t trial = root << 2 | 1;
+        root <<= 1;
+        if (remainder >= trial) {
+            remainder -= trial;
+            root |= 1;
+        }
+    }
+    root = (root + (root & 1)) >> 1; /* no root lies in the middle between two numbers */
+    v.bits = root + ((uint64_t)((exponent - (exponent & 1)) / 2 + 1023 - 1) << 52);
+    return v.number;
+}
+#define LH_ROOT(x) lh_root(x)
+#endif
+#define sqrt(x) LH_ROOT(x)
+#define fabs(x) __builtin_fabs(x)
+#define floor(x) ((double)(int64_t)(x) - (double)((x) < (double)(int64_t)(x)))
+#else
 #include <math.h>
+#endif
 
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF

@@ -6,7 +6,52 @@
  */
 #include "lh_mahony.h"
 
+#if defined(LH_FREESTANDING)
+/* No C library: what it would give, rounded as IEEE 754 asks. */
+#if defined(__wasm__) || defined(__SSE2__) || (defined(__ARM_FP) && (__ARM_FP & 4))
+#define LH_ROOT(x) __builtin_sqrtf(x)
+#else
+static float lh_root(float x)
+{
+    union {
+        float number;
+        uint32_t bits;
+    } v;
+    v.number = x;
+    if (!(x > 0.0f) || v.bits >= (uint32_t)255 << 23) {
+        return x < 0.0f ? (x - x) / (x - x) : x; /* of what is negative there is none; 0, infinity and NaN are their own */
+    }
+    int exponent = 0;
+    if (!(v.bits >> 23)) {
+        v.number *= (float)((uint32_t)1 << 23);
+        exponent = -23;
+    }
+    exponent += (int)(v.bits >> 23) - 127;
+    uint32_t rest = (v.bits & (((uint32_t)1 << 23) - 1)) | (uint32_t)1 << 23;
+    rest <<= 7 + (exponent & 1);
+    uint32_t root = 0, remainder = 0;
+    for (int i = 0; i < 23 + 2; i++) { /* two digits of the number, one of its root */
+        remainder = remainder << 2 | rest >> (32 - 2);
+        rest <<= 2;
+        const uint32_t trial = root << 2 | 1;
+        root <<= 1;
+        if (remainder >= trial) {
+            remainder -= trial;
+            root |= 1;
+        }
+    }
+    root = (root + (root & 1)) >> 1; /* no root lies in the middle between two numbers */
+    v.bits = root + ((uint32_t)((exponent - (exponent & 1)) / 2 + 127 - 1) << 23);
+    return v.number;
+}
+#define LH_ROOT(x) lh_root(x)
+#endif
+#define sqrtf(x) LH_ROOT(x)
+#define fabsf(x) __builtin_fabsf(x)
+#define floorf(x) ((float)(int32_t)(x) - (float)((x) < (float)(int32_t)(x)))
+#else
 #include <math.h>
+#endif
 
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF
@@ -2861,6 +2906,21 @@ bool lh_mahony_update(lh_mahony *filter, const float gyr_read[3], const float ac
     driver_advance(&filter->settings, &filter->carry, gyr[0], gyr[1], gyr[2], acc[0], acc[1], acc[2], mag[0],
         mag[1], mag[2], dt);
     return true;
+}
+
+int32_t lh_mahony_update_rows(lh_mahony *filter, int32_t count, const float *gyr, const float *acc,
+    const float *mag, const float *dt, float *quat)
+{
+    int32_t taken = 0;
+    for (int32_t i = 0; i < count; i++) {
+        taken += lh_mahony_update(filter, gyr + 3 * i, acc + 3 * i, mag ? mag + 3 * i : mag, dt[i]);
+        const lh_mahony_quat q = lh_mahony_quaternion(filter);
+        quat[4 * i] = q.w;
+        quat[4 * i + 1] = q.x;
+        quat[4 * i + 2] = q.y;
+        quat[4 * i + 3] = q.z;
+    }
+    return taken;
 }
 
 lh_mahony_quat lh_mahony_quaternion(const lh_mahony *filter)

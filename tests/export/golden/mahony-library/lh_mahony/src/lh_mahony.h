@@ -308,6 +308,10 @@ void lh_mahony_reset(lh_mahony *filter);
  */
 bool lh_mahony_update(lh_mahony *filter, const float gyr[3], const float acc[3], const float mag[3], float dt);
 
+/* Many samples, row after row: gyr, acc, mag (or NULL) 3 numbers each, dt 1, and quat takes 4. How many were taken. */
+int32_t lh_mahony_update_rows(lh_mahony *filter, int32_t count, const float *gyr, const float *acc,
+    const float *mag, const float *dt, float *quat);
+
 /* Readings as an update takes them from these, by itself: for a log of what the filter was fed. */
 lh_mahony_readings lh_mahony_corrected(const lh_mahony *filter, const float gyr[3], const float acc[3],
     const float mag[3]);
@@ -371,5 +375,6 @@ lh_mahony_vec3 lh_mahony_linear_acceleration(const lh_mahony *filter, const floa
 #define lh_filter_sigma lh_mahony_sigma
 #define lh_filter_up lh_mahony_up
 #define lh_filter_update lh_mahony_update
+#define lh_filter_update_rows lh_mahony_update_rows
 #define lh_filter_vec3 lh_mahony_vec3
 #endif
