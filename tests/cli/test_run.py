@@ -1,5 +1,6 @@
 """``levelhead run``: the first live command, and what it refuses."""
 
+import json
 import os
 import signal
 import socket
@@ -255,3 +256,21 @@ def test_motion_that_is_no_fault_does_not_drown_the_status_line(capsys):
     for on in (True, False, True, False):
         lines._print_event(SimpleNamespace(name="acceleration", on=on, text="words"))
     assert capsys.readouterr().out == "  ! acceleration: words (from here on in the status line)\n"
+
+
+@pytest.mark.slow
+def test_a_node_serves_foxglove_from_the_command_line(levelhead, tmp_path):
+    pytest.importorskip("foxglove", reason="foxglove-sdk is not installed (extra levelhead[foxglove])")
+    from levelhead.live.viewer_messages import SCHEMAS
+
+    run = ("run", "--no-realtime", "--source", "emulated:mpu6050", "--calibrate", "50", "--duration", "1.5")
+    done = levelhead(*run, "--foxglove", "--foxglove-layout", tmp_path / "layout.json", "--foxglove-port", "0")
+    assert done.code == 0 and "ws://127.0.0.1:" in done.out and "layout.json" in done.out
+    panels = json.loads((tmp_path / "layout.json").read_text())["configById"]
+    named = [path["value"] for panel in panels.values() for path in panel.get("paths", ())]
+    for path in named:
+        topic, _, rest = path.partition(".")
+        schema = SCHEMAS[topic][1]
+        for part in rest.split("."):
+            schema = schema["properties"][part]
+        assert schema == {"type": "number"}

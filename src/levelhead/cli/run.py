@@ -17,6 +17,7 @@ from levelhead.cli.options import (
     print_line,
     read_parameters,
 )
+from levelhead.cli.outputs import Outputs
 from levelhead.errors import LevelheadError
 from levelhead.open_types import Fields
 
@@ -45,12 +46,13 @@ def run(
     give_up: Annotated[float, Parameter(metavar="S")] = 10.0,
     realtime: bool = True,
     json: Annotated[bool, Parameter(negative="")] = False,
+    outputs: Outputs = Outputs(),  # noqa: B008
 ) -> None:
     """Run a node: samples in, orientation out, until Ctrl-C.
 
     Args:
         source: emulated:mpu6050 (no hardware), mpu6050 or another chip on I²C (mpu6050+hmc5883l@1:0x69),
-            serial:/dev/ttyUSB0@115200, or replay:FILE.
+            serial:/dev/ttyUSB0@115200, ros2 (imu/data_raw and imu/mag), mavlink:udp:14550, or replay:FILE.
         rate: ticks a second, also the sample rate of a chip.
         set: a parameter of the filter; may be given several times.
         calibrate: samples at rest for the initial gyroscope bias; 500, or 0 for a replay.
@@ -97,7 +99,8 @@ def run(
             live, params, guard=before, rate=rate, calibrate=still, bus=bus, box=kept, realtime=realtime,
             give_up=give_up,
         )  # fmt: skip
-        with node, SignalHandlers(node), StatusLines(node, quiet=json):
+        served = outputs.open(node.bus.subscribe, node.set, json)
+        with node, served, SignalHandlers(node), StatusLines(node, quiet=json):
             figures = node.run(duration)
     if json:
         print_json(figures)

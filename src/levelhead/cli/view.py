@@ -17,6 +17,7 @@ from levelhead.cli.options import (
     parse_guard,
     print_line,
 )
+from levelhead.cli.outputs import Outputs
 from levelhead.errors import LevelheadError
 
 USUAL_THRESHOLD = (700, 10, 10)  # of Python's garbage collection
@@ -35,6 +36,7 @@ def view(
     second: Annotated[str | None, Parameter(name="--with", metavar="NAME[:K=V,…]", completer=filter_names)] = None,
     port: Annotated[int, Parameter(metavar="N")] = 8080,
     reading: Reading = Reading(),  # noqa: B008
+    outputs: Outputs = Outputs(),  # noqa: B008
 ) -> None:
     """Show a recording or a running node in the browser, on this machine only.
 
@@ -47,6 +49,11 @@ def view(
         second: another filter whose angles are drawn as well, such as EKF or Kalman:r_measure=4.
         port: of the page on 127.0.0.1.
     """
+    if outputs.any and log is None:
+        _serve(outputs, endpoint, certificates)
+        return
+    if outputs.any:
+        raise LevelheadError("--foxglove and --ros2 follow a node; give no log, such as: levelhead view --foxglove")
     if (log is None) != live:
         raise LevelheadError("give either a log or --live, such as: levelhead view flight.csv")
     if not live and (endpoint is not None or certificates is not None):
@@ -87,6 +94,23 @@ def _recording(
 
         params, before = node_filter(recording.meta["live"], before, words)
     return RecordingView(recording, params, before, port, parse_filter_spec(second) if second else None)
+
+
+def _serve(outputs: Outputs, endpoint: str | None, certificates: Path | None) -> None:
+    """Follows a node without a page: for viewers on this machine, until Ctrl-C."""
+    from threading import Event
+
+    from levelhead.live.zenoh_reader import ParameterClient, subscribe
+    from levelhead.live.zenoh_session import ENDPOINT
+
+    where = endpoint or ENDPOINT
+
+    def follow(topic: str, **more: Any) -> Any:
+        return subscribe(topic, where, certificates=certificates, **more)
+
+    with outputs.open(follow, ParameterClient(where, certificates=certificates).set):
+        sys.stdout.flush()
+        Event().wait()
 
 
 def _node(endpoint: str | None, certificates: Path | None, port: int) -> Any:
