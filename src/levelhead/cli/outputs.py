@@ -35,10 +35,13 @@ class Outputs:
     tf: Annotated[str, Parameter(metavar="PARENT")] = ""
     """Publish /tf as well: the rotation from the frame of the sensor to this one, such as odom."""
 
+    mavlink: Annotated[str | None, Parameter(metavar="udp:ADDRESS:PORT")] = None
+    """Send ATTITUDE and ATTITUDE_QUATERNION there by MAVLink, such as udp:14551."""
+
     @property
     def any(self) -> bool:
         """Whether there is one."""
-        return self.foxglove or self.ros2
+        return self.foxglove or self.ros2 or self.mavlink is not None
 
     @contextmanager
     def open(
@@ -69,4 +72,8 @@ class Outputs:
                 domain = default_domain() if self.domain is None else self.domain
                 held.enter_context(Ros2Publisher(subscribe, domain, self.frame, self.tf))
                 tell(f"ROS 2: imu/data, imu/mag and diagnostics in domain {domain}")
+            if self.mavlink is not None:
+                from levelhead.live.mavlink import MavlinkPublisher
+
+                held.enter_context(MavlinkPublisher(subscribe, self.mavlink))
             yield

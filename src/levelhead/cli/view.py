@@ -53,7 +53,7 @@ def view(
         _serve(outputs, endpoint, certificates)
         return
     if outputs.any:
-        raise LevelheadError("--foxglove and --ros2 follow a node; give no log, such as: levelhead view --foxglove")
+        raise LevelheadError("--foxglove, --ros2 and --mavlink follow a node; give no log beside them")
     if (log is None) != live:
         raise LevelheadError("give either a log or --live, such as: levelhead view flight.csv")
     if not live and (endpoint is not None or certificates is not None):

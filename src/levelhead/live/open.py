@@ -20,7 +20,7 @@ from levelhead.sources.hints import Hints, check
 from levelhead.sources.sensors.board import CHIPS, BoardSpec, assemble_board, open_board, parse_board
 from levelhead.sources.sensors.emulated import World, emulate_board
 
-KINDS = ("emulated", "serial", "ros2", "replay", *CHIPS)
+KINDS = ("emulated", "serial", "ros2", "mavlink", "replay", *CHIPS)
 REST = 8.0  # s at the beginning, so that the node can read off the bias
 PUT_DOWN = 24  # times that an emulated sensor is put down there, where it is for poses
 HALF_LOOP = 60.0  # s that an emulated sensor is moved there, and back again
@@ -59,6 +59,10 @@ def open_source(
         port, baud = parse_serial(rest)
         said = check(hints.get("map"), hints.get("units"), hints.get("counts"), None)
         return _rotate(SerialLines(port, baud, Hints(said.map, said.scale, rate)), axes)
+    if kind == "mavlink":
+        from levelhead.live.mavlink import MavlinkSource
+
+        return _rotate(MavlinkSource(rest), axes)
     if kind == "ros2":
         from levelhead.live.ros2 import Ros2Source, default_domain
 

@@ -65,6 +65,8 @@ class NodeView:
             try:
                 self._read()
             except LevelheadError as error:  # this reader gets nothing from the node
+                if self._last is not None:
+                    self.page.turn(self._last.quat, valid=False)
                 self.page.status.content = f"**{plain_text(str(error))}**"
                 return
             now = time.monotonic()
@@ -126,6 +128,8 @@ class NodeView:
             self._set_params(**{name: value})
         except LevelheadError as error:
             self._list_event("not_set", f"**{plain_text(name)}** was not set: {plain_text(str(error))}")
+            if self._params is not None:
+                self.page.parameters.set(self._params)
 
     def _show_status(self, now: float) -> None:
         orientation = self._last

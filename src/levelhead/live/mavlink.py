@@ -1,0 +1,208 @@
+"""A node at an autopilot: readings from MAVLink over UDP, and the node's attitude back.
+
+MAVLink's body is x forward, y right, z down, and its earth north, east, down; levelhead's are forward, left, up and
+east, north, up.
+"""
+
+import math
+import re
+import socket
+import threading
+import time
+from collections.abc import Callable
+
+from levelhead.errors import LevelheadError
+from levelhead.kernels.quat import Quat, multiply, to_euler
+from levelhead.live.mavlink_codec import (
+    ATTITUDE,
+    ATTITUDE_QUATERNION,
+    HIGHRES_IMU,
+    RAW_IMU,
+    SCALED_IMU,
+    SCALED_PRESSURE,
+    MavlinkMessage,
+    pack_mavlink,
+    unpack_mavlink,
+)
+from levelhead.live.messages import ORIENTATION, Orientation
+from levelhead.live.subscription import Subscription
+from levelhead.sample import Sample, Triple
+from levelhead.units import GRAVITY
+
+PLACE = re.compile(r"^udp:(?:(\d+\.\d+\.\d+\.\d+|localhost):)?(\d{1,5})$")
+LOOPBACK, LAST_PORT = "127.0.0.1", 65_535
+DATAGRAM, MOST = 65_535, 1000  # bytes of a datagram, and datagrams of a poll
+MILLI, GAUSS, HECTOPASCAL = 1e-3, 100.0, 100.0  # milli; µT per gauss; Pa per hPa
+NO_MAG = (0.0, 0.0, 0.0)
+HALF = math.sqrt(0.5)
+TO_NED, FROM_FRD = Quat(0.0, HALF, HALF, 0.0), Quat(0.0, 1.0, 0.0, 0.0)  # east-north-up to NED; FRD to forward-left-up
+PERIOD = 0.005  # s between two looks for new orientations
+
+
+def parse_place(text: str) -> tuple[str, int]:
+    """Address and port from ``udp:14550`` or ``udp:0.0.0.0:14550``.
+
+    Raises:
+        LevelheadError: neither.
+    """
+    found = PLACE.match(text)
+    if found is None or not 1 <= int(found[2]) <= LAST_PORT:
+        raise LevelheadError(f"'{text}' is no place of MAVLink; expected such as udp:14550 or udp:0.0.0.0:14550")
+    return found[1] or LOOPBACK, int(found[2])
+
+
+class MavlinkSource:
+    """Samples from HIGHRES_IMU, SCALED_IMU or RAW_IMU, and SCALED_PRESSURE; see ``Source``.
+
+    The first of the three that comes is kept to. RAW_IMU has no unit in the standard; ArduPilot's mG, mrad/s and mgauss
+    are taken, and said.
+
+    Args:
+        place: see ``parse_place``; without an address only this machine is heard.
+    """
+
+    rate = gyr_range = acc_range = 0.0
+    ended = False
+
+    def __init__(self, place: str) -> None:
+        self._address = parse_place(place)
+        self.name = f"MAVLink at {place}"
+        self._socket: socket.socket | None = None
+        self._kind: tuple[int, int, int] | None = None  # message, system, component
+        self._pressure: float | None = None
+        self._last = -math.inf
+        self._troubles: list[tuple[str, str]] = []
+
+    def start(self) -> None:
+        """Listens.
+
+        Raises:
+            LevelheadError: the port is taken, or no such address.
+        """
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.setblocking(False)
+        try:
+            self._socket.bind(self._address)
+        except OSError as error:
+            self._socket.close()
+            raise LevelheadError(f"cannot listen on {self._address[0]}:{self._address[1]}: {error.strerror}") from None
+
+    def restart(self) -> None:
+        """A datagram needs no connection."""
+
+    def poll(self) -> list[Sample]:
+        """What came."""
+        samples: list[Sample] = []
+        assert self._socket is not None
+        for _ in range(MOST):
+            try:
+                data = self._socket.recv(DATAGRAM)
+            except BlockingIOError:
+                break
+            for message in unpack_mavlink(data):
+                self._add(message, samples)
+        return samples
+
+    def _add(self, message: MavlinkMessage, samples: list[Sample]) -> None:
+        if message.number == SCALED_PRESSURE:
+            self._pressure = message.fields["press_abs"] * HECTOPASCAL
+            return
+        if message.number not in (HIGHRES_IMU, SCALED_IMU, RAW_IMU):
+            return
+        kind = message.number, message.system, message.component
+        if self._kind is None:
+            self._kind = kind
+            if message.number == RAW_IMU:
+                words = "RAW_IMU has no unit in the standard; mG, mrad/s and mgauss are taken, as of ArduPilot"
+                self._troubles.append(("assumed", words))
+        if kind != self._kind:
+            return
+        sample = sample_of(message, self._pressure)
+        self._pressure = None
+        if sample.t > self._last:
+            self._last = sample.t
+            samples.append(sample)
+
+    def troubles(self) -> list[tuple[str, str]]:
+        """See ``Source``."""
+        found, self._troubles = self._troubles, []
+        return found
+
+    def close(self) -> None:
+        """Listens no more."""
+        if self._socket is not None:
+            self._socket.close()
+
+
+def sample_of(message: MavlinkMessage, pressure: float | None) -> Sample:
+    """A sample in forward, left, up from one of the three messages; ``pressure`` in Pa."""
+    fields = message.fields
+    fine = message.number == HIGHRES_IMU
+    acc, gyr, mag = (1.0, 1.0, GAUSS) if fine else (MILLI * GRAVITY, MILLI, MILLI * GAUSS)
+    field = _turned(fields, "mag", mag)
+    t = fields["time_boot_ms"] * MILLI if "time_boot_ms" in fields else fields["time_usec"] * 1e-6
+    if fine and fields["abs_pressure"] > 0.0:
+        pressure = fields["abs_pressure"] * HECTOPASCAL
+    known = None if field == NO_MAG else field
+    return Sample(t, _turned(fields, "gyro", gyr), _turned(fields, "acc", acc), known, pressure)
+
+
+def _turned(fields: dict[str, float], name: str, scale: float) -> Triple:
+    """A vector from forward, right, down."""
+    x, y, z = (scale * fields[f"{axis}{name}"] for axis in "xyz")
+    return x, 0.0 - y, 0.0 - z
+
+
+def to_ned(quat: tuple[float, float, float, float]) -> Quat:
+    """An attitude of forward, left, up in east, north, up as one of forward, right, down in north, east, down."""
+    w, x, y, z = multiply(multiply(TO_NED, Quat(*quat)), FROM_FRD)
+    return Quat(-w, -x, -y, -z) if w < 0.0 else Quat(w, x, y, z)
+
+
+class MavlinkPublisher:
+    """Sends ATTITUDE and ATTITUDE_QUATERNION for each valid orientation, until it is closed.
+
+    Args:
+        subscribe: gives the Subscription of a topic.
+        place: where they go, see ``parse_place``.
+    """
+
+    def __init__(self, subscribe: Callable[..., Subscription], place: str) -> None:
+        self._address = parse_place(place)
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._orientations = subscribe(ORIENTATION)
+        self._began, self._seq = time.monotonic(), 0
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="mavlink", daemon=True)
+        self._thread.start()
+
+    def _run(self) -> None:
+        while not self._over.wait(PERIOD):
+            message = self._orientations.latest(timeout=0.0)
+            if message is not None and message.valid:
+                self._send(message)
+
+    def _send(self, message: Orientation) -> None:
+        quat = to_ned(message.quat)
+        roll, pitch, yaw = to_euler(quat)
+        time_ms = round(1e3 * message.t) % 2**32
+        for number, values in ((ATTITUDE, (roll, pitch, yaw)), (ATTITUDE_QUATERNION, tuple(quat))):
+            data = pack_mavlink(number, self._seq, time_ms, *values, 0.0, 0.0, 0.0)
+            self._seq += 1
+            try:
+                self._socket.sendto(data, self._address)
+            except OSError:  # nobody listens there yet
+                return
+
+    def close(self) -> None:
+        """Sends no more."""
+        self._over.set()
+        self._thread.join(timeout=2.0)
+        self._orientations.close()
+        self._socket.close()
+
+    def __enter__(self) -> "MavlinkPublisher":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
