@@ -6,6 +6,7 @@ import re
 import shutil
 import threading
 import time
+from contextlib import nullcontext
 from dataclasses import replace
 from datetime import datetime
 from types import SimpleNamespace
@@ -21,7 +22,7 @@ from levelhead.live import Health, Node, open_source
 from levelhead.publish.dashboard.chart_data import tilt_of, two_sigma, unwrap, unwrap_to, y_range
 from levelhead.publish.dashboard.node_view import NodeView
 from levelhead.publish.dashboard.page import sector
-from levelhead.publish.dashboard.parameter_panel import SliderScale
+from levelhead.publish.dashboard.parameter_panel import ParameterPanel, SliderScale
 from levelhead.publish.dashboard.recording_view import RecordingView
 
 FREE = 18_080  # the first port that is tried
@@ -326,3 +327,47 @@ def test_a_guided_calibration_shows_how_the_sensor_should_lie():
         assert math.isclose(2.0 * (y * z + w * x), -1.0)  # y points down
     finally:
         view.stop()
+
+
+class FakeGui:
+    """Widgets without a page: what ``ParameterPanel`` asks of viser."""
+
+    def __init__(self) -> None:
+        self.widgets: dict = {}
+
+    def add_html(self, _: str) -> None:
+        """Style."""
+
+    def add_folder(self, _: str):
+        return nullcontext(SimpleNamespace(remove=lambda: None))
+
+    def _add(self, value: float):
+        widget = SimpleNamespace(value=value)
+        widget.on_update = lambda act: setattr(widget, "act", act)
+        return widget
+
+    def add_checkbox(self, label, value, **_):
+        return self.widgets.setdefault(label, self._add(value))
+
+    def add_slider(self, name, low, high, step, value, **_):
+        return self.widgets.setdefault(f"slider {name}", self._add(value))
+
+    def add_number(self, label, value, **_):
+        return self.widgets.setdefault(label, self._add(value))
+
+
+@pytest.mark.parametrize("typed, refused_by", [(-1.0, "range"), (0.7, "node")])
+def test_a_value_that_is_refused_leaves_its_box(typed, refused_by):
+    """One out of range, and one that the node does not take: the box has the value in use again."""
+    gui, asked = FakeGui(), []
+    panel = ParameterPanel(gui)
+
+    def change(name, value):
+        asked.append(value)
+        panel.set(lh.Madgwick(beta=0.1))  # as a view does that was refused
+
+    panel.show(lh.Madgwick(beta=0.1), change)
+    box = next(widget for label, widget in gui.widgets.items() if label.startswith("beta"))
+    box.value = typed
+    box.act(SimpleNamespace(client=1))
+    assert box.value == 0.1 and asked == ([] if refused_by == "range" else [0.7])

@@ -79,18 +79,29 @@ class ParameterPanel:
         slider = gui.add_slider(name, 0, NOTCHES, 1, scale.notch(value), marks=marks, hint=param.doc)
         box = gui.add_number(label, float(value), hint=f"{param.doc}; {param.range}", step=1e-6)
 
+        shown = float(value)  # the last value that is allowed
+
         def on_slider(event: Handle) -> None:
+            nonlocal shown
             if event.client is not None:
-                box.value = scale.value(slider.value)
-                change(name, box.value)
+                shown = box.value = scale.value(slider.value)
+                change(name, shown)
 
         def on_number(event: Handle) -> None:
-            if event.client is not None and param.allows(float(box.value)):
-                slider.value = scale.notch(float(box.value))
-                change(name, float(box.value))
+            nonlocal shown
+            if event.client is None:
+                return
+            if not param.allows(float(box.value)):
+                box.value = shown
+                return
+            shown = float(box.value)
+            slider.value = scale.notch(shown)
+            change(name, shown)
 
         def show(new: float | bool) -> None:
-            box.value, slider.value = float(new), scale.notch(float(new))
+            nonlocal shown
+            shown = float(new)
+            box.value, slider.value = shown, scale.notch(shown)
 
         slider.on_update(on_slider)
         box.on_update(on_number)
