@@ -47,12 +47,6 @@ COMMON = (
     Kind("bytes", WHOLE, "of the file"),
 )
 
-
-def health_column(bit: int) -> str:
-    """The column with the share of samples that carry a health bit."""
-    return HEALTH[bit]
-
-
 HEALTH = {
     bit: f"share_{name.lower()}" for name, bit in vars(health).items() if isinstance(bit, int) and bit in health.NAMES
 }

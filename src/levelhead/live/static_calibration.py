@@ -48,12 +48,11 @@ class StaticCalibration:
         samples: samples at rest that are needed.
 
     Attributes:
-        refusals: how often it began again.
         taken: samples so far.
     """
 
     def __init__(self, samples: int = SAMPLES) -> None:
-        self.samples, self.refusals, self.taken = samples, 0, 0
+        self.samples, self.taken = samples, 0
         self._begin()
 
     def _begin(self) -> None:
@@ -90,7 +89,6 @@ class StaticCalibration:
             return ""
         why = self._motion(self._block_gyr.value, self._block_acc.value)
         if why:
-            self.refusals += 1
             self._begin()
             return why
         for _ in range(BLOCK):
