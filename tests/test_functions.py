@@ -34,7 +34,6 @@ LONG = {
     "corpora/runner.py:corpus": COMMAND,
     "corpora/tune_corpus.py:tune_corpus": "mended with the corpora",
     "engine/conditioning.py:condition": "mended with the kernels",
-    "inspection/physics.py:examine_field": "mended with the doctor",
     "live/zenoh_reader.py:subscribe": "mended with the readers of a bus",
 }
 

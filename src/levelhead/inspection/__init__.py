@@ -2,16 +2,18 @@
 
 import os
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from levelhead.errors import LevelheadError
 from levelhead.inspection.findings import Finding, Report, sort_findings
-from levelhead.inspection.physics import examine_axes, examine_field, examine_rest
+from levelhead.inspection.physics import examine_field, examine_gravity, examine_rest
 from levelhead.inspection.reading import from_reader
 from levelhead.inspection.spikes import examine_spikes
 from levelhead.inspection.timing import examine_clock
+from levelhead.inspection.turns import examine_turns
 from levelhead.inspection.unknown import unknown
 from levelhead.inspection.values import examine_values
 from levelhead.inspection.verdict import expectation, verdict
@@ -21,7 +23,16 @@ from levelhead.sources.hints import NeedsHints
 from levelhead.sources.interpret.accelerometer import GravityRemoved
 
 Check = Callable[[Recording], Iterator[Finding]]
-FAULTS: tuple[Check, ...] = (examine_axes, examine_field, examine_rest, examine_clock, examine_values, examine_spikes)
+BRIEF = 10  # segments by which ``levelhead fuse`` judges turns
+FAULTS: tuple[Check, ...] = (
+    examine_turns,
+    examine_gravity,
+    examine_field,
+    examine_rest,
+    examine_clock,
+    examine_values,
+    examine_spikes,
+)
 
 __all__ = ["Finding", "Report", "examine", "inspect", "list_findings", "short_form"]
 
@@ -105,7 +116,8 @@ def _run(recording: Recording, checks: Sequence[Check]) -> Iterator[Finding]:
 
 def short_form(recording: Recording) -> list[str]:
     """At most two lines for the summary of ``levelhead fuse``: the worst findings; [] for a recording that is fine."""
-    bad = [one for one in _collect(recording, FAULTS) if one.severity != "note"]
+    brief: tuple[Check, ...] = (partial(examine_turns, most=BRIEF), *FAULTS[1:])
+    bad = [one for one in _collect(recording, brief) if one.severity != "note"]
     lines = [f"{one.what}. {one.cure}".strip() for one in bad[:1]]
     if len(bad) > 1:
         lines.append(f"{len(bad) - 1} more: {', '.join(one.name for one in bad[1:5])}; levelhead doctor LOG shows them")

@@ -66,6 +66,9 @@ def examine_delay(recording: Recording) -> Iterator[Finding]:
             "than the gyroscope",
             f"where gravity's turn fits best, in {found.parts} parts, ±{1e3 * found.sigma:.0f} ms",
             "Give both sensors one filter and one clock.",
+            value=1e3 * found.delay,
+            interval=(1e3 * (found.delay - 2.0 * found.sigma), 1e3 * (found.delay + 2.0 * found.sigma)),
+            unit="ms",
         )
 
 

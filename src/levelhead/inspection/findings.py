@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from levelhead.inspection.mend import Mend
 from levelhead.open_types import Fields, ReadOnlyFields
 from levelhead.recording import Recording
 
@@ -20,6 +21,10 @@ class Finding:
         evidence: the numbers that show it.
         cure: what to do, a sentence; "" if there is nothing to do.
         rows: first and last row that it concerns, or None for all.
+        value: the size as a number in ``unit``; None: it has none.
+        interval: where the value lies with 95 %.
+        unit: of the value; "" for a ratio.
+        mend: what would make the readings right; None: nothing that is known.
     """
 
     name: str
@@ -28,6 +33,10 @@ class Finding:
     evidence: str
     cure: str = ""
     rows: tuple[int, int] | None = None
+    value: float | None = None
+    interval: tuple[float, float] | None = None
+    unit: str = ""
+    mend: Mend | None = None
 
     def __str__(self) -> str:
         where = "" if self.rows is None else f" (rows {self.rows[0]} to {self.rows[1]})"
@@ -93,6 +102,9 @@ class Report:
                     "evidence": one.evidence,
                     "cure": one.cure,
                     "rows": one.rows,
+                    "value": one.value,
+                    "interval": one.interval,
+                    "unit": one.unit,
                 }
                 for one in self.findings
             ],

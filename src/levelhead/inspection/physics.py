@@ -1,15 +1,12 @@
-"""What is wrong with the sensors beside each other: signs, axes, scale at rest, bias, the field."""
+"""What is wrong with the sensors beside each other: scale at rest, bias, the field."""
 
 from collections.abc import Iterator
-from itertools import permutations, product
 
 import numpy as np
 
 from levelhead.inspection.findings import Finding
-from levelhead.recording import Array, Recording, median
-from levelhead.signals.field_turn import field_turn
-from levelhead.signals.gravity_turn import excerpt, quiet_turn, turn_of_gravity
-from levelhead.signals.hard_iron import hard_iron
+from levelhead.recording import Recording, median
+from levelhead.signals.gravity_turn import excerpt, quiet_turn
 from levelhead.signals.mean_force import mean_forces
 from levelhead.units import GRAVITY
 
@@ -20,10 +17,10 @@ SURE = 3.0  # σ by which a scale found in motion must be beyond SCALE
 STRIDES = 2.0  # s, over which the accelerations of a motion cancel
 LITTLE = 0.09  # rad/s, and rad: 5 deg/s and 5 deg
 MANY = 1_000_000  # rows that tell as much of a distribution as all
+WITHOUT = 0.35  # g, below which there is no gravity in the force
 FEWEST = 8  # windows of STRIDES
 BIAS = np.radians(0.45)  # rad/s
 AGAINST = -0.55  # correlation from which gravity turns against the gyroscope
-QUIET = 0.06  # share of gravity by which the specific force may differ in the spans that tell
 STRONGEST, WEAKEST = 67.0, 22.0  # µT, of the earth's field (World Magnetic Model 2020, at the ground)
 
 
@@ -43,6 +40,26 @@ def rest_rows(recording: Recording) -> "np.ndarray[tuple[int], np.dtype[np.bool_
     quiet &= rate < np.radians(8.0)
     still[: count * size] = np.repeat(quiet, size)
     return still
+
+
+def examine_gravity(recording: Recording) -> Iterator[Finding]:
+    """Whether gravity is there at all: turned back by the gyroscope, the mean force over seconds is 1 g."""
+    rows = excerpt(len(recording))
+    t, gyr, acc = recording.t[rows], recording.gyr[rows], recording.acc[rows]
+    lengths = mean_forces(t, gyr, acc, STRIDES).length
+    usual = np.linalg.norm(acc, axis=1)
+    usual = usual[np.isfinite(usual)]
+    if len(lengths) < 3 or len(usual) == 0:
+        return
+    share, length = median(lengths) / GRAVITY, median(usual) / GRAVITY
+    if share < WITHOUT and length < 2.0 * WITHOUT:
+        yield Finding(
+            "gravity_removed",
+            "broken",
+            "the accelerometer is without gravity: somebody took it off",
+            f"its mean over {STRIDES:g} s, turned back by the gyroscope, is {share:.2f} g, its length {length:.2f} g",
+            "Record the acceleration with gravity; give its columns: --map acc=X,Y,Z.",
+        )
 
 
 def examine_rest(recording: Recording) -> Iterator[Finding]:
@@ -79,6 +96,8 @@ def examine_rest(recording: Recording) -> Iterator[Finding]:
             f"{'in motion' if sigma else 'at rest'}, {100 * off:+.1f} %",
             evidence,
             "Calibrate it: six positions, or ESKF with a prior.",
+            value=1.0 + off,
+            interval=(1.0 + off - 2.0 * sigma, 1.0 + off + 2.0 * sigma),
         )
     if still.sum() > 20:
         bias = np.array([median(axis) for axis in gyr.T])
@@ -90,6 +109,8 @@ def examine_rest(recording: Recording) -> Iterator[Finding]:
                 f"the gyroscope reads {listed} deg/s at rest",
                 f"{int(still.sum())} rows at rest",
                 "The filters read it off at rest.",
+                value=float(np.degrees(np.abs(bias).max())),
+                unit="deg/s",
             )
 
 
@@ -122,59 +143,6 @@ def scale_in_motion(recording: Recording) -> tuple[float, float]:
     return float(lengths.mean() / GRAVITY - 1.0), float(lengths.std() / GRAVITY / np.sqrt(len(lengths)))
 
 
-def examine_axes(recording: Recording) -> Iterator[Finding]:
-    """Findings about the gyroscope beside the accelerometer: inverted, or axes in another order."""
-    rows = excerpt(len(recording))
-    t, gyr, acc = recording.t[rows], recording.gyr[rows], recording.acc[rows]
-    turn, quiet = turn_of_gravity(t, gyr, acc), quiet_turn(t, gyr, acc)
-    field = None if recording.mag is None else field_turn(t, gyr, recording.mag[rows])
-    agrees = field is not None and field.correlation > 0.8
-    if turn is None:
-        return
-    if quiet is not None and quiet.correlation < AGAINST and quiet.turned > 0.02:
-        best, value = best_axes(t, gyr, acc)
-        yield Finding(
-            "gyro_inverted",
-            "broken",
-            "gravity turns against the gyroscope: one of them is inverted",
-            f"k = {quiet.scale:.2f}, r = {quiet.correlation:.2f} where only gravity is felt; with "
-            f"gyroscope ({best}) r = {value:.2f}",
-            "Turn the gyroscope's signs round; where axes were swapped, its order too.",
-        )
-        return
-    if (agrees and turn.correlation < 0.0) or (abs(turn.correlation) < 0.6 and turn.turned < 0.12):
-        yield Finding(
-            "acc_gyr_test_invalid",
-            "note",
-            "accelerometer and gyroscope cannot be compared on this motion",
-            f"r = {turn.correlation:.2f}, turn {turn.turned:.3f} per span"
-            + ("; the magnetometer proves the sign" if agrees else ""),
-        )
-        return
-    if quiet is not None and quiet.correlation < 0.4 and quiet.turned > 0.05:
-        best, value = best_axes(t, gyr, acc)
-        if value > 0.9 and value > quiet.correlation + 0.4:
-            yield Finding(
-                "axes_order",
-                "broken",
-                f"the axes do not belong together; gyroscope ({best}) would",
-                f"r = {quiet.correlation:.2f} as it is, {value:.2f} so",
-                "Give the columns in that order, with those signs.",
-            )
-
-
-def best_axes(t: Array, gyr: Array, acc: Array) -> tuple[str, float]:
-    """The signed permutation of the gyroscope's axes, of all 48, that fits gravity's turn best, and its correlation."""
-    best = ("x, y, z", -1.0)
-    for order in permutations(range(3)):
-        for signs in product((1.0, -1.0), repeat=3):
-            turn = quiet_turn(t, gyr[:, order] * np.array(signs), acc)
-            if turn is not None and turn.correlation > best[1]:
-                words = ", ".join(("−" if sign < 0 else "") + "xyz"[i] for i, sign in zip(order, signs, strict=True))
-                best = words, turn.correlation
-    return best
-
-
 def examine_field(recording: Recording) -> Iterator[Finding]:
     """Findings about the magnetometer."""
     if recording.mag is None:
@@ -185,15 +153,6 @@ def examine_field(recording: Recording) -> Iterator[Finding]:
         return
     low, middle, high = (float(one) for one in np.quantile(length, [0.05, 0.5, 0.95]))
     known = "mag_unit" not in recording.meta
-    iron = hard_iron(recording)
-    if iron is not None and iron.clear and (high - low) > 0.3 * middle:
-        yield Finding(
-            "mag_offset",
-            "warning",
-            f"the magnetometer is not calibrated: its middle is off by {100 * iron.share:.0f} % of the field",
-            f"lengths of {low:.3g} to {high:.3g} while it turns",
-            "Learn it: --set mag_offset=0.3 --save-calibration FILE.",
-        )
     if (high - low) > 0.45 * middle:
         yield Finding(
             "mag_disturbed",
@@ -209,20 +168,6 @@ def examine_field(recording: Recording) -> Iterator[Finding]:
             f"{middle:.0f} µT is no field of the earth ({WEAKEST:g} to {STRONGEST:g} µT)",
             "median length",
             "Iron or a magnet is near, or the unit is wrong.",
-        )
-    turn = field_turn(recording.t, recording.gyr, recording.mag)
-    if (
-        turn is not None
-        and turn.is_informative
-        and turn.free > 0.93
-        and (turn.correlation < 0.75 or (turn.free > 0.99 and turn.free - turn.correlation > 0.02))
-    ):
-        yield Finding(
-            "mag_axes",
-            "warning",
-            "the magnetometer's axes are not the gyroscope's, or it has an offset",
-            f"r = {turn.correlation:.2f} axis by axis, {turn.free:.2f} with free axes",
-            "Give its axes in the gyroscope's order and signs.",
         )
     up = np.einsum("ij,ij->i", recording.acc, recording.mag) / (
         np.linalg.norm(recording.acc, axis=1) * np.linalg.norm(recording.mag, axis=1)

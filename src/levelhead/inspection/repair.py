@@ -8,16 +8,22 @@ import numpy as np
 from levelhead.atomic import atomic_path
 from levelhead.errors import LevelheadError
 from levelhead.inspection.findings import Report
+from levelhead.inspection.mend import Mend
+from levelhead.inspection.turns import examine_turns
 from levelhead.open_types import Fields
 from levelhead.recording import Recording
+from levelhead.signals.turn_matrix import NONE, cut, fit
+
+BETTER = 1.15  # times less that must be left, for a change
+SAME = 0.15  # by which the mends of a half and of the whole may differ
 
 
 def write_repaired(report: Report, path: Path) -> None:
     """Writes a report's recording with what can be mended mended.
 
-    Signs of an inverted gyroscope are turned round; what the reader repaired (stamps, units, signs, columns) is in the
-    recording already. Columns are t [s], gyr [rad/s], acc [m/s²], mag [µT]; the metadata "levelhead" holds the
-    findings, the reader's notes and the changes as JSON.
+    What the reader repaired (stamps, units, signs, columns) is in the recording already. Columns are t [s],
+    gyr [rad/s], acc [m/s²], mag [µT]; the metadata "levelhead" holds the findings, the reader's notes and the changes
+    as JSON.
 
     Raises:
         LevelheadError: pyarrow is not installed, or the path cannot be written.
@@ -44,14 +50,57 @@ def write_repaired(report: Report, path: Path) -> None:
 
 
 def repair(report: Report) -> tuple[Recording, list[str]]:
-    """The recording, mended, and what was changed, in sentences."""
+    """The recording, mended, and what was changed, in sentences.
+
+    Signs, axes, scales, delays and iron are mended where it is proved: each half of the recording shows the fault, and
+    its mend leaves less in the other half, on which nothing was fitted.
+    """
     recording = report.recording
     assert recording is not None
     changes = [str(note) for note in recording.meta.get("notes", ())]
-    inverted = next((one for one in report.findings if one.name == "gyro_inverted"), None)
-    if inverted is not None:
-        changes.append(f"gyroscope: turned round, because {inverted.evidence}")
-        recording = Recording(
-            recording.t, -recording.gyr, recording.acc, recording.mag, recording.truth, recording.meta
+    for one in report.findings:
+        mend = one.mend
+        if mend is None or not mend.sole:
+            continue
+        better = _gain(recording, mend)
+        if better is None or better < BETTER:
+            proof = "the recording is too short to prove it" if better is None else f"by {better:.2f} times only"
+            changes.append(f"not mended: {one.what} ({proof})")
+            continue
+        recording = mend.apply(recording)
+        changes.append(
+            f"mended: {one.what}; on the half of the recording that this was not found from, what gyroscope and "
+            f"{'field' if mend.role == 'mag' else 'gravity'} leave of each other is {better:.1f} times smaller"
         )
     return recording, changes
+
+
+def _gain(recording: Recording, mend: Mend) -> float | None:
+    """How many times less a mend leaves in the half of a recording that it was not found from; None: too short to tell.
+
+    The mend is found again, by its kind, in the other half. What is left is the smaller for the worse of both halves.
+    """
+    half = len(recording) // 2
+    parts = (recording[:half], recording[half:])
+    gains = []
+    for found, kept in (parts, parts[::-1]):
+        again = [one.mend for one in examine_turns(found) if one.mend is not None and one.mend.role == mend.role]
+        same = next((one for one in again if np.abs(one.matrix - mend.matrix).max() < SAME), None)
+        before, after = (_left(one, mend.role) for one in (kept, kept if same is None else same.apply(kept)))
+        if before is None or after is None:
+            return None
+        gains.append(before / max(after, 1e-12))
+    return float(min(gains))
+
+
+def _left(recording: Recording, role: str) -> float | None:
+    """What force and field leave when the gyroscope turns them back, as it is; bias, arm, iron and delay are fitted."""
+    left = []
+    for one in ("acc", "mag"):
+        values = getattr(recording, one)
+        if values is None or role not in ("gyr", one):
+            continue
+        seg = cut(recording.t, recording.gyr, values, one == "acc")
+        if seg is not None:
+            left.append(fit(seg, np.eye(3), NONE).left)
+    return float(np.prod(left) ** (1.0 / len(left))) if left else None

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from levelhead.inspection.findings import Finding
+from levelhead.inspection.mend import Mend
 from levelhead.recording import Array, Recording, median
 from levelhead.units import GRAVITY
 
@@ -20,6 +21,7 @@ MISSING = 0.005
 HELD = 0.2  # share of rows that repeat the row before
 HELD_MOVING = 0.1  # and where the sensor moves most, where rounding hardly repeats all three axes
 BLOCK = 25  # rows, over which it is told how much it moves
+STUCK, MOVES = 4.0, 0.5  # s in which one axis stands, and the share of rows in which another changes meanwhile
 DEADBAND = 0.05  # share of rows that are exactly 0, 0, 0
 
 
@@ -27,6 +29,7 @@ def examine_values(recording: Recording) -> Iterator[Finding]:
     """Findings about gyroscope, accelerometer and magnetometer, one by one."""
     for role in ("gyr", "acc"):
         values = np.asarray(getattr(recording, role))
+        yield from _stuck(recording, role, values)
         yield from _clipping(role, values)
         yield from _held(role, values)
         missing = float((~np.isfinite(values).all(axis=1)).mean())
@@ -96,6 +99,54 @@ def _clipping(role: str, values: Array) -> Iterator[Finding]:
         "Set a larger full scale.",
         (first, first),
     )
+
+
+def find_stuck(t: Array, values: Array) -> tuple[int, int, int] | None:
+    """(axis, first row, row after the last) of the longest time in which one axis stands and the others move."""
+    best: tuple[int, int, int] | None = None
+    for axis in range(3):
+        column = values[:, axis]
+        edges = np.concatenate([[0], np.flatnonzero(column[1:] != column[:-1]) + 1, [len(column)]])
+        longest = int(np.argmax(t[np.minimum(edges[1:], len(t) - 1)] - t[edges[:-1]]))
+        first, last = int(edges[longest]), int(edges[longest + 1])
+        others = np.diff(np.delete(values[first:last], axis, axis=1), axis=0)
+        moves = last - first > 20 and float((others != 0.0).any(axis=1).mean()) > MOVES
+        if moves and t[last - 1] - t[first] > STUCK and (best is None or last - first > best[2] - best[1]):
+            best = axis, first, last
+    return best
+
+
+def _stuck(recording: Recording, role: str, values: Array) -> Iterator[Finding]:
+    found = find_stuck(recording.t, values)
+    if found is None:
+        return
+    axis, first, last = found
+    when = "all the time" if last - first >= len(values) - 1 else f"from {recording.t[first] - recording.t[0]:.0f} s on"
+    offset = np.zeros_like(values)
+    offset[first:last, axis] = values[first, axis] - _likely(recording, role, axis)[first:last]
+    yield Finding(
+        f"stuck_{role}",
+        "broken",
+        f"the {NAMES[role]}'s {'xyz'[axis]} stands at one value {when}",
+        f"{last - first} rows in a row, while the others move",
+        "Look at the wire and the driver of that axis.",
+        (first, last - 1),
+        mend=Mend(role, np.eye(3), offset),
+    )
+
+
+def _likely(recording: Recording, role: str, axis: int) -> Array:
+    """(n,) what an axis would about read: what is left of 1 g, or the rate that the force's turn shows."""
+    acc = np.asarray(recording.acc)
+    if role == "acc":
+        rest = GRAVITY**2 - (np.delete(acc, axis, axis=1) ** 2).sum(axis=1)
+        made: Array = np.copysign(np.sqrt(rest.clip(0.0)), acc[:, axis])
+        return made
+    box = max(1, round(0.2 * recording.rate))
+    smooth = np.stack([np.convolve(one, np.ones(box) / box, "same") for one in acc.T], axis=1)
+    square = (smooth * smooth).sum(axis=1).clip(1e-9)
+    rate: Array = np.cross(np.gradient(smooth, recording.t, axis=0), smooth)[:, axis] / square
+    return rate
 
 
 def _held(role: str, values: Array) -> Iterator[Finding]:

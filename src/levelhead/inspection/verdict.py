@@ -11,6 +11,7 @@ from levelhead.errors import LevelheadError
 from levelhead.inspection.field_azimuth import expected_heading_error
 from levelhead.inspection.findings import Finding
 from levelhead.recording import Array, Recording
+from levelhead.rotations import conjugate, rotate
 from levelhead.track import Track
 
 EXCERPT = 60_000  # samples that are fused for the expectation, at most: some 0.2 s
@@ -20,6 +21,7 @@ ADDED = {
     "too_slow": 3.0,
     "raw_counts": 1.0,
     "held_samples": 0.5,
+    "gravity_removed": 70.0,
 }  # deg of tilt; no filter sees them
 # deg, where a log is too short for ``expected_heading_error``
 HEADING_ADDED = {"mag_offset": 15.0, "mag_disturbed": 15.0, "mag_axes": 30.0, "mag_strength": 10.0}  # deg
@@ -35,16 +37,28 @@ class Expectation(NamedTuple):
 
 
 def expectation(recording: Recording, findings: Sequence[Finding]) -> Expectation:
-    """What a track fused from this recording will be good for."""
+    """What a track fused from this recording will be good for.
+
+    A finding that carries what would mend it counts with the tilt between the tracks fused as it is and mended.
+    """
     names = {one.name for one in findings}
-    if any(one.severity == "broken" and one.name != "no_time" for one in findings):
-        return Expectation(None, None, None)
-    track = _fuse_start(replace(recording, mag=None))  # tilt hardly depends on the field
-    if track is None or track.sigma is None:
+    plain = replace(recording, mag=None)  # tilt hardly depends on the field
+    mended = plain
+    for one in findings:
+        if one.mend is not None and one.mend.role != "mag":
+            mended = one.mend.apply(mended)
+    track = _fuse_start(plain)
+    right = track
+    if mended is not plain:
+        track, right = _fuse_start(recording), _fuse_start(mended)
+    if track is None or right is None or track.sigma is None or right.sigma is None:
         return Expectation(None, None, None)
     late = track.t > track.t[0] + min(SETTLED, 0.3 * (track.t[-1] - track.t[0]))
-    sigma = np.degrees(track.sigma[late])
+    sigma = np.degrees(right.sigma[late])
     added = sum(ADDED[one] ** 2 for one in names & set(ADDED))
+    if right is not track:
+        away = np.degrees(tilt_between(track.quat[late], right.quat[late]))
+        added += float(np.nanmean(away**2))
     tilt = float(np.sqrt(np.nanmean(sigma[:, 0] ** 2 + sigma[:, 1] ** 2) + added))
     if recording.mag is None:
         return Expectation(tilt, None, _drift(track.t[late], sigma[:, 2]))
@@ -53,6 +67,14 @@ def expectation(recording: Recording, findings: Sequence[Finding]) -> Expectatio
         unseen = sum(HEADING_ADDED[one] ** 2 for one in names & set(HEADING_ADDED))
         heading = float(np.sqrt(np.nanmean(np.degrees(whole.sigma[late, 2]) ** 2) + unseen))
     return Expectation(tilt, heading, None)
+
+
+def tilt_between(a: Array, b: Array) -> Array:
+    """(n,) angles in rad between the verticals of (n, 4) orientations, as the sensor sees them."""
+    up = np.array([0.0, 0.0, 1.0])
+    cosine = (rotate(conjugate(a), up) * rotate(conjugate(b), up)).sum(axis=1)
+    made: Array = np.arccos(np.clip(cosine, -1.0, 1.0))
+    return made
 
 
 def _fuse_start(recording: Recording) -> Track | None:
@@ -79,9 +101,10 @@ def _drift(t: Array, sigma: Array) -> float:
 
 def verdict(recording: Recording, findings: Sequence[Finding], expected: Expectation) -> str:
     """One line."""
-    broken = [one for one in findings if one.severity == "broken"]
-    if expected.tilt is None:
-        return f"not to be trusted as it is: {broken[0].what}"
+    broken = [one for one in findings if one.severity == "broken" and one.name != "no_time"]
+    if broken or expected.tilt is None:
+        size = "" if expected.tilt is None else f"; tilt would be off by about {expected.tilt:.2g}°"
+        return f"not to be trusted as it is: {broken[0].what if broken else 'it cannot be fused'}{size}"
     words = f"good for tilt to {expected.tilt:.2g}°"
     if expected.heading is not None:
         words += f", heading to {expected.heading:.2g}°"

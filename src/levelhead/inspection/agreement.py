@@ -1,0 +1,263 @@
+"""Whether gyroscope, accelerometer and magnetometer agree about each turn: scale, wiring and mounting of each.
+
+Let G, A and B be what stands between the true rate, force and field and the readings. From u' = u × ω follows that
+the matrix M between the gyroscope and the turn that a sensor shows is det(A) A G⁻¹ (for an orthogonal A), or
+det(B) B G⁻¹. Each fault of one sensor is a family of such matrices. The fits and their covariances judge each; the
+one with the least χ² + penalty wins (G. Schwarz, Estimating the dimension of a model, Ann. Statist. 6, 1978).
+"""
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from levelhead.recording import Array, Recording
+from levelhead.signals.turn_matrix import (
+    ALL_NINE,
+    IDENTITY,
+    MOST,
+    NONE,
+    WIRINGS,
+    Segments,
+    TurnMatrix,
+    cut,
+    fit,
+    screen,
+)
+
+FLOOR = 0.02  # 1σ of each number of M: scale errors of good sensors, and what no model has
+FOLLOWS = 0.6  # share of the turn that forces may mimic where nothing is left of it
+LEAST = 0.015  # scale that is looked for: rad/s for deg/s is 0.0175
+CANDIDATES = 3  # wirings that are fitted
+BASINS = 0.9  # of what the identity leaves, from which another wiring starts the fit
+SHIFTED = 0.015  # s of delay, beyond which the fit is made again
+SLOW = 0.05  # s of delay, from which it may be a filter
+TREATMENTS = 4
+CLEAR = 12.0  # of χ² + penalty, by which a fault must be better than none
+TIED = 8.0  # by which two faults are told apart
+
+
+class Seen(NamedTuple):
+    """What one vector shows.
+
+    Attributes:
+        role: "acc" or "mag".
+        fit: the matrix and what goes with it.
+        weight: the inverse of its covariance, with what no model has, (9, 9).
+        contrast: how many times more is left where nothing is turned back.
+        filtered: whether the delay is the time constant of a filter rather than time.
+        segments: that were compared.
+    """
+
+    role: str
+    fit: TurnMatrix
+    weight: Array
+    contrast: float
+    filtered: bool
+    segments: Segments
+
+
+class Hypothesis(NamedTuple):
+    """A hypothesis.
+
+    Attributes:
+        kind: "none", "scale", "axis_scale", "wiring", "mounting" or "matrix".
+        role: the sensor at fault.
+        matrix: what its readings must be multiplied with to be right, (3, 3).
+        chi: χ² of the matrices seen.
+        penalty: for how seldom people do that, and for the numbers that were fitted.
+        sigma: 1σ of the scale or angle that was fitted, rad; 0 for a wiring.
+    """
+
+    kind: str
+    role: str
+    matrix: Array
+    chi: float
+    penalty: float
+    sigma: float
+
+    @property
+    def score(self) -> float:
+        """χ² + penalty."""
+        return self.chi + self.penalty
+
+
+def look(role: str, seg: Segments) -> Seen:
+    """The matrix that fits best, from the best wiring."""
+    nothing = fit(seg, np.zeros((3, 3)), NONE).left
+    judged = screen(seg)
+    usual = next((share for share, one in judged if np.allclose(one / np.abs(one).max(), IDENTITY)), 1.0)
+    starts = [one for share, one in judged[:CANDIDATES] if share <= usual]
+    best = fit(seg, IDENTITY, IDENTITY[None])
+    for start in starts:
+        scale = float(np.abs(start).max())
+        wiring = start / scale
+        if np.allclose(wiring, IDENTITY) and 0.7 < scale < 1.4:
+            continue
+        one = fit(seg, start, wiring[None])
+        if one.left < BASINS * best.left:
+            best = one
+    whole = fit(seg, best.matrix, ALL_NINE)
+    whole, filtered = _without_delay(seg, whole)
+    contrast = nothing / max(whole.left, 1e-9)
+    floor = FLOOR + FOLLOWS / contrast**2
+    covariance = whole.covariance + floor**2 * np.eye(9)
+    weight = np.asarray(np.linalg.inv(covariance), dtype=np.float64)
+    return Seen(role, whole, weight, contrast, filtered, seg)
+
+
+def _without_delay(seg: Segments, whole: TurnMatrix) -> tuple[TurnMatrix, bool]:
+    """The fit to a vector without its delay, or without the filter that it went through, and which of the two."""
+    ways = (
+        [(False, seg.shifted), (True, seg.sharpened)] if seg.is_force and whole.delay > SLOW else [(False, seg.shifted)]
+    )
+    best, chosen = whole, False
+    for filtered, treat in ways:
+        one, total = whole, 0.0
+        for _ in range(TREATMENTS):
+            total += one.delay
+            if abs(one.delay) < SHIFTED:
+                break
+            one = fit(treat(total), one.matrix, ALL_NINE)
+        one = one._replace(delay=total)
+        if one.left < best.left:
+            best, chosen = one, filtered
+    return best, chosen
+
+
+def _chi(seen: Seen, matrix: Array) -> float:
+    off = (seen.fit.matrix - matrix).ravel()
+    return float(off @ seen.weight @ off)
+
+
+def _minimum(seen: Sequence[tuple[Seen, Array]], basis: Array) -> tuple[float, Array, Array]:
+    """(χ², x, covariance) of Mₛ = Σ x basis · Rₛ for all sensors s with their fixed Rₛ; basis (p, 3, 3)."""
+    p = len(basis)
+    normal, right, whole = np.zeros((p, p)), np.zeros(p), 0.0
+    for one, fixed in seen:
+        columns = (fixed @ basis).reshape(p, 9)
+        value = one.fit.matrix.ravel()
+        normal += columns @ one.weight @ columns.T
+        right += columns @ one.weight @ value
+        whole += float(value @ one.weight @ value)
+    covariance = np.asarray(np.linalg.pinv(normal), dtype=np.float64)
+    x = covariance @ right
+    return whole - float(right @ x), x, covariance
+
+
+def _penalty(wiring: Array) -> float:
+    """More for what people do less often: one axis reversed 6, a swap 7, a cycle 8, all reversed 6, the rest 11."""
+    magnitude, negative = np.abs(wiring), int((wiring < 0.0).sum())
+    moved = int(3 - np.trace(magnitude))
+    if moved == 0:
+        return {1: 6.0, 2: 9.0, 3: 6.0}[negative]
+    return (7.0 if moved == 2 else 8.0) + 3.0 * negative
+
+
+def faults(seen: Sequence[Seen]) -> list[Hypothesis]:
+    """All hypotheses, the likeliest first."""
+    made = [Hypothesis("none", "", IDENTITY, sum(_chi(one, IDENTITY) for one in seen), 0.0, 0.0)]
+    roles = {one.role: one for one in seen}
+    for wiring in WIRINGS[1:]:
+        penalty, proper = _penalty(wiring), float(np.linalg.det(wiring)) * wiring
+        inverse = wiring.T
+        made.append(Hypothesis("wiring", "gyr", inverse, sum(_chi(one, inverse) for one in seen), penalty, 0.0))
+        if np.allclose(proper, IDENTITY):
+            continue
+        for role, one in roles.items():
+            rest = sum(_chi(other, IDENTITY) for other in seen if other is not one)
+            made.append(Hypothesis("wiring", role, inverse, rest + _chi(one, proper), penalty, 0.0))
+    pairs = [(one, IDENTITY) for one in seen]
+    chi, x, covariance = _minimum(pairs, IDENTITY[None])
+    if x[0] > LEAST:
+        made.append(Hypothesis("scale", "gyr", float(x[0]) * IDENTITY, chi, 6.0, float(covariance[0, 0] ** 0.5)))
+    for axis in range(3):
+        direction = np.diag(IDENTITY[axis])
+        shifted = [
+            (one._replace(fit=one.fit._replace(matrix=one.fit.matrix - (IDENTITY - direction))), IDENTITY)
+            for one in seen
+        ]
+        chi, x, covariance = _minimum(shifted, direction[None])
+        matrix = IDENTITY + (float(x[0]) - 1.0) * direction
+        if x[0] > LEAST:
+            made.append(Hypothesis("axis_scale", "gyr", matrix, chi, 9.0, float(covariance[0, 0] ** 0.5)))
+    made += list(_mountings(seen))
+    return sorted(made, key=lambda one: one.score)
+
+
+def _mountings(seen: Sequence[Seen]) -> Iterator[Hypothesis]:
+    """One sensor turned against the others by less than 60°."""
+    for role in ("gyr", *(one.role for one in seen)):
+        if role == "gyr" and len(seen) == 1:
+            continue
+        mine = list(seen) if role == "gyr" else [one for one in seen if one.role == role]
+        rest = sum(_chi(other, IDENTITY) for other in seen if other not in mine)
+        rotation, chi, covariance = IDENTITY, 0.0, np.zeros((3, 3))
+        for _ in range(6):
+            basis = np.array([skew @ rotation for skew in _GENERATORS])
+            shifted = [(one._replace(fit=one.fit._replace(matrix=one.fit.matrix - rotation)), IDENTITY) for one in mine]
+            chi, x, covariance = _minimum(shifted, basis)
+            rotation = _rotation(x) @ rotation
+        chi = sum(_chi(one, rotation) for one in mine)
+        angle = float(np.arccos(np.clip((np.trace(rotation) - 1.0) / 2.0, -1.0, 1.0)))
+        if angle < np.pi / 3.0:
+            matrix = rotation if role == "gyr" else rotation.T
+            yield Hypothesis(
+                "mounting", role, matrix, rest + chi, 16.0, float(np.sqrt(np.linalg.eigvalsh(covariance)[-1]))
+            )
+
+
+_GENERATORS: Array = np.array(
+    [[[0, 0, 0], [0, 0, -1], [0, 1, 0]], [[0, 0, 1], [0, 0, 0], [-1, 0, 0]], [[0, -1, 0], [1, 0, 0], [0, 0, 0]]],
+    dtype=np.float64,
+)
+
+
+def _rotation(vector: Array) -> Array:
+    angle = float(np.linalg.norm(vector))
+    skew = np.tensordot(vector, _GENERATORS, 1)
+    made: Array = IDENTITY + np.sinc(angle / np.pi) * skew + 0.5 * np.sinc(0.5 * angle / np.pi) ** 2 * (skew @ skew)
+    return made
+
+
+class Agreement(NamedTuple):
+    """What is seen, the hypotheses (the likeliest first), and by how much χ² is larger than the model has it."""
+
+    seen: Sequence[Seen]
+    faults: Sequence[Hypothesis]
+    excess: float
+
+    @property
+    def fault(self) -> Hypothesis | None:
+        """The fault that is found; None: nothing is wrong, or the motion does not tell it."""
+        if not self.faults:
+            return None
+        best = self.faults[0]
+        none = next(one for one in self.faults if one.kind == "none")
+        return best if none.score - best.score > CLEAR * self.excess else None
+
+    def rivals(self, fault: Hypothesis) -> list[Hypothesis]:
+        """Other faults of the same kind that explain the same about as well.
+
+        A force or a field with all signs turned round turns alike: of the two, the one that is done more often stands.
+        """
+        near = [one for one in self.faults if one.score - fault.score < TIED * self.excess]
+        known = [(one.role, -one.matrix) for one in (fault, *near) if one.role != "gyr" and one.penalty < 9.0]
+        twins = [one for one in near if any(one.role == role and np.allclose(one.matrix, m) for role, m in known)]
+        return [one for one in near if one.kind == fault.kind and one is not fault and one not in twins]
+
+
+def agree(recording: Recording, most: int = MOST) -> Agreement:
+    """Compares the sensors of a recording over up to ``most`` segments."""
+    seen = []
+    for role in ("acc", "mag"):
+        values = getattr(recording, role)
+        if values is None:
+            continue
+        seg = cut(recording.t, recording.gyr, values, role == "acc", most)
+        if seg is not None and seg.size > 0.0:
+            seen.append(look(role, seg))
+    if not seen:
+        return Agreement((), (), 1.0)
+    judged = faults(seen)
+    return Agreement(seen, judged, max(1.0, judged[0].chi / (9.0 * len(seen))))

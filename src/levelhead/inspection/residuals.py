@@ -1,0 +1,186 @@
+"""Findings of what the comparison of turns gives besides the matrix: delays, iron, a filter, a bias that jumps."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from levelhead.inspection.agreement import Hypothesis, Seen
+from levelhead.inspection.findings import Finding
+from levelhead.inspection.mend import Mend
+from levelhead.recording import Array
+from levelhead.signals.turn_matrix import TurnMatrix, fit
+
+SIGMAS = 1.96  # of an interval of 95 %
+SURE = 4.0  # σ
+LAG, LAG_SURE = 0.08, 5.0  # s, σ: of a filter in front of the accelerometer
+LATE, FLOOR = 0.008, 0.001  # s of a magnetometer: worth a note; 1σ that no model has
+MUCH = 0.08  # s from which it is worse than a note
+SHARE, ROUGH, HIDDEN = 0.08, 0.02, 0.3  # of the field: iron worth a word; 1σ that no model has, and without contrast
+JUMP, JUMP_SURE = np.radians(0.6), 7.0  # rad/s, σ
+BIAS, WANDER, VAGUE = np.radians((1.0, 0.2, 2.0))  # rad/s: worth a note; 1σ that no model has, and without contrast
+REFINEMENTS = 2
+EDGE = 2  # segments on each side of a jump
+
+
+def examine_slow_force(force: Seen) -> Iterator[Finding]:
+    """Whether the accelerometer went through a filter so slow that gravity lags."""
+    lag, sigma = force.fit.delay, float(force.fit.sigma[3])
+    if not force.filtered or lag < LAG or lag < LAG_SURE * sigma:
+        return
+    corner = 1.0 / (2.0 * np.pi * lag)
+    spread = SIGMAS * sigma / lag
+    yield Finding(
+        "acc_low_passed",
+        "broken",
+        f"the accelerometer is low-passed at about {corner:.2g} Hz: gravity lags by {1e3 * lag:.0f} ms",
+        f"its turn fits the gyroscope's behind a filter of first order, ±{1e3 * SIGMAS * sigma:.0f} ms",
+        "Switch the filter off, or set it to 5 Hz or more; the gyroscope and the accelerometer need the same one.",
+        value=corner,
+        interval=(corner * (1.0 - spread), corner * (1.0 + spread)),
+        unit="Hz",
+        mend=Mend("acc", np.eye(3), np.zeros(3), lag=lag),
+    )
+
+
+def examine_field_delay(field: Seen) -> Iterator[Finding]:
+    """Whether the magnetometer comes later or earlier than the gyroscope."""
+    delay = field.fit.delay
+    sigma = float(np.hypot(field.fit.sigma[3], FLOOR + 0.03 / field.contrast**2))
+    if abs(delay) < LATE + SIGMAS * sigma or abs(delay) < SURE * sigma:
+        return
+    yield Finding(
+        "mag_delay",
+        "warning" if abs(delay) - SIGMAS * sigma > MUCH else "note",
+        f"the magnetometer comes {1e3 * abs(delay):.0f} ms {'later' if delay > 0 else 'earlier'} than the gyroscope",
+        f"where the field turned back by the gyroscope stands stillest, ±{1e3 * SIGMAS * sigma:.1f} ms",
+        "Stamp it when it is measured.",
+        value=1e3 * delay,
+        interval=(1e3 * (delay - SIGMAS * sigma), 1e3 * (delay + SIGMAS * sigma)),
+        unit="ms",
+        mend=Mend("mag", np.eye(3), np.zeros(3), delay=delay),
+    )
+
+
+def examine_iron(field: Seen, fault: Hypothesis | None) -> Iterator[Finding]:
+    """Whether iron turns with the magnetometer: what does not turn back with the gyroscope."""
+    iron = field.fit.iron
+    strength = float(np.sqrt(((field.segments.vector - iron) ** 2).sum(axis=-1).mean()))
+    floor = strength * (ROUGH + HIDDEN / field.contrast**2)
+    sigma = np.hypot(field.fit.sigma[:3], floor)
+    size = float(np.linalg.norm(iron))
+    along = float(np.sqrt(((iron * sigma) ** 2).sum()) / max(size, 1e-12))
+    share, spread = size / strength, SIGMAS * along / strength
+    if share < SHARE or float(np.sqrt(((iron / sigma) ** 2).sum())) < SURE + 1.0:
+        return
+    yield Finding(
+        "mag_offset",
+        "warning",
+        f"the magnetometer is not calibrated: iron turns with it, {100 * share:.0f} % of the field",
+        f"({', '.join(f'{value:.3g}' for value in iron)}) does not turn back with the gyroscope, "
+        f"±{100 * spread:.0f} %; the field is {strength:.3g}",
+        "Learn it: --set mag_offset=0.3 --save-calibration FILE.",
+        value=100.0 * share,
+        interval=(100.0 * max(0.0, share - spread), 100.0 * (share + spread)),
+        unit="%",
+        mend=Mend("mag", np.eye(3), iron) if fault is None else None,
+    )
+
+
+def examine_bias_jump(seen: Sequence[Seen]) -> Iterator[Finding]:
+    """Whether the gyroscope's bias is another one from some moment on."""
+    jumps = [found for one in seen if (found := _jump(one)) is not None]
+    if not jumps:
+        return
+    step, at = max(jumps, key=lambda one: one[0].sure)
+    change, sigma, sure = step.change, step.sigma, step.sure
+    axis = int(np.abs(change).argmax())
+    size, spread = float(np.degrees(np.abs(change[axis]))), float(np.degrees(SIGMAS * sigma))
+    yield Finding(
+        "bias_jumps",
+        "warning",
+        f"the gyroscope's bias jumps by {np.degrees(change[axis]):+.1f} deg/s ({'xyz'[axis]}) at about {at:.0f} s",
+        f"rates that gravity or the field does not show, before and after; {sure:.0f} σ, ±{spread:.1f} deg/s",
+        "Fuse the parts one by one.",
+        value=size,
+        interval=(max(0.0, size - spread), size + spread),
+        unit="deg/s",
+    )
+
+
+def examine_bias(seen: Sequence[Seen]) -> Iterator[Finding]:
+    """The gyroscope's bias in motion: the rate that gravity and the field do not show."""
+    if not seen:
+        return
+    made = []
+    for one in seen:
+        spread = one.fit.own_bias.std(axis=0) / np.sqrt(len(one.fit.own_bias))
+        made.append((-one.fit.bias, np.hypot(spread, WANDER + VAGUE / one.contrast**2)))
+    weights = [1.0 / sigma**2 for _, sigma in made]
+    total = np.sum(weights, axis=0)
+    bias = sum(weight * one for weight, (one, _) in zip(weights, made, strict=True)) / total
+    sigma = total**-0.5
+    axis = int(np.abs(bias).argmax())
+    if abs(bias[axis]) < BIAS + SURE * sigma[axis]:
+        return
+    size, spread_deg = float(np.degrees(np.abs(bias[axis]))), float(np.degrees(SIGMAS * sigma[axis]))
+    yield Finding(
+        "gyro_bias",
+        "note",
+        f"the gyroscope reads {', '.join(f'{value:.2f}' for value in np.degrees(bias))} deg/s too much in motion",
+        f"rates that gravity or the field does not show, ±{spread_deg:.2f} deg/s",
+        "The filters learn it; a second of rest at the start is quicker.",
+        value=size,
+        interval=(size - spread_deg, size + spread_deg),
+        unit="deg/s",
+    )
+
+
+class _Step(NamedTuple):
+    """The clearest step: σ by which it is sure, its change, 1σ along the largest axis, the first segment after it."""
+
+    sure: float
+    change: Array
+    sigma: float
+    first: int
+
+
+def _step(fit: TurnMatrix, splits: Sequence[int]) -> _Step | None:
+    """The clearest step of the bias between two segments."""
+    weight, bias = fit.own_weight, fit.own_bias
+    weighted = np.einsum("mij,mj->mi", weight, bias)
+    squares = np.einsum("mi,mi->m", bias, weighted)
+    best: _Step | None = None
+    for split in splits:
+        parts, rest = [], 0.0
+        for rows in (slice(None, split), slice(split, None)):
+            total = weight[rows].sum(axis=0)
+            middle = np.linalg.solve(total, weighted[rows].sum(axis=0))
+            rest += float(squares[rows].sum() - middle @ total @ middle)
+            parts.append((middle, np.linalg.inv(total)))
+        excess = max(rest / (3.0 * len(bias) - 6.0), 1e-12)
+        change, covariance = parts[0][0] - parts[1][0], excess * (parts[0][1] + parts[1][1])
+        sure = float(np.sqrt(change @ np.linalg.solve(covariance, change)))
+        axis = int(np.abs(change).argmax())
+        if best is None or sure > best.sure:
+            best = _Step(sure, change, float(np.sqrt(covariance[axis, axis])), split)
+    return best
+
+
+def _jump(seen: Seen) -> tuple[_Step, float] | None:
+    """A step that is beyond doubt and the s at which it is; found, taken out, and what is left of it added."""
+    count = len(seen.fit.own_bias)
+    best = _step(seen.fit, range(EDGE, count - EDGE))
+    if best is None or best.sure < JUMP_SURE or float(np.abs(best.change).max()) < JUMP:
+        return None
+    change = best.change
+    for _ in range(REFINEMENTS):
+        after = np.arange(count)[None, :, None] >= best.first
+        level = replace(seen.segments, rate=seen.segments.rate - after * change)
+        again = _step(fit(level, seen.fit.matrix), (best.first,))
+        if again is None:
+            break
+        change = change + again.change
+        best = best._replace(change=change, sigma=again.sigma)
+    return best, float(seen.segments.start[best.first])

@@ -1,0 +1,340 @@
+"""The 3×3 matrix between the gyroscope and the turn that gravity, or the field, shows; with its covariance.
+
+Over segments of some seconds the specific force f is turned into the frame of the segment's start by the rates
+M ω + b. With the right M what is left beside gravity is acceleration, whose integral, a velocity, stays bounded; the
+velocity of a point that turns about a pivot r away is taken out. The fit by Gauss and Newton makes the rest small,
+after the straight line of each segment (gravity, first velocity) is taken out:
+
+    R' = R [M ω + b]×,  v(t) = ∫ R f dt − R ((M ω + b) × r),  cost = Σ |v − line|²          (1)
+    δ(R f) = φ × R f,  φ(t) = ∫ R (δM ω + δb) dt                                            (2)
+
+A field is turned back in the same way. It is constant, but for noise and for iron c that turns with the sensor:
+cost = Σ |R (m − c) − mean|². The covariance is that of estimates from independent segments (H. White, Maximum
+likelihood estimation of misspecified models, Econometrica 50, 1982, eq. 3.2): nothing is assumed of noise within one.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import permutations, product
+from typing import NamedTuple
+
+import numpy as np
+
+from levelhead.recording import Array, median
+
+SEGMENT = 4.0  # s
+FASTEST = 50.0  # Hz to which readings are averaged
+MOST = 48  # segments that are looked at
+BLOCKS = 16  # values of a segment that are compared
+FEWEST = 5  # segments
+STEPS = 8  # of Gauss and Newton
+BIAS, ARM, IRON, DELAY = 0.1, 1.0, 1.0, 0.1  # rad/s, m, of the field's length, s: 1σ of what is expected
+IDENTITY = np.eye(3)
+WIRINGS: tuple[Array, ...] = tuple(
+    np.eye(3)[list(order)] * np.array(signs)[:, None]
+    for order in permutations(range(3))
+    for signs in product((1.0, -1.0), repeat=3)
+)  # the 48 signed permutations of axes, the identity first
+
+
+class TurnMatrix(NamedTuple):
+    """A fit.
+
+    Attributes:
+        matrix: M, (3, 3).
+        bias: b, rad/s.
+        free: estimates of the free numbers of M, (p,).
+        covariance: theirs, (p, p).
+        iron: the field that turns with the sensor, in the field's unit, (3,); of a force the arm r, m.
+        delay: by which the vector comes later than the rates, s.
+        sigma: 1σ of the four numbers of ``iron`` and ``delay``, (4,).
+        left: the rms that is left: m/s of a force, the unit of the field.
+        by_segment: the same of each segment, (m,).
+        own_bias: b as each segment has it by itself, rad/s, (m, 3).
+        own_weight: their inverse covariances by what is left in it, (m, 3, 3).
+    """
+
+    matrix: Array
+    bias: Array
+    free: Array
+    covariance: Array
+    iron: Array
+    delay: float
+    sigma: Array
+    left: float
+    by_segment: Array
+    own_bias: Array
+    own_weight: Array
+
+
+@dataclass(frozen=True)
+class Segments:
+    """Readings cut into m segments of k samples.
+
+    Attributes:
+        rate: rad/s, (k, m, 3).
+        vector: specific force or field, (k, m, 3).
+        step: s, (k, m).
+        start: s, (m,).
+        is_force: whether the vector is a force, whose velocity is bounded, or a field, which is constant.
+    """
+
+    rate: Array
+    vector: Array
+    step: Array
+    start: Array
+    is_force: bool
+
+    def part(self, keep: Array) -> "Segments":
+        """Some of the segments."""
+        return Segments(self.rate[:, keep], self.vector[:, keep], self.step[:, keep], self.start[keep], self.is_force)
+
+    @cached_property
+    def size(self) -> float:
+        """Usual length of the vector."""
+        return float(np.sqrt((self.vector**2).sum(axis=-1).mean()))
+
+    @cached_property
+    def change(self) -> Array:
+        """(k, m, 3) the vector's derivative."""
+        middle = (self.vector[2:] - self.vector[:-2]) / (self.step[2:] + self.step[1:-1])[..., None].clip(1e-9)
+        made: Array = np.concatenate([middle[:1], middle, middle[-1:]])
+        return made
+
+    def sharpened(self, lag: float) -> "Segments":
+        """Without a filter of first order whose time constant is ``lag`` s."""
+        return replace(self, vector=self.vector + lag * self.change)
+
+    def shifted(self, delay: float) -> "Segments":
+        """As the vector would be if it came ``delay`` s earlier; the ends of segments stand."""
+        step = float(np.median(self.step))
+        rows = np.arange(len(self.step))
+        at = (rows + delay / step).clip(0, len(rows) - 1)
+        low = np.floor(at).astype(int).clip(0, len(rows) - 2)
+        part = (at - low)[:, None, None]
+        return replace(self, vector=(1.0 - part) * self.vector[low] + part * self.vector[low + 1])
+
+
+def cut(t: Array, gyr: Array, vector: Array, is_force: bool, most: int = MOST) -> Segments | None:
+    """Segments without gaps and missing values, spread over a recording; None with fewer than ``FEWEST``."""
+    step = median(np.diff(t)) if len(t) > 1 else 0.0
+    if not step > 0.0:
+        return None
+    every = max(1, int(1.0 / (step * FASTEST)))
+    size = round(SEGMENT / (step * every)) * every
+    count = len(t) // max(size, 1)
+    if size < BLOCKS * every or count < FEWEST:
+        return None
+    starts = np.arange(count) * size
+    whole = (t[starts + size - 1] - t[starts]) < 1.2 * size * step
+    fine = np.isfinite(np.hstack([gyr, vector])[: count * size]).reshape(count, -1)
+    whole &= fine.all(axis=1)
+    starts = starts[whole]
+    if len(starts) < FEWEST:
+        return None
+    starts = starts[np.linspace(0, len(starts) - 1, min(most, len(starts))).round().astype(int)]
+    rows = np.arange(size)[:, None] + starts
+    steps = np.diff(t, append=t[-1] + step).clip(0.0, 5.0 * step)
+
+    def averaged(values: Array) -> Array:
+        made: Array = values[rows].reshape(size // every, every, len(starts), *values.shape[1:]).mean(axis=1)
+        return made
+
+    return Segments(averaged(gyr), averaged(vector), averaged(steps) * every, t[starts], is_force)
+
+
+def _skew(values: Array) -> Array:
+    made = np.zeros((*values.shape, 3))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        made[..., j, i], made[..., i, j] = values[..., k], -values[..., k]
+    return made
+
+
+def _turned(rate: Array, step: Array) -> Array:
+    """(k, m, 3, 3) rotations into the frame of each segment's start, at the middle of each sample.
+
+    Products of quaternions, doubled in length each time (W. D. Hillis, G. L. Steele, Data parallel algorithms, 1986).
+    """
+    half = 0.25 * np.moveaxis(rate * step[..., None], -1, 0)  # of half a step
+    norm = np.sqrt((half * half).sum(axis=0))
+    mid = np.concatenate([np.cos(norm)[None], np.sinc(norm / np.pi) * half])
+    total = _product(mid, mid)
+    reach = 1
+    while reach < total.shape[1]:
+        total[:, reach:] = _product(total[:, :-reach], total[:, reach:])
+        reach *= 2
+    before = np.concatenate([np.broadcast_to(_ONE, (4, 1, total.shape[2])), total[:, :-1]], axis=1)
+    w, x, y, z = _product(before, mid)
+    made: Array = np.array([
+        [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+        [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
+        [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
+    ])  # fmt: skip
+    return np.ascontiguousarray(made.transpose(2, 3, 0, 1))
+
+
+_ONE: Array = np.array([1.0, 0.0, 0.0, 0.0])[:, None, None]
+
+
+def _product(p: Array, q: Array) -> Array:
+    """Hamilton's product of (4, …) quaternions."""
+    a, b, c, d = p
+    e, f, g, h = q
+    made: Array = np.stack([
+        a * e - b * f - c * g - d * h, a * f + b * e + c * h - d * g,
+        a * g - b * h + c * e + d * f, a * h + b * g - c * f + d * e,
+    ])  # fmt: skip
+    return made
+
+
+def _without_trend(values: Array, line: bool) -> Array:
+    """(BLOCKS, m, …) values without their mean, or their straight line."""
+    values = values - values.mean(axis=0)
+    if line:
+        ramp = np.arange(BLOCKS) - 0.5 * (BLOCKS - 1)
+        ramp /= np.sqrt((ramp * ramp).sum())
+        values = values - np.multiply.outer(ramp, np.tensordot(ramp, values, 1))
+    return values
+
+
+class _State(NamedTuple):
+    cost: Array
+    left: Array
+    rotation: Array
+    turned: Array
+    more: Array
+
+
+def _evaluate(seg: Segments, matrix: Array, bias: Array, more: Array) -> _State:
+    """The rest at M, b and r (or c)."""
+    rate = seg.rate @ matrix.T + bias
+    rotation = _turned(rate, seg.step)
+    turned = np.einsum("kmij,kmj->kmi", rotation, seg.vector)
+    last = np.linspace(0, len(rate), BLOCKS + 1).astype(int)[1:] - 1
+    if seg.is_force:
+        total = np.cumsum(turned * seg.step[..., None], axis=0)[last]
+        columns = rotation[last] @ _skew(rate[last])
+        late = np.cumsum(np.einsum("kmij,kmj->kmi", rotation, seg.change) * seg.step[..., None], axis=0)[last]
+    else:
+        total, columns = _blocks(turned), _blocks(rotation)
+        late = _blocks(np.einsum("kmij,kmj->kmi", rotation, seg.change))
+    columns = np.concatenate([columns, -late[..., None]], axis=-1)
+    columns = _without_trend(columns, seg.is_force)
+    left = _without_trend(total, seg.is_force) - columns @ more
+    return _State((left * left).sum(axis=(0, 2)) / BLOCKS, left, rotation, turned, columns)
+
+
+def _blocks(values: Array) -> Array:
+    edges = np.linspace(0, len(values), BLOCKS + 1).astype(int)
+    made: Array = np.add.reduceat(values, edges[:-1], axis=0) / np.diff(edges).reshape(-1, *[1] * (values.ndim - 1))
+    return made
+
+
+def _normal(seg: Segments, state: _State, basis: Array) -> tuple[Array, Array]:
+    """Gradient (m, p + 7) and curvature (m, p + 7, p + 7) of half the cost of each segment."""
+    k, m = seg.step.shape
+    p = len(basis)
+    moved = np.empty((k, m, p + 3, 3))
+    for i, direction in enumerate(basis):
+        moved[:, :, i] = np.einsum("kmij,kmj->kmi", state.rotation, seg.rate @ direction.T)
+    moved[:, :, p:] = state.rotation.swapaxes(-1, -2)
+    angle = np.cumsum(moved * seg.step[:, :, None, None], axis=0)
+    change = -angle @ _skew(state.turned).swapaxes(-1, -2)
+    if seg.is_force:
+        last = np.linspace(0, k, BLOCKS + 1).astype(int)[1:] - 1
+        change = np.cumsum(change * seg.step[:, :, None, None], axis=0)[last]
+    else:
+        change = _blocks(change)
+    change = _without_trend(change, seg.is_force)
+    change = np.concatenate([change, -state.more.swapaxes(-1, -2)], axis=2)
+    flat = change.transpose(1, 2, 0, 3).reshape(m, p + 7, -1)
+    left = state.left.transpose(1, 0, 2).reshape(m, -1)
+    return (flat @ left[..., None])[..., 0] / BLOCKS, flat @ flat.swapaxes(-1, -2) / BLOCKS
+
+
+ALL_NINE: Array = np.eye(9).reshape(9, 3, 3)
+NONE: Array = np.zeros((0, 3, 3))
+
+
+def fit(seg: Segments, matrix: Array, basis: Array = ALL_NINE) -> TurnMatrix:
+    """The M = ``matrix`` + Σ xᵢ ``basis``ᵢ that fits best; ``basis`` (p, 3, 3), a weak prior of 1σ = 1 on each x."""
+    p, m = len(basis), seg.rate.shape[1]
+    prior = (
+        np.concatenate([np.ones(p), np.full(3, BIAS), np.full(3, ARM if seg.is_force else IRON * seg.size), [DELAY]])
+        ** -2
+    )
+    x, damping = np.zeros(p + 7), 1e-3
+    best: tuple[float, Array, _State] | None = None
+    gradient, hessian = np.zeros((m, p + 7)), np.zeros((m, p + 7, p + 7))
+    floor = (1e-4 * seg.size) ** 2
+    for _ in range(STEPS):
+        state = _evaluate(seg, matrix + np.tensordot(x[:p], basis, 1), x[p : p + 3], x[p + 3 :])
+        total = float(state.cost.mean())
+        if best is not None and not total < best[0]:
+            damping *= 10.0
+            if damping > 100.0:
+                break
+        else:
+            done = best is not None and total > best[0] * (1.0 - 1e-3)
+            best, damping = (total, x, state), max(damping / 10.0, 1e-6)
+            gradient, hessian = _normal(seg, state, basis)
+            if done:
+                break
+        noise = max(best[0], floor)
+        g, h = gradient.sum(axis=0) / noise + prior * best[1], hessian.sum(axis=0) / noise + np.diag(prior)
+        x = best[1] - np.linalg.solve(h + damping * np.diag(np.diag(h)), g)
+    assert best is not None
+    total, x, state = best
+    noise = max(total, floor)
+    inverse = np.linalg.inv(hessian.sum(axis=0) / noise + np.diag(prior))
+    scores = gradient / noise
+    middle = scores.T @ scores * m / max(1, m - 4) + np.diag(prior)
+    covariance = inverse @ middle @ inverse
+    rows = slice(p, p + 3)
+    weight = hessian[:, rows, rows] / np.maximum(state.cost, floor)[:, None, None] + 1e-2 * np.eye(3)
+    own = x[rows] - np.linalg.solve(hessian[:, rows, rows] + 1e-9 * np.eye(3), gradient[:, rows, None])[..., 0]
+    return TurnMatrix(
+        matrix + np.tensordot(x[:p], basis, 1), x[p : p + 3], x[:p], covariance[:p, :p], x[p + 3 : p + 6],
+        float(x[p + 6]), np.sqrt(np.diag(covariance)[p + 3 :]), float(np.sqrt(total)), np.sqrt(state.cost), own, weight,
+    )  # fmt: skip
+
+
+SPAN, SMOOTH = 0.32, 0.16  # s, of the screening
+
+
+def screen(seg: Segments) -> list[tuple[float, Array]]:
+    """What is left of the vector's turn with each of the 48 wirings at its best scale: (share, s P), the least first.
+
+    Over spans Δu = ∫ u × (M ω + b) dt is linear in M, so that one pass over the readings judges every M.
+    """
+    step = median(seg.step.ravel())
+    box, span = max(1, round(SMOOTH / step)), max(1, round(SPAN / step))
+    count = seg.rate.shape[0] // box
+    if count <= span // box + 1:
+        return [(1.0, IDENTITY)]
+    cross = _skew(seg.vector)  # u × a = [u]× a
+    columns = (cross[..., :, None] * seg.rate[..., None, None, :]).swapaxes(-1, -2)  # (k, m, row of u, j, i) of M_ij
+    columns = columns.swapaxes(-1, -2).reshape(*seg.rate.shape[:2], 3, 9)
+    columns = np.concatenate([columns, cross], axis=-1) * seg.step[..., None, None]
+    total = np.cumsum(columns, axis=0)
+
+    def means(values: Array) -> Array:
+        made: Array = values[: count * box].reshape(count, box, *values.shape[1:]).mean(axis=1)
+        return made
+
+    over = max(1, span // box)
+    said, seen = means(total), means(seg.vector)
+    x = (said[over:] - said[:-over]).reshape(-1, 12)
+    y = (seen[over:] - seen[:-over]).reshape(-1)
+    normal, right, whole = x.T @ x, x.T @ y, float(y @ y)
+    made = []
+    inverse = np.linalg.pinv(normal[9:, 9:])
+    for wiring in WIRINGS:
+        w = wiring.ravel()
+        # the bias is eliminated, the scale is free
+        both = float(w @ right[:9] - w @ normal[:9, 9:] @ inverse @ right[9:])
+        own = float(w @ normal[:9, :9] @ w - w @ normal[:9, 9:] @ inverse @ normal[9:, :9] @ w)
+        scale = both / own if own > 0.0 else 0.0
+        if scale > 0.0:
+            made.append((1.0 - both * scale / max(whole, 1e-30), scale * wiring))
+    return sorted(made, key=lambda one: one[0])

@@ -1,0 +1,211 @@
+"""Wrong scale, wiring, mounting, lateness, iron and filters are found with their number, and nothing else is."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import levelhead as lh
+from levelhead.inspection import examine
+from levelhead.inspection.agreement import agree
+from levelhead.inspection.findings import Finding
+from levelhead.inspection.repair import repair
+from levelhead.inspection.turns import examine_turns
+from levelhead.recording import Array, Recording
+from levelhead.signals.turn_matrix import ALL_NINE, WIRINGS, _turned, cut, fit, screen
+
+FIELD = np.array([0.0, 18.0, -45.0])  # µT
+
+
+def made(seed: int = 0, seconds: float = 120.0, rate: float = 50.0) -> Recording:
+    """A sensor that turns smoothly about all axes, moved to and fro by a hand: closed forms, no simulator of ours."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(0.0, seconds, 1.0 / rate)
+    waves = [(rng.uniform(0.1, 0.6, 3), rng.uniform(0.0, 6.0, 3), rng.uniform(0.3, 0.6, 3)) for _ in range(4)]
+    omega = sum(size * np.sin(2.0 * np.pi * f * t[:, None] + phase) for f, phase, size in waves)
+    steps = Rotation.from_rotvec(omega / rate)
+    turns = [Rotation.identity()]
+    for i in range(len(t) - 1):
+        turns.append(turns[-1] * steps[i])
+    attitude = Rotation.concatenate(turns)
+    moved = np.stack([0.6 * np.sin(2.0 * np.pi * f * t + p) for f, p in ((1.1, 0.0), (1.7, 1.0), (0.9, 2.0))], axis=1)
+    back = (attitude * Rotation.from_rotvec(0.5 * omega / rate)).inv()
+    acc = back.apply(moved + [0.0, 0.0, 9.80665]) + rng.normal(0.0, 0.02, omega.shape)
+    mag = back.apply(FIELD) + rng.normal(0.0, 0.3, omega.shape)
+    return Recording(t, omega + rng.normal(0.0, 2e-3, omega.shape), acc, mag)
+
+
+@pytest.fixture(scope="module")
+def clean() -> Recording:
+    return made()
+
+
+def changed(recording: Recording, **parts: object) -> Recording:
+    kept = {name: getattr(recording, name) for name in ("t", "gyr", "acc", "mag")}
+    return Recording(**(kept | parts))  # type: ignore[arg-type]
+
+
+def findings(recording: Recording) -> dict[str, Finding]:
+    return {one.name: one for one in examine_turns(recording)}
+
+
+def test_rotations_are_those_of_scipy() -> None:
+    rate = np.random.default_rng(0).normal(size=(37, 2, 3))
+    turned, at = _turned(rate, np.full((37, 2), 0.05)), Rotation.identity()
+    for k in range(37):
+        middle = at * Rotation.from_rotvec(0.025 * rate[k, 1])
+        assert np.allclose(middle.as_matrix(), turned[k, 1], atol=1e-12)
+        at = at * Rotation.from_rotvec(0.05 * rate[k, 1])
+
+
+def test_the_matrix_and_its_covariance_are_those_put_in() -> None:
+    wanted = np.array([[1.1, 0.05, 0.0], [-0.03, 0.9, 0.1], [0.02, 0.0, 1.2]])
+    scores = []
+    for seed in range(6):
+        recording = made(seed)
+        seg = cut(recording.t, recording.gyr @ np.linalg.inv(wanted).T, recording.acc, True)
+        assert seg is not None
+        found = fit(seg, np.eye(3), ALL_NINE)
+        scores.append((found.matrix - wanted).ravel() / np.sqrt(np.diag(found.covariance)))
+        assert np.abs(found.matrix - wanted).max() < 0.02
+    assert 0.4 < np.sqrt(np.mean(np.square(scores))) < 2.0
+
+
+def test_screening_finds_the_wiring(clean: Recording) -> None:
+    for wiring in WIRINGS[::5]:
+        seg = cut(clean.t, clean.gyr @ wiring, clean.acc, True)
+        assert seg is not None
+        best = screen(seg)[0][1]
+        assert np.allclose(best / np.abs(best).max(), wiring)
+
+
+def test_a_clean_recording_has_no_finding(clean: Recording) -> None:
+    assert findings(clean) == {}
+
+
+@pytest.mark.parametrize("factor", [2.0, 0.5, 1.147, 1.1, 57.3])
+def test_scale(clean: Recording, factor: float) -> None:
+    one = findings(changed(clean, gyr=factor * clean.gyr))["gyro_scale"]
+    assert one.value == pytest.approx(factor, rel=0.03) and one.interval is not None
+    assert one.interval[0] < factor < one.interval[1]
+    assert ("unit" in one.what) == (factor > 50)
+
+
+def test_a_clock_that_runs_twice_as_fast_is_a_candidate(clean: Recording) -> None:
+    one = findings(changed(clean, t=0.5 * clean.t))["gyro_scale"]
+    assert "the clock is wrong, 100 Hz for 50" in one.what and one.value == pytest.approx(0.5, rel=0.03)
+
+
+@pytest.mark.parametrize("role", ["gyr", "acc", "mag"])
+@pytest.mark.parametrize("axes", [[[-1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 1, 0], [1, 0, 0], [0, 0, 1]]])
+def test_wiring_of_each_sensor(clean: Recording, role: str, axes: list[list[int]]) -> None:
+    wiring = np.array(axes, dtype=float)
+    found = findings(changed(clean, **{role: getattr(clean, role) @ wiring.T}))
+    one = found["mag_axes" if role == "mag" else "axes_order"]
+    assert one.mend is not None and one.mend.role == role and np.allclose(one.mend.matrix, wiring.T)
+
+
+def test_without_a_field_a_force_reversed_is_told_from_a_mirrored_gyroscope(clean: Recording) -> None:
+    """One reversed axis of the gyroscope mirrors, one of the accelerometer does not: det(A) A is a rotation."""
+    bare = changed(clean, mag=None)
+    for role in ("gyr", "acc"):
+        one = findings(changed(bare, **{role: getattr(clean, role) * [1.0, 1.0, -1.0]}))["axes_order"]
+        assert "z reversed" in one.what and ("gyroscope z" if role == "gyr" else "accelerometer z") in one.what
+
+
+@pytest.mark.parametrize("degrees", [8.0, 25.0])
+def test_mounting(clean: Recording, degrees: float) -> None:
+    askew = Rotation.from_euler("x", degrees, degrees=True)
+    one = findings(changed(clean, acc=askew.apply(np.array(clean.acc))))["mounting"]
+    assert one.value == pytest.approx(degrees, abs=1.5) and "accelerometer" in one.what
+
+
+def late(recording: Recording, values: Array, delay: float) -> Array:
+    return np.stack([np.interp(recording.t - delay, recording.t, axis) for axis in values.T], axis=1)
+
+
+@pytest.mark.parametrize("delay", [0.012, 0.04, 0.1])
+def test_a_late_magnetometer(clean: Recording, delay: float) -> None:
+    assert clean.mag is not None
+    one = findings(changed(clean, mag=late(clean, clean.mag, delay)))["mag_delay"]
+    assert one.value == pytest.approx(1e3 * delay, abs=3.0)
+
+
+@pytest.mark.parametrize("share", [0.1, 0.3, 3.0])
+def test_iron(clean: Recording, share: float) -> None:
+    assert clean.mag is not None
+    iron = share * np.linalg.norm(FIELD) * np.array([0.6, 0.0, 0.8])
+    one = findings(changed(clean, mag=clean.mag + iron))["mag_offset"]
+    assert one.value == pytest.approx(100.0 * share, rel=0.1)
+    assert one.mend is not None and np.allclose(one.mend.offset, iron, atol=2.0)
+
+
+def test_a_force_behind_a_filter(clean: Recording) -> None:
+    acc, share = np.array(clean.acc), 1.0 - np.exp(-2.0 * np.pi * 0.5 / 50.0)
+    for i in range(1, len(acc)):
+        acc[i] = acc[i - 1] + share * (acc[i] - acc[i - 1])
+    one = findings(changed(clean, acc=acc))["acc_low_passed"]
+    assert one.value == pytest.approx(0.5, rel=0.2)
+
+
+def test_a_bias_that_jumps(clean: Recording) -> None:
+    gyr = np.array(clean.gyr)
+    gyr[len(gyr) // 2 :, 1] += np.radians(3.0)
+    one = findings(changed(clean, gyr=gyr))["bias_jumps"]
+    assert one.value == pytest.approx(3.0, abs=0.3) and "jumps by +" in one.what and "(y)" in one.what
+
+
+def test_a_motion_that_tells_nothing_is_not_judged() -> None:
+    """A drone's force stays along its body, however it tilts: a gyroscope of half its scale fits better, and is not."""
+    rng = np.random.default_rng(3)
+    t = np.arange(0.0, 60.0, 0.01)
+    roll = 0.3 * np.sin(2.0 * np.pi * 0.2 * t)
+    gyr = np.stack([np.gradient(roll, t), 0.0 * t, 0.0 * t], axis=1) + rng.normal(0.0, 1e-3, (len(t), 3))
+    acc = np.stack([0.0 * t, 0.0 * t, 9.80665 / np.cos(roll)], axis=1) + rng.normal(0.0, 0.05, (len(t), 3))
+    assert agree(Recording(t, gyr, acc)).fault is None
+    assert "acc_gyr_test_invalid" in findings(Recording(t, gyr, acc))
+
+
+@pytest.mark.parametrize(("role", "axis"), [("gyr", 0), ("acc", 1)])
+def test_an_axis_that_stands(clean: Recording, role: str, axis: int) -> None:
+    values = np.array(getattr(clean, role))
+    values[1000:, axis] = values[1000, axis]
+    names = {one.name: one for one in examine(changed(clean, **{role: values})).findings}
+    assert f"'s {'xyz'[axis]}" in names[f"stuck_{role}"].what
+
+
+def test_gravity_that_somebody_took_off(clean: Recording) -> None:
+    rng = np.random.default_rng(1)
+    report = examine(changed(clean, acc=rng.normal(0.0, 0.5, clean.acc.shape), mag=None))
+    assert "gravity_removed" in report.names() and report.exit_code == 1
+
+
+@pytest.mark.parametrize("change", [lambda gyr: 2.0 * gyr, lambda gyr: gyr * [1.0, 1.0, -1.0]])
+def test_the_verdict_has_the_tilt_that_a_fault_costs(change: Callable[[Array], Array]) -> None:
+    recording = lh.simulate.recording("MPU-6050", "hand", duration=60.0, seed=2)
+    faulty = changed(recording, gyr=change(recording.gyr), mag=None)
+    report = examine(faulty)
+    assert recording.truth is not None and report.sigma_tilt is not None
+    up = [
+        Rotation.from_quat(q, scalar_first=True).inv().apply([0, 0, 1])
+        for q in (lh.fuse(faulty).quat, recording.truth.quat)
+    ]
+    off = np.degrees(np.arccos(np.clip((up[0] * up[1]).sum(axis=1), -1.0, 1.0)))[600:]
+    assert 0.5 < np.sqrt((off**2).mean()) / report.sigma_tilt < 2.0
+
+
+def test_the_fix_is_made_where_the_other_half_shows_it(clean: Recording) -> None:
+    faulty = changed(clean, gyr=2.0 * clean.gyr)
+    mended, changes = repair(examine(faulty))
+    assert np.allclose(mended.gyr, clean.gyr, rtol=0.02, atol=1e-3)
+    assert any("times smaller" in one and "mended" in one for one in changes)
+
+
+def test_a_right_gyroscope_is_left_alone_where_the_force_is_slow(clean: Recording) -> None:
+    """Behind a filter gravity seems to turn against the gyroscope; the gyroscope's signs stay."""
+    acc, share = np.array(clean.acc), 1.0 - np.exp(-2.0 * np.pi * 0.5 / 50.0)
+    for i in range(1, len(acc)):
+        acc[i] = acc[i - 1] + share * (acc[i] - acc[i - 1])
+    mended, _ = repair(examine(changed(clean, acc=acc)))
+    assert np.array_equal(mended.gyr, clean.gyr)
