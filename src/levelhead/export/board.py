@@ -18,7 +18,7 @@ from levelhead.export.kinds import Machine
 
 
 @dataclass(frozen=True)
-class Board:
+class TargetBoard:
     """A board, with the bytes that a sketch may use."""
 
     title: str
@@ -29,14 +29,14 @@ class Board:
 
 WORD32, AVR = MACHINES[1:]
 BOARDS = {  # flash less the boot loader; data sheets of the chips and boards.txt of the Arduino cores
-    "uno": Board("Uno (ATmega328P)", 32_256, 2_048, AVR),
-    "nano": Board("Nano (ATmega328P)", 30_720, 2_048, AVR),
-    "nano-every": Board("Nano Every (ATmega4809)", 49_152, 6_144, AVR),
-    "mega": Board("Mega (ATmega2560)", 253_952, 8_192, AVR),
-    "m0": Board("Zero (SAMD21, Cortex-M0+)", 262_144, 32_768, WORD32),
-    "m4": Board("Feather M4 (SAMD51, Cortex-M4F)", 507_904, 196_608, WORD32),
-    "rp2040": Board("Pico (RP2040, Cortex-M0+)", 2_093_056, 262_144, WORD32),
-    "esp32": Board("ESP32", 1_310_720, 327_680, WORD32),
+    "uno": TargetBoard("Uno (ATmega328P)", 32_256, 2_048, AVR),
+    "nano": TargetBoard("Nano (ATmega328P)", 30_720, 2_048, AVR),
+    "nano-every": TargetBoard("Nano Every (ATmega4809)", 49_152, 6_144, AVR),
+    "mega": TargetBoard("Mega (ATmega2560)", 253_952, 8_192, AVR),
+    "m0": TargetBoard("Zero (SAMD21, Cortex-M0+)", 262_144, 32_768, WORD32),
+    "m4": TargetBoard("Feather M4 (SAMD51, Cortex-M4F)", 507_904, 196_608, WORD32),
+    "rp2040": TargetBoard("Pico (RP2040, Cortex-M0+)", 2_093_056, 262_144, WORD32),
+    "esp32": TargetBoard("ESP32", 1_310_720, 327_680, WORD32),
 }
 SKETCH_FLASH, SKETCH_RAM, SKETCH_STACK = 9_500, 490, 260  # of Wire, Serial and the sketch itself, on an AVR
 OPERATION, MOVE = 20, 25  # bytes of flash, of an operation in software with its operands, and of a number moved
@@ -61,7 +61,7 @@ class Memory:
         return self.static + self.stack
 
 
-def memory(api: Api, board: Board) -> Memory:
+def memory(api: Api, board: TargetBoard) -> Memory:
     """What the sketch with a filter takes on a board; the filter's C has been written before."""
     real = 8 if api.config.real == "double" and board.machine.real == 8 else 4
     filter_size = api.size(Machine("", real, board.machine.address, board.machine.alignment))
@@ -77,7 +77,7 @@ def memory(api: Api, board: Board) -> Memory:
     return Memory(flash + SKETCH_FLASH, filter_size + SKETCH_RAM, stack + SKETCH_STACK)
 
 
-def fits(api: Api, board: Board) -> bool:
+def fits(api: Api, board: TargetBoard) -> bool:
     """Whether the sketch fits."""
     needed = memory(api, board)
     return needed.flash <= board.flash and needed.ram <= board.ram
@@ -88,7 +88,7 @@ def fitting(api: Api) -> str:
     return ", ".join(board.title.partition(" (")[0] for board in BOARDS.values() if fits(api, board))
 
 
-def find_board(name: str) -> Board:
+def find_board(name: str) -> TargetBoard:
     """A board by its name.
 
     Raises:
@@ -99,7 +99,7 @@ def find_board(name: str) -> Board:
     return BOARDS[name]
 
 
-def require_fit(api: Api, board: Board) -> None:
+def require_fit(api: Api, board: TargetBoard) -> None:
     """Refuses a sketch that a board cannot hold.
 
     Raises:
@@ -115,7 +115,7 @@ def require_fit(api: Api, board: Board) -> None:
     raise LevelheadError(f"{said}; {_advice(api, board)}")
 
 
-def _advice(api: Api, board: Board) -> str:
+def _advice(api: Api, board: TargetBoard) -> str:
     for words, config in _smaller(api.config):
         smaller = ImuApi(config)
         smaller.write()

@@ -5,11 +5,11 @@ from collections.abc import Sequence
 
 from levelhead.compiler.mark import KernelFunction
 from levelhead.export.constants import Constants
-from levelhead.export.graph import BOOL, FLOAT, INT, Block, Branch, Call, Item, Node, Place, Store
+from levelhead.export.graph import BOOL, FLOAT, INT, Branch, Call, Item, Items, Operand, Place, Store
 from levelhead.export.kinds import RESERVED, variable
 from levelhead.export.layout import STEP, comment, docstring, wrap_line
 from levelhead.export.liveness import Liveness
-from levelhead.export.plan import Plan
+from levelhead.export.plan import StatementPlan
 from levelhead.export.procedures import Procedure
 from levelhead.export.source import read_source
 from levelhead.export.type_table import TypeTable
@@ -49,7 +49,7 @@ class Writer:
             for inner, place in call.places.items()
         )
 
-    def _loads(self, procedure: Procedure) -> list[Node]:
+    def _loads(self, procedure: Procedure) -> list[Operand]:
         return [load for load in procedure.tracer.loads if load in self.live.nodes]
 
     def writes(self, procedure: Procedure, name: str) -> bool:
@@ -67,7 +67,7 @@ class Writer:
         """A number's type."""
         return {FLOAT: self.types.real, INT: "int32_t", BOOL: "bool"}[kind]
 
-    def results(self, procedure: Procedure) -> list[Node]:
+    def results(self, procedure: Procedure) -> list[Operand]:
         """The numbers that a procedure returns and somebody takes."""
         return [procedure.returned[i] for i in sorted(self.live.results[procedure])]
 
@@ -140,8 +140,8 @@ class Body:
 
     def __init__(self, writer: Writer, procedure: Procedure) -> None:
         self._writer, self._procedure = writer, procedure
-        self._plan = Plan(procedure, writer.live)
-        self._names: dict[Node, str] = {}
+        self._plan = StatementPlan(procedure, writer.live)
+        self._names: dict[Operand, str] = {}
         self._taken = set(writer.taken) | set(RESERVED) | {variable(name) for name in procedure.by_place}
         for node in procedure.arguments:
             self._names[node] = variable(node.content)
@@ -161,7 +161,7 @@ class Body:
 
     # Names
 
-    def _name(self, node: Node) -> str:
+    def _name(self, node: Operand) -> str:
         if node not in self._names:
             stem = variable(node.hint) if node.hint else "number"
             name, count = stem, 2
@@ -187,13 +187,13 @@ class Body:
     def _emit(self, code: str, indent: str) -> None:
         self.lines += wrap_line(code, indent)
 
-    def _block(self, block: Block, indent: str) -> None:
+    def _block(self, block: Items, indent: str) -> None:
         for item in self._plan.items[block]:
-            if isinstance(item, Node) and item not in self._plan.held:
+            if isinstance(item, Operand) and item not in self._plan.held:
                 self._save(item, indent)
                 continue
             self._save(item, indent)
-            if isinstance(item, Node):
+            if isinstance(item, Operand):
                 self._remark(item, indent)
                 self._emit(f"const {self._kind(item)} {self._name(item)} = {self._operation(item)[0]};", indent)
             elif isinstance(item, Store):
@@ -203,10 +203,10 @@ class Body:
             else:
                 self._branch(item, indent)
 
-    def _kind(self, node: Node) -> str:
+    def _kind(self, node: Operand) -> str:
         return self._writer.kind(node.kind)
 
-    def _remark(self, node: Node, indent: str) -> None:
+    def _remark(self, node: Operand, indent: str) -> None:
         """Says of which kernel the following is."""
         if node.origin is None or node.origin is self._origin:
             return
@@ -236,11 +236,11 @@ class Body:
             self._arm(branch, second, phis, indent + STEP)
         self.lines.append(f"{indent}}}")
 
-    def _is_idle(self, arm: Block, phis: Sequence[Node], branch: Branch) -> bool:
-        held = [item for item in self._plan.items[arm] if not isinstance(item, Node) or item in self._plan.held]
+    def _is_idle(self, arm: Items, phis: Sequence[Operand], branch: Branch) -> bool:
+        held = [item for item in self._plan.items[arm] if not isinstance(item, Operand) or item in self._plan.held]
         return not held and not phis and (branch, arm) not in self._plan.saved
 
-    def _arm(self, branch: Branch, arm: Block, phis: Sequence[Node], indent: str) -> None:
+    def _arm(self, branch: Branch, arm: Items, phis: Sequence[Operand], indent: str) -> None:
         origin = self._origin
         self._block(arm, indent)
         for load in self._plan.saved.get((branch, arm), []):
@@ -261,7 +261,7 @@ class Body:
             ((_, node),) = wanted.items()
             self._emit(f"const {self._kind(node)} {self._name(node)} = {code};", indent)
         else:
-            held = Node("held", (), FLOAT, hint=procedure.function.__name__)
+            held = Operand("held", (), FLOAT, hint=procedure.function.__name__)
             self._emit(f"const {writer.result_type(procedure)} {self._name(held)} = {code};", indent)
             for i, member in writer.result_members(procedure).items():
                 self._names[call.results[i]] = f"{self._name(held)}.{member}"
@@ -272,17 +272,17 @@ class Body:
             self._emit(f"return {self._text(found[0])};", indent)
         elif found:
             values = ", ".join(self._text(node) for node in found)
-            held = self._name(Node("held", (), FLOAT, hint="found"))
+            held = self._name(Operand("held", (), FLOAT, hint="found"))
             self._emit(f"const {self._writer.result_type(self._procedure)} {held} = {{{values}}};", indent)
             self._emit(f"return {held};", indent)
 
     # Expressions
 
-    def _text(self, node: Node, least: int = TERNARY) -> str:
+    def _text(self, node: Operand, least: int = TERNARY) -> str:
         text, level = self._atom(node)
         return f"({text})" if level < least else text
 
-    def _atom(self, node: Node) -> tuple[str, int]:
+    def _atom(self, node: Operand) -> tuple[str, int]:
         if node.op == "const":
             return self._constant(node)
         if node.op == "named":
@@ -291,13 +291,13 @@ class Body:
             return self._name(node), PRIMARY
         return (self.place(node.content[0]), PRIMARY) if node.op == "load" else self._operation(node)
 
-    def _constant(self, node: Node) -> tuple[str, int]:
+    def _constant(self, node: Operand) -> tuple[str, int]:
         if node.kind == BOOL:
             return str(bool(node.content)).lower(), PRIMARY
         text = self._writer.types.number(node.content) if node.kind == FLOAT else str(node.content)
         return text, UNARY if text.startswith("-") else PRIMARY
 
-    def _operation(self, node: Node) -> tuple[str, int]:
+    def _operation(self, node: Operand) -> tuple[str, int]:
         op, given = node.op, node.arguments
         if op in LEVELS:
             return self._binary(op, given)
@@ -314,7 +314,7 @@ class Body:
             return f"{self._text(test, OR)} ? {self._text(one, OR)} : {self._text(other, OR)}", TERNARY
         return self._function(node), PRIMARY
 
-    def _function(self, node: Node) -> str:
+    def _function(self, node: Operand) -> str:
         """A call of the C library, or of what stands for a word of Python."""
         op, texts = node.op, [self._text(part) for part in node.arguments]
         if op == "abs" and node.kind == INT:
@@ -323,7 +323,7 @@ class Body:
         name = f"{OF_LIBRARY[op]}{single}" if op in OF_LIBRARY else f"lh_{op}{'' if node.kind == FLOAT else '_int'}"
         return f"{name}({', '.join(texts)})"
 
-    def _binary(self, op: str, given: Sequence[Node]) -> tuple[str, int]:
+    def _binary(self, op: str, given: Sequence[Operand]) -> tuple[str, int]:
         level = LEVELS[op]
         if level < EQUAL:
             same = given[0].op == op
@@ -332,5 +332,5 @@ class Body:
             return f"{self._text(given[0], LESS + 1)} {op} {self._text(given[1], LESS + 1)}", level
         return f"{self._text(given[0], level)} {op} {self._text(given[1], level + 1)}", level
 
-    def _negated(self, condition: Node) -> str:
+    def _negated(self, condition: Operand) -> str:
         return f"!{self._text(condition, UNARY)}"

@@ -1,12 +1,11 @@
 """The procedures of a filter on an IMU: update, start, and what a program asks; what none of them needs is left out."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any
 
 from levelhead.compiler.mark import KernelFunction
 from levelhead.export.constants import Constants, UniqueNames
 from levelhead.export.flat_c import Writer
-from levelhead.export.graph import Member, Record, Value
+from levelhead.export.graph import Record, RecordField, Value
 from levelhead.export.homing import home_phis
 from levelhead.export.kinds import BOOL, FLOAT, INT, Kind, Struct, is_empty, within
 from levelhead.export.liveness import Liveness
@@ -15,6 +14,7 @@ from levelhead.export.procedures import Procedure, Procedures, like, make_proced
 from levelhead.export.type_table import TypeTable
 from levelhead.kernels.quat import Euler, Quat
 from levelhead.kernels.vec3 import Vec3
+from levelhead.open_types import Handle
 
 NUMBERS = {"float": FLOAT, "int": INT, "bool": BOOL}
 WHOLE = (Vec3, Quat, Euler)  # records that are never cut
@@ -65,7 +65,7 @@ class FlatProgram:
         prefix: str,
         real: str,
         roots: Sequence[Root],
-        state: Any,
+        state: Handle,
         kept: Sequence[type] = (),
         frozen: tuple[type, ...] = (),
     ) -> None:
@@ -85,7 +85,7 @@ class FlatProgram:
             again = bool(wrong or alone)
         self._cut_types()
 
-    def _trace(self, roots: Sequence[Root], steady: dict[Member, Any]) -> None:
+    def _trace(self, roots: Sequence[Root], steady: dict[RecordField, Handle]) -> None:
         self._all = Procedures([root.kernel for root in roots if not root.alone], steady, self._alone, self._frozen)
         names = UniqueNames()
         self.procedures: dict[str, Procedure] = {}
@@ -99,8 +99,8 @@ class FlatProgram:
         """Kernels that are called in one place only, and by no means rarely: they had better be inlined."""
         for procedure in self._every():
             home_phis(procedure)
-        members = {Member(cls, name) for cls in (*WHOLE, *kept) for name in cls._fields}  # type: ignore[attr-defined]
-        prefixes = {"carry": (), "run": (Member(self._shape.cls, "run"),)}  # type: ignore[union-attr]
+        members = {RecordField(cls, name) for cls in (*WHOLE, *kept) for name in cls._fields}  # type: ignore[attr-defined]
+        prefixes = {"carry": (), "run": (RecordField(self._shape.cls, "run"),)}  # type: ignore[union-attr]
         self.live = Liveness(self._every(), self.procedures.values(), members, prefixes)
         calls = [call.procedure.function for one in self._every() for call in one.calls() if call in self.live.calls]
         return {one for one in calls if calls.count(one) == 1 and not hasattr(one, "__noinline__")}
@@ -114,7 +114,7 @@ class FlatProgram:
             self._complete(value)
         for struct in list(self.types.structs()):
             if struct.origin is not None and struct.origin not in WHOLE:
-                kept = {n: k for n, k in struct.fields.items() if Member(struct.origin, n) in self.live.members}
+                kept = {n: k for n, k in struct.fields.items() if RecordField(struct.origin, n) in self.live.members}
                 struct.fields = kept
 
     def _complete(self, value: Value) -> Kind:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 
-from levelhead.export.graph import BOOL, FLOAT, Block, Node
+from levelhead.export.graph import BOOL, FLOAT, Items, Operand
 from levelhead.kernels.single import single
 
 COMPARE: dict[str, Callable[[float, float], bool]] = {
@@ -26,20 +26,20 @@ COMPUTE: dict[str, Callable[..., float]] = {
     "max": lambda a, b: b if b > a else a,
 }
 OPPOSITE = {"==": "!=", "!=": "=="}  # the others are not: both a < b and a >= b are false of NaN
-Constant = Callable[[float], Node]
+Constant = Callable[[float], Operand]
 
 
-def _number(node: Node) -> float | None:
+def _number(node: Operand) -> float | None:
     if node.op == "const":
         return node.content  # type: ignore[no-any-return]
     return node.content[2] if node.op == "named" else None
 
 
-def _is(node: Node, value: float) -> bool:
+def _is(node: Operand, value: float) -> bool:
     return node.op == "const" and type(node.content) is type(value) and repr(node.content) == repr(value)
 
 
-def fold(op: str, given: Sequence[Node], constant: Constant) -> Node | None:
+def fold(op: str, given: Sequence[Operand], constant: Constant) -> Operand | None:
     """The result of an operation that needs none at run time; None for any other."""
     values = [_number(node) for node in given]
     numbers = [value for value in values if value is not None]
@@ -54,7 +54,7 @@ def fold(op: str, given: Sequence[Node], constant: Constant) -> Node | None:
     return _neutral(op, given)
 
 
-def _neutral(op: str, given: Sequence[Node]) -> Node | None:
+def _neutral(op: str, given: Sequence[Operand]) -> Operand | None:
     """An operation with a neutral element."""
     if len(given) != 2:
         return None
@@ -70,7 +70,7 @@ def _neutral(op: str, given: Sequence[Node]) -> Node | None:
     return a if op == "|" and a is b else None
 
 
-def negated(condition: Node, block: Block) -> Node | None:
+def negated(condition: Operand, block: Items) -> Operand | None:
     """The condition that is false where this one is true, if it was computed."""
     opposite = OPPOSITE.get(condition.op)
     if condition.kind != BOOL or opposite is None:

@@ -3,10 +3,10 @@
 A sample that the driver conditions is either the first or not, and what follows asks the same once more.
 """
 
-from levelhead.export.graph import Block, Branch, Call, Item, Node, Store
+from levelhead.export.graph import Branch, Call, Item, Items, Operand, Store
 
 
-def fuse(block: Block, loads: list[Node]) -> None:
+def fuse(block: Items, loads: list[Operand]) -> None:
     """Fuses the branches of a block and of those inside; ``loads``: all loads of the procedure."""
     at = 0
     while at < len(block.items):
@@ -22,7 +22,7 @@ def fuse(block: Block, loads: list[Node]) -> None:
         at += 1
 
 
-def _join(first: Branch, second: Branch, loads: list[Node]) -> None:
+def _join(first: Branch, second: Branch, loads: list[Operand]) -> None:
     between = [load for load in loads if load.op == "load" and load.after is first]
     for k in (0, 1):
         instead = {phi: phi.arguments[k] for phi in first.phis.values()}
@@ -53,9 +53,9 @@ def _join(first: Branch, second: Branch, loads: list[Node]) -> None:
     first.homed |= second.homed
 
 
-def _replace(item: Item, instead: dict[Node, Node], old: Block, new: Block) -> None:
+def _replace(item: Item, instead: dict[Operand, Operand], old: Items, new: Items) -> None:
     """Puts the values of an arm where an item has those that either arm might give, and the item into its new block."""
-    if isinstance(item, Node):
+    if isinstance(item, Operand):
         item.arguments = tuple(instead.get(node, node) for node in item.arguments)
         item.block = new if item.block is old else item.block
     elif isinstance(item, Store):

@@ -1,18 +1,20 @@
 """Kernels as a graph of single operations: what ``tracing`` makes of them, ``liveness`` prunes and ``flat_c`` writes.
 
-A value is a ``Node`` (one number) or a ``Record`` (a NamedTuple of values). Nodes are computed in ``Block``s: the body
+A value is an ``Operand`` (one number) or a ``Record`` (a NamedTuple of values). ``Items`` compute operands: the body
 of a procedure, or one arm of a ``Branch``. Numbers that last from sample to sample lie at a ``Place``, a member of a
 struct in C; between two changes of it, a place has one ``load`` node.
 """
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import NamedTuple
+
+from levelhead.open_types import Handle
 
 FLOAT, INT, BOOL = "float", "int", "bool"
 
 
-class Member(NamedTuple):
+class RecordField(NamedTuple):
     """A field of a NamedTuple class."""
 
     owner: type
@@ -23,15 +25,15 @@ class Place(NamedTuple):
     """Where a number lies: the pointer or local struct that is its root, and the way down from there."""
 
     root: str
-    members: tuple[Member, ...]
+    members: tuple[RecordField, ...]
 
     def member(self, owner: type, name: str) -> "Place":
         """A member of what lies here."""
-        return Place(self.root, (*self.members, Member(owner, name)))
+        return Place(self.root, (*self.members, RecordField(owner, name)))
 
 
 @dataclass(eq=False)
-class Node:
+class Operand:
     """One number.
 
     Attributes:
@@ -48,13 +50,13 @@ class Node:
     """
 
     op: str
-    arguments: tuple["Node", ...]
+    arguments: tuple["Operand", ...]
     kind: str
-    content: Any = None
-    block: "Block | None" = None
+    content: Handle = None
+    block: "Items | None" = None
     hint: str = ""
-    origin: Any = None
-    after: Any = None
+    origin: Handle = None
+    after: Handle = None
 
 
 @dataclass(eq=False)
@@ -70,26 +72,26 @@ class Record:
         return self.values[self.cls._fields.index(name)]  # type: ignore[attr-defined]
 
 
-Value = Node | Record
+Value = Operand | Record
 
 
 @dataclass(eq=False)
-class Block:
+class Items:
     """Items in order, and the branch of which it is an arm."""
 
     branch: "Branch | None" = None
     items: list["Item"] = field(default_factory=list)
-    known: dict[Node, bool] = field(default_factory=dict)  # conditions that are decided here
-    nodes: dict[Any, Node] = field(default_factory=dict)  # key -> the node that was computed here
+    known: dict[Operand, bool] = field(default_factory=dict)  # conditions that are decided here
+    nodes: dict[Handle, Operand] = field(default_factory=dict)  # key -> the node that was computed here
 
     @property
-    def parent(self) -> "Block | None":
+    def parent(self) -> "Items | None":
         """The block in which the branch stands."""
         return self.branch.block if self.branch else None
 
-    def ancestors(self) -> Iterator["Block"]:
+    def ancestors(self) -> Iterator["Items"]:
         """This block and those around it, inner ones first."""
-        block: Block | None = self
+        block: Items | None = self
         while block is not None:
             yield block
             block = block.parent
@@ -99,11 +101,11 @@ class Block:
 class Branch:
     """An ``if``: its arms, what holds a value of either, and what lay at places at the end of each arm."""
 
-    condition: Node
-    block: Block
-    arms: tuple[Block, Block] = ()  # type: ignore[assignment]
-    phis: dict[tuple[Node, Node], Node] = field(default_factory=dict)
-    contents: tuple[dict[Place, Node], dict[Place, Node]] = ()  # type: ignore[assignment]
+    condition: Operand
+    block: Items
+    arms: tuple[Items, Items] = ()  # type: ignore[assignment]
+    phis: dict[tuple[Operand, Operand], Operand] = field(default_factory=dict)
+    contents: tuple[dict[Place, Operand], dict[Place, Operand]] = ()  # type: ignore[assignment]
     homed: set[Place] = field(default_factory=set)
 
 
@@ -112,7 +114,7 @@ class Store:
     """A number put at a place; ``final``: for the next sample, not for a call that follows."""
 
     place: Place
-    value: Node
+    value: Operand
     final: bool = False
 
 
@@ -123,36 +125,36 @@ class Call:
     ``reads``: place inside of the procedure -> what lies there, where nothing was stored for the call.
     """
 
-    procedure: Any
+    procedure: Handle
     places: dict[str, Place]
-    arguments: list[Node]
-    results: list[Node] = field(default_factory=list)
+    arguments: list[Operand]
+    results: list[Operand] = field(default_factory=list)
     temporaries: dict[str, type] = field(default_factory=dict)
-    reads: dict[Place, Node] = field(default_factory=dict)
+    reads: dict[Place, Operand] = field(default_factory=dict)
 
 
-Item = Node | Branch | Store | Call
+Item = Operand | Branch | Store | Call
 
 
-def leaves(value: Value) -> Iterator[Node]:
+def leaves(value: Value) -> Iterator[Operand]:
     """The numbers of a value, in order."""
-    if isinstance(value, Node):
+    if isinstance(value, Operand):
         yield value
     else:
         for part in value.values:
             yield from leaves(part)
 
 
-def placed_leaves(value: Value, place: Place) -> Iterator[tuple[Place, Node]]:
+def placed_leaves(value: Value, place: Place) -> Iterator[tuple[Place, Operand]]:
     """The numbers of a value, each with its place if the value lies at ``place``."""
-    if isinstance(value, Node):
+    if isinstance(value, Operand):
         yield place, value
     else:
         for name, part in zip(value.cls._fields, value.values, strict=True):  # type: ignore[attr-defined]
             yield from placed_leaves(part, place.member(value.cls, name))
 
 
-def items_within(block: Block) -> Iterator[tuple[Block, Item]]:
+def items_within(block: Items) -> Iterator[tuple[Items, Item]]:
     """All items, those of arms behind their branch, each with its block."""
     for item in block.items:
         yield block, item

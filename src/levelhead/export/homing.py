@@ -3,7 +3,7 @@
 Without that, a covariance that changes at every second sample would be read and written at each.
 """
 
-from levelhead.export.graph import Block, Branch, Call, Item, Node, Place, Store, items_within
+from levelhead.export.graph import Branch, Call, Item, Items, Operand, Place, Store, items_within
 from levelhead.export.procedures import Procedure, outer_place
 
 
@@ -14,7 +14,7 @@ def home_phis(procedure: Procedure) -> None:
         _home(procedure, block, store)
 
 
-def _home(procedure: Procedure, block: Block, store: Store) -> None:
+def _home(procedure: Procedure, block: Items, store: Store) -> None:
     phi = store.value
     if phi.op != "phi" or phi.content.block is not block:
         return
@@ -36,7 +36,7 @@ def _home(procedure: Procedure, block: Block, store: Store) -> None:
         _home(procedure, arm, one)
 
 
-def _gains(phi: Node, place: Place) -> bool:
+def _gains(phi: Operand, place: Place) -> bool:
     branch: Branch = phi.content
     for arm, value, contents in zip(branch.arms, phi.arguments, branch.contents, strict=True):
         if contents.get(place) is value:

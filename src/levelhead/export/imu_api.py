@@ -7,7 +7,7 @@ from levelhead.export import sensor
 from levelhead.export.c_api import CApi, health_bits
 from levelhead.export.config import ExportConfig
 from levelhead.export.flat_program import FlatProgram, Root
-from levelhead.export.graph import Node, Record, Value
+from levelhead.export.graph import Operand, Record, Value
 from levelhead.export.kinds import FLOAT, Struct, is_empty
 from levelhead.export.layout import STEP, join_lines, template
 from levelhead.export.procedures import Procedure, like
@@ -53,7 +53,7 @@ class ImuApi(CApi):
         config, bound = self.config, bind(self.config.flt, self.config.guard is not None)
         settings, carry, vector = like(config.settings), like(config.begin()), like(ZERO)
         assert isinstance(carry, Record)
-        number = Node("const", (), "float", 0.0)
+        number = Operand("const", (), "float", 0.0)
         yield Root("begin", bound.begin, [settings], alone=True, fixed=self._fixed())
         yield Root("advance", bound.advance, [settings, carry, vector, vector, vector, number], fixed=self._fixed())
         for name, field in config.answers.items():
@@ -136,7 +136,7 @@ class ImuApi(CApi):
         lines += [f"{STEP}(void){name}_read;" for name in sensor.READINGS if name not in names and len(lines) < 5]
         return join_lines(lines).rstrip()
 
-    def _live(self, procedure: Procedure) -> list[Node]:
+    def _live(self, procedure: Procedure) -> list[Operand]:
         return [node for node in procedure.arguments if node in self.program.live.nodes]
 
     def _corrected(self, readings: dict[str, str]) -> str:

@@ -6,7 +6,7 @@ goes on until nothing is added, so that fields which serve only one another are 
 
 from collections.abc import Iterable, Mapping
 
-from levelhead.export.graph import Block, Branch, Call, Member, Node, Store, items_within
+from levelhead.export.graph import Branch, Call, Items, Operand, RecordField, Store, items_within
 from levelhead.export.procedures import Procedure, outer_place
 
 
@@ -25,13 +25,13 @@ class Liveness:
         self,
         procedures: Iterable[Procedure],
         outputs: Iterable[Procedure],
-        members: Iterable[Member],
-        prefixes: Mapping[str, tuple[Member, ...]],
+        members: Iterable[RecordField],
+        prefixes: Mapping[str, tuple[RecordField, ...]],
     ) -> None:
         self._procedures, self._outputs, self._prefixes = list(procedures), set(outputs), prefixes
-        self._lasting: set[tuple[Member, ...]] = set()
-        self.members: set[Member] = set(members)
-        self.nodes: set[Node] = set()
+        self._lasting: set[tuple[RecordField, ...]] = set()
+        self.members: set[RecordField] = set(members)
+        self.nodes: set[Operand] = set()
         self.calls: set[Call] = set()
         self.branches: set[Branch] = set()
         self.results: dict[Procedure, set[int]] = {one: set() for one in self._procedures}
@@ -80,7 +80,7 @@ class Liveness:
             elif isinstance(item, Call) and (item in self.calls or self.writes(item)):
                 self._need_call(item, block, procedure)
 
-    def _need_call(self, call: Call, block: Block, procedure: Procedure) -> None:
+    def _need_call(self, call: Call, block: Items, procedure: Procedure) -> None:
         self.calls.add(call)
         self._need_block(block, procedure)
         for given, argument in zip(call.arguments, call.procedure.arguments, strict=True):
@@ -92,13 +92,13 @@ class Liveness:
                 if at in call.reads:
                     self._need(call.reads[at], procedure)
 
-    def _need_block(self, block: Block, procedure: Procedure) -> None:
+    def _need_block(self, block: Items, procedure: Procedure) -> None:
         for one in block.ancestors():
             if one.branch is not None and one.branch not in self.branches:
                 self.branches.add(one.branch)
                 self._need(one.branch.condition, procedure)
 
-    def _need(self, node: Node, procedure: Procedure) -> None:
+    def _need(self, node: Operand, procedure: Procedure) -> None:
         if node in self.nodes:
             return
         self.nodes.add(node)

@@ -1,18 +1,18 @@
 """Where in C each number is computed: in its own statement, inside of an expression, or by a load in time."""
 
 from collections.abc import Iterator
-from typing import Any
 
-from levelhead.export.graph import Block, Branch, Call, Item, Node, Place, Store
+from levelhead.export.graph import Branch, Call, Item, Items, Operand, Place, Store
 from levelhead.export.homing import writes
 from levelhead.export.liveness import Liveness
 from levelhead.export.procedures import Procedure
+from levelhead.open_types import Handle
 
 LARGEST = 16  # operations in one expression
 ATOMS = ("const", "named", "argument", "load", "result", "phi")
 
 
-class Plan:
+class StatementPlan:
     """The statements of one procedure.
 
     Attributes:
@@ -23,17 +23,17 @@ class Plan:
 
     def __init__(self, procedure: Procedure, live: Liveness) -> None:
         self._procedure, self._live = procedure, live
-        self.items: dict[Block, list[Item]] = {}
+        self.items: dict[Items, list[Item]] = {}
         self._needed(procedure.tracer.body)
         self.returned = [procedure.returned[i] for i in sorted(live.results[procedure])]
         self._count_uses()
         self._select(procedure.tracer.body)
         self._count_uses()
         self.held = {node for node in self._computed() if not self._is_inner(node)}
-        self.saved: dict[Any, list[Node]] = {}
+        self.saved: dict[Handle, list[Operand]] = {}
         self._save_loads()
 
-    def _needed(self, block: Block) -> None:
+    def _needed(self, block: Items) -> None:
         found = self.items[block] = [item for item in block.items if self._is_needed(item)]
         for item in found:
             if isinstance(item, Branch):
@@ -48,20 +48,20 @@ class Plan:
             return item in live.calls
         return item in live.branches if isinstance(item, Branch) else item in live.nodes
 
-    def phis(self, branch: Branch) -> list[Node]:
+    def phis(self, branch: Branch) -> list[Operand]:
         """The numbers that hold a value of either arm."""
         return [phi for phi in branch.phis.values() if phi in self._live.nodes and phi.op == "phi"]
 
-    def arguments(self, call: Call) -> list[Node]:
+    def arguments(self, call: Call) -> list[Operand]:
         """The numbers that a call passes."""
         pairs = zip(call.arguments, call.procedure.arguments, strict=True)
         return [given for given, argument in pairs if argument in self._live.nodes]
 
-    def _computed(self) -> Iterator[Node]:
+    def _computed(self) -> Iterator[Operand]:
         for items in self.items.values():
-            yield from (item for item in items if isinstance(item, Node))
+            yield from (item for item in items if isinstance(item, Operand))
 
-    def walk(self, block: Block) -> Iterator[tuple[Block, Item]]:
+    def walk(self, block: Items) -> Iterator[tuple[Items, Item]]:
         """All needed items in order."""
         for item in self.items[block]:
             yield block, item
@@ -72,12 +72,12 @@ class Plan:
     # Uses
 
     def _count_uses(self) -> None:
-        """Node -> (block, item or returned) of each use."""
-        self._uses: dict[Node, list[tuple[Block, Any]]] = {}
-        self._sizes: dict[Node, int] = {}
+        """Operand -> (block, item or returned) of each use."""
+        self._uses: dict[Operand, list[tuple[Items, Handle]]] = {}
+        self._sizes: dict[Operand, int] = {}
         body = self._procedure.tracer.body
         for block, item in self.walk(body):
-            if isinstance(item, Node):
+            if isinstance(item, Operand):
                 self._use(item.arguments, block, item)
             elif isinstance(item, Store):
                 self._use((item.value,), block, item)
@@ -90,15 +90,15 @@ class Plan:
                         self._use((value,), arm, phi)
         self._use(self.returned, body, None)
 
-    def _use(self, nodes: Any, block: Block, user: Any) -> None:
+    def _use(self, nodes: Handle, block: Items, user: Handle) -> None:
         for node in nodes:
             self._uses.setdefault(node, []).append((block, user))
 
-    def _is_inner(self, node: Node) -> bool:
+    def _is_inner(self, node: Operand) -> bool:
         """Whether a number stands inside of the expression that uses it."""
         return len(self._uses.get(node, ())) == 1 and self._size(node) <= LARGEST
 
-    def _size(self, node: Node) -> int:
+    def _size(self, node: Operand) -> int:
         if node.op in ATOMS:
             return 0
         if node not in self._sizes:
@@ -108,7 +108,7 @@ class Plan:
 
     # Conditional expressions
 
-    def _select(self, block: Block) -> None:
+    def _select(self, block: Items) -> None:
         """Branches that only choose a number become conditional expressions."""
         found: list[Item] = []
         for item in self.items[block]:
@@ -127,19 +127,19 @@ class Plan:
             found.append(item)
         self.items[block] = found
 
-    def _is_simple(self, item: Item, phis: list[Node]) -> bool:
-        return isinstance(item, Node) and self._is_inner(item) and item.op != "select"
+    def _is_simple(self, item: Item, phis: list[Operand]) -> bool:
+        return isinstance(item, Operand) and self._is_inner(item) and item.op != "select"
 
     # Loads
 
     def _save_loads(self) -> None:
         body = self._procedure.tracer.body
-        order: dict[Any, int] = {}
-        steps: list[tuple[Block, Any]] = []
+        order: dict[Handle, int] = {}
+        steps: list[tuple[Items, Handle]] = []
         self._number(body, order, steps)
         order[None] = len(steps)
         kills = [(block, item) for block, item in steps if isinstance(item, Store | Call)]
-        uses: dict[Node, list[tuple[Block, Any, int]]] = {}
+        uses: dict[Operand, list[tuple[Items, Handle, int]]] = {}
         for node, found in self._uses.items():
             if node.op != "load":
                 continue
@@ -149,7 +149,7 @@ class Plan:
         for load in sorted(uses, key=lambda one: one.content[1]):
             self._save(load, uses[load], kills, order)
 
-    def _number(self, block: Block, order: dict[Any, int], steps: list[tuple[Block, Any]]) -> None:
+    def _number(self, block: Items, order: dict[Handle, int], steps: list[tuple[Items, Handle]]) -> None:
         for item in self.items[block]:
             order[item] = len(steps)
             steps.append((block, item))
@@ -159,16 +159,20 @@ class Plan:
                     order[item, arm] = len(steps)  # where its arm gives its numbers
                     steps.append((arm, (item, arm)))
 
-    def _root(self, user: Any, block: Block) -> tuple[Any, Block]:
+    def _root(self, user: Handle, block: Items) -> tuple[Handle, Items]:
         """The statement in which a use stands, and its block."""
-        while isinstance(user, Node) and user.op != "phi" and user not in self.held:
+        while isinstance(user, Operand) and user.op != "phi" and user not in self.held:
             (block, user) = self._uses[user][0]
-        if isinstance(user, Node) and user.op == "phi":
+        if isinstance(user, Operand) and user.op == "phi":
             return (user.content, block), block
         return user, block
 
     def _save(
-        self, load: Node, uses: list[tuple[Block, Any, int]], kills: list[tuple[Block, Any]], order: dict[Any, int]
+        self,
+        load: Operand,
+        uses: list[tuple[Items, Handle, int]],
+        kills: list[tuple[Items, Handle]],
+        order: dict[Handle, int],
     ) -> None:
         place: Place = load.content[0]
         begin = self._begin(load, order)
@@ -192,7 +196,7 @@ class Plan:
         self.held.add(load)
         self.saved.setdefault(item if item is not None else None, []).append(load)
 
-    def _begin(self, load: Node, order: dict[Any, int]) -> int:
+    def _begin(self, load: Operand, order: dict[Handle, int]) -> int:
         """The step from which a load is what lies at its place."""
         after = load.after
         if after is None:
@@ -208,7 +212,7 @@ class Plan:
         return max(found, default=-1)
 
 
-def _exclusive(one: Block, other: Block) -> bool:
+def _exclusive(one: Items, other: Items) -> bool:
     """Whether two blocks are, or are in, different arms of one branch."""
     arms = {block.branch: block for block in one.ancestors() if block.branch is not None}
     return any(

@@ -7,7 +7,7 @@ the guard, no reading is ever clipped. That is assumed of every field first, and
 import ast
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from levelhead.compiler.mark import KernelFunction, is_kernel
 from levelhead.export.constants import UniqueNames
@@ -15,10 +15,10 @@ from levelhead.export.fusing import fuse
 from levelhead.export.graph import (
     FLOAT,
     Call,
-    Member,
-    Node,
+    Operand,
     Place,
     Record,
+    RecordField,
     Store,
     Value,
     items_within,
@@ -32,6 +32,7 @@ from levelhead.export.tracing import BY_PLACE, KINDS, Tracer
 from levelhead.export.type_table import annotations
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.vec3 import Vec3
+from levelhead.open_types import Handle
 
 Homes = Mapping[type, Place | None]
 WORTH = 40  # operations from which a kernel that stands in several places is called
@@ -75,10 +76,10 @@ class Procedure:
     tracer: Tracer
     parts: list[tuple[Part, Value]] = field(default_factory=list)
     by_place: dict[str, type] = field(default_factory=dict)
-    arguments: list[Node] = field(default_factory=list)
-    answer: Any = None
-    returned: list[Node] = field(default_factory=list)
-    used: set[Node] = field(default_factory=set)
+    arguments: list[Operand] = field(default_factory=list)
+    answer: Handle = None
+    returned: list[Operand] = field(default_factory=list)
+    used: set[Operand] = field(default_factory=set)
     outputs: dict[str, Record] = field(default_factory=dict)
     reads: set[Place] = field(default_factory=set)
     writes: dict[Place, str] = field(default_factory=dict)
@@ -105,7 +106,7 @@ class Procedures:
     def __init__(
         self,
         roots: Sequence[KernelFunction],
-        steady: dict[Member, Any],
+        steady: dict[RecordField, Handle],
         inlined: set[KernelFunction],
         frozen: tuple[type, ...] = (),
     ) -> None:
@@ -127,7 +128,7 @@ class Procedures:
             self.all[function] = made
         return self.all[function]
 
-    def contradicted(self, procedures: Iterable[Procedure]) -> set[Member]:
+    def contradicted(self, procedures: Iterable[Procedure]) -> set[RecordField]:
         """Fields that do change."""
         found = set()
         for procedure in procedures:
@@ -204,15 +205,15 @@ def _has_home(value: Value, homes: Homes) -> bool:
 
 
 def _as_arguments(value: Value, name: str, wanted: str | None) -> Value:
-    if isinstance(value, Node):
-        return Node("argument", (), wanted or value.kind, name, hint=name)
+    if isinstance(value, Operand):
+        return Operand("argument", (), wanted or value.kind, name, hint=name)
     fields: Sequence[str] = getattr(value.cls, "_fields", ()) or [f"part_{i}" for i in range(len(value.values))]
     parts = zip(fields, value.values, strict=True)
     return Record(value.cls, tuple(_as_arguments(part, f"{name}_{inner}", None) for inner, part in parts))
 
 
-def _answer(made: Procedure, value: Value, taken: set[str]) -> Any:
-    if isinstance(value, Node):
+def _answer(made: Procedure, value: Value, taken: set[str]) -> Handle:
+    if isinstance(value, Operand):
         made.returned.append(value)
         return len(made.returned) - 1
     for name, cls in made.by_place.items():
@@ -264,7 +265,7 @@ def _note_effects(made: Procedure) -> None:
     made.writes = {place: kind for place, kind in made.writes.items() if place.members[-1] not in made.tracer.steady}
 
 
-def _used(made: Procedure) -> set[Node]:
+def _used(made: Procedure) -> set[Operand]:
     """Nodes that an item or the caller takes."""
     if not made.used:
         made.used = {node for _, item in items_within(made.tracer.body) for node in _mentioned(item)} | set(
@@ -279,8 +280,8 @@ def outer_place(call: Call, inner: Place) -> Place:
     return Place(place.root, place.members + inner.members)
 
 
-def _mentioned(item: Any) -> Iterator[Node]:
-    if isinstance(item, Node):
+def _mentioned(item: Handle) -> Iterator[Operand]:
+    if isinstance(item, Operand):
         yield from item.arguments
     elif isinstance(item, Store):
         yield item.value
@@ -336,14 +337,14 @@ def _operations(function: KernelFunction) -> tuple[int, list[KernelFunction]]:
     return own, called
 
 
-def steady_members(value: Any) -> dict[Member, Any]:
+def steady_members(value: Handle) -> dict[RecordField, Handle]:
     """The fields that have one value wherever they occur in a state before its first sample."""
-    found: dict[Member, Any] = {}
-    different: set[Member] = set()
+    found: dict[RecordField, Handle] = {}
+    different: set[RecordField] = set()
 
-    def visit(record: Any) -> None:
+    def visit(record: Handle) -> None:
         for name, part in zip(record._fields, record, strict=True):
-            member = Member(type(record), name)
+            member = RecordField(type(record), name)
             if isinstance(part, tuple):
                 visit(part)
             elif type(record) not in (Vec3, Quat):
@@ -357,13 +358,13 @@ def steady_members(value: Any) -> dict[Member, Any]:
     return {member: number for member, number in found.items() if member not in different}
 
 
-def like(value: Any) -> Value:
+def like(value: Handle) -> Value:
     """A value of the kinds of a Python value."""
     if isinstance(value, tuple):
         hints = annotations(type(value))
         parts = []
         for name, part in zip(value._fields, value, strict=True):  # type: ignore[attr-defined]
             hint = hints.get(name)
-            parts.append(Node("const", (), FLOAT, 0.0) if hint is float else like(part))
+            parts.append(Operand("const", (), FLOAT, 0.0) if hint is float else like(part))
         return Record(type(value), tuple(parts))
-    return Node("const", (), KINDS[type(value)], value)
+    return Operand("const", (), KINDS[type(value)], value)

@@ -8,7 +8,7 @@ time. Equal operations on equal numbers are one node, whose bits are those of ea
 import ast
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Protocol
 
 from levelhead.compiler.mark import KernelFunction, is_kernel
 from levelhead.export.folding import fold, negated
@@ -16,13 +16,13 @@ from levelhead.export.graph import (
     BOOL,
     FLOAT,
     INT,
-    Block,
     Branch,
     Call,
-    Member,
-    Node,
+    Items,
+    Operand,
     Place,
     Record,
+    RecordField,
     Store,
     Value,
     leaves,
@@ -33,6 +33,7 @@ from levelhead.export.kinds import is_struct
 from levelhead.export.scopes import loaded_in
 from levelhead.export.source import Source, home, read_source
 from levelhead.export.type_table import annotations
+from levelhead.open_types import Handle
 
 BY_PLACE = 5  # numbers from which a record is passed by its place
 MANY = 12  # numbers of a record that had better stay where they are than in variables
@@ -47,18 +48,18 @@ FUNCTIONS = {"sqrt", "floor", "min", "max", "abs", "float"}
 class Callees(Protocol):
     """What a tracer asks of the whole."""
 
-    steady: dict[Member, Any]
+    steady: dict[RecordField, Handle]
     frozen: tuple[type, ...]
 
     def is_called(self, function: KernelFunction) -> bool:
         """Whether a kernel stays a call."""
 
-    def procedure(self, function: KernelFunction, given: Sequence[Value], homes: dict[type, Place | None]) -> Any:
+    def procedure(self, function: KernelFunction, given: Sequence[Value], homes: dict[type, Place | None]) -> Handle:
         """The procedure of a kernel, for arguments like these."""
 
 
 @dataclass
-class Frame:
+class KernelFrame:
     """One kernel that is being run: its source and its variables."""
 
     source: Source
@@ -70,7 +71,7 @@ class Frame:
         """The kernel."""
         return self.source.function
 
-    def resolve(self, node: ast.AST) -> Any:
+    def resolve(self, node: ast.AST) -> Handle:
         """The Python object behind a name; ``MISSING`` for a value of the kernel."""
         return resolve_name(self.function, node, self.function.__code__.co_varnames)
 
@@ -87,31 +88,31 @@ class Tracer:
     def __init__(self, callees: Callees) -> None:
         self._callees = callees
         self.steady = callees.steady
-        self.body = self._block = Block()
-        self.contents: dict[Place, Node] = {}
-        self.loads: list[Node] = []
+        self.body = self._block = Items()
+        self.contents: dict[Place, Operand] = {}
+        self.loads: list[Operand] = []
         self.homes: dict[type, Place | None] = {}  # class -> the one place of a record of it
         self._versions = 0
         self._temporaries = 0
-        self._constants: dict[object, Node] = {}
+        self._constants: dict[object, Operand] = {}
 
     # Nodes
 
-    def constant(self, value: float | int | bool) -> Node:
+    def constant(self, value: float | int | bool) -> Operand:
         """A number that is written where it is used."""
         key = (type(value), repr(value))
         if key not in self._constants:
-            self._constants[key] = Node("const", (), KINDS[type(value)], value)
+            self._constants[key] = Operand("const", (), KINDS[type(value)], value)
         return self._constants[key]
 
-    def load(self, place: Place, kind: str) -> Node:
+    def load(self, place: Place, kind: str) -> Operand:
         """What lies at a place from now on."""
         member = place.members[-1] if place.members else None
         if member in self._callees.steady:
             return self.constant(self._callees.steady[member])
         self._versions += 1
         hint = place.members[-2].name if len(place.members) > 1 and len(str(member.name)) < 2 else ""  # type: ignore[union-attr]
-        node = Node("load", (), kind, (place, self._versions), self._block, f"{hint}_{member.name}".strip("_"))  # type: ignore[union-attr]
+        node = Operand("load", (), kind, (place, self._versions), self._block, f"{hint}_{member.name}".strip("_"))  # type: ignore[union-attr]
         node.after = self._block.items[-1] if self._block.items else None
         self.loads.append(node)
         self.contents[place] = node
@@ -119,7 +120,7 @@ class Tracer:
 
     def record_at(self, shape: Value, place: Place) -> Value:
         """A value like ``shape`` that lies at a place."""
-        if isinstance(shape, Node):
+        if isinstance(shape, Operand):
             return self.load(place, shape.kind)
         self.homes[shape.cls] = None if shape.cls in self.homes else place
         names: Sequence[str] = shape.cls._fields  # type: ignore[attr-defined]
@@ -134,11 +135,11 @@ class Tracer:
 
     def copy(self, value: Value) -> Value:
         """The constants of another procedure."""
-        if isinstance(value, Node):
+        if isinstance(value, Operand):
             return self.constant(value.content)
         return Record(value.cls, tuple(map(self.copy, value.values)))
 
-    def operate(self, op: str, kind: str, *given: Node, origin: KernelFunction | None = None) -> Node:
+    def operate(self, op: str, kind: str, *given: Operand, origin: KernelFunction | None = None) -> Operand:
         """One operation, unless it was done already, or is done before the program runs."""
         folded = fold(op, given, self.constant)
         if folded is not None:
@@ -148,14 +149,14 @@ class Tracer:
             for key in keys:
                 if key in block.nodes:
                     return block.nodes[key]
-        node = Node(op, given, kind, block=self._block, origin=origin)
+        node = Operand(op, given, kind, block=self._block, origin=origin)
         self._block.nodes[keys[0]] = node
         self._block.items.append(node)
         return node
 
     def convert(self, value: Value, kind: str | None) -> Value:
         """A whole number as a float where one is wanted."""
-        if kind != FLOAT or not isinstance(value, Node) or value.kind == FLOAT:
+        if kind != FLOAT or not isinstance(value, Operand) or value.kind == FLOAT:
             return value
         if value.op == "const":
             return self.constant(float(value.content))
@@ -177,7 +178,7 @@ class Tracer:
         for argument, value in zip(source.tree.args.args, given, strict=True):
             hint = hints.get(argument.arg)
             variables[argument.arg] = self.convert(value, KINDS.get(hint) if isinstance(hint, type) else None)
-        return self._run(source.tree.body, Frame(source, variables))
+        return self._run(source.tree.body, KernelFrame(source, variables))
 
     def _call_procedure(self, function: KernelFunction, given: Sequence[Value]) -> Value | None:
         procedure = self._callees.procedure(function, given, self.homes)
@@ -207,14 +208,14 @@ class Tracer:
         for inner, kind in procedure.writes.items():
             self.load(Place(call.places[inner.root].root, call.places[inner.root].members + inner.members), kind)
         call.results = [
-            Node("result", (), node.kind, (call, i), self._block, node.hint)
+            Operand("result", (), node.kind, (call, i), self._block, node.hint)
             for i, node in enumerate(procedure.returned)
         ]
         return self._result(procedure.answer, call, records)
 
-    def _argument(self, wanted: Node, got: Node) -> Node:
+    def _argument(self, wanted: Operand, got: Operand) -> Operand:
         node = self.convert(got, wanted.kind)
-        assert isinstance(node, Node)
+        assert isinstance(node, Operand)
         return node
 
     def _place_of(self, cls: type, place: Place | None, call: Call, name: str) -> Place:
@@ -226,14 +227,14 @@ class Tracer:
             call.temporaries[place.root] = cls
         return place
 
-    def _store(self, place: Place, value: Node) -> None:
+    def _store(self, place: Place, value: Operand) -> None:
         if place.members and place.members[-1] in self._callees.steady:
             self._block.items.append(Store(place, value))  # to be compared
             return
         self._block.items.append(Store(place, value))
         self.contents[place] = value
 
-    def _result(self, answer: Any, call: Call, given: dict[str, Value]) -> Value | None:
+    def _result(self, answer: Handle, call: Call, given: dict[str, Value]) -> Value | None:
         """The value of a call: numbers that it returns, and records that lie where it has written them."""
         if answer is None:
             return None
@@ -249,7 +250,7 @@ class Tracer:
 
     def _placed(self, shape: Value, place: Place) -> Value:
         """A record that a call has put at a place."""
-        if isinstance(shape, Node):
+        if isinstance(shape, Operand):
             member = place.members[-1]
             if member in self._callees.steady:
                 return self.constant(self._callees.steady[member])
@@ -261,7 +262,7 @@ class Tracer:
         )
 
     def _written(self, before: Value, place: Place, call: Call, inner: Place) -> Value:
-        if isinstance(before, Node):
+        if isinstance(before, Operand):
             procedure = call.procedure
             if place.members and place.members[-1] in self._callees.steady:
                 return before
@@ -274,7 +275,7 @@ class Tracer:
 
     # Statements
 
-    def _run(self, body: Sequence[ast.stmt], frame: Frame) -> Value | None:
+    def _run(self, body: Sequence[ast.stmt], frame: KernelFrame) -> Value | None:
         for i, statement in enumerate(body):
             if isinstance(statement, ast.Return):
                 return None if statement.value is None else self._value(statement.value, frame)
@@ -298,12 +299,17 @@ class Tracer:
         return None
 
     def _branch(
-        self, condition: Node, body: Sequence[ast.stmt], orelse: Sequence[ast.stmt], frame: Frame, returns: bool
+        self,
+        condition: Operand,
+        body: Sequence[ast.stmt],
+        orelse: Sequence[ast.stmt],
+        frame: KernelFrame,
+        returns: bool,
     ) -> Value | None:
         before, outside = dict(self.contents), self._block
         variables = dict(frame.variables)
         branch = Branch(condition, outside)
-        branch.arms = Block(branch), Block(branch)
+        branch.arms = Items(branch), Items(branch)
         outside.items.append(branch)
         ends = []
         for arm, statements, truth in ((branch.arms[0], body, True), (branch.arms[1], orelse, False)):
@@ -331,14 +337,14 @@ class Tracer:
             return one
         if isinstance(one, Record) and isinstance(other, Record):
             home = one.place or other.place or self.homes.get(one.cls) or place
-            many = sum(isinstance(part, Node) for part in one.values) >= MANY
+            many = sum(isinstance(part, Operand) for part in one.values) >= MANY
             names: Sequence[str] = getattr(one.cls, "_fields", ()) or [""] * len(one.values)
             values = tuple(
                 self._merge(branch, a, b, home and home.member(one.cls, name), many)
                 for name, a, b in zip(names, one.values, other.values, strict=True)
             )
             return Record(one.cls, values, home)
-        assert isinstance(one, Node) and isinstance(other, Node)
+        assert isinstance(one, Operand) and isinstance(other, Operand)
         if one.kind != other.kind:
             return self._merge(branch, self.convert(one, FLOAT), self.convert(other, FLOAT))
         if place is not None:
@@ -349,10 +355,10 @@ class Tracer:
                 return held if held is not None else self.load(lies, one.kind)
         if (one, other) not in branch.phis:
             hint = one.hint or other.hint
-            branch.phis[one, other] = Node("phi", (one, other), one.kind, branch, branch.block, hint)
+            branch.phis[one, other] = Operand("phi", (one, other), one.kind, branch, branch.block, hint)
         return branch.phis[one, other]
 
-    def _home(self, branch: Branch, one: Node, other: Node, place: Place, many: bool) -> None:
+    def _home(self, branch: Branch, one: Operand, other: Operand, place: Place, many: bool) -> None:
         """Stores the number of an arm where the number of the other lies already, or one of many where it belongs."""
         if place in branch.homed or place.members[-1] in self._callees.steady:
             return
@@ -366,33 +372,33 @@ class Tracer:
                 arm.items.append(Store(place, node))
                 contents[place] = node
 
-    def _on_Pass(self, node: ast.Pass, frame: Frame) -> None:
+    def _on_Pass(self, node: ast.Pass, frame: KernelFrame) -> None:
         pass
 
-    def _on_Expr(self, node: ast.Expr, frame: Frame) -> None:
+    def _on_Expr(self, node: ast.Expr, frame: KernelFrame) -> None:
         if not isinstance(node.value, ast.Constant):
             raise frame.source.refuse(node, "an expression whose value nobody takes")
 
-    def _on_Assign(self, node: ast.Assign, frame: Frame) -> None:
+    def _on_Assign(self, node: ast.Assign, frame: KernelFrame) -> None:
         value = self._value(node.value, frame)
         for target in node.targets:
             self._assign(target, value, frame)
 
-    def _on_AnnAssign(self, node: ast.AnnAssign, frame: Frame) -> None:
+    def _on_AnnAssign(self, node: ast.AnnAssign, frame: KernelFrame) -> None:
         assert node.value is not None
         self._assign(node.target, self._value(node.value, frame), frame)
 
-    def _on_AugAssign(self, node: ast.AugAssign, frame: Frame) -> None:
+    def _on_AugAssign(self, node: ast.AugAssign, frame: KernelFrame) -> None:
         left, right = self._number(node.target, frame), self._number(node.value, frame)
         self._assign(node.target, self._arithmetic(node.op, left, right, frame), frame)
 
-    def _assign(self, target: ast.expr, value: Value, frame: Frame) -> None:
+    def _assign(self, target: ast.expr, value: Value, frame: KernelFrame) -> None:
         if isinstance(target, ast.Tuple):
             assert isinstance(value, Record)
             for part, inner in zip(target.elts, value.values, strict=True):
                 self._assign(part, inner, frame)
         elif isinstance(target, ast.Name):
-            if isinstance(value, Node) and not value.hint and value.op not in ("const", "named"):
+            if isinstance(value, Operand) and not value.hint and value.op not in ("const", "named"):
                 value.hint = target.id
             frame.variables[target.id] = value
         else:
@@ -400,28 +406,28 @@ class Tracer:
 
     # Expressions
 
-    def _value(self, node: ast.expr, frame: Frame) -> Value:
+    def _value(self, node: ast.expr, frame: KernelFrame) -> Value:
         handler = getattr(self, f"_of_{type(node).__name__}", None)
         if handler is None:
             raise frame.source.refuse(node, f"{type(node).__name__} is outside of the kernel language")
         value: Value = handler(node, frame)
         return value
 
-    def _number(self, node: ast.expr, frame: Frame) -> Node:
+    def _number(self, node: ast.expr, frame: KernelFrame) -> Operand:
         value = self._value(node, frame)
-        if not isinstance(value, Node):
+        if not isinstance(value, Operand):
             raise frame.source.refuse(node, f"{ast.unparse(node)} is no number")
         return value
 
-    def _of_Constant(self, node: ast.Constant, frame: Frame) -> Value:
+    def _of_Constant(self, node: ast.Constant, frame: KernelFrame) -> Value:
         return self.constant(node.value)  # type: ignore[arg-type]
 
-    def _of_Name(self, node: ast.Name, frame: Frame) -> Value:
+    def _of_Name(self, node: ast.Name, frame: KernelFrame) -> Value:
         if node.id in frame.variables:
             return frame.variables[node.id]
         return self._global(node, frame)
 
-    def _of_Attribute(self, node: ast.Attribute, frame: Frame) -> Value:
+    def _of_Attribute(self, node: ast.Attribute, frame: KernelFrame) -> Value:
         if frame.resolve(node) is not MISSING:
             return self._global(node, frame)
         owner = self._value(node.value, frame)
@@ -429,7 +435,7 @@ class Tracer:
             raise frame.source.refuse(node, f"{ast.unparse(node.value)} has no {node.attr}")
         return owner.get(node.attr)
 
-    def _global(self, node: ast.Name | ast.Attribute, frame: Frame) -> Value:
+    def _global(self, node: ast.Name | ast.Attribute, frame: KernelFrame) -> Value:
         value = frame.resolve(node)
         if isinstance(value, float):
             if isinstance(node, ast.Attribute):
@@ -437,12 +443,12 @@ class Tracer:
             else:
                 module, name = home(frame.function.__module__, node.id)
             key = (module, name, repr(value))
-            return self._constants.setdefault(key, Node("named", (), FLOAT, (module, name, value)))
+            return self._constants.setdefault(key, Operand("named", (), FLOAT, (module, name, value)))
         if value is MISSING:
             raise frame.source.refuse(node, f"{ast.unparse(node)} is neither a number nor a kernel's value")
         return self.literal(value)
 
-    def literal(self, value: Any) -> Value:
+    def literal(self, value: Handle) -> Value:
         """A number or a record of numbers that is known before the program runs."""
         if isinstance(value, tuple):
             hints = annotations(type(value))
@@ -454,41 +460,41 @@ class Tracer:
             return Record(type(value), tuple(parts))
         return self.constant(value)
 
-    def _of_Subscript(self, node: ast.Subscript, frame: Frame) -> Value:
+    def _of_Subscript(self, node: ast.Subscript, frame: KernelFrame) -> Value:
         owner = self._value(node.value, frame)
         at = node.slice.value if isinstance(node.slice, ast.Constant) else None
         if not isinstance(owner, Record) or not isinstance(at, int):
             raise frame.source.refuse(node, "a record is indexed by a constant")
         return owner.values[at]
 
-    def _of_Tuple(self, node: ast.Tuple, frame: Frame) -> Value:
+    def _of_Tuple(self, node: ast.Tuple, frame: KernelFrame) -> Value:
         return Record(tuple, tuple(self._value(part, frame) for part in node.elts))
 
-    def _of_UnaryOp(self, node: ast.UnaryOp, frame: Frame) -> Value:
+    def _of_UnaryOp(self, node: ast.UnaryOp, frame: KernelFrame) -> Value:
         if isinstance(node.op, ast.Not):
             return self._not(self._condition(node.operand, frame))
         inner = self._number(node.operand, frame)
         return self.operate("neg", inner.kind, inner, origin=frame.function)
 
-    def _not(self, condition: Node) -> Node:
+    def _not(self, condition: Operand) -> Operand:
         known = self._decided(condition)
         if known is not None:
             return self.constant(not known)
         return condition.arguments[0] if condition.op == "not" else self.operate("not", BOOL, condition)
 
-    def _of_BinOp(self, node: ast.BinOp, frame: Frame) -> Value:
+    def _of_BinOp(self, node: ast.BinOp, frame: KernelFrame) -> Value:
         left, right = self._number(node.left, frame), self._number(node.right, frame)
         return self._arithmetic(node.op, left, right, frame)
 
-    def _arithmetic(self, op: ast.operator, left: Node, right: Node, frame: Frame) -> Node:
+    def _arithmetic(self, op: ast.operator, left: Operand, right: Operand, frame: KernelFrame) -> Operand:
         sign = OPERATORS[type(op)]
         if FLOAT in (left.kind, right.kind) or sign == "/":
             a, b = self.convert(left, FLOAT), self.convert(right, FLOAT)
-            assert isinstance(a, Node) and isinstance(b, Node)
+            assert isinstance(a, Operand) and isinstance(b, Operand)
             return self.operate(sign, FLOAT, a, b, origin=frame.function)
         return self.operate(sign, INT, left, right, origin=frame.function)
 
-    def _of_Compare(self, node: ast.Compare, frame: Frame) -> Value:
+    def _of_Compare(self, node: ast.Compare, frame: KernelFrame) -> Value:
         numbers = [self._number(part, frame) for part in (node.left, *node.comparators)]
         found = []
         for a, op, b in zip(numbers, node.ops, numbers[1:], strict=False):
@@ -497,12 +503,12 @@ class Tracer:
             found.append(self.operate(OPERATORS[type(op)], BOOL, a, b, origin=frame.function))
         return self._all("and", found)
 
-    def _of_BoolOp(self, node: ast.BoolOp, frame: Frame) -> Value:
+    def _of_BoolOp(self, node: ast.BoolOp, frame: KernelFrame) -> Value:
         return self._all(
             "and" if isinstance(node.op, ast.And) else "or", [self._condition(part, frame) for part in node.values]
         )
 
-    def _all(self, op: str, parts: Sequence[Node]) -> Node:
+    def _all(self, op: str, parts: Sequence[Operand]) -> Operand:
         """The conjunction or disjunction of conditions, without those that are decided."""
         left = []
         for part in parts:
@@ -515,11 +521,11 @@ class Tracer:
             return self.constant(op == "and")
         return left[0] if len(left) == 1 else self.operate(op, BOOL, *left)
 
-    def _condition(self, node: ast.expr, frame: Frame) -> Node:
+    def _condition(self, node: ast.expr, frame: KernelFrame) -> Operand:
         value = self._number(node, frame)
         return value if value.kind == BOOL else self.operate("!=", BOOL, value, self.constant(0))
 
-    def _decided(self, condition: Node) -> bool | None:
+    def _decided(self, condition: Operand) -> bool | None:
         """What a condition is, where that follows from the branch that was taken."""
         if condition.op == "const":
             return bool(condition.content)
@@ -536,7 +542,7 @@ class Tracer:
                     return not block.known[opposite]
         return None
 
-    def _assume(self, condition: Node, truth: bool) -> None:
+    def _assume(self, condition: Operand, truth: bool) -> None:
         """Notes what a condition is in the arm that begins."""
         self._block.known[condition] = truth
         if condition.op == "not":
@@ -545,7 +551,7 @@ class Tracer:
             for part in condition.arguments:
                 self._assume(part, truth)
 
-    def _of_IfExp(self, node: ast.IfExp, frame: Frame) -> Value:
+    def _of_IfExp(self, node: ast.IfExp, frame: KernelFrame) -> Value:
         condition = self._condition(node.test, frame)
         known = self._decided(condition)
         if known is not None:
@@ -558,7 +564,7 @@ class Tracer:
         assert value is not None
         return value
 
-    def _of_Call(self, node: ast.Call, frame: Frame) -> Value:
+    def _of_Call(self, node: ast.Call, frame: KernelFrame) -> Value:
         if isinstance(node.func, ast.Attribute) and node.func.attr == "_replace":
             owner = self._value(node.func.value, frame)
             assert isinstance(owner, Record)
@@ -589,25 +595,25 @@ class Tracer:
         )
         return Record(cls, values, place)
 
-    def _builtin(self, name: str, given: list[Node], frame: Frame) -> Node:
+    def _builtin(self, name: str, given: list[Operand], frame: KernelFrame) -> Operand:
         if name == "float":
             value = self.convert(given[0], FLOAT)
-            assert isinstance(value, Node)
+            assert isinstance(value, Operand)
             return value
         if name in ("sqrt", "floor"):
             value = self.convert(given[0], FLOAT)
-            assert isinstance(value, Node)
+            assert isinstance(value, Operand)
             return self.operate(name, FLOAT, value, origin=frame.function)
         kind = FLOAT if any(node.kind == FLOAT for node in given) else INT
         parts = [self.convert(node, kind) for node in given]
         found = parts[0]
-        assert isinstance(found, Node)
+        assert isinstance(found, Operand)
         if name == "abs":
             return self.operate("abs", kind, found, origin=frame.function)
         for other in parts[1:]:
-            assert isinstance(found, Node) and isinstance(other, Node)
+            assert isinstance(found, Operand) and isinstance(other, Operand)
             found = self.operate(name, kind, found, other, origin=frame.function)
-        assert isinstance(found, Node)
+        assert isinstance(found, Operand)
         return found
 
 
