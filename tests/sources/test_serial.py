@@ -458,3 +458,16 @@ def test_deep_json_is_garbage_and_never_an_error(device, recording):
     lines = json_lines(recording)
     deep = '{"a":' * 700 + "1" + "}" * 700
     assert len(everything(device, line, [*lines[:30], deep, *lines[30:60]])) == 60 and line.garbage == 1
+
+
+@pytest.mark.parametrize("verb", [["run", "--source", "emulated:mpu6050"], ["fuse", "log.csv"]])
+@pytest.mark.parametrize("width", [6, 7])
+def test_hints_can_be_pasted_as_they_are_printed(verb, width):
+    """Every word behind an option of its own, in both commands."""
+    from levelhead.cli import app
+    from levelhead.sources.interpret.by_numbers import map_words
+
+    words = map_words(np.zeros((5, width))).split()
+    _, bound, *_ = app.parse_args([*verb, *words], exit_on_error=False, print_error=False)
+    given = bound.arguments["map"] if verb[0] == "run" else bound.arguments["arguments"].reading.map
+    assert list(given) == words[1::2] and len(given) == (3 if width == 7 else 2)

@@ -28,6 +28,8 @@ class Outputs:
     """Write a layout that Foxglove imports."""
     ros2: Annotated[bool, Parameter(negative="")] = False
     """Publish imu/data, imu/mag and diagnostics on ROS 2, without ROS (needs the extra levelhead[ros2])."""
+    ros2_zenoh: Annotated[str | None, Parameter(metavar="ENDPOINT")] = None
+    """Publish imu/data and imu/mag through the Zenoh router of rmw_zenoh, such as tcp/127.0.0.1:7447."""
     domain: Annotated[int | None, Parameter(metavar="N")] = None
     """ROS_DOMAIN_ID for --ros2; that of the environment, or 0."""
     frame: Annotated[str, Parameter(metavar="NAME")] = "imu_link"
@@ -41,7 +43,7 @@ class Outputs:
     @property
     def any(self) -> bool:
         """Whether there is one."""
-        return self.foxglove or self.ros2 or self.mavlink is not None
+        return self.foxglove or self.ros2 or self.mavlink is not None or self.ros2_zenoh is not None
 
     @contextmanager
     def open(
@@ -52,7 +54,7 @@ class Outputs:
         Raises:
             LevelheadError: a library is not installed, a port is taken, or an option lacks the one that it is for.
         """
-        if not self.ros2 and (self.domain is not None or self.tf):
+        if not self.ros2 and ((self.domain is not None and self.ros2_zenoh is None) or self.tf):
             raise LevelheadError("--domain and --tf are for --ros2; give it as well")
         tell = (lambda _: None) if quiet else print_line
         with ExitStack() as held:
@@ -72,6 +74,12 @@ class Outputs:
                 domain = default_domain() if self.domain is None else self.domain
                 held.enter_context(Ros2Publisher(subscribe, domain, self.frame, self.tf))
                 tell(f"ROS 2: imu/data, imu/mag and diagnostics in domain {domain}")
+            if self.ros2_zenoh is not None:
+                from levelhead.live.rmw_zenoh import RmwZenohPublisher
+                from levelhead.live.ros2 import default_domain
+
+                domain = default_domain() if self.domain is None else self.domain
+                held.enter_context(RmwZenohPublisher(subscribe, self.ros2_zenoh, domain, self.frame))
             if self.mavlink is not None:
                 from levelhead.live.mavlink import MavlinkPublisher
 

@@ -64,6 +64,12 @@ DEFINITIONS = {
 }  # fmt: skip
 
 
+HASHES = {  # of the definitions, as REP 2011 makes them
+    IMU: "RIHS01_7d9a00ff131080897a5ec7e26e315954b8eae3353c3f995c55faf71574000b5b",
+    FIELD: "RIHS01_e80f32f56a20486c9923008fc1a1db07bbb273cbbf6a5b3bfa00835ee00e4dff",
+}
+
+
 class _CdrWriter:
     """Bytes of a message."""
 
