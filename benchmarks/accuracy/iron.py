@@ -1,62 +1,98 @@
-"""A magnetometer that was never calibrated: what an offset costs, and what is left once it was learned."""
+"""A magnetometer as it comes: what hard iron costs heading, and how well north is known in spite of it."""
 
+import math
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from benchmarks.measure import options, read_reference, run_script, show
 
 import levelhead as lh
-from levelhead.bench import methods
+from levelhead.bench.error_figures import measure_errors
+from levelhead.bench.methods import Method, find_method
+from levelhead.bench.reference import align_sensor
 from levelhead.bench.timing import Table
 from levelhead.errors import LevelheadError
-from levelhead.evaluate import evaluate
+from levelhead.evaluate.attitude_error import error_quaternion, split_error
+from levelhead.recording import Array, Recording
+from levelhead.rotations import to_scipy
 
-COLUMNS = {
-    "case": "recording",
-    "clean": "no offset [°]",
-    "vqf": "vqf.VQF [°]",
-    "default": "ESKF [°]",
-    "wide": "mag_offset = 0.3 [°]",
-    "prior": "the next run, with its prior [°]",
-    "left": "offset not learned [% of the field]",
-}
+SHARES = (0.0, 0.3, 3.0)
+METHODS = (find_method("vqf.VQF"), Method("default"))
 
 
-def row(path: Path, share: float, rng: np.random.Generator) -> dict[str, Any]:
-    """One recording with an offset in a direction of its own."""
+def columns(shares: tuple[float, ...]) -> dict[str, str]:
+    """Three of each share of iron."""
+    titles = {"case": "recording"}
+    for share in shares:
+        titles |= {
+            f"vqf {share}": f"{share:.0%}: vqf.VQF [°]",
+            f"ours {share}": "ESKF [°]",
+            f"north {share}": "north at the end, 1σ [°]",
+        }
+    return titles
+
+
+def north_error(recording: Recording, track: lh.Track, clean: Array) -> tuple[float, float]:
+    """Degrees by which ``Track.north`` is off the mean of the clean field in the reference's frame, and its 1σ."""
+    assert recording.truth is not None and track.north is not None
+    heading = split_error(error_quaternion(track.quat, recording.truth.quat)).heading
+    known = np.isfinite(heading) & np.isfinite(clean).all(axis=1)
+    east, north, _ = to_scipy(recording.truth.quat[known]).apply(clean[known]).mean(axis=0)
+    off = track.north.azimuth + heading[known][-1] - math.atan2(east, north)
+    return math.degrees((off + math.pi) % (2.0 * math.pi) - math.pi), math.degrees(track.north.sigma)
+
+
+def bend(recording: Recording, share: float, way: Array) -> Recording:
+    """The recording with an offset of this share of the field in this direction."""
+    assert recording.mag is not None
+    field = float(np.nanmedian(np.linalg.norm(recording.mag, axis=1)))
+    return replace(recording, mag=recording.mag + share * field * way)
+
+
+def row(path: Path, shares: tuple[float, ...], way: Array) -> dict[str, object]:
+    """One recording with offsets in one direction."""
     recording = read_reference(path)
     if recording.mag is None:
         raise LevelheadError(f"{path} has no magnetometer that could be off; expected a calibrated one")
-    field = float(np.nanmedian(np.linalg.norm(recording.mag, axis=1)))
-    offset = rng.normal(size=3)
-    offset *= share * field / np.linalg.norm(offset)
-    bent = replace(recording, mag=recording.mag + offset)
-    wide = lh.fuse(bent, lh.ESKF(mag_offset=0.3))
-    assert wide.calibration is not None and wide.calibration.mag_offset is not None
-    tracks = {
-        "clean": lh.fuse(recording, lh.ESKF()),
-        "vqf": lh.Track(bent.t, methods.find_method("vqf.VQF").orientation(bent)),
-        "default": lh.fuse(bent, lh.ESKF()),
-        "wide": wide,
-        "prior": lh.fuse(bent, lh.ESKF(), prior=wide.calibration),
-    }
-    errors = {name: round(evaluate(recording, track).total, 2) for name, track in tracks.items()}
-    left = np.linalg.norm(wide.calibration.mag_offset.value - offset) / field
-    return {"case": path.stem[:40]} | errors | {"left": round(100.0 * float(left), 1)}
+    frame, found = align_sensor(recording), dict[str, object](case=path.stem[:40])
+    for share in shares:
+        bent = bend(recording, share, way)
+        errors = [measure_errors(bent, one.orientation(bent), False, None, frame).rotated for one in METHODS]
+        off, sigma = north_error(bent, lh.fuse(bent), recording.mag)
+        found |= {f"vqf {share}": round(errors[0], 2), f"ours {share}": round(errors[1], 2)}
+        found[f"north {share}"] = f"{abs(off):.1f} ± {sigma:.1f}"
+    return found
+
+
+def simulated_north(seed: int) -> float:
+    """Degrees by which north is off after a minute with a simulated raw ICM-20948 in a hand."""
+    recording = lh.simulate.recording("ICM-20948", "hand", 60.0, seed=seed)
+    track = lh.fuse(recording)
+    assert recording.truth is not None and track.north is not None
+    heading = split_error(error_quaternion(track.quat, recording.truth.quat)).heading
+    off = track.north.azimuth + heading[-1]
+    return math.degrees((off + math.pi) % (2.0 * math.pi) - math.pi)
+
+
+def directions(count: int) -> Array:
+    """(count, 3) random unit vectors, always the same."""
+    ways = np.random.default_rng(1).normal(size=(count, 3))
+    unit: Array = ways / np.linalg.norm(ways, axis=1, keepdims=True)
+    return unit
 
 
 def main() -> None:
     """Every recording given."""
     parser = options(__doc__)
     parser.add_argument("recordings", nargs="+", type=Path, help="files with a reference and a calibrated magnetometer")
-    parser.add_argument("--share", type=float, default=0.3, help="the offset, as a share of the field")
+    parser.add_argument("--share", type=float, action="append", help="of the field; may be repeated (0, 0.3 and 3)")
     given = parser.parse_args()
-    rng = np.random.default_rng(1)
-    rows = [row(path, given.share, rng) for path in given.recordings]
-    note = "RMS total error. Translations do not turn the sensor enough to tell an offset."
-    show([Table(f"A magnetometer that is off by {given.share:.0%} of the field", COLUMNS, rows, note)], given.json)
+    shares = tuple(given.share or SHARES)
+    ways = directions(len(given.recordings))
+    rows = [row(path, shares, way) for path, way in zip(given.recordings, ways, strict=True)]
+    note = "RMS total error after the best constant rotation. North is measured in the mean of the clean field."
+    show([Table("Hard iron of a share of the field", columns(shares), rows, note)], given.json)
 
 
 if __name__ == "__main__":

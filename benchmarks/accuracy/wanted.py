@@ -13,6 +13,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from benchmarks.accuracy import iron
 from benchmarks.accuracy.leave_one_out import Found, leave_out
 from benchmarks.measure import options, run_script, show, show_markdown
 
@@ -34,9 +35,12 @@ ACCURACY = f"levelhead bench accuracy DIR -f {DEFAULT} -f {ONLINE}"
 SMOOTHED = f"levelhead bench accuracy DIR -f {SMOOTHER} -f {OFFLINE}"
 SEARCH = "python -m benchmarks.accuracy.leave_one_out DIR"
 SPEED = "levelhead bench speed"
+IRON = "python -m benchmarks.accuracy.iron DIR/broad/*.mat"
 SIGMAS = "python -m benchmarks.accuracy.error_over_sigma FILE …"
 CAUSE = "python -m benchmarks.accuracy.causes DIR --only "
 PHONES = "tyrex"
+MEANS = "error/VQF's, geometric mean with magnetometers; without; together"
+SMOOTHER_MEANS = "smoother's error/offlineVQF's, with; without; together"
 LEFT_OUT = "the same, each set left out of the choice of the numbers"
 STREAM = f"Stream({DEFAULT}), tuples"
 SAMPLES = 200_000  # of a batch
@@ -87,11 +91,11 @@ def share(value: float) -> Figure:
     return Figure(f"{100.0 * value:.1f} %", "1 %", value <= 0.01)
 
 
-def means_row(what: str, known: Ratios, blind: Ratios, command: str) -> Row:
+def means_row(what: str, known: Ratios, blind: Ratios, command: str, wanted: tuple[float, float, float]) -> Row:
     """Geometric means of the ratios with magnetometers, without, and over both."""
     values = [[one.value for one in ratios.recordings] for ratios in (known, blind)]
     means = [geometric_mean(some) for some in (*values, values[0] + values[1])]
-    return Row(what, tuple(at_most(mean, 0.60) for mean in means), command)
+    return Row(what, tuple(at_most(mean, most) for mean, most in zip(means, wanted, strict=True)), command)
 
 
 def ratio_rows(known: Ratios, blind: Ratios) -> list[Row]:
@@ -100,13 +104,13 @@ def ratio_rows(known: Ratios, blind: Ratios) -> list[Row]:
     return [
         Row(
             f"recordings worse than {WORSE} times, with magnetometers; without",
-            (at_most(one["worse"], 2), at_most(other["worse"], 10)),
+            (at_most(one["worse"], 5), at_most(other["worse"], 13)),
             ACCURACY,
             CAUSE + "bias",
         ),
         Row(
             "the worst, with; without",
-            (at_most(one["worst"], 1.5), at_most(other["worst"], 3)),
+            (at_most(one["worst"], 2), at_most(other["worst"], 3)),
             ACCURACY,
             CAUSE + "bias",
         ),
@@ -165,12 +169,39 @@ def repoimu_row(known: Ratios) -> Row:
     return Row("RepoIMU: mean by VQF's; Test07 trial 2; Test05 trials 1 and 2", tuple(figures), ACCURACY)
 
 
+def sets_row(known: Ratios) -> Row:
+    """The mean errors with magnetometers on a limb, on a rig and in a hand."""
+    wanted = {"diodem": 2.0, "expsimon": 1.3, "x3mate": 2.5}
+    ours = {row["data"]: float(row["ours"]) for row in known.table}
+    figures = [at_most(ours[name], most, "°") for name, most in wanted.items() if name in ours]
+    return Row(f"mean error with magnetometers, {', '.join(wanted)}", tuple(figures), ACCURACY)
+
+
+def iron_rows(known: Accuracy) -> list[Row]:
+    """Error and north with hard iron on BROAD's magnetometers, and north by a raw chip that is simulated."""
+    paths = [entry.path for entry in known.entries if entry.group.dataset == BROAD]
+    ways = iron.directions(len(paths))
+    shares = {0.3: (1.15, 1.5), 3.0: (1.6, 2.0)}
+    rows = [iron.row(path, tuple(shares), way) for path, way in zip(paths, ways, strict=True)]
+    errors, norths = [], []
+    for share, (most, most_north) in shares.items():
+        errors.append(at_most(statistics.fmean(float(str(row[f"ours {share}"])) for row in rows), most, "°"))
+        north = [float(str(row[f"north {share}"]).split()[0]) for row in rows]
+        norths.append(at_most(statistics.median(north), most_north, "°"))
+    raw = [abs(iron.simulated_north(seed)) for seed in range(6)]
+    return [
+        Row("BROAD with 30 and 300 % of hard iron: mean error", tuple(errors), IRON),
+        Row("north at the end there, median; a raw ICM-20948 (simulated) after a minute",
+            (*norths, at_most(statistics.median(raw), 2.0, "°")), IRON),
+    ]  # fmt: skip
+
+
 def left_out_row(found: Mapping[str, Found] | None) -> Row:
     """Each set by numbers that were chosen on the others; None: that was not run."""
     if found is None:
-        return Row(LEFT_OUT, (Figure("not run", "0.7", None),), SEARCH)
+        return Row(LEFT_OUT, (Figure("not run", "0.58", None),), SEARCH)
     chosen = [value for one in found.values() for value in one.chosen]
-    return Row(LEFT_OUT, (at_most(geometric_mean(chosen), 0.70),), SEARCH)
+    return Row(LEFT_OUT, (at_most(geometric_mean(chosen), 0.58),), SEARCH)
 
 
 def left_out_note(found: Mapping[str, Found] | None) -> str:
@@ -190,10 +221,10 @@ def time_rows(whole: Table, updates: Table) -> list[Row]:
     by = {str(row["case"]): float(row["vqf"] or 0.0) for row in whole.rows}
     one = {str(row["case"]): float(row[ONLINE] or 0.0) for row in updates.rows}
     return [
-        Row("time in a batch with magnetometer by VQF's", (at_most(by[DEFAULT], 0.75),), SPEED, CAUSE + "time"),
+        Row("time in a batch with magnetometer by VQF's", (at_most(by[DEFAULT], 0.80),), SPEED, CAUSE + "time"),
         Row(
             "time of the smoother with magnetometer by offlineVQF's",
-            (at_most(by[SMOOTHER] / by[OFFLINE], 0.95),),
+            (at_most(by[SMOOTHER] / by[OFFLINE], 0.85),),
             SPEED,
             CAUSE + "time",
         ),
@@ -205,14 +236,28 @@ def accuracy_rows(known: Accuracy, blind: Accuracy, found: Mapping[str, Found] |
     """All rows of errors."""
     (online, offline), (online_blind, offline_blind) = known.ratios, blind.ratios
     return [
-        means_row("error/VQF's, geometric mean with magnetometers; without; together", online, online_blind, ACCURACY),
+        means_row(
+            "error/VQF's, geometric mean with magnetometers; without; together",
+            online,
+            online_blind,
+            ACCURACY,
+            (0.42, 0.48, 0.45),
+        ),
         left_out_row(found),
         *ratio_rows(online, online_blind),
         *sigma_rows(online, online_blind),
-        broad_row(known, DEFAULT, (0.95, 0.62)),
+        broad_row(known, DEFAULT, (1.00, 0.62)),
+        sets_row(online),
         broad_row(known, SMOOTHER, (0.65, 0.52)),
-        means_row("smoother's error/offlineVQF's, with; without; together", offline, offline_blind, SMOOTHED),
+        means_row(
+            "smoother's error/offlineVQF's, with; without; together",
+            offline,
+            offline_blind,
+            SMOOTHED,
+            (0.42, 0.42, 0.42),
+        ),
         repoimu_row(online),
+        *iron_rows(known),
     ]
 
 

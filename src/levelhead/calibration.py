@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from levelhead.errors import LevelheadError, nearest
 from levelhead.filters.eskf.calibration import Estimate
-from levelhead.filters.eskf.state import ALWAYS, BLOCKS, Block
+from levelhead.filters.eskf.state import ALWAYS, BLOCKS, WITH_MAG, Block
 from levelhead.json_file import read_json, write_json
 from levelhead.kernels import correction
 from levelhead.kernels.correction import SensorErrors
@@ -53,7 +53,10 @@ class Quantity:
 
 
 # Those that ``words`` has sentences of its own for
-IN_WORDS = {"gyr_bias", "gyr_matrix", "acc_bias", "acc_matrix", "mag_offset", "mag_matrix", "mag_delay", "field"}
+IN_WORDS = {
+    "gyr_bias", "gyr_matrix", "acc_bias", "acc_matrix", "mag_offset", "mag_matrix", "soft_iron", "mag_delay", "field",
+    "north",
+}  # fmt: skip
 # What poses tell (``calibrate``) and no filter estimates: it is taken off the readings before a filter sees them.
 MATRICES = {
     name: Block(name, -1, (3, 3), "", meaning, "from poses", True, False, False, 0.0)
@@ -62,12 +65,18 @@ MATRICES = {
         "mag_matrix": "magnetometer matrix M: soft iron, scale factors and rotation to the accelerometer",
     }.items()
 }
-QUANTITIES = {block.name: block for block in BLOCKS if block.calibration} | MATRICES
+# What belongs to the place and the orientation, and not to the sensor.
+OF_PLACE = {
+    "field": Block("field", -1, (2,), "µT", "horizontal and upward field", WITH_MAG, True, False, True, 0.0),
+    "north": Block("north", -1, (1,), "rad", "azimuth of magnetic north", WITH_MAG, True, False, False, 0.0),
+}
+QUANTITIES = {block.name: block for block in BLOCKS if block.calibration} | MATRICES | OF_PLACE
+SYMMETRIC = (0, 2, 3, 2, 1, 4, 3, 4)  # where the numbers of soft iron stand in its matrix, but for the last
 
 
 class Calibration:
     """The errors of a sensor with their σ: the true rate is ω − S ω − b, the true specific force a − T a − c, the true
-    field h − d ω × h with h = μ − M μ − o.
+    field h − d ω × h with h = (1 − S_m) (μ − M μ) − o.
 
     Attributes:
         gyr_matrix: S (3, 3): scale factor errors on the diagonal (0.01: the axis reads one percent too much), beside it
@@ -78,7 +87,9 @@ class Calibration:
         mag_delay: d (1,) in s, by which the magnetometer is later than the gyroscope.
         acc_matrix: T (3, 3): the same as S for the accelerometer; None: taken to be 0.
         mag_matrix: M (3, 3): the same for the magnetometer, with soft iron; None: taken to be 0.
+        soft_iron: (5,) S_m: symmetric matrix without trace, by its xx, yy, xy, xz, yz; None: taken to be 0.
         field: (2,) horizontal and vertical (upwards) strength of the field in µT: of the place, not of the sensor.
+        north: (1,) azimuth of magnetic north in rad, clockwise from the y axis of the orientation; likewise.
     """
 
     gyr_matrix: Quantity
@@ -86,7 +97,9 @@ class Calibration:
     acc_bias: Quantity
     mag_offset: Quantity | None
     mag_delay: Quantity | None
+    soft_iron: Quantity | None
     field: Quantity | None
+    north: Quantity | None
     acc_matrix: Quantity | None
     mag_matrix: Quantity | None
 
@@ -171,10 +184,21 @@ class Calibration:
             Vec3(*self.gyr_bias.value.tolist()),
             _matrix(self.acc_matrix),
             Vec3(*self.acc_bias.value.tolist()),
-            _matrix(self.mag_matrix),
+            Mat3(*self.magnetic_matrix.ravel().tolist()),
             Vec3(0.0, 0.0, 0.0) if offset is None else Vec3(*offset.value.tolist()),
             0.0 if delay is None else float(delay.value[0]),
         )
+
+    @property
+    def magnetic_matrix(self) -> Array:
+        """(3, 3): what poses and what a filter have found of soft iron, together."""
+        fixed = np.zeros((3, 3)) if self.mag_matrix is None else self.mag_matrix.value
+        if self.soft_iron is None:
+            return fixed
+        numbers = self.soft_iron.value
+        found = np.array([*numbers[list(SYMMETRIC)], -numbers[0] - numbers[1]]).reshape(3, 3)
+        together: Array = fixed + found - found @ fixed
+        return together
 
     def to_dict(self) -> dict[str, object]:
         """For JSON: of each quantity its unit and its four attributes as lists; None for what was not there."""
@@ -217,7 +241,7 @@ class Calibration:
 
     def counts(self) -> tuple[int, int]:
         """How many of the sensor's errors are known, and of how many that the filter estimates."""
-        parts = [self.gyr_bias, self.gyr_matrix, self.acc_bias, self.mag_offset, self.mag_delay]
+        parts = [self.gyr_bias, self.gyr_matrix, self.acc_bias, self.mag_offset, self.soft_iron, self.mag_delay]
         there = [part for part in parts if part is not None]
         return sum(int(part.known.sum()) for part in there), sum(int((part.unlearned > 0.0).sum()) for part in there)
 
@@ -249,6 +273,9 @@ class Calibration:
             quantities.append(
                 _Words("magnetometer offset", self.mag_offset, 1.0, "µT", _axes(), "held in too few attitudes")
             )
+        if self.soft_iron is not None:
+            names: dict[str, tuple[int, ...]] = {name: (i,) for i, name in enumerate(("xx", "yy", "xy", "xz", "yz"))}
+            quantities.append(_Words("soft iron", self.soft_iron, 100.0, "%", names, "held in too few attitudes"))
         quantities += [
             _Words(block.meaning, part, 1.0, block.unit, _flat(block.shape), "too little motion")
             for name, block in QUANTITIES.items()
@@ -267,6 +294,8 @@ class Calibration:
             level, up = self.field.value
             dip = math.degrees(math.atan2(-up, level))
             lines.append(f"field of the place {math.hypot(level, up):.1f} µT, dip {dip:.1f}°")
+        if self.north is not None and self.north.known[0]:
+            lines.append(f"north at {_pm(degrees * self.north.value[0], degrees * self.north.sigma[0])}°")
         if missing:
             lines.append(f"could not be learned from this motion: {', '.join(missing)}")
         return [line.replace(" -", " −") for line in lines]

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 from math import cos, pi, radians, sin
-from typing import TYPE_CHECKING, SupportsFloat
+from typing import TYPE_CHECKING, NamedTuple, SupportsFloat
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +31,24 @@ def declination_angle(declination: object, degrees: bool = True) -> float:
             f"±{half_turn:g}"
         )
     return radians(float(declination)) if degrees else float(declination)
+
+
+class North(NamedTuple):
+    """The direction of magnetic north in the frame of an orientation.
+
+    Attributes:
+        azimuth: rad, clockwise from the y axis; 0: the y axis points north.
+        sigma: its 1σ, rad; 1.8 where it may be any direction.
+    """
+
+    azimuth: float
+    sigma: float
+
+
+def north_of(known: Calibration | None) -> North | None:
+    """North as a filter has estimated it beside the errors of its sensor; None: it does not."""
+    found = None if known is None else known.north
+    return None if found is None else North(float(found.value[0]), float(found.sigma[0]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,6 +122,16 @@ class Track:
             axis=1,
         )
         return np.degrees(angles) if degrees else angles
+
+    @property
+    def north(self) -> North | None:
+        """Where magnetic north was at the end, by a filter that estimates it beside the orientation; None: by none."""
+        found = north_of(self.calibration)
+        return (
+            found
+            if found is None or self.declination is None
+            else found._replace(azimuth=found.azimuth + self.declination)
+        )
 
     @property
     def sigma_tilt(self) -> Array | None:

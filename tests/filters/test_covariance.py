@@ -58,7 +58,7 @@ def test_hard_readings(kind, block, pieces):
     assert found.largest <= np.float32(UNIFORM)
 
 
-CONSTANT = {"bias_walk": 0.0, "scale_walk": 0.0, "acc_walk": 0.0, "offset_walk": 0.0, "field_walk": 0.0}
+CONSTANT = {"bias_walk": 0.0, "scale_walk": 0.0, "acc_walk": 0.0, "offset_walk": 0.0}
 ANYTHING = {"bias_start": 20.0, "scale_start": 0.05, "acc_bias": 0.5, "mag_offset": 1.0, "mag_delay": 100.0}
 CERTAIN = {"gyr_noise": 1e-3, "gyr_noise_per_rate": 0.0, "acc_noise": 1e-4, "mag_noise": 1e-3, "speed": 0.05}
 
@@ -74,7 +74,7 @@ def test_constants_that_are_learned_for_ever_at_rest(kind):
 
 
 def test_with_position_and_height():
-    """All 31 states: five minutes of a drone, of which GNSS and barometer fall silent after two."""
+    """All states: five minutes of a drone, of which GNSS and barometer fall silent after two."""
     motion = simulate.motion(2, 300.0, 50.0, style="drone")
     recording = simulate.observe(motion, simulate.imu("LSM6DSO32", mag="HMC5883L"), seed=2)
     fixes, pressure = simulate.gnss(motion, seed=2), simulate.pressure(motion, seed=2)

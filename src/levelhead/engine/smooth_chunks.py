@@ -15,13 +15,12 @@ from typing import BinaryIO
 
 import numpy as np
 
-from levelhead import filters
 from levelhead.calibration import Calibration
 from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.engine.column_files import ColumnFiles, MappedFile
 from levelhead.engine.prior import correct_recording
 from levelhead.engine.smoother_kernels import FlatTrack
-from levelhead.engine.smoothing import Smoother, Stretch, offline_params
+from levelhead.engine.smoothing import Smoother, Stretch, offline_params, turned_north
 from levelhead.errors import LevelheadError
 from levelhead.filters.parameters import FilterChoice, Params
 from levelhead.guard import Guard
@@ -201,8 +200,7 @@ class ChunkSmoother:
         beginning = Recording(**{name: self._inputs.read(name, 0, self._edges[0]) for name in names})  # type: ignore[arg-type]
         widths = {name: WIDTHS[name] for name in names} | MADE
         self._files = {name: MappedFile(self._place / name, n * width) for name, width in widths.items()}
-        offline = filters.of(self._params).smoothing.offline(self._params)  # type: ignore[union-attr]
-        run = Smoother(beginning, offline, self._guard, self._prior, self._engine)
+        run = Smoother(beginning, self._params, self._guard, self._prior, self._engine)
         arrays = {name: file.array for name, file in self._files.items()}
         self._bits = arrays["health"].view(np.uint32)[:n]
         run.take([arrays[name] for name in names], FlatTrack(*(arrays[name] for name in list(MADE)[:3])), self._bits)
@@ -212,6 +210,7 @@ class ChunkSmoother:
             if back is not None:
                 run.memory = [float.fromhex(word) for word in self._saved["memory"]]
             self.calibration = run.run(stretches, progress, self._keeper(run, stretches, file), back)
+        self._turn = run.turn
 
     def _keeper(self, run: Smoother, stretches: SavedStretches, file: BinaryIO) -> Callable[[int | None], None]:
         """What is done after each stretch: memory is given back, and the state kept."""
@@ -247,5 +246,6 @@ class ChunkSmoother:
         for start, stop in zip([0, *self._edges], self._edges, strict=False):
             t, quat, bias, sigma = (arrays[name][start:stop].copy() for name in ("t", "quat", "bias", "sigma"))
             health = self._bits[start:stop].copy()
-            yield Track(t.reshape(-1), quat, bias, sigma, health, self._params, calibration=self.calibration)
+            track = Track(t.reshape(-1), quat, bias, sigma, health, self._params, calibration=self.calibration)
+            yield turned_north(track, self._turn)
             self._release()

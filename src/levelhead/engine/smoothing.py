@@ -10,7 +10,9 @@ smoothed.
 """
 
 import functools
+import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -47,6 +49,7 @@ from levelhead.filters.parameters import FilterChoice, Params
 from levelhead.guard import Guard
 from levelhead.open_types import Fields
 from levelhead.recording import Array, Recording
+from levelhead.rotations import turn_heading
 from levelhead.track import Track
 
 MOST_BLOCKS = 125  # blocks in memory, two MB: more would not stay near the processor
@@ -151,6 +154,8 @@ class Smoother:
         self._bound = bind_smoother(flt, guarded) if inputs is None else bind_aided_smoother(flt, guarded)
         self._parts = self._bound.parts
         self._settings = Settings(self._parts.offline(params), guard or DEFAULT_GUARD)
+        self._params = params
+        self.turn = 0.0  # rad about the vertical, that brings all attitudes to north at the end of the run
         begin = bind(self._bound.flt, guarded).begin(self._settings)
         self._engine = choose_smoother_engine(engine, flt, guarded, inputs is not None)
         lists = self._engine == "python"
@@ -271,7 +276,9 @@ class Smoother:
 
     def calibration_at_end(self, end: Stretch) -> Calibration | None:
         """What was known of the sensor at the end, which is all there is to know."""
-        return read_calibration(self._bound.flt, self._settings, self._unpack(end.carry), self._prior)
+        carry = self._unpack(end.carry)
+        self.turn = self._parts.turn_north(self._params, carry.run.state)
+        return read_calibration(self._bound.flt, self._settings, carry, self._prior)
 
     def end(self, stretch: Stretch) -> None:
         """Backwards begins where the recording ends, of which nothing more is to be calibration_at_end."""
@@ -324,7 +331,20 @@ def smooth(
     run = Smoother(recording, params, guard, prior, engine)
     calibration = run.run([], progress)
     quats, bias, sigma = (values.reshape(len(recording), -1) for values in run.track)
-    return Track(recording.t, quats, bias, sigma, run.health, params, calibration=calibration, **run.navigation)
+    track = Track(recording.t, quats, bias, sigma, run.health, params, calibration=calibration, **run.navigation)
+    return turned_north(track, run.turn)
+
+
+def turned_north(track: Track, turn: float) -> Track:
+    """A smoothed track turned about the vertical by an angle (rad), with the σ of the north that it then points to."""
+    if turn == 0.0 or track.north is None or track.sigma is None:
+        return track
+    east, north, heading = track.sigma.T
+    c, s = math.cos(turn), math.sin(turn)
+    sigma = np.stack(
+        [np.hypot(c * east, s * north), np.hypot(s * east, c * north), np.hypot(heading, track.north.sigma)], axis=1
+    )
+    return replace(track, quat=turn_heading(track.quat, turn), sigma=sigma)
 
 
 def offline_params(params: FilterChoice | None) -> Params:

@@ -23,6 +23,7 @@ from levelhead.guard import Guard
 from levelhead.kernels.quat import Euler, Quat, to_euler
 from levelhead.kernels.vec3 import ZERO, Vec3
 from levelhead.recording import LEAST_PRESSURE, MOST_PRESSURE, Array
+from levelhead.track import North, north_of
 
 Triple = Sequence[float] | Array  # three numbers: a tuple, a list, a row of an array
 Rows = Sequence[Triple] | Array
@@ -370,6 +371,11 @@ class Stream:
     def calibration(self) -> Calibration | None:
         """What the filter has learned of its sensor by now, or None if it learns nothing."""
         return read_calibration(self._filter, self._stepper.params, self._stepper.state, self._prior)
+
+    @property
+    def north(self) -> North | None:
+        """Where magnetic north is by now, as ``Track.north``."""
+        return north_of(self.calibration)
 
     @property
     def params(self) -> Params:

@@ -109,24 +109,11 @@ def default() -> ESKF:
 def offline() -> ESKF:
     """The same for a recording that is known to its end.
 
-    What is constant is found with the whole of it: a magnetometer's offset, which online begins smaller and walks, to
-    follow the fields of a room; and the field of the place, in which a recording stays. What comes after tells of a
-    body's velocity too, so less is asked of the model: a wider density, a smaller travel, and a narrower prior of a raw
-    gyroscope. What a gyroscope does wrong besides (scale over temperature, stamps) averages out less than noise, so
-    there is more of that.
+    What comes after tells of a body's velocity too, so less is asked of the model: a wider density, a smaller travel,
+    and a narrower prior of a raw gyroscope. What a gyroscope does wrong besides (scale over temperature, stamps)
+    averages out less than noise, so there is more of that. North is that of the end, all along.
     """
-    return ESKF(
-        gyr_noise=0.12,
-        bias_raw=4.5,
-        speed=0.55,
-        travel=0.25,
-        mag_offset=0.01,
-        offset_walk=1e-4,
-        mag_noise=0.033,
-        mag_place=0.014,
-        place_time=1000.0,
-        field_walk=0.05,
-    )
+    return ESKF(gyr_noise=0.12, bias_raw=4.5, speed=0.55, travel=0.25, north_rate=1e6)
 
 
 def title(params: Params) -> str:

@@ -131,6 +131,7 @@ class Smoothing(NamedTuple):
     read: KernelFunction  # (kept, first, memory) -> (turn, bias, sigma): rotation vector (rad), rad/s, rad, 3 each
     rotation: Callable[..., Quat]  # (kept, first) -> by the correction at the end of the block, earth frame
     is_restart: Callable[..., bool]  # (kept, first) -> bool: the attitude is independent of that in the block before
+    turn_north: Callable[..., float]  # (params, state) -> rad about the vertical, of all attitudes; plain Python
 
 
 class AidedSmoothing(NamedTuple):

@@ -7,39 +7,38 @@ With ^ on estimates, and ω, a, μ for the readings of the sensors,
     R = exp([θ]×) R^,   everything else x = x^ + δx                                                             (1)
     rate w = ω − S ω − b                                                                                        (2)
     force f = R (a − c)                                                                                         (3)
-    field h = μ/u − o, later than the rate by d                                                                 (4)
+    field h = μ/u − S_m μ/u − o, later than the rate by d                                                       (4)
 
-S is a whole matrix: scale factors and cross-axis terms; u is the first norm of the field. At every sample the attitude
+S is a whole matrix: scale factors and cross-axis terms; S_m is symmetric and has no trace; u is the norm of the first
+field. At every sample the attitude
 is rotated by (2) exactly, and f − g is integrated to v. The couplings of the errors are integrated over a block of
 samples of T ≥ ``block`` s:
 
     θ ← θ − ∫R dt δb − ∫R ⊗ ω dt δS,   v ← v − [∫f dt]× θ − ∫R dt δc                                            (7)
 
-These are the rows of F − 1 in P ← F P Fᵀ + Q; all other states are random walks (10), but for n (11) and u (12), which
-decay. At the end of the block scalar measurements (13) follow one after the other. A body stays in the room: with
-R̄ = ∫R dt/T, its mean velocity over T is that of travel u, which is fixed to the sensor and a first-order Gauss-Markov
+These are the rows of F − 1 in P ← F P Fᵀ + Q; all other states are random walks (10) or constants, but for s (11) and
+u (12), which decay. At the end of the block scalar measurements (13) follow one after the other. A body stays in the
+room: with R̄ = ∫R dt/T, its mean velocity over T is that of travel u, fixed to the sensor, a first-order Gauss-Markov
 process, and a white noise of density D, which is found from the innovations, ``speed``² at least (``adaptation``):
 
     0 = v + δv − θ_z × v − R̄ u − R̄ δu,   variance D/T                                                          (20)
 
 This makes tilt observable, without any test whether |a| is g. The term of θ_z keeps (20) from correcting heading. The
-block's mean field e = mean R (h − d w × h + d²/2 w × (w × h)) has strength and dip m, and an eastern part n
-that differs from place to place by ``mag_place`` (1σ) with the time constant ``place_time``:
+frame is the gyroscope's: heading is right by definition at the start, and the field H of the surroundings may point
+anywhere in it. The part s of the field belongs to a place. The block's mean field is
+e = mean R (h − d w × h + d²/2 w × (w × h)):
 
-    e + θ × e − mean R δo − mean R (w × h − d w × (w × h)) δd − (δn, δm_h, δm_v) = (n, m_h, m_v)               (16)
+    e + θ × e − mean R (δo + δS_m μ/u + (w × h − d w × (w × h)) δd) − δH − δs = H + s,   variance D_f/T         (16)
 
-with a variance (17) that grows with the square of the misfit of norm and dip to m, and to their mean over 20 s. A field
-that fits but points elsewhere is measured by its angle alone (18), with bounded influence. A magnet must not tilt the
-horizon: the gains of θ_x, θ_y, v and c are zero in (16) (the consider filter of S. F. Schmidt). At rest
+D_f and the variance of s are found from the innovations (``adaptation``). North is the azimuth of H (18). A magnet must
+not tilt the horizon: the gains of θ_x, θ_y, v and c are zero in (16) (the consider filter of S. F. Schmidt). At rest
 
     0 = mean ω − S mean ω − b                                                                                  (15)
 
 A tilt known to no better than half a radian is corrected on the sphere by the mean force since then (38), and so is
-one that a mean force contradicts which points down; a heading known to no better than a radian is that of the mean
-field. A mean of the velocity's innovations beyond what the largest D explains is the work of a turn that the gyroscope
-missed; its variance is process noise of the next block (26). A field that does not fit (16), but stands still in the
-earth frame while the sensor turns for ``mag_time``, becomes m, and the variance of heading grows by the square of its
-angle.
+one that a mean force contradicts which points down; a heading known to no better than a radian is that by which the
+mean field is H + s. A mean of the velocity's innovations beyond what the largest D explains is the work of a turn that
+the gyroscope missed; its variance is process noise of the next block (26).
 
 The prior of the gyroscope's bias is wide at the start and becomes narrow within seconds; later the priors of both
 biases are widened where the measurements demand it (``adaptation``). Corrections of the gyroscope's bias that add up to
@@ -54,13 +53,14 @@ The estimates of the sensor's errors are ``Track.calibration``, and can be the n
 | ``preintegration`` | (2), (3), (4), and the integrals of (7), (15) and (16) over a block |
 | ``predict`` | F (7), Q (8) to (12), (26) and (27), gaps |
 | ``covariance`` | P ← F P Fᵀ + Q, scalar measurements (13), independent states |
-| ``measurements`` | (14) to (18), and (20) |
-| ``adaptation`` | D (21), variance of u (12), turns (26), walk of b (27), priors (22) to (24), place (33) |
+| ``measurements`` | (14) to (17), and (20) |
+| ``adaptation`` | D (21), variance of u (12), turns (26), walk of b (27), priors (22) to (24), field (33), (34) |
 | ``aiding`` | position, velocity and height beside the IMU |
 | ``coarse_heading`` | heading from the velocity of a receiver (30), (31) |
-| ``reinitialise`` | large errors of tilt (38), heading and field; a second hypothesis (35) |
+| ``reinitialise`` | large errors of tilt (38) and heading |
+| ``north`` | north (18), and the turn of the orientation to it (35) |
 | ``calibration`` | the estimates as plain numbers, and a prior |
-| ``sigma`` | σ: what P says, and what it cannot say (34), (36), (37) |
+| ``sigma`` | σ: what P says, and what it cannot say (36), (37) |
 | ``filter`` | the order of all this, sample by sample |
 | ``rts`` | the smoother: what the forward run keeps, and the step back (28), (29) |
 | ``rts_aided`` | the same with position, velocity and height (32) |
@@ -115,6 +115,7 @@ FILTER = Filter(
         read=rts.read,
         rotation=rts.rotation,
         is_restart=rts.is_restart,
+        turn_north=rts.turn_north,
     ),
     aided_smoothing=rts_aided.AIDED,
     with_known_bias=with_known_bias,

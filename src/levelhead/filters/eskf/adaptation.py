@@ -30,13 +30,20 @@ of a sensor does that warms up. What is beyond ``BIAS_GATE`` times V,
 is added to the variances of all three axes in each second: they share a chip, and the one about the vertical is often
 one that nothing measures.
 
-**Field of a place.** ``mag_place`` is that of a hall. What can be seen of another place is how far strength and dip
-depart from their mean over some seconds; what bends these bends the direction too. With ρ̄ that departure as a share of
-the field, at most 1,
+**Two time scales of a field.** y = H + s − e, the innovation of a block's mean field, through a low-pass filter of time
+constant τ becomes ȳ. With P_e, the mean variance of a component that the states explain, the density of what changes
+within seconds is
 
-    s² = max(``mag_place``², mean of ρ̄² over ``PLACE_TIME``)                                                    (33)
+    now = max(0, 2 τ (|ȳ|²/3 − P_e)),   D_f = max(now, its mean over ``FIELD_DENSITY_TIME``, ``mag_noise``² |H|²)   (33)
 
-is the variance of the field's eastern part n that was found; ``sigma`` has what it is for.
+What lasts as long as a body stays in a place has the variance σ_s². v = e − H through a low-pass filter of
+``PLACE_INNOVATION_TIME`` is v̄; with P_v, the variance of v that the states but s explain,
+
+    now = max(0, (v̄_r² + v̄_z²)/2 − P_v − D_f/(2 · 5 s)) (``place_time`` + 5 s)/``place_time``
+    σ_s² = its mean over ``PLACE_MEMORY``, at least (``mag_place`` |H|/2)²                                        (34)
+
+of the radial and the vertical component alone: the azimuth contains the drift of heading, and a wrong bias would be
+taken for a bad room. When σ_s² grows by Δ, Δ/(1 + t/(2 ``place_time``)) is added to the variance of H, t s in motion.
 
 **Travel.** The variance of u in (12) is the running mean of u² + P_uu: one step of expectation
 maximisation in each block.
@@ -71,13 +78,16 @@ from levelhead.filters.eskf.params import ESKF
 from levelhead.kernels.arrays import Floats, add_scaled, copy
 from levelhead.kernels.elapsed import has_elapsed
 from levelhead.kernels.mat3 import Mat3, det
-from levelhead.kernels.vec3 import ZERO, Vec3
+from levelhead.kernels.vec3 import ZERO, Vec3, dot, sub
 from levelhead.units import DEGREE, GRAVITY
 
 INNOVATION_TIME = 2.0  # s, τ
 DENSITY_TIME = 10.0  # s
-PLACE_TIME = 30.0  # s over which departures of the field are averaged
-MOST_DEPARTURE = 1.0  # share of the field: what is beyond is no field of a place
+FIELD_DENSITY_TIME = 30.0  # s
+PLACE_INNOVATION_TIME = 5.0  # s
+LEAST_PLACE = 0.5  # of the 1σ at the start
+PLACE_MEMORY = 60.0  # s over which the variance of the field of a place is averaged
+AT_REST = 50.0  # times as long a body that rests stays in the field of its place
 TRAVEL_TIME = 8.0  # s over which the variance of travel is averaged
 MISSED_GATE = 9.0  # σ², beyond which velocity is not the body's
 BIAS_TIME = 15.0  # s over which corrections of the gyroscope's bias are added up
@@ -169,16 +179,40 @@ def set_density(params: ESKF, m: Floats, k: int, excess: float) -> None:
     m[at.DENSITY + k] = min(max(m[at.MEAN_DENSITY + k], now, low), high)
 
 
-@kernel
-def adapt_place(params: ESKF, m: Floats, departure2: float) -> None:
-    """Eq. 33, from the square of the share by which strength and dip are off their mean."""
-    place2 = params.mag_place * params.mag_place
-    time = m[at.BLOCK_TIME]
-    weight = time / max(min(PLACE_TIME + time, m[at.RUN_TIME]), time)
-    now = min(departure2, MOST_DEPARTURE * MOST_DEPARTURE)
-    found = m[at.PLACE_RATIO] * place2
-    found += weight * (now - found)
-    m[at.PLACE_RATIO] = max(found / place2, 1.0) if place2 > 0.0 else 1.0
+@noinline
+def adapt_field(params: ESKF, m: Floats, e: Vec3, explained: float, lasting: float, resting: bool) -> None:
+    """Eqs. 33 and 34, from a block's mean field e and the variances of its innovation that the states explain.
+
+    ``explained`` is the mean over the three axes, ``lasting`` the same without what the place adds.
+    """
+    time = m[at.BLOCK_TIME] / (AT_REST if resting else 1.0)
+    h = vector(m, at.MEAN + at.FIELD)
+    v = sub(e, h)
+    off = sub(v, vector(m, at.MEAN + at.PLACE))
+    weight = time / (INNOVATION_TIME + time)
+    m[at.FIELD_INNOVATION] += weight * (off.x - m[at.FIELD_INNOVATION])
+    m[at.FIELD_INNOVATION + 1] += weight * (off.y - m[at.FIELD_INNOVATION + 1])
+    m[at.FIELD_INNOVATION + 2] += weight * (off.z - m[at.FIELD_INNOVATION + 2])
+    mean = vector(m, at.FIELD_INNOVATION)
+    now = max(0.0, 2.0 * INNOVATION_TIME * (dot(mean, mean) / 3.0 - explained))
+    m[at.MEAN_FIELD_DENSITY] += time / (FIELD_DENSITY_TIME + time) * (now - m[at.MEAN_FIELD_DENSITY])
+    m[at.FIELD_DENSITY] = max(m[at.MEAN_FIELD_DENSITY], now)
+    level = sqrt(h.x * h.x + h.y * h.y)
+    weight = time / (PLACE_INNOVATION_TIME + time)
+    if level > 0.0:
+        m[at.MEAN_PLACE] += weight * ((v.x * h.x + v.y * h.y) / level - m[at.MEAN_PLACE])
+    m[at.MEAN_PLACE + 1] += weight * (v.z - m[at.MEAN_PLACE + 1])
+    a, b = m[at.MEAN_PLACE], m[at.MEAN_PLACE + 1]
+    fast = m[at.FIELD_DENSITY] / (2.0 * PLACE_INNOVATION_TIME)
+    now = max(0.0, 0.5 * (a * a + b * b) - lasting - fast)
+    now = now * (params.place_time + PLACE_INNOVATION_TIME) / params.place_time
+    m[at.FIELD_TIME] += time
+    before = m[at.PLACE_VARIANCE]
+    least = LEAST_PLACE * params.mag_place
+    found = before + time / (PLACE_MEMORY + time) * (now - before)
+    m[at.PLACE_VARIANCE] = max(found, least * least * dot(h, h))
+    if found > before:
+        add_variance(m, at.FIELD, 3, (found - before) / (1.0 + m[at.FIELD_TIME] / (2.0 * params.place_time)))
 
 
 @kernel

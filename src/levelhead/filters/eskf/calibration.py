@@ -2,13 +2,15 @@
 run. Plain Python."""
 
 from collections.abc import Mapping
-from math import sqrt
+from math import hypot, sqrt
 from typing import NamedTuple
 
 from levelhead.filters.eskf import state as at
 from levelhead.filters.eskf.covariance import state_variance
+from levelhead.filters.eskf.north import north_of
 from levelhead.filters.parameters import Params
 from levelhead.kernels.arrays import Floats
+from levelhead.kernels.tilt import UNIFORM
 
 
 class Estimate(NamedTuple):
@@ -39,7 +41,22 @@ def estimates(params: Params, m: Floats, norm: float) -> dict[str, Estimate]:
             (sqrt(start * start + walk * walk * time) * unit,) * size,
             (start * unit,) * size,
         )
+    if norm > 0.0:
+        found["field"] = field_estimate(m, norm)
+        north = north_of(m)
+        found["north"] = Estimate((north.azimuth,), (sqrt(north.variance),), (UNIFORM,), (UNIFORM,))
     return found
+
+
+def field_estimate(m: Floats, norm: float) -> Estimate:
+    """Horizontal and upward strength of the field of the surroundings, µT."""
+    x, y, z = (float(m[at.MEAN + at.FIELD + i]) for i in range(3))
+    level = max(hypot(x, y), 1e-9)
+    p = at.P + at.FIELD * at.ROW + at.FIELD
+    variance = x * x * m[p] + 2.0 * x * y * m[p + 1] + y * y * m[p + at.ROW + 1]
+    sigma = sqrt(max(float(variance), 0.0)) / level, sqrt(max(float(state_variance(m, at.FIELD + 2)), 0.0))
+    start = (at.FIRST_FIELD * norm, at.FIRST_FIELD * norm)
+    return Estimate((level * norm, z * norm), (sigma[0] * norm, sigma[1] * norm), start, start)
 
 
 def set_prior(m: Floats, known: Mapping[str, Estimate]) -> None:

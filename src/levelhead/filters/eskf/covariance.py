@@ -23,6 +23,8 @@ from levelhead.filters.eskf import state as at
 from levelhead.kernels.arrays import Floats, add_scaled, copy
 from levelhead.kernels.vec3 import Vec3
 
+UNBOUNDED = 1e9  # σ
+
 
 @kernel
 def add_covariance(m: Floats, i: int, j: int, covariance: float) -> None:
@@ -177,11 +179,18 @@ def rotate_velocity_error(m: Floats, p: int, n: int, x: float, y: float) -> None
     m[north + at.VELOCITY] = m[east + at.VELOCITY + 1]
 
 
-@noinline
+@kernel
 def update_scalar(m: Floats, n: int, first: int, innovation: float, noise: float) -> float:
+    """``update_bounded`` without a bound."""
+    return update_bounded(m, n, first, innovation, noise, UNBOUNDED)
+
+
+@noinline
+def update_bounded(m: Floats, n: int, first: int, innovation: float, noise: float, bound: float) -> float:
     """One scalar measurement with row h, eq. 13; gains of states before ``first`` are zero; h is zero afterwards.
 
-    ``innovation`` is y and ``noise`` r, in the unit of the measurement. Returns innovation²/s, which is 1 on average.
+    ``innovation`` is y and ``noise`` r, in the unit of the measurement. An innovation beyond ``bound`` σ makes r grow,
+    so that it has the influence of one of ``bound`` σ. Returns h P hᵀ.
     """
     for i in range(n):
         m[at.U + i] = 0.0
@@ -193,6 +202,8 @@ def update_scalar(m: Floats, n: int, first: int, innovation: float, noise: float
         s += m[at.H + j] * m[at.U + j]
         innovation -= m[at.H + j] * m[at.X + j]
         m[at.H + j] = 0.0
+    explained = s - noise
+    s += s * max(0.0, abs(innovation) / sqrt(s) / bound - 1.0)
     one = 1.0 / sqrt(s)
     gain = innovation * one
     for i in range(n):
@@ -201,4 +212,4 @@ def update_scalar(m: Floats, n: int, first: int, innovation: float, noise: float
     for i in range(n):
         start = first if i < first else 0
         add_scaled(m, at.P + i * at.ROW + start, -m[at.U + i], at.U + start, n - start)
-    return gain * gain
+    return explained

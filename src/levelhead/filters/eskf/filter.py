@@ -23,7 +23,6 @@ from levelhead.filters.eskf.adaptation import (
 from levelhead.filters.eskf.calibration import Estimate, estimates, set_prior
 from levelhead.filters.eskf.coarse_heading import LARGE_HEADING
 from levelhead.filters.eskf.covariance import (
-    add_variance,
     set_independent,
     start_inertial,
     start_magnetic,
@@ -31,45 +30,35 @@ from levelhead.filters.eskf.covariance import (
     vector,
 )
 from levelhead.filters.eskf.measurements import (
-    NO_FIELD,
     add_correction,
     average_rate,
     update_field_undirected,
     update_velocity,
     update_zero_rate,
 )
+from levelhead.filters.eskf.north import point_north, turn_to_north
 from levelhead.filters.eskf.params import ESKF
-from levelhead.filters.eskf.predict import decay_field_east, predict, predict_gap
+from levelhead.filters.eskf.predict import decay_place, predict, predict_gap
 from levelhead.filters.eskf.preintegration import add_imu, add_mag, calibrated_rate, reset_block
 from levelhead.filters.eskf.reinitialise import (
-    NO_CANDIDATE,
-    CandidateField,
-    candidate_variance,
     forget_lost_force,
     note_rotation,
     reinitialise_heading,
     reinitialise_tilt,
-    set_field,
-    track_candidate,
 )
 from levelhead.filters.eskf.sigma import attitude_sigma
-from levelhead.filters.health import AID_REJECTED, MAG_LEARNED, MAG_REJECTED, TURN_MISSED
+from levelhead.filters.health import AID_REJECTED, MAG_REJECTED, TURN_MISSED
 from levelhead.kernels import quat, tilt, triad
 from levelhead.kernels.arrays import Floats, zeros
 from levelhead.kernels.elapsed import has_elapsed
 from levelhead.kernels.quat import IDENTITY, Quat
 from levelhead.kernels.tilt import GAP_SECONDS, UNIFORM
-from levelhead.kernels.trig import atan2
-from levelhead.kernels.vec3 import Vec3, norm, scale, sub
+from levelhead.kernels.vec3 import Vec3, norm, scale
 from levelhead.units import GRAVITY
 
 LARGE_TILT = 0.25  # rad²: a larger variance of tilt cannot be corrected to first order
-# rad²: with a larger variance a heading would be taken from the field, and the smoother not correct what was before
-CORRECTABLE_HEADING = 0.7
 READING_TIME = 1.0 / sqrt(12.0)  # of an interval, 1σ of the time that a reading is of: uniform in ± half of it, eq. 36
 GAP_SAMPLE = 1e-3  # s that the sample after a gap lasts
-STEADY_TIME = 1.0  # s for which a candidate field has to be steady
-YOUNG_FIELD = 3.0  # s for which it has to be so beside a field that has hardly fitted
 
 
 class State(NamedTuple):
@@ -78,7 +67,6 @@ class State(NamedTuple):
     quat: Quat
     field_norm: float  # µT, of the first field; 0: there was none
     resting: bool  # the guard has found the sensor at rest in this block
-    candidate: CandidateField
     block_end: bool  # with the last sample
     health: int
     memory: Floats
@@ -112,34 +100,33 @@ def start(params: ESKF, m: Floats, acc: Vec3, mag: Vec3) -> State:
     attitude = triad.initial_attitude(acc, mag)
     field_norm = 0.0
     if tilt.is_present(mag):
-        field_norm = start_field(params, m, attitude, mag)
-    return State(attitude, field_norm, False, NO_CANDIDATE, False, 0, m)
+        field_norm = start_field(params, m, mag)
+    return State(attitude, field_norm, resting=False, block_end=False, health=0, memory=m)
 
 
 @noinline
-def start_field(params: ESKF, m: Floats, attitude: Quat, mag: Vec3) -> float:
-    """Starts the magnetometer's states with its first sample (µT), whose norm it returns; heading becomes unknown."""
+def start_field(params: ESKF, m: Floats, mag: Vec3) -> float:
+    """Starts the magnetometer's states with its first sample (µT), whose norm it returns."""
     field_norm = norm(mag)
     start_magnetic(params, m, field_norm)
-    east, north, up = quat.rotate(attitude, sub(scale(mag, 1.0 / field_norm), vector(m, at.MEAN + at.MAG_OFFSET)))
-    m[at.MEAN + at.FIELD] = sqrt(east * east + north * north)
-    m[at.MEAN + at.FIELD + 1] = up
-    set_independent(m, at.HEADING, 1, at.UNKNOWN)
+    m[at.PLACE_VARIANCE] = params.mag_place * params.mag_place
+    if params.north_rate > 0.0:
+        m[at.NORTH_EXCESS] = UNIFORM * UNIFORM
     return field_norm
 
 
 @kernel
 def step(params: ESKF, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> State:
     """Integrates attitude and velocity over one sample, and adds the sample to the integrals of the block."""
-    attitude, field_norm, resting, candidate, block_end, health, m = state
-    if block_end:
+    attitude, field_norm, m = state.quat, state.field_norm, state.memory
+    if state.block_end:
         reset_block(m)
     rate = calibrated_rate(m, gyr)
     attitude = quat.integrate(attitude, rate, dt)
     if dt > GAP_SECONDS:
         predict_gap(m, dt)
         if field_norm > 0.0:
-            decay_field_east(params, m, dt)
+            decay_place(params, m, dt)
         dt = GAP_SAMPLE
     m[at.HALF_TURN], m[at.HALF_TURN + 1], m[at.HALF_TURN + 2] = scale(rate, READING_TIME * dt)
     r = quat.matrix(attitude)
@@ -150,9 +137,9 @@ def step(params: ESKF, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float)
         aiding.propagate_mean(m, 0.5 * dt)
     if tilt.is_present(mag):
         if field_norm == 0.0:
-            field_norm = start_field(params, m, attitude, mag)
+            field_norm = start_field(params, m, mag)
         add_mag(m, r, rate, mag, field_norm)
-    return State(attitude, field_norm, resting, candidate, False, health, m)
+    return State(attitude, field_norm, resting=state.resting, block_end=False, health=state.health, memory=m)
 
 
 @kernel
@@ -172,80 +159,107 @@ def state_count(state: State) -> int:
 @noinline
 def correct(params: ESKF, state: State, dt: float) -> State:
     """Prediction and measurements at the end of a block."""
-    predict(params, state.memory, state_count(state))
+    predict(params, state.memory, state.resting, state_count(state))
     return update(params, state)
 
 
+class Loss(NamedTuple):
+    """Of which part of the attitude so little is known that corrections of first order are worth nothing."""
+
+    tilt: bool
+    heading: bool
+    upside_down: bool  # gravity contradicts the tilt
+
+
 @noinline
-def reinitialise(params: ESKF, state: State, tilt_lost: bool, upside_down: bool) -> State:
-    """Corrects tilt, or heading, or both, by what is not of first order."""
-    attitude, field_norm, _, _, _, _, m = state
-    rotation = reinitialise_tilt(params, m, upside_down) if tilt_lost else IDENTITY
+def find_loss(m: Floats) -> Loss:
+    """What is lost at the end of a block."""
+    upside_down = is_upside_down(m)
+    variance = state_variance(m, at.ATTITUDE) + state_variance(m, at.ATTITUDE + 1)
+    tilt_lost = m[at.ACC_TIME] > 0.0 and (upside_down or variance > LARGE_TILT)
+    heading_lost = m[at.MAG_COUNT] > 0.0 and state_variance(m, at.HEADING) > LARGE_HEADING
+    return Loss(tilt_lost, heading_lost, upside_down)
+
+
+@noinline
+def reinitialise(params: ESKF, m: Floats, lost: Loss) -> Quat:
+    """The rotation that corrects tilt, or heading, or both, by what is not of first order."""
+    rotation = reinitialise_tilt(params, m, lost.upside_down) if lost.tilt else IDENTITY
     if m[at.MAG_COUNT] > 0.0 and state_variance(m, at.HEADING) > LARGE_HEADING:
         rotation = reinitialise_heading(params, m, rotation)
-    if tilt_lost and m[at.LOST_TIME] > m[at.ACC_TIME]:
+    if lost.tilt and m[at.LOST_TIME] > m[at.ACC_TIME]:
         note_rotation(m, rotation)
     else:
         m[at.REINITIALISED] = 1.0
     m[at.MEAN_UP] = GRAVITY
-    attitude = quat.compose(rotation, attitude)
-    health = TURN_MISSED if upside_down else 0
-    return State(attitude, field_norm, False, NO_CANDIDATE, True, health, m)
+    return rotation
 
 
 @noinline
-def update(params: ESKF, state: State) -> State:
-    """Measurements at the end of a block, or reinitialisation, after the covariance was predicted."""
-    attitude, field_norm, resting, candidate, _, _, m = state
-    n = state_count(state)
-    average_rate(m, resting)
-    tilt_variance = state_variance(m, at.ATTITUDE) + state_variance(m, at.ATTITUDE + 1)
-    upside_down = is_upside_down(m)
-    tilt_lost = m[at.ACC_TIME] > 0.0 and (upside_down or tilt_variance > LARGE_TILT)
-    if tilt_lost or (m[at.MAG_COUNT] > 0.0 and state_variance(m, at.HEADING) > LARGE_HEADING):
-        return reinitialise(params, state, tilt_lost, upside_down)
+def find_course(m: Floats, has_field: bool) -> float:
+    """The angle by which a receiver's velocity turns heading where that was unknown, rad; 0: it does not."""
     forget_lost_force(m)
-    if n > at.N_MAGNETIC and field_norm == 0.0:
-        course = coarse_heading.correct_course(m)
-        if course.clear:
-            m[at.REINITIALISED] = 1.0
-            return State(tilt.add_yaw(attitude, course.angle), field_norm, False, NO_CANDIDATE, True, 0, m)
-    adapt_motion(params, m)
+    if m[at.AIDED] == 0.0 or has_field:
+        return 0.0
+    course = coarse_heading.correct_course(m)
+    if not course.clear:
+        return 0.0
+    m[at.REINITIALISED] = 1.0
+    return course.angle
+
+
+@noinline
+def measure(params: ESKF, m: Floats, resting: bool, n: int) -> int:
+    """All measurements of a block; returns bits of health."""
     health = TURN_MISSED if m[at.EXCESS] > 0.0 else 0
-    fit = NO_FIELD
     note_bias(m)
     update_velocity(params, m, resting, n)
     if resting:
         update_zero_rate(m, n)
-    if m[at.MAG_COUNT] > 0.0:
-        fit = update_field_undirected(params, m, has_elapsed(candidate.time, m[at.BLOCK_TIME], STEADY_TIME), n)
+    if m[at.MAG_COUNT] > 0.0 and update_field_undirected(params, m, resting, n):
+        health |= MAG_REJECTED
     if n > at.N_MAGNETIC and aiding.update(m, n):
         health |= AID_REJECTED
+    return health
+
+
+@noinline
+def adapt_priors(params: ESKF, m: Floats, n: int) -> None:
+    """The random walk of the gyroscope's bias, and the widths of the priors of both biases."""
     adapt_bias_walk(m)
     if m[at.MAYBE_RAW] != 0.0:
         narrow_prior(params, m, n)
     widen_prior(m, n, at.GYR_BIAS, MOST_GYR_BIAS)
     if m[at.EXCESS] == 0.0:  # or the accelerometer's bias would explain the tilt
         widen_prior(m, n, at.ACC_BIAS, MOST_ACC_BIAS)
+
+
+@noinline
+def update(params: ESKF, state: State) -> State:
+    """Reinitialisation at the end of a block where attitude is lost; else measurements, adaptation and correction."""
+    m = state.memory
+    n = state_count(state)
+    average_rate(m, state.resting)
+    lost = find_loss(m)
+    if lost.tilt or lost.heading:
+        health = TURN_MISSED if lost.upside_down else 0
+        return end_block(state, quat.compose(reinitialise(params, m, lost), state.quat), health)
+    course = find_course(m, state.field_norm > 0.0)
+    if course != 0.0:
+        return end_block(state, tilt.add_yaw(state.quat, course), 0)
+    adapt_motion(params, m)
+    health = measure(params, m, state.resting, n)
+    adapt_priors(params, m, n)
     add_correction(m, n)
-    attitude = quat.compose(quat.exp(vector(m, at.X + at.ATTITUDE)), attitude)
-    if fit.mismatch or fit.heading_off:
-        health |= MAG_REJECTED
-    elif m[at.MAG_COUNT] > 0.0:
-        m[at.FIELD_AGE] = min(m[at.FIELD_AGE] + m[at.BLOCK_TIME], params.mag_time)
-    candidate = track_candidate(m, candidate, fit)
-    longest = max(m[at.FIELD_AGE], min(YOUNG_FIELD, params.mag_time))
-    # the room was changed, not the moment
-    if candidate.time > 0.0 and has_elapsed(candidate.time, m[at.BLOCK_TIME], longest):
-        angle = atan2(candidate.field.x, candidate.field.y)
-        set_field(params, m, candidate.field)
-        m[at.FIELD_AGE] = min(candidate.time, params.mag_time)
-        add_variance(
-            m, at.HEADING, 1, max(min(angle * angle, CORRECTABLE_HEADING - state_variance(m, at.HEADING)), 0.0)
-        )
-        health |= MAG_LEARNED
-        candidate = NO_CANDIDATE
-    return State(attitude, field_norm, False, candidate, True, health, m)
+    if state.field_norm > 0.0:
+        point_north(params, m)
+    return end_block(state, quat.compose(quat.exp(vector(m, at.X + at.ATTITUDE)), state.quat), health)
+
+
+@kernel
+def end_block(state: State, attitude: Quat, health: int) -> State:
+    """The state behind the end of a block."""
+    return State(attitude, state.field_norm, resting=False, block_end=True, health=health, memory=state.memory)
 
 
 @kernel
@@ -265,18 +279,19 @@ def inflate_heading(params: ESKF, state: State, variance: float) -> State:
 @kernel
 def at_rest(params: ESKF, state: State) -> State:
     """The guard has found the sensor at rest: the block will measure a zero rate."""
-    attitude, field_norm, _, candidate, block_end, health, m = state
-    return State(attitude, field_norm, True, candidate, block_end, health, m)
+    return State(
+        state.quat, state.field_norm, resting=True, block_end=state.block_end, health=state.health, memory=state.memory
+    )
 
 
 @kernel
 def output(params: ESKF, state: State) -> Output:
     """Attitude, bias, σ and health."""
     m = state.memory
-    other = candidate_variance(m, state.candidate)
-    turn = quat.rotate(state.quat, vector(m, at.HALF_TURN))
-    sigma = attitude_sigma(m, at.P, m[at.PLACE_RATIO], other, found_prior(m), turn)
-    return Output(state.quat, vector(m, at.MEAN + at.GYR_BIAS), sigma, state.health)
+    attitude = turn_to_north(m, state.quat)
+    turn = quat.rotate(attitude, vector(m, at.HALF_TURN))
+    sigma = attitude_sigma(m, at.P, m[at.NORTH_EXCESS], found_prior(m), turn)
+    return Output(attitude, vector(m, at.MEAN + at.GYR_BIAS), sigma, state.health)
 
 
 @kernel
@@ -287,11 +302,11 @@ def update_aiding(params: ESKF, state: State, row: int, value: float, sigma: flo
     before = aiding.has_direction(m)
     before_velocity = aiding.has_velocity(m)
     aiding.add_reading(params, m, row, value, sigma, age)
-    if state.field_norm == 0.0 and aiding.has_direction(m):
-        if not before:
-            set_independent(m, at.HEADING, 1, at.UNKNOWN)
-        if aiding.has_velocity(m) and not before_velocity and state_variance(m, at.HEADING) >= LARGE_HEADING:
-            set_independent(m, at.HEADING, 1, UNIFORM)
+    if aiding.has_direction(m) and not before:  # the frame is the earth's from now on
+        set_independent(m, at.HEADING, 1, at.UNKNOWN if state.field_norm == 0.0 else UNIFORM)
+    first = aiding.has_velocity(m) and not before_velocity
+    if state.field_norm == 0.0 and first and state_variance(m, at.HEADING) >= LARGE_HEADING:
+        set_independent(m, at.HEADING, 1, UNIFORM)
     return state
 
 

@@ -12,7 +12,7 @@ MILLI = 1e-3
 # they were found (docs/tuning.md).
 
 
-@parameters(tuned=("speed", "travel", "mag_noise", "field_gate"))
+@parameters(tuned=("speed", "travel", "mag_noise", "mag_place"))
 class ESKF(NamedTuple):
     """Error-state Kalman filter that learns its sensor while it runs: attitude, velocity, field and calibration."""
 
@@ -30,16 +30,14 @@ class ESKF(NamedTuple):
     speed_max: Annotated[float, nonnegative("(m/s)·√s", "largest density found for this velocity", 0.1, 10.0)] = 1.4
     travel: Annotated[float, nonnegative("m/s", "1σ of a velocity fixed to the sensor, at first", 0.05, 5.0)] = 0.7
     travel_time: Annotated[float, positive("s", "time constant of this velocity", 1, 100)] = 16.0
-    mag_noise: Annotated[float, positive("√s", "density of the field's error, as a share of it", 0.001, 0.5)] = 0.025
-    mag_place: Annotated[float, nonnegative("", "1σ of a place's field across north, relative", 1e-3, 0.1)] = 0.03
-    place_time: Annotated[float, positive("s", "time constant of being in one place", 1.0, 1000.0)] = 30.0
-    mag_gate: Annotated[float, positive("", "relative misfit of norm and dip that doubles this", 0.005, 0.5)] = 0.04
-    field_gate: Annotated[float, positive("", "relative departure from their means that doubles it", 0.01, 0.5)] = 0.05
-    field_walk: Annotated[float, nonnegative("1/√s", "relative random walk of strength and dip", 0.01, 1.0)] = 0.15
-    mag_offset: Annotated[float, nonnegative("", "1σ of the magnetometer's offset, relative", 1e-3, 1.0)] = 0.015
-    offset_walk: Annotated[float, nonnegative("1/√s", "random walk of this offset", 1e-05, 0.05)] = 0.003
+    mag_noise: Annotated[float, positive("√s", "least density of the field's changes, relative", 0.001, 0.5)] = 0.05
+    mag_place: Annotated[float, nonnegative("", "1σ of a place's part of the field at first", 1e-3, 0.1)] = 0.02
+    place_time: Annotated[float, positive("s", "time constant of being in one place", 1.0, 1000.0)] = 60.0
+    mag_offset: Annotated[float, nonnegative("", "1σ of the magnetometer's offset, relative", 1e-3, 3.0)] = 1.0
+    offset_walk: Annotated[float, nonnegative("1/√s", "random walk of this offset", 1e-05, 0.05)] = 0.0005
+    soft_iron: Annotated[float, nonnegative("", "1σ of the magnetometer's soft iron", 1e-3, 0.3)] = 0.03
     mag_delay: Annotated[float, nonnegative("ms", "1σ of the magnetometer's delay", 1.0, 100.0)] = 15.0
-    mag_time: Annotated[float, nonnegative("s", "after so long a field that does not fit counts", 1.0, 100.0)] = 20.0
+    north_rate: Annotated[float, nonnegative("deg/s", "rate at which it turns to north; 0: never", 0.1, 100.0)] = 0.0
     tilt_start: Annotated[float, positive("deg", "1σ of the tilt at the start", 0.5, 30.0)] = 3.0
     baro_walk: Annotated[float, nonnegative("m/√s", "random walk of the barometer's height", 1e-3, 1.0)] = 0.03
     block: Annotated[float, nonnegative("s", "time between two corrections; 0: at every sample", 0.005, 0.5)] = 0.12

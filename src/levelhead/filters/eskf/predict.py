@@ -5,7 +5,7 @@ from math import pi, sqrt
 from levelhead.compiler.mark import kernel, noinline
 from levelhead.filters.eskf import aiding, coarse_heading
 from levelhead.filters.eskf import state as at
-from levelhead.filters.eskf.adaptation import INNOVATION_TIME
+from levelhead.filters.eskf.adaptation import AT_REST, INNOVATION_TIME
 from levelhead.filters.eskf.covariance import (
     add_covariance,
     add_variance,
@@ -59,12 +59,13 @@ def set_transition(m: Floats) -> None:
 
 
 @kernel
-def decay_field_east(params: ESKF, m: Floats, time: float) -> None:
-    """The field's eastern part n after ``time`` seconds: a first-order Gauss-Markov process, eq. 11."""
+def decay_place(params: ESKF, m: Floats, time: float) -> None:
+    """The field's part s of the place after ``time`` seconds in motion: a first-order Gauss-Markov process, eq. 11."""
     left = params.place_time / (params.place_time + time)
-    m[at.EAST_DECAY] = 1.0 - (1.0 - m[at.EAST_DECAY]) * left
-    decay(m, at.FIELD_EAST, left)
-    add_variance(m, at.FIELD_EAST, 1, params.mag_place * params.mag_place * (1.0 - left * left))
+    m[at.PLACE_DECAY] = 1.0 - (1.0 - m[at.PLACE_DECAY]) * left
+    for i in range(3):
+        decay(m, at.PLACE + i, left)
+    add_variance(m, at.PLACE, 3, m[at.PLACE_VARIANCE] * (1.0 - left * left))
 
 
 @kernel
@@ -104,7 +105,7 @@ def limit_heading_coupling(m: Floats) -> None:
 
 
 @kernel
-def add_process_noise(params: ESKF, m: Floats, n: int) -> None:
+def add_process_noise(params: ESKF, m: Floats, resting: bool, n: int) -> None:
     """Q of a block: noise of the readings on attitude and velocity, and the random walks of all other states."""
     time = m[at.BLOCK_TIME]
     noise = params.gyr_noise * DEGREE
@@ -129,7 +130,7 @@ def add_process_noise(params: ESKF, m: Floats, n: int) -> None:
         add_variance(m, i, 1, ROUNDING * state_variance(m, i))
     if n > at.N_INERTIAL:
         walk_magnetic(params, m, 1.0)
-        decay_field_east(params, m, time)
+        decay_place(params, m, time / AT_REST if resting else time)
 
 
 @noinline
@@ -206,7 +207,7 @@ def reset_velocity(m: Floats) -> None:
 
 
 @noinline
-def predict(params: ESKF, m: Floats, n: int) -> None:
+def predict(params: ESKF, m: Floats, resting: bool, n: int) -> None:
     """The covariance of the first ``n`` states at the end of the block."""
     set_transition(m)
     if n > at.N_MAGNETIC:
@@ -215,7 +216,7 @@ def predict(params: ESKF, m: Floats, n: int) -> None:
     propagate(m, n)
     if n > at.N_MAGNETIC:
         propagate_position(m, n, 0.5 * m[at.BLOCK_TIME])
-    add_process_noise(params, m, n)
+    add_process_noise(params, m, resting, n)
     if m[at.EXCESS] + m[at.EXCESS + 1] > 0.0:
         add_missed_turn(m, n)
     velocity = level_velocity_variance(m) if m[at.AIDED] == 0.0 else 0.0

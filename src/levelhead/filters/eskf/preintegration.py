@@ -77,7 +77,16 @@ def add_mag(m: Floats, r: Mat3, rate: Vec3, mag: Vec3, norm: float) -> None:
     x, y, z = mag
     one = 1.0 / norm
     offset = at.MEAN + at.MAG_OFFSET
-    h = Vec3(x * one - m[offset], y * one - m[offset + 1], z * one - m[offset + 2])
+    x, y, z = x * one, y * one, z * one
+    m[at.SUM_MAG] += x
+    m[at.SUM_MAG + 1] += y
+    m[at.SUM_MAG + 2] += z
+    s = at.MEAN + at.SOFT_IRON
+    h = Vec3(
+        x - m[offset] - (m[s] * x + m[s + 2] * y + m[s + 3] * z),
+        y - m[offset + 1] - (m[s + 2] * x + m[s + 1] * y + m[s + 4] * z),
+        z - m[offset + 2] - (m[s + 3] * x + m[s + 4] * y - (m[s] + m[s + 1]) * z),
+    )
     x, y, z = mat3.apply(r, h)
     delay = m[at.MEAN + at.MAG_DELAY]
     field_rate = cross(rate, h)  # −dh/dt of a field that stands still

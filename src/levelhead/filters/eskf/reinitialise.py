@@ -1,4 +1,4 @@
-"""Reinitialisation of ``ESKF``: tilt, heading and field from the mean readings, where errors are not of first order.
+"""Reinitialisation of ``ESKF``: tilt and heading from the mean readings, where errors are not of first order.
 
 **Tilt.** What is known to no better than half a radian is corrected on the sphere. Let σ₀² be the variance of tilt
 about either axis when that began, and F the integral of the specific force over the time T since, in the earth frame of
@@ -10,17 +10,9 @@ change of velocity), the estimate of then is rotated by
 
 k is the information in it: nothing is left of an estimate of which nothing was known, and one of which something was
 known moves by its share. As F grows with each block, θ takes the place of the one before until tilt is known by it.
-
-**A second hypothesis.** A field that does not fit, but stands still in the earth frame, may be the earth's, and the one
-that fitted a magnet's. It would have heading off by its angle α. After t seconds of it, the other having fitted for t₀,
-it is taken to be so with the probability t/(t + t₀); until it is decided (t > t₀) the estimate is that of the first
-hypothesis, and the mean square of its error is larger by
-
-    t/(t + t₀) α²                                                                                              (35)
 """
 
 from math import sqrt
-from typing import NamedTuple
 
 from levelhead.compiler.mark import kernel, noinline
 from levelhead.filters.eskf import aiding
@@ -32,14 +24,13 @@ from levelhead.filters.eskf.covariance import (
     state_variance,
     vector,
 )
-from levelhead.filters.eskf.measurements import FieldFit
 from levelhead.filters.eskf.params import ESKF
 from levelhead.filters.eskf.predict import reset_velocity
 from levelhead.kernels import quat, tilt
 from levelhead.kernels.arrays import Floats
 from levelhead.kernels.quat import IDENTITY, Quat
 from levelhead.kernels.trig import atan2
-from levelhead.kernels.vec3 import ZERO, Vec3, add, dot, norm, normalize, scale, sub
+from levelhead.kernels.vec3 import Vec3, add, norm, normalize, scale
 from levelhead.units import DEGREE, GRAVITY
 
 FIRST_HEADING = 0.3  # rad, at least,
@@ -47,63 +38,8 @@ MOST_FIRST_HEADING = 0.95  # and at most: it is known
 SWING_SPEED = 0.7  # m/s, 1σ: the force of a body that turns is off by this times its rate
 SHAKE_TIME = 0.3  # s for which a force that is not gravity pushes one way
 LARGE_TURN = 0.01  # rad² in a block, beyond which nothing carries its forces into the next
-STEADY = 0.2  # share by which a candidate field may vary in the earth frame
-LEAST_RATE = 0.1  # rad/s at which a magnet on the sensor would turn away in the earth frame
+UNCLEAR = 0.5  # share of the square of its level part beyond which the variance of a field says nothing
 NEARLY_DOWN = -0.999999
-
-
-class CandidateField(NamedTuple):
-    """A field that does not fit, but is steady in the earth frame while the sensor turns."""
-
-    field: Vec3  # its mean, earth frame, in units of the first field's norm
-    time: float  # s for which it has been steady
-
-
-NO_CANDIDATE = CandidateField(ZERO, 0.0)
-
-
-@noinline
-def track_candidate(m: Floats, candidate: CandidateField, fit: FieldFit) -> CandidateField:
-    """The candidate after a block with this field; a magnet on the sensor is none, as it turns with the sensor."""
-    if not (fit.mismatch or fit.heading_off):
-        return NO_CANDIDATE
-    time = m[at.BLOCK_TIME]
-    off = sub(fit.field, candidate.field)
-    if candidate.time == 0.0 or dot(off, off) > STEADY * STEADY * dot(fit.field, fit.field):
-        return CandidateField(fit.field, time)
-    if fit.mismatch and m[at.INT_RATE2] < LEAST_RATE * LEAST_RATE * time:
-        return candidate
-    weight = time / (candidate.time + time)
-    return CandidateField(add(candidate.field, scale(off, weight)), candidate.time + time)
-
-
-@kernel
-def candidate_variance(m: Floats, candidate: CandidateField) -> float:
-    """What the second hypothesis adds to the variance of heading, eq. 35, rad²."""
-    time = candidate.time
-    if time == 0.0:
-        return 0.0
-    angle = atan2(candidate.field.x, candidate.field.y)
-    return time / (time + m[at.FIELD_AGE]) * angle * angle
-
-
-@noinline
-def reset_field(params: ESKF, m: Floats) -> None:
-    """Sets strength, dip and eastern part of the field to their σ at the start."""
-    set_independent(m, at.FIELD, 2, at.FIRST_FIELD)
-    m[at.MEAN + at.FIELD_EAST] = 0.0
-    set_independent(m, at.FIELD_EAST, 1, params.mag_place)
-
-
-@noinline
-def set_field(params: ESKF, m: Floats, field: Vec3) -> None:
-    """Takes a field (earth frame, in units of the first field's norm) for the earth's; its heading is left as it is."""
-    reset_field(params, m)
-    m[at.FIELD_TIME] = 0.0
-    m[at.FIELD_AGE] = 0.0
-    x, y, z = field
-    m[at.MEAN + at.FIELD] = sqrt(x * x + y * y)
-    m[at.MEAN + at.FIELD + 1] = z
 
 
 @kernel
@@ -203,10 +139,22 @@ def reinitialise_tilt(params: ESKF, m: Floats, upside_down: bool) -> Quat:
 
 @noinline
 def reinitialise_heading(params: ESKF, m: Floats, rotation: Quat) -> Quat:
-    """Returns ``rotation``, and after it one about the vertical that brings the block's mean field north; sets σ."""
+    """Returns ``rotation``, and after it one about the vertical that brings the block's mean field to H and s; sets σ.
+
+    Where the direction of H is not known the field begins anew, and tells nothing of heading. With aiding that
+    has a direction the frame is the earth's, in which H points north.
+    """
     field = quat.rotate(rotation, scale(vector(m, at.SUM_FIELD), 1.0 / m[at.MAG_COUNT]))
-    set_field(params, m, field)
-    angle = atan2(field.x, field.y)
+    if aiding.has_direction(m):
+        start_north(params, m, field)
+    known = add(vector(m, at.MEAN + at.FIELD), vector(m, at.MEAN + at.PLACE))
+    level2 = known.x * known.x + known.y * known.y
+    if not aiding.has_direction(m) and state_variance(m, at.FIELD) + state_variance(m, at.FIELD + 1) > UNCLEAR * level2:
+        set_independent(m, at.FIELD, 3, at.FIRST_FIELD)
+        m[at.MEAN + at.FIELD], m[at.MEAN + at.FIELD + 1], m[at.MEAN + at.FIELD + 2] = field
+        set_independent(m, at.HEADING, 1, MOST_FIRST_HEADING)
+        return rotation
+    angle = atan2(field.x * known.y - field.y * known.x, field.x * known.x + field.y * known.y)
     turn_lost_force(m, tilt.add_yaw(IDENTITY, angle))
     sigma = first_heading(m, field)
     if m[at.AIDED] != 0.0:
@@ -216,13 +164,28 @@ def reinitialise_heading(params: ESKF, m: Floats, rotation: Quat) -> Quat:
     return tilt.add_yaw(rotation, angle)
 
 
+@noinline
+def start_north(params: ESKF, m: Floats, field: Vec3) -> None:
+    """H is this field, with its level part to the north, and a σ of its eastern part as a place has it."""
+    x, y, z = field
+    set_independent(m, at.FIELD, 1, params.mag_place)
+    set_independent(m, at.FIELD + 1, 2, at.FIRST_FIELD)
+    set_independent(m, at.PLACE, 3, params.mag_place)
+    for i in range(3):
+        m[at.MEAN + at.PLACE + i] = 0.0
+    m[at.MEAN + at.FIELD] = 0.0
+    m[at.MEAN + at.FIELD + 1] = sqrt(x * x + y * y)
+    m[at.MEAN + at.FIELD + 2] = z
+
+
 @kernel
 def first_heading(m: Floats, field: Vec3) -> float:
     """1σ of a heading (rad) that is taken from a field (earth frame): a tilt turns its vertical part into the level."""
     x, y, z = field
     level = max(x * x + y * y, tilt.NO_LENGTH)
     level_tilt = 0.5 * (state_variance(m, at.ATTITUDE) + state_variance(m, at.ATTITUDE + 1))
-    return min(sqrt(FIRST_HEADING * FIRST_HEADING + z * z / level * level_tilt), MOST_FIRST_HEADING)
+    offset = 0.5 * (state_variance(m, at.MAG_OFFSET) + state_variance(m, at.MAG_OFFSET + 1)) / level
+    return min(sqrt(FIRST_HEADING * FIRST_HEADING + z * z / level * level_tilt + offset), MOST_FIRST_HEADING)
 
 
 @kernel

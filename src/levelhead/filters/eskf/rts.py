@@ -25,6 +25,7 @@ from typing import NamedTuple
 from levelhead.compiler.mark import KernelFunction, instance, kernel, noinline
 from levelhead.filters.eskf import state as at
 from levelhead.filters.eskf.adaptation import found_prior
+from levelhead.filters.eskf.aiding import has_direction
 from levelhead.filters.eskf.covariance import rotate_velocity_error, vector
 from levelhead.filters.eskf.filter import State, start, state_count, update
 from levelhead.filters.eskf.params import ESKF
@@ -56,8 +57,7 @@ BLOCK_BIAS = BLOCK_X + at.N  # rad/s, 3
 BLOCK_ROTATION = BLOCK_BIAS + 3  # by the correction at its end, earth frame, 4
 BLOCK_RESTART = BLOCK_ROTATION + 4  # 1: its attitude is independent of that before it
 BLOCK_DECAY = BLOCK_RESTART + 1  # shares by which the field's eastern part and travel decayed, 2
-BLOCK_PLACE = BLOCK_DECAY + 2  # variance found of the field's eastern part over the assumed one
-BLOCK_TURN = BLOCK_PLACE + 1  # rad, half the turn of its last sample, earth frame, 3
+BLOCK_TURN = BLOCK_DECAY + 2  # rad, half the turn of its last sample, earth frame, 3
 BLOCK_SIZE = BLOCK_TURN + 3
 
 # The memory of the step back
@@ -92,7 +92,7 @@ def init(params: ESKF, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
 def correct(params: ESKF, state: State, dt: float) -> State:
     """``filter.correct`` that keeps the predicted covariance and the attitude before the correction."""
     m = state.memory
-    predict(params, m, state_count(state))
+    predict(params, m, state.resting, state_count(state))
     copy(m, PREDICTED, at.P, WHOLE)
     q = state.quat
     m[BEFORE], m[BEFORE + 1], m[BEFORE + 2], m[BEFORE + 3] = q.w, q.x, q.y, q.z
@@ -140,7 +140,6 @@ def keep_widening(state: State, blocks: Floats, first: int) -> None:
     """What σ tells besides P at the end of a block."""
     m = state.memory
     t = first + BLOCK_TURN
-    blocks[first + BLOCK_PLACE] = m[at.PLACE_RATIO]
     blocks[t], blocks[t + 1], blocks[t + 2] = quat.rotate(state.quat, vector(m, at.HALF_TURN))
 
 
@@ -173,7 +172,7 @@ def keep(state: State, blocks: Floats, first: int) -> None:
     blocks[first + BLOCK_ROTATION + 2] = y
     blocks[first + BLOCK_ROTATION + 3] = z
     blocks[first + BLOCK_RESTART] = 1.0 if m[at.REINITIALISED] > 0.0 or m[at.GAP_TIME] > 0.0 else 0.0
-    blocks[first + BLOCK_DECAY] = m[at.EAST_DECAY]
+    blocks[first + BLOCK_DECAY] = m[at.PLACE_DECAY]
     blocks[first + BLOCK_DECAY + 1] = m[at.TRAVEL_DECAY]
     keep_widening(state, blocks, first)
 
@@ -212,8 +211,8 @@ def load_covariances(blocks: Floats, first: int, after: int, m: Floats) -> None:
 def decay_rows(blocks: Floats, after: int, m: Floats) -> None:
     """The rows of GAIN = B of states that decayed by the block behind."""
     for j in range(at.ROW):
-        m[GAIN + at.FIELD_EAST * at.ROW + j] *= 1.0 - blocks[after + BLOCK_DECAY]
         for i in range(3):
+            m[GAIN + (at.PLACE + i) * at.ROW + j] *= 1.0 - blocks[after + BLOCK_DECAY]
             m[GAIN + (at.TRAVEL + i) * at.ROW + j] *= 1.0 - blocks[after + BLOCK_DECAY + 1]
 
 
@@ -367,10 +366,20 @@ def read(blocks: Floats, first: int, m: Floats) -> BlockEstimate:
     return BlockEstimate(
         vector(m, SMOOTHED + at.ATTITUDE),
         Vec3(blocks[b] + m[d], blocks[b + 1] + m[d + 1], blocks[b + 2] + m[d + 2]),
-        attitude_sigma(m, NOW, blocks[first + BLOCK_PLACE], 0.0, vector(m, PRIOR), turn),
+        attitude_sigma(m, NOW, 0.0, vector(m, PRIOR), turn),
     )
 
 
 def offline(params: ESKF) -> ESKF:
-    """The parameters with blocks of at least ``LONGEST_BLOCK``; plain Python."""
-    return params._replace(block=max(params.block, LONGEST_BLOCK))
+    """The parameters with blocks of at least ``LONGEST_BLOCK``, in the frame of the gyroscope; plain Python."""
+    return params._replace(block=max(params.block, LONGEST_BLOCK), north_rate=0.0)
+
+
+def turn_north(params: ESKF, state: State) -> float:
+    """The angle (rad) about the vertical that turns a whole recording to the north of its end, and is noted in
+    ``state``, whose memory is a list; 0: it is to stay in the frame of the gyroscope. Plain Python."""
+    m = state.memory
+    if params.north_rate == 0.0 or m[at.NORTH_VARIANCE] == 0.0 or has_direction(m):
+        return 0.0
+    m[at.NORTH_TURN] = m[at.NORTH]
+    return float(m[at.NORTH])

@@ -57,12 +57,14 @@ def init(params: ESKF, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
 def restart(params: ESKF, before: State, gyr: Vec3, acc: Vec3, mag: Vec3) -> State:
     """``filter.restart``; where an earlier run found heading, it starts with that."""
     begun = online.restart(params, before, gyr, acc, mag)
-    attitude, field_norm, resting, candidate, block_end, health, m = begun
+    attitude, m = begun.quat, begun.memory
     if m[COURSE_KNOWN] != 0.0:
         attitude = tilt.add_yaw(attitude, m[COURSE])
         set_independent(m, at.HEADING, 1, KNOWN_HEADING)
     note_links(m)
-    return State(attitude, field_norm, resting, candidate, block_end, health, m)
+    return State(
+        attitude, begun.field_norm, resting=begun.resting, block_end=begun.block_end, health=begun.health, memory=m
+    )
 
 
 @kernel
@@ -221,7 +223,7 @@ def offline(params: ESKF) -> ESKF:
     """The parameters as they are: regression (30) takes a fix for one of the block's end, and longer blocks than online
     turned the heading of somebody walking by 180°. Plain Python.
     """
-    return params
+    return params._replace(north_rate=0.0)
 
 
 def turned_start(begin: State, end: State) -> State | None:
@@ -250,6 +252,7 @@ AIDED = AidedSmoothing(
         read=rts.read,
         rotation=rts.rotation,
         is_restart=rts.is_restart,
+        turn_north=rts.turn_north,
     ),
     restart,
     update_aiding,

@@ -1,11 +1,5 @@
 """σ of ``ESKF``: what P says of attitude, and what P cannot say. No estimate changes by this.
 
-**Field of a place.** With n as wide as was found (33), heading would follow the gyroscope for as long as
-``place_time``, and a body that moves passes such fields faster. So P stays; σ of heading tells of that width s by the
-linear regression of heading on n:
-
-    σ² = P_zz + (s²/``mag_place``² − 1) P_zn²/P_nn                                                                (34)
-
 **Time of a reading.** The driver integrates readings of an instant. A reading may also be a mean of the interval T
 before it, or pass a filter: its time is uniform in ± T/2, and that rotation is part of σ of each axis i:
 
@@ -16,8 +10,6 @@ measures the bias about the vertical. But that bias may be as large as that of t
 b_i that would follow, σ² of heading is larger by
 
     (P_zb/P_bb)² (1/(1/P_bb − 1/s² + 1/a²) − P_bb)   for each axis with s < a                                     (37)
-
-What a second hypothesis adds, (35), is in ``reinitialise``.
 """
 
 from math import sqrt
@@ -27,14 +19,6 @@ from levelhead.filters.eskf import state as at
 from levelhead.kernels.arrays import Floats
 from levelhead.kernels.tilt import UNIFORM
 from levelhead.kernels.vec3 import Vec3
-
-
-@kernel
-def place_variance(m: Floats, p: int, ratio: float) -> float:
-    """What eq. 34 adds to the variance of heading, rad²; ``ratio`` is s²/mag_place²."""
-    east = m[p + at.FIELD_EAST * at.ROW + at.FIELD_EAST]
-    covariance = m[p + at.HEADING * at.ROW + at.FIELD_EAST]
-    return covariance * covariance / east * max(ratio - 1.0, 0.0) if east > 0.0 else 0.0
 
 
 @kernel
@@ -63,15 +47,15 @@ def angle_sigma(variance: float) -> float:
 
 
 @kernel
-def attitude_sigma(m: Floats, p: int, ratio: float, other: float, prior: Vec3, turn: Vec3) -> Vec3:
+def attitude_sigma(m: Floats, p: int, of_north: float, prior: Vec3, turn: Vec3) -> Vec3:
     """1σ of the attitude error about east, north and up, rad, from the covariance at ``p``.
 
-    ``ratio`` is s²/mag_place² of eq. 34, ``other`` a further variance of heading (rad²), ``prior`` the prior variances
-    of the gyroscope's bias ((rad/s)²) and ``turn`` half the turn of the last sample (rad, earth frame).
+    ``of_north`` is what the direction of north adds to the variance of heading (rad²), ``prior`` are the prior
+    variances of the gyroscope's bias ((rad/s)²) and ``turn`` half the turn of the last sample (rad, earth frame).
     """
     v = p + at.ATTITUDE * (at.ROW + 1)
     east, north, up = turn
-    heading = m[v + 2 * (at.ROW + 1)] + place_variance(m, p, ratio) + other + bias_variance(m, p, prior)
+    heading = m[v + 2 * (at.ROW + 1)] + of_north + bias_variance(m, p, prior)
     return Vec3(
         angle_sigma(m[v] + east * east),
         angle_sigma(m[v + at.ROW + 1] + north * north),

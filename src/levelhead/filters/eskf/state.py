@@ -75,17 +75,19 @@ GYR_MATRIX = states(
     calibration=True, prior=True,
 )  # fmt: skip
 TRAVEL = states("travel", (3,), "m/s", "travel u: velocity that is fixed to the sensor, sensor frame", ALWAYS)
-FIELD = states(
-    "field", (2,), "µT", "horizontal and vertical field m of the place", WITH_MAG, calibration=True, relative=True
-)
+FIELD = states("field", (3,), "µT", "field H of the surroundings, frame of the gyroscope", WITH_MAG, relative=True)
+PLACE = states("place", (3,), "µT", "part s of the field that belongs to the place", WITH_MAG, relative=True)
 MAG_OFFSET = states(
     "mag_offset", (3,), "µT", "magnetometer offset o", WITH_MAG, calibration=True, prior=True, relative=True
 )
+SOFT_IRON = states(
+    "soft_iron", (5,), "", "soft iron: symmetric matrix without trace, xx yy xy xz yz", WITH_MAG,
+    calibration=True, prior=True,
+)  # fmt: skip
 MAG_DELAY = states(
     "mag_delay", (1,), "s", "time d by which the magnetometer is later than the gyroscope", WITH_MAG,
     calibration=True, prior=True,
 )  # fmt: skip
-FIELD_EAST = states("field_east", (1,), "µT", "eastern part n of the field of the place", WITH_MAG, relative=True)
 POSITION = states("position", (3,), "m", "position p, earth frame", WITH_AIDING)
 BARO_OFFSET = states("baro_offset", (1,), "m", "offset β of the barometer's height", WITH_AIDING)
 BLOCKS = tuple(_declared)
@@ -96,7 +98,7 @@ DRIVEN = GYR_BIAS - VELOCITY  # from VELOCITY on
 FIRST_SPEED = 0.3  # m/s
 UNKNOWN = 1.0  # rad, of an attitude that means nothing
 RELATIVE_HEADING = 1e-4  # rad: a relative heading is right by definition
-FIRST_FIELD = 0.25  # share
+FIRST_FIELD = 1.0  # share
 
 
 def declare_states(m: Floats, first: int, size: int, start: float, walk: float, unit: float) -> None:
@@ -123,10 +125,11 @@ def inertial_states(params: ESKF, m: Floats, unit: float) -> None:
 @kernel
 def magnetic_states(params: ESKF, m: Floats, unit: float) -> None:
     """σ at the start and random walk of the states of a magnetometer; ``unit`` is the first field's norm, µT."""
-    declare_states(m, FIELD, 2, FIRST_FIELD, params.field_walk, unit)
+    declare_states(m, FIELD, 3, FIRST_FIELD, 0.0, unit)
+    declare_states(m, PLACE, 3, params.mag_place, 0.0, unit)
     declare_states(m, MAG_OFFSET, 3, params.mag_offset, params.offset_walk, unit)
+    declare_states(m, SOFT_IRON, 5, params.soft_iron, 0.0, 1.0)
     declare_states(m, MAG_DELAY, 1, params.mag_delay * MILLI, 0.0, 1.0)
-    declare_states(m, FIELD_EAST, 1, params.mag_place, 0.0, unit)
 
 
 @kernel
@@ -204,15 +207,23 @@ BIAS_CHANGE_VARIANCE = BIAS_CHANGE + 3  # and their variance as the model has it
 BIAS_WALK = BIAS_CHANGE_VARIANCE + 3  # (rad/s)²/s, density of this bias's random walk beyond the parameter
 PRIOR_VARIANCE = BIAS_WALK + 1  # of the states up to the gyroscope's bias, as found
 MAYBE_RAW = PRIOR_VARIANCE + GYR_MATRIX  # 1: its gyroscope may be raw; 2: the prior may still become narrower
-MEAN_FIELD = MAYBE_RAW + 1  # strength and upward part of the field over the last seconds, 2
-PLACE_RATIO = MEAN_FIELD + 2  # variance found of FIELD_EAST over mag_place²; 1 at least, but for the start
-HALF_TURN = PLACE_RATIO + 1  # rad, 1σ of the attitude by the time of the last reading, eq. 36; sensor frame, 3
-FIELD_TIME = HALF_TURN + 3  # s for which these have been averaged
-FIELD_AGE = FIELD_TIME + 1  # s for which the field has fitted, up to mag_time
-MEAN_RATE = FIELD_AGE + 1  # rad/s, through a low-pass filter, 3
+FIELD_INNOVATION = MAYBE_RAW + 1  # share, of the field, through a low-pass filter, 3
+MEAN_FIELD_DENSITY = FIELD_INNOVATION + 3  # share²·s, of what changes within seconds, in the mean
+FIELD_DENSITY = MEAN_FIELD_DENSITY + 1  # share²·s, as used
+MEAN_PLACE = FIELD_DENSITY + 1  # share, by which strength and upward part are off H, through a low-pass filter, 2
+PLACE_VARIANCE = MEAN_PLACE + 2  # share², of the field of a place, as found
+FIELD_TIME = PLACE_VARIANCE + 1  # s in motion for which this was looked at
+NORTH_TURN = FIELD_TIME + 1  # rad, by which the orientation is turned to point north
+NORTH_C = NORTH_TURN + 1  # cosine of its half
+NORTH_S = NORTH_C + 1  # and sine
+NORTH = NORTH_S + 1  # rad, azimuth of north in the frame of the gyroscope, clockwise from y
+NORTH_VARIANCE = NORTH + 1  # rad²
+NORTH_TIME = NORTH_VARIANCE + 1  # s for which there has been a field
+NORTH_EXCESS = NORTH_TIME + 1  # rad², by which the variance of a heading that points north is more than P says
+HALF_TURN = NORTH_EXCESS + 1  # rad, 1σ of the attitude by the time of the last reading, eq. 36; sensor frame, 3
+MEAN_RATE = HALF_TURN + 3  # rad/s, through a low-pass filter, 3
 REST_KNOWN = MEAN_RATE + 3  # 1: the rest of now was measured back to its beginning
-HEADING_FAR = REST_KNOWN + 1  # 1: heading was far off, and is not yet back
-INT_R = HEADING_FAR + 1  # ∫ R dt, 9
+INT_R = REST_KNOWN + 1  # ∫ R dt, 9
 INT_R_RATE = INT_R + 9  # ∫ R_ik ω_l dt, 27
 INT_FORCE = INT_R_RATE + 27  # ∫ f dt, earth frame, 3
 INT_RATE = INT_FORCE + 3  # ∫ ω dt, 3
@@ -221,13 +232,14 @@ INT_ACC2 = INT_RATE2 + 1  # ∫ |f − g|² dt
 ACC_TIME = INT_ACC2 + 1  # s with an accelerometer
 BLOCK_TIME = ACC_TIME + 1  # s
 SUM_FIELD = BLOCK_TIME + 1  # Σ e, 3
-SUM_R = SUM_FIELD + 3  # Σ R at the magnetometer's samples, 9
+SUM_MAG = SUM_FIELD + 3  # Σ μ/u, 3
+SUM_R = SUM_MAG + 3  # Σ R at the magnetometer's samples, 9
 SUM_R_CROSS = SUM_R + 9  # Σ R (ω × h), 3
 MAG_COUNT = SUM_R_CROSS + 3
 ADDED_VARIANCE = MAG_COUNT + 1  # rad², of turns that were not measured
 ADDED_HEADING_VARIANCE = ADDED_VARIANCE + 1
 GAP_TIME = ADDED_HEADING_VARIANCE + 1  # s of a gap before the block
 REINITIALISED = GAP_TIME + 1  # 1: its attitude is independent of that before: taken from the sensors, or forgotten
-EAST_DECAY = REINITIALISED + 1  # share by which FIELD_EAST has decayed in the block,
-TRAVEL_DECAY = EAST_DECAY + 1  # and TRAVEL
+PLACE_DECAY = REINITIALISED + 1  # share by which PLACE has decayed in the block,
+TRAVEL_DECAY = PLACE_DECAY + 1  # and TRAVEL
 SIZE = TRAVEL_DECAY + 1
