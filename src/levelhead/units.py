@@ -109,7 +109,7 @@ FACTORS: dict[str, dict[str, float]] = {
         "milligauss": 0.1,
         "ga": 100.0,
         "ʯt": 1.0,  # how WitMotion writes µT
-        "microtesla": 1.0,
+        **dict.fromkeys(("microtesla", "microteslas"), 1.0),
         "nanotesla": 1e-3,
         "tesla": 1e6,
     },

@@ -145,7 +145,6 @@ BAD = [
     ([HEADER, ROWS[0], "0.01,inf,0.02,0.03,0.1,0.2,9.8"], {}, "line 3, column 'gx [rad/s]': the value is infinite"),
     ([HEADER.replace("t [s],", ""), *(row[5:] for row in ROWS)], {}, "no column with time stamps"),
     ([HEADER, *ROWS], {"rate": 100.0}, "rate=100 is given too"),
-    ([HEADER, *ROWS], {"units": {"acc": "g"}}, "declared in g, but its median length of 9.8"),
     ([HEADER, *ROWS], {"map": {"t": ["tme"]}}, "no column 'tme'"),
     ([HEADER + ",qw,qx,qy,qz", ROWS[0] + ",1,0,0,0", ROWS[1] + ",2,0,0,0"], {}, "line 3: the quaternion"),
     ([HEADER, ROWS[0] + "\0"], {}, "not a text file"),
@@ -192,7 +191,9 @@ def test_gyroscope_in_degrees_declared_as_radians(tmp_path: Path, hand: Recordin
     said = read(path)
     np.testing.assert_allclose(said.gyr, hand.gyr, rtol=1e-14)
     assert any("a guess against the header, which says rad/s" in note for note in said.meta["notes"])
-    assert "declared in rad/s, but it looks like deg/s" in refused(path, units={"gyr": "rad/s"})
+    taken = read(path, units={"gyr": "rad/s"})  # the user outranks the numbers
+    np.testing.assert_array_equal(taken.gyr, np.degrees(hand.gyr))
+    assert any("as the hint says; a warning: its numbers look like deg/s" in note for note in taken.meta["notes"])
     np.testing.assert_allclose(read(path, units={"gyr": "deg/s"}).gyr, hand.gyr, rtol=1e-14)
     slow = Recording(hand.t, np.degrees(hand.gyr) / 2, hand.acc)  # never beyond 100: gravity has to tell
     write_csv(slow, path)
@@ -202,7 +203,17 @@ def test_gyroscope_in_degrees_declared_as_radians(tmp_path: Path, hand: Recordin
 def test_gyroscope_in_radians_declared_as_degrees(tmp_path: Path, hand: Recording) -> None:
     path = tmp_path / "log.csv"
     write_csv(hand, path)
-    assert "it looks like rad/s" in refused(path, units={"gyr": "deg/s"})
+    taken = read(path, units={"gyr": "deg/s"})
+    np.testing.assert_allclose(taken.gyr, np.radians(hand.gyr), rtol=1e-14)
+    assert any("a warning: its numbers look like rad/s" in note for note in taken.meta["notes"])
+
+
+def test_the_accelerometers_unit_is_taken_from_the_user(tmp_path: Path, hand: Recording) -> None:
+    path = tmp_path / "log.csv"
+    write_csv(hand, path)
+    taken = read(path, units={"acc": "g"})
+    np.testing.assert_allclose(taken.acc, hand.acc * 9.80665, rtol=1e-14)
+    assert any("a warning: its numbers look like m/s²" in note for note in taken.meta["notes"])
 
 
 @pytest.mark.parametrize("parts", ["gyr acc", "gyr acc mag", "all"])

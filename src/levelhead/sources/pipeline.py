@@ -15,6 +15,7 @@ from levelhead.recording import Recording
 from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.formats import BY_SUFFIX, CONTAINERS, FORMATS, TEXT, Format
 from levelhead.sources.formats.container import Member, members
+from levelhead.sources.formats.conversion import find_cure
 from levelhead.sources.formats.kitti import is_oxts, oxts_table
 from levelhead.sources.hints import Hints, NeedsHints, check, check_options, merge_hints
 from levelhead.sources.interpret import apply
@@ -268,6 +269,8 @@ def _format(part: Member) -> Format:
         return known
     with open(part.path, "rb") as file:
         head = file.read(4096)
+    if (cure := find_cure(part.path.suffix.lower(), head)) is not None:
+        raise LevelheadError(f"{part.display_path} {cure}")
     if head and b"\0" not in head and sum(sign > 126 for sign in head) < 0.1 * len(head):
         return TEXT
     raise LevelheadError(

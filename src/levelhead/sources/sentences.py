@@ -235,6 +235,9 @@ SENTENCES: Mapping[tuple[str, str], Template] = {
     ("*.unit", "preamble"): "{sensor}: {value}, as the preamble says",
     ("*.unit", "vendor"): "{sensor}: taken as {value}, as {vendor} writes it",
     ("*.unit", "hint_against_file"): "{sensor}: the hint says {value} where the file says {file}",
+    ("*.unit", "hint_against_numbers"): (
+        "{sensor}: taken as {value}, as the hint says; a warning: its numbers look like {other}: {why}"
+    ),
     ("*.unit", "length"): "{sensor}: taken as {value}; its median length is {norm:.4g}",
     ("acc.unit", "thousandths"): (
         "accelerometer: taken as thousandths of 1 m/s², a guess: whole numbers of median length {norm:.4g}; "

@@ -2,6 +2,7 @@
 
 import os
 import struct
+import warnings
 import zlib
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ from levelhead.sources.hints import Hints
 from levelhead.sources.table import ArrayTable
 
 HDF5 = b"\x89HDF\r\n\x1a\n"
+_REFERENCE = ("s0", "s1", "s2", "arr")  # fields of what SciPy gives for an object
 _HEADER = 128  # bytes
 _PLAIN = frozenset((1, 2, 3, 4, 5, 6, 7, 9, 12, 13, 16, 17, 18))  # numbers and letters
 _FLAGS, _MATRIX, _COMPRESSED = 6, 14, 15
@@ -34,7 +36,9 @@ def matlab(path: str | os.PathLike[str], display_path: str | None = None) -> Arr
     source = display_path or os.fspath(path)
     try:
         check_tags(Path(path).read_bytes())
-        variables = scipy.io.loadmat(path)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of names that objects share
+            variables = scipy.io.loadmat(path)
     except MemoryError:
         raise
     except LevelheadError as error:
@@ -44,9 +48,22 @@ def matlab(path: str | os.PathLike[str], display_path: str | None = None) -> Arr
     arrays: Fields = {}
     texts: list[str] = []
     for name, value in variables.items():
-        if not name.startswith("__"):
+        if not name.startswith("__") and value.dtype.names != _REFERENCE:
             _flatten(name, value, arrays, texts)
+    if not any(value.dtype.kind in "biuf" for value in arrays.values()) and _holds_objects(variables):
+        raise LevelheadError(
+            f"{source} holds timetables or other MATLAB objects, which only MATLAB reads; export one there, such as "
+            "AngularVelocity beside Acceleration: writetable(timetable2table(synchronize(Acceleration, "
+            "AngularVelocity, 'first', 'linear')), 'log.csv')"
+        )
     return tabulate(source, arrays, "\n".join(texts))
+
+
+def _holds_objects(variables: Fields) -> bool:
+    """Whether there are objects of classes: SciPy gives their references, not their numbers."""
+    import scipy.io.matlab
+
+    return any(isinstance(value, scipy.io.matlab.MatlabOpaque) for value in variables.values())
 
 
 def _flatten(name: str, value: Any, arrays: Fields, texts: list[str]) -> None:

@@ -57,7 +57,7 @@ def acc_scale(
     """
     norm = median_norm(values)
     if scale is not None:
-        _plausible_acc(values, norm, scale, hinted, table)
+        _plausible_acc(values, norm, scale, hinted, table, evidence)
         return scale
     unit = acc_unit(norm)
     if unit is None and are_thousandths(values):
@@ -134,7 +134,7 @@ def _force_left(values: Array, factor: float, turning: GyroscopeRows) -> float |
     return None if found.unit is None else usual_force(t, gyr * units.factor("gyr", found.unit), acc)
 
 
-def _plausible_acc(values: Array, norm: float, scale: Scale, hinted: bool, table: Table) -> None:
+def _plausible_acc(values: Array, norm: float, scale: Scale, hinted: bool, table: Table, evidence: Evidence) -> None:
     length = norm / scale.divisor * abs(scale.factor) / units.GRAVITY
     if 0.3 < length < 3.0 and not (length < 0.6 and without_gravity(values)):
         return
@@ -142,6 +142,12 @@ def _plausible_acc(values: Array, norm: float, scale: Scale, hinted: bool, table
         raise _no_gravity(table, values, norm)
     unit = acc_unit(norm / scale.divisor)
     if unit is None and (0.1 < length < 10.0 or not np.isfinite(length)):
+        return
+    if hinted:
+        counts = acc_sensitivity(norm) if unit is None else None
+        other = unit or ("raw counts" if counts is not None else "another unit")
+        facts = {"other": other, "why": f"their median length would be {length:.3g} g"}
+        evidence.conclude("acc.unit", "hint_against_numbers", scale, Basis.HINT, facts, {})
         return
     said = f"{table.source}: the accelerometer is declared in {scale.name}, but its median length of {norm:.4g} says "
     if unit is None:

@@ -174,7 +174,11 @@ def _checked_gyr(
                 confirm = {"units": {"gyr": scale.name}}
                 evidence.conclude("gyr.unit", "doubtful", scale, Basis.GUESS, facts, confirm)
         return scale
-    if hinted or scale.divisor != 1.0:
+    if hinted:  # a rocket spins ten times a second, and its user knows the unit
+        facts = {"other": unit, "why": why}
+        evidence.conclude("gyr.unit", "hint_against_numbers", scale, Basis.HINT, facts, {})
+        return scale
+    if scale.divisor != 1.0:
         raise NeedsHints(
             f"{table.source}: the gyroscope is declared in {scale.name}, but it looks like {unit}: {why}; "
             f"expected the hint units gyr={unit}",

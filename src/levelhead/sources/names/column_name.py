@@ -304,7 +304,7 @@ def unit_in(raw: str, role: str, source: str) -> str | None:
         LevelheadError: brackets hold what looks like a unit but is none; the nearest is named.
     """
     quantity = QUANTITY[role]
-    inside: list[str] = [text.strip() for text in _BRACKETS.findall(raw) if text.strip() and not text.strip().isdigit()]
+    inside: list[str] = [_bare(text) for text in _BRACKETS.findall(raw) if text.strip() and not text.strip().isdigit()]
     for text in reversed(inside):
         if units.find_factor(quantity, text) is not None:
             return text
@@ -320,6 +320,11 @@ def unit_in(raw: str, role: str, source: str) -> str | None:
         return _time_unit(split(raw))[1]
     stem, _ = _axis(split(raw))
     return next((unit for _, text in _suffixes(stem) if (unit := _sensor_unit(role, text))), None)
+
+
+def _bare(text: str) -> str:
+    """The unit in words of a sentence: "in G's" is G."""
+    return re.sub(r"^in\s+|['’]s$", "", text.strip())
 
 
 def _looks_like_unit(quantity: str, text: str) -> bool:
