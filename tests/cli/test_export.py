@@ -34,10 +34,13 @@ def test_a_library_for_the_arduino_ide(levelhead, tmp_path):
     assert levelhead("export", "kalman", "--axis", "--arduino", "-o", tmp_path).code == 0
     library = tmp_path / "lh_kalman_axis"
     properties = dict(line.split("=", 1) for line in (library / "library.properties").read_text().splitlines())
-    assert properties["name"] == "lh_kalman_axis" and properties["includes"] == "lh_kalman_axis.h"
-    assert {path.name for path in (library / "src").iterdir()} == {"lh_kalman_axis.h", "lh_kalman_axis.c"}
+    assert properties["name"] == "lh_kalman_axis" and properties["includes"] == "LhKalmanAxis.h"
+    sources = {"lh_kalman_axis.h", "lh_kalman_axis.c", "LhKalmanAxis.h"}
+    assert {path.name for path in (library / "src").iterdir()} == sources
     sketch = (library / "examples" / "mpu6050" / "mpu6050.ino").read_text(encoding="utf-8")
     assert "#include <lh_kalman_axis.h>" in sketch
+    simple = (library / "examples" / "simple" / "simple.ino").read_text(encoding="utf-8")
+    assert "#include <LhKalmanAxis.h>" in simple
 
 
 @pytest.mark.compiled
