@@ -33,8 +33,8 @@ EDITS = {
     "params.py": (
         (
             "    speed: Annotated[",
-            '    acc_scale: Annotated[float, Param("", "1σ of the accelerometer\'s scale factors", low=0.0)] = 0.02\n'
-            '    acc_scale_walk: Annotated[float, Param("1/√s", "random walk of these", low=0.0)] = 0.0\n'
+            '    acc_scale: Annotated[float, nonnegative("", "1σ of the accelerometer\'s scales", 0.001, 0.1)] = 0.02\n'
+            '    acc_scale_walk: Annotated[float, nonnegative("1/√s", "random walk of these", 1e-6, 1e-3)] = 0.0\n'
             "    speed: Annotated[",
         ),
     ),

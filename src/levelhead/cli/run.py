@@ -2,7 +2,7 @@
 
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from cyclopts import Parameter
 
@@ -19,7 +19,7 @@ from levelhead.cli.options import (
 )
 from levelhead.cli.outputs import Outputs
 from levelhead.errors import LevelheadError
-from levelhead.open_types import Fields
+from levelhead.open_types import Fields, Handle
 
 
 def run(
@@ -110,7 +110,7 @@ def run(
             print_line(kept.failure or f"written: {box}")
 
 
-def _bus(publish: str | None, certificates: Path | None, readers: tuple[str, ...]) -> Any:
+def _bus(publish: str | None, certificates: Path | None, readers: tuple[str, ...]) -> Handle:
     """The bus that the options ask for."""
     from levelhead.live.bus import LocalBus
 

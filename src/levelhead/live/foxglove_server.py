@@ -11,7 +11,6 @@ import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 from levelhead.atomic import atomic_path
 from levelhead.errors import LevelheadError
@@ -96,7 +95,7 @@ class FoxgloveServer:
             if channel.has_sinks():
                 channel.log(data, log_time=message.stamp)
 
-    def parameters(self) -> list[Any]:
+    def parameters(self) -> list[Handle]:
         """The filter's parameters as the protocol has them."""
         hint = self._foxglove.websocket.ParameterType.Float64
         return [
@@ -140,11 +139,11 @@ class _ParameterListener:
     def __init__(self, server: FoxgloveServer) -> None:
         self._owner = server
 
-    def on_get_parameters(self, client: Handle, names: list[str], request: str | None = None) -> list[Any]:
+    def on_get_parameters(self, client: Handle, names: list[str], request: str | None = None) -> list[Handle]:
         """Those that are asked for; without names all."""
         return [one for one in self._owner.parameters() if not names or one.name in names]
 
-    def on_set_parameters(self, client: Handle, parameters: list[Any], request: str | None = None) -> list[Any]:
+    def on_set_parameters(self, client: Handle, parameters: list[Handle], request: str | None = None) -> list[Handle]:
         """Sets them, and gives them as they are now."""
         names = [one.name for one in parameters]
         self._owner.set({one.name: one.get_value() for one in parameters})

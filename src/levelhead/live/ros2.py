@@ -10,7 +10,6 @@ import os
 import threading
 import time
 from collections.abc import Callable
-from typing import Any
 
 from levelhead.errors import LevelheadError
 from levelhead.live.events import EXPECTED
@@ -86,13 +85,13 @@ class Ros2Publisher:
 
         from levelhead.live import ros2_types as types
 
-        self._types: Any = types
+        self._types: Handle = types
         self._frame, self._parent = frame, parent
         kinds = {"imu/data": types.Imu, "imu/mag": types.MagneticField, "diagnostics": types.DiagnosticArray}
         if parent:
             kinds["tf"] = types.TFMessage
         qos = ros_qos()
-        self._writers: dict[str, Any] = {
+        self._writers: dict[str, Handle] = {
             name: DataWriter(participant, Topic(participant, f"rt/{name}", kind, qos=qos), qos=qos)
             for name, kind in kinds.items()
         }
@@ -151,10 +150,10 @@ class Ros2Publisher:
     def _write(self, name: str, message: object) -> None:
         self._writers[name].write(message)
 
-    def _header(self, message: Message) -> Any:
+    def _header(self, message: Message) -> Handle:
         return self._types.Header(self._types.Time(message.stamp // NANO, message.stamp % NANO), self._frame)
 
-    def _vector(self, values: Any) -> Any:
+    def _vector(self, values: Handle) -> Handle:
         return self._types.Vector3(*values)
 
     def close(self) -> None:
@@ -186,7 +185,7 @@ class Ros2Source:
 
     def __init__(self, domain: int, imu: str = "imu/data_raw", mag: str = "imu/mag") -> None:
         self.name, self._domain, self._topics = f"ROS 2 topic {imu}", domain, (imu, mag)
-        self._readers: list[Any] = []
+        self._readers: list[Handle] = []
         self._began = time.monotonic()
 
     def start(self) -> None:
