@@ -50,7 +50,7 @@ class Writer:
         )
 
     def _loads(self, procedure: Procedure) -> list[Operand]:
-        return [load for load in procedure.tracer.loads if load in self.live.nodes]
+        return [load for load in procedure.graph.loads if load in self.live.nodes]
 
     def writes(self, procedure: Procedure, name: str) -> bool:
         """Whether it writes to a record."""
@@ -155,7 +155,7 @@ class Body:
                     kind = writer.types.struct_name(writer.types.struct(cls))
                     self.lines.append(f"{STEP}{kind} {root};")
                     self._taken.add(root)
-        self._block(procedure.tracer.body, STEP)
+        self._block(procedure.graph.body, STEP)
         self._save(None, STEP)
         self._return(STEP)
 

@@ -9,7 +9,7 @@ from levelhead.export.procedures import Procedure, outer_place
 
 def home_phis(procedure: Procedure) -> None:
     """Moves stores into arms, wherever the place is left alone from the branch to the store."""
-    stores = [(block, item) for block, item in items_within(procedure.tracer.body) if isinstance(item, Store)]
+    stores = [(block, item) for block, item in items_within(procedure.graph.body) if isinstance(item, Store)]
     for block, store in stores:
         _home(procedure, block, store)
 
@@ -31,7 +31,7 @@ def _home(procedure: Procedure, block: Items, store: Store) -> None:
             contents[store.place] = value
     branch.phis = {key: one for key, one in branch.phis.items() if one is not phi}
     phi.op, phi.arguments, phi.content, phi.after = "load", (), (store.place, -1), branch
-    procedure.tracer.loads.append(phi)
+    procedure.graph.loads.append(phi)
     for arm, one in inner:
         _home(procedure, arm, one)
 

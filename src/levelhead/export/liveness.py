@@ -69,11 +69,11 @@ class Liveness:
     def _visit(self, procedure: Procedure) -> None:
         for i in self.results[procedure]:
             self._need(procedure.returned[i], procedure)
-        for block, item in items_within(procedure.tracer.body):
+        for block, item in items_within(procedure.graph.body):
             if (
                 isinstance(item, Store)
                 and self.stores(item, procedure)
-                and item.place.members[-1] not in procedure.tracer.steady
+                and item.place.members[-1] not in procedure.graph.steady
             ):
                 self._need_block(block, procedure)
                 self._need(item.value, procedure)

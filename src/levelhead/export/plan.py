@@ -24,10 +24,10 @@ class StatementPlan:
     def __init__(self, procedure: Procedure, live: Liveness) -> None:
         self._procedure, self._live = procedure, live
         self.items: dict[Items, list[Item]] = {}
-        self._needed(procedure.tracer.body)
+        self._needed(procedure.graph.body)
         self.returned = [procedure.returned[i] for i in sorted(live.results[procedure])]
         self._count_uses()
-        self._select(procedure.tracer.body)
+        self._select(procedure.graph.body)
         self._count_uses()
         self.held = {node for node in self._computed() if not self._is_inner(node)}
         self.saved: dict[Handle, list[Operand]] = {}
@@ -43,7 +43,7 @@ class StatementPlan:
     def _is_needed(self, item: Item) -> bool:
         live = self._live
         if isinstance(item, Store):
-            return live.stores(item, self._procedure) and item.place.members[-1] not in self._procedure.tracer.steady
+            return live.stores(item, self._procedure) and item.place.members[-1] not in self._procedure.graph.steady
         if isinstance(item, Call):
             return item in live.calls
         return item in live.branches if isinstance(item, Branch) else item in live.nodes
@@ -75,7 +75,7 @@ class StatementPlan:
         """Operand -> (block, item or returned) of each use."""
         self._uses: dict[Operand, list[tuple[Items, Handle]]] = {}
         self._sizes: dict[Operand, int] = {}
-        body = self._procedure.tracer.body
+        body = self._procedure.graph.body
         for block, item in self.walk(body):
             if isinstance(item, Operand):
                 self._use(item.arguments, block, item)
@@ -133,7 +133,7 @@ class StatementPlan:
     # Loads
 
     def _save_loads(self) -> None:
-        body = self._procedure.tracer.body
+        body = self._procedure.graph.body
         order: dict[Handle, int] = {}
         steps: list[tuple[Items, Handle]] = []
         self._number(body, order, steps)

@@ -25,10 +25,11 @@ from levelhead.export.graph import (
     leaves,
     placed_leaves,
 )
+from levelhead.export.graph_builder import KINDS, GraphBuilder
 from levelhead.export.inference import resolve_name
 from levelhead.export.layout import snake
 from levelhead.export.source import read_source
-from levelhead.export.tracing import BY_PLACE, KINDS, Tracer
+from levelhead.export.tracing import BY_PLACE, Tracer
 from levelhead.export.type_table import annotations
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.vec3 import Vec3
@@ -62,7 +63,7 @@ class Procedure:
     Attributes:
         parts: of its arguments, each with a value like those that it takes.
         by_place: the parameters that are records at a place.
-        tracer: with its items.
+        graph: its items.
         answer: its result: a number of ``returned``, the parameter at whose place it lies, or (class, answers).
         returned: the numbers that it returns.
         outputs: the records at a place that it makes, among ``by_place``.
@@ -73,7 +74,7 @@ class Procedure:
 
     function: KernelFunction
     name: str
-    tracer: Tracer
+    graph: GraphBuilder
     parts: list[tuple[Part, Value]] = field(default_factory=list)
     by_place: dict[str, type] = field(default_factory=dict)
     arguments: list[Operand] = field(default_factory=list)
@@ -86,11 +87,11 @@ class Procedure:
 
     def stores(self) -> Iterator[Store]:
         """All stores."""
-        return (item for _, item in items_within(self.tracer.body) if isinstance(item, Store))
+        return (item for _, item in items_within(self.graph.body) if isinstance(item, Store))
 
     def calls(self) -> Iterator[Call]:
         """All calls."""
-        return (item for _, item in items_within(self.tracer.body) if isinstance(item, Call))
+        return (item for _, item in items_within(self.graph.body) if isinstance(item, Call))
 
 
 class Procedures:
@@ -155,12 +156,12 @@ def make_procedure(
     """
     tracer = Tracer(callees)
     hints = annotations(function)
-    made = Procedure(function, name, tracer)
+    made = Procedure(function, name, tracer.graph)
     values = []
     for i, (argument, value) in enumerate(zip(read_source(function).tree.args.args, given, strict=True)):
         named = argument.arg
         if fixed and named in fixed:
-            values.append(tracer.literal(fixed[named]))
+            values.append(tracer.graph.literal(fixed[named]))
             made.arguments += leaves(_as_arguments(value, named, None))
             continue
         hint = hints.get(named)
@@ -169,7 +170,7 @@ def make_procedure(
     result = tracer.inline(function, values)
     if result is not None:
         made.answer = _answer(made, pick(result) if pick else result, set())
-    fuse(tracer.body, tracer.loads)
+    fuse(made.graph.body, made.graph.loads)
     _note_effects(made)
     return made
 
@@ -177,12 +178,12 @@ def make_procedure(
 def _take(made: Procedure, value: Value, part: Part, homes: Homes, wanted: str | None) -> Value:
     """What a kernel is given for an argument or a part of it: a record at a place, or numbers."""
     large = isinstance(value, Record) and len(list(leaves(value))) >= BY_PLACE
-    if isinstance(value, Record) and made.tracer.is_frozen(value):
-        return made.tracer.copy(value)
+    if isinstance(value, Record) and made.graph.is_frozen(value):
+        return made.graph.copy(value)
     if isinstance(value, Record) and large and (value.place or homes.get(value.cls) or not _has_home(value, homes)):
         made.parts.append((part, value))
         made.by_place[part.name] = value.cls
-        return made.tracer.record_at(value, Place(part.name, ()))
+        return made.graph.record_at(value, Place(part.name, ()))
     if isinstance(value, Record) and large:
         names: Sequence[str] = value.cls._fields  # type: ignore[attr-defined]
         inner = (Part(part.at, (*part.path, i), f"{part.name}_{name}") for i, name in enumerate(names))
@@ -241,13 +242,13 @@ def _is_placed(made: Procedure, value: Record, taken: set[str]) -> bool:
 
 def _put(made: Procedure, value: Value, name: str) -> None:
     for place, node in placed_leaves(value, Place(name, ())):
-        if made.tracer.contents.get(place) is not node:
-            made.tracer.body.items.append(Store(place, node, True))
+        if made.graph.contents.get(place) is not node:
+            made.graph.body.items.append(Store(place, node, True))
 
 
 def _note_effects(made: Procedure) -> None:
     partly: set[Place] = set()
-    for block, item in items_within(made.tracer.body):
+    for block, item in items_within(made.graph.body):
         written: dict[Place, str] = {}
         if isinstance(item, Store):
             written = {item.place: item.value.kind}
@@ -256,19 +257,19 @@ def _note_effects(made: Procedure) -> None:
                 written[outer_place(item, inner)] = kind
             made.reads |= {node.content[0] for node in item.reads.values() if not isinstance(node.after, Call)}
         made.writes |= {place: kind for place, kind in written.items() if place.root in made.by_place}
-        partly |= written.keys() if block is not made.tracer.body else set()
+        partly |= written.keys() if block is not made.graph.body else set()
     used = _used(made)
-    made.reads |= {load.content[0] for load in made.tracer.loads if load.op == "load" and load in used}
+    made.reads |= {load.content[0] for load in made.graph.loads if load.op == "load" and load in used}
     made.reads = {
         place for place in (made.reads | partly) if place.root in made.by_place and place.root not in made.outputs
     }
-    made.writes = {place: kind for place, kind in made.writes.items() if place.members[-1] not in made.tracer.steady}
+    made.writes = {place: kind for place, kind in made.writes.items() if place.members[-1] not in made.graph.steady}
 
 
 def _used(made: Procedure) -> set[Operand]:
     """Nodes that an item or the caller takes."""
     if not made.used:
-        made.used = {node for _, item in items_within(made.tracer.body) for node in _mentioned(item)} | set(
+        made.used = {node for _, item in items_within(made.graph.body) for node in _mentioned(item)} | set(
             made.returned
         )
     return {node for node in made.used if not isinstance(node.after, Call)}
