@@ -1,6 +1,7 @@
 """The unit of the accelerometer: it mostly measures gravity, so its median length tells g from m/s²."""
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -19,10 +20,11 @@ from levelhead.signals.mean_force import (
 from levelhead.sources.conclusion import Basis
 from levelhead.sources.hints import NeedsHints, Scale
 from levelhead.sources.interpret.converter_counts import offset_of
-from levelhead.sources.interpret.counts import acc_sensitivity
+from levelhead.sources.interpret.counts import GYR, acc_sensitivity
 from levelhead.sources.interpret.declared import Evidence, are_whole
 from levelhead.sources.interpret.gyroscope import gyr_unit
 from levelhead.sources.interpret.raw_counts import are_thousandths
+from levelhead.sources.names.vendors import find_vendor
 from levelhead.sources.table import Table
 from levelhead.units import GRAVITY
 
@@ -30,6 +32,7 @@ SHORTEST = 0.6  # of the units in use g is the largest, and gravity is 1 of it
 _FULL_SCALES = (1 / 2, 1 / 4, 1 / 8, 1 / 16)  # what gravity is in shares of ±2, 4, 8, 16 g
 _NEAR = 0.05  # by which a length may differ from one of them
 LEAST_GRAVITY = 0.35  # of the median length: a shorter mean, and no usual length, is an accelerometer without gravity
+LEFT_OF_LINEAR = 0.55  # g, of the mean force; linear acceleration leaves up to 0.49, gravity 0.80 and more
 _HURRIED = (1.4, 3.0)  # usual lengths, in g, of the specific force on a runner
 _UNEVEN = 0.7  # shares of the usual length between its deciles: 0.9 and more on runners, 0.5 on drones and swung arms
 
@@ -56,6 +59,8 @@ def acc_scale(
         LevelheadError: gravity is not in the numbers, or the declared unit contradicts them.
     """
     norm = median_norm(values)
+    if _cancels(values, norm, scale, turning):
+        raise _no_gravity(table, values, norm)
     if scale is not None:
         _plausible_acc(values, norm, scale, hinted, table, evidence)
         return scale
@@ -92,6 +97,23 @@ def acc_scale(
     if norm < SHORTEST and min(abs(norm / share - 1.0) for share in _FULL_SCALES) > _NEAR:
         raise _no_gravity(table, values, norm)
     raise _of_no_unit(values, norm, table)
+
+
+def _cancels(values: Array, norm: float, scale: Scale | None, turning: GyroscopeRows) -> bool:
+    """Whether (n, 3) ``values`` hold no gravity, whatever their unit: the force turned back over seconds cancels.
+
+    Linear acceleration may be as long as gravity. Its mean is then short beside its usual length, and gravity's is not,
+    in any unit of the gyroscope; on a turntable the declared unit tells gravity from centripetal acceleration.
+    """
+    if not norm > 0.0:
+        return False
+    rates = [1.0, units.DEGREE, *(units.DEGREE / counts for counts in GYR)]
+    if turning.scale is not None:
+        rates.append(turning.scale.factor / turning.scale.divisor)
+    one_g = norm if scale is None else GRAVITY * scale.divisor / abs(scale.factor)
+    acc = values[turning.rows] * (GRAVITY / one_g)
+    forces = (usual_force(turning.t, turning.gyr * rate, acc) for rate in rates)
+    return all(force is not None and force < LEFT_OF_LINEAR for force in forces)
 
 
 def _while_running(values: Array, norm: float, turning: GyroscopeRows, evidence: Evidence) -> Scale | None:
@@ -184,8 +206,16 @@ def _no_gravity(table: Table, values: Array, norm: float) -> GravityRemoved:
     return GravityRemoved(
         f"{table.source}: the accelerometer has gravity removed: its median length is {norm:.3g} and that of its mean "
         f"{mean:.2g}; expected the specific force, which at rest is as long as gravity (not linear or "
-        f"user acceleration)"
+        f"user acceleration){_other_file([*table.names, *table.origin])}"
     )
+
+
+def _other_file(names: Sequence[str]) -> str:
+    """The export that has gravity, of the app that wrote the columns."""
+    vendor = find_vendor(names)
+    if vendor is not None and vendor.name == "Sensor Logger":
+        return "; Sensor Logger writes it as TotalAcceleration.csv, or its rest as Gravity.csv: put one of them beside"
+    return "; a phone's app calls it 'accelerometer' or 'acceleration with g', or writes gravity beside it"
 
 
 def acc_unit(norm: float, low: float = 0.7, high: float = 1.4) -> str | None:

@@ -27,6 +27,7 @@ _MAX_TWIN_SHARE = 0.1  # by which the length of a second accelerometer differs
 _MAX_CANDIDATES = 8  # sets of three columns that may be the accelerometer
 _MAX_SPREAD = 0.25  # median deviation of the length of gravity from its median, as a share
 _MAX_UNIT_SPREAD = 2e-4  # a length that constant is a unit vector's: a row of a rotation matrix, a quaternion's part
+_ROUNDING = 2e-5  # of a quaternion with six digits; noise of a sensor that reads 1 g is larger
 _MIN_CORRELATION = 0.5  # of gravity's turn with the gyroscope's
 _MIN_TURN = 0.03  # of gravity, rad
 _AXES = "xyz"
@@ -220,7 +221,7 @@ def _sensor_columns(values: Array, t: int | None, stamps: Sequence[int]) -> set[
         if i != t and i not in stamps and _varies(values[:, i]) and not (np.diff(values[:, i]) == 1.0).all()
     }  # fmt: skip
     for i in range(width - 3):
-        if _is_constant(values[:, i : i + 4], 1.0):
+        if _is_constant(four := values[:, i : i + 4], 1.0) or _is_mostly_unit(four):
             usable -= set(range(i, i + 4))
     return usable
 
@@ -315,6 +316,16 @@ def _is_constant(triple: Array, usual: float | None = None) -> bool:
     return float(np.quantile(np.abs(length / typical - 1.0), 0.9)) < (
         max(_MAX_UNIT_SPREAD, 1.0 / typical) if whole else _MAX_UNIT_SPREAD
     )
+
+
+def _is_mostly_unit(four: Array) -> bool:
+    """Whether half of the rows have length 1 to rounding: a quaternion, interpolated in between."""
+    return abs(median_norm(four) - 1.0) < _ROUNDING and _is_unit_in_half(four)
+
+
+def _is_unit_in_half(four: Array) -> bool:
+    off = np.abs(np.sqrt((four * four).sum(axis=1)) - 1.0)
+    return median(off[np.isfinite(off)]) < _ROUNDING
 
 
 def _user_acceleration(values: Array, gravity: Triple, triples: Sequence[Triple]) -> Triple:

@@ -29,6 +29,7 @@ from levelhead.sources.table import Column, Table, stack
 MERGED = {("clock", "merged"), ("rows", "outside_overlap")}
 ARRIVAL = "arrival"
 _REPAIRS = {"t.rows", "t.stamps", "t.session"}
+LARGEST_LOSS, SHORTEST, FEWEST = 0.1, 1.0, 10  # of the rows; s, rows
 _NEARLY_MS = 700.0  # Hz from which a stamp that counts 1 a row may well be milliseconds
 
 
@@ -74,6 +75,7 @@ def find_clock(table: Table, roles: Roles, hints: Hints, columns: Mapping[int, C
         clock = seconds(chosen.stamps, chosen.declared, table, chosen.name, values, hints.session)
     except CounterError as error:
         raise _without_counter(error, roles, columns) from None
+    _refuse_loss(clock, len(chosen.stamps), table, chosen.name)
     if not any((one.about, one.reason) in MERGED for one in table.conclusions):
         clock = restore(clock, chosen.name, values)
     names = tuple(table.names[i] for i in chosen.positions)
@@ -84,6 +86,28 @@ def find_clock(table: Table, roles: Roles, hints: Hints, columns: Mapping[int, C
     own_names = any(one.about in ("columns", "clock") for one in table.conclusions)
     made = [*([] if own_names else _named(names, roles, choice)), *clock.conclusions, *_declared(chosen, clock)]
     return FoundClock(rule, clock.t, clock.rows, chosen.positions, made)
+
+
+def _refuse_loss(clock: Clock, count: int, table: Table, name: str) -> None:
+    """Refuses stamps that would leave little of ``count`` rows; another session and repeated rows are no loss.
+
+    Raises:
+        NeedsHints: more than a tenth is lost, or less than a second is left.
+    """
+    reasons = {one.reason for one in clock.conclusions if one.about in ("t.rows", "t.session")}
+    left, span = len(clock.t), float(clock.t[-1] - clock.t[0])
+    lost = count - left > LARGEST_LOSS * count
+    if (
+        not lost
+        or any(one.about == "t.session" for one in clock.conclusions)
+        or (reasons == {"repeated"} and span >= SHORTEST and left >= FEWEST)
+    ):
+        return
+    raise NeedsHints(
+        f"{table.source}: by the stamps in column '{name}' only {left} of {count} rows, {span:.3g} s, would be left; "
+        "expected stamps that grow from row to row, with all their digits, or rows at a rate of their own",
+        map={"t": []},
+    )
 
 
 def _named(names: tuple[str, ...], roles: Roles, choice: Sequence[Conclusion]) -> list[Conclusion]:

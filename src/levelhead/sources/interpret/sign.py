@@ -22,6 +22,7 @@ _CONSTANT = 2e-3  # by which the length of a gravity vector that software worked
 _APPLE = re.compile(
     r"rotationRate(?:[XYZ.]|_[xyz]\b)|motionUserAcceleration|accelerometerAcceleration[XYZ]|userAcceleration\.?[xyzXYZ]|motionGravity"
 )
+_HEADPHONE = re.compile(r"rotationRateX$")  # Sensor Logger names Core Motion's so, in m/s² too; Android's are x, y, z
 _SENSOR_LOGGER = "seconds_elapsed"  # a column of its exports; on Android its accelerometer is in m/s²
 
 
@@ -63,7 +64,7 @@ def sign_of_acceleration(names: Sequence[str], scale: Scale, gravity: Array | No
     in_g = abs(scale.factor / scale.divisor / GRAVITY - 1.0) < 1e-9
     if in_g and gravity is not None and _of_length_one(gravity):
         reason, basis = "gravity_vector", Basis.NUMBERS
-    elif in_g and any(_APPLE.search(name) for name in names):
+    elif any((_APPLE if in_g else _HEADPHONE).search(name) for name in names) and (in_g or _SENSOR_LOGGER in names):
         reason, basis = "names", Basis.VENDOR
     elif in_g and _SENSOR_LOGGER in names:
         reason, basis = "sensor_logger", Basis.GUESS
