@@ -5,6 +5,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from levelhead.engine.binding import is_guarded
 from levelhead.evaluate.attitude_error import Errors, error_quaternion, heading_offset, split_error
 from levelhead.filters import health, of
 from levelhead.guard import Guard
@@ -38,13 +39,17 @@ class RunEvidence:
     def corrections(self) -> Array:
         """(n, 3) rad, earth frame: the sum of what the filter has turned beside the gyroscope's rate, up to a sample.
 
-        The rate is that of the interval's end less the bias estimated. Where it is missing or the interval is too long
-        for it the correction is taken to be 0.
+        The rate is that which the driver integrates, less the bias estimated: behind the guard the mean of the
+        interval's two readings, else the later one. Where it is missing or the interval is too long for it the
+        correction is taken to be 0.
         """
         recording, track = self.recording, self.track
         step = np.diff(recording.t)[:, None]
         bias = np.zeros(3) if track.bias is None else track.bias[1:]
-        turn = (recording.gyr[1:] - bias) * step
+        rate = recording.gyr[1:]
+        if track.params is None or is_guarded(of(track.params)):
+            rate = 0.5 * (recording.gyr[:-1] + rate)
+        turn = (rate - bias) * step
         unknown = ~np.isfinite(turn).all(axis=1) | (step[:, 0] > LONG)
         turn[unknown] = 0.0
         size = np.linalg.norm(turn, axis=1)

@@ -42,8 +42,9 @@ def find_jitter(evidence: RunEvidence) -> Iterator[Symptom]:
     name = evidence.track.name
     beside = float(np.degrees(np.sqrt(np.mean(np.sum(np.diff(evidence.corrections, axis=0) ** 2, axis=1)))))
     what = f"attitude jitters by {size:.1g}° above {SLOWEST:g} Hz"
-    # Turns of independent samples add up to an angle whose density falls as 1/f²; this is its rms above SLOWEST.
-    if beside * np.sqrt(rate / (2.0 * np.pi**2 * SLOWEST)) < OWN * size:
+    # Independent rotations w of variance beside² add up to an angle whose density is 2 beside²/(r (2 sin πf/r)²) at the
+    # rate r; this is its rms from SLOWEST to r/2.
+    if beside * np.sqrt(1.0 / (2.0 * np.pi * np.tan(np.pi * SLOWEST / rate))) < OWN * size:
         yield Symptom(
             "jitter", size, "deg", what, "shaking",
             f"the gyroscope itself measures it, at no single frequency: {name} turns by {beside:.1g}° rms beside it",
@@ -60,7 +61,8 @@ def find_jitter(evidence: RunEvidence) -> Iterator[Symptom]:
 def _angle_density(evidence: RunEvidence) -> tuple[Array, Array] | None:
     """Frequencies in Hz (k,) and density of the angle in rad²/Hz (m, k) above SLOWEST, for pieces of the track.
 
-    The angle's density is that of the rate over (2πf)². None: it is too short for a piece.
+    A difference of the angle between two samples has (2 sin πf/r)² times its density at the rate r. None: it is too
+    short for a piece.
     """
     turns, rate = evidence.turns, evidence.recording.rate
     vector = 2.0 * turns[:, 1:] * np.where(turns[:, :1] < 0.0, -1.0, 1.0) * rate
@@ -78,7 +80,8 @@ def _angle_density(evidence: RunEvidence) -> tuple[Array, Array] | None:
     parts = (parts - parts.mean(axis=1, keepdims=True)) * window[:, None]
     frequency: Array = np.asarray(np.fft.rfftfreq(PIECE, 1.0 / rate), dtype=np.float64)
     density = 2.0 * (np.abs(np.fft.rfft(parts, axis=1)) ** 2).sum(axis=2) / (rate * float((window**2).sum()))
-    power: Array = np.where(frequency > SLOWEST, density / np.maximum((2.0 * np.pi * frequency) ** 2, 1.0), 0.0)
+    difference = 2.0 * rate * np.sin(np.pi * frequency / rate)
+    power: Array = np.where(frequency > SLOWEST, density / np.maximum(difference**2, 1.0), 0.0)
     return frequency, power
 
 
