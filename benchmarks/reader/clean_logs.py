@@ -24,6 +24,8 @@ from levelhead.sources.interpret.magnetometer import mag_unit
 from levelhead.units import GRAVITY, factor
 
 DATA = Path(os.environ["LEVELHEAD_DATA"])
+IRON = 0.08  # of the field, as the finding's own bound
+MOST_ROWS = 20_000
 
 
 class Known(NamedTuple):
@@ -45,6 +47,18 @@ def field_residual(known: Known) -> str:
     if known.disturbed:
         return f"the set says that the field was disturbed; in the reference's world it varies by {100 * off:.0f} %"
     return f"in the reference's world the field varies by {100 * off:.0f} % rms" if off > 0.15 else ""
+
+
+def iron(known: Known) -> str:
+    """The iron c that stands still in the sensor while the reference rotates: least squares of R (m − c) = h."""
+    mag = known.recording.mag
+    rows = np.flatnonzero(known.ok & np.isfinite(mag).all(axis=1))
+    rows = rows[:: max(1, len(rows) // MOST_ROWS)]
+    rotation = Rotation.from_quat(known.quat[rows], scalar_first=True).as_matrix()
+    design = np.concatenate([rotation, np.broadcast_to(np.eye(3), rotation.shape)], axis=2).reshape(-1, 6)
+    found = np.linalg.lstsq(design, (rotation @ mag[rows, :, None]).ravel(), rcond=None)[0]
+    share = float(np.linalg.norm(found[:3]) / np.linalg.norm(found[3:]))
+    return f"by the reference, iron of {100 * share:.0f} % of the field turns with it" if share > IRON else ""
 
 
 def scale(known: Known) -> str:
@@ -83,7 +97,8 @@ def held(known: Known) -> str:
 
 
 JUDGES: dict[str, Callable[[Known], str]] = {
-    "mag_disturbed": field_residual, "acc_scale": scale, "gaps": gaps, "clipping_acc": clipping, "held_samples": held,
+    "mag_disturbed": field_residual, "mag_offset": iron, "acc_scale": scale,
+    "gaps": gaps, "clipping_acc": clipping, "held_samples": held,
 }  # fmt: skip
 
 
