@@ -72,7 +72,7 @@ def test_what_drifts_beside_a_step_is_told_without_it():
     assert 4.0 < drift.size < 40.0 and lost.size > 60.0, "50° a minute without the fault, 72 with its step"
 
 
-@pytest.mark.parametrize(("cause", "value"), [("mag_missing", None), ("mag_refused", 80.0)])
+@pytest.mark.parametrize(("cause", "value"), [("mag_missing", None), ("mag_refused", 400.0)])
 def test_a_magnetometer_that_is_silent_or_refused(cause, value):
     raw = simulate.recording("MPU-6050", "walking", 120, seed=2, mag="HMC5883L")[600:]
     mag = raw.mag.copy()
