@@ -18,6 +18,7 @@ from scipy.spatial.transform import Rotation
 
 import levelhead as lh
 from levelhead.inspection import examine
+from levelhead.inspection.physics import STRONGEST, WEAKEST
 from levelhead.recording import Recording
 from levelhead.signals.gravity_turn import median_norm
 from levelhead.sources.interpret.magnetometer import mag_unit
@@ -61,6 +62,15 @@ def iron(known: Known) -> str:
     return f"by the reference, iron of {100 * share:.0f} % of the field turns with it" if share > IRON else ""
 
 
+def strength(known: Known) -> str:
+    """The mean field in the reference's world, which is that of no place on earth."""
+    mag = known.recording.mag
+    rows = known.ok & np.isfinite(mag).all(axis=1)
+    world = Rotation.from_quat(known.quat[rows], scalar_first=True).apply(mag[rows])
+    size = float(np.linalg.norm(np.median(world, axis=0)))
+    return f"in the reference's world it is {size:.0f} µT" if not WEAKEST < size < STRONGEST else ""
+
+
 def scale(known: Known) -> str:
     """The mean specific force in the reference's world, or its length where the reference stands still."""
     rec, rows = known.recording, np.flatnonzero(known.ok)
@@ -97,8 +107,8 @@ def held(known: Known) -> str:
 
 
 JUDGES: dict[str, Callable[[Known], str]] = {
-    "mag_disturbed": field_residual, "mag_offset": iron, "acc_scale": scale,
-    "gaps": gaps, "clipping_acc": clipping, "held_samples": held,
+    "mag_disturbed": field_residual, "mag_offset": iron, "mag_strength": strength,
+    "acc_scale": scale, "gaps": gaps, "clipping_acc": clipping, "held_samples": held,
 }  # fmt: skip
 
 
@@ -113,12 +123,14 @@ def recordings() -> list[tuple[str, Known]]:
     for path in sorted((DATA / "truth").glob("*/*.npz")):
         with np.load(path) as data:
             mag = data.get("mag")
-            if mag is not None and (unit := mag_unit(median_norm(mag))) is not None:
+            unit = None if mag is None else mag_unit(median_norm(mag))
+            if mag is not None and unit is not None:
                 mag = mag * factor("mag", unit)
             quat, ok = np.nan_to_num(data["q_ref_sensor"]), data["ref_ok"].astype(bool)
             if path.parent.name == "fiumarg":  # its y is up
                 quat = _turned_up(quat)
-            rec = Recording(data["t"], data["gyr"], data["acc"], mag)
+            meta = {"mag_unit": "relative"} if mag is not None and unit is None else {}  # as the reader has it
+            rec = Recording(data["t"], data["gyr"], data["acc"], mag, meta=meta)
         ok &= np.abs(quat).sum(axis=1) > 0.5
         said = index[path.parent.name, path.stem]["magnetic_disturbance"]
         found.append((f"{path.parent.name}/{path.stem}", Known(rec, quat, ok, bool(said))))

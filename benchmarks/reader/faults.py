@@ -1,13 +1,14 @@
 """The doctor measured as one measures a test: faults of known kind and size, put into real recordings.
 
-    python -m benchmarks.reader.faults [DIR] [--share N] [--half 0|1] [--only WORD] [--seconds 120]
+    python -m benchmarks.reader.faults [DIR] [--share N] [--half 0|1] [--every N] [--only WORD] [--seconds 120]
 
 DIR holds recordings that levelhead reads, with a reference where tilt is to be compared; without DIR those of
 clean_logs.py are taken. Each recording meets every fault once (one of N faults with --share N), in one of its sizes. A
 fault is named rightly if a finding has its name and its number: the value within 5 %, its interval, or 6 ms; the axes
 that would mend it. It is named wrongly if a warning that the clean recording has not says something else. "Not told":
 nothing is said, and the report notes that this motion does not allow the comparison. Beside it, the tilt that the
-verdict expects and the rms of the true one. --half takes every other recording: thresholds were chosen on half 0.
+verdict expects and the rms of the true one. --half takes every other recording, --every one of so many. Thresholds
+were chosen on these same recordings, so expect less on others.
 """
 
 import argparse

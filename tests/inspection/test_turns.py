@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 import levelhead as lh
 from levelhead.inspection import examine
-from levelhead.inspection.agreement import agree
+from levelhead.inspection.agreement import Agreement, Hypothesis, agree
 from levelhead.inspection.findings import Finding
 from levelhead.inspection.repair import repair
 from levelhead.inspection.turns import examine_turns
@@ -209,3 +209,13 @@ def test_a_right_gyroscope_is_left_alone_where_the_force_is_slow(clean: Recordin
         acc[i] = acc[i - 1] + share * (acc[i] - acc[i - 1])
     mended, _ = repair(examine(changed(clean, acc=acc)))
     assert np.array_equal(mended.gyr, clean.gyr)
+
+
+def test_a_rival_beside_twins_is_told_from_them():
+    """Tuples that hold arrays cannot be compared; the doctor failed where a rival had the role of a twin."""
+    wirings = {(1, 1, -1): 0.0, (-1, -1, 1): 1.0, (1, -1, 1): 2.0}
+    fault, twin, rival = (
+        Hypothesis("wiring", "acc", np.diag(np.array(signs, dtype=float)), chi, 6.0, 0.0)
+        for signs, chi in wirings.items()
+    )
+    assert [one is rival for one in Agreement((), (fault, twin, rival), 1.0).rivals(fault)] == [True]

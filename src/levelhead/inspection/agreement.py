@@ -243,8 +243,11 @@ class Agreement(NamedTuple):
         """
         near = [one for one in self.faults if one.score - fault.score < TIED * self.excess]
         known = [(one.role, -one.matrix) for one in (fault, *near) if one.role != "gyr" and one.penalty < 9.0]
-        twins = [one for one in near if any(one.role == role and np.allclose(one.matrix, m) for role, m in known)]
-        return [one for one in near if one.kind == fault.kind and one is not fault and one not in twins]
+
+        def is_twin(one: Hypothesis) -> bool:
+            return any(one.role == role and np.allclose(one.matrix, matrix) for role, matrix in known)
+
+        return [one for one in near if one.kind == fault.kind and one is not fault and not is_twin(one)]
 
 
 def agree(recording: Recording, most: int = MOST) -> Agreement:
