@@ -27,7 +27,7 @@ def test_files(levelhead, tmp_path):
     header = (folder / "lh_ekf.h").read_text(encoding="utf-8")
     assert "`levelhead export EKF --set acc_tau=3 --float`" in header and 'extern "C"' in header
     assert "float acc_tau; /* s: low-pass of specific force in the earth frame (at least 0) */" in header
-    assert ".acc_tau = 3.0f, /* set */" in (folder / "lh_ekf.c").read_text(encoding="utf-8")
+    assert "filter.acc_tau = 3.0f; /* set */" in (folder / "lh_ekf.c").read_text(encoding="utf-8")
 
 
 def test_a_library_for_the_arduino_ide(levelhead, tmp_path):
@@ -103,7 +103,7 @@ def test_what_a_sweep_found_goes_to_the_board(levelhead, tmp_path):
         "export", "Madgwick", "--params", tmp_path / "tuned.json", "--set", "zeta=0.01", "-o", tmp_path, "--json"
     )
     assert said.json["params"] == {"beta": 0.2, "zeta": 0.01}
-    assert ".rest_time = 3.0, /* set */" in (tmp_path / "lh_madgwick.c").read_text(encoding="utf-8")
+    assert "guard.rest_time = 3.0; /* set */" in (tmp_path / "lh_madgwick.c").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(
@@ -197,14 +197,19 @@ def test_the_page_works_as_written(levelhead, tmp_path, monkeypatch):
     lines = [line.strip() for block in re.findall(r"```sh\n(.*?)```", page, re.DOTALL) for line in block.splitlines()]
     commands = [shlex.split(line) for line in lines if line.startswith("levelhead ")]
     verbs = [command[1] for command in commands]
-    assert verbs == ["simulate", "sweep", "export", "fuse", "compare", "fuse", "export", "export", "export"]
-    for command in (*commands[:3], *commands[5:-1]):
+    steps = ["simulate", "sweep", "export", "fuse", "compare"]  # the log of the last two comes from a board
+    assert verbs == [*steps, "export", "fuse", "export", "export", "export"]
+
+    def run(command):
         target = command[command.index(">") + 1] if ">" in command else None
         words = command[1 : command.index(">")] if target else command[1:]
         said = levelhead(*(word.replace("~/Arduino/libraries", "libraries") for word in words))
         assert said.code == 0, said.err
         if target:
             Path(target).write_text(said.out, encoding="utf-8")
+
+    for command in commands[:3]:
+        run(command)
     swept = json.loads(Path("tuned.json").read_text(encoding="utf-8"))
     best, low, high = swept["minimum"], swept["flat"]["low"], swept["flat"]["high"]
     words = (
@@ -214,9 +219,15 @@ def test_the_page_works_as_written(levelhead, tmp_path, monkeypatch):
     recording = read("motion.csv")
     untuned = evaluate(recording, fuse(recording, filters.Mahony())).total
     assert f"The default of `Mahony` has {untuned:.2f}°" in page.replace("\n   ", " ")
-    source = (tmp_path / "libraries" / "lh_mahony" / "src" / "lh_mahony.c").read_text(encoding="utf-8")
-    found = re.search(r"\.kp = ([^f]+)f,", source)
+    library = tmp_path / "libraries" / "lh_mahony"
+    source = (library / "src" / "lh_mahony.c").read_text(encoding="utf-8")
+    found = re.search(r"filter\.kp = ([^f]+)f; /\* set \*/", source)
     assert found and float(found[1]) == pytest.approx(best["value"], rel=1e-6)
-    assert (tmp_path / "libraries" / "lh_mahony" / "examples" / "mpu6050" / "mpu6050.ino").exists()
-    assert ".gyr_matrix = {" in (tmp_path / "board" / "lh_mahony.c").read_text(encoding="utf-8")
+    assert (library / "examples" / "mpu6050" / "mpu6050.ino").exists()
+    for command in commands[5:-1]:
+        run(command)
+    assert "--lean" in (library / "src" / "lh_mahony.c").read_text(encoding="utf-8")
+    corrected = (tmp_path / "board" / "lh_mahony.c").read_text(encoding="utf-8")
+    bias = json.loads(Path("sensor.json").read_text(encoding="utf-8"))["gyr_bias"]["value"]
+    assert re.findall(r"errors\.gyr_bias\.[xyz] = (.*);", corrected) == [str(value) for value in bias]
     assert "} prior[] = {" in (tmp_path / "board" / "lh_eskf.c").read_text(encoding="utf-8")
