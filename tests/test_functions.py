@@ -20,7 +20,6 @@ COMPLEX = {  # path and function: the reason
     "corpora/tune_corpus.py:tune_corpus": "mended with the corpora",
     "export/folding.py:_neutral": "mended with the export",
     "engine/conditioning.py:condition": "mended with the kernels: one step of the driver for all engines",
-    "filters/eskf/filter.py:update": "mended with the kernels: five steps",
     "guard/detectors.py:update_extreme": "mended with the kernels: a table of cases per axis",
 }
 LONG = {

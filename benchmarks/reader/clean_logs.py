@@ -24,7 +24,7 @@ from levelhead.signals.gravity_turn import median_norm
 from levelhead.sources.interpret.magnetometer import mag_unit
 from levelhead.units import GRAVITY, factor
 
-DATA = Path(os.environ["LEVELHEAD_DATA"])
+DATA = Path(os.environ.get("LEVELHEAD_DATA", "../shared/data"))
 IRON = 0.08  # of the field, as the finding's own bound
 MOST_ROWS = 20_000
 

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from benchmarks.measure import run_script
 from benchmarks.reader.clean_logs import Known, recordings
 
 import levelhead as lh
@@ -352,6 +353,8 @@ def judge(fault: Fault, size: float, axis: int, report: Report, clean: Clean) ->
 
 def folder(path: Path) -> list[tuple[str, Known]]:
     """The recordings of a folder; those without a reference count for the names only."""
+    if not path.is_dir():
+        raise LevelheadError(f"{path} is no folder; expected one with recordings")
     found = []
     for file in sorted(one for one in path.rglob("*") if one.is_file()):
         try:
@@ -439,4 +442,4 @@ def _print(table: dict[str, Counter[str]], ratios: dict[str, list[float]], alarm
 
 
 if __name__ == "__main__":
-    main()
+    run_script(main)

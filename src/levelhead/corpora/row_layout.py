@@ -11,7 +11,7 @@ from levelhead.open_types import Fields, Handle
 
 TEXT, NUMBER, WHOLE, FLAG, TEXTS = "string", "double", "int64", "bool", "list"
 UNITLESS = ("beyond_tilt", "beyond_heading", "tilt_ratio", "heading_ratio")
-SUFFIX = {"rad/s": "_rad_s", "m/s²": "_m_s2", "µT": "_uT", "s": "_s", "": ""}
+SUFFIX = {"rad/s": "_rad_s", "m/s²": "_m_s2", "µT": "_uT", "s": "_s", "rad": "_rad", "": ""}
 
 
 class Kind(NamedTuple):
@@ -52,6 +52,14 @@ HEALTH = {
 }
 
 
+PLACES = {  # of the numbers of a quantity, by how many there are
+    1: ("",),
+    2: ("_level", "_up"),
+    3: ("_x", "_y", "_z"),
+    5: ("_xx", "_yy", "_xy", "_xz", "_yz"),  # a symmetric matrix without trace
+}
+
+
 def _calibration_kinds() -> list[Kind]:
     kinds = []
     for name, block in QUANTITIES.items():
@@ -66,10 +74,7 @@ def element(name: str, index: int) -> str:
     """The column of one number of a calibration."""
     block = QUANTITIES[name]
     rows, columns = (block.shape[0], block.shape[1]) if len(block.shape) == 2 else (0, block.shape[0])
-    if rows:
-        place = "_" + "xyz"[index // columns] + "xyz"[index % columns]
-    else:
-        place = {1: "", 2: ("_level", "_up")[index % 2], 3: "_" + "xyz"[index % 3]}[columns]
+    place = "_" + "xyz"[index // columns] + "xyz"[index % columns] if rows else PLACES[columns][index]
     return f"{name}{place}{SUFFIX[block.unit]}"
 
 

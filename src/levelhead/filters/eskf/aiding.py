@@ -171,7 +171,9 @@ def add_reading(params: ESKF, m: Floats, row: int, value: float, sigma: float, a
             m[at.AID_REJECTED + row] = max(m[at.AID_REJECTED + row], SHORTEST)
             return
         inflate_row(m, row, y * y)
-    m[at.AID_REJECTED + row] = 0.0
+        m[at.AID_REJECTED + row] = 0.0
+    if m[at.AID_REJECTED + row] > SHORTEST:  # a rejection in this block stays until its end, which flags it
+        m[at.AID_REJECTED + row] = 0.0
     m[at.AID_AGE + row] = 0.0
     m[at.SUM_INNOVATION + row] += y / noise
     m[at.SUM_WEIGHT + row] += 1.0 / noise
