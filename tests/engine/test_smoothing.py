@@ -63,7 +63,8 @@ def test_every_instant_knows_the_whole_recording(walk):
     assert offline.total_aligned < 0.9 * online.total_aligned
     assert offline.tilt < online.tilt
     track = lh.smooth(walk)
-    assert track.sigma[:500].mean() < 0.6 * lh.fuse(walk, lh.ESKF()).sigma[:500].mean(), "the start knows it as well"
+    online_sigma = lh.fuse(walk, lh.ESKF()).sigma  # its heading is relative, and that of the smoothed track is north
+    assert track.sigma[:500, :2].mean() < 0.6 * online_sigma[:500, :2].mean(), "the start knows it as well"
     np.testing.assert_allclose(np.linalg.norm(track.quat, axis=1), 1.0, atol=1e-12)
 
 
