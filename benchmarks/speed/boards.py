@@ -132,8 +132,11 @@ def on_avr(config: ExportConfig) -> dict[str, Any]:
         return {"code": code, "ram": ram, "stack": stack, "cycles": cycles, "fits": "yes" if fits else "no"}
 
 
-def core_objects(folder: Path, mcu: str, variant: str) -> list[Path]:
-    """The Arduino core and Wire, compiled for a processor."""
+def core_library(folder: Path, mcu: str, variant: str) -> Path:
+    """The Arduino core and Wire, compiled for a processor.
+
+    An archive, as the IDE links the core: a Mega's other serial ports stay out of a sketch that has no use for them.
+    """
     parts = ("cores/arduino", "libraries/Wire/src", "libraries/Wire/src/utility")
     sources = [source for part in parts for source in (CORE / part).glob("*")]
     made = []
@@ -143,7 +146,8 @@ def core_objects(folder: Path, mcu: str, variant: str) -> list[Path]:
             made.append(folder / f"{source.name}.o")
             flags = [*core_flags(mcu, variant), "-w", *(["-fpermissive"] if source.suffix == ".cpp" else [])]
             run(*compiler[source.suffix], *flags, "-c", source, "-o", made[-1], cwd=folder)
-    return made
+    run("avr-ar", "rcs", "core.a", *made, cwd=folder)
+    return folder / "core.a"
 
 
 def core_flags(mcu: str, variant: str) -> list[str]:
@@ -166,8 +170,8 @@ def run_sketch(config: ExportConfig, name: str, seconds: float = 5.0) -> dict[st
         run("avr-gcc", *flags, "-std=gnu99", "-c", f"{config.name}.c", "-o", "filter.o", cwd=folder)
         run("avr-g++", *flags, "-std=gnu++11", "-I.", "-include", "Arduino.h", "-x", "c++", "-c",
             f"{sketch}/{sketch}.ino", "-o", "sketch.o", cwd=folder)  # fmt: skip
-        objects = core_objects(folder, mcu, variant)
-        run("avr-gcc", f"-mmcu={mcu}", "-Os", "-Wl,--gc-sections", *objects, "filter.o", "sketch.o", "-lm", "-o",
+        core = core_library(folder, mcu, variant)
+        run("avr-gcc", f"-mmcu={mcu}", "-Os", "-Wl,--gc-sections", "filter.o", "sketch.o", core, "-lm", "-o",
             "sketch.elf", cwd=folder)  # fmt: skip
         run("gcc", "-O2", SOURCES / "uno.c", "-I/usr/include/simavr", "-lsimavr", "-lelf", "-o", "board", cwd=folder)
         said = run("./board", "sketch.elf", mcu, seconds, cwd=folder)
