@@ -132,9 +132,9 @@ class DetectorHooks(Protocol):
 
     @staticmethod
     @kernel
-    def interval_rate(before: Vec3, now: Vec3, lost: float) -> Vec3:
-        """The mean rate (rad/s) between the stamps of two readings; without a guard the later reading, as published
-        filters have it, but for the share ``lost`` of the time, in which samples were lost."""
+    def interval_rate(before: Vec3, now: Vec3, lost: float, dt: float) -> Vec3:
+        """The mean rate (rad/s) over the ``dt`` seconds between two stamps; without a guard the later reading, as
+        published filters have it, but for the share ``lost`` of the time, in which samples were lost."""
         return sub(now, scale(sub(now, before), 0.5 * lost))
 
 
@@ -276,7 +276,7 @@ def condition(guard: Guard, sample: ConditionedSample, gyr: Vec3, acc: Vec3, mag
     elif dt <= GAP_SECONDS and health & RATE_UNUSABLE == 0:
         if lost > 0.0:
             unmeasured = lost_variance(last, gyr, lost)
-        gyr = detectors.interval_rate(last, gyr, lost / dt)
+        gyr = detectors.interval_rate(last, gyr, lost / dt, dt)
     had_field = sample.had_field or is_present(sample.mag)
     rate_unknown = rate_lost or dt > GAP_SECONDS
     return ConditionedSample(  # without control flow between so many keywords, which Numba cannot take apart

@@ -21,7 +21,7 @@ from levelhead.guard.rate_jump import NO_JUMP, Jump, update_jump
 from levelhead.guard.rate_noise import NO_NOISE, RateNoise, is_silent, update_noise
 from levelhead.guard.rest import NO_SUMS, SlowMeans, Sums, add_sample, update_means
 from levelhead.kernels.elapsed import has_elapsed
-from levelhead.kernels.vec3 import ZERO, Vec3, add, scale
+from levelhead.kernels.vec3 import ZERO, Vec3, add, scale, sub
 from levelhead.units import DEGREE, GRAVITY
 
 LEAST_GYR_SCALE = 4.0  # rad/s: no gyroscope has a smaller full scale (250 °/s) than this
@@ -38,6 +38,7 @@ LEAST = 1e-5  # rad/s, m/s²: no sensor has finer steps than this
 STEPS = 2.5  # a change of two steps of the sensor's numbers is rounding, of three it is motion
 NO_STEP = 1e9  # rad/s, m/s²: no change was seen yet
 NO_READING = 2e9  # in its place: no reading was seen yet
+GROUP_DELAY = 0.0019  # s, of a gyroscope's low-pass filter: MPU-6050 register map, register 26, DLPF_CFG 1
 STUCK_SAMPLES = 20.0
 STUCK_SECONDS = 1.0  # of one value while another axis moves
 
@@ -303,10 +304,12 @@ def accepted_rate(state: DetectorState, gyr: Vec3) -> Vec3:
 
 
 @kernel
-def mean_rate(before: Vec3, now: Vec3, lost: float) -> Vec3:
-    """The mean rate (rad/s) between the stamps of two readings: each is the rate at its stamp, a straight line between.
+def mean_rate(before: Vec3, now: Vec3, lost: float, dt: float) -> Vec3:
+    """The mean rate (rad/s) over the ``dt`` seconds between the stamps of two readings.
 
-    The trapezoidal rule: its angle is right to the third order of the interval, that of the later reading alone to the
-    second, ahead by half an interval's rotation.
+    A reading is the rate ``GROUP_DELAY`` before its stamp, with a straight line between two readings. The mean is the
+    later reading less a share 1/2 − ``GROUP_DELAY``/dt of the change. Below twice the delay it is the later reading:
+    nothing is extrapolated.
     """
-    return scale(add(before, now), 0.5)
+    share = max(0.5 - GROUP_DELAY / dt, 0.0)
+    return sub(now, scale(sub(now, before), share))
