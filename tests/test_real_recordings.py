@@ -49,10 +49,8 @@ BOUNDS = {
         "RollPitchKalman": 21.8,
         "BiasRateKalman": 87.0,
         "EKF": 3.1,
-        # 1.4 when the later of two readings was integrated: that leads by half an interval, and BROAD's reference is
-        # about 2.4 ms late (benchmarks/accuracy/latency.py)
-        "ESKF": 1.8,
-        BEST: 1.8,
+        "ESKF": 1.4,
+        BEST: 1.4,
     },
 }
 KNOWN = {"BROAD 05": "05_undisturbed_slow_rotation_with_breaks_B", "BROAD 21": "21_undisturbed_fast_combined"}

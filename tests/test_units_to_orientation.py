@@ -36,7 +36,11 @@ def test_the_unit_of_the_rate_makes_no_difference(hand, params, force, tmp_path)
     assert tilt[500:].mean() < 6.0, "57 times too fast or too slow it would be anything"
 
 
-def test_to_believe_the_wrong_unit_is_refused(hand, tmp_path):
+def test_the_wrong_unit_of_a_user_is_taken_with_a_warning(hand, tmp_path):
     path = written(tmp_path / "degrees.csv", hand, 180.0 / np.pi, 1.0)
-    with pytest.raises(lh.LevelheadError, match=r"degrees\.csv: the gyroscope is declared in rad/s, but it looks like"):
-        lh.read(path, units={"gyr": "rad/s"})
+    read = lh.read(path, units={"gyr": "rad/s"})
+    np.testing.assert_allclose(read.gyr, np.degrees(hand.gyr), rtol=1e-6, atol=1e-6)
+    assert any(
+        "taken as rad/s, as the hint says; a warning: its numbers look like deg/s" in note
+        for note in read.meta["notes"]
+    ), read.meta["notes"]

@@ -103,7 +103,7 @@ def test_sweep_a_log_with_another_parameter_held(levelhead, logs):
         "sweep",
         logs / "hand.npz",
         "--parameter",
-        "mag_time",
+        "mag_noise",
         "--set",
         "acc_noise=0.3",
         "--values",
@@ -112,7 +112,7 @@ def test_sweep_a_log_with_another_parameter_held(levelhead, logs):
         "10",
     ]
     found = levelhead(*words, "--json").json
-    assert found["params"]["acc_noise"] == 0.3 and found["unit"] == "s" and len(found["tilt_deg"]) == 3
+    assert found["params"]["acc_noise"] == 0.3 and found["unit"] == "√s" and len(found["tilt_deg"]) == 3
 
 
 def test_the_guard_in_compare_and_sweep(levelhead, logs):

@@ -74,7 +74,7 @@ def test_summary_has_few_lines_whatever_happened():
     assert len(lines) <= LINES <= 18
     for words in ("ESKF(acc_noise=0.02)", "rest_time=3", "roll ", "tilt ", "declination", "errors of the sensor"):
         assert words in text
-    assert "learn it with ESKF" in text and "5 more with --verbose" in text
+    assert "5 more with --verbose" in text
     assert f"{len(NAMES) - 1 - KINDS} more with --verbose" in text
     assert "gyr_noise" not in text and "could not be learned" not in text
     full = summary(rec, track, score, Guard(rest_time=3), notes=notes, verbose=True)

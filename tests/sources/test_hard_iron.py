@@ -45,7 +45,7 @@ def test_what_the_summary_advises_helps(hand):
     bent = replace(hand, mag=hand.mag + OFFSET)
     as_it_is = lh.fuse(bent, lh.ESKF())
     assert "not calibrated: offset 2" in summary(bent, as_it_is)
-    assert "--set mag_offset=0.3 --save-calibration FILE" in summary(bent, lh.fuse(bent, lh.EKF()))
+    assert "learn it with ESKF: --save-calibration FILE" in summary(bent, lh.fuse(bent, lh.EKF()))
     assert "not calibrated" not in summary(hand, lh.fuse(hand, lh.ESKF()))
     learned = lh.fuse(bent, lh.ESKF(mag_offset=0.3)).calibration
     again = lh.fuse(bent, lh.ESKF(), prior=learned)

@@ -80,7 +80,7 @@ def examine_iron(field: Seen, fault: Hypothesis | None) -> Iterator[Finding]:
         f"the magnetometer is not calibrated: iron turns with it, {100 * share:.0f} % of the field",
         f"({', '.join(f'{value:.3g}' for value in iron)}) does not turn back with the gyroscope, "
         f"±{100 * spread:.0f} %; the field is {strength:.3g}",
-        "Learn it: --set mag_offset=0.3 --save-calibration FILE.",
+        "Learn it: --save-calibration FILE.",
         value=100.0 * share,
         interval=(100.0 * max(0.0, share - spread), 100.0 * (share + spread)),
         unit="%",

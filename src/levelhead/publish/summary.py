@@ -37,7 +37,6 @@ ADVICE = {  # health bit -> what the user can do about it
     health.AID_REJECTED: "check the σ of the receiver or barometer",
     health.TURN_MISSED: "check wiring, rate and full scale of the gyroscope",
 }
-WIDE = 0.3  # mag_offset of a magnetometer that was never calibrated
 FEW_READINGS = 10  # of a magnetometer, for its usual interval
 SLOW = 3.0  # usual intervals after which readings of a magnetometer are missing
 LONG_GAP = 3.0  # sample intervals: a longer step in time is called a gap
@@ -254,7 +253,7 @@ def _iron(recording: Recording, track: Track) -> list[tuple[str, str]]:
         advice = "learned by the end: --save-calibration FILE keeps it, --prior FILE starts with it"
     else:
         off += f": heading may be wrong by {found.heading:.0f}°"
-        advice = f"learn it with ESKF, --set mag_offset={WIDE} --save-calibration FILE, then --prior FILE"
+        advice = "learn it with ESKF: --save-calibration FILE, then --prior FILE"
     return [("magnetometer", off), ("magnetometer", advice)]
 
 

@@ -153,6 +153,8 @@ static const float DETECTORS_LEAST = 1e-05f; /* rad/s, m/s²: no sensor has fine
 /* a change of two steps of the sensor's numbers is rounding, of three it is motion */
 static const float DETECTORS_STEPS = 2.5f;
 static const float DETECTORS_NO_STEP = 1e9f; /* rad/s, m/s²: no change was seen yet */
+/* s, of a gyroscope's low-pass filter: MPU-6050 register map, register 26, DLPF_CFG 1 */
+static const float DETECTORS_GROUP_DELAY = 0.0019f;
 static const float DETECTORS_STUCK_SAMPLES = 20.0f;
 static const float DETECTORS_STUCK_SECONDS = 1.0f; /* of one value while another axis moves */
 
@@ -2356,9 +2358,11 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 } else {
                     unmeasured_5 = unmeasured_2;
                 }
-                last_x_10 = (last_x + last_x_6) * 0.5f;
-                last_y_10 = (last_y + last_y_6) * 0.5f;
-                last_z_10 = (last_z + last_z_6) * 0.5f;
+                /* detectors.mean_rate: The mean rate (rad/s) over the dt seconds between the stamps of two readings. */
+                const float share = lh_max(0.5f - DETECTORS_GROUP_DELAY / dt, 0.0f);
+                last_x_10 = last_x_6 - (last_x_6 - last_x) * share;
+                last_y_10 = last_y_6 - (last_y_6 - last_y) * share;
+                last_z_10 = last_z_6 - (last_z_6 - last_z) * share;
                 unmeasured_4 = unmeasured_5;
             } else {
                 last_x_10 = last_x_6;
