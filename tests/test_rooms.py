@@ -27,9 +27,11 @@ MOST_ANY = {  # by room; the names in open_types.py, compiler/borders.py, tree.p
 CLASSES = {  # that stand in several rooms, and why
     "Batch": "one fuse on its way through a recording, and one job of many recordings",
     "Chip": "a data sheet, and its emulation on a bus",
+    "Header": "of a column's name, and of a message of ROS",
     "Imu": "the errors of a simulated sensor, and a message of ROS",
     "Gated": "what a gate lets through: of the guard, and of a filter with gates of its own",
     "Readings": "three vectors as a kernel takes them, and as arrays that faults are put into",
+    "Layout": "of a text's columns, and of a message of MAVLink",
     "North": "of one sample as a kernel has it, and of a track as arrays",
     "Report": "what a filter on one axis reports, and what the doctor does",
     "Source": "of samples, of a kernel's C, and of a corpus",

@@ -16,7 +16,10 @@ from levelhead.simulate import lesson
 @pytest.fixture(scope="module")
 def lesson_comparison():
     return compare(
-        lesson(42), ["gyro-integration", AccelTilt, Complementary(alpha=0.98), Kalman(r_measure=4)], engine="python"
+        lesson(42),
+        ["gyro-integration", AccelTilt, Complementary(alpha=0.98), Kalman(r_measure=4)],
+        engine="python",
+        guard=None,
     )
 
 

@@ -138,9 +138,9 @@ def test_how_a_prior_is_written(learned):
     source = files(ExportConfig(lh.ESKF(), real="float", prior=learned))["lh_eskf.c"]
     table = source[source.index("} prior[] = {") : source.index("void lh_eskf_init(")]
     assert re.findall(r"/\* (.*) \*/", table) == [
-        "acc_bias, m/s²", "gyr_bias, rad/s", "gyr_matrix", "mag_offset, µT", "mag_delay, s",
+        "acc_bias, m/s²", "gyr_bias, rad/s", "gyr_matrix", "mag_offset, µT", "soft_iron", "mag_delay, s",
     ]  # fmt: skip
-    assert table.count("f}") == 2 * (9 + 3 + 3 + 3 + 1)
+    assert table.count("f}") == 2 * (9 + 3 + 3 + 3 + 5 + 1)
     value = learned.prior()["gyr_bias"].value[0]
     assert any(float(text) == pytest.approx(value, rel=1e-6) for text in re.findall(r", ([^,]+)f\}", table))
 

@@ -238,9 +238,13 @@ def test_the_learned_picture(tmp_path, mag):
     course = calibration_history(rec, ESKF())
     calibration_picture(course, tmp_path / "learned.png")
     assert (tmp_path / "learned.png").read_bytes().startswith(PNG)
-    asked = 19 if mag else 15
+    asked = 24 if mag else 15
     known = sum(int(getattr(course.known[-1], name).known.sum()) for name in ("gyr_matrix", "gyr_bias", "acc_bias"))
-    known += 0 if mag is None else int(course.known[-1].mag_offset.known.sum() + course.known[-1].mag_delay.known[0])
+    known += (
+        0
+        if mag is None
+        else int(sum(getattr(course.known[-1], name).known.sum() for name in ("mag_offset", "soft_iron", "mag_delay")))
+    )
     assert _learned_finding(course) == f"{known} of the sensor's {asked} errors are known from this motion"
     calibration_picture(calibration_history(rec[:1], ESKF(scale_start=0.0, acc_bias=0.0)), tmp_path / "one.svg")
 

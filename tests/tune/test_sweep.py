@@ -21,7 +21,7 @@ SCORE = importlib.import_module("levelhead.tune.score_sets")
 
 @pytest.fixture(scope="module")
 def alpha():
-    return sweep(lesson(42), Complementary, "alpha")
+    return sweep(lesson(42), Complementary, "alpha", guard=None)
 
 
 def made(values: list[float], total: list[float]) -> Sweep:
@@ -42,7 +42,7 @@ def test_the_lessons_minimum(alpha):
 
 @pytest.mark.compiled
 def test_every_score_is_that_of_evaluate(alpha):
-    score = evaluate(lesson(42), fuse(lesson(42), Complementary(alpha=0.9)))
+    score = evaluate(lesson(42), fuse(lesson(42), Complementary(alpha=0.9), guard=None))
     assert alpha.total[10] == score.total
     assert alpha.tilt[10] == score.tilt
 
