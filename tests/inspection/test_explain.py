@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 import levelhead as lh
 from levelhead import simulate
 from levelhead.errors import LevelheadError
+from levelhead.guard.detectors import GROUP_DELAY
 from levelhead.inspection.explain import explain
 
 MOTIONS = ("hand", "walking", "drone", "robot", "still")
@@ -125,13 +126,15 @@ def test_nan(hand):
 def test_a_vibration_and_its_line(hand):
     """A sensor that rotates to and fro by 1° (amplitude) at 31 Hz: 0.71° rms.
 
-    The track has x/tan x of it, x = π 31/100: the trapezoidal rule is a low-pass filter near half the rate.
+    The track has x/sin x of it, x = π 31/100, by |1 − s + s exp(−2ix)|, with a share s of the rate before.
     """
     t = hand.t
     gyr = hand.gyr + np.outer(2 * np.pi * 31.0 * np.radians(1.0) * np.cos(2 * np.pi * 31.0 * t), SKEW)
     one = only(explain(replace(hand, gyr=gyr)), "jitter", "vibration")
     x = np.pi * 31.0 / 100.0
-    assert one.size == pytest.approx(np.sqrt(0.5) * x / np.tan(x), rel=0.05) and one.finding == "vibration_gyr"
+    share = 0.5 - GROUP_DELAY * 100.0
+    passed = abs(1.0 - share + share * np.exp(-2j * x)) * x / np.sin(x)
+    assert one.size == pytest.approx(np.sqrt(0.5) * passed, rel=0.05) and one.finding == "vibration_gyr"
     assert "at 31 Hz" in one.what and "the gyroscope vibrates at 31 Hz" in one.why
 
 

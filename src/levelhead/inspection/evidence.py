@@ -9,6 +9,7 @@ from levelhead.engine.binding import is_guarded
 from levelhead.evaluate.attitude_error import Errors, error_quaternion, heading_offset, split_error
 from levelhead.filters import health, of
 from levelhead.guard import Guard
+from levelhead.guard.detectors import GROUP_DELAY
 from levelhead.inspection.findings import Finding
 from levelhead.inspection.physics import rest_rows
 from levelhead.recording import Array, Recording
@@ -48,7 +49,7 @@ class RunEvidence:
         bias = np.zeros(3) if track.bias is None else track.bias[1:]
         rate = recording.gyr[1:]
         if track.params is None or is_guarded(of(track.params)):
-            rate = 0.5 * (recording.gyr[:-1] + rate)
+            rate = rate - np.maximum(0.5 - GROUP_DELAY / step, 0.0) * np.diff(recording.gyr, axis=0)
         turn = (rate - bias) * step
         unknown = ~np.isfinite(turn).all(axis=1) | (step[:, 0] > LONG)
         turn[unknown] = 0.0
