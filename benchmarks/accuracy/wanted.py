@@ -25,7 +25,7 @@ from levelhead.bench.speed import batch, live
 from levelhead.bench.survey import survey
 from levelhead.bench.timing import Table, machine
 from levelhead.evaluate.text_table import Cell
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 from levelhead.publish.bench_tables import format_cell
 from levelhead.publish.progress import progress
 
@@ -119,7 +119,7 @@ def ratio_rows(known: Ratios, blind: Ratios) -> list[Row]:
     ]
 
 
-def _beyond(row: Fields) -> tuple[Figure, Figure]:
+def _beyond(row: JsonObject) -> tuple[Figure, Figure]:
     return share(row["beyond_tilt"]), share(row["beyond_heading"])
 
 

@@ -4,13 +4,13 @@ import os
 from pathlib import Path
 
 from levelhead.errors import LevelheadError
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 from levelhead.version import VERSION
 
 LARGEST = 1_000_000  # bytes: no such file is so large
 
 
-def write_json(path: str | os.PathLike[str], form: str, content: Fields) -> None:
+def write_json(path: str | os.PathLike[str], form: str, content: JsonObject) -> None:
     """Writes ``content`` with the name of its format and levelhead's version.
 
     Raises:
@@ -25,7 +25,7 @@ def write_json(path: str | os.PathLike[str], form: str, content: Fields) -> None
         temporary.write_text(json.dumps(whole, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
 
 
-def read_json(path: str | os.PathLike[str], form: str, kind: str, source: str) -> Fields:
+def read_json(path: str | os.PathLike[str], form: str, kind: str, source: str) -> JsonObject:
     """What ``write_json`` wrote, numbers to the last bit.
 
     Args:
@@ -45,7 +45,7 @@ def read_json(path: str | os.PathLike[str], form: str, kind: str, source: str) -
     return whole
 
 
-def read_object(path: str | os.PathLike[str], kind: str, source: str) -> Fields:
+def read_object(path: str | os.PathLike[str], kind: str, source: str) -> JsonObject:
     """The JSON object in a file, which may be written by hand and name no format; arguments as for ``read_json``.
 
     Raises:

@@ -3,6 +3,6 @@
 from collections.abc import Mapping
 from typing import Any
 
-Fields = dict[str, Any]  # a JSON object, a table's row, or keywords that are handed on: each value has its own type
-ReadOnlyFields = Mapping[str, Any]  # the same, where nothing is added
-Handle = Any  # an object of a library that declares no types
+JsonObject = dict[str, Any]  # a JSON object, a table's row, or keywords that are handed on: each value has its own type
+ReadOnlyJson = Mapping[str, Any]  # the same, where nothing is added
+Untyped = Any  # an object of a library that declares no types

@@ -15,7 +15,7 @@ from levelhead.filters.contract import Filter
 from levelhead.filters.parameters import Params
 from levelhead.guard import Guard
 from levelhead.json_file import read_object, write_json
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 
 FORMAT = "levelhead parameters 1"
 
@@ -32,7 +32,7 @@ class ParameterFile:
 
     params: Params
     guard: Guard | None = None
-    found: Fields = field(default_factory=dict)
+    found: JsonObject = field(default_factory=dict)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write it as JSON, whole or not at all.
@@ -40,7 +40,7 @@ class ParameterFile:
         Raises:
             LevelheadError: the path cannot be written.
         """
-        whole: Fields = {"filter": filters.of(self.params).name, "params": dict(self.params._asdict())}
+        whole: JsonObject = {"filter": filters.of(self.params).name, "params": dict(self.params._asdict())}
         whole |= {"guard": dict(self.guard._asdict())} if self.guard is not None else {}
         write_json(path, FORMAT, whole | ({"found": self.found} if self.found else {}))
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from levelhead.errors import LevelheadError
-from levelhead.open_types import ReadOnlyFields
+from levelhead.open_types import ReadOnlyJson
 
 Array = NDArray[np.float64]
 
@@ -287,7 +287,7 @@ class Recording:
     acc: Array
     mag: Array | None = None
     truth: Truth | None = None
-    meta: ReadOnlyFields = field(default_factory=dict)
+    meta: ReadOnlyJson = field(default_factory=dict)
     pressure: Pressure | None = None
     gnss: Gnss | None = None
     temperature: Array | None = None

@@ -13,7 +13,7 @@ from dataclasses import asdict, dataclass
 from levelhead.bench.error_figures import ErrorFigures
 from levelhead.bench.methods import DEFAULT, SMOOTHER
 from levelhead.bench.survey import Entry
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 
 PAIRS = ((DEFAULT, "vqf.VQF"), (SMOOTHER, "vqf.offlineVQF"))
 LEAST = 0.02  # °: below, a reference knows no better
@@ -46,7 +46,7 @@ class Ratios:
     peer: str
     recordings: tuple[Ratio, ...]
 
-    def to_dict(self) -> Fields:
+    def to_dict(self) -> JsonObject:
         """Ready for JSON."""
         rows = [asdict(one) | {"ratio": one.value} for one in self.recordings]
         for row in rows:
@@ -54,7 +54,7 @@ class Ratios:
         return {"method": self.method, "peer": self.peer, "table": self.table, "recordings": rows}
 
     @property
-    def table(self) -> list[Fields]:
+    def table(self) -> list[JsonObject]:
         """A row per data set, and one over all."""
         sets = list(dict.fromkeys(one.dataset for one in self.recordings))
         rows = [_row(name, [one for one in self.recordings if one.dataset == name]) for name in sets]
@@ -89,7 +89,7 @@ def geometric_mean(values: Sequence[float]) -> float:
     return math.exp(statistics.fmean(math.log(value) for value in values))
 
 
-def _row(name: str, ratios: Sequence[Ratio]) -> Fields:
+def _row(name: str, ratios: Sequence[Ratio]) -> JsonObject:
     worst = max(ratios, key=lambda one: one.value)
     figures = [one.figures for one in ratios]
     return {

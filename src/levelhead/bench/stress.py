@@ -15,7 +15,7 @@ from levelhead.evaluate.text_table import Cell, Column, plain_table
 from levelhead.filters import default
 from levelhead.guard import Guard
 from levelhead.inspection import list_findings
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 from levelhead.recording import Array, Recording
 from levelhead.simulate.fault import Fault, Faulted, apply_fault, complete
 from levelhead.track import Track
@@ -98,7 +98,7 @@ class Stress:
             sentences.append(f"In front of levelhead's filters: {self.guard}.")
         return [*sentences, *self.left_out]
 
-    def to_dict(self) -> Fields:
+    def to_dict(self) -> JsonObject:
         """Everything but the curves, ready for JSON."""
         return {
             "reference": "truth" if self.recording.truth is not None else "the same filter without the fault",

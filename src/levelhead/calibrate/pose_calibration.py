@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from levelhead.calibration import Calibration, Quantity
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 from levelhead.recording import Array
 
 
@@ -61,7 +61,7 @@ class PoseCalibration:
             lines.append(_better("magnetometer", self.magnetometer, f"{len(self.force)} poses"))
         return [*lines, *self.advice]
 
-    def to_dict(self) -> Fields:
+    def to_dict(self) -> JsonObject:
         """For JSON."""
         parts = {"accelerometer": self.accelerometer, "gyroscope": self.gyroscope, "magnetometer": self.magnetometer}
         return {

@@ -26,7 +26,7 @@ from levelhead.cli.options import (
 from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.filters.parameters import FilterChoice
 from levelhead.guard import Guard
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 
 if TYPE_CHECKING:
     from levelhead.corpora.runner import Progress
@@ -293,7 +293,7 @@ def _say(table: object, verb: str, page: Path, plot: bool, json: bool) -> int:
 
     summary = Summary(table, verb)
     if json:
-        tables: Fields = {one.title: [dict(row) for row in one.rows] for one in summary.tables()}
+        tables: JsonObject = {one.title: [dict(row) for row in one.rows] for one in summary.tables()}
         print_json({"heading": summary.heading, "tables": tables, "written": [str(page.parent / "rows"), str(page)]})
     else:
         print_line(str(summary))

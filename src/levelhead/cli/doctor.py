@@ -7,7 +7,7 @@ from cyclopts import Parameter
 
 from levelhead.cli.options import Reading, print_json, print_line
 from levelhead.errors import LevelheadError
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 
 
 def doctor(
@@ -37,7 +37,7 @@ def doctor(
         raise LevelheadError("--fix writes one log to one file; expected: levelhead doctor LOG --fix -o FILE.parquet")
     if not logs:
         raise LevelheadError("doctor examines logs; expected: levelhead doctor LOG …")
-    hints: Fields = reading.hints()
+    hints: JsonObject = reading.hints()
     reports = [inspect(log, **hints) for log in logs]
     if json:
         print_json({"reports": [report.to_dict() for report in reports]})

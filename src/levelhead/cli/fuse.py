@@ -11,7 +11,7 @@ from levelhead.cli.options import Reading, can_draw, folder, print_json, print_l
 from levelhead.errors import LevelheadError
 from levelhead.filters.parameters import Params
 from levelhead.guard import Guard
-from levelhead.open_types import Fields, ReadOnlyFields
+from levelhead.open_types import JsonObject, ReadOnlyJson
 
 if TYPE_CHECKING:
     from levelhead.calibration import Calibration
@@ -144,7 +144,7 @@ def _print_summary(done: FusionResult, options: FuseOptions) -> None:
         print_line(f"{done.rows:,} rows are large for CSV: --format parquet writes and reads them much faster")
 
 
-def _facts(done: FusionResult) -> Fields:
+def _facts(done: FusionResult) -> JsonObject:
     from levelhead.publish.summary import facts
 
     said = facts(done.recording, done.track, done.score, done.guard)
@@ -159,7 +159,7 @@ def fuse_several(logs: Sequence[Path], options: FuseOptions) -> None:
     """
     from levelhead.evaluate.text_table import Column, Row, plain_table
 
-    names, failed, said = result_names(logs), list[str](), list[Fields]()
+    names, failed, said = result_names(logs), list[str](), list[JsonObject]()
     rows: list[Row] = []
     for log, name in zip(logs, names, strict=True):
         try:
@@ -244,7 +244,7 @@ def _at_output_rate(track: "Track", options: FuseOptions) -> "Track":
     return reduced
 
 
-def node_filter(live: ReadOnlyFields, guard: Guard | None, words: Sequence[str]) -> tuple[Params, Guard | None]:
+def node_filter(live: ReadOnlyJson, guard: Guard | None, words: Sequence[str]) -> tuple[Params, Guard | None]:
     """The filter and the guard with which a black box was made; thresholds in words win."""
     params = filters.find(live["filter"]).params(**live["params"])
     if words:

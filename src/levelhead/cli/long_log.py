@@ -16,7 +16,7 @@ from levelhead import filters
 from levelhead.cli.fuse_options import FuseOptions, require_north
 from levelhead.cli.options import folder, print_json, print_line
 from levelhead.filters import health
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 
 if TYPE_CHECKING:
     from levelhead.calibration import Calibration
@@ -46,7 +46,7 @@ class Sums:
 
     samples: int = 0
     start: float = 0.0
-    end: Fields = field(default_factory=dict)
+    end: JsonObject = field(default_factory=dict)
     counts: dict[int, int] = field(default_factory=dict)
     rows: int = 0
     calibration: "Calibration | None" = None
@@ -60,11 +60,11 @@ class Sums:
         self.samples += len(track)
         self.end = {name: a[-1].tolist() for name in WIDTHS if (a := getattr(track, name)) is not None}
 
-    def save(self) -> Fields:
+    def save(self) -> JsonObject:
         """For a state; ``restore`` takes it."""
         return {"samples": self.samples, "start": self.start, "end": self.end, "counts": self.counts}
 
-    def restore(self, saved: Fields) -> None:
+    def restore(self, saved: JsonObject) -> None:
         """Takes what an earlier process has saved."""
         self.samples, self.start, self.end = saved["samples"], saved["start"], saved["end"]
         self.counts = {int(bit): count for bit, count in saved["counts"].items()}
@@ -73,7 +73,7 @@ class Sums:
         """The last sample alone, relative to the north that was asked for."""
         from levelhead.track import Track
 
-        columns: Fields = {name: np.array([values]) for name, values in self.end.items() if name != "health"}
+        columns: JsonObject = {name: np.array([values]) for name, values in self.end.items() if name != "health"}
         track = Track(**columns, params=options.params)
         return track if options.declination is None else track.to_true_north(options.declination)
 
@@ -120,7 +120,7 @@ def fuse_long_log(log: Path, options: FuseOptions) -> None:
     print_line("written: " + ", ".join(str(path) for path in written))
 
 
-def _options_of_result(options: FuseOptions) -> Fields:
+def _options_of_result(options: FuseOptions) -> JsonObject:
     """All that the track depends on."""
     from levelhead.sources.chunked import ROWS
 
@@ -166,7 +166,7 @@ def fuse_tracks(
     output = None if options.output_rate is None else OutputRate(options.output_rate, before.get("output"))
     _go_on(chunks, unfinished, sums.samples)
 
-    def state() -> Fields:
+    def state() -> JsonObject:
         assert files is not None
         files.flush()
         word = base64.b64encode(run.save()).decode()
@@ -191,7 +191,7 @@ def fuse_tracks(
     calibration = run.calibration
     for start in range(0, files.rows, ROWS):
         stop = min(start + ROWS, files.rows)
-        parts: Fields = {name: files.read(name, start, stop) for name in files.names}
+        parts: JsonObject = {name: files.read(name, start, stop) for name in files.names}
         parts["health"] = parts["health"].view(np.uint64).astype(np.uint32)
         yield Track(**parts, params=options.params, calibration=calibration)
 
@@ -223,7 +223,7 @@ def smooth_tracks(
             yield track
 
 
-def _facts(head: "Recording", sums: Sums, options: FuseOptions) -> Fields:
+def _facts(head: "Recording", sums: Sums, options: FuseOptions) -> JsonObject:
     """For programs: the names are those of the summary of a shorter log."""
     track = sums.last(options)
     counts = {health.NAMES[bit]: count for bit, count in sums.counts.items() if count and bit & health.FAULTS}

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from levelhead.cli.options import print_line
 from levelhead.live.events import EXPECTED
-from levelhead.open_types import Handle
+from levelhead.open_types import Untyped
 
 if TYPE_CHECKING:
     from levelhead.live.node import Node
@@ -23,7 +23,7 @@ class SignalHandlers:
 
     def __init__(self, node: "Node") -> None:
         self._node = node
-        self._before: dict[signal.Signals, Handle] = {}
+        self._before: dict[signal.Signals, Untyped] = {}
 
     def __enter__(self) -> None:
         if threading.current_thread() is threading.main_thread():
@@ -64,7 +64,7 @@ class StatusLines:
                 self._print(status_line(self._node, (self._node.samples - samples) / (now - last)))
                 samples, last = self._node.samples, now
 
-    def _print_event(self, event: Handle) -> None:
+    def _print_event(self, event: Untyped) -> None:
         if event.name in self._printed or not (event.on or event.name not in ("invalid", "calibrating")):
             return
         warning, more = event.on and event.name not in EXPECTED, ""

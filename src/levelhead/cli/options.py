@@ -14,7 +14,7 @@ from levelhead import filters
 from levelhead.errors import LevelheadError
 from levelhead.filters.parameters import Params, settable
 from levelhead.guard import Guard
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 from levelhead.standard_output import standard_output
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ class Reading:
 
         return read(log, **self.hints())
 
-    def hints(self) -> Fields:
+    def hints(self) -> JsonObject:
         """The hints as arguments of ``levelhead.read``."""
         from levelhead.sources import parse_counts, parse_map, parse_units
 
@@ -152,13 +152,13 @@ FromFile = Annotated[
 Axes = Annotated[str, Parameter(name="--axes", metavar="X,Y,Z", allow_leading_hyphen=True)]
 
 
-def parse_settings(pairs: Iterable[str], example: str = "r_measure=0.1") -> Fields:
+def parse_settings(pairs: Iterable[str], example: str = "r_measure=0.1") -> JsonObject:
     """``k=v`` words as keyword arguments of a Params class.
 
     Raises:
         LevelheadError: a word without ``=``, or the same name twice.
     """
-    values: Fields = {}
+    values: JsonObject = {}
     for pair in pairs:
         name, equals, text = pair.partition("=")
         if not equals or not name:
@@ -306,7 +306,7 @@ def simulate_recording(
         from levelhead.noise import NoiseModel
 
         chosen = NoiseModel.read(noise).imu(None if sensor is None else simulate.imu(sensor))
-    wishes: Fields = {"seed": seed, "duration": duration, "rate": rate, "sensor": chosen}
+    wishes: JsonObject = {"seed": seed, "duration": duration, "rate": rate, "sensor": chosen}
     return simulate.recording(motion=what, **{name: wish for name, wish in wishes.items() if wish is not None})
 
 

@@ -6,7 +6,7 @@ from cyclopts import Parameter
 
 from levelhead.cli.options import print_json, print_line
 from levelhead.errors import LevelheadError
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 
 
 def ports(*, json: Annotated[bool, Parameter(negative="")] = False) -> None:
@@ -39,13 +39,13 @@ def _serial_ports() -> list[dict[str, str]]:
     return [{"port": one.device, "description": "" if one.description == "n/a" else one.description} for one in found]
 
 
-def _i2c_buses() -> list[Fields]:
+def _i2c_buses() -> list[JsonObject]:
     from levelhead.sources.sensors.bus import open_bus
     from levelhead.sources.sensors.discovery import find_chips, i2c_buses
 
-    listed: list[Fields] = []
+    listed: list[JsonObject] = []
     for number in i2c_buses():
-        entry: Fields = {"bus": number, "chips": [], "failure": ""}
+        entry: JsonObject = {"bus": number, "chips": [], "failure": ""}
         listed.append(entry)
         try:
             bus = open_bus(number)

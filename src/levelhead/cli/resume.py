@@ -16,7 +16,7 @@ from pathlib import Path
 from levelhead.atomic import lock_folder
 from levelhead.errors import LevelheadError
 from levelhead.json_file import read_json, write_json
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 from levelhead.version import VERSION
 
 FORMAT = "levelhead unfinished 1"
@@ -33,21 +33,21 @@ class UnfinishedRun:
         complete: whether nothing can fail any more but the disk.
     """
 
-    def __init__(self, folder: Path, log: Fields, asked: Fields) -> None:
+    def __init__(self, folder: Path, log: JsonObject, asked: JsonObject) -> None:
         self.folder, self.complete = folder, False
-        self._facts: Fields = {"log": log, "asked": asked}
+        self._facts: JsonObject = {"log": log, "asked": asked}
         self._before = time.monotonic()
-        self.state: Fields | None = None
+        self.state: JsonObject | None = None
         if (folder / STATE).exists():
             self._take(read_json(folder / STATE, FORMAT, "state of a run", "what levelhead keeps of one"))
 
-    def _take(self, found: Fields) -> None:
+    def _take(self, found: JsonObject) -> None:
         """The state of an earlier run, if it is one of this.
 
         Raises:
             LevelheadError: it was asked for something else.
         """
-        wanted: Fields = json.loads(json.dumps(self._facts))
+        wanted: JsonObject = json.loads(json.dumps(self._facts))
         if found["levelhead"] != VERSION:
             self._begin_anew(f"is of levelhead {found['levelhead']}, and this is {VERSION}")
         elif found["log"] != wanted["log"]:
@@ -67,7 +67,7 @@ class UnfinishedRun:
         sys.stderr.write(f"levelhead: the unfinished run in {self.folder} {why}; the run starts again\n")
         (self.folder / STATE).unlink()
 
-    def save(self, state: Callable[[], Fields], now: bool = False) -> None:
+    def save(self, state: Callable[[], JsonObject], now: bool = False) -> None:
         """Keeps the state every ``EVERY`` seconds, or now."""
         if now or time.monotonic() - self._before >= EVERY:
             self.state = state()
@@ -76,7 +76,7 @@ class UnfinishedRun:
 
 
 @contextmanager
-def open_unfinished(target: Path, log: Path, asked: Fields) -> Iterator[UnfinishedRun]:
+def open_unfinished(target: Path, log: Path, asked: JsonObject) -> Iterator[UnfinishedRun]:
     """The folder for the run that makes ``target``: gone when that succeeds, or fails for what is in the log.
 
     Args:

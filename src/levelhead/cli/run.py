@@ -19,7 +19,7 @@ from levelhead.cli.options import (
 )
 from levelhead.cli.outputs import Outputs
 from levelhead.errors import LevelheadError
-from levelhead.open_types import Fields, Handle
+from levelhead.open_types import JsonObject, Untyped
 
 
 def run(
@@ -87,7 +87,7 @@ def run(
         raise LevelheadError(f"the duration is {duration:g}; expected seconds, more than 0")
     if calibrate is not None and calibrate < 0:
         raise LevelheadError(f"--calibrate {calibrate}: expected a number of samples, or 0 for none")
-    hints: Fields = {"map": parse_map(map), "units": parse_units(units), "counts": parse_counts(counts)}
+    hints: JsonObject = {"map": parse_map(map), "units": parse_units(units), "counts": parse_counts(counts)}
     mounted = AxisMap.parse(axes)
     live = open_source(source, rate=rate, speed=speed, gyr_range=gyr_range, acc_range=acc_range, axes=mounted, **hints)
     still = (0 if source.startswith("replay:") else SAMPLES) if calibrate is None else calibrate
@@ -110,7 +110,7 @@ def run(
             print_line(kept.failure or f"written: {box}")
 
 
-def _bus(publish: str | None, certificates: Path | None, readers: tuple[str, ...]) -> Handle:
+def _bus(publish: str | None, certificates: Path | None, readers: tuple[str, ...]) -> Untyped:
     """The bus that the options ask for."""
     from levelhead.live.bus import LocalBus
 
@@ -123,7 +123,7 @@ def _bus(publish: str | None, certificates: Path | None, readers: tuple[str, ...
     return ZenohBus(publish, certificates=certificates, readers=readers)
 
 
-def _summary(figures: Fields) -> str:
+def _summary(figures: JsonObject) -> str:
     late, work = figures["lateness"], figures["work"]
     times = ""
     if late and work:

@@ -19,7 +19,7 @@ from levelhead.cli.options import (
 )
 from levelhead.cli.outputs import Outputs
 from levelhead.errors import LevelheadError
-from levelhead.open_types import Handle
+from levelhead.open_types import Untyped
 
 USUAL_THRESHOLD = (700, 10, 10)  # of Python's garbage collection
 
@@ -85,7 +85,7 @@ def _collect_often() -> None:
 
 def _recording(
     log: Path, name: str | None, pairs: Any, words: Any, reading: Reading, second: str | None, port: int
-) -> Handle:
+) -> Untyped:
     from levelhead.publish.dashboard.recording_view import RecordingView
 
     params, before = parse_filter(name, pairs), parse_guard(words)
@@ -114,7 +114,7 @@ def _serve(outputs: Outputs, endpoint: str | None, certificates: Path | None) ->
         Event().wait()
 
 
-def _node(endpoint: str | None, certificates: Path | None, port: int) -> Handle:
+def _node(endpoint: str | None, certificates: Path | None, port: int) -> Untyped:
     from levelhead.live.zenoh_reader import ParameterClient, subscribe
     from levelhead.live.zenoh_session import ENDPOINT
     from levelhead.publish.dashboard.node_view import NodeView

@@ -11,10 +11,10 @@ from typing import Protocol
 
 from levelhead.engine.threads import cores
 from levelhead.errors import LevelheadError, require
-from levelhead.open_types import Fields, Handle
+from levelhead.open_types import JsonObject, Untyped
 from levelhead.version import VERSION
 
-Work = Callable[..., list[Fields]]
+Work = Callable[..., list[JsonObject]]
 PATIENCE = 10.0  # s that a scheduler has to answer, and workers to be there
 SPARING = {  # what Dask does by itself many times a second, and costs some percent of a core beside the work
     "distributed.worker.profile.enabled": False,
@@ -50,7 +50,7 @@ class Pool(Protocol):
         """Hands a task over and returns its ticket."""
         ...
 
-    def wait(self) -> tuple[object, list[Fields] | WorkerDied]:
+    def wait(self) -> tuple[object, list[JsonObject] | WorkerDied]:
         """The ticket and the result of a task that is done.
 
         Raises:
@@ -99,7 +99,7 @@ class Inline:
         self._task = ticket, work, arguments
         return ticket
 
-    def wait(self) -> tuple[object, list[Fields] | WorkerDied]:
+    def wait(self) -> tuple[object, list[JsonObject] | WorkerDied]:
         """See ``Pool``."""
         assert self._task is not None
         ticket, work, arguments = self._task
@@ -109,12 +109,12 @@ class Inline:
 class DaskPool:
     """A Dask cluster."""
 
-    def __init__(self, client: Handle) -> None:
+    def __init__(self, client: Untyped) -> None:
         from distributed import as_completed
 
         self._client = client
         self._running = as_completed(loop=client.loop)
-        self._futures: dict[object, Handle] = {}
+        self._futures: dict[object, Untyped] = {}
         self._room, self._counted = 0, -FRESH
         self.dashboard = str(client.dashboard_link or "")
 
@@ -137,7 +137,7 @@ class DaskPool:
         self._futures[future.key] = future
         return future.key
 
-    def wait(self) -> tuple[object, list[Fields] | WorkerDied]:
+    def wait(self) -> tuple[object, list[JsonObject] | WorkerDied]:
         """See ``Pool``."""
         from distributed import KilledWorker
 
@@ -149,7 +149,7 @@ class DaskPool:
         del self._futures[future.key]
         if future.status == "finished":
             with self.connection():
-                rows: list[Fields] = future.result()
+                rows: list[JsonObject] = future.result()
                 future.release()
             return future.key, rows
         if future.status != "error":
@@ -214,7 +214,7 @@ def _local(workers: int, memory: str | None) -> Iterator[DaskPool]:
 
 
 @contextmanager
-def _closing(handle: Handle) -> Iterator[Handle]:
+def _closing(handle: Untyped) -> Iterator[Untyped]:
     """Closes a client or a cluster; whether the other side still hears of it changes nothing of what is done."""
     try:
         yield handle
@@ -223,7 +223,7 @@ def _closing(handle: Handle) -> Iterator[Handle]:
             handle.close(timeout=PATIENCE)
 
 
-def _local_cluster(workers: int, memory: str | None) -> Handle:
+def _local_cluster(workers: int, memory: str | None) -> Untyped:
     from distributed import LocalCluster
 
     try:
@@ -270,7 +270,7 @@ def _remote(address: str) -> Iterator[DaskPool]:
         yield pool
 
 
-def _check_versions(client: Handle) -> None:
+def _check_versions(client: Untyped) -> None:
     """Refuses workers with another levelhead, by their addresses."""
     said = client.run(version_there(), on_error="return")
     wrong = {address: found for address, found in said.items() if found != VERSION}

@@ -13,7 +13,7 @@ from levelhead.corpora.overview import Summary, Table, said_of
 from levelhead.corpora.places import Source, local_copy
 from levelhead.corpora.work import read_recording, text_digest
 from levelhead.errors import LevelheadError
-from levelhead.open_types import Fields, Handle, ReadOnlyFields
+from levelhead.open_types import JsonObject, ReadOnlyJson, Untyped
 
 NAME = "report.html"
 STYLE = """
@@ -27,7 +27,7 @@ figcaption { font-weight: 600; margin-bottom: .5em }
 """
 
 
-def write_page(folder: Path, table: Handle, job: Job, storage: ReadOnlyFields, pictures: bool) -> Path:
+def write_page(folder: Path, table: Untyped, job: Job, storage: ReadOnlyJson, pictures: bool) -> Path:
     """Writes report.html into the folder of results; whole or not at all.
 
     Args:
@@ -90,7 +90,7 @@ def _sensor_pictures(summary: Summary) -> Iterator[str]:
         yield _figure(path, "How each sensor's gyroscope bias has changed since its first recording")
 
 
-def _worst_pictures(summary: Summary, table: Handle, job: Job, storage: ReadOnlyFields) -> Iterator[str]:
+def _worst_pictures(summary: Summary, table: Untyped, job: Job, storage: ReadOnlyJson) -> Iterator[str]:
     worst = summary.worst()
     if worst:
         yield "<h2>Pictures of the worst</h2>"
@@ -112,7 +112,7 @@ def _worst_pictures(summary: Summary, table: Handle, job: Job, storage: ReadOnly
             yield _figure(path, caption)
 
 
-def _draw(job: Job, row: Fields, source: Source, prior: str, storage: ReadOnlyFields, path: Path) -> None:
+def _draw(job: Job, row: JsonObject, source: Source, prior: str, storage: ReadOnlyJson, path: Path) -> None:
     with local_copy(source, storage) as local:
         if job.verb == DOCTOR:
             from levelhead.inspection import inspect

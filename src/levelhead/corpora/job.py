@@ -12,7 +12,7 @@ from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.errors import LevelheadError, nearest
 from levelhead.filters.parameters import FilterChoice
 from levelhead.guard import Guard
-from levelhead.open_types import Fields, ReadOnlyFields
+from levelhead.open_types import JsonObject, ReadOnlyJson
 from levelhead.version import VERSION
 
 FUSE, SMOOTH, BENCH, DOCTOR, NOISE = VERBS = ("fuse", "smooth", "bench", "doctor", "noise")
@@ -39,7 +39,7 @@ class Job:
     verb: str
     methods: tuple[Method, ...] = ()
     guard: Guard | None = DEFAULT_GUARD
-    hints: ReadOnlyFields = field(default_factory=dict)
+    hints: ReadOnlyJson = field(default_factory=dict)
     magnetometer: bool = True
     tracks: bool = False
     sensor: str = ""
@@ -48,13 +48,13 @@ class Job:
     engine: str = "auto"
 
     @property
-    def facts(self) -> Fields:
+    def facts(self) -> JsonObject:
         """All of it, ready for JSON."""
-        plain: Fields = {method.name: None for method in self.methods}
+        plain: JsonObject = {method.name: None for method in self.methods}
         for method in self.methods:
             if method.params is not None:
                 plain[method.name] = {"filter": filters.of(method.params).name, **method.params._asdict()}
-        facts: Fields = {
+        facts: JsonObject = {
             "verb": self.verb,
             "methods": plain,
             "guard": None if self.guard is None else dict(self.guard._asdict()),
@@ -68,7 +68,7 @@ class Job:
         return facts if self.engine == "auto" else facts | {"engine": self.engine}
 
     @classmethod
-    def from_facts(cls, facts: ReadOnlyFields) -> "Job":
+    def from_facts(cls, facts: ReadOnlyJson) -> "Job":
         """The job that has these facts."""
         methods = []
         for name, params in facts["methods"].items():

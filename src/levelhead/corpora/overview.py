@@ -11,7 +11,7 @@ from levelhead.corpora.job import DOCTOR, NOISE
 from levelhead.corpora.row_layout import HEALTH
 from levelhead.evaluate.text_table import Column, Row, plain_table
 from levelhead.filters import health
-from levelhead.open_types import Fields, Handle
+from levelhead.open_types import JsonObject, Untyped
 
 WORST = 10
 SENTENCES = 10  # of failures
@@ -62,12 +62,12 @@ class Summary:
         verb: what was done.
     """
 
-    def __init__(self, table: Handle, verb: str) -> None:
+    def __init__(self, table: Untyped, verb: str) -> None:
         self.verb = verb
         known = set(table.column_names)
         named = ("recording", "method", "dataset", "group", "sensor", "position", "start_s", "error", "verdict",
                  "exit_code", "findings", *HEALTH.values(), *BIASES, *SIGMAS, *self.figures)  # fmt: skip
-        self.rows: list[Fields] = table.select([name for name in dict.fromkeys(named) if name in known]).to_pylist()
+        self.rows: list[JsonObject] = table.select([name for name in dict.fromkeys(named) if name in known]).to_pylist()
 
     @property
     def figures(self) -> dict[str, tuple[str, str, int, float]]:
@@ -75,12 +75,12 @@ class Summary:
         return FIGURES.get(self.verb, TRACK_FIGURES)
 
     @cached_property
-    def good(self) -> list[Fields]:
+    def good(self) -> list[JsonObject]:
         """The rows with a result."""
         return [row for row in self.rows if not row["error"]]
 
     @property
-    def without_result(self) -> list[Fields]:
+    def without_result(self) -> list[JsonObject]:
         """The rows without one."""
         return [row for row in self.rows if row["error"]]
 
@@ -93,7 +93,7 @@ class Summary:
 
     def groups(self) -> Table:
         """The mean of every figure by group and method."""
-        parts: dict[tuple[str, str], list[Fields]] = {}
+        parts: dict[tuple[str, str], list[JsonObject]] = {}
         for row in self.good:
             parts.setdefault((row["group"] or "", row["method"]), []).append(row)
         several = len({method for _, method in parts}) > 1
@@ -114,11 +114,11 @@ class Summary:
     def _columns(self) -> list[Column]:
         return [Column(key, title, unit, digits) for key, (title, unit, digits, _) in self.figures.items()]
 
-    def worst(self) -> list[Fields]:
+    def worst(self) -> list[JsonObject]:
         """The ten worst rows: by error where truth is known, then by σ; the doctor's by findings."""
         return sorted(self.good, key=self._badness, reverse=True)[:WORST]
 
-    def _badness(self, row: Fields) -> tuple[float, ...]:
+    def _badness(self, row: JsonObject) -> tuple[float, ...]:
         if self.verb == DOCTOR:
             return (float(row["exit_code"]), float(len(row["findings"])), row["sigma_tilt_deg"] or 0.0)
         order = [row.get(key) for key in self.figures]
@@ -162,9 +162,9 @@ class Summary:
             columns += [Column(f"{kind}_{axis}", f"{axis} {kind}", "°/s", 3) for kind in ("first", "change", "spread")]
         return Table("Gyroscope bias of each sensor, from its first recording to its last", columns, rows)
 
-    def histories(self) -> dict[str, list[Fields]]:
+    def histories(self) -> dict[str, list[JsonObject]]:
         """Sensor -> its rows in order of time."""
-        found: dict[str, list[Fields]] = {}
+        found: dict[str, list[JsonObject]] = {}
         for row in sorted(self.good, key=lambda row: row["position"] or 0):
             if row["sensor"]:
                 found.setdefault(row["sensor"], []).append(row)
@@ -179,7 +179,7 @@ class Summary:
         return "\n\n".join([self.heading, *map(str, self.tables())])
 
 
-def said_of(row: Fields, verb: str) -> str:
+def said_of(row: JsonObject, verb: str) -> str:
     """What the health of a track, or the doctor, says of a recording, the most frequent first."""
     if verb == DOCTOR:
         return ", ".join(row["findings"][:KINDS]) or "fine"
@@ -190,7 +190,7 @@ def said_of(row: Fields, verb: str) -> str:
     return "; ".join(f"{100 * shares[bit]:.2g} % {health.NAMES[bit]}" for bit in most) or "no faults"
 
 
-def _mean(rows: Iterable[Fields], key: str, factor: float) -> float | None:
+def _mean(rows: Iterable[JsonObject], key: str, factor: float) -> float | None:
     values = [row[key] for row in rows if row.get(key) is not None]
     return factor * statistics.fmean(values) if values else None
 

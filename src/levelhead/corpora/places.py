@@ -14,7 +14,7 @@ from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 from levelhead.errors import LevelheadError, require
-from levelhead.open_types import Fields, Handle, ReadOnlyFields
+from levelhead.open_types import JsonObject, ReadOnlyJson, Untyped
 from levelhead.sources.formats import BY_SUFFIX, CONTAINERS
 
 MANIFEST = "corpus.json"  # stands in a folder of results
@@ -47,7 +47,7 @@ class Source(NamedTuple):
     size: int
 
 
-def list_sources(places: Iterable[str | os.PathLike[str]], storage: ReadOnlyFields | None = None) -> list[Source]:
+def list_sources(places: Iterable[str | os.PathLike[str]], storage: ReadOnlyJson | None = None) -> list[Source]:
     """The recordings in some places, by name.
 
     A folder in the layout of EuRoC, a ROS 2 bag, and a folder with the sensors of one recording in files of their own
@@ -85,7 +85,7 @@ def list_sources(places: Iterable[str | os.PathLike[str]], storage: ReadOnlyFiel
     return [names[name] for name in sorted(names)]
 
 
-def _list_place(place: str, storage: ReadOnlyFields) -> list[Source]:
+def _list_place(place: str, storage: ReadOnlyJson) -> list[Source]:
     import fsspec
 
     try:
@@ -120,7 +120,7 @@ def _say_lists(files: list[str]) -> None:
         )
 
 
-def _files(system: Handle, path: str) -> tuple[str, dict[str, Fields]]:
+def _files(system: Untyped, path: str) -> tuple[str, dict[str, JsonObject]]:
     """The folder that names are relative to, and all files below a path with what their store says of them."""
     if not MAGIC.search(path):
         if system.isfile(path):
@@ -138,14 +138,14 @@ def _files(system: Handle, path: str) -> tuple[str, dict[str, Fields]]:
     return root, found
 
 
-def _recordings(files: Mapping[str, Fields], results: set[str]) -> dict[str, list[Fields]]:
+def _recordings(files: Mapping[str, JsonObject], results: set[str]) -> dict[str, list[JsonObject]]:
     """Path of each recording -> its files."""
     folders: dict[str, list[str]] = {}
     for file in files:
         folders.setdefault(str(PurePosixPath(file).parent), []).append(file)
     whole = {file.removesuffix(f"/{IMU}") for file in files if file.endswith(f"/{IMU}")}
     whole |= {folder for folder, inside in folders.items() if _is_one_recording(folder, inside)}
-    found: dict[str, list[Fields]] = {}
+    found: dict[str, list[JsonObject]] = {}
     for file in sorted(files):
         above = [str(parent) for parent in PurePosixPath(file).parents]
         if any(parent in results for parent in above):
@@ -180,13 +180,13 @@ def _is_one_recording(folder: str, files: Sequence[str]) -> bool:
     return is_one_recording(Path(folder))
 
 
-def _stamp(parts: Sequence[Fields]) -> str:
+def _stamp(parts: Sequence[JsonObject]) -> str:
     said = [[str(info.get("size")), *(str(info[key]) for key in STAMPS if info.get(key) is not None)] for info in parts]
     return hashlib.sha256(repr(said).encode()).hexdigest()[:16]
 
 
 @contextmanager
-def local_copy(source: Source, storage: ReadOnlyFields) -> Iterator[Path]:
+def local_copy(source: Source, storage: ReadOnlyJson) -> Iterator[Path]:
     """The recording as a path on this machine: itself, or a copy that is removed afterwards.
 
     A copy keeps the name of its file and of its folder, which say to which data set it belongs.

@@ -8,7 +8,7 @@ from levelhead.corpora.job import Batch
 from levelhead.corpora.places import Source
 from levelhead.corpora.results import Done
 from levelhead.corpora.work import next_prior, text_digest
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 
 MOST_RECORDINGS = 16  # of a batch: what a killed worker loses, and enough that Dask's time for a task does not matter
 MOST_BYTES = 32_000_000  # of a batch: long recordings go one by one
@@ -48,7 +48,7 @@ class Plan:
             return self.ready.popleft()
         return self.suspects.popleft() if self.suspects and running == 0 else None
 
-    def finish(self, batch: Batch, rows: list[Fields]) -> None:
+    def finish(self, batch: Batch, rows: list[JsonObject]) -> None:
         """The batch is done; the next one of its sensor may begin."""
         if batch.sensor:
             chain = self.chains[batch.sensor]

@@ -21,13 +21,13 @@ from levelhead.corpora.places import MANIFEST
 from levelhead.corpora.row_layout import schema
 from levelhead.corpora.work import ResultsError
 from levelhead.errors import LevelheadError, require
-from levelhead.open_types import Fields, Handle, ReadOnlyFields
+from levelhead.open_types import JsonObject, ReadOnlyJson, Untyped
 
 ROWS, TRACKS = "rows", "tracks"
 FORMAT = "levelhead corpus 1"
-SMALL: ReadOnlyFields = {"compression": "zstd"}  # the file that stays
+SMALL: ReadOnlyJson = {"compression": "zstd"}  # the file that stays
 # A part of some rows and 133 columns, which takes a third of the processor time so: it is read once more, and removed.
-QUICK: ReadOnlyFields = {"compression": "snappy", "use_dictionary": False, "write_statistics": False}
+QUICK: ReadOnlyJson = {"compression": "snappy", "use_dictionary": False, "write_statistics": False}
 KEY = ("recording", "stamp", "prior", "transient")
 
 
@@ -50,7 +50,7 @@ class Results:
         require("pyarrow", "a corpus", "corpus")
         self.folder, self._job = folder, job
         self._schema = schema(job.verb, job.facts)
-        self._waiting: list[Fields] = []
+        self._waiting: list[JsonObject] = []
         self._check_manifest()
         self._next = 1 + max((_number(path) for path in self._parts()), default=-1)
 
@@ -96,7 +96,7 @@ class Results:
                     found[row["recording"]] = Done(row["stamp"], row["prior"], row.get("calibration") or "")
         return found
 
-    def add(self, rows: Iterable[Fields]) -> None:
+    def add(self, rows: Iterable[JsonObject]) -> None:
         """Rows for the next part."""
         self._waiting += rows
 
@@ -113,7 +113,7 @@ class Results:
         self._write(pa.Table.from_pylist(self._waiting, self._schema), QUICK)
         self._waiting = []
 
-    def finish(self, names: Iterable[str]) -> Handle:
+    def finish(self, names: Iterable[str]) -> Untyped:
         """Writes all parts anew as one, sorted, and gives the rows of the recordings with these names."""
         import pyarrow as pa
         import pyarrow.compute as pc
@@ -128,7 +128,7 @@ class Results:
                     path.unlink()
         return table.filter(pc.is_in(table["recording"], pa.array(list(names), pa.string())))
 
-    def _write(self, table: Handle, how: ReadOnlyFields = SMALL) -> None:
+    def _write(self, table: Untyped, how: ReadOnlyJson = SMALL) -> None:
         import pyarrow.parquet as pq
 
         target = self.folder / ROWS / f"part-{self._next:06d}.parquet"
@@ -157,7 +157,7 @@ def _number(path: Path) -> int:
     return int(path.stem.removeprefix("part-"))
 
 
-def read_manifest(folder: Path) -> Fields:
+def read_manifest(folder: Path) -> JsonObject:
     """What the results in a folder are of.
 
     Raises:
@@ -186,7 +186,7 @@ def read_job(folder: Path) -> Job:
     return Job.from_facts(read_manifest(folder))
 
 
-def _difference(found: Fields, wanted: Fields) -> str:
+def _difference(found: JsonObject, wanted: JsonObject) -> str:
     """The first thing that differs, in words: of dictionaries their first entry that differs, of methods the names."""
     path: list[str] = []
     verbs = found.get("verb"), wanted.get("verb")
@@ -210,7 +210,7 @@ def _words(value: object) -> str:
     return value if isinstance(value, str) and value else json.dumps(value, ensure_ascii=False)[:200]
 
 
-def _read(path: Path, columns: list[str] | None = None) -> Handle:
+def _read(path: Path, columns: list[str] | None = None) -> Untyped:
     import pyarrow.parquet as pq
 
     try:
@@ -219,7 +219,7 @@ def _read(path: Path, columns: list[str] | None = None) -> Handle:
         raise LevelheadError(f"{path} is damaged; remove it, and the same command makes it anew") from error
 
 
-def read_rows(folder: Path, layout: Handle | None = None) -> Handle:
+def read_rows(folder: Path, layout: Untyped | None = None) -> Untyped:
     """All rows in a folder of results as a ``pyarrow.Table``, by recording and method; of a recording that was run
     twice those of the later run.
     """

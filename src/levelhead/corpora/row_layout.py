@@ -7,7 +7,7 @@ from levelhead.calibration import QUANTITIES
 from levelhead.corpora.job import DOCTOR, NOISE, TRACKING
 from levelhead.filters import health
 from levelhead.noise.model import UNITS
-from levelhead.open_types import Fields, Handle
+from levelhead.open_types import JsonObject, Untyped
 
 TEXT, NUMBER, WHOLE, FLAG, TEXTS = "string", "double", "int64", "bool", "list"
 UNITLESS = ("beyond_tilt", "beyond_heading", "tilt_ratio", "heading_ratio")
@@ -129,7 +129,7 @@ ALLAN = (
 OF_VERB = dict.fromkeys(TRACKING, TRACK) | {DOCTOR: EXAMINATION, NOISE: ALLAN}
 
 
-def schema(verb: str, facts: Fields) -> Handle:
+def schema(verb: str, facts: JsonObject) -> Untyped:
     """The Arrow schema of a verb's rows, with what was asked for in its metadata."""
     import json
 

@@ -21,7 +21,7 @@ from levelhead.engine.threads import cores
 from levelhead.errors import LevelheadError
 from levelhead.filters.parameters import FilterChoice
 from levelhead.guard import Guard
-from levelhead.open_types import Fields, Handle, ReadOnlyFields
+from levelhead.open_types import JsonObject, ReadOnlyJson, Untyped
 
 FLUSH = 0.5  # s between two parts
 
@@ -71,10 +71,10 @@ def corpus(
     workers: int | None = None,
     scheduler: str | None = None,
     memory: str | None = None,
-    hints: ReadOnlyFields | None = None,
-    storage: ReadOnlyFields | None = None,
+    hints: ReadOnlyJson | None = None,
+    storage: ReadOnlyJson | None = None,
     progress: Report | None = None,
-) -> Handle:
+) -> Untyped:
     """One verb over all recordings in some places: a row for each recording and method.
 
     In a script, call it below ``if __name__ == "__main__":``, because the processes of ``workers`` import the script.
@@ -129,12 +129,12 @@ def run_job(
     job: Job,
     sources: Sequence[Source],
     results: Results,
-    storage: ReadOnlyFields,
+    storage: ReadOnlyJson,
     workers: int | None,
     scheduler: str | None,
     memory: str | None,
     progress: Report | None,
-) -> Handle:
+) -> Untyped:
     """What of the sources is not done yet, and the table of all of them."""
     ordered, sensors = assign_sensors(job, sources, storage)
     at_work = cores() if workers is None else workers
@@ -148,7 +148,7 @@ def run_job(
 
 
 def _drive(
-    job: Job, plan: Plan, pool: Pool, results: Results, storage: ReadOnlyFields, state: Progress, report: Report | None
+    job: Job, plan: Plan, pool: Pool, results: Results, storage: ReadOnlyJson, state: Progress, report: Report | None
 ) -> None:
     """Keeps the pool busy until the plan is done; rows are written as they come, a part every ``FLUSH`` seconds."""
     running: dict[object, Batch] = {}
@@ -183,7 +183,7 @@ def _drive(
         results.flush()
 
 
-def _rows_of(job: Job, plan: Plan, batch: Batch, outcome: list[Fields] | WorkerDied) -> list[Fields] | None:
+def _rows_of(job: Job, plan: Plan, batch: Batch, outcome: list[JsonObject] | WorkerDied) -> list[JsonObject] | None:
     """The rows of a batch; None: its worker died, and its recordings will be run one by one."""
     if not isinstance(outcome, WorkerDied):
         return outcome

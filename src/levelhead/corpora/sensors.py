@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from levelhead.corpora.job import Job
 from levelhead.corpora.places import Source, local_copy
 from levelhead.errors import LevelheadError
-from levelhead.open_types import ReadOnlyFields
+from levelhead.open_types import ReadOnlyJson
 
 COLUMN = "column:"
 PARQUET = (".parquet", ".pq")
@@ -15,7 +15,7 @@ TEXT = (".csv", ".tsv", ".txt")
 Key = tuple[tuple[int, float, str], ...]
 
 
-def assign_sensors(job: Job, sources: Sequence[Source], storage: ReadOnlyFields) -> tuple[list[Source], dict[str, str]]:
+def assign_sensors(job: Job, sources: Sequence[Source], storage: ReadOnlyJson) -> tuple[list[Source], dict[str, str]]:
     """The recordings, those of a sensor in order of time, and name -> sensor; all for themselves where none is asked.
 
     Raises:
@@ -45,7 +45,7 @@ def natural(text: str) -> Key:
         )
 
 
-def _reader(what: str, wanted: str, storage: ReadOnlyFields) -> Callable[[Source], str]:
+def _reader(what: str, wanted: str, storage: ReadOnlyJson) -> Callable[[Source], str]:
     """A function that gives a recording's sensor or time as text; "" where its name does not fit."""
     if wanted.startswith(COLUMN):
         column = wanted.removeprefix(COLUMN).strip()
@@ -66,7 +66,7 @@ def _reader(what: str, wanted: str, storage: ReadOnlyFields) -> Callable[[Source
     return read
 
 
-def _first_value(source: Source, column: str, storage: ReadOnlyFields) -> str:
+def _first_value(source: Source, column: str, storage: ReadOnlyJson) -> str:
     """The first value of a column, as text; a Parquet file's metadata count as columns."""
     suffix = "." + source.url.rpartition(".")[2].lower()
     if suffix not in (*PARQUET, *TEXT):

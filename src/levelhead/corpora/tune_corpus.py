@@ -25,7 +25,7 @@ from levelhead.engine.threads import cores
 from levelhead.errors import LevelheadError
 from levelhead.filters.parameters import FilterChoice, Params
 from levelhead.guard import Guard
-from levelhead.open_types import Fields, ReadOnlyFields
+from levelhead.open_types import JsonObject, ReadOnlyJson
 from levelhead.recording import Array
 from levelhead.tune import Tuning
 from levelhead.tune.reference_orientation import Kind, Reference, references
@@ -43,7 +43,7 @@ class ReferenceWish(NamedTuple):
     """What a worker needs to make a reference."""
 
     job: Job
-    storage: ReadOnlyFields
+    storage: ReadOnlyJson
     kind: Kind | None
     heading: bool
     engine: str
@@ -72,8 +72,8 @@ def tune_corpus(
     workers: int | None = None,
     scheduler: str | None = None,
     memory: str | None = None,
-    hints: ReadOnlyFields | None = None,
-    storage: ReadOnlyFields | None = None,
+    hints: ReadOnlyJson | None = None,
+    storage: ReadOnlyJson | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> CorpusTuning:
     """``tune_filter`` over all recordings in some places, cross-validated over recordings.
@@ -147,14 +147,16 @@ class _Score:
         return np.array([found[one.name] for one in held])
 
 
-def _facts(pool: Pool, wish: ReferenceWish, batches: Sequence[tuple[Source, ...]]) -> list[Fields]:
+def _facts(pool: Pool, wish: ReferenceWish, batches: Sequence[tuple[Source, ...]]) -> list[JsonObject]:
     return _gather(pool, [(reference_facts, wish, batch) for batch in batches])
 
 
-def _gather(pool: Pool, tasks: Sequence[tuple[Callable[..., list[Fields]], *tuple[object, ...]]]) -> list[Fields]:
+def _gather(
+    pool: Pool, tasks: Sequence[tuple[Callable[..., list[JsonObject]], *tuple[object, ...]]]
+) -> list[JsonObject]:
     """The rows of all tasks, in whatever order they end."""
 
-    waiting, running, rows = list(reversed(tasks)), 0, list[Fields]()
+    waiting, running, rows = list(reversed(tasks)), 0, list[JsonObject]()
     while waiting or running:
         while waiting and running < pool.room:
             work, *arguments = waiting.pop()
@@ -187,9 +189,9 @@ def _reference(wish: ReferenceWish, source: Source) -> Reference:
     return made
 
 
-def reference_facts(wish: ReferenceWish, sources: Sequence[Source]) -> list[Fields]:
+def reference_facts(wish: ReferenceWish, sources: Sequence[Source]) -> list[JsonObject]:
     """A row for each recording: what its reference is, or why it can have none; a worker's task."""
-    rows: list[Fields] = []
+    rows: list[JsonObject] = []
     for source in sources:
         try:
             one = _reference(wish, source)
@@ -202,7 +204,7 @@ def reference_facts(wish: ReferenceWish, sources: Sequence[Source]) -> list[Fiel
     return rows
 
 
-def score_batch(wish: ReferenceWish, sources: Sequence[Source], sets: Sequence[Params]) -> list[Fields]:
+def score_batch(wish: ReferenceWish, sources: Sequence[Source], sets: Sequence[Params]) -> list[JsonObject]:
     """The errors of parameter sets over some recordings; a worker's task."""
     found = []
     for source in sources:

@@ -21,7 +21,7 @@ from levelhead.corpora.row_layout import COEFFICIENTS, HEALTH, UNITLESS, coeffic
 from levelhead.engine import fuse, smooth
 from levelhead.errors import LevelheadError
 from levelhead.filters import health
-from levelhead.open_types import Fields, ReadOnlyFields
+from levelhead.open_types import JsonObject, ReadOnlyJson
 from levelhead.recording import Recording
 from levelhead.track import Track
 from levelhead.version import VERSION
@@ -31,7 +31,7 @@ class ResultsError(LevelheadError):
     """Results cannot be written: the end of a run, not a fault of a recording."""
 
 
-def run_batch(job: Job, batch: Batch, storage: ReadOnlyFields, tracks: str) -> list[Fields]:
+def run_batch(job: Job, batch: Batch, storage: ReadOnlyJson, tracks: str) -> list[JsonObject]:
     """The rows of some recordings, one after the other.
 
     Args:
@@ -45,7 +45,7 @@ def run_batch(job: Job, batch: Batch, storage: ReadOnlyFields, tracks: str) -> l
     """
     if job.version != VERSION:
         raise ResultsError(f"a worker has levelhead {VERSION}, and the run is one of {job.version}; install the same")
-    rows: list[Fields] = []
+    rows: list[JsonObject] = []
     prior = batch.prior
     for position, source in enumerate(batch.sources, batch.first):
         made = _rows(job, source, batch.sensor, prior, storage, tracks)
@@ -54,7 +54,7 @@ def run_batch(job: Job, batch: Batch, storage: ReadOnlyFields, tracks: str) -> l
     return rows
 
 
-def next_prior(rows: list[Fields], prior: str) -> str:
+def next_prior(rows: list[JsonObject], prior: str) -> str:
     """The prior of the next recording of a sensor: what this one has learned, or the one before where it failed."""
     return next((str(row["calibration"]) for row in rows if row.get("calibration")), prior)
 
@@ -64,7 +64,7 @@ def text_digest(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:16] if text else ""
 
 
-def failed_row(job: Job, source: Source, sensor: str, prior: str, sentence: str, transient: bool) -> Fields:
+def failed_row(job: Job, source: Source, sensor: str, prior: str, sentence: str, transient: bool) -> JsonObject:
     """The row of a recording that gave no result."""
     return _base(job, source, sensor, prior) | {
         "method": job.verb,
@@ -73,7 +73,7 @@ def failed_row(job: Job, source: Source, sensor: str, prior: str, sentence: str,
     }
 
 
-def _base(job: Job, source: Source, sensor: str, prior: str) -> Fields:
+def _base(job: Job, source: Source, sensor: str, prior: str) -> JsonObject:
     return {
         "recording": source.name,
         "url": source.url,
@@ -87,7 +87,7 @@ def _base(job: Job, source: Source, sensor: str, prior: str) -> Fields:
     }
 
 
-def _rows(job: Job, source: Source, sensor: str, prior: str, storage: ReadOnlyFields, tracks: str) -> list[Fields]:
+def _rows(job: Job, source: Source, sensor: str, prior: str, storage: ReadOnlyJson, tracks: str) -> list[JsonObject]:
     attempt = Attempt(job, source, sensor, prior, storage)
     with attempt, attempt.open() as path:
         if job.verb == DOCTOR:
@@ -109,11 +109,11 @@ class Attempt:
         rows: its rows.
     """
 
-    def __init__(self, job: Job, source: Source, sensor: str, prior: str, storage: ReadOnlyFields) -> None:
+    def __init__(self, job: Job, source: Source, sensor: str, prior: str, storage: ReadOnlyJson) -> None:
         self._job, self._source, self._sensor, self._prior, self._storage = job, source, sensor, prior, storage
         self._copied = ""
         self.base = _base(job, source, sensor, prior)
-        self.rows: list[Fields] = []
+        self.rows: list[JsonObject] = []
 
     def __enter__(self) -> None:
         """Begins."""
@@ -156,7 +156,7 @@ class Attempt:
         self.base |= {"read_s": time.perf_counter() - began} | _facts(recording)
         return recording
 
-    def rows_of_tracks(self, recording: Recording, tracks: str) -> list[Fields]:
+    def rows_of_tracks(self, recording: Recording, tracks: str) -> list[JsonObject]:
         """A row for each method."""
         target = f"{tracks}/{self._source.name}" if tracks else ""
         return [self.base | row for row in _tracks(self._job, recording, self._prior, target)]
@@ -174,7 +174,7 @@ def read_recording(path: Path, job: Job) -> Recording:
     return load_recording(path, job.magnetometer)
 
 
-def _facts(recording: Recording) -> Fields:
+def _facts(recording: Recording) -> JsonObject:
     return {
         "samples": len(recording),
         "duration_s": recording.duration,
@@ -184,13 +184,13 @@ def _facts(recording: Recording) -> Fields:
     }
 
 
-def _tracks(job: Job, recording: Recording, prior: str, target: str) -> Iterator[Fields]:
+def _tracks(job: Job, recording: Recording, prior: str, target: str) -> Iterator[JsonObject]:
     """A row for each method."""
     known = Calibration.from_dict(json.loads(prior), "the prior") if prior else None
     truth = recording.truth
     frame = None if truth is None else align_sensor(recording)
     for method in job.methods:
-        row: Fields = {"method": method.name}
+        row: JsonObject = {"method": method.name}
         began = time.perf_counter()
         try:
             with np.errstate(all="ignore"):
@@ -222,9 +222,9 @@ def find_orientation(job: Job, method: Method, recording: Recording, prior: Cali
     return run(recording, method.params, guard=job.guard, engine=job.engine, prior=prior)
 
 
-def _doubt(track: Track) -> Fields:
+def _doubt(track: Track) -> JsonObject:
     """σ and health of a track."""
-    found: Fields = {}
+    found: JsonObject = {}
     if track.sigma is not None:
         tilt, heading = np.degrees(np.hypot(track.sigma[:, 0], track.sigma[:, 1])), np.degrees(track.sigma[:, 2])
         found |= {"sigma_tilt_deg": float(np.median(tilt)), "sigma_heading_deg": float(np.median(heading))}
@@ -235,12 +235,12 @@ def _doubt(track: Track) -> Fields:
     return found | {name: float(np.mean(track.health & np.uint32(bit) != 0)) for bit, name in HEALTH.items()}
 
 
-def _calibration_fields(track: Track) -> Fields:
+def _calibration_fields(track: Track) -> JsonObject:
     """The calibration, number by number where it is known, and whole as JSON."""
     if track.calibration is None:
         return {}
     whole = track.calibration.to_dict()
-    found: Fields = {"calibration": json.dumps(whole, sort_keys=True)}
+    found: JsonObject = {"calibration": json.dumps(whole, sort_keys=True)}
     for name in whole:
         part = getattr(track.calibration, name)
         if part is not None:
@@ -265,12 +265,12 @@ def _write(track: Track, target: str) -> None:
         raise ResultsError(str(error)) from None
 
 
-def _noise(recording: Recording) -> Fields:
+def _noise(recording: Recording) -> JsonObject:
     from levelhead.noise import measure_noise
 
     began = time.perf_counter()
     model = measure_noise(recording)
-    found: Fields = {"still_s": model.duration, "run_s": time.perf_counter() - began}
+    found: JsonObject = {"still_s": model.duration, "run_s": time.perf_counter() - began}
     for sensor, triad in model.triads.items():
         for name in COEFFICIENTS:
             part = getattr(triad, name)
@@ -280,7 +280,7 @@ def _noise(recording: Recording) -> Fields:
     return found
 
 
-def _examine(path: Path, job: Job) -> Fields:
+def _examine(path: Path, job: Job) -> JsonObject:
     from levelhead.inspection import inspect
 
     began = time.perf_counter()

@@ -24,7 +24,7 @@ from levelhead.engine.smoothing import Smoother, Stretch, offline_params, turned
 from levelhead.errors import LevelheadError
 from levelhead.filters.parameters import FilterChoice, Params
 from levelhead.guard import Guard
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 from levelhead.recording import Recording
 from levelhead.track import Track
 
@@ -128,8 +128,8 @@ class ChunkSmoother:
         guard: Guard | None,
         engine: str,
         prior: Calibration | None,
-        save: Callable[[Callable[[], Fields]], None] | None = None,
-        saved: Fields | None = None,
+        save: Callable[[Callable[[], JsonObject]], None] | None = None,
+        saved: JsonObject | None = None,
     ) -> None:
         self._place, self._params, self._guard, self._engine, self._prior = place, params, guard, engine, prior
         self._save, self._saved = save, saved or {}
@@ -182,7 +182,7 @@ class ChunkSmoother:
         if self._save is not None:
             self._save(self._read_state)
 
-    def _read_state(self) -> Fields:
+    def _read_state(self) -> JsonObject:
         assert self._inputs is not None
         self._inputs.flush()
         return {"edges": self._edges, "sensors": self._inputs.names}
@@ -216,7 +216,7 @@ class ChunkSmoother:
         """What is done after each stretch: memory is given back, and the state kept."""
         count = 0
 
-        def state(following: int | None) -> Fields:
+        def state(following: int | None) -> JsonObject:
             file.flush()
             os.fsync(file.fileno())
             for one in self._files.values():

@@ -47,7 +47,7 @@ from levelhead.errors import LevelheadError
 from levelhead.filters.contract import Aiding, Filter, FilterState, Schedule, Smoothing
 from levelhead.filters.parameters import FilterChoice, Params
 from levelhead.guard import Guard
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 from levelhead.recording import Array, Recording
 from levelhead.rotations import turn_heading
 from levelhead.track import Track
@@ -244,7 +244,7 @@ class Smoother:
         return self.begin
 
     @property
-    def navigation(self) -> Fields:
+    def navigation(self) -> JsonObject:
         """A track's position and velocity, if there was any aiding."""
         if self._readings is None:
             return {}

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from levelhead.evaluate.attitude_error import error_quaternion, heading_offset, split_error
 from levelhead.evaluate.score import absolute_heading
 from levelhead.filters import health
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 from levelhead.recording import Array, Recording
 from levelhead.rotations import turn_heading
 from levelhead.simulate.fault import Fault, Faulted
@@ -106,7 +106,7 @@ class FaultResponse:
         """Whether tilt and heading are right again within the recording."""
         return self.tilt_recovery is not None and self.heading_recovery is not None
 
-    def to_dict(self) -> Fields:
+    def to_dict(self) -> JsonObject:
         """The figures, ready for JSON."""
         lasting = self.fault.length is None or math.isinf(self.fault.length)
         return {

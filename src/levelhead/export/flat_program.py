@@ -14,7 +14,7 @@ from levelhead.export.procedures import Procedure, Procedures, like, make_proced
 from levelhead.export.type_table import TypeTable
 from levelhead.kernels.quat import Euler, Quat
 from levelhead.kernels.vec3 import Vec3
-from levelhead.open_types import Handle
+from levelhead.open_types import Untyped
 
 NUMBERS = {"float": FLOAT, "int": INT, "bool": BOOL}
 WHOLE = (Vec3, Quat, Euler)  # records that are never cut
@@ -65,7 +65,7 @@ class FlatProgram:
         prefix: str,
         real: str,
         roots: Sequence[Root],
-        state: Handle,
+        state: Untyped,
         kept: Sequence[type] = (),
         frozen: tuple[type, ...] = (),
     ) -> None:
@@ -85,7 +85,7 @@ class FlatProgram:
             again = bool(wrong or alone)
         self._cut_types()
 
-    def _trace(self, roots: Sequence[Root], steady: dict[RecordField, Handle]) -> None:
+    def _trace(self, roots: Sequence[Root], steady: dict[RecordField, Untyped]) -> None:
         self._all = Procedures([root.kernel for root in roots if not root.alone], steady, self._alone, self._frozen)
         names = UniqueNames()
         self.procedures: dict[str, Procedure] = {}

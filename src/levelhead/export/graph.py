@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from levelhead.open_types import Handle
+from levelhead.open_types import Untyped
 
 FLOAT, INT, BOOL = "float", "int", "bool"
 
@@ -52,11 +52,11 @@ class Operand:
     op: str
     arguments: tuple["Operand", ...]
     kind: str
-    content: Handle = None
+    content: Untyped = None
     block: "Items | None" = None
     hint: str = ""
-    origin: Handle = None
-    after: Handle = None
+    origin: Untyped = None
+    after: Untyped = None
 
 
 @dataclass(eq=False)
@@ -82,7 +82,7 @@ class Items:
     branch: "Branch | None" = None
     items: list["Item"] = field(default_factory=list)
     known: dict[Operand, bool] = field(default_factory=dict)  # conditions that are decided here
-    nodes: dict[Handle, Operand] = field(default_factory=dict)  # key -> the node that was computed here
+    nodes: dict[Untyped, Operand] = field(default_factory=dict)  # key -> the node that was computed here
 
     @property
     def parent(self) -> "Items | None":
@@ -125,7 +125,7 @@ class Call:
     ``reads``: place inside of the procedure -> what lies there, where nothing was stored for the call.
     """
 
-    procedure: Handle
+    procedure: Untyped
     places: dict[str, Place]
     arguments: list[Operand]
     results: list[Operand] = field(default_factory=list)

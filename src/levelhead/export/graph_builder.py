@@ -10,7 +10,7 @@ from levelhead.compiler.mark import KernelFunction
 from levelhead.export.folding import fold, negated
 from levelhead.export.graph import BOOL, FLOAT, INT, Items, Operand, Place, Record, RecordField, Value
 from levelhead.export.type_table import annotations
-from levelhead.open_types import Handle
+from levelhead.open_types import Untyped
 
 OPERATORS = {
     ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.BitOr: "|", ast.BitAnd: "&", ast.BitXor: "^",
@@ -35,7 +35,7 @@ class GraphBuilder:
         homes: class -> the one place of a record of it; None where there are several.
     """
 
-    def __init__(self, steady: dict[RecordField, Handle], frozen: tuple[type, ...]) -> None:
+    def __init__(self, steady: dict[RecordField, Untyped], frozen: tuple[type, ...]) -> None:
         self.steady, self.frozen = steady, frozen
         self.body = self.block = Items()
         self.contents: dict[Place, Operand] = {}
@@ -92,7 +92,7 @@ class GraphBuilder:
             return self.constant(value.content)
         return Record(value.cls, tuple(map(self.copy, value.values)))
 
-    def literal(self, value: Handle) -> Value:
+    def literal(self, value: Untyped) -> Value:
         """A number or a record of numbers that is known before the program runs."""
         if isinstance(value, tuple):
             return self.record(type(value), [self.literal(part) for part in value])

@@ -6,7 +6,7 @@ from levelhead.export.graph import Branch, Call, Item, Items, Operand, Place, St
 from levelhead.export.homing import writes
 from levelhead.export.liveness import Liveness
 from levelhead.export.procedures import Procedure
-from levelhead.open_types import Handle
+from levelhead.open_types import Untyped
 
 LARGEST = 16  # operations in one expression
 ATOMS = ("const", "named", "argument", "load", "result", "phi")
@@ -30,7 +30,7 @@ class StatementPlan:
         self._select(procedure.graph.body)
         self._count_uses()
         self.held = {node for node in self._computed() if not self._is_inner(node)}
-        self.saved: dict[Handle, list[Operand]] = {}
+        self.saved: dict[Untyped, list[Operand]] = {}
         self._save_loads()
 
     def _needed(self, block: Items) -> None:
@@ -73,7 +73,7 @@ class StatementPlan:
 
     def _count_uses(self) -> None:
         """Operand -> (block, item or returned) of each use."""
-        self._uses: dict[Operand, list[tuple[Items, Handle]]] = {}
+        self._uses: dict[Operand, list[tuple[Items, Untyped]]] = {}
         self._sizes: dict[Operand, int] = {}
         body = self._procedure.graph.body
         for block, item in self.walk(body):
@@ -90,7 +90,7 @@ class StatementPlan:
                         self._use((value,), arm, phi)
         self._use(self.returned, body, None)
 
-    def _use(self, nodes: Handle, block: Items, user: Handle) -> None:
+    def _use(self, nodes: Untyped, block: Items, user: Untyped) -> None:
         for node in nodes:
             self._uses.setdefault(node, []).append((block, user))
 
@@ -134,12 +134,12 @@ class StatementPlan:
 
     def _save_loads(self) -> None:
         body = self._procedure.graph.body
-        order: dict[Handle, int] = {}
-        steps: list[tuple[Items, Handle]] = []
+        order: dict[Untyped, int] = {}
+        steps: list[tuple[Items, Untyped]] = []
         self._number(body, order, steps)
         order[None] = len(steps)
         kills = [(block, item) for block, item in steps if isinstance(item, Store | Call)]
-        uses: dict[Operand, list[tuple[Items, Handle, int]]] = {}
+        uses: dict[Operand, list[tuple[Items, Untyped, int]]] = {}
         for node, found in self._uses.items():
             if node.op != "load":
                 continue
@@ -149,7 +149,7 @@ class StatementPlan:
         for load in sorted(uses, key=lambda one: one.content[1]):
             self._save(load, uses[load], kills, order)
 
-    def _number(self, block: Items, order: dict[Handle, int], steps: list[tuple[Items, Handle]]) -> None:
+    def _number(self, block: Items, order: dict[Untyped, int], steps: list[tuple[Items, Untyped]]) -> None:
         for item in self.items[block]:
             order[item] = len(steps)
             steps.append((block, item))
@@ -159,7 +159,7 @@ class StatementPlan:
                     order[item, arm] = len(steps)  # where its arm gives its numbers
                     steps.append((arm, (item, arm)))
 
-    def _root(self, user: Handle, block: Items) -> tuple[Handle, Items]:
+    def _root(self, user: Untyped, block: Items) -> tuple[Untyped, Items]:
         """The statement in which a use stands, and its block."""
         while isinstance(user, Operand) and user.op != "phi" and user not in self.held:
             (block, user) = self._uses[user][0]
@@ -170,9 +170,9 @@ class StatementPlan:
     def _save(
         self,
         load: Operand,
-        uses: list[tuple[Items, Handle, int]],
-        kills: list[tuple[Items, Handle]],
-        order: dict[Handle, int],
+        uses: list[tuple[Items, Untyped, int]],
+        kills: list[tuple[Items, Untyped]],
+        order: dict[Untyped, int],
     ) -> None:
         place: Place = load.content[0]
         begin = self._begin(load, order)
@@ -196,7 +196,7 @@ class StatementPlan:
         self.held.add(load)
         self.saved.setdefault(item if item is not None else None, []).append(load)
 
-    def _begin(self, load: Operand, order: dict[Handle, int]) -> int:
+    def _begin(self, load: Operand, order: dict[Untyped, int]) -> int:
         """The step from which a load is what lies at its place."""
         after = load.after
         if after is None:

@@ -33,7 +33,7 @@ from levelhead.export.tracing import BY_PLACE, Tracer
 from levelhead.export.type_table import annotations
 from levelhead.kernels.quat import Quat
 from levelhead.kernels.vec3 import Vec3
-from levelhead.open_types import Handle
+from levelhead.open_types import Untyped
 
 Homes = Mapping[type, Place | None]
 WORTH = 40  # operations from which a kernel that stands in several places is called
@@ -78,7 +78,7 @@ class Procedure:
     parts: list[tuple[Part, Value]] = field(default_factory=list)
     by_place: dict[str, type] = field(default_factory=dict)
     arguments: list[Operand] = field(default_factory=list)
-    answer: Handle = None
+    answer: Untyped = None
     returned: list[Operand] = field(default_factory=list)
     used: set[Operand] = field(default_factory=set)
     outputs: dict[str, Record] = field(default_factory=dict)
@@ -107,7 +107,7 @@ class Procedures:
     def __init__(
         self,
         roots: Sequence[KernelFunction],
-        steady: dict[RecordField, Handle],
+        steady: dict[RecordField, Untyped],
         inlined: set[KernelFunction],
         frozen: tuple[type, ...] = (),
     ) -> None:
@@ -213,7 +213,7 @@ def _as_arguments(value: Value, name: str, wanted: str | None) -> Value:
     return Record(value.cls, tuple(_as_arguments(part, f"{name}_{inner}", None) for inner, part in parts))
 
 
-def _answer(made: Procedure, value: Value, taken: set[str]) -> Handle:
+def _answer(made: Procedure, value: Value, taken: set[str]) -> Untyped:
     if isinstance(value, Operand):
         made.returned.append(value)
         return len(made.returned) - 1
@@ -281,7 +281,7 @@ def outer_place(call: Call, inner: Place) -> Place:
     return Place(place.root, place.members + inner.members)
 
 
-def _mentioned(item: Handle) -> Iterator[Operand]:
+def _mentioned(item: Untyped) -> Iterator[Operand]:
     if isinstance(item, Operand):
         yield from item.arguments
     elif isinstance(item, Store):
@@ -338,12 +338,12 @@ def _operations(function: KernelFunction) -> tuple[int, list[KernelFunction]]:
     return own, called
 
 
-def steady_members(value: Handle) -> dict[RecordField, Handle]:
+def steady_members(value: Untyped) -> dict[RecordField, Untyped]:
     """The fields that have one value wherever they occur in a state before its first sample."""
-    found: dict[RecordField, Handle] = {}
+    found: dict[RecordField, Untyped] = {}
     different: set[RecordField] = set()
 
-    def visit(record: Handle) -> None:
+    def visit(record: Untyped) -> None:
         for name, part in zip(record._fields, record, strict=True):
             member = RecordField(type(record), name)
             if isinstance(part, tuple):
@@ -359,7 +359,7 @@ def steady_members(value: Handle) -> dict[RecordField, Handle]:
     return {member: number for member, number in found.items() if member not in different}
 
 
-def like(value: Handle) -> Value:
+def like(value: Untyped) -> Value:
     """A value of the kinds of a Python value."""
     if isinstance(value, tuple):
         hints = annotations(type(value))

@@ -32,7 +32,7 @@ from levelhead.export.kinds import is_struct
 from levelhead.export.scopes import loaded_in
 from levelhead.export.source import Source, home, read_source
 from levelhead.export.type_table import annotations
-from levelhead.open_types import Handle
+from levelhead.open_types import Untyped
 
 BY_PLACE = 5  # numbers from which a record is passed by its place
 MANY = 12  # numbers of a record that had better stay where they are than in variables
@@ -41,13 +41,13 @@ MANY = 12  # numbers of a record that had better stay where they are than in var
 class Callees(Protocol):
     """What a tracer asks of the whole."""
 
-    steady: dict[RecordField, Handle]
+    steady: dict[RecordField, Untyped]
     frozen: tuple[type, ...]
 
     def is_called(self, function: KernelFunction) -> bool:
         """Whether a kernel stays a call."""
 
-    def procedure(self, function: KernelFunction, given: Sequence[Value], homes: dict[type, Place | None]) -> Handle:
+    def procedure(self, function: KernelFunction, given: Sequence[Value], homes: dict[type, Place | None]) -> Untyped:
         """The procedure of a kernel, for arguments like these."""
 
 
@@ -64,7 +64,7 @@ class KernelFrame:
         """The kernel."""
         return self.source.function
 
-    def resolve(self, node: ast.AST) -> Handle:
+    def resolve(self, node: ast.AST) -> Untyped:
         """The Python object behind a name; ``MISSING`` for a value of the kernel."""
         return resolve_name(self.function, node, self.function.__code__.co_varnames)
 
@@ -149,7 +149,7 @@ class Tracer:
         self.graph.block.items.append(Store(place, value))
         self.graph.contents[place] = value
 
-    def _result(self, answer: Handle, call: Call, given: dict[str, Value]) -> Value | None:
+    def _result(self, answer: Untyped, call: Call, given: dict[str, Value]) -> Value | None:
         """The value of a call: numbers that it returns, and records that lie where it has written them."""
         if answer is None:
             return None

@@ -17,7 +17,7 @@ from levelhead.inspection import list_findings, symptoms
 from levelhead.inspection.evidence import RunEvidence
 from levelhead.inspection.findings import Finding
 from levelhead.inspection.symptom import Symptom
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 from levelhead.recording import Recording
 from levelhead.track import Track
 
@@ -50,7 +50,7 @@ class Explanation:
         """0: no symptom; 1: there are some."""
         return int(bool(self.symptoms))
 
-    def to_dict(self) -> Fields:
+    def to_dict(self) -> JsonObject:
         """Ready for JSON."""
         return {
             "source": self.source,

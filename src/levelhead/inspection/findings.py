@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from levelhead.inspection.mend import Mend
-from levelhead.open_types import Fields, ReadOnlyFields
+from levelhead.open_types import JsonObject, ReadOnlyJson
 from levelhead.recording import Recording
 
 SEVERITIES = ("broken", "warning", "note")  # worst first; notes change nothing in the exit code
@@ -78,10 +78,10 @@ class Report:
         """The names of the findings."""
         return {one.name for one in self.findings}
 
-    def to_dict(self) -> Fields:
+    def to_dict(self) -> JsonObject:
         """Ready for JSON."""
         rec = self.recording
-        read: ReadOnlyFields = {} if rec is None else rec.meta
+        read: ReadOnlyJson = {} if rec is None else rec.meta
         return {
             "source": self.source,
             "exit_code": self.exit_code,

@@ -10,7 +10,7 @@ from levelhead.errors import LevelheadError
 from levelhead.inspection.findings import Report
 from levelhead.inspection.mend import Mend
 from levelhead.inspection.turns import examine_turns
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 from levelhead.recording import Recording
 from levelhead.signals.turn_matrix import NONE, cut, fit
 
@@ -36,7 +36,7 @@ def write_repaired(report: Report, path: Path) -> None:
     if report.recording is None:
         raise LevelheadError(f"{report.source} could not be read; there is nothing to repair")
     recording, changes = repair(report)
-    columns: Fields = {"t [s]": recording.t}
+    columns: JsonObject = {"t [s]": recording.t}
     sensors = [("gyr", "rad/s", recording.gyr), ("acc", "m/s²", recording.acc)]
     if recording.mag is not None:
         relative = "mag_unit" in recording.meta

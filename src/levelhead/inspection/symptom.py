@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from levelhead.inspection.evidence import RunEvidence
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Symptom:
     def __str__(self) -> str:
         return f"{self.what}: {self.why}. {self.cure}"
 
-    def to_dict(self) -> Fields:
+    def to_dict(self) -> JsonObject:
         """Ready for JSON."""
         return {
             "symptom": self.name,

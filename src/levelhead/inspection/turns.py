@@ -15,7 +15,7 @@ from levelhead.inspection.residuals import (
     examine_iron,
     examine_slow_force,
 )
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 from levelhead.recording import Array, Recording
 from levelhead.signals.turn_matrix import MOST
 from levelhead.sources.interpret.counts import GYR
@@ -160,7 +160,7 @@ def _cause(recording: Recording, interval: tuple[float, float]) -> str:
 
 def _option(recording: Recording, factor: float) -> str:
     """The option that mends a scale."""
-    units: Fields = dict(recording.meta.get("units", {}))
+    units: JsonObject = dict(recording.meta.get("units", {}))
     unit = str(units.get("gyr", ""))
     if unit.startswith("counts, "):
         per, _, of = unit.removeprefix("counts, ").partition(" per ")

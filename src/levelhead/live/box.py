@@ -18,7 +18,7 @@ from typing import IO, cast
 from levelhead.errors import LevelheadError
 from levelhead.live.events import EXPECTED
 from levelhead.live.messages import NOTHING, Health, Orientation
-from levelhead.open_types import Handle, ReadOnlyFields
+from levelhead.open_types import ReadOnlyJson, Untyped
 from levelhead.sample import Sample
 from levelhead.sources.formats import ros_messages as ros
 from levelhead.sources.formats.blackbox import CONFIG, ENCODING, EVENTS, FUSED, MAG_NEW, PACKED, ROW, SAMPLES, SCHEMA
@@ -68,13 +68,13 @@ class BlackBox:
         self._thread: threading.Thread | None = None
         self._channels: dict[str, int] = {}
 
-    def begin(self, config: ReadOnlyFields) -> None:
+    def begin(self, config: ReadOnlyJson) -> None:
         """Writes the configuration, and from here on what comes."""
         self._run_safely(lambda: self._head(config))
         self._thread = threading.Thread(target=self._work, name="black box", daemon=True)
         self._thread.start()
 
-    def _head(self, config: ReadOnlyFields) -> None:
+    def _head(self, config: ReadOnlyJson) -> None:
         writer = self._writer
         writer.start(profile="levelhead", library=f"levelhead {config.get('version')}")
         writer.add_metadata(CONFIG, {"config": json.dumps(config)})
@@ -107,7 +107,7 @@ class BlackBox:
                 synced = time.monotonic()
                 self._run_safely(lambda: os.fdatasync(self._file.fileno()))
 
-    def _run_safely(self, work: Handle) -> None:
+    def _run_safely(self, work: Untyped) -> None:
         """Nothing that happens to the disk may reach the node."""
         if self.failure:
             self._rows.clear()
@@ -188,7 +188,7 @@ class _Raw:
     """A file that keeps what it is given until ``flush``, and then writes all of it, or fails: mcap takes a short write
     for a whole one, and a system call for each part of a record would take most of the time."""
 
-    def __init__(self, file: Handle) -> None:
+    def __init__(self, file: Untyped) -> None:
         self._file = file
         self._waiting = bytearray()
 

@@ -10,7 +10,7 @@ from weakref import WeakKeyDictionary
 from levelhead.errors import LevelheadError, nearest
 from levelhead.live.messages import TOPICS, Message
 from levelhead.live.subscription import MAX_AGE, Subscription
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 
 COMMANDS = 64  # that may wait for the node
 
@@ -29,7 +29,7 @@ class Command(NamedTuple):
         answer: takes "" when they are set, or the sentence that says why they are not.
     """
 
-    changes: Fields
+    changes: JsonObject
     answer: Callable[[str], None] = lambda _: None
 
 

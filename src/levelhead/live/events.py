@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 
 EVENTS = {
     "started": "the node runs; data: source, rate, filter, parameters, guard, version, what the system does not allow",
@@ -55,7 +55,7 @@ class Event(NamedTuple):
     name: str
     on: bool
     text: str
-    data: Fields
+    data: JsonObject
 
 
 class Journal:

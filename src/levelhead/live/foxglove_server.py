@@ -17,7 +17,7 @@ from levelhead.errors import LevelheadError
 from levelhead.live.messages import CONFIG, HEALTH, ORIENTATION, RAW, Health, Message
 from levelhead.live.subscription import Subscription
 from levelhead.live.viewer_messages import SCHEMAS, viewer_messages
-from levelhead.open_types import Fields, Handle
+from levelhead.open_types import JsonObject, Untyped
 
 PORT, LAST_PORT = 8765, 65_535
 PERIOD = 0.01  # s between two looks for new messages
@@ -51,7 +51,7 @@ class FoxgloveServer:
         if not 0 <= port <= LAST_PORT:
             raise LevelheadError(f"there is no port {port}; expected 1 to {LAST_PORT}, such as {PORT}")
         self._foxglove, self._set_params = foxglove, set_params
-        self.params: Fields = {}
+        self.params: JsonObject = {}
         context = self._context = foxglove.Context()  # the channels live in it
         self._channels = {
             topic: foxglove.Channel(
@@ -61,7 +61,7 @@ class FoxgloveServer:
             for topic, (name, schema) in SCHEMAS.items()
         }  # fmt: skip
         try:
-            self._server: Handle = foxglove.start_server(
+            self._server: Untyped = foxglove.start_server(
                 name="levelhead", host="127.0.0.1", port=port, context=context,
                 capabilities=[Capability.Parameters], server_listener=_ParameterListener(self),
             )  # fmt: skip
@@ -95,7 +95,7 @@ class FoxgloveServer:
             if channel.has_sinks():
                 channel.log(data, log_time=message.stamp)
 
-    def parameters(self) -> list[Handle]:
+    def parameters(self) -> list[Untyped]:
         """The filter's parameters as the protocol has them."""
         hint = self._foxglove.websocket.ParameterType.Float64
         return [
@@ -105,7 +105,7 @@ class FoxgloveServer:
             for name, value in self.params.items()
         ]
 
-    def set(self, changes: Fields) -> None:
+    def set(self, changes: JsonObject) -> None:
         """Asks the node for other parameters; what it refuses is a line of the log, and the old values go out again."""
         try:
             self._set_params(**changes)
@@ -139,11 +139,13 @@ class _ParameterListener:
     def __init__(self, server: FoxgloveServer) -> None:
         self._owner = server
 
-    def on_get_parameters(self, client: Handle, names: list[str], request: str | None = None) -> list[Handle]:
+    def on_get_parameters(self, client: Untyped, names: list[str], request: str | None = None) -> list[Untyped]:
         """Those that are asked for; without names all."""
         return [one for one in self._owner.parameters() if not names or one.name in names]
 
-    def on_set_parameters(self, client: Handle, parameters: list[Handle], request: str | None = None) -> list[Handle]:
+    def on_set_parameters(
+        self, client: Untyped, parameters: list[Untyped], request: str | None = None
+    ) -> list[Untyped]:
         """Sets them, and gives them as they are now."""
         names = [one.name for one in parameters]
         self._owner.set({one.name: one.get_value() for one in parameters})
@@ -156,7 +158,7 @@ class _ParameterListener:
         raise AttributeError(name)
 
 
-LAYOUT: Fields = {
+LAYOUT: JsonObject = {
     "configById": {
         "3D!levelhead": {
             "followTf": "odom", "followMode": "follow-none", "scene": {"transforms": {"labelSize": 0.1}},

@@ -12,7 +12,7 @@ from typing import NamedTuple
 from levelhead.errors import LevelheadError
 from levelhead.filters.health import NAMES as BITS
 from levelhead.kernels.quat import Euler, Quat, to_euler
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 
 ORIENTATION, RAW, HEALTH, CONFIG = "imu/orientation", "imu/raw", "imu/health", "imu/config"
 TOPICS = (ORIENTATION, RAW, HEALTH, CONFIG)
@@ -104,7 +104,7 @@ class Health(NamedTuple):
     name: str
     on: bool
     text: str
-    data: Fields = {}  # noqa: RUF012 - never changed
+    data: JsonObject = {}  # noqa: RUF012 - never changed
 
 
 Message = Orientation | Raw | Health

@@ -22,7 +22,7 @@ from levelhead.live.realtime import realtime_scheduling
 from levelhead.live.safe_state import SafeState
 from levelhead.live.sample_path import SamplePath
 from levelhead.live.static_calibration import SAMPLES, StaticCalibration
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 from levelhead.sample import Sample
 from levelhead.sources.devices.source import Source
 from levelhead.sources.sensors.bus import SensorError
@@ -131,7 +131,7 @@ class Node:
 
     # Running
 
-    def run(self, duration: float | None = None) -> Fields:
+    def run(self, duration: float | None = None) -> JsonObject:
         """Works until ``duration`` s are over, the source ends, ``stop`` is called or Ctrl-C is pressed.
 
         Returns:
@@ -163,7 +163,7 @@ class Node:
         if self.path.calibration is not None:
             self.journal.begin("calibrating", f"hold still for {self.path.calibration.samples} samples")
 
-    def _config(self, lacking: str) -> Fields:
+    def _config(self, lacking: str) -> JsonObject:
         calibration = self.path.calibration
         return {
             "version": VERSION,
@@ -229,7 +229,7 @@ class Node:
         if changes:
             self._apply(changes)
 
-    def _apply(self, changes: Fields) -> None:
+    def _apply(self, changes: JsonObject) -> None:
         """Sets parameters from the next sample on, and publishes them."""
         self._stream.set(**changes)
         text = ", ".join(f"{name}={value:g}" for name, value in changes.items())
@@ -279,7 +279,7 @@ class Node:
             self._box.close()
         self.source.close()
 
-    def figures(self) -> Fields:
+    def figures(self) -> JsonObject:
         """Samples, losses, how late ticks came, and what they took: for reading, for the work after it, as a whole."""
         return {
             "samples": self.samples,

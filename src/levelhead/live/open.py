@@ -9,7 +9,7 @@ import numpy as np
 
 from levelhead.axis_map import IDENTITY, AxisMap
 from levelhead.errors import LevelheadError, nearest
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 from levelhead.recording import Recording
 from levelhead.sample import Sample
 from levelhead.sources import read
@@ -25,7 +25,7 @@ REST = 8.0  # s at the beginning, so that the node can read off the bias
 PUT_DOWN = 24  # times that an emulated sensor is put down there, where it is for poses
 HALF_LOOP = 60.0  # s that an emulated sensor is moved there, and back again
 CHIP_NAMES = {"mpu6050": "MPU-6050", "lsm6dso32": "LSM6DSO32", "icm20948": "ICM-20948"}
-IDEAL: Fields = {"quantisation": 0.0, "full_scale": math.inf}  # the emulated registers round and clip
+IDEAL: JsonObject = {"quantisation": 0.0, "full_scale": math.inf}  # the emulated registers round and clip
 
 
 def open_source(

@@ -14,7 +14,7 @@ from collections.abc import Callable
 from levelhead.live.messages import ORIENTATION, RAW, Message, Orientation, Raw
 from levelhead.live.subscription import Subscription
 from levelhead.live.zenoh_session import configuration, open_session
-from levelhead.open_types import Handle
+from levelhead.open_types import Untyped
 from levelhead.sources.formats import ros_messages as ros
 
 ATTACHMENT = struct.Struct("<qqB16s")  # number from 1, ns since 1970, length of the id, id of the publisher
@@ -51,8 +51,8 @@ class RmwZenohPublisher:
         session = str(self._session.zid())
         start = f"@ros2_lv/{domain}/{session}/0"
         declare = self._session.liveliness().declare_token
-        self._tokens: list[Handle] = [declare(f"{start}/0/NN/%/%/levelhead")]
-        self._publishers: dict[str, Handle] = {}
+        self._tokens: list[Untyped] = [declare(f"{start}/0/NN/%/%/levelhead")]
+        self._publishers: dict[str, Untyped] = {}
         self._ids: dict[str, bytes] = {}
         self._counts = dict.fromkeys(KINDS, 0)
         for number, (topic, kind) in enumerate(KINDS.items(), 1):

@@ -15,7 +15,7 @@ from levelhead.errors import LevelheadError
 from levelhead.live.events import EXPECTED
 from levelhead.live.messages import HEALTH, ORIENTATION, RAW, Health, Message, Orientation, Raw
 from levelhead.live.subscription import Subscription
-from levelhead.open_types import Handle
+from levelhead.open_types import Untyped
 from levelhead.sample import Sample
 from levelhead.sources.formats.ros_messages import ABSENT, ERROR, FRAME, NANO, OK, TESLA, UNKNOWN, WARN, variances
 
@@ -27,7 +27,7 @@ LOOPBACK = """<CycloneDDS><Domain><General><Interfaces><NetworkInterface address
 <AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>
 <MaxAutoParticipantIndex>32</MaxAutoParticipantIndex><Peers><Peer address="127.0.0.1"/></Peers></Discovery>
 </Domain></CycloneDDS>"""
-_domains: dict[int, Handle] = {}  # configured in this process, which DDS allows once each
+_domains: dict[int, Untyped] = {}  # configured in this process, which DDS allows once each
 
 
 def default_domain() -> int:
@@ -36,7 +36,7 @@ def default_domain() -> int:
     return int(text) if text.isdecimal() else 0
 
 
-def open_participant(domain: int) -> Handle:
+def open_participant(domain: int) -> Untyped:
     """A participant of DDS.
 
     Raises:
@@ -53,7 +53,7 @@ def open_participant(domain: int) -> Handle:
     return DomainParticipant(domain)
 
 
-def ros_qos() -> Handle:
+def ros_qos() -> Untyped:
     """The quality of service of ROS: reliable, the last ten, the first representation of data."""
     from cyclonedds.core import Policy, Qos
 
@@ -85,13 +85,13 @@ class Ros2Publisher:
 
         from levelhead.live import ros2_types as types
 
-        self._types: Handle = types
+        self._types: Untyped = types
         self._frame, self._parent = frame, parent
         kinds = {"imu/data": types.Imu, "imu/mag": types.MagneticField, "diagnostics": types.DiagnosticArray}
         if parent:
             kinds["tf"] = types.TFMessage
         qos = ros_qos()
-        self._writers: dict[str, Handle] = {
+        self._writers: dict[str, Untyped] = {
             name: DataWriter(participant, Topic(participant, f"rt/{name}", kind, qos=qos), qos=qos)
             for name, kind in kinds.items()
         }
@@ -150,10 +150,10 @@ class Ros2Publisher:
     def _write(self, name: str, message: object) -> None:
         self._writers[name].write(message)
 
-    def _header(self, message: Message) -> Handle:
+    def _header(self, message: Message) -> Untyped:
         return self._types.Header(self._types.Time(message.stamp // NANO, message.stamp % NANO), self._frame)
 
-    def _vector(self, values: Handle) -> Handle:
+    def _vector(self, values: Untyped) -> Untyped:
         return self._types.Vector3(*values)
 
     def close(self) -> None:
@@ -185,7 +185,7 @@ class Ros2Source:
 
     def __init__(self, domain: int, imu: str = "imu/data_raw", mag: str = "imu/mag") -> None:
         self.name, self._domain, self._topics = f"ROS 2 topic {imu}", domain, (imu, mag)
-        self._readers: list[Handle] = []
+        self._readers: list[Untyped] = []
         self._began = time.monotonic()
 
     def start(self) -> None:

@@ -14,7 +14,7 @@ from levelhead.live.health_monitor import HealthMonitor
 from levelhead.live.messages import ORIENTATION, RAW, Orientation, Raw
 from levelhead.live.safe_state import SafeState
 from levelhead.live.static_calibration import SIGMA, StaticCalibration
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 from levelhead.sample import Sample, Triple
 
 MAX_NORM_SUM = 2.1  # the absolute components of a unit quaternion add up to 2 at most
@@ -43,7 +43,7 @@ class SamplePath:
 
     def __init__(
         self, node: int, stream: Stream, calibration: StaticCalibration | None, bus: MessageBus, box: BlackBox | None,
-        journal: Journal, safe_state: SafeState, set_params: Callable[[Fields], None],
+        journal: Journal, safe_state: SafeState, set_params: Callable[[JsonObject], None],
     ) -> None:  # fmt: skip
         self._node, self._stream, self._bus, self._box, self._journal = node, stream, bus, box, journal
         self.calibration, self._safe_state, self._set_params = calibration, safe_state, set_params

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 from levelhead.live.events import EXPECTED
 from levelhead.live.messages import Health, Message, Orientation
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 from levelhead.sources.formats.ros_messages import FRAME, WORLD
 
 NANO = 1_000_000_000
@@ -17,7 +17,7 @@ INFO, WARNING = 2, 3  # levels of foxglove.Log
 _NUMBER, _TEXT = {"type": "number"}, {"type": "string"}
 
 
-def _object(**properties: Fields) -> Fields:
+def _object(**properties: JsonObject) -> JsonObject:
     return {"type": "object", "properties": properties}
 
 
@@ -25,7 +25,7 @@ _TIME = _object(sec={"type": "integer"}, nsec={"type": "integer"})
 _VECTOR = _object(x=_NUMBER, y=_NUMBER, z=_NUMBER)
 _QUATERNION = _object(x=_NUMBER, y=_NUMBER, z=_NUMBER, w=_NUMBER)
 _ANGLES = _object(roll=_NUMBER, pitch=_NUMBER, yaw=_NUMBER)
-SCHEMAS: Fields = {  # topic: (name of its schema, JSON schema)
+SCHEMAS: JsonObject = {  # topic: (name of its schema, JSON schema)
     "/tf": ("foxglove.FrameTransform", _object(
         timestamp=_TIME, parent_frame_id=_TEXT, child_frame_id=_TEXT, translation=_VECTOR, rotation=_QUATERNION)),
     "/imu/pose": ("foxglove.PoseInFrame", _object(
@@ -53,7 +53,7 @@ def viewer_messages(message: Message) -> Iterator[tuple[str, bytes]]:
             "timestamp": time, "level": level, "message": text, "name": "levelhead", "file": "", "line": 0,
         })  # fmt: skip
     else:
-        raw: Fields = {"timestamp": time, "seq": message.seq, "gyr": _xyz(message.gyr), "acc": _xyz(message.acc)}
+        raw: JsonObject = {"timestamp": time, "seq": message.seq, "gyr": _xyz(message.gyr), "acc": _xyz(message.acc)}
         if message.mag is not None:
             raw["mag"] = _xyz(message.mag)
         if message.pressure is not None:
@@ -61,7 +61,7 @@ def viewer_messages(message: Message) -> Iterator[tuple[str, bytes]]:
         yield "/imu/raw", _dump(raw)
 
 
-def _orientation(message: Orientation, time: Fields) -> Iterator[tuple[str, Fields]]:
+def _orientation(message: Orientation, time: JsonObject) -> Iterator[tuple[str, JsonObject]]:
     w, x, y, z = message.quat
     rotation, none = {"x": x, "y": y, "z": z, "w": w}, {"x": 0.0, "y": 0.0, "z": 0.0}
     roll, pitch, yaw = (math.degrees(angle) for angle in message.euler)
@@ -81,10 +81,10 @@ def _orientation(message: Orientation, time: Fields) -> Iterator[tuple[str, Fiel
         yield "/imu/pose", {"timestamp": time, "frame_id": WORLD, "pose": pose}
 
 
-def _xyz(values: tuple[float, ...] | list[float]) -> Fields:
+def _xyz(values: tuple[float, ...] | list[float]) -> JsonObject:
     """A vector; JSON has no NaN, and a missing number is null."""
     return {axis: value if math.isfinite(value) else None for axis, value in zip("xyz", values, strict=True)}
 
 
-def _dump(fields: Fields) -> bytes:
+def _dump(fields: JsonObject) -> bytes:
     return json.dumps(fields).encode()

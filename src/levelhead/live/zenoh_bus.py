@@ -12,7 +12,7 @@ from levelhead.live.bus import Command, LocalBus, slow_text
 from levelhead.live.messages import ALIVE, CLOCK, ORIENTATION, SET, TOPICS, Message, pack_message, unpack
 from levelhead.live.subscription import MAX_AGE, Subscription
 from levelhead.live.zenoh_session import ENDPOINT, check_endpoint, configuration, open_session
-from levelhead.open_types import Fields, Handle
+from levelhead.open_types import JsonObject, Untyped
 
 WAITING = 4096  # messages that may wait for the network
 CACHE = 1  # messages per topic that a late joiner gets
@@ -48,14 +48,14 @@ class ZenohBus:
 
         self.local = LocalBus()
         self.commands = self.local.commands
-        self._publishers: Fields = {}
+        self._publishers: JsonObject = {}
         self._others: set[int] = set()
         self._reported: set[int] = set()
         self._foreign: Counter[str] = Counter()  # topic: messages that no node sent, since they were reported
         self._counts: dict[str, tuple[int, int]] = {}  # of readers in other processes: missed, expired
         self._slow: deque[str] = deque(maxlen=READERS)
         self._node = 0
-        self._token: Handle = None
+        self._token: Untyped = None
         self._declared = [
             self._session.declare_subscriber(
                 "imu/*", Callback(self._add_foreign, indirect=False), allowed_origin=Locality.REMOTE
@@ -72,7 +72,7 @@ class ZenohBus:
 
     # Other processes
 
-    def _add_foreign(self, sample: Handle) -> None:
+    def _add_foreign(self, sample: Untyped) -> None:
         """A message on the node's topics that it did not send."""
         topic, data = str(sample.key_expr), bytes(sample.payload)
         node = int.from_bytes(data[IDENTITY], "little")
@@ -85,7 +85,7 @@ class ZenohBus:
         elif topic in TOPICS:
             self._foreign[topic] += 1
 
-    def _add_command(self, query: Handle) -> None:
+    def _add_command(self, query: Untyped) -> None:
         """A request for parameters; the node answers when it has tried them."""
         try:
             changes = json.loads(bytes(query.payload))
@@ -96,7 +96,7 @@ class ZenohBus:
             return
         self.commands.append(Command(changes, lambda text: query.reply(SET, text)))
 
-    def _answer_clock(self, query: Handle) -> None:
+    def _answer_clock(self, query: Untyped) -> None:
         """The node's clock; the question brings what a reader could not keep up with."""
         query.reply(CLOCK, TIME.pack(self._node, time.time_ns()))
         try:

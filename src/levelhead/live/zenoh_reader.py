@@ -15,7 +15,7 @@ from levelhead.live.sender_check import SenderCheck
 from levelhead.live.subscription import MAX_AGE, Subscription
 from levelhead.live.zenoh_bus import CACHE, TIME
 from levelhead.live.zenoh_session import ENDPOINT, check_handshake, configuration, is_reached, open_session
-from levelhead.open_types import Handle
+from levelhead.open_types import Untyped
 
 INTERVAL, FIRST_INTERVAL = 1.0, 0.05  # s between two questions for the node's clock, and until the first answer
 ANSWER_TIME = 2.0  # s within which a node answers
@@ -67,7 +67,7 @@ class ParameterClient:
 class _NodeWatch:
     """Compares clocks with the node, reports what the reader missed, and fails a reader that can get nothing."""
 
-    def __init__(self, session: Handle, endpoint: str, certificates: Path | None) -> None:
+    def __init__(self, session: Untyped, endpoint: str, certificates: Path | None) -> None:
         self._session, self._endpoint, self._certificates = session, endpoint, certificates
         self._reader = os.urandom(8).hex()
         self._offsets: dict[int, ClockOffset] = {}
@@ -192,7 +192,7 @@ def subscribe(
     subscription = Subscription(topic, history, max_age, age_of=watch.age, on_close=close)
     check = SenderCheck(topic)
 
-    def receive(sample: Handle) -> None:
+    def receive(sample: Untyped) -> None:
         stamp = sample.timestamp
         message = check.accept(bytes(sample.payload), "" if stamp is None else str(stamp.get_id()))
         if message is not None:
@@ -200,7 +200,7 @@ def subscribe(
         elif check.error is not None:
             subscription.fail(check.error)
 
-    def receive_token(sample: Handle) -> None:
+    def receive_token(sample: Untyped) -> None:
         node = str(sample.key_expr).rpartition("/")[2]
         if not node.isdecimal():
             return  # no node's token

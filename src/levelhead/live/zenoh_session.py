@@ -12,7 +12,7 @@ from pathlib import Path
 
 from levelhead.errors import LevelheadError
 from levelhead.live.messages import CLOCK
-from levelhead.open_types import Fields, Handle
+from levelhead.open_types import JsonObject, Untyped
 
 ENDPOINT = "tcp/127.0.0.1:7447"
 LOOPBACK = re.compile(r"^(tcp|tls)/(127\.\d+\.\d+\.\d+|\[::1\]|localhost):\d+$")
@@ -46,7 +46,7 @@ def check_endpoint(endpoint: str, certificates: Path | None) -> str:
 
 def configuration(
     endpoint: str, listen: bool, certificates: Path | None = None, readers: tuple[str, ...] = ()
-) -> Fields:
+) -> JsonObject:
     """Zenoh's configuration for a node that listens, or a subscriber that connects.
 
     Args:
@@ -60,7 +60,7 @@ def configuration(
         LevelheadError: see ``check_endpoint``; or a certificate is missing.
     """
     checked = check_endpoint(endpoint, certificates)
-    given: Fields = {
+    given: JsonObject = {
         "mode": "peer",
         "scouting/multicast/enabled": False,
         "scouting/gossip/enabled": False,
@@ -93,7 +93,7 @@ def configuration(
     return given
 
 
-def _rules(readers: tuple[str, ...]) -> Fields:
+def _rules(readers: tuple[str, ...]) -> JsonObject:
     """Nobody may do anything, but these may read the topics, and ask for the clock and for what late joiners missed."""
     reading = ["declare_subscriber", "declare_queryable", "liveliness_query", "declare_liveliness_subscriber"]
     late = ["@adv/**", "imu/**/@adv/**"]
@@ -112,7 +112,7 @@ def _rules(readers: tuple[str, ...]) -> Fields:
     }  # fmt: skip
 
 
-def open_session(given: Fields) -> Handle:
+def open_session(given: JsonObject) -> Untyped:
     """A Zenoh session.
 
     Raises:

@@ -15,7 +15,7 @@ from levelhead.json_file import read_json, write_json
 from levelhead.noise.allan import AllanCurve
 from levelhead.noise.fit import FLICKER_SHARE, NAMES, Coefficients
 from levelhead.noise.temperature import TemperatureDrift
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 from levelhead.recording import Array
 from levelhead.simulate import Imu, TriadErrors
 from levelhead.units import DEGREE, GRAVITY
@@ -161,7 +161,7 @@ class NoiseModel:
         parts = {name: _errors(one, getattr(other, name) or TriadErrors()) for name, one in self.triads.items()}
         return Imu(parts["gyr"], parts["acc"], parts.get("mag", other.mag), other.iron, f"{other.name}, noise measured")
 
-    def to_dict(self) -> Fields:
+    def to_dict(self) -> JsonObject:
         """For JSON."""
         return {"source": self.source, "duration_s": self.duration, "recorded_s": self.recorded} | {
             name: {"unit": UNITS[name], "rate_hz": one.rate} | {

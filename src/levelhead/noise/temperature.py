@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 from levelhead.recording import Array
 
 BLOCKS = 300
@@ -75,7 +75,7 @@ class TemperatureDrift:
         """K between the coldest block and the warmest."""
         return self.high - self.low
 
-    def to_dict(self) -> Fields:
+    def to_dict(self) -> JsonObject:
         """For JSON: b₀ to b₃ of x, y and z, without the blocks."""
         arrays = {name: getattr(self, name).tolist() for name in ARRAYS}
         return {"reference_C": self.reference, "low_C": self.low, "high_C": self.high} | arrays

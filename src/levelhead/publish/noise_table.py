@@ -3,7 +3,7 @@
 from levelhead.evaluate.text_table import Column, Row, plain_table
 from levelhead.noise.assessment import NAMES, noise_rows, noise_verdict, spell
 from levelhead.noise.model import NoiseModel
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 from levelhead.simulate.presets import Chip
 from levelhead.units import factor
 
@@ -32,7 +32,7 @@ def noise_table(model: NoiseModel, chip: Chip | None = None) -> str:
     return "\n".join([plain_table(COLUMNS, lines), "", head, *noise_verdict(model, chip)])
 
 
-def noise_facts(model: NoiseModel, chip: Chip | None = None) -> Fields:
+def noise_facts(model: NoiseModel, chip: Chip | None = None) -> JsonObject:
     """The same for JSON, with the Allan deviations."""
     curves = {
         name: {

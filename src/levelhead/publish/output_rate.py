@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from levelhead.errors import LevelheadError
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 from levelhead.recording import Array
 from levelhead.track import Track
 
@@ -46,6 +46,6 @@ class OutputRate:
         rows = self.rows(track.t)
         if len(rows) == 0:
             return None
-        columns: Fields = {one.name: getattr(track, one.name) for one in fields(track)}
-        parts: Fields = {name: a[rows] for name, a in columns.items() if isinstance(a, np.ndarray)}
+        columns: JsonObject = {one.name: getattr(track, one.name) for one in fields(track)}
+        parts: JsonObject = {name: a[rows] for name, a in columns.items() if isinstance(a, np.ndarray)}
         return replace(track, **parts)

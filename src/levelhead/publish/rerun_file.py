@@ -6,7 +6,7 @@ import numpy as np
 
 from levelhead.atomic import atomic_path
 from levelhead.errors import LevelheadError
-from levelhead.open_types import Handle
+from levelhead.open_types import Untyped
 from levelhead.recording import Array, Recording
 from levelhead.track import Track
 
@@ -38,7 +38,7 @@ def write_rerun(recording: Recording, track: Track | None, path: Path) -> None:
         stream.disconnect()
 
 
-def _add(rerun: Handle, stream: Handle, name: str, t: Array, values: Array, axes: str | tuple[str, ...]) -> None:
+def _add(rerun: Untyped, stream: Untyped, name: str, t: Array, values: Array, axes: str | tuple[str, ...]) -> None:
     """A curve per axis; missing values are left out."""
     for i, axis in enumerate(axes):
         known = np.isfinite(values[:, i])

@@ -25,7 +25,7 @@ from pathlib import Path
 import numpy as np
 
 from levelhead.errors import LevelheadError, nearest, require
-from levelhead.open_types import Fields, Handle
+from levelhead.open_types import JsonObject, Untyped
 from levelhead.recording import Array
 from levelhead.track import Track
 
@@ -79,10 +79,10 @@ def write_tracks(tracks: Iterable[Track], path: str | Path) -> None:
         write(chain([first], every), _schema(first), temporary, lambda fraction: None)
 
 
-def _columns(track: Track, rows: slice) -> Fields:
+def _columns(track: Track, rows: slice) -> JsonObject:
     """Column name -> values of some rows; the order is that of the file."""
     part = Track(track.t[rows], track.quat[rows])
-    columns: Fields = {"t [s]": part.t}
+    columns: JsonObject = {"t [s]": part.t}
     columns |= zip(("qw", "qx", "qy", "qz"), part.quat.T, strict=True)
     columns |= zip(("roll [deg]", "pitch [deg]", "yaw [deg]"), part.euler().T, strict=True)
     groups: tuple[tuple[str, str, Array | None], ...] = (
@@ -100,7 +100,7 @@ def _columns(track: Track, rows: slice) -> Fields:
     return columns | {"health": track.health[rows]}
 
 
-def _chunks(track: Track, report: Callable[[float], None]) -> Iterator[Fields]:
+def _chunks(track: Track, report: Callable[[float], None]) -> Iterator[JsonObject]:
     for start in range(0, len(track), CHUNK):
         yield _columns(track, slice(start, start + CHUNK))
         report(min((start + CHUNK) / len(track), 1.0))
@@ -138,7 +138,7 @@ def _repeated_texts(columns: Sequence[Array]) -> Iterator[str]:
     return chain.from_iterable(map(repeat, texts, counts))
 
 
-def _write_large_csv(tracks: Iterable[Track], schema: Handle, path: Path, report: Callable[[float], None]) -> None:
+def _write_large_csv(tracks: Iterable[Track], schema: Untyped, path: Path, report: Callable[[float], None]) -> None:
     import pyarrow.csv as pc
 
     with path.open("wb") as file:
@@ -149,7 +149,7 @@ def _write_large_csv(tracks: Iterable[Track], schema: Handle, path: Path, report
                 writer.write_table(_arrow(rounded, schema))
 
 
-def _write_parquet(tracks: Iterable[Track], schema: Handle, path: Path, report: Callable[[float], None]) -> None:
+def _write_parquet(tracks: Iterable[Track], schema: Untyped, path: Path, report: Callable[[float], None]) -> None:
     try:
         import pyarrow.parquet as pq
     except ImportError:
@@ -159,7 +159,7 @@ def _write_parquet(tracks: Iterable[Track], schema: Handle, path: Path, report: 
             writer.write_table(_arrow(columns, schema))
 
 
-def _schema(track: Track) -> Handle:
+def _schema(track: Track) -> Untyped:
     import pyarrow as pa
 
     north = "magnetic" if track.declination is None else "true"
@@ -170,7 +170,7 @@ def _schema(track: Track) -> Handle:
     return pa.schema([(name, types.get(name, pa.float64())) for name in names], metadata=facts)
 
 
-def _arrow(columns: Fields, schema: Handle) -> Handle:
+def _arrow(columns: JsonObject, schema: Untyped) -> Untyped:
     import pyarrow as pa
 
     return pa.Table.from_arrays([pa.array(np.ascontiguousarray(a)) for a in columns.values()], schema=schema)

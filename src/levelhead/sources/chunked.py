@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from levelhead.errors import LevelheadError, require
-from levelhead.open_types import Fields, Handle
+from levelhead.open_types import JsonObject, Untyped
 from levelhead.recording import Recording
 from levelhead.sources.formats.text.delimited import TextTable
 from levelhead.sources.hints import Hints, SuggestsCommand, check_options
@@ -71,7 +71,7 @@ class Chunks:
             break
         raise NeedsWholeLog(f"{part} cannot be read in chunks: its rows do not become samples one by one; {WHOLE}")
 
-    def _recording(self, columns: Fields, start: int) -> Recording:
+    def _recording(self, columns: JsonObject, start: int) -> Recording:
         """The rows from ``start`` on."""
         found = replace(self._found, clock=replace(self._found.clock, first_row=start))
         return apply(found, ArrayTable(str(self._path), columns))
@@ -205,13 +205,13 @@ def _blocks(
                 kept[name].append(columns[name])
             count += len(columns[names[0]])
         while count >= rows or (not columns and count):
-            joined: Fields = {name: np.concatenate(pieces) for name, pieces in kept.items()}
+            joined: JsonObject = {name: np.concatenate(pieces) for name, pieces in kept.items()}
             yield {name: values[:rows] for name, values in joined.items()}, fraction
             kept = {name: [values[rows:]] for name, values in joined.items()}
             count = max(count - rows, 0)
 
 
-def _parquet(path: Path, start: int) -> Iterator[tuple[Fields, float]]:
+def _parquet(path: Path, start: int) -> Iterator[tuple[JsonObject, float]]:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -263,7 +263,7 @@ def _text(path: Path, names: Sequence[str], exact: frozenset[str]) -> Iterator[t
     size = path.stat().st_size
     try:
         with pa.OSFile(str(path)) as file:
-            reader: Handle = open_by_arrow(file, layout, sorted(positions.values()), whole)
+            reader: Untyped = open_by_arrow(file, layout, sorted(positions.values()), whole)
             for batch in reader:
                 from levelhead.sources.formats.text.delimited import arrow_numbers
 

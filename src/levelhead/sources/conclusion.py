@@ -5,9 +5,9 @@ from enum import StrEnum
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from levelhead.open_types import Fields, ReadOnlyFields
+from levelhead.open_types import JsonObject, ReadOnlyJson
 
-_NOTHING: ReadOnlyFields = MappingProxyType({})
+_NOTHING: ReadOnlyJson = MappingProxyType({})
 
 
 class Basis(StrEnum):
@@ -36,15 +36,15 @@ class Conclusion(NamedTuple):
     reason: str
     value: object
     basis: Basis
-    facts: ReadOnlyFields = _NOTHING
-    confirm: ReadOnlyFields = _NOTHING
+    facts: ReadOnlyJson = _NOTHING
+    confirm: ReadOnlyJson = _NOTHING
 
     @property
     def role(self) -> str:
         """The sensor in ``about``: "gyr" of "gyr.unit"."""
         return self.about.partition(".")[0]
 
-    def to_dict(self) -> Fields:
+    def to_dict(self) -> JsonObject:
         """Ready for JSON; ``from_dict`` restores it."""
         return {
             "about": self.about, "reason": self.reason, "value": self.value, "basis": str(self.basis),

@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 from levelhead import units as unit_table
 from levelhead.errors import LevelheadError, nearest
-from levelhead.open_types import Fields, ReadOnlyFields
+from levelhead.open_types import JsonObject, ReadOnlyJson
 
 WIDTH = {"t": 1, "gyr": 3, "acc": 3, "mag": 3, "q": 4}
 QUANTITY = {"t": "time", "gyr": "gyr", "acc": "acc", "mag": "mag"}  # what has a unit, and its name in levelhead.units
@@ -53,9 +53,9 @@ class Hints:
         """Whether anything was said at all."""
         return bool(self.words)
 
-    def options(self) -> Fields:
+    def options(self) -> JsonObject:
         """The hints as the arguments of ``check``."""
-        made: Fields = {}
+        made: JsonObject = {}
         for option, value in self.words:
             role, _, text = value.partition("=")
             if option == "map":
@@ -158,13 +158,13 @@ def map_word(name: str) -> str:
     return '"' + name.replace('"', '""') + '"' if "," in name or '"' in name or name != name.strip() else name
 
 
-def command(path: str, options: ReadOnlyFields, verb: str = "fuse") -> str:
+def command(path: str, options: ReadOnlyJson, verb: str = "fuse") -> str:
     """The command line that reads a file with these hints, ready to paste."""
     words = [word for option, value in check_options(options).words for word in (f"--{option}", shlex.quote(value))]
     return " ".join([f"levelhead {verb}", shlex.quote(path), *words])
 
 
-def merge_hints(options: ReadOnlyFields, suggested: ReadOnlyFields) -> Fields:
+def merge_hints(options: ReadOnlyJson, suggested: ReadOnlyJson) -> JsonObject:
     """Hints with others on top; of a role either its unit or its counts stay."""
     made = dict(options)
     for option, value in suggested.items():
@@ -178,7 +178,7 @@ def merge_hints(options: ReadOnlyFields, suggested: ReadOnlyFields) -> Fields:
     return made
 
 
-def check_options(options: ReadOnlyFields) -> Hints:
+def check_options(options: ReadOnlyJson) -> Hints:
     """``check`` of hints in a dictionary; what is absent is not given."""
     return check(**{name: options.get(name) for name in ("map", "units", "counts", "rate", "sensor", "session")})
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 from levelhead.recording import Array
 from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.hints import Hints, Scale, command, merge_hints
@@ -114,7 +114,7 @@ class Interpretation:
     hints: Hints = field(default_factory=Hints, repr=False)
 
     @property
-    def units(self) -> Fields:
+    def units(self) -> JsonObject:
         """Role to the unit of its numbers, in the order time, accelerometer, gyroscope, magnetometer."""
         names = {"t": self.clock.scale.name} | {
             role: self.scales[role].name for role in SENSORS if role in self.scales and role not in self.unused
@@ -147,7 +147,7 @@ class Interpretation:
         """The guesses that no hint settles."""
         return tuple(one for one in self.guesses if not one.confirm)
 
-    def settled(self) -> Fields:
+    def settled(self) -> JsonObject:
         """Arguments of ``levelhead.read`` that give the same recording, with each inference that a hint can replace."""
         options = self.hints.options()
         for one in self.conclusions:
@@ -175,7 +175,7 @@ class Interpretation:
             made["mag_unit"] = RELATIVE_SCALE.name
         return made
 
-    def to_dict(self) -> Fields:
+    def to_dict(self) -> JsonObject:
         """Ready for JSON."""
         return {
             "source": self.source,

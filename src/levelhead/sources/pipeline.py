@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from levelhead.errors import LevelheadError, nearest
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 from levelhead.recording import Recording
 from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.formats import BY_SUFFIX, CONTAINERS, FORMATS, TEXT, Format
@@ -131,7 +131,7 @@ def _trying_hints(file: Path, hints: Hints) -> Iterator[None]:
         raise NeedsHints(error.sentence, str(file), **suggested) from None
 
 
-def try_hints(file: Path, hints: Hints, error: NeedsHints) -> Fields | None:
+def try_hints(file: Path, hints: Hints, error: NeedsHints) -> JsonObject | None:
     """Hints with which the file was read, those of the error and what it lacked beside them; None without success."""
     options = hints.options()
     for _ in range(_TRIES):

@@ -3,7 +3,7 @@
 import shlex
 from collections.abc import Callable, Iterable, Mapping
 
-from levelhead.open_types import ReadOnlyFields
+from levelhead.open_types import ReadOnlyJson
 from levelhead.sources.conclusion import Conclusion
 from levelhead.sources.hints import MEANING
 
@@ -34,7 +34,7 @@ EXPECTED = {  # conclusions that are no news
 }  # fmt: skip
 
 
-def gyroscope_reason(reason: str, facts: ReadOnlyFields) -> str:
+def gyroscope_reason(reason: str, facts: ReadOnlyJson) -> str:
     """The evidence for the unit of a gyroscope, for an error."""
     return _GYROSCOPE[reason].format_map(facts)
 

@@ -10,7 +10,7 @@ import numpy as np
 from levelhead import filters
 from levelhead.filters.parameters import Params
 from levelhead.guard import Guard
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 from levelhead.parameter_file import ParameterFile
 from levelhead.recording import Array
 from levelhead.tune.error_bands import Advice, Bands
@@ -126,7 +126,7 @@ class Tuning:
             return ""
         return "lowest" if share < 0.5 else "highest"
 
-    def to_dict(self) -> Fields:
+    def to_dict(self) -> JsonObject:
         """All numbers, ready for JSON."""
         parameters = [
             {

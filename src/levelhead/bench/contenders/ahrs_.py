@@ -14,7 +14,7 @@ truth is known:
 
 import numpy as np
 
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 from levelhead.recording import Array, Recording
 from levelhead.rotations import FRD_TO_FLU, NED_TO_ENU, conjugate, product, turn_heading
 
@@ -76,6 +76,6 @@ def from_ned(quat: Array) -> Array:
     return product(NED_TO_ENU, quat, FRD_TO_FLU)
 
 
-def _arguments(recording: Recording) -> Fields:
+def _arguments(recording: Recording) -> JsonObject:
     given = {"gyr": recording.gyr, "acc": recording.acc, "frequency": recording.rate}
     return given if recording.mag is None else given | {"mag": recording.mag}

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 from levelhead.recording import Array, Recording
 from levelhead.units import GRAVITY
 
@@ -23,7 +23,7 @@ def run_advanced(recording: Recording) -> Array:
     return _loop(recording, settings)
 
 
-def _loop(recording: Recording, settings: Fields) -> Array:
+def _loop(recording: Recording, settings: JsonObject) -> Array:
     """Sample by sample: there is no other way in. The advanced settings bring the bias estimate along."""
     import imufusion
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 from levelhead.recording import Array, Recording
 
 
@@ -38,5 +38,5 @@ def _batch(one: Any, recording: Recording) -> Array:
     return _orientation(one.updateBatch(*given))
 
 
-def _orientation(found: Fields) -> Array:
+def _orientation(found: JsonObject) -> Array:
     return np.asarray(found["quat9D" if "quat9D" in found else "quat6D"])

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from levelhead.open_types import Handle
+from levelhead.open_types import Untyped
 from levelhead.publish.dashboard.chart_data import ChartData, at_edge, y_range
 from levelhead.recording import Array
 
@@ -79,7 +79,7 @@ class ChartSet:
         second: name of a second filter, or "".
     """
 
-    def __init__(self, gui: Handle, clock_time: bool, mag: bool, truth: bool, second: str) -> None:
+    def __init__(self, gui: Untyped, clock_time: bool, mag: bool, truth: bool, second: str) -> None:
         self._gui, self._time = gui, clock_time
         self._truth, self._second = truth, second
         self._angles = [self._angle_chart(name, name != "yaw") for name in ("roll", "pitch", "yaw")]
@@ -95,7 +95,7 @@ class ChartSet:
     def on_select(self, to: Callable[[float], None], zoom: Callable[[float, float], None]) -> None:
         """``to`` gets the time that is clicked in a chart, ``zoom`` the range that is shown (inf: all)."""
 
-        def read(event: Handle) -> None:
+        def read(event: Untyped) -> None:
             words = self._link.value.split()
             if event.client is None or not words:
                 return
@@ -130,11 +130,11 @@ class ChartSet:
         if self._mag is not None and data.mag is not None:
             self._set_vector(self._mag, data.t, data.mag)
 
-    def _set_vector(self, chart: Handle, t: Array, values: Array) -> None:
+    def _set_vector(self, chart: Untyped, t: Array, values: Array) -> None:
         low = y_range(t, *values.T)[0]
         chart.data = (t, *(at_edge(column, low) for column in values.T))
 
-    def _angle_chart(self, name: str, tilt: bool) -> Handle:
+    def _angle_chart(self, name: str, tilt: bool) -> Untyped:
         series = [{"label": "t"}, {"label": name, "stroke": ESTIMATE, "width": 2}]
         series += [{"label": "+2σ", "stroke": BAND}, {"label": "−2σ", "stroke": BAND}]
         series += [{"label": "accelerometer", "stroke": RAW, "width": 1}] if tilt else []
@@ -142,11 +142,11 @@ class ChartSet:
         series += [{"label": self._second, "stroke": SECOND, "width": 1}] if self._second else []
         return self._chart(f"{name} [°]", series, bands=({"series": (2, 3), "fill": BAND},))
 
-    def _vector_chart(self, title: str) -> Handle:
+    def _vector_chart(self, title: str) -> Untyped:
         lines = ({"label": axis, "stroke": color} for axis, color in zip("xyz", AXES, strict=True))
         return self._chart(title, [{"label": "t"}, *lines])
 
-    def _chart(self, title: str, series: Sequence[Handle], **more: Handle) -> Handle:
+    def _chart(self, title: str, series: Sequence[Untyped], **more: Untyped) -> Untyped:
         empty = tuple(np.zeros(2) for _ in series)
         return self._gui.add_uplot(
             empty, tuple(series), title=title, scales={"x": {"time": self._time}}, legend={"live": True},

@@ -12,7 +12,7 @@ import numpy as np
 from levelhead import filters
 from levelhead.errors import LevelheadError
 from levelhead.live.subscription import Subscription
-from levelhead.open_types import Fields, Handle
+from levelhead.open_types import JsonObject, Untyped
 from levelhead.publish.dashboard.chart_data import ChartData, tilt_of, two_sigma, unwrap, unwrap_to
 from levelhead.publish.dashboard.charts import ChartSet
 from levelhead.publish.dashboard.page import PORT, Page, plain_text, status_text
@@ -45,11 +45,11 @@ class NodeView:
         self._rows: deque[Row] = deque(maxlen=round(WINDOW * DENSITY))
         self._lines: deque[tuple[str, str]] = deque(maxlen=LISTED)  # name of the event, and its line
         self._repeats: Counter[str] = Counter()
-        self._raw: Handle = None
+        self._raw: Untyped = None
         self._mag: tuple[float, ...] = UNKNOWN
-        self._last: Handle = None
+        self._last: Untyped = None
         self._arrived = self._kept = -math.inf
-        self._params: Handle = None
+        self._params: Untyped = None
         gui = self.page.server.gui
         self.page.charts = ChartSet(gui, clock_time=True, mag=True, truth=False, second="")
         with gui.add_folder("Events"):
@@ -95,7 +95,7 @@ class NodeView:
             if orientation.valid and self._raw is not None and not 0.0 <= t - self._kept < 1.0 / DENSITY:
                 self._keep(orientation, t)
 
-    def _keep(self, orientation: Handle, t: float) -> None:
+    def _keep(self, orientation: Untyped, t: float) -> None:
         """One more point of the charts; a node's clock that was set back begins them again."""
         if t < self._kept:
             self._rows.clear()
@@ -114,7 +114,7 @@ class NodeView:
         self._lines.appendleft((name, f"- {line}"))
         self._events.content = "\n".join(line for _, line in self._lines)
 
-    def _configure(self, config: Fields) -> None:
+    def _configure(self, config: JsonObject) -> None:
         """Parameters of the node's filter; the widgets are made anew only for another filter."""
         params = filters.find(config["filter"]).params(**config["params"])
         if type(params) is type(self._params):

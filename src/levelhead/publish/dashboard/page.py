@@ -8,7 +8,7 @@ from contextlib import redirect_stdout
 import numpy as np
 
 from levelhead.errors import LevelheadError
-from levelhead.open_types import Handle
+from levelhead.open_types import Untyped
 from levelhead.publish.dashboard.charts import ChartSet
 from levelhead.publish.dashboard.parameter_panel import ParameterPanel
 from levelhead.recording import Array
@@ -68,7 +68,7 @@ class Page:
             raise LevelheadError("the dashboard needs viser: pip install 'levelhead[view]'") from None
         try:
             with redirect_stdout(io.StringIO()):  # it greets, whatever it is told
-                self.server: Handle = viser.ViserServer(host="127.0.0.1", port=port, label="levelhead", verbose=False)
+                self.server: Untyped = viser.ViserServer(host="127.0.0.1", port=port, label="levelhead", verbose=False)
         except OSError as error:
             raise LevelheadError(f"cannot open a page on 127.0.0.1:{port}: {error.strerror or error}") from None
         self.url = f"http://127.0.0.1:{self.server.get_port()}"
@@ -79,12 +79,12 @@ class Page:
         scene.add_grid("/ground", width=4.0, height=4.0, position=(0.0, 0.0, -0.6))
         scene.add_frame("/earth", axes_length=0.4, axes_radius=0.008, position=(1.7, -1.7, -0.6))
         self._name_axes("/earth", 0.45, ("east", "north", "up"))
-        self._body: Handle = scene.add_frame("/body", axes_length=0.8, axes_radius=0.012)
+        self._body: Untyped = scene.add_frame("/body", axes_length=0.8, axes_radius=0.012)
         self._box = scene.add_box("/body/box", color=INVALID, dimensions=BODY, opacity=0.8, cast_shadow=False)
         self._name_axes("/body", 0.85, ("x", "y", "z"))
         fan = np.array([(0, i, i + 1) for i in range(1, CONE_PARTS + 1)])
         self._cone_angle = 0.1
-        self._cone: Handle = scene.add_mesh_simple(
+        self._cone: Untyped = scene.add_mesh_simple(
             "/heading", sector(self._cone_angle), fan, color=(230, 150, 40), opacity=0.45, side="double",
             flat_shading=True, cast_shadow=False, receive_shadow=False,
         )  # fmt: skip

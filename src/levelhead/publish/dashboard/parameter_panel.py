@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable
 
 from levelhead.filters.parameters import Param, Params, param_table
-from levelhead.open_types import Handle
+from levelhead.open_types import Untyped
 
 NOTCHES = 200  # steps of a slider
 # viser's slider has a box of its own, which holds the notch; ours beside it holds the value.
@@ -43,9 +43,9 @@ class ParameterPanel:
         gui: viser's.
     """
 
-    def __init__(self, gui: Handle) -> None:
+    def __init__(self, gui: Untyped) -> None:
         self._gui = gui
-        self._folder: Handle = None
+        self._folder: Untyped = None
         self._setters: dict[str, Callable[[float | bool], None]] = {}
         gui.add_html(STYLE)
 
@@ -81,13 +81,13 @@ class ParameterPanel:
 
         shown = float(value)  # the last value that is allowed
 
-        def on_slider(event: Handle) -> None:
+        def on_slider(event: Untyped) -> None:
             nonlocal shown
             if event.client is not None:
                 shown = box.value = scale.value(slider.value)
                 change(name, shown)
 
-        def on_number(event: Handle) -> None:
+        def on_number(event: Untyped) -> None:
             nonlocal shown
             if event.client is None:
                 return

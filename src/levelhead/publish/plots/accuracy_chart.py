@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from levelhead.bench.accuracy import Accuracy
 from levelhead.bench.methods import DEFAULT, OURS
 from levelhead.evaluate.text_table import Cell
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 from levelhead.publish.plots import style
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ def _marks(axes: "Axes", result: Accuracy, j: int, values: list[float | None], l
     shift = SPREAD * ((j + 0.5) / count - 0.5)
     points = [(i + shift, math.nan if value is None else value) for i, value in enumerate(values)]
     points.insert(-1, (points[-1][0], math.nan))  # no line leads from the groups to the overall figure
-    look: Fields = {"linestyle": "", "markersize": 6.0, "alpha": 0.75, "markerfacecolor": "white"}
+    look: JsonObject = {"linestyle": "", "markersize": 6.0, "alpha": 0.75, "markerfacecolor": "white"}
     if leader:
         look = {"linestyle": LEADERS[method.name], "linewidth": 1.6, "markersize": 7.0, "zorder": 4}
     label = method.name if any(value is not None for value in values) else f"{method.name} (no figure)"

@@ -7,14 +7,14 @@ from datetime import UTC, datetime
 from math import degrees
 from pathlib import Path
 
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 from levelhead.publish.plots import style
 
 MOST = 8  # sensors with a panel of their own, those that change most
 DATE = re.compile(r"(?<!\d)(\d{4})-?(\d\d)-?(\d\d)(?!\d)")  # in the name of a recording: 2026-01-31 or 20260131
 
 
-def sensor_picture(histories: Mapping[str, Sequence[Fields]], path: str | Path) -> None:
+def sensor_picture(histories: Mapping[str, Sequence[JsonObject]], path: str | Path) -> None:
     """Draw by how much the gyroscope's bias of each sensor has changed since its first recording, with its σ.
 
     Axes differ by far more than one of them drifts. The time is the date of the recordings, from their clock or their
@@ -46,7 +46,7 @@ def sensor_picture(histories: Mapping[str, Sequence[Fields]], path: str | Path) 
     style.save(made, path)
 
 
-def _date(row: Fields) -> datetime | None:
+def _date(row: JsonObject) -> datetime | None:
     """When a recording was made, by its clock or its name; None: neither says so."""
     if row["start_s"] is not None:
         return datetime.fromtimestamp(row["start_s"], UTC)
@@ -57,7 +57,7 @@ def _date(row: Fields) -> datetime | None:
     return None
 
 
-def _change(rows: Sequence[Fields]) -> float:
+def _change(rows: Sequence[JsonObject]) -> float:
     """The largest distance of an axis between two recordings, rad/s."""
     values = [[row[f"gyr_bias_{axis}_rad_s"] for row in rows] for axis in "xyz"]
     known = [[value for value in axis if value is not None] for axis in values]

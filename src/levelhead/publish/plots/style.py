@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from levelhead.atomic import atomic_path
 from levelhead.errors import LevelheadError, nearest
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,7 +23,7 @@ DPI = 150
 FORMATS = ("png", "svg", "pdf")
 
 
-def filter_style(index: int) -> Fields:
+def filter_style(index: int) -> JsonObject:
     """Colour, line style and width of the filter in row ``index``; later ones are thinner, so that equal ones show."""
     dashes = ("-", "--", ":")[index // len(FILTERS) % 3]
     return {"color": FILTERS[index % len(FILTERS)], "linestyle": dashes, "linewidth": max(2.0 - 0.35 * index, 0.8)}

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 from levelhead.publish.plots import style
 from levelhead.publish.plots.curves import curve
 from levelhead.tune import Sweep
@@ -83,7 +83,7 @@ def gain_picture(
     for i, column in enumerate(values.T / final[:, None]):
         curve(axes, stamps - stamps[0], column, label=names[i] if several else "gain", **style.filter_style(i))
         axes.axhspan(0.99 * column[-1], 1.01 * column[-1], color=style.GREEN, alpha=0.2, linewidth=0)
-    look: Fields = {"color": style.BLACK, "linewidth": 1.0, "linestyle": "--"}
+    look: JsonObject = {"color": style.BLACK, "linewidth": 1.0, "linestyle": "--"}
     axes.axvline(when, label=f"from {when:.3g} s on\nwithin 1 % of the end", **look)
     whole = stamps[-1] - stamps[0]
     axes.set_xlim(0.0, min(whole, max(4.0 * when, 0.1 * whole)))  # the rest is a straight line

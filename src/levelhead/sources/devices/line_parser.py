@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from levelhead.errors import LevelheadError
-from levelhead.open_types import Fields, ReadOnlyFields
+from levelhead.open_types import JsonObject, ReadOnlyJson
 from levelhead.sample import Sample, Triple
 from levelhead.sources.conclusion import Conclusion
 from levelhead.sources.formats.json_log import Garbage, flatten_line
@@ -282,7 +282,7 @@ class Lines:
     def _conclude(self, rows: Sequence[StampedLine]) -> dict[str, QuantityColumns]:
         values = np.array([row.values for row in rows], dtype=np.float64)
         names = list(self._names)
-        arrays: Fields = {name: values[:, i] for i, name in enumerate(names)}
+        arrays: JsonObject = {name: values[:, i] for i, name in enumerate(names)}
         roles = assign(names, self.hints.map, self.source, frozenset(self.hints.scale))
         hints = self.hints
         if not hints.scale and {"gyr", "acc"} <= roles.columns.keys():
@@ -306,13 +306,13 @@ class Lines:
             made["gravity"] = QuantityColumns(tuple(i - before for i in found.positions["gravity"]), made["acc"].scale)
         return made
 
-    def _stamp_rows(self, arrays: ReadOnlyFields, rows: Sequence[StampedLine], hints: Hints) -> tuple[Fields, Hints]:
+    def _stamp_rows(self, arrays: ReadOnlyJson, rows: Sequence[StampedLine], hints: Hints) -> tuple[JsonObject, Hints]:
         # Lines come in bursts; samples are taken evenly.
         stamps = np.linspace(0.0, max(rows[-1].at - rows[0].at, SHORTEST * len(rows)), len(rows))
         return {"host_time_s": stamps, **arrays}, Hints({**hints.map, "t": ["host_time_s"]}, hints.scale)
 
 
-def _forward(arrays: ReadOnlyFields, time: str) -> Fields:
+def _forward(arrays: ReadOnlyJson, time: str) -> JsonObject:
     """Only the rows at which time goes on, so that one bad stamp does not hide what the rest say."""
     stamps = arrays[time]
     best = np.maximum.accumulate(np.where(np.isfinite(stamps), stamps, -np.inf))

@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable
 
 from levelhead.errors import LevelheadError
-from levelhead.open_types import Handle
+from levelhead.open_types import Untyped
 from levelhead.sample import Sample
 from levelhead.sources.devices.fine_stamps import FineStamps
 from levelhead.sources.devices.line_parser import LONGEST, Lines
@@ -56,7 +56,7 @@ class SerialLines:
         self._clock_fit = SampleClock(self.rate, RATE_FACTOR) if self.rate else None
         self._fine = FineStamps()
         self._arrived, self._interval = 0.0, 0.0  # host time of the last samples, and s per sample, without stamps
-        self._line: Handle = None
+        self._line: Untyped = None
         self._rest = b""
         self._unread: tuple[float, int, int] | None = None  # since the last sample: host time, bytes, those no text
         self._last: float | None = None  # stamp of the last sample, s

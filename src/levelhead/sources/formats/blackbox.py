@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from levelhead.errors import LevelheadError
-from levelhead.open_types import Fields, ReadOnlyFields
+from levelhead.open_types import JsonObject, ReadOnlyJson
 from levelhead.recording import Recording
 from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.sentences import notes
@@ -41,8 +41,8 @@ class Box(NamedTuple):
     """
 
     rows: NDArray[np.void]
-    events: list[Fields]
-    config: ReadOnlyFields
+    events: list[JsonObject]
+    config: ReadOnlyJson
     whole: bool
 
     @property
@@ -55,7 +55,7 @@ class Box(NamedTuple):
         return 0.0, 0.0, 0.0
 
     @property
-    def changes(self) -> list[tuple[int, Fields]]:
+    def changes(self) -> list[tuple[int, JsonObject]]:
         """Parameters that were changed: (number of the first sample that they hold for, all parameters)."""
         return [(e["data"]["from"], e["data"]["params"]) for e in self.events if e["name"] == "parameters"]
 
@@ -73,8 +73,8 @@ def read_box(path: str | os.PathLike[str]) -> Box:
     except ImportError:
         raise LevelheadError("a black box needs mcap: pip install 'levelhead[box]'") from None
     blocks: list[NDArray[np.void]] = []
-    events: list[Fields] = []
-    config: Fields | None = None
+    events: list[JsonObject] = []
+    config: JsonObject | None = None
     topics: dict[int, str] = {}
     whole = False
     with open(path, "rb") as file:

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from levelhead.errors import LevelheadError
-from levelhead.open_types import Fields, Handle
+from levelhead.open_types import JsonObject, Untyped
 from levelhead.sources.formats.named_arrays import tabulate
 from levelhead.sources.hints import Hints
 from levelhead.sources.table import ArrayTable
@@ -23,12 +23,12 @@ def hdf5(path: str | os.PathLike[str], display_path: str | None = None) -> Array
         import h5py
     except ImportError:
         raise LevelheadError(f"{source} is HDF5; reading it needs h5py: pip install 'levelhead[formats]'") from None
-    arrays: Fields = {}
+    arrays: JsonObject = {}
     units: dict[str, str] = {}
     texts: list[str] = []
     made_by_matlab = False
 
-    def visit(name: str, item: Handle) -> None:
+    def visit(name: str, item: Untyped) -> None:
         nonlocal made_by_matlab
         if not isinstance(item, h5py.Dataset) or name.startswith("#") or item.ndim > 2 or item.dtype.kind not in "iufb":
             return
@@ -51,7 +51,7 @@ def hdf5(path: str | os.PathLike[str], display_path: str | None = None) -> Array
     return tabulate(source, arrays, "\n".join(texts), units, made_by_matlab)
 
 
-def _text(value: Handle) -> str:
+def _text(value: Untyped) -> str:
     if isinstance(value, bytes):
         return value.decode("utf-8", "replace")
     return str(value) if isinstance(value, str) else ""

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from levelhead.errors import LevelheadError
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.formats.text.cells import is_comment, is_number, lines_of
 from levelhead.sources.formats.text.dates import is_stamp, nanoseconds
@@ -161,7 +161,7 @@ def _finite_or_nan(part: Any) -> float:
     return number
 
 
-def _parts(given: Fields) -> Iterator[tuple[str, object]]:
+def _parts(given: JsonObject) -> Iterator[tuple[str, object]]:
     """Names and values in an object: those of lists by axis, those of objects by their path."""
     for name, value in given.items():
         if isinstance(value, list):
@@ -215,7 +215,7 @@ def _is_matrix(node: Sequence[Any]) -> bool:
     return all(isinstance(item, list) for item in node) and len({len(item) for item in node}) == 1
 
 
-def _member_tables(node: Fields, name: str, source: str, depth: int) -> Iterator[ArrayTable]:
+def _member_tables(node: JsonObject, name: str, source: str, depth: int) -> Iterator[ArrayTable]:
     """The tables in the members of an object, whose name and unit may stand beside their samples."""
     title = next((str(node[key]) for key in ("name", "sensor") if isinstance(node.get(key), str)), "")
     unit = node.get("units") or node.get("unit")
@@ -234,7 +234,7 @@ def _with_unit(table: ArrayTable, unit: str) -> ArrayTable:
     return replace(table, arrays=dict(zip(titles, table.arrays.values(), strict=True)))
 
 
-def _columns(node: Fields, name: str, source: str) -> ArrayTable | None:
+def _columns(node: JsonObject, name: str, source: str) -> ArrayTable | None:
     """Lists of one length as columns: {"t": […], "acc": {"x": […]}}; None if there are too few."""
     flat = _flatten_lists(node)
     lengths = [len(values) for values in flat.values()]
@@ -245,7 +245,7 @@ def _columns(node: Fields, name: str, source: str) -> ArrayTable | None:
     return ArrayTable(source, columns, context=name)
 
 
-def _flatten_lists(node: Fields, prefix: str = "") -> dict[str, list[Any]]:
+def _flatten_lists(node: JsonObject, prefix: str = "") -> dict[str, list[Any]]:
     """Lists of numbers in an object and in the objects in it: {"acc": {"x": […]}} is acc_x."""
     found: dict[str, list[Any]] = {}
     for key, value in node.items():
@@ -260,7 +260,7 @@ def _flatten_lists(node: Fields, prefix: str = "") -> dict[str, list[Any]]:
     return found
 
 
-def _keyed_columns(node: Fields, name: str, source: str) -> ArrayTable | None:
+def _keyed_columns(node: JsonObject, name: str, source: str) -> ArrayTable | None:
     """Columns of pandas' to_json: {"gyro_x": {"0": 0.1, "1": …}, …}; None if it is something else."""
     columns = list(node.values())
     if len(columns) < 6 or not all(isinstance(column, dict) and len(column) >= _MIN_SAMPLES for column in columns):
@@ -272,7 +272,7 @@ def _keyed_columns(node: Fields, name: str, source: str) -> ArrayTable | None:
     return ArrayTable(source, arrays, context=name)
 
 
-def _named_rows(node: Fields, name: str, source: str) -> ArrayTable | None:
+def _named_rows(node: JsonObject, name: str, source: str) -> ArrayTable | None:
     """Rows of numbers beside the names of their columns: Edge Impulse's payload, pandas' "split"."""
     names, values = node.get("sensors") or node.get("columns"), node.get("values") or node.get("data")
     if not isinstance(names, list) or not isinstance(values, list) or len(values) < _MIN_SAMPLES:
@@ -296,11 +296,11 @@ def _title(entry: object) -> str:
 # Objects: a sample each, or several.
 
 
-def _object_tables(objects: Sequence[Fields], name: str, source: str) -> Iterator[ArrayTable]:
+def _object_tables(objects: Sequence[JsonObject], name: str, source: str) -> Iterator[ArrayTable]:
     """One table for each kind of object, or one for all."""
     objects = [sample for item in objects for sample in _samples(item)]
     key = next((k for k in objects[0] if k.lower() in _KIND_KEYS and isinstance(objects[0][k], str)), None)
-    groups: dict[str, list[Fields]] = {}
+    groups: dict[str, list[JsonObject]] = {}
     for item in objects:
         kind = str(item.get(key, "")) if key else name
         groups.setdefault(kind, []).append(_flatten_object(item, ""))
@@ -311,11 +311,11 @@ def _object_tables(objects: Sequence[Fields], name: str, source: str) -> Iterato
                 yield table
 
 
-def _row_table(rows: Sequence[Fields], key: str | None, kind: str, source: str) -> ArrayTable:
+def _row_table(rows: Sequence[JsonObject], key: str | None, kind: str, source: str) -> ArrayTable:
     """Flat objects as columns: dates in ns, words as labels, numbers."""
-    arrays: Fields = {}
+    arrays: JsonObject = {}
     units: dict[int, str] = {}
-    labels: Fields = {}
+    labels: JsonObject = {}
     for title in dict.fromkeys(title for row in rows for title in row if title != key):
         column = [row.get(title) for row in rows]
         if isinstance(column[0], str) and is_stamp(column[0]):
@@ -339,7 +339,7 @@ def _stamps(column: Sequence[Any]) -> Any:
         return None
 
 
-def _samples(item: Fields) -> list[Fields]:
+def _samples(item: JsonObject) -> list[JsonObject]:
     """One object for each sample of a message, which share its stamp: {"Timestamp": 12, "ArrayAcc": [{…}, …], …}."""
     lengths = Counter(len(values) for values in _series(item))
     if not lengths:
@@ -348,7 +348,7 @@ def _samples(item: Fields) -> list[Fields]:
     return [_pick(item, k, length) for k in range(length)] if count >= _MIN_SERIES else [item]
 
 
-def _series(item: Fields) -> Iterator[Sequence[Any]]:
+def _series(item: JsonObject) -> Iterator[Sequence[Any]]:
     """The lists in an object, and in the objects in it, that hold a number or a vector for each of several samples."""
     for value in item.values():
         if isinstance(value, dict):
@@ -367,7 +367,7 @@ def _is_series(values: Sequence[Any]) -> bool:
     return len(values) not in (1, *_VECTOR_AXES) and all(isinstance(reading, int | float) for reading in values)
 
 
-def _pick(item: Fields, k: int, length: int) -> Fields:
+def _pick(item: JsonObject, k: int, length: int) -> JsonObject:
     """Sample ``k`` of a message of ``length``."""
     return {
         key: _pick(value, k, length) if isinstance(value, dict)
@@ -377,8 +377,8 @@ def _pick(item: Fields, k: int, length: int) -> Fields:
     }  # fmt: skip
 
 
-def _flatten_object(item: Fields, prefix: str) -> Fields:
-    found: Fields = {}
+def _flatten_object(item: JsonObject, prefix: str) -> JsonObject:
+    found: JsonObject = {}
     for key, value in item.items():
         if isinstance(value, dict):
             found |= _flatten_object(value, f"{prefix}{key}_")

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from levelhead.errors import LevelheadError, require
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 from levelhead.sources.formats.hdf5 import hdf5
 from levelhead.sources.formats.named_arrays import by_length, tabulate
 from levelhead.sources.hints import Hints
@@ -45,7 +45,7 @@ def matlab(path: str | os.PathLike[str], display_path: str | None = None) -> Arr
         raise LevelheadError(f"{source} is not a MATLAB file, or it is truncated or damaged ({error})") from None
     except Exception as error:  # scipy raises many kinds for a damaged file
         raise LevelheadError(f"{source} is not a MATLAB file, or it is truncated or damaged") from error
-    arrays: Fields = {}
+    arrays: JsonObject = {}
     texts: list[str] = []
     for name, value in variables.items():
         if not name.startswith("__") and value.dtype.names != _REFERENCE:
@@ -59,14 +59,14 @@ def matlab(path: str | os.PathLike[str], display_path: str | None = None) -> Arr
     return tabulate(source, arrays, "\n".join(texts))
 
 
-def _holds_objects(variables: Fields) -> bool:
+def _holds_objects(variables: JsonObject) -> bool:
     """Whether there are objects of classes: SciPy gives their references, not their numbers."""
     import scipy.io.matlab
 
     return any(isinstance(value, scipy.io.matlab.MatlabOpaque) for value in variables.values())
 
 
-def _flatten(name: str, value: Any, arrays: Fields, texts: list[str]) -> None:
+def _flatten(name: str, value: Any, arrays: JsonObject, texts: list[str]) -> None:
     if not isinstance(value, np.ndarray):
         return
     if value.dtype.kind == "U":

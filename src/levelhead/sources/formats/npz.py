@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from levelhead.atomic import atomic_path
 from levelhead.errors import LevelheadError
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 from levelhead.recording import Gnss, Pressure, Recording, Truth
 from levelhead.sources.conclusion import Conclusion
 from levelhead.sources.formats.named_arrays import tabulate
@@ -38,7 +38,7 @@ def write_npz(recording: Recording, path: str | os.PathLike[str]) -> None:
     Raises:
         LevelheadError: the path cannot be written.
     """
-    arrays: Fields = {"t": recording.t, "gyr": recording.gyr, "acc": recording.acc}
+    arrays: JsonObject = {"t": recording.t, "gyr": recording.gyr, "acc": recording.acc}
     if recording.mag is not None:
         arrays["mag"] = recording.mag
     if recording.temperature is not None:

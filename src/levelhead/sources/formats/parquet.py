@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from levelhead.errors import LevelheadError
-from levelhead.open_types import Fields, Handle
+from levelhead.open_types import JsonObject, Untyped
 from levelhead.sources.hints import Hints
 from levelhead.sources.table import ArrayTable
 
@@ -39,7 +39,7 @@ def parquet(path: str | os.PathLike[str], display_path: str | None = None) -> Ar
     return ArrayTable(source, arrays)
 
 
-def columns_of(table: Handle, source: str) -> Fields:
+def columns_of(table: Untyped, source: str) -> JsonObject:
     """The columns of numbers in an Arrow table as arrays, by name; structures become columns with a dot in their name.
 
     Raises:
@@ -49,7 +49,7 @@ def columns_of(table: Handle, source: str) -> Fields:
 
     while any(pa.types.is_struct(field.type) for field in table.schema):
         table = table.flatten()
-    arrays: Fields = {}
+    arrays: JsonObject = {}
     for field, column in zip(table.schema, table.columns, strict=True):
         name, values = field.name, column
         if pa.types.is_timestamp(field.type) or pa.types.is_duration(field.type):

@@ -8,7 +8,7 @@ first number of a covariance says that the message does not carry the quantity, 
 import struct
 from collections.abc import Mapping, Sequence
 
-from levelhead.open_types import Handle
+from levelhead.open_types import Untyped
 
 IMU, FIELD = "sensor_msgs/msg/Imu", "sensor_msgs/msg/MagneticField"
 DIAGNOSTICS, TRANSFORMS = "diagnostic_msgs/msg/DiagnosticArray", "tf2_msgs/msg/TFMessage"
@@ -76,7 +76,7 @@ class _CdrWriter:
     def __init__(self) -> None:
         self._data = bytearray(b"\x00\x01\x00\x00")
 
-    def numbers(self, letter: str, *values: Handle) -> None:
+    def numbers(self, letter: str, *values: Untyped) -> None:
         """Numbers of one type, a letter of ``struct``."""
         size = struct.calcsize(letter)
         self._data += bytes(-(len(self._data) - 4) % size)

@@ -12,7 +12,7 @@ import numpy as np
 
 from levelhead.atomic import atomic_path
 from levelhead.errors import LevelheadError
-from levelhead.open_types import Handle
+from levelhead.open_types import Untyped
 from levelhead.recording import Array, Recording, median
 from levelhead.sources.hints import Hints
 from levelhead.sources.table import ArrayTable
@@ -36,7 +36,7 @@ def _require_library() -> None:
         raise LevelheadError("ROS bags need rosbags: pip install 'levelhead[ros]'") from None
 
 
-def _messages(path: Path, wanted: Sequence[str]) -> Iterator[tuple[str, str, int, Handle]]:
+def _messages(path: Path, wanted: Sequence[str]) -> Iterator[tuple[str, str, int, Untyped]]:
     """(topic, type, time of arrival in ns, message) of all messages of the wanted types."""
     from rosbags.rosbag1 import Reader as Reader1
     from rosbags.rosbag2 import Reader as Reader2
@@ -89,7 +89,7 @@ def bag(path: Path, hints: Hints) -> ArrayTable:
     return ArrayTable(str(path), arrays)
 
 
-def _imu(message: Handle) -> list[float] | None:
+def _imu(message: Untyped) -> list[float] | None:
     """Rates, accelerations and orientation (w, x, y, z, NaN where there is none)."""
     if message.angular_velocity_covariance[0] == ABSENT or message.linear_acceleration_covariance[0] == ABSENT:
         return None
@@ -99,7 +99,7 @@ def _imu(message: Handle) -> list[float] | None:
     return [w.x, w.y, w.z, a.x, a.y, a.z, *orientation]
 
 
-def _field(message: Handle) -> list[float]:
+def _field(message: Untyped) -> list[float]:
     b = message.magnetic_field
     return [b.x * TESLA, b.y * TESLA, b.z * TESLA]
 
@@ -124,7 +124,7 @@ def _choose_topic(path: Path, kind: str, role: str, found: Found, hints: Hints) 
     return next(iter(topics.values()), None)
 
 
-def _place_nearest(t: Handle, stamps: Handle, field: Array) -> Array:
+def _place_nearest(t: Untyped, stamps: Untyped, field: Array) -> Array:
     """(n, 3) readings at the samples nearest in time, NaN elsewhere; a reading far from any sample is left out."""
     placed = np.full((len(t), 3), np.nan)
     step = median(np.diff(t)) if len(t) > 1 else float(NANO)
@@ -219,7 +219,7 @@ def _write(recording: Recording, path: Path, track: Track | None, mcap: bool = F
             writer.write(connections[kind], at, serialize(message, kind))
 
 
-def _made(recording: Recording, track: Track | None, types: Handle, first: bool) -> Iterator[tuple[str, int, Handle]]:
+def _made(recording: Recording, track: Track | None, types: Untyped, first: bool) -> Iterator[tuple[str, int, Untyped]]:
     """(type, ns, message) of all samples."""
     vector, quaternion = types["geometry_msgs/msg/Vector3"], types["geometry_msgs/msg/Quaternion"]
     time, header = types["builtin_interfaces/msg/Time"], types["std_msgs/msg/Header"]

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from levelhead.errors import LevelheadError
-from levelhead.open_types import Fields, Handle
+from levelhead.open_types import JsonObject, Untyped
 from levelhead.sources.formats.text.header import join_names, looks_like_header, rate_in
 from levelhead.sources.hints import Hints
 from levelhead.sources.table import ArrayTable
@@ -42,14 +42,14 @@ def tables(path: Path, display_path: str, hints: Hints) -> Sequence[ArrayTable]:
     return found
 
 
-def _table(rows: list[list[Handle]], sheet: str, display_path: str) -> ArrayTable | None:
+def _table(rows: list[list[Untyped]], sheet: str, display_path: str) -> ArrayTable | None:
     """The columns of numbers in a sheet; None if there are none."""
     start = next((i for i, row in enumerate(rows[:_MAX_HEAD]) if _numbers(row) > 0.5 * len(row)), None)
     if start is None or len(rows) - start < 2:
         return None
     above = [[str(cell) for cell in row] for row in rows[:start]]
     names = _take_names(above, len(rows[start]))
-    arrays: Fields = {}
+    arrays: JsonObject = {}
     units: dict[int, str] = {}
     for i, name in enumerate(names):
         column = [row[i] if i < len(row) else "" for row in rows[start:]]
@@ -71,11 +71,11 @@ def _take_names(above: list[list[str]], width: int) -> list[str]:
     return join_names(header, width) if header else [str(i + 1) for i in range(width)]
 
 
-def _numbers(row: Sequence[Handle]) -> int:
+def _numbers(row: Sequence[Untyped]) -> int:
     return sum(isinstance(cell, int | float | datetime | time) and not isinstance(cell, bool) for cell in row)
 
 
-def _number(cell: Handle) -> float:
+def _number(cell: Untyped) -> float:
     if isinstance(cell, int | float) and not isinstance(cell, bool):
         return float(cell)
     try:
@@ -84,7 +84,7 @@ def _number(cell: Handle) -> float:
         return np.nan
 
 
-def _nanoseconds(cell: Handle) -> float:
+def _nanoseconds(cell: Untyped) -> float:
     if isinstance(cell, datetime):
         return (cell - datetime(1970, 1, 1)) / timedelta(microseconds=1) * 1e3
     if isinstance(cell, time):

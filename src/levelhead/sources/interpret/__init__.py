@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from levelhead.errors import LevelheadError
-from levelhead.open_types import ReadOnlyFields
+from levelhead.open_types import ReadOnlyJson
 from levelhead.recording import Array, Recording, median
 from levelhead.signals.field_turn import field_turn, is_normalised
 from levelhead.signals.gravity_turn import excerpt, median_norm
@@ -312,7 +312,7 @@ def _interpret_mag(
     return "mag" in hints.map or _turns_with_body(readings.t, gyr, mag, evidence)
 
 
-_LEAVE_OUT: ReadOnlyFields = {"map": {"mag": []}}
+_LEAVE_OUT: ReadOnlyJson = {"map": {"mag": []}}
 
 
 def _turns_with_body(t: Array, gyr: Array, mag: Array, evidence: Evidence) -> bool:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from levelhead.errors import LevelheadError
-from levelhead.open_types import ReadOnlyFields
+from levelhead.open_types import ReadOnlyJson
 from levelhead.recording import Array, median
 from levelhead.signals.gravity_turn import median_norm, turn_of_gravity
 from levelhead.sources.conclusion import Basis, Conclusion
@@ -111,7 +111,7 @@ def _few_columns(table: Table, varying: Sequence[int], has_acc: bool) -> ArrayTa
     )
 
 
-def _as_hints(guess: Guess) -> ReadOnlyFields:
+def _as_hints(guess: Guess) -> ReadOnlyJson:
     """The hint ``map`` that names the same columns."""
     places = {"t": () if guess.t is None else (guess.t,), "gyr": guess.gyr, "acc": guess.acc, "mag": guess.mag}
     return {"map": {role: [str(i + 1) for i in positions] for role, positions in places.items() if positions}}

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from levelhead import units
-from levelhead.open_types import ReadOnlyFields
+from levelhead.open_types import ReadOnlyJson
 from levelhead.recording import Array
 from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.hints import QUANTITY, Hints, Scale
@@ -32,7 +32,7 @@ class Evidence:
     adds_gravity: bool = False
 
     def conclude(
-        self, about: str, reason: str, scale: Scale, basis: Basis, facts: ReadOnlyFields, confirm: ReadOnlyFields
+        self, about: str, reason: str, scale: Scale, basis: Basis, facts: ReadOnlyJson, confirm: ReadOnlyJson
     ) -> None:
         """Adds a conclusion about a unit."""
         self.conclusions.append(Conclusion(about, reason, scale.name, basis, facts, confirm))

@@ -8,7 +8,7 @@ import numpy as np
 
 from levelhead import units
 from levelhead.errors import LevelheadError
-from levelhead.open_types import ReadOnlyFields
+from levelhead.open_types import ReadOnlyJson
 from levelhead.recording import Array, median
 from levelhead.signals.field_turn import FieldTurn, field_turn
 from levelhead.signals.gravity_turn import (
@@ -205,7 +205,7 @@ class GyroscopeUnit(NamedTuple):
     unit: str | None
     counts: float | None
     reason: str
-    facts: ReadOnlyFields
+    facts: ReadOnlyJson
     basis: Basis = Basis.GUESS
     reversed: bool = False
 
@@ -222,7 +222,7 @@ def gyr_unit(t: Array, gyr: Array, acc: Array, acc_per_g: float | None = None) -
     if against and quiet is not None:
         for unit, factor in (("rad/s", 1.0), ("deg/s", math.pi / 180.0)):
             if 0.5 < -quiet.scale / factor < 2.0:
-                facts: ReadOnlyFields = {"scale": quiet.scale / factor}
+                facts: ReadOnlyJson = {"scale": quiet.scale / factor}
                 return GyroscopeUnit(unit, None, "gravity_against", facts, reversed=True)
     for one in (quiet, turn):
         if one is not None and abs(one.correlation) > _FAINT and one.turned > 0.5 * MIN_TURN:

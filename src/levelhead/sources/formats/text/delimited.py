@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from levelhead.errors import LevelheadError
-from levelhead.open_types import Handle
+from levelhead.open_types import Untyped
 from levelhead.recording import Array
 from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.formats.text.cells import MISSING, cells, is_comment, lines_of, unify_breaks
@@ -357,7 +357,7 @@ def read_by_arrow(
     return {i: column[:rows] for i, column in found.items()}
 
 
-def open_by_arrow(source: Handle, layout: Layout, wanted: Sequence[int], exact: frozenset[int]) -> Handle:
+def open_by_arrow(source: Untyped, layout: Layout, wanted: Sequence[int], exact: frozenset[int]) -> Untyped:
     """The columns at some positions of a text file as Arrow reads them, batch by batch, by position.
 
     Raises:
@@ -380,8 +380,8 @@ def open_by_arrow(source: Handle, layout: Layout, wanted: Sequence[int], exact: 
     )
 
 
-def arrow_numbers(column: Handle) -> Column:
+def arrow_numbers(column: Untyped) -> Column:
     """An Arrow column as (n,) float64 with NaN for null, or int64 if it is whole and complete."""
-    values: Handle = column.to_numpy()
+    values: Untyped = column.to_numpy()
     numbers: Column = values if values.dtype in (np.int64, np.float64) else values.astype(np.float64)
     return numbers

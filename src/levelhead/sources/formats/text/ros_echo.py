@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from levelhead.errors import LevelheadError
-from levelhead.open_types import Fields
+from levelhead.open_types import JsonObject
 from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.formats.text.cells import is_number
 from levelhead.sources.formats.text.file import TextFile
@@ -62,7 +62,7 @@ def tables(file: TextFile) -> Sequence[ArrayTable]:
         raise LevelheadError(
             f"{file.display_path} holds no messages with numbers; expected such as rostopic echo prints"
         )
-    arrays: Fields = {name: _column([row.get(name, "") for row in rows]) for name in names}
+    arrays: JsonObject = {name: _column([row.get(name, "") for row in rows]) for name in names}
     kind = Conclusion("file.kind", "ros_echo", "ROS echo", Basis.HEADER, {"names": ", ".join(names[:12])})
     return [ArrayTable(file.display_path, arrays, conclusions=[kind])]
 
