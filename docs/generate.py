@@ -1,9 +1,9 @@
 """Writes into the pages what the source knows better: filters, thresholds, health bits, units, motions and chips.
 
-Each filter has a page docs/filters/NAME.md, made where there is none: what its module and its Params class say, and
-below that whatever people write. Every block between <!-- generated: NAME --> and <!-- end --> is rewritten. With
---check nothing is changed; a page that is out of date is named, and the exit code is 1. With --pictures
-the pictures are made anew as well, and kept with fewer colours.
+Each filter has a page docs/reference/filters/NAME.md, made where there is none: what its module and its Params class
+say, and below that whatever people write. Every block between <!-- generated: NAME --> and <!-- end --> is rewritten.
+With --check nothing is changed; a page that is out of date is named, and the exit code is 1. With --pictures the
+pictures are made anew as well, and kept with fewer colours.
 """
 
 import argparse
@@ -109,8 +109,8 @@ def filter_page(flt: Filter) -> str:
         ("uses", sensors(flt)),
         ("estimates", gives(flt)),
         ("σ", "its own covariance" if "sigma" in flt.estimates else "the covariance of an observer with its gains"),
-        ("[guard](../robustness.md)", "in front of it" if is_guarded(flt) else "none: it gets every reading"),
-        ("[one axis](../any-units.md)", "yes" if flt.axis else "no"),
+        ("[guard](../../explanation/robustness.md)", "in front of it" if is_guarded(flt) else "none"),
+        ("[one axis](../../howto/any-units.md)", "yes" if flt.axis else "no"),
         ("a wrong tilt is corrected", seconds(flt.settles.tilt)),
         ("a wrong heading is corrected", seconds(flt.settles.heading)),
         ("source", flt.citation),
@@ -318,7 +318,7 @@ def main() -> int:
     given = parser.parse_args()
     stale, shown = [], set()
     for flt in filters.ALL:
-        page = DOCS / "filters" / f"{flt.name}.md"
+        page = DOCS / "reference" / "filters" / f"{flt.name}.md"
         if not page.exists() and not given.check:
             page.write_text(f"<!-- generated: filter {flt.name} -->\n<!-- end -->\n", encoding="utf-8")
     for path in [DOCS.parent / "README.md", *sorted(DOCS.rglob("*.md"))]:

@@ -34,7 +34,8 @@ UNO = {"flash": 32_256, "ram": 2_048}  # ATmega328P less the boot loader
 CPUS = {"float": (M4F,), "double": (M4F, M0)}
 NOTES = {
     "float": "The processor computes float.",
-    "double": "Double is done in software. libgcc's sum for ARMv7-M rounds some differences wrongly (docs/export.md).",
+    "double": "Double is done in software. libgcc's sum for ARMv7-M rounds some differences wrongly "
+    "(docs/howto/export.md).",
 }
 MEGA = {"ram": 8_192}
 LEAST_STACK = 3_072  # that a filter of an IMU takes on an AVR

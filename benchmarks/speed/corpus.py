@@ -7,8 +7,8 @@ so that the disk's speed plays no part) and runs the default filter over them: i
 and on two that are killed with their client at 30, 60 and 90 %. Rates are taken by the wall clock from the first task
 to the last row; starting and ending processes stands apart. Processor time is counted between the first and the last
 batch that is done, and does not depend on what else the machine does. Errors against truth are part of the work, as in
-``corpus fuse``. How far it is stands on standard error; ``--markdown`` gives the table of docs/benchmarks.md. On two
-idle cores 10000 recordings take 21 minutes, with ``--workers 2`` alone 8.
+``corpus fuse``. How far it is stands on standard error; ``--markdown`` gives the table of
+docs/explanation/benchmarks.md. On two idle cores 10000 recordings take 21 minutes, with ``--workers 2`` alone 8.
 """
 
 import os
@@ -256,7 +256,7 @@ def main() -> None:
     parser.add_argument("--recordings", type=int, default=1000, help="how many (default 1000)")
     parser.add_argument("--workers", type=int, nargs="+", default=[0, 1, 2], help="0: a plain loop (default 0 1 2)")
     parser.add_argument("--without-kill", action="store_true", help="leave the killed runs out")
-    parser.add_argument("--markdown", action="store_true", help="the table of docs/benchmarks.md")
+    parser.add_argument("--markdown", action="store_true", help="the table of docs/explanation/benchmarks.md")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name, "recordings")

@@ -16,7 +16,8 @@ from levelhead.bench.ratios import geometric_mean
 # and of heading errors beyond 4σ, and those known to be worse than 1.2 ×
 # Since north is a property of the field, heading is that of the gyroscope and a raw magnetometer costs little; a clean
 # one gives less (BROAD 0.599 before), and RepoIMU's tilt (0.634), phones' recordings and the smoother (BROAD 0.620,
-# RepoIMU 0.585, FIUMARG 0.213) got worse. The limb, the rig and the phone in a hand (docs/benchmarks.md) got better.
+# RepoIMU 0.585, FIUMARG 0.213) got worse. The limb, the rig and the phone in a hand got better
+# (docs/explanation/benchmarks.md).
 SETS = {  # with magnetometers
     "broad": (0.645, 0.925, 0.0, 0.0, set()),
     "repoimu": (0.573, 0.679, 0.006, 0.001, {"TStick_Test08_Trial2", "TStick_Test04_Trial2", "TStick_Test09_Trial1"}),

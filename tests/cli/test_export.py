@@ -12,7 +12,7 @@ import pytest
 from levelhead import filters, fuse, read, simulate
 from levelhead.evaluate import evaluate
 
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "export.md"
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "howto" / "export.md"
 GCC = pytest.mark.skipif(shutil.which("cmake") is None or shutil.which("gcc") is None, reason="no cmake and gcc here")
 
 
@@ -191,7 +191,7 @@ def test_every_filter_is_exported_under_its_own_name(levelhead, tmp_path):
 
 @pytest.mark.compiled
 def test_the_page_works_as_written(levelhead, tmp_path, monkeypatch):
-    """From a log to a library: the commands of docs/export.md, one after the other."""
+    """From a log to a library: the commands of docs/howto/export.md, one after the other."""
     monkeypatch.chdir(tmp_path)
     page = PAGE.read_text(encoding="utf-8")
     lines = [line.strip() for block in re.findall(r"```sh\n(.*?)```", page, re.DOTALL) for line in block.splitlines()]

@@ -50,7 +50,7 @@ def test_the_file_is_taken_by_the_others(levelhead, log, tmp_path):
 
 @pytest.mark.slow
 def test_the_files_go_from_hand_to_hand(levelhead, tmp_path, monkeypatch):
-    """The five lines of README for one specimen of a sensor, as docs/tuning.md has them, calibration included."""
+    """The five lines of README for one specimen of a sensor, as docs/howto/tuning.md has them, calibration included."""
     monkeypatch.chdir(tmp_path)
     specimen = ("--sensor", "ICM-20948", "--seed", 5, "--rate", 50)
     known = ("--calibration", "poses-calibration.json")

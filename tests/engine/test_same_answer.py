@@ -18,7 +18,7 @@ from levelhead.kernels.elapsed import SLACK, has_elapsed
 RATES = (50, 100, 125, 200, 250, 400)  # Hz
 USUAL_RATES = (10, 12.5, 20, 25, 26, 30, 31.25, 40, 50, 52, 60, 62.5, 64, 75, 80, 100, 104, 119, 120, 125, 128, 200,
                204.8, 208, 240, 250, 256, 400, 416, 500, 512, 800, 833, 1000, 1024, 1125, 1600, 2000, 4000)  # fmt: skip
-LENGTHS = (0.02, 0.05, 0.12, 1.0, 1.5, 2.0, 3.0, 20.0, 30.0)  # s, of the comparisons listed in docs/architecture.md
+LENGTHS = (0.02, 0.05, 0.12, 1.0, 1.5, 2.0, 3.0, 20.0, 30.0)  # s, as in docs/explanation/architecture.md
 PLACES = ("broad", "repoimu", "truth")
 EVERY_FILTER = pytest.mark.parametrize("flt", filters.ALL, ids=lambda flt: flt.name)
 

@@ -1,4 +1,4 @@
-"""The shipped filters on the published lesson, NumPy seed 42: the figures that README.md and docs/lesson.md show."""
+"""The shipped filters on the published lesson, NumPy seed 42: the figures of docs/explanation/lesson.md."""
 
 import numpy as np
 import pytest

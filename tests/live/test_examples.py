@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "live.md"
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "howto" / "live.md"
 FOLDER = Path(__file__).resolve().parents[2] / "examples"
 
 

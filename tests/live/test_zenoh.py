@@ -211,7 +211,7 @@ def openssl(*words: object) -> None:
 
 @pytest.fixture(scope="module")
 def certificates(tmp_path_factory):
-    """A folder each for node, robot and stranger, of one authority, as docs/live.md makes them."""
+    """A folder each for node, robot and stranger, of one authority, as docs/howto/live.md makes them."""
     if shutil.which("openssl") is None:
         pytest.skip("openssl is not installed; it makes the certificates")
     folder = tmp_path_factory.mktemp("certificates")
