@@ -12,7 +12,7 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no
 # time on two cores).
 TESTS := OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
 
-.PHONY: demo native wheels quick plain test test-full lint format bench mutants clean
+.PHONY: demo native wheels quick plain test test-full docs lint format bench mutants clean
 
 demo: $(LESSON)
 	$(BIN)/levelhead demo --out demo-output
@@ -43,6 +43,11 @@ test: quick
 test-full: $(READY)
 	$(TESTS) -m full
 
+# The site, in build/site: every warning is an error, links and anchors are followed, and nothing loads from elsewhere.
+docs: $(VENV)/.docs
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m sphinx -b html -W -n --keep-going -q docs build/site
+	$(BIN)/python docs/check_site.py build/site
+
 # Ten operators of the source, each changed in a copy; ROOM=sources/join SEED=1 COUNT=40 choose which.
 mutants: $(READY)
 	$(BIN)/python tests/mutants.py --room "$(ROOM)" --seed $(or $(SEED),0) --count $(or $(COUNT),10)
@@ -69,11 +74,15 @@ $(READY): pyproject.toml
 	PIP_NO_COMPILE=1 $(INSTALL) --editable '.[all,bench,test]'
 	touch $@
 
+$(VENV)/.docs: $(READY)
+	PIP_NO_COMPILE=1 $(INSTALL) --editable '.[docs]'
+	touch $@
+
 $(VENV)/.lesson: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
 	PIP_NO_COMPILE=1 $(INSTALL) --editable '.[plot]'
 	touch $@
 
 clean:
-	rm -rf $(VENV) demo-output .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf $(VENV) demo-output build/site docs/gallery .mypy_cache .ruff_cache .pytest_cache .hypothesis
 	find src tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,10 +1,13 @@
-"""Holds a drone's height with a barometer and an accelerometer, through gusts.
+"""
+Hold a height
+=============
 
-A barometer alone is noisy (0.2 m) and its difference is useless as a climb rate; an accelerometer alone drifts away in
-seconds. ESKF makes height and climb rate of both, and a PID turns them into thrust. The same controller with the
-barometer alone, low-passed so that it can be steered by at all, is the comparison.
+ESKF combines a barometer and an accelerometer into height and climb rate, and a PID turns both into thrust. The
+barometer alone has 0.2 m of noise. The comparison is the same controller with a low-passed barometer.
 
-    python examples/altitude_hold.py          draws docs/pictures/altitude-hold.png
+::
+
+    python examples/altitude_hold.py          # draws docs/pictures/altitude-hold.png
 """
 
 import math

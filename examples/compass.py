@@ -1,9 +1,13 @@
-"""A compass that may be held askew: bearing with tilt taken out, beside the bearing of x and y alone.
+"""
+A compass that may be tilted
+============================
 
-The field of the earth points steeply down in most places (67° here), so ten degrees of tilt make the bearing of a
-compass that trusts its two level axes wrong by more than twenty.
+The earth's field points steeply down in most places (67° here). Ten degrees of tilt turn the bearing of a two-axis
+compass by more than twenty. The filter removes the tilt.
 
-    python examples/compass.py          draws docs/pictures/compass.png
+::
+
+    python examples/compass.py          # draws docs/pictures/compass.png
 """
 
 import sys

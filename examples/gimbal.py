@@ -1,9 +1,13 @@
-"""Keeps a camera level on a base that swings and sways: two motors, one IMU on the camera.
+"""
+Keep a camera level
+===================
 
-The accelerometer alone takes the sway for tilt and leans the camera into it; the filter knows better, because the
-gyroscope did not turn.
+The base swings and sways; two motors hold the camera by one IMU on it. The accelerometer alone reads the sway as
+tilt and leans the camera into it. The filter does not, because the gyroscope did not turn.
 
-    python examples/gimbal.py          draws docs/pictures/gimbal.png
+::
+
+    python examples/gimbal.py          # draws docs/pictures/gimbal.png
 """
 
 import math

@@ -1,11 +1,15 @@
-"""Balances an inverted pendulum with a PID that knows nothing but what a levelhead node publishes.
+"""
+Balance an inverted pendulum
+============================
 
-A rod stands on a cart that a motor accelerates; an MPU-6050 sits on the rod. All of it is simulated in one process, in
-steps of a millisecond: the rod's motion is what the emulated chip feels, the node reads the chip's registers, and the
-controller below is a subscriber like any other. For the first seconds a hand holds the rod, a little off upright, while
-the node reads off the gyroscope's bias; then it lets go. Later the rod is pushed.
+A rod stands on a cart that a motor accelerates, with an MPU-6050 on the rod. One process simulates all of it in
+steps of 1 ms: the rod moves the emulated chip, the node reads the chip's registers, and a PID subscribes to the
+node's orientation. For three seconds a hand holds the rod while the node measures the gyroscope's bias. Later the
+rod is pushed.
 
-    python examples/pendulum.py          draws docs/pictures/pendulum.png
+::
+
+    python examples/pendulum.py          # draws docs/pictures/pendulum.png
 """
 
 import math

@@ -1,9 +1,13 @@
-"""Counts steps and shakes of a phone that is held anyhow: features of the acceleration in the earth's frame.
+"""
+Count steps in any pocket
+=========================
 
-In the phone's frame a step is on another axis whenever the hand turns. With the orientation the acceleration is turned
-into the earth's frame; its vertical part shows steps, its level part shakes, however the phone is held.
+The orientation turns the acceleration of a phone into the earth's frame. Its vertical part shows steps, its level
+part shakes. In the phone's own frame a step changes its axis whenever the hand turns.
 
-    python examples/steps.py          draws docs/pictures/steps.png
+::
+
+    python examples/steps.py          # draws docs/pictures/steps.png
 """
 
 import sys

@@ -14,7 +14,7 @@ from levelhead.filters import Filter
 from levelhead.guard import Guard
 
 ROOT = Path(__file__).resolve().parents[1]
-DOCS = sorted(path for path in (ROOT / "docs").rglob("*.md") if "_build" not in path.parts)
+DOCS = sorted(path for path in (ROOT / "docs").rglob("*.md") if "gallery" not in path.parts)
 PAGES = [ROOT / "README.md", *DOCS]
 PYTHON = re.compile(r"^```python\n(.*?)^```\n(?:\s*^```text\n(.*?)^```$)?", re.DOTALL | re.MULTILINE)
 ALL_PAGES = [*PAGES, ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md"]
