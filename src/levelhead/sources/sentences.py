@@ -96,6 +96,8 @@ _GYROSCOPE: Mapping[str, str] = {  # reason to the evidence for a gyroscope's un
         "a guess: {counts:g} counts per deg/s, {chip}, since gravity turns {far:.2f} times as far "
         "(correlation {correlation:.2f})"
     ),
+    "whole_numbers": "a guess: {counts:g} counts per deg/s, {chip}, at which its noise at rest is {noise:.2g} deg/s",
+    "whole_degrees": "a guess: whole numbers, whose noise at rest is {noise:.2g} deg/s",
     "gravity_against": "a guess: gravity turns against the gyroscope (scale {scale:.2f}); one is inverted",
     "force_cancels": "a guess: turned back as rad/s, the force would cancel",
     "force_keeps_mean": "a guess: turned back as rad/s, the force of a moving sensor keeps its mean",
@@ -265,13 +267,6 @@ SENTENCES: Mapping[tuple[str, str], Template] = {
         "gyroscope: taken as {value}; the magnetometer turns as it should (scale {scale:.3f}, correlation "
         "{correlation:.2f})"
     ),
-    ("gyr.unit", "mpu6050"): (
-        "gyroscope: raw counts, {counts:g} per deg/s, a guess: the MPU-6050's beside {per_g:g} per g; "
-        "--counts gyr={counts:g}/deg/s confirms it"
-    ),
-    ("gyr.unit", "thousandths"): (
-        "gyroscope: taken as thousandths of 1 rad/s, a guess: whole numbers beside an accelerometer in thousandths"
-    ),
     ("gyr.unit", "doubtful"): (
         "gyroscope: taken as {declared}, as the header says, but that is a guess: {why}; --units gyr={other} takes the "
         "other"
@@ -285,7 +280,7 @@ SENTENCES: Mapping[tuple[str, str], Template] = {
             "gyr.unit",
             reason,
         ): f"gyroscope: raw counts, {_GYROSCOPE[reason]}; --counts gyr={{counts:g}}/deg/s confirms it"
-        for reason in ("gravity_turn_counts", "gravity_turn_nearest_counts")
+        for reason in ("gravity_turn_counts", "gravity_turn_nearest_counts", "whole_numbers")
     },
     ("mag.used", "incomplete"): "magnetometer: left out, because no row is complete",
     ("mag.used", "zero"): "magnetometer: left out, because it is 0 on every row",
@@ -295,6 +290,14 @@ SENTENCES: Mapping[tuple[str, str], Template] = {
     ),
     ("mag.unit", "normalised"): (
         "magnetometer: its length never changes, so it was normalised: a direction without strength"
+    ),
+    ("mag.unit", "counts"): (
+        "magnetometer: raw counts, {per:.4g} per µT, a guess: {chip}, at which its median length of {norm:.4g} is the "
+        "earth's field; --counts mag={per:g}/µT confirms it"
+    ),
+    ("mag.unit", "whole"): (
+        "magnetometer: taken as {value}, a guess: whole numbers of median length {norm:.4g}; --units mag={value} "
+        "confirms it"
     ),
     ("mag.unit", "unknown"): "magnetometer: kept as it is, without unit; its median length is {norm:.4g}",
     ("truth.rows", "zero"): "truth: {columns} are all zero in {value} rows; taken as missing there",

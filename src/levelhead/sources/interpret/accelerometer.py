@@ -23,7 +23,7 @@ from levelhead.sources.interpret.converter_counts import offset_of
 from levelhead.sources.interpret.counts import GYR, acc_sensitivity
 from levelhead.sources.interpret.declared import Evidence, are_whole
 from levelhead.sources.interpret.gyroscope import gyr_unit
-from levelhead.sources.interpret.raw_counts import are_thousandths
+from levelhead.sources.interpret.raw_counts import THOUSANDTHS, are_thousandths
 from levelhead.sources.names.vendors import find_vendor
 from levelhead.sources.table import Table
 from levelhead.units import GRAVITY
@@ -66,7 +66,7 @@ def acc_scale(
         return scale
     unit = acc_unit(norm)
     if unit is None and are_thousandths(values):
-        evidence.thousandths = True
+        evidence.acc_per_g, evidence.acc_norm = THOUSANDTHS, norm
         scale = Scale(1.0, "counts, 1000 per m/s²", 1000.0)
         confirm = {"counts": {"acc": "1000/m/s²"}}
         evidence.conclude("acc.unit", "thousandths", scale, Basis.GUESS, {"norm": norm}, confirm)
@@ -81,13 +81,15 @@ def acc_scale(
     if unit is not None:
         scale = Scale(units.factor("acc", unit), unit)
         evidence.conclude("acc.unit", "length", scale, Basis.NUMBERS, {"norm": norm}, {"units": {"acc": unit}})
-        evidence.thousandths = unit == "mg" and are_whole(values)
+        if are_whole(values):
+            evidence.acc_norm = norm
+            evidence.acc_per_g = 1000.0 if unit == "mg" else None
         return scale
     if (running := _while_running(values, norm, turning, evidence)) is not None:
         return running
     counts = acc_sensitivity(norm)
     if counts is not None and norm > 50.0:
-        evidence.acc_per_g = counts.per_unit
+        evidence.acc_per_g, evidence.acc_norm = counts.per_unit, norm
         scale = Scale(units.factor("acc", "g"), f"counts, {counts.per_unit:g} per g", counts.per_unit)
         facts, confirm = {"per_g": counts.per_unit, "norm": norm}, {"counts": {"acc": f"{counts.per_unit:g}/g"}}
         evidence.conclude("acc.unit", "counts", scale, Basis.GUESS, facts, confirm)

@@ -9,6 +9,7 @@ from levelhead.open_types import ReadOnlyJson
 from levelhead.recording import Array
 from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.hints import QUANTITY, Hints, Scale
+from levelhead.sources.interpret.counts import Chip
 from levelhead.sources.interpret.roles import Roles
 from levelhead.sources.names.column_name import RELATIVE
 from levelhead.sources.names.vendors import find_vendor, gyroflow_scale
@@ -21,14 +22,16 @@ class Evidence:
 
     Attributes:
         conclusions: in the order in which they were made.
-        acc_per_g: counts per g, if the accelerometer gives counts.
-        thousandths: whether it gives whole mg, or m/s² times 1000: no chip's counts stand beside those.
+        acc_per_g: numbers per g, if the accelerometer gives whole ones: a chip's counts, mg, thousandths of 1 m/s².
+        acc_norm: their usual length.
+        chip: whose sensitivity the gyroscope seems to have, if its numbers are whole.
         adds_gravity: whether gravity, which stands in columns of its own, is added to the acceleration.
     """
 
     conclusions: list[Conclusion]
     acc_per_g: float | None = None
-    thousandths: bool = False
+    acc_norm: float | None = None
+    chip: Chip | None = None
     adds_gravity: bool = False
 
     def conclude(

@@ -16,6 +16,7 @@ from levelhead.signals.gravity_turn import (
     MIN_TURN,
     GravityTurn,
     excerpt,
+    median_norm,
     quiet_turn,
     turn_of_gravity,
 )
@@ -30,9 +31,8 @@ from levelhead.signals.rest import find_still_gyroscope
 from levelhead.sources.conclusion import Basis
 from levelhead.sources.hints import NeedsHints, Scale, count_word
 from levelhead.sources.interpret.converter_counts import rates_about
-from levelhead.sources.interpret.counts import gyr_sensitivity
+from levelhead.sources.interpret.counts import ACC, Chip, WholeRates, choose_sensitivity, gyr_sensitivity
 from levelhead.sources.interpret.declared import Evidence, are_whole
-from levelhead.sources.interpret.raw_counts import PER_DEGREE, PER_G, THOUSANDTHS
 from levelhead.sources.sentences import gyroscope_reason
 from levelhead.sources.table import Table
 from levelhead.units import DEGREE, GRAVITY
@@ -79,44 +79,22 @@ def gyr_scale(
         )
     if scale is not None:
         return _checked_gyr(values[rows], scale, hinted, t[rows], acc[rows], table, evidence)
-    per_g = THOUSANDTHS if evidence.thousandths else evidence.acc_per_g
-    found = gyr_unit(t[rows], values[rows], acc[rows], per_g)
+    whole = Whole(evidence.acc_per_g, evidence.acc_norm, _whole_norm(mag))
+    found = gyr_unit(t[rows], values[rows], acc[rows], whole)
     if found.basis is Basis.GUESS and (proved := _by_field(t, values, mag)) is not None:
         unit, turn = proved
         scale = Scale(units.factor("gyr", unit), unit)
         facts = {"scale": turn.scale, "correlation": turn.correlation}
         evidence.conclude("gyr.unit", "field", scale, Basis.NUMBERS, facts, {"units": {"gyr": unit}})
         return scale
-    if found.unit is not None and found.basis is Basis.GUESS and are_whole(values):
-        counts = _counts_beside_counts(table, evidence)
-        if counts is not None:
-            return counts
+    if not found.sure and evidence.acc_per_g in ACC:
+        word = f"{count_word(found.counts)}/deg/s" if found.counts is not None else "131/deg/s"
+        raise NeedsHints(
+            f"{table.source}: the gyroscope's numbers are whole, as the accelerometer's counts are, and nothing turns "
+            f"far enough to tell its full scale; expected the hint --counts gyr=…, such as {word} by the noise at rest",
+            counts={"gyr": word},
+        )
     return _concluded(found, table, evidence)
-
-
-def _counts_beside_counts(table: Table, evidence: Evidence) -> Scale | None:
-    """The scale of whole numbers beside an accelerometer's counts; None where that has none.
-
-    Raises:
-        NeedsHints: the full scale is open.
-    """
-    if evidence.acc_per_g == PER_G:
-        scale, facts = _counts_scale(PER_DEGREE), {"counts": PER_DEGREE, "per_g": PER_G}
-        confirm = {"counts": {"gyr": f"{PER_DEGREE:g}/deg/s"}}
-        evidence.conclude("gyr.unit", "mpu6050", scale, Basis.GUESS, facts, confirm)
-        return scale
-    if evidence.thousandths:
-        scale = Scale(1.0, "counts, 1000 per rad/s", 1000.0)
-        evidence.conclude("gyr.unit", "thousandths", scale, Basis.GUESS, {}, {"counts": {"gyr": "1000/rad/s"}})
-        return scale
-    if evidence.acc_per_g is None:
-        return None
-    usual = "14.375" if evidence.acc_per_g == 256.0 else "131"  # an ADXL345's neighbour is an ITG-3200
-    raise NeedsHints(
-        f"{table.source}: the gyroscope's numbers are whole, as the accelerometer's counts are, and nothing turns "
-        "far enough to tell its full scale; expected the hint --counts gyr=…, such as 131/deg/s for ±250 deg/s",
-        counts={"gyr": f"{usual}/deg/s"},
-    )
 
 
 def _concluded(found: "GyroscopeUnit", table: Table, evidence: Evidence) -> Scale:
@@ -126,6 +104,7 @@ def _concluded(found: "GyroscopeUnit", table: Table, evidence: Evidence) -> Scal
         NeedsHints: nothing was.
     """
     facts = {**found.facts, "reversed": found.reversed}
+    evidence.chip = found.chip
     if found.unit is not None:
         scale = Scale(units.factor("gyr", found.unit), found.unit)
         evidence.conclude("gyr.unit", found.reason, scale, found.basis, facts, {"units": {"gyr": found.unit}})
@@ -200,6 +179,8 @@ class GyroscopeUnit(NamedTuple):
         facts: its numbers.
         basis: a guess unless gravity's turn proves it.
         reversed: whether gravity turns against the gyroscope, while nothing else than gravity is felt.
+        sure: whether no other sensitivity is nearly as likely.
+        chip: whose sensitivity it is.
     """
 
     unit: str | None
@@ -208,22 +189,44 @@ class GyroscopeUnit(NamedTuple):
     facts: ReadOnlyJson
     basis: Basis = Basis.GUESS
     reversed: bool = False
+    sure: bool = True
+    chip: Chip | None = None
 
 
-def gyr_unit(t: Array, gyr: Array, acc: Array, acc_per_g: float | None = None) -> GyroscopeUnit:
-    """The unit of (n, 3) ``gyr`` beside (n, 3) ``acc`` in m/s², which had ``acc_per_g`` counts, if counts."""
+class Whole(NamedTuple):
+    """Whole numbers beside a gyroscope.
+
+    Attributes:
+        acc_per_g: numbers of the accelerometer per g; None: it has a unit with decimals.
+        acc_norm: their usual length.
+        mag_norm: that of the magnetometer's.
+    """
+
+    acc_per_g: float | None = None
+    acc_norm: float | None = None
+    mag_norm: float | None = None
+
+
+NOTHING_WHOLE = Whole()
+
+
+def _whole_norm(mag: Array | None) -> float | None:
+    return median_norm(mag) if mag is not None and are_whole(mag) else None
+
+
+def gyr_unit(t: Array, gyr: Array, acc: Array, whole: Whole = NOTHING_WHOLE) -> GyroscopeUnit:
+    """The unit of (n, 3) ``gyr`` beside (n, 3) ``acc`` in m/s², whose numbers were ``whole``."""
     turn = turn_of_gravity(t, gyr, acc)
+    if _may_be_counts(gyr) and not (turn is not None and turn.clear and 0.5 < turn.scale < 2.0):
+        return _unit_of_whole(t, gyr, acc, turn, whole)
+    acc_per_g = whole.acc_per_g
     if turn is not None and turn.clear:
         found = _infer_from_turn(turn, acc_per_g)
         if found is not None:
             return found
     quiet = quiet_turn(t, gyr, acc)
-    against = quiet is not None and quiet.correlation < -MIN_CORRELATION and quiet.turned > 0.5 * MIN_TURN
-    if against and quiet is not None:
-        for unit, factor in (("rad/s", 1.0), ("deg/s", math.pi / 180.0)):
-            if 0.5 < -quiet.scale / factor < 2.0:
-                facts: ReadOnlyJson = {"scale": quiet.scale / factor}
-                return GyroscopeUnit(unit, None, "gravity_against", facts, reversed=True)
+    if (opposed := _against_gravity(quiet)) is not None:
+        return opposed
     for one in (quiet, turn):
         if one is not None and abs(one.correlation) > _FAINT and one.turned > 0.5 * MIN_TURN:
             counts = gyr_sensitivity(one.scale, acc_per_g)
@@ -236,6 +239,59 @@ def gyr_unit(t: Array, gyr: Array, acc: Array, acc_per_g: float | None = None) -
                 turned = one.correlation < -MIN_CORRELATION
                 return GyroscopeUnit(None, counts.per_unit, "gravity_turn_nearest_counts", facts, reversed=turned)
     return _guess_unit(t, gyr, acc)
+
+
+def _against_gravity(quiet: GravityTurn | None) -> GyroscopeUnit | None:
+    """The unit of a gyroscope against which gravity turns while nothing else is felt; None: it does not."""
+    if quiet is not None and quiet.correlation < -MIN_CORRELATION and quiet.turned > 0.5 * MIN_TURN:
+        for unit, factor in (("rad/s", 1.0), ("deg/s", DEGREE)):
+            if 0.5 < -quiet.scale / factor < 2.0:
+                return GyroscopeUnit(unit, None, "gravity_against", {"scale": quiet.scale / factor}, reversed=True)
+    return None
+
+
+def _may_be_counts(gyr: Array) -> bool:
+    """Whether (n, 3) numbers are whole, and not zeros only: in rad/s no sensor is read so coarsely."""
+    finite = gyr[np.isfinite(gyr)]
+    return len(finite) > 0 and bool((finite == np.rint(finite)).all()) and bool(finite.any())
+
+
+def _unit_of_whole(t: Array, gyr: Array, acc: Array, turn: GravityTurn | None, whole: Whole) -> GyroscopeUnit:
+    """The unit of whole numbers: the sensitivity that fits gravity's turn, the noise and the accelerometer best."""
+    if turn is not None and turn.clear and 0.5 < turn.scale / DEGREE < 2.0:
+        facts: ReadOnlyJson = {"scale": turn.scale, "inverse": 1 / turn.scale}
+        return GyroscopeUnit("deg/s", None, "gravity_turn_degrees", facts, Basis.NUMBERS)
+    best = _most_telling(turn, quiet_turn(t, gyr, acc))
+    if best is None and whole.acc_per_g not in ACC and (moved := _unit_of_moved(t, gyr, acc)) is not None:
+        return moved
+    scale, correlation = (None, 0.0) if best is None else (abs(best.scale), abs(best.correlation))
+    rates = WholeRates(scale, correlation, rest_noise(t, gyr), large_rate(gyr))
+    choice = choose_sensitivity(rates, *whole)
+    if choice is None:
+        measured = {"measured": DEGREE / scale if scale else math.inf}
+        return GyroscopeUnit(None, None, "gravity_turn_no_unit", measured, Basis.NUMBERS)
+    per, against = choice.per_degree, best is not None and best.correlation < -MIN_CORRELATION
+    clear = best is not None and correlation > MIN_CORRELATION and best.turned > MIN_TURN
+    facts = {"counts": per, "chip": choice.chip.name, "noise": rates.noise / per, "correlation": correlation}
+    if scale is not None:
+        facts = {**facts, "measured": DEGREE / scale, "far": per * scale / DEGREE}
+    reason = (
+        "whole_degrees" if per == 1.0
+        else "whole_numbers" if scale is None
+        else "gravity_turn_counts" if clear and not against
+        else "gravity_turn_nearest_counts"
+    )  # fmt: skip
+    unit, counts = ("deg/s", None) if per == 1.0 else (None, per)
+    return GyroscopeUnit(unit, counts, reason, facts, reversed=against, sure=clear or choice.sure, chip=choice.chip)
+
+
+def _most_telling(turn: GravityTurn | None, quiet: GravityTurn | None) -> GravityTurn | None:
+    """The comparison that correlates best; None if none does."""
+    if turn is not None and turn.clear:
+        return turn
+    told = [one for one in (turn, quiet) if one is not None and one.turned > 0.5 * MIN_TURN]
+    best = max(told, key=lambda one: abs(one.correlation), default=None)
+    return best if best is not None and abs(best.correlation) > _FAINT and best.scale != 0.0 else None
 
 
 def _guess_unit(t: Array, gyr: Array, acc: Array) -> GyroscopeUnit:

@@ -4,8 +4,9 @@ from levelhead import units
 from levelhead.recording import Array
 from levelhead.signals.gravity_turn import median_norm
 from levelhead.sources.conclusion import Basis, Conclusion
-from levelhead.sources.hints import Scale
-from levelhead.sources.interpret.declared import Evidence
+from levelhead.sources.hints import Scale, count_word
+from levelhead.sources.interpret.counts import field_sensitivity
+from levelhead.sources.interpret.declared import Evidence, are_whole
 
 
 def mag_scale(values: Array, scale: Scale | None, relative: bool, evidence: Evidence) -> Scale | None:
@@ -13,12 +14,29 @@ def mag_scale(values: Array, scale: Scale | None, relative: bool, evidence: Evid
     if scale is not None:
         return scale
     norm = median_norm(values)
+    whole = not relative and are_whole(values)
+    per = field_sensitivity(evidence.chip, norm) if whole and evidence.chip is not None else None
+    if per is not None and evidence.chip is not None:
+        scale = Scale(1.0, f"counts, {per:g} per µT", per)
+        facts, confirm = (
+            {"per": per, "chip": evidence.chip.name, "norm": norm},
+            {"counts": {"mag": f"{count_word(per)}/µT"}},
+        )
+        evidence.conclude("mag.unit", "counts", scale, Basis.GUESS, facts, confirm)
+        return scale
     unit = None if relative else mag_unit(norm)
     if unit is None:
         evidence.conclusions.append(Conclusion("mag.unit", "unknown", None, Basis.NUMBERS, {"norm": norm}))
         return None
     scale = Scale(units.factor("mag", unit), unit)
-    evidence.conclude("mag.unit", "length", scale, Basis.NUMBERS, {"norm": norm}, {"units": {"mag": unit}})
+    evidence.conclude(
+        "mag.unit",
+        "whole" if whole else "length",
+        scale,
+        Basis.GUESS if whole else Basis.NUMBERS,
+        {"norm": norm},
+        {"units": {"mag": unit}},
+    )
     return scale
 
 
