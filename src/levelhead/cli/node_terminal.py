@@ -72,6 +72,8 @@ class StatusLines:
             self._printed.add(event.name)
             more = " (counted from here on)" if event.name in COUNTED else " (from here on in the status line)"
         self._print(f"  {'!' if warning else ' '} {event.name}: {event.text}{more}")
+        if event.name == "started" and hasattr(self._node.source, "instructions"):
+            self._print(self._node.source.instructions())
 
     def _print(self, text: str) -> None:
         if not self._quiet:

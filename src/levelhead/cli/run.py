@@ -21,6 +21,8 @@ from levelhead.cli.outputs import Outputs
 from levelhead.errors import LevelheadError
 from levelhead.open_types import JsonObject, Untyped
 
+CALIBRATED = ("replay", "phone", "phyphox")  # sources whose gyroscope was calibrated before
+
 
 def run(
     *,
@@ -52,10 +54,11 @@ def run(
 
     Args:
         source: emulated:mpu6050 (no hardware), mpu6050 or another chip on I²C (mpu6050+hmc5883l@1:0x69),
-            serial:/dev/ttyUSB0@115200, ros2 (imu/data_raw and imu/mag), mavlink:udp:14550, or replay:FILE.
+            serial:/dev/ttyUSB0@115200, phone:192.168.1.5 (a page at this machine's address, also for Sensor Logger),
+            phyphox:192.168.1.7:8080, ros2 (imu/data_raw and imu/mag), mavlink:udp:14550, or replay:FILE.
         rate: ticks a second, also the sample rate of a chip.
         set: a parameter of the filter; may be given several times.
-        calibrate: samples at rest for the initial gyroscope bias; 500, or 0 for a replay.
+        calibrate: samples at rest for the initial gyroscope bias; 500, or 0 for a replay and for a phone.
         duration: seconds; without it, until Ctrl-C or the end of a replay.
         box: a black box that records everything (needs the extra levelhead[box]); `levelhead fuse` reads it.
         publish: to other processes as well (needs the extra levelhead[bus]): tcp/127.0.0.1:7447 for this machine, or
@@ -90,7 +93,8 @@ def run(
     hints: JsonObject = {"map": parse_map(map), "units": parse_units(units), "counts": parse_counts(counts)}
     mounted = AxisMap.parse(axes)
     live = open_source(source, rate=rate, speed=speed, gyr_range=gyr_range, acc_range=acc_range, axes=mounted, **hints)
-    still = (0 if source.startswith("replay:") else SAMPLES) if calibrate is None else calibrate
+    calibrated = source.partition(":")[0] in CALIBRATED
+    still = (0 if calibrated else SAMPLES) if calibrate is None else calibrate
     with ExitStack() as held:
         bus = _bus(publish, certificates, readers)
         held.callback(bus.close)

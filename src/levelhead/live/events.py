@@ -27,6 +27,7 @@ EVENTS = {
     "bus_stuck": "a line of the bus is held down",
     "wrong_chip": "another chip answers at the address",
     "implausible": "the chip gives nothing but zeros or ones",
+    "phone": "a phone began to send; data of others is refused",
     "unplugged": "the serial port is gone",
     "assumed": "units that the source does not state were concluded from its numbers",
     "unnamed": "lines come, but not yet what tells their columns and units",
@@ -44,7 +45,7 @@ EVENTS = {
     "stopped": "the node ends; data: the figures of the run",
 }
 EXPECTED = frozenset(  # no warnings
-    {"started", "config", "calibrating", "calibrated", "parameters", "ended", "stopped"}
+    {"started", "config", "calibrating", "calibrated", "parameters", "phone", "ended", "stopped"}
 )
 REPEAT = 1.0  # s between two notes of the same name
 

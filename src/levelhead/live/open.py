@@ -20,7 +20,8 @@ from levelhead.sources.hints import Hints, check
 from levelhead.sources.sensors.board import CHIPS, BoardSpec, assemble_board, open_board, parse_board
 from levelhead.sources.sensors.emulated import World, emulate_board
 
-KINDS = ("emulated", "serial", "ros2", "mavlink", "replay", *CHIPS)
+REMOTE = ("phone", "phyphox", "ros2", "mavlink")  # what other programs and devices send
+KINDS = ("emulated", "serial", *REMOTE, "replay", *CHIPS)
 REST = 8.0  # s at the beginning, so that the node can read off the bias
 PUT_DOWN = 24  # times that an emulated sensor is put down there, where it is for poses
 HALF_LOOP = 60.0  # s that an emulated sensor is moved there, and back again
@@ -36,8 +37,9 @@ def open_source(
 
     Args:
         words: ``mpu6050``, ``mpu6050+hmc5883l@1`` (see ``parse_board``): chips on an I²C bus; ``emulated:`` and the
-            same: chips that are not there; ``serial:/dev/ttyUSB0@115200``: lines of numbers; ``ros2``: a topic of ROS
-            2; ``replay:FILE``: a recording.
+            same: chips that are not there; ``serial:/dev/ttyUSB0@115200``: lines of numbers; ``phone:192.168.1.5``: a
+            page for a phone at this machine's address; ``phyphox:192.168.1.7:8080``: a phone's app; ``ros2``: a topic
+            of ROS 2; ``replay:FILE``: a recording.
         rate: samples a second that a chip is asked for, Hz.
         speed: of a replay; inf: as fast as it goes.
         gyr_range: full scale of a chip, °/s.
@@ -59,14 +61,8 @@ def open_source(
         port, baud = parse_serial(rest)
         said = check(hints.get("map"), hints.get("units"), hints.get("counts"), None)
         return _rotate(SerialLines(port, baud, Hints(said.map, said.scale, rate)), axes)
-    if kind == "mavlink":
-        from levelhead.live.mavlink import MavlinkSource
-
-        return _rotate(MavlinkSource(rest), axes)
-    if kind == "ros2":
-        from levelhead.live.ros2 import Ros2Source, default_domain
-
-        return _rotate(Ros2Source(default_domain(), rest or "imu/data_raw"), axes)
+    if kind in REMOTE:
+        return _rotate(_open_remote(kind, rest), axes)
     if kind == "replay":
         if not rest:
             raise LevelheadError("replay: names no file; expected such as replay:flight.csv")
@@ -78,6 +74,25 @@ def open_source(
             raise LevelheadError(f"there is no source '{words}'; {nearest(kind, KINDS)}")
         return open_board(words, rate=rate, gyr_range=gyr_range, acc_range=acc_range, axes=axes)
     raise LevelheadError(f"there is no source '{words}'; {nearest(kind, KINDS)}")
+
+
+def _open_remote(kind: str, place: str) -> Source:
+    """A source whose library is imported for it alone."""
+    if kind == "phone":
+        from levelhead.live.phone.source import PhoneSource
+
+        return PhoneSource(place)
+    if kind == "phyphox":
+        from levelhead.live.phone.phyphox import PhyphoxSource
+
+        return PhyphoxSource(place)
+    if kind == "mavlink":
+        from levelhead.live.mavlink import MavlinkSource
+
+        return MavlinkSource(place)
+    from levelhead.live.ros2 import Ros2Source, default_domain
+
+    return Ros2Source(default_domain(), place or "imu/data_raw")
 
 
 class _RotatedSource:

@@ -33,7 +33,8 @@ class SafeState:
     def __init__(self, source: Source, journal: Journal, publish_invalid: Callable[[], bool], give_up: float) -> None:
         self._source, self._journal, self._publish_invalid, self._give_up = source, journal, publish_invalid, give_up
         self._last = self._tried = 0.0  # host time of the last sample, and of the last restart
-        self._interval, self._gaps, self._limit = 0.0, 0, START_LIMIT
+        self._interval, self._gaps, self._limit = 0.0, 0, getattr(source, "start_limit", START_LIMIT)
+        self._shortest = getattr(source, "silence_limit", SILENCE)
 
     def begin(self, now: float) -> None:
         """The source was started at host time ``now``."""
@@ -46,7 +47,7 @@ class SafeState:
         self._interval += max(WEIGHT, 1.0 / self._gaps) * (gap - self._interval)
         self._limit = FIRST_LIMIT
         if self._gaps >= FIRST_GAPS:
-            self._limit = max(SILENCE, SILENT_INTERVALS * self._interval)
+            self._limit = max(self._shortest, SILENT_INTERVALS * self._interval)
         self._last = now
 
     def check(self, now: float) -> bool:

@@ -14,6 +14,9 @@ class Source(Protocol):
         gyr_range: full scale in °/s; 0: not known.
         acc_range: full scale in m/s²; 0: not known.
         ended: nothing more will ever come.
+        start_limit: s without a first sample before the source counts as silent; optional.
+        silence_limit: s without a sample, at least, before it does later; optional.
+        instructions: gives lines for the terminal on how to make it send, once it is started; optional.
     """
 
     @property

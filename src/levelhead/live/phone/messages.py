@@ -1,0 +1,176 @@
+"""Messages of the page and of phone apps, as readings of one sensor each."""
+
+from collections.abc import Callable
+from typing import Any
+
+from levelhead.errors import LevelheadError
+from levelhead.live.phone.streams import Reading, Sensor
+from levelhead.units import GRAVITY
+
+HECTOPASCAL = 100.0
+NANO = 1e-9
+DATAGRAM_SENSORS: dict[int, Sensor] = {3: "acc", 4: "gyr", 5: "mag", 85: "pressure"}
+PHYPHOX_SENSORS: dict[str, Sensor] = {"accelerometer": "acc", "gyroscope": "gyr", "magnetic_field": "mag"}
+PHYPHOX_BUFFERS: dict[Sensor, tuple[str, str, str, str]] = {
+    "acc": ("acc_time", "accX", "accY", "accZ"),
+    "gyr": ("gyro_time", "gyroX", "gyroY", "gyroZ"),
+    "mag": ("mag_time", "magX", "magY", "magZ"),
+}
+
+
+def read_page(message: dict[str, Any]) -> list[Reading]:
+    """Readings from the page: rows of s, rad/s × 3, m/s² × 3 along the phone's axes.
+
+    Raises:
+        LevelheadError: other rows.
+    """
+    found: list[Reading] = []
+    for row in _list(message, "rows"):
+        if not isinstance(row, list) or len(row) != 7:
+            raise LevelheadError("a row of the page has 7 numbers: s, rad/s × 3, m/s² × 3")
+        t, *values = (_number(value) for value in row)
+        found += [Reading("gyr", t, tuple(values[:3])), Reading("acc", t, tuple(values[3:]))]
+    return found
+
+
+class SensorLogger:
+    """Readings from the messages of the app Sensor Logger (HTTP push, "Standardise Units & Frames" on).
+
+    ``totalacceleration`` and ``accelerometeruncalibrated`` hold the specific force. Where neither comes,
+    ``accelerometer`` and ``gravity`` are added at equal times. On an iPhone without "Standardise" the uncalibrated
+    accelerometer is in g with the opposite sign of Android's; its length tells that apart.
+    """
+
+    def __init__(self) -> None:
+        self._linear: dict[int, tuple[float, ...]] = {}
+        self._gravity: dict[int, tuple[float, ...]] = {}
+        self._direct = ""  # the sensor whose specific force is kept to
+
+    def read(self, message: dict[str, Any]) -> list[Reading]:
+        """The readings of one message.
+
+        Raises:
+            LevelheadError: not the app's form.
+        """
+        found: list[Reading] = []
+        for entry in _list(message, "payload"):
+            if not isinstance(entry, dict) or not isinstance(entry.get("name"), str):
+                raise LevelheadError("an entry of the payload has a name, a time and values")
+            reader = self._readers().get(entry["name"].lower())
+            if reader is not None:
+                found += reader(entry)
+        return found
+
+    def _readers(self) -> dict[str, Callable[[dict[str, Any]], list[Reading]]]:
+        return {
+            "gyroscope": lambda entry: [Reading("gyr", _seconds(entry), _triple(entry))],
+            "magnetometer": lambda entry: [Reading("mag", _seconds(entry), _triple(entry))],
+            "barometer": lambda entry: [
+                Reading("pressure", _seconds(entry), (HECTOPASCAL * _number(_values(entry).get("pressure")),))
+            ],
+            "totalacceleration": self._total,
+            "accelerometeruncalibrated": self._total,
+            "accelerometer": lambda entry: self._sum(entry, self._linear, self._gravity),
+            "gravity": lambda entry: self._sum(entry, self._gravity, self._linear),
+        }
+
+    def _total(self, entry: dict[str, Any]) -> list[Reading]:
+        self._direct = self._direct or entry["name"].lower()
+        if entry["name"].lower() != self._direct:
+            return []
+        values = _triple(entry)
+        if sum(value * value for value in values) < (0.3 * GRAVITY) ** 2:  # Core Motion: g, and gravity points down
+            values = tuple(-GRAVITY * value for value in values)
+        return [Reading("acc", _seconds(entry), values)]
+
+    def _sum(
+        self, entry: dict[str, Any], own: dict[int, tuple[float, ...]], other: dict[int, tuple[float, ...]]
+    ) -> list[Reading]:
+        if self._direct:
+            return []
+        time, values = int(_number(entry.get("time"))), _triple(entry)
+        if time in other:
+            total = tuple(a + b for a, b in zip(values, other.pop(time), strict=True))
+            return [Reading("acc", _seconds(entry), total)]
+        own[time] = values
+        while len(own) > 100:
+            own.pop(next(iter(own)))
+        return []
+
+
+def read_datagram(line: str) -> list[Reading]:
+    """Readings from a line of Sensorstream IMU+GPS: s, then a sensor's number with its values, for each sensor.
+
+    3: accelerometer, m/s²; 4: gyroscope, rad/s; 5: magnetometer, µT; 85: pressure, hPa.
+
+    Raises:
+        LevelheadError: not numbers.
+    """
+    numbers = [_number(word.strip()) for word in line.split(",")]
+    found: list[Reading] = []
+    i = 1
+    while i < len(numbers):
+        sensor = DATAGRAM_SENSORS.get(int(numbers[i]))
+        count = 1 if sensor == "pressure" else 3
+        values = tuple(numbers[i + 1 : i + 1 + count])
+        if len(values) < count:
+            raise LevelheadError(f"the line ends within the values of sensor {int(numbers[i])}")
+        if sensor is not None:
+            found.append(Reading(sensor, numbers[0], tuple((HECTOPASCAL if count == 1 else 1.0) * v for v in values)))
+        i += 1 + count
+    return found
+
+
+def phyphox_buffers(config: dict[str, Any]) -> dict[Sensor, tuple[str, str, str, str]]:
+    """Names of the buffers for time, x, y, z of each sensor, from phyphox's /config; else those of its own experiments.
+
+    Raises:
+        LevelheadError: the experiment has no gyroscope or no accelerometer.
+    """
+    found: dict[Sensor, tuple[str, str, str, str]] = {}
+    for one in config.get("inputs", []):
+        sensor = PHYPHOX_SENSORS.get(one.get("source", ""))
+        names = {key: name for output in one.get("outputs", []) for key, name in output.items()}
+        if sensor is not None and all(key in names for key in "txyz"):
+            found[sensor] = names["t"], names["x"], names["y"], names["z"]
+    if not found:
+        listed = {buffer.get("name") for buffer in config.get("buffers", [])}
+        found = {sensor: names for sensor, names in PHYPHOX_BUFFERS.items() if listed.issuperset(names)}
+    missing = [words for sensor, words in (("gyr", "gyroscope"), ("acc", "accelerometer")) if sensor not in found]
+    if missing:
+        raise LevelheadError(
+            f"the experiment in phyphox has no {' and no '.join(missing)}; add one with both (+, simple experiment)"
+        )
+    return found
+
+
+def _list(message: dict[str, Any], name: str) -> list[Any]:
+    found = message.get(name)
+    if not isinstance(found, list):
+        raise LevelheadError(f"the message has no list '{name}'")
+    return found
+
+
+def _values(entry: dict[str, Any]) -> dict[str, Any]:
+    found = entry.get("values", entry)  # in recordings the values stand beside the time
+    if not isinstance(found, dict):
+        raise LevelheadError(f"the values of '{entry.get('name')}' are no object")
+    return found
+
+
+def _triple(entry: dict[str, Any]) -> tuple[float, ...]:
+    found = _values(entry)
+    return tuple(_number(found.get(axis)) for axis in "xyz")
+
+
+def _seconds(entry: dict[str, Any]) -> float:
+    return NANO * _number(entry.get("time"))
+
+
+def _number(value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
+        raise LevelheadError(f"{value!r:.40} is not a number")
+    try:
+        return float(value)
+    except (ValueError, OverflowError):
+        raise LevelheadError(f"{value!r:.40} is not a number") from None
