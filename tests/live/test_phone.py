@@ -9,6 +9,7 @@ import time
 import urllib.error
 import urllib.request
 from http.server import BaseHTTPRequestHandler, HTTPServer
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -212,7 +213,7 @@ class _Phyphox(BaseHTTPRequestHandler):
     """phyphox's remote interface, as its page documents it: 100 Hz, a phone flat on a turntable."""
 
     began = 0.0
-    asked: list[str] = []
+    asked: ClassVar[list[str]] = []
 
     def do_GET(self) -> None:
         self.asked.append(self.path)
