@@ -19,7 +19,7 @@ from levelhead.live import Node
 from levelhead.live.phone.messages import SensorLogger, phyphox_buffers, read_datagram, read_page
 from levelhead.live.phone.phyphox import PhyphoxSource
 from levelhead.live.phone.source import PhoneSource, parse_phone, qr_code
-from levelhead.live.phone.streams import Reading, SensorStreams
+from levelhead.live.phone.streams import SensorReading, SensorStreams
 from levelhead.sources.sensors.bus import SensorError
 from levelhead.units import GRAVITY
 
@@ -49,26 +49,26 @@ def refusal(url: str, message: object) -> tuple[int, str]:
 def test_streams_are_joined_at_the_gyroscopes_times_by_interpolation():
     streams = SensorStreams()
     for t in (0.000, 0.010, 0.020, 0.030):
-        streams.add(Reading("gyr", t, (t, 0.0, 0.0)))
+        streams.add(SensorReading("gyr", t, (t, 0.0, 0.0)))
     for t in (0.005, 0.013, 0.025):
-        streams.add(Reading("acc", t, (100.0 * t, 0.0, GRAVITY)))
-    streams.add(Reading("mag", 0.012, (1.0, 2.0, 3.0)))
-    streams.add(Reading("pressure", 0.001, (101325.0,)))
+        streams.add(SensorReading("acc", t, (100.0 * t, 0.0, GRAVITY)))
+    streams.add(SensorReading("mag", 0.012, (1.0, 2.0, 3.0)))
+    streams.add(SensorReading("pressure", 0.001, (101325.0,)))
     samples = streams.take()
     assert [sample.t for sample in samples] == [0.010, 0.020]  # none before the first force or after the last
     np.testing.assert_allclose([sample.acc[0] for sample in samples], [1.0, 2.0])  # the ramp itself
     assert [sample.mag for sample in samples] == [None, (1.0, 2.0, 3.0)]
     assert [sample.pressure for sample in samples] == [101325.0, None]
     assert streams.take() == []
-    streams.add(Reading("acc", 0.040, (4.0, 0.0, GRAVITY)))
+    streams.add(SensorReading("acc", 0.040, (4.0, 0.0, GRAVITY)))
     assert streams.take()[0].acc[0] == pytest.approx(3.0)
 
 
 @pytest.mark.parametrize("t, x", [(math.nan, 0.0), (0.0, math.inf), (-1.0, 0.0)])
 def test_readings_that_are_not_finite_or_out_of_order_are_counted(t, x):
     streams = SensorStreams()
-    streams.add(Reading("gyr", 0.0, (0.0, 0.0, 0.0)))
-    streams.add(Reading("gyr", t, (x, 0.0, 0.0)))
+    streams.add(SensorReading("gyr", 0.0, (0.0, 0.0, 0.0)))
+    streams.add(SensorReading("gyr", t, (x, 0.0, 0.0)))
     assert streams.unusable == 1
 
 

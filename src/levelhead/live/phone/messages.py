@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 from levelhead.errors import LevelheadError
-from levelhead.live.phone.streams import Reading, Sensor
+from levelhead.live.phone.streams import SensorReading, Sensor
 from levelhead.units import GRAVITY
 
 HECTOPASCAL = 100.0
@@ -18,18 +18,18 @@ PHYPHOX_BUFFERS: dict[Sensor, tuple[str, str, str, str]] = {
 }
 
 
-def read_page(message: dict[str, Any]) -> list[Reading]:
+def read_page(message: dict[str, Any]) -> list[SensorReading]:
     """Readings from the page: rows of s, rad/s × 3, m/s² × 3 along the phone's axes.
 
     Raises:
         LevelheadError: other rows.
     """
-    found: list[Reading] = []
+    found: list[SensorReading] = []
     for row in _list(message, "rows"):
         if not isinstance(row, list) or len(row) != 7:
             raise LevelheadError("a row of the page has 7 numbers: s, rad/s × 3, m/s² × 3")
         t, *values = (_number(value) for value in row)
-        found += [Reading("gyr", t, tuple(values[:3])), Reading("acc", t, tuple(values[3:]))]
+        found += [SensorReading("gyr", t, tuple(values[:3])), SensorReading("acc", t, tuple(values[3:]))]
     return found
 
 
@@ -46,13 +46,13 @@ class SensorLogger:
         self._gravity: dict[int, tuple[float, ...]] = {}
         self._direct = ""  # the sensor whose specific force is kept to
 
-    def read(self, message: dict[str, Any]) -> list[Reading]:
+    def read(self, message: dict[str, Any]) -> list[SensorReading]:
         """The readings of one message.
 
         Raises:
             LevelheadError: not the app's form.
         """
-        found: list[Reading] = []
+        found: list[SensorReading] = []
         for entry in _list(message, "payload"):
             if not isinstance(entry, dict) or not isinstance(entry.get("name"), str):
                 raise LevelheadError("an entry of the payload has a name, a time and values")
@@ -61,12 +61,12 @@ class SensorLogger:
                 found += reader(entry)
         return found
 
-    def _readers(self) -> dict[str, Callable[[dict[str, Any]], list[Reading]]]:
+    def _readers(self) -> dict[str, Callable[[dict[str, Any]], list[SensorReading]]]:
         return {
-            "gyroscope": lambda entry: [Reading("gyr", _seconds(entry), _triple(entry))],
-            "magnetometer": lambda entry: [Reading("mag", _seconds(entry), _triple(entry))],
+            "gyroscope": lambda entry: [SensorReading("gyr", _seconds(entry), _triple(entry))],
+            "magnetometer": lambda entry: [SensorReading("mag", _seconds(entry), _triple(entry))],
             "barometer": lambda entry: [
-                Reading("pressure", _seconds(entry), (HECTOPASCAL * _number(_values(entry).get("pressure")),))
+                SensorReading("pressure", _seconds(entry), (HECTOPASCAL * _number(_values(entry).get("pressure")),))
             ],
             "totalacceleration": self._total,
             "accelerometeruncalibrated": self._total,
@@ -74,31 +74,31 @@ class SensorLogger:
             "gravity": lambda entry: self._sum(entry, self._gravity, self._linear),
         }
 
-    def _total(self, entry: dict[str, Any]) -> list[Reading]:
+    def _total(self, entry: dict[str, Any]) -> list[SensorReading]:
         self._direct = self._direct or entry["name"].lower()
         if entry["name"].lower() != self._direct:
             return []
         values = _triple(entry)
         if sum(value * value for value in values) < (0.3 * GRAVITY) ** 2:  # Core Motion: g, and gravity points down
             values = tuple(-GRAVITY * value for value in values)
-        return [Reading("acc", _seconds(entry), values)]
+        return [SensorReading("acc", _seconds(entry), values)]
 
     def _sum(
         self, entry: dict[str, Any], own: dict[int, tuple[float, ...]], other: dict[int, tuple[float, ...]]
-    ) -> list[Reading]:
+    ) -> list[SensorReading]:
         if self._direct:
             return []
         time, values = int(_number(entry.get("time"))), _triple(entry)
         if time in other:
             total = tuple(a + b for a, b in zip(values, other.pop(time), strict=True))
-            return [Reading("acc", _seconds(entry), total)]
+            return [SensorReading("acc", _seconds(entry), total)]
         own[time] = values
         while len(own) > 100:
             own.pop(next(iter(own)))
         return []
 
 
-def read_datagram(line: str) -> list[Reading]:
+def read_datagram(line: str) -> list[SensorReading]:
     """Readings from a line of Sensorstream IMU+GPS: s, then a sensor's number with its values, for each sensor.
 
     3: accelerometer, m/s²; 4: gyroscope, rad/s; 5: magnetometer, µT; 85: pressure, hPa.
@@ -107,7 +107,7 @@ def read_datagram(line: str) -> list[Reading]:
         LevelheadError: not numbers.
     """
     numbers = [_number(word.strip()) for word in line.split(",")]
-    found: list[Reading] = []
+    found: list[SensorReading] = []
     i = 1
     while i < len(numbers):
         sensor = DATAGRAM_SENSORS.get(int(numbers[i]))
@@ -116,7 +116,9 @@ def read_datagram(line: str) -> list[Reading]:
         if len(values) < count:
             raise LevelheadError(f"the line ends within the values of sensor {int(numbers[i])}")
         if sensor is not None:
-            found.append(Reading(sensor, numbers[0], tuple((HECTOPASCAL if count == 1 else 1.0) * v for v in values)))
+            found.append(
+                SensorReading(sensor, numbers[0], tuple((HECTOPASCAL if count == 1 else 1.0) * v for v in values))
+            )
         i += 1 + count
     return found
 

@@ -14,7 +14,7 @@ from typing import Any
 from levelhead.errors import LevelheadError
 from levelhead.live.phone.messages import phyphox_buffers
 from levelhead.live.phone.source import PHONE_AXES
-from levelhead.live.phone.streams import Reading, Sensor, SensorStreams
+from levelhead.live.phone.streams import SensorReading, Sensor, SensorStreams
 from levelhead.sample import Sample
 from levelhead.sources.sensors.bus import SensorError
 
@@ -103,7 +103,7 @@ class PhyphoxSource:
                 if t is None or None in values or t <= self._newest.get(sensor, -1.0):
                     continue
                 self._newest[sensor] = float(t)
-                self._streams.add(Reading(sensor, float(t), tuple(float(value) for value in values)))
+                self._streams.add(SensorReading(sensor, float(t), tuple(float(value) for value in values)))
 
     def _get(self, path: str) -> dict[str, Any]:
         with urllib.request.urlopen(self._base + path, timeout=TIMEOUT) as answer:

@@ -12,7 +12,7 @@ from levelhead.errors import LevelheadError
 from levelhead.live.phone.certificate import make_tls_context
 from levelhead.live.phone.messages import SensorLogger, read_datagram, read_page
 from levelhead.live.phone.server import PhoneServer
-from levelhead.live.phone.streams import Reading, SensorStreams
+from levelhead.live.phone.streams import SensorReading, SensorStreams
 from levelhead.sample import Sample
 
 PORT, LAST_PORT = 8443, 65_535
@@ -101,7 +101,7 @@ class PhoneSource:
             self._add(sender, readings)
         return len(readings)
 
-    def _add(self, sender: str, readings: list[Reading]) -> None:
+    def _add(self, sender: str, readings: list[SensorReading]) -> None:
         if readings and not self._sender:
             self._sender = sender
             self._troubles.append(("phone", "a phone sends"))

@@ -10,7 +10,7 @@ Sensor = Literal["gyr", "acc", "mag", "pressure"]
 WAITING = 2000  # readings of a sensor that may wait for the other one
 
 
-class Reading(NamedTuple):
+class SensorReading(NamedTuple):
     """One reading of one sensor.
 
     Attributes:
@@ -32,13 +32,13 @@ class SensorStreams:
     """
 
     def __init__(self) -> None:
-        self._gyr: deque[Reading] = deque(maxlen=WAITING)
-        self._acc: deque[Reading] = deque(maxlen=WAITING)
-        self._slow: dict[str, deque[Reading]] = {"mag": deque(maxlen=WAITING), "pressure": deque(maxlen=WAITING)}
+        self._gyr: deque[SensorReading] = deque(maxlen=WAITING)
+        self._acc: deque[SensorReading] = deque(maxlen=WAITING)
+        self._slow: dict[str, deque[SensorReading]] = {"mag": deque(maxlen=WAITING), "pressure": deque(maxlen=WAITING)}
         self._newest: dict[str, float] = {}
         self.unusable = 0
 
-    def add(self, reading: Reading) -> None:
+    def add(self, reading: SensorReading) -> None:
         """Takes a reading."""
         finite = math.isfinite(reading.t) and all(math.isfinite(value) for value in reading.values)
         if not finite or reading.t <= self._newest.get(reading.sensor, -math.inf):
