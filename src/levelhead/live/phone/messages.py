@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 from levelhead.errors import LevelheadError
-from levelhead.live.phone.streams import SensorReading, Sensor
+from levelhead.live.phone.streams import Sensor, SensorReading
 from levelhead.units import GRAVITY
 
 HECTOPASCAL = 100.0

@@ -14,7 +14,7 @@ from typing import Any
 from levelhead.errors import LevelheadError
 from levelhead.live.phone.messages import phyphox_buffers
 from levelhead.live.phone.source import PHONE_AXES
-from levelhead.live.phone.streams import SensorReading, Sensor, SensorStreams
+from levelhead.live.phone.streams import Sensor, SensorReading, SensorStreams
 from levelhead.sample import Sample
 from levelhead.sources.sensors.bus import SensorError
 
