@@ -1,10 +1,10 @@
 """Messages of the page and of phone apps, as readings of one sensor each."""
 
 from collections.abc import Callable
-from typing import Any
 
 from levelhead.errors import LevelheadError
 from levelhead.live.phone.streams import Sensor, SensorReading
+from levelhead.open_types import JsonObject, Untyped
 from levelhead.units import GRAVITY
 
 HECTOPASCAL = 100.0
@@ -18,7 +18,7 @@ PHYPHOX_BUFFERS: dict[Sensor, tuple[str, str, str, str]] = {
 }
 
 
-def read_page(message: dict[str, Any]) -> list[SensorReading]:
+def read_page(message: JsonObject) -> list[SensorReading]:
     """Readings from the page: rows of s, rad/s × 3, m/s² × 3 along the phone's axes.
 
     Raises:
@@ -46,7 +46,7 @@ class SensorLogger:
         self._gravity: dict[int, tuple[float, ...]] = {}
         self._direct = ""  # the sensor whose specific force is kept to
 
-    def read(self, message: dict[str, Any]) -> list[SensorReading]:
+    def read(self, message: JsonObject) -> list[SensorReading]:
         """The readings of one message.
 
         Raises:
@@ -61,7 +61,7 @@ class SensorLogger:
                 found += reader(entry)
         return found
 
-    def _readers(self) -> dict[str, Callable[[dict[str, Any]], list[SensorReading]]]:
+    def _readers(self) -> dict[str, Callable[[JsonObject], list[SensorReading]]]:
         return {
             "gyroscope": lambda entry: [SensorReading("gyr", _seconds(entry), _triple(entry))],
             "magnetometer": lambda entry: [SensorReading("mag", _seconds(entry), _triple(entry))],
@@ -74,7 +74,7 @@ class SensorLogger:
             "gravity": lambda entry: self._sum(entry, self._gravity, self._linear),
         }
 
-    def _total(self, entry: dict[str, Any]) -> list[SensorReading]:
+    def _total(self, entry: JsonObject) -> list[SensorReading]:
         self._direct = self._direct or entry["name"].lower()
         if entry["name"].lower() != self._direct:
             return []
@@ -84,7 +84,7 @@ class SensorLogger:
         return [SensorReading("acc", _seconds(entry), values)]
 
     def _sum(
-        self, entry: dict[str, Any], own: dict[int, tuple[float, ...]], other: dict[int, tuple[float, ...]]
+        self, entry: JsonObject, own: dict[int, tuple[float, ...]], other: dict[int, tuple[float, ...]]
     ) -> list[SensorReading]:
         if self._direct:
             return []
@@ -123,7 +123,7 @@ def read_datagram(line: str) -> list[SensorReading]:
     return found
 
 
-def phyphox_buffers(config: dict[str, Any]) -> dict[Sensor, tuple[str, str, str, str]]:
+def phyphox_buffers(config: JsonObject) -> dict[Sensor, tuple[str, str, str, str]]:
     """Names of the buffers for time, x, y, z of each sensor, from phyphox's /config; else those of its own experiments.
 
     Raises:
@@ -146,30 +146,30 @@ def phyphox_buffers(config: dict[str, Any]) -> dict[Sensor, tuple[str, str, str,
     return found
 
 
-def _list(message: dict[str, Any], name: str) -> list[Any]:
+def _list(message: JsonObject, name: str) -> list[Untyped]:
     found = message.get(name)
     if not isinstance(found, list):
         raise LevelheadError(f"the message has no list '{name}'")
     return found
 
 
-def _values(entry: dict[str, Any]) -> dict[str, Any]:
+def _values(entry: JsonObject) -> JsonObject:
     found = entry.get("values", entry)  # in recordings the values stand beside the time
     if not isinstance(found, dict):
         raise LevelheadError(f"the values of '{entry.get('name')}' are no object")
     return found
 
 
-def _triple(entry: dict[str, Any]) -> tuple[float, ...]:
+def _triple(entry: JsonObject) -> tuple[float, ...]:
     found = _values(entry)
     return tuple(_number(found.get(axis)) for axis in "xyz")
 
 
-def _seconds(entry: dict[str, Any]) -> float:
+def _seconds(entry: JsonObject) -> float:
     return NANO * _number(entry.get("time"))
 
 
-def _number(value: Any) -> float:
+def _number(value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         raise LevelheadError(f"{value!r:.40} is not a number")
     try:

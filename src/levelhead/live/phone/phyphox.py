@@ -9,12 +9,12 @@ import threading
 import urllib.error
 import urllib.parse
 import urllib.request
-from typing import Any
 
 from levelhead.errors import LevelheadError
 from levelhead.live.phone.messages import phyphox_buffers
 from levelhead.live.phone.source import PHONE_AXES
 from levelhead.live.phone.streams import Sensor, SensorReading, SensorStreams
+from levelhead.open_types import JsonObject
 from levelhead.sample import Sample
 from levelhead.sources.sensors.bus import SensorError
 
@@ -96,7 +96,7 @@ class PhyphoxSource:
             words += [f"{axis}={since}" + ("" if newest is None else f"%7C{time}") for axis in axes]
         return "/get?" + "&".join(words)
 
-    def _add(self, answer: dict[str, Any]) -> None:
+    def _add(self, answer: JsonObject) -> None:
         for sensor, names in self._buffers.items():
             columns = [answer["buffer"][name]["buffer"] for name in names]
             for t, *values in zip(*columns, strict=False):  # a column may be a value ahead
@@ -105,7 +105,7 @@ class PhyphoxSource:
                 self._newest[sensor] = float(t)
                 self._streams.add(SensorReading(sensor, float(t), tuple(float(value) for value in values)))
 
-    def _get(self, path: str) -> dict[str, Any]:
+    def _get(self, path: str) -> JsonObject:
         with urllib.request.urlopen(self._base + path, timeout=TIMEOUT) as answer:
             found = json.load(answer)
         if not isinstance(found, dict):

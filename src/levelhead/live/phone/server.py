@@ -9,9 +9,9 @@ from collections import deque
 from collections.abc import Callable
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
-from typing import Any
 
 from levelhead.errors import LevelheadError
+from levelhead.open_types import JsonObject, Untyped
 
 LARGEST = 2**20  # bytes of a message
 TLS_HANDSHAKE = b"\x16"  # first byte of a TLS connection (RFC 8446, section 5.1)
@@ -33,7 +33,7 @@ class PhoneServer:
     """
 
     def __init__(
-        self, address: str, port: int, token: str, take: Callable[[dict[str, Any]], int], tls: ssl.SSLContext | None
+        self, address: str, port: int, token: str, take: Callable[[JsonObject], int], tls: ssl.SSLContext | None
     ) -> None:
         self.token, self.take, self.tls = token, take, tls
         self.failures: deque[str] = deque(maxlen=100)
@@ -59,7 +59,7 @@ class _Server(ThreadingHTTPServer):
     allow_reuse_address = True
     owner: PhoneServer
 
-    def finish_request(self, request: Any, client_address: Any) -> None:
+    def finish_request(self, request: Untyped, client_address: Untyped) -> None:
         """On the connection's own thread, so that a slow handshake keeps nobody waiting."""
         request.settimeout(TIMEOUT)
         try:
@@ -74,7 +74,7 @@ class _Server(ThreadingHTTPServer):
         except OSError:  # cut off, no handshake, or too slow
             return
 
-    def handle_error(self, request: Any, client_address: Any) -> None:
+    def handle_error(self, request: Untyped, client_address: Untyped) -> None:
         """A client that goes away is no fault of the node."""
 
 

@@ -5,7 +5,6 @@ import math
 import secrets
 import socket
 import threading
-from typing import Any
 
 from levelhead.axis_map import AxisMap
 from levelhead.errors import LevelheadError
@@ -13,6 +12,7 @@ from levelhead.live.phone.certificate import make_tls_context
 from levelhead.live.phone.messages import SensorLogger, read_datagram, read_page
 from levelhead.live.phone.server import PhoneServer
 from levelhead.live.phone.streams import SensorReading, SensorStreams
+from levelhead.open_types import JsonObject
 from levelhead.sample import Sample
 
 PORT, LAST_PORT = 8443, 65_535
@@ -88,7 +88,7 @@ class PhoneSource:
     def restart(self) -> None:
         """The phone comes back by itself."""
 
-    def _take(self, message: dict[str, Any]) -> int:
+    def _take(self, message: JsonObject) -> int:
         """One message, on a thread of the server.
 
         Raises:
