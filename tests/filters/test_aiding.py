@@ -265,7 +265,7 @@ def test_regression_of_heading_is_least_squares():
     change = 0.9 * np.exp(2.5j) * push + (0.3 - 0.2j) + 0.1 * (rng.normal(size=12) + 1j * rng.normal(size=12))
     m = [0.0] * at.SIZE
     for one, other in zip(push, change, strict=True):
-        m[at.PUSH], m[at.PUSH + 1] = one.real, one.imag
+        m[at.VELOCITY_GAIN], m[at.VELOCITY_GAIN + 1] = one.real, one.imag
         coarse_heading.add_pair(m, 0.0, other.real, other.imag)
     design = np.stack([push, np.ones(12)], 1)
     (gain, _), residual, *_ = np.linalg.lstsq(design, change, rcond=None)

@@ -276,8 +276,8 @@ def narrow_prior(params: ESKF, m: Floats, n: int) -> None:
     volume2 = det(Mat3(m[x], m[x + 1], m[x + 2], m[y], m[y + 1], m[y + 2], m[z], m[z + 1], m[z + 2]))
     raw = params.bias_raw * DEGREE
     raw2 = raw * raw
-    if m[at.MAYBE_RAW] > 1.0 or volume2 < INFORMED * INFORMED * raw2 * raw2 * raw2:
-        m[at.MAYBE_RAW] = 0.0 if has_elapsed(m[at.RUN_TIME], m[at.BLOCK_TIME], NARROW_TIME) else 2.0
+    if m[at.GYR_PRIOR_OPEN] > 1.0 or volume2 < INFORMED * INFORMED * raw2 * raw2 * raw2:
+        m[at.GYR_PRIOR_OPEN] = 0.0 if has_elapsed(m[at.RUN_TIME], m[at.BLOCK_TIME], NARROW_TIME) else 2.0
         least = max(params.bias_start * DEGREE, widest_axis(m, at.GYR_BIAS, SURE_FIRST))
         for i in range(at.GYR_BIAS, at.GYR_BIAS + 3):
             width = max(informed_bound(m, i, SURE_FIRST), least)
@@ -322,9 +322,9 @@ def exchange_prior(m: Floats, n: int, i: int, old: float, new: float) -> None:
 @kernel
 def set_prior_widths(params: ESKF, m: Floats) -> None:
     """The priors of the start; that of the gyroscope's bias is wide where no earlier run has told it."""
-    m[at.MAYBE_RAW] = 0.0
+    m[at.GYR_PRIOR_OPEN] = 0.0
     if params.bias_raw > params.bias_start and m[at.PRIOR_SIGMA + at.GYR_BIAS] == 0.0:
-        m[at.MAYBE_RAW] = 1.0
+        m[at.GYR_PRIOR_OPEN] = 1.0
         set_independent(m, at.GYR_BIAS, 3, params.bias_raw * DEGREE)
     for i in range(3):
         m[at.PRIOR_VARIANCE + at.ACC_BIAS + i] = state_variance(m, at.ACC_BIAS + i)

@@ -57,7 +57,7 @@ def is_open(m: Floats) -> bool:
 @kernel
 def forget_fixes(m: Floats) -> None:
     """Regression begins anew: after a gap, or where tilt was set."""
-    for i in range(at.PUSH, at.PUSH + at.PUSH_SIZE):
+    for i in range(at.VELOCITY_GAIN, at.FIX_SUMS_END):
         m[i] = 0.0
 
 
@@ -66,16 +66,16 @@ def note_fix(m: Floats, row: int, value: float, sigma: float) -> None:
     """Keeps a horizontal velocity (m/s) with its 1σ until the block ends, even where it is rejected as far off."""
     if row == VELOCITY or row == VELOCITY + 1:
         axis = row - VELOCITY
-        m[at.FIX + axis] = value
-        m[at.FIX_VARIANCE + axis] = sigma * sigma
+        m[at.GNSS_VELOCITY + axis] = value
+        m[at.GNSS_VARIANCE + axis] = sigma * sigma
 
 
 @kernel
 def add_pair(m: Floats, time: float, x: float, y: float) -> None:
     """Adds to the sums the change (x, y) of the receiver's velocity over ``time`` seconds."""
-    east, north = m[at.PUSH], m[at.PUSH + 1]
+    east, north = m[at.VELOCITY_GAIN], m[at.VELOCITY_GAIN + 1]
     left = MEMORY / (MEMORY + time)
-    for i in range(at.FIX_SUMS, at.FIX_SUMS + at.FIX_SUMS_SIZE):
+    for i in range(at.FIX_SUMS, at.FIX_SUMS_END):
         m[i] = m[i] * left
     m[at.FIX_SUMS] += 1.0
     m[at.FIX_SUMS + 1] += east
@@ -91,30 +91,30 @@ def add_pair(m: Floats, time: float, x: float, y: float) -> None:
 @noinline
 def add_block(m: Floats) -> bool:
     """Adds the force of a block of samples, and the fix in it; returns whether there was one."""
-    m[at.PUSH] += m[at.INT_FORCE]
-    m[at.PUSH + 1] += m[at.INT_FORCE + 1]
-    m[at.PUSH_TIME] += m[at.BLOCK_TIME]
-    if m[at.FIX_VARIANCE] == 0.0 or m[at.FIX_VARIANCE + 1] == 0.0:
+    m[at.VELOCITY_GAIN] += m[at.INT_FORCE]
+    m[at.VELOCITY_GAIN + 1] += m[at.INT_FORCE + 1]
+    m[at.GAIN_TIME] += m[at.BLOCK_TIME]
+    if m[at.GNSS_VARIANCE] == 0.0 or m[at.GNSS_VARIANCE + 1] == 0.0:
         return False
-    x, y = m[at.FIX] - m[at.FIX_BEFORE], m[at.FIX + 1] - m[at.FIX_BEFORE + 1]
-    noise = m[at.FIX_VARIANCE] + m[at.FIX_VARIANCE + 1]
+    x, y = m[at.GNSS_VELOCITY] - m[at.FIX_BEFORE], m[at.GNSS_VELOCITY + 1] - m[at.FIX_BEFORE + 1]
+    noise = m[at.GNSS_VARIANCE] + m[at.GNSS_VARIANCE + 1]
     if m[at.FIX_KNOWN] != 0.0:
-        push = sqrt(m[at.PUSH] * m[at.PUSH] + m[at.PUSH + 1] * m[at.PUSH + 1])
+        push = sqrt(m[at.VELOCITY_GAIN] * m[at.VELOCITY_GAIN] + m[at.VELOCITY_GAIN + 1] * m[at.VELOCITY_GAIN + 1])
         tilt = state_variance(m, at.ATTITUDE) + state_variance(m, at.ATTITUDE + 1)
-        fall = GRAVITY * m[at.PUSH_TIME]
+        fall = GRAVITY * m[at.GAIN_TIME]
         off = sqrt(x * x + y * y) - push
-        long = has_elapsed(m[at.PUSH_TIME], m[at.BLOCK_TIME], MEMORY)
+        long = has_elapsed(m[at.GAIN_TIME], m[at.BLOCK_TIME], MEMORY)
         if off * off < FAR * FAR * (2.0 * noise + tilt * fall * fall) and not long:
-            add_pair(m, m[at.PUSH_TIME], x, y)
-    m[at.FIX_BEFORE] = m[at.FIX]
-    m[at.FIX_BEFORE + 1] = m[at.FIX + 1]
+            add_pair(m, m[at.GAIN_TIME], x, y)
+    m[at.FIX_BEFORE] = m[at.GNSS_VELOCITY]
+    m[at.FIX_BEFORE + 1] = m[at.GNSS_VELOCITY + 1]
     m[at.FIX_NOISE] = noise
     m[at.FIX_KNOWN] = 1.0
-    m[at.PUSH] = 0.0
-    m[at.PUSH + 1] = 0.0
-    m[at.PUSH_TIME] = 0.0
-    m[at.FIX_VARIANCE] = 0.0
-    m[at.FIX_VARIANCE + 1] = 0.0
+    m[at.VELOCITY_GAIN] = 0.0
+    m[at.VELOCITY_GAIN + 1] = 0.0
+    m[at.GAIN_TIME] = 0.0
+    m[at.GNSS_VARIANCE] = 0.0
+    m[at.GNSS_VARIANCE + 1] = 0.0
     return True
 
 
@@ -162,5 +162,5 @@ def take_course(m: Floats, sigma: float) -> None:
         m[at.SUM_WEIGHT + row] = 0.0
         m[at.AID_REJECTED + row] = 0.0
         m[at.AID_AGE + row] += m[at.BLOCK_TIME]
-    for i in range(at.FIX_SUMS, at.FIX_SUMS + at.FIX_SUMS_SIZE):
+    for i in range(at.FIX_SUMS, at.FIX_SUMS_END):
         m[i] = 0.0

@@ -227,7 +227,7 @@ def measure(params: ESKF, m: Floats, resting: bool, n: int) -> int:
 def adapt_priors(params: ESKF, m: Floats, n: int) -> None:
     """The random walk of the gyroscope's bias, and the widths of the priors of both biases."""
     adapt_bias_walk(m)
-    if m[at.MAYBE_RAW] != 0.0:
+    if m[at.GYR_PRIOR_OPEN] != 0.0:
         narrow_prior(params, m, n)
     widen_prior(m, n, at.GYR_BIAS, MOST_GYR_BIAS)
     if m[at.EXCESS] == 0.0:  # or the accelerometer's bias would explain the tilt

@@ -92,8 +92,8 @@ def limit_heading_coupling(m: Floats) -> None:
     pretended = (state_variance(m, at.ATTITUDE) + state_variance(m, at.ATTITUDE + 1)) * GRAVITY * GRAVITY * time * time
     noise = 0.5 * heading * heading * force2
     if coarse_heading.is_open(m):
-        push2 = m[at.PUSH] * m[at.PUSH] + m[at.PUSH + 1] * m[at.PUSH + 1]
-        east, north = m[at.PUSH] + x, m[at.PUSH + 1] + y
+        push2 = m[at.VELOCITY_GAIN] * m[at.VELOCITY_GAIN] + m[at.VELOCITY_GAIN + 1] * m[at.VELOCITY_GAIN + 1]
+        east, north = m[at.VELOCITY_GAIN] + x, m[at.VELOCITY_GAIN + 1] + y
         m[at.F + at.HEADING] = 0.0
         m[at.F + at.ROW + at.HEADING] = 0.0
         noise = max(east * east + north * north - push2, 0.0)

@@ -161,85 +161,112 @@ def fours(n: int) -> int:
 N_INERTIAL = fours(FIELD)  # without a magnetometer
 N_MAGNETIC = fours(POSITION)  # without position and velocity
 ROW = fours(N)  # all of it; from one row to the next
-
-# The memory
-P = 0  # covariance, N² in rows of ROW
-MEAN = P + ROW * ROW
-X = MEAN + ROW  # correction of the mean in this block of samples
-H = X + ROW  # row of a measurement
-U = H + ROW  # P hᵀ/√s
-F = U + ROW  # F − 1 of the driven states
-W = F + DRIVEN * ROW  # F P of the driven states
-PRIOR_MEAN = W + DRIVEN * ROW  # means of an earlier run in the units of a Calibration,
-PRIOR_SIGMA = PRIOR_MEAN + N  # and their σ; 0: there is none
-RUN_TIME = PRIOR_SIGMA + N  # s over which Q has been added
 AID_ROWS = HEIGHT + 1  # rows of aiding: position 3, velocity 3, height by barometer
-SUM_INNOVATION = RUN_TIME + 1  # Σ y/σ² of a row's innovations in the block of samples
-SUM_WEIGHT = SUM_INNOVATION + AID_ROWS  # Σ 1/σ²
-AID_AGE = SUM_WEIGHT + AID_ROWS  # s since a row was last accepted
-AID_REJECTED = AID_AGE + AID_ROWS  # s for which it has been rejected, 0: it is accepted
-AIDED_SPEED2 = AID_REJECTED + AID_ROWS  # (m/s)², square of velocity while it was aided, 3
-AIDED = AIDED_SPEED2 + 3  # 0: there was no aiding measurement
-PUSH = AIDED + 1  # m/s, ∫ f dt since the last fix of a receiver's velocity, east and north,
-PUSH_TIME = PUSH + 2  # and s since then
-FIX = PUSH_TIME + 1  # m/s, velocity of a fix in this block, east and north,
-FIX_VARIANCE = FIX + 2  # and its variance; 0: there is none
-FIX_BEFORE = FIX_VARIANCE + 2  # m/s, velocity of the last fix,
-FIX_NOISE = FIX_BEFORE + 2  # (m/s)², its variance, both axes: as much as that of ΔV along one,
-FIX_KNOWN = FIX_NOISE + 1  # 0: there was none
-FIX_SUMS = FIX_KNOWN + 1  # of regression, eq. 31: n, Σ P, Σ ΔV, Σ |P|², Σ |ΔV|², Σ P* ΔV
-FIX_SUMS_SIZE = 9
-PUSH_SIZE = FIX_SUMS + FIX_SUMS_SIZE - PUSH
-TRAVEL_VARIANCE = PUSH + PUSH_SIZE  # (m/s)², found
-MEAN_INNOVATION = TRAVEL_VARIANCE + 1  # m/s, of velocity, through a low-pass filter, 3
-MEAN_DENSITY = MEAN_INNOVATION + 3  # (m/s)²·s, of what velocity does besides, in the mean: horizontal, vertical
-DENSITY = MEAN_DENSITY + 2  # (m/s)²·s, as used
-EXCESS = DENSITY + 2  # (m/s)², by which velocity is beyond what the body may do: level, upwards
-MEAN_UP = EXCESS + 2  # m/s², upward part of the specific force, through a low-pass filter
-LOST_FORCE = MEAN_UP + 1  # m/s, F of eq. 38, ∫ f dt since tilt was lost, earth frame of the estimate of then, 3,
-LOST_FORCE2 = LOST_FORCE + 3  # m²/s³, ∫ |f|² dt,
-LOST_TIME = LOST_FORCE2 + 1  # s,
-LOST_TURN = LOST_TIME + 1  # rad, θ of eq. 38, about east and north,
-LOST_VARIANCE = LOST_TURN + 2  # rad², of tilt about either axis then
-BIAS_BEFORE = LOST_VARIANCE + 1  # (rad/s)², variances of the gyroscope's bias before the measurements of a block, 3
-BIAS_CHANGE = BIAS_BEFORE + 3  # rad/s, corrections of this bias over the last seconds, 3,
-BIAS_CHANGE_VARIANCE = BIAS_CHANGE + 3  # and their variance as the model has it, 3
-BIAS_WALK = BIAS_CHANGE_VARIANCE + 3  # (rad/s)²/s, density of this bias's random walk beyond the parameter
-PRIOR_VARIANCE = BIAS_WALK + 1  # of the states up to the gyroscope's bias, as found
-MAYBE_RAW = PRIOR_VARIANCE + GYR_MATRIX  # 1: its gyroscope may be raw; 2: the prior may still become narrower
-FIELD_INNOVATION = MAYBE_RAW + 1  # share, of the field, through a low-pass filter, 3
-MEAN_FIELD_DENSITY = FIELD_INNOVATION + 3  # share²·s, of what changes within seconds, in the mean
-FIELD_DENSITY = MEAN_FIELD_DENSITY + 1  # share²·s, as used
-MEAN_PLACE = FIELD_DENSITY + 1  # share, by which strength and upward part are off H, through a low-pass filter, 2
-PLACE_VARIANCE = MEAN_PLACE + 2  # share², of the field of a place, as found
-FIELD_TIME = PLACE_VARIANCE + 1  # s in motion for which this was looked at
-NORTH_TURN = FIELD_TIME + 1  # rad, by which the orientation is turned to point north
-NORTH_C = NORTH_TURN + 1  # cosine of its half
-NORTH_S = NORTH_C + 1  # and sine
-NORTH = NORTH_S + 1  # rad, azimuth of north in the frame of the gyroscope, clockwise from y
-NORTH_VARIANCE = NORTH + 1  # rad²
-NORTH_TIME = NORTH_VARIANCE + 1  # s for which there has been a field
-NORTH_EXCESS = NORTH_TIME + 1  # rad², by which the variance of a heading that points north is more than P says
-HALF_TURN = NORTH_EXCESS + 1  # rad, 1σ of the attitude by the time of the last reading, eq. 36; sensor frame, 3
-MEAN_RATE = HALF_TURN + 3  # rad/s, through a low-pass filter, 3
-REST_KNOWN = MEAN_RATE + 3  # 1: the rest of now was measured back to its beginning
-INT_R = REST_KNOWN + 1  # ∫ R dt, 9
-INT_R_RATE = INT_R + 9  # ∫ R_ik ω_l dt, 27
-INT_FORCE = INT_R_RATE + 27  # ∫ f dt, earth frame, 3
-INT_RATE = INT_FORCE + 3  # ∫ ω dt, 3
-INT_RATE2 = INT_RATE + 3  # ∫ |ω|² dt
-INT_ACC2 = INT_RATE2 + 1  # ∫ |f − g|² dt
-ACC_TIME = INT_ACC2 + 1  # s with an accelerometer
-BLOCK_TIME = ACC_TIME + 1  # s
-SUM_FIELD = BLOCK_TIME + 1  # Σ e, 3
-SUM_MAG = SUM_FIELD + 3  # Σ μ/u, 3
-SUM_R = SUM_MAG + 3  # Σ R at the magnetometer's samples, 9
-SUM_R_CROSS = SUM_R + 9  # Σ R (ω × h), 3
-MAG_COUNT = SUM_R_CROSS + 3
-ADDED_VARIANCE = MAG_COUNT + 1  # rad², of turns that were not measured
-ADDED_HEADING_VARIANCE = ADDED_VARIANCE + 1
-GAP_TIME = ADDED_HEADING_VARIANCE + 1  # s of a gap before the block
-REINITIALISED = GAP_TIME + 1  # 1: its attitude is independent of that before: taken from the sensors, or forgotten
-PLACE_DECAY = REINITIALISED + 1  # share by which PLACE has decayed in the block,
-TRAVEL_DECAY = PLACE_DECAY + 1  # and TRAVEL
-SIZE = TRAVEL_DECAY + 1
+
+
+class Place(NamedTuple):
+    """Consecutive numbers of the memory."""
+
+    first: int
+    size: int
+    unit: str
+    meaning: str
+
+
+_places: list[Place] = []
+
+
+def place(size: int, unit: str, meaning: str) -> int:
+    """Declares the next place of the memory and returns its offset."""
+    first = _places[-1].first + _places[-1].size if _places else 0
+    _places.append(Place(first, size, unit, meaning))
+    return first
+
+
+# The memory, place after place
+P = place(ROW * ROW, "", "covariance, N² in rows of ROW")
+MEAN = place(ROW, "", "mean of what is additive")
+X = place(ROW, "", "correction of the mean in this block of samples")
+H = place(ROW, "", "row of a measurement")
+U = place(ROW, "", "P hᵀ/√s")
+F = place(DRIVEN * ROW, "", "F − 1 of the driven states")
+W = place(DRIVEN * ROW, "", "F P of the driven states")
+PRIOR_MEAN = place(N, "", "means of an earlier run, in the units of a Calibration")
+PRIOR_SIGMA = place(N, "", "their σ; 0: there is none")
+RUN_TIME = place(1, "s", "time over which Q has been added")
+# Aiding
+SUM_INNOVATION = place(AID_ROWS, "", "Σ y/σ² of a row's innovations in the block of samples")
+SUM_WEIGHT = place(AID_ROWS, "", "Σ 1/σ²")
+AID_AGE = place(AID_ROWS, "s", "time since a row was last accepted")
+AID_REJECTED = place(AID_ROWS, "s", "time for which it has been rejected; 0: it is accepted")
+AIDED_SPEED2 = place(3, "(m/s)²", "square of velocity while it was aided")
+AIDED = place(1, "", "0: there was no aiding measurement")
+# Heading from the velocity of a receiver (``coarse_heading``)
+VELOCITY_GAIN = place(2, "m/s", "∫ f dt since the last fix of a receiver's velocity, east and north")
+GAIN_TIME = place(1, "s", "time since then")
+GNSS_VELOCITY = place(2, "m/s", "velocity of a fix in this block, east and north")
+GNSS_VARIANCE = place(2, "(m/s)²", "its variances; 0: there is none")
+FIX_BEFORE = place(2, "m/s", "velocity of the last fix")
+FIX_NOISE = place(1, "(m/s)²", "its variance, both axes: as much as that of ΔV along one")
+FIX_KNOWN = place(1, "", "0: there was none")
+FIX_SUMS = place(9, "", "sums of the regression, eq. 31: n, Σ P, Σ ΔV, Σ |P|², Σ |ΔV|², Σ P* ΔV")
+FIX_SUMS_END = place(0, "", "behind them")
+# Motion (``adaptation``)
+TRAVEL_VARIANCE = place(1, "(m/s)²", "variance of travel, as found")
+MEAN_INNOVATION = place(3, "m/s", "innovation of velocity, through a low-pass filter")
+MEAN_DENSITY = place(2, "(m/s)²·s", "mean density of the rest of the velocity: horizontal, vertical")
+DENSITY = place(2, "(m/s)²·s", "the same as used")
+EXCESS = place(2, "(m/s)²", "square of velocity beyond that of a body: level, upwards")
+MEAN_UP = place(1, "m/s²", "upward part of the specific force, through a low-pass filter")
+# A lost tilt, eq. 38 (``reinitialise``)
+LOST_FORCE = place(3, "m/s", "F, ∫ f dt since tilt was lost, earth frame of the estimate of then")
+LOST_FORCE2 = place(1, "m²/s³", "∫ |f|² dt")
+LOST_TIME = place(1, "s", "time since then")
+LOST_TURN = place(2, "rad", "θ, about east and north")
+LOST_VARIANCE = place(1, "rad²", "variance of tilt about either axis then")
+# The gyroscope's bias (``adaptation``)
+BIAS_BEFORE = place(3, "(rad/s)²", "variances before the measurements of a block")
+BIAS_CHANGE = place(3, "rad/s", "corrections over the last seconds")
+BIAS_CHANGE_VARIANCE = place(3, "(rad/s)²", "their variance in the model")
+BIAS_WALK = place(1, "(rad/s)²/s", "density of the random walk beyond the parameter")
+PRIOR_VARIANCE = place(GYR_MATRIX, "", "variance of the states up to the gyroscope's bias, as found")
+GYR_PRIOR_OPEN = place(1, "", "1: the gyroscope may be raw; 2: the prior may still become narrower")
+# The field and north
+FIELD_INNOVATION = place(3, "", "innovation of the field, share, through a low-pass filter")
+MEAN_FIELD_DENSITY = place(1, "s", "mean density of changes within seconds, share²·s")
+FIELD_DENSITY = place(1, "s", "the same as used")
+MEAN_PLACE = place(2, "", "difference of strength and upward part from H, share, through a low-pass filter")
+PLACE_VARIANCE = place(1, "", "variance of the field of a place, share², as found")
+FIELD_TIME = place(1, "s", "time in motion over which it was found")
+NORTH_TURN = place(1, "rad", "turn of the orientation towards north")
+NORTH_C = place(1, "", "cosine of half of it")
+NORTH_S = place(1, "", "sine of half of it")
+NORTH = place(1, "rad", "azimuth of north in the frame of the gyroscope, clockwise from y")
+NORTH_VARIANCE = place(1, "rad²", "its variance")
+NORTH_TIME = place(1, "s", "time for which there has been a field")
+NORTH_EXCESS = place(1, "rad²", "variance of a heading that points north, beyond that in P")
+# The last samples
+HALF_TURN = place(3, "rad", "1σ of the attitude by the time of the last reading, eq. 36; sensor frame")
+MEAN_RATE = place(3, "rad/s", "rate through a low-pass filter")
+REST_KNOWN = place(1, "", "1: the rest of now was measured back to its beginning")
+# The block of samples; all from here on is set to zero at its start
+INT_R = place(9, "s", "∫ R dt")
+INT_R_RATE = place(27, "rad", "∫ R_ik ω_l dt")
+INT_FORCE = place(3, "m/s", "∫ f dt, earth frame")
+INT_RATE = place(3, "rad", "∫ ω dt")
+INT_RATE2 = place(1, "rad²/s", "∫ |ω|² dt")
+INT_ACC2 = place(1, "m²/s³", "∫ |f − g|² dt")
+ACC_TIME = place(1, "s", "time with an accelerometer")
+BLOCK_TIME = place(1, "s", "time")
+SUM_FIELD = place(3, "", "Σ e")
+SUM_MAG = place(3, "", "Σ μ/u")
+SUM_R = place(9, "", "Σ R at the magnetometer's samples")
+SUM_R_CROSS = place(3, "rad/s", "Σ R (ω × h)")
+MAG_COUNT = place(1, "", "number of the magnetometer's samples")
+ADDED_VARIANCE = place(1, "rad²", "variance of rotations that were not measured")
+ADDED_HEADING_VARIANCE = place(1, "rad²", "the same about the vertical")
+GAP_TIME = place(1, "s", "length of a gap before the block")
+REINITIALISED = place(1, "", "1: the attitude is independent of that before")
+PLACE_DECAY = place(1, "", "factor of PLACE in the block")
+TRAVEL_DECAY = place(1, "", "factor of TRAVEL in the block")
+SIZE = place(0, "", "number of all")
