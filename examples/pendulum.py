@@ -136,7 +136,9 @@ def balance(by: str = "node", seed: int = 0) -> dict[str, np.ndarray]:
     rod, pid = Rod(seed), Pid()
     wanted = parse_board("mpu6050")
     board = assemble_board(wanted, emulate_board(wanted, rod), rate=RATE, clock=rod.clock, wait=rod.sleep)
-    on_the_spot = lh.ESKF(travel=0.1)  # m/s, 1σ: the cart balances where it stands, nobody carries the sensor about
+    on_the_spot = lh.ESKF(
+        body_velocity=0.1
+    )  # m/s, 1σ: the cart balances where it stands, nobody carries the sensor about
     node = Node(board, on_the_spot, rate=RATE, clock=rod.clock, sleep=rod.sleep)
     orientations, raws = node.bus.subscribe("imu/orientation"), node.bus.subscribe("imu/raw")
     log: list[tuple[float, ...]] = []

@@ -51,7 +51,7 @@ from levelhead.evaluate.text_table import Cell
 from levelhead.publish.progress import progress
 from levelhead.recording import Array, Recording
 
-KNOWN = lh.ESKF(bias_raw=0.0, bias_start=0.01)  # for a gyroscope without a constant bias
+KNOWN = lh.ESKF(bias_uncalibrated=0.0, bias_start=0.01)  # for a gyroscope without a constant bias
 KNOWN_SCALE = 1e-4  # 1σ of a matrix that is given
 COVERED = 1.5  # RMS of error/σ
 SHARE = 0.01  # of the samples beyond 4σ: as many as are wanted at most
@@ -274,7 +274,7 @@ def scale_of(path: Path) -> Scale:
     given.append(recording.gyr @ (np.eye(3) - errors).T - bias)
     drifts = []
     for gyr, width in zip(given, (filters.offline().scale_start, KNOWN_SCALE), strict=True):
-        params = filters.offline()._replace(bias_raw=0.0, bias_start=0.01, scale_start=width)
+        params = filters.offline()._replace(bias_uncalibrated=0.0, bias_start=0.01, scale_start=width)
         track = lh.smooth(replace(recording, gyr=gyr), params)
         drifts.append(measure_errors(recording, track.quat, False, frame=frame).drift or 0.0)
     return Scale(*drifts, 100.0 * float(errors.flat[np.abs(errors).argmax()]))

@@ -1,4 +1,4 @@
-"""A walk in circles, with the model of travel and without: docs/pictures/circling.png.
+"""A walk in circles, with and without the model of body velocity: docs/pictures/circling.png.
 
 python -m benchmarks.accuracy.circling -o docs/pictures/circling.png
 """
@@ -15,7 +15,12 @@ from levelhead.publish.plots import style
 
 # One density of velocity and one wide prior, as for a laboratory
 LABORATORY = lh.ESKF(
-    travel=0.0, speed_max=0.4, bias_start=10.0, gyr_noise=0.04, gyr_noise_per_rate=0.0005, acc_noise=0.01
+    body_velocity=0.0,
+    max_velocity_density=0.4,
+    bias_start=10.0,
+    gyr_noise=0.04,
+    gyr_noise_per_rate=0.0005,
+    acc_noise=0.01,
 )
 
 
@@ -36,7 +41,7 @@ def main() -> None:
     axes = made.subplots()
     for name, params, color in (
         ("white velocity", LABORATORY, style.VERMILION),
-        ("travel, found density", lh.ESKF(), style.BLUE),
+        ("body velocity, found density", lh.ESKF(), style.BLUE),
     ):
         track = lh.fuse(recording, params)
         moved = heading(track, recording)

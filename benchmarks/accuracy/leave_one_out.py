@@ -31,9 +31,9 @@ from levelhead.bench.timing import Progress
 from levelhead.publish.progress import progress
 
 SEARCHED = (
-    "gyr_noise", "gyr_noise_per_rate", "bias_walk", "bias_start", "bias_raw", "scale_start", "acc_noise", "acc_bias",
-    "speed", "speed_max", "travel", "travel_time", "mag_noise", "mag_place", "place_time", "mag_gate", "field_gate",
-    "field_walk", "mag_offset", "offset_walk",
+    "gyr_noise", "gyr_noise_per_rate", "bias_walk", "bias_start", "bias_uncalibrated", "scale_start", "acc_noise",
+    "acc_bias", "velocity_density", "max_velocity_density", "body_velocity", "body_velocity_time", "mag_noise",
+    "mag_place", "place_time", "mag_offset", "offset_walk",
 )  # fmt: skip
 STEP = 0.6  # 1σ of the logarithm of a step
 ENOUGH = 0.2  # a smaller ratio counts as this one: where VQF fails on a sensor, how badly must not choose for others

@@ -89,7 +89,7 @@ def test_parameters_are_set(levelhead, logs, tmp_path):
     facts = levelhead(*words, "--filter", "Complementary", "--set", "alpha=0.98").json
     assert facts["params"]["tau"] == pytest.approx(0.49)
     best = levelhead(*words, "--set", "speed=3").json["params"]
-    assert best == filters.default()._asdict() | {"speed": 3.0}
+    assert best == filters.default()._asdict() | {"velocity_density": 3.0}
 
 
 def test_the_guard_is_set_and_taken_away(levelhead, logs, tmp_path):

@@ -28,7 +28,7 @@ def transition(rng):
     velocity, attitude = couplings[:3], couplings[3:]
     velocity[:, at.ACC_BIAS : at.ACC_BIAS + 3] = rng.normal(0, 0.3, (3, 3))
     velocity[:, at.ATTITUDE : at.ATTITUDE + 3] = rng.normal(0, 0.5, (3, 3))
-    attitude[:, at.GYR_BIAS : at.TRAVEL] = rng.normal(0, 0.3, (3, at.TRAVEL - at.GYR_BIAS))
+    attitude[:, at.GYR_BIAS : at.BODY_VELOCITY] = rng.normal(0, 0.3, (3, at.BODY_VELOCITY - at.GYR_BIAS))
     f, half = np.eye(at.N), np.eye(at.N)
     f[at.VELOCITY : at.VELOCITY + at.DRIVEN] += couplings[:, : at.N]
     for i in range(3):

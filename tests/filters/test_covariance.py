@@ -61,7 +61,7 @@ def test_hard_readings(kind, block, pieces):
 
 CONSTANT = {"bias_walk": 0.0, "scale_walk": 0.0, "acc_walk": 0.0, "offset_walk": 0.0}
 ANYTHING = {"bias_start": 20.0, "scale_start": 0.05, "acc_bias": 0.5, "mag_offset": 1.0, "mag_delay": 100.0}
-CERTAIN = {"gyr_noise": 1e-3, "gyr_noise_per_rate": 0.0, "acc_noise": 1e-4, "mag_noise": 1e-3, "speed": 0.05}
+CERTAIN = {"gyr_noise": 1e-3, "gyr_noise_per_rate": 0.0, "acc_noise": 1e-4, "mag_noise": 1e-3, "velocity_density": 0.05}
 
 
 @pytest.mark.parametrize("kind", ENGINES)

@@ -220,7 +220,7 @@ def test_a_tilt_that_was_lost_moves_by_its_share_and_no_block_counts_twice(known
 def test_nothing_but_a_magnetometer_tells_of_heading(motion):
     """σ of a relative heading never falls where the gyroscope has nothing to learn: velocity zero has no direction."""
     recording = simulate.recording("MPU-6050", motion, seed=3, duration=120.0)
-    perfect = lh.ESKF(bias_start=0.0, bias_raw=0.0, bias_walk=0.0, scale_start=0.0, scale_walk=0.0)
+    perfect = lh.ESKF(bias_start=0.0, bias_uncalibrated=0.0, bias_walk=0.0, scale_start=0.0, scale_walk=0.0)
     track = lh.fuse(recording, perfect)
     rate = recording.gyr - (0.5 - GROUP_DELAY / 0.01) * np.diff(recording.gyr, axis=0, prepend=recording.gyr[:1])
     half_turn = 0.01 / 12.0**0.5 * track.as_rotation().apply(rate - track.bias)[:, 2]

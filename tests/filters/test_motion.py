@@ -210,7 +210,7 @@ def test_without_measurements_the_variance_of_a_bias_is_that_of_its_prior():
         m[at.BLOCK_TIME] = 0.1
         predict(params, m, False, at.N_INERTIAL)
     for i in range(at.GYR_BIAS, at.GYR_BIAS + 3):
-        start = np.radians(params.bias_raw) ** 2
+        start = np.radians(params.bias_uncalibrated) ** 2
         walked = 100.0 * 1e-7
         assert m[at.PRIOR_VARIANCE + i] == pytest.approx(start + walked, rel=1e-12)
         assert state_variance(m, i) == pytest.approx(m[at.PRIOR_VARIANCE + i], rel=1e-3)  # rounding has its own share

@@ -82,4 +82,4 @@ def test_a_title_has_the_parameters_that_somebody_chose():
     assert filters.title(lh.ESKF()) == "ESKF"
     assert filters.title(lh.Mahony(kp=0.5)) == "Mahony(kp=0.5)"
     assert filters.title(filters.offline()) == "ESKF, offline"
-    assert filters.title(filters.offline()._replace(speed=1.0)).startswith("ESKF(gyr_noise=")
+    assert filters.title(filters.offline()._replace(velocity_density=1.0)).startswith("ESKF(gyr_noise=")

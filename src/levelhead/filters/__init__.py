@@ -109,11 +109,11 @@ def default() -> ESKF:
 def offline() -> ESKF:
     """The same for a recording that is known to its end.
 
-    What comes after tells of a body's velocity too, so less is asked of the model: a wider density, a smaller travel,
-    and a narrower prior of a raw gyroscope. What a gyroscope does wrong besides (scale over temperature, stamps)
-    averages out less than noise, so there is more of that. North is that of the end, all along.
+    Later samples measure a body's velocity too, so the model may be weaker: a wider density, a smaller body velocity,
+    and a narrower prior of a raw gyroscope. Other errors of a gyroscope (scale over temperature, stamps) average out
+    less than noise, so its noise is larger. North is that of the end, all along.
     """
-    return ESKF(gyr_noise=0.12, bias_raw=4.5, speed=0.55, travel=0.25, north_rate=1e6)
+    return ESKF(gyr_noise=0.12, bias_uncalibrated=4.5, velocity_density=0.55, body_velocity=0.25, north_rate=1e6)
 
 
 def title(params: Params) -> str:

@@ -18,8 +18,9 @@ samples of T ≥ ``block`` s:
 
 These are the rows of F − 1 in P ← F P Fᵀ + Q; all other states are random walks (10) or constants, but for s (11) and
 u (12), which decay. At the end of the block scalar measurements (13) follow one after the other. A body stays in the
-room: with R̄ = ∫R dt/T, its mean velocity over T is that of travel u, fixed to the sensor, a first-order Gauss-Markov
-process, and a white noise of density D, which is found from the innovations, ``speed``² at least (``adaptation``):
+room. With R̄ = ∫R dt/T, its mean velocity over T has two parts. The body velocity u is fixed to the sensor and a
+first-order Gauss-Markov process. The rest is white noise of density D, found from the innovations (``adaptation``) and
+at least ``velocity_density``²:
 
     0 = v + δv − θ_z × v − R̄ u − R̄ δu,   variance D/T                                                          (20)
 

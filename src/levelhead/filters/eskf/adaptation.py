@@ -1,17 +1,18 @@
 """Adaptation of ``ESKF``: how much a body moves, and how wide its priors are, found from the estimates themselves.
 
-**Density of velocity.** Whatever the gain of a filter, its innovations are white. y, the mean velocity of a block less
-the travel that is fixed to the sensor, through a low-pass filter of time constant τ becomes ȳ; white noise of density
-D gives E ȳ² = D/(2 τ). With the variance P_vv, which explains part of it,
+**Density of velocity.** The innovations of a filter are white at any gain. y is the mean velocity of a block less the
+body velocity; a low-pass filter of time constant τ makes ȳ of it. White noise of density D gives E ȳ² = D/(2 τ). With
+the variance P_vv, which explains part of it,
 
-    D = max(0, 2 τ (ȳ² − P_vv)),   averaged over ``DENSITY_TIME``, within ``speed``² and ``speed_max``²           (21)
+    D = max(0, 2 τ (ȳ² − P_vv)),   averaged over ``DENSITY_TIME``,                                                (21)
+    within ``velocity_density``² and ``max_velocity_density``²
 
 one for the two horizontal axes, one for the vertical.
 
-**A turn that was missed.** No body moves so that ȳ² is far beyond P_vv + ``speed_max``²/(2 τ). What is beyond
+**A missed rotation.** No body moves so that ȳ² is far beyond P_vv + ``max_velocity_density``²/(2 τ). The excess over
 ``MISSED_GATE`` times that,
 
-    E = max(0, ȳ² − ``MISSED_GATE`` (P_vv + ``speed_max``²/(2 τ))),                                              (26)
+    E = max(0, ȳ² − ``MISSED_GATE`` (P_vv + ``max_velocity_density``²/(2 τ))),                                    (26)
 
 is in the horizontal axes the work of a turn θ that was missed: gravity has driven v since. If that was at any time in
 the last τ, as likely as at any other, then E v² = (g θ τ)²/3 and E v θ = g θ² τ/2. But the body may turn on, and what
@@ -45,7 +46,7 @@ What lasts as long as a body stays in a place has the variance σ_s². v = e −
 of the radial and the vertical component alone: the azimuth contains the drift of heading, and a wrong bias would be
 taken for a bad room. When σ_s² grows by Δ, Δ/(1 + t/(2 ``place_time``)) is added to the variance of H, t s in motion.
 
-**Travel.** The variance of u in (12) is the running mean of u² + P_uu: one step of expectation
+**Body velocity.** The variance of u in (12) is the running mean of u² + P_uu: one step of expectation
 maximisation in each block.
 
 **Width of a prior.** Sensors are a mixture of calibrated and raw ones. Let s² be the
@@ -59,9 +60,9 @@ takes the place of s². The exchange is exact, correlations included: a measurem
 r = −s² s'²/(s'² − s²) takes the information 1/s² − 1/s'² away. P grows, and x goes to where it would be.
 
 The bias of a raw gyroscope turns attitude far off within seconds, where nothing is of first order and (23) comes too
-late. So the prior of the gyroscope's bias begins with s = ``bias_raw``. As soon as the measurements have shrunk the
-volume of its σ ellipsoid, det P < ``INFORMED``² s⁶, and in every block from then on to ``NARROW_TIME``, a narrower one
-takes its place,
+late. So the prior of the gyroscope's bias begins with s = ``bias_uncalibrated``. The measurements shrink the volume of
+its σ ellipsoid. From det P < ``INFORMED``² s⁶ on, a narrower prior takes its place in every block up to
+``NARROW_TIME``,
 
     s' = max(``bias_start``, |x|/κ − √(P/κ), 0.13 times the largest of the axes),                              (22)
 
@@ -88,13 +89,13 @@ PLACE_INNOVATION_TIME = 5.0  # s
 LEAST_PLACE = 0.5  # of the 1σ at the start
 PLACE_MEMORY = 60.0  # s over which the variance of the field of a place is averaged
 AT_REST = 50.0  # times as long a body that rests stays in the field of its place
-TRAVEL_TIME = 8.0  # s over which the variance of travel is averaged
+BODY_VELOCITY_TIME = 8.0  # s over which the variance of body velocity is averaged
 MISSED_GATE = 9.0  # σ², beyond which velocity is not the body's
 BIAS_TIME = 15.0  # s over which corrections of the gyroscope's bias are added up
 BIAS_GATE = 25.0  # σ², beyond which they are more than its random walk
 MOST_WALK = 0.03 * DEGREE  # (rad/s)/√s, of a sensor that warms up
-LEAST_TRAVEL = 0.1  # m/s, 1σ
-MOST_TRAVEL = 2.0
+MIN_BODY_VELOCITY = 0.1  # m/s, 1σ
+MAX_BODY_VELOCITY = 2.0
 LEAST_INFORMATION = 0.02  # κ: below, the measurements say nothing of their own
 SURE = 5.0  # σ by which they must do so
 WIDER = 1.1  # times a variance, at least, for an exchange
@@ -111,7 +112,7 @@ SAME_SENSOR = 0.13  # of the largest width of an axis is that of the others, at 
 def mean_travel(m: Floats, i: int) -> float:
     """Mean over the block of the velocity that is fixed to the sensor along earth axis i, R̄ u, m/s."""
     r = at.INT_R + 3 * i
-    u = at.MEAN + at.TRAVEL
+    u = at.MEAN + at.BODY_VELOCITY
     return (m[r] * m[u] + m[r + 1] * m[u + 1] + m[r + 2] * m[u + 2]) / m[at.BLOCK_TIME]
 
 
@@ -121,7 +122,7 @@ def velocity_excess(params: ESKF, m: Floats, i: int) -> float:
     if aiding.is_aided(m, i):
         return 0.0
     mean = m[at.MEAN_INNOVATION + i]
-    density = params.speed_max * params.speed_max + aiding.velocity_density(m, i)
+    density = params.max_velocity_density * params.max_velocity_density + aiding.aided_density(m, i)
     explained = state_variance(m, at.VELOCITY + i) + density / (2.0 * INNOVATION_TIME)
     return max(0.0, mean * mean - MISSED_GATE * explained)
 
@@ -140,7 +141,7 @@ def is_upside_down(m: Floats) -> bool:
 
 @noinline
 def adapt_motion(params: ESKF, m: Floats) -> None:
-    """Eqs. 21 and 26, and the variance of travel."""
+    """Eqs. 21 and 26, and the variance of body velocity."""
     time = m[at.BLOCK_TIME]
     weight = time / (INNOVATION_TIME + time)
     excess_h = 0.0
@@ -160,12 +161,14 @@ def adapt_motion(params: ESKF, m: Floats) -> None:
     set_density(params, m, 1, excess_v)
     mean2 = 0.0
     for i in range(3):
-        u = m[at.MEAN + at.TRAVEL + i]
-        mean2 += (u * u + state_variance(m, at.TRAVEL + i)) / 3.0
-    found = m[at.TRAVEL_VARIANCE] + time / (TRAVEL_TIME + time) * (mean2 - m[at.TRAVEL_VARIANCE])
-    low = min(LEAST_TRAVEL, params.travel)
-    high = MOST_TRAVEL if params.travel > 0.0 else 0.0  # without travel the model is that of a laboratory
-    m[at.TRAVEL_VARIANCE] = min(max(found, low * low), high * high)
+        u = m[at.MEAN + at.BODY_VELOCITY + i]
+        mean2 += (u * u + state_variance(m, at.BODY_VELOCITY + i)) / 3.0
+    found = m[at.BODY_VELOCITY_VARIANCE] + time / (BODY_VELOCITY_TIME + time) * (mean2 - m[at.BODY_VELOCITY_VARIANCE])
+    low = min(MIN_BODY_VELOCITY, params.body_velocity)
+    high = (
+        MAX_BODY_VELOCITY if params.body_velocity > 0.0 else 0.0
+    )  # without body velocity the model is that of a laboratory
+    m[at.BODY_VELOCITY_VARIANCE] = min(max(found, low * low), high * high)
 
 
 @kernel
@@ -174,8 +177,8 @@ def set_density(params: ESKF, m: Floats, k: int, excess: float) -> None:
     time = m[at.BLOCK_TIME]
     now = max(0.0, 2.0 * INNOVATION_TIME * excess)
     m[at.MEAN_DENSITY + k] += time / (DENSITY_TIME + time) * (now - m[at.MEAN_DENSITY + k])
-    low = params.speed * params.speed
-    high = max(params.speed_max * params.speed_max, low)
+    low = params.velocity_density * params.velocity_density
+    high = max(params.max_velocity_density * params.max_velocity_density, low)
     m[at.DENSITY + k] = min(max(m[at.MEAN_DENSITY + k], now, low), high)
 
 
@@ -274,7 +277,7 @@ def narrow_prior(params: ESKF, m: Floats, n: int) -> None:
     y = x + at.ROW
     z = y + at.ROW
     volume2 = det(Mat3(m[x], m[x + 1], m[x + 2], m[y], m[y + 1], m[y + 2], m[z], m[z + 1], m[z + 2]))
-    raw = params.bias_raw * DEGREE
+    raw = params.bias_uncalibrated * DEGREE
     raw2 = raw * raw
     if m[at.GYR_PRIOR_OPEN] > 1.0 or volume2 < INFORMED * INFORMED * raw2 * raw2 * raw2:
         m[at.GYR_PRIOR_OPEN] = 0.0 if has_elapsed(m[at.RUN_TIME], m[at.BLOCK_TIME], NARROW_TIME) else 2.0
@@ -323,9 +326,9 @@ def exchange_prior(m: Floats, n: int, i: int, old: float, new: float) -> None:
 def set_prior_widths(params: ESKF, m: Floats) -> None:
     """The priors of the start; that of the gyroscope's bias is wide where no earlier run has told it."""
     m[at.GYR_PRIOR_OPEN] = 0.0
-    if params.bias_raw > params.bias_start and m[at.PRIOR_SIGMA + at.GYR_BIAS] == 0.0:
+    if params.bias_uncalibrated > params.bias_start and m[at.PRIOR_SIGMA + at.GYR_BIAS] == 0.0:
         m[at.GYR_PRIOR_OPEN] = 1.0
-        set_independent(m, at.GYR_BIAS, 3, params.bias_raw * DEGREE)
+        set_independent(m, at.GYR_BIAS, 3, params.bias_uncalibrated * DEGREE)
     for i in range(3):
         m[at.PRIOR_VARIANCE + at.ACC_BIAS + i] = state_variance(m, at.ACC_BIAS + i)
         m[at.PRIOR_VARIANCE + at.GYR_BIAS + i] = state_variance(m, at.GYR_BIAS + i)

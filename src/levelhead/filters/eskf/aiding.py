@@ -8,7 +8,7 @@ weight until the block ends: at most seven scalar measurements a block, whatever
 with a the age of the reading and β the barometer's offset. Position is 0 at the first reading of any row, until a
 reading of position sets it. Along an axis with recent readings eq. 20 is left out. When the readings end it
 returns with a larger density: a body that moved at V for some τ = 10 s is a process of density 2 V² τ (A. Gelb,
-Applied Optimal Estimation, 1974, section 3.6: exponentially correlated), added to ``speed``².
+Applied Optimal Estimation, 1974, section 3.6: exponentially correlated), added to ``velocity_density``².
 """
 
 from math import sqrt
@@ -29,7 +29,7 @@ GATE = 25.0  # σ²: an innovation beyond this is rejected
 GATE_TIME = 3.0  # s, for at most so long
 SHORTEST = 1e-9  # s of rejection, at the first rejected reading
 RECENT = 1.5  # s for which an axis is aided after a reading; receivers give one a second
-TRAVEL_TIME = 10.0  # s, τ
+EXTENT_TIME = 10.0  # s, τ
 SPEED_MEMORY = 60.0  # s over which V decays
 LEAST_SPEED = 0.3  # m/s, 1σ at least, of a velocity after a gap
 
@@ -220,9 +220,9 @@ def inflate_nav_state(m: Floats, gap: float) -> None:
 
 
 @kernel
-def velocity_density(m: Floats, axis: int) -> float:
+def aided_density(m: Floats, axis: int) -> float:
     """2 V² τ, (m/s)²·s, of a velocity that was aided before."""
-    return 2.0 * TRAVEL_TIME * m[at.AIDED_SPEED2 + axis]
+    return 2.0 * EXTENT_TIME * m[at.AIDED_SPEED2 + axis]
 
 
 @kernel

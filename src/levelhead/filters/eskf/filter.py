@@ -96,7 +96,7 @@ def start(params: ESKF, m: Floats, acc: Vec3, mag: Vec3) -> State:
     start_inertial(params, m, 1.0)
     set_prior_widths(params, m)
     m[at.MEAN_UP] = GRAVITY
-    m[at.TRAVEL_VARIANCE] = params.travel * params.travel
+    m[at.BODY_VELOCITY_VARIANCE] = params.body_velocity * params.body_velocity
     attitude = triad.initial_attitude(acc, mag)
     field_norm = 0.0
     if tilt.is_present(mag):

@@ -37,7 +37,7 @@ STOP_ACC = 0.3  # m/s², the acceleration that tilt error and bias may pretend
 
 @kernel
 def may_stand(m: Floats, i: int) -> bool:
-    """Whether the velocity along axis i may be zero; smooth travel and smooth braking look like rest to the guard."""
+    """Whether the velocity along axis i may be zero; smooth motion and smooth braking look like rest to the guard."""
     v = m[at.MEAN + at.VELOCITY + i]
     a = m[at.INT_FORCE + i] / m[at.BLOCK_TIME] - (GRAVITY if i == 2 else 0.0)
     possible = v * v <= STOP_GATE * (state_variance(m, at.VELOCITY + i) + REST_SPEED * REST_SPEED)
@@ -49,12 +49,12 @@ def velocity_variance(params: ESKF, m: Floats, resting: bool, i: int) -> float:
     """Variance of the mean velocity of a block along axis i, (m/s)², r of eqs. 14 and 20."""
     if resting and may_stand(m, i):
         return REST_SPEED * REST_SPEED
-    return (m[at.DENSITY + (1 if i == 2 else 0)] + aiding.velocity_density(m, i)) / m[at.BLOCK_TIME]
+    return (m[at.DENSITY + (1 if i == 2 else 0)] + aiding.aided_density(m, i)) / m[at.BLOCK_TIME]
 
 
 @noinline
 def update_velocity(params: ESKF, m: Floats, resting: bool, n: int) -> None:
-    """Measures along each axis without aiding that velocity is that of travel, eq. 20, or zero at rest, eq. 14.
+    """Measures along each axis without aiding that velocity is body velocity, eq. 20, or zero at rest, eq. 14.
 
     This has no direction, and must not correct heading: a turn by θ_z changes v by θ_z × v, which the rows of east and
     north leave out. The influence of a single block is bounded (P. J. Huber, Robust Statistics, 1981): beyond
@@ -70,7 +70,7 @@ def update_velocity(params: ESKF, m: Floats, resting: bool, n: int) -> None:
             if noise > REST_SPEED * REST_SPEED:
                 y += mean_travel(m, i)
                 for k in range(3):
-                    m[at.H + at.TRAVEL + k] = -m[at.INT_R + 3 * i + k] / m[at.BLOCK_TIME]
+                    m[at.H + at.BODY_VELOCITY + k] = -m[at.INT_R + 3 * i + k] / m[at.BLOCK_TIME]
             s = state_variance(m, at.VELOCITY + i) + noise
             beyond = abs(y - m[at.X + at.VELOCITY + i]) / sqrt(s) / VELOCITY_BOUND - 1.0
             update_scalar(m, n, 0, y, noise + s * max(0.0, beyond))

@@ -12,7 +12,7 @@ MILLI = 1e-3
 # they were found (docs/tuning.md).
 
 
-@parameters(tuned=("speed", "travel", "mag_noise", "mag_place"))
+@parameters(tuned=("velocity_density", "body_velocity", "mag_noise", "mag_place"))
 class ESKF(NamedTuple):
     """Error-state Kalman filter that learns its sensor while it runs: attitude, velocity, field and calibration."""
 
@@ -20,16 +20,22 @@ class ESKF(NamedTuple):
     gyr_noise_per_rate: Annotated[float, nonnegative("√s", "noise density of the rate, per rate", 5e-5, 0.005)] = 0.001
     bias_walk: Annotated[float, nonnegative("(deg/s)/√s", "random walk of the bias", 0.0001, 0.1)] = 0.0035
     bias_start: Annotated[float, nonnegative("deg/s", "1σ of the bias of a calibrated gyroscope", 0.05, 20.0)] = 0.2
-    bias_raw: Annotated[float, nonnegative("deg/s", "1σ of a raw gyroscope's bias; 0: none is raw", 0.5, 20.0)] = 6.0
+    bias_uncalibrated: Annotated[
+        float, nonnegative("deg/s", "1σ of a raw gyroscope's bias; 0: none is raw", 0.5, 20.0)
+    ] = 6.0
     scale_start: Annotated[float, nonnegative("", "1σ of the gyroscope's scale and cross-axis", 1e-4, 0.05)] = 0.003
     scale_walk: Annotated[float, nonnegative("1/√s", "random walk of these", 1e-07, 0.001)] = 1e-5
     acc_noise: Annotated[float, positive("(m/s²)/√Hz", "noise density of specific force", 0.001, 0.5)] = 0.03
     acc_bias: Annotated[float, nonnegative("m/s²", "1σ of the accelerometer's bias", 0.001, 0.5)] = 0.07
     acc_walk: Annotated[float, nonnegative("(m/s²)/√s", "random walk of this bias", 1e-07, 0.01)] = 2e-5
-    speed: Annotated[float, positive("(m/s)·√s", "density of a body's velocity about zero", 0.05, 5.0)] = 0.4
-    speed_max: Annotated[float, nonnegative("(m/s)·√s", "largest density found for this velocity", 0.1, 10.0)] = 1.4
-    travel: Annotated[float, nonnegative("m/s", "1σ of a velocity fixed to the sensor, at first", 0.05, 5.0)] = 0.7
-    travel_time: Annotated[float, positive("s", "time constant of this velocity", 1, 100)] = 16.0
+    velocity_density: Annotated[float, positive("(m/s)·√s", "density of a body's velocity about zero", 0.05, 5.0)] = 0.4
+    max_velocity_density: Annotated[
+        float, nonnegative("(m/s)·√s", "largest density found for this velocity", 0.1, 10.0)
+    ] = 1.4
+    body_velocity: Annotated[float, nonnegative("m/s", "1σ of a velocity fixed to the sensor, at first", 0.05, 5.0)] = (
+        0.7
+    )
+    body_velocity_time: Annotated[float, positive("s", "time constant of this velocity", 1, 100)] = 16.0
     mag_noise: Annotated[float, positive("√s", "least density of the field's changes, relative", 0.001, 0.5)] = 0.05
     mag_place: Annotated[float, nonnegative("", "1σ of a place's part of the field at first", 1e-3, 0.1)] = 0.02
     place_time: Annotated[float, positive("s", "time constant of being in one place", 1.0, 1000.0)] = 60.0
@@ -45,4 +51,4 @@ class ESKF(NamedTuple):
 
 def with_known_bias(params: ESKF, sigma: float) -> ESKF:
     """Parameters for a gyroscope whose bias was subtracted, to within 1σ of ``sigma`` rad/s."""
-    return params._replace(bias_start=min(params.bias_start, sigma / DEGREE), bias_raw=0.0)
+    return params._replace(bias_start=min(params.bias_start, sigma / DEGREE), bias_uncalibrated=0.0)

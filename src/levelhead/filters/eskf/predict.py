@@ -70,12 +70,12 @@ def decay_place(params: ESKF, m: Floats, time: float) -> None:
 
 @kernel
 def decay_travel(params: ESKF, m: Floats, time: float) -> None:
-    """Travel u after ``time`` seconds: such a process with the variance that was found, eq. 12."""
-    left = params.travel_time / (params.travel_time + time)
-    m[at.TRAVEL_DECAY] = 1.0 - (1.0 - m[at.TRAVEL_DECAY]) * left
+    """Body velocity u after ``time`` seconds: such a process with the variance that was found, eq. 12."""
+    left = params.body_velocity_time / (params.body_velocity_time + time)
+    m[at.BODY_VELOCITY_DECAY] = 1.0 - (1.0 - m[at.BODY_VELOCITY_DECAY]) * left
     for i in range(3):
-        decay(m, at.TRAVEL + i, left)
-    add_variance(m, at.TRAVEL, 3, m[at.TRAVEL_VARIANCE] * (1.0 - left * left))
+        decay(m, at.BODY_VELOCITY + i, left)
+    add_variance(m, at.BODY_VELOCITY, 3, m[at.BODY_VELOCITY_VARIANCE] * (1.0 - left * left))
 
 
 @kernel

@@ -56,7 +56,7 @@ BLOCK_X = BLOCK_W + at.DRIVEN * at.ROW
 BLOCK_BIAS = BLOCK_X + at.N  # rad/s, 3
 BLOCK_ROTATION = BLOCK_BIAS + 3  # by the correction at its end, earth frame, 4
 BLOCK_RESTART = BLOCK_ROTATION + 4  # 1: its attitude is independent of that before it
-BLOCK_DECAY = BLOCK_RESTART + 1  # shares by which the field's eastern part and travel decayed, 2
+BLOCK_DECAY = BLOCK_RESTART + 1  # shares by which the field's eastern part and body velocity decayed, 2
 BLOCK_TURN = BLOCK_DECAY + 2  # rad, half the turn of its last sample, earth frame, 3
 BLOCK_SIZE = BLOCK_TURN + 3
 
@@ -173,7 +173,7 @@ def keep(state: State, blocks: Floats, first: int) -> None:
     blocks[first + BLOCK_ROTATION + 3] = z
     blocks[first + BLOCK_RESTART] = 1.0 if m[at.REINITIALISED] > 0.0 or m[at.GAP_TIME] > 0.0 else 0.0
     blocks[first + BLOCK_DECAY] = m[at.PLACE_DECAY]
-    blocks[first + BLOCK_DECAY + 1] = m[at.TRAVEL_DECAY]
+    blocks[first + BLOCK_DECAY + 1] = m[at.BODY_VELOCITY_DECAY]
     keep_widening(state, blocks, first)
 
 
@@ -213,7 +213,7 @@ def decay_rows(blocks: Floats, after: int, m: Floats) -> None:
     for j in range(at.ROW):
         for i in range(3):
             m[GAIN + (at.PLACE + i) * at.ROW + j] *= 1.0 - blocks[after + BLOCK_DECAY]
-            m[GAIN + (at.TRAVEL + i) * at.ROW + j] *= 1.0 - blocks[after + BLOCK_DECAY + 1]
+            m[GAIN + (at.BODY_VELOCITY + i) * at.ROW + j] *= 1.0 - blocks[after + BLOCK_DECAY + 1]
 
 
 @kernel

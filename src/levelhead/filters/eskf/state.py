@@ -74,7 +74,9 @@ GYR_MATRIX = states(
     "gyr_matrix", (3, 3), "", "gyroscope matrix S: scale factors and cross-axis terms", ALWAYS,
     calibration=True, prior=True,
 )  # fmt: skip
-TRAVEL = states("travel", (3,), "m/s", "travel u: velocity that is fixed to the sensor, sensor frame", ALWAYS)
+BODY_VELOCITY = states(
+    "body_velocity", (3,), "m/s", "body velocity u: velocity that is fixed to the sensor, sensor frame", ALWAYS
+)
 FIELD = states("field", (3,), "µT", "field H of the surroundings, frame of the gyroscope", WITH_MAG, relative=True)
 PLACE = states("place", (3,), "µT", "part s of the field that belongs to the place", WITH_MAG, relative=True)
 MAG_OFFSET = states(
@@ -119,7 +121,7 @@ def inertial_states(params: ESKF, m: Floats, unit: float) -> None:
     declare_states(m, HEADING, 1, RELATIVE_HEADING, 0.0, 1.0)
     declare_states(m, GYR_BIAS, 3, params.bias_start * DEGREE, params.bias_walk * DEGREE, 1.0)
     declare_states(m, GYR_MATRIX, 9, params.scale_start, params.scale_walk, 1.0)
-    declare_states(m, TRAVEL, 3, params.travel, 0.0, 1.0)
+    declare_states(m, BODY_VELOCITY, 3, params.body_velocity, 0.0, 1.0)
 
 
 @kernel
@@ -212,7 +214,7 @@ FIX_KNOWN = place(1, "", "0: there was none")
 FIX_SUMS = place(9, "", "sums of the regression, eq. 31: n, Σ P, Σ ΔV, Σ |P|², Σ |ΔV|², Σ P* ΔV")
 FIX_SUMS_END = place(0, "", "behind them")
 # Motion (``adaptation``)
-TRAVEL_VARIANCE = place(1, "(m/s)²", "variance of travel, as found")
+BODY_VELOCITY_VARIANCE = place(1, "(m/s)²", "variance of body velocity, as found")
 MEAN_INNOVATION = place(3, "m/s", "innovation of velocity, through a low-pass filter")
 MEAN_DENSITY = place(2, "(m/s)²·s", "mean density of the rest of the velocity: horizontal, vertical")
 DENSITY = place(2, "(m/s)²·s", "the same as used")
@@ -268,5 +270,5 @@ ADDED_HEADING_VARIANCE = place(1, "rad²", "the same about the vertical")
 GAP_TIME = place(1, "s", "length of a gap before the block")
 REINITIALISED = place(1, "", "1: the attitude is independent of that before")
 PLACE_DECAY = place(1, "", "factor of PLACE in the block")
-TRAVEL_DECAY = place(1, "", "factor of TRAVEL in the block")
+BODY_VELOCITY_DECAY = place(1, "", "factor of BODY_VELOCITY in the block")
 SIZE = place(0, "", "number of all")
