@@ -28,14 +28,14 @@ EDITS = {
             "    declare_states(m, ACC_SCALE, 3, params.acc_scale, params.acc_scale_walk, 1.0)\n"
             "    declare_states(m, VELOCITY, 3,",
         ),
-        ("INT_FORCE = INT_R_RATE + 27", "INT_R_ACC = INT_R_RATE + 27\nINT_FORCE = INT_R_ACC + 9"),
+        ("INT_FORCE = place(3", 'INT_R_ACC = place(9, "m/s", "∫ R_ik f_k dt")\nINT_FORCE = place(3'),
     ),
     "params.py": (
         (
-            "    speed: Annotated[",
+            "    velocity_density: Annotated[",
             '    acc_scale: Annotated[float, nonnegative("", "1σ of the accelerometer\'s scales", 0.001, 0.1)] = 0.02\n'
             '    acc_scale_walk: Annotated[float, nonnegative("1/√s", "random walk of these", 1e-6, 1e-3)] = 0.0\n'
-            "    speed: Annotated[",
+            "    velocity_density: Annotated[",
         ),
     ),
     "preintegration.py": (

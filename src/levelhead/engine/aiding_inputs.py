@@ -25,13 +25,20 @@ class AidingInputs(NamedTuple):
         """The numbers of samples ``start`` to ``stop`` − 1."""
         first = self.first[start : stop + 1]
         rows = slice(first[0], first[-1])
-        return AidingInputs(first - first[0], self.row[rows], self.value[rows], self.sigma[rows], self.age[rows])
+        return AidingInputs(
+            first=first - first[0],
+            row=self.row[rows],
+            value=self.value[rows],
+            sigma=self.sigma[rows],
+            age=self.age[rows],
+        )
 
 
 def no_aiding(samples: int) -> AidingInputs:
     """No readings, for that many samples."""
     nothing = np.empty(0)
-    return AidingInputs(np.zeros(samples + 1, np.int64), np.empty(0, np.int64), nothing, nothing, nothing)
+    first, row = np.zeros(samples + 1, np.int64), np.empty(0, np.int64)
+    return AidingInputs(first=first, row=row, value=nothing, sigma=nothing, age=nothing)
 
 
 def aiding_inputs(recording: Recording) -> AidingInputs | None:
@@ -61,4 +68,6 @@ def aiding_inputs(recording: Recording) -> AidingInputs | None:
     taken = taken[np.lexsort((row[taken], stamp[taken]))]
     at = at[taken]
     first = np.searchsorted(at, np.arange(n + 1))
-    return AidingInputs(first, row[taken], value[taken], sigma[taken], recording.t[at] - stamp[taken])
+    return AidingInputs(
+        first=first, row=row[taken], value=value[taken], sigma=sigma[taken], age=recording.t[at] - stamp[taken]
+    )

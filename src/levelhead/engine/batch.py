@@ -188,16 +188,16 @@ class Batch:
     def track(self) -> Track:
         """The track, when all samples are done."""
         n = len(self._recording)
-        quat, bias, sigma, health, *seen = self._outputs
+        quat, bias, sigma = self._outputs[:3]
         return Track(
             self._recording.t,
             quat.reshape(n, 4),
             bias.reshape(n, 3) if estimates_bias(self.filter, self._guarded) else None,
             sigma.reshape(n, 3),
-            health,
+            self._outputs[3],
             self._settings.filter,
             calibration=self.calibration,
-            **(navigation_fields(seen[0].reshape(n, 4, 3)) if seen else {}),
+            **(navigation_fields(self._outputs[4].reshape(n, 4, 3)) if self._aided else {}),
         )
 
 

@@ -104,7 +104,7 @@ class ChunkRun:
             assert self._saved is not None
             return self._saved
         settings = Settings(self._params, self._guard or DEFAULT_GUARD)
-        return StreamState(settings, self._guard is not None, self._batch.carry, self._last)
+        return StreamState(settings=settings, guarded=self._guard is not None, carry=self._batch.carry, time=self._last)
 
     def save(self) -> bytes:
         """Where the run is after at least one chunk, without pressure and GNSS, for ``saved``."""

@@ -381,14 +381,13 @@ def update_aiding(settings: Settings, carry: Carry, row: int, value: float, devi
     sample, run = carry
     if not sample.started:
         return carry
-    state, health, gates, covariance = run
     return Carry(
         sample,
         FilterRun(
-            state=aiding.update(settings.filter, state, row, value, deviation, age),
-            health=health,
-            guard=gates,
-            covariance=covariance,
+            state=aiding.update(settings.filter, run.state, row, value, deviation, age),
+            health=run.health,
+            guard=run.guard,
+            covariance=run.covariance,
         ),
     )
 
@@ -397,11 +396,11 @@ def update_aiding(settings: Settings, carry: Carry, row: int, value: float, devi
 def write_nav(settings: Settings, carry: Carry, i: int, nav: Floats) -> None:
     """Row i of position, velocity, 1σ of position and 1σ of velocity."""
     j = 12 * i
-    p, v, sp, sv, _ = aiding.nav_state(settings.filter, carry.run.state)
-    nav[j], nav[j + 1], nav[j + 2] = p
-    nav[j + 3], nav[j + 4], nav[j + 5] = v
-    nav[j + 6], nav[j + 7], nav[j + 8] = sp
-    nav[j + 9], nav[j + 10], nav[j + 11] = sv
+    found = aiding.nav_state(settings.filter, carry.run.state)
+    nav[j], nav[j + 1], nav[j + 2] = found.position
+    nav[j + 3], nav[j + 4], nav[j + 5] = found.velocity
+    nav[j + 6], nav[j + 7], nav[j + 8] = found.sigma_position
+    nav[j + 9], nav[j + 10], nav[j + 11] = found.sigma_velocity
 
 
 @kernel

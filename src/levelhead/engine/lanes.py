@@ -78,16 +78,16 @@ class Variant(NamedTuple):
 @functools.cache
 def compile_lanes(variant: Variant, short: bool) -> CompiledLanes:
     """Compiled lanes; ``short``: with NaN in place of what is rare."""
-    flt, guarded, has_mag, observer, chosen = variant
-    bound, settings = bind(flt, guarded), Settings(flt.params(), DEFAULT_GUARD)
+    flt, observer = variant.flt, variant.observer
+    bound, settings = bind(flt, variant.guarded), Settings(flt.params(), DEFAULT_GUARD)
     run = bound.begin(settings).run
     runs = lane_slots.lane_rows(run, 0)
-    params = lane_slots.lane_rows(settings.filter, runs.end, dict(chosen))
-    parts = [bound.name, "mag" if has_mag else "imu", "short" if short else "whole", runs.layout, params.layout]
+    params = lane_slots.lane_rows(settings.filter, runs.end, dict(variant.switches))
+    parts = [bound.name, "mag" if variant.has_mag else "imu", "short" if short else "whole", runs.layout, params.layout]
     filled = fill(
         lane_kernels.hooks,
         bound.name,
-        HAS_MAG=has_mag,
+        HAS_MAG=variant.has_mag,
         OWN_SIGMA=flt.gains is None,
         CORRECTS=flt.schedule is not None,
         each=lane_slots.over_lanes(),
@@ -112,7 +112,7 @@ def compile_lanes(variant: Variant, short: bool) -> CompiledLanes:
     machine = rebind(lane_kernels.run_lanes, (*pairs, (lane_kernels.sink, sink)), owner, inline=True)
     if short:
         machine = rebind(machine, lane_kernels.RARE, inline=True)
-    return CompiledLanes(compile_kernel(machine), params, results, rows)
+    return CompiledLanes(run=compile_kernel(machine), params=params, results=results, rows=rows)
 
 
 class LaneBlock:
@@ -187,17 +187,26 @@ def lane_blocks(parameter_sets: Sequence[Params]) -> list[list[int]]:
     return [group[k : k + LANES] for group in groups.values() for k in range(0, len(group), LANES)]
 
 
+def _variants(recording: Recording, flt: Filter, guard: Guard | None) -> Callable[[Params, Observer | None], Variant]:
+    """The variant of parameters and an observer, for a recording."""
+    guarded, has_mag = is_guarded(flt) and guard is not None, recording.mag is not None
+
+    def variant_of(params: Params, observer: Observer | None) -> Variant:
+        return Variant(flt=flt, guarded=guarded, has_mag=has_mag, observer=observer, switches=switches(params))
+
+    return variant_of
+
+
 def tracks(
     recording: Recording, flt: Filter, parameter_sets: Sequence[Params], guard: Guard | None, workers: int | None = None
 ) -> list[Track]:
     """The whole track of each parameter set, in their order."""
     bias = estimates_bias(flt, guard is not None)
+    variant_of = _variants(recording, flt, guard)
 
     def work(block: list[int]) -> list[Track]:
         sets = [parameter_sets[i] for i in block]
-        variant = Variant(
-            flt, is_guarded(flt) and guard is not None, recording.mag is not None, None, switches(sets[0])
-        )
+        variant = variant_of(sets[0], None)
         return [
             Track(recording.t, q, b if bias else None, s, h, params)
             for params, (q, b, s, h) in zip(
@@ -238,12 +247,12 @@ def observe_lanes(
     Returns:
         (k, numbers of ``observer.start``) where each run ends.
     """
+    variant_of = _variants(recording, flt, guard)
 
     def work(block: list[int]) -> Array:
         sets = [parameter_sets[i] for i in block]
-        guarded = is_guarded(flt) and guard is not None
-        variant = Variant(flt, guarded, recording.mag is not None, observer, switches(sets[0]))
-        return LaneBlock(variant, guard or DEFAULT_GUARD, recording, sets).observe(truth, sums[block])
+        lanes = LaneBlock(variant_of(sets[0], observer), guard or DEFAULT_GUARD, recording, sets)
+        return lanes.observe(truth, sums[block])
 
     cut, after, done = lane_blocks(parameter_sets), np.empty_like(sums), 0
     for block, part in zip(cut, map_in_order(work, cut, workers), strict=True):

@@ -76,15 +76,15 @@ def _load_filter(name: str, kind: str) -> NativeFilter | None:
     found = None if module is None else getattr(module, kind, {}).get(name)
     if found is None:
         return None
-    files, made, params, state = found
+    flt = NativeFilter(files=found[0], digest=found[1], params=struct.Struct(found[2]), state=struct.Struct(found[3]))
     try:
-        if digest(files.split(",")) != made:
+        if digest(flt.files.split(",")) != flt.digest:
             with _WARNING:
                 _warn_stale()
             return None
     except OSError:  # installed without sources: nothing that could have changed
         pass
-    return NativeFilter(files, made, struct.Struct(params), struct.Struct(state))
+    return flt
 
 
 def up_to_date() -> bool:

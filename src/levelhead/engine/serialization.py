@@ -113,4 +113,4 @@ def from_bytes(data: bytes) -> StreamState:
             f"the stream was saved by levelhead {header.get('levelhead')}, whose {flt.name} keeps another state than "
             f"{VERSION}; start a new one"
         )
-    return StreamState(settings, guarded, value_of(example, body), time)
+    return StreamState(settings=settings, guarded=guarded, carry=value_of(example, body), time=time)

@@ -244,8 +244,10 @@ class ChunkSmoother:
         """The track of each chunk."""
         arrays = {name: self._files[name].array.reshape(self.rows, -1) for name in ("t", *MADE)}
         for start, stop in zip([0, *self._edges], self._edges, strict=False):
-            t, quat, bias, sigma = (arrays[name][start:stop].copy() for name in ("t", "quat", "bias", "sigma"))
-            health = self._bits[start:stop].copy()
-            track = Track(t.reshape(-1), quat, bias, sigma, health, self._params, calibration=self.calibration)
+            part = {name: array[start:stop].copy() for name, array in arrays.items()}
+            track = Track(
+                part["t"].reshape(-1), part["quat"], part["bias"], part["sigma"], self._bits[start:stop].copy(),
+                self._params, calibration=self.calibration,
+            )  # fmt: skip
             yield turned_north(track, self._turn)
             self._release()

@@ -217,7 +217,9 @@ def block_interval(t: Array, kept: Array, k: int, count: int, first: int, last: 
     before, has_end = max(first - 1, 0), k < count
     new_start = has_end and hooks.is_restart(kept, hooks.WIDTH * k)
     joined = last_gap(t, before, last) if new_start else 0
-    return Interval(t[before], max(t[last] - t[before], SHORTEST), has_end, new_start, joined)
+    return Interval(
+        left=t[before], span=max(t[last] - t[before], SHORTEST), has_end=has_end, new_start=new_start, joined=joined
+    )
 
 
 @kernel
@@ -263,13 +265,16 @@ def block_rows(end: Array, k: int, count: int, stop: int) -> tuple[int, int]:
 @compiled_only
 def spread_blocks(t: Array, kept: BlockRows, count: int, stop: int, corrections: Corrections, track: FlatTrack) -> None:
     """From the blocks that were kept to every sample between them and up to ``stop``."""
-    turn, before, bias, sigma = corrections
+    turn, before = corrections.turn, corrections.before
     attitude, biases, sigmas = track
     compose_ends(kept.numbers, count, turn, before)
     k = 1
     while k <= count:
         first, last = block_rows(kept.end, k, count, stop)
-        spread_block(t, kept.numbers, k, count, first, last, turn, before, bias, sigma, attitude, biases, sigmas)
+        spread_block(
+            t, kept.numbers, k, count, first, last, turn, before, corrections.bias, corrections.sigma, attitude, biases,
+            sigmas,
+        )  # fmt: skip
         k += 1
 
 
@@ -365,8 +370,9 @@ def correct_stretch_with_nav(
     found: NavCorrections, nav: Array,
 ) -> None:  # fmt: skip
     """``correct_stretch`` with position and velocity."""
-    turn, _, bias, sigma = corrections
-    backward_with_nav(kept.numbers, count, memory, turn, bias, sigma, found.end, found.before)
+    backward_with_nav(
+        kept.numbers, count, memory, corrections.turn, corrections.bias, corrections.sigma, found.end, found.before
+    )
     spread_blocks(t, kept, count, stop, corrections, track)
     k = 1
     while k <= count:

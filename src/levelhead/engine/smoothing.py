@@ -81,7 +81,9 @@ def bind_smoother(flt: Filter, guarded: bool) -> BoundSmoother:
     ahead = flt._replace(name=f"{title}_forward", init=parts.init, schedule=schedule, aiding=None)
     name = f"{title}_{'guarded' if guarded else 'unguarded'}"
     pairs = (*bind(ahead, guarded).pairs, (hooks, _fill_hooks(parts, name)))
-    return BoundSmoother(ahead, parts, forward_stretch, correct_stretch, pairs, name)
+    return BoundSmoother(
+        flt=ahead, parts=parts, forward=forward_stretch, correct=correct_stretch, pairs=pairs, name=name
+    )
 
 
 MEMBERS = ("is_block_end", "keep_start", "keep", "back", "read", "rotation", "is_restart")  # of ``Hooks``
@@ -107,8 +109,15 @@ def bind_aided_smoother(flt: Filter, guarded: bool) -> BoundSmoother:
     name = f"{title}_{'guarded' if guarded else 'unguarded'}"
     nav = fill(nav_hooks, name, read_nav=aided.read_nav, nav_change=aided.nav_change, is_set=aided.is_set)
     pairs = (*bind(ahead, guarded).pairs, (hooks, _fill_hooks(aided.parts, name)), (nav_hooks, nav))
-    functions = forward_stretch_with_aiding, correct_stretch_with_nav
-    return BoundSmoother(ahead, aided.parts, *functions, pairs, name, aided.turned_start)
+    return BoundSmoother(
+        flt=ahead,
+        parts=aided.parts,
+        forward=forward_stretch_with_aiding,
+        correct=correct_stretch_with_nav,
+        pairs=pairs,
+        name=name,
+        turned_start=aided.turned_start,
+    )
 
 
 def choose_smoother_engine(engine: str, flt: Filter, guarded: bool, aided: bool) -> str:

@@ -146,8 +146,8 @@ class PlainStepper:
     @staticmethod
     def report(place: Place) -> Eleven:
         """Orientation, bias, σ and health of the state."""
-        quat, bias, sigma, health = place._result(place.params, place.state.run)
-        numbers: Eleven = (*quat, *bias, *sigma, float(health))
+        result = place._result(place.params, place.state.run)
+        numbers: Eleven = (*result.quat, *result.bias, *result.sigma, float(result.health))
         return numbers
 
 

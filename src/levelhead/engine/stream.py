@@ -339,8 +339,10 @@ class Stream:
     @property
     def output(self) -> Output:
         """Orientation, bias, σ and health after the last sample, at once: cheaper than one by one."""
-        w, x, y, z, a, b, c, u, v, s, health = self._stepper.report(self._place)
-        return Output(Quat(w, x, y, z), Vec3(a, b, c), Vec3(u, v, s), int(health))
+        numbers = self._stepper.report(self._place)
+        return Output(
+            quat=Quat(*numbers[:4]), bias=Vec3(*numbers[4:7]), sigma=Vec3(*numbers[7:10]), health=int(numbers[10])
+        )
 
     @property
     def quat(self) -> Quat:
@@ -399,7 +401,10 @@ class Stream:
             raise LevelheadError(
                 "a stream whose prior holds matrices from poses cannot be saved; save the prior instead"
             )
-        return to_bytes(StreamState(self._stepper.params, self._guarded, self._stepper.state, self._time))
+        stepper = self._stepper
+        return to_bytes(
+            StreamState(settings=stepper.params, guarded=self._guarded, carry=stepper.state, time=self._time)
+        )
 
     @classmethod
     def restore(cls, data: bytes, *, engine: str = "auto") -> "Stream":

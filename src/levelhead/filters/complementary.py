@@ -71,7 +71,7 @@ class Values(NamedTuple):
     ] = 0.005
 
 
-@parameters(alpha=Derived(ALPHA, "tau", tau_of_alpha, alpha_of_tau))
+@parameters(alpha=Derived(param=ALPHA, field="tau", forward=tau_of_alpha, back=alpha_of_tau))
 class Complementary(Values):
     """Complementary filter for an attitude (quaternion slerp), or for one axis.
 

@@ -40,7 +40,7 @@ from levelhead.kernels import quat, tilt
 from levelhead.kernels.elapsed import has_elapsed
 from levelhead.kernels.lowpass import advance_age, lowpass_weight
 from levelhead.kernels.quat import Quat
-from levelhead.kernels.vec3 import Vec3, dot, normalize
+from levelhead.kernels.vec3 import ZERO, Vec3, add, dot, normalize, scale
 from levelhead.kernels.vector_error import correct, direction_error, heading_error
 
 START = 3.0  # s: until then a step is at least that of a mean over all samples since the start
@@ -59,12 +59,10 @@ class Madgwick(NamedTuple):
 
 
 class Slope(NamedTuple):
-    """Of the objective: Σ s × ŝ, descent_direction in the sensor frame, and half the scalar part of (A)."""
+    """Of the objective."""
 
-    x: float
-    y: float
-    z: float
-    scalar: float
+    error: Vec3  # Σ s × ŝ, in the sensor frame
+    scalar: float  # half the scalar part of (A)
 
 
 @kernel
@@ -74,9 +72,7 @@ def slope(seen: Vec3, expected: Vec3, earth: Vec3) -> Slope:
     ex, ey, ez = expected
     dx, dy, dz = earth
     return Slope(
-        sy * ez - sz * ey,
-        sz * ex - sx * ez,
-        sx * ey - sy * ex,
+        Vec3(sy * ez - sz * ey, sz * ex - sx * ez, sx * ey - sy * ex),
         (ex - sx) * (ex - dx) + (ey - sy) * (ey - dy) + (ez - sz) * (ez - dz),
     )
 
@@ -84,30 +80,28 @@ def slope(seen: Vec3, expected: Vec3, earth: Vec3) -> Slope:
 @kernel
 def descent_direction(attitude: Quat, acc: Vec3, mag: Vec3) -> Slope:
     """(A) summed over gravity (25), (26) and field (29), (30); an absent sensor adds nothing."""
-    x, y, z, scalar = 0.0, 0.0, 0.0, 0.0
+    total = Slope(ZERO, 0.0)
     if tilt.is_present(acc):
         force = normalize(acc)
         up = quat.up(attitude)
-        x, y, z, scalar = slope(force, up, Vec3(0.0, 0.0, 1.0))
+        total = slope(force, up, Vec3(0.0, 0.0, 1.0))
         if dot(force, up) < 0.0:
-            x, y, z = direction_error(force, up)
-            return Slope(x, y, z, 0.0)
+            return Slope(direction_error(force, up), 0.0)
     if tilt.is_present(mag):
         seen = normalize(mag)
         h = quat.rotate(attitude, seen)
         if h.y < 0.0:
-            field = heading_error(attitude, quat.up(attitude), seen)
-            return Slope(x + field.x, y + field.y, z + field.z, scalar)
+            return Slope(add(total.error, heading_error(attitude, quat.up(attitude), seen)), total.scalar)
         earth = Vec3(0.0, sqrt(h.x * h.x + h.y * h.y), h.z)
         down = slope(seen, quat.rotate(quat.conjugate(attitude), earth), earth)
-        return Slope(x + down.x, y + down.y, z + down.z, scalar + down.scalar)
-    return Slope(x, y, z, scalar)
+        return Slope(add(total.error, down.error), total.scalar + down.scalar)
+    return total
 
 
 @kernel
 def descent(params: Madgwick, slope: Slope, sensors: float, dt: float) -> float:
     """k of (B), bounded."""
-    x, y, z = slope.x, slope.y, slope.z
+    x, y, z = slope.error
     scalar = slope.scalar
     square = 4.0 * (x * x + y * y + z * z + scalar * scalar)
     if square < FLAT:
@@ -120,9 +114,9 @@ def update_bias(params: Madgwick, bias: Vec3, slope: Slope, k: float) -> Vec3:
     """(47) and (48), as far as the step goes: ζ ω_ε dt = −(ζ/β) k Σ s × ŝ; within ±BIAS_LIMIT per axis."""
     step = params.zeta / params.beta * k
     return Vec3(
-        max(-BIAS_LIMIT, min(bias.x - step * slope.x, BIAS_LIMIT)),
-        max(-BIAS_LIMIT, min(bias.y - step * slope.y, BIAS_LIMIT)),
-        max(-BIAS_LIMIT, min(bias.z - step * slope.z, BIAS_LIMIT)),
+        max(-BIAS_LIMIT, min(bias.x - step * slope.error.x, BIAS_LIMIT)),
+        max(-BIAS_LIMIT, min(bias.y - step * slope.error.y, BIAS_LIMIT)),
+        max(-BIAS_LIMIT, min(bias.z - step * slope.error.z, BIAS_LIMIT)),
     )
 
 
@@ -139,7 +133,7 @@ def step(params: Madgwick, state: State, gyr: Vec3, acc: Vec3, mag: Vec3, dt: fl
         k = max(k, min(lowpass_weight(START, age, dt), 1.0 / sensors))
     elif params.zeta > 0.0:
         bias = update_bias(params, bias, down, k)
-    return State(correct(attitude, Vec3(k * down.x, k * down.y, k * down.z)), bias, age)
+    return State(correct(attitude, scale(down.error, k)), bias, age)
 
 
 @kernel

@@ -45,7 +45,7 @@ class Mahony(NamedTuple):
     """Explicit complementary filter: proportional and integral feedback of cross products."""
 
     kp: Annotated[float, positive("1/s", "proportional gain towards gravity", 0.03, 3.0)] = 0.4
-    ki: Annotated[float, Param("1/s²", "integral gain, of the bias", 0.0, 1.0, sweep=(1e-4, 0.1), log=True)] = 0.003
+    ki: Annotated[float, Param("1/s²", "integral gain, for bias", low=0, high=1, sweep=(1e-4, 0.1), log=True)] = 0.003
     k_mag: Annotated[float, positive("", "weight of the magnetometer, 1 for the accelerometer", 0.03, 3.0)] = 0.5
     max_bias: Annotated[float, nonnegative("deg/s", "largest bias that is learned, per axis", 0.5, 30.0)] = 5.7
     whole_field: Annotated[bool, Param("", "compare the whole field; tilt follows it too")] = False

@@ -14,7 +14,7 @@ from levelhead.guard.params import Guard
 from levelhead.kernels.elapsed import has_elapsed
 from levelhead.kernels.lowpass import lowpass_weight
 from levelhead.kernels.tilt import GAP_SECONDS
-from levelhead.kernels.vec3 import ZERO, Vec3, add, sub
+from levelhead.kernels.vec3 import ZERO, Vec3, add, add_scaled, scale, sub
 from levelhead.units import DEGREE
 
 INTERVAL = 0.02  # s over which readings are averaged
@@ -27,12 +27,8 @@ BIAS_TIME = 10.0  # s, time constant of the bias at rest
 class Sums(NamedTuple):
     """∫ rate dt (rad) and ∫ specific force dt (m/s) over an interval, its length (s), and whether it ends here."""
 
-    x: float
-    y: float
-    z: float
-    a: float
-    b: float
-    c: float
+    gyr: Vec3
+    acc: Vec3
     time: float
     complete: bool
 
@@ -54,7 +50,7 @@ class Rest(NamedTuple):
     known: bool  # the bias was read off
 
 
-NO_SUMS = Sums(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, False)
+NO_SUMS = Sums(gyr=ZERO, acc=ZERO, time=0.0, complete=False)
 
 
 @kernel
@@ -77,12 +73,14 @@ def blend(mean: Vec3, v: Vec3, weight: float) -> Vec3:
 @kernel
 def add_sample(sums: Sums, gyr: Vec3, acc: Vec3, dt: float) -> Sums:
     """Adds a sample (rad/s, m/s², ``dt`` s) to the interval, or begins the next one with it."""
-    x, y, z = gyr
-    a, b, c = acc
-    p, q, r, u, v, w, time, complete = NO_SUMS if sums.complete else sums
-    time += dt
-    complete = has_elapsed(time, dt, INTERVAL)
-    return Sums(p + x * dt, q + y * dt, r + z * dt, u + a * dt, v + b * dt, w + c * dt, time, complete)
+    before = NO_SUMS if sums.complete else sums
+    time = before.time + dt
+    return Sums(
+        gyr=add_scaled(before.gyr, gyr, dt),
+        acc=add_scaled(before.acc, acc, dt),
+        time=time,
+        complete=has_elapsed(time, dt, INTERVAL),
+    )
 
 
 @kernel
@@ -103,10 +101,9 @@ def update_means(guard: Guard, means: SlowMeans, sums: Sums, blind: bool) -> Slo
 
     ``blind``: the rate has been missing for long.
     """
-    x, y, z, a, b, c, dt, _ = sums
+    dt = sums.time
     one = 1.0 / dt
-    gyr = Vec3(x * one, y * one, z * one)
-    acc = Vec3(a * one, b * one, c * one)
+    gyr, acc = scale(sums.gyr, one), scale(sums.acc, one)
     pace = 0.0 if dt > GAP_SECONDS or blind else pace_of_rest(guard, means, gyr, acc)
     weight = dt / (MEAN_TIME + dt)
     return SlowMeans(blend(means.gyr, gyr, weight), blend(means.acc, acc, weight), pace)

@@ -37,6 +37,14 @@ def scale(a: Vec3, s: float) -> Vec3:
 
 
 @kernel
+def add_scaled(a: Vec3, b: Vec3, s: float) -> Vec3:
+    """a + s·b"""
+    ax, ay, az = a
+    bx, by, bz = b
+    return Vec3(ax + bx * s, ay + by * s, az + bz * s)
+
+
+@kernel
 def dot(a: Vec3, b: Vec3) -> float:
     """a·b"""
     return a.x * b.x + a.y * b.y + a.z * b.z

@@ -17,7 +17,14 @@ from levelhead.compiler.mark import kernel, noinline
 from levelhead.filters.contract import HEIGHT, POSITION, VELOCITY, NavState
 from levelhead.filters.eskf import coarse_heading
 from levelhead.filters.eskf import state as at
-from levelhead.filters.eskf.covariance import add_variance, set_independent, start_aided, state_variance, update_scalar
+from levelhead.filters.eskf.covariance import (
+    add_variance,
+    set_independent,
+    start_aided,
+    state_variance,
+    update_scalar,
+    vector,
+)
 from levelhead.filters.eskf.params import ESKF
 from levelhead.kernels.arrays import Floats
 from levelhead.kernels.elapsed import has_elapsed
@@ -235,9 +242,9 @@ def sigma_of(m: Floats, i: int) -> float:
 def nav_state(m: Floats) -> NavState:
     """Position and velocity with their 1σ."""
     return NavState(
-        Vec3(m[at.MEAN + at.POSITION], m[at.MEAN + at.POSITION + 1], m[at.MEAN + at.POSITION + 2]),
-        Vec3(m[at.MEAN + at.VELOCITY], m[at.MEAN + at.VELOCITY + 1], m[at.MEAN + at.VELOCITY + 2]),
-        Vec3(sigma_of(m, at.POSITION), sigma_of(m, at.POSITION + 1), sigma_of(m, at.POSITION + 2)),
-        Vec3(sigma_of(m, at.VELOCITY), sigma_of(m, at.VELOCITY + 1), sigma_of(m, at.VELOCITY + 2)),
-        m[at.AIDED] != 0.0,
+        position=vector(m, at.MEAN + at.POSITION),
+        velocity=vector(m, at.MEAN + at.VELOCITY),
+        sigma_position=Vec3(sigma_of(m, at.POSITION), sigma_of(m, at.POSITION + 1), sigma_of(m, at.POSITION + 2)),
+        sigma_velocity=Vec3(sigma_of(m, at.VELOCITY), sigma_of(m, at.VELOCITY + 1), sigma_of(m, at.VELOCITY + 2)),
+        aided=m[at.AIDED] != 0.0,
     )

@@ -36,15 +36,17 @@ def estimates(params: Params, m: Floats, norm: float) -> dict[str, Estimate]:
         unit = norm if block.relative else 1.0
         places = range(block.first, block.first + size)
         found[block.name] = Estimate(
-            tuple(float(m[at.MEAN + i]) * unit for i in places),
-            tuple(sqrt(max(float(state_variance(m, i)), 0.0)) * unit for i in places),
-            (sqrt(start * start + walk * walk * time) * unit,) * size,
-            (start * unit,) * size,
+            value=tuple(float(m[at.MEAN + i]) * unit for i in places),
+            sigma=tuple(sqrt(max(float(state_variance(m, i)), 0.0)) * unit for i in places),
+            unlearned=(sqrt(start * start + walk * walk * time) * unit,) * size,
+            start=(start * unit,) * size,
         )
     if norm > 0.0:
         found["field"] = field_estimate(m, norm)
         north = north_of(m)
-        found["north"] = Estimate((north.azimuth,), (sqrt(north.variance),), (UNIFORM,), (UNIFORM,))
+        found["north"] = Estimate(
+            value=(north.azimuth,), sigma=(sqrt(north.variance),), unlearned=(UNIFORM,), start=(UNIFORM,)
+        )
     return found
 
 
@@ -56,7 +58,9 @@ def field_estimate(m: Floats, norm: float) -> Estimate:
     variance = x * x * m[p] + 2.0 * x * y * m[p + 1] + y * y * m[p + at.ROW + 1]
     sigma = sqrt(max(float(variance), 0.0)) / level, sqrt(max(float(state_variance(m, at.FIELD + 2)), 0.0))
     start = (at.FIRST_FIELD * norm, at.FIRST_FIELD * norm)
-    return Estimate((level * norm, z * norm), (sigma[0] * norm, sigma[1] * norm), start, start)
+    return Estimate(
+        value=(level * norm, z * norm), sigma=(sigma[0] * norm, sigma[1] * norm), unlearned=start, start=start
+    )
 
 
 def set_prior(m: Floats, known: Mapping[str, Estimate]) -> None:

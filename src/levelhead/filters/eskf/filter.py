@@ -291,7 +291,7 @@ def output(params: ESKF, state: State) -> Output:
     attitude = turn_to_north(m, state.quat)
     turn = quat.rotate(attitude, vector(m, at.HALF_TURN))
     sigma = attitude_sigma(m, at.P, m[at.NORTH_EXCESS], found_prior(m), turn)
-    return Output(attitude, vector(m, at.MEAN + at.GYR_BIAS), sigma, state.health)
+    return Output(quat=attitude, bias=vector(m, at.MEAN + at.GYR_BIAS), sigma=sigma, health=state.health)
 
 
 @kernel

@@ -198,11 +198,11 @@ def sigma_now(m: Floats, i: int) -> float:
 def read_nav(blocks: Floats, first: int, m: Floats) -> NavState:
     """Corrections of position and velocity of the block that the step back has reached, and 1σ of both."""
     return NavState(
-        vector(m, rts.SMOOTHED + at.POSITION),
-        vector(m, rts.SMOOTHED + at.VELOCITY),
-        Vec3(sigma_now(m, at.POSITION), sigma_now(m, at.POSITION + 1), sigma_now(m, at.POSITION + 2)),
-        Vec3(sigma_now(m, at.VELOCITY), sigma_now(m, at.VELOCITY + 1), sigma_now(m, at.VELOCITY + 2)),
-        True,
+        position=vector(m, rts.SMOOTHED + at.POSITION),
+        velocity=vector(m, rts.SMOOTHED + at.VELOCITY),
+        sigma_position=Vec3(sigma_now(m, at.POSITION), sigma_now(m, at.POSITION + 1), sigma_now(m, at.POSITION + 2)),
+        sigma_velocity=Vec3(sigma_now(m, at.VELOCITY), sigma_now(m, at.VELOCITY + 1), sigma_now(m, at.VELOCITY + 2)),
+        aided=True,
     )
 
 
@@ -210,7 +210,13 @@ def read_nav(blocks: Floats, first: int, m: Floats) -> NavState:
 def nav_change(blocks: Floats, first: int) -> NavState:
     """By which the end of a block changed position and velocity."""
     b = first + BLOCK_NAV
-    return NavState(vector(blocks, b), vector(blocks, b + 3), ZERO, ZERO, True)
+    return NavState(
+        position=vector(blocks, b),
+        velocity=vector(blocks, b + 3),
+        sigma_position=ZERO,
+        sigma_velocity=ZERO,
+        aided=True,
+    )
 
 
 @kernel
@@ -238,7 +244,7 @@ def turned_start(begin: State, end: State) -> State | None:
 
 
 AIDED = AidedSmoothing(
-    Smoothing(
+    parts=Smoothing(
         offline=offline,
         init=init,
         correct=correct,
@@ -254,10 +260,10 @@ AIDED = AidedSmoothing(
         is_restart=rts.is_restart,
         turn_north=rts.turn_north,
     ),
-    restart,
-    update_aiding,
-    read_nav,
-    nav_change,
-    is_set,
-    turned_start,
+    restart=restart,
+    update=update_aiding,
+    read_nav=read_nav,
+    nav_change=nav_change,
+    is_set=is_set,
+    turned_start=turned_start,
 )

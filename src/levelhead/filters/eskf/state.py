@@ -55,7 +55,12 @@ def states(
 ) -> int:  # fmt: skip
     """Declares the next block of states and returns the offset of its first one."""
     first = _declared[-1].first + _declared[-1].size if _declared else 0
-    _declared.append(Block(name, first, shape, unit, meaning, exists, calibration, prior, relative, turn_on))
+    _declared.append(
+        Block(
+            name=name, first=first, shape=shape, unit=unit, meaning=meaning, exists=exists, calibration=calibration,
+            prior=prior, relative=relative, turn_on=turn_on,
+        )
+    )  # fmt: skip
     return first
 
 
@@ -181,7 +186,7 @@ _places: list[Place] = []
 def place(size: int, unit: str, meaning: str) -> int:
     """Declares the next place of the memory and returns its offset."""
     first = _places[-1].first + _places[-1].size if _places else 0
-    _places.append(Place(first, size, unit, meaning))
+    _places.append(Place(first=first, size=size, unit=unit, meaning=meaning))
     return first
 
 

@@ -37,16 +37,14 @@ class Gated(NamedTuple):
     rejected: float
 
 
-NO_SAMPLES = Sums(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+NO_SAMPLES = Sums(time=0.0, int_rate2=0.0, acc_time=0.0, int_deviation2=0.0, east=0.0, north=0.0)
 
 
 @kernel
 def add_sample(sums: Sums, attitude: Quat, rate: Vec3, acc: Vec3, mag: Vec3, dt: float) -> Sums:
     """Adds one sample of ``dt`` seconds."""
-    time, int_rate2, acc_time = sums.time, sums.int_rate2, sums.acc_time
-    int_deviation2, east, north = sums.int_deviation2, sums.east, sums.north
-    x, y, z = rate
-    int_rate2 += (x * x + y * y + z * z) * dt
+    acc_time, int_deviation2 = sums.acc_time, sums.int_deviation2
+    east, north = sums.east, sums.north
     if tilt.is_present(acc):
         x, y, z = acc
         off = HALF_PER_G2 * (x * x + y * y + z * z) - 0.5  # |a|/g − 1 to first order
@@ -56,7 +54,14 @@ def add_sample(sums: Sums, attitude: Quat, rate: Vec3, acc: Vec3, mag: Vec3, dt:
         x, y, z = quat.rotate(attitude, mag)
         east += x
         north += y
-    return Sums(time + dt, int_rate2, acc_time, int_deviation2, east, north)
+    return Sums(
+        time=sums.time + dt,
+        int_rate2=sums.int_rate2 + (rate.x * rate.x + rate.y * rate.y + rate.z * rate.z) * dt,
+        acc_time=acc_time,
+        int_deviation2=int_deviation2,
+        east=east,
+        north=north,
+    )
 
 
 @kernel
