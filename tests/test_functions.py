@@ -19,8 +19,6 @@ COMPLEX = {  # path and function: the reason
     "cli/export.py:export": "mended with the export",
     "corpora/tune_corpus.py:tune_corpus": "mended with the corpora",
     "export/folding.py:_neutral": "mended with the export",
-    "engine/conditioning.py:condition": "mended with the kernels: one step of the driver for all engines",
-    "guard/detectors.py:update_extreme": "mended with the kernels: a table of cases per axis",
 }
 LONG = {
     "calibrate/solve.py:calibrate_sensor": "mended with the calibration",
@@ -32,7 +30,6 @@ LONG = {
     "cli/tune.py:tune": COMMAND,
     "corpora/runner.py:corpus": COMMAND,
     "corpora/tune_corpus.py:tune_corpus": "mended with the corpora",
-    "engine/conditioning.py:condition": "mended with the kernels",
     "live/zenoh_reader.py:subscribe": "mended with the readers of a bus",
 }
 

@@ -21,7 +21,7 @@ from levelhead.filters.health import (
 )
 from levelhead.filters.observer_covariance import INTERVAL
 from levelhead.guard import Guard
-from levelhead.guard.detectors import NO_SAMPLES, DetectorState
+from levelhead.guard.detectors import NO_SAMPLES, DetectorState, Extreme
 from levelhead.guard.rate_jump import first_rate
 from levelhead.guard.rest import NO_SUMS, SlowMeans
 from levelhead.kernels.elapsed import has_elapsed
@@ -233,18 +233,59 @@ def sigma_due(sample: ConditionedSample) -> bool:
     return has_elapsed(sample.since_sigma, sample.dt, INTERVAL) or sample.unmeasured > 0.0
 
 
+class MeasuredRate(NamedTuple):
+    """The rate of a sample, and how much of its rotation was not measured."""
+
+    gyr: Vec3  # rad/s
+    approach: Approach
+    rate_age: float  # s since the last usable rate
+    unmeasured: float  # rad²
+
+
+@kernel
+def measure_rate(
+    sample: ConditionedSample, gyr: Vec3, extreme: Extreme, health: int, lost: float, dt: float
+) -> MeasuredRate:
+    """The mean rate since the last sample: beyond full scale it is extrapolated, see ``full_scale``."""
+    before = sample.rate
+    rate_age, unmeasured = unmeasured_rotation(health, sample.rate_age, dt)
+    rate = Approach(gyr, before.slope, 0.0)
+    if health & GYR_SATURATED or health & RATE_UNUSABLE == 0:
+        rate = update_approach(before, gyr, extreme, dt)
+    if rate.time > 0.0:
+        unmeasured = variance_beyond(rate.slope, rate.time) - variance_beyond(rate.slope, before.time)
+        rate_age = rate.time
+        gyr = add(gyr, mean_beyond(rate, dt))
+    elif dt <= GAP_SECONDS and health & RATE_UNUSABLE == 0:
+        if lost > 0.0:
+            unmeasured = lost_variance(before.last, gyr, lost)
+        gyr = detectors.interval_rate(before.last, gyr, lost / dt, dt)
+    return MeasuredRate(gyr=gyr, approach=rate, rate_age=rate_age, unmeasured=unmeasured)
+
+
+@kernel
+def sensors_since_sigma(sample: ConditionedSample, acc: Vec3, mag: Vec3) -> int:
+    """The sensors that corrected since the last update of σ: 1 for a specific force, 2 for a field."""
+    sensors = 0 if sigma_due(sample) else sample.corrected_by
+    if is_present(acc):
+        sensors |= 1
+    if is_present(mag):
+        sensors |= 2
+    return sensors
+
+
 @kernel
 def condition(guard: Guard, sample: ConditionedSample, gyr: Vec3, acc: Vec3, mag: Vec3, dt: float) -> ConditionedSample:
     """The next sample, conditioned; ``sample`` is the one before."""
-    last, usual, rate_age = sample.rate.last, sample.interval, sample.rate_age
+    usual = sample.interval
     health = missing_bits(gyr, acc, mag)
     if health != 0:
-        gyr = last if health & GYR_MISSING else gyr
+        gyr = sample.rate.last if health & GYR_MISSING else gyr
         acc = ZERO if health & ACC_MISSING else acc
         mag = ZERO if health & MAG_MISSING else mag
     if not sample.started:
         return first_sample(gyr, acc, mag, health)
-    rate_lost = health & GYR_MISSING != 0 and has_elapsed(rate_age, dt, GAP_SECONDS)
+    rate_lost = health & GYR_MISSING != 0 and has_elapsed(sample.rate_age, dt, GAP_SECONDS)
     lost = lost_time(usual, dt)
     detected = detectors.detect(guard, sample.detected, gyr, acc, health, rate_lost, lost > 0.0, dt)
     if health & GYR_MISSING == 0:
@@ -254,33 +295,15 @@ def condition(guard: Guard, sample: ConditionedSample, gyr: Vec3, acc: Vec3, mag
     if is_present(acc):
         force = update_approach(force, acc, detected.acc_extreme, dt)
         acc = ZERO if health & ACC_STUCK else add(acc, mean_beyond(force, dt))
-    since_sigma, corrected_by = sample.since_sigma, sample.corrected_by
-    if sigma_due(sample):
-        since_sigma = 0.0
-        corrected_by = 0
-    if is_present(acc):
-        corrected_by |= 1
-    if is_present(mag):
-        corrected_by |= 2
     if dt > GAP_SECONDS:
         health |= GAP
-    rate_age, unmeasured = unmeasured_rotation(health, rate_age, dt)
-    before = sample.rate
-    rate = Approach(gyr, before.slope, 0.0)
-    if health & GYR_SATURATED or health & RATE_UNUSABLE == 0:
-        rate = update_approach(before, gyr, detected.gyr_extreme, dt)
-    if rate.time > 0.0:
-        unmeasured = variance_beyond(rate.slope, rate.time) - variance_beyond(rate.slope, before.time)
-        rate_age = rate.time
-        gyr = add(gyr, mean_beyond(rate, dt))
-    elif dt <= GAP_SECONDS and health & RATE_UNUSABLE == 0:
-        if lost > 0.0:
-            unmeasured = lost_variance(last, gyr, lost)
-        gyr = detectors.interval_rate(last, gyr, lost / dt, dt)
+    measured = measure_rate(sample, gyr, detected.gyr_extreme, health, lost, dt)
+    since_sigma = (0.0 if sigma_due(sample) else sample.since_sigma) + dt
+    corrected_by = sensors_since_sigma(sample, acc, mag)
     had_field = sample.had_field or is_present(sample.mag)
     rate_unknown = rate_lost or dt > GAP_SECONDS
     return ConditionedSample(  # without control flow between so many keywords, which Numba cannot take apart
-        gyr=gyr,
+        gyr=measured.gyr,
         acc=acc,
         mag=mag,
         dt=dt,
@@ -289,11 +312,11 @@ def condition(guard: Guard, sample: ConditionedSample, gyr: Vec3, acc: Vec3, mag
         had_field=had_field,
         started=True,
         rate_unknown=rate_unknown,
-        rate_age=rate_age,
-        unmeasured=unmeasured,
-        since_sigma=since_sigma + dt,
+        rate_age=measured.rate_age,
+        unmeasured=measured.unmeasured,
+        since_sigma=since_sigma,
         corrected_by=corrected_by,
         detected=detected,
-        rate=rate,
+        rate=measured.approach,
         force=force,
     )

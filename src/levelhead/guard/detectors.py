@@ -84,29 +84,17 @@ class DetectorState(NamedTuple):
     health: int
 
 
+@kernel
+def below_full_scale(up: float, down: float, found: int) -> Extreme:
+    """The state after a reading far below full scale."""
+    return Extreme(up=up, down=down, last=0.0, before=0.0, slope=0.0, stay=NOT_STEEP, found=found, clipped=False)
+
+
 NO_SAMPLES = DetectorState(
     sums=NO_SUMS,
     means=SlowMeans(ZERO, ZERO, 0.0),
-    gyr_extreme=Extreme(
-        up=LEAST_GYR_SCALE,
-        down=LEAST_GYR_SCALE,
-        last=0.0,
-        before=0.0,
-        slope=0.0,
-        stay=NOT_STEEP,
-        found=0,
-        clipped=False,
-    ),
-    acc_extreme=Extreme(
-        up=LEAST_ACC_SCALE,
-        down=LEAST_ACC_SCALE,
-        last=0.0,
-        before=0.0,
-        slope=0.0,
-        stay=NOT_STEEP,
-        found=0,
-        clipped=False,
-    ),
+    gyr_extreme=below_full_scale(LEAST_GYR_SCALE, LEAST_GYR_SCALE, 0),
+    acc_extreme=below_full_scale(LEAST_ACC_SCALE, LEAST_ACC_SCALE, 0),
     gyr_repeat=Repeat(last=ZERO, axes=0, time=0.0, step=NO_READING),
     acc_repeat=Repeat(last=ZERO, axes=0, time=0.0, step=NO_READING),
     jump=NO_JUMP,
@@ -119,25 +107,28 @@ NO_SAMPLES = DetectorState(
 
 @kernel
 def update_extreme(extreme: Extreme, v: Vec3, full: float, dt: float) -> Extreme:
-    """Whether a reading is at full scale: ``full`` if known (not 0), else the largest one so far if it is a plateau.
-
-    A body slows down before it turns round; a clipped reading goes up steeply and then stays.
-    """
+    """Whether a reading is at full scale: ``full`` if known (not 0), else the largest one so far if it is a plateau."""
     x, y, z = v
-    up, down, last = extreme.up, extreme.down, extreme.last
-    before, slope, stay = extreme.before, extreme.slope, extreme.stay
-    found, was = extreme.found, extreme.clipped
-    far = APPROACH * min(up, down)
+    far = APPROACH * min(extreme.up, extreme.down)
     if full == 0.0 and -far < x < far and -far < y < far and -far < z < far:  # nearly always
-        if last == 0.0 and not was:
+        if extreme.last == 0.0 and not extreme.clipped:
             return extreme
-        return Extreme(up=up, down=down, last=0.0, before=0.0, slope=0.0, stay=NOT_STEEP, found=found, clipped=False)
+        return below_full_scale(extreme.up, extreme.down, extreme.found)
     if full > 0.0:
         return Extreme(
             up=full, down=full, last=0.0, before=0.0, slope=0.0, stay=NOT_STEEP, found=3, clipped=is_at_range(v, full)
         )
-    high = max(x, y, z)
-    low = -min(x, y, z)
+    return update_plateau(extreme, max(x, y, z), -min(x, y, z), dt)
+
+
+@kernel
+def update_plateau(extreme: Extreme, high: float, low: float, dt: float) -> Extreme:
+    """Whether the largest component of a reading, ``high`` upwards or ``low`` downwards, is on a plateau.
+
+    A body slows down before it turns round; a clipped reading goes up steeply and then stays.
+    """
+    up, down, last = extreme.up, extreme.down, extreme.last
+    slope, stay, found = extreme.slope, extreme.stay, extreme.found
     upwards = high > low
     largest = high if upwards else low
     top = up if upwards else down
@@ -158,16 +149,14 @@ def update_extreme(extreme: Extreme, v: Vec3, full: float, dt: float) -> Extreme
         found -= side  # its range is larger than that
     steady = stay >= 0.0 and largest - last < CREEP * dt * largest
     if not steady and (beyond or last < PLATEAU * top):
-        slope = max(largest - last, last - before) / (dt * largest)
+        slope = max(largest - last, last - extreme.before) / (dt * largest)
         stay = 0.0 if slope > STEEP else NOT_STEEP
     elif stay >= 0.0:
         stay += dt
         if has_elapsed(stay, dt, PLATEAU_SECONDS) and slope * stay >= FLAT:
             found |= side
         if found & side == 0:  # a plateau is as high as it began
-            return Extreme(
-                up=up, down=down, last=largest, before=last, slope=slope, stay=stay, found=found, clipped=False
-            )
+            high, low = up, down
     return Extreme(
         up=max(up, high),
         down=max(down, low),
