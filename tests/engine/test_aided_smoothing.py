@@ -258,13 +258,13 @@ def test_the_same_bits(engine, sensors, with_mag, guard, monkeypatch):
     """In several stretches, so that runs forward are repeated; where velocity finds heading, also from a new start."""
     recording = hard_flight(sensors, with_mag)
     monkeypatch.setattr(smoothing, "MOST_BLOCKS", 40)
-    turned_start, starts = smoothing.Smoother._turned_start, []
+    turn_start, starts = smoothing.Smoother._turn_start, []
 
     def noted(self, end):
-        starts.append(turned_start(self, end))
+        starts.append(turn_start(self, end))
         return starts[-1]
 
-    monkeypatch.setattr(smoothing.Smoother, "_turned_start", noted)
+    monkeypatch.setattr(smoothing.Smoother, "_turn_start", noted)
     tracks = [lh.smooth(recording, guard=guard, engine=one) for one in ("python", engine)]
     assert_same(*tracks)
     turned = sensors == "all" and not with_mag

@@ -13,7 +13,7 @@ from levelhead.inspection.findings import Finding
 from levelhead.inspection.repair import repair
 from levelhead.inspection.turns import examine_turns
 from levelhead.recording import Array, Recording
-from levelhead.signals.turn_matrix import ALL_NINE, WIRINGS, _turned, cut, fit, screen
+from levelhead.signals.turn_matrix import ALL_NINE, WIRINGS, cut, fit, integrate_rotation, screen
 
 FIELD = np.array([0.0, 18.0, -45.0])  # µT
 
@@ -52,7 +52,7 @@ def findings(recording: Recording) -> dict[str, Finding]:
 
 def test_rotations_are_those_of_scipy() -> None:
     rate = np.random.default_rng(0).normal(size=(37, 2, 3))
-    turned, at = _turned(rate, np.full((37, 2), 0.05)), Rotation.identity()
+    turned, at = integrate_rotation(rate, np.full((37, 2), 0.05)), Rotation.identity()
     for k in range(37):
         middle = at * Rotation.from_rotvec(0.025 * rate[k, 1])
         assert np.allclose(middle.as_matrix(), turned[k, 1], atol=1e-12)

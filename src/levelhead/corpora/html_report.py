@@ -62,9 +62,9 @@ def _job_paragraph(job: Job) -> str:
 
 
 def _html(table: Table) -> str:
-    from levelhead.evaluate.text_table import filled_columns
+    from levelhead.evaluate.text_table import drop_empty_columns
 
-    columns = filled_columns(table.columns, table.rows)
+    columns = drop_empty_columns(table.columns, table.rows)
     head = "".join(f"<th>{escape(column.header)}</th>" for column in columns)
     lines = []
     for row in table.rows:

@@ -20,7 +20,7 @@ from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.engine.column_files import ColumnFiles, MappedFile
 from levelhead.engine.prior import correct_recording
 from levelhead.engine.smoother_kernels import FlatTrack
-from levelhead.engine.smoothing import Smoother, Stretch, offline_params, turned_north
+from levelhead.engine.smoothing import Smoother, Stretch, offline_params, turn_north
 from levelhead.errors import LevelheadError
 from levelhead.filters.parameters import FilterChoice, Params
 from levelhead.guard import Guard
@@ -249,5 +249,5 @@ class ChunkSmoother:
                 part["t"].reshape(-1), part["quat"], part["bias"], part["sigma"], self._bits[start:stop].copy(),
                 self._params, calibration=self.calibration,
             )  # fmt: skip
-            yield turned_north(track, self._turn)
+            yield turn_north(track, self._turn)
             self._release()

@@ -64,7 +64,7 @@ class BoundSmoother(NamedTuple):
     correct: KernelFunction
     pairs: tuple[tuple[object, object], ...]  # for ``rebind``
     name: str
-    turned_start: Callable[[FilterState, FilterState], FilterState | None] | None = None  # with aiding
+    turn_start: Callable[[FilterState, FilterState], FilterState | None] | None = None  # with aiding
 
     def bind(self, function: KernelFunction) -> KernelFunction:
         """A function of ``smoother_kernels`` that calls the filter's."""
@@ -116,7 +116,7 @@ def bind_aided_smoother(flt: Filter, guarded: bool) -> BoundSmoother:
         correct=correct_stretch_with_nav,
         pairs=pairs,
         name=name,
-        turned_start=aided.turned_start,
+        turn_start=aided.turn_start,
     )
 
 
@@ -227,7 +227,7 @@ class Smoother:
             stretches.append(last)
             report(0.5 * last.start / n)
             passed(None)
-            if last.start == n and (turned := self._turned_start(last)) is not None:
+            if last.start == n and (turned := self._turn_start(last)) is not None:
                 stretches, last = [turned], turned
         first = len(stretches) - 2 if resumed is None else resumed
         if resumed is None:
@@ -240,13 +240,13 @@ class Smoother:
             passed(k - 1)
         return self.calibration_at_end(last)
 
-    def _turned_start(self, end: Stretch) -> Stretch | None:
+    def _turn_start(self, end: Stretch) -> Stretch | None:
         """Where the forward run begins again, once it has found heading by a receiver."""
-        turned_start = self._bound.turned_start
-        if turned_start is None:
+        turn_start = self._bound.turn_start
+        if turn_start is None:
             return None
         begin = self._unpack(self.begin.carry)
-        state = turned_start(begin.run.state, self._unpack(end.carry).run.state)
+        state = turn_start(begin.run.state, self._unpack(end.carry).run.state)
         if state is None:
             return None
         self.begin = Stretch(0, self._pack(begin._replace(run=begin.run._replace(state=state))))
@@ -341,10 +341,10 @@ def smooth(
     calibration = run.run([], progress)
     quats, bias, sigma = (values.reshape(len(recording), -1) for values in run.track)
     track = Track(recording.t, quats, bias, sigma, run.health, params, calibration=calibration, **run.navigation)
-    return turned_north(track, run.turn)
+    return turn_north(track, run.turn)
 
 
-def turned_north(track: Track, turn: float) -> Track:
+def turn_north(track: Track, turn: float) -> Track:
     """A smoothed track turned about the vertical by an angle (rad), with the σ of the north that it then points to."""
     if turn == 0.0 or track.north is None or track.sigma is None:
         return track

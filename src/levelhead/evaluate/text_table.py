@@ -36,7 +36,7 @@ class Column(NamedTuple):
         return text.replace("-", "−")
 
 
-def filled_columns(columns: Sequence[Column], rows: Sequence[Row]) -> list[Column]:
+def drop_empty_columns(columns: Sequence[Column], rows: Sequence[Row]) -> list[Column]:
     """The columns in which at least one row has a value."""
     return [column for column in columns if any(row[column.key] is not None for row in rows)]
 
@@ -57,7 +57,7 @@ def best_rows(column: Column, rows: Sequence[Row]) -> set[int]:
 
 def plain_table(columns: Sequence[Column], rows: Sequence[Row]) -> str:
     """The table as aligned text: words to the left, numbers to the right."""
-    shown = filled_columns(columns, rows)
+    shown = drop_empty_columns(columns, rows)
     lines = [[column.header for column in shown]]
     lines += [[column.cell(row[column.key]) for column in shown] for row in rows]
     widths = [max(len(line[i]) for line in lines) for i in range(len(shown))]

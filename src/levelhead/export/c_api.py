@@ -114,11 +114,11 @@ class CApi:
         lines: list[str] = []
         for name, kind in struct.fields.items():
             value = getattr(params, name)
-            found = self.assigned(value, kind or FLOAT, f"{path}.{variable(name)}", name)
+            found = self.assign(value, kind or FLOAT, f"{path}.{variable(name)}", name)
             lines += found if value == params._field_defaults[name] else [f"{line} /* set */" for line in found]
         return lines
 
-    def assigned(self, value: object, kind: Kind, path: str, what: str) -> list[str]:
+    def assign(self, value: object, kind: Kind, path: str, what: str) -> list[str]:
         """Statements that set a value, number by number, as both C and C++ take it."""
         if isinstance(kind, Struct):
             assert isinstance(value, tuple)
@@ -126,7 +126,7 @@ class CApi:
             return [
                 line
                 for name, inner, part in parts
-                for line in self.assigned(part, inner or FLOAT, f"{path}.{variable(name)}", what)
+                for line in self.assign(part, inner or FLOAT, f"{path}.{variable(name)}", what)
             ]
         try:
             return [f"{STEP}{path} = {self.program.types.literal(value, kind)};"]

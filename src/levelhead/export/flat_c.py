@@ -228,7 +228,7 @@ class Body:
         first, second = branch.arms
         test = self._text(branch.condition)
         if self._is_idle(first, phis, branch):
-            test, first, second = self._negated(branch.condition), second, first
+            test, first, second = self._invert(branch.condition), second, first
         self._emit(f"if ({test}) {{", indent)
         self._arm(branch, first, phis, indent + STEP)
         if not self._is_idle(second, phis, branch):
@@ -332,5 +332,5 @@ class Body:
             return f"{self._text(given[0], LESS + 1)} {op} {self._text(given[1], LESS + 1)}", level
         return f"{self._text(given[0], level)} {op} {self._text(given[1], level + 1)}", level
 
-    def _negated(self, condition: Operand) -> str:
+    def _invert(self, condition: Operand) -> str:
         return f"!{self._text(condition, UNARY)}"

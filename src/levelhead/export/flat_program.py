@@ -78,7 +78,7 @@ class FlatProgram:
         steady, again = steady_members(state), True
         while again:
             self._trace(roots, steady)
-            wrong = self._all.contradicted(self._every())
+            wrong = self._all.find_contradictions(self._every())
             alone = set() if wrong else self._called_once(kept)
             steady = {member: value for member, value in steady.items() if member not in wrong}
             self._alone |= alone

@@ -70,7 +70,7 @@ def _neutral(op: str, given: Sequence[Operand]) -> Operand | None:
     return a if op == "|" and a is b else None
 
 
-def negated(condition: Operand, block: Items) -> Operand | None:
+def invert(condition: Operand, block: Items) -> Operand | None:
     """The condition that is false where this one is true, if it was computed."""
     opposite = OPPOSITE.get(condition.op)
     if condition.kind != BOOL or opposite is None:

@@ -7,7 +7,7 @@ import ast
 from collections.abc import Sequence
 
 from levelhead.compiler.mark import KernelFunction
-from levelhead.export.folding import fold, negated
+from levelhead.export.folding import fold, invert
 from levelhead.export.graph import BOOL, FLOAT, INT, Items, Operand, Place, Record, RecordField, Value
 from levelhead.export.type_table import annotations
 from levelhead.open_types import Untyped
@@ -196,7 +196,7 @@ class GraphBuilder:
         if condition.op == "not":
             inner = self.decide(condition.arguments[0])
             return None if inner is None else not inner
-        opposite = negated(condition, self.block)
+        opposite = invert(condition, self.block)
         if opposite is not None:
             for block in self.block.ancestors():
                 if opposite in block.known:

@@ -165,7 +165,7 @@ class ImuApi(CApi):
         if self.config.corrections is not None:
             for name, kind in self._struct("errors").fields.items():
                 value = getattr(self.config.corrections.errors, name)
-                lines += self.assigned(value, kind or FLOAT, f"filter->errors.{name}", f"calibration, {name}")
+                lines += self.assign(value, kind or FLOAT, f"filter->errors.{name}", f"calibration, {name}")
         return join_lines(lines).rstrip()
 
     def _struct(self, name: str) -> Struct:

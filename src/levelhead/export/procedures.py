@@ -129,7 +129,7 @@ class Procedures:
             self.all[function] = made
         return self.all[function]
 
-    def contradicted(self, procedures: Iterable[Procedure]) -> set[RecordField]:
+    def find_contradictions(self, procedures: Iterable[Procedure]) -> set[RecordField]:
         """Fields that do change."""
         found = set()
         for procedure in procedures:

@@ -143,7 +143,7 @@ class AidedSmoothing(NamedTuple):
     read_nav: Callable[..., NavState]  # (kept, first, memory) -> corrections of position and velocity, 1σ of both
     nav_change: Callable[..., NavState]  # (kept, first) -> by which the end of the block changed both
     is_set: Callable[..., bool]  # (kept, first, i) -> whether number i of both has no past before the block
-    turned_start: Callable[..., Tree | None]  # (begin, end) -> the state from which to run again, or None; plain Python
+    turn_start: Callable[..., Tree | None]  # (begin, end) -> the state from which to run again, or None; plain Python
 
 
 class Filter(NamedTuple):

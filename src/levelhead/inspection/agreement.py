@@ -108,9 +108,7 @@ def look(role: str, seg: Segments) -> Seen:
 
 def _without_delay(seg: Segments, whole: TurnMatrix) -> tuple[TurnMatrix, bool]:
     """The fit to a vector without its delay, or without the filter that it went through, and which of the two."""
-    ways = (
-        [(False, seg.shifted), (True, seg.sharpened)] if seg.is_force and whole.delay > SLOW else [(False, seg.shifted)]
-    )
+    ways = [(False, seg.shift), (True, seg.sharpen)] if seg.is_force and whole.delay > SLOW else [(False, seg.shift)]
     best, chosen = whole, False
     for filtered, treat in ways:
         one, total = whole, 0.0

@@ -139,15 +139,15 @@ def sample_of(message: MavlinkMessage, pressure: float | None) -> Sample:
     fields = message.fields
     fine = message.number == HIGHRES_IMU
     acc, gyr, mag = (1.0, 1.0, GAUSS) if fine else (MILLI * GRAVITY, MILLI, MILLI * GAUSS)
-    field = _turned(fields, "mag", mag)
+    field = _turn_axes(fields, "mag", mag)
     t = fields["time_boot_ms"] * MILLI if "time_boot_ms" in fields else fields["time_usec"] * 1e-6
     if fine and fields["abs_pressure"] > 0.0:
         pressure = fields["abs_pressure"] * HECTOPASCAL
     known = None if field == NO_MAG else field
-    return Sample(t, _turned(fields, "gyro", gyr), _turned(fields, "acc", acc), known, pressure)
+    return Sample(t, _turn_axes(fields, "gyro", gyr), _turn_axes(fields, "acc", acc), known, pressure)
 
 
-def _turned(fields: dict[str, float], name: str, scale: float) -> Triple:
+def _turn_axes(fields: dict[str, float], name: str, scale: float) -> Triple:
     """A vector from forward, right, down."""
     x, y, z = (scale * fields[f"{axis}{name}"] for axis in "xyz")
     return x, 0.0 - y, 0.0 - z

@@ -4,14 +4,13 @@ Facts of docs/design.md of ros2/rmw_zenoh and its ``liveliness_utils`` and ``att
 DOMAIN/TOPIC/TYPE/HASH; each message has an attachment of number, time and id; tokens name the node and its publishers.
 """
 
-import math
 import os
 import struct
-import threading
 import time
 from collections.abc import Callable
 
 from levelhead.live.messages import ORIENTATION, RAW, Message, Orientation, Raw
+from levelhead.live.pump import Pump
 from levelhead.live.subscription import Subscription
 from levelhead.live.zenoh_session import configuration, open_session
 from levelhead.open_types import Untyped
@@ -19,7 +18,6 @@ from levelhead.sources.formats import ros_messages as ros
 
 ATTACHMENT = struct.Struct("<qqB16s")  # number from 1, ns since 1970, length of the id, id of the publisher
 QOS = "::,10:,:,:,,"  # reliable and volatile as by default, the last ten
-PERIOD, HISTORY = 0.002, 4096  # s between two looks for new messages, and messages that may wait
 KINDS = {"imu/data": ros.IMU, "imu/mag": ros.FIELD}
 
 
@@ -60,16 +58,7 @@ class RmwZenohPublisher:
             self._publishers[topic] = self._session.declare_publisher(f"{domain}/{topic}/{where}")
             self._tokens.append(declare(f"{start}/{number}/MP/%/%/levelhead/%{topic.replace('/', '%')}/{where}/{QOS}"))
             self._ids[topic] = os.urandom(16)
-        self._subscriptions = [subscribe(topic, history=HISTORY, max_age=math.inf) for topic in (RAW, ORIENTATION)]
-        self._over = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="rmw_zenoh", daemon=True)
-        self._thread.start()
-
-    def _run(self) -> None:
-        while not self._over.wait(PERIOD):
-            for one in self._subscriptions:
-                while (message := one.get(timeout=0.0)) is not None:
-                    self._send(message)
+        self._pump = Pump(subscribe, (RAW, ORIENTATION), self._send)
 
     def _send(self, message: Message) -> None:
         if isinstance(message, Raw):
@@ -89,10 +78,7 @@ class RmwZenohPublisher:
 
     def close(self) -> None:
         """No more messages."""
-        self._over.set()
-        self._thread.join(timeout=2.0)
-        for one in self._subscriptions:
-            one.close()
+        self._pump.close()
         self._session.close()
 
     def __enter__(self) -> "RmwZenohPublisher":

@@ -5,23 +5,20 @@ are those of REP 103 and 145: the body's x is forward, y left, z up; the earth's
 machine is reached, unless CYCLONEDDS_URI holds a configuration of the user's own.
 """
 
-import math
 import os
-import threading
 import time
 from collections.abc import Callable
 
 from levelhead.errors import LevelheadError
 from levelhead.live.events import EXPECTED
 from levelhead.live.messages import HEALTH, ORIENTATION, RAW, Health, Message, Orientation, Raw
+from levelhead.live.pump import HISTORY, Pump
 from levelhead.live.subscription import Subscription
 from levelhead.open_types import Untyped
 from levelhead.sample import Sample
 from levelhead.sources.formats.ros_messages import ABSENT, ERROR, FRAME, NANO, OK, TESLA, UNKNOWN, WARN, variances
 
 LAST_DOMAIN = 232  # the port numbers of DDS end there
-PERIOD = 0.002  # s between two looks for new messages
-HISTORY = 4096  # messages that may wait
 DEPTH = 10  # messages that DDS keeps, as ROS does
 LOOPBACK = """<CycloneDDS><Domain><General><Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces>
 <AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>
@@ -96,18 +93,7 @@ class Ros2Publisher:
             for name, kind in kinds.items()
         }
         self._raw: Raw | None = None
-        self._subscriptions = [
-            subscribe(topic, history=HISTORY, max_age=math.inf) for topic in (RAW, ORIENTATION, HEALTH)
-        ]
-        self._over = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="ros2", daemon=True)
-        self._thread.start()
-
-    def _run(self) -> None:
-        while not self._over.wait(PERIOD):
-            for one in self._subscriptions:
-                while (message := one.get(timeout=0.0)) is not None:
-                    self._send(message)
+        self._pump = Pump(subscribe, (RAW, ORIENTATION, HEALTH), self._send)
 
     def _send(self, message: Message) -> None:
         if isinstance(message, Raw):
@@ -158,10 +144,7 @@ class Ros2Publisher:
 
     def close(self) -> None:
         """No more messages."""
-        self._over.set()
-        self._thread.join(timeout=2.0)
-        for one in self._subscriptions:
-            one.close()
+        self._pump.close()
         self._writers.clear()
 
     def __enter__(self) -> "Ros2Publisher":

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, TextIO
 
 from levelhead.evaluate import Comparison
 from levelhead.evaluate.compare import COLUMNS
-from levelhead.evaluate.text_table import Column, best_rows, filled_columns
+from levelhead.evaluate.text_table import Column, best_rows, drop_empty_columns
 from levelhead.standard_output import standard_output
 from levelhead.tune import Sweep
 
@@ -21,7 +21,7 @@ def rich_table(result: Comparison | Sweep) -> "Table":
 
     columns = COLUMNS if isinstance(result, Comparison) else result.columns
     rows = result.table
-    shown = filled_columns(columns, rows)
+    shown = drop_empty_columns(columns, rows)
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, collapse_padding=True)
     for column in shown:
         words = [str(row[column.key]).partition("(")[0] for row in rows if isinstance(row[column.key], str)]

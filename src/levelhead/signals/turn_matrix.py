@@ -101,11 +101,11 @@ class Segments:
         made: Array = np.concatenate([middle[:1], middle, middle[-1:]])
         return made
 
-    def sharpened(self, lag: float) -> "Segments":
+    def sharpen(self, lag: float) -> "Segments":
         """Without a filter of first order whose time constant is ``lag`` s."""
         return replace(self, vector=self.vector + lag * self.change)
 
-    def shifted(self, delay: float) -> "Segments":
+    def shift(self, delay: float) -> "Segments":
         """As the vector would be if it came ``delay`` s earlier; the ends of segments stand."""
         step = float(np.median(self.step))
         rows = np.arange(len(self.step))
@@ -136,11 +136,11 @@ def cut(t: Array, gyr: Array, vector: Array, is_force: bool, most: int = MOST) -
     rows = np.arange(size)[:, None] + starts
     steps = np.diff(t, append=t[-1] + step).clip(0.0, 5.0 * step)
 
-    def averaged(values: Array) -> Array:
+    def average(values: Array) -> Array:
         made: Array = values[rows].reshape(size // every, every, len(starts), *values.shape[1:]).mean(axis=1)
         return made
 
-    return Segments(averaged(gyr), averaged(vector), averaged(steps) * every, t[starts], is_force)
+    return Segments(average(gyr), average(vector), average(steps) * every, t[starts], is_force)
 
 
 def _skew(values: Array) -> Array:
@@ -150,7 +150,7 @@ def _skew(values: Array) -> Array:
     return made
 
 
-def _turned(rate: Array, step: Array) -> Array:
+def integrate_rotation(rate: Array, step: Array) -> Array:
     """(k, m, 3, 3) rotations into the frame of each segment's start, at the middle of each sample.
 
     Products of quaternions, doubled in length each time (W. D. Hillis, G. L. Steele, Data parallel algorithms, 1986).
@@ -208,7 +208,7 @@ class _State(NamedTuple):
 def _evaluate(seg: Segments, matrix: Array, bias: Array, more: Array) -> _State:
     """The rest at M, b and r (or c)."""
     rate = seg.rate @ matrix.T + bias
-    rotation = _turned(rate, seg.step)
+    rotation = integrate_rotation(rate, seg.step)
     turned = np.einsum("kmij,kmj->kmi", rotation, seg.vector)
     last = np.linspace(0, len(rate), BLOCKS + 1).astype(int)[1:] - 1
     if seg.is_force:

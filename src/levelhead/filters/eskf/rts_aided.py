@@ -232,7 +232,7 @@ def offline(params: ESKF) -> ESKF:
     return params._replace(north_rate=0.0)
 
 
-def turned_start(begin: State, end: State) -> State | None:
+def turn_start(begin: State, end: State) -> State | None:
     """The start of another run where the one that ended so has found heading; None: it had no need. Plain Python."""
     angle = remainder(end.memory[COURSE], 2.0 * pi)
     if abs(angle) < LEAST_COURSE or end.field_norm > 0.0 or begin.memory[COURSE_KNOWN] != 0.0:
@@ -265,5 +265,5 @@ AIDED = AidedSmoothing(
     read_nav=read_nav,
     nav_change=nav_change,
     is_set=is_set,
-    turned_start=turned_start,
+    turn_start=turn_start,
 )
