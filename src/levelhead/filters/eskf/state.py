@@ -171,7 +171,7 @@ ROW = fours(N)  # all of it; from one row to the next
 AID_ROWS = HEIGHT + 1  # rows of aiding: position 3, velocity 3, height by barometer
 
 
-class Place(NamedTuple):
+class MemoryPlace(NamedTuple):
     """Consecutive numbers of the memory."""
 
     first: int
@@ -180,13 +180,13 @@ class Place(NamedTuple):
     meaning: str
 
 
-_places: list[Place] = []
+_places: list[MemoryPlace] = []
 
 
 def place(size: int, unit: str, meaning: str) -> int:
     """Declares the next place of the memory and returns its offset."""
     first = _places[-1].first + _places[-1].size if _places else 0
-    _places.append(Place(first=first, size=size, unit=unit, meaning=meaning))
+    _places.append(MemoryPlace(first=first, size=size, unit=unit, meaning=meaning))
     return first
 
 
