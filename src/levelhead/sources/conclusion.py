@@ -1,6 +1,6 @@
 """One decision of the reader as data: subject, result, basis, numbers, and the hints that settle it."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from enum import StrEnum
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -55,8 +55,3 @@ class Conclusion(NamedTuple):
     def from_dict(cls, stored: Mapping[str, Any]) -> "Conclusion":
         """The conclusion in a dictionary of ``to_dict``."""
         return cls(**{**stored, "basis": Basis(stored["basis"])})
-
-
-def is_guess(conclusions: Iterable[Conclusion]) -> bool:
-    """Whether any of them is a guess."""
-    return any(one.basis is Basis.GUESS for one in conclusions)

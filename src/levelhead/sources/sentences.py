@@ -108,7 +108,6 @@ _GYROSCOPE: Mapping[str, str] = {  # reason to the evidence for a gyroscope's un
     "quiet": "a guess, because gravity tells little here: noise of {noise:.2g} at rest is too small for deg/s",
     "loud": "a guess, because gravity tells little here: noise of {noise:.2g} at rest is too large for rad/s",
 }
-_CONFIRM_COUNTS = "--counts gyr={counts:g}/deg/s confirms it"
 _CORE_MOTION = "accelerometer: turned round, since Core Motion's points down at rest ({})"
 _CELLS = "the header has {names} names and the lines {cells} cells: "
 

@@ -27,7 +27,7 @@ from levelhead.sources.interpret.sign import add_gravity, judge_start, sign_of_a
 from levelhead.sources.interpret.temperature import celsius, find_temperature, temperature_scale
 from levelhead.sources.interpretation import RELATIVE_SCALE, SENSORS, Interpretation
 from levelhead.sources.names.column_name import RELATIVE
-from levelhead.sources.table import CachedTable, Column, Table, stack
+from levelhead.sources.table import Column, Table, stack
 
 SLOWEST = 0.75  # s between complete samples; at half a turn a second, 135 degrees lie between them
 RARE = 0.05  # share of complete rows below which a log is refused
@@ -45,16 +45,6 @@ class Readings(NamedTuple):
     t: Array
     columns: Mapping[int, Column]
     interpolates_acc: bool = False
-
-
-def recording_of(table: Table, hints: Hints) -> Recording:
-    """The Recording in ``table``, in SI units; its ``meta`` is that of the ``Interpretation``.
-
-    Raises:
-        LevelheadError: one sentence with file, line and column.
-    """
-    cached = CachedTable(table)
-    return apply(interpret(cached, hints), cached)
 
 
 def interpret(table: Table, hints: Hints) -> Interpretation:

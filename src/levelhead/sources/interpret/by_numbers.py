@@ -96,21 +96,6 @@ def _by_numbers(table: Table, hints: Hints) -> ArrayTable:
     return ArrayTable(table.source, arrays, rate=table.rate, conclusions=found, column_units=units)
 
 
-def _few_columns(table: Table, varying: Sequence[int], has_acc: bool) -> ArrayTable:
-    """The table of one sensor, if so few columns vary.
-
-    Raises:
-        LevelheadError: more columns vary, and they are no gyroscope and accelerometer.
-    """
-    if len(varying) in _ONE_SENSOR and len(varying) > 1:
-        return _one_sensor(table, varying)
-    width = len(table.names)
-    raise LevelheadError(
-        f"{table.source} has no header that names its {width} columns, and its numbers show no "
-        f"{'gyroscope' if has_acc else 'accelerometer'}; expected hints such as {_example(width)} (columns by number)"
-    )
-
-
 def _as_hints(guess: Guess) -> ReadOnlyJson:
     """The hint ``map`` that names the same columns."""
     places = {"t": () if guess.t is None else (guess.t,), "gyr": guess.gyr, "acc": guess.acc, "mag": guess.mag}
