@@ -63,7 +63,7 @@ extern "C" {
 /* Explicit complementary filter: proportional and integral feedback of cross products. */
 typedef struct {
     float kp; /* 1/s: proportional gain towards gravity (greater than 0) */
-    float ki; /* 1/s²: integral gain, of the bias (at least 0 and at most 1) */
+    float ki; /* 1/s²: integral gain, for bias (at least 0 and at most 1) */
     float k_mag; /* weight of the magnetometer, 1 for the accelerometer (greater than 0) */
     float max_bias; /* deg/s: largest bias that is learned, per axis (at least 0) */
     bool whole_field; /* compare the whole field; tilt follows it too */
@@ -100,12 +100,8 @@ typedef struct {
 
 /* ∫ rate dt (rad) and ∫ specific force dt (m/s) over an interval, its length (s), and whether it ends here. */
 typedef struct {
-    float x;
-    float y;
-    float z;
-    float a;
-    float b;
-    float c;
+    lh_mahony_vec3 gyr;
+    lh_mahony_vec3 acc;
     float time;
     bool complete;
 } lh_mahony_sums;
