@@ -25,7 +25,18 @@ KINDS = ("emulated", "serial", *REMOTE, "replay", *CHIPS)
 REST = 8.0  # s at the beginning, so that the node can read off the bias
 PUT_DOWN = 24  # times that an emulated sensor is put down there, where it is for poses
 HALF_LOOP = 60.0  # s that an emulated sensor is moved there, and back again
-CHIP_NAMES = {"mpu6050": "MPU-6050", "lsm6dso32": "LSM6DSO32", "icm20948": "ICM-20948"}
+# Error models of emulated boards; a chip without a data sheet in the simulator has its nearest relative's.
+CHIP_NAMES = {
+    "mpu6050": "MPU-6050",
+    "mpu9250": "MPU-6050",
+    "lsm6dsox": "LSM6DS3",
+    "lsm6dso32": "LSM6DSO32",
+    "icm20948": "ICM-20948",
+    "icm42688": "ICM-20948",
+}
+MAG_NAMES = {
+    "hmc5883l": "HMC5883L", "qmc5883l": "QMC5883L", "lis3mdl": "QMC5883L", "ak8963": "AK09916", "ak09916": "AK09916",
+}  # fmt: skip
 IDEAL: JsonObject = {"quantisation": 0.0, "full_scale": math.inf}  # the emulated registers round and clip
 
 
@@ -140,7 +151,7 @@ def closed_motion(wanted: BoardSpec, rate: float, style: str, seed: int, half: f
         np.concatenate([s * there.velocity[rows] for s, rows in zip(sign, both, strict=True)]),
         np.concatenate([there.acceleration[rows] for rows in both]),
     )
-    mag = {"hmc5883l": "HMC5883L", "qmc5883l": "QMC5883L", "ak09916": "AK09916"}.get(wanted.mag or "")
+    mag = MAG_NAMES.get(wanted.mag or "")
     chip = imu(CHIP_NAMES[wanted.inertial], mag=mag)
     fine = replace(chip, gyr=replace(chip.gyr, **IDEAL), acc=replace(chip.acc, **IDEAL))
     if chip.mag is not None:

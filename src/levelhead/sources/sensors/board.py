@@ -7,11 +7,15 @@ from typing import Any, NamedTuple, Protocol
 from levelhead.axis_map import IDENTITY, AxisMap
 from levelhead.errors import LevelheadError, nearest
 from levelhead.sample import Sample, Triple
-from levelhead.sources.sensors import bmp280, icm20948, lsm6dso32, mpu6050
+from levelhead.sources.sensors import icm20948, icm42688, lsm6dso32, lsm6dsox, mpu6050, mpu9250
 from levelhead.sources.sensors.ak09916 import AK09916
+from levelhead.sources.sensors.ak8963 import AK8963
+from levelhead.sources.sensors.bmp280 import BMP280
+from levelhead.sources.sensors.bmp390 import BMP390
 from levelhead.sources.sensors.bus import Bus, Port, SensorError, open_bus
 from levelhead.sources.sensors.compass import HMC5883L, QMC5883L
 from levelhead.sources.sensors.fifo_imu import FifoImu
+from levelhead.sources.sensors.lis3mdl import LIS3MDL
 from levelhead.sources.sensors.sample_clock import SampleClock
 
 
@@ -26,10 +30,20 @@ class Magnetometer(Protocol):
     def read(self) -> Triple | None: ...  # noqa: D102
 
 
-INERTIAL = {"mpu6050": mpu6050.CHIP, "lsm6dso32": lsm6dso32.CHIP, "icm20948": icm20948.CHIP}
-MAGNETIC: dict[str, type[Any]] = {"hmc5883l": HMC5883L, "qmc5883l": QMC5883L, "ak09916": AK09916}
-BAROMETRIC = "bmp280"
-CHIPS = (*INERTIAL, *MAGNETIC, BAROMETRIC)
+INERTIAL = {
+    "mpu6050": mpu6050.CHIP,
+    "mpu9250": mpu9250.CHIP,
+    "lsm6dsox": lsm6dsox.CHIP,
+    "lsm6dso32": lsm6dso32.CHIP,
+    "icm20948": icm20948.CHIP,
+    "icm42688": icm42688.CHIP,
+}
+MAGNETIC: dict[str, type[Any]] = {
+    "hmc5883l": HMC5883L, "qmc5883l": QMC5883L, "lis3mdl": LIS3MDL, "ak8963": AK8963, "ak09916": AK09916,
+}  # fmt: skip
+BAROMETRIC: dict[str, type[Any]] = {"bmp280": BMP280, "bmp390": BMP390}
+BUILT_IN = {"mpu9250": "ak8963", "icm20948": "ak09916"}  # magnetometers in the same package
+CHIPS = (*INERTIAL, *MAGNETIC, *BAROMETRIC)
 RETRY = 1.0  # s until a chip that failed is set up anew
 MAX_COUNT = 32767.0  # of a 16-bit reading
 
@@ -40,14 +54,14 @@ class BoardSpec(NamedTuple):
     Attributes:
         inertial: the chip with gyroscope and accelerometer.
         mag: the magnetometer, or None.
-        baro: whether there is a BMP280.
+        baro: the barometer, or None.
         bus: number of the I²C bus.
         address: of the inertial chip; None: its usual one.
     """
 
     inertial: str
     mag: str | None
-    baro: bool
+    baro: str | None
     bus: int
     address: int | None
 
@@ -55,8 +69,8 @@ class BoardSpec(NamedTuple):
 def parse_board(text: str) -> BoardSpec:
     """A board from words such as ``mpu6050``, ``mpu6050+hmc5883l+bmp280``, ``icm20948@0`` or ``mpu6050@1:0x69``.
 
-    Behind @ stand the number of the bus, 1 by default, and the address of the inertial chip. The ICM-20948
-    brings its own magnetometer.
+    Behind @ stand the number of the bus, 1 by default, and the address of the inertial chip. The ICM-20948 and the
+    MPU-9250 bring a magnetometer of their own.
 
     Raises:
         LevelheadError: an unknown chip (the nearest is named), no inertial one, two of a kind, a bus that is no number.
@@ -76,13 +90,14 @@ def parse_board(text: str) -> BoardSpec:
             raise LevelheadError(f"there is no driver for '{name}'; {nearest(name, CHIPS)}")
     inertial = [name for name in names if name in INERTIAL]
     mags = [name for name in names if name in MAGNETIC]
-    if len(inertial) != 1 or len(mags) > 1 or names.count(BAROMETRIC) > 1:
+    baros = [name for name in names if name in BAROMETRIC]
+    if len(inertial) != 1 or len(mags) > 1 or len(baros) > 1:
         raise LevelheadError(
             f"'{text}' is no board; expected one of {', '.join(INERTIAL)}, and with + at most one magnetometer "
-            f"({', '.join(MAGNETIC)}) and {BAROMETRIC}"
+            f"({', '.join(MAGNETIC)}) and one barometer ({', '.join(BAROMETRIC)})"
         )
-    mag = mags[0] if mags else "ak09916" if inertial == ["icm20948"] else None
-    return BoardSpec(inertial[0], mag, BAROMETRIC in names, bus, where)
+    mag = mags[0] if mags else BUILT_IN.get(inertial[0])
+    return BoardSpec(inertial[0], mag, baros[0] if baros else None, bus, where)
 
 
 class Board:
@@ -106,7 +121,7 @@ class Board:
     ended = False
 
     def __init__(
-        self, inertial: FifoImu, mag: Magnetometer | None = None, baro: bmp280.BMP280 | None = None, *,
+        self, inertial: FifoImu, mag: Magnetometer | None = None, baro: BMP280 | BMP390 | None = None, *,
         axes: AxisMap = IDENTITY, clock: Callable[[], float] = time.monotonic, bus: Bus | None = None,
     ) -> None:  # fmt: skip
         self._inertial, self._mag, self._baro, self._axes, self._clock, self._bus = (
@@ -246,7 +261,7 @@ def assemble_board(
     mag = None
     if wanted.mag is not None:
         mag = MAGNETIC[wanted.mag](bus, wait=wait, **({"clock": clock} if wanted.mag == "hmc5883l" else {}))
-    baro = bmp280.BMP280(bus, clock=clock, wait=wait) if wanted.baro else None
+    baro = None if wanted.baro is None else BAROMETRIC[wanted.baro](bus, clock=clock, wait=wait)
     return Board(inertial, mag, baro, axes=axes, clock=clock, bus=bus)
 
 

@@ -5,10 +5,12 @@ import re
 from pathlib import Path
 from typing import NamedTuple
 
-from levelhead.sources.sensors import bmp280, icm20948, lsm6dso32, mpu6050
+from levelhead.sources.sensors import bmp280, bmp390, icm20948, icm42688, lsm6dso32, mpu6050, mpu9250
 from levelhead.sources.sensors.ak09916 import AK09916
+from levelhead.sources.sensors.ak8963 import AK8963
 from levelhead.sources.sensors.bus import Bus
 from levelhead.sources.sensors.compass import HMC5883L, QMC5883L
+from levelhead.sources.sensors.lis3mdl import LIS3MDL
 
 
 class Signature(NamedTuple):
@@ -31,11 +33,18 @@ class FoundChip(NamedTuple):
 SIGNATURES = (
     Signature("mpu6050", mpu6050.ADDRESSES, mpu6050.WHO_AM_I, bytes([mpu6050.IDENTITY]), 0x7E),
     Signature("icm20948", icm20948.ADDRESSES, icm20948.WHO_AM_I, bytes([icm20948.IDENTITY])),
-    Signature("lsm6dso32", lsm6dso32.ADDRESSES, lsm6dso32.WHO_AM_I, bytes([lsm6dso32.IDENTITY])),
+    Signature("mpu9250", mpu9250.ADDRESSES, mpu6050.WHO_AM_I, bytes([mpu9250.IDENTITY])),
+    Signature("mpu9250", mpu9250.ADDRESSES, mpu6050.WHO_AM_I, bytes([mpu9250.MPU9255])),
+    Signature("icm42688", icm42688.ADDRESSES, icm42688.WHO_AM_I, bytes([icm42688.IDENTITY])),
+    Signature("lsm6dsox", lsm6dso32.ADDRESSES, lsm6dso32.WHO_AM_I, bytes([lsm6dso32.IDENTITY])),  # or another LSM6DSO
+    Signature("lis3mdl", (LIS3MDL.address, 0x1E), LIS3MDL.WHO_AM_I, bytes([LIS3MDL.IDENTITY])),
     Signature("ak09916", (AK09916.address,), AK09916.WIA1, bytes(AK09916.IDENTITY)),
+    Signature("ak8963", (AK8963.address,), AK8963.WIA, bytes([AK8963.IDENTITY])),
     Signature("hmc5883l", (HMC5883L.address,), HMC5883L.ID_A, HMC5883L.IDENTITY),
     Signature("qmc5883l", (QMC5883L.address,), QMC5883L.CHIP_ID, bytes([QMC5883L.IDENTITY])),
     Signature("bmp280", bmp280.ADDRESSES, bmp280.ID, bytes([bmp280.IDENTITY])),
+    Signature("bmp390", bmp390.ADDRESSES, bmp390.ID, bytes([bmp390.IDENTITY])),
+    Signature("bmp390", bmp390.ADDRESSES, bmp390.ID, bytes([bmp390.BMP388])),
 )
 
 

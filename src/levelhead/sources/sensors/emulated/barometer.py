@@ -1,14 +1,15 @@
-"""The emulated BMP280: register addresses and the data sheet's formulas are shared with the driver."""
+"""Emulated barometers: register addresses and the data sheet's formulas are shared with the drivers."""
 
 import struct
 from collections.abc import Callable
 
-from levelhead.sources.sensors import bmp280
+from levelhead.sources.sensors import bmp280, bmp390
 from levelhead.sources.sensors.bmp280 import Trim, compensate
 from levelhead.sources.sensors.emulated.base import EmulatedChip
 from levelhead.sources.sensors.emulated.world import World
 
 EXAMPLE_TRIM = Trim(27504, 26435, -1000, 36477, -10685, 3024, 2855, 140, -7, 15500, -14600, 6000)  # BMP280, 3.12
+USUAL_TRIM = (27772, 18748, -7, -342, -1246, 35, 0, 24911, 29991, -13, -10, 16354, 6, -60)
 
 
 class EmulatedBMP280(EmulatedChip):
@@ -44,9 +45,50 @@ class EmulatedBMP280(EmulatedChip):
             self.restart()
 
 
-def bisect(rising: Callable[[int], float]) -> int:
-    """The 20-bit number at which a rising function passes zero."""
-    low, high = 0, (1 << 20) - 1
+class EmulatedBMP390(EmulatedChip):
+    """BMP390 with plausible trimming values: the data sheet has no example."""
+
+    def __init__(
+        self, world: World, address: int = bmp390.ADDRESSES[0], *, identity: int = bmp390.IDENTITY,
+        trim: tuple[int, ...] = USUAL_TRIM,
+    ) -> None:  # fmt: skip
+        self.identity, self.trim = identity, bmp390.SIZES.pack(*trim)
+        super().__init__(world, address)
+
+    def reset(self) -> None:  # noqa: D102
+        super().reset()
+        self.memory[bmp390.ID] = self.identity
+        self.put(bmp390.TRIM, self.trim)
+        self.put(bmp390.DATA, bytes([0, 0, 0x80, 0, 0, 0x80]))
+
+    @property
+    def rate(self) -> float:  # noqa: D102
+        return 200.0 / 2 ** self.memory[bmp390.ODR] if self.memory[bmp390.PWR_CTRL] == bmp390.NORMAL else 0.0
+
+    def measure(self, row: int) -> None:  # noqa: D102
+        trim = bmp390.PressureTrim.unpack(self.trim)
+        heat = bisect(lambda raw: bmp390.compensate(trim, 0, raw).temperature - self.world.temperature, 24)
+        push = bisect(lambda raw: self.world.pressure - bmp390.compensate(trim, raw, heat).pressure, 24)
+        self.put(bmp390.DATA, push.to_bytes(3, "little") + heat.to_bytes(3, "little"))
+        self.memory[bmp390.STATUS] = bmp390.READY
+
+    def read(self, register: int) -> int:  # noqa: D102
+        value = self.memory[register]
+        if bmp390.DATA <= register < bmp390.DATA + 6:
+            self.memory[bmp390.STATUS] = 0
+        return value
+
+    def write(self, register: int, value: int) -> None:  # noqa: D102
+        if register == bmp390.CMD and value == bmp390.SOFT_RESET:
+            return self.reset()
+        super().write(register, value)
+        if register in (bmp390.PWR_CTRL, bmp390.ODR):
+            self.restart()
+
+
+def bisect(rising: Callable[[int], float], bits: int = 20) -> int:
+    """The number of ``bits`` bits at which a rising function passes zero."""
+    low, high = 0, (1 << bits) - 1
     while high - low > 1:
         middle = (low + high) // 2
         low, high = (middle, high) if rising(middle) < 0.0 else (low, middle)

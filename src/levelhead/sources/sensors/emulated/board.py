@@ -1,12 +1,43 @@
 """The emulated chips of a board on one emulated bus."""
 
+from collections.abc import Callable
+
 from levelhead.sources.sensors.board import BoardSpec
-from levelhead.sources.sensors.emulated.barometer import EmulatedBMP280
+from levelhead.sources.sensors.emulated.barometer import EmulatedBMP280, EmulatedBMP390
 from levelhead.sources.sensors.emulated.base import EmulatedChip
 from levelhead.sources.sensors.emulated.bus import EmulatedBus
-from levelhead.sources.sensors.emulated.imus import EmulatedICM20948, EmulatedLSM6DSO32, EmulatedMPU6050
-from levelhead.sources.sensors.emulated.magnetometers import EmulatedAK09916, EmulatedHMC5883L, EmulatedQMC5883L
+from levelhead.sources.sensors.emulated.icm42688 import EmulatedICM42688
+from levelhead.sources.sensors.emulated.imus import (
+    EmulatedICM20948,
+    EmulatedLSM6DSO32,
+    EmulatedLSM6DSOX,
+    EmulatedMPU6050,
+    EmulatedMPU9250,
+)
+from levelhead.sources.sensors.emulated.magnetometers import (
+    EmulatedAK09916,
+    EmulatedAK8963,
+    EmulatedHMC5883L,
+    EmulatedLIS3MDL,
+    EmulatedQMC5883L,
+)
 from levelhead.sources.sensors.emulated.world import World
+
+INERTIAL: dict[str, Callable[..., EmulatedChip]] = {
+    "mpu6050": EmulatedMPU6050,
+    "mpu9250": EmulatedMPU9250,
+    "lsm6dsox": EmulatedLSM6DSOX,
+    "lsm6dso32": EmulatedLSM6DSO32,
+    "icm20948": EmulatedICM20948,
+    "icm42688": EmulatedICM42688,
+}
+MAGNETIC: dict[str, Callable[..., EmulatedChip]] = {
+    "hmc5883l": EmulatedHMC5883L,
+    "qmc5883l": EmulatedQMC5883L,
+    "lis3mdl": EmulatedLIS3MDL,
+}
+BEHIND_A_BYPASS: dict[str, Callable[..., EmulatedChip]] = {"ak8963": EmulatedAK8963, "ak09916": EmulatedAK09916}
+BAROMETRIC: dict[str, Callable[..., EmulatedChip]] = {"bmp280": EmulatedBMP280, "bmp390": EmulatedBMP390}
 
 
 def emulate_board(wanted: BoardSpec, world: World, *, drift: float = 0.0) -> EmulatedBus:
@@ -17,19 +48,13 @@ def emulate_board(wanted: BoardSpec, world: World, *, drift: float = 0.0) -> Emu
         world: what they feel.
         drift: by which share the clock of the inertial chip is fast.
     """
-    inertial: EmulatedChip
     where = {} if wanted.address is None else {"address": wanted.address}
-    if wanted.inertial == "mpu6050":
-        inertial = EmulatedMPU6050(world, drift=drift, **where)
-    elif wanted.inertial == "lsm6dso32":
-        inertial = EmulatedLSM6DSO32(world, drift=drift, **where)
-    else:
-        inertial = EmulatedICM20948(world, drift=drift, **where)
-    chips: list[EmulatedChip] = [inertial]
-    if wanted.mag == "ak09916":
-        chips.append(EmulatedAK09916(world, inertial if isinstance(inertial, EmulatedICM20948) else None))
+    inertial = INERTIAL[wanted.inertial](world, drift=drift, **where)
+    chips = [inertial]
+    if wanted.mag in BEHIND_A_BYPASS:
+        chips.append(BEHIND_A_BYPASS[wanted.mag](world, inertial if hasattr(inertial, "bypassed") else None))
     elif wanted.mag is not None:
-        chips.append({"hmc5883l": EmulatedHMC5883L, "qmc5883l": EmulatedQMC5883L}[wanted.mag](world))
-    if wanted.baro:
-        chips.append(EmulatedBMP280(world))
+        chips.append(MAGNETIC[wanted.mag](world))
+    if wanted.baro is not None:
+        chips.append(BAROMETRIC[wanted.baro](world))
     return EmulatedBus(*chips)

@@ -2,7 +2,7 @@
 
 import struct
 
-from levelhead.sources.sensors import icm20948, invensense, lsm6dso32, mpu6050
+from levelhead.sources.sensors import icm20948, invensense, lsm6dso32, lsm6dsox, mpu6050, mpu9250
 from levelhead.sources.sensors.emulated.base import EmulatedChip, Fifo, word
 from levelhead.sources.sensors.emulated.world import World
 from levelhead.units import DEGREE, GRAVITY
@@ -15,10 +15,13 @@ class EmulatedMPU6050(EmulatedChip):
     that a measurement takes its reader hardly any time, as in the real chip.
     """
 
+    IDENTITY, FIFO_SIZE = mpu6050.IDENTITY, mpu6050.FIFO_SIZE
+    HEAT_COUNTS, HEAT_ZERO = 340.0, 36.53  # counts per °C, and °C at 0
+
     def __init__(
-        self, world: World, address: int = mpu6050.ADDRESSES[0], *, identity: int = mpu6050.IDENTITY, drift: float = 0.0
+        self, world: World, address: int = mpu6050.ADDRESSES[0], *, identity: int | None = None, drift: float = 0.0
     ) -> None:
-        self.identity, self.fifo = identity, Fifo(mpu6050.FIFO_SIZE)
+        self.identity, self.fifo = self.IDENTITY if identity is None else identity, Fifo(self.FIFO_SIZE)
         self._rate, self._row, self._filling = 0.0, -1, False
         self._rows: list[bytes] = []
         super().__init__(world, address, drift)
@@ -56,7 +59,8 @@ class EmulatedMPU6050(EmulatedChip):
         """The last measurement, in the output registers."""
         if self._row >= 0:
             both = self._rows[self._row]
-            self.put(mpu6050.ACCEL_XOUT_H, both[:6] + word(">", (self.world.temperature - 36.53) * 340.0) + both[6:])
+            heat = (self.world.temperature - self.HEAT_ZERO) * self.HEAT_COUNTS
+            self.put(mpu6050.ACCEL_XOUT_H, both[:6] + word(">", heat) + both[6:])
 
     def read(self, register: int) -> int:  # noqa: D102
         if register == mpu6050.FIFO_R_W:
@@ -88,8 +92,23 @@ class EmulatedMPU6050(EmulatedChip):
         return super().block(register, length)
 
 
+class EmulatedMPU9250(EmulatedMPU6050):
+    """MPU-9250: as the MPU-6050, with half its FIFO; its magnetometer answers only in bypass mode."""
+
+    IDENTITY, FIFO_SIZE = mpu9250.IDENTITY, mpu9250.FIFO_SIZE
+    HEAT_COUNTS, HEAT_ZERO = 333.87, 21.0
+
+    @property
+    def bypassed(self) -> bool:
+        """Whether the magnetometer is on the outer bus."""
+        return bool(self.memory[mpu9250.INT_PIN_CFG] & mpu9250.BYPASS_EN)
+
+
 class EmulatedLSM6DSO32(EmulatedChip):
     """LSM6DSO32: off until it gets a rate, 512 tagged words of FIFO that drop the oldest ones."""
+
+    FULL_SCALES = (4.0, 32.0, 8.0, 16.0)  # g, by the code in CTRL1_XL
+    ACC_BITS = lsm6dso32.ACC_BITS
 
     def __init__(
         self, world: World, address: int = lsm6dso32.ADDRESSES[0], *, identity: int = lsm6dso32.IDENTITY,
@@ -110,10 +129,10 @@ class EmulatedLSM6DSO32(EmulatedChip):
         return next((hertz for hertz, known in lsm6dso32.RATES.items() if known == code), 0.0)
 
     def measure(self, row: int) -> None:  # noqa: D102
-        g = (4.0, 32.0, 8.0, 16.0)[self.memory[lsm6dso32.CTRL1_XL] >> 2 & 3]
+        g = self.FULL_SCALES[self.memory[lsm6dso32.CTRL1_XL] >> 2 & 3]
         range_bits = self.memory[lsm6dso32.CTRL2_G]
         dps = 125.0 if range_bits & 0x02 else (250.0, 500.0, 1000.0, 2000.0)[range_bits >> 2 & 3]
-        acc = self.world.coded("acc", "<", GRAVITY * lsm6dso32.ACC_BITS[g])[row]
+        acc = self.world.coded("acc", "<", GRAVITY * self.ACC_BITS[g])[row]
         gyr = self.world.coded("gyr", "<", DEGREE * lsm6dso32.GYR_BITS[dps])[row]
         self.put(lsm6dso32.OUT_TEMP_L, word("<", (self.world.temperature - 25.0) * 256.0) + gyr + acc)
         if self.memory[lsm6dso32.FIFO_CTRL4] & 0x07 == lsm6dso32.CONTINUOUS:
@@ -141,6 +160,13 @@ class EmulatedLSM6DSO32(EmulatedChip):
     def block(self, register: int, length: int) -> bytes:  # noqa: D102
         fifo = register == lsm6dso32.FIFO_DATA_OUT_TAG  # behind the last byte of a word the chip goes on with the next
         return self.fifo.take(length) if fifo else super().block(register, length)
+
+
+class EmulatedLSM6DSOX(EmulatedLSM6DSO32):
+    """LSM6DSOX: the same with half the full scales of the accelerometer."""
+
+    FULL_SCALES = (2.0, 16.0, 4.0, 8.0)
+    ACC_BITS = lsm6dsox.ACC_BITS
 
 
 class EmulatedICM20948(EmulatedChip):

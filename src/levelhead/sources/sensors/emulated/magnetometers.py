@@ -3,10 +3,12 @@
 import struct
 
 from levelhead.sources.sensors.ak09916 import AK09916
+from levelhead.sources.sensors.ak8963 import AK8963
 from levelhead.sources.sensors.compass import GAUSS, HMC5883L, QMC5883L
 from levelhead.sources.sensors.emulated.base import EmulatedChip
-from levelhead.sources.sensors.emulated.imus import EmulatedICM20948
+from levelhead.sources.sensors.emulated.imus import EmulatedICM20948, EmulatedMPU9250
 from levelhead.sources.sensors.emulated.world import World
+from levelhead.sources.sensors.lis3mdl import LIS3MDL
 
 
 class EmulatedAK09916(EmulatedChip):
@@ -49,6 +51,97 @@ class EmulatedAK09916(EmulatedChip):
         if register == AK09916.CNTL2:
             self.restart()
         super().write(register, value)
+
+
+class EmulatedAK8963(EmulatedChip):
+    """AK8963: its x and y are the other way round; sensitivities can be read in fuse-ROM mode alone."""
+
+    ADJUSTMENTS = (176, 170, 165)
+
+    def __init__(self, world: World, host: EmulatedMPU9250 | None = None, *, drift: float = 0.0) -> None:
+        self.host = host
+        super().__init__(world, AK8963.address, drift)
+
+    def reset(self) -> None:  # noqa: D102
+        super().reset()
+        self.memory[AK8963.WIA] = AK8963.IDENTITY
+
+    def update(self) -> None:  # noqa: D102
+        if self.host is not None and not self.host.bypassed:
+            raise OSError(121, "Remote I/O error")
+        super().update()
+
+    @property
+    def rate(self) -> float:  # noqa: D102
+        code = self.memory[AK8963.CNTL1] & 0x0F
+        return next((hertz for hertz, known in AK8963.RATES.items() if known == code), 0.0)
+
+    def measure(self, row: int) -> None:  # noqa: D102
+        x, y, z = self.world.mag(row)
+        fine = AK8963.SCALE if self.memory[AK8963.CNTL1] & AK8963.BITS_16 else 4.0 * AK8963.SCALE
+        counts = [
+            round(value / fine / (1.0 + (adjustment - 128) / 256.0))
+            for value, adjustment in zip((y, x, -z), self.ADJUSTMENTS, strict=True)
+        ]
+        self.put(AK8963.ST1 + 1, struct.pack("<3h", *counts))
+        full = abs(x) + abs(y) + abs(z) >= 4912.0
+        self.memory[AK8963.ST1 + 7] = AK8963.OVERFLOW if full else 0
+        self.memory[AK8963.ST1] = AK8963.DATA_READY
+
+    def read(self, register: int) -> int:  # noqa: D102
+        if AK8963.ASAX <= register < AK8963.ASAX + 3:
+            readable = self.memory[AK8963.CNTL1] & 0x0F == AK8963.FUSE_ROM
+            return self.ADJUSTMENTS[register - AK8963.ASAX] if readable else 0
+        value = self.memory[register]
+        if register == AK8963.ST1 + 7:
+            self.memory[AK8963.ST1] = 0
+        return value
+
+    def write(self, register: int, value: int) -> None:  # noqa: D102
+        if register == AK8963.CNTL2 and value & 0x01:
+            return self.reset()
+        if register == AK8963.CNTL1:
+            self.restart()
+        super().write(register, value)
+
+
+class EmulatedLIS3MDL(EmulatedChip):
+    """LIS3MDL: power-down after a reset; the flag goes down when the data are read."""
+
+    def __init__(self, world: World, *, identity: int = LIS3MDL.IDENTITY, drift: float = 0.0) -> None:
+        self.identity = identity
+        super().__init__(world, LIS3MDL.address, drift)
+
+    def reset(self) -> None:  # noqa: D102
+        super().reset()
+        self.memory[LIS3MDL.WHO_AM_I] = self.identity
+        self.memory[LIS3MDL.CTRL1], self.memory[LIS3MDL.CTRL3] = 0x10, 0x03
+
+    @property
+    def rate(self) -> float:  # noqa: D102
+        on = self.memory[LIS3MDL.CTRL3] & 0x03 == LIS3MDL.CONTINUOUS
+        return list(LIS3MDL.RATES)[self.memory[LIS3MDL.CTRL1] >> 2 & 7] if on else 0.0
+
+    def measure(self, row: int) -> None:  # noqa: D102
+        counts = list(LIS3MDL.COUNTS.values())[self.memory[LIS3MDL.CTRL2] >> 5 & 3]
+        self.put(LIS3MDL.DATA, self.world.coded("mag", "<", GAUSS / counts)[row])
+        self.memory[LIS3MDL.STATUS] = LIS3MDL.READY
+
+    def read(self, register: int) -> int:  # noqa: D102
+        value = self.memory[register & ~LIS3MDL.INCREMENT]
+        if register & ~LIS3MDL.INCREMENT == LIS3MDL.DATA + 5:
+            self.memory[LIS3MDL.STATUS] = 0
+        return value
+
+    def next(self, register: int) -> int:  # noqa: D102
+        return register + 1 if register & LIS3MDL.INCREMENT else register
+
+    def write(self, register: int, value: int) -> None:  # noqa: D102
+        if register == LIS3MDL.CTRL2 and value & LIS3MDL.SOFT_RESET:
+            return self.reset()
+        super().write(register, value)
+        if register in (LIS3MDL.CTRL1, LIS3MDL.CTRL3):
+            self.restart()
 
 
 class EmulatedHMC5883L(EmulatedChip):
