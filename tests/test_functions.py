@@ -17,7 +17,6 @@ COMMAND = "a verb of the command line: most lines are its options with their hel
 COMPLEX = {  # path and function: the reason
     "calibration.py:words": "mended with the words of the command line",
     "cli/export.py:export": "mended with the export",
-    "corpora/tune_corpus.py:tune_corpus": "mended with the corpora",
     "export/folding.py:_neutral": "mended with the export",
 }
 LONG = {
@@ -29,7 +28,6 @@ LONG = {
     "cli/stress.py:stress": COMMAND,
     "cli/tune.py:tune": COMMAND,
     "corpora/runner.py:corpus": COMMAND,
-    "corpora/tune_corpus.py:tune_corpus": "mended with the corpora",
     "live/zenoh_reader.py:subscribe": "mended with the readers of a bus",
 }
 

@@ -22,7 +22,7 @@ def test_the_first_thing_a_user_types(levelhead, log, tmp_path):
     said = levelhead("tune", log, "--filter", "Mahony", "-p", "kp", "--set", "kp=3", "-o", tmp_path)
     assert said.code == 0, said.err
     assert said.out.startswith("Take Mahony with kp=")
-    assert "left out: third 3" in said.out
+    assert "left out: quarter 4" in said.out
     assert {path.name for path in tmp_path.iterdir()} == {"tuned.json", "tuned.png"}
 
 

@@ -77,7 +77,7 @@ def test_poor_gains_become_better_by_the_likelihood(log):
     assert "innovation" in found.verdict()[0]
     assert any(line.startswith("by the likelihood of the innovations over 5 s") for line in found.verdict())
     parts = [fold.name for fold in found.folds]
-    assert parts == ["third 1", "third 2", "third 3"]
+    assert parts == ["quarter 1", "quarter 2", "quarter 3", "quarter 4"]
 
 
 def test_a_likelihood_of_heading_alone_is_refused(log):

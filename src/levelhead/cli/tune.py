@@ -52,7 +52,7 @@ def tune(
 ) -> None:
     """Search a filter's parameters for logs, against their true orientation or else the smoother's.
 
-    Prints the gain on logs that were left out (each log, or third of a single one), the flatness of the minimum, and
+    Prints the gain on logs that were left out (each log, or quarter of a single one), the flatness of the minimum, and
     the parameters that reduce each symptom. Writes tuned.json for the --params of `fuse`, `run` and `export`, and
     tuned.png.
 

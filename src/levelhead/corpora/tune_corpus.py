@@ -13,7 +13,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from levelhead import filters
 from levelhead.corpora.cluster import Pool, WorkerDied, open_pool
 from levelhead.corpora.job import Job
 from levelhead.corpora.places import Source, list_sources, local_copy
@@ -28,10 +27,11 @@ from levelhead.guard import Guard
 from levelhead.open_types import JsonObject, ReadOnlyJson
 from levelhead.recording import Array
 from levelhead.tune import Tuning
+from levelhead.tune.left_out import stretch_scores
 from levelhead.tune.reference_orientation import Kind, Reference, references
 from levelhead.tune.score_references import score_references
 from levelhead.tune.sweep import Metric
-from levelhead.tune.tune_filter import check_wishes, search_references
+from levelhead.tune.tune_filter import check_wishes, counts_heading, search_references
 
 KEPT = 4_000_000  # samples with their references, 0.5 GB, that a worker keeps
 FEWEST = 2  # recordings, of which one can be left out
@@ -103,32 +103,47 @@ def tune_corpus(
     space = check_wishes(params, names, metric, goal, runs)
     job = Job("tune", guard=guard, hints=dict(hints or {}), magnetometer=magnetometer)
     sources = list_sources([places] if isinstance(places, str | os.PathLike) else list(places), storage)
-    follows = "heading" in filters.of(space.params).estimates
     with open_pool(workers, scheduler, memory) as pool:
-        chosen: Metric = metric or ("total" if follows else "tilt")
-        wish = ReferenceWish(job, storage or {}, goal, chosen != "tilt", engine)
+        wish = ReferenceWish(job, storage or {}, goal, metric != "tilt", engine)
         batches = pack(sources, 4 * (workers or cores()))
         rows = _facts(pool, wish, batches)
-        if metric is None and follows and not all(row["magnetometer"] for row in rows if "error" not in row):
-            chosen, wish = "tilt", wish._replace(heading=False)
+        chosen: Metric = metric or ("total" if all(_shows_heading(space.params, row) for row in rows) else "tilt")
+        if wish.heading and chosen == "tilt":
+            wish = wish._replace(heading=False)
             rows = _facts(pool, wish, batches)
-        left_out = {row["name"]: row["error"] for row in rows if "error" in row}
-        good = {row["name"]: row for row in rows if "error" not in row}
-        held_sources = [source for source in sources if source.name in good]
-        if len(held_sources) < FEWEST:
-            reason = next(iter(left_out.values()), "there is only one, for which there is levelhead tune")
-            raise LevelheadError(f"{len(held_sources)} of {len(sources)} recordings can be tuned on; {reason}")
-        first = _reference(wish, held_sources[0])
-        held = [replace(first, remarks=good[first.name]["remarks"])]
-        for source in held_sources[1:]:
-            row = good[source.name]
-            held.append(Reference(first.recording[:2], row["kind"], source.name, row["seconds"], row["remarks"]))
-        score = _Score(pool, wish, held_sources, workers or cores())
+        held_sources, held = _serving(wish, sources, rows)
         found = search_references(
             space, chosen, held, [one.recording for one in held], guard=guard, runs=runs, seed=seed,
-            progress=progress, score=score,
+            progress=progress, score=_Score(pool, wish, held_sources, workers or cores()),
         )  # fmt: skip
-    return CorpusTuning(found, left_out)
+    return CorpusTuning(found, {row["name"]: row["error"] for row in rows if "error" in row})
+
+
+def _shows_heading(params: Params, row: ReadOnlyJson) -> bool:
+    """Whether heading counts on a recording; one that cannot serve changes nothing."""
+    return "error" in row or counts_heading(params, row["kind"], row["magnetometer"])
+
+
+def _serving(
+    wish: ReferenceWish, sources: Sequence[Source], rows: Sequence[ReadOnlyJson]
+) -> tuple[list[Source], list[Reference]]:
+    """Recordings that can serve, and a reference of each; the first has its whole recording, the others its start.
+
+    Raises:
+        LevelheadError: there are fewer than two.
+    """
+    good = {row["name"]: row for row in rows if "error" not in row}
+    serving = [source for source in sources if source.name in good]
+    if len(serving) < FEWEST:
+        errors = (row["error"] for row in rows if "error" in row)
+        reason = next(errors, "there is only one, for which there is levelhead tune")
+        raise LevelheadError(f"{len(serving)} of {len(sources)} recordings can be tuned on; {reason}")
+    first = _reference(wish, serving[0])
+    held = [replace(first, remarks=good[first.name]["remarks"])]
+    for source in serving[1:]:
+        row = good[source.name]
+        held.append(Reference(first.recording[:2], row["kind"], source.name, row["seconds"], row["remarks"]))
+    return serving, held
 
 
 class _Score:
@@ -139,10 +154,10 @@ class _Score:
         self._sources = {source.name: source for source in sources}
         self._one_at_a_time = threading.Lock()
 
-    def __call__(self, held: Sequence[Reference], sets: Sequence[Params]) -> Array:
+    def __call__(self, held: Sequence[Reference], sets: Sequence[Params], count: int) -> Array:
         batches = pack([self._sources[one.name] for one in held], 2 * self._workers)
         with self._one_at_a_time:
-            rows = _gather(self._pool, [(score_batch, self._wish, batch, list(sets)) for batch in batches])
+            rows = _gather(self._pool, [(score_batch, self._wish, batch, list(sets), count) for batch in batches])
         found = {row["name"]: row["scores"] for row in rows}
         return np.array([found[one.name] for one in held])
 
@@ -204,10 +219,14 @@ def reference_facts(wish: ReferenceWish, sources: Sequence[Source]) -> list[Json
     return rows
 
 
-def score_batch(wish: ReferenceWish, sources: Sequence[Source], sets: Sequence[Params]) -> list[JsonObject]:
-    """The errors of parameter sets over some recordings; a worker's task."""
+def score_batch(wish: ReferenceWish, sources: Sequence[Source], sets: Sequence[Params], count: int) -> list[JsonObject]:
+    """The errors of parameter sets over ``count`` stretches of some recordings; a worker's task."""
     found = []
     for source in sources:
-        scores = score_references([_reference(wish, source)], sets, wish.job.guard, wish.engine)[0]
+        one = _reference(wish, source)
+        if count == 1:
+            scores = score_references([one], sets, wish.job.guard, wish.engine)
+        else:
+            scores = stretch_scores(one, sets, count, wish.job.guard, wish.engine)
         found.append({"name": source.name, "scores": scores.tolist()})
     return found

@@ -73,6 +73,19 @@ class Reference:
         nearest = np.minimum(np.searchsorted(scored, self.innovations.rows), len(scored) - 1)
         return replace(part, innovations=self.innovations.part(chosen[nearest] == inside))
 
+    def alone(self, rows: slice) -> "Reference":
+        """The stretch of the recording that these scored samples span, as a recording of its own."""
+        truth = self.recording.truth
+        assert truth is not None
+        scored = np.flatnonzero(scored_rows(truth))[rows]
+        first, last = int(scored[0]), int(scored[-1]) + 1
+        part = replace(self, recording=self.recording[first:last])
+        if self.innovations is None:
+            return part
+        inside = (self.innovations.rows >= first) & (self.innovations.rows < last)
+        kept = self.innovations.part(inside)
+        return replace(part, innovations=replace(kept, rows=kept.rows - first))
+
 
 def name_of(recording: Recording, number: int) -> str:
     """The name of its file, or its number."""

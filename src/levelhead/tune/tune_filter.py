@@ -1,5 +1,6 @@
 """Find a filter's parameters for recordings: with truth, or without it by the smoother or the likelihood."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import get_args
@@ -18,20 +19,22 @@ from levelhead.guard import Guard
 from levelhead.recording import Array, Recording
 from levelhead.track import Track
 from levelhead.tune.error_bands import Bands, advice, error_bands
+from levelhead.tune.left_out import FLOOR, STRETCHES, Fold, root_mean_square, stretch_scores
 from levelhead.tune.minimise import minimise
 from levelhead.tune.parameter_space import Space, space_of
 from levelhead.tune.reference_orientation import Kind, Reference, references
 from levelhead.tune.score_references import score_references
 from levelhead.tune.sweep import Metric, Sweep, set_value
-from levelhead.tune.tuning_result import FLOOR, Fold, TruthCheck, Tuning, mean_error
+from levelhead.tune.tuning_result import TruthCheck, Tuning, mean_error
 
 EACH = 80  # runs for each parameter searched
 DIFFERENT = 1.01  # times the least error: a parameter that changes less stays as it was
 CURVE = 13  # values of a parameter over its range, for the flatness of the minimum
-PARTS = 3  # of a single log, each left out once
+PARTS = 4  # of a single log, each left out once
 FOLDS = 5  # at most, of several logs
 
-Score = Callable[[Sequence[Reference], Sequence[Params]], Array]  # (logs, k, 3) total, tilt and heading error, °
+# logs, sets, stretches of each -> (logs, stretches, k, 3) total, tilt and heading error, °
+Score = Callable[[Sequence[Reference], Sequence[Params], int], Array]
 Split = tuple[str, list[Reference], list[Reference]]  # what is left out: its name, what is searched, and what is not
 
 
@@ -56,14 +59,14 @@ def tune_filter(
         params: the filter: Params object (where the search starts, and what the others keep), class or name.
         names: parameters to search, each perhaps with its range: "kp", "kp=0.01:10"; none: all that are usually tuned.
         metric: "total", "tilt" or "heading" RMS, the best constant heading removed; None: total where every recording
-            has a magnetometer that the filter follows, else tilt.
+            has a truth that is the goal, or a magnetometer that the filter follows, else tilt.
         goal: "truth": the least error; "smoother": the least distance from the smoother's orientation; "likelihood": of
             the innovations (``innovations``); None: the truth where a recording has one, else the smoother.
         guard: as for ``fuse``.
         engine: as for ``fuse_parameter_sets``.
         runs: of the filter, for one search; None: 80 for each parameter.
         seed: of the search.
-        cross_validate: search again without each log (of more than five: each fifth of them; of one: each third of it)
+        cross_validate: search again without each log (of more than five: each fifth of them; of one: each quarter)
             and score what was left out; without, the gain is that on what was searched.
         progress: called with the fraction done, 0 to 1.
 
@@ -74,14 +77,23 @@ def tune_filter(
     if not given:
         raise LevelheadError("there is no recording to tune on; give one at least")
     space = check_wishes(params, names, metric, goal, runs)
-    follows = "heading" in filters.of(space.params).estimates and all(one.mag is not None for one in given)
-    chosen: Metric = metric or ("total" if follows else "tilt")
+    kinds: list[Kind] = [goal or ("smoother" if one.truth is None else "truth") for one in given]
+    heading = all(
+        counts_heading(space.params, kind, one.mag is not None) for one, kind in zip(given, kinds, strict=True)
+    )
+    chosen: Metric = metric or ("total" if heading else "tilt")
     check_engine(engine)
     held = references(given, goal, chosen != "tilt", guard, engine)
     return search_references(
         space, chosen, held, given, guard=guard, engine=engine, runs=runs, seed=seed, cross_validate=cross_validate,
         progress=progress,
     )  # fmt: skip
+
+
+def counts_heading(params: Params, kind: Kind, has_field: bool) -> bool:
+    """Whether a reference of this kind shows heading: the truth does, else a field that the filter follows."""
+    flt = filters.of(params)
+    return ("gyr" in flt.uses and kind == "truth") or ("heading" in flt.estimates and has_field)
 
 
 def check_wishes(
@@ -143,10 +155,9 @@ class _Search:
         self._whole = self.runs * sum(map(len, searches))
         self._done = [0] * len(searches)
         (best, runs), *others = map_in_order(self._find, enumerate(searches))
-        tested = []
-        for (name, _, test), (found, _) in zip(folds, others, strict=True):
-            before, after = (mean_error(one) for one in self._errors(test, [self.space.params, found]).T)
-            tested.append(Fold(name, before, after))
+        tested = [
+            self._fold(name, test, found, len(held)) for (name, _, test), (found, _) in zip(folds, others, strict=True)
+        ]
         before, after = self._errors(held, [self.space.params, best]).T
         first = held[0].recording
         bands = self._bands(first, self.space.params), self._bands(first, best)
@@ -162,6 +173,18 @@ class _Search:
             self.space, best, self.metric, tuple(held), before, after, curves, tuple(tested), bands,
             tuple(advice(bands[1], tried)), check, self.guard, runs,
         )  # fmt: skip
+
+    def _fold(self, name: str, test: Sequence[Reference], found: Params, logs: int) -> Fold:
+        """The errors on what was left out of ``logs`` logs."""
+        sets = [self.space.params, found]
+        count = math.ceil(STRETCHES / max(logs, PARTS))
+        if self._score is not None:
+            scores = self._score(test, sets, count)
+        else:
+            scores = np.array([stretch_scores(one, sets, count, self.guard, self.engine) for one in test])
+        whole = root_mean_square(scores.swapaxes(0, 1))
+        before, after = (mean_error(one) for one in whole[:, :, self._column].T)
+        return Fold(name, before, after, scores.reshape(-1, *scores.shape[2:]))
 
     def _find(self, numbered: tuple[int, Sequence[Reference]]) -> tuple[Params, int]:
         """The best parameters for some recordings, and how many runs that took."""
@@ -195,7 +218,7 @@ class _Search:
     def _scores(self, held: Sequence[Reference], sets: Sequence[Params]) -> Array:
         """(logs, k, 3) total, tilt and heading error of each set, °."""
         if self._score is not None:
-            return self._score(held, sets)
+            return self._score(held, sets, 1)[:, 0]
         return score_references(held, sets, self.guard, self.engine)
 
     def _errors(self, held: Sequence[Reference], sets: Sequence[Params]) -> Array:
@@ -248,7 +271,4 @@ def _folds(held: Sequence[Reference]) -> list[Split]:
     count = int(np.count_nonzero(~np.isnan(truth.quat[:, 0])))
     ends = [count * k // PARTS for k in range(PARTS + 1)]
     parts = [slice(ends[k], ends[k + 1]) for k in range(PARTS)]
-    return [
-        (f"third {k + 1}", [only.part(rows, inside=False)], [only.part(rows, inside=True)])
-        for k, rows in enumerate(parts)
-    ]
+    return [(f"quarter {k + 1}", [only.part(rows, inside=False)], [only.alone(rows)]) for k, rows in enumerate(parts)]

@@ -15,28 +15,21 @@ from levelhead.parameter_file import ParameterFile
 from levelhead.recording import Array
 from levelhead.tune.error_bands import Advice, Bands
 from levelhead.tune.innovations import HORIZON
+from levelhead.tune.left_out import FLOOR, MEASURES, Fold, Gain, Loss, gain, losses
 from levelhead.tune.parameter_space import Space
 from levelhead.tune.reference_orientation import Reference
 from levelhead.tune.sweep import Metric, Sweep
 
-FLOOR = 0.01  # °: smaller errors count as this one
 WORTH = 0.03  # of the error, on what was left out: a smaller gain is none
 AT_END = 0.01  # share of a range: so near to its end is at the end
 INWARDS = 0.08  # share of a range from its end, over which the error must fall by so much for the end to matter
 FALLS = 1.01  # times
+MOST = 3  # losses that are listed
 
 
 def mean_error(errors: Array) -> float:
     """Of errors in degrees, so that each recording counts alike, whatever its size."""
     return float(np.exp(np.mean(np.log(np.maximum(errors, FLOOR)))))
-
-
-class Fold(NamedTuple):
-    """What was left out, and its error in degrees with the parameters at the start and with those found without it."""
-
-    name: str
-    before: float
-    after: float
 
 
 class TruthCheck(NamedTuple):
@@ -59,7 +52,7 @@ class Tuning:
         before: (logs,) RMS error in degrees with the parameters at the start.
         after: (logs,) with those found.
         curves: the error over each parameter searched, the others at their best.
-        folds: logs, or thirds of the only one, each left out once.
+        folds: logs, or quarters of the only one, each left out once.
         bands: parts of the error of the first log, before and after.
         advice: which parameter lowers which part.
         check: against the truth, where the smoother was the reference.
@@ -87,18 +80,30 @@ class Tuning:
         return 1.0 - mean_error(self.after) / mean_error(self.before)
 
     @property
+    def held_out(self) -> Gain | None:
+        """The same on what was left out, with its interval: what another log of this kind may expect."""
+        return gain(self.folds, MEASURES.index(self.metric)) if self.folds else None
+
+    @property
     def held_out_gain(self) -> float:
-        """The same on what was left out: what another log of this kind may expect."""
-        if not self.folds:
-            return self.gain
-        after, before = (mean_error(np.array([getattr(one, name) for one in self.folds])) for name in
-                         ("after", "before"))  # fmt: skip
-        return 1.0 - after / before
+        """Its share; without parts left out the gain itself."""
+        return self.gain if self.held_out is None else self.held_out.share
+
+    @property
+    def losses(self) -> list[Loss]:
+        """Parts left out on which the error, tilt or heading got worse beyond its noise."""
+        columns = [MEASURES.index(self.metric), MEASURES.index("tilt")]
+        if "gyr" in filters.of(self.space.params).uses:
+            columns.append(MEASURES.index("heading"))
+        return losses(self.folds, sorted(set(columns)))
 
     @property
     def worth(self) -> bool:
-        """Whether another log gains by these parameters."""
-        return min(self.gain, self.held_out_gain) >= WORTH
+        """Whether another log gains: by 3 %, surely more than none, and nowhere at the cost of tilt or heading."""
+        held_out = self.held_out
+        if min(self.gain, self.held_out_gain) < WORTH:
+            return False
+        return held_out is None or (held_out.low > 0.0 and not self.losses)
 
     @property
     def params(self) -> Params:
@@ -150,8 +155,13 @@ class Tuning:
             "worth": self.worth,
             "gain": self.gain,
             "held_out_gain": self.held_out_gain,
+            "held_out_interval": None if self.held_out is None else [self.held_out.low, self.held_out.high],
+            "losses": [one._asdict() for one in self.losses],
             "logs": logs,
-            "held_out": [one._asdict() for one in self.folds],
+            "held_out": [
+                {"name": one.name, "before": one.before, "after": one.after, "scores": one.scores.tolist()}
+                for one in self.folds
+            ],
             "parameters": parameters,
             "error_parts": {"before": self.bands[0]._asdict(), "after": self.bands[1]._asdict()},
             "advice": [one._asdict() for one in self.advice],
@@ -176,10 +186,15 @@ class Tuning:
         if self.worth:
             lines.append(
                 f"take {name} with {changed}: {self.measure} {before:.2f}° → {after:.2f}° RMS, "
-                f"{_percent(self.gain)} less; {self._elsewhere(f'{_percent(self.held_out_gain)} less')}"
+                f"{_percent(self.gain)} less; {self._elsewhere()}"
             )
         else:
             lines.append(self._keep(name, before, after, changed))
+            lines += [
+                f"on {one.part}, left out of the search, {one.measure} got worse: {one.before:.2f}° → {one.after:.2f}°"
+                for one in self.losses[:MOST]
+                if changed
+            ]
         lines.append(self._reference_words())
         if self.check is not None:
             lines.append(self._truth_words(self.check))
@@ -191,11 +206,15 @@ class Tuning:
         ]
         return [*lines, *(remark for one in self.references for remark in one.remarks)]
 
-    def _elsewhere(self, words: str) -> str:
-        """What holds on what was left out."""
-        if not self.folds:
+    def _elsewhere(self) -> str:
+        """The gain on what was left out."""
+        held_out = self.held_out
+        if held_out is None:
             return "nothing was left out to tell what another log gains"
-        return f"on {'logs' if len(self.references) > 1 else 'thirds of the log'} left out of the search {words}"
+        parts = "logs" if len(self.references) > 1 else "parts of the log"
+        less = held_out.share >= 0.0
+        words = f"{_percent(abs(held_out.share))} {'less' if less else 'more'}"
+        return f"on {parts} left out of the search {words} ({100 * held_out.low:.0f} to {100 * held_out.high:.0f} %)"
 
     @property
     def measure(self) -> str:
@@ -206,10 +225,10 @@ class Tuning:
         start = "the defaults" if self.space.params == type(self.space.params)() else "the parameters given"
         if not changed:
             return f"keep {start} of {name}: no others have a smaller {self.measure} than {before:.2f}° RMS"
-        words = f"keep {start} of {name}: you gain {_percent(self.gain)} ({before:.2f}° → {after:.2f}°"
-        if self.held_out_gain < 0.0:
-            return f"{words}), and {self._elsewhere(f'you lose {_percent(-self.held_out_gain)}')}"
-        return f"{words}), {self._elsewhere(_percent(self.held_out_gain))}"
+        return (
+            f"keep {start} of {name}: {self.measure} {before:.2f}° → {after:.2f}° on what was searched, "
+            f"{_percent(self.gain)} less; {self._elsewhere()}"
+        )
 
     def _reference_words(self) -> str:
         seconds = sum(one.seconds for one in self.references)

@@ -59,7 +59,7 @@ def _draw_folds(axes: "Axes", found: Tuning) -> None:
     axes.bar(at - 0.2, [one.before for one in found.folds], 0.38, color=style.GREY, label="before")
     axes.bar(at + 0.2, [one.after for one in found.folds], 0.38, color=style.BLUE, label="found without it")
     axes.set_xticks(at, [str(k + 1) for k in at])
-    parts = "log" if len(found.references) > 1 else "third"
+    parts = "log" if len(found.references) > 1 else "quarter"
     name = filters.of(found.best).name
     style.format_axes(axes, f"{name}: each {parts} left out once", f"{found.measure} [° RMS]", f"{parts} left out")
     axes.set_ylim(0.0, 1.3 * max(max(one.before, one.after) for one in found.folds))
