@@ -200,7 +200,7 @@ def costs(folder: Path, out: Path) -> dict[str, Any]:
     results.add(rows)
     results.flush()
     began = time.process_time()
-    results.finish([])
+    results.finish([], lambda url: False)
     finished = time.process_time() - began
     with open_pool(1, None, None) as pool:
         pool.submit(nothing)

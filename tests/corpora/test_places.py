@@ -1,10 +1,16 @@
 """Which recordings a place holds."""
 
+import io
 import os
+import threading
+import zipfile
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 
+import numpy as np
 import pytest
 
-from levelhead.corpora.places import list_sources, local_copy
+from levelhead.corpora.places import is_gone, list_sources, local_copy
 from levelhead.errors import LevelheadError
 
 pytest.importorskip("fsspec")
@@ -82,3 +88,70 @@ def test_a_copy_from_a_store_keeps_the_names_of_file_and_folder():
     with local_copy(source, {}) as path:
         assert path.parts[-2:] == ("broad", "one.csv") and path.read_bytes() == b"1,2,3"
     assert not path.exists()
+
+
+class Silent(SimpleHTTPRequestHandler):
+    """A web server that does not write to the terminal."""
+
+    def log_message(self, *_):
+        """Nothing."""
+
+
+@pytest.fixture
+def web(tmp_path):
+    """A folder as a web server lists it, on this machine."""
+    site = tmp_path / "site"
+    touch(site, "a.csv", "below/b.csv", "below/notes.pdf")
+    handler = partial(Silent, directory=str(site))
+    with ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_port}"
+        server.shutdown()
+
+
+def test_a_folder_of_a_web_server(web):
+    pytest.importorskip("aiohttp")
+    found = list_sources([f"{web}/"])
+    assert [one.name for one in found] == ["a.csv", "below/b.csv"]
+    assert [one.url for one in found] == [f"{web}/a.csv", f"{web}/below/b.csv"]
+    assert names(f"{web}/below/b.csv") == ["b.csv"]
+    with local_copy(found[1], {}) as path:
+        assert path.read_text() == "below/b.csv"
+    assert not is_gone(found[0].url, {}) and is_gone(f"{web}/c.csv", {})
+
+
+def test_recordings_in_a_zip_stand_for_themselves_and_parts_of_one_do_not(tmp_path):
+    t = np.arange(60) / 50.0
+    gyr, acc = (np.random.default_rng(0).normal(0.0, 0.1, (60, 3)) + one for one in (0.0, [0.0, 0.0, 9.81]))
+    log = io.StringIO()
+    np.savetxt(log, np.column_stack([t, gyr, acc]), delimiter=",", comments="",
+               header="t [s],gx [rad/s],gy [rad/s],gz [rad/s],ax [m/s^2],ay [m/s^2],az [m/s^2]")  # fmt: skip
+    with zipfile.ZipFile(tmp_path / "many.zip", "w") as many:
+        for name in ("x/one.csv", "two.csv"):
+            many.writestr(name, log.getvalue())
+        many.writestr("labels.csv", "t,label\n0,walk\n1,rest\n")
+    with zipfile.ZipFile(tmp_path / "single.zip", "w") as single:
+        single.writestr("log.csv", log.getvalue())
+        single.writestr("labels.csv", "t,label\n0,walk\n1,rest\n")
+    found = {one.name: one for one in list_sources([tmp_path])}
+    assert list(found) == ["many.zip/two.csv", "many.zip/x/one.csv", "single.zip"]
+    inside = found["many.zip/x/one.csv"]
+    with local_copy(inside, {}) as path:
+        assert path.name == "one.csv" and path.read_text() == log.getvalue()
+    assert inside.size == len(log.getvalue()) and not is_gone(inside.url, {})
+    (tmp_path / "many.zip").unlink()
+    assert is_gone(inside.url, {})
+
+
+def test_a_folder_that_cannot_be_read_is_named(tmp_path, caplog, monkeypatch):
+    touch(tmp_path, "open/a.csv", "shut/b.csv")
+    honest = os.scandir
+
+    def refuse(path):
+        if str(path).endswith("shut"):
+            raise PermissionError(13, "Permission denied", str(path))
+        return honest(path)
+
+    monkeypatch.setattr(os, "scandir", refuse)
+    assert names(tmp_path) == ["open/a.csv"]
+    assert caplog.messages == [f"passed over, because they cannot be read: {tmp_path / 'shut'}"]

@@ -12,6 +12,7 @@ import levelhead as lh
 from levelhead.corpora import runner, work
 from levelhead.corpora.results import list_parts
 from levelhead.errors import LevelheadError
+from levelhead.rotations import product
 
 TIMES = ["read_s", "run_s"]
 pytestmark = pytest.mark.slow
@@ -66,6 +67,31 @@ def test_results_of_other_places_stay(recordings, tmp_path):
     (part,) = list_parts(tmp_path)
     assert pq.read_table(part)["recording"].to_pylist() == sorted(pq.read_table(part)["recording"].to_pylist())
     assert pq.read_metadata(part).num_rows == 7
+
+
+def test_a_file_that_was_deleted_leaves_its_rows_marked(recordings, tmp_path):
+    folder = tmp_path / "copy"
+    shutil.copytree(recordings / "hand", folder)
+    corpus(folder, out=tmp_path / "out")
+    (folder / "unit1_day0.csv").unlink()
+    rows = corpus(folder, out=tmp_path / "out").to_pylist()
+    assert [row["recording"] for row in rows if row["gone"]] == ["unit1_day0.csv"] and len(rows) == 3
+    (part,) = list_parts(tmp_path / "out")
+    assert pq.read_table(part)["gone"].to_pylist() == [True, False, False]
+    shutil.copytree(recordings / "hand", folder, dirs_exist_ok=True)
+    assert not any(corpus(folder, out=tmp_path / "out")["gone"].to_pylist())
+
+
+def test_a_truth_whose_third_axis_is_not_up_is_left_out_as_by_fuse(tmp_path):
+    recording = lh.simulate.recording("MPU-6050", "hand", duration=4.0, rate=100.0, seed=0)
+    quarter = np.array([0.5**0.5, -(0.5**0.5), 0.0, 0.0])  # z up to y up
+    for name, quat in (("z", recording.truth.quat), ("y", product(quarter, recording.truth.quat))):
+        np.savez(tmp_path / f"{name}.npz", t=recording.t, gyr=recording.gyr, acc=recording.acc, q_ref_sensor=quat,
+                 ref_ok=np.ones(len(quat), bool))  # fmt: skip
+    found = {row["recording"]: row for row in corpus(tmp_path).to_pylist()}
+    assert found["y.npz"]["tilt_deg"] is None and found["y.npz"]["error"] is None
+    assert found["z.npz"]["tilt_deg"] < 10.0
+    assert lh.read(tmp_path / "y.npz").truth is None
 
 
 def test_a_run_that_was_ended_goes_on(recordings, tmp_path, monkeypatch):

@@ -42,7 +42,7 @@ def write_page(folder: Path, table: Untyped, job: Job, storage: ReadOnlyJson, pi
     """
     summary = Summary(table, job.verb)
     parts = [f"<h1>{escape(summary.heading)}</h1>", _job_paragraph(job)]
-    parts += [_html(one) for one in summary.tables()]
+    parts += [_html(one) for one in (*summary.tables(), *summary.spread())]
     if pictures:
         parts += list(_sensor_pictures(summary))
         parts += list(_worst_pictures(summary, table, job, storage))

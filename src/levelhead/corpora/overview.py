@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from math import degrees
 
+from levelhead.corpora.distribution import COLUMNS, axis_note, distributions, folder_of, sensor_of
 from levelhead.corpora.job import DOCTOR, NOISE
 from levelhead.corpora.row_layout import HEALTH
 from levelhead.evaluate.text_table import Column, Row, plain_table
@@ -66,8 +67,11 @@ class Summary:
         self.verb = verb
         known = set(table.column_names)
         named = ("recording", "method", "dataset", "group", "sensor", "position", "start_s", "error", "verdict",
-                 "exit_code", "findings", *HEALTH.values(), *BIASES, *SIGMAS, *self.figures)  # fmt: skip
-        self.rows: list[JsonObject] = table.select([name for name in dict.fromkeys(named) if name in known]).to_pylist()
+                 "exit_code", "findings", "sha256", "gone", *HEALTH.values(), *BIASES, *SIGMAS,
+                 *self.figures)  # fmt: skip
+        rows: list[JsonObject] = table.select([name for name in dict.fromkeys(named) if name in known]).to_pylist()
+        self.rows = [row for row in rows if not row.get("gone")]
+        self.gone = sorted({row["recording"] for row in rows if row.get("gone")})
 
     @property
     def figures(self) -> dict[str, tuple[str, str, int, float]]:
@@ -89,7 +93,8 @@ class Summary:
         """How many recordings there are, and how many gave no result."""
         every, bad = ({row["recording"] for row in rows} for rows in (self.rows, self.without_result))
         words = f"{self.verb}: {len(every):,} recording{'' if len(every) == 1 else 's'}"
-        return words + (f", {len(bad):,} without a result" if bad else "")
+        words += f", {len(bad):,} without a result" if bad else ""
+        return words + (f", {len(self.gone):,} no longer there" if self.gone else "")
 
     def groups(self) -> Table:
         """The mean of every figure by group and method."""
@@ -146,6 +151,32 @@ class Summary:
         columns = [Column("recording", "recording"), Column("why", "why")]
         return Table("Without a result", columns, rows[:SENTENCES], note)
 
+    def duplicates(self) -> Table:
+        """Recordings whose files are the same, byte by byte."""
+        names: dict[str, dict[str, None]] = {}
+        for row in self.rows:
+            if row.get("sha256"):
+                names.setdefault(row["sha256"], {})[row["recording"]] = None
+        rows: list[Row] = [
+            {"recording": first, "same": ", ".join(others)}
+            for first, *others in sorted(map(sorted, names.values()))
+            if others
+        ]
+        return Table("The same file twice", [Column("recording", "recording"), Column("same", "same as")], rows)
+
+    def missing(self) -> Table:
+        """Recordings with results whose file is no longer there."""
+        rows: list[Row] = [{"recording": name} for name in self.gone]
+        return Table("No longer there", [Column("recording", "recording")], rows, "Their rows stay, column gone.")
+
+    def spread(self) -> list[Table]:
+        """Quantiles and histograms by folder and by sensor."""
+        made = []
+        for title, place in (("folder", folder_of), ("sensor", sensor_of)):
+            rows = distributions(self.good, self.figures, place)
+            made.append(Table(f"Distribution by {title}", COLUMNS, rows, axis_note(rows)))
+        return [table for table in made if table.rows]
+
     def sensors(self) -> Table:
         """Of each sensor, how its gyroscope's bias went from its first recording to its last."""
         rows: list[Row] = []
@@ -172,7 +203,9 @@ class Summary:
 
     def tables(self) -> list[Table]:
         """All that have rows."""
-        makers: list[Callable[[], Table]] = [self.groups, self.worst_table, self.sensors, self.failures]
+        makers: list[Callable[[], Table]] = [
+            self.groups, self.worst_table, self.sensors, self.failures, self.duplicates, self.missing
+        ]  # fmt: skip
         return [table for make in makers if (table := make()).rows]
 
     def __str__(self) -> str:

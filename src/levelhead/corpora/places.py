@@ -7,6 +7,7 @@ import hashlib
 import logging
 import os
 import re
+import zipfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
@@ -26,6 +27,7 @@ LISTS = re.compile(  # names of files that say something about recordings and ar
     re.IGNORECASE,
 )
 SHOWN = 5  # of these, in a sentence
+FEWEST = 2  # recordings in a zip that stand for themselves
 STAMPS = ("ETag", "etag", "md5Hash", "checksum", "mtime", "LastModified", "last_modified", "updated", "modified")
 GYR, ACC = re.compile(r"gyr", re.IGNORECASE), re.compile(r"acc", re.IGNORECASE)
 MAGIC = re.compile(r"[*?[]")
@@ -98,16 +100,62 @@ def _list_place(place: str, storage: ReadOnlyJson) -> list[Source]:
             f"there is nothing at {place} that could be read ({type(error).__name__}: {error}); expected a folder, "
             "a pattern or a URL with recordings"
         ) from None
-    results = {str(PurePosixPath(file).parent) for file in files if PurePosixPath(file).name == MANIFEST}
-    local = "file" in (system.protocol if isinstance(system.protocol, tuple) else (system.protocol,))
-    _say_lists([file for file in files if LISTS.fullmatch(PurePosixPath(file).name)])
+    whole = {_bare(file): file for file in files}
+    bare = {_bare(file): info for file, info in files.items()}
+    results = {str(PurePosixPath(file).parent) for file in bare if PurePosixPath(file).name == MANIFEST}
+    local = _is_local(system)
+    _say_lists([file for file in bare if LISTS.fullmatch(PurePosixPath(file).name)])
     sources = []
-    for member, parts in _recordings(files, results).items():
-        name = str(PurePosixPath(member).relative_to(root))
-        url = member if local else system.unstrip_protocol(member)
+    for member, parts in _recordings(bare, results).items():
+        name = str(PurePosixPath(member).relative_to(_bare(root)))
+        url = member if local else _url(system, member, whole)
         size = sum(int(info.get("size") or 0) for info in parts)
-        sources.append(Source(name, url, _stamp(parts), size))
+        one = Source(name, url, _stamp(parts), size)
+        inside = _list_zip(one) if local and member.lower().endswith(".zip") else []
+        sources += inside or [one]
     return sources
+
+
+def _bare(file: str) -> str:
+    """A path without the scheme that some stores put before it."""
+    return file.partition("://")[2] or file
+
+
+def _url(system: Untyped, member: str, whole: Mapping[str, str]) -> str:
+    """The URL of a recording, a file or a folder, in a store whose files have these bare paths."""
+    file = next(file for bare, file in whole.items() if bare == member or bare.startswith(f"{member}/"))
+    scheme = file[: len(file) - len(_bare(file))]
+    return f"{scheme}{member}" if scheme else str(system.unstrip_protocol(member))
+
+
+def _list_zip(archive: Source) -> list[Source]:
+    """The recordings in a zip, if there are several; a zip with the parts of one stays one."""
+    from levelhead.sources.pipeline import list_recordings
+
+    if not zipfile.is_zipfile(archive.url):
+        return []
+    with zipfile.ZipFile(archive.url) as inside:
+        files: dict[str, JsonObject] = {
+            info.filename: {"size": info.file_size, "checksum": info.CRC}
+            for info in inside.infolist()
+            if not info.is_dir()
+        }
+    members = _recordings(files, set())
+    if len(members) < FEWEST:
+        return []
+    alone = list_recordings(Path(archive.url))
+    if len(alone) < FEWEST:
+        return []
+    return [
+        Source(
+            f"{archive.name}/{member}",
+            f"zip://{member}::{archive.url}",
+            _stamp(parts),
+            sum(int(info["size"]) for info in parts),
+        )
+        for member, parts in members.items()
+        if str(PurePosixPath(member).with_suffix("")) in alone
+    ]
 
 
 def _say_lists(files: list[str]) -> None:
@@ -123,9 +171,9 @@ def _say_lists(files: list[str]) -> None:
 def _files(system: Untyped, path: str) -> tuple[str, dict[str, JsonObject]]:
     """The folder that names are relative to, and all files below a path with what their store says of them."""
     if not MAGIC.search(path):
-        if system.isfile(path):
-            return str(PurePosixPath(path).parent), {path: system.info(path)}
-        found = system.find(path, detail=True)
+        if system.isfile(path) and not _is_page(path):
+            return path.rpartition("/")[0] or "/", {path: system.info(path)}
+        found = _find(system, path)
         if not found and not system.exists(path):
             raise FileNotFoundError("not found")
         return path.rstrip("/") or "/", found
@@ -136,6 +184,27 @@ def _files(system: Untyped, path: str) -> tuple[str, dict[str, JsonObject]]:
     for match, info in system.glob(path, detail=True).items():
         found |= system.find(match, detail=True) if info["type"] == "directory" else {match: info}
     return root, found
+
+
+def _is_page(path: str) -> bool:
+    """Whether a path is that of a web page, which may be the list of a folder."""
+    return "://" in path and PurePosixPath(path).suffix.lower() not in SUFFIXES
+
+
+def _find(system: Untyped, path: str) -> dict[str, JsonObject]:
+    """All files below a folder; folders of this machine that cannot be read are named in the log."""
+    found: dict[str, JsonObject] = system.find(path, detail=True)
+    unreadable: list[str] = []
+    if _is_local(system):
+        for _ in os.walk(path, onerror=lambda error: unreadable.append(str(error.filename))):
+            pass
+    if unreadable:
+        logging.getLogger("levelhead").warning("passed over, because they cannot be read: %s", ", ".join(unreadable))
+    return found
+
+
+def _is_local(system: Untyped) -> bool:
+    return "file" in (system.protocol if isinstance(system.protocol, tuple) else (system.protocol,))
 
 
 def _recordings(files: Mapping[str, JsonObject], results: set[str]) -> dict[str, list[JsonObject]]:
@@ -202,6 +271,21 @@ def local_copy(source: Source, storage: ReadOnlyJson) -> Iterator[Path]:
         target.parent.mkdir(parents=True, exist_ok=True)
         system.get(path, str(target), recursive=system.isdir(path))
         yield target
+
+
+def is_gone(url: str, storage: ReadOnlyJson) -> bool:
+    """Whether a recording that was run is no longer there; a store that does not answer tells nothing."""
+    if "://" not in url:
+        return not Path(url).exists()
+    import fsspec
+
+    try:
+        system, path = fsspec.core.url_to_fs(url, **storage)
+        return not system.exists(path)
+    except FileNotFoundError:
+        return True  # the zip around it
+    except Exception:  # every store has errors of its own
+        return False
 
 
 def file_digest(path: Path) -> str:

@@ -10,7 +10,7 @@ recording's rows stand in one part, so it is done or it is not. Where a recordin
 """
 
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple
@@ -113,20 +113,31 @@ class Results:
         self._write(pa.Table.from_pylist(self._waiting, self._schema), QUICK)
         self._waiting = []
 
-    def finish(self, names: Iterable[str]) -> Untyped:
-        """Writes all parts anew as one, sorted, and gives the rows of the recordings with these names."""
+    def finish(self, names: Iterable[str], is_gone: Callable[[str], bool]) -> Untyped:
+        """Writes all parts anew as one, sorted, and gives the rows of the recordings with these names.
+
+        Of other recordings, ``is_gone`` says by the URL whether they are no longer there; their rows stay, marked, and
+        are given too.
+        """
         import pyarrow as pa
         import pyarrow.compute as pc
 
         self.flush()
         before = self._parts()
         table = read_rows(self.folder, self._schema)
+        listed = set(names)
+        gone = [
+            name not in listed and is_gone(url)
+            for name, url in zip(table["recording"].to_pylist(), table["url"].to_pylist(), strict=True)
+        ]
+        marks = pa.array(gone, pa.bool_())
+        table = table.set_column(table.column_names.index("gone"), self._schema.field("gone"), marks)
         if len(before) > 1 or (before and not _read(before[0]).equals(table)):
             self._write(table)
             for path in before:
                 with suppress(OSError):
                     path.unlink()
-        return table.filter(pc.is_in(table["recording"], pa.array(list(names), pa.string())))
+        return table.filter(pc.or_(pc.is_in(table["recording"], pa.array(sorted(listed), pa.string())), marks))
 
     def _write(self, table: Untyped, how: ReadOnlyJson = SMALL) -> None:
         import pyarrow.parquet as pq

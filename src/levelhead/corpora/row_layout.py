@@ -45,6 +45,7 @@ COMMON = (
     Kind("stamp", TEXT, "digest of size and time or ETag of the file, by which a changed one is known"),
     Kind("sha256", TEXT, "of the file"),
     Kind("bytes", WHOLE, "of the file"),
+    Kind("gone", FLAG, "the file was no longer there at the last run"),
 )
 
 HEALTH = {

@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 
 from levelhead.corpora.cluster import Pool, WorkerDied, open_pool
 from levelhead.corpora.job import FUSE, Batch, Job, check_same_sensor, choose_methods
-from levelhead.corpora.places import Source, list_sources
+from levelhead.corpora.places import Source, is_gone, list_sources
 from levelhead.corpora.plan import Plan, make_plan
 from levelhead.corpora.results import Results
 from levelhead.corpora.sensors import assign_sensors
@@ -144,7 +144,7 @@ def run_job(
         with open_pool(workers, scheduler, memory) as pool:
             state.dashboard = pool.dashboard
             _drive(job, plan, pool, results, storage, state, progress)
-    return results.finish([source.name for source in sources])
+    return results.finish([source.name for source in sources], lambda url: is_gone(url, storage))
 
 
 def _drive(

@@ -5,6 +5,7 @@ import json
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -84,6 +85,7 @@ def _base(job: Job, source: Source, sensor: str, prior: str) -> JsonObject:
         "stamp": source.stamp,
         "bytes": source.size,
         "transient": False,
+        "gone": False,
     }
 
 
@@ -163,7 +165,16 @@ class Attempt:
 
 
 def read_recording(path: Path, job: Job) -> Recording:
-    """The recording at a path of this machine, as a job asks for it."""
+    """The recording at a path of this machine, as a job asks for it; a truth whose third axis is not up is left out."""
+    from levelhead.sources.interpret.reference_columns import points_up
+
+    recording = _read(path, job)
+    if recording.truth is None or points_up(recording.truth.quat, recording.acc):
+        return recording
+    return replace(recording, truth=None)
+
+
+def _read(path: Path, job: Job) -> Recording:
     if any(job.hints.values()):
         from levelhead.sources import read
 

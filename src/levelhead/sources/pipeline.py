@@ -230,6 +230,18 @@ def is_one_recording(folder: Path) -> bool:
     return any("gyr" in sensors_of(table) for table in parts)
 
 
+def list_recordings(file: Path) -> list[str]:
+    """Names of the files in a zip or a folder that are recordings by themselves, without suffix."""
+    from levelhead.sources.join.merge import sensors_of
+
+    try:
+        with np.errstate(all="ignore"):
+            found, _ = _open_tables(file, Hints())
+    except (LevelheadError, OSError, ValueError):
+        return []
+    return list(dict.fromkeys(table.context for table in found if {"gyr", "acc"} <= sensors_of(table)))
+
+
 def _names(sensor: str, part: Member) -> bool:
     return sensor.lower() in part.name.lower()
 

@@ -50,6 +50,12 @@ def judge_reference(
     return True
 
 
+def points_up(quat: Array, acc: Array) -> bool:
+    """Whether the mean specific force (n, 3) points up in a reference's world; quat (n, 4) may be NaN."""
+    force = _mean_force(quat, acc)
+    return force is None or bool(force[2] >= _UP)
+
+
 def make_reference(
     found: Interpretation, table: Table, positions: Mapping[str, tuple[int, ...]], columns: Mapping[int, Column]
 ) -> Truth | None:
