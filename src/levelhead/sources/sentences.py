@@ -98,6 +98,7 @@ _GYROSCOPE: Mapping[str, str] = {  # reason to the evidence for a gyroscope's un
     ),
     "whole_numbers": "a guess: {counts:g} counts per deg/s, {chip}, at which its noise at rest is {noise:.2g} deg/s",
     "whole_degrees": "a guess: whole numbers, whose noise at rest is {noise:.2g} deg/s",
+    "digit": "a guess: its numbers go in steps of {step:.5g} deg/s, as a chip's converter does",
     "gravity_against": "a guess: gravity turns against the gyroscope (scale {scale:.2f}); one is inverted",
     "force_cancels": "a guess: turned back as rad/s, the force would cancel",
     "force_keeps_mean": "a guess: turned back as rad/s, the force of a moving sensor keeps its mean",
@@ -247,6 +248,10 @@ SENTENCES: Mapping[tuple[str, str], Template] = {
     ("acc.unit", "mean_force"): (
         "accelerometer: taken as {value}, a guess: its median length is {norm:.4g}, as on a runner, and its mean over "
         "some seconds, turned back by the gyroscope, {force:.2f} g; --units acc={value} confirms it"
+    ),
+    ("acc.unit", "rest"): (
+        "accelerometer: taken as {value}, a guess: its length is {rest:.4g} where nothing moves ({norm:.4g} usually); "
+        "--units acc={value} confirms it"
     ),
     ("acc.unit", "counts"): (
         "accelerometer: raw counts, {per_g:g} per g, a guess: its median length is {norm:.4g}; "

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from levelhead import units
 from levelhead.errors import LevelheadError
-from levelhead.recording import Array
+from levelhead.recording import Array, median
 from levelhead.signals.gravity_turn import (
     median_norm,
 )
@@ -35,6 +35,8 @@ LEAST_GRAVITY = 0.35  # of the median length: a shorter mean, and no usual lengt
 LEFT_OF_LINEAR = 0.55  # g, of the mean force; linear acceleration leaves up to 0.49, gravity 0.80 and more
 _HURRIED = (1.4, 3.0)  # usual lengths, in g, of the specific force on a runner
 _UNEVEN = 0.7  # shares of the usual length between its deciles: 0.9 and more on runners, 0.5 on drones and swung arms
+_REST_WINDOW, _REST_WINDOWS = 0.5, 4  # s; windows in which a sensor that is moved for most of a log rests, at least
+_REST_SHAKEN, _REST_TURNED = 0.02, 0.05  # in them: share of the length, share of the largest rate
 
 
 class GravityRemoved(LevelheadError):
@@ -87,6 +89,8 @@ def acc_scale(
         return scale
     if (running := _while_running(values, norm, turning, evidence)) is not None:
         return running
+    if (resting := _while_at_rest(values, norm, turning, evidence)) is not None:
+        return resting
     counts = acc_sensitivity(norm)
     if counts is not None and norm > 50.0:
         evidence.acc_per_g, evidence.acc_norm = counts.per_unit, norm
@@ -131,6 +135,34 @@ def _while_running(values: Array, norm: float, turning: GyroscopeRows, evidence:
     scale = Scale(units.factor("acc", unit), unit)
     facts, confirm = {"norm": norm, "force": force}, {"units": {"acc": unit}}
     evidence.conclude("acc.unit", "mean_force", scale, Basis.GUESS, facts, confirm)
+    return scale
+
+
+def _while_at_rest(values: Array, norm: float, turning: GyroscopeRows, evidence: Evidence) -> Scale | None:
+    """The scale of (n, 3) ``values`` whose usual length is thrust or a spin, and gravity only where nothing moves.
+
+    A rocket stands on its pad, then spins. Whole numbers are left to the sensitivities of chips. None: nothing rests.
+    """
+    if are_whole(values):
+        return None
+    acc = values[turning.rows]
+    step = median(np.diff(turning.t)) if len(turning.t) > 1 else 0.0
+    size = max(4, round(_REST_WINDOW / step)) if step > 0.0 else 0
+    count = len(acc) // size if size else 0
+    if count < _REST_WINDOWS:
+        return None
+    windows, rates = (one[: count * size].reshape(count, size, 3) for one in (acc, turning.gyr))
+    length = np.sqrt((windows.mean(axis=1) ** 2).sum(axis=1))
+    shaken = np.sqrt(windows.var(axis=1).sum(axis=1)) / length
+    turned = np.sqrt((rates**2).sum(axis=2)).max(axis=1)
+    large = np.nanmax(turned, initial=0.0)
+    still = (shaken < _REST_SHAKEN) & (turned < _REST_TURNED * large)
+    unit = acc_unit(median(length[still]), 0.95, 1.05) if still.sum() >= _REST_WINDOWS else None
+    if unit is None:
+        return None
+    scale = Scale(units.factor("acc", unit), unit)
+    facts, confirm = {"norm": norm, "rest": median(length[still])}, {"units": {"acc": unit}}
+    evidence.conclude("acc.unit", "rest", scale, Basis.GUESS, facts, confirm)
     return scale
 
 

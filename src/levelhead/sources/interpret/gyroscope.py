@@ -33,6 +33,7 @@ from levelhead.sources.hints import NeedsHints, Scale, count_word
 from levelhead.sources.interpret.converter_counts import rates_about
 from levelhead.sources.interpret.counts import ACC, Chip, WholeRates, choose_sensitivity, gyr_sensitivity
 from levelhead.sources.interpret.declared import Evidence, are_whole
+from levelhead.sources.interpret.digit import unit_by_digit
 from levelhead.sources.sentences import gyroscope_reason
 from levelhead.sources.table import Table
 from levelhead.units import DEGREE, GRAVITY
@@ -51,6 +52,7 @@ _TILTED = 0.06  # rad rms in a window, from which the gyroscope says that it til
 _CANCELLED = 0.45  # of the mean force is left, at most, where rates in deg/s are taken for rad/s; a bias leaves more
 _DRIFTED = 2.5  # between the means of a window's halves, by what shakes it: in rad/s 0.1 to 2.4, the most by bias
 _SEEN = 0.06  # of its tilt that the force shows: in rad/s 0.07 and more, the least on drones; in deg/s 1/57 and noise
+_FULL, _OFTEN, _CLIPPED = 0.9999, 10, 0.01  # of the largest number; rows and share of rows that show full scale
 _NOISE = 0.02  # at rest, deg/s below this does not come from a MEMS gyroscope at usual rates
 
 
@@ -216,6 +218,7 @@ def _whole_norm(mag: Array | None) -> float | None:
 
 def gyr_unit(t: Array, gyr: Array, acc: Array, whole: Whole = NOTHING_WHOLE) -> GyroscopeUnit:
     """The unit of (n, 3) ``gyr`` beside (n, 3) ``acc`` in m/s², whose numbers were ``whole``."""
+    gyr = _without_clipped(gyr)
     turn = turn_of_gravity(t, gyr, acc)
     if _may_be_counts(gyr) and not (turn is not None and turn.clear and 0.5 < turn.scale < 2.0):
         return _unit_of_whole(t, gyr, acc, turn, whole)
@@ -238,7 +241,19 @@ def gyr_unit(t: Array, gyr: Array, acc: Array, whole: Whole = NOTHING_WHOLE) -> 
                 }  # fmt: skip
                 turned = one.correlation < -MIN_CORRELATION
                 return GyroscopeUnit(None, counts.per_unit, "gravity_turn_nearest_counts", facts, reversed=turned)
+    if (digit := unit_by_digit(gyr)) is not None:
+        return GyroscopeUnit(digit[0], None, "digit", {"step": digit[1]})
     return _guess_unit(t, gyr, acc)
+
+
+def _without_clipped(gyr: Array) -> Array:
+    """(n, 3) rates, NaN where an axis stands at the largest number again and again: full scale tells no turn."""
+    size = np.abs(gyr)
+    large = np.nanmax(size, initial=0.0)
+    clipped = (size >= _FULL * large).any(axis=1)
+    if not large > 0.0 or clipped.sum() < max(_OFTEN, _CLIPPED * len(gyr)) or clipped.mean() > 0.9:
+        return gyr
+    return np.where(clipped[:, None], np.nan, gyr)
 
 
 def _against_gravity(quiet: GravityTurn | None) -> GyroscopeUnit | None:
