@@ -120,6 +120,7 @@ SENTENCES: Mapping[tuple[str, str], Template] = {
     ("file.lines", "cut_off"): "line {value} is cut off and was left out",
     ("file.header", "first_unnamed"): _CELLS + "the first has no name",
     ("file.header", "time_absent"): "a guess: " + _CELLS + "no line has '{value}'",
+    ("file.header", "rest_unnamed"): _CELLS + "the last {unnamed} have no name, a guess",
     ("file.header", "last_absent"): _CELLS + "no line has '{value}'",
     ("file.encoding", "zero_bytes"): "read as UTF-16, which its zero bytes show",
     ("file.encoding", "code_page"): (
@@ -143,6 +144,7 @@ SENTENCES: Mapping[tuple[str, str], Template] = {
     ),
     ("frame", "ulog"): "{topic}: body frame x forward, z down",
     ("columns", "by_numbers"): _columns_by_numbers,
+    ("columns", "stacked_rows"): "no header: a sample has {count} lines, a guess: {listed}",
     ("columns", "by_physics"): (
         "no names: a guess by physics: accelerometer {accelerometer} … with {per_g:.4g} counts per g around {middle}; "
         "gyroscope {gyroscope} with {scale:.4g} rad/s a count (gravity turns so, correlation {correlation:.2f})"

@@ -1,9 +1,11 @@
 """JSON: a line for each sample, a list of objects (Sensor Logger), or lists of numbers at any depth."""
 
+import ast
 import json
 import math
+import re
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -47,8 +49,13 @@ class JsonTable(ArrayTable):
 def matches(file: TextFile) -> bool:
     """Whether a text begins like JSON; the first of its lines may be cut."""
     first = file.content[0].lstrip("\ufeff \t") if file.content else ""
-    bracket = first[:1] in ("{", "[") and '"' in "".join(file.content[:3])
-    return bracket or any(line.lstrip().startswith("{") and '"' in line for line in file.content[1:2])
+    bracket = first[:1] in ("{", "[") and _has_quotes("".join(file.content[:3]))
+    return bracket or any(line.lstrip().startswith("{") and _has_quotes(line) for line in file.content[1:2])
+
+
+def _has_quotes(text: str) -> bool:
+    """Whether there are names in quotes: JSON's, or Python's."""
+    return '"' in text or "':" in text
 
 
 def text_tables(file: TextFile) -> Sequence[Table]:
@@ -96,8 +103,8 @@ def _line_tables(text: str, source: str) -> Sequence[Table]:
     objects = []
     for line in text.splitlines():
         try:
-            item = json.loads(line, parse_constant=lambda _: None)
-        except (ValueError, RecursionError):
+            item = _load(line)
+        except ValueError:
             continue
         objects += [item] if isinstance(item, dict) else []
     return list(_object_tables(objects, "", source)) if len(objects) >= _MIN_SAMPLES else [table]
@@ -138,8 +145,8 @@ def flatten_line(text: str) -> dict[str, float]:
         Garbage: no object, no JSON, or an infinite number.
     """
     try:
-        given = json.loads(text, parse_constant=lambda name: math.nan if name == "NaN" else math.inf)
-    except (ValueError, RecursionError):
+        given = _load(text, lambda name: math.nan if name == "NaN" else math.inf)
+    except ValueError:
         raise Garbage from None
     if not isinstance(given, dict):
         raise Garbage
@@ -147,6 +154,28 @@ def flatten_line(text: str) -> dict[str, float]:
         return {name: _finite_or_nan(part) for name, part in _parts(given) if _is_number(part)}
     except (RecursionError, OverflowError):  # nested for hundreds of levels, or an integer of hundreds of digits
         raise Garbage from None
+
+
+def _load(line: str, constant: Callable[[str], float | None] = lambda _: None) -> Any:
+    """The value in a line of JSON, or in what Python prints of a dictionary.
+
+    Raises:
+        ValueError: neither.
+    """
+    try:
+        return json.loads(line, parse_constant=constant)
+    except ValueError:
+        if "'" not in line:
+            raise
+    except RecursionError:
+        raise ValueError("nested too deep") from None
+    try:
+        return ast.literal_eval(_NAN.sub("None", line.strip()))
+    except (SyntaxError, MemoryError, RecursionError, TypeError):
+        raise ValueError("no dictionary") from None
+
+
+_NAN = re.compile(r"\bnan\b")
 
 
 def _is_number(part: object) -> bool:
@@ -199,7 +228,7 @@ def _walk(node: Any, name: str, source: str, depth: int) -> Iterator[ArrayTable]
 def _list_tables(node: Sequence[Any], name: str, source: str, depth: int) -> Iterator[ArrayTable]:
     """The tables in a list: samples as objects, samples as lists of numbers, or a list of something else."""
     objects = [item for item in node if isinstance(item, dict)]
-    if len(objects) >= _MIN_SAMPLES and len(objects) > 0.5 * len(node):
+    if len(objects) >= _MIN_SAMPLES and len(objects) > 0.5 * len(node) and not any(map(_holds_tables, objects)):
         yield from _object_tables(objects, name, source)
     elif len(node) >= _MIN_SAMPLES and _is_matrix(node):
         width = len(node[0])
@@ -211,14 +240,25 @@ def _list_tables(node: Sequence[Any], name: str, source: str, depth: int) -> Ite
             yield from _walk(item, name, source, depth + 1)
 
 
+def _holds_tables(item: JsonObject) -> bool:
+    """Whether a member of an object is a list of samples by itself, as in the streams of gopro-telemetry."""
+    return any(
+        isinstance(value, list)
+        and len(value) >= _MIN_SAMPLES
+        and all(isinstance(part, dict) for part in value)
+        and any(isinstance(inner, list | dict) for part in value[:1] for inner in part.values())
+        for value in item.values()
+    )
+
+
 def _is_matrix(node: Sequence[Any]) -> bool:
     return all(isinstance(item, list) for item in node) and len({len(item) for item in node}) == 1
 
 
 def _member_tables(node: JsonObject, name: str, source: str, depth: int) -> Iterator[ArrayTable]:
     """The tables in the members of an object, whose name and unit may stand beside their samples."""
-    title = next((str(node[key]) for key in ("name", "sensor") if isinstance(node.get(key), str)), "")
-    unit = node.get("units") or node.get("unit")
+    title = next((str(node[key]) for key in ("name", "sensor", "STNM") if isinstance(node.get(key), str)), "")
+    unit = node.get("units") or node.get("unit") or node.get("SIUN")
     for key, value in node.items():
         called = key if isinstance(value, list | dict) else name
         for table in _walk(value, title if title and isinstance(value, list) else called, source, depth + 1):

@@ -12,11 +12,11 @@ from levelhead.open_types import ReadOnlyJson
 from levelhead.recording import Array, median
 from levelhead.signals.gravity_turn import median_norm, turn_of_gravity
 from levelhead.sources.conclusion import Basis, Conclusion
-from levelhead.sources.hints import Hints
+from levelhead.sources.hints import MEANING, Hints
 from levelhead.sources.interpret.converter_counts import with_sensors
 from levelhead.sources.interpret.counts import ACC
 from levelhead.sources.names.column_name import understand
-from levelhead.sources.table import ArrayTable, Column, Table, words_of
+from levelhead.sources.table import ArrayTable, Column, Table, stack, words_of
 from levelhead.units import GRAVITY
 
 _MAX_ROWS = 20_000  # that are looked at
@@ -34,6 +34,7 @@ _AXES = "xyz"
 _ONE_SENSOR = {1: ["1"], 3: ["x", "y", "z"], 4: ["time", "x", "y", "z"]}
 _OF_MATRIX = re.compile(r".*\[\d+\]")  # data[0]: a column of a matrix
 _MATRIX_WIDTH = 6  # columns of two sensors
+_MAX_STACKED, _MIN_STACKED = 4, 20  # sensors whose rows take turns; samples that show it
 Triple = tuple[int, ...]
 
 
@@ -75,6 +76,8 @@ def _matrix(table: Table) -> ArrayTable | None:
 def _by_numbers(table: Table, hints: Hints) -> ArrayTable:
     width = len(table.names)
     positions = [i for i in range(width) if i not in words_of(table)][:_MAX_COLUMNS]
+    if width == len(_AXES) and (stacked := _stacked_rows(table)) is not None:
+        return stacked
     if width in _ONE_SENSOR or width > _MAX_COLUMNS:
         return _one_sensor(table, list(range(width)))
     columns = table.read(positions, frozenset(positions))
@@ -94,6 +97,37 @@ def _by_numbers(table: Table, hints: Hints) -> ArrayTable:
     as_hints = _as_hints(guess) if step == 0.0 and whole_seconds is None and not guess.user else {}
     found = [*table.conclusions, Conclusion("columns", "by_numbers", named, Basis.GUESS, facts, as_hints)]
     return ArrayTable(table.source, arrays, rate=table.rate, conclusions=found, column_units=units)
+
+
+def _stacked_rows(table: Table) -> ArrayTable | None:
+    """A table whose rows of x, y, z are those of several sensors by turns, side by side; None if they are of one.
+
+    Every second, third or fourth row is then as long as gravity, and the others are not.
+    """
+    columns = table.read([0, 1, 2])
+    rows = stack(columns, [0, 1, 2])
+    for count in range(2, _MAX_STACKED + 1):
+        samples = len(rows) // count
+        if samples < _MIN_STACKED:
+            return None
+        phases = [rows[k : samples * count : count] for k in range(count)]
+        scores = [gravity_score(phase) for phase in phases]
+        known = sorted((score, k) for k, score in enumerate(scores) if score is not None)
+        if not 0 < len(known) < count or gravity_score(rows) is not None:
+            continue
+        side = np.hstack(phases)
+        triples = [(3 * k, 3 * k + 1, 3 * k + 2) for k in range(count)]
+        acc = triples.pop(known[0][1])
+        gyr = _gyroscope(side, np.arange(samples) / 100.0, acc, triples)
+        if not gyr:
+            continue
+        mag = _magnetometer(side, acc, gyr, triples)
+        named = {"acc": acc[0] // 3, "gyr": gyr[0] // 3} | ({"mag": mag[0] // 3} if mag else {})
+        arrays = {f"{role}_{axis}": phases[k][:, i] for role, k in named.items() for i, axis in enumerate(_AXES)}
+        facts = {"count": count, "listed": ", ".join(f"{MEANING[role]} in line {k + 1}" for role, k in named.items())}
+        found = [*table.conclusions, Conclusion("columns", "stacked_rows", count, Basis.GUESS, facts)]
+        return ArrayTable(table.source, arrays, rate=table.rate, conclusions=found)
+    return None
 
 
 def _as_hints(guess: Guess) -> ReadOnlyJson:

@@ -26,10 +26,12 @@ from levelhead.sources.names.column_groups import (
 )
 from levelhead.sources.names.column_name import split, understand, unit_in
 from levelhead.sources.table import ArrayTable, Column, Table
+from levelhead.units import GRAVITY
 
 NANO = 1_000_000_000
 _MIN_SLOW = 1.5  # the accelerometer's interval in gyroscope's ones from which it is called slower
 _MAX_HOLE = 4.0  # own intervals across which values are interpolated
+_MIN_GRAVITY, _CONSTANT = 10, 2e-3  # samples of a vector whose length software keeps constant to a share
 _MAX_LENGTH_SHARE = 0.001  # by which columns of other tables may be longer or shorter than the first one
 
 
@@ -258,13 +260,33 @@ def _other_tables(
 
 
 def _gravity_beside(tables: Sequence[Table], acc: SensorColumns) -> SensorColumns | None:
-    """The gravity vector in a file or sheet of its own, where the accelerometer has none of it; None: there is none."""
+    """The gravity vector in a file or sheet of its own, where the accelerometer has none of it; None: there is none.
+
+    Its name says so, or its length, which is 1 or that of gravity at every sample.
+    """
     for table in tables:
         axes = {split(name)[0]: i for i, name in enumerate(table.names) if split(name)[:1] in (["x"], ["y"], ["z"])}
-        if {"gravity", "grav"} & set(split(table.context)) and len(axes) == 3 and table is not acc.table:
-            positions = [axes[axis] for axis in "xyz"]
-            return SensorColumns("gravity", table, column_group(positions, [table.names[i] for i in positions]))
+        if not axes:
+            known = group_axes("acc", [understand(name, table.context) for name in table.names], None)[0]
+            axes = dict(zip("xyz", order_positions("acc", known[0]), strict=True)) if known else {}
+        if len(axes) != 3 or table is acc.table:
+            continue
+        positions = [axes[axis] for axis in "xyz"]
+        found = SensorColumns("gravity", table, column_group(positions, [table.names[i] for i in positions]))
+        if {"gravity", "grav"} & set(split(table.context)) or _is_gravity_vector(found.read()):
+            return found
     return None
+
+
+def _is_gravity_vector(values: Array) -> bool:
+    """Whether (n, 3) values have the length of gravity, in g or m/s², at all samples."""
+    length = np.sqrt((values**2).sum(axis=1))
+    length = length[np.isfinite(length)]
+    if len(length) < _MIN_GRAVITY or not np.ptp(values[np.isfinite(values).all(axis=1)], axis=0).any():
+        return False
+    usual = median(length)
+    constant = float(np.quantile(np.abs(length / usual - 1.0), 0.9)) < _CONSTANT if usual > 0.0 else False
+    return constant and min(abs(usual - 1.0), abs(usual / GRAVITY - 1.0)) < 0.01
 
 
 def _clocks(chosen: Mapping[str, SensorColumns], hints: Hints) -> tuple[dict[str, SensorClock], list[Conclusion]]:

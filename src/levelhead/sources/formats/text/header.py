@@ -141,6 +141,11 @@ def fit_names(names: Sequence[str], given: int, rows: Sequence[Sequence[str]]) -
     One name more: the first is a time that is not there, or the last column is missing.
     """
     width, first = len(rows[0]) if rows else 0, [row[0].strip() for row in rows if row]
+    if len(rows) >= _FEW_ROWS and given < width - 1 and any(row[-1].strip() for row in rows):
+        facts = {"names": given, "cells": width, "unnamed": width - given}
+        return [*names[:given], *[""] * (width - given)], Conclusion(
+            "file.header", "rest_unnamed", "", Basis.GUESS, facts
+        )
     if len(rows) < _FEW_ROWS or abs(given - width) != 1 or not any(row[-1].strip() for row in rows):
         return list(names), None
     column = [float(cell) if is_number(cell, False) else math.nan for cell in first]

@@ -37,6 +37,7 @@ _MAX_LINES = 600  # that are looked at
 _MAX_DATA = 60  # of them, lines of numbers by which the delimiter is judged
 _MIN_WORDS = 5  # cells that tell whether a column holds words
 _MAX_LATE = 100  # lines of numbers that may stand above a header: a serial line that was joined too early
+_MIN_SHORT = 6  # names of a header that names only the first columns
 _MAX_HEADER = 6  # lines of a header
 _MAX_COMMENTS = 20  # comments above the numbers among which the names are looked for
 _END = re.compile(r"\W*end_?of_?header\W*|endheader", re.IGNORECASE)  # LabVIEW; OpenSim
@@ -317,6 +318,8 @@ def _header_row(line: str, shape: Shape) -> list[str] | None:
     if _fills(row, width):
         return [_clean(cell) for cell in row]
     if width > 2 and len(row) in (width - 1, width + 1) and len(trim(row)) > 0.5 * width:
+        return [cell.strip() for cell in row]
+    if _MIN_SHORT <= len(trim(row)) == len(row) < width and len(set(row)) == len(row):
         return [cell.strip() for cell in row]
     return header_cells(line, delimiter, width)
 
