@@ -74,7 +74,8 @@ def test_streams_of_gopro_telemetry(tmp_path: Path, hand: Recording) -> None:
         return {"TSMP": len(samples), "STNM": name, "SIUN": unit, key: samples}
 
     streams = [
-        stream("Accelerometer (z,x,y)", "ACCL", "m/s2", hand.acc), stream("Gyroscope (z,x,y)", "GYRO", "rad/s", hand.gyr),
+        stream("Accelerometer (z,x,y)", "ACCL", "m/s2", hand.acc),
+        stream("Gyroscope (z,x,y)", "GYRO", "rad/s", hand.gyr),
         *({"TSMP": k, "STNM": f"Face {k}", "FACE": []} for k in range(5)),
     ]  # fmt: skip
     whole = {"1": {"DEVC": [{"DVID": 1, "DVNM": "Hero6 Black", "STRM": streams}]}, "frames/second": 29.97}
