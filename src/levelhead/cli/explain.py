@@ -50,8 +50,7 @@ def explain(
         raise LevelheadError(
             "explain reads the guard's health bits; expected thresholds such as --guard rest_time=3, not off"
         )
-    with progress(f"reading {log.name}"):
-        recording = reading.read(log)
+    recording = reading.read(log)
     with progress("explaining"):
         found = run(recording, params, guard=before, source=str(log))
     if plot is not None:

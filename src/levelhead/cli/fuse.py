@@ -199,8 +199,7 @@ def _fuse_one(log: Path, name: str, options: FuseOptions) -> FusionResult:
     """Reads, fuses and writes one log."""
     from levelhead.publish.progress import progress
 
-    with progress(f"reading {log.name}"):
-        recording = options.reading.read(log)
+    recording = options.reading.read(log)
     params, guard = options.params, options.guard
     if "live" in recording.meta and not options.named:
         params, guard = node_filter(recording.meta["live"], guard, options.guard_words)

@@ -2,6 +2,7 @@
 
 import json
 import os
+import shlex
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from levelhead.calibration import Calibration
     from levelhead.parameter_file import ParameterFile
     from levelhead.recording import Recording
+    from levelhead.sources.hints import NeedsHints
     from levelhead.track import Track
 
 
@@ -43,11 +45,35 @@ class Reading:
     session: Annotated[int | None, Parameter(metavar="N")] = None
     """Part of a log whose clock restarts, counted from 1; by default the longest."""
 
-    def read(self, log: Path) -> "Recording":
-        """The recording in a log, with these hints."""
-        from levelhead.sources import read
+    yes: Annotated[bool, Parameter(name=["--yes", "-y"], negative="")] = False
+    """Read on with the hints that an error proposes, such as a rate; a terminal asks for Enter instead."""
 
-        return read(log, **self.hints())
+    def read(self, log: Path) -> "Recording":
+        """The recording in a log, with these hints, or with those proposed if the user agrees."""
+        from levelhead.publish.progress import progress
+        from levelhead.sources import read
+        from levelhead.sources.hints import NeedsHints
+
+        hints = self.hints()
+        try:
+            with progress(f"reading {log.name}"):
+                return read(log, **hints)
+        except NeedsHints as error:
+            if not error.path or not self._agrees(error):
+                raise
+            hints = error.suggested
+        with progress(f"reading {log.name}"):
+            return read(log, **hints)
+
+    def _agrees(self, error: "NeedsHints") -> bool:
+        """Whether the user takes a proposal: by --yes, or by Enter in a terminal."""
+        if not self.yes and not (sys.stdin.isatty() and sys.stderr.isatty()):
+            return False
+        words = error.command().partition(shlex.quote(error.path))[2].strip()
+        sys.stderr.write(f"levelhead: {error.sentence}; {'read on' if self.yes else 'Enter reads on'} with {words}")
+        sys.stderr.write("\n" if self.yes else " ")
+        sys.stderr.flush()
+        return self.yes or sys.stdin.readline() == "\n"
 
     def hints(self) -> JsonObject:
         """The hints as arguments of ``levelhead.read``."""

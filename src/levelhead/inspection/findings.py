@@ -112,12 +112,12 @@ class Report:
         }
 
     def __str__(self) -> str:
-        lines = [f"{self.source}: {self.verdict}"]
-        if self.recording is not None:
-            lines.append(repr(self.recording))
+        if self.recording is None:  # the verdict is the reader's sentence, which names the log
+            return self.verdict if self.source in self.verdict else f"{self.source}: {self.verdict}"
+        lines = [f"{self.source}: {self.verdict}", repr(self.recording)]
         lines += [str(one) for one in self.findings]
         lines += [f"not known: {sentence}" for sentence in self.unknown]
-        lines += [f"read: {note}" for note in (self.recording.meta.get("notes", ()) if self.recording else ())]
+        lines += [f"read: {note}" for note in self.recording.meta.get("notes", ())]
         return "\n".join(lines)
 
 

@@ -137,8 +137,9 @@ RULES = (
     ),
     Rule(
         "several_clocks", "note", "sensors have clocks of their own; they were merged", "",
-        [("clock", "merged"), ("rows", "outside_overlap"), ("t.column", "most_even")],
+        [("clock", "merged"), ("rows", "outside_overlap")],
     ),
+    Rule("several_clocks", "note", "of several columns with time one was taken", "", [("t.column", "most_even")]),
     Rule(
         "empty_columns", "note", "columns or files with nothing in them were passed over", "",
         [("file.parts", "empty")],

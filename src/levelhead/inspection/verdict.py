@@ -25,6 +25,7 @@ ADDED = {
 }  # deg of tilt; no filter sees them
 # deg, where a log is too short for ``expected_heading_error``
 HEADING_ADDED = {"mag_offset": 15.0, "mag_disturbed": 15.0, "mag_axes": 30.0, "mag_strength": 10.0}  # deg
+_NO_DRIFT = 0.05  # deg a minute, which would be written as 0
 SETTLED = 5.0  # s of the start that do not count
 
 
@@ -101,7 +102,7 @@ def _drift(t: Array, sigma: Array) -> float:
 
 def verdict(recording: Recording, findings: Sequence[Finding], expected: Expectation) -> str:
     """One line."""
-    broken = [one for one in findings if one.severity == "broken" and one.name != "no_time"]
+    broken = [one for one in findings if one.severity == "broken"]
     if broken or expected.tilt is None:
         size = "" if expected.tilt is None else f"; tilt would be off by about {expected.tilt:.2g}°"
         return f"not to be trusted as it is: {broken[0].what if broken else 'it cannot be fused'}{size}"
@@ -110,7 +111,9 @@ def verdict(recording: Recording, findings: Sequence[Finding], expected: Expecta
         words += f", heading to {expected.heading:.2g}°"
     else:
         rest = ", no rest" if "never_still" in {one.name for one in findings} else ""
-        words += f", heading will drift about {expected.drift:.2g}° a minute: no magnetometer{rest}"
+        slow = expected.drift is None or not expected.drift > _NO_DRIFT
+        drift = "heading is relative" if slow else f"heading will drift about {expected.drift:.2g}° a minute"
+        words += f", {drift}: no magnetometer{'' if slow else rest}"
     worse = [one.name for one in findings if one.severity == "warning"]
     count = "1 warning" if len(worse) == 1 else f"{len(worse)} warnings"
     return words + (f"; {count}: {', '.join(worse[:4])}" if worse else "")
