@@ -131,6 +131,7 @@ SENTENCES: Mapping[tuple[str, str], Template] = {
     ("file.kind", "long_table"): (
         "a long table: a row for each number; the numbers of one stamp were put side by side"
     ),
+    ("file.kind", "ros_fields"): "{topic}: fields of {type} with the names of a sensor, a guess",
     ("file.kind", "kitti"): "KITTI's oxts, {files} files",
     ("file.parts", "empty"): "{value}: nothing in them; passed over",
     ("box.end", "cut_off"): "the black box was cut off; everything up to there was read",

@@ -77,7 +77,8 @@ FORMATS = (
     ),
     Format(
         "ROS bag", (".bag", ".db3", ".mcap"), rosbag.tables, "ros", "ROS 1 and 2",
-        "sensor_msgs/Imu and MagneticField", "other messages",
+        "sensor_msgs/Imu and MagneticField; else any type whose fields have a sensor's names, as a guess",
+        "clouds, images",
     ),
     Format(
         "ULog", (".ulg",), ulog.tables, "formats", "PX4", "sensor_combined, or sensor_gyro, sensor_accel, sensor_mag",

@@ -4,8 +4,10 @@ No ROS is needed. Messages are read by the definitions that ROS itself ships; th
 """
 
 import os
+import re
 import shutil
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +16,11 @@ from levelhead.atomic import atomic_path
 from levelhead.errors import LevelheadError
 from levelhead.open_types import Untyped
 from levelhead.recording import Array, Recording, median
+from levelhead.sources.conclusion import Basis, Conclusion
+from levelhead.sources.formats.ros_fields import Definitions, read_numbers
 from levelhead.sources.hints import Hints
+from levelhead.sources.names.column_groups import group_axes
+from levelhead.sources.names.column_name import understand
 from levelhead.sources.table import ArrayTable
 from levelhead.track import Track
 
@@ -24,6 +30,9 @@ ABSENT = -1.0  # first element of a covariance, REP 145: the message does not ca
 NANO = 1_000_000_000
 TOPICS = {IMU: "/imu/data_raw", MAG: "/imu/mag"}
 FRAME = "imu_link"
+_VECTOR = re.compile(r"^(?:vector|point|data)\.(?=[xyz]$)")
+_NO_COLUMN = re.compile(r"covariance|(?:^|\.)(?:stamp|header)\b")
+_LISTED = 8  # topics in a sentence
 Rows = list[tuple[int, list[float]]]  # stamp in ns, numbers
 Found = dict[tuple[str, str], Rows]  # (type, topic)
 
@@ -52,31 +61,133 @@ def _messages(path: Path, wanted: Sequence[str]) -> Iterator[tuple[str, str, int
                 yield connection.topic, connection.msgtype, arrived, deserialize(data, connection.msgtype)
 
 
-def bag(path: Path, hints: Hints) -> ArrayTable:
+def tables(path: Path, display_path: str, hints: Hints) -> list[ArrayTable]:
     """The messages of one Imu topic, and of one MagneticField topic beside it, as columns in SI units.
 
     A magnetometer reading goes to the sample that is nearest in time. If there are several topics of a kind, the hints
-    ``map={"gyr": "/imu/data"}`` and ``{"mag": "/mag"}`` choose.
+    ``map={"gyr": "/imu/data"}`` and ``{"mag": "/mag"}`` choose. Topics of which each has one sensor (RealSense) are a
+    table each. Without any Imu message, topics of any type with rates or forces in their fields are taken, as a guess.
 
     Raises:
-        LevelheadError: rosbags is not installed, the bag is damaged, or has no Imu message, or several topics of them.
+        LevelheadError: rosbags is not installed, the bag is damaged, has no such message, or several topics of them.
     """
     _require_library()
-    found: Found = {}
     try:
-        for topic, kind, arrived, message in _messages(path, (IMU, MAG)):
-            row = _imu(message) if kind == IMU else _field(message)
-            if row is not None:
-                stamp = message.header.stamp
-                t = stamp.sec * NANO + stamp.nanosec
-                found.setdefault((kind, topic), []).append((t or arrived, row))
+        found = _sensor_messages(path)
+        if halves := _single_sensors(path, found, hints):
+            return halves
+        if not any(kind == IMU for kind, _ in found) and (others := _topics_of_any_type(path)):
+            return others
     except (LevelheadError, MemoryError):
         raise
     except Exception as error:  # rosbags raises what its YAML, SQLite and MCAP readers raise
         raise LevelheadError(f"{path} is no ROS bag, or it is damaged") from error
+    return [_one_topic(path, found, hints)]
+
+
+def _sensor_messages(path: Path) -> Found:
+    found: Found = {}
+    for topic, kind, arrived, message in _messages(path, (IMU, MAG)):
+        row = _imu(message) if kind == IMU else _field(message)
+        if row is not None:
+            stamp = message.header.stamp
+            t = stamp.sec * NANO + stamp.nanosec
+            found.setdefault((kind, topic), []).append((t or arrived, row))
+    return found
+
+
+def _single_sensors(path: Path, found: Found, hints: Hints) -> list[ArrayTable]:
+    """A table for each Imu topic, where none has both sensors: the other one is zero in each; [] if one has both."""
+    made: list[ArrayTable] = []
+    roles: set[str] = set()
+    for (kind, topic), rows in found.items():
+        if kind != IMU:
+            continue
+        values = np.array([row[:6] for _, row in rows])
+        filled = [role for role, part in (("gyr", values[:, :3]), ("acc", values[:, 3:])) if part.any()]
+        if len(filled) != 1:
+            return []
+        roles |= set(filled)
+        first, unit = (0, "rad/s") if filled == ["gyr"] else (3, "m/s²")
+        names = [f"{filled[0]}_{axis} [{unit}]" for axis in "xyz"]
+        columns = dict(zip(names, values[:, first : first + 3].T, strict=True))
+        stamps = np.array([stamp for stamp, _ in rows])
+        made.append(ArrayTable(str(path), {"t [ns]": stamps} | columns, context=topic))
+    return made if roles == {"gyr", "acc"} and not {"gyr", "acc"} & set(hints.map) else []
+
+
+def _topics_of_any_type(path: Path) -> list[ArrayTable]:
+    """Topics whose messages hold rates or forces in their fields, whatever their type: a table each, and a guess."""
+    from rosbags.interfaces import MessageDefinitionFormat
+    from rosbags.rosbag1 import Reader as Reader1
+    from rosbags.rosbag2 import Reader as Reader2
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+    first = path.suffix == ".bag"
+    known = get_typestore(Stores.ROS1_NOETIC if first else Stores.ROS2_HUMBLE).fielddefs
+    made = []
+    with (Reader1 if first else Reader2)(path) as reader:
+        for connection in reader.connections:
+            definitions = dict(known)
+            if connection.msgdef.format is MessageDefinitionFormat.MSG:
+                definitions |= get_types_from_msg(connection.msgdef.data, connection.msgtype)
+            if connection.msgtype not in definitions:
+                continue
+            messages = ((arrived, bytes(data)) for _, arrived, data in reader.messages(connections=[connection]))
+            table = _topic_table(path, connection, messages, definitions, first)
+            made += [] if table is None else [table]
+    roles = {role for table in made for role in sensor_roles(table)}
+    return made if {"gyr", "acc"} <= roles else []
+
+
+def _topic_table(
+    path: Path, connection: Untyped, messages: Iterator[tuple[int, bytes]], definitions: Definitions, first: bool
+) -> ArrayTable | None:
+    """The numbers of a topic's messages as columns; None if they are no sensor's."""
+    rows: list[tuple[int, dict[str, float]]] = []
+    for arrived, data in messages:
+        try:
+            row = read_numbers(definitions, connection.msgtype, data, first)
+        except ValueError:
+            return None
+        stamp = _stamp_in(row)
+        rows.append((stamp or arrived, {_VECTOR.sub("", name): value for name, value in row.items()}))
+        if len(rows) == 1 and not sensor_roles(_as_table(path, connection, rows)):
+            return None
+    return _as_table(path, connection, rows) if len(rows) > 1 else None
+
+
+def _as_table(path: Path, connection: Untyped, rows: Sequence[tuple[int, dict[str, float]]]) -> ArrayTable:
+    names = [name for name in rows[0][1] if not _NO_COLUMN.search(name)]
+    columns = {name: np.array([row.get(name, np.nan) for _, row in rows], dtype=np.float64) for name in names}
+    facts = {"topic": connection.topic, "type": connection.msgtype}
+    kind = Conclusion("file.kind", "ros_fields", connection.msgtype, Basis.GUESS, facts)
+    stamps = np.array([stamp for stamp, _ in rows])
+    return ArrayTable(str(path), {"t [ns]": stamps} | columns, conclusions=[kind], context=connection.topic)
+
+
+def sensor_roles(table: ArrayTable) -> set[str]:
+    """The sensors that the names of a topic's fields give."""
+    known = [understand(name, table.context) for name in table.names]
+    return {role for role in ("gyr", "acc", "mag") if group_axes(role, known, None)[0]}
+
+
+def _stamp_in(row: Mapping[str, float]) -> int:
+    """ns of the first stamp in a message; 0 if there is none."""
+    for name, value in row.items():
+        if name.endswith(("stamp.sec", "stamp.secs")):
+            rest = row.get(f"{name.rpartition('.')[0]}.nanosec", 0.0)
+            return int(value) * NANO + int(rest)
+    return 0
+
+
+def _one_topic(path: Path, found: Found, hints: Hints) -> ArrayTable:
     imu, mag = (_choose_topic(path, kind, role, found, hints) for kind, role in ((IMU, "gyr"), (MAG, "mag")))
     if imu is None:
-        raise LevelheadError(f"{path} has no messages of type sensor_msgs/Imu with rates and accelerations")
+        raise LevelheadError(
+            f"{path} has no messages of type sensor_msgs/Imu with rates and accelerations, and none of another type "
+            f"with such fields{_list_topics(path)}"
+        )
     t = np.array([stamp for stamp, _ in imu])
     values = np.array([row for _, row in imu])
     arrays = {"t [ns]": t}
@@ -87,6 +198,16 @@ def bag(path: Path, hints: Hints) -> ArrayTable:
         placed = _place_nearest(t, np.array([stamp for stamp, _ in mag]), np.array([row for _, row in mag]))
         arrays |= dict(zip((f"mag_{axis} [µT]" for axis in "xyz"), placed.T, strict=True))
     return ArrayTable(str(path), arrays)
+
+
+def _list_topics(path: Path) -> str:
+    """The topics of a bag, for the end of a sentence."""
+    from rosbags.rosbag1 import Reader as Reader1
+    from rosbags.rosbag2 import Reader as Reader2
+
+    with (Reader1 if path.suffix == ".bag" else Reader2)(path) as reader:
+        listed = [f"{one.topic} ({one.msgtype.replace('/msg/', '/')})" for one in reader.connections]
+    return f"; there are: {', '.join(listed[:_LISTED])}{', …' if len(listed) > _LISTED else ''}" if listed else ""
 
 
 def _imu(message: Untyped) -> list[float] | None:
@@ -140,9 +261,7 @@ def _place_nearest(t: Untyped, stamps: Untyped, field: Array) -> Array:
 
 def without_topics(hints: Hints) -> Hints:
     """The hints that are left once they have chosen topics."""
-    return Hints(
-        {role: names for role, names in hints.map.items() if role not in ("gyr", "mag")}, hints.scale, hints.rate
-    )
+    return replace(hints, map={role: names for role, names in hints.map.items() if role not in ("gyr", "mag")})
 
 
 def write_bag(recording: Recording, path: str | os.PathLike[str], track: Track | None = None) -> None:
@@ -241,8 +360,3 @@ def _made(recording: Recording, track: Track | None, types: Untyped, first: bool
         if recording.mag is not None and np.isfinite(recording.mag[i]).all():
             field = vector(*(recording.mag[i] / TESLA).tolist())
             yield MAG, at, types[MAG](head, field, unknown)
-
-
-def tables(path: Path, display_path: str, hints: Hints) -> list[ArrayTable]:
-    """The one table of a bag."""
-    return [bag(path, hints)]

@@ -15,6 +15,7 @@ from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.hints import MEANING, Hints
 from levelhead.sources.interpret.converter_counts import with_sensors
 from levelhead.sources.interpret.counts import ACC
+from levelhead.sources.interpret.ranges import list_ranges
 from levelhead.sources.names.column_name import understand
 from levelhead.sources.table import ArrayTable, Column, Table, stack, words_of
 from levelhead.units import GRAVITY
@@ -86,7 +87,8 @@ def _by_numbers(table: Table, hints: Hints) -> ArrayTable:
     whole_seconds = _join_split_clock(values)
     guess, step = _guess_levels_or_increments(values, sorted(stamps) if whole_seconds is None else [whole_seconds])
     if not guess.acc or not guess.gyr:
-        return _single_varying_sensor(table, [i for i in positions if i in stamps or _varies(values[:, i])], guess)
+        varying = [i for i in positions if i in stamps or _varies(values[:, i])]
+        return _single_varying_sensor(table, varying, guess, values)
     if step > 0.0:  # angles and velocities gained since the row before
         columns |= {i: columns[i] / step for i in (*guess.acc, *guess.gyr)}
     named = _names(guess, whole_seconds, hints)
@@ -144,7 +146,7 @@ def _side_by_side(columns: Mapping[int, Column], width: int) -> Array:
     return values
 
 
-def _single_varying_sensor(table: Table, varying: Sequence[int], guess: Guess) -> ArrayTable:
+def _single_varying_sensor(table: Table, varying: Sequence[int], guess: Guess, values: Array) -> ArrayTable:
     """The columns that vary as one sensor.
 
     Raises:
@@ -155,7 +157,8 @@ def _single_varying_sensor(table: Table, varying: Sequence[int], guess: Guess) -
     width = len(table.names)
     raise LevelheadError(
         f"{table.source} has no header that names its {width} columns, and its numbers show no "
-        f"{'gyroscope' if guess.acc else 'accelerometer'}; expected hints such as {_example(width)} (columns by number)"
+        f"{'gyroscope' if guess.acc else 'accelerometer'}; expected the hints map gyr=… and map acc=…, three columns "
+        f"by number each; {list_ranges(table.names, values)}"
     )
 
 
@@ -442,10 +445,3 @@ def map_words(values: Array) -> str:
 def _options(found: Mapping[str, Sequence[int]]) -> str:
     """Each role behind an option of its own, because ``--map`` takes one."""
     return " ".join(f"--map {word}" for word in _words(found).split())
-
-
-def _example(width: int) -> str:
-    """Hints that fit the number of columns."""
-    if width < 7:
-        return "--map acc=1,2,3 --map gyr=4,5,6 --rate 100"
-    return "--map t=1 --map gyr=2,3,4 --map acc=5,6,7"

@@ -169,8 +169,9 @@ def _cost(rates: WholeRates, chip: Chip, per: float, acc_per_g: float | None, ac
         if off > _FAR and rates.correlation > 0.7:
             return None
         cost += 0.5 * (off / (_TURN_ERROR + _UNSURE * (1.0 - rates.correlation))) ** 2
-    noise = max(rates.noise, _ROUNDING) / per
-    cost += 0.5 * (math.log(noise / _USUAL_NOISE) / _NOISE_SPREAD) ** 2
+    if rates.noise > 0.0:  # constant numbers show none
+        noise = max(rates.noise, _ROUNDING) / per
+        cost += 0.5 * (math.log(noise / _USUAL_NOISE) / _NOISE_SPREAD) ** 2
     cost += _IMPROBABLE if rates.large / per > _LARGEST else 0.0
     norm = acc_norm if acc_norm is not None and acc_norm > 0.0 else acc_per_g
     if norm is not None:

@@ -7,15 +7,19 @@ import numpy as np
 
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array, median
-from levelhead.signals.gravity_turn import turn_of_gravity
+from levelhead.signals.gravity_turn import median_norm, turn_of_gravity
 from levelhead.sources.hints import Hints, NeedsHints
 from levelhead.sources.interpret.by_numbers import Guess, gravity_score, guess_columns
+from levelhead.sources.interpret.ranges import list_ranges
 from levelhead.sources.names.column_groups import group_axes, order_positions
 from levelhead.sources.names.column_name import Name, understand
 from levelhead.sources.table import Table, stack, words_of
 
 MOST = 64  # columns that are looked at
 ROWS = 20_000
+_AWAY = 2.0  # mean of rates over their spread, from which they are none
+_MOVED = 0.03  # spread of the force over its length, from which the sensor does not rest
+_TURNING, _SOME = 0.1, 0.2  # turn of the force that must show in the rates; correlation that shows it
 SURE = 0.75  # correlation of gravity's turn with the rates
 
 
@@ -38,8 +42,10 @@ def suggest(error: LevelheadError, table: Table, hints: Hints) -> LevelheadError
     if not _fits(roles, [known[i] for i in wanted]) or not _turns(values, guess):
         roles = _by_elimination(values, [table.names[i] for i in wanted], [known[i] for i in wanted], guess.t)
         words = "nothing turns clearly here, but by size and place, a guess,"
+        if roles and not _may_be(values, roles, guess.t):
+            roles = {}
     if not roles:
-        return error
+        return LevelheadError(f"{error}; {list_ranges([table.names[i] for i in wanted], values)}")
     if guess.t is not None and not any(name.role == "t" for name in known):
         roles["t"] = (guess.t,)
     found = {role: [table.names[wanted[k]] for k in positions] for role, positions in roles.items()}
@@ -104,11 +110,39 @@ def _alike(names: Sequence[str]) -> bool:
 
 def _turns(values: Array, guess: Guess) -> bool:
     """Whether gravity turns as the rates say, whatever their unit; counts with an offset do not pass."""
-    t = np.arange(len(values)) / 100.0 if guess.t is None else values[:, guess.t] - values[0, guess.t]
-    turn = turn_of_gravity(
-        t / max(1e-9, median(np.diff(t))) * 0.01, values[:, list(guess.gyr)], values[:, list(guess.acc)]
-    )
+    turn = turn_of_gravity(_even(values, guess.t), values[:, list(guess.gyr)], values[:, list(guess.acc)])
     return turn is not None and turn.correlation > SURE and turn.turned > 0.05
+
+
+def _even(values: Array, t: int | None) -> Array:
+    """(n,) s: the clock in column ``t``, stretched to 100 Hz, or the rows at it."""
+    if t is None:
+        return np.arange(len(values)) / 100.0
+    stamps = values[:, t] - values[0, t]
+    even: Array = stamps / max(1e-9, median(np.diff(stamps))) * 0.01
+    return even
+
+
+def _may_be(values: Array, roles: Mapping[str, Sequence[int]], t: int | None) -> bool:
+    """Whether columns may be sensors, where gravity's turn does not prove it.
+
+    Where the force turns much, the rates must have some part in it. Rates come back to zero, and positions, altitudes
+    and counters do not.
+    """
+    gyr, acc = (values[:, list(roles[role])] for role in ("gyr", "acc"))
+    spread, middle = (np.sqrt((one(gyr, axis=0) ** 2).sum()) for one in (np.nanstd, np.nanmean))
+    moved = float(np.sqrt((np.nanstd(acc, axis=0) ** 2).sum())) > _MOVED * median_norm(acc)
+    if (moved and middle > _AWAY * spread) or _is_unit(gyr):
+        return False
+    turn = turn_of_gravity(_even(values, t), gyr, acc)
+    return turn is None or turn.turned < _TURNING or abs(turn.correlation) > _SOME
+
+
+def _is_unit(rates: Array) -> bool:
+    """Whether (n, 3) numbers stay within a unit vector and reach it: a direction, or a quaternion's part."""
+    length = np.sqrt((rates * rates).sum(axis=1))
+    length = length[np.isfinite(length)]
+    return len(length) > 0 and 0.5 < float(np.quantile(length, 0.9)) < 1.001 and float(length.max()) < 1.001
 
 
 def _name_columns(found: dict[str, list[str]]) -> str:
