@@ -13,9 +13,8 @@ from levelhead import LevelheadError, Recording, read
     [
         ("ride.fit", b"\x0e\x20\x2a\x08\xf0\x27\x06\x00.FIT\x82\x2f", "FitCSVTool"),
         ("ride.copy", b"\x0e\x20\x2a\x08\xf0\x27\x06\x00.FIT\x82\x2f", "FIT activity"),
-        ("GX010001.MP4", b"\0\0\0\x20ftypmp41" + bytes(20), "gopro-telemetry"),
+        ("VID_0001.insv", b"\0\0\0\x20ftypmp41" + bytes(20), "Gyroflow"),
         ("aria.vrs", b"VisionReVRS " + bytes(20), "projectaria_tools"),
-        ("walk.mvnx", b"<?xml version='1.0'?>", "MVN exports it"),
         ("LOG00001.BBL", b"H Product:Blackbox flight data recorder by Nicholas Sherlock\n", "blackbox_decode"),
         ("export.xml", b"<?xml version='1.0'?><!DOCTYPE HealthData [", "Apple Health export: it has no gyroscope"),
         ("track.gpx", b"<?xml version='1.0'?><gpx>", "GPS track"),

@@ -13,7 +13,7 @@ from levelhead.errors import LevelheadError, nearest
 from levelhead.open_types import JsonObject
 from levelhead.recording import Recording
 from levelhead.sources.conclusion import Basis, Conclusion
-from levelhead.sources.formats import BY_SUFFIX, CONTAINERS, FORMATS, TEXT, Format
+from levelhead.sources.formats import BY_SUFFIX, CONTAINERS, FORMATS, TEXT, Format, find_format
 from levelhead.sources.formats.container import Member, members
 from levelhead.sources.formats.conversion import find_cure
 from levelhead.sources.formats.kitti import is_oxts, oxts_table
@@ -276,12 +276,15 @@ def _beside_others(table: Table, name: str) -> Table:
 
 
 def _format(part: Member) -> Format:
-    known = BY_SUFFIX.get(part.path.suffix.lower())
-    if known is not None:
-        return known
+    suffix = part.path.suffix.lower()
+    if BY_SUFFIX.get(suffix) is TEXT:
+        return TEXT
     with open(part.path, "rb") as file:
         head = file.read(4096)
-    if (cure := find_cure(part.path.suffix.lower(), head)) is not None:
+    known = find_format(suffix, head)
+    if known is not None:
+        return known
+    if (cure := find_cure(suffix, head)) is not None:
         raise LevelheadError(f"{part.display_path} {cure}")
     if head and b"\0" not in head and sum(sign > 126 for sign in head) < 0.1 * len(head):
         return TEXT

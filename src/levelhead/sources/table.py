@@ -208,7 +208,10 @@ def in_memory(table: Table, name: str) -> ArrayTable:
         arrays[title] = columns[i]
     units = {k: table.column_units[i] for k, i in enumerate(wanted) if i in table.column_units}
     context = f"{name} {table.context}".strip()
-    return ArrayTable(table.source, arrays, dict(table.units), table.rate, list(table.conclusions), context, units)
+    return ArrayTable(
+        table.source, arrays, dict(table.units), table.rate, list(table.conclusions), context, units,
+        list(table.origin), dict(labels_of(table)),
+    )  # fmt: skip
 
 
 def add_conclusion(table: Table, conclusion: Conclusion) -> Table:

@@ -11,13 +11,16 @@ from pathlib import Path
 from levelhead.sources.formats import (
     dataflash,
     dialects,
+    gpmf,
     hdf5,
     json_log,
     matlab,
+    mvnx,
     npz,
     parquet,
     rosbag,
     ulog,
+    witmotion,
     workbook,
 )
 from levelhead.sources.hints import Hints
@@ -38,6 +41,7 @@ class Format:
         devices: who writes it, for the docs.
         reads: what is read of it, for the docs.
         leaves: what is not.
+        matches: whether the first bytes of a file are of this kind; None: its suffix settles it.
     """
 
     name: str
@@ -47,6 +51,7 @@ class Format:
     devices: str = ""
     reads: str = ""
     leaves: str = ""
+    matches: Callable[[bytes], bool] | None = None
 
 
 TEXT = Format(
@@ -89,9 +94,28 @@ FORMATS = (
         "other messages",
     ),
     Format(
+        "WitMotion", (".bin", ".wit"), witmotion.tables, "", "WitMotion's serial and Bluetooth units",
+        "packets 0x50 to 0x54, 0x61", "angles, quaternions", witmotion.is_witmotion,
+    ),
+    Format(
+        "GPMF", (".mp4", ".mov", ".360", ".lrv"), gpmf.tables, "", "GoPro Hero5 and later",
+        "ACCL, GYRO and MAGN of the metadata track", "other cameras", gpmf.is_mp4,
+    ),
+    Format(
+        "MVNX", (".mvnx",), mvnx.tables, "", "Xsens MVN", "readings of sensors; each by --sensor", "segments, joints",
+    ),
+    Format(
         "workbook", (".xlsx", ".xls", ".ods"), workbook.tables, "formats", "phyphox, spreadsheets",
         "one table per sheet", "formulas without values",
     ),
 )  # fmt: skip
-BY_SUFFIX = {suffix: kind for kind in FORMATS for suffix in kind.suffixes}
+BY_SUFFIX = {suffix: kind for kind in reversed(FORMATS) for suffix in kind.suffixes}  # of several the first
 CONTAINERS = (".zip", ".gz")
+
+
+def find_format(suffix: str, head: bytes) -> Format | None:
+    """The format of a file by its suffix, or by its first bytes where these are of another one; None if unknown."""
+    named = BY_SUFFIX.get(suffix)
+    if named is TEXT or (named is not None and not any(suffix in one.suffixes and one.matches for one in FORMATS)):
+        return named
+    return next((one for one in FORMATS if one.matches is not None and one.matches(head)), named)

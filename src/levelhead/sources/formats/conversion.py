@@ -32,9 +32,12 @@ CONVERSIONS = (
         (".fit",), b".FIT", 8,
     ),
     Conversion(
-        "a video",
-        "for the sensors in it, gopro-telemetry (GoPro) writes JSON, and Gyroflow's export of motion data CSV",
-        (".mp4", ".mov", ".360", ".insv", ".lrv"), b"ftyp", 4,
+        "an Insta360's video", "Gyroflow opens it: File > Export motion data gives its gyroscope as CSV",
+        (".insv", ".insp"),
+    ),
+    Conversion(
+        "u-blox's UBX", "gnssdump of pygnssutils prints its ESF-RAW messages, accelerometer and gyroscope, as text",
+        (".ubx",), b"\xb5\x62",
     ),
     Conversion(
         "a VRS recording", "projectaria_tools gives its IMU in Python (create_vrs_data_provider); save it as CSV",
@@ -43,7 +46,7 @@ CONVERSIONS = (
     Conversion(
         "an Xsens recording",
         "MT Manager or MVN exports it: File > Export, with rate of turn and acceleration, as .txt",
-        (".mtb", ".mvn", ".mvnx"),
+        (".mtb", ".mvn"),
     ),
     Conversion(
         "a Betaflight blackbox", "`blackbox_decode FILE` of betaflight/blackbox-tools writes it as CSV",

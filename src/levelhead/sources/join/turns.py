@@ -13,6 +13,8 @@ def parts_of(labels: NDArray[np.str_], acc: Array) -> dict[str, NDArray[np.bool_
     Words such as a satellite's system change as often and mean nothing for the sensors: within each unit the numbers
     must change less from sample to sample than from row to row.
     """
+    if len(labels) != len(acc):  # torn lines were left out of one of them
+        return {}
     found = list(dict.fromkeys(labels.tolist()))
     changes = float((labels[1:] != labels[:-1]).mean()) if len(labels) > MIN_ROWS else 0.0
     if not 1 < len(found) <= 3 * MAX_UNITS or changes < 0.1:
