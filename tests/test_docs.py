@@ -2,13 +2,14 @@
 
 import ast
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from levelhead import filters
+from levelhead import cli, filters
 from levelhead.engine import native
 from levelhead.filters import Filter
 from levelhead.guard import Guard
@@ -16,7 +17,7 @@ from levelhead.guard import Guard
 ROOT = Path(__file__).resolve().parents[1]
 DOCS = sorted(path for path in (ROOT / "docs").rglob("*.md") if "gallery" not in path.parts)
 PAGES = [ROOT / "README.md", *DOCS]
-PYTHON = re.compile(r"^```python\n(.*?)^```\n(?:\s*^```text\n(.*?)^```$)?", re.DOTALL | re.MULTILINE)
+BLOCK = re.compile(r"^```(python|sh run)\n(.*?)^```\n(?:\s*^```text\n(.*?)^```$)?", re.DOTALL | re.MULTILINE)
 ALL_PAGES = [*PAGES, ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md"]
 LINK = re.compile(r"\]\((?!https?://)([^)#\s]+)[^)]*\)")
 ANCHOR = re.compile(r"\]\((?!https?://)([^)#\s]*)#([^)\s]+)\)")
@@ -34,22 +35,29 @@ for params in (Guard, *(flt.params for flt in filters.ALL)):
 
 
 @pytest.mark.compiled
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_the_python_on_a_page_runs(page, tmp_path, monkeypatch, capsys):
-    """All ```python blocks of a page in one namespace, in an empty folder; a ```text block right below one is what it
-    prints.
+@pytest.mark.parametrize(
+    "page", [page for page in PAGES if BLOCK.search(page.read_text(encoding="utf-8"))], ids=lambda page: page.name
+)
+def test_the_code_on_a_page_runs(page, tmp_path, monkeypatch, capsys):
+    """All ```python blocks of a page in one namespace, and the commands of ```sh run between them, in an empty folder.
+
+    A ```text block right below one is what it prints.
     """
     monkeypatch.chdir(tmp_path)
     text = page.read_text(encoding="utf-8")
-    if any('"native"' in block[1] for block in PYTHON.finditer(text)) and not native.up_to_date():
+    if any('"native"' in block[2] for block in BLOCK.finditer(text)) and not native.up_to_date():
         pytest.skip("the native engine is missing or older than the sources: make native")
     namespace = {"__name__": "__main__"}
-    for block in PYTHON.finditer(text):
-        above = "\n" * (text.count("\n", 0, block.start()) + 1)  # so that a traceback names the line of the page
-        exec(compile(above + block[1], str(page), "exec"), namespace)
+    for block in BLOCK.finditer(text):
+        if block[1] == "python":
+            above = "\n" * (text.count("\n", 0, block.start()) + 1)  # so that a traceback names the line of the page
+            exec(compile(above + block[2], str(page), "exec"), namespace)
+        else:
+            for line in block[2].splitlines():
+                assert cli.main(shlex.split(line, comments=True)[1:]) == 0, line
         printed = capsys.readouterr().out
-        if block[2] is not None:
-            assert printed == block[2]
+        if block[3] is not None:
+            assert printed == block[3]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
@@ -161,3 +169,17 @@ def test_generated_tables_are_up_to_date():
 def test_pictures_are_small():
     for picture in (ROOT / "docs" / "pictures").glob("*.png"):
         assert picture.stat().st_size < 300_000, picture.name
+
+
+@pytest.mark.parametrize("page", DOCS, ids=lambda page: page.name)
+def test_a_page_is_in_the_contents(page):
+    """A page of the site stands in the toctree of its folder's index, or of docs/index.md."""
+    listed = [
+        (index.parent / name.strip()).with_suffix(".md").resolve()
+        for index in (ROOT / "docs").rglob("index.md")
+        for block in re.findall(r"^```\{toctree\}\n(.*?)^```", index.read_text(encoding="utf-8"), re.DOTALL | re.M)
+        for name in block.splitlines()
+        if name.strip() and not name.startswith(":")
+    ]
+    globbed = page.parent.name == "filters"
+    assert globbed or page == ROOT / "docs" / "index.md" or page in listed, f"add {page.stem} to {page.parent}/index.md"
