@@ -39,7 +39,7 @@ def test_of_a_sweep_the_minimum_counts(tmp_path):
         ("[1]", "is no file of parameters"),
         ("no", "is no file of parameters"),
         ("{}", "has no parameters"),
-        ('{"params": {}}', "does not say which filter"),
+        ('{"params": {}}', "does not name the filter"),
         ('{"filter": "Kalman", "params": {}}', "holds parameters of Kalman, not of Mahony"),
         ('{"filter": "Mahny", "params": {}}', "did you mean 'Mahony'"),
         ('{"filter": "Mahony", "params": {"kp": -1}}', "kp = -1 is not allowed"),

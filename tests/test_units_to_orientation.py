@@ -41,6 +41,5 @@ def test_the_wrong_unit_of_a_user_is_taken_with_a_warning(hand, tmp_path):
     read = lh.read(path, units={"gyr": "rad/s"})
     np.testing.assert_allclose(read.gyr, np.degrees(hand.gyr), rtol=1e-6, atol=1e-6)
     assert any(
-        "taken as rad/s, as the hint says; a warning: its numbers look like deg/s" in note
-        for note in read.meta["notes"]
+        "taken as rad/s, by the hint; a warning: its numbers look like deg/s" in note for note in read.meta["notes"]
     ), read.meta["notes"]

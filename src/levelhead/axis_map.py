@@ -109,7 +109,7 @@ def find_axes(recording: Recording) -> AxisMap:
     _must_agree(t, gyr - bias, acc)
     forward = _nearest_axis(turned[far] / np.linalg.norm(turned[far]), "of the turn")
     if forward[0] == up[0]:
-        raise LevelheadError("the turn is about the vertical, which says nothing new; lean the body to its right side")
+        raise LevelheadError("the turn is about the vertical, which adds nothing; lean the body to its right side")
     left = np.cross(_unit(up), _unit(forward))
     axis = int(np.abs(left).argmax())
     return AxisMap((forward, (axis, float(left[axis])), up))

@@ -59,7 +59,7 @@ class ParameterFile:
             raise LevelheadError(f"{path} says '{str(whole['format'])[:60]}'; this version reads '{FORMAT}'")
         named = whole.get("filter")
         if named is None and flt is None:
-            raise LevelheadError(f'{path} does not say which filter its parameters are of; expected "filter": "Mahony"')
+            raise LevelheadError(f'{path} does not name the filter of its parameters; expected "filter": "Mahony"')
         about = flt if named is None else filters.find(str(named))
         assert about is not None
         if flt is not None and about is not flt:

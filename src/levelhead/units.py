@@ -159,7 +159,5 @@ def factor(quantity: str, unit: str) -> float:
     """Like ``find``, but an unknown unit raises ``LevelheadError`` naming the nearest usual one."""
     value = find_factor(quantity, unit)
     if value is None:
-        raise LevelheadError(
-            f"'{unit}' is not a unit of {quantity} that levelhead knows; {nearest(unit, USUAL[quantity])}"
-        )
+        raise LevelheadError(f"'{unit}' is not a unit of {quantity} of levelhead; {nearest(unit, USUAL[quantity])}")
     return value

@@ -106,7 +106,7 @@ def test_sides_that_are_missing_are_named():
     zero = np.zeros_like(rate)
     motion = simulate.Motion(np.arange(2500) / 100.0, np.concatenate(quat), rate, zero, zero, zero)
     weak = lh.calibrate_sensor(simulate.observe(motion, simulate.imu("MPU-6050"), 1))
-    (line,) = [line for line in weak.advice if "do not tell the accelerometer's" in line]
+    (line,) = [line for line in weak.advice if "do not determine the accelerometer's" in line]
     assert "scale z" in line
     assert "bias z" in line
     assert "z" in line.partition("put the sensor down with")[2]
@@ -121,7 +121,7 @@ def test_half_a_sphere_is_weak_and_says_which_side_is_missing():
     upper = replace(recording, acc=np.where(recording.acc[:, 2:] > 1.0, recording.acc, np.nan))
     assert not [line for line in lh.calibrate_sensor(recording).advice if "the accelerometer's" in line]
     weak = lh.calibrate_sensor(upper)
-    (line,) = [line for line in weak.verdict() if "do not tell the accelerometer's" in line]
+    (line,) = [line for line in weak.verdict() if "do not determine the accelerometer's" in line]
     assert "put the sensor down with" in line
 
 

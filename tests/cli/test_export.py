@@ -126,7 +126,7 @@ def test_what_a_sweep_found_goes_to_the_board(levelhead, tmp_path):
         (["EKF", "--calibration", "nowhere.json"], "cannot read the calibration nowhere.json: No such file"),
         (["EKF", "--axes", "x,y,-z"], "axes 'x,y,-z' are a mirror image: no way of mounting a sensor does that"),
         (["EKF", "--axes", "-y,x"], "axes '-y,x' do not name each of x, y, z once"),
-        (["Kalman", "--axis", "--axes", "-y,x,z"], "one level and its rate are no readings of three axes"),
+        (["Kalman", "--axis", "--axes", "-y,x,z"], "one level and its rate have no three axes"),
     ],
 )
 def test_refused(refused, tmp_path, words, said):

@@ -90,8 +90,8 @@ def test_the_filter_in_the_file_must_be_the_one_named(refused, log, tmp_path):
         (("-f", "Mahoni"), "did you mean 'Mahony'"),
         (("-f", "Mahony", "-p", "tau"), "has no parameter 'tau'"),
         (("-f", "AccelTilt"), "no parameter to tune"),
-        (("-f", "Mahony", "-p", "kp=5:1"), "no range to search"),
-        (("-f", "Mahony", "--runs", "1"), "no search"),
+        (("-f", "Mahony", "-p", "kp=5:1"), "not a range to search"),
+        (("-f", "Mahony", "--runs", "1"), "not a search"),
         (("-f", "Mahony", "--params", "nowhere.json"), "nowhere.json"),
     ],
 )

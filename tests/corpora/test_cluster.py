@@ -96,7 +96,7 @@ def test_a_scheduler_that_does_not_answer(recordings, monkeypatch):
 @pytest.mark.parametrize("address", ["nonsense", "10.0.0.1", "carrier://10.0.0.1:8786"])
 def test_an_address_that_is_none_is_refused_at_once(recordings, address):
     with pytest.raises(
-        LevelheadError, match=rf"'{address}' is no address of a Dask scheduler; expected one such as tcp:"
+        LevelheadError, match=rf"'{address}' is not an address of a Dask scheduler; expected one such as tcp:"
     ):
         lh.corpus(recordings, scheduler=address)
 

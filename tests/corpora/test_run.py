@@ -232,9 +232,9 @@ def test_wrong_wishes(recordings, arguments, words):
     ("options", "words"),
     [
         ({"sensor": "unit1"}, "has 0 groups; expected one"),
-        ({"sensor": "(["}, "is no regular expression"),
+        ({"sensor": "(["}, "is not a regular expression"),
         ({"sensor": "(nobody)"}, "no name of a recording fits"),
-        ({"order": "(1)"}, "say which are"),
+        ({"order": "(1)"}, "name them"),
         ({"tracks": True}, "tracks need a folder"),
     ],
 )

@@ -113,7 +113,7 @@ def test_a_wild_prior_is_outlived(recording, prior):
 
 def test_what_takes_no_prior_says_so(recording, prior):
     for run in (lambda: lh.fuse(recording, lh.Kalman(), prior=prior), lambda: lh.Stream(lh.Kalman(), prior=prior)):
-        with pytest.raises(lh.LevelheadError, match="Kalman learns no calibration, so it takes no prior; ESKF does"):
+        with pytest.raises(lh.LevelheadError, match="Kalman learns no calibration, so it has no prior; ESKF does"):
             run()
     with pytest.raises(lh.LevelheadError, match="prior is str; expected a Calibration"):
         lh.fuse(recording, ESKF(), prior="sensor.json")

@@ -113,7 +113,7 @@ def refused(data, words):
     "foreign", [b"", b"levelhead", b"PK\x03\x04 a zip", b"\x00" * 500, bytes(range(256)), "text", None]
 )
 def test_foreign_bytes_are_refused(foreign):
-    refused(foreign, "these bytes are no saved stream; expected what Stream.save")
+    refused(foreign, "these bytes are not a saved stream; expected the bytes of Stream.save")
 
 
 def test_cut_off_and_damaged_bytes_are_refused(data):

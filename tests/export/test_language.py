@@ -375,12 +375,12 @@ def no_such_field(a: Vec3) -> float:
 
 REFUSED = [
     (power, [FLOAT], 3, "Pow"),
-    (listed, [FLOAT], 2, "sum is no kernel"),
+    (listed, [FLOAT], 2, "sum is not a kernel"),
     (endless, [FLOAT], 2, "While is outside of the kernel language"),
     (over_values, [Vec3], 3, "a loop over something else than range"),
     (two_kinds, [FLOAT], 4, "b is Vec3 before and float here"),
     (texts, [FLOAT], 2, "'text' is no number"),
-    (unknown, [FLOAT], 2, "np.sin is no kernel"),
+    (unknown, [FLOAT], 2, "np.sin is not a kernel"),
     (too_few, [FLOAT], 2, "Vec3 has 3 fields, each to be given once"),
     (sized, [FLOAT, INT], 2, "the shape n is not made of constants"),
     (behind_the_loop, [FLOAT], 4, "i counts a loop"),

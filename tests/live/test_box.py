@@ -128,13 +128,13 @@ def test_a_box_cut_anywhere_gives_what_stands_before(rig, tmp_path):
         try:
             box = read_box(tmp_path / "cut.mcap")
         except lh.LevelheadError as error:
-            assert "no black box" in str(error) and size < 3000
+            assert "not a black box" in str(error) and size < 3000
             continue
         count.append(len(box.rows))
         assert box.whole == (size == len(whole))
     assert count == sorted(count) and count[-1] == one.node.samples and len(set(count)) >= 3
     (tmp_path / "text.mcap").write_text("t,gx,gy,gz\n1,2,3,4\n")
-    with pytest.raises(lh.LevelheadError, match="is no black box"):
+    with pytest.raises(lh.LevelheadError, match="is not a black box"):
         lh.read(tmp_path / "text.mcap")
 
 

@@ -28,7 +28,7 @@ def test_messages_are_compact_and_versioned():
     with pytest.raises(lh.LevelheadError, match="version 2, this levelhead reads 1"):
         unpack(data[:2] + b"\x02" + data[3:])
     for bad in (b"", b"nonsense", data[:-1], b"XX" + data[2:], pack_message(EVENT)[:-2]):
-        with pytest.raises(lh.LevelheadError, match="no message|cut off"):
+        with pytest.raises(lh.LevelheadError, match="not a message|cut off"):
             unpack(bad)
 
 

@@ -189,7 +189,7 @@ def test_a_second_node_is_noticed(endpoint):
         ({"endpoint": "tcp/192.168.1.5:7447"}, "expected tls/ADDRESS:PORT with certificates"),
         ({"endpoint": "tls/192.168.1.5:7447"}, "needs certificates"),
         ({"endpoint": "tls/localhost:7447"}, "needs certificates"),
-        ({"endpoint": "udp/127.0.0.1:7447"}, "is no endpoint"),
+        ({"endpoint": "udp/127.0.0.1:7447"}, "is not an endpoint"),
         ({"endpoint": "tls/192.168.1.5:7447", "certificates": Path("nowhere")}, "there is no nowhere/ca.pem"),
         ({"endpoint": "tcp/127.0.0.1:7447", "readers": ("robot",)}, "known by their certificates"),
     ],
@@ -312,7 +312,7 @@ def test_a_reader_that_is_connected_and_gets_nothing_is_told_why(node_with_tls, 
     plain = subscribe(ORIENTATION, node_with_tls.replace("tls/localhost", "tcp/127.0.0.1"))
     with stranger, pytest.raises(lh.LevelheadError, match="certificate is not among the node's --readers"):
         stranger.get(timeout=60.0)
-    with plain, pytest.raises(lh.LevelheadError, match="is no node that this reader understands"):
+    with plain, pytest.raises(lh.LevelheadError, match="is not a node that this reader understands"):
         plain.get(timeout=60.0)
 
 

@@ -83,15 +83,15 @@ def test_a_clock_that_steps_back_late_is_refused_with_the_row(tmp_path, monkeypa
     t = np.arange(N) * 0.01
     t[2100:] -= 5.0
     path = write(columns(**{"time [s]": t}), tmp_path / "log.parquet")
-    with pytest.raises(LevelheadError, match=r"time does not increase at row 2100; levelhead.read takes it whole"):
+    with pytest.raises(LevelheadError, match=r"time does not increase at row 2100; levelhead.read reads it whole"):
         list(lh.read_chunks(path, rows=700))
-    with pytest.raises(LevelheadError, match=r"rows from 2000: t does not increase at row 100.*takes it whole"):
+    with pytest.raises(LevelheadError, match=r"rows from 2000: t does not increase at row 100.*reads it whole"):
         list(lh.read_chunks(path, rows=1000))
 
 
 def test_a_log_that_must_be_seen_whole_is_refused(tmp_path):
     twice = columns(**{"time [s]": np.repeat(np.arange(N // 2) * 0.02, 2)})  # a clock that read spreads
-    with pytest.raises(LevelheadError, match="cannot be read in chunks.*takes it whole"):
+    with pytest.raises(LevelheadError, match="cannot be read in chunks.*reads it whole"):
         lh.read_chunks(write(twice, tmp_path / "log.parquet"))
 
 

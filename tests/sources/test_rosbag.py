@@ -94,7 +94,7 @@ def test_bad_bags_are_refused(recording, tmp_path):
     (tmp_path / "folder").mkdir()
     (tmp_path / "folder" / "metadata.yaml").write_text("nonsense: [")
     for name in ("cut.bag", "text.bag", "folder"):
-        with pytest.raises(lh.LevelheadError, match="is no ROS bag, or it is damaged"):
+        with pytest.raises(lh.LevelheadError, match="is not a ROS bag, or it is damaged"):
             lh.read(tmp_path / name)
     by_hand(tmp_path / "none", [])
     with pytest.raises(lh.LevelheadError, match="no messages of type sensor_msgs/Imu"):

@@ -122,7 +122,7 @@ def test_what_the_device_said_is_fused_from_a_file_as_well(device, recording, tm
         f"line {len(lines) + 2} is cut off and was lef"[:30],
     ]
     (tmp_path / name).write_text("\n".join([*lines[:5], '{"gyr": 1e999}', *lines[5:]]), encoding="utf-8")
-    with pytest.raises(lh.LevelheadError, match="line 6: .* is no JSON object of numbers"):
+    with pytest.raises(lh.LevelheadError, match="line 6: .* is not a JSON object of numbers"):
         lh.read(tmp_path / name, **hints)
     (tmp_path / name).write_text('{"t": \n')
     with pytest.raises(lh.LevelheadError, match="holds no JSON objects"):
@@ -342,7 +342,7 @@ def test_serial_lines_in_words():
     assert parse_serial("/dev/ttyUSB0") == ("/dev/ttyUSB0", 115_200)
     assert parse_serial("/dev/ttyUSB0@9600") == ("/dev/ttyUSB0", 9600)
     for bad in ("", "@9600", "/dev/ttyUSB0@fast"):
-        with pytest.raises(lh.LevelheadError, match="is no serial line"):
+        with pytest.raises(lh.LevelheadError, match="is not a serial line"):
             parse_serial(bad)
 
 

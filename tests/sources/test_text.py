@@ -193,7 +193,7 @@ def test_gyroscope_in_degrees_declared_as_radians(tmp_path: Path, hand: Recordin
     assert any("a guess against the header, which says rad/s" in note for note in said.meta["notes"])
     taken = read(path, units={"gyr": "rad/s"})  # the user outranks the numbers
     np.testing.assert_array_equal(taken.gyr, np.degrees(hand.gyr))
-    assert any("as the hint says; a warning: its numbers look like deg/s" in note for note in taken.meta["notes"])
+    assert any("by the hint; a warning: its numbers look like deg/s" in note for note in taken.meta["notes"])
     np.testing.assert_allclose(read(path, units={"gyr": "deg/s"}).gyr, hand.gyr, rtol=1e-14)
     slow = Recording(hand.t, np.degrees(hand.gyr) / 2, hand.acc)  # never beyond 100: gravity has to tell
     write_csv(slow, path)

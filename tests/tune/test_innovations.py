@@ -83,5 +83,5 @@ def test_poor_gains_become_better_by_the_likelihood(log):
 def test_a_likelihood_of_heading_alone_is_refused(log):
     with pytest.raises(LevelheadError, match="expected total or tilt"):
         lh.tune_filter(log, lh.Mahony(), ["kp"], goal="likelihood", metric="heading")
-    with pytest.raises(LevelheadError, match="'likelyhood' is no goal; did you mean 'likelihood'"):
+    with pytest.raises(LevelheadError, match="'likelyhood' is not a goal; did you mean 'likelihood'"):
         lh.tune_filter(log, lh.Mahony(), ["kp"], goal="likelyhood")

@@ -186,7 +186,7 @@ def test_what_cannot_serve_is_refused(logs):
         tune_filter([], lh.Mahony())
     with pytest.raises(LevelheadError, match="'tils' is not an error"):
         tune_filter(logs, lh.Mahony(), metric="tils")
-    with pytest.raises(LevelheadError, match="1 runs are no search"):
+    with pytest.raises(LevelheadError, match="1 runs are not a search"):
         tune_filter(logs, lh.Mahony(), runs=1)
 
 

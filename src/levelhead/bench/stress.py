@@ -69,7 +69,7 @@ class Stress:
         return (
             words
             if not told
-            else f"{words}; {said} of the {len(told)} that harm it are said, by itself or by the doctor"
+            else f"{words}; {said} of the {len(told)} that harm it are reported, by itself or by the doctor"
         )
 
     @property
@@ -85,7 +85,7 @@ class Stress:
             f"Right: within {ENOUGH:g}° of that, for good, counted from the fault's end, of one that stays from its "
             "start; never: not within the recording.",
             f"Beyond {BEYOND:g}σ: samples from the fault's start on. Said: health bits that the fault sets, "
-            f"σ ×: by how much σ grows where it is {GROWN:g} times and more; harmless: nothing to say.",
+            f"σ ×: by how much σ grows where it is {GROWN:g} times and more; harmless faults are not listed.",
         ]
         found = [f"{fault}: {', '.join(names)}" for fault, names in self.findings.items() if names]
         if found:

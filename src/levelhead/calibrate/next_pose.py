@@ -101,7 +101,9 @@ class Guide:
 
     def __init__(self, executor: Executor, gravity: float = GRAVITY, poses: int = POSES) -> None:
         if poses < 6:
-            raise LevelheadError(f"{poses} poses cannot tell the nine numbers of an accelerometer; expected 6 or more")
+            raise LevelheadError(
+                f"{poses} poses do not determine the nine numbers of an accelerometer; expected 6 or more"
+            )
         self._samples = GrowingRecording()
         self._executor, self._gravity, self._least = executor, gravity, poses
         self._pending: Future[Assessment] | None = None

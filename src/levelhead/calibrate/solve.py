@@ -238,13 +238,13 @@ def _advice(level: Solution, poses: Sequence[Pose], gravity: float, s_sigma: Arr
     if missing:
         sides = next_poses(level.covariance, gravity, float(np.median([pose.sigma for pose in poses])) * level.scale)
         advice.append(
-            f"these poses do not tell the accelerometer's {', '.join(missing)}: put the sensor down with "
+            f"these poses do not determine the accelerometer's {', '.join(missing)}: put the sensor down with "
             f"{'; then with '.join(sides)}"
         )
     axes = unobservable_rates(s_sigma)
     if axes and turned:
         advice.append(
-            f"these turns do not tell the gyroscope's scale {' '.join(axes)}: from one pose to the next turn the "
+            f"these turns do not determine the gyroscope's scale {' '.join(axes)}: from one pose to the next turn the "
             f"sensor about {' and '.join(axes)} by a quarter or more, with that axis level"
         )
     return advice

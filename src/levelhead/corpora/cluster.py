@@ -248,7 +248,7 @@ def _remote(address: str) -> Iterator[DaskPool]:
         get_address_host_port(address)
     except ValueError:  # which a client would find out in its thread, and wait half a minute for that to end
         raise LevelheadError(
-            f"'{address}' is no address of a Dask scheduler; expected one such as tcp://10.0.0.1:8786"
+            f"'{address}' is not an address of a Dask scheduler; expected one such as tcp://10.0.0.1:8786"
         ) from None
     try:
         client = Client(address, timeout=PATIENCE, set_as_default=False)

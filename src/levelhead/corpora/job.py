@@ -140,7 +140,7 @@ def check_same_sensor(job: Job) -> None:
     """
     if not job.sensor:
         if job.order:
-            raise LevelheadError("an order of time is for recordings of the same sensor; say which are")
+            raise LevelheadError("an order of time is for recordings of the same sensor; name them")
         return
     learning = [one for one in job.methods if one.params is not None and filters.of(one.params).calibration]
     if len(job.methods) != 1 or not learning or job.verb == BENCH:

@@ -53,7 +53,7 @@ def _reader(what: str, wanted: str, storage: ReadOnlyJson) -> Callable[[Source],
     try:
         pattern = re.compile(wanted)
     except re.error as error:
-        raise LevelheadError(f"the {what} '{wanted}' is no regular expression: {error}") from None
+        raise LevelheadError(f"the {what} '{wanted}' is not a regular expression: {error}") from None
     if pattern.groups != 1:
         raise LevelheadError(
             f"the {what} '{wanted}' has {pattern.groups} groups; expected one in parentheses, such as '(unit[0-9]+)/'"

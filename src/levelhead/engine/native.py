@@ -104,7 +104,7 @@ def _warn_stale() -> None:
     import logging
 
     logging.getLogger("levelhead").warning(
-        "sources have changed since the native engine was built; Numba or Python takes its place until `make native`"
+        "sources have changed since the native engine was built; Numba or Python replaces it until `make native`"
     )
 
 

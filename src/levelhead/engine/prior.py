@@ -30,7 +30,7 @@ def apply_prior(flt: Filter, carry: Carry, prior: Calibration | None) -> Carry:
         )
     if flt.calibration is None:
         who = " or ".join(one.name for one in filters.ALL if one.calibration)
-        raise LevelheadError(f"{flt.name} learns no calibration, so it takes no prior; {who} does")
+        raise LevelheadError(f"{flt.name} learns no calibration, so it has no prior; {who} does")
     state = flt.calibration.with_prior(carry.run.state, prior.prior())
     return carry._replace(run=carry.run._replace(state=state))
 

@@ -94,7 +94,7 @@ def from_bytes(data: bytes) -> StreamState:
         LevelheadError: not such bytes, cut off, damaged, or saved by a version whose filter keeps another state.
     """
     if not isinstance(data, bytes) or not data.startswith(MAGIC):
-        raise LevelheadError("these bytes are no saved stream; expected what Stream.save() returned")
+        raise LevelheadError("these bytes are not a saved stream; expected the bytes of Stream.save()")
     if len(data) < len(MAGIC) + 4 or struct.unpack("<I", data[-4:])[0] != zlib.crc32(data[:-4]):
         raise LevelheadError("the saved stream is cut off or damaged: its checksum does not fit")
     text, _, body = data[len(MAGIC) : -4].partition(b"\n")

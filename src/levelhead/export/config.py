@@ -64,7 +64,7 @@ class ExportConfig:
             having = ", ".join(flt.name for flt in filters.ALL if flt.axis)
             raise LevelheadError(f"{self.flt.name} needs an IMU; on one level and its rate work {having}")
         if self.axis and self.corrects:
-            raise LevelheadError("one level and its rate are no readings of three axes: leave axes and calibration out")
+            raise LevelheadError("one level and its rate have no three axes: leave out axes and calibration")
         if self.prior is not None and self.calibration is not None:
             raise LevelheadError(
                 "a prior and a calibration would take the same errors off twice; give a filter that learns its sensor "

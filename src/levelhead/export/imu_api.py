@@ -178,7 +178,7 @@ class ImuApi(CApi):
         for name, kind in self.whole.fields.items():
             assert kind is not None
             whole += [] if is_empty(kind) else [f"{STEP}{self.program.types.name(kind, public=True)} {name};"]
-        whole += [f"}} {self.name};", "", "/* All that the filter says after a sample. */", "typedef struct {"]
+        whole += [f"}} {self.name};", "", "/* The outputs of the filter after a sample. */", "typedef struct {"]
         for full, name in self.config.answers.items():
             kind_name = f"{self.name}_{TYPES[full]}" if full in TYPES else "int32_t"
             whole.append(f"{STEP}{kind_name} {name};")

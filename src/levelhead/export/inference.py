@@ -101,7 +101,7 @@ class Inference:
         if isinstance(node.value, ast.Call) and is_kernel(self.resolve(node.value.func)):
             self.of(node.value)  # for what it writes into memory
         elif not (isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)):
-            raise self._refuse(node, "an expression whose value nobody takes")
+            raise self._refuse(node, "an expression whose value is not used")
 
     def _on_Pass(self, node: ast.Pass) -> None:
         pass
@@ -163,7 +163,7 @@ class Inference:
                 raise self._refuse(target, f"{len(target.elts)} names for {describe(kind)}")
             for part, (name, inner) in zip(target.elts, kind.fields.items(), strict=True):
                 if inner is None:
-                    raise self._refuse(target, f"nobody said what {kind.name}.{name} is")
+                    raise self._refuse(target, f"no annotation gives the type of {kind.name}.{name} is")
                 if not (isinstance(part, ast.Name) and part.id == "_"):
                     kind.known.add(name)
                 self._set(part, inner)
@@ -314,7 +314,7 @@ class Inference:
             return callee.returns
         name = getattr(called, "__name__", ast.unparse(node.func))
         if called is MISSING or name not in FUNCTIONS or node.keywords:
-            raise self._refuse(node, f"{ast.unparse(node.func)} is no kernel")
+            raise self._refuse(node, f"{ast.unparse(node.func)} is not a kernel")
         kinds = [self.of(part) for part in node.args]
         if not kinds or not all(kind in (INT, FLOAT) for kind in kinds):
             raise self._refuse(node, f"{name} of {', '.join(map(describe, kinds)) or 'nothing'}")

@@ -59,7 +59,7 @@ def prior_table(config: ExportConfig, program: Program) -> str:
         lines += [f"{STEP}/* {name}{unit and f', {unit}'} */", *wrap_line(" ".join(entries), STEP)] if entries else []
     if not lines:
         return ""
-    words = "What an earlier run has learned of this sensor: values and their 1 sigma, where the start looks for them."
+    words = "The calibration of this sensor by an earlier run: values and their 1 sigma, read at the start."
     head = ["static const struct {", f"{STEP}int32_t at;", f"{STEP}{program.types.real} value;", "} prior[] = {"]
     return join_lines([*comment(words), *head, *lines, "};", ""])
 
@@ -85,7 +85,7 @@ def about(config: ExportConfig) -> str:
         axes = str(config.axes).replace(",", ", ")
         lines.append(f"Readings are turned first: the body's x (forward), y (left), z (up) are the sensor's {axes}.")
     if config.calibration is not None:
-        lines.append("The errors of this sensor are taken off its readings (filter.errors):")
+        lines.append("The errors of this sensor are subtracted from its readings (filter.errors):")
         lines += _words(config.calibration)
     if config.prior is not None:
         lines.append("It starts with what an earlier run has learned of this sensor:")

@@ -292,7 +292,7 @@ class Tracer:
 
     def _on_Expr(self, node: ast.Expr, frame: KernelFrame) -> None:
         if not isinstance(node.value, ast.Constant):
-            raise frame.source.refuse(node, "an expression whose value nobody takes")
+            raise frame.source.refuse(node, "an expression whose value is not used")
 
     def _on_Assign(self, node: ast.Assign, frame: KernelFrame) -> None:
         value = self._value(node.value, frame)
@@ -431,7 +431,7 @@ class Tracer:
             return found
         name = getattr(called, "__name__", ast.unparse(node.func))
         if called is MISSING or name not in FUNCTIONS or node.keywords:
-            raise frame.source.refuse(node, f"{ast.unparse(node.func)} is no kernel")
+            raise frame.source.refuse(node, f"{ast.unparse(node.func)} is not a kernel")
         return self.graph.call_builtin(name, [self._number(part, frame) for part in node.args], frame.function)
 
 

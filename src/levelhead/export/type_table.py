@@ -117,7 +117,7 @@ class TypeTable:
             OverflowError: it is not finite, or out of the range of single precision.
         """
         if not math.isfinite(value):
-            raise OverflowError(f"{value} is no number that C99 could write")
+            raise OverflowError(f"{value} is not a number that C99 can write")
         return decimal(value) if self.real == "double" else f"{decimal(shortest(round_constant(value)))}f"
 
     def literal(self, value: object, kind: Kind) -> str:

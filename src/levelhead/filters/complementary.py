@@ -62,7 +62,7 @@ class Values(NamedTuple):
 
     tau: Annotated[float, nonnegative("s", "time constant: below it the gyroscope is trusted", 0.04, 10.0)] = 0.49
     tau_heading: Annotated[float, nonnegative("s", "time constant towards the magnetometer's heading", 0.1, 30.0)] = 5.0
-    adaptive: Annotated[bool, Param("", "raise alpha while | |a| − g | says that the body accelerates")] = False
+    adaptive: Annotated[bool, Param("", "raise alpha while the body accelerates, by | |a| − g |")] = False
     alpha_max: Annotated[
         float, Param("", "adaptive: highest alpha at 100 Hz", low=0.0, high=1.0, high_open=True, sweep=(0.99, 0.9999))
     ] = 0.999

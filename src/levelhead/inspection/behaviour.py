@@ -124,9 +124,9 @@ def examine_bias(recording: Recording) -> Iterator[Finding]:
         yield Finding(
             "corrected_gyro",
             "note",
-            "the gyroscope's bias is 0: a device or an operating system takes it off",
+            "the gyroscope's bias is 0: a device or an operating system subtracts it",
             f"at most {np.degrees(level.max()):.4f} deg/s in {len(t)} stretches of rest",
-            "What is taken off may jump; prefer uncalibrated data if the device gives them.",
+            "A subtracted bias may jump; prefer uncalibrated data if the device gives them.",
         )
 
 

@@ -71,7 +71,7 @@ def examine_rest(recording: Recording) -> Iterator[Finding]:
         yield Finding(
             "always_still",
             "note",
-            "the sensor rests all the time: nothing about scale, axes or units can be told",
+            "the sensor rests all the time: scale, axes and units cannot be checked",
             f"{100 * share:.0f} % at rest",
             "Turn it about all three axes for 20 s.",
         )
@@ -165,7 +165,7 @@ def examine_field(recording: Recording) -> Iterator[Finding]:
         yield Finding(
             "mag_strength",
             "warning",
-            f"{middle:.0f} µT is no field of the earth ({WEAKEST:g} to {STRONGEST:g} µT)",
+            f"{middle:.0f} µT is not a field of the earth ({WEAKEST:g} to {STRONGEST:g} µT)",
             "median length",
             "Iron or a magnet is near, or the unit is wrong.",
         )

@@ -65,7 +65,7 @@ RULES = (
         [("gyr.unit", "gravity_against"), ("gyr.unit", "gravity_turn_nearest_counts")], when=_is_reversed,
     ),
     Rule(
-        "unit_header_wrong", "warning", "the header's unit contradicts the numbers; the other one was taken",
+        "unit_header_wrong", "warning", "the header's unit contradicts the numbers; the other one was used",
         "Mend the header.",
         [("t.unit", "against_header"), ("gyr.unit", "against_header")], ("declared", "taken"),
     ),
@@ -131,7 +131,7 @@ RULES = (
         [("t.rate", "file"), ("t.rate", "hint")],
     ),
     Rule(
-        "decoy_columns", "note", "there are several columns for one sensor; the plainest was taken", "",
+        "decoy_columns", "note", "there are several columns for one sensor; the plainest was used", "",
         [(f"{role}.columns", reason) for role in ("gyr", "acc", "mag")
          for reason in ("plainest", "gravity_removed", "other_table")],
     ),

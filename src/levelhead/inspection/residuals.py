@@ -54,7 +54,7 @@ def examine_field_delay(field: Seen) -> Iterator[Finding]:
         "mag_delay",
         "warning" if abs(delay) - SIGMAS * sigma > MUCH else "note",
         f"the magnetometer comes {1e3 * abs(delay):.0f} ms {'later' if delay > 0 else 'earlier'} than the gyroscope",
-        f"where the field turned back by the gyroscope stands stillest, ±{1e3 * SIGMAS * sigma:.1f} ms",
+        f"where the field turned back by the gyroscope is stillest, ±{1e3 * SIGMAS * sigma:.1f} ms",
         "Stamp it when it is measured.",
         value=1e3 * delay,
         interval=(1e3 * (delay - SIGMAS * sigma), 1e3 * (delay + SIGMAS * sigma)),

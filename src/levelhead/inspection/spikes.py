@@ -44,7 +44,7 @@ def examine_spikes(recording: Recording) -> Iterator[Finding]:
             f"spikes_{role}",
             "note" if role == "acc" and count == 1 else "warning",  # a knock may be as short as one reading
             f"{many} of the {NAMES[role]}, up to {found.off[worst] * factor:.3g} {unit} from those beside it",
-            f"rows that stand alone, at {shown} s",
+            f"isolated rows, at {shown} s",
             "Look for a bus or serial line that loses bits, and leave such rows blank.",
             (int(found.rows[0]), int(found.rows[-1])),
         )

@@ -46,7 +46,7 @@ def examine_clock(recording: Recording) -> Iterator[Finding]:
         yield Finding(
             "garbage_start",
             "note",
-            "the first sample is no measurement",
+            "the first sample is not a measurement",
             f"first step {1e3 * steps[0]:.3g} ms",
             "Leave it out.",
             (0, 0),

@@ -95,7 +95,7 @@ def _clipping(role: str, values: Array) -> Iterator[Finding]:
         f"clipping_{role}",
         "warning",
         f"the {NAMES[role]} clips at ±{worst.top * factor:.4g} {unit} ({worst.axis}, {count} rows)",
-        f"{100 * count / len(values):.2g} % of the rows stand at the largest value",
+        f"{100 * count / len(values):.2g} % of the rows have the largest value",
         "Set a larger full scale.",
         (first, first),
     )
@@ -127,7 +127,7 @@ def _stuck(recording: Recording, role: str, values: Array) -> Iterator[Finding]:
     yield Finding(
         f"stuck_{role}",
         "broken",
-        f"the {NAMES[role]}'s {'xyz'[axis]} stands at one value {when}",
+        f"the {NAMES[role]}'s {'xyz'[axis]} has one value {when}",
         f"{last - first} rows in a row, while the others move",
         "Look at the wire and the driver of that axis.",
         (first, last - 1),

@@ -27,7 +27,7 @@ WARNINGS = {
     "axis_stuck": "an axis repeats one value",
     "stuck": "the sensor repeats one whole sample: it is frozen",
     "mag_disturbed": "the magnetic field is not the earth's: the magnetometer is not used",
-    "turn_missed": "a turn was not measured: the tilt is wrong by what its σ says, and is being corrected",
+    "turn_missed": "a turn was not measured: the tilt is wrong by about its σ, and is being corrected",
     "gyr_spike": "single rates are far from those around them, and are not used: check the wiring of the bus",
     "missing": "samples come without gyroscope or accelerometer",
 }

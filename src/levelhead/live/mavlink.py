@@ -47,7 +47,7 @@ def parse_place(text: str) -> tuple[str, int]:
     """
     found = PLACE.match(text)
     if found is None or not 1 <= int(found[2]) <= LAST_PORT:
-        raise LevelheadError(f"'{text}' is no place of MAVLink; expected such as udp:14550 or udp:0.0.0.0:14550")
+        raise LevelheadError(f"'{text}' is not a place of MAVLink; expected such as udp:14550 or udp:0.0.0.0:14550")
     return found[1] or LOOPBACK, int(found[2])
 
 
@@ -113,7 +113,7 @@ class MavlinkSource:
         if self._kind is None:
             self._kind = kind
             if message.number == RAW_IMU:
-                words = "RAW_IMU has no unit in the standard; mG, mrad/s and mgauss are taken, as of ArduPilot"
+                words = "RAW_IMU has no unit in the standard; mG, mrad/s and mgauss are assumed, as of ArduPilot"
                 self._troubles.append(("assumed", words))
         if kind != self._kind:
             return

@@ -132,7 +132,7 @@ def unpack(data: bytes) -> Message:
         LevelheadError: no such message.
     """
     if len(data) < HEADER.size or data[:2] != b"LH":
-        raise LevelheadError("these bytes are no message of a levelhead node")
+        raise LevelheadError("these bytes are not a message of a levelhead node")
     _, version, kind, node, seq, t, stamp = HEADER.unpack_from(data)
     if version != VERSION:
         raise OtherVersion(f"the message has version {version}, this levelhead reads {VERSION}; update the older side")

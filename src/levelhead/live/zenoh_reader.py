@@ -143,7 +143,7 @@ class _NodeWatch:
         check_handshake(self._endpoint, self._certificates)
         if is_reached(self._endpoint):
             raise LevelheadError(
-                f"what answers at {self._endpoint} is no node that this reader understands: a node that runs with "
+                f"what answers at {self._endpoint} is not a node that this reader understands: a node that runs with "
                 "--certificates is reached by tls/NAME:PORT and with certificates"
             )
 

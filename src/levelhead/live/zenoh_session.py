@@ -38,7 +38,7 @@ def check_endpoint(endpoint: str, certificates: Path | None) -> str:
             "with certificates, or tcp/127.0.0.1:PORT"
         )
     if not OPEN.match(endpoint):
-        raise LevelheadError(f"'{endpoint}' is no endpoint; expected such as {ENDPOINT} or tls/192.168.1.5:7447")
+        raise LevelheadError(f"'{endpoint}' is not an endpoint; expected such as {ENDPOINT} or tls/192.168.1.5:7447")
     if certificates is None:
         raise LevelheadError(f"{endpoint} needs certificates: a folder with {', '.join(CERTIFICATES)}")
     return endpoint

@@ -27,7 +27,9 @@ def tuning_table(found: Tuning) -> str:
     parts = ["\n".join(verdict), plain_table(PARAMETERS, _parameters(found)), plain_table(LOGS, _logs(found))]
     if found.advice:
         lines = [f"  {one}" for one in found.advice]
-        parts.append("\n".join([f"What is left, and what lowers it ({found.references[0].name}):", *lines]))
+        parts.append(
+            "\n".join([f"The errors that are left, and how to lower them ({found.references[0].name}):", *lines])
+        )
     return "\n\n".join(parts)
 
 

@@ -152,7 +152,7 @@ def parse_fault(word: str) -> Fault:
     match = re.fullmatch(rf"(\w+)(?:={NUMBER})?(?:@{NUMBER}(?:\+{NUMBER})?)?", word.strip())
     if match is None:
         raise LevelheadError(
-            f"'{word}' is no fault; write NAME[=SIZE][@START[+LENGTH]], such as acc_spikes=4@20+5 (g, s, s)"
+            f"'{word}' is not a fault; write NAME[=SIZE][@START[+LENGTH]], such as acc_spikes=4@20+5 (g, s, s)"
         )
     name, *numbers = match.groups()
     return Fault(name, *(None if one is None else float(one) for one in numbers))

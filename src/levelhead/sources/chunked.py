@@ -32,7 +32,7 @@ TEXT = (".csv", ".tsv", ".txt")
 LONG_ROWS = 20_000_000  # from which a Parquet file is long
 LONG_BYTES = 2_000_000_000  # from which text is long
 EXACT = 2.0**53  # whole numbers up to it are floats
-WHOLE = "levelhead.read takes it whole"
+WHOLE = "levelhead.read reads it whole"
 
 
 class NeedsWholeLog(LevelheadError):
@@ -254,7 +254,7 @@ def _text(path: Path, names: Sequence[str], exact: frozenset[str]) -> Iterator[t
     layout = find_layout(path)
     plain = not (layout.tail or layout.stamps or layout.torn) and layout.encoding.name == "utf-8"
     if not plain or layout.delimiter == " ":
-        raise NeedsWholeLog(f"{path} cannot be read in chunks: it is no plain text of numbers; {WHOLE}")
+        raise NeedsWholeLog(f"{path} cannot be read in chunks: it is not plain text of numbers; {WHOLE}")
     missing = [name for name in names if name not in layout.names]
     if missing:
         raise NeedsWholeLog(f"{path}: column '{missing[0]}' cannot be read in chunks; {WHOLE}")

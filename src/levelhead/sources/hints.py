@@ -118,7 +118,7 @@ def check(
     scale = {role: _unit(role, text) for role, text in (units or {}).items()}
     for role, text in (counts or {}).items():
         if role in scale:
-            raise LevelheadError(f"both units and counts are given for {role}; one of them says it all")
+            raise LevelheadError(f"both units and counts are given for {role}; give one of them")
         scale[role] = _counts(role, text)
     words = [
         *(("map", f"{role}={','.join(map_word(name) for name in names)}") for role, names in columns.items()),
@@ -218,7 +218,7 @@ def _counts(role: str, text: str) -> Scale:
 
 def _known(role: str, hint: str, roles: Iterable[str]) -> None:
     if role not in roles:
-        raise LevelheadError(f"{hint} names '{role}', which is no quantity here; {nearest(role, roles)}")
+        raise LevelheadError(f"{hint} names '{role}', which is not a quantity here; {nearest(role, roles)}")
 
 
 def parse_map(words: Iterable[str]) -> dict[str, list[str]]:

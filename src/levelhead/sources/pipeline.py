@@ -181,7 +181,7 @@ def _read_own_file(file: Path, hints: Hints) -> Recording | None:
         from levelhead.sources.formats.blackbox import box_recording
 
         if hints.given:
-            raise LevelheadError(f"{file} says itself what is in it; map, units, counts and rate are for other files")
+            raise LevelheadError(f"{file} describes its own content; map, units, counts and rate are for other files")
         return box_recording(file)
     return None
 

@@ -106,8 +106,8 @@ _GYROSCOPE: Mapping[str, str] = {  # reason to the evidence for a gyroscope's un
     "gravity_steady": "a guess: gravity would not hold as still if it were deg/s",
     "too_large": "a guess: {large:.0f} would be {turns:.0f} turns a second in rad/s",
     "look_like_counts": "its numbers reach {large:.0f} and look like raw counts",
-    "quiet": "a guess, because gravity tells little here: noise of {noise:.2g} at rest is too small for deg/s",
-    "loud": "a guess, because gravity tells little here: noise of {noise:.2g} at rest is too large for rad/s",
+    "quiet": "a guess, because gravity shows little here: noise of {noise:.2g} at rest is too small for deg/s",
+    "loud": "a guess, because gravity shows little here: noise of {noise:.2g} at rest is too large for rad/s",
 }
 _CORE_MOTION = "accelerometer: turned round, since Core Motion's points down at rest ({})"
 _CELLS = "the header has {names} names and the lines {cells} cells: "
@@ -136,9 +136,7 @@ SENTENCES: Mapping[tuple[str, str], Template] = {
     ("file.parts", "empty"): "{value}: nothing in them; passed over",
     ("box.end", "cut_off"): "the black box was cut off; everything up to there was read",
     ("box.bias", "start"): "gyroscope: without the bias that was measured at the start",
-    ("box.params", "changed"): (
-        "parameters were changed while the node ran; here those of its first orientation are taken"
-    ),
+    ("box.params", "changed"): ("parameters were changed while the node ran; those of its first orientation are used"),
     ("box.params", "node"): (
         "the node ran {value} with parameters of its own: meta['live'] holds them, `levelhead fuse` takes them, "
         "lh.fuse takes those that it is given"
@@ -167,9 +165,9 @@ SENTENCES: Mapping[tuple[str, str], Template] = {
         "merged: {value} of {count} gyroscope samples lie outside the accelerometer's time; left out"
     ),
     ("*.columns", "named"): "{sensor}: {value}, by name",
-    ("*.columns", "hint"): "{sensor}: {value}, as the hint says",
+    ("*.columns", "hint"): "{sensor}: {value}, by the hint",
     ("*.columns", "plainest"): _plainest,
-    ("*.columns", "gravity_removed"): "{sensor}: {rest} has gravity removed; not taken",
+    ("*.columns", "gravity_removed"): "{sensor}: {rest} has gravity removed; not used",
     ("*.columns", "other_table"): "{sensor}: from {value}, not from {rest}",
     ("clock", "merged"): "merged: {parts}",
     ("acc.stamps", "slower"): (
@@ -179,29 +177,29 @@ SENTENCES: Mapping[tuple[str, str], Template] = {
         "accelerometer: on a clock of its own ({rate:.5g} Hz); set to the gyroscope's stamps by straight lines"
     ),
     ("acc.stamps", "other_rows"): (
-        "gyroscope and accelerometer stand on different rows; the accelerometer was set to the gyroscope's by straight "
+        "gyroscope and accelerometer have different rows; the accelerometer was set to the gyroscope's by straight "
         "lines"
     ),
     ("t.rate", "file"): "time: no stamps; rows at the {value:g} Hz that the file gives",
-    ("t.rate", "hint"): "time: no stamps; rows at {value:g} Hz, as the hint says",
+    ("t.rate", "hint"): "time: no stamps; rows at {value:g} Hz, by the hint",
     ("t.column", "most_even"): (
         "time: '{value}' is the most even of {count} columns with time in their name, not {rest}"
     ),
     ("t.column", "even"): "time: '{value}' goes on evenly, as a clock does",
     ("t.column", "even_at_rate"): (
-        "time: '{value}' goes on evenly, as a clock does, and gravity turns as the gyroscope says at its rate: a guess"
+        "time: '{value}' goes on evenly, as a clock does, and gravity turns as the gyroscope does at its rate: a guess"
     ),
     ("t.unit", "file_rate"): (
         "time: '{column}' has no unit; it counts {step:g} a sample, which at the {rate:g} Hz that the file gives are "
         "{ticks:.6g} ticks a second"
     ),
-    ("t.unit", "interval"): "time: '{column}' has no unit; its median interval of {step:.6g} says {value}",
+    ("t.unit", "interval"): "time: '{column}' has no unit; by its median interval of {step:.6g} it is in {value}",
     (
         "t.unit",
         "short_interval",
-    ): "time: '{column}' has no unit; its median interval of {step:.6g} says {value}, a guess",
+    ): "time: '{column}' has no unit; by its median interval of {step:.6g} it is in {value}, a guess",
     ("t.unit", "against_header"): (
-        "time: '{column}' taken as {taken}, a guess against the header, which says {declared}: an interval of "
+        "time: '{column}' taken as {taken}, a guess against the header, which has {declared}: an interval of "
         "{step:.4g} would be {rate:.3g} Hz"
     ),
     ("t.rows", "stale"): _stale,
@@ -232,16 +230,16 @@ SENTENCES: Mapping[tuple[str, str], Template] = {
         "regularly, as its readings show; that clock was put back ({missing} samples are missing)"
     ),
     ("t.column", "named"): "time: '{value}', by name",
-    ("t.column", "hint"): "time: '{value}', as the hint says",
-    ("t.unit", "declared"): "time: in {value}, as the file says",
-    ("t.unit", "hint"): "time: in {value}, as the hint says",
-    ("*.unit", "declared"): "{sensor}: in {value}, as the file says",
-    ("*.unit", "hint"): "{sensor}: in {value}, as the hint says",
-    ("*.unit", "preamble"): "{sensor}: {value}, as the preamble says",
+    ("t.column", "hint"): "time: '{value}', by the hint",
+    ("t.unit", "declared"): "time: in {value}, by the file",
+    ("t.unit", "hint"): "time: in {value}, by the hint",
+    ("*.unit", "declared"): "{sensor}: in {value}, by the file",
+    ("*.unit", "hint"): "{sensor}: in {value}, by the hint",
+    ("*.unit", "preamble"): "{sensor}: {value}, by the preamble",
     ("*.unit", "vendor"): "{sensor}: taken as {value}, as {vendor} writes it",
-    ("*.unit", "hint_against_file"): "{sensor}: the hint says {value} where the file says {file}",
+    ("*.unit", "hint_against_file"): "{sensor}: the hint gives {value} where the file has {file}",
     ("*.unit", "hint_against_numbers"): (
-        "{sensor}: taken as {value}, as the hint says; a warning: its numbers look like {other}: {why}"
+        "{sensor}: taken as {value}, by the hint; a warning: its numbers look like {other}: {why}"
     ),
     ("*.unit", "length"): "{sensor}: taken as {value}; its median length is {norm:.4g}",
     ("acc.unit", "thousandths"): (
@@ -261,7 +259,7 @@ SENTENCES: Mapping[tuple[str, str], Template] = {
         "--counts acc={per_g:g}/g confirms it"
     ),
     ("acc.gravity", "added"): (
-        "accelerometer: {column} … hold {percent:.0f} % of the gravity that stands beside them; the two were added"
+        "accelerometer: {column} … hold {percent:.0f} % of the gravity in the columns beside them; the two were added"
     ),
     ("acc.sign", "gravity_vector"): _CORE_MOTION.format("a gravity vector of length 1 is Core Motion's"),
     ("acc.sign", "names"): _CORE_MOTION.format("these names are Core Motion's"),
@@ -275,11 +273,10 @@ SENTENCES: Mapping[tuple[str, str], Template] = {
         "{correlation:.2f})"
     ),
     ("gyr.unit", "doubtful"): (
-        "gyroscope: taken as {declared}, as the header says, but that is a guess: {why}; --units gyr={other} takes the "
-        "other"
+        "gyroscope: taken as {declared}, by the header, but that is a guess: {why}; --units gyr={other} takes the other"
     ),
     ("gyr.unit", "against_header"): (
-        "gyroscope: taken as {taken}, a guess against the header, which says {declared}: {why}"
+        "gyroscope: taken as {taken}, a guess against the header, which has {declared}: {why}"
     ),
     **{("gyr.unit", reason): f"gyroscope: taken as {{value}}; {why}" for reason, why in _GYROSCOPE.items()},
     **{
@@ -311,7 +308,7 @@ SENTENCES: Mapping[tuple[str, str], Template] = {
     ("truth.used", "empty"): "truth: left out, because no row has one",
     ("truth.used", "not_up"): (
         "truth: {columns} left out: in its world the mean specific force points to ({force}), not to (0, 0, 1); its "
-        "third axis is not up, or it turns the world into the sensor; --map q=… takes it as it is"
+        "third axis is not up, or it turns the world into the sensor; --map q=… keeps it as it is"
     ),
     ("truth.north", "unknown"): (
         "truth: {columns}; its frame is not known to point north, so only relative heading counts"

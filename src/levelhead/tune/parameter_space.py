@@ -79,7 +79,9 @@ def parse_range(word: str) -> tuple[str, tuple[float, float] | None]:
     try:
         return name, (float(low), float(high))
     except ValueError:
-        raise LevelheadError(f"'{word}' is no range; write lowest and highest value, such as {name}=0.01:10") from None
+        raise LevelheadError(
+            f"'{word}' is not a range; write lowest and highest value, such as {name}=0.01:10"
+        ) from None
 
 
 def space_of(params: Params, words: Sequence[str] = ()) -> Space:
@@ -120,6 +122,6 @@ def _range(owner: str, name: str, param: Param, wish: tuple[float, float] | None
     if not (low < high and param.allows(low) and param.allows(high)) or (param.log and low <= 0.0):
         more = " and, as it is searched by factors, greater than 0" if param.log else ""
         raise LevelheadError(
-            f"{owner}.{name}: {low:g} to {high:g} is no range to search; both must be {param.range}{more}, in order"
+            f"{owner}.{name}: {low:g} to {high:g} is not a range to search; both must be {param.range}{more}, in order"
         )
     return Range(name, param, low, high)

@@ -177,7 +177,7 @@ def _check(
             "equally good; record the motion that the filter is for"
         )
     if seconds < SHORT:
-        remarks = [*remarks, f"{name}: {seconds:.0f} s of motion are few; a minute or more tells more"]
+        remarks = [*remarks, f"{name}: {seconds:.0f} s of motion are few; record a minute or more"]
     if turn < CALM:
         remarks = [*remarks, f"{name}: the sensor turns little ({turn:.1f}° RMS), so the minimum is flat"]
     quat = np.full_like(truth.quat, np.nan)

@@ -107,11 +107,11 @@ def check_wishes(
     if metric is not None and metric not in get_args(Metric):
         raise LevelheadError(f"'{metric}' is not an error to minimise; {nearest(metric, get_args(Metric))}")
     if goal is not None and goal not in get_args(Kind):
-        raise LevelheadError(f"'{goal}' is no goal; {nearest(goal, get_args(Kind))}")
+        raise LevelheadError(f"'{goal}' is not a goal; {nearest(goal, get_args(Kind))}")
     if goal == "likelihood" and metric == "heading":
         raise LevelheadError("the likelihood is that of tilt and heading together, or of tilt; expected total or tilt")
     if runs is not None and runs < 2:
-        raise LevelheadError(f"{runs} runs are no search; expected 2 or more, better {EACH} for each parameter")
+        raise LevelheadError(f"{runs} runs are not a search; expected 2 or more, better {EACH} for each parameter")
     return space_of(filters.resolve(params), names)
 
 

@@ -210,7 +210,7 @@ class Tuning:
         """The gain on what was left out."""
         held_out = self.held_out
         if held_out is None:
-            return "nothing was left out to tell what another log gains"
+            return "nothing was left out to measure the gain on another log"
         parts = "logs" if len(self.references) > 1 else "parts of the log"
         less = held_out.share >= 0.0
         words = f"{_percent(abs(held_out.share))} {'less' if less else 'more'}"

@@ -445,9 +445,9 @@ def test_the_emulated_bus_keeps_smbus_s_limits(bench):
         (lambda: lsm6dso32.LSM6DSO32(Memory(), acc_range=2), "acc range 2 g does not exist; the LSM6DSO32 has 4, 8"),
         (lambda: mpu6050.MPU6050(Memory(), rate=3000), "cannot give 3000 samples a second; expected 3.90625 to 1000"),
         (lambda: parse_board("mpu6051"), "there is no driver for 'mpu6051'; did you mean 'mpu6050'?"),
-        (lambda: parse_board("hmc5883l"), "'hmc5883l' is no board"),
-        (lambda: parse_board("mpu6050+icm20948"), "is no board"),
-        (lambda: parse_board("mpu6050@one"), "behind @ stands no bus"),
+        (lambda: parse_board("hmc5883l"), "'hmc5883l' is not a board"),
+        (lambda: parse_board("mpu6050+icm20948"), "is not a board"),
+        (lambda: parse_board("mpu6050@one"), "there is no bus behind @"),
     ],
 )  # fmt: skip
 def test_what_does_not_exist_is_refused(make, said):

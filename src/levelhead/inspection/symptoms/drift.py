@@ -92,7 +92,7 @@ def _heading_lost(evidence: RunEvidence) -> Iterator[Symptom]:
         when = f"at {at:.1f} s" if len(events) == 1 else f"at {len(events)} times, most at {at:.1f} s"
         yield Symptom(
             "drift", size, "deg", f"σ of heading grows by {size:.0f}° {when}", cause,
-            f"{event.why}; without a magnetometer nothing tells how far it turned meanwhile", CURES[cause], at,
+            f"{event.why}; without a magnetometer nothing measured how far it turned meanwhile", CURES[cause], at,
             FINDINGS.get(cause, ""),
         )  # fmt: skip
 

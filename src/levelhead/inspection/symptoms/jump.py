@@ -43,7 +43,7 @@ class Disturbance(NamedTuple):
 
 
 CURES = {
-    "gyr_clipping": "Set a larger full scale, or tell it: --guard gyr_range=DEG_S.",
+    "gyr_clipping": "Set a larger full scale, or give it: --guard gyr_range=DEG_S.",
     "gyr_spikes": "Look for a bus or serial line that loses bits, and leave such rows blank.",
     "gap": "Find what stops the logger; across more than 0.5 s the attitude is held.",
     "gyr_missing": "Find what loses the readings; the last rate is held for 0.5 s.",
@@ -54,7 +54,7 @@ CURES = {
     "mag_back": "Find what silenced it; levelhead smooth uses both sides of the time without it.",
     "no_rest": "Put the sensor down for 5 s at the start.",
     "near_vertical": "Take a filter of quaternions: ESKF, EKF, Mahony.",
-    "acceleration": "Let it trust the gyroscope more, or take ESKF, which tells acceleration from gravity.",
+    "acceleration": "Let it trust the gyroscope more, or use ESKF, which separates acceleration from gravity.",
     "unknown": "Compare with levelhead smooth, and look at this time in its picture.",
 }
 FINDINGS = {
@@ -110,7 +110,7 @@ def find_disturbances(evidence: RunEvidence) -> Iterator[Disturbance]:
     for first, last in evidence.runs(health.GAP):
         yield Disturbance(first, last, "gap", f"there is no sample for {t[first] - t[max(first - 1, 0)]:.2g} s")
     for first, last in _join(evidence.runs(health.MAG_LEARNED), t):
-        yield Disturbance(first, last, "mag_learned", "a new magnetic field was taken for the earth's")
+        yield Disturbance(first, last, "mag_learned", "a new magnetic field was accepted as the earth's")
     yield from _spikes(evidence)
 
 
@@ -192,7 +192,7 @@ def _causes_of_step(evidence: RunEvidence, row: int) -> Iterator[tuple[str, str]
     if evidence.is_plain and off > HAND_MOTION:
         yield "acceleration", f"the specific force is {off:.1f} m/s² off g there (rms), and {name} takes it for gravity"
     if "gyr" in evidence.uses and evidence.recording.mag is None and evidence.longest_rest < Guard().rest_time:
-        yield "no_rest", "neither a magnetometer nor a rest told the gyroscope's bias, which is still being learned"
+        yield "no_rest", "neither a magnetometer nor a rest measured the gyroscope's bias, which is still being learned"
     yield "unknown", "no reading in the log explains it"
 
 

@@ -27,7 +27,7 @@ def find_missing(evidence: RunEvidence) -> Iterator[Symptom]:
         yield Symptom(
             "missing", longest, "s", f"the {name} is NaN or blank on {share:.2g} % of the samples", "missing_readings",
             f"{count} samples, the longest stretch {longest:.2g} s at {evidence.t[first]:.1f} s",
-            "The track never is NaN: the last rate is held for 0.5 s, σ says what that costs; find what loses them.",
+            "The track never is NaN: the last rate is held for 0.5 s, and σ grows. Find what loses the readings.",
             float(evidence.t[first]), "missing_values",
         )  # fmt: skip
 
@@ -40,7 +40,7 @@ def find_turns_missed(evidence: RunEvidence) -> Iterator[Symptom]:
         return
     first, _ = max(stretches, key=lambda one: one[1] - one[0])
     yield Symptom(
-        "missing", seconds, "s", f"for {seconds:.1f} s the sensor turned by more than its gyroscope said",
+        "missing", seconds, "s", f"for {seconds:.1f} s the sensor turned by more than its gyroscope measured",
         "turn_missed",
         f"{evidence.track.name} sets its bit turn_missed, the longest time at {evidence.t[first]:.1f} s: tilt and "
         "velocity do not fit the rates",

@@ -104,7 +104,7 @@ def save(made: "Figure", path: str | Path) -> None:
     kind = path.suffix.lower().lstrip(".")
     if kind not in FORMATS:
         raise LevelheadError(
-            f"'{path.name}' is no picture that levelhead writes; {nearest(kind or 'nothing', FORMATS)}"
+            f"'{path.name}' is not a picture that levelhead writes; {nearest(kind or 'nothing', FORMATS)}"
         )
     with atomic_path(path) as temporary:
         made.savefig(temporary, format=kind, dpi=DPI)

@@ -122,7 +122,7 @@ class Lines:
             return ""
         self._waits = waits
         if waits == "lines":
-            return f"{self.source} has sent {len(self._seen)} lines so far; {LOOK} are needed to tell columns and units"
+            return f"{self.source} has sent {len(self._seen)} lines so far; columns and units need {LOOK}"
         return (
             f"{self.source} sends lines such as '{last[:SHOWN]}', and none that names the columns; reset the device if "
             f"it prints a header when it starts{self._or_name(self._alike())}"

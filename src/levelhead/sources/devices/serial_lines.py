@@ -133,7 +133,7 @@ class SerialLines:
         if at - since >= UNREADABLE_TIME and count >= UNREADABLE_BYTES and bad > UNREADABLE_SHARE * count:
             self._unread = since, -1, 0
             words = (
-                f"{self.port} sends bytes that are no text ({bad} of {count}): {self.baud} bits a second are not the "
+                f"{self.port} sends bytes that are not text ({bad} of {count}): {self.baud} bits a second are not the "
                 f"device's speed; name the one of its Serial.begin(), such as serial:{self.port}@9600"
             )
             self._troubles.append(("garbage", words))
@@ -230,6 +230,6 @@ def parse_serial(text: str) -> tuple[str, int]:
     port, _, baud = text.partition("@")
     if not port or (baud and not baud.isdecimal()):
         raise LevelheadError(
-            f"'{text}' is no serial line; expected such as serial:/dev/ttyUSB0 or serial:/dev/ttyUSB0@115200"
+            f"'{text}' is not a serial line; expected such as serial:/dev/ttyUSB0 or serial:/dev/ttyUSB0@115200"
         )
     return port, int(baud) if baud else BAUD

@@ -92,7 +92,7 @@ def read_box(path: str | os.PathLike[str]) -> Box:
         except (McapError, struct.error, EOFError, ValueError, KeyError, IndexError):
             pass  # cut off: what stands before is whole, record by record
     if config is None:
-        raise LevelheadError(f"{path} is no black box of a levelhead node: it has no configuration in it")
+        raise LevelheadError(f"{path} is not a black box of a levelhead node: it has no configuration in it")
     return Box(np.concatenate(blocks) if blocks else np.empty(0, ROW), events, config, whole)
 
 

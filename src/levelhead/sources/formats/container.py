@@ -85,7 +85,7 @@ def _unzip(path: Path, folder: Path, suffixes: frozenset[str]) -> list[Member]:
     except (zipfile.BadZipFile, NotImplementedError, RuntimeError, EOFError, ValueError) as error:
         if isinstance(error, LevelheadError):
             raise
-        raise LevelheadError(f"{path} is no zip archive, or it is damaged or encrypted") from error
+        raise LevelheadError(f"{path} is not a zip archive, or it is damaged or encrypted") from error
     if not found:
         raise LevelheadError(
             f"{path} is a zip archive without a file that levelhead reads; expected one per sensor, or one"
@@ -111,5 +111,5 @@ def _copy(packed: IO[bytes], file: IO[bytes], most: int, path: Path) -> None:
     while block := packed.read(1 << 20):
         left -= len(block)
         if left < 0:
-            raise LevelheadError(f"{path} unpacks to more than it says; it is not read")
+            raise LevelheadError(f"{path} unpacks to more than its declared size; it is not read")
         file.write(block)

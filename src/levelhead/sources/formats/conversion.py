@@ -54,7 +54,7 @@ CONVERSIONS = (
     ),
     Conversion("a GPS track", "it has no gyroscope; expected the log of an IMU", (".gpx", ".tcx", ".kml", ".nmea")),
     Conversion(
-        "an actigraph's recording", "its accelerometer stands alone; expected a log with a gyroscope",
+        "an actigraph's recording", "it has an accelerometer only; expected a log with a gyroscope",
         (".gt3x", ".cwa"),
     ),
 )  # fmt: skip

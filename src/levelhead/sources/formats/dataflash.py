@@ -32,7 +32,9 @@ def tables(path: Path, display_path: str, hints: Hints) -> Sequence[ArrayTable]:
     """
     raw = path.read_bytes()
     if _MARK + bytes([_FMT]) not in raw[:4096]:
-        raise LevelheadError(f"{display_path} is no DataFlash log of ArduPilot: no FMT message stands at its start")
+        raise LevelheadError(
+            f"{display_path} is not a DataFlash log of ArduPilot: it does not begin with an FMT message"
+        )
     kinds, starts = _scan(raw)
     found = []
     for number, (name, dtype, letters) in kinds.items():

@@ -127,7 +127,7 @@ def _json_lines(text: str, source: str) -> JsonTable:
         except Garbage:
             if 0 < i < len(given) - 1:
                 raise LevelheadError(
-                    f"{source}, line {number}: '{line.strip()[:30]}' is no JSON object of numbers; expected such as "
+                    f"{source}, line {number}: '{line.strip()[:30]}' is not a JSON object of numbers; expected such as "
                     '{"t": 0.01, "gyr": [0, 0, 0], "acc": [0, 0, 9.81]}'
                 ) from None
             conclusions.append(Conclusion("file.lines", "cut_off", number, Basis.NUMBERS))

@@ -57,4 +57,4 @@ def _stamp(folder: Path, line: str) -> int:
     try:
         return nanoseconds(line)
     except ValueError:
-        raise LevelheadError(f"{folder}/timestamps.txt: '{line[:40]}' is no date with a clock time") from None
+        raise LevelheadError(f"{folder}/timestamps.txt: '{line[:40]}' is not a date with a clock time") from None

@@ -70,7 +70,7 @@ def read_own(path: Path, hints: Hints) -> Recording | None:
     if _MARK not in arrays:
         return None
     if hints.given:
-        raise LevelheadError(f"{path} was written by levelhead, in SI units; it takes no hints")
+        raise LevelheadError(f"{path} was written by levelhead, in SI units; hints do not apply")
     return _own(path, arrays)
 
 
@@ -166,7 +166,7 @@ def _single(path: Path, display_path: str) -> ArrayTable:
     try:
         array = np.load(path, allow_pickle=False)
     except (ValueError, OSError, EOFError, tokenize.TokenError, SyntaxError) as error:
-        raise LevelheadError(f"{display_path} is no array of numbers, or it is damaged") from error
+        raise LevelheadError(f"{display_path} is not an array of numbers, or it is damaged") from error
     if not isinstance(array, np.ndarray):
         raise LevelheadError(f"{display_path} is named .npy but is an archive; expected the suffix .npz")
     if array.dtype.names:

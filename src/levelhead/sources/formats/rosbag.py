@@ -81,7 +81,7 @@ def tables(path: Path, display_path: str, hints: Hints) -> list[ArrayTable]:
     except (LevelheadError, MemoryError):
         raise
     except Exception as error:  # rosbags raises what its YAML, SQLite and MCAP readers raise
-        raise LevelheadError(f"{path} is no ROS bag, or it is damaged") from error
+        raise LevelheadError(f"{path} is not a ROS bag, or it is damaged") from error
     return [_one_topic(path, found, hints)]
 
 
@@ -284,7 +284,7 @@ def write_bag(recording: Recording, path: str | os.PathLike[str], track: Track |
             f"the track has {len(track)} stamps that are not those of the recording ({len(recording)})"
         )
     if recording.t[0] + float(recording.meta.get("t0", 0.0)) < 0.0:
-        raise LevelheadError("the recording begins before time 0, which ROS cannot say; shift it")
+        raise LevelheadError("the recording begins before time 0, which ROS cannot write; shift it")
     target = Path(path)
     if target.suffix == ".bag":
         with atomic_path(target) as temporary:

@@ -37,7 +37,7 @@ def tables(path: Path, display_path: str, hints: Hints) -> Sequence[ArrayTable]:
     try:
         topics = ULog(str(path), WANTED).data_list
     except Exception as error:  # pyulog raises many kinds for a damaged file
-        raise LevelheadError(f"{display_path} is no ULog, or it is damaged") from error
+        raise LevelheadError(f"{display_path} is not a ULog, or it is damaged") from error
     found = [table for topic in topics if (table := _table(topic, display_path)) is not None]
     combined = [table for table in found if table.context.startswith("sensor_combined")]
     if combined:

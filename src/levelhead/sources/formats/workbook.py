@@ -34,7 +34,7 @@ def tables(path: Path, display_path: str, hints: Hints) -> Sequence[ArrayTable]:
                 if (table := _table(book.get_sheet_by_name(name).to_python(), name, display_path)) is not None:
                     found.append(table)
     except Exception as error:  # calamine raises many kinds for a damaged file
-        raise LevelheadError(f"{display_path} is no workbook, or it is damaged") from error
+        raise LevelheadError(f"{display_path} is not a workbook, or it is damaged") from error
     if not found:
         raise LevelheadError(
             f"{display_path} has no sheet with columns of numbers; expected a header and one row per sample"

@@ -157,7 +157,7 @@ def _rows_at_rate(table: Table, roles: Roles, hints: Hints, columns: Mapping[int
     n = len(next(iter(columns.values())))
     if hints.rate is not None and table.rate is not None and "t" not in hints.map:
         raise LevelheadError(
-            f"{table.source} says itself that its rate is {table.rate:g} Hz; leave out rate={hints.rate:g}, "
+            f"{table.source} gives its rate as {table.rate:g} Hz; leave out rate={hints.rate:g}, "
             "or insist on it with the hint map t="
         )
     rate = hints.rate or table.rate

@@ -175,7 +175,9 @@ def seconds(
     first = kept[0]
     t0, start = None, 0
     if float(kept[-1]) - float(first) > 1e20 or abs(float(first)) > 1e20:
-        raise LevelheadError(f"{table.source}, column '{name}': {kept[-1]:.6g} is no time; expected s, ms, us or ns")
+        raise LevelheadError(
+            f"{table.source}, column '{name}': {kept[-1]:.6g} is not a unit of time; expected s, ms, us or ns"
+        )
     if abs(float(first)) * scale.factor / scale.divisor > _LONGEST_UPTIME:
         t0, start = float(scale_stamps(kept[:1].astype(np.float64), scale)[0]), first.item()
         kept = kept - first
@@ -195,7 +197,7 @@ def _repaired(stamps: Column, table: Table, name: str, values: Array | None, ses
     increasing = len(stamps) < 2 or bool((stamps[1:] > stamps[:-1]).all())
     if increasing and first_of_bursts(stamps) is None:
         if session not in (None, 1):
-            raise LevelheadError(f"{table.source} has one session; there is no session {session}")
+            raise LevelheadError(f"{table.source} has one session, not session {session}")
         return Repair(stamps)
     if len(stamps) < _FEW:
         _refuse(stamps, table, name)

@@ -369,19 +369,19 @@ def contradicts_rad_s(t: Array, gyr: Array, acc: Array) -> str | None:
     turn, held = turn_of_gravity(t, gyr, acc), steadiness_of_gravity(t, gyr, acc)
     if turn is not None and turn.clear:
         if 0.5 < turn.scale * 180.0 / math.pi < 2.0:
-            return f"gravity turns {1 / turn.scale:.1f} times slower than it says"
+            return f"gravity turns {1 / turn.scale:.1f} times slower than its rate"
         if turn.correlation > _PROOF and 0.5 < turn.scale < 2.0:
             return None  # whatever its noise
     rest = find_still_gyroscope(t, gyr, acc)
     why = None
     if rest.windows >= _TELLING and rest.rate > _BIAS:
-        why = f"at rest, while gravity holds still, it says {rest.rate:.2g}, {math.degrees(rest.rate):.0f} deg/s"
+        why = f"at rest, while gravity holds still, it reads {rest.rate:.2g}, {math.degrees(rest.rate):.0f} deg/s"
     elif rest.windows >= _TELLING and rest.noise > _LOUD:
         why = f"its noise at rest would be {math.degrees(rest.noise):.1f} deg/s"
     regular = turn is None or not (turn.clear and turn.scale > 0.3)
     enough = held.windows >= 4 * _TELLING if rest.windows == 0 else held.windows > _TELLING + 1
     if why is None and regular and enough and held.gain < 2.0 * _DEGREES and held.best > 0.85:
-        why = "gravity turns much slower than it says"
+        why = "gravity turns much slower than it does"
     return why
 
 
@@ -389,7 +389,7 @@ def contradicts_deg_s(t: Array, gyr: Array, acc: Array) -> str | None:
     """Why (n, 3) ``gyr``, declared as deg/s, must be rad/s; None if nothing says so clearly. ``acc`` in m/s²."""
     turn = turn_of_gravity(t, gyr, acc)
     if turn is not None and turn.clear and turn.correlation > _PROOF and 0.5 < turn.scale < 2.0:
-        return f"gravity turns {turn.scale * 180.0 / math.pi:.1f} times faster than it says"
+        return f"gravity turns {turn.scale * 180.0 / math.pi:.1f} times faster than its rate"
     return None
 
 
@@ -405,7 +405,7 @@ def alternative_unit(t: Array, rate: Array, acc: Array, factor: float) -> str | 
     if told:
         best = max(told, key=lambda one: one.correlation)
         if best.scale > between if factor < 1.0 else best.scale < 1.0 / between:
-            return f"gravity turns {best.scale:.2g} times as far as it says (correlation {best.correlation:.2f})"
+            return f"gravity turns {best.scale:.2g} times as far as it measured (correlation {best.correlation:.2f})"
         return None
     noise = math.degrees(rest_noise(t, rate))
     if factor < 1.0 and 0.0 < noise < _QUIETEST:

@@ -30,13 +30,13 @@ def guess_rate(roles: Roles, columns: Mapping[int, Column], factor: float | None
     found = rate_of_turn(roles, columns, factor)
     if found is None:
         if {"gyr", "acc"} <= set(roles.columns):
-            return 100.0, "; nothing in the log tells it, and 100 stands for it here"
+            return 100.0, "; the log contains too little motion to estimate it; 100 Hz is a placeholder"
         return 100.0, ""
     return _nearest(found), _turns(found)
 
 
 def _turns(rate: float) -> str:
-    return f"; gravity turns as the gyroscope says at about {rate:.0f} Hz"
+    return f"; gravity turns as the gyroscope does at about {rate:.0f} Hz"
 
 
 def _round_rates(found: float) -> list[float]:

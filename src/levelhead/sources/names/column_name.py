@@ -313,7 +313,7 @@ def unit_in(raw: str, role: str, source: str) -> str | None:
     for text in reversed(inside):
         if _looks_like_unit(quantity, text):
             raise LevelheadError(
-                f"{source}, column '{raw}': '{text}' is not a unit of the {MEANING[role]} that levelhead knows; "
+                f"{source}, column '{raw}': '{text}' is not a unit of the {MEANING[role]} of levelhead; "
                 f"{nearest(text, units.FACTORS[quantity])}; or give the hint units {role}=…"
             )
     if role == "t":

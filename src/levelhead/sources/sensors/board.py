@@ -82,7 +82,7 @@ def parse_board(text: str) -> BoardSpec:
         where = int(address, 0) if address else None
     except ValueError:
         raise LevelheadError(
-            f"'{text}': behind @ stands no bus; expected such as mpu6050@1 or mpu6050@1:0x69"
+            f"'{text}': there is no bus behind @; expected such as mpu6050@1 or mpu6050@1:0x69"
         ) from None
     names = [name for name in chips.split("+") if name]
     for name in names:
@@ -93,7 +93,7 @@ def parse_board(text: str) -> BoardSpec:
     baros = [name for name in names if name in BAROMETRIC]
     if len(inertial) != 1 or len(mags) > 1 or len(baros) > 1:
         raise LevelheadError(
-            f"'{text}' is no board; expected one of {', '.join(INERTIAL)}, and with + at most one magnetometer "
+            f"'{text}' is not a board; expected one of {', '.join(INERTIAL)}, and with + at most one magnetometer "
             f"({', '.join(MAGNETIC)}) and one barometer ({', '.join(BAROMETRIC)})"
         )
     mag = mags[0] if mags else BUILT_IN.get(inertial[0])
@@ -178,7 +178,7 @@ class Board:
             self.lost += 1
             self._clock_fit.restart()
             self._troubles.append(
-                ("samples_lost", f"samples of the {self._inertial.name} were lost, nobody knows how many")
+                ("samples_lost", f"samples of the {self._inertial.name} were lost, an unknown number")
             )
         if not rows:
             return []

@@ -31,7 +31,7 @@ class SampleClock:
         self._seen = 0.0  # the sums are about the last observation, so that nothing grows
 
     def restart(self) -> None:
-        """Samples were lost, nobody knows how many: the line restarts, with the slope that it has."""
+        """Samples were lost, an unknown number: the line restarts, with the slope that it has."""
         self._begin()
 
     def stamps(self, count: int, now: float) -> list[float]:

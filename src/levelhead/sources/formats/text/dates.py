@@ -62,7 +62,7 @@ def nanoseconds(cell: str) -> int:
         try:
             days = date(year, month, day).toordinal() - date(1970, 1, 1).toordinal()
         except ValueError:
-            raise LevelheadError(f"'{cell.strip()}' is no date: no calendar has that day") from None
+            raise LevelheadError(f"'{cell.strip()}' is not a date: no calendar has that day") from None
     hours = int(hour) % 12 + (12 if half.lower() == "pm" else 0) if half else int(hour)
     whole = ((days * 24 + hours) * 60 + int(minute)) * 60 + int(second)
     return whole * NS + int((fraction or "0").ljust(9, "0"))

@@ -190,7 +190,7 @@ class _Rows:
         self.bad: dict[int, tuple[int, str]] = {}  # row to column and cell
         if "\0" in text:
             at = line + text[: text.index("\0")].count("\n")
-            raise LevelheadError(f"{source}, line {at}: a zero byte stands there; expected text")
+            raise LevelheadError(f"{source}, line {at}: a zero byte; expected text")
         self._text = text.replace(",", ".") if layout.decimal_comma else text
         self._plain = layout.delimiter != " " and not any(sign in text for sign in '#%/"') and "sep=" not in text
         self._decimal = None  # the cells by their places, where all lines are plain and have the same number of them

@@ -46,14 +46,14 @@ extern "C" {
 #define LH_MAG_MISSING INT32_C(4) /* magnetometer missing, heading not corrected */
 #define LH_GAP INT32_C(8) /* gap in time, rate not integrated across */
 #define LH_NEAR_VERTICAL INT32_C(16) /* pitch near ±90°, roll and yaw ambiguous */
-#define LH_GYR_SATURATED INT32_C(32) /* gyroscope at full scale, turned faster than it can say */
-#define LH_ACC_SATURATED INT32_C(64) /* accelerometer at full scale, pushed harder than it can say */
+#define LH_GYR_SATURATED INT32_C(32) /* gyroscope at full scale, turned faster than it can measure */
+#define LH_ACC_SATURATED INT32_C(64) /* accelerometer at full scale, pushed harder than it can measure */
 #define LH_GYR_STUCK INT32_C(128) /* a gyroscope axis stuck at one value */
 #define LH_ACC_STUCK INT32_C(256) /* an accelerometer axis stuck at one value, not used */
 #define LH_ACC_REJECTED INT32_C(512) /* accelerating, accelerometer not used */
 #define LH_MAG_REJECTED INT32_C(1024) /* magnetic disturbance, magnetometer not used */
 #define LH_AT_REST INT32_C(2048) /* at rest, gyroscope bias learned */
-#define LH_MAG_LEARNED INT32_C(4096) /* a new magnetic field taken for the earth's */
+#define LH_MAG_LEARNED INT32_C(4096) /* a new magnetic field accepted as the earth's */
 #define LH_AID_REJECTED INT32_C(8192) /* position, velocity or height far from the prediction, not used */
 #define LH_TURN_MISSED INT32_C(16384) /* a turn was not measured, tilt is being corrected */
 #define LH_GYR_SPIKE INT32_C(32768) /* a spike of the gyroscope, not used */
@@ -281,7 +281,7 @@ typedef struct {
     lh_mahony_carry carry;
 } lh_mahony;
 
-/* All that the filter says after a sample. */
+/* The outputs of the filter after a sample. */
 typedef struct {
     lh_mahony_quat quat;
     lh_mahony_vec3 bias;
