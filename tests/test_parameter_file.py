@@ -51,4 +51,4 @@ def test_of_a_sweep_the_minimum_counts(tmp_path):
 def test_what_is_wrong_is_said(tmp_path, text, sentence):
     (tmp_path / "file.json").write_text(text, "utf-8")
     with pytest.raises(LevelheadError, match=sentence):
-        ParameterFile.read(tmp_path / "file.json", None if "which" in sentence else filters.find("Mahony"))
+        ParameterFile.read(tmp_path / "file.json", None if "does not name" in sentence else filters.find("Mahony"))

@@ -236,7 +236,7 @@ def test_lines_without_a_header_are_told_with_what_is_missing(device):
         assert line.poll() == []
         said += line.troubles()
     assert [name for name, _ in said] == ["unnamed", "unnamed"]
-    assert "has sent 6 lines so far; 20 are needed" in said[0][1]
+    assert "has sent 6 lines so far; columns and units need 20" in said[0][1]
     assert "sends lines such as '1.9,0.001,0.0,0.001,0.0,0.1,9.8', and none that names" in said[1][1]
     assert "--map t=1 --map gyr=5,6,7" in said[1][1]
     device.say(
