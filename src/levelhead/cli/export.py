@@ -38,6 +38,7 @@ def export(
     single: Annotated[bool, Parameter(name="--float", negative="")] = False,
     double: Annotated[bool, Parameter(negative="")] = False,
     arduino: Annotated[bool, Parameter(negative="")] = False,
+    wasm: Annotated[bool, Parameter(negative="")] = False,
     board: Annotated[str, Parameter(metavar="NAME")] = "",
     out: Annotated[Path, Parameter(name=["--out", "-o"], metavar="DIR")] = Path(),
     json: Annotated[bool, Parameter(negative="")] = False,
@@ -60,17 +61,21 @@ def export(
         single: all numbers as float, for boards without a fast double.
         double: all numbers as double, with the bits of Python: the default.
         arduino: as a library folder for the Arduino IDE, with the sketch as its example.
+        wasm: as a package for npm in place of C alone: WebAssembly without imports, JavaScript and types. Needs clang
+            and lld.
         board: uno, nano, nano-every, mega, m0, m4, rp2040 or esp32: refuse what it cannot hold.
         out: folder for the files.
         json: print the result as JSON.
     """
     from levelhead.axis_map import IDENTITY, AxisMap
     from levelhead.calibration import Calibration
-    from levelhead.export import ExportConfig, write
+    from levelhead.export import ExportConfig, write, write_package
     from levelhead.export.config import LEAN
 
     if single and double:
         raise LevelheadError("--float and --double contradict each other; give one of them")
+    if wasm and (arduino or board):
+        raise LevelheadError("--wasm is for no board; leave --arduino and --board out")
     flt, mounted = filters.find(filter), AxisMap.parse(axes)
     found = read_parameters(tuned, flt.name)
     params, before = parse_filter(flt.name, set, noise=noise, tuned=found), parse_guard(guard, found)
@@ -87,6 +92,7 @@ def export(
     words += [f"--board {board}"] if board else []
     words.append("--float" if single else "--double")
     words += ["--arduino"] if arduino else []
+    words += ["--wasm"] if wasm else []
     known = read_prior(prior, params)
     parts = frozenset(without) | (LEAN | {"guard"} if lean else frozenset())
     config = ExportConfig(
@@ -101,7 +107,7 @@ def export(
         board=board,
         command=" ".join(words),
     )
-    written = write(config, out, arduino)
+    written = write_package(config, out) if wasm else write(config, out, arduino)
     if json:
         print_json({"filter": flt.name, "params": dict(params._asdict()), "written": [str(path) for path in written]})
         return

@@ -179,7 +179,7 @@ class CApi:
                 "constants": join_lines(constants).rstrip() + "\n",
                 "helpers": "\n".join(helper_functions(text, self.config.real)),
                 "kernels": text.rstrip() + "\n",
-                "includes": "#include <string.h>\n" if "memset(" in text else "",
+                "includes": template("memset.c").template if "memset(" in text else "",
                 "functions": written.rstrip(),
             }
         )

@@ -1,5 +1,6 @@
 """The files of an export and where they lie; each appears whole or not at all."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 from levelhead.atomic import atomic_path
@@ -14,6 +15,7 @@ from levelhead.export.imu_api import ImuApi
 from levelhead.export.layout import template
 from levelhead.export.library import library_files
 from levelhead.export.selftest import selftest
+from levelhead.export.wasm import package_files
 
 
 def build_c_api(config: ExportConfig) -> ImuApi | ArrayApi | AxisApi:
@@ -82,14 +84,29 @@ def write(config: ExportConfig, folder: Path, arduino: bool = False) -> list[Pat
     Raises:
         LevelheadError: a kernel cannot be translated, or the folder cannot be written.
     """
+    return _write(files(config, arduino), folder)
+
+
+def write_package(config: ExportConfig, folder: Path) -> list[Path]:
+    """Writes a package for npm, as a folder of the filter's name; returns what was written.
+
+    Raises:
+        LevelheadError: as ``write``, or there is no clang for WebAssembly.
+    """
+    api = build_c_api(config)
+    found = package_files(api, api.write())
+    return _write({f"{config.name.replace('_', '-')}/{file}": content for file, content in found.items()}, folder)
+
+
+def _write(contents: Mapping[str, str | bytes], folder: Path) -> list[Path]:
     written = []
-    for name, text in files(config, arduino).items():
+    for name, content in contents.items():
         path = folder / name
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise LevelheadError(f"cannot make the folder {path.parent}: {error.strerror or error}") from None
         with atomic_path(path) as temporary:
-            temporary.write_text(text, encoding="utf-8")
+            temporary.write_bytes(content if isinstance(content, bytes) else content.encode())
         written.append(path)
     return written
