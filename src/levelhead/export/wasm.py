@@ -263,7 +263,7 @@ def _selftest(config: ExportConfig) -> dict[str, object]:
         }
     lines = []
     for sample, taken, output in vector_rows(config):
-        given = ", ".join([*map(_list, (sample.gyr, sample.acc, sample.mag)), _number(sample.dt)])  # type: ignore[arg-type]
+        given = ", ".join([*map(_list, (sample.gyr, sample.acc, sample.mag)), _number(sample.dt)])
         numbers = [x for field in config.answers.values() if field != "health" for x in getattr(output, field)]
         numbers += [output.health] if "health" in config.answers else []
         lines.append(f"  [[{given}], {str(taken).lower()}, {_list(tuple(numbers))}],")
@@ -273,12 +273,14 @@ def _selftest(config: ExportConfig) -> dict[str, object]:
     many += [f"...many.{name}.slice(3 * i, 3 * i + 3)" for name in answers]
     if "health" in config.answers:
         one, many = [*one, "live.health"], [*many, "many.health[i]"]
-    columns = [f"{name}: ROWS.flatMap(([given]) => given[{k}])" for k, name in enumerate(("gyr", "acc", "mag", "dt"))]
+    given_columns = [
+        f"{name}: ROWS.flatMap(([given]) => given[{k}])" for k, name in enumerate(("gyr", "acc", "mag", "dt"))
+    ]
     return gaps | {
         "rows": "\n".join(lines),
         "start": "",
         "middle": len(lines) // 2,
         "answer": f"[{', '.join(one)}]",
-        "columns": f"{{ {', '.join(columns)} }}",
+        "columns": f"{{ {', '.join(given_columns)} }}",
         "manyAnswer": f"[{', '.join(many)}]",
     }
