@@ -1,9 +1,9 @@
 """How far one recording's answers lie apart where nothing but rounding differs: a decision on a tie shows here.
 
 Every filter runs over every recording in the folders, and again with stamps × (1 ± 1e-9), with stamps + 10⁶ s, with
-rates × (1 + 1e-15), and as exported C in single precision. The table gives, for each set and filter, the largest angle
-between the answers and the recordings beyond ``ALIKE``. Each of those is listed with the second at which the answers
-part, and with their largest angle in units of the filter's own σ.
+rates × (1 + 1e-15), and as exported C in single precision. The table gives, for each filter, the largest angle between
+the answers and the recordings beyond ``ALIKE``. Each of those is listed with the second at which the answers part, the
+largest angle in units of the filter's own σ, and the reason (``REASONS``). Exit code 1: one has no known reason.
 """
 
 from collections.abc import Callable
@@ -22,13 +22,13 @@ from levelhead import filters, rotations
 from levelhead.bench.datasets import list_logs, load_recording
 from levelhead.bench.groups import group_of
 from levelhead.bench.timing import Table
-from levelhead.errors import LevelheadError
 from levelhead.export import ExportConfig
 
 ALIKE = 0.1  # deg, largest angle between two answers that are the same
 CLOCK = 1e-9  # a quartz is wrong by 1e-5
 LATE = 1e6  # s
 RATE = 1e-15  # a few units in the last place
+FLOAT = "float"
 
 
 def _scaled(factor: float) -> Callable[[lh.Recording], lh.Recording]:
@@ -41,9 +41,7 @@ CHANGES: dict[str, Callable[[lh.Recording], lh.Recording]] = {
     "later": lambda recording: replace(recording, t=recording.t + LATE),
     "rates": lambda recording: replace(recording, gyr=recording.gyr * (1.0 + RATE)),
 }
-FLOAT = "float"
 COLUMNS = {
-    "set": "set",
     "filter": "filter",
     "recordings": "recordings",
     "slower": "t × (1 + 1e-9) [°]",
@@ -60,6 +58,18 @@ PARTED = {
     "angle": "largest angle [°]",
     "second": "beyond 0.1° from [s]",
     "sigmas": "largest angle / σ",
+    "reason": "reason",
+}
+DRIFT = "heading has no reference there; what float rounds adds up"
+LENGTH = "the guard rejects the field one sample sooner in float (guard/field.py)"
+WIDTH = "a prior becomes wider, one block later or 0.6 % less in float (eq. 23, adaptation.widen_prior)"
+REASONS = {  # recording, filter, change: no decision on a tie is among them
+    ("BROAD/34_disturbed_attached_magnet_3cm", "Mahony", FLOAT): LENGTH,
+    ("euroc/V1_01_easy", "EKF", FLOAT): DRIFT,
+    ("euroc/V1_02_medium", "BiasRateKalman", FLOAT): DRIFT,
+    ("tyrex/Guillaume_Nexus5_Dist_Swinging", "RollPitchKalman", FLOAT): DRIFT,
+    ("tyrex/Guillaume_iPhone5_NoDist_AR", "ESKF", FLOAT): WIDTH,
+    ("tyrex/Guillaume_iPhone5_NoDist_RunningHand", "ESKF", FLOAT): WIDTH,
 }
 
 
@@ -84,10 +94,7 @@ def compare_answers(one: lh.Track, other: lh.Track) -> Apart:
 
 @lru_cache(maxsize=1)
 def _load(path: Path) -> lh.Recording:
-    recording = load_recording(path, with_mag=True)
-    if recording.truth is None:
-        raise LevelheadError(f"{path} holds no true orientation; expected a recording with a reference")
-    return recording
+    return load_recording(path, with_mag=True)
 
 
 @cache
@@ -129,33 +136,35 @@ def run(task: Task) -> dict[str, Apart]:
 
 
 def summarize(found: dict[Task, dict[str, Apart]]) -> Table:
-    """The largest angles by set and filter."""
-    rows: dict[tuple[str, str], dict[str, Any]] = {}
-    for task, apart in sorted(found.items()):
-        place = group_of(task.path).dataset
-        row = rows.setdefault((place, task.filter), {"set": place, "filter": task.filter, "recordings": 0, "beyond": 0})
+    """The largest angles of each filter."""
+    rows: dict[str, dict[str, Any]] = {}
+    for task, apart in found.items():
+        row = rows.setdefault(task.filter, {"filter": task.filter, "recordings": 0, "beyond": 0})
         row["recordings"] += 1
         row["beyond"] += any(one.angle > ALIKE for one in apart.values())
         for name, one in apart.items():
             row[name] = max(row.get(name, 0.0), round(one.angle, 4))
-    return Table("Largest angle between two answers", COLUMNS, [rows[key] for key in sorted(rows)])
+    return Table("Largest angle between two answers", COLUMNS, list(rows.values()))
 
 
 def list_parted(found: dict[Task, dict[str, Apart]]) -> Table:
     """Every pair of answers beyond ``ALIKE``."""
-    rows = [
-        {
-            "recording": f"{group_of(task.path).dataset}/{task.path.stem}",
-            "filter": task.filter,
-            "change": name,
-            "angle": round(one.angle, 3),
-            "second": round(one.second, 2),
-            "sigmas": round(one.sigmas, 3),
-        }
-        for task, apart in sorted(found.items())
-        for name, one in apart.items()
-        if one.angle > ALIKE
-    ]
+    rows = []
+    for task, apart in sorted(found.items()):
+        recording = f"{group_of(task.path).dataset}/{task.path.stem}"
+        for name, one in apart.items():
+            if one.angle > ALIKE:
+                rows.append(
+                    {
+                        "recording": recording,
+                        "filter": task.filter,
+                        "change": name,
+                        "angle": round(one.angle, 3),
+                        "second": round(one.second, 2),
+                        "sigmas": round(one.sigmas, 3),
+                        "reason": REASONS.get((recording, task.filter, name), "UNKNOWN"),
+                    }
+                )
     return Table("Answers that part", PARTED, rows)
 
 
@@ -170,7 +179,10 @@ def main() -> None:
     names = given.names or [flt.name for flt in filters.ALL]
     tasks = [Task(path, name, not given.without_float) for path in list_logs(given.places) for name in names]
     found = run_tasks(run, tasks, given.jobs, lambda share: None)
-    show([summarize(found), list_parted(found)], given.json)
+    parted = list_parted(found)
+    show([summarize(found), parted], given.json)
+    if any(row["reason"] == "UNKNOWN" for row in parted.rows):
+        raise SystemExit(1)
 
 
 if __name__ == "__main__":

@@ -76,7 +76,7 @@ def test_filters_in_one_folder_are_one_project(levelhead, tmp_path):
 @pytest.mark.parametrize("double", [False, True], ids=["float", "double"])
 def test_qemu_as_the_page_types_it(levelhead, tmp_path, monkeypatch, double):
     monkeypatch.chdir(tmp_path)
-    Path("benchmarks").symlink_to(PAGE.parents[1] / "benchmarks")
+    Path("benchmarks").symlink_to(PAGE.parents[2] / "benchmarks")
     (block,) = (one for one in re.findall(r"```sh\n(.*?)```", PAGE.read_text(), re.DOTALL) if "qemu" in one)
     first, _, rest = block.partition("\n")
     if double:

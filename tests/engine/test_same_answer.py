@@ -12,6 +12,7 @@ from tests.reference import c_engine
 
 import levelhead as lh
 from levelhead import filters
+from levelhead.bench.datasets import load_recording
 from levelhead.export import ExportConfig
 from levelhead.kernels.elapsed import SLACK, has_elapsed
 
@@ -19,7 +20,14 @@ RATES = (50, 100, 125, 200, 250, 400)  # Hz
 USUAL_RATES = (10, 12.5, 20, 25, 26, 30, 31.25, 40, 50, 52, 60, 62.5, 64, 75, 80, 100, 104, 119, 120, 125, 128, 200,
                204.8, 208, 240, 250, 256, 400, 416, 500, 512, 800, 833, 1000, 1024, 1125, 1600, 2000, 4000)  # fmt: skip
 LENGTHS = (0.02, 0.05, 0.12, 1.0, 1.5, 2.0, 3.0, 20.0, 30.0)  # s, as in docs/explanation/architecture.md
-PLACES = ("broad", "repoimu", "truth")
+REAL = (  # at 40, 200, 286, 100 and about 94 samples in a second
+    "truth/diodem/trial1_seg1.npz",
+    "truth/euroc/V1_03_difficult.npz",
+    "broad/21_undisturbed_fast_combined.mat",
+    "repoimu/TStick_Test05_Trial1.csv",
+    "truth/tyrex/Guillaume_iPhone5_NoDist_RunningHand.npz",
+)
+MOST_SAMPLES = 5000
 EVERY_FILTER = pytest.mark.parametrize("flt", filters.ALL, ids=lambda flt: flt.name)
 
 
@@ -47,6 +55,15 @@ def test_rounding_moves_no_answer(flt, rate):
     recording = lh.Recording(t, *both)
     for name, apart in change_answers(recording, flt.params(), with_float=False).items():
         assert apart.angle < 1e-4, name
+
+
+@EVERY_FILTER
+@pytest.mark.parametrize("name", REAL)
+def test_rounding_moves_no_answer_on_real_recordings(flt, name, data_dir):
+    """The whole of each set is the benchmark's; of what float moves it lists six recordings, each with its branch."""
+    recording = load_recording(data_dir / name, with_mag=True)[:MOST_SAMPLES]
+    for change, apart in change_answers(recording, flt.params(), with_float=False).items():
+        assert apart.angle < 1e-3, change
 
 
 @pytest.mark.slow

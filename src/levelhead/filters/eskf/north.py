@@ -24,6 +24,7 @@ from levelhead.filters.eskf.covariance import state_variance
 from levelhead.filters.eskf.params import ESKF
 from levelhead.kernels.angle import wrap
 from levelhead.kernels.arrays import Floats
+from levelhead.kernels.elapsed import has_elapsed
 from levelhead.kernels.quat import Quat, unit
 from levelhead.kernels.tilt import NO_LENGTH, UNIFORM
 from levelhead.kernels.trig import atan2, sincos
@@ -66,8 +67,8 @@ def point_north(params: ESKF, m: Floats) -> None:
     x, y = m[at.MEAN + at.FIELD], m[at.MEAN + at.FIELD + 1]
     m[at.NORTH] = atan2(x, y)
     m[at.NORTH_VARIANCE] = north_variance(m, at.P, x, y)
+    at_start = not has_elapsed(m[at.NORTH_TIME], m[at.BLOCK_TIME], START_TIME)
     m[at.NORTH_TIME] += m[at.BLOCK_TIME]
-    at_start = m[at.NORTH_TIME] <= START_TIME
     if aiding.has_direction(m) or (params.north_rate == 0.0 and not at_start):
         return
     off = wrap(m[at.NORTH] - m[at.NORTH_TURN], 2.0 * pi)
