@@ -1,12 +1,14 @@
 """The exported filters on boards that are not there: built for them, and their self-tests run in QEMU."""
 
+import shutil
+import subprocess
 from pathlib import Path
 
 import pytest
 from benchmarks.speed import boards
 
 from levelhead import filters
-from levelhead.export import ExportConfig
+from levelhead.export import ExportConfig, write
 from levelhead.export.board import BOARDS, memory
 from levelhead.export.config import LEAN
 from levelhead.export.project import build_c_api
@@ -63,6 +65,26 @@ def test_an_uno_holds_the_lesson():
     assert found["fits"] == "yes" and found["ram"] < 256 and found["code"] < 8_192
     assert 20 < found["stack"] < 512 and 1_000 < found["cycles"] < 40_000
     assert boards.on_avr(ExportConfig(filters.EKF(), real="float"))["fits"] == "no"
+
+
+@pytest.mark.parametrize(
+    "command",
+    [("avr-gcc", "-mmcu=avrxmega3", "-Os"), ("arm-none-eabi-gcc", "-mcpu=cortex-m0plus", "-mthumb", "-O2"),
+     ("arm-none-eabi-gcc", "-mcpu=cortex-m4", "-mthumb", "-mfpu=fpv4-sp-d16", "-mfloat-abi=hard", "-O2")],
+    ids=["nano-every", "m0", "m4"],
+)  # fmt: skip
+def test_it_compiles_for_boards_that_no_emulator_runs(command, tmp_path):
+    """avrxmega3 is the architecture of the ATmega4809, m0 that of SAMD21 and RP2040, m4 that of SAMD51."""
+    if shutil.which(command[0]) is None:
+        pytest.skip(f"no {command[0]} here")
+    config = ExportConfig(filters.EKF(), real="float")
+    write(config, tmp_path)
+    strict = boards.AVR_STRICT if "avr" in command[0] else boards.STRICT
+    subprocess.run([*command, *strict, "-c", f"{config.name}.c", "-o", "filter.o"], cwd=tmp_path, check=True)
+    api = build_c_api(config)
+    api.write()
+    size = boards.section_sizes(f"{command[0].removesuffix('gcc')}size", tmp_path / "filter.o")["text"]
+    assert size < memory(api, BOARDS["nano-every" if "avr" in command[0] else "m0"]).flash
 
 
 SKETCHES = {

@@ -1,4 +1,4 @@
-"""The sketch for the MPU-6050 on a board made of C++: what it logs is read back, and fuses to what the board said."""
+"""The sketch for each chip on a board made of C++: what it logs is read back, and fuses to what the board said."""
 
 import re
 import shutil
@@ -17,6 +17,31 @@ from levelhead.export import ExportConfig, write
 from levelhead.units import GRAVITY
 
 STUBS = Path(__file__).resolve().parents[1] / "reference" / "arduino"
+MPU = {"ADDRESS": "0x68", "ID_REGISTER": "0x75", "IDENTITY": "0x68", "FIRST": "0x3B", "WORDS": "7", "LITTLE": "0",
+       "GYR_WORD": "4", "ACC_WORD": "0", "AWAKE": "registers[0x6B] == 0x01",
+       "GYR_LSB": "131.0 / (1 << (registers[0x1B] >> 3 & 3))",
+       "ACC_LSB": "16384.0 / (1 << (registers[0x1C] >> 3 & 3))"}  # fmt: skip
+CHIPS = {  # what a chip set to 500 deg/s and 4 g does, by its data sheet
+    "MPU-6050": MPU,
+    "MPU-9250": MPU | {"IDENTITY": "0x71"},
+    "ICM-20948": MPU | {"ADDRESS": "0x69", "ID_REGISTER": "0x00", "IDENTITY": "0xEA", "FIRST": "0x2D", "GYR_WORD": "3",
+                        "AWAKE": "registers[0x06] == 0x01", "GYR_LSB": "65.5", "ACC_LSB": "8192.0"},
+    "LSM6DSO32": MPU | {"ADDRESS": "0x6A", "ID_REGISTER": "0x0F", "IDENTITY": "0x6C", "FIRST": "0x20", "LITTLE": "1",
+                        "GYR_WORD": "1", "ACC_WORD": "4", "AWAKE": "registers[0x10] == 0x40 && registers[0x11] == 0x44",
+                        "GYR_LSB": "1000.0 / 17.5", "ACC_LSB": "1000.0 / 0.122"},
+    "LSM6DS3": MPU | {"ADDRESS": "0x6A", "ID_REGISTER": "0x0F", "IDENTITY": "0x69", "FIRST": "0x22", "LITTLE": "1",
+                      "WORDS": "6", "GYR_WORD": "0", "ACC_WORD": "3",
+                      "AWAKE": "registers[0x10] == 0x48 && registers[0x11] == 0x44",
+                      "GYR_LSB": "1000.0 / 17.5", "ACC_LSB": "1000.0 / 0.122"},
+    "BMI160": MPU | {"ID_REGISTER": "0x00", "IDENTITY": "0xD1", "FIRST": "0x0C", "LITTLE": "1", "WORDS": "6",
+                     "GYR_WORD": "0", "ACC_WORD": "3",
+                     "AWAKE": "registers[0x7E] == 0x15 && registers[0x41] == 5 && registers[0x43] == 2",
+                     "GYR_LSB": "65.6", "ACC_LSB": "8192.0"},
+    "BNO055": MPU | {"ADDRESS": "0x28", "ID_REGISTER": "0x00", "IDENTITY": "0xA0", "FIRST": "0x08", "LITTLE": "1",
+                     "WORDS": "9", "GYR_WORD": "6", "ACC_WORD": "0",
+                     "AWAKE": "registers[0x3D] == 0x07 && registers[0x0A] == 0x1A",
+                     "GYR_LSB": "16.0", "ACC_LSB": "980.665"},
+}  # fmt: skip
 pytestmark = [pytest.mark.compiled, pytest.mark.skipif(shutil.which("g++") is None, reason="no g++ on the PATH")]
 
 
@@ -26,7 +51,8 @@ def log_of(folder, config, include=""):
     """
     write(config, folder)
     name = config.name
-    sketch = folder / f"{name}_mpu6050" / f"{name}_mpu6050.ino"
+    stem = config.chip.lower().replace("-", "")
+    sketch = folder / f"{name}_{stem}" / f"{name}_{stem}.ino"
     if include:
         text = sketch.read_text(encoding="utf-8")
         assert text.count(f'#include "{name}.h"') == 1
@@ -34,12 +60,13 @@ def log_of(folder, config, include=""):
         name = include
     recording = lh.simulate.recording("MPU-6050", "hand", duration=10.0, seed=3)
     moving = np.column_stack([np.degrees(recording.gyr), recording.acc / GRAVITY])[:, :6]
-    rest = np.tile(moving[0], (250, 1))
+    rest = np.tile(moving[0], (350, 1))
     rest[:, :3] = [1.0, -2.0, 0.5]
     moving[:, :3] += [1.0, -2.0, 0.5]
     np.savetxt(folder / "readings.txt", np.concatenate([rest, moving]))
     subprocess.run(["gcc", "-std=c99", "-O1", "-c", f"{name}.c"], cwd=folder, check=True)
     command = ["g++", "-std=c++11", "-Wall", "-Wextra", "-Werror", "-O1", f"-I{STUBS}", "-I.", "-include", "Arduino.h"]
+    command += [f"-D{word}={value}" for word, value in CHIPS[config.chip].items()]
     command += ["-x", "c++", str(sketch), str(STUBS / "board.cpp"), "-x", "none", f"{name}.o", "-lm", "-o", "board"]
     subprocess.run(command, cwd=folder, check=True)
     said = subprocess.run(["./board", "readings.txt"], cwd=folder, capture_output=True, text=True, check=True).stdout
@@ -87,6 +114,21 @@ def test_a_sensor_that_is_known_logs_what_the_filter_was_fed(tmp_path, real):
     np.testing.assert_allclose(board[:, 7:11], track.quat, atol=2e-4)
 
 
+@pytest.mark.parametrize("chip", [name for name in CHIPS if name != "MPU-6050"])
+def test_each_chip_is_woken_and_read(tmp_path, chip):
+    """The log holds what the chip felt, in SI units and in the right order of axes and bytes."""
+    log = log_of(tmp_path, ExportConfig(lh.AccelTilt(), real="float", chip=chip))
+    recording, felt = lh.read(log), np.loadtxt(tmp_path / "readings.txt")
+    rows = np.round((recording.t - recording.t[-1]) * 100.0).astype(int) + len(felt) - 1
+    there = np.isfinite(recording.acc).all(axis=1)
+    near = [felt[np.clip(rows[there] + k, 0, len(felt) - 1)] for k in range(-3, 4)]
+    read = np.hstack([np.degrees(recording.gyr[there]) + [1.0, -2.0, 0.5], recording.acc[there] / GRAVITY])
+    apart = np.min([np.abs(read - row).max(axis=1) for row in near], axis=0)
+    assert apart.max() < 0.1, "each line is what the chip felt within 30 ms"
+    assert np.ptp(recording.gyr[there], axis=0).min() > 0.5
+    assert np.abs(recording.gyr[there][:20]).max() < np.radians(0.2)
+
+
 def test_one_axis_is_the_lesson(tmp_path):
     config = ExportConfig(lh.Kalman(), real="float", axis=True)
     log = log_of(tmp_path, config)
@@ -119,7 +161,7 @@ def test_the_one_name_holds_for_every_function(tmp_path, axis):
     header = (tmp_path / f"{config.name}.h").read_text(encoding="utf-8")
     code = re.sub(r"/\*.*?\*/", "", header, flags=re.DOTALL)
     declared = re.findall(rf"^(\w[\w ]*?)\b{config.name}_(\w+)\(([^;]*)\);", code, re.MULTILINE)
-    assert len(declared) == (3 if axis else 14)
+    assert len(declared) == (3 if axis else 16)
     pointers = [f"{kind}(*{name})({given}) = lh_filter_{name};" for kind, name, given in declared]
     program = "\n".join(["#define LH_FILTER", f'#include "{config.name}.h"', "int main(void)", "{",
                          "static lh_filter filter;",

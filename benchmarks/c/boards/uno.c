@@ -13,7 +13,7 @@
 #define FIRST 0x3B   /* ACCEL_XOUT_H */
 
 static avr_irq_t *bus;
-static uint8_t selected, pointer, counter, registers[256];
+static uint8_t selected, pointer, counter, registers[256] = {[0x75] = 0x68}; /* WHO_AM_I */
 
 static uint8_t reading(uint8_t at)
 {

@@ -40,10 +40,11 @@ def export(
     arduino: Annotated[bool, Parameter(negative="")] = False,
     wasm: Annotated[bool, Parameter(negative="")] = False,
     board: Annotated[str, Parameter(metavar="NAME")] = "",
+    chip: Annotated[str, Parameter(metavar="NAME")] = "MPU-6050",
     out: Annotated[Path, Parameter(name=["--out", "-o"], metavar="DIR")] = Path(),
     json: Annotated[bool, Parameter(negative="")] = False,
 ) -> None:
-    """A filter with its numbers as C99: header, source, self-test, CMake file and a sketch for the MPU-6050.
+    """A filter with its numbers as C99: header, source, self-test, CMake file and a sketch for a chip.
 
     Args:
         filter: its name, such as EKF.
@@ -64,6 +65,8 @@ def export(
         wasm: as a package for npm in place of C alone: WebAssembly without imports, JavaScript and types. Needs clang
             and lld.
         board: uno, nano, nano-every, mega, m0, m4, rp2040 or esp32: refuse what it cannot hold.
+        chip: that the sketch reads: MPU-6050, MPU-9250, ICM-20948, LSM6DSO32, LSM6DS3, BMI160 or BNO055 (its readings
+            without its fusion).
         out: folder for the files.
         json: print the result as JSON.
     """
@@ -90,6 +93,7 @@ def export(
     words += ["--lean"] if lean else []
     words += [f"--without {word}" for word in without]
     words += [f"--board {board}"] if board else []
+    words += [f"--chip {chip}"] if chip != ExportConfig.chip else []
     words.append("--float" if single else "--double")
     words += ["--arduino"] if arduino else []
     words += ["--wasm"] if wasm else []
@@ -105,6 +109,7 @@ def export(
         calibration=Calibration.read(calibration) if calibration else None,
         without=parts - {"guard"},
         board=board,
+        chip=chip,
         command=" ".join(words),
     )
     written = write_package(config, out) if wasm else write(config, out, arduino)

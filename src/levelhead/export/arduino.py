@@ -1,16 +1,14 @@
-"""The sketch for an MPU-6050, which logs what `levelhead fuse` reads."""
+"""The sketch for a chip on I²C, which logs what `levelhead fuse` reads."""
 
 from collections.abc import Mapping
 
 from levelhead.axis_map import IDENTITY
 from levelhead.export.c_api import ANY_FILTER, CApi
+from levelhead.export.chips import SketchChip, find_chip, start_lines
 from levelhead.export.config import ExportConfig
 from levelhead.export.layout import template
 from levelhead.units import GRAVITY
 
-# RM-MPU-6000A, rev. 4.2, sections 4.4 and 4.5: full scale -> FS_SEL or AFS_SEL, counts per unit (tables 4.19 and 4.17)
-GYR = {250.0: (0, 131.0), 500.0: (1, 65.5), 1000.0: (2, 32.8), 2000.0: (3, 16.4)}  # deg/s
-ACC = {2.0: (0, 16384.0), 4.0: (1, 8192.0), 8.0: (2, 4096.0), 16.0: (3, 2048.0)}  # g
 NEEDS = "// Needs {0}.h and {0}.c in the sketch's folder; exported with --arduino they are a library.\n"
 READINGS = "t [s],gyr_x [rad/s],gyr_y [rad/s],gyr_z [rad/s],acc_x [m/s^2],acc_y [m/s^2],acc_z [m/s^2]"
 
@@ -28,11 +26,9 @@ WAIT = """  Serial.println(F("# keep still"));
 """
 
 
-def _scale(table: Mapping[float, tuple[int, float]], wanted: float, usual: float) -> tuple[float, int, float]:
-    """Full scale, its bits, and counts per unit: the one that the guard was told, if the chip has it."""
-    full = next((known for known in table if abs(known - wanted) < 0.01 * known), usual)
-    bits, counts = table[full]
-    return full, bits << 3, counts
+def _full_scale(table: Mapping[float, float], wanted: float, usual: float) -> float:
+    """The full scale that the guard has, if the chip has it too."""
+    return next((known for known in table if abs(known - wanted) < 0.01 * known), usual)
 
 
 def sketch(api: CApi, boards: str, beside: bool) -> str:
@@ -42,25 +38,47 @@ def sketch(api: CApi, boards: str, beside: bool) -> str:
     """
     config = api.config
     guard = config.guard
-    gyr_range, gyr_bits, gyr_lsb = _scale(GYR, guard.gyr_range if guard else 0.0, 500.0)
-    acc_range, acc_bits, acc_lsb = _scale(ACC, guard.acc_range / GRAVITY if guard else 0.0, 4.0)
-    name = config.name
-    return template("mpu6050.ino").substitute(
+    name, chip = config.name, find_chip(config.chip)
+    gyr_range = _full_scale(chip.gyr, guard.gyr_range if guard else 0.0, 500.0)
+    acc_range = _full_scale(chip.acc, guard.acc_range / GRAVITY if guard else 0.0, 4.0)
+    return template("sketch.ino").substitute(
         api.common_gaps()
         | (_axis(config) if config.axis else _imu(config))
         | _bias(config)
+        | _chip(chip)
         | {
             "gyr_range": f"{gyr_range:g}",
-            "gyr_bits": f"0x{gyr_bits:02X}",
-            "gyr_lsb": gyr_lsb,
             "acc_range": f"{acc_range:g}",
-            "acc_bits": f"0x{acc_bits:02X}",
-            "acc_lsb": acc_lsb,
+            "gyr_count": f"{chip.gyr[gyr_range]:.8g}",
+            "acc_count": f"{chip.acc[acc_range]:.8g}",
+            "start_lines": "\n    && ".join(start_lines(chip, gyr_range, acc_range)),
             "include": f'"{name}.h"' if beside else f"<{name}.h>",
             "boards": boards,
             "where": NEEDS.format(name) if beside else "",
         }
     )
+
+
+def _chip(chip: SketchChip) -> dict[str, object]:
+    """Its address, its identity and its output registers."""
+    layout = chip.layout
+    register, value, mask = (f"0x{number:02X}" for number in chip.identity)
+    return {
+        "chip": chip.name,
+        "article": "an" if chip.name[0] in "AEILM" else "a",
+        "source": chip.source,
+        "address": f"0x{chip.address:02X}",
+        "identity": register,
+        "value": value,
+        "mask": mask,
+        "first": f"0x{layout.first:02X}",
+        "bytes": 2 * layout.words,
+        "words": layout.words,
+        "high": "other" if layout.little else "one",
+        "low": "one" if layout.little else "other",
+        "gyr_word": layout.gyr[0],
+        "acc_word": layout.acc[0],
+    }
 
 
 def _bias(config: ExportConfig) -> dict[str, str]:
@@ -69,7 +87,7 @@ def _bias(config: ExportConfig) -> dict[str, str]:
         start = "The gyroscope's bias is among what is known of this sensor."
         return {"still": "", "wait": "", "bias": "", "unbiased": "gyr[k]", "start": start}
     return {
-        "still": template("mpu6050.still.ino").template,
+        "still": template("sketch.still.ino").template,
         "wait": WAIT,
         "bias": "float bias[3];  // rad/s\n",
         "unbiased": "gyr[k] - bias[k]",
@@ -123,7 +141,7 @@ def _axis(config: ExportConfig) -> dict[str, str]:
     name, real = ANY_FILTER, config.real
     init = [
         "  float gyr[3], acc[3];",
-        "  while (!read_mpu(gyr, acc)) {",
+        "  while (!read_chip(gyr, acc)) {",
         "  }",
         f"  {name}_init(&filter, atan2(acc[1], acc[2]) / DEGREE);",
         "  now.level = atan2(acc[1], acc[2]) / DEGREE;",

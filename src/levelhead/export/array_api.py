@@ -1,14 +1,13 @@
 """Header and source of a filter on an IMU whose state has arrays, with the driver around it."""
 
-from collections.abc import Iterable
-
 from levelhead.engine import driver
 from levelhead.engine.binding import bind, estimates_bias
 from levelhead.export import sensor
-from levelhead.export.c_api import CApi, health_bits
+from levelhead.export.c_api import CApi, health_bits, pointers
 from levelhead.export.config import ExportConfig
-from levelhead.export.kinds import FLOAT, Array, Struct, is_empty, keep_what_is_read, variable
+from levelhead.export.kinds import FLOAT, INT, Struct, is_empty, keep_what_is_read
 from levelhead.export.layout import STEP, join_lines, template, wrap_line
+from levelhead.filters.contract import HEIGHT, POSITION, VELOCITY
 from levelhead.guard import Guard
 from levelhead.kernels import quat
 from levelhead.kernels.vec3 import Vec3
@@ -33,6 +32,14 @@ class ArrayApi(CApi):
         self.advance = program.kernel(bound.advance, [settings, carry, vector, vector, vector, FLOAT])
         assert isinstance(carry, Struct) and carry.fields["run"] is not None
         self.result = program.kernel(bound.result, [settings, carry.fields["run"]])
+        self.aid = self.place = None
+        if bound.update_aiding is not None and config.flt.aiding is not None:
+            state = carry.fields["run"].fields["state"]  # type: ignore[union-attr]
+            assert state is not None
+            program.in_place.add(bound.update_aiding)
+            self.aid = program.kernel(bound.update_aiding, [settings, carry, INT, FLOAT, FLOAT, FLOAT])
+            self.place = program.kernel(config.flt.aiding.nav_state, [program.types.struct(config.flt.params), state])
+            program.types.publish(self.place.returns)
         self.euler = program.kernel(quat.to_euler, [program.types.struct(quat.Quat)])
         for part in (settings.fields["filter"], settings.fields["guard"]):
             assert isinstance(part, Struct)
@@ -66,7 +73,30 @@ class ArrayApi(CApi):
             **{name: self.number(value) for name, value in CONSTANTS.items()},
             **self._correction_function(),
         )
-        return {f"{self.name}.h": self._header(), f"{self.name}.c": source + self._copy()}
+        self.fields, numbers = sensor.learned_errors(self.config)
+        if self.fields:
+            source += template("errors.c").substitute(self.common_gaps() | numbers, one=self.number(1.0))
+        return {
+            f"{self.name}.h": self._header(),
+            f"{self.name}.c": source + self._aiding() + self._saving() + self._copy(),
+        }
+
+    def _saving(self) -> str:
+        """The calls that save and restore a filter; several arrays might change places."""
+        if len(self.program.arrays) > 1:
+            return ""
+        return template("carry.c").substitute(self.common_gaps() | self.carry_gaps())
+
+    def _aiding(self) -> str:
+        """The calls for position, velocity and height, of a filter that takes them."""
+        if self.aid is None or self.place is None:
+            return ""
+        whole = ["filter->settings", "filter->carry"]
+        aid = self.program.call(self.aid, [*whole, "row", "value", "sigma", "age"], "&filter->carry")
+        place = self.program.call(self.place, ["filter->settings.filter", "filter->carry.run.state"])
+        return "\n" + template("aiding.c").substitute(
+            self.common_gaps(), aid=aid, place=place, position=POSITION, velocity=VELOCITY, height=HEIGHT
+        )
 
     def _values(self) -> str:
         return (join_lines(self._settings()) + self.correction.start()).rstrip()
@@ -107,7 +137,10 @@ class ArrayApi(CApi):
         return self.header(
             "array.functions.h",
             whole,
-            copy=template("copy.h").substitute(name=self.name) if self.program.arrays else "",
+            copy=(template("aiding.h").substitute(self.common_gaps()) if self.aid else "")
+            + (template("errors.h").substitute(self.common_gaps(), fields=self.fields) if self.fields else "")
+            + (template("carry.h").substitute(self.common_gaps() | self.carry_gaps()) if self._saving() else "")
+            + (template("copy.h").substitute(name=self.name) if self.program.arrays else ""),
             no_bias="" if bias else "; zero, as this filter estimates none",
             health=health_bits() + "\n",
             init_call=f"{self.name}_init(&filter)",
@@ -125,7 +158,7 @@ class ArrayApi(CApi):
 
     def _copy(self) -> str:
         """Nothing, unless arrays lie inside the struct and are pointed to."""
-        paths = list(_pointers(self.whole))
+        paths = list(pointers(self.whole))
         if not paths:
             return ""
         lines = [
@@ -137,14 +170,5 @@ class ArrayApi(CApi):
         ]
         for path in paths:
             shift = f"(const char *)from->{path} - (const char *)from"
-            lines += wrap_line(f"to->{path} = (void *)((char *)to + ({shift}));", STEP)
+            lines += wrap_line(f"to->{path} = ({self.config.real} *)(void *)((char *)to + ({shift}));", STEP)
         return join_lines([*lines, "}"])
-
-
-def _pointers(struct: Struct) -> Iterable[str]:
-    """The members of a struct, and of structs inside, that are addresses of arrays."""
-    for name, kind in struct.fields.items():
-        if isinstance(kind, Array):
-            yield variable(name)
-        elif isinstance(kind, Struct):
-            yield from (f"{variable(name)}.{inner}" for inner in _pointers(kind))

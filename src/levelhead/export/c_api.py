@@ -1,14 +1,15 @@
 """Header and source of a filter: the translated kernels, and the few functions around them that a program calls."""
 
 import re
-from collections.abc import Iterable
+import zlib
+from collections.abc import Iterable, Iterator
 
 from levelhead import filters
 from levelhead.engine.stepper import MOST_DT
 from levelhead.errors import LevelheadError
 from levelhead.export.config import ExportConfig, remarks
 from levelhead.export.helpers import helper_functions
-from levelhead.export.kinds import FLOAT, Array, Kind, Machine, Struct, variable
+from levelhead.export.kinds import FLOAT, Array, Kind, Machine, Struct, variable, within
 from levelhead.export.layout import (
     STEP,
     add_comment,
@@ -162,6 +163,23 @@ class CApi:
             lines += [*section(module), "", *kernels]
         return lines, self.program.constants.lines()
 
+    def carry_gaps(self) -> dict[str, object]:
+        """What the functions that save and restore a filter are filled with; its arrays stay where they are."""
+        carry = self.whole.fields["carry"]
+        definitions = [line for struct in within(carry) for line in self.program.types.definition(struct, {})]
+        words = "\n".join([self.name, VERSION, *definitions, *self.arrays_definition()])
+        held = getattr(self.program, "arrays_type", "") if getattr(self.program, "arrays", {}) else ""
+        paths = [f"carry.{path}" for path in pointers(carry)]
+        own = [f"{STEP}{self.config.real} *const own_{k} = filter->{path};" for k, path in enumerate(paths)]
+        back = [f"{STEP}filter->{path} = own_{k};" for k, path in enumerate(paths)]
+        taken = [f"{STEP}filter->carry = from->carry;", *([f"{STEP}filter->arrays = from->arrays;"] if held else [])]
+        return {
+            "mark": f"0x{zlib.crc32(words.encode()):08X}",
+            "arrays": f"\n{STEP}{held} arrays;" if held else "",
+            "get": f"\n{STEP}to->arrays = filter->arrays;" if held else "",
+            "set": join_lines([*own, *taken, *back]),
+        }
+
     def arrays_definition(self) -> list[str]:
         """The storage of arrays, where there are any."""
         return []
@@ -228,6 +246,15 @@ def health_bits() -> str:
     for bit, words in sorted(health.NAMES.items()):
         lines += add_comment([f"#define LH_{named[bit]} INT32_C({bit})"], words)
     return join_lines([*lines, "#endif", ""])
+
+
+def pointers(kind: Kind | None) -> Iterator[str]:
+    """The members inside a struct that are addresses of arrays."""
+    for name, part in kind.fields.items() if isinstance(kind, Struct) else ():
+        if isinstance(part, Array):
+            yield variable(name)
+        else:
+            yield from (f"{variable(name)}.{inner}" for inner in pointers(part))
 
 
 def _count(array: Array) -> int:

@@ -40,6 +40,7 @@ class ExportConfig:
         without: what no call of the program asks for ("sigma", "health", "bias"), what no
             sensor gives ("mag"), and "parameters": they are constants of the program.
         board: the board that is to hold the sketch, as ``board.BOARDS`` names it; "": whichever.
+        chip: that the sketch reads, as ``chips.chips`` names it.
         command: the words that do it again.
     """
 
@@ -52,6 +53,7 @@ class ExportConfig:
     calibration: Calibration | None = None
     without: frozenset[str] = frozenset()
     board: str = ""
+    chip: str = "MPU-6050"
     command: str = "levelhead export"
 
     def __post_init__(self) -> None:

@@ -85,6 +85,7 @@ class ImuApi(CApi):
         """File name -> text."""
         self.kernels = self.body()  # first: it finds the constants
         source = self.source("imu.functions.c", **self._gaps())
+        source += template("carry.c").substitute(self.common_gaps() | self.carry_gaps())
         return {f"{self.name}.h": self._header(), f"{self.name}.c": source}
 
     def _gaps(self) -> dict[str, object]:
@@ -198,6 +199,7 @@ class ImuApi(CApi):
             f" *     {self.name}_quat q = {self.name}_quaternion(&filter);",
             sensor=sensor.about(self.config),
             corrected=corrected if self.config.corrects else "",
+            saving=template("carry.h").substitute(self.common_gaps() | self.carry_gaps()),
             reset="Forgets everything but the parameters, which may be changed at any time: filter.settings.…"
             if "settings" in self.whole.fields
             else "Forgets everything.",

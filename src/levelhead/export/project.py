@@ -10,6 +10,7 @@ from levelhead.export.array_api import ArrayApi
 from levelhead.export.axis_api import AxisApi
 from levelhead.export.board import find_board, fitting, require_fit
 from levelhead.export.c_api import CApi
+from levelhead.export.chips import file_stem, find_chip
 from levelhead.export.config import ExportConfig
 from levelhead.export.imu_api import ImuApi
 from levelhead.export.layout import template
@@ -52,7 +53,7 @@ def files(config: ExportConfig, arduino: bool = False) -> dict[str, str]:
     """
     board = find_board(config.board) if config.board else None
     api = build_c_api(config)
-    name, written = config.name, api.write()
+    name, written, chip = config.name, api.write(), file_stem(find_chip(config.chip))
     if board is not None:
         require_fit(api, board)
     if not arduino:
@@ -60,14 +61,14 @@ def files(config: ExportConfig, arduino: bool = False) -> dict[str, str]:
             **written,
             **selftest(api),
             "CMakeLists.txt": _cmake(api, "", ""),
-            f"{name}_mpu6050/{name}_mpu6050.ino": sketch(api, fitting(api), beside=True),
+            f"{name}_{chip}/{name}_{chip}.ino": sketch(api, fitting(api), beside=True),
         }
     return {
         **{f"{name}/src/{file}": text for file, text in written.items()},
         **{f"{name}/{file}": text for file, text in library_files(api, written[f"{name}.h"]).items()},
         **{f"{name}/extras/{file}": text for file, text in selftest(api).items()},
         f"{name}/CMakeLists.txt": _cmake(api, "src/", "extras/"),
-        f"{name}/examples/mpu6050/mpu6050.ino": sketch(api, fitting(api), beside=False),
+        f"{name}/examples/{chip}/{chip}.ino": sketch(api, fitting(api), beside=False),
     }
 
 

@@ -9,8 +9,9 @@ from levelhead.compiler.tree import Tree
 from levelhead.errors import LevelheadError
 from levelhead.export.config import ExportConfig
 from levelhead.export.kinds import FLOAT, Struct, variable
-from levelhead.export.layout import STEP, WIDTH, comment, escape, join_lines, wrap_line
+from levelhead.export.layout import STEP, WIDTH, add_comment, comment, escape, join_lines, wrap_line
 from levelhead.export.program import Kernel, Program
+from levelhead.filters.eskf import state as at
 from levelhead.filters.eskf.calibration import Estimate
 from levelhead.kernels import correction
 from levelhead.kernels.vec3 import Vec3
@@ -76,6 +77,25 @@ def prior_start(config: ExportConfig) -> str:
         f"{STEP * 2}filter->{memory}[prior[i].at] = prior[i].value;",
         f"{STEP}}}",
     ])  # fmt: skip
+
+
+def learned_errors(config: ExportConfig) -> tuple[str, dict[str, object]]:
+    """The fields of what a filter has learned of its sensor, and the gaps of the function that reads them."""
+    if config.flt.calibration is None:
+        return "", {}
+    fields, calls = [], []
+    for block in at.BLOCKS:
+        if block.calibration:
+            name, size = block.name, block.size
+            words = f"{block.unit}: {block.meaning}" if block.unit else block.meaning
+            fields += add_comment([f"{STEP}{config.real} {name}[{size}], {name}_sigma[{size}];"], words)
+            unit = "1.0" if config.real == "double" else "1.0f"
+            if block.exists == at.WITH_MAG:
+                unit = "norm" if block.relative else "there"
+            calls.append(f"{STEP}learned(filter, {block.first}, {size}, {unit}, found.{name}, found.{name}_sigma);")
+    root = "sqrt" if config.real == "double" else "sqrtf"
+    numbers = {"p": at.P, "row": at.ROW, "mean": at.MEAN, "root": root, "calls": "\n".join(calls)}
+    return "\n".join(fields), numbers
 
 
 def about(config: ExportConfig) -> str:

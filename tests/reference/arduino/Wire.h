@@ -1,4 +1,4 @@
-// An I2C bus with one MPU-6050 at 0x68 that reads what a file says: 6 numbers a line, gyr in deg/s, acc in g.
+// An I2C bus with one chip that reads what a file says: 6 numbers a line, gyr in deg/s, acc in g.
 #pragma once
 #include "Arduino.h"
 

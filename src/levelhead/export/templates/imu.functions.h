@@ -34,3 +34,4 @@ ${name}_vec3 ${name}_up(const $name *filter);
 
 /* A specific force less gravity: the acceleration of the $frame in its own frame, m/s². */
 ${name}_vec3 ${name}_linear_acceleration(const $name *filter, const $real acc[3]);
+$saving

@@ -2996,3 +2996,18 @@ lh_mahony_vec3 lh_mahony_linear_acceleration(const lh_mahony *filter, const floa
     free.z = acc[2] - 9.80665f * free.z;
     return free;
 }
+
+void lh_mahony_get_carry(const lh_mahony *filter, lh_mahony_saved *to)
+{
+    to->mark = UINT32_C(0xFAD99A82);
+    to->carry = filter->carry;
+}
+
+bool lh_mahony_set_carry(lh_mahony *filter, const lh_mahony_saved *from)
+{
+    if (from->mark != UINT32_C(0xFAD99A82)) {
+        return false;
+    }
+    filter->carry = from->carry;
+    return true;
+}

@@ -343,6 +343,21 @@ lh_mahony_vec3 lh_mahony_up(const lh_mahony *filter);
 /* A specific force less gravity: the acceleration of the body in its own frame, m/s². */
 lh_mahony_vec3 lh_mahony_linear_acceleration(const lh_mahony *filter, const float acc[3]);
 
+/* What a filter has learned and where it stands, as plain bytes: EEPROM.put and EEPROM.get take them, and so does a file.
+ * Parameters are not among them.
+ */
+typedef struct {
+    uint32_t mark; /* of this filter and its layout */
+    lh_mahony_carry carry;
+} lh_mahony_saved;
+
+void lh_mahony_get_carry(const lh_mahony *filter, lh_mahony_saved *to);
+
+/* Goes on from there; the filter was initialised before. False, and nothing changes, if the bytes are of another filter
+ * or another layout.
+ */
+bool lh_mahony_set_carry(lh_mahony *filter, const lh_mahony_saved *from);
+
 #ifdef __cplusplus
 }
 #endif
@@ -355,9 +370,11 @@ lh_mahony_vec3 lh_mahony_linear_acceleration(const lh_mahony *filter, const floa
 #define lh_filter lh_mahony
 #define lh_filter_bearing lh_mahony_bearing
 #define lh_filter_bias lh_mahony_bias
+#define lh_filter_carry lh_mahony_carry
 #define lh_filter_corrected lh_mahony_corrected
 #define lh_filter_degrees lh_mahony_degrees
 #define lh_filter_euler lh_mahony_euler
+#define lh_filter_get_carry lh_mahony_get_carry
 #define lh_filter_health lh_mahony_health
 #define lh_filter_init lh_mahony_init
 #define lh_filter_linear_acceleration lh_mahony_linear_acceleration
@@ -368,6 +385,8 @@ lh_mahony_vec3 lh_mahony_linear_acceleration(const lh_mahony *filter, const floa
 #define lh_filter_readings lh_mahony_readings
 #define lh_filter_reset lh_mahony_reset
 #define lh_filter_roll_pitch_yaw lh_mahony_roll_pitch_yaw
+#define lh_filter_saved lh_mahony_saved
+#define lh_filter_set_carry lh_mahony_set_carry
 #define lh_filter_sigma lh_mahony_sigma
 #define lh_filter_up lh_mahony_up
 #define lh_filter_update lh_mahony_update

@@ -10,53 +10,64 @@
 //     levelhead fuse log.csv                              the same filter, or another, on the laptop
 //     levelhead compare log.csv --track board_q     the board beside all of them
 //
-// Lines that begin with # are remarks. Registers: InvenSense RM-MPU-6000A, rev. 4.2, sections 4.2 to 4.32.
+// Lines that begin with # are remarks. Registers: InvenSense RM-MPU-6000A-00, rev. 4.2.
 #include <Wire.h>
 #define LH_FILTER  // lh_filter and lh_filter_… are the filter of the next line: another one is changed there alone
 #include <lh_mahony.h>
 
-const uint8_t MPU = 0x68;  // AD0 low; 0x69 if it is high
+const uint8_t CHIP = 0x68;  // usual; some boards have another one
 const uint32_t INTERVAL = 10000;  // us, one sample: 100 Hz
 const float DEGREE = 0.017453293f;  // rad
-const float GRAVITY = 9.80665f;  // m/s^2
-const float GYR_LSB = 65.5f;  // counts per deg/s at full scale +-500 deg/s
-const float ACC_LSB = 8192.0f;  // counts per g at full scale +-4 g
+const float GYR_COUNT = 0.00026646248f;  // rad/s at full scale +-500 deg/s
+const float ACC_COUNT = 0.0011971008f;  // m/s^2 at full scale +-4 g
 
 lh_filter filter;
 float bias[3];  // rad/s
 uint32_t last;  // us
 uint32_t seconds, micro;  // since the first sample
 
-bool write_register(uint8_t reg, uint8_t value) {
-  Wire.beginTransmission(MPU);
+bool write_register(uint8_t reg, uint8_t value, uint16_t wait = 0) {
+  Wire.beginTransmission(CHIP);
   Wire.write(reg);
   Wire.write(value);
-  return Wire.endTransmission() == 0;
+  const bool taken = Wire.endTransmission() == 0;
+  delay(wait);
+  return taken;
 }
 
-bool start_mpu() {
-  return write_register(0x6B, 0x01)  // PWR_MGMT_1: awake, clock of the gyroscope
-    && write_register(0x1A, 0x03)  // CONFIG: low-pass of 42 Hz, gyroscope at 1 kHz
-    && write_register(0x19, 0x09)  // SMPLRT_DIV: 1 kHz / 10 = 100 Hz
-    && write_register(0x1B, 0x08)  // GYRO_CONFIG: full scale +-500 deg/s
-    && write_register(0x1C, 0x08);  // ACCEL_CONFIG: full scale +-4 g
+bool read_registers(uint8_t reg, uint8_t count) {
+  Wire.beginTransmission(CHIP);
+  Wire.write(reg);
+  return Wire.endTransmission(false) == 0 && Wire.requestFrom(CHIP, count) == count;
 }
 
-// ACCEL_XOUT_H (0x3B) and the 13 behind it in one burst, so that all belong to one instant: acc, temperature, gyr.
-bool read_mpu(float gyr[3], float acc[3]) {
-  Wire.beginTransmission(MPU);
-  Wire.write(0x3B);
-  if (Wire.endTransmission(false) != 0 || Wire.requestFrom(MPU, (uint8_t)14) != 14) {
+bool start_chip() {
+  return write_register(0x6B, 0x80, 100)
+    && write_register(0x6B, 0x01)
+    && write_register(0x1A, 0x03)
+    && write_register(0x19, 0x09)
+    && write_register(0x1B, 0x08)
+    && write_register(0x1C, 0x08)
+    && write_register(0x23, 0x78);
+}
+
+bool is_chip() {
+  return read_registers(0x75, 1) && (Wire.read() & 0x7E) == 0x68;
+}
+
+// All output registers in one burst, so that all belong to one instant.
+bool read_chip(float gyr[3], float acc[3]) {
+  if (!read_registers(0x3B, 14)) {
     return false;
   }
   int16_t counts[7];
   for (int i = 0; i < 7; i++) {
-    const uint8_t high = Wire.read(), low = Wire.read();
-    counts[i] = (int16_t)((uint16_t)high << 8 | low);
+    const uint8_t one = Wire.read(), other = Wire.read();
+    counts[i] = (int16_t)((uint16_t)one << 8 | other);
   }
   for (int k = 0; k < 3; k++) {
-    acc[k] = counts[k] / ACC_LSB * GRAVITY;
-    gyr[k] = counts[4 + k] / GYR_LSB * DEGREE;
+    gyr[k] = counts[4 + k] * GYR_COUNT;
+    acc[k] = counts[0 + k] * ACC_COUNT;
   }
   return true;
 }
@@ -66,7 +77,7 @@ bool calibrate() {
   float sum[3] = {0.0f, 0.0f, 0.0f}, low[3], high[3], gyr[3], acc[3];
   for (int i = 0; i < 200; i++) {
     delay(10);
-    if (!read_mpu(gyr, acc)) {
+    if (!read_chip(gyr, acc)) {
       return false;
     }
     for (int k = 0; k < 3; k++) {
@@ -88,7 +99,7 @@ void setup() {
   Serial.begin(500000);  // exact on every board, and fast enough for 100 lines a second
   Wire.begin();
   Wire.setClock(400000);
-  while (!start_mpu()) {
+  while (!is_chip() || !start_chip()) {
     Serial.println(F("# no MPU-6050 answers at 0x68: check wiring and address"));
     delay(1000);
   }
@@ -119,7 +130,7 @@ void loop() {
   seconds += micro / 1000000;
   micro %= 1000000;
   float gyr[3], acc[3];
-  const bool there = read_mpu(gyr, acc);
+  const bool there = read_chip(gyr, acc);
   for (int k = 0; k < 3; k++) {
     gyr[k] = there ? gyr[k] - bias[k] : NAN;
     acc[k] = there ? acc[k] : NAN;

@@ -3,7 +3,7 @@ bool calibrate() {
   float sum[3] = {0.0f, 0.0f, 0.0f}, low[3], high[3], gyr[3], acc[3];
   for (int i = 0; i < 200; i++) {
     delay(10);
-    if (!read_mpu(gyr, acc)) {
+    if (!read_chip(gyr, acc)) {
       return false;
     }
     for (int k = 0; k < 3; k++) {

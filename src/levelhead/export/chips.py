@@ -1,0 +1,202 @@
+"""The chips that a sketch reads: what is written to wake them, and where their output registers have which axis.
+
+A chip that levelhead drives itself is taken from its driver: the sketch writes what that driver writes. The others are
+from their data sheets, register by register.
+"""
+
+import functools
+from collections.abc import Callable, Iterator, Mapping
+from typing import NamedTuple
+
+from levelhead.errors import LevelheadError, nearest
+from levelhead.sources.sensors import icm20948, lsm6dso32, mpu6050
+from levelhead.sources.sensors.bus import Port
+from levelhead.sources.sensors.fifo_imu import ChipSettings, Counts, FifoChip, Registers
+from levelhead.units import DEGREE, GRAVITY
+
+RATE = 100.0  # Hz, of the sketch
+
+
+class Write(NamedTuple):
+    """One byte into a register, and the wait behind it."""
+
+    register: int
+    value: int
+    wait: int = 0  # ms
+
+
+class Layout(NamedTuple):
+    """The output registers: words of 16 bits with a sign."""
+
+    first: int
+    words: int
+    little: bool  # the low byte comes first
+    gyr: tuple[int, int, int]  # the numbers of the words
+    acc: tuple[int, int, int]
+
+
+class SketchChip(NamedTuple):
+    """A chip as a sketch uses it.
+
+    Attributes:
+        name: as it is sold.
+        address: on the bus; the usual one.
+        source: the data sheet.
+        identity: register, value, and the bits of it that count.
+        gyr: full scale in °/s -> rad/s per count.
+        acc: full scale in g -> m/s² per count.
+        start: what is written, for the two full scales.
+        layout: the output registers.
+    """
+
+    name: str
+    address: int
+    source: str
+    identity: tuple[int, int, int]
+    gyr: Mapping[float, float]
+    acc: Mapping[float, float]
+    start: Callable[[float, float], list[Write]]
+    layout: Layout
+
+
+class _Recorder(Port):
+    """Notes what a driver writes."""
+
+    def __init__(self) -> None:
+        self.writes: list[Write] = []
+        self.identity = (0, 0, 0)
+        self.wait = self._note_wait
+
+    def write(self, register: int, value: int) -> None:
+        self.writes.append(Write(register, value))
+
+    def expect(self, register: int, identity: int, mask: int = 0xFF) -> None:
+        self.identity = (register, identity, mask)
+
+    def _note_wait(self, seconds: float) -> None:
+        self.writes[-1] = self.writes[-1]._replace(wait=round(1000.0 * seconds))
+
+
+def _driven(chip: FifoChip, source: str) -> SketchChip:
+    """A chip that levelhead drives, as its driver has it."""
+    rate = min(one for one in chip.rates if one >= RATE)
+
+    def record(gyr: float, acc: float) -> _Recorder:
+        recorder = _Recorder()
+        chip.configure(recorder, ChipSettings(rate, chip.gyr_codes[gyr], chip.acc_codes[acc]))
+        return recorder
+
+    usual = record(min(chip.gyr_codes), min(chip.acc_codes))
+    return SketchChip(
+        chip.name,
+        chip.addresses[0],
+        source,
+        usual.identity,
+        chip.gyr_bits,
+        chip.acc_bits,
+        lambda gyr, acc: record(gyr, acc).writes,
+        find_layout(chip.output_register, chip.output_size, chip.output),
+    )
+
+
+def find_layout(first: int, size: int, output: Callable[[bytes], Registers]) -> Layout:
+    """Where a driver finds each axis in a burst, from what it makes of bytes that are all different."""
+    data = bytes(range(1, size + 1))
+    read = output(data)
+    for little in (False, True):
+        words = [int.from_bytes(data[i : i + 2], "little" if little else "big") for i in range(0, size, 2)]
+        if set(read.gyr + read.acc) <= set(words):
+            return Layout(first, size // 2, little, _indices(words, read.gyr), _indices(words, read.acc))
+    raise LevelheadError("the driver's output registers are no words of 16 bits")
+
+
+def _indices(words: list[int], counts: Counts) -> tuple[int, int, int]:
+    x, y, z = counts
+    return words.index(x), words.index(y), words.index(z)
+
+
+INVENSENSE = Layout(0x3B, 7, False, (4, 5, 6), (0, 1, 2))
+GYR_INVENSENSE = {250.0: DEGREE / 131.0, 500.0: DEGREE / 65.5, 1000.0: DEGREE / 32.8, 2000.0: DEGREE / 16.4}
+ACC_16384 = {2.0: GRAVITY / 16384.0, 4.0: GRAVITY / 8192.0, 8.0: GRAVITY / 4096.0, 16.0: GRAVITY / 2048.0}
+
+
+def _start_mpu9250(gyr: float, acc: float) -> list[Write]:
+    """Registers 107, 26, 25, 27, 28 and 29: low-passes of 41 and 45 Hz, 100 samples a second."""
+    gyr_code, acc_code = list(GYR_INVENSENSE).index(gyr) << 3, list(ACC_16384).index(acc) << 3
+    return [Write(0x6B, 0x80, 100), Write(0x6B, 0x01), Write(0x1A, 0x03), Write(0x19, 9), Write(0x1B, gyr_code),
+            Write(0x1C, acc_code), Write(0x1D, 0x03)]  # fmt: skip
+
+
+def _start_lsm6ds3(gyr: float, acc: float) -> list[Write]:
+    """CTRL3_C: reset, then whole words and addresses that count up; CTRL1_XL and CTRL2_G: 104 samples a second."""
+    acc_code = {2.0: 0x00, 16.0: 0x04, 4.0: 0x08, 8.0: 0x0C}[acc]
+    gyr_code = {250.0: 0x00, 500.0: 0x04, 1000.0: 0x08, 2000.0: 0x0C}[gyr]
+    return [Write(0x12, 0x01, 20), Write(0x12, 0x44), Write(0x10, 0x40 | acc_code), Write(0x11, 0x40 | gyr_code)]
+
+
+def _start_bmi160(gyr: float, acc: float) -> list[Write]:
+    """CMD: reset, both sensors on; ACC_CONF and GYR_CONF: 100 samples a second, the usual low-pass; the ranges."""
+    acc_code = {2.0: 0x03, 4.0: 0x05, 8.0: 0x08, 16.0: 0x0C}[acc]
+    gyr_code = {2000.0: 0, 1000.0: 1, 500.0: 2, 250.0: 3, 125.0: 4}[gyr]
+    return [Write(0x7E, 0xB6, 100), Write(0x7E, 0x11, 10), Write(0x7E, 0x15, 100), Write(0x40, 0x28),
+            Write(0x41, acc_code), Write(0x42, 0x28), Write(0x43, gyr_code)]  # fmt: skip
+
+
+def _start_bno055(gyr: float, acc: float) -> list[Write]:
+    """Reset; page 1: ranges, 62.5 and 47 Hz; page 0: units; OPR_MODE: AMG, the readings without Bosch's fusion."""
+    acc_code = {2.0: 0, 4.0: 1, 8.0: 2, 16.0: 3}[acc]
+    gyr_code = {2000.0: 0, 1000.0: 1, 500.0: 2, 250.0: 3, 125.0: 4}[gyr]
+    return [Write(0x3F, 0x20, 700), Write(0x07, 0x01), Write(0x08, 0x0C | acc_code), Write(0x0A, 0x18 | gyr_code),
+            Write(0x07, 0x00), Write(0x3B, 0x00), Write(0x3D, 0x07, 20)]  # fmt: skip
+
+
+GYR_ST = {250.0: 8.75e-3 * DEGREE, 500.0: 17.5e-3 * DEGREE, 1000.0: 35e-3 * DEGREE, 2000.0: 70e-3 * DEGREE}
+ACC_ST = {2.0: 0.061e-3 * GRAVITY, 4.0: 0.122e-3 * GRAVITY, 8.0: 0.244e-3 * GRAVITY, 16.0: 0.488e-3 * GRAVITY}
+GYR_BOSCH = {full: DEGREE / (262.4 * 125.0 / full) for full in (125.0, 250.0, 500.0, 1000.0, 2000.0)}
+
+
+@functools.cache
+def chips() -> dict[str, SketchChip]:
+    """Name -> chip."""
+    found = [
+        _driven(mpu6050.CHIP, "InvenSense RM-MPU-6000A-00, rev. 4.2"),
+        _driven(icm20948.CHIP, "TDK DS-000189"),
+        _driven(lsm6dso32.CHIP, "ST DocID032891"),
+        SketchChip("MPU-9250", 0x68, "InvenSense RM-MPU-9250A-00, rev. 1.6", (0x75, 0x71, 0xFF), GYR_INVENSENSE,
+                   ACC_16384, _start_mpu9250, INVENSENSE),
+        SketchChip("LSM6DS3", 0x6A, "ST DocID026899, rev. 10", (0x0F, 0x69, 0xFF), GYR_ST, ACC_ST, _start_lsm6ds3,
+                   Layout(0x22, 6, True, (0, 1, 2), (3, 4, 5))),
+        SketchChip("BMI160", 0x68, "Bosch BST-BMI160-DS000", (0x00, 0xD1, 0xFF), GYR_BOSCH, ACC_16384, _start_bmi160,
+                   Layout(0x0C, 6, True, (0, 1, 2), (3, 4, 5))),
+        SketchChip("BNO055", 0x28, "Bosch BST-BNO055-DS000", (0x00, 0xA0, 0xFF),
+                   dict.fromkeys(GYR_BOSCH, DEGREE / 16.0), dict.fromkeys(ACC_16384, 0.01), _start_bno055,
+                   Layout(0x08, 9, True, (6, 7, 8), (0, 1, 2))),
+    ]  # fmt: skip
+    return {chip.name: chip for chip in found}
+
+
+def find_chip(name: str) -> SketchChip:
+    """A chip by its name; case, dashes and spaces do not count.
+
+    Raises:
+        LevelheadError: there is none of that name.
+    """
+    plain = {_plain(known): known for known in chips()}
+    if _plain(name) not in plain:
+        raise LevelheadError(f"there is no sketch for '{name}'; {nearest(name, list(chips()))}")
+    return chips()[plain[_plain(name)]]
+
+
+def _plain(name: str) -> str:
+    return "".join(letter for letter in name.lower() if letter.isalnum())
+
+
+def file_stem(chip: SketchChip) -> str:
+    """Of the sketch: mpu6050."""
+    return _plain(chip.name)
+
+
+def start_lines(chip: SketchChip, gyr: float, acc: float) -> Iterator[str]:
+    """The calls that wake a chip, one a line."""
+    for one in chip.start(gyr, acc):
+        yield f"write_register(0x{one.register:02X}, 0x{one.value:02X}{f', {one.wait}' if one.wait else ''})"

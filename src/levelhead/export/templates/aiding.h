@@ -1,0 +1,11 @@
+
+/* A measurement from outside, east, north and up, with its 1 sigma: position in m, velocity in m/s, and height in m by a
+ * barometer, whose zero may drift. age: s from it to the last sample, below 0 where it came after. It acts at the end of
+ * a block. False, and it is not taken, if a number is not finite or sigma is not greater than 0.
+ */
+bool ${name}_update_position($name *filter, const $real position[3], const $real sigma[3], $real age);
+bool ${name}_update_velocity($name *filter, const $real velocity[3], const $real sigma[3], $real age);
+bool ${name}_update_height($name *filter, $real height, $real sigma, $real age);
+
+/* Position and velocity, and their 1 sigma. */
+${name}_nav_state ${name}_position(const $name *filter);
