@@ -19,6 +19,7 @@ LEVELS = {
     "+": SUM, "-": SUM, "*": PRODUCT, "/": PRODUCT, "|": BIT_OR, "^": BIT_XOR, "&": BIT_AND,
     "<": LESS, "<=": LESS, ">": LESS, ">=": LESS, "==": EQUAL, "!=": EQUAL,
 }  # fmt: skip
+LEAST_CLEARED = 8  # zeros, from which a loop that clears is shorter than their stores
 OF_LIBRARY = {"sqrt": "sqrt", "floor": "floor", "abs": "fabs"}
 
 
@@ -30,13 +31,21 @@ class Writer:
         constants: the constants, which fill up.
         live: what is needed.
         taken: names that no variable may have.
-        outer: procedures that the program calls; all others are to stay calls.
+        outer: procedures that the program calls; all others are to stay calls,
+        alone: and so are these of them, which stand in two places.
     """
 
     def __init__(
-        self, types: TypeTable, constants: Constants, live: Liveness, taken: set[str], outer: set[Procedure]
+        self,
+        types: TypeTable,
+        constants: Constants,
+        live: Liveness,
+        taken: set[str],
+        outer: set[Procedure],
+        alone: set[Procedure],
     ) -> None:
-        self.types, self.constants, self.live, self.taken, self.outer = types, constants, live, taken, outer
+        self.types, self.constants, self.live, self.taken = types, constants, live, taken
+        self.outer, self.alone = outer, alone
 
     def reads(self, procedure: Procedure, name: str) -> bool:
         """Whether a procedure needs the record at a place."""
@@ -48,6 +57,10 @@ class Writer:
             if call in self.live.calls
             for inner, place in call.places.items()
         )
+
+    def loads(self, procedure: Procedure, name: str) -> bool:
+        """Whether a procedure itself reads a record at a place."""
+        return any(load.op == "load" and load.content[0].root == name for load in self._loads(procedure))
 
     def _loads(self, procedure: Procedure) -> list[Operand]:
         return [load for load in procedure.graph.loads if load in self.live.nodes]
@@ -124,7 +137,7 @@ class Writer:
         for node in procedure.arguments:
             if node in self.live.nodes:
                 given.append(f"{self.kind(node.kind)} {variable(node.content)}")
-        static = "static" if procedure in self.outer else "static LH_CALLED"
+        static = "static" if procedure in self.outer - self.alone else "static LH_CALLED"
         return f"{static} {self.result_type(procedure)} {procedure.name}({', '.join(given) or 'void'})"
 
     def text(self, procedure: Procedure) -> list[str]:
@@ -155,9 +168,31 @@ class Body:
                     kind = writer.types.struct_name(writer.types.struct(cls))
                     self.lines.append(f"{STEP}{kind} {root};")
                     self._taken.add(root)
+        self._cleared = self._clear()
         self._block(procedure.graph.body, STEP)
         self._save(None, STEP)
         self._return(STEP)
+
+    def _clear(self) -> str:
+        """The record that only gets numbers, most of them 0: its bytes are cleared, and only the others are stored."""
+        items = self._plan.items[self._procedure.graph.body]
+        stores = [item for item in items if isinstance(item, Store)]
+        roots = {item.place.root for item in stores} & self._procedure.by_place.keys()
+        zeros = sum(map(_is_zero, stores))
+        written_only = not any(isinstance(item, Call | Branch) for item in items) and len(roots) == 1
+        if (
+            not written_only
+            or 2 * zeros < len(stores)
+            or zeros < LEAST_CLEARED
+            or self._writer.loads(self._procedure, *roots)
+        ):
+            return ""
+        (root,) = roots
+        name = variable(root)
+        self._emit(f"unsigned char *const bytes = (unsigned char *){name};", STEP)
+        self._emit(f"for (unsigned i = 0; i < sizeof *{name}; i++) {{", STEP)
+        self.lines += [f"{STEP * 2}bytes[i] = 0;", f"{STEP}}}"]
+        return root
 
     # Names
 
@@ -197,6 +232,8 @@ class Body:
                 self._remark(item, indent)
                 self._emit(f"const {self._kind(item)} {self._name(item)} = {self._operation(item)[0]};", indent)
             elif isinstance(item, Store):
+                if item.place.root == self._cleared and _is_zero(item):
+                    continue
                 self._emit(f"{self.place(item.place)} = {self._text(item.value)};", indent)
             elif isinstance(item, Call):
                 self._call(item, indent)
@@ -334,3 +371,9 @@ class Body:
 
     def _invert(self, condition: Operand) -> str:
         return f"!{self._text(condition, UNARY)}"
+
+
+def _is_zero(store: Store) -> bool:
+    """Whether all bits of what is stored are 0."""
+    value = store.value
+    return value.op == "const" and repr(value.content) in ("0.0", "0", "False")

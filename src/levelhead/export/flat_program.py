@@ -75,6 +75,7 @@ class FlatProgram:
         self._sections: list[tuple[str, list[str]]] = []
         self._alone: set[KernelFunction] = set()
         self._frozen = frozen
+        self._alone_roots = {root.name for root in roots if root.alone}
         steady, again = steady_members(state), True
         while again:
             self._trace(roots, steady)
@@ -160,7 +161,8 @@ class FlatProgram:
 
     def _written(self) -> Iterator[tuple[str, list[str]]]:
         taken = {procedure.name for procedure in self.order()}
-        self.writer = Writer(self.types, self.constants, self.live, taken, set(self.procedures.values()))
+        outer, alone = set(self.procedures.values()), {self.procedures[name] for name in self._alone_roots}
+        self.writer = Writer(self.types, self.constants, self.live, taken, outer, alone)
         module = ""
         lines: list[str] = []
         for procedure in self.order():

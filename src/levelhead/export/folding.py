@@ -25,6 +25,7 @@ COMPUTE: dict[str, Callable[..., float]] = {
     "min": lambda a, b: b if b < a else a,
     "max": lambda a, b: b if b > a else a,
 }
+MOST_WHOLE = 2.0**24  # below, every precision has each whole number
 OPPOSITE = {"==": "!=", "!=": "=="}  # the others are not: both a < b and a >= b are false of NaN
 Constant = Callable[[float], Operand]
 
@@ -49,9 +50,23 @@ def fold(op: str, given: Sequence[Operand], constant: Constant) -> Operand | Non
         result = COMPUTE[op](*numbers)
         if all(isinstance(value, int) or single(value) == value for value in (*numbers, result)):
             return constant(result)
-    if op == "sqrt" and given[0].op == "const" and given[0].content in (0.0, 1.0):
-        return given[0]
+    if op in ("sqrt", "/") and all(node.op == "const" for node in given):
+        exact = _exact_root(*numbers) if op == "sqrt" else _exact_quotient(*numbers)
+        if exact is not None:
+            return constant(exact)
     return _neutral(op, given)
+
+
+def _exact_root(square: float) -> float | None:
+    """The root of the square of a whole number, which no precision rounds."""
+    root = float(round(abs(square) ** 0.5)) if abs(square) < MOST_WHOLE else 0.0
+    return root if root * root == square and repr(square) != "-0.0" else None
+
+
+def _exact_quotient(a: float, b: float) -> float | None:
+    """The quotient of whole numbers that is a whole number."""
+    whole = b != 0.0 and abs(a) < MOST_WHOLE and abs(b) < MOST_WHOLE and a % b == 0.0 and float(b).is_integer()
+    return float(a) / float(b) if whole else None
 
 
 def _neutral(op: str, given: Sequence[Operand]) -> Operand | None:
