@@ -77,7 +77,8 @@ def test_it_compiles_without_a_library_and_gives_the_same(tmp_path):
 def test_webassembly_gives_the_bits_of_python(tmp_path):
     """One module without imports; all rows in one call."""
     write(ExportConfig(lh.EKF()), tmp_path)
-    command = ["clang", "--target=wasm32", "-O2", "-ffreestanding", "-nostdlib", "-DLH_FREESTANDING", "-Wl,--no-entry"]
+    command = ["clang", "--target=wasm32", "-O2", "-ffreestanding", "-nostdlib", "-DLH_FREESTANDING"]
+    command += ["-mbulk-memory", "-Wl,--no-entry"]
     subprocess.run([*command, "-Wl,--export-all", "lh_ekf.c", "-o", "filter.wasm"], cwd=tmp_path, check=True)
     recording = hard_recording(True)
     steps = np.diff(recording.t, prepend=recording.t[0] - 1.0)

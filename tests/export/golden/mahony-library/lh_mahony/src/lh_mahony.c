@@ -564,10 +564,7 @@ static LH_CALLED void driver_start(const ConditionedSample *sample, FilterRun *r
  * is left out: the slow mean stands for it in the sums for rest, and no other detector uses it.
  */
 
-/* Whether a reading is at full scale: full if known (not 0), else the largest one so far if it is a plateau.
- *
- * A body slows down before it turns round; a clipped reading goes up steeply and then stays.
- */
+/* Whether a reading is at full scale: full if known (not 0), else the largest one so far if it is a plateau. */
 static LH_CALLED void detectors_update_extreme(Extreme *extreme, float v_x, float v_y, float v_z, float full,
     float dt)
 {
@@ -583,91 +580,91 @@ static LH_CALLED void detectors_update_extreme(Extreme *extreme, float v_x, floa
             extreme->clipped = false;
         }
     } else {
-        float high;
+        float largest;
         float last;
         bool number_2;
         if (full > 0.0f) {
             extreme->up = full;
             extreme->down = full;
+            extreme->found = 3;
             extreme->slope = 0.0f;
             extreme->stay = DETECTORS_NOT_STEEP;
-            extreme->found = 3;
-            high = 0.0f;
+            largest = 0.0f;
             last = 0.0f;
             number_2 = lh_max(lh_max(fabsf(v_x), fabsf(v_y)), fabsf(v_z)) >= DETECTORS_PLATEAU * full;
         } else {
-            const float high_2 = lh_max(lh_max(v_x, v_y), v_z);
-            const float low = -lh_min(lh_min(v_x, v_y), v_z);
-            float high_3;
+            const float number_3 = lh_max(lh_max(v_x, v_y), v_z);
+            const float number_4 = -lh_min(lh_min(v_x, v_y), v_z);
+            float largest_2;
             float up;
             int32_t side;
-            if (high_2 > low) {
-                high_3 = high_2;
+            if (number_3 > number_4) {
+                largest_2 = number_3;
                 up = extreme->up;
                 side = 1;
             } else {
-                high_3 = low;
+                largest_2 = number_4;
                 up = extreme->down;
                 side = 2;
             }
-            const float number_3 = DETECTORS_PLATEAU * up;
-            bool number_4;
-            if (high_3 < number_3) {
+            /* detectors.update_plateau: Whether the largest component of a reading, high upwards or low
+             * downwards, is on a plateau.
+             */
+            const float number_5 = DETECTORS_PLATEAU * up;
+            bool number_6;
+            if (largest_2 < number_5) {
                 extreme->slope = 0.0f;
                 extreme->stay = DETECTORS_NOT_STEEP;
-                number_4 = (extreme->found & side) != 0 && high_3 > DETECTORS_AT_FULL * up;
+                number_6 = (extreme->found & side) != 0 && largest_2 > DETECTORS_AT_FULL * up;
             } else {
-                const bool beyond = DETECTORS_PLATEAU * high_3 > up;
+                const bool beyond = DETECTORS_PLATEAU * largest_2 > up;
                 const int32_t found = beyond && (extreme->found & side) != 0 ? extreme->found - side
                     : extreme->found;
-                const bool number_5 = extreme->stay >= 0.0f;
-                const float number_6 = high_3 - extreme->last;
+                const bool number_7 = extreme->stay >= 0.0f;
+                const float number_8 = largest_2 - extreme->last;
+                float up_2;
+                float down;
                 int32_t found_2;
-                bool number_7;
-                if (!(number_5 && number_6 < DETECTORS_CREEP * dt * high_3)
-                    && (beyond || extreme->last < number_3)) {
-                    const float slope = lh_max(number_6, extreme->last - extreme->before) / (dt * high_3);
-                    extreme->up = lh_max(extreme->up, high_2);
-                    extreme->down = lh_max(extreme->down, low);
+                if (!(number_7 && number_8 < DETECTORS_CREEP * dt * largest_2)
+                    && (beyond || extreme->last < number_5)) {
+                    const float slope = lh_max(number_8, extreme->last - extreme->before) / (dt * largest_2);
                     extreme->slope = slope;
                     extreme->stay = slope > DETECTORS_STEEP ? 0.0f : DETECTORS_NOT_STEEP;
+                    up_2 = number_3;
+                    down = number_4;
                     found_2 = found;
-                    number_7 = (found & side) != 0;
                 } else {
+                    float up_3;
+                    float down_2;
                     int32_t found_3;
-                    bool number_8;
-                    if (number_5) {
+                    if (number_7) {
                         const float stay = extreme->stay + dt;
                         const int32_t found_4 = stay + ELAPSED_SLACK * dt >= DETECTORS_PLATEAU_SECONDS
                             && extreme->slope * stay >= DETECTORS_FLAT ? found | side : found;
-                        bool number_9;
-                        if ((found_4 & side) == 0) {
-                            number_9 = false;
-                        } else {
-                            extreme->up = lh_max(extreme->up, high_2);
-                            extreme->down = lh_max(extreme->down, low);
-                            number_9 = true;
-                        }
+                        const bool number_9 = (found_4 & side) == 0;
                         extreme->stay = stay;
+                        up_3 = number_9 ? extreme->up : number_3;
+                        down_2 = number_9 ? extreme->down : number_4;
                         found_3 = found_4;
-                        number_8 = number_9;
                     } else {
-                        extreme->up = lh_max(extreme->up, high_2);
-                        extreme->down = lh_max(extreme->down, low);
+                        up_3 = number_3;
+                        down_2 = number_4;
                         found_3 = found;
-                        number_8 = (found & side) != 0;
                     }
+                    up_2 = up_3;
+                    down = down_2;
                     found_2 = found_3;
-                    number_7 = number_8;
                 }
+                extreme->up = lh_max(extreme->up, up_2);
+                extreme->down = lh_max(extreme->down, down);
                 extreme->found = found_2;
-                number_4 = number_7;
+                number_6 = (found_2 & side) != 0;
             }
-            high = high_3;
+            largest = largest_2;
             last = extreme->last;
-            number_2 = number_4;
+            number_2 = number_6;
         }
-        extreme->last = high;
+        extreme->last = largest;
         extreme->before = last;
         extreme->clipped = number_2;
     }
@@ -1428,16 +1425,16 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
     bool number_3;
     float time;
     float unmeasured;
+    float since_sigma;
+    int32_t sensors;
     float number_4;
-    int32_t corrected_by;
-    float x;
-    float y;
-    float z;
-    float a;
-    float b;
-    float c;
+    float number_5;
+    float number_6;
+    float number_7;
+    float number_8;
+    float number_9;
     float time_2;
-    bool complete;
+    bool number_10;
     float last_x_3;
     float last_y_3;
     float last_z_3;
@@ -1527,16 +1524,16 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         number_3 = acc_x_2 * acc_x_2 + acc_y_2 * acc_y_2 + acc_z_2 * acc_z_2 > TILT_NO_LENGTH;
         time = 0.0f;
         unmeasured = 0.0f;
+        since_sigma = 0.0f;
+        sensors = 0;
         number_4 = 0.0f;
-        corrected_by = 0;
-        x = 0.0f;
-        y = 0.0f;
-        z = 0.0f;
-        a = 0.0f;
-        b = 0.0f;
-        c = 0.0f;
+        number_5 = 0.0f;
+        number_6 = 0.0f;
+        number_7 = 0.0f;
+        number_8 = 0.0f;
+        number_9 = 0.0f;
         time_2 = 0.0f;
-        complete = false;
+        number_10 = false;
         last_x_3 = last_x_2;
         last_y_3 = last_y_2;
         last_z_3 = last_z_2;
@@ -1548,26 +1545,26 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         last_z_4 = 0.0f;
     } else {
         /* conditioning.condition: The next sample, conditioned; sample is the one before. */
-        const int32_t number_5 = health & 1;
-        const bool no_gyr = number_5 != 0;
+        const int32_t number_11 = health & 1;
+        const bool no_gyr = number_11 != 0;
         /* elapsed.has_elapsed: Whether time (s), a sum of intervals of which the last was dt (s), has reached length (s).
          */
-        const float number_6 = ELAPSED_SLACK * dt;
-        const bool rate_lost = no_gyr && carry->sample.rate_age + number_6 >= TILT_GAP_SECONDS;
+        const float number_12 = ELAPSED_SLACK * dt;
+        const bool rate_lost = no_gyr && carry->sample.rate_age + number_12 >= TILT_GAP_SECONDS;
         const float lost = carry->sample.interval > 0.0f
             && dt + ELAPSED_SLACK * carry->sample.interval >= 2.0f * carry->sample.interval
             ? dt - carry->sample.interval : 0.0f;
         /* conditioning.condition: The next sample, conditioned; sample is the one before. */
-        const bool number_7 = lost > 0.0f;
+        const bool number_13 = lost > 0.0f;
         /* detectors.detect: The detectors after one sample (rad/s, m/s², dt s). */
         const bool no_acc = (health & 2) != 0;
-        const bool number_8 = !no_gyr;
-        int32_t number_9;
-        if (number_8) {
-            const float number_10 = settings->guard.gyr_range * UNITS_DEGREE;
-            const bool plausible = number_7
-                || (number_10 > 0.0f && lh_max(lh_max(fabsf(last_x_2), fabsf(last_y_2)),
-                fabsf(last_z_2)) >= DETECTORS_PLATEAU * number_10);
+        const bool number_14 = !no_gyr;
+        int32_t number_15;
+        if (number_14) {
+            const float number_16 = settings->guard.gyr_range * UNITS_DEGREE;
+            const bool plausible = number_13
+                || (number_16 > 0.0f && lh_max(lh_max(fabsf(last_x_2), fabsf(last_y_2)),
+                fabsf(last_z_2)) >= DETECTORS_PLATEAU * number_16);
             const float force_x = carry->sample.detected.jump.force.x;
             const float force_y = carry->sample.detected.jump.force.y;
             const float force_z = carry->sample.detected.jump.force.z;
@@ -1577,76 +1574,76 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 carry->sample.detected.jump.force.z = acc_z_2;
             }
             /* vec3.sub: a − b */
-            const float number_11 = last_x_2 - carry->sample.detected.jump.rate.x;
-            const float number_12 = last_y_2 - carry->sample.detected.jump.rate.y;
-            const float number_13 = last_z_2 - carry->sample.detected.jump.rate.z;
+            const float number_17 = last_x_2 - carry->sample.detected.jump.rate.x;
+            const float number_18 = last_y_2 - carry->sample.detected.jump.rate.y;
+            const float number_19 = last_z_2 - carry->sample.detected.jump.rate.z;
             /* vec3.dot: a·b */
-            const float change2 = number_11 * number_11 + number_12 * number_12 + number_13 * number_13;
+            const float change2 = number_17 * number_17 + number_18 * number_18 + number_19 * number_19;
             /* vec3.sub: a − b */
-            const float number_14 = carry->sample.detected.jump.force.x - force_x;
-            const float number_15 = carry->sample.detected.jump.force.y - force_y;
-            const float number_16 = carry->sample.detected.jump.force.z - force_z;
+            const float number_20 = carry->sample.detected.jump.force.x - force_x;
+            const float number_21 = carry->sample.detected.jump.force.y - force_y;
+            const float number_22 = carry->sample.detected.jump.force.z - force_z;
             /* vec3.dot: a·b */
-            const float force2 = number_14 * number_14 + number_15 * number_15 + number_16 * number_16;
-            float number_17;
-            float number_18;
-            float number_19;
+            const float force2 = number_20 * number_20 + number_21 * number_21 + number_22 * number_22;
+            float number_23;
+            float number_24;
+            float number_25;
             float dt_3;
-            float number_20;
-            float number_21;
-            float number_22;
+            float number_26;
+            float number_27;
+            float number_28;
             int32_t spikes;
             if (carry->sample.detected.jump.held_time > 0.0f) {
                 const float held2 = carry->sample.detected.jump.held.x * carry->sample.detected.jump.held.x
                     + carry->sample.detected.jump.held.y * carry->sample.detected.jump.held.y
                     + carry->sample.detected.jump.held.z * carry->sample.detected.jump.held.z;
                 /* vec3.sub: a − b */
-                const float number_23 = number_11 - carry->sample.detected.jump.held.x;
-                const float number_24 = number_12 - carry->sample.detected.jump.held.y;
-                const float number_25 = number_13 - carry->sample.detected.jump.held.z;
+                const float number_29 = number_17 - carry->sample.detected.jump.held.x;
+                const float number_30 = number_18 - carry->sample.detected.jump.held.y;
+                const float number_31 = number_19 - carry->sample.detected.jump.held.z;
                 /* rate_jump.is_felt: Eq. 1: whether the accelerometer feels a change of the rate, from both
                  * changes squared ((rad/s)², (m/s²)²).
                  */
-                const float number_26 = force2 * dt * dt;
-                const float number_27 = RATE_JUMP_LEVER * RATE_JUMP_LEVER;
-                float number_28;
-                float number_29;
-                float number_30;
+                const float number_32 = force2 * dt * dt;
+                const float number_33 = RATE_JUMP_LEVER * RATE_JUMP_LEVER;
+                float number_34;
+                float number_35;
+                float number_36;
                 float dt_4;
-                float number_31;
-                float number_32;
-                float number_33;
+                float number_37;
+                float number_38;
+                float number_39;
                 int32_t spikes_2;
-                if (number_23 * number_23 + number_24 * number_24 + number_25 * number_25 < change2
-                    || number_26 > number_27 * held2) {
+                if (number_29 * number_29 + number_30 * number_30 + number_31 * number_31 < change2
+                    || number_32 > number_33 * held2) {
                     /* rate_jump.update_jump: After a rate (rad/s) and a specific force (m/s²) that stand for dt seconds.
                      */
-                    const float number_34 = lh_min(carry->sample.detected.jump.held_time,
+                    const float number_40 = lh_min(carry->sample.detected.jump.held_time,
                         RATE_JUMP_MOST_RETURN * dt) / dt;
                     carry->sample.detected.jump.usual2 = lh_max(held2, carry->sample.detected.jump.usual2);
-                    number_28 = 0.0f;
-                    number_29 = 0.0f;
-                    number_30 = 0.0f;
+                    number_34 = 0.0f;
+                    number_35 = 0.0f;
+                    number_36 = 0.0f;
                     dt_4 = 0.0f;
-                    number_31 = carry->sample.detected.jump.held.x * number_34;
-                    number_32 = carry->sample.detected.jump.held.y * number_34;
-                    number_33 = carry->sample.detected.jump.held.z * number_34;
+                    number_37 = carry->sample.detected.jump.held.x * number_40;
+                    number_38 = carry->sample.detected.jump.held.y * number_40;
+                    number_39 = carry->sample.detected.jump.held.z * number_40;
                     spikes_2 = 0;
                 } else {
                     /* rate_jump.update_jump: After a rate (rad/s) and a specific force (m/s²) that stand for dt seconds.
                      */
                     const int32_t spikes_3 = carry->sample.detected.jump.spikes + 1;
-                    float number_35;
-                    float number_36;
-                    float number_37;
+                    float number_41;
+                    float number_42;
+                    float number_43;
                     float dt_5;
                     if (!plausible && spikes_3 < 3
                         && (change2 > RATE_JUMP_JUMP * RATE_JUMP_JUMP * carry->sample.detected.jump.usual2
                         && change2 * dt * dt > RATE_JUMP_JUMP_ANGLE * RATE_JUMP_JUMP_ANGLE)
-                        && !(number_26 > number_27 * change2)) {
-                        number_35 = number_11;
-                        number_36 = number_12;
-                        number_37 = number_13;
+                        && !(number_32 > number_33 * change2)) {
+                        number_41 = number_17;
+                        number_42 = number_18;
+                        number_43 = number_19;
                         dt_5 = dt;
                     } else {
                         carry->sample.detected.jump.rate.x = last_x_2;
@@ -1655,43 +1652,43 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                         carry->sample.detected.jump.usual2 = lh_max(change2,
                             carry->sample.detected.jump.usual2 * RATE_JUMP_USUAL_TIME
                             / (RATE_JUMP_USUAL_TIME + 2.0f * dt));
-                        number_35 = 0.0f;
-                        number_36 = 0.0f;
-                        number_37 = 0.0f;
+                        number_41 = 0.0f;
+                        number_42 = 0.0f;
+                        number_43 = 0.0f;
                         dt_5 = 0.0f;
                     }
                     carry->sample.rate.last.x = carry->sample.detected.jump.rate.x;
                     carry->sample.rate.last.y = carry->sample.detected.jump.rate.y;
                     carry->sample.rate.last.z = carry->sample.detected.jump.rate.z;
-                    number_28 = number_35;
-                    number_29 = number_36;
-                    number_30 = number_37;
+                    number_34 = number_41;
+                    number_35 = number_42;
+                    number_36 = number_43;
                     dt_4 = dt_5;
-                    number_31 = 0.0f;
-                    number_32 = 0.0f;
-                    number_33 = 0.0f;
+                    number_37 = 0.0f;
+                    number_38 = 0.0f;
+                    number_39 = 0.0f;
                     spikes_2 = spikes_3;
                 }
-                number_17 = number_28;
-                number_18 = number_29;
-                number_19 = number_30;
+                number_23 = number_34;
+                number_24 = number_35;
+                number_25 = number_36;
                 dt_3 = dt_4;
-                number_20 = number_31;
-                number_21 = number_32;
-                number_22 = number_33;
+                number_26 = number_37;
+                number_27 = number_38;
+                number_28 = number_39;
                 spikes = spikes_2;
             } else {
-                float number_38;
-                float number_39;
-                float number_40;
+                float number_44;
+                float number_45;
+                float number_46;
                 float dt_6;
                 if (!plausible && (change2 > RATE_JUMP_JUMP * RATE_JUMP_JUMP
                     * carry->sample.detected.jump.usual2
                     && change2 * dt * dt > RATE_JUMP_JUMP_ANGLE * RATE_JUMP_JUMP_ANGLE)
                     && !(force2 * dt * dt > RATE_JUMP_LEVER * RATE_JUMP_LEVER * change2)) {
-                    number_38 = number_11;
-                    number_39 = number_12;
-                    number_40 = number_13;
+                    number_44 = number_17;
+                    number_45 = number_18;
+                    number_46 = number_19;
                     dt_6 = dt;
                 } else {
                     carry->sample.detected.jump.rate.x = last_x_2;
@@ -1700,37 +1697,37 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                     carry->sample.detected.jump.usual2 = lh_max(change2,
                         carry->sample.detected.jump.usual2 * RATE_JUMP_USUAL_TIME
                         / (RATE_JUMP_USUAL_TIME + 2.0f * dt));
-                    number_38 = 0.0f;
-                    number_39 = 0.0f;
-                    number_40 = 0.0f;
+                    number_44 = 0.0f;
+                    number_45 = 0.0f;
+                    number_46 = 0.0f;
                     dt_6 = 0.0f;
                 }
                 carry->sample.rate.last.x = carry->sample.detected.jump.rate.x;
                 carry->sample.rate.last.y = carry->sample.detected.jump.rate.y;
                 carry->sample.rate.last.z = carry->sample.detected.jump.rate.z;
-                number_17 = number_38;
-                number_18 = number_39;
-                number_19 = number_40;
+                number_23 = number_44;
+                number_24 = number_45;
+                number_25 = number_46;
                 dt_3 = dt_6;
-                number_20 = 0.0f;
-                number_21 = 0.0f;
-                number_22 = 0.0f;
+                number_26 = 0.0f;
+                number_27 = 0.0f;
+                number_28 = 0.0f;
                 spikes = 0;
             }
-            carry->sample.detected.jump.held.x = number_17;
-            carry->sample.detected.jump.held.y = number_18;
-            carry->sample.detected.jump.held.z = number_19;
+            carry->sample.detected.jump.held.x = number_23;
+            carry->sample.detected.jump.held.y = number_24;
+            carry->sample.detected.jump.held.z = number_25;
             carry->sample.detected.jump.held_time = dt_3;
-            carry->sample.detected.jump.returned.x = number_20;
-            carry->sample.detected.jump.returned.y = number_21;
-            carry->sample.detected.jump.returned.z = number_22;
+            carry->sample.detected.jump.returned.x = number_26;
+            carry->sample.detected.jump.returned.y = number_27;
+            carry->sample.detected.jump.returned.z = number_28;
             carry->sample.detected.jump.spikes = spikes;
             carry->sample.detected.jump.rate.x = carry->sample.rate.last.x;
             carry->sample.detected.jump.rate.y = carry->sample.rate.last.y;
             carry->sample.detected.jump.rate.z = carry->sample.rate.last.z;
-            number_9 = spikes > 0 ? 32768 : 0;
+            number_15 = spikes > 0 ? 32768 : 0;
         } else {
-            number_9 = 0;
+            number_15 = 0;
         }
         const float gyr_x_2 = carry->sample.detected.means.gyr.x;
         const float gyr_y_2 = carry->sample.detected.means.gyr.y;
@@ -1752,44 +1749,45 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             carry->sample.detected.means.acc.z = acc_z_2;
         }
         if (carry->sample.detected.sums.complete) {
-            carry->sample.detected.sums.x = 0.0f;
-            carry->sample.detected.sums.y = 0.0f;
-            carry->sample.detected.sums.z = 0.0f;
-            carry->sample.detected.sums.a = 0.0f;
-            carry->sample.detected.sums.b = 0.0f;
-            carry->sample.detected.sums.c = 0.0f;
+            carry->sample.detected.sums.gyr.x = 0.0f;
+            carry->sample.detected.sums.gyr.y = 0.0f;
+            carry->sample.detected.sums.gyr.z = 0.0f;
+            carry->sample.detected.sums.acc.x = 0.0f;
+            carry->sample.detected.sums.acc.y = 0.0f;
+            carry->sample.detected.sums.acc.z = 0.0f;
             carry->sample.detected.sums.time = 0.0f;
             carry->sample.detected.sums.complete = false;
         }
         /* rest.add_sample: Adds a sample (rad/s, m/s², dt s) to the interval, or begins the next one with it. */
         const float time_3 = carry->sample.detected.sums.time + dt;
+        /* vec3.add_scaled: a + s·b */
+        const float number_47 = carry->sample.detected.sums.gyr.x + carry->sample.detected.means.gyr.x * dt;
+        const float number_48 = carry->sample.detected.sums.gyr.y + carry->sample.detected.means.gyr.y * dt;
+        const float number_49 = carry->sample.detected.sums.gyr.z + carry->sample.detected.means.gyr.z * dt;
+        const float number_50 = carry->sample.detected.sums.acc.x + carry->sample.detected.means.acc.x * dt;
+        const float number_51 = carry->sample.detected.sums.acc.y + carry->sample.detected.means.acc.y * dt;
+        const float number_52 = carry->sample.detected.sums.acc.z + carry->sample.detected.means.acc.z * dt;
         /* elapsed.has_elapsed: Whether time (s), a sum of intervals of which the last was dt (s), has reached length (s).
          */
-        const bool complete_2 = time_3 + number_6 >= REST_INTERVAL;
-        /* rest.add_sample: Adds a sample (rad/s, m/s², dt s) to the interval, or begins the next one with it. */
-        const float x_2 = carry->sample.detected.sums.x + carry->sample.detected.means.gyr.x * dt;
-        const float y_2 = carry->sample.detected.sums.y + carry->sample.detected.means.gyr.y * dt;
-        const float z_2 = carry->sample.detected.sums.z + carry->sample.detected.means.gyr.z * dt;
-        const float a_2 = carry->sample.detected.sums.a + carry->sample.detected.means.acc.x * dt;
-        const float b_2 = carry->sample.detected.sums.b + carry->sample.detected.means.acc.y * dt;
-        const float c_2 = carry->sample.detected.sums.c + carry->sample.detected.means.acc.z * dt;
+        const bool number_53 = time_3 + number_12 >= REST_INTERVAL;
         float gyr_x_3;
         float gyr_y_3;
         float gyr_z_3;
         float acc_x_6;
         float acc_y_6;
         float acc_z_6;
-        if (complete_2) {
+        if (number_53) {
             /* rest.update_means: The slow means after an interval; quiet if its averages are within rest_gyr
              * and rest_acc of them.
              */
             const float one = 1.0f / time_3;
-            const float x_3 = x_2 * one;
-            const float y_3 = y_2 * one;
-            const float z_3 = z_2 * one;
-            const float x_4 = a_2 * one;
-            const float y_4 = b_2 * one;
-            const float z_4 = c_2 * one;
+            /* vec3.scale: s·a */
+            const float x = number_47 * one;
+            const float y = number_48 * one;
+            const float z = number_49 * one;
+            const float x_2 = number_50 * one;
+            const float y_2 = number_51 * one;
+            const float z_2 = number_52 * one;
             float pace;
             if (time_3 > TILT_GAP_SECONDS || rate_lost) {
                 pace = 0.0f;
@@ -1801,31 +1799,34 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                     * (UNITS_DEGREE * UNITS_DEGREE);
                 const float force2_2 = settings->guard.rest_acc * settings->guard.rest_acc;
                 /* rest.distance2: |v − mean|² */
-                const float x_5 = x_3 - gyr_x_2;
-                const float y_5 = y_3 - gyr_y_2;
-                const float z_5 = z_3 - gyr_z_2;
-                const float turn2 = x_5 * x_5 + y_5 * y_5 + z_5 * z_5;
-                const float x_6 = x_4 - acc_x_5;
-                const float y_6 = y_4 - acc_y_5;
-                const float z_6 = z_4 - acc_z_5;
-                const float push2 = x_6 * x_6 + y_6 * y_6 + z_6 * z_6;
-                float number_41;
+                const float x_3 = x - gyr_x_2;
+                const float y_3 = y - gyr_y_2;
+                const float z_3 = z - gyr_z_2;
+                const float turn2 = x_3 * x_3 + y_3 * y_3 + z_3 * z_3;
+                const float x_4 = x_2 - acc_x_5;
+                const float y_4 = y_2 - acc_y_5;
+                const float z_4 = z_2 - acc_z_5;
+                const float push2 = x_4 * x_4 + y_4 * y_4 + z_4 * z_4;
+                float number_54;
                 if (turn2 >= rate2 || push2 >= force2_2) {
-                    number_41 = 0.0f;
+                    number_54 = 0.0f;
                 } else {
-                    number_41 = 1.0f / sqrtf(lh_max(lh_max(turn2 / rate2, push2 / force2_2),
+                    number_54 = 1.0f / sqrtf(lh_max(lh_max(turn2 / rate2, push2 / force2_2),
                         1.0f / (REST_FASTEST * REST_FASTEST)));
                 }
-                pace = number_41;
+                pace = number_54;
             }
+            /* rest.update_means: The slow means after an interval; quiet if its averages are within rest_gyr
+             * and rest_acc of them.
+             */
             const float weight = time_3 / (REST_MEAN_TIME + time_3);
             carry->sample.detected.means.pace = pace;
-            gyr_x_3 = gyr_x_2 + weight * (x_3 - gyr_x_2);
-            gyr_y_3 = gyr_y_2 + weight * (y_3 - gyr_y_2);
-            gyr_z_3 = gyr_z_2 + weight * (z_3 - gyr_z_2);
-            acc_x_6 = acc_x_5 + weight * (x_4 - acc_x_5);
-            acc_y_6 = acc_y_5 + weight * (y_4 - acc_y_5);
-            acc_z_6 = acc_z_5 + weight * (z_4 - acc_z_5);
+            gyr_x_3 = gyr_x_2 + weight * (x - gyr_x_2);
+            gyr_y_3 = gyr_y_2 + weight * (y - gyr_y_2);
+            gyr_z_3 = gyr_z_2 + weight * (z - gyr_z_2);
+            acc_x_6 = acc_x_5 + weight * (x_2 - acc_x_5);
+            acc_y_6 = acc_y_5 + weight * (y_2 - acc_y_5);
+            acc_z_6 = acc_z_5 + weight * (z_2 - acc_z_5);
         } else {
             gyr_x_3 = gyr_x_2;
             gyr_y_3 = gyr_y_2;
@@ -1835,7 +1836,7 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             acc_z_6 = acc_z_5;
         }
         int32_t health_3;
-        if (number_8) {
+        if (number_14) {
             detectors_update_extreme(&carry->sample.detected.gyr_extreme, last_x_5, last_y_5, last_z_5,
                 settings->guard.gyr_range * UNITS_DEGREE, dt);
             float r;
@@ -1862,13 +1863,13 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                             : (p == 0.0f && last_x_5 != 0.0f ? 1 : 0)) | 4
                             : (q == 0.0f && last_y_5 != 0.0f ? (p == 0.0f && last_x_5 != 0.0f ? 1 : 0) | 2
                             : (p == 0.0f && last_x_5 != 0.0f ? 1 : 0));
-                        const int32_t number_42 = carry->sample.detected.gyr_repeat.axes & same;
-                        const bool number_43 = number_42 == 0;
+                        const int32_t number_55 = carry->sample.detected.gyr_repeat.axes & same;
+                        const bool number_56 = number_55 == 0;
                         carry->sample.detected.gyr_repeat.last.x = last_x_5;
                         carry->sample.detected.gyr_repeat.last.y = last_y_5;
                         carry->sample.detected.gyr_repeat.last.z = last_z_5;
-                        carry->sample.detected.gyr_repeat.axes = number_43 ? same : number_42;
-                        carry->sample.detected.gyr_repeat.time = number_43 ? 0.0f
+                        carry->sample.detected.gyr_repeat.axes = number_56 ? same : number_55;
+                        carry->sample.detected.gyr_repeat.time = number_56 ? 0.0f
                             : carry->sample.detected.gyr_repeat.time + dt;
                     }
                     carry->sample.rate.last.x = carry->sample.detected.gyr_repeat.last.x;
@@ -1880,78 +1881,78 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             /* rate_noise.update_noise: After a rate (rad/s) that stands for dt seconds, which is of the noise
              * alone where it is quiet.
              */
-            const float x_7 = fabsf(last_x_5 - carry->sample.detected.noise.last.x);
-            const float y_7 = fabsf(last_y_5 - carry->sample.detected.noise.last.y);
-            const float z_7 = fabsf(last_z_5 - carry->sample.detected.noise.last.z);
+            const float x_5 = fabsf(last_x_5 - carry->sample.detected.noise.last.x);
+            const float y_5 = fabsf(last_y_5 - carry->sample.detected.noise.last.y);
+            const float z_5 = fabsf(last_z_5 - carry->sample.detected.noise.last.z);
             const float change_x = carry->sample.detected.noise.change.x;
             const float change_y = carry->sample.detected.noise.change.y;
             const float change_z = carry->sample.detected.noise.change.z;
-            float x_8;
-            float y_8;
-            float z_8;
+            float x_6;
+            float y_6;
+            float z_6;
             if (carry->sample.detected.means.pace > 0.0f) {
                 /* lowpass.lowpass_weight: The weight of a new sample in a first-order low-pass of time
                  * constant tau: dt/(min(τ, age) + dt).
                  */
                 const float weight_2 = dt
                     / (lh_min(RATE_NOISE_NOISE_TIME, carry->sample.detected.noise.time) + dt);
-                carry->sample.detected.noise.change.x = change_x + weight_2 * (x_7 - change_x);
-                carry->sample.detected.noise.change.y = change_y + weight_2 * (y_7 - change_y);
-                carry->sample.detected.noise.change.z = change_z + weight_2 * (z_7 - change_z);
+                carry->sample.detected.noise.change.x = change_x + weight_2 * (x_5 - change_x);
+                carry->sample.detected.noise.change.y = change_y + weight_2 * (y_5 - change_y);
+                carry->sample.detected.noise.change.z = change_z + weight_2 * (z_5 - change_z);
                 carry->sample.detected.noise.share.x = carry->sample.detected.noise.share.x
-                    + weight_2 * ((x_7 > RATE_NOISE_SMALL * change_x ? 1.0f : 0.0f)
+                    + weight_2 * ((x_5 > RATE_NOISE_SMALL * change_x ? 1.0f : 0.0f)
                     - carry->sample.detected.noise.share.x);
                 carry->sample.detected.noise.share.y = carry->sample.detected.noise.share.y
-                    + weight_2 * ((y_7 > RATE_NOISE_SMALL * change_y ? 1.0f : 0.0f)
+                    + weight_2 * ((y_5 > RATE_NOISE_SMALL * change_y ? 1.0f : 0.0f)
                     - carry->sample.detected.noise.share.y);
                 carry->sample.detected.noise.share.z = carry->sample.detected.noise.share.z
-                    + weight_2 * ((z_7 > RATE_NOISE_SMALL * change_z ? 1.0f : 0.0f)
+                    + weight_2 * ((z_5 > RATE_NOISE_SMALL * change_z ? 1.0f : 0.0f)
                     - carry->sample.detected.noise.share.z);
                 carry->sample.detected.noise.time = lh_min(carry->sample.detected.noise.time + dt,
                     RATE_NOISE_NOISE_TIME);
-                x_8 = 0.0f;
-                y_8 = 0.0f;
-                z_8 = 0.0f;
+                x_6 = 0.0f;
+                y_6 = 0.0f;
+                z_6 = 0.0f;
             } else {
-                float number_44;
-                float number_45;
-                float number_46;
-                if (!(carry->sample.detected.noise.time + number_6 >= RATE_NOISE_LEAST_TIME)) {
-                    number_44 = 0.0f;
-                    number_45 = 0.0f;
-                    number_46 = 0.0f;
+                float number_57;
+                float number_58;
+                float number_59;
+                if (!(carry->sample.detected.noise.time + number_12 >= RATE_NOISE_LEAST_TIME)) {
+                    number_57 = 0.0f;
+                    number_58 = 0.0f;
+                    number_59 = 0.0f;
                 } else {
-                    number_44 = x_7 > RATE_NOISE_SMALL * change_x || fabsf(last_x_5) > RATE_NOISE_LEAST_SCALE
+                    number_57 = x_5 > RATE_NOISE_SMALL * change_x || fabsf(last_x_5) > RATE_NOISE_LEAST_SCALE
                         ? 0.0f : carry->sample.detected.noise.evidence.x
                         + carry->sample.detected.noise.share.x;
-                    number_45 = y_7 > RATE_NOISE_SMALL * change_y || fabsf(last_y_5) > RATE_NOISE_LEAST_SCALE
+                    number_58 = y_5 > RATE_NOISE_SMALL * change_y || fabsf(last_y_5) > RATE_NOISE_LEAST_SCALE
                         ? 0.0f : carry->sample.detected.noise.evidence.y
                         + carry->sample.detected.noise.share.y;
-                    number_46 = z_7 > RATE_NOISE_SMALL * change_z || fabsf(last_z_5) > RATE_NOISE_LEAST_SCALE
+                    number_59 = z_5 > RATE_NOISE_SMALL * change_z || fabsf(last_z_5) > RATE_NOISE_LEAST_SCALE
                         ? 0.0f : carry->sample.detected.noise.evidence.z
                         + carry->sample.detected.noise.share.z;
                 }
-                x_8 = number_44;
-                y_8 = number_45;
-                z_8 = number_46;
+                x_6 = number_57;
+                y_6 = number_58;
+                z_6 = number_59;
             }
-            carry->sample.detected.noise.evidence.x = x_8;
-            carry->sample.detected.noise.evidence.y = y_8;
-            carry->sample.detected.noise.evidence.z = z_8;
+            carry->sample.detected.noise.evidence.x = x_6;
+            carry->sample.detected.noise.evidence.y = y_6;
+            carry->sample.detected.noise.evidence.z = z_6;
             carry->sample.detected.gyr_repeat.step = r;
             carry->sample.detected.noise.last.x = last_x_5;
             carry->sample.detected.noise.last.y = last_y_5;
             carry->sample.detected.noise.last.z = last_z_5;
             health_3 = carry->sample.detected.gyr_repeat.time
-                + number_6 >= lh_max(DETECTORS_STUCK_SECONDS, DETECTORS_STUCK_SAMPLES * dt)
-                || lh_max(lh_max(x_8, y_8), z_8) > RATE_NOISE_SURE
-                ? (carry->sample.detected.gyr_extreme.clipped ? number_9 | 32 : number_9) | 128
-                : (carry->sample.detected.gyr_extreme.clipped ? number_9 | 32 : number_9);
+                + number_12 >= lh_max(DETECTORS_STUCK_SECONDS, DETECTORS_STUCK_SAMPLES * dt)
+                || lh_max(lh_max(x_6, y_6), z_6) > RATE_NOISE_SURE
+                ? (carry->sample.detected.gyr_extreme.clipped ? number_15 | 32 : number_15) | 128
+                : (carry->sample.detected.gyr_extreme.clipped ? number_15 | 32 : number_15);
         } else {
             carry->sample.rate.last.x = carry->sample.detected.gyr_repeat.last.x;
             carry->sample.rate.last.y = carry->sample.detected.gyr_repeat.last.y;
             carry->sample.rate.last.z = carry->sample.detected.gyr_repeat.last.z;
-            health_3 = number_9;
+            health_3 = number_15;
         }
         bool far;
         int32_t health_4;
@@ -1988,13 +1989,13 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                             : (p_3 == 0.0f && acc_x_2 != 0.0f ? 1 : 0)) | 4
                             : (q_3 == 0.0f && acc_y_2 != 0.0f ? (p_3 == 0.0f && acc_x_2 != 0.0f ? 1 : 0) | 2
                             : (p_3 == 0.0f && acc_x_2 != 0.0f ? 1 : 0));
-                        const int32_t number_47 = carry->sample.detected.acc_repeat.axes & same_2;
-                        const bool number_48 = number_47 == 0;
+                        const int32_t number_60 = carry->sample.detected.acc_repeat.axes & same_2;
+                        const bool number_61 = number_60 == 0;
                         carry->sample.detected.acc_repeat.last.x = acc_x_2;
                         carry->sample.detected.acc_repeat.last.y = acc_y_2;
                         carry->sample.detected.acc_repeat.last.z = acc_z_2;
-                        carry->sample.detected.acc_repeat.axes = number_48 ? same_2 : number_47;
-                        carry->sample.detected.acc_repeat.time = number_48 ? 0.0f
+                        carry->sample.detected.acc_repeat.axes = number_61 ? same_2 : number_60;
+                        carry->sample.detected.acc_repeat.time = number_61 ? 0.0f
                             : carry->sample.detected.acc_repeat.time + dt;
                     }
                 }
@@ -2005,7 +2006,7 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 health_5 = health_3 | 64;
             } else {
                 health_5 = carry->sample.detected.acc_repeat.time
-                    + number_6 >= lh_max(DETECTORS_STUCK_SECONDS, DETECTORS_STUCK_SAMPLES * dt)
+                    + number_12 >= lh_max(DETECTORS_STUCK_SECONDS, DETECTORS_STUCK_SAMPLES * dt)
                     ? health_3 | 256 : health_3;
             }
             /* detectors.is_far_from_g: Whether the norm of a specific force (m/s²) is more than acc_gate from g. */
@@ -2022,24 +2023,24 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         float last_x_6;
         float last_y_6;
         float last_z_6;
-        if (number_5 == 0) {
-            float number_49;
-            float number_50;
-            float number_51;
+        if (number_11 == 0) {
+            float number_62;
+            float number_63;
+            float number_64;
             if (lh_max(lh_max(carry->sample.detected.noise.evidence.x,
                 carry->sample.detected.noise.evidence.y),
                 carry->sample.detected.noise.evidence.z) > RATE_NOISE_SURE) {
-                number_49 = 0.0f;
-                number_50 = 0.0f;
-                number_51 = 0.0f;
+                number_62 = 0.0f;
+                number_63 = 0.0f;
+                number_64 = 0.0f;
             } else {
-                number_49 = carry->sample.detected.jump.rate.x + carry->sample.detected.jump.returned.x;
-                number_50 = carry->sample.detected.jump.rate.y + carry->sample.detected.jump.returned.y;
-                number_51 = carry->sample.detected.jump.rate.z + carry->sample.detected.jump.returned.z;
+                number_62 = carry->sample.detected.jump.rate.x + carry->sample.detected.jump.returned.x;
+                number_63 = carry->sample.detected.jump.rate.y + carry->sample.detected.jump.returned.y;
+                number_64 = carry->sample.detected.jump.rate.z + carry->sample.detected.jump.returned.z;
             }
-            last_x_6 = number_49;
-            last_y_6 = number_50;
-            last_z_6 = number_51;
+            last_x_6 = number_62;
+            last_y_6 = number_63;
+            last_z_6 = number_64;
         } else {
             last_x_6 = last_x_2;
             last_y_6 = last_y_2;
@@ -2053,107 +2054,96 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         if (acc_x_2 * acc_x_2 + acc_y_2 * acc_y_2 + acc_z_2 * acc_z_2 > TILT_NO_LENGTH) {
             full_scale_update_approach(&carry->sample.force, &carry->sample.detected.acc_extreme, acc_x_2,
                 acc_y_2, acc_z_2, dt);
-            float number_52;
-            float number_53;
-            float number_54;
+            float number_65;
+            float number_66;
+            float number_67;
             if ((health_6 & 256) != 0) {
-                number_52 = 0.0f;
-                number_53 = 0.0f;
-                number_54 = 0.0f;
+                number_65 = 0.0f;
+                number_66 = 0.0f;
+                number_67 = 0.0f;
             } else {
-                float x_9;
-                float y_9;
-                float z_9;
+                float x_7;
+                float y_7;
+                float z_7;
                 if (carry->sample.force.time == 0.0f) {
-                    x_9 = 0.0f;
-                    y_9 = 0.0f;
-                    z_9 = 0.0f;
+                    x_7 = 0.0f;
+                    y_7 = 0.0f;
+                    z_7 = 0.0f;
                 } else {
                     /* full_scale.mean_beyond: What the last reading, of dt seconds, leaves out in the mean;
                      * at most as much as it reads.
                      */
-                    const float number_55 = (carry->sample.force.time - 0.5f * dt) / 3.0f;
+                    const float number_68 = (carry->sample.force.time - 0.5f * dt) / 3.0f;
                     /* vec3.scale: s·a */
-                    const float x_10 = carry->sample.force.slope.x * number_55;
-                    const float y_10 = carry->sample.force.slope.y * number_55;
-                    const float z_10 = carry->sample.force.slope.z * number_55;
+                    const float x_8 = carry->sample.force.slope.x * number_68;
+                    const float y_8 = carry->sample.force.slope.y * number_68;
+                    const float z_8 = carry->sample.force.slope.z * number_68;
                     /* vec3.norm: |a| */
-                    const float size = sqrtf(x_10 * x_10 + y_10 * y_10 + z_10 * z_10);
+                    const float size = sqrtf(x_8 * x_8 + y_8 * y_8 + z_8 * z_8);
                     const float most = sqrtf(carry->sample.force.last.x * carry->sample.force.last.x
                         + carry->sample.force.last.y * carry->sample.force.last.y
                         + carry->sample.force.last.z * carry->sample.force.last.z);
-                    float x_11;
-                    float y_11;
-                    float z_11;
+                    float x_9;
+                    float y_9;
+                    float z_9;
                     if (size > most) {
                         /* full_scale.mean_beyond: What the last reading, of dt seconds, leaves out in the
                          * mean; at most as much as it reads.
                          */
-                        const float number_56 = most / size;
-                        x_11 = x_10 * number_56;
-                        y_11 = y_10 * number_56;
-                        z_11 = z_10 * number_56;
+                        const float number_69 = most / size;
+                        x_9 = x_8 * number_69;
+                        y_9 = y_8 * number_69;
+                        z_9 = z_8 * number_69;
                     } else {
-                        x_11 = x_10;
-                        y_11 = y_10;
-                        z_11 = z_10;
+                        x_9 = x_8;
+                        y_9 = y_8;
+                        z_9 = z_8;
                     }
-                    x_9 = x_11;
-                    y_9 = y_11;
-                    z_9 = z_11;
+                    x_7 = x_9;
+                    y_7 = y_9;
+                    z_7 = z_9;
                 }
-                number_52 = acc_x_2 + x_9;
-                number_53 = acc_y_2 + y_9;
-                number_54 = acc_z_2 + z_9;
+                number_65 = acc_x_2 + x_7;
+                number_66 = acc_y_2 + y_7;
+                number_67 = acc_z_2 + z_7;
             }
-            acc_x_7 = number_52;
-            acc_y_7 = number_53;
-            acc_z_7 = number_54;
+            acc_x_7 = number_65;
+            acc_y_7 = number_66;
+            acc_z_7 = number_67;
         } else {
             acc_x_7 = acc_x_2;
             acc_y_7 = acc_y_2;
             acc_z_7 = acc_z_2;
         }
-        const bool number_57 = carry->sample.since_sigma
-            + ELAPSED_SLACK * carry->sample.dt >= OBSERVER_COVARIANCE_INTERVAL
-            || carry->sample.unmeasured > 0.0f;
-        const int32_t corrected_by_2 = mag_x_2 * mag_x_2 + mag_y_2 * mag_y_2
-            + mag_z_2 * mag_z_2 > TILT_NO_LENGTH
-            ? (acc_x_7 * acc_x_7 + acc_y_7 * acc_y_7 + acc_z_7 * acc_z_7 > TILT_NO_LENGTH
-            ? (number_57 ? 0 : carry->sample.corrected_by) | 1
-            : (number_57 ? 0 : carry->sample.corrected_by)) | 2
-            : (acc_x_7 * acc_x_7 + acc_y_7 * acc_y_7 + acc_z_7 * acc_z_7 > TILT_NO_LENGTH
-            ? (number_57 ? 0 : carry->sample.corrected_by) | 1
-            : (number_57 ? 0 : carry->sample.corrected_by));
-        const bool number_58 = dt > TILT_GAP_SECONDS;
-        const int32_t health_7 = number_58 ? health_6 | 8 : health_6;
+        const bool number_70 = dt > TILT_GAP_SECONDS;
+        const int32_t health_7 = number_70 ? health_6 | 8 : health_6;
         /* conditioning.unmeasured_rotation: The rotation while the rate was unusable; its variance is 0 up to LEAST_ROTATION.
          */
-        const bool number_59 = (health_7 & 161) == 0;
+        const bool number_71 = (health_7 & 161) == 0;
         float rate_age;
         float unmeasured_2;
-        if (number_59) {
+        if (number_71) {
             rate_age = 0.0f;
             unmeasured_2 = 0.0f;
         } else {
-            const float number_60 = carry->sample.rate_age + dt;
-            const float after = TILT_TURN * number_60;
-            float number_61;
+            const float number_72 = carry->sample.rate_age + dt;
+            const float after = TILT_TURN * number_72;
+            float number_73;
             if (after <= CONDITIONING_LEAST_ROTATION) {
-                number_61 = 0.0f;
+                number_73 = 0.0f;
             } else {
-                number_61 = after * after
+                number_73 = after * after
                     - (TILT_TURN * carry->sample.rate_age > CONDITIONING_LEAST_ROTATION
                     ? TILT_TURN * carry->sample.rate_age * (TILT_TURN * carry->sample.rate_age) : 0.0f);
             }
-            rate_age = number_60;
-            unmeasured_2 = number_61;
+            rate_age = number_72;
+            unmeasured_2 = number_73;
         }
         const float time_4 = carry->sample.rate.time;
         const float last_x_7 = carry->sample.rate.last.x;
         const float last_y_7 = carry->sample.rate.last.y;
         const float last_z_7 = carry->sample.rate.last.z;
-        if ((health_7 & 32) != 0 || number_59) {
+        if ((health_7 & 32) != 0 || number_71) {
             carry->sample.rate.last.x = last_x;
             carry->sample.rate.last.y = last_y;
             carry->sample.rate.last.z = last_z;
@@ -2179,75 +2169,75 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
              */
             const float missed = FULL_SCALE_CLIPPED_SHARE * carry->sample.rate.time * carry->sample.rate.time
                 / 6.0f;
-            const float number_62 = carry->sample.rate.slope.x * carry->sample.rate.slope.x
+            const float number_74 = carry->sample.rate.slope.x * carry->sample.rate.slope.x
                 + carry->sample.rate.slope.y * carry->sample.rate.slope.y
                 + carry->sample.rate.slope.z * carry->sample.rate.slope.z;
             const float missed_2 = FULL_SCALE_CLIPPED_SHARE * time_4 * time_4 / 6.0f;
-            float x_12;
-            float y_12;
-            float z_12;
+            float x_10;
+            float y_10;
+            float z_10;
             if (carry->sample.rate.time == 0.0f) {
-                x_12 = 0.0f;
-                y_12 = 0.0f;
-                z_12 = 0.0f;
+                x_10 = 0.0f;
+                y_10 = 0.0f;
+                z_10 = 0.0f;
             } else {
                 /* full_scale.mean_beyond: What the last reading, of dt seconds, leaves out in the mean; at
                  * most as much as it reads.
                  */
-                const float number_63 = (carry->sample.rate.time - 0.5f * dt) / 3.0f;
+                const float number_75 = (carry->sample.rate.time - 0.5f * dt) / 3.0f;
                 /* vec3.scale: s·a */
-                const float x_13 = carry->sample.rate.slope.x * number_63;
-                const float y_13 = carry->sample.rate.slope.y * number_63;
-                const float z_13 = carry->sample.rate.slope.z * number_63;
+                const float x_11 = carry->sample.rate.slope.x * number_75;
+                const float y_11 = carry->sample.rate.slope.y * number_75;
+                const float z_11 = carry->sample.rate.slope.z * number_75;
                 /* vec3.norm: |a| */
-                const float size_2 = sqrtf(x_13 * x_13 + y_13 * y_13 + z_13 * z_13);
+                const float size_2 = sqrtf(x_11 * x_11 + y_11 * y_11 + z_11 * z_11);
                 const float most_2 = sqrtf(last_x_8 * last_x_8 + last_y_8 * last_y_8 + last_z_8 * last_z_8);
-                float x_14;
-                float y_14;
-                float z_14;
+                float x_12;
+                float y_12;
+                float z_12;
                 if (size_2 > most_2) {
                     /* full_scale.mean_beyond: What the last reading, of dt seconds, leaves out in the mean;
                      * at most as much as it reads.
                      */
-                    const float number_64 = most_2 / size_2;
-                    x_14 = x_13 * number_64;
-                    y_14 = y_13 * number_64;
-                    z_14 = z_13 * number_64;
+                    const float number_76 = most_2 / size_2;
+                    x_12 = x_11 * number_76;
+                    y_12 = y_11 * number_76;
+                    z_12 = z_11 * number_76;
                 } else {
-                    x_14 = x_13;
-                    y_14 = y_13;
-                    z_14 = z_13;
+                    x_12 = x_11;
+                    y_12 = y_11;
+                    z_12 = z_11;
                 }
-                x_12 = x_14;
-                y_12 = y_14;
-                z_12 = z_14;
+                x_10 = x_12;
+                y_10 = y_12;
+                z_10 = z_12;
             }
-            last_x_9 = last_x_6 + x_12;
-            last_y_9 = last_y_6 + y_12;
-            last_z_9 = last_z_6 + z_12;
+            last_x_9 = last_x_6 + x_10;
+            last_y_9 = last_y_6 + y_10;
+            last_z_9 = last_z_6 + z_10;
             time_5 = carry->sample.rate.time;
-            unmeasured_3 = missed * missed * number_62 - missed_2 * missed_2 * number_62;
+            unmeasured_3 = missed * missed * number_74 - missed_2 * missed_2 * number_74;
         } else {
             float last_x_10;
             float last_y_10;
             float last_z_10;
             float unmeasured_4;
-            if (dt <= TILT_GAP_SECONDS && number_59) {
+            if (dt <= TILT_GAP_SECONDS && number_71) {
                 float unmeasured_5;
-                if (number_7) {
+                if (number_13) {
                     /* vec3.sub: a − b */
-                    const float number_65 = last_x_6 - last_x;
-                    const float number_66 = last_y_6 - last_y;
-                    const float number_67 = last_z_6 - last_z;
+                    const float number_77 = last_x_6 - last_x;
+                    const float number_78 = last_y_6 - last_y;
+                    const float number_79 = last_z_6 - last_z;
                     /* conditioning.lost_variance: rad², about each axis, of the rotation in lost seconds
                      * without samples, if the mean of the rates before and after is held for it.
                      */
-                    const float number_68 = CONDITIONING_CHANGE_VARIANCE
-                        * (number_65 * number_65 + number_66 * number_66 + number_67 * number_67)
+                    const float number_80 = CONDITIONING_CHANGE_VARIANCE
+                        * (number_77 * number_77 + number_78 * number_78 + number_79 * number_79)
                         + CONDITIONING_RETURN_VARIANCE
                         * lh_max(last_x_6 * last_x_6 + last_y_6 * last_y_6 + last_z_6 * last_z_6,
                         last_x * last_x + last_y * last_y + last_z * last_z);
-                    unmeasured_5 = lost * lost * number_68;
+                    unmeasured_5 = lost * lost * number_80;
                 } else {
                     unmeasured_5 = unmeasured_2;
                 }
@@ -2269,79 +2259,89 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             time_5 = rate_age;
             unmeasured_3 = unmeasured_4;
         }
-        const bool rate_unknown = rate_lost || number_58;
+        const bool number_81 = carry->sample.since_sigma
+            + ELAPSED_SLACK * carry->sample.dt >= OBSERVER_COVARIANCE_INTERVAL
+            || carry->sample.unmeasured > 0.0f;
         /* conditioning.condition: The next sample, conditioned; sample is the one before. */
-        const float number_69 = (number_57 ? 0.0f : carry->sample.since_sigma) + dt;
+        const float since_sigma_2 = (number_81 ? 0.0f : carry->sample.since_sigma) + dt;
+        const int32_t sensors_2 = mag_x_2 * mag_x_2 + mag_y_2 * mag_y_2 + mag_z_2 * mag_z_2 > TILT_NO_LENGTH
+            ? (acc_x_7 * acc_x_7 + acc_y_7 * acc_y_7 + acc_z_7 * acc_z_7 > TILT_NO_LENGTH
+            ? (number_81 ? 0 : carry->sample.corrected_by) | 1
+            : (number_81 ? 0 : carry->sample.corrected_by)) | 2
+            : (acc_x_7 * acc_x_7 + acc_y_7 * acc_y_7 + acc_z_7 * acc_z_7 > TILT_NO_LENGTH
+            ? (number_81 ? 0 : carry->sample.corrected_by) | 1
+            : (number_81 ? 0 : carry->sample.corrected_by));
+        const bool rate_unknown = rate_lost || number_70;
         carry->sample.rate.last.x = last_x_9;
         carry->sample.rate.last.y = last_y_9;
         carry->sample.rate.last.z = last_z_9;
-        if (complete_2) {
+        if (number_53) {
             /* rest.is_turn: Whether a steady mean rate (rad/s) is a turn and no bias: too large for any, or
              * far from what is known of it.
              */
             const float limit = settings->guard.bias_limit * UNITS_DEGREE;
             /* rest.distance2: |v − mean|² */
             const float square_2 = gyr_x_3 * gyr_x_3 + gyr_y_3 * gyr_y_3 + gyr_z_3 * gyr_z_3;
-            bool number_70;
+            bool number_82;
             if (square_2 > limit * limit) {
-                number_70 = true;
+                number_82 = true;
             } else {
-                bool number_71;
+                bool number_83;
                 if (!carry->run.guard.rest.known) {
-                    number_71 = false;
+                    number_83 = false;
                 } else {
                     /* vec3.add: a + b */
-                    const float x_15 = carry->run.guard.rest.bias.x + carry->run.state.bias.x;
-                    const float y_15 = carry->run.guard.rest.bias.y + carry->run.state.bias.y;
-                    const float z_15 = carry->run.guard.rest.bias.z + carry->run.state.bias.z;
+                    const float x_13 = carry->run.guard.rest.bias.x + carry->run.state.bias.x;
+                    const float y_13 = carry->run.guard.rest.bias.y + carry->run.state.bias.y;
+                    const float z_13 = carry->run.guard.rest.bias.z + carry->run.state.bias.z;
                     /* rest.distance2: |v − mean|² */
-                    const float x_16 = gyr_x_3 - x_15;
-                    const float y_16 = gyr_y_3 - y_15;
-                    const float z_16 = gyr_z_3 - z_15;
-                    number_71 = square_2 > x_15 * x_15 + y_15 * y_15 + z_15 * z_15
-                        && x_16 * x_16 + y_16 * y_16 + z_16 * z_16 > REST_BIAS_CHANGE;
+                    const float x_14 = gyr_x_3 - x_13;
+                    const float y_14 = gyr_y_3 - y_13;
+                    const float z_14 = gyr_z_3 - z_13;
+                    number_83 = square_2 > x_13 * x_13 + y_13 * y_13 + z_13 * z_13
+                        && x_14 * x_14 + y_14 * y_14 + z_14 * z_14 > REST_BIAS_CHANGE;
                 }
-                number_70 = number_71;
+                number_82 = number_83;
             }
             float time_6;
-            if (carry->sample.detected.means.pace == 0.0f || number_70) {
+            if (carry->sample.detected.means.pace == 0.0f || number_82) {
                 carry->run.guard.rest.moved = true;
                 time_6 = 0.0f;
             } else {
                 /* elapsed.has_elapsed: Whether time (s), a sum of intervals of which the last was dt (s), has
                  * reached length (s).
                  */
-                const float number_72 = ELAPSED_SLACK * REST_INTERVAL;
+                const float number_84 = ELAPSED_SLACK * REST_INTERVAL;
                 /* rest.update_rest: After an interval of dt seconds: how long the sensor has been quiet, and
                  * the bias (rad/s) as a running mean.
                  */
                 const float time_7 = carry->run.guard.rest.time
                     + (carry->run.guard.rest.moved
                     || (carry->run.guard.rest.time > 0.0f
-                    && carry->run.guard.rest.time + number_72 >= settings->guard.rest_time) ? time_3
+                    && carry->run.guard.rest.time + number_84 >= settings->guard.rest_time) ? time_3
                     : time_3 * carry->sample.detected.means.pace);
-                const bool number_73 = time_7 > 0.0f && time_7 + number_72 >= settings->guard.rest_time;
-                if (number_73) {
+                const bool number_85 = time_7 > 0.0f && time_7 + number_84 >= settings->guard.rest_time;
+                if (number_85) {
                     /* lowpass.lowpass_weight: The weight of a new sample in a first-order low-pass of time
                      * constant tau: dt/(min(τ, age) + dt).
                      */
-                    const float number_74 = time_3
+                    const float number_86 = time_3
                         / (lh_min(REST_BIAS_TIME,
                         lh_max(carry->run.guard.rest.time - settings->guard.rest_time, 0.0f)) + time_3);
                     carry->run.guard.rest.bias.x = carry->run.guard.rest.bias.x
-                        + number_74 * (gyr_x_3 - carry->run.state.bias.x - carry->run.guard.rest.bias.x);
+                        + number_86 * (gyr_x_3 - carry->run.state.bias.x - carry->run.guard.rest.bias.x);
                     carry->run.guard.rest.bias.y = carry->run.guard.rest.bias.y
-                        + number_74 * (gyr_y_3 - carry->run.state.bias.y - carry->run.guard.rest.bias.y);
+                        + number_86 * (gyr_y_3 - carry->run.state.bias.y - carry->run.guard.rest.bias.y);
                     carry->run.guard.rest.bias.z = carry->run.guard.rest.bias.z
-                        + number_74 * (gyr_z_3 - carry->run.state.bias.z - carry->run.guard.rest.bias.z);
+                        + number_86 * (gyr_z_3 - carry->run.state.bias.z - carry->run.guard.rest.bias.z);
                 }
-                carry->run.guard.rest.known = carry->run.guard.rest.known || number_73;
+                carry->run.guard.rest.known = carry->run.guard.rest.known || number_85;
                 time_6 = time_7;
             }
             carry->run.guard.rest.time = time_6;
         }
-        const bool number_75 = unmeasured_3 > 0.0f;
-        if (number_75) {
+        const bool number_87 = unmeasured_3 > 0.0f;
+        if (number_87) {
             carry->run.state.age = carry->run.state.age
                 / (1.0f + carry->run.state.age * unmeasured_3 / LOWPASS_DIRECTION_DENSITY);
         }
@@ -2374,51 +2374,51 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         }
         /* elapsed.has_elapsed: Whether time (s), a sum of intervals of which the last was dt (s), has reached length (s).
          */
-        const float number_76 = ELAPSED_SLACK * dt;
-        if (number_69 + number_76 >= OBSERVER_COVARIANCE_INTERVAL || number_75) {
-            int32_t corrected_by_3;
+        const float number_88 = ELAPSED_SLACK * dt;
+        if (since_sigma_2 + number_88 >= OBSERVER_COVARIANCE_INTERVAL || number_87) {
+            int32_t corrected_by;
             float acc_x_8;
             float acc_y_8;
             float acc_z_8;
             if (carry->run.guard.acc_rejected > 0.0f
-                && !(carry->run.guard.acc_rejected + number_76 >= settings->guard.acc_time)) {
-                corrected_by_3 = corrected_by_2 & 2;
+                && !(carry->run.guard.acc_rejected + number_88 >= settings->guard.acc_time)) {
+                corrected_by = sensors_2 & 2;
                 acc_x_8 = 0.0f;
                 acc_y_8 = 0.0f;
                 acc_z_8 = 0.0f;
             } else {
-                corrected_by_3 = corrected_by_2;
+                corrected_by = sensors_2;
                 acc_x_8 = acc_x_7;
                 acc_y_8 = acc_y_7;
                 acc_z_8 = acc_z_7;
             }
-            const int32_t corrected_by_4 = carry->run.guard.field.rejected > 0.0f ? corrected_by_3 & 1
-                : corrected_by_3;
-            float x_17;
-            float y_17;
-            float z_17;
+            const int32_t corrected_by_2 = carry->run.guard.field.rejected > 0.0f ? corrected_by & 1
+                : corrected_by;
+            float x_15;
+            float y_15;
+            float z_15;
             if (rate_unknown) {
-                x_17 = 0.0f;
-                y_17 = 0.0f;
-                z_17 = 0.0f;
+                x_15 = 0.0f;
+                y_15 = 0.0f;
+                z_15 = 0.0f;
             } else {
-                x_17 = last_x_9 - carry->run.guard.rest.bias.x;
-                y_17 = last_y_9 - carry->run.guard.rest.bias.y;
-                z_17 = last_z_9 - carry->run.guard.rest.bias.z;
+                x_15 = last_x_9 - carry->run.guard.rest.bias.x;
+                y_15 = last_y_9 - carry->run.guard.rest.bias.y;
+                z_15 = last_z_9 - carry->run.guard.rest.bias.z;
             }
             /* mahony.gains: K, K₂ of eq. 5 and k_I dt of eq. 3, for a state after its sample. */
-            const float number_77 = 1.0f / settings->filter.kp;
+            const float number_89 = 1.0f / settings->filter.kp;
             /* lowpass.lowpass_weight: The weight of a new sample in a first-order low-pass of time constant
              * tau: dt/(min(τ, age) + dt).
              */
-            const float kt = number_69 / (lh_min(number_77, carry->run.state.age) + number_69);
+            const float kt = since_sigma_2 / (lh_min(number_89, carry->run.state.age) + since_sigma_2);
             /* mahony.gains: K, K₂ of eq. 5 and k_I dt of eq. 3, for a state after its sample. */
-            const float number_78 = 1.0f / (settings->filter.kp * settings->filter.k_mag);
+            const float number_90 = 1.0f / (settings->filter.kp * settings->filter.k_mag);
             /* elapsed.has_elapsed: Whether time (s), a sum of intervals of which the last was dt (s), has reached length (s).
              */
-            const float number_79 = carry->run.state.age + ELAPSED_SLACK * number_69;
-            const float bh = number_79 >= number_78 ? settings->filter.ki * settings->filter.k_mag * number_69
-                : 0.0f;
+            const float number_91 = carry->run.state.age + ELAPSED_SLACK * since_sigma_2;
+            const float bh = number_91 >= number_90
+                ? settings->filter.ki * settings->filter.k_mag * since_sigma_2 : 0.0f;
             float kt_2;
             float kh;
             float bh_2;
@@ -2430,48 +2430,48 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 bh_2 = DIRECTION_FILTER_DIP_SHARE * bh;
             } else {
                 kt_2 = kt;
-                kh = number_69 / (lh_min(number_78, carry->run.state.age) + number_69);
+                kh = since_sigma_2 / (lh_min(number_90, carry->run.state.age) + since_sigma_2);
                 bh_2 = bh;
             }
             /* observer_covariance.update_covariance: After an interval of dt s, with the filter's gains for
              * an interval of that length.
              */
-            const float rate2_2 = x_17 * x_17 + y_17 * y_17 + z_17 * z_17;
+            const float rate2_2 = x_15 * x_15 + y_15 * y_15 + z_15 * z_15;
             float level;
-            float number_80;
-            float number_81;
+            float number_92;
+            float number_93;
             float level_2;
-            float number_82;
-            float number_83;
-            if (number_69 > TILT_GAP_SECONDS) {
+            float number_94;
+            float number_95;
+            if (since_sigma_2 > TILT_GAP_SECONDS) {
                 level = lh_min(carry->run.covariance.tilt.level
-                    + TILT_TURN * TILT_TURN * number_69 * number_69, TILT_UNIFORM * TILT_UNIFORM);
-                number_80 = 0.0f;
-                number_81 = lh_max(carry->run.covariance.tilt.bias,
-                    lh_min(carry->run.covariance.tilt.bias + OBSERVER_COVARIANCE_WALK * number_69,
+                    + TILT_TURN * TILT_TURN * since_sigma_2 * since_sigma_2, TILT_UNIFORM * TILT_UNIFORM);
+                number_92 = 0.0f;
+                number_93 = lh_max(carry->run.covariance.tilt.bias,
+                    lh_min(carry->run.covariance.tilt.bias + OBSERVER_COVARIANCE_WALK * since_sigma_2,
                     OBSERVER_COVARIANCE_TURN_ON));
                 level_2 = lh_min(carry->run.covariance.heading.level
-                    + TILT_TURN * TILT_TURN * number_69 * number_69, TILT_UNIFORM * TILT_UNIFORM);
-                number_82 = 0.0f;
-                number_83 = lh_max(carry->run.covariance.heading.bias,
-                    lh_min(carry->run.covariance.heading.bias + OBSERVER_COVARIANCE_WALK * number_69,
+                    + TILT_TURN * TILT_TURN * since_sigma_2 * since_sigma_2, TILT_UNIFORM * TILT_UNIFORM);
+                number_94 = 0.0f;
+                number_95 = lh_max(carry->run.covariance.heading.bias,
+                    lh_min(carry->run.covariance.heading.bias + OBSERVER_COVARIANCE_WALK * since_sigma_2,
                     OBSERVER_COVARIANCE_TURN_ON));
             } else {
                 /* two_state.predict: Eq. 1 with Q = diag(q_level, q_bias). */
-                const float number_84 = number_69 * carry->run.covariance.tilt.bias;
-                const float number_85 = number_69 * carry->run.covariance.heading.bias;
+                const float number_96 = since_sigma_2 * carry->run.covariance.tilt.bias;
+                const float number_97 = since_sigma_2 * carry->run.covariance.heading.bias;
                 level = carry->run.covariance.tilt.level
-                    + number_69 * (number_84 - 2.0f * carry->run.covariance.tilt.cross)
-                    + ((OBSERVER_COVARIANCE_NOISE + OBSERVER_COVARIANCE_SCALE * rate2_2) * number_69
+                    + since_sigma_2 * (number_96 - 2.0f * carry->run.covariance.tilt.cross)
+                    + ((OBSERVER_COVARIANCE_NOISE + OBSERVER_COVARIANCE_SCALE * rate2_2) * since_sigma_2
                     + unmeasured_3);
-                number_80 = carry->run.covariance.tilt.cross - number_84;
-                number_81 = carry->run.covariance.tilt.bias + OBSERVER_COVARIANCE_WALK * number_69;
+                number_92 = carry->run.covariance.tilt.cross - number_96;
+                number_93 = carry->run.covariance.tilt.bias + OBSERVER_COVARIANCE_WALK * since_sigma_2;
                 level_2 = carry->run.covariance.heading.level
-                    + number_69 * (number_85 - 2.0f * carry->run.covariance.heading.cross)
-                    + ((OBSERVER_COVARIANCE_NOISE + OBSERVER_COVARIANCE_SCALE * rate2_2) * number_69
+                    + since_sigma_2 * (number_97 - 2.0f * carry->run.covariance.heading.cross)
+                    + ((OBSERVER_COVARIANCE_NOISE + OBSERVER_COVARIANCE_SCALE * rate2_2) * since_sigma_2
                     + unmeasured_3);
-                number_82 = carry->run.covariance.heading.cross - number_85;
-                number_83 = carry->run.covariance.heading.bias + OBSERVER_COVARIANCE_WALK * number_69;
+                number_94 = carry->run.covariance.heading.cross - number_97;
+                number_95 = carry->run.covariance.heading.bias + OBSERVER_COVARIANCE_WALK * since_sigma_2;
             }
             float cross;
             float bias;
@@ -2480,34 +2480,34 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             if (carry->run.guard.rest.time > 0.0f
                 && carry->run.guard.rest.time + ELAPSED_SLACK * REST_INTERVAL >= settings->guard.rest_time) {
                 /* observer_covariance.limit_bias: At rest the bias is known to 0.05 °/s (1σ), at least. */
-                const bool number_86 = number_81 > OBSERVER_COVARIANCE_REST_BIAS;
-                const bool number_87 = number_83 > OBSERVER_COVARIANCE_REST_BIAS;
-                cross = number_86 ? 0.0f : number_80;
-                bias = number_86 ? OBSERVER_COVARIANCE_REST_BIAS : number_81;
-                cross_2 = number_87 ? 0.0f : number_82;
-                bias_2 = number_87 ? OBSERVER_COVARIANCE_REST_BIAS : number_83;
+                const bool number_98 = number_93 > OBSERVER_COVARIANCE_REST_BIAS;
+                const bool number_99 = number_95 > OBSERVER_COVARIANCE_REST_BIAS;
+                cross = number_98 ? 0.0f : number_92;
+                bias = number_98 ? OBSERVER_COVARIANCE_REST_BIAS : number_93;
+                cross_2 = number_99 ? 0.0f : number_94;
+                bias_2 = number_99 ? OBSERVER_COVARIANCE_REST_BIAS : number_95;
             } else {
-                cross = number_80;
-                bias = number_81;
-                cross_2 = number_82;
-                bias_2 = number_83;
+                cross = number_92;
+                bias = number_93;
+                cross_2 = number_94;
+                bias_2 = number_95;
             }
-            const float often = 2.0f / number_69;
+            const float often = 2.0f / since_sigma_2;
             float level_3;
             float cross_3;
             float bias_3;
-            if ((corrected_by_4 & 1) != 0) {
+            if ((corrected_by_2 & 1) != 0) {
                 /* tilt.is_present: Whether a sensor is there: an absent one is the zero vector, and so is
                  * what is too short to have a direction.
                  */
-                const float number_88 = acc_x_8 * acc_x_8 + acc_y_8 * acc_y_8 + acc_z_8 * acc_z_8;
-                if (number_88 > TILT_NO_LENGTH) {
+                const float number_100 = acc_x_8 * acc_x_8 + acc_y_8 * acc_y_8 + acc_z_8 * acc_z_8;
+                if (number_100 > TILT_NO_LENGTH) {
                     /* observer_covariance.update_covariance: After an interval of dt s, with the filter's
                      * gains for an interval of that length.
                      */
-                    const float off = OBSERVER_COVARIANCE_HALF_PER_G2 * number_88 - 0.5f;
+                    const float off = OBSERVER_COVARIANCE_HALF_PER_G2 * number_100 - 0.5f;
                     carry->run.covariance.motion = carry->run.covariance.motion
-                        + number_69 / (OBSERVER_COVARIANCE_SMOOTH + number_69)
+                        + since_sigma_2 / (OBSERVER_COVARIANCE_SMOOTH + since_sigma_2)
                         * (off * off - carry->run.covariance.motion);
                 }
                 /* observer_covariance.white_variance: Eq. 1: the white equivalent of a variance; twice is 2 τ/Δt, share is K.
@@ -2519,10 +2519,10 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 const float r_7 = OBSERVER_COVARIANCE_SHAKE
                     + carry->run.covariance.motion
                     * (1.0f + rest * (OBSERVER_COVARIANCE_JERK_SECONDS * often));
-                const float b_3 = -(number_79 >= number_77 ? settings->filter.ki * number_69 : 0.0f);
+                const float b = -(number_91 >= number_89 ? settings->filter.ki * since_sigma_2 : 0.0f);
                 level_3 = rest * rest * level + kt_2 * kt_2 * r_7;
-                cross_3 = rest * (cross - b_3 * level) + kt_2 * b_3 * r_7;
-                bias_3 = bias - 2.0f * b_3 * cross + b_3 * b_3 * (level + r_7);
+                cross_3 = rest * (cross - b * level) + kt_2 * b * r_7;
+                bias_3 = bias - 2.0f * b * cross + b * b * (level + r_7);
             } else {
                 level_3 = level;
                 cross_3 = cross;
@@ -2531,7 +2531,7 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
             float level_4;
             float cross_4;
             float bias_4;
-            if ((corrected_by_4 & 2) != 0) {
+            if ((corrected_by_2 & 2) != 0) {
                 /* observer_covariance.white_variance: Eq. 1: the white equivalent of a variance; twice is 2 τ/Δt, share is K.
                  */
                 const float rest_2 = 1.0f - kh;
@@ -2540,10 +2540,10 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
                 /* observer_covariance.update_covariance: After an interval of dt s, with the filter's gains
                  * for an interval of that length.
                  */
-                const float b_4 = -bh_2;
+                const float b_2 = -bh_2;
                 level_4 = rest_2 * rest_2 * level_2 + kh * kh * r_8;
-                cross_4 = rest_2 * (cross_2 - b_4 * level_2) + kh * b_4 * r_8;
-                bias_4 = bias_2 - 2.0f * b_4 * cross_2 + b_4 * b_4 * (level_2 + r_8);
+                cross_4 = rest_2 * (cross_2 - b_2 * level_2) + kh * b_2 * r_8;
+                bias_4 = bias_2 - 2.0f * b_2 * cross_2 + b_2 * b_2 * (level_2 + r_8);
             } else {
                 level_4 = level_2;
                 cross_4 = cross_2;
@@ -2566,16 +2566,16 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
         number_3 = true;
         time = time_5;
         unmeasured = unmeasured_3;
-        number_4 = number_69;
-        corrected_by = corrected_by_2;
-        x = x_2;
-        y = y_2;
-        z = z_2;
-        a = a_2;
-        b = b_2;
-        c = c_2;
+        since_sigma = since_sigma_2;
+        sensors = sensors_2;
+        number_4 = number_47;
+        number_5 = number_48;
+        number_6 = number_49;
+        number_7 = number_50;
+        number_8 = number_51;
+        number_9 = number_52;
         time_2 = time_3;
-        complete = complete_2;
+        number_10 = number_53;
         last_x_3 = gyr_x_3;
         last_y_3 = gyr_y_3;
         last_z_3 = gyr_z_3;
@@ -2590,16 +2590,16 @@ static void driver_advance(const Settings *settings, Carry *carry, float gyr_x, 
     carry->sample.started = number_3;
     carry->sample.rate_age = time;
     carry->sample.unmeasured = unmeasured;
-    carry->sample.since_sigma = number_4;
-    carry->sample.corrected_by = corrected_by;
-    carry->sample.detected.sums.x = x;
-    carry->sample.detected.sums.y = y;
-    carry->sample.detected.sums.z = z;
-    carry->sample.detected.sums.a = a;
-    carry->sample.detected.sums.b = b;
-    carry->sample.detected.sums.c = c;
+    carry->sample.since_sigma = since_sigma;
+    carry->sample.corrected_by = sensors;
+    carry->sample.detected.sums.gyr.x = number_4;
+    carry->sample.detected.sums.gyr.y = number_5;
+    carry->sample.detected.sums.gyr.z = number_6;
+    carry->sample.detected.sums.acc.x = number_7;
+    carry->sample.detected.sums.acc.y = number_8;
+    carry->sample.detected.sums.acc.z = number_9;
     carry->sample.detected.sums.time = time_2;
-    carry->sample.detected.sums.complete = complete;
+    carry->sample.detected.sums.complete = number_10;
     carry->sample.detected.means.gyr.x = last_x_3;
     carry->sample.detected.means.gyr.y = last_y_3;
     carry->sample.detected.means.gyr.z = last_z_3;
@@ -2892,13 +2892,13 @@ lh_mahony_vec3 lh_mahony_linear_acceleration(const lh_mahony *filter, const floa
 
 void lh_mahony_get_carry(const lh_mahony *filter, lh_mahony_saved *to)
 {
-    to->mark = UINT32_C(0xFAD99A82);
+    to->mark = UINT32_C(0x880668BC);
     to->carry = filter->carry;
 }
 
 bool lh_mahony_set_carry(lh_mahony *filter, const lh_mahony_saved *from)
 {
-    if (from->mark != UINT32_C(0xFAD99A82)) {
+    if (from->mark != UINT32_C(0x880668BC)) {
         return false;
     }
     filter->carry = from->carry;
