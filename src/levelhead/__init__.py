@@ -31,6 +31,7 @@ from levelhead.version import VERSION
 
 if TYPE_CHECKING:
     from levelhead import simulate as simulate
+    from levelhead.calibrate import calibrate_magnetometer as calibrate_magnetometer
     from levelhead.calibrate import calibrate_sensor as calibrate_sensor
     from levelhead.calibration import Calibration as Calibration
     from levelhead.corpora.runner import corpus as corpus
@@ -80,7 +81,7 @@ __version__ = VERSION
 
 # Imported at first use: `import levelhead` costs nothing, and an unused part takes no time.
 _HOMES = {
-    "levelhead.calibrate": ("calibrate_sensor",),
+    "levelhead.calibrate": ("calibrate_magnetometer", "calibrate_sensor"),
     "levelhead.calibration": ("Calibration",),
     "levelhead.corpora.runner": ("corpus",),
     "levelhead.corpora.tune_corpus": ("tune_corpus",),

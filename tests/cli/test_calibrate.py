@@ -8,6 +8,7 @@ import sys
 import pytest
 
 from levelhead import simulate
+from levelhead.calibration import Calibration
 from levelhead.sources.formats.csv_writer import write_csv
 
 pytest.importorskip("scipy")
@@ -107,3 +108,21 @@ def test_ctrl_c_leaves_nothing_behind(tmp_path):
     assert process.returncode == 130
     assert out == b"" and b"Traceback" not in said
     assert not (tmp_path / "out").exists()
+
+
+def test_a_magnetometer_needs_no_poses(levelhead, tmp_path):
+    write_csv(simulate.recording("ICM-20948", "hand", 30.0, rate=50.0, seed=1), tmp_path / "raw.csv")
+    done = levelhead("calibrate", tmp_path / "raw.csv", "--magnetometer", "-o", tmp_path)
+    assert done.code == 0, done.err
+    assert "magnetometer: offset" in done.out
+    assert "better than no calibration by" in done.out
+    assert (tmp_path / "raw-magnetometer.png").stat().st_size > 20_000
+    known = Calibration.read(tmp_path / "raw-calibration.json")
+    assert known.mag_offset.known.all()
+    assert not known.gyr_bias.known.any()
+    said = levelhead("calibrate", tmp_path / "raw.csv", "--magnetometer", "--no-plot", "--json", "-o", tmp_path).json
+    assert said["coverage"] > 0.1
+    assert levelhead("export", "Mahony", "--calibration", tmp_path / "raw-calibration.json", "-o", tmp_path).code == 0
+    done = levelhead("calibrate", "--live", "--source", "emulated:mpu6050", "--magnetometer")
+    assert done.code == 2
+    assert "leave --live out" in done.err

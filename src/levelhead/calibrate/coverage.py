@@ -6,7 +6,7 @@ import numpy as np
 
 from levelhead.calibrate import gyroscope
 from levelhead.calibrate.accelerometer import NAMES, PRIOR, information
-from levelhead.calibrate.least_squares import Solution
+from levelhead.calibrate.magnetometer import FieldFit
 from levelhead.calibration import UNLEARNED
 from levelhead.recording import Array
 
@@ -34,9 +34,10 @@ def unobservable_rates(sigma: Array) -> list[str]:
     return [axis for i, axis in enumerate("xyz") if sigma[i, i] > UNLEARNED * gyroscope.PRIOR]
 
 
-def unobservable_field(found: Solution) -> list[str]:
+def unobservable_field(found: FieldFit) -> list[str]:
     """Axes of the magnetometer whose offset is weak."""
-    return [axis for axis, one in zip("xyz", found.sigma[9:12], strict=True) if one > WEAK_FIELD * found.value[12]]
+    sigma = np.sqrt(np.diag(found.covariance)[:3])
+    return [axis for axis, one in zip("xyz", sigma, strict=True) if one > WEAK_FIELD * found.strength]
 
 
 def next_side(covariance: Array, gravity: float, sigma: float, taken: Array) -> Array:

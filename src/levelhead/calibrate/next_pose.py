@@ -16,9 +16,11 @@ from levelhead.calibrate.coverage import (
     unobservable_numbers,
     unobservable_rates,
 )
+from levelhead.calibrate.field_blocks import field_blocks
 from levelhead.calibrate.growing_recording import GrowingRecording
+from levelhead.calibrate.magnetometer import fit_field
 from levelhead.calibrate.poses import ALIKE, LEAST, find_poses
-from levelhead.calibrate.solve import field_solution, rate_solution
+from levelhead.calibrate.solve import corrected, gyr_bias, rate_solution
 from levelhead.errors import LevelheadError
 from levelhead.noise.stillness import WINDOW, still_stretches
 from levelhead.recording import Array, Recording
@@ -209,8 +211,8 @@ def assess(recording: Recording, gravity: float, least: int) -> Assessment:
     if not unknown and len(poses) >= least:
         rate = rate_solution(turns, poses, force)
         axes = list("xyz") if rate is None else unobservable_rates(rate.sigma.reshape(3, 3))
-        found = field_solution([recording], poses, force)
-        field = [] if found is None else unobservable_field(found)
+        logs = corrected([recording], level, rate, gyr_bias(poses)[0])
+        field = unobservable_field(fit_field(field_blocks(logs, 0.0))) if logs else []
     done = len(poses) >= least and not (unknown or axes or field)
     done |= len(poses) >= PATIENCE * least
     return Assessment(len(poses), sides, unknown, further, axes, field, done)

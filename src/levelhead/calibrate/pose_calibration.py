@@ -52,13 +52,13 @@ class PoseCalibration:
 
     def verdict(self) -> list[str]:
         """Sentences: how much better each sensor is, then what is missing."""
-        lines = [_better("accelerometer", self.accelerometer, f"{len(self.force)} poses")]
+        lines = [words_of_gain("accelerometer", self.accelerometer, f"{len(self.force)} poses")]
         if self.gyroscope is None:
             lines.append("gyroscope: no turns between the poses, so only its bias is known")
         else:
-            lines.append(_better("gyroscope", self.gyroscope, f"{len(self.angles)} turns"))
+            lines.append(words_of_gain("gyroscope", self.gyroscope, f"{len(self.angles)} turns"))
         if self.magnetometer is not None:
-            lines.append(_better("magnetometer", self.magnetometer, f"{len(self.force)} poses"))
+            lines.append(words_of_gain("magnetometer", self.magnetometer, f"{len(self.force)} poses"))
         return [*lines, *self.advice]
 
     def to_dict(self) -> JsonObject:
@@ -76,14 +76,20 @@ class PoseCalibration:
         }
 
 
-def _better(name: str, part: Residual, where: str) -> str:
+def digits(value: float) -> str:
+    """Two digits, and no power of ten: 0.41, 6, 85, 210."""
+    return f"{float(f'{value:.2g}'):g}"
+
+
+def words_of_gain(name: str, part: Residual, where: str) -> str:
+    """A sentence: before, after, where held out, and how much better that is."""
     gap = "" if part.unit == "°" else " "
     said = (
         f"{name}: {part.before:.3g}{gap}{part.unit} before, {part.after:.3g} after ({where}), "
         f"{part.held_out:.3g} where held out"
     )
     if part.ratio > 1.05:
-        return f"{said}: better than no calibration by {part.ratio:.2g} ×"
+        return f"{said}: better than no calibration by {digits(part.ratio)} ×"
     return f"{said}: no better than no calibration"
 
 

@@ -1,14 +1,18 @@
 """From recordings of a sensor that was put down in several poses to its calibration."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from levelhead.calibrate import accelerometer, gyroscope, magnetometer
+from levelhead.calibrate import accelerometer, gyroscope
 from levelhead.calibrate.coverage import next_poses, unobservable_field, unobservable_numbers, unobservable_rates
+from levelhead.calibrate.field_blocks import field_blocks
+from levelhead.calibrate.field_calibration import heading_gain, magnetic_parts
 from levelhead.calibrate.least_squares import Solution
+from levelhead.calibrate.magnetometer import FieldFit, fit_field
 from levelhead.calibrate.pose_calibration import PoseCalibration, Residual, quantity
 from levelhead.calibrate.poses import MeasuredTurn, Pose, directions, find_poses
 from levelhead.calibration import Calibration, Quantity
@@ -19,7 +23,6 @@ from levelhead.units import GRAVITY
 LEAST_DIRECTIONS = 4
 FOLDS = 5  # parts of the poses or turns, each of which is held out once
 BIAS = 0.35  # rad/s (20 °/s), 1σ of a gyroscope's bias before any measurement
-DELAY = 0.015  # s, 1σ of the magnetometer's delay, which poses do not tell
 Progress = Callable[[float], None]
 
 
@@ -54,9 +57,9 @@ def calibrate_sensor(
     force = accelerometer.correct_forces(level.solution.value, np.array([pose.acc for pose in poses]))
     rate = _gyroscope(turns, poses, force, level.solution)
     progress(0.8)
-    field = _magnetometer(several, poses, force)
+    bias, bias_sigma = gyr_bias(poses)
+    field = _magnetometer(corrected(several, level.solution, None if rate is None else rate.solution, bias))
     progress(1.0)
-    bias, bias_sigma = _gyr_bias(poses)
     s = np.zeros((3, 3)) if rate is None else rate.solution.value.reshape(3, 3)
     s_sigma = np.full((3, 3), gyroscope.PRIOR) if rate is None else rate.solution.sigma.reshape(3, 3)
     parts: dict[str, Quantity | None] = {
@@ -67,12 +70,8 @@ def calibrate_sensor(
     }
     advice = _advice(level.solution, poses, gravity, s_sigma, rate is not None)
     if field is not None:
-        found, sigma = field.solution.value, field.solution.sigma
-        shape = np.array(magnetometer.PRIOR_MATRIX)
-        parts["mag_matrix"] = quantity(found[:9].reshape(3, 3), sigma[:9].reshape(3, 3), shape)
-        parts["mag_offset"] = quantity(found[9:12], sigma[9:12], np.array(magnetometer.PRIOR_OFFSET * found[12]))
-        parts["mag_delay"] = quantity(np.zeros(1), np.array([DELAY]), np.array(DELAY))
-        weak = unobservable_field(field.solution)
+        parts |= magnetic_parts(field[0])
+        weak = unobservable_field(field[0])
         if weak:
             advice.append(f"the magnetometer's offset {' '.join(weak)} is weak: turn the sensor through all directions")
     elif any(pose.mag is not None for pose in poses):
@@ -83,7 +82,7 @@ def calibrate_sensor(
     return PoseCalibration(
         Calibration(**parts), np.array([pose.acc for pose in poses]), lengths,
         np.zeros((0, 2)) if rate is None else rate.angles, level.residual, None if rate is None else rate.residual,
-        None if field is None else field.residual, tuple(advice), gravity,
+        None if field is None else field[1], tuple(advice), gravity,
     )  # fmt: skip
 
 
@@ -180,39 +179,27 @@ def _gyroscope(turns: Sequence[MeasuredTurn], poses: Sequence[Pose], force: Arra
     return Found(solution._replace(covariance=solution.covariance + extra), residual, angles)
 
 
-def field_solution(recordings: Sequence[Recording], poses: Sequence[Pose], force: Array) -> Solution | None:
-    """The magnetometer's numbers; None where there is none, or too little of it."""
-    there, at_rest, up = _at_rest(poses, force)
-    mag = magnetometer.samples(recordings)
-    return (
-        magnetometer.fit_magnetometer(mag, at_rest, up) if len(there) >= LEAST_DIRECTIONS and len(mag) >= 50 else None
-    )
+def corrected(recordings: Sequence[Recording], level: Solution, rate: Solution | None, bias: Array) -> list[Recording]:
+    """The recordings without the errors of accelerometer and gyroscope; ``bias`` (3,) rad/s at rest, as read."""
+    s = np.zeros((3, 3)) if rate is None else rate.value.reshape(3, 3)
+    return [
+        replace(one, gyr=(one.gyr - bias) @ (np.eye(3) - s).T, acc=accelerometer.correct_forces(level.value, one.acc))
+        for one in recordings
+        if one.mag is not None
+    ]
 
 
-def _at_rest(poses: Sequence[Pose], force: Array) -> tuple[list[int], Array, Array]:
-    """Numbers of the poses with a field, the field there, and the directions of the specific force."""
-    there = [i for i, pose in enumerate(poses) if pose.mag is not None]
-    up = force[there] / np.linalg.norm(force[there], axis=1, keepdims=True)
-    return there, np.array([poses[i].mag for i in there]), up
-
-
-def _magnetometer(recordings: Sequence[Recording], poses: Sequence[Pose], force: Array) -> Found | None:
-    """The magnetometer's numbers; None where there is none, or too little of it."""
-    solution = field_solution(recordings, poses, force)
-    if solution is None:
+def _magnetometer(recordings: Sequence[Recording]) -> tuple[FieldFit, Residual] | None:
+    """The magnetometer's numbers by eq. 2 of ``magnetometer``; None where there is none, or they are no better."""
+    if not recordings:
         return None
-    there, at_rest, up = _at_rest(poses, force)
-    held = np.empty(len(there))
-    for out in _folds(len(there)):
-        others = magnetometer.fit_magnetometer(at_rest[~out], at_rest[~out], up[~out]).value
-        held[out] = np.linalg.norm(magnetometer.correct_fields(others, at_rest[out]), axis=1) - others[12]
-    raw = np.linalg.norm(at_rest, axis=1)
-    after = np.linalg.norm(magnetometer.correct_fields(solution.value, at_rest), axis=1) - solution.value[12]
-    residual = Residual(_rms(raw - np.median(raw)), _rms(after), _rms(held), "µT")
-    return Found(solution, residual, np.zeros((0, 2))) if residual.ratio >= 1.0 else None
+    blocks = field_blocks(recordings, 0.0)
+    fit = fit_field(blocks)
+    gain = heading_gain(blocks, fit)
+    return (fit, gain) if gain.ratio >= 1.0 else None
 
 
-def _gyr_bias(poses: Sequence[Pose]) -> tuple[Array, Array]:
+def gyr_bias(poses: Sequence[Pose]) -> tuple[Array, Array]:
     """(3,) mean rate at rest and its 1σ; the spread between poses counts, for a bias walks."""
     rates = np.array([pose.gyr for pose in poses])
     weight = np.array([pose.end - pose.start for pose in poses])

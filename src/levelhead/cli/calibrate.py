@@ -1,11 +1,11 @@
-"""``levelhead calibrate LOG…`` and ``calibrate --live``: the errors of a sensor from poses by hand."""
+"""``levelhead calibrate LOG…`` and ``calibrate --live``: the errors of a sensor, from poses by hand or any motion."""
 
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
 
-from levelhead.cli.calibrated_log import read_uncalibrated
+from levelhead.cli.calibrated_log import read_uncalibrated, read_with_field
 from levelhead.cli.options import (
     Axes,
     Reading,
@@ -26,6 +26,7 @@ def calibrate(
     logs: Annotated[tuple[Path, ...], Parameter(metavar="LOG", negative="")] = (),
     /,
     *,
+    magnetometer: Annotated[bool, Parameter(negative="")] = False,
     live: Annotated[bool, Parameter(negative="")] = False,
     source: Annotated[str | None, Parameter(name=["--source", "-s"], metavar="WHAT")] = None,
     poses: Annotated[int | None, Parameter(metavar="N")] = None,
@@ -47,8 +48,13 @@ def calibrate(
     --prior of `fuse` and `export` and for --calibration, and LOG-poses.png. With --live it guides you from pose to pose
     until every number is determined. Ctrl-C ends without a file.
 
+    With --magnetometer any motion will do, without poses: turn the sensor about two axes for half a minute, away from
+    iron. The command prints the offset, the gain on parts that were left out, and the turn that is missing. The picture
+    is LOG-magnetometer.png.
+
     Args:
         logs: recordings of one sensor that stayed on between them.
+        magnetometer: calibrate the magnetometer alone, from any motion.
         live: use a connected sensor instead of a log; the files are sensor-calibration.json and sensor-poses.png.
         source: for --live, as for run: emulated:mpu6050 (no hardware, put down by itself), mpu6050 or another chip on
             I²C, serial:/dev/ttyUSB0@115200, or replay:FILE.
@@ -68,6 +74,11 @@ def calibrate(
 
     _require_one_way(logs, live, source, poses, view)
     require_writable(out)
+    if magnetometer:
+        if live:
+            raise LevelheadError("--magnetometer needs a log of any motion; leave --live out")
+        _calibrate_magnetometer(logs, out, plot, json, reading)
+        return
     if source is not None:
         from levelhead.cli.live_poses import record_live_poses
 
@@ -85,6 +96,29 @@ def calibrate(
 
         written.append(out / f"{name}-poses.png")
         pose_picture(found, written[1])
+    if json:
+        print_json(found.to_dict() | {"written": [str(path) for path in written]})
+        return
+    print_line("\n".join([*found.verdict(), "", *found.calibration.words()]))
+    print_written(written, plot)
+
+
+def _calibrate_magnetometer(logs: tuple[Path, ...], out: Path, plot: bool, json: bool, reading: Reading) -> None:
+    """``calibrate --magnetometer``."""
+    from levelhead.calibrate import calibrate_magnetometer
+    from levelhead.publish.progress import progress
+
+    with progress("reading"):
+        recordings = [read_with_field(reading, log) for log in logs]
+    with progress("calibrating") as report:
+        found = calibrate_magnetometer(recordings, progress=report)
+    written = [folder(out) / f"{logs[0].stem}-calibration.json"]
+    found.calibration.save(written[0])
+    if plot and can_draw():
+        from levelhead.publish.plots.field_sphere import sphere_picture
+
+        written.append(out / f"{logs[0].stem}-magnetometer.png")
+        sphere_picture(found, written[1])
     if json:
         print_json(found.to_dict() | {"written": [str(path) for path in written]})
         return

@@ -36,6 +36,14 @@ def read_uncalibrated(reading: Reading, log: Path) -> "Recording":
     return read_file(log, check_options(reading.hints()), _with_field)
 
 
+def read_with_field(reading: Reading, log: Path) -> "Recording":
+    """The recording in a log, also with a magnetometer whose field does not turn with the body."""
+    from levelhead.sources.hints import check_options
+    from levelhead.sources.pipeline import read_file
+
+    return read_file(log, check_options(reading.hints()), lambda found: found.without(*DOES_NOT_TURN))
+
+
 def _with_field(found: "Interpretation") -> "Interpretation":
     """The interpretation with the magnetometer that only its offset keeps from turning with the body."""
     offset = any(

@@ -1,0 +1,208 @@
+"""A magnetometer's calibration from any motion: its numbers with σ, its gain, and the turn that is still missing."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from levelhead.calibrate.field_blocks import FieldBlocks, field_blocks
+from levelhead.calibrate.magnetometer import (
+    DELAY,
+    LATE,
+    OFFSET,
+    SYMMETRIC,
+    FieldFit,
+    fit_field,
+    level_sigma,
+)
+from levelhead.calibrate.pose_calibration import Residual, quantity, words_of_gain
+from levelhead.calibration import QUANTITIES, Calibration, Quantity
+from levelhead.errors import LevelheadError, require
+from levelhead.filters.eskf.state import ALWAYS
+from levelhead.open_types import JsonObject
+from levelhead.recording import Array, Recording
+
+LEAST = 5.0  # s of motion with a field
+FOLDS, PARTS = 5, 20  # a fold leaves out every fifth of so many parts
+WEAK = 0.05  # share of the field: an offset whose σ is larger needs another turn
+NEAR_AXIS = 0.9  # cosine from which a direction is named by its axis
+CELLS = 100  # of the sphere, of equal area
+
+
+@dataclass(frozen=True, eq=False)
+class FieldCalibration:
+    """A calibration of a magnetometer.
+
+    Attributes:
+        calibration: the numbers with their σ, for ``Calibration.save``, ``apply`` and ``fuse(prior=…)``.
+        readings: (n, 3) means of blocks as read, µT.
+        corrected: (n, 3) the same without the errors, µT.
+        centre: (3,) middle of the readings' ellipsoid, µT.
+        strength: of the field, µT.
+        dip: of the field below the horizon, degrees.
+        heading: what the field's azimuth is off in the frame of the gyroscope, degrees.
+        sigma: 1σ of the heading of a level sensor by these numbers, degrees.
+        coverage: share of the directions from which the field has come.
+        advice: sentences: the turn that is missing.
+    """
+
+    calibration: Calibration
+    readings: Array
+    corrected: Array
+    centre: Array
+    strength: float
+    dip: float
+    heading: Residual
+    sigma: float
+    coverage: float
+    advice: tuple[str, ...]
+
+    def verdict(self) -> list[str]:
+        """Sentences: the offset, how much better heading is, its σ, then what is missing."""
+        share = float(np.linalg.norm(self.centre)) / self.strength
+        return [
+            f"magnetometer: offset {float(np.linalg.norm(self.centre)):.1f} µT, {100.0 * share:.0f} % of the field of "
+            f"{self.strength:.1f} µT, dip {self.dip:.0f}°",
+            words_of_gain("heading by the field", self.heading, f"{len(self.readings)} blocks"),
+            f"1σ of a level sensor's heading by these numbers {self.sigma:.1f}°; the field came from "
+            f"{100.0 * self.coverage:.0f} % of all directions",
+            *self.advice,
+        ]  # fmt: skip
+
+    def to_dict(self) -> JsonObject:
+        """For JSON."""
+        return {
+            "offset_uT": self.centre.tolist(),
+            "strength_uT": self.strength,
+            "dip_deg": self.dip,
+            "heading_deg": self.heading._asdict() | {"ratio": self.heading.ratio},
+            "sigma_heading_deg": self.sigma,
+            "coverage": self.coverage,
+            "verdict": self.verdict(),
+            "calibration": self.calibration.to_dict(),
+        }
+
+
+def calibrate_magnetometer(
+    recordings: Recording | Sequence[Recording], *, progress: Callable[[float], None] = lambda fraction: None
+) -> FieldCalibration:
+    """Offset, soft iron and delay of a magnetometer, from any motion in which the sensor turns about two axes.
+
+    Args:
+        recordings: one or several of the same sensor at the same place, with gyroscope and accelerometer.
+        progress: called with the fraction done.
+
+    Returns:
+        A FieldCalibration; its ``calibration`` is what filters, node and export take.
+
+    Raises:
+        LevelheadError: no magnetometer, too short, a field that does not turn with the gyroscope, or no gain.
+    """
+    require("scipy", "calibration", "scipy")
+    several = [recordings] if isinstance(recordings, Recording) else list(recordings)
+    for one in several:
+        if one.mag is None:
+            raise LevelheadError("this recording has no magnetometer; expected one to calibrate")
+        if one.duration < LEAST or not np.isfinite(one.mag).all(axis=1).any():
+            raise LevelheadError(
+                f"the recording has {one.duration:.1f} s; expected {LEAST:g} s or more of a sensor that turns, with a "
+                "field"
+            )
+    blocks = field_blocks(several)
+    progress(0.3)
+    fit = fit_field(blocks)
+    progress(0.5)
+    heading = heading_gain(blocks, fit, lambda share: progress(0.5 + 0.5 * share))
+    if heading.ratio < 1.0:
+        raise LevelheadError(
+            f"the magnetometer is as good without a calibration: heading by the field is off by {heading.before:.2g}° "
+            f"without and {heading.held_out:.2g}° with one, where held out; no file is needed, or more turns are: "
+            f"{'; '.join(_missing_turns(fit)) or 'turn it about two axes, far from iron'}"
+        )
+    level = float(np.hypot(*fit.field[:2]))
+    return FieldCalibration(
+        _calibration(fit), blocks.mag, blocks.mag @ fit.linear[:, :3].T + fit.linear[:, 3], fit.centre, fit.strength,
+        float(np.degrees(np.arctan2(-fit.field[2], level))), heading, float(np.degrees(level_sigma(fit))),
+        coverage(blocks.mag @ fit.linear[:, :3].T + fit.linear[:, 3]), tuple(_missing_turns(fit)),
+    )  # fmt: skip
+
+
+def magnetic_parts(fit: FieldFit) -> dict[str, Quantity | None]:
+    """The quantities of a Calibration."""
+    offset, covariance = fit.offset()
+    unlearned = np.array(OFFSET * fit.strength)
+    delay = np.array([np.sqrt(fit.covariance[LATE, LATE])])
+    return {
+        "mag_offset": quantity(offset, np.sqrt(np.diag(covariance)), unlearned),
+        "mag_matrix": quantity(fit.matrix, fit.matrix_sigma(), np.array(SYMMETRIC)),
+        "mag_delay": quantity(fit.value[[LATE]], delay, np.array(DELAY)),
+    }
+
+
+def _calibration(fit: FieldFit) -> Calibration:
+    """The magnetometer's numbers alone; of the others nothing is known."""
+    others = {
+        name: Quantity(*(np.zeros(block.shape) for _ in range(4)))
+        for name, block in QUANTITIES.items()
+        if block.exists == ALWAYS
+    }
+    return Calibration(**others | magnetic_parts(fit))
+
+
+def coverage(fields: Array) -> float:
+    """Share of ``CELLS`` directions, even on the sphere (Fibonacci's), that are nearest to some of (n, 3) vectors."""
+    turns = np.arange(CELLS) + 0.5
+    up, around = 1.0 - 2.0 * turns / CELLS, turns * np.pi * (1.0 + np.sqrt(5.0))
+    level = np.sqrt(1.0 - up * up)
+    cells = np.stack([level * np.cos(around), level * np.sin(around), up])
+    return len(np.unique((fields @ cells).argmax(axis=1))) / CELLS
+
+
+def heading_errors(blocks: FieldBlocks, fit: FieldFit) -> Array:
+    """(n,) degrees by which the azimuth of the corrected field is off that of H."""
+    turned = fit.residuals(blocks) + fit.field
+    return _angle(turned, fit.field)
+
+
+def _angle(turned: Array, field: Array) -> Array:
+    off = np.arctan2(turned[:, 1], turned[:, 0]) - np.arctan2(field[1], field[0])
+    degrees: Array = np.degrees((off + np.pi) % (2.0 * np.pi) - np.pi)
+    return degrees
+
+
+def heading_gain(
+    blocks: FieldBlocks, fit: FieldFit, progress: Callable[[float], None] = lambda fraction: None
+) -> Residual:
+    """Errors of heading without a calibration, with it, and with one that has not seen the stretch."""
+    nothing = fit.value.copy()
+    nothing[:12] = 0.0
+    raw = FieldFit(nothing, fit.covariance, fit.spread)
+    turned = raw.residuals(blocks) + raw.field
+    unit = turned[:, :2] / np.linalg.norm(turned[:, :2], axis=1, keepdims=True)
+    before = _angle(turned, unit.mean(axis=0))
+    part = (np.arange(len(blocks)) * PARTS) // len(blocks) % FOLDS
+    held = np.empty(len(blocks))
+    for fold in range(FOLDS):
+        others = fit_field(blocks, part != fold, fit)
+        held[part == fold] = heading_errors(blocks, others)[part == fold]
+        progress((fold + 1) / FOLDS)
+    return Residual(_rms(before), _rms(heading_errors(blocks, fit)), _rms(held), "°")
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _missing_turns(fit: FieldFit) -> list[str]:
+    """The direction in which the offset is weak, and the turn that would determine it."""
+    variances, directions = np.linalg.eigh(fit.covariance[:3, :3])
+    if np.sqrt(variances[2]) < WEAK * fit.strength:
+        return []
+    worst = directions[:, 2]
+    axis = int(np.abs(worst).argmax())
+    others = [name for i, name in enumerate("xyz") if i != axis]
+    towards = "" if abs(worst[axis]) > NEAR_AXIS else f" (direction {', '.join(f'{one:.1f}' for one in worst)})"
+    return [
+        f"the offset along {'xyz'[axis]}{towards} is weak, ± {np.sqrt(variances[2]):.1f} µT: turn the sensor by half a "
+        f"turn or more about {' or '.join(others)}, so that its {'xyz'[axis]} axis changes direction"
+    ]
