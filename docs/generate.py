@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 from levelhead import cli, filters, guard, units
+from levelhead.calibrate import calibrate_magnetometer
 from levelhead.engine.binding import is_guarded
 from levelhead.engine.calibration_history import calibration_history
 from levelhead.filters import health
@@ -25,6 +26,7 @@ from levelhead.filters.parameters import Param, derived_table, param_table
 from levelhead.inspection import symptoms
 from levelhead.live.events import EVENTS
 from levelhead.publish.plots import calibration_picture
+from levelhead.publish.plots.field_sphere import sphere_picture
 from levelhead.simulate import recording
 from levelhead.simulate.fault import KINDS
 from levelhead.simulate.motion import STYLES
@@ -304,6 +306,8 @@ def pictures() -> None:
             raise SystemExit("levelhead stress failed")
         known = recording("LSM6DSO32", "hand", duration=120.0, seed=3, mag="HMC5883L")
         calibration_picture(calibration_history(known, filters.ESKF()), Path(folder) / "calibration.png")
+        raw = recording("ICM-20948", "hand", duration=60.0, seed=1)
+        sphere_picture(calibrate_magnetometer(raw), Path(folder) / "magnetometer.png")
         for path in sorted(Path(folder).glob("*.png")):
             with Image.open(path) as picture:
                 few = picture.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)

@@ -20,7 +20,6 @@ COMPLEX = {  # path and function: the reason
     "export/folding.py:_neutral": "mended with the export",
 }
 LONG = {
-    "calibrate/solve.py:calibrate_sensor": "mended with the calibration",
     "cli/calibrate.py:calibrate": COMMAND,
     "cli/compare.py:compare": COMMAND,
     "cli/export.py:export": COMMAND,

