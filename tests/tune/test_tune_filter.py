@@ -145,9 +145,9 @@ def test_parts_of_an_error_are_told_apart():
     [
         (["kq"], "has no parameter 'kq'"),
         (["kp", "kp=1:2"], "named twice"),
-        (["kp=2:1"], "no range to search"),
-        (["kp=0:1"], "no range to search"),
-        (["kp=a:1"], "is no range; write"),
+        (["kp=2:1"], "not a range to search"),
+        (["kp=0:1"], "not a range to search"),
+        (["kp=a:1"], "is not a range; write"),
         (["whole_field"], "is a switch"),
     ],
 )

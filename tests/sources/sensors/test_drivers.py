@@ -27,7 +27,7 @@ from levelhead.sources.sensors.bmp390 import compensate as compensate_390
 from levelhead.sources.sensors.board import INERTIAL, parse_board
 from levelhead.sources.sensors.compass import HMC5883L, QMC5883L
 from levelhead.sources.sensors.discovery import find_chips, i2c_buses
-from levelhead.sources.sensors.emulated import EmulatedBus
+from levelhead.sources.sensors.emulated import EmulatedBus, World
 from levelhead.sources.sensors.emulated.barometer import EmulatedBMP280
 from levelhead.sources.sensors.emulated.imus import EmulatedICM20948, EmulatedLSM6DSO32, EmulatedMPU6050
 from levelhead.sources.sensors.emulated.magnetometers import EmulatedHMC5883L, EmulatedQMC5883L
@@ -484,3 +484,13 @@ def test_buses_of_the_machine(tmp_path):
     for name in ("i2c-1", "i2c-10", "i2c-", "tty0"):
         (tmp_path / name).touch()
     assert i2c_buses(tmp_path) == [1, 10]
+
+
+def test_the_world_is_the_recording_over_and_over():
+    """A row begins at its stamp, though 0.29 s times 100 Hz is a bit below 29, and the first follows on the last."""
+    n = 300
+    gyr = np.arange(3.0 * n).reshape(n, 3)
+    world = World(lh.Recording(np.arange(n) / 100.0, gyr, gyr + 0.5), lambda: 0.0)
+    assert [world.row(k / 100.0) for k in range(2 * n)] == [*range(n), *range(n)]
+    assert world.row(0.299) == 29
+    assert world.at(0.29).gyr == tuple(gyr[29]) and world.at(0.29 + n / 100.0).acc == tuple(gyr[29] + 0.5)
