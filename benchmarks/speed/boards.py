@@ -106,8 +106,22 @@ def on_cortex(config: ExportConfig) -> dict[str, Any]:
         defines = [f"-DFILTER={config.name}", f'-DFILTER_H="{config.name}.h"', f"-DREAL={config.real}"]
         defines += ["-DAXIS"] if config.axis else []
         said = run(*QEMU, image(folder, config, str(SOURCES / "count.c"), M4F, *defines), cwd=folder)
-        found: dict[str, Any] = json.loads(said)
-        return found | {"code": section_sizes("arm-none-eabi-size", folder / "filter.o")["text"]}
+        return read_counts(said) | {"code": section_sizes("arm-none-eabi-size", folder / "filter.o")["text"]}
+
+
+def read_counts(said: str) -> dict[str, Any]:
+    """The figures that ``count.c`` says."""
+    found: dict[str, Any] = json.loads(said)
+    return found
+
+
+def object_on_avr(config: ExportConfig) -> int:
+    """Bytes of code of the filter's object for an AVR, alone."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        write(config, folder)
+        run("avr-gcc", "-mmcu=atmega2560", "-Os", *AVR_STRICT, "-c", f"{config.name}.c", "-o", "one.o", cwd=folder)
+        return section_sizes("avr-size", folder / "one.o")["text"]
 
 
 def on_avr(config: ExportConfig) -> dict[str, Any]:
