@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 from levelhead import cli, filters, guard, units
+from levelhead.axis_map import AxisMap
 from levelhead.calibrate import calibrate_magnetometer
 from levelhead.engine.binding import is_guarded
 from levelhead.engine.calibration_history import calibration_history
@@ -26,6 +27,7 @@ from levelhead.filters.parameters import Param, derived_table, param_table
 from levelhead.inspection import symptoms
 from levelhead.live.events import EVENTS
 from levelhead.publish.plots import calibration_picture
+from levelhead.publish.plots.axes_picture import frames_picture, mounting_picture
 from levelhead.publish.plots.field_sphere import sphere_picture
 from levelhead.simulate import recording
 from levelhead.simulate.fault import KINDS
@@ -308,6 +310,8 @@ def pictures() -> None:
         calibration_picture(calibration_history(known, filters.ESKF()), Path(folder) / "calibration.png")
         raw = recording("ICM-20948", "hand", duration=60.0, seed=1)
         sphere_picture(calibrate_magnetometer(raw), Path(folder) / "magnetometer.png")
+        frames_picture(Path(folder) / "earth-frames.png")
+        mounting_picture(AxisMap.parse("ZYX:90,0,30"), Path(folder) / "mounting.png")
         for path in sorted(Path(folder).glob("*.png")):
             with Image.open(path) as picture:
                 few = picture.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)

@@ -1,14 +1,16 @@
-"""How a sensor sits on its body: which of its axes is which of the body's, and how to find out.
+"""How a sensor sits on its body: the rotation from its axes to the body's, and how to find it.
 
 The body's axes are x forward, y to the left, z up.
 """
 
-from dataclasses import dataclass
+import re
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from levelhead.errors import LevelheadError
 from levelhead.recording import Array, Recording
+from levelhead.rotations import ONE, conjugate, from_matrix, matrix, product
 from levelhead.sample import Sample, Triple
 
 NAMES = "xyz"
@@ -17,64 +19,150 @@ STILL_SECONDS = 1.0
 QUIET = 0.05  # rad/s, off the mean of the still second
 LEAST_TURN = 0.5  # rad: half a radian is turned on purpose
 AGREES = 0.7  # correlation of what gyroscope and accelerometer say about the turn
+ROUNDING = 1e-12  # of a rotation's numbers that are meant to be 0 or ±1
+EXPECTED = (
+    "expected the sensor's axes for x, y, z, such as -y,x,z; Euler angles in degrees, such as ZYX:90,0,10; or a "
+    "quaternion wxyz, such as 0.7071,0,0,0.7071"
+)
 
 
 @dataclass(frozen=True)
 class AxisMap:
-    """The sensor's axes that are the body's x, y and z, signs included: a rotation by quarter turns.
+    """The rotation from the sensor's frame to the body's.
 
     Attributes:
-        rows: for each body axis (which sensor axis, 0 to 2, and its sign, 1.0 or −1.0).
+        rows: its matrix: for each body axis its components along the sensor's axes.
     """
 
-    rows: tuple[tuple[int, float], tuple[int, float], tuple[int, float]]
+    rows: tuple[Triple, Triple, Triple]
 
     @classmethod
     def parse(cls, text: str) -> "AxisMap":
-        """From words such as "x,y,z" (as they are) or "-y,x,z" (the body's x is the sensor's −y).
+        """From the text of ``--axes``.
+
+        "x,y,z" leaves the axes as they are; with "-y,x,z" the body's x is the sensor's −y. "ZYX:90,0,10" has the
+        angles in degrees by which the sensor is turned on its body: intrinsic rotations for upper-case letters,
+        extrinsic ones for lower-case, as in SciPy. Four numbers are a quaternion wxyz, sensor to body.
 
         Raises:
-            LevelheadError: not three axes, one twice, or a mirror image, which no mounting can be.
+            LevelheadError: none of these, or a mirror image, which no mounting can be.
         """
-        rows = []
-        for word in text.lower().replace(" ", "").split(","):
-            letter = word.lstrip("+-")
-            if letter not in tuple(NAMES) or len(word) - len(letter) > 1:
-                raise LevelheadError(f"axes '{text}' are none; expected the sensor's axes for x, y, z, such as -y,x,z")
-            rows.append((NAMES.index(letter), -1.0 if word.startswith("-") else 1.0))
-        if len(rows) != 3 or len({axis for axis, _ in rows}) != 3:
-            raise LevelheadError(f"axes '{text}' do not name each of x, y, z once; expected such as -y,x,z")
-        found = cls((rows[0], rows[1], rows[2]))
-        if np.linalg.det(found.matrix) < 0.0:
-            mirrored = ",".join([*text.replace(" ", "").split(",")[:2], _opposite(rows[2])])
-            raise LevelheadError(
-                f"axes '{text}' are a mirror image: no way of mounting a sensor does that; perhaps {mirrored} is meant"
-            )
-        return found
+        words = text.replace(" ", "")
+        sequence, colon, angles = words.partition(":")
+        if colon:
+            return cls.from_quaternion(_from_euler(text, sequence, angles))
+        if re.fullmatch(r"[-+.0-9eE]+(,[-+.0-9eE]+)+", words):
+            return cls.from_quaternion(_numbers(text, words, 4))
+        return _from_words(text)
+
+    @classmethod
+    def from_quaternion(cls, quat: Array) -> "AxisMap":
+        """From a quaternion wxyz (4,), sensor to body, of any length but 0.
+
+        Raises:
+            LevelheadError: not four finite numbers, or all 0.
+        """
+        values = np.asarray(quat, np.float64)
+        length = float(np.linalg.norm(values)) if values.shape == (4,) else np.nan
+        if not 1e-6 < length < np.inf:
+            raise LevelheadError(f"{quat!r} is no quaternion of a mounting; expected four numbers wxyz")
+        rotation = matrix(values[None] / length)[0]
+        whole = np.round(rotation)
+        rotation = np.where(np.abs(rotation - whole) < ROUNDING, whole + 0.0, rotation)
+        first, second, third = (tuple(row) for row in rotation.tolist())
+        return cls((first, second, third))
 
     @property
     def matrix(self) -> Array:
         """(3, 3) rotation from the sensor's frame to the body's."""
-        matrix = np.zeros((3, 3))
-        for row, (axis, sign) in enumerate(self.rows):
-            matrix[row, axis] = sign
-        return matrix
+        return np.array(self.rows)
+
+    @property
+    def quat(self) -> Array:
+        """(4,) the same as a quaternion wxyz."""
+        return from_matrix(self.matrix)
+
+    @property
+    def terms(self) -> list[list[tuple[int, float]]]:
+        """For each body axis the sensor's axes that it is made of, 0 to 2, each with its factor."""
+        return [[(axis, factor) for axis, factor in enumerate(row) if factor != 0.0] for row in self.rows]
 
     def __str__(self) -> str:
-        return ",".join(("-" if sign < 0.0 else "") + NAMES[axis] for axis, sign in self.rows)
+        """The text for ``--axes``."""
+        if all(len(row) == 1 for row in self.terms):
+            return ",".join(("-" if factor < 0.0 else "") + NAMES[axis] for ((axis, factor),) in self.terms)
+        return ",".join(repr(number) for number in self.quat.tolist())
 
     def turn(self, v: Triple) -> Triple:
         """A vector of the sensor's frame in the body's."""
-        (i, a), (j, b), (k, c) = self.rows
-        return v[i] * a, v[j] * b, v[k] * c
+        x, y, z = (sum([v[axis] * factor for axis, factor in row[1:]], v[row[0][0]] * row[0][1]) for row in self.terms)
+        return x, y, z
 
     def apply(self, sample: Sample) -> Sample:
         """A sample in the body's frame."""
         mag = None if sample.mag is None else self.turn(sample.mag)
         return sample._replace(gyr=self.turn(sample.gyr), acc=self.turn(sample.acc), mag=mag)
 
+    def rotate(self, recording: Recording) -> Recording:
+        """A recording in the body's frame, its reference included."""
+        across = self.matrix.T
+        truth = recording.truth
+        if truth is not None:
+            bias = None if truth.bias is None else truth.bias @ across
+            truth = replace(truth, quat=product(truth.quat, conjugate(self.quat)), bias=bias)
+        mag = None if recording.mag is None else recording.mag @ across
+        return replace(recording, gyr=recording.gyr @ across, acc=recording.acc @ across, mag=mag, truth=truth)
 
-IDENTITY = AxisMap(((0, 1.0), (1, 1.0), (2, 1.0)))
+
+IDENTITY = AxisMap(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
+
+
+def _from_words(text: str) -> AxisMap:
+    rows = []
+    for word in text.lower().replace(" ", "").split(","):
+        letter = word.lstrip("+-")
+        if letter not in tuple(NAMES) or len(word) - len(letter) > 1:
+            raise LevelheadError(f"axes '{text}' are none; {EXPECTED}")
+        rows.append((NAMES.index(letter), -1.0 if word.startswith("-") else 1.0))
+    if len(rows) != 3 or len({axis for axis, _ in rows}) != 3:
+        raise LevelheadError(f"axes '{text}' do not name each of x, y, z once; expected such as -y,x,z")
+    found = _of_units(*rows)
+    if np.linalg.det(found.matrix) < 0.0:
+        mirrored = ",".join([*text.replace(" ", "").split(",")[:2], _opposite(rows[2])])
+        raise LevelheadError(
+            f"axes '{text}' are a mirror image: no way of mounting a sensor does that; perhaps {mirrored} is meant"
+        )
+    return found
+
+
+def _numbers(text: str, words: str, count: int) -> Array:
+    try:
+        values = np.array([float(word) for word in words.split(",")])
+    except ValueError:
+        values = np.empty(0)
+    if len(values) != count or not np.isfinite(values).all():
+        raise LevelheadError(f"axes '{text}' are no {count} numbers; {EXPECTED}")
+    return values
+
+
+def _from_euler(text: str, sequence: str, angles: str) -> Array:
+    """(4,) quaternion wxyz of Euler angles; those of intrinsic rotations are multiplied in their order."""
+    if not re.fullmatch(r"[XYZ]{1,3}|[xyz]{1,3}", sequence) or re.search(r"(.)\1", sequence):
+        raise LevelheadError(
+            f"axes '{text}' have the sequence '{sequence}'; expected one to three letters, XYZ (intrinsic) or xyz "
+            "(extrinsic), none twice in a row"
+        )
+    total = ONE
+    for letter, angle in zip(sequence, np.radians(_numbers(text, angles, len(sequence))) / 2.0, strict=True):
+        quat = np.concatenate([[np.cos(angle)], np.sin(angle) * np.eye(3)[NAMES.index(letter.lower())]])
+        total = (product(total, quat) if letter.isupper() else product(quat, total))[0]
+    return total
+
+
+def _of_units(*rows: tuple[int, float]) -> AxisMap:
+    """A map of quarter turns: for each body axis the sensor's axis and its sign."""
+    first, second, third = (tuple(_unit(row).tolist()) for row in rows)
+    return AxisMap((first, second, third))
 
 
 def _opposite(row: tuple[int, float]) -> str:
@@ -112,7 +200,7 @@ def find_axes(recording: Recording) -> AxisMap:
         raise LevelheadError("the turn is about the vertical, which adds nothing; lean the body to its right side")
     left = np.cross(_unit(up), _unit(forward))
     axis = int(np.abs(left).argmax())
-    return AxisMap((forward, (axis, float(left[axis])), up))
+    return _of_units(forward, (axis, float(left[axis])), up)
 
 
 def _unit(row: tuple[int, float]) -> Array:

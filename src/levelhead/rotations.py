@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from levelhead.kernels import quat as quat_kernels
+from levelhead.kernels.mat3 import Mat3
 from levelhead.recording import Array
 
 if TYPE_CHECKING:
@@ -139,10 +141,7 @@ def from_rotvec(vector: Array) -> Array:
 
 def from_matrix(rotation: Array) -> Array:
     """(4,) quaternion of a rotation matrix (3, 3)."""
-    from scipy.spatial.transform import Rotation
-
-    quat: Array = Rotation.from_matrix(rotation).as_quat(scalar_first=True)
-    return quat
+    return np.array(quat_kernels.from_matrix(Mat3(*np.ravel(rotation).tolist())))
 
 
 def interpolate(when: Array, t: Array, quat: Array) -> Array:

@@ -1,5 +1,7 @@
 """A Track: the result of a filter for every sample, with its σ."""
 
+import re
+import warnings
 from dataclasses import dataclass, field, replace
 from math import cos, pi, radians, sin
 from typing import TYPE_CHECKING, NamedTuple, SupportsFloat
@@ -7,15 +9,21 @@ from typing import TYPE_CHECKING, NamedTuple, SupportsFloat
 import numpy as np
 from numpy.typing import NDArray
 
+from levelhead.axis_map import AxisMap
 from levelhead.calibration import Calibration
-from levelhead.errors import LevelheadError, nearest, require
+from levelhead.earth_frame import ENU, FRAMES, find_frame, frame_change
+from levelhead.errors import LevelheadError, require
 from levelhead.filters.health import FAULTS
 from levelhead.filters.parameters import Params, short_name
-from levelhead.recording import Array, real_array, time_array
-from levelhead.rotations import FRD_TO_FLU, NED_TO_ENU, product, to_scipy, turn_heading
+from levelhead.motion import VectorSeries, acceleration_in_body, acceleration_in_earth, white_noise
+from levelhead.recording import Array, Recording, real_array, time_array
+from levelhead.rotations import ONE, conjugate, interpolate, matrix, product, to_scipy, turn_heading
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
+
+POSE = "POSE"  # the frame of a track relative to one of its poses
+LEVEL_NOSE = 0.9998  # sine of 89°: nearer to the vertical the x axis has no heading
 
 
 def declination_angle(declination: object, degrees: bool = True) -> float:
@@ -69,6 +77,10 @@ class Track:
         velocity: (n, 3) m/s, earth frame, likewise.
         sigma_position: (n, 3) 1σ of position in m.
         sigma_velocity: (n, 3) 1σ of velocity in m/s.
+        frame: the earth frame, "ENU", "NED" or "NWU", or "POSE", that of a pose (``relative_to``); with NED the axes of
+            the body are forward-right-down. σ is about the axes of the frame.
+        axes: how the sensor sits on the body whose orientation this is; None: the orientation is the sensor's.
+        readings: the recording that it was made from, in the axes of the sensor; None: it is not known.
     """
 
     t: Array
@@ -83,6 +95,9 @@ class Track:
     velocity: Array | None = None
     sigma_position: Array | None = None
     sigma_velocity: Array | None = None
+    frame: str = "ENU"
+    axes: AxisMap | None = None
+    readings: Recording | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         t = time_array(self.t)
@@ -100,6 +115,10 @@ class Track:
             raise LevelheadError(f"health has shape {np.shape(self.health)}; expected ({n},) of bits")
         if self.declination is not None:
             object.__setattr__(self, "declination", declination_angle(self.declination, degrees=False))
+        if self.readings is not None and len(self.readings) != n:
+            raise LevelheadError(f"readings has {len(self.readings)} samples; expected {n}, one for each stamp")
+        if self.frame != POSE:
+            object.__setattr__(self, "frame", find_frame(self.frame).name)
 
     def __len__(self) -> int:
         return len(self.t)
@@ -109,9 +128,22 @@ class Track:
         """The filter's name, with the parameters that differ from its defaults."""
         return short_name(self.params) if self.params is not None else "orientation"
 
-    def euler(self, degrees: bool = True) -> Array:
-        """(n, 3) roll, pitch and yaw (intrinsic z-y-x) in degrees or radians; roll and yaw within ±180°, pitch ±90°."""
-        w, x, y, z = self.quat.T
+    def euler(self, sequence: str | None = None, *, frame: str | None = None, degrees: bool = True) -> Array:
+        """(n, 3) Euler angles in degrees or radians.
+
+        Args:
+            sequence: None: roll, pitch and yaw (intrinsic z-y-x in the opposite order), roll and yaw within ±180°,
+                pitch ±90°. Three letters: the angles of these rotations in their order, intrinsic for "ZXY", extrinsic
+                for "zxy" (``scipy.spatial.transform.Rotation.as_euler``, which this needs).
+            frame: "ENU", "NED" or "NWU"; None: that of the track.
+            degrees: the unit; False: rad.
+
+        Raises:
+            LevelheadError: no such sequence or frame, or SciPy is not installed.
+        """
+        if sequence is not None:
+            return self._any_euler(sequence, frame, degrees)
+        w, x, y, z = (self if frame is None else self.to_frame(frame)).quat.T
         forward_x, forward_y = 1 - 2 * (y * y + z * z), 2 * (w * z + x * y)
         angles = np.stack(
             [
@@ -122,6 +154,21 @@ class Track:
             axis=1,
         )
         return np.degrees(angles) if degrees else angles
+
+    def _any_euler(self, sequence: str, frame: str | None, degrees: bool) -> Array:
+        letters = str(sequence)
+        if not re.fullmatch(r"[XYZ]{3}|[xyz]{3}", letters) or letters[0] == letters[1] or letters[1] == letters[2]:
+            raise LevelheadError(
+                f"the sequence is {sequence!r}; expected three letters, XYZ (intrinsic) or xyz (extrinsic), none twice "
+                "in a row"
+            )
+        require("scipy", "Track.euler with a sequence", "scipy")
+        quat = (self if frame is None else self.to_frame(frame)).quat
+        known = np.isfinite(quat).all(axis=1, keepdims=True)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)  # gimbal lock, where SciPy sets the third angle to 0
+            angles: Array = to_scipy(np.where(known, quat, ONE)).as_euler(letters, degrees)
+        return np.where(known, angles, np.nan)
 
     @property
     def north(self) -> North | None:
@@ -162,13 +209,17 @@ class Track:
             raise LevelheadError(
                 f"this track is relative to true north already, by a declination of {np.degrees(self.declination):g}°"
             )
+        return replace(self.to_frame("ENU")._turned_about_up(-angle), declination=angle).to_frame(self.frame)
+
+    def _turned_about_up(self, angle: float) -> "Track":
+        """The track in ENU turned by an angle in rad."""
         c, s = cos(angle), sin(angle)
 
         def rotate(values: Array | None) -> Array | None:
             if values is None:
                 return None
             east, north, up = values.T
-            return np.stack([c * east + s * north, c * north - s * east, up], axis=1)
+            return np.stack([c * east - s * north, c * north + s * east, up], axis=1)
 
         def rotate_sigma(values: Array | None) -> Array | None:
             if values is None:
@@ -178,8 +229,7 @@ class Track:
 
         return replace(
             self,
-            quat=turn_heading(self.quat, -angle),
-            declination=angle,
+            quat=turn_heading(self.quat, angle),
             position=rotate(self.position),
             velocity=rotate(self.velocity),
             sigma=rotate_sigma(self.sigma),
@@ -187,21 +237,225 @@ class Track:
             sigma_velocity=rotate_sigma(self.sigma_velocity),
         )
 
-    def as_rotation(self, frame: str = "ENU") -> "Rotation":
-        """A ``scipy.spatial.transform.Rotation`` of all samples, sensor frame to earth frame.
+    def as_rotation(self, frame: str | None = None) -> "Rotation":
+        """A ``scipy.spatial.transform.Rotation`` of all samples, body frame to earth frame.
 
         Args:
-            frame: "ENU", or "NED" (x north, y east, z down) with the sensor's axes forward-right-down accordingly.
+            frame: "ENU" or "NWU" with a body forward-left-up; "NED" with a body forward-right-down; None: that of the
+                track.
 
         Raises:
             LevelheadError: another frame, or SciPy is not installed.
         """
         require("scipy", "Track.as_rotation", "scipy")
-        if frame == "ENU":
-            return to_scipy(self.quat)
-        if frame == "NED":
-            return to_scipy(product(NED_TO_ENU, self.quat, FRD_TO_FLU))
-        raise LevelheadError(f"'{frame}' is not an earth frame; {nearest(frame, ['ENU', 'NED'])}")
+        return to_scipy(self.quat if frame is None else self.to_frame(frame).quat)
+
+    def to_frame(self, name: str) -> "Track":
+        """The same orientation in another earth frame, with the axes of the body that go with it.
+
+        Args:
+            name: "ENU" or "NWU" with a body forward-left-up, or "NED" with a body forward-right-down.
+
+        Raises:
+            LevelheadError: no such frame, or the track is relative to a pose, which has no vertical.
+        """
+        wanted = find_frame(name)
+        if wanted.name == self.frame:
+            return self
+        if self.frame == POSE:
+            raise LevelheadError(f"this track is relative to one of its poses; it cannot be given in {wanted.name}")
+        change = frame_change(FRAMES[self.frame], wanted)
+
+        def earth(values: Array | None) -> Array | None:
+            return None if values is None else values @ change.earth_matrix.T + 0.0
+
+        def deviation(values: Array | None) -> Array | None:
+            return None if values is None else values @ np.abs(change.earth_matrix.T)
+
+        return replace(
+            self,
+            frame=wanted.name,
+            quat=product(change.earth, self.quat, conjugate(change.body)),
+            bias=None if self.bias is None else self.bias @ change.body_matrix.T + 0.0,
+            position=earth(self.position),
+            velocity=earth(self.velocity),
+            sigma=deviation(self.sigma),
+            sigma_position=deviation(self.sigma_position),
+            sigma_velocity=deviation(self.sigma_velocity),
+        )
+
+    def mounted(self, axes: AxisMap | str) -> "Track":
+        """The orientation of the body on which the sensor sits.
+
+        Args:
+            axes: the rotation from the sensor's axes to the body's (x forward, y left, z up), or its text, such as
+                "-y,x,z", "ZYX:90,0,10" or a quaternion "0.7071,0,0,0.7071".
+
+        Raises:
+            LevelheadError: no such axes, or the track is the body's already or in another frame than ENU.
+        """
+        mounting = AxisMap.parse(axes) if isinstance(axes, str) else axes
+        if self.axes is not None or self.frame != "ENU":
+            raise LevelheadError(
+                f"this track is in {self.frame} with axes {self.axes}; give the axes of a track in ENU, once"
+            )
+        bias = None if self.bias is None else self.bias @ mounting.matrix.T
+        return replace(self, quat=product(self.quat, conjugate(mounting.quat)), bias=bias, axes=mounting)
+
+    def of_sensor(self) -> "Track":
+        """The orientation of the sensor in ENU, whatever the frame and the mounting of this track."""
+        plain = self.to_frame("ENU")
+        if plain.axes is None:
+            return plain
+        bias = None if plain.bias is None else plain.bias @ plain.axes.matrix
+        return replace(plain, quat=product(plain.quat, plain.axes.quat), bias=bias, axes=None)
+
+    @property
+    def has_heading_at_start(self) -> bool:
+        """Whether the x axis of the first orientation is at least 1° off the vertical."""
+        return bool(abs(matrix(self.quat[:1])[0, 2, 0]) <= LEVEL_NOSE)
+
+    def relative_to(self, t: float) -> "Track":
+        """The rotation since the pose at a stamp, in the axes of the body there: the identity at ``t``.
+
+        σ² is that of both poses together, as if their errors were independent; it is an upper bound where they are
+        alike. No vertical is left, so that the frame is "POSE", and position and velocity are left out.
+
+        Args:
+            t: s, within the track.
+
+        Raises:
+            LevelheadError: no such stamp, or no orientation there.
+        """
+        start, deviation = self._at(t)
+        sigma = None
+        if deviation is not None and self.sigma is not None:
+            turn = matrix(conjugate(start)[None])[0]
+            sigma = np.sqrt((self.sigma**2 + deviation**2) @ (turn**2).T)
+        quat = product(conjugate(start), self.quat)
+        return replace(
+            self, quat=quat, sigma=sigma, frame=POSE, position=None, velocity=None, sigma_position=None,
+            sigma_velocity=None, declination=None,
+        )  # fmt: skip
+
+    def with_heading(
+        self, heading: float, t: float | None = None, *, sigma: float = 0.0, degrees: bool = True
+    ) -> "Track":
+        """The same track turned about the vertical so that its yaw at a stamp is that given.
+
+        σ² of the heading is its own at each sample, that at ``t`` and that given, as if they were independent. North is
+        that of the heading: a declination is left out.
+
+        Args:
+            heading: yaw at ``t`` in the frame of the track: from east anticlockwise in ENU, a bearing in NED.
+            t: s; None: the start.
+            sigma: its 1σ.
+            degrees: the unit of both; False: rad.
+
+        Raises:
+            LevelheadError: no such stamp or number, or a pose whose x axis is vertical within 1°.
+        """
+        values = np.array([heading, sigma], np.float64) * (pi / 180.0 if degrees else 1.0)
+        if not np.isfinite(values).all() or values[1] < 0.0 or self.frame == POSE:
+            raise LevelheadError(
+                f"the heading is {heading!r} ± {sigma!r}; expected numbers, σ not negative, and a track with a vertical"
+            )
+        when = float(self.t[0]) if t is None else t
+        start, deviation = self._at(when)
+        pose = Track(self.t[:1], start[None], frame=self.frame)
+        if abs(matrix(pose.quat)[0, 2, 0]) > LEVEL_NOSE:
+            raise LevelheadError(f"at {when:g} s the x axis is vertical: there is no heading; give another stamp")
+        now = pose.euler(degrees=False)[0, 2]
+        turn = (values[0] - now) * (-1.0 if self.frame == "NED" else 1.0)
+        turned = self.to_frame("ENU")._turned_about_up(float(turn))
+        if turned.sigma is not None and deviation is not None:
+            up = np.sqrt(turned.sigma[:, 2] ** 2 + deviation[2] ** 2 + values[1] ** 2)
+            turned = replace(turned, sigma=np.stack([turned.sigma[:, 0], turned.sigma[:, 1], up], axis=1))
+        return replace(turned, declination=None).to_frame(self.frame)
+
+    def _at(self, t: object) -> tuple[Array, Array | None]:
+        """The quaternion (4,) and σ (3,) at a stamp."""
+        if not isinstance(t, SupportsFloat) or not self.t[0] <= float(t) <= self.t[-1]:
+            raise LevelheadError(f"t is {t!r}; expected a stamp from {self.t[0]:g} to {self.t[-1]:g} s")
+        when = np.array([float(t)])
+        quat = self.quat[:1] if len(self) == 1 else interpolate(when, self.t, self.quat)
+        if not np.isfinite(quat).all():
+            raise LevelheadError(f"there is no orientation at {float(t):g} s; give another stamp")
+        sigma = None
+        if self.sigma is not None:
+            sigma = np.array([np.interp(when[0], self.t, column) for column in self.sigma.T])
+        return quat[0], sigma
+
+    def specific_force(self, recording: Recording | None = None) -> VectorSeries:
+        """Specific force in m/s², body axes, without the errors of the sensor that the filter has found.
+
+        σ is that of the accelerometer alone: its white noise, measured where it moves least, and that of its bias.
+
+        Args:
+            recording: what the track was made from; None: ``readings``.
+
+        Raises:
+            LevelheadError: neither is there, or the stamps are others.
+        """
+        force, deviation = self._force(recording)
+        body = self._body()
+        sigma = np.broadcast_to(np.sqrt(body**2 @ deviation**2), force.shape)
+        return VectorSeries(force @ body.T, sigma)
+
+    def linear_acceleration(self, recording: Recording | None = None) -> VectorSeries:
+        """Acceleration without gravity in m/s², body axes, with the σ of attitude and sensor."""
+        force, deviation = self._force(recording)
+        plain = self.of_sensor()
+        found = acceleration_in_body(plain.quat, force, plain.sigma, deviation)
+        body = self._body()
+        sigma = None if found.sigma is None else np.sqrt(found.sigma**2 @ (body**2).T)
+        return VectorSeries(found.value @ body.T, sigma)
+
+    def earth_acceleration(self, recording: Recording | None = None) -> VectorSeries:
+        """Acceleration without gravity in m/s² along the axes of the earth frame; see ``linear_acceleration``."""
+        force, deviation = self._force(recording)
+        plain = self.of_sensor()
+        found = acceleration_in_earth(plain.quat, force, plain.sigma, deviation)
+        axes = frame_change(ENU, find_frame(self.frame)).earth_matrix.T
+        return VectorSeries(found.value @ axes, None if found.sigma is None else found.sigma @ np.abs(axes))
+
+    def angular_rate(self, recording: Recording | None = None) -> VectorSeries:
+        """Angular rate in rad/s, body axes, without the bias and the scale errors that the filter has found.
+
+        σ: the white noise of the gyroscope, measured where it moves least, and the 1σ of its bias at the end.
+        """
+        readings = self._readings(recording)
+        gyr, known = readings.gyr, self.calibration
+        body = self._body()
+        noise = white_noise(gyr)
+        if known is not None:
+            gyr = gyr - gyr @ known.gyr_matrix.value.T
+            noise = np.hypot(noise, known.gyr_bias.sigma)
+        gyr = gyr @ body.T
+        gyr = gyr if self.bias is None else gyr - self.bias
+        return VectorSeries(gyr, np.broadcast_to(np.sqrt(body**2 @ noise**2), gyr.shape))
+
+    def _readings(self, recording: Recording | None) -> Recording:
+        readings = self.readings if recording is None else recording
+        if readings is None:
+            raise LevelheadError("this track does not hold its readings; give the recording that it was made from")
+        if len(readings) != len(self) or not np.array_equal(readings.t, self.t):
+            raise LevelheadError("the recording has other stamps than the track; give the one that it was made from")
+        return readings
+
+    def _force(self, recording: Recording | None) -> tuple[Array, Array]:
+        """(n, 3) specific force in the sensor's axes, and its 1σ (3,)."""
+        readings = self._readings(recording)
+        noise = white_noise(readings.acc)
+        if self.calibration is None:
+            return readings.acc, noise
+        return self.calibration.apply(readings).acc, np.hypot(noise, self.calibration.acc_bias.sigma)
+
+    def _body(self) -> Array:
+        """(3, 3) from the sensor's axes to those of the body."""
+        mounting = np.eye(3) if self.axes is None else self.axes.matrix
+        turned: Array = frame_change(ENU, FRAMES.get(self.frame, ENU)).body_matrix @ mounting
+        return turned
 
     def __repr__(self) -> str:
         flagged = int(np.count_nonzero(self.health & np.uint32(FAULTS)))

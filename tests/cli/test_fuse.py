@@ -277,3 +277,47 @@ def test_a_dry_run_prints_the_conclusions_and_a_command_that_guesses_nothing(lev
     assert not [one for one in again.json["logs"][0]["conclusions"] if one["basis"] == "guess"]
     assert not (tmp_path / "out").exists()
     assert "command  levelhead smooth" in levelhead("smooth", bare, "--dry-run").out
+
+
+def test_frame_axes_heading_and_motion_in_the_file(levelhead, logs, tmp_path):
+    words = ["--frame", "ned", "--axes", "Z:90", "--heading", "40", "--motion", "--output-rate", "10", "--no-plot"]
+    said = levelhead("fuse", logs / "hand.csv", "-f", "Mahony", *words, "-o", tmp_path)
+    assert (
+        said.code == 0
+        and "axes          of the body: the sensor's -y,x,z" in said.out
+        and "NED in the file" in said.out
+    )
+    head, rows = table(tmp_path / "hand-track.csv")
+    names = head.split(",")
+    assert names[1:8] == [
+        "ned_qw", "ned_qx", "ned_qy", "ned_qz", "ned_roll [deg]", "ned_pitch [deg]", "ned_yaw [deg]"
+    ]  # fmt: skip
+    recording = sources.read(logs / "hand.csv")
+    track = fuse(recording, filters.find("Mahony").params()).mounted("-y,x,z").to_frame("NED").with_heading(40.0)
+    chosen = np.searchsorted(track.t, rows[:, 0])
+    np.testing.assert_allclose(np.abs(np.sum(rows[:, 1:5] * track.quat[chosen], axis=1)), 1.0, atol=1e-12)
+    assert rows[0, names.index("ned_yaw [deg]")] == pytest.approx(40.0, abs=1e-5)
+    place = names.index("earth_acceleration_down [m/s²]")
+    np.testing.assert_allclose(rows[:, place], track.earth_acceleration().value[chosen, 2], atol=1e-7)
+    assert "sigma_linear_acceleration_z [m/s²]" in names and "rate_x [rad/s]" in names
+    facts = levelhead("fuse", logs / "hand.csv", "--axes", "Z:90", "--no-plot", "--json", "-o", tmp_path).json
+    assert facts["frame"] == "ENU" and facts["axes"] == "-y,x,z"
+
+
+@pytest.mark.parametrize(
+    "words, said",
+    [
+        (["--axes", "ZYX:1,2"], "no 3 numbers"),
+        (["--heading", "400"], "within ±360"),
+        (["--heading", "4", "--declination", "3"], "give one of them"),
+    ],
+)
+def test_no_such_placement(levelhead, logs, tmp_path, words, said):
+    found = levelhead("fuse", logs / "hand.csv", *words, "-o", tmp_path)
+    assert found.code == 2 and said in found.err and not list(tmp_path.iterdir())
+
+
+def test_a_mounting_is_drawn(levelhead, tmp_path):
+    said = levelhead("axes", "--axes", "-y,x,z", "-o", tmp_path)
+    assert said.out.startswith("-y,x,z\n") and (tmp_path / "mounting-axes.png").read_bytes().startswith(b"\x89PNG")
+    assert levelhead("axes").code == 2

@@ -65,7 +65,7 @@ def test_mounted_and_corrected_as_in_python(flt):
 
 @pytest.mark.compiled
 @c_engine.EVERY_COMPILER
-@pytest.mark.parametrize("axes", ["x,y,z", "y,z,x", "-x,y,-z"])
+@pytest.mark.parametrize("axes", ["x,y,z", "y,z,x", "-x,y,-z", "ZYX:30,-50,20"])
 @pytest.mark.parametrize("found", [None, SIX], ids=["as it reads", "no magnetometer"])
 def test_mounted_any_way(compiler, axes, found):
     axes, recording = AxisMap.parse(axes), silent(hard_recording(True))

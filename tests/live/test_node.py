@@ -215,3 +215,18 @@ def test_every_event_has_a_meaning(rig):
     with pytest.raises(SourceLost):
         one.node.run(duration=60.0)
     assert {name.strip("-") for name in one.events()} <= set(EVENTS)
+
+
+def test_a_heading_is_set_like_a_parameter():
+    recording = lh.simulate.recording("MPU-6050", "hand", duration=2.0, seed=2)
+    node = Node(Replay(recording, math.inf), calibrate=0)
+    said = node.bus.subscribe("imu/orientation", history=1000, max_age=math.inf)
+    node.set(heading=70.0)
+    with pytest.raises(lh.LevelheadError, match="expected degrees"):
+        node.set(heading=math.nan)
+    node.run()
+    yaws = [math.degrees(said.get(timeout=0.0).euler.yaw) for _ in range(len(recording))]
+    plain = lh.fuse(recording).euler()[:, 2]
+    turned = (np.array(yaws) - plain + 180.0) % 360.0 - 180.0
+    assert np.ptp(turned[-100:]) < 1e-9 and abs(turned[-1]) > 1.0
+    assert "heading" in node.journal.counts

@@ -1,19 +1,43 @@
 """``levelhead axes LOG``: how the sensor sits on its body."""
 
 from pathlib import Path
+from typing import Annotated
 
-from levelhead.cli.options import Reading, print_line
+from cyclopts import Parameter
+
+from levelhead.cli.options import Axes, Reading, folder, print_line, require_writable
+from levelhead.errors import LevelheadError, require
 
 
-def axes(log: Path, /, *, reading: Reading = Reading()) -> None:  # noqa: B008
+def axes(
+    log: Path | None = None,
+    /,
+    *,
+    axes: Axes = "",
+    out: Annotated[Path | None, Parameter(name=["--out", "-o"], metavar="DIR")] = None,
+    reading: Reading = Reading(),  # noqa: B008
+) -> None:
     """Find the axis map from a log in which the body is still and level for a second, and then leans to its right side.
 
-    Prints the value of the option --axes of `levelhead run` and `levelhead export`: the sensor's axes that are the
-    body's x (forward), y (left) and z (up).
+    Prints the value of the option --axes of `levelhead fuse`, `run` and `export`.
 
     Args:
         log: a recording, as for fuse; a turn of 30° or more.
+        axes: a mounting to draw instead of one from a log, such as ZYX:90,0,10.
+        out: folder for LOG-axes.png, a picture of the sensor on its body (needs the extra levelhead[plot]).
     """
-    from levelhead.axis_map import find_axes
+    from levelhead.axis_map import AxisMap, find_axes
 
-    print_line(str(find_axes(reading.read(log))))
+    if (log is None) == (not axes):
+        raise LevelheadError("give either a log or a mounting: levelhead axes LOG, or levelhead axes --axes -y,x,z")
+    if out is not None:
+        require_writable(out)
+        require("matplotlib", "the picture", "plot")
+    found = AxisMap.parse(axes) if log is None else find_axes(reading.read(log))
+    print_line(str(found))
+    if out is not None:
+        from levelhead.publish.plots.axes_picture import mounting_picture
+
+        target = folder(out) / f"{'mounting' if log is None else log.stem}-axes.png"
+        mounting_picture(found, target)
+        print_line(f"written: {target}")

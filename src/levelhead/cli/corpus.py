@@ -23,6 +23,7 @@ from levelhead.cli.options import (
     print_written,
     require_writable,
 )
+from levelhead.cli.placement import Placement
 from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.filters.parameters import FilterChoice
 from levelhead.guard import Guard
@@ -81,6 +82,7 @@ class Fusing:
     engine: Engine = "auto"
     order: Annotated[str, Parameter(metavar="PATTERN")] = ""
     """Pattern or column for their order in time; by default their names."""
+    placement: Placement = Placement()  # noqa: RUF009
 
 
 @corpus.command
@@ -244,7 +246,7 @@ def _fuse(verb: str, places: Sequence[str], fusing: Fusing, running: Running, re
     guard = parse_guard(fusing.guard)
     return _run(
         verb, places, chosen, running, reading, guard, fusing.mag, fusing.tracks, fusing.same_sensor, fusing.order,
-        fusing.engine,
+        fusing.engine, fusing.placement,
     )  # fmt: skip
 
 
@@ -260,6 +262,7 @@ def _run(
     sensor: str = "",
     order: str = "",
     engine: str = "auto",
+    placement: Placement = Placement(),  # noqa: B008
 ) -> int:
     from levelhead.corpora.html_report import write_page
     from levelhead.corpora.results import read_job
@@ -281,7 +284,8 @@ def _run(
         table = run(
             places, verb, *chosen, out=running.out, guard=guard, magnetometer=mag, tracks=tracks, sensor=sensor,
             order=order, engine=engine, workers=running.workers, scheduler=running.scheduler, memory=running.memory,
-            hints=reading.hints(), progress=report,
+            hints=reading.hints(), progress=report, axes="" if placement.mounting is None else str(placement.mounting),
+            frame=placement.frame.upper(),
         )  # fmt: skip
     with progress("writing the report"):
         page = write_page(running.out, table, read_job(running.out), {}, running.plot and can_draw())

@@ -5,6 +5,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
+
 from levelhead import filters
 from levelhead.cli.fuse_options import FuseArguments, FuseOptions, require_north
 from levelhead.cli.options import Reading, can_draw, folder, print_json, print_line, print_written
@@ -16,7 +18,7 @@ from levelhead.open_types import JsonObject, ReadOnlyJson
 if TYPE_CHECKING:
     from levelhead.calibration import Calibration
     from levelhead.evaluate import Score
-    from levelhead.recording import Recording
+    from levelhead.recording import Array, Recording
     from levelhead.track import Track
 
 MANY = 1_000_000  # rows from which CSV is the slow way
@@ -112,7 +114,7 @@ def fuse_logs(given: Sequence[Path], arguments: FuseArguments, smooth: bool) -> 
             return
     done = _fuse_one(logs[0], logs[0].stem, options)
     if options.as_json:
-        print_json(_facts(done))
+        print_json(_facts(done, options))
     else:
         _print_summary(done, options)
 
@@ -137,6 +139,10 @@ def _print_summary(done: FusionResult, options: FuseOptions) -> None:
     print_line(summary(done.recording, done.track, done.score, done.guard, verbose=options.verbose, notes=notes))
     for line in short_form(done.recording):
         print_line(f"doctor: {line}")
+    if options.mounting is not None:
+        print_line(f"axes          of the body: the sensor's {options.mounting}")
+    if options.frame != "ENU":
+        print_line(f"frame         {options.frame} in the file; the angles above are in ENU")
     if options.output_rate is not None:
         print_line(f"rows          {done.rows:,} written, at {options.output_rate:g} Hz")
     print_written(done.written, options.plot)
@@ -144,10 +150,11 @@ def _print_summary(done: FusionResult, options: FuseOptions) -> None:
         print_line(f"{done.rows:,} rows are large for CSV: --format parquet writes and reads them much faster")
 
 
-def _facts(done: FusionResult) -> JsonObject:
+def _facts(done: FusionResult, options: FuseOptions) -> JsonObject:
     from levelhead.publish.summary import facts
 
     said = facts(done.recording, done.track, done.score, done.guard)
+    said |= {"frame": options.frame, "axes": None if options.mounting is None else str(options.mounting)}
     return said | {"rows": done.rows, "written": [str(path) for path in done.written]}
 
 
@@ -177,7 +184,7 @@ def fuse_several(logs: Sequence[Path], options: FuseOptions) -> None:
             "error": None if done.score is None else done.score.total,
         }
         rows.append(row)
-        said.append({"log": str(log)} | _facts(done))
+        said.append({"log": str(log)} | _facts(done, options))
     if options.as_json:
         print_json({"logs": said})
     else:
@@ -217,30 +224,34 @@ def _fuse_one(log: Path, name: str, options: FuseOptions) -> FusionResult:
         from levelhead.evaluate import evaluate
 
         score = evaluate(recording, track)  # a reference counts as relative to magnetic north, like the filter
-    if options.declination is not None:
-        track = track.to_true_north(options.declination)
+    track = options.of_body(track, recording)
+    seen = recording if options.mounting is None else options.mounting.rotate(recording)
     target = folder(options.out) / f"{name}-track.{options.format}"
     with progress(f"writing {target.name}") as report:
-        shown = _at_output_rate(track, options)
-        write_track(shown, target, report)
+        shown, more = _rows_to_write(track.to_frame(options.frame), options)
+        write_track(shown, target, report, more)
     written = [target]
     if options.plot and can_draw():
-        written += _pictures(recording, track, params, guard, options.prior, options.out / name)
+        written += _pictures(seen, track, params, guard, options.prior, options.out / name)
     if options.save_calibration is not None and track.calibration is not None:
         track.calibration.save(options.save_calibration)
         written.append(options.save_calibration)
-    return FusionResult(recording, track, score, guard, written, len(shown))
+    return FusionResult(seen, track, score, guard, written, len(shown))
 
 
-def _at_output_rate(track: "Track", options: FuseOptions) -> "Track":
-    """The rows of a track that are written."""
+def _rows_to_write(track: "Track", options: FuseOptions) -> "tuple[Track, dict[str, Array]]":
+    """The rows of a track that are written, and further columns."""
+    from levelhead.publish.writers import motion_columns
+
+    more = motion_columns(track) if options.motion else {}
     if options.output_rate is None:
-        return track
+        return track, more
     from levelhead.publish.output_rate import OutputRate
 
     reduced = OutputRate(options.output_rate).reduce(track)
     assert reduced is not None  # it has its first row
-    return reduced
+    rows = np.searchsorted(track.t, reduced.t)
+    return reduced, {name: values[rows] for name, values in more.items()}
 
 
 def node_filter(live: ReadOnlyJson, guard: Guard | None, words: Sequence[str]) -> tuple[Params, Guard | None]:

@@ -20,13 +20,16 @@ from levelhead.cli.options import (
     require_self_calibration,
     require_writable,
 )
+from levelhead.cli.placement import Placement
 from levelhead.errors import LevelheadError, require
 from levelhead.filters.parameters import Params
 from levelhead.guard import Guard
 
 if TYPE_CHECKING:
+    from levelhead.axis_map import AxisMap
     from levelhead.calibration import Calibration
     from levelhead.recording import Recording
+    from levelhead.track import Track
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,6 +52,10 @@ class FuseOptions:
         as_json: print JSON in place of a summary.
         verbose: print every note and number.
         output_rate: Hz; None: every sample is written.
+        mounting: from the sensor's axes to the body's; None: they are the same.
+        frame: "ENU", "NED" or "NWU", of the written track.
+        heading: degrees, the yaw at the start in that frame; None: as the filter found it.
+        motion: write specific force, accelerations and rate too.
     """
 
     params: Params
@@ -66,6 +73,31 @@ class FuseOptions:
     as_json: bool
     verbose: bool
     output_rate: float | None
+    mounting: "AxisMap | None"
+    frame: str
+    heading: float | None
+    motion: bool
+
+    def of_body(self, track: "Track", recording: "Recording") -> "Track":
+        """The track of the body, turned to the north or the heading that was asked for, in ENU.
+
+        A heading without a magnetometer is 0 at the start, also that of the body.
+        """
+        if self.declination is not None:
+            track = track.to_true_north(self.declination)
+        if self.mounting is not None:
+            track = track.mounted(self.mounting)
+        if self.heading is not None:
+            return track.to_frame(self.frame).with_heading(self.heading).to_frame("ENU")
+        relative = recording.mag is None or "heading" not in filters.of(self.params).estimates
+        if self.mounting is not None and relative and track.has_heading_at_start:
+            return track.with_heading(0.0)
+        return track
+
+    @property
+    def needs_start(self) -> bool:
+        """Whether all of a track is turned by what its start is like."""
+        return self.heading is not None or self.mounting is not None
 
 
 @Parameter(name="*")
@@ -104,6 +136,12 @@ class FuseArguments:
     """Print every parameter, every learned number, every kind of fault and every note."""
     json: Annotated[bool, Parameter(negative="")] = False
     """Print the summary as JSON, with all parameters and all learned numbers."""
+    placement: Placement = Placement()  # noqa: RUF009
+    heading: Annotated[float | None, Parameter(metavar="DEG")] = None
+    """Yaw at the start, in the frame of the track: from east anticlockwise in enu, a bearing in ned."""
+    motion: Annotated[bool, Parameter(negative="")] = False
+    """Write specific force, acceleration without gravity in the axes of the body and of the earth, and the rate without
+    its bias too, each with its 1σ."""
     reading: Reading = Reading()  # noqa: RUF009
 
     def check(self, smooth: bool, logs: int) -> FuseOptions:
@@ -127,6 +165,10 @@ class FuseArguments:
             require_self_calibration(params, "--save-calibration")
             if logs > 1:
                 raise LevelheadError("--save-calibration names one file for one sensor; give one log with it")
+        if self.heading is not None and not abs(self.heading) <= 360.0:
+            raise LevelheadError(f"the heading is {self.heading:g}; expected degrees within ±360")
+        if self.heading is not None and self.declination is not None:
+            raise LevelheadError("--heading and --declination both turn the heading; give one of them")
         require_writable(self.out)
         if self.format == "parquet":
             require("pyarrow", "writing Parquet", "formats")
@@ -146,6 +188,10 @@ class FuseArguments:
             as_json=self.json,
             verbose=self.verbose,
             output_rate=self.output_rate,
+            mounting=self.placement.mounting,
+            frame=self.placement.frame.upper(),
+            heading=self.heading,
+            motion=self.motion,
         )
 
 

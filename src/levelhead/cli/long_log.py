@@ -88,8 +88,10 @@ def fuse_long_log(log: Path, options: FuseOptions) -> None:
     from levelhead.cli.resume import open_unfinished
     from levelhead.publish.progress import progress
     from levelhead.publish.writers import write_tracks
-    from levelhead.sources.chunked import read_chunks
+    from levelhead.sources.chunked import NeedsWholeLog, read_chunks
 
+    if options.needs_start or options.motion:
+        raise NeedsWholeLog(f"{log} is turned by what its start is like; it is read whole")
     chunks = read_chunks(log, **options.reading.hints())
     if options.declination is not None:
         require_north(chunks.head, options.params)
@@ -105,7 +107,8 @@ def fuse_long_log(log: Path, options: FuseOptions) -> None:
             for track in make(chunks, options, unfinished, report, sums):
                 sums.calibration, sums.rows = track.calibration, sums.rows + len(track)
                 report(1.0, f"{sums.rows:,} rows written")
-                yield track if options.declination is None else track.to_true_north(options.declination)
+                north = track if options.declination is None else track.to_true_north(options.declination)
+                yield north.to_frame(options.frame)
 
         write_tracks(tracks(), target)
     written = [target]
@@ -132,6 +135,7 @@ def _options_of_result(options: FuseOptions) -> JsonObject:
         "filter": filters.of(options.params).name,
         "guard": "off" if options.guard is None else "on",
         "declination": options.declination,
+        "frame": options.frame,
         "prior": hashlib.sha256(prior.encode()).hexdigest()[:16] if prior else None,
         "rows of a chunk": ROWS,
     }

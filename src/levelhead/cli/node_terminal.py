@@ -38,8 +38,8 @@ class SignalHandlers:
 class StatusLines:
     """A line per second, and each event, from a thread that the node does not wait for."""
 
-    def __init__(self, node: "Node", quiet: bool) -> None:
-        self._node, self._quiet = node, quiet
+    def __init__(self, node: "Node", quiet: bool, frame: str = "ENU") -> None:
+        self._node, self._quiet, self._frame = node, quiet, frame
         self._printed: set[str] = set()
         self._thread = threading.Thread(target=self._run, name="terminal", daemon=True)
 
@@ -61,7 +61,7 @@ class StatusLines:
                 return
             now = time.monotonic()
             if now - last >= 1.0:
-                self._print(status_line(self._node, (self._node.samples - samples) / (now - last)))
+                self._print(status_line(self._node, (self._node.samples - samples) / (now - last), self._frame))
                 samples, last = self._node.samples, now
 
     def _print_event(self, event: Untyped) -> None:
@@ -81,18 +81,24 @@ class StatusLines:
             sys.stdout.flush()
 
 
-def status_line(node: "Node", rate: float) -> str:
+def status_line(node: "Node", rate: float, frame: str = "ENU") -> str:
     """Samples per second; roll, pitch and yaw in degrees, 1σ of tilt and heading, how late ticks are, warnings."""
     orientation = node.last
     warnings = ", ".join(name for name in list(node.journal.active) if name != "calibrating")
     if orientation is None:
         return f"{rate:6.1f} Hz  no orientation yet{f'  [{warnings}]' if warnings else ''}"
     roll, pitch, yaw = (math.degrees(angle) for angle in orientation.euler)
+    if frame == "NED":
+        pitch, yaw = -pitch, 90.0 - yaw
+    elif frame == "NWU":
+        yaw -= 90.0
+    yaw = (yaw + 180.0) % 360.0 - 180.0
     tilt, heading = math.degrees(math.hypot(*orientation.sigma[:2])), math.degrees(orientation.sigma[2])
     late = 1e3 * node.loop.lateness.quantile(0.99)
     over_budget = f"  over budget {node.over_budget}" if node.over_budget else ""
     return (
         f"{rate:6.1f} Hz  roll {roll:+7.2f}°  pitch {pitch:+7.2f}°  yaw {yaw:+7.2f}°  "
         f"σ {tilt:.2f}° / {heading:.2f}°  late p99 {late:.2f} ms  missed {node.loop.missed}{over_budget}"
+        + ("" if frame == "ENU" else f"  {frame}")
         + (f"  [{warnings}]" if warnings else "")
     )

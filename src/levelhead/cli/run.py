@@ -18,6 +18,7 @@ from levelhead.cli.options import (
     read_parameters,
 )
 from levelhead.cli.outputs import Outputs
+from levelhead.cli.placement import AS_MOUNTED, FrameName
 from levelhead.errors import LevelheadError
 from levelhead.open_types import JsonObject, Untyped
 
@@ -39,7 +40,9 @@ def run(
     certificates: Annotated[Path | None, Parameter(metavar="DIR")] = None,
     readers: Annotated[tuple[str, ...], Parameter(negative="", metavar="NAME")] = (),
     speed: Annotated[float, Parameter(metavar="X")] = 1.0,
-    axes: Axes = "x,y,z",
+    axes: Axes = AS_MOUNTED,
+    frame: FrameName = "enu",
+    heading: Annotated[float | None, Parameter(metavar="DEG")] = None,
     gyr_range: Annotated[float, Parameter(metavar="DEG/S")] = 500.0,
     acc_range: Annotated[float, Parameter(metavar="G")] = 4.0,
     map: Annotated[tuple[str, ...], Parameter(negative="", metavar="gyr=gx,gy,gz")] = (),
@@ -66,7 +69,9 @@ def run(
         certificates: folder with ca.pem, own.pem and own.key.
         readers: names in the certificates of permitted subscribers; by default all with a certificate of the authority.
         speed: of a replay: 2 is twice as fast, inf as fast as possible.
-        axes: the sensor's axes that are the body's x (forward), y (left) and z (up), such as -y,x,z.
+        axes: how the sensor sits on its body, as for fuse: such as -y,x,z, ZYX:90,0,10 or a quaternion wxyz.
+        frame: earth frame of the angles on the terminal. Messages are in enu (REP 103), whatever this is.
+        heading: yaw at the start, in degrees in that frame. A command sets it later: heading is set like a parameter.
         gyr_range: full scale of a chip's gyroscope.
         acc_range: full scale of a chip's accelerometer.
         map: columns of lines or files, as for fuse.
@@ -104,7 +109,9 @@ def run(
             give_up=give_up,
         )  # fmt: skip
         served = outputs.open(node.bus.subscribe, node.set, json)
-        with node, served, SignalHandlers(node), StatusLines(node, quiet=json):
+        if heading is not None:
+            node.set(heading=90.0 - heading if frame == "ned" else heading + (90.0 if frame == "nwu" else 0.0))
+        with node, served, SignalHandlers(node), StatusLines(node, quiet=json, frame=frame.upper()):
             figures = node.run(duration)
     if json:
         print_json(figures)

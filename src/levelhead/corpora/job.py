@@ -34,6 +34,8 @@ class Job:
         order: what puts them in order of time, likewise; "": their names.
         version: of levelhead.
         engine: as for ``fuse_recordings``.
+        axes: how the sensors sit on their bodies, for the tracks that are written; "": as they are.
+        frame: of these tracks.
     """
 
     verb: str
@@ -46,6 +48,8 @@ class Job:
     order: str = ""
     version: str = VERSION
     engine: str = "auto"
+    axes: str = ""
+    frame: str = "ENU"
 
     @property
     def facts(self) -> JsonObject:
@@ -65,7 +69,8 @@ class Job:
             "order": self.order,
             "version": self.version,
         }
-        return facts if self.engine == "auto" else facts | {"engine": self.engine}
+        usual = {"engine": "auto", "axes": "", "frame": "ENU"}  # left out, so that runs of before keep their digest
+        return facts | {name: getattr(self, name) for name, value in usual.items() if getattr(self, name) != value}
 
     @classmethod
     def from_facts(cls, facts: ReadOnlyJson) -> "Job":

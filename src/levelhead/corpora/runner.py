@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from levelhead.axis_map import AxisMap
 from levelhead.corpora.cluster import Pool, WorkerDied, open_pool
 from levelhead.corpora.job import FUSE, Batch, Job, check_same_sensor, choose_methods
 from levelhead.corpora.places import Source, is_gone, list_sources
@@ -15,6 +16,7 @@ from levelhead.corpora.plan import Plan, make_plan
 from levelhead.corpora.results import Results
 from levelhead.corpora.sensors import assign_sensors
 from levelhead.corpora.work import failed_row, run_batch
+from levelhead.earth_frame import find_frame
 from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.engine.binding import check_engine
 from levelhead.engine.threads import cores
@@ -68,6 +70,8 @@ def corpus(
     sensor: str = "",
     order: str = "",
     engine: str = "auto",
+    axes: str = "",
+    frame: str = "ENU",
     workers: int | None = None,
     scheduler: str | None = None,
     memory: str | None = None,
@@ -92,6 +96,8 @@ def corpus(
             group, in the name of a recording, is the sensor; or ``column:NAME`` of its file.
         order: what puts recordings of a sensor in order of time, likewise; by default their names.
         engine: as for ``fuse_recordings``.
+        axes: how the sensors sit on their bodies, as for ``Track.mounted``, for the tracks that are written.
+        frame: earth frame of these tracks, "ENU", "NED" or "NWU".
         workers: processes on this machine; None: one for each core; 0: this process, without Dask.
         scheduler: address of a Dask scheduler, such as tcp://10.0.0.1:8786, to work there instead.
         memory: of each process on this machine, such as "2GiB"; beyond it the process is started anew.
@@ -110,9 +116,12 @@ def corpus(
     >>> corpus("recordings", "fuse", "EKF", "ESKF", out="results")  # doctest: +SKIP
     """
     job = Job(
-        do, choose_methods(do, methods), guard, dict(hints or {}), magnetometer, tracks, sensor, order, engine=engine
+        do, choose_methods(do, methods), guard, dict(hints or {}), magnetometer, tracks, sensor, order, engine=engine,
+        axes="" if not axes else str(AxisMap.parse(axes)), frame=find_frame(frame).name,
     )  # fmt: skip
     check_engine(engine)
+    if (job.axes or job.frame != "ENU") and not tracks:
+        raise LevelheadError("axes and frame are those of written tracks; ask for these too: --tracks, or tracks=True")
     check_same_sensor(job)
     if tracks and out is None:
         raise LevelheadError("tracks need a folder; name one with out=")

@@ -220,8 +220,13 @@ def _tracks(job: Job, recording: Recording, prior: str, target: str) -> Iterator
                 figures = outcome.figures._asdict()
                 row |= {name if name in UNITLESS else f"{name}_deg": value for name, value in figures.items()}
         if target:
-            _write(track, target if len(job.methods) == 1 else f"{target}.{_file_name(method)}")
+            _write(_of_body(job, track), target if len(job.methods) == 1 else f"{target}.{_file_name(method)}")
         yield row
+
+
+def _of_body(job: Job, track: Track) -> Track:
+    """The track as it is written: of the body, in the frame of the job."""
+    return (track.mounted(job.axes) if job.axes else track).to_frame(job.frame)
 
 
 def find_orientation(job: Job, method: Method, recording: Recording, prior: Calibration | None) -> Track:

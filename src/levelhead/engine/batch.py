@@ -118,6 +118,7 @@ class Batch:
 
     def _take(self, recording: Recording) -> None:
         """Inputs and outputs for the samples of a recording."""
+        self._given = recording
         recording = self._recording = correct_recording(recording, self._prior)
         self._aiding = aiding_inputs(recording) if self._bound.takes_aiding else None
         if self._aiding is None and self._aided:
@@ -197,6 +198,7 @@ class Batch:
             self._outputs[3],
             self._settings.filter,
             calibration=self.calibration,
+            readings=self._given,
             **(navigation_fields(self._outputs[4].reshape(n, 4, 3)) if self._aided else {}),
         )
 

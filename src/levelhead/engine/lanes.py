@@ -208,7 +208,7 @@ def tracks(
         sets = [parameter_sets[i] for i in block]
         variant = variant_of(sets[0], None)
         return [
-            Track(recording.t, q, b if bias else None, s, h, params)
+            Track(recording.t, q, b if bias else None, s, h, params, readings=recording)
             for params, (q, b, s, h) in zip(
                 sets, LaneBlock(variant, guard or DEFAULT_GUARD, recording, sets).outputs(), strict=True
             )

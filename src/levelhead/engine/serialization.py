@@ -17,6 +17,7 @@ from levelhead import filters
 from levelhead.compiler.tree import Tree, leaves
 from levelhead.engine.binding import bind
 from levelhead.engine.driver import Carry, Settings
+from levelhead.engine.heading_offset import HeadingOffset
 from levelhead.errors import LevelheadError
 from levelhead.guard import Guard
 from levelhead.version import VERSION
@@ -31,6 +32,7 @@ class StreamState(NamedTuple):
     guarded: bool
     carry: Carry
     time: float | None  # stamp of the last sample, s
+    heading: HeadingOffset | None = None  # that the user has set
 
 
 def layout(example: Tree) -> str:
@@ -66,6 +68,7 @@ def to_bytes(saved: StreamState) -> bytes:
         "params": params._asdict(),
         "guard": guard._asdict() if saved.guarded else None,
         "time": None if saved.time is None else saved.time.hex(),
+        "heading": None if saved.heading is None else [number.hex() for number in saved.heading],
         "layout": _digest(saved.carry),
     }
     body = MAGIC + json.dumps(header).encode() + b"\n" + leaf_bytes(saved.carry)
@@ -102,6 +105,8 @@ def from_bytes(data: bytes) -> StreamState:
         header = json.loads(text)
         name, values, guard = header["filter"], dict(header["params"]), header["guard"]
         time = None if header["time"] is None else float.fromhex(header["time"])
+        turned = header.get("heading")
+        heading = None if turned is None else HeadingOffset(*map(float.fromhex, turned))
     except (ValueError, KeyError, TypeError):
         raise LevelheadError("the saved stream's header is not one that levelhead writes") from None
     flt = filters.find(name)
@@ -113,4 +118,4 @@ def from_bytes(data: bytes) -> StreamState:
             f"the stream was saved by levelhead {header.get('levelhead')}, whose {flt.name} keeps another state than "
             f"{VERSION}; start a new one"
         )
-    return StreamState(settings=settings, guarded=guarded, carry=value_of(example, body), time=time)
+    return StreamState(settings=settings, guarded=guarded, carry=value_of(example, body), time=time, heading=heading)

@@ -340,7 +340,10 @@ def smooth(
     run = Smoother(recording, params, guard, prior, engine)
     calibration = run.run([], progress)
     quats, bias, sigma = (values.reshape(len(recording), -1) for values in run.track)
-    track = Track(recording.t, quats, bias, sigma, run.health, params, calibration=calibration, **run.navigation)
+    track = Track(
+        recording.t, quats, bias, sigma, run.health, params, calibration=calibration, readings=recording,
+        **run.navigation,
+    )  # fmt: skip
     return turn_north(track, run.turn)
 
 

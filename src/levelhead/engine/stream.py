@@ -12,6 +12,7 @@ from levelhead.calibration import Calibration
 from levelhead.engine.batch import DEFAULT_GUARD
 from levelhead.engine.binding import bind, bind_axis, choose_engine, estimates_bias, numba_installed
 from levelhead.engine.driver import Settings
+from levelhead.engine.heading_offset import HeadingOffset, heading_offset
 from levelhead.engine.native import has_axis, has_imu
 from levelhead.engine.prior import apply_prior, correct_ticks, keep_prior, read_calibration
 from levelhead.engine.serialization import StreamState, from_bytes, to_bytes
@@ -20,10 +21,13 @@ from levelhead.errors import LevelheadError
 from levelhead.filters.contract import HEIGHT, POSITION, VELOCITY, AxisReport, NavState, Output
 from levelhead.filters.parameters import FilterChoice, Params
 from levelhead.guard import Guard
-from levelhead.kernels.quat import Euler, Quat, to_euler
-from levelhead.kernels.vec3 import ZERO, Vec3
+from levelhead.kernels.correction import true_force
+from levelhead.kernels.quat import Euler, Quat, rotate, to_euler, up
+from levelhead.kernels.vec3 import ZERO, Vec3, scale, sub
 from levelhead.recording import LEAST_PRESSURE, MOST_PRESSURE, Array
+from levelhead.rotations import turn_heading
 from levelhead.track import North, north_of
+from levelhead.units import GRAVITY
 
 Triple = Sequence[float] | Array  # three numbers: a tuple, a list, a row of an array
 Rows = Sequence[Triple] | Array
@@ -151,6 +155,9 @@ class Stream:
             self._run_rows = getattr(self._place, "run_rows", None)
         if self._run_rows is None:
             self._tick, self._tick_mag = _with_tuples(self._tick), _with_tuples(self._tick_mag)
+        self._plain_ticks = self._tick, self._tick_mag
+        self._heading: HeadingOffset | None = None
+        self._has_mag = False
         self._time: float | None = None
 
     def update(
@@ -181,6 +188,7 @@ class Stream:
         try:
             if mag is None:
                 return self._tick(self._place, gyr, ZERO if acc is None else acc, dt)
+            self._has_mag = True
             return self._tick_mag(self._place, gyr, ZERO if acc is None else acc, mag, dt)
         except (TypeError, ValueError):
             raise _sample_error(gyr, acc, mag, dt) from None
@@ -229,9 +237,12 @@ class Stream:
         mag = np.empty(0) if mag is None else _rows("mag", mag, n, "µT")
         intervals = self._intervals(n, dt, t)
         quat = np.empty((n, 4))
+        self._has_mag |= len(mag) > 0
         if self._run_rows is not None:
             outputs = np.empty(3 * n), np.empty(3 * n), np.empty(n, np.uint32)
             self._run_rows(intervals, gyr, acc, mag, quat, *outputs)
+            if self._heading is not None:
+                quat = turn_heading(quat, self._heading.angle)
         else:
             fields = mag if len(mag) else [None] * n
             for i, (rate, force, field) in enumerate(zip(gyr, acc, fields, strict=True)):
@@ -260,6 +271,30 @@ class Stream:
             row, value = int(wrong[0]), float(given[wrong[0]])
             raise LevelheadError(f"row {row} comes {value!r} s after the one before; intervals must be greater than 0")
         return np.ascontiguousarray(given)
+
+    def set_heading(self, heading: float, sigma: float = 0.0, *, degrees: bool = True) -> None:
+        """Turns all that follows about the vertical so that the yaw of the last sample is that given.
+
+        The filter itself is not touched: with a magnetometer the offset from its north stays. σ of the heading starts
+        with that given where heading is relative; where it has a reference, that of the filter counts as well.
+
+        Args:
+            heading: yaw, from east anticlockwise.
+            sigma: its 1σ.
+            degrees: the unit of both; False: rad.
+
+        Raises:
+            LevelheadError: no numbers, or the x axis is vertical within 1°.
+        """
+        w, x, y, z, _, _, _, _, _, up, _ = self._stepper.report(self._place)
+        referenced = self._has_mag and "heading" in self._filter.estimates
+        self._use_heading(heading_offset((w, x, y, z), up, heading, sigma, degrees, referenced))
+
+    def _use_heading(self, offset: HeadingOffset | None) -> None:
+        self._heading = offset
+        self._tick, self._tick_mag = self._plain_ticks
+        if offset is not None:
+            self._tick, self._tick_mag = offset.tick(self._tick), offset.tick(self._tick_mag)
 
     def update_pressure(self, pressure: float, sigma: float = 2.6, age: float = 0.0) -> None:
         """Takes air pressure: the height of the standard atmosphere, whose offset and drift the filter learns.
@@ -328,18 +363,45 @@ class Stream:
         if self._filter.aiding is None:
             return None
         said: NavState = self._filter.aiding.nav_state(self.params, self._stepper.state.run.state)
+        if self._heading is not None:
+            vectors = (Vec3(*self._heading.turn_vector(v)) for v in (said.position, said.velocity))
+            position, velocity = vectors
+            said = said._replace(position=position, velocity=velocity)
         return said if said.aided else None
+
+    def linear_acceleration(self, acc: Triple) -> Vec3:
+        """Acceleration without gravity in m/s², sensor axes, of the last sample's specific force.
+
+        Without the accelerometer's errors that the filter has found. Its 1σ is about g times that of the tilt.
+
+        Args:
+            acc: specific force of the last sample, m/s².
+        """
+        known, quat = self.calibration, self.quat
+        try:
+            force = Vec3(*(float(x) for x in acc))
+        except (TypeError, ValueError):
+            raise _sample_error((0.0, 0.0, 0.0), acc, None, 1.0) from None
+        force = force if known is None else true_force(known.errors, force)
+        return sub(force, scale(up(quat), GRAVITY))
+
+    def earth_acceleration(self, acc: Triple) -> Vec3:
+        """The same along the earth's axes (x east, y north, z up)."""
+        return rotate(self.quat, self.linear_acceleration(acc))
 
     @property
     def numbers(self) -> tuple[float, ...]:
         """What ``output`` says as plain numbers, cheapest of all: quat (4), bias (3), sigma (3), health."""
         numbers: tuple[float, ...] = self._stepper.report(self._place)
-        return numbers
+        if self._heading is None:
+            return numbers
+        w, x, y, z, a, b, c, east, north, up, health = numbers
+        return *self._heading.turn((w, x, y, z)), a, b, c, *self._heading.turn_sigma((east, north, up)), health
 
     @property
     def output(self) -> Output:
         """Orientation, bias, σ and health after the last sample, at once: cheaper than one by one."""
-        numbers = self._stepper.report(self._place)
+        numbers = self.numbers
         return Output(
             quat=Quat(*numbers[:4]), bias=Vec3(*numbers[4:7]), sigma=Vec3(*numbers[7:10]), health=int(numbers[10])
         )
@@ -394,6 +456,7 @@ class Stream:
         begin = bind(self._filter, self._guarded).begin(self._stepper.params)
         self._stepper.state = keep_prior(self._filter, self._stepper.params, self._stepper.state, begin)
         self._time = None
+        self._use_heading(None)
 
     def save(self) -> bytes:
         """The whole state, parameters included, as bytes: what ``Stream.restore`` goes on from, to the bit."""
@@ -403,7 +466,13 @@ class Stream:
             )
         stepper = self._stepper
         return to_bytes(
-            StreamState(settings=stepper.params, guarded=self._guarded, carry=stepper.state, time=self._time)
+            StreamState(
+                settings=stepper.params,
+                guarded=self._guarded,
+                carry=stepper.state,
+                time=self._time,
+                heading=self._heading,
+            )
         )
 
     @classmethod
@@ -417,6 +486,7 @@ class Stream:
         stream = cls(saved.settings.filter, guard=saved.settings.guard if saved.guarded else None, engine=engine)
         stream._stepper.state = saved.carry
         stream._time = saved.time
+        stream._use_heading(saved.heading)
         return stream
 
 

@@ -85,4 +85,6 @@ def _on_clock(track: Track, recording: Recording) -> Track:
     if np.array_equal(track.t, recording.t):
         return track
     quat = OrientationSeries.from_samples("the track", track.t, track.quat).at(recording.t)
-    return replace(track, t=recording.t, quat=quat, bias=None, sigma=None, health=np.zeros(len(quat), np.uint32))
+    return replace(
+        track, t=recording.t, quat=quat, bias=None, sigma=None, readings=None, health=np.zeros(len(quat), np.uint32)
+    )

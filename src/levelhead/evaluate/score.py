@@ -120,7 +120,7 @@ def absolute_heading(recording: Recording, track: Track) -> bool:
 
 def error_angles(recording: Recording, track: Track) -> Errors:
     """Errors of every sample in rad (rest phases too), a relative heading aligned first as in ``evaluate``."""
-    return _error_angles(recording, track).errors
+    return _error_angles(recording, track.of_sensor()).errors
 
 
 class _ErrorAngles(NamedTuple):
@@ -208,6 +208,7 @@ def evaluate(recording: Recording, track: Track, *, relative: bool | None = None
     Raises:
         LevelheadError: the recording holds no truth, or the track belongs to another recording.
     """
+    track = track.of_sensor()
     found, offset, rows, aligned = _error_angles(recording, track, relative, partial)
     absolute = offset is None
     truth = require_truth(recording, track, partial)

@@ -61,7 +61,7 @@ class ArrayApi(CApi):
         source = self.source(
             "array.functions.c",
             values=self._values(),
-            components=sensor.components(self.config),
+            components=sensor.components(self.config, self.number),
             mounted=sensor.axes_comment(self.config),
             table=sensor.prior_table(self.config, self.program),
             told=sensor.prior_start(self.config),

@@ -116,10 +116,9 @@ class ImuApi(CApi):
 
     def _components(self) -> str:
         """The lines that turn a reading into the body's axes."""
-        rows = self.config.axes.rows
         return join_lines(
-            f"{STEP}to[{i}] = v ? {'-' if sign < 0.0 else ''}v[{axis}] : {self.number(0.0)};"
-            for i, (axis, sign) in enumerate(rows)
+            f"{STEP}to[{i}] = v ? {sensor.component(self.config, self.number, i)} : {self.number(0.0)};"
+            for i in range(3)
         ).rstrip()
 
     def _take(self, advance: Procedure) -> str:

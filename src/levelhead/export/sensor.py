@@ -1,7 +1,7 @@
 """What an export knows of its own sensor, as C: how it is mounted, what it does wrong, what an earlier run learned."""
 
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 from levelhead.axis_map import IDENTITY
 from levelhead.calibration import QUANTITIES, Calibration
@@ -139,9 +139,18 @@ def axes_comment(config: ExportConfig) -> str:
     )
 
 
-def components(config: ExportConfig) -> str:
+def component(config: ExportConfig, number: Callable[[float], str], axis: int) -> str:
+    """The number along an axis of the body from the three numbers at v, as C; the order of sums is Python's."""
+    parts = [
+        {1.0: f"v[{i}]", -1.0: f"-v[{i}]"}.get(factor, f"v[{i}] * {number(factor)}")
+        for i, factor in config.axes.terms[axis]
+    ]
+    return " + ".join(parts)
+
+
+def components(config: ExportConfig, number: Callable[[float], str]) -> str:
     """The three numbers at v in the body's axes, as C."""
-    return ", ".join(("-" if sign < 0.0 else "") + f"v[{axis}]" for axis, sign in config.axes.rows)
+    return ", ".join(component(config, number, axis) for axis in range(3))
 
 
 class ReadingCorrection:

@@ -56,7 +56,7 @@ def joint(upper: Recording | Track, lower: Recording | Track, *, zero: float | N
 
 def _track(sensor: object, name: str) -> Track:
     if isinstance(sensor, Track):
-        return sensor
+        return sensor.to_frame("ENU")
     if isinstance(sensor, Recording):
         return smooth(replace(sensor, mag=None))
     raise LevelheadError(f"{name} is of type {type(sensor).__name__}; expected a Recording or a Track")

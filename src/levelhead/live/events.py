@@ -11,6 +11,7 @@ EVENTS = {
     "calibrated": "the gyroscope's bias was measured at the start and is subtracted; data: bias in rad/s",
     "calibration_refused": "the sensor moved during the calibration, which begins again",
     "parameters": "parameters were changed; data: all of them, and the first sample that they hold for",
+    "heading": "the yaw was set; data: heading in degrees, and the first sample that it holds for",
     "not_set": "a request for parameters that do not exist or are out of range; nothing was changed",
     "acceleration": "the length of the specific force is more than 2 m/s² from g",
     "mag_disturbed": "the magnetic field is not the earth's: the magnetometer is not used",
@@ -45,7 +46,7 @@ EVENTS = {
     "stopped": "the node ends; data: the figures of the run",
 }
 EXPECTED = frozenset(  # no warnings
-    {"started", "config", "calibrating", "calibrated", "parameters", "phone", "ended", "stopped"}
+    {"started", "config", "calibrating", "calibrated", "parameters", "heading", "phone", "ended", "stopped"}
 )
 REPEAT = 1.0  # s between two notes of the same name
 

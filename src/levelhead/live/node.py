@@ -117,10 +117,15 @@ class Node:
     def set(self, **changes: float) -> None:
         """Changes the filter's parameters from the next tick on; may be called from any thread.
 
+        ``heading`` is no parameter: it turns the orientation to this yaw in degrees (``Stream.set_heading``), as soon
+        as there is one.
+
         Raises:
             LevelheadError: no such parameter, or a value out of its range; nothing is changed.
         """
-        self.params._replace(**changes)
+        if not math.isfinite(changes.get("heading", 0.0)):
+            raise LevelheadError(f"the heading is {changes['heading']!r}; expected degrees")
+        self.params._replace(**{name: value for name, value in changes.items() if name != "heading"})
         self._changes.append(
             {name: value if isinstance(value, bool) else float(value) for name, value in changes.items()}
         )
@@ -226,8 +231,23 @@ class Node:
         changes: dict[str, float] = {}
         while self._changes:
             changes |= self._changes.popleft()
+        if "heading" in changes:
+            self._set_heading(changes.pop("heading"))
         if changes:
             self._apply(changes)
+
+    def _set_heading(self, heading: float) -> None:
+        if self.path.last is None:
+            self._changes.append({"heading": heading})
+            return
+        try:
+            self._stream.set_heading(heading)
+        except LevelheadError as error:
+            self.journal.note("not_set", str(error))
+            return
+        self.journal.counts.setdefault("heading", 0)
+        data = {"heading": heading, "from": self.samples}
+        self._publish_event(Event("heading", True, f"yaw is {heading:g}° from here on", data))
 
     def _apply(self, changes: JsonObject) -> None:
         """Sets parameters from the next sample on, and publishes them."""

@@ -30,12 +30,14 @@ def rerun(path: str | os.PathLike[str], engine: str = "auto") -> tuple[Track, Tr
     guard = None if box.config["guard"] is None else Guard(**box.config["guard"])
     stream = Stream(flt.params(**box.config["params"]), guard=guard, engine=engine)
     rows = box.rows[(box.rows["flags"] & FUSED) > 0]
-    changes = list(box.changes)
+    changes, headings = list(box.changes), list(box.headings)
     a, b, c = box.bias
     said: list[Any] = []
     for row in rows:
         while changes and changes[0][0] <= row["seq"]:
             stream.set(**changes.pop(0)[1])
+        while headings and headings[0][0] <= row["seq"]:
+            stream.set_heading(headings.pop(0)[1])
         x, y, z = row["gyr"].tolist()
         mag = tuple(row["mag"].tolist()) if row["flags"] & MAG_NEW else None
         stream.update((x - a, y - b, z - c), tuple(row["acc"].tolist()), mag, t=float(row["t"]))

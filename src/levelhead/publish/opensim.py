@@ -15,6 +15,7 @@ def write_sto(track: Track, path: Path, sensor: str = SENSOR) -> None:
     Raises:
         LevelheadError: the file cannot be written.
     """
+    track = track.to_frame("ENU")
     rows = [row for row in zip(track.t.tolist(), track.quat.tolist(), strict=True) if math.isfinite(sum(row[1]))]
     rate = 1.0 if len(rows) < 2 else (len(rows) - 1) / (rows[-1][0] - rows[0][0])
     head = f"DataRate={rate:.6f}\nDataType=Quaternion\nversion=3\nOpenSimVersion=4.5\nendheader\n"

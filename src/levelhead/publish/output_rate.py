@@ -48,4 +48,4 @@ class OutputRate:
             return None
         columns: JsonObject = {one.name: getattr(track, one.name) for one in fields(track)}
         parts: JsonObject = {name: a[rows] for name, a in columns.items() if isinstance(a, np.ndarray)}
-        return replace(track, **parts)
+        return replace(track, **parts, readings=None)

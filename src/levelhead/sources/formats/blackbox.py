@@ -55,6 +55,11 @@ class Box(NamedTuple):
         return 0.0, 0.0, 0.0
 
     @property
+    def headings(self) -> list[tuple[int, float]]:
+        """Yaws in degrees that were set: (number of the first sample that they hold for, yaw)."""
+        return [(e["data"]["from"], e["data"]["heading"]) for e in self.events if e["name"] == "heading"]
+
+    @property
     def changes(self) -> list[tuple[int, JsonObject]]:
         """Parameters that were changed: (number of the first sample that they hold for, all parameters)."""
         return [(e["data"]["from"], e["data"]["params"]) for e in self.events if e["name"] == "parameters"]
