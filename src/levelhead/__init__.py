@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from levelhead.calibration import Calibration as Calibration
     from levelhead.corpora.runner import corpus as corpus
     from levelhead.corpora.tune_corpus import tune_corpus as tune_corpus
+    from levelhead.earth_field import earth_field as earth_field
     from levelhead.engine import AxisStream as AxisStream
     from levelhead.engine import Stream as Stream
     from levelhead.engine import fuse as fuse
@@ -85,6 +86,7 @@ _HOMES = {
     "levelhead.calibration": ("Calibration",),
     "levelhead.corpora.runner": ("corpus",),
     "levelhead.corpora.tune_corpus": ("tune_corpus",),
+    "levelhead.earth_field": ("earth_field",),
     "levelhead.engine": (
         "AxisStream",
         "Stream",

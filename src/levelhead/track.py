@@ -190,7 +190,7 @@ class Track:
         """(n,) 1σ of the heading error in rad."""
         return None if self.sigma is None else self.sigma[:, 2]
 
-    def to_true_north(self, declination: float, *, degrees: bool = True) -> "Track":
+    def to_true_north(self, declination: float, *, sigma: float = 0.0, degrees: bool = True) -> "Track":
         """The same orientation over an earth frame whose y axis points to true north instead of magnetic north.
 
         q_true = R_z(−D) q, so that every bearing grows by D and every yaw shrinks by it. σ about the new east and north
@@ -199,7 +199,8 @@ class Track:
 
         Args:
             declination: D, from true north to magnetic north at this place and time, positive east.
-            degrees: the unit of ``declination``; False: rad.
+            sigma: 1σ of the declination, which the heading gets too.
+            degrees: the unit of both; False: rad.
 
         Raises:
             LevelheadError: no such angle, or the track is relative to true north already.
@@ -209,7 +210,11 @@ class Track:
             raise LevelheadError(
                 f"this track is relative to true north already, by a declination of {np.degrees(self.declination):g}°"
             )
-        return replace(self.to_frame("ENU")._turned_about_up(-angle), declination=angle).to_frame(self.frame)
+        turned = replace(self.to_frame("ENU")._turned_about_up(-angle), declination=angle)
+        if turned.sigma is not None and sigma > 0.0:
+            up = np.hypot(turned.sigma[:, 2], np.radians(sigma) if degrees else sigma)
+            turned = replace(turned, sigma=np.stack([turned.sigma[:, 0], turned.sigma[:, 1], up], axis=1))
+        return turned.to_frame(self.frame)
 
     def _turned_about_up(self, angle: float) -> "Track":
         """The track in ENU turned by an angle in rad."""

@@ -143,6 +143,10 @@ def _print_summary(done: FusionResult, options: FuseOptions) -> None:
         print_line(f"axes          of the body: the sensor's {options.mounting}")
     if options.frame != "ENU":
         print_line(f"frame         {options.frame} in the file; the angles above are in ENU")
+    if options.field is not None:
+        from levelhead.publish.field_sentence import field_sentence
+
+        print_line(f"field         {field_sentence(options.field, done.recording, done.track)}")
     if options.output_rate is not None:
         print_line(f"rows          {done.rows:,} written, at {options.output_rate:g} Hz")
     print_written(done.written, options.plot)

@@ -28,6 +28,7 @@ from levelhead.guard import Guard
 if TYPE_CHECKING:
     from levelhead.axis_map import AxisMap
     from levelhead.calibration import Calibration
+    from levelhead.earth_field import EarthField
     from levelhead.recording import Recording
     from levelhead.track import Track
 
@@ -56,6 +57,7 @@ class FuseOptions:
         frame: "ENU", "NED" or "NWU", of the written track.
         heading: degrees, the yaw at the start in that frame; None: as the filter found it.
         motion: write specific force, accelerations and rate too.
+        field: that of the place; None: it was not named.
     """
 
     params: Params
@@ -77,6 +79,7 @@ class FuseOptions:
     frame: str
     heading: float | None
     motion: bool
+    field: "EarthField | None"
 
     def of_body(self, track: "Track", recording: "Recording") -> "Track":
         """The track of the body, turned to the north or the heading that was asked for, in ENU.
@@ -84,7 +87,8 @@ class FuseOptions:
         A heading without a magnetometer is 0 at the start, also that of the body.
         """
         if self.declination is not None:
-            track = track.to_true_north(self.declination)
+            doubt = 0.0 if self.field is None else self.field.sigma_declination
+            track = track.to_true_north(self.declination, sigma=doubt)
         if self.mounting is not None:
             track = track.mounted(self.mounting)
         if self.heading is not None:
@@ -112,6 +116,11 @@ class FuseArguments:
     declination: Annotated[float | None, Parameter(metavar="DEG")] = None
     """Degrees from true to magnetic north at the place and time of the log, positive east. The track is then relative
     to true north."""
+    place: Annotated[str | None, Parameter(metavar="LAT,LON[,ALT]", allow_leading_hyphen=True)] = None
+    """Place of the log in degrees and m. The World Magnetic Model gives the declination. Its strength and dip are
+    printed beside those that were measured (needs the extra levelhead[place])."""
+    date: Annotated[str | None, Parameter(metavar="YYYY-MM-DD")] = None
+    """Date of the log, for --place."""
     out: Annotated[Path, Parameter(name=["--out", "-o"], metavar="DIR")] = Path()
     """Folder for the results LOG-track.csv and LOG-track.png."""
     format: Literal["csv", "parquet"] = "csv"
@@ -153,6 +162,8 @@ class FuseArguments:
         found = read_parameters(self.tuned, self.filter)
         params = parse_filter(self.filter, self.set, smooth, self.noise, found)
         guard = parse_guard(self.guard, found)
+        field = self._field()
+        declination = self.declination if field is None else field.declination
         if self.declination is not None:
             from levelhead.track import declination_angle
 
@@ -177,7 +188,7 @@ class FuseArguments:
             named=self.filter is not None or bool(self.set) or self.noise is not None or self.tuned is not None,
             guard=guard,
             guard_words=self.guard,
-            declination=self.declination,
+            declination=declination,
             out=self.out,
             format=self.format,
             plot=self.plot,
@@ -192,7 +203,21 @@ class FuseArguments:
             frame=self.placement.frame.upper(),
             heading=self.heading,
             motion=self.motion,
+            field=field,
         )
+
+    def _field(self) -> "EarthField | None":
+        if self.place is None:
+            if self.date is not None:
+                raise LevelheadError("--date is that of a --place; give the place too, such as --place 48.1,11.6")
+            return None
+        if self.date is None:
+            raise LevelheadError("--place needs the date of the log: --date 2026-05-17")
+        if self.declination is not None or self.heading is not None:
+            raise LevelheadError("--place gives the declination; leave --declination and --heading out")
+        from levelhead.earth_field import earth_field, parse_place
+
+        return earth_field(*parse_place(self.place), date=self.date)
 
 
 def require_north(recording: "Recording", params: Params) -> None:

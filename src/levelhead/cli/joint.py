@@ -1,0 +1,67 @@
+"""``levelhead joint UPPER LOWER``: the angle of a hinge between two segments."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+
+from levelhead.cli.options import Reading, can_draw, folder, print_json, print_line, print_written, require_writable
+from levelhead.errors import LevelheadError
+
+
+def joint(
+    upper: Annotated[Path, Parameter(name="UPPER")],
+    lower: Annotated[Path, Parameter(name="LOWER")],
+    /,
+    *,
+    zero: Annotated[float | None, Parameter(metavar="S")] = None,
+    format: Literal["csv", "mot"] = "csv",
+    out: Annotated[Path, Parameter(name=["--out", "-o"], metavar="DIR")] = Path(),
+    plot: bool = True,
+    json: Annotated[bool, Parameter(negative="")] = False,
+    reading: Reading = Reading(),  # noqa: B008
+) -> int:
+    """Find the angle of a hinge, such as a knee, from a sensor on each segment, in any mounting.
+
+    No magnetometer is used. The exit code is 1 if the motion does not show the joint; the sentence names the cause.
+
+    Args:
+        upper: log of the sensor on the segment that counts as fixed.
+        lower: log of the sensor on the other segment, on the same clock (`levelhead sync`).
+        zero: stamp at which the angle is zero; by default the first common one.
+        format: csv with angle and σ, or mot, which OpenSim reads.
+        out: folder for UPPER-joint.csv and UPPER-joint.png.
+        plot: draw the picture (needs the extra levelhead[plot]).
+        json: print the figures as JSON.
+    """
+    from levelhead.joints import joint as find
+    from levelhead.publish.joint_files import write_joint
+    from levelhead.publish.progress import progress
+
+    if upper == lower:
+        raise LevelheadError(f"{upper} is given for both segments; give the log of each")
+    require_writable(out)
+    with progress("smoothing both logs"):
+        found = find(reading.read(upper), reading.read(lower), zero=zero)
+    written = [folder(out) / f"{upper.stem}-joint.{format}"]
+    write_joint(found, written[0])
+    if plot and can_draw():
+        from levelhead.publish.plots.joint_picture import joint_picture
+
+        written.append(out / f"{upper.stem}-joint.png")
+        joint_picture(found, written[1])
+    if json:
+        facts = {
+            "axis_upper": found.axis_upper.tolist(),
+            "axis_lower": found.axis_lower.tolist(),
+            "sigma_axes_deg": list(found.sigma_axes),
+            "residual_deg": found.residual,
+            "angle_deg": [float(found.angle.min()), float(found.angle.max())],
+            "fault": found.fault,
+            "written": [str(path) for path in written],
+        }
+        print_json(facts)
+    else:
+        print_line(str(found))
+        print_written(written, plot)
+    return int(bool(found.fault))
