@@ -58,4 +58,4 @@ def test_raw_counts_of_an_mpu6050_in_a_file_as_on_the_serial_line(tmp_path: Path
     recording = lh.read(tmp_path / "log.txt", rate=100)
     np.testing.assert_allclose(recording.gyr[:, 1], np.radians(rate / 131.0))
     np.testing.assert_allclose(np.linalg.norm(recording.acc, axis=1), 9.80665, rtol=2e-3)
-    assert any("131 per deg/s, a guess" in note for note in recording.meta["notes"])
+    assert any("a guess: 131 counts per deg/s" in note for note in recording.meta["notes"])

@@ -53,7 +53,7 @@ def _has_free_axes(conclusion: Conclusion) -> bool:
     return bool(conclusion.facts["free"] > 0.5 and conclusion.facts["correlation"] < OWN_FIELD)
 
 
-_COUNTS = ("whole_numbers", "gravity_turn_counts", "gravity_turn_nearest_counts")
+_COUNTS = ("whole_numbers", "power_up", "gravity_turn_counts", "gravity_turn_nearest_counts")
 RULES = (
     Rule(
         "too_slow", "note", "the accelerometer comes at {rate:.5g} Hz", "Record it at 50 Hz or more.",

@@ -97,6 +97,7 @@ _GYROSCOPE: Mapping[str, str] = {  # reason to the evidence for a gyroscope's un
         "(correlation {correlation:.2f})"
     ),
     "whole_numbers": "a guess: {counts:g} counts per deg/s, {chip}, at which its noise at rest is {noise:.2g} deg/s",
+    "power_up": "a guess: {counts:g} counts per deg/s, the MPU-6050's after power-up beside {per_g:g} per g",
     "whole_degrees": "a guess: whole numbers, whose noise at rest is {noise:.2g} deg/s",
     "digit": "a guess: its numbers go in steps of {step:.5g} deg/s, as a chip's converter does",
     "gravity_against": "a guess: gravity turns against the gyroscope (scale {scale:.2f}); one is inverted",
@@ -284,7 +285,7 @@ SENTENCES: Mapping[tuple[str, str], Template] = {
             "gyr.unit",
             reason,
         ): f"gyroscope: raw counts, {_GYROSCOPE[reason]}; --counts gyr={{counts:g}}/deg/s confirms it"
-        for reason in ("gravity_turn_counts", "gravity_turn_nearest_counts", "whole_numbers")
+        for reason in ("gravity_turn_counts", "gravity_turn_nearest_counts", "whole_numbers", "power_up")
     },
     ("mag.used", "incomplete"): "magnetometer: left out, because no row is complete",
     ("mag.used", "zero"): "magnetometer: left out, because it is 0 on every row",

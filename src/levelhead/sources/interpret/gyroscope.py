@@ -31,9 +31,10 @@ from levelhead.signals.rest import find_still_gyroscope
 from levelhead.sources.conclusion import Basis
 from levelhead.sources.hints import NeedsHints, Scale, count_word
 from levelhead.sources.interpret.converter_counts import rates_about
-from levelhead.sources.interpret.counts import ACC, Chip, WholeRates, choose_sensitivity, gyr_sensitivity
+from levelhead.sources.interpret.counts import ACC, CHIPS, Chip, WholeRates, choose_sensitivity, gyr_sensitivity
 from levelhead.sources.interpret.declared import Evidence, are_whole
 from levelhead.sources.interpret.digit import unit_by_digit
+from levelhead.sources.interpret.raw_counts import PER_DEGREE, PER_G
 from levelhead.sources.sentences import gyroscope_reason
 from levelhead.sources.table import Table
 from levelhead.units import DEGREE, GRAVITY
@@ -53,6 +54,7 @@ _CANCELLED = 0.45  # of the mean force is left, at most, where rates in deg/s ar
 _DRIFTED = 2.5  # between the means of a window's halves, by what shakes it: in rad/s 0.1 to 2.4, the most by bias
 _SEEN = 0.06  # of its tilt that the force shows: in rad/s 0.07 and more, the least on drones; in deg/s 1/57 and noise
 _FULL, _OFTEN, _CLIPPED = 0.9999, 10, 0.01  # of the largest number; rows and share of rows that show full scale
+_AT_REST = 100.0  # counts; a sensor that is not turned reads less
 _NOISE = 0.02  # at rest, deg/s below this does not come from a MEMS gyroscope at usual rates
 
 
@@ -89,7 +91,10 @@ def gyr_scale(
         facts = {"scale": turn.scale, "correlation": turn.correlation}
         evidence.conclude("gyr.unit", "field", scale, Basis.NUMBERS, facts, {"units": {"gyr": unit}})
         return scale
-    if not found.sure and evidence.acc_per_g in ACC:
+    if not found.sure and evidence.acc_per_g == PER_G and large_rate(values) < _AT_REST:  # as after power-up
+        facts = {**found.facts, "counts": PER_DEGREE, "per_g": PER_G}
+        found = found._replace(unit=None, counts=PER_DEGREE, reason="power_up", facts=facts, chip=CHIPS[0])
+    elif not found.sure and evidence.acc_per_g in ACC:
         word = f"{count_word(found.counts)}/deg/s" if found.counts is not None else "131/deg/s"
         raise NeedsHints(
             f"{table.source}: the gyroscope's numbers are whole, as the accelerometer's counts are, and nothing turns "
