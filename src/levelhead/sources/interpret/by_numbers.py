@@ -89,6 +89,14 @@ def _by_numbers(table: Table, hints: Hints) -> ArrayTable:
     if not guess.acc or not guess.gyr:
         varying = [i for i in positions if i in stamps or _varies(values[:, i])]
         return _single_varying_sensor(table, varying, guess, values)
+    return _named_table(table, hints, columns, guess, step, whole_seconds)
+
+
+def _named_table(
+    table: Table, hints: Hints, columns: dict[int, Column], guess: Guess, step: float, whole_seconds: int | None
+) -> ArrayTable:
+    """The columns by names that say what was guessed."""
+    positions, stamps = list(columns), table.column_units
     if step > 0.0:  # angles and velocities gained since the row before
         columns |= {i: columns[i] / step for i in (*guess.acc, *guess.gyr)}
     named = _names(guess, whole_seconds, hints)

@@ -37,19 +37,27 @@ def suggest(error: LevelheadError, table: Table, hints: Hints) -> LevelheadError
     except LevelheadError:
         return error
     values = stack({k: columns[i].astype(np.float64)[:ROWS] for k, i in enumerate(wanted)}, range(len(wanted)))
+    names, seen = [table.names[i] for i in wanted], [known[i] for i in wanted]
     guess = guess_columns(values)
-    roles, words = {"gyr": guess.gyr, "acc": guess.acc}, "by their numbers"
-    if not _fits(roles, [known[i] for i in wanted]) or not _turns(values, guess):
-        roles = _by_elimination(values, [table.names[i] for i in wanted], [known[i] for i in wanted], guess.t)
-        words = "nothing turns clearly here, but by size and place, a guess,"
-        if roles and not _may_be(values, roles, guess.t):
-            roles = {}
+    roles, words = _likely_roles(values, names, seen, guess)
     if not roles:
-        return LevelheadError(f"{error}; {list_ranges([table.names[i] for i in wanted], values)}")
+        return LevelheadError(f"{error}; {list_ranges(names, values)}")
     if guess.t is not None and not any(name.role == "t" for name in known):
         roles["t"] = (guess.t,)
     found = {role: [table.names[wanted[k]] for k in positions] for role, positions in roles.items()}
     return NeedsHints(f"{error}; {words} {_name_columns(found)} look like it", map=found)
+
+
+def _likely_roles(
+    values: Array, names: Sequence[str], known: Sequence[Name], guess: Guess
+) -> tuple[dict[str, tuple[int, ...]], str]:
+    """(positions of "gyr" and "acc", {} if none are likely; the words for how they were found)."""
+    roles = {"gyr": guess.gyr, "acc": guess.acc}
+    if _fits(roles, known) and _turns(values, guess):
+        return roles, "by their numbers"
+    roles = _by_elimination(values, names, known, guess.t)
+    likely = roles if roles and _may_be(values, roles, guess.t) else {}
+    return likely, "nothing turns clearly here, but by size and place, a guess,"
 
 
 def _fits(roles: Mapping[str, Sequence[int]], known: Sequence[Name]) -> bool:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 from levelhead import units
+from levelhead.open_types import ReadOnlyJson
 from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.formats.text.cells import cells, is_number, trim
 from levelhead.sources.names.column_name import understand
@@ -140,14 +141,19 @@ def fit_names(names: Sequence[str], given: int, rows: Sequence[Sequence[str]]) -
     One name less: the first column holds the number or the name of a row, as R writes it, or the last one has no name.
     One name more: the first is a time that is not there, or the last column is missing.
     """
-    width, first = len(rows[0]) if rows else 0, [row[0].strip() for row in rows if row]
-    if len(rows) >= _FEW_ROWS and given < width - 1 and any(row[-1].strip() for row in rows):
-        facts = {"names": given, "cells": width, "unnamed": width - given}
-        return [*names[:given], *[""] * (width - given)], Conclusion(
-            "file.header", "rest_unnamed", "", Basis.GUESS, facts
-        )
-    if len(rows) < _FEW_ROWS or abs(given - width) != 1 or not any(row[-1].strip() for row in rows):
+    width = len(rows[0]) if rows else 0
+    if len(rows) < _FEW_ROWS or not any(row[-1].strip() for row in rows):
         return list(names), None
+    if given < width - 1:
+        more = width - given
+        facts: ReadOnlyJson = {"names": given, "cells": width, "unnamed": more}
+        return [*names[:given], *[""] * more], Conclusion("file.header", "rest_unnamed", more, Basis.GUESS, facts)
+    return _fit_one(names, given, rows) if abs(given - width) == 1 else (list(names), None)
+
+
+def _fit_one(names: Sequence[str], given: int, rows: Sequence[Sequence[str]]) -> tuple[list[str], Conclusion | None]:
+    """``fit_names`` for one cell more or less."""
+    width, first = len(rows[0]), [row[0].strip() for row in rows if row]
     column = [float(cell) if is_number(cell, False) else math.nan for cell in first]
     forward = all(after > before for before, after in pairwise(column))
     facts = {"names": given, "cells": width}
