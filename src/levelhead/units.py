@@ -80,6 +80,7 @@ FACTORS: dict[str, dict[str, float]] = {
             ("m.s-2", "m.s^-2", "m/(s^2)", "m/(sec^2)", "m/(s2)", "m/s^-2", "mps^2", "m/s/sec", "n/kg"), 1.0
         ),
         **dict.fromkeys(("meters/s^2", "metres/s^2", "m per s^2", "meter/s^2"), 1.0),
+        **dict.fromkeys(("meters/sec2", "meters/sec^2", "meters/second^2", "meters/s2", "meters/sec/sec"), 1.0),
         **dict.fromkeys(("m s^-2", "m s-2", "m*s^-2", "m/sec²", "m/sec2", "mss", "mpss"), 1.0),
         "mps2": 1.0,
         **dict.fromkeys(("м/с2", "м/с^2"), 1.0),

@@ -98,3 +98,44 @@ def test_the_digit_tells_the_unit_of_a_spin(tmp_path: Path, scale: float) -> Non
     read = lh.read(tmp_path / "rocket.csv")
     np.testing.assert_allclose(read.gyr, np.radians(rate), atol=1e-6)
     np.testing.assert_allclose(read.acc, acc, atol=1e-6)
+
+
+def test_a_bids_recording_by_its_channels(tmp_path: Path, hand: Recording) -> None:
+    folder = tmp_path / "sub-01" / "motion"
+    folder.mkdir(parents=True)
+    np.savetxt(
+        folder / "sub-01_task-walk_tracksys-imu_motion.tsv",
+        np.column_stack([hand.acc, np.degrees(hand.gyr), -hand.acc, -np.degrees(hand.gyr)]), "%.7f", "\t",
+    )  # fmt: skip
+    lines = ["name\tcomponent\ttype\ttracked_point\tunits\tplacement\tsampling_frequency"]
+    for point in ("left_foot", "right_foot"):
+        for kind, unit in (("ACCEL", "m/s^2"), ("GYRO", "deg/s")):
+            lines += [f"{point}_{kind}_{a}\t{a}\t{kind}\t{point}\t{unit}\tfoot\t{hand.rate:.6f}" for a in "xyz"]
+    (folder / "sub-01_task-walk_tracksys-imu_channels.tsv").write_text("\n".join(lines) + "\n")
+    (folder / "sub-01_task-walk_tracksys-imu_motion.json").write_text('{"TaskName": "walk"}')
+    check(lh.read(folder), hand)
+    check(lh.read(folder / "sub-01_task-walk_tracksys-imu_motion.tsv"), hand)
+    right = lh.read(folder, sensor="right_foot")
+    np.testing.assert_allclose(right.gyr, -hand.gyr, atol=1e-6)
+
+
+def test_series_of_nwb_with_their_rate(tmp_path: Path, hand: Recording) -> None:
+    h5py = pytest.importorskip("h5py", reason="h5py is not installed (extra levelhead[formats])")
+    with h5py.File(tmp_path / "walk.nwb", "w") as file:
+        for name, values, unit in (("accelerometer", hand.acc, "m/s^2"), ("gyroscope", hand.gyr, "rad/s")):
+            data = file.create_dataset(f"acquisition/{name}/data", data=np.rint(values * 1e6).astype(np.int32))
+            data.attrs["unit"], data.attrs["conversion"] = unit, 1e-6
+            start = file.create_dataset(f"acquisition/{name}/starting_time", data=0.0)
+            start.attrs["rate"], start.attrs["unit"] = hand.rate, "seconds"
+    check(lh.read(tmp_path / "walk.nwb"), hand)
+
+
+def test_ticks_beside_seconds_are_no_clock(tmp_path: Path, hand: Recording) -> None:
+    rows = np.column_stack([np.rint(4.5e6 * hand.t), hand.t, hand.acc, np.degrees(hand.gyr)])
+    names = [f"IMU_ATTI(0):{sensor}{axis}[{unit}]" for sensor, unit in (("accel", "meters/Sec2"), ("gyro", "degrees/s"))
+             for axis in "XYZ"]  # fmt: skip
+    header = ",".join(["Clock:Tick#", "Clock:offsetTime", *names])
+    np.savetxt(tmp_path / "FLY001.csv", rows, "%.6f", ",", header=header, comments="")
+    read = lh.read(tmp_path / "FLY001.csv")
+    check(read, hand)
+    assert read.rate == pytest.approx(hand.rate, rel=1e-3)

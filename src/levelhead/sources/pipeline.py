@@ -14,6 +14,7 @@ from levelhead.open_types import JsonObject
 from levelhead.recording import Recording
 from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.formats import BY_SUFFIX, CONTAINERS, FORMATS, TEXT, Format, find_format
+from levelhead.sources.formats.bids import find_motion, motion_tables
 from levelhead.sources.formats.container import Member, members
 from levelhead.sources.formats.conversion import find_cure
 from levelhead.sources.formats.kitti import is_oxts, oxts_table
@@ -195,6 +196,8 @@ def _open_tables(file: Path, hints: Hints) -> tuple[list[Table], Hints]:
         return list(_BAG.tables(file, str(file), hints)), without_topics(hints)
     if file.is_dir() and is_oxts(file):
         return [oxts_table(file)], hints
+    if (motion := find_motion(file)) is not None:
+        return list(motion_tables(motion)), hints
     found: list[Table] = []
     with members(file, _READ) as every:
         empty = [part.name for part in every if part.path.stat().st_size == 0]

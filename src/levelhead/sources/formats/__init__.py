@@ -72,7 +72,7 @@ FORMATS = (
         "arrays, structures; v4 to v7.3", "timetables and other objects",
     ),
     Format(
-        "HDF5", (".h5", ".hdf5"), hdf5.tables, "formats", "research data",
+        "HDF5", (".h5", ".hdf5", ".nwb"), hdf5.tables, "formats", "APDM, NWB, research data",
         "datasets of 1 or 2 dimensions", "compound types",
     ),
     Format("NumPy", (".npz", ".npy"), npz.tables, "", "levelhead simulate, research data", "arrays", "pickles, never"),

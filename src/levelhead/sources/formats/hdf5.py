@@ -38,6 +38,11 @@ def hdf5(path: str | os.PathLike[str], display_path: str | None = None) -> Array
             texts.append("".join(chr(int(code)) for code in np.asarray(item[()]).T.reshape(-1)))
             return
         arrays[name] = item[()]
+        if item.name.endswith("starting_time") and "rate" in item.attrs:  # NWB's TimeSeries
+            arrays[name.removesuffix("starting_time") + "rate"] = np.array(float(item.attrs["rate"]))
+        conversion = float(item.attrs.get("conversion", 1.0))
+        if conversion != 1.0 and np.isfinite(conversion):
+            arrays[name] = arrays[name] * conversion
         if unit := _text(item.attrs.get("units", item.attrs.get("unit"))):
             units[name] = unit
 

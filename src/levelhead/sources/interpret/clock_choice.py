@@ -21,7 +21,9 @@ _EPOCH = (0.9e9, 4.2e9)  # seconds since 1970 that lie between 1998 and 2103
 _LONGEST_UPTIME = 1e8  # seconds; stamps beyond it count from some date, not from the start of the sensor
 _SLOWEST_MEDIAN = {"s": 0.25, "ms": 250.0, "us": 250e3, "ns": 250e6}  # 4 Hz
 _NEAR = 0.25  # by which the rate of a guessed unit may differ from the rate that the file gives
-_POOR = re.compile(r"unfilt|pred|server|recv|receiv|arriv|host|wall|utc|gps|raw|system|local|log|date|iso|packet", re.I)
+_POOR = re.compile(
+    r"unfilt|pred|server|recv|receiv|arriv|host|wall|utc|gps|raw|system|local|log|date|iso|packet|tick", re.I
+)
 _FAST = 2e-3  # s; a shorter interval could as well be a slow one in a larger unit
 _SHORTEST, _LONGEST = 2.5e-5, 100.0  # s; no IMU is read at more than 40 kHz, nor less than once in 100 s
 _FEW = 20  # rows below which nothing is repaired

@@ -240,7 +240,7 @@ def _is_time(tokens: Sequence[str]) -> bool:
     left = _without_time_unit(tokens)
     if not left:
         return bool(tokens) and tokens[0] in TIME_ALONE
-    if "".join(tokens) in TIMES:
+    if "".join(tokens) in TIMES or "".join(tokens[-2:]) in TIMES:  # Clock:offsetTime
         return True
     return bool(TIMES & {*left, "".join(left)}) and not NO_TIMES & set(left) and _role(left) == ""
 
