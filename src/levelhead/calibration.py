@@ -246,59 +246,59 @@ class Calibration:
         return sum(int(part.known.sum()) for part in there), sum(int((part.unlearned > 0.0).sum()) for part in there)
 
     def words(self) -> list[str]:
-        """What was learned with ± 1σ, a line for each thing, and in the last line what this motion could not teach."""
-        degrees, pairs = math.degrees(1.0), [(i, j) for i in range(3) for j in range(3) if i != j]
-        scale, cross = ([(i, i) for i in range(3)], pairs)
-        quantities = [
-            _Words("gyroscope bias", self.gyr_bias, degrees, "°/s", _axes(), "neither rest nor enough motion"),
-            _Words("gyroscope scale", self.gyr_matrix, 100.0, "%", _axes(scale), "too little rotation about it"),
-            _Words("gyroscope cross-axis", self.gyr_matrix, 100.0, "%", _axes(cross), "too little rotation"),
-            _Words("accelerometer bias", self.acc_bias, 1.0, "m/s²", _axes(), "held in too few attitudes"),
-        ]
-        if self.acc_matrix is not None:
-            quantities += [
-                _Words("accelerometer scale", self.acc_matrix, 100.0, "%", _axes(scale), "held in too few attitudes"),
-                _Words(
-                    "accelerometer cross-axis", self.acc_matrix, 100.0, "%", _axes(cross), "held in too few attitudes"
-                ),
-            ]
-        if self.mag_matrix is not None:
-            quantities += [
-                _Words("magnetometer scale", self.mag_matrix, 100.0, "%", _axes(scale), "held in too few attitudes"),
-                _Words(
-                    "magnetometer cross-axis", self.mag_matrix, 100.0, "%", _axes(cross), "held in too few attitudes"
-                ),
-            ]
-        if self.mag_offset is not None:
-            quantities.append(
-                _Words("magnetometer offset", self.mag_offset, 1.0, "µT", _axes(), "held in too few attitudes")
-            )
-        if self.soft_iron is not None:
-            names: dict[str, tuple[int, ...]] = {name: (i,) for i, name in enumerate(("xx", "yy", "xy", "xz", "yz"))}
-            quantities.append(_Words("soft iron", self.soft_iron, 100.0, "%", names, "held in too few attitudes"))
-        quantities += [
-            _Words(block.meaning, part, 1.0, block.unit, _flat(block.shape), "too little motion")
-            for name, block in QUANTITIES.items()
-            if name not in IN_WORDS and (part := self._parts()[name]) is not None
-        ]
-        lines = [line for line in map(_found, quantities) if line]
+        """The learned quantities with ± 1σ, a line each; the last line names those that are still unknown."""
+        quantities = self._quantities()
+        lines = [line for line in map(_found, quantities) if line] + self._place_and_delay()
         missing = [words for words in map(_reasons_missing, quantities) if words]
-        if self.mag_delay is not None:
+        if self.mag_delay is not None and not self.mag_delay.known[0] and self.mag_delay.sigma[0] > 0.0:
+            missing.append("magnetometer delay (too little rotation)")
+        if missing:
+            lines.append(f"could not be learned from this motion: {', '.join(missing)}")
+        return [line.replace(" -", " −") for line in lines]
+
+    def _quantities(self) -> list["_Words"]:
+        """The vectors and matrices that exist, in the order of their lines."""
+        few, axes = "held in too few attitudes", _axes()
+        scale = _axes([(i, i) for i in range(3)])
+        cross = _axes([(i, j) for i in range(3) for j in range(3) if i != j])
+        symmetric: dict[str, tuple[int, ...]] = {name: (i,) for i, name in enumerate(("xx", "yy", "xy", "xz", "yz"))}
+        table: list[tuple[str, Quantity | None, float, str, dict[str, tuple[int, ...]], str]] = [
+            ("gyroscope bias", self.gyr_bias, math.degrees(1.0), "°/s", axes, "neither rest nor enough motion"),
+            ("gyroscope scale", self.gyr_matrix, 100.0, "%", scale, "too little rotation about it"),
+            ("gyroscope cross-axis", self.gyr_matrix, 100.0, "%", cross, "too little rotation"),
+            ("accelerometer bias", self.acc_bias, 1.0, "m/s²", axes, few),
+            ("accelerometer scale", self.acc_matrix, 100.0, "%", scale, few),
+            ("accelerometer cross-axis", self.acc_matrix, 100.0, "%", cross, few),
+            ("magnetometer scale", self.mag_matrix, 100.0, "%", scale, few),
+            ("magnetometer cross-axis", self.mag_matrix, 100.0, "%", cross, few),
+            ("magnetometer offset", self.mag_offset, 1.0, "µT", axes, few),
+            ("soft iron", self.soft_iron, 100.0, "%", symmetric, few),
+        ]
+        table += [
+            (block.meaning, self._parts()[name], 1.0, block.unit, _flat(block.shape), "too little motion")
+            for name, block in QUANTITIES.items()
+            if name not in IN_WORDS
+        ]
+        return [
+            _Words(name, part, factor, unit, names, why) for name, part, factor, unit, names, why in table
+            if part is not None
+        ]  # fmt: skip
+
+    def _place_and_delay(self) -> list[str]:
+        """Lines for the magnetometer's delay, the field and north, as far as they were learned."""
+        lines = []
+        if self.mag_delay is not None and self.mag_delay.known[0]:
             delay, sigma = 1e3 * self.mag_delay.value[0], 1e3 * self.mag_delay.sigma[0]
-            if self.mag_delay.known[0]:
-                when = "later" if delay >= 0.0 else "earlier"
-                lines.append(f"magnetometer {_pm(abs(delay), sigma)} ms {when} than the gyroscope")
-            elif sigma > 0.0:
-                missing.append("magnetometer delay (too little rotation)")
+            when = "later" if delay >= 0.0 else "earlier"
+            lines.append(f"magnetometer {_pm(abs(delay), sigma)} ms {when} than the gyroscope")
         if self.field is not None:
             level, up = self.field.value
             dip = math.degrees(math.atan2(-up, level))
             lines.append(f"field of the place {math.hypot(level, up):.1f} µT, dip {dip:.1f}°")
         if self.north is not None and self.north.known[0]:
+            degrees = math.degrees(1.0)
             lines.append(f"north at {_pm(degrees * self.north.value[0], degrees * self.north.sigma[0])}°")
-        if missing:
-            lines.append(f"could not be learned from this motion: {', '.join(missing)}")
-        return [line.replace(" -", " −") for line in lines]
+        return lines
 
     def __str__(self) -> str:
         return "\n".join(self.words())

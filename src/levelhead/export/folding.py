@@ -74,14 +74,13 @@ def _neutral(op: str, given: Sequence[Operand]) -> Operand | None:
     if len(given) != 2:
         return None
     a, b = given
-    if op == "*" and (_is(a, 1.0) or _is(b, 1.0)):
-        return b if _is(a, 1.0) else a
     if (op == "/" and _is(b, 1.0)) or (op == "-" and a.kind == FLOAT and _is(b, 0.0)):
         return a
-    if op == "|" and (_is(a, 0) or _is(b, 0)):
-        return b if _is(a, 0) else a
-    if op == "&" and (_is(a, 0) or _is(b, 0)):
-        return a if _is(a, 0) else b
+    for value, other in ((a, b), (b, a)):
+        if (op == "*" and _is(value, 1.0)) or (op == "|" and _is(value, 0)):
+            return other
+        if op == "&" and _is(value, 0):
+            return value
     return a if op == "|" and a is b else None
 
 
