@@ -48,7 +48,7 @@ class QuantityColumns(NamedTuple):
     scale: float
 
 
-class Lines:
+class LineParser:
     """Makes samples of lines.
 
     Args:

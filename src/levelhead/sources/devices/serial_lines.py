@@ -8,7 +8,7 @@ from levelhead.errors import LevelheadError
 from levelhead.open_types import Untyped
 from levelhead.sample import Sample
 from levelhead.sources.devices.fine_stamps import FineStamps
-from levelhead.sources.devices.line_parser import LONGEST, Lines
+from levelhead.sources.devices.line_parser import LONGEST, LineParser
 from levelhead.sources.hints import Hints
 from levelhead.sources.sensors.bus import SensorError
 from levelhead.sources.sensors.sample_clock import SampleClock
@@ -52,7 +52,7 @@ class SerialLines:
         self.name, self.port, self.baud = f"serial line {port}", port, baud
         self._clock, self._hints = clock, hints or Hints()
         self.rate = self._hints.rate or 0.0
-        self._lines = Lines(self.name, Hints(self._hints.map, self._hints.scale))
+        self._lines = LineParser(self.name, Hints(self._hints.map, self._hints.scale))
         self._clock_fit = SampleClock(self.rate, RATE_FACTOR) if self.rate else None
         self._fine = FineStamps()
         self._arrived, self._interval = 0.0, 0.0  # host time of the last samples, and s per sample, without stamps
@@ -68,7 +68,7 @@ class SerialLines:
 
     @property
     def garbage(self) -> int:
-        """Lines so far that were no line of numbers."""
+        """LineParser so far that were no line of numbers."""
         return self._lines.garbage
 
     def start(self) -> None:
