@@ -47,3 +47,19 @@ def test_a_place_gives_the_declination(levelhead, tmp_path):
     assert "iron, or a wrong unit or scale" in said.out and "14.9" in said.out
     assert "needs the date" in levelhead(*words).err
     assert "give the place too" in levelhead("fuse", tmp_path / "a.npz", "--date", "2026-06-01").err
+
+
+def test_each_sensor_of_a_log_gets_a_track(levelhead, tmp_path):
+    rec = simulate.recording("ICM-20948", "hand", duration=3.0, seed=3)
+    turned = rec.gyr @ np.diag([1.0, -1.0, -1.0]), rec.acc @ np.diag([1.0, -1.0, -1.0])
+    kinds = [f"{place}.{kind}" for place in ("foot", "shank") for kind in ("gyr", "acc")]
+    columns = ["t", *(f"{kind}.{axis}" for kind in kinds for axis in "xyz")]
+    table = np.column_stack([rec.t, rec.gyr, rec.acc, *turned])
+    np.savetxt(tmp_path / "legs.csv", table, delimiter=",", header=",".join(columns), comments="")
+    said = levelhead("fuse", tmp_path / "legs.csv", "-f", "Mahony", "--sensor", "all", "--no-plot", "-o", tmp_path)
+    assert said.code == 0 and "legs-foot" in said.out and "legs-shank" in said.out
+    foot, shank = (np.loadtxt(tmp_path / f"legs-{n}-track.csv", delimiter=",", skiprows=1) for n in ("foot", "shank"))
+    assert np.abs(foot[:, 1:5] - shank[:, 1:5]).max() > 0.5
+    np.savetxt(tmp_path / "one.csv", table[:, :7], delimiter=",", header="t,gx,gy,gz,ax,ay,az", comments="")
+    one = levelhead("fuse", tmp_path / "one.csv", "--sensor", "all", "-o", tmp_path)
+    assert one.code == 2 and "leave --sensor all out" in one.err

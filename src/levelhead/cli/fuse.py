@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -101,6 +102,9 @@ def fuse_logs(given: Sequence[Path], arguments: FuseArguments, smooth: bool) -> 
         print_interpretations(logs, arguments.reading, "smooth" if smooth else "fuse", arguments.json)
         return
     options = arguments.check(smooth, len(logs))
+    if options.reading.sensor == "all":
+        fuse_sensors(logs, options)
+        return
     if len(logs) > 1:
         fuse_several(logs, options)
         return
@@ -162,26 +166,54 @@ def _facts(done: FusionResult, options: FuseOptions) -> JsonObject:
     return said | {"rows": done.rows, "written": [str(path) for path in done.written]}
 
 
-def fuse_several(logs: Sequence[Path], options: FuseOptions) -> None:
+def fuse_sensors(logs: Sequence[Path], options: FuseOptions) -> None:
+    """Each sensor of each log for itself; then a table of all.
+
+    Raises:
+        LevelheadError: a log with one sensor only, or at least one failed; the others are done.
+    """
+    from levelhead.sources import sensor_names
+
+    for log in logs:
+        found = sensor_names(log)
+        if len(found) < 2:
+            raise LevelheadError(f"{log} has no names of several sensors in its columns; leave --sensor all out")
+        chosen = [replace(options, reading=replace(options.reading, sensor=name)) for name in found]
+        fuse_several([log] * len(found), options, [f"{log.stem}-{name}" for name in found], chosen)
+
+
+def fuse_several(
+    logs: Sequence[Path],
+    options: FuseOptions,
+    names: Sequence[str] | None = None,
+    each: Sequence[FuseOptions] | None = None,
+) -> None:
     """Each log for itself; then a table of all.
+
+    Args:
+        logs: files; one may stand there for each of its sensors.
+        options: of the table.
+        names: of the results; None: those of the logs.
+        each: the options of each log; None: ``options``.
 
     Raises:
         LevelheadError: at least one failed; the others are done.
     """
     from levelhead.evaluate.text_table import Column, Row, plain_table
 
-    names, failed, said = result_names(logs), list[str](), list[JsonObject]()
+    names = result_names(logs) if names is None else names
+    failed, said = list[str](), list[JsonObject]()
     rows: list[Row] = []
-    for log, name in zip(logs, names, strict=True):
+    for log, name, own in zip(logs, names, each or [options] * len(logs), strict=True):
         try:
-            done = _fuse_one(log, name, options)
+            done = _fuse_one(log, name, own)
         except (LevelheadError, OSError) as error:
             failed.append(f"{log}: {' '.join(str(error).split())}")
             rows.append({"log": str(log), "filter": "failed", "samples": None, "seconds": None, "error": None})
             said.append({"log": str(log), "error": str(error)})
             continue
         row: Row = {
-            "log": str(log),
+            "log": str(log) if each is None else name,
             "filter": done.track.name,
             "samples": float(len(done.track)),
             "seconds": float(done.recording.t[-1] - done.recording.t[0]),

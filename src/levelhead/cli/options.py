@@ -41,7 +41,7 @@ class Reading:
     rate: Annotated[float | None, Parameter(metavar="HZ")] = None
     """Sample rate of a log without time stamps."""
     sensor: Annotated[str | None, Parameter(metavar="NAME")] = None
-    """Select one of several sensors by a word in its column names."""
+    """Select one of several sensors by a word in its column names; `fuse` and `smooth` take all for each of them."""
     session: Annotated[int | None, Parameter(metavar="N")] = None
     """Part of a log whose clock restarts, counted from 1; by default the longest."""
 

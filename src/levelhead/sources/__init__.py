@@ -53,6 +53,20 @@ def read(
     return read_file(path, check(map, units, counts, rate, sensor, session))
 
 
+def sensor_names(path: str | os.PathLike[str]) -> list[str]:
+    """The names of the sensors in a log, each a value of ``sensor`` of ``read``; empty where there is only one.
+
+    Raises:
+        LevelheadError: what ``read`` says of a file that it cannot open.
+    """
+    from levelhead.sources.hints import check
+    from levelhead.sources.interpret import roles
+    from levelhead.sources.pipeline import open_table
+
+    table = open_table(path, check(None, None, None, None))
+    return roles.sensor_names(table.names)
+
+
 def orientation(
     path: str | os.PathLike[str],
     column: str,

@@ -95,6 +95,27 @@ def assign(
     return Roles(columns, units, _unused(columns, names), conclusions, frozenset(hints))
 
 
+EDGES = "._- /"  # between the name of a sensor and its kind
+KINDS = {"gyr", "gyro", "gyroscope", "omega", "acc", "accel", "accelerometer"}
+
+
+def sensor_names(names: Sequence[str], context: str = "") -> list[str]:
+    """What each of several sensors of a table is called: what the columns of its gyroscope and accelerometer share.
+
+    Each is a value of the hint ``sensor``; empty where the columns do not pair.
+    """
+    known = [understand(name, context) for name in names]
+    gyrs, accs = (_groups(role, known, names, context, None) for role in ("gyr", "acc"))
+    found: dict[str, None] = {}
+    for gyr in gyrs:
+        for acc in accs:
+            shared = shared_name((*gyr.names, *acc.names)).strip(EDGES)
+            rest = {group.label.replace(shared, "", 1).strip(EDGES).lower() for group in (gyr, acc)}
+            if shared and rest <= KINDS:
+                found[shared] = None
+    return list(found)
+
+
 def _single_columns(
     known: Sequence[Name], hints: Mapping[str, Sequence[str]], source: str, filled: frozenset[int] | None
 ) -> dict[str, tuple[int, ...]]:
