@@ -11,6 +11,7 @@ from levelhead.evaluate import evaluate
 from levelhead.recording import Recording
 from levelhead.sources.formats.csv_writer import write_csv
 from levelhead.sources.interpret.arrival import restore_clock
+from levelhead.sources.interpret.clock_repair import repair_stamps
 
 SOUND = simulate.recording("BMI160", "hand", 60.0, 100.0, seed=1)
 KINDS = {
@@ -152,3 +153,26 @@ def test_no_recording_with_a_reference_is_changed(data_dir):
             assert restore_clock(recording.t, np.hstack([recording.gyr, recording.acc])) is None, log
             seen += 1
     assert seen > 0.9 * len(logs)
+
+
+@pytest.mark.parametrize(("jitter", "rate"), [(0.004, 200.0), (0.02, 100.0), (0.05, 100.0)])
+def test_jitter_that_steps_back_loses_no_row(jitter, rate):
+    even = np.arange(4000) / rate
+    stamps = np.rint(1e3 * (even + np.random.default_rng(1).normal(0.0, jitter, 4000)))
+    made = repair_stamps(stamps, None)
+    assert made.rows is None and [one.reason for one in made.conclusions] == ["jitter"]
+    clock = 1e-3 * (made.stamps - made.stamps[0])
+    assert (np.diff(clock) > 0.0).all() and np.abs(clock - even).max() < 0.1 * jitter
+
+
+def test_jitter_over_lost_samples_keeps_the_gap():
+    even = np.arange(4000) / 100.0
+    even[2000:] += 3.0
+    made = repair_stamps(even + np.random.default_rng(1).normal(0.0, 0.01, 4000), None)
+    assert made.rows is None and np.abs(made.stamps - made.stamps[0] - even)[[500, 3500]].max() < 0.02
+
+
+def test_a_clock_that_begins_again_is_no_jitter():
+    for size in (100, 1000):
+        stamps = np.concatenate([np.arange(size) / 100.0] * (4000 // size))
+        assert repair_stamps(stamps, None).conclusions[0].reason == "longest"

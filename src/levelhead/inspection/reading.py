@@ -89,7 +89,7 @@ RULES = (
     ),
     Rule(
         "stamps_back", "warning", "stamps step back", "Write a clock that only goes forward.",
-        [("t.stamps", "out_of_order"), ("t.stamps", "wandering")],
+        [("t.stamps", "out_of_order"), ("t.stamps", "wandering"), ("t.stamps", "jitter")],
     ),
     Rule(
         "equal_stamps", "warning", "stamps repeat", "Write each sample once, with a stamp of its own.",

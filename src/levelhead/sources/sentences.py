@@ -219,6 +219,9 @@ SENTENCES: Mapping[tuple[str, str], Template] = {
         "time: '{column}' goes back {value} times and catches up; a straight line was laid through it ({away:.3g} off "
         "at most)"
     ),
+    ("t.stamps", "jitter"): (
+        "time: '{column}' goes back {value} times, by a jitter of {jitter:.3g} rms about an even clock, which was taken"
+    ),
     ("t.stamps", "bursts"): (
         "time: '{column}' was written as samples arrived, in {value} bursts of about {size:.0f}; they were spread "
         "evenly"

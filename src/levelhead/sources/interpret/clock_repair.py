@@ -19,6 +19,8 @@ _BURST = 0.2  # of the mean interval, below which a sample follows at once: it c
 _BURST_SHARE, _BURST_TIME = 0.5, 0.15  # of the samples do so at least, in this share of the time at most
 _LARGEST_BURST, _FEWEST_BURSTS = 64, 10  # samples; more are a logger that pauses
 _SIZES = (2.0**16, 2.0**24, 2.0**31, 2.0**32, 2.0**32 / 1e3, 2.0**32 / 1e6)  # of counters; the last two in ms and s
+_MIXED = 0.05  # share of the rows by which jitter may put a stamp out of its order; a clock that begins again mixes all
+_STEADY = 1.1  # times the jitter about the line: that about a moving mean must be less for the line not to be taken
 _WANDER = 1.5  # s; a clock whose fraction of a second is not the second's own stays as near to a line
 
 
@@ -61,6 +63,10 @@ def repair_stamps(stamps: Column, values: Array | None, session: int | None = No
             stamps = line + float(stamps[0])
             found.append(Conclusion("t.stamps", "wandering", back, Basis.NUMBERS, {"away": away}))
             return Repair(stamps, None, found)
+        elif session is None and (clock := _fit_jitter(stamps)) is not None:
+            facts = {"jitter": float((stamps - stamps[0] - clock).std())}
+            found.append(Conclusion("t.stamps", "jitter", int((steps < 0).sum()), Basis.NUMBERS, facts))
+            return Repair(clock + float(stamps[0]), None, found)
         else:
             rows, chosen = _session(stamps, session)
             stamps, values = stamps[rows], None if values is None else values[rows]
@@ -155,6 +161,42 @@ def _fit_wandering_clock(stamps: Column) -> Array | None:
         return None
     line: Array = slope * rows
     return line
+
+
+def _fit_jitter(stamps: Column) -> Array | None:
+    """(n,) the clock behind stamps that jitter by more than an interval, from 0; None if they do something else.
+
+    Jitter mixes stamps with their neighbours only. The clock is a straight line through them, or where it is not even
+    their moving mean, which a few lost samples or a drift do not disturb.
+    """
+    offsets = (stamps - stamps[0]).astype(np.float64)
+    rows = np.arange(len(offsets))
+    reach = int(np.abs(np.argsort(offsets, kind="stable") - rows).max())
+    if reach > _MIXED * len(rows) or (np.diff(offsets) < 0).mean() < _GLITCH_SHARE:
+        return None
+    line: Array = np.polyval(np.polyfit(rows, offsets, 1), rows)
+    clock = _moving_line(offsets, 2 * reach + 1)
+    if (offsets - line).std() < _STEADY * (offsets - clock).std():
+        clock = line
+    return clock if (np.diff(clock) > 0).all() else None
+
+
+def _moving_line(values: Array, reach: int) -> Array:
+    """(n,) the straight line through ``reach`` values on each side of every value, at that value; fewer at the ends."""
+    rows = np.arange(len(values), dtype=np.float64)
+    low = np.maximum(np.arange(len(values)) - reach, 0)
+    high = np.minimum(np.arange(len(values)) + reach + 1, len(values))
+    count = (high - low).astype(np.float64)
+
+    def total(terms: Array) -> Array:
+        sums = np.concatenate([[0.0], np.cumsum(terms)])
+        made: Array = sums[high] - sums[low]
+        return made
+
+    x, y = total(rows) / count, total(values) / count
+    slope = (total(rows * values) / count - x * y) / np.maximum(total(rows * rows) / count - x * x, 1e-12)
+    made: Array = y + slope * (rows - x)
+    return made
 
 
 def _session(stamps: Column, wanted: int | None) -> tuple[NDArray[np.intp], Conclusion]:
