@@ -64,8 +64,9 @@ def repair_stamps(stamps: Column, values: Array | None, session: int | None = No
             found.append(Conclusion("t.stamps", "wandering", back, Basis.NUMBERS, {"away": away}))
             return Repair(stamps, None, found)
         elif session is None and (clock := _fit_jitter(stamps)) is not None:
-            facts = {"jitter": float((stamps - stamps[0] - clock).std())}
-            found.append(Conclusion("t.stamps", "jitter", int((steps < 0).sum()), Basis.NUMBERS, facts))
+            jitter = float((stamps - stamps[0] - clock).std())
+            back = int((steps < 0).sum())
+            found.append(Conclusion("t.stamps", "jitter", back, Basis.NUMBERS, {"jitter": jitter}))
             return Repair(clock + float(stamps[0]), None, found)
         else:
             rows, chosen = _session(stamps, session)
@@ -174,7 +175,8 @@ def _fit_jitter(stamps: Column) -> Array | None:
     reach = int(np.abs(np.argsort(offsets, kind="stable") - rows).max())
     if reach > _MIXED * len(rows) or (np.diff(offsets) < 0).mean() < _GLITCH_SHARE:
         return None
-    line: Array = np.polyval(np.polyfit(rows, offsets, 1), rows)
+    slope, start = np.polyfit(rows, offsets, 1)
+    line: Array = start + slope * rows
     clock = _moving_line(offsets, 2 * reach + 1)
     if (offsets - line).std() < _STEADY * (offsets - clock).std():
         clock = line
