@@ -319,7 +319,7 @@ FAULTS = (
     Fault("gyroscope late", (40.0, 80.0), late("gyr"), ("sensor_delay",), delayed("acc", -1.0)),
     Fault("magnetometer late", (40.0, 100.0, 20.0, 10.0), late("mag"), ("mag_delay",), delayed("mag", 1.0)),
     Fault("hard iron", (100.0, 30.0, 300.0, 10.0), iron, ("mag_offset",), iron_checked),
-    Fault("soft iron", (50.0, 25.0), soft_iron, ("mag_shape",), whatever),
+    Fault("soft iron", (50.0, 25.0), soft_iron, ("mag_shape",), iron_checked),
     Fault("magnetometer axis reversed", (1.0,), multiply("mag", ONE), ("mag_axes",), mends("mag", ONE)),
     Fault("magnetometer axes swapped", (1.0,), multiply("mag", SWAP), ("mag_axes",), mends("mag", SWAP)),
     Fault("gyroscope clipped", (0.5, 0.9), clipped("gyr"), ("clipping_gyr",), whatever),

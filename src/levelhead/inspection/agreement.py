@@ -26,7 +26,8 @@ from levelhead.signals.turn_matrix import (
 )
 
 FLOOR = 0.02  # 1σ of each number of M: scale errors of good sensors, and what no model has
-FOLLOWS = 0.6  # share of the turn that forces may mimic where nothing is left of it
+FOLLOWS = {"acc": 0.6, "mag": 0.1}  # share of the turn that forces, or iron nearby, may mimic
+SETTLED = 0.03  # 1σ of each number of M beside the fault that was found
 LEAST = 0.015  # scale that is looked for: rad/s for deg/s is 0.0175
 CANDIDATES = 3  # wirings that are fitted
 BASINS = 0.9  # of what the identity leaves, from which another wiring starts the fit
@@ -98,15 +99,22 @@ def look(role: str, seg: Segments) -> Seen:
         if one.left < BASINS * best.left:
             best = one
     whole = fit(seg, best.matrix, ALL_NINE)
-    whole, filtered = _without_delay(seg, whole)
+    whole, filtered = _without_delay(seg, whole, 1.0)
     contrast = nothing / max(whole.left, 1e-9)
-    floor = FLOOR + FOLLOWS / contrast**2
+    floor = FLOOR + FOLLOWS[role] / contrast**2
     covariance = whole.covariance + floor**2 * np.eye(9)
     weight = np.asarray(np.linalg.inv(covariance), dtype=np.float64)
     return Seen(role, whole, weight, contrast, filtered, seg)
 
 
-def _without_delay(seg: Segments, whole: TurnMatrix) -> tuple[TurnMatrix, bool]:
+def settle(seen: Seen, fault: "Hypothesis | None") -> Seen:
+    """Fitted again near the M that the fault explains, so that the rest (delay, bias, iron) is known better."""
+    matrix = IDENTITY if fault is None else seen.fit.matrix
+    whole, filtered = _without_delay(seen.segments, fit(seen.segments, matrix, ALL_NINE, SETTLED), SETTLED)
+    return seen._replace(fit=whole, filtered=filtered)
+
+
+def _without_delay(seg: Segments, whole: TurnMatrix, spread: float) -> tuple[TurnMatrix, bool]:
     """The fit to a vector without its delay, or without the filter that it went through, and which of the two."""
     ways = [(False, seg.shift), (True, seg.sharpen)] if seg.is_force and whole.delay > SLOW else [(False, seg.shift)]
     best, chosen = whole, False
@@ -116,7 +124,7 @@ def _without_delay(seg: Segments, whole: TurnMatrix) -> tuple[TurnMatrix, bool]:
             total += one.delay
             if abs(one.delay) < SHIFTED:
                 break
-            one = fit(treat(total), one.matrix, ALL_NINE)
+            one = fit(treat(total), one.matrix, ALL_NINE, spread)
         one = one._replace(delay=total)
         if one.left < best.left:
             best, chosen = one, filtered

@@ -16,6 +16,7 @@ class Mend:
         matrix: (3, 3).
         offset: (3,) in the unit of the readings, or (n, 3) with one for each row.
         delay: s by which the readings come late.
+        since: s, time from which the offset counts; −∞: from the start.
         lag: s, time constant of a filter of first order through which they went.
         sole: whether nothing else explains the readings as well.
     """
@@ -26,10 +27,12 @@ class Mend:
     delay: float = 0.0
     lag: float = 0.0
     sole: bool = True
+    since: float = -np.inf
 
     def apply(self, recording: Recording) -> Recording:
         """A recording with this sensor mended."""
-        values = np.asarray(getattr(recording, self.role)) @ self.matrix.T - self.offset
+        later = (recording.t >= self.since)[:, None]
+        values = np.asarray(getattr(recording, self.role)) @ self.matrix.T - np.where(later, self.offset, 0.0)
         if self.lag:
             box = max(1, round(0.25 * self.lag * recording.rate))
             smooth = np.stack([np.convolve(one, np.ones(box) / box, "same") for one in values.T], axis=1)

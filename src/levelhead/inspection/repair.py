@@ -12,7 +12,7 @@ from levelhead.inspection.mend import Mend
 from levelhead.inspection.turns import examine_turns
 from levelhead.open_types import JsonObject
 from levelhead.recording import Recording
-from levelhead.signals.turn_matrix import NONE, cut, fit
+from levelhead.signals.turn_matrix import NONE, cut, fit, left_as_read
 
 BETTER = 1.15  # times less that must be left, for a change
 SAME = 0.15  # by which the mends of a half and of the whole may differ
@@ -85,7 +85,7 @@ def _gain(recording: Recording, mend: Mend) -> float | None:
     gains = []
     for found, kept in (parts, parts[::-1]):
         again = [one.mend for one in examine_turns(found) if one.mend is not None and one.mend.role == mend.role]
-        same = next((one for one in again if np.abs(one.matrix - mend.matrix).max() < SAME), None)
+        same = next((one for one in again if _is_like(one, mend)), None)
         before, after = (_left(one, mend.role) for one in (kept, kept if same is None else same.apply(kept)))
         if before is None or after is None:
             return None
@@ -93,8 +93,14 @@ def _gain(recording: Recording, mend: Mend) -> float | None:
     return float(min(gains))
 
 
+def _is_like(found: Mend, mend: Mend) -> bool:
+    """Whether two mends change the same about as much."""
+    kinds = [(bool(one.delay), bool(one.lag), bool(np.any(one.offset))) for one in (found, mend)]
+    return kinds[0] == kinds[1] and float(np.abs(found.matrix - mend.matrix).max()) < SAME
+
+
 def _left(recording: Recording, role: str) -> float | None:
-    """What force and field leave when the gyroscope turns them back, as it is; bias, arm, iron and delay are fitted."""
+    """What force and field leave when the gyroscope turns them back, as it is; bias and arm are fitted."""
     left = []
     for one in ("acc", "mag"):
         values = getattr(recording, one)
@@ -102,5 +108,5 @@ def _left(recording: Recording, role: str) -> float | None:
             continue
         seg = cut(recording.t, recording.gyr, values, one == "acc")
         if seg is not None:
-            left.append(fit(seg, np.eye(3), NONE).left)
+            left.append(left_as_read(seg, fit(seg, np.eye(3), NONE)))
     return float(np.prod(left) ** (1.0 / len(left))) if left else None

@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from levelhead.inspection.agreement import Hypothesis, Seen
+from levelhead.inspection.agreement import SETTLED, Hypothesis, Seen
 from levelhead.inspection.findings import Finding
 from levelhead.inspection.mend import Mend
 from levelhead.recording import Array
-from levelhead.signals.turn_matrix import TurnMatrix, fit
+from levelhead.signals.turn_matrix import ALL_NINE, SHAPES, TurnMatrix, fit
 
 SIGMAS = 1.96  # of an interval of 95 %
 SURE = 4.0  # σ
@@ -18,7 +18,10 @@ LAG, LAG_SURE = 0.08, 5.0  # s, σ: of a filter in front of the accelerometer
 LATE, FLOOR = 0.008, 0.001  # s of a magnetometer: worth a note; 1σ that no model has
 MUCH = 0.08  # s from which it is worse than a note
 SHARE, ROUGH, HIDDEN = 0.08, 0.02, 0.3  # of the field: iron worth a word; 1σ that no model has, and without contrast
-JUMP, JUMP_SURE = np.radians(0.6), 7.0  # rad/s, σ
+OVAL, OVAL_ROUGH, OVAL_HIDDEN = 0.08, 0.015, 0.1  # of the field, as SHARE, ROUGH and HIDDEN
+LEAST = 0.2  # of an axis of the field's shape: less is no fit
+JUMP = np.radians(0.6)  # rad/s
+JUMP_SURE = {1: 6.5, 2: 5.0}  # σ, by how many sensors show the bias
 BIAS, WANDER, VAGUE = np.radians((1.0, 0.2, 2.0))  # rad/s: worth a note; 1σ that no model has, and without contrast
 REFINEMENTS = 2
 EDGE = 2  # segments on each side of a jump
@@ -65,7 +68,8 @@ def examine_field_delay(field: Seen) -> Iterator[Finding]:
 
 def examine_iron(field: Seen, fault: Hypothesis | None) -> Iterator[Finding]:
     """Whether iron turns with the magnetometer: what does not turn back with the gyroscope."""
-    iron = field.fit.iron
+    soft = np.eye(3) + field.fit.shape  # mended later, so the iron is that in readings
+    iron: Array = np.asarray(np.linalg.solve(soft, field.fit.iron), dtype=np.float64)
     strength = float(np.sqrt(((field.segments.vector - iron) ** 2).sum(axis=-1).mean()))
     floor = strength * (ROUGH + HIDDEN / field.contrast**2)
     sigma = np.hypot(field.fit.sigma[:3], floor)
@@ -88,24 +92,52 @@ def examine_iron(field: Seen, fault: Hypothesis | None) -> Iterator[Finding]:
     )
 
 
+def examine_shape(field: Seen, fault: Hypothesis | None) -> Iterator[Finding]:
+    """Whether soft iron, or axes of unlike scale, make the field longer along one direction than along another."""
+    values, vectors = np.linalg.eigh(np.eye(3) + field.fit.shape)
+    if values[0] < LEAST:
+        return
+    ratio = float(values[-1] / values[0])
+    along = np.einsum("id,sij,jd->sd", vectors, SHAPES, vectors)  # change of each eigenvalue with each number of S
+    gradient = along[:, -1] / values[0] - along[:, 0] * ratio / values[0]
+    covariance = field.fit.more_covariance[-len(SHAPES) :, -len(SHAPES) :]
+    floor = OVAL_ROUGH + OVAL_HIDDEN / field.contrast**2
+    sigma = float(np.sqrt(gradient @ covariance @ gradient + floor**2))
+    size, spread = ratio - 1.0, SIGMAS * sigma
+    if size < OVAL + spread or size < SURE * sigma:
+        return
+    axis = "xyz"[int(np.abs(vectors[:, 0]).argmax())]
+    yield Finding(
+        "mag_shape",
+        "warning",
+        f"the magnetometer reads {100 * size:.0f} % more along one direction, near {axis}, than along another",
+        f"soft iron, or axes of unlike scale: the field turned back by the gyroscope is oval, ±{100 * spread:.0f} %",
+        "Calibrate it: levelhead calibrate LOG.",
+        value=100.0 * size,
+        interval=(100.0 * (size - spread), 100.0 * (size + spread)),
+        unit="%",
+        mend=Mend("mag", np.eye(3) + field.fit.shape, np.zeros(3)) if fault is None else None,
+    )
+
+
 def examine_bias_jump(seen: Sequence[Seen]) -> Iterator[Finding]:
     """Whether the gyroscope's bias is another one from some moment on."""
-    jumps = [found for one in seen if (found := _jump(one)) is not None]
-    if not jumps:
+    found = _jump(seen)
+    if found is None:
         return
-    step, at = max(jumps, key=lambda one: one[0].sure)
-    change, sigma, sure = step.change, step.sigma, step.sure
+    change, at = found.change, found.at
     axis = int(np.abs(change).argmax())
-    size, spread = float(np.degrees(np.abs(change[axis]))), float(np.degrees(SIGMAS * sigma))
+    size, spread = float(np.degrees(np.abs(change[axis]))), float(np.degrees(SIGMAS * found.sigma))
     yield Finding(
         "bias_jumps",
         "warning",
         f"the gyroscope's bias jumps by {np.degrees(change[axis]):+.1f} deg/s ({'xyz'[axis]}) at about {at:.0f} s",
-        f"rates that gravity or the field does not show, before and after; {sure:.0f} σ, ±{spread:.1f} deg/s",
+        f"rates that gravity or the field does not show, before and after; {found.sure:.0f} σ, ±{spread:.1f} deg/s",
         "Fuse the parts one by one.",
         value=size,
         interval=(max(0.0, size - spread), size + spread),
         unit="deg/s",
+        mend=Mend("gyr", np.eye(3), change, since=at),
     )
 
 
@@ -137,50 +169,80 @@ def examine_bias(seen: Sequence[Seen]) -> Iterator[Finding]:
     )
 
 
-class _Step(NamedTuple):
-    """The clearest step: σ by which it is sure, its change, 1σ along the largest axis, the first segment after it."""
+class Jump(NamedTuple):
+    """A step of the bias.
+
+    Attributes:
+        sure: by how many σ.
+        change: of the bias, rad/s, (3,).
+        sigma: 1σ along the largest axis.
+        first: segment after the step.
+        at: s, its time.
+    """
 
     sure: float
     change: Array
     sigma: float
     first: int
+    at: float
 
 
-def _step(fit: TurnMatrix, splits: Sequence[int]) -> _Step | None:
-    """The clearest step of the bias between two segments."""
-    weight, bias = fit.own_weight, fit.own_bias
-    weighted = np.einsum("mij,mj->mi", weight, bias)
-    squares = np.einsum("mi,mi->m", bias, weighted)
-    best: _Step | None = None
+def _biases(fits: Sequence[TurnMatrix]) -> tuple[Array, Array]:
+    """(m, 3) the bias in each segment by all sensors, and (m, 3, 3) its weight; each sensor weighs by its scatter."""
+    weights, sums = [], []
+    for one in fits:
+        off = one.own_bias - _mean(one.own_weight, one.own_bias)
+        rest = float(np.einsum("mi,mij,mj->", off, one.own_weight, off))
+        weight = one.own_weight * (3.0 * len(off) - 3.0) / max(rest, 1e-12)
+        weights.append(weight)
+        sums.append(np.einsum("mij,mj->mi", weight, one.own_bias))
+    total: Array = np.sum(weights, axis=0)
+    bias: Array = np.linalg.solve(total, np.sum(sums, axis=0)[..., None])[..., 0]
+    return bias, total
+
+
+def _mean(weight: Array, values: Array) -> Array:
+    made: Array = np.linalg.solve(weight.sum(axis=0), np.einsum("mij,mj->i", weight, values))
+    return made
+
+
+def _step(start: Array, bias: Array, weight: Array, splits: Sequence[int]) -> Jump | None:
+    """The clearest step between two segments, by least squares with a mean before it and one after it."""
+    best: Jump | None = None
     for split in splits:
         parts, rest = [], 0.0
         for rows in (slice(None, split), slice(split, None)):
-            total = weight[rows].sum(axis=0)
-            middle = np.linalg.solve(total, weighted[rows].sum(axis=0))
-            rest += float(squares[rows].sum() - middle @ total @ middle)
-            parts.append((middle, np.linalg.inv(total)))
+            middle = _mean(weight[rows], bias[rows])
+            off = bias[rows] - middle
+            rest += float(np.einsum("mi,mij,mj->", off, weight[rows], off))
+            parts.append((middle, np.linalg.inv(weight[rows].sum(axis=0))))
         excess = max(rest / (3.0 * len(bias) - 6.0), 1e-12)
-        change, covariance = parts[0][0] - parts[1][0], excess * (parts[0][1] + parts[1][1])
+        change, covariance = parts[1][0] - parts[0][0], excess * (parts[0][1] + parts[1][1])
         sure = float(np.sqrt(change @ np.linalg.solve(covariance, change)))
         axis = int(np.abs(change).argmax())
         if best is None or sure > best.sure:
-            best = _Step(sure, change, float(np.sqrt(covariance[axis, axis])), split)
+            best = Jump(sure, change, float(np.sqrt(covariance[axis, axis])), split, float(start[split]))
     return best
 
 
-def _jump(seen: Seen) -> tuple[_Step, float] | None:
-    """A step that is beyond doubt and the s at which it is; found, taken out, and what is left of it added."""
-    count = len(seen.fit.own_bias)
-    best = _step(seen.fit, range(EDGE, count - EDGE))
-    if best is None or best.sure < JUMP_SURE or float(np.abs(best.change).max()) < JUMP:
+def _jump(seen: Sequence[Seen]) -> Jump | None:
+    """A step that is beyond doubt; found, taken out, and what is left of it added. Biases are b of eq. 1, negated."""
+    if not seen:
+        return None
+    start = seen[0].segments.start
+    seen = [one for one in seen if np.array_equal(one.segments.start, start)]
+    count = len(start)
+    best = _step(start, *_biases([one.fit for one in seen]), range(EDGE, count - EDGE))
+    if best is None or best.sure < JUMP_SURE[len(seen)] or float(np.abs(best.change).max()) < JUMP:
         return None
     change = best.change
     for _ in range(REFINEMENTS):
         after = np.arange(count)[None, :, None] >= best.first
-        level = replace(seen.segments, rate=seen.segments.rate - after * change)
-        again = _step(fit(level, seen.fit.matrix), (best.first,))
+        level = [replace(one.segments, rate=one.segments.rate + after * change) for one in seen]
+        fits = [fit(part, one.fit.matrix, ALL_NINE, SETTLED) for part, one in zip(level, seen, strict=True)]
+        again = _step(start, *_biases(fits), (best.first,))
         if again is None:
             break
         change = change + again.change
-        best = best._replace(change=change, sigma=again.sigma)
-    return best, float(seen.segments.start[best.first])
+        best = best._replace(sigma=again.sigma)
+    return best._replace(change=-change)

@@ -5,7 +5,7 @@ from math import degrees, log
 
 import numpy as np
 
-from levelhead.inspection.agreement import Agreement, Hypothesis, agree
+from levelhead.inspection.agreement import Agreement, Hypothesis, agree, settle
 from levelhead.inspection.findings import Finding
 from levelhead.inspection.mend import turn
 from levelhead.inspection.residuals import (
@@ -13,6 +13,7 @@ from levelhead.inspection.residuals import (
     examine_bias_jump,
     examine_field_delay,
     examine_iron,
+    examine_shape,
     examine_slow_force,
 )
 from levelhead.open_types import JsonObject
@@ -33,7 +34,6 @@ def examine_turns(recording: Recording, most: int = MOST) -> Iterator[Finding]:
     """The one fault of scale, wiring or mounting that explains how the sensors disagree."""
     agreement = agree(recording, most)
     force = next((one for one in agreement.seen if one.role == "acc"), None)
-    field = next((one for one in agreement.seen if one.role == "mag"), None)
     fault = agreement.fault
     if fault is not None:
         evidence = _evidence(agreement)
@@ -43,20 +43,22 @@ def examine_turns(recording: Recording, most: int = MOST) -> Iterator[Finding]:
             yield _mounting(fault, evidence)
         else:
             yield _wiring(fault, agreement.rivals(fault), evidence)
-    if force is not None:
-        if fault is None and force.contrast < CONTRAST:
-            yield Finding(
-                "acc_gyr_test_invalid",
-                "note",
-                "accelerometer and gyroscope cannot be compared on this motion",
-                f"turned back by the gyroscope, {100 / force.contrast:.0f} % of the force's change is left",
-            )
-        yield from examine_slow_force(force)
-    if field is not None:
-        yield from examine_field_delay(field)
-        yield from examine_iron(field, fault)
-    yield from examine_bias_jump(agreement.seen)
-    yield from examine_bias(agreement.seen)
+    if force is not None and fault is None and force.contrast < CONTRAST:
+        yield Finding(
+            "acc_gyr_test_invalid",
+            "note",
+            "accelerometer and gyroscope cannot be compared on this motion",
+            f"turned back by the gyroscope, {100 / force.contrast:.0f} % of the force's change is left",
+        )
+    settled = {one.role: settle(one, fault) for one in agreement.seen}
+    if "acc" in settled:
+        yield from examine_slow_force(settled["acc"])
+    if "mag" in settled:
+        yield from examine_field_delay(settled["mag"])
+        yield from examine_iron(settled["mag"], fault)
+        yield from examine_shape(settled["mag"], fault)
+    yield from examine_bias_jump(list(settled.values()))
+    yield from examine_bias(list(settled.values()))
 
 
 def _evidence(agreement: Agreement) -> str:

@@ -20,6 +20,7 @@ FULL_SCALES = (125.0, 250.0, 500.0, 1000.0, 2000.0)  # deg/s
 MISSING = 0.005
 HELD = 0.2  # share of rows that repeat the row before
 HELD_MOVING = 0.1  # and where the sensor moves most, where rounding hardly repeats all three axes
+TOGETHER = 0.6  # share of rows with one axis repeated in which all are: rounding repeats axes one by one
 BLOCK = 25  # rows, over which it is told how much it moves
 STUCK, MOVES = 4.0, 0.5  # s in which one axis stands, and the share of rows in which another changes meanwhile
 DEADBAND = 0.05  # share of rows that are exactly 0, 0, 0
@@ -152,7 +153,7 @@ def _likely(recording: Recording, role: str, axis: int) -> Array:
 def _held(role: str, values: Array) -> Iterator[Finding]:
     same = values[1:] == values[:-1]
     joint = float(same.all(axis=1).mean())
-    alone = float(np.prod(same.mean(axis=0)))
+    single = float(same.any(axis=1).mean())
     quantum = _quantum(values)
     unit = f"{np.degrees(quantum):.3g} deg/s" if role == "gyr" else f"{quantum:.2g} m/s²"
     if quantum > COARSE[role]:
@@ -165,7 +166,7 @@ def _held(role: str, values: Array) -> Iterator[Finding]:
         )
     elif (
         joint > HELD
-        and joint > 3.0 * alone
+        and joint > TOGETHER * single
         and _repeats_moving(values) > HELD_MOVING
         and not (values == 0.0).all(axis=1).mean() > DEADBAND
     ):

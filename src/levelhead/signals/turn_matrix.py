@@ -8,9 +8,10 @@ after the straight line of each segment (gravity, first velocity) is taken out:
     R' = R [M ω + b]×,  v(t) = ∫ R f dt − R ((M ω + b) × r),  cost = Σ |v − line|²          (1)
     δ(R f) = φ × R f,  φ(t) = ∫ R (δM ω + δb) dt                                            (2)
 
-A field is turned back in the same way. It is constant, but for noise and for iron c that turns with the sensor:
-cost = Σ |R (m − c) − mean|². The covariance is that of estimates from independent segments (H. White, Maximum
-likelihood estimation of misspecified models, Econometrica 50, 1982, eq. 3.2): nothing is assumed of noise within one.
+A field is turned back in the same way. It is constant, but for noise, for iron c that turns with the sensor, and for
+a shape S, symmetric and without trace, that soft iron gives it: cost = Σ |R (m + S m − c) − mean|². The covariance is
+that of estimates from independent segments (H. White, Maximum likelihood estimation of misspecified models,
+Econometrica 50, 1982, eq. 3.2): nothing is assumed of noise within one.
 """
 
 from dataclasses import dataclass, replace
@@ -23,12 +24,23 @@ import numpy as np
 from levelhead.recording import Array, median
 
 SEGMENT = 4.0  # s
-FASTEST = 50.0  # Hz to which readings are averaged
+FASTEST = 100.0  # Hz to which readings are averaged
 MOST = 48  # segments that are looked at
 BLOCKS = 16  # values of a segment that are compared
 FEWEST = 5  # segments
 STEPS = 8  # of Gauss and Newton
 BIAS, ARM, IRON, DELAY = 0.1, 1.0, 1.0, 0.1  # rad/s, m, of the field's length, s: 1σ of what is expected
+SOFT = 0.2  # 1σ of each number of S that is expected
+SHAPES: Array = np.array(
+    [
+        [[1, 0, 0], [0, -1, 0], [0, 0, 0]],
+        [[-1, 0, 0], [0, -1, 0], [0, 0, 2]],
+        [[0, 1, 0], [1, 0, 0], [0, 0, 0]],
+        [[0, 0, 1], [0, 0, 0], [1, 0, 0]],
+        [[0, 0, 0], [0, 0, 1], [0, 1, 0]],
+    ],
+    dtype=np.float64,
+)  # a basis of S
 IDENTITY = np.eye(3)
 WIRINGS: tuple[Array, ...] = tuple(
     np.eye(3)[list(order)] * np.array(signs)[:, None]
@@ -47,7 +59,8 @@ class TurnMatrix(NamedTuple):
         covariance: theirs, (p, p).
         iron: the field that turns with the sensor, in the field's unit, (3,); of a force the arm r, m.
         delay: by which the vector comes later than the rates, s.
-        sigma: 1σ of the four numbers of ``iron`` and ``delay``, (4,).
+        shape: S of a field, (3, 3); of a force 0.
+        more_covariance: of ``iron`` and ``delay``, (4, 4); of a field with the numbers of S in SHAPES, (9, 9).
         left: the rms that is left: m/s of a force, the unit of the field.
         by_segment: the same of each segment, (m,).
         own_bias: b as each segment has it by itself, rad/s, (m, 3).
@@ -60,11 +73,18 @@ class TurnMatrix(NamedTuple):
     covariance: Array
     iron: Array
     delay: float
-    sigma: Array
+    shape: Array
+    more_covariance: Array
     left: float
     by_segment: Array
     own_bias: Array
     own_weight: Array
+
+    @property
+    def sigma(self) -> Array:
+        """1σ of the three numbers of ``iron`` and of ``delay``, (4,)."""
+        made: Array = np.sqrt(np.diag(self.more_covariance)[:4])
+        return made
 
 
 @dataclass(frozen=True)
@@ -151,14 +171,16 @@ def _skew(values: Array) -> Array:
 
 
 def integrate_rotation(rate: Array, step: Array) -> Array:
-    """(k, m, 3, 3) rotations into the frame of each segment's start, at the middle of each sample.
+    """(k, m, 3, 3) mean rotations over each sample into the frame of each segment's start.
 
+    A sample is a mean over its step T, and so must the rotation be: with rates that change linearly over three samples
+    the mean angle from the step's start is ω T/2 − (ω₊ − ω₋) T/24.
     Products of quaternions, doubled in length each time (W. D. Hillis, G. L. Steele, Data parallel algorithms, 1986).
     """
-    half = 0.25 * np.moveaxis(rate * step[..., None], -1, 0)  # of half a step
-    norm = np.sqrt((half * half).sum(axis=0))
-    mid = np.concatenate([np.cos(norm)[None], np.sinc(norm / np.pi) * half])
-    total = _product(mid, mid)
+    angle = np.moveaxis(rate * step[..., None], -1, 0)
+    change = np.zeros_like(angle)
+    change[:, 1:-1] = angle[:, 2:] - angle[:, :-2]
+    mid, total = _quaternion(0.5 * angle - change / 24.0), _quaternion(angle)
     reach = 1
     while reach < total.shape[1]:
         total[:, reach:] = _product(total[:, :-reach], total[:, reach:])
@@ -171,6 +193,14 @@ def integrate_rotation(rate: Array, step: Array) -> Array:
         [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
     ])  # fmt: skip
     return np.ascontiguousarray(made.transpose(2, 3, 0, 1))
+
+
+def _quaternion(vector: Array) -> Array:
+    """(4, …) quaternions of (3, …) rotation vectors."""
+    half = 0.5 * vector
+    norm = np.sqrt((half * half).sum(axis=0))
+    made: Array = np.concatenate([np.cos(norm)[None], np.sinc(norm / np.pi) * half])
+    return made
 
 
 _ONE: Array = np.array([1.0, 0.0, 0.0, 0.0])[:, None, None]
@@ -219,6 +249,9 @@ def _evaluate(seg: Segments, matrix: Array, bias: Array, more: Array) -> _State:
         total, columns = _blocks(turned), _blocks(rotation)
         late = _blocks(np.einsum("kmij,kmj->kmi", rotation, seg.change))
     columns = np.concatenate([columns, -late[..., None]], axis=-1)
+    if not seg.is_force:
+        shaped = np.einsum("sij,kmj->kmis", SHAPES, seg.vector)
+        columns = np.concatenate([columns, -_blocks(rotation @ shaped)], axis=-1)
     columns = _without_trend(columns, seg.is_force)
     left = _without_trend(total, seg.is_force) - columns @ more
     return _State((left * left).sum(axis=(0, 2)) / BLOCKS, left, rotation, turned, columns)
@@ -231,7 +264,7 @@ def _blocks(values: Array) -> Array:
 
 
 def _normal(seg: Segments, state: _State, basis: Array) -> tuple[Array, Array]:
-    """Gradient (m, p + 7) and curvature (m, p + 7, p + 7) of half the cost of each segment."""
+    """Gradient (m, p + 3 + q) and curvature, squared, of half the cost of each segment; q numbers are in ``more``."""
     k, m = seg.step.shape
     p = len(basis)
     moved = np.empty((k, m, p + 3, 3))
@@ -247,25 +280,29 @@ def _normal(seg: Segments, state: _State, basis: Array) -> tuple[Array, Array]:
         change = _blocks(change)
     change = _without_trend(change, seg.is_force)
     change = np.concatenate([change, -state.more.swapaxes(-1, -2)], axis=2)
-    flat = change.transpose(1, 2, 0, 3).reshape(m, p + 7, -1)
+    flat = change.transpose(1, 2, 0, 3).reshape(m, p + 3 + state.more.shape[-1], -1)
     left = state.left.transpose(1, 0, 2).reshape(m, -1)
     return (flat @ left[..., None])[..., 0] / BLOCKS, flat @ flat.swapaxes(-1, -2) / BLOCKS
+
+
+def left_as_read(seg: Segments, fitted: TurnMatrix) -> float:
+    """The rms that is left where iron, shape and delay are not taken out, but M, the bias and the arm are."""
+    more = np.concatenate([fitted.iron, [0.0]]) if seg.is_force else np.zeros(4 + len(SHAPES))
+    return float(np.sqrt(_evaluate(seg, fitted.matrix, fitted.bias, more).cost.mean()))
 
 
 ALL_NINE: Array = np.eye(9).reshape(9, 3, 3)
 NONE: Array = np.zeros((0, 3, 3))
 
 
-def fit(seg: Segments, matrix: Array, basis: Array = ALL_NINE) -> TurnMatrix:
-    """The M = ``matrix`` + Σ xᵢ ``basis``ᵢ that fits best; ``basis`` (p, 3, 3), a weak prior of 1σ = 1 on each x."""
+def fit(seg: Segments, matrix: Array, basis: Array = ALL_NINE, spread: float = 1.0) -> TurnMatrix:
+    """The M = ``matrix`` + Σ xᵢ ``basis``ᵢ that fits best; ``basis`` (p, 3, 3), ``spread`` 1σ of each x before it."""
     p, m = len(basis), seg.rate.shape[1]
-    prior = (
-        np.concatenate([np.ones(p), np.full(3, BIAS), np.full(3, ARM if seg.is_force else IRON * seg.size), [DELAY]])
-        ** -2
-    )
-    x, damping = np.zeros(p + 7), 1e-3
+    more = [ARM] * 3 + [DELAY] if seg.is_force else [IRON * seg.size] * 3 + [DELAY] + [SOFT] * len(SHAPES)
+    prior = np.array([spread] * p + [BIAS] * 3 + more) ** -2
+    x, damping = np.zeros(len(prior)), 1e-3
     best: tuple[float, Array, _State] | None = None
-    gradient, hessian = np.zeros((m, p + 7)), np.zeros((m, p + 7, p + 7))
+    gradient, hessian = np.zeros((m, len(prior))), np.zeros((m, len(prior), len(prior)))
     floor = (1e-4 * seg.size) ** 2
     for _ in range(STEPS):
         state = _evaluate(seg, matrix + np.tensordot(x[:p], basis, 1), x[p : p + 3], x[p + 3 :])
@@ -295,7 +332,8 @@ def fit(seg: Segments, matrix: Array, basis: Array = ALL_NINE) -> TurnMatrix:
     own = x[rows] - np.linalg.solve(hessian[:, rows, rows] + 1e-9 * np.eye(3), gradient[:, rows, None])[..., 0]
     return TurnMatrix(
         matrix + np.tensordot(x[:p], basis, 1), x[p : p + 3], x[:p], covariance[:p, :p], x[p + 3 : p + 6],
-        float(x[p + 6]), np.sqrt(np.diag(covariance)[p + 3 :]), float(np.sqrt(total)), np.sqrt(state.cost), own, weight,
+        float(x[p + 6]), np.tensordot(x[p + 7 :], SHAPES[: len(x) - p - 7], 1), covariance[p + 3 :, p + 3 :],
+        float(np.sqrt(total)), np.sqrt(state.cost), own, weight,
     )  # fmt: skip
 
 
