@@ -21,6 +21,7 @@ from levelhead.inspection import examine
 from levelhead.inspection.physics import STRONGEST, WEAKEST
 from levelhead.recording import Recording
 from levelhead.signals.gravity_turn import median_norm
+from levelhead.signals.turn_matrix import SHAPES
 from levelhead.sources.interpret.magnetometer import mag_unit
 from levelhead.units import GRAVITY, factor
 
@@ -60,6 +61,21 @@ def iron(known: Known) -> str:
     found = np.linalg.lstsq(design, (rotation @ mag[rows, :, None]).ravel(), rcond=None)[0]
     share = float(np.linalg.norm(found[:3]) / np.linalg.norm(found[3:]))
     return f"by the reference, iron of {100 * share:.0f} % of the field turns with it" if share > IRON else ""
+
+
+def shape(known: Known) -> str:
+    """The symmetric matrix S by which R (m + S m − c) is constant, by the reference: least squares."""
+    mag = known.recording.mag
+    rows = np.flatnonzero(known.ok & np.isfinite(mag).all(axis=1))
+    rows = rows[:: max(1, len(rows) // MOST_ROWS)]
+    rotation = Rotation.from_quat(known.quat[rows], scalar_first=True).as_matrix()
+    shaped = np.einsum("nij,sjk,nk->nis", rotation, SHAPES, mag[rows])
+    fixed = np.broadcast_to(np.eye(3), rotation.shape)
+    design = np.concatenate([-shaped, rotation, fixed], axis=2).reshape(-1, len(SHAPES) + 6)
+    found = np.linalg.lstsq(design, (rotation @ mag[rows, :, None]).ravel(), rcond=None)[0]
+    values = np.linalg.eigvalsh(np.eye(3) + np.tensordot(found[: len(SHAPES)], SHAPES, 1))
+    longer = float(values[-1] / values[0] - 1.0)
+    return f"by the reference, {100 * longer:.0f} % more along one direction" if longer > IRON else ""
 
 
 def strength(known: Known) -> str:
@@ -108,6 +124,7 @@ def held(known: Known) -> str:
 
 JUDGES: dict[str, Callable[[Known], str]] = {
     "mag_disturbed": field_residual, "mag_offset": iron, "mag_strength": strength,
+    "mag_shape": shape,
     "acc_scale": scale, "gaps": gaps, "clipping_acc": clipping, "held_samples": held,
 }  # fmt: skip
 

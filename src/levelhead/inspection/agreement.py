@@ -24,16 +24,22 @@ from levelhead.signals.turn_matrix import (
     fit,
     screen,
 )
+from levelhead.units import DEGREE
 
 FLOOR = 0.02  # 1σ of each number of M: scale errors of good sensors, and what no model has
 FOLLOWS = {"acc": 0.6, "mag": 0.1}  # share of the turn that forces, or iron nearby, may mimic
 SETTLED = 0.03  # 1σ of each number of M beside the fault that was found
-LEAST = 0.015  # scale that is looked for: rad/s for deg/s is 0.0175
+LEAST = 4.0  # σ by which a scale must differ from 0: nothing turns is no scale
+UNITS = (DEGREE, 1.0 / DEGREE)  # factors that people take one unit for another by
+UNIT_SIGMA = 0.01  # of such a factor, as a share of it
+BEYOND = 4000.0 * DEGREE  # rad/s: the widest range of gyroscopes in use (data sheet of the LSM6DSV)
+RARE, IMPOSSIBLE = 0.01, 60.0  # share of rates beyond it that are spikes; penalty of what leaves more of them there
 CANDIDATES = 3  # wirings that are fitted
 BASINS = 0.9  # of what the identity leaves, from which another wiring starts the fit
 SHIFTED = 0.015  # s of delay, beyond which the fit is made again
 SLOW = 0.05  # s of delay, from which it may be a filter
 TREATMENTS = 4
+MANY = 100_000  # rows that show the distribution of rates
 CLEAR = 12.0  # of χ² + penalty, by which a fault must be better than none
 TIED = 8.0  # by which two faults are told apart
 
@@ -160,8 +166,8 @@ def _penalty(wiring: Array) -> float:
     return (7.0 if moved == 2 else 8.0) + 3.0 * negative
 
 
-def faults(seen: Sequence[Seen]) -> list[Hypothesis]:
-    """All hypotheses, the likeliest first."""
+def faults(seen: Sequence[Seen], fastest: float = 0.0) -> list[Hypothesis]:
+    """All hypotheses, the likeliest first; ``fastest`` rad/s is the rate that few readings exceed."""
     made = [Hypothesis("none", "", IDENTITY, sum(_chi(one, IDENTITY) for one in seen), 0.0, 0.0)]
     roles = {one.role: one for one in seen}
     for wiring in WIRINGS[1:]:
@@ -175,8 +181,11 @@ def faults(seen: Sequence[Seen]) -> list[Hypothesis]:
             made.append(Hypothesis("wiring", role, inverse, rest + _chi(one, proper), penalty, 0.0))
     pairs = [(one, IDENTITY) for one in seen]
     chi, x, covariance = _minimum(pairs, IDENTITY[None])
-    if x[0] > LEAST:
+    if x[0] > LEAST * covariance[0, 0] ** 0.5:
         made.append(Hypothesis("scale", "gyr", float(x[0]) * IDENTITY, chi, 6.0, float(covariance[0, 0] ** 0.5)))
+    for unit in UNITS:
+        right = unit * IDENTITY
+        made.append(Hypothesis("scale", "gyr", right, sum(_chi(one, right) for one in seen), 5.0, UNIT_SIGMA * unit))
     for axis in range(3):
         direction = np.diag(IDENTITY[axis])
         shifted = [
@@ -185,9 +194,14 @@ def faults(seen: Sequence[Seen]) -> list[Hypothesis]:
         ]
         chi, x, covariance = _minimum(shifted, direction[None])
         matrix = IDENTITY + (float(x[0]) - 1.0) * direction
-        if x[0] > LEAST:
+        if x[0] > LEAST * covariance[0, 0] ** 0.5:
             made.append(Hypothesis("axis_scale", "gyr", matrix, chi, 9.0, float(covariance[0, 0] ** 0.5)))
     made += list(_mountings(seen))
+    if fastest > BEYOND:  # no gyroscope measures that: it must be scaled down
+        made = [
+            one if np.abs(one.matrix).max() * fastest < BEYOND else one._replace(penalty=one.penalty + IMPOSSIBLE)
+            for one in made
+        ]
     return sorted(made, key=lambda one: one.score)
 
 
@@ -268,5 +282,6 @@ def agree(recording: Recording, most: int = MOST) -> Agreement:
             seen.append(look(role, seg))
     if not seen:
         return Agreement((), (), 1.0)
-    judged = faults(seen)
+    rates = np.linalg.norm(recording.gyr[:: 1 + len(recording) // MANY], axis=1)
+    judged = faults(seen, float(np.nanquantile(rates, 1.0 - RARE)))
     return Agreement(seen, judged, max(1.0, judged[0].chi / (9.0 * len(seen))))

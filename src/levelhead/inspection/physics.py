@@ -21,6 +21,7 @@ WITHOUT = 0.35  # g, below which there is no gravity in the force
 FEWEST = 8  # windows of STRIDES
 BIAS = np.radians(0.45)  # rad/s
 AGAINST = -0.55  # correlation from which gravity turns against the gyroscope
+AGREES = 0.5  # correlation from which it turns as the gyroscope has it
 STRONGEST, WEAKEST = 67.0, 22.0  # µT, of the earth's field (World Magnetic Model 2020, at the ground)
 
 
@@ -129,7 +130,8 @@ def _hardly_turns(recording: Recording) -> bool:
 def scale_in_motion(recording: Recording) -> tuple[float, float]:
     """(excess over gravity, its 1σ) as shares of gravity, from a motion without rest; (0, 0) if that tells nothing.
 
-    A gyroscope against which gravity turns cannot turn the force back.
+    A gyroscope against which gravity turns cannot turn the force back. A wrong one makes the mean shorter, so a force
+    that is too small counts only where gravity turns as the gyroscope has it.
     """
     rows = excerpt(len(recording))
     t, gyr, acc = recording.t[rows], recording.gyr[rows], recording.acc[rows]
@@ -140,7 +142,10 @@ def scale_in_motion(recording: Recording) -> tuple[float, float]:
     lengths = lengths[np.isfinite(lengths)]
     if len(lengths) < FEWEST:
         return 0.0, 0.0
-    return float(lengths.mean() / GRAVITY - 1.0), float(lengths.std() / GRAVITY / np.sqrt(len(lengths)))
+    off = float(lengths.mean() / GRAVITY - 1.0)
+    if off < 0.0 and (quiet is None or quiet.correlation < AGREES):
+        return 0.0, 0.0
+    return off, float(lengths.std() / GRAVITY / np.sqrt(len(lengths)))
 
 
 def examine_field(recording: Recording) -> Iterator[Finding]:

@@ -120,9 +120,8 @@ def examine_shape(field: Seen, fault: Hypothesis | None) -> Iterator[Finding]:
     )
 
 
-def examine_bias_jump(seen: Sequence[Seen]) -> Iterator[Finding]:
+def examine_bias_jump(found: "Jump | None") -> Iterator[Finding]:
     """Whether the gyroscope's bias is another one from some moment on."""
-    found = _jump(seen)
     if found is None:
         return
     change, at = found.change, found.at
@@ -137,7 +136,7 @@ def examine_bias_jump(seen: Sequence[Seen]) -> Iterator[Finding]:
         value=size,
         interval=(max(0.0, size - spread), size + spread),
         unit="deg/s",
-        mend=Mend("gyr", np.eye(3), change, since=at),
+        mend=found.mend,
     )
 
 
@@ -186,6 +185,11 @@ class Jump(NamedTuple):
     first: int
     at: float
 
+    @property
+    def mend(self) -> Mend:
+        """The change taken off again."""
+        return Mend("gyr", np.eye(3), self.change, since=self.at)
+
 
 def _biases(fits: Sequence[TurnMatrix]) -> tuple[Array, Array]:
     """(m, 3) the bias in each segment by all sensors, and (m, 3, 3) its weight; each sensor weighs by its scatter."""
@@ -225,7 +229,7 @@ def _step(start: Array, bias: Array, weight: Array, splits: Sequence[int]) -> Ju
     return best
 
 
-def _jump(seen: Sequence[Seen]) -> Jump | None:
+def find_jump(seen: Sequence[Seen]) -> Jump | None:
     """A step that is beyond doubt; found, taken out, and what is left of it added. Biases are b of eq. 1, negated."""
     if not seen:
         return None

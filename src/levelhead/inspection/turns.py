@@ -9,12 +9,14 @@ from levelhead.inspection.agreement import Agreement, Hypothesis, agree, settle
 from levelhead.inspection.findings import Finding
 from levelhead.inspection.mend import turn
 from levelhead.inspection.residuals import (
+    Jump,
     examine_bias,
     examine_bias_jump,
     examine_field_delay,
     examine_iron,
     examine_shape,
     examine_slow_force,
+    find_jump,
 )
 from levelhead.open_types import JsonObject
 from levelhead.recording import Array, Recording
@@ -32,7 +34,7 @@ USUAL = (131.0, 65.5, 32.8, 16.4)  # counts per deg/s
 
 def examine_turns(recording: Recording, most: int = MOST) -> Iterator[Finding]:
     """The one fault of scale, wiring or mounting that explains how the sensors disagree."""
-    agreement = agree(recording, most)
+    agreement, jump = _explain(recording, most)
     force = next((one for one in agreement.seen if one.role == "acc"), None)
     fault = agreement.fault
     if fault is not None:
@@ -57,8 +59,20 @@ def examine_turns(recording: Recording, most: int = MOST) -> Iterator[Finding]:
         yield from examine_field_delay(settled["mag"])
         yield from examine_iron(settled["mag"], fault)
         yield from examine_shape(settled["mag"], fault)
-    yield from examine_bias_jump(list(settled.values()))
+    yield from examine_bias_jump(jump or find_jump(list(settled.values())))
     yield from examine_bias(list(settled.values()))
+
+
+def _explain(recording: Recording, most: int) -> tuple[Agreement, Jump | None]:
+    """How the sensors agree, and a jump of the bias, if without it there is no fault: one cause in place of two."""
+    agreement = agree(recording, most)
+    if agreement.fault is None:
+        return agreement, None
+    jump = find_jump([settle(one, None) for one in agreement.seen])
+    if jump is None:
+        return agreement, None
+    level = agree(jump.mend.apply(recording), most)
+    return (level, jump) if level.fault is None else (agreement, None)
 
 
 def _evidence(agreement: Agreement) -> str:
