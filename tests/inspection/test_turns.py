@@ -236,3 +236,38 @@ def test_a_rival_beside_twins_is_told_from_them():
         for signs, chi in wirings.items()
     )
     assert [one is rival for one in Agreement((), (fault, twin, rival), 1.0).rivals(fault)] == [True]
+
+
+@pytest.mark.parametrize("longer", [0.25, 0.5])
+def test_soft_iron(clean: Recording, longer: float) -> None:
+    assert clean.mag is not None
+    found = findings(changed(clean, mag=clean.mag * [1.0, 1.0 + longer, 1.0]))
+    one = found["mag_shape"]
+    assert set(found) == {"mag_shape"} and one.value == pytest.approx(100.0 * longer, abs=4.0) and "near y" in one.what
+    assert one.mend is not None
+    round_again = one.mend.apply(changed(clean, mag=clean.mag * [1.0, 1.0 + longer, 1.0]))
+    length = np.linalg.norm(round_again.mag, axis=1)
+    assert length.std() / length.mean() < 0.03
+
+
+@pytest.mark.parametrize(("axis", "size"), [(0, 3.0), (2, 5.0)])
+def test_a_jump_of_the_bias_is_found_with_its_time_and_mended(clean: Recording, axis: int, size: float) -> None:
+    gyr = np.array(clean.gyr)
+    gyr[2500:, axis] += np.radians(size)
+    found = findings(changed(clean, gyr=gyr))
+    one = found["bias_jumps"]
+    assert set(found) <= {"bias_jumps", "gyro_bias"} and one.value == pytest.approx(size, abs=0.4)
+    assert one.mend is not None and one.mend.since == pytest.approx(50.0, abs=4.0)
+    left = one.mend.apply(changed(clean, gyr=gyr)).gyr - clean.gyr
+    assert np.abs(np.degrees(left[3000:, axis])).max() < 0.4 and np.allclose(left[:2200], 0.0)
+
+
+def test_a_rate_that_no_gyroscope_has_is_a_wrong_unit_even_where_nothing_can_be_compared() -> None:
+    """A sensor that hardly turns: deg/s read as rad/s are beyond every range."""
+    calm = made(3)
+    rate = np.radians(70.0) * np.sign(np.sin(2.0 * np.pi * 5.0 * calm.t))[:, None] * [1.0, 0.0, 0.0]
+    acc = np.tile([0.0, 0.0, 9.80665], (len(calm.t), 1))
+    one = findings(Recording(calm.t, 57.3 * rate, acc + np.random.default_rng(1).normal(0.0, 0.02, acc.shape)))[
+        "gyro_scale"
+    ]
+    assert one.value == pytest.approx(57.3, rel=0.01) and "its unit is wrong" in one.what
