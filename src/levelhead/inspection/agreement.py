@@ -181,9 +181,10 @@ def faults(seen: Sequence[Seen], fastest: float = 0.0) -> list[Hypothesis]:
             made.append(Hypothesis("wiring", role, inverse, rest + _chi(one, proper), penalty, 0.0))
     pairs = [(one, IDENTITY) for one in seen]
     chi, x, covariance = _minimum(pairs, IDENTITY[None])
-    if x[0] > LEAST * covariance[0, 0] ** 0.5:
+    turns = x[0] > LEAST * covariance[0, 0] ** 0.5
+    if turns:
         made.append(Hypothesis("scale", "gyr", float(x[0]) * IDENTITY, chi, 6.0, float(covariance[0, 0] ** 0.5)))
-    for unit in UNITS:
+    for unit in UNITS if turns or fastest > BEYOND else ():
         right = unit * IDENTITY
         made.append(Hypothesis("scale", "gyr", right, sum(_chi(one, right) for one in seen), 5.0, UNIT_SIGMA * unit))
     for axis in range(3):

@@ -20,7 +20,7 @@ MUCH = 0.08  # s from which it is worse than a note
 SHARE, ROUGH, HIDDEN = 0.08, 0.02, 0.3  # of the field: iron worth a word; 1σ that no model has, and without contrast
 OVAL, OVAL_ROUGH, OVAL_HIDDEN = 0.08, 0.015, 0.1  # of the field, as SHARE, ROUGH and HIDDEN
 LEAST = 0.2  # of an axis of the field's shape: less is no fit
-JUMP = np.radians(0.6)  # rad/s
+JUMP, WIDEST = np.radians((0.6, 20.0))  # rad/s; 20 deg/s is the zero-rate tolerance of the MPU-6050's data sheet
 JUMP_SURE = {1: 6.5, 2: 5.0}  # σ, by how many sensors show the bias
 BIAS, WANDER, VAGUE = np.radians((1.0, 0.2, 2.0))  # rad/s: worth a note; 1σ that no model has, and without contrast
 REFINEMENTS = 2
@@ -249,4 +249,4 @@ def find_jump(seen: Sequence[Seen]) -> Jump | None:
             break
         change = change + again.change
         best = best._replace(sigma=again.sigma)
-    return best._replace(change=-change)
+    return best._replace(change=-change) if float(np.abs(change).max()) < WIDEST else None
