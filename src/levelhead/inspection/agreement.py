@@ -179,14 +179,25 @@ def faults(seen: Sequence[Seen], fastest: float = 0.0) -> list[Hypothesis]:
         for role, one in roles.items():
             rest = sum(_chi(other, IDENTITY) for other in seen if other is not one)
             made.append(Hypothesis("wiring", role, inverse, rest + _chi(one, proper), penalty, 0.0))
+    made += [*_scales(seen, fastest), *_mountings(seen)]
+    if fastest > BEYOND:  # no gyroscope measures that: it must be scaled down
+        made = [
+            one if np.abs(one.matrix).max() * fastest < BEYOND else one._replace(penalty=one.penalty + IMPOSSIBLE)
+            for one in made
+        ]
+    return sorted(made, key=lambda one: one.score)
+
+
+def _scales(seen: Sequence[Seen], fastest: float) -> Iterator[Hypothesis]:
+    """The gyroscope times a factor, in another unit, or one of its axes times a factor."""
     pairs = [(one, IDENTITY) for one in seen]
     chi, x, covariance = _minimum(pairs, IDENTITY[None])
     turns = x[0] > LEAST * covariance[0, 0] ** 0.5
     if turns:
-        made.append(Hypothesis("scale", "gyr", float(x[0]) * IDENTITY, chi, 6.0, float(covariance[0, 0] ** 0.5)))
+        yield Hypothesis("scale", "gyr", float(x[0]) * IDENTITY, chi, 6.0, float(covariance[0, 0] ** 0.5))
     for unit in UNITS if turns or fastest > BEYOND else ():
         right = unit * IDENTITY
-        made.append(Hypothesis("scale", "gyr", right, sum(_chi(one, right) for one in seen), 5.0, UNIT_SIGMA * unit))
+        yield Hypothesis("scale", "gyr", right, sum(_chi(one, right) for one in seen), 5.0, UNIT_SIGMA * unit)
     for axis in range(3):
         direction = np.diag(IDENTITY[axis])
         shifted = [
@@ -196,14 +207,7 @@ def faults(seen: Sequence[Seen], fastest: float = 0.0) -> list[Hypothesis]:
         chi, x, covariance = _minimum(shifted, direction[None])
         matrix = IDENTITY + (float(x[0]) - 1.0) * direction
         if x[0] > LEAST * covariance[0, 0] ** 0.5:
-            made.append(Hypothesis("axis_scale", "gyr", matrix, chi, 9.0, float(covariance[0, 0] ** 0.5)))
-    made += list(_mountings(seen))
-    if fastest > BEYOND:  # no gyroscope measures that: it must be scaled down
-        made = [
-            one if np.abs(one.matrix).max() * fastest < BEYOND else one._replace(penalty=one.penalty + IMPOSSIBLE)
-            for one in made
-        ]
-    return sorted(made, key=lambda one: one.score)
+            yield Hypothesis("axis_scale", "gyr", matrix, chi, 9.0, float(covariance[0, 0] ** 0.5))
 
 
 def _mountings(seen: Sequence[Seen]) -> Iterator[Hypothesis]:
