@@ -14,6 +14,7 @@ from levelhead.filters.eskf import state as at
 from levelhead.filters.eskf.adaptation import adapt_field
 from levelhead.filters.eskf.covariance import state_variance
 from levelhead.filters.eskf.filter import init, output, step
+from levelhead.filters.eskf.measurements import set_force_columns
 from levelhead.filters.eskf.north import north_variance
 from levelhead.filters.eskf.predict import predict
 from levelhead.filters.eskf.preintegration import reset_block
@@ -399,3 +400,27 @@ def test_sigma_of_north_covers_an_uneven_field():
         heading = np.abs(split_error(error_quaternion(track.quat, clean.truth.quat)).heading[500:])
         assert (heading > 4.0 * track.sigma[500:, 2]).mean() < 0.01
     assert np.median(beside.sigma[500:, 2]) > 2.0 * np.median(even.sigma[500:, 2])
+
+
+def test_the_mean_velocity_of_a_block_moves_with_tilt_as_its_row_says():
+    """Eq. 20: w × θ by finite differences, in a block with a force that changes."""
+    params, tilt = lh.ESKF(), np.array([2e-6, -3e-6, 0.0])
+
+    def block(turn):
+        state = init(params, ZERO, Vec3(0.5, 0.3, 9.7), ZERO)
+        state = state._replace(quat=quat.compose(quat.exp(Vec3(*turn)), state.quat))
+        for k in range(12):
+            state = step(params, state, Vec3(0.3, -0.5, 0.8), Vec3(3.0 * np.sin(k), 2.0 - 0.4 * k, 9.0 + k), ZERO, 0.01)
+        m = state.memory
+        end = np.array(m[at.MEAN + at.VELOCITY : at.MEAN + at.VELOCITY + 3])
+        return m, end, np.array(m[at.INT_VELOCITY : at.INT_VELOCITY + 3]) / m[at.BLOCK_TIME]
+
+    m, end, mean = block(np.zeros(3))
+    _, other_end, other_mean = block(tilt)
+    expected = (other_mean - mean) - (other_end - end)
+    for i in range(3):
+        set_force_columns(m, i)
+        row = np.array(m[at.H + at.ATTITUDE : at.H + at.ATTITUDE + 2])
+        m[at.H + at.ATTITUDE] = m[at.H + at.ATTITUDE + 1] = 0.0
+        assert row @ tilt[:2] == pytest.approx(expected[i], abs=2e-9)
+        assert abs(expected[i]) > 1e-8

@@ -22,9 +22,10 @@ room. With R̄ = ∫R dt/T, its mean velocity over T has two parts. The body vel
 first-order Gauss-Markov process. The rest is white noise of density D, found from the innovations (``adaptation``) and
 at least ``velocity_density``²:
 
-    0 = v + δv − θ_z × v − R̄ u − R̄ δu,   variance D/T                                                          (20)
+    0 = v̄ + δv + w × θ − θ_z × v − R̄ u − R̄ δu,   variance D/T                                                  (20)
 
-This makes tilt observable, without any test whether |a| is g. The term of θ_z keeps (20) from correcting heading. The
+v̄ is the mean of v over the block, and w = v − v̄ + g T/2 what the force added since. This makes tilt observable, without
+any test whether |a| is g. The term of θ_z keeps (20) from correcting heading. The
 frame is the gyroscope's: heading is right by definition at the start, and the field H of the surroundings may point
 anywhere in it. The part s of the field belongs to a place. The block's mean field is
 e = mean R (h − d w × h + d²/2 w × (w × h)):

@@ -52,9 +52,24 @@ def velocity_variance(params: ESKF, m: Floats, resting: bool, i: int) -> float:
     return (m[at.DENSITY + (1 if i == 2 else 0)] + aiding.aided_density(m, i)) / m[at.BLOCK_TIME]
 
 
+@kernel
+def set_force_columns(m: Floats, i: int) -> None:
+    """The elements of tilt in row i of eq. 20, w × θ: the error of the mean velocity less that at the end.
+
+    w is the integral of the force to the end of the block, less the mean of this integral over the block.
+    """
+    one = 1.0 / m[at.BLOCK_TIME]
+    if i < 2:
+        up = m[at.MEAN + at.VELOCITY + 2] - one * m[at.INT_VELOCITY + 2] + 0.5 * GRAVITY * m[at.ACC_TIME]
+        m[at.H + at.ATTITUDE + 1 - i] = -up if i == 0 else up
+    else:
+        m[at.H + at.ATTITUDE] = one * m[at.INT_VELOCITY + 1] - m[at.MEAN + at.VELOCITY + 1]
+        m[at.H + at.ATTITUDE + 1] = m[at.MEAN + at.VELOCITY] - one * m[at.INT_VELOCITY]
+
+
 @noinline
 def update_velocity(params: ESKF, m: Floats, resting: bool, n: int) -> None:
-    """Measures along each axis without aiding that velocity is body velocity, eq. 20, or zero at rest, eq. 14.
+    """Measures along each axis without aiding that mean velocity is body velocity, eq. 20, or zero at rest, eq. 14.
 
     This has no direction, and must not correct heading: a turn by θ_z changes v by θ_z × v, which the rows of east and
     north leave out. The influence of a single block is bounded (P. J. Huber, Robust Statistics, 1981): beyond
@@ -66,7 +81,8 @@ def update_velocity(params: ESKF, m: Floats, resting: bool, n: int) -> None:
             m[at.H + at.VELOCITY + i] = 1.0
             if i < 2:
                 m[at.H + at.HEADING] = m[at.MEAN + at.VELOCITY + 1] if i == 0 else -m[at.MEAN + at.VELOCITY]
-            y = -m[at.MEAN + at.VELOCITY + i]
+            y = -m[at.INT_VELOCITY + i] / m[at.BLOCK_TIME]
+            set_force_columns(m, i)
             if noise > REST_SPEED * REST_SPEED:
                 y += mean_travel(m, i)
                 for k in range(3):

@@ -36,8 +36,8 @@ class ESKF(NamedTuple):
         0.7
     )
     body_velocity_time: Annotated[float, positive("s", "time constant of this velocity", 1, 100)] = 16.0
-    mag_noise: Annotated[float, positive("√s", "least density of the field's changes, relative", 0.001, 0.5)] = 0.05
-    mag_place: Annotated[float, nonnegative("", "1σ of a place's part of the field at first", 1e-3, 0.1)] = 0.02
+    mag_noise: Annotated[float, positive("√s", "least density of the field's changes, relative", 0.001, 0.5)] = 0.04
+    mag_place: Annotated[float, nonnegative("", "1σ of a place's part of the field at first", 1e-3, 0.1)] = 0.005
     place_time: Annotated[float, positive("s", "time constant of being in one place", 1.0, 1000.0)] = 60.0
     mag_offset: Annotated[float, nonnegative("", "1σ of the magnetometer's offset, relative", 1e-3, 3.0)] = 1.0
     offset_walk: Annotated[float, nonnegative("1/√s", "random walk of this offset", 1e-05, 0.05)] = 0.0005

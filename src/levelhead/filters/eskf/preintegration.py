@@ -64,8 +64,14 @@ def add_imu(m: Floats, r: Mat3, gyr: Vec3, acc: Vec3, dt: float) -> None:
         m[at.MEAN + at.VELOCITY] += x * dt
         m[at.MEAN + at.VELOCITY + 1] += y * dt
         m[at.MEAN + at.VELOCITY + 2] += z * dt
+        m[at.INT_VELOCITY] -= 0.5 * x * dt * dt
+        m[at.INT_VELOCITY + 1] -= 0.5 * y * dt * dt
+        m[at.INT_VELOCITY + 2] -= 0.5 * z * dt * dt
         m[at.INT_ACC2] += (x * x + y * y + z * z) * dt
         m[at.ACC_TIME] += dt
+    m[at.INT_VELOCITY] += m[at.MEAN + at.VELOCITY] * dt
+    m[at.INT_VELOCITY + 1] += m[at.MEAN + at.VELOCITY + 1] * dt
+    m[at.INT_VELOCITY + 2] += m[at.MEAN + at.VELOCITY + 2] * dt
 
 
 @noinline
