@@ -12,7 +12,7 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no
 # time on two cores).
 TESTS := OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
 
-.PHONY: demo native wheels quick plain test test-full docs lint format bench mutants clean
+.PHONY: demo native dist wheels quick plain test test-full docs lint format bench mutants clean
 
 demo: $(LESSON)
 	$(BIN)/levelhead demo --out demo-output
@@ -20,6 +20,17 @@ demo: $(LESSON)
 # The native engine after a change of kernels; until then Numba or Python takes its place.
 native: $(READY)
 	$(BIN)/python -m levelhead.export.extension
+
+# The archive of the sources and a wheel made of it, each installed and tried by itself, bare and with an extra.
+dist: $(READY)
+	$(INSTALL) 'build>=1.2'
+	rm -rf dist build/tried
+	$(BIN)/python -m build --outdir dist .
+	for file in dist/*.whl dist/*.tar.gz; do for extra in "" "[plot]"; do \
+	    rm -rf build/tried && $(PYTHON) -m venv build/tried \
+	    && build/tried/bin/pip install --quiet --disable-pip-version-check "$$file$$extra" \
+	    && (cd build && tried/bin/levelhead --version && tried/bin/levelhead demo --out tried/demo) || exit 1; \
+	done; done
 
 # A wheel for every Linux with glibc, tried in an environment with neither a compiler nor an extra.
 wheels: $(READY)
@@ -84,5 +95,5 @@ $(VENV)/.lesson: pyproject.toml
 	touch $@
 
 clean:
-	rm -rf $(VENV) demo-output build/site docs/gallery .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf $(VENV) demo-output build dist docs/gallery .mypy_cache .ruff_cache .pytest_cache .hypothesis
 	find src tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -5,12 +5,14 @@ import re
 import runpy
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 from types import ModuleType
 
 import pytest
 
 from levelhead import filters
+from levelhead.version import VERSION
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "CONTRIBUTING.md"
@@ -73,3 +75,10 @@ def test_the_generator_writes_the_page(
     assert page.startswith("# Leaky\n\n") and "| `tau` | s | 1 |" in page
     assert "[`Leaky`](filters/Leaky.md)" in made["BLOCKS"]["filters"]()
     assert ("An example of a filter." if doc is None else doc) in page
+
+
+def test_the_version_stands_in_one_place():
+    """CITATION.cff repeats it; the package's metadata read it from ``version.py``."""
+    cited = re.search(r"^version: (.+)$", (ROOT / "CITATION.cff").read_text(encoding="utf-8"), re.MULTILINE)
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert cited and cited[1] == VERSION and "version" in project["dynamic"]

@@ -25,7 +25,7 @@ SNAKE = re.compile(r"`([a-z][a-z0-9]*(?:_[a-z0-9]+)+)(?:\([^`]*\))?`")
 FENCE = re.compile(r"^```.*?^```$", re.DOTALL | re.MULTILINE)
 FILE = re.compile(r".*\.(py|md|c|h|csv|txt|json|yaml|toml|npz|mat|properties|parquet|png|x|ulg)")
 # Objects in examples that are called as a module is.
-INSTANCES = {"board", "filter", "hooks", "kalman", "live", "node", "subscription", "track"}
+INSTANCES = {"board", "filter", "hooks", "joint", "kalman", "live", "node", "subscription", "track"}
 SUFFIXES = {".py", ".c", ".h", ".ino"}
 SENSORS = {"gyr", "acc", "mag"}
 SEPARATOR = re.compile(r"\|(?: ?:?-+:? ?\|)+")
