@@ -16,7 +16,7 @@ from levelhead.engine.heading_offset import HeadingOffset, heading_offset
 from levelhead.engine.native import has_axis, has_imu
 from levelhead.engine.prior import apply_prior, correct_ticks, keep_prior, read_calibration
 from levelhead.engine.serialization import StreamState, from_bytes, to_bytes
-from levelhead.engine.stepper import MOST_DT, Four, axis_stepper, imu_stepper
+from levelhead.engine.stepper import MOST_DT, Eleven, Four, axis_stepper, imu_stepper
 from levelhead.errors import LevelheadError
 from levelhead.filters.contract import HEIGHT, POSITION, VELOCITY, AxisReport, NavState, Output
 from levelhead.filters.parameters import FilterChoice, Params
@@ -286,9 +286,9 @@ class Stream:
         Raises:
             LevelheadError: no numbers, or the x axis is vertical within 1°.
         """
-        w, x, y, z, _, _, _, _, _, up, _ = self._stepper.report(self._place)
+        numbers = self._stepper.report(self._place)
         referenced = self._has_mag and "heading" in self._filter.estimates
-        self._use_heading(heading_offset((w, x, y, z), up, heading, sigma, degrees, referenced))
+        self._use_heading(heading_offset(numbers[:4], numbers[9], heading, sigma, degrees, referenced))
 
     def _use_heading(self, offset: HeadingOffset | None) -> None:
         self._heading = offset
@@ -392,11 +392,11 @@ class Stream:
     @property
     def numbers(self) -> tuple[float, ...]:
         """What ``output`` says as plain numbers, cheapest of all: quat (4), bias (3), sigma (3), health."""
-        numbers: tuple[float, ...] = self._stepper.report(self._place)
+        numbers: Eleven = self._stepper.report(self._place)
         if self._heading is None:
             return numbers
-        w, x, y, z, a, b, c, east, north, up, health = numbers
-        return *self._heading.turn((w, x, y, z)), a, b, c, *self._heading.turn_sigma((east, north, up)), health
+        turn = self._heading
+        return *turn.turn(numbers[:4]), *numbers[4:7], *turn.turn_sigma(numbers[7:10]), numbers[10]
 
     @property
     def output(self) -> Output:

@@ -71,7 +71,7 @@ def root_mean_square(scores: Array) -> Array:
     return found
 
 
-class Gain(NamedTuple):
+class ErrorGain(NamedTuple):
     """The share of the error that is gone on what was left out, and its interval of 95 %; below 0: a loss."""
 
     share: float
@@ -79,7 +79,7 @@ class Gain(NamedTuple):
     high: float
 
 
-class Loss(NamedTuple):
+class ErrorLoss(NamedTuple):
     """A part that was left out, and what is worse there: its name, the measure, and its error before and after, °."""
 
     part: str
@@ -88,7 +88,7 @@ class Loss(NamedTuple):
     after: float
 
 
-def gain(folds: Sequence[Fold], column: int) -> Gain:
+def gain(folds: Sequence[Fold], column: int) -> ErrorGain:
     """The gain over all parts; its σ is the larger of that between stretches and that between parts.
 
     Stretches of one part are not independent of each other, and parts are few: neither σ alone is enough.
@@ -102,10 +102,12 @@ def gain(folds: Sequence[Fold], column: int) -> Gain:
     if len(parts) > 1:
         sigma = max(sigma, float(np.std([one.mean() for one in parts], ddof=1)) / math.sqrt(len(parts)))
     reach = float(stdtrit(max(degrees, 1), PROBABILITY)) * sigma
-    return Gain(1.0 - math.exp(middle), 1.0 - math.exp(min(middle + reach, LARGEST)), 1.0 - math.exp(middle - reach))
+    return ErrorGain(
+        1.0 - math.exp(middle), 1.0 - math.exp(min(middle + reach, LARGEST)), 1.0 - math.exp(middle - reach)
+    )
 
 
-def losses(folds: Sequence[Fold], columns: Sequence[int]) -> list[Loss]:
+def losses(folds: Sequence[Fold], columns: Sequence[int]) -> list[ErrorLoss]:
     """Parts on which one of the errors is worse by more than 1σ of its mean over stretches."""
     found = []
     for column in columns:
@@ -115,5 +117,5 @@ def losses(folds: Sequence[Fold], columns: Sequence[int]) -> list[Loss]:
             noise = float(ratios.std(ddof=1)) / math.sqrt(len(ratios)) if len(ratios) > 1 else scatter
             if ratios.mean() > noise:
                 before, after = root_mean_square(one.scores)[:, column].tolist()
-                found.append(Loss(one.name, MEASURES[column], before, after))
+                found.append(ErrorLoss(one.name, MEASURES[column], before, after))
     return found

@@ -15,7 +15,7 @@ from levelhead.parameter_file import ParameterFile
 from levelhead.recording import Array
 from levelhead.tune.error_bands import Advice, Bands
 from levelhead.tune.innovations import HORIZON
-from levelhead.tune.left_out import FLOOR, MEASURES, Fold, Gain, Loss, gain, losses
+from levelhead.tune.left_out import FLOOR, MEASURES, ErrorGain, ErrorLoss, Fold, gain, losses
 from levelhead.tune.parameter_space import Space
 from levelhead.tune.reference_orientation import Reference
 from levelhead.tune.sweep import Metric, Sweep
@@ -80,7 +80,7 @@ class Tuning:
         return 1.0 - mean_error(self.after) / mean_error(self.before)
 
     @property
-    def held_out(self) -> Gain | None:
+    def held_out(self) -> ErrorGain | None:
         """The same on what was left out, with its interval: what another log of this kind may expect."""
         return gain(self.folds, MEASURES.index(self.metric)) if self.folds else None
 
@@ -90,7 +90,7 @@ class Tuning:
         return self.gain if self.held_out is None else self.held_out.share
 
     @property
-    def losses(self) -> list[Loss]:
+    def losses(self) -> list[ErrorLoss]:
         """Parts left out on which the error, tilt or heading got worse beyond its noise."""
         columns = [MEASURES.index(self.metric), MEASURES.index("tilt")]
         if "gyr" in filters.of(self.space.params).uses:
