@@ -126,3 +126,18 @@ def test_a_magnetometer_needs_no_poses(levelhead, tmp_path):
     done = levelhead("calibrate", "--live", "--source", "emulated:mpu6050", "--magnetometer")
     assert done.code == 2
     assert "leave --live out" in done.err
+
+
+def test_a_filter_gets_its_magnetometer_without_iron(levelhead, tmp_path):
+    """Mahony on 432 % of iron: by a first pass, by the file, and beside the same log without a magnetometer."""
+    log = tmp_path / "raw.csv"
+    write_csv(simulate.recording("ICM-20948", "hand", 30.0, rate=50.0, seed=1), log)
+    assert levelhead("calibrate", log, "--magnetometer", "--no-plot", "-o", tmp_path).code == 0
+    plain = ("fuse", log, "-f", "Mahony", "--no-plot", "-o", tmp_path, "--json")
+    found = levelhead(*plain).json
+    assert found["magnetometer"]
+    assert any(note.startswith("raw magnetometer: offset") for note in found["notes"])
+    given = levelhead(*plain, "--calibration", tmp_path / "raw-calibration.json").json
+    assert given["score"]["heading"] == pytest.approx(found["score"]["heading"], abs=0.01)
+    assert found["score"]["total"] < 3.0
+    assert levelhead(*plain, "--map", "mag=").json["magnetometer"] is False

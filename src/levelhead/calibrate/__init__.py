@@ -5,8 +5,15 @@
 >>> found.calibration.save("sensor.json")       # doctest: +SKIP
 """
 
-from levelhead.calibrate.field_calibration import FieldCalibration, calibrate_magnetometer
+from levelhead.calibrate.field_calibration import FieldCalibration, calibrate_magnetometer, find_raw_magnetometer
 from levelhead.calibrate.pose_calibration import PoseCalibration, Residual
 from levelhead.calibrate.solve import calibrate_sensor
 
-__all__ = ["FieldCalibration", "PoseCalibration", "Residual", "calibrate_magnetometer", "calibrate_sensor"]
+__all__ = [
+    "FieldCalibration",
+    "PoseCalibration",
+    "Residual",
+    "calibrate_magnetometer",
+    "calibrate_sensor",
+    "find_raw_magnetometer",
+]

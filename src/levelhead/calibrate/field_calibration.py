@@ -15,7 +15,7 @@ from levelhead.calibrate.magnetometer import (
     fit_field,
     level_sigma,
 )
-from levelhead.calibrate.pose_calibration import Residual, quantity, words_of_gain
+from levelhead.calibrate.pose_calibration import Residual, digits, quantity, words_of_gain
 from levelhead.calibration import QUANTITIES, Calibration, Quantity
 from levelhead.errors import LevelheadError, require
 from levelhead.filters.eskf.state import ALWAYS
@@ -26,6 +26,7 @@ LEAST = 5.0  # s of motion with a field
 FOLDS, PARTS = 5, 20  # a fold leaves out every fifth of so many parts
 WEAK = 0.05  # share of the field: an offset whose σ is larger needs another turn
 NEAR_AXIS = 0.9  # cosine from which a direction is named by its axis
+RAW, SURE, GAIN = 0.08, 4.0, 1.5  # an offset beyond this share of the field, so many σ, and a gain of so many times
 CELLS = 100  # of the sphere, of equal area
 
 
@@ -68,6 +69,15 @@ class FieldCalibration:
             f"{100.0 * self.coverage:.0f} % of all directions",
             *self.advice,
         ]  # fmt: skip
+
+    def note(self) -> str:
+        """What a run says that took this calibration off its readings."""
+        where = ", ".join(f"{axis} {one:+.1f}" for axis, one in zip("xyz", self.centre, strict=True))
+        return (
+            f"raw magnetometer: offset {where} µT, {100.0 * float(np.linalg.norm(self.centre)) / self.strength:.0f} % "
+            f"of the field, found in this log and taken off; heading by the field was off by "
+            f"{digits(self.heading.before)}°, and is by {digits(self.heading.held_out)}° where held out"
+        )
 
     def to_dict(self) -> JsonObject:
         """For JSON."""
@@ -125,6 +135,18 @@ def calibrate_magnetometer(
         float(np.degrees(np.arctan2(-fit.field[2], level))), heading, float(np.degrees(level_sigma(fit))),
         coverage(blocks.mag @ fit.linear[:, :3].T + fit.linear[:, 3]), tuple(_missing_turns(fit)),
     )  # fmt: skip
+
+
+def find_raw_magnetometer(recording: Recording) -> FieldCalibration | None:
+    """The calibration of a magnetometer with an offset beyond doubt; None for a calibrated one, or too few turns."""
+    try:
+        found = calibrate_magnetometer(recording)
+    except LevelheadError:
+        return None
+    offset, sigma = found.calibration.mag_offset, found.sigma
+    assert offset is not None
+    clear = np.linalg.norm(found.centre) > max(RAW * found.strength, SURE * float(np.linalg.norm(offset.sigma)))
+    return found if clear and found.heading.ratio > GAIN and sigma < found.heading.before else None
 
 
 def magnetic_parts(fit: FieldFit) -> dict[str, Quantity | None]:

@@ -1,5 +1,6 @@
 """Logs of a sensor whose errors ``levelhead calibrate`` has found, or is to find."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -9,6 +10,7 @@ from levelhead.cli.options import Reading, simulate_recording
 from levelhead.errors import LevelheadError
 
 if TYPE_CHECKING:
+    from levelhead.filters.contract import Filter
     from levelhead.recording import Recording
     from levelhead.sources.interpretation import Interpretation
 
@@ -64,6 +66,37 @@ def read_calibrated(reading: Reading, log: Path, calibration: Path | None) -> "R
 
     known = Calibration.read(calibration)
     return known.apply(reading.read(log) if known.mag_offset is None else read_uncalibrated(reading, log))
+
+
+def read_without_iron(reading: Reading, log: Path, flt: "Filter") -> "Recording":
+    """The recording in a log, for a filter that follows its magnetometer and does not learn the magnetometer's errors.
+
+    A raw magnetometer is calibrated by a first pass over the log, and corrected; a note says so. Without a gain the
+    readings stay as they are.
+    """
+    found = reading.read(log)
+    if "heading" not in flt.estimates or flt.calibration is not None:
+        return found
+    if found.mag is not None and not _has_iron(found):
+        return found
+    recording = found if found.mag is not None else read_with_field(reading, log)
+    if recording.mag is None:
+        return found
+    from levelhead.calibrate import find_raw_magnetometer
+
+    raw = find_raw_magnetometer(recording)
+    if raw is None:
+        return found
+    better, notes = raw.calibration.apply(recording), recording.meta.get("notes", ())
+    return replace(better, meta={**better.meta, "notes": (*notes, raw.note())})
+
+
+def _has_iron(recording: "Recording") -> bool:
+    """Whether the sphere of the readings is off its middle: a cheap test before a first pass."""
+    from levelhead.signals.hard_iron import hard_iron
+
+    sphere = hard_iron(recording)
+    return sphere is not None and sphere.clear
 
 
 def log_or_simulation(

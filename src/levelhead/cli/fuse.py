@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from levelhead import filters
+from levelhead.cli.calibrated_log import read_calibrated, read_without_iron
 from levelhead.cli.fuse_options import FuseArguments, FuseOptions, require_north
 from levelhead.cli.options import Reading, can_draw, folder, print_json, print_line, print_written
 from levelhead.errors import LevelheadError
@@ -110,7 +111,7 @@ def fuse_logs(given: Sequence[Path], arguments: FuseArguments, smooth: bool) -> 
         return
     from levelhead.sources.chunked import NeedsWholeLog, is_long
 
-    if is_long(logs[0]):
+    if is_long(logs[0]) and options.calibration is None:
         from levelhead.cli.long_log import fuse_long_log
 
         with suppress(NeedsWholeLog):
@@ -242,7 +243,10 @@ def _fuse_one(log: Path, name: str, options: FuseOptions) -> FusionResult:
     """Reads, fuses and writes one log."""
     from levelhead.publish.progress import progress
 
-    recording = options.reading.read(log)
+    if options.calibration is None:
+        recording = read_without_iron(options.reading, log, filters.of(options.params))
+    else:
+        recording = read_calibrated(options.reading, log, options.calibration)
     params, guard = options.params, options.guard
     if "live" in recording.meta and not options.named:
         params, guard = node_filter(recording.meta["live"], guard, options.guard_words)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import Parameter
 
 from levelhead import filters
+from levelhead.cli.calibrated_log import CalibrationFile
 from levelhead.cli.options import (
     FilterName,
     FromFile,
@@ -48,6 +49,7 @@ class FuseOptions:
         plot: draw pictures.
         smooth: use the whole recording at every instant.
         prior: of the sensor.
+        calibration: the file of the errors that are taken off the readings.
         save_calibration: the file for the calibration.
         reading: hints for the reader.
         as_json: print JSON in place of a summary.
@@ -70,6 +72,7 @@ class FuseOptions:
     plot: bool
     smooth: bool
     prior: "Calibration | None"
+    calibration: Path | None
     save_calibration: Path | None
     reading: Reading
     as_json: bool
@@ -136,6 +139,7 @@ class FuseArguments:
     LOG-calibration.png."""
     prior: Annotated[Path | None, Parameter(metavar="FILE")] = None
     """Start with the calibration of the same sensor from an earlier --save-calibration."""
+    calibration: CalibrationFile = None
     save_calibration: Annotated[Path | None, Parameter(metavar="FILE")] = None
     """File for the calibration of the sensor from this run, with its 1σ, as JSON."""
     tuned: FromFile = None
@@ -194,6 +198,7 @@ class FuseArguments:
             plot=self.plot,
             smooth=smooth,
             prior=read_prior(self.prior, params),
+            calibration=self.calibration,
             save_calibration=self.save_calibration,
             reading=self.reading,
             as_json=self.json,
