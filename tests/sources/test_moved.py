@@ -126,3 +126,11 @@ def test_recordings_of_moving_bodies(data_dir: Path, name: str, unit: str) -> No
         t, gyr, acc = (data[key].astype(np.float64) for key in ("t", "gyr", "acc"))
     piece = (t - t[0] >= 30.0) & (t - t[0] < 50.0)
     assert gyr_unit(t[piece], gyr[piece] / GYR[unit], acc[piece]).unit == unit
+
+
+def test_a_torn_number_leaves_the_same_windows_in_both_units() -> None:
+    rng = np.random.default_rng(0)
+    t = np.arange(4000) * 0.01
+    gyr, acc = rng.normal(0.0, 60.0, (4000, 3)), rng.normal([0.0, 0.0, 9.8], 3.0, (4000, 3))
+    gyr[2000, 1] = 3e6  # too large for rad/s, not for deg/s
+    assert gyr_unit(t, gyr, acc).unit in ("deg/s", None)

@@ -54,6 +54,7 @@ _CANCELLED = 0.45  # of the mean force is left, at most, where rates in deg/s ar
 _DRIFTED = 2.5  # between the means of a window's halves, by what shakes it: in rad/s 0.1 to 2.4, the most by bias
 _SEEN = 0.06  # of its tilt that the force shows: in rad/s 0.07 and more, the least on drones; in deg/s 1/57 and noise
 _FULL, _OFTEN, _CLIPPED = 0.9999, 10, 0.01  # of the largest number; rows and share of rows that show full scale
+_BEYOND = 1e6  # no gyroscope's number in either unit
 _AT_REST = 100.0  # counts; a sensor that is not turned reads less
 _NOISE = 0.02  # at rest, deg/s below this does not come from a MEMS gyroscope at usual rates
 
@@ -336,6 +337,7 @@ def _unit_of_moved(t: Array, gyr: Array, acc: Array) -> GyroscopeUnit | None:
     although they say that the sensor tilted, they are right; unless the force shows no tilt, as on a calm vehicle in
     deg/s. A bias scatters the force too, and does not cancel it.
     """
+    gyr = np.where(np.abs(gyr) < _BEYOND, gyr, np.nan)  # the same windows in both units
     radians = mean_forces(t, gyr, acc, STRIDES)
     telling = (radians.shaking > _MOVED) & (radians.tilt > _TILTED)
     if telling.sum() < MIN_WINDOWS:
