@@ -29,7 +29,7 @@ SETS = {  # with magnetometers
         {
             "Guillaume_Nexus5_Dist_FrontPocket", "Guillaume_Nexus5_Dist_BackPocket", "Guillaume_iPhone4S_Dist_Swinging",
             "Guillaume_iPhone5_NoDist_RunningHand", "Guillaume_iPhone4S_Dist_FrontPocket",
-            "Guillaume_iPhone4S_NoDist_RunningPocket",
+            "Guillaume_Nexus5_NoDist_RunningPocket", "Guillaume_iPhone4S_NoDist_Phoning",
         },
     ),
     "truth/diodem": (0.065, 0.295, 0.001, 0.0, set()),
@@ -53,7 +53,7 @@ SMOOTHED = {
     "truth/openaxes": (1.290, 1.063),
     "truth/upenn": (0.146, 0.388),
 }
-NOT_BETTER = {"truth/fiumarg": 1.14, "truth/upenn": 1.05}  # the smoother's mean error beside the online filter's
+NOT_BETTER = {"truth/fiumarg": 1.17, "truth/upenn": 1.05}  # the smoother's mean error beside the online filter's
 MARGIN = 1.03
 MORE_BEYOND = 0.002  # share
 
