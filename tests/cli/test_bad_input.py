@@ -45,7 +45,7 @@ LOGS: dict[str, tuple[Callable[[Path], Path], tuple[str, ...]]] = {
     "missing": (lambda folder: folder / "flight.csv", ("there is no file", "flight.csv")),
     "empty": (empty, ("empty",)),
     "header only": (text(rows=[]), ("no line of numbers",)),
-    "no header": (text(ROWS[0]), ("no header", "gyr=2,3,4")),
+    "no header": (text(ROWS[0]), ("no header", "map gyr=…", "7 9.8 to 9.8")),
     "text in a number column": (
         text(rows=changed(30, "0.30,0.01,oops,0.03,0.1,0.2,9.8")),
         ("line 32", "gy [rad/s]", "'oops' is not a number"),

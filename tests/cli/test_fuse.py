@@ -88,7 +88,7 @@ def test_parameters_are_set(levelhead, logs, tmp_path):
     assert facts["params"]["r_measure"] == 0.5 and facts["params"]["q_per_sample"] is True
     facts = levelhead(*words, "--filter", "Complementary", "--set", "alpha=0.98").json
     assert facts["params"]["tau"] == pytest.approx(0.49)
-    best = levelhead(*words, "--set", "speed=3").json["params"]
+    best = levelhead(*words, "--set", "velocity_density=3").json["params"]
     assert best == filters.default()._asdict() | {"velocity_density": 3.0}
 
 
@@ -190,7 +190,7 @@ def test_units_that_the_header_does_not_say_and_a_hint_against_it(levelhead, log
     wrong = tmp_path / "wrong.csv"
     wrong.write_text(head.replace("rad/s", "mdeg/s") + "\n" + rows, encoding="utf-8")
     said = levelhead("fuse", wrong, "--units", "gyr=rad/s", "--no-plot", "-o", tmp_path)
-    assert re.search(r"^note +gyroscope: the hint says rad/s where the file says mdeg/s", said.out, re.MULTILINE)
+    assert re.search(r"^note +gyroscope: the hint gives rad/s where the file has mdeg/s", said.out, re.MULTILINE)
 
 
 def test_the_magnetometer_can_be_left_out(levelhead, tmp_path):

@@ -72,7 +72,7 @@ def test_the_special_objectives_are_the_general_one():
 def test_the_cross_products_are_the_papers_gradient(with_mag):
     """(A) of the module against Jᵀ f literally, all four components, while no angle exceeds 90°."""
     for q, a, m, _ in draws(3, largest=30.0):
-        x, y, z, scalar = madgwick.descent_direction(Quat(*q), vec(a), vec(m) if with_mag else ZERO)
+        (x, y, z), scalar = madgwick.descent_direction(Quat(*q), vec(a), vec(m) if with_mag else ZERO)
         ours = paper.product(q, 2.0 * np.array([scalar, -x, -y, -z]))
         np.testing.assert_allclose(ours, paper.gradient(q, a, m if with_mag else None), atol=5e-15)
 

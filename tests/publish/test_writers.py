@@ -121,8 +121,8 @@ def test_a_failure_leaves_what_was_there_and_nothing_else(tmp_path, monkeypatch)
     path.write_text("precious")
     chunks = writers._chunks
 
-    def breaks(track: Track, report):
-        yield next(chunks(track, report))
+    def breaks(track: Track, report, more):
+        yield next(chunks(track, report, more))
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(writers, "_chunks", breaks)

@@ -120,7 +120,7 @@ def examine_shape(field: Seen, fault: Hypothesis | None) -> Iterator[Finding]:
     )
 
 
-def examine_bias_jump(found: "Jump | None") -> Iterator[Finding]:
+def examine_bias_jump(found: "BiasJump | None") -> Iterator[Finding]:
     """Whether the gyroscope's bias is another one from some moment on."""
     if found is None:
         return
@@ -168,7 +168,7 @@ def examine_bias(seen: Sequence[Seen]) -> Iterator[Finding]:
     )
 
 
-class Jump(NamedTuple):
+class BiasJump(NamedTuple):
     """A step of the bias.
 
     Attributes:
@@ -210,9 +210,9 @@ def _mean(weight: Array, values: Array) -> Array:
     return made
 
 
-def _step(start: Array, bias: Array, weight: Array, splits: Sequence[int]) -> Jump | None:
+def _step(start: Array, bias: Array, weight: Array, splits: Sequence[int]) -> BiasJump | None:
     """The clearest step between two segments, by least squares with a mean before it and one after it."""
-    best: Jump | None = None
+    best: BiasJump | None = None
     for split in splits:
         parts, rest = [], 0.0
         for rows in (slice(None, split), slice(split, None)):
@@ -225,11 +225,11 @@ def _step(start: Array, bias: Array, weight: Array, splits: Sequence[int]) -> Ju
         sure = float(np.sqrt(change @ np.linalg.solve(covariance, change)))
         axis = int(np.abs(change).argmax())
         if best is None or sure > best.sure:
-            best = Jump(sure, change, float(np.sqrt(covariance[axis, axis])), split, float(start[split]))
+            best = BiasJump(sure, change, float(np.sqrt(covariance[axis, axis])), split, float(start[split]))
     return best
 
 
-def find_jump(seen: Sequence[Seen]) -> Jump | None:
+def find_jump(seen: Sequence[Seen]) -> BiasJump | None:
     """A step that is beyond doubt; found, taken out, and what is left of it added. Biases are b of eq. 1, negated."""
     if not seen:
         return None

@@ -9,7 +9,7 @@ from levelhead.inspection.agreement import Agreement, Hypothesis, agree, settle
 from levelhead.inspection.findings import Finding
 from levelhead.inspection.mend import turn
 from levelhead.inspection.residuals import (
-    Jump,
+    BiasJump,
     examine_bias,
     examine_bias_jump,
     examine_field_delay,
@@ -63,7 +63,7 @@ def examine_turns(recording: Recording, most: int = MOST) -> Iterator[Finding]:
     yield from examine_bias(list(settled.values()))
 
 
-def _explain(recording: Recording, most: int) -> tuple[Agreement, Jump | None]:
+def _explain(recording: Recording, most: int) -> tuple[Agreement, BiasJump | None]:
     """How the sensors agree, and a jump of the bias, if without it there is no fault: one cause in place of two."""
     agreement = agree(recording, most)
     if agreement.fault is None:

@@ -2,10 +2,11 @@
 
 import time
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 from levelhead.axis_map import IDENTITY, AxisMap
 from levelhead.errors import LevelheadError, nearest
+from levelhead.open_types import Untyped
 from levelhead.sample import Sample, Triple
 from levelhead.sources.sensors import icm20948, icm42688, lsm6dso32, lsm6dsox, mpu6050, mpu9250
 from levelhead.sources.sensors.ak09916 import AK09916
@@ -38,10 +39,10 @@ INERTIAL = {
     "icm20948": icm20948.CHIP,
     "icm42688": icm42688.CHIP,
 }
-MAGNETIC: dict[str, type[Any]] = {
+MAGNETIC: dict[str, type[Untyped]] = {
     "hmc5883l": HMC5883L, "qmc5883l": QMC5883L, "lis3mdl": LIS3MDL, "ak8963": AK8963, "ak09916": AK09916,
 }  # fmt: skip
-BAROMETRIC: dict[str, type[Any]] = {"bmp280": BMP280, "bmp390": BMP390}
+BAROMETRIC: dict[str, type[Untyped]] = {"bmp280": BMP280, "bmp390": BMP390}
 BUILT_IN = {"mpu9250": "ak8963", "icm20948": "ak09916"}  # magnetometers in the same package
 CHIPS = (*INERTIAL, *MAGNETIC, *BAROMETRIC)
 RETRY = 1.0  # s until a chip that failed is set up anew
@@ -132,7 +133,7 @@ class Board:
             clock,
             bus,
         )
-        self.drivers: Sequence[Any] = [one for one in (inertial, mag, baro) if one is not None]
+        self.drivers: Sequence[Untyped] = [one for one in (inertial, mag, baro) if one is not None]
         self.name = "+".join(one.name for one in self.drivers)
         self.rate = inertial.rate
         self.gyr_range = inertial.gyr_scale * MAX_COUNT * 57.29577951308232
@@ -201,7 +202,7 @@ class Board:
             self._mag_due = now + 0.8 * self._mag_every
         return mag
 
-    def _read_auxiliary(self, driver: Any, now: float) -> Any:
+    def _read_auxiliary(self, driver: Untyped, now: float) -> Untyped:
         """What a chip beside the inertial one has new. If it fails, that is said, and it is set up anew a second later:
         gyroscope and accelerometer go on without it.
         """
