@@ -88,7 +88,7 @@ def vertical_error(estimates: Array | None, bias: Array, quat: Array) -> float:
     return float(np.degrees(np.nanmean(((estimates - bias) * up).sum(axis=1))))
 
 
-class BiasJump(NamedTuple):
+class Jump(NamedTuple):
     """A gap of the reference after which it stands at another place than the gyroscope says.
 
     Attributes:
@@ -117,7 +117,7 @@ def gaps(quat: Array) -> list[tuple[int, int]]:
     return [(int(known[i]), int(known[i + 1])) for i in ends]
 
 
-def jumps(recording: Recording, quat: Array, tilt: Array) -> list[BiasJump]:
+def jumps(recording: Recording, quat: Array, tilt: Array) -> list[Jump]:
     """Those gaps of the reference ``quat`` in which it turns otherwise than the gyroscope and ``tilt`` (n, °) jumps."""
     seen = lh.fuse(recording, lh.GyroIntegration(), guard=None).quat
     usual = float(np.median(np.diff(recording.t)))
@@ -133,11 +133,11 @@ def jumps(recording: Recording, quat: Array, tilt: Array) -> list[BiasJump]:
         longest = float(np.diff(recording.t[last : first + 1]).max())
         degrees = [float(np.degrees(one[0])) for one in angles]
         errors = float(tilt[last]), float(tilt[first])
-        found.append(BiasJump(last, first, longest, longest > LOST_INTERVALS * usual, *degrees, *errors))
+        found.append(Jump(last, first, longest, longest > LOST_INTERVALS * usual, *degrees, *errors))
     return found
 
 
-def after_jumps(count: int, found: Sequence[BiasJump]) -> NDArray[np.bool_]:
+def after_jumps(count: int, found: Sequence[Jump]) -> NDArray[np.bool_]:
     """(count,) the rows from each jump to a larger error up to the next jump."""
     rows = np.zeros(count, dtype=bool)
     for jump in found:  # in the order of time

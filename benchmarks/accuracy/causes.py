@@ -23,7 +23,7 @@ import numpy as np
 from benchmarks.accuracy.against_reference import (
     APART,
     JUMP,
-    BiasJump,
+    Jump,
     after_jumps,
     constant_bias,
     constant_errors,
@@ -157,7 +157,7 @@ class Beyond(NamedTuple):
     bias: float | None = None
     after: float = 0.0
     sound: float = 0.0
-    jumps: tuple[tuple[float, float, BiasJump], ...] = ()
+    jumps: tuple[tuple[float, float, Jump], ...] = ()
 
 
 def beyond_of(entry: Entry) -> Beyond:
