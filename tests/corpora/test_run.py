@@ -90,7 +90,7 @@ def test_a_truth_whose_third_axis_is_not_up_is_left_out_as_by_fuse(tmp_path):
                  ref_ok=np.ones(len(quat), bool))  # fmt: skip
     found = {row["recording"]: row for row in corpus(tmp_path).to_pylist()}
     assert found["y.npz"]["tilt_deg"] is None and found["y.npz"]["error"] is None
-    assert found["z.npz"]["tilt_deg"] < 10.0
+    assert found["z.npz"]["tilt_deg"] < 15.0  # begun in motion; y up would be off by 90°
     assert lh.read(tmp_path / "y.npz").truth is None
 
 

@@ -190,7 +190,7 @@ def test_gyroscope_in_degrees_declared_as_radians(tmp_path: Path, hand: Recordin
     write_csv(Recording(hand.t, np.degrees(hand.gyr), hand.acc), path)
     said = read(path)
     np.testing.assert_allclose(said.gyr, hand.gyr, rtol=1e-14)
-    assert any("a guess against the header, which says rad/s" in note for note in said.meta["notes"])
+    assert any("a guess against the header, which has rad/s" in note for note in said.meta["notes"])
     taken = read(path, units={"gyr": "rad/s"})  # the user outranks the numbers
     np.testing.assert_array_equal(taken.gyr, np.degrees(hand.gyr))
     assert any("by the hint; a warning: its numbers look like deg/s" in note for note in taken.meta["notes"])

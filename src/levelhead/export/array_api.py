@@ -7,6 +7,7 @@ from levelhead.export.c_api import CApi, health_bits, pointers
 from levelhead.export.config import ExportConfig
 from levelhead.export.kinds import FLOAT, INT, Struct, is_empty, keep_what_is_read
 from levelhead.export.layout import STEP, join_lines, template, wrap_line
+from levelhead.export.type_table import declarator
 from levelhead.filters.contract import HEIGHT, POSITION, VELOCITY
 from levelhead.guard import Guard
 from levelhead.kernels import quat
@@ -168,7 +169,8 @@ class ArrayApi(CApi):
             "{",
             f"{STEP}*to = *from;",
         ]
-        for path in paths:
+        for path, array in paths:
+            kind = f"{self.config.real} {declarator(array, '')}"
             shift = f"(const char *)from->{path} - (const char *)from"
-            lines += wrap_line(f"to->{path} = ({self.config.real} *)(void *)((char *)to + ({shift}));", STEP)
+            lines += wrap_line(f"to->{path} = ({kind})(void *)((char *)to + ({shift}));", STEP)
         return join_lines([*lines, "}"])

@@ -22,6 +22,7 @@ from levelhead.export.layout import (
     wrap_text,
 )
 from levelhead.export.program import Program
+from levelhead.export.type_table import declarator
 from levelhead.filters import health
 from levelhead.filters.parameters import Params, description
 from levelhead.guard import Guard
@@ -169,9 +170,11 @@ class CApi:
         definitions = [line for struct in within(carry) for line in self.program.types.definition(struct, {})]
         words = "\n".join([self.name, VERSION, *definitions, *self.arrays_definition()])
         held = getattr(self.program, "arrays_type", "") if getattr(self.program, "arrays", {}) else ""
-        paths = [f"carry.{path}" for path in pointers(carry)]
-        own = [f"{STEP}{self.config.real} *const own_{k} = filter->{path};" for k, path in enumerate(paths)]
-        back = [f"{STEP}filter->{path} = own_{k};" for k, path in enumerate(paths)]
+        held_at = [
+            (f"carry.{path}", declarator(array, f"const own_{k}")) for k, (path, array) in enumerate(pointers(carry))
+        ]
+        own = [f"{STEP}{self.config.real} {name} = filter->{path};" for path, name in held_at]
+        back = [f"{STEP}filter->{path} = own_{k};" for k, (path, _) in enumerate(held_at)]
         taken = [f"{STEP}filter->carry = from->carry;", *([f"{STEP}filter->arrays = from->arrays;"] if held else [])]
         return {
             "mark": f"0x{zlib.crc32(words.encode()):08X}",
@@ -248,13 +251,13 @@ def health_bits() -> str:
     return join_lines([*lines, "#endif", ""])
 
 
-def pointers(kind: Kind | None) -> Iterator[str]:
-    """The members inside a struct that are addresses of arrays."""
+def pointers(kind: Kind | None) -> Iterator[tuple[str, Array]]:
+    """The members inside a struct that are addresses of arrays, and the arrays."""
     for name, part in kind.fields.items() if isinstance(kind, Struct) else ():
         if isinstance(part, Array):
-            yield variable(name)
+            yield variable(name), part
         else:
-            yield from (f"{variable(name)}.{inner}" for inner in pointers(part))
+            yield from ((f"{variable(name)}.{inner}", array) for inner, array in pointers(part))
 
 
 def _count(array: Array) -> int:
