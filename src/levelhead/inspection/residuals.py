@@ -249,4 +249,5 @@ def find_jump(seen: Sequence[Seen]) -> BiasJump | None:
             break
         change = change + again.change
         best = best._replace(sigma=again.sigma)
-    return best._replace(change=-change) if float(np.abs(change).max()) < WIDEST else None
+    sure = SIGMAS * best.sigma < float(np.abs(change).max()) < WIDEST  # an interval that holds 0 claims nothing
+    return best._replace(change=-change) if sure else None
