@@ -123,6 +123,10 @@ class Calibration:
         """From a filter's estimates, by name."""
         return cls(**{name: _quantity(name, part) for name, part in found.items()})
 
+    def with_north(self, north: Quantity) -> "Calibration":
+        """The same with another azimuth of north, of an orientation that was turned."""
+        return Calibration(**{**self._parts(), "north": north})
+
     def prior(self) -> dict[str, Estimate]:
         """Estimates for the next run of the same sensor, by name.
 

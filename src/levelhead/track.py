@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple, SupportsFloat
 import numpy as np
 from numpy.typing import NDArray
 
+from levelhead import filters
 from levelhead.axis_map import AxisMap
 from levelhead.calibration import Calibration
 from levelhead.earth_frame import ENU, FRAMES, find_frame, frame_change
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
 POSE = "POSE"  # the frame of a track relative to one of its poses
+NORTH_SIGMA = radians(30.0)  # above it north has not been found: a quarter of all directions is within 1.5σ
 LEVEL_NOSE = 0.9998  # sine of 89°: nearer to the vertical the x axis has no heading
 
 
@@ -52,11 +54,25 @@ class North(NamedTuple):
     azimuth: float
     sigma: float
 
+    @property
+    def known(self) -> bool:
+        """Whether σ is at most 30°."""
+        return self.sigma <= NORTH_SIGMA
+
 
 def north_of(known: Calibration | None) -> North | None:
     """North as a filter has estimated it beside the errors of its sensor; None: it does not."""
     found = None if known is None else known.north
     return None if found is None else North(float(found.value[0]), float(found.sigma[0]))
+
+
+def is_relative(params: Params, has_mag: bool, has_gnss: bool = False) -> bool:
+    """Whether a filter's heading counts from the start: it takes no reference, or keeps north apart from it."""
+    flt = filters.of(params)
+    if has_gnss and flt.aided_smoothing is not None:
+        return False
+    follows = has_mag and "heading" in flt.estimates
+    return not follows or getattr(params, "north_rate", 1.0) == 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,6 +97,8 @@ class Track:
             the body are forward-right-down. σ is about the axes of the frame.
         axes: how the sensor sits on the body whose orientation this is; None: the orientation is the sensor's.
         readings: the recording that it was made from, in the axes of the sensor; None: it is not known.
+        relative: whether heading counts from the start: there was nothing to give north, or the filter keeps it apart
+            (``north``). σ of heading then has no part of north. None: by ``params`` and ``readings``.
     """
 
     t: Array
@@ -98,6 +116,7 @@ class Track:
     frame: str = "ENU"
     axes: AxisMap | None = None
     readings: Recording | None = field(default=None, repr=False)
+    relative: bool | None = None
 
     def __post_init__(self) -> None:
         t = time_array(self.t)
@@ -117,6 +136,11 @@ class Track:
             object.__setattr__(self, "declination", declination_angle(self.declination, degrees=False))
         if self.readings is not None and len(self.readings) != n:
             raise LevelheadError(f"readings has {len(self.readings)} samples; expected {n}, one for each stamp")
+        if self.relative is None:
+            relative = False
+            if self.params is not None and (seen := self.readings) is not None:
+                relative = is_relative(self.params, seen.mag is not None, seen.gnss is not None)
+            object.__setattr__(self, "relative", relative)
         if self.frame != POSE:
             object.__setattr__(self, "frame", find_frame(self.frame).name)
 
@@ -173,12 +197,7 @@ class Track:
     @property
     def north(self) -> North | None:
         """Where magnetic north was at the end, by a filter that estimates it beside the orientation; None: by none."""
-        found = north_of(self.calibration)
-        return (
-            found
-            if found is None or self.declination is None
-            else found._replace(azimuth=found.azimuth + self.declination)
-        )
+        return north_of(self.calibration)
 
     @property
     def sigma_tilt(self) -> Array | None:
@@ -190,12 +209,52 @@ class Track:
         """(n,) 1σ of the heading error in rad."""
         return None if self.sigma is None else self.sigma[:, 2]
 
+    def to_north(self) -> "Track":
+        """The same track turned about the vertical, all of it by one angle, so that y is magnetic north.
+
+        The angle is that of ``north``: its azimuth at the end, when every reading has been seen. σ² of heading becomes
+        its own plus that of north, as if they were independent. A track that is not ``relative`` stays as it is.
+
+        Raises:
+            LevelheadError: there was no magnetometer, the filter does not follow it, or σ of north is above 30°.
+        """
+        if not self.relative:
+            return self
+        north = self.north
+        if north is None:
+            raise LevelheadError(
+                f"{self.name} has found no north: there was no magnetometer, or the filter does not use it; heading is "
+                "relative to the start (Track.with_heading sets it)"
+            )
+        if not north.known:
+            raise LevelheadError(
+                f"north is not known: its σ is {np.degrees(north.sigma):.0f}°, and the sensor turned by "
+                f"{np.degrees(self._turn_about_up()):.0f}° about the vertical; turn it all the way round once and over "
+                "on its side, away from iron"
+            )
+        turned = self.to_frame("ENU")._turned_about_up(north.azimuth)._with_heading_error(north.sigma)
+        return replace(turned, relative=False).to_frame(self.frame)
+
+    def _turn_about_up(self) -> float:
+        """How far the sensor has turned about the vertical between its extremes, rad."""
+        quat = self.of_sensor().quat
+        w, z = quat[np.isfinite(quat).all(axis=1)][:, [0, 3]].T
+        return float(np.ptp(np.unwrap(2.0 * np.arctan2(z, w)))) if len(w) else 0.0
+
+    def _with_heading_error(self, sigma: float | Array) -> "Track":
+        """The track in ENU with one more independent error of heading, 1σ in rad."""
+        if self.sigma is None:
+            return self
+        up = np.hypot(self.sigma[:, 2], sigma)
+        return replace(self, sigma=np.stack([self.sigma[:, 0], self.sigma[:, 1], up], axis=1))
+
     def to_true_north(self, declination: float, *, sigma: float = 0.0, degrees: bool = True) -> "Track":
         """The same orientation over an earth frame whose y axis points to true north instead of magnetic north.
 
         q_true = R_z(−D) q, so that every bearing grows by D and every yaw shrinks by it. σ about the new east and north
         axes are those of the old ones turned as if their errors were independent, because a Track has no covariances:
-        σ_E² ← σ_E² cos² D + σ_N² sin² D. Inclination and heading keep theirs.
+        σ_E² ← σ_E² cos² D + σ_N² sin² D. Inclination and heading keep theirs. A ``relative`` track is turned to
+        magnetic north first (``to_north``).
 
         Args:
             declination: D, from true north to magnetic north at this place and time, positive east.
@@ -203,22 +262,25 @@ class Track:
             degrees: the unit of both; False: rad.
 
         Raises:
-            LevelheadError: no such angle, or the track is relative to true north already.
+            LevelheadError: no such angle, the track is relative to true north already, or as ``to_north``.
         """
         angle = declination_angle(declination, degrees)
         if self.declination is not None:
             raise LevelheadError(
                 f"this track is relative to true north already, by a declination of {np.degrees(self.declination):g}°"
             )
-        turned = replace(self.to_frame("ENU")._turned_about_up(-angle), declination=angle)
-        if turned.sigma is not None and sigma > 0.0:
-            up = np.hypot(turned.sigma[:, 2], np.radians(sigma) if degrees else sigma)
-            turned = replace(turned, sigma=np.stack([turned.sigma[:, 0], turned.sigma[:, 1], up], axis=1))
+        turned = replace(self.to_north().to_frame("ENU")._turned_about_up(-angle), declination=angle)
+        if sigma > 0.0:
+            turned = turned._with_heading_error(radians(sigma) if degrees else sigma)
         return turned.to_frame(self.frame)
 
     def _turned_about_up(self, angle: float) -> "Track":
-        """The track in ENU turned by an angle in rad."""
+        """The track in ENU turned by an angle in rad, and the azimuth of its north with it."""
         c, s = cos(angle), sin(angle)
+        known = self.calibration
+        if known is not None and known.north is not None:
+            azimuth = (known.north.value - angle + pi) % (2.0 * pi) - pi
+            known = known.with_north(replace(known.north, value=azimuth))
 
         def rotate(values: Array | None) -> Array | None:
             if values is None:
@@ -235,6 +297,7 @@ class Track:
         return replace(
             self,
             quat=turn_heading(self.quat, angle),
+            calibration=known,
             position=rotate(self.position),
             velocity=rotate(self.velocity),
             sigma=rotate_sigma(self.sigma),
@@ -349,7 +412,7 @@ class Track:
         """The same track turned about the vertical so that its yaw at a stamp is that given.
 
         σ² of the heading is its own at each sample, that at ``t`` and that given, as if they were independent. North is
-        that of the heading: a declination is left out.
+        that of the heading: a declination is left out, and the track is no longer ``relative``.
 
         Args:
             heading: yaw at ``t`` in the frame of the track: from east anticlockwise in ENU, a bearing in NED.
@@ -373,10 +436,9 @@ class Track:
         now = pose.euler(degrees=False)[0, 2]
         turn = (values[0] - now) * (-1.0 if self.frame == "NED" else 1.0)
         turned = self.to_frame("ENU")._turned_about_up(float(turn))
-        if turned.sigma is not None and deviation is not None:
-            up = np.sqrt(turned.sigma[:, 2] ** 2 + deviation[2] ** 2 + values[1] ** 2)
-            turned = replace(turned, sigma=np.stack([turned.sigma[:, 0], turned.sigma[:, 1], up], axis=1))
-        return replace(turned, declination=None).to_frame(self.frame)
+        if deviation is not None:
+            turned = turned._with_heading_error(np.hypot(deviation[2], values[1]))
+        return replace(turned, declination=None, relative=False).to_frame(self.frame)
 
     def _at(self, t: object) -> tuple[Array, Array | None]:
         """The quaternion (4,) and σ (3,) at a stamp."""

@@ -86,8 +86,9 @@ def fuse(*logs: Path, arguments: FuseArguments = FuseArguments()) -> None:  # no
 
     Args:
         logs: .csv, .tsv, .jsonl, .mat, .h5, .npz or .parquet with gyroscope and accelerometer, or a folder of such
-            files. Units and columns are detected. The black box of a node, .mcap, is fused as the node did it unless a
-            filter is named. If one of several logs fails, the others are fused all the same and the exit code is 2.
+            files. Units and columns are detected. The black box of a node, .mcap, is fused as the node did it, heading
+            included, unless a filter is named. If one of several logs fails, the others are fused all the same and the
+            exit code is 2.
     """
     fuse_logs(logs, arguments, smooth=False)
 
@@ -259,12 +260,14 @@ def _fuse_one(log: Path, name: str, options: FuseOptions) -> FusionResult:
     with progress("smoothing" if options.smooth else "fusing") as report:
         run = smooth if options.smooth else forward
         track = run(recording, params, guard=guard, prior=options.prior, progress=report)
+    node = "live" in recording.meta and not options.named and not options.smooth  # it keeps the node's bits
+    track = track if node else options.to_magnetic_north(track)
     score = None
     if recording.truth is not None:
         from levelhead.evaluate import evaluate
 
         score = evaluate(recording, track)  # a reference counts as relative to magnetic north, like the filter
-    track = options.of_body(track, recording)
+    track = options.of_body(track if node and options.declination is None else options.to_north(track), recording)
     seen = recording if options.mounting is None else options.mounting.rotate(recording)
     target = folder(options.out) / f"{name}-track.{options.format}"
     with progress(f"writing {target.name}") as report:

@@ -44,6 +44,7 @@ class FuseOptions:
         guard: None: the filter alone.
         guard_words: as typed.
         declination: degrees.
+        north: turn a relative heading to magnetic north where that was found.
         out: folder for the results.
         format: "csv" or "parquet".
         plot: draw pictures.
@@ -67,6 +68,7 @@ class FuseOptions:
     guard: Guard | None
     guard_words: Sequence[str]
     declination: float | None
+    north: bool
     out: Path
     format: str
     plot: bool
@@ -84,14 +86,28 @@ class FuseOptions:
     motion: bool
     field: "EarthField | None"
 
+    def to_magnetic_north(self, track: "Track") -> "Track":
+        """The track turned to magnetic north where that is known, unless the user has chosen another heading."""
+        known = track.north is not None and track.north.known
+        wanted = self.north and self.heading is None
+        return track.to_north() if wanted and known else track
+
+    def to_north(self, track: "Track") -> "Track":
+        """The track turned to the north that was asked for, true or magnetic.
+
+        Raises:
+            LevelheadError: a declination was given, and there is no north from which it counts.
+        """
+        if self.declination is None:
+            return self.to_magnetic_north(track)
+        doubt = 0.0 if self.field is None else self.field.sigma_declination
+        return track.to_true_north(self.declination, sigma=doubt)
+
     def of_body(self, track: "Track", recording: "Recording") -> "Track":
-        """The track of the body, turned to the north or the heading that was asked for, in ENU.
+        """The track of the body, turned to the heading that was asked for, in ENU.
 
         A heading without a magnetometer is 0 at the start, also that of the body.
         """
-        if self.declination is not None:
-            doubt = 0.0 if self.field is None else self.field.sigma_declination
-            track = track.to_true_north(self.declination, sigma=doubt)
         if self.mounting is not None:
             track = track.mounted(self.mounting)
         if self.heading is not None:
@@ -119,6 +135,10 @@ class FuseArguments:
     declination: Annotated[float | None, Parameter(metavar="DEG")] = None
     """Degrees from true to magnetic north at the place and time of the log, positive east. The track is then relative
     to true north."""
+    north: bool = True
+    """Turn the whole track so that its heading points to magnetic north, where the log has a magnetometer and σ of
+    north is at most 30°. --no-north: heading starts as the filter found it, and `north` is only printed. A stream that
+    shall turn to north has the parameter north_rate; without it a drone that follows the heading flies straight on."""
     place: Annotated[str | None, Parameter(metavar="LAT,LON[,ALT]", allow_leading_hyphen=True)] = None
     """Place of the log in degrees and m. The World Magnetic Model gives the declination. Its strength and dip are
     printed beside those that were measured (needs the extra levelhead[place])."""
@@ -193,6 +213,7 @@ class FuseArguments:
             guard=guard,
             guard_words=self.guard,
             declination=declination,
+            north=self.north,
             out=self.out,
             format=self.format,
             plot=self.plot,

@@ -69,13 +69,13 @@ class Sums:
         self.samples, self.start, self.end = saved["samples"], saved["start"], saved["end"]
         self.counts = {int(bit): count for bit, count in saved["counts"].items()}
 
-    def last(self, options: FuseOptions) -> "Track":
+    def last(self, options: FuseOptions, relative: bool) -> "Track":
         """The last sample alone, relative to the north that was asked for."""
         from levelhead.track import Track
 
         columns: JsonObject = {name: np.array([values]) for name, values in self.end.items() if name != "health"}
-        track = Track(**columns, params=options.params)
-        return track if options.declination is None else track.to_true_north(options.declination)
+        track = Track(**columns, params=options.params, calibration=self.calibration, relative=relative)
+        return options.to_north(track)
 
 
 def fuse_long_log(log: Path, options: FuseOptions) -> None:
@@ -107,13 +107,13 @@ def fuse_long_log(log: Path, options: FuseOptions) -> None:
             for track in make(chunks, options, unfinished, report, sums):
                 sums.calibration, sums.rows = track.calibration, sums.rows + len(track)
                 report(1.0, f"{sums.rows:,} rows written")
-                north = track if options.declination is None else track.to_true_north(options.declination)
-                yield north.to_frame(options.frame)
+                yield options.to_north(track).to_frame(options.frame)
 
         write_tracks(tracks(), target)
     written = [target]
-    if options.save_calibration is not None and sums.calibration is not None:
-        sums.calibration.save(options.save_calibration)
+    known = _last(chunks.head, sums, options).calibration
+    if options.save_calibration is not None and known is not None:
+        known.save(options.save_calibration)
         written.append(options.save_calibration)
     if options.as_json:
         print_json(_facts(chunks.head, sums, options) | {"written": [str(path) for path in written]})
@@ -135,6 +135,7 @@ def _options_of_result(options: FuseOptions) -> JsonObject:
         "filter": filters.of(options.params).name,
         "guard": "off" if options.guard is None else "on",
         "declination": options.declination,
+        "north": options.north,
         "frame": options.frame,
         "prior": hashlib.sha256(prior.encode()).hexdigest()[:16] if prior else None,
         "rows of a chunk": ROWS,
@@ -159,7 +160,7 @@ def fuse_tracks(
     from levelhead.engine.column_files import ColumnFiles
     from levelhead.publish.output_rate import OutputRate
     from levelhead.sources.chunked import ROWS
-    from levelhead.track import Track
+    from levelhead.track import Track, is_relative
 
     before = unfinished.state or {}
     saved = base64.b64decode(before["filter"]) if before else None
@@ -192,12 +193,12 @@ def fuse_tracks(
     if unfinished.state is not None:  # what took long is worth keeping
         unfinished.save(state, now=True)
         unfinished.complete = True
-    calibration = run.calibration
+    calibration, relative = run.calibration, is_relative(options.params, chunks.head.mag is not None)
     for start in range(0, files.rows, ROWS):
         stop = min(start + ROWS, files.rows)
         parts: JsonObject = {name: files.read(name, start, stop) for name in files.names}
         parts["health"] = parts["health"].view(np.uint64).astype(np.uint32)
-        yield Track(**parts, params=options.params, calibration=calibration)
+        yield Track(**parts, params=options.params, calibration=calibration, relative=relative)
 
 
 def smooth_tracks(
@@ -227,9 +228,17 @@ def smooth_tracks(
             yield track
 
 
+def _last(head: "Recording", sums: Sums, options: FuseOptions) -> "Track":
+    from levelhead.track import is_relative
+
+    return sums.last(options, is_relative(options.params, head.mag is not None))
+
+
 def _facts(head: "Recording", sums: Sums, options: FuseOptions) -> JsonObject:
     """For programs: the names are those of the summary of a shorter log."""
-    track = sums.last(options)
+    from levelhead.publish.summary import north_facts
+
+    track = _last(head, sums, options)
     counts = {health.NAMES[bit]: count for bit, count in sums.counts.items() if count and bit & health.FAULTS}
     return {
         "samples": sums.samples,
@@ -242,14 +251,17 @@ def _facts(head: "Recording", sums: Sums, options: FuseOptions) -> JsonObject:
         "end": {"quat_wxyz": track.quat[-1].tolist()},
         "bias_rad_s": None if track.bias is None else track.bias[-1].tolist(),
         "sigma_east_north_up_rad": None if track.sigma is None else track.sigma[-1].tolist(),
-        "calibration": None if sums.calibration is None else sums.calibration.to_dict(),
+        "north": north_facts(track),
+        "calibration": None if track.calibration is None else track.calibration.to_dict(),
         "at_rest": sums.counts[health.AT_REST] / sums.samples,
         "health": counts,
     }
 
 
 def _lines(head: "Recording", sums: Sums, options: FuseOptions) -> Iterator[str]:
-    facts, track = _facts(head, sums, options), sums.last(options)
+    from levelhead.publish.summary import north_sentence
+
+    facts, track = _facts(head, sums, options), _last(head, sums, options)
     sensors = "gyroscope + accelerometer" + (" + magnetometer" if head.mag is not None else "")
     yield f"recording  {sums.samples:,} samples, {facts['duration_s']:.6g} s, {head.rate:.5g} Hz, {sensors}, in chunks"
     yield f"filter     {track.name}"
@@ -258,6 +270,7 @@ def _lines(head: "Recording", sums: Sums, options: FuseOptions) -> Iterator[str]
     if track.sigma_tilt is not None and track.sigma_heading is not None:
         tilt, heading = math.degrees(track.sigma_tilt[-1]), math.degrees(track.sigma_heading[-1])
         yield f"1σ at end  tilt {tilt:.3g}°, heading {heading:.3g}°"
+    yield f"north      {north_sentence(track)}"
     if facts["at_rest"]:
         yield f"at rest    {100 * facts['at_rest']:.2g} % of the time, where the bias was measured"
     for name, count in sorted(facts["health"].items(), key=lambda item: -item[1]):

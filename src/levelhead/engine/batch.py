@@ -18,7 +18,7 @@ from levelhead.filters.contract import AxisReport
 from levelhead.filters.parameters import FilterChoice
 from levelhead.guard import Guard
 from levelhead.recording import Array, Recording, real_array, time_array
-from levelhead.track import Track
+from levelhead.track import Track, is_relative
 
 NO_MAG = np.empty(0)
 NO_MAG.flags.writeable = False  # like a recording's arrays, so that one compiled version serves both
@@ -88,7 +88,7 @@ class Batch:
         bound = bind(self.filter, self._guarded)
         self._settings = Settings(params, guard or DEFAULT_GUARD)
         self._engine = choose_engine(engine, len(recording), has_imu(self.filter, self._guarded))
-        self._bound, self._aided, self._forgets = bound, False, False
+        self._bound, self._aided, self._located, self._forgets = bound, False, False, False
         self._take(recording)
         self._carry = apply_prior(self.filter, bound.begin(self._settings), prior)
         if self._engine == "native":
@@ -119,6 +119,7 @@ class Batch:
     def _take(self, recording: Recording) -> None:
         """Inputs and outputs for the samples of a recording."""
         self._given = recording
+        self._located = self._located or recording.gnss is not None
         recording = self._recording = correct_recording(recording, self._prior)
         self._aiding = aiding_inputs(recording) if self._bound.takes_aiding else None
         if self._aiding is None and self._aided:
@@ -199,6 +200,7 @@ class Batch:
             self._settings.filter,
             calibration=self.calibration,
             readings=self._given,
+            relative=is_relative(self._settings.filter, self._given.mag is not None, self._located),
             **(navigation_fields(self._outputs[4].reshape(n, 4, 3)) if self._aided else {}),
         )
 

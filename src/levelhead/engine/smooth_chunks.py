@@ -26,7 +26,7 @@ from levelhead.filters.parameters import FilterChoice, Params
 from levelhead.guard import Guard
 from levelhead.open_types import JsonObject
 from levelhead.recording import Recording
-from levelhead.track import Track
+from levelhead.track import Track, is_relative
 
 WIDTHS = {"t": 1, "gyr": 3, "acc": 3, "mag": 3}  # of the inputs
 MADE = {"quat": 4, "bias": 3, "sigma": 3, "health": 1}
@@ -243,11 +243,12 @@ class ChunkSmoother:
     def tracks(self) -> Iterator[Track]:
         """The track of each chunk."""
         arrays = {name: self._files[name].array.reshape(self.rows, -1) for name in ("t", *MADE)}
+        relative = is_relative(self._params, "mag" in self._files)
         for start, stop in zip([0, *self._edges], self._edges, strict=False):
             part = {name: array[start:stop].copy() for name, array in arrays.items()}
             track = Track(
                 part["t"].reshape(-1), part["quat"], part["bias"], part["sigma"], self._bits[start:stop].copy(),
-                self._params, calibration=self.calibration,
+                self._params, calibration=self.calibration, relative=relative,
             )  # fmt: skip
             yield turn_north(track, self._turn)
             self._release()

@@ -70,7 +70,7 @@ def summary(
         ("guard", _guard(guard)),
         ("end", _end(track)),
         ("σ at the end", _sigma(track)),
-        ("north", _north(track)),
+        ("north", north_sentence(track)),
         ("largest tilt", _largest_tilt(track) if verbose else ""),
         ("bias", _bias(track)),
         *_calibration(track, verbose),
@@ -112,6 +112,7 @@ def facts(
         "params": {} if track.params is None else dict(track.params._asdict()),
         "guard": None if guard is None else dict(guard._asdict()),
         "declination_deg": None if track.declination is None else math.degrees(track.declination),
+        "north": north_facts(track),
         "end": {name: float(end[i]) for name, i in degrees.items()} | {"quat_wxyz": track.quat[-1].tolist()},
         "largest_tilt_deg": float(np.degrees(angles[row])),
         "bias_rad_s": None if track.bias is None else track.bias[-1].tolist(),
@@ -190,12 +191,29 @@ def _guard(guard: Guard | None) -> str:
     return "" if guard == DEFAULT_GUARD else repr(guard)
 
 
-def _north(track: Track) -> str:
-    if track.declination is None:
-        return ""
-    degrees = math.degrees(track.declination)
-    side = "east" if degrees >= 0.0 else "west"
-    return f"true; magnetic north lies {abs(degrees):.6g}° {side} of it (declination)"
+def north_facts(track: Track) -> dict[str, object]:
+    """Where magnetic north lies, its 1σ, and what heading is relative to, for JSON."""
+    reference = "start" if track.relative else "magnetic north" if track.declination is None else "true north"
+    azimuth, sigma = (None, None) if track.north is None else map(math.degrees, track.north)
+    return {"azimuth_deg": azimuth, "sigma_deg": sigma, "heading_relative_to": reference}
+
+
+def north_sentence(track: Track) -> str:
+    """Where magnetic north lies with its σ, and whether heading is relative to it."""
+    north = track.north
+    doubt = "" if north is None else f", σ {math.degrees(north.sigma):.2g}°"
+    if track.declination is not None:
+        degrees = math.degrees(track.declination)
+        side = "east" if degrees >= 0.0 else "west"
+        return f"true; magnetic north lies {abs(degrees):.6g}° {side} of it (declination){doubt}"
+    if north is not None and not north.known:
+        return f"not found{doubt}: heading is relative to the start; turn the sensor all the way round, and over"
+    if not track.relative:
+        return f"magnetic, where yaw is 90°{doubt}"
+    if north is None:
+        return "unknown: heading is relative to the start"
+    yaw = (90.0 - math.degrees(north.azimuth) + 180.0) % 360.0 - 180.0
+    return f"magnetic, where yaw is {yaw:.1f}°{doubt}: heading is relative to the start"
 
 
 def _rest(track: Track) -> str:

@@ -120,7 +120,10 @@ def _angle(recording: Recording, track: Track, name: str, course: Course) -> Pan
     marks.append(Line(*course.line, style.BLUE, 1.2, name))
     if name == "yaw":
         north = "magnetic" if track.declination is None else "true"
-        title += f", from {north} north" if recording.mag is not None else ", relative to the start (no magnetometer)"
+        if track.relative:
+            title += ", relative to the start" + ("" if recording.mag is not None else " (no magnetometer)")
+        else:
+            title += f", from {north} north"
     if course.band is not None:
         title += f"; σ {course.sigma[-1]:.3g}° at the end"
     return Panel(title, f"{name} [°]", marks, _limits(course), angle=True, height=2.0)
