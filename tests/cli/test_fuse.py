@@ -1,6 +1,7 @@
 """``levelhead fuse LOG``: the main job, its files, its summary, its hints."""
 
 import importlib
+import math
 import re
 import shlex
 from pathlib import Path
@@ -8,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import levelhead as lh
 from levelhead import filters, sources
 from levelhead.calibration import Calibration
 from levelhead.cli.options import guard_names
@@ -100,10 +102,14 @@ def test_the_guard_is_set_and_taken_away(levelhead, logs, tmp_path):
     set_ = levelhead(*words, "--guard", "rest_time=1", "--guard", "acc_range=156.9", "--json").json
     guard = Guard(rest_time=1.0, acc_range=156.9)
     assert set_["guard"] == guard._asdict()
-    np.testing.assert_array_equal(table(tmp_path / "nine-track.csv")[1][:, 1:5], fuse(recording, guard=guard).quat)
+    np.testing.assert_array_equal(
+        table(tmp_path / "nine-track.csv")[1][:, 1:5], fuse(recording, guard=guard).to_north().quat
+    )
     off = levelhead(*words, "--guard", "off")
     assert "off: every reading reached the filter" in off.out and "at rest" not in off.out
-    np.testing.assert_array_equal(table(tmp_path / "nine-track.csv")[1][:, 1:5], fuse(recording, guard=None).quat)
+    np.testing.assert_array_equal(
+        table(tmp_path / "nine-track.csv")[1][:, 1:5], fuse(recording, guard=None).to_north().quat
+    )
     assert levelhead(*words, "--guard", "OFF", "--json").json["guard"] is None
 
 
@@ -147,6 +153,35 @@ def test_declination_turns_the_track_to_true_north(levelhead, logs, tmp_path, de
     facts = levelhead(*words, "--declination", declination, "--json").json
     assert facts["declination_deg"] == pytest.approx(float(declination)) and before["declination_deg"] is None
     assert facts["score"] == before["score"]  # the filter's errors, in the frame of the reference
+
+
+def test_heading_points_to_the_north_that_was_found(levelhead, tmp_path):
+    """The magnetometer of a drone as it comes: heading begins up to half a turn off."""
+    recording = lh.simulate.recording("ICM-20948", "drone", duration=60.0, seed=2)
+    np.savez(tmp_path / "log.npz", t=recording.t, gyr=recording.gyr, acc=recording.acc, mag=recording.mag)
+    words = ["fuse", tmp_path / "log.npz", "--no-plot", "-o", tmp_path]
+    found, track = levelhead(*words, "--json").json, fuse(recording)
+    np.testing.assert_array_equal(table(tmp_path / "log-track.csv")[1][:, 1:5], track.to_north().quat)
+    assert found["north"]["heading_relative_to"] == "magnetic north" and found["north"]["azimuth_deg"] == 0.0
+    assert "magnetic, where yaw is 90°, σ 3" in levelhead(*words).out
+    relative = levelhead(*words, "--no-north")
+    np.testing.assert_array_equal(table(tmp_path / "log-track.csv")[1][:, 1:5], track.quat)
+    assert re.search(r"north +magnetic, where yaw is −58\.\d°, σ 3.*: heading is relative to the start", relative.out)
+    sigma = math.degrees(track.to_north().sigma_heading[-1])
+    assert found["sigma_east_north_up_rad"][2] == pytest.approx(math.radians(sigma)) and sigma > 3.0
+    true = levelhead(*words, "--declination", "4", "--json").json  # from magnetic north, and not from the start
+    assert math.remainder(true["end"]["yaw_deg"] - found["end"]["yaw_deg"] + 4.0, 360.0) == pytest.approx(0.0, abs=1e-9)
+    assert true["north"] == {"azimuth_deg": pytest.approx(4.0), "sigma_deg": found["north"]["sigma_deg"]} | {
+        "heading_relative_to": "true north"
+    }
+
+
+def test_a_sensor_that_did_not_turn_has_no_north(levelhead, refused, tmp_path):
+    recording = lh.simulate.recording("ICM-20948", "still", duration=5.0, seed=1)
+    np.savez(tmp_path / "log.npz", t=recording.t, gyr=recording.gyr, acc=recording.acc, mag=recording.mag)
+    words = ["fuse", tmp_path / "log.npz", "--no-plot", "-o", tmp_path]
+    assert "heading is relative to the start; turn the sensor all the way round, and over" in levelhead(*words).out
+    assert "turn it all the way round once" in refused(*words, "--declination", "4")
 
 
 def test_a_log_without_truth_has_no_score_and_json_says_null(levelhead, logs, tmp_path):
@@ -231,9 +266,9 @@ def test_what_a_run_learned_is_said_drawn_saved_and_taken_up(levelhead, logs, tm
     assert "\nlearned (± 1σ)  gyroscope bias x " in said.out and "could not be learned from this motion:" in said.out
     found = Calibration.read(file)
     recording = sources.read(logs / "nine.npz")
-    assert found.to_dict() == fuse(recording, filters.ESKF()).calibration.to_dict()
+    assert found.to_dict() == fuse(recording, filters.ESKF()).to_north().calibration.to_dict()
     second = levelhead(*words, "--prior", file, "--no-plot", "--json").json
-    assert second["calibration"] == fuse(recording, filters.ESKF(), prior=found).calibration.to_dict()
+    assert second["calibration"] == fuse(recording, filters.ESKF(), prior=found).to_north().calibration.to_dict()
     assert second["calibration"] != found.to_dict()
     other = levelhead("fuse", logs / "nine.npz", "--no-plot", "--json", "--filter", "EKF", "-o", tmp_path).json
     assert other["calibration"] is None
