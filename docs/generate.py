@@ -15,9 +15,12 @@ import tempfile
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
+import numpy as np
+
 from levelhead import cli, filters, guard, units
 from levelhead.axis_map import AxisMap
 from levelhead.calibrate import calibrate_magnetometer
+from levelhead.engine import fuse
 from levelhead.engine.binding import is_guarded
 from levelhead.engine.calibration_history import calibration_history
 from levelhead.filters import health
@@ -26,14 +29,19 @@ from levelhead.filters.eskf import state as eskf_state
 from levelhead.filters.parameters import Param, derived_table, param_table
 from levelhead.inspection import symptoms
 from levelhead.live.events import EVENTS
-from levelhead.publish.plots import calibration_picture
+from levelhead.publish.plots import calibration_picture, style
 from levelhead.publish.plots.axes_picture import frames_picture, mounting_picture
+from levelhead.publish.plots.chart import draw
 from levelhead.publish.plots.field_sphere import sphere_picture
+from levelhead.publish.plots.picture import Band, Line, Panel, Picture
+from levelhead.recording import Array, Recording
+from levelhead.rotations import conjugate, product
 from levelhead.simulate import recording
 from levelhead.simulate.fault import KINDS
 from levelhead.simulate.motion import STYLES
 from levelhead.simulate.presets import CHIPS, MAGNETOMETERS, DataSheet
 from levelhead.sources.formats import FORMATS
+from levelhead.track import Track
 
 DOCS = Path(__file__).resolve().parent
 BLOCK = re.compile(r"(<!-- generated: (.+?) -->\n).*?(<!-- end -->)", re.DOTALL)
@@ -182,9 +190,9 @@ def spellings() -> str:
 def motions() -> str:
     """The styles of ``simulate.motion``."""
     rows = []
-    for name, style in STYLES.items():
-        turn, shift = (", ".join(f"{value:g}" for value in values) for values in (style.rotation, style.translation))
-        bands = (f"{low:g} … {high:g}" for low, high in (style.rotation_band, style.translation_band))
+    for name, motion in STYLES.items():
+        turn, shift = (", ".join(f"{value:g}" for value in values) for values in (motion.rotation, motion.translation))
+        bands = (f"{low:g} … {high:g}" for low, high in (motion.rotation_band, motion.translation_band))
         turn_band, shift_band = bands
         rows.append([code(name), turn, turn_band, shift, shift_band])
     return table(
@@ -310,12 +318,66 @@ def pictures() -> None:
         calibration_picture(calibration_history(known, filters.ESKF()), Path(folder) / "calibration.png")
         raw = recording("ICM-20948", "hand", duration=60.0, seed=1)
         sphere_picture(calibrate_magnetometer(raw), Path(folder) / "magnetometer.png")
+        north_picture(Path(folder) / "north.png")
         frames_picture(Path(folder) / "earth-frames.png")
         mounting_picture(AxisMap.parse("ZYX:90,0,30"), Path(folder) / "mounting.png")
         for path in sorted(Path(folder).glob("*.png")):
             with Image.open(path) as picture:
                 few = picture.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
                 few.save(DOCS / "pictures" / path.name, optimize=True)
+
+
+def north_picture(path: Path) -> None:
+    """A raw magnetometer's first minute without and with a calibration of `levelhead calibrate`: its offset, the north
+    that was found, and the error of the heading, each with 2σ."""
+    raw = recording("ICM-20948", "hand", duration=60.0, seed=1)
+    known = calibrate_magnetometer(raw).calibration
+    panels = zip(_first_minute(raw, "as it comes"), _first_minute(known.apply(raw), "calibrated"), strict=True)
+    title = "A raw magnetometer finds north once it turns; with a calibration heading begins there"
+    draw(Picture(title, [panel for pair in panels for panel in pair], (0.0, 60.0), 11.0, 8.0, columns=2), path)
+
+
+def _first_minute(raw: Recording, words: str) -> list[Panel]:
+    history, track = calibration_history(raw, filters.ESKF()), fuse(raw)
+    t, truth = history.t, raw.truth
+    assert truth is not None and track.sigma_heading is not None
+
+    def error(one: Track) -> Array:
+        turn = product(one.quat, conjugate(truth.quat))
+        off = np.degrees(2.0 * np.arctan2(turn[:, 3], turn[:, 0]))
+        return half_turn(off)
+
+    def half_turn(angle: Array) -> Array:
+        return np.asarray((angle + 270.0) % 360.0 - 270.0)  # ±180° is drawn without a jump
+
+    def course(value: Array, sigma: Array, colour: str, label: str) -> list[Line | Band]:
+        return [Band(t, value - 2.0 * sigma, value + 2.0 * sigma, colour, 0.18), Line(t, value, colour, 1.5, label)]
+
+    north, sigma = (np.degrees(history.series("north", part).reshape(-1)) for part in ("value", "sigma"))
+    offset, offset_sigma = history.series("mag_offset"), history.series("mag_offset", "sigma")
+    seen = np.searchsorted(raw.t, t, side="right") - 1
+    marks = [course(offset[:, i], offset_sigma[:, i], style.AXES[i], "xyz"[i]) for i in range(3)]
+    pointed, rows = track.to_north(), np.arange(0, len(raw), 20)
+    assert pointed.sigma_heading is not None
+    half = 2.0 * np.degrees(pointed.sigma_heading[rows])
+    off = error(pointed)[rows]
+    headings: list[Line | Band] = [
+        Band(raw.t[rows], off - half, off + half, style.BLUE, 0.18),
+        Line(raw.t[rows], error(track)[rows], style.VERMILION, 1.5, "live"),
+        Line(raw.t[rows], off, style.BLUE, 1.5, "turned"),
+    ]
+    truth_line = Line(t, half_turn(-error(track)[seen]), "#333333", 1.0, "true", dashed=True)
+    return [
+        Panel(f"Offset, {words}, ±2σ", "[µT]", [mark for axis in marks for mark in axis], (-260.0, 260.0)),
+        Panel(
+            f"Azimuth of north, {words}, ±2σ",
+            "[°]",
+            [*course(north, sigma, style.BLUE, "found"), truth_line],
+            (-280.0, 190.0),
+            True,
+        ),
+        Panel(f"Error of heading, {words}, ±2σ", "[°]", headings, (-280.0, 190.0), True),
+    ]
 
 
 def main() -> int:
