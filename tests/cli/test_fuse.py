@@ -176,6 +176,14 @@ def test_heading_points_to_the_north_that_was_found(levelhead, tmp_path):
     }
 
 
+def test_iron_of_four_times_the_field_is_learned_and_not_left_out(levelhead, tmp_path):
+    """The raw readings do not turn with the body; without their offset they do, and ESKF learns it."""
+    assert levelhead("simulate", "hand", "--sensor", "ICM-20948", "--seed", "1", "-o", tmp_path / "log.csv").code == 0
+    facts = levelhead("fuse", tmp_path / "log.csv", "--no-plot", "--json", "-o", tmp_path).json
+    assert facts["magnetometer"] and facts["north"]["heading_relative_to"] == "magnetic north"
+    assert facts["score"]["heading"] < 1.5 and not any("left out" in note for note in facts["notes"])
+
+
 def test_a_sensor_that_did_not_turn_has_no_north(levelhead, refused, tmp_path):
     recording = lh.simulate.recording("ICM-20948", "still", duration=5.0, seed=1)
     np.savez(tmp_path / "log.npz", t=recording.t, gyr=recording.gyr, acc=recording.acc, mag=recording.mag)

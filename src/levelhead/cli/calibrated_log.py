@@ -30,20 +30,14 @@ CalibrationFile = Annotated[
 def read_uncalibrated(reading: Reading, log: Path) -> "Recording":
     """The recording in a log, also with a magnetometer that does not turn with the body only for want of calibration.
 
-    Elsewhere such a field is left out: it would teach a wrong heading.
+    Elsewhere such a field is left out: a filter that does not learn the offset would follow it.
     """
-    from levelhead.sources.hints import check_options
-    from levelhead.sources.pipeline import read_file
-
-    return read_file(log, check_options(reading.hints()), _with_field)
+    return reading.read(log, _with_field)
 
 
 def read_with_field(reading: Reading, log: Path) -> "Recording":
     """The recording in a log, also with a magnetometer whose field does not turn with the body."""
-    from levelhead.sources.hints import check_options
-    from levelhead.sources.pipeline import read_file
-
-    return read_file(log, check_options(reading.hints()), lambda found: found.without(*DOES_NOT_TURN))
+    return reading.read(log, lambda found: found.without(*DOES_NOT_TURN))
 
 
 def _with_field(found: "Interpretation") -> "Interpretation":
@@ -69,13 +63,15 @@ def read_calibrated(reading: Reading, log: Path, calibration: Path | None) -> "R
 
 
 def read_without_iron(reading: Reading, log: Path, flt: "Filter") -> "Recording":
-    """The recording in a log, for a filter that follows its magnetometer and does not learn the magnetometer's errors.
+    """The recording in a log, for a filter that follows its magnetometer.
 
-    A raw magnetometer is calibrated by a first pass over the log, and corrected; a note says so. Without a gain the
-    readings stay as they are.
+    A filter that learns the magnetometer's errors takes it as it is. For another a raw magnetometer is calibrated by
+    a first pass over the log, and corrected; a note says so. Without a gain the readings stay as they are.
     """
+    if flt.calibration is not None:
+        return read_uncalibrated(reading, log)
     found = reading.read(log)
-    if "heading" not in flt.estimates or flt.calibration is not None:
+    if "heading" not in flt.estimates:
         return found
     if found.mag is not None and not _has_iron(found):
         return found

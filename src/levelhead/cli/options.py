@@ -4,7 +4,7 @@ import json
 import os
 import shlex
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from levelhead.parameter_file import ParameterFile
     from levelhead.recording import Recording
     from levelhead.sources.hints import NeedsHints
+    from levelhead.sources.interpretation import Interpretation
     from levelhead.track import Track
 
 
@@ -48,22 +49,25 @@ class Reading:
     yes: Annotated[bool, Parameter(name=["--yes", "-y"], negative="")] = False
     """Read on with the hints that an error proposes, such as a rate; a terminal asks for Enter instead."""
 
-    def read(self, log: Path) -> "Recording":
-        """The recording in a log, with these hints, or with those proposed if the user agrees."""
+    def read(self, log: Path, adjust: "Callable[[Interpretation], Interpretation] | None" = None) -> "Recording":
+        """The recording in a log, with these hints, or with those proposed if the user agrees.
+
+        ``adjust`` may change the reader's conclusions.
+        """
         from levelhead.publish.progress import progress
-        from levelhead.sources import read
-        from levelhead.sources.hints import NeedsHints
+        from levelhead.sources.hints import NeedsHints, check_options
+        from levelhead.sources.pipeline import read_file
 
         hints = self.hints()
         try:
             with progress(f"reading {log.name}"):
-                return read(log, **hints)
+                return read_file(log, check_options(hints), adjust)
         except NeedsHints as error:
             if not error.path or not self._agrees(error):
                 raise
             hints = error.suggested
         with progress(f"reading {log.name}"):
-            return read(log, **hints)
+            return read_file(log, check_options(hints), adjust)
 
     def _agrees(self, error: "NeedsHints") -> bool:
         """Whether the user takes a proposal: by --yes, or by Enter in a terminal."""
