@@ -381,5 +381,6 @@ def turn_north(params: ESKF, state: State) -> float:
     m = state.memory
     if params.north_rate == 0.0 or m[at.NORTH_VARIANCE] == 0.0 or has_direction(m):
         return 0.0
+    turn = float(m[at.NORTH] - m[at.NORTH_TURN])  # the attitudes have the turn of the first second already
     m[at.NORTH_TURN] = m[at.NORTH]
-    return float(m[at.NORTH])
+    return turn

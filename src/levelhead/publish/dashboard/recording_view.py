@@ -113,7 +113,8 @@ class RecordingView:
         rows = self.selection
         arrays: dict[str, Any] = {field.name: getattr(self.track, field.name) for field in fields(self.track)}
         cut: dict[str, Any] = {name: value[rows] for name, value in arrays.items() if isinstance(value, np.ndarray)}
-        part = replace(self.track, **cut)
+        readings = None if self.track.readings is None else self.track.readings[rows]
+        part = replace(self.track, **cut, readings=readings)
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / f"selection{suffix}"
             write_track(part, path)
