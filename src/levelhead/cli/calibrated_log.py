@@ -32,7 +32,7 @@ def read_uncalibrated(reading: Reading, log: Path) -> "Recording":
 
     Elsewhere such a field is left out: a filter that does not learn the offset would follow it.
     """
-    return reading.read(log, _with_field)
+    return reading.read(log, keep_field_with_offset)
 
 
 def read_with_field(reading: Reading, log: Path) -> "Recording":
@@ -40,7 +40,7 @@ def read_with_field(reading: Reading, log: Path) -> "Recording":
     return reading.read(log, lambda found: found.without(*DOES_NOT_TURN))
 
 
-def _with_field(found: "Interpretation") -> "Interpretation":
+def keep_field_with_offset(found: "Interpretation") -> "Interpretation":
     """The interpretation with the magnetometer that only its offset keeps from turning with the body."""
     offset = any(
         (one.about, one.reason) == DOES_NOT_TURN and one.facts["free"] >= OFFSET_ALONE for one in found.conclusions

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from levelhead import filters
+from levelhead.cli.calibrated_log import keep_field_with_offset
 from levelhead.cli.fuse_options import FuseOptions, require_north
 from levelhead.cli.options import folder, print_json, print_line
 from levelhead.filters import health
@@ -92,7 +93,8 @@ def fuse_long_log(log: Path, options: FuseOptions) -> None:
 
     if options.needs_start or options.motion:
         raise NeedsWholeLog(f"{log} is turned by what its start is like; it is read whole")
-    chunks = read_chunks(log, **options.reading.hints())
+    learns = filters.of(options.params).calibration is not None
+    chunks = read_chunks(log, adjust=keep_field_with_offset if learns else None, **options.reading.hints())
     if options.declination is not None:
         require_north(chunks.head, options.params)
     sums = Sums()
