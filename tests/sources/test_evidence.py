@@ -1,7 +1,9 @@
 import numpy as np
 import pytest
 
+from levelhead import simulate
 from levelhead.recording import Recording
+from levelhead.signals.field_turn import field_turn
 from levelhead.signals.gravity_turn import turn_of_gravity
 from levelhead.sources.conclusion import Basis
 from levelhead.sources.interpret.accelerometer import acc_unit
@@ -74,3 +76,12 @@ def test_gaps_and_missing_values(hand: Recording) -> None:
                                                      (1.7e9, 0.01, "s"), (1.7e12, 10, "ms")])  # fmt: skip
 def test_unit_of_time(start: float, step: float, unit: str) -> None:
     assert guess_unit(start + step * np.arange(100.0)) == unit
+
+
+def test_the_length_of_a_field_is_that_of_the_part_that_turns():
+    """Iron of 600 µT beside a field of 49 µT is as long as a field in mG; only the field turns with the body."""
+    hand = simulate.recording("ICM-20948", "hand", duration=60, rate=100, seed=2)
+    turn = field_turn(hand.t, hand.gyr, hand.mag + np.array([500.0, -300.0, 100.0]))
+    assert turn.shows_field and mag_unit(turn.length) == "µT"
+    still = simulate.recording("ICM-20948", "still", duration=60, rate=100, seed=2)
+    assert not field_turn(still.t, still.gyr, still.mag).shows_field

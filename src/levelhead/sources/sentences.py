@@ -307,6 +307,10 @@ SENTENCES: Mapping[tuple[str, str], Template] = {
         "magnetometer: taken as {value}, a guess: whole numbers of median length {norm:.4g}; --units mag={value} "
         "confirms it"
     ),
+    ("mag.unit", "turn"): (
+        "magnetometer: taken as {value}, a guess: the part that turns with the body has a length of {norm:.4g}; "
+        "--units mag={value} confirms it"
+    ),
     ("mag.unit", "unknown"): "magnetometer: kept as it is, without unit; its median length is {norm:.4g}",
     ("truth.rows", "zero"): "truth: {columns} are all zero in {value} rows; taken as missing there",
     ("truth.used", "empty"): "truth: left out, because no row has one",

@@ -297,7 +297,9 @@ def _interpret_mag(
     if "mag" not in hints.scale and is_normalised(values):
         evidence.conclusions.append(Conclusion("mag.unit", "normalised", None, Basis.NUMBERS))
         declared, relative = None, True
-    scales["mag"] = mag_scale(values, declared, relative, evidence) or RELATIVE_SCALE
+    scales["mag"] = (
+        mag_scale(values, declared, relative, evidence, field_turn(readings.t, gyr, values)) or RELATIVE_SCALE
+    )
     mag = _scale_columns("mag", values, scales["mag"], table, positions)
     return "mag" in hints.map or _turns_with_body(readings.t, gyr, mag, evidence)
 

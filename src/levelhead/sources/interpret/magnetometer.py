@@ -1,7 +1,8 @@
-"""The unit of the magnetometer: the length of the earth's field tells it."""
+"""The unit of the magnetometer, by the length of the earth's field: of the part that turns with the body."""
 
 from levelhead import units
 from levelhead.recording import Array
+from levelhead.signals.field_turn import FieldTurn
 from levelhead.signals.gravity_turn import median_norm
 from levelhead.sources.conclusion import Basis, Conclusion
 from levelhead.sources.hints import Scale, count_word
@@ -9,8 +10,13 @@ from levelhead.sources.interpret.counts import field_sensitivity
 from levelhead.sources.interpret.declared import Evidence, are_whole
 
 
-def mag_scale(values: Array, scale: Scale | None, relative: bool, evidence: Evidence) -> Scale | None:
-    """The scale of (n, 3) ``values`` of a magnetometer; None: without unit."""
+def mag_scale(
+    values: Array, scale: Scale | None, relative: bool, evidence: Evidence, turn: FieldTurn | None
+) -> Scale | None:
+    """The scale of (n, 3) ``values`` of a magnetometer; None: without unit.
+
+    ``turn``: of the values as they are. A raw chip's iron is several times the earth's field.
+    """
     if scale is not None:
         return scale
     norm = median_norm(values)
@@ -25,6 +31,12 @@ def mag_scale(values: Array, scale: Scale | None, relative: bool, evidence: Evid
         evidence.conclude("mag.unit", "counts", scale, Basis.GUESS, facts, confirm)
         return scale
     unit = None if relative else mag_unit(norm)
+    free = None if relative or whole or turn is None or not turn.shows_field else mag_unit(turn.length)
+    if turn is not None and free not in (None, unit):
+        scale = Scale(units.factor("mag", free), free)
+        facts, confirm = {"norm": turn.length}, {"units": {"mag": free}}
+        evidence.conclude("mag.unit", "turn", scale, Basis.GUESS, facts, confirm)
+        return scale
     if unit is None:
         evidence.conclusions.append(Conclusion("mag.unit", "unknown", None, Basis.NUMBERS, {"norm": norm}))
         return None
