@@ -8,7 +8,7 @@ from levelhead.signals.gravity_turn import turn_of_gravity
 from levelhead.sources.conclusion import Basis
 from levelhead.sources.interpret.accelerometer import acc_unit
 from levelhead.sources.interpret.clock_choice import guess_unit
-from levelhead.sources.interpret.gyroscope import contradicts_rad_s, gyr_unit
+from levelhead.sources.interpret.gyroscope import _by_length, contradicts_rad_s, gyr_unit
 from levelhead.sources.interpret.magnetometer import mag_unit
 
 
@@ -85,3 +85,12 @@ def test_the_length_of_a_field_is_that_of_the_part_that_turns():
     assert turn.shows_field and mag_unit(turn.length) == "µT"
     still = simulate.recording("ICM-20948", "still", duration=60, rate=100, seed=2)
     assert not field_turn(still.t, still.gyr, still.mag).shows_field
+
+
+def test_a_raw_magnetometer_tells_the_unit_of_a_gyroscope():
+    """Its own field is ten times the earth's; in the other unit what turns would be 57 times too long, or too short."""
+    hand = simulate.recording("ICM-20948", "hand", duration=60, rate=100, seed=2)
+    field = hand.mag + np.array([500.0, -300.0, 100.0])
+    for unit, factor in (("rad/s", 1.0), ("deg/s", 180.0 / np.pi)):
+        found = _by_length(hand.t, hand.gyr * factor, field)
+        assert found is not None and found[0] == unit

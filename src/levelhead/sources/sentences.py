@@ -276,6 +276,10 @@ SENTENCES: Mapping[tuple[str, str], Template] = {
         "gyroscope: taken as {value}; the magnetometer turns as it should (scale {scale:.3f}, correlation "
         "{correlation:.2f})"
     ),
+    ("gyr.unit", "length"): (
+        "gyroscope: taken as {value}, a guess: in it the field that turns with the body is {length:.4g} long, as the "
+        "earth's; --units gyr={value} confirms it"
+    ),
     ("gyr.unit", "doubtful"): (
         "gyroscope: taken as {declared}, by the header, but that is a guess: {why}; --units gyr={other} takes the other"
     ),

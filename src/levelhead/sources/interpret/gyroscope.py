@@ -34,6 +34,7 @@ from levelhead.sources.interpret.converter_counts import rates_about
 from levelhead.sources.interpret.counts import ACC, CHIPS, Chip, WholeRates, choose_sensitivity, gyr_sensitivity
 from levelhead.sources.interpret.declared import Evidence, are_whole
 from levelhead.sources.interpret.digit import unit_by_digit
+from levelhead.sources.interpret.magnetometer import mag_unit
 from levelhead.sources.interpret.raw_counts import PER_DEGREE, PER_G
 from levelhead.sources.sentences import gyroscope_reason
 from levelhead.sources.table import Table
@@ -92,6 +93,11 @@ def gyr_scale(
         facts = {"scale": turn.scale, "correlation": turn.correlation}
         evidence.conclude("gyr.unit", "field", scale, Basis.NUMBERS, facts, {"units": {"gyr": unit}})
         return scale
+    if found.basis is Basis.GUESS and (proved := _by_length(t, values, mag)) is not None:
+        unit, turn = proved
+        scale = Scale(units.factor("gyr", unit), unit)
+        evidence.conclude("gyr.unit", "length", scale, Basis.GUESS, {"length": turn.length}, {"units": {"gyr": unit}})
+        return scale
     if not found.sure and evidence.acc_per_g == PER_G and large_rate(values) < _AT_REST:  # as after power-up
         facts = {**found.facts, "counts": PER_DEGREE, "per_g": PER_G}
         found = found._replace(unit=None, counts=PER_DEGREE, reason="power_up", facts=facts, chip=CHIPS[0])
@@ -141,6 +147,17 @@ def _by_field(t: Array, values: Array, mag: Array | None) -> tuple[str, FieldTur
         if turn is not None and turn.correlation > 0.8 and 0.6 < turn.scale < 1.6 and turn.turned > 0.05:
             return unit, turn
     return None
+
+
+def _by_length(t: Array, values: Array, mag: Array | None) -> tuple[str, FieldTurn] | None:
+    """(unit, turn) of a gyroscope beside a raw magnetometer: only in that unit does the field have the earth's length."""
+    found = []
+    for unit, factor in (("rad/s", 1.0), ("deg/s", DEGREE)):
+        turn = None if mag is None else field_turn(t, values * factor, mag)
+        clear = turn is not None and turn.shows_field and turn.free > _PROOF and turn.turned > 0.05
+        if turn is not None and clear and mag_unit(turn.length) is not None:
+            found.append((unit, turn))
+    return found[0] if len(found) == 1 else None
 
 
 def _checked_gyr(
