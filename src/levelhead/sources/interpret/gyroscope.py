@@ -150,7 +150,7 @@ def _by_field(t: Array, values: Array, mag: Array | None) -> tuple[str, FieldTur
 
 
 def _by_length(t: Array, values: Array, mag: Array | None) -> tuple[str, FieldTurn] | None:
-    """(unit, turn) of a gyroscope beside a raw magnetometer: the only unit in which the field is as long as the earth's."""
+    """(unit, turn) of a gyroscope by a raw magnetometer: the one in which the field has the earth's length."""
     found = []
     for unit, factor in (("rad/s", 1.0), ("deg/s", DEGREE)):
         turn = None if mag is None else field_turn(t, values * factor, mag)
