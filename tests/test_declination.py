@@ -53,8 +53,8 @@ def test_one_turn_of_all_and_sigma_in_quadrature():
     np.testing.assert_allclose(turns, np.tile([0.0, 0.0, track.north.azimuth], (len(track), 1)), atol=1e-9)
     np.testing.assert_allclose(turned.sigma_heading**2, track.sigma_heading**2 + track.north.sigma**2)
     np.testing.assert_allclose(turned.sigma_tilt, track.sigma_tilt)
-    ned = track.mounted("-y,x,z").to_frame("NED").to_north()
-    np.testing.assert_allclose(ned.quat, turned.mounted("-y,x,z").to_frame("NED").quat, atol=1e-12)
+    ned = track.mount("-y,x,z").to_frame("NED").to_north()
+    np.testing.assert_allclose(ned.quat, turned.mount("-y,x,z").to_frame("NED").quat, atol=1e-12)
     true, again = track.to_true_north(4.0), turned.to_true_north(4.0)
     np.testing.assert_array_equal(true.quat, again.quat)
     assert np.degrees(true.north.azimuth) == pytest.approx(4.0) and true.north.sigma == track.north.sigma

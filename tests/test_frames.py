@@ -96,13 +96,13 @@ def test_a_mounted_sensor_gives_the_track_of_the_body():
     mounting = AxisMap.parse("ZYX:50,-30,100")
     r = mounting.matrix  # sensor to body
     sensor = lh.Recording(body.t, body.gyr @ r, body.acc @ r, body.mag @ r)
-    found = lh.fuse(sensor).mounted("ZYX:50,-30,100")
+    found = lh.fuse(sensor).mount("ZYX:50,-30,100")
     plain = lh.fuse(body)
     angle = (found.as_rotation() * plain.as_rotation().inv()).magnitude()
     assert np.degrees(angle.max()) < 0.2, "only the axes of the guard's detectors and of rounding differ"
     np.testing.assert_allclose(found.bias, plain.bias, atol=2e-3)
     with pytest.raises(lh.LevelheadError, match="once"):
-        found.mounted("x,y,z")
+        found.mount("x,y,z")
     turned = mounting.rotate(sensor)
     np.testing.assert_allclose(turned.acc, body.acc, atol=1e-12)
 
@@ -111,7 +111,7 @@ def test_errors_do_not_depend_on_frame_and_mounting():
     rec = lh.simulate.recording("ICM-20948", "hand", duration=8.0, seed=3)
     plain = lh.fuse(rec)
     score = lh.evaluate.evaluate(rec, plain)
-    again = lh.evaluate.evaluate(rec, plain.mounted("ZYX:50,-30,100").to_frame("NED"))
+    again = lh.evaluate.evaluate(rec, plain.mount("ZYX:50,-30,100").to_frame("NED"))
     assert again.total == pytest.approx(score.total, rel=1e-9) and again.bias == pytest.approx(score.bias, rel=1e-9)
 
 
@@ -156,7 +156,7 @@ def test_files_name_frame_and_axes(tmp_path):
 
     from levelhead.publish import write_track
 
-    one = track().mounted("-y,x,z").to_frame("NED")
+    one = track().mount("-y,x,z").to_frame("NED")
     write_track(one, tmp_path / "a.parquet")
     table = pq.read_table(tmp_path / "a.parquet")
     said = {key.decode(): value.decode() for key, value in table.schema.metadata.items() if key != b"ARROW:schema"}

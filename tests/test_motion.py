@@ -34,7 +34,7 @@ def test_an_attitude_without_error_leaves_the_acceleration():
     np.testing.assert_allclose(
         rotate(ned.quat, ned.linear_acceleration().value), ned.earth_acceleration().value, atol=1e-12
     )
-    body = track.mounted("ZYX:30,20,10")
+    body = track.mount("ZYX:30,20,10")
     np.testing.assert_allclose(rotate(body.quat, body.linear_acceleration().value), earth, atol=1e-12)
 
 

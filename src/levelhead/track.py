@@ -352,7 +352,7 @@ class Track:
             sigma_velocity=deviation(self.sigma_velocity),
         )
 
-    def mounted(self, axes: AxisMap | str) -> "Track":
+    def mount(self, axes: AxisMap | str) -> "Track":
         """The orientation of the body on which the sensor sits.
 
         Args:

@@ -336,7 +336,7 @@ def test_frame_axes_heading_and_motion_in_the_file(levelhead, logs, tmp_path):
         "ned_qw", "ned_qx", "ned_qy", "ned_qz", "ned_roll [deg]", "ned_pitch [deg]", "ned_yaw [deg]"
     ]  # fmt: skip
     recording = sources.read(logs / "hand.csv")
-    track = fuse(recording, filters.find("Mahony").params()).mounted("-y,x,z").to_frame("NED").with_heading(40.0)
+    track = fuse(recording, filters.find("Mahony").params()).mount("-y,x,z").to_frame("NED").with_heading(40.0)
     chosen = np.searchsorted(track.t, rows[:, 0])
     np.testing.assert_allclose(np.abs(np.sum(rows[:, 1:5] * track.quat[chosen], axis=1)), 1.0, atol=1e-12)
     assert rows[0, names.index("ned_yaw [deg]")] == pytest.approx(40.0, abs=1e-5)

@@ -20,7 +20,7 @@ from levelhead.calibrate.field_blocks import field_blocks
 from levelhead.calibrate.growing_recording import GrowingRecording
 from levelhead.calibrate.magnetometer import fit_field
 from levelhead.calibrate.poses import ALIKE, LEAST, find_poses
-from levelhead.calibrate.solve import corrected, gyr_bias, rate_solution
+from levelhead.calibrate.solve import correct_logs, gyr_bias, rate_solution
 from levelhead.errors import LevelheadError
 from levelhead.noise.stillness import WINDOW, still_stretches
 from levelhead.recording import Array, Recording
@@ -211,7 +211,7 @@ def assess(recording: Recording, gravity: float, least: int) -> Assessment:
     if not unknown and len(poses) >= least:
         rate = rate_solution(turns, poses, force)
         axes = list("xyz") if rate is None else unobservable_rates(rate.sigma.reshape(3, 3))
-        logs = corrected([recording], level, rate, gyr_bias(poses)[0])
+        logs = correct_logs([recording], level, rate, gyr_bias(poses)[0])
         field = unobservable_field(fit_field(field_blocks(logs, 0.0))) if logs else []
     done = len(poses) >= least and not (unknown or axes or field)
     done |= len(poses) >= PATIENCE * least

@@ -58,7 +58,7 @@ def calibrate_sensor(
     rate = _gyroscope(turns, poses, force, level.solution)
     progress(0.8)
     bias, bias_sigma = gyr_bias(poses)
-    field = _magnetometer(corrected(several, level.solution, None if rate is None else rate.solution, bias))
+    field = _magnetometer(correct_logs(several, level.solution, None if rate is None else rate.solution, bias))
     progress(1.0)
     s = np.zeros((3, 3)) if rate is None else rate.solution.value.reshape(3, 3)
     s_sigma = np.full((3, 3), gyroscope.PRIOR) if rate is None else rate.solution.sigma.reshape(3, 3)
@@ -179,7 +179,9 @@ def _gyroscope(turns: Sequence[MeasuredTurn], poses: Sequence[Pose], force: Arra
     return Found(solution._replace(covariance=solution.covariance + extra), residual, angles)
 
 
-def corrected(recordings: Sequence[Recording], level: Solution, rate: Solution | None, bias: Array) -> list[Recording]:
+def correct_logs(
+    recordings: Sequence[Recording], level: Solution, rate: Solution | None, bias: Array
+) -> list[Recording]:
     """The recordings without the errors of accelerometer and gyroscope; ``bias`` (3,) rad/s at rest, as read."""
     s = np.zeros((3, 3)) if rate is None else rate.value.reshape(3, 3)
     return [

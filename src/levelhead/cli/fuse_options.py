@@ -109,7 +109,7 @@ class FuseOptions:
         A heading without a magnetometer is 0 at the start, also that of the body.
         """
         if self.mounting is not None:
-            track = track.mounted(self.mounting)
+            track = track.mount(self.mounting)
         if self.heading is not None:
             return track.to_frame(self.frame).with_heading(self.heading).to_frame("ENU")
         relative = recording.mag is None or "heading" not in filters.of(self.params).estimates

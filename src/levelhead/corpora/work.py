@@ -226,7 +226,7 @@ def _tracks(job: Job, recording: Recording, prior: str, target: str) -> Iterator
 
 def _of_body(job: Job, track: Track) -> Track:
     """The track as it is written: of the body, in the frame of the job."""
-    return (track.mounted(job.axes) if job.axes else track).to_frame(job.frame)
+    return (track.mount(job.axes) if job.axes else track).to_frame(job.frame)
 
 
 def find_orientation(job: Job, method: Method, recording: Recording, prior: Calibration | None) -> Track:

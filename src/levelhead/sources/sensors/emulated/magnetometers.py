@@ -11,21 +11,37 @@ from levelhead.sources.sensors.emulated.world import World
 from levelhead.sources.sensors.lis3mdl import LIS3MDL
 
 
-class EmulatedAK09916(EmulatedChip):
-    """AK09916: y and z point the other way; the next reading waits until ST2 was read."""
+class BehindBypass(EmulatedChip):
+    """A chip inside another one's package: it answers only where that one lets it through.
 
-    def __init__(self, world: World, host: EmulatedICM20948 | None = None, *, drift: float = 0.0) -> None:
+    Args:
+        world: what it feels.
+        host: the chip around it; None: it always answers.
+        drift: by which share its clock is fast.
+    """
+
+    ADDRESS: int
+
+    def __init__(
+        self, world: World, host: EmulatedICM20948 | EmulatedMPU9250 | None = None, *, drift: float = 0.0
+    ) -> None:
         self.host = host
-        super().__init__(world, AK09916.address, drift)
-
-    def reset(self) -> None:  # noqa: D102
-        super().reset()
-        self.put(AK09916.WIA1, bytes(AK09916.IDENTITY))
+        super().__init__(world, self.ADDRESS, drift)
 
     def update(self) -> None:  # noqa: D102
         if self.host is not None and not self.host.bypassed:
             raise OSError(121, "Remote I/O error")
         super().update()
+
+
+class EmulatedAK09916(BehindBypass):
+    """AK09916: y and z point the other way; the next reading waits until ST2 was read."""
+
+    ADDRESS = AK09916.address
+
+    def reset(self) -> None:  # noqa: D102
+        super().reset()
+        self.put(AK09916.WIA1, bytes(AK09916.IDENTITY))
 
     @property
     def rate(self) -> float:  # noqa: D102
@@ -53,23 +69,15 @@ class EmulatedAK09916(EmulatedChip):
         super().write(register, value)
 
 
-class EmulatedAK8963(EmulatedChip):
+class EmulatedAK8963(BehindBypass):
     """AK8963: its x and y are the other way round; sensitivities can be read in fuse-ROM mode alone."""
 
+    ADDRESS = AK8963.address
     ADJUSTMENTS = (176, 170, 165)
-
-    def __init__(self, world: World, host: EmulatedMPU9250 | None = None, *, drift: float = 0.0) -> None:
-        self.host = host
-        super().__init__(world, AK8963.address, drift)
 
     def reset(self) -> None:  # noqa: D102
         super().reset()
         self.memory[AK8963.WIA] = AK8963.IDENTITY
-
-    def update(self) -> None:  # noqa: D102
-        if self.host is not None and not self.host.bypassed:
-            raise OSError(121, "Remote I/O error")
-        super().update()
 
     @property
     def rate(self) -> float:  # noqa: D102
