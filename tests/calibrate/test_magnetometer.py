@@ -159,3 +159,13 @@ def test_phones_full_of_iron_agree(data_dir):
     sigma = np.sqrt(np.diag(one.covariance)[:3] + np.diag(other.covariance)[:3])
     assert np.linalg.norm(one.centre) > 600.0 and sigma.max() < 20.0
     assert np.abs((one.centre - other.centre) / sigma).max() < 3.0
+
+
+def test_numbers_that_hold_for_the_seen_attitudes_alone_are_refused(data_dir):
+    """ADVIO 16 and 20: twice as good where held out, but a level sensor's heading would be off by a third of a turn."""
+    recordings = []
+    for name in ("advio_16", "advio_20"):
+        arrays = np.load(data_dir / "truth" / "advio" / f"{name}.npz")
+        recordings.append(lh.Recording(arrays["t"], arrays["gyr"], arrays["acc"], arrays["mag_raw"]))
+    with pytest.raises(lh.LevelheadError, match="too vague"):
+        lh.calibrate_magnetometer(recordings)

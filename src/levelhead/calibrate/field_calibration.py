@@ -106,7 +106,8 @@ def calibrate_magnetometer(
         A FieldCalibration; its ``calibration`` is what filters, node and export take.
 
     Raises:
-        LevelheadError: no magnetometer, too short, a field that does not turn with the gyroscope, or no gain.
+        LevelheadError: no magnetometer, too short, a field that does not turn with the gyroscope, no gain, or
+            a σ of heading above the error without a calibration.
     """
     require("scipy", "calibration", "scipy")
     several = [recordings] if isinstance(recordings, Recording) else list(recordings)
@@ -129,10 +130,17 @@ def calibrate_magnetometer(
             f"without and {heading.held_out:.2g}° with one, where held out; no file is needed, or more turns are: "
             f"{'; '.join(_missing_turns(fit)) or 'turn it about two axes, far from iron'}"
         )
+    sigma = float(np.degrees(level_sigma(fit)))
+    if sigma >= heading.before:  # a fit of this part, whose numbers hold for no other attitude
+        raise LevelheadError(
+            f"the magnetometer's numbers are too vague: 1σ of a level sensor's heading by them is {sigma:.0f}°, and "
+            f"it is off by {heading.before:.0f}° without; turn it more: "
+            f"{'; '.join(_missing_turns(fit)) or 'about two axes, far from iron'}"
+        )
     level = float(np.hypot(*fit.field[:2]))
     return FieldCalibration(
         _calibration(fit), blocks.mag, blocks.mag @ fit.linear[:, :3].T + fit.linear[:, 3], fit.centre, fit.strength,
-        float(np.degrees(np.arctan2(-fit.field[2], level))), heading, float(np.degrees(level_sigma(fit))),
+        float(np.degrees(np.arctan2(-fit.field[2], level))), heading, sigma,
         coverage(blocks.mag @ fit.linear[:, :3].T + fit.linear[:, 3]), tuple(_missing_turns(fit)),
     )  # fmt: skip
 
@@ -143,10 +151,10 @@ def find_raw_magnetometer(recording: Recording) -> FieldCalibration | None:
         found = calibrate_magnetometer(recording)
     except LevelheadError:
         return None
-    offset, sigma = found.calibration.mag_offset, found.sigma
+    offset = found.calibration.mag_offset
     assert offset is not None
     clear = np.linalg.norm(found.centre) > max(RAW * found.strength, SURE * float(np.linalg.norm(offset.sigma)))
-    return found if clear and found.heading.ratio > GAIN and sigma < found.heading.before else None
+    return found if clear and found.heading.ratio > GAIN else None
 
 
 def magnetic_parts(fit: FieldFit) -> dict[str, Quantity | None]:
