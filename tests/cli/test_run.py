@@ -191,10 +191,10 @@ def test_an_unplugged_source_ends_with_its_own_exit_code(capsys):
 
 def test_ports_lists_what_is_there(levelhead, monkeypatch):
     pytest.importorskip("serial", reason="pyserial is not installed (extra levelhead[live])")
-    monkeypatch.setattr("levelhead.sources.sensors.discovery.i2c_buses", lambda: [1])
+    monkeypatch.setattr("levelhead.sources.devices.ports.i2c_buses", lambda: [1])
     chips = [SimpleNamespace(address=0x68, name="mpu6050"), SimpleNamespace(address=0x76, name="")]
-    monkeypatch.setattr("levelhead.sources.sensors.discovery.find_chips", lambda bus: chips)
-    monkeypatch.setattr("levelhead.sources.sensors.bus.open_bus", lambda number: SimpleNamespace(close=lambda: None))
+    monkeypatch.setattr("levelhead.sources.devices.ports.find_chips", lambda bus: chips)
+    monkeypatch.setattr("levelhead.sources.devices.ports.open_bus", lambda number: SimpleNamespace(close=lambda: None))
     port = SimpleNamespace(device="/dev/ttyUSB0", description="CP2102")
     monkeypatch.setattr("serial.tools.list_ports.comports", lambda: [port])
     lines = levelhead("ports").out.splitlines()

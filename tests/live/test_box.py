@@ -167,3 +167,22 @@ def test_killed_in_the_middle_it_opens_and_lacks_less_than_a_second(tmp_path):
     box = read_box(path)
     assert not box.whole and killed - box.rows["stamp"][-1] * 1e-9 < 1.0
     assert len(same(path)) > 100
+
+
+def test_a_box_that_begins_and_ends_while_the_node_runs(rig, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    one = rig()
+    configs = one.node.bus.subscribe("imu/config")
+    for at, on in ((4.0, True), (4.5, True), (6.0, False), (7.0, True)):
+        one.clock.at(at, lambda on=on: one.node.set(record=on))
+    one.node.run(duration=8.0)
+    files = [message.data["record"] for message in one.drain(configs)]
+    first, second = dict.fromkeys(name for name in files if name)
+    assert [name for i, name in enumerate(files) if i == 0 or name != files[i - 1]] == ["", first, "", second]
+    box = read_box(first)
+    assert box.whole and len(box.rows) == pytest.approx(400, abs=5) and box.rows["t"][0] > 3.9
+    assert box.bias == one.node.path.bias != (0.0, 0.0, 0.0)  # measured before the box began
+    events = one.events()
+    assert [name for name in events if "recording" in name] == ["recording", "-recording", "recording"]
+    with pytest.raises(lh.LevelheadError, match="expected True or False"):
+        one.node.set(record=1)

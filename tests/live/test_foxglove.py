@@ -69,15 +69,16 @@ class Client:
 
 
 @pytest.mark.slow
-def test_an_independent_client_gets_messages_and_sets_parameters():
+def test_an_independent_client_gets_messages_and_sets_parameters(monkeypatch):
     pytest.importorskip("foxglove", reason="foxglove-sdk is not installed (extra levelhead[foxglove])")
     pytest.importorskip("websockets", reason="websockets is not installed")
     from levelhead.live.foxglove_server import FoxgloveServer
 
     bus, asked = LocalBus(), []
+    monkeypatch.setattr("levelhead.live.foxglove_server.list_sources", lambda: ["serial:/dev/ttyUSB0", "mpu6050@1"])
 
     def set_params(**changes) -> None:
-        if changes["beta"] < 0.0:
+        if changes.get("beta", 0.0) < 0.0:
             raise lh.LevelheadError("beta = -1 is not allowed")
         asked.append(changes)
 
@@ -99,12 +100,20 @@ def test_an_independent_client_gets_messages_and_sets_parameters():
         log = client.messages["/imu/log"][0]
         assert log["level"] == 3 and log["message"] == "late: a tick was missed"
         client.ask("getParameters", parameterNames=[], id="1")
-        client.read(lambda: client.values == {"beta": 0.1})
+        client.read(lambda: client.values == {"beta": 0.1, "record": False, "recording": ""})
         client.ask("setParameters", parameters=[{"name": "beta", "value": 0.5}], id="2")
-        client.read(lambda: client.values == {"beta": 0.5})
+        client.read(lambda: client.values["beta"] == 0.5)
         client.ask("setParameters", parameters=[{"name": "beta", "value": -1.0}], id="3")
         client.read(lambda: any("not_set" in one["message"] for one in client.messages["/imu/log"]))
-        assert asked == [{"beta": 0.5}] and client.values == {"beta": 0.5}
+        assert asked == [{"beta": 0.5}] and client.values["beta"] == 0.5
+        client.ask("getParameters", parameterNames=["ports"], id="4")
+        client.read(lambda: client.values.get("ports") == ["serial:/dev/ttyUSB0", "mpu6050@1"])
+        client.ask("subscribeParameterUpdates", parameterNames=["record", "recording"])
+        client.ask("setParameters", parameters=[{"name": "record", "value": True}], id="5")
+        client.read(lambda: {"record": True} in asked)
+        data = {"params": {"beta": 0.5}, "record": "turn.mcap"}
+        bus.publish("imu/config", Health(7, 0, 0.0, 1, "config", True, "", data))
+        client.read(lambda: client.values["record"] is True and client.values["recording"] == "turn.mcap")
         client.socket.close()
         with pytest.raises(lh.LevelheadError, match="is the port taken"):
             FoxgloveServer(bus.subscribe, set_params, port=int(server.url.rpartition(":")[2]))

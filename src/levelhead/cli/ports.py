@@ -5,8 +5,6 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from levelhead.cli.options import print_json, print_line
-from levelhead.errors import LevelheadError
-from levelhead.open_types import JsonObject
 
 
 def ports(*, json: Annotated[bool, Parameter(negative="")] = False) -> None:
@@ -15,7 +13,9 @@ def ports(*, json: Annotated[bool, Parameter(negative="")] = False) -> None:
     Args:
         json: print the list as JSON.
     """
-    serial, buses = _serial_ports(), _i2c_buses()
+    from levelhead.sources.devices.ports import i2c_chips, serial_ports
+
+    serial, buses = serial_ports(), i2c_chips()
     if json:
         print_json({"serial": serial, "i2c": buses})
         return
@@ -28,37 +28,3 @@ def ports(*, json: Annotated[bool, Parameter(negative="")] = False) -> None:
             print_line(f"  {chip['source'] or 'a chip that is not known'}  at {chip['address']}")
     if not serial and not buses:
         print_line("no serial port and no I²C bus; without hardware: levelhead run --source emulated:mpu6050")
-
-
-def _serial_ports() -> list[dict[str, str]]:
-    try:
-        from serial.tools.list_ports import comports
-    except ImportError:
-        raise LevelheadError("serial ports are found with pyserial: pip install 'levelhead[live]'") from None
-    found = sorted(comports(), key=lambda one: str(one.device))
-    return [{"port": one.device, "description": "" if one.description == "n/a" else one.description} for one in found]
-
-
-def _i2c_buses() -> list[JsonObject]:
-    from levelhead.sources.sensors.bus import open_bus
-    from levelhead.sources.sensors.discovery import find_chips, i2c_buses
-
-    listed: list[JsonObject] = []
-    for number in i2c_buses():
-        entry: JsonObject = {"bus": number, "chips": [], "failure": ""}
-        listed.append(entry)
-        try:
-            bus = open_bus(number)
-        except LevelheadError as error:
-            entry["failure"] = str(error)
-            continue
-        try:
-            entry["chips"] = [
-                {"address": f"0x{chip.address:02x}", "source": f"{chip.name}@{number}" if chip.name else ""}
-                for chip in find_chips(bus)
-            ]
-        except OSError as error:
-            entry["failure"] = f"the bus does not work: {error.strerror}"
-        finally:
-            bus.close()
-    return listed

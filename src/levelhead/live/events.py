@@ -39,6 +39,7 @@ EVENTS = {
     "late": "ticks were missed, because the machine was busy; they were skipped",
     "over_budget": "a tick took longer than its budget",
     "subscriber_slow": "a subscriber does not keep up and misses messages",
+    "recording": "a black box is written; data: path",
     "box_failed": "the black box cannot be written any more; the node goes on without it",
     "second_node": "another node publishes on the same topic",
     "foreign_message": "messages on the node's topics that no node sent",
@@ -46,7 +47,18 @@ EVENTS = {
     "stopped": "the node ends; data: the figures of the run",
 }
 EXPECTED = frozenset(  # no warnings
-    {"started", "config", "calibrating", "calibrated", "parameters", "heading", "phone", "ended", "stopped"}
+    {
+        "started",
+        "config",
+        "calibrating",
+        "calibrated",
+        "parameters",
+        "heading",
+        "phone",
+        "recording",
+        "ended",
+        "stopped",
+    }
 )
 REPEAT = 1.0  # s between two notes of the same name
 

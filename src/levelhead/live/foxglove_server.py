@@ -2,29 +2,28 @@
 
 The protocol is ``foxglove.sdk.v1`` (https://github.com/foxglove/ws-protocol): the server names its channels with their
 schemas, a client subscribes to some, and messages are JSON (``viewer_messages``). Parameters of the filter are those of
-the protocol; a client may set them.
+the protocol; a client may set them. Three more are the node's: ``record`` (a client sets it to begin or end a black
+box), ``recording`` (its file) and, where a client asks for it by name, ``ports`` (words for ``--source``).
 """
 
 import json
-import math
-import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
 
 from levelhead.atomic import atomic_path
 from levelhead.errors import LevelheadError
-from levelhead.live.messages import CONFIG, HEALTH, ORIENTATION, RAW, Health, Message
+from levelhead.live.messages import TOPICS, Health, Message
+from levelhead.live.output import Output
 from levelhead.live.subscription import Subscription
 from levelhead.live.viewer_messages import SCHEMAS, viewer_messages
 from levelhead.open_types import JsonObject, Untyped
+from levelhead.sources.devices.ports import list_sources
 
 PORT, LAST_PORT = 8765, 65_535
-PERIOD = 0.01  # s between two looks for new messages
-HISTORY = 4096  # messages that may wait
 
 
-class FoxgloveServer:
+class FoxgloveServer(Output):
     """Serves the messages of a node until it is closed.
 
     Args:
@@ -34,7 +33,8 @@ class FoxgloveServer:
 
     Attributes:
         url: where it is.
-        params: the filter's parameters as the node said them last.
+        params: the filter's parameters as the node published them last.
+        recording: path of the black box that the node writes; "": none.
 
     Raises:
         LevelheadError: foxglove-sdk is not installed, no such port, or it is taken.
@@ -52,6 +52,7 @@ class FoxgloveServer:
             raise LevelheadError(f"there is no port {port}; expected 1 to {LAST_PORT}, such as {PORT}")
         self._foxglove, self._set_params = foxglove, set_params
         self.params: JsonObject = {}
+        self.recording = ""
         context = self._context = foxglove.Context()  # the channels live in it
         self._channels = {
             topic: foxglove.Channel(
@@ -68,26 +69,15 @@ class FoxgloveServer:
         except Exception as error:  # RuntimeError of its Rust side
             raise LevelheadError(f"cannot serve Foxglove on 127.0.0.1:{port}: {error}; is the port taken?") from None
         self.url = f"ws://127.0.0.1:{self._server.port}"
-        self._subscriptions = [
-            subscribe(topic, history=HISTORY, max_age=math.inf) for topic in (ORIENTATION, RAW, HEALTH, CONFIG)
-        ]
-        self._over = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="foxglove", daemon=True)
-        self._thread.start()
+        self._begin(subscribe, TOPICS)
 
-    def _run(self) -> None:
-        while not self._over.wait(PERIOD):
-            try:
-                for one in self._subscriptions:
-                    while (message := one.get(timeout=0.0)) is not None:
-                        self._send(message)
-            except LevelheadError as error:  # this reader gets nothing from the node
-                self._send(Health(0, 0, 0.0, time.time_ns(), "reader", True, str(error)))
-                return
+    def _fail(self, text: str) -> None:
+        super()._fail(text)
+        self._log("reader", text)
 
     def _send(self, message: Message) -> None:
         if isinstance(message, Health) and message.name == "config":
-            self.params = message.data.get("params", {})
+            self.params, self.recording = message.data.get("params", {}), message.data.get("record", "")
             self._server.publish_parameter_values(self.parameters())
             return
         for topic, data in viewer_messages(message):
@@ -96,41 +86,40 @@ class FoxgloveServer:
                 channel.log(data, log_time=message.stamp)
 
     def parameters(self) -> list[Untyped]:
-        """The filter's parameters as the protocol has them."""
+        """All parameters as the protocol has them, but for "ports"."""
         hint = self._foxglove.websocket.ParameterType.Float64
+        own: JsonObject = {"record": bool(self.recording), "recording": self.recording}
         return [
-            self._foxglove.Parameter(name, value=value)
-            if isinstance(value, bool)
-            else self._foxglove.Parameter(name, value=float(value), type=hint)
-            for name, value in self.params.items()
+            self._foxglove.Parameter(name, value=float(value), type=hint)
+            if isinstance(value, int | float) and not isinstance(value, bool)
+            else self._foxglove.Parameter(name, value=value)
+            for name, value in (self.params | own).items()
         ]
+
+    def ports(self) -> Untyped:
+        """The parameter "ports"."""
+        found: Untyped = []
+        try:
+            found = list_sources()
+        except LevelheadError as error:
+            self._log("ports", str(error))
+        return self._foxglove.Parameter("ports", value=found)
 
     def set(self, changes: JsonObject) -> None:
         """Asks the node for other parameters; what it refuses is a line of the log, and the old values go out again."""
         try:
             self._set_params(**changes)
-            self.params = self.params | changes
+            self.params = self.params | {name: value for name, value in changes.items() if name in self.params}
         except (LevelheadError, TypeError) as error:
-            self._send(Health(0, 0, 0.0, time.time_ns(), "not_set", True, str(error)))
+            self._log("not_set", str(error))
 
-    def wait(self) -> None:
-        """Until it is closed."""
-        while not self._over.wait(1.0):
-            pass
+    def _log(self, name: str, text: str) -> None:
+        self._send(Health(0, 0, 0.0, time.time_ns(), name, True, text))
 
     def close(self) -> None:
         """No more messages."""
-        self._over.set()
-        self._thread.join(timeout=2.0)
-        for one in self._subscriptions:
-            one.close()
+        super().close()
         self._server.stop()
-
-    def __enter__(self) -> "FoxgloveServer":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
 
 class _ParameterListener:
@@ -140,8 +129,9 @@ class _ParameterListener:
         self._owner = server
 
     def on_get_parameters(self, client: Untyped, names: list[str], request: str | None = None) -> list[Untyped]:
-        """Those that are asked for; without names all."""
-        return [one for one in self._owner.parameters() if not names or one.name in names]
+        """Those that are asked for; without names all but "ports"."""
+        found = [one for one in self._owner.parameters() if not names or one.name in names]
+        return [*found, self._owner.ports()] if "ports" in names else found
 
     def on_set_parameters(
         self, client: Untyped, parameters: list[Untyped], request: str | None = None

@@ -7,8 +7,6 @@ east, north, up.
 import math
 import re
 import socket
-import threading
-import time
 from collections.abc import Callable
 
 from levelhead.errors import LevelheadError
@@ -24,7 +22,8 @@ from levelhead.live.mavlink_codec import (
     pack_mavlink,
     unpack_mavlink,
 )
-from levelhead.live.messages import ORIENTATION, Orientation
+from levelhead.live.messages import ORIENTATION, Message, Orientation
+from levelhead.live.output import Output
 from levelhead.live.subscription import Subscription
 from levelhead.sample import Sample, Triple
 from levelhead.units import GRAVITY
@@ -36,7 +35,6 @@ MILLI, GAUSS, HECTOPASCAL = 1e-3, 100.0, 100.0  # milli; µT per gauss; Pa per h
 NO_MAG = (0.0, 0.0, 0.0)
 HALF = math.sqrt(0.5)
 TO_NED, FROM_FRD = Quat(0.0, HALF, HALF, 0.0), Quat(0.0, 1.0, 0.0, 0.0)  # east-north-up to NED; FRD to forward-left-up
-PERIOD = 0.005  # s between two looks for new orientations
 
 
 def parse_place(text: str) -> tuple[str, int]:
@@ -159,7 +157,7 @@ def to_ned(quat: tuple[float, float, float, float]) -> Quat:
     return Quat(-w, -x, -y, -z) if w < 0.0 else Quat(w, x, y, z)
 
 
-class MavlinkPublisher:
+class MavlinkPublisher(Output):
     """Sends ATTITUDE and ATTITUDE_QUATERNION for each valid orientation, until it is closed.
 
     Args:
@@ -170,19 +168,12 @@ class MavlinkPublisher:
     def __init__(self, subscribe: Callable[..., Subscription], place: str) -> None:
         self._address = parse_place(place)
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        self._orientations = subscribe(ORIENTATION)
-        self._began, self._seq = time.monotonic(), 0
-        self._over = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="mavlink", daemon=True)
-        self._thread.start()
+        self._seq = 0
+        self._begin(subscribe, (ORIENTATION,))
 
-    def _run(self) -> None:
-        while not self._over.wait(PERIOD):
-            message = self._orientations.latest(timeout=0.0)
-            if message is not None and message.valid:
-                self._send(message)
-
-    def _send(self, message: Orientation) -> None:
+    def _send(self, message: Message) -> None:
+        if not isinstance(message, Orientation) or not message.valid:
+            return
         quat = to_ned(message.quat)
         roll, pitch, yaw = to_euler(quat)
         time_ms = round(1e3 * message.t) % 2**32
@@ -195,14 +186,6 @@ class MavlinkPublisher:
                 return
 
     def close(self) -> None:
-        """Sends no more."""
-        self._over.set()
-        self._thread.join(timeout=2.0)
-        self._orientations.close()
+        """No more messages."""
+        super().close()
         self._socket.close()
-
-    def __enter__(self) -> "MavlinkPublisher":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()

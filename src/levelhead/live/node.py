@@ -19,6 +19,7 @@ from levelhead.live.events import Event, Journal
 from levelhead.live.latency import LatencyHistogram
 from levelhead.live.messages import CONFIG, HEALTH, ORIENTATION, TOPICS, Health, Orientation
 from levelhead.live.realtime import realtime_scheduling
+from levelhead.live.recorder import Recorder
 from levelhead.live.safe_state import SafeState
 from levelhead.live.sample_path import SamplePath
 from levelhead.live.static_calibration import SAMPLES, StaticCalibration
@@ -31,6 +32,7 @@ from levelhead.version import VERSION
 BUDGET = 200e-6  # s for fusing, publishing and logging in one tick
 CHECK_INTERVAL = 0.25  # s between two checks of bus and black box
 GIVE_UP = 10.0  # s without a sample
+NO_PARAMETERS = ("heading", "record")  # that ``set`` takes as well
 SOURCE_FAULTS = ("bus_error", "bus_stuck", "implausible", "unplugged", "wrong_chip")  # over when samples come
 
 
@@ -70,7 +72,7 @@ class Node:
     ) -> None:  # fmt: skip
         if not 1.0 <= rate <= 10_000.0:
             raise LevelheadError(f"the rate is {rate:g} Hz; expected 1 to 10000")
-        self.source, self.rate, self._box = source, rate, box
+        self.source, self.rate = source, rate
         self._budget, self._clock = budget, clock
         self.guard = guard
         if guard is not None and source.gyr_range > 0.0:
@@ -86,14 +88,16 @@ class Node:
         self._realtime = realtime and not free_running
         self.loop = DeadlineLoop(rate, clock, sleep, free_running)
         self.journal = Journal(self._publish_event, clock)
+        self.recorder = Recorder(box, self.journal, self._config)
         self.safe_state = SafeState(source, self.journal, self._publish_invalid, give_up)
         calibration = StaticCalibration(calibrate) if calibrate > 0 else None
         self.path = SamplePath(
-            self.id, self._stream, calibration, self.bus, box, self.journal, self.safe_state, self._apply
+            self.id, self._stream, calibration, self.bus, self.recorder, self.journal, self.safe_state, self._apply
         )
         self.ticks = self.over_budget = 0
         self.reading, self.work, self.whole = LatencyHistogram(), LatencyHistogram(), LatencyHistogram()
         self._changes: deque[dict[str, float]] = deque()
+        self._lacking = ""  # what the system does not allow
         self._checked = 0.0  # host time of the last check of bus and black box
         self._began = self._closed = False
 
@@ -117,15 +121,18 @@ class Node:
     def set(self, **changes: float) -> None:
         """Changes the filter's parameters from the next tick on; may be called from any thread.
 
-        ``heading`` is no parameter: it turns the orientation to this yaw in degrees (``Stream.set_heading``), as soon
-        as there is one.
+        Two names are no parameters. ``heading`` turns the orientation to this yaw in degrees (``Stream.set_heading``),
+        as soon as there is one. ``record`` begins a black box (True) or ends it (False).
 
         Raises:
             LevelheadError: no such parameter, or a value out of its range; nothing is changed.
         """
-        if not math.isfinite(changes.get("heading", 0.0)):
-            raise LevelheadError(f"the heading is {changes['heading']!r}; expected degrees")
-        self.params._replace(**{name: value for name, value in changes.items() if name != "heading"})
+        heading, record = changes.get("heading", 0.0), changes.get("record", False)
+        if isinstance(heading, bool) or not isinstance(heading, int | float) or not math.isfinite(heading):
+            raise LevelheadError(f"the heading is {heading!r}; expected degrees")
+        if not isinstance(record, bool):
+            raise LevelheadError(f"record is {record!r}; expected True or False")
+        self.params._replace(**{name: value for name, value in changes.items() if name not in NO_PARAMETERS})
         self._changes.append(
             {name: value if isinstance(value, bool) else float(value) for name, value in changes.items()}
         )
@@ -158,17 +165,16 @@ class Node:
     def begin(self, lacking: str = "") -> None:
         """Starts the source; ``lacking``: what the system does not allow, for the event."""
         self.source.start()
-        self._began = True
-        config = self._config(lacking)
-        if self._box is not None:
-            self._box.begin(config)
+        self._began, self._lacking = True, lacking
+        self.recorder.begin()
+        config = self._config()
         self.journal.note("started", f"{self.source.name} at {self.rate:g} Hz through {config['filter']}", **config)
-        self.bus.publish(CONFIG, self._message(Event("config", True, self.source.name, config)))
+        self._publish_config(self.source.name)
         self.safe_state.begin(self._clock())
         if self.path.calibration is not None:
             self.journal.begin("calibrating", f"hold still for {self.path.calibration.samples} samples")
 
-    def _config(self, lacking: str) -> JsonObject:
+    def _config(self) -> JsonObject:
         calibration = self.path.calibration
         return {
             "version": VERSION,
@@ -179,7 +185,9 @@ class Node:
             "params": self.params._asdict(),
             "guard": None if self.guard is None else self.guard._asdict(),
             "calibrate": 0 if calibration is None else calibration.samples,
-            "lacking": lacking,
+            "bias": list(self.path.bias),
+            "record": self.recorder.path,
+            "lacking": self._lacking,
         }
 
     def _skip(self, skipped: int, late: float) -> None:
@@ -231,10 +239,19 @@ class Node:
         changes: dict[str, float] = {}
         while self._changes:
             changes |= self._changes.popleft()
+        if "record" in changes:
+            self._record(bool(changes.pop("record")))
         if "heading" in changes:
             self._set_heading(changes.pop("heading"))
         if changes:
             self._apply(changes)
+
+    def _record(self, on: bool) -> None:
+        try:
+            self.recorder.switch(on)
+        except LevelheadError as error:
+            self.journal.note("not_set", str(error))
+        self._publish_config(self.recorder.path)
 
     def _set_heading(self, heading: float) -> None:
         if self.path.last is None:
@@ -256,7 +273,10 @@ class Node:
         self.journal.counts.setdefault("parameters", 0)
         data = {"params": self.params._asdict(), "from": self.samples}
         self._publish_event(Event("parameters", True, text, data))
-        self.bus.publish(CONFIG, self._message(Event("config", True, text, self._config(""))))
+        self._publish_config(text)
+
+    def _publish_config(self, text: str) -> None:
+        self.bus.publish(CONFIG, self._message(Event("config", True, text, self._config())))
 
     def _read(self) -> list[Sample]:
         try:
@@ -281,8 +301,7 @@ class Node:
         self._checked = now
         for name, text in self.bus.troubles():
             self.journal.note(name, text)
-        if self._box is not None and self._box.failure:
-            self.journal.begin("box_failed", self._box.failure)
+        self.recorder.check()
 
     def close(self) -> None:
         """Enters the safe state, reports the figures, closes black box and source; may be called twice."""
@@ -295,8 +314,7 @@ class Node:
             self.journal.note("stopped", text, **self.figures())
         for topic in TOPICS:
             self.bus.withdraw(topic, self.id)
-        if self._box is not None:
-            self._box.close()
+        self.recorder.close()
         self.source.close()
 
     def figures(self) -> JsonObject:
@@ -325,8 +343,8 @@ class Node:
     def _publish_event(self, event: Event) -> None:
         message = self._message(event)
         self.bus.publish(HEALTH, message)
-        if self._box is not None:
-            self._box.event(message)
+        if self.recorder.box is not None:
+            self.recorder.box.event(message)
 
     def _message(self, event: Event) -> Health:
         t = self.path.time if math.isfinite(self.path.time) else 0.0

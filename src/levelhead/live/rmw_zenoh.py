@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable
 
 from levelhead.live.messages import ORIENTATION, RAW, Message, Orientation, Raw
-from levelhead.live.pump import Pump
+from levelhead.live.output import Output
 from levelhead.live.subscription import Subscription
 from levelhead.live.zenoh_session import configuration, open_session
 from levelhead.open_types import Untyped
@@ -27,7 +27,7 @@ def dds_name(kind: str) -> str:
     return f"{package}::msg::dds_::{name}_"
 
 
-class RmwZenohPublisher:
+class RmwZenohPublisher(Output):
     """Publishes ``imu/data`` and ``imu/mag`` until it is closed.
 
     Args:
@@ -58,7 +58,7 @@ class RmwZenohPublisher:
             self._publishers[topic] = self._session.declare_publisher(f"{domain}/{topic}/{where}")
             self._tokens.append(declare(f"{start}/{number}/MP/%/%/levelhead/%{topic.replace('/', '%')}/{where}/{QOS}"))
             self._ids[topic] = os.urandom(16)
-        self._pump = Pump(subscribe, (RAW, ORIENTATION), self._send)
+        self._begin(subscribe, (RAW, ORIENTATION))
 
     def _send(self, message: Message) -> None:
         if isinstance(message, Raw):
@@ -78,11 +78,5 @@ class RmwZenohPublisher:
 
     def close(self) -> None:
         """No more messages."""
-        self._pump.close()
+        super().close()
         self._session.close()
-
-    def __enter__(self) -> "RmwZenohPublisher":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()

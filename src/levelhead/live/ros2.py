@@ -12,7 +12,7 @@ from collections.abc import Callable
 from levelhead.errors import LevelheadError
 from levelhead.live.events import EXPECTED
 from levelhead.live.messages import HEALTH, ORIENTATION, RAW, Health, Message, Orientation, Raw
-from levelhead.live.pump import HISTORY, Pump
+from levelhead.live.output import HISTORY, Output
 from levelhead.live.subscription import Subscription
 from levelhead.open_types import Untyped
 from levelhead.sample import Sample
@@ -60,7 +60,7 @@ def ros_qos() -> Untyped:
     )  # fmt: skip
 
 
-class Ros2Publisher:
+class Ros2Publisher(Output):
     """Publishes a node's messages on ROS 2 until it is closed.
 
     Args:
@@ -93,7 +93,7 @@ class Ros2Publisher:
             for name, kind in kinds.items()
         }
         self._raw: Raw | None = None
-        self._pump = Pump(subscribe, (RAW, ORIENTATION, HEALTH), self._send)
+        self._begin(subscribe, (RAW, ORIENTATION, HEALTH))
 
     def _send(self, message: Message) -> None:
         if isinstance(message, Raw):
@@ -144,14 +144,8 @@ class Ros2Publisher:
 
     def close(self) -> None:
         """No more messages."""
-        self._pump.close()
+        super().close()
         self._writers.clear()
-
-    def __enter__(self) -> "Ros2Publisher":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
 
 class Ros2Source:

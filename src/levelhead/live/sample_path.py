@@ -7,11 +7,11 @@ from collections.abc import Callable
 from levelhead import filters
 from levelhead.engine.stream import Stream
 from levelhead.errors import LevelheadError
-from levelhead.live.box import BlackBox
 from levelhead.live.bus import MessageBus
 from levelhead.live.events import Journal
 from levelhead.live.health_monitor import HealthMonitor
 from levelhead.live.messages import ORIENTATION, RAW, Orientation, Raw
+from levelhead.live.recorder import Recorder
 from levelhead.live.safe_state import SafeState
 from levelhead.live.static_calibration import SIGMA, StaticCalibration
 from levelhead.open_types import JsonObject
@@ -28,7 +28,7 @@ class SamplePath:
         stream: the filter.
         calibration: of the gyroscope's bias at the start, or None.
         bus: where raw samples and orientations are published.
-        box: the black box, or None.
+        recorder: holds the black box, if there is one.
         journal: takes the events.
         safe_state: left when an orientation is published, entered when the filter fails.
         set_params: changes the filter's parameters.
@@ -42,10 +42,10 @@ class SamplePath:
     """
 
     def __init__(
-        self, node: int, stream: Stream, calibration: StaticCalibration | None, bus: MessageBus, box: BlackBox | None,
+        self, node: int, stream: Stream, calibration: StaticCalibration | None, bus: MessageBus, recorder: Recorder,
         journal: Journal, safe_state: SafeState, set_params: Callable[[JsonObject], None],
     ) -> None:  # fmt: skip
-        self._node, self._stream, self._bus, self._box, self._journal = node, stream, bus, box, journal
+        self._node, self._stream, self._bus, self._recorder, self._journal = node, stream, bus, recorder, journal
         self.calibration, self._safe_state, self._set_params = calibration, safe_state, set_params
         self.monitor = HealthMonitor(journal)
         self.samples = 0
@@ -75,8 +75,8 @@ class SamplePath:
             if publish:
                 self._safe_state.leave()
                 self._bus.publish(ORIENTATION, orientation)
-        if self._box is not None:
-            self._box.sample(seq, stamp, sample, orientation)
+        if (box := self._recorder.box) is not None:
+            box.sample(seq, stamp, sample, orientation)
 
     def _calibrate(self, calibration: StaticCalibration, sample: Sample) -> None:
         """Uses the sample for the gyroscope's bias.

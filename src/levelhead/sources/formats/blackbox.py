@@ -52,7 +52,8 @@ class Box(NamedTuple):
             if event["name"] == "calibrated":
                 x, y, z = event["data"]["bias"]
                 return x, y, z
-        return 0.0, 0.0, 0.0
+        x, y, z = self.config.get("bias", (0.0, 0.0, 0.0))  # of a box that began later
+        return x, y, z
 
     @property
     def headings(self) -> list[tuple[int, float]]:
