@@ -14,7 +14,7 @@ from pathlib import Path
 from levelhead.atomic import atomic_path
 from levelhead.errors import LevelheadError
 from levelhead.live.messages import TOPICS, Health, Message
-from levelhead.live.output import Output
+from levelhead.live.output import NodeOutput
 from levelhead.live.subscription import Subscription
 from levelhead.live.viewer_messages import SCHEMAS, viewer_messages
 from levelhead.open_types import JsonObject, Untyped
@@ -23,7 +23,7 @@ from levelhead.sources.devices.ports import list_sources
 PORT, LAST_PORT = 8765, 65_535
 
 
-class FoxgloveServer(Output):
+class FoxgloveServer(NodeOutput):
     """Serves the messages of a node until it is closed.
 
     Args:

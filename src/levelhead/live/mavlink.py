@@ -23,7 +23,7 @@ from levelhead.live.mavlink_codec import (
     unpack_mavlink,
 )
 from levelhead.live.messages import ORIENTATION, Message, Orientation
-from levelhead.live.output import Output
+from levelhead.live.output import NodeOutput
 from levelhead.live.subscription import Subscription
 from levelhead.sample import Sample, Triple
 from levelhead.units import GRAVITY
@@ -157,7 +157,7 @@ def to_ned(quat: tuple[float, float, float, float]) -> Quat:
     return Quat(-w, -x, -y, -z) if w < 0.0 else Quat(w, x, y, z)
 
 
-class MavlinkPublisher(Output):
+class MavlinkPublisher(NodeOutput):
     """Sends ATTITUDE and ATTITUDE_QUATERNION for each valid orientation, until it is closed.
 
     Args:

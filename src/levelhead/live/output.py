@@ -14,7 +14,7 @@ PERIOD = 0.002  # s between two looks for new messages
 HISTORY = 4096  # messages that may wait
 
 
-class Output(ABC):
+class NodeOutput(ABC):
     """Sends each message of some topics on until it is closed.
 
     Attributes:

@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable
 
 from levelhead.live.messages import ORIENTATION, RAW, Message, Orientation, Raw
-from levelhead.live.output import Output
+from levelhead.live.output import NodeOutput
 from levelhead.live.subscription import Subscription
 from levelhead.live.zenoh_session import configuration, open_session
 from levelhead.open_types import Untyped
@@ -27,7 +27,7 @@ def dds_name(kind: str) -> str:
     return f"{package}::msg::dds_::{name}_"
 
 
-class RmwZenohPublisher(Output):
+class RmwZenohPublisher(NodeOutput):
     """Publishes ``imu/data`` and ``imu/mag`` until it is closed.
 
     Args:

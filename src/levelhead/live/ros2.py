@@ -12,7 +12,7 @@ from collections.abc import Callable
 from levelhead.errors import LevelheadError
 from levelhead.live.events import EXPECTED
 from levelhead.live.messages import HEALTH, ORIENTATION, RAW, Health, Message, Orientation, Raw
-from levelhead.live.output import HISTORY, Output
+from levelhead.live.output import HISTORY, NodeOutput
 from levelhead.live.subscription import Subscription
 from levelhead.open_types import Untyped
 from levelhead.sample import Sample
@@ -60,7 +60,7 @@ def ros_qos() -> Untyped:
     )  # fmt: skip
 
 
-class Ros2Publisher(Output):
+class Ros2Publisher(NodeOutput):
     """Publishes a node's messages on ROS 2 until it is closed.
 
     Args:
