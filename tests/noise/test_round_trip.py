@@ -9,7 +9,7 @@ import levelhead as lh
 from levelhead import LevelheadError, NoiseModel, measure_noise, simulate
 from levelhead.noise.assessment import noise_verdict
 from levelhead.noise.measure import longest
-from levelhead.noise.stillness import still_stretches
+from levelhead.signals.rest import still_stretches
 
 pytest.importorskip("scipy")
 KINDS = ("white_noise_density", "bias_instability", "random_walk")

@@ -22,9 +22,9 @@ from levelhead.calibrate.magnetometer import fit_field
 from levelhead.calibrate.poses import ALIKE, LEAST, find_poses
 from levelhead.calibrate.solve import correct_logs, gyr_bias, rate_solution
 from levelhead.errors import LevelheadError
-from levelhead.noise.stillness import WINDOW, still_stretches
 from levelhead.recording import Array, Recording
 from levelhead.sample import Sample
+from levelhead.signals.rest import WINDOW, still_stretches, window_size
 from levelhead.units import GRAVITY
 
 POSES = 12  # with fewer there is little to hold out
@@ -152,7 +152,7 @@ class Guide:
         recording = self._samples.recording()
         _require_change(recording)
         stretches, rate = still_stretches(recording, WINDOW), recording.rate
-        size = max(4, round(WINDOW * rate))
+        size = window_size(rate)
         resting = bool(stretches) and stretches[-1].end == len(recording) // size * size
         held = WINDOW * round((stretches[-1].end - stretches[-1].start) / size) if resting else 0.0
         enough = sum(one.end - one.start >= LEAST * rate - 1.0 for one in stretches)

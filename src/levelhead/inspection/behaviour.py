@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from levelhead.inspection.findings import Finding
-from levelhead.inspection.physics import rest_rows
 from levelhead.recording import Array, Recording
 from levelhead.signals.gravity_turn import turn_of_gravity
+from levelhead.signals.rest import rest_rows
 from levelhead.simulate.presets import CHIPS, DataSheet
 from levelhead.units import factor
 

@@ -11,9 +11,9 @@ from levelhead.filters import health, of
 from levelhead.guard import Guard
 from levelhead.guard.detectors import GROUP_DELAY
 from levelhead.inspection.findings import Finding
-from levelhead.inspection.physics import rest_rows
 from levelhead.recording import Array, Recording
 from levelhead.rotations import conjugate, product, relative_rotation, rotate, turn_heading
+from levelhead.signals.rest import rest_rows
 from levelhead.track import Track
 
 UNSEEN = 10.0  # s without a magnetometer, in which heading can drift

@@ -8,10 +8,9 @@ from levelhead.inspection.findings import Finding
 from levelhead.recording import Recording, median
 from levelhead.signals.gravity_turn import excerpt, quiet_turn
 from levelhead.signals.mean_force import mean_forces
+from levelhead.signals.rest import rest_rows
 from levelhead.units import GRAVITY
 
-REST_WINDOW = 0.5  # s
-STILL_ACC, STILL_GYR = 0.25, np.radians(1.5)  # m/s², rad/s: spread within a window at rest, at most
 SCALE = 0.025  # of gravity
 SURE = 3.0  # σ by which a scale found in motion must be beyond SCALE
 STRIDES = 2.0  # s, over which the accelerations of a motion cancel
@@ -23,24 +22,6 @@ BIAS = np.radians(0.45)  # rad/s
 AGAINST = -0.55  # correlation from which gravity turns against the gyroscope
 AGREES = 0.5  # correlation from which it turns as the gyroscope has it
 STRONGEST, WEAKEST = 67.0, 22.0  # µT, of the earth's field (World Magnetic Model 2020, at the ground)
-
-
-def rest_rows(recording: Recording) -> "np.ndarray[tuple[int], np.dtype[np.bool_]]":
-    """(n,) whether a row lies in half a second of rest."""
-    t, gyr, acc = recording.t, recording.gyr, recording.acc
-    size = max(4, round(REST_WINDOW * recording.rate)) if recording.rate else len(t)
-    count = len(t) // size
-    still = np.zeros(len(t), dtype=np.bool_)
-    if count == 0:
-        return still
-    spread_acc = acc[: count * size].reshape(count, size, 3).std(axis=1).max(axis=1)
-    spread_gyr = gyr[: count * size].reshape(count, size, 3).std(axis=1).max(axis=1)
-    length = np.linalg.norm(acc[: count * size].reshape(count, size, 3).mean(axis=1), axis=1)
-    rate = np.linalg.norm(gyr[: count * size].reshape(count, size, 3).mean(axis=1), axis=1)
-    quiet = (spread_acc < STILL_ACC) & (spread_gyr < STILL_GYR) & (np.abs(length / GRAVITY - 1) < 0.25)
-    quiet &= rate < np.radians(8.0)
-    still[: count * size] = np.repeat(quiet, size)
-    return still
 
 
 def examine_gravity(recording: Recording) -> Iterator[Finding]:

@@ -4,10 +4,10 @@ from collections.abc import Collection, Iterator
 
 import numpy as np
 
-from levelhead.inspection.physics import rest_rows
 from levelhead.recording import Array, Recording
 from levelhead.signals.gravity_turn import excerpt, turn_of_gravity
 from levelhead.signals.hard_iron import hard_iron
+from levelhead.signals.rest import rest_rows
 
 SIDES = 0.35  # spread of the direction of gravity in every direction, from which all axes were seen
 CLEAR_TURN = 0.5  # rad/s rms about an axis that shows its sign and scale

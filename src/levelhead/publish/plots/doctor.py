@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from levelhead.inspection.findings import Finding, Report
-from levelhead.inspection.physics import rest_rows
 from levelhead.inspection.spectrum import lines, spectrum
 from levelhead.publish.plots.style import AXES, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, figure, format_axes, save
 from levelhead.recording import Array, Recording, median
+from levelhead.signals.rest import rest_rows
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
