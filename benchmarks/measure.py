@@ -84,7 +84,7 @@ def once(command: Sequence[str], **options: Any) -> tuple[float, subprocess.Comp
 
 def machine() -> dict[str, str]:
     """What the figures were taken on, the C compiler included."""
-    from benchmarks.native import compiler
+    from tests.reference.c_library import compiler
 
     try:
         gcc = compiler()

@@ -20,7 +20,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from benchmarks.accuracy.against_reference import (
+from benchmarks.measure import options, part_of, run_script, run_tasks, show
+from tests.reference.against_reference import (
     APART,
     JUMP,
     Jump,
@@ -32,7 +33,6 @@ from benchmarks.accuracy.against_reference import (
     true_quat,
     vertical_error,
 )
-from benchmarks.measure import options, part_of, run_script, run_tasks, show
 
 import levelhead as lh
 from levelhead import filters

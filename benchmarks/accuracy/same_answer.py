@@ -6,41 +6,24 @@ the answers and the recordings beyond ``ALIKE``. Each of those is listed with th
 largest angle in units of the filter's own σ, and the reason (``REASONS``). Exit code 1: one has no known reason.
 """
 
-from collections.abc import Callable
-from dataclasses import replace
 from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from benchmarks.measure import options, run_script, run_tasks, show
-from benchmarks.native import doubles
 from benchmarks.speed.exported import attitude_run
+from tests.reference.c_library import doubles
+from tests.reference.same_answer import ALIKE, Apart, change_answers, compare_answers
 
 import levelhead as lh
-from levelhead import filters, rotations
+from levelhead import filters
 from levelhead.bench.datasets import list_logs, load_recording
 from levelhead.bench.groups import group_of
 from levelhead.bench.timing import Table
 from levelhead.export import ExportConfig
 
-ALIKE = 0.1  # deg, largest angle between two answers that are the same
-CLOCK = 1e-9  # a quartz is wrong by 1e-5
-LATE = 1e6  # s
-RATE = 1e-15  # a few units in the last place
 FLOAT = "float"
-
-
-def _scaled(factor: float) -> Callable[[lh.Recording], lh.Recording]:
-    return lambda recording: replace(recording, t=recording.t * factor)
-
-
-CHANGES: dict[str, Callable[[lh.Recording], lh.Recording]] = {
-    "slower": _scaled(1.0 + CLOCK),
-    "faster": _scaled(1.0 - CLOCK),
-    "later": lambda recording: replace(recording, t=recording.t + LATE),
-    "rates": lambda recording: replace(recording, gyr=recording.gyr * (1.0 + RATE)),
-}
 COLUMNS = {
     "filter": "filter",
     "recordings": "recordings",
@@ -73,25 +56,6 @@ REASONS = {  # recording, filter, change: no decision on a tie is among them
 }
 
 
-class Apart(NamedTuple):
-    """Two answers about one recording."""
-
-    angle: float  # deg, the largest between them
-    second: float  # s after the first sample, when it first exceeds ``ALIKE``; NaN: it never does
-    sigmas: float  # the largest angle over the root sum of squares of both σ
-
-
-def compare_answers(one: lh.Track, other: lh.Track) -> Apart:
-    """How far two tracks over the same samples lie apart."""
-    angle = rotations.angle(rotations.relative_rotation(one.quat, other.quat))
-    variance = sum(np.square(track.sigma).sum(axis=1) for track in (one, other) if track.sigma is not None)
-    beyond = np.flatnonzero(angle > np.radians(ALIKE))
-    second = float(one.t[beyond[0]] - one.t[0]) if len(beyond) else float("nan")
-    with np.errstate(divide="ignore", invalid="ignore"):
-        sigmas = float(np.nanmax(angle / np.sqrt(variance)))
-    return Apart(float(np.degrees(angle.max())), second, sigmas)
-
-
 @lru_cache(maxsize=1)
 def _load(path: Path) -> lh.Recording:
     return load_recording(path, with_mag=True)
@@ -113,15 +77,6 @@ def fuse_single(recording: lh.Recording, name: str) -> lh.Track:
     return lh.Track(recording.t, quat)
 
 
-def change_answers(recording: lh.Recording, params: Any, with_float: bool = True) -> dict[str, Apart]:
-    """How far each change moves the answer of a filter."""
-    track = lh.fuse(recording, params)
-    apart = {name: compare_answers(track, lh.fuse(change(recording), params)) for name, change in CHANGES.items()}
-    if with_float:
-        apart[FLOAT] = compare_answers(track, fuse_single(recording, filters.of(params).name))
-    return apart
-
-
 class Task(NamedTuple):
     """One filter on one recording."""
 
@@ -132,7 +87,11 @@ class Task(NamedTuple):
 
 def run(task: Task) -> dict[str, Apart]:
     """The task's answers."""
-    return change_answers(_load(task.path), filters.find(task.filter).params(), task.with_float)
+    recording, params = _load(task.path), filters.find(task.filter).params()
+    apart = change_answers(recording, params)
+    if task.with_float:
+        apart[FLOAT] = compare_answers(lh.fuse(recording, params), fuse_single(recording, task.filter))
+    return apart
 
 
 def summarize(found: dict[Task, dict[str, Apart]]) -> Table:

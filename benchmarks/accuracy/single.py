@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 from benchmarks.measure import options, read_reference, run_script, show
-from benchmarks.native import doubles
 from benchmarks.speed.exported import attitude_run
+from tests.reference.c_library import doubles
 
 import levelhead as lh
 from levelhead import filters

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 from benchmarks.measure import options, show
-from benchmarks.native import STRICT, build, doubles
 from benchmarks.speed.filters_c import c_params as attitude_params
 from benchmarks.speed.filters_c import c_run
 from benchmarks.speed.inputs import axis
 from benchmarks.speed.one_axis import COLUMNS, c_params, row
+from tests.reference.c_library import STRICT, build, doubles
 
 import levelhead as lh
 from levelhead import filters

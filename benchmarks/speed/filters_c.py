@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 from benchmarks.measure import options, show
-from benchmarks.native import build, doubles
 from benchmarks.speed.one_axis import COLUMNS, row
+from tests.reference.c_library import build, doubles
 
 import levelhead as lh
 from levelhead import filters

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 from benchmarks.measure import options, show
-from benchmarks.native import NATIVE, STRICT, KalmanParams, build, doubles
 from benchmarks.speed.inputs import axis
+from tests.reference.c_library import NATIVE, STRICT, KalmanParams, build, doubles
 
 import levelhead as lh
 from levelhead import filters

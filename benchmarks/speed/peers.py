@@ -12,15 +12,15 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.measure import options, run_script, show
-from benchmarks.speed import boards
+from benchmarks.speed.boards import shown
+from tests.reference import boards
+from tests.reference.twins import NAMES, TWINS
 
 from levelhead import filters
 from levelhead.bench.timing import Table
 from levelhead.export import ExportConfig
 from levelhead.export.config import LEAN
 
-TWINS = Path(__file__).parents[1] / "c" / "twins"
-NAMES = ("twin_mahony", "twin_madgwick", "twin_kalman_axis")
 COLUMNS = {
     "case": "filter",
     "code": "code [bytes]",
@@ -52,7 +52,7 @@ def by_hand(source: Path, name: str) -> dict[str, Any]:
 
 def exported(config: ExportConfig) -> dict[str, Any]:
     """The same of an export."""
-    return {"case": boards.shown(config), **boards.on_cortex(config), "flash": boards.object_on_avr(config)}
+    return {"case": shown(config), **boards.on_cortex(config), "flash": boards.object_on_avr(config)}
 
 
 def rows(source: Path | None, name: str) -> Iterator[dict[str, Any]]:

@@ -42,7 +42,7 @@ def test_what_a_script_imports_exists(script):
         for node in ast.walk(ast.parse(SCRIPTS[script].read_text(encoding="utf-8")))
         if isinstance(node, ast.ImportFrom) and node.module
         for alias in node.names
-        if node.module.partition(".")[0] in {"levelhead", "benchmarks"}
+        if node.module.partition(".")[0] in {"levelhead", "benchmarks", "tests"}
     ]
     assert [f"{module}.{name}" for module, name in imports if not exists(module, name)] == []
 
@@ -108,3 +108,10 @@ def test_every_script_stands_in_the_readme():
     links = re.findall(r"^\| \[\w+\]\(([^)]*)\)", page.read_text(encoding="utf-8"), re.MULTILINE)
     run = {path for path in SCRIPTS.values() if '__name__ == "__main__"' in path.read_text(encoding="utf-8")}
     assert sorted(links) == sorted(path.relative_to(page.parent).as_posix() for path in run)
+
+
+def test_no_test_imports_a_script():
+    """What tests and scripts share lives in tests/reference."""
+    pattern = re.compile(r"^\s*(from|import) benchmarks\b", re.MULTILINE)
+    paths = (ROOT / "tests").rglob("*.py")
+    assert [path.name for path in paths if pattern.search(path.read_text(encoding="utf-8"))] == []

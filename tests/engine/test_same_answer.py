@@ -7,8 +7,8 @@ in single precision. Where a block of samples ended on a tie, these moved record
 
 import numpy as np
 import pytest
-from benchmarks.accuracy.same_answer import ALIKE, FLOAT, change_answers, compare_answers
 from tests.reference import c_engine
+from tests.reference.same_answer import ALIKE, change_answers, compare_answers
 
 import levelhead as lh
 from levelhead import filters
@@ -53,7 +53,7 @@ def test_rounding_moves_no_answer(flt, rate):
     t = np.arange(len(still) + len(moved)) / rate
     both = [np.vstack(pair) for pair in ((still.gyr, moved.gyr), (still.acc, moved.acc), (still.mag, moved.mag))]
     recording = lh.Recording(t, *both)
-    for name, apart in change_answers(recording, flt.params(), with_float=False).items():
+    for name, apart in change_answers(recording, flt.params()).items():
         assert apart.angle < 1e-4, name
 
 
@@ -62,7 +62,7 @@ def test_rounding_moves_no_answer(flt, rate):
 def test_rounding_moves_no_answer_on_real_recordings(flt, name, data_dir):
     """The whole of each set is the benchmark's; of what float moves it lists six recordings, each with its branch."""
     recording = load_recording(data_dir / name, with_mag=True)[:MOST_SAMPLES]
-    for change, apart in change_answers(recording, flt.params(), with_float=False).items():
+    for change, apart in change_answers(recording, flt.params()).items():
         assert apart.angle < 1e-3, change
 
 
@@ -71,5 +71,5 @@ def test_rounding_moves_no_answer_on_real_recordings(flt, name, data_dir):
 @pytest.mark.parametrize("params", [lh.Mahony(), lh.EKF(), lh.ESKF()])
 def test_single_precision_gives_the_same_answer(params):
     recording = lh.simulate.recording("ICM-20948", "hand", 12.0, rate=200.0, seed=2, mag="AK09916")
-    single = c_engine.built(ExportConfig(params, real=FLOAT)).fuse(recording)
+    single = c_engine.built(ExportConfig(params, real="float")).fuse(recording)
     assert compare_answers(lh.fuse(recording, params), single).angle < ALIKE

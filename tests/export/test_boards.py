@@ -5,7 +5,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from benchmarks.speed import boards
+from tests.reference import boards
 
 from levelhead import filters
 from levelhead.export import ExportConfig, write

@@ -5,9 +5,9 @@ import subprocess
 
 import numpy as np
 import pytest
-from benchmarks.speed.peers import NAMES, TWINS
 from scipy.spatial.transform import Rotation
 from tests.reference import c_engine
+from tests.reference.twins import NAMES, TWINS
 
 pytestmark = [
     pytest.mark.compiled,

@@ -6,7 +6,7 @@ import subprocess
 
 import numpy as np
 import pytest
-from benchmarks.speed.wasm import run_in_node
+from tests.reference.node import run_in_node
 
 import levelhead as lh
 from levelhead.cli import main

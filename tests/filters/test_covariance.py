@@ -1,14 +1,13 @@
 """P stays a covariance: 300,000 samples of everything that is hard, in double and in float.
 
-``benchmarks/accuracy/covariance.py`` makes the readings, and does the same with ten million.
+``benchmarks/accuracy/covariance.py`` does the same with ten million.
 """
 
 import itertools
 
 import numpy as np
 import pytest
-from benchmarks.accuracy import covariance
-from tests.reference import c_engine
+from tests.reference import c_engine, covariance
 from tests.reference.engines import NATIVE
 
 import levelhead as lh

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from benchmarks.accuracy import lasting
+from tests.reference import lasting
 
 import levelhead as lh
 from levelhead import simulate

@@ -4,7 +4,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from benchmarks.reader import wild
 from tests.reference import (  # noqa: F401  (each registers its dialects)
     dialects_of_boards,
     dialects_of_consoles,
@@ -18,6 +17,7 @@ from tests.reference import (  # noqa: F401  (each registers its dialects)
     dialects_of_streams,
     dialects_of_tables,
     dialects_of_vehicles,
+    wild,
 )
 from tests.reference.dialects import DIALECTS, REFUSED, Motion, simulate
 

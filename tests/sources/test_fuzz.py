@@ -5,7 +5,7 @@ import time
 from pathlib import Path
 
 import pytest
-from benchmarks.reader import fuzz
+from tests.reference import fuzz
 
 
 @pytest.mark.slow

@@ -1,10 +1,10 @@
-"""Logs as the world has them: what benchmarks/reader/wild.py finds on all, the smaller ones here."""
+"""The verdict of benchmarks/reader/wild.py on the smaller real logs."""
 
 import json
 from pathlib import Path
 
 import pytest
-from benchmarks.reader import wild
+from tests.reference import wild
 
 from levelhead import LevelheadError, read
 

@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
-from benchmarks.reader import wild2
+from tests.reference import wild2
 
 VERDICTS = {
     "xio_fusion.csv": "right", "repoimu_pendulum.csv": "right", "uav_ros_columns.csv": "right",

@@ -17,10 +17,11 @@ from levelhead.units import DEGREE, GRAVITY
 WINDOW = 0.5  # s
 AT_ONCE = 256  # windows: they stay in the processor's cache
 MAX_NOISE_RATIO = 4.0  # to the noise of the quietest windows; a sensor that is moved or touched exceeds it
-MIN_RATE_LIMIT, MAX_RATE_LIMIT = 0.3 * DEGREE, 5.0 * DEGREE  # rad/s, bounds of that threshold; a hand shakes by more
+MIN_RATE_LIMIT, MAX_RATE_LIMIT = 0.3 * DEGREE, 5.0 * DEGREE  # rad/s, bounds of that threshold
 MIN_FORCE_LIMIT, MAX_FORCE_LIMIT = 0.03, 0.3  # m/s², the same
 MAX_RATE_CHANGE = 1.0 * DEGREE  # rad/s, between the means of two windows in one stretch
 MAX_FORCE_CHANGE = 0.15  # m/s², the same, and of a window off the stretch's median
+MAX_UNHELD_NOISE = 1.5 * DEGREE  # rad/s: a hand that holds the sensor shakes it by more
 MAX_BIAS = 8.0 * DEGREE  # rad/s: a faster mean rate is a slow turn
 MAX_SCALE_ERROR = 0.25  # of gravity
 MAX_DRIFT = 0.1  # m/s², of the specific force within a window, where the gyroscope's unit is open
@@ -118,11 +119,11 @@ def _noise_limit(noise: Array, least: float, most: float) -> float:
 
 
 def rest_rows(recording: Recording) -> NDArray[np.bool_]:
-    """(n,) whether a row lies in half a second of rest: quiet, without a slow turn, and under 1 g."""
+    """(n,) whether a row lies in half a second of rest: quiet, in no hand, without a slow turn, and under 1 g."""
     windows = find_windows(recording.t, recording.gyr, recording.acc, recording.rate)
     still = np.zeros(len(recording), dtype=np.bool_)
     with np.errstate(invalid="ignore"):
-        slow = np.linalg.norm(windows.gyr, axis=1) < MAX_BIAS
+        slow = (np.linalg.norm(windows.gyr, axis=1) < MAX_BIAS) & (windows.rate_noise < MAX_UNHELD_NOISE)
         upright = np.abs(np.linalg.norm(windows.acc, axis=1) / GRAVITY - 1.0) < MAX_SCALE_ERROR
     at_rest = windows.are_quiet() & slow & upright
     still[: len(at_rest) * windows.size] = np.repeat(at_rest, windows.size)

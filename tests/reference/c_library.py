@@ -7,7 +7,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-SOURCES = Path(__file__).parent / "c"
+SOURCES = Path(__file__).parents[2] / "benchmarks" / "c"
 STRICT = ("-O3", "-ffp-contract=off")  # no fused multiply-add: the same bits as Python's
 NATIVE = (*STRICT, "-march=native")
 

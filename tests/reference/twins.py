@@ -1,0 +1,6 @@
+"""Published filters in C by hand, without what levelhead adds."""
+
+from pathlib import Path
+
+TWINS = Path(__file__).parents[2] / "benchmarks" / "c" / "twins"
+NAMES = ("twin_mahony", "twin_madgwick", "twin_kalman_axis")
