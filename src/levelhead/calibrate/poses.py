@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from levelhead.recording import Array, Recording
-from levelhead.signals.rest import Stretch, still_stretches
+from levelhead.signals.rest import StillStretch, still_stretches
 
 LEAST = 1.0  # s of a pose
 TRIM = 0.25  # s at both ends of a pose, where the hand lets go
@@ -60,7 +60,7 @@ def find_poses(recordings: Sequence[Recording]) -> tuple[list[Pose], list[Measur
     poses: list[Pose] = []
     turns: list[MeasuredTurn] = []
     for log, recording in enumerate(recordings):
-        before: Stretch | None = None
+        before: StillStretch | None = None
         rate = recording.rate  # a median over the whole recording each time that it is asked for
         for stretch in still_stretches(recording, LEAST):
             poses.append(_pose(recording, stretch, log, rate))
@@ -81,7 +81,7 @@ def directions(poses: Sequence[Pose]) -> int:
     return len(kept)
 
 
-def _pose(recording: Recording, stretch: Stretch, log: int, rate: float) -> Pose:
+def _pose(recording: Recording, stretch: StillStretch, log: int, rate: float) -> Pose:
     edge = min(round(TRIM * rate), (stretch.end - stretch.start) // 4)
     rows = slice(stretch.start + edge, stretch.end - edge)
     acc, gyr = recording.acc[rows], recording.gyr[rows]
@@ -98,7 +98,7 @@ def _pose(recording: Recording, stretch: Stretch, log: int, rate: float) -> Pose
 
 
 def _turn(
-    recording: Recording, before: Stretch, after: Stretch, poses: Sequence[Pose], rate: float
+    recording: Recording, before: StillStretch, after: StillStretch, poses: Sequence[Pose], rate: float
 ) -> MeasuredTurn | None:
     """The turn that ends at the last pose; None if a reading is missing in it, or it took too long."""
     rows = slice(before.end - 1, after.start + 1)

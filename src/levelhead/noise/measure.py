@@ -11,7 +11,7 @@ from levelhead.noise.fit import NAMES, fit
 from levelhead.noise.model import UNITS, Coefficient, NoiseModel, TriadNoise
 from levelhead.noise.temperature import temperature_drift
 from levelhead.recording import Array, Recording, median
-from levelhead.signals.rest import Stretch, still_stretches
+from levelhead.signals.rest import StillStretch, still_stretches
 
 LEAST = 20.0  # s at rest, below which there is nothing to say
 MOST_MISSING = 0.05  # share of samples that may be missing and are interpolated
@@ -61,13 +61,13 @@ def lacks_unit(recording: Recording) -> bool:
     return bool(recording.meta.get("units", {}).get("mag") == "relative")
 
 
-def longest(recording: Recording) -> Stretch:
+def longest(recording: Recording) -> StillStretch:
     """The longest stretch at rest.
 
     Raises:
         LevelheadError: there is none of 20 s.
     """
-    found = max(still_stretches(recording), key=lambda one: one.end - one.start, default=Stretch(0, 0))
+    found = max(still_stretches(recording), key=lambda one: one.end - one.start, default=StillStretch(0, 0))
     seconds = (found.end - found.start) / max(recording.rate, 1e-9)
     if seconds < LEAST:
         raise LevelheadError(

@@ -28,7 +28,7 @@ MAX_DRIFT = 0.1  # m/s², of the specific force within a window, where the gyros
 MAX_RATE = 1e6  # of any unit
 
 
-class Stretch(NamedTuple):
+class StillStretch(NamedTuple):
     """Samples at rest: from ``start`` on and before ``end``."""
 
     start: int
@@ -130,7 +130,7 @@ def rest_rows(recording: Recording) -> NDArray[np.bool_]:
     return still
 
 
-def still_stretches(recording: Recording, least: float = 1.0) -> list[Stretch]:
+def still_stretches(recording: Recording, least: float = 1.0) -> list[StillStretch]:
     """Stretches of at least ``least`` s in which the sensor neither moved nor was touched, in order."""
     windows = find_windows(recording.t, recording.gyr, recording.acc, recording.rate)
     with np.errstate(invalid="ignore"):
@@ -143,7 +143,7 @@ def still_stretches(recording: Recording, least: float = 1.0) -> list[Stretch]:
         cuts = [first, *(first + 1 + np.flatnonzero(change[first : last - 1])), last]
         for a, b in pairwise(cuts):
             if b - a >= shortest and _is_one_place(windows, a, b):
-                found.append(Stretch(int(a * windows.size), int(b * windows.size)))
+                found.append(StillStretch(int(a * windows.size), int(b * windows.size)))
     return found
 
 
