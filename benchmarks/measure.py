@@ -104,18 +104,6 @@ def show(tables: Sequence[Table], as_json: bool) -> None:
     print()
 
 
-def show_markdown(table: Table) -> None:
-    """Print a table as it stands on a page of the docs, with its note below."""
-    from levelhead.publish.bench_tables import format_cell
-
-    numbers = [any(isinstance(row.get(key), int | float) for row in table.rows) for key in table.columns]
-    lines = [list(table.columns.values()), ["--:" if right else "---" for right in numbers]]
-    lines += [[format_cell(row.get(key)) for key in table.columns] for row in table.rows]
-    print(*("| " + " | ".join(line) + " |" for line in lines), sep="\n")
-    if table.note:
-        print(f"\n{table.note}")
-
-
 def part_of(report: Progress, start: float, share: float) -> Progress:
     """Progress of a part that begins at ``start`` and is ``share`` of the whole, 0 to 1."""
     return lambda fraction: report(start + share * fraction)

@@ -1,4 +1,4 @@
-"""Why figures of ``wanted.py`` are missed: the causes, shown on the recordings with a reference in DIR.
+"""Causes of the default's and the smoother's large errors, shown on the recordings with a reference in DIR.
 
     python -m benchmarks.accuracy.causes DIR --only beyond
 
@@ -8,14 +8,11 @@
   after it was lost.
 - scale: the smoother on the sets where it is worse than VQF's offline variant in the mean, and what it does with the
   gyroscope's constant bias and matrix given.
-- rotation: BROAD's errors without the constant rotations of its reference, which no filter can know.
-- time: the smoother's time beside that of its filter, forward alone.
 """
 
 import statistics
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -39,13 +36,11 @@ from levelhead import filters
 from levelhead.bench.accuracy import accuracy
 from levelhead.bench.datasets import load_recording
 from levelhead.bench.error_figures import FAR, ErrorFigures, measure_errors
-from levelhead.bench.groups import BROAD
-from levelhead.bench.inputs import imu_recording
-from levelhead.bench.methods import DEFAULT, SMOOTHER, Method, find_method
+from levelhead.bench.methods import DEFAULT, SMOOTHER, find_method
 from levelhead.bench.ratios import WORSE, Ratio
 from levelhead.bench.reference import align_sensor
 from levelhead.bench.survey import Entry, survey
-from levelhead.bench.timing import Case, Progress, Table, time_interleaved
+from levelhead.bench.timing import Progress, Table
 from levelhead.evaluate.score import rms, scored_rows
 from levelhead.evaluate.text_table import Cell
 from levelhead.publish.progress import progress
@@ -55,8 +50,6 @@ KNOWN = lh.ESKF(bias_uncalibrated=0.0, bias_start=0.01)  # for a gyroscope witho
 KNOWN_SCALE = 1e-4  # 1σ of a matrix that is given
 COVERED = 1.5  # RMS of error/σ
 SHARE = 0.01  # of the samples beyond 4σ: as many as are wanted at most
-SAMPLES = 200_000  # of a batch that is timed
-REPEATS = 5
 
 
 class Worse(NamedTuple):
@@ -316,59 +309,10 @@ def scale_tables(places: Sequence[Path], jobs: int, report: Progress) -> Iterato
     )
 
 
-ROTATION_COLUMNS = {
-    "case": "method",
-    "aligned": "total, best heading removed °",
-    "rotated": "total, both rotations removed °",
-    "tilt": "tilt °",
-    "rotated_tilt": "tilt, both rotations removed °",
-}
-
-
-def rotation_tables(places: Sequence[Path], jobs: int, report: Progress) -> Iterator[Table]:
-    """BROAD with magnetometers: the errors as they are, and without the constant rotations of the reference."""
-    files = [entry.path for entry in survey(places, True)[0] if entry.group.dataset == BROAD]
-    if not files:
-        yield Table("BROAD", ROTATION_COLUMNS, [], "None of its recordings is there.")
-        return
-    names = (DEFAULT, SMOOTHER, "vqf.VQF", "vqf.offlineVQF")
-    result = accuracy(files, [find_method(name) for name in names], jobs=jobs, progress=report)
-    rows = []
-    for j, name in enumerate(names):
-        figures = [one for i in range(len(result.entries)) if (one := result.outcomes[i, j].figures) is not None]
-        means = {key: statistics.fmean(getattr(one, key) for one in figures) for key in list(ROTATION_COLUMNS)[1:]}
-        rows.append({"case": name, **means})
-    yield Table(
-        f"BROAD, mean of {len(files)}",
-        ROTATION_COLUMNS,
-        rows,
-        "Removed: the rotation between the reference's body and the sensor, found from the gyroscope, and the best "
-        "constant one of the earth frame.",
-    )
-
-
-TIME_COLUMNS = {"case": "with magnetometer", "ns": "ns/sample", "ratio": "time to vqf.VQF"}
-
-
-def time_tables(places: Sequence[Path], jobs: int, report: Progress) -> Iterator[Table]:
-    """The smoother beside its filter, which runs forward only: one after the other, on simulated readings."""
-    recording = imu_recording(SAMPLES, mag=True)
-    forward = Method("the smoother's filter, forward alone", filters.offline())
-    chosen = [find_method(DEFAULT), forward, *(find_method(name) for name in (SMOOTHER, "vqf.VQF", "vqf.offlineVQF"))]
-    cases = [Case(one.name, partial(one.run, recording), SAMPLES) for one in chosen]
-    timings = time_interleaved(cases, REPEATS, report)
-    peer = next(one for one in timings if one.name == "vqf.VQF")
-    rows: list[dict[str, Cell]] = [{"case": one.name, "ns": one.least, "ratio": one.over(peer)} for one in timings]
-    note = "What the smoother takes beyond its filter is the way back, and what it keeps for it."
-    yield Table(f"Time in a batch of {SAMPLES:,} samples", TIME_COLUMNS, rows, note)
-
-
 CAUSES: dict[str, Callable[[Sequence[Path], int, Progress], Iterator[Table]]] = {
     "bias": bias_tables,
     "beyond": beyond_tables,
     "scale": scale_tables,
-    "rotation": rotation_tables,
-    "time": time_tables,
 }
 
 

@@ -65,16 +65,6 @@ def row(path: Path, shares: tuple[float, ...], way: Array) -> dict[str, object]:
     return found
 
 
-def simulated_north(seed: int) -> float:
-    """Degrees by which north is off after a minute with a simulated raw ICM-20948 in a hand."""
-    recording = lh.simulate.recording("ICM-20948", "hand", 60.0, seed=seed)
-    track = lh.fuse(recording)
-    assert recording.truth is not None and track.north is not None
-    heading = split_error(error_quaternion(track.quat, recording.truth.quat)).heading
-    off = track.north.azimuth + heading[-1]
-    return math.degrees((off + math.pi) % (2.0 * math.pi) - math.pi)
-
-
 def directions(count: int) -> Array:
     """(count, 3) random unit vectors, always the same."""
     ways = np.random.default_rng(1).normal(size=(count, 3))

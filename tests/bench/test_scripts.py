@@ -99,7 +99,7 @@ def test_what_cannot_be_used_is_one_sentence(script, name, unusable, monkeypatch
 
 
 def test_scripts_that_take_recordings_are_known():
-    known = {"causes", "changed", "clock", "default", "iron", "single", "wanted"}
+    known = {"causes", "changed", "clock", "default", "iron", "single"}
     assert known < {script.rpartition(".")[2] for script in TAKING}
 
 
